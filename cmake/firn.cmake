@@ -1,0 +1,52 @@
+# firn_library(NAME sources… LINK targets…): one library of the house; headers are included by full path from the root.
+function(firn_library name)
+  cmake_parse_arguments(ARG "" "" "LINK;PRIVATE_LINK" ${ARGN})
+  add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
+endfunction()
+
+# firn_process(NAME main.cpp LINK targets…): one executable in build/bin.
+function(firn_process name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+endfunction()
+
+# firn_test(NAME sources… LINK targets… LABEL label): one Catch2 program; each TEST_CASE becomes one ctest test.
+function(firn_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LINK" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS} $<TARGET_OBJECTS:firn_catch_main>)
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK})
+  target_compile_definitions(${name} PRIVATE
+    FIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}" FIRN_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  catch_discover_tests(${name} TEST_PREFIX "${name}: "
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABEL}")
+endfunction()
+
+# firn_lcm_types(TARGET a.lcm b.lcm …): runs lcm-gen and makes an interface target with the generated headers.
+function(firn_lcm_types target)
+  find_program(LCM_GEN lcm-gen REQUIRED)
+  set(out ${CMAKE_BINARY_DIR}/lcmgen)
+  set(headers "")
+  foreach(file ${ARGN})
+    get_filename_component(type ${file} NAME_WE)
+    set(header ${out}/firn/${type}.hpp)
+    add_custom_command(OUTPUT ${header}
+      COMMAND ${LCM_GEN} --cpp --cpp-std=c++11 --cpp-hpath=${out} ${CMAKE_CURRENT_SOURCE_DIR}/${file}
+      DEPENDS ${file} VERBATIM)
+    list(APPEND headers ${header})
+  endforeach()
+  add_custom_target(${target}_generate DEPENDS ${headers})
+  add_library(${target} INTERFACE)
+  add_dependencies(${target} ${target}_generate)
+  target_include_directories(${target} SYSTEM INTERFACE ${out})
+  target_link_libraries(${target} INTERFACE ${LCM_LIBRARY})
+endfunction()

@@ -1,0 +1,100 @@
+#include "core/grid/grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+void require(bool ok, const std::string& what) {
+  if (!ok) throw std::invalid_argument("grid: " + what);
+}
+
+void check_axis(const char* axis, std::int32_t n, double pitch_mm, double origin_mm) {
+  const std::string a = axis;
+  require(n >= 1 && n <= kMaxGridSide, "n" + a + " = " + std::to_string(n) + " is outside 1.." + std::to_string(kMaxGridSide));
+  require(std::isfinite(pitch_mm) && pitch_mm > 0.0 && pitch_mm <= 100.0,
+          "pitch_" + a + "_mm = " + std::to_string(pitch_mm) + " is outside (0, 100]");
+  require(std::isfinite(origin_mm) && std::abs(origin_mm) <= 1e4,
+          "origin_" + a + "_mm = " + std::to_string(origin_mm) + " is outside +-10000");
+}
+
+}  // namespace
+
+void check(const GridSpec& s) {
+  check_axis("x", s.nx, s.pitch_x_mm, s.origin_x_mm);
+  check_axis("y", s.ny, s.pitch_y_mm, s.origin_y_mm);
+}
+
+std::int64_t DropletPattern::total() const {
+  std::int64_t sum = 0;
+  for (auto c : cells) sum += c;
+  return sum;
+}
+
+int DropletPattern::passes() const {
+  return cells.empty() ? 0 : *std::max_element(cells.begin(), cells.end());
+}
+
+std::int64_t Mask::count() const {
+  return std::count(cells.begin(), cells.end(), std::uint8_t{1});
+}
+
+ErrorStats error_stats(const HeightMap& height, const HeightMap& target, const Mask& mask) {
+  if (height.size() != target.size() || height.size() != mask.size())
+    throw std::invalid_argument("error_stats: height, target and mask differ in size");
+  ErrorStats s;
+  double sum = 0.0, sum_abs = 0.0, sum_sq = 0.0;
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    if (!mask.cells[c]) continue;
+    const double e = height.cells[c] - target.cells[c];
+    if (!std::isfinite(e)) {
+      ++s.missing;
+      continue;
+    }
+    s.min_mm = s.cells ? std::min(s.min_mm, e) : e;
+    s.max_mm = s.cells ? std::max(s.max_mm, e) : e;
+    ++s.cells;
+    sum += e;
+    sum_abs += std::abs(e);
+    sum_sq += e * e;
+  }
+  if (!s.cells) return s;
+  const double n = double(s.cells);
+  s.mean_mm = sum / n;
+  s.mean_abs_mm = sum_abs / n;
+  s.rms_mm = std::sqrt(sum_sq / n);
+  double var = 0.0;  // second pass: no cancellation
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    const double e = height.cells[c] - target.cells[c];
+    if (mask.cells[c] && std::isfinite(e)) var += (e - s.mean_mm) * (e - s.mean_mm);
+  }
+  s.std_mm = std::sqrt(var / n);
+  return s;
+}
+
+HeightMap resample(const HeightMap& from, const GridSpec& to, double outside) {
+  check(to);
+  HeightMap out(to, outside);
+  const GridSpec& f = from.spec;
+  for (int j = 0; j < to.ny; ++j) {
+    const double v = (to.y_mm(j) - f.origin_y_mm) / f.pitch_y_mm;
+    if (v < 0.0 || v > f.ny - 1) continue;
+    const int j0 = std::min(int(v), std::max(0, f.ny - 2));
+    const double b = v - j0;
+    for (int i = 0; i < to.nx; ++i) {
+      const double u = (to.x_mm(i) - f.origin_x_mm) / f.pitch_x_mm;
+      if (u < 0.0 || u > f.nx - 1) continue;
+      const int i0 = std::min(int(u), std::max(0, f.nx - 2));
+      const double a = u - i0;
+      double sum = 0.0;
+      const double w[4] = {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b};
+      for (int q = 0; q < 4; ++q)
+        if (w[q] != 0.0) sum += w[q] * from.at(i0 + (q & 1), j0 + (q >> 1));
+      out.at(i, j) = sum;
+    }
+  }
+  return out;
+}
+
+}  // namespace firn

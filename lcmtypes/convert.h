@@ -1,0 +1,22 @@
+// Messages <-> core types. The only place where lcmtypes meets core.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/grid/grid.h"
+#include "firn/grid_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "firn/layer_plan_t.hpp"
+
+namespace firn {
+
+grid_t to_message(const GridSpec& spec);
+GridSpec from_message(const grid_t& grid);
+
+HeightMap height_of(const height_map_t& map);              ///< NaN where not measured
+void set_height(height_map_t& map, const HeightMap& height);
+DropletPattern drops_of(const layer_plan_t& plan);
+void set_drops(layer_plan_t& plan, const DropletPattern& drops);
+
+}  // namespace firn
