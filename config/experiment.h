@@ -1,0 +1,162 @@
+// One experiment: part, model, controller, lab and plant, as plain structs. Defaults are Lu's ink-jet lab.
+// config/fields.cpp names every field with its unit, range and meaning; parser, resolved dump and
+// docs/configuration.md come from that one table.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/grid/grid.h"
+#include "core/grid/shapes.h"
+
+namespace firn {
+
+struct PartConfig {
+  ShapeSpec shape;                 ///< shape.kind "height_map" takes the image instead
+  std::string image;               ///< PNG, path relative to the experiment file
+  double image_white_mm = 0.4;     ///< height of the brightest grey value
+};
+
+struct ModelConfig {               ///< what the controllers believe [Lu 2015, Table I]
+  double h1_mm = 0.0044;
+  double h2_mm = 0.0006;
+  double h3_mm = 0.0002;
+  std::string border = "lose";     ///< "lose" or "keep"
+};
+
+struct SmfConfig {                 ///< [Barnett, (5.1), (5.2)]
+  double kp = 1.0;
+  double ki_star = 0.33;
+  double kd_star = 0.03;
+  double output_limit = 1.0;       ///< |u'| in layers
+  double integral_limit = 2.0;     ///< in layers
+  int max_drops = 2;               ///< per cell and layer
+};
+
+struct AlphaStep {
+  int from_layer = 1;
+  double alpha = 1.0;
+};
+
+struct MpcConfig {                 ///< [Lu 2015, (8), IV-C]
+  int horizon = 1;
+  std::vector<AlphaStep> alpha = {{1, 1.0}};
+  int subset = 16;                 ///< M, points tried together
+  std::int64_t max_evaluations = 20'000'000;
+  int max_drops = 1;
+  std::uint64_t seed = 1;
+};
+
+struct ControlConfig {
+  std::string scheme = "mpc";      ///< a name of core/control's table
+  int max_layers = 200;            ///< the print stops for the operator beyond this
+  double smoothing = 0.0;          ///< 1 = robust DCT smoothing with automatic parameter, 0 = raw map
+  SmfConfig smf;
+  MpcConfig mpc;
+};
+
+struct ProcessConfig {             ///< how a layer is printed
+  double pass_speed_mm_s = 150.0;
+  double scan_speed_mm_s = 15.0;
+  double park_x_mm = -5.0;         ///< cure and idle pose
+  double park_y_mm = -5.0;
+  double nozzle_gap_mm = 1.0;
+  double exposure_s = 0.5;
+  int iris_percent = 80;
+  int max_rescans = 2;             ///< of one layer when the map is rejected
+  double min_measured_fraction = 0.8;  ///< interlock I13
+};
+
+struct StageConfig {
+  double counts_per_mm = 10000.0;
+  double acceleration_mm_s2 = 5000.0;
+  double max_speed_mm_s = 300.0;
+  double x_min_mm = -50.0, x_max_mm = 150.0;
+  double y_min_mm = -50.0, y_max_mm = 150.0;
+  double z_min_mm = -10.0, z_max_mm = 50.0;
+  int array_limit = 8192;
+  double poll_moving_s = 0.01;
+  double poll_idle_s = 1.0;
+};
+
+struct JetConfig {
+  double dwell_us = 20.0, echo_us = 40.0, rise_us = 3.0, fall_us = 3.0, final_us = 3.0;
+  double idle_v = 0.0, dwell_v = 20.0, echo_v = -20.0;
+  int max_rate_hz = 2000;
+};
+
+struct LaserProfilerConfig {
+  int points = 800;
+  double dx_mm = 0.0;              ///< 0 = chosen so that the line covers the grid
+  double offset_y_mm = 0.0;        ///< line relative to the nozzle
+  double poll_s = 0.004;
+};
+
+struct LampConfig {
+  double max_on_s = 20.0;          ///< interlock I9
+};
+
+struct PlantConfig {
+  std::string model = "droplets";  ///< "droplets" (Firn's own physics) or "lu2015" (the paper's simulation)
+  std::uint64_t seed = 1;
+  double variation = 0.2;          ///< lu2015: upward variation of h1..h3, per droplet and layer
+  double size_std = 0.03;          ///< droplets: relative volume scatter
+  double placement_std_mm = 0.008;
+  double missed_fraction = 0.002;
+  double satellite_fraction = 0.01;
+  double drift = 0.1;              ///< slow relative flow drift over a print
+  double sensor_noise_mm = 0.001;  ///< Lu V-B: 1 um
+  double dropout_fraction = 0.005;
+};
+
+struct BusConfig {
+  double loss = 0.0;               ///< of received datagrams, for fault injection
+  double duplicate = 0.0;
+  double reorder = 0.0;
+  double delay = 0.0;
+  double delay_s = 0.02;           ///< wall time
+  std::uint64_t seed = 0;
+};
+
+struct RunConfig {
+  std::string name = "print";
+  double time_scale = 1.0;         ///< live: node time runs this many times faster than wall time, 1..10
+  double lease_s = 0.3;            ///< wall time
+  double safety_period_s = 0.05;   ///< wall time between leases
+};
+
+struct Experiment {
+  RunConfig run;
+  GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
+  PartConfig part;
+  ModelConfig model;
+  ControlConfig control;
+  ProcessConfig process;
+  StageConfig stage;
+  JetConfig jet;
+  LaserProfilerConfig laser_profiler;
+  LampConfig lamp;
+  PlantConfig plant;
+  BusConfig bus;
+};
+
+/// @throws ConfigError: file, line, key, value, unit and limit; for an unknown key also the nearest known one.
+Experiment parse_experiment(const std::string& toml_text, const std::string& file_name);
+
+/// `overrides`: "a.b=value" as of --set, applied in order after the file. A leading `include = "../labs/x.toml"`
+/// is resolved relative to the file by the caller, who hands in the texts from base to leaf.
+Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
+                            const std::vector<std::string>& overrides);
+
+/// Every field, with its value, in table order: what a run keeps and what nodes are built from.
+/// parse_experiment(dump(e)) == e, and dump is the same bytes for equal experiments.
+std::string dump(const Experiment& experiment);
+
+/// Keys whose values differ, as {key, a, b}.
+struct ConfigDifference {
+  std::string key, a, b;
+};
+std::vector<ConfigDifference> differences(const Experiment& a, const Experiment& b);
+
+}  // namespace firn

@@ -1,0 +1,35 @@
+// The lease of a driver: it may be armed or active only within lease_s of the last ENABLE of the current epoch;
+// commands carry the epoch and an older one is refused. Pure; every driver node holds one.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "runtime/time.h"
+
+namespace firn {
+
+class DeviceGuard {
+ public:
+  /// An ENABLE arrived. Epochs never go back.
+  void enable(std::int64_t epoch, bool enabled, double lease_s, Time now);
+  /// A SAFE_STOP arrived. @returns true if it raises the epoch, i.e. the device must be made safe now.
+  bool safe_stop(std::int64_t epoch);
+  /// A local stop (lost lease, closed control pipe): nothing is allowed until an ENABLE of a newer epoch.
+  void local_stop();
+
+  bool allowed(Time now) const { return enabled_ && now <= lease_until_; }
+  /// Why a command of `epoch` must be refused at `now`; empty = it may run.
+  std::string refusal(std::int64_t epoch, Time now) const;
+
+  std::int64_t epoch() const { return epoch_; }
+  Time lease_until() const { return lease_until_; }
+
+ private:
+  std::int64_t epoch_ = 0;
+  std::int64_t stopped_epoch_ = -1;  ///< enables of this epoch or older are void
+  bool enabled_ = false;
+  Time lease_until_;
+};
+
+}  // namespace firn

@@ -1,0 +1,76 @@
+// A process is a node, and a node is a pure state machine: the same class runs live, in the in-process Lab and in
+// replay, and never knows in which. It never reads a clock, opens a file or starts a thread.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "runtime/outbox.h"
+#include "runtime/time.h"
+
+namespace firn {
+
+struct Start {
+  std::int32_t incarnation = 0;
+  bool resumed() const { return incarnation > 0; }
+};
+
+class Node {
+ public:
+  virtual ~Node() = default;
+
+  /// First event of every incarnation: all processes are ready. A driver connects here.
+  virtual void start(const Start&, Time /*now*/, Outbox&) {}
+  virtual void wake(TimerId, Time /*now*/, Outbox&) {}
+  /// Drivers only: bytes from the instrument at `port`, in any split.
+  virtual void on_io(PortId, std::span<const std::byte>, Time /*now*/, Outbox&) {}
+  /// Drivers only: the port was opened or has closed.
+  virtual void on_link(PortId, LinkState, Time /*now*/, Outbox&) {}
+
+  /// Names of the instrument ports, index = PortId. Empty for all but drivers.
+  virtual std::vector<std::string> ports() const { return {}; }
+
+  /// One subscription: decodes, then calls `on(const Message&, Time, Outbox&)` of the node. Returns false when the
+  /// bytes do not decode.
+  struct Route {
+    std::string_view channel;
+    std::function<bool(std::span<const std::byte>, Time, Outbox&)> deliver;
+  };
+  const std::vector<Route>& routes() const { return routes_; }
+
+ protected:
+  /// In the constructor: `subscribe(channels::kHeightMap, this)`. A node without a matching `on` does not compile.
+  template <class Message, class Self>
+  void subscribe(const Channel<Message>& channel, Self* self) {
+    routes_.push_back({channel.name, [self, message = Message{}](std::span<const std::byte> bytes, Time now, Outbox& out) mutable {
+                         if (message.decode(bytes.data(), 0, int(bytes.size())) != int(bytes.size())) return false;
+                         self->on(static_cast<const Message&>(message), now, out);
+                         return true;
+                       }});
+  }
+
+ private:
+  std::vector<Route> routes_;
+};
+
+/// Inputs of a run by role ("target", "mask", …): the bytes of files under inputs/<sha256>.
+struct Blob {
+  std::string role;
+  std::string sha256;
+  std::vector<std::byte> bytes;
+};
+using Blobs = std::vector<Blob>;
+
+/// @throws std::invalid_argument naming the role if it is missing.
+const Blob& blob(const Blobs& blobs, std::string_view role);
+
+/// Builds a node from the resolved configuration and the run's inputs, live and in replay alike.
+using MakeNode = std::unique_ptr<Node> (*)(const std::string& config_toml, const Blobs& blobs);
+
+}  // namespace firn

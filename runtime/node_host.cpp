@@ -1,0 +1,124 @@
+#include "runtime/node_host.h"
+
+#include <new>
+
+#include "firn/fault_t.hpp"
+
+namespace firn {
+
+const Blob& blob(const Blobs& blobs, std::string_view role) {
+  for (const Blob& b : blobs)
+    if (b.role == role) return b;
+  throw std::invalid_argument("the run has no input '" + std::string(role) + "'");
+}
+
+NodeHost::NodeHost(NodeId id, std::unique_ptr<Node> node, std::int64_t run_id, WalSink* sink)
+    : id_(id), name_(info(id).name), node_(std::move(node)), outbox_(id, run_id), sink_(sink) {
+  for (const Node::Route& r : node_->routes()) {
+    const ChannelInfo* row = find_channel(r.channel);
+    if (!row || !row->nodes_may_read)
+      throw std::logic_error(name_ + " must not read " + std::string(r.channel));
+    routes_[row->name].push_back(&r);
+  }
+}
+
+std::vector<std::string_view> NodeHost::channels() const {
+  std::vector<std::string_view> names;
+  for (const auto& [name, _] : routes_) names.push_back(name);
+  return names;
+}
+
+const Outbox& NodeHost::step(const Event& event) {
+  if (sink_) {
+    scratch_.clear();
+    encode_event(steps_, event, scratch_);
+    sink_->append(WalKind::kEvent, scratch_);
+  }
+  if (busy_) busy_(true);
+  const std::int64_t began = now_ns_ ? now_ns_() : 0;
+  run_handler(event);
+  const std::int64_t took = now_ns_ ? now_ns_() - began : 0;
+  if (busy_) busy_(false);
+  handler_ns_ += took;
+  if (sink_ && !outbox_.empty()) {
+    scratch_.clear();
+    encode_outputs(steps_, took, outbox_, scratch_);
+    sink_->append(WalKind::kOutputs, scratch_);
+    if (outbox_.wants_durable()) sink_->sync();
+  }
+  apply_timers();
+  ++steps_;
+  return outbox_;
+}
+
+const Outbox& NodeHost::replay_step(const Event& event) {
+  run_handler(event);
+  apply_timers();
+  ++steps_;
+  return outbox_;
+}
+
+void NodeHost::run_handler(const Event& e) {
+  if (e.kind == EventKind::kStart) {
+    incarnation_ = e.incarnation;
+    timers_.clear();
+  }
+  if (e.kind == EventKind::kWake) timers_.erase(e.id);
+  outbox_.begin(e.now, incarnation_);
+  switch (e.kind) {
+    case EventKind::kStart:
+      node_->start(Start{e.incarnation}, e.now, outbox_);
+      break;
+    case EventKind::kWake:
+      node_->wake(TimerId(e.id), e.now, outbox_);
+      break;
+    case EventKind::kIo:
+      node_->on_io(PortId(e.id), e.bytes, e.now, outbox_);
+      break;
+    case EventKind::kLink:
+      node_->on_link(PortId(e.id), e.link, e.now, outbox_);
+      break;
+    case EventKind::kMessage: {
+      const auto it = routes_.find(e.channel);
+      if (it == routes_.end()) return;
+      for (const Node::Route* route : it->second)
+        if (!route->deliver(e.bytes, e.now, outbox_)) refuse(e, "does not decode");
+      break;
+    }
+  }
+}
+
+void NodeHost::refuse(const Event& e, const std::string& why) {
+  fault_t fault;
+  fault.severity = 2;
+  fault.code = 0;
+  fault.node = name_;
+  fault.text = std::string(e.channel) + ": " + why;
+  outbox_.send(channels::fault(id_), fault);
+}
+
+void NodeHost::apply_timers() {
+  for (std::size_t n = 0; n < outbox_.size(); ++n) {
+    const Output o = outbox_.at(n);
+    if (o.kind == OutputKind::kArm) timers_[o.id] = o.at;
+    if (o.kind == OutputKind::kCancel) timers_.erase(o.id);
+    if (o.kind == OutputKind::kFinish && !finished_) {
+      finished_ = int(o.id);
+      finish_reason_.assign(reinterpret_cast<const char*>(o.bytes.data()), o.bytes.size());
+    }
+  }
+}
+
+std::optional<NodeHost::Armed> NodeHost::next_timer() const {
+  std::optional<Armed> first;
+  for (const auto& [id, at] : timers_)
+    if (!first || at < first->at) first = Armed{TimerId(id), at};
+  return first;
+}
+
+bool NodeHost::is_armed(TimerId timer, Time at) const {
+  const auto it = timers_.find(std::uint32_t(timer));
+  return it != timers_.end() && it->second == at;
+}
+
+}  // namespace firn
