@@ -40,6 +40,7 @@ constexpr ChannelInfo kShared[] = {
     {"SAFE_STOP", "safe_stop_t", kSafety, kLatest, 0, 1, true, "raises the enable epoch; repeated until all are safe"},
     {"RUN_START", "run_start_t", kLauncher, kReliable, 0, 0, true, "all processes are ready"},
     {"RUN_END", "run_end_t", kScheduler, kReliable, 0, 0, true, "the scheduler has nothing left to do"},
+    {"OPERATOR_COMMAND", "operator_command_t", kLauncher, kReliable, 0, 0, true, "what only a person may decide"},
     {"SIM_TRUTH", "sim_truth_t", kLauncher, kReliable, 0, 0, true, "what the simulated world knows", false},
 };
 

@@ -13,7 +13,7 @@ class height_map_t; class height_profile_t; class scan_done_t; class layer_plan_
 class jet_command_t; class profiler_command_t; class lamp_command_t; class answer_t; class device_state_t;
 class deposition_report_t; class layer_metrics_t; class fault_t; class safe_stop_t; class enable_t;
 class run_start_t; class run_end_t; class config_t; class heartbeat_t; class resend_request_t; class journal_t;
-class preview_t; class sim_truth_t;
+class preview_t; class sim_truth_t; class operator_command_t;
 
 enum class NodeId : std::uint8_t {
   kScheduler, kSurfaceMapper, kController, kStage, kJet, kLaserProfiler, kLamp, kSafety,  // nodes: replayed
@@ -76,6 +76,7 @@ inline constexpr Channel<enable_t> kEnable{"ENABLE"};
 inline constexpr Channel<safe_stop_t> kSafeStop{"SAFE_STOP"};
 inline constexpr Channel<run_start_t> kRunStart{"RUN_START"};
 inline constexpr Channel<run_end_t> kRunEnd{"RUN_END"};
+inline constexpr Channel<operator_command_t> kOperatorCommand{"OPERATOR_COMMAND"};
 inline constexpr Channel<sim_truth_t> kSimTruth{"SIM_TRUTH"};
 
 // One channel per node: ANSWER_STAGE, STATE_JET, FAULT_SAFETY, CONFIG_LAMP, HEARTBEAT_RECORDER, …

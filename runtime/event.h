@@ -11,7 +11,7 @@
 
 namespace firn {
 
-enum class EventKind : std::uint8_t { kStart = 1, kMessage, kWake, kIo, kLink };
+enum class EventKind : std::uint8_t { kStart = 1, kMessage, kWake, kIo, kLink, kLocalStop };
 
 struct Event {
   EventKind kind = EventKind::kStart;
@@ -21,7 +21,8 @@ struct Event {
   std::uint32_t id = 0;                  ///< kWake: TimerId; kIo, kLink: PortId
   Time due;                              ///< kWake: when it was armed for
   LinkState link = LinkState::kClosed;   ///< kLink
-  std::span<const std::byte> bytes;      ///< kMessage: encoded message; kIo: what the instrument sent
+  std::span<const std::byte> bytes;      ///< kMessage: encoded message; kIo: what the instrument sent;
+                                         ///< kLocalStop: the cause
 };
 
 enum class OutputKind : std::uint8_t { kSend = 1, kWrite, kArm, kCancel, kReopen, kFinish };

@@ -33,6 +33,10 @@ class Node {
   /// Drivers only: the port was opened or has closed.
   virtual void on_link(PortId, LinkState, Time /*now*/, Outbox&) {}
 
+  /// This process must become safe on its own (its launcher is gone or said so): a driver makes its instrument
+  /// safe, safety raises the epoch.
+  virtual void local_stop(std::string_view /*cause*/, Time /*now*/, Outbox&) {}
+
   /// Names of the instrument ports, index = PortId. Empty for all but drivers.
   virtual std::vector<std::string> ports() const { return {}; }
 

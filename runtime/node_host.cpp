@@ -78,6 +78,9 @@ void NodeHost::run_handler(const Event& e) {
     case EventKind::kLink:
       node_->on_link(PortId(e.id), e.link, e.now, outbox_);
       break;
+    case EventKind::kLocalStop:
+      node_->local_stop({reinterpret_cast<const char*>(e.bytes.data()), e.bytes.size()}, e.now, outbox_);
+      break;
     case EventKind::kMessage: {
       const auto it = routes_.find(e.channel);
       if (it == routes_.end()) return;

@@ -139,6 +139,9 @@ void encode_event(std::uint64_t step, const Event& e, std::vector<std::byte>& to
       put.number(e.id);
       put.number(std::uint8_t(e.link));
       break;
+    case EventKind::kLocalStop:
+      put.bytes(e.bytes);
+      break;
   }
 }
 
@@ -169,6 +172,9 @@ WalEvent decode_event(std::span<const std::byte> payload) {
     case EventKind::kLink:
       e.id = take.number<std::uint32_t>();
       e.link = take.number<std::uint8_t>() ? LinkState::kOpen : LinkState::kClosed;
+      break;
+    case EventKind::kLocalStop:
+      e.bytes = take.bytes();
       break;
     default:
       throw std::runtime_error("write-ahead record: byte 8: event kind " + std::to_string(kind) + " is not known");
