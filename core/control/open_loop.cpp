@@ -1,0 +1,34 @@
+#include "core/control/open_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace firn::control {
+
+OpenLoop::OpenLoop(const Setup& setup, const ControlOptions& options)
+    : setup_(setup), predict_(setup), layers_of_cell_(setup.grid) {
+  const int fixed = options.open_loop.layers;
+  if (fixed < 0) throw std::invalid_argument("open_loop: layers = " + std::to_string(fixed) + " must not be below 0");
+  const double step_mm = setup.model.layer_height_mm();
+  for (std::size_t c = 0; c < setup.grid.size(); ++c) {
+    if (!setup.mask.cells[c]) continue;
+    layers_of_cell_.cells[c] = fixed > 0 ? fixed : std::int32_t(setup.target.cells[c] / step_mm + 0.5);
+    layers_ = std::max(layers_, int(layers_of_cell_.cells[c]));
+  }
+}
+
+Decision OpenLoop::decide(const Measurement& m) {
+  check(m, setup_);
+  Decision d;
+  d.drops = DropletPattern(setup_.grid);
+  const int layer = m.layer + 1;
+  for (std::size_t c = 0; c < d.drops.size(); ++c) d.drops.cells[c] = layers_of_cell_.cells[c] >= layer;
+  d.kind = layer <= layers_ ? Decision::Kind::kPrint : Decision::Kind::kEnd;
+  d.reason = layer <= layers_ ? "layer " + std::to_string(layer) + " of " + std::to_string(layers_) + " as sliced"
+                              : "all " + std::to_string(layers_) + " sliced layers are printed";
+  predict_.score(d, known_heights(m), 1.0);
+  return d;
+}
+
+}  // namespace firn::control

@@ -1,0 +1,60 @@
+// Options of the feedback schemes: plain values, filled by config/. Each scheme checks its own.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace firn::control {
+
+/// Prints the part as sliced, whatever is measured.
+struct OpenLoopOptions {
+  int layers = 0;  ///< 0: per cell, target / (h1 + 4 h2 + 4 h3) rounded to the nearest; else that many full layers
+};
+
+/// How a wanted height that is no whole number of droplets becomes droplets.
+enum class Rounding : std::uint8_t {
+  kNearest,    ///< cell by cell
+  kDiffusion,  ///< the rest goes on to unvisited neighbours of the mask (Floyd-Steinberg weights, serpentine)
+  kCarry,      ///< the rest is kept for the same cell's next layer
+};
+
+/// Surface-mapping feedback, drop on demand [Barnett, 5.1, 5.2.3].
+struct SmfOptions {
+  double kp = 1.0;
+  double ki_star = 0.33;         ///< K_i* of Eq. (5.2), dimensionless
+  double kd_star = 0.03;         ///< K_d* of Eq. (5.2), dimensionless
+  double output_limit = 1.0;     ///< saturation planes: |U| stays within this many layers (5.2.2)
+  double integral_limit = 2.0;   ///< |Ki* sum E| stays within this many layers (5.2.2)
+  double layer_height_mm = 0.0;  ///< nominal layer dh; 0: h1 + 4 h2 + 4 h3
+  int max_drops = 2;             ///< per cell and layer
+  Rounding rounding = Rounding::kDiffusion;
+};
+
+/// alpha of Eq. (8) from a layer on.
+struct AlphaStep {
+  int from_layer = 1;  ///< 1-based layer to print
+  double alpha = 1.0;
+};
+
+/// Model predictive control with stochastic greedy search [Lu 2015, Eq. (8), IV-C].
+struct MpcOptions {
+  int horizon = 1;                             ///< N
+  std::vector<AlphaStep> alpha = {{1, 1.0}};   ///< ascending from_layer; the first one must be 1
+  int subset = 16;                             ///< M, points per random subset
+  std::int64_t max_evaluations = 20'000'000;   ///< bound on single-droplet changes evaluated per decision
+  int max_drops = 1;                           ///< per cell and layer; more are predicted pass by pass
+  bool start_ones = true;                      ///< initial guesses: all cells (the paper's),
+  bool start_dithered = true;                  ///< and as many droplets as the missing height asks for
+  double min_improvement_mm = 0.0;             ///< end when the best layer betters printing nothing by no more
+};
+
+struct ControlOptions {
+  std::string scheme = "mpc";
+  int max_layers = 0;  ///< stop for the operator when a scheme wants more layers than this; 0: no bound
+  OpenLoopOptions open_loop;
+  SmfOptions smf;
+  MpcOptions mpc;
+};
+
+}  // namespace firn::control

@@ -1,0 +1,37 @@
+#include "core/control/prediction.h"
+
+#include <cmath>
+
+namespace firn::control {
+
+double objective_mm(const HeightMap& height, const HeightMap& target, const Mask& mask, double alpha) {
+  double n = 0.0, sum = 0.0, sum_abs = 0.0;
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    if (!mask.cells[c]) continue;
+    n += 1.0;
+    sum += height.cells[c];
+    sum_abs += std::abs(target.cells[c] - height.cells[c]);
+  }
+  if (n == 0.0) return 0.0;
+  const double mean = sum / n;
+  double square = 0.0;
+  for (std::size_t c = 0; c < height.size(); ++c)
+    if (mask.cells[c]) square += (height.cells[c] - mean) * (height.cells[c] - mean);
+  return alpha * (sum_abs / n) + (1.0 - alpha) * std::sqrt(square / n);
+}
+
+Predictor::Predictor(const Setup& s)
+    : target_(s.target), mask_(s.mask), model_(s.grid, deposition::stencil_of(s.model), s.border) {}
+
+HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops) {
+  HeightMap h = height;
+  model_.deposit(h, drops);
+  return h;
+}
+
+void Predictor::score(Decision& d, const HeightMap& height, double alpha) {
+  d.objective_none_mm = objective_mm(height, target_, mask_, alpha);
+  d.objective_mm = d.drops.passes() ? objective_mm(after(height, d.drops), target_, mask_, alpha) : d.objective_none_mm;
+}
+
+}  // namespace firn::control

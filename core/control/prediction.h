@@ -1,0 +1,27 @@
+// What a controller expects of a layer: its heights by the height-change model, and the objective.
+#pragma once
+
+#include "core/control/controller.h"
+#include "core/deposition/height_change.h"
+
+namespace firn::control {
+
+/// Objective of Eq. (8) [Lu 2015] over the mask: alpha avg|h_d - H| + (1 - alpha) std(H), std about the mean with
+/// divisor n (std of the printed form), two passes in index order. h_d is a matrix (errata).
+double objective_mm(const HeightMap& height, const HeightMap& target, const Mask& mask, double alpha);
+
+/// Forward prediction on a setup's grid.
+class Predictor {
+ public:
+  explicit Predictor(const Setup& setup);
+  HeightMap after(const HeightMap& height, const DropletPattern& drops);  ///< all passes of one layer
+  /// Fills a decision's two objectives for its drops.
+  void score(Decision& decision, const HeightMap& height, double alpha);
+
+ private:
+  HeightMap target_;
+  Mask mask_;
+  deposition::HeightChange<1> model_;
+};
+
+}  // namespace firn::control

@@ -1,0 +1,61 @@
+// The table of feedback schemes.
+#include <stdexcept>
+#include <utility>
+
+#include "core/control/controller.h"
+#include "core/control/open_loop.h"
+
+namespace firn::control {
+namespace {
+
+template <class Controller>
+std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& options) {
+  return std::make_unique<Controller>(setup, options);
+}
+
+constexpr Scheme kSchemes[] = {
+    {"open_loop", "every layer as sliced, whatever is measured", &make<OpenLoop>},
+};
+
+// Stops for the operator at ControlOptions::max_layers.
+class LayerBound final : public LayerController {
+ public:
+  LayerBound(std::unique_ptr<LayerController> inner, GridSpec grid, int max_layers)
+      : inner_(std::move(inner)), grid_(grid), max_layers_(max_layers) {}
+  Decision decide(const Measurement& m) override {
+    Decision d = inner_->decide(m);
+    if (d.kind != Decision::Kind::kPrint || m.layer < max_layers_) return d;
+    d.kind = Decision::Kind::kStop;
+    d.drops = DropletPattern(grid_);
+    d.objective_mm = d.objective_none_mm;
+    d.reason = "the scheme wants a layer beyond max_layers = " + std::to_string(max_layers_);
+    return d;
+  }
+
+ private:
+  std::unique_ptr<LayerController> inner_;
+  GridSpec grid_;
+  int max_layers_;
+};
+
+}  // namespace
+
+std::span<const Scheme> schemes() { return kSchemes; }
+
+std::unique_ptr<LayerController> make_controller(const Setup& setup, const ControlOptions& options) {
+  if (options.max_layers < 0)
+    throw std::invalid_argument("control: max_layers = " + std::to_string(options.max_layers) + " must not be below 0");
+  std::string known;
+  for (const Scheme& s : kSchemes) {
+    if (s.name == options.scheme) {
+      check(setup);
+      auto controller = s.make(setup, options);
+      if (options.max_layers == 0) return controller;
+      return std::make_unique<LayerBound>(std::move(controller), setup.grid, options.max_layers);
+    }
+    known += (known.empty() ? "" : ", ") + std::string(s.name);
+  }
+  throw std::invalid_argument("control: scheme '" + options.scheme + "' is not one of " + known);
+}
+
+}  // namespace firn::control
