@@ -1,0 +1,77 @@
+// Files as the log writers and readers need them: whole writes, errors that name path and byte, mapped bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+struct iovec;
+
+namespace firn::logfile {
+
+/// An operation on a file failed. what() = "<path>: byte <offset>: <what>: <errno text>".
+class FileError : public std::runtime_error {
+ public:
+  FileError(const std::filesystem::path& path, std::uint64_t offset, const std::string& what, int error);
+  bool disk_full() const;  ///< no space, quota used up, or file size limit reached
+  const std::filesystem::path path;
+  const std::uint64_t offset;
+  const int error;
+};
+
+/// An open file descriptor with its path and the position at which the next write goes.
+class File {
+ public:
+  enum class Mode {
+    kCreate,  ///< refuses an existing file
+    kAppend,  ///< opens or creates; the position is the end
+  };
+  /// Takes an exclusive lock, so that two writers of one file are found out. @throws FileError
+  File(const std::filesystem::path& path, Mode mode);
+  ~File();
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  /// All bytes of `parts` at position(), by one writev() unless the kernel takes fewer; `parts` is used up.
+  /// @throws FileError; position() then stands after what was written.
+  void write(std::span<iovec> parts);
+  void truncate(std::uint64_t size);  ///< and moves the position there. @throws FileError
+  void sync();                        ///< fdatasync, the first time of a new file its folder too. @throws FileError
+  void close();                       ///< @throws FileError
+  std::uint64_t position() const { return position_; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  int fd_ = -1;
+  std::uint64_t position_ = 0;
+  bool folder_synced_ = false;
+};
+
+/// The bytes of a file, read only. The mapping shows the size at opening; a file that others cut meanwhile must not
+/// be read on.
+class MappedFile {
+ public:
+  explicit MappedFile(const std::filesystem::path& path);  ///< @throws FileError
+  ~MappedFile();
+  MappedFile(MappedFile&& other) noexcept;
+  MappedFile& operator=(MappedFile&& other) noexcept;
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+
+  std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+/// Copies bytes [from, size) of the file to "<path>.torn-<n>" (first free n), synced. @returns its path.
+std::filesystem::path save_torn_tail(const std::filesystem::path& path, std::span<const std::byte> tail);
+
+/// fsync of a folder, so that a new or renamed file in it survives a power cut. @throws FileError
+void sync_folder(const std::filesystem::path& folder);
+
+}  // namespace firn::logfile
