@@ -1,0 +1,201 @@
+// What the scheduler sends when it enters a phase, and what it reports.
+#include <algorithm>
+#include <cmath>
+
+#include "firn/jet_command_t.hpp"
+#include "firn/lamp_command_t.hpp"
+#include "firn/profiler_command_t.hpp"
+#include "firn/stage_command_t.hpp"
+#include "lcmtypes/convert.h"
+#include "procs/scheduler/node.h"
+#include "procs/scheduler/timers.h"
+
+namespace firn {
+namespace {
+
+// Twice as long as it should take, plus this much wall time for links and a loaded machine.
+constexpr double kSlackWall_s = 20.0;
+
+double extent_mm(int n, double pitch_mm) { return (n + 1) * pitch_mm; }
+
+}  // namespace
+
+template <class Command>
+void Scheduler::stamp(Command& c, NodeId driver, double allowed_s, Time now, Outbox& out) {
+  c.command_id = ++last_command_id_;
+  c.enable_epoch = epoch_;
+  c.layer = job_.finished() ? layers_done_ : job_.layer();
+  pending_ = Pending{c.command_id, driver};
+  out.wake_at(kDeadline, now.after_s(2.0 * allowed_s + kSlackWall_s * experiment_.run.time_scale));
+}
+
+void Scheduler::proceed(Phase next, Time now, Outbox& out) {
+  count_phase_time(now);
+  if (next == Phase::kArmJet && job_.finished()) {
+    if (layers_done_ != job_.layer()) {
+      layers_done_ = job_.layer();
+      scan_attempt_ = 0;
+    }
+    next = Phase::kArmProfiler;
+  }
+  phase_ = next;
+  switch (next) {
+    case Phase::kHoming: {
+      stage_command_t c{};
+      c.verb = std::int8_t(StageVerb::kHome);
+      stamp(c, NodeId::kStage, 30.0, now, out);
+      return out.send(channels::kStageCommand, c);
+    }
+    case Phase::kArmProfiler: return send_profiler(ProfilerVerb::kArm, now, out);
+    case Phase::kScan: return send_scan(now, out);
+    case Phase::kEndScan: return send_profiler(ProfilerVerb::kEnd, now, out);
+    case Phase::kAwaitMap:
+      out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment_.run.time_scale));
+      return act_on_map(now, out);
+    case Phase::kAwaitPlan:
+      out.wake_at(kDeadline, now.after_s(info(NodeId::kController).longest_step_s * 2.0 * experiment_.run.time_scale));
+      if (waits_for_operator()) out.wake_at(kOperator, now.after_s(2.0 * experiment_.run.time_scale));
+      return act_on_plan(now, out);
+    case Phase::kArmJet: return send_jet(JetVerb::kArm, now, out);
+    case Phase::kPass: return send_pass(now, out);
+    case Phase::kDisarmJet: return send_jet(JetVerb::kDisarm, now, out);
+    case Phase::kPark: return send_park(now, out);
+    case Phase::kCure: return send_exposure(now, out);
+    case Phase::kGetReady:
+    case Phase::kStopped:
+    case Phase::kOver: return;
+  }
+}
+
+void Scheduler::send_pass(Time now, Outbox& out) {
+  const DropletPattern& drops = job_.drops();
+  stage_command_t c{};
+  c.verb = std::int8_t(StageVerb::kPass);
+  c.attempt = job_.attempt();
+  c.pass = job_.pass();
+  c.speed_mm_s = experiment_.process.pass_speed_mm_s;
+  c.z_mm = experiment_.process.nozzle_gap_mm;
+  c.grid = to_message(drops.spec);
+  c.n = std::int32_t(drops.size());
+  c.drops.assign(drops.cells.begin(), drops.cells.end());
+  const double row_s = extent_mm(drops.spec.nx, drops.spec.pitch_x_mm) / c.speed_mm_s + 1.0;
+  stamp(c, NodeId::kStage, drops.spec.ny * row_s, now, out);
+  out.send(channels::kStageCommand, c);
+}
+
+void Scheduler::send_park(Time now, Outbox& out) {
+  stage_command_t c{};
+  c.verb = std::int8_t(StageVerb::kMove);
+  c.x_mm = experiment_.process.park_x_mm;
+  c.y_mm = experiment_.process.park_y_mm;
+  c.z_mm = experiment_.process.nozzle_gap_mm;
+  c.speed_mm_s = experiment_.process.pass_speed_mm_s;
+  stamp(c, NodeId::kStage, 10.0, now, out);
+  out.send(channels::kStageCommand, c);
+}
+
+void Scheduler::send_scan(Time now, Outbox& out) {
+  const GridSpec& g = experiment_.grid;
+  stage_command_t c{};
+  c.verb = std::int8_t(StageVerb::kScan);
+  c.attempt = scan_attempt_;
+  c.scan_id = scan_id_;
+  c.rows = g.ny;
+  c.x_mm = 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1));  // the line's middle
+  c.y_mm = g.y_mm(0);
+  c.z_mm = experiment_.process.nozzle_gap_mm;
+  c.speed_mm_s = experiment_.process.scan_speed_mm_s;
+  c.grid = to_message(g);
+  stamp(c, NodeId::kStage, extent_mm(g.ny, g.pitch_y_mm) / c.speed_mm_s + 10.0, now, out);
+  out.send(channels::kStageCommand, c);
+}
+
+void Scheduler::send_jet(JetVerb verb, Time now, Outbox& out) {
+  jet_command_t c{};
+  c.verb = std::int8_t(verb);
+  c.attempt = job_.attempt();
+  c.pass = job_.pass();
+  c.expected = job_.remaining();
+  stamp(c, NodeId::kJet, 10.0, now, out);
+  out.send(channels::kJetCommand, c);
+}
+
+void Scheduler::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
+  if (verb == ProfilerVerb::kArm) ++scan_id_;
+  profiler_command_t c{};
+  c.verb = std::int8_t(verb);
+  c.attempt = scan_attempt_;
+  c.scan_id = scan_id_;
+  c.rows = experiment_.grid.ny;
+  c.y0_mm = experiment_.grid.y_mm(0);
+  c.pitch_y_mm = experiment_.grid.pitch_y_mm;
+  stamp(c, NodeId::kLaserProfiler, 10.0, now, out);
+  out.send(channels::kProfilerCommand, c);
+}
+
+void Scheduler::send_exposure(Time now, Outbox& out) {
+  lamp_command_t c{};
+  c.verb = std::int8_t(LampVerb::kExpose);
+  c.attempt = job_.attempt();
+  c.exposure_s = experiment_.process.exposure_s;
+  c.iris_percent = experiment_.process.iris_percent;
+  stamp(c, NodeId::kLamp, c.exposure_s + 10.0, now, out);
+  out.send(channels::kLampCommand, c);
+}
+
+void Scheduler::count_phase_time(Time now) {
+  const double s = seconds_between(phase_since_, now);
+  phase_since_ = now;
+  switch (phase_) {
+    case Phase::kArmProfiler:
+    case Phase::kScan:
+    case Phase::kEndScan:
+    case Phase::kAwaitMap: scan_s_ += s; return;
+    case Phase::kAwaitPlan: decide_s_ += s; return;
+    case Phase::kArmJet:
+    case Phase::kPass:
+    case Phase::kDisarmJet: deposit_s_ += s; return;
+    case Phase::kPark:
+    case Phase::kCure: cure_s_ += s; return;
+    default: return;
+  }
+}
+
+void Scheduler::publish_metrics(const height_map_t& map, Outbox& out) {
+  const HeightMap height = height_of(map);
+  const ErrorStats e = error_stats(height, target_, mask_);
+  double target_sum = 0.0, height_sum = 0.0;
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    if (!mask_.cells[c] || !std::isfinite(height.cells[c])) continue;
+    target_sum += target_.cells[c];
+    height_sum += height.cells[c];
+  }
+  const double n = double(std::max<std::int64_t>(1, e.cells));
+  layer_metrics_t m{};
+  m.layer = map.layer;
+  m.attempt = map.attempt;
+  m.map_id = map.map_id;
+  m.target_mean_mm = target_sum / n;
+  m.mean_height_mm = height_sum / n;
+  m.mean_error_mm = e.mean_mm;
+  m.rms_mm = e.rms_mm;
+  m.std_mm = e.std_mm;
+  m.min_error_mm = e.min_mm;
+  m.max_error_mm = e.max_mm;
+  m.volume_mm3 = height_sum * experiment_.grid.pitch_x_mm * experiment_.grid.pitch_y_mm;
+  m.drops = map.layer > 0 ? job_.fired() : 0;
+  m.drops_total = drops_total_;
+  m.objective_mm = objective_mm_;
+  m.iterations = iterations_;
+  m.deposit_s = deposit_s_;
+  m.cure_s = cure_s_;
+  m.scan_s = scan_s_;
+  m.decide_s = decide_s_;
+  // What one layer has added so far tells how many the target needs; before the first, the nominal layer does.
+  const ModelConfig& h = experiment_.model;
+  const double per_layer = map.layer > 0 && m.mean_height_mm > 0 ? m.mean_height_mm / map.layer : h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm;
+  m.layers_expected = std::int32_t(std::min(1e6, std::ceil(m.target_mean_mm / per_layer)));
+  out.send(channels::kLayerMetrics, m);
+}
+
+}  // namespace firn
