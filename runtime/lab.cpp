@@ -1,0 +1,136 @@
+#include "runtime/lab.h"
+
+#include <algorithm>
+
+namespace firn {
+
+void Lab::add(NodeHost* host) {
+  const int node = int(hosts_.size());
+  hosts_.push_back(host);
+  std::uint32_t port = 0;
+  for (std::string& name : host->ports()) ports_.push_back({std::move(name), node, port++});
+}
+
+void Lab::start(std::int32_t incarnation, Time now) {
+  now_ = now;
+  Event e;
+  e.kind = EventKind::kStart;
+  e.now = now;
+  e.incarnation = incarnation;
+  for (int n = 0; n < int(hosts_.size()); ++n) dispatch(n, e);
+  for (const PortOwner& p : ports_) {
+    world_->connect(p.name, now);
+    push({now, p.node, 0, EventKind::kLink, p.port, LinkState::kOpen, {}, nullptr});
+  }
+}
+
+void Lab::publish(std::string_view channel, std::span<const std::byte> bytes) { deliver(channel, bytes); }
+
+Lab::End Lab::run(std::span<const NodeId> must_finish, Time limit) {
+  const auto finished = [&] {
+    return std::all_of(must_finish.begin(), must_finish.end(), [&](NodeId id) {
+      return std::any_of(hosts_.begin(), hosts_.end(), [&](NodeHost* h) { return h->id() == id && h->finished(); });
+    });
+  };
+  while (!finished())
+    if (!step(limit)) return now_ >= limit ? End::kTimeLimit : End::kIdle;
+  return End::kFinished;
+}
+
+bool Lab::step(Time limit) {
+  // Nature first: what an instrument sends at time t is there for a node that wakes at t.
+  const Time world = world_ ? world_->next_event() : Time::never();
+  int timer_node = -1;
+  NodeHost::Armed timer{};
+  for (int n = 0; n < int(hosts_.size()); ++n)
+    if (const auto armed = hosts_[std::size_t(n)]->next_timer(); armed && (timer_node < 0 || armed->at < timer.at)) {
+      timer_node = n;
+      timer = *armed;
+    }
+  Time next = world;
+  if (!queue_.empty()) next = std::min(next, queue_.top().at);
+  if (timer_node >= 0) next = std::min(next, std::max(timer.at, now_));
+  if (next == Time::never()) return false;
+  if (next > limit) {
+    now_ = limit;
+    return false;
+  }
+  now_ = std::max(now_, next);
+  if (world <= now_) {
+    run_world();
+    return true;
+  }
+  const bool queue_due = !queue_.empty() && queue_.top().at <= now_;
+  if (queue_due && (timer_node < 0 || timer.at > now_ || queue_.top().node <= timer_node)) {
+    const Pending p = queue_.top();
+    queue_.pop();
+    Event e;
+    e.kind = p.kind;
+    e.now = now_;
+    e.channel = p.channel;
+    e.id = p.port;
+    e.link = p.link;
+    if (p.bytes) e.bytes = *p.bytes;
+    dispatch(p.node, e);
+  } else {
+    Event e;
+    e.kind = EventKind::kWake;
+    e.now = now_;
+    e.id = std::uint32_t(timer.timer);
+    e.due = timer.at;
+    dispatch(timer_node, e);
+  }
+  return true;
+}
+
+void Lab::dispatch(int node, const Event& event) {
+  ++steps_;
+  carry_out(node, hosts_[std::size_t(node)]->step(event));
+}
+
+void Lab::carry_out(int node, const Outbox& outbox) {
+  for (std::size_t n = 0; n < outbox.size(); ++n) {
+    const Output o = outbox.at(n);
+    if (o.kind == OutputKind::kSend) {
+      deliver(o.channel, o.bytes);
+    } else if (o.kind == OutputKind::kWrite || o.kind == OutputKind::kReopen) {
+      const auto port = std::find_if(ports_.begin(), ports_.end(),
+                                     [&](const PortOwner& p) { return p.node == node && p.port == o.id; });
+      if (port == ports_.end()) continue;
+      if (o.kind == OutputKind::kWrite) {
+        world_->receive(port->name, o.bytes, now_);
+      } else {
+        world_->disconnect(port->name, now_);
+        push({now_, node, 0, EventKind::kLink, o.id, LinkState::kClosed, {}, nullptr});
+        world_->connect(port->name, now_);
+        push({now_, node, 0, EventKind::kLink, o.id, LinkState::kOpen, {}, nullptr});
+      }
+    }
+  }
+}
+
+void Lab::deliver(std::string_view channel, std::span<const std::byte> bytes) {
+  if (tap_) tap_(channel, bytes, now_);
+  std::shared_ptr<const std::vector<std::byte>> shared;
+  for (int n = 0; n < int(hosts_.size()); ++n) {
+    if (!hosts_[std::size_t(n)]->subscribes(channel)) continue;
+    if (!shared) shared = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
+    push({now_, n, 0, EventKind::kMessage, 0, LinkState::kClosed, find_channel(channel)->name, shared});
+  }
+}
+
+void Lab::push(Pending p) {
+  p.seq = ++seq_;
+  queue_.push(std::move(p));
+}
+
+void Lab::run_world() {
+  world_->advance(now_, [&](std::string_view port, std::span<const std::byte> bytes, Time at) {
+    for (const PortOwner& p : ports_)
+      if (p.name == port)
+        push({std::max(at, now_), p.node, 0, EventKind::kIo, p.port, LinkState::kOpen, {},
+              std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end())});
+  });
+}
+
+}  // namespace firn
