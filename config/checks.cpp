@@ -1,0 +1,162 @@
+#include "config/checks.h"
+
+#include <algorithm>
+#include <initializer_list>
+
+#include "config/error.h"
+#include "config/fields.h"
+
+namespace firn {
+namespace {
+
+class Rules {
+ public:
+  Rules(const Experiment& experiment, const Origins& origins, const std::string& file)
+      : experiment_(experiment), table_(fields(experiment_)), origins_(origins), file_(file) {}
+
+  Experiment& experiment() { return experiment_; }
+
+  std::string value(const std::string& key) const {
+    const auto f = std::find_if(table_.begin(), table_.end(), [&](const Field& field) { return field.key == key; });
+    return value_text(*f) + (f->unit.empty() ? "" : " " + std::string(f->unit));
+  }
+
+  /// `keys`: the first is named; its origin, or that of the first one set at all, is the place.
+  void require(bool ok, std::initializer_list<const char*> keys, const std::string& problem) const {
+    if (ok) return;
+    Origin place{file_, 0};
+    for (const char* key : keys)
+      if (const auto o = origins_.find(key); o != origins_.end()) {
+        place = o->second;
+        break;
+      }
+    const std::string key = *keys.begin();
+    throw ConfigError(place.file, place.line, key, key + " = " + value(key) + ": " + problem);
+  }
+
+  void at_most(const char* key, double actual, const char* limit_key, double limit) const {
+    require(actual <= limit, {key, limit_key}, std::string("must not exceed ") + limit_key + " = " + value(limit_key));
+  }
+
+ private:
+  Experiment experiment_;
+  std::vector<Field> table_;
+  const Origins& origins_;
+  std::string file_;
+};
+
+std::string mm(double value) {
+  std::string text = std::to_string(value);
+  return text.substr(0, text.find('.') + 4) + " mm";
+}
+
+void check_run(Rules& r) {
+  const Experiment& e = r.experiment();
+  const std::string& name = e.run.name;
+  const bool plain = !name.empty() && name.size() <= 100 && name[0] != '.' &&
+                     std::all_of(name.begin(), name.end(), [](unsigned char c) {
+                       return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                              c == '.' || c == '_' || c == '-';
+                     });
+  r.require(plain, {"run.name"}, "must be 1 to 100 letters, digits, '_', '-' or '.', and not begin with '.'");
+  r.require(2.0 * e.run.safety_period_s <= e.run.lease_s, {"run.safety_period_s", "run.lease_s"},
+            "must be at most half of run.lease_s = " + r.value("run.lease_s") + ", so that one lost lease stops nothing");
+}
+
+void check_extent(Rules& r, const char* key, double size_mm, double limit_mm, const char* pitch_key) {
+  r.require(size_mm <= limit_mm * (1.0 + 1e-9), {key, pitch_key, "part.shape"},
+            "the part does not fit the grid, which is " + mm(limit_mm) + " wide there");
+}
+
+void check_part(Rules& r) {
+  const Experiment& e = r.experiment();
+  const ShapeSpec& s = e.part.shape;
+  const bool from_image = s.kind == "height_map";
+  r.require(from_image == !e.part.image.empty(), {"part.image", "part.shape"},
+            from_image ? "part.shape \"height_map\" needs a PNG" : "only part.shape \"height_map\" takes a PNG");
+  if (from_image) return;
+  const double x_mm = e.grid.nx * e.grid.pitch_x_mm, y_mm = e.grid.ny * e.grid.pitch_y_mm;
+  if (s.kind == "cuboid" || s.kind == "wedge") {
+    r.require(s.width_mm > 0.0, {"part.width_mm", "part.shape"}, "must be above 0 mm for a " + s.kind);
+    r.require(s.depth_mm > 0.0, {"part.depth_mm", "part.shape"}, "must be above 0 mm for a " + s.kind);
+    check_extent(r, "part.width_mm", s.width_mm, x_mm, "grid.pitch_x_mm");
+    check_extent(r, "part.depth_mm", s.depth_mm, y_mm, "grid.pitch_y_mm");
+  } else {
+    r.require(s.diameter_mm > 0.0, {"part.diameter_mm", "part.shape"}, "must be above 0 mm for a " + s.kind);
+    check_extent(r, "part.diameter_mm", s.diameter_mm, std::min(x_mm, y_mm), "grid.pitch_x_mm");
+  }
+  if (s.kind == "pipe")
+    r.require(s.inner_diameter_mm > 0.0 && s.inner_diameter_mm < s.diameter_mm, {"part.inner_diameter_mm", "part.diameter_mm"},
+              "must lie between 0 and part.diameter_mm = " + r.value("part.diameter_mm"));
+  if (s.kind == "wedge" || s.kind == "cone") r.at_most("part.low_height_mm", s.low_height_mm, "part.height_mm", s.height_mm);
+}
+
+void check_model(Rules& r) {
+  const ModelConfig& m = r.experiment().model;
+  r.at_most("model.h2_mm", m.h2_mm, "model.h1_mm", m.h1_mm);
+  r.at_most("model.h3_mm", m.h3_mm, "model.h1_mm", m.h1_mm);
+}
+
+void check_axis(Rules& r, double low_mm, double high_mm, const char* what, std::initializer_list<const char*> keys,
+                const char* min_key, double min_mm, const char* max_key, double max_mm) {
+  r.require(low_mm >= min_mm && high_mm <= max_mm, keys,
+            std::string(what) + " needs " + mm(low_mm) + " to " + mm(high_mm) + ", outside " + min_key + " = " +
+                r.value(min_key) + " to " + max_key + " = " + r.value(max_key));
+}
+
+void check_stage(Rules& r) {
+  const Experiment& e = r.experiment();
+  const StageConfig& s = e.stage;
+  const ProcessConfig& p = e.process;
+  const auto ordered = [&](const char* low, double a, const char* high, double b) {
+    r.require(a < b, {low, high}, std::string("must be below ") + high + " = " + r.value(high));
+  };
+  ordered("stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
+  ordered("stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
+  ordered("stage.z_min_mm", s.z_min_mm, "stage.z_max_mm", s.z_max_mm);
+  r.at_most("process.pass_speed_mm_s", p.pass_speed_mm_s, "stage.max_speed_mm_s", s.max_speed_mm_s);
+  r.at_most("process.scan_speed_mm_s", p.scan_speed_mm_s, "stage.max_speed_mm_s", s.max_speed_mm_s);
+  r.at_most("grid.nx", e.grid.nx, "stage.array_limit", s.array_limit);
+
+  // A row is run up to its speed outside the part: v^2 / 2a on either side, and one pitch for the arming point.
+  const double run_x_mm = p.pass_speed_mm_s * p.pass_speed_mm_s / (2.0 * s.acceleration_mm_s2) + e.grid.pitch_x_mm;
+  const double run_y_mm = p.scan_speed_mm_s * p.scan_speed_mm_s / (2.0 * s.acceleration_mm_s2) + e.grid.pitch_y_mm;
+  const double offset_mm = e.laser_profiler.offset_y_mm;
+  check_axis(r, e.grid.x_mm(0) - run_x_mm, e.grid.x_mm(e.grid.nx - 1) + run_x_mm, "the grid with its run-up",
+             {"grid.origin_x_mm", "grid.nx", "grid.pitch_x_mm", "stage.x_min_mm", "stage.x_max_mm"}, "stage.x_min_mm",
+             s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
+  check_axis(r, e.grid.y_mm(0) - run_y_mm + std::min(0.0, -offset_mm),
+             e.grid.y_mm(e.grid.ny - 1) + run_y_mm + std::max(0.0, -offset_mm), "the grid with its run-up and scan",
+             {"grid.origin_y_mm", "grid.ny", "grid.pitch_y_mm", "laser_profiler.offset_y_mm", "stage.y_min_mm", "stage.y_max_mm"},
+             "stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
+  check_axis(r, p.park_x_mm, p.park_x_mm, "parking", {"process.park_x_mm", "stage.x_min_mm", "stage.x_max_mm"},
+             "stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
+  check_axis(r, p.park_y_mm, p.park_y_mm, "parking", {"process.park_y_mm", "stage.y_min_mm", "stage.y_max_mm"},
+             "stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
+}
+
+void check_instruments(Rules& r) {
+  const Experiment& e = r.experiment();
+  r.require(e.process.pass_speed_mm_s / e.grid.pitch_x_mm <= e.jet.max_rate_hz,
+            {"process.pass_speed_mm_s", "grid.pitch_x_mm", "jet.max_rate_hz"},
+            "fires faster than jet.max_rate_hz = " + r.value("jet.max_rate_hz") + " at grid.pitch_x_mm = " + r.value("grid.pitch_x_mm"));
+  r.at_most("process.exposure_s", e.process.exposure_s, "lamp.max_on_s", e.lamp.max_on_s);
+  const LaserProfilerConfig& l = e.laser_profiler;
+  const double width_mm = (e.grid.nx - 1) * e.grid.pitch_x_mm;
+  r.require(l.dx_mm == 0.0 || l.dx_mm * (l.points - 1) >= width_mm * (1.0 - 1e-9),
+            {"laser_profiler.dx_mm", "laser_profiler.points", "grid.nx", "grid.pitch_x_mm"},
+            "a line of laser_profiler.points = " + r.value("laser_profiler.points") + " does not cover the grid of " + mm(width_mm));
+}
+
+}  // namespace
+
+void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file) {
+  Rules rules(experiment, origins, file);
+  check_run(rules);
+  check_part(rules);
+  check_model(rules);
+  check_stage(rules);
+  check_instruments(rules);
+}
+
+}  // namespace firn

@@ -1,0 +1,51 @@
+#include "config/fields.h"
+#include "config/markdown.h"
+
+namespace firn {
+
+std::string dump(const Experiment& experiment) {
+  Experiment copy = experiment;
+  std::string out;
+  std::string_view section;
+  for (const Field& f : fields(copy)) {
+    if (f.section() != section) {
+      section = f.section();
+      out += (out.empty() ? "[" : "\n[") + std::string(section) + "]\n";
+    }
+    out += std::string(f.name()) + " = " + value_text(f) + "\n";
+  }
+  return out;
+}
+
+std::vector<ConfigDifference> differences(const Experiment& a, const Experiment& b) {
+  Experiment copy_a = a, copy_b = b;
+  const std::vector<Field> fields_a = fields(copy_a), fields_b = fields(copy_b);
+  std::vector<ConfigDifference> out;
+  for (std::size_t n = 0; n < fields_a.size(); ++n) {
+    const std::string text_a = value_text(fields_a[n]), text_b = value_text(fields_b[n]);
+    if (text_a != text_b) out.push_back({std::string(fields_a[n].key), text_a, text_b});
+  }
+  return out;
+}
+
+std::string configuration_markdown() {
+  Experiment defaults;
+  std::string out =
+      "# Configuration\n\n"
+      "Written by `firn config docs`; do not edit by hand. An experiment is a TOML file; every key has the default\n"
+      "shown here. `include = \"../labs/inkjet-lu2015.toml\"` takes a lab's keys first. `--set a.b=value` comes last.\n"
+      "`firn config check FILE` names the file, line, key and limit of a mistake; `firn config dump FILE` writes every\n"
+      "key with its resolved value, which is what a run keeps.\n";
+  std::string_view section;
+  for (const Field& f : fields(defaults)) {
+    if (f.section() != section) {
+      section = f.section();
+      out += "\n## [" + std::string(section) + "]\n\n| key | default | unit | allowed | meaning |\n|---|---|---|---|---|\n";
+    }
+    out += "| `" + std::string(f.name()) + "` | `" + value_text(f) + "` | " + std::string(f.unit) + " | " +
+           limits_text(f) + " | " + std::string(f.meaning) + " |\n";
+  }
+  return out;
+}
+
+}  // namespace firn

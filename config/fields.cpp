@@ -1,0 +1,158 @@
+#include "config/fields.h"
+
+namespace firn {
+namespace {
+
+constexpr double kLong = 9e18;      // below 2^63: what a TOML integer can hold
+constexpr double kMaxLayers = 1e6;
+
+Limits text() { return {}; }
+Limits within(double lo, double hi) { return {lo, hi, false, {}}; }
+Limits above(double lo, double hi) { return {lo, hi, true, {}}; }
+Limits one_of(std::vector<std::string_view> choices) {
+  Limits l;
+  l.choices = std::move(choices);
+  return l;
+}
+
+Limits shapes() {
+  std::vector<std::string_view> all(shape_kinds().begin(), shape_kinds().end());
+  all.push_back("height_map");
+  return one_of(all);
+}
+
+using Table = std::vector<Field>;
+
+void add(Table& t, Table rows) { t.insert(t.end(), rows.begin(), rows.end()); }
+
+Table part_fields(Experiment& e) {
+  ShapeSpec& s = e.part.shape;
+  return {
+      {"grid.nx", &e.grid.nx, "", within(1, kMaxGridSide), "cells along x"},
+      {"grid.ny", &e.grid.ny, "", within(1, kMaxGridSide), "cells along y"},
+      {"grid.pitch_x_mm", &e.grid.pitch_x_mm, "mm", above(0, 100), "distance of cells along x [Lu 2015, Table I]"},
+      {"grid.pitch_y_mm", &e.grid.pitch_y_mm, "mm", above(0, 100), "distance of cells along y"},
+      {"grid.origin_x_mm", &e.grid.origin_x_mm, "mm", within(-1e4, 1e4), "stage position of the centre of cell (0, 0)"},
+      {"grid.origin_y_mm", &e.grid.origin_y_mm, "mm", within(-1e4, 1e4), "the same along y"},
+      {"part.shape", &s.kind, "", shapes(), "outline and height; height_map takes them from part.image"},
+      {"part.image", &e.part.image, "", text(), "grey PNG, path relative to the experiment file; black = no part"},
+      {"part.image_white_mm", &e.part.image_white_mm, "mm", above(0, 1000), "height of the brightest grey value"},
+      {"part.height_mm", &s.height_mm, "mm", above(0, 1000), "height of the part (wedge: of its high end)"},
+      {"part.diameter_mm", &s.diameter_mm, "mm", within(0, 1e4), "cylinder, pipe, cone, dome: (outer) diameter"},
+      {"part.inner_diameter_mm", &s.inner_diameter_mm, "mm", within(0, 1e4), "pipe: inner diameter"},
+      {"part.width_mm", &s.width_mm, "mm", within(0, 1e4), "cuboid, wedge: size along x"},
+      {"part.depth_mm", &s.depth_mm, "mm", within(0, 1e4), "cuboid, wedge: size along y"},
+      {"part.low_height_mm", &s.low_height_mm, "mm", within(0, 1000), "wedge: height of its low end; cone: of its rim"},
+  };
+}
+
+Table control_fields(Experiment& e) {
+  SmfConfig& s = e.control.smf;
+  MpcConfig& m = e.control.mpc;
+  return {
+      {"model.h1_mm", &e.model.h1_mm, "mm", above(0, 10), "height under a droplet [Lu 2015, Table I]"},
+      {"model.h2_mm", &e.model.h2_mm, "mm", within(0, 10), "height beside a droplet, per edge"},
+      {"model.h3_mm", &e.model.h3_mm, "mm", within(0, 10), "height beside a droplet, per corner"},
+      {"model.border", &e.model.border, "", one_of({"lose", "keep"}), "the grid's edge: droplets flow over it, or a wall holds them"},
+      {"control.scheme", &e.control.scheme, "", one_of({"open_loop", "smf", "mpc"}), "who decides the next layer"},
+      {"control.max_layers", &e.control.max_layers, "", within(1, kMaxLayers), "the print stops for the operator beyond this"},
+      {"control.smoothing", &e.control.smoothing, "", within(0, 1), "1 = robust DCT smoothing of the map [Garcia 2010], 0 = raw map"},
+      {"control.smf.kp", &s.kp, "", within(0, 10), "proportional gain [Barnett, (5.1)]"},
+      {"control.smf.ki_star", &s.ki_star, "", within(0, 10), "integral gain, adjusted by (5.2)"},
+      {"control.smf.kd_star", &s.kd_star, "", within(0, 10), "derivative gain, adjusted by (5.2)"},
+      {"control.smf.output_limit", &s.output_limit, "layers", above(0, 255), "bound of the output u', either sign"},
+      {"control.smf.integral_limit", &s.integral_limit, "layers", within(0, 1000), "bound of the integral part (anti-windup)"},
+      {"control.smf.max_drops", &s.max_drops, "", within(1, 255), "droplets per cell and layer"},
+      {"control.mpc.horizon", &m.horizon, "layers", within(1, 20), "N of [Lu 2015, (8)]"},
+      {"control.mpc.alpha", &m.alpha, "", within(0, 1), "weight of the mean error against the roughness in (8); a number, or [{from_layer = 1, alpha = 1.0}, ...]"},
+      {"control.mpc.subset", &m.subset, "cells", within(1, 4096), "M: points tried together in the greedy search [Lu 2015, IV-C]"},
+      {"control.mpc.max_evaluations", &m.max_evaluations, "", within(1, 1e12), "bound of the work per decision"},
+      {"control.mpc.max_drops", &m.max_drops, "", within(1, 255), "droplets per cell and layer"},
+      {"control.mpc.seed", &m.seed, "", within(0, kLong), "of the search's random order"},
+  };
+}
+
+Table lab_fields(Experiment& e) {
+  ProcessConfig& p = e.process;
+  StageConfig& s = e.stage;
+  JetConfig& j = e.jet;
+  LaserProfilerConfig& l = e.laser_profiler;
+  return {
+      {"process.pass_speed_mm_s", &p.pass_speed_mm_s, "mm/s", above(0, 1e4), "stage speed while the jet fires"},
+      {"process.scan_speed_mm_s", &p.scan_speed_mm_s, "mm/s", above(0, 1e4), "stage speed while the profiler measures"},
+      {"process.park_x_mm", &p.park_x_mm, "mm", within(-1e4, 1e4), "cure and idle pose"},
+      {"process.park_y_mm", &p.park_y_mm, "mm", within(-1e4, 1e4), "cure and idle pose"},
+      {"process.nozzle_gap_mm", &p.nozzle_gap_mm, "mm", above(0, 100), "nozzle above the nominal surface"},
+      {"process.exposure_s", &p.exposure_s, "s", within(0, 3600), "UV exposure per layer"},
+      {"process.iris_percent", &p.iris_percent, "%", within(1, 100), "opening of the lamp's iris"},
+      {"process.max_rescans", &p.max_rescans, "", within(0, 100), "scans of one layer repeated when its map is rejected"},
+      {"process.min_measured_fraction", &p.min_measured_fraction, "", within(0, 1), "of the part's cells, else the map is rejected"},
+      {"stage.counts_per_mm", &s.counts_per_mm, "1/mm", above(0, 1e7), "encoder counts"},
+      {"stage.acceleration_mm_s2", &s.acceleration_mm_s2, "mm/s^2", above(0, 1e6), "ramp rate"},
+      {"stage.max_speed_mm_s", &s.max_speed_mm_s, "mm/s", above(0, 1e4), "of x and y"},
+      {"stage.x_min_mm", &s.x_min_mm, "mm", within(-1e4, 1e4), "soft limit"},
+      {"stage.x_max_mm", &s.x_max_mm, "mm", within(-1e4, 1e4), "soft limit"},
+      {"stage.y_min_mm", &s.y_min_mm, "mm", within(-1e4, 1e4), "soft limit"},
+      {"stage.y_max_mm", &s.y_max_mm, "mm", within(-1e4, 1e4), "soft limit"},
+      {"stage.z_min_mm", &s.z_min_mm, "mm", within(-1e4, 1e4), "soft limit"},
+      {"stage.z_max_mm", &s.z_max_mm, "mm", within(-1e4, 1e4), "soft limit"},
+      {"stage.array_limit", &s.array_limit, "", within(1, 1'000'000), "firing distances that the controller holds"},
+      {"stage.poll_moving_s", &s.poll_moving_s, "s", above(0, 10), "between status questions during a move"},
+      {"stage.poll_idle_s", &s.poll_idle_s, "s", above(0, 60), "between status questions at rest"},
+      {"jet.dwell_us", &j.dwell_us, "us", above(0, 3276), "waveform: time at dwell_v"},
+      {"jet.echo_us", &j.echo_us, "us", within(0, 3276), "waveform: time at echo_v"},
+      {"jet.rise_us", &j.rise_us, "us", within(1, 3276), "waveform: idle to dwell"},
+      {"jet.fall_us", &j.fall_us, "us", within(1, 3276), "waveform: dwell to echo"},
+      {"jet.final_us", &j.final_us, "us", within(1, 3276), "waveform: echo to idle"},
+      {"jet.idle_v", &j.idle_v, "V", within(-140, 140), "waveform: level at rest"},
+      {"jet.dwell_v", &j.dwell_v, "V", within(-140, 140), "waveform: first pulse"},
+      {"jet.echo_v", &j.echo_v, "V", within(-140, 140), "waveform: second pulse"},
+      {"jet.max_rate_hz", &j.max_rate_hz, "Hz", within(1, 30'000), "droplet rate that stays stable"},
+      {"laser_profiler.points", &l.points, "", within(2, 800), "points of one profile"},
+      {"laser_profiler.dx_mm", &l.dx_mm, "mm", within(0, 10), "distance of points; 0 = so that the line covers the grid"},
+      {"laser_profiler.offset_y_mm", &l.offset_y_mm, "mm", within(-1000, 1000), "laser line relative to the nozzle"},
+      {"laser_profiler.poll_s", &l.poll_s, "s", above(0, 10), "between questions for a new profile"},
+      {"lamp.max_on_s", &e.lamp.max_on_s, "s", above(0, 3600), "longest exposure before the interlock closes the shutter"},
+  };
+}
+
+Table world_fields(Experiment& e) {
+  PlantConfig& p = e.plant;
+  BusConfig& b = e.bus;
+  return {
+      {"plant.model", &p.model, "", one_of({"droplets", "lu2015"}), "Firn's own physics, or the paper's simulation"},
+      {"plant.seed", &p.seed, "", within(0, kLong), "of all disturbances"},
+      {"plant.variation", &p.variation, "", within(0, 1), "lu2015: upward variation of h1..h3, per droplet and layer"},
+      {"plant.size_std", &p.size_std, "", within(0, 0.5), "droplets: relative scatter of the volume"},
+      {"plant.placement_std_mm", &p.placement_std_mm, "mm", within(0, 10), "droplets: scatter of the landing point"},
+      {"plant.missed_fraction", &p.missed_fraction, "", within(0, 1), "droplets: triggers without a drop"},
+      {"plant.satellite_fraction", &p.satellite_fraction, "", within(0, 1), "droplets: drops with a satellite"},
+      {"plant.drift", &p.drift, "", within(0, 1), "droplets: slow relative drift of the flow over a print"},
+      {"plant.sensor_noise_mm", &p.sensor_noise_mm, "mm", within(0, 1), "standard deviation of one height [Lu 2015, V-B]"},
+      {"plant.dropout_fraction", &p.dropout_fraction, "", within(0, 1), "profile points without a reading"},
+      {"bus.loss", &b.loss, "", within(0, 0.9), "fault injection: received datagrams dropped"},
+      {"bus.duplicate", &b.duplicate, "", within(0, 0.9), "fault injection: datagrams delivered twice"},
+      {"bus.reorder", &b.reorder, "", within(0, 0.9), "fault injection: datagrams that overtake"},
+      {"bus.delay", &b.delay, "", within(0, 0.9), "fault injection: datagrams held back"},
+      {"bus.delay_s", &b.delay_s, "s", within(0, 10), "fault injection: longest hold, wall time"},
+      {"bus.seed", &b.seed, "", within(0, kLong), "of the injected faults"},
+  };
+}
+
+}  // namespace
+
+std::vector<Field> fields(Experiment& e) {
+  Table t = {
+      {"run.name", &e.run.name, "", text(), "last part of the run folder's name: letters, digits, '.', '_', '-'"},
+      {"run.time_scale", &e.run.time_scale, "", within(1, 10), "live: node time runs this many times faster than wall time"},
+      {"run.lease_s", &e.run.lease_s, "s", above(0, 10), "a driver without a lease for this long (wall time) makes its instrument safe"},
+      {"run.safety_period_s", &e.run.safety_period_s, "s", above(0, 5), "wall time between leases"},
+  };
+  add(t, part_fields(e));
+  add(t, control_fields(e));
+  add(t, lab_fields(e));
+  add(t, world_fields(e));
+  return t;
+}
+
+}  // namespace firn

@@ -1,0 +1,56 @@
+// The one table of configuration fields. Parser, resolved dump, docs/configuration.md, the nearest known key and
+// the list of differences all come from it.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "config/experiment.h"
+
+namespace firn {
+
+/// What a field may hold: an interval for numbers, a list for words. Nothing may be NaN or infinite.
+struct Limits {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool min_excluded = false;
+  std::vector<std::string_view> choices;  ///< of a string; empty = any printable text
+};
+
+using FieldValue =
+    std::variant<double*, std::int32_t*, std::int64_t*, std::uint64_t*, std::string*, std::vector<AlphaStep>*>;
+
+struct Field {
+  std::string_view key;   ///< "grid.pitch_x_mm": section, dot, name
+  FieldValue value;       ///< into the experiment handed to fields()
+  std::string_view unit;  ///< "" = none
+  Limits limits;
+  std::string_view meaning;
+
+  std::string_view section() const { return key.substr(0, key.rfind('.')); }
+  std::string_view name() const { return key.substr(key.rfind('.') + 1); }
+};
+
+/// Every field of `experiment`, in the order of the dump: sections stand together.
+std::vector<Field> fields(Experiment& experiment);
+
+/// Value as TOML: shortest text that reads back to the same value; canonical (-0.0 is written 0.0).
+std::string value_text(const Field& field);
+
+/// "" when the value keeps the limits, else what is wrong: "must lie in (0, 100] mm".
+std::string broken_limit(const Field& field);
+
+/// "(0, 100]", "one of a, b", or "" when anything goes: for documentation and messages.
+std::string limits_text(const Field& field);
+
+/// "number", "integer", "text" or "number or schedule".
+std::string_view type_text(const Field& field);
+
+/// The candidate with the smallest edit distance to `word`; "" when none comes near (more than half is wrong).
+std::string nearest(std::string_view word, const std::vector<std::string_view>& candidates);
+
+}  // namespace firn

@@ -1,0 +1,23 @@
+// `include = "../labs/x.toml"` at the head of an experiment: the lab's fields first, then the experiment's own.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/experiment.h"
+
+namespace firn {
+
+/// Path that the text includes, as written; "" if none. @throws ConfigError
+std::string include_of(const std::string& toml_text, const std::string& file_name);
+
+/// The file and all it includes, from base to leaf, as {name, text}; names are the paths as reached from `path`.
+/// @throws ConfigError: unreadable file, an include that comes back to a file already open, more than 8 levels.
+std::vector<std::pair<std::string, std::string>> read_with_includes(const std::filesystem::path& path);
+
+/// parse_experiment of the file at `path` with its includes and the overrides of --set.
+Experiment load_experiment(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
+
+}  // namespace firn

@@ -1,0 +1,233 @@
+#include <algorithm>
+#include <map>
+#include <sstream>
+
+#define TOML_SHARED_LIB 1
+#include <toml++/toml.h>
+
+#include "config/checks.h"
+#include "config/error.h"
+#include "config/fields.h"
+#include "config/include.h"
+
+namespace firn {
+namespace {
+
+const std::string kSet = "--set";  // stands in for a file name
+
+// A configuration is a page of text; the bounds keep any input's nesting, and with it the stack, small.
+constexpr std::size_t kMaxBytes = 65536, kMaxLine = 2000, kMaxDots = 4000;
+
+void check_size(std::string_view text, const std::string& file) {
+  if (text.size() > kMaxBytes)
+    throw ConfigError(file, 0, "", std::to_string(text.size()) + " bytes is above the limit of " + std::to_string(kMaxBytes));
+  if (std::size_t(std::count(text.begin(), text.end(), '.')) > kMaxDots)
+    throw ConfigError(file, 0, "", "more than " + std::to_string(kMaxDots) + " dots: too deeply nested");
+  std::size_t length = 0;
+  int line = 1;
+  for (char c : text) {
+    if (c == '\n') ++line;
+    length = c == '\n' ? 0 : length + 1;
+    if (length > kMaxLine)
+      throw ConfigError(file, line, "", "a line longer than the limit of " + std::to_string(kMaxLine) + " bytes");
+  }
+}
+
+toml::table parse_text(std::string_view text, const std::string& file) {
+  check_size(text, file);
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& e) {
+    throw ConfigError(file, int(e.source().begin.line), "",
+                      "column " + std::to_string(e.source().begin.column) + ": " + std::string(e.description()));
+  }
+}
+
+std::string shown(const toml::node& node) {
+  std::ostringstream out;
+  node.visit([&](const auto& n) {
+    if constexpr (toml::is_table<decltype(n)>) out << "{...}";
+    else if constexpr (toml::is_array<decltype(n)>) out << "[...]";
+    else out << n;
+  });
+  std::string text = out.str();
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+class Reader {
+ public:
+  Reader(Experiment& experiment) : fields_(fields(experiment)) {
+    for (const Field& f : fields_) keys_.push_back(f.key);
+  }
+
+  void read(const toml::table& table, const std::string& file, const std::string& prefix = "") {
+    for (const auto& [key, node] : table) {
+      const std::string full = prefix + std::string(key.str());
+      const int line = int(key.source().begin.line);
+      if (full == "include") continue;
+      const auto field = std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
+      if (field != fields_.end()) {
+        assign(*field, node, file, line);
+      } else if (is_section(full)) {
+        if (!node.is_table())
+          throw ConfigError(file, line, full, full + " = " + shown(node) + ": is a section of keys, not a value");
+        read(*node.as_table(), file, full + ".");
+      } else {
+        unknown(full, file, line);
+      }
+    }
+  }
+
+  const Origins& origins() const { return origins_; }
+
+ private:
+  bool is_section(const std::string& key) const {
+    return std::any_of(keys_.begin(), keys_.end(), [&](std::string_view k) { return k.starts_with(key + "."); });
+  }
+
+  [[noreturn]] void unknown(const std::string& key, const std::string& file, int line) const {
+    std::vector<std::string_view> known = keys_;
+    for (const Field& f : fields_)
+      if (known.back() != f.section()) known.push_back(f.section());
+    std::string near = nearest(key, known);
+    if (near.empty()) near = nearest_name(key);
+    std::string shown_key = key.substr(0, 100);
+    throw ConfigError(file, line, key,
+                      shown_key + ": unknown key" + (near.empty() ? "" : "; the nearest known one is " + near));
+  }
+
+  // A right name in a wrong section.
+  std::string nearest_name(std::string_view key) const {
+    std::vector<std::string_view> names;
+    for (const Field& f : fields_) names.push_back(f.name());
+    const std::string name = nearest(key.substr(key.rfind('.') + 1), names);
+    for (const Field& f : fields_)
+      if (!name.empty() && f.name() == name) return std::string(f.key);
+    return "";
+  }
+
+  void assign(Field& field, const toml::node& node, const std::string& file, int line) {
+    const std::string key(field.key);
+    const auto fail = [&](const std::string& problem) {
+      throw ConfigError(file, line, key, key + " = " + shown(node) + ": " + problem);
+    };
+    const bool ok = std::visit([&](auto* target) { return take(node, *target); }, field.value);
+    if (!ok) fail("must be " + std::string(type_text(field) == "integer" ? "an " : type_text(field) == "text" ? "" : "a ") +
+                  std::string(type_text(field)) + (field.unit.empty() ? "" : " [" + std::string(field.unit) + "]") + wanted(field));
+    if (const std::string problem = broken_limit(field); !problem.empty()) fail(problem);
+    origins_[key] = {file, file == kSet ? 0 : line};
+  }
+
+  static std::string wanted(const Field& field) {
+    const std::string limits = limits_text(field);
+    return limits.empty() ? "" : limits.starts_with("one of") ? ", " + limits : " in " + limits;
+  }
+
+  static bool take(const toml::node& node, double& out) {
+    if (!node.is_number()) return false;
+    out = *node.value<double>();
+    if (out == 0.0) out = 0.0;  // one zero: equal experiments have equal dumps
+    return true;
+  }
+  static bool take(const toml::node& node, std::int64_t& out) {
+    if (!node.is_integer()) return false;
+    out = node.as_integer()->get();
+    return true;
+  }
+  static bool take(const toml::node& node, std::int32_t& out) {
+    std::int64_t wide = 0;
+    if (!take(node, wide)) return false;
+    // Saturated values lie outside every field's limits, so that the message names the limit.
+    out = std::int32_t(std::clamp<std::int64_t>(wide, INT32_MIN, INT32_MAX));
+    return true;
+  }
+  static bool take(const toml::node& node, std::uint64_t& out) {
+    std::int64_t wide = 0;
+    if (!take(node, wide)) return false;
+    out = wide < 0 ? UINT64_MAX : std::uint64_t(wide);
+    return true;
+  }
+  static bool take(const toml::node& node, std::string& out) {
+    if (!node.is_string()) return false;
+    out = node.as_string()->get();
+    return true;
+  }
+  static bool take(const toml::node& node, std::vector<AlphaStep>& out) {
+    if (double alpha = 0.0; take(node, alpha)) {
+      out = {{1, alpha}};
+      return true;
+    }
+    const toml::array* steps = node.as_array();
+    if (!steps || steps->size() > 1000) return false;
+    out.clear();
+    for (const toml::node& entry : *steps) {
+      const toml::table* step = entry.as_table();
+      AlphaStep s;
+      if (!step || step->size() != 2 || !step->contains("from_layer") || !step->contains("alpha")) return false;
+      if (!take(*step->get("from_layer"), s.from_layer) || !take(*step->get("alpha"), s.alpha)) return false;
+      out.push_back(s);
+    }
+    return true;
+  }
+
+  std::vector<Field> fields_;
+  std::vector<std::string_view> keys_;
+  Origins origins_;
+};
+
+void apply_override(Reader& reader, const std::string& assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw ConfigError(kSet, 0, "", "'" + assignment + "': must read KEY=VALUE, as in control.mpc.horizon=2");
+  for (unsigned char c : assignment)
+    if (c < 0x20 || c == 0x7f) throw ConfigError(kSet, 0, "", "must not contain control characters");
+  toml::table table;
+  try {
+    table = parse_text(assignment, kSet);
+  } catch (const ConfigError&) {  // a word needs no quotes on a command line
+    std::string quoted;
+    for (char c : assignment.substr(equals + 1)) quoted += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+    table = parse_text(assignment.substr(0, equals) + "=\"" + quoted + "\"", kSet);
+  }
+  reader.read(table, kSet);
+}
+
+}  // namespace
+
+std::string include_of(const std::string& toml_text, const std::string& file_name) {
+  const toml::table table = parse_text(toml_text, file_name);
+  const toml::node* include = table.get("include");
+  if (!include) return "";
+  if (!include->is_string() || include->as_string()->get().empty())
+    throw ConfigError(file_name, int(include->source().begin.line), "include",
+                      "include = " + shown(*include) + ": must be the path of a TOML file, relative to this one");
+  return include->as_string()->get();
+}
+
+Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
+                            const std::vector<std::string>& overrides) {
+  Experiment experiment;
+  Reader reader(experiment);
+  bool first = true;
+  for (const auto& [file, text] : named_texts) {
+    const toml::table table = parse_text(text, file);
+    if (const toml::node* include = table.get("include"); include && first)
+      throw ConfigError(file, int(include->source().begin.line), "include",
+                        "include = " + shown(*include) + ": the included text was not handed in before this one");
+    first = false;
+    reader.read(table, file);
+  }
+  for (const std::string& assignment : overrides) try {
+      apply_override(reader, assignment);
+    } catch (const ConfigError& e) {
+      throw ConfigError(kSet, 0, e.key, e.problem);  // a line number would mislead
+    }
+  check_experiment(experiment, reader.origins(), named_texts.empty() ? "(defaults)" : named_texts.back().first);
+  return experiment;
+}
+
+Experiment parse_experiment(const std::string& toml_text, const std::string& file_name) {
+  return parse_experiment({{file_name, toml_text}}, {});
+}
+
+}  // namespace firn

@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "config/fields.h"
+
+namespace firn {
+namespace {
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+
+std::string number_text(double value) {
+  if (value == 0.0) return "0.0";
+  std::array<char, 40> buffer;
+  std::string text(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
+  return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
+}
+
+std::string bound_text(double bound) {  // limits read better without ".0"
+  const std::string text = number_text(bound);
+  return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+std::string schedule_text(const std::vector<AlphaStep>& steps) {
+  if (steps.size() == 1 && steps[0].from_layer == 1) return number_text(steps[0].alpha);
+  std::string out = "[";
+  for (const AlphaStep& s : steps)
+    out += (out.size() > 1 ? ", " : "") + std::string("{from_layer = ") + std::to_string(s.from_layer) +
+           ", alpha = " + number_text(s.alpha) + "}";
+  return out + "]";
+}
+
+bool inside(double v, const Limits& l) {
+  return std::isfinite(v) && v <= l.max && (l.min_excluded ? v > l.min : v >= l.min);
+}
+
+std::string broken_schedule(const std::vector<AlphaStep>& steps, const Limits& limits) {
+  if (steps.empty() || steps[0].from_layer != 1) return "must begin with from_layer = 1";
+  for (std::size_t n = 1; n < steps.size(); ++n)
+    if (steps[n].from_layer <= steps[n - 1].from_layer) return "must have ascending from_layer";
+  for (const AlphaStep& s : steps)
+    if (!inside(s.alpha, limits)) return "must have every alpha in [0, 1]";
+  return "";
+}
+
+std::string broken_text(const std::string& text, const Limits& limits) {
+  if (!limits.choices.empty()) {
+    if (std::find(limits.choices.begin(), limits.choices.end(), text) != limits.choices.end()) return "";
+    const std::string near = nearest(text, limits.choices);
+    return near.empty() ? "must be" : "(did you mean \"" + near + "\"?) must be";
+  }
+  if (text.size() > 4096) return "must be at most 4096 bytes long";
+  for (unsigned char c : text)
+    if (c < 0x20 || c == 0x7f) return "must not contain control characters";
+  return "";
+}
+
+}  // namespace
+
+std::string value_text(const Field& field) {
+  return std::visit(Overloaded{[](const double* v) { return number_text(*v); },
+                               [](const std::string* v) { return quoted(*v); },
+                               [](const std::vector<AlphaStep>* v) { return schedule_text(*v); },
+                               [](const auto* v) { return std::to_string(*v); }},
+                    field.value);
+}
+
+std::string limits_text(const Field& field) {
+  const Limits& l = field.limits;
+  if (!l.choices.empty()) {
+    std::string out = "one of ";
+    for (std::string_view c : l.choices) out += (c == l.choices.front() ? "" : ", ") + std::string(c);
+    return out;
+  }
+  if (!std::isfinite(l.min)) return "";
+  return (l.min_excluded ? "(" : "[") + bound_text(l.min) + ", " + bound_text(l.max) + "]";
+}
+
+std::string broken_limit(const Field& field) {
+  const std::string unit = field.unit.empty() ? "" : " " + std::string(field.unit);
+  const auto interval = [&](double v) {
+    return inside(v, field.limits) ? std::string() : "must lie in " + limits_text(field) + unit;
+  };
+  return std::visit(
+      Overloaded{[&](const std::string* v) {
+                   std::string problem = broken_text(*v, field.limits);
+                   return problem.ends_with("must be") ? problem + " " + limits_text(field) : problem;
+                 },
+                 [&](const std::vector<AlphaStep>* v) { return broken_schedule(*v, field.limits); },
+                 [&](const auto* v) { return interval(double(*v)); }},
+      field.value);
+}
+
+std::string_view type_text(const Field& field) {
+  return std::visit(Overloaded{[](const double*) { return "number"; }, [](const std::string*) { return "text"; },
+                               [](const std::vector<AlphaStep>*) { return "number or schedule"; },
+                               [](const auto*) { return "integer"; }},
+                    field.value);
+}
+
+std::string nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
+  word = word.substr(0, 200);  // the table of distances stays small whatever a file holds
+  std::string_view best;
+  std::size_t best_distance = (word.size() + 1) / 2 + 1;
+  for (std::string_view candidate : candidates) {
+    std::vector<std::size_t> row(candidate.size() + 1);  // Levenshtein, one row at a time
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < word.size(); ++i) {
+      std::size_t diagonal = std::exchange(row[0], i + 1);
+      for (std::size_t j = 0; j < candidate.size(); ++j) {
+        const std::size_t replace = diagonal + (word[i] != candidate[j]);
+        diagonal = row[j + 1];
+        row[j + 1] = std::min({replace, row[j] + 1, diagonal + 1});
+      }
+    }
+    if (row.back() < best_distance) {
+      best_distance = row.back();
+      best = candidate;
+    }
+  }
+  return std::string(best);
+}
+
+}  // namespace firn

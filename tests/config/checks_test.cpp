@@ -1,0 +1,70 @@
+#include <catch2/catch.hpp>
+
+#include "config/error.h"
+#include "config/experiment.h"
+
+using namespace firn;
+
+namespace {
+
+std::string what_of(const std::string& toml) {
+  try {
+    parse_experiment(toml, "x.toml");
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+bool says(const std::string& toml, const std::string& words) {
+  const std::string what = what_of(toml);
+  INFO(what);
+  CHECK(what.find(words) != std::string::npos);
+  return what.find(words) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("The defaults and the smallest grid pass every check") {
+  CHECK(what_of("") == "no error");
+  CHECK(what_of("grid.nx = 1\ngrid.ny = 1\npart.diameter_mm = 0.2") == "no error");
+}
+
+TEST_CASE("A part that does not fit the grid is named with the key, its line and the room there is") {
+  CHECK(says("[part]\n\ndiameter_mm = 20.0", "x.toml:3: part.diameter_mm = 20.0 mm: the part does not fit the grid, which is 10.530 mm wide"));
+  CHECK(says("[grid]\nnx = 20", "part.diameter_mm = 10.0 mm"));
+  CHECK(says("part = {shape = \"cuboid\", width_mm = 5, depth_mm = 30}", "part.depth_mm = 30.0 mm: the part does not fit"));
+  CHECK(says("part = {shape = \"cuboid\", width_mm = 5}", "part.depth_mm = 0.0 mm: must be above 0 mm for a cuboid"));
+  CHECK(says("part = {shape = \"pipe\", inner_diameter_mm = 10.0}", "must lie between 0 and part.diameter_mm = 10.0 mm"));
+  CHECK(says("part = {shape = \"wedge\", width_mm = 5, depth_mm = 5, low_height_mm = 0.5}", "must not exceed part.height_mm = 0.4 mm"));
+}
+
+TEST_CASE("A height map needs its image, and only a height map takes one") {
+  CHECK(says("part.shape = \"height_map\"", "needs a PNG"));
+  CHECK(says("part.image = \"a.png\"", "only part.shape \"height_map\" takes a PNG"));
+  CHECK(what_of("part = {shape = \"height_map\", image = \"a.png\"}") == "no error");
+}
+
+TEST_CASE("Speeds stay within the stage's and the jet's") {
+  CHECK(says("process.pass_speed_mm_s = 301.0", "must not exceed stage.max_speed_mm_s = 300.0 mm/s"));
+  CHECK(says("stage.max_speed_mm_s = 10.0", "x.toml:1: process.pass_speed_mm_s = 150.0 mm/s: must not exceed stage.max_speed_mm_s"));
+  CHECK(says("jet.max_rate_hz = 500", "fires faster than jet.max_rate_hz = 500 Hz"));
+}
+
+TEST_CASE("Grid, run-up, scan and parking stay within the stage's limits") {
+  CHECK(says("grid.origin_x_mm = 145.0", "grid.origin_x_mm = 145.0 mm: the grid with its run-up needs"));
+  CHECK(says("grid.origin_y_mm = -50.0", "outside stage.y_min_mm = -50.0 mm"));
+  CHECK(says("laser_profiler.offset_y_mm = 80.0", "run-up and scan"));
+  CHECK(says("stage.acceleration_mm_s2 = 100.0", "run-up"));  // 112 mm of run-up
+  CHECK(says("process.park_x_mm = -51.0", "parking"));
+  CHECK(says("stage.z_min_mm = 60.0", "must be below stage.z_max_mm"));
+  CHECK(says("stage.array_limit = 39", "must not exceed stage.array_limit = 39"));
+}
+
+TEST_CASE("Lamp, lease, profiler line, model and run name are checked against each other") {
+  CHECK(says("process.exposure_s = 21.0", "must not exceed lamp.max_on_s = 20.0 s"));
+  CHECK(says("run.safety_period_s = 0.2", "at most half of run.lease_s = 0.3 s"));
+  CHECK(says("laser_profiler.dx_mm = 0.01", "does not cover the grid of 10.266 mm"));
+  CHECK(says("model.h2_mm = 0.005", "must not exceed model.h1_mm"));
+  for (const char* bad : {"", "../x", ".hidden", "a b", "a/b"}) CHECK(says("run.name = \"" + std::string(bad) + "\"", "run.name"));
+}
