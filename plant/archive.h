@@ -1,0 +1,93 @@
+// One function per type writes and reads its whole state: `void io(Archive&)`. A loaded state is the saved
+// state, bit for bit, so that nature goes on where it stood.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <deque>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace firn::plant {
+
+class Archive {
+ public:
+  Archive() = default;  ///< for saving
+  explicit Archive(std::vector<std::byte> bytes) : bytes_(std::move(bytes)), loading_(true) {}
+
+  bool loading() const { return loading_; }
+  const std::vector<std::byte>& bytes() const { return bytes_; }
+
+  template <class T>
+    requires std::is_trivially_copyable_v<T>
+  void operator()(T& value) {
+    raw(&value, sizeof value);
+  }
+  template <class T>
+  void operator()(std::vector<T>& values) {
+    sequence(values);
+  }
+  template <class T>
+  void operator()(std::deque<T>& values) {
+    sequence(values);
+  }
+  void operator()(std::string& text) {
+    std::uint64_t n = length(text.size());
+    text.resize(n);
+    raw(text.data(), n);
+  }
+  template <class T>
+    requires requires(T& t, Archive& a) { t.io(a); }
+  void operator()(T& value) {
+    value.io(*this);
+  }
+  template <class... T>
+  void all(T&... values) {
+    (operator()(values), ...);
+  }
+
+  /// A marker between parts. @throws std::runtime_error with `what` when a loaded file lacks it here
+  void tag(std::uint32_t expected, const char* what) {
+    std::uint32_t found = expected;
+    raw(&found, sizeof found);
+    if (found != expected) throw std::runtime_error(std::string("world state: damaged before ") + what);
+  }
+  void expect_end() const {
+    if (loading_ && at_ != bytes_.size()) throw std::runtime_error("world state: bytes left over at the end");
+  }
+
+ private:
+  template <class C>
+  void sequence(C& values) {
+    const std::uint64_t n = length(values.size());
+    if (loading_) values = C(n);
+    for (auto& v : values) operator()(v);
+  }
+  std::uint64_t length(std::size_t size) {
+    std::uint64_t n = size;
+    raw(&n, sizeof n);
+    if (loading_ && n > bytes_.size() - at_) throw std::runtime_error("world state: cut short");
+    return n;
+  }
+  void raw(void* data, std::size_t n) {
+    if (!loading_) {
+      const auto* from = static_cast<const std::byte*>(data);
+      bytes_.insert(bytes_.end(), from, from + n);
+      return;
+    }
+    if (n > bytes_.size() - at_) throw std::runtime_error("world state: cut short");
+    if (n != 0) std::memcpy(data, bytes_.data() + at_, n);
+    at_ += n;
+  }
+
+  std::vector<std::byte> bytes_;
+  std::size_t at_ = 0;
+  bool loading_ = false;
+};
+
+}  // namespace firn::plant

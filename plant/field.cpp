@@ -1,0 +1,126 @@
+#include "plant/field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn::plant {
+namespace {
+
+constexpr int kMaxBox = 40;  // fine cells along a footprint's side
+
+/// One levelling step on an nx x ny window: fluxes from the old heights, then all exchanges, so that the
+/// result does not depend on the order of cells. run_share <= 1/4 keeps every cell's liquid >= 0.
+void level(const double* solid, double* liquid, int stride, int nx, int ny, double rate, double run_share) {
+  double z[kMaxBox][kMaxBox], give[kMaxBox][kMaxBox], net[kMaxBox][kMaxBox];
+  for (int b = 0; b < ny; ++b)
+    for (int a = 0; a < nx; ++a) {
+      const double wet = liquid[b * stride + a];
+      z[b][a] = solid[b * stride + a] + wet;
+      give[b][a] = run_share * wet;
+      net[b][a] = 0.0;
+    }
+  double flux[kMaxBox];
+  const auto exchange = [&](int n, const double* za, const double* zb, const double* ga, const double* gb,
+                            double* from, double* to) {
+    for (int a = 0; a < n; ++a) {
+      double q = rate * (za[a] - zb[a]);
+      q = q < ga[a] ? q : ga[a];
+      flux[a] = q > -gb[a] ? q : -gb[a];
+    }
+    for (int a = 0; a < n; ++a) from[a] -= flux[a];
+    for (int a = 0; a < n; ++a) to[a] += flux[a];
+  };
+  for (int b = 0; b < ny; ++b)
+    exchange(nx - 1, z[b], z[b] + 1, give[b], give[b] + 1, net[b], net[b] + 1);
+  for (int b = 0; b + 1 < ny; ++b)
+    exchange(nx, z[b], z[b + 1], give[b], give[b + 1], net[b], net[b + 1]);
+  for (int b = 0; b < ny; ++b)
+    for (int a = 0; a < nx; ++a) liquid[b * stride + a] += net[b][a];
+}
+
+}  // namespace
+
+Field::Field(const GridSpec& grid, int fine_cells, int margin_cells)
+    : grid_(grid), fine_(fine_cells), margin_(margin_cells), width_((grid.nx + 2 * margin_cells) * fine_cells),
+      height_((grid.ny + 2 * margin_cells) * fine_cells), dx_mm_(grid.pitch_x_mm / fine_cells),
+      dy_mm_(grid.pitch_y_mm / fine_cells), left_mm_(grid.origin_x_mm - (0.5 + margin_cells) * grid.pitch_x_mm),
+      bottom_mm_(grid.origin_y_mm - (0.5 + margin_cells) * grid.pitch_y_mm),
+      solid_(std::size_t(width_) * height_, 0.0), liquid_(solid_.size(), 0.0) {}
+
+bool Field::land(const DropletParams& p, double volume_mm3, double x_mm, double y_mm) {
+  ledger_.landed += volume_mm3;
+  const double u = (x_mm - left_mm_) / dx_mm_, v = (y_mm - bottom_mm_) / dy_mm_;  // in fine cells
+  const double reach_mm = std::max(p.cap_radius_mm, p.film_radius_mm);
+  const double reach_x = reach_mm / dx_mm_, reach_y = reach_mm / dy_mm_;
+  const bool inside = u >= reach_x + 1 && v >= reach_y + 1 && u + reach_x + 1 <= width_ &&
+                      v + reach_y + 1 <= height_;  // false for NaN as well
+  if (!inside) {
+    ledger_.lost += volume_mm3;
+    return false;
+  }
+  // The window reaches one fine cell beyond the footprint, so that levelling can enlarge it.
+  const int a0 = int(u - reach_x - 0.5), b0 = int(v - reach_y - 0.5);
+  const int nx = std::min(int(u + reach_x + 1.5) - a0, kMaxBox), ny = std::min(int(v + reach_y + 1.5) - b0, kMaxBox);
+  double* liquid = liquid_.data() + std::size_t(b0) * width_ + a0;
+
+  // Cap and film are paraboloids 1 - (r/R)^2, each normalised by its own sum over the fine cells.
+  double cap[kMaxBox][kMaxBox], film[kMaxBox][kMaxBox];
+  const double ic = 1.0 / (p.cap_radius_mm * p.cap_radius_mm), fc = 1.0 / (p.film_radius_mm * p.film_radius_mm);
+  double rx2[kMaxBox], cap_column[kMaxBox] = {}, film_column[kMaxBox] = {};
+  for (int a = 0; a < nx; ++a) {
+    const double r = (a0 + a + 0.5 - u) * dx_mm_;
+    rx2[a] = r * r;
+  }
+  for (int b = 0; b < ny; ++b) {
+    const double r = (b0 + b + 0.5 - v) * dy_mm_, ry2 = r * r;
+    for (int a = 0; a < nx; ++a) {
+      const double r2 = rx2[a] + ry2, c = 1.0 - r2 * ic, f = 1.0 - r2 * fc;
+      cap[b][a] = c > 0.0 ? c : 0.0;
+      film[b][a] = f > 0.0 ? f : 0.0;
+    }
+    for (int a = 0; a < nx; ++a) cap_column[a] += cap[b][a];
+    for (int a = 0; a < nx; ++a) film_column[a] += film[b][a];
+  }
+  double cap_sum = 0.0, film_sum = 0.0;
+  for (int a = 0; a < nx; ++a) cap_sum += cap_column[a], film_sum += film_column[a];
+  const double depth = volume_mm3 / (dx_mm_ * dy_mm_);
+  const double film_scale = depth * (cap_sum > 0.0 ? p.film_share : 1.0) / film_sum;
+  const double cap_scale = cap_sum > 0.0 ? depth * (1.0 - p.film_share) / cap_sum : 0.0;
+  for (int b = 0; b < ny; ++b)
+    for (int a = 0; a < nx; ++a) liquid[b * width_ + a] += cap_scale * cap[b][a] + film_scale * film[b][a];
+
+  for (int n = 0; n < p.levelling_steps; ++n)
+    level(solid_.data() + std::size_t(b0) * width_ + a0, liquid, width_, nx, ny, p.levelling, p.run_share);
+  return true;
+}
+
+void Field::cure(double shrink) {
+  double liquid = 0.0;
+  for (std::size_t n = 0; n < liquid_.size(); ++n) {
+    liquid += liquid_[n];
+    solid_[n] += liquid_[n] * (1.0 - shrink);
+    liquid_[n] = 0.0;
+  }
+  ledger_.shrunk += liquid * shrink * dx_mm_ * dy_mm_;
+}
+
+HeightMap Field::cell_means() const {
+  HeightMap means(grid_, 0.0);
+  for (int j = 0; j < grid_.ny; ++j)
+    for (int i = 0; i < grid_.nx; ++i) {
+      double sum = 0.0;
+      for (int b = 0; b < fine_; ++b)
+        for (int a = 0; a < fine_; ++a)
+          sum += surface_mm(std::size_t((j + margin_) * fine_ + b) * width_ + (i + margin_) * fine_ + a);
+      means.at(i, j) = sum / (fine_ * fine_);
+    }
+  return means;
+}
+
+double Field::volume_mm3() const {
+  double sum = 0.0;
+  for (std::size_t n = 0; n < solid_.size(); ++n) sum += surface_mm(n);
+  return sum * dx_mm_ * dy_mm_;
+}
+
+}  // namespace firn::plant

@@ -1,0 +1,54 @@
+// What a model of nature offers to the world: droplets land, the lamp cures, a sensor and the truth look on.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/grid/grid.h"
+#include "plant/archive.h"
+#include "plant/field.h"
+#include "plant/world_config.h"
+
+namespace firn::plant {
+
+/// Where and how fast the stage was when the jet was triggered.
+struct Shot {
+  std::int64_t t_us = 0;
+  double x_mm = 0.0, y_mm = 0.0;
+  double vx_mm_s = 0.0, vy_mm_s = 0.0;
+};
+
+/// The grid cell nearest to a position; (i, j) may lie outside the grid.
+struct NearestCell {
+  std::int32_t i = 0, j = 0;
+};
+NearestCell nearest_cell(const GridSpec& grid, double x_mm, double y_mm);
+/// Key of a cell for the random numbers, the same on every grid with this origin and pitch.
+std::uint32_t cell_key(NearestCell cell);
+
+struct Landing {
+  bool missed = false;       ///< the nozzle was triggered and no droplet came
+  double volume_mm3 = 0.0;   ///< of the droplet and its satellite
+  double x_mm = 0.0, y_mm = 0.0;
+};
+
+class Model {
+ public:
+  virtual ~Model() = default;
+  virtual Landing fire(const Shot& shot) = 0;
+  virtual void end_pass() = 0;                    ///< the jet was disarmed: what landed so far has settled
+  virtual void expose(std::int64_t now_us) = 0;   ///< the lamp cured the layer
+  virtual const Field& surface() = 0;             ///< settled surface, for the sensor
+  virtual HeightMap cell_means() const = 0;       ///< noise-free, settled
+  virtual VolumeLedger ledger() const = 0;
+  virtual double volume_mm3() const = 0;
+  virtual std::uint32_t exposures() const = 0;
+  virtual void io(Archive& a) = 0;
+};
+
+/// "droplets" or "lu2015". @throws std::invalid_argument for another name
+std::unique_ptr<Model> make_model(const WorldConfig& config);
+std::unique_ptr<Model> make_droplet_model(const WorldConfig& config);
+std::unique_ptr<Model> make_lu2015_model(const WorldConfig& config);
+
+}  // namespace firn::plant
