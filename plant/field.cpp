@@ -83,14 +83,35 @@ bool Field::land(const DropletParams& p, double volume_mm3, double x_mm, double 
   }
   double cap_sum = 0.0, film_sum = 0.0;
   for (int a = 0; a < nx; ++a) cap_sum += cap_column[a], film_sum += film_column[a];
-  const double depth = volume_mm3 / (dx_mm_ * dy_mm_);
-  const double film_scale = depth * (cap_sum > 0.0 ? p.film_share : 1.0) / film_sum;
-  const double cap_scale = cap_sum > 0.0 ? depth * (1.0 - p.film_share) / cap_sum : 0.0;
+  const double cap_scale = cap_sum > 0.0 ? (1.0 - p.film_share) / cap_sum : 0.0;
+  const double film_scale = (cap_sum > 0.0 ? p.film_share : 1.0) / film_sum;
+
+  // The liquid prefers low ground: each share is weighed by 1 + (mean - z) / bias, held within 0 .. 2.
+  double column[kMaxBox] = {}, mean = 0.0;
+  const double* solid = solid_.data() + std::size_t(b0) * width_ + a0;
   for (int b = 0; b < ny; ++b)
-    for (int a = 0; a < nx; ++a) liquid[b * width_ + a] += cap_scale * cap[b][a] + film_scale * film[b][a];
+    for (int a = 0; a < nx; ++a) {
+      cap[b][a] = cap_scale * cap[b][a] + film_scale * film[b][a];
+      film[b][a] = solid[b * width_ + a] + liquid[b * width_ + a];
+      column[a] += cap[b][a] * film[b][a];
+    }
+  for (int a = 0; a < nx; ++a) mean += column[a], column[a] = 0.0;
+  const double steepness = 1.0 / p.slope_bias_mm;
+  for (int b = 0; b < ny; ++b)
+    for (int a = 0; a < nx; ++a) {
+      double g = 1.0 + (mean - film[b][a]) * steepness;
+      g = g > 0.0 ? g : 0.0;
+      cap[b][a] *= g < 2.0 ? g : 2.0;
+      column[a] += cap[b][a];
+    }
+  double sum = 0.0;
+  for (int a = 0; a < nx; ++a) sum += column[a];
+  const double depth = volume_mm3 / (dx_mm_ * dy_mm_) / sum;
+  for (int b = 0; b < ny; ++b)
+    for (int a = 0; a < nx; ++a) liquid[b * width_ + a] += depth * cap[b][a];
 
   for (int n = 0; n < p.levelling_steps; ++n)
-    level(solid_.data() + std::size_t(b0) * width_ + a0, liquid, width_, nx, ny, p.levelling, p.run_share);
+    level(solid, liquid, width_, nx, ny, p.levelling, p.run_share);
   return true;
 }
 

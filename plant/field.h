@@ -24,7 +24,7 @@ class Field {
  public:
   Field(const GridSpec& grid, int fine_cells, int margin_cells);
 
-  /// Adds `volume_mm3` of liquid about (x_mm, y_mm): cap plus film, then `levelling_steps` steps in which each
+  /// Adds `volume_mm3` of liquid about (x_mm, y_mm): cap plus film, low ground preferred, then `levelling_steps` steps in which each
   /// pair of neighbouring fine cells of the footprint exchanges levelling x (difference of surface height), at
   /// most run_share of the liquid of the giving cell. A footprint not wholly on the field is lost.
   /// @returns false when lost

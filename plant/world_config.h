@@ -18,6 +18,7 @@ struct DropletParams {
   double cap_radius_mm = 0.18;        ///< at landing; levels out to the footprint of 0.42 mm [Lu 2015, Table I]
   double film_radius_mm = 0.44;
   double film_share = 0.42;           ///< part of the volume in the film
+  double slope_bias_mm = 0.01;        ///< ground this much below the footprint's mean gets twice its share
   double levelling = 0.2;             ///< share of a height difference that flows to the next fine cell per step
   double run_share = 0.1;             ///< at most this share of a fine cell's liquid leaves through one side per step
   int levelling_steps = 1;            ///< steps on the footprint at each landing
@@ -26,7 +27,7 @@ struct DropletParams {
   int margin_cells = 3;               ///< droplet pitches of field around the grid
   double size_scatter = 0.03;         ///< standard deviation of the volume, relative
   double placement_scatter_mm = 0.006;
-  double flight_time_s = 0.0003;      ///< a droplet keeps the stage's speed while it falls
+  double flight_time_s = 0.0;         ///< a droplet keeps the stage's speed while it falls; 0 = compensated by the lab
   double missed_probability = 0.001;
   double satellite_probability = 0.005;
   double satellite_share = 0.04;      ///< of the droplet's volume
@@ -46,7 +47,7 @@ struct NozzleParams {
   double heating_per_drop_K = 3.3e-5;
   double heating_effect_per_K = 0.004;
   double wander_tau_s = 200.0;
-  double wander_sigma = 0.02;         ///< target of the random wander, drawn anew at each exposure
+  double wander_sigma = 0.1;         ///< target of the random wander, drawn anew at each exposure
 };
 
 /// The paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A].

@@ -1,0 +1,32 @@
+// The fault menu of a twin: what a test may do to an instrument's link or life.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace firn::plant {
+
+enum class FaultKind : std::uint8_t {
+  kDropReply,   ///< the next `count` replies are not sent
+  kDelayReply,  ///< the next `count` replies come `delay_us` later
+  kSplitReply,  ///< the next `count` replies come byte by byte, `delay_us` apart
+  kFlipBit,     ///< bit `count` (from the first byte's lowest) of the next reply is inverted
+  kHang,        ///< bytes are accepted and nothing happens until kResume
+  kResume,      ///< ends kHang
+  kClose,       ///< the instrument closes its port
+  kReboot,      ///< state lost, boot count + 1, port closed
+  kTrip,        ///< the device's own fault: stage ESTOP bit, lamp alarm, jet and profiler none
+};
+
+struct SimFault {
+  std::string port;
+  FaultKind kind = FaultKind::kDropReply;
+  std::int64_t count = 1;
+  std::int64_t delay_us = 0;
+};
+
+/// "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip". @throws std::invalid_argument
+FaultKind fault_kind(std::string_view name);
+
+}  // namespace firn::plant

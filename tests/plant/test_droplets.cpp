@@ -1,0 +1,114 @@
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "plant/model.h"
+#include "plant/nozzle.h"
+
+using namespace firn;
+using namespace firn::plant;
+
+namespace {
+
+WorldConfig small_world(std::uint64_t seed = 3) {
+  WorldConfig c;
+  c.grid = {16, 16, 0.263256, 0.263256, 0.0, 0.0};
+  c.seed = seed;
+  return c;
+}
+
+Shot at_cell(const GridSpec& g, int i, int j, std::int64_t t_us) { return {t_us, g.x_mm(i), g.y_mm(j), 0.0, 0.0}; }
+
+// Steady 400 droplets a second for `seconds`, against the closed form of the linear states.
+NozzleState after(double seconds, const NozzleParams& p) {
+  Nozzle nozzle(p, 1);
+  std::int64_t t = 0;
+  for (; t <= std::int64_t(seconds * 1e6); t += 2500) nozzle.fire(t);
+  nozzle.exposure(std::int64_t(seconds * 1e6), 1);
+  return nozzle.state();
+}
+
+}  // namespace
+
+TEST_CASE("The same droplet sees the same disturbance whatever was printed before it") {
+  WorldConfig c = small_world();
+  c.nozzle.drift = false;
+  const auto a = make_model(c), b = make_model(c);
+  for (int n = 0; n < 50; ++n) a->fire(at_cell(c.grid, 2 + n % 10, 3, n));  // only in the first world
+  for (const auto& model : {a.get(), b.get()}) model->expose(1'000'000);
+  const Landing la = a->fire(at_cell(c.grid, 8, 9, 2'000'000)), lb = b->fire(at_cell(c.grid, 8, 9, 7'000'000));
+  CHECK(la.volume_mm3 == lb.volume_mm3);
+  CHECK(la.x_mm == lb.x_mm);
+  CHECK(la.y_mm == lb.y_mm);
+  const Landing second = b->fire(at_cell(c.grid, 8, 9, 7'000'001));
+  CHECK(second.volume_mm3 != lb.volume_mm3);
+}
+
+TEST_CASE("Droplet sizes, places and misses have the configured statistics") {
+  WorldConfig c = small_world();
+  c.nozzle.drift = false;
+  c.droplet.missed_probability = 0.02;
+  c.droplet.satellite_probability = 0.0;
+  const auto model = make_model(c);
+  double sum = 0, square = 0, place = 0;
+  int missed = 0, landed = 0;
+  for (int layer = 0; layer < 100; ++layer) {
+    for (int j = 0; j < 16; ++j)
+      for (int i = 0; i < 16; ++i) {
+        const Landing l = model->fire(at_cell(c.grid, i, j, layer));
+        if (l.missed) { ++missed; continue; }
+        const double v = l.volume_mm3 / c.droplet.volume_mm3 - 1.0;
+        ++landed, sum += v, square += v * v, place += (l.x_mm - c.grid.x_mm(i)) * (l.x_mm - c.grid.x_mm(i));
+      }
+    model->expose(layer);
+  }
+  CHECK(std::abs(sum / landed) < 4 * 0.03 / std::sqrt(landed));
+  CHECK(std::sqrt(square / landed) == Approx(0.03).epsilon(0.03));
+  CHECK(std::sqrt(place / landed) == Approx(c.droplet.placement_scatter_mm).epsilon(0.03));
+  CHECK(missed / 25600.0 == Approx(0.02).epsilon(0.2));
+}
+
+TEST_CASE("CVODE's line states agree with their closed forms at a steady firing rate") {
+  NozzleParams p;
+  p.wander_sigma = 0.0;
+  const double f = 400.0, t = 60.0;
+  const NozzleState s = after(t, p);
+  CHECK(s.pressure == Approx(-p.pressure_per_drop * f * p.pressure_tau_s * (1 - std::exp(-t / p.pressure_tau_s))).epsilon(1e-3));
+  CHECK(s.heating_K == Approx(p.heating_per_drop_K * f * p.heating_tau_s * (1 - std::exp(-t / p.heating_tau_s))).epsilon(1e-3));
+  const double rate = p.wetting_per_drop * f + 1.0 / p.wetting_tau_s;
+  CHECK(s.wetting == Approx(p.wetting_per_drop * f / rate * (1 - std::exp(-rate * t))).epsilon(1e-3));
+}
+
+TEST_CASE("A restored model goes on bit for bit") {
+  for (const char* name : {"droplets", "lu2015"}) {
+    WorldConfig c = small_world();
+    c.model = name;
+    const auto a = make_model(c);
+    std::int64_t t = 0;
+    for (int n = 0; n < 500; ++n) a->fire(at_cell(c.grid, n % 16, n / 16 % 16, t += 30'000));
+    a->expose(t);
+    for (int n = 0; n < 37; ++n) a->fire(at_cell(c.grid, n % 16, n / 16, t += 30'000));
+    Archive saved;
+    a->io(saved);
+    const auto b = make_model(c);
+    Archive loaded(saved.bytes());
+    b->io(loaded);
+    loaded.expect_end();
+    for (int n = 37; n < 300; ++n) {
+      const Shot shot = at_cell(c.grid, n % 16, n / 16 % 16, t += 30'000);
+      CHECK(a->fire(shot).volume_mm3 == b->fire(shot).volume_mm3);
+    }
+    a->expose(t), b->expose(t);
+    CHECK(a->cell_means().cells == b->cell_means().cells);
+    CHECK(a->exposures() == 2);
+  }
+}
+
+TEST_CASE("A world that cannot be is refused by field and limit") {
+  WorldConfig c = small_world();
+  c.model = "wax";
+  CHECK_THROWS_WITH(make_model(c), Catch::Contains("wax") && Catch::Contains("lu2015"));
+  c = small_world();
+  c.droplet.run_share = 0.3;
+  CHECK_THROWS_WITH(make_model(c), Catch::Contains("run_share") && Catch::Contains("0.25"));
+}
