@@ -9,7 +9,7 @@
 namespace firn {
 
 LayerJob::LayerJob(const layer_plan_t& plan)
-    : layer_(plan.layer), map_id_(plan.map_id), passes_(plan.passes), drops_(drops_of(plan)) {}
+    : layer_(plan.layer), map_id_(plan.map_id), passes_(plan.passes), plan_(drops_of(plan)), drops_(plan_) {}
 
 std::int64_t LayerJob::remaining() const { return std::int64_t(firing_order(drops_, pass_).size()); }
 
@@ -56,6 +56,7 @@ deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_cou
   } else if (known == n) {
     ++pass_;
     attempt_ = 0;
+    drops_ = plan_;
   } else {
     ++attempt_;
   }

@@ -44,7 +44,8 @@ class LayerJob {
   bool closed_ = false;
   bool in_doubt_ = false;
   std::int64_t fired_ = 0;
-  DropletPattern drops_;
+  DropletPattern plan_;
+  DropletPattern drops_;  ///< plan_, lowered to pass_ where this pass has fired
 };
 
 }  // namespace firn

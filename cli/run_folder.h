@@ -1,0 +1,59 @@
+// The folder of one run: runs/<utc>-<name>/{experiment.toml, provenance.json, inputs/, nodes/, log.lcm, …}.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/experiment.h"
+#include "runtime/node.h"
+#include "runtime/write_ahead.h"
+
+namespace firn {
+
+struct RunResult {
+  std::string outcome;  ///< "finished", "ended early", "stopped safely", "waits for operator"
+  int status = 0;       ///< exit status of the print
+  int layers = 0;
+  std::string reason;
+};
+
+class RunFolder {
+ public:
+  /// Makes `<root>/<utc>-<name>` (a number is appended while it exists) with the resolved experiment, the inputs and
+  /// the provenance. @throws std::runtime_error naming the path and the system's reason.
+  static RunFolder create(const std::filesystem::path& root, const Experiment& experiment, const Blobs& inputs,
+                          const std::vector<std::string>& command_line);
+  /// @throws std::runtime_error: not a run folder, what is missing.
+  static RunFolder open(const std::filesystem::path& path);
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path wal_path(std::string_view node) const;
+  std::filesystem::path log_path() const { return path_ / "log.lcm"; }
+  std::filesystem::path world_record_path() const { return path_ / "world.rec"; }
+
+  const std::string& experiment_toml() const { return experiment_toml_; }
+  std::int64_t run_id() const { return run_id_; }
+  /// The inputs, read back and checked against their SHA-256.
+  Blobs inputs() const;
+  /// First record of a node's write-ahead file.
+  WalHead wal_head(std::string_view node, std::int32_t incarnation) const;
+
+  std::optional<RunResult> result() const;          ///< nothing = the run has not ended
+  void write_result(const RunResult& result) const; ///< atomically
+  void clear_result() const;                        ///< a resume begins
+
+ private:
+  std::filesystem::path path_;
+  std::string experiment_toml_;
+  std::int64_t run_id_ = 0;
+  std::vector<std::pair<std::string, std::string>> inputs_;  // role, sha256
+};
+
+/// Writes a file whole or not at all: temporary file, fsync, rename. @throws std::runtime_error
+void write_file_atomically(const std::filesystem::path& path, std::string_view content);
+std::string read_file(const std::filesystem::path& path);
+
+}  // namespace firn
