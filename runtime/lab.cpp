@@ -26,6 +26,13 @@ void Lab::start(std::int32_t incarnation, Time now) {
 
 void Lab::publish(std::string_view channel, std::span<const std::byte> bytes) { deliver(channel, bytes); }
 
+void Lab::publish_to(NodeId node, std::string_view channel, std::span<const std::byte> bytes) {
+  for (int n = 0; n < int(hosts_.size()); ++n)
+    if (hosts_[std::size_t(n)]->id() == node && hosts_[std::size_t(n)]->subscribes(channel))
+      push({now_, n, 0, EventKind::kMessage, 0, LinkState::kClosed, find_channel(channel)->name,
+            std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end())});
+}
+
 Lab::End Lab::run(std::span<const NodeId> must_finish, Time limit) {
   const auto finished = [&] {
     return std::all_of(must_finish.begin(), must_finish.end(), [&](NodeId id) {
@@ -125,11 +132,12 @@ void Lab::push(Pending p) {
 }
 
 void Lab::run_world() {
-  world_->advance(now_, [&](std::string_view port, std::span<const std::byte> bytes, Time at) {
-    for (const PortOwner& p : ports_)
-      if (p.name == port)
-        push({std::max(at, now_), p.node, 0, EventKind::kIo, p.port, LinkState::kOpen, {},
-              std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end())});
+  world_->advance(now_, [&](std::string_view port, std::span<const std::byte> bytes, Time at, bool close) {
+    for (const PortOwner& p : ports_) {
+      if (p.name != port) continue;
+      push({std::max(at, now_), p.node, 0, close ? EventKind::kLink : EventKind::kIo, p.port, LinkState::kClosed, {},
+            std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end())});
+    }
   });
 }
 

@@ -18,7 +18,8 @@ namespace firn {
 /// What the Lab needs of nature: the instruments' ports, driven by simulated time. Implemented over plant/world.
 class LabWorld {
  public:
-  using Send = std::function<void(std::string_view port, std::span<const std::byte> bytes, Time at)>;
+  /// `close`: the instrument closes the port (bytes are empty then).
+  using Send = std::function<void(std::string_view port, std::span<const std::byte> bytes, Time at, bool close)>;
   virtual ~LabWorld() = default;
   virtual void connect(std::string_view port, Time now) = 0;
   virtual void disconnect(std::string_view port, Time now) = 0;
@@ -41,6 +42,8 @@ class Lab {
   void start(std::int32_t incarnation, Time now);
   /// Puts a message on the bus from outside the nodes (operator, launcher).
   void publish(std::string_view channel, std::span<const std::byte> bytes);
+  /// Hands a message to one node only: what a resume finds sent but not received.
+  void publish_to(NodeId node, std::string_view channel, std::span<const std::byte> bytes);
 
   enum class End { kFinished, kIdle, kTimeLimit };
   /// Steps until every node in `must_finish` has finished, nothing is left to do, or `limit` is reached.

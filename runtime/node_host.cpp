@@ -62,6 +62,7 @@ void NodeHost::run_handler(const Event& e) {
   if (e.kind == EventKind::kStart) {
     incarnation_ = e.incarnation;
     timers_.clear();
+    finished_.reset();
   }
   if (e.kind == EventKind::kWake) timers_.erase(e.id);
   outbox_.begin(e.now, incarnation_);
