@@ -1,0 +1,250 @@
+#include "drivers/jet/jet.h"
+
+#include <array>
+#include <stdexcept>
+
+namespace firn::drivers {
+
+using jetdrive::Command;
+
+namespace {
+
+constexpr std::int64_t kBootWait_us = 1'000'000;
+
+Request with_u8(Command command, int value, Repeat repeat = Repeat::kSetup) {
+  const std::uint8_t data[1] = {std::uint8_t(value)};
+  return jetdrive::frame(command, data, repeat);
+}
+
+Request with_u16(Command command, int value) {
+  const std::uint8_t data[2] = {std::uint8_t(unsigned(value) >> 8), std::uint8_t(value)};
+  return jetdrive::frame(command, data, Repeat::kSetup);
+}
+
+std::string name_of(const Request& request) {
+  static constexpr std::pair<Command, const char*> kNames[] = {
+      {Command::kReset, "RESET"}, {Command::kPoll, "POLL"}, {Command::kDrops, "DROPS"}, {Command::kContinuous, "CONTMODE"},
+      {Command::kPulse, "PULSE"}, {Command::kStrobeDivider, "STROBEDIV"}, {Command::kSource, "SOURCE"},
+      {Command::kStrobeEnable, "STROBEENABLE"}, {Command::kFullFrequency, "FULLFREQ"}, {Command::kStrobeDelay, "STROBEDELAY"},
+      {Command::kGetVersion, "GETVERSION"}};
+  if (request.format == jetdrive::kPrompt || request.format == jetdrive::kEcho) return "the start-up handshake";
+  for (const auto& [command, text] : kNames)
+    if (int(command) == request.argument) return text;
+  return "command " + std::to_string(request.argument);
+}
+
+void check_range(const char* what, int value, int low, int high) {
+  if (value < low || value > high)
+    throw std::invalid_argument(std::string("jet: ") + what + " = " + std::to_string(value) + " is outside [" + std::to_string(low) + ", " + std::to_string(high) + "]");
+}
+
+}  // namespace
+
+Jet::Jet(JetConfig config) : Driver(dialect_), config_(config) {
+  dialect_.layout = config.layout;
+  identity_ = "MicroFab JetDrive III";
+  check_range("drops_per_trigger", config.drops_per_trigger, 1, 65535);
+  check_range("frequency_hz", config.frequency_hz, 1, 65535);
+  check_range("strobe_divider", config.strobe_divider, 1, 255);
+  check_range("strobe_delay_us", config.strobe_delay_us, 0, 65535);
+  if (const std::string why = jetdrive::waveform_refusal(config.waveform, config.limits); !why.empty())
+    throw std::invalid_argument("jet: " + why);
+}
+
+void Jet::connected(std::int64_t, Effects& fx) {
+  set_state(DriverState::kIdentifying, identity_, fx);
+  phase_ = Phase::kHandshake;
+  Request stop_program;  // the boot monitor answers with a prompt
+  stop_program.append("Q");
+  stop_program.format = jetdrive::kPrompt;
+  stop_program.repeat = Repeat::kNever;
+  stop_program.reply_us = 3'000'000;
+  link_.push(stop_program);
+  for (const char c : std::string_view("X2000")) {  // starts the firmware; one byte at a time, each echoed
+    Request r;
+    r.append(std::string_view(&c, 1));
+    r.format = jetdrive::kEcho;
+    r.repeat = Repeat::kNever;
+    link_.push(r);
+  }
+}
+
+void Jet::push_setup() {
+  Request reset = jetdrive::frame(Command::kReset, {}, Repeat::kSetup);
+  reset.reply_us = 4'000'000;
+  link_.push(reset);
+  link_.push(jetdrive::frame(Command::kGetVersion, {}, Repeat::kRead));
+  link_.push(jetdrive::pulse(config_.waveform));
+  link_.push(with_u8(Command::kContinuous, 0));
+  link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
+  link_.push(with_u16(Command::kFullFrequency, config_.frequency_hz));
+  link_.push(with_u8(Command::kStrobeDivider, config_.strobe_divider));
+  link_.push(with_u8(Command::kStrobeEnable, config_.strobe));
+  const std::uint8_t delay[3] = {0x01, std::uint8_t(unsigned(config_.strobe_delay_us) >> 8), std::uint8_t(config_.strobe_delay_us)};
+  link_.push(jetdrive::frame(Command::kStrobeDelay, delay, Repeat::kSetup));
+  link_.push(with_u8(Command::kSource, 0));
+}
+
+void Jet::refuse(std::int32_t code, std::string text, Effects& fx) {
+  fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text)});
+}
+
+void Jet::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
+  if (op_ == Op::kNone) return;
+  op_ = Op::kNone;
+  fx.events.emplace_back(Result{outcome, -1, expected_, 0, 0, code, std::move(text)});
+}
+
+void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
+  if (busy() || phase_ != Phase::kReady) {
+    refuse(kNoCode, busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
+  } else {
+    op_ = Op::kArm;
+    phase_ = Phase::kArming;
+    expected_ = expected;
+    link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
+    link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
+    set_state(DriverState::kStaged, "arming", fx);
+  }
+  pump(now_us, fx);
+}
+
+void Jet::disarm(std::int64_t now_us, Effects& fx) {
+  if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed))
+    refuse(kNoCode, busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
+  else
+    begin_disarm(Op::kDisarm, now_us, fx);
+  pump(now_us, fx);
+}
+
+void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, Effects& fx) {
+  const std::string why = jetdrive::waveform_refusal(waveform, config_.limits);
+  if (!why.empty()) {
+    refuse(kJetLimit, why, fx);
+  } else if (busy() || phase_ != Phase::kReady) {
+    refuse(kJetLimit, std::string("the waveform is never changed while the jet is ") + name(state()), fx);
+  } else {
+    op_ = Op::kWaveform;
+    phase_ = Phase::kWaveform;
+    config_.waveform = waveform;
+    link_.push(jetdrive::pulse(waveform));
+    set_state(DriverState::kStaged, "new waveform", fx);
+  }
+  pump(now_us, fx);
+}
+
+void Jet::begin_disarm(Op op, std::int64_t now_us, Effects& fx) {
+  op_ = op;
+  phase_ = Phase::kDisarming;
+  link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
+}
+
+void Jet::stop(std::int64_t now_us, Effects& fx) {
+  if (phase_ == Phase::kDown || phase_ == Phase::kHandshake || phase_ == Phase::kBooting) return;  // firmware not running: it cannot fire
+  if (phase_ == Phase::kSetup || phase_ == Phase::kStopping) return;  // ends with the source internal
+  link_.clear_queue();
+  phase_ = Phase::kStopping;
+  if (busy()) ending_ = "safe stop";
+  link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
+  if (link_.suspect()) link_.push(with_u8(Command::kSource, 0));
+}
+
+void Jet::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+  if (request.format == jetdrive::kPrompt) return;
+  if (request.format == jetdrive::kEcho) {
+    if (!link_.idle()) return;
+    phase_ = Phase::kBooting;
+    boot_until_us_ = now_us + kBootWait_us;
+    return;
+  }
+  const jetdrive::Reply r = dialect_.parse(frame);
+  if (!r.acknowledged) {
+    const std::string why = "the jet refuses " + name_of(request);
+    fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? 2 : 1, kCommandRejected, "jet: " + why, fx);
+    if (phase_ == Phase::kSetup || phase_ == Phase::kDisarming || phase_ == Phase::kStopping) return reconnect(now_us, fx, why);
+    if (busy()) {
+      ending_ = why;
+      ending_code_ = kCommandRejected;
+      link_.clear_queue();
+      phase_ = Phase::kStopping;
+      link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
+    }
+    return;
+  }
+  if (request.format == jetdrive::kVersion) identity_ = "MicroFab JetDrive III firmware " + std::to_string(r.version);
+}
+
+void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
+  const std::string why = "no good reply to " + name_of(request);
+  fault(1, kLinkLost, "jet: " + why, fx);
+  if (phase_ == Phase::kStopping && request.repeat == Repeat::kNever) return;
+  if (phase_ != Phase::kArming) return reconnect(now_us, fx, why);
+  ending_ = why;  // it may be armed: make sure that it is not
+  ending_code_ = kLinkLost;
+  link_.clear_queue();
+  phase_ = Phase::kStopping;
+  link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
+  link_.push(with_u8(Command::kSource, 0));
+}
+
+void Jet::lost(std::int64_t, Effects& fx) {
+  if (phase_ == Phase::kArmed || busy()) fault(2, kLinkLost, "jet: link lost while in use", fx);
+  if (busy() && ending_.empty()) {
+    ending_ = "the link was lost";
+    ending_code_ = kLinkLost;
+  }
+  phase_ = Phase::kDown;
+}
+
+bool Jet::idle(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kBooting:
+      if (now_us < boot_until_us_) return false;
+      phase_ = Phase::kSetup;
+      push_setup();
+      return true;
+    case Phase::kSetup:
+      identified();
+      [[fallthrough]];
+    case Phase::kStopping:
+      // A command that a stop or a lost link has cut short ends here, with the source confirmed internal.
+      if (op_ == Op::kDisarm) finish(Outcome::kDone, kNoCode, ending_, fx);
+      else if (op_ == Op::kArm) finish(Outcome::kNone, ending_code_, ending_, fx);
+      else finish(Outcome::kFailed, ending_code_, ending_, fx);
+      ending_.clear();
+      ending_code_ = kNoCode;
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "trigger source internal", fx);
+      return false;
+    case Phase::kArming:
+      phase_ = Phase::kArmed;
+      set_state(DriverState::kArmed, "trigger source external", fx);
+      finish(Outcome::kReady, kNoCode, {}, fx);
+      return false;
+    case Phase::kDisarming:
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "trigger source internal", fx);
+      finish(Outcome::kDone, kNoCode, {}, fx);
+      return false;
+    case Phase::kWaveform:
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "waveform set", fx);
+      finish(Outcome::kDone, kNoCode, {}, fx);
+      return false;
+    case Phase::kReady:
+    case Phase::kArmed:
+      if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
+      link_.push(jetdrive::frame(Command::kPoll, {}, Repeat::kRead));
+      return true;
+    default: return false;
+  }
+}
+
+std::int64_t Jet::device_wake_us() const {
+  if (!link_.idle()) return 0;
+  if (phase_ == Phase::kBooting) return boot_until_us_;
+  if (phase_ == Phase::kReady || phase_ == Phase::kArmed) return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+  return 0;
+}
+
+}  // namespace firn::drivers

@@ -1,0 +1,68 @@
+// The jet: MicroFab JetDrive III. Armed, it fires on every pulse of its trigger input (the stage's pulse output);
+// disarmed, its trigger source is internal and nothing fires. It has no droplet counter: counted = -1, the stage's
+// pulse counter is the evidence.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "drivers/jet/jetdrive.h"
+#include "drivers/link/driver.h"
+
+namespace firn::drivers {
+
+struct JetConfig {
+  jetdrive::Waveform waveform;
+  jetdrive::WaveformLimits limits;
+  jetdrive::ReplyLayout layout;
+  int drops_per_trigger = 1;
+  int frequency_hz = 1000;        ///< of continuous jetting, which a print never uses
+  int strobe_divider = 1;
+  bool strobe = true;
+  int strobe_delay_us = 0;
+  double poll_idle_s = 2.0;
+};
+
+class Jet final : public Driver {
+ public:
+  /// @throws std::invalid_argument naming the field and its limit.
+  explicit Jet(JetConfig config);
+
+  /// Trigger source external, one drop per trigger; Result{kReady} when armed.
+  void arm(std::int64_t expected, std::int64_t now_us, Effects& fx);
+  /// Trigger source internal; Result{kDone} with counted = -1.
+  void disarm(std::int64_t now_us, Effects& fx);
+  /// Refused unless the jet is safe: a waveform changed while jetting can break the instrument (I11).
+  void set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, Effects& fx);
+
+  bool busy() const override { return op_ != Op::kNone; }
+
+ private:
+  enum class Op : std::uint8_t { kNone, kArm, kDisarm, kWaveform };
+  enum class Phase : std::uint8_t { kDown, kHandshake, kBooting, kSetup, kReady, kArming, kArmed, kDisarming, kStopping, kWaveform };
+
+  void connected(std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
+  void lost(std::int64_t now_us, Effects& fx) override;
+  void stop(std::int64_t now_us, Effects& fx) override;
+  bool idle(std::int64_t now_us, Effects& fx) override;
+  std::int64_t device_wake_us() const override;
+  bool stopping() const override { return phase_ == Phase::kStopping; }
+
+  void begin_disarm(Op op, std::int64_t now_us, Effects& fx);
+  void push_setup();
+  void refuse(std::int32_t code, std::string text, Effects& fx);
+  void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
+
+  JetConfig config_;
+  jetdrive::JetDriveDialect dialect_;
+  Phase phase_ = Phase::kDown;
+  Op op_ = Op::kNone;
+  std::int64_t expected_ = 0;
+  std::int64_t boot_until_us_ = 0;
+  std::string ending_;
+  std::int32_t ending_code_ = kNoCode;
+};
+
+}  // namespace firn::drivers

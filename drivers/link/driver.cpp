@@ -1,0 +1,96 @@
+#include "drivers/link/driver.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace firn::drivers {
+
+void Driver::opened(std::int64_t now_us, Effects& fx) {
+  if (link_.is_open()) went_down(now_us, fx, "opened again");
+  reopen_at_us_ = 0;
+  link_.opened(now_us);
+  set_state(DriverState::kConnecting, "port open", fx);
+  pump(now_us, fx);
+}
+
+void Driver::closed(std::int64_t now_us, Effects& fx) {
+  went_down(now_us, fx, "port closed");
+  pump(now_us, fx);
+}
+
+void Driver::went_down(std::int64_t now_us, Effects& fx, std::string_view why) {
+  link_.closed();
+  lost(now_us, fx);
+  set_state(DriverState::kDisconnected, why, fx);
+  if (reopen_at_us_ == 0) {
+    reopen_at_us_ = now_us + backoff_us_;
+    backoff_us_ = std::min(2 * backoff_us_, kLongestBackoff);
+  }
+}
+
+void Driver::reconnect(std::int64_t now_us, Effects& fx, std::string_view why) { went_down(now_us, fx, why); }
+
+void Driver::received(std::span<const std::byte> bytes, std::int64_t now_us, Effects& fx) {
+  link_.received(bytes, now_us);
+  pump(now_us, fx);
+}
+
+void Driver::woke(std::int64_t now_us, Effects& fx) { pump(now_us, fx); }
+
+void Driver::safe_stop(std::int64_t now_us, Effects& fx) {
+  stop(now_us, fx);
+  pump(now_us, fx);
+}
+
+void Driver::pump(std::int64_t now_us, Effects& fx) {
+  if (!link_.is_open() && reopen_at_us_ != 0 && now_us >= reopen_at_us_) {
+    reopen_at_us_ = now_us + backoff_us_;  // asked again if nothing comes of it
+    backoff_us_ = std::min(2 * backoff_us_, kLongestBackoff);
+    fx.reopen = true;
+  }
+  tick(now_us, fx);
+  for (int n = 0;; ++n) {
+    if (n > 100'000) throw std::logic_error("a driver makes no progress");
+    if (const auto e = link_.poll(now_us, fx)) {
+      using Kind = LinkEvent::Kind;
+      switch (e->kind) {
+        case Kind::kReady: connected(now_us, fx); break;
+        case Kind::kReply: reply(e->request, e->frame, now_us, fx); break;
+        case Kind::kFailed: failed(e->request, now_us, fx); break;
+        case Kind::kUnsolicited: unsolicited(e->frame, now_us, fx); break;
+        case Kind::kSuspect:
+          before_suspect_ = state_;
+          set_state(DriverState::kSuspect, "a reply was lost or damaged", fx);
+          break;
+        case Kind::kRecovered:
+          if (state_ == DriverState::kSuspect) set_state(before_suspect_, "link sound again", fx);
+          break;
+        case Kind::kLost:
+          fx.reopen = false;  // with the pause of went_down
+          went_down(now_us, fx, "no answer");
+          break;
+      }
+      continue;
+    }
+    if (!link_.idle() || !idle(now_us, fx)) break;
+  }
+  fx.wake_us = 0;
+  for (const std::int64_t t : {link_.is_open() ? link_.wake_us() : reopen_at_us_, device_wake_us()})
+    if (t != 0 && (fx.wake_us == 0 || t < fx.wake_us)) fx.wake_us = t;
+}
+
+void Driver::set_state(DriverState state, std::string_view text, Effects& fx) {
+  if (state_ == DriverState::kSuspect && state != DriverState::kSuspect && link_.suspect()) {
+    before_suspect_ = state;  // told when the link is sound again
+    return;
+  }
+  if (state_ == state) return;
+  state_ = state;
+  fx.events.emplace_back(StateChange{state, std::string(text)});
+}
+
+void Driver::fault(int severity, std::int32_t code, std::string text, Effects& fx) {
+  fx.events.emplace_back(Fault{severity, code, std::move(text)});
+}
+
+}  // namespace firn::drivers
