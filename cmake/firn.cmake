@@ -6,18 +6,22 @@ function(firn_library name)
   target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
 endfunction()
 
-# firn_process(NAME main.cpp LINK targets…): one executable in build/bin.
+# firn_process(NAME main.cpp LINK targets…): one executable in build/bin; `programs` builds them all.
+add_custom_target(programs)
 function(firn_process name)
   cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+  add_dependencies(programs ${name})
 endfunction()
 
-# firn_test(NAME sources… LINK targets… LABEL label): one Catch2 program; each TEST_CASE becomes one ctest test.
+# firn_test(NAME sources… LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
+# Labels: live = separate processes and real time, runs alone; threads = runs under ./firn test --tsan;
+# full = only in ./firn test --full.
 function(firn_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS} $<TARGET_OBJECTS:firn_catch_main>)
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
@@ -27,8 +31,14 @@ function(firn_test name)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
+  set(labels ${ARG_LABEL} ${ARG_LABELS})
+  set(alone FALSE)
+  if("live" IN_LIST labels)
+    set(alone TRUE)
+  endif()
+  list(JOIN labels "\\\\;" labels)
   catch_discover_tests(${name} TEST_PREFIX "${name}: "
-    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABEL}")
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}")
 endfunction()
 
 # firn_lcm_types(TARGET a.lcm b.lcm …): runs lcm-gen and makes an interface target with the generated headers.

@@ -1,0 +1,132 @@
+#include "cli/dataflow_command.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "cli/exit_codes.h"
+#include "cli/node_makers.h"
+#include "cli/targets.h"
+#include "cli/text_file.h"
+#include "lcmtypes/channels.h"
+
+namespace firn {
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string out;
+  for (char c : text) out += c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+  return out;
+}
+
+/// FAULT_STAGE, FAULT_JET, … are drawn and listed once, as FAULT_*; "" for a channel of its own.
+std::string family(const ChannelInfo& channel) {
+  const std::string suffix = "_" + std::string(info(channel.publisher).name);
+  return lower(channel.name).ends_with(suffix) ? std::string(channel.name.substr(0, channel.name.size() - suffix.size())) + "_*" : "";
+}
+
+struct Row {
+  std::string name;
+  const ChannelInfo* channel = nullptr;
+  std::vector<std::string> publishers;
+  std::set<std::string> subscribers;
+  std::set<std::pair<std::string, std::string>> arrows;  ///< publisher, subscriber
+};
+
+std::vector<Row> rows() {
+  const Subscriptions subscriptions = all_subscriptions();
+  std::vector<Row> out;
+  for (const ChannelInfo& channel : channel_table()) {
+    std::string name = family(channel);
+    if (name.empty()) name = channel.name;
+    auto row = std::find_if(out.begin(), out.end(), [&](const Row& r) { return r.name == name; });
+    if (row == out.end()) row = out.insert(out.end(), Row{name, &channel, {}, {}, {}});
+    row->publishers.emplace_back(info(channel.publisher).name);
+    const auto found = subscriptions.find(std::string(channel.name));
+    if (found == subscriptions.end()) continue;
+    for (const std::string& subscriber : found->second) {
+      row->subscribers.insert(subscriber);
+      row->arrows.emplace(row->publishers.back(), subscriber);
+    }
+  }
+  return out;
+}
+
+std::string joined(const auto& words, const char* separator) {
+  std::string out;
+  for (const std::string& w : words) out += (out.empty() ? "" : separator) + w;
+  return out;
+}
+
+std::string publishers_text(const Row& row) {
+  const std::size_t n = row.publishers.size();
+  if (n == 1) return row.publishers[0];
+  if (n == std::size_t(kNodeCount)) return "every process";
+  if (n == std::size_t(kReplayedNodeCount)) return "every node";
+  return joined(row.publishers, ", ");
+}
+
+std::string rate_text(double rate_hz) {
+  return rate_hz == 0.0 ? "on event" : std::to_string(int(rate_hz)) + " Hz";
+}
+
+// One arrow per pair of processes, labelled with the channels, so that the graph stays legible.
+std::string graph(const std::vector<Row>& table) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> arrows;
+  const auto add = [&](const std::string& arrow, const std::string& label) {
+    auto a = std::find_if(arrows.begin(), arrows.end(), [&](const auto& x) { return x.first == arrow; });
+    if (a == arrows.end()) a = arrows.insert(arrows.end(), {arrow, {}});
+    a->second.push_back(label);
+  };
+  for (const Row& row : table) {
+    const bool all = row.publishers.size() == std::size_t(kNodeCount);
+    for (const std::string& to : row.subscribers)
+      if (all) add("processes|" + to, row.name);
+    for (const auto& [from, to] : row.arrows)
+      if (!all) add(from + "|" + to, row.name);
+  }
+  std::string out = "```mermaid\nflowchart LR\n  processes([every process])\n";
+  for (const NodeInfo& n : nodes())
+    if (int(n.id) < kReplayedNodeCount) out += "  " + std::string(n.name) + (n.driver ? "[[" : "[") + std::string(n.name) + (n.driver ? "]]\n" : "]\n");
+  for (const auto& [arrow, labels] : arrows) {
+    const std::size_t bar = arrow.find('|');
+    out += "  " + arrow.substr(0, bar) + " -->|" + joined(labels, "<br/>") + "| " + arrow.substr(bar + 1) + "\n";
+  }
+  return out + "```\n";
+}
+
+}  // namespace
+
+std::string dataflow_markdown() {
+  const std::vector<Row> table = rows();
+  std::string out =
+      "# Data flow\n\n"
+      "Written by `firn dataflow` from `lcmtypes/channels.cpp` and from what the nodes subscribe to; do not edit by\n"
+      "hand. Each node is a small process; `[[drivers]]` speak to one instrument each. The recorder takes every\n"
+      "channel that is logged; resend requests and tiles are handled below the nodes.\n\n";
+  out += graph(table);
+  out += "\n| channel | type | publisher | subscribers | delivery | rate | queue | logged | meaning |\n|---|---|---|---|---|---|---|---|---|\n";
+  for (const Row& r : table)
+    out += "| " + r.name + " | `" + std::string(r.channel->type) + "` | " + publishers_text(r) + " | " + joined(r.subscribers, ", ") + " | " +
+           (r.channel->delivery == Delivery::kReliable ? "reliable" : "latest") + " | " + rate_text(r.channel->rate_hz) + " | " +
+           (r.channel->queue ? std::to_string(r.channel->queue) : "unlimited") + " | " + (r.channel->logged ? "yes" : "no") + " | " +
+           std::string(r.channel->meaning) + (r.channel->nodes_may_read ? "" : " (no node reads it)") + " |\n";
+  return out;
+}
+
+int run_dataflow(const DataflowOptions& options) {
+  if (!options.json) {
+    write_generated(options.output, dataflow_markdown(), false);
+    return kOk;
+  }
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const Row& r : rows())
+    out.push_back({{"channel", r.name}, {"type", r.channel->type}, {"publishers", r.publishers}, {"subscribers", r.subscribers},
+                   {"delivery", r.channel->delivery == Delivery::kReliable ? "reliable" : "latest"}, {"rate_hz", r.channel->rate_hz},
+                   {"queue", r.channel->queue}, {"logged", r.channel->logged}, {"meaning", r.channel->meaning}});
+  std::fputs((out.dump(2) + "\n").c_str(), stdout);
+  return kOk;
+}
+
+}  // namespace firn

@@ -1,0 +1,25 @@
+// firn: one program, one file per subcommand. Data on stdout, progress and errors on stderr.
+#include <cstdio>
+#include <exception>
+
+#include "cli/exit_codes.h"
+#include "cli/options.h"
+#include "config/error.h"
+
+int main(int argc, char** argv) {
+  using namespace firn;
+  const Call call = parse_command_line(argc, argv);
+  const auto report = [&](const char* what, int code) {
+    std::fprintf(stderr, "firn%s%s: %s\n", call.command.empty() ? "" : " ", call.command.c_str(), what);
+    return code;
+  };
+  try {
+    return call.run();
+  } catch (const ConfigError& e) {
+    return report(e.what(), kUsage);
+  } catch (const UsageError& e) {
+    return report(e.what(), kUsage);
+  } catch (const std::exception& e) {
+    return report(e.what(), kFailed);
+  }
+}

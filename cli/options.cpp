@@ -1,0 +1,124 @@
+#include "cli/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "cli/config_command.h"
+#include "cli/dataflow_command.h"
+#include "cli/exit_codes.h"
+#include "config/fields.h"
+#include "runtime/build_info.h"
+
+namespace firn {
+namespace {
+
+using Run = std::function<int()>;
+
+/// Binds a command's options struct to its parser; the struct lives as long as the call.
+template <class Options>
+std::shared_ptr<Options> bind(CLI::App& app, Run& run, int (*command)(const Options&)) {
+  auto options = std::make_shared<Options>();
+  app.final_callback([&run, options, command] { run = [options, command] { return command(*options); }; });
+  return options;
+}
+
+void json_flag(CLI::App& app, bool& json) { app.add_flag("--json", json, "machine-readable output"); }
+
+void declare_config(CLI::App& app, Run& run) {
+  const auto common = [&run](CLI::App& sub, ConfigAction action) {
+    auto o = bind(sub, run, run_config);
+    o->action = action;
+    json_flag(sub, o->json);
+    return o;
+  };
+  const auto with_file = [&](const char* name, const char* help, ConfigAction action) {
+    CLI::App& sub = *app.add_subcommand(name, help);
+    auto o = common(sub, action);
+    sub.add_option("FILE", o->file, "experiment")->required();
+    sub.add_option("--set", o->overrides, "KEY=VALUE, after the file")->allow_extra_args(false);
+  };
+  with_file("check", "names the first mistake of an experiment", ConfigAction::kCheck);
+  with_file("dump", "every key of an experiment with its resolved value", ConfigAction::kDump);
+  CLI::App& docs = *app.add_subcommand("docs", "writes docs/configuration.md");
+  auto o = common(docs, ConfigAction::kDocs);
+  docs.add_option("-o,--output", o->output, "file; - = stdout")->capture_default_str();
+  app.require_subcommand(1);
+}
+
+void declare_dataflow(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_dataflow);
+  app.add_option("-o,--output", o->output, "file; - = stdout")->capture_default_str();
+  json_flag(app, o->json);
+}
+
+struct Command {
+  const char* name;
+  const char* help;
+  void (*declare)(CLI::App&, Run&);
+};
+
+// In the reader's order; a new command is one row, one declare_ function and its cli/<name>_command.{h,cpp}.
+constexpr Command kCommands[] = {
+    {"config", "checks, resolves and documents experiment files", declare_config},
+    {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},
+};
+
+std::vector<std::string_view> command_names() {
+  std::vector<std::string_view> names;
+  for (const Command& c : kCommands) names.push_back(c.name);
+  return names;
+}
+
+Call printed(const std::string& text) {
+  return {"", [text] {
+            std::fputs(text.c_str(), stdout);
+            return int(kOk);
+          }};
+}
+
+Call refused(const CLI::App& app, const std::string& command, std::string problem) {
+  for (char& c : problem)
+    if (c == '\n') c = ' ';
+  const std::string help = "\n(" + app.get_name() + (command.empty() ? "" : " " + command) + " --help lists what there is)";
+  return {command, [problem, help]() -> int { throw UsageError(problem + help); }};
+}
+
+}  // namespace
+
+Call parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("Closed-loop additive manufacturing: print, measure, decide, record, replay.", "firn");
+  app.set_version_flag("--version", std::string("firn ") + build_commit());
+  app.require_subcommand(1);
+  Run run;
+  for (const Command& c : kCommands) c.declare(*app.add_subcommand(c.name, c.help), run);
+
+  std::string command;
+  const auto chosen = [&] {
+    command.clear();
+    for (const CLI::App* a = &app; !a->get_subcommands().empty();) {
+      a = a->get_subcommands().front();
+      command += (command.empty() ? "" : " ") + a->get_name();
+    }
+  };
+  const std::vector<std::string_view> names = command_names();
+  if (const std::string word = argc > 1 ? argv[1] : ""; !word.empty() && word[0] != '-' && std::find(names.begin(), names.end(), word) == names.end()) {
+    const std::string near = nearest(word, names);
+    return refused(app, "", "unknown command '" + word + "'" + (near.empty() ? "" : "; the nearest known one is " + near));
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    return printed(app.help());
+  } catch (const CLI::CallForVersion&) {
+    return printed(app.version() + "\n");
+  } catch (const CLI::ParseError& e) {
+    chosen();
+    return refused(app, command, e.what());
+  }
+  chosen();
+  return {command, run};
+}
+
+}  // namespace firn

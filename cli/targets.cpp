@@ -1,0 +1,135 @@
+#include "cli/targets.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "cli/digest.h"
+#include "config/error.h"
+#include "core/grid/npy.h"
+
+namespace firn {
+namespace {
+
+constexpr std::array<unsigned char, 8> kPngMagic = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+constexpr std::size_t kMaxPngBytes = 64u << 20;
+
+[[noreturn]] void refuse(const std::string& file, const std::string& problem) {
+  throw ConfigError(file, 0, "part.image", "part.image: " + problem);
+}
+
+std::uint32_t big_endian(std::span<const std::byte> b, std::size_t at) {
+  return std::uint32_t(b[at]) << 24 | std::uint32_t(b[at + 1]) << 16 | std::uint32_t(b[at + 2]) << 8 | std::uint32_t(b[at + 3]);
+}
+
+/// Width, height, bit depth and colour type stand at fixed places of a PNG [RFC 2083, 4.1.1]; checking them first
+/// keeps a forged header from asking for gigabytes.
+void check_png_header(std::span<const std::byte> png, const std::string& name) {
+  if (png.size() > kMaxPngBytes) refuse(name, std::to_string(png.size()) + " bytes is above the limit of " + std::to_string(kMaxPngBytes));
+  if (png.size() < 33 || !std::equal(kPngMagic.begin(), kPngMagic.end(), png.begin(), [](unsigned char m, std::byte b) { return std::byte{m} == b; }))
+    refuse(name, "is not a PNG file");
+  const std::uint32_t width = big_endian(png, 16), height = big_endian(png, 20);
+  if (width < 1 || height < 1 || width > std::uint32_t(kMaxGridSide) || height > std::uint32_t(kMaxGridSide))
+    refuse(name, std::to_string(width) + " x " + std::to_string(height) + " pixels: each side must lie in [1, " + std::to_string(kMaxGridSide) + "]");
+  const int colour = int(png[25]);
+  if (colour != 0) refuse(name, "must be grey without alpha or palette (PNG colour type 0, this is " + std::to_string(colour) + ")");
+}
+
+/// Overlap of [a0, a1) with pixels along one axis: first pixel and weights that sum to a1 - a0.
+struct Coverage {
+  int first = 0;
+  std::vector<double> weights;
+};
+
+std::vector<Coverage> coverage(int cells, int pixels) {
+  std::vector<Coverage> out(std::size_t(cells), Coverage{});
+  for (int c = 0; c < cells; ++c) {
+    const double a0 = double(c) * pixels / cells, a1 = double(c + 1) * pixels / cells;
+    Coverage& cover = out[std::size_t(c)];
+    cover.first = std::min(int(a0), pixels - 1);
+    for (int p = cover.first; p < pixels && p < a1; ++p)
+      cover.weights.push_back(std::min(a1, p + 1.0) - std::max(a0, double(p)));
+  }
+  return out;
+}
+
+double cell_average(const cv::Mat& grey, const Coverage& x, const Coverage& y) {
+  double sum = 0.0, area = 0.0;
+  for (std::size_t q = 0; q < y.weights.size(); ++q)
+    for (std::size_t p = 0; p < x.weights.size(); ++p) {
+      const double w = x.weights[p] * y.weights[q];
+      sum += w * grey.at<double>(y.first + int(q), x.first + int(p));
+      area += w;
+    }
+  return sum / area;
+}
+
+std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) refuse(path.string(), "no such file");
+  std::ifstream in(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in) refuse(path.string(), "cannot be read");
+  const auto* begin = reinterpret_cast<const std::byte*>(text.data());
+  return {begin, begin + text.size()};
+}
+
+Blob make_blob(std::string role, std::vector<std::byte> bytes) {
+  std::string name = sha256_hex(bytes);
+  return {std::move(role), std::move(name), std::move(bytes)};
+}
+
+}  // namespace
+
+Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm, const std::string& name) {
+  check(grid);
+  check_png_header(png, name);
+  cv::Mat image;
+  try {
+    const cv::Mat raw(1, int(png.size()), CV_8U, const_cast<std::byte*>(png.data()));
+    image = cv::imdecode(raw, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception& e) {
+    refuse(name, "cannot be decoded: " + e.err);
+  }
+  if (image.empty()) refuse(name, "is damaged and cannot be decoded");
+  const double white = image.depth() == CV_16U ? 65535.0 : 255.0;
+  cv::Mat grey;
+  image.convertTo(grey, CV_64F);
+
+  Target target{HeightMap(grid), Mask(grid)};
+  const std::vector<Coverage> columns = coverage(grid.nx, grey.cols), rows = coverage(grid.ny, grey.rows);
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const double value = cell_average(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]);
+      if (value <= 0.0) continue;
+      target.height.at(i, j) = value / white * white_mm;
+      target.mask.at(i, j) = 1;
+    }
+  if (target.mask.count() == 0) refuse(name, "is black everywhere: no part");
+  return target;
+}
+
+Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& folder) {
+  Blobs blobs;
+  Target target;
+  if (experiment.part.shape.kind == "height_map") {
+    const std::filesystem::path path = folder / experiment.part.image;
+    std::vector<std::byte> png = read_bytes(path);
+    target = target_from_png(png, experiment.grid, experiment.part.image_white_mm, path.string());
+    blobs.push_back(make_blob("image", std::move(png)));
+  } else {
+    try {
+      target = make_shape(experiment.part.shape, experiment.grid);
+    } catch (const std::invalid_argument& e) {
+      throw ConfigError("part", 0, "part.shape", e.what());
+    }
+  }
+  blobs.insert(blobs.begin(), {make_blob("target", to_npy(target.height)), make_blob("mask", to_npy(target.mask))});
+  return blobs;
+}
+
+}  // namespace firn

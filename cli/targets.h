@@ -1,0 +1,24 @@
+// A run's inputs: target and mask as NPY blobs, from an analytic shape or a grey PNG height map.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "config/experiment.h"
+#include "runtime/node.h"
+
+namespace firn {
+
+/// Grey values as heights on `grid`: white (255, or 65535 of 16 bits) = `white_mm`, black = outside the mask. The top
+/// row of the image is the row of largest y. An image of another size is averaged over each cell's area.
+/// @throws ConfigError (file `name`, key part.image): not a PNG, not grey, more than kMaxGridSide a side, all black.
+Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm, const std::string& name);
+
+/// Blobs "target" ('<f8'), "mask" ('|u1') and, for a height map, "image" (the PNG as it is).
+/// @param folder of the experiment file, to which part.image is relative.
+/// @throws ConfigError: unreadable or wrong image, or a part that covers no cell centre.
+Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& folder);
+
+}  // namespace firn

@@ -1,0 +1,34 @@
+#include <catch2/catch.hpp>
+
+#include <fstream>
+#include <sstream>
+
+#include "cli/dataflow_command.h"
+#include "cli/node_makers.h"
+#include "lcmtypes/channels.h"
+
+using namespace firn;
+
+TEST_CASE("docs/dataflow.md is what `firn dataflow` writes") {
+  std::ifstream in(std::string(FIRN_SOURCE_DIR) + "/docs/dataflow.md");
+  std::stringstream committed;
+  committed << in.rdbuf();
+  const bool same = committed.str() == dataflow_markdown();
+  INFO("write it again with: ./firn dataflow");
+  CHECK(same);
+}
+
+TEST_CASE("Every node subscribes only to channels of the table that nodes may read") {
+  for (const auto& [channel, subscribers] : all_subscriptions()) {
+    INFO(channel);
+    const ChannelInfo* info = find_channel(channel);
+    REQUIRE(info);
+    CHECK(info->nodes_may_read);
+  }
+}
+
+TEST_CASE("The document names every channel or its family and every node") {
+  const std::string text = dataflow_markdown();
+  for (const NodeInfo& n : nodes()) CHECK(text.find(std::string(n.name)) != std::string::npos);
+  for (const ChannelInfo& c : channel_table()) CHECK(text.find(std::string(c.type)) != std::string::npos);
+}

@@ -1,0 +1,56 @@
+// The experiments that are shipped.
+#include <catch2/catch.hpp>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "cli/targets.h"
+#include "config/include.h"
+#include "core/grid/npy.h"
+
+using namespace firn;
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path kFolder = fs::path(FIRN_SOURCE_DIR) / "experiments";
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace
+
+TEST_CASE("Every shipped experiment is valid, has a part and bears its file's name") {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(kFolder)) {
+    if (entry.path().extension() != ".toml") continue;
+    INFO(entry.path().string());
+    const Experiment e = load_experiment(entry.path());
+    CHECK(e.run.name == entry.path().stem().string());
+    const Blobs inputs = make_inputs(e, kFolder);
+    CHECK(mask_from_npy(inputs.at(1).bytes, e.grid, "mask").count() > 100);
+    ++count;
+  }
+  CHECK(count >= 5);
+}
+
+TEST_CASE("The shipped height map is what scripts/make_height_map.py writes") {
+  const fs::path written = fs::path(FIRN_BINARY_DIR) / "test-height-map.png";
+  const std::string command = "python3 '" + std::string(FIRN_SOURCE_DIR) + "/scripts/make_height_map.py' '" + written.string() + "'";
+  REQUIRE(std::system(command.c_str()) == 0);
+  CHECK(bytes_of(written) == bytes_of(kFolder / "height_map.png"));
+  fs::remove(written);
+}
+
+TEST_CASE("The shipped relief has the formula's height at its centre and corners outside the part") {
+  const Experiment e = load_experiment(kFolder / "height-map.toml");
+  const Blobs inputs = make_inputs(e, kFolder);
+  const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
+  CHECK(target.at(20, 20) == Approx(0.3 * 0.7).epsilon(0.03));  // 0.5 + 0.2 at r = 0
+  CHECK(target.at(0, 0) == 0.0);
+  CHECK(blob(inputs, "image").bytes.size() == fs::file_size(kFolder / "height_map.png"));
+}

@@ -1,0 +1,37 @@
+#include <catch2/catch.hpp>
+
+#include <vector>
+
+#include "cli/exit_codes.h"
+#include "cli/options.h"
+
+using namespace firn;
+
+namespace {
+
+Call parse(std::vector<const char*> words) {
+  words.insert(words.begin(), "firn");
+  return parse_command_line(int(words.size()), words.data());
+}
+
+}  // namespace
+
+TEST_CASE("A subcommand is found with its name and something to run") {
+  const Call call = parse({"config", "check", "x.toml", "--set", "a.b=1", "--set", "c=2"});
+  CHECK(call.command == "config check");
+  CHECK(call.run);
+}
+
+TEST_CASE("Usage errors name the command and the argument and are raised by run, not before") {
+  CHECK_THROWS_WITH(parse({"confg"}).run(), Catch::Contains("unknown command 'confg'; the nearest known one is config"));
+  CHECK_THROWS_WITH(parse({"config", "check"}).run(), Catch::Contains("FILE is required"));
+  CHECK_THROWS_WITH(parse({"dataflow", "--jsn"}).run(), Catch::Contains("--jsn"));
+  CHECK_THROWS_AS(parse({}).run(), UsageError);
+  CHECK_THROWS_AS(parse({"config"}).run(), UsageError);
+  CHECK_THROWS_AS(parse({"--bogus"}).run(), UsageError);
+  CHECK(parse({"config", "check"}).command == "config check");
+}
+
+TEST_CASE("An unreadable experiment is a configuration error that names the file") {
+  CHECK_THROWS_WITH(parse({"config", "check", "nowhere.toml"}).run(), "nowhere.toml: no such file");
+}

@@ -1,0 +1,131 @@
+#include <catch2/catch.hpp>
+
+#include <cstring>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "cli/digest.h"
+#include "cli/targets.h"
+#include "config/error.h"
+#include "core/grid/npy.h"
+#include "core/grid/random.h"
+
+using namespace firn;
+
+namespace {
+
+std::vector<std::byte> png(const cv::Mat& image) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", image, bytes);
+  const auto* begin = reinterpret_cast<const std::byte*>(bytes.data());
+  return {begin, begin + bytes.size()};
+}
+
+GridSpec grid(int nx, int ny) { return {nx, ny, 0.25, 0.25, 0.0, 0.0}; }
+
+}  // namespace
+
+TEST_CASE("SHA-256 of the empty and the standard's example message are those of FIPS 180-4") {
+  CHECK(sha256_hex({}) == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  const char* abc = "abc";
+  CHECK(sha256_hex({reinterpret_cast<const std::byte*>(abc), 3}) == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST_CASE("An 8 and a 16 bit picture of the grid's size give every cell its own pixel, top row at largest y") {
+  RandomStream random(1, Purpose::kTest);
+  for (const int depth : {CV_8U, CV_16U}) {
+    cv::Mat image(3, 4, depth);
+    for (int row = 0; row < 3; ++row)
+      for (int col = 0; col < 4; ++col) {
+        if (depth == CV_8U) image.at<std::uint8_t>(row, col) = std::uint8_t(random.below(256));
+        else image.at<std::uint16_t>(row, col) = std::uint16_t(random.below(65536));
+      }
+    if (depth == CV_8U) image.at<std::uint8_t>(2, 0) = 0;
+    else image.at<std::uint16_t>(2, 0) = 0;
+    const Target t = target_from_png(png(image), grid(4, 3), 0.5, "x.png");
+    for (int row = 0; row < 3; ++row)
+      for (int col = 0; col < 4; ++col) {
+        const double grey = depth == CV_8U ? image.at<std::uint8_t>(row, col) / 255.0 : image.at<std::uint16_t>(row, col) / 65535.0;
+        CHECK(t.height.at(col, 2 - row) == Approx(0.5 * grey).margin(1e-15));
+        CHECK(int(t.mask.at(col, 2 - row)) == int(grey > 0.0));
+      }
+    CHECK(int(t.mask.at(0, 0)) == 0);
+  }
+}
+
+TEST_CASE("A picture of another size keeps its volume: cells are averages over their area") {
+  RandomStream random(2, Purpose::kTest);
+  for (int n = 0; n < 30; ++n) {
+    const int rows = 1 + int(random.below(90)), cols = 1 + int(random.below(90));
+    cv::Mat image(rows, cols, CV_8U);
+    double sum = 0.0;
+    for (int r = 0; r < rows; ++r)
+      for (int c = 0; c < cols; ++c) sum += image.at<std::uint8_t>(r, c) = std::uint8_t(1 + random.below(255));
+    const GridSpec spec = grid(1 + int(random.below(50)), 1 + int(random.below(50)));
+    const Target t = target_from_png(png(image), spec, 1.0, "x.png");
+    double cells = 0.0;
+    for (double h : t.height.cells) cells += h;
+    CHECK(cells / double(spec.size()) == Approx(sum / 255.0 / (rows * cols)).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("A uniformly white picture of any size is a flat block of the white height") {
+  const Target t = target_from_png(png(cv::Mat(17, 5, CV_16U, cv::Scalar(65535))), grid(12, 7), 0.4, "x.png");
+  for (double h : t.height.cells) CHECK(h == Approx(0.4).epsilon(1e-14));
+  CHECK(t.mask.count() == 84);
+}
+
+TEST_CASE("A wrong picture is refused with its name and the reason") {
+  const auto refused = [](std::vector<std::byte> bytes, const char* why) {
+    CHECK_THROWS_WITH(target_from_png(bytes, grid(4, 4), 0.4, "x.png"), Catch::StartsWith("x.png: part.image: ") && Catch::Contains(why));
+  };
+  refused({}, "not a PNG");
+  refused(png(cv::Mat(4, 4, CV_8UC3, cv::Scalar(1, 2, 3))), "must be grey");
+  refused(png(cv::Mat(4, 4, CV_8UC4, cv::Scalar(1, 2, 3, 4))), "must be grey");
+  refused(png(cv::Mat(4, 4, CV_8U, cv::Scalar(0))), "black everywhere");
+  refused(png(cv::Mat(1, 5000, CV_8U, cv::Scalar(9))), "each side");
+  std::vector<std::byte> jpeg{std::byte{0xff}, std::byte{0xd8}};
+  jpeg.resize(100);
+  refused(jpeg, "not a PNG");
+}
+
+TEST_CASE("Any byte of a picture may be wrong: a target or a ConfigError, never a crash") {
+  cv::Mat image(20, 20, CV_16U);
+  for (int r = 0; r < 20; ++r)
+    for (int c = 0; c < 20; ++c) image.at<std::uint16_t>(r, c) = std::uint16_t(r * 3000 + c);
+  const std::vector<std::byte> good = png(image);
+  RandomStream random(3, Purpose::kTest);
+  int refused = 0;
+  for (int n = 0; n < 400; ++n) {
+    std::vector<std::byte> bytes = good;
+    if (n % 3 == 0) bytes.resize(random.below(std::uint32_t(bytes.size())));
+    else bytes[random.below(std::uint32_t(bytes.size()))] = std::byte(random.below(256));
+    try {
+      for (double h : target_from_png(bytes, grid(10, 10), 0.4, "x.png").height.cells) REQUIRE((h >= 0.0 && h <= 0.4 + 1e-12));
+    } catch (const ConfigError&) {
+      ++refused;
+    }
+  }
+  CHECK(refused > 100);
+}
+
+TEST_CASE("Inputs of an analytic shape are the target and the mask as NPY, named by their SHA-256") {
+  const Experiment e;
+  const Blobs blobs = make_inputs(e, "");
+  REQUIRE(blobs.size() == 2);
+  CHECK(blobs[0].role == "target");
+  CHECK(blobs[1].role == "mask");
+  for (const Blob& b : blobs) CHECK(b.sha256 == sha256_hex(b.bytes));
+  const Target t = make_shape(e.part.shape, e.grid);
+  CHECK(height_map_from_npy(blobs[0].bytes, e.grid, "target") == t.height);
+  CHECK(mask_from_npy(blobs[1].bytes, e.grid, "mask") == t.mask);
+}
+
+TEST_CASE("A part that covers no cell centre, and a picture that is not there, are configuration errors") {
+  Experiment e;
+  e.part.shape.diameter_mm = 0.01;  // on an even grid the centre lies between cells
+  CHECK_THROWS_AS(make_inputs(e, ""), ConfigError);
+  e.part.shape.kind = "height_map";
+  e.part.image = "nowhere.png";
+  CHECK_THROWS_WITH(make_inputs(e, "folder"), Catch::Contains("folder/nowhere.png") && Catch::Contains("no such file"));
+}
