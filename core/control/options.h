@@ -52,6 +52,9 @@ struct MpcOptions {
 struct ControlOptions {
   std::string scheme = "mpc";
   int max_layers = 0;  ///< stop for the operator when a scheme wants more layers than this; 0: no bound
+  /// SMF and MPC end when a last layer would better the part by no more than this many noise_std per droplet: beyond,
+  /// droplets answer the noise of the measurement (docs/algorithms-control.md has the figures).
+  double noise_gate = 2.0;
   OpenLoopOptions open_loop;
   SmfOptions smf;
   MpcOptions mpc;

@@ -1,6 +1,8 @@
 #include "core/control/prediction.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace firn::control {
 
@@ -18,6 +20,18 @@ double objective_mm(const HeightMap& height, const HeightMap& target, const Mask
   for (std::size_t c = 0; c < height.size(); ++c)
     if (mask.cells[c]) square += (height.cells[c] - mean) * (height.cells[c] - mean);
   return alpha * (sum_abs / n) + (1.0 - alpha) * std::sqrt(square / n);
+}
+
+bool beats_noise(const Decision& d, std::int64_t part_cells, double noise_std_mm, double gate) {
+  const double better = d.objective_none_mm - d.objective_mm;
+  return better > 0.0 && better * double(part_cells) > gate * noise_std_mm * double(d.drops.total());
+}
+
+void end_print(Decision& d, std::string reason) {
+  d.kind = Decision::Kind::kEnd;
+  std::fill(d.drops.cells.begin(), d.drops.cells.end(), std::uint8_t{0});
+  d.objective_mm = d.objective_none_mm;
+  d.reason = std::move(reason);
 }
 
 Predictor::Predictor(const Setup& s)

@@ -3,7 +3,9 @@
 #include <utility>
 
 #include "core/control/controller.h"
+#include "core/control/mpc/mpc.h"
 #include "core/control/open_loop.h"
+#include "core/control/smf.h"
 
 namespace firn::control {
 namespace {
@@ -15,6 +17,8 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
 
 constexpr Scheme kSchemes[] = {
     {"open_loop", "every layer as sliced, whatever is measured", &make<OpenLoop>},
+    {"smf", "surface-mapping feedback, PID per cell, drop on demand [Barnett 2012]", &make<Smf>},
+    {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make<Mpc>},
 };
 
 // Stops for the operator at ControlOptions::max_layers.
@@ -45,6 +49,8 @@ std::span<const Scheme> schemes() { return kSchemes; }
 std::unique_ptr<LayerController> make_controller(const Setup& setup, const ControlOptions& options) {
   if (options.max_layers < 0)
     throw std::invalid_argument("control: max_layers = " + std::to_string(options.max_layers) + " must not be below 0");
+  if (!(options.noise_gate >= 0.0))
+    throw std::invalid_argument("control: noise_gate = " + std::to_string(options.noise_gate) + " must not be below 0");
   std::string known;
   for (const Scheme& s : kSchemes) {
     if (s.name == options.scheme) {

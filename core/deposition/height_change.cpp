@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/deposition/flow_row.h"
+#include "core/deposition/row_kernels.h"
 
 namespace firn::deposition {
 namespace {
@@ -83,28 +83,18 @@ HeightChange<Radius>::HeightChange(const GridSpec& grid, const Stencil<Radius>& 
 }
 
 template <int Radius>
-const double* HeightChange<Radius>::load_drops(const std::uint8_t* drops, int pass, int j, std::int64_t& count) {
-  double* row = row_of(drops_, j);
-  const std::uint8_t* from = drops + std::size_t(j) * width_;
-  int n = 0;
-  for (std::size_t i = 0; i < width_; ++i) {
-    const int hit = from[i] > pass;
-    row[i] = hit;
-    n += hit;
-  }
-  count += n;
-  return row;
-}
-
-template <int Radius>
 template <class Flow>
 Ledger HeightChange<Radius>::run(double* height, const std::uint8_t* drops, int pass, const Flow& flow) {
   Ledger ledger;
+  const RowKernels& kernels = row_kernels();
+  const auto load = [&](int j) {
+    ledger.drops += kernels.load(drops + std::size_t(j) * width_, pass, row_of(drops_, j), width_);
+  };
   const int nx = grid_.nx, ny = grid_.ny;
   std::fill(change_.begin(), change_.end(), 0.0);
-  for (int j = 0; j < std::min(Radius, ny); ++j) load_drops(drops, pass, j, ledger.drops);
+  for (int j = 0; j < std::min(Radius, ny); ++j) load(j);
   for (int j = 0; j < ny; ++j) {
-    if (j + Radius < ny) load_drops(drops, pass, j + Radius, ledger.drops);
+    if (j + Radius < ny) load(j + Radius);
     const double* u = row_of(drops_, j);
     double* change = row_of(change_, j);
     double* h = height + std::size_t(j) * width_;
@@ -118,7 +108,7 @@ Ledger HeightChange<Radius>::run(double* height, const std::uint8_t* drops, int 
       const double* un = row_of(drops_, j + link.dy) + begin + link.dx;
       double* to = row_of(change_, j + link.dy) + begin + link.dx;
       if constexpr (Flow::kUniform) {
-        flow_row(h + begin, hn, u + begin, un, link.w_mm, link.slope, flow_.data(), change + begin, to, std::size_t(n));
+        kernels.flow(h + begin, hn, u + begin, un, link.w_mm, link.slope, flow_.data(), change + begin, to, std::size_t(n));
       } else {
         const std::size_t c = first + std::size_t(begin);
         const std::ptrdiff_t step = std::ptrdiff_t(link.dy) * nx + link.dx;
@@ -150,16 +140,16 @@ Ledger HeightChange<Radius>::run(double* height, const std::uint8_t* drops, int 
       }
     }
 
-    for (int i = 0; i < nx; ++i) {
-      double own;
-      if constexpr (Flow::kUniform) {
-        own = u[i] * flow.drop_height_mm;
-      } else {
-        own = u[i] != 0.0 ? flow.stencils[first + std::size_t(i)].drop_height_mm() : 0.0;
+    // Row j has met every row it is linked to; its place in the ring becomes row j + Radius + 1.
+    if constexpr (Flow::kUniform) {
+      kernels.settle(h, u, flow.drop_height_mm, change, width_);
+    } else {
+      for (int i = 0; i < nx; ++i) {
+        const double own = u[i] != 0.0 ? flow.stencils[first + std::size_t(i)].drop_height_mm() : 0.0;
         ledger.deposited_mm += own;
+        h[i] += own + change[i];
+        change[i] = 0.0;
       }
-      h[i] += own + change[i];  // row j has met every row it is linked to
-      change[i] = 0.0;          // its place in the ring becomes row j + Radius + 1
     }
   }
   if constexpr (Flow::kUniform) ledger.deposited_mm = double(ledger.drops) * flow.drop_height_mm;

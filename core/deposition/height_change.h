@@ -64,8 +64,9 @@ struct Link {
   double w_mm = 0.0;
   double slope = 0.0;
   double spread_mm(double drop_mm) const {
-    const double x = w_mm + slope * drop_mm;
-    return x < w_mm ? (x > 0.0 ? x : 0.0) : w_mm;
+    double x = w_mm + slope * drop_mm;
+    x = x < w_mm ? x : w_mm;
+    return x > 0.0 ? x : 0.0;
   }
 };
 /// All links of a droplet, row by row in (dy, dx).
@@ -112,7 +113,6 @@ class HeightChange {
   template <class Flow>
   Ledger run(double* height_mm, const std::uint8_t* drops, int pass, const Flow& flow);
   double* row_of(std::vector<double>& ring, int j) { return ring.data() + std::size_t(j % (Radius + 1)) * width_; }
-  const double* load_drops(const std::uint8_t* drops, int pass, int j, std::int64_t& count);
 
   GridSpec grid_;
   Stencil<Radius> stencil_;

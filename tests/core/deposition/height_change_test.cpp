@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/deposition/flow_row.h"
+#include "core/deposition/row_kernels.h"
 #include "core/grid/random.h"
 
 using namespace firn;
@@ -272,19 +272,28 @@ TEST_CASE("Droplets with their own weights: equal ones give the uniform result, 
   }
 }
 
-TEST_CASE("The vectorised row gives the same bytes as the portable one") {
+TEST_CASE("The vectorised rows give the same bytes as the portable ones") {
   RandomStream random(81, Purpose::kTest);
   for (std::size_t n : {1u, 2u, 3u, 5u, 8u, 31u, 100u}) {
-    std::vector<double> h(n + 1), u(n + 1), flow(n), a(n + 1), b(n + 1), flow2(n);
+    std::vector<double> h(n + 1), u(n + 1), v(n + 1), flow(n), a(n + 1), b(n + 1), flow2(n);
     for (std::size_t i = 0; i <= n; ++i) {
       h[i] = random.uniform(0.0, 0.01);
-      u[i] = random.below(2);
       a[i] = b[i] = random.uniform();
     }
     const double slope = kH2 / (kH1 + kH2);
-    flow_row(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow.data(), a.data(), a.data() + 1, n);
-    flow_row_portable(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow2.data(), b.data(), b.data() + 1, n);
+    std::vector<std::uint8_t> drops(n + 1);
+    for (auto& d : drops) d = std::uint8_t(random.below(4));
+    const RowKernels &wide = row_kernels(), &plain = portable_row_kernels();
+    CHECK(wide.load(drops.data(), 1, u.data(), n + 1) == plain.load(drops.data(), 1, v.data(), n + 1));
+    CHECK(u == v);
+    wide.flow(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow.data(), a.data(), a.data() + 1, n);
+    plain.flow(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow2.data(), b.data(), b.data() + 1, n);
     CHECK(flow == flow2);
+    CHECK(a == b);
+    std::vector<double> g = h;
+    wide.settle(g.data(), u.data(), 7.6e-3, a.data(), n + 1);
+    plain.settle(h.data(), u.data(), 7.6e-3, b.data(), n + 1);
+    CHECK(g == h);
     CHECK(a == b);
   }
 }

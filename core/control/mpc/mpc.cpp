@@ -1,0 +1,100 @@
+#include "core/control/mpc/mpc.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/control/halftone.h"
+#include "core/control/prediction.h"
+
+namespace firn::control {
+namespace {
+
+void require(bool ok, const std::string& what) {
+  if (!ok) throw std::invalid_argument("mpc: " + what);
+}
+
+const MpcOptions& checked(const MpcOptions& o) {
+  require(o.horizon >= 1 && o.horizon <= 8, "horizon = " + std::to_string(o.horizon) + " is outside 1..8");
+  require(o.max_drops >= 1 && o.max_drops <= 8, "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
+  require(o.subset >= 1, "subset = " + std::to_string(o.subset) + " must be 1 or more");
+  require(o.max_evaluations >= 1, "max_evaluations = " + std::to_string(o.max_evaluations) + " must be 1 or more");
+  require(o.min_improvement_mm >= 0.0, "min_improvement_mm = " + std::to_string(o.min_improvement_mm) + " must not be below 0");
+  require(o.start_ones || o.start_dithered, "start_ones and start_dithered are both off: the search needs a first guess");
+  require(!o.alpha.empty() && o.alpha.front().from_layer == 1, "alpha: the schedule must begin at from_layer = 1");
+  for (std::size_t n = 0; n < o.alpha.size(); ++n) {
+    const AlphaStep& a = o.alpha[n];
+    require(a.alpha > 0.0 && a.alpha <= 1.0, "alpha = " + std::to_string(a.alpha) + " is outside (0, 1]");
+    require(n == 0 || a.from_layer > o.alpha[n - 1].from_layer, "alpha: from_layer " + std::to_string(a.from_layer) + " does not ascend");
+  }
+  return o;
+}
+
+}  // namespace
+
+Mpc::Mpc(const Setup& setup, const ControlOptions& options)
+    : setup_(setup), options_(checked(options.mpc)), noise_gate_(options.noise_gate), objective_(setup, options_.horizon, options_.max_drops) {}
+
+double Mpc::alpha_at(int layer) const {
+  double alpha = options_.alpha.front().alpha;
+  for (const AlphaStep& a : options_.alpha)
+    if (a.from_layer <= layer) alpha = a.alpha;
+  return alpha;
+}
+
+std::vector<DropletPattern> Mpc::first_guess(const HeightMap& height, bool dithered) const {
+  std::vector<DropletPattern> plan(std::size_t(options_.horizon), DropletPattern(setup_.grid));
+  Grid<double> wanted(setup_.grid), carry(setup_.grid);
+  const double step_mm = setup_.model.layer_height_mm();
+  for (std::size_t n = 0; n < plan.size(); ++n) {
+    for (std::size_t c = 0; c < wanted.size(); ++c) {
+      const double missing = (setup_.target.cells[c] - height.cells[c]) / step_mm - double(n) * options_.max_drops;
+      wanted.cells[c] = std::clamp(missing, 0.0, double(options_.max_drops));
+      plan[n].cells[c] = setup_.mask.cells[c] ? std::uint8_t(options_.max_drops) : std::uint8_t{0};
+    }
+    if (dithered) plan[n] = halftone(wanted, setup_.mask, options_.max_drops, Rounding::kDiffusion, carry);
+  }
+  return plan;
+}
+
+Decision Mpc::decide(const Measurement& m) {
+  check(m, setup_);
+  const HeightMap height = known_heights(m);
+  const int layer = m.layer + 1;
+  const double alpha = alpha_at(layer);
+  Decision d;
+  d.drops = DropletPattern(setup_.grid);
+
+  objective_.set_surface(height, alpha);
+  objective_.set_plan(std::vector<DropletPattern>(std::size_t(options_.horizon), d.drops));
+  d.objective_none_mm = objective_.value_mm();
+  d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kLeastGain_mm;  // to be beaten
+  d.kind = Decision::Kind::kEnd;
+  bool optimal = true;
+  RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(layer), std::uint32_t(m.attempt));
+  for (const bool dithered : {false, true}) {
+    if (!(dithered ? options_.start_dithered : options_.start_ones)) continue;
+    objective_.set_plan(first_guess(height, dithered));
+    const auto search = mpc::greedy_search(objective_, {options_.subset, options_.max_evaluations - d.iterations}, random);
+    objective_.refresh();
+    d.iterations += search.evaluations;
+    if (!(objective_.value_mm() < d.objective_mm)) continue;
+    int first = 0;  // of the layers that print something; there is one, for this plan betters none
+    while (objective_.layer(first).passes() == 0) ++first;
+    d.drops = objective_.layer(first);
+    d.objective_mm = objective_.value_mm();
+    d.kind = Decision::Kind::kPrint;
+    optimal = search.optimal;
+  }
+  if (d.kind == Decision::Kind::kEnd) {
+    end_print(d, "no layer betters printing nothing");
+  } else if (!beats_noise(d, std::int64_t(objective_.part_cells().size()), m.noise_std_mm, noise_gate_)) {
+    end_print(d, "the best layer would only answer the measurement's noise");
+  } else {
+    d.reason = optimal ? "no single droplet more or less betters this layer"
+                       : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
+  }
+  return d;
+}
+
+}  // namespace firn::control

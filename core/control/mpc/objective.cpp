@@ -1,0 +1,247 @@
+#include "core/control/mpc/objective.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace firn::control::mpc {
+
+HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops)
+    : grid_(s.grid),
+      model_(s.grid, deposition::stencil_of(s.model), s.border),
+      surface_(s.grid),
+      predicted_(s.grid),
+      max_drops_(max_drops),
+      drop_height_mm_(s.model.layer_height_mm()),
+      row_(std::size_t(s.grid.nx) + 2),
+      plan_(std::size_t(horizon), DropletPattern(s.grid)) {
+  const std::size_t n = row_ * (std::size_t(s.grid.ny) + 2), steps = std::size_t(horizon) * std::size_t(max_drops);
+  for (const deposition::Link& link : deposition::links_of(deposition::stencil_of(s.model)))
+    if (link.w_mm > 0.0) {
+      links_.push_back(link);
+      offsets_.push_back(std::ptrdiff_t(link.dy) * std::ptrdiff_t(row_) + link.dx);
+    }
+  // Beyond the border: infinitely low ground takes its full share, an infinitely high wall takes nothing.
+  const double inf = std::numeric_limits<double>::infinity();
+  height_.assign(steps + 1, std::vector<double>(n, s.border == deposition::Border::kLose ? -inf : inf));
+  drops_.assign(steps, std::vector<std::uint8_t>(n, 0));
+  target_.assign(n, 0.0), counts_.assign(n, 0), delta_.assign(n, 0.0), next_.assign(n, 0.0);
+  for (int j = 0; j < s.grid.ny; ++j)
+    for (int i = 0; i < s.grid.nx; ++i) padded_.push_back(std::uint32_t(std::size_t(j + 1) * row_ + std::size_t(i) + 1));
+  for (std::uint32_t c = 0; c < s.grid.size(); ++c) {
+    if (!s.mask.cells[c]) continue;
+    part_.push_back(c);
+    target_[padded(c)] = s.target.cells[c];
+    counts_[padded(c)] = 1;
+  }
+  count_ = double(part_.size());
+  per_cell_ = 1.0 / count_;
+  if (steps == 1) table_.resize(s.grid.size()), error_.assign(n, 0.0), deviation_.assign(n, 0.0);
+}
+
+void HorizonObjective::set_surface(const HeightMap& height, double alpha) {
+  alpha_ = alpha;
+  surface_ = height;
+  store(surface_, 0);
+  if (!table_.empty()) fill_table();
+}
+
+void HorizonObjective::set_plan(std::span<const DropletPattern> plan) {
+  plan_.assign(plan.begin(), plan.end());
+  refresh();
+}
+
+void HorizonObjective::store(const HeightMap& height, std::size_t step) {
+  for (std::size_t j = 0; j < std::size_t(grid_.ny); ++j)
+    std::copy_n(height.data() + j * std::size_t(grid_.nx), grid_.nx, height_[step].data() + (j + 1) * row_ + 1);
+}
+
+void HorizonObjective::fill_table() {
+  std::array<std::size_t, 9> place{};  // in Shares, by link
+  for (std::size_t q = 0; q < links_.size(); ++q) place[q] = std::size_t((links_[q].dy + 1) * 3 + links_[q].dx + 1);
+  for (const std::uint32_t c : part_) {
+    Shares& s = table_[c] = {};
+    const std::size_t p = padded(c);
+    const double* h = height_[0].data() + p;
+    double own = drop_height_mm_;
+    for (std::size_t q = 0; q < links_.size(); ++q) {
+      const double f = links_[q].spread_mm(h[0] - h[offsets_[q]]);
+      own -= f;
+      if (counts_[std::size_t(std::ptrdiff_t(p) + offsets_[q])]) s.mm[place[q]] = f;
+    }
+    s.mm[4] = own;
+    for (const double f : s.mm) s.sum_mm += f, s.square_mm2 += f * f;
+  }
+}
+
+void HorizonObjective::refresh() {
+  predicted_.cells = surface_.cells;
+  for (std::size_t step = 0; step < drops_.size(); ++step) {
+    const int pass = int(step % std::size_t(max_drops_));
+    const DropletPattern& layer = plan_[step / std::size_t(max_drops_)];
+    for (std::uint32_t c = 0; c < grid_.size(); ++c) drops_[step][padded(c)] = layer.cells[c] > pass;
+    model_.step(predicted_.data(), layer.data(), pass);
+    store(predicted_, step + 1);
+  }
+  const std::vector<double>& h = height_.back();
+  double sum = 0.0;
+  for (std::uint32_t c : part_) sum += h[padded(c)];
+  reference_mm_ = sum / count_;
+  sums_ = {};
+  for (std::uint32_t c : part_) {
+    const std::size_t p = padded(c);
+    const double d = h[p] - reference_mm_;
+    sums_.abs_error += std::abs(target_[p] - h[p]);
+    sums_.first += d;
+    sums_.second += d * d;
+    note_height(p);
+  }
+  const double mean = sums_.first / count_;
+  variance_ = std::max(0.0, sums_.second / count_ - mean * mean);
+  root_ = std::sqrt(variance_);
+  value_mm_ = alpha_ * (sums_.abs_error / count_) + (1.0 - alpha_) * root_;
+}
+
+bool HorizonObjective::allowed(const Move& m) const {
+  const int n = plan_[std::size_t(m.layer)].cells[m.cell] + m.change;
+  return n >= 0 && n <= max_drops_;
+}
+
+std::size_t HorizonObjective::step_of(const Move& m) const {
+  const int count = plan_[std::size_t(m.layer)].cells[m.cell];
+  return std::size_t(m.layer) * std::size_t(max_drops_) + std::size_t(m.change > 0 ? count : count - 1);
+}
+
+template <class Visit>
+void HorizonObjective::first_change(const Move& m, std::size_t step, const Visit& visit) const {
+  const std::size_t p = padded(m.cell);
+  const double* h = height_[step].data() + p;
+  const double sign = m.change;
+  double own = drop_height_mm_;
+  for (std::size_t q = 0; q < links_.size(); ++q) {
+    const double f = links_[q].spread_mm(h[0] - h[offsets_[q]]);
+    visit(std::size_t(std::ptrdiff_t(p) + offsets_[q]), sign * f);
+    own -= f;
+  }
+  visit(p, sign * own);
+}
+
+// Cells of the padded grid within `radius` of the centre; the padding itself counts as one ring of cells.
+template <class Visit>
+void HorizonObjective::window(std::size_t centre, int radius, const Visit& visit) const {
+  const int ci = int(centre % row_), cj = int(centre / row_);
+  for (int j = std::max(cj - radius, 0); j <= std::min(cj + radius, grid_.ny + 1); ++j)
+    for (int i = std::max(ci - radius, 0); i <= std::min(ci + radius, grid_.nx + 1); ++i)
+      visit(std::size_t(j) * row_ + std::size_t(i));
+}
+
+void HorizonObjective::widen(std::size_t step, std::size_t centre, int radius, bool keep) {
+  std::vector<double>& h = height_[step];
+  const std::vector<std::uint8_t>& u = drops_[step];
+  window(centre, radius, [&](std::size_t p) { next_[p] += delta_[p]; });
+  // Flows of this step change where a droplet and its neighbour stand at another height difference than before.
+  window(centre, radius + 1, [&](std::size_t p) {
+    if (!u[p]) return;  // beyond the border there are no droplets
+    for (std::size_t q = 0; q < links_.size(); ++q) {
+      const std::size_t n = std::size_t(std::ptrdiff_t(p) + offsets_[q]);
+      const double d = delta_[p] - delta_[n];
+      if (d == 0.0) continue;
+      const double f = links_[q].spread_mm(h[p] - h[n] + d) - links_[q].spread_mm(h[p] - h[n]);
+      next_[n] += f;
+      next_[p] -= f;
+    }
+  });
+  window(centre, radius, [&](std::size_t p) {
+    if (keep) h[p] += delta_[p];
+    delta_[p] = 0.0;
+  });
+  std::swap(delta_, next_);
+}
+
+int HorizonObjective::propagate(const Move& m, std::size_t step, bool keep) {
+  first_change(m, step, [&](std::size_t p, double delta) { delta_[p] = delta; });
+  int radius = 1;
+  for (++step; step < drops_.size(); ++step, ++radius) widen(step, padded(m.cell), radius, keep);
+  return radius;
+}
+
+void HorizonObjective::add(std::size_t p, double delta, Sums& s) const {
+  if (!counts_[p]) return;
+  const double h = height_.back()[p], error = target_[p] - h;
+  s.abs_error += std::abs(error - delta) - std::abs(error);
+  s.first += delta;
+  s.second += delta * (2.0 * (h - reference_mm_) + delta);
+}
+
+void HorizonObjective::note_height(std::size_t p) {
+  if (error_.empty() || !counts_[p]) return;
+  error_[p] = target_[p] - height_.back()[p];
+  deviation_[p] = height_.back()[p] - reference_mm_;
+}
+
+// The difference of two roots by their squares: no cancellation, however many cells share one droplet.
+double HorizonObjective::gain_of(const Sums& c) const {
+  const double mean_part = alpha_ * c.abs_error * per_cell_;
+  if (alpha_ == 1.0) return mean_part;
+  const double change = (c.second - (2.0 * sums_.first + c.first) * c.first * per_cell_) * per_cell_;
+  const double variance = std::max(0.0, variance_ + change), roots = std::sqrt(variance) + root_;
+  return roots > 0.0 ? mean_part + (1.0 - alpha_) * ((variance - variance_) / roots) : mean_part;
+}
+
+double HorizonObjective::single_step_gain(std::uint32_t cell, double sign) const {
+  const Shares& s = table_[cell];
+  const double* share = s.mm;
+  const double* error = error_.data() + padded(cell) - row_ - 1;
+  const double* deviation = deviation_.data() + padded(cell) - row_ - 1;
+  Sums change;
+  double cross = 0.0;
+  for (int j = 0; j < 3; ++j, share += 3, error += row_, deviation += row_)
+    for (int i = 0; i < 3; ++i) {
+      change.abs_error += std::abs(error[i] - sign * share[i]) - std::abs(error[i]);
+      cross += share[i] * deviation[i];
+    }
+  change.first = sign * s.sum_mm;
+  change.second = 2.0 * sign * cross + s.square_mm2;
+  return gain_of(change);
+}
+
+double HorizonObjective::gain_mm(const Move& m) {
+  if (!table_.empty()) return single_step_gain(m.cell, m.change);
+  const std::size_t step = step_of(m);
+  Sums change;
+  if (step + 1 == drops_.size()) {
+    first_change(m, step, [&](std::size_t p, double delta) { add(p, delta, change); });
+    return gain_of(change);
+  }
+  const int radius = propagate(m, step, false);
+  window(padded(m.cell), radius, [&](std::size_t p) {
+    if (delta_[p] != 0.0) add(p, delta_[p], change);
+    delta_[p] = 0.0;
+  });
+  return gain_of(change);
+}
+
+void HorizonObjective::apply(const Move& m) {
+  const std::size_t step = step_of(m);
+  Sums change;
+  const int radius = propagate(m, step, true);
+  window(padded(m.cell), radius, [&](std::size_t p) {
+    add(p, delta_[p], change);
+    height_.back()[p] += delta_[p];
+    note_height(p);
+    delta_[p] = 0.0;
+  });
+  drops_[step][padded(m.cell)] = m.change > 0;
+  std::uint8_t& count = plan_[std::size_t(m.layer)].cells[m.cell];
+  count = std::uint8_t(count + m.change);
+  value_mm_ += gain_of(change);
+  sums_.abs_error += change.abs_error;
+  sums_.first += change.first;
+  sums_.second += change.second;
+  const double mean = sums_.first / count_;
+  variance_ = std::max(0.0, sums_.second / count_ - mean * mean);
+  root_ = std::sqrt(variance_);
+}
+
+}  // namespace firn::control::mpc

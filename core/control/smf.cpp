@@ -1,0 +1,82 @@
+#include "core/control/smf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/control/halftone.h"
+
+namespace firn::control {
+namespace {
+
+void require(bool ok, const char* name, double value, const char* limit) {
+  if (!ok) throw std::invalid_argument(std::string("smf: ") + name + " = " + std::to_string(value) + " must be " + limit);
+}
+
+const SmfOptions& checked(const SmfOptions& o) {
+  require(std::isfinite(o.kp) && o.kp > 0.0, "kp", o.kp, "above 0");
+  require(std::isfinite(o.ki_star) && o.ki_star >= 0.0, "ki_star", o.ki_star, "0 or more");
+  require(std::isfinite(o.kd_star) && o.kd_star >= 0.0, "kd_star", o.kd_star, "0 or more");
+  require(o.output_limit > 0.0, "output_limit", o.output_limit, "above 0");
+  require(o.integral_limit > 0.0, "integral_limit", o.integral_limit, "above 0");
+  require(std::isfinite(o.layer_height_mm) && o.layer_height_mm >= 0.0, "layer_height_mm", o.layer_height_mm, "0 or more");
+  require(o.max_drops >= 1 && o.max_drops <= 16, "max_drops", o.max_drops, "1..16");
+  return o;
+}
+
+}  // namespace
+
+Smf::Smf(const Setup& setup, const ControlOptions& options)
+    : setup_(setup),
+      options_(checked(options.smf)),
+      dh_mm_(options_.layer_height_mm > 0.0 ? options_.layer_height_mm : setup.model.layer_height_mm()),
+      noise_gate_(options.noise_gate),
+      part_cells_(setup.mask.count()),
+      predict_(setup),
+      output_(setup.grid) {
+  before_.sum = before_.error = before_.carry = Grid<double>(setup.grid);
+  after_ = before_;
+}
+
+double Smf::reference_mm(std::size_t cell, int layer) const {
+  return std::min(double(layer) * dh_mm_, setup_.target.cells[cell]);
+}
+
+Decision Smf::decide(const Measurement& m) {
+  check(m, setup_);
+  if (m.layer < after_.layer) after_ = Memory{-1, Grid<double>(setup_.grid), Grid<double>(setup_.grid), Grid<double>(setup_.grid)};
+  if (m.layer > after_.layer) before_ = after_;
+  else after_ = before_;  // measured again: as if the first time had not been
+  const bool derivative = before_.layer >= 0;
+  const double sum_limit = options_.ki_star > 0.0 ? options_.integral_limit / options_.ki_star : 0.0;
+
+  Grid<double> wanted(setup_.grid);
+  bool at_target = true;
+  for (std::size_t c = 0; c < wanted.size(); ++c) {
+    if (!setup_.mask.cells[c]) continue;
+    const double r = reference_mm(c, m.layer), next = reference_mm(c, m.layer + 1);
+    const double e = (r - m.height.cells[c]) / dh_mm_;
+    const double sum = std::clamp(before_.sum.cells[c] + e, -sum_limit, sum_limit);
+    double u = options_.kp * e + options_.ki_star * sum;                                      // (5.1), (5.2)
+    if (derivative) u += options_.kd_star * (e - before_.error.cells[c]);
+    output_.cells[c] = std::clamp(u, -options_.output_limit, options_.output_limit);
+    after_.sum.cells[c] = sum;
+    after_.error.cells[c] = e;
+    wanted.cells[c] = (next - r + dh_mm_ * output_.cells[c]) / setup_.model.layer_height_mm();  // 5.2.3
+    at_target = at_target && next == r;
+  }
+  after_.layer = m.layer;
+
+  Decision d;
+  d.drops = halftone(wanted, setup_.mask, options_.max_drops, options_.rounding, after_.carry);
+  predict_.score(d, known_heights(m), 1.0);
+  if (at_target && !beats_noise(d, part_cells_, m.noise_std_mm, noise_gate_)) {
+    end_print(d, "the nominal height is reached and no layer betters the part beyond the measurement's noise");
+    return d;
+  }
+  d.kind = Decision::Kind::kPrint;
+  d.reason = at_target ? "correction at the nominal height" : "layer " + std::to_string(m.layer + 1) + " by PID on the error surface";
+  return d;
+}
+
+}  // namespace firn::control

@@ -1,0 +1,81 @@
+#include "core/deposition/row_kernels.h"
+
+namespace firn::deposition {
+namespace {
+
+#define FIRN_INLINE [[gnu::always_inline]] inline
+
+FIRN_INLINE void flows(const double* __restrict hc, const double* __restrict hn, const double* __restrict uc,
+                       const double* __restrict un, double w, double slope, double* __restrict flow, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = slope * (hc[i] - hn[i]);
+    double give = w + x, take = w - x;
+    give = give < w ? give : w;
+    take = take < w ? take : w;
+    give = give > 0.0 ? give : 0.0;
+    take = take > 0.0 ? take : 0.0;
+    flow[i] = uc[i] * give - un[i] * take;
+  }
+}
+
+FIRN_INLINE void book(const double* __restrict flow, double* __restrict from, std::size_t n, double sign) {
+  for (std::size_t i = 0; i < n; ++i) from[i] += sign * flow[i];
+}
+
+FIRN_INLINE void flow_body(const double* hc, const double* hn, const double* uc, const double* un, double w,
+                           double slope, double* flow, double* from, double* to, std::size_t n) {
+  flows(hc, hn, uc, un, w, slope, flow, n);
+  book(flow, from, n, -1.0);
+  book(flow, to, n, 1.0);
+}
+
+FIRN_INLINE std::int64_t load_body(const std::uint8_t* __restrict drops, int pass, double* __restrict u, std::size_t n) {
+  std::int32_t count = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t hit = drops[i] > pass ? 1 : 0;
+    u[i] = hit;
+    count += hit;
+  }
+  return count;
+}
+
+FIRN_INLINE void settle_body(double* __restrict h, const double* __restrict u, double drop_mm,
+                             double* __restrict change, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    h[i] += u[i] * drop_mm + change[i];
+    change[i] = 0.0;
+  }
+}
+
+// The same three functions for an instruction set.
+#define FIRN_KERNELS(suffix, attribute)                                                                               \
+  attribute void flow_##suffix(const double* hc, const double* hn, const double* uc, const double* un, double w,      \
+                               double slope, double* flow, double* from, double* to, std::size_t n) {                 \
+    flow_body(hc, hn, uc, un, w, slope, flow, from, to, n);                                                           \
+  }                                                                                                                   \
+  attribute std::int64_t load_##suffix(const std::uint8_t* drops, int pass, double* u, std::size_t n) {               \
+    return load_body(drops, pass, u, n);                                                                              \
+  }                                                                                                                   \
+  attribute void settle_##suffix(double* h, const double* u, double drop_mm, double* change, std::size_t n) {         \
+    settle_body(h, u, drop_mm, change, n);                                                                            \
+  }                                                                                                                   \
+  constexpr RowKernels k_##suffix{&flow_##suffix, &load_##suffix, &settle_##suffix};
+
+FIRN_KERNELS(portable, )
+#if defined(__x86_64__)
+FIRN_KERNELS(avx2, __attribute__((target("avx2"))))
+#endif
+
+}  // namespace
+
+const RowKernels& portable_row_kernels() { return k_portable; }
+
+const RowKernels& row_kernels() {
+#if defined(__x86_64__)
+  static const bool avx2 = __builtin_cpu_supports("avx2");
+  if (avx2) return k_avx2;
+#endif
+  return k_portable;
+}
+
+}  // namespace firn::deposition
