@@ -51,6 +51,12 @@ void Stage::begin_pass(const DropletPattern& pattern, int pass, double speed_mm_
   const double speed = speed_mm_s == 0.0 ? config_.raster_speed_mm_s : speed_mm_s;
   if (!in_range(speed, config_.limits[0].max_speed_mm_s))
     return refuse(kLimit, too_fast('X', speed, config_.limits[0].max_speed_mm_s), fx);
+  if (speed / pattern.spec.pitch_x_mm > config_.max_pulse_rate_hz) {
+    char text[120];
+    std::snprintf(text, sizeof text, "%.1f mm/s over a pitch of %.6f mm is %.1f Hz; the jet follows %.1f Hz", speed, pattern.spec.pitch_x_mm,
+                  speed / pattern.spec.pitch_x_mm, config_.max_pulse_rate_hz);
+    return refuse(kLimit, text, fx);
+  }
   std::vector<RasterRun> runs = plan_raster(pattern, pass, raster_params(config_, speed));
   std::int64_t expected = 0;
   for (const RasterRun& run : runs) {

@@ -24,6 +24,7 @@ struct StageConfig {
   double move_speed_mm_s = 50.0;
   double margin_mm = 0.1;            ///< run-up and run-out beyond what the acceleration needs
   double tolerance_mm = 0.002;       ///< of a position read back
+  double max_pulse_rate_hz = 2000.0; ///< that the jet follows
   int pulse_total_us = 50;
   int pulse_on_us = 25;
   bool home_at_start = true;

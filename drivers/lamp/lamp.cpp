@@ -1,0 +1,221 @@
+#include "drivers/lamp/lamp.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+namespace firn::drivers {
+
+using omnicure::Format;
+
+namespace {
+
+constexpr std::int64_t kTimerGrace_us = 200'000;     // the instrument's timer closes the shutter; CLS after it is the belt
+constexpr std::int64_t kOverdueGrace_us = 500'000;
+
+}  // namespace
+
+Lamp::Lamp(LampConfig config) : Driver(dialect_), config_(std::move(config)) {
+  dialect_.table = config_.table;
+  identity_ = "Excelitas OmniCure S2000";
+}
+
+void Lamp::push(std::string_view text, Format format, Repeat repeat, Tag tag) { link_.push(omnicure::request(text, format, repeat, tag)); }
+
+void Lamp::connected(std::int64_t, Effects& fx) {
+  set_state(DriverState::kIdentifying, identity_, fx);
+  phase_ = Phase::kConnecting;
+  push(config_.table.connect, omnicure::kReady, Repeat::kSetup, kConnect);
+}
+
+void Lamp::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
+  exposing_ = false;
+  ending_.clear();
+  ending_code_ = kNoCode;
+  fx.events.emplace_back(Result{outcome, -1, 0, 0, 0, code, std::move(text)});
+}
+
+void Lamp::expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx) {
+  char why[120] = "";
+  std::int32_t code = kLimit;
+  if (busy() || phase_ != Phase::kReady) {
+    std::snprintf(why, sizeof why, "the lamp is %s", busy() ? "busy with another command" : name(state()));
+    code = kNoCode;
+  } else if (!(exposure_s > 0.0 && exposure_s <= config_.max_on_s)) {
+    std::snprintf(why, sizeof why, "an exposure of %g s is outside (0, %g] s", exposure_s, config_.max_on_s);
+  } else if (iris_percent < 1 || iris_percent > 100) {
+    std::snprintf(why, sizeof why, "an iris of %d %% is outside [1, 100] %%", iris_percent);
+  }
+  if (why[0]) {
+    fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, why});
+  } else {
+    exposing_ = true;
+    opened_ = false;
+    exposure_us_ = std::llround(exposure_s * 1e6);
+    tenths_ = exposure_us_ / 100'000;
+    by_instrument_ = config_.instrument_timer && tenths_ > 0 && tenths_ * 100'000 == exposure_us_;
+    phase_ = Phase::kPreparing;
+    push(config_.table.iris + std::to_string(iris_percent), omnicure::kReceived, Repeat::kSetup, kPlain);
+    if (by_instrument_) {
+      push(config_.table.set_time + std::to_string(tenths_), omnicure::kReceived, Repeat::kSetup, kSetTime);
+      push(config_.table.get_time, omnicure::kAny, Repeat::kRead, kGetTime);
+    }
+    set_state(DriverState::kStaged, "iris and time", fx);
+  }
+  pump(now_us, fx);
+}
+
+void Lamp::close_shutter(std::int64_t now_us, Effects& fx) {
+  const Request close = omnicure::request(config_.table.close, omnicure::kReceived, Repeat::kSetup, kClose);
+  link_.clear_queue();
+  link_.urgent(close, now_us, fx);
+  if (link_.suspect()) link_.push(close);  // on a suspect link the first answer is drained
+  phase_ = Phase::kClosing;
+}
+
+void Lamp::stop(std::int64_t now_us, Effects& fx) {
+  if (phase_ == Phase::kDown || phase_ == Phase::kConnecting || phase_ == Phase::kWaiting || phase_ == Phase::kReleased) {
+    // Not connected to it: a CLS that it understands helps, one that it does not does no harm.
+    if (may_be_open()) link_.urgent(omnicure::request(config_.table.close, omnicure::kReceived, Repeat::kSetup, kClose), now_us, fx);
+    return;
+  }
+  if (phase_ == Phase::kClosing) return;
+  if (exposing_) {
+    ending_ = "safe stop";
+    ending_code_ = kNoCode;
+  }
+  close_shutter(now_us, fx);
+}
+
+void Lamp::release(std::int64_t now_us, Effects& fx) {
+  if (link_.is_open() && phase_ != Phase::kDown && phase_ != Phase::kReleased) {
+    close_shutter(now_us, fx);
+    push(config_.table.disconnect, omnicure::kClosed, Repeat::kSetup, kDisconnect);
+  }
+  pump(now_us, fx);
+}
+
+void Lamp::tick(std::int64_t now_us, Effects& fx) {
+  if (phase_ == Phase::kExposing && now_us >= close_at_us_) close_shutter(now_us, fx);
+  if (may_be_open() && !overdue_told_ && now_us - open_since_us_ >= std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us) {
+    overdue_told_ = true;
+    fault(2, kLampOn, "lamp: the shutter may have been open longer than allowed", fx);
+    if (phase_ != Phase::kDown) close_shutter(now_us, fx);
+  }
+}
+
+void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+  const std::string_view text = omnicure::OmnicureDialect::text(frame);
+  const bool error = text.starts_with(config_.table.error);
+  switch (request.tag) {
+    case kConnect:
+      if (error) {
+        phase_ = Phase::kWaiting;
+        again_at_us_ = now_us + std::int64_t(config_.connect_every_s * 1e6);
+        return;
+      }
+      close_shutter(now_us, fx);
+      push(config_.table.version, omnicure::kAny, Repeat::kRead, kVersion);
+      return;
+    case kVersion:
+      if (!error) identity_ = "Excelitas OmniCure S2000 board " + std::string(text);
+      return;
+    case kSetTime:
+      if (error) by_instrument_ = false;
+      return;
+    case kGetTime: {
+      std::int64_t n = -1;
+      const auto r = std::from_chars(text.data(), text.data() + text.size(), n);
+      if (error || r.ec != std::errc() || n != tenths_) by_instrument_ = false;
+      return;
+    }
+    case kOpen:
+      if (error) {
+        ending_ = "the lamp refuses '" + std::string(request.text().substr(0, 3)) + "'";
+        ending_code_ = kCommandRejected;
+        close_shutter(now_us, fx);
+        return;
+      }
+      if (phase_ != Phase::kOpening) return;  // a stop came between
+      phase_ = Phase::kExposing;
+      close_at_us_ = now_us + exposure_us_ + (by_instrument_ ? kTimerGrace_us : 0);
+      set_state(DriverState::kActive, by_instrument_ ? "exposing by its own timer" : "exposing", fx);
+      return;
+    case kClose:
+      if (error) {
+        fault(2, kLampOn, "lamp: it refuses to close the shutter", fx);
+        return reconnect(now_us, fx, "it refuses to close the shutter");
+      }
+      open_since_us_ = 0;
+      return;
+    case kDisconnect: phase_ = Phase::kReleased; return;
+    default:
+      if (error && phase_ == Phase::kPreparing) {
+        ending_ = "the lamp refuses '" + std::string(request.text().substr(0, request.size - 3u)) + "'";
+        ending_code_ = kCommandRejected;
+        close_shutter(now_us, fx);
+      }
+  }
+}
+
+void Lamp::failed(const Request& request, std::int64_t now_us, Effects& fx) {
+  const std::string why = "no good reply to '" + std::string(request.text().substr(0, request.size - 3u)) + "'";
+  fault(request.tag == kConnect ? 0 : 1, kLinkLost, "lamp: " + why, fx);
+  if (phase_ == Phase::kClosing && request.tag == kOpen) return;
+  if (request.tag != kOpen) return reconnect(now_us, fx, why);
+  ending_ = why;  // it may be open
+  ending_code_ = kLinkLost;
+  close_shutter(now_us, fx);
+}
+
+void Lamp::lost(std::int64_t, Effects& fx) {
+  if (phase_ == Phase::kDown) return;
+  if (may_be_open()) fault(2, kLampOn, "lamp: link lost with the shutter open", fx);
+  if (exposing_ && ending_.empty()) {
+    ending_ = "the link was lost";
+    ending_code_ = kLinkLost;
+  }
+  phase_ = Phase::kDown;
+}
+
+bool Lamp::idle(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kWaiting:
+      if (now_us < again_at_us_) return false;
+      phase_ = Phase::kConnecting;
+      push(config_.table.connect, omnicure::kReady, Repeat::kSetup, kConnect);
+      return true;
+    case Phase::kPreparing:
+      phase_ = Phase::kOpening;
+      open_since_us_ = now_us;  // from here on nobody knows until CLS is answered
+      opened_ = true;
+      overdue_told_ = false;
+      push(by_instrument_ ? config_.table.run : config_.table.open, omnicure::kReceived, Repeat::kNever, kOpen);
+      return true;
+    case Phase::kClosing:
+      identified();
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "shutter closed", fx);
+      if (!exposing_) return false;
+      if (ending_.empty()) finish(Outcome::kDone, kNoCode, {}, fx);
+      else if (!opened_ || ending_code_ == kCommandRejected) finish(Outcome::kNone, ending_code_, ending_, fx);
+      else finish(ending_code_ == kLinkLost ? Outcome::kUnknown : Outcome::kFailed, ending_code_, ending_, fx);
+      return false;
+    case Phase::kReady:
+      if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
+      push(config_.table.status, omnicure::kAny, Repeat::kRead, kPlain);
+      return true;
+    default: return false;
+  }
+}
+
+std::int64_t Lamp::device_wake_us() const {
+  if (phase_ == Phase::kExposing) return close_at_us_;
+  if (may_be_open() && !overdue_told_) return open_since_us_ + std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us;
+  if (!link_.idle()) return 0;
+  if (phase_ == Phase::kWaiting) return again_at_us_;
+  if (phase_ == Phase::kReady) return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+  return 0;
+}
+
+}  // namespace firn::drivers

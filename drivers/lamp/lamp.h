@@ -1,0 +1,68 @@
+// The UV lamp: Excelitas OmniCure S2000. Timed exposures: by the instrument's own timer when it confirms the time, else
+// by the driver's. Either way the shutter is told to close when the time is over, on a stop, at the end, and before
+// anything else after a lost link; it is never left open longer than max_on_s (I9).
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "drivers/lamp/omnicure.h"
+#include "drivers/link/driver.h"
+
+namespace firn::drivers {
+
+struct LampConfig {
+  omnicure::Table table;
+  double max_on_s = 20.0;
+  bool instrument_timer = true;   ///< try STM, GTM, RUN first
+  double connect_every_s = 1.0;   ///< CONN is repeated until READY
+  double poll_idle_s = 5.0;
+};
+
+class Lamp final : public Driver {
+ public:
+  explicit Lamp(LampConfig config);
+
+  /// Refused outside 0 < exposure_s <= max_on_s and 1 <= iris_percent <= 100.
+  void expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx);
+  /// Shutter closed, then DCON: the panel is free again. For the end of a run.
+  void release(std::int64_t now_us, Effects& fx);
+
+  bool busy() const override { return exposing_; }
+  bool may_be_open() const { return open_since_us_ != 0; }
+
+ private:
+  enum class Phase : std::uint8_t { kDown, kConnecting, kWaiting, kClosing, kReady, kPreparing, kTiming, kOpening, kExposing, kReleased };
+  enum Tag : std::uint16_t { kPlain, kConnect, kVersion, kSetTime, kGetTime, kOpen, kClose, kDisconnect };
+
+  void connected(std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
+  void lost(std::int64_t now_us, Effects& fx) override;
+  void stop(std::int64_t now_us, Effects& fx) override;
+  bool idle(std::int64_t now_us, Effects& fx) override;
+  void tick(std::int64_t now_us, Effects& fx) override;
+  std::int64_t device_wake_us() const override;
+  bool stopping() const override { return phase_ == Phase::kClosing; }
+
+  void close_shutter(std::int64_t now_us, Effects& fx);
+  void push(std::string_view text, omnicure::Format format, Repeat repeat, Tag tag);
+  void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
+
+  LampConfig config_;
+  omnicure::OmnicureDialect dialect_;
+  Phase phase_ = Phase::kDown;
+  bool exposing_ = false;              // an accepted exposure whose Result is to come
+  std::int64_t exposure_us_ = 0;
+  bool by_instrument_ = false;
+  bool opened_ = false;                // RUN or OPN was sent for it
+  std::int64_t tenths_ = 0;
+  std::int64_t open_since_us_ = 0;     // 0 = known to be closed
+  std::int64_t close_at_us_ = 0;
+  std::int64_t again_at_us_ = 0;       // next CONN
+  bool overdue_told_ = false;
+  std::string ending_;
+  std::int32_t ending_code_ = kNoCode;
+};
+
+}  // namespace firn::drivers

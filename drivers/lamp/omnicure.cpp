@@ -1,0 +1,83 @@
+#include "drivers/lamp/omnicure.h"
+
+#include <cctype>
+
+namespace firn::drivers::omnicure {
+namespace {
+
+constexpr std::size_t kLongestLine = 80;
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;  // the instrument sends capitals; a flipped bit must not pass as the other case
+}
+
+bool digits(std::string_view text) {
+  for (const char c : text)
+    if (!std::isdigit(static_cast<unsigned char>(c))) return false;
+  return !text.empty();
+}
+
+}  // namespace
+
+std::uint8_t crc8(std::string_view text) {
+  std::uint8_t crc = 0;
+  for (const char c : text) {
+    crc = std::uint8_t(crc ^ std::uint8_t(c));
+    for (int n = 0; n < 8; ++n) crc = std::uint8_t(crc & 1 ? crc >> 1 ^ 0x8C : crc >> 1);
+  }
+  return crc;
+}
+
+std::string frame(std::string_view text) {
+  static constexpr char kHex[] = "0123456789ABCDEF";
+  const std::uint8_t crc = crc8(text);
+  return std::string(text) + kHex[crc >> 4] + kHex[crc & 15] + '\r';
+}
+
+Request request(std::string_view text, Format format, Repeat repeat, std::uint16_t tag) {
+  Request r;
+  r.append(frame(text));
+  r.format = format;
+  r.repeat = repeat;
+  r.tag = tag;
+  return r;
+}
+
+OmnicureDialect::OmnicureDialect() {
+  timeouts.reply_us = 500'000;
+  timeouts.read_us = 100'000;
+  timeouts.quiet_us = 150'000;
+  timeouts.lock_us = 4'000'000;
+  timeouts.opening_us = 50'000;
+}
+
+std::string_view OmnicureDialect::text(std::span<const std::byte> frame) {
+  return {reinterpret_cast<const char*>(frame.data()), frame.size() - 3};
+}
+
+Frame OmnicureDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
+  const std::string_view all(reinterpret_cast<const char*>(buffer.data()), buffer.size());
+  const std::size_t end = all.find('\r');
+  if (end == std::string_view::npos)
+    return all.size() > kLongestLine ? Frame{Frame::Kind::kCorrupt, all.size()} : Frame{};
+  const std::size_t size = end + 1;
+  if (end < 3 || size > kLongestLine) return {Frame::Kind::kCorrupt, size};
+  const std::string_view body = all.substr(0, end - 2);
+  const int high = hex_digit(all[end - 2]), low = hex_digit(all[end - 1]);
+  if (high < 0 || low < 0 || crc8(body) != std::uint8_t(high << 4 | low)) return {Frame::Kind::kCorrupt, size};
+  if (!awaited) return {Frame::Kind::kUnsolicited, size};
+  bool good = body.starts_with(table.error);
+  switch (Format(awaited->format)) {
+    case kReceived: good = good || body == table.received; break;
+    case kReady: good = good || body == table.ready; break;
+    case kClosed: good = good || body.starts_with(table.disconnected); break;
+    case kAny: good = good || digits(body); break;  // an integer
+  }
+  return {good ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
+}
+
+Request OmnicureDialect::probe() const { return request(table.status, kAny, Repeat::kRead, 0); }
+
+}  // namespace firn::drivers::omnicure

@@ -1,0 +1,46 @@
+// Excelitas OmniCure S2000, RS-232 19200 8N1 without flow control: `<text><CRC-8 as two hex digits>\r` both ways. Sources: the
+// manual and two public codebases (docs/devices/lamp.md).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "drivers/link/dialect.h"
+
+namespace firn::drivers::omnicure {
+
+/// CRC-8 of Dallas/Maxim: reflected polynomial 8Ch, initial value 0.
+std::uint8_t crc8(std::string_view text);
+
+/// `text` with its CRC and the carriage return.
+std::string frame(std::string_view text);
+
+/// Texts that differ between units or are not certain: a table, not code.
+struct Table {
+  std::string connect = "CONN", ready = "READY";
+  std::string disconnect = "DCON", disconnected = "CLOSE";  ///< "CLOSED" or "CLOSE": the prefix counts
+  std::string open = "OPN", close = "CLS", iris = "SIL", received = "Received", error = "Err";
+  std::string set_time = "STM", get_time = "GTM", run = "RUN";  ///< timed exposure, tenths of a second [M]
+  std::string status = "GUS", version = "VEB";
+};
+
+enum Format : std::uint8_t { kReceived, kReady, kClosed, kAny };
+
+class OmnicureDialect : public Dialect {
+ public:
+  OmnicureDialect();
+  /// A line whose CRC is wrong is never a reply. Err is a reply to anything.
+  Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
+  Request probe() const override;
+  /// The text of a good frame, without CRC and end.
+  static std::string_view text(std::span<const std::byte> frame);
+
+  Table table;
+};
+
+Request request(std::string_view text, Format format, Repeat repeat, std::uint16_t tag);
+
+}  // namespace firn::drivers::omnicure

@@ -1,0 +1,153 @@
+#include "drivers/laser_profiler/laser_profiler.h"
+
+#include <cstdio>
+
+namespace firn::drivers {
+
+LaserProfiler::LaserProfiler(LaserProfilerConfig config) : Driver(dialect_), config_(config) { identity_ = "Keyence LJ-V7000"; }
+
+void LaserProfiler::connected(std::int64_t, Effects& fx) {
+  set_state(DriverState::kIdentifying, identity_, fx);
+  phase_ = Phase::kIdentifying;
+  link_.push(ljv::change_program(config_.program));
+  link_.push(ljv::get_newest_profile());
+}
+
+void LaserProfiler::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
+  op_ = Op::kNone;
+  fx.events.emplace_back(Result{outcome, outcome == Outcome::kRefused ? -1 : received_, rows_, 0, 0, code, std::move(text)});
+}
+
+void LaserProfiler::arm(int rows, std::int64_t now_us, Effects& fx) {
+  if (busy() || phase_ != Phase::kReady) {
+    fx.events.emplace_back(Result{Outcome::kRefused, -1, rows, 0, 0, kNoCode, busy() ? "the profiler is busy with another command" : std::string("the profiler is ") + name(state())});
+  } else if (rows < 1 || rows > 1'000'000) {
+    fx.events.emplace_back(Result{Outcome::kRefused, -1, rows, 0, 0, kLimit, "a scan of " + std::to_string(rows) + " rows"});
+  } else {
+    op_ = Op::kArm;
+    phase_ = Phase::kArming;
+    rows_ = rows;
+    received_ = 0;
+    link_.push(ljv::get_newest_profile());
+    set_state(DriverState::kStaged, "arming", fx);
+  }
+  pump(now_us, fx);
+}
+
+void LaserProfiler::end(std::int64_t now_us, Effects& fx) {
+  if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed)) {
+    fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, kNoCode, busy() ? "the profiler is busy with another command" : std::string("the profiler is ") + name(state())});
+  } else {
+    op_ = Op::kEnd;
+    phase_ = Phase::kEnding;
+    asked_ = false;
+  }
+  pump(now_us, fx);
+}
+
+void LaserProfiler::stop(std::int64_t, Effects& fx) {  // it moves, fires and lights nothing that could harm
+  if (phase_ == Phase::kDown || phase_ == Phase::kIdentifying) return;
+  link_.clear_queue();
+  scan_over(fx);
+  phase_ = Phase::kReady;
+  if (busy()) finish(op_ == Op::kArm ? Outcome::kNone : Outcome::kDone, kNoCode, "safe stop", fx);
+  set_state(DriverState::kSafe, "stopped", fx);
+}
+
+void LaserProfiler::lost(std::int64_t, Effects& fx) {
+  if (scanning_ || busy()) fault(1, kLinkLost, "laser_profiler: link lost during a scan", fx);
+  phase_ = Phase::kDown;
+}
+
+void LaserProfiler::failed(const Request&, std::int64_t now_us, Effects& fx) { reconnect(now_us, fx, "no good reply"); }
+
+void LaserProfiler::scan_over(Effects& fx) {
+  if (!scanning_) return;
+  scanning_ = false;
+  fx.events.emplace_back(ScanDone{rows_, received_});
+}
+
+void LaserProfiler::take(Effects& fx) {
+  if (raw_.points == 0 || raw_.trigger_count == last_trigger_) return;
+  last_trigger_ = raw_.trigger_count;
+  const std::uint32_t row = raw_.trigger_count - base_trigger_ - 1;  // modulo 2^32, like the counter
+  if (row >= std::uint32_t(rows_)) {
+    fault(1, kInstrument, "laser_profiler: trigger " + std::to_string(raw_.trigger_count) + " is no row of this scan", fx);
+    return;
+  }
+  ++received_;
+  fx.events.emplace_back(Profile{std::int32_t(row), raw_.x0_mm, raw_.dx_mm, raw_.trigger_count, raw_.encoder_count, raw_.z_mm});
+  if (row + 1 == std::uint32_t(rows_)) scan_over(fx);
+}
+
+void LaserProfiler::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+  const auto head = ljv::parse_head(frame);
+  if (!head || head->return_code != 0) {
+    char text[100];
+    std::snprintf(text, sizeof text, "laser_profiler: command %02X answered with error %02X", unsigned(request.argument), head ? unsigned(head->return_code) : 0u);
+    const bool nothing_yet = request.argument == ljv::kGetProfile && head && !scanning_;
+    fault(nothing_yet ? 0 : 1, kInstrument, text, fx);
+    if (request.argument == ljv::kChangeProgram) return reconnect(now_us, fx, text);
+    raw_.points = 0;
+  } else if (request.argument == ljv::kGetProfile && !ljv::parse_profile(frame, raw_)) {
+    fault(1, kInstrument, "laser_profiler: a profile of " + std::to_string(frame.size()) + " bytes contradicts its own fields", fx);
+    raw_.points = 0;
+    return;
+  }
+  if (request.argument != ljv::kGetProfile) return;
+  if (scanning_ && (phase_ == Phase::kArmed || phase_ == Phase::kEnding)) {
+    take(fx);
+    if (!scanning_ && phase_ == Phase::kArmed) {
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "scan complete", fx);
+    }
+  } else {
+    last_trigger_ = raw_.points == 0 ? 0 : raw_.trigger_count;
+  }
+}
+
+bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kIdentifying:
+      identified();
+      phase_ = Phase::kReady;
+      scan_over(fx);  // the rows that came before the link was lost are all there will be
+      if (busy()) finish(op_ == Op::kArm ? Outcome::kNone : Outcome::kDone, kLinkLost, "the link was lost", fx);
+      set_state(DriverState::kSafe, "program " + std::to_string(config_.program), fx);
+      return false;
+    case Phase::kArming:
+      base_trigger_ = last_trigger_;
+      phase_ = Phase::kArmed;
+      scanning_ = true;
+      set_state(DriverState::kArmed, "waiting for triggers", fx);
+      finish(Outcome::kReady, kNoCode, {}, fx);
+      return false;
+    case Phase::kEnding:
+      if (!asked_ && scanning_) {
+        link_.push(ljv::get_newest_profile());
+        return asked_ = true;
+      }
+      scan_over(fx);
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "scan ended", fx);
+      finish(Outcome::kDone, kNoCode, {}, fx);
+      return false;
+    case Phase::kReady:
+    case Phase::kArmed:
+      if (now_us - link_.last_sent_us() < period_us()) return false;
+      link_.push(ljv::get_newest_profile());
+      return true;
+    default: return false;
+  }
+}
+
+std::int64_t LaserProfiler::period_us() const {
+  return std::int64_t((phase_ == Phase::kArmed ? config_.poll_s : config_.poll_idle_s) * 1e6);
+}
+
+std::int64_t LaserProfiler::device_wake_us() const {
+  if (!link_.idle() || (phase_ != Phase::kReady && phase_ != Phase::kArmed)) return 0;
+  return link_.last_sent_us() + period_us();
+}
+
+}  // namespace firn::drivers

@@ -1,0 +1,65 @@
+// The laser profiler: Keyence LJ-V7000, triggered by the pulse output of the stage's Y axis. While armed it is asked
+// for its newest profile; a new trigger count is a new row. A row that was overwritten before it was asked for is
+// simply absent.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/laser_profiler/ljv.h"
+#include "drivers/link/driver.h"
+
+namespace firn::drivers {
+
+struct LaserProfilerConfig {
+  int program = 0;
+  double poll_s = 0.008;          ///< while armed; must be shorter than the time between two triggers
+  double poll_idle_s = 1.0;
+};
+
+class LaserProfiler final : public Driver {
+ public:
+  explicit LaserProfiler(LaserProfilerConfig config);
+
+  /// Reads the trigger count, then Result{kReady}; from then on Profile events, row = triggers since then - 1, and
+  /// ScanDone when the last row is there.
+  void arm(int rows, std::int64_t now_us, Effects& fx);
+  /// Asks once more, then ScanDone (if it has not been sent) and Result{kDone}.
+  void end(std::int64_t now_us, Effects& fx);
+
+  bool busy() const override { return op_ != Op::kNone; }
+
+ private:
+  enum class Op : std::uint8_t { kNone, kArm, kEnd };
+  enum class Phase : std::uint8_t { kDown, kIdentifying, kReady, kArming, kArmed, kEnding };
+
+  void connected(std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
+  void lost(std::int64_t now_us, Effects& fx) override;
+  void stop(std::int64_t now_us, Effects& fx) override;
+  bool idle(std::int64_t now_us, Effects& fx) override;
+  std::int64_t device_wake_us() const override;
+  bool stopping() const override { return false; }
+
+  void take(Effects& fx);
+  void scan_over(Effects& fx);
+  void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
+  std::int64_t period_us() const;
+
+  LaserProfilerConfig config_;
+  ljv::LjvDialect dialect_;
+  ljv::RawProfile raw_;
+  Phase phase_ = Phase::kDown;
+  Op op_ = Op::kNone;
+  int rows_ = 0;
+  int received_ = 0;
+  std::uint32_t base_trigger_ = 0;
+  std::uint32_t last_trigger_ = 0;
+  bool scanning_ = false;         ///< armed and ScanDone not sent; survives a lost link
+  bool asked_ = false;
+};
+
+}  // namespace firn::drivers

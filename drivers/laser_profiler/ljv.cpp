@@ -1,0 +1,107 @@
+#include "drivers/laser_profiler/ljv.h"
+
+#include <array>
+
+namespace firn::drivers::ljv {
+namespace {
+
+// Offsets in the command data, which follows prefix and header.
+constexpr std::size_t kProfilesRead = 12, kPoints = 24, kUnit = 26, kX0 = 28, kDx = 32, kTrigger = 40, kEncoder = 44, kSamples = 60;
+
+std::uint32_t u32(std::span<const std::byte> b, std::size_t n) {
+  return std::uint32_t(b[n]) | std::uint32_t(b[n + 1]) << 8 | std::uint32_t(b[n + 2]) << 16 | std::uint32_t(b[n + 3]) << 24;
+}
+
+std::uint32_t u16(std::span<const std::byte> b, std::size_t n) { return std::uint32_t(b[n]) | std::uint32_t(b[n + 1]) << 8; }
+
+Request request(std::uint8_t command, std::initializer_list<std::uint32_t> words, Repeat repeat) {
+  Request r;
+  r.repeat = repeat;
+  r.argument = command;
+  const auto append = [&](std::uint32_t v) {
+    const std::array<std::uint8_t, 4> b{std::uint8_t(v), std::uint8_t(v >> 8), std::uint8_t(v >> 16), std::uint8_t(v >> 24)};
+    r.append(std::as_bytes(std::span(b)));
+  };
+  const auto n = std::uint32_t(words.size() * 4);
+  append(16 + n);
+  append(0x00F00001);
+  append(0);
+  append(4 + n);
+  append(command);
+  for (const std::uint32_t w : words) append(w);
+  return r;
+}
+
+}  // namespace
+
+Request change_program(int program) { return request(kChangeProgram, {std::uint32_t(program)}, Repeat::kSetup); }
+
+Request get_newest_profile() { return request(kGetProfile, {0, 0, 1, 0x101}, Repeat::kRead); }
+
+std::optional<Head> parse_head(std::span<const std::byte> frame) {
+  if (frame.size() < kPrefix + kHeader) return std::nullopt;
+  Head h;
+  h.command = std::uint8_t(frame[16]);
+  h.return_code = std::uint8_t(frame[8]) != 0 ? std::uint8_t(frame[8]) : std::uint8_t(frame[17]);
+  h.status = std::uint8_t(frame[18]);
+  h.program = std::uint8_t(frame[24]);
+  return h;
+}
+
+std::int32_t sample20(std::span<const std::byte> data, std::size_t n) {
+  const std::size_t bit = 20 * n, byte = bit / 8;
+  const std::uint32_t window = std::uint32_t(data[byte]) | std::uint32_t(data[byte + 1]) << 8 | std::uint32_t(data[byte + 2]) << 16;
+  const std::uint32_t value = window >> (bit % 8) & 0xFFFFFu;
+  return value & 0x80000u ? std::int32_t(value) - 0x100000 : std::int32_t(value);
+}
+
+bool parse_profile(std::span<const std::byte> frame, RawProfile& out) {
+  out.points = 0;
+  out.z_mm.clear();
+  if (frame.size() < kPrefix + kHeader) return false;
+  const std::span<const std::byte> data = frame.subspan(kPrefix + kHeader);
+  if (data.size() <= kProfilesRead) return data.empty();  // nothing measured yet, told by an empty body
+  if (std::uint8_t(data[kProfilesRead]) == 0) return true;
+  if (data.size() < kUnit) return false;
+  const std::uint32_t points = u16(data, kPoints);
+  if (points == 0) return true;
+  if (points > std::uint32_t(kMostPoints) || data.size() < kSamples + (points * 20 + 7) / 8) return false;
+  const auto dx = std::int32_t(u32(data, kDx));
+  if (dx <= 0) return false;
+  out.x0_mm = std::int32_t(u32(data, kX0)) * kMmPerUnit;
+  out.dx_mm = dx * kMmPerUnit;
+  out.trigger_count = u32(data, kTrigger);
+  out.encoder_count = std::int32_t(u32(data, kEncoder));
+  const double unit_mm = u16(data, kUnit) * kMmPerUnit;
+  const std::span<const std::byte> samples = data.subspan(kSamples);
+  out.z_mm.reserve(points);
+  for (std::uint32_t n = 0; n < points; ++n) {
+    const std::int32_t v = sample20(samples, n);
+    out.z_mm.push_back(v <= kLastInvalid ? std::numeric_limits<float>::quiet_NaN() : float(v * unit_mm));
+  }
+  out.points = std::int32_t(points);
+  return true;
+}
+
+LjvDialect::LjvDialect() {
+  timeouts.reply_us = 500'000;
+  timeouts.read_us = 200'000;
+  timeouts.quiet_us = 100'000;
+  timeouts.lock_us = 3'000'000;
+}
+
+Frame LjvDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
+  if (buffer.size() < kPrefix) return {};
+  const std::size_t length = u32(buffer, 0);  // of what follows; untrusted
+  if (length < kHeader || length > kLongestReply) return {Frame::Kind::kCorrupt, buffer.size()};
+  if (buffer.size() >= kPrefix + kHeader && u32(buffer, 12) + 12 != length) return {Frame::Kind::kCorrupt, buffer.size()};
+  if (buffer.size() < kPrefix + length) return {};
+  const std::size_t size = kPrefix + length;
+  if (!awaited) return {Frame::Kind::kUnsolicited, size};
+  const auto head = parse_head(buffer.first(size));
+  return {head && head->command == awaited->argument ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
+}
+
+Request LjvDialect::probe() const { return get_newest_profile(); }
+
+}  // namespace firn::drivers::ljv
