@@ -1,6 +1,7 @@
 // Node time: microseconds since the run's epoch. Nodes are given it, they never ask for it.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <limits>
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "runtime/transport_receiver.h"
 #include "runtime/transport_sender.h"

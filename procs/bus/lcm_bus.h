@@ -1,0 +1,45 @@
+// The only LCM calls of Firn: datagrams out and in over UDP multicast.
+#pragma once
+
+#include <exception>
+#include <string>
+
+#include "runtime/bus.h"
+
+struct _lcm_t;
+struct _lcm_recv_buf_t;
+
+namespace firn {
+
+inline constexpr int kWantedReceiveBuffer = 4'194'304;  ///< bytes of kernel buffer per receiver
+
+/// "udpm://239.255.76.67:<port>?ttl=0&recv_buf_size=4194304": never leaves this machine.
+std::string default_bus_url(int port);
+
+class LcmBus : public Bus {
+ public:
+  /// @throws std::runtime_error naming the URL and the mend if LCM cannot open it
+  explicit LcmBus(const std::string& url);
+  ~LcmBus() override;
+  LcmBus(const LcmBus&) = delete;
+  LcmBus& operator=(const LcmBus&) = delete;
+
+  void subscribe(const std::string& channel) override;
+  int fd() const override;
+  void receive(const Sink& sink) override;
+  void publish(std::string_view channel, std::span<const std::byte> datagram) override;
+
+ private:
+  static void on_message(const _lcm_recv_buf_t* buffer, const char* channel, void* self);
+  _lcm_t* lcm_;
+  const Sink* sink_ = nullptr;   // during receive()
+  std::exception_ptr thrown_;    // nothing may pass through LCM's C frames
+};
+
+/// The receive buffer in bytes that the kernel grants to one who asks for kWantedReceiveBuffer (asked with a socket
+/// of its own: LCM hides its).
+int granted_receive_buffer();
+/// Empty, or one sentence: what was granted, what was wanted, how to change it.
+std::string receive_buffer_warning();
+
+}  // namespace firn

@@ -1,0 +1,43 @@
+#include "procs/bus/node_main.h"
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "procs/bus/lcm_bus.h"
+#include "runtime/build_info.h"
+#include "runtime/control_line.h"
+#include "runtime/process_args.h"
+
+namespace firn {
+
+std::string_view lcm_type_texts();
+
+int node_main(int argc, char** argv, NodeId node, MakeNode make) {
+  std::signal(SIGINT, SIG_IGN);  // Ctrl-C is the launcher's business
+  std::signal(SIGPIPE, SIG_IGN);
+  const char* name = info(node).name.data();
+  ProcessArgs args;
+  try {
+    args = parse_process_args({argv + 1, argv + argc});
+    if (args.options.node != node) throw std::invalid_argument(std::string("--node: this program is ") + name);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s: %s\n", name, e.what());
+    return 2;
+  }
+  try {
+    ProcessOptions& o = args.options;
+    const std::string config = read_text_file(o.run_dir + "/experiment.toml");
+    auto made = make(config, read_blobs(args));
+    o.head = {name,   o.run_id, o.incarnation, build_commit(), platform_description(),
+              config, std::string(lcm_type_texts()), args.blobs};
+    LcmBus bus(args.bus_url);
+    return run_process(o, std::move(made), bus);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s: %s\n", name, e.what());
+    ControlLine(args.options.control_fd).say(std::string("ERROR ") + e.what());
+    return 2;
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,6 @@
+// The process `safety`: its node on the bus. See procs/safety/node.h.
+#include "procs/safety/node.h"
+
+#include "procs/bus/node_main.h"
+
+int main(int argc, char** argv) { return firn::node_main(argc, argv, firn::NodeId::kSafety, firn::make_safety); }

@@ -1,0 +1,24 @@
+// What a runner needs of a bus: datagrams out and in. LcmBus (procs/bus) is the real one; tests bring their own.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace firn {
+
+class Bus {
+ public:
+  using Sink = std::function<void(std::string_view channel, std::span<const std::byte> datagram)>;
+  virtual ~Bus() = default;
+
+  virtual void subscribe(const std::string& channel) = 0;
+  virtual int fd() const = 0;  ///< readable when a datagram waits
+  /// Hands on what waits (bounded), without blocking.
+  virtual void receive(const Sink& sink) = 0;
+  virtual void publish(std::string_view channel, std::span<const std::byte> datagram) = 0;  ///< from any thread
+};
+
+}  // namespace firn

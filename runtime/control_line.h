@@ -1,0 +1,30 @@
+// Lines over the socket pair between launcher and process. Down: "START", "STOP <cause>". Up: "READY",
+// "FAULT <text>", "FINISH <status> <reason>", "ERROR <text>". End of file: the other side is gone.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace firn {
+
+class ControlLine {
+ public:
+  /// Takes the descriptor over and makes it nonblocking. -1 = none: nothing comes, nothing goes.
+  explicit ControlLine(int fd);
+  ~ControlLine();
+  ControlLine(ControlLine&& other) noexcept;
+  ControlLine& operator=(ControlLine&&) = delete;
+
+  int fd() const { return fd_; }
+  void say(std::string_view line);       ///< line breaks in it become blanks; never blocks for long, never throws
+  std::optional<std::string> next();     ///< the next whole line; reads what is there
+  bool closed() const { return closed_; }  ///< the other side has closed and all lines were taken
+
+ private:
+  int fd_;
+  bool closed_ = false;
+  std::string buffer_;
+};
+
+}  // namespace firn

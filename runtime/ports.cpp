@@ -1,0 +1,134 @@
+#include "runtime/ports.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace firn {
+namespace {
+
+constexpr std::int64_t kRetryUs = 50'000;
+constexpr std::size_t kMostWaiting = std::size_t(4) << 20;  // an instrument that reads nothing is not worth more
+
+/// @returns -1 if nobody listens there.
+int connect_to(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path)
+    throw std::runtime_error(path + ": the path of a Unix socket has at most " + std::to_string(sizeof address.sun_path - 1) + " bytes");
+  std::memcpy(address.sun_path, path.c_str(), path.size());
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd < 0) throw std::runtime_error(std::string("socket: ") + std::strerror(errno));
+  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    ::close(fd);
+    return -1;
+  }
+  return fd;
+}
+
+}  // namespace
+
+Ports::Ports(std::vector<std::string> paths) {
+  for (std::string& path : paths) ports_.push_back({std::move(path), -1, INT64_MAX, false, {}});
+}
+
+Ports::~Ports() {
+  for (Port& p : ports_) close(p);
+}
+
+void Ports::open_all(std::int64_t wall_us) {
+  for (Port& p : ports_) p.connect_at_us = wall_us;
+}
+
+void Ports::write(PortId port, std::span<const std::byte> bytes) {
+  Port& p = ports_.at(std::size_t(port));
+  if (p.fd < 0) return;  // the driver was told that the link is closed
+  if (p.waiting.size() + bytes.size() > kMostWaiting) {
+    close(p);
+    p.tell_closed = true;
+    return;
+  }
+  p.waiting.insert(p.waiting.end(), bytes.begin(), bytes.end());
+  flush(p);
+}
+
+void Ports::reopen(PortId port, std::int64_t wall_us) {
+  Port& p = ports_.at(std::size_t(port));
+  p.tell_closed = p.tell_closed || p.fd >= 0;
+  close(p);
+  p.connect_at_us = wall_us;
+}
+
+void Ports::add_to(std::vector<pollfd>& fds) const {
+  for (const Port& p : ports_)
+    if (p.fd >= 0) fds.push_back({p.fd, short(POLLIN | (p.waiting.empty() ? 0 : POLLOUT)), 0});
+}
+
+void Ports::service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& on_bytes) {
+  for (std::size_t n = 0; n < ports_.size(); ++n) {
+    Port& p = ports_[n];
+    const PortId id = PortId(n);
+    if (p.tell_closed) {
+      p.tell_closed = false;
+      on_link(id, LinkState::kClosed);
+    }
+    if (p.fd < 0 && wall_us >= p.connect_at_us) {
+      p.fd = connect_to(p.path);
+      p.connect_at_us = p.fd < 0 ? wall_us + kRetryUs : INT64_MAX;
+      if (p.fd >= 0) on_link(id, LinkState::kOpen);
+    }
+    if (p.fd < 0) continue;
+    flush(p);
+    std::byte buffer[16384];
+    while (p.fd >= 0) {
+      const ssize_t got = ::recv(p.fd, buffer, sizeof buffer, 0);
+      if (got > 0) {
+        on_bytes(id, std::span(buffer, std::size_t(got)));
+      } else if (got < 0 && (errno == EAGAIN || errno == EINTR)) {
+        break;
+      } else {
+        close(p);
+        on_link(id, LinkState::kClosed);
+      }
+    }
+    if (p.tell_closed) {
+      p.tell_closed = false;
+      on_link(id, LinkState::kClosed);
+    }
+  }
+}
+
+std::int64_t Ports::due_us() const {
+  std::int64_t due = INT64_MAX;
+  for (const Port& p : ports_) due = std::min(due, p.tell_closed ? 0 : p.connect_at_us);
+  return due;
+}
+
+void Ports::close(Port& p) {
+  if (p.fd >= 0) ::close(p.fd);
+  p.fd = -1;
+  p.waiting.clear();
+}
+
+void Ports::flush(Port& p) {
+  while (p.fd >= 0 && !p.waiting.empty()) {
+    const ssize_t sent = ::send(p.fd, p.waiting.data(), p.waiting.size(), MSG_NOSIGNAL);
+    if (sent > 0) {
+      p.waiting.erase(p.waiting.begin(), p.waiting.begin() + sent);
+    } else if (errno == EAGAIN || errno == EINTR) {
+      return;
+    } else {
+      close(p);
+      p.tell_closed = true;
+    }
+  }
+}
+
+}  // namespace firn

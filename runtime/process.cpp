@@ -1,0 +1,297 @@
+#include "runtime/process.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <deque>
+#include <filesystem>
+#include <utility>
+
+#include "firn/device_state_t.hpp"
+#include "lcmtypes/outcome.h"
+#include "runtime/control_line.h"
+#include "runtime/faults_file.h"
+#include "runtime/heartbeat.h"
+#include "runtime/ports.h"
+#include "runtime/transport.h"
+#include "runtime/wal_file.h"
+
+namespace firn {
+namespace {
+
+constexpr std::int64_t kSafeWithinUs = 1'000'000;  // a driver's time to become safe after a local stop
+constexpr std::int64_t kLingerUs = 20'000;         // for datagrams that still wait when all is said
+constexpr std::int64_t kIdleUs = 50'000;
+
+struct Pending {
+  EventKind kind;
+  std::string_view channel;  // in the channel table
+  std::uint32_t id = 0;
+  LinkState link = LinkState::kClosed;
+  std::vector<std::byte> bytes;
+};
+
+class Runner {
+ public:
+  Runner(const ProcessOptions& options, std::unique_ptr<Node> node, Bus& bus, ControlLine& control)
+      : options_(options),
+        folder_(std::filesystem::path(options.run_dir) / "nodes"),
+        name_(info(options.node).name),
+        clock_(options.epoch_ns, options.offset_us, options.time_scale),
+        bus_(bus),
+        wal_(folder_ / (name_ + ".wal"), options.incarnation > 0),
+        host_(options.node, std::move(node), options.run_id, &wal_),
+        transport_({options.node, options.run_id, options.incarnation},
+                   [this](const ChannelInfo& row, std::span<const std::byte> b) { received(row, b); },
+                   [this](std::string_view c, std::int64_t s, std::vector<std::byte>& to) {
+                     return find_sent(wal_.path(), c, s, to);
+                   }),
+        lossy_(options.faults),
+        faults_file_(folder_ / (name_ + ".faults"), options.faults.any()),
+        ports_(port_paths()),
+        control_(control) {}
+
+  int run();
+
+ private:
+  std::vector<std::string> port_paths() const {
+    std::vector<std::string> paths;
+    for (const std::string& port : host_.ports())
+      paths.push_back((std::filesystem::path(options_.run_dir) / "io" / port).string());
+    return paths;
+  }
+  void come_back();
+  void received(const ChannelInfo& row, std::span<const std::byte> bytes);
+  void step(const Event& event);
+  void carry_out(const Outbox& outbox);
+  bool step_once();
+  void listen_to_launcher();
+  void local_stop(const std::string& cause);
+  void send_waiting();
+  void wait();
+  void notices();
+  bool over() const;
+
+  ProcessOptions options_;
+  std::filesystem::path folder_;
+  std::string name_;
+  RunClock clock_;
+  Bus& bus_;
+  WalFile wal_;
+  NodeHost host_;
+  Transport transport_;
+  Lossy lossy_;
+  FaultsFile faults_file_;
+  Ports ports_;
+  ControlLine& control_;
+  std::unique_ptr<Heartbeat> heartbeat_;
+  std::deque<Pending> queue_;
+  bool started_ = false, stopping_ = false, safe_ = false, told_finish_ = false;
+  std::int64_t stop_by_us_ = INT64_MAX;
+};
+
+int Runner::run() {
+  for (const std::string_view channel : host_.channels()) transport_.subscribe(channel);
+  if (options_.incarnation > 0) {
+    try {
+      come_back();
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "%s: %s\n", name_.c_str(), e.what());
+      control_.say(std::string("ERROR ") + e.what());
+      return kExitResume;
+    }
+  }
+  std::vector<std::byte> head;
+  encode_head(options_.head, head);
+  wal_.append(WalKind::kHead, head);
+  host_.set_stopwatch(monotonic_ns);
+  for (const std::string& channel : transport_.wire_channels()) bus_.subscribe(channel);
+  heartbeat_ = std::make_unique<Heartbeat>(options_.node, options_.run_id, options_.incarnation, clock_, bus_);
+  heartbeat_->update(host_.steps(), transport_.stats(), transport_.last_sent());
+  host_.set_busy_hook([this](bool busy) { heartbeat_->set_busy(busy); });
+  control_.say("READY");
+
+  while (!over()) {
+    listen_to_launcher();
+    step_once();
+    send_waiting();
+    wait();
+    notices();
+  }
+  const std::int64_t until = monotonic_us() + kLingerUs;
+  while (transport_.backlog_bytes() > 0 && monotonic_us() < until) send_waiting();
+  faults_file_.write(lossy_.counts());
+  return 0;
+}
+
+void Runner::come_back() {
+  std::vector<std::pair<std::string, std::vector<std::byte>>> unsent;
+  restore(host_, options_.run_id, wal_,
+          {[this](std::string_view c, std::span<const std::byte> b) { transport_.restore_received(c, b); },
+           [this](std::string_view c, std::span<const std::byte> b) { transport_.restore_sent(c, b); },
+           [&](std::string_view c, std::span<const std::byte> b) {
+             unsent.emplace_back(c, std::vector<std::byte>(b.begin(), b.end()));
+           }});
+  for (const auto& [channel, bytes] : unsent) transport_.send(channel, bytes, monotonic_us());
+}
+
+void Runner::received(const ChannelInfo& row, std::span<const std::byte> bytes) {
+  if (row.queue == 1)  // only the newest counts
+    std::erase_if(queue_, [&](const Pending& p) { return p.kind == EventKind::kMessage && p.channel == row.name; });
+  queue_.push_back({EventKind::kMessage, row.name, 0, LinkState::kClosed, {bytes.begin(), bytes.end()}});
+}
+
+void Runner::step(const Event& event) {
+  try {
+    carry_out(host_.step(event));
+  } catch (const std::exception& e) {
+    throw std::runtime_error("step " + std::to_string(host_.steps()) + " (" + describe(event) + "): " + e.what());
+  }
+}
+
+bool Runner::step_once() {
+  if (!started_) return false;
+  Event e;
+  e.now = clock_.now();
+  bool worked = false;
+  if (const auto timer = host_.next_timer(); timer && timer->at <= e.now) {
+    e.kind = EventKind::kWake;
+    e.id = std::uint32_t(timer->timer);
+    e.due = timer->at;
+    step(e);
+    worked = true;
+  }
+  if (!queue_.empty()) {
+    const Pending p = std::move(queue_.front());
+    queue_.pop_front();
+    Event m;
+    m.now = clock_.now();
+    m.kind = p.kind;
+    m.channel = p.channel;
+    m.id = p.id;
+    m.link = p.link;
+    m.bytes = p.bytes;
+    step(m);
+    worked = true;
+  }
+  return worked;
+}
+
+void Runner::carry_out(const Outbox& outbox) {
+  const std::int64_t wall = monotonic_us();
+  for (std::size_t n = 0; n < outbox.size(); ++n) {
+    const Output o = outbox.at(n);
+    switch (o.kind) {
+      case OutputKind::kSend: {
+        transport_.send(o.channel, o.bytes, wall);
+        if (!o.channel.starts_with("STATE_")) break;
+        device_state_t state;
+        if (state.decode(o.bytes.data(), 0, int(o.bytes.size())) > 0)
+          safe_ = state.state == std::int8_t(DeviceState::kSafe) || state.state == std::int8_t(DeviceState::kDisconnected);
+        break;
+      }
+      case OutputKind::kWrite: ports_.write(PortId(o.id), o.bytes); break;
+      case OutputKind::kReopen: ports_.reopen(PortId(o.id), wall); break;
+      case OutputKind::kFinish:
+        if (!std::exchange(told_finish_, true))
+          control_.say("FINISH " + std::to_string(*host_.finished()) + " " + host_.finish_reason());
+        break;
+      case OutputKind::kArm:
+      case OutputKind::kCancel: break;  // the host keeps the timers
+    }
+  }
+  heartbeat_->update(host_.steps(), transport_.stats(), transport_.last_sent());
+}
+
+void Runner::listen_to_launcher() {
+  while (const auto line = control_.next()) {
+    if (*line == "START" && !started_) {
+      started_ = true;
+      heartbeat_->set_state(Heartbeat::kRunning);
+      Event e;
+      e.kind = EventKind::kStart;
+      e.now = clock_.now();
+      e.incarnation = options_.incarnation;
+      step(e);
+      ports_.open_all(monotonic_us());
+    } else if (line->starts_with("STOP")) {
+      local_stop(line->size() > 5 ? line->substr(5) : "the launcher said stop");
+    }
+  }
+  if (control_.closed()) local_stop("the launcher is gone");
+}
+
+void Runner::local_stop(const std::string& cause) {
+  if (stopping_) return;
+  stopping_ = true;
+  heartbeat_->set_state(Heartbeat::kStopping);
+  stop_by_us_ = monotonic_us();
+  if (!started_) return;
+  safe_ = false;
+  Event e;
+  e.kind = EventKind::kLocalStop;
+  e.now = clock_.now();
+  e.bytes = std::as_bytes(std::span(cause));
+  step(e);
+  if (info(options_.node).driver) stop_by_us_ += kSafeWithinUs;
+}
+
+bool Runner::over() const { return stopping_ && (safe_ || monotonic_us() >= stop_by_us_); }
+
+void Runner::send_waiting() {
+  Transport::Datagram d;
+  while (transport_.next_datagram(monotonic_us(), d)) bus_.publish(d.channel, d.bytes);
+}
+
+void Runner::wait() {
+  const std::int64_t wall = monotonic_us();
+  std::int64_t until = wall + kIdleUs;
+  if (started_ && !queue_.empty()) until = wall;
+  if (const auto timer = host_.next_timer(); started_ && timer) until = std::min(until, clock_.wall_us(timer->at));
+  until = std::min({until, transport_.due_us(wall), lossy_.due_us(), ports_.due_us(), stop_by_us_});
+  std::vector<pollfd> fds;
+  fds.push_back({bus_.fd(), POLLIN, 0});
+  if (control_.fd() >= 0 && !control_.closed()) fds.push_back({control_.fd(), POLLIN, 0});
+  ports_.add_to(fds);
+  const std::int64_t left = std::max<std::int64_t>(0, until - wall);
+  const timespec timeout{time_t(left / 1'000'000), long(left % 1'000'000) * 1000};
+  ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
+
+  const std::int64_t now = monotonic_us();
+  const Lossy::Sink into = [&](std::string_view c, std::span<const std::byte> b) { transport_.receive(c, b, now); };
+  if (options_.faults.any()) {
+    bus_.receive([&](std::string_view c, std::span<const std::byte> b) { lossy_.receive(c, b, now, into); });
+    lossy_.release(now, into);
+    faults_file_.write_sometimes(lossy_.counts(), now);
+  } else {
+    bus_.receive(into);
+  }
+  transport_.tick(now);
+  ports_.service(
+      now,
+      [&](PortId id, LinkState link) { queue_.push_back({EventKind::kLink, {}, std::uint32_t(id), link, {}}); },
+      [&](PortId id, std::span<const std::byte> b) {
+        queue_.push_back({EventKind::kIo, {}, std::uint32_t(id), LinkState::kOpen, {b.begin(), b.end()}});
+      });
+}
+
+void Runner::notices() {
+  for (const std::string& text : transport_.take_notices()) std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());
+}
+
+}  // namespace
+
+int run_process(const ProcessOptions& options, std::unique_ptr<Node> node, Bus& bus) {
+  const std::string name(info(options.node).name);
+  ControlLine control(options.control_fd);
+  try {
+    return Runner(options, std::move(node), bus, control).run();
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), e.what());
+    control.say(std::string("FAULT ") + e.what());
+    return kExitHandler;
+  }
+}
+
+}  // namespace firn

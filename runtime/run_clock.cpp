@@ -1,0 +1,13 @@
+#include "runtime/run_clock.h"
+
+#include <ctime>
+
+namespace firn {
+
+std::int64_t monotonic_ns() {
+  timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return std::int64_t(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
+}
+
+}  // namespace firn

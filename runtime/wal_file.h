@@ -1,0 +1,56 @@
+// The write-ahead file of a live node on the disk: written by the host, read back at a resume.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "logfile/record_file.h"
+#include "runtime/node_host.h"
+#include "runtime/write_ahead.h"
+
+namespace firn {
+
+class WalFile : public WalSink {
+ public:
+  /// @param resume false: a new file, refused if there is one; true: goes on behind the last whole record.
+  WalFile(const std::filesystem::path& path, bool resume);
+  void append(WalKind kind, std::span<const std::byte> payload) override;
+  void sync() override { writer_.sync(); }
+  const std::filesystem::path& path() const { return writer_.path(); }
+
+ private:
+  logfile::RecordWriter writer_;
+};
+
+/// What a resume learns from the file, in the order of the records.
+struct RestoreSinks {
+  std::function<void(std::string_view channel, std::span<const std::byte>)> received;  ///< message that was handled
+  std::function<void(std::string_view channel, std::span<const std::byte>)> sent;      ///< message that was put out
+  /// Message of the last step, whose outputs were never written: it goes out now, for the first time. Bytes for
+  /// instruments of that step do not go out: whether they did before is not known, and the driver asks.
+  std::function<void(std::string_view channel, std::span<const std::byte>)> unsent;
+};
+
+/// Runs `host` through everything that `file` holds and compares every output byte; the outputs of a last step that
+/// were never written are appended. @returns the largest `now`.
+/// @throws std::runtime_error naming file, step and event: damage before the end, an output that differs, an event
+///         that crashes the node again, a file of another node or run.
+Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSinks& sinks);
+
+/// The message (channel, seq) among the outputs in a write-ahead file; false if it is not there.
+bool find_sent(const std::filesystem::path& path, std::string_view channel, std::int64_t seq, std::vector<std::byte>& to);
+
+/// The largest `now` of all events in a write-ahead file, and its last incarnation (-1 without a head).
+struct WalExtent {
+  Time last_now{-1};
+  std::int32_t incarnation = -1;
+};
+WalExtent wal_extent(const std::filesystem::path& path);
+
+/// "LAYER_PLAN seq 3", "wake-up 2", "128 bytes from port 0", …
+std::string describe(const Event& event);
+
+}  // namespace firn

@@ -1,0 +1,263 @@
+#include <poll.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <thread>
+
+#include "core/grid/random.h"
+#include "runtime/control_line.h"
+#include "runtime/process.h"
+#include "runtime/process_args.h"
+#include "runtime/transport_wire.h"
+#include "runtime/wal_file.h"
+#include "tests/runtime/process_nodes.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+ProcessOptions options(const RunDir& dir, NodeId node, int control_fd, std::int32_t incarnation = 0) {
+  ProcessOptions o;
+  o.node = node;
+  o.run_dir = dir.path;
+  o.run_id = 5;
+  o.incarnation = incarnation;
+  o.epoch_ns = monotonic_ns();
+  o.control_fd = control_fd;
+  o.head = {std::string(info(node).name), 5, incarnation, "commit", "platform", "", "", {}};
+  if (incarnation > 0) o.offset_us = wal_extent(dir.path / "nodes" / (o.head.node + ".wal")).last_now.us + 1;
+  return o;
+}
+
+struct Pair {
+  int fd[2];
+  Pair() { REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, fd) == 0); }
+};
+
+/// Waits for a line that starts with `start`; fails the test after a minute.
+std::string await(ControlLine& control, const std::string& start) {
+  for (int n = 0; n < 6000; ++n) {
+    while (const auto line = control.next())
+      if (line->starts_with(start)) return *line;
+    pollfd p{control.fd(), POLLIN, 0};
+    ::poll(&p, 1, 10);
+  }
+  FAIL("no line " << start);
+  return {};
+}
+
+/// Sends back what it gets, like an instrument; breaks the line after `most` bytes, once.
+struct Instrument {
+  explicit Instrument(const std::filesystem::path& path, int most) {
+    listener = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    sockaddr_un a{};
+    a.sun_family = AF_UNIX;
+    path.string().copy(a.sun_path, sizeof a.sun_path - 1);
+    REQUIRE(::bind(listener, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
+    REQUIRE(::listen(listener, 4) == 0);
+    thread = std::thread([this, most] {
+      int left = most;
+      for (int fd; (fd = ::accept(listener, nullptr, nullptr)) >= 0; ::close(fd)) {
+        ++connections;
+        std::byte b[64];
+        for (ssize_t got; (got = ::recv(fd, b, left > 0 ? std::size_t(std::min(left, 64)) : 64, 0)) > 0;) {
+          if (::send(fd, b, std::size_t(got), MSG_NOSIGNAL) < 0) break;
+          if (left > 0 && (left -= int(got)) == 0) break;
+        }
+      }
+    });
+  }
+  ~Instrument() {
+    ::shutdown(listener, SHUT_RDWR);
+    thread.join();
+    ::close(listener);
+  }
+  int listener;
+  std::atomic<int> connections{0};
+  std::thread thread;
+};
+
+LossyOptions bad_network() { return {0.1, 0.1, 0.1, 0.1, 0.005, 3, 0, 0}; }
+
+}  // namespace
+
+TEST_CASE("two processes and an instrument finish their work over a bad network, and both files replay") {
+  RunDir dir;
+  Instrument instrument(dir.path / "io" / "jet", 20);  // the line breaks once: the driver opens it again
+  Hub hub;
+  Pair a, b;
+  ControlLine commander(a.fd[0]), echo(b.fd[0]);
+  const auto work = [&](NodeId node, int fd, std::unique_ptr<Node> n) {
+    Hub::Member bus(hub);
+    ProcessOptions o = options(dir, node, fd);
+    o.faults = bad_network();
+    o.faults.node = std::uint32_t(node);
+    return run_process(o, std::move(n), bus);
+  };
+  std::thread one([&] { CHECK(work(NodeId::kScheduler, a.fd[1], std::make_unique<Commander>(200)) == 0); });
+  std::thread two([&] { CHECK(work(NodeId::kJet, b.fd[1], std::make_unique<Echo>()) == 0); });
+  await(commander, "READY");
+  await(echo, "READY");
+  commander.say("START");
+  echo.say("START");
+  CHECK(await(commander, "FINISH") == "FINISH 0 all answered");
+  commander.say("STOP done");
+  one.join();
+  { const ControlLine gone(std::move(echo)); }  // the launcher dies: a local stop
+  two.join();
+  CHECK(instrument.connections == 2);
+
+  for (const NodeId id : {NodeId::kScheduler, NodeId::kJet}) {
+    const std::string name(info(id).name);
+    std::unique_ptr<Node> node;
+    if (id == NodeId::kJet) node = std::make_unique<Echo>();
+    else node = std::make_unique<Commander>(200);
+    WalFile file(dir.path / "nodes" / (name + ".wal"), true);
+    NodeHost host(id, std::move(node), 5, nullptr);
+    std::map<std::string, std::int64_t> last;
+    std::string stop_text;
+    restore(host, 5, file,
+            {[&](std::string_view c, std::span<const std::byte> m) {
+               if (find_channel(c)->delivery == Delivery::kReliable) CHECK(wire::read_header(m)->seq == ++last[std::string(c)]);
+             },
+             [&](std::string_view c, std::span<const std::byte> m) {
+               device_state_t s;
+               if (c == "STATE_JET" && s.decode(m.data(), 0, int(m.size())) > 0) stop_text = s.text;
+             },
+             [](std::string_view, std::span<const std::byte>) { FAIL("nothing was left unsent"); }});
+    CHECK(last[id == NodeId::kJet ? "JET_COMMAND" : "ANSWER_JET"] == 200);
+    if (id == NodeId::kJet) CHECK(stop_text == "the launcher is gone");
+    std::ifstream faults(dir.path / "nodes" / (name + ".faults"));
+    std::string text;
+    std::getline(faults, text);
+    CHECK(parse_lossy_counts(text).injected() > 0);
+  }
+}
+
+TEST_CASE("killed at any moment, a process comes back where it was and repeats nothing") {
+  constexpr int kMessages = 3000;
+  RandomStream random(11, Purpose::kKill);
+  RunDir dir;
+  std::int32_t incarnation = 0;
+  bool finished = false;
+  for (; !finished && incarnation < 60; ++incarnation) {
+    Pair pair;
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::close(pair.fd[0]);
+      Hub hub;
+      Hub::Member bus(hub);
+      ::_exit(run_process(options(dir, NodeId::kScheduler, pair.fd[1], incarnation), std::make_unique<Commander>(kMessages), bus));
+    }
+    ::close(pair.fd[1]);
+    ControlLine control(pair.fd[0]);
+    await(control, "READY");
+    control.say("START");
+    ::usleep(random.below(80'000));
+    ::kill(child, SIGKILL);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    REQUIRE(WIFSIGNALED(status));
+
+    std::int64_t seq = 0;
+    WalFile file(dir.path / "nodes" / "scheduler.wal", true);
+    NodeHost host(NodeId::kScheduler, std::make_unique<Commander>(kMessages), 5, nullptr);
+    const auto in_order = [&](std::string_view, std::span<const std::byte> m) { REQUIRE(wire::read_header(m)->seq == ++seq); };
+    restore(host, 5, file, {[](std::string_view, std::span<const std::byte>) {}, in_order, in_order});
+    finished = seq == kMessages;
+    std::vector<std::byte> found;
+    if (seq > 0) CHECK(find_sent(file.path(), "JET_COMMAND", seq, found));
+    CHECK_FALSE(find_sent(file.path(), "JET_COMMAND", seq + 1, found));
+  }
+  CHECK(incarnation > 3);
+}
+
+TEST_CASE("an event that crashes the node is named, and named again when the resume meets it") {
+  RunDir dir;
+  Hub hub;
+  Pair pair;
+  ControlLine control(pair.fd[0]);
+  int code = -1;
+  std::thread process([&] {
+    Hub::Member bus(hub);
+    code = run_process(options(dir, NodeId::kScheduler, pair.fd[1]), std::make_unique<Commander>(1000), bus);
+  });
+  await(control, "READY");
+  control.say("START");
+  Hub::Member jet(hub);
+  Outbox out(NodeId::kJet, 5);
+  out.begin(Time{1}, 0);
+  answer_t a{};
+  a.text = "throw";
+  out.send(channels::answer(NodeId::kJet), a);
+  jet.publish("ANSWER_JET", out.at(0).bytes);
+  const std::string fault = await(control, "FAULT");
+  CHECK_THAT(fault, Catch::Contains("ANSWER_JET seq 1") && Catch::Contains("the commander cannot take this"));
+  process.join();
+  CHECK(code == kExitHandler);
+
+  Pair again;
+  ControlLine second(again.fd[0]);
+  Hub::Member bus(hub);
+  CHECK(run_process(options(dir, NodeId::kScheduler, again.fd[1], 1), std::make_unique<Commander>(1000), bus) == kExitResume);
+  CHECK_THAT(await(second, "ERROR"), Catch::Contains("(ANSWER_JET seq 1) crashes the node again: the commander cannot take this"));
+}
+
+TEST_CASE("a node that would answer otherwise than its file says does not come back") {
+  RunDir dir;
+  const auto path = dir.path / "nodes" / "scheduler.wal";
+  {
+    WalFile file(path, false);
+    NodeHost host(NodeId::kScheduler, std::make_unique<Commander>(5), 5, &file);
+    Event e;
+    e.kind = EventKind::kStart;
+    host.step(e);
+  }
+  const auto nothing = [](std::string_view, std::span<const std::byte>) {};
+  {
+    WalFile file(path, true);
+    NodeHost host(NodeId::kScheduler, std::make_unique<Echo>(), 5, nullptr);
+    CHECK_THROWS_WITH(restore(host, 5, file, {nothing, nothing, nothing}),
+                      Catch::Contains("scheduler.wal: step 0 (start of incarnation 0): the outputs differ from the record"));
+  }
+  {
+    WalFile file(path, true);
+    std::vector<std::byte> head;
+    encode_head({"jet", 5, 0, "", "", "", "", {}}, head);
+    file.append(WalKind::kHead, head);
+    NodeHost host(NodeId::kScheduler, std::make_unique<Commander>(5), 5, nullptr);
+    CHECK_THROWS_WITH(restore(host, 5, file, {nothing, nothing, nothing}), Catch::Contains("is of node jet in run 5, not scheduler in run 5"));
+  }
+}
+
+TEST_CASE("arguments of a process survive the way through the command line, bad ones are named") {
+  ProcessArgs a;
+  a.options.node = NodeId::kLamp;
+  a.options.run_dir = "/tmp/run x";
+  a.options.run_id = 123456789012345;
+  a.options.incarnation = 2;
+  a.options.epoch_ns = 99;
+  a.options.offset_us = 7;
+  a.options.time_scale = 0.1;
+  a.options.control_fd = 4;
+  a.options.faults = {0.01, 0.02, 0.03, 0.04, 0.005, 77, 0, 0};
+  a.bus_url = "udpm://239.255.76.67:7000?ttl=0";
+  a.blobs = {{"target", "abc"}, {"mask", "def"}};
+  const auto args = to_arguments(a);
+  const ProcessArgs b = parse_process_args(args);
+  CHECK(to_arguments(b) == args);
+  CHECK(b.options.faults.seed == 77);
+  CHECK(b.options.faults.node == std::uint32_t(NodeId::kLamp));
+  CHECK(b.options.faults.incarnation == 2);
+  CHECK(b.options.time_scale == 0.1);
+  CHECK_THROWS_WITH(parse_process_args({"--run", "x", "--node", "jett"}), Catch::Contains("--node 'jett'"));
+  CHECK_THROWS_WITH(parse_process_args({"--run", "x", "--node", "jet", "--epoch-ns", "3x"}), Catch::Contains("--epoch-ns '3x': must be a number"));
+  CHECK_THROWS_WITH(parse_process_args({"--node", "jet"}), Catch::Contains("--run"));
+  CHECK_THROWS_WITH(parse_process_args({"--run", "x", "--node", "jet", "--faults", "1,0,0,0,0,0"}), Catch::Contains("in [0, 1)"));
+  CHECK_THROWS_WITH(parse_process_args({"--run"}), Catch::Contains("--run"));
+}
