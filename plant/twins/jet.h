@@ -1,0 +1,53 @@
+// Twin of the jet driver: MicroFab JetDrive III, binary frames at 9600 baud, fired by its external trigger input.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "plant/twins/twin.h"
+#include "plant/world_config.h"
+
+namespace firn::plant {
+
+/// Frame: 53 len cmd data… sum, len = bytes behind 'S' without sum, sum = (len + … + last data) mod 256, big-endian.
+class JetTwin : public Twin {
+ public:
+  JetTwin(const JetParams& params, Wires& wires);
+  void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
+  void disconnected(std::int64_t) override { frame_.clear(), greeting_ = 0; }  // the jet stays as it is
+  std::int64_t next_device_us() const override { return kNever; }
+  void device_event(std::int64_t) override {}
+  void reboot(std::int64_t now_us) override;
+  void io(Archive& a) override;
+
+  /// A pulse on the trigger input. On kFired, `droplets` is what DROPS asks for.
+  ShotOutcome trigger(std::int64_t t_us, int& droplets);
+  std::uint32_t fired_since_armed() const { return state_.fired; }
+
+ private:
+  struct State {
+    bool external = false;      ///< SOURCE 1
+    bool waveform = false;      ///< a PULSE was loaded
+    bool continuous = false;    ///< CONTMODE
+    std::uint8_t strobe_divider = 1, strobe = 0;
+    std::uint16_t drops = 1, rate_hz = 1000, low_rate_hz = 0, strobe_delay_us = 0;
+    std::uint32_t fired = 0;    ///< triggers obeyed since SOURCE was last set to external
+    std::int64_t busy_until_us = 0;
+    std::int64_t last_fired_us = -1'000'000'000;
+  };
+  void byte(std::uint8_t b, std::int64_t now_us);
+  void execute(std::int64_t now_us);
+  void answer(bool ack, std::uint8_t command, std::uint8_t status, std::int64_t now_us);
+  void dump(std::int64_t now_us);
+  void set_source(bool external, std::int64_t now_us);
+
+  JetParams params_;
+  Wires& wires_;
+  State state_;
+  bool remote_ = false;              ///< X2000 was received
+  std::uint32_t greeting_ = 0;       ///< characters of X2000 seen
+  std::vector<std::uint8_t> frame_;  ///< from 'S' on
+};
+
+}  // namespace firn::plant

@@ -1,0 +1,155 @@
+#include "plant/twins/lamp.h"
+
+#include <charconv>
+
+namespace firn::plant {
+namespace {
+
+std::string framed(std::string_view text) {
+  static constexpr char kHex[] = "0123456789ABCDEF";
+  const std::uint8_t crc = lamp_crc8(text);
+  std::string out(text);
+  out += kHex[crc >> 4];
+  out += kHex[crc & 15];
+  out += '\r';
+  return out;
+}
+
+bool integer(std::string_view text, int low, int high, int& value) {
+  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
+  return r.ec == std::errc() && r.ptr == text.data() + text.size() && value >= low && value <= high;
+}
+
+}  // namespace
+
+std::uint8_t lamp_crc8(std::string_view text) {
+  std::uint8_t crc = 0;
+  for (const char c : text) {
+    crc = std::uint8_t(crc ^ std::uint8_t(c));
+    for (int bit = 0; bit < 8; ++bit) crc = std::uint8_t(crc & 1 ? crc >> 1 ^ 0x8C : crc >> 1);
+  }
+  return crc;
+}
+
+LampTwin::LampTwin(const LampParams& params, Wires& wires)
+    : Twin(Port::kLamp, TwinLink(10.0e6 / params.baud, 0)), params_(params), wires_(wires) {}
+
+void LampTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
+  for (const std::byte b : bytes) {
+    const char c = char(b);
+    if (c != '\r') {
+      if (line_.size() < 64) line_.push_back(c);
+      continue;
+    }
+    std::string answer = "Err";
+    if (line_.size() > 2 && framed(std::string_view(line_).substr(0, line_.size() - 2)) == line_ + '\r')
+      answer = execute(std::string_view(line_).substr(0, line_.size() - 2), now_us);
+    line_.clear();
+    link_.reply(framed(answer), now_us);
+  }
+}
+
+std::string LampTwin::execute(std::string_view command, std::int64_t now_us) {
+  static const std::string kReceived = "Received", kError = "Err";
+  if (command == "CONN") {
+    state_.talking = true;
+    return "READY";
+  }
+  if (!state_.talking) return kError;
+  if (command == "DCON") {
+    state_.talking = false;
+    return "CLOSED";
+  }
+  if (command == "OPN") {
+    if (state_.alarm) return kError;
+    open(now_us, params_.max_on_us, false);
+    return kReceived;
+  }
+  if (command == "RUN") {
+    if (state_.alarm || state_.exposure_tenths == 0) return kError;
+    open(now_us, std::int64_t(state_.exposure_tenths) * 100'000, true);
+    return kReceived;
+  }
+  if (command == "CLS") {
+    close(now_us, LampEvent::kClosed);
+    return kReceived;
+  }
+  int value = 0;
+  if (command.starts_with("SIL")) {
+    if (!integer(command.substr(3), 1, 100, value)) return kError;
+    add_dose(now_us);
+    state_.iris_percent = value;
+    return kReceived;
+  }
+  if (command.starts_with("STM")) {
+    if (!integer(command.substr(3), 2, 9999, value)) return kError;
+    state_.exposure_tenths = value;
+    return kReceived;
+  }
+  if (command == "GIL") return std::to_string(state_.iris_percent);
+  if (command == "GTM") return std::to_string(state_.exposure_tenths);
+  if (command == "GUS")
+    return std::to_string((state_.open ? 1 : 0) | (state_.alarm ? 2 : 0) | (state_.locked ? 4 : 0));
+  if (command == "GSN") return "S2000-" + std::to_string(boot_count_);
+  if (command == "CLR") {
+    state_.alarm = state_.alarm_held;
+    return kReceived;
+  }
+  if (command == "LOC" || command == "ULOC") {
+    state_.locked = command == "LOC";
+    return kReceived;
+  }
+  return kError;
+}
+
+void LampTwin::add_dose(std::int64_t now_us) {
+  if (!state_.open) return;
+  state_.dose_s += double(now_us - state_.dose_from_us) * 1e-6 * state_.iris_percent / 100.0;
+  state_.dose_from_us = now_us;
+}
+
+// A second OPN or RUN while it is open sets the time anew and never beyond the longest on-time.
+void LampTwin::open(std::int64_t now_us, std::int64_t for_us, bool timed) {
+  if (!state_.open) {
+    state_.open = true;
+    state_.opened_us = state_.dose_from_us = now_us;
+    state_.dose_s = 0.0;
+    wires_.lamp(now_us, LampEvent::kOpened, 0.0);
+  }
+  const std::int64_t last_us = state_.opened_us + params_.max_on_us;
+  state_.close_at_us = std::min(now_us + for_us, last_us);
+  state_.timed = timed && now_us + for_us <= last_us;
+}
+
+void LampTwin::close(std::int64_t now_us, LampEvent why) {
+  if (!state_.open) return;
+  add_dose(now_us);
+  state_.open = state_.timed = false;
+  state_.close_at_us = kNever;
+  wires_.lamp(now_us, why, state_.dose_s);
+}
+
+void LampTwin::device_event(std::int64_t now_us) {
+  if (state_.timed) return close(now_us, LampEvent::kClosed);
+  state_.alarm = true;
+  close(now_us, LampEvent::kWatchdog);
+}
+
+void LampTwin::trip(std::int64_t now_us, bool on) {
+  state_.alarm_held = on;
+  if (!on) return;
+  state_.alarm = true;
+  close(now_us, LampEvent::kClosed);
+}
+
+void LampTwin::reboot(std::int64_t now_us) {
+  ++boot_count_;
+  close(now_us, LampEvent::kClosed);
+  state_ = State{};
+  line_.clear();
+  wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
+}
+
+void LampTwin::io(Archive& a) { a.all(boot_count_, state_, line_, link_); }
+
+}  // namespace firn::plant

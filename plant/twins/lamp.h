@@ -1,0 +1,48 @@
+// Twin of the UV lamp: Excelitas OmniCure S2000, `<cmd><CRC8><CR>` at 19200 baud, shutter, iris, timed exposure.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "plant/twins/twin.h"
+#include "plant/world_config.h"
+
+namespace firn::plant {
+
+/// CRC-8, reflected polynomial 0x8C, start 0 (Dallas/Maxim): crc8("CONN") = 0x18.
+std::uint8_t lamp_crc8(std::string_view text);
+
+class LampTwin : public Twin {
+ public:
+  LampTwin(const LampParams& params, Wires& wires);
+  void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
+  void disconnected(std::int64_t) override { line_.clear(); }  // no lost-link timeout is documented: it stays open
+  std::int64_t next_device_us() const override { return state_.open ? state_.close_at_us : kNever; }
+  void device_event(std::int64_t now_us) override;             ///< end of a timed exposure, or the longest on-time
+  void reboot(std::int64_t now_us) override;
+  void trip(std::int64_t now_us, bool on) override;
+  void io(Archive& a) override;
+
+ private:
+  struct State {
+    bool talking = false;        ///< CONN was received
+    bool open = false, alarm = false, alarm_held = false, locked = false, timed = false;
+    int iris_percent = 100;
+    int exposure_tenths = 0;     ///< of STM
+    std::int64_t opened_us = 0, close_at_us = kNever;
+    std::int64_t dose_from_us = 0;
+    double dose_s = 0.0;         ///< up to dose_from_us
+  };
+  std::string execute(std::string_view command, std::int64_t now_us);
+  void open(std::int64_t now_us, std::int64_t for_us, bool timed);
+  void close(std::int64_t now_us, LampEvent why);
+  void add_dose(std::int64_t now_us);
+
+  LampParams params_;
+  Wires& wires_;
+  State state_;
+  std::string line_;
+};
+
+}  // namespace firn::plant

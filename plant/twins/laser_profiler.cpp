@@ -1,0 +1,127 @@
+#include "plant/twins/laser_profiler.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn::plant {
+namespace {
+
+constexpr std::uint8_t kChangeProgram = 0x39, kNewestProfile = 0x42;
+constexpr std::uint8_t kErrorCommand = 0x01, kErrorArgument = 0x03, kNoProfile = 0x80;
+constexpr int kUnit = 10;                      // z in steps of kUnit x 0.01 um = 0.1 um
+constexpr std::int32_t kNoPeak = -524288, kLimit = 524287, kLowest = -524284;
+constexpr std::uint32_t kLargestRequest = 4096;
+
+std::uint32_t u32_at(std::span<const std::byte> bytes, std::size_t at) {
+  std::uint32_t v = 0;
+  for (int n = 3; n >= 0; --n) v = v << 8 | std::uint32_t(bytes[at + std::size_t(n)]);
+  return v;
+}
+
+void put(std::string& out, std::uint64_t value, int bytes) {
+  for (int n = 0; n < bytes; ++n) out.push_back(char(value >> 8 * n));
+}
+
+}  // namespace
+
+double profile_dx_mm(const GridSpec& grid, const ProfilerParams& params) {
+  if (params.dx_mm > 0.0) return params.dx_mm;
+  return std::ceil(grid.nx * grid.pitch_x_mm * 1.15 / params.points / 0.005 - 1e-9) * 0.005;
+}
+
+double profile_x0_mm(const GridSpec& grid, const ProfilerParams& params) {
+  const double centre = grid.origin_x_mm + 0.5 * (grid.nx - 1) * grid.pitch_x_mm;
+  return centre - 0.5 * (params.points - 1) * profile_dx_mm(grid, params);
+}
+
+ProfilerTwin::ProfilerTwin(const ProfilerParams& params, double x0_mm, double dx_mm)
+    : Twin(Port::kProfiler, TwinLink(0.0, params.latency_us)), params_(params), x0_mm_(x0_mm), dx_mm_(dx_mm) {}
+
+void ProfilerTwin::trigger(std::int64_t t_us, std::int32_t encoder_counts, std::span<const double> z_mm) {
+  std::swap(before_, newest_);
+  newest_.ready_us = t_us + params_.sampling_us;
+  newest_.trigger = ++triggers_;
+  newest_.encoder = encoder_counts;
+  newest_.points.resize(z_mm.size());
+  for (std::size_t n = 0; n < z_mm.size(); ++n) {
+    const double units = z_mm[n] * (1e5 / kUnit);  // 1 mm = 1e5 x 0.01 um
+    newest_.points[n] = std::isnan(units) ? kNoPeak
+                        : std::int32_t(std::floor(std::clamp(units, double(kLowest), double(kLimit)) + 0.5));
+  }
+}
+
+void ProfilerTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
+  request_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  std::size_t begin = 0;
+  while (request_.size() - begin >= 4) {
+    const auto rest = std::as_bytes(std::span(request_).subspan(begin));
+    const std::uint32_t following = u32_at(rest, 0);
+    if (following < 16 || following > kLargestRequest) {  // not this protocol: nothing can be told from nothing
+      request_.clear();
+      return;
+    }
+    if (rest.size() < 4 + std::size_t(following)) break;
+    execute(rest.first(4 + following), now_us);
+    begin += 4 + following;
+  }
+  request_.erase(0, begin);
+}
+
+void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_us) {
+  const auto command = std::uint8_t(request[16]);
+  std::uint8_t error = 0;
+  std::string body;
+  const Shot* shot = nullptr;
+  if (command == kChangeProgram) {
+    if (request.size() != 24) error = kErrorArgument;
+    else program_ = std::uint8_t(request[20]);
+  } else if (command == kNewestProfile) {
+    if (request.size() != 36) error = kErrorArgument;
+    else shot = newest_.ready_us <= now_us ? &newest_ : before_.ready_us <= now_us ? &before_ : nullptr;
+    if (error == 0 && !shot) error = kNoProfile;
+  } else {
+    error = kErrorCommand;
+  }
+  if (shot) {
+    body.reserve(36 + shot->points.size() * 5 / 2 + 4);
+    put(body, shot->points.size(), 2);
+    put(body, kUnit, 2);
+    put(body, std::uint32_t(std::int32_t(std::llround(x0_mm_ * 1e5))), 4);
+    put(body, std::uint32_t(std::int32_t(std::llround(dx_mm_ * 1e5))), 4);
+    put(body, 0, 4);
+    put(body, shot->trigger, 4);
+    put(body, std::uint32_t(shot->encoder), 4);
+    put(body, 0, 12);
+    std::uint64_t bits = 0;
+    int held = 0;
+    for (const std::int32_t point : shot->points) {
+      bits |= std::uint64_t(std::uint32_t(point) & 0xfffffu) << held;
+      for (held += 20; held >= 8; held -= 8, bits >>= 8) body.push_back(char(bits));
+    }
+    if (held > 0) body.push_back(char(bits));
+    while (body.size() % 4 != 0) body.push_back('\0');
+  }
+  std::string out;
+  put(out, 20 + body.size(), 4);  // bytes that follow
+  put(out, 0, 4);                 // header: return code
+  put(out, 12 + body.size(), 4);  // bytes from the command on
+  put(out, command, 1);
+  put(out, error, 1);
+  put(out, 0, 2);                 // controller status
+  put(out, 0, 4);
+  put(out, program_, 4);
+  out += body;
+  link_.reply(out, now_us);
+}
+
+void ProfilerTwin::reboot(std::int64_t) {
+  ++boot_count_;
+  request_.clear();
+  program_ = 0;
+  triggers_ = 0;
+  newest_ = before_ = {};
+}
+
+void ProfilerTwin::io(Archive& a) { a.all(boot_count_, request_, program_, triggers_, newest_, before_, link_); }
+
+}  // namespace firn::plant

@@ -1,0 +1,53 @@
+// Twin of the laser profiler: Keyence LJ-V7000 over TCP, one profile per external trigger, newest profile on request.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "plant/twins/twin.h"
+#include "plant/world_config.h"
+
+namespace firn::plant {
+
+/// Request: u32 bytes that follow, u32 0x00F00001, u32 0, u32 body bytes, u8 command, 3 zeros, arguments; little
+/// endian. Answers 0x39 (change program) and 0x42 (newest profile: 20-bit signed points, 8 in 20 bytes).
+class ProfilerTwin : public Twin {
+ public:
+  /// @param x0_mm part position of the first point
+  ProfilerTwin(const ProfilerParams& params, double x0_mm, double dx_mm);
+  void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
+  void disconnected(std::int64_t) override { request_.clear(); }
+  std::int64_t next_device_us() const override { return kNever; }
+  void device_event(std::int64_t) override {}
+  void reboot(std::int64_t now_us) override;
+  void io(Archive& a) override;
+
+  /// A trigger pulse arrived: what the sensor saw [mm], NaN = no reading.
+  void trigger(std::int64_t t_us, std::int32_t encoder_counts, std::span<const double> z_mm);
+  std::uint32_t triggers() const { return triggers_; }
+
+ private:
+  struct Shot {
+    std::int64_t ready_us = kNever;
+    std::uint32_t trigger = 0;
+    std::int32_t encoder = 0;
+    std::vector<std::int32_t> points;  ///< in units of kUnit x 0.01 um
+    void io(Archive& a) { a.all(ready_us, trigger, encoder, points); }
+  };
+  void execute(std::span<const std::byte> request, std::int64_t now_us);
+
+  ProfilerParams params_;
+  double x0_mm_, dx_mm_;
+  std::string request_;
+  std::uint8_t program_ = 0;
+  std::uint32_t triggers_ = 0;  ///< since power on
+  Shot newest_, before_;        ///< the one before serves until the newest is ready
+};
+
+/// Points of a line that covers `grid` with 15 % to spare, in steps of 5 um [mm].
+double profile_dx_mm(const GridSpec& grid, const ProfilerParams& params);
+/// Part position of the first point, the line being centred on the grid.
+double profile_x0_mm(const GridSpec& grid, const ProfilerParams& params);
+
+}  // namespace firn::plant

@@ -1,0 +1,140 @@
+// Twin of the stage: an Aerotech Ensemble with three axes, coordinated straight moves, and position-synchronised
+// output. State machine here; the ASCII dialect is stage_dialect.h. Facts from docs/plant.md, table "stage".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plant/twins/motion.h"
+#include "plant/twins/twin.h"
+#include "plant/world_config.h"
+
+namespace firn::plant {
+
+inline constexpr int kIglobals = 4096;
+
+/// Position-synchronised output of one axis. Counts travel since ARM, whatever the direction.
+struct Pso {
+  enum class Mode : std::uint8_t { kNone, kFixed, kArray };
+  bool armed = false, output = false, masked = false, window = false;
+  Mode mode = Mode::kNone;
+  std::int64_t fixed_counts = 0;
+  std::vector<std::int64_t> increments;  ///< counts
+  double window_low_mm = 0.0, window_high_mm = 0.0;
+  std::int64_t next_index = 0;           ///< pulses passed since ARM, masked ones included
+  std::int64_t next_counts = 0;          ///< travel of the next pulse; meaningless when exhausted()
+  std::int64_t pulses = 0;               ///< put out since ARM
+  double travel_mm = 0.0;                ///< since ARM, up to the start of the current move
+  bool exhausted() const {
+    return !armed || mode == Mode::kNone || (mode == Mode::kArray && next_index >= std::int64_t(increments.size()));
+  }
+  void arm();
+  void advance();
+  void io(Archive& a);
+};
+
+/// The controller as its interpreter sees it.
+class StageDevice {
+ public:
+  StageDevice(const StageParams& params, Wires& wires) : params_(params), wires_(wires) { power_on(); }
+
+  enum class Answer : std::uint8_t { kOk, kNak, kFault };
+
+  // Verbs
+  Answer enable(int axis);
+  void disable(int axis, std::int64_t now_us);
+  void fault_acknowledge(int axis);
+  void abort(std::int64_t now_us);
+  /// NaN = axis stays. Queued behind the moves in progress, at most 16.
+  Answer linear(const Vec3& target_mm, double speed_mm_s, std::int64_t now_us);
+  Answer home(unsigned axes, std::int64_t now_us);
+  bool set_ramp(double rate_mm_s2);
+  Answer arm(int axis, std::int64_t now_us);
+  void pso_off(int axis, std::int64_t now_us);
+
+  // Questions
+  Vec3 position_mm(std::int64_t now_us) const { return move_ ? move_->position(now_us) : at_mm_; }
+  double velocity_mm_s(int axis, std::int64_t now_us) const {
+    return move_ ? move_->speed_mm_s(now_us) * move_->direction()[axis] : 0.0;
+  }
+  std::uint32_t axis_status(int axis) const;
+  std::uint32_t axis_fault(int axis) const { return faults_[axis]; }
+  bool moving() const { return move_.has_value(); }
+  std::int64_t encoder_counts(int axis, double position_mm) const;
+  Pso& pso(int axis) { return pso_[axis]; }
+  std::array<double, kIglobals>& iglobals() { return iglobals_; }
+  const StageParams& params() const { return params_; }
+
+  // Time
+  std::int64_t next_us() const;
+  void event(std::int64_t now_us);           ///< a pulse or the end of a move
+  void link_lost(std::int64_t now_us);       ///< the controller's own watchdog
+  void trip(bool on, std::int64_t now_us);   ///< emergency stop input
+  void power_on();
+  void io(Archive& a);
+
+ private:
+  struct Target {
+    Vec3 mm{};
+    double speed_mm_s = 0.0;
+    std::uint32_t axes = 0;
+    std::uint32_t homing = 0;
+  };
+  struct NextPulse {
+    std::int64_t t_us = kNever;
+    int axis = 0;
+    double s_mm = 0.0;
+  };
+  void begin_next(std::int64_t now_us);
+  void end_move();
+  void brake(std::int64_t now_us);
+  void raise(int axis, std::uint32_t bits, std::int64_t now_us);
+  void find_pulse();
+
+  StageParams params_;
+  Wires& wires_;
+  Vec3 at_mm_{};                       ///< while nothing moves
+  std::optional<Move> move_;
+  Target current_;
+  std::deque<Target> queue_;
+  std::array<bool, 3> enabled_{}, homed_{};
+  std::array<std::uint32_t, 3> faults_{};
+  bool tripped_ = false;
+  double ramp_mm_s2_ = 0.0;
+  std::array<Pso, 3> pso_{};
+  NextPulse next_pulse_;
+  std::array<double, kIglobals> iglobals_{};
+};
+
+/// The device behind its port.
+class StageTwin : public Twin {
+ public:
+  StageTwin(const StageParams& params, Wires& wires);
+  void connected(std::int64_t now_us) override { last_heard_us_ = now_us; }
+  void disconnected(std::int64_t now_us) override;
+  void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
+  std::int64_t next_device_us() const override;
+  void device_event(std::int64_t now_us) override;
+  bool device_event_replies() const override { return blocked_ || idle_close_us() != kNever; }
+  void reboot(std::int64_t now_us) override;
+  void trip(std::int64_t now_us, bool on) override { device_.trip(on, now_us); }
+  void io(Archive& a) override;
+  StageDevice& device() { return device_; }
+
+ private:
+  void interpret(std::int64_t now_us);
+  std::int64_t idle_close_us() const;
+
+  StageDevice device_;
+  Wires& wires_;
+  std::string line_;             ///< bytes not interpreted yet
+  bool wait_for_motion_ = true;  ///< WAIT MODE; the power-on mode blocks the interpreter during a move
+  bool blocked_ = false;         ///< a move was acknowledged to nobody yet
+  std::int64_t last_heard_us_ = 0;
+};
+
+}  // namespace firn::plant
