@@ -1,0 +1,85 @@
+#include "procs/controller/node.h"
+
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "core/grid/npy.h"
+#include "firn/fault_t.hpp"
+#include "firn/layer_plan_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+
+namespace firn {
+
+control::ControlOptions control_options(const Experiment& e) {
+  const ControlConfig& c = e.control;
+  control::ControlOptions o;
+  o.scheme = c.scheme;
+  o.max_layers = c.max_layers;
+  o.smf.kp = c.smf.kp;
+  o.smf.ki_star = c.smf.ki_star;
+  o.smf.kd_star = c.smf.kd_star;
+  o.smf.output_limit = c.smf.output_limit;
+  o.smf.integral_limit = c.smf.integral_limit;
+  o.smf.max_drops = c.smf.max_drops;
+  o.mpc.horizon = c.mpc.horizon;
+  o.mpc.alpha.clear();
+  for (const AlphaStep& a : c.mpc.alpha) o.mpc.alpha.push_back({a.from_layer, a.alpha});
+  o.mpc.subset = c.mpc.subset;
+  o.mpc.max_evaluations = c.mpc.max_evaluations;
+  o.mpc.max_drops = c.mpc.max_drops;
+  return o;
+}
+
+control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask) {
+  return {e.grid, std::move(target), std::move(mask), {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
+          e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose, e.control.mpc.seed};
+}
+
+ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask)
+    : grid_(e.grid),
+      scheme_(control::make_controller(control_setup(e, std::move(target), std::move(mask)), control_options(e))) {
+  subscribe(channels::kHeightMap, this);
+}
+
+void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
+  layer_plan_t plan{};
+  plan.layer = m.layer + 1;
+  plan.attempt = m.attempt;
+  plan.map_id = m.map_id;
+  control::Decision d;
+  d.drops = DropletPattern(grid_);
+  try {
+    if (from_message(m.grid) != grid_ || m.height_mm.size() != grid_.size())
+      throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": grid " + std::to_string(m.grid.nx) + " x " +
+                                  std::to_string(m.grid.ny) + " with " + std::to_string(m.height_mm.size()) +
+                                  " heights is not the experiment's " + std::to_string(grid_.nx) + " x " + std::to_string(grid_.ny));
+    const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
+    const HeightMap height = height_of(m);
+    d = scheme_->decide({height, m.layer, m.attempt, noise});
+  } catch (const std::exception& error) {
+    d.kind = control::Decision::Kind::kStop;
+    d.reason = error.what();
+    fault_t fault{};
+    fault.severity = std::int8_t(Severity::kStop);
+    fault.node = info(NodeId::kController).name;
+    fault.text = error.what();
+    out.send(channels::fault(NodeId::kController), fault);
+  }
+  plan.decision = std::int8_t(d.kind);
+  plan.objective_mm = d.objective_mm;
+  plan.objective_none_mm = d.objective_none_mm;
+  plan.iterations = d.iterations;
+  plan.reason = d.reason;
+  set_drops(plan, d.drops);
+  out.send(channels::kLayerPlan, std::move(plan));
+}
+
+std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs) {
+  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  return std::make_unique<ControllerNode>(e, height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
+                                          mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
+}
+
+}  // namespace firn

@@ -1,0 +1,34 @@
+// controller: HEIGHT_MAP -> LAYER_PLAN.   Any scheme of core/control; knows no bus, no clock.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "config/experiment.h"
+#include "core/control/controller.h"
+#include "firn/height_map_t.hpp"
+#include "runtime/node.h"
+
+namespace firn {
+
+/// Answers every height map with the plan of the next layer (map.layer + 1), echoing map_id and attempt.
+/// A map that cannot be used (another grid, sizes that disagree, a height on the part that is not finite) is answered
+/// with a fault and a plan to stop for the operator; it leaves the scheme's state as it was.
+class ControllerNode final : public Node {
+ public:
+  /// @throws std::invalid_argument naming the setup field or option that the scheme refuses.
+  ControllerNode(const Experiment& experiment, HeightMap target, Mask mask);
+  void on(const height_map_t&, Time now, Outbox&);
+
+ private:
+  GridSpec grid_;
+  std::unique_ptr<control::LayerController> scheme_;
+};
+
+/// What the configuration says of a scheme, in core's terms.
+control::ControlOptions control_options(const Experiment& experiment);
+control::Setup control_setup(const Experiment& experiment, HeightMap target, Mask mask);
+
+std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs);
+
+}  // namespace firn
