@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""The rules of the house that a compiler does not check: same bytes, sizes, nothing unfinished, nothing unlisted.
+
+    scripts/check_house.py [ROOT]
+"""
+import re
+import sys
+from pathlib import Path
+
+from firn_tree import code, finish, read, sources
+
+MAX_LINES, MAX_MAIN_LINES = 400, 60
+
+# Where the same input must give the same bytes. Processes outside replay (bus, recorder, launcher) may read clocks.
+OUTSIDE_REPLAY = ("procs/bus/", "procs/recorder/", "procs/launcher/", "procs/runner/")
+PURE_ROOMS = ("core", "estimators", "drivers", "plant", "procs")
+
+FORBIDDEN = {
+    "a clock": r"<chrono>|<ctime>|<time\.h>|<sys/time\.h>|\bclock_gettime\b|\bgettimeofday\b|\bstd::time\b|_clock::now\b",
+    "a thread": r"<thread>|<mutex>|<atomic>|<future>|<condition_variable>|<pthread\.h>|\bpthread_\w+|\bstd::(j?thread|async)\b"
+                r"|\bsetNumThreads\b|\bthread_local\b",
+    "sleeping": r"\b(?:u|nano)?sleep(?:_for|_until)?\s*\(",
+    "randomness that is not keyed": r"<random>|\bstd::rand\b|\bs?rand\s*\(|\brandom_device\b|\bmt19937(_64)?\b|\bgetrandom\b|\bdrand48\b",
+    "a library-defined distribution or shuffle": r"\bstd::\w+_distribution\b|\bstd::(ranges::)?shuffle\b|\bstd::(ranges::)?sample\b",
+    "a time limit": r"\bmaxtime\b|\bset_maxtime\b",
+    "a file": r"<fstream>|<filesystem>|\bfopen\s*\(",
+    "the environment": r"\bgetenv\b",
+}
+# Last bits of these differ between CPUs with and without FMA. What a node decides must not depend on them.
+EXACT_ROOMS = ("core/deposition/", "core/control/", "procs/")
+INEXACT = re.compile(r"\b(?:std::)?(?:exp|exp2|expm1|log|log2|log10|log1p|pow|sin|cos|tan|asin|acos|atan|atan2|sinh|cosh|tanh|cbrt|hypot)[fl]?\s*\(")
+
+UNFINISHED = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b|\bplaceholder\b", re.I)
+HIDDEN_TEST = re.compile(r'TEST_CASE\([^)]*"\s*,\s*"[^"]*\[(?:\.|!hide|!mayfail|!shouldfail)')
+EMPTY_TEST = re.compile(r'TEST_CASE\((?:[^()]|\([^()]*\))*\)\s*\{\s*\}')
+PRIVATE_PATH = re.compile(r"(?<![\w.])/(?:work|home|root|Users)/\w")
+
+# SIM_TRUTH: declared, published by whoever runs the world, read by tests, audit and reports.
+TRUTH = re.compile(r"SIM_TRUTH|\bkSimTruth\b|\bsim_truth_t\b")
+TRUTH_READERS = ("lcmtypes/", "tests/", "bench/", "replay/audit", "replay/metrics", "replay/report", "cli/report", "cli/audit")
+TRUTH_PUBLISHERS = ("cli/", "plant/")
+TRUTH_DECODE = re.compile(r"sim_truth_t\s+\w+\s*;[^}]*?\.decode\s*\(|subscribe\s*\(\s*channels::kSimTruth", re.S)
+
+
+def line_of(text, position):
+    return text.count("\n", 0, position) + 1
+
+
+def is_pure(path):
+    return path.split("/")[0] in PURE_ROOMS and not path.startswith(OUTSIDE_REPLAY) \
+        and not path.endswith("/main.cpp") and not path.startswith("plant/setup.")
+
+
+def check_same_bytes(root):
+    problems = []
+    for path in sources(root, PURE_ROOMS):
+        if not is_pure(path):
+            continue
+        text = code(read(root, path))
+        for what, pattern in FORBIDDEN.items():
+            if what == "a file" and path.startswith("plant/"):
+                continue  # nature keeps its own record of what happened
+            for match in re.finditer(pattern, text):
+                problems.append(f"{path}:{line_of(text, match.start())}: {what} ({match.group(0).strip()})")
+        if path.startswith(EXACT_ROOMS):
+            for match in INEXACT.finditer(text):
+                problems.append(f"{path}:{line_of(text, match.start())}: inexact function {match.group(0).strip()}…): its last bit "
+                                "depends on the CPU")
+        problems += unordered_iteration(root, path, text)
+    return problems
+
+
+def unordered_iteration(root, path, text):
+    """Loops over anything that this file or its header declares as an unordered container."""
+    header = Path(root) / re.sub(r"\.cpp$", ".h", path)
+    declared_in = text + (code(header.read_text(encoding="utf-8")) if path.endswith(".cpp") and header.is_file() else "")
+    names = set(re.findall(r"unordered_(?:map|set|multimap|multiset)\s*<[^;{}()]*>[&\s]+(\w+)", declared_in))
+    return [f"{path}:{line_of(text, m.start())}: iterates over the unordered container {name}"
+            for name in sorted(names)
+            for m in re.finditer(rf"for\s*\([^;)]*:\s*{name}\s*\)|\b{name}\.c?begin\s*\(", text)]
+
+
+def check_sizes(root):
+    problems = []
+    for path in sources(root, suffixes={".h", ".cpp", ".py", ".lcm"}) + sources(root, ("scripts",), {".py", ".sh"}):
+        lines = read(root, path).count("\n")
+        limit = MAX_MAIN_LINES if path.endswith("/main.cpp") else MAX_LINES
+        if lines > limit:
+            problems.append(f"{path}: {lines} lines, the limit is {limit}")
+    return problems
+
+
+def check_finished(root):
+    problems = []
+    files = sources(root, suffixes={".h", ".cpp", ".py", ".lcm", ".txt"}) + sources(root, ("cmake", "scripts"), {".cmake", ".py", ".sh"})
+    for path in files:
+        if path in ("scripts/check_house.py", "tests/house/lints_test.py"):
+            continue  # they name what they look for
+        text = read(root, path)
+        for pattern, what in ((UNFINISHED, "unfinished"), (HIDDEN_TEST, "hidden test"), (EMPTY_TEST, "empty test"),
+                              (PRIVATE_PATH, "absolute path of one machine")):
+            for match in pattern.finditer(text):
+                problems.append(f"{path}:{line_of(text, match.start())}: {what} ({match.group(0)[:40]})")
+    return problems
+
+
+def check_listed(root):
+    """Every .cpp stands in the CMakeLists.txt of its folder or of one above it, every .lcm in lcmtypes/."""
+    problems = []
+    for path in sources(root, suffixes={".cpp", ".lcm"}):
+        folder, listed = (Path(root) / path).parent, False
+        while not listed and folder != Path(root).parent:
+            lists = folder / "CMakeLists.txt"
+            name = (Path(root) / path).relative_to(folder).as_posix()
+            listed = lists.is_file() and re.search(rf"(?<![\w/.]){re.escape(name)}(?![\w.])",
+                                                   re.sub(r"#[^\n]*", "", lists.read_text(encoding="utf-8"))) is not None
+            folder = folder.parent
+        if not listed:
+            problems.append(f"{path}: stands in no CMakeLists.txt")
+    return problems
+
+
+def check_truth(root):
+    problems = []
+    for path in sources(root):
+        if path.startswith(TRUTH_READERS):
+            continue
+        text = code(read(root, path), keep_strings=True)
+        publisher = path.startswith(TRUTH_PUBLISHERS)
+        pattern = TRUTH_DECODE if publisher else TRUTH
+        for match in pattern.finditer(text):
+            problems.append(f"{path}:{line_of(text, match.start())}: only tests, audit and reports read SIM_TRUTH")
+    return problems
+
+
+CHECKS = (check_same_bytes, check_sizes, check_finished, check_listed, check_truth)
+
+
+def main():
+    root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent)
+    return finish("check_house", [problem for check in CHECKS for problem in check(root)])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""scripts/packages.txt holds every package that the build looks for, and none that nothing uses.
+
+    scripts/check_packages.py [ROOT]
+"""
+import re
+import sys
+from pathlib import Path
+
+from firn_tree import ROOMS, finish, read, sources
+
+# What CMake looks for -> package ("" = comes with CMake or the compiler).
+FOUND_BY_CMAKE = {
+    "Catch2": "catch2", "Threads": "", "OpenSSL": "libssl-dev", "benchmark": "libbenchmark-dev", "Eigen3": "libeigen3-dev",
+    "fmt": "libfmt-dev", "nlohmann_json": "nlohmann-json3-dev", "CLI11": "libcli11-dev", "Python3": "python3",
+    "lcm": "liblcm-dev", "lcm-gen": "liblcm-bin", "ccache": "ccache", "tomlplusplus": "libtomlplusplus-dev",
+    "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "nlopt": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3",
+    "gnuplot": "gnuplot-nox", "clang++": "clang",
+    "opencv_core": "libopencv-core-dev", "opencv_imgproc": "libopencv-imgproc-dev", "opencv_imgcodecs": "libopencv-imgcodecs-dev",
+    "opencv2/core/version.hpp": "libopencv-core-dev",
+    "opencv_${module}": "libopencv-core-dev",
+}
+FOUND_BY_PREFIX = {"sundials_": "libsundials-dev"}
+
+# Package -> what shows in the sources that it is needed.
+EVIDENCE = {
+    "g++": r"project\(firn CXX\)", "cmake": r"cmake_minimum_required", "ninja-build": r"-G Ninja", "ccache": r"find_program\(CCACHE",
+    "git": r"\bgit (-C|rev-parse)", "pkg-config": r"pkg_check_modules|\bpkg-config --", "liblcm-dev": r"<lcm/", "liblcm-bin": r"lcm-gen",
+    "libeigen3-dev": r"<Eigen/", "libopencv-core-dev": r"<opencv2/core", "libopencv-imgproc-dev": r"<opencv2/imgproc|foreach\(module core imgproc",
+    "libopencv-imgcodecs-dev": r"<opencv2/imgcodecs", "libnlopt-dev": r"<nlopt\.h>|<nlopt\.hpp>", "libnlopt-cxx-dev": r"<nlopt\.hpp>",
+    "libsundials-dev": r"<cvode/|<sundials/", "libssl-dev": r"<openssl/", "libxxhash-dev": r"<xxhash\.h>",
+    "libtomlplusplus-dev": r"<toml\+\+/", "libcli11-dev": r"<CLI/", "nlohmann-json3-dev": r"<nlohmann/", "libfmt-dev": r"<fmt/",
+    "gnuplot-nox": r"\bgnuplot\b", "catch2": r"<catch2/", "libbenchmark-dev": r"<benchmark/", "python3": r"env python3",
+    "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
+}
+
+FIND = re.compile(r"find_(package|library|program|path)\s*\(\s*(\S+)([^)]*)\)")
+
+
+def listed(root):
+    lines = (re.sub(r"#.*", "", line).strip() for line in read(root, "scripts/packages.txt").splitlines())
+    return [line for line in lines if line]
+
+
+def wanted_by_cmake(root):
+    """(file, what is looked for) for every find_ call; a find_library's first name counts."""
+    out = []
+    for path in ["CMakeLists.txt"] + sources(root, ROOMS + ("cmake",), {".cmake", ".txt"}):
+        if not path.endswith((".cmake", "CMakeLists.txt")) or not (Path(root) / path).is_file():
+            continue
+        for kind, first, rest in FIND.findall(re.sub(r"#[^\n]*", "", read(root, path))):
+            words = [w for w in rest.split() if w not in ("NAMES", "REQUIRED")]
+            out.append((path, first if kind == "package" else words[0] if words else first))
+    return out
+
+
+def check_needed(root):
+    have, problems = set(listed(root)), []
+    for path, name in wanted_by_cmake(root):
+        package = FOUND_BY_CMAKE.get(name)
+        for prefix, of_prefix in FOUND_BY_PREFIX.items():
+            if name.startswith(prefix):
+                package = of_prefix
+        if package is None:
+            problems.append(f"{path}: looks for {name}, for which scripts/check_packages.py knows no package")
+        elif package and package not in have:
+            problems.append(f"{path}: looks for {name}: {package} is missing from scripts/packages.txt")
+    return problems
+
+
+def everything(root):
+    own = {"scripts/check_packages.py", "scripts/packages.txt"}
+    files = sources(root, ROOMS + ("cmake", "scripts"), {".h", ".cpp", ".cmake", ".txt", ".py", ".sh"})
+    texts = [read(root, p) for p in files if p not in own]
+    texts += [read(root, p) for p in ("CMakeLists.txt", "firn", ".ci/run") if (Path(root) / p).is_file()]
+    return "\n".join(texts)
+
+
+def check_used(root):
+    text, problems = everything(root), []
+    for package in listed(root):
+        evidence = EVIDENCE.get(package)
+        if evidence is None:
+            problems.append(f"scripts/packages.txt: {package}: scripts/check_packages.py does not know what needs it")
+        elif not re.search(evidence, text):
+            problems.append(f"scripts/packages.txt: {package}: nothing uses it")
+    for package, evidence in EVIDENCE.items():
+        if package not in listed(root) and re.search(evidence, text):
+            problems.append(f"scripts/packages.txt: {package} is missing: {re.search(evidence, text).group(0)!r} needs it")
+    return problems
+
+
+def main():
+    root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent)
+    return finish("check_packages", check_needed(root) + check_used(root))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

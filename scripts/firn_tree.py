@@ -1,0 +1,39 @@
+"""The source tree as the lints see it: files of the house, without build folders, and C++ without comments."""
+import re
+from pathlib import Path
+
+ROOMS = ("core", "lcmtypes", "logfile", "runtime", "config", "estimators", "drivers", "plant", "procs", "replay", "cli",
+         "tests", "bench")
+CPP = {".h", ".cpp"}
+_TOKENS = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
+
+
+def sources(root, rooms=ROOMS, suffixes=CPP):
+    """Paths relative to `root`, as strings with '/', in order."""
+    found = []
+    for room in rooms:
+        folder = Path(root) / room
+        found += [p.relative_to(root).as_posix() for p in folder.rglob("*") if p.suffix in suffixes and p.is_file()]
+    return sorted(found)
+
+
+def read(root, path):
+    return (Path(root) / path).read_text(encoding="utf-8")
+
+
+def code(text, keep_strings=False):
+    """C++ with comments (and strings, unless kept) blanked; line numbers stay."""
+    def blank(match):
+        token = match.group(0)
+        if keep_strings and not token.startswith("/"):
+            return token
+        return ("" if token.startswith("/") else '""') + "\n" * token.count("\n")
+    return _TOKENS.sub(blank, text)
+
+
+def finish(name, problems):
+    """Prints the problems and returns the exit code."""
+    for problem in problems:
+        print(f"{name}: {problem}")
+    print(f"{name}: {len(problems)} problem(s)" if problems else f"{name}: ok")
+    return 1 if problems else 0

@@ -1,0 +1,165 @@
+#!/usr/bin/env python3
+"""Every lint catches what it is for: a small tree that passes, then one planted violation each."""
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+import check_house  # noqa: E402
+import check_layers  # noqa: E402
+import check_packages  # noqa: E402
+
+GOOD = {
+    "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(firn CXX)\nfind_library(LCM_LIBRARY lcm REQUIRED)\n",
+    "firn": "cmake -G Ninja\n",
+    "core/grid/CMakeLists.txt": "firn_library(firn_grid grid.cpp)\n",
+    "core/grid/grid.h": "#pragma once\n#include <vector>\n",
+    "core/grid/grid.cpp": '#include "core/grid/grid.h"\n// a thread? std::thread in a comment is none\nint x = 1;\n',
+    "core/control/CMakeLists.txt": "firn_library(firn_control mpc.cpp LINK firn_grid)\n",
+    "core/control/mpc.cpp": '#include "core/grid/grid.h"\nconst char* text = "std::rand() <chrono>";\n',
+    "runtime/CMakeLists.txt": "firn_library(firn_runtime node.cpp)\n",
+    "runtime/node.h": "#pragma once\n",
+    "runtime/node.cpp": '#include "runtime/node.h"\n#include "firn/tile_t.hpp"\n#include <chrono>\n',
+    "config/experiment.h": "#pragma once\n",
+    "plant/CMakeLists.txt": "firn_library(firn_plant world.cpp setup.cpp main.cpp)\n",
+    "plant/world.cpp": '#include "core/grid/grid.h"\n',
+    "plant/setup.cpp": '#include "config/experiment.h"\n#include <chrono>\n',
+    "plant/main.cpp": '#include "config/experiment.h"\nint main() {}\n',
+    "procs/CMakeLists.txt": "firn_library(firn_node_stage stage/node.cpp LINK firn_runtime)\n"
+                            "firn_process(stage stage/main.cpp LINK firn_node_stage firn_bus)\n",
+    "procs/stage/node.h": "#pragma once\n",
+    "procs/stage/node.cpp": '#include "procs/stage/node.h"\n#include "runtime/node.h"\n'
+                            "#include <unordered_map>\nint f(const std::unordered_map<int, int>& m) { return m.count(1); }\n",
+    "procs/stage/main.cpp": '#include "procs/bus/bus.h"\nint main() {}\n',
+    "procs/bus/CMakeLists.txt": "firn_library(firn_bus bus.cpp LINK firn_runtime)\n",
+    "procs/bus/bus.h": "#pragma once\n",
+    "procs/bus/bus.cpp": "#include <lcm/lcm-cpp.hpp>\n#include <thread>\n",
+    "replay/CMakeLists.txt": "firn_library(firn_replay audit.cpp)\n",
+    "replay/audit.cpp": '#include "procs/stage/node.h"\nfirn::sim_truth_t truth;\n',
+    "lcmtypes/tile_t.lcm": "struct tile_t {}\n",
+    "lcmtypes/CMakeLists.txt": "firn_lcm_types(firn_lcm_headers tile_t.lcm)\n",
+    "tests/core/CMakeLists.txt": "firn_test(test_grid grid_test.cpp LINK firn_grid)\n",
+    "tests/core/grid_test.cpp": '#include "core/grid/grid.h"\nTEST_CASE("A grid is a grid") { CHECK(true); }\n',
+    "scripts/packages.txt": "cmake\nninja-build  # builds\ng++\nliblcm-dev\n",
+}
+
+
+class Lints(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = Path(self.folder.name)
+        for path, text in GOOD.items():
+            self.write(path, text)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def write(self, path, text):
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+
+    def problems(self):
+        found = check_layers.check_includes(self.root) + check_layers.check_links(self.root)
+        for check in check_house.CHECKS:
+            found += check(self.root)
+        return found + check_packages.check_needed(self.root) + check_packages.check_used(self.root)
+
+    def caught(self, path, text, *words):
+        """Planting `text` at the end of `path` gives exactly the problem that names the file and the words."""
+        before = GOOD.get(path, "")
+        self.write(path, before + text)
+        found = self.problems()
+        self.assertTrue(found, f"nothing caught in {path}: {text!r}")
+        for word in (path,) + words:
+            self.assertTrue(any(word in problem for problem in found), f"{word!r} not in {found}")
+        self.write(path, before)
+
+    def test_the_good_tree_passes(self):
+        self.assertEqual(self.problems(), [])
+
+    def test_includes_against_the_arrows(self):
+        forbidden = {
+            "core/grid/grid.cpp": ("core/control/mpc.h", "runtime/node.h"),
+            "core/control/mpc.cpp": ("config/experiment.h",),
+            "runtime/node.cpp": ("core/grid/grid.h", "procs/bus/bus.h"),
+            "plant/world.cpp": ("config/experiment.h", "core/control/mpc.h"),
+            "procs/stage/node.cpp": ("procs/bus/bus.h", "procs/jet/node.h", "replay/audit.h"),
+            "replay/audit.cpp": ("procs/bus/bus.h", "config/experiment.h", "procs/stage/inner.h"),
+        }
+        for targets in forbidden.values():
+            for target in targets:
+                self.write(target, GOOD.get(target, "#pragma once\n"))
+        for path, targets in forbidden.items():
+            for target in targets:
+                self.caught(path, f'#include "{target}"\n', target)
+
+    def test_includes_that_are_not_full_paths(self):
+        self.caught("core/grid/grid.cpp", '#include "grid.h"\n', "not a full path")
+        self.caught("core/grid/grid.cpp", "#include <core/grid/grid.h>\n", "in quotes")
+
+    def test_heavy_headers_and_lcm(self):
+        self.caught("runtime/node.h", "#include <nlohmann/json.hpp>\n", "heavy")
+        self.caught("core/grid/grid.h", "#include <Eigen/Dense>\n", "heavy")
+        self.caught("runtime/node.cpp", "#include <lcm/lcm-cpp.hpp>\n", "only procs/bus")
+
+    def test_links_against_the_arrows(self):
+        self.caught("core/grid/CMakeLists.txt", "firn_library(firn_more grid.cpp LINK firn_control)\n", "firn_control")
+        self.caught("runtime/CMakeLists.txt", "firn_library(firn_more node.cpp PRIVATE_LINK firn_bus)\n", "firn_bus")
+        self.caught("procs/CMakeLists.txt", "firn_library(firn_more stage/node.cpp LINK firn_bus)\n", "firn_bus")
+
+    def test_what_would_change_the_bytes(self):
+        for line, word in (("#include <chrono>", "clock"), ("#include <thread>", "thread"), ("static std::mutex m; std::thread t;", "thread"),
+                           ("auto t = std::chrono::steady_clock::now();", "clock"), ("int r = rand();", "randomness"),
+                           ("std::mt19937 g;", "randomness"), ("std::normal_distribution<> d;", "distribution"),
+                           ("std::shuffle(a, b, g);", "shuffle"), ("opt.set_maxtime(1.0);", "time limit"),
+                           ("#include <fstream>", "file"), ('getenv("HOME");', "environment"), ("usleep(10);", "sleeping"),
+                           ("cv::setNumThreads(2);", "thread")):
+            for path in ("core/grid/grid.cpp", "procs/stage/node.cpp"):
+                self.caught(path, line + "\n", word)
+        self.caught("plant/world.cpp", "#include <random>\n", "randomness")
+
+    def test_inexact_functions_in_nodes(self):
+        self.caught("procs/stage/node.cpp", "double y = std::exp(x);\n", "inexact")
+        self.caught("core/control/mpc.cpp", "double y = pow (x, 2);\n", "inexact")
+
+    def test_iteration_over_unordered_containers(self):
+        self.caught("procs/stage/node.cpp", "std::unordered_map<int, int> a;\nvoid g() { for (auto& x : a) h(x); }\n", "unordered container a")
+        self.caught("core/grid/grid.cpp", "std::unordered_set<std::string> names;\nauto b = names.begin();\n", "unordered container names")
+
+    def test_sizes(self):
+        self.caught("runtime/node.cpp", "// line\n" * 400, "the limit is 400")
+        self.caught("procs/stage/main.cpp", "// line\n" * 60, "the limit is 60")
+
+    def test_unfinished_work_and_private_paths(self):
+        for text in ("// TODO later\n", "// FIXME\n", "/* placeholder */\n", 'const char* p = "/home/me/x";\n'):
+            self.caught("runtime/node.cpp", text)
+        self.caught("tests/core/grid_test.cpp", 'TEST_CASE("A hidden one", "[.]") { CHECK(false); }\n', "hidden")
+        self.caught("tests/core/grid_test.cpp", 'TEST_CASE("An empty one") {}\n', "empty")
+
+    def test_sources_that_are_not_built(self):
+        self.caught("core/grid/lost.cpp", "int y;\n", "stands in no CMakeLists.txt")
+        self.caught("tests/core/lost_test.cpp", "int y;\n", "stands in no CMakeLists.txt")
+        self.caught("lcmtypes/lost_t.lcm", "struct lost_t {}\n", "stands in no CMakeLists.txt")
+        (self.root / "core/grid/lost.cpp").unlink()
+
+    def test_readers_of_the_truth(self):
+        self.caught("procs/stage/node.cpp", "subscribe(channels::kSimTruth, this);\n", "SIM_TRUTH")
+        self.write("cli/CMakeLists.txt", "firn_library(firn_cli print.cpp)\n")
+        self.write("cli/print.cpp", "out.send(channels::kSimTruth, truth);\n")  # publishing is its job
+        self.assertEqual(self.problems(), [])
+        self.caught("cli/print.cpp", "sim_truth_t truth; truth.decode(bytes, 0, n);\n", "SIM_TRUTH")
+
+    def test_packages(self):
+        self.caught("CMakeLists.txt", "find_package(OpenSSL REQUIRED)\n", "libssl-dev is missing")
+        self.caught("CMakeLists.txt", "find_library(F frobnicate REQUIRED)\n", "knows no package")
+        self.caught("scripts/packages.txt", "libeigen3-dev\n", "nothing uses it")
+        self.caught("scripts/packages.txt", "libfrob-dev\n", "does not know")
+        self.write("core/grid/solve.h", "#pragma once\n")
+        self.write("core/grid/grid.cpp", "#include <cvode/cvode.h>\n")
+        self.assertTrue(any("libsundials-dev is missing" in p for p in self.problems()))
+
+
+if __name__ == "__main__":
+    unittest.main()
