@@ -1,6 +1,7 @@
 #include "cli/node_makers.h"
 
 #include "cli/targets.h"
+#include "procs/controller/node.h"
 #include "procs/safety/node.h"
 #include "procs/scheduler/node.h"
 
@@ -9,6 +10,7 @@ namespace firn {
 std::span<const NamedMaker> node_makers() {
   static constexpr NamedMaker kMakers[] = {
       {NodeId::kScheduler, &make_scheduler},
+      {NodeId::kController, &make_controller_node},
       {NodeId::kSafety, &make_safety},
   };
   return kMakers;

@@ -25,13 +25,19 @@ struct ModelConfig {               ///< what the controllers believe [Lu 2015, T
   std::string border = "lose";     ///< "lose" or "keep"
 };
 
+struct OpenLoopConfig {
+  int layers = 0;                  ///< 0 = per cell from the target; else that many full layers
+};
+
 struct SmfConfig {                 ///< [Barnett, (5.1), (5.2)]
   double kp = 1.0;
   double ki_star = 0.33;
   double kd_star = 0.03;
   double output_limit = 1.0;       ///< |u'| in layers
   double integral_limit = 2.0;     ///< in layers
+  double layer_height_mm = 0.0;    ///< nominal layer; 0 = h1 + 4 h2 + 4 h3
   int max_drops = 2;               ///< per cell and layer
+  std::string rounding = "diffusion";  ///< "nearest", "diffusion" or "carry"
 };
 
 struct AlphaStep {
@@ -45,6 +51,7 @@ struct MpcConfig {                 ///< [Lu 2015, (8), IV-C]
   int subset = 16;                 ///< M, points tried together
   std::int64_t max_evaluations = 20'000'000;
   int max_drops = 1;
+  double min_improvement_mm = 0.0; ///< the print ends when the best layer betters printing nothing by no more
   std::uint64_t seed = 1;
 };
 
@@ -52,6 +59,8 @@ struct ControlConfig {
   std::string scheme = "mpc";      ///< a name of core/control's table
   int max_layers = 200;            ///< the print stops for the operator beyond this
   double smoothing = 0.0;          ///< 1 = robust DCT smoothing with automatic parameter, 0 = raw map
+  double noise_gate = 2.0;         ///< end when a layer would answer no more than this many noise_std per droplet
+  OpenLoopConfig open_loop;
   SmfConfig smf;
   MpcConfig mpc;
 };

@@ -1,5 +1,7 @@
 #include "config/fields.h"
 
+#include "core/control/controller.h"
+
 namespace firn {
 namespace {
 
@@ -19,6 +21,12 @@ Limits shapes() {
   std::vector<std::string_view> all(shape_kinds().begin(), shape_kinds().end());
   all.push_back("height_map");
   return one_of(all);
+}
+
+Limits schemes() {
+  std::vector<std::string_view> names;
+  for (const control::Scheme& s : control::schemes()) names.push_back(s.name);
+  return one_of(names);
 }
 
 using Table = std::vector<Field>;
@@ -54,20 +62,25 @@ Table control_fields(Experiment& e) {
       {"model.h2_mm", &e.model.h2_mm, "mm", within(0, 10), "height beside a droplet, per edge"},
       {"model.h3_mm", &e.model.h3_mm, "mm", within(0, 10), "height beside a droplet, per corner"},
       {"model.border", &e.model.border, "", one_of({"lose", "keep"}), "the grid's edge: droplets flow over it, or a wall holds them"},
-      {"control.scheme", &e.control.scheme, "", one_of({"open_loop", "smf", "mpc"}), "who decides the next layer"},
+      {"control.scheme", &e.control.scheme, "", schemes(), "who decides the next layer"},
       {"control.max_layers", &e.control.max_layers, "", within(1, kMaxLayers), "the print stops for the operator beyond this"},
       {"control.smoothing", &e.control.smoothing, "", within(0, 1), "1 = robust DCT smoothing of the map [Garcia 2010], 0 = raw map"},
+      {"control.noise_gate", &e.control.noise_gate, "", within(0, 100), "SMF and MPC end when a layer would better the part by no more than this many sensor sigmas per droplet"},
+      {"control.open_loop.layers", &e.control.open_loop.layers, "", within(0, kMaxLayers), "full layers; 0 = per cell, target height by nominal layer height"},
       {"control.smf.kp", &s.kp, "", within(0, 10), "proportional gain [Barnett, (5.1)]"},
       {"control.smf.ki_star", &s.ki_star, "", within(0, 10), "integral gain, adjusted by (5.2)"},
       {"control.smf.kd_star", &s.kd_star, "", within(0, 10), "derivative gain, adjusted by (5.2)"},
       {"control.smf.output_limit", &s.output_limit, "layers", above(0, 255), "bound of the output u', either sign"},
       {"control.smf.integral_limit", &s.integral_limit, "layers", within(0, 1000), "bound of the integral part (anti-windup)"},
+      {"control.smf.layer_height_mm", &s.layer_height_mm, "mm", within(0, 10), "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
       {"control.smf.max_drops", &s.max_drops, "", within(1, 255), "droplets per cell and layer"},
+      {"control.smf.rounding", &s.rounding, "", one_of({"nearest", "diffusion", "carry"}), "what becomes of fractions of a droplet: dropped, spread to neighbours, kept for the next layer"},
       {"control.mpc.horizon", &m.horizon, "layers", within(1, 20), "N of [Lu 2015, (8)]"},
       {"control.mpc.alpha", &m.alpha, "", within(0, 1), "weight of the mean error against the roughness in (8); a number, or [{from_layer = 1, alpha = 1.0}, ...]"},
       {"control.mpc.subset", &m.subset, "cells", within(1, 4096), "M: points tried together in the greedy search [Lu 2015, IV-C]"},
       {"control.mpc.max_evaluations", &m.max_evaluations, "", within(1, 1e12), "bound of the work per decision"},
       {"control.mpc.max_drops", &m.max_drops, "", within(1, 255), "droplets per cell and layer"},
+      {"control.mpc.min_improvement_mm", &m.min_improvement_mm, "mm", within(0, 10), "the print ends when the best layer betters printing nothing by no more"},
       {"control.mpc.seed", &m.seed, "", within(0, kLong), "of the search's random order"},
   };
 }

@@ -11,24 +11,36 @@
 #include "lcmtypes/outcome.h"
 
 namespace firn {
+namespace {
+
+control::Rounding rounding_of(const std::string& name) {
+  return name == "nearest" ? control::Rounding::kNearest : name == "carry" ? control::Rounding::kCarry : control::Rounding::kDiffusion;
+}
+
+}  // namespace
 
 control::ControlOptions control_options(const Experiment& e) {
   const ControlConfig& c = e.control;
   control::ControlOptions o;
   o.scheme = c.scheme;
   o.max_layers = c.max_layers;
+  o.noise_gate = c.noise_gate;
+  o.open_loop.layers = c.open_loop.layers;
   o.smf.kp = c.smf.kp;
   o.smf.ki_star = c.smf.ki_star;
   o.smf.kd_star = c.smf.kd_star;
   o.smf.output_limit = c.smf.output_limit;
   o.smf.integral_limit = c.smf.integral_limit;
+  o.smf.layer_height_mm = c.smf.layer_height_mm;
   o.smf.max_drops = c.smf.max_drops;
+  o.smf.rounding = rounding_of(c.smf.rounding);
   o.mpc.horizon = c.mpc.horizon;
   o.mpc.alpha.clear();
   for (const AlphaStep& a : c.mpc.alpha) o.mpc.alpha.push_back({a.from_layer, a.alpha});
   o.mpc.subset = c.mpc.subset;
   o.mpc.max_evaluations = c.mpc.max_evaluations;
   o.mpc.max_drops = c.mpc.max_drops;
+  o.mpc.min_improvement_mm = c.mpc.min_improvement_mm;
   return o;
 }
 
