@@ -1,0 +1,147 @@
+#include "estimators/surface/surface_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn::surface {
+namespace {
+
+constexpr double kMadToStd = 1.4826;  // of a normal distribution
+
+// Median; the mean of the middle two for even counts. Reorders `v`. @pre not empty
+template <class T>
+double median(std::vector<T>& v) {
+  const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  const double upper = double(*middle);
+  if (v.size() % 2 == 1) return upper;
+  return 0.5 * (upper + double(*std::max_element(v.begin(), middle)));
+}
+
+double mean_within(const std::vector<float>& sorted, double low, double high) {
+  double sum = 0.0, n = 0.0;
+  for (const float z : sorted)
+    if (z >= low && z <= high) sum += double(z), n += 1.0;
+  return sum / n;
+}
+
+double height_of_cell(std::vector<float>& z, CellStatistic statistic, std::vector<double>& scratch) {
+  std::sort(z.begin(), z.end());  // sums below do not depend on the order of arrival
+  if (statistic == CellStatistic::kMean) return mean_within(z, z.front(), z.back());
+  const double middle = median(z);
+  if (statistic == CellStatistic::kMedian) return middle;
+  scratch.clear();
+  for (const float s : z) scratch.push_back(std::abs(double(s) - middle));
+  const double reach = std::max(4.0 * kMadToStd * median(scratch), 1e-3);
+  std::sort(z.begin(), z.end());
+  return mean_within(z, middle - reach, middle + reach);
+}
+
+template <class Visit>
+void neighbours(const GridSpec& g, int i, int j, const Visit& visit) {
+  for (int y = std::max(j - 1, 0); y <= std::min(j + 1, g.ny - 1); ++y)
+    for (int x = std::max(i - 1, 0); x <= std::min(i + 1, g.nx - 1); ++x)
+      if (x != i || y != j) visit(g.index(x, y));
+}
+
+void replace_spikes(SurfaceEstimate& e, double spike_mm) {
+  const GridSpec& g = e.height.spec;
+  const HeightMap before = e.height;
+  std::vector<double> around;
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      const std::size_t c = g.index(i, j);
+      if (!std::isfinite(before.cells[c])) continue;
+      around.clear();
+      neighbours(g, i, j, [&](std::size_t n) {
+        if (std::isfinite(before.cells[n])) around.push_back(before.cells[n]);
+      });
+      if (around.size() < 3) continue;
+      const auto [low, high] = std::minmax_element(around.begin(), around.end());
+      // The edge of a part has a neighbour at its own height, a slope has one higher and one lower.
+      if (before.cells[c] <= *high + spike_mm && before.cells[c] >= *low - spike_mm) continue;
+      e.height.cells[c] = median(around);
+      e.quality.cells[c] = std::uint8_t(Quality::kOutlierReplaced);
+      ++e.spikes;
+    }
+}
+
+void fill_unmeasured(SurfaceEstimate& e) {
+  const GridSpec& g = e.height.spec;
+  std::vector<std::size_t> open, still_open;
+  for (std::size_t c = 0; c < g.size(); ++c)
+    if (!std::isfinite(e.height.cells[c])) open.push_back(c), e.quality.cells[c] = std::uint8_t(Quality::kInFilled);
+  if (open.size() == g.size()) {
+    std::fill(e.height.cells.begin(), e.height.cells.end(), 0.0);
+    return;
+  }
+  std::vector<double> found;
+  while (!open.empty()) {
+    still_open.clear();
+    found.clear();
+    for (const std::size_t c : open) {
+      double sum = 0.0, n = 0.0;
+      neighbours(g, int(c) % g.nx, int(c) / g.nx, [&](std::size_t k) {
+        if (std::isfinite(e.height.cells[k])) sum += e.height.cells[k], n += 1.0;
+      });
+      found.push_back(n > 0.0 ? sum / n : kNotMeasured);
+    }
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      if (std::isfinite(found[k])) e.height.cells[open[k]] = found[k];
+      else still_open.push_back(open[k]);
+    }
+    open.swap(still_open);
+  }
+}
+
+// Nearest cell along one axis, or -1 outside.
+int cell_along(double x_mm, double origin_mm, double pitch_mm, int n) {
+  const double k = std::floor((x_mm - origin_mm) / pitch_mm + 0.5);
+  return k >= 0.0 && k < double(n) ? int(k) : -1;
+}
+
+}  // namespace
+
+SurfaceMap::SurfaceMap(const GridSpec& grid) : grid_(grid), samples_(grid.size()) { check(grid); }
+
+void SurfaceMap::add_row(double y_mm, double x0_mm, double dx_mm, std::span<const float> z_mm) {
+  const int j = cell_along(y_mm, grid_.origin_y_mm, grid_.pitch_y_mm, grid_.ny);
+  if (j < 0) return;
+  for (std::size_t n = 0; n < z_mm.size(); ++n) {
+    if (!std::isfinite(z_mm[n])) continue;
+    if (n > 0 && std::isfinite(z_mm[n - 1])) differences_.push_back(std::abs(z_mm[n] - z_mm[n - 1]));
+    const int i = cell_along(x0_mm + double(n) * dx_mm, grid_.origin_x_mm, grid_.pitch_x_mm, grid_.nx);
+    if (i >= 0) samples_[grid_.index(i, j)].push_back(z_mm[n]);
+  }
+}
+
+double SurfaceMap::noise_of_one_sample() const {
+  if (differences_.size() < 16) return 0.0;
+  std::vector<float> d = differences_;
+  return kMadToStd * median(d) / std::sqrt(2.0);
+}
+
+SurfaceEstimate SurfaceMap::estimate(const MapOptions& options) const {
+  SurfaceEstimate e{HeightMap(grid_, kNotMeasured), Grid<std::uint8_t>(grid_)};
+  std::vector<float> z;
+  std::vector<double> scratch;
+  std::vector<std::size_t> counts;
+  for (std::size_t c = 0; c < grid_.size(); ++c) {
+    if (samples_[c].empty()) continue;
+    z = samples_[c];
+    counts.push_back(z.size());
+    e.height.cells[c] = height_of_cell(z, options.statistic, scratch);
+  }
+  e.measured_fraction = double(counts.size()) / double(grid_.size());
+  if (!counts.empty()) e.noise_std_mm = noise_of_one_sample() / std::sqrt(median(counts));
+  replace_spikes(e, options.spike_mm);
+  fill_unmeasured(e);
+  return e;
+}
+
+void SurfaceMap::clear() {
+  for (auto& s : samples_) s.clear();
+  differences_.clear();
+}
+
+}  // namespace firn::surface

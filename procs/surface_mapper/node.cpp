@@ -1,0 +1,133 @@
+#include "procs/surface_mapper/node.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firn/fault_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+
+namespace firn {
+namespace {
+
+constexpr TimerId kLateRows{1};
+constexpr double kWaitForRows_s = 2.0;
+constexpr std::int32_t kMostRows = 4 * kMaxGridSide;
+constexpr std::size_t kMostPreviewCells = 14'800;  // of 4 bytes, within 60 kB with the message's head
+
+void warn(const std::string& text, Outbox& out) {
+  fault_t f{};
+  f.severity = std::int8_t(Severity::kWarning);
+  f.node = info(NodeId::kSurfaceMapper).name;
+  f.text = text;
+  out.send(channels::fault(NodeId::kSurfaceMapper), f);
+}
+
+}  // namespace
+
+SurfaceMapper::SurfaceMapper(const Experiment& e)
+    : grid_(e.grid), wait_s_(kWaitForRows_s * e.run.time_scale), smooth_(e.control.smoothing > 0.0), map_(e.grid) {
+  subscribe(channels::kHeightProfile, this);
+  subscribe(channels::kScanDone, this);
+}
+
+bool SurfaceMapper::enter_scan(std::int64_t scan_id, Outbox& out) {
+  if (scan_id < scan_id_ || (scan_id == scan_id_ && mapped_)) return false;
+  if (scan_id == scan_id_) return true;
+  if (!mapped_)
+    warn("scan " + std::to_string(scan_id_) + " was left unfinished with " + std::to_string(rows_in_) + " rows", out);
+  out.cancel(kLateRows);
+  map_.clear();
+  scan_id_ = scan_id;
+  mapped_ = complained_ = done_ = false;
+  seen_.clear();
+  rows_in_ = 0;
+  last_sample_us_ = 0;
+  return true;
+}
+
+std::string SurfaceMapper::complaint(const height_profile_t& m) const {
+  if (m.rows < 1 || m.rows > kMostRows) return "rows = " + std::to_string(m.rows) + " is outside 1.." + std::to_string(kMostRows);
+  if (m.row < 0 || m.row >= m.rows) return "row is outside 0.." + std::to_string(m.rows - 1);
+  if (!std::isfinite(m.x0_mm) || !std::isfinite(m.y_mm)) return "x0_mm or y_mm is not finite";
+  if (!(std::isfinite(m.dx_mm) && m.dx_mm > 0.0)) return "dx_mm = " + std::to_string(m.dx_mm) + " is not above 0";
+  return {};
+}
+
+void SurfaceMapper::on(const height_profile_t& m, Time, Outbox& out) {
+  if (!enter_scan(m.scan_id, out)) return;
+  if (const std::string what = complaint(m); !what.empty()) {
+    if (!complained_)
+      warn("HEIGHT_PROFILE row " + std::to_string(m.row) + " of scan " + std::to_string(m.scan_id) + ": " + what, out);
+    complained_ = true;
+    return;
+  }
+  if (seen_.size() < std::size_t(m.rows)) seen_.resize(std::size_t(m.rows));
+  if (seen_[std::size_t(m.row)]) return;
+  seen_[std::size_t(m.row)] = 1;
+  ++rows_in_;
+  last_sample_us_ = std::max(last_sample_us_, m.sample_utime_us);
+  map_.add_row(m.y_mm, m.x0_mm, m.dx_mm, m.z_mm);
+  if (done_ && rows_in_ >= scan_done_.rows_received) publish(out);
+}
+
+void SurfaceMapper::on(const scan_done_t& m, Time now, Outbox& out) {
+  if (!enter_scan(m.scan_id, out) || done_) return;
+  done_ = true;
+  scan_done_ = m;
+  if (rows_in_ >= m.rows_received) return publish(out);
+  out.wake_at(kLateRows, now.after_s(wait_s_));
+}
+
+void SurfaceMapper::wake(TimerId timer, Time, Outbox& out) {
+  if (timer != kLateRows || !done_ || mapped_) return;
+  warn("scan " + std::to_string(scan_id_) + ": " + std::to_string(rows_in_) + " of " +
+           std::to_string(scan_done_.rows_received) + " rows have come; the others are filled from their neighbours", out);
+  publish(out);
+}
+
+void SurfaceMapper::publish(Outbox& out) {
+  out.cancel(kLateRows);
+  mapped_ = true;
+  surface::SurfaceEstimate e = map_.estimate(options_);
+
+  height_map_t m{};
+  m.layer = scan_done_.layer;
+  m.attempt = scan_done_.attempt;
+  m.map_id = ++maps_;
+  m.sample_utime_us = last_sample_us_;
+  m.noise_std_mm = e.noise_std_mm;
+  m.measured_fraction = e.measured_fraction;
+  set_height(m, e.height);
+  m.quality.assign(e.quality.cells.begin(), e.quality.cells.end());
+  out.send(channels::kHeightMap, std::move(m));
+  out.send(channels::kHeightPreview, preview_of(e.height, scan_done_.layer));
+}
+
+preview_t preview_of(const HeightMap& h, std::int32_t layer) {
+  const GridSpec& g = h.spec;
+  int block = 1;
+  const auto blocks = [&](int n) { return (n + block - 1) / block; };
+  while (std::size_t(blocks(g.nx)) * std::size_t(blocks(g.ny)) > kMostPreviewCells) ++block;
+  GridSpec small{blocks(g.nx), blocks(g.ny), g.pitch_x_mm * block, g.pitch_y_mm * block,
+                 g.origin_x_mm + 0.5 * (block - 1) * g.pitch_x_mm, g.origin_y_mm + 0.5 * (block - 1) * g.pitch_y_mm};
+  preview_t p{};
+  p.layer = layer;
+  p.grid = to_message(small);
+  p.n = std::int32_t(small.size());
+  for (int j = 0; j < small.ny; ++j)
+    for (int i = 0; i < small.nx; ++i) {
+      double sum = 0.0, n = 0.0;
+      for (int y = j * block; y < std::min((j + 1) * block, g.ny); ++y)
+        for (int x = i * block; x < std::min((i + 1) * block, g.nx); ++x) sum += h.at(x, y), n += 1.0;
+      p.height_mm.push_back(float(sum / n));
+    }
+  return p;
+}
+
+std::unique_ptr<Node> make_surface_mapper(const std::string& config_toml, const Blobs&) {
+  return std::make_unique<SurfaceMapper>(parse_experiment(config_toml, "experiment.toml"));
+}
+
+}  // namespace firn
