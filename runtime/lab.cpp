@@ -8,7 +8,7 @@ void Lab::add(NodeHost* host) {
   const int node = int(hosts_.size());
   hosts_.push_back(host);
   std::uint32_t port = 0;
-  for (std::string& name : host->ports()) ports_.push_back({std::move(name), node, port++});
+  for (std::string& name : host->ports()) ports_.push_back({std::move(name), node, port++, false});
 }
 
 void Lab::start(std::int32_t incarnation, Time now) {
@@ -18,8 +18,9 @@ void Lab::start(std::int32_t incarnation, Time now) {
   e.now = now;
   e.incarnation = incarnation;
   for (int n = 0; n < int(hosts_.size()); ++n) dispatch(n, e);
-  for (const PortOwner& p : ports_) {
+  for (PortOwner& p : ports_) {
     world_->connect(p.name, now);
+    p.open = true;
     push({now, p.node, 0, EventKind::kLink, p.port, LinkState::kOpen, {}, nullptr});
   }
 }
@@ -107,9 +108,13 @@ void Lab::carry_out(int node, const Outbox& outbox) {
       if (o.kind == OutputKind::kWrite) {
         world_->receive(port->name, o.bytes, now_);
       } else {
-        world_->disconnect(port->name, now_);
-        push({now_, node, 0, EventKind::kLink, o.id, LinkState::kClosed, {}, nullptr});
+        // Closed is told only of a port that was open, as live.
+        if (port->open) {
+          world_->disconnect(port->name, now_);
+          push({now_, node, 0, EventKind::kLink, o.id, LinkState::kClosed, {}, nullptr});
+        }
         world_->connect(port->name, now_);
+        port->open = true;
         push({now_, node, 0, EventKind::kLink, o.id, LinkState::kOpen, {}, nullptr});
       }
     }
@@ -133,8 +138,9 @@ void Lab::push(Pending p) {
 
 void Lab::run_world() {
   world_->advance(now_, [&](std::string_view port, std::span<const std::byte> bytes, Time at, bool close) {
-    for (const PortOwner& p : ports_) {
+    for (PortOwner& p : ports_) {
       if (p.name != port) continue;
+      if (close) p.open = false;
       push({std::max(at, now_), p.node, 0, close ? EventKind::kLink : EventKind::kIo, p.port, LinkState::kClosed, {},
             std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end())});
     }

@@ -75,6 +75,7 @@ class Lab {
     std::string name;
     int node;
     std::uint32_t port;
+    bool open = false;
   };
 
   void dispatch(int node, const Event& event);

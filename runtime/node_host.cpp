@@ -3,6 +3,7 @@
 #include <new>
 
 #include "firn/fault_t.hpp"
+#include "lcmtypes/validate.h"
 
 namespace firn {
 
@@ -18,7 +19,9 @@ NodeHost::NodeHost(NodeId id, std::unique_ptr<Node> node, std::int64_t run_id, W
     const ChannelInfo* row = find_channel(r.channel);
     if (!row || !row->nodes_may_read)
       throw std::logic_error(name_ + " must not read " + std::string(r.channel));
-    routes_[row->name].push_back(&r);
+    Subscription& s = routes_[row->name];
+    s.channel = row;
+    s.routes.push_back(&r);
   }
 }
 
@@ -85,19 +88,20 @@ void NodeHost::run_handler(const Event& e) {
     case EventKind::kMessage: {
       const auto it = routes_.find(e.channel);
       if (it == routes_.end()) return;
-      for (const Node::Route* route : it->second)
-        if (!route->deliver(e.bytes, e.now, outbox_)) refuse(e, "does not decode");
+      if (const auto why = validate(*it->second.channel, e.bytes)) return refuse(*why);
+      for (const Node::Route* route : it->second.routes)
+        if (!route->deliver(e.bytes, e.now, outbox_)) return refuse(std::string(e.channel) + ": does not decode");
       break;
     }
   }
 }
 
-void NodeHost::refuse(const Event& e, const std::string& why) {
+void NodeHost::refuse(const std::string& why) {
   fault_t fault;
   fault.severity = 2;
   fault.code = 0;
   fault.node = name_;
-  fault.text = std::string(e.channel) + ": " + why;
+  fault.text = why;
   outbox_.send(channels::fault(id_), fault);
 }
 

@@ -55,12 +55,16 @@ class NodeHost {
  private:
   void run_handler(const Event& event);
   void apply_timers();
-  void refuse(const Event& event, const std::string& why);
+  void refuse(const std::string& why);
 
   NodeId id_;
   std::string name_;
   std::unique_ptr<Node> node_;
-  std::map<std::string_view, std::vector<const Node::Route*>> routes_;
+  struct Subscription {
+    const ChannelInfo* channel = nullptr;
+    std::vector<const Node::Route*> routes;
+  };
+  std::map<std::string_view, Subscription> routes_;
   Outbox outbox_;
   WalSink* sink_;
   std::map<std::uint32_t, Time> timers_;

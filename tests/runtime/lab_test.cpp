@@ -9,11 +9,20 @@
 namespace firn {
 namespace {
 
+enable_t lease() {
+  enable_t m{};
+  m.header.run_id = 1;
+  m.header.seq = 1;
+  m.enable_epoch = 1;
+  m.lease_s = 0.3;
+  return m;
+}
+
 // Sends ENABLE every 10 ms and finishes after ten.
 struct Ticker : Node {
   void start(const Start&, Time now, Outbox& out) override { out.wake_at(TimerId{1}, now.after_s(0.01)); }
   void wake(TimerId, Time now, Outbox& out) override {
-    out.send(channels::kEnable, enable_t{});
+    out.send(channels::kEnable, lease());
     if (++count == 10) return out.finish(0, "ten");
     out.wake_at(TimerId{1}, now.after_s(0.01));
   }
@@ -118,7 +127,7 @@ TEST_CASE("a message handed to one node reaches no other") {
   NodeHost first(NodeId::kStage, std::move(a_node), 1, nullptr), second(NodeId::kJet, std::move(b_node), 1, nullptr);
   lab.add(&first);
   lab.add(&second);
-  enable_t m{};
+  const enable_t m = lease();
   std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
   m.encode(bytes.data(), 0, int(bytes.size()));
   lab.publish_to(NodeId::kJet, "ENABLE", bytes);

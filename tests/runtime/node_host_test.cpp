@@ -61,10 +61,18 @@ Event wake_event(std::uint32_t id, Time due) {
   return e;
 }
 template <class M>
-std::vector<std::byte> encoded(const M& m) {
+std::vector<std::byte> encoded(M m) {
+  m.header.run_id = 1;
+  m.header.seq = 1;
   std::vector<std::byte> b(std::size_t(m.getEncodedSize()));
   m.encode(b.data(), 0, int(b.size()));
   return b;
+}
+
+safe_stop_t epoch_one() {
+  safe_stop_t m{};
+  m.enable_epoch = 1;
+  return m;
 }
 
 TEST_CASE("an event stands in the write-ahead file before its handler runs, its outputs before they are returned") {
@@ -136,7 +144,7 @@ TEST_CASE("a message that does not decode becomes a fault of the node, and the h
 
 TEST_CASE("a node cannot publish on a channel of another node") {
   NodeHost host(NodeId::kSafety, std::make_unique<Probe>(), 1, nullptr);
-  const auto bytes = encoded(safe_stop_t{});
+  const auto bytes = encoded(epoch_one());
   Event e;
   e.kind = EventKind::kMessage;
   e.channel = "SAFE_STOP";

@@ -1,0 +1,101 @@
+// The cylinder on the independent plant under every scheme: RMS, mean and std of the true final surface about the
+// target, mean over seeds with 95 % bootstrap intervals.
+//   cylinder_schemes [--seeds N] [--experiment FILE] [--json]
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/lab_run.h"
+#include "cli/targets.h"
+#include "config/include.h"
+#include "core/grid/npy.h"
+#include "core/grid/random.h"
+
+namespace {
+
+using namespace firn;
+
+struct Interval {
+  double mean, low, high;
+};
+
+// Percentile bootstrap of the mean, 10,000 resamples, keyed: the same bytes every time.
+Interval bootstrap(const std::vector<double>& x) {
+  const auto mean_of = [](const std::vector<double>& v) {
+    double s = 0;
+    for (double e : v) s += e;
+    return s / double(v.size());
+  };
+  RandomStream random(1, Purpose::kBootstrap);
+  std::vector<double> means, sample(x.size());
+  for (int n = 0; n < 10000; ++n) {
+    for (double& s : sample) s = x[random.below(std::uint32_t(x.size()))];
+    means.push_back(mean_of(sample));
+  }
+  std::sort(means.begin(), means.end());
+  return {mean_of(x), means[250], means[9749]};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int seeds = 10;
+  bool json = false;
+  std::string experiment = FIRN_SOURCE_DIR "/experiments/cylinder.toml";
+  for (int n = 1; n < argc; ++n) {
+    const std::string a = argv[n];
+    if (a == "--json") json = true;
+    if (a == "--seeds" && n + 1 < argc) seeds = std::atoi(argv[++n]);
+    if (a == "--experiment" && n + 1 < argc) experiment = argv[++n];
+  }
+  const std::filesystem::path root = std::filesystem::temp_directory_path() / fmt::format("firn-cylinder-{}", getpid());
+  nlohmann::ordered_json table = nlohmann::json::array();
+  if (!json)
+    fmt::print("{} seeds, {}\n{:<10} {:>7} {:>9}   {:<26} {:<26} {:<26}\n", seeds, experiment, "scheme", "layers", "droplets",
+               "RMS [um]", "mean error [um]", "std [um]");
+  for (const char* scheme : {"open_loop", "smf", "mpc"}) {
+    std::vector<double> rms, mean, std_dev, layers, drops;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      const Experiment e = load_experiment(experiment, {std::string("control.scheme=") + scheme,
+                                                        "plant.seed=" + std::to_string(seed)});
+      const Blobs inputs = make_inputs(e, std::filesystem::path(experiment).parent_path());
+      const RunFolder run = RunFolder::create(root, e, inputs, {"cylinder_schemes"});
+      std::int64_t droplets = 0;
+      LabRunOptions options;
+      options.progress = [&](const layer_metrics_t& m) { droplets = m.drops_total; };
+      const LabRunReport report = run_in_lab(run, options);
+      if (report.result.status != 0) {
+        fmt::print(stderr, "{} seed {}: {}\n", scheme, seed, report.result.reason);
+        return 1;
+      }
+      const ErrorStats s = error_stats(report.truth, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"),
+                                       mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
+      rms.push_back(s.rms_mm * 1e3);
+      mean.push_back(s.mean_mm * 1e3);
+      std_dev.push_back(s.std_mm * 1e3);
+      layers.push_back(report.result.layers);
+      drops.push_back(double(droplets));
+      std::filesystem::remove_all(run.path());
+    }
+    const Interval r = bootstrap(rms), m = bootstrap(mean), d = bootstrap(std_dev);
+    if (json) {
+      const auto j = [](const Interval& i) { return nlohmann::ordered_json{{"mean", i.mean}, {"low", i.low}, {"high", i.high}}; };
+      table.push_back({{"scheme", scheme}, {"layers", bootstrap(layers).mean}, {"droplets", bootstrap(drops).mean},
+                       {"rms_um", j(r)}, {"mean_error_um", j(m)}, {"std_um", j(d)}});
+    } else {
+      const auto t = [](const Interval& i) { return fmt::format("{:.2f} [{:.2f}, {:.2f}]", i.mean, i.low, i.high); };
+      fmt::print("{:<10} {:>7.1f} {:>9.0f}   {:<26} {:<26} {:<26}\n", scheme, bootstrap(layers).mean, bootstrap(drops).mean, t(r),
+                 t(m), t(d));
+      std::fflush(stdout);
+    }
+  }
+  std::filesystem::remove_all(root);
+  if (json) fmt::print("{}\n", table.dump(2));
+  return 0;
+}

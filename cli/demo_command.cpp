@@ -1,0 +1,111 @@
+#include "cli/demo_command.h"
+
+#include <fmt/core.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cli/doctor_command.h"
+#include "cli/exit_codes.h"
+#include "cli/print_command.h"
+#include "cli/replay_command.h"
+#include "cli/report_command.h"
+#include "cli/targets.h"
+#include "config/include.h"
+#include "replay/print_verdict.h"
+
+namespace firn {
+namespace {
+
+constexpr const char* kSchemes[] = {"mpc", "open_loop", "smf"};
+
+struct Printed {
+  PrintSummary print;
+  replay::RunVerdict replay;
+};
+
+void show(const std::vector<Printed>& all) {
+  fmt::print("{:<10} {:>7} {:>9} {:>12} {:>10} {:>10} {:>9}  replay\n", "scheme", "layers", "droplets", "mean [um]", "RMS [um]",
+             "std [um]", "wall [s]");
+  for (const Printed& p : all)
+    fmt::print("{:<10} {:>7} {:>9} {:>+12.2f} {:>10.2f} {:>10.2f} {:>9.1f}  {}\n", p.print.scheme, p.print.result.layers,
+               p.print.droplets, p.print.mean_error_um, p.print.rms_um, p.print.std_um, p.print.wall_s,
+               p.replay.identical() ? "identical" : "DIFFERS");
+}
+
+}  // namespace
+
+int run_demo(const DemoOptions& options) {
+  const auto began = std::chrono::steady_clock::now();
+  const std::filesystem::path file = FIRN_SOURCE_DIR "/experiments/demo.toml";
+  PrintOptions print;
+  print.bus = options.bus;
+  print.runs = options.runs;
+  print.command_line = options.command_line;
+  std::string why;
+  if (print.bus.empty() && !multicast_works(&why)) {
+    fmt::print(stderr, "firn demo: no multicast on this machine ({}), so the demo runs in one process. `firn doctor` tells the mend.\n", why);
+    print.bus = "in-process";
+  }
+  std::vector<Printed> all;
+  std::vector<std::string> folders;
+  int status = kOk;
+  for (const char* scheme : kSchemes) {
+    std::vector<std::string> overrides = options.overrides;
+    overrides.push_back(std::string("control.scheme=") + scheme);
+    const Experiment e = load_experiment(file, overrides);
+    Printed p;
+    p.print = print_experiment(e, make_inputs(e, file.parent_path()), print);
+    if (p.print.result.status != 0) {
+      fmt::print(stderr, "firn demo: {}: {}: {}; run folder {}\n", scheme, p.print.result.outcome, p.print.result.reason, p.print.folder);
+      return p.print.result.status;
+    }
+    folders.push_back(p.print.folder);
+    all.push_back(std::move(p));
+  }
+  std::uint64_t nodes = 0, steps = 0, messages = 0;
+  for (Printed& p : all) {
+    ReplayCommandOptions r;
+    r.run = p.print.folder;
+    p.replay = replay_verdict(r);
+    if (!p.replay.identical()) {
+      status = kFailed;
+      std::fputs(replay::to_text(p.replay).c_str(), stderr);
+    }
+    nodes += p.replay.nodes.size();
+    for (const auto& n : p.replay.nodes) {
+      steps += n.steps;
+      messages += n.messages;
+    }
+  }
+  ReportOptions report;
+  report.runs = folders;
+  report.output = options.output.empty() ? folders.back() + "/report.html" : options.output;
+  report.verdicts.reserve(all.size());
+  for (const Printed& p : all) report.verdicts.push_back(p.replay.identical() ? "identical" : "differs");
+  write_report(report);
+
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  if (options.json) {
+    nlohmann::ordered_json j;
+    for (const Printed& p : all)
+      j["runs"].push_back({{"run", p.print.folder}, {"scheme", p.print.scheme}, {"layers", p.print.result.layers},
+                           {"droplets", p.print.droplets}, {"mean_error_um", p.print.mean_error_um},
+                           {"rms_um", p.print.rms_um}, {"std_um", p.print.std_um}, {"wall_s", p.print.wall_s},
+                           {"identical", p.replay.identical()}});
+    j["replayed"] = {{"nodes", nodes}, {"steps", steps}, {"messages", messages}};
+    j["report"] = report.output;
+    j["wall_s"] = wall_s;
+    std::puts(j.dump(2).c_str());
+    return status;
+  }
+  show(all);
+  fmt::print("replayed {} nodes, {} steps, {} messages: {}\n", nodes, replay::grouped(steps), replay::grouped(messages),
+             status == kOk ? "identical" : "they DIFFER (see above)");
+  fmt::print("report: {}\n{:.1f} s in all\n", report.output, wall_s);
+  return status;
+}
+
+}  // namespace firn

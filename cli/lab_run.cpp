@@ -1,0 +1,213 @@
+#include "cli/lab_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+#include "cli/node_makers.h"
+#include "config/experiment.h"
+#include "firn/operator_command_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "firn/run_start_t.hpp"
+#include "firn/sim_truth_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+#include "logfile/event_log.h"
+#include "plant/setup.h"
+#include "plant/world.h"
+#include "runtime/build_info.h"
+#include "runtime/lab.h"
+#include "runtime/wal_file.h"
+
+namespace firn {
+namespace {
+
+std::int64_t stopwatch_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+class PlantWorld : public LabWorld {
+ public:
+  explicit PlantWorld(plant::World world) : world_(std::move(world)) {}
+  void connect(std::string_view port, Time now) override { world_.connect(port, now.us); }
+  void disconnect(std::string_view port, Time now) override { world_.disconnect(port, now.us); }
+  void receive(std::string_view port, std::span<const std::byte> bytes, Time now) override {
+    world_.receive(port, bytes, now.us);
+  }
+  Time next_event() const override { return {world_.next_event_us()}; }
+  void advance(Time now, const Send& send) override {
+    world_.advance(now.us, [&](const plant::World::Sent& s) { send(s.port, s.bytes, Time{s.t_us}, s.close); });
+  }
+  const plant::World& world() const { return world_; }
+
+ private:
+  plant::World world_;
+};
+
+plant::World make_world(const RunFolder& run, const Experiment& e, bool resume, plant::WorldRecord* record) {
+  const plant::WorldConfig config = plant::world_config(e);
+  const auto state = run.path() / "world" / "state";
+  if (resume && std::filesystem::exists(state)) return plant::World::restore(state, config, record);
+  return plant::World(config, record);
+}
+
+// A node with its write-ahead file.
+struct Member {
+  Member(const RunFolder& run, const NamedMaker& maker, const Blobs& inputs, bool resume)
+      : wal(run.wal_path(info(maker.id).name), resume),
+        host(maker.id, maker.make(run.experiment_toml(), inputs), run.run_id(), &wal) {
+    host.set_stopwatch(stopwatch_ns);
+  }
+  WalFile wal;
+  NodeHost host;
+};
+
+struct Message {
+  std::string_view channel;
+  std::vector<std::byte> bytes;
+};
+
+// What the reliable channels had sent and what each node had received when everything died.
+struct Afterlife {
+  std::map<std::string_view, std::vector<std::vector<std::byte>>> sent;            // channel -> messages by seq
+  std::vector<std::map<std::string_view, std::size_t>> received;                   // per node: channel -> count
+  std::vector<Message> unsent;
+
+  void hand_over(Lab& lab, const std::vector<std::unique_ptr<Member>>& members) {
+    for (const Message& m : unsent) sent[m.channel].push_back(m.bytes);
+    for (std::size_t n = 0; n < members.size(); ++n)
+      for (const auto& [channel, messages] : sent)
+        if (find_channel(channel)->delivery == Delivery::kReliable)
+          for (std::size_t k = received[n][channel]; k < messages.size(); ++k)
+            lab.publish_to(members[n]->host.id(), channel, messages[k]);
+  }
+};
+
+Time restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& members, Afterlife& after) {
+  Time last;
+  after.received.resize(members.size());
+  for (std::size_t n = 0; n < members.size(); ++n) {
+    RestoreSinks sinks;
+    sinks.received = [&](std::string_view c, std::span<const std::byte>) { ++after.received[n][find_channel(c)->name]; };
+    sinks.sent = [&](std::string_view c, std::span<const std::byte> b) {
+      after.sent[find_channel(c)->name].emplace_back(b.begin(), b.end());
+    };
+    sinks.unsent = [&](std::string_view c, std::span<const std::byte> b) {
+      after.unsent.push_back({find_channel(c)->name, {b.begin(), b.end()}});
+    };
+    last = std::max(last, restore(members[n]->host, run.run_id(), members[n]->wal, sinks));
+  }
+  return last;
+}
+
+}  // namespace
+
+LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
+  const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
+  const Blobs inputs = run.inputs();
+  const auto record = plant::make_record_file(run.world_record_path());
+  PlantWorld world(make_world(run, e, options.resume, record.get()));
+  Lab lab(&world);
+  std::vector<std::unique_ptr<Member>> members;
+  for (const NamedMaker& maker : node_makers()) {
+    members.push_back(std::make_unique<Member>(run, maker, inputs, options.resume));
+    lab.add(&members.back()->host);
+  }
+  Afterlife after;
+  Time begin;
+  std::int32_t incarnation = 0;
+  if (options.resume) {
+    begin = Time{restore_all(run, members, after).us + 1};
+    incarnation = members.front()->host.incarnation() + 1;
+    run.clear_result();
+  }
+  std::vector<std::byte> head;
+  for (const auto& m : members) {
+    head.clear();
+    encode_head(run.wal_head(m->host.name(), incarnation), head);
+    m->wal.append(WalKind::kHead, head);
+  }
+
+  logfile::EventLogWriter::Options log_options;
+  log_options.mode = options.resume ? logfile::File::Mode::kAppend : logfile::File::Mode::kCreate;
+  logfile::EventLogWriter log(run.log_path(), log_options);
+  LabRunReport report;
+  Outbox launcher(NodeId::kLauncher, run.run_id());
+  const auto launcher_sends = [&] {
+    for (std::size_t n = 0; n < launcher.size(); ++n) lab.publish(launcher.at(n).channel, launcher.at(n).bytes);
+  };
+  run_end_t end{};
+  bool truth_due = false;
+  lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time now) {
+    ++report.messages;
+    report.message_bytes += bytes.size();
+    if (find_channel(channel)->logged) log.append(now.us, channel, bytes);
+    if (channel == channels::kRunEnd.name) end.decode(bytes.data(), 0, int(bytes.size()));
+    if (channel == channels::kLayerMetrics.name) {
+      truth_due = true;
+      layer_metrics_t m;
+      if (options.progress && m.decode(bytes.data(), 0, int(bytes.size())) >= 0) options.progress(m);
+    }
+  });
+
+  launcher.begin(begin, incarnation);
+  run_start_t started;
+  started.name = e.run.name;
+  started.commit = build_commit();
+  started.scheme = e.control.scheme;
+  launcher.send(channels::kRunStart, started);
+  launcher_sends();
+  after.hand_over(lab, members);
+  lab.start(incarnation, begin);
+  if (options.accept_doubt) {
+    launcher.begin(begin, incarnation);
+    operator_command_t c;
+    c.verb = std::int8_t(OperatorVerb::kAcceptDoubt);
+    launcher.send(channels::kOperatorCommand, c);
+    launcher_sends();
+  }
+
+  const Time limit = begin.after_s(3600.0 * 24 * 30);
+  const auto over = [&] {
+    for (const auto& m : members)
+      if ((m->host.id() == NodeId::kScheduler || m->host.id() == NodeId::kSafety) && !m->host.finished()) return false;
+    return true;
+  };
+  while (!over()) {
+    if (options.crash_after_steps && lab.steps() >= options.crash_after_steps) {
+      report.crashed = true;
+      break;
+    }
+    if (!lab.step(limit)) throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) + " s of node time");
+    if (truth_due) {
+      truth_due = false;
+      const plant::Truth t = world.world().truth();
+      launcher.begin(lab.now(), incarnation);
+      sim_truth_t m;
+      m.layer = std::int32_t(t.exposures);
+      m.droplets_fired = t.droplets_fired;
+      m.volume_mm3 = t.volume_mm3;
+      m.grid = to_message(t.height.spec);
+      m.n = std::int32_t(t.height.size());
+      m.height_mm.assign(t.height.cells.begin(), t.height.cells.end());
+      launcher.send(channels::kSimTruth, m);
+      launcher_sends();
+    }
+  }
+  record->flush();
+  world.world().save(run.path() / "world" / "state");
+  log.close();
+
+  report.node_seconds = seconds_between(begin, lab.now());
+  report.steps = lab.steps();
+  report.truth = world.world().truth().height;
+  for (const auto& m : members) report.handler_seconds += double(m->host.handler_ns()) * 1e-9;
+  if (report.crashed) return report;
+  static constexpr const char* kOutcomes[] = {"finished", "ended early", "stopped safely", "waits for operator"};
+  const int outcome = std::clamp<int>(end.outcome, 0, 3);
+  report.result = {kOutcomes[outcome], outcome == int(RunOutcome::kFinished) ? 0 : 3, end.layers, end.reason};
+  run.write_result(report.result);
+  return report;
+}
+
+}  // namespace firn

@@ -1,0 +1,96 @@
+#include "cli/print_command.h"
+
+#include <fmt/core.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cli/exit_codes.h"
+#include "cli/lab_run.h"
+#include "cli/launcher.h"
+#include "cli/progress.h"
+#include "cli/targets.h"
+#include "config/include.h"
+
+namespace firn {
+namespace {
+
+PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOptions& options, bool resume) {
+  PrintSummary s;
+  s.folder = run.path().string();
+  s.scheme = e.control.scheme;
+  PrintProgress progress(e.control.scheme);
+  const auto began = std::chrono::steady_clock::now();
+  const auto on_layer = [&](const layer_metrics_t& m) {
+    progress.layer(m);
+    s.mean_error_um = m.mean_error_mm * 1e3;
+    s.rms_um = m.rms_mm * 1e3;
+    s.std_um = m.std_mm * 1e3;
+    s.droplets = m.drops_total;
+    s.node_s = double(m.header.utime_us) * 1e-6;
+  };
+  if (options.bus == "in-process") {
+    LabRunOptions o;
+    o.resume = resume;
+    o.accept_doubt = options.accept_doubt;
+    o.progress = on_layer;
+    s.result = run_in_lab(run, o).result;
+  } else {
+    LaunchOptions o;
+    o.bus_url = options.bus;
+    o.resume = resume;
+    o.accept_doubt = options.accept_doubt;
+    o.progress = on_layer;
+    s.result = launch(run, o);
+  }
+  progress.done();
+  s.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return s;
+}
+
+void show(const PrintSummary& s, bool json) {
+  if (json) {
+    const nlohmann::ordered_json j = {
+        {"run", s.folder}, {"scheme", s.scheme}, {"outcome", s.result.outcome}, {"status", s.result.status},
+        {"layers", s.result.layers}, {"droplets", s.droplets}, {"mean_error_um", s.mean_error_um},
+        {"rms_um", s.rms_um}, {"std_um", s.std_um}, {"wall_s", s.wall_s}, {"node_s", s.node_s},
+        {"reason", s.result.reason}};
+    std::puts(j.dump(2).c_str());
+    return;
+  }
+  fmt::print("{}: {} after {} layers and {} droplets ({})\n", s.scheme, s.result.outcome, s.result.layers, s.droplets,
+             s.result.reason);
+  fmt::print("measured surface against target: mean {:+.2f} um, RMS {:.2f} um, std {:.2f} um\n", s.mean_error_um, s.rms_um,
+             s.std_um);
+  fmt::print("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s, s.folder);
+}
+
+}  // namespace
+
+PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
+  return carry_out(RunFolder::create(options.runs, e, inputs, options.command_line), e, options, false);
+}
+
+int run_print(const PrintOptions& options) {
+  if (options.experiment.empty() == options.resume.empty())
+    throw UsageError("give either an experiment file or --resume RUN");
+  PrintSummary summary;
+  if (!options.resume.empty()) {
+    if (!options.overrides.empty()) throw UsageError("--set cannot change a run that has begun; start a new one");
+    const RunFolder run = RunFolder::open(options.resume);
+    if (const auto result = run.result(); result && result->status == 0)
+      throw UsageError(options.resume + ": this run has finished (" + result->reason + ")");
+    const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
+    summary = carry_out(run, e, options, true);
+  } else {
+    const std::filesystem::path file = options.experiment;
+    const Experiment e = load_experiment(file, options.overrides);
+    summary = print_experiment(e, make_inputs(e, file.parent_path()), options);
+  }
+  show(summary, options.json);
+  return summary.result.status;
+}
+
+}  // namespace firn

@@ -1,0 +1,40 @@
+// `firn print`: prints an experiment live or in one process, or goes on with an interrupted run.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/run_folder.h"
+#include "config/experiment.h"
+
+namespace firn {
+
+struct PrintOptions {
+  std::string experiment;               ///< file; empty with `resume`
+  std::string resume;                   ///< run folder
+  std::string bus;                      ///< "" = live on the run's own port, "in-process", or an LCM URL
+  std::vector<std::string> overrides;   ///< --set KEY=VALUE
+  std::string runs = "runs";            ///< where run folders go
+  bool accept_doubt = false;
+  bool json = false;
+  std::vector<std::string> command_line;
+};
+
+/// What a print left behind.
+struct PrintSummary {
+  std::string folder;
+  std::string scheme;
+  RunResult result;
+  double wall_s = 0.0;
+  double node_s = 0.0;
+  // Of the last measured map, in um; true_* from SIM_TRUTH where there is one.
+  double mean_error_um = 0.0, rms_um = 0.0, std_um = 0.0;
+  std::int64_t droplets = 0;
+};
+
+/// Prints `experiment`; `bus` as in PrintOptions. Shows progress on stderr.
+PrintSummary print_experiment(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
+
+int run_print(const PrintOptions& options);
+
+}  // namespace firn
