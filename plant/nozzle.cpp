@@ -4,6 +4,7 @@
 #include <nvector/nvector_serial.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -65,7 +66,6 @@ struct Nozzle::Solver {
 };
 
 Nozzle::Nozzle(const NozzleParams& params, std::uint64_t seed) : params_(params), seed_(seed) {
-  if (params_.drift) target_ = params_.wander_sigma * random_normal({seed_, Purpose::kNozzleDrift, 0, 0, 0});
 }
 Nozzle::~Nozzle() = default;
 Nozzle::Nozzle(Nozzle&&) noexcept = default;
@@ -81,7 +81,9 @@ double Nozzle::fire(std::int64_t now_us) {
 void Nozzle::exposure(std::int64_t now_us, std::uint32_t exposures) {
   if (!params_.drift) return;
   advance(now_us);
-  target_ = params_.wander_sigma * random_normal({seed_, Purpose::kNozzleDrift, exposures, 0, 0});
+  const double keep = params_.wander_memory;
+  target_ = keep * target_ + std::sqrt(1.0 - keep * keep) * params_.wander_sigma *
+                                 random_normal({seed_, Purpose::kNozzleDrift, exposures, 0, 0});
 }
 
 void Nozzle::advance(std::int64_t now_us) {

@@ -31,13 +31,14 @@ void check(const WorldConfig& c) {
   range("droplet.levelling_steps", d.levelling_steps, 0, 20);
   range("droplet.cure_shrink", d.cure_shrink, 0.0, 0.5);
   range("droplet.margin_cells", d.margin_cells, 2, 50);
-  range("droplet.size_scatter", d.size_scatter, 0.0, 0.25);
-  range("droplet.placement_scatter_mm", d.placement_scatter_mm, 0.0, 1.0);
+  range("droplet.size_scatter", d.size_scatter, 0.0, 0.5);
+  range("droplet.placement_scatter_mm", d.placement_scatter_mm, 0.0, 10.0);
   range("droplet.missed_probability", d.missed_probability, 0.0, 1.0);
   range("droplet.satellite_probability", d.satellite_probability, 0.0, 1.0);
   range("droplet.satellite_share", d.satellite_share, 0.0, 0.9);
   range("nozzle.step_s", c.nozzle.step_s, 0.01, 1e4);
   range("nozzle.wander_sigma", c.nozzle.wander_sigma, 0.0, 1.0);
+  range("nozzle.wander_memory", c.nozzle.wander_memory, 0.0, 1.0);
   range("lu2015.variation", c.lu2015.variation, 0.0, 10.0);
   range("sensor.noise_mm", c.sensor.noise_mm, 0.0, 1.0);
   range("profiler.points", c.profiler.points, 1, 65535);

@@ -46,8 +46,9 @@ struct NozzleParams {
   double heating_tau_s = 300.0;
   double heating_per_drop_K = 3.3e-5;
   double heating_effect_per_K = 0.004;
-  double wander_tau_s = 200.0;
-  double wander_sigma = 0.1;         ///< target of the random wander, drawn anew at each exposure
+  double wander_tau_s = 10.0;
+  double wander_sigma = 0.1;          ///< standard deviation that the random wander reaches in the course of a print
+  double wander_memory = 0.97;        ///< of its target from one exposure to the next
 };
 
 /// The paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A].

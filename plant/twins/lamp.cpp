@@ -82,7 +82,7 @@ std::string LampTwin::execute(std::string_view command, std::int64_t now_us) {
     return kReceived;
   }
   if (command.starts_with("STM")) {
-    if (!integer(command.substr(3), 2, 9999, value)) return kError;
+    if (!integer(command.substr(3), 1, 9999, value)) return kError;
     state_.exposure_tenths = value;
     return kReceived;
   }

@@ -7,7 +7,7 @@ namespace firn::plant {
 namespace {
 
 constexpr std::uint8_t kChangeProgram = 0x39, kNewestProfile = 0x42;
-constexpr std::uint8_t kErrorCommand = 0x01, kErrorArgument = 0x03, kNoProfile = 0x80;
+constexpr std::uint8_t kErrorCommand = 0x01, kErrorArgument = 0x03;
 constexpr int kUnit = 10;                      // z in steps of kUnit x 0.01 um = 0.1 um
 constexpr std::int32_t kNoPeak = -524288, kLimit = 524287, kLowest = -524284;
 constexpr std::uint32_t kLargestRequest = 4096;
@@ -78,12 +78,18 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
   } else if (command == kNewestProfile) {
     if (request.size() != 36) error = kErrorArgument;
     else shot = newest_.ready_us <= now_us ? &newest_ : before_.ready_us <= now_us ? &before_ : nullptr;
-    if (error == 0 && !shot) error = kNoProfile;
   } else {
     error = kErrorCommand;
   }
+  if (command == kNewestProfile && error == 0) {  // command data: 24 bytes about the buffer, then the profile
+    body.reserve(shot ? 64 + shot->points.size() * 5 / 2 + 8 : 24);
+    const std::uint32_t number = shot ? shot->trigger : 0;
+    for (int n = 0; n < 3; ++n) put(body, number, 4);  // newest, oldest not read, oldest read
+    put(body, shot ? 1 : 0, 1);                        // profiles in this reply
+    put(body, 0, 7);
+    put(body, 0, 4);
+  }
   if (shot) {
-    body.reserve(36 + shot->points.size() * 5 / 2 + 4);
     put(body, shot->points.size(), 2);
     put(body, kUnit, 2);
     put(body, std::uint32_t(std::int32_t(std::llround(x0_mm_ * 1e5))), 4);
@@ -91,7 +97,8 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
     put(body, 0, 4);
     put(body, shot->trigger, 4);
     put(body, std::uint32_t(shot->encoder), 4);
-    put(body, 0, 12);
+    put(body, 0, 8);
+    put(body, 0, 4);
     std::uint64_t bits = 0;
     int held = 0;
     for (const std::int32_t point : shot->points) {
@@ -99,16 +106,17 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
       for (held += 20; held >= 8; held -= 8, bits >>= 8) body.push_back(char(bits));
     }
     if (held > 0) body.push_back(char(bits));
-    while (body.size() % 4 != 0) body.push_back('\0');
+    put(body, 0, 4);
   }
   std::string out;
-  put(out, 20 + body.size(), 4);  // bytes that follow
+  out.reserve(28 + body.size());
+  put(out, 24 + body.size(), 4);  // bytes that follow
+  put(out, 0x00F00001, 4);
   put(out, 0, 4);                 // header: return code
   put(out, 12 + body.size(), 4);  // bytes from the command on
   put(out, command, 1);
   put(out, error, 1);
-  put(out, 0, 2);                 // controller status
-  put(out, 0, 4);
+  put(out, 0, 6);                 // controller status and reserve
   put(out, program_, 4);
   out += body;
   link_.reply(out, now_us);

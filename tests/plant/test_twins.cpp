@@ -135,12 +135,11 @@ TEST_CASE("The profiler answers its newest profile: header, counts and 20-bit po
     return v;
   };
   std::string none = b.ask(kProfilerPort, ask);
-  CHECK(none.size() == 24);
-  CHECK(none[13] != 0);  // no profile yet
+  REQUIRE(none.size() == 28 + 24);
+  CHECK(none[17] == 0);
+  CHECK(none[28 + 12] == 0);  // no profile yet
   const std::string program = b.ask(kProfilerPort, hex("14000000 0100F000 00000000 08000000 39000000 05000000"));
-  CHECK(program.size() == 24);
-  CHECK(std::uint8_t(program[12]) == 0x39);
-  CHECK(program[20] == 5);
+  CHECK(program == hex("18000000 0100F000 00000000 0C000000 39000000 00000000 05000000"));
   start_stage(b);
   b.stage("PSOCONTROL @1 RESET");
   b.stage("PSOOUTPUT @1 PULSE");
@@ -148,18 +147,19 @@ TEST_CASE("The profiler answers its newest profile: header, counts and 20-bit po
   b.stage("PSOCONTROL @1 ARM");
   go(b, "LINEAR @1 3.5 F50");
   const std::string r = b.ask(kProfilerPort, ask);
-  REQUIRE(r.size() == 60 + 2000);
+  REQUIRE(r.size() == 28 + 60 + 2000 + 4);
   CHECK(u32(r, 0) == r.size() - 4);
-  CHECK(u32(r, 8) == r.size() - 12);
-  CHECK(std::uint8_t(r[12]) == 0x42);
-  CHECK((u32(r, 24) & 0xffff) == 800);
-  CHECK(u32(r, 24) >> 16 == 10);
-  CHECK(u32(r, 32) == 2000);  // 20 um: 1.15 x 10.53 mm / 800, rounded up to 5 um
-  CHECK(u32(r, 40) == 3);
-  CHECK(u32(r, 44) == 30000);
-  const double x0 = double(std::int32_t(u32(r, 28))) * 1e-5;
+  CHECK(u32(r, 12) == r.size() - 16);
+  CHECK(std::uint8_t(r[16]) == 0x42);
+  CHECK(r[28 + 12] == 1);
+  CHECK((u32(r, 52) & 0xffff) == 800);
+  CHECK(u32(r, 52) >> 16 == 10);
+  CHECK(u32(r, 60) == 2000);  // 20 um: 1.15 x 10.53 mm / 800, rounded up to 5 um
+  CHECK(u32(r, 68) == 3);
+  CHECK(u32(r, 72) == 30000);
+  const double x0 = double(std::int32_t(u32(r, 56))) * 1e-5;
   CHECK(x0 == Approx(0.5 * 39 * 0.263256 - 399.5 * 0.02).margin(1e-5));
-  for (std::size_t n = 60; n < r.size(); ++n) CHECK(r[n] == 0);  // level ground
+  for (std::size_t n = 88; n < r.size(); ++n) CHECK(r[n] == 0);  // level ground
 }
 
 TEST_CASE("The profiler packs 8 points in 20 bytes, signed, invalid ones as the lowest number") {
@@ -174,8 +174,8 @@ TEST_CASE("The profiler packs 8 points in 20 bytes, signed, invalid ones as the 
   b.stage("PSOCONTROL @1 ARM");
   go(b, "LINEAR @1 1.5 F50");
   const std::string r = b.ask(kProfilerPort, hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000"));
-  REQUIRE(r.size() == 80);
-  CHECK(r.substr(60) == hex("00 00 08 00 80 00 00 08 00 80 00 00 08 00 80 00 00 08 00 80"));
+  REQUIRE(r.size() == 28 + 60 + 20 + 4);
+  CHECK(r.substr(88, 20) == hex("00 00 08 00 80 00 00 08 00 80 00 00 08 00 80 00 00 08 00 80"));
 }
 
 TEST_CASE("Faults: a dropped, late, split or flipped reply, silence, a closed port, a reboot") {

@@ -1,0 +1,149 @@
+#include <catch2/catch.hpp>
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <thread>
+
+#include "plant/serve.h"
+#include "plant/setup.h"
+#include "plant/world.h"
+
+using namespace firn;
+using namespace firn::plant;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("firn_serve_" + std::to_string(::getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+};
+
+/// Reads until `until` appears, or the other side closes, or nothing comes for ten seconds.
+std::string read_until(int fd, std::string_view until) {
+  std::string text;
+  char buffer[4096];
+  for (pollfd p{fd, POLLIN, 0}; text.find(until) == std::string::npos && ::poll(&p, 1, 10'000) > 0;) {
+    const ssize_t n = ::read(fd, buffer, sizeof buffer);
+    if (n <= 0) break;
+    text.append(buffer, std::size_t(n));
+  }
+  return text;
+}
+
+void put(int fd, std::string_view text) { REQUIRE(::write(fd, text.data(), text.size()) == ssize_t(text.size())); }
+
+int open_port(const fs::path& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strcpy(address.sun_path, path.c_str());
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  REQUIRE(::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  return fd;
+}
+
+/// The process `world` in a thread, with its control line.
+struct Served {
+  int control[2];
+  std::thread thread;
+  explicit Served(const fs::path& run) {
+    REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM, 0, control) == 0);
+    ServeOptions o;
+    o.run = run;
+    o.io = run / "io";
+    o.control_fd = control[1];
+    o.time_scale = 10.0;
+    timespec t{};
+    ::clock_gettime(CLOCK_MONOTONIC, &t);
+    o.epoch_ns = std::int64_t(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
+    thread = std::thread([o] { serve(o, WorldConfig{}); });
+    CHECK(read_until(control[0], "\n") == "READY\n");
+  }
+  ~Served() {
+    ::close(control[0]);  // the launcher is gone: save and end
+    thread.join();
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The served world answers on its sockets, tells the truth, takes faults, and saves itself at the end") {
+  const Folder folder;
+  {
+    Served world(folder.path);
+    const int stage = open_port(folder.path / "io" / "stage");
+    put(stage, "ENABLE @0\nAXISSTATUS(@0)\n");
+    CHECK(read_until(stage, "%5\n") == "%\n%5\n");
+    const int lamp = open_port(folder.path / "io" / "lamp");
+    put(lamp, "CONN18\r");
+    CHECK(read_until(lamp, "\r") == "READY0A\r");
+    put(lamp, "OPN40\r");
+    read_until(lamp, "\r");
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    put(lamp, "CLS3A\r");
+    read_until(lamp, "\r");
+    put(world.control[0], "TRUTH\n");
+    const std::string truth = read_until(world.control[0], "\n");
+    CHECK(truth.starts_with("TRUTH 1 0 0x0p+0 40 40 "));
+    put(world.control[0], "SIMFAULT stage close\nSIMFAULT stage melt\n");
+    CHECK(read_until(world.control[0], "melt") .starts_with("OK\nERROR "));
+    CHECK(read_until(stage, "never") == "");
+    ::close(stage);
+    ::close(lamp);
+  }
+  CHECK(fs::exists(folder.path / "world" / "state"));
+  CHECK_FALSE(fs::exists(folder.path / "io" / "stage"));
+  {
+    Served again(folder.path);
+    put(again.control[0], "TRUTH\n");
+    CHECK(read_until(again.control[0], "\n").starts_with("TRUTH 1 0 "));
+    put(again.control[0], "STOP done\n");
+  }
+  const WorldHistory h = read_history(folder.path / "world.rec");
+  CHECK(h.begins.size() == 2);
+  CHECK(h.begins[1].restored == 1);
+  CHECK(h.lamp.size() == 2);
+}
+
+TEST_CASE("A socket path that is too long is refused by length and remedy") {
+  const Folder folder;
+  ServeOptions o;
+  o.run = folder.path;
+  o.io = folder.path / std::string(120, 'x');
+  CHECK_THROWS_WITH(serve(o, WorldConfig{}), Catch::Contains("107") && Catch::Contains("--io"));
+}
+
+TEST_CASE("Arguments of the world are checked by name") {
+  const ServeOptions o = parse_serve_options({"--run", "r", "--time-scale", "2.5", "--offset-us", "7", "--incarnation", "3"});
+  CHECK(o.time_scale == 2.5);
+  CHECK(o.offset_us == 7);
+  CHECK(o.io == fs::path("r") / "io");
+  CHECK_THROWS_WITH(parse_serve_options({"--run"}), Catch::Contains("--run"));
+  CHECK_THROWS_WITH(parse_serve_options({"--io", "x"}), Catch::Contains("--run is missing"));
+  CHECK_THROWS_WITH(parse_serve_options({"--run", "r", "--time-scale", "fast"}), Catch::Contains("fast"));
+  CHECK_THROWS_WITH(parse_serve_options({"--speed", "2"}), Catch::Contains("--speed"));
+}
+
+TEST_CASE("An experiment's numbers reach nature, the controllers' beliefs do not") {
+  Experiment e;
+  e.plant.size_std = 0.07;
+  e.plant.seed = 99;
+  e.model.h1_mm = 0.009;
+  e.stage.x_max_mm = 77.0;
+  e.lamp.max_on_s = 5.0;
+  const WorldConfig c = world_config(e);
+  CHECK(c.droplet.size_scatter == 0.07);
+  CHECK(c.seed == 99);
+  CHECK(c.lu2015.h1_mm == 0.0044);
+  CHECK(c.stage.high_limit_mm[0] == 77.0);
+  CHECK(c.lamp.max_on_us == 5'000'000);
+  check(c);
+  e.plant.model = "lu2015";
+  CHECK(world_config(e).model == "lu2015");
+}
