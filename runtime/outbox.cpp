@@ -30,6 +30,11 @@ std::int64_t Outbox::next_seq(std::string_view channel) {
   return ++it->second;
 }
 
+void Outbox::resume_after(std::string_view channel, std::int64_t seq) {
+  next_seq(channel);
+  last_seq_.find(channel)->second = seq;
+}
+
 std::span<std::byte> Outbox::reserve(std::size_t size) {
   const std::size_t at = arena_.size();
   arena_.resize(at + size);

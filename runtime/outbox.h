@@ -41,6 +41,9 @@ class Outbox {
   /// This node's work in the run is over; exit status and reason go to the launcher.
   void finish(int status, std::string_view reason);
 
+  /// Numbering of `channel` goes on behind `seq`: for a publisher that is no replayed node and comes back.
+  void resume_after(std::string_view channel, std::int64_t seq);
+
   // For the host only.
   void begin(Time now, std::int32_t incarnation);
   std::size_t size() const { return entries_.size(); }

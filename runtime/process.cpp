@@ -105,6 +105,7 @@ int Runner::run() {
   std::vector<std::byte> head;
   encode_head(options_.head, head);
   wal_.append(WalKind::kHead, head);
+  transport_.send(channels::config(options_.node).name, config_message(options_.head), monotonic_us());
   host_.set_stopwatch(monotonic_ns);
   for (const std::string& channel : transport_.wire_channels()) bus_.subscribe(channel);
   heartbeat_ = std::make_unique<Heartbeat>(options_.node, options_.run_id, options_.incarnation, clock_, bus_);
@@ -128,7 +129,8 @@ int Runner::run() {
 void Runner::come_back() {
   std::vector<std::pair<std::string, std::vector<std::byte>>> unsent;
   restore(host_, options_.run_id, wal_,
-          {[this](std::string_view c, std::span<const std::byte> b) { transport_.restore_received(c, b); },
+          {[this](const WalHead& head) { transport_.restore_sent(channels::config(options_.node).name, config_message(head)); },
+           [this](std::string_view c, std::span<const std::byte> b) { transport_.restore_received(c, b); },
            [this](std::string_view c, std::span<const std::byte> b) { transport_.restore_sent(c, b); },
            [&](std::string_view c, std::span<const std::byte> b) {
              unsent.emplace_back(c, std::vector<std::byte>(b.begin(), b.end()));

@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "firn/config_t.hpp"
 #include "runtime/transport_wire.h"
 
 namespace firn {
@@ -51,6 +52,20 @@ std::string describe(const Event& e) {
   return "event";
 }
 
+std::vector<std::byte> config_message(const WalHead& head) {
+  config_t m;
+  m.header.run_id = head.run_id;
+  m.header.incarnation = head.incarnation;
+  m.header.seq = head.incarnation + 1;
+  m.header.utime_us = 0;
+  m.node = head.node;
+  m.commit = head.commit;
+  m.config_toml = head.config_toml;
+  std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
+  m.encode(bytes.data(), 0, int(bytes.size()));
+  return bytes;
+}
+
 Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSinks& sinks) {
   const logfile::MappedFile mapped(file.path());
   logfile::RecordReader reader(mapped.bytes());
@@ -78,6 +93,7 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
         if (head.node != host.name() || head.run_id != run_id)
           fail(file.path(), "is of node " + head.node + " in run " + std::to_string(head.run_id) + ", not " + host.name() +
                                 " in run " + std::to_string(run_id));
+        sinks.head(head);
         break;
       }
       case WalKind::kEvent: {

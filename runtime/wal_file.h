@@ -27,12 +27,16 @@ class WalFile : public WalSink {
 
 /// What a resume learns from the file, in the order of the records.
 struct RestoreSinks {
+  std::function<void(const WalHead&)> head;
   std::function<void(std::string_view channel, std::span<const std::byte>)> received;  ///< message that was handled
   std::function<void(std::string_view channel, std::span<const std::byte>)> sent;      ///< message that was put out
   /// Message of the last step, whose outputs were never written: it goes out now, for the first time. Bytes for
   /// instruments of that step do not go out: whether they did before is not known, and the driver asks.
   std::function<void(std::string_view channel, std::span<const std::byte>)> unsent;
 };
+
+/// The CONFIG_ message of an incarnation, made from the head of its write-ahead file: seq = incarnation + 1, utime 0.
+std::vector<std::byte> config_message(const WalHead& head);
 
 /// Runs `host` through everything that `file` holds and compares every output byte; the outputs of a last step that
 /// were never written are appended. @returns the largest `now`.

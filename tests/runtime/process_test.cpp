@@ -122,7 +122,8 @@ TEST_CASE("two processes and an instrument finish their work over a bad network,
     std::map<std::string, std::int64_t> last;
     std::string stop_text;
     restore(host, 5, file,
-            {[&](std::string_view c, std::span<const std::byte> m) {
+            {[](const WalHead&) {},
+             [&](std::string_view c, std::span<const std::byte> m) {
                if (find_channel(c)->delivery == Delivery::kReliable) CHECK(wire::read_header(m)->seq == ++last[std::string(c)]);
              },
              [&](std::string_view c, std::span<const std::byte> m) {
@@ -168,7 +169,7 @@ TEST_CASE("killed at any moment, a process comes back where it was and repeats n
     WalFile file(dir.path / "nodes" / "scheduler.wal", true);
     NodeHost host(NodeId::kScheduler, std::make_unique<Commander>(kMessages), 5, nullptr);
     const auto in_order = [&](std::string_view, std::span<const std::byte> m) { REQUIRE(wire::read_header(m)->seq == ++seq); };
-    restore(host, 5, file, {[](std::string_view, std::span<const std::byte>) {}, in_order, in_order});
+    restore(host, 5, file, {[](const WalHead&) {}, [](std::string_view, std::span<const std::byte>) {}, in_order, in_order});
     finished = seq == kMessages;
     std::vector<std::byte> found;
     if (seq > 0) CHECK(find_sent(file.path(), "JET_COMMAND", seq, found));
@@ -222,7 +223,7 @@ TEST_CASE("a node that would answer otherwise than its file says does not come b
   {
     WalFile file(path, true);
     NodeHost host(NodeId::kScheduler, std::make_unique<Echo>(), 5, nullptr);
-    CHECK_THROWS_WITH(restore(host, 5, file, {nothing, nothing, nothing}),
+    CHECK_THROWS_WITH(restore(host, 5, file, {[](const WalHead&) {}, nothing, nothing, nothing}),
                       Catch::Contains("scheduler.wal: step 0 (start of incarnation 0): the outputs differ from the record"));
   }
   {
@@ -231,7 +232,7 @@ TEST_CASE("a node that would answer otherwise than its file says does not come b
     encode_head({"jet", 5, 0, "", "", "", "", {}}, head);
     file.append(WalKind::kHead, head);
     NodeHost host(NodeId::kScheduler, std::make_unique<Commander>(5), 5, nullptr);
-    CHECK_THROWS_WITH(restore(host, 5, file, {nothing, nothing, nothing}), Catch::Contains("is of node jet in run 5, not scheduler in run 5"));
+    CHECK_THROWS_WITH(restore(host, 5, file, {[](const WalHead&) {}, nothing, nothing, nothing}), Catch::Contains("is of node jet in run 5, not scheduler in run 5"));
   }
 }
 

@@ -1,0 +1,39 @@
+// recorder: every logged channel -> log.lcm, whole messages, each once, in the order of each channel.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "logfile/event_log.h"
+#include "runtime/process.h"
+#include "runtime/station.h"
+
+namespace firn {
+
+/// Outside replay: it may lose what the write-ahead files still have (the log is then filled from them), but it loses
+/// nothing that it can ask for again, and it says when the disk is full.
+class Recorder {
+ public:
+  Recorder(const ProcessOptions& options, Bus& bus);
+
+  /// READY, then records until STOP or the end of the control line. @returns exit code
+  int run();
+
+ private:
+  void record(const ChannelInfo& row, std::span<const std::byte> message);
+  void write_out(std::int64_t wall_us);
+  void trouble(const std::string& what);
+
+  ProcessOptions options_;
+  logfile::EventLogWriter log_;
+  Station station_;
+  std::int64_t next_flush_us_ = 0;
+  bool told_ = false;  ///< the fault that stops the print
+};
+
+/// Fills DIR/log.lcm with the reliable, logged messages that the write-ahead files hold and it lacks, at its end.
+/// Makes the log if there is none. @returns how many were added. @throws std::runtime_error, logfile::FileError
+std::size_t fill_log(const std::filesystem::path& run_dir);
+
+}  // namespace firn
