@@ -16,7 +16,11 @@ constexpr int kPatienceMs = 1000;  // for a reader that does not read
 
 }  // namespace
 
-ControlLine::ControlLine(int fd) : fd_(fd) {
+ControlLine::ControlLine(int fd) : fd_(-1) { take(fd); }
+
+void ControlLine::take(int fd) {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = fd;
   if (fd_ < 0) return;
   ::fcntl(fd_, F_SETFL, ::fcntl(fd_, F_GETFL) | O_NONBLOCK);
   ::fcntl(fd_, F_SETFD, FD_CLOEXEC);

@@ -15,6 +15,7 @@ class ControlLine {
   ~ControlLine();
   ControlLine(ControlLine&& other) noexcept;
   ControlLine& operator=(ControlLine&&) = delete;
+  void take(int fd);  ///< as in the constructor; the one held before is closed
 
   int fd() const { return fd_; }
   void say(std::string_view line);       ///< line breaks in it become blanks; never blocks for long, never throws

@@ -1,0 +1,40 @@
+// What the launcher reads on the bus: how far the print is, whether it has ended, why it stopped.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firn/layer_metrics_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "lcmtypes/channels.h"
+
+namespace firn {
+
+class RunWatch {
+ public:
+  explicit RunWatch(std::int32_t incarnation) : incarnation_(incarnation) {}
+
+  static std::vector<std::string_view> channels();
+  void on_message(const ChannelInfo& row, std::span<const std::byte> message);
+
+  /// "during layer 7, pass 0", or "before the first layer"
+  std::string place() const;
+  std::optional<layer_metrics_t> take_metrics() { return std::exchange(metrics_, std::nullopt); }
+  const std::optional<run_end_t>& end() const { return end_; }
+  /// First fault of severity 2 or cause of a safe stop, "stage: following error"; empty = none.
+  const std::string& fault() const { return fault_; }
+  bool safe_stop() const { return safe_stop_; }
+
+ private:
+  std::int32_t incarnation_;
+  int layer_ = 0, pass_ = -1;
+  std::optional<layer_metrics_t> metrics_;
+  std::optional<run_end_t> end_;
+  std::string fault_;
+  bool safe_stop_ = false;
+};
+
+}  // namespace firn
