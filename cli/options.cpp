@@ -8,6 +8,7 @@
 #include "cli/config_command.h"
 #include "cli/dataflow_command.h"
 #include "cli/exit_codes.h"
+#include "cli/replay_command.h"
 #include "config/fields.h"
 #include "runtime/build_info.h"
 
@@ -53,6 +54,18 @@ void declare_dataflow(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_replay(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_replay);
+  app.add_option("RUN", o->run, "run folder")->required();
+  app.add_option("--node", o->node, "this node only");
+  app.add_option("--tolerance", o->tolerance, "numbers that differ by no more are equal");
+  app.add_option("--ignore", o->ignores, "FIELD=reason: may differ; FIELD is LAYER_PLAN.iterations or iterations")
+      ->allow_extra_args(false);
+  app.add_option("--set", o->overrides, "KEY=VALUE, replays with a changed configuration")->allow_extra_args(false);
+  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  json_flag(app, o->json);
+}
+
 struct Command {
   const char* name;
   const char* help;
@@ -62,6 +75,7 @@ struct Command {
 // In the reader's order; a new command is one row, one declare_ function and its cli/<name>_command.{h,cpp}.
 constexpr Command kCommands[] = {
     {"config", "checks, resolves and documents experiment files", declare_config},
+    {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},
 };
 

@@ -205,8 +205,14 @@ WalOutputs decode_outputs(std::span<const std::byte> payload) {
 }
 
 std::vector<Output> decode_output_list(std::span<const std::byte> body) {
-  Take take(body);
   std::vector<Output> list;
+  decode_output_list(body, list);
+  return list;
+}
+
+void decode_output_list(std::span<const std::byte> body, std::vector<Output>& list) {
+  list.clear();
+  Take take(body);
   for (auto n = take.number<std::uint32_t>(); n > 0; --n) {
     Output o;
     const auto kind = take.number<std::uint8_t>();
@@ -236,7 +242,6 @@ std::vector<Output> decode_output_list(std::span<const std::byte> body) {
     list.push_back(o);
   }
   if (!take.done()) throw std::runtime_error("write-ahead record: byte " + std::to_string(take.at()) + ": bytes left over");
-  return list;
 }
 
 }  // namespace firn

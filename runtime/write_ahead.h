@@ -61,6 +61,8 @@ struct WalOutputs {
 };
 WalOutputs decode_outputs(std::span<const std::byte> payload);
 std::vector<Output> decode_output_list(std::span<const std::byte> body);
+/// Into `list`, whose storage is used again.
+void decode_output_list(std::span<const std::byte> body, std::vector<Output>& list);
 /// The body that encode_outputs would write, for comparison.
 void encode_output_list(const Outbox& outbox, std::vector<std::byte>& to);
 

@@ -1,0 +1,22 @@
+// firn replay RUN: every node from its own write-ahead file; identical, or the first divergence.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace firn {
+
+struct ReplayCommandOptions {
+  std::string run;                     ///< run folder
+  std::string node;                    ///< empty = all
+  double tolerance = 0.0;              ///< numeric fields that differ by no more are equal
+  std::vector<std::string> ignores;    ///< "FIELD=reason"
+  std::vector<std::string> overrides;  ///< "a.b=value"
+  int threads = 0;                     ///< 0 = as many as the machine has
+  bool json = false;
+};
+
+/// @returns 0 identical, 1 differs, 2 usage or a file that cannot be read
+int run_replay(const ReplayCommandOptions& options);
+
+}  // namespace firn

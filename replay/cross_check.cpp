@@ -1,0 +1,93 @@
+#include "replay/cross_check.h"
+
+#include <algorithm>
+
+#include "replay/describe.h"
+
+namespace firn::replay {
+
+SentIndex::SentIndex(const std::vector<NodeOutcome>& nodes) : publishers_(ChannelIndex::size()) {
+  for (const NodeOutcome& node : nodes)
+    if (node.replayed)
+      for (std::size_t n = 0; n < publishers_.size(); ++n) {
+        const ChannelInfo& channel = channel_table()[n];
+        if (sent_by_node(channel) && info(channel.publisher).name == node.verdict.name) publishers_[n] = &node;
+      }
+}
+
+const std::vector<Sent>& SentIndex::all(int channel) const {
+  static const std::vector<Sent> kNone;
+  const NodeOutcome* node = publishers_[std::size_t(channel)];
+  return node ? node->sent[std::size_t(channel)] : kNone;
+}
+
+// Sequence numbers count from 1 without gaps, unless the file is damaged.
+const Sent* SentIndex::find(int channel, std::int64_t seq) const {
+  const std::vector<Sent>& list = all(channel);
+  if (seq >= 1 && seq <= std::int64_t(list.size()) && list[std::size_t(seq - 1)].seq == seq) return &list[std::size_t(seq - 1)];
+  const auto it = std::ranges::find(list, seq, &Sent::seq);
+  return it == list.end() ? nullptr : &*it;
+}
+
+std::uint64_t SentIndex::step_after(int channel, std::int64_t seq) const {
+  for (const Sent& s : all(channel))
+    if (s.seq > seq) return s.step;
+  return publishers_[std::size_t(channel)]->verdict.steps;
+}
+
+namespace {
+
+// What a file lacks was lost when it was sent, not when the next message came.
+void tell_gaps(const SentIndex& sent, NodeOutcome& node) {
+  for (Gap& gap : node.gaps) {
+    if (const Sent* s = sent.find(gap.channel, gap.from)) gap.finding.at = s->at;
+    node.add(std::move(gap.finding));
+  }
+}
+
+void check_delivery(const SentIndex& sent, NodeOutcome& node, const Delivered& d, MessageComparer& comparer) {
+  const ChannelInfo& channel = channel_table()[std::size_t(d.channel)];
+  const Sent* s = sent.find(d.channel, d.seq);
+  if (s && (s->differs || std::ranges::equal(s->bytes, d.bytes))) return;
+  const std::string publisher(info(channel.publisher).name);
+  Finding f;
+  f.kind = FindingKind::kDelivery;
+  f.node = node.verdict.name;
+  f.step = d.step;
+  f.at = d.at;
+  f.channel = channel.name;
+  f.seq = d.seq;
+  if (!s) {
+    f.kind = FindingKind::kMissing;
+    f.node = publisher;
+    f.step = sent.step_after(d.channel, d.seq);
+    f.what = "the file lacks what led to this message before this step; " + node.verdict.name + " was given it in its step " +
+             std::to_string(d.step);
+  } else {
+    const auto difference = comparer.compare(channel, s->bytes, d.bytes);
+    if (!difference) return;
+    f.what = "delivered bytes differ from what " + publisher + " sent in its step " + std::to_string(s->step);
+    f.field = difference->path;
+    f.recorded = difference->a;
+    f.replayed = difference->b;
+    Event event;
+    event.kind = EventKind::kMessage;
+    event.now = d.at;
+    event.channel = channel.name;
+    event.bytes = d.bytes;
+    if (node.findings.size() < RunVerdict::kKeptWithInputs) f.inputs.push_back(as_json(d.step, event, {}));
+  }
+  node.add(std::move(f));
+}
+
+}  // namespace
+
+void check_deliveries(const SentIndex& sent, std::vector<NodeOutcome>& nodes, MessageComparer& comparer) {
+  for (NodeOutcome& node : nodes) {
+    tell_gaps(sent, node);
+    for (const Delivered& d : node.delivered)
+      if (sent.knows(d.channel)) check_delivery(sent, node, d, comparer);
+  }
+}
+
+}  // namespace firn::replay

@@ -1,0 +1,377 @@
+#include "replay/node_replay.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <fstream>
+
+#include "replay/describe.h"
+#include "runtime/node_host.h"
+
+namespace firn::replay {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kInputsTold = 4;
+
+std::int64_t now_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+Blobs load_blobs(const fs::path& run, const WalHead& head) {
+  Blobs blobs;
+  for (const auto& [role, sha256] : head.blobs) {
+    const fs::path path = run / "inputs" / sha256;
+    std::ifstream in(path, std::ios::binary | std::ios::ate);
+    if (!in) throw std::runtime_error("input '" + role + "' is missing: inputs/" + sha256);
+    Blob blob{role, sha256, std::vector<std::byte>(std::size_t(in.tellg()))};
+    in.seekg(0);
+    if (!in.read(reinterpret_cast<char*>(blob.bytes.data()), std::streamsize(blob.bytes.size())))
+      throw std::runtime_error("input '" + role + "' cannot be read: inputs/" + sha256);
+    blobs.push_back(std::move(blob));
+  }
+  return blobs;
+}
+
+class NodeReplay {
+ public:
+  NodeReplay(const fs::path& run, const NodeMaker& maker, const ChannelIndex& channels, const ReplayOptions& options)
+      : run_(run), maker_(maker), channels_(channels), options_(options), comparer_(options), last_(channels.size()) {
+    out_.verdict.name = maker.name;
+    out_.sent.resize(channels.size());
+  }
+
+  NodeOutcome go() {
+    try {
+      out_.file = std::make_unique<WalFile>(run_ / file_name());
+      read();
+      note_damage();
+    } catch (const std::exception& e) {
+      tell(FindingKind::kUnreadable, e.what());
+    }
+    out_.ignored = comparer_.ignored();
+    out_.largest_difference = comparer_.largest_difference();
+    out_.largest_difference_field = comparer_.largest_difference_field();
+    return std::move(out_);
+  }
+
+ private:
+  struct Last {
+    std::int64_t seq = 0;
+    std::int32_t incarnation = 0;
+  };
+
+  std::string file_name() const { return "nodes/" + std::string(maker_.name) + ".wal"; }
+
+  void read() {
+    for (;;) switch (out_.file->next()) {
+        case WalFile::Item::kEnd:
+          if (!out_.head)
+            tell(FindingKind::kUnreadable, file_name() + " holds no head, so the node cannot be built");
+          return;
+        case WalFile::Item::kHead:
+          if (!open_incarnation(out_.file->head())) return;
+          break;
+        case WalFile::Item::kStep:
+          if (!host_) {
+            tell(FindingKind::kUnreadable, "byte " + std::to_string(out_.file->offset()) + " of " + file_name() +
+                                               ": an event stands where the head must be, so the node cannot be built");
+            return;
+          }
+          if (!step(out_.file->step())) return;
+          break;
+        case WalFile::Item::kStray:
+          stray(out_.file->step());
+          break;
+        case WalFile::Item::kUnknown:
+          tell(FindingKind::kMissing, "byte " + std::to_string(out_.file->offset()) + " of " + file_name() + ": " +
+                                          out_.file->trouble());
+          break;
+      }
+  }
+
+  bool open_incarnation(const WalHead& head) {
+    ++out_.verdict.incarnations;
+    started_ = false;
+    if (head.node != maker_.name) {
+      tell(FindingKind::kForeign, file_name() + " is a file of node " + head.node);
+      return false;
+    }
+    note_provenance("commit", head.commit, options_.commit);
+    note_provenance("platform", head.platform, options_.platform);
+    if (out_.head) {
+      if (head.run_id != out_.head->run_id) {
+        tell(FindingKind::kForeign, "a later head of " + file_name() + " is of run " + std::to_string(head.run_id) +
+                                        ", the first one of run " + std::to_string(out_.head->run_id));
+        return false;
+      }
+      if (head.incarnation <= incarnation_)
+        tell(FindingKind::kOrder, "incarnation " + std::to_string(head.incarnation) + " begins after incarnation " +
+                                      std::to_string(incarnation_));
+      if (head.config_toml != out_.head->config_toml || head.blobs != out_.head->blobs)
+        tell(FindingKind::kForeign, "incarnation " + std::to_string(head.incarnation) +
+                                        " was started with another configuration or other inputs than the first one");
+      incarnation_ = head.incarnation;
+      return true;
+    }
+    out_.head = head;
+    incarnation_ = head.incarnation;
+    const std::string config = options_.change_config ? options_.change_config(head.config_toml) : head.config_toml;
+    host_.emplace(find_node(maker_.name)->id, maker_.make(config, load_blobs(run_, head)), head.run_id, nullptr);
+    ports_ = host_->ports();
+    out_.replayed = true;
+    return true;
+  }
+
+  void note_provenance(const char* what, const std::string& recorded, const std::string& here) {
+    if (!here.empty() && recorded != here)
+      out_.provenance.push_back(std::string(what) + ": recorded with " + recorded + ", replayed with " + here);
+  }
+
+  // @returns false when the node cannot go on.
+  bool step(const RecordedStep& s) {
+    const Event& e = s.event;
+    current_ = &s;
+    recent_[out_.verdict.steps++ % recent_.size()] = s;
+    if (s.damaged_at) damaged_steps_.emplace_back(*s.damaged_at, s.step);
+    check_place(s);
+    if (e.kind == EventKind::kWake) check_timer(e);
+    if (e.kind == EventKind::kMessage) check_delivery(s);
+
+    const std::int64_t began = now_ns();
+    const Outbox* outbox = nullptr;
+    try {
+      outbox = &host_->replay_step(e);
+    } catch (const std::exception& error) {
+      const std::string why = "step " + std::to_string(s.step) + ", " + place_of(e, ports_) + ": " + error.what();
+      if (s.last && !s.has_outputs)
+        out_.verdict.crash = why;
+      else
+        tell(FindingKind::kCrash, "the handler throws, in the run it did not: " + std::string(error.what()) +
+                                      "; the node's later steps were not replayed");
+      return false;
+    }
+    out_.verdict.handler_ns += now_ns() - began;
+    out_.verdict.recorded_handler_ns += s.handler_ns;
+    compare(s, *outbox);
+    return true;
+  }
+
+  void check_place(const RecordedStep& s) {
+    const Event& e = s.event;
+    if (s.step > next_step_)
+      tell(FindingKind::kMissing, s.step == next_step_ + 1
+                                      ? "the event of step " + std::to_string(next_step_) + " is missing"
+                                      : "the events of steps " + std::to_string(next_step_) + " to " +
+                                            std::to_string(s.step - 1) + " are missing");
+    if (s.step < next_step_)
+      tell(FindingKind::kOrder, "step " + std::to_string(s.step) + " stands behind step " + std::to_string(next_step_ - 1));
+    next_step_ = s.step + 1;
+    if (e.now.us < out_.verdict.last_us)
+      tell(FindingKind::kOrder, "time goes back from " + std::to_string(out_.verdict.last_us) + " us to " +
+                                    std::to_string(e.now.us) + " us");
+    out_.verdict.last_us = std::max(out_.verdict.last_us, e.now.us);
+    if (!started_ && e.kind != EventKind::kStart)
+      tell(FindingKind::kMissing, "the start event of incarnation " + std::to_string(incarnation_) + " is missing");
+    if (e.kind == EventKind::kStart && (started_ || e.incarnation != incarnation_))
+      tell(FindingKind::kOrder, "a start event of incarnation " + std::to_string(e.incarnation) + " stands in incarnation " +
+                                    std::to_string(incarnation_));
+    started_ = true;
+  }
+
+  void check_timer(const Event& e) {
+    if (!host_->is_armed(TimerId(e.id), e.due))
+      tell(FindingKind::kTimer, "the node did not ask to be woken at " + std::to_string(e.due.us) + " us");
+    else if (e.due > e.now)
+      tell(FindingKind::kTimer, "woken at " + std::to_string(e.now.us) + " us, before " + std::to_string(e.due.us) + " us");
+  }
+
+  void check_delivery(const RecordedStep& s) {
+    const Event& e = s.event;
+    ++out_.verdict.events_in;
+    const int number = channels_.find(e.channel);
+    if (number < 0 || !host_->subscribes(e.channel)) {
+      tell(FindingKind::kForeign, "a message on a channel that the node does not read");
+      return;
+    }
+    const std::optional<Stamp> stamp = stamp_of(e.bytes);
+    if (!stamp) {
+      tell(FindingKind::kForeign, "a message too short to hold a header");
+      return;
+    }
+    if (stamp->run_id != out_.head->run_id)
+      tell(FindingKind::kForeign, "a message of run " + std::to_string(stamp->run_id) + ", the run is " +
+                                      std::to_string(out_.head->run_id));
+    const ChannelInfo& channel = channel_table()[std::size_t(number)];
+    Last& last = last_[std::size_t(number)];
+    const bool restarted = stamp->incarnation > last.incarnation && !sent_by_node(channel);
+    if (channel.delivery == Delivery::kReliable && !restarted) {
+      if (stamp->seq > last.seq + 1)
+        out_.gaps.push_back({number, last.seq + 1, stamp->seq - 1,
+                             finding(FindingKind::kMissing, "the delivery of " + range(channel.name, last.seq + 1, stamp->seq - 1) +
+                                                                " is missing before this step")});
+      if (stamp->seq <= last.seq)
+        tell(FindingKind::kOrder, range(channel.name, stamp->seq, stamp->seq) + " was delivered after " +
+                                      std::to_string(last.seq));
+    } else if (!restarted && stamp->seq <= last.seq) {
+      tell(FindingKind::kOrder, "stale: " + range(channel.name, stamp->seq, stamp->seq) + " was delivered after " +
+                                    std::to_string(last.seq));
+    }
+    last = {stamp->seq, stamp->incarnation};
+    if (sent_by_node(channel)) out_.delivered.push_back({number, stamp->seq, e.bytes, s.step, e.now});
+  }
+
+  static std::string range(std::string_view channel, std::int64_t from, std::int64_t to) {
+    return std::string(channel) + " " + std::to_string(from) + (to > from ? " to " + std::to_string(to) : "");
+  }
+
+  void compare(const RecordedStep& s, const Outbox& replayed) {
+    recorded_.clear();
+    if (s.has_outputs) {
+      try {
+        decode_output_list(s.outputs, recorded_);
+      } catch (const std::runtime_error& e) {
+        tell(FindingKind::kMissing, std::string("the recorded outputs do not decode: ") + e.what());
+        return;
+      }
+    } else if (s.last && !replayed.empty()) {
+      keep_cut(s, replayed);
+      return;
+    }
+    bool told = false;
+    for (std::size_t n = 0; n < std::max(recorded_.size(), replayed.size()); ++n) {
+      const std::optional<Output> a = n < recorded_.size() ? std::optional(recorded_[n]) : std::nullopt;
+      const std::optional<Output> b = n < replayed.size() ? std::optional(replayed.at(n)) : std::nullopt;
+      const bool differs = !same(a, b) && tell_output(n, a, b, told);
+      told |= differs;
+      if (a) keep(s, *a, differs);
+    }
+    out_.verdict.differing_steps += told;
+  }
+
+  static bool same(const std::optional<Output>& a, const std::optional<Output>& b) {
+    return a && b && a->kind == b->kind && a->channel == b->channel && a->id == b->id && a->at == b->at &&
+           std::ranges::equal(a->bytes, b->bytes);
+  }
+
+  // Tells the first difference of a step. @returns false if tolerance and ignored fields make the outputs equal.
+  bool tell_output(std::size_t n, const std::optional<Output>& a, const std::optional<Output>& b, bool told) {
+    FieldDifference difference;
+    const bool same_place = a && b && a->kind == b->kind && a->channel == b->channel && a->id == b->id;
+    if (same_place && a->kind == OutputKind::kSend) {
+      const auto found = comparer_.compare(*find_channel(a->channel), a->bytes, b->bytes);
+      if (!found) return false;
+      difference = *found;
+    } else if (same_place && a->kind == OutputKind::kArm) {
+      difference = {"at_us", std::to_string(a->at.us), std::to_string(b->at.us), 0};
+    } else if (same_place) {
+      difference = byte_difference(a->bytes, b->bytes);
+    } else {
+      difference = {"output " + std::to_string(n), a ? in_words(*a) : "nothing", b ? in_words(*b) : "nothing", 0};
+    }
+    if (told) return true;
+    Finding f = finding(FindingKind::kOutput, "the node puts out something else than was recorded");
+    const Output& shown = a ? *a : *b;
+    f.channel = place_of(shown, ports_);
+    if (shown.kind == OutputKind::kSend)
+      if (const auto stamp = stamp_of(shown.bytes)) f.seq = stamp->seq;
+    f.field = difference.path;
+    f.recorded = difference.a;
+    f.replayed = difference.b;
+    out_.add(std::move(f));
+    return true;
+  }
+
+  void keep(const RecordedStep& s, const Output& o, bool differs) {
+    out_.verdict.bytes += o.bytes.size();
+    if (o.kind != OutputKind::kSend) return;
+    ++out_.verdict.messages;
+    const int number = channels_.find(o.channel);
+    const std::optional<Stamp> stamp = stamp_of(o.bytes);
+    if (number >= 0 && stamp && info(channel_table()[std::size_t(number)].publisher).name == maker_.name)
+      out_.sent[std::size_t(number)].push_back({stamp->seq, o.bytes, s.step, s.event.now, false, differs});
+  }
+
+  // A kill fell between the event's record and the outputs': after a resume they may still have gone out.
+  void keep_cut(const RecordedStep& s, const Outbox& replayed) {
+    ++out_.verdict.cut;
+    for (std::size_t n = 0; n < replayed.size(); ++n) {
+      const Output o = replayed.at(n);
+      if (o.kind != OutputKind::kSend) continue;
+      const auto& bytes = out_.cut_bytes.emplace_back(o.bytes.begin(), o.bytes.end());
+      const std::optional<Stamp> stamp = stamp_of(bytes);
+      out_.sent[std::size_t(channels_.find(o.channel))].push_back({stamp->seq, bytes, s.step, s.event.now, true, false});
+    }
+  }
+
+  void stray(const RecordedStep& s) {
+    current_ = nullptr;
+    Finding f = finding(FindingKind::kMissing, "outputs of step " + std::to_string(s.step) + " stand without their event, byte " +
+                                                   std::to_string(s.offset) + " of " + file_name());
+    f.step = s.step;
+    f.at = Time{out_.verdict.last_us};
+    out_.add(std::move(f));
+  }
+
+  Finding finding(FindingKind kind, std::string what) {
+    Finding f;
+    f.kind = kind;
+    f.node = maker_.name;
+    f.what = std::move(what);
+    f.at = Time{out_.verdict.last_us};
+    if (!current_) return f;
+    f.step = current_->step;
+    f.at = current_->event.now;
+    f.channel = place_of(current_->event, ports_);
+    if (current_->event.kind == EventKind::kMessage)
+      if (const auto stamp = stamp_of(current_->event.bytes)) f.seq = stamp->seq;
+    if (out_.findings.size() >= RunVerdict::kKeptWithInputs) return f;
+    const std::uint64_t steps = out_.verdict.steps;
+    for (std::uint64_t n = steps - std::min<std::uint64_t>(steps, recent_.size()); n < steps; ++n)
+      f.inputs.push_back(as_json(recent_[n % recent_.size()].step, recent_[n % recent_.size()].event, ports_));
+    return f;
+  }
+
+  void tell(FindingKind kind, std::string what) { out_.add(finding(kind, std::move(what))); }
+
+  void note_damage() {
+    for (const logfile::Damage& d : out_.file->damage().list()) {
+      DamagedPlace place{file_name(), d.offset, d.bytes, std::string(d.reason), {}};
+      for (const auto& [offset, step] : damaged_steps_)
+        if (offset == d.offset) place.step = step;
+      out_.damage.push_back(std::move(place));
+    }
+  }
+
+  const fs::path& run_;
+  const NodeMaker& maker_;
+  const ChannelIndex& channels_;
+  const ReplayOptions& options_;
+  MessageComparer comparer_;
+  NodeOutcome out_;
+  std::optional<NodeHost> host_;
+  std::vector<std::string> ports_;
+  std::vector<Last> last_;                    // by ChannelIndex
+  std::vector<Output> recorded_;              // of the step; storage used again
+  std::array<RecordedStep, kInputsTold> recent_;
+  const RecordedStep* current_ = nullptr;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> damaged_steps_;  // byte, step
+  std::uint64_t next_step_ = 0;
+  std::int32_t incarnation_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace
+
+void NodeOutcome::add(Finding finding) {
+  ++findings_total;
+  if (findings.size() < RunVerdict::kKeptPerNode) findings.push_back(std::move(finding));
+}
+
+NodeOutcome replay_node(const fs::path& run, const NodeMaker& maker, const ChannelIndex& channels,
+                        const ReplayOptions& options) {
+  return NodeReplay(run, maker, channels, options).go();
+}
+
+}  // namespace firn::replay

@@ -1,0 +1,34 @@
+// A small closed loop of four nodes and an instrument, recorded by the Lab into a run folder: what the tests of
+// replay damage and change.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "replay/options.h"
+
+namespace firn::test {
+
+struct TinyOptions {
+  int layers = 6;
+  double kp = 1.0;
+  std::int64_t run_id = 77;
+  bool log = true;
+  int resumes = 0;             ///< incarnations after the first; each ends at a quiet moment
+};
+
+inline constexpr int kTinyColumns = 6;  // of the grid
+inline constexpr int kTinyRows = 4;
+
+/// scheduler, surface_mapper, controller, laser_profiler.
+std::span<const replay::NodeMaker> tiny_makers();
+
+/// Records into `folder` (made anew): experiment.toml, inputs/, nodes/, log.lcm.
+void record_tiny_run(const std::filesystem::path& folder, const TinyOptions& options = {});
+
+/// A fresh folder under the build folder.
+std::filesystem::path scratch_folder(const std::string& name);
+
+}  // namespace firn::test
