@@ -85,7 +85,7 @@ struct StageConfig {
   double y_min_mm = -50.0, y_max_mm = 150.0;
   double z_min_mm = -10.0, z_max_mm = 50.0;
   int array_limit = 8192;
-  double poll_moving_s = 0.01;
+  double poll_moving_s = 0.1;
   double poll_idle_s = 1.0;
 };
 

@@ -14,6 +14,8 @@ namespace firn::drivers {
 class Driver {
  public:
   virtual ~Driver() = default;
+  Driver(const Driver&) = delete;  // the link refers to the driver's dialect
+  Driver& operator=(const Driver&) = delete;
 
   void opened(std::int64_t now_us, Effects& fx);
   void closed(std::int64_t now_us, Effects& fx);

@@ -46,7 +46,7 @@ bool Stage::accept(Op op, Effects& fx) {
   return true;
 }
 
-void Stage::begin_pass(const DropletPattern& pattern, int pass, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx) {
   if (!accept(Op::kPass, fx)) return;
   const double speed = speed_mm_s == 0.0 ? config_.raster_speed_mm_s : speed_mm_s;
   if (!in_range(speed, config_.limits[0].max_speed_mm_s))
@@ -65,7 +65,9 @@ void Stage::begin_pass(const DropletPattern& pattern, int pass, double speed_mm_
     if (auto why = limit_broken('Y', run.y_mm, config_.limits[1])) return refuse(kLimit, *why + " (row " + std::to_string(run.row) + ")", fx);
     expected += std::int64_t(run.increments.size());
   }
+  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, config_.limits[2])) return refuse(kLimit, *why, fx);
   op_ = Op::kPass;
+  start_mm_ = {kNaN, kNaN, z_mm};
   runs_ = std::move(runs);
   expected_ = expected;
   speed_mm_s_ = speed;
@@ -73,7 +75,7 @@ void Stage::begin_pass(const DropletPattern& pattern, int pass, double speed_mm_
   start_operation(now_us, fx);
 }
 
-void Stage::begin_scan(double x_mm, double y_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+void Stage::begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx) {
   if (!accept(Op::kScan, fx)) return;
   const double speed = speed_mm_s == 0.0 ? config_.move_speed_mm_s : speed_mm_s;
   if (!in_range(speed, config_.limits[1].max_speed_mm_s))
@@ -93,12 +95,13 @@ void Stage::begin_scan(double x_mm, double y_mm, double pitch_mm, int rows, doub
   if (auto why = limit_broken('X', x_mm, config_.limits[0])) return refuse(kLimit, *why, fx);
   for (const double y : {y_mm - pitch, end_y_mm})
     if (auto why = limit_broken('Y', y, config_.limits[1])) return refuse(kLimit, *why, fx);
+  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, config_.limits[2])) return refuse(kLimit, *why, fx);
   op_ = Op::kScan;
   runs_.clear();
   expected_ = rows;
   speed_mm_s_ = speed;
   scan_pitch_mm_ = pitch;
-  start_mm_ = {x_mm, y_mm - pitch, kNaN};
+  start_mm_ = {x_mm, y_mm - pitch, z_mm};
   start_operation(now_us, fx);
 }
 

@@ -48,13 +48,14 @@ class Stage final : public Driver {
 
   /// Commands. Each is accepted (a Result follows) or refused at once by a Result{kRefused}; out-of-range values are
   /// refused, not clamped, naming axis, value and limit, before anything is sent.
-  void run_pass(const DropletPattern& pattern, int pass, double speed_mm_s, std::int64_t now_us, Effects& fx) {
-    begin_pass(pattern, pass, speed_mm_s, now_us, fx);
+  /// Speed 0 = the configured one; the nozzle goes to z_mm first (NaN: it stays).
+  void run_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+    begin_pass(pattern, pass, z_mm, speed_mm_s, now_us, fx);
     pump(now_us, fx);
   }
   /// `rows` trigger pulses at y_mm + k pitch_mm, k = 0 .. rows-1, in one steady move along +y at x_mm.
-  void scan(double x_mm, double y_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx) {
-    begin_scan(x_mm, y_mm, pitch_mm, rows, speed_mm_s, now_us, fx);
+  void scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+    begin_scan(x_mm, y_mm, z_mm, pitch_mm, rows, speed_mm_s, now_us, fx);
     pump(now_us, fx);
   }
   /// NaN leaves an axis where it is.
@@ -104,8 +105,8 @@ class Stage final : public Driver {
   // stage.cpp: commands
   bool accept(Op op, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);
-  void begin_pass(const DropletPattern& pattern, int pass, double speed_mm_s, std::int64_t now_us, Effects& fx);
-  void begin_scan(double x_mm, double y_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx);
+  void begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);
+  void begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx);
   void begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);
   void begin_home(Effects& fx);
   void start_operation(std::int64_t now_us, Effects& fx);
@@ -125,6 +126,7 @@ class Stage final : public Driver {
   void push_arming();
   void fire(std::int64_t now_us);
   void count_run(std::int64_t now_us, Effects& fx);
+  double z_target_mm() const;
   void move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_t now_us);
   enum class Motion : std::uint8_t { kAsked, kWaiting, kOver };
   Motion poll_motion(std::int64_t now_us);

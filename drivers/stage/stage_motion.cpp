@@ -36,13 +36,19 @@ void Stage::move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_
   asked_ = false;
 }
 
+// Height for the work, or NaN where the nozzle already stands at it.
+double Stage::z_target_mm() const {
+  return std::abs(start_mm_[2] - position_mm_[2]) <= config_.tolerance_mm ? kNaN : start_mm_[2];
+}
+
 void Stage::go_to_start(std::int64_t now_us) {
   phase_ = Phase::kToStart;
   if (op_ == Op::kPass) {
     const RasterRun& run = runs_[progress_.run];
-    move({run.start_x_mm, run.y_mm, kNaN}, config_.move_speed_mm_s, now_us);
+    move({run.start_x_mm, run.y_mm, z_target_mm()}, config_.move_speed_mm_s, now_us);
   } else {
-    move(start_mm_, op_ == Op::kMove ? speed_mm_s_ : config_.move_speed_mm_s, now_us);
+    move({start_mm_[0], start_mm_[1], op_ == Op::kMove ? start_mm_[2] : z_target_mm()},
+         op_ == Op::kMove ? speed_mm_s_ : config_.move_speed_mm_s, now_us);
     progress_.launched = op_ == Op::kMove;
   }
 }

@@ -18,7 +18,7 @@ void stage_command(Stage& stage, const std::string& text, std::int64_t now_us, E
   if (text == "pass") {
     DropletPattern pattern(GridSpec{4, 2, 0.25, 0.5, 0.0, 0.0});
     pattern.at(0, 1) = pattern.at(2, 1) = pattern.at(3, 1) = 1;
-    stage.run_pass(pattern, 0, 0.0, now_us, fx);
+    stage.run_pass(pattern, 0, kNaN, 0.0, now_us, fx);
   } else if (text == "bad verb") {
     stage.move_to(1.0, kNaN, kNaN, 0.0, now_us, fx);
   } else {

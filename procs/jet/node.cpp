@@ -1,0 +1,46 @@
+#include "procs/jet/node.h"
+
+#include <cmath>
+
+namespace firn {
+namespace {
+
+int whole_volts(const char* key, double v) {
+  if (v != std::round(v)) throw std::invalid_argument(std::string("jet.") + key + " = " + std::to_string(v) + ": the JetDrive takes whole volts");
+  return int(v);
+}
+
+drivers::JetConfig jet_config(const JetConfig& j) {
+  drivers::JetConfig c;
+  c.waveform.idle_v = whole_volts("idle_v", j.idle_v);
+  c.waveform.dwell_v = whole_volts("dwell_v", j.dwell_v);
+  c.waveform.echo_v = whole_volts("echo_v", j.echo_v);
+  c.waveform.rise_us = j.rise_us;
+  c.waveform.dwell_us = j.dwell_us;
+  c.waveform.fall_us = j.fall_us;
+  c.waveform.echo_us = j.echo_us;
+  c.waveform.final_us = j.final_us;
+  return c;
+}
+
+}  // namespace
+
+JetNode::JetNode(const Experiment& e) : DriverNode(NodeId::kJet, jet_config(e.jet)) { subscribe(channels::kJetCommand, this); }
+
+void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
+  using drivers::Effects;
+  using drivers::Jet;
+  const JetVerb verb = JetVerb(c.verb);
+  const bool known = verb == JetVerb::kArm || verb == JetVerb::kDisarm;
+  const std::string broken = known ? std::string() : "JET_COMMAND: verb " + std::to_string(c.verb) + " does not exist";
+  perform(c, verb == JetVerb::kArm, broken, now, out, [&](Jet& jet, std::int64_t now_us, Effects& fx) {
+    if (verb == JetVerb::kArm) jet.arm(c.expected, now_us, fx);
+    else jet.disarm(now_us, fx);
+  });
+}
+
+std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs&) {
+  return std::make_unique<JetNode>(parse_experiment(config_toml, "experiment.toml"));
+}
+
+}  // namespace firn

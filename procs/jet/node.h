@@ -1,0 +1,28 @@
+// jet: JET_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_JET, STATE_JET, FAULT_JET.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "config/experiment.h"
+#include "drivers/jet/jet.h"
+#include "firn/jet_command_t.hpp"
+#include "runtime/driver_node.h"
+
+namespace firn {
+
+/// Thin shell round drivers/jet: arm for external triggers, disarm.
+class JetNode final : public DriverNode<JetNode, drivers::Jet, drivers::Effects> {
+ public:
+  /// @throws std::invalid_argument for a waveform beyond the limits.
+  explicit JetNode(const Experiment& experiment);
+
+  using DriverNode::on;
+  void on(const jet_command_t&, Time now, Outbox&);
+  template <class Event>
+  void on_event(const Event&, Time, Outbox&) {}
+};
+
+std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs& blobs);
+
+}  // namespace firn

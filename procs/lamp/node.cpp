@@ -1,0 +1,36 @@
+#include "procs/lamp/node.h"
+
+namespace firn {
+namespace {
+
+drivers::LampConfig lamp_config(const LampConfig& l) {
+  drivers::LampConfig c;
+  c.max_on_s = l.max_on_s;
+  return c;
+}
+
+}  // namespace
+
+LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(e.lamp)) {
+  subscribe(channels::kLampCommand, this);
+  subscribe(channels::kRunEnd, this);
+}
+
+void LampNode::on(const lamp_command_t& c, Time now, Outbox& out) {
+  using drivers::Effects;
+  using drivers::Lamp;
+  const bool known = LampVerb(c.verb) == LampVerb::kExpose;
+  const std::string broken = known ? std::string() : "LAMP_COMMAND: verb " + std::to_string(c.verb) + " does not exist";
+  perform(c, true, broken, now, out,
+          [&](Lamp& lamp, std::int64_t now_us, Effects& fx) { lamp.expose(c.exposure_s, c.iris_percent, now_us, fx); });
+}
+
+void LampNode::on(const run_end_t&, Time now, Outbox& out) {
+  act(now, out, [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) { lamp.release(now_us, fx); });
+}
+
+std::unique_ptr<Node> make_lamp(const std::string& config_toml, const Blobs&) {
+  return std::make_unique<LampNode>(parse_experiment(config_toml, "experiment.toml"));
+}
+
+}  // namespace firn

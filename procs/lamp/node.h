@@ -1,0 +1,29 @@
+// lamp: LAMP_COMMAND, ENABLE, SAFE_STOP, RUN_END, instrument -> ANSWER_LAMP, STATE_LAMP, FAULT_LAMP.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "config/experiment.h"
+#include "drivers/lamp/lamp.h"
+#include "firn/lamp_command_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "runtime/driver_node.h"
+
+namespace firn {
+
+/// Thin shell round drivers/lamp: timed exposures; at the end of the run the panel is given back.
+class LampNode final : public DriverNode<LampNode, drivers::Lamp, drivers::Effects> {
+ public:
+  explicit LampNode(const Experiment& experiment);
+
+  using DriverNode::on;
+  void on(const lamp_command_t&, Time now, Outbox&);
+  void on(const run_end_t&, Time now, Outbox&);
+  template <class Event>
+  void on_event(const Event&, Time, Outbox&) {}
+};
+
+std::unique_ptr<Node> make_lamp(const std::string& config_toml, const Blobs& blobs);
+
+}  // namespace firn

@@ -1,0 +1,71 @@
+#include "procs/laser_profiler/node.h"
+
+#include "firn/scan_done_t.hpp"
+
+namespace firn {
+namespace {
+
+drivers::LaserProfilerConfig profiler_config(const LaserProfilerConfig& p) {
+  drivers::LaserProfilerConfig c;
+  c.poll_s = p.poll_s;
+  return c;
+}
+
+}  // namespace
+
+LaserProfilerNode::LaserProfilerNode(const Experiment& e)
+    : DriverNode(NodeId::kLaserProfiler, profiler_config(e.laser_profiler)),
+      counts_per_mm_(e.stage.counts_per_mm),
+      offset_y_mm_(e.laser_profiler.offset_y_mm) {
+  subscribe(channels::kProfilerCommand, this);
+}
+
+void LaserProfilerNode::on(const profiler_command_t& c, Time now, Outbox& out) {
+  using drivers::Effects;
+  using drivers::LaserProfiler;
+  const ProfilerVerb verb = ProfilerVerb(c.verb);
+  const bool known = verb == ProfilerVerb::kArm || verb == ProfilerVerb::kEnd;
+  const std::string broken = known ? std::string() : "PROFILER_COMMAND: verb " + std::to_string(c.verb) + " does not exist";
+  perform(c, false, broken, now, out, [&](LaserProfiler& profiler, std::int64_t now_us, Effects& fx) {
+    if (verb == ProfilerVerb::kArm) {
+      scan_ = c;
+      profiler.arm(c.rows, now_us, fx);
+    } else {
+      profiler.end(now_us, fx);
+    }
+  });
+}
+
+void LaserProfilerNode::on_event(drivers::Profile& p, Time now, Outbox& out) {
+  height_profile_t m{};
+  m.n = std::int32_t(p.z_mm.size());
+  m.layer = scan_.layer;
+  m.attempt = scan_.attempt;
+  m.scan_id = scan_.scan_id;
+  m.row = p.row;
+  m.rows = scan_.rows;
+  m.sample_utime_us = now.us;
+  m.x0_mm = p.x0_mm;
+  m.dx_mm = p.dx_mm;
+  m.y_mm = p.encoder_count / counts_per_mm_ + offset_y_mm_;
+  m.trigger_count = p.trigger_count;
+  m.encoder_count = p.encoder_count;
+  m.z_mm = std::move(p.z_mm);
+  out.send(channels::kHeightProfile, std::move(m));
+}
+
+void LaserProfilerNode::on_event(drivers::ScanDone& d, Time, Outbox& out) {
+  scan_done_t m{};
+  m.layer = scan_.layer;
+  m.attempt = scan_.attempt;
+  m.scan_id = scan_.scan_id;
+  m.rows_expected = d.rows_expected;
+  m.rows_received = d.rows_received;
+  out.send(channels::kScanDone, std::move(m));
+}
+
+std::unique_ptr<Node> make_laser_profiler(const std::string& config_toml, const Blobs&) {
+  return std::make_unique<LaserProfilerNode>(parse_experiment(config_toml, "experiment.toml"));
+}
+
+}  // namespace firn

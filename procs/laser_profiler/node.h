@@ -1,0 +1,35 @@
+// laser_profiler: PROFILER_COMMAND, ENABLE, SAFE_STOP, instrument -> HEIGHT_PROFILE, SCAN_DONE, ANSWER_LASER_PROFILER,
+// STATE_LASER_PROFILER, FAULT_LASER_PROFILER.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "config/experiment.h"
+#include "drivers/laser_profiler/laser_profiler.h"
+#include "firn/height_profile_t.hpp"
+#include "firn/profiler_command_t.hpp"
+#include "runtime/driver_node.h"
+
+namespace firn {
+
+/// Thin shell round drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder count in
+/// the reply) plus the offset of the laser line from the nozzle.
+class LaserProfilerNode final : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects> {
+ public:
+  explicit LaserProfilerNode(const Experiment& experiment);
+
+  using DriverNode::on;
+  void on(const profiler_command_t&, Time now, Outbox&);
+  void on_event(drivers::Profile&, Time now, Outbox&);
+  void on_event(drivers::ScanDone&, Time now, Outbox&);
+
+ private:
+  double counts_per_mm_;
+  double offset_y_mm_;
+  profiler_command_t scan_{};  // the command that armed the scan
+};
+
+std::unique_ptr<Node> make_laser_profiler(const std::string& config_toml, const Blobs& blobs);
+
+}  // namespace firn

@@ -1,0 +1,70 @@
+#include "procs/stage/node.h"
+
+#include "lcmtypes/convert.h"
+
+namespace firn {
+namespace {
+
+drivers::StageConfig stage_config(const Experiment& e) {
+  drivers::StageConfig c;
+  c.limits = {{{e.stage.x_min_mm, e.stage.x_max_mm, e.stage.max_speed_mm_s},
+               {e.stage.y_min_mm, e.stage.y_max_mm, e.stage.max_speed_mm_s},
+               {e.stage.z_min_mm, e.stage.z_max_mm, e.stage.max_speed_mm_s}}};
+  c.counts_per_mm = e.stage.counts_per_mm;
+  c.acceleration_mm_s2 = e.stage.acceleration_mm_s2;
+  c.raster_speed_mm_s = e.process.pass_speed_mm_s;
+  c.move_speed_mm_s = e.process.pass_speed_mm_s;
+  c.max_pulse_rate_hz = e.jet.max_rate_hz;
+  c.table.array_limit = e.stage.array_limit;
+  c.poll_moving_s = e.stage.poll_moving_s;
+  c.poll_idle_s = e.stage.poll_idle_s;
+  return c;
+}
+
+// What is wrong with the pattern of a pass, or nothing.
+std::string broken_pattern(const stage_command_t& c) {
+  const GridSpec grid = from_message(c.grid);
+  try {
+    check(grid);
+  } catch (const std::invalid_argument& e) {
+    return e.what();
+  }
+  if (std::size_t(c.n) != grid.size() || c.drops.size() != grid.size())
+    return "drops[] has " + std::to_string(c.drops.size()) + " cells, the grid " + std::to_string(grid.size());
+  if (c.pass < 0 || c.pass > 254) return "pass " + std::to_string(c.pass) + " is outside [0, 254]";
+  return {};
+}
+
+}  // namespace
+
+StageNode::StageNode(const Experiment& e) : DriverNode(NodeId::kStage, stage_config(e)) { subscribe(channels::kStageCommand, this); }
+
+void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
+  using drivers::Effects;
+  using drivers::Stage;
+  switch (StageVerb(c.verb)) {
+    case StageVerb::kPass:
+      return perform(c, true, broken_pattern(c), now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
+        DropletPattern pattern(from_message(c.grid));
+        std::copy(c.drops.begin(), c.drops.end(), pattern.cells.begin());
+        stage.run_pass(pattern, c.pass, c.z_mm, c.speed_mm_s, now_us, fx);
+      });
+    case StageVerb::kScan:
+      return perform(c, false, {}, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
+        stage.scan(c.x_mm, c.y_mm, c.z_mm, c.grid.pitch_y_mm, c.rows, c.speed_mm_s, now_us, fx);
+      });
+    case StageVerb::kMove:
+      return perform(c, false, {}, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
+        stage.move_to(c.x_mm, c.y_mm, c.z_mm, c.speed_mm_s, now_us, fx);
+      });
+    case StageVerb::kHome:
+      return perform(c, false, {}, now, out, [](Stage& stage, std::int64_t now_us, Effects& fx) { stage.home(now_us, fx); });
+  }
+  perform(c, false, "STAGE_COMMAND: verb " + std::to_string(c.verb) + " does not exist", now, out, [](Stage&, std::int64_t, Effects&) {});
+}
+
+std::unique_ptr<Node> make_stage(const std::string& config_toml, const Blobs&) {
+  return std::make_unique<StageNode>(parse_experiment(config_toml, "experiment.toml"));
+}
+
+}  // namespace firn

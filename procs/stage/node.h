@@ -1,0 +1,27 @@
+// stage: STAGE_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_STAGE, STATE_STAGE, FAULT_STAGE.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "config/experiment.h"
+#include "drivers/stage/stage.h"
+#include "firn/stage_command_t.hpp"
+#include "runtime/driver_node.h"
+
+namespace firn {
+
+/// Thin shell round drivers/stage: one pass, scan or move per command.
+class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Effects> {
+ public:
+  explicit StageNode(const Experiment& experiment);
+
+  using DriverNode::on;
+  void on(const stage_command_t&, Time now, Outbox&);
+  template <class Event>
+  void on_event(const Event&, Time, Outbox&) {}
+};
+
+std::unique_ptr<Node> make_stage(const std::string& config_toml, const Blobs& blobs);
+
+}  // namespace firn

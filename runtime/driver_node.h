@@ -1,0 +1,210 @@
+// What the nodes of all instruments share, whatever the instrument: the lease, epochs, commands that arrive twice,
+// answers, states, faults, timers. `Driver` is a pure state machine with the calls of drivers/link/driver.h and
+// `Effects` what they fill; both are parameters, because the runtime knows no driver.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "firn/answer_t.hpp"
+#include "firn/device_state_t.hpp"
+#include "firn/enable_t.hpp"
+#include "firn/fault_t.hpp"
+#include "firn/safe_stop_t.hpp"
+#include "lcmtypes/outcome.h"
+#include "runtime/device_guard.h"
+#include "runtime/node.h"
+
+namespace firn {
+
+/// `Self` derives from it, has `on(command, now, out)` for its commands, which ends in perform(), and
+/// `on_event(event, now, out)` for the events of its driver that are neither state, result, fault nor progress.
+template <class Self, class Driver, class Effects>
+class DriverNode : public Node {
+ public:
+  template <class Config>
+  DriverNode(NodeId id, Config&& config) : driver_(std::forward<Config>(config)), id_(id) {
+    subscribe(channels::kEnable, this);
+    subscribe(channels::kSafeStop, this);
+  }
+
+  std::vector<std::string> ports() const override { return {std::string(info(id_).name)}; }
+
+  void start(const Start& start, Time now, Outbox& out) override {
+    armed_us_ = 0;  // timers end with an incarnation
+    lease_armed_ = false;
+    starting_ = start.resumed();
+    step(now, out, [&] { driver_.closed(now.us, fx_); });  // whatever the link was: the port is opened anew
+    starting_ = false;
+  }
+
+  void wake(TimerId timer, Time now, Outbox& out) override {
+    if (timer == kLease) return check_lease(now, out);
+    armed_us_ = 0;
+    step(now, out, [&] { driver_.woke(now.us, fx_); });
+  }
+
+  void on_io(PortId, std::span<const std::byte> bytes, Time now, Outbox& out) override {
+    step(now, out, [&] { driver_.received(bytes, now.us, fx_); });
+  }
+
+  void on_link(PortId, LinkState link, Time now, Outbox& out) override {
+    step(now, out, [&] { link == LinkState::kOpen ? driver_.opened(now.us, fx_) : driver_.closed(now.us, fx_); });
+  }
+
+  void local_stop(std::string_view cause, Time now, Outbox& out) override {
+    guard_.local_stop();
+    make_safe(cause, now, out);
+  }
+
+  void on(const enable_t& m, Time now, Outbox&) { guard_.enable(m.enable_epoch, m.enabled, m.lease_s, now); }
+
+  void on(const safe_stop_t& m, Time now, Outbox& out) {
+    if (guard_.safe_stop(m.enable_epoch)) return make_safe(m.cause, now, out);
+    if (m.enable_epoch == guard_.epoch() && !stop_pending_ && driver_.safe()) send_state("stopped", out);  // ours was lost
+  }
+
+  const Driver& driver() const { return driver_; }
+
+ protected:
+  /// Runs `act` unless the command was seen before (then its answer is sent again, it is never executed twice), the
+  /// lease forbids it, another command is in progress, or `broken` names what is wrong with it. With `physical`, the
+  /// command stands on the disk before anything leaves this step.
+  template <class Command, class Act>
+  void perform(const Command& c, bool physical, const std::string& broken, Time now, Outbox& out, Act&& act) {
+    if (c.command_id == answer_.command_id) {
+      if (!in_progress_) out.send(channels::answer(id_), answer_);
+      return;
+    }
+    if (c.command_id < answer_.command_id) return;  // older than what was answered last
+    std::string why = guard_.refusal(c.enable_epoch, now);
+    if (why.empty()) why = broken;
+    if (why.empty() && in_progress_) why = "command " + std::to_string(answer_.command_id) + " is still in progress";
+    if (!why.empty()) {
+      answer_t refused = blank_answer(c.command_id);
+      refused.outcome = std::int8_t(Outcome::kRefused);
+      refused.text = why;
+      if (!in_progress_) answer_ = refused;
+      return out.send(channels::answer(id_), std::move(refused));
+    }
+    answer_ = blank_answer(c.command_id);
+    in_progress_ = true;
+    if (physical) out.durable();
+    watch_lease(out);
+    step(now, out, [&] { act(driver_, now.us, fx_); });
+  }
+
+  /// A call of the driver that is no command: nothing is answered.
+  template <class Act>
+  void act(Time now, Outbox& out, Act&& call) {
+    step(now, out, [&] { call(driver_, now.us, fx_); });
+  }
+
+  Driver driver_;
+
+ private:
+  static constexpr TimerId kDriver{1}, kLease{2};
+
+  answer_t blank_answer(std::int64_t command_id) const {
+    answer_t a{};
+    a.node = info(id_).name;
+    a.command_id = command_id;
+    a.counted = -1;
+    return a;
+  }
+
+  template <class Act>
+  void step(Time now, Outbox& out, Act&& act) {
+    fx_.clear();
+    act();
+    bool state_sent = false;
+    const bool stopped = stop_pending_ && driver_.safe();
+    if (stopped) stop_pending_ = false;  // from here on the new epoch is honoured
+    for (auto& event : fx_.events) std::visit([&](auto& e) { state_sent = handle(e, now, out) || state_sent; }, event);
+    if (stopped && !state_sent) send_state("stopped", out);
+    if (!fx_.tx.empty()) out.write(PortId{0}, fx_.tx);
+    if (fx_.reopen) out.reopen(PortId{0});
+    if (fx_.wake_us != 0 && (armed_us_ == 0 || fx_.wake_us < armed_us_)) {
+      armed_us_ = fx_.wake_us;  // a later wake waits for the earlier one, which does no harm
+      out.wake_at(kDriver, Time{armed_us_});
+    }
+  }
+
+  template <class Event>
+  bool handle(Event& e, Time now, Outbox& out) {
+    if constexpr (requires { e.outcome; }) {
+      if (!in_progress_) return false;
+      in_progress_ = false;
+      answer_.outcome = std::int8_t(e.outcome);
+      answer_.counted = e.counted;
+      answer_.expected = e.expected;
+      answer_.unknown_from = e.unknown_from;
+      answer_.unknown_to = e.unknown_to;
+      answer_.code = e.code;
+      answer_.text = e.text;
+      out.send(channels::answer(id_), answer_);
+    } else if constexpr (requires { e.state; }) {
+      send_state(e.text, out);
+      return true;
+    } else if constexpr (requires { e.severity; }) {
+      fault_t f{};
+      f.severity = std::int8_t(starting_ && e.severity > 1 ? 1 : e.severity);  // an old incarnation's loss stops no new one
+      f.code = e.code;
+      f.node = info(id_).name;
+      f.text = e.text;
+      out.send(channels::fault(id_), std::move(f));
+    } else if constexpr (!requires { e.rows_done; }) {
+      static_cast<Self*>(this)->on_event(e, now, out);
+    }
+    return false;
+  }
+
+  void send_state(std::string_view text, Outbox& out) {
+    if (!stop_pending_) honoured_epoch_ = guard_.epoch();
+    device_state_t s{};
+    s.node = info(id_).name;
+    s.state = std::int8_t(driver_.state());
+    s.enable_epoch = honoured_epoch_;
+    s.identity = driver_.identity();
+    s.text = text;
+    out.send(channels::device_state(id_), std::move(s));
+  }
+
+  void make_safe(std::string_view, Time now, Outbox& out) {
+    stop_pending_ = true;
+    step(now, out, [&] { driver_.safe_stop(now.us, fx_); });
+  }
+
+  void watch_lease(Outbox& out) {
+    if (lease_armed_) return;
+    lease_armed_ = true;
+    out.wake_at(kLease, Time{guard_.lease_until().us + 1});
+  }
+
+  void check_lease(Time now, Outbox& out) {
+    lease_armed_ = false;
+    if (driver_.safe() && !in_progress_) return;
+    if (guard_.allowed(now)) return watch_lease(out);
+    if (stop_pending_) return;
+    fault_t f{};
+    f.severity = std::int8_t(Severity::kStop);
+    f.node = info(id_).name;
+    f.text = "the lease ended at " + std::to_string(guard_.lease_until().s()) + " s with a command in progress";
+    out.send(channels::fault(id_), std::move(f));
+    local_stop("the lease ended", now, out);
+  }
+
+  NodeId id_;
+  DeviceGuard guard_;
+  Effects fx_;
+  answer_t answer_ = answer_t{};       // to the last command; its id is that of the command in progress
+  bool in_progress_ = false;
+  bool stop_pending_ = false;          // asked to be safe, not confirmed
+  bool starting_ = false;
+  bool lease_armed_ = false;
+  std::int64_t honoured_epoch_ = 0;
+  std::int64_t armed_us_ = 0;
+};
+
+}  // namespace firn

@@ -1,0 +1,282 @@
+// The shells of the instruments, with instruments played by the test at byte level.
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "procs/jet/node.h"
+#include "procs/lamp/node.h"
+#include "procs/stage/node.h"
+#include "runtime/node_host.h"
+
+using namespace firn;
+
+namespace {
+
+template <class Message>
+Message decode(std::span<const std::byte> bytes) {
+  Message m;
+  REQUIRE(m.decode(bytes.data(), 0, int(bytes.size())) == int(bytes.size()));
+  return m;
+}
+
+class Sink final : public WalSink {
+ public:
+  void append(WalKind, std::span<const std::byte>) override {}
+  void sync() override { ++syncs; }
+  int syncs = 0;
+};
+
+// Hosts one driver node; `answer` maps what the node writes to what the instrument replies at once.
+struct Rig {
+  Sink sink;
+  NodeHost host;
+  std::function<std::string(std::string_view)> answer;
+  Time now{0};
+  std::string written;  // all bytes that the node has written
+  std::map<std::string, std::vector<std::vector<std::byte>>> sent;
+  int reopens = 0;
+
+  Rig(NodeId id, std::unique_ptr<Node> node) : host(id, std::move(node), 1, &sink) {}
+
+  void give(Event e) {
+    e.now = now;
+    std::string to_node;
+    const Outbox& out = host.step(e);
+    for (std::size_t n = 0; n < out.size(); ++n) {
+      const Output o = out.at(n);
+      if (o.kind == OutputKind::kSend) sent[std::string(o.channel)].emplace_back(o.bytes.begin(), o.bytes.end());
+      if (o.kind == OutputKind::kReopen) ++reopens;
+      if (o.kind != OutputKind::kWrite) continue;
+      const std::string_view bytes(reinterpret_cast<const char*>(o.bytes.data()), o.bytes.size());
+      written += bytes;
+      if (answer) to_node += answer(bytes);
+    }
+    if (to_node.empty()) return;
+    now.us += 100;
+    Event io;
+    io.kind = EventKind::kIo;
+    io.bytes = std::as_bytes(std::span(to_node.data(), to_node.size()));
+    give(io);
+  }
+  void start(int incarnation) {
+    Event e;
+    e.kind = EventKind::kStart;
+    e.incarnation = incarnation;
+    give(e);
+    e.kind = EventKind::kLink;
+    e.link = LinkState::kOpen;
+    give(e);
+  }
+  void run_until(Time end) {
+    while (const auto timer = host.next_timer()) {
+      if (timer->at > end) break;
+      now = std::max(now, timer->at);
+      Event e;
+      e.kind = EventKind::kWake;
+      e.id = std::uint32_t(timer->timer);
+      e.due = timer->at;
+      give(e);
+    }
+    now = end;
+  }
+  void run_for(double s) { run_until(now.after_s(s)); }
+  template <class Message>
+  void message(const Channel<Message>& channel, const Message& m) {
+    std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
+    m.encode(bytes.data(), 0, int(bytes.size()));
+    Event e;
+    e.kind = EventKind::kMessage;
+    e.channel = channel.name;
+    e.bytes = bytes;
+    give(e);
+  }
+  void enable(std::int64_t epoch, double lease_s = 1000.0) {
+    enable_t m{};
+    m.enable_epoch = epoch;
+    m.enabled = 1;
+    m.lease_s = lease_s;
+    message(channels::kEnable, m);
+  }
+  void safe_stop(std::int64_t epoch) {
+    safe_stop_t m{};
+    m.enable_epoch = epoch;
+    m.cause = "test";
+    message(channels::kSafeStop, m);
+  }
+  template <class Message>
+  std::vector<Message> all(const Channel<Message>& channel) {
+    std::vector<Message> out;
+    for (const auto& bytes : sent[std::string(channel.name)]) out.push_back(decode<Message>(bytes));
+    return out;
+  }
+  std::size_t count(std::string_view text) const {
+    std::size_t n = 0;
+    for (std::size_t at = written.find(text); at != std::string::npos; at = written.find(text, at + 1)) ++n;
+    return n;
+  }
+};
+
+std::string lamp_answer(std::string_view bytes) {
+  std::string out;
+  for (std::size_t at = 0; at < bytes.size();) {
+    const std::size_t end = bytes.find('\r', at);
+    const std::string_view text = bytes.substr(at, end - at - 2);
+    using drivers::omnicure::frame;
+    out += frame(text == "CONN" ? "READY" : text == "GTM" ? "5" : text == "VEB" ? "10" : text == "GUS" ? "0" : text == "DCON" ? "CLOSED" : "Received");
+    at = end + 1;
+  }
+  return out;
+}
+
+lamp_command_t expose(std::int64_t id, std::int64_t epoch) {
+  lamp_command_t c{};
+  c.command_id = id;
+  c.enable_epoch = epoch;
+  c.verb = 1;
+  c.exposure_s = 0.5;
+  c.iris_percent = 80;
+  return c;
+}
+
+struct LampRig : Rig {
+  LampRig() : Rig(NodeId::kLamp, std::make_unique<LampNode>(Experiment{})) {
+    answer = lamp_answer;
+    start(0);
+    run_for(1.0);
+    REQUIRE(states().back().state == std::int8_t(DeviceState::kSafe));
+  }
+  std::vector<answer_t> answers() { return all(channels::answer(NodeId::kLamp)); }
+  std::vector<device_state_t> states() { return all(channels::device_state(NodeId::kLamp)); }
+  std::vector<fault_t> faults() { return all(channels::fault(NodeId::kLamp)); }
+};
+
+}  // namespace
+
+TEST_CASE("a command is executed once, however often it arrives, and each copy is answered alike") {
+  LampRig rig;
+  rig.enable(1);
+  rig.message(channels::kLampCommand, expose(7, 1));
+  REQUIRE(rig.answers().empty());
+  rig.message(channels::kLampCommand, expose(7, 1));  // while it is being executed
+  rig.run_for(2.0);
+  REQUIRE(rig.answers().size() == 1);
+  CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kDone));
+  CHECK(rig.answers()[0].command_id == 7);
+  rig.message(channels::kLampCommand, expose(7, 1));
+  rig.message(channels::kLampCommand, expose(6, 1));
+  rig.run_for(2.0);
+  REQUIRE(rig.answers().size() == 2);
+  CHECK(rig.answers()[1].outcome == std::int8_t(Outcome::kDone));
+  CHECK(rig.count("RUN") == 1);
+}
+
+TEST_CASE("an intent stands on the disk before the lamp is told anything") {
+  LampRig rig;
+  rig.enable(1);
+  const int before = rig.sink.syncs;
+  rig.message(channels::kLampCommand, expose(7, 1));
+  CHECK(rig.sink.syncs == before + 1);
+}
+
+TEST_CASE("a command without a lease, of an older or of an unknown epoch is refused and nothing is sent") {
+  LampRig rig;
+  const std::size_t before = rig.written.size();
+  rig.message(channels::kLampCommand, expose(1, 0));
+  rig.enable(2);
+  rig.message(channels::kLampCommand, expose(2, 1));
+  rig.message(channels::kLampCommand, expose(3, 3));
+  REQUIRE(rig.answers().size() == 3);
+  for (const answer_t& a : rig.answers()) CHECK(a.outcome == std::int8_t(Outcome::kRefused));
+  CHECK(rig.answers()[1].text.find("older") != std::string::npos);
+  CHECK(rig.written.size() == before);
+}
+
+TEST_CASE("a second command while one is in progress is refused and does not disturb it") {
+  LampRig rig;
+  rig.enable(1);
+  rig.message(channels::kLampCommand, expose(1, 1));
+  rig.message(channels::kLampCommand, expose(2, 1));
+  REQUIRE(rig.answers().size() == 1);
+  CHECK(rig.answers()[0].command_id == 2);
+  CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kRefused));
+  rig.run_for(2.0);
+  CHECK(rig.answers().back().command_id == 1);
+  CHECK(rig.answers().back().outcome == std::int8_t(Outcome::kDone));
+}
+
+TEST_CASE("a lease that ends during an exposure closes the shutter by itself") {
+  LampRig rig;
+  rig.enable(1, 0.3);
+  rig.message(channels::kLampCommand, expose(1, 1));
+  rig.run_for(0.31);
+  CHECK(rig.count("CLS3A\r") == 2);  // once at the connection, once now
+  REQUIRE(!rig.faults().empty());
+  CHECK(rig.faults().back().severity == std::int8_t(Severity::kStop));
+  rig.enable(1);  // the same epoch does not bring the lease back
+  rig.message(channels::kLampCommand, expose(2, 1));
+  CHECK(rig.answers().back().outcome == std::int8_t(Outcome::kRefused));
+}
+
+TEST_CASE("SAFE is told for the new epoch only when the shutter has answered, and told again when it is asked again") {
+  LampRig rig;
+  rig.enable(1);
+  rig.message(channels::kLampCommand, expose(1, 1));
+  rig.answer = nullptr;
+  rig.safe_stop(2);
+  CHECK(rig.written.ends_with("CLS3A\r"));
+  for (const device_state_t& s : rig.states()) CHECK(s.enable_epoch < 2);
+  rig.answer = lamp_answer;
+  const std::string received = lamp_answer("CLS3A\r");
+  Event e;
+  e.kind = EventKind::kIo;
+  e.bytes = std::as_bytes(std::span(received.data(), received.size()));
+  rig.give(e);
+  REQUIRE(rig.states().back().enable_epoch == 2);
+  CHECK(rig.states().back().state == std::int8_t(DeviceState::kSafe));
+  const std::size_t told = rig.states().size();
+  rig.safe_stop(2);
+  CHECK(rig.states().size() == told + 1);
+  CHECK(rig.states().back().enable_epoch == 2);
+  REQUIRE(rig.answers().size() == 1);
+  CHECK(rig.answers()[0].outcome != std::int8_t(Outcome::kDone));
+}
+
+TEST_CASE("after a resume the unfinished exposure is answered under its own id, and it is not begun again") {
+  LampRig rig;
+  rig.enable(1);
+  rig.message(channels::kLampCommand, expose(5, 1));
+  rig.run_for(0.1);
+  rig.start(1);  // the process died and its write-ahead file was replayed
+  rig.run_for(3.0);
+  REQUIRE(rig.answers().size() == 1);
+  CHECK(rig.answers()[0].command_id == 5);
+  CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kUnknown));
+  CHECK(rig.count("RUN") == 1);
+  for (const fault_t& f : rig.faults()) CHECK(f.severity < std::int8_t(Severity::kStop));
+}
+
+TEST_CASE("a stage pattern that contradicts its grid is refused, naming both sizes") {
+  Rig rig(NodeId::kStage, std::make_unique<StageNode>(Experiment{}));
+  rig.start(0);
+  rig.enable(1);
+  stage_command_t c{};
+  c.command_id = 1;
+  c.enable_epoch = 1;
+  c.verb = 1;
+  c.grid.nx = c.grid.ny = 4;
+  c.grid.pitch_x_mm = c.grid.pitch_y_mm = 0.25;
+  c.n = 15;
+  c.drops.assign(15, 1);
+  rig.message(channels::kStageCommand, c);
+  const auto answers = rig.all(channels::answer(NodeId::kStage));
+  REQUIRE(answers.size() == 1);
+  CHECK(answers[0].outcome == std::int8_t(Outcome::kRefused));
+  CHECK(answers[0].text == "drops[] has 15 cells, the grid 16");
+}
+
+TEST_CASE("a waveform that the jet cannot take is refused before anything runs") {
+  Experiment e;
+  e.jet.dwell_v = 20.5;
+  CHECK_THROWS_WITH(JetNode(e), Catch::Contains("whole volts"));
+  e.jet.dwell_v = 2000.0;
+  CHECK_THROWS_WITH(JetNode(e), Catch::Contains("dwell voltage"));
+}
