@@ -69,17 +69,16 @@ class DriverNode : public Node {
 
  protected:
   /// Runs `act` unless the command was seen before (then its answer is sent again, it is never executed twice), the
-  /// lease forbids it, another command is in progress, or `broken` names what is wrong with it. With `physical`, the
-  /// command stands on the disk before anything leaves this step.
+  /// lease forbids it, or another command is in progress. With `physical`, the command stands on the disk before anything
+  /// leaves this step. The ranges of its fields were checked when it was received (lcmtypes/limits.cpp).
   template <class Command, class Act>
-  void perform(const Command& c, bool physical, const std::string& broken, Time now, Outbox& out, Act&& act) {
+  void perform(const Command& c, bool physical, Time now, Outbox& out, Act&& act) {
     if (c.command_id == answer_.command_id) {
       if (!in_progress_) out.send(channels::answer(id_), answer_);
       return;
     }
     if (c.command_id < answer_.command_id) return;  // older than what was answered last
     std::string why = guard_.refusal(c.enable_epoch, now);
-    if (why.empty()) why = broken;
     if (why.empty() && in_progress_) why = "command " + std::to_string(answer_.command_id) + " is still in progress";
     if (!why.empty()) {
       answer_t refused = blank_answer(c.command_id);

@@ -19,9 +19,7 @@ LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(
 void LampNode::on(const lamp_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
   using drivers::Lamp;
-  const bool known = LampVerb(c.verb) == LampVerb::kExpose;
-  const std::string broken = known ? std::string() : "LAMP_COMMAND: verb " + std::to_string(c.verb) + " does not exist";
-  perform(c, true, broken, now, out,
+  perform(c, true, now, out,
           [&](Lamp& lamp, std::int64_t now_us, Effects& fx) { lamp.expose(c.exposure_s, c.iris_percent, now_us, fx); });
 }
 

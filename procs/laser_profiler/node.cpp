@@ -24,9 +24,7 @@ void LaserProfilerNode::on(const profiler_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
   using drivers::LaserProfiler;
   const ProfilerVerb verb = ProfilerVerb(c.verb);
-  const bool known = verb == ProfilerVerb::kArm || verb == ProfilerVerb::kEnd;
-  const std::string broken = known ? std::string() : "PROFILER_COMMAND: verb " + std::to_string(c.verb) + " does not exist";
-  perform(c, false, broken, now, out, [&](LaserProfiler& profiler, std::int64_t now_us, Effects& fx) {
+  perform(c, false, now, out, [&](LaserProfiler& profiler, std::int64_t now_us, Effects& fx) {
     if (verb == ProfilerVerb::kArm) {
       scan_ = c;
       profiler.arm(c.rows, now_us, fx);

@@ -21,20 +21,6 @@ drivers::StageConfig stage_config(const Experiment& e) {
   return c;
 }
 
-// What is wrong with the pattern of a pass, or nothing.
-std::string broken_pattern(const stage_command_t& c) {
-  const GridSpec grid = from_message(c.grid);
-  try {
-    check(grid);
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  if (std::size_t(c.n) != grid.size() || c.drops.size() != grid.size())
-    return "drops[] has " + std::to_string(c.drops.size()) + " cells, the grid " + std::to_string(grid.size());
-  if (c.pass < 0 || c.pass > 254) return "pass " + std::to_string(c.pass) + " is outside [0, 254]";
-  return {};
-}
-
 }  // namespace
 
 StageNode::StageNode(const Experiment& e) : DriverNode(NodeId::kStage, stage_config(e)) { subscribe(channels::kStageCommand, this); }
@@ -44,23 +30,22 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
   using drivers::Stage;
   switch (StageVerb(c.verb)) {
     case StageVerb::kPass:
-      return perform(c, true, broken_pattern(c), now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
+      return perform(c, true, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
         DropletPattern pattern(from_message(c.grid));
         std::copy(c.drops.begin(), c.drops.end(), pattern.cells.begin());
         stage.run_pass(pattern, c.pass, c.z_mm, c.speed_mm_s, now_us, fx);
       });
     case StageVerb::kScan:
-      return perform(c, false, {}, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
+      return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
         stage.scan(c.x_mm, c.y_mm, c.z_mm, c.grid.pitch_y_mm, c.rows, c.speed_mm_s, now_us, fx);
       });
     case StageVerb::kMove:
-      return perform(c, false, {}, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
+      return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
         stage.move_to(c.x_mm, c.y_mm, c.z_mm, c.speed_mm_s, now_us, fx);
       });
     case StageVerb::kHome:
-      return perform(c, false, {}, now, out, [](Stage& stage, std::int64_t now_us, Effects& fx) { stage.home(now_us, fx); });
+      return perform(c, false, now, out, [](Stage& stage, std::int64_t now_us, Effects& fx) { stage.home(now_us, fx); });
   }
-  perform(c, false, "STAGE_COMMAND: verb " + std::to_string(c.verb) + " does not exist", now, out, [](Stage&, std::int64_t, Effects&) {});
 }
 
 std::unique_ptr<Node> make_stage(const std::string& config_toml, const Blobs&) {
