@@ -50,6 +50,7 @@ class TinyScheduler : public Node {
     c.command_id = c.scan_id = ++scans_;
     c.layer = std::int32_t(scans_ - 1);
     c.rows = kTinyRows;
+    c.pitch_y_mm = 0.25;
     out.send(channels::kProfilerCommand, c);
   }
 
@@ -79,6 +80,7 @@ class TinyProfiler : public Node {
       p.row = row_++;
       p.rows = kTinyRows;
       p.sample_utime_us = now.us;
+      p.dx_mm = 0.25;
       p.z_mm.resize(kTinyColumns);
       std::memcpy(p.z_mm.data(), held_.data(), kLine);
       held_.erase(held_.begin(), held_.begin() + kLine);
