@@ -8,6 +8,7 @@
 #include "cli/config_command.h"
 #include "cli/dataflow_command.h"
 #include "cli/exit_codes.h"
+#include "cli/log_command.h"
 #include "cli/replay_command.h"
 #include "config/fields.h"
 #include "runtime/build_info.h"
@@ -66,6 +67,27 @@ void declare_replay(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_log(CLI::App& app, Run& run) {
+  const auto sub = [&](const char* name, const char* help, LogAction action) {
+    CLI::App& s = *app.add_subcommand(name, help);
+    auto o = bind(s, run, run_log);
+    o->action = action;
+    s.add_option("LOG", o->file, "log.lcm, nodes/<node>.wal or world.rec")->required();
+    if (action != LogAction::kCat) json_flag(s, o->json);
+    return std::pair(&s, o);
+  };
+  sub("verify", "checksums, gaps and limits; exit 1 if anything is damaged", LogAction::kVerify);
+  auto [cat, c] = sub("cat", "one JSON object per event or record", LogAction::kCat);
+  cat->add_option("-c,--channel", c->channels, "only this channel; may be repeated")->allow_extra_args(false);
+  cat->add_option("--from", c->from_s, "first node time [s]");
+  cat->add_option("--to", c->to_s, "last node time [s]");
+  cat->add_option("-n,--count", c->count, "at most so many lines");
+  cat->add_flag("--full", c->full, "whole arrays");
+  auto [repair, r] = sub("repair", "fills gaps from the write-ahead files", LogAction::kRepair);
+  repair->add_option("--sources", r->sources, "folder of write-ahead files; default: nodes/ beside the log");
+  app.require_subcommand(1);
+}
+
 struct Command {
   const char* name;
   const char* help;
@@ -76,6 +98,7 @@ struct Command {
 constexpr Command kCommands[] = {
     {"config", "checks, resolves and documents experiment files", declare_config},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
+    {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},
 };
 

@@ -1,0 +1,232 @@
+#include "cli/log_command.h"
+
+#include <algorithm>
+#include <iostream>
+#include <map>
+#include <ostream>
+
+#include "cli/exit_codes.h"
+#include "cli/log_lines.h"
+#include "cli/log_repair.h"
+#include "lcmtypes/channels.h"
+#include "lcmtypes/validate.h"
+#include "logfile/event_log.h"
+#include "logfile/record_file.h"
+#include "runtime/transport_wire.h"
+
+namespace firn {
+namespace {
+
+using namespace logfile;
+
+constexpr std::size_t kShownProblems = 20;
+
+struct Channel {
+  std::uint64_t messages = 0, missing = 0;
+  std::int32_t incarnation = 0;
+  std::int64_t last_seq = 0;
+};
+
+struct Verdict {
+  std::string kind;
+  std::uint64_t bytes = 0, pieces = 0, checked = 0;
+  DamageList damage;
+  std::vector<std::string> problems;  // of the content; the first kShownProblems are shown
+  std::uint64_t problem_count = 0;
+  std::map<std::string, Channel, std::less<>> channels;
+  std::string note;
+
+  void problem(const std::string& what) {
+    if (++problem_count <= kShownProblems) problems.push_back(what);
+  }
+  bool ok() const { return damage.count() == 0 && problem_count == 0; }
+};
+
+bool is_record_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  return path.extension() == ".wal" || path.extension() == ".rec" || RecordReader(bytes).header_ok();
+}
+
+// Messages of reliable channels are numbered without gaps; a missing one is a gap of the recording.
+void count_message(Verdict& v, const Event& e) {
+  const auto it = v.channels.try_emplace(std::string(e.channel)).first;
+  Channel& c = it->second;
+  ++c.messages;
+  const ChannelInfo* info = find_channel(e.channel);
+  if (!info || e.damaged) return;
+  if (const auto wrong = validate(*info, e.data)) v.problem("event " + std::to_string(e.eventnum) + ": " + *wrong);
+  const auto header = wire::read_header(e.data);
+  if (!header || info->delivery != Delivery::kReliable) return;
+  if (header->seq > c.last_seq + 1) c.missing += std::uint64_t(header->seq - c.last_seq - 1);
+  c.last_seq = std::max(c.last_seq, header->seq);
+}
+
+Verdict verify_events(const std::filesystem::path& path) {
+  const EventLogFile file(path);
+  EventLogReader reader = file.reader();
+  Verdict v;
+  v.kind = "event log";
+  v.bytes = file.bytes().size();
+  if (!file.has_index())
+    v.note = "no index beside it: changed payload bits cannot be seen";
+  else if (reader.index_ignored())
+    v.problem("the index belongs to another log");
+  while (const auto e = reader.next()) {
+    ++v.pieces;
+    v.checked += e->checked;
+    count_message(v, *e);
+  }
+  for (const auto& [name, c] : v.channels)
+    if (c.missing) v.problem("recording gap: " + std::to_string(c.missing) + " messages of " + name + "; `firn log repair` fills it from the write-ahead files");
+  for (const Damage& d : file.index().damage().list())
+    v.problem("index: byte " + std::to_string(d.offset) + ": " + std::string(d.reason));
+  v.damage = reader.damage();
+  return v;
+}
+
+Verdict verify_records(const std::filesystem::path& path) {
+  const MappedFile file(path);
+  RecordReader reader(file.bytes());
+  Verdict v;
+  v.kind = path.extension() == ".wal" ? "write-ahead file" : "record file";
+  v.bytes = file.bytes().size();
+  while (const auto r = reader.next()) {
+    ++v.pieces;
+    v.checked += !r->damaged;
+    const RecordLine line = record_line(*r, path.extension() == ".wal", {});
+    if (!line.error.empty() && !r->damaged) v.problem("record " + std::to_string(r->index) + ": " + line.error);
+  }
+  v.damage = reader.damage();
+  return v;
+}
+
+void print_json(const LogOptions& o, const Verdict& v, std::ostream& out) {
+  out << "{\"ok\":" << (v.ok() ? "true" : "false") << ",\"file\":" << json_string(o.file) << ",\"kind\":" << json_string(v.kind)
+      << ",\"bytes\":" << v.bytes << ",\"read\":" << v.pieces << ",\"checked\":" << v.checked << ",\"lost\":" << v.damage.lost()
+      << ",\"damage_count\":" << v.damage.count() << ",\"damage\":[";
+  for (std::size_t i = 0; i < v.damage.list().size(); ++i) {
+    const Damage& d = v.damage.list()[i];
+    out << (i ? "," : "") << "{\"offset\":" << d.offset << ",\"bytes\":" << d.bytes << ",\"reason\":" << json_string(d.reason)
+        << ",\"lost\":" << d.lost << "}";
+  }
+  out << "],\"problem_count\":" << v.problem_count << ",\"problems\":[";
+  for (std::size_t i = 0; i < v.problems.size(); ++i) out << (i ? "," : "") << json_string(v.problems[i]);
+  out << "],\"channels\":{";
+  const char* comma = "";
+  for (const auto& [name, c] : v.channels) {
+    out << comma << json_string(name) << ":{\"messages\":" << c.messages << ",\"missing\":" << c.missing << "}";
+    comma = ",";
+  }
+  out << "}}\n";
+}
+
+void print_text(const LogOptions& o, const Verdict& v, std::ostream& out) {
+  out << o.file << ": " << v.kind << ", " << v.bytes << " bytes, " << v.pieces << " read, " << v.checked
+      << " with checksum, " << v.damage.lost() << " lost\n";
+  if (!v.note.empty()) out << "  note: " << v.note << "\n";
+  for (std::size_t i = 0; i < std::min(kShownProblems, v.damage.list().size()); ++i) {
+    const Damage& d = v.damage.list()[i];
+    out << "  byte " << d.offset << ": " << d.reason << " (" << d.bytes << " bytes, " << d.lost << " lost)\n";
+  }
+  if (v.damage.count() > kShownProblems) out << "  ... " << v.damage.count() << " damages in all\n";
+  for (const std::string& p : v.problems) out << "  " << p << "\n";
+  if (v.problem_count > kShownProblems) out << "  ... " << v.problem_count << " problems in all\n";
+  out << (v.ok() ? "ok\n" : "DAMAGED\n");
+}
+
+bool wanted(const LogOptions& o, std::string_view channel) {
+  return o.channels.empty() || std::find(o.channels.begin(), o.channels.end(), channel) != o.channels.end();
+}
+bool wanted(const LogOptions& o, std::int64_t us) { return double(us) * 1e-6 >= o.from_s && double(us) * 1e-6 <= o.to_s; }
+
+template <class Piece>
+int finish_cat(const LogOptions& o, const DamageList& damage, Piece what, std::ostream& err) {
+  for (const Damage& d : damage.list())
+    err << o.file << ": byte " << d.offset << ": " << d.reason << " (" << d.lost << " " << what << " lost)\n";
+  return damage.count() ? kFailed : kOk;
+}
+
+int cat_events(const LogOptions& o, std::ostream& out, std::ostream& err) {
+  const EventLogFile file(o.file);
+  EventLogReader reader = file.reader();
+  const JsonOptions json{16, o.full};
+  std::int64_t left = o.count;
+  while (left != 0) {
+    const auto e = reader.next();
+    if (!e) break;
+    if (!wanted(o, e->channel) || !wanted(o, e->utime_us)) continue;
+    out << event_line(*e, json) << '\n';
+    if (!out) return kFailed;  // nobody reads on
+    if (left > 0) --left;
+  }
+  return finish_cat(o, reader.damage(), "events", err);
+}
+
+int cat_records(const LogOptions& o, std::ostream& out, std::ostream& err) {
+  const MappedFile file(o.file);
+  RecordReader reader(file.bytes());
+  const JsonOptions json{16, o.full};
+  std::int64_t left = o.count, now_us = 0;
+  while (left != 0) {
+    const auto r = reader.next();
+    if (!r) break;
+    const RecordLine line = record_line(*r, std::filesystem::path(o.file).extension() == ".wal", json);
+    now_us = line.now_us.value_or(now_us);
+    const bool on_channel = o.channels.empty() || std::any_of(line.channels.begin(), line.channels.end(), [&](const auto& c) { return wanted(o, c); });
+    if (!on_channel || !wanted(o, now_us)) continue;
+    out << line.json << '\n';
+    if (!out) return kFailed;
+    if (left > 0) --left;
+  }
+  return finish_cat(o, reader.damage(), "records", err);
+}
+
+bool is_records(const LogOptions& o) { return is_record_file(o.file, MappedFile(o.file).bytes()); }
+
+}  // namespace
+
+int log_verify(const LogOptions& o, std::ostream& out) {
+  const Verdict v = is_records(o) ? verify_records(o.file) : verify_events(o.file);
+  (o.json ? print_json : print_text)(o, v, out);
+  return v.ok() ? kOk : kFailed;
+}
+
+int log_cat(const LogOptions& o, std::ostream& out, std::ostream& err) {
+  for (const std::string& c : o.channels)
+    if (!find_channel(c)) err << "firn log cat: note: channel " << c << " is not in Firn's table\n";
+  return is_records(o) ? cat_records(o, out, err) : cat_events(o, out, err);
+}
+
+int log_repair(const LogOptions& o, std::ostream& out) {
+  if (is_records(o)) throw UsageError(o.file + ": a write-ahead file is the record itself; only an event log can be repaired");
+  const std::filesystem::path sources = o.sources.empty() ? std::filesystem::path(o.file).parent_path() / "nodes" : std::filesystem::path(o.sources);
+  if (!std::filesystem::is_directory(sources)) throw UsageError(sources.string() + ": no folder of write-ahead files to repair from");
+  const RepairReport r = repair_from_write_ahead(o.file, sources);
+  if (o.json) {
+    out << "{\"rewritten\":" << (r.rewritten ? "true" : "false") << ",\"events\":" << r.events << ",\"inserted\":" << r.inserted
+        << ",\"replaced\":" << r.replaced << ",\"repeated\":" << r.repeated << ",\"left_out\":" << r.left_out
+        << ",\"kept\":" << json_string(r.kept_path.string()) << ",\"gaps\":[";
+    for (std::size_t i = 0; i < r.gaps.size(); ++i)
+      out << (i ? "," : "") << "{\"channel\":" << json_string(r.gaps[i].channel) << ",\"inserted\":" << r.gaps[i].inserted
+          << ",\"replaced\":" << r.gaps[i].replaced << ",\"first_utime_us\":" << r.gaps[i].first_utime_us
+          << ",\"last_utime_us\":" << r.gaps[i].last_utime_us << "}";
+    out << "]}\n";
+  } else {
+    for (const std::string& line : describe(r)) out << line << "\n";
+    out << o.file << ": " << r.events << " events, " << (r.rewritten ? "repaired" : "nothing to repair") << "\n";
+  }
+  return r.left_out ? kFailed : kOk;
+}
+
+int run_log(const LogOptions& o) try {
+  switch (o.action) {
+    case LogAction::kVerify: return log_verify(o, std::cout);
+    case LogAction::kCat: return log_cat(o, std::cout, std::cerr);
+    case LogAction::kRepair: return log_repair(o, std::cout);
+  }
+  return kUsage;
+} catch (const FileError& e) {
+  if (o.action == LogAction::kRepair) throw;
+  throw UsageError(e.what());
+}
+
+}  // namespace firn

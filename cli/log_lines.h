@@ -1,0 +1,27 @@
+// What `firn log cat` prints of one event or record: a JSON object on one line.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/schema.h"
+#include "logfile/event_log.h"
+#include "logfile/record_file.h"
+
+namespace firn {
+
+std::string event_line(const logfile::Event& event, const JsonOptions& options);
+
+/// A record in readable form.
+struct RecordLine {
+  std::string json;
+  std::string error;                   ///< of a payload that cannot be decoded
+  std::optional<std::int64_t> now_us;  ///< of an event; other records belong to the event before
+  std::vector<std::string> channels;   ///< that it is about
+};
+/// @param write_ahead whether the kinds are those of runtime/write_ahead.h; else only kind and size are known
+RecordLine record_line(const logfile::Record& record, bool write_ahead, const JsonOptions& options);
+
+}  // namespace firn

@@ -1,0 +1,17 @@
+// Fills a run's log from its write-ahead files: at the end of a print, at a resume, and by `firn log repair`.
+#pragma once
+
+#include <filesystem>
+
+#include "logfile/repair.h"
+
+namespace firn {
+
+/// @param log log.lcm of the run. @param wal_folder its nodes/: every logged message among the outputs of its
+///        write-ahead files must be in the log. Nobody may be writing the log. @throws logfile::FileError
+logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log, const std::filesystem::path& wal_folder);
+
+/// The (incarnation, seq) of a message with a header; nothing for others.
+std::optional<logfile::MessageKey> message_key(std::string_view channel, std::span<const std::byte> message);
+
+}  // namespace firn
