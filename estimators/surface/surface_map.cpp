@@ -18,22 +18,26 @@ double median(std::vector<T>& v) {
   return 0.5 * (upper + double(*std::max_element(v.begin(), middle)));
 }
 
-double mean_within(const std::vector<float>& sorted, double low, double high) {
+double median_of_sorted(const std::vector<float>& v) {
+  const std::size_t half = v.size() / 2;
+  return v.size() % 2 == 1 ? double(v[half]) : 0.5 * (double(v[half - 1]) + double(v[half]));
+}
+
+double mean_within(const std::vector<float>& z, double low, double high) {
   double sum = 0.0, n = 0.0;
-  for (const float z : sorted)
-    if (z >= low && z <= high) sum += double(z), n += 1.0;
+  for (const float s : z)
+    if (s >= low && s <= high) sum += double(s), n += 1.0;
   return sum / n;
 }
 
 double height_of_cell(std::vector<float>& z, CellStatistic statistic, std::vector<double>& scratch) {
   std::sort(z.begin(), z.end());  // sums below do not depend on the order of arrival
   if (statistic == CellStatistic::kMean) return mean_within(z, z.front(), z.back());
-  const double middle = median(z);
+  const double middle = median_of_sorted(z);
   if (statistic == CellStatistic::kMedian) return middle;
   scratch.clear();
   for (const float s : z) scratch.push_back(std::abs(double(s) - middle));
   const double reach = std::max(4.0 * kMadToStd * median(scratch), 1e-3);
-  std::sort(z.begin(), z.end());
   return mean_within(z, middle - reach, middle + reach);
 }
 
@@ -109,7 +113,7 @@ void SurfaceMap::add_row(double y_mm, double x0_mm, double dx_mm, std::span<cons
   if (j < 0) return;
   for (std::size_t n = 0; n < z_mm.size(); ++n) {
     if (!std::isfinite(z_mm[n])) continue;
-    if (n > 0 && std::isfinite(z_mm[n - 1])) differences_.push_back(std::abs(z_mm[n] - z_mm[n - 1]));
+    if (n % 4 == 1 && std::isfinite(z_mm[n - 1])) differences_.push_back(std::abs(z_mm[n] - z_mm[n - 1]));
     const int i = cell_along(x0_mm + double(n) * dx_mm, grid_.origin_x_mm, grid_.pitch_x_mm, grid_.nx);
     if (i >= 0) samples_[grid_.index(i, j)].push_back(z_mm[n]);
   }

@@ -56,7 +56,7 @@ class SurfaceMap {
 
   GridSpec grid_;
   std::vector<std::vector<float>> samples_;  // per cell
-  std::vector<float> differences_;           // |z[n + 1] - z[n]| of adjacent valid samples
+  std::vector<float> differences_;           // |z[n + 1] - z[n]| of every fourth pair of valid samples
 };
 
 }  // namespace firn::surface

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
+#include "core/grid/npy.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "lcmtypes/convert.h"
@@ -13,7 +16,6 @@ namespace {
 
 constexpr TimerId kLateRows{1};
 constexpr double kWaitForRows_s = 2.0;
-constexpr std::int32_t kMostRows = 4 * kMaxGridSide;
 constexpr std::size_t kMostPreviewCells = 14'800;  // of 4 bytes, within 60 kB with the message's head
 
 void warn(const std::string& text, Outbox& out) {
@@ -26,8 +28,10 @@ void warn(const std::string& text, Outbox& out) {
 
 }  // namespace
 
-SurfaceMapper::SurfaceMapper(const Experiment& e)
-    : grid_(e.grid), wait_s_(kWaitForRows_s * e.run.time_scale), smooth_(e.control.smoothing > 0.0), map_(e.grid) {
+SurfaceMapper::SurfaceMapper(const Experiment& e, Mask mask)
+    : grid_(e.grid), wait_s_(kWaitForRows_s * e.run.time_scale), mask_(std::move(mask)), map_(e.grid) {
+  if (mask_.size() != grid_.size()) throw std::invalid_argument("surface_mapper: the mask does not have the grid's size");
+  if (e.control.smoothing > 0.0) smoother_.emplace(grid_);
   subscribe(channels::kHeightProfile, this);
   subscribe(channels::kScanDone, this);
 }
@@ -40,29 +44,15 @@ bool SurfaceMapper::enter_scan(std::int64_t scan_id, Outbox& out) {
   out.cancel(kLateRows);
   map_.clear();
   scan_id_ = scan_id;
-  mapped_ = complained_ = done_ = false;
+  mapped_ = done_ = false;
   seen_.clear();
   rows_in_ = 0;
   last_sample_us_ = 0;
   return true;
 }
 
-std::string SurfaceMapper::complaint(const height_profile_t& m) const {
-  if (m.rows < 1 || m.rows > kMostRows) return "rows = " + std::to_string(m.rows) + " is outside 1.." + std::to_string(kMostRows);
-  if (m.row < 0 || m.row >= m.rows) return "row is outside 0.." + std::to_string(m.rows - 1);
-  if (!std::isfinite(m.x0_mm) || !std::isfinite(m.y_mm)) return "x0_mm or y_mm is not finite";
-  if (!(std::isfinite(m.dx_mm) && m.dx_mm > 0.0)) return "dx_mm = " + std::to_string(m.dx_mm) + " is not above 0";
-  return {};
-}
-
 void SurfaceMapper::on(const height_profile_t& m, Time, Outbox& out) {
   if (!enter_scan(m.scan_id, out)) return;
-  if (const std::string what = complaint(m); !what.empty()) {
-    if (!complained_)
-      warn("HEIGHT_PROFILE row " + std::to_string(m.row) + " of scan " + std::to_string(m.scan_id) + ": " + what, out);
-    complained_ = true;
-    return;
-  }
   if (seen_.size() < std::size_t(m.rows)) seen_.resize(std::size_t(m.rows));
   if (seen_[std::size_t(m.row)]) return;
   seen_[std::size_t(m.row)] = 1;
@@ -91,6 +81,7 @@ void SurfaceMapper::publish(Outbox& out) {
   out.cancel(kLateRows);
   mapped_ = true;
   surface::SurfaceEstimate e = map_.estimate(options_);
+  if (smoother_ && e.measured_fraction > 0.0) smooth(e);
 
   height_map_t m{};
   m.layer = scan_done_.layer;
@@ -103,6 +94,15 @@ void SurfaceMapper::publish(Outbox& out) {
   m.quality.assign(e.quality.cells.begin(), e.quality.cells.end());
   out.send(channels::kHeightMap, std::move(m));
   out.send(channels::kHeightPreview, preview_of(e.height, scan_done_.layer));
+}
+
+void SurfaceMapper::smooth(surface::SurfaceEstimate& e) {
+  Grid<double> weights(grid_);
+  for (std::size_t c = 0; c < weights.size(); ++c)
+    weights.cells[c] = mask_.cells[c] && e.quality.cells[c] == std::uint8_t(surface::Quality::kMeasured) ? 1.0 : 0.0;
+  const surface::Smoothed s = smoother_->smooth(e.height, &weights, {});
+  for (std::size_t c = 0; c < weights.size(); ++c)
+    if (mask_.cells[c]) e.height.cells[c] = s.height.cells[c];
 }
 
 preview_t preview_of(const HeightMap& h, std::int32_t layer) {
@@ -126,8 +126,9 @@ preview_t preview_of(const HeightMap& h, std::int32_t layer) {
   return p;
 }
 
-std::unique_ptr<Node> make_surface_mapper(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<SurfaceMapper>(parse_experiment(config_toml, "experiment.toml"));
+std::unique_ptr<Node> make_surface_mapper(const std::string& config_toml, const Blobs& blobs) {
+  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  return std::make_unique<SurfaceMapper>(e, mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
 }
 
 }  // namespace firn

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/experiment.h"
+#include "estimators/surface/robust_smoothing.h"
 #include "estimators/surface/surface_map.h"
 #include "firn/height_profile_t.hpp"
 #include "firn/preview_t.hpp"
@@ -17,30 +19,31 @@ namespace firn {
 /// Gathers the profiles of one scan and answers SCAN_DONE with the map. Profiles and SCAN_DONE travel on two channels, so
 /// rows may still come after it: the node waits up to 2 s of run time for the rows that SCAN_DONE counted, then maps what
 /// there is (missing cells in-filled and marked, measured_fraction tells). The map does not depend on the order of rows.
-/// Rows that come twice or out of order, and rows of an older scan, change nothing; a malformed row is left out and
-/// named in a fault (warning). A newer scan_id drops the unfinished scan. One map per scan; map_id counts the maps.
+/// Rows that come twice or out of order, and rows of an older scan, change nothing (malformed rows do not get past the
+/// check at decode). With control.smoothing on, the part's cells get the robust DCT smoothing of the measured
+/// ones (in-filled cells and those off the mask have no weight). A newer scan_id drops the unfinished scan. One map per scan; map_id counts the maps.
 class SurfaceMapper final : public Node {
  public:
-  explicit SurfaceMapper(const Experiment& experiment);
+  SurfaceMapper(const Experiment& experiment, Mask mask);
   void on(const height_profile_t&, Time now, Outbox&);
   void on(const scan_done_t&, Time now, Outbox&);
   void wake(TimerId, Time now, Outbox&) override;
 
  private:
   bool enter_scan(std::int64_t scan_id, Outbox&);  ///< false: an older scan, or this one is mapped already
-  std::string complaint(const height_profile_t&) const;  ///< empty: the row can be used
   void publish(Outbox&);
+  void smooth(surface::SurfaceEstimate& estimate);
 
   GridSpec grid_;
   double wait_s_;
   surface::MapOptions options_;
-  bool smooth_;
+  Mask mask_;
+  std::optional<surface::RobustSmoother> smoother_;  ///< with control.smoothing
   surface::SurfaceMap map_;
   std::int64_t scan_id_ = -1;          ///< of the scan being gathered or mapped last
   bool mapped_ = true;
   std::vector<std::uint8_t> seen_;     ///< rows of this scan that have come
   std::int32_t rows_in_ = 0;
-  bool complained_ = false;            ///< one warning per scan
   std::int64_t last_sample_us_ = 0;
   bool done_ = false;
   scan_done_t scan_done_;

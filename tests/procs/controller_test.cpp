@@ -94,8 +94,7 @@ TEST_CASE("A map that cannot be used stops the print with a fault that names why
     other.pitch_x_mm = 0.3;
     CHECK(PlanDecision(bench.ask(HeightMap(other), 1, 3).decision) == PlanDecision::kStop);
     CHECK(PlanDecision(bench.ask(HeightMap(GridSpec{2, 2}), 1, 4).decision) == PlanDecision::kStop);
-    CHECK(PlanDecision(bench.ask(at_layer(g, 1), -5, 5).decision) == PlanDecision::kStop);
-    CHECK(bench.faults() == 4);
+    CHECK(bench.faults() == 3);
 
     HeightMap uneven = at_layer(g, 1);
     uneven.at(3, 3) += 0.006;

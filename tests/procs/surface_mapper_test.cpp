@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/grid/npy.h"
 #include "core/grid/random.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
@@ -21,8 +22,15 @@ Experiment small() {
   return e;
 }
 
+Mask disc() {
+  Mask m(small().grid);
+  for (int j = 1; j < 5; ++j)
+    for (int i = 1; i < 7; ++i) m.at(i, j) = 1;
+  return m;
+}
+
 struct Bench : test::NodeBench {
-  explicit Bench(const Experiment& e = small()) : NodeBench(NodeId::kSurfaceMapper, std::make_unique<SurfaceMapper>(e)) { start(); }
+  explicit Bench(const Experiment& e = small()) : NodeBench(NodeId::kSurfaceMapper, std::make_unique<SurfaceMapper>(e, disc())) { start(); }
 
   height_profile_t row(int j, std::int64_t scan_id, int layer, double height_mm) const {
     const GridSpec g = small().grid;
@@ -137,23 +145,23 @@ TEST_CASE("Rows of an older scan change nothing; a newer scan drops the unfinish
   CHECK(bench.faults() == 1);
 }
 
-TEST_CASE("A malformed row is left out and named once per scan; the map is made from the others") {
+TEST_CASE("A malformed row is left out and named; the map is made from the others") {
   const auto broken = [](auto change) {
     Bench bench;
     for (int j : {0, 1, 2, 3, 4}) bench.give(channels::kHeightProfile, bench.row(j, 1, 0, 0.1));
     height_profile_t bad = bench.row(5, 1, 0, 0.1);
     change(bad);
     bench.give(channels::kHeightProfile, bad);
-    bench.give(channels::kHeightProfile, bad);
     bench.give(channels::kScanDone, bench.done(1, 0, 5));
     REQUIRE(bench.maps().size() == 1);
-    CHECK(bench.faults() == 1);
+    REQUIRE(bench.faults() == 1);
     const height_map_t map = bench.maps()[0];
+    CHECK(map.measured_fraction < 0.9);
     for (float h : map.height_mm) CHECK(std::isfinite(h));
     return bench.last(channels::fault(NodeId::kSurfaceMapper)).text;
   };
-  CHECK_THAT(broken([](auto& p) { p.row = 6; }), Catch::Contains("row"));
-  CHECK_THAT(broken([](auto& p) { p.row = -1; }), Catch::Contains("row"));
+  CHECK_THAT(broken([](auto& p) { p.row = 6; }), Catch::Contains("row = 6"));
+  CHECK_THAT(broken([](auto& p) { p.row = -1; }), Catch::Contains("row = -1"));
   CHECK_THAT(broken([](auto& p) { p.rows = 2'000'000'000; }), Catch::Contains("rows = 2000000000"));
   CHECK_THAT(broken([](auto& p) { p.dx_mm = 0.0; }), Catch::Contains("dx_mm"));
   CHECK_THAT(broken([](auto& p) { p.x0_mm = std::nan(""); }), Catch::Contains("x0_mm"));
@@ -167,6 +175,37 @@ TEST_CASE("A scan without a single row is a map that measures nothing") {
   CHECK(bench.maps()[0].measured_fraction == 0.0);
   const height_map_t map = bench.maps()[0];
   for (float h : map.height_mm) CHECK(h == 0.0f);
+}
+
+TEST_CASE("control.smoothing takes the noise out of the part and leaves the surroundings and their cliff alone") {
+  Experiment e = small();
+  double error[2] = {};
+  for (const bool on : {false, true}) {
+    e.control.smoothing = on ? 1.0 : 0.0;
+    Bench bench(e);
+    RandomStream random(3, Purpose::kSensorNoise);
+    for (int j = 0; j < 6; ++j) {
+      height_profile_t p = bench.row(j, 1, 1, 0.0);
+      for (int n = 0; n < 80; ++n) {
+        const bool part = disc().at(n / 10, j);
+        p.z_mm[std::size_t(n)] = float((part ? 0.4 : 0.0) + 0.01 * random.normal());
+      }
+      bench.give(channels::kHeightProfile, p);
+    }
+    bench.give(channels::kScanDone, bench.done(1, 1));
+    const height_map_t map = bench.last(channels::kHeightMap);
+    for (std::size_t c = 0; c < 48; ++c) {
+      const double truth = disc().cells[c] ? 0.4 : 0.0;
+      CHECK(std::abs(double(map.height_mm[c]) - truth) < 0.02);
+      if (disc().cells[c]) error[on] += (double(map.height_mm[c]) - truth) * (double(map.height_mm[c]) - truth);
+    }
+  }
+  CHECK(error[1] < 0.5 * error[0]);
+}
+
+TEST_CASE("The mapper is built from the resolved configuration and the mask") {
+  CHECK(make_surface_mapper(dump(small()), {{"mask", "", to_npy(disc())}}) != nullptr);
+  CHECK_THROWS_WITH(make_surface_mapper(dump(small()), {}), Catch::Contains("mask"));
 }
 
 TEST_CASE("A preview keeps small maps as they are and reduces large ones by whole blocks to 60 kB") {
