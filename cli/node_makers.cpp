@@ -2,15 +2,25 @@
 
 #include "cli/targets.h"
 #include "procs/controller/node.h"
+#include "procs/jet/node.h"
+#include "procs/lamp/node.h"
+#include "procs/laser_profiler/node.h"
 #include "procs/safety/node.h"
 #include "procs/scheduler/node.h"
+#include "procs/stage/node.h"
+#include "procs/surface_mapper/node.h"
 
 namespace firn {
 
 std::span<const NamedMaker> node_makers() {
   static constexpr NamedMaker kMakers[] = {
       {NodeId::kScheduler, &make_scheduler},
+      {NodeId::kSurfaceMapper, &make_surface_mapper},
       {NodeId::kController, &make_controller_node},
+      {NodeId::kStage, &make_stage},
+      {NodeId::kJet, &make_jet},
+      {NodeId::kLaserProfiler, &make_laser_profiler},
+      {NodeId::kLamp, &make_lamp},
       {NodeId::kSafety, &make_safety},
   };
   return kMakers;

@@ -9,6 +9,7 @@
 #include "cli/dataflow_command.h"
 #include "cli/exit_codes.h"
 #include "cli/log_command.h"
+#include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "config/fields.h"
 #include "runtime/build_info.h"
@@ -88,6 +89,17 @@ void declare_log(CLI::App& app, Run& run) {
   app.require_subcommand(1);
 }
 
+void declare_print(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_print);
+  app.add_option("EXPERIMENT", o->experiment, "experiment file");
+  app.add_option("--resume", o->resume, "go on with the interrupted run in this folder");
+  app.add_option("--bus", o->bus, "in-process, or an LCM URL; default: loopback, a port of the run's own");
+  app.add_option("--set", o->overrides, "KEY=VALUE, after the file")->allow_extra_args(false);
+  app.add_option("--runs", o->runs, "where run folders go")->capture_default_str();
+  app.add_flag("--accept-doubt", o->accept_doubt, "with --resume: go on though droplets of the open loop are in doubt");
+  json_flag(app, o->json);
+}
+
 struct Command {
   const char* name;
   const char* help;
@@ -96,9 +108,10 @@ struct Command {
 
 // In the reader's order; a new command is one row, one declare_ function and its cli/<name>_command.{h,cpp}.
 constexpr Command kCommands[] = {
-    {"config", "checks, resolves and documents experiment files", declare_config},
+    {"print", "prints an experiment, live or in one process; resumes", declare_print},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
+    {"config", "checks, resolves and documents experiment files", declare_config},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},
 };
 

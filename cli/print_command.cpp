@@ -43,7 +43,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     o.resume = resume;
     o.accept_doubt = options.accept_doubt;
     o.progress = on_layer;
-    s.result = launch(run, o);
+    s.result = launch(run, o).result;
   }
   progress.done();
   s.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();

@@ -201,8 +201,9 @@ void Scheduler::act_on_map(Time now, Outbox& out) {
   proceed(Phase::kAwaitPlan, now, out);
 }
 
+// A plan too can arrive before the scheduler has acted on the map that it answers.
 void Scheduler::on(const layer_plan_t& m, Time now, Outbox& out) {
-  if (m.map_id != map_id_ || m.attempt != scan_attempt_ || m.layer != layers_done_ + 1) return;
+  if (m.attempt != scan_attempt_ || m.layer != layers_done_ + 1) return;
   plan_ = m;
   if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
 }

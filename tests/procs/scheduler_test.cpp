@@ -367,5 +367,26 @@ TEST_CASE("a plan for another map is not carried out") {
   REQUIRE(lab.all(channels::kJetCommand).empty());
 }
 
+TEST_CASE("a map and its plan that overtake the profiler's last answer are not lost") {
+  FakeLab lab(5);
+  lab.begin(0);
+  while (lab.serve(0.0)) {
+    const auto commands = lab.all(channels::kProfilerCommand);
+    if (!commands.empty() && ProfilerVerb(commands.back().verb) == ProfilerVerb::kEnd) break;
+  }
+  const auto end = lab.last(channels::kProfilerCommand);
+  lab.seen = lab.sent.size();
+  lab.send_map();
+  REQUIRE(lab.all(channels::kLayerMetrics).empty());
+  layer_plan_t p{};
+  p.layer = 1;
+  p.map_id = lab.map_id;
+  set_drops(p, DropletPattern(lab.experiment.grid, 1));
+  lab.give(channels::kLayerPlan, p);
+  lab.plain(NodeId::kLaserProfiler, end, 0.0);
+  REQUIRE(lab.all(channels::kLayerMetrics).size() == 1);
+  REQUIRE(lab.all(channels::kJetCommand).size() == 1);
+}
+
 }  // namespace
 }  // namespace firn
