@@ -67,6 +67,7 @@ TEST_CASE("Messages cut anywhere, lengthened or flipped are refused or decode to
 
 TEST_CASE("Absurd array sizes and string lengths are refused at their byte, without allocating what they claim") {
   const auto whole = encode(some_layer_plan(5, 4));
+  REQUIRE_FALSE(check(type("layer_plan_t"), whole));        // the first use parses the schema, which allocates
   const std::size_t n_at = 8 + 28;                          // fingerprint, header
   const std::size_t reason_at = n_at + 4 + 4 + 4 + 8 + 1 + 4 + 40 + 8 + 8 + 8;
   for (const std::uint32_t v : {0x7fffffffu, 0xffffffffu, 0x80000000u, 0x40000000u, 100000u}) {
