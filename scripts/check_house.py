@@ -48,7 +48,7 @@ def line_of(text, position):
 
 def is_pure(path):
     return path.split("/")[0] in PURE_ROOMS and not path.startswith(OUTSIDE_REPLAY) \
-        and not path.endswith("/main.cpp") and not path.startswith("plant/setup.")
+        and not path.endswith("/main.cpp") and not path.startswith(("plant/setup.", "plant/serve"))
 
 
 def check_same_bytes(root):

@@ -31,6 +31,7 @@ ALLOWED = {
     "drivers": LEAVES,
     "plant": LEAVES + ("drivers", "logfile"),
     "procs/bus": ("runtime", "logfile", "lcmtypes"),
+    "procs/recorder": ("runtime", "logfile", "lcmtypes"),  # outside replay: it writes the log
     "procs": ("runtime", "lcmtypes", "drivers", "estimators", "config") + CORE,  # procs/X, never procs/Y
     "replay": ("procs", "runtime", "logfile", "lcmtypes") + CORE,
     "cli": None,  # None: anything

@@ -18,6 +18,7 @@ FOUND_BY_CMAKE = {
     "gnuplot": "gnuplot-nox", "clang++": "clang",
     "opencv_core": "libopencv-core-dev", "opencv_imgproc": "libopencv-imgproc-dev", "opencv_imgcodecs": "libopencv-imgcodecs-dev",
     "opencv2/core/version.hpp": "libopencv-core-dev",
+    "opencv2/core.hpp": "libopencv-core-dev",
     "opencv_${module}": "libopencv-core-dev",
 }
 FOUND_BY_PREFIX = {"sundials_": "libsundials-dev"}

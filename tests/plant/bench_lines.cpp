@@ -1,4 +1,4 @@
-#include "bench_lines.h"
+#include "tests/plant/bench_lines.h"
 
 #include <cmath>
 

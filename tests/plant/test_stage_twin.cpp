@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bench_lines.h"
+#include "tests/plant/bench_lines.h"
 #include "core/grid/random.h"
 #include "plant/twins/motion.h"
 

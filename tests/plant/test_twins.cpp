@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "bench_lines.h"
+#include "tests/plant/bench_lines.h"
 #include "core/grid/random.h"
 #include "plant/twins/lamp.h"
 

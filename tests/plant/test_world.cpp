@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <unistd.h>
 
-#include "bench_lines.h"
+#include "tests/plant/bench_lines.h"
 #include "core/grid/random.h"
 
 using namespace firn;
