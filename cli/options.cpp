@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "cli/audit_command.h"
 #include "cli/config_command.h"
 #include "cli/dataflow_command.h"
 #include "cli/exit_codes.h"
@@ -68,6 +69,12 @@ void declare_replay(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_audit(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_audit);
+  app.add_option("RUN", o->run, "run folder")->required();
+  json_flag(app, o->json);
+}
+
 void declare_log(CLI::App& app, Run& run) {
   const auto sub = [&](const char* name, const char* help, LogAction action) {
     CLI::App& s = *app.add_subcommand(name, help);
@@ -110,6 +117,7 @@ struct Command {
 constexpr Command kCommands[] = {
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
+    {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
     {"config", "checks, resolves and documents experiment files", declare_config},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},

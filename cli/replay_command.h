@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "replay/verdict.h"
+
 namespace firn {
 
 struct ReplayCommandOptions {
@@ -16,7 +18,10 @@ struct ReplayCommandOptions {
   bool json = false;
 };
 
-/// @returns 0 identical, 1 differs, 2 usage or a file that cannot be read
+/// @throws UsageError, ConfigError
+replay::RunVerdict replay_verdict(const ReplayCommandOptions& options);
+
+/// Prints the verdict. @returns 0 identical, 1 differs, 2 usage or a file that cannot be read
 int run_replay(const ReplayCommandOptions& options);
 
 }  // namespace firn

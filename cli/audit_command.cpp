@@ -1,0 +1,58 @@
+#include "cli/audit_command.h"
+
+#include <cstdio>
+#include <stdexcept>
+
+#include "cli/exit_codes.h"
+#include "cli/run_config.h"
+#include "config/experiment.h"
+#include "plant/record.h"
+
+namespace firn {
+namespace {
+
+replay::Shot::Outcome outcome_of(plant::ShotOutcome outcome) {
+  switch (outcome) {
+    case plant::ShotOutcome::kFired: return replay::Shot::Outcome::kFired;
+    case plant::ShotOutcome::kMissed: return replay::Shot::Outcome::kMissed;
+    default: return replay::Shot::Outcome::kIgnored;
+  }
+}
+
+}  // namespace
+
+std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& run) {
+  const std::filesystem::path path = run / "world.rec";
+  if (!std::filesystem::exists(path)) return {};
+  const plant::WorldHistory history = plant::read_history(path);
+  replay::WorldTruth truth;
+  truth.damaged = history.damaged;
+  for (const plant::ShotRecord& s : history.shots)
+    truth.shots.push_back({s.t_us, s.i, s.j, s.exposures, outcome_of(s.outcome)});
+  for (const plant::DeviceRecord& d : history.devices)
+    if (d.event == plant::DeviceEvent::kJetArmed || d.event == plant::DeviceEvent::kJetDisarmed)
+      truth.jet.push_back({d.t_us, d.event == plant::DeviceEvent::kJetArmed});
+  return truth;
+}
+
+replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
+  try {
+    const replay::AuditRecord record = replay::read_audit_record(run);
+    const auto truth = read_world_truth(run);
+    replay::AuditOptions options;
+    if (const std::string config = recorded_config(run); !config.empty())
+      options.time_scale = parse_experiment(config, "the recorded configuration").run.time_scale;
+    return replay::audit(record, truth ? &*truth : nullptr, options);
+  } catch (const std::invalid_argument& e) {
+    throw UsageError(e.what());
+  }
+}
+
+int run_audit(const AuditCommandOptions& options) {
+  const replay::AuditVerdict verdict = audit_verdict(options.run);
+  const std::string text = options.json ? replay::to_json(verdict) + "\n" : replay::to_text(verdict);
+  std::fputs(text.c_str(), stdout);
+  return verdict.clean() ? kOk : kFailed;
+}
+
+}  // namespace firn

@@ -1,0 +1,284 @@
+#include "replay/audit.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "core/grid/firing_order.h"
+
+namespace firn::replay {
+namespace {
+
+std::string of(const PassOrder& o) {
+  return "layer " + std::to_string(o.layer) + ", pass " + std::to_string(o.pass) +
+         (o.attempt ? ", attempt " + std::to_string(o.attempt) : "");
+}
+
+std::string at(std::int64_t t_us) { return " at " + std::to_string(t_us) + " us"; }
+
+std::string cell(const GridSpec& g, std::uint32_t c) {
+  return "cell (" + std::to_string(int(c) % g.nx) + ", " + std::to_string(int(c) / g.nx) + ")";
+}
+
+class Audit {
+ public:
+  Audit(const AuditRecord& record, const WorldTruth* world, const AuditOptions& options)
+      : record_(record), world_(world), options_(options), shots_(record.orders.size()) {}
+
+  AuditVerdict go() {
+    v_.finished = record_.finished;
+    v_.with_world = world_ != nullptr;
+    for (const std::string& d : record_.damage) add(ViolationKind::kDamaged, d);
+    check_layers();
+    for (std::size_t n = 0; n < record_.orders.size(); ++n) check_order(n);
+    check_unknowns();
+    if (world_) check_world();
+    count_commanded();
+    return std::move(v_);
+  }
+
+ private:
+  void add(ViolationKind kind, std::string what) {
+    ++v_.violations_total;
+    if (v_.violations.size() < AuditVerdict::kKept) v_.violations.push_back({kind, std::move(what)});
+  }
+
+  const PassReport* report_of(const PassOrder& o) const {
+    for (const PassReport& r : record_.reports)
+      if (r.layer == o.layer && r.attempt == o.attempt && r.pass == o.pass && r.t_us >= o.t_us) return &r;
+    return nullptr;
+  }
+
+  // The plan that an order carries out: that of the reported map, or the last one before the order.
+  const PlannedLayer* plan_of(const PassOrder& o) const {
+    const PassReport* report = report_of(o);
+    const PlannedLayer* found = nullptr;
+    for (const PlannedLayer& p : record_.plans)
+      if (p.layer == o.layer && p.t_us <= o.t_us && (!report || p.map_id == report->map_id)) found = &p;
+    return found;
+  }
+
+  bool is_last(const PassOrder& o) const { return &o == &record_.orders.back(); }
+
+  void check_layers() {
+    std::int32_t last = 0;
+    std::set<std::int32_t> begun;
+    for (const PassOrder& o : record_.orders) {
+      if (o.layer == last) continue;
+      if (begun.contains(o.layer))
+        add(ViolationKind::kLayerTwice, "layer " + std::to_string(o.layer) + " was deposited again after layer " +
+                                            std::to_string(last) + at(o.t_us));
+      else
+        for (std::int32_t skipped = last + 1; skipped < o.layer; ++skipped)
+          add(ViolationKind::kSkippedLayer, "layer " + std::to_string(skipped) + " was skipped: layer " +
+                                                std::to_string(o.layer) + " follows layer " + std::to_string(last));
+      begun.insert(o.layer);
+      last = o.layer;
+    }
+    v_.layers = std::int64_t(begun.size());
+    for (std::int32_t layer : begun) check_passes(layer);
+  }
+
+  void check_passes(std::int32_t layer) {
+    std::set<std::int32_t> passes;
+    std::set<std::int64_t> map_ids;
+    bool in_doubt = false;
+    const PassOrder* last = nullptr;
+    for (const PassOrder& o : record_.orders) {
+      if (o.layer != layer) continue;
+      passes.insert(o.pass);
+      last = &o;
+      if (const PassReport* r = report_of(o)) {
+        map_ids.insert(r->map_id);
+        in_doubt |= r->unknown_to > r->unknown_from;
+      }
+    }
+    v_.passes += std::int64_t(passes.size());
+    if (map_ids.size() > 1)
+      add(ViolationKind::kLayerTwice, "layer " + std::to_string(layer) + " was deposited by plans of two maps, " +
+                                          std::to_string(*map_ids.begin()) + " and " + std::to_string(*map_ids.rbegin()));
+    const PlannedLayer* plan = plan_of(*last);
+    const bool cut_short = is_last(*last) && !record_.finished;
+    if (!plan || in_doubt || cut_short) return;  // a missing plan is told by check_order
+    for (std::int32_t pass = 0; pass < plan->passes; ++pass)
+      if (!passes.contains(pass))
+        add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": pass " + std::to_string(pass) + " of " +
+                                             std::to_string(plan->passes) + " was skipped");
+  }
+
+  void check_order(std::size_t n) {
+    const PassOrder& o = record_.orders[n];
+    const PlannedLayer* plan = plan_of(o);
+    if (!plan)
+      add(ViolationKind::kOtherCells, of(o) + ": no plan asked for it");
+    else if (o.attempt == 0 && firing_order(plan->drops, o.pass) != o.cells)
+      add(ViolationKind::kOtherCells, of(o) + ": the stage was sent to other cells than the plan of map " +
+                                          std::to_string(plan->map_id) + " names");
+    const PassReport* r = report_of(o);
+    if (!r) {
+      if (!is_last(o) || record_.finished) add(ViolationKind::kNoReport, of(o) + ": no report, and the print went on");
+      return;
+    }
+    const std::int64_t cells = std::int64_t(o.cells.size());
+    if (r->unknown_to > r->unknown_from)
+      v_.unknowns.push_back({o.layer, o.attempt, o.pass, r->unknown_from, r->unknown_to, r->t_us, {}});
+    else if (r->unknown_from < cells && !is_last(o) && record_.orders[n + 1].pass != o.pass)
+      add(ViolationKind::kSkippedPass, of(o) + ": " + std::to_string(cells - r->unknown_from) + " droplets were left out");
+  }
+
+  // Droplets in doubt must be seen by a scan before the next ones are planned.
+  void check_unknowns() {
+    for (Unknown& u : v_.unknowns) {
+      for (const MeasuredMap& m : record_.maps)
+        if (m.sample_us > u.t_us && !u.resolved_by) u.resolved_by = m.map_id;
+      const std::string what = "layer " + std::to_string(u.layer) + ", pass " + std::to_string(u.pass) + ", droplets " +
+                               std::to_string(u.from) + " to " + std::to_string(u.to) + " in doubt: ";
+      const auto next = std::ranges::find_if(record_.orders, [&](const PassOrder& o) { return o.t_us > u.t_us; });
+      if (next == record_.orders.end()) {
+        if (record_.finished && !u.resolved_by) add(ViolationKind::kUnresolved, what + "the print ended without a scan");
+        continue;
+      }
+      const PlannedLayer* plan = plan_of(*next);
+      const bool seen = plan && std::ranges::any_of(record_.maps, [&](const MeasuredMap& m) {
+                          return m.map_id == plan->map_id && m.sample_us > u.t_us;
+                        });
+      if (!seen) {
+        u.resolved_by.reset();
+        add(ViolationKind::kUnresolved, what + of(*next) + " was planned without a scan after it");
+      }
+    }
+  }
+
+  void check_world() {
+    if (world_->damaged)
+      add(ViolationKind::kDamaged, "the world's own record is damaged in " + std::to_string(world_->damaged) + " places");
+    assign_shots();
+    std::map<std::pair<std::int32_t, std::int32_t>, std::map<std::uint32_t, int>> fired;  // layer, pass -> cell -> times
+    for (std::size_t n = 0; n < record_.orders.size(); ++n) check_shots(n, fired[{record_.orders[n].layer, record_.orders[n].pass}]);
+    check_stops();
+    check_leases();
+    check_disarmed();
+  }
+
+  // A shot belongs to the last pass that was commanded before it.
+  void assign_shots() {
+    std::size_t next = 0;
+    std::int64_t strays = 0, first = 0;
+    for (const Shot& s : world_->shots) {
+      ++v_.triggered;
+      v_.fired += s.outcome == Shot::Outcome::kFired;
+      v_.missed += s.outcome == Shot::Outcome::kMissed;
+      v_.ignored += s.outcome == Shot::Outcome::kIgnored;
+      while (next < record_.orders.size() && record_.orders[next].t_us <= s.t_us) ++next;
+      if (s.outcome == Shot::Outcome::kIgnored) continue;
+      if (next == 0) {
+        if (strays++ == 0) first = s.t_us;
+      } else {
+        shots_[next - 1].push_back(&s);
+      }
+    }
+    if (strays) add(ViolationKind::kNotCommanded, std::to_string(strays) + " droplets before any pass was commanded, the first" + at(first));
+  }
+
+  void check_shots(std::size_t n, std::map<std::uint32_t, int>& fired) {
+    const PassOrder& o = record_.orders[n];
+    std::map<std::uint32_t, std::int64_t> place;  // cell -> number in firing order
+    for (std::size_t k = 0; k < o.cells.size(); ++k) place.emplace(o.cells[k], std::int64_t(k));
+    std::vector<bool> triggered(o.cells.size());
+    for (const Shot* s : shots_[n]) {
+      const bool on_grid = o.grid.contains(s->i, s->j);
+      const std::uint32_t c = on_grid ? std::uint32_t(o.grid.index(s->i, s->j)) : 0;
+      if (!on_grid || !place.contains(c)) {
+        add(ViolationKind::kCellNotCommanded, of(o) + ": a droplet on cell (" + std::to_string(s->i) + ", " +
+                                                  std::to_string(s->j) + "), which was not commanded" + at(s->t_us));
+        continue;
+      }
+      triggered[std::size_t(place[c])] = true;
+      if (++fired[c] > 1) add(ViolationKind::kCellTwice, of(o) + ": a second droplet on " + cell(o.grid, c) + at(s->t_us));
+      if (std::int64_t(s->exposures) < o.layer - 1)
+        add(ViolationKind::kNotCured, of(o) + ": a droplet on " + cell(o.grid, c) + " after " + std::to_string(s->exposures) +
+                                          " exposures" + at(s->t_us));
+    }
+    const PassReport* r = report_of(o);
+    if (!r) return;
+    for (std::size_t k = 0; k < o.cells.size(); ++k) {
+      if (std::int64_t(k) < r->unknown_from && !triggered[k])
+        add(ViolationKind::kCellNotTriggered, of(o) + ": " + cell(o.grid, o.cells[k]) + " is reported as done but was not triggered");
+      if (std::int64_t(k) >= r->unknown_to && triggered[k])
+        add(ViolationKind::kCellNotReported, of(o) + ": " + cell(o.grid, o.cells[k]) + " was triggered but is reported as not done");
+    }
+  }
+
+  static bool obeyed(const Shot& s) { return s.outcome != Shot::Outcome::kIgnored; }
+  double wall_s(std::int64_t us) const { return double(us) * 1e-6 / options_.time_scale; }
+
+  void check_stops() {
+    constexpr auto kNever = std::numeric_limits<std::int64_t>::max();
+    for (std::size_t n = 0; n < std::max<std::size_t>(1, record_.starts.size()); ++n) {
+      const std::int64_t from = n < record_.starts.size() ? record_.starts[n] : 0;
+      const std::int64_t to = n + 1 < record_.starts.size() ? record_.starts[n + 1] : kNever;
+      const auto stop = std::ranges::find_if(record_.stops, [&](const Stop& s) { return s.t_us >= from && s.t_us < to; });
+      if (stop == record_.stops.end()) continue;
+      ++v_.stops;
+      std::int64_t late = 0;
+      double latest_s = 0.0;
+      for (const Shot& s : world_->shots) {
+        if (!obeyed(s) || s.t_us <= stop->t_us || s.t_us >= to) continue;
+        latest_s = wall_s(s.t_us - stop->t_us);
+        late += latest_s > options_.stop_limit_s;
+      }
+      v_.longest_stop_s = std::max(v_.longest_stop_s, latest_s);
+      if (late)
+        add(ViolationKind::kAfterStop, std::to_string(late) + " droplets later than " + std::to_string(options_.stop_limit_s) +
+                                           " s after the stop" + at(stop->t_us) + " (" + stop->cause + "), the last after " +
+                                           std::to_string(latest_s) + " s");
+    }
+  }
+
+  void check_leases() {
+    std::size_t next = 0;
+    std::int64_t count = 0, first = 0;
+    for (const Shot& s : world_->shots) {
+      while (next < record_.leases.size() && record_.leases[next].t_us <= s.t_us) ++next;
+      if (!obeyed(s)) continue;
+      const bool late = next == 0 || wall_s(s.t_us - record_.leases[next - 1].until_us) > options_.stop_limit_s;
+      if (late && count++ == 0) first = s.t_us;
+    }
+    if (count) add(ViolationKind::kOutsideLease, std::to_string(count) + " droplets without a lease, the first" + at(first));
+  }
+
+  void check_disarmed() {
+    std::size_t next = 0;
+    bool armed = false;
+    std::int64_t count = 0, first = 0;
+    for (const Shot& s : world_->shots) {
+      for (; next < world_->jet.size() && (world_->jet[next].t_us < s.t_us ||
+                                           (world_->jet[next].t_us == s.t_us && world_->jet[next].armed)); ++next)
+        armed = world_->jet[next].armed;
+      if (obeyed(s) && !armed && count++ == 0) first = s.t_us;
+    }
+    if (count) add(ViolationKind::kDisarmed, std::to_string(count) + " droplets from a jet that was not armed, the first" + at(first));
+  }
+
+  void count_commanded() {
+    std::set<std::pair<std::int32_t, std::int32_t>> counted;
+    for (const PassOrder& o : record_.orders)
+      if (counted.emplace(o.layer, o.pass).second) v_.commanded += std::int64_t(o.cells.size());
+  }
+
+  const AuditRecord& record_;
+  const WorldTruth* world_;
+  const AuditOptions& options_;
+  std::vector<std::vector<const Shot*>> shots_;  // by order
+  AuditVerdict v_;
+};
+
+}  // namespace
+
+AuditVerdict audit(const AuditRecord& record, const WorldTruth* world, const AuditOptions& options) {
+  return Audit(record, world, options).go();
+}
+
+}  // namespace firn::replay

@@ -1,0 +1,65 @@
+#include "replay/audit_record.h"
+
+#include <algorithm>
+
+#include "core/grid/firing_order.h"
+#include "firn/deposition_report_t.hpp"
+#include "firn/enable_t.hpp"
+#include "firn/fault_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "firn/safe_stop_t.hpp"
+#include "firn/stage_command_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+#include "replay/run_messages.h"
+
+namespace firn::replay {
+namespace {
+
+DropletPattern pattern(const grid_t& grid, const std::vector<std::int8_t>& drops) {
+  DropletPattern p(from_message(grid));
+  if (drops.size() == p.size()) p.cells.assign(drops.begin(), drops.end());
+  return p;
+}
+
+}  // namespace
+
+AuditRecord read_audit_record(const std::filesystem::path& run) {
+  const RunMessages messages(run);
+  AuditRecord r;
+  messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
+    if (StageVerb(m.verb) != StageVerb::kPass) return;
+    const DropletPattern drops = pattern(m.grid, m.drops);
+    r.orders.push_back({m.header.utime_us, m.layer, m.attempt, m.pass, drops.spec, firing_order(drops, m.pass)});
+  });
+  messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
+    r.reports.push_back({m.header.utime_us, m.layer, m.attempt, m.pass, m.map_id, m.unknown_from, m.unknown_to});
+  });
+  messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
+    if (PlanDecision(m.decision) == PlanDecision::kPrint)
+      r.plans.push_back({m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops)});
+  });
+  messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
+    r.maps.push_back({m.header.utime_us, m.layer, m.map_id, m.sample_utime_us});
+  });
+  messages.each<safe_stop_t>(channels::kSafeStop.name, [&](const safe_stop_t& m) {
+    r.stops.push_back({m.header.utime_us, m.cause});
+  });
+  for (const NodeInfo& node : nodes())
+    messages.each<fault_t>(channels::fault(node.id).name, [&](const fault_t& m) {
+      if (Severity(m.severity) == Severity::kStop) r.stops.push_back({m.header.utime_us, m.node + ": " + m.text});
+    });
+  messages.each<enable_t>(channels::kEnable.name, [&](const enable_t& m) {
+    const std::int64_t t = m.header.utime_us;
+    r.leases.push_back({t, m.enabled ? Time{t}.after_s(m.lease_s).us : t});
+  });
+  messages.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& m) {
+    r.finished = RunOutcome(m.outcome) == RunOutcome::kFinished || RunOutcome(m.outcome) == RunOutcome::kEndedEarly;
+  });
+  std::ranges::stable_sort(r.stops, {}, &Stop::t_us);
+  r.starts = messages.starts();
+  r.damage = messages.damage();
+  return r;
+}
+
+}  // namespace firn::replay

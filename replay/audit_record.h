@@ -1,0 +1,71 @@
+// What the nodes of a run recorded about its droplets, from all write-ahead files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/grid/grid.h"
+
+namespace firn::replay {
+
+/// STAGE_COMMAND verb "pass": the stage was told to raster these cells.
+struct PassOrder {
+  std::int64_t t_us = 0;
+  std::int32_t layer = 0, attempt = 0, pass = 0;
+  GridSpec grid;
+  std::vector<std::uint32_t> cells;  ///< in firing order
+};
+
+/// DEPOSITION_REPORT.
+struct PassReport {
+  std::int64_t t_us = 0;
+  std::int32_t layer = 0, attempt = 0, pass = 0;
+  std::int64_t map_id = 0;
+  std::int64_t unknown_from = 0, unknown_to = 0;
+};
+
+/// LAYER_PLAN with the decision to print.
+struct PlannedLayer {
+  std::int64_t t_us = 0;
+  std::int32_t layer = 0;
+  std::int32_t passes = 0;
+  std::int64_t map_id = 0;
+  DropletPattern drops;
+};
+
+struct MeasuredMap {
+  std::int64_t t_us = 0;
+  std::int32_t layer = 0;
+  std::int64_t map_id = 0;
+  std::int64_t sample_us = 0;  ///< when its last profile was taken
+};
+
+struct Stop {
+  std::int64_t t_us = 0;
+  std::string cause;
+};
+
+struct Lease {
+  std::int64_t t_us = 0;
+  std::int64_t until_us = 0;   ///< = t_us where the lease was taken back
+};
+
+struct AuditRecord {
+  std::vector<PassOrder> orders;      // each list in order of time
+  std::vector<PassReport> reports;
+  std::vector<PlannedLayer> plans;
+  std::vector<MeasuredMap> maps;
+  std::vector<Stop> stops;            ///< SAFE_STOP, and FAULT_* that stop the print
+  std::vector<Lease> leases;          ///< ENABLE
+  std::vector<std::int64_t> starts;   ///< of each incarnation
+  bool finished = false;              ///< RUN_END with outcome finished or ended early
+  std::vector<std::string> damage;    ///< "nodes/jet.wal, byte 12: checksum does not hold"
+};
+
+/// A message counts if any write-ahead file holds it, its publisher's or a receiver's.
+/// @throws std::invalid_argument for a folder without nodes/, logfile::FileError
+AuditRecord read_audit_record(const std::filesystem::path& run);
+
+}  // namespace firn::replay
