@@ -41,9 +41,11 @@ const NormalTable& normal_table() {
   return table;
 }
 
-// Mean surface of the fine rows under the spot's extent in y, one value per fine column.
+constexpr int kPad = 4;  // columns of substrate on either side
+
+// Mean surface of the fine rows under the spot's extent in y: fine column a stands at index a + kPad.
 std::vector<double> row_under_spot(const Field& f, double y_mm, double spot_mm) {
-  std::vector<double> line(f.width(), 0.0);
+  std::vector<double> line(std::size_t(f.width() + 2 * kPad), 0.0);
   const double v = (y_mm - f.bottom_mm()) / f.dy_mm(), half = 0.5 * spot_mm / f.dy_mm();
   const int first = std::max(0, int(std::floor(v - half))), last = std::min(f.height() - 1, int(std::floor(v + half)));
   double covered = 0.0;
@@ -51,7 +53,7 @@ std::vector<double> row_under_spot(const Field& f, double y_mm, double spot_mm) 
     const double weight = half > 0.0 ? std::min(v + half, b + 1.0) - std::max(v - half, double(b)) : 1.0;
     if (!(weight > 0.0)) continue;
     covered += weight;
-    for (int a = 0; a < f.width(); ++a) line[a] += weight * f.surface_mm(std::size_t(b) * f.width() + a);
+    for (int a = 0; a < f.width(); ++a) line[std::size_t(a + kPad)] += weight * f.surface_mm(std::size_t(b) * f.width() + a);
   }
   if (covered > 0.0)
     for (double& z : line) z /= covered;
@@ -65,35 +67,37 @@ void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, doub
   const std::vector<double> line = row_under_spot(f, y_mm, p.spot_y_mm);
   const NormalTable& normal = normal_table();
   const bool steps = f.fine_cells() == 1;
-  const int width = f.width();
-  const auto at = [&](int a) { return a >= 0 && a < width ? line[a] : 0.0; };
   const std::array<std::uint32_t, 2> seed{std::uint32_t(key.seed), std::uint32_t(key.seed >> 32)};
   const auto block = [&](Purpose purpose, std::size_t n) {
     return philox4x32({std::uint32_t(n), key.trigger, key.layer, std::uint32_t(purpose)}, seed);
   };
   const double offset = p.offset_noise_mm > 0.0
       ? p.offset_noise_mm * normal(block(Purpose::kSensorNoise, 0xffffffffu)[0]) : 0.0;
-  const double quarter = p.spot_x_mm / (2.0 * std::sqrt(3.0));  // two Gauss points stand for the spot
+  const double per_cell = 1.0 / f.dx_mm(), half_slope = 0.5 * per_cell;
+  const double quarter = p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell;  // two Gauss points stand for the spot
+  const double low_end = -2.0, high_end = f.width() + 2.0;
+  const auto floor_of = [](double u) { return int(u + kPad) - kPad; };
   PhiloxBlock noise{}, gap{};
   for (std::size_t n = 0; n < z_mm.size(); ++n) {
-    const std::size_t lane = n % 4;
-    if (lane == 0) noise = block(Purpose::kSensorNoise, n / 4), gap = block(Purpose::kDropout, n / 4);
-    const double x = x0_mm + double(n) * dx_mm;
+    if (n % 4 == 0) noise = block(Purpose::kSensorNoise, n / 4);
+    if (n % 8 == 0) gap = block(Purpose::kDropout, n / 8);
+    const double u = (x0_mm + double(n) * dx_mm - f.left_mm()) * per_cell;  // in fine cells
     double z = 0.0, slope = 0.0;
     if (steps) {
-      z = at(int(std::floor((x - f.left_mm()) / f.dx_mm())));
+      z = line[std::size_t(floor_of(std::clamp(u, low_end, high_end)) + kPad)];
     } else {
-      for (const double u : {(x - quarter - f.left_mm()) / f.dx_mm() - 0.5, (x + quarter - f.left_mm()) / f.dx_mm() - 0.5}) {
-        const double cell = std::floor(u);
-        const double low = at(int(cell)), high = at(int(cell) + 1);
-        z += 0.5 * (low + (u - cell) * (high - low));
-        slope += 0.5 * (high - low) / f.dx_mm();
+      for (const double at : {u - quarter - 0.5, u + quarter - 0.5}) {
+        const double held = std::clamp(at, low_end, high_end);
+        const int cell = floor_of(held);
+        const double low = line[std::size_t(cell + kPad)], step = line[std::size_t(cell + kPad + 1)] - low;
+        z += 0.5 * (low + (held - cell) * step);
+        slope += half_slope * step;
       }
     }
     const double dropout =
         p.dropout_floor + p.dropout_per_slope * std::max(0.0, std::abs(slope) - p.dropout_slope_from);
-    z_mm[n] = double(gap[lane]) * 0x1p-32 < dropout ? std::numeric_limits<double>::quiet_NaN()
-                                                    : z + offset + p.noise_mm * normal(noise[lane]);
+    const double draw = ((gap[n % 8 / 2] >> 16 * (n % 2) & 0xffffu) + 0.5) * 0x1p-16;
+    z_mm[n] = draw < dropout ? std::numeric_limits<double>::quiet_NaN() : z + offset + p.noise_mm * normal(noise[n % 4]);
   }
 }
 
