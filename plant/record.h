@@ -33,7 +33,7 @@ enum class ShotOutcome : std::uint8_t {
   kGatedSource = 2,    ///< the jet was not set to external triggers
   kGatedNoWaveform = 3,///< no PULSE was loaded since power on
   kGatedBusy = 4,      ///< the jet was resetting or loading a waveform
-  kGatedTooFast = 5,   ///< sooner than 1 / FULLFREQ after the last droplet
+  kGatedTooFast = 5,   ///< sooner after the last droplet than the jet can follow
 };
 
 struct BeginRecord {

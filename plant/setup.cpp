@@ -23,6 +23,7 @@ WorldConfig world_config(const Experiment& e) {
   c.stage.high_limit_mm = {e.stage.x_max_mm, e.stage.y_max_mm, e.stage.z_max_mm};
   c.stage.max_speed_mm_s = e.stage.max_speed_mm_s;
   c.stage.abort_rate_mm_s2 = std::max(c.stage.abort_rate_mm_s2, e.stage.acceleration_mm_s2);
+  c.jet.max_rate_hz = e.jet.max_rate_hz;
   c.profiler.points = e.laser_profiler.points;
   c.profiler.dx_mm = e.laser_profiler.dx_mm;
   c.profiler.laser_offset_y_mm = e.laser_profiler.offset_y_mm;

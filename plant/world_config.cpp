@@ -45,6 +45,7 @@ void check(const WorldConfig& c) {
   range("profiler.dx_mm", c.profiler.dx_mm, 0.0, 10.0);
   range("stage.counts_per_mm", c.stage.counts_per_mm, 1.0, 1e7);
   range("stage.ramp_rate_mm_s2", c.stage.ramp_rate_mm_s2, 1.0, 1e6);
+  range("jet.max_rate_hz", c.jet.max_rate_hz, 1.0, 1e6);
   range("jet.baud", c.jet.baud, 300, 1e6);
   range("lamp.baud", c.lamp.baud, 300, 1e6);
   if (c.model != "droplets" && c.model != "lu2015")

@@ -82,6 +82,7 @@ struct StageParams {
 };
 struct JetParams {
   int baud = 9600;
+  double max_rate_hz = 2000.0;        ///< a trigger sooner than this after the last droplet is not obeyed
   std::int64_t reset_us = 3'000'000;
   std::int64_t pulse_us = 550'000;
 };

@@ -153,7 +153,7 @@ ShotOutcome JetTwin::trigger(std::int64_t t_us, int& droplets) {
   if (t_us < state_.busy_until_us) return ShotOutcome::kGatedBusy;
   if (!state_.waveform) return ShotOutcome::kGatedNoWaveform;
   // One microsecond of grace: crossing times are rounded to it.
-  if (double(t_us - state_.last_fired_us + 1) * state_.rate_hz < 1e6) return ShotOutcome::kGatedTooFast;
+  if (double(t_us - state_.last_fired_us + 1) * params_.max_rate_hz < 1e6) return ShotOutcome::kGatedTooFast;
   state_.last_fired_us = t_us;
   ++state_.fired;
   droplets = state_.drops;

@@ -73,7 +73,7 @@ TEST_CASE("Only an armed jet with a waveform fires; every trigger is on record w
   arm_jet(b);
   CHECK(row("LINEAR @0 1.6 F50") == Outcomes(3, ShotOutcome::kFired));
   b.stage("PSODISTANCE @0 FIXED 0.01 UNITS");
-  const auto fast = row("LINEAR @0 0 F100");  // 10 kHz at a 1 kHz jet
+  const auto fast = row("LINEAR @0 0 F100");  // 10 kHz at a 2 kHz jet
   CHECK(std::count(fast.begin(), fast.end(), ShotOutcome::kGatedTooFast) > std::count(fast.begin(), fast.end(), ShotOutcome::kFired));
   disarm_jet(b);
   CHECK(b.world.truth().triggers_gated > 6);
