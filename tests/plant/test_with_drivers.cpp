@@ -116,7 +116,7 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
     for (int i = 1; i < 9; ++i) pattern.at(i, j) = std::uint8_t((i + j) % 3 != 0);
 
   CHECK(rig.command(kJetPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.jet.arm(pattern.total(), rig.now_us, fx); }).outcome == Outcome::kReady);
-  const auto pass = rig.command(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) { rig.stage.run_pass(pattern, 0, 50.0, rig.now_us, fx); });
+  const auto pass = rig.command(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) { rig.stage.run_pass(pattern, 0, 0.0, 50.0, rig.now_us, fx); });
   CHECK(pass.outcome == Outcome::kDone);
   CHECK(pass.counted == pattern.total());
   CHECK(rig.command(kJetPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.jet.disarm(rig.now_us, fx); }).outcome == Outcome::kDone);
@@ -136,7 +136,7 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
 
   CHECK(rig.command(kProfilerPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.profiler.arm(grid.ny, rig.now_us, fx); }).outcome == Outcome::kReady);
   const auto scan = rig.command(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) {
-    rig.stage.scan(1.0, grid.y_mm(0), grid.pitch_y_mm, grid.ny, 5.0, rig.now_us, fx);
+    rig.stage.scan(1.0, grid.y_mm(0), 0.0, grid.pitch_y_mm, grid.ny, 5.0, rig.now_us, fx);
   });
   CHECK(scan.outcome == Outcome::kDone);
   CHECK(rig.command(kProfilerPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.profiler.end(rig.now_us, fx); }).outcome == Outcome::kDone);
@@ -164,7 +164,7 @@ TEST_CASE("A stop in the middle of a pass silences the stage's pulses within its
   REQUIRE(rig.until([&] { return rig.all_safe(); }));
   DropletPattern pattern(rig.world.config().grid, 1);
   rig.command(kJetPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.jet.arm(pattern.total(), rig.now_us, fx); });
-  rig.call(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) { rig.stage.run_pass(pattern, 0, 50.0, rig.now_us, fx); });
+  rig.call(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) { rig.stage.run_pass(pattern, 0, 0.0, 50.0, rig.now_us, fx); });
   REQUIRE(rig.until([&] { return rig.record.history.shots.size() >= 13; }));
   const std::int64_t stop_us = rig.now_us;
   rig.call(kStagePort, [&](drivers::Driver& d, drivers::Effects& fx) { d.safe_stop(rig.now_us, fx); });
