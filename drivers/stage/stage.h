@@ -24,6 +24,7 @@ struct StageConfig {
   double move_speed_mm_s = 50.0;
   double margin_mm = 0.1;            ///< run-up and run-out beyond what the acceleration needs
   double tolerance_mm = 0.002;       ///< of a position read back
+  int pulse_tolerance_counts = 2;    ///< of a pulse, for the sake of increments that the controller still holds
   double max_pulse_rate_hz = 2000.0; ///< that the jet follows
   int pulse_total_us = 50;
   int pulse_on_us = 25;
@@ -129,6 +130,7 @@ class Stage final : public Driver {
   double z_target_mm() const;
   void move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_t now_us);
   enum class Motion : std::uint8_t { kAsked, kWaiting, kOver };
+  enum class Poll : std::uint8_t { kNone, kPlane, kAxes };  // what was asked last
   Motion poll_motion(std::int64_t now_us);
   std::optional<std::string> off_target() const;
   void read(std::string_view verb, int axis, Tag tag);
@@ -166,8 +168,9 @@ class Stage final : public Driver {
   bool restarted_ = false;               // the controller lost its home: it is not the one that counted our pulses
 
   int axis_ = 0;                         // of the initialisation step
-  bool asked_ = false;                   // the reads of this phase were queued
+  bool asked_ = false;                   // the reads of this initialisation step were queued
   bool acknowledged_ = false;            // FAULTACK was sent for axis_
+  Poll poll_ = Poll::kNone;
   std::int64_t poll_at_us_ = 0;
   std::int64_t move_end_us_ = 0;
   std::int64_t move_limit_us_ = 0;

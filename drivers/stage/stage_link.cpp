@@ -46,7 +46,7 @@ void Stage::connected(std::int64_t now_us, Effects& fx) {
   link_.push(Line(config_.table, Repeat::kSetup, kPlain).text("WAIT MODE NOWAIT"));
   send_stop_burst(now_us, fx, false);  // whatever it was doing; an operation in doubt is judged afterwards
   phase_ = Phase::kStopping;
-  asked_ = false;
+  poll_ = Poll::kNone;
   poll_at_us_ = now_us;
   move_limit_us_ = now_us + kStopLimit_us;
 }
@@ -72,7 +72,7 @@ void Stage::begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::i
   link_.clear_queue();
   send_stop_burst(now_us, fx, true);
   phase_ = Phase::kStopping;
-  asked_ = false;
+  poll_ = Poll::kNone;
   poll_at_us_ = now_us;
   move_limit_us_ = now_us + kStopLimit_us;
 }

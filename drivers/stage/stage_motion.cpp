@@ -33,7 +33,7 @@ void Stage::move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_
   move_end_us_ = now_us + std::int64_t(plan_s * 1e6) + 1000;
   move_limit_us_ = now_us + std::int64_t((plan_s * config_.move_timeout_factor + 0.5) * 1e6);
   poll_at_us_ = std::min(move_end_us_, now_us + std::int64_t(config_.poll_moving_s * 1e6));
-  asked_ = false;
+  poll_ = Poll::kNone;
 }
 
 // Height for the work, or NaN where the nozzle already stands at it.
@@ -53,25 +53,34 @@ void Stage::go_to_start(std::int64_t now_us) {
   }
 }
 
-// Over only when both the plane and every axis say so.
+// Over only when the plane and then every axis says so; while the plane is busy the axes need not be asked.
 Stage::Motion Stage::poll_motion(std::int64_t now_us) {
   const bool all = phase_ == Phase::kStopping;
-  if (!asked_) {
-    if (now_us < poll_at_us_) return Motion::kWaiting;
-    link_.push(Line(config_.table, Repeat::kRead, kPlane, ensemble::kValue).text("PLANESTATUS(0)"));
-    for (int a = 0; a < 3; ++a)
-      if (all || !std::isnan(target_mm_[std::size_t(a)])) read("AXISSTATUS(@)", a, kStatus);
-    asked_ = true;
-    return Motion::kAsked;
+  const auto concerned = [&](int axis) { return all || !std::isnan(target_mm_[std::size_t(axis)]); };
+  bool moving = false;
+  switch (poll_) {
+    case Poll::kNone:
+      if (now_us < poll_at_us_) return Motion::kWaiting;
+      link_.push(Line(config_.table, Repeat::kRead, kPlane, ensemble::kValue).text("PLANESTATUS(0)"));
+      poll_ = Poll::kPlane;
+      return Motion::kAsked;
+    case Poll::kPlane:
+      if (plane_busy_) {
+        moving = true;
+        break;
+      }
+      for (int a = 0; a < 3; ++a)
+        if (concerned(a)) read("AXISSTATUS(@)", a, kStatus);
+      poll_ = Poll::kAxes;
+      return Motion::kAsked;
+    case Poll::kAxes:
+      for (int a = 0; a < 3; ++a)
+        moving = moving || (concerned(a) && (status_[std::size_t(a)] & (ensemble::kMoving | ensemble::kHoming)));
   }
-  bool moving = plane_busy_;
-  for (std::size_t a = 0; a < 3; ++a)
-    if (all || !std::isnan(target_mm_[a])) moving = moving || (status_[a] & (ensemble::kMoving | ensemble::kHoming));
+  poll_ = Poll::kNone;
   if (!moving) return Motion::kOver;
-  if (now_us >= poll_at_us_) {
-    const std::int64_t soon = now_us + std::int64_t(config_.poll_end_s * 1e6);
-    poll_at_us_ = std::clamp(move_end_us_, soon, std::max(soon, now_us + std::int64_t(config_.poll_moving_s * 1e6)));
-  }
+  const std::int64_t soon = now_us + std::int64_t(config_.poll_end_s * 1e6);
+  poll_at_us_ = std::clamp(move_end_us_, soon, std::max(soon, now_us + std::int64_t(config_.poll_moving_s * 1e6)));
   return Motion::kWaiting;
 }
 
@@ -98,11 +107,20 @@ void Stage::push_arming() {
     Line line(config_.table, Repeat::kSetup, kPlain);
     link_.push(line.text("PSODISTANCE ").axis(axis).text(" FIXED ").fixed4(scan_pitch_mm_).text(" UNITS"));
   } else {
+    // An increment that the controller still holds is kept if the pulse lands within the tolerance: grid pitches are
+    // seldom whole counts, and exact rounding would rewrite most of a full row each time.
     const std::vector<std::int64_t>& wanted = runs_[progress_.run].increments;
+    std::int64_t error = 0;  // of the pulse before, counts
     for (std::size_t i = 0; i < wanted.size(); ++i) {
-      if (increments_held_[i] == wanted[i]) continue;
-      increments_held_[i] = -2 - wanted[i];  // held once acknowledged
-      Request r = Line(config_.table, Repeat::kSetup, kIncrement).text("IGLOBAL(").integer(config_.table.first_iglobal + std::int64_t(i)).text(")=").integer(wanted[i]);
+      const std::int64_t held = increments_held_[i];
+      if (held > 0 && std::abs(error + held - wanted[i]) <= config_.pulse_tolerance_counts) {
+        error += held - wanted[i];
+        continue;
+      }
+      const std::int64_t exact = wanted[i] - error;
+      error = 0;
+      increments_held_[i] = -2 - exact;  // held once acknowledged
+      Request r = Line(config_.table, Repeat::kSetup, kIncrement).text("IGLOBAL(").integer(config_.table.first_iglobal + std::int64_t(i)).text(")=").integer(exact);
       r.argument = std::int32_t(i);
       link_.push(r);
     }
@@ -165,10 +183,8 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
           begin_stop(now_us, fx, "a move was not over in time", kStall);
           return true;
         }
-        asked_ = false;
         return false;
       }
-      asked_ = false;
       if (phase_ == Phase::kStopping) {
         phase_ = Phase::kEvidence;
         for (int a = 0; a < 3; ++a) read("PFBKPROG(@)", a, kPosition);
