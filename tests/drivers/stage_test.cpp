@@ -1,6 +1,9 @@
 #include <catch2/catch.hpp>
+#include <array>
 #include <cmath>
+#include <map>
 
+#include "core/grid/firing_order.h"
 #include "drivers/stage/stage.h"
 #include "tests/drivers/bench.h"
 
@@ -33,4 +36,157 @@ TEST_CASE("the stage speaks as the Ensemble cards say, whatever the split of the
     Stage stage(StageConfig{});
     test::play(stage, kTranscripts + "ens_pso_row.txt", [&](const std::string& c, std::int64_t t, Effects& fx) { stage_command(stage, c, t, fx); }, split);
   }
+}
+
+namespace {
+
+// An Ensemble that says yes to everything and whose axes stand where they were sent.
+struct YesEnsemble {
+  Stage stage;
+  Bench bench{stage};
+  std::array<std::string, 3> at{"0", "0", "0"};
+  std::string pulses = "0";
+  std::vector<std::string> log;
+  int swallow_after = -1;  ///< lines after which nothing is answered any more
+
+  explicit YesEnsemble(StageConfig config = {}) : stage(std::move(config)) {
+    bench.open();
+    run_until_safe();
+  }
+  void answer() {
+    for (std::string line; !(line = bench.take_line()).empty();) {
+      line.pop_back();
+      log.push_back(line);
+      if (swallow_after >= 0 && int(log.size()) > swallow_after) continue;
+      if (line.starts_with("LINEAR")) {
+        for (int a = 0; a < 3; ++a)
+          if (const auto n = line.find("@" + std::to_string(a)); n != std::string::npos) at[std::size_t(a)] = line.substr(n + 3, line.find(' ', n + 3) - n - 3);
+        bench.feed("%\n");
+      } else if (line.starts_with("PFBKPROG")) {
+        bench.feed("%" + at[std::size_t(line[10] - '0')] + "\n");
+      } else if (line.starts_with("PSOARRAY")) {
+        pulses = line.substr(line.rfind(',') + 1);
+        bench.feed("%\n");
+      } else if (line.starts_with("PSOCOUNT")) {
+        bench.feed("%" + pulses + "\n");
+      } else if (line.starts_with("AXISSTATUS")) {
+        bench.feed("%7\n");
+      } else if (line.find('(') != std::string::npos && line.find('=') == std::string::npos) {
+        bench.feed("%0\n");
+      } else {
+        bench.feed("%\n");
+      }
+    }
+  }
+  void run_until_safe() {
+    for (int n = 0; n < 10'000 && !stage.safe(); ++n) {
+      answer();
+      if (!stage.safe()) bench.advance_to_wake();
+    }
+    REQUIRE(stage.safe());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a position outside the host's limits is refused, naming axis, value and limit, and nothing is sent", "[stage]") {
+  YesEnsemble e;
+  const auto refused = [&](const std::function<void(std::int64_t, Effects&)>& f, const std::string& text) {
+    e.bench.command(f);
+    const Result r = e.bench.all<Result>().back();
+    CHECK(r.outcome == Outcome::kRefused);
+    CHECK(r.code == kLimit);
+    CHECK_THAT(r.text, Catch::Contains(text));
+    CHECK(e.bench.tx.empty());
+    CHECK(e.stage.safe());
+  };
+  Stage& stage = e.stage;
+  refused([&](auto t, auto& fx) { stage.move_to(50.1, 0, 0, 10, t, fx); }, "axis X: 50.1000 mm is outside [-50.0000, 50.0000] mm");
+  refused([&](auto t, auto& fx) { stage.move_to(0, -50.1, 0, 10, t, fx); }, "axis Y: -50.1000 mm");
+  refused([&](auto t, auto& fx) { stage.move_to(0, 0, std::numeric_limits<double>::infinity(), 10, t, fx); }, "axis Z: inf mm");
+  refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, 21, t, fx); }, "axis Z: speed 21.0000 mm/s is outside (0, 20.0000] mm/s");
+  refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, kNaN, t, fx); }, "speed");
+  refused([&](auto t, auto& fx) { stage.scan(0, 49, 0, 0.25, 10, 10, t, fx); }, "axis Y: 51.");
+  refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, 0.25, 10, 60, t, fx); }, "more run-up than one pitch; limit 31.6228 mm/s");
+  refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, kNaN, 10, 10, t, fx); }, "scan pitch");
+  DropletPattern pattern(GridSpec{4, 1, 0.25, 0.25, 49.0, 0.0});
+  pattern.at(3, 0) = 1;  // x = 49.75 mm: the run-out is beyond the limit
+  refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNaN, 50, t, fx); }, "axis X: 50.4750 mm is outside [-50.0000, 50.0000] mm (row 0)");
+  refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNaN, 1e6, t, fx); }, "axis X: speed");
+  DropletPattern fine(GridSpec{4, 1, 0.01, 0.25, 0.0, 0.0});
+  fine.at(0, 0) = 1;
+  refused([&](auto t, auto& fx) { stage.run_pass(fine, 0, kNaN, 50, t, fx); }, "5000.0 Hz; the jet follows 2000.0 Hz");
+}
+
+TEST_CASE("a pass without droplets is done without a move", "[stage]") {
+  YesEnsemble e;
+  e.bench.command([&](auto t, auto& fx) { e.stage.run_pass(DropletPattern(GridSpec{4, 4, 0.25, 0.25, 0, 0}), 0, 1.0, 0, t, fx); });
+  CHECK(e.bench.all<Result>().back().outcome == Outcome::kDone);
+  CHECK(e.bench.all<Result>().back().counted == 0);
+  CHECK(e.bench.tx.empty());
+}
+
+TEST_CASE("whenever the controller falls silent, no motion and no arming is ever sent twice", "[stage]") {
+  DropletPattern pattern(GridSpec{4, 2, 0.25, 0.5, 0.0, 0.0});
+  pattern.at(0, 0) = pattern.at(2, 0) = pattern.at(3, 1) = 1;
+  for (int silent_after = 0; silent_after < 40; ++silent_after) {
+    YesEnsemble e;
+    e.bench.command([&](auto t, auto& fx) { e.stage.run_pass(pattern, 0, kNaN, 0, t, fx); });
+    e.log.clear();
+    e.swallow_after = silent_after;
+    for (int n = 0; n < 300; ++n) {
+      e.answer();
+      e.bench.advance_to_wake();
+    }
+    std::map<std::string, int> acts;
+    for (const std::string& line : e.log)
+      if (line.starts_with("LINEAR") || line.starts_with("HOME")) ++acts[line];
+    for (const auto& [line, count] : acts) {
+      INFO(line << ", silent after " << silent_after << " lines");
+      CHECK(count == 1);
+    }
+    int arms = 0, fires = 0;
+    for (const std::string& line : e.log) {
+      arms += line == "PSOCONTROL @0 ARM";
+      fires += line.starts_with("LINEAR @0") && line.find("@1") == std::string::npos;
+    }
+    CHECK(fires <= arms);
+    CHECK(arms <= 2);
+  }
+}
+
+TEST_CASE("the increments of a run add up to the grid points, whatever the rounding", "[stage]") {
+  std::uint64_t seed = 3;
+  for (int round = 0; round < 50; ++round) {
+    const auto random = [&](int n) { return int((seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33) % n; };
+    DropletPattern pattern(GridSpec{1 + random(30), 1 + random(10), 0.05 + 0.001 * random(400), 0.2, -3.0 + 0.01 * random(500), 1.0});
+    for (auto& c : pattern.cells) c = std::uint8_t(random(3));
+    RasterParams params;
+    params.array_limit = 1 + random(12);
+    const int pass = random(2);
+    std::size_t drop = 0;
+    const auto order = firing_order(pattern, pass);
+    for (const RasterRun& run : plan_raster(pattern, pass, params)) {
+      REQUIRE(run.first_drop == drop);
+      REQUIRE(run.increments.size() <= std::size_t(params.array_limit));
+      const double direction = towards_plus_x(run.row) ? 1.0 : -1.0;
+      CHECK((run.end_x_mm - run.start_x_mm) * direction > 0);
+      double x_mm = std::round(run.start_x_mm * params.counts_per_mm) / params.counts_per_mm;
+      for (const std::int64_t counts : run.increments) {
+        REQUIRE(counts > 0);
+        x_mm += direction * double(counts) / params.counts_per_mm;
+        CHECK(std::abs(x_mm - pattern.spec.x_mm(int(order[drop] % std::uint32_t(pattern.spec.nx)))) < 0.51 / params.counts_per_mm);
+        CHECK(int(order[drop] / std::uint32_t(pattern.spec.nx)) == run.row);
+        ++drop;
+      }
+      CHECK((run.end_x_mm - x_mm) * direction >= run_up_mm(params) - 1e-3);
+    }
+    CHECK(drop == order.size());
+  }
+}
+
+TEST_CASE("the plan time of a move is that of the trapezoid", "[stage]") {
+  CHECK(move_time_s(10.0, 50.0, 2000.0) == Approx(10.0 / 50.0 + 50.0 / 2000.0));
+  CHECK(move_time_s(-0.5, 50.0, 2000.0) == Approx(2.0 * std::sqrt(0.5 / 2000.0)));
+  CHECK(move_time_s(1.25, 50.0, 2000.0) == Approx(2.0 * std::sqrt(1.25 / 2000.0)));  // where the two meet
 }
