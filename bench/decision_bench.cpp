@@ -17,18 +17,22 @@ namespace {
 using namespace firn;
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 void forward_model(benchmark::State& state) {
   const GridSpec g{1000, 1000};
   RandomStream random(1, Purpose::kTest);
   HeightMap h(g);
   DropletPattern u(g);
-  for (std::size_t c = 0; c < g.size(); ++c) h.cells[c] = random.uniform(0.0, 0.01), u.cells[c] = std::uint8_t(random.below(2));
+  for (std::size_t c = 0; c < g.size(); ++c)
+    h.cells[c] = random.uniform(0.0, 0.01), u.cells[c] = std::uint8_t(random.below(2));
   deposition::HeightChange<1> model(g, deposition::stencil_of({}), deposition::Border::kLose);
   for (auto _ : state) model.step(h.data(), u.data(), 0);
-  state.counters["ns_per_cell"] = benchmark::Counter(double(state.iterations()) * double(g.size()) * 1e-9,
-                                                     benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["ns_per_cell"] =
+      benchmark::Counter(double(state.iterations()) * double(g.size()) * 1e-9,
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(forward_model)->Unit(benchmark::kMillisecond);
 
@@ -40,7 +44,8 @@ void exact_recovery(benchmark::State& state) {
       RandomStream random(seed, Purpose::kInstance);
       HeightMap h(g), made(g);
       DropletPattern u(g);
-      for (std::size_t c = 0; c < g.size(); ++c) h.cells[c] = random.uniform(0.0, 0.05), u.cells[c] = std::uint8_t(random.below(2));
+      for (std::size_t c = 0; c < g.size(); ++c)
+        h.cells[c] = random.uniform(0.0, 0.05), u.cells[c] = std::uint8_t(random.below(2));
       made = h;
       deposition::HeightChange<1>(g, deposition::stencil_of({}), deposition::Border::kLose).deposit(made, u);
       control::Setup setup{g, made, Mask(g, 1), {}, deposition::Border::kLose, seed};

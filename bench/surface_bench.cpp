@@ -20,7 +20,8 @@ HeightMap measured(const GridSpec& g, bool disc) {
     for (int i = 0; i < g.nx; ++i) {
       const double x = i - 0.5 * (g.nx - 1), y = j - 0.5 * (g.ny - 1);
       const bool inside = !disc || x * x + y * y <= 0.2116 * g.nx * g.nx;
-      h.at(i, j) = inside ? 0.2 + 1e-5 * x + 0.002 * random.uniform() + 0.001 * random.normal() : kNotMeasured;
+      h.at(i, j) =
+          inside ? 0.2 + 1e-5 * x + 0.002 * random.uniform() + 0.001 * random.normal() : kNotMeasured;
     }
   return h;
 }
@@ -34,7 +35,13 @@ void robust_smoothing(benchmark::State& state) {
   for (auto _ : state) iterations = smoother.smooth(h, nullptr, {}).iterations;
   state.counters["iterations"] = iterations;
 }
-BENCHMARK(robust_smoothing)->Args({40, 0})->Args({40, 1})->Args({41, 0})->Args({100, 0})->ArgNames({"side", "disc"})->Unit(benchmark::kMillisecond);
+BENCHMARK(robust_smoothing)
+    ->Args({40, 0})
+    ->Args({40, 1})
+    ->Args({41, 0})
+    ->Args({100, 0})
+    ->ArgNames({"side", "disc"})
+    ->Unit(benchmark::kMillisecond);
 
 void map_of_scan(benchmark::State& state) {
   const GridSpec g{40, 40, 0.263256, 0.263256};

@@ -8,7 +8,8 @@ namespace firn::control {
 namespace {
 
 std::string cell_name(const GridSpec& g, std::size_t c) {
-  return "cell (" + std::to_string(c % std::size_t(g.nx)) + ", " + std::to_string(c / std::size_t(g.nx)) + ")";
+  return "cell (" + std::to_string(c % std::size_t(g.nx)) + ", " + std::to_string(c / std::size_t(g.nx)) +
+         ")";
 }
 
 }  // namespace
@@ -17,15 +18,16 @@ void check(const Setup& s) {
   firn::check(s.grid);
   deposition::check(s.model);
   if (s.target.size() != s.grid.size() || s.mask.size() != s.grid.size())
-    throw std::invalid_argument("controller: target (" + std::to_string(s.target.size()) + " cells) and mask (" +
-                                std::to_string(s.mask.size()) + ") must have the grid's " +
-                                std::to_string(s.grid.size()));
+    throw std::invalid_argument("controller: target (" + std::to_string(s.target.size()) +
+                                " cells) and mask (" + std::to_string(s.mask.size()) +
+                                ") must have the grid's " + std::to_string(s.grid.size()));
   std::size_t cells = 0;
   for (std::size_t c = 0; c < s.mask.size(); ++c) {
     if (!s.mask.cells[c]) continue;
     ++cells;
     if (!(std::isfinite(s.target.cells[c]) && s.target.cells[c] >= 0.0))
-      throw std::invalid_argument("controller: target of " + cell_name(s.grid, c) + " is not a height of 0 mm or more");
+      throw std::invalid_argument("controller: target of " + cell_name(s.grid, c) +
+                                  " is not a height of 0 mm or more");
   }
   if (cells == 0) throw std::invalid_argument("controller: the mask has no cell");
 }
@@ -34,13 +36,15 @@ void check(const Measurement& m, const Setup& s) {
   if (m.height.spec != s.grid || m.height.size() != s.grid.size())
     throw std::invalid_argument("height map: its grid (" + std::to_string(m.height.spec.nx) + " x " +
                                 std::to_string(m.height.spec.ny) + ") is not the controller's (" +
-                                std::to_string(s.grid.nx) + " x " + std::to_string(s.grid.ny) + ", same origin and pitch)");
+                                std::to_string(s.grid.nx) + " x " + std::to_string(s.grid.ny) +
+                                ", same origin and pitch)");
   if (m.layer < 0 || m.attempt < 0)
     throw std::invalid_argument("height map: layer " + std::to_string(m.layer) + ", attempt " +
                                 std::to_string(m.attempt) + ": neither may be below 0");
   for (std::size_t c = 0; c < m.height.size(); ++c)
     if (s.mask.cells[c] && !std::isfinite(m.height.cells[c]))
-      throw std::invalid_argument("height map: " + cell_name(s.grid, c) + " of the part has no finite height");
+      throw std::invalid_argument("height map: " + cell_name(s.grid, c) +
+                                  " of the part has no finite height");
 }
 
 HeightMap known_heights(const Measurement& m) {

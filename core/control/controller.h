@@ -1,5 +1,5 @@
-// The interface of every feedback scheme: a measured surface in, the next layer out. A new scheme is one class
-// and one row in the table of schemes.cpp (docs/write-a-controller.md).
+// The interface of every feedback scheme: a measured surface in, the next layer out. A new scheme is one
+// class and one row in the table of schemes.cpp (docs/write-a-controller.md).
 #pragma once
 
 #include <cstdint>
@@ -17,35 +17,37 @@ namespace firn::control {
 /// What every scheme is built for.
 struct Setup {
   GridSpec grid;
-  HeightMap target;                                ///< h_d [mm], finite and not negative on the mask
-  Mask mask;                                       ///< only these cells get droplets and count in the objective
-  deposition::DropletModel model;                  ///< what a droplet adds
+  HeightMap target;                ///< h_d [mm], finite and not negative on the mask
+  Mask mask;                       ///< only these cells get droplets and count in the objective
+  deposition::DropletModel model;  ///< what a droplet adds
   deposition::Border border = deposition::Border::kLose;
-  std::uint64_t seed = 1;                          ///< of the run; draws are keyed (seed, purpose, layer, attempt, n)
+  std::uint64_t seed = 1;  ///< of the run; draws are keyed (seed, purpose, layer, attempt, n)
 };
-/// @throws std::invalid_argument naming what is wrong: grid, sizes, an empty mask, a target not finite or negative.
+/// @throws std::invalid_argument naming what is wrong: grid, sizes, an empty mask, a target not finite or
+/// negative.
 void check(const Setup& setup);
 
 /// The surface after `layer` layers.
 struct Measurement {
-  const HeightMap& height;      ///< [mm]; finite on the mask. NaN outside it counts as 0 mm, the bare substrate
-  int layer = 0;                ///< layers deposited so far; the decision is for layer + 1
-  int attempt = 0;              ///< re-measurement number of this layer
-  double noise_std_mm = 0.0;    ///< of one cell; 0 = unknown
+  const HeightMap& height;    ///< [mm]; finite on the mask. NaN outside it counts as 0 mm, the bare substrate
+  int layer = 0;              ///< layers deposited so far; the decision is for layer + 1
+  int attempt = 0;            ///< re-measurement number of this layer
+  double noise_std_mm = 0.0;  ///< of one cell; 0 = unknown
 };
 
 struct Decision {
   enum class Kind : std::int8_t { kPrint = 0, kEnd = 1, kStop = 2 };  ///< as layer_plan_t.decision
   Kind kind = Kind::kStop;
-  DropletPattern drops;             ///< on the setup's grid; all zero unless kPrint; zero outside the mask
-  double objective_mm = 0.0;        ///< predicted objective [Lu 2015, Eq. (8)] of `drops`; open loop and SMF:
-  double objective_none_mm = 0.0;   ///< mean |error| (alpha = 1), by the height-change model. None: of no droplet
-  std::int64_t iterations = 0;      ///< single-droplet changes evaluated by a search
-  std::string reason;               ///< one sentence
+  DropletPattern drops;       ///< on the setup's grid; all zero unless kPrint; zero outside the mask
+  double objective_mm = 0.0;  ///< predicted objective [Lu 2015, Eq. (8)] of `drops`; open loop and SMF:
+  double objective_none_mm =
+      0.0;                      ///< mean |error| (alpha = 1), by the height-change model. None: of no droplet
+  std::int64_t iterations = 0;  ///< single-droplet changes evaluated by a search
+  std::string reason;           ///< one sentence
 };
 
-/// A feedback scheme. Its state is a pure function of the measurements handed in so far (it is replayed): no clock,
-/// no unkeyed randomness. A second call for the same layer (attempt + 1) replaces the first.
+/// A feedback scheme. Its state is a pure function of the measurements handed in so far (it is replayed): no
+/// clock, no unkeyed randomness. A second call for the same layer (attempt + 1) replaces the first.
 class LayerController {
  public:
   virtual ~LayerController() = default;
@@ -53,8 +55,8 @@ class LayerController {
   virtual Decision decide(const Measurement& measurement) = 0;
 };
 
-/// @throws std::invalid_argument: another grid, a layer or attempt below 0, a height on the mask that is not finite
-/// (names the cell).
+/// @throws std::invalid_argument: another grid, a layer or attempt below 0, a height on the mask that is not
+/// finite (names the cell).
 void check(const Measurement& measurement, const Setup& setup);
 
 /// The measured heights with 0 mm where nothing was measured outside the mask.

@@ -11,7 +11,8 @@ std::uint8_t nearest(double wanted, int max_drops) {
   return std::uint8_t(std::clamp(wanted + 0.5, 0.0, double(max_drops) + 0.5));
 }
 
-// What is left of a cell's wish. A saturated cell passes on at most half a droplet: its neighbours are not flooded.
+// What is left of a cell's wish. A saturated cell passes on at most half a droplet: its neighbours are not
+// flooded.
 double rest(double wanted, std::uint8_t placed) { return std::clamp(wanted - placed, -0.5, 0.5); }
 
 void diffuse(Grid<double>& wish, const Mask& mask, int max_drops, DropletPattern& drops) {
@@ -23,7 +24,10 @@ void diffuse(Grid<double>& wish, const Mask& mask, int max_drops, DropletPattern
       if (!mask.at(i, j)) continue;
       drops.at(i, j) = nearest(wish.at(i, j), max_drops);
       const double left = rest(wish.at(i, j), drops.at(i, j));
-      struct { int di, dj; double weight; } const to[] = {{ahead, 0, 7.0}, {-ahead, 1, 3.0}, {0, 1, 5.0}, {ahead, 1, 1.0}};
+      struct {
+        int di, dj;
+        double weight;
+      } const to[] = {{ahead, 0, 7.0}, {-ahead, 1, 3.0}, {0, 1, 5.0}, {ahead, 1, 1.0}};
       double sum = 0.0;
       for (const auto& t : to)
         if (g.contains(i + t.di, j + t.dj) && mask.at(i + t.di, j + t.dj)) sum += t.weight;

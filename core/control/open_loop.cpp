@@ -9,7 +9,8 @@ namespace firn::control {
 OpenLoop::OpenLoop(const Setup& setup, const ControlOptions& options)
     : setup_(setup), predict_(setup), layers_of_cell_(setup.grid) {
   const int fixed = options.open_loop.layers;
-  if (fixed < 0) throw std::invalid_argument("open_loop: layers = " + std::to_string(fixed) + " must not be below 0");
+  if (fixed < 0)
+    throw std::invalid_argument("open_loop: layers = " + std::to_string(fixed) + " must not be below 0");
   const double step_mm = setup.model.layer_height_mm();
   for (std::size_t c = 0; c < setup.grid.size(); ++c) {
     if (!setup.mask.cells[c]) continue;
@@ -25,8 +26,9 @@ Decision OpenLoop::decide(const Measurement& m) {
   const int layer = m.layer + 1;
   for (std::size_t c = 0; c < d.drops.size(); ++c) d.drops.cells[c] = layers_of_cell_.cells[c] >= layer;
   d.kind = layer <= layers_ ? Decision::Kind::kPrint : Decision::Kind::kEnd;
-  d.reason = layer <= layers_ ? "layer " + std::to_string(layer) + " of " + std::to_string(layers_) + " as sliced"
-                              : "all " + std::to_string(layers_) + " sliced layers are printed";
+  d.reason = layer <= layers_
+                 ? "layer " + std::to_string(layer) + " of " + std::to_string(layers_) + " as sliced"
+                 : "all " + std::to_string(layers_) + " sliced layers are printed";
   predict_.score(d, known_heights(m), 1.0);
   return d;
 }

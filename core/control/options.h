@@ -9,7 +9,8 @@ namespace firn::control {
 
 /// Prints the part as sliced, whatever is measured.
 struct OpenLoopOptions {
-  int layers = 0;  ///< 0: per cell, target / (h1 + 4 h2 + 4 h3) rounded to the nearest; else that many full layers
+  int layers =
+      0;  ///< 0: per cell, target / (h1 + 4 h2 + 4 h3) rounded to the nearest; else that many full layers
 };
 
 /// How a wanted height that is no whole number of droplets becomes droplets.
@@ -39,21 +40,21 @@ struct AlphaStep {
 
 /// Model predictive control with stochastic greedy search [Lu 2015, Eq. (8), IV-C].
 struct MpcOptions {
-  int horizon = 1;                             ///< N
-  std::vector<AlphaStep> alpha = {{1, 1.0}};   ///< ascending from_layer; the first one must be 1
-  int subset = 16;                             ///< M, points per random subset
-  std::int64_t max_evaluations = 20'000'000;   ///< bound on single-droplet changes evaluated per decision
-  int max_drops = 1;                           ///< per cell and layer; more are predicted pass by pass
-  bool start_ones = true;                      ///< initial guesses: all cells (the paper's),
-  bool start_dithered = true;                  ///< and as many droplets as the missing height asks for
-  double min_improvement_mm = 0.0;             ///< end when the best layer betters printing nothing by no more
+  int horizon = 1;                            ///< N
+  std::vector<AlphaStep> alpha = {{1, 1.0}};  ///< ascending from_layer; the first one must be 1
+  int subset = 16;                            ///< M, points per random subset
+  std::int64_t max_evaluations = 20'000'000;  ///< bound on single-droplet changes evaluated per decision
+  int max_drops = 1;                          ///< per cell and layer; more are predicted pass by pass
+  bool start_ones = true;                     ///< initial guesses: all cells (the paper's),
+  bool start_dithered = true;                 ///< and as many droplets as the missing height asks for
+  double min_improvement_mm = 0.0;            ///< end when the best layer betters printing nothing by no more
 };
 
 struct ControlOptions {
   std::string scheme = "mpc";
   int max_layers = 0;  ///< stop for the operator when a scheme wants more layers than this; 0: no bound
-  /// SMF and MPC end when a last layer would better the part by no more than this many noise_std per droplet: beyond,
-  /// droplets answer the noise of the measurement (docs/algorithms-control.md has the figures).
+  /// SMF and MPC end when a last layer would better the part by no more than this many noise_std per droplet:
+  /// beyond, droplets answer the noise of the measurement (docs/algorithms-control.md has the figures).
   double noise_gate = 2.0;
   OpenLoopOptions open_loop;
   SmfOptions smf;

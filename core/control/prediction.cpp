@@ -45,7 +45,8 @@ HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops)
 
 void Predictor::score(Decision& d, const HeightMap& height, double alpha) {
   d.objective_none_mm = objective_mm(height, target_, mask_, alpha);
-  d.objective_mm = d.drops.passes() ? objective_mm(after(height, d.drops), target_, mask_, alpha) : d.objective_none_mm;
+  d.objective_mm =
+      d.drops.passes() ? objective_mm(after(height, d.drops), target_, mask_, alpha) : d.objective_none_mm;
 }
 
 }  // namespace firn::control

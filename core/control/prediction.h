@@ -6,12 +6,12 @@
 
 namespace firn::control {
 
-/// Objective of Eq. (8) [Lu 2015] over the mask: alpha avg|h_d - H| + (1 - alpha) std(H), std about the mean with
-/// divisor n (std of the printed form), two passes in index order. h_d is a matrix (errata).
+/// Objective of Eq. (8) [Lu 2015] over the mask: alpha avg|h_d - H| + (1 - alpha) std(H), std about the mean
+/// with divisor n (std of the printed form), two passes in index order. h_d is a matrix (errata).
 double objective_mm(const HeightMap& height, const HeightMap& target, const Mask& mask, double alpha);
 
-/// True when `decision` betters printing nothing by more than `gate` * noise_std_mm for each of its droplets (an
-/// objective is a mean over `part_cells` cells, so one droplet that mends h mm is worth h / part_cells).
+/// True when `decision` betters printing nothing by more than `gate` * noise_std_mm for each of its droplets
+/// (an objective is a mean over `part_cells` cells, so one droplet that mends h mm is worth h / part_cells).
 bool beats_noise(const Decision& decision, std::int64_t part_cells, double noise_std_mm, double gate);
 
 /// Turns a decision into the end of the print.

@@ -48,9 +48,11 @@ std::span<const Scheme> schemes() { return kSchemes; }
 
 std::unique_ptr<LayerController> make_controller(const Setup& setup, const ControlOptions& options) {
   if (options.max_layers < 0)
-    throw std::invalid_argument("control: max_layers = " + std::to_string(options.max_layers) + " must not be below 0");
+    throw std::invalid_argument("control: max_layers = " + std::to_string(options.max_layers) +
+                                " must not be below 0");
   if (!(options.noise_gate >= 0.0))
-    throw std::invalid_argument("control: noise_gate = " + std::to_string(options.noise_gate) + " must not be below 0");
+    throw std::invalid_argument("control: noise_gate = " + std::to_string(options.noise_gate) +
+                                " must not be below 0");
   std::string known;
   for (const Scheme& s : kSchemes) {
     if (s.name == options.scheme) {

@@ -10,7 +10,9 @@ namespace firn::control {
 namespace {
 
 void require(bool ok, const char* name, double value, const char* limit) {
-  if (!ok) throw std::invalid_argument(std::string("smf: ") + name + " = " + std::to_string(value) + " must be " + limit);
+  if (!ok)
+    throw std::invalid_argument(std::string("smf: ") + name + " = " + std::to_string(value) + " must be " +
+                                limit);
 }
 
 const SmfOptions& checked(const SmfOptions& o) {
@@ -19,7 +21,8 @@ const SmfOptions& checked(const SmfOptions& o) {
   require(std::isfinite(o.kd_star) && o.kd_star >= 0.0, "kd_star", o.kd_star, "0 or more");
   require(o.output_limit > 0.0, "output_limit", o.output_limit, "above 0");
   require(o.integral_limit > 0.0, "integral_limit", o.integral_limit, "above 0");
-  require(std::isfinite(o.layer_height_mm) && o.layer_height_mm >= 0.0, "layer_height_mm", o.layer_height_mm, "0 or more");
+  require(std::isfinite(o.layer_height_mm) && o.layer_height_mm >= 0.0, "layer_height_mm", o.layer_height_mm,
+          "0 or more");
   require(o.max_drops >= 1 && o.max_drops <= 16, "max_drops", o.max_drops, "1..16");
   return o;
 }
@@ -44,9 +47,12 @@ double Smf::reference_mm(std::size_t cell, int layer) const {
 
 Decision Smf::decide(const Measurement& m) {
   check(m, setup_);
-  if (m.layer < after_.layer) after_ = Memory{-1, Grid<double>(setup_.grid), Grid<double>(setup_.grid), Grid<double>(setup_.grid)};
-  if (m.layer > after_.layer) before_ = after_;
-  else after_ = before_;  // measured again: as if the first time had not been
+  if (m.layer < after_.layer)
+    after_ = Memory{-1, Grid<double>(setup_.grid), Grid<double>(setup_.grid), Grid<double>(setup_.grid)};
+  if (m.layer > after_.layer)
+    before_ = after_;
+  else
+    after_ = before_;  // measured again: as if the first time had not been
   const bool derivative = before_.layer >= 0;
   const double sum_limit = options_.ki_star > 0.0 ? options_.integral_limit / options_.ki_star : 0.0;
 
@@ -57,7 +63,7 @@ Decision Smf::decide(const Measurement& m) {
     const double r = reference_mm(c, m.layer), next = reference_mm(c, m.layer + 1);
     const double e = (r - m.height.cells[c]) / dh_mm_;
     const double sum = std::clamp(before_.sum.cells[c] + e, -sum_limit, sum_limit);
-    double u = options_.kp * e + options_.ki_star * sum;                                      // (5.1), (5.2)
+    double u = options_.kp * e + options_.ki_star * sum;  // (5.1), (5.2)
     if (derivative) u += options_.kd_star * (e - before_.error.cells[c]);
     output_.cells[c] = std::clamp(u, -options_.output_limit, options_.output_limit);
     after_.sum.cells[c] = sum;
@@ -71,11 +77,13 @@ Decision Smf::decide(const Measurement& m) {
   d.drops = halftone(wanted, setup_.mask, options_.max_drops, options_.rounding, after_.carry);
   predict_.score(d, known_heights(m), 1.0);
   if (at_target && !beats_noise(d, part_cells_, m.noise_std_mm, noise_gate_)) {
-    end_print(d, "the nominal height is reached and no layer betters the part beyond the measurement's noise");
+    end_print(d,
+              "the nominal height is reached and no layer betters the part beyond the measurement's noise");
     return d;
   }
   d.kind = Decision::Kind::kPrint;
-  d.reason = at_target ? "correction at the nominal height" : "layer " + std::to_string(m.layer + 1) + " by PID on the error surface";
+  d.reason = at_target ? "correction at the nominal height"
+                       : "layer " + std::to_string(m.layer + 1) + " by PID on the error surface";
   return d;
 }
 

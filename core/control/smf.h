@@ -8,20 +8,20 @@ namespace firn::control {
 
 /// Matrix PID on the error surface in units of the layer interval dh:
 ///   e_k = (r_k - H_k) / dh,   U_k = Kp e_k + Ki* sum e_i + Kd* (e_k - e_{k-1})          (5.1), (5.2)
-/// with r_k = min(k dh, target) per cell after k layers (the first measurement is k = 0; there the derivative term is
-/// left out). The integral term is held within +-integral_limit and U within +-output_limit (5.2.2).
-/// Drop on demand (5.2.3): the next layer shall add r_{k+1} - r_k + dh U_k, so a cell wants that height divided by what
-/// a droplet is worth. One droplet raises its own cell by h1 + its neighbours' refusals only, but every cell also
-/// takes its neighbours' share; the worth of a droplet per cell is h1 + 4 h2 + 4 h3, exact where all cells print the
-/// same, and the loop makes up for the rest. Fractions become droplets by error diffusion (default): docs/algorithms-
-/// control.md compares it with rounding and with carrying over.
-/// Ends when r has reached the target everywhere and the next layer would not lower the predicted mean |error|, or by no
-/// more than the noise gate.
-/// A second measurement of a layer replaces the first in sum and difference. A layer below the last one seen starts anew.
+/// with r_k = min(k dh, target) per cell after k layers (the first measurement is k = 0; there the derivative
+/// term is left out). The integral term is held within +-integral_limit and U within +-output_limit (5.2.2).
+/// Drop on demand (5.2.3): the next layer shall add r_{k+1} - r_k + dh U_k, so a cell wants that height
+/// divided by what a droplet is worth. One droplet raises its own cell by h1 + its neighbours' refusals only,
+/// but every cell also takes its neighbours' share; the worth of a droplet per cell is h1 + 4 h2 + 4 h3,
+/// exact where all cells print the same, and the loop makes up for the rest. Fractions become droplets by
+/// error diffusion (default): docs/algorithms- control.md compares it with rounding and with carrying over.
+/// Ends when r has reached the target everywhere and the next layer would not lower the predicted mean
+/// |error|, or by no more than the noise gate. A second measurement of a layer replaces the first in sum and
+/// difference. A layer below the last one seen starts anew.
 class Smf final : public LayerController {
  public:
-  /// @throws std::invalid_argument naming the option: gains finite, kp above 0, the others not negative; limits above 0;
-  /// layer_height_mm not negative; max_drops 1..16.
+  /// @throws std::invalid_argument naming the option: gains finite, kp above 0, the others not negative;
+  /// limits above 0; layer_height_mm not negative; max_drops 1..16.
   Smf(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
 
@@ -30,7 +30,7 @@ class Smf final : public LayerController {
 
  private:
   struct Memory {
-    int layer = -1;             // of the last measurement taken in; -1: none
+    int layer = -1;  // of the last measurement taken in; -1: none
     Grid<double> sum, error, carry;
   };
   double reference_mm(std::size_t cell, int layer) const;
@@ -40,7 +40,7 @@ class Smf final : public LayerController {
   double dh_mm_, noise_gate_;
   std::int64_t part_cells_;
   Predictor predict_;
-  Memory before_, after_;       // the layer now being measured
+  Memory before_, after_;  // the layer now being measured
   Grid<double> output_;
 };
 

@@ -11,10 +11,14 @@ namespace firn::deposition {
 namespace {
 
 void require_weight(bool ok, const std::string& name, double value, const char* limit) {
-  if (!ok) throw std::invalid_argument("droplet model: " + name + " = " + std::to_string(value) + " mm must be " + limit);
+  if (!ok)
+    throw std::invalid_argument("droplet model: " + name + " = " + std::to_string(value) + " mm must be " +
+                                limit);
 }
 
-Link make_link(int dx, int dy, double w_mm, double centre_mm) { return {dx, dy, w_mm, w_mm / (centre_mm + w_mm)}; }
+Link make_link(int dx, int dy, double w_mm, double centre_mm) {
+  return {dx, dy, w_mm, w_mm / (centre_mm + w_mm)};
+}
 
 // Flows of one ink: the vectorised row.
 struct UniformFlow {
@@ -46,8 +50,9 @@ void check(const DropletModel& m) {
 void check_finite(const HeightMap& height, const char* what) {
   for (std::size_t c = 0; c < height.size(); ++c)
     if (!std::isfinite(height.cells[c]))
-      throw std::invalid_argument(std::string(what) + ": height of cell (" + std::to_string(c % std::size_t(height.spec.nx)) +
-                                  ", " + std::to_string(c / std::size_t(height.spec.nx)) + ") is not finite");
+      throw std::invalid_argument(std::string(what) + ": height of cell (" +
+                                  std::to_string(c % std::size_t(height.spec.nx)) + ", " +
+                                  std::to_string(c / std::size_t(height.spec.nx)) + ") is not finite");
 }
 
 Stencil<1> stencil_of(const DropletModel& m) { return {m.h1_mm, {m.h2_mm, m.h3_mm}}; }
@@ -73,8 +78,10 @@ template <int Radius>
 HeightChange<Radius>::HeightChange(const GridSpec& grid, const Stencil<Radius>& stencil, Border border)
     : grid_(grid), stencil_(stencil), border_(border), width_(std::size_t(grid.nx)) {
   firn::check(grid);
-  require_weight(std::isfinite(stencil.centre_mm) && stencil.centre_mm > 0.0, "centre", stencil.centre_mm, "above 0");
-  for (double w : stencil.ring_mm) require_weight(std::isfinite(w) && w >= 0.0, "ring weight", w, "not negative");
+  require_weight(std::isfinite(stencil.centre_mm) && stencil.centre_mm > 0.0, "centre", stencil.centre_mm,
+                 "above 0");
+  for (double w : stencil.ring_mm)
+    require_weight(std::isfinite(w) && w >= 0.0, "ring weight", w, "not negative");
   for (const Link& link : links_of(stencil))
     if (link.dy > 0 || (link.dy == 0 && link.dx > 0)) forward_.push_back(link);
   drops_.assign(width_ * (Radius + 1), 0.0);
@@ -108,7 +115,8 @@ Ledger HeightChange<Radius>::run(double* height, const std::uint8_t* drops, int 
       const double* un = row_of(drops_, j + link.dy) + begin + link.dx;
       double* to = row_of(change_, j + link.dy) + begin + link.dx;
       if constexpr (Flow::kUniform) {
-        kernels.flow(h + begin, hn, u + begin, un, link.w_mm, link.slope, flow_.data(), change + begin, to, std::size_t(n));
+        kernels.flow(h + begin, hn, u + begin, un, link.w_mm, link.slope, flow_.data(), change + begin, to,
+                     std::size_t(n));
       } else {
         const std::size_t c = first + std::size_t(begin);
         const std::ptrdiff_t step = std::ptrdiff_t(link.dy) * nx + link.dx;
@@ -182,7 +190,8 @@ Ledger HeightChange<Radius>::deposit(HeightMap& height, const DropletPattern& dr
 
 Ledger deposit_additive(HeightMap& height, const DropletPattern& drops, const DropletModel& model) {
   check(model);
-  if (height.size() != drops.size()) throw std::invalid_argument("deposit_additive: height and drops differ in size");
+  if (height.size() != drops.size())
+    throw std::invalid_argument("deposit_additive: height and drops differ in size");
   const GridSpec& g = drops.spec;
   Ledger ledger;
   const auto links = links_of(stencil_of(model));
@@ -192,8 +201,10 @@ Ledger deposit_additive(HeightMap& height, const DropletPattern& drops, const Dr
       if (u == 0.0) continue;
       height.at(i, j) += model.h1_mm * u;
       for (const Link& link : links) {
-        if (g.contains(i + link.dx, j + link.dy)) height.at(i + link.dx, j + link.dy) += link.w_mm * u;
-        else ledger.lost_mm += link.w_mm * u;
+        if (g.contains(i + link.dx, j + link.dy))
+          height.at(i + link.dx, j + link.dy) += link.w_mm * u;
+        else
+          ledger.lost_mm += link.w_mm * u;
       }
       ledger.drops += drops.at(i, j);
     }

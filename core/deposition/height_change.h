@@ -1,10 +1,11 @@
 // Height change of one layer of droplets on an uneven surface: what a droplet adds to its own cell and to its
 // neighbours [Lu 2015, Eqs. (3)-(5)], and the additive baseline [Eq. (2)].
 //
-// A droplet on cell c raises each neighbour n by w sat_{h1+w}(H_c - H_n), w = h2 at a side and h3 at a corner, and
-// its own cell by h1 plus what the neighbours refused. So each droplet adds exactly h1 + 4 h2 + 4 h3 (in cell
-// heights), and dH is linear in the droplets for given H. The errata's readings: in (3) U and dH belong to the same
-// layer (H_{k+1} = H_k + dH(H_k, U_k)); the border is an option (the paper does not define it).
+// A droplet on cell c raises each neighbour n by w sat_{h1+w}(H_c - H_n), w = h2 at a side and h3 at a
+// corner, and its own cell by h1 plus what the neighbours refused. So each droplet adds exactly h1 + 4 h2 + 4
+// h3 (in cell heights), and dH is linear in the droplets for given H. The errata's readings: in (3) U and dH
+// belong to the same layer (H_{k+1} = H_k + dH(H_k, U_k)); the border is an option (the paper does not define
+// it).
 #pragma once
 
 #include <array>
@@ -29,15 +30,15 @@ struct DropletModel {
 /// @throws std::invalid_argument naming the constant: h1 finite and above 0, h2, h3 finite and not negative.
 void check(const DropletModel& model);
 
-/// What lies beyond the grid. kLose: infinitely low ground, sat = 1, its share is lost (the reading that reproduces
-/// section III-C). kKeep: a wall, sat = 0, so the volume on the grid is conserved.
+/// What lies beyond the grid. kLose: infinitely low ground, sat = 1, its share is lost (the reading that
+/// reproduces section III-C). kKeep: a wall, sat = 0, so the volume on the grid is conserved.
 enum class Border : std::uint8_t { kLose, kKeep };
 
 /// sat_a(b) of Eq. (5): 1 for b >= 0, falling to 0 at b = -a. @pre a > 0
 inline double sat(double a, double b) { return b >= 0.0 ? 1.0 : (b <= -a ? 0.0 : 1.0 + b / a); }
 
-/// A droplet's weights by neighbour class. Class of offset (dx, dy), with p = max(|dx|, |dy|), q = min: p (p+1) / 2
-/// + q - 1, so (1,0), (1,1), (2,0), (2,1), (2,2), ... Radius 1 is Lu's (h2, h3); his remark in III-A asks for more.
+/// A droplet's weights by neighbour class: (1,0), (1,1), (2,0), (2,1), (2,2), ... Radius 1 is Lu's (h2, h3);
+/// his remark in III-A asks for more.
 template <int Radius>
 struct Stencil {
   static_assert(Radius >= 1 && Radius <= 4);
@@ -50,14 +51,16 @@ struct Stencil {
     const int p = a > b ? a : b, q = a > b ? b : a;
     return p * (p + 1) / 2 + q - 1;
   }
-  double at(int dx, int dy) const { return dx == 0 && dy == 0 ? centre_mm : ring_mm[std::size_t(class_of(dx, dy))]; }
+  double at(int dx, int dy) const {
+    return dx == 0 && dy == 0 ? centre_mm : ring_mm[std::size_t(class_of(dx, dy))];
+  }
   /// Height that one droplet adds over all cells.
   double drop_height_mm() const;
 };
 Stencil<1> stencil_of(const DropletModel& model);
 
-/// One neighbour link: a droplet raises the cell at (dx, dy) by clamp(w + slope * (H_c - H_n), 0, w), which is
-/// w sat_{h1+w}(H_c - H_n) with slope = w / (h1 + w).
+/// One neighbour link: a droplet raises the cell at (dx, dy) by clamp(w + slope * (H_c - H_n), 0, w), which
+/// is w sat_{h1+w}(H_c - H_n) with slope = w / (h1 + w).
 struct Link {
   int dx = 0;
   int dy = 0;
@@ -91,18 +94,19 @@ class HeightChange {
   /// @throws std::invalid_argument: grid out of range; weights negative or not finite, centre not above 0.
   HeightChange(const GridSpec& grid, const Stencil<Radius>& stencil, Border border);
 
-  /// Adds `drops` to `height`: a cell with n drops gets them in n passes, pass p (0-based) being one step of Eq. (4)
-  /// on the height that pass p - 1 left, over the cells with more than p drops.
-  /// @throws std::invalid_argument before anything is changed: sizes differ from the grid, a height is NaN or infinite
-  /// (the model needs every cell: fill unmeasured cells first).
+  /// Adds `drops` to `height`: a cell with n drops gets them in n passes, pass p (0-based) being one step of
+  /// Eq. (4) on the height that pass p - 1 left, over the cells with more than p drops.
+  /// @throws std::invalid_argument before anything is changed: sizes differ from the grid, a height is NaN or
+  /// infinite (the model needs every cell: fill unmeasured cells first).
   Ledger deposit(HeightMap& height, const DropletPattern& drops);
 
   /// One pass (cells with more than `pass` drops). @pre heights finite, sizes equal to the grid's
   Ledger step(double* height_mm, const std::uint8_t* drops, int pass);
 
-  /// As step(), every droplet with its own weights: `stencils[c]` belongs to the droplet on cell c (two materials
-  /// [Eqs. (6), (7), with the errata's corrections], droplet size variation).
-  Ledger step(double* height_mm, const std::uint8_t* drops, int pass, std::span<const Stencil<Radius>> stencils);
+  /// As step(), every droplet with its own weights: `stencils[c]` belongs to the droplet on cell c (two
+  /// materials [Eqs. (6), (7), with the errata's corrections], droplet size variation).
+  Ledger step(double* height_mm, const std::uint8_t* drops, int pass,
+              std::span<const Stencil<Radius>> stencils);
 
   const Ledger& total() const { return total_; }  ///< since construction
   const GridSpec& grid() const { return grid_; }
@@ -112,7 +116,9 @@ class HeightChange {
  private:
   template <class Flow>
   Ledger run(double* height_mm, const std::uint8_t* drops, int pass, const Flow& flow);
-  double* row_of(std::vector<double>& ring, int j) { return ring.data() + std::size_t(j % (Radius + 1)) * width_; }
+  double* row_of(std::vector<double>& ring, int j) {
+    return ring.data() + std::size_t(j % (Radius + 1)) * width_;
+  }
 
   GridSpec grid_;
   Stencil<Radius> stencil_;
@@ -127,8 +133,8 @@ class HeightChange {
 extern template class HeightChange<1>;
 extern template class HeightChange<2>;
 
-/// The traditional baseline: Eq. (2), every droplet adds h1, h2, h3 whatever the heights; what falls off the grid is
-/// lost. n drops add n times as much. @throws std::invalid_argument when sizes differ.
+/// The traditional baseline: Eq. (2), every droplet adds h1, h2, h3 whatever the heights; what falls off the
+/// grid is lost. n drops add n times as much. @throws std::invalid_argument when sizes differ.
 Ledger deposit_additive(HeightMap& height, const DropletPattern& drops, const DropletModel& model);
 
 /// @throws std::invalid_argument naming the first cell that is NaN or infinite.

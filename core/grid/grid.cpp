@@ -12,11 +12,18 @@ void require(bool ok, const std::string& what) {
 
 void check_axis(const char* axis, std::int32_t n, double pitch_mm, double origin_mm) {
   const std::string a = axis;
-  require(n >= 1 && n <= kMaxGridSide, "n" + a + " = " + std::to_string(n) + " is outside 1.." + std::to_string(kMaxGridSide));
+  require(n >= 1 && n <= kMaxGridSide,
+          "n" + a + " = " + std::to_string(n) + " is outside 1.." + std::to_string(kMaxGridSide));
   require(std::isfinite(pitch_mm) && pitch_mm > 0.0 && pitch_mm <= 100.0,
           "pitch_" + a + "_mm = " + std::to_string(pitch_mm) + " is outside (0, 100]");
   require(std::isfinite(origin_mm) && std::abs(origin_mm) <= 1e4,
           "origin_" + a + "_mm = " + std::to_string(origin_mm) + " is outside +-10000");
+}
+
+// Position in pitches; a cell centre is a whole number whatever the rounding of origin + i * pitch.
+double cell_units(double x_mm, double origin_mm, double pitch_mm) {
+  const double u = (x_mm - origin_mm) / pitch_mm, whole = std::floor(u + 0.5);
+  return std::abs(u - whole) < 1e-9 * (1.0 + std::abs(whole)) ? whole : u;
 }
 
 }  // namespace
@@ -36,9 +43,7 @@ int DropletPattern::passes() const {
   return cells.empty() ? 0 : *std::max_element(cells.begin(), cells.end());
 }
 
-std::int64_t Mask::count() const {
-  return std::count(cells.begin(), cells.end(), std::uint8_t{1});
-}
+std::int64_t Mask::count() const { return std::count(cells.begin(), cells.end(), std::uint8_t{1}); }
 
 ErrorStats error_stats(const HeightMap& height, const HeightMap& target, const Mask& mask) {
   if (height.size() != target.size() || height.size() != mask.size())
@@ -78,12 +83,12 @@ HeightMap resample(const HeightMap& from, const GridSpec& to, double outside) {
   HeightMap out(to, outside);
   const GridSpec& f = from.spec;
   for (int j = 0; j < to.ny; ++j) {
-    const double v = (to.y_mm(j) - f.origin_y_mm) / f.pitch_y_mm;
+    const double v = cell_units(to.y_mm(j), f.origin_y_mm, f.pitch_y_mm);
     if (v < 0.0 || v > f.ny - 1) continue;
     const int j0 = std::min(int(v), std::max(0, f.ny - 2));
     const double b = v - j0;
     for (int i = 0; i < to.nx; ++i) {
-      const double u = (to.x_mm(i) - f.origin_x_mm) / f.pitch_x_mm;
+      const double u = cell_units(to.x_mm(i), f.origin_x_mm, f.pitch_x_mm);
       if (u < 0.0 || u > f.nx - 1) continue;
       const int i0 = std::min(int(u), std::max(0, f.nx - 2));
       const double a = u - i0;

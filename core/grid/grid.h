@@ -78,12 +78,12 @@ struct Mask : Grid<std::uint8_t> {
 /// Error statistics of `height - target` over the cells with mask 1 and a finite height. Sums run in
 /// index order, so equal input gives equal bytes.
 struct ErrorStats {
-  std::int64_t cells = 0;     ///< cells that counted
-  std::int64_t missing = 0;   ///< masked cells with no measured height
-  double mean_mm = 0.0;       ///< signed mean of height - target
+  std::int64_t cells = 0;    ///< cells that counted
+  std::int64_t missing = 0;  ///< masked cells with no measured height
+  double mean_mm = 0.0;      ///< signed mean of height - target
   double mean_abs_mm = 0.0;
-  double rms_mm = 0.0;        ///< about the target
-  double std_mm = 0.0;        ///< about the mean
+  double rms_mm = 0.0;  ///< about the target
+  double std_mm = 0.0;  ///< about the mean
   double min_mm = 0.0;
   double max_mm = 0.0;
 };

@@ -1,8 +1,10 @@
 #include "core/grid/npy.h"
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cstring>
+#include <stdexcept>
 #include <string_view>
 
 namespace firn {
@@ -48,8 +50,10 @@ Header read_header(std::span<const std::byte> bytes, const std::string& name) {
   if (major != 1 && major != 2) fail(name, 6, "NPY version " + std::to_string(major) + " is not 1 or 2");
   const auto u8 = [&](std::size_t n) { return std::size_t(bytes[n]); };
   const std::size_t at = major == 1 ? 10 : 12;
-  const std::size_t length = major == 1 ? u8(8) | u8(9) << 8 : u8(8) | u8(9) << 8 | u8(10) << 16 | u8(11) << 24;
-  if (length > bytes.size() - at) fail(name, 8, "NPY header length " + std::to_string(length) + " runs past the end");
+  const std::size_t length =
+      major == 1 ? u8(8) | u8(9) << 8 : u8(8) | u8(9) << 8 | u8(10) << 16 | u8(11) << 24;
+  if (length > bytes.size() - at)
+    fail(name, 8, "NPY header length " + std::to_string(length) + " runs past the end");
   const std::string_view dict = text.substr(at, length);
   Header h;
   h.data_at = at + length;
@@ -57,7 +61,8 @@ Header read_header(std::span<const std::byte> bytes, const std::string& name) {
   const std::size_t close = d.size() > 1 && d[0] == '\'' ? d.find('\'', 1) : d.npos;
   if (close == d.npos) fail(name, at, "NPY dtype is not a plain type");
   h.dtype = d.substr(1, close - 1);
-  if (!value_of(dict, "fortran_order", name).starts_with("False")) fail(name, at, "NPY array is in Fortran order; row-major is needed");
+  if (!value_of(dict, "fortran_order", name).starts_with("False"))
+    fail(name, at, "NPY array is in Fortran order; row-major is needed");
   std::string_view shape = value_of(dict, "shape", name);
   if (!shape.starts_with("(")) fail(name, at, "NPY shape is not a tuple");
   h.shape.ny = side_of(shape, name);
@@ -71,16 +76,20 @@ std::size_t checked_item_size(const Header& h, std::size_t total, std::size_t it
                               const std::string& name) {
   const std::size_t want = std::size_t(h.shape.ny) * std::size_t(h.shape.nx) * item;
   if (total - h.data_at != want)
-    fail(name, total, "NPY data has " + std::to_string(total - h.data_at) + " bytes, shape and dtype need " + std::to_string(want));
+    fail(name, total,
+         "NPY data has " + std::to_string(total - h.data_at) + " bytes, shape and dtype need " +
+             std::to_string(want));
   if (h.shape.nx != g.nx || h.shape.ny != g.ny)
-    fail(name, h.data_at, "NPY shape (" + std::to_string(h.shape.ny) + ", " + std::to_string(h.shape.nx) +
-                              ") is not the grid's (" + std::to_string(g.ny) + ", " + std::to_string(g.nx) + ")");
+    fail(name, h.data_at,
+         "NPY shape (" + std::to_string(h.shape.ny) + ", " + std::to_string(h.shape.nx) +
+             ") is not the grid's (" + std::to_string(g.ny) + ", " + std::to_string(g.nx) + ")");
   return item;
 }
 
-std::vector<std::byte> with_header(const GridSpec& g, const std::string& dtype, const void* data, std::size_t bytes) {
-  std::string dict = "{'descr': '" + dtype + "', 'fortran_order': False, 'shape': (" + std::to_string(g.ny) + ", " +
-                     std::to_string(g.nx) + "), }";
+std::vector<std::byte> with_header(const GridSpec& g, const std::string& dtype, const void* data,
+                                   std::size_t bytes) {
+  std::string dict = "{'descr': '" + dtype + "', 'fortran_order': False, 'shape': (" + std::to_string(g.ny) +
+                     ", " + std::to_string(g.nx) + "), }";
   while ((10 + dict.size() + 1) % 64) dict += ' ';
   dict += '\n';
   std::string head("\x93NUMPY\x01\x00", 8);
@@ -95,7 +104,9 @@ std::vector<std::byte> with_header(const GridSpec& g, const std::string& dtype, 
 
 }  // namespace
 
-NpyShape npy_shape(std::span<const std::byte> bytes, const std::string& name) { return read_header(bytes, name).shape; }
+NpyShape npy_shape(std::span<const std::byte> bytes, const std::string& name) {
+  return read_header(bytes, name).shape;
+}
 
 HeightMap height_map_from_npy(std::span<const std::byte> bytes, const GridSpec& g, const std::string& name) {
   const Header h = read_header(bytes, name);
@@ -118,16 +129,22 @@ HeightMap height_map_from_npy(std::span<const std::byte> bytes, const GridSpec& 
 
 Mask mask_from_npy(std::span<const std::byte> bytes, const GridSpec& g, const std::string& name) {
   const Header h = read_header(bytes, name);
-  if (h.dtype != "|u1" && h.dtype != "|b1") fail(name, 10, "NPY dtype '" + h.dtype + "' is not '|u1' or '|b1'");
+  if (h.dtype != "|u1" && h.dtype != "|b1")
+    fail(name, 10, "NPY dtype '" + h.dtype + "' is not '|u1' or '|b1'");
   checked_item_size(h, bytes.size(), 1, g, name);
   Mask mask(g);
   std::memcpy(mask.data(), bytes.data() + h.data_at, mask.size());
   for (std::size_t c = 0; c < mask.size(); ++c)
-    if (mask.cells[c] > 1) fail(name, h.data_at + c, "mask value " + std::to_string(mask.cells[c]) + " is not 0 or 1");
+    if (mask.cells[c] > 1)
+      fail(name, h.data_at + c, "mask value " + std::to_string(mask.cells[c]) + " is not 0 or 1");
   return mask;
 }
 
-std::vector<std::byte> to_npy(const HeightMap& map) { return with_header(map.spec, "<f8", map.data(), map.size() * 8); }
-std::vector<std::byte> to_npy(const Grid<std::uint8_t>& map) { return with_header(map.spec, "|u1", map.data(), map.size()); }
+std::vector<std::byte> to_npy(const HeightMap& map) {
+  return with_header(map.spec, "<f8", map.data(), map.size() * 8);
+}
+std::vector<std::byte> to_npy(const Grid<std::uint8_t>& map) {
+  return with_header(map.spec, "|u1", map.data(), map.size());
+}
 
 }  // namespace firn

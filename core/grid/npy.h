@@ -14,7 +14,8 @@ namespace firn {
 /// Row-major (ny, nx) array. dtype '<f8', '<f4' (heights) or '|u1', '|b1' (patterns, masks).
 /// @throws std::invalid_argument with `name`, the byte offset and what is wrong: magic, version, dtype,
 /// Fortran order, shape not 2-D, side above kMaxGridSide, length not equal to the shape's.
-HeightMap height_map_from_npy(std::span<const std::byte> bytes, const GridSpec& geometry, const std::string& name);
+HeightMap height_map_from_npy(std::span<const std::byte> bytes, const GridSpec& geometry,
+                              const std::string& name);
 Mask mask_from_npy(std::span<const std::byte> bytes, const GridSpec& geometry, const std::string& name);
 
 /// Shape only: {ny, nx}.

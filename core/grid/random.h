@@ -12,13 +12,26 @@ PhiloxBlock philox4x32(PhiloxBlock counter, std::array<std::uint32_t, 2> key);
 
 /// What a number is drawn for; streams of different purposes are independent.
 enum class Purpose : std::uint32_t {
-  kTest = 1, kGreedySearch = 2, kDropletSize = 3, kDropletPlacement = 4, kMissedDroplet = 5, kSatellite = 6,
-  kNozzleDrift = 7, kSensorNoise = 8, kDropout = 9, kModelVariation = 10, kBusFault = 11, kKill = 12,
-  kInstance = 13, kBootstrap = 14, kSurface = 15, kInstrument = 16,
+  kTest = 1,
+  kGreedySearch = 2,
+  kDropletSize = 3,
+  kDropletPlacement = 4,
+  kMissedDroplet = 5,
+  kSatellite = 6,
+  kNozzleDrift = 7,
+  kSensorNoise = 8,
+  kDropout = 9,
+  kModelVariation = 10,
+  kBusFault = 11,
+  kKill = 12,
+  kInstance = 13,
+  kBootstrap = 14,
+  kSurface = 15,
+  kInstrument = 16,
 };
 
-/// Key of one draw: (seed, purpose, layer, attempt, cell), so that two runs that print the same droplet see the
-/// same disturbance even when everything before it differed (common random numbers).
+/// Key of one draw: (seed, purpose, layer, attempt, cell), so that two runs that print the same droplet see
+/// the same disturbance even when everything before it differed (common random numbers).
 struct DrawKey {
   std::uint64_t seed = 0;
   Purpose purpose = Purpose::kTest;

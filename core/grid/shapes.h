@@ -1,4 +1,5 @@
-// Analytic target geometries on a grid: desired height per cell and the mask of cells that belong to the part.
+// Analytic target geometries on a grid: desired height per cell and the mask of cells that belong to the
+// part.
 #pragma once
 
 #include <string>
@@ -17,11 +18,11 @@ struct Target {
 struct ShapeSpec {
   std::string kind = "cylinder";  ///< see shape_kinds()
   double height_mm = 0.4;
-  double diameter_mm = 10.0;      ///< cylinder, pipe (outer), cone, dome (base)
-  double inner_diameter_mm = 0.0; ///< pipe
-  double width_mm = 0.0;          ///< cuboid, wedge: along x
-  double depth_mm = 0.0;          ///< cuboid, wedge: along y
-  double low_height_mm = 0.0;     ///< wedge: height at its low (-x) end; cone: height of its flat top's rim
+  double diameter_mm = 10.0;       ///< cylinder, pipe (outer), cone, dome (base)
+  double inner_diameter_mm = 0.0;  ///< pipe
+  double width_mm = 0.0;           ///< cuboid, wedge: along x
+  double depth_mm = 0.0;           ///< cuboid, wedge: along y
+  double low_height_mm = 0.0;      ///< wedge: height at its low (-x) end; cone: height of its flat top's rim
 };
 
 const std::vector<std::string>& shape_kinds();

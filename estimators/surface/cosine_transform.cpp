@@ -24,12 +24,14 @@ double sin_small(double x) {
 std::vector<double> cosine_matrix(int n) {
   std::vector<double> m;
   for (int f = 0; f < n; ++f)
-    for (int i = 0; i < n; ++i) m.push_back(std::sqrt((f ? 2.0 : 1.0) / n) * cos_pi(long(f) * (2 * i + 1), 2L * n));
+    for (int i = 0; i < n; ++i)
+      m.push_back(std::sqrt((f ? 2.0 : 1.0) / n) * cos_pi(long(f) * (2 * i + 1), 2L * n));
   return m;
 }
 
 // out (rows x n) = in (rows x n) times m transposed (inverse: times m), each row a transform.
-void transform_rows(const double* in, double* out, int rows, int n, const std::vector<double>& m, bool inverse) {
+void transform_rows(const double* in, double* out, int rows, int n, const std::vector<double>& m,
+                    bool inverse) {
   for (int r = 0; r < rows; ++r) {
     const double* x = in + std::ptrdiff_t(r) * n;
     double* y = out + std::ptrdiff_t(r) * n;
@@ -57,8 +59,8 @@ void transpose(const double* in, double* out, int rows, int columns) {
 double cos_pi(long k, long n) {
   k %= 2 * n;
   if (k < 0) k = -k;
-  if (k > n) k = 2 * n - k;                          // cos is even about pi
-  const double sign = 2 * k > n ? -1.0 : 1.0;        // and odd about pi / 2
+  if (k > n) k = 2 * n - k;                    // cos is even about pi
+  const double sign = 2 * k > n ? -1.0 : 1.0;  // and odd about pi / 2
   if (2 * k > n) k = n - k;
   if (2 * k == n) return 0.0;
   if (4 * k <= n) return sign * cos_small(kPi * double(k) / double(n));

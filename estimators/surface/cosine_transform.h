@@ -6,12 +6,13 @@
 
 namespace firn::surface {
 
-/// cos(pi k / n) by reduction to an eighth turn and a power series: only + - * /, so that every machine has the same
-/// table. @pre n > 0
+/// cos(pi k / n) by reduction to an eighth turn and a power series: only + - * /, so that every machine has
+/// the same table. @pre n > 0
 double cos_pi(long k, long n);
 
-/// Transforms of ny x nx row-major values. Even x even sizes go through OpenCV's dct (which takes no others), the rest
-/// through cosine matrices, at nx ny (nx + ny) multiplications. Not for use by two threads at a time.
+/// Transforms of ny x nx row-major values. Even x even sizes go through OpenCV's dct (which takes no others),
+/// the rest through cosine matrices, at nx ny (nx + ny) multiplications. Not for use by two threads at a
+/// time.
 class CosineTransform {
  public:
   CosineTransform(int nx, int ny);  ///< @pre both above 0

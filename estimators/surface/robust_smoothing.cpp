@@ -55,8 +55,16 @@ void fill_nearest(const GridSpec& g, std::vector<double>& y, const std::vector<d
 
 struct RobustSmoother::Work {
   explicit Work(const GridSpec& grid)
-      : g(grid), dct(grid.nx, grid.ny), lambda2(grid.size()), y(grid.size()), z(grid.size()), before(grid.size()),
-        mixed(grid.size()), spectrum(grid.size()), weight(grid.size()), given(grid.size()) {
+      : g(grid),
+        dct(grid.nx, grid.ny),
+        lambda2(grid.size()),
+        y(grid.size()),
+        z(grid.size()),
+        before(grid.size()),
+        mixed(grid.size()),
+        spectrum(grid.size()),
+        weight(grid.size()),
+        given(grid.size()) {
     for (int j = 0; j < g.ny; ++j)
       for (int i = 0; i < g.nx; ++i) {
         const double lambda = 2.0 * (cos_pi(i, g.nx) - 1.0) + 2.0 * (cos_pi(j, g.ny) - 1.0);
@@ -66,8 +74,8 @@ struct RobustSmoother::Work {
     while (int(candidates.size()) < kCandidates) candidates.push_back(candidates.back() * kStep);
   }
 
-  // Generalised cross-validation score of s for the present `spectrum`. With nearly all weights 1 the residual is read
-  // from the spectrum, else from the transformed-back surface, as smoothn does.
+  // Generalised cross-validation score of s for the present `spectrum`. With nearly all weights 1 the
+  // residual is read from the spectrum, else from the transformed-back surface, as smoothn does.
   double score(double s) {
     double trace = 0.0, residual = 0.0;
     for (std::size_t c = 0; c < lambda2.size(); ++c) {
@@ -82,14 +90,15 @@ struct RobustSmoother::Work {
     }
     if (!nearly_full) {
       dct.inverse(mixed, trial);
-      for (std::size_t c = 0; c < y.size(); ++c) residual += weight[c] * (y[c] - trial[c]) * (y[c] - trial[c]);
+      for (std::size_t c = 0; c < y.size(); ++c)
+        residual += weight[c] * (y[c] - trial[c]) * (y[c] - trial[c]);
     }
     const double free = 1.0 - trace / double(y.size());
     return residual / known / (free * free);
   }
 
-  // Candidate of least score. The first search looks at every 16th, later ones start at the last answer; both then go
-  // downhill with halving steps.
+  // Candidate of least score. The first search looks at every 16th, later ones start at the last answer; both
+  // then go downhill with halving steps.
   void search() {
     int step = 4;
     least = std::numeric_limits<double>::infinity();
@@ -151,10 +160,10 @@ struct RobustSmoother::Work {
   GridSpec g;
   CosineTransform dct;
   std::vector<double> lambda2, y, z, before, mixed, spectrum, weight, given, trial, scratch, candidates;
-  double known = 0.0;         // cells with weight
+  double known = 0.0;  // cells with weight
   bool nearly_full = true;
-  int chosen = -1;            // candidate of s; -1: none yet
-  double least = 0.0;         // its score
+  int chosen = -1;     // candidate of s; -1: none yet
+  double least = 0.0;  // its score
 };
 
 RobustSmoother::RobustSmoother(const GridSpec& grid) {
@@ -165,17 +174,21 @@ RobustSmoother::RobustSmoother(const GridSpec& grid) {
 RobustSmoother::~RobustSmoother() = default;
 RobustSmoother::RobustSmoother(RobustSmoother&&) noexcept = default;
 
-Smoothed RobustSmoother::smooth(const HeightMap& height, const Grid<double>* weights, const SmoothingOptions& o) {
+Smoothed RobustSmoother::smooth(const HeightMap& height, const Grid<double>* weights,
+                                const SmoothingOptions& o) {
   Work& w = *work_;
   if (height.size() != w.g.size() || (weights && weights->size() != w.g.size()))
-    throw std::invalid_argument("smoothing: map or weights do not have the smoother's " + std::to_string(w.g.size()) + " cells");
-  if (!(o.s >= 0.0) || !std::isfinite(o.s)) throw std::invalid_argument("smoothing: s = " + std::to_string(o.s) + " must be 0 or more");
+    throw std::invalid_argument("smoothing: map or weights do not have the smoother's " +
+                                std::to_string(w.g.size()) + " cells");
+  if (!(o.s >= 0.0) || !std::isfinite(o.s))
+    throw std::invalid_argument("smoothing: s = " + std::to_string(o.s) + " must be 0 or more");
   double mean = 0.0;
   w.known = 0.0;
   for (std::size_t c = 0; c < w.y.size(); ++c) {
     const double given = weights ? weights->cells[c] : 1.0;
     if (!(given >= 0.0 && given <= 1.0))
-      throw std::invalid_argument("smoothing: weight " + std::to_string(given) + " of cell " + std::to_string(c) + " is outside 0..1");
+      throw std::invalid_argument("smoothing: weight " + std::to_string(given) + " of cell " +
+                                  std::to_string(c) + " is outside 0..1");
     const bool has = std::isfinite(height.cells[c]) && given > 0.0;
     w.given[c] = has ? given : 0.0;
     w.y[c] = has ? height.cells[c] : 0.0;

@@ -6,7 +6,8 @@
 namespace firn::surface {
 namespace {
 
-constexpr double kMadToStd = 1.4826;  // of a normal distribution
+constexpr double kMadToStd = 1.4826;        // median deviation and
+constexpr double kQuartilesToStd = 0.7413;  // distance of the quartiles of a normal distribution
 
 // Median; the mean of the middle two for even counts. Reorders `v`. @pre not empty
 template <class T>
@@ -30,14 +31,13 @@ double mean_within(const std::vector<float>& z, double low, double high) {
   return sum / n;
 }
 
-double height_of_cell(std::vector<float>& z, CellStatistic statistic, std::vector<double>& scratch) {
+double height_of_cell(std::vector<float>& z, CellStatistic statistic) {
   std::sort(z.begin(), z.end());  // sums below do not depend on the order of arrival
   if (statistic == CellStatistic::kMean) return mean_within(z, z.front(), z.back());
   const double middle = median_of_sorted(z);
   if (statistic == CellStatistic::kMedian) return middle;
-  scratch.clear();
-  for (const float s : z) scratch.push_back(std::abs(double(s) - middle));
-  const double reach = std::max(4.0 * kMadToStd * median(scratch), 1e-3);
+  const double quartiles = double(z[(3 * z.size()) / 4]) - double(z[z.size() / 4]);
+  const double reach = std::max(4.0 * kQuartilesToStd * quartiles, 1e-3);
   return mean_within(z, middle - reach, middle + reach);
 }
 
@@ -74,7 +74,8 @@ void fill_unmeasured(SurfaceEstimate& e) {
   const GridSpec& g = e.height.spec;
   std::vector<std::size_t> open, still_open;
   for (std::size_t c = 0; c < g.size(); ++c)
-    if (!std::isfinite(e.height.cells[c])) open.push_back(c), e.quality.cells[c] = std::uint8_t(Quality::kInFilled);
+    if (!std::isfinite(e.height.cells[c]))
+      open.push_back(c), e.quality.cells[c] = std::uint8_t(Quality::kInFilled);
   if (open.size() == g.size()) {
     std::fill(e.height.cells.begin(), e.height.cells.end(), 0.0);
     return;
@@ -91,8 +92,10 @@ void fill_unmeasured(SurfaceEstimate& e) {
       found.push_back(n > 0.0 ? sum / n : kNotMeasured);
     }
     for (std::size_t k = 0; k < open.size(); ++k) {
-      if (std::isfinite(found[k])) e.height.cells[open[k]] = found[k];
-      else still_open.push_back(open[k]);
+      if (std::isfinite(found[k]))
+        e.height.cells[open[k]] = found[k];
+      else
+        still_open.push_back(open[k]);
     }
     open.swap(still_open);
   }
@@ -128,13 +131,12 @@ double SurfaceMap::noise_of_one_sample() const {
 SurfaceEstimate SurfaceMap::estimate(const MapOptions& options) const {
   SurfaceEstimate e{HeightMap(grid_, kNotMeasured), Grid<std::uint8_t>(grid_)};
   std::vector<float> z;
-  std::vector<double> scratch;
   std::vector<std::size_t> counts;
   for (std::size_t c = 0; c < grid_.size(); ++c) {
     if (samples_[c].empty()) continue;
     z = samples_[c];
     counts.push_back(z.size());
-    e.height.cells[c] = height_of_cell(z, options.statistic, scratch);
+    e.height.cells[c] = height_of_cell(z, options.statistic);
   }
   e.measured_fraction = double(counts.size()) / double(grid_.size());
   if (!counts.empty()) e.noise_std_mm = noise_of_one_sample() / std::sqrt(median(counts));

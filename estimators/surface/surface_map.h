@@ -9,13 +9,15 @@
 
 namespace firn::surface {
 
-/// How the samples of one cell become its height. Measured on 20 samples of 1 um noise, 0.5 % drop-outs and 2 % spikes
-/// of up to 50 um (tests/estimators/surface_map_test.cpp): RMS error 0.93 um for the mean, 0.27 um for the median,
-/// 0.23 um for the inlier mean (0.22 is what the noise allows), which is therefore the default.
+/// How the samples of one cell become its height. Measured on 20 samples of 1 um noise, 0.5 % drop-outs and 2
+/// % spikes of up to 50 um (tests/estimators/surface_map_test.cpp): RMS error 0.93 um for the mean, 0.27 um
+/// for the median, 0.23 um for the inlier mean (0.22 is what the noise allows), which is therefore the
+/// default.
 enum class CellStatistic : std::uint8_t {
   kMean,
   kMedian,
-  kInlierMean,  ///< mean of the samples within 4 scaled median deviations (at least 1 um) of the median
+  kInlierMean,  ///< mean of the samples within 4 standard deviations (by the quartiles; at least 1 um) of the
+                ///< median
 };
 
 struct MapOptions {
@@ -27,9 +29,9 @@ struct MapOptions {
 enum class Quality : std::uint8_t { kMeasured = 0, kInFilled = 1, kOutlierReplaced = 2 };
 
 struct SurfaceEstimate {
-  HeightMap height;                ///< finite everywhere
-  Grid<std::uint8_t> quality;      ///< of each cell, a Quality
-  double noise_std_mm = 0.0;       ///< of one cell's height, from differences of adjacent samples; 0 = unknown
+  HeightMap height;            ///< finite everywhere
+  Grid<std::uint8_t> quality;  ///< of each cell, a Quality
+  double noise_std_mm = 0.0;   ///< of one cell's height, from differences of adjacent samples; 0 = unknown
   double measured_fraction = 0.0;  ///< cells with at least one valid sample
   std::int64_t spikes = 0;         ///< cells replaced
 };
@@ -39,14 +41,14 @@ class SurfaceMap {
  public:
   explicit SurfaceMap(const GridSpec& grid);
 
-  /// One profile: sample n lies at x0_mm + n dx_mm on the line y_mm; NaN = no valid sample. Samples belong to the cell
-  /// whose centre is nearest (within half a pitch); those off the grid are ignored.
+  /// One profile: sample n lies at x0_mm + n dx_mm on the line y_mm; NaN = no valid sample. Samples belong to
+  /// the cell whose centre is nearest (within half a pitch); those off the grid are ignored.
   /// @pre x0_mm, y_mm finite, dx_mm finite and above 0
   void add_row(double y_mm, double x0_mm, double dx_mm, std::span<const float> z_mm);
 
-  /// Cell heights; then spikes are replaced by the median of their measured neighbours; then cells without samples are
-  /// filled from the rim inwards with the mean of their known neighbours. With no sample at all: 0 mm everywhere,
-  /// measured_fraction 0.
+  /// Cell heights; then spikes are replaced by the median of their measured neighbours; then cells without
+  /// samples are filled from the rim inwards with the mean of their known neighbours. With no sample at all:
+  /// 0 mm everywhere, measured_fraction 0.
   SurfaceEstimate estimate(const MapOptions& options) const;
 
   void clear();

@@ -14,7 +14,9 @@ namespace firn {
 namespace {
 
 control::Rounding rounding_of(const std::string& name) {
-  return name == "nearest" ? control::Rounding::kNearest : name == "carry" ? control::Rounding::kCarry : control::Rounding::kDiffusion;
+  return name == "nearest" ? control::Rounding::kNearest
+         : name == "carry" ? control::Rounding::kCarry
+                           : control::Rounding::kDiffusion;
 }
 
 }  // namespace
@@ -45,13 +47,18 @@ control::ControlOptions control_options(const Experiment& e) {
 }
 
 control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask) {
-  return {e.grid, std::move(target), std::move(mask), {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
-          e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose, e.control.mpc.seed};
+  return {e.grid,
+          std::move(target),
+          std::move(mask),
+          {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
+          e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose,
+          e.control.mpc.seed};
 }
 
 ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask)
     : grid_(e.grid),
-      scheme_(control::make_controller(control_setup(e, std::move(target), std::move(mask)), control_options(e))) {
+      scheme_(control::make_controller(control_setup(e, std::move(target), std::move(mask)),
+                                       control_options(e))) {
   subscribe(channels::kHeightMap, this);
 }
 
@@ -64,9 +71,10 @@ void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   d.drops = DropletPattern(grid_);
   try {
     if (from_message(m.grid) != grid_ || m.height_mm.size() != grid_.size())
-      throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": grid " + std::to_string(m.grid.nx) + " x " +
-                                  std::to_string(m.grid.ny) + " with " + std::to_string(m.height_mm.size()) +
-                                  " heights is not the experiment's " + std::to_string(grid_.nx) + " x " + std::to_string(grid_.ny));
+      throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": grid " +
+                                  std::to_string(m.grid.nx) + " x " + std::to_string(m.grid.ny) + " with " +
+                                  std::to_string(m.height_mm.size()) + " heights is not the experiment's " +
+                                  std::to_string(grid_.nx) + " x " + std::to_string(grid_.ny));
     const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
     const HeightMap height = height_of(m);
     d = scheme_->decide({height, m.layer, m.attempt, noise});
@@ -90,7 +98,8 @@ void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
 
 std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
-  return std::make_unique<ControllerNode>(e, height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
+  return std::make_unique<ControllerNode>(e,
+                                          height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
                                           mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
 }
 

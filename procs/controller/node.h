@@ -12,8 +12,8 @@
 namespace firn {
 
 /// Answers every height map with the plan of the next layer (map.layer + 1), echoing map_id and attempt.
-/// A map that cannot be used (another grid, sizes that disagree, a height on the part that is not finite) is answered
-/// with a fault and a plan to stop for the operator; it leaves the scheme's state as it was.
+/// A map that cannot be used (another grid, sizes that disagree, a height on the part that is not finite) is
+/// answered with a fault and a plan to stop for the operator; it leaves the scheme's state as it was.
 class ControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the setup field or option that the scheme refuses.

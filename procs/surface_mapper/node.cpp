@@ -30,7 +30,8 @@ void warn(const std::string& text, Outbox& out) {
 
 SurfaceMapper::SurfaceMapper(const Experiment& e, Mask mask)
     : grid_(e.grid), wait_s_(kWaitForRows_s * e.run.time_scale), mask_(std::move(mask)), map_(e.grid) {
-  if (mask_.size() != grid_.size()) throw std::invalid_argument("surface_mapper: the mask does not have the grid's size");
+  if (mask_.size() != grid_.size())
+    throw std::invalid_argument("surface_mapper: the mask does not have the grid's size");
   if (e.control.smoothing > 0.0) smoother_.emplace(grid_);
   subscribe(channels::kHeightProfile, this);
   subscribe(channels::kScanDone, this);
@@ -40,7 +41,9 @@ bool SurfaceMapper::enter_scan(std::int64_t scan_id, Outbox& out) {
   if (scan_id < scan_id_ || (scan_id == scan_id_ && mapped_)) return false;
   if (scan_id == scan_id_) return true;
   if (!mapped_)
-    warn("scan " + std::to_string(scan_id_) + " was left unfinished with " + std::to_string(rows_in_) + " rows", out);
+    warn("scan " + std::to_string(scan_id_) + " was left unfinished with " + std::to_string(rows_in_) +
+             " rows",
+         out);
   out.cancel(kLateRows);
   map_.clear();
   scan_id_ = scan_id;
@@ -73,7 +76,9 @@ void SurfaceMapper::on(const scan_done_t& m, Time now, Outbox& out) {
 void SurfaceMapper::wake(TimerId timer, Time, Outbox& out) {
   if (timer != kLateRows || !done_ || mapped_) return;
   warn("scan " + std::to_string(scan_id_) + ": " + std::to_string(rows_in_) + " of " +
-           std::to_string(scan_done_.rows_received) + " rows have come; the others are filled from their neighbours", out);
+           std::to_string(scan_done_.rows_received) +
+           " rows have come; the others are filled from their neighbours",
+       out);
   publish(out);
 }
 
@@ -99,7 +104,8 @@ void SurfaceMapper::publish(Outbox& out) {
 void SurfaceMapper::smooth(surface::SurfaceEstimate& e) {
   Grid<double> weights(grid_);
   for (std::size_t c = 0; c < weights.size(); ++c)
-    weights.cells[c] = mask_.cells[c] && e.quality.cells[c] == std::uint8_t(surface::Quality::kMeasured) ? 1.0 : 0.0;
+    weights.cells[c] =
+        mask_.cells[c] && e.quality.cells[c] == std::uint8_t(surface::Quality::kMeasured) ? 1.0 : 0.0;
   const surface::Smoothed s = smoother_->smooth(e.height, &weights, {});
   for (std::size_t c = 0; c < weights.size(); ++c)
     if (mask_.cells[c]) e.height.cells[c] = s.height.cells[c];
@@ -110,8 +116,12 @@ preview_t preview_of(const HeightMap& h, std::int32_t layer) {
   int block = 1;
   const auto blocks = [&](int n) { return (n + block - 1) / block; };
   while (std::size_t(blocks(g.nx)) * std::size_t(blocks(g.ny)) > kMostPreviewCells) ++block;
-  GridSpec small{blocks(g.nx), blocks(g.ny), g.pitch_x_mm * block, g.pitch_y_mm * block,
-                 g.origin_x_mm + 0.5 * (block - 1) * g.pitch_x_mm, g.origin_y_mm + 0.5 * (block - 1) * g.pitch_y_mm};
+  GridSpec small{blocks(g.nx),
+                 blocks(g.ny),
+                 g.pitch_x_mm * block,
+                 g.pitch_y_mm * block,
+                 g.origin_x_mm + 0.5 * (block - 1) * g.pitch_x_mm,
+                 g.origin_y_mm + 0.5 * (block - 1) * g.pitch_y_mm};
   preview_t p{};
   p.layer = layer;
   p.grid = to_message(small);

@@ -16,12 +16,13 @@
 
 namespace firn {
 
-/// Gathers the profiles of one scan and answers SCAN_DONE with the map. Profiles and SCAN_DONE travel on two channels, so
-/// rows may still come after it: the node waits up to 2 s of run time for the rows that SCAN_DONE counted, then maps what
-/// there is (missing cells in-filled and marked, measured_fraction tells). The map does not depend on the order of rows.
-/// Rows that come twice or out of order, and rows of an older scan, change nothing (malformed rows do not get past the
-/// check at decode). With control.smoothing on, the part's cells get the robust DCT smoothing of the measured
-/// ones (in-filled cells and those off the mask have no weight). A newer scan_id drops the unfinished scan. One map per scan; map_id counts the maps.
+/// Gathers the profiles of one scan and answers SCAN_DONE with the map. Profiles and SCAN_DONE travel on two
+/// channels, so rows may still come after it: the node waits up to 2 s of run time for the rows that
+/// SCAN_DONE counted, then maps what there is (missing cells in-filled and marked, measured_fraction tells).
+/// The map does not depend on the order of rows. Rows that come twice or out of order, and rows of an older
+/// scan, change nothing (malformed rows do not get past the check at decode). With control.smoothing on, the
+/// part's cells get the robust DCT smoothing of the measured ones (in-filled cells and those off the mask
+/// have no weight). A newer scan_id drops the unfinished scan. One map per scan; map_id counts the maps.
 class SurfaceMapper final : public Node {
  public:
   SurfaceMapper(const Experiment& experiment, Mask mask);
@@ -40,9 +41,9 @@ class SurfaceMapper final : public Node {
   Mask mask_;
   std::optional<surface::RobustSmoother> smoother_;  ///< with control.smoothing
   surface::SurfaceMap map_;
-  std::int64_t scan_id_ = -1;          ///< of the scan being gathered or mapped last
+  std::int64_t scan_id_ = -1;  ///< of the scan being gathered or mapped last
   bool mapped_ = true;
-  std::vector<std::uint8_t> seen_;     ///< rows of this scan that have come
+  std::vector<std::uint8_t> seen_;  ///< rows of this scan that have come
   std::int32_t rows_in_ = 0;
   std::int64_t last_sample_us_ = 0;
   bool done_ = false;

@@ -61,7 +61,8 @@ TEST_CASE("cos_pi is the cosine to the last bits") {
 TEST_CASE("The transform is the orthonormal DCT-II of every size, and inverse undoes forward") {
   RandomStream random(1, Purpose::kTest);
   const double pi = std::acos(-1.0);
-  for (const auto& [nx, ny] : {std::pair{1, 1}, {2, 2}, {4, 6}, {5, 4}, {4, 5}, {7, 3}, {1, 8}, {16, 1}, {9, 9}}) {
+  for (const auto& [nx, ny] :
+       {std::pair{1, 1}, {2, 2}, {4, 6}, {5, 4}, {4, 5}, {7, 3}, {1, 8}, {16, 1}, {9, 9}}) {
     std::vector<double> in(std::size_t(nx * ny)), out(in.size()), back(in.size()), direct(in.size());
     for (double& v : in) v = random.uniform(-1.0, 1.0);
     for (int q = 0; q < ny; ++q)
@@ -69,8 +70,10 @@ TEST_CASE("The transform is the orthonormal DCT-II of every size, and inverse un
         double sum = 0.0;
         for (int j = 0; j < ny; ++j)
           for (int i = 0; i < nx; ++i)
-            sum += in[std::size_t(j * nx + i)] * std::cos(pi * p * (2 * i + 1) / (2.0 * nx)) * std::cos(pi * q * (2 * j + 1) / (2.0 * ny));
-        direct[std::size_t(q * nx + p)] = sum * std::sqrt((p ? 2.0 : 1.0) / nx) * std::sqrt((q ? 2.0 : 1.0) / ny);
+            sum += in[std::size_t(j * nx + i)] * std::cos(pi * p * (2 * i + 1) / (2.0 * nx)) *
+                   std::cos(pi * q * (2 * j + 1) / (2.0 * ny));
+        direct[std::size_t(q * nx + p)] =
+            sum * std::sqrt((p ? 2.0 : 1.0) / nx) * std::sqrt((q ? 2.0 : 1.0) / ny);
       }
     CosineTransform dct(nx, ny);
     dct.forward(in, out);
@@ -82,7 +85,8 @@ TEST_CASE("The transform is the orthonormal DCT-II of every size, and inverse un
 
 TEST_CASE("With full data and given s the smoother is the dense solution, odd and even sizes") {
   RandomStream random(2, Purpose::kTest);
-  for (const GridSpec g : {GridSpec{8, 6}, GridSpec{7, 6}, GridSpec{6, 7}, GridSpec{9, 5}, GridSpec{1, 12}, GridSpec{11, 1}})
+  for (const GridSpec g :
+       {GridSpec{8, 6}, GridSpec{7, 6}, GridSpec{6, 7}, GridSpec{9, 5}, GridSpec{1, 12}, GridSpec{11, 1}})
     for (const double s : {0.01, 1.0, 50.0}) {
       const HeightMap y = random_map(g, random);
       const Smoothed z = RobustSmoother(g).smooth(y, nullptr, {s, false});
@@ -128,13 +132,16 @@ TEST_CASE("GCV: the chosen s is the candidate of least score, and the noise is f
     const Smoothed z = smoother.smooth(y, nullptr, {});
     CHECK(z.noise_std_mm == Approx(noise).epsilon(0.1));
     double error = 0.0;
-    for (std::size_t c = 0; c < g.size(); ++c) error += (z.height.cells[c] - truth.cells[c]) * (z.height.cells[c] - truth.cells[c]);
+    for (std::size_t c = 0; c < g.size(); ++c)
+      error += (z.height.cells[c] - truth.cells[c]) * (z.height.cells[c] - truth.cells[c]);
     CHECK(std::sqrt(error / 1600.0) < 0.3 * noise);
-    // The score of GCV by its definition, for a single fit of full data: no candidate within two decades is lower.
+    // The score of GCV by its definition, for a single fit of full data: no candidate within two decades is
+    // lower.
     const auto score = [&](double s) {
       const Smoothed fit = smoother.smooth(y, nullptr, {s, false});
       double rss = 0.0, trace = 0.0;
-      for (std::size_t c = 0; c < g.size(); ++c) rss += (y.cells[c] - fit.height.cells[c]) * (y.cells[c] - fit.height.cells[c]);
+      for (std::size_t c = 0; c < g.size(); ++c)
+        rss += (y.cells[c] - fit.height.cells[c]) * (y.cells[c] - fit.height.cells[c]);
       for (int j = 0; j < 40; ++j)
         for (int i = 0; i < 40; ++i) {
           const double l = 2 * (cos_pi(i, 40) - 1) + 2 * (cos_pi(j, 40) - 1);

@@ -1,7 +1,7 @@
 #include "estimators/surface/surface_map.h"
 
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/grid/random.h"
@@ -60,7 +60,8 @@ TEST_CASE("A plane comes back exactly, cell by cell") {
 }
 
 TEST_CASE("The estimate does not depend on the order of the rows, to the last bit") {
-  auto rows = scan(kGrid, [](double x, double y) { return 0.05 * x * y; }, 0.001);
+  auto rows = scan(
+      kGrid, [](double x, double y) { return 0.05 * x * y; }, 0.001);
   const SurfaceEstimate a = map_of(kGrid, rows);
   std::reverse(rows.begin(), rows.end());
   std::swap(rows[2], rows[6]);
@@ -70,7 +71,8 @@ TEST_CASE("The estimate does not depend on the order of the rows, to the last bi
 }
 
 TEST_CASE("Noise of a cell is the noise of a sample over the root of their number") {
-  const SurfaceEstimate e = map_of(kGrid, scan(kGrid, [](double, double) { return 0.2; }, 0.001));
+  const SurfaceEstimate e = map_of(kGrid, scan(
+                                              kGrid, [](double, double) { return 0.2; }, 0.001));
   CHECK(e.noise_std_mm == Approx(0.001 / std::sqrt(double(kPerCell))).epsilon(0.05));
   CHECK(rms_error(e.height, 0.2) == Approx(e.noise_std_mm).epsilon(0.2));
 }
@@ -78,13 +80,16 @@ TEST_CASE("Noise of a cell is the noise of a sample over the root of their numbe
 TEST_CASE("With spikes and drop-outs the inlier mean beats median and mean") {
   double error[3] = {};
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    auto rows = scan(kGrid, [](double, double) { return 0.2; }, 0.001, seed);
+    auto rows = scan(
+        kGrid, [](double, double) { return 0.2; }, 0.001, seed);
     RandomStream random(seed, Purpose::kDropout);
     for (Row& r : rows)
       for (float& z : r.z) {
         const double u = random.uniform();
-        if (u < 0.005) z = std::nanf("");
-        else if (u < 0.025) z += float(random.uniform(-0.05, 0.05));
+        if (u < 0.005)
+          z = std::nanf("");
+        else if (u < 0.025)
+          z += float(random.uniform(-0.05, 0.05));
       }
     for (const auto s : {CellStatistic::kMean, CellStatistic::kMedian, CellStatistic::kInlierMean})
       error[int(s)] += rms_error(map_of(kGrid, rows, {s, 0.05}).height, 0.2) / 10.0;
@@ -95,8 +100,10 @@ TEST_CASE("With spikes and drop-outs the inlier mean beats median and mean") {
   CHECK(error[2] < 0.00026);
 }
 
-TEST_CASE("Cells and rows without samples are filled from their neighbours and marked; the rest is untouched") {
-  auto rows = scan(kGrid, [](double x, double) { return 0.1 * x; }, 0.0);
+TEST_CASE(
+    "Cells and rows without samples are filled from their neighbours and marked; the rest is untouched") {
+  auto rows = scan(
+      kGrid, [](double x, double) { return 0.1 * x; }, 0.0);
   rows.erase(rows.begin() + 4);
   for (int n = 3 * kPerCell; n < 4 * kPerCell; ++n) rows[1].z[std::size_t(n)] = std::nanf("");
   const SurfaceEstimate e = map_of(kGrid, rows);
@@ -110,7 +117,8 @@ TEST_CASE("Cells and rows without samples are filled from their neighbours and m
 }
 
 TEST_CASE("A wide hole is filled from the rim inwards; nothing measured is 0 mm with fraction 0") {
-  auto rows = scan(kGrid, [](double, double) { return 0.3; }, 0.0);
+  auto rows = scan(
+      kGrid, [](double, double) { return 0.3; }, 0.0);
   rows.resize(1);
   const SurfaceEstimate e = map_of(kGrid, rows);
   for (double h : e.height.cells) CHECK(h == Approx(0.3).margin(1e-7));

@@ -30,7 +30,8 @@ Mask disc(const GridSpec& g) {
 struct Bench : test::NodeBench {
   explicit Bench(const std::string& scheme)
       : NodeBench(NodeId::kController,
-                  std::make_unique<ControllerNode>(small(scheme), HeightMap(small(scheme).grid, 0.05), disc(small(scheme).grid))) {
+                  std::make_unique<ControllerNode>(small(scheme), HeightMap(small(scheme).grid, 0.05),
+                                                   disc(small(scheme).grid))) {
     start();
   }
   layer_plan_t ask(const HeightMap& h, int layer, std::int64_t map_id, int attempt = 0) {
@@ -51,7 +52,9 @@ HeightMap at_layer(const GridSpec& g, int layer) { return HeightMap(g, layer * 0
 
 }  // namespace
 
-TEST_CASE("A plan answers its map: layer + 1, the same map_id and attempt, droplets on the part only, for every scheme") {
+TEST_CASE(
+    "A plan answers its map: layer + 1, the same map_id and attempt, droplets on the part only, for every "
+    "scheme") {
   for (const control::Scheme& s : control::schemes()) {
     Bench bench{std::string(s.name)};
     const GridSpec g = small("").grid;
@@ -104,14 +107,16 @@ TEST_CASE("A map that cannot be used stops the print with a fault that names why
   }
 }
 
-TEST_CASE("The node is built from the resolved configuration and the run's blobs, and names what is missing") {
+TEST_CASE(
+    "The node is built from the resolved configuration and the run's blobs, and names what is missing") {
   Experiment e = small("mpc");
   e.part.shape.diameter_mm = 1.2;
   const auto target = to_npy(HeightMap(e.grid, 0.05)), mask = to_npy(disc(e.grid));
   const Blobs blobs = {{"target", "", target}, {"mask", "", mask}};
   CHECK(make_controller_node(dump(e), blobs) != nullptr);
   CHECK_THROWS_WITH(make_controller_node(dump(e), {{"target", "", target}}), Catch::Contains("mask"));
-  CHECK_THROWS_WITH(make_controller_node(dump(e), {{"target", "", mask}, {"mask", "", mask}}), Catch::Contains("target"));
+  CHECK_THROWS_WITH(make_controller_node(dump(e), {{"target", "", mask}, {"mask", "", mask}}),
+                    Catch::Contains("target"));
 }
 
 TEST_CASE("The same maps give the same plan bytes") {

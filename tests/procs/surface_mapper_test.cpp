@@ -1,7 +1,7 @@
 #include "procs/surface_mapper/node.h"
 
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/grid/npy.h"
@@ -30,7 +30,10 @@ Mask disc() {
 }
 
 struct Bench : test::NodeBench {
-  explicit Bench(const Experiment& e = small()) : NodeBench(NodeId::kSurfaceMapper, std::make_unique<SurfaceMapper>(e, disc())) { start(); }
+  explicit Bench(const Experiment& e = small())
+      : NodeBench(NodeId::kSurfaceMapper, std::make_unique<SurfaceMapper>(e, disc())) {
+    start();
+  }
 
   height_profile_t row(int j, std::int64_t scan_id, int layer, double height_mm) const {
     const GridSpec g = small().grid;
@@ -66,7 +69,8 @@ struct Bench : test::NodeBench {
 
 }  // namespace
 
-TEST_CASE("A scan becomes one map with layer, attempt, time of its last row and a new map_id, and a preview") {
+TEST_CASE(
+    "A scan becomes one map with layer, attempt, time of its last row and a new map_id, and a preview") {
   Bench bench;
   bench.scan(1, 0, 0.0);
   for (int j = 0; j < 6; ++j) bench.give(channels::kHeightProfile, bench.row(j, 2, 1, 0.5));
@@ -94,7 +98,8 @@ TEST_CASE("Rows in any order, repeated rows and SCAN_DONE before the last rows g
   for (int trial = 0; trial < 20; ++trial) {
     Bench mixed;
     std::vector<int> order = {0, 1, 2, 3, 4, 5, 2, 5};
-    for (std::size_t n = order.size(); n > 1; --n) std::swap(order[n - 1], order[random.below(std::uint32_t(n))]);
+    for (std::size_t n = order.size(); n > 1; --n)
+      std::swap(order[n - 1], order[random.below(std::uint32_t(n))]);
     const std::size_t done_at = random.below(9);
     for (std::size_t n = 0; n <= order.size(); ++n) {
       if (n == done_at) mixed.give(channels::kScanDone, mixed.done(1, 4));
@@ -177,7 +182,8 @@ TEST_CASE("A scan without a single row is a map that measures nothing") {
   for (float h : map.height_mm) CHECK(h == 0.0f);
 }
 
-TEST_CASE("control.smoothing takes the noise out of the part and leaves the surroundings and their cliff alone") {
+TEST_CASE(
+    "control.smoothing takes the noise out of the part and leaves the surroundings and their cliff alone") {
   Experiment e = small();
   double error[2] = {};
   for (const bool on : {false, true}) {
@@ -197,7 +203,8 @@ TEST_CASE("control.smoothing takes the noise out of the part and leaves the surr
     for (std::size_t c = 0; c < 48; ++c) {
       const double truth = disc().cells[c] ? 0.4 : 0.0;
       CHECK(std::abs(double(map.height_mm[c]) - truth) < 0.02);
-      if (disc().cells[c]) error[on] += (double(map.height_mm[c]) - truth) * (double(map.height_mm[c]) - truth);
+      if (disc().cells[c])
+        error[on] += (double(map.height_mm[c]) - truth) * (double(map.height_mm[c]) - truth);
     }
   }
   CHECK(error[1] < 0.5 * error[0]);
@@ -217,7 +224,9 @@ TEST_CASE("A preview keeps small maps as they are and reduces large ones by whol
   const preview_t p = preview_of(large, 3);
   CHECK(p.getEncodedSize() <= 60'000);
   CHECK(p.n == p.grid.nx * p.grid.ny);
-  for (int i = 0; i + 1 < p.grid.nx; ++i) CHECK(double(p.height_mm[std::size_t(i)]) == Approx(p.grid.origin_x_mm + i * p.grid.pitch_x_mm).margin(1e-4));
+  for (int i = 0; i + 1 < p.grid.nx; ++i)
+    CHECK(double(p.height_mm[std::size_t(i)]) ==
+          Approx(p.grid.origin_x_mm + i * p.grid.pitch_x_mm).margin(1e-4));
 }
 
 }  // namespace firn

@@ -19,7 +19,8 @@ class Search {
   SearchResult run() {
     for (int sweeps = 1;; ++sweeps) {
       collect(kStale);
-      const bool all = points_.empty();  // nothing is stale: a last look at every point, without rounding drift
+      const bool all =
+          points_.empty();  // nothing is stale: a last look at every point, without rounding drift
       if (all) collect(kAll);
       if (all || sweeps % kSweepsPerRefresh == 0) objective_.refresh();
       const std::int64_t before = result_.moves;
@@ -85,8 +86,8 @@ class Search {
     }
   }
 
-  // Counts a move and marks the points whose gain it may have changed. (For alpha < 1 the deviation couples all
-  // points, weakly: the last look at every point settles that.)
+  // Counts a move and marks the points whose gain it may have changed. (For alpha < 1 the deviation couples
+  // all points, weakly: the last look at every point settles that.)
   void keep(const Move& move) {
     ++result_.moves;
     const GridSpec& g = objective_.grid();
@@ -102,8 +103,10 @@ class Search {
 
   // Uniform in [0, n): two numbers from each draw.
   std::uint32_t below(std::uint32_t n) {
-    if ((spare_ ^= 1u) != 0) bits_ = random_.bits();
-    else bits_ >>= 32;
+    if ((spare_ ^= 1u) != 0)
+      bits_ = random_.bits();
+    else
+      bits_ >>= 32;
     return std::uint32_t(((bits_ & 0xffffffffu) * n) >> 32);
   }
 

@@ -16,16 +16,22 @@ void require(bool ok, const std::string& what) {
 
 const MpcOptions& checked(const MpcOptions& o) {
   require(o.horizon >= 1 && o.horizon <= 8, "horizon = " + std::to_string(o.horizon) + " is outside 1..8");
-  require(o.max_drops >= 1 && o.max_drops <= 8, "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
+  require(o.max_drops >= 1 && o.max_drops <= 8,
+          "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
   require(o.subset >= 1, "subset = " + std::to_string(o.subset) + " must be 1 or more");
-  require(o.max_evaluations >= 1, "max_evaluations = " + std::to_string(o.max_evaluations) + " must be 1 or more");
-  require(o.min_improvement_mm >= 0.0, "min_improvement_mm = " + std::to_string(o.min_improvement_mm) + " must not be below 0");
-  require(o.start_ones || o.start_dithered, "start_ones and start_dithered are both off: the search needs a first guess");
-  require(!o.alpha.empty() && o.alpha.front().from_layer == 1, "alpha: the schedule must begin at from_layer = 1");
+  require(o.max_evaluations >= 1,
+          "max_evaluations = " + std::to_string(o.max_evaluations) + " must be 1 or more");
+  require(o.min_improvement_mm >= 0.0,
+          "min_improvement_mm = " + std::to_string(o.min_improvement_mm) + " must not be below 0");
+  require(o.start_ones || o.start_dithered,
+          "start_ones and start_dithered are both off: the search needs a first guess");
+  require(!o.alpha.empty() && o.alpha.front().from_layer == 1,
+          "alpha: the schedule must begin at from_layer = 1");
   for (std::size_t n = 0; n < o.alpha.size(); ++n) {
     const AlphaStep& a = o.alpha[n];
     require(a.alpha > 0.0 && a.alpha <= 1.0, "alpha = " + std::to_string(a.alpha) + " is outside (0, 1]");
-    require(n == 0 || a.from_layer > o.alpha[n - 1].from_layer, "alpha: from_layer " + std::to_string(a.from_layer) + " does not ascend");
+    require(n == 0 || a.from_layer > o.alpha[n - 1].from_layer,
+            "alpha: from_layer " + std::to_string(a.from_layer) + " does not ascend");
   }
   return o;
 }
@@ -33,7 +39,10 @@ const MpcOptions& checked(const MpcOptions& o) {
 }  // namespace
 
 Mpc::Mpc(const Setup& setup, const ControlOptions& options)
-    : setup_(setup), options_(checked(options.mpc)), noise_gate_(options.noise_gate), objective_(setup, options_.horizon, options_.max_drops) {}
+    : setup_(setup),
+      options_(checked(options.mpc)),
+      noise_gate_(options.noise_gate),
+      objective_(setup, options_.horizon, options_.max_drops) {}
 
 double Mpc::alpha_at(int layer) const {
   double alpha = options_.alpha.front().alpha;
@@ -48,7 +57,8 @@ std::vector<DropletPattern> Mpc::first_guess(const HeightMap& height, bool dithe
   const double step_mm = setup_.model.layer_height_mm();
   for (std::size_t n = 0; n < plan.size(); ++n) {
     for (std::size_t c = 0; c < wanted.size(); ++c) {
-      const double missing = (setup_.target.cells[c] - height.cells[c]) / step_mm - double(n) * options_.max_drops;
+      const double missing =
+          (setup_.target.cells[c] - height.cells[c]) / step_mm - double(n) * options_.max_drops;
       wanted.cells[c] = std::clamp(missing, 0.0, double(options_.max_drops));
       plan[n].cells[c] = setup_.mask.cells[c] ? std::uint8_t(options_.max_drops) : std::uint8_t{0};
     }
@@ -75,7 +85,8 @@ Decision Mpc::decide(const Measurement& m) {
   for (const bool dithered : {false, true}) {
     if (!(dithered ? options_.start_dithered : options_.start_ones)) continue;
     objective_.set_plan(first_guess(height, dithered));
-    const auto search = mpc::greedy_search(objective_, {options_.subset, options_.max_evaluations - d.iterations}, random);
+    const auto search =
+        mpc::greedy_search(objective_, {options_.subset, options_.max_evaluations - d.iterations}, random);
     objective_.refresh();
     d.iterations += search.evaluations;
     if (!(objective_.value_mm() < d.objective_mm)) continue;
@@ -91,8 +102,9 @@ Decision Mpc::decide(const Measurement& m) {
   } else if (!beats_noise(d, std::int64_t(objective_.part_cells().size()), m.noise_std_mm, noise_gate_)) {
     end_print(d, "the best layer would only answer the measurement's noise");
   } else {
-    d.reason = optimal ? "no single droplet more or less betters this layer"
-                       : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
+    d.reason = optimal
+                   ? "no single droplet more or less betters this layer"
+                   : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
   }
   return d;
 }

@@ -7,17 +7,19 @@
 
 namespace firn::control {
 
-/// Minimises alpha avg|h_d - H| + (1 - alpha) std(H) after N layers over 0..max_drops droplets per cell and layer
-/// (Lu: 0 or 1), by greedy search from up to two first guesses, and prints the first layer of the best plan.
-/// The mean and deviation run over the mask; cells outside it take their neighbours' flow in the model but get no
-/// droplets. Empty layers of a plan go to its end (the heights after N layers stay the same).
-/// Guard (errata on (8)): std has infinite slope on a flat surface, so that both all and nothing can be traps; a plan is
-/// printed only when it betters printing nothing over the same horizon by more than min_improvement_mm and the noise gate, else
-/// the print ends. Keeps no state between decisions: draws are keyed (seed, kGreedySearch, layer, attempt).
+/// Minimises alpha avg|h_d - H| + (1 - alpha) std(H) after N layers over 0..max_drops droplets per cell and
+/// layer (Lu: 0 or 1), by greedy search from up to two first guesses, and prints the first layer of the best
+/// plan. The mean and deviation run over the mask; cells outside it take their neighbours' flow in the model
+/// but get no droplets. Empty layers of a plan go to its end (the heights after N layers stay the same).
+/// Guard (errata on (8)): std has infinite slope on a flat surface, so that both all and nothing can be
+/// traps; a plan is printed only when it betters printing nothing over the same horizon by more than
+/// min_improvement_mm and the noise gate, else the print ends. Keeps no state between decisions: draws are
+/// keyed (seed, kGreedySearch, layer, attempt).
 class Mpc final : public LayerController {
  public:
-  /// @throws std::invalid_argument naming the option: horizon 1..8, subset and max_evaluations 1 or more, max_drops 1..8,
-  /// alpha in (0, 1] with ascending layers from 1, min_improvement_mm not negative, at least one first guess.
+  /// @throws std::invalid_argument naming the option: horizon 1..8, subset and max_evaluations 1 or more,
+  /// max_drops 1..8, alpha in (0, 1] with ascending layers from 1, min_improvement_mm not negative, at least
+  /// one first guess.
   Mpc(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
   double alpha_at(int layer) const;  ///< layer 1-based

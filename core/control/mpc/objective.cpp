@@ -16,7 +16,8 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops)
       drop_height_mm_(s.model.layer_height_mm()),
       row_(std::size_t(s.grid.nx) + 2),
       plan_(std::size_t(horizon), DropletPattern(s.grid)) {
-  const std::size_t n = row_ * (std::size_t(s.grid.ny) + 2), steps = std::size_t(horizon) * std::size_t(max_drops);
+  const std::size_t n = row_ * (std::size_t(s.grid.ny) + 2),
+                    steps = std::size_t(horizon) * std::size_t(max_drops);
   for (const deposition::Link& link : deposition::links_of(deposition::stencil_of(s.model)))
     if (link.w_mm > 0.0) {
       links_.push_back(link);
@@ -28,7 +29,8 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops)
   drops_.assign(steps, std::vector<std::uint8_t>(n, 0));
   target_.assign(n, 0.0), counts_.assign(n, 0), delta_.assign(n, 0.0), next_.assign(n, 0.0);
   for (int j = 0; j < s.grid.ny; ++j)
-    for (int i = 0; i < s.grid.nx; ++i) padded_.push_back(std::uint32_t(std::size_t(j + 1) * row_ + std::size_t(i) + 1));
+    for (int i = 0; i < s.grid.nx; ++i)
+      padded_.push_back(std::uint32_t(std::size_t(j + 1) * row_ + std::size_t(i) + 1));
   for (std::uint32_t c = 0; c < s.grid.size(); ++c) {
     if (!s.mask.cells[c]) continue;
     part_.push_back(c);
@@ -54,12 +56,14 @@ void HorizonObjective::set_plan(std::span<const DropletPattern> plan) {
 
 void HorizonObjective::store(const HeightMap& height, std::size_t step) {
   for (std::size_t j = 0; j < std::size_t(grid_.ny); ++j)
-    std::copy_n(height.data() + j * std::size_t(grid_.nx), grid_.nx, height_[step].data() + (j + 1) * row_ + 1);
+    std::copy_n(height.data() + j * std::size_t(grid_.nx), grid_.nx,
+                height_[step].data() + (j + 1) * row_ + 1);
 }
 
 void HorizonObjective::fill_table() {
   std::array<std::size_t, 9> place{};  // in Shares, by link
-  for (std::size_t q = 0; q < links_.size(); ++q) place[q] = std::size_t((links_[q].dy + 1) * 3 + links_[q].dx + 1);
+  for (std::size_t q = 0; q < links_.size(); ++q)
+    place[q] = std::size_t((links_[q].dy + 1) * 3 + links_[q].dx + 1);
   for (const std::uint32_t c : part_) {
     Shares& s = table_[c] = {};
     const std::size_t p = padded(c);
@@ -140,7 +144,8 @@ void HorizonObjective::widen(std::size_t step, std::size_t centre, int radius, b
   std::vector<double>& h = height_[step];
   const std::vector<std::uint8_t>& u = drops_[step];
   window(centre, radius, [&](std::size_t p) { next_[p] += delta_[p]; });
-  // Flows of this step change where a droplet and its neighbour stand at another height difference than before.
+  // Flows of this step change where a droplet and its neighbour stand at another height difference than
+  // before.
   window(centre, radius + 1, [&](std::size_t p) {
     if (!u[p]) return;  // beyond the border there are no droplets
     for (std::size_t q = 0; q < links_.size(); ++q) {

@@ -1,5 +1,5 @@
-// The objective of Eq. (8) [Lu 2015] over a horizon, kept up to date droplet by droplet: the price of trying one more
-// or one less is its neighbourhood, not the grid.
+// The objective of Eq. (8) [Lu 2015] over a horizon, kept up to date droplet by droplet: the price of trying
+// one more or one less is its neighbourhood, not the grid.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ struct Move {
 };
 
 /// Predicted heights of N layers of up to `max_drops` passes each, and the objective of the last.
-/// A layer of n-droplet cells is n steps of Eq. (4), so the horizon is a chain of N * max_drops steps; a move changes
-/// one droplet of one step, whose effect on that step's result is 3 x 3 cells, exact and linear (dH is linear in U);
-/// every later step widens the changed window by one cell. The running sums drift by rounding; refresh() recomputes
-/// everything, and is to be called before a result is trusted.
+/// A layer of n-droplet cells is n steps of Eq. (4), so the horizon is a chain of N * max_drops steps; a move
+/// changes one droplet of one step, whose effect on that step's result is 3 x 3 cells, exact and linear (dH
+/// is linear in U); every later step widens the changed window by one cell. The running sums drift by
+/// rounding; refresh() recomputes everything, and is to be called before a result is trusted.
 class HorizonObjective {
  public:
   HorizonObjective(const Setup& setup, int horizon, int max_drops);
@@ -34,10 +34,10 @@ class HorizonObjective {
   void set_plan(std::span<const DropletPattern> plan);
 
   double value_mm() const { return value_mm_; }
-  bool allowed(const Move& move) const;             ///< stays within 0..max_drops
-  double gain_mm(const Move& move);                 ///< new objective - present one. @pre allowed
-  void apply(const Move& move);                     ///< @pre allowed
-  void refresh();                                   ///< all heights and sums anew from the droplets
+  bool allowed(const Move& move) const;  ///< stays within 0..max_drops
+  double gain_mm(const Move& move);      ///< new objective - present one. @pre allowed
+  void apply(const Move& move);          ///< @pre allowed
+  void refresh();                        ///< all heights and sums anew from the droplets
 
   const DropletPattern& layer(int n) const { return plan_[std::size_t(n)]; }
   std::span<const std::uint32_t> part_cells() const { return part_; }  ///< cells of the mask, ascending
@@ -52,11 +52,14 @@ class HorizonObjective {
     double abs_error = 0.0, first = 0.0, second = 0.0;
   };
   std::size_t padded(std::uint32_t cell) const { return padded_[cell]; }
-  std::size_t step_of(const Move& move) const;      // the step whose droplet a move sets or clears
+  std::size_t step_of(const Move& move) const;  // the step whose droplet a move sets or clears
   template <class Visit>
-  void first_change(const Move& move, std::size_t step, const Visit& visit) const;  // visit(cell, height change)
-  int propagate(const Move& move, std::size_t step, bool keep);  // window radius; last step's changes in delta_
-  void widen(std::size_t step, std::size_t centre, int radius, bool keep);  // delta_: change before the step -> after it
+  void first_change(const Move& move, std::size_t step,
+                    const Visit& visit) const;  // visit(cell, height change)
+  int propagate(const Move& move, std::size_t step,
+                bool keep);  // window radius; last step's changes in delta_
+  void widen(std::size_t step, std::size_t centre, int radius,
+             bool keep);  // delta_: change before the step -> after it
   template <class Visit>
   void window(std::size_t centre, int radius, const Visit& visit) const;
   void add(std::size_t cell, double delta, Sums& sums) const;
@@ -67,7 +70,7 @@ class HorizonObjective {
   void store(const HeightMap& height, std::size_t step);
 
   GridSpec grid_;
-  deposition::HeightChange<1> model_;    // for refresh()
+  deposition::HeightChange<1> model_;  // for refresh()
   HeightMap surface_, predicted_;
   int max_drops_;
   double alpha_ = 1.0;
@@ -78,20 +81,20 @@ class HorizonObjective {
   double count_ = 0.0;                   // cells of the mask,
   double per_cell_ = 0.0;                // and 1 / count_
   double reference_mm_ = 0.0;            // heights are summed relative to this
-  double variance_ = 0.0;               // of the last heights on the mask,
-  double root_ = 0.0;                   // and its root
+  double variance_ = 0.0;                // of the last heights on the mask,
+  double root_ = 0.0;                    // and its root
   double value_mm_ = 0.0;
   Sums sums_;
   std::vector<std::uint32_t> part_;
-  std::vector<std::uint32_t> padded_;    // index on the padded grid of each cell
-  std::vector<double> target_;                      // padded
-  std::vector<std::uint8_t> counts_;                // padded: 1 on the mask
-  std::vector<std::vector<double>> height_;         // padded, before step 0 .. after the last
-  std::vector<std::vector<std::uint8_t>> drops_;    // padded, per step
-  std::vector<double> delta_, next_;                // padded scratch, zero between calls
+  std::vector<std::uint32_t> padded_;             // index on the padded grid of each cell
+  std::vector<double> target_;                    // padded
+  std::vector<std::uint8_t> counts_;              // padded: 1 on the mask
+  std::vector<std::vector<double>> height_;       // padded, before step 0 .. after the last
+  std::vector<std::vector<std::uint8_t>> drops_;  // padded, per step
+  std::vector<double> delta_, next_;              // padded scratch, zero between calls
   std::vector<DropletPattern> plan_;
-  // For a horizon of one step (N = 1, one drop), where the surface under the droplets never changes: per cell of the grid
-  // what one droplet adds to its nine cells (0 off the mask), their sum and sum of squares.
+  // For a horizon of one step (N = 1, one drop), where the surface under the droplets never changes: per cell
+  // of the grid what one droplet adds to its nine cells (0 off the mask), their sum and sum of squares.
   struct Shares {
     double mm[9], sum_mm, square_mm2;
   };

@@ -25,7 +25,8 @@ LoopResult run_loop(LayerController& controller, const Setup& s, const LoopCondi
     r.drops += d.drops.total();
     for (int pass = 0; pass < d.drops.passes(); ++pass) {
       for (std::size_t c = 0; c < droplets.size(); ++c) {
-        const DrawKey key{q.seed, Purpose::kDropletSize, std::uint32_t(r.layers), std::uint32_t(pass), std::uint32_t(c)};
+        const DrawKey key{q.seed, Purpose::kDropletSize, std::uint32_t(r.layers), std::uint32_t(pass),
+                          std::uint32_t(c)};
         const double f = 1.0 + q.variation * random_uniform(key);
         droplets[c] = deposition::stencil_of({f * s.model.h1_mm, f * s.model.h2_mm, f * s.model.h3_mm});
       }

@@ -17,7 +17,8 @@ TEST_CASE("The table names the schemes, and an unknown scheme is answered with t
     CHECK(make_controller(s, o) != nullptr);
   }
   o.scheme = "pdi";
-  CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("'pdi'") && Catch::Contains("open_loop, smf, mpc"));
+  CHECK_THROWS_WITH(make_controller(s, o),
+                    Catch::Contains("'pdi'") && Catch::Contains("open_loop, smf, mpc"));
 }
 
 TEST_CASE("A setup with an empty mask, a bad target or other sizes is refused by name") {
@@ -34,7 +35,9 @@ TEST_CASE("A setup with an empty mask, a bad target or other sizes is refused by
   CHECK_THROWS_WITH(check(small), Catch::Contains("9 cells"));
 }
 
-TEST_CASE("NaN outside the mask is the bare substrate; NaN on it, another grid or a negative layer is an error, for every scheme") {
+TEST_CASE(
+    "NaN outside the mask is the bare substrate; NaN on it, another grid or a negative layer is an error, "
+    "for every scheme") {
   const Setup s = cylinder_setup();
   HeightMap holes(s.grid, 0.1), zeros(s.grid, 0.1);
   for (std::size_t c = 0; c < holes.size(); ++c)
@@ -46,7 +49,8 @@ TEST_CASE("NaN outside the mask is the bare substrate; NaN on it, another grid o
   for (const Scheme& scheme : schemes()) {
     ControlOptions o;
     o.scheme = scheme.name;
-    CHECK(make_controller(s, o)->decide({holes, 3, 0, 0.0}).drops == make_controller(s, o)->decide({zeros, 3, 0, 0.0}).drops);
+    CHECK(make_controller(s, o)->decide({holes, 3, 0, 0.0}).drops ==
+          make_controller(s, o)->decide({zeros, 3, 0, 0.0}).drops);
     CHECK_THROWS_WITH(make_controller(s, o)->decide({bad, 3, 0, 0.0}), Catch::Contains("cell (20, 20)"));
     CHECK_THROWS_WITH(make_controller(s, o)->decide({moved, 3, 0, 0.0}), Catch::Contains("grid"));
     CHECK_THROWS_WITH(make_controller(s, o)->decide({zeros, -1, 0, 0.0}), Catch::Contains("layer -1"));

@@ -14,7 +14,8 @@ TEST_CASE("Nearest: each cell rounds half up within 0..max_drops, and cells outs
   wanted.cells = {-3.0, 0.49, 0.5, 1.49, 1.5, 9.0, 2.0};
   Mask mask(g, 1);
   mask.at(6, 0) = 0;
-  CHECK(halftone(wanted, mask, 3, Rounding::kNearest, carry).cells == std::vector<std::uint8_t>{0, 0, 1, 1, 2, 3, 0});
+  CHECK(halftone(wanted, mask, 3, Rounding::kNearest, carry).cells ==
+        std::vector<std::uint8_t>{0, 0, 1, 1, 2, 3, 0});
 }
 
 TEST_CASE("Diffusion keeps the volume that was wanted to within the last row's rest") {
@@ -44,6 +45,7 @@ TEST_CASE("Carry hands the rest of a cell to its next layer: 0.3 droplets a laye
   const GridSpec g{2, 2};
   Grid<double> wanted(g, 0.3), carry(g);
   std::int64_t total = 0;
-  for (int layer = 0; layer < 10; ++layer) total += halftone(wanted, Mask(g, 1), 2, Rounding::kCarry, carry).total();
+  for (int layer = 0; layer < 10; ++layer)
+    total += halftone(wanted, Mask(g, 1), 2, Rounding::kCarry, carry).total();
   CHECK(total == 12);
 }

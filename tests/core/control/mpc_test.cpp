@@ -13,7 +13,11 @@ namespace {
 
 Setup random_setup(RandomStream& random, int nx, int ny, double height_mm = 0.1) {
   const GridSpec g{nx, ny};
-  Setup s{g, HeightMap(g, height_mm), Mask(g), {}, random.below(2) ? deposition::Border::kLose : deposition::Border::kKeep,
+  Setup s{g,
+          HeightMap(g, height_mm),
+          Mask(g),
+          {},
+          random.below(2) ? deposition::Border::kLose : deposition::Border::kKeep,
           random.bits()};
   for (auto& m : s.mask.cells) m = random.below(5) != 0;
   s.mask.cells[0] = 1;
@@ -35,7 +39,8 @@ std::vector<DropletPattern> random_plan(const Setup& s, RandomStream& random, in
 }
 
 // The objective by the full model, nothing incremental.
-double full_objective(const Setup& s, const HeightMap& height, const std::vector<DropletPattern>& plan, double alpha) {
+double full_objective(const Setup& s, const HeightMap& height, const std::vector<DropletPattern>& plan,
+                      double alpha) {
   Predictor predict(s);
   HeightMap h = height;
   for (const auto& layer : plan) h = predict.after(h, layer);
@@ -58,7 +63,9 @@ Mpc make_mpc(const Setup& s, double alpha, int horizon = 1, int max_drops = 1) {
 
 }  // namespace
 
-TEST_CASE("Eq. (8): the incremental objective equals the full model's after any sequence of moves, and so does each gain") {
+TEST_CASE(
+    "Eq. (8): the incremental objective equals the full model's after any sequence of moves, and so does "
+    "each gain") {
   RandomStream random(1, Purpose::kTest);
   for (int trial = 0; trial < 60; ++trial) {
     const Setup s = random_setup(random, 1 + int(random.below(9)), 1 + int(random.below(9)));
@@ -70,8 +77,8 @@ TEST_CASE("Eq. (8): the incremental objective equals the full model's after any 
     objective.set_plan(random_plan(s, random, horizon, max_drops));
     for (int n = 0; n < 40; ++n) {
       const auto cells = objective.part_cells();
-      const mpc::Move move{int(random.below(std::uint32_t(horizon))), cells[random.below(std::uint32_t(cells.size()))],
-                           random.below(2) ? 1 : -1};
+      const mpc::Move move{int(random.below(std::uint32_t(horizon))),
+                           cells[random.below(std::uint32_t(cells.size()))], random.below(2) ? 1 : -1};
       if (!objective.allowed(move)) continue;
       const double before = full_objective(s, h, plan_of(objective), alpha);
       const double gain = objective.gain_mm(move);
@@ -96,7 +103,8 @@ TEST_CASE("Eq. (8): an undone move restores objective and plan") {
   objective.set_plan(random_plan(s, random, 2, 2));
   for (int n = 0; n < 100; ++n) {
     const auto cells = objective.part_cells();
-    const mpc::Move move{int(random.below(2)), cells[random.below(std::uint32_t(cells.size()))], random.below(2) ? 1 : -1};
+    const mpc::Move move{int(random.below(2)), cells[random.below(std::uint32_t(cells.size()))],
+                         random.below(2) ? 1 : -1};
     if (!objective.allowed(move)) continue;
     const double value = objective.value_mm();
     const auto plan = plan_of(objective);
@@ -115,7 +123,8 @@ TEST_CASE("Exact recovery (IV-C): 50 of 50 random patterns on 20 x 20 are found 
     RandomStream random(seed, Purpose::kInstance);
     HeightMap h(g);
     DropletPattern u(g);
-    for (std::size_t c = 0; c < g.size(); ++c) h.cells[c] = random.uniform(0.0, 0.05), u.cells[c] = std::uint8_t(random.below(2));
+    for (std::size_t c = 0; c < g.size(); ++c)
+      h.cells[c] = random.uniform(0.0, 0.05), u.cells[c] = std::uint8_t(random.below(2));
     Setup s{g, h, Mask(g, 1), {}, deposition::Border::kLose, seed};
     s.target = Predictor(s).after(h, u);
     mpc::HorizonObjective objective(s, 1, 1);
@@ -132,7 +141,8 @@ TEST_CASE("Exact recovery (IV-C): 50 of 50 random patterns on 20 x 20 are found 
   CHECK(found == 50);
 }
 
-TEST_CASE("A 100 x 100 decision at N = 1 leaves no single flip that improves, by brute force with the full model") {
+TEST_CASE(
+    "A 100 x 100 decision at N = 1 leaves no single flip that improves, by brute force with the full model") {
   const GridSpec g{100, 100};
   Setup s{g, HeightMap(g, 0.4), Mask(g, 1), {}, deposition::Border::kLose, 7};
   const double alphas[] = {1.0, 0.8, 0.5, 1.0, 0.5};
@@ -141,8 +151,8 @@ TEST_CASE("A 100 x 100 decision at N = 1 leaves no single flip that improves, by
     HeightMap h = s.target;
     for (int j = 0; j < g.ny; ++j)
       for (int i = 0; i < g.nx; ++i) {
-        const double below[] = {0.0038, 0.0152 * i / 99.0, random.uniform(-0.01, 0.03), random.uniform(0.0, 0.0076),
-                                random.uniform(-0.004, 0.004)};
+        const double below[] = {0.0038, 0.0152 * i / 99.0, random.uniform(-0.01, 0.03),
+                                random.uniform(0.0, 0.0076), random.uniform(-0.004, 0.004)};
         h.at(i, j) -= below[kind];
       }
     const double alpha = alphas[kind];
@@ -168,7 +178,9 @@ TEST_CASE("A 100 x 100 decision at N = 1 leaves no single flip that improves, by
   }
 }
 
-TEST_CASE("With a horizon and with several droplets per cell no single droplet more or less improves, by brute force") {
+TEST_CASE(
+    "With a horizon and with several droplets per cell no single droplet more or less improves, by brute "
+    "force") {
   RandomStream random(4, Purpose::kTest);
   for (int trial = 0; trial < 24; ++trial) {
     const Setup s = random_setup(random, 7, 6);
@@ -197,7 +209,8 @@ TEST_CASE("With a horizon and with several droplets per cell no single droplet m
   }
 }
 
-TEST_CASE("Erratum IV-C: flipping all marked points together can raise the objective; the search never does") {
+TEST_CASE(
+    "Erratum IV-C: flipping all marked points together can raise the objective; the search never does") {
   // About 3 um short: any one droplet pays (4.4 um on its cell), all together overshoot by 4.6 um.
   int raised = 0;
   RandomStream random(9, Purpose::kTest);
@@ -239,7 +252,9 @@ TEST_CASE("The bound on evaluations holds and leaves a plan that is no worse tha
   }
 }
 
-TEST_CASE("Erratum (8), guard: for random surfaces and alpha a printed layer is better than none, and an end has no droplets") {
+TEST_CASE(
+    "Erratum (8), guard: for random surfaces and alpha a printed layer is better than none, and an end has "
+    "no droplets") {
   RandomStream random(6, Purpose::kTest);
   int prints = 0, ends = 0;
   for (int trial = 0; trial < 200; ++trial) {
@@ -265,7 +280,9 @@ TEST_CASE("Erratum (8), guard: for random surfaces and alpha a printed layer is 
   CHECK(ends > 30);
 }
 
-TEST_CASE("Erratum (8), traps: flat, 3.8 um short, alpha = 0.8: greedy from ones stays at 3.0475, the dithered guess escapes") {
+TEST_CASE(
+    "Erratum (8), traps: flat, 3.8 um short, alpha = 0.8: greedy from ones stays at 3.0475, the dithered "
+    "guess escapes") {
   const GridSpec g{100, 100};
   Setup s{g, HeightMap(g, 0.4), Mask(g, 1), {}, deposition::Border::kLose, 1};
   const HeightMap h(g, 0.4 - 0.0038);
@@ -326,7 +343,8 @@ TEST_CASE("Two droplets per cell are planned pass by pass: the prediction is the
   Mpc controller = make_mpc(s, 1.0, 1, 3);
   const Decision d = controller.decide({h, 0, 0, 0.0});
   CHECK(d.drops.passes() > 1);
-  CHECK(d.objective_mm == Approx(objective_mm(Predictor(s).after(h, d.drops), s.target, s.mask, 1.0)).margin(1e-13));
+  CHECK(d.objective_mm ==
+        Approx(objective_mm(Predictor(s).after(h, d.drops), s.target, s.mask, 1.0)).margin(1e-13));
 }
 
 TEST_CASE("The noise gate ends a print whose last layers would answer noise, earlier and no worse") {

@@ -31,7 +31,8 @@ TEST_CASE("Open loop prints round(target / layer height) layers of the whole mas
 
 TEST_CASE("Open loop slices each cell by its own height") {
   ShapeSpec wedge;
-  wedge.kind = "wedge", wedge.height_mm = 0.1, wedge.low_height_mm = 0.02, wedge.width_mm = 9.0, wedge.depth_mm = 5.0;
+  wedge.kind = "wedge", wedge.height_mm = 0.1, wedge.low_height_mm = 0.02, wedge.width_mm = 9.0,
+  wedge.depth_mm = 5.0;
   Setup s = cylinder_setup();
   const Target t = make_shape(wedge, s.grid);
   s.target = t.height, s.mask = t.mask;
@@ -41,7 +42,8 @@ TEST_CASE("Open loop slices each cell by its own height") {
   for (const Decision& d : r.decisions)
     for (std::size_t c = 0; c < layers.size(); ++c) layers.cells[c] += d.drops.cells[c];
   for (std::size_t c = 0; c < layers.size(); ++c)
-    CHECK(layers.cells[c] == (s.mask.cells[c] ? std::floor(s.target.cells[c] / s.model.layer_height_mm() + 0.5) : 0.0));
+    CHECK(layers.cells[c] ==
+          (s.mask.cells[c] ? std::floor(s.target.cells[c] / s.model.layer_height_mm() + 0.5) : 0.0));
 }
 
 TEST_CASE("Open loop does not listen to the measurement") {
@@ -51,7 +53,9 @@ TEST_CASE("Open loop does not listen to the measurement") {
   CHECK(a->decide({low, 7, 0, 0.0}).drops == b->decide({high, 7, 2, 0.01}).drops);
 }
 
-TEST_CASE("III-C in two dimensions: an open-loop cylinder shrinks at the edge, layer by layer further in, and is flat inside") {
+TEST_CASE(
+    "III-C in two dimensions: an open-loop cylinder shrinks at the edge, layer by layer further in, and is "
+    "flat inside") {
   const Setup s = cylinder_setup();
   const auto controller = make_controller(s, open_loop(4));
   const LoopResult r = run_loop(*controller, s, {});
@@ -61,10 +65,12 @@ TEST_CASE("III-C in two dimensions: an open-loop cylinder shrinks at the edge, l
   int edge = 0;
   while (!s.mask.at(edge, 20)) ++edge;
   for (int depth = 0; depth < 4; ++depth) CHECK(r.height.at(edge + depth, 20) < full - 1e-7);
-  for (int depth = 0; depth < 3; ++depth) CHECK(r.height.at(edge + depth, 20) < r.height.at(edge + depth + 1, 20));
+  for (int depth = 0; depth < 3; ++depth)
+    CHECK(r.height.at(edge + depth, 20) < r.height.at(edge + depth + 1, 20));
 }
 
-TEST_CASE("FIT Figs. 11/12: the open-loop cylinder at 20 and 40 percent variation has the paper's mean errors") {
+TEST_CASE(
+    "FIT Figs. 11/12: the open-loop cylinder at 20 and 40 percent variation has the paper's mean errors") {
   const Setup s = cylinder_setup();
   for (const auto& [variation, mean_um] : {std::pair{0.2, 44.1}, {0.4, 84.7}}) {
     const auto controller = make_controller(s, open_loop(54));

@@ -31,7 +31,8 @@ HeightMap surface(const Setup& s, const Smf& controller, int k, double e) {
 
 }  // namespace
 
-TEST_CASE("Eqs. (5.1), (5.2): U is Kp e + Ki* sum e + Kd* (e - e before), without derivative at the first layer") {
+TEST_CASE(
+    "Eqs. (5.1), (5.2): U is Kp e + Ki* sum e + Kd* (e - e before), without derivative at the first layer") {
   const Setup s = block();
   Smf controller(s, smf(0.7, 0.2, 0.4));
   const double e[] = {0.5, -0.3, 0.1};
@@ -45,9 +46,11 @@ TEST_CASE("Eqs. (5.1), (5.2): U is Kp e + Ki* sum e + Kd* (e - e before), withou
   }
 }
 
-TEST_CASE("Erratum (5.1): with e_1 = 0 and e_{k+1} = e_k - u_k - d_k the controller reproduces the optimum's sigma") {
-  // d_p = 0.1 at the first layer would need the disturbance model of Table 5-3; here the recursion itself is checked:
-  // the matrix controller and the scalar recursion of (5.11) give the same e over 100 layers.
+TEST_CASE(
+    "Erratum (5.1): with e_1 = 0 and e_{k+1} = e_k - u_k - d_k the controller reproduces the optimum's "
+    "sigma") {
+  // d_p = 0.1 at the first layer would need the disturbance model of Table 5-3; here the recursion itself is
+  // checked: the matrix controller and the scalar recursion of (5.11) give the same e over 100 layers.
   const Setup s = block(100.0);
   Smf controller(s, smf(0.99990, 0.32798, 0.00005));
   RandomStream random(3, Purpose::kTest);
@@ -99,14 +102,16 @@ TEST_CASE("5.2.2: the integral does not wind up: after a long shortage the outpu
   }
   bounded.decide({surface(s, bounded, 30, -1.0), 30, 0, 0.0});
   winding.decide({surface(s, winding, 30, -1.0), 30, 0, 0.0});
-  for (double u : bounded.output().cells) CHECK(u == Approx(-1.0 + 0.5 - 0.33).margin(1e-9));  // the sum falls by this layer's e too
+  for (double u : bounded.output().cells)
+    CHECK(u == Approx(-1.0 + 0.5 - 0.33).margin(1e-9));  // the sum falls by this layer's e too
   for (double u : winding.output().cells) CHECK(u == Approx(1.0).margin(1e-9));
 }
 
 TEST_CASE("A second measurement of a layer replaces the first") {
   const Setup s = block();
   Smf once(s, smf(0.8, 0.3, 0.2)), twice(s, smf(0.8, 0.3, 0.2));
-  const HeightMap first = surface(s, once, 0, 0.4), wrong = surface(s, once, 1, 5.0), right = surface(s, once, 1, -0.2);
+  const HeightMap first = surface(s, once, 0, 0.4), wrong = surface(s, once, 1, 5.0),
+                  right = surface(s, once, 1, -0.2);
   once.decide({first, 0, 0, 0.0});
   twice.decide({first, 0, 0, 0.0});
   twice.decide({wrong, 1, 0, 0.0});
@@ -122,7 +127,8 @@ TEST_CASE("A second measurement of a layer replaces the first") {
 TEST_CASE("The nominal height advances by one layer up to each cell's target, and the print ends there") {
   Setup s = block(0.0);
   for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 5; ++j) s.target.at(i, j) = i < 3 ? 2 * s.model.layer_height_mm() : 4 * s.model.layer_height_mm();
+    for (int j = 0; j < 5; ++j)
+      s.target.at(i, j) = i < 3 ? 2 * s.model.layer_height_mm() : 4 * s.model.layer_height_mm();
   Smf controller(s, smf(1.0, 0.0, 0.0));
   for (int k = 0; k < 4; ++k) {
     HeightMap exact(s.grid);
@@ -138,7 +144,9 @@ TEST_CASE("The nominal height advances by one layer up to each cell's target, an
   CHECK(controller.decide({s.target, 4, 0, 0.0}).kind == Decision::Kind::kEnd);
 }
 
-TEST_CASE("Error diffusion against rounding against carrying over: diffusion never loses, over five seeds and three variations") {
+TEST_CASE(
+    "Error diffusion against rounding against carrying over: diffusion never loses, over five seeds and "
+    "three variations") {
   Setup s = cylinder_setup(25.0, 0.2);
   const auto mean_rms = [&](Rounding rounding, double variation) {
     double sum = 0.0;

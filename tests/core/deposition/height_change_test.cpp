@@ -41,7 +41,8 @@ double worst(const HeightMap& a, const HeightMap& b) {
 
 // Eqs. (3)-(5) as printed (with the errata): a gather over the nine terms of each cell, no shared code.
 template <int R>
-HeightMap as_printed(const HeightMap& h, const DropletPattern& u, int pass, const Stencil<R>& s, Border border) {
+HeightMap as_printed(const HeightMap& h, const DropletPattern& u, int pass, const Stencil<R>& s,
+                     Border border) {
   HeightMap out = h;
   const GridSpec& g = h.spec;
   for (int j = 0; j < g.ny; ++j)
@@ -54,7 +55,8 @@ HeightMap as_printed(const HeightMap& h, const DropletPattern& u, int pass, cons
           const double w = s.at(dx, dy), a = s.centre_mm + w;
           const bool on = g.contains(i + dx, j + dy);
           const double hn = on ? h.at(i + dx, j + dy) : 0.0;
-          if (u.at(i, j) > pass) c1 += w - w * (on ? sat(a, h.at(i, j) - hn) : border == Border::kLose ? 1.0 : 0.0);
+          if (u.at(i, j) > pass)
+            c1 += w - w * (on ? sat(a, h.at(i, j) - hn) : border == Border::kLose ? 1.0 : 0.0);
           if (on && u.at(i + dx, j + dy) > pass) c23 += w * sat(a, hn - h.at(i, j));
         }
       out.at(i, j) += c1 + c23;
@@ -62,7 +64,8 @@ HeightMap as_printed(const HeightMap& h, const DropletPattern& u, int pass, cons
   return out;
 }
 
-// One dimension: a single row whose model has no corners; what flows up and down is lost, as on a line it never was.
+// One dimension: a single row whose model has no corners; what flows up and down is lost, as on a line it
+// never was.
 std::vector<double> line_after(int layers, int n, double h1, double h2) {
   const GridSpec g{n, 1};
   HeightMap h(g);
@@ -92,7 +95,8 @@ TEST_CASE("Erratum (2)/(3): the first layer on a flat surface adds C1 + C2 + C3 
   CHECK(worst(flat, additive) < 1e-15);
 }
 
-TEST_CASE("Eq. (2): the additive baseline is h1, h2, h3 by class, multiplied by the count, whatever the heights") {
+TEST_CASE(
+    "Eq. (2): the additive baseline is h1, h2, h3 by class, multiplied by the count, whatever the heights") {
   const GridSpec g{5, 5};
   HeightMap h(g);
   h.at(3, 2) = 1.0;
@@ -112,9 +116,12 @@ TEST_CASE("Eq. (2): the additive baseline is h1, h2, h3 by class, multiplied by 
   CHECK(deposit_additive(corner, at_corner, kLu).lost_mm == Approx(2 * kH2 + 3 * kH3).epsilon(1e-14));
 }
 
-TEST_CASE("Erratum (4): the fast step equals the printed nine-term sum on random surfaces, both borders, all grid shapes") {
+TEST_CASE(
+    "Erratum (4): the fast step equals the printed nine-term sum on random surfaces, both borders, all grid "
+    "shapes") {
   RandomStream random(21, Purpose::kTest);
-  for (const GridSpec g : {GridSpec{1, 1}, GridSpec{1, 6}, GridSpec{7, 1}, GridSpec{2, 2}, GridSpec{3, 2}, GridSpec{13, 9}, GridSpec{40, 33}})
+  for (const GridSpec g : {GridSpec{1, 1}, GridSpec{1, 6}, GridSpec{7, 1}, GridSpec{2, 2}, GridSpec{3, 2},
+                           GridSpec{13, 9}, GridSpec{40, 33}})
     for (const Border border : {Border::kLose, Border::kKeep})
       for (const double range : {0.0, 2e-3, 10e-3, 0.05}) {
         const HeightMap h = rough(g, random, range);
@@ -133,7 +140,8 @@ TEST_CASE("Erratum (4): the fast step equals the printed nine-term sum on random
 
 TEST_CASE("Erratum III-C: heights of a printed line after 1, 2 and 4 layers") {
   const double h1 = 4.4, h2 = 0.6, r = h1 * h2 / (h1 + h2);
-  const auto one = line_after(1, 12, h1, h2), two = line_after(2, 12, h1, h2), four = line_after(4, 12, h1, h2);
+  const auto one = line_after(1, 12, h1, h2), two = line_after(2, 12, h1, h2),
+             four = line_after(4, 12, h1, h2);
   CHECK(std::abs(one[0] - (h1 + h2)) < 1e-12);
   for (int i = 1; i < 11; ++i) CHECK(std::abs(one[std::size_t(i)] - (h1 + 2 * h2)) < 1e-12);
   CHECK(std::abs(two[0] - (2 * h1 + 3 * h2 - r)) < 1e-12);
@@ -146,14 +154,17 @@ TEST_CASE("Erratum III-C: heights of a printed line after 1, 2 and 4 layers") {
     CHECK(std::abs(four[i] - printed[i]) < 5.001e-4);
     CHECK(std::abs(four[i] - four[11 - i]) < 1e-12);
   }
-  for (const auto& [layers, edge] : {std::pair{3, 3}, {5, 5}}) {  // after M layers M points shrink at each edge
+  for (const auto& [layers, edge] :
+       {std::pair{3, 3}, {5, 5}}) {  // after M layers M points shrink at each edge
     const auto h = line_after(layers, 16, h1, h2);
     CHECK(h[std::size_t(edge) - 1] < h[8] - 1e-12);
     CHECK(std::abs(h[std::size_t(edge)] - h[8]) < 1e-12);
   }
 }
 
-TEST_CASE("Erratum border: under `lose` an edge droplet loses h2 + 2 h3, a corner droplet 2 h2 + 3 h3, an inner one nothing") {
+TEST_CASE(
+    "Erratum border: under `lose` an edge droplet loses h2 + 2 h3, a corner droplet 2 h2 + 3 h3, an inner "
+    "one nothing") {
   const GridSpec g{6, 5};
   const auto lost = [&](int i, int j, Border border) {
     HeightMap h(g, 0.2);
@@ -170,7 +181,8 @@ TEST_CASE("Erratum border: under `lose` an edge droplet loses h2 + 2 h3, a corne
   CHECK(lost(0, 0, Border::kKeep) == 0.0);
 }
 
-TEST_CASE("What is deposited is on the grid or in the ledger, to 1e-12, per step and summed, radius 1 and 2") {
+TEST_CASE(
+    "What is deposited is on the grid or in the ledger, to 1e-12, per step and summed, radius 1 and 2") {
   RandomStream random(31, Purpose::kTest);
   const Stencil<2> wide{4.4e-3, {0.5e-3, 0.2e-3, 0.1e-3, 0.05e-3, 0.02e-3}};
   const auto conserves = [&](auto& model, int trial) {
@@ -188,7 +200,8 @@ TEST_CASE("What is deposited is on the grid or in the ledger, to 1e-12, per step
       if (model.border() == Border::kKeep) CHECK(step.lost_mm == 0.0);
       deposited += asked;
     }
-    CHECK(std::abs(sum(h) - start + model.total().lost_mm - before_lost - deposited) <= 1e-12 * (deposited + sum(h)));
+    CHECK(std::abs(sum(h) - start + model.total().lost_mm - before_lost - deposited) <=
+          1e-12 * (deposited + sum(h)));
   };
   for (int trial = 0; trial < 30; ++trial) {
     const GridSpec g{std::int32_t(1 + random.below(25)), std::int32_t(1 + random.below(25))};
@@ -214,7 +227,8 @@ TEST_CASE("The height change is linear in the droplets for a given surface") {
     HeightMap ha = h, hb = h, hab = h;
     model.deposit(ha, a), model.deposit(hb, b), model.deposit(hab, both);
     for (std::size_t c = 0; c < g.size(); ++c)
-      CHECK(std::abs((ha.cells[c] - h.cells[c]) + (hb.cells[c] - h.cells[c]) - (hab.cells[c] - h.cells[c])) < 1e-16);
+      CHECK(std::abs((ha.cells[c] - h.cells[c]) + (hb.cells[c] - h.cells[c]) - (hab.cells[c] - h.cells[c])) <
+            1e-16);
   }
 }
 
@@ -286,8 +300,10 @@ TEST_CASE("The vectorised rows give the same bytes as the portable ones") {
     const RowKernels &wide = row_kernels(), &plain = portable_row_kernels();
     CHECK(wide.load(drops.data(), 1, u.data(), n + 1) == plain.load(drops.data(), 1, v.data(), n + 1));
     CHECK(u == v);
-    wide.flow(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow.data(), a.data(), a.data() + 1, n);
-    plain.flow(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow2.data(), b.data(), b.data() + 1, n);
+    wide.flow(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow.data(), a.data(), a.data() + 1,
+              n);
+    plain.flow(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow2.data(), b.data(),
+               b.data() + 1, n);
     CHECK(flow == flow2);
     CHECK(a == b);
     std::vector<double> g = h;
@@ -298,7 +314,9 @@ TEST_CASE("The vectorised rows give the same bytes as the portable ones") {
   }
 }
 
-TEST_CASE("A height that is not finite, a wrong size and impossible constants are refused before anything changes") {
+TEST_CASE(
+    "A height that is not finite, a wrong size and impossible constants are refused before anything "
+    "changes") {
   const GridSpec g{4, 3};
   HeightChange<1> model(g, stencil_of(kLu), Border::kLose);
   HeightMap h(g, 0.5);
