@@ -9,8 +9,8 @@ namespace firn::control {
 
 /// Prints the part as sliced, whatever is measured.
 struct OpenLoopOptions {
-  int layers =
-      0;  ///< 0: per cell, target / (h1 + 4 h2 + 4 h3) rounded to the nearest; else that many full layers
+  /// 0: per cell, target / (h1 + 4 h2 + 4 h3) rounded to the nearest; else that many full layers
+  int layers = 0;
 };
 
 /// How a wanted height that is no whole number of droplets becomes droplets.

@@ -14,7 +14,7 @@ namespace firn::control {
 /// divided by what a droplet is worth. One droplet raises its own cell by h1 + its neighbours' refusals only,
 /// but every cell also takes its neighbours' share; the worth of a droplet per cell is h1 + 4 h2 + 4 h3,
 /// exact where all cells print the same, and the loop makes up for the rest. Fractions become droplets by
-/// error diffusion (default): docs/algorithms- control.md compares it with rounding and with carrying over.
+/// error diffusion (default): docs/algorithms-control.md compares it with rounding and with carrying over.
 /// Ends when r has reached the target everywhere and the next layer would not lower the predicted mean
 /// |error|, or by no more than the noise gate. A second measurement of a layer replaces the first in sum and
 /// difference. A layer below the last one seen starts anew.

@@ -20,10 +20,10 @@ struct SmoothingOptions {
   double s = 0.0;  ///< amount of smoothing; 0: automatic (s between 8e-4 and 1.6e10, in steps of 2^(1/4))
   bool robust = true;
   int robust_steps = 3;  ///< re-weightings
-  int max_iterations =
-      30;  ///< of the fixed point, per re-weighting; it stops earlier when z moves by less than
-  double tolerance =
-      1e-3;  ///< this times the standard deviation of the data, root mean square over cells with weight
+  /// Of the fixed point, per re-weighting. It stops earlier when z moves by less than `tolerance` times the
+  /// standard deviation of the data (root mean square over cells with weight).
+  int max_iterations = 30;
+  double tolerance = 1e-3;
 };
 
 struct Smoothed {

@@ -54,12 +54,11 @@ class HorizonObjective {
   std::size_t padded(std::uint32_t cell) const { return padded_[cell]; }
   std::size_t step_of(const Move& move) const;  // the step whose droplet a move sets or clears
   template <class Visit>
-  void first_change(const Move& move, std::size_t step,
-                    const Visit& visit) const;  // visit(cell, height change)
-  int propagate(const Move& move, std::size_t step,
-                bool keep);  // window radius; last step's changes in delta_
-  void widen(std::size_t step, std::size_t centre, int radius,
-             bool keep);  // delta_: change before the step -> after it
+  void first_change(const Move& move, std::size_t step, const Visit& visit) const;  // visit(cell, change)
+  // Leaves the changes after the last step in delta_, keeps those before it if `keep`. Returns the radius.
+  int propagate(const Move& move, std::size_t step, bool keep);
+  // delta_: change before the step -> change after it.
+  void widen(std::size_t step, std::size_t centre, int radius, bool keep);
   template <class Visit>
   void window(std::size_t centre, int radius, const Visit& visit) const;
   void add(std::size_t cell, double delta, Sums& sums) const;
