@@ -41,7 +41,7 @@ class WriteAheadSource {
     if (o.kind != OutputKind::kSend) return {};
     const ChannelInfo* channel = find_channel(o.channel);
     const auto header = wire::read_header(o.bytes);
-    if (!channel || !channel->logged || !header) return {};
+    if (!channel || !channel->logged || channel->delivery != Delivery::kReliable || !header) return {};
     return SourceMessage{header->utime_us, channel->name, *message_key(o.channel, o.bytes), o.bytes};
   }
 

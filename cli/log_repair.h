@@ -7,8 +7,8 @@
 
 namespace firn {
 
-/// @param log log.lcm of the run. @param wal_folder its nodes/: every logged message among the outputs of its
-///        write-ahead files must be in the log. Nobody may be writing the log. @throws logfile::FileError
+/// @param log log.lcm of the run. @param wal_folder its nodes/: every message of a reliable, logged channel among the
+///        outputs of its write-ahead files must be in the log. Nobody may be writing the log. @throws logfile::FileError
 logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log, const std::filesystem::path& wal_folder);
 
 /// The (incarnation, seq) of a message with a header; nothing for others.
