@@ -175,9 +175,18 @@ const Type* resolve(const Names& names, const Type& user, const std::string& nam
 }
 
 // Resolves structs that stand alone into fields of `out`, sums hashes. A type that contains itself is refused.
-std::uint64_t flatten(const Names& names, const Type& type, const std::string& prefix, Type& out, std::vector<const Type*>& parents) {
+struct Nesting {
+  std::vector<const Type*> parents;
+  std::size_t structs = 0;  // resolved so far: doubling at each level must not run away
+};
+constexpr std::size_t kMostNested = 32, kMostStructs = 10000;
+
+std::uint64_t flatten(const Names& names, const Type& type, const std::string& prefix, Type& out, Nesting& nesting) {
+  std::vector<const Type*>& parents = nesting.parents;
   if (std::find(parents.begin(), parents.end(), &type) != parents.end())
     throw std::invalid_argument("LCM types: " + type.name + " contains itself");
+  if (parents.size() == kMostNested || ++nesting.structs > kMostStructs)
+    throw std::invalid_argument("LCM types: " + type.name + " is nested too deeply or too often");
   parents.push_back(&type);
   std::uint64_t hash = type.struct_hash;
   std::map<std::string, int, std::less<>> counters;
@@ -195,7 +204,7 @@ std::uint64_t flatten(const Names& names, const Type& type, const std::string& p
       Type whole;  // of an array's element only hash and size matter here
       whole.name = m.type;
       Type& into = f.dimensions.empty() ? out : whole;
-      hash += flatten(names, *f.element, f.dimensions.empty() ? f.path + "." : "", into, parents);
+      hash += flatten(names, *f.element, f.dimensions.empty() ? f.path + "." : "", into, nesting);
       if (f.dimensions.empty()) continue;
       if (whole.smallest_bytes == 0) throw std::invalid_argument("LCM types: " + type.name + "." + m.name + " is an array of an empty type");
     }
@@ -227,8 +236,8 @@ Schema Schema::parse(std::string_view texts) {
     s.by_name_.emplace(t.name, &t);
   }
   for (schema::Type& t : s.types_) {
-    std::vector<const schema::Type*> parents;
-    t.fingerprint = std::int64_t(schema::flatten(s.by_name_, t, "", t, parents));
+    schema::Nesting nesting;
+    t.fingerprint = std::int64_t(schema::flatten(s.by_name_, t, "", t, nesting));
     s.by_fingerprint_.emplace(t.fingerprint, &t);
   }
   return s;

@@ -81,6 +81,9 @@ inline std::optional<SizeError> read_string(const std::string& path, std::span<c
   text = {reinterpret_cast<const char*>(m.data() + at + 4), std::size_t(length) - 1};
   if (m[at + 3 + std::size_t(length)] != std::byte{0})
     return SizeError{at + 3 + std::size_t(length), path, "string does not end with a zero byte"};
+  // LCM's encoder ends a string at its first zero: such a message would not be sent on as it came.
+  if (const std::size_t zero = text.find('\0'); zero != text.npos)
+    return SizeError{at + 4 + zero, path, "string has a zero byte inside"};
   at += 4 + std::size_t(length);
   return {};
 }

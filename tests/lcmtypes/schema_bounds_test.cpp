@@ -1,6 +1,7 @@
 // Schema::check against lcm-gen's decoders: what it passes they decode, what they cannot hold it refuses without
 // allocating what the bytes claim.
 #include <catch2/catch.hpp>
+#include <algorithm>
 #include <cstring>
 
 #include "lcmtypes/schema.h"
@@ -92,6 +93,17 @@ TEST_CASE("Absurd array sizes and string lengths are refused at their byte, with
   auto bytes = whole;
   put32(bytes, reason_at, 0);  // LCM's decoder would make a string of length -1
   CHECK(check(type("layer_plan_t"), bytes));
+}
+
+TEST_CASE("A string with a zero byte inside is refused: LCM's encoder would cut it there") {
+  auto bytes = encode(some_heartbeat());
+  const auto at = std::search(bytes.begin(), bytes.end(), reinterpret_cast<const std::byte*>("STATE_JET"), reinterpret_cast<const std::byte*>("STATE_JET") + 9);
+  REQUIRE(at != bytes.end());
+  at[2] = std::byte{0};
+  const auto error = check(type("heartbeat_t"), bytes);
+  REQUIRE(error);
+  CHECK(error->path == "channel[1]");
+  CHECK(error->offset == std::size_t(at - bytes.begin()) + 2);
 }
 
 TEST_CASE("A large dimension beside a zero one is refused: the decoder would allocate it") {

@@ -85,6 +85,12 @@ TEST_CASE("The .lcm language is read with comments, constants, lists and package
   CHECK_THROWS_WITH(Schema::parse("struct x_t { y_t v; }"), Contains("unknown type 'y_t'"));
   CHECK_THROWS_WITH(Schema::parse("struct x_t { y_t v; } struct y_t { x_t w; }"), Contains("contains itself"));
   CHECK_THROWS_WITH(Schema::parse("struct x_t { int8_t v; } struct x_t { int8_t v; }"), Contains("defined twice"));
+  std::string doubling = "struct t0_t { int8_t v; }";
+  for (int i = 1; i < 30; ++i) {
+    const std::string inner = "t" + std::to_string(i - 1) + "_t";
+    doubling += "struct t" + std::to_string(i) + "_t { " + inner + " a; " + inner + " b; }";
+  }
+  CHECK_THROWS_WITH(Schema::parse(doubling), Contains("too deeply or too often"));
   CHECK_THROWS_WITH(Schema::parse("enum e { A }"), Contains("found 'enum'"));
 }
 

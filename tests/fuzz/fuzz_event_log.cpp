@@ -1,0 +1,38 @@
+// Any bytes as an event log and as its index. Input: u32 bytes of the log, the log, the index.
+#include <cstring>
+
+#include "logfile/event_log.h"
+#include "tests/fuzz/require.h"
+
+using namespace firn::fuzz;
+using namespace firn::logfile;
+
+namespace {
+
+void read_all(std::span<const std::byte> log, const EventIndex* index) {
+  EventLogReader reader(log, index);
+  std::uint64_t end = 0;
+  while (const auto e = reader.next()) {
+    require(lies_in(e->data, log), "data lies in the log");
+    require(e->offset >= end, "events do not overlap");
+    end = e->offset + kEventHeaderBytes;
+    require(!e->channel.empty(), "an event has a channel");
+    require(!(e->checked && e->damaged), "a checked event is not damaged");
+  }
+  require(reader.valid_end() <= log.size(), "valid end lies in the log");
+  for (const Damage& d : reader.damage().list()) require(d.offset + d.bytes <= log.size(), "damage lies in the log");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 4) return 0;
+  std::uint32_t split;
+  std::memcpy(&split, data, 4);
+  const auto rest = as_bytes(data + 4, size - 4);
+  const auto log = rest.first(std::min<std::size_t>(split, rest.size()));
+  const EventIndex index(rest.subspan(log.size()));
+  read_all(log, nullptr);
+  read_all(log, &index);
+  return 0;
+}

@@ -1,0 +1,67 @@
+// Any bytes as a message of each type: what check() passes, LCM's decoder takes whole and encodes back to the same
+// bytes; walking, printing, comparing and judging never crash. Input: u8 type, message without fingerprint.
+#include <cmath>
+#include <cstring>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/schema.h"
+#include "lcmtypes/validate.h"
+#include "tests/fuzz/require.h"
+#include "tests/lcmtypes/samples.h"
+
+using namespace firn;
+using namespace firn::fuzz;
+
+namespace {
+
+template <class M>
+bool decode_as(const schema::Type& type, const std::vector<std::byte>& bytes) {
+  if (type.fingerprint != M::getHash()) return false;
+  M m;
+  require(m.decode(bytes.data(), 0, int(bytes.size())) == int(bytes.size()), "the decoder takes all bytes");
+  require(test::encode(m) == bytes, "encoding gives the bytes back");
+  return true;
+}
+
+template <class... M>
+bool decode_as_one_of(const schema::Type& type, const std::vector<std::byte>& bytes) {
+  return (decode_as<M>(type, bytes) || ...);
+}
+
+void decode(const schema::Type& type, const std::vector<std::byte>& bytes) {
+  const bool known =
+      decode_as_one_of<answer_t, config_t, deposition_report_t, device_state_t, enable_t, fault_t, grid_t, header_t, heartbeat_t,
+                       height_map_t, height_profile_t, jet_command_t, journal_t, lamp_command_t, layer_metrics_t, layer_plan_t,
+                       operator_command_t, preview_t, profiler_command_t, resend_request_t, run_end_t, run_start_t, safe_stop_t,
+                       scan_done_t, sim_truth_t, stage_command_t, tile_t>(type, bytes);
+  require(known, "the type is known to this target");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 1) return 0;
+  const auto& types = Schema::builtin().types();
+  const schema::Type& type = types[data[0] % types.size()];
+  std::vector<std::byte> message(8 + size - 1);
+  for (int i = 0; i < 8; ++i) message[std::size_t(i)] = std::byte(std::uint64_t(type.fingerprint) >> (56 - 8 * i));
+  if (size > 1) std::memcpy(message.data() + 8, data + 1, size - 1);
+
+  const bool sound = !check(type, message);
+  if (sound) decode(type, message);
+  std::size_t leaves = 0, reached = 8;
+  const auto stopped = for_each_leaf(type, message, [&](const Leaf& leaf) {
+    require(leaf.offset >= reached && leaf.offset + leaf.bytes <= message.size(), "leaves follow each other in the message");
+    reached = leaf.offset + leaf.bytes;
+    require(!to_text(leaf).empty(), "a leaf has a text");
+    return ++leaves < 5000;
+  });
+  require(sound == !stopped || leaves == 5000, "check() and the walk agree");
+  require(to_json(type, message).size() >= 2, "JSON is an object");
+  const bool valid = !validate("FUZZ", type.name, message);
+  require(sound || !valid, "what is damaged is not valid");
+  auto other = message;
+  if (other.size() > 8) other[8 + data[0] % (other.size() - 8)] ^= std::byte{1};
+  require(first_difference(type, message, other).has_value() == (other != message), "a changed byte is a difference");
+  return 0;
+}

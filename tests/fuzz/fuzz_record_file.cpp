@@ -1,0 +1,20 @@
+// Any bytes as a record file: indices rise, payloads lie inside, the valid end too.
+#include "logfile/record_file.h"
+#include "tests/fuzz/require.h"
+
+using namespace firn::fuzz;
+using namespace firn::logfile;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto file = as_bytes(data, size);
+  RecordReader reader(file);
+  std::uint64_t next = 0;
+  while (const auto r = reader.next()) {
+    require(r->index >= next, "indices rise");
+    next = r->index + 1;
+    require(lies_in(r->payload, file), "payload lies in the file");
+  }
+  require(reader.valid_end() <= size, "valid end lies in the file");
+  for (const Damage& d : reader.damage().list()) require(d.offset + d.bytes <= size, "damage lies in the file");
+  return 0;
+}

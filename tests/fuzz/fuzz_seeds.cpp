@@ -1,0 +1,72 @@
+// fuzz_seeds DIR: writes DIR/<target>/ with small valid inputs for each fuzz target.
+#include <cstdio>
+#include <cstring>
+
+#include "core/grid/npy.h"
+#include "lcmtypes/schema.h"
+#include "logfile/event_log.h"
+#include "logfile/record_file.h"
+#include "tests/lcmtypes/samples.h"
+#include "tests/logfile/event_samples.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+std::filesystem::path folder;
+
+void seed(const char* target, const std::string& name, std::span<const std::byte> bytes) {
+  std::filesystem::create_directories(folder / target);
+  write_file(folder / target / name, bytes);
+}
+
+void seed_message(const std::string& name, const std::vector<std::byte>& message) {
+  const auto& types = Schema::builtin().types();
+  std::uint8_t number = 0;
+  while (&types[number] != Schema::builtin().type_of(message)) ++number;
+  std::vector<std::byte> input{std::byte(number)};
+  input.insert(input.end(), message.begin() + 8, message.end());
+  seed("fuzz_messages", name, input);
+}
+
+void seed_logs(std::size_t events, std::size_t longest) {
+  const Scratch scratch("fuzz-seeds");
+  write_events(scratch / "a.lcm", some_events(events, longest, events));
+  const Bytes log = read_file(scratch / "a.lcm"), index = read_file(scratch / "a.lcm.idx");
+  Bytes input(4);
+  const auto split = std::uint32_t(log.size());
+  std::memcpy(input.data(), &split, 4);
+  input.insert(input.end(), log.begin(), log.end());
+  input.insert(input.end(), index.begin(), index.end());
+  const std::string name = std::to_string(events) + "-events";
+  seed("fuzz_event_log", name, input);
+  seed("fuzz_record_file", name, index);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: fuzz_seeds DIR\n");
+    return 2;
+  }
+  folder = argv[1];
+  for (const std::size_t n : {1u, 3u, 12u}) seed_logs(n, 40);
+  seed_message("header", encode(some_header()));
+  seed_message("grid", encode(some_grid(3, 2)));
+  seed_message("map", encode(some_height_map(3, 2)));
+  seed_message("plan", encode(some_layer_plan(3, 2)));
+  seed_message("pass", encode(some_pass(3, 2)));
+  seed_message("heartbeat", encode(some_heartbeat()));
+  const std::string_view texts = lcm_type_texts();
+  seed("fuzz_type_texts", "header", as_span(texts.substr(0, texts.find("package", 10))));
+  seed("fuzz_type_texts", "nested", as_span("package a; struct b_t { int8_t n; } struct c_t { int16_t m; b_t b; b_t c[m][2]; string s[m]; }"));
+  GridSpec grid;
+  grid.nx = 3;
+  grid.ny = 2;
+  grid.pitch_x_mm = grid.pitch_y_mm = 1;
+  seed("fuzz_npy", "heights", to_npy(HeightMap(grid)));
+  seed("fuzz_npy", "mask", to_npy(Mask(grid)));
+  return 0;
+}
