@@ -5,6 +5,7 @@
 #include <map>
 
 #include "cli/node_makers.h"
+#include "cli/run_resume.h"
 #include "config/experiment.h"
 #include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
@@ -15,6 +16,7 @@
 #include "logfile/event_log.h"
 #include "plant/setup.h"
 #include "plant/world.h"
+#include "procs/recorder/recorder.h"
 #include "runtime/build_info.h"
 #include "runtime/lab.h"
 #include "runtime/wal_file.h"
@@ -83,11 +85,11 @@ struct Afterlife {
   }
 };
 
-Time restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& members, Afterlife& after) {
-  Time last;
+void restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& members, Afterlife& after) {
   after.received.resize(members.size());
   for (std::size_t n = 0; n < members.size(); ++n) {
     RestoreSinks sinks;
+    sinks.head = [](const WalHead&) {};
     sinks.received = [&](std::string_view c, std::span<const std::byte>) { ++after.received[n][find_channel(c)->name]; };
     sinks.sent = [&](std::string_view c, std::span<const std::byte> b) {
       after.sent[find_channel(c)->name].emplace_back(b.begin(), b.end());
@@ -95,9 +97,8 @@ Time restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& mem
     sinks.unsent = [&](std::string_view c, std::span<const std::byte> b) {
       after.unsent.push_back({find_channel(c)->name, {b.begin(), b.end()}});
     };
-    last = std::max(last, restore(members[n]->host, run.run_id(), members[n]->wal, sinks));
+    restore(members[n]->host, run.run_id(), members[n]->wal, sinks);
   }
-  return last;
 }
 
 }  // namespace
@@ -117,20 +118,25 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   Time begin;
   std::int32_t incarnation = 0;
   if (options.resume) {
-    begin = Time{restore_all(run, members, after).us + 1};
-    incarnation = members.front()->host.incarnation() + 1;
+    const ResumePoint point = read_resume_point(run.path(), {});
+    restore_all(run, members, after);
+    begin = Time{point.offset_us};
+    incarnation = point.incarnation;
+    fill_log(run.path());
     run.clear_result();
-  }
-  std::vector<std::byte> head;
-  for (const auto& m : members) {
-    head.clear();
-    encode_head(run.wal_head(m->host.name(), incarnation), head);
-    m->wal.append(WalKind::kHead, head);
   }
 
   logfile::EventLogWriter::Options log_options;
   log_options.mode = options.resume ? logfile::File::Mode::kAppend : logfile::File::Mode::kCreate;
   logfile::EventLogWriter log(run.log_path(), log_options);
+  std::vector<std::byte> bytes;
+  for (const auto& m : members) {
+    const WalHead head = run.wal_head(m->host.name(), incarnation);
+    bytes.clear();
+    encode_head(head, bytes);
+    m->wal.append(WalKind::kHead, bytes);
+    log.append(begin.us, channels::config(m->host.id()).name, config_message(head));
+  }
   LabRunReport report;
   Outbox launcher(NodeId::kLauncher, run.run_id());
   const auto launcher_sends = [&] {

@@ -34,6 +34,9 @@ class DriverNode : public Node {
   void start(const Start& start, Time now, Outbox& out) override {
     armed_us_ = 0;  // timers end with an incarnation
     lease_armed_ = false;
+    // Node time goes on where the crash cut it, so the old lease may seem to last: it does not, and a command of its
+    // epoch that arrives only now is refused.
+    if (start.resumed()) guard_.local_stop();
     starting_ = start.resumed();
     step(now, out, [&] { driver_.closed(now.us, fx_); });  // whatever the link was: the port is opened anew
     starting_ = false;

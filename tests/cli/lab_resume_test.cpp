@@ -1,0 +1,103 @@
+// Prints that die again and again at any step and are resumed: in simulated time, so that many fit into a second.
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "cli/audit_command.h"
+#include "cli/lab_run.h"
+#include "cli/replay_command.h"
+#include "cli/targets.h"
+#include "core/grid/random.h"
+#include "replay/print_verdict.h"
+
+namespace firn {
+namespace {
+
+Experiment tiny(const std::string& scheme, std::uint64_t seed) {
+  Experiment e;
+  e.run.name = "resume";
+  e.grid = {9, 8, 0.263256, 0.263256, 0.0, 0.0};
+  e.part.shape.kind = "cuboid";
+  e.part.shape.width_mm = 1.9;
+  e.part.shape.depth_mm = 1.6;
+  e.part.shape.height_mm = 0.025;
+  e.control.scheme = scheme;
+  e.plant.seed = seed;
+  return e;
+}
+
+struct TemporaryRuns {
+  TemporaryRuns() : root(std::filesystem::temp_directory_path() / ("firn-resume-" + std::to_string(getpid()))) {}
+  ~TemporaryRuns() { std::filesystem::remove_all(root); }
+  std::filesystem::path root;
+};
+
+struct Story {
+  int crashes = 0;
+  LabRunReport report;
+  std::filesystem::path path;
+};
+
+Story print_with_crashes(const std::filesystem::path& root, const Experiment& e, std::uint64_t seed, int most_crashes) {
+  const RunFolder run = RunFolder::create(root, e, make_inputs(e, ""), {"test"});
+  RandomStream random(seed, Purpose::kKill);
+  Story s;
+  s.path = run.path();
+  LabRunOptions o;
+  for (int n = 0;; ++n) {
+    o.resume = n > 0;
+    o.accept_doubt = n > 0;
+    o.crash_after_steps = n < most_crashes ? 1 + random.below(2500) : 0;
+    s.report = run_in_lab(run, o);
+    if (!s.report.crashed) return s;
+    ++s.crashes;
+  }
+}
+
+TEST_CASE("a print that dies at any step and resumes is finished, replays identical and passes the audit") {
+  const TemporaryRuns runs;
+  const std::uint64_t seeds = std::getenv("FIRN_FULL") ? 300 : 15;
+  int crashes = 0;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    const char* scheme = seed % 3 == 0 ? "open_loop" : seed % 3 == 1 ? "mpc" : "smf";
+    CAPTURE(seed, scheme);
+    const Story s = print_with_crashes(runs.root, tiny(scheme, seed), seed, 4);
+    crashes += s.crashes;
+    INFO(s.report.result.reason);
+    REQUIRE(s.report.result.status == 0);
+
+    ReplayCommandOptions r;
+    r.run = s.path.string();
+    const replay::RunVerdict verdict = replay_verdict(r);
+    INFO(replay::to_text(verdict));
+    REQUIRE(verdict.identical());
+
+    const replay::AuditVerdict audit = audit_verdict(s.path);
+    if (!audit.violations.empty()) INFO(audit.violations.front().what);
+    CAPTURE(s.path.string());
+    REQUIRE(audit.violations_total == 0);
+    for (const replay::Unknown& u : audit.unknowns) REQUIRE(u.resolved_by.has_value());
+  }
+  REQUIRE(crashes > int(2 * seeds));
+}
+
+TEST_CASE("the same experiment and seed give the same bytes in every write-ahead file but for identity") {
+  const TemporaryRuns runs;
+  const Experiment e = tiny("mpc", 7);
+  std::vector<std::vector<double>> surfaces;
+  std::vector<std::uint64_t> steps;
+  for (int n = 0; n < 2; ++n) {
+    const RunFolder run = RunFolder::create(runs.root, e, make_inputs(e, ""), {"test"});
+    const LabRunReport r = run_in_lab(run, {});
+    surfaces.push_back(r.truth.cells);
+    steps.push_back(r.steps);
+  }
+  REQUIRE(surfaces[0] == surfaces[1]);
+  REQUIRE(steps[0] == steps[1]);
+}
+
+}  // namespace
+}  // namespace firn
