@@ -72,10 +72,10 @@ class DriverNode : public Node {
 
  protected:
   /// Runs `act` unless the command was seen before (then its answer is sent again, it is never executed twice), the
-  /// lease forbids it, or another command is in progress. With `physical`, the command stands on the disk before anything
-  /// leaves this step. The ranges of its fields were checked when it was received (lcmtypes/limits.cpp).
+  /// lease forbids it, or another command is in progress. With `irreversible`, the command stands on the disk before
+  /// anything leaves this step. The ranges of its fields were checked when it was received (lcmtypes/limits.cpp).
   template <class Command, class Act>
-  void perform(const Command& c, bool physical, Time now, Outbox& out, Act&& act) {
+  void perform(const Command& c, bool irreversible, Time now, Outbox& out, Act&& act) {
     if (c.command_id == answer_.command_id) {
       if (!in_progress_) out.send(channels::answer(id_), answer_);
       return;
@@ -92,7 +92,7 @@ class DriverNode : public Node {
     }
     answer_ = blank_answer(c.command_id);
     in_progress_ = true;
-    if (physical) out.durable();
+    if (irreversible) out.durable();
     watch_lease(out);
     step(now, out, [&] { act(driver_, now.us, fx_); });
   }

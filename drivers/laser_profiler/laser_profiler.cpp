@@ -1,5 +1,6 @@
 #include "drivers/laser_profiler/laser_profiler.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace firn::drivers {
@@ -28,6 +29,7 @@ void LaserProfiler::arm(int rows, std::int64_t now_us, Effects& fx) {
     phase_ = Phase::kArming;
     rows_ = rows;
     received_ = 0;
+    last_row_us_ = row_us_ = 0;
     link_.push(ljv::get_newest_profile());
     set_state(DriverState::kStaged, "arming", fx);
   }
@@ -67,7 +69,7 @@ void LaserProfiler::scan_over(Effects& fx) {
   fx.events.emplace_back(ScanDone{rows_, received_});
 }
 
-void LaserProfiler::take(Effects& fx) {
+void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   if (raw_.points == 0 || raw_.trigger_count == last_trigger_) return;
   last_trigger_ = raw_.trigger_count;
   const std::uint32_t row = raw_.trigger_count - base_trigger_ - 1;  // modulo 2^32, like the counter
@@ -75,6 +77,12 @@ void LaserProfiler::take(Effects& fx) {
     fault(1, kInstrument, "laser_profiler: trigger " + std::to_string(raw_.trigger_count) + " is no row of this scan", fx);
     return;
   }
+  if (last_row_us_ != 0 && row > last_row_) {
+    const std::int64_t each_us = (now_us - last_row_us_) / std::int64_t(row - last_row_);
+    row_us_ = row_us_ == 0 ? each_us : std::min(row_us_, each_us);
+  }
+  last_row_ = row;
+  last_row_us_ = now_us;
   ++received_;
   fx.events.emplace_back(Profile{std::int32_t(row), raw_.x0_mm, raw_.dx_mm, raw_.trigger_count, raw_.encoder_count, raw_.z_mm});
   if (row + 1 == std::uint32_t(rows_)) scan_over(fx);
@@ -96,7 +104,7 @@ void LaserProfiler::reply(const Request& request, std::span<const std::byte> fra
   }
   if (request.argument != ljv::kGetProfile) return;
   if (scanning_ && (phase_ == Phase::kArmed || phase_ == Phase::kEnding)) {
-    take(fx);
+    take(now_us, fx);
     if (!scanning_ && phase_ == Phase::kArmed) {
       phase_ = Phase::kReady;
       set_state(DriverState::kSafe, "scan complete", fx);
@@ -134,20 +142,21 @@ bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kReady:
     case Phase::kArmed:
-      if (now_us - link_.last_sent_us() < period_us()) return false;
+      if (now_us < next_poll_us()) return false;
       link_.push(ljv::get_newest_profile());
       return true;
     default: return false;
   }
 }
 
-std::int64_t LaserProfiler::period_us() const {
-  return std::int64_t((phase_ == Phase::kArmed ? config_.poll_s : config_.poll_idle_s) * 1e6);
+std::int64_t LaserProfiler::next_poll_us() const {
+  const double period_s = phase_ == Phase::kArmed ? config_.poll_s : config_.poll_idle_s;
+  const std::int64_t next_us = link_.last_sent_us() + std::int64_t(period_s * 1e6);
+  return phase_ == Phase::kArmed ? std::max(next_us, last_row_us_ + row_us_ * 9 / 10) : next_us;
 }
 
 std::int64_t LaserProfiler::device_wake_us() const {
-  if (!link_.idle() || (phase_ != Phase::kReady && phase_ != Phase::kArmed)) return 0;
-  return link_.last_sent_us() + period_us();
+  return link_.idle() && (phase_ == Phase::kReady || phase_ == Phase::kArmed) ? next_poll_us() : 0;
 }
 
 }  // namespace firn::drivers

@@ -15,7 +15,8 @@ namespace firn::drivers {
 
 struct LaserProfilerConfig {
   int program = 0;
-  double poll_s = 0.008;          ///< while armed; must be shorter than the time between two triggers
+  double poll_s = 0.008;          ///< while armed; must be shorter than the time between two triggers. Once two rows
+                                  ///< have come, the driver waits 9/10 of their distance before it asks again.
   double poll_idle_s = 1.0;
 };
 
@@ -44,10 +45,10 @@ class LaserProfiler final : public Driver {
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return false; }
 
-  void take(Effects& fx);
+  void take(std::int64_t now_us, Effects& fx);
   void scan_over(Effects& fx);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
-  std::int64_t period_us() const;
+  std::int64_t next_poll_us() const;
 
   LaserProfilerConfig config_;
   ljv::LjvDialect dialect_;
@@ -58,6 +59,9 @@ class LaserProfiler final : public Driver {
   int received_ = 0;
   std::uint32_t base_trigger_ = 0;
   std::uint32_t last_trigger_ = 0;
+  std::uint32_t last_row_ = 0;
+  std::int64_t last_row_us_ = 0;  ///< 0 = no row yet
+  std::int64_t row_us_ = 0;       ///< shortest time from row to row so far, 0 = not known
   bool scanning_ = false;         ///< armed and ScanDone not sent; survives a lost link
   bool asked_ = false;
 };

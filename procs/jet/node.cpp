@@ -12,6 +12,7 @@ int whole_volts(const char* key, double v) {
 
 drivers::JetConfig jet_config(const JetConfig& j) {
   drivers::JetConfig c;
+  c.frequency_hz = j.max_rate_hz;  // FULLFREQ also caps external triggers
   c.waveform.idle_v = whole_volts("idle_v", j.idle_v);
   c.waveform.dwell_v = whole_volts("dwell_v", j.dwell_v);
   c.waveform.echo_v = whole_volts("echo_v", j.echo_v);
@@ -31,7 +32,7 @@ void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
   using drivers::Jet;
   const JetVerb verb = JetVerb(c.verb);
-  perform(c, verb == JetVerb::kArm, now, out, [&](Jet& jet, std::int64_t now_us, Effects& fx) {
+  perform(c, false, now, out, [&](Jet& jet, std::int64_t now_us, Effects& fx) {
     if (verb == JetVerb::kArm) jet.arm(c.expected, now_us, fx);
     else jet.disarm(now_us, fx);
   });

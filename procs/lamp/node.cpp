@@ -19,7 +19,7 @@ LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(
 void LampNode::on(const lamp_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
   using drivers::Lamp;
-  perform(c, true, now, out,
+  perform(c, false, now, out,
           [&](Lamp& lamp, std::int64_t now_us, Effects& fx) { lamp.expose(c.exposure_s, c.iris_percent, now_us, fx); });
 }
 

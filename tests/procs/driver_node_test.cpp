@@ -173,12 +173,25 @@ TEST_CASE("a command is executed once, however often it arrives, and each copy i
   CHECK(rig.count("RUN") == 1);
 }
 
-TEST_CASE("an intent stands on the disk before the lamp is told anything") {
-  LampRig rig;
+TEST_CASE("the command of a pass stands on the disk before anything leaves; moves need not") {
+  Rig rig(NodeId::kStage, std::make_unique<StageNode>(Experiment{}));
+  rig.start(0);
   rig.enable(1);
-  const int before = rig.sink.syncs;
-  rig.message(channels::kLampCommand, expose(7, 1));
-  CHECK(rig.sink.syncs == before + 1);
+  stage_command_t c{};
+  c.command_id = 1;
+  c.enable_epoch = 1;
+  c.verb = std::int8_t(StageVerb::kMove);
+  c.speed_mm_s = 10.0;
+  rig.message(channels::kStageCommand, c);
+  CHECK(rig.sink.syncs == 0);
+  c.command_id = 2;
+  c.verb = std::int8_t(StageVerb::kPass);
+  c.grid.nx = c.grid.ny = 2;
+  c.grid.pitch_x_mm = c.grid.pitch_y_mm = 0.25;
+  c.n = 4;
+  c.drops.assign(4, 1);
+  rig.message(channels::kStageCommand, c);
+  CHECK(rig.sink.syncs == 1);
 }
 
 TEST_CASE("a command without a lease, of an older or of an unknown epoch is refused and nothing is sent") {
