@@ -20,6 +20,7 @@ endfunction()
 # firn_test(NAME sources… LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
 # Labels: live = separate processes and real time, runs alone; threads = runs under ./firn test --tsan;
 # full = only in ./firn test --full.
+add_custom_target(thread_tests)
 function(firn_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS} $<TARGET_OBJECTS:firn_catch_main>)
@@ -36,7 +37,10 @@ function(firn_test name)
   if("live" IN_LIST labels)
     set(alone TRUE)
   endif()
-  list(JOIN labels "\\\\;" labels)
+  if("threads" IN_LIST labels)
+    add_dependencies(thread_tests ${name})
+  endif()
+  list(JOIN labels "-" labels)  # one label, which ctest -L and -LE match by part
   catch_discover_tests(${name} TEST_PREFIX "${name}: "
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}")
 endfunction()

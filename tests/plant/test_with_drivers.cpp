@@ -5,7 +5,7 @@
 #include <functional>
 #include <map>
 
-#include "bench_lines.h"
+#include "tests/plant/bench_lines.h"
 #include "core/grid/firing_order.h"
 #include "drivers/jet/jet.h"
 #include "drivers/lamp/lamp.h"
