@@ -12,6 +12,7 @@
 #include "cli/log_command.h"
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
+#include "cli/report_command.h"
 #include "config/fields.h"
 #include "runtime/build_info.h"
 
@@ -75,6 +76,13 @@ void declare_audit(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_report(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_report);
+  app.add_option("RUN", o->runs, "run folders")->required();
+  app.add_option("-o,--output", o->output, "HTML file")->capture_default_str();
+  json_flag(app, o->json);
+}
+
 void declare_log(CLI::App& app, Run& run) {
   const auto sub = [&](const char* name, const char* help, LogAction action) {
     CLI::App& s = *app.add_subcommand(name, help);
@@ -118,6 +126,7 @@ constexpr Command kCommands[] = {
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
+    {"report", "writes one self-contained page for any number of runs", declare_report},
     {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
     {"config", "checks, resolves and documents experiment files", declare_config},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},

@@ -1,0 +1,22 @@
+// firn report RUN... -o report.html: one self-contained page for any number of runs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace firn {
+
+struct ReportOptions {
+  std::vector<std::string> runs;      ///< run folders
+  std::string output = "report.html";
+  std::vector<std::string> verdicts;  ///< of replay, by run; empty = each run is replayed for the report
+  bool json = false;
+};
+
+/// Writes the page whole or not at all, and metrics.csv into each run folder. @throws UsageError, std::runtime_error
+void write_report(const ReportOptions& options);
+
+/// @returns 0 written, 2 usage
+int run_report(const ReportOptions& options);
+
+}  // namespace firn

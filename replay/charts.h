@@ -1,0 +1,38 @@
+// Line charts and stacked bars as SVG. Lines differ by colour, dashes and marks, so that they are told apart without
+// colour too.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace firn::replay {
+
+struct Series {
+  std::string label;
+  std::vector<double> x, y;   ///< NaN breaks the line
+  int style = 0;              ///< colour and dashes of run n; kReference = the target
+  bool marks = false;
+  static constexpr int kReference = -1;
+};
+
+struct ChartOptions {
+  std::string title, x_name, y_name;   ///< names with units
+  bool logarithmic = false;            ///< y
+  bool whole_x = false;
+  bool from_zero = false;              ///< y starts at 0
+  std::optional<std::pair<double, double>> y_range;
+};
+std::string line_chart(const std::vector<Series>& series, const ChartOptions& options);
+
+/// One bar for each x, stacked from the parts.
+struct Bars {
+  std::vector<double> x;
+  std::vector<std::string> parts;            ///< labels
+  std::vector<std::vector<double>> heights;  ///< [part][x]
+};
+/// @param top the axis' upper end, so that several charts compare
+std::string bar_chart(const Bars& bars, double top, const ChartOptions& options);
+
+}  // namespace firn::replay

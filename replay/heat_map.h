@@ -1,0 +1,25 @@
+// Surfaces as heat maps: one common colour scale, mm axes, a colour bar in um. Of any grid size: the cells are one
+// embedded PNG.
+#pragma once
+
+#include <string>
+
+#include "core/grid/grid.h"
+
+namespace firn::replay {
+
+/// Sequential: cividis, legible without colour vision. Diverging: blue - white - orange about zero.
+enum class ColorMap { kSequential, kDiverging };
+
+struct HeatScale {
+  double low_um = 0, high_um = 1;
+  ColorMap colors = ColorMap::kSequential;
+};
+
+/// @param height [mm]; NaN stays empty
+std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title);
+
+/// The bar that belongs to the maps of one scale.
+std::string color_bar(const HeatScale& scale, const std::string& name);
+
+}  // namespace firn::replay

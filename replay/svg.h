@@ -1,0 +1,46 @@
+// Small pieces of SVG and HTML: escaped text, numbers, axes with round ticks. Colours are CSS variables of the page, so
+// that one drawing is legible on light and on dark.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace firn::replay {
+
+std::string escape_html(std::string_view text);
+/// "%.*f" without a locale; "–" for NaN and infinities; a true minus sign.
+std::string number(double value, int decimals);
+
+/// A linear or logarithmic axis from data units to pixels, with ticks at round values.
+class Axis {
+ public:
+  enum class Kind { kLinear, kWhole, kLogarithmic };  ///< kWhole: ticks at whole numbers only
+  /// Exactly [low, high], about `wanted` ticks inside. An empty range becomes one around it. kLogarithmic: low > 0.
+  Axis(double low, double high, double from_px, double to_px, int wanted, Kind kind = Kind::kLinear);
+  double px(double value) const;
+  struct Tick {
+    double value;
+    std::string text;
+  };
+  const std::vector<Tick>& ticks() const { return ticks_; }
+  double low() const { return low_; }
+  double high() const { return high_; }
+
+ private:
+  double low_, high_, from_px_, to_px_;
+  Kind kind_;
+  std::vector<Tick> ticks_;
+};
+
+/// The plotting area of a chart in pixels.
+struct Frame {
+  double left = 54, top = 10, right = 414, bottom = 250;
+};
+/// Grid lines, tick texts, and the axes' names with units.
+std::string draw_axes(const Frame& frame, const Axis& x, const Axis& y, std::string_view x_name, std::string_view y_name);
+/// <text class="cls" …>
+std::string svg_text(double x, double y, std::string_view anchor, std::string_view cls, std::string_view text);
+std::string svg_open(double width, double height, std::string_view title);
+
+}  // namespace firn::replay
