@@ -39,9 +39,9 @@ struct Decision {
   enum class Kind : std::int8_t { kPrint = 0, kEnd = 1, kStop = 2 };  ///< as layer_plan_t.decision
   Kind kind = Kind::kStop;
   DropletPattern drops;       ///< on the setup's grid; all zero unless kPrint; zero outside the mask
-  double objective_mm = 0.0;  ///< predicted objective [Lu 2015, Eq. (8)] of `drops`; open loop and SMF:
-  double objective_none_mm =
-      0.0;                      ///< mean |error| (alpha = 1), by the height-change model. None: of no droplet
+  /// Predicted objective [Lu 2015, Eq. (8)] of `drops` and of no droplet. Open loop and SMF: the mean |error|
+  /// (alpha = 1) by the height-change model.
+  double objective_mm = 0.0, objective_none_mm = 0.0;
   std::int64_t iterations = 0;  ///< single-droplet changes evaluated by a search
   std::string reason;           ///< one sentence
 };

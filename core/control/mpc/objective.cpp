@@ -39,7 +39,7 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops)
   }
   count_ = double(part_.size());
   per_cell_ = 1.0 / count_;
-  if (steps == 1) table_.resize(s.grid.size()), error_.assign(n, 0.0), deviation_.assign(n, 0.0);
+  if (steps == 1) table_.resize(s.grid.size()), error_.assign(n + 1, 0.0), deviation_.assign(n + 1, 0.0);
 }
 
 void HorizonObjective::set_surface(const HeightMap& height, double alpha) {
@@ -63,7 +63,7 @@ void HorizonObjective::store(const HeightMap& height, std::size_t step) {
 void HorizonObjective::fill_table() {
   std::array<std::size_t, 9> place{};  // in Shares, by link
   for (std::size_t q = 0; q < links_.size(); ++q)
-    place[q] = std::size_t((links_[q].dy + 1) * 3 + links_[q].dx + 1);
+    place[q] = std::size_t((links_[q].dy + 1) * 4 + links_[q].dx + 1);
   for (const std::uint32_t c : part_) {
     Shares& s = table_[c] = {};
     const std::size_t p = padded(c);
@@ -74,7 +74,7 @@ void HorizonObjective::fill_table() {
       own -= f;
       if (counts_[std::size_t(std::ptrdiff_t(p) + offsets_[q])]) s.mm[place[q]] = f;
     }
-    s.mm[4] = own;
+    s.mm[5] = own;
     for (const double f : s.mm) s.sum_mm += f, s.square_mm2 += f * f;
   }
 }
@@ -200,12 +200,14 @@ double HorizonObjective::single_step_gain(std::uint32_t cell, double sign) const
   const double* error = error_.data() + padded(cell) - row_ - 1;
   const double* deviation = deviation_.data() + padded(cell) - row_ - 1;
   Sums change;
-  double cross = 0.0;
-  for (int j = 0; j < 3; ++j, share += 3, error += row_, deviation += row_)
-    for (int i = 0; i < 3; ++i) {
-      change.abs_error += std::abs(error[i] - sign * share[i]) - std::abs(error[i]);
-      cross += share[i] * deviation[i];
+  double worse[4] = {}, crossed[4] = {};
+  for (int j = 0; j < 3; ++j, share += 4, error += row_, deviation += row_)
+    for (int i = 0; i < 4; ++i) {
+      worse[i] += std::abs(error[i] - sign * share[i]) - std::abs(error[i]);
+      crossed[i] += share[i] * deviation[i];
     }
+  change.abs_error = (worse[0] + worse[1]) + (worse[2] + worse[3]);
+  const double cross = (crossed[0] + crossed[1]) + (crossed[2] + crossed[3]);
   change.first = sign * s.sum_mm;
   change.second = 2.0 * sign * cross + s.square_mm2;
   return gain_of(change);

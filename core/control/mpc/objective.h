@@ -94,11 +94,13 @@ class HorizonObjective {
   std::vector<DropletPattern> plan_;
   // For a horizon of one step (N = 1, one drop), where the surface under the droplets never changes: per cell
   // of the grid what one droplet adds to its nine cells (0 off the mask), their sum and sum of squares.
+  // Three rows of four, the fourth 0, so that rows fill vector registers.
   struct Shares {
-    double mm[9], sum_mm, square_mm2;
+    double mm[12], sum_mm, square_mm2;
   };
   std::vector<Shares> table_;
-  std::vector<double> error_, deviation_;  // padded, 0 off the mask: target - height, height - reference
+  std::vector<double> error_, deviation_;  // padded, 0 off the mask: target - height,
+                                           // height - reference; one more cell at the end
 };
 
 }  // namespace firn::control::mpc

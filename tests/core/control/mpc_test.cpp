@@ -135,7 +135,7 @@ TEST_CASE("Exact recovery (IV-C): 50 of 50 random patterns on 20 x 20 are found 
     CHECK(result.optimal);
     found += objective.layer(0) == u;
     ControlOptions o;  // and through the controller
-    o.mpc.start_dithered = false;
+    o.mpc.start_dithered = false, o.mpc.start_ones = true;
     CHECK(make_controller(s, o)->decide({h, 0, 0, 0.0}).drops == u);
   }
   CHECK(found == 50);
