@@ -1,6 +1,7 @@
-// What the nodes of all instruments share, whatever the instrument: the lease, epochs, commands that arrive twice,
-// answers, states, faults, timers. `Driver` is a pure state machine with the calls of drivers/link/driver.h and
-// `Effects` what they fill; both are parameters, because the runtime knows no driver.
+// What the nodes of all instruments share, whatever the instrument: the lease, epochs, commands that arrive
+// twice, answers, states, faults, timers. `Driver` is a pure state machine with the calls of
+// drivers/link/driver.h and `Effects` what they fill; both are parameters, because the runtime knows no
+// driver.
 #pragma once
 
 #include <string>
@@ -19,7 +20,8 @@
 namespace firn {
 
 /// `Self` derives from it, has `on(command, now, out)` for its commands, which ends in perform(), and
-/// `on_event(event, now, out)` for the events of its driver that are neither state, result, fault nor progress.
+/// `on_event(event, now, out)` for the events of its driver that are neither state, result, fault nor
+/// progress.
 template <class Self, class Driver, class Effects>
 class DriverNode : public Node {
  public:
@@ -34,8 +36,8 @@ class DriverNode : public Node {
   void start(const Start& start, Time now, Outbox& out) override {
     armed_us_ = 0;  // timers end with an incarnation
     lease_armed_ = false;
-    // Node time goes on where the crash cut it, so the old lease may seem to last: it does not, and a command of its
-    // epoch that arrives only now is refused.
+    // Node time goes on where the crash cut it, so the old lease may seem to last: it does not, and a command
+    // of its epoch that arrives only now is refused.
     if (start.resumed()) guard_.local_stop();
     starting_ = start.resumed();
     step(now, out, [&] { driver_.closed(now.us, fx_); });  // whatever the link was: the port is opened anew
@@ -53,7 +55,8 @@ class DriverNode : public Node {
   }
 
   void on_link(PortId, LinkState link, Time now, Outbox& out) override {
-    step(now, out, [&] { link == LinkState::kOpen ? driver_.opened(now.us, fx_) : driver_.closed(now.us, fx_); });
+    step(now, out,
+         [&] { link == LinkState::kOpen ? driver_.opened(now.us, fx_) : driver_.closed(now.us, fx_); });
   }
 
   void local_stop(std::string_view cause, Time now, Outbox& out) override {
@@ -65,15 +68,17 @@ class DriverNode : public Node {
 
   void on(const safe_stop_t& m, Time now, Outbox& out) {
     if (guard_.safe_stop(m.enable_epoch)) return make_safe(m.cause, now, out);
-    if (m.enable_epoch == guard_.epoch() && !stop_pending_ && driver_.safe()) send_state("stopped", out);  // ours was lost
+    if (m.enable_epoch == guard_.epoch() && !stop_pending_ && driver_.safe())
+      send_state("stopped", out);  // ours was lost
   }
 
   const Driver& driver() const { return driver_; }
 
  protected:
-  /// Runs `act` unless the command was seen before (then its answer is sent again, it is never executed twice), the
-  /// lease forbids it, or another command is in progress. With `irreversible`, the command stands on the disk before
-  /// anything leaves this step. The ranges of its fields were checked when it was received (lcmtypes/limits.cpp).
+  /// Runs `act` unless the command was seen before (then its answer is sent again, it is never executed
+  /// twice), the lease forbids it, or another command is in progress. With `irreversible`, the command stands
+  /// on the disk before anything leaves this step. The ranges of its fields were checked when it was received
+  /// (lcmtypes/limits.cpp).
   template <class Command, class Act>
   void perform(const Command& c, bool irreversible, Time now, Outbox& out, Act&& act) {
     if (c.command_id == answer_.command_id) {
@@ -82,7 +87,8 @@ class DriverNode : public Node {
     }
     if (c.command_id < answer_.command_id) return;  // older than what was answered last
     std::string why = guard_.refusal(c.enable_epoch, now);
-    if (why.empty() && in_progress_) why = "command " + std::to_string(answer_.command_id) + " is still in progress";
+    if (why.empty() && in_progress_)
+      why = "command " + std::to_string(answer_.command_id) + " is still in progress";
     if (!why.empty()) {
       answer_t refused = blank_answer(c.command_id);
       refused.outcome = std::int8_t(Outcome::kRefused);
@@ -123,7 +129,8 @@ class DriverNode : public Node {
     bool state_sent = false;
     const bool stopped = stop_pending_ && driver_.safe();
     if (stopped) stop_pending_ = false;  // from here on the new epoch is honoured
-    for (auto& event : fx_.events) std::visit([&](auto& e) { state_sent = handle(e, now, out) || state_sent; }, event);
+    for (auto& event : fx_.events)
+      std::visit([&](auto& e) { state_sent = handle(e, now, out) || state_sent; }, event);
     if (stopped && !state_sent) send_state("stopped", out);
     if (!fx_.tx.empty()) out.write(PortId{0}, fx_.tx);
     if (fx_.reopen) out.reopen(PortId{0});
@@ -151,7 +158,8 @@ class DriverNode : public Node {
       return true;
     } else if constexpr (requires { e.severity; }) {
       fault_t f{};
-      f.severity = std::int8_t(starting_ && e.severity > 1 ? 1 : e.severity);  // an old incarnation's loss stops no new one
+      f.severity = std::int8_t(
+          starting_ && e.severity > 1 ? 1 : e.severity);  // an old incarnation's loss stops no new one
       f.code = e.code;
       f.node = info(id_).name;
       f.text = e.text;
@@ -192,7 +200,8 @@ class DriverNode : public Node {
     fault_t f{};
     f.severity = std::int8_t(Severity::kStop);
     f.node = info(id_).name;
-    f.text = "the lease ended at " + std::to_string(guard_.lease_until().s()) + " s with a command in progress";
+    f.text =
+        "the lease ended at " + std::to_string(guard_.lease_until().s()) + " s with a command in progress";
     out.send(channels::fault(id_), std::move(f));
     local_stop("the lease ended", now, out);
   }
@@ -200,9 +209,9 @@ class DriverNode : public Node {
   NodeId id_;
   DeviceGuard guard_;
   Effects fx_;
-  answer_t answer_ = answer_t{};       // to the last command; its id is that of the command in progress
+  answer_t answer_ = answer_t{};  // to the last command; its id is that of the command in progress
   bool in_progress_ = false;
-  bool stop_pending_ = false;          // asked to be safe, not confirmed
+  bool stop_pending_ = false;  // asked to be safe, not confirmed
   bool starting_ = false;
   bool lease_armed_ = false;
   std::int64_t honoured_epoch_ = 0;

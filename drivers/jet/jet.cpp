@@ -22,12 +22,19 @@ Request with_u16(Command command, int value) {
 }
 
 std::string name_of(const Request& request) {
-  static constexpr std::pair<Command, const char*> kNames[] = {
-      {Command::kReset, "RESET"}, {Command::kPoll, "POLL"}, {Command::kDrops, "DROPS"}, {Command::kContinuous, "CONTMODE"},
-      {Command::kPulse, "PULSE"}, {Command::kStrobeDivider, "STROBEDIV"}, {Command::kSource, "SOURCE"},
-      {Command::kStrobeEnable, "STROBEENABLE"}, {Command::kFullFrequency, "FULLFREQ"}, {Command::kStrobeDelay, "STROBEDELAY"},
-      {Command::kGetVersion, "GETVERSION"}};
-  if (request.format == jetdrive::kPrompt || request.format == jetdrive::kEcho) return "the start-up handshake";
+  static constexpr std::pair<Command, const char*> kNames[] = {{Command::kReset, "RESET"},
+                                                               {Command::kPoll, "POLL"},
+                                                               {Command::kDrops, "DROPS"},
+                                                               {Command::kContinuous, "CONTMODE"},
+                                                               {Command::kPulse, "PULSE"},
+                                                               {Command::kStrobeDivider, "STROBEDIV"},
+                                                               {Command::kSource, "SOURCE"},
+                                                               {Command::kStrobeEnable, "STROBEENABLE"},
+                                                               {Command::kFullFrequency, "FULLFREQ"},
+                                                               {Command::kStrobeDelay, "STROBEDELAY"},
+                                                               {Command::kGetVersion, "GETVERSION"}};
+  if (request.format == jetdrive::kPrompt || request.format == jetdrive::kEcho)
+    return "the start-up handshake";
   for (const auto& [command, text] : kNames)
     if (int(command) == request.argument) return text;
   return "command " + std::to_string(request.argument);
@@ -35,7 +42,8 @@ std::string name_of(const Request& request) {
 
 void check_range(const char* what, int value, int low, int high) {
   if (value < low || value > high)
-    throw std::invalid_argument(std::string("jet: ") + what + " = " + std::to_string(value) + " is outside [" + std::to_string(low) + ", " + std::to_string(high) + "]");
+    throw std::invalid_argument(std::string("jet: ") + what + " = " + std::to_string(value) +
+                                " is outside [" + std::to_string(low) + ", " + std::to_string(high) + "]");
 }
 
 }  // namespace
@@ -80,7 +88,8 @@ void Jet::push_setup() {
   link_.push(with_u16(Command::kFullFrequency, config_.frequency_hz));
   link_.push(with_u8(Command::kStrobeDivider, config_.strobe_divider));
   link_.push(with_u8(Command::kStrobeEnable, config_.strobe));
-  const std::uint8_t delay[3] = {0x01, std::uint8_t(unsigned(config_.strobe_delay_us) >> 8), std::uint8_t(config_.strobe_delay_us)};
+  const std::uint8_t delay[3] = {0x01, std::uint8_t(unsigned(config_.strobe_delay_us) >> 8),
+                                 std::uint8_t(config_.strobe_delay_us)};
   link_.push(jetdrive::frame(Command::kStrobeDelay, delay, Repeat::kSetup));
   link_.push(with_u8(Command::kSource, 0));
 }
@@ -97,7 +106,8 @@ void Jet::finish(Outcome outcome, std::int32_t code, std::string text, Effects& 
 
 void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
   if (busy() || phase_ != Phase::kReady) {
-    refuse(kNoCode, busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
+    refuse(kNoCode,
+           busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
   } else {
     op_ = Op::kArm;
     phase_ = Phase::kArming;
@@ -111,7 +121,8 @@ void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
 
 void Jet::disarm(std::int64_t now_us, Effects& fx) {
   if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed))
-    refuse(kNoCode, busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
+    refuse(kNoCode,
+           busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
   else
     begin_disarm(Op::kDisarm, now_us, fx);
   pump(now_us, fx);
@@ -140,7 +151,8 @@ void Jet::begin_disarm(Op op, std::int64_t now_us, Effects& fx) {
 }
 
 void Jet::stop(std::int64_t now_us, Effects& fx) {
-  if (phase_ == Phase::kDown || phase_ == Phase::kHandshake || phase_ == Phase::kBooting) return;  // firmware not running: it cannot fire
+  if (phase_ == Phase::kDown || phase_ == Phase::kHandshake || phase_ == Phase::kBooting)
+    return;                                                           // firmware not running: it cannot fire
   if (phase_ == Phase::kSetup || phase_ == Phase::kStopping) return;  // ends with the source internal
   link_.clear_queue();
   phase_ = Phase::kStopping;
@@ -160,8 +172,10 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
   const jetdrive::Reply r = dialect_.parse(frame);
   if (!r.acknowledged) {
     const std::string why = "the jet refuses " + name_of(request);
-    fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? 2 : 1, kCommandRejected, "jet: " + why, fx);
-    if (phase_ == Phase::kSetup || phase_ == Phase::kDisarming || phase_ == Phase::kStopping) return reconnect(now_us, fx, why);
+    fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? 2 : 1, kCommandRejected, "jet: " + why,
+          fx);
+    if (phase_ == Phase::kSetup || phase_ == Phase::kDisarming || phase_ == Phase::kStopping)
+      return reconnect(now_us, fx, why);
     if (busy()) {
       ending_ = why;
       ending_code_ = kCommandRejected;
@@ -171,7 +185,8 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
     }
     return;
   }
-  if (request.format == jetdrive::kVersion) identity_ = "MicroFab JetDrive III firmware " + std::to_string(r.version);
+  if (request.format == jetdrive::kVersion)
+    identity_ = "MicroFab JetDrive III firmware " + std::to_string(r.version);
 }
 
 void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
@@ -208,9 +223,12 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       [[fallthrough]];
     case Phase::kStopping:
       // A command that a stop or a lost link has cut short ends here, with the source confirmed internal.
-      if (op_ == Op::kDisarm) finish(Outcome::kDone, kNoCode, ending_, fx);
-      else if (op_ == Op::kArm) finish(Outcome::kNone, ending_code_, ending_, fx);
-      else finish(Outcome::kFailed, ending_code_, ending_, fx);
+      if (op_ == Op::kDisarm)
+        finish(Outcome::kDone, kNoCode, ending_, fx);
+      else if (op_ == Op::kArm)
+        finish(Outcome::kNone, ending_code_, ending_, fx);
+      else
+        finish(Outcome::kFailed, ending_code_, ending_, fx);
       ending_.clear();
       ending_code_ = kNoCode;
       phase_ = Phase::kReady;
@@ -236,14 +254,16 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
       link_.push(jetdrive::frame(Command::kPoll, {}, Repeat::kRead));
       return true;
-    default: return false;
+    default:
+      return false;
   }
 }
 
 std::int64_t Jet::device_wake_us() const {
   if (!link_.idle()) return 0;
   if (phase_ == Phase::kBooting) return boot_until_us_;
-  if (phase_ == Phase::kReady || phase_ == Phase::kArmed) return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+  if (phase_ == Phase::kReady || phase_ == Phase::kArmed)
+    return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
   return 0;
 }
 

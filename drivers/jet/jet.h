@@ -1,6 +1,6 @@
-// The jet: MicroFab JetDrive III. Armed, it fires on every pulse of its trigger input (the stage's pulse output);
-// disarmed, its trigger source is internal and nothing fires. It has no droplet counter: counted = -1, the stage's
-// pulse counter is the evidence.
+// The jet: MicroFab JetDrive III. Armed, it fires on every pulse of its trigger input (the stage's pulse
+// output); disarmed, its trigger source is internal and nothing fires. It has no droplet counter: counted =
+// -1, the stage's pulse counter is the evidence.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct JetConfig {
   jetdrive::WaveformLimits limits;
   jetdrive::ReplyLayout layout;
   int drops_per_trigger = 1;
-  int frequency_hz = 1000;        ///< of continuous jetting, which a print never uses
+  int frequency_hz = 1000;  ///< of continuous jetting, which a print never uses
   int strobe_divider = 1;
   bool strobe = true;
   int strobe_delay_us = 0;
@@ -39,10 +39,22 @@ class Jet final : public Driver {
 
  private:
   enum class Op : std::uint8_t { kNone, kArm, kDisarm, kWaveform };
-  enum class Phase : std::uint8_t { kDown, kHandshake, kBooting, kSetup, kReady, kArming, kArmed, kDisarming, kStopping, kWaveform };
+  enum class Phase : std::uint8_t {
+    kDown,
+    kHandshake,
+    kBooting,
+    kSetup,
+    kReady,
+    kArming,
+    kArmed,
+    kDisarming,
+    kStopping,
+    kWaveform
+  };
 
   void connected(std::int64_t now_us, Effects& fx) override;
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
   void stop(std::int64_t now_us, Effects& fx) override;

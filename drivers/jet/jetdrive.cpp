@@ -30,14 +30,23 @@ int slope_tenths(double us, int from_v, int to_v) {
 
 std::string waveform_refusal(const Waveform& w, const WaveformLimits& limits) {
   char text[120];
-  const struct { const char* name; int v; } volts[] = {{"idle", w.idle_v}, {"dwell", w.dwell_v}, {"echo", w.echo_v}};
+  const struct {
+    const char* name;
+    int v;
+  } volts[] = {{"idle", w.idle_v}, {"dwell", w.dwell_v}, {"echo", w.echo_v}};
   for (const auto& v : volts)
     if (std::abs(v.v) > limits.max_abs_v) {
       std::snprintf(text, sizeof text, "%s voltage %d V is beyond +-%d V", v.name, v.v, limits.max_abs_v);
       return text;
     }
-  const struct { const char* name; double us; } times[] = {
-      {"rise", w.rise_us}, {"dwell", w.dwell_us}, {"fall", w.fall_us}, {"echo", w.echo_us}, {"final", w.final_us}};
+  const struct {
+    const char* name;
+    double us;
+  } times[] = {{"rise", w.rise_us},
+               {"dwell", w.dwell_us},
+               {"fall", w.fall_us},
+               {"echo", w.echo_us},
+               {"final", w.final_us}};
   const double limit = std::min(limits.max_time_us, 6553.5);
   for (const auto& t : times)
     if (!(t.us >= 0.0 && t.us <= limit)) {
@@ -103,7 +112,8 @@ Frame JetDriveDialect::frame(std::span<const std::byte> buffer, const Request* a
   if (buffer.size() < size) return {};
   std::uint8_t sum = 0;
   for (std::size_t n = 1; n + 1 < size; ++n) sum = std::uint8_t(sum + at(buffer, n));
-  const bool good = sum == at(buffer, size - 1) && at(buffer, layout.command_at) == std::uint8_t(awaited->argument);
+  const bool good =
+      sum == at(buffer, size - 1) && at(buffer, layout.command_at) == std::uint8_t(awaited->argument);
   return {good ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
 }
 

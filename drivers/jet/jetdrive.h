@@ -1,6 +1,6 @@
-// MicroFab JetDrive III (CT-M3-02), 9600 8N1, the commands that a print needs. Source: one lab's driver for a real unit
-// (docs/devices/jet.md). Frame: 'S' (53h), length of what follows without the checksum, command, data (big-endian),
-// sum of length .. last data mod 256.
+// MicroFab JetDrive III (CT-M3-02), 9600 8N1, the commands that a print needs. Source: one lab's driver for a
+// real unit (docs/devices/jet.md). Frame: 'S' (53h), length of what follows without the checksum, command,
+// data (big-endian), sum of length .. last data mod 256.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,22 @@
 namespace firn::drivers::jetdrive {
 
 enum class Command : std::uint8_t {
-  kReset = 0x01, kPoll = 0x02, kDrops = 0x03, kContinuous = 0x04, kPulse = 0x06, kStrobeDivider = 0x07, kSource = 0x08,
-  kSoftTrigger = 0x09, kStrobeEnable = 0x10, kFullFrequency = 0x12, kStrobeDelay = 0x13, kGetVersion = 0xF0,
+  kReset = 0x01,
+  kPoll = 0x02,
+  kDrops = 0x03,
+  kContinuous = 0x04,
+  kPulse = 0x06,
+  kStrobeDivider = 0x07,
+  kSource = 0x08,
+  kSoftTrigger = 0x09,
+  kStrobeEnable = 0x10,
+  kFullFrequency = 0x12,
+  kStrobeDelay = 0x13,
+  kGetVersion = 0xF0,
 };
 
-/// Where a reply has its parts: bytes 06h/15h, command, status, (version,) sum of what stands between. The order is
-/// not certain [P]: a table, not code.
+/// Where a reply has its parts: bytes 06h/15h, command, status, (version,) sum of what stands between. The
+/// order is not certain [P]: a table, not code.
 struct ReplyLayout {
   std::uint8_t ack = 0x06, nak = 0x15;
   std::size_t command_at = 1, status_at = 2;

@@ -10,7 +10,8 @@ using omnicure::Format;
 
 namespace {
 
-constexpr std::int64_t kTimerGrace_us = 200'000;     // the instrument's timer closes the shutter; CLS after it is the belt
+constexpr std::int64_t kTimerGrace_us =
+    200'000;  // the instrument's timer closes the shutter; CLS after it is the belt
 constexpr std::int64_t kOverdueGrace_us = 500'000;
 
 }  // namespace
@@ -20,7 +21,9 @@ Lamp::Lamp(LampConfig config) : Driver(dialect_), config_(std::move(config)) {
   identity_ = "Excelitas OmniCure S2000";
 }
 
-void Lamp::push(std::string_view text, Format format, Repeat repeat, Tag tag) { link_.push(omnicure::request(text, format, repeat, tag)); }
+void Lamp::push(std::string_view text, Format format, Repeat repeat, Tag tag) {
+  link_.push(omnicure::request(text, format, repeat, tag));
+}
 
 void Lamp::connected(std::int64_t, Effects& fx) {
   set_state(DriverState::kIdentifying, identity_, fx);
@@ -74,9 +77,12 @@ void Lamp::close_shutter(std::int64_t now_us, Effects& fx) {
 }
 
 void Lamp::stop(std::int64_t now_us, Effects& fx) {
-  if (phase_ == Phase::kDown || phase_ == Phase::kConnecting || phase_ == Phase::kWaiting || phase_ == Phase::kReleased) {
+  if (phase_ == Phase::kDown || phase_ == Phase::kConnecting || phase_ == Phase::kWaiting ||
+      phase_ == Phase::kReleased) {
     // Not connected to it: a CLS that it understands helps, one that it does not does no harm.
-    if (may_be_open()) link_.urgent(omnicure::request(config_.table.close, omnicure::kReceived, Repeat::kSetup, kClose), now_us, fx);
+    if (may_be_open())
+      link_.urgent(omnicure::request(config_.table.close, omnicure::kReceived, Repeat::kSetup, kClose),
+                   now_us, fx);
     return;
   }
   if (phase_ == Phase::kClosing) return;
@@ -97,7 +103,8 @@ void Lamp::release(std::int64_t now_us, Effects& fx) {
 
 void Lamp::tick(std::int64_t now_us, Effects& fx) {
   if (phase_ == Phase::kExposing && now_us >= close_at_us_) close_shutter(now_us, fx);
-  if (may_be_open() && !overdue_told_ && now_us - open_since_us_ >= std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us) {
+  if (may_be_open() && !overdue_told_ &&
+      now_us - open_since_us_ >= std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us) {
     overdue_told_ = true;
     fault(2, kLampOn, "lamp: the shutter may have been open longer than allowed", fx);
     if (phase_ != Phase::kDown) close_shutter(now_us, fx);
@@ -148,7 +155,9 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
       }
       open_since_us_ = 0;
       return;
-    case kDisconnect: phase_ = Phase::kReleased; return;
+    case kDisconnect:
+      phase_ = Phase::kReleased;
+      return;
     default:
       if (error && phase_ == Phase::kPreparing) {
         ending_ = "the lamp refuses '" + std::string(request.text().substr(0, request.size - 3u)) + "'";
@@ -159,7 +168,8 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
 }
 
 void Lamp::failed(const Request& request, std::int64_t now_us, Effects& fx) {
-  const std::string why = "no good reply to '" + std::string(request.text().substr(0, request.size - 3u)) + "'";
+  const std::string why =
+      "no good reply to '" + std::string(request.text().substr(0, request.size - 3u)) + "'";
   fault(request.tag == kConnect ? 0 : 1, kLinkLost, "lamp: " + why, fx);
   if (phase_ == Phase::kClosing && request.tag == kOpen) return;
   if (request.tag != kOpen) return reconnect(now_us, fx, why);
@@ -190,28 +200,34 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
       open_since_us_ = now_us;  // from here on nobody knows until CLS is answered
       opened_ = true;
       overdue_told_ = false;
-      push(by_instrument_ ? config_.table.run : config_.table.open, omnicure::kReceived, Repeat::kNever, kOpen);
+      push(by_instrument_ ? config_.table.run : config_.table.open, omnicure::kReceived, Repeat::kNever,
+           kOpen);
       return true;
     case Phase::kClosing:
       identified();
       phase_ = Phase::kReady;
       set_state(DriverState::kSafe, "shutter closed", fx);
       if (!exposing_) return false;
-      if (ending_.empty()) finish(Outcome::kDone, kNoCode, {}, fx);
-      else if (!opened_ || ending_code_ == kCommandRejected) finish(Outcome::kNone, ending_code_, ending_, fx);
-      else finish(ending_code_ == kLinkLost ? Outcome::kUnknown : Outcome::kFailed, ending_code_, ending_, fx);
+      if (ending_.empty())
+        finish(Outcome::kDone, kNoCode, {}, fx);
+      else if (!opened_ || ending_code_ == kCommandRejected)
+        finish(Outcome::kNone, ending_code_, ending_, fx);
+      else
+        finish(ending_code_ == kLinkLost ? Outcome::kUnknown : Outcome::kFailed, ending_code_, ending_, fx);
       return false;
     case Phase::kReady:
       if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
       push(config_.table.status, omnicure::kAny, Repeat::kRead, kPlain);
       return true;
-    default: return false;
+    default:
+      return false;
   }
 }
 
 std::int64_t Lamp::device_wake_us() const {
   if (phase_ == Phase::kExposing) return close_at_us_;
-  if (may_be_open() && !overdue_told_) return open_since_us_ + std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us;
+  if (may_be_open() && !overdue_told_)
+    return open_since_us_ + std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us;
   if (!link_.idle()) return 0;
   if (phase_ == Phase::kWaiting) return again_at_us_;
   if (phase_ == Phase::kReady) return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);

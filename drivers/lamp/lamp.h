@@ -1,6 +1,6 @@
-// The UV lamp: Excelitas OmniCure S2000. Timed exposures: by the instrument's own timer when it confirms the time, else
-// by the driver's. Either way the shutter is told to close when the time is over, on a stop, at the end, and before
-// anything else after a lost link; it is never left open longer than max_on_s (I9).
+// The UV lamp: Excelitas OmniCure S2000. Timed exposures: by the instrument's own timer when it confirms the
+// time, else by the driver's. Either way the shutter is told to close when the time is over, on a stop, at
+// the end, and before anything else after a lost link; it is never left open longer than max_on_s (I9).
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace firn::drivers {
 struct LampConfig {
   omnicure::Table table;
   double max_on_s = 20.0;
-  bool instrument_timer = true;   ///< try STM, GTM, RUN first
-  double connect_every_s = 1.0;   ///< CONN is repeated until READY
+  bool instrument_timer = true;  ///< try STM, GTM, RUN first
+  double connect_every_s = 1.0;  ///< CONN is repeated until READY
   double poll_idle_s = 5.0;
 };
 
@@ -32,11 +32,22 @@ class Lamp final : public Driver {
   bool may_be_open() const { return open_since_us_ != 0; }
 
  private:
-  enum class Phase : std::uint8_t { kDown, kConnecting, kWaiting, kClosing, kReady, kPreparing, kTiming, kOpening, kExposing, kReleased };
+  enum class Phase : std::uint8_t {
+    kDown,
+    kConnecting,
+    kWaiting,
+    kClosing,
+    kReady,
+    kPreparing,
+    kOpening,
+    kExposing,
+    kReleased
+  };
   enum Tag : std::uint16_t { kPlain, kConnect, kVersion, kSetTime, kGetTime, kOpen, kClose, kDisconnect };
 
   void connected(std::int64_t now_us, Effects& fx) override;
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
   void stop(std::int64_t now_us, Effects& fx) override;
@@ -52,14 +63,14 @@ class Lamp final : public Driver {
   LampConfig config_;
   omnicure::OmnicureDialect dialect_;
   Phase phase_ = Phase::kDown;
-  bool exposing_ = false;              // an accepted exposure whose Result is to come
+  bool exposing_ = false;  // an accepted exposure whose Result is to come
   std::int64_t exposure_us_ = 0;
   bool by_instrument_ = false;
-  bool opened_ = false;                // RUN or OPN was sent for it
+  bool opened_ = false;  // RUN or OPN was sent for it
   std::int64_t tenths_ = 0;
-  std::int64_t open_since_us_ = 0;     // 0 = known to be closed
+  std::int64_t open_since_us_ = 0;  // 0 = known to be closed
   std::int64_t close_at_us_ = 0;
-  std::int64_t again_at_us_ = 0;       // next CONN
+  std::int64_t again_at_us_ = 0;  // next CONN
   bool overdue_told_ = false;
   std::string ending_;
   std::int32_t ending_code_ = kNoCode;

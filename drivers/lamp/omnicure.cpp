@@ -66,14 +66,23 @@ Frame OmnicureDialect::frame(std::span<const std::byte> buffer, const Request* a
   if (end < 3 || size > kLongestLine) return {Frame::Kind::kCorrupt, size};
   const std::string_view body = all.substr(0, end - 2);
   const int high = hex_digit(all[end - 2]), low = hex_digit(all[end - 1]);
-  if (high < 0 || low < 0 || crc8(body) != std::uint8_t(high << 4 | low)) return {Frame::Kind::kCorrupt, size};
+  if (high < 0 || low < 0 || crc8(body) != std::uint8_t(high << 4 | low))
+    return {Frame::Kind::kCorrupt, size};
   if (!awaited) return {Frame::Kind::kUnsolicited, size};
   bool good = body.starts_with(table.error);
   switch (Format(awaited->format)) {
-    case kReceived: good = good || body == table.received; break;
-    case kReady: good = good || body == table.ready; break;
-    case kClosed: good = good || body.starts_with(table.disconnected); break;
-    case kAny: good = good || digits(body); break;  // an integer
+    case kReceived:
+      good = good || body == table.received;
+      break;
+    case kReady:
+      good = good || body == table.ready;
+      break;
+    case kClosed:
+      good = good || body.starts_with(table.disconnected);
+      break;
+    case kAny:
+      good = good || digits(body);
+      break;  // an integer
   }
   return {good ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
 }

@@ -5,7 +5,9 @@
 
 namespace firn::drivers {
 
-LaserProfiler::LaserProfiler(LaserProfilerConfig config) : Driver(dialect_), config_(config) { identity_ = "Keyence LJ-V7000"; }
+LaserProfiler::LaserProfiler(LaserProfilerConfig config) : Driver(dialect_), config_(config) {
+  identity_ = "Keyence LJ-V7000";
+}
 
 void LaserProfiler::connected(std::int64_t, Effects& fx) {
   set_state(DriverState::kIdentifying, identity_, fx);
@@ -16,14 +18,18 @@ void LaserProfiler::connected(std::int64_t, Effects& fx) {
 
 void LaserProfiler::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
   op_ = Op::kNone;
-  fx.events.emplace_back(Result{outcome, outcome == Outcome::kRefused ? -1 : received_, rows_, 0, 0, code, std::move(text)});
+  fx.events.emplace_back(
+      Result{outcome, outcome == Outcome::kRefused ? -1 : received_, rows_, 0, 0, code, std::move(text)});
 }
 
 void LaserProfiler::arm(int rows, std::int64_t now_us, Effects& fx) {
   if (busy() || phase_ != Phase::kReady) {
-    fx.events.emplace_back(Result{Outcome::kRefused, -1, rows, 0, 0, kNoCode, busy() ? "the profiler is busy with another command" : std::string("the profiler is ") + name(state())});
+    fx.events.emplace_back(Result{Outcome::kRefused, -1, rows, 0, 0, kNoCode,
+                                  busy() ? "the profiler is busy with another command"
+                                         : std::string("the profiler is ") + name(state())});
   } else if (rows < 1 || rows > 1'000'000) {
-    fx.events.emplace_back(Result{Outcome::kRefused, -1, rows, 0, 0, kLimit, "a scan of " + std::to_string(rows) + " rows"});
+    fx.events.emplace_back(
+        Result{Outcome::kRefused, -1, rows, 0, 0, kLimit, "a scan of " + std::to_string(rows) + " rows"});
   } else {
     op_ = Op::kArm;
     phase_ = Phase::kArming;
@@ -38,7 +44,9 @@ void LaserProfiler::arm(int rows, std::int64_t now_us, Effects& fx) {
 
 void LaserProfiler::end(std::int64_t now_us, Effects& fx) {
   if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed)) {
-    fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, kNoCode, busy() ? "the profiler is busy with another command" : std::string("the profiler is ") + name(state())});
+    fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, kNoCode,
+                                  busy() ? "the profiler is busy with another command"
+                                         : std::string("the profiler is ") + name(state())});
   } else {
     op_ = Op::kEnd;
     phase_ = Phase::kEnding;
@@ -61,7 +69,9 @@ void LaserProfiler::lost(std::int64_t, Effects& fx) {
   phase_ = Phase::kDown;
 }
 
-void LaserProfiler::failed(const Request&, std::int64_t now_us, Effects& fx) { reconnect(now_us, fx, "no good reply"); }
+void LaserProfiler::failed(const Request&, std::int64_t now_us, Effects& fx) {
+  reconnect(now_us, fx, "no good reply");
+}
 
 void LaserProfiler::scan_over(Effects& fx) {
   if (!scanning_) return;
@@ -74,7 +84,8 @@ void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   last_trigger_ = raw_.trigger_count;
   const std::uint32_t row = raw_.trigger_count - base_trigger_ - 1;  // modulo 2^32, like the counter
   if (row >= std::uint32_t(rows_)) {
-    fault(1, kInstrument, "laser_profiler: trigger " + std::to_string(raw_.trigger_count) + " is no row of this scan", fx);
+    fault(1, kInstrument,
+          "laser_profiler: trigger " + std::to_string(raw_.trigger_count) + " is no row of this scan", fx);
     return;
   }
   if (last_row_us_ != 0 && row > last_row_) {
@@ -84,21 +95,27 @@ void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   last_row_ = row;
   last_row_us_ = now_us;
   ++received_;
-  fx.events.emplace_back(Profile{std::int32_t(row), raw_.x0_mm, raw_.dx_mm, raw_.trigger_count, raw_.encoder_count, raw_.z_mm});
+  fx.events.emplace_back(
+      Profile{std::int32_t(row), raw_.x0_mm, raw_.dx_mm, raw_.trigger_count, raw_.encoder_count, raw_.z_mm});
   if (row + 1 == std::uint32_t(rows_)) scan_over(fx);
 }
 
-void LaserProfiler::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+void LaserProfiler::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+                          Effects& fx) {
   const auto head = ljv::parse_head(frame);
   if (!head || head->return_code != 0) {
     char text[100];
-    std::snprintf(text, sizeof text, "laser_profiler: command %02X answered with error %02X", unsigned(request.argument), head ? unsigned(head->return_code) : 0u);
+    std::snprintf(text, sizeof text, "laser_profiler: command %02X answered with error %02X",
+                  unsigned(request.argument), head ? unsigned(head->return_code) : 0u);
     const bool nothing_yet = request.argument == ljv::kGetProfile && head && !scanning_;
     fault(nothing_yet ? 0 : 1, kInstrument, text, fx);
     if (request.argument == ljv::kChangeProgram) return reconnect(now_us, fx, text);
     raw_.points = 0;
   } else if (request.argument == ljv::kGetProfile && !ljv::parse_profile(frame, raw_)) {
-    fault(1, kInstrument, "laser_profiler: a profile of " + std::to_string(frame.size()) + " bytes contradicts its own fields", fx);
+    fault(
+        1, kInstrument,
+        "laser_profiler: a profile of " + std::to_string(frame.size()) + " bytes contradicts its own fields",
+        fx);
     raw_.points = 0;
     return;
   }
@@ -120,7 +137,8 @@ bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
       identified();
       phase_ = Phase::kReady;
       scan_over(fx);  // the rows that came before the link was lost are all there will be
-      if (busy()) finish(op_ == Op::kArm ? Outcome::kNone : Outcome::kDone, kLinkLost, "the link was lost", fx);
+      if (busy())
+        finish(op_ == Op::kArm ? Outcome::kNone : Outcome::kDone, kLinkLost, "the link was lost", fx);
       set_state(DriverState::kSafe, "program " + std::to_string(config_.program), fx);
       return false;
     case Phase::kArming:
@@ -145,7 +163,8 @@ bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
       if (now_us < next_poll_us()) return false;
       link_.push(ljv::get_newest_profile());
       return true;
-    default: return false;
+    default:
+      return false;
   }
 }
 

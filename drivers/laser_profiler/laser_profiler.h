@@ -1,6 +1,6 @@
-// The laser profiler: Keyence LJ-V7000, triggered by the pulse output of the stage's Y axis. While armed it is asked
-// for its newest profile; a new trigger count is a new row. A row that was overwritten before it was asked for is
-// simply absent.
+// The laser profiler: Keyence LJ-V7000, triggered by the pulse output of the stage's Y axis. While armed it
+// is asked for its newest profile; a new trigger count is a new row. A row that was overwritten before it was
+// asked for is simply absent.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ namespace firn::drivers {
 
 struct LaserProfilerConfig {
   int program = 0;
-  double poll_s = 0.008;          ///< while armed; must be shorter than the time between two triggers. Once two rows
-                                  ///< have come, the driver waits 9/10 of their distance before it asks again.
+  double poll_s = 0.008;  ///< while armed; must be shorter than the time between two triggers. Once two rows
+                          ///< have come, the driver waits 9/10 of their distance before it asks again.
   double poll_idle_s = 1.0;
 };
 
@@ -24,8 +24,8 @@ class LaserProfiler final : public Driver {
  public:
   explicit LaserProfiler(LaserProfilerConfig config);
 
-  /// Reads the trigger count, then Result{kReady}; from then on Profile events, row = triggers since then - 1, and
-  /// ScanDone when the last row is there.
+  /// Reads the trigger count, then Result{kReady}; from then on Profile events, row = triggers since then -
+  /// 1, and ScanDone when the last row is there.
   void arm(int rows, std::int64_t now_us, Effects& fx);
   /// Asks once more, then ScanDone (if it has not been sent) and Result{kDone}.
   void end(std::int64_t now_us, Effects& fx);
@@ -37,7 +37,8 @@ class LaserProfiler final : public Driver {
   enum class Phase : std::uint8_t { kDown, kIdentifying, kReady, kArming, kArmed, kEnding };
 
   void connected(std::int64_t now_us, Effects& fx) override;
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
   void stop(std::int64_t now_us, Effects& fx) override;

@@ -6,20 +6,25 @@ namespace firn::drivers::ljv {
 namespace {
 
 // Offsets in the command data, which follows prefix and header.
-constexpr std::size_t kProfilesRead = 12, kPoints = 24, kUnit = 26, kX0 = 28, kDx = 32, kTrigger = 40, kEncoder = 44, kSamples = 60;
+constexpr std::size_t kProfilesRead = 12, kPoints = 24, kUnit = 26, kX0 = 28, kDx = 32, kTrigger = 40,
+                      kEncoder = 44, kSamples = 60;
 
 std::uint32_t u32(std::span<const std::byte> b, std::size_t n) {
-  return std::uint32_t(b[n]) | std::uint32_t(b[n + 1]) << 8 | std::uint32_t(b[n + 2]) << 16 | std::uint32_t(b[n + 3]) << 24;
+  return std::uint32_t(b[n]) | std::uint32_t(b[n + 1]) << 8 | std::uint32_t(b[n + 2]) << 16 |
+         std::uint32_t(b[n + 3]) << 24;
 }
 
-std::uint32_t u16(std::span<const std::byte> b, std::size_t n) { return std::uint32_t(b[n]) | std::uint32_t(b[n + 1]) << 8; }
+std::uint32_t u16(std::span<const std::byte> b, std::size_t n) {
+  return std::uint32_t(b[n]) | std::uint32_t(b[n + 1]) << 8;
+}
 
 Request request(std::uint8_t command, std::initializer_list<std::uint32_t> words, Repeat repeat) {
   Request r;
   r.repeat = repeat;
   r.argument = command;
   const auto append = [&](std::uint32_t v) {
-    const std::array<std::uint8_t, 4> b{std::uint8_t(v), std::uint8_t(v >> 8), std::uint8_t(v >> 16), std::uint8_t(v >> 24)};
+    const std::array<std::uint8_t, 4> b{std::uint8_t(v), std::uint8_t(v >> 8), std::uint8_t(v >> 16),
+                                        std::uint8_t(v >> 24)};
     r.append(std::as_bytes(std::span(b)));
   };
   const auto n = std::uint32_t(words.size() * 4);
@@ -34,7 +39,9 @@ Request request(std::uint8_t command, std::initializer_list<std::uint32_t> words
 
 }  // namespace
 
-Request change_program(int program) { return request(kChangeProgram, {std::uint32_t(program)}, Repeat::kSetup); }
+Request change_program(int program) {
+  return request(kChangeProgram, {std::uint32_t(program)}, Repeat::kSetup);
+}
 
 Request get_newest_profile() { return request(kGetProfile, {0, 0, 1, 0x101}, Repeat::kRead); }
 
@@ -50,7 +57,8 @@ std::optional<Head> parse_head(std::span<const std::byte> frame) {
 
 std::int32_t sample20(std::span<const std::byte> data, std::size_t n) {
   const std::size_t bit = 20 * n, byte = bit / 8;
-  const std::uint32_t window = std::uint32_t(data[byte]) | std::uint32_t(data[byte + 1]) << 8 | std::uint32_t(data[byte + 2]) << 16;
+  const std::uint32_t window =
+      std::uint32_t(data[byte]) | std::uint32_t(data[byte + 1]) << 8 | std::uint32_t(data[byte + 2]) << 16;
   const std::uint32_t value = window >> (bit % 8) & 0xFFFFFu;
   return value & 0x80000u ? std::int32_t(value) - 0x100000 : std::int32_t(value);
 }
@@ -94,7 +102,8 @@ Frame LjvDialect::frame(std::span<const std::byte> buffer, const Request* awaite
   if (buffer.size() < kPrefix) return {};
   const std::size_t length = u32(buffer, 0);  // of what follows; untrusted
   if (length < kHeader || length > kLongestReply) return {Frame::Kind::kCorrupt, buffer.size()};
-  if (buffer.size() >= kPrefix + kHeader && u32(buffer, 12) + 12 != length) return {Frame::Kind::kCorrupt, buffer.size()};
+  if (buffer.size() >= kPrefix + kHeader && u32(buffer, 12) + 12 != length)
+    return {Frame::Kind::kCorrupt, buffer.size()};
   if (buffer.size() < kPrefix + length) return {};
   const std::size_t size = kPrefix + length;
   if (!awaited) return {Frame::Kind::kUnsolicited, size};

@@ -1,6 +1,6 @@
-// Keyence LJ-V7000, command port TCP 24691, little endian: change program (39h) and newest high-speed profile (42h).
-// Layout from two public sources that agree (docs/devices/laser_profiler.md). No checksum: lengths, the echoed command
-// and the bounds of every field are checked instead.
+// Keyence LJ-V7000, command port TCP 24691, little endian: change program (39h) and newest high-speed profile
+// (42h). Layout from two public sources that agree (docs/devices/laser_profiler.md). No checksum: lengths,
+// the echoed command and the bounds of every field are checked instead.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@
 namespace firn::drivers::ljv {
 
 inline constexpr std::uint8_t kChangeProgram = 0x39, kGetProfile = 0x42;
-inline constexpr std::size_t kPrefix = 4, kHeader = 24;    ///< u32 length; header and fixed head of the body
-inline constexpr std::size_t kLongestReply = 16'384;       ///< a profile of 3,200 points has 8,092 bytes
+inline constexpr std::size_t kPrefix = 4, kHeader = 24;  ///< u32 length; header and fixed head of the body
+inline constexpr std::size_t kLongestReply = 16'384;     ///< a profile of 3,200 points has 8,092 bytes
 inline constexpr int kMostPoints = 3'200;
-inline constexpr double kMmPerUnit = 1e-5;                 ///< 0.01 um
+inline constexpr double kMmPerUnit = 1e-5;  ///< 0.01 um
 /// Sample codes from here up to -524285: no peak, masked, dead zone, still waiting.
 inline constexpr std::int32_t kFirstInvalid = -524'288, kLastInvalid = -524'285;
 
@@ -26,21 +26,22 @@ Request get_newest_profile();
 
 struct Head {
   std::uint8_t command = 0;
-  std::uint8_t return_code = 0;       ///< 0 = good; that of the frame header if it is not 0
+  std::uint8_t return_code = 0;  ///< 0 = good; that of the frame header if it is not 0
   std::uint8_t status = 0;
   std::uint8_t program = 0;
 };
 
 struct RawProfile {
-  std::int32_t points = 0;            ///< 0 = the instrument has not measured yet
+  std::int32_t points = 0;  ///< 0 = the instrument has not measured yet
   std::uint32_t trigger_count = 0;
   std::int32_t encoder_count = 0;
   double x0_mm = 0.0;
   double dx_mm = 0.0;
-  std::vector<float> z_mm;            ///< NaN = no valid sample
+  std::vector<float> z_mm;  ///< NaN = no valid sample
 };
 
-/// @returns nothing if the frame is shorter than its fields say or a field is out of range; never reads outside it.
+/// @returns nothing if the frame is shorter than its fields say or a field is out of range; never reads
+/// outside it.
 std::optional<Head> parse_head(std::span<const std::byte> frame);
 /// Reuses the storage of `out`. @returns false as parse_head.
 bool parse_profile(std::span<const std::byte> frame, RawProfile& out);

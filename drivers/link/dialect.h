@@ -1,4 +1,5 @@
-// How one instrument speaks: its timeouts, where a frame ends, whether a frame answers the request that waits.
+// How one instrument speaks: its timeouts, where a frame ends, whether a frame answers the request that
+// waits.
 #pragma once
 
 #include <array>
@@ -18,8 +19,8 @@ enum class Repeat : std::uint8_t {
   kNever,  ///< moves, arms, fires or opens: never sent again; the instrument is asked what happened
 };
 
-/// One request, without allocation. `tag` and `argument` are the driver's own names for it, `format` tells its dialect
-/// how to frame and recognise the reply.
+/// One request, without allocation. `tag` and `argument` are the driver's own names for it, `format` tells
+/// its dialect how to frame and recognise the reply.
 struct Request {
   static constexpr std::size_t kCapacity = 112;
 
@@ -27,10 +28,10 @@ struct Request {
   std::uint8_t size = 0;
   std::uint8_t format = 0;
   Repeat repeat = Repeat::kRead;
-  std::uint8_t attempts = 0;        ///< times sent so far
+  std::uint8_t attempts = 0;  ///< times sent so far
   std::uint16_t tag = 0;
   std::int32_t argument = 0;
-  std::int64_t reply_us = 0;        ///< longest wait for the first byte of the reply; 0 = the dialect's
+  std::int64_t reply_us = 0;  ///< longest wait for the first byte of the reply; 0 = the dialect's
 
   std::span<const std::byte> data() const { return {bytes.data(), size}; }
   std::string_view text() const { return {reinterpret_cast<const char*>(bytes.data()), size}; }
@@ -43,9 +44,9 @@ struct Request {
   void append(std::string_view text) { append(std::as_bytes(std::span(text.data(), text.size()))); }
 };
 
-/// [us]. lock: longest time that the link may stay unusable (draining, probing) before it is opened anew; write: for
-/// the request to leave the host; reply: from then to the first byte of the reply; read: between bytes of a reply;
-/// quiet: silence that ends a drain; opening: silence awaited after the port was opened.
+/// [us]. lock: longest time that the link may stay unusable (draining, probing) before it is opened anew;
+/// write: for the request to leave the host; reply: from then to the first byte of the reply; read: between
+/// bytes of a reply; quiet: silence that ends a drain; opening: silence awaited after the port was opened.
 struct Timeouts {
   std::int64_t lock_us = 5'000'000;
   std::int64_t write_us = 100'000;
@@ -71,8 +72,8 @@ struct Frame {
 class Dialect {
  public:
   virtual ~Dialect() = default;
-  /// @param buffer not empty @param awaited null when nothing is asked. Never returns kIncomplete for a buffer that
-  /// no further byte can complete.
+  /// @param buffer not empty @param awaited null when nothing is asked. Never returns kIncomplete for a
+  /// buffer that no further byte can complete.
   virtual Frame frame(std::span<const std::byte> buffer, const Request* awaited) const = 0;
   /// A harmless question with a recognisable answer.
   virtual Request probe() const = 0;

@@ -54,10 +54,18 @@ void Driver::pump(std::int64_t now_us, Effects& fx) {
     if (const auto e = link_.poll(now_us, fx)) {
       using Kind = LinkEvent::Kind;
       switch (e->kind) {
-        case Kind::kReady: connected(now_us, fx); break;
-        case Kind::kReply: reply(e->request, e->frame, now_us, fx); break;
-        case Kind::kFailed: failed(e->request, now_us, fx); break;
-        case Kind::kUnsolicited: unsolicited(e->frame, now_us, fx); break;
+        case Kind::kReady:
+          connected(now_us, fx);
+          break;
+        case Kind::kReply:
+          reply(e->request, e->frame, now_us, fx);
+          break;
+        case Kind::kFailed:
+          failed(e->request, now_us, fx);
+          break;
+        case Kind::kUnsolicited:
+          unsolicited(e->frame, now_us, fx);
+          break;
         case Kind::kSuspect:
           before_suspect_ = state_;
           set_state(DriverState::kSuspect, "a reply was lost or damaged", fx);

@@ -1,5 +1,5 @@
-// What every driver shares: the link, opening anew with backoff, the state and its announcement. A driver is a pure
-// state machine: bytes and the time come in, bytes, events and the next wake go out.
+// What every driver shares: the link, opening anew with backoff, the state and its announcement. A driver is
+// a pure state machine: bytes and the time come in, bytes, events and the next wake go out.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ class Driver {
   void closed(std::int64_t now_us, Effects& fx);
   void received(std::span<const std::byte> bytes, std::int64_t now_us, Effects& fx);
   void woke(std::int64_t now_us, Effects& fx);
-  /// Makes the instrument safe. Allowed in every state, as often as wanted; goes ahead of everything else. The state
-  /// becomes kSafe when the instrument has confirmed it.
+  /// Makes the instrument safe. Allowed in every state, as often as wanted; goes ahead of everything else.
+  /// The state becomes kSafe when the instrument has confirmed it.
   void safe_stop(std::int64_t now_us, Effects& fx);
 
   DriverState state() const { return state_; }
@@ -36,17 +36,18 @@ class Driver {
   explicit Driver(const Dialect& dialect) : link_(dialect) {}
 
   virtual void connected(std::int64_t now_us, Effects& fx) = 0;  ///< the port is open: begin to identify
-  virtual void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) = 0;
+  virtual void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+                     Effects& fx) = 0;
   /// No good reply. The link recovers by itself; what is queued now is sent after that.
   virtual void failed(const Request& request, std::int64_t now_us, Effects& fx) = 0;
   virtual void unsolicited(std::span<const std::byte>, std::int64_t, Effects&) {}
-  virtual void lost(std::int64_t now_us, Effects& fx) = 0;       ///< the port is closed
-  virtual void stop(std::int64_t now_us, Effects& fx) = 0;       ///< safe_stop of the device
+  virtual void lost(std::int64_t now_us, Effects& fx) = 0;  ///< the port is closed
+  virtual void stop(std::int64_t now_us, Effects& fx) = 0;  ///< safe_stop of the device
   /// The link is idle. @returns true if something was queued.
   virtual bool idle(std::int64_t now_us, Effects& fx) = 0;
-  virtual bool stopping() const = 0;                             ///< a stop is under way
-  virtual void tick(std::int64_t, Effects&) {}                   ///< before anything else, in every call
-  virtual std::int64_t device_wake_us() const = 0;               ///< 0 = none
+  virtual bool stopping() const = 0;                ///< a stop is under way
+  virtual void tick(std::int64_t, Effects&) {}      ///< before anything else, in every call
+  virtual std::int64_t device_wake_us() const = 0;  ///< 0 = none
 
   void set_state(DriverState state, std::string_view text, Effects& fx);
   void fault(int severity, std::int32_t code, std::string text, Effects& fx);

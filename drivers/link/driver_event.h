@@ -1,5 +1,5 @@
-// What a driver tells its node, and what one step of a driver wants done. The numbers of the enums are those of
-// device_state_t and answer_t.
+// What a driver tells its node, and what one step of a driver wants done. The numbers of the enums are those
+// of device_state_t and answer_t.
 #pragma once
 
 #include <cstddef>
@@ -11,17 +11,21 @@
 namespace firn::drivers {
 
 enum class DriverState : std::int8_t {
-  kDisconnected, kConnecting, kIdentifying,
-  kSafe,    ///< idle, nothing can move or fire
-  kStaged, kArmed, kActive,
-  kSuspect, ///< a reply did not come or was damaged: the link is drained and probed before it is used again
-  kFault,   ///< latched: only a new connection leaves it
+  kDisconnected,
+  kConnecting,
+  kIdentifying,
+  kSafe,  ///< idle, nothing can move or fire
+  kStaged,
+  kArmed,
+  kActive,
+  kSuspect,  ///< a reply did not come or was damaged: the link is drained and probed before it is used again
+  kFault,    ///< latched: only a new connection leaves it
   kEstop,
 };
 const char* name(DriverState state);
 
 enum class Outcome : std::int8_t {
-  kReady,    ///< armed
+  kReady,  ///< armed
   kDone,
   kNone,     ///< nothing physical happened
   kUnknown,  ///< [unknown_from, unknown_to) may or may not have happened
@@ -31,8 +35,19 @@ enum class Outcome : std::int8_t {
 const char* name(Outcome outcome);
 
 /// Interlock numbers of docs/interlocks.md that drivers raise.
-enum Code : std::int32_t { kNoCode = 0, kEstop = 1, kLinkLost = 2, kStall = 5, kLampOn = 9, kJetLimit = 11, kLimit = 14,
-                           kCommandRejected = 100, kAxisFault = 101, kPulseCount = 102, kInstrument = 103 };
+enum Code : std::int32_t {
+  kNoCode = 0,
+  kEstop = 1,
+  kLinkLost = 2,
+  kStall = 5,
+  kLampOn = 9,
+  kJetLimit = 11,
+  kLimit = 14,
+  kCommandRejected = 100,
+  kAxisFault = 101,
+  kPulseCount = 102,
+  kInstrument = 103
+};
 
 struct StateChange {
   DriverState state = DriverState::kDisconnected;
@@ -42,7 +57,8 @@ struct StateChange {
 /// The end of the command in progress; exactly one per accepted command.
 struct Result {
   Outcome outcome = Outcome::kDone;
-  std::int64_t counted = -1;  ///< droplets, rows … known to have been triggered; -1 = the instrument does not count
+  std::int64_t counted =
+      -1;  ///< droplets, rows … known to have been triggered; -1 = the instrument does not count
   std::int64_t expected = 0;
   std::int64_t unknown_from = 0;
   std::int64_t unknown_to = 0;
@@ -64,12 +80,12 @@ struct Fault {
 
 /// One line of the laser profiler.
 struct Profile {
-  std::int32_t row = 0;          ///< 0-based row of the scan
+  std::int32_t row = 0;  ///< 0-based row of the scan
   double x0_mm = 0.0;
   double dx_mm = 0.0;
   std::uint32_t trigger_count = 0;
   std::int32_t encoder_count = 0;
-  std::vector<float> z_mm;       ///< NaN = no valid sample
+  std::vector<float> z_mm;  ///< NaN = no valid sample
 };
 
 /// All rows are there, or the scan was ended.
@@ -80,15 +96,20 @@ struct ScanDone {
 
 using DriverEvent = std::variant<StateChange, Result, Progress, Fault, Profile, ScanDone>;
 
-/// Filled by every call of a driver; the caller clears it and hands it in again, so that a steady state allocates
-/// nothing.
+/// Filled by every call of a driver; the caller clears it and hands it in again, so that a steady state
+/// allocates nothing.
 struct Effects {
-  std::vector<std::byte> tx;       ///< bytes for the instrument
-  std::int64_t wake_us = 0;        ///< next wake wanted (absolute), 0 = none; an early wake does no harm
-  bool reopen = false;             ///< close the port and open it again
+  std::vector<std::byte> tx;  ///< bytes for the instrument
+  std::int64_t wake_us = 0;   ///< next wake wanted (absolute), 0 = none; an early wake does no harm
+  bool reopen = false;        ///< close the port and open it again
   std::vector<DriverEvent> events;
 
-  void clear() { tx.clear(); wake_us = 0; reopen = false; events.clear(); }
+  void clear() {
+    tx.clear();
+    wake_us = 0;
+    reopen = false;
+    events.clear();
+  }
 };
 
 }  // namespace firn::drivers

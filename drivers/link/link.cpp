@@ -5,8 +5,8 @@
 namespace firn::drivers {
 
 const char* name(DriverState state) {
-  static constexpr const char* kNames[] = {"disconnected", "connecting", "identifying", "safe", "staged",
-                                           "armed", "active", "suspect", "fault", "estop"};
+  static constexpr const char* kNames[] = {"disconnected", "connecting", "identifying", "safe",  "staged",
+                                           "armed",        "active",     "suspect",     "fault", "estop"};
   return kNames[int(state)];
 }
 
@@ -35,9 +35,14 @@ void Link::received(std::span<const std::byte> bytes, std::int64_t now_us) {
   drop_front(consumed_);
   consumed_ = 0;
   switch (state_) {
-    case State::kClosed: return;
-    case State::kOpening: deadline_us_ = now_us + dialect_.timeouts.opening_us; return;
-    case State::kDraining: deadline_us_ = now_us + dialect_.timeouts.quiet_us; return;
+    case State::kClosed:
+      return;
+    case State::kOpening:
+      deadline_us_ = now_us + dialect_.timeouts.opening_us;
+      return;
+    case State::kDraining:
+      deadline_us_ = now_us + dialect_.timeouts.quiet_us;
+      return;
     case State::kSettling:  // another late reply: the probe may have been answered by it
       state_ = State::kDraining;
       deadline_us_ = now_us + dialect_.timeouts.quiet_us;

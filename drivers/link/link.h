@@ -1,6 +1,6 @@
-// Request and response over a byte stream, as a pure state machine: one request at a time, four timeouts, and after
-// any lost or damaged reply the link is suspect: it is drained until quiet, probed, watched once more, and only then
-// used again, so that a late reply is never taken for the answer to a later question.
+// Request and response over a byte stream, as a pure state machine: one request at a time, four timeouts, and
+// after any lost or damaged reply the link is suspect: it is drained until quiet, probed, watched once more,
+// and only then used again, so that a late reply is never taken for the answer to a later question.
 #pragma once
 
 #include <cstdint>
@@ -38,18 +38,26 @@ class Link {
 
   /// Queues a request; it is sent by poll() when its turn comes.
   void push(const Request& request) { queue_.push_back(request); }
-  /// Sends at once, ahead of the queue and even while the link is suspect: for what makes the device safe. Its reply
-  /// is awaited in order, if the link is sound. Does nothing while the port is closed.
+  /// Sends at once, ahead of the queue and even while the link is suspect: for what makes the device safe.
+  /// Its reply is awaited in order, if the link is sound. Does nothing while the port is closed.
   void urgent(const Request& request, std::int64_t now_us, Effects& fx);
-  void clear_queue() { queue_.clear(); head_ = 0; }
+  void clear_queue() {
+    queue_.clear();
+    head_ = 0;
+  }
 
-  /// What happened next, or nothing: call until it returns nothing. Sends and asks for a reopening through `fx`.
+  /// What happened next, or nothing: call until it returns nothing. Sends and asks for a reopening through
+  /// `fx`.
   std::optional<LinkEvent> poll(std::int64_t now_us, Effects& fx);
 
   bool is_open() const { return state_ != State::kClosed; }
-  bool suspect() const { return state_ == State::kDraining || state_ == State::kProbing || state_ == State::kSettling; }
+  bool suspect() const {
+    return state_ == State::kDraining || state_ == State::kProbing || state_ == State::kSettling;
+  }
   /// Ready, with nothing queued and nothing awaited.
-  bool idle() const { return state_ == State::kReady && head_ == queue_.size() && awaited_.empty() && failed_.empty(); }
+  bool idle() const {
+    return state_ == State::kReady && head_ == queue_.size() && awaited_.empty() && failed_.empty();
+  }
   std::int64_t last_sent_us() const { return last_sent_us_; }
   std::int64_t wake_us() const;  ///< 0 = no wake needed
 
@@ -65,7 +73,7 @@ class Link {
 
   const Dialect& dialect_;
   State state_ = State::kClosed;
-  std::vector<Request> queue_;    // [head_, end) wait
+  std::vector<Request> queue_;  // [head_, end) wait
   std::size_t head_ = 0;
   std::vector<Request> awaited_;  // sent, reply to come, in order; more than one only through urgent()
   std::vector<Request> failed_;   // to be reported

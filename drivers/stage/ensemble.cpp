@@ -16,12 +16,38 @@ std::string_view text_of(std::span<const std::byte> bytes) {
 }  // namespace
 
 std::string fault_names(std::uint32_t bits) {
-  static constexpr const char* kNames[32] = {
-      "position error", "over-current", "CW end of travel", "CCW end of travel", "CW soft limit", "CCW soft limit",
-      "amplifier", "position feedback", nullptr, nullptr, "maximum velocity", "emergency stop", "velocity error",
-      nullptr, nullptr, "external", nullptr, "motor temperature", "amplifier temperature", "encoder",
-      "communication lost", nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, "internal",
-      nullptr};
+  static constexpr const char* kNames[32] = {"position error",
+                                             "over-current",
+                                             "CW end of travel",
+                                             "CCW end of travel",
+                                             "CW soft limit",
+                                             "CCW soft limit",
+                                             "amplifier",
+                                             "position feedback",
+                                             nullptr,
+                                             nullptr,
+                                             "maximum velocity",
+                                             "emergency stop",
+                                             "velocity error",
+                                             nullptr,
+                                             nullptr,
+                                             "external",
+                                             nullptr,
+                                             "motor temperature",
+                                             "amplifier temperature",
+                                             "encoder",
+                                             "communication lost",
+                                             nullptr,
+                                             nullptr,
+                                             nullptr,
+                                             nullptr,
+                                             nullptr,
+                                             nullptr,
+                                             nullptr,
+                                             nullptr,
+                                             nullptr,
+                                             "internal",
+                                             nullptr};
   std::string out;
   for (int b = 0; b < 32; ++b)
     if (bits >> b & 1u) {
@@ -62,16 +88,17 @@ Frame EnsembleDialect::frame(std::span<const std::byte> buffer, const Request* a
   if (size > kLongestLine) return {Frame::Kind::kCorrupt, size};
   std::string_view line = text.substr(0, end);
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-  const bool known = !line.empty() && (line[0] == table.ok || line[0] == table.nak || line[0] == table.fault ||
-                                       line[0] == table.timeout);
+  const bool known = !line.empty() && (line[0] == table.ok || line[0] == table.nak ||
+                                       line[0] == table.fault || line[0] == table.timeout);
   if (!awaited) return {Frame::Kind::kUnsolicited, size};
   if (!known) return {Frame::Kind::kCorrupt, size};
   if (line[0] == table.ok) {
-    // A bare '%' line may precede the value (EPICS reads again); a value that was not asked for means that replies
-    // and requests are out of step.
+    // A bare '%' line may precede the value (EPICS reads again); a value that was not asked for means that
+    // replies and requests are out of step.
     if (awaited->format == kValue && line.size() == 1) return {Frame::Kind::kIgnore, size};
     if (awaited->format == kAcknowledge && line.size() > 1) return {Frame::Kind::kCorrupt, size};
-    if (awaited->format == kValue && !parse(buffer.first(size)).number()) return {Frame::Kind::kCorrupt, size};
+    if (awaited->format == kValue && !parse(buffer.first(size)).number())
+      return {Frame::Kind::kCorrupt, size};
   }
   return {Frame::Kind::kReply, size};
 }
@@ -86,8 +113,8 @@ Reply EnsembleDialect::parse(std::span<const std::byte> frame) const {
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   Reply r;
   if (line.empty()) return r;
-  r.kind = line[0] == table.nak ? Reply::Kind::kNak
-           : line[0] == table.fault ? Reply::Kind::kFault
+  r.kind = line[0] == table.nak       ? Reply::Kind::kNak
+           : line[0] == table.fault   ? Reply::Kind::kFault
            : line[0] == table.timeout ? Reply::Kind::kTimeout
                                       : Reply::Kind::kOk;
   r.value = line.substr(1);
@@ -114,10 +141,12 @@ Line& Line::integer(std::int64_t value) {
 }
 
 Line& Line::fixed4(double value) {
-  if (!(std::abs(value) < 1e9)) throw std::domain_error("a number for the stage controller is not finite or too large");
+  if (!(std::abs(value) < 1e9))
+    throw std::domain_error("a number for the stage controller is not finite or too large");
   char buffer[40];
   const double rounded = std::round(value * 1e4) / 1e4;
-  const auto r = std::to_chars(buffer, buffer + sizeof buffer, rounded == 0.0 ? 0.0 : rounded, std::chars_format::fixed, 4);
+  const auto r = std::to_chars(buffer, buffer + sizeof buffer, rounded == 0.0 ? 0.0 : rounded,
+                               std::chars_format::fixed, 4);
   std::string_view digits(buffer, std::size_t(r.ptr - buffer));
   while (digits.back() == '0') digits.remove_suffix(1);
   if (digits.back() == '.') digits.remove_suffix(1);

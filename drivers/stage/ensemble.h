@@ -1,7 +1,7 @@
-// Aerotech Ensemble, ASCII command interface (TCP 8000 or RS-232), the verbs that a print needs. Sources: EPICS
-// motorAerotech, klauer/aerotech (docs/devices/stage.md). Lines end with "\n" both ways; a reply begins with `%`
-// (done, maybe a value), `!` (not understood), `#` (fault) or `$` (the controller's own timeout). Replies carry no
-// checksum and no name of what they answer.
+// Aerotech Ensemble, ASCII command interface (TCP 8000 or RS-232), the verbs that a print needs. Sources:
+// EPICS motorAerotech, klauer/aerotech (docs/devices/stage.md). Lines end with "\n" both ways; a reply begins
+// with `%` (done, maybe a value), `!` (not understood), `#` (fault) or `$` (the controller's own timeout).
+// Replies carry no checksum and no name of what they answer.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +14,31 @@
 
 namespace firn::drivers::ensemble {
 
-/// Texts and limits that differ between installations: a table, not code. `@` in a text is replaced by the axis.
+/// Texts and limits that differ between installations: a table, not code. `@` in a text is replaced by the
+/// axis.
 struct Table {
   char terminator = '\n';
   char ok = '%', nak = '!', fault = '#', timeout = '$';
   std::string pulse_count = "PSOCOUNT(@)";  ///< pulses since the last PSOCONTROL ARM [P]
   std::string home = "HOME @";
-  int first_iglobal = 50;                   ///< first of the IGLOBALs that hold the pulse increments
-  int iglobals = 4096;                      ///< how many the controller has
-  int array_limit = 8192;                   ///< pulses of one PSOARRAY
-  int feedback_input = 0;                   ///< of PSOTRACK: 0 = primary encoder
-  int increments() const { return iglobals - first_iglobal < array_limit ? iglobals - first_iglobal : array_limit; }
+  int first_iglobal = 50;  ///< first of the IGLOBALs that hold the pulse increments
+  int iglobals = 4096;     ///< how many the controller has
+  int array_limit = 8192;  ///< pulses of one PSOARRAY
+  int feedback_input = 0;  ///< of PSOTRACK: 0 = primary encoder
+  int increments() const {
+    return iglobals - first_iglobal < array_limit ? iglobals - first_iglobal : array_limit;
+  }
 };
 
 /// Bits of AXISSTATUS and AXISFAULT.
-enum AxisStatus : std::uint32_t { kEnabled = 1u << 0, kHomed = 1u << 1, kInPosition = 1u << 2, kMoving = 1u << 3,
-                                  kHoming = 1u << 14, kEstopInput = 1u << 31 };
+enum AxisStatus : std::uint32_t {
+  kEnabled = 1u << 0,
+  kHomed = 1u << 1,
+  kInPosition = 1u << 2,
+  kMoving = 1u << 3,
+  kHoming = 1u << 14,
+  kEstopInput = 1u << 31
+};
 /// Names of the bits set in an AXISFAULT value, comma separated.
 std::string fault_names(std::uint32_t bits);
 
@@ -57,9 +66,9 @@ class Line {
  public:
   Line(const Table& table, Repeat repeat, std::uint16_t tag, Format format = kAcknowledge);
   Line& text(std::string_view text);
-  Line& axis(int axis);               ///< "@0"
+  Line& axis(int axis);  ///< "@0"
   Line& integer(std::int64_t value);
-  Line& fixed4(double value);         ///< mm, mm/s: rounded to 1e-4, no trailing zeros
+  Line& fixed4(double value);  ///< mm, mm/s: rounded to 1e-4, no trailing zeros
   Request done();
   operator Request() { return done(); }
 

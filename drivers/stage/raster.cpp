@@ -7,11 +7,14 @@
 
 namespace firn::drivers {
 
-double run_up_mm(const RasterParams& p) { return p.speed_mm_s * p.speed_mm_s / (2.0 * p.acceleration_mm_s2) + p.margin_mm; }
+double run_up_mm(const RasterParams& p) {
+  return p.speed_mm_s * p.speed_mm_s / (2.0 * p.acceleration_mm_s2) + p.margin_mm;
+}
 
 double move_time_s(double distance_mm, double speed_mm_s, double acceleration_mm_s2) {
   const double d = std::abs(distance_mm);
-  if (d * acceleration_mm_s2 >= speed_mm_s * speed_mm_s) return d / speed_mm_s + speed_mm_s / acceleration_mm_s2;
+  if (d * acceleration_mm_s2 >= speed_mm_s * speed_mm_s)
+    return d / speed_mm_s + speed_mm_s / acceleration_mm_s2;
   return 2.0 * std::sqrt(d / acceleration_mm_s2);
 }
 
@@ -24,7 +27,9 @@ std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, cons
   while (n < order.size()) {
     const int j = int(order[n] / std::uint32_t(grid.nx));
     std::size_t end = n + 1;
-    while (end < order.size() && int(order[end] / std::uint32_t(grid.nx)) == j && end - n < std::size_t(params.array_limit)) ++end;
+    while (end < order.size() && int(order[end] / std::uint32_t(grid.nx)) == j &&
+           end - n < std::size_t(params.array_limit))
+      ++end;
     const auto x_mm = [&](std::size_t k) { return grid.x_mm(int(order[k] % std::uint32_t(grid.nx))); };
     const double direction = towards_plus_x(j) ? 1.0 : -1.0;
     RasterRun run;
@@ -48,7 +53,8 @@ std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, cons
 std::optional<std::string> limit_broken(char axis_name, double value_mm, const AxisLimits& limits) {
   if (value_mm >= limits.min_mm && value_mm <= limits.max_mm) return std::nullopt;  // false for NaN
   char text[120];
-  std::snprintf(text, sizeof text, "axis %c: %.4f mm is outside [%.4f, %.4f] mm", axis_name, value_mm, limits.min_mm, limits.max_mm);
+  std::snprintf(text, sizeof text, "axis %c: %.4f mm is outside [%.4f, %.4f] mm", axis_name, value_mm,
+                limits.min_mm, limits.max_mm);
   return text;
 }
 

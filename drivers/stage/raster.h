@@ -1,5 +1,5 @@
-// A pass of a droplet pattern as runs of the stage: one straight move of one axis in one direction, firing at listed
-// distances. Pure geometry; no protocol.
+// A pass of a droplet pattern as runs of the stage: one straight move of one axis in one direction, firing at
+// listed distances. Pure geometry; no protocol.
 #pragma once
 
 #include <cstdint>
@@ -21,24 +21,24 @@ struct AxisLimits {
 struct RasterParams {
   double speed_mm_s = 50.0;
   double acceleration_mm_s2 = 2000.0;
-  double margin_mm = 0.1;        ///< run-up and run-out beyond what the acceleration needs
+  double margin_mm = 0.1;  ///< run-up and run-out beyond what the acceleration needs
   double counts_per_mm = 10'000;
-  int array_limit = 4046;        ///< most pulses of one run
+  int array_limit = 4046;  ///< most pulses of one run
 };
 
-/// One straight run along x at y_mm: the increments are unsigned counts from the arming position, then from pulse to
-/// pulse (rounded so that no error adds up).
+/// One straight run along x at y_mm: the increments are unsigned counts from the arming position, then from
+/// pulse to pulse (rounded so that no error adds up).
 struct RasterRun {
-  int row = 0;                    ///< j
+  int row = 0;  ///< j
   double y_mm = 0.0;
   double start_x_mm = 0.0;
   double end_x_mm = 0.0;
   std::vector<std::int64_t> increments;
-  std::size_t first_drop = 0;     ///< index in the firing order of the first pulse
+  std::size_t first_drop = 0;  ///< index in the firing order of the first pulse
 };
 
-/// Runs of pass `pass` (0-based) in firing order (core/grid/firing_order.h); rows without drops give none, rows with
-/// more than array_limit drops give several.
+/// Runs of pass `pass` (0-based) in firing order (core/grid/firing_order.h); rows without drops give none,
+/// rows with more than array_limit drops give several.
 std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, const RasterParams& params);
 
 /// Run-up needed to reach `speed` [mm].

@@ -16,7 +16,8 @@ RasterParams raster_params(const StageConfig& c, double speed_mm_s) {
 
 std::string too_fast(char axis, double speed_mm_s, double limit_mm_s) {
   char text[100];
-  std::snprintf(text, sizeof text, "axis %c: speed %.4f mm/s is outside (0, %.4f] mm/s", axis, speed_mm_s, limit_mm_s);
+  std::snprintf(text, sizeof text, "axis %c: speed %.4f mm/s is outside (0, %.4f] mm/s", axis, speed_mm_s,
+                limit_mm_s);
   return text;
 }
 
@@ -42,30 +43,35 @@ void Stage::refuse(std::int32_t code, std::string text, Effects& fx) {
 bool Stage::accept(Op op, Effects& fx) {
   if (busy()) return refuse(kNoCode, "the stage is busy with another command", fx), false;
   if (op == Op::kHome && phase_ == Phase::kDead && link_.idle()) return true;  // the operator's reset
-  if (phase_ != Phase::kReady) return refuse(kNoCode, std::string("the stage is ") + name(state()), fx), false;
+  if (phase_ != Phase::kReady)
+    return refuse(kNoCode, std::string("the stage is ") + name(state()), fx), false;
   return true;
 }
 
-void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s,
+                       std::int64_t now_us, Effects& fx) {
   if (!accept(Op::kPass, fx)) return;
   const double speed = speed_mm_s == 0.0 ? config_.raster_speed_mm_s : speed_mm_s;
   if (!in_range(speed, config_.limits[0].max_speed_mm_s))
     return refuse(kLimit, too_fast('X', speed, config_.limits[0].max_speed_mm_s), fx);
   if (speed / pattern.spec.pitch_x_mm > config_.max_pulse_rate_hz) {
     char text[120];
-    std::snprintf(text, sizeof text, "%.1f mm/s over a pitch of %.6f mm is %.1f Hz; the jet follows %.1f Hz", speed, pattern.spec.pitch_x_mm,
-                  speed / pattern.spec.pitch_x_mm, config_.max_pulse_rate_hz);
+    std::snprintf(text, sizeof text, "%.1f mm/s over a pitch of %.6f mm is %.1f Hz; the jet follows %.1f Hz",
+                  speed, pattern.spec.pitch_x_mm, speed / pattern.spec.pitch_x_mm, config_.max_pulse_rate_hz);
     return refuse(kLimit, text, fx);
   }
   std::vector<RasterRun> runs = plan_raster(pattern, pass, raster_params(config_, speed));
   std::int64_t expected = 0;
   for (const RasterRun& run : runs) {
     for (const double x : {run.start_x_mm, run.end_x_mm})
-      if (auto why = limit_broken('X', x, config_.limits[0])) return refuse(kLimit, *why + " (row " + std::to_string(run.row) + ")", fx);
-    if (auto why = limit_broken('Y', run.y_mm, config_.limits[1])) return refuse(kLimit, *why + " (row " + std::to_string(run.row) + ")", fx);
+      if (auto why = limit_broken('X', x, config_.limits[0]))
+        return refuse(kLimit, *why + " (row " + std::to_string(run.row) + ")", fx);
+    if (auto why = limit_broken('Y', run.y_mm, config_.limits[1]))
+      return refuse(kLimit, *why + " (row " + std::to_string(run.row) + ")", fx);
     expected += std::int64_t(run.increments.size());
   }
-  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, config_.limits[2])) return refuse(kLimit, *why, fx);
+  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, config_.limits[2]))
+    return refuse(kLimit, *why, fx);
   op_ = Op::kPass;
   start_mm_ = {kNaN, kNaN, z_mm};
   runs_ = std::move(runs);
@@ -75,19 +81,23 @@ void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, dou
   start_operation(now_us, fx);
 }
 
-void Stage::begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+void Stage::begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s,
+                       std::int64_t now_us, Effects& fx) {
   if (!accept(Op::kScan, fx)) return;
   const double speed = speed_mm_s == 0.0 ? config_.move_speed_mm_s : speed_mm_s;
   if (!in_range(speed, config_.limits[1].max_speed_mm_s))
     return refuse(kLimit, too_fast('Y', speed, config_.limits[1].max_speed_mm_s), fx);
   if (rows < 1 || rows > 1'000'000) return refuse(kLimit, "a scan of " + std::to_string(rows) + " rows", fx);
-  // Fixed-distance pulses count from the arming position, so the arm is one pitch before the first row and the whole
-  // run-up must fit into it. Distances are whole counts, so that neither side rounds while it adds up.
+  // Fixed-distance pulses count from the arming position, so the arm is one pitch before the first row and
+  // the whole run-up must fit into it. Distances are whole counts, so that neither side rounds while it adds
+  // up.
   const double pitch = std::round(pitch_mm * config_.counts_per_mm) / config_.counts_per_mm;
-  if (!(pitch > 0.0 && pitch < 100.0)) return refuse(kLimit, "a scan pitch of " + std::to_string(pitch_mm) + " mm", fx);
+  if (!(pitch > 0.0 && pitch < 100.0))
+    return refuse(kLimit, "a scan pitch of " + std::to_string(pitch_mm) + " mm", fx);
   if (run_up_mm({speed, config_.acceleration_mm_s2, 0.0}) > pitch) {
     char text[120];
-    std::snprintf(text, sizeof text, "axis Y: scan speed %.4f mm/s needs more run-up than one pitch; limit %.4f mm/s", speed,
+    std::snprintf(text, sizeof text,
+                  "axis Y: scan speed %.4f mm/s needs more run-up than one pitch; limit %.4f mm/s", speed,
                   std::sqrt(2.0 * config_.acceleration_mm_s2 * pitch));
     return refuse(kLimit, text, fx);
   }
@@ -95,7 +105,8 @@ void Stage::begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, i
   if (auto why = limit_broken('X', x_mm, config_.limits[0])) return refuse(kLimit, *why, fx);
   for (const double y : {y_mm - pitch, end_y_mm})
     if (auto why = limit_broken('Y', y, config_.limits[1])) return refuse(kLimit, *why, fx);
-  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, config_.limits[2])) return refuse(kLimit, *why, fx);
+  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, config_.limits[2]))
+    return refuse(kLimit, *why, fx);
   op_ = Op::kScan;
   runs_.clear();
   expected_ = rows;
@@ -105,7 +116,8 @@ void Stage::begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, i
   start_operation(now_us, fx);
 }
 
-void Stage::begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+void Stage::begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us,
+                       Effects& fx) {
   if (!accept(Op::kMove, fx)) return;
   const std::array<double, 3> target{x_mm, y_mm, z_mm};
   double speed = speed_mm_s == 0.0 ? config_.move_speed_mm_s : speed_mm_s;

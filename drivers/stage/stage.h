@@ -1,6 +1,7 @@
-// The stage: Aerotech Ensemble with position-synchronised output. Raster passes that fire the jet, scans that trigger
-// the profiler, moves, homing. Frame: the nozzle is above part point (x, y) when the feedback of X reads x and that of
-// Y reads y [mm]; axes @0 = X, @1 = Y, @2 = Z. The pulse output of X fires the jet, that of Y triggers the profiler.
+// The stage: Aerotech Ensemble with position-synchronised output. Raster passes that fire the jet, scans that
+// trigger the profiler, moves, homing. Frame: the nozzle is above part point (x, y) when the feedback of X
+// reads x and that of Y reads y [mm]; axes @0 = X, @1 = Y, @2 = Z. The pulse output of X fires the jet, that
+// of Y triggers the profiler.
 #pragma once
 
 #include <array>
@@ -22,10 +23,10 @@ struct StageConfig {
   double acceleration_mm_s2 = 2000.0;
   double raster_speed_mm_s = 50.0;
   double move_speed_mm_s = 50.0;
-  double margin_mm = 0.1;            ///< run-up and run-out beyond what the acceleration needs
-  double tolerance_mm = 0.002;       ///< of a position read back
-  int pulse_tolerance_counts = 2;    ///< of a pulse, for the sake of increments that the controller still holds
-  double max_pulse_rate_hz = 2000.0; ///< that the jet follows
+  double margin_mm = 0.1;          ///< run-up and run-out beyond what the acceleration needs
+  double tolerance_mm = 0.002;     ///< of a position read back
+  int pulse_tolerance_counts = 2;  ///< of a pulse, for the sake of increments that the controller still holds
+  double max_pulse_rate_hz = 2000.0;  ///< that the jet follows
   int pulse_total_us = 50;
   int pulse_on_us = 25;
   bool home_at_start = true;
@@ -38,24 +39,26 @@ struct StageConfig {
 
 /// Where a raster pass stands. Its drops are numbered in firing order.
 struct PassProgress {
-  std::size_t run = 0;       ///< index of the run in progress
-  std::int64_t before = 0;   ///< pulses of the runs before it, all counted
-  bool launched = false;     ///< its firing move was handed to the controller
+  std::size_t run = 0;      ///< index of the run in progress
+  std::int64_t before = 0;  ///< pulses of the runs before it, all counted
+  bool launched = false;    ///< its firing move was handed to the controller
 };
 
 class Stage final : public Driver {
  public:
   explicit Stage(StageConfig config);
 
-  /// Commands. Each is accepted (a Result follows) or refused at once by a Result{kRefused}; out-of-range values are
-  /// refused, not clamped, naming axis, value and limit, before anything is sent.
-  /// Speed 0 = the configured one; the nozzle goes to z_mm first (NaN: it stays).
-  void run_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+  /// Commands. Each is accepted (a Result follows) or refused at once by a Result{kRefused}; out-of-range
+  /// values are refused, not clamped, naming axis, value and limit, before anything is sent. Speed 0 = the
+  /// configured one; the nozzle goes to z_mm first (NaN: it stays).
+  void run_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us,
+                Effects& fx) {
     begin_pass(pattern, pass, z_mm, speed_mm_s, now_us, fx);
     pump(now_us, fx);
   }
   /// `rows` trigger pulses at y_mm + k pitch_mm, k = 0 .. rows-1, in one steady move along +y at x_mm.
-  void scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+  void scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s,
+            std::int64_t now_us, Effects& fx) {
     begin_scan(x_mm, y_mm, z_mm, pitch_mm, rows, speed_mm_s, now_us, fx);
     pump(now_us, fx);
   }
@@ -80,14 +83,29 @@ class Stage final : public Driver {
     kDown,      // no link
     kStopping,  // stop burst sent: wait until nothing moves
     kEvidence,  // positions, axis faults and the pulse counter are being read
-    kFaultCheck, kEnabling, kHoming, kRamp,  // initialisation
+    kFaultCheck,
+    kEnabling,
+    kHoming,
+    kRamp,  // initialisation
     kReady,
-    kToStart,   // move to the start of a run, or the move of a move command
-    kAtStart,   // positions are read and compared
-    kArming, kFiring, kCounting,             // one run
+    kToStart,  // move to the start of a run, or the move of a move command
+    kAtStart,  // positions are read and compared
+    kArming,
+    kFiring,
+    kCounting,  // one run
     kDead,      // fault or emergency stop: latched until home() or a new connection
   };
-  enum Tag : std::uint16_t { kPlain, kHarmless, kStatus, kPlane, kPosition, kCount, kFaultBits, kIncrement, kMotion };
+  enum Tag : std::uint16_t {
+    kPlain,
+    kHarmless,
+    kStatus,
+    kPlane,
+    kPosition,
+    kCount,
+    kFaultBits,
+    kIncrement,
+    kMotion
+  };
   struct Doom {
     DriverState state;
     std::int32_t code;
@@ -95,7 +113,8 @@ class Stage final : public Driver {
   };
 
   void connected(std::int64_t now_us, Effects& fx) override;
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
   void stop(std::int64_t now_us, Effects& fx) override;
@@ -106,12 +125,14 @@ class Stage final : public Driver {
   // stage.cpp: commands
   bool accept(Op op, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);
-  void begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);
-  void begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s, std::int64_t now_us, Effects& fx);
+  void begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s,
+                  std::int64_t now_us, Effects& fx);
+  void begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s,
+                  std::int64_t now_us, Effects& fx);
   void begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);
   void begin_home(Effects& fx);
   void start_operation(std::int64_t now_us, Effects& fx);
-  // stage_link.cpp: link, initialisation, stopping
+  // stage_link.cpp: link, stopping
   void begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::int32_t code);
   void send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently);
   void rejected(const Request& request, const ensemble::Reply& reply, std::int64_t now_us, Effects& fx);
@@ -119,6 +140,7 @@ class Stage final : public Driver {
   void conclude(Effects& fx);
   void finish(Result result, Effects& fx);
   void check_status(int axis, std::uint32_t bits, std::int64_t now_us, Effects& fx);
+  // stage_init.cpp
   bool initialise(std::int64_t now_us, Effects& fx);
   bool home_next(std::int64_t now_us, Effects& fx);
   // stage_motion.cpp: runs, moves, polling
@@ -147,11 +169,11 @@ class Stage final : public Driver {
   PassProgress progress_;
   std::int64_t expected_ = 0;
   double speed_mm_s_ = 0.0;
-  std::array<double, 3> start_mm_{};     // of the scan; target of the move; NaN = axis stays
+  std::array<double, 3> start_mm_{};  // of the scan; target of the move; NaN = axis stays
   double scan_pitch_mm_ = 0.0;
-  std::string ending_;                   // why it is being stopped
+  std::string ending_;  // why it is being stopped
   std::int32_t ending_code_ = kNoCode;
-  std::optional<Doom> doom_;             // latched once the stop is over
+  std::optional<Doom> doom_;  // latched once the stop is over
 
   // What the controller holds and says.
   std::vector<std::int64_t> increments_held_;  // IGLOBALs from first_iglobal; -1 = not known
@@ -162,14 +184,14 @@ class Stage final : public Driver {
   std::array<std::uint32_t, 3> fault_bits_{};
   std::optional<std::int64_t> pulses_;
   bool plane_busy_ = false;
-  bool initialised_ = false;             // enabled, homed, ramps set since the connection or the last fault
+  bool initialised_ = false;  // enabled, homed, ramps set since the connection or the last fault
   bool initialise_after_stop_ = false;
   bool was_homed_ = false;
-  bool restarted_ = false;               // the controller lost its home: it is not the one that counted our pulses
+  bool restarted_ = false;  // the controller lost its home: it is not the one that counted our pulses
 
-  int axis_ = 0;                         // of the initialisation step
-  bool asked_ = false;                   // the reads of this initialisation step were queued
-  bool acknowledged_ = false;            // FAULTACK was sent for axis_
+  int axis_ = 0;               // of the initialisation step
+  bool asked_ = false;         // the reads of this initialisation step were queued
+  bool acknowledged_ = false;  // FAULTACK was sent for axis_
   Poll poll_ = Poll::kNone;
   std::int64_t poll_at_us_ = 0;
   std::int64_t move_end_us_ = 0;

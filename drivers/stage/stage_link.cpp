@@ -1,4 +1,4 @@
-// Stage: link, initialisation, stopping and what an interrupted operation has done.
+// Stage: link, stopping and what an interrupted operation has done.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,7 +10,6 @@ namespace {
 
 constexpr char kAxisNames[] = "XYZ";
 constexpr std::int64_t kStopLimit_us = 5'000'000;
-constexpr int kHomingOrder[] = {2, 0, 1};  // the nozzle goes up first
 
 std::string line_of(const Request& request) {
   std::string text(request.text());
@@ -112,13 +111,17 @@ void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::
     pulses_.reset();
     return;
   }
-  const char* how = reply.kind == Kind::kNak ? "does not understand " : reply.kind == Kind::kFault ? "cannot do " : "timed out at ";
+  const char* how = reply.kind == Kind::kNak     ? "does not understand "
+                    : reply.kind == Kind::kFault ? "cannot do "
+                                                 : "timed out at ";
   std::string why = std::string("the controller ") + how + line_of(request);
   if (request.tag == kHarmless) {  // an axis that is not enabled may refuse ABORT
     fault(0, kCommandRejected, "stage: " + why, fx);
     return;
   }
-  doom_ = doom_ ? doom_ : phase_ < Phase::kReady ? std::optional<Doom>({DriverState::kFault, kCommandRejected, why}) : std::nullopt;
+  doom_ = doom_                    ? doom_
+          : phase_ < Phase::kReady ? std::optional<Doom>({DriverState::kFault, kCommandRejected, why})
+                                   : std::nullopt;
   if (stopping()) {
     fault(1, kCommandRejected, "stage: " + why, fx);
     return reconnect(now_us, fx, why);
@@ -142,7 +145,8 @@ void Stage::check_status(int axis, std::uint32_t bits, std::int64_t now_us, Effe
   }
 }
 
-void Stage::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+void Stage::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+                  Effects& fx) {
   const ensemble::Reply r = dialect_.parse(frame);
   if (r.kind != ensemble::Reply::Kind::kOk) return rejected(request, r, now_us, fx);
   const auto axis = std::size_t(request.argument);  // or the number of the increment
@@ -150,14 +154,23 @@ void Stage::reply(const Request& request, std::span<const std::byte> frame, std:
     case kStatus:
       if (const auto bits = r.bits()) check_status(request.argument, *bits, now_us, fx);
       break;
-    case kPlane: plane_busy_ = r.bits().value_or(1u) != 0; break;
-    case kPosition: position_mm_[axis] = r.number().value_or(std::numeric_limits<double>::quiet_NaN()); break;
+    case kPlane:
+      plane_busy_ = r.bits().value_or(1u) != 0;
+      break;
+    case kPosition:
+      position_mm_[axis] = r.number().value_or(std::numeric_limits<double>::quiet_NaN());
+      break;
     case kCount:
       if (const auto n = r.number()) pulses_ = std::int64_t(*n);
       break;
-    case kFaultBits: fault_bits_[axis] = r.bits().value_or(~0u); break;
-    case kIncrement: increments_held_[axis] = -2 - increments_held_[axis]; break;  // now held: see push_arming
-    default: break;
+    case kFaultBits:
+      fault_bits_[axis] = r.bits().value_or(~0u);
+      break;
+    case kIncrement:
+      increments_held_[axis] = -2 - increments_held_[axis];
+      break;  // now held: see push_arming
+    default:
+      break;
   }
 }
 
@@ -165,9 +178,11 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
   for (std::size_t a = 0; a < 3 && !initialise_after_stop_; ++a)
     if (fault_bits_[a] != 0) {
       const bool estop = fault_bits_[a] & 1u << 11;
-      const std::string why = std::string("axis ") + kAxisNames[a] + ": " + ensemble::fault_names(fault_bits_[a]);
+      const std::string why =
+          std::string("axis ") + kAxisNames[a] + ": " + ensemble::fault_names(fault_bits_[a]);
       if (!doom_ || doom_->code == kAxisFault)
-        doom_ = Doom{estop ? DriverState::kEstop : DriverState::kFault, estop ? std::int32_t(kEstop) : std::int32_t(kAxisFault), why};
+        doom_ = Doom{estop ? DriverState::kEstop : DriverState::kFault,
+                     estop ? std::int32_t(kEstop) : std::int32_t(kAxisFault), why};
       ending_ += (ending_.empty() ? "" : "; ") + why;
     }
   conclude(fx);
@@ -188,8 +203,8 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
   initialise_after_stop_ = false;
 }
 
-// What the operation has done, from the pulse counter: rows before this one are counted; the pulses of this one are a
-// prefix of it. Without a counter that can be trusted they are in doubt.
+// What the operation has done, from the pulse counter: rows before this one are counted; the pulses of this
+// one are a prefix of it. Without a counter that can be trusted they are in doubt.
 void Stage::conclude(Effects& fx) {
   if (!busy()) return;
   Result r;
@@ -213,8 +228,10 @@ void Stage::conclude(Effects& fx) {
       r.outcome = Outcome::kUnknown;
     }
     r.unknown_from = r.unknown_to = r.counted;
-    if (r.outcome == Outcome::kUnknown) r.unknown_to += n;
-    else if (r.outcome != Outcome::kDone) r.outcome = r.counted == 0 && r.code != kPulseCount ? Outcome::kNone : Outcome::kFailed;
+    if (r.outcome == Outcome::kUnknown)
+      r.unknown_to += n;
+    else if (r.outcome != Outcome::kDone)
+      r.outcome = r.counted == 0 && r.code != kPulseCount ? Outcome::kNone : Outcome::kFailed;
   } else if (op_ == Op::kScan) {
     r.counted = !progress_.launched ? 0 : counter_is_ours ? *pulses_ : -1;
   }
@@ -227,127 +244,37 @@ void Stage::finish(Result result, Effects& fx) {
   fx.events.emplace_back(std::move(result));
 }
 
-// Fault check, FAULTACK, ENABLE, homing, ramps. @returns true if something was queued.
-bool Stage::initialise(std::int64_t now_us, Effects& fx) {
-  switch (phase_) {
-    case Phase::kFaultCheck:
-      if (axis_ == 3) {
-        for (int a = 0; a < 3; ++a) setup("ENABLE @", a, "");
-        for (int a = 0; a < 3; ++a) read("AXISSTATUS(@)", a, kStatus);
-        phase_ = Phase::kEnabling;
-        return true;
-      }
-      if (!asked_) {
-        read("AXISFAULT(@)", axis_, kFaultBits);
-        return asked_ = true;
-      }
-      if (fault_bits_[std::size_t(axis_)] == 0) {
-        ++axis_;
-        asked_ = acknowledged_ = false;
-        return initialise(now_us, fx);
-      }
-      if (!acknowledged_) {
-        fault(0, kAxisFault, std::string("stage: axis ") + kAxisNames[axis_] + " had a fault: " + ensemble::fault_names(fault_bits_[std::size_t(axis_)]), fx);
-        setup("FAULTACK @", axis_, "");
-        read("AXISFAULT(@)", axis_, kFaultBits);
-        return acknowledged_ = true;
-      }
-      begin_stop(now_us, fx, "the fault of an axis stays", kAxisFault);
-      return true;
-    case Phase::kEnabling:
-      for (std::size_t a = 0; a < 3; ++a)
-        if (!(status_[a] & ensemble::kEnabled)) {
-          const std::string why = std::string("axis ") + kAxisNames[a] + " does not enable";
-          doom_ = Doom{DriverState::kFault, kAxisFault, why};
-          begin_stop(now_us, fx, why, kAxisFault);
-          return true;
-        }
-      phase_ = Phase::kHoming;
-      axis_ = 0;
-      asked_ = false;
-      return home_next(now_us, fx);
-    case Phase::kHoming: return home_next(now_us, fx);
-    case Phase::kRamp:
-      if (!asked_) {
-        for (int a = 0; a < 3; ++a) setup("RAMP MODE @", a, " RATE");
-        link_.push(Line(config_.table, Repeat::kSetup, kPlain).text("RAMP RATE ").fixed4(config_.acceleration_mm_s2));
-        for (int a = 0; a < 3; ++a) read("PFBKPROG(@)", a, kPosition);
-        return asked_ = true;
-      }
-      identified();
-      restarted_ = false;
-      was_homed_ = initialised_ = (status_[0] & status_[1] & status_[2] & ensemble::kHomed) != 0;
-      progress_ = {};
-      if (busy() && op_ != Op::kHome && initialised_) {
-        go_to_start(now_us);
-        return true;
-      }
-      phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, initialised_ ? "homed" : "not homed", fx);
-      if (op_ == Op::kHome) finish({Outcome::kDone, -1, 0, 0, 0, kNoCode, "homed"}, fx);
-      else if (busy()) finish({Outcome::kRefused, -1, expected_, 0, 0, kLimit, "the stage is not homed"}, fx);
-      return false;
-    default: return false;
-  }
-}
-
-// One axis after the other, Z first. HOME may not be abortable over ASCII, so it is given once and then only watched.
-bool Stage::home_next(std::int64_t now_us, Effects& fx) {
-  for (; axis_ < 3; ++axis_, asked_ = false) {
-    const int axis = kHomingOrder[axis_];
-    const std::uint32_t bits = status_[std::size_t(axis)];
-    if (!asked_) {
-      const bool homed = bits & ensemble::kHomed;
-      if (op_ == Op::kHome ? false : homed || !config_.home_at_start) continue;
-      Line line(config_.table, Repeat::kNever, kMotion);
-      link_.push(with_axis(line, config_.table.home, axis));
-      read("AXISSTATUS(@)", axis, kStatus);
-      poll_at_us_ = now_us;
-      move_limit_us_ = now_us + std::int64_t(config_.home_timeout_s * 1e6);
-      asked_ = true;
-      progress_.launched = true;
-      return true;
-    }
-    if (bits & ensemble::kHomed && !(bits & (ensemble::kMoving | ensemble::kHoming))) continue;
-    if (now_us >= move_limit_us_) {
-      const std::string why = std::string("axis ") + kAxisNames[axis] + " is not home in time";
-      doom_ = Doom{DriverState::kFault, kStall, why};
-      begin_stop(now_us, fx, why, kStall);
-      return true;
-    }
-    if (now_us < poll_at_us_) return false;
-    poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
-    read("AXISSTATUS(@)", axis, kStatus);
-    return true;
-  }
-  phase_ = Phase::kRamp;
-  asked_ = false;
-  return initialise(now_us, fx);
-}
-
 bool Stage::idle(std::int64_t now_us, Effects& fx) {
   switch (phase_) {
-    case Phase::kDown: return false;
+    case Phase::kDown:
+      return false;
     case Phase::kStopping:
     case Phase::kToStart:
     case Phase::kAtStart:
     case Phase::kArming:
     case Phase::kFiring:
-    case Phase::kCounting: return work(now_us, fx);
-    case Phase::kEvidence: evidence_complete(now_us, fx); return true;
+    case Phase::kCounting:
+      return work(now_us, fx);
+    case Phase::kEvidence:
+      evidence_complete(now_us, fx);
+      return true;
     case Phase::kReady:
     case Phase::kDead:
       if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
       read("AXISSTATUS(@)", axis_ = (axis_ + 1) % 3, kStatus);
       return true;
-    default: return initialise(now_us, fx);
+    default:
+      return initialise(now_us, fx);
   }
 }
 
 std::int64_t Stage::device_wake_us() const {
   if (!link_.idle()) return 0;
-  if (phase_ == Phase::kReady || phase_ == Phase::kDead) return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
-  if (phase_ == Phase::kToStart || phase_ == Phase::kFiring || phase_ == Phase::kStopping || phase_ == Phase::kHoming) return poll_at_us_;
+  if (phase_ == Phase::kReady || phase_ == Phase::kDead)
+    return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+  if (phase_ == Phase::kToStart || phase_ == Phase::kFiring || phase_ == Phase::kStopping ||
+      phase_ == Phase::kHoming)
+    return poll_at_us_;
   return 0;
 }
 

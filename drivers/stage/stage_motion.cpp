@@ -75,20 +75,24 @@ Stage::Motion Stage::poll_motion(std::int64_t now_us) {
       return Motion::kAsked;
     case Poll::kAxes:
       for (int a = 0; a < 3; ++a)
-        moving = moving || (concerned(a) && (status_[std::size_t(a)] & (ensemble::kMoving | ensemble::kHoming)));
+        moving =
+            moving || (concerned(a) && (status_[std::size_t(a)] & (ensemble::kMoving | ensemble::kHoming)));
   }
   poll_ = Poll::kNone;
   if (!moving) return Motion::kOver;
   const std::int64_t soon = now_us + std::int64_t(config_.poll_end_s * 1e6);
-  poll_at_us_ = std::clamp(move_end_us_, soon, std::max(soon, now_us + std::int64_t(config_.poll_moving_s * 1e6)));
+  poll_at_us_ =
+      std::clamp(move_end_us_, soon, std::max(soon, now_us + std::int64_t(config_.poll_moving_s * 1e6)));
   return Motion::kWaiting;
 }
 
 std::optional<std::string> Stage::off_target() const {
   for (std::size_t a = 0; a < 3; ++a) {
-    if (std::isnan(target_mm_[a]) || std::abs(position_mm_[a] - target_mm_[a]) <= config_.tolerance_mm) continue;
+    if (std::isnan(target_mm_[a]) || std::abs(position_mm_[a] - target_mm_[a]) <= config_.tolerance_mm)
+      continue;
     char text[120];
-    std::snprintf(text, sizeof text, "axis %c stands at %.4f mm instead of %.4f mm", kAxisNames[a], position_mm_[a], target_mm_[a]);
+    std::snprintf(text, sizeof text, "axis %c stands at %.4f mm instead of %.4f mm", kAxisNames[a],
+                  position_mm_[a], target_mm_[a]);
     return text;
   }
   return std::nullopt;
@@ -99,7 +103,8 @@ void Stage::push_arming() {
   if (!pulses_set_up_[std::size_t(axis)]) {
     setup("PSOCONTROL @", axis, " RESET");
     setup("PSOOUTPUT @", axis, " PULSE");
-    setup("PSOPULSE @", axis, " TIME " + std::to_string(config_.pulse_total_us) + "," + std::to_string(config_.pulse_on_us));
+    setup("PSOPULSE @", axis,
+          " TIME " + std::to_string(config_.pulse_total_us) + "," + std::to_string(config_.pulse_on_us));
     setup("PSOTRACK @", axis, " INPUT " + std::to_string(config_.table.feedback_input));
     pulses_set_up_[std::size_t(axis)] = true;
   }
@@ -107,8 +112,8 @@ void Stage::push_arming() {
     Line line(config_.table, Repeat::kSetup, kPlain);
     link_.push(line.text("PSODISTANCE ").axis(axis).text(" FIXED ").fixed4(scan_pitch_mm_).text(" UNITS"));
   } else {
-    // An increment that the controller still holds is kept if the pulse lands within the tolerance: grid pitches are
-    // seldom whole counts, and exact rounding would rewrite most of a full row each time.
+    // An increment that the controller still holds is kept if the pulse lands within the tolerance: grid
+    // pitches are seldom whole counts, and exact rounding would rewrite most of a full row each time.
     const std::vector<std::int64_t>& wanted = runs_[progress_.run].increments;
     std::int64_t error = 0;  // of the pulse before, counts
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -120,12 +125,21 @@ void Stage::push_arming() {
       const std::int64_t exact = wanted[i] - error;
       error = 0;
       increments_held_[i] = -2 - exact;  // held once acknowledged
-      Request r = Line(config_.table, Repeat::kSetup, kIncrement).text("IGLOBAL(").integer(config_.table.first_iglobal + std::int64_t(i)).text(")=").integer(exact);
+      Request r = Line(config_.table, Repeat::kSetup, kIncrement)
+                      .text("IGLOBAL(")
+                      .integer(config_.table.first_iglobal + std::int64_t(i))
+                      .text(")=")
+                      .integer(exact);
       r.argument = std::int32_t(i);
       link_.push(r);
     }
     Line line(config_.table, Repeat::kSetup, kPlain);
-    link_.push(line.text("PSOARRAY ").axis(axis).text(",").integer(config_.table.first_iglobal).text(",").integer(std::int64_t(wanted.size())));
+    link_.push(line.text("PSOARRAY ")
+                   .axis(axis)
+                   .text(",")
+                   .integer(config_.table.first_iglobal)
+                   .text(",")
+                   .integer(std::int64_t(wanted.size())));
     setup("PSODISTANCE @", axis, " ARRAY");
   }
   Line line(config_.table, Repeat::kNever, kMotion);
@@ -146,7 +160,8 @@ void Stage::count_run(std::int64_t now_us, Effects& fx) {
   const std::int64_t n = op_ == Op::kScan ? expected_ : std::int64_t(runs_[progress_.run].increments.size());
   if (config_.table.pulse_count.empty()) pulses_ = n;  // no counter: the finished move is the evidence
   if (!pulses_ || *pulses_ != n) {
-    const std::string why = std::to_string(pulses_.value_or(-1)) + " pulses counted, " + std::to_string(n) + " commanded";
+    const std::string why =
+        std::to_string(pulses_.value_or(-1)) + " pulses counted, " + std::to_string(n) + " commanded";
     fault(2, kPulseCount, "stage: " + why, fx);
     return begin_stop(now_us, fx, why, kPulseCount);
   }
@@ -189,7 +204,8 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
         phase_ = Phase::kEvidence;
         for (int a = 0; a < 3; ++a) read("PFBKPROG(@)", a, kPosition);
         for (int a = 0; a < 3; ++a) read("AXISFAULT(@)", a, kFaultBits);
-        if (progress_.launched && (op_ == Op::kPass || op_ == Op::kScan) && !config_.table.pulse_count.empty())
+        if (progress_.launched && (op_ == Op::kPass || op_ == Op::kScan) &&
+            !config_.table.pulse_count.empty())
           read(config_.table.pulse_count, pulse_axis(), kCount);
       } else if (phase_ == Phase::kToStart) {
         phase_ = Phase::kAtStart;
@@ -217,9 +233,14 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
         push_arming();
       }
       return true;
-    case Phase::kArming: fire(now_us); return true;
-    case Phase::kCounting: count_run(now_us, fx); return true;
-    default: return false;
+    case Phase::kArming:
+      fire(now_us);
+      return true;
+    case Phase::kCounting:
+      count_run(now_us, fx);
+      return true;
+    default:
+      return false;
   }
 }
 

@@ -6,7 +6,9 @@ namespace firn {
 namespace {
 
 int whole_volts(const char* key, double v) {
-  if (v != std::round(v)) throw std::invalid_argument(std::string("jet.") + key + " = " + std::to_string(v) + ": the JetDrive takes whole volts");
+  if (v != std::round(v))
+    throw std::invalid_argument(std::string("jet.") + key + " = " + std::to_string(v) +
+                                ": the JetDrive takes whole volts");
   return int(v);
 }
 
@@ -26,15 +28,19 @@ drivers::JetConfig jet_config(const JetConfig& j) {
 
 }  // namespace
 
-JetNode::JetNode(const Experiment& e) : DriverNode(NodeId::kJet, jet_config(e.jet)) { subscribe(channels::kJetCommand, this); }
+JetNode::JetNode(const Experiment& e) : DriverNode(NodeId::kJet, jet_config(e.jet)) {
+  subscribe(channels::kJetCommand, this);
+}
 
 void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
   using drivers::Jet;
   const JetVerb verb = JetVerb(c.verb);
   perform(c, false, now, out, [&](Jet& jet, std::int64_t now_us, Effects& fx) {
-    if (verb == JetVerb::kArm) jet.arm(c.expected, now_us, fx);
-    else jet.disarm(now_us, fx);
+    if (verb == JetVerb::kArm)
+      jet.arm(c.expected, now_us, fx);
+    else
+      jet.disarm(now_us, fx);
   });
 }
 

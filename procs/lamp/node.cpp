@@ -19,12 +19,14 @@ LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(
 void LampNode::on(const lamp_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
   using drivers::Lamp;
-  perform(c, false, now, out,
-          [&](Lamp& lamp, std::int64_t now_us, Effects& fx) { lamp.expose(c.exposure_s, c.iris_percent, now_us, fx); });
+  perform(c, false, now, out, [&](Lamp& lamp, std::int64_t now_us, Effects& fx) {
+    lamp.expose(c.exposure_s, c.iris_percent, now_us, fx);
+  });
 }
 
 void LampNode::on(const run_end_t&, Time now, Outbox& out) {
-  act(now, out, [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) { lamp.release(now_us, fx); });
+  act(now, out,
+      [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) { lamp.release(now_us, fx); });
 }
 
 std::unique_ptr<Node> make_lamp(const std::string& config_toml, const Blobs&) {

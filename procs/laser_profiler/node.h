@@ -1,5 +1,5 @@
-// laser_profiler: PROFILER_COMMAND, ENABLE, SAFE_STOP, instrument -> HEIGHT_PROFILE, SCAN_DONE, ANSWER_LASER_PROFILER,
-// STATE_LASER_PROFILER, FAULT_LASER_PROFILER.
+// laser_profiler: PROFILER_COMMAND, ENABLE, SAFE_STOP, instrument -> HEIGHT_PROFILE, SCAN_DONE,
+// ANSWER_LASER_PROFILER, STATE_LASER_PROFILER, FAULT_LASER_PROFILER.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,10 @@
 
 namespace firn {
 
-/// Thin shell round drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder count in
-/// the reply) plus the offset of the laser line from the nozzle.
-class LaserProfilerNode final : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects> {
+/// Thin shell round drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder
+/// count in the reply) plus the offset of the laser line from the nozzle.
+class LaserProfilerNode final
+    : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects> {
  public:
   explicit LaserProfilerNode(const Experiment& experiment);
 

@@ -23,7 +23,9 @@ drivers::StageConfig stage_config(const Experiment& e) {
 
 }  // namespace
 
-StageNode::StageNode(const Experiment& e) : DriverNode(NodeId::kStage, stage_config(e)) { subscribe(channels::kStageCommand, this); }
+StageNode::StageNode(const Experiment& e) : DriverNode(NodeId::kStage, stage_config(e)) {
+  subscribe(channels::kStageCommand, this);
+}
 
 void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
@@ -44,7 +46,8 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
         stage.move_to(c.x_mm, c.y_mm, c.z_mm, c.speed_mm_s, now_us, fx);
       });
     case StageVerb::kHome:
-      return perform(c, false, now, out, [](Stage& stage, std::int64_t now_us, Effects& fx) { stage.home(now_us, fx); });
+      return perform(c, false, now, out,
+                     [](Stage& stage, std::int64_t now_us, Effects& fx) { stage.home(now_us, fx); });
   }
 }
 

@@ -19,7 +19,9 @@ void Bench::feed(std::string_view bytes) {
   const std::size_t piece = split == 0 ? bytes.size() : split;
   for (std::size_t n = 0; n < bytes.size(); n += piece) {
     const std::string_view part = bytes.substr(n, piece);
-    step([&](Effects& fx) { driver_.received(std::as_bytes(std::span(part.data(), part.size())), now_us, fx); });
+    step([&](Effects& fx) {
+      driver_.received(std::as_bytes(std::span(part.data(), part.size())), now_us, fx);
+    });
   }
 }
 
@@ -50,21 +52,26 @@ std::string Bench::take_line() {
 
 std::string describe(const DriverEvent& event) {
   struct Visitor {
-    std::string operator()(const StateChange& s) const { return std::string("state ") + name(s.state) + ": " + s.text; }
+    std::string operator()(const StateChange& s) const {
+      return std::string("state ") + name(s.state) + ": " + s.text;
+    }
     std::string operator()(const Result& r) const {
-      std::string text = std::string("result ") + name(r.outcome) + " " + std::to_string(r.counted) + "/" + std::to_string(r.expected);
-      if (r.unknown_from != r.unknown_to) text += " unknown [" + std::to_string(r.unknown_from) + "," + std::to_string(r.unknown_to) + ")";
+      std::string text = std::string("result ") + name(r.outcome) + " " + std::to_string(r.counted) + "/" +
+                         std::to_string(r.expected);
+      if (r.unknown_from != r.unknown_to)
+        text += " unknown [" + std::to_string(r.unknown_from) + "," + std::to_string(r.unknown_to) + ")";
       return text + " code " + std::to_string(r.code) + ": " + r.text;
     }
     std::string operator()(const Progress& p) const {
-      return "progress " + std::to_string(p.rows_done) + "/" + std::to_string(p.rows) + " " + std::to_string(p.counted);
+      return "progress " + std::to_string(p.rows_done) + "/" + std::to_string(p.rows) + " " +
+             std::to_string(p.counted);
     }
     std::string operator()(const Fault& f) const {
       return "fault " + std::to_string(f.severity) + " code " + std::to_string(f.code) + ": " + f.text;
     }
     std::string operator()(const Profile& p) const {
-      return "profile row " + std::to_string(p.row) + " points " + std::to_string(p.z_mm.size()) + " trigger " + std::to_string(p.trigger_count) +
-             " encoder " + std::to_string(p.encoder_count);
+      return "profile row " + std::to_string(p.row) + " points " + std::to_string(p.z_mm.size()) +
+             " trigger " + std::to_string(p.trigger_count) + " encoder " + std::to_string(p.encoder_count);
     }
     std::string operator()(const ScanDone& d) const {
       return "scan done " + std::to_string(d.rows_received) + "/" + std::to_string(d.rows_expected);
@@ -114,8 +121,8 @@ std::string unescape(std::string_view text) {
 
 }  // namespace
 
-void play(Driver& driver, const std::string& path, const std::function<void(const std::string&, std::int64_t, Effects&)>& command,
-          std::size_t split) {
+void play(Driver& driver, const std::string& path,
+          const std::function<void(const std::string&, std::int64_t, Effects&)>& command, std::size_t split) {
   std::ifstream file(path);
   INFO(path);
   REQUIRE(file);
@@ -133,7 +140,8 @@ void play(Driver& driver, const std::string& path, const std::function<void(cons
       continue;
     }
     const std::string rest = line.size() > 2 ? line.substr(2) : std::string();
-    const std::string bytes = line[0] == '>' || line[0] == '<' ? (binary ? unhex(rest) : unescape(rest)) : std::string();
+    const std::string bytes =
+        line[0] == '>' || line[0] == '<' ? (binary ? unhex(rest) : unescape(rest)) : std::string();
     if (line[0] == '>') {
       for (int n = 0; bench.tx.empty() && n < 1000; ++n) REQUIRE(bench.advance_to_wake());
       const std::string sent = bench.tx.substr(0, bytes.size());

@@ -1,11 +1,12 @@
-// Drives one driver in tests: simulated time, bytes both ways, recorded events; and plays transcripts against it.
+// Drives one driver in tests: simulated time, bytes both ways, recorded events; and plays transcripts against
+// it.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <utility>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/link/driver.h"
@@ -17,21 +18,29 @@ class Bench {
   explicit Bench(Driver& driver) : driver_(driver) {}
 
   std::int64_t now_us = 1'000'000;
-  std::string tx;                    ///< sent and not yet taken
+  std::string tx;  ///< sent and not yet taken
   std::vector<DriverEvent> events;
   int reopens = 0;
-  std::size_t split = 0;             ///< 0 = bytes arrive whole, else in pieces of this size
+  std::size_t split = 0;  ///< 0 = bytes arrive whole, else in pieces of this size
 
-  void open() { step([&](Effects& fx) { driver_.opened(now_us, fx); }); }
-  void close() { step([&](Effects& fx) { driver_.closed(now_us, fx); }); }
-  void safe_stop() { step([&](Effects& fx) { driver_.safe_stop(now_us, fx); }); }
-  void command(const std::function<void(std::int64_t, Effects&)>& f) { step([&](Effects& fx) { f(now_us, fx); }); }
+  void open() {
+    step([&](Effects& fx) { driver_.opened(now_us, fx); });
+  }
+  void close() {
+    step([&](Effects& fx) { driver_.closed(now_us, fx); });
+  }
+  void safe_stop() {
+    step([&](Effects& fx) { driver_.safe_stop(now_us, fx); });
+  }
+  void command(const std::function<void(std::int64_t, Effects&)>& f) {
+    step([&](Effects& fx) { f(now_us, fx); });
+  }
   void feed(std::string_view bytes);
   void advance_us(std::int64_t by);  ///< fires every wake on the way
   bool advance_to_wake();            ///< false when no wake is armed
   std::int64_t wake_us() const { return wake_us_; }
   std::string take() { return std::exchange(tx, {}); }
-  std::string take_line();           ///< up to and including "\n" or "\r"; empty if there is none
+  std::string take_line();  ///< up to and including "\n" or "\r"; empty if there is none
 
   template <class E>
   std::vector<E> all() const {
@@ -54,10 +63,12 @@ std::string describe(const DriverEvent& event);
 
 /// Plays a transcript; fails (REQUIRE) on any byte that differs, is missing or is left over.
 ///   # comment      hex            (from here on, bytes are written in hex)
-///   = command      handed to `command`        * text   an event whose description holds the text must come next
-///   > bytes        the driver must send       < bytes  the instrument answers          ~50ms  time passes
+///   = command      handed to `command`        * text   an event whose description holds the text must come
+///   next > bytes        the driver must send       < bytes  the instrument answers          ~50ms  time
+///   passes
 /// Text lines know \n \r \\; a `>` lets time pass until the driver sends.
-void play(Driver& driver, const std::string& path, const std::function<void(const std::string&, std::int64_t, Effects&)>& command,
+void play(Driver& driver, const std::string& path,
+          const std::function<void(const std::string&, std::int64_t, Effects&)>& command,
           std::size_t split = 0);
 
 std::string hex(std::string_view bytes);

@@ -13,16 +13,23 @@ const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/
 void lamp_command(Lamp& lamp, const std::string& text, std::int64_t now_us, Effects& fx) {
   double s = 0.0;
   int iris = 0;
-  if (std::sscanf(text.c_str(), "expose %lf %d", &s, &iris) == 2) lamp.expose(s, iris, now_us, fx);
-  else if (text == "release") lamp.release(now_us, fx);
-  else FAIL("no command " << text);
+  if (std::sscanf(text.c_str(), "expose %lf %d", &s, &iris) == 2)
+    lamp.expose(s, iris, now_us, fx);
+  else if (text == "release")
+    lamp.release(now_us, fx);
+  else
+    FAIL("no command " << text);
 }
 
 // A lamp that answers everything well until told otherwise.
 void answer(Bench& bench) {
   for (std::string line; !(line = bench.take_line()).empty();) {
     const std::string text = line.substr(0, line.size() - 3);
-    bench.feed(omnicure::frame(text == "CONN" ? "READY" : text == "GTM" ? "5" : text == "VEB" ? "10" : text == "GUS" ? "0" : "Received"));
+    bench.feed(omnicure::frame(text == "CONN"  ? "READY"
+                               : text == "GTM" ? "5"
+                               : text == "VEB" ? "10"
+                               : text == "GUS" ? "0"
+                                               : "Received"));
   }
 }
 
@@ -40,12 +47,15 @@ void run_until(Bench& bench, std::int64_t until_us) {
 TEST_CASE("the lamp speaks as the OmniCure card says, whatever the split of the replies", "[lamp]") {
   for (const std::size_t split : {0, 1, 2, 3}) {
     Lamp lamp(LampConfig{});
-    test::play(lamp, kTranscripts + "omni_expose.txt", [&](const std::string& c, std::int64_t t, Effects& fx) { lamp_command(lamp, c, t, fx); }, split);
+    test::play(
+        lamp, kTranscripts + "omni_expose.txt",
+        [&](const std::string& c, std::int64_t t, Effects& fx) { lamp_command(lamp, c, t, fx); }, split);
   }
 }
 
 TEST_CASE("OmniCure CRCs equal the vectors of the card", "[lamp]") {
-  for (const char* line : {"CONN18", "READY0A", "OPN40", "CLS3A", "DCONE1", "ReceivedBF", "CLOSED42", "Err67"}) {
+  for (const char* line :
+       {"CONN18", "READY0A", "OPN40", "CLS3A", "DCONE1", "ReceivedBF", "CLOSED42", "Err67"}) {
     const std::string text(line);
     CHECK(omnicure::frame(text.substr(0, text.size() - 2)) == text + "\r");
   }
@@ -53,14 +63,21 @@ TEST_CASE("OmniCure CRCs equal the vectors of the card", "[lamp]") {
 
 TEST_CASE("no flipped bit of a lamp reply is taken for a reply", "[lamp]") {
   const omnicure::OmnicureDialect dialect;
-  for (const auto& [reply, format] : {std::pair<const char*, omnicure::Format>{"Received", omnicure::kReceived}, {"READY", omnicure::kReady}, {"20", omnicure::kAny}, {"CLOSED", omnicure::kClosed}, {"Err", omnicure::kReceived}}) {
+  for (const auto& [reply, format] :
+       {std::pair<const char*, omnicure::Format>{"Received", omnicure::kReceived},
+        {"READY", omnicure::kReady},
+        {"20", omnicure::kAny},
+        {"CLOSED", omnicure::kClosed},
+        {"Err", omnicure::kReceived}}) {
     const Request asked = omnicure::request("GTM", format, Repeat::kRead, 0);
     const std::string good = omnicure::frame(reply);
-    REQUIRE(dialect.frame(std::as_bytes(std::span(good.data(), good.size())), &asked).kind == Frame::Kind::kReply);
+    REQUIRE(dialect.frame(std::as_bytes(std::span(good.data(), good.size())), &asked).kind ==
+            Frame::Kind::kReply);
     for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
       std::string bad = good;
       bad[bit / 8] = char(bad[bit / 8] ^ 1 << bit % 8);
-      CHECK(dialect.frame(std::as_bytes(std::span(bad.data(), bad.size())), &asked).kind != Frame::Kind::kReply);
+      CHECK(dialect.frame(std::as_bytes(std::span(bad.data(), bad.size())), &asked).kind !=
+            Frame::Kind::kReply);
     }
   }
 }
@@ -71,7 +88,8 @@ TEST_CASE("an exposure outside its limits is refused and nothing is sent", "[lam
   bench.open();
   run_until(bench, 2'000'000);
   REQUIRE(lamp.state() == DriverState::kSafe);
-  for (const auto& [s, iris] : {std::pair<double, int>{0.0, 50}, {-1.0, 50}, {20.1, 50}, {std::nan(""), 50}, {1.0, 0}, {1.0, 101}}) {
+  for (const auto& [s, iris] :
+       {std::pair<double, int>{0.0, 50}, {-1.0, 50}, {20.1, 50}, {std::nan(""), 50}, {1.0, 0}, {1.0, 101}}) {
     bench.command([&, s = s, iris = iris](std::int64_t t, Effects& fx) { lamp.expose(s, iris, t, fx); });
     CHECK(bench.all<Result>().back().outcome == Outcome::kRefused);
   }
@@ -104,7 +122,8 @@ TEST_CASE("the shutter is told to close at a stop, at once, whatever is awaited"
   }
 }
 
-TEST_CASE("a lamp that falls silent with the shutter open is told to close, and told again after it is back", "[lamp]") {
+TEST_CASE("a lamp that falls silent with the shutter open is told to close, and told again after it is back",
+          "[lamp]") {
   Lamp lamp(LampConfig{});
   Bench bench(lamp);
   bench.open();

@@ -17,7 +17,8 @@ void put(std::string& s, std::size_t at, std::uint32_t v, int bytes = 4) {
 }
 
 // A reply as docs/devices/laser_profiler.md describes it, written here without the codec.
-std::string profile_reply(std::uint32_t trigger, std::int32_t encoder, const std::vector<std::int32_t>& samples, std::uint32_t unit = 10) {
+std::string profile_reply(std::uint32_t trigger, std::int32_t encoder,
+                          const std::vector<std::int32_t>& samples, std::uint32_t unit = 10) {
   const std::size_t packed = (samples.size() * 20 + 7) / 8;
   std::string s(28 + 60 + packed + 4, '\0');
   put(s, 0, std::uint32_t(s.size() - 4));
@@ -42,8 +43,11 @@ std::string profile_reply(std::uint32_t trigger, std::int32_t encoder, const std
   return s;
 }
 
-const std::string kProgramDone = unhex("18 00 00 00 01 00 F0 00 00 00 00 00 0C 00 00 00 39 00 00 00 00 00 00 00 00 00 00 00");
-const std::string kNothingYet = unhex("30 00 00 00 01 00 F0 00 00 00 00 00 24 00 00 00 42 00 01 00 00 00 00 00 00 00 00 00") + std::string(24, '\0');
+const std::string kProgramDone =
+    unhex("18 00 00 00 01 00 F0 00 00 00 00 00 0C 00 00 00 39 00 00 00 00 00 00 00 00 00 00 00");
+const std::string kNothingYet =
+    unhex("30 00 00 00 01 00 F0 00 00 00 00 00 24 00 00 00 42 00 01 00 00 00 00 00 00 00 00 00") +
+    std::string(24, '\0');
 
 struct Ready {
   LaserProfiler profiler{LaserProfilerConfig{}};
@@ -72,18 +76,25 @@ struct Ready {
 }  // namespace
 
 TEST_CASE("LJ-V requests equal the bytes of the card", "[laser]") {
-  CHECK(test::hex(ljv::change_program(3).text()) == "14 00 00 00 01 00 F0 00 00 00 00 00 08 00 00 00 39 00 00 00 03 00 00 00");
+  CHECK(test::hex(ljv::change_program(3).text()) ==
+        "14 00 00 00 01 00 F0 00 00 00 00 00 08 00 00 00 39 00 00 00 03 00 00 00");
   CHECK(test::hex(ljv::get_newest_profile().text()) ==
-        "20 00 00 00 01 00 F0 00 00 00 00 00 14 00 00 00 42 00 00 00 00 00 00 00 00 00 00 00 01 00 00 00 01 01 00 00");
+        "20 00 00 00 01 00 F0 00 00 00 00 00 14 00 00 00 42 00 00 00 00 00 00 00 00 00 00 00 01 00 00 00 01 "
+        "01 00 00");
 }
 
 TEST_CASE("the profiler speaks as its transcript says, whatever the split of the replies", "[laser]") {
   for (const std::size_t split : {0, 1, 3, 7}) {
     LaserProfiler profiler(LaserProfilerConfig{});
-    test::play(profiler, kTranscripts + "ljv_scan.txt", [&](const std::string& c, std::int64_t t, Effects& fx) {
-      if (c == "arm") profiler.arm(2, t, fx);
-      else if (c == "end") profiler.end(t, fx);
-    }, split);
+    test::play(
+        profiler, kTranscripts + "ljv_scan.txt",
+        [&](const std::string& c, std::int64_t t, Effects& fx) {
+          if (c == "arm")
+            profiler.arm(2, t, fx);
+          else if (c == "end")
+            profiler.end(t, fx);
+        },
+        split);
   }
 }
 
@@ -102,10 +113,14 @@ TEST_CASE("20-bit samples decode like a bit-by-bit reading of the stream", "[las
   CHECK(raw.dx_mm == Approx(0.02));
   for (std::size_t n = 0; n < values.size(); ++n) {
     std::int32_t v = 0;  // oracle: one bit after the other
-    for (int b = 0; b < 20; ++b) v |= (std::uint8_t(reply[88 + (20 * n + std::size_t(b)) / 8]) >> (20 * n + std::size_t(b)) % 8 & 1) << b;
+    for (int b = 0; b < 20; ++b)
+      v |= (std::uint8_t(reply[88 + (20 * n + std::size_t(b)) / 8]) >> (20 * n + std::size_t(b)) % 8 & 1)
+           << b;
     if (v & 0x80000) v -= 0x100000;
-    if (v <= -524'285) CHECK(std::isnan(raw.z_mm[n]));
-    else CHECK(raw.z_mm[n] == Approx(v * 10 * 1e-5));
+    if (v <= -524'285)
+      CHECK(std::isnan(raw.z_mm[n]));
+    else
+      CHECK(raw.z_mm[n] == Approx(v * 10 * 1e-5));
   }
 }
 
@@ -137,11 +152,14 @@ TEST_CASE("a row is a new trigger count, counted from the arm, across the counte
   CHECK(r.profiler.state() == DriverState::kSafe);
 }
 
-TEST_CASE("a reply that lies about its length is never believed, never allocated for, never read beyond", "[laser]") {
+TEST_CASE("a reply that lies about its length is never believed, never allocated for, never read beyond",
+          "[laser]") {
   const std::string good = profile_reply(7, 70, std::vector<std::int32_t>(50, 1000));
   const ljv::LjvDialect dialect;
   const Request asked = ljv::get_newest_profile();
-  const auto kind = [&](const std::string& s) { return dialect.frame(std::as_bytes(std::span(s.data(), s.size())), &asked).kind; };
+  const auto kind = [&](const std::string& s) {
+    return dialect.frame(std::as_bytes(std::span(s.data(), s.size())), &asked).kind;
+  };
   REQUIRE(kind(good) == Frame::Kind::kReply);
   for (const std::uint32_t length : {0u, 23u, 0x7FFFFFFFu, 0x80000000u, 0xFFFFFFFFu}) {
     std::string bad = good;
@@ -150,7 +168,8 @@ TEST_CASE("a reply that lies about its length is never believed, never allocated
   }
   ljv::RawProfile raw;
   for (std::size_t cut = 0; cut < good.size(); ++cut) {
-    const std::vector<std::byte> exact(std::as_bytes(std::span(good.data(), cut)).begin(), std::as_bytes(std::span(good.data(), cut)).end());
+    const std::vector<std::byte> exact(std::as_bytes(std::span(good.data(), cut)).begin(),
+                                       std::as_bytes(std::span(good.data(), cut)).end());
     if (ljv::parse_profile(exact, raw)) CHECK(raw.points <= 50);
     if (cut < 28 + 60 + 125) CHECK((raw.points == 0));
   }

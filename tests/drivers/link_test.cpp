@@ -13,11 +13,16 @@ using firn::drivers::test::Bench;
 
 namespace {
 
-std::uint64_t next(std::uint64_t& seed) { return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33; }
+std::uint64_t next(std::uint64_t& seed) {
+  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
+}
 
-std::span<const std::byte> bytes_of(std::string_view s) { return std::as_bytes(std::span(s.data(), s.size())); }
+std::span<const std::byte> bytes_of(std::string_view s) {
+  return std::as_bytes(std::span(s.data(), s.size()));
+}
 
-Request line(std::string_view text, Repeat repeat, std::uint16_t tag, ensemble::Format format = ensemble::kValue) {
+Request line(std::string_view text, Repeat repeat, std::uint16_t tag,
+             ensemble::Format format = ensemble::kValue) {
   Request r;
   r.append(text);
   r.append("\n");
@@ -30,8 +35,8 @@ Request line(std::string_view text, Repeat repeat, std::uint16_t tag, ensemble::
 }  // namespace
 
 TEST_CASE("a reply of 60 ms against a timeout of 20 ms gives no wrong reading", "[link]") {
-  // The instrument answers question n with n; every 50th answer comes 60 ms late [docs/devices/hazards of the cards:
-  // a naive driver gave 949 wrong readings of 1000].
+  // The instrument answers question n with n; every 50th answer comes 60 ms late [docs/devices/hazards of the
+  // cards: a naive driver gave 949 wrong readings of 1000].
   ensemble::EnsembleDialect dialect;
   dialect.timeouts = {2'000'000, 0, 20'000, 5'000, 100'000, 0};
   Link link(dialect);
@@ -48,7 +53,9 @@ TEST_CASE("a reply of 60 ms against a timeout of 20 ms gives no wrong reading", 
         (n && int(*n) == e->request.tag ? right : wrong)++;
       }
       suspect += e->kind == LinkEvent::Kind::kSuspect;
-      if (link.idle()) link.push(line("Q" + std::to_string(asked % 60'000), Repeat::kRead, std::uint16_t(asked % 60'000))), ++asked;
+      if (link.idle())
+        link.push(line("Q" + std::to_string(asked % 60'000), Repeat::kRead, std::uint16_t(asked % 60'000))),
+            ++asked;
     }
     if (!fx.tx.empty()) {
       const std::string sent(reinterpret_cast<const char*>(fx.tx.data()), fx.tx.size());
@@ -70,7 +77,8 @@ TEST_CASE("a reply of 60 ms against a timeout of 20 ms gives no wrong reading", 
   CHECK(suspect >= 15);
 }
 
-TEST_CASE("a request that acts is sent once whatever becomes of its reply; a question is asked again", "[link]") {
+TEST_CASE("a request that acts is sent once whatever becomes of its reply; a question is asked again",
+          "[link]") {
   for (const Repeat repeat : {Repeat::kRead, Repeat::kSetup, Repeat::kNever}) {
     ensemble::EnsembleDialect dialect;
     Link link(dialect);
@@ -90,8 +98,10 @@ TEST_CASE("a request that acts is sent once whatever becomes of its reply; a que
       }
       const std::string tx(reinterpret_cast<const char*>(fx.tx.data()), fx.tx.size());
       sent += tx.find("LINEAR") != std::string::npos;
-      if (tx.find("PLANESTATUS") != std::string::npos) link.received(bytes_of("%0\n"), now_us);  // the probe is answered
-      else if (link.wake_us() != 0) now_us = std::max(now_us, link.wake_us());
+      if (tx.find("PLANESTATUS") != std::string::npos)
+        link.received(bytes_of("%0\n"), now_us);  // the probe is answered
+      else if (link.wake_us() != 0)
+        now_us = std::max(now_us, link.wake_us());
     }
     CHECK(pushed);
     CHECK(failed == 1);
@@ -99,7 +109,9 @@ TEST_CASE("a request that acts is sent once whatever becomes of its reply; a que
   }
 }
 
-TEST_CASE("a value that nobody asked for puts the link under suspicion instead of shifting all answers by one", "[link]") {
+TEST_CASE(
+    "a value that nobody asked for puts the link under suspicion instead of shifting all answers by one",
+    "[link]") {
   ensemble::EnsembleDialect dialect;
   Link link(dialect);
   Effects fx;
@@ -112,7 +124,8 @@ TEST_CASE("a value that nobody asked for puts the link under suspicion instead o
   CHECK(link.suspect());
 }
 
-TEST_CASE("what makes safe is sent at once, while a reply is awaited and while the link is suspect", "[link]") {
+TEST_CASE("what makes safe is sent at once, while a reply is awaited and while the link is suspect",
+          "[link]") {
   ensemble::EnsembleDialect dialect;
   Link link(dialect);
   Effects fx;
@@ -157,10 +170,13 @@ TEST_CASE("a link that cannot be recovered is opened anew, with pauses that grow
   CHECK(gaps.back() < 20'000'000);
 }
 
-TEMPLATE_TEST_CASE("random bytes never crash a driver, never make it spin, and never make it SAFE", "[link]", Stage, Jet, LaserProfiler, Lamp) {
-  using Config = std::conditional_t<std::is_same_v<TestType, Stage>, StageConfig,
-                 std::conditional_t<std::is_same_v<TestType, Jet>, JetConfig,
-                 std::conditional_t<std::is_same_v<TestType, LaserProfiler>, LaserProfilerConfig, LampConfig>>>;
+TEMPLATE_TEST_CASE("random bytes never crash a driver, never make it spin, and never make it SAFE", "[link]",
+                   Stage, Jet, LaserProfiler, Lamp) {
+  using Config =
+      std::conditional_t<std::is_same_v<TestType, Stage>, StageConfig,
+                         std::conditional_t<std::is_same_v<TestType, Jet>, JetConfig,
+                                            std::conditional_t<std::is_same_v<TestType, LaserProfiler>,
+                                                               LaserProfilerConfig, LampConfig>>>;
   std::uint64_t seed = 99;
   for (int round = 0; round < 40; ++round) {
     TestType driver{Config{}};

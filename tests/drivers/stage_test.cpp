@@ -1,5 +1,5 @@
-#include <catch2/catch.hpp>
 #include <array>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 
@@ -34,7 +34,9 @@ void stage_command(Stage& stage, const std::string& text, std::int64_t now_us, E
 TEST_CASE("the stage speaks as the Ensemble cards say, whatever the split of the replies", "[stage]") {
   for (const std::size_t split : {0, 1, 2, 3}) {
     Stage stage(StageConfig{});
-    test::play(stage, kTranscripts + "ens_pso_row.txt", [&](const std::string& c, std::int64_t t, Effects& fx) { stage_command(stage, c, t, fx); }, split);
+    test::play(
+        stage, kTranscripts + "ens_pso_row.txt",
+        [&](const std::string& c, std::int64_t t, Effects& fx) { stage_command(stage, c, t, fx); }, split);
   }
 }
 
@@ -60,7 +62,8 @@ struct YesEnsemble {
       if (swallow_after >= 0 && int(log.size()) > swallow_after) continue;
       if (line.starts_with("LINEAR")) {
         for (int a = 0; a < 3; ++a)
-          if (const auto n = line.find("@" + std::to_string(a)); n != std::string::npos) at[std::size_t(a)] = line.substr(n + 3, line.find(' ', n + 3) - n - 3);
+          if (const auto n = line.find("@" + std::to_string(a)); n != std::string::npos)
+            at[std::size_t(a)] = line.substr(n + 3, line.find(' ', n + 3) - n - 3);
         bench.feed("%\n");
       } else if (line.starts_with("PFBKPROG")) {
         bench.feed("%" + at[std::size_t(line[10] - '0')] + "\n");
@@ -89,7 +92,9 @@ struct YesEnsemble {
 
 }  // namespace
 
-TEST_CASE("a position outside the host's limits is refused, naming axis, value and limit, and nothing is sent", "[stage]") {
+TEST_CASE(
+    "a position outside the host's limits is refused, naming axis, value and limit, and nothing is sent",
+    "[stage]") {
   YesEnsemble e;
   const auto refused = [&](const std::function<void(std::int64_t, Effects&)>& f, const std::string& text) {
     e.bench.command(f);
@@ -101,26 +106,34 @@ TEST_CASE("a position outside the host's limits is refused, naming axis, value a
     CHECK(e.stage.safe());
   };
   Stage& stage = e.stage;
-  refused([&](auto t, auto& fx) { stage.move_to(50.1, 0, 0, 10, t, fx); }, "axis X: 50.1000 mm is outside [-50.0000, 50.0000] mm");
+  refused([&](auto t, auto& fx) { stage.move_to(50.1, 0, 0, 10, t, fx); },
+          "axis X: 50.1000 mm is outside [-50.0000, 50.0000] mm");
   refused([&](auto t, auto& fx) { stage.move_to(0, -50.1, 0, 10, t, fx); }, "axis Y: -50.1000 mm");
-  refused([&](auto t, auto& fx) { stage.move_to(0, 0, std::numeric_limits<double>::infinity(), 10, t, fx); }, "axis Z: inf mm");
-  refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, 21, t, fx); }, "axis Z: speed 21.0000 mm/s is outside (0, 20.0000] mm/s");
+  refused([&](auto t, auto& fx) { stage.move_to(0, 0, std::numeric_limits<double>::infinity(), 10, t, fx); },
+          "axis Z: inf mm");
+  refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, 21, t, fx); },
+          "axis Z: speed 21.0000 mm/s is outside (0, 20.0000] mm/s");
   refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, kNaN, t, fx); }, "speed");
   refused([&](auto t, auto& fx) { stage.scan(0, 49, 0, 0.25, 10, 10, t, fx); }, "axis Y: 51.");
-  refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, 0.25, 10, 60, t, fx); }, "more run-up than one pitch; limit 31.6228 mm/s");
+  refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, 0.25, 10, 60, t, fx); },
+          "more run-up than one pitch; limit 31.6228 mm/s");
   refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, kNaN, 10, 10, t, fx); }, "scan pitch");
   DropletPattern pattern(GridSpec{4, 1, 0.25, 0.25, 49.0, 0.0});
   pattern.at(3, 0) = 1;  // x = 49.75 mm: the run-out is beyond the limit
-  refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNaN, 50, t, fx); }, "axis X: 50.4750 mm is outside [-50.0000, 50.0000] mm (row 0)");
+  refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNaN, 50, t, fx); },
+          "axis X: 50.4750 mm is outside [-50.0000, 50.0000] mm (row 0)");
   refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNaN, 1e6, t, fx); }, "axis X: speed");
   DropletPattern fine(GridSpec{4, 1, 0.01, 0.25, 0.0, 0.0});
   fine.at(0, 0) = 1;
-  refused([&](auto t, auto& fx) { stage.run_pass(fine, 0, kNaN, 50, t, fx); }, "5000.0 Hz; the jet follows 2000.0 Hz");
+  refused([&](auto t, auto& fx) { stage.run_pass(fine, 0, kNaN, 50, t, fx); },
+          "5000.0 Hz; the jet follows 2000.0 Hz");
 }
 
 TEST_CASE("a pass without droplets is done without a move", "[stage]") {
   YesEnsemble e;
-  e.bench.command([&](auto t, auto& fx) { e.stage.run_pass(DropletPattern(GridSpec{4, 4, 0.25, 0.25, 0, 0}), 0, 1.0, 0, t, fx); });
+  e.bench.command([&](auto t, auto& fx) {
+    e.stage.run_pass(DropletPattern(GridSpec{4, 4, 0.25, 0.25, 0, 0}), 0, 1.0, 0, t, fx);
+  });
   CHECK(e.bench.all<Result>().back().outcome == Outcome::kDone);
   CHECK(e.bench.all<Result>().back().counted == 0);
   CHECK(e.bench.tx.empty());
@@ -158,8 +171,11 @@ TEST_CASE("whenever the controller falls silent, no motion and no arming is ever
 TEST_CASE("the increments of a run add up to the grid points, whatever the rounding", "[stage]") {
   std::uint64_t seed = 3;
   for (int round = 0; round < 50; ++round) {
-    const auto random = [&](int n) { return int((seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33) % n; };
-    DropletPattern pattern(GridSpec{1 + random(30), 1 + random(10), 0.05 + 0.001 * random(400), 0.2, -3.0 + 0.01 * random(500), 1.0});
+    const auto random = [&](int n) {
+      return int((seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33) % n;
+    };
+    DropletPattern pattern(GridSpec{1 + random(30), 1 + random(10), 0.05 + 0.001 * random(400), 0.2,
+                                    -3.0 + 0.01 * random(500), 1.0});
     for (auto& c : pattern.cells) c = std::uint8_t(random(3));
     RasterParams params;
     params.array_limit = 1 + random(12);
@@ -175,7 +191,8 @@ TEST_CASE("the increments of a run add up to the grid points, whatever the round
       for (const std::int64_t counts : run.increments) {
         REQUIRE(counts > 0);
         x_mm += direction * double(counts) / params.counts_per_mm;
-        CHECK(std::abs(x_mm - pattern.spec.x_mm(int(order[drop] % std::uint32_t(pattern.spec.nx)))) < 0.51 / params.counts_per_mm);
+        CHECK(std::abs(x_mm - pattern.spec.x_mm(int(order[drop] % std::uint32_t(pattern.spec.nx)))) <
+              0.51 / params.counts_per_mm);
         CHECK(int(order[drop] / std::uint32_t(pattern.spec.nx)) == run.row);
         ++drop;
       }

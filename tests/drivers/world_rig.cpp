@@ -24,7 +24,11 @@ plant::WorldConfig WorldRig::small_world(int nx, int ny) {
 }
 
 WorldRig::WorldRig(const plant::WorldConfig& config, StageConfig stage_config)
-    : world(config, &record), stage(std::move(stage_config)), jet(JetConfig{}), profiler(LaserProfilerConfig{}), lamp(LampConfig{}) {
+    : world(config, &record),
+      stage(std::move(stage_config)),
+      jet(JetConfig{}),
+      profiler(LaserProfilerConfig{}),
+      lamp(LampConfig{}) {
   ports_ = {{"stage", &stage}, {"jet", &jet}, {"laser_profiler", &profiler}, {"lamp", &lamp}};
 }
 
@@ -77,15 +81,18 @@ bool WorldRig::run(const std::function<bool()>& done, double limit_s) {
     };
     std::vector<Arrived> arrived;
     world.advance(now_us, [&](const plant::World::Sent& s) {
-      arrived.push_back({std::string(s.port), {reinterpret_cast<const char*>(s.bytes.data()), s.bytes.size()}, s.close});
+      arrived.push_back(
+          {std::string(s.port), {reinterpret_cast<const char*>(s.bytes.data()), s.bytes.size()}, s.close});
     });
     for (const Arrived& a : arrived) {
       Port& p = port(a.port);
       if (p.dead) continue;
       if (a.close) p.connected = false;
       step(p, [&](Effects& fx) {
-        if (a.close) p.driver->closed(now_us, fx);
-        else p.driver->received(std::as_bytes(std::span(a.bytes.data(), a.bytes.size())), now_us, fx);
+        if (a.close)
+          p.driver->closed(now_us, fx);
+        else
+          p.driver->received(std::as_bytes(std::span(a.bytes.data(), a.bytes.size())), now_us, fx);
       });
     }
   }
@@ -136,7 +143,8 @@ int WorldRig::sent(std::string_view name, std::string_view text) const {
   const auto it = written.find(name);
   if (it == written.end()) return 0;
   int n = 0;
-  for (std::size_t at = it->second.find(text); at != std::string::npos; at = it->second.find(text, at + 1)) ++n;
+  for (std::size_t at = it->second.find(text); at != std::string::npos; at = it->second.find(text, at + 1))
+    ++n;
   return n;
 }
 

@@ -1,5 +1,5 @@
-// The four drivers wired to the simulated world at byte level, in simulated time: two sides written independently
-// from the same cards.
+// The four drivers wired to the simulated world at byte level, in simulated time: two sides written
+// independently from the same cards.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,9 @@ namespace firn::drivers::test {
 
 class MemoryRecord final : public plant::WorldRecord {
  public:
-  void append(plant::RecordKind kind, std::span<const std::byte> payload) override { plant::decode(kind, payload, history); }
+  void append(plant::RecordKind kind, std::span<const std::byte> payload) override {
+    plant::decode(kind, payload, history);
+  }
   plant::WorldHistory history;
 };
 
@@ -33,14 +35,16 @@ class WorldRig {
   void act(std::string_view port, const Act& f);
   /// Runs until `done` or the limit; @returns done().
   bool run(const std::function<bool()>& done, double limit_s);
-  void run_for(double s) { run([] { return false; }, s); }
+  void run_for(double s) {
+    run([] { return false; }, s);
+  }
   bool all_safe() const;
-  void start();                                   ///< connects everything and waits until all are SAFE
-  void kill(std::string_view port);               ///< the process dies: the port is closed, the driver does nothing
-  void resume(std::string_view port);             ///< it is back with what it knew
+  void start();                        ///< connects everything and waits until all are SAFE
+  void kill(std::string_view port);    ///< the process dies: the port is closed, the driver does nothing
+  void resume(std::string_view port);  ///< it is back with what it knew
 
   std::vector<Result> results(std::string_view port) const;
-  std::int64_t fired() const;                     ///< triggers that the jet obeyed
+  std::int64_t fired() const;  ///< triggers that the jet obeyed
   /// The stage's requests that contain `text`, as sent.
   int sent(std::string_view port, std::string_view text) const;
 

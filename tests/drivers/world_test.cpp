@@ -1,5 +1,5 @@
-// Drivers against the twins of the simulated world: what is commanded is what happens, and what is answered about an
-// interrupted pass is the truth.
+// Drivers against the twins of the simulated world: what is commanded is what happens, and what is answered
+// about an interrupted pass is the truth.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -16,7 +16,9 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-std::uint64_t next(std::uint64_t& seed) { return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33; }
+std::uint64_t next(std::uint64_t& seed) {
+  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
+}
 
 DropletPattern random_pattern(const GridSpec& grid, std::uint64_t seed) {
   DropletPattern p(grid);
@@ -35,7 +37,8 @@ void begin_pass(WorldRig& rig, const DropletPattern& pattern, int pass) {
 }
 
 // Every shot, in order, at the cell that the firing order names, on its grid point.
-void check_shots(const WorldRig& rig, const std::vector<std::uint32_t>& order, std::size_t from, std::size_t count, const GridSpec& grid) {
+void check_shots(const WorldRig& rig, const std::vector<std::uint32_t>& order, std::size_t from,
+                 std::size_t count, const GridSpec& grid) {
   const auto& shots = rig.record.history.shots;
   REQUIRE(shots.size() >= from + count);
   for (std::size_t n = 0; n < count; ++n) {
@@ -97,7 +100,9 @@ TEST_CASE("a scan gives one profile per row, at the row", "[world]") {
     rig.events["laser_profiler"].clear();
     rig.act("laser_profiler", [&](std::int64_t t, Effects& fx) { rig.profiler.arm(grid.ny, t, fx); });
     REQUIRE(rig.run([&] { return rig.profiler.state() == DriverState::kArmed; }, 5.0));
-    rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.scan(1.0, grid.y_mm(0), 1.0, grid.pitch_y_mm, grid.ny, 15.0, t, fx); });
+    rig.act("stage", [&](std::int64_t t, Effects& fx) {
+      rig.stage.scan(1.0, grid.y_mm(0), 1.0, grid.pitch_y_mm, grid.ny, 15.0, t, fx);
+    });
     REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 60.0));
     CHECK(rig.results("stage").back().outcome == Outcome::kDone);
     rig.act("laser_profiler", [&](std::int64_t t, Effects& fx) { rig.profiler.end(t, fx); });
@@ -126,8 +131,10 @@ TEST_CASE("an exposure opens the shutter once and for its time", "[world]") {
     CHECK(rig.results("lamp").back().outcome == Outcome::kDone);
     std::int64_t opened = 0, open_us = 0;
     for (const auto& e : rig.record.history.lamp) {
-      if (e.event == plant::LampEvent::kOpened) open_us -= e.t_us, ++opened;
-      else open_us += e.t_us;
+      if (e.event == plant::LampEvent::kOpened)
+        open_us -= e.t_us, ++opened;
+      else
+        open_us += e.t_us;
     }
     CHECK(opened == 1);
     CHECK(std::abs(double(open_us) * 1e-6 - seconds) < 0.05);
@@ -214,13 +221,15 @@ TEST_CASE("a controller that rebooted leaves the pulses of its run in doubt, and
     const Result r = rig.results("stage").back();
     const auto fired = std::int64_t(rig.record.history.shots.size());
     CHECK(r.counted <= fired);
-    CHECK((r.unknown_from == r.unknown_to ? r.counted == fired : r.unknown_from <= fired && fired <= r.unknown_to));
+    CHECK((r.unknown_from == r.unknown_to ? r.counted == fired
+                                          : r.unknown_from <= fired && fired <= r.unknown_to));
     CHECK(r.unknown_to - r.unknown_from <= 12);
   }
   CHECK(interrupted >= 8);
 }
 
-TEST_CASE("under lost, late, split and flipped replies nothing fires twice and no answer is wrong", "[world]") {
+TEST_CASE("under lost, late, split and flipped replies nothing fires twice and no answer is wrong",
+          "[world]") {
   std::uint64_t seed = 17;
   int finished = 0, failed = 0;
   for (int round = 0; round < 30; ++round) {
@@ -234,10 +243,12 @@ TEST_CASE("under lost, late, split and flipped replies nothing fires twice and n
       rig.run_for(double(next(seed) % 800) * 1e-3);
       plant::SimFault f;
       f.port = "stage";
-      const plant::FaultKind kinds[] = {plant::FaultKind::kDropReply, plant::FaultKind::kDelayReply, plant::FaultKind::kSplitReply, plant::FaultKind::kClose};
+      const plant::FaultKind kinds[] = {plant::FaultKind::kDropReply, plant::FaultKind::kDelayReply,
+                                        plant::FaultKind::kSplitReply, plant::FaultKind::kClose};
       f.kind = kinds[next(seed) % 4];
       f.count = 1 + std::int64_t(next(seed) % 2);
-      f.delay_us = f.kind == plant::FaultKind::kSplitReply ? 2000 : 2'000'000 + std::int64_t(next(seed) % 200'000);
+      f.delay_us =
+          f.kind == plant::FaultKind::kSplitReply ? 2000 : 2'000'000 + std::int64_t(next(seed) % 200'000);
       rig.world.inject(f, rig.now_us);
     }
     REQUIRE(rig.run([&] { return !rig.stage.busy() && rig.stage.safe(); }, 200.0));

@@ -44,7 +44,8 @@ struct Rig {
     const Outbox& out = host.step(e);
     for (std::size_t n = 0; n < out.size(); ++n) {
       const Output o = out.at(n);
-      if (o.kind == OutputKind::kSend) sent[std::string(o.channel)].emplace_back(o.bytes.begin(), o.bytes.end());
+      if (o.kind == OutputKind::kSend)
+        sent[std::string(o.channel)].emplace_back(o.bytes.begin(), o.bytes.end());
       if (o.kind == OutputKind::kReopen) ++reopens;
       if (o.kind != OutputKind::kWrite) continue;
       const std::string_view bytes(reinterpret_cast<const char*>(o.bytes.data()), o.bytes.size());
@@ -125,7 +126,12 @@ std::string lamp_answer(std::string_view bytes) {
     const std::size_t end = bytes.find('\r', at);
     const std::string_view text = bytes.substr(at, end - at - 2);
     using drivers::omnicure::frame;
-    out += frame(text == "CONN" ? "READY" : text == "GTM" ? "5" : text == "VEB" ? "10" : text == "GUS" ? "0" : text == "DCON" ? "CLOSED" : "Received");
+    out += frame(text == "CONN"   ? "READY"
+                 : text == "GTM"  ? "5"
+                 : text == "VEB"  ? "10"
+                 : text == "GUS"  ? "0"
+                 : text == "DCON" ? "CLOSED"
+                                  : "Received");
     at = end + 1;
   }
   return out;
@@ -233,7 +239,9 @@ TEST_CASE("a lease that ends during an exposure closes the shutter by itself") {
   CHECK(rig.answers().back().outcome == std::int8_t(Outcome::kRefused));
 }
 
-TEST_CASE("SAFE is told for the new epoch only when the shutter has answered, and told again when it is asked again") {
+TEST_CASE(
+    "SAFE is told for the new epoch only when the shutter has answered, and told again when it is asked "
+    "again") {
   LampRig rig;
   rig.enable(1);
   rig.message(channels::kLampCommand, expose(1, 1));
