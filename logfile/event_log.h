@@ -76,7 +76,7 @@ struct Event {
 };
 
 /// Reads events from the bytes of a log (see MappedFile). Takes any bytes: never crashes, linear time; allocates the
-/// damage list and, once something is missing, 16 bytes per event. With an index, flipped payload bits are found and
+/// damage list and, once something is missing, 32 bytes per event. With an index, flipped payload bits are found and
 /// damaged headers are restored.
 class EventLogReader {
  public:

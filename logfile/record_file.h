@@ -61,7 +61,7 @@ struct Record {
 };
 
 /// Reads records from the bytes of a file (see MappedFile). Takes any bytes: never crashes, linear time; allocates the
-/// damage list and, once something is missing, 16 bytes per record.
+/// damage list and, once something is missing, 32 bytes per record.
 class RecordReader {
  public:
   explicit RecordReader(std::span<const std::byte> file);

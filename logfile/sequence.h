@@ -14,18 +14,28 @@ class SequenceMap {
   void add(std::uint64_t number, std::uint64_t offset) { places_.emplace_back(number, offset); }
   void finish() {
     std::sort(places_.begin(), places_.end());
+    const std::size_t n = places_.size();
+    farthest_.resize(2 * n);
+    for (std::size_t i = 0; i < n; ++i) farthest_[n + i] = places_[i].second;
+    for (std::size_t i = n; i-- > 1;) farthest_[i] = std::max(farthest_[2 * i], farthest_[2 * i + 1]);
     built_ = true;
   }
   /// Does any of the numbers [from, to) stand behind `offset`? Then what stands at `offset` with number `to` is early.
   bool any_behind(std::uint64_t from, std::uint64_t to, std::uint64_t offset) const {
-    auto it = std::lower_bound(places_.begin(), places_.end(), std::pair{from, std::uint64_t{0}});
-    for (; it != places_.end() && it->first < to; ++it)
-      if (it->second > offset) return true;
+    const auto at = [&](std::uint64_t number) {
+      return std::size_t(std::lower_bound(places_.begin(), places_.end(), std::pair{number, std::uint64_t{0}}) - places_.begin());
+    };
+    const std::size_t n = places_.size();
+    for (std::size_t l = at(from) + n, r = at(to) + n; l < r; l /= 2, r /= 2) {
+      if (l % 2 && farthest_[l++] > offset) return true;
+      if (r % 2 && farthest_[--r] > offset) return true;
+    }
     return false;
   }
 
  private:
   std::vector<std::pair<std::uint64_t, std::uint64_t>> places_;  // number, offset
+  std::vector<std::uint64_t> farthest_;  // segment tree: largest offset below each node, leaves from n on
   bool built_ = false;
 };
 
