@@ -42,12 +42,19 @@ void ProfilerTwin::trigger(std::int64_t t_us, std::int32_t encoder_counts, std::
   newest_.ready_us = t_us + params_.sampling_us;
   newest_.trigger = ++triggers_;
   newest_.encoder = encoder_counts;
-  newest_.points.resize(z_mm.size());
-  for (std::size_t n = 0; n < z_mm.size(); ++n) {
-    const double units = z_mm[n] * (1e5 / kUnit);  // 1 mm = 1e5 x 0.01 um
-    newest_.points[n] = std::isnan(units) ? kNoPeak
-                        : std::int32_t(std::floor(std::clamp(units, double(kLowest), double(kLimit)) + 0.5));
+  newest_.points = std::uint32_t(z_mm.size());
+  newest_.packed.assign((z_mm.size() * 20 + 7) / 8, '\0');
+  char* out = newest_.packed.data();
+  std::uint64_t bits = 0;
+  int held = 0;
+  for (const double z : z_mm) {
+    const double units = z * (1e5 / kUnit);  // 1 mm = 1e5 x 0.01 um
+    const std::int32_t point = std::isnan(units) ? kNoPeak
+                               : std::int32_t(std::clamp(units, double(kLowest), double(kLimit)) + 1048576.5) - 1048576;
+    bits |= std::uint64_t(std::uint32_t(point) & 0xfffffu) << held;
+    for (held += 20; held >= 8; held -= 8, bits >>= 8) *out++ = char(bits);
   }
+  if (held > 0) *out = char(bits);
 }
 
 void ProfilerTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
@@ -82,7 +89,7 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
     error = kErrorCommand;
   }
   if (command == kNewestProfile && error == 0) {  // command data: 24 bytes about the buffer, then the profile
-    body.reserve(shot ? 64 + shot->points.size() * 5 / 2 + 8 : 24);
+    body.reserve(shot ? 72 + shot->packed.size() : 24);
     const std::uint32_t number = shot ? shot->trigger : 0;
     for (int n = 0; n < 3; ++n) put(body, number, 4);  // newest, oldest not read, oldest read
     put(body, shot ? 1 : 0, 1);                        // profiles in this reply
@@ -90,7 +97,7 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
     put(body, 0, 4);
   }
   if (shot) {
-    put(body, shot->points.size(), 2);
+    put(body, shot->points, 2);
     put(body, kUnit, 2);
     put(body, std::uint32_t(std::int32_t(std::llround(x0_mm_ * 1e5))), 4);
     put(body, std::uint32_t(std::int32_t(std::llround(dx_mm_ * 1e5))), 4);
@@ -99,13 +106,7 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
     put(body, std::uint32_t(shot->encoder), 4);
     put(body, 0, 8);
     put(body, 0, 4);
-    std::uint64_t bits = 0;
-    int held = 0;
-    for (const std::int32_t point : shot->points) {
-      bits |= std::uint64_t(std::uint32_t(point) & 0xfffffu) << held;
-      for (held += 20; held >= 8; held -= 8, bits >>= 8) body.push_back(char(bits));
-    }
-    if (held > 0) body.push_back(char(bits));
+    body += shot->packed;
     put(body, 0, 4);
   }
   std::string out;

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
+#include <string>
 
 #include "plant/twins/twin.h"
 #include "plant/world_config.h"
@@ -34,8 +34,9 @@ class ProfilerTwin : public Twin {
     std::int64_t ready_us = kNever;
     std::uint32_t trigger = 0;
     std::int32_t encoder = 0;
-    std::vector<std::int32_t> points;  ///< in units of kUnit x 0.01 um
-    void io(Archive& a) { a.all(ready_us, trigger, encoder, points); }
+    std::uint32_t points = 0;
+    std::string packed;  ///< points of 20 bits, as they are sent
+    void io(Archive& a) { a.all(ready_us, trigger, encoder, points, packed); }
   };
   void execute(std::span<const std::byte> request, std::int64_t now_us);
 
