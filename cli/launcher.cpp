@@ -112,6 +112,7 @@ class Launch {
 
 LaunchReport Launch::run() {
   prepare();
+  if (watch_->end()) return report();
   start_all();
   await_ready();
   begin();
@@ -148,7 +149,10 @@ void Launch::prepare() {
   bus_.emplace(args_.bus_url);
   station_.emplace(own, *bus_, [this](const ChannelInfo& row, std::span<const std::byte> m) { watch_->on_message(row, m); });
   for (const std::string_view channel : RunWatch::channels()) station_->subscribe(channel);
-  for (const auto& [channel, message] : point.newest) station_->restore_received(channel, message);
+  for (const auto& [channel, message] : point.newest) {
+    if (channel == channels::kRunEnd.name) watch_->on_earlier_end(message);
+    station_->restore_received(channel, message);
+  }
   station_->join();
 }
 
@@ -162,6 +166,9 @@ void Launch::start_all() {
   for (const char* name : {"world", "recorder"}) start(name);
   for (const NodeInfo& n : nodes())
     if (int(n.id) < kReplayedNodeCount) start(std::string(n.name));
+  const ProcessOptions& o = args_.options;
+  std::ofstream(folder_.path() / "clocks", std::ios::app)
+      << o.incarnation << " " << o.epoch_ns << " " << o.offset_us << " " << o.time_scale << " " << args_.bus_url << "\n";
   std::ofstream pids(folder_.path() / "pids");
   pids << "launcher " << ::getpid() << "\n";
   for (const auto& c : children_) pids << c->name() << " " << c->pid() << "\n";

@@ -30,8 +30,9 @@ struct LaunchReport {
   std::size_t log_repaired = 0;  ///< messages that log.lcm lacked and the write-ahead files had
 };
 
-/// Whatever happens, the run folder keeps what a resume needs; DIR/pids names the processes while they run. Ctrl-C
-/// makes the lab safe first. @throws std::runtime_error when the run cannot be started: who was not ready, and why
+/// Whatever happens, the run folder keeps what a resume needs. DIR/pids names the processes while they run; DIR/clocks
+/// has a line per incarnation: its number, epoch [ns of CLOCK_MONOTONIC], node time there [us], time scale, bus.
+/// Ctrl-C makes the lab safe first. @throws std::runtime_error when the run cannot be started: who was not ready, and why
 LaunchReport launch(const RunFolder& folder, const LaunchOptions& options);
 
 }  // namespace firn

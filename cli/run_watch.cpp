@@ -48,6 +48,11 @@ void RunWatch::on_message(const ChannelInfo& row, std::span<const std::byte> byt
   }
 }
 
+void RunWatch::on_earlier_end(std::span<const std::byte> message) {
+  const auto m = decode<run_end_t>(message);
+  if (m && m->outcome == std::int8_t(RunOutcome::kFinished)) end_ = *m;
+}
+
 std::string RunWatch::place() const {
   if (layer_ == 0) return "before the first layer";
   return "during layer " + std::to_string(layer_) + (pass_ >= 0 ? ", pass " + std::to_string(pass_) : "");

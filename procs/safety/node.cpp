@@ -23,7 +23,8 @@ Safety::Safety(const RunConfig& config) : config_(config) {
   subscribe(channels::kRunEnd, this);
 }
 
-void Safety::start(const Start&, Time now, Outbox& out) {
+void Safety::start(const Start& start, Time now, Outbox& out) {
+  incarnation_ = start.incarnation;
   // The epoch goes on through a resume: what was commanded before it stays refused.
   ++epoch_;
   cause_.clear();
@@ -46,13 +47,15 @@ void Safety::wake(TimerId, Time now, Outbox& out) {
   out.wake_at(kTick, period_after(now));
 }
 
+// What an earlier incarnation left undelivered says nothing of this one: the resume is the operator's reset.
 void Safety::on(const fault_t& f, Time now, Outbox& out) {
+  if (f.header.incarnation < incarnation_) return;
   if (f.severity >= 2) stop(f.node + ": " + f.text, now, out);
 }
 
 void Safety::on(const device_state_t& m, Time, Outbox& out) {
   const NodeInfo* node = find_node(m.node);
-  if (!node || !node->driver) return;
+  if (!node || !node->driver || m.header.incarnation < incarnation_) return;
   drivers_[std::size_t(node->id)] = {m.state, m.enable_epoch, true};
   if (phase_ == Phase::kWaiting && all_safe(0)) {
     phase_ = Phase::kEnabled;
@@ -73,7 +76,7 @@ void Safety::on(const heartbeat_t& h, Time, Outbox&) {
 }
 
 void Safety::on(const run_end_t& end, Time, Outbox& out) {
-  if (phase_ == Phase::kStopping || phase_ == Phase::kStopped) return;
+  if (phase_ == Phase::kStopping || phase_ == Phase::kStopped || end.header.incarnation < incarnation_) return;
   phase_ = Phase::kOver;
   send_enable(out);  // not enabled: the lease ends now
   out.cancel(kTick);

@@ -47,6 +47,7 @@ class Safety : public Node {
 
   RunConfig config_;
   Phase phase_ = Phase::kOver;
+  std::int32_t incarnation_ = 0;
   std::int64_t epoch_ = 0;
   std::string cause_;
   std::array<DriverState, kNodeCount> drivers_;

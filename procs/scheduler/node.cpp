@@ -32,6 +32,7 @@ Scheduler::Scheduler(const Experiment& experiment, HeightMap target, Mask mask)
 
 void Scheduler::start(const Start& start, Time now, Outbox& out) {
   if (phase_ == Phase::kOver) return;
+  incarnation_ = start.incarnation;
   enabled_ = false;
   safe_drivers_ = 0;
   if (start.resumed() && phase_ != Phase::kGetReady && phase_ != Phase::kStopped) interrupted_ = phase_;
@@ -49,7 +50,7 @@ void Scheduler::on(const enable_t& m, Time now, Outbox& out) {
 
 void Scheduler::on(const device_state_t& m, Time now, Outbox& out) {
   const NodeInfo* node = find_node(m.node);
-  if (!node) return;
+  if (!node || m.header.incarnation < incarnation_) return;  // of before the resume, delivered only now
   if (DeviceState(m.state) == DeviceState::kSafe)
     safe_drivers_ |= bit(node->id);
   else

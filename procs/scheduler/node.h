@@ -78,6 +78,7 @@ class Scheduler : public Node {
   HeightMap target_;
   Mask mask_;
 
+  std::int32_t incarnation_ = 0;
   Phase phase_ = Phase::kGetReady;
   Phase interrupted_ = Phase::kHoming;   ///< where to go on when ready
   std::optional<Pending> pending_;

@@ -31,6 +31,7 @@ class NodeBench {
   template <class Message>
   void give(const Channel<Message>& channel, Message m) {
     m.header.run_id = kRunId;
+    m.header.incarnation = host.incarnation();
     m.header.seq = ++seq_;
     m.header.utime_us = now.us;
     std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));

@@ -1,0 +1,68 @@
+#include "tests/live/live_checks.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdio>
+
+#include "cli/node_makers.h"
+#include "plant/record.h"
+#include "procs/recorder/recorder.h"
+#include "replay/replayer.h"
+#include "runtime/wal_file.h"
+
+namespace firn::test {
+namespace {
+
+/// The world's records carry node time; `run` has one clock per incarnation, and the last one counts here.
+constexpr std::int64_t kSafeWithinNs = 1'000'000'000;
+
+}  // namespace
+
+bool skipped() {
+  if (multicast_refused().empty()) return false;
+  WARN("skipped: " << multicast_refused());
+  return true;
+}
+
+void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
+  const std::int64_t limit_us = run.node_time_us(mono_ns + kSafeWithinNs);
+  const plant::WorldHistory world = plant::read_history(run.folder().world_record_path());
+  std::int64_t last_shot_us = 0, open_since_us = -1;
+  for (const auto& shot : world.shots)
+    if (shot.outcome == plant::ShotOutcome::kFired) last_shot_us = std::max(last_shot_us, shot.t_us);
+  for (const auto& lamp : world.lamp) {
+    open_since_us = lamp.event == plant::LampEvent::kOpened ? lamp.t_us : -1;
+    if (open_since_us < 0) CHECK(lamp.t_us <= limit_us);
+  }
+  CHECK(last_shot_us <= limit_us);
+  CHECK(open_since_us == -1);
+}
+
+void check_finished_run(const LiveRun& run) {
+  std::vector<replay::NodeMaker> makers;
+  for (const NamedMaker& m : node_makers()) makers.push_back({info(m.id).name, m.make});
+  replay::ReplayOptions options;
+  options.makers = makers;
+  const replay::RunVerdict verdict = replay::replay_run(run.path(), options);
+  for (const auto& f : verdict.findings) UNSCOPED_INFO(f.node << " step " << f.step.value_or(0) << " " << f.channel << " " << f.field << ": " << f.what);
+  for (const auto& d : verdict.damage) UNSCOPED_INFO(d.file << " byte " << d.offset << ": " << d.reason);
+  CHECK(verdict.identical());
+  CHECK(verdict.nodes.size() == std::size_t(kReplayedNodeCount));
+  CHECK(verdict.log_present);
+  CHECK(verdict.log_messages > 0);
+  CHECK(fill_log(run.path()) == 0);  // it was whole already
+}
+
+std::string local_stop_cause(const LiveRun& run, const std::string& node) {
+  const logfile::MappedFile mapped(run.folder().wal_path(node));
+  logfile::RecordReader reader(mapped.bytes());
+  std::string cause;
+  while (const auto record = reader.next()) {
+    if (record->damaged || record->kind != std::uint16_t(WalKind::kEvent)) continue;
+    const Event e = decode_event(record->payload).event;
+    if (e.kind == EventKind::kLocalStop) cause.assign(reinterpret_cast<const char*>(e.bytes.data()), e.bytes.size());
+  }
+  return cause;
+}
+
+}  // namespace firn::test

@@ -1,0 +1,155 @@
+#include "tests/live/live_run.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "cli/bus_check.h"
+#include "cli/targets.h"
+#include "runtime/lossy.h"
+#include "runtime/run_clock.h"
+
+namespace firn::test {
+namespace {
+
+/// A process that has ended but that nobody has waited for counts as gone.
+bool alive(int pid) {
+  std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(in, text);
+  const auto at = text.rfind(')');
+  return at != std::string::npos && at + 2 < text.size() && text[at + 2] != 'Z' && text[at + 2] != 'X';
+}
+
+}  // namespace
+
+Experiment tiny_part(std::uint64_t seed) {
+  Experiment e;
+  e.run.name = "tiny";
+  e.run.time_scale = 10.0;
+  e.grid = {9, 9, 0.263256, 0.263256, 0.0, 0.0};
+  e.part.shape.kind = "cuboid";
+  e.part.shape.width_mm = 1.5;
+  e.part.shape.depth_mm = 1.5;
+  e.part.shape.height_mm = 0.03;
+  e.control.scheme = "mpc";
+  e.process.exposure_s = 0.5;
+  e.plant.seed = seed;
+  return e;
+}
+
+std::string multicast_refused() {
+  static const std::string why = check_multicast();
+  return why;
+}
+
+LiveRun::LiveRun(const Experiment& experiment) {
+  char name[] = "/tmp/firn-live-XXXXXX";  // short: Unix socket paths have 107 bytes
+  if (!::mkdtemp(name)) throw std::runtime_error("mkdtemp");
+  root_ = name;
+  folder_ = RunFolder::create(root_, experiment, make_inputs(experiment, {}), {"test"});
+}
+
+LiveRun::~LiveRun() {
+  for (const auto& [name, pid] : pids_)
+    if (alive(pid)) ::kill(pid, SIGKILL);
+  if (launcher_ > 0) {
+    ::kill(launcher_, SIGKILL);
+    ::waitpid(launcher_, nullptr, 0);
+  }
+  if (!std::getenv("FIRN_KEEP_RUNS")) std::filesystem::remove_all(root_);
+}
+
+void LiveRun::start(bool resume) {
+  pids_.clear();
+  ++incarnation_;
+  std::filesystem::remove(path() / "pids");
+  launcher_ = ::fork();
+  if (launcher_ != 0) return;
+  const int err = ::open((root_ / "launcher.err").c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+  ::dup2(err, STDERR_FILENO);
+  try {
+    LaunchOptions options;
+    options.resume = resume;
+    options.programs = FIRN_BINARY_DIR "/bin";
+    options.on_start = [&](const std::map<std::string, int>&) { std::ofstream(root_ / ("started" + std::to_string(incarnation_))) << "x"; };
+    const LaunchReport report = launch(RunFolder::open(path()), options);
+    std::fprintf(stderr, "%s: %s\n", report.result.outcome.c_str(), report.result.reason.c_str());
+    ::_exit(report.result.status);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "launcher: %s\n", e.what());
+    ::_exit(1);
+  }
+}
+
+bool LiveRun::wait_started() {
+  while (!std::filesystem::exists(root_ / ("started" + std::to_string(incarnation_)))) {
+    if (!running()) return false;
+    ::usleep(5000);
+  }
+  std::ifstream in(path() / "pids");
+  std::string name;
+  for (int pid; in >> name >> pid;) pids_[name] = pid;
+  return !pids_.empty();
+}
+
+std::int64_t LiveRun::kill(const std::string& name) {
+  const std::int64_t now = monotonic_ns();
+  ::kill(pids_.at(name), SIGKILL);
+  return now;
+}
+
+void LiveRun::interrupt() { ::kill(launcher_, SIGINT); }
+
+bool LiveRun::running() { return launcher_ > 0 && alive(launcher_); }
+
+int LiveRun::wait() {
+  int status = 0;
+  ::waitpid(launcher_, &status, 0);
+  launcher_ = -1;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+void LiveRun::wait_all_gone() {
+  for (const auto& [name, pid] : pids_)
+    while (alive(pid)) ::usleep(5000);
+}
+
+std::string LiveRun::said() const {
+  std::ifstream in(root_ / "launcher.err");
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::int64_t LiveRun::node_time_us(std::int64_t mono_ns) const {
+  std::ifstream in(path() / "clocks");
+  std::string line, last;
+  while (std::getline(in, line)) last = line;
+  std::istringstream words(last);
+  std::int64_t incarnation = 0, epoch_ns = 0, offset_us = 0;
+  double scale = 1.0;
+  words >> incarnation >> epoch_ns >> offset_us >> scale;
+  return RunClock(epoch_ns, offset_us, scale).at_ns(mono_ns).us;
+}
+
+std::uint64_t LiveRun::injected() const {
+  std::uint64_t sum = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(path() / "nodes")) {
+    if (entry.path().extension() != ".faults") continue;
+    std::ifstream in(entry.path());
+    std::string text;
+    std::getline(in, text);
+    sum += parse_lossy_counts(text).injected();
+  }
+  return sum;
+}
+
+}  // namespace firn::test

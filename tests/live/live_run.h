@@ -1,0 +1,59 @@
+// A live print of a tiny part in a process of its own, so that a test can kill any process of it, also the launcher.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "cli/launcher.h"
+#include "config/experiment.h"
+
+namespace firn::test {
+
+/// 9 cells wide, a few layers, node time ten times faster than the wall clock.
+Experiment tiny_part(std::uint64_t seed);
+
+/// Empty, or why live tests cannot run here.
+std::string multicast_refused();
+
+class LiveRun {
+ public:
+  explicit LiveRun(const Experiment& experiment);
+  /// Kills what still runs; removes the folder unless `keep`.
+  ~LiveRun();
+  LiveRun(const LiveRun&) = delete;
+  LiveRun& operator=(const LiveRun&) = delete;
+
+  /// Starts the launcher as a process of its own.
+  void start(bool resume);
+  /// Waits until all processes have begun; false if the launcher ended before.
+  bool wait_started();
+  /// SIGKILL of "jet", "launcher", …; the CLOCK_MONOTONIC time just before, in ns.
+  std::int64_t kill(const std::string& name);
+  void interrupt();
+  /// Waits until the launcher has ended. @returns its exit code, -1 = killed
+  int wait();
+  /// Waits until no process of the run is left.
+  void wait_all_gone();
+  bool running();
+
+  const RunFolder& folder() const { return *folder_; }
+  std::filesystem::path path() const { return folder_->path(); }
+  /// What the launcher said on stderr.
+  std::string said() const;
+  /// Node time of a CLOCK_MONOTONIC time in this incarnation.
+  std::int64_t node_time_us(std::int64_t mono_ns) const;
+  /// Injected faults over all nodes.
+  std::uint64_t injected() const;
+
+ private:
+  std::filesystem::path root_;
+  std::optional<RunFolder> folder_;
+  std::map<std::string, int> pids_;
+  int launcher_ = -1;
+  int incarnation_ = -1;
+};
+
+}  // namespace firn::test
