@@ -5,28 +5,48 @@ namespace {
 
 #define FIRN_INLINE [[gnu::always_inline]] inline
 
-FIRN_INLINE void flows(const double* __restrict hc, const double* __restrict hn, const double* __restrict uc,
-                       const double* __restrict un, double w, double slope, double* __restrict flow, std::size_t n) {
+// uc clamp(w + x, 0, w) - un clamp(w - x, 0, w), x = slope (hc - hn)
+FIRN_INLINE double net(double hc, double hn, double uc, double un, double w, double slope) {
+  const double x = slope * (hc - hn);
+  double give = w + x, take = w - x;
+  give = give < w ? give : w;
+  take = take < w ? take : w;
+  give = give > 0.0 ? give : 0.0;
+  take = take > 0.0 ? take : 0.0;
+  return uc * give - un * take;
+}
+
+FIRN_INLINE void flow_apart(const double* __restrict hc, const double* __restrict hn, const double* __restrict uc,
+                            const double* __restrict un, double w, double slope, double* __restrict from,
+                            double* __restrict to, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
-    const double x = slope * (hc[i] - hn[i]);
-    double give = w + x, take = w - x;
-    give = give < w ? give : w;
-    take = take < w ? take : w;
-    give = give > 0.0 ? give : 0.0;
-    take = take > 0.0 ? take : 0.0;
-    flow[i] = uc[i] * give - un[i] * take;
+    const double f = net(hc[i], hn[i], uc[i], un[i], w, slope);
+    from[i] -= f;
+    to[i] += f;
   }
 }
 
-FIRN_INLINE void book(const double* __restrict flow, double* __restrict from, std::size_t n, double sign) {
-  for (std::size_t i = 0; i < n; ++i) from[i] += sign * flow[i];
+FIRN_INLINE void flow_overlapping(const double* __restrict hc, const double* __restrict hn,
+                                  const double* __restrict uc, const double* __restrict un, double w, double slope,
+                                  double* __restrict flow, double* __restrict from, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    flow[i] = net(hc[i], hn[i], uc[i], un[i], w, slope);
+    from[i] -= flow[i];
+  }
+}
+
+FIRN_INLINE void add(const double* __restrict flow, double* __restrict to, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) to[i] += flow[i];
 }
 
 FIRN_INLINE void flow_body(const double* hc, const double* hn, const double* uc, const double* un, double w,
                            double slope, double* flow, double* from, double* to, std::size_t n) {
-  flows(hc, hn, uc, un, w, slope, flow, n);
-  book(flow, from, n, -1.0);
-  book(flow, to, n, 1.0);
+  if (to >= from + n || from >= to + n) {
+    flow_apart(hc, hn, uc, un, w, slope, from, to, n);
+    return;
+  }
+  flow_overlapping(hc, hn, uc, un, w, slope, flow, from, n);
+  add(flow, to, n);
 }
 
 FIRN_INLINE std::int64_t load_body(const std::uint8_t* __restrict drops, int pass, double* __restrict u, std::size_t n) {

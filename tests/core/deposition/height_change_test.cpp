@@ -306,6 +306,13 @@ TEST_CASE("The vectorised rows give the same bytes as the portable ones") {
                b.data() + 1, n);
     CHECK(flow == flow2);
     CHECK(a == b);
+    std::vector<double> far_a(n, 0.5), far_b(n, 0.5);  // rows that do not overlap
+    wide.flow(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow.data(), a.data(), far_a.data(),
+              n);
+    plain.flow(h.data(), h.data() + 1, u.data(), u.data() + 1, kH2, slope, flow.data(), b.data(),
+               far_b.data(), n);
+    CHECK(a == b);
+    CHECK(far_a == far_b);
     std::vector<double> g = h;
     wide.settle(g.data(), u.data(), 7.6e-3, a.data(), n + 1);
     plain.settle(h.data(), u.data(), 7.6e-3, b.data(), n + 1);
