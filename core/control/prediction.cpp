@@ -11,14 +11,17 @@ double objective_mm(const HeightMap& height, const HeightMap& target, const Mask
   for (std::size_t c = 0; c < height.size(); ++c) {
     if (!mask.cells[c]) continue;
     n += 1.0;
-    sum += height.cells[c];
+    sum += height.cells[c] - target.cells[c];
     sum_abs += std::abs(target.cells[c] - height.cells[c]);
   }
   if (n == 0.0) return 0.0;
   const double mean = sum / n;
   double square = 0.0;
-  for (std::size_t c = 0; c < height.size(); ++c)
-    if (mask.cells[c]) square += (height.cells[c] - mean) * (height.cells[c] - mean);
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    if (!mask.cells[c]) continue;
+    const double d = height.cells[c] - target.cells[c] - mean;
+    square += d * d;
+  }
   return alpha * (sum_abs / n) + (1.0 - alpha) * std::sqrt(square / n);
 }
 

@@ -6,8 +6,9 @@
 
 namespace firn::control {
 
-/// Objective of Eq. (8) [Lu 2015] over the mask: alpha avg|h_d - H| + (1 - alpha) std(H), std about the mean
-/// with divisor n (std of the printed form), two passes in index order. h_d is a matrix (errata).
+/// Objective of Eq. (8) [Lu 2015] over the mask: alpha avg|h_d - H| + (1 - alpha) std(H - h_d), std about the mean with
+/// divisor n, two passes in index order. h_d is a matrix (errata): for the flat h_d of (8) the second term is the
+/// printed std(H); for any other, the printed form would punish the part's own shape.
 double objective_mm(const HeightMap& height, const HeightMap& target, const Mask& mask, double alpha);
 
 /// True when `decision` betters printing nothing by more than `gate` * noise_std_mm for each of its droplets

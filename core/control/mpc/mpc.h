@@ -7,7 +7,7 @@
 
 namespace firn::control {
 
-/// Minimises alpha avg|h_d - H| + (1 - alpha) std(H) after N layers over 0..max_drops droplets per cell and
+/// Minimises alpha avg|h_d - H| + (1 - alpha) std(H - h_d) after N layers over 0..max_drops droplets per cell and
 /// layer (Lu: 0 or 1), by greedy search from up to two first guesses, and prints the first layer of the best
 /// plan. The mean and deviation run over the mask; cells outside it take their neighbours' flow in the model
 /// but get no droplets. Empty layers of a plan go to its end (the heights after N layers stay the same).

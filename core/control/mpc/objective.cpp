@@ -90,12 +90,12 @@ void HorizonObjective::refresh() {
   }
   const std::vector<double>& h = height_.back();
   double sum = 0.0;
-  for (std::uint32_t c : part_) sum += h[padded(c)];
+  for (std::uint32_t c : part_) sum += h[padded(c)] - target_[padded(c)];
   reference_mm_ = sum / count_;
   sums_ = {};
   for (std::uint32_t c : part_) {
     const std::size_t p = padded(c);
-    const double d = h[p] - reference_mm_;
+    const double d = h[p] - target_[p] - reference_mm_;
     sums_.abs_error += std::abs(target_[p] - h[p]);
     sums_.first += d;
     sums_.second += d * d;
@@ -176,13 +176,13 @@ void HorizonObjective::add(std::size_t p, double delta, Sums& s) const {
   const double h = height_.back()[p], error = target_[p] - h;
   s.abs_error += std::abs(error - delta) - std::abs(error);
   s.first += delta;
-  s.second += delta * (2.0 * (h - reference_mm_) + delta);
+  s.second += delta * (2.0 * (-error - reference_mm_) + delta);
 }
 
 void HorizonObjective::note_height(std::size_t p) {
   if (error_.empty() || !counts_[p]) return;
   error_[p] = target_[p] - height_.back()[p];
-  deviation_[p] = height_.back()[p] - reference_mm_;
+  deviation_[p] = -error_[p] - reference_mm_;
 }
 
 // The difference of two roots by their squares: no cancellation, however many cells share one droplet.

@@ -100,7 +100,7 @@ class HorizonObjective {
   };
   std::vector<Shares> table_;
   std::vector<double> error_, deviation_;  // padded, 0 off the mask: target - height,
-                                           // height - reference; one more cell at the end
+                                           // its negative - reference; one more cell at the end
 };
 
 }  // namespace firn::control::mpc

@@ -121,3 +121,18 @@ TEST_CASE("Erratum (8): the objective takes a matrix h_d; mean and deviation run
   CHECK(objective_mm(h, target, mask, 0.0) == Approx(std::sqrt(2.0)));
   CHECK(objective_mm(h, target, mask, 0.25) == Approx(0.25 * 2.0 + 0.75 * std::sqrt(2.0)));
 }
+
+TEST_CASE("the spread term of (8) is std(H) for a flat target, and does not punish the shape of any other") {
+  const GridSpec grid{6, 5, 0.2, 0.2, 0.0, 0.0};
+  RandomStream random(5, Purpose::kTest);
+  HeightMap height(grid), slope(grid), on_slope(grid);
+  for (std::size_t c = 0; c < grid.size(); ++c) {
+    height.cells[c] = random.uniform();
+    slope.cells[c] = 3.0 * double(c);
+    on_slope.cells[c] = slope.cells[c] + height.cells[c];
+  }
+  const Mask all(grid, 1);
+  const ErrorStats s = error_stats(height, HeightMap(grid, 0.0), all);
+  CHECK(objective_mm(height, HeightMap(grid, 7.0), all, 0.0) == Approx(s.std_mm));
+  CHECK(objective_mm(on_slope, slope, all, 0.0) == Approx(s.std_mm));
+}
