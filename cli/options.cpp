@@ -8,6 +8,7 @@
 #include "cli/audit_command.h"
 #include "cli/config_command.h"
 #include "cli/dataflow_command.h"
+#include "cli/doctor_command.h"
 #include "cli/exit_codes.h"
 #include "cli/log_command.h"
 #include "cli/print_command.h"
@@ -55,6 +56,11 @@ void declare_config(CLI::App& app, Run& run) {
 void declare_dataflow(CLI::App& app, Run& run) {
   auto o = bind(app, run, run_dataflow);
   app.add_option("-o,--output", o->output, "file; - = stdout")->capture_default_str();
+  json_flag(app, o->json);
+}
+
+void declare_doctor(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_doctor);
   json_flag(app, o->json);
 }
 
@@ -125,6 +131,7 @@ struct Command {
 constexpr Command kCommands[] = {
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
+    {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"report", "writes one self-contained page for any number of runs", declare_report},
     {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},

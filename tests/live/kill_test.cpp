@@ -31,8 +31,9 @@ void kill_and_resume(const std::string& victim, std::uint64_t seed) {
   else CHECK(local_stop_cause(run, "stage") == "the launcher is gone");
 
   run.start(true);
-  CHECK(run.wait() == 0);
+  const int resumed = run.wait();
   INFO(run.said());
+  CHECK(resumed == 0);
   check_finished_run(run);
 }
 

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 
+#include "cli/audit_command.h"
 #include "cli/node_makers.h"
 #include "plant/record.h"
 #include "procs/recorder/recorder.h"
@@ -51,6 +52,11 @@ void check_finished_run(const LiveRun& run) {
   CHECK(verdict.log_present);
   CHECK(verdict.log_messages > 0);
   CHECK(fill_log(run.path()) == 0);  // it was whole already
+  const replay::AuditVerdict audit = audit_verdict(run.path());
+  for (const auto& v : audit.violations) UNSCOPED_INFO(v.what);
+  CHECK(audit.clean());
+  CHECK(audit.with_world);
+  for (const auto& doubt : audit.unknowns) CHECK(doubt.resolved_by);
 }
 
 std::string local_stop_cause(const LiveRun& run, const std::string& node) {

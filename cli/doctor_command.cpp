@@ -1,0 +1,93 @@
+#include "cli/doctor_command.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/bus_check.h"
+#include "cli/bus_port.h"
+#include "cli/exit_codes.h"
+#include "lcmtypes/channels.h"
+#include "procs/bus/lcm_bus.h"
+#include "runtime/build_info.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Check {
+  std::string name;
+  bool ok = false;
+  std::string found;  ///< what is there, or what is wrong
+  std::string mend;   ///< empty when nothing is wrong
+};
+
+Check multicast() {
+  const std::string trouble = check_multicast();
+  if (trouble.empty()) return {"multicast", true, "a datagram sent with ttl 0 came back", ""};
+  return {"multicast", false, trouble,
+          "ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo (or print with --bus in-process)"};
+}
+
+Check receive_buffer() {
+  const int granted = granted_receive_buffer();
+  const std::string found = std::to_string(granted) + " bytes granted, " + std::to_string(kWantedReceiveBuffer) + " wanted";
+  if (granted >= kWantedReceiveBuffer) return {"receive buffer", true, found, ""};
+  return {"receive buffer", false, found + ": messages get lost and are sent again",
+          "sysctl -w net.core.rmem_max=" + std::to_string(kWantedReceiveBuffer)};
+}
+
+Check ports() {
+  int free = 0;
+  for (int n = 0; n < kBusPorts; n += 100) free += bus_port_is_free(kFirstBusPort + n);
+  const std::string found = std::to_string(free) + " of " + std::to_string(kBusPorts / 100) + " ports tried are free";
+  return {"ports", free > 0, found, free > 0 ? "" : "end the programs that hold UDP ports from " + std::to_string(kFirstBusPort)};
+}
+
+Check disk() {
+  constexpr std::uintmax_t kWanted = std::uintmax_t(1) << 30;
+  std::error_code error;
+  const auto space = fs::space(".", error);
+  if (error) return {"disk", false, error.message(), "run from a folder that can be written"};
+  const std::string found = std::to_string(space.available >> 20) + " MiB free here";
+  return {"disk", space.available >= kWanted, found, space.available >= kWanted ? "" : "a print needs up to 1 GiB: make room"};
+}
+
+Check programs() {
+  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path();
+  std::string missing;
+  const auto need = [&](std::string_view name) {
+    if (!fs::exists(folder / name)) missing += (missing.empty() ? "" : ", ") + std::string(name);
+  };
+  need("world");
+  need("recorder");
+  for (const NodeInfo& n : nodes())
+    if (int(n.id) < kReplayedNodeCount) need(n.name);
+  if (missing.empty()) return {"programs", true, "every process of a print lies beside this program", ""};
+  return {"programs", false, "missing beside this program: " + missing, "run ./firn doctor: it builds what is missing"};
+}
+
+}  // namespace
+
+int run_doctor(const DoctorOptions& options) {
+  const std::vector<Check> checks{multicast(), receive_buffer(), ports(), disk(), programs()};
+  bool well = true;
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Check& c : checks) {
+    well = well && c.ok;
+    if (options.json)
+      list.push_back({{"check", c.name}, {"ok", c.ok}, {"found", c.found}, {"mend", c.mend}});
+    else
+      std::printf("%-15s %s  %s%s\n", c.name.c_str(), c.ok ? "ok  " : "WRONG", c.found.c_str(),
+                  c.mend.empty() ? "" : ("\n                mend: " + c.mend).c_str());
+  }
+  if (options.json)
+    std::puts(nlohmann::ordered_json{{"well", well}, {"platform", platform_description()}, {"checks", list}}.dump(2).c_str());
+  return well ? kOk : kFailed;
+}
+
+}  // namespace firn
