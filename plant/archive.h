@@ -24,10 +24,8 @@ class Archive {
   const std::vector<std::byte>& bytes() const { return bytes_; }
 
   template <class T>
-    requires std::is_trivially_copyable_v<T>
-  void operator()(T& value) {
-    raw(&value, sizeof value);
-  }
+  requires std::is_trivially_copyable_v<T>
+  void operator()(T& value) { raw(&value, sizeof value); }
   template <class T>
   void operator()(std::vector<T>& values) {
     sequence(values);
@@ -42,10 +40,8 @@ class Archive {
     raw(text.data(), n);
   }
   template <class T>
-    requires requires(T& t, Archive& a) { t.io(a); }
-  void operator()(T& value) {
-    value.io(*this);
-  }
+  requires requires(T& t, Archive& a) { t.io(a); }
+  void operator()(T& value) { value.io(*this); }
   template <class... T>
   void all(T&... values) {
     (operator()(values), ...);

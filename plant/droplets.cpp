@@ -13,8 +13,12 @@ namespace {
 class DropletModel : public Model {
  public:
   explicit DropletModel(const WorldConfig& c)
-      : grid_(c.grid), params_(c.droplet), seed_(c.seed), field_(c.grid, params_.fine_cells, params_.margin_cells),
-        nozzle_(c.nozzle, c.seed), attempts_(c.grid.size(), 0) {}
+      : grid_(c.grid),
+        params_(c.droplet),
+        seed_(c.seed),
+        field_(c.grid, params_.fine_cells, params_.margin_cells),
+        nozzle_(c.nozzle, c.seed),
+        attempts_(c.grid.size(), 0) {}
 
   Landing fire(const Shot& shot) override {
     const NearestCell cell = nearest_cell(grid_, shot.x_mm, shot.y_mm);
@@ -83,8 +87,11 @@ class DropletModel : public Model {
 }  // namespace
 
 NearestCell nearest_cell(const GridSpec& grid, double x_mm, double y_mm) {
-  const auto round = [](double u) { return std::int32_t(std::floor(std::clamp(u, -30000.0, 30000.0) + 0.5)); };
-  return {round((x_mm - grid.origin_x_mm) / grid.pitch_x_mm), round((y_mm - grid.origin_y_mm) / grid.pitch_y_mm)};
+  const auto round = [](double u) {
+    return std::int32_t(std::floor(std::clamp(u, -30000.0, 30000.0) + 0.5));
+  };
+  return {round((x_mm - grid.origin_x_mm) / grid.pitch_x_mm),
+          round((y_mm - grid.origin_y_mm) / grid.pitch_y_mm)};
 }
 
 std::uint32_t cell_key(NearestCell cell) {

@@ -8,8 +8,8 @@ namespace {
 
 constexpr int kMaxBox = 32;  // fine cells along a footprint's side
 
-// Worth wider vector instructions where there are some; no fused operations and no reordered sums, so the bytes are
-// the same with either.
+// Worth wider vector instructions where there are some; no fused operations and no reordered sums, so the
+// bytes are the same with either.
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define FIRN_PLANT_CLONES __attribute__((target_clones("avx2", "default")))
 #else
@@ -29,13 +29,16 @@ struct Work {
   double weight[kWidth][kWidth], other[kWidth][kWidth], net[kWidth][kWidth];
 };
 
-/// Weights of the footprint: cap and film are paraboloids 1 - (r/R)^2, each normalised by its own sum; then low ground
-/// is preferred: each share is weighed by 1 + (mean - z) / bias, held within 0 .. 2. Then the liquid is added.
+/// Weights of the footprint: cap and film are paraboloids 1 - (r/R)^2, each normalised by its own sum; then
+/// low ground is preferred: each share is weighed by 1 + (mean - z) / bias, held within 0 .. 2. Then the
+/// liquid is added.
 /// @param u, v the centre in fine cells from the window's corner
 template <int kWidth>
 inline __attribute__((always_inline)) void spread(const Window& w, Work<kWidth>& work, const DropletParams& p,
-                                                  double depth_cells, double u, double v, double dx, double dy) {
-  const double ic = 1.0 / (p.cap_radius_mm * p.cap_radius_mm), fc = 1.0 / (p.film_radius_mm * p.film_radius_mm);
+                                                  double depth_cells, double u, double v, double dx,
+                                                  double dy) {
+  const double ic = 1.0 / (p.cap_radius_mm * p.cap_radius_mm),
+               fc = 1.0 / (p.film_radius_mm * p.film_radius_mm);
   double rx2[kWidth], cap_column[kWidth] = {}, film_column[kWidth] = {}, column[kWidth] = {};
   for (int a = 0; a < w.nx; ++a) {
     const double r = (a + 0.5 - u) * dx;
@@ -89,10 +92,11 @@ inline __attribute__((always_inline)) void spread(const Window& w, Work<kWidth>&
     for (int a = 0; a < w.nx; ++a) w.liquid[b * w.stride + a] += depth * work.weight[b][a];
 }
 
-/// One levelling step: fluxes from the old heights, then all exchanges, so that the result does not depend on the
-/// order of cells. run_share <= 1/4 keeps every cell's liquid >= 0.
+/// One levelling step: fluxes from the old heights, then all exchanges, so that the result does not depend on
+/// the order of cells. run_share <= 1/4 keeps every cell's liquid >= 0.
 template <int kWidth>
-inline __attribute__((always_inline)) void level(const Window& w, Work<kWidth>& work, double rate, double run_share) {
+inline __attribute__((always_inline)) void level(const Window& w, Work<kWidth>& work, double rate,
+                                                 double run_share) {
   auto& z = work.weight;
   auto& give = work.other;
   auto& net = work.net;
@@ -114,35 +118,43 @@ inline __attribute__((always_inline)) void level(const Window& w, Work<kWidth>& 
     for (int a = 0; a < n; ++a) from[a] -= flux[a];
     for (int a = 0; a < n; ++a) to[a] += flux[a];
   };
-  for (int b = 0; b < w.ny; ++b)
-    exchange(w.nx - 1, z[b], z[b] + 1, give[b], give[b] + 1, net[b], net[b] + 1);
+  for (int b = 0; b < w.ny; ++b) exchange(w.nx - 1, z[b], z[b] + 1, give[b], give[b] + 1, net[b], net[b] + 1);
   for (int b = 0; b + 1 < w.ny; ++b) exchange(w.nx, z[b], z[b + 1], give[b], give[b + 1], net[b], net[b + 1]);
   for (int b = 0; b < w.ny; ++b)
     for (int a = 0; a < w.nx; ++a) w.liquid[b * w.stride + a] += net[b][a];
 }
 
 template <int kWidth>
-inline __attribute__((always_inline)) void land_in(const Window& w, const DropletParams& p, double depth_cells,
-                                                   double u, double v, double dx, double dy) {
+inline __attribute__((always_inline)) void land_in(const Window& w, const DropletParams& p,
+                                                   double depth_cells, double u, double v, double dx,
+                                                   double dy) {
   Work<kWidth> work;
   spread(w, work, p, depth_cells, u, v, dx, dy);
   for (int n = 0; n < p.levelling_steps; ++n) level(w, work, p.levelling, p.run_share);
 }
 
-FIRN_PLANT_CLONES void land_on(const Window& w, const DropletParams& p, double depth_cells, double u, double v, double dx,
-                               double dy) {
-  if (w.nx <= 16 && w.ny <= 16) land_in<16>(w, p, depth_cells, u, v, dx, dy);
-  else land_in<kMaxBox>(w, p, depth_cells, u, v, dx, dy);
+FIRN_PLANT_CLONES void land_on(const Window& w, const DropletParams& p, double depth_cells, double u,
+                               double v, double dx, double dy) {
+  if (w.nx <= 16 && w.ny <= 16)
+    land_in<16>(w, p, depth_cells, u, v, dx, dy);
+  else
+    land_in<kMaxBox>(w, p, depth_cells, u, v, dx, dy);
 }
 
 }  // namespace
 
 Field::Field(const GridSpec& grid, int fine_cells, int margin_cells)
-    : grid_(grid), fine_(fine_cells), margin_(margin_cells), width_((grid.nx + 2 * margin_cells) * fine_cells),
-      height_((grid.ny + 2 * margin_cells) * fine_cells), dx_mm_(grid.pitch_x_mm / fine_cells),
-      dy_mm_(grid.pitch_y_mm / fine_cells), left_mm_(grid.origin_x_mm - (0.5 + margin_cells) * grid.pitch_x_mm),
+    : grid_(grid),
+      fine_(fine_cells),
+      margin_(margin_cells),
+      width_((grid.nx + 2 * margin_cells) * fine_cells),
+      height_((grid.ny + 2 * margin_cells) * fine_cells),
+      dx_mm_(grid.pitch_x_mm / fine_cells),
+      dy_mm_(grid.pitch_y_mm / fine_cells),
+      left_mm_(grid.origin_x_mm - (0.5 + margin_cells) * grid.pitch_x_mm),
       bottom_mm_(grid.origin_y_mm - (0.5 + margin_cells) * grid.pitch_y_mm),
-      solid_(std::size_t(width_) * height_, 0.0), liquid_(solid_.size(), 0.0) {}
+      solid_(std::size_t(width_) * height_, 0.0),
+      liquid_(solid_.size(), 0.0) {}
 
 bool Field::land(const DropletParams& p, double volume_mm3, double x_mm, double y_mm) {
   ledger_.landed += volume_mm3;
@@ -157,10 +169,11 @@ bool Field::land(const DropletParams& p, double volume_mm3, double x_mm, double 
   }
   // The window reaches one fine cell beyond the footprint, so that levelling can enlarge it.
   const int a0 = int(u - reach_x - 0.5), b0 = int(v - reach_y - 0.5);
-  const int nx = std::min(int(u + reach_x + 1.5) - a0, kMaxBox), ny = std::min(int(v + reach_y + 1.5) - b0, kMaxBox);
+  const int nx = std::min(int(u + reach_x + 1.5) - a0, kMaxBox),
+            ny = std::min(int(v + reach_y + 1.5) - b0, kMaxBox);
   const std::size_t corner = std::size_t(b0) * width_ + a0;
-  land_on({solid_.data() + corner, liquid_.data() + corner, width_, nx, ny}, p, volume_mm3 / (dx_mm_ * dy_mm_), u - a0,
-          v - b0, dx_mm_, dy_mm_);
+  land_on({solid_.data() + corner, liquid_.data() + corner, width_, nx, ny}, p,
+          volume_mm3 / (dx_mm_ * dy_mm_), u - a0, v - b0, dx_mm_, dy_mm_);
   return true;
 }
 

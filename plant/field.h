@@ -24,9 +24,10 @@ class Field {
  public:
   Field(const GridSpec& grid, int fine_cells, int margin_cells);
 
-  /// Adds `volume_mm3` of liquid about (x_mm, y_mm): cap plus film, low ground preferred, then `levelling_steps` steps in which each
-  /// pair of neighbouring fine cells of the footprint exchanges levelling x (difference of surface height), at
-  /// most run_share of the liquid of the giving cell. A footprint not wholly on the field is lost.
+  /// Adds `volume_mm3` of liquid about (x_mm, y_mm): cap plus film, low ground preferred, then
+  /// `levelling_steps` steps in which each pair of neighbouring fine cells of the footprint exchanges
+  /// levelling x (difference of surface height), at most run_share of the liquid of the giving cell. A
+  /// footprint not wholly on the field is lost.
   /// @returns false when lost
   bool land(const DropletParams& p, double volume_mm3, double x_mm, double y_mm);
 

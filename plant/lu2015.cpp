@@ -1,7 +1,8 @@
-// The paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A]: core/deposition with h1..h3 all times (1 + v U[0,1]),
-// drawn per droplet and layer (errata, FIT). Droplets arrive one by one; (4) takes a whole pass, and is linear in
-// the pattern for the height at its start, so a pass is collected and applied at once when it ends: at the jet's
-// disarming, a second droplet on one cell, an exposure or a measurement, whichever comes first.
+// The paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A]: core/deposition with h1..h3 all times (1 + v
+// U[0,1]), drawn per droplet and layer (errata, FIT). Droplets arrive one by one; (4) takes a whole pass, and
+// is linear in the pattern for the height at its start, so a pass is collected and applied at once when it
+// ends: at the jet's disarming, a second droplet on one cell, an exposure or a measurement, whichever comes
+// first.
 #include <algorithm>
 
 #include "core/deposition/height_change.h"
@@ -17,10 +18,16 @@ using deposition::Stencil;
 class Lu2015Model : public Model {
  public:
   explicit Lu2015Model(const WorldConfig& c)
-      : grid_(c.grid), params_(c.lu2015), seed_(c.seed),
+      : grid_(c.grid),
+        params_(c.lu2015),
+        seed_(c.seed),
         nominal_(deposition::stencil_of({params_.h1_mm, params_.h2_mm, params_.h3_mm})),
-        change_(c.grid, nominal_, params_.keep_border ? deposition::Border::kKeep : deposition::Border::kLose),
-        height_(c.grid, 0.0), pending_(c.grid.size(), 0), stencils_(c.grid.size(), nominal_), attempts_(c.grid.size(), 0),
+        change_(c.grid, nominal_,
+                params_.keep_border ? deposition::Border::kKeep : deposition::Border::kLose),
+        height_(c.grid, 0.0),
+        pending_(c.grid.size(), 0),
+        stencils_(c.grid.size(), nominal_),
+        attempts_(c.grid.size(), 0),
         shown_(c.grid, 1, 0) {}
 
   Landing fire(const Shot& shot) override {
@@ -34,8 +41,9 @@ class Lu2015Model : public Model {
     }
     const std::size_t n = grid_.index(cell.i, cell.j);
     if (pending_[n] != 0) end_pass();
-    const double factor = 1.0 + params_.variation * random_uniform({seed_, Purpose::kModelVariation, exposures_,
-                                                                    attempts_[n]++, cell_key(cell)});
+    const double factor =
+        1.0 + params_.variation * random_uniform({seed_, Purpose::kModelVariation, exposures_, attempts_[n]++,
+                                                  cell_key(cell)});
     stencils_[n] = nominal_;
     stencils_[n].centre_mm *= factor;
     for (double& weight : stencils_[n].ring_mm) weight *= factor;
@@ -91,17 +99,19 @@ class Lu2015Model : public Model {
   Stencil<1> nominal_;
   HeightChange<1> change_;
   HeightMap height_;
-  std::vector<std::uint8_t> pending_;     ///< droplets of the pass that has not been applied
-  std::vector<Stencil<1>> stencils_;      ///< of those droplets
-  std::vector<std::uint32_t> attempts_;   ///< droplets per cell since the last exposure
+  std::vector<std::uint8_t> pending_;    ///< droplets of the pass that has not been applied
+  std::vector<Stencil<1>> stencils_;     ///< of those droplets
+  std::vector<std::uint32_t> attempts_;  ///< droplets per cell since the last exposure
   std::uint32_t exposures_ = 0;
   bool any_pending_ = false;
   VolumeLedger ledger_;
-  Field shown_;                           ///< height_ as the sensor takes it
+  Field shown_;  ///< height_ as the sensor takes it
 };
 
 }  // namespace
 
-std::unique_ptr<Model> make_lu2015_model(const WorldConfig& config) { return std::make_unique<Lu2015Model>(config); }
+std::unique_ptr<Model> make_lu2015_model(const WorldConfig& config) {
+  return std::make_unique<Lu2015Model>(config);
+}
 
 }  // namespace firn::plant

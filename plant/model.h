@@ -27,8 +27,8 @@ NearestCell nearest_cell(const GridSpec& grid, double x_mm, double y_mm);
 std::uint32_t cell_key(NearestCell cell);
 
 struct Landing {
-  bool missed = false;       ///< the nozzle was triggered and no droplet came
-  double volume_mm3 = 0.0;   ///< of the droplet and its satellite
+  bool missed = false;      ///< the nozzle was triggered and no droplet came
+  double volume_mm3 = 0.0;  ///< of the droplet and its satellite
   double x_mm = 0.0, y_mm = 0.0;
 };
 
@@ -36,10 +36,10 @@ class Model {
  public:
   virtual ~Model() = default;
   virtual Landing fire(const Shot& shot) = 0;
-  virtual void end_pass() = 0;                    ///< the jet was disarmed: what landed so far has settled
-  virtual void expose(std::int64_t now_us) = 0;   ///< the lamp cured the layer
-  virtual const Field& surface() = 0;             ///< settled surface, for the sensor
-  virtual HeightMap cell_means() const = 0;       ///< noise-free, settled
+  virtual void end_pass() = 0;                   ///< the jet was disarmed: what landed so far has settled
+  virtual void expose(std::int64_t now_us) = 0;  ///< the lamp cured the layer
+  virtual const Field& surface() = 0;            ///< settled surface, for the sensor
+  virtual HeightMap cell_means() const = 0;      ///< noise-free, settled
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
   virtual std::uint32_t exposures() const = 0;

@@ -32,7 +32,8 @@ int right_hand_side(realtype, N_Vector y_vector, N_Vector rate_vector, void* use
 }
 
 void require(int flag, const char* call) {
-  if (flag < 0) throw std::runtime_error(std::string("nozzle: ") + call + " failed, flag " + std::to_string(flag));
+  if (flag < 0)
+    throw std::runtime_error(std::string("nozzle: ") + call + " failed, flag " + std::to_string(flag));
 }
 
 }  // namespace
@@ -65,8 +66,7 @@ struct Nozzle::Solver {
   }
 };
 
-Nozzle::Nozzle(const NozzleParams& params, std::uint64_t seed) : params_(params), seed_(seed) {
-}
+Nozzle::Nozzle(const NozzleParams& params, std::uint64_t seed) : params_(params), seed_(seed) {}
 Nozzle::~Nozzle() = default;
 Nozzle::Nozzle(Nozzle&&) noexcept = default;
 Nozzle& Nozzle::operator=(Nozzle&&) noexcept = default;

@@ -39,8 +39,8 @@ class Nozzle {
   NozzleParams params_;
   std::uint64_t seed_;
   NozzleState state_;
-  std::int64_t at_us_ = 0;   ///< time of state_
-  std::int64_t drops_ = 0;   ///< since then
+  std::int64_t at_us_ = 0;  ///< time of state_
+  std::int64_t drops_ = 0;  ///< since then
   double target_ = 0.0;
   double factor_ = 1.0;
   struct Solver;

@@ -17,7 +17,8 @@ static_assert(sizeof(BeginRecord) == 24 && sizeof(ShotRecord) == 64 && sizeof(Sc
 class RecordFile : public WorldRecord {
  public:
   explicit RecordFile(const std::filesystem::path& path)
-      : writer_(path, std::filesystem::exists(path) ? RecordWriter::Mode::kAppend : RecordWriter::Mode::kCreate) {}
+      : writer_(path,
+                std::filesystem::exists(path) ? RecordWriter::Mode::kAppend : RecordWriter::Mode::kCreate) {}
 
   void append(RecordKind kind, std::span<const std::byte> payload) override {
     if (kind == RecordKind::kShot && payload.size() == sizeof(ShotRecord)) {
@@ -61,12 +62,18 @@ std::unique_ptr<WorldRecord> make_record_file(const std::filesystem::path& path)
 
 bool decode(RecordKind kind, std::span<const std::byte> payload, WorldHistory& into) {
   switch (kind) {
-    case RecordKind::kBegin: return take(payload, into.begins);
-    case RecordKind::kShot: return take(payload, into.shots);
-    case RecordKind::kScanTrigger: return take(payload, into.scans);
-    case RecordKind::kLamp: return take(payload, into.lamp);
-    case RecordKind::kLink: return take(payload, into.links);
-    case RecordKind::kDevice: return take(payload, into.devices);
+    case RecordKind::kBegin:
+      return take(payload, into.begins);
+    case RecordKind::kShot:
+      return take(payload, into.shots);
+    case RecordKind::kScanTrigger:
+      return take(payload, into.scans);
+    case RecordKind::kLamp:
+      return take(payload, into.lamp);
+    case RecordKind::kLink:
+      return take(payload, into.links);
+    case RecordKind::kDevice:
+      return take(payload, into.devices);
     case RecordKind::kShots: {
       if (payload.size() % sizeof(ShotRecord) != 0) return false;
       for (std::size_t at = 0; at < payload.size(); at += sizeof(ShotRecord))

@@ -1,6 +1,6 @@
 // The world's own record: what truly happened, in order of time. `firn audit` and the kill tests read it.
-// File: DIR/world.rec in the framing of logfile/record_file.h; the record's kind is RecordKind, its payload the
-// little-endian struct below of that name, packed as declared (no padding).
+// File: DIR/world.rec in the framing of logfile/record_file.h; the record's kind is RecordKind, its payload
+// the little-endian struct below of that name, packed as declared (no padding).
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,13 @@
 namespace firn::plant {
 
 enum class RecordKind : std::uint16_t {
-  kBegin = 1,       ///< BeginRecord: a world begins or goes on
-  kShot = 2,        ///< ShotRecord: a trigger pulse reached the jet
-  kScanTrigger = 3, ///< ScanRecord: a trigger pulse reached the profiler
-  kLamp = 4,        ///< LampRecord
-  kLink = 5,        ///< LinkRecord: a port was connected or disconnected
-  kDevice = 6,      ///< DeviceRecord: an instrument changed state, or was abused
-  kShots = 7,       ///< ShotRecord[]: several in a row, in order
+  kBegin = 1,        ///< BeginRecord: a world begins or goes on
+  kShot = 2,         ///< ShotRecord: a trigger pulse reached the jet
+  kScanTrigger = 3,  ///< ScanRecord: a trigger pulse reached the profiler
+  kLamp = 4,         ///< LampRecord
+  kLink = 5,         ///< LinkRecord: a port was connected or disconnected
+  kDevice = 6,       ///< DeviceRecord: an instrument changed state, or was abused
+  kShots = 7,        ///< ShotRecord[]: several in a row, in order
 };
 
 enum class Port : std::uint8_t { kStage = 0, kJet = 1, kProfiler = 2, kLamp = 3 };
@@ -29,67 +29,67 @@ enum class Port : std::uint8_t { kStage = 0, kJet = 1, kProfiler = 2, kLamp = 3 
 /// What became of a trigger.
 enum class ShotOutcome : std::uint8_t {
   kFired = 0,
-  kMissed = 1,         ///< the jet obeyed, no droplet came
-  kGatedSource = 2,    ///< the jet was not set to external triggers
-  kGatedNoWaveform = 3,///< no PULSE was loaded since power on
-  kGatedBusy = 4,      ///< the jet was resetting or loading a waveform
-  kGatedTooFast = 5,   ///< sooner after the last droplet than the jet can follow
+  kMissed = 1,           ///< the jet obeyed, no droplet came
+  kGatedSource = 2,      ///< the jet was not set to external triggers
+  kGatedNoWaveform = 3,  ///< no PULSE was loaded since power on
+  kGatedBusy = 4,        ///< the jet was resetting or loading a waveform
+  kGatedTooFast = 5,     ///< sooner after the last droplet than the jet can follow
 };
 
 struct BeginRecord {
   std::int64_t t_us = 0;
   std::int64_t droplets_before = 0;  ///< fired before this moment, by the restored state
   std::uint32_t exposures = 0;
-  std::uint32_t restored = 0;        ///< 1: went on from a saved state
+  std::uint32_t restored = 0;  ///< 1: went on from a saved state
 };
 struct ShotRecord {
   std::int64_t t_us = 0;
-  double x_mm = 0.0, y_mm = 0.0;                  ///< stage
+  double x_mm = 0.0, y_mm = 0.0;  ///< stage
   double landed_x_mm = 0.0, landed_y_mm = 0.0;
-  double volume_mm3 = 0.0;                        ///< 0 unless fired
-  std::int32_t i = 0, j = 0;                      ///< nearest cell, may be off the grid
-  std::uint32_t exposures = 0;                    ///< layers cured before
+  double volume_mm3 = 0.0;      ///< 0 unless fired
+  std::int32_t i = 0, j = 0;    ///< nearest cell, may be off the grid
+  std::uint32_t exposures = 0;  ///< layers cured before
   ShotOutcome outcome = ShotOutcome::kFired;
   std::uint8_t reserved[3] = {};
 };
 struct ScanRecord {
   std::int64_t t_us = 0;
-  double y_mm = 0.0;                              ///< where the line lies on the part
+  double y_mm = 0.0;  ///< where the line lies on the part
   std::uint32_t trigger_count = 0;
   std::int32_t encoder_count = 0;
 };
 enum class LampEvent : std::uint8_t {
   kOpened = 1,
-  kClosed = 2,       ///< by command or at the end of a timed exposure
-  kWatchdog = 3,     ///< closed by the lamp's own longest on-time
+  kClosed = 2,    ///< by command or at the end of a timed exposure
+  kWatchdog = 3,  ///< closed by the lamp's own longest on-time
 };
 struct LampRecord {
   std::int64_t t_us = 0;
-  double dose_s = 0.0;                            ///< iris share x open time; 0 when opened
-  std::uint32_t exposures = 0;                    ///< after the event
+  double dose_s = 0.0;          ///< iris share x open time; 0 when opened
+  std::uint32_t exposures = 0;  ///< after the event
   LampEvent event = LampEvent::kOpened;
-  std::uint8_t cured = 0;                         ///< 1: the dose sufficed
+  std::uint8_t cured = 0;  ///< 1: the dose sufficed
   std::uint8_t reserved[2] = {};
 };
 struct LinkRecord {
   std::int64_t t_us = 0;
   Port port = Port::kStage;
   std::uint8_t connected = 0;
-  std::uint8_t by_instrument = 0;                 ///< 1: the instrument closed it
+  std::uint8_t by_instrument = 0;  ///< 1: the instrument closed it
   std::uint8_t reserved[5] = {};
 };
 enum class DeviceEvent : std::uint8_t {
-  kJetArmed = 1,            ///< SOURCE external
-  kJetDisarmed = 2,         ///< value = triggers obeyed since it was armed
-  kJetAbused = 3,           ///< PULSE while droplets were being fired; value = microseconds since the last droplet
+  kJetArmed = 1,     ///< SOURCE external
+  kJetDisarmed = 2,  ///< value = triggers obeyed since it was armed
+  kJetAbused = 3,    ///< PULSE while droplets were being fired; value = microseconds since the last droplet
   kStageMoving = 4,
   kStageStopped = 5,
-  kStageAborted = 6,        ///< by command
-  kStageWatchdog = 7,       ///< link lost while moving: decelerated, PSO off
-  kStageFault = 8,          ///< value = axis fault bits
-  kPsoArmed = 9,            ///< value = axis
-  kPsoOff = 10,             ///< value = axis
-  kRebooted = 11,           ///< value = boot count
+  kStageAborted = 6,   ///< by command
+  kStageWatchdog = 7,  ///< link lost while moving: decelerated, PSO off
+  kStageFault = 8,     ///< value = axis fault bits
+  kPsoArmed = 9,       ///< value = axis
+  kPsoOff = 10,        ///< value = axis
+  kRebooted = 11,      ///< value = boot count
 };
 struct DeviceRecord {
   std::int64_t t_us = 0;
@@ -107,8 +107,8 @@ class WorldRecord {
   virtual void flush() {}
 };
 
-/// The file. Shots are gathered and written as one kShots record when something else happens, when 256 have gathered,
-/// or at flush(). An existing file is continued. @throws as logfile::RecordWriter
+/// The file. Shots are gathered and written as one kShots record when something else happens, when 256 have
+/// gathered, or at flush(). An existing file is continued. @throws as logfile::RecordWriter
 std::unique_ptr<WorldRecord> make_record_file(const std::filesystem::path& path);
 
 /// Everything of a record file, by kind, each in order of time.

@@ -47,13 +47,15 @@ constexpr int kPad = 4;  // columns of substrate on either side
 std::vector<double> row_under_spot(const Field& f, double y_mm, double spot_mm) {
   std::vector<double> line(std::size_t(f.width() + 2 * kPad), 0.0);
   const double v = (y_mm - f.bottom_mm()) / f.dy_mm(), half = 0.5 * spot_mm / f.dy_mm();
-  const int first = std::max(0, int(std::floor(v - half))), last = std::min(f.height() - 1, int(std::floor(v + half)));
+  const int first = std::max(0, int(std::floor(v - half))),
+            last = std::min(f.height() - 1, int(std::floor(v + half)));
   double covered = 0.0;
   for (int b = first; b <= last; ++b) {
     const double weight = half > 0.0 ? std::min(v + half, b + 1.0) - std::max(v - half, double(b)) : 1.0;
     if (!(weight > 0.0)) continue;
     covered += weight;
-    for (int a = 0; a < f.width(); ++a) line[std::size_t(a + kPad)] += weight * f.surface_mm(std::size_t(b) * f.width() + a);
+    for (int a = 0; a < f.width(); ++a)
+      line[std::size_t(a + kPad)] += weight * f.surface_mm(std::size_t(b) * f.width() + a);
   }
   if (covered > 0.0)
     for (double& z : line) z /= covered;
@@ -62,8 +64,8 @@ std::vector<double> row_under_spot(const Field& f, double y_mm, double spot_mm) 
 
 }  // namespace
 
-void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, double y_mm, double x0_mm, double dx_mm,
-                     std::span<double> z_mm) {
+void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, double y_mm, double x0_mm,
+                     double dx_mm, std::span<double> z_mm) {
   const std::vector<double> line = row_under_spot(f, y_mm, p.spot_y_mm);
   const NormalTable& normal = normal_table();
   const bool steps = f.fine_cells() == 1;
@@ -72,9 +74,11 @@ void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, doub
     return philox4x32({std::uint32_t(n), key.trigger, key.layer, std::uint32_t(purpose)}, seed);
   };
   const double offset = p.offset_noise_mm > 0.0
-      ? p.offset_noise_mm * normal(block(Purpose::kSensorNoise, 0xffffffffu)[0]) : 0.0;
+                            ? p.offset_noise_mm * normal(block(Purpose::kSensorNoise, 0xffffffffu)[0])
+                            : 0.0;
   const double per_cell = 1.0 / f.dx_mm(), half_slope = 0.5 * per_cell;
-  const double quarter = p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell;  // two Gauss points stand for the spot
+  const double quarter =
+      p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell;  // two Gauss points stand for the spot
   const double low_end = -2.0, high_end = f.width() + 2.0;
   const auto floor_of = [](double u) { return int(u + kPad) - kPad; };
   PhiloxBlock noise{}, gap{};
@@ -97,7 +101,8 @@ void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, doub
     const double dropout =
         p.dropout_floor + p.dropout_per_slope * std::max(0.0, std::abs(slope) - p.dropout_slope_from);
     const double draw = ((gap[n % 8 / 2] >> 16 * (n % 2) & 0xffffu) + 0.5) * 0x1p-16;
-    z_mm[n] = draw < dropout ? std::numeric_limits<double>::quiet_NaN() : z + offset + p.noise_mm * normal(noise[n % 4]);
+    z_mm[n] = draw < dropout ? std::numeric_limits<double>::quiet_NaN()
+                             : z + offset + p.noise_mm * normal(noise[n % 4]);
   }
 }
 

@@ -28,7 +28,9 @@ std::int64_t monotonic_ns() {
   return std::int64_t(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
 }
 
-std::runtime_error failure(const std::string& what) { return std::runtime_error("world: " + what + ": " + std::strerror(errno)); }
+std::runtime_error failure(const std::string& what) {
+  return std::runtime_error("world: " + what + ": " + std::strerror(errno));
+}
 
 /// A descriptor with what waits to be written to it.
 struct Peer {
@@ -64,8 +66,9 @@ int listen_on(const std::filesystem::path& path) {
   address.sun_family = AF_UNIX;
   const std::string text = path.string();
   if (text.size() >= sizeof address.sun_path)
-    throw std::runtime_error("world: socket path " + text + " has " + std::to_string(text.size()) + " bytes, at most " +
-                             std::to_string(sizeof address.sun_path - 1) + " are possible: choose a shorter --io folder");
+    throw std::runtime_error("world: socket path " + text + " has " + std::to_string(text.size()) +
+                             " bytes, at most " + std::to_string(sizeof address.sun_path - 1) +
+                             " are possible: choose a shorter --io folder");
   std::memcpy(address.sun_path, text.data(), text.size());
   ::unlink(text.c_str());
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -81,8 +84,11 @@ int listen_on(const std::filesystem::path& path) {
 class Server {
  public:
   Server(const ServeOptions& o, const WorldConfig& config)
-      : options_(o), state_(o.run / "world" / "state"), record_(make_record_file(o.run / "world.rec")),
-        world_(std::filesystem::exists(state_) ? World::restore(state_, config, record_.get()) : World(config, record_.get())),
+      : options_(o),
+        state_(o.run / "world" / "state"),
+        record_(make_record_file(o.run / "world.rec")),
+        world_(std::filesystem::exists(state_) ? World::restore(state_, config, record_.get())
+                                               : World(config, record_.get())),
         saved_exposures_(world_.exposures()) {
     std::filesystem::create_directories(o.io);
     std::filesystem::create_directories(state_.parent_path());
@@ -110,7 +116,8 @@ class Server {
       control_.flush();
       if (world_.exposures() != saved_exposures_) save();
     }
-    for (const auto port : kPorts) world_.disconnect(port, now_us());  // the instruments' own watchdogs see the link go
+    for (const auto port : kPorts)
+      world_.disconnect(port, now_us());  // the instruments' own watchdogs see the link go
     save();
   }
 
@@ -122,22 +129,26 @@ class Server {
     return std::int64_t(double(since_ns) * options_.time_scale * 1e-3) + options_.offset_us;
   }
   std::int64_t wall_ns(std::int64_t t_us) const {
-    return options_.epoch_ns + std::int64_t(double(t_us - options_.offset_us) * 1e3 / options_.time_scale) + 1;
+    return options_.epoch_ns + std::int64_t(double(t_us - options_.offset_us) * 1e3 / options_.time_scale) +
+           1;
   }
 
-  // Bytes leave on time; what only happens inside is caught up with a few milliseconds later, at its exact time.
+  // Bytes leave on time; what only happens inside is caught up with a few milliseconds later, at its exact
+  // time.
   void wait(const sigset_t& during_poll) {
     constexpr std::int64_t kInnerDelay_ns = 5'000'000, kLongest_ns = 1'000'000'000;
     const std::int64_t now = monotonic_ns();
     std::int64_t until = now + kLongest_ns;
     if (const std::int64_t t = world_.next_event_us(); t != INT64_MAX) until = std::min(until, wall_ns(t));
-    if (const std::int64_t t = world_.next_inner_us(); t != INT64_MAX) until = std::min(until, std::max(wall_ns(t), now + kInnerDelay_ns));
+    if (const std::int64_t t = world_.next_inner_us(); t != INT64_MAX)
+      until = std::min(until, std::max(wall_ns(t), now + kInnerDelay_ns));
     const std::int64_t left = std::max<std::int64_t>(0, until - now);
     const timespec timeout{left / 1'000'000'000, left % 1'000'000'000};
     std::array<pollfd, 5> polls{};
     for (std::size_t n = 0; n < kPorts.size(); ++n)
-      polls[n] = clients_[n].fd >= 0 ? pollfd{clients_[n].fd, short(clients_[n].out.empty() ? POLLIN : POLLIN | POLLOUT), 0}
-                                     : pollfd{listeners_[n], POLLIN, 0};
+      polls[n] = clients_[n].fd >= 0
+                     ? pollfd{clients_[n].fd, short(clients_[n].out.empty() ? POLLIN : POLLIN | POLLOUT), 0}
+                     : pollfd{listeners_[n], POLLIN, 0};
     polls[4] = {control_.fd, POLLIN, 0};  // -1 is passed over
     ::ppoll(polls.data(), polls.size(), &timeout, &during_poll);
   }
@@ -182,12 +193,16 @@ class Server {
     std::array<char, 4096> bytes;
     for (;;) {
       const ssize_t got = ::read(control_.fd, bytes.data(), bytes.size());
-      if (got > 0) heard_.append(bytes.data(), std::size_t(got));
-      else if (got < 0 && errno == EINTR) continue;
-      else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) stopping_ = true;
+      if (got > 0)
+        heard_.append(bytes.data(), std::size_t(got));
+      else if (got < 0 && errno == EINTR)
+        continue;
+      else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK))
+        stopping_ = true;
       if (got <= 0) break;
     }
-    for (std::size_t end; (end = heard_.find('\n')) != std::string::npos; heard_.erase(0, end + 1)) command(heard_.substr(0, end));
+    for (std::size_t end; (end = heard_.find('\n')) != std::string::npos; heard_.erase(0, end + 1))
+      command(heard_.substr(0, end));
   }
 
   void command(const std::string& line) {
@@ -243,7 +258,7 @@ void serve(const ServeOptions& options, const WorldConfig& config) {
   stop_requested = 0;
   ::signal(SIGINT, SIG_IGN);  // the launcher decides what Ctrl-C means
   ::signal(SIGPIPE, SIG_IGN);
-  struct sigaction action{};
+  struct sigaction action {};
   action.sa_handler = [](int) { stop_requested = 1; };
   ::sigaction(SIGTERM, &action, nullptr);
   sigset_t blocked, during_poll;
@@ -251,7 +266,8 @@ void serve(const ServeOptions& options, const WorldConfig& config) {
   ::sigaddset(&blocked, SIGTERM);  // arrives only inside ppoll, so that none is slept through
   ::sigprocmask(SIG_BLOCK, &blocked, &during_poll);
   ::sigdelset(&during_poll, SIGTERM);
-  if (options.control_fd >= 0 && ::fcntl(options.control_fd, F_SETFL, ::fcntl(options.control_fd, F_GETFL) | O_NONBLOCK) != 0)
+  if (options.control_fd >= 0 &&
+      ::fcntl(options.control_fd, F_SETFL, ::fcntl(options.control_fd, F_GETFL) | O_NONBLOCK) != 0)
     throw failure("control descriptor " + std::to_string(options.control_fd));
   Server(options, config).run(during_poll);
 }

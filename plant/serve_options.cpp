@@ -27,18 +27,25 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
     const std::string& name = arguments[n];
     if (n + 1 == arguments.size()) throw std::invalid_argument(name + ": a value is missing");
     const std::string& value = arguments[n + 1];
-    if (name == "--run") o.run = value;
-    else if (name == "--io") o.io = value;
-    else if (name == "--control-fd") o.control_fd = number<int>(name, value);
-    else if (name == "--epoch-ns") o.epoch_ns = number<std::int64_t>(name, value);
-    else if (name == "--offset-us") o.offset_us = number<std::int64_t>(name, value);
-    else if (name == "--time-scale") o.time_scale = number<double>(name, value);
-    else if (name != "--incarnation" && name != "--run-id" && name != "--bus" && name != "--node" && name != "--blob" &&
-             name != "--faults")
+    if (name == "--run")
+      o.run = value;
+    else if (name == "--io")
+      o.io = value;
+    else if (name == "--control-fd")
+      o.control_fd = number<int>(name, value);
+    else if (name == "--epoch-ns")
+      o.epoch_ns = number<std::int64_t>(name, value);
+    else if (name == "--offset-us")
+      o.offset_us = number<std::int64_t>(name, value);
+    else if (name == "--time-scale")
+      o.time_scale = number<double>(name, value);
+    else if (name != "--incarnation" && name != "--run-id" && name != "--bus" && name != "--node" &&
+             name != "--blob" && name != "--faults")
       throw std::invalid_argument("unknown argument " + name);
   }
   if (o.run.empty()) throw std::invalid_argument("--run is missing: the run folder");
-  if (!(o.time_scale > 0.0 && o.time_scale <= 1e6)) throw std::invalid_argument("--time-scale must be above 0, at most 1e6");
+  if (!(o.time_scale > 0.0 && o.time_scale <= 1e6))
+    throw std::invalid_argument("--time-scale must be above 0, at most 1e6");
   if (o.io.empty()) o.io = o.run / "io";
   return o;
 }

@@ -6,7 +6,8 @@
 
 namespace firn::plant {
 
-/// Nature's parameters come from [plant]; the instruments' from the lab's sections. What the controllers believe
+/// Nature's parameters come from [plant]; the instruments' from the lab's sections. What the controllers
+/// believe
 /// ([model]) does not reach nature.
 WorldConfig world_config(const Experiment& experiment);
 

@@ -1,14 +1,14 @@
 #include "plant/world.h"
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fcntl.h>
 #include <fstream>
 #include <stdexcept>
-#include <unistd.h>
 
 #include "logfile/checksum.h"
 #include "plant/sensor.h"
@@ -25,16 +25,18 @@ constexpr std::array<std::string_view, 4> kPortNames{kStagePort, kJetPort, kProf
 std::size_t port_of(std::string_view name) {
   for (std::size_t n = 0; n < kPortNames.size(); ++n)
     if (kPortNames[n] == name) return n;
-  throw std::invalid_argument("world: unknown port \"" + std::string(name) + "\"; known: stage jet laser_profiler lamp");
+  throw std::invalid_argument("world: unknown port \"" + std::string(name) +
+                              "\"; known: stage jet laser_profiler lamp");
 }
 
 // What a saved state must agree with to make sense.
 std::string fingerprint(const WorldConfig& c) {
   char text[256];
   const GridSpec& g = c.grid;
-  std::snprintf(text, sizeof text, "%s %llu %d %d %a %a %a %a %d %d %d", c.model.c_str(), static_cast<unsigned long long>(c.seed),
-                g.nx, g.ny, g.pitch_x_mm, g.pitch_y_mm, g.origin_x_mm, g.origin_y_mm, c.droplet.fine_cells,
-                c.droplet.margin_cells, c.profiler.points);
+  std::snprintf(text, sizeof text, "%s %llu %d %d %a %a %a %a %d %d %d", c.model.c_str(),
+                static_cast<unsigned long long>(c.seed), g.nx, g.ny, g.pitch_x_mm, g.pitch_y_mm,
+                g.origin_x_mm, g.origin_y_mm, c.droplet.fine_cells, c.droplet.margin_cells,
+                c.profiler.points);
   return text;
 }
 
@@ -42,9 +44,15 @@ std::string fingerprint(const WorldConfig& c) {
 
 struct World::Impl : Wires {
   Impl(const WorldConfig& c, WorldRecord* r)
-      : config(c), record(r), model(make_model(c)), stage(c.stage, *this), jet(c.jet, *this),
-        profiler(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)), lamp_twin(c.lamp, *this),
-        twins{&stage, &jet, &profiler, &lamp_twin}, line(std::size_t(c.profiler.points)) {}
+      : config(c),
+        record(r),
+        model(make_model(c)),
+        stage(c.stage, *this),
+        jet(c.jet, *this),
+        profiler(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
+        lamp_twin(c.lamp, *this),
+        twins{&stage, &jet, &profiler, &lamp_twin},
+        line(std::size_t(c.profiler.points)) {}
 
   // Inner events in order of time; at equal times in the order of the ports.
   void run_until(std::int64_t t_us) {
@@ -69,7 +77,8 @@ struct World::Impl : Wires {
     if (record) record->flush();
   }
 
-  void pulse(int axis, std::int64_t t_us, const double position_mm[3], const double velocity_mm_s[3]) override {
+  void pulse(int axis, std::int64_t t_us, const double position_mm[3],
+             const double velocity_mm_s[3]) override {
     if (axis == 1) return scan(t_us, position_mm[1]);
     if (axis != 0) return;
     int droplets = 0;
@@ -82,7 +91,8 @@ struct World::Impl : Wires {
 
   void softtrigger(std::int64_t t_us, int droplets) override {
     const Vec3 at = stage.device().position_mm(t_us);
-    fire({t_us, at[0], at[1], stage.device().velocity_mm_s(0, t_us), stage.device().velocity_mm_s(1, t_us)}, droplets);
+    fire({t_us, at[0], at[1], stage.device().velocity_mm_s(0, t_us), stage.device().velocity_mm_s(1, t_us)},
+         droplets);
   }
 
   void fire(const Shot& shot, int droplets) {
@@ -97,15 +107,25 @@ struct World::Impl : Wires {
   void write_shot(const Shot& shot, ShotOutcome outcome, const Landing& landing) {
     if (!record) return;
     const NearestCell cell = nearest_cell(config.grid, shot.x_mm, shot.y_mm);
-    write(RecordKind::kShot, ShotRecord{shot.t_us, shot.x_mm, shot.y_mm, landing.x_mm, landing.y_mm, landing.volume_mm3,
-                                        cell.i, cell.j, model->exposures(), outcome, {}});
+    write(RecordKind::kShot, ShotRecord{shot.t_us,
+                                        shot.x_mm,
+                                        shot.y_mm,
+                                        landing.x_mm,
+                                        landing.y_mm,
+                                        landing.volume_mm3,
+                                        cell.i,
+                                        cell.j,
+                                        model->exposures(),
+                                        outcome,
+                                        {}});
   }
 
   void scan(std::int64_t t_us, double stage_y_mm) {
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
     const auto encoder = std::int32_t(stage.device().encoder_counts(1, stage_y_mm));
-    measure_profile(model->surface(), config.sensor, {config.seed, model->exposures(), scans_of_layer++}, y_mm,
-                    profile_x0_mm(config.grid, config.profiler), profile_dx_mm(config.grid, config.profiler), line);
+    measure_profile(model->surface(), config.sensor, {config.seed, model->exposures(), scans_of_layer++},
+                    y_mm, profile_x0_mm(config.grid, config.profiler),
+                    profile_dx_mm(config.grid, config.profiler), line);
     profiler.trigger(t_us, encoder, line);
     write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler.triggers(), encoder});
   }
@@ -140,7 +160,8 @@ struct World::Impl : Wires {
     std::string print = fingerprint(config);
     a(print);
     if (print != fingerprint(config))
-      throw std::runtime_error("world state: of another configuration: \"" + print + "\", not \"" + fingerprint(config) + "\"");
+      throw std::runtime_error("world state: of another configuration: \"" + print + "\", not \"" +
+                               fingerprint(config) + "\"");
     a.all(now_us, fired, missed, gated, scans_of_layer);
     a.tag(1, "the plant");
     model->io(a);
@@ -193,8 +214,10 @@ void World::receive(std::string_view port, std::span<const std::byte> bytes, std
   impl_->run_until(now_us);
   Twin& twin = *impl_->twins[n];
   if (!twin.link().connected()) return;
-  if (Port(n) == Port::kJet || Port(n) == Port::kLamp) twin.link().arrive(bytes, impl_->now_us);
-  else if (!twin.link().hung()) twin.take(bytes, impl_->now_us);
+  if (Port(n) == Port::kJet || Port(n) == Port::kLamp)
+    twin.link().arrive(bytes, impl_->now_us);
+  else if (!twin.link().hung())
+    twin.take(bytes, impl_->now_us);
 }
 
 void World::inject(const SimFault& fault, std::int64_t now_us) {
@@ -242,7 +265,8 @@ void World::advance(std::int64_t now_us, const SendFn& send) {
 
 Truth World::truth() const {
   const Model& model = *impl_->model;
-  return {model.exposures(), impl_->fired, impl_->missed, impl_->gated, model.volume_mm3(), model.ledger(), model.cell_means()};
+  return {model.exposures(),  impl_->fired,   impl_->missed,     impl_->gated,
+          model.volume_mm3(), model.ledger(), model.cell_means()};
 }
 
 std::uint32_t World::exposures() const { return impl_->model->exposures(); }
@@ -259,7 +283,8 @@ void World::save(const std::filesystem::path& path) const {
 
   const std::filesystem::path temporary = path.string() + ".new";
   const auto fail = [&](const char* what) {
-    throw std::runtime_error("world state: cannot " + std::string(what) + " " + temporary.string() + ": " + std::strerror(errno));
+    throw std::runtime_error("world state: cannot " + std::string(what) + " " + temporary.string() + ": " +
+                             std::strerror(errno));
   };
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (fd < 0) fail("create");

@@ -1,8 +1,9 @@
-// Nature for the whole lab: plant, the instruments' twins and the wires between them. Time and bytes come in, bytes
-// go out; nothing here reads a clock or a file except save() and restore().
+// Nature for the whole lab: plant, the instruments' twins and the wires between them. Time and bytes come in,
+// bytes go out; nothing here reads a clock or a file except save() and restore().
 //
-// Wires: stage PSO on X -> jet trigger -> droplet at the stage's position of that instant; PSO on Y -> profiler
-// trigger; lamp shutter -> curing. Frames: part = stage (the nozzle stands above part point (x, y) when X = x, Y = y).
+// Wires: stage PSO on X -> jet trigger -> droplet at the stage's position of that instant; PSO on Y ->
+// profiler trigger; lamp shutter -> curing. Frames: part = stage (the nozzle stands above part point (x, y)
+// when X = x, Y = y).
 #pragma once
 
 #include <cstddef>
@@ -27,13 +28,13 @@ inline constexpr std::string_view kStagePort = "stage", kJetPort = "jet", kProfi
 
 /// What no node may know.
 struct Truth {
-  std::uint32_t exposures = 0;         ///< layers cured
-  std::int64_t droplets_fired = 0;     ///< triggers that the jet obeyed, missed droplets included
+  std::uint32_t exposures = 0;      ///< layers cured
+  std::int64_t droplets_fired = 0;  ///< triggers that the jet obeyed, missed droplets included
   std::int64_t droplets_missed = 0;
-  std::int64_t triggers_gated = 0;     ///< triggers that the jet did not obey
-  double volume_mm3 = 0.0;             ///< on the field
+  std::int64_t triggers_gated = 0;  ///< triggers that the jet did not obey
+  double volume_mm3 = 0.0;          ///< on the field
   VolumeLedger ledger;
-  HeightMap height;                    ///< noise-free mean over each cell [mm]
+  HeightMap height;  ///< noise-free mean over each cell [mm]
 };
 
 class World {
@@ -53,15 +54,16 @@ class World {
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
-  /// Calls of these four come with time that never runs backwards. What was due before `now_us` happens first; bytes
-  /// of instruments that fall due in it wait for advance(). Unknown ports: std::invalid_argument.
+  /// Calls of these four come with time that never runs backwards. What was due before `now_us` happens
+  /// first; bytes of instruments that fall due in it wait for advance(). Unknown ports:
+  /// std::invalid_argument.
   void connect(std::string_view port, std::int64_t now_us);
   void disconnect(std::string_view port, std::int64_t now_us);
   void receive(std::string_view port, std::span<const std::byte> bytes, std::int64_t now_us);
   void inject(const SimFault& fault, std::int64_t now_us);
 
-  /// When the next bytes for a port fall due; INT64_MAX = none pending. What happens inside (droplets, exposures)
-  /// needs no call of its own: it is computed at its exact time by the next one.
+  /// When the next bytes for a port fall due; INT64_MAX = none pending. What happens inside (droplets,
+  /// exposures) needs no call of its own: it is computed at its exact time by the next one.
   std::int64_t next_event_us() const;
   /// When anything at all happens next, inside or outside: for a live process that records promptly.
   std::int64_t next_inner_us() const;
@@ -72,10 +74,12 @@ class World {
   std::uint32_t exposures() const;
   const WorldConfig& config() const;
 
-  /// The complete state, atomically (temporary file, fsync, rename). @throws std::runtime_error naming the file
+  /// The complete state, atomically (temporary file, fsync, rename). @throws std::runtime_error naming the
+  /// file
   void save(const std::filesystem::path& path) const;
-  /// A world that goes on bit for bit where `path` was saved. Ports are disconnected in it. The configuration must be
-  /// that of the saved world. @throws std::runtime_error: no such file, damaged, or of another configuration
+  /// A world that goes on bit for bit where `path` was saved. Ports are disconnected in it. The configuration
+  /// must be that of the saved world. @throws std::runtime_error: no such file, damaged, or of another
+  /// configuration
   static World restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record);
 
  private:

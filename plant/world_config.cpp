@@ -9,8 +9,8 @@ namespace {
 
 void range(const char* field, double value, double low, double high) {
   if (!(value >= low && value <= high))
-    throw std::invalid_argument(std::string("world: ") + field + " = " + std::to_string(value) + " is outside " +
-                                std::to_string(low) + " .. " + std::to_string(high));
+    throw std::invalid_argument(std::string("world: ") + field + " = " + std::to_string(value) +
+                                " is outside " + std::to_string(low) + " .. " + std::to_string(high));
 }
 
 }  // namespace

@@ -26,7 +26,8 @@ struct SimFault {
   std::int64_t delay_us = 0;
 };
 
-/// "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip". @throws std::invalid_argument
+/// "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip". @throws
+/// std::invalid_argument
 FaultKind fault_kind(std::string_view name);
 
 }  // namespace firn::plant

@@ -7,20 +7,46 @@ namespace {
 
 constexpr std::uint8_t kAck = 0x06, kNak = 0x15;
 enum Command : std::uint8_t {
-  kReset = 0x01, kPoll = 0x02, kDrops = 0x03, kContMode = 0x04, kPulse = 0x06, kStrobeDiv = 0x07, kSource = 0x08,
-  kSoftTrigger = 0x09, kStrobeEnable = 0x10, kLowFreq = 0x11, kFullFreq = 0x12, kStrobeDelay = 0x13, kDump = 0x60,
+  kReset = 0x01,
+  kPoll = 0x02,
+  kDrops = 0x03,
+  kContMode = 0x04,
+  kPulse = 0x06,
+  kStrobeDiv = 0x07,
+  kSource = 0x08,
+  kSoftTrigger = 0x09,
+  kStrobeEnable = 0x10,
+  kLowFreq = 0x11,
+  kFullFreq = 0x12,
+  kStrobeDelay = 0x13,
+  kDump = 0x60,
   kGetVersion = 0xF0,
 };
 enum Status : std::uint8_t { kOk = 0, kBadSum = 1, kUnknown = 2, kBadLength = 3, kBusy = 4, kBadValue = 5 };
 
 int data_length(std::uint8_t command) {
   switch (command) {
-    case kReset: case kPoll: case kSoftTrigger: case kDump: case kGetVersion: return 0;
-    case kContMode: case kStrobeDiv: case kSource: case kStrobeEnable: return 1;
-    case kDrops: case kLowFreq: case kFullFreq: return 2;
-    case kStrobeDelay: return 3;
-    case kPulse: return 19;
-    default: return -1;
+    case kReset:
+    case kPoll:
+    case kSoftTrigger:
+    case kDump:
+    case kGetVersion:
+      return 0;
+    case kContMode:
+    case kStrobeDiv:
+    case kSource:
+    case kStrobeEnable:
+      return 1;
+    case kDrops:
+    case kLowFreq:
+    case kFullFreq:
+      return 2;
+    case kStrobeDelay:
+      return 3;
+    case kPulse:
+      return 19;
+    default:
+      return -1;
   }
 }
 
@@ -85,9 +111,14 @@ void JetTwin::execute(std::int64_t now_us) {
       state_.busy_until_us = now_us + params_.reset_us;
       return answer(true, command, kOk, state_.busy_until_us);  // when it is through
     case kPoll:
-      return answer(true, command, std::uint8_t((state_.external ? 1 : 0) | (state_.waveform ? 2 : 0)), now_us);
-    case kDrops: state_.drops = u16(0); break;
-    case kContMode: state_.continuous = data[0] != 0; break;
+      return answer(true, command, std::uint8_t((state_.external ? 1 : 0) | (state_.waveform ? 2 : 0)),
+                    now_us);
+    case kDrops:
+      state_.drops = u16(0);
+      break;
+    case kContMode:
+      state_.continuous = data[0] != 0;
+      break;
     case kPulse:
       // Their comment: changing the waveform while jetting "can break the JetDrive".
       if (state_.external || state_.continuous)
@@ -95,27 +126,39 @@ void JetTwin::execute(std::int64_t now_us) {
       state_.waveform = true;
       state_.busy_until_us = now_us + params_.pulse_us;
       return answer(true, command, kOk, state_.busy_until_us);
-    case kStrobeDiv: state_.strobe_divider = data[0]; break;
-    case kSource: set_source(data[0] != 0, now_us); break;
+    case kStrobeDiv:
+      state_.strobe_divider = data[0];
+      break;
+    case kSource:
+      set_source(data[0] != 0, now_us);
+      break;
     case kSoftTrigger:
       if (!state_.waveform) return answer(false, command, kBadValue, now_us);
       state_.last_fired_us = now_us;
       ++state_.fired;
       wires_.softtrigger(now_us, state_.drops);
       break;
-    case kStrobeEnable: state_.strobe = data[0]; break;
-    case kLowFreq: state_.low_rate_hz = u16(0); break;
+    case kStrobeEnable:
+      state_.strobe = data[0];
+      break;
+    case kLowFreq:
+      state_.low_rate_hz = u16(0);
+      break;
     case kFullFreq:
       if (u16(0) == 0) return answer(false, command, kBadValue, now_us);
       state_.rate_hz = u16(0);
       break;
-    case kStrobeDelay: state_.strobe_delay_us = u16(1); break;
-    case kDump: return dump(now_us);
+    case kStrobeDelay:
+      state_.strobe_delay_us = u16(1);
+      break;
+    case kDump:
+      return dump(now_us);
     case kGetVersion: {
       const char bytes[5] = {char(kAck), char(command), 3, 1, char(command + 4)};
       return link_.reply({bytes, 5}, now_us);
     }
-    default: return answer(false, command, kUnknown, now_us);
+    default:
+      return answer(false, command, kUnknown, now_us);
   }
   answer(true, command, kOk, now_us);
 }

@@ -1,4 +1,5 @@
-// Twin of the jet driver: MicroFab JetDrive III, binary frames at 9600 baud, fired by its external trigger input.
+// Twin of the jet driver: MicroFab JetDrive III, binary frames at 9600 baud, fired by its external trigger
+// input.
 #pragma once
 
 #include <array>
@@ -10,7 +11,8 @@
 
 namespace firn::plant {
 
-/// Frame: 53 len cmd data… sum, len = bytes behind 'S' without sum, sum = (len + … + last data) mod 256, big-endian.
+/// Frame: 53 len cmd data… sum, len = bytes behind 'S' without sum, sum = (len + … + last data) mod 256,
+/// big-endian.
 class JetTwin : public Twin {
  public:
   JetTwin(const JetParams& params, Wires& wires);
@@ -27,12 +29,12 @@ class JetTwin : public Twin {
 
  private:
   struct State {
-    bool external = false;      ///< SOURCE 1
-    bool waveform = false;      ///< a PULSE was loaded
-    bool continuous = false;    ///< CONTMODE
+    bool external = false;    ///< SOURCE 1
+    bool waveform = false;    ///< a PULSE was loaded
+    bool continuous = false;  ///< CONTMODE
     std::uint8_t strobe_divider = 1, strobe = 0;
     std::uint16_t drops = 1, rate_hz = 1000, low_rate_hz = 0, strobe_delay_us = 0;
-    std::uint32_t fired = 0;    ///< triggers obeyed since SOURCE was last set to external
+    std::uint32_t fired = 0;  ///< triggers obeyed since SOURCE was last set to external
     std::int64_t busy_until_us = 0;
     std::int64_t last_fired_us = -1'000'000'000;
   };

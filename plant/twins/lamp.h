@@ -1,4 +1,5 @@
-// Twin of the UV lamp: Excelitas OmniCure S2000, `<cmd><CRC8><CR>` at 19200 baud, shutter, iris, timed exposure.
+// Twin of the UV lamp: Excelitas OmniCure S2000, `<cmd><CRC8><CR>` at 19200 baud, shutter, iris, timed
+// exposure.
 #pragma once
 
 #include <cstdint>
@@ -17,22 +18,24 @@ class LampTwin : public Twin {
  public:
   LampTwin(const LampParams& params, Wires& wires);
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
-  void disconnected(std::int64_t) override { line_.clear(); }  // no lost-link timeout is documented: it stays open
+  void disconnected(std::int64_t) override {
+    line_.clear();
+  }  // no lost-link timeout is documented: it stays open
   std::int64_t next_device_us() const override { return state_.open ? state_.close_at_us : kNever; }
-  void device_event(std::int64_t now_us) override;             ///< end of a timed exposure, or the longest on-time
+  void device_event(std::int64_t now_us) override;  ///< end of a timed exposure, or the longest on-time
   void reboot(std::int64_t now_us) override;
   void trip(std::int64_t now_us, bool on) override;
   void io(Archive& a) override;
 
  private:
   struct State {
-    bool talking = false;        ///< CONN was received
+    bool talking = false;  ///< CONN was received
     bool open = false, alarm = false, alarm_held = false, locked = false, timed = false;
     int iris_percent = 100;
-    int exposure_tenths = 0;     ///< of STM
+    int exposure_tenths = 0;  ///< of STM
     std::int64_t opened_us = 0, close_at_us = kNever;
     std::int64_t dose_from_us = 0;
-    double dose_s = 0.0;         ///< up to dose_from_us
+    double dose_s = 0.0;  ///< up to dose_from_us
   };
   std::string execute(std::string_view command, std::int64_t now_us);
   void open(std::int64_t now_us, std::int64_t for_us, bool timed);

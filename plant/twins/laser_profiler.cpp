@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint8_t kChangeProgram = 0x39, kNewestProfile = 0x42;
 constexpr std::uint8_t kErrorCommand = 0x01, kErrorArgument = 0x03;
-constexpr int kUnit = 10;                      // z in steps of kUnit x 0.01 um = 0.1 um
+constexpr int kUnit = 10;  // z in steps of kUnit x 0.01 um = 0.1 um
 constexpr std::int32_t kNoPeak = -524288, kLimit = 524287, kLowest = -524284;
 constexpr std::uint32_t kLargestRequest = 4096;
 
@@ -35,7 +35,10 @@ double profile_x0_mm(const GridSpec& grid, const ProfilerParams& params) {
 }
 
 ProfilerTwin::ProfilerTwin(const ProfilerParams& params, double x0_mm, double dx_mm)
-    : Twin(Port::kProfiler, TwinLink(0.0, params.latency_us)), params_(params), x0_mm_(x0_mm), dx_mm_(dx_mm) {}
+    : Twin(Port::kProfiler, TwinLink(0.0, params.latency_us)),
+      params_(params),
+      x0_mm_(x0_mm),
+      dx_mm_(dx_mm) {}
 
 void ProfilerTwin::trigger(std::int64_t t_us, std::int32_t encoder_counts, std::span<const double> z_mm) {
   std::swap(before_, newest_);
@@ -49,8 +52,10 @@ void ProfilerTwin::trigger(std::int64_t t_us, std::int32_t encoder_counts, std::
   int held = 0;
   for (const double z : z_mm) {
     const double units = z * (1e5 / kUnit);  // 1 mm = 1e5 x 0.01 um
-    const std::int32_t point = std::isnan(units) ? kNoPeak
-                               : std::int32_t(std::clamp(units, double(kLowest), double(kLimit)) + 1048576.5) - 1048576;
+    const std::int32_t point =
+        std::isnan(units)
+            ? kNoPeak
+            : std::int32_t(std::clamp(units, double(kLowest), double(kLimit)) + 1048576.5) - 1048576;
     bits |= std::uint64_t(std::uint32_t(point) & 0xfffffu) << held;
     for (held += 20; held >= 8; held -= 8, bits >>= 8) *out++ = char(bits);
   }
@@ -63,7 +68,8 @@ void ProfilerTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   while (request_.size() - begin >= 4) {
     const auto rest = std::as_bytes(std::span(request_).subspan(begin));
     const std::uint32_t following = u32_at(rest, 0);
-    if (following < 16 || following > kLargestRequest) {  // not this protocol: nothing can be told from nothing
+    if (following < 16 ||
+        following > kLargestRequest) {  // not this protocol: nothing can be told from nothing
       request_.clear();
       return;
     }
@@ -80,11 +86,15 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
   std::string body;
   const Shot* shot = nullptr;
   if (command == kChangeProgram) {
-    if (request.size() != 24) error = kErrorArgument;
-    else program_ = std::uint8_t(request[20]);
+    if (request.size() != 24)
+      error = kErrorArgument;
+    else
+      program_ = std::uint8_t(request[20]);
   } else if (command == kNewestProfile) {
-    if (request.size() != 36) error = kErrorArgument;
-    else shot = newest_.ready_us <= now_us ? &newest_ : before_.ready_us <= now_us ? &before_ : nullptr;
+    if (request.size() != 36)
+      error = kErrorArgument;
+    else
+      shot = newest_.ready_us <= now_us ? &newest_ : before_.ready_us <= now_us ? &before_ : nullptr;
   } else {
     error = kErrorCommand;
   }
@@ -117,7 +127,7 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
   put(out, 12 + body.size(), 4);  // bytes from the command on
   put(out, command, 1);
   put(out, error, 1);
-  put(out, 0, 6);                 // controller status and reserve
+  put(out, 0, 6);  // controller status and reserve
   put(out, program_, 4);
   out += body;
   link_.reply(out, now_us);
@@ -131,6 +141,8 @@ void ProfilerTwin::reboot(std::int64_t) {
   newest_ = before_ = {};
 }
 
-void ProfilerTwin::io(Archive& a) { a.all(boot_count_, request_, program_, triggers_, newest_, before_, link_); }
+void ProfilerTwin::io(Archive& a) {
+  a.all(boot_count_, request_, program_, triggers_, newest_, before_, link_);
+}
 
 }  // namespace firn::plant

@@ -1,4 +1,5 @@
-// Twin of the laser profiler: Keyence LJ-V7000 over TCP, one profile per external trigger, newest profile on request.
+// Twin of the laser profiler: Keyence LJ-V7000 over TCP, one profile per external trigger, newest profile on
+// request.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +11,11 @@
 
 namespace firn::plant {
 
-/// Request: u32 bytes that follow, u32 0x00F00001, u32 0, u32 body bytes, u8 command, 3 zeros, arguments; little
-/// endian. Answers 0x39 (change program) and 0x42 (newest profile: 20-bit signed points, 8 in 20 bytes). Reply: u32
-/// bytes that follow, 0x00F00001, u32 header code, u32 body bytes, u8 command, u8 code, 6 zeros, u32 program, and for
-/// 0x42 24 bytes about the buffer (byte 12: profiles that follow, 0 or 1) and the profile.
+/// Request: u32 bytes that follow, u32 0x00F00001, u32 0, u32 body bytes, u8 command, 3 zeros, arguments;
+/// little endian. Answers 0x39 (change program) and 0x42 (newest profile: 20-bit signed points, 8 in 20
+/// bytes). Reply: u32 bytes that follow, 0x00F00001, u32 header code, u32 body bytes, u8 command, u8 code, 6
+/// zeros, u32 program, and for 0x42 24 bytes about the buffer (byte 12: profiles that follow, 0 or 1) and the
+/// profile.
 class ProfilerTwin : public Twin {
  public:
   /// @param x0_mm part position of the first point

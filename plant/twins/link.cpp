@@ -8,7 +8,7 @@
 namespace firn::plant {
 
 FaultKind fault_kind(std::string_view name) {
-  static constexpr std::array<std::string_view, 9> kNames{"drop", "delay", "split",  "flip", "hang",
+  static constexpr std::array<std::string_view, 9> kNames{"drop",   "delay", "split",  "flip", "hang",
                                                           "resume", "close", "reboot", "trip"};
   for (std::size_t n = 0; n < kNames.size(); ++n)
     if (kNames[n] == name) return FaultKind(n);
@@ -63,13 +63,15 @@ void TwinLink::reply(std::string_view bytes, std::int64_t now_us) {
     }
     if (fault.kind == FaultKind::kSplitReply) {
       for (std::size_t n = 0; n < chunk.bytes.size(); ++n) {
-        tx_free_us_ = std::max(tx_free_us_, double(now_us + latency_us_)) + std::max(byte_us_, double(fault.delay_us));
+        tx_free_us_ =
+            std::max(tx_free_us_, double(now_us + latency_us_)) + std::max(byte_us_, double(fault.delay_us));
         tx_.push_back({std::int64_t(std::ceil(tx_free_us_)), chunk.bytes.substr(n, 1), 0});
       }
       return;
     }
   }
-  tx_free_us_ = std::max(tx_free_us_, double(now_us + latency_us_ + extra_us)) + byte_us_ * double(bytes.size());
+  tx_free_us_ =
+      std::max(tx_free_us_, double(now_us + latency_us_ + extra_us)) + byte_us_ * double(bytes.size());
   chunk.t_us = std::int64_t(std::ceil(tx_free_us_));
   tx_.push_back(std::move(chunk));
 }
@@ -82,12 +84,24 @@ TwinLink::Chunk TwinLink::pop_send() {
 
 bool TwinLink::inject(const SimFault& fault, std::int64_t now_us) {
   switch (fault.kind) {
-    case FaultKind::kHang: hung_ = true; return true;
-    case FaultKind::kResume: hung_ = false; return true;
-    case FaultKind::kClose: close(now_us); return true;
+    case FaultKind::kHang:
+      hung_ = true;
+      return true;
+    case FaultKind::kResume:
+      hung_ = false;
+      return true;
+    case FaultKind::kClose:
+      close(now_us);
+      return true;
     case FaultKind::kReboot:
-    case FaultKind::kTrip: return false;
-    default: faults_.push_back({fault.kind, {}, std::max<std::int64_t>(fault.count, 0), std::max<std::int64_t>(fault.delay_us, 0)}); return true;
+    case FaultKind::kTrip:
+      return false;
+    default:
+      faults_.push_back({fault.kind,
+                         {},
+                         std::max<std::int64_t>(fault.count, 0),
+                         std::max<std::int64_t>(fault.delay_us, 0)});
+      return true;
   }
 }
 

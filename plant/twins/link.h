@@ -18,8 +18,8 @@ namespace firn::plant {
 
 inline constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
-/// TCP (byte_us = 0): bytes arrive at once, replies leave after latency_us. Serial: each byte takes byte_us on the
-/// wire either way; a reply is handed over when its last byte has left.
+/// TCP (byte_us = 0): bytes arrive at once, replies leave after latency_us. Serial: each byte takes byte_us
+/// on the wire either way; a reply is handed over when its last byte has left.
 class TwinLink {
  public:
   struct Chunk {
@@ -34,7 +34,7 @@ class TwinLink {
   bool hung() const { return hung_; }
   void connect(std::int64_t now_us);
   void disconnect();
-  void close(std::int64_t now_us);                ///< by the instrument
+  void close(std::int64_t now_us);  ///< by the instrument
 
   /// Serial only: queues bytes with their times of arrival.
   void arrive(std::span<const std::byte> bytes, std::int64_t now_us);

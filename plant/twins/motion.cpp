@@ -5,7 +5,8 @@
 
 namespace firn::plant {
 
-Move Move::trapezoid(const Vec3& from, const Vec3& to, double speed_mm_s, double accel_mm_s2, std::int64_t t0_us) {
+Move Move::trapezoid(const Vec3& from, const Vec3& to, double speed_mm_s, double accel_mm_s2,
+                     std::int64_t t0_us) {
   Move m;
   m.t0_us_ = t0_us;
   m.from_ = from;
@@ -23,7 +24,8 @@ Move Move::trapezoid(const Vec3& from, const Vec3& to, double speed_mm_s, double
   return m;
 }
 
-Move Move::stop(const Vec3& from, const Vec3& direction, double speed_mm_s, double decel_mm_s2, std::int64_t t0_us) {
+Move Move::stop(const Vec3& from, const Vec3& direction, double speed_mm_s, double decel_mm_s2,
+                std::int64_t t0_us) {
   Move m;
   m.t0_us_ = t0_us;
   m.from_ = from;

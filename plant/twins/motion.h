@@ -13,12 +13,14 @@ class Move {
  public:
   Move() = default;
   /// From rest to rest. @pre speed, acceleration > 0
-  static Move trapezoid(const Vec3& from, const Vec3& to, double speed_mm_s, double accel_mm_s2, std::int64_t t0_us);
+  static Move trapezoid(const Vec3& from, const Vec3& to, double speed_mm_s, double accel_mm_s2,
+                        std::int64_t t0_us);
   /// Braking from `speed_mm_s` along `direction` (unit length).
-  static Move stop(const Vec3& from, const Vec3& direction, double speed_mm_s, double decel_mm_s2, std::int64_t t0_us);
+  static Move stop(const Vec3& from, const Vec3& direction, double speed_mm_s, double decel_mm_s2,
+                   std::int64_t t0_us);
 
   std::int64_t start_us() const { return t0_us_; }
-  std::int64_t end_us() const;          ///< first whole microsecond at which it stands
+  std::int64_t end_us() const;  ///< first whole microsecond at which it stands
   double length_mm() const { return length_; }
   const Vec3& from() const { return from_; }
   const Vec3& direction() const { return direction_; }

@@ -22,13 +22,15 @@ void Pso::arm() {
 
 void Pso::advance() {
   ++next_index;
-  if (mode == Mode::kFixed) next_counts += fixed_counts;
-  else if (next_index < std::int64_t(increments.size())) next_counts += increments[std::size_t(next_index)];
+  if (mode == Mode::kFixed)
+    next_counts += fixed_counts;
+  else if (next_index < std::int64_t(increments.size()))
+    next_counts += increments[std::size_t(next_index)];
 }
 
 void Pso::io(Archive& a) {
-  a.all(armed, output, masked, window, mode, fixed_counts, increments, window_low_mm, window_high_mm, next_index,
-        next_counts, pulses, travel_mm);
+  a.all(armed, output, masked, window, mode, fixed_counts, increments, window_low_mm, window_high_mm,
+        next_index, next_counts, pulses, travel_mm);
 }
 
 void StageDevice::power_on() {
@@ -104,7 +106,8 @@ bool StageDevice::set_ramp(double rate_mm_s2) {
 
 StageDevice::Answer StageDevice::arm(int axis, std::int64_t now_us) {
   Pso& p = pso_[axis];
-  if (p.mode == Pso::Mode::kNone || (p.mode == Pso::Mode::kFixed && p.fixed_counts < 1)) return Answer::kFault;
+  if (p.mode == Pso::Mode::kNone || (p.mode == Pso::Mode::kFixed && p.fixed_counts < 1))
+    return Answer::kFault;
   p.arm();
   if (move_) p.travel_mm = -std::abs(move_->direction()[axis]) * move_->travelled_mm(now_us);
   wires_.note(now_us, Port::kStage, DeviceEvent::kPsoArmed, axis);
@@ -121,15 +124,18 @@ void StageDevice::pso_off(int axis, std::int64_t now_us) {
 std::uint32_t StageDevice::axis_status(int axis) const {
   bool active = move_ && (current_.axes >> axis & 1u), homing = move_ && (current_.homing >> axis & 1u);
   for (const Target& t : queue_) active |= t.axes >> axis & 1u, homing |= t.homing >> axis & 1u;
-  return (enabled_[axis] ? kEnabled : 0) | (homed_[axis] ? kHomed : 0) | (enabled_[axis] && !active ? kInPosition : 0) |
-         (active ? kMoveActive : 0) | (homing ? kHoming : 0) | (tripped_ ? kEstopInput : 0);
+  return (enabled_[axis] ? kEnabled : 0) | (homed_[axis] ? kHomed : 0) |
+         (enabled_[axis] && !active ? kInPosition : 0) | (active ? kMoveActive : 0) | (homing ? kHoming : 0) |
+         (tripped_ ? kEstopInput : 0);
 }
 
 std::int64_t StageDevice::encoder_counts(int axis, double position_mm) const {
   return std::llround(position_mm * params_.counts_per_mm);
 }
 
-std::int64_t StageDevice::next_us() const { return move_ ? std::min(move_->end_us(), next_pulse_.t_us) : kNever; }
+std::int64_t StageDevice::next_us() const {
+  return move_ ? std::min(move_->end_us(), next_pulse_.t_us) : kNever;
+}
 
 void StageDevice::event(std::int64_t now_us) {
   if (!move_) return;
@@ -142,7 +148,8 @@ void StageDevice::event(std::int64_t now_us) {
       velocity[a] = move_->direction()[a] * v;
     }
     const int axis = next_pulse_.axis;
-    const bool inside = !p.masked || (p.window && position[axis] >= p.window_low_mm && position[axis] <= p.window_high_mm);
+    const bool inside =
+        !p.masked || (p.window && position[axis] >= p.window_low_mm && position[axis] <= p.window_high_mm);
     p.advance();
     find_pulse();
     if (!p.output || !inside) return;
@@ -178,7 +185,8 @@ void StageDevice::begin_next(std::int64_t now_us) {
   find_pulse();
 }
 
-// A finished or broken-off move leaves its travel with the pulse outputs. A finished one ends on its target exactly.
+// A finished or broken-off move leaves its travel with the pulse outputs. A finished one ends on its target
+// exactly.
 void StageDevice::end_move() {
   const Move& m = *move_;
   for (int a = 0; a < 3; ++a) pso_[a].travel_mm += std::abs(m.direction()[a]) * m.length_mm();
@@ -208,7 +216,8 @@ void StageDevice::raise(int axis, std::uint32_t bits, std::int64_t now_us) {
   brake(now_us);
 }
 
-// The earliest crossing of the move in progress, exactly: s at which an armed axis has travelled its next count.
+// The earliest crossing of the move in progress, exactly: s at which an armed axis has travelled its next
+// count.
 void StageDevice::find_pulse() {
   next_pulse_ = {};
   if (!move_) return;

@@ -1,5 +1,6 @@
-// Twin of the stage: an Aerotech Ensemble with three axes, coordinated straight moves, and position-synchronised
-// output. State machine here; the ASCII dialect is stage_dialect.h. Facts from docs/plant.md, table "stage".
+// Twin of the stage: an Aerotech Ensemble with three axes, coordinated straight moves, and
+// position-synchronised output. State machine here; the ASCII dialect is stage_dialect.h. Facts from
+// docs/plant.md, table "stage".
 #pragma once
 
 #include <array>
@@ -25,12 +26,13 @@ struct Pso {
   std::int64_t fixed_counts = 0;
   std::vector<std::int64_t> increments;  ///< counts
   double window_low_mm = 0.0, window_high_mm = 0.0;
-  std::int64_t next_index = 0;           ///< pulses passed since ARM, masked ones included
-  std::int64_t next_counts = 0;          ///< travel of the next pulse; meaningless when exhausted()
-  std::int64_t pulses = 0;               ///< put out since ARM
-  double travel_mm = 0.0;                ///< since ARM, up to the start of the current move
+  std::int64_t next_index = 0;   ///< pulses passed since ARM, masked ones included
+  std::int64_t next_counts = 0;  ///< travel of the next pulse; meaningless when exhausted()
+  std::int64_t pulses = 0;       ///< put out since ARM
+  double travel_mm = 0.0;        ///< since ARM, up to the start of the current move
   bool exhausted() const {
-    return !armed || mode == Mode::kNone || (mode == Mode::kArray && next_index >= std::int64_t(increments.size()));
+    return !armed || mode == Mode::kNone ||
+           (mode == Mode::kArray && next_index >= std::int64_t(increments.size()));
   }
   void arm();
   void advance();
@@ -71,9 +73,9 @@ class StageDevice {
 
   // Time
   std::int64_t next_us() const;
-  void event(std::int64_t now_us);           ///< a pulse or the end of a move
-  void link_lost(std::int64_t now_us);       ///< the controller's own watchdog
-  void trip(bool on, std::int64_t now_us);   ///< emergency stop input
+  void event(std::int64_t now_us);          ///< a pulse or the end of a move
+  void link_lost(std::int64_t now_us);      ///< the controller's own watchdog
+  void trip(bool on, std::int64_t now_us);  ///< emergency stop input
   void power_on();
   void io(Archive& a);
 
@@ -97,7 +99,7 @@ class StageDevice {
 
   StageParams params_;
   Wires& wires_;
-  Vec3 at_mm_{};                       ///< while nothing moves
+  Vec3 at_mm_{};  ///< while nothing moves
   std::optional<Move> move_;
   Target current_;
   std::deque<Target> queue_;

@@ -22,8 +22,10 @@ struct Words {
     bool quoted = false;
     const auto end_word = [&] {
       if (used > begin) {
-        if (count == kMost) too_many = true;
-        else word[std::size_t(count++)] = {buffer.data() + begin, used - begin};
+        if (count == kMost)
+          too_many = true;
+        else
+          word[std::size_t(count++)] = {buffer.data() + begin, used - begin};
       }
       begin = used;
     };
@@ -109,7 +111,8 @@ StageReply iglobal(StageDevice& d, const Words& w) {
   if (!number(w[1], index) || index < 0 || index >= kIglobals || index != std::floor(index)) return {"!\n"};
   double& cell = d.iglobals()[std::size_t(index)];
   if (!w.assigns) return w.count == 2 ? integer(std::int64_t(cell)) : StageReply{"!\n"};
-  if (w.count != 3 || !number(w[2], value) || value != std::floor(value) || std::abs(value) > 2147483647.0) return {"!\n"};
+  if (w.count != 3 || !number(w[2], value) || value != std::floor(value) || std::abs(value) > 2147483647.0)
+    return {"!\n"};
   cell = value;
   return {"%\n"};
 }
@@ -134,7 +137,8 @@ StageReply pso_array(StageDevice& d, Pso& p, const Words& w) {
       first + count > kIglobals)
     return {"!\n"};
   std::vector<std::int64_t> increments;
-  for (int n = 0; n < int(count); ++n) increments.push_back(std::int64_t(d.iglobals()[std::size_t(first) + std::size_t(n)]));
+  for (int n = 0; n < int(count); ++n)
+    increments.push_back(std::int64_t(d.iglobals()[std::size_t(first) + std::size_t(n)]));
   for (const std::int64_t n : increments)
     if (n < 1) return {"!\n"};
   p.increments = std::move(increments);
@@ -157,10 +161,14 @@ StageReply pso_distance(const StageDevice& d, Pso& p, const Words& w) {
 
 StageReply pso_window(Pso& p, const Words& w) {
   if (w[2] != "1") return {"!\n"};
-  if (w[3] == "OFF") p.window = false;
-  else if (w[3] == "INPUT") return {"%\n"};
-  else if (w[3] == "RANGE" && number(w[4], p.window_low_mm) && number(w[5], p.window_high_mm)) p.window = true;
-  else return {"!\n"};
+  if (w[3] == "OFF")
+    p.window = false;
+  else if (w[3] == "INPUT")
+    return {"%\n"};
+  else if (w[3] == "RANGE" && number(w[4], p.window_low_mm) && number(w[5], p.window_high_mm))
+    p.window = true;
+  else
+    return {"!\n"};
   return {"%\n"};
 }
 
@@ -180,7 +188,8 @@ StageReply pso_command(StageDevice& d, const Words& w, std::int64_t now_us) {
     return {w.count == 3 || p.masked ? "%\n" : "!\n"};
   }
   double a = 0, b = 0;
-  if (verb == "PULSE" && w[2] == "TIME" && number(w[3], a) && number(w[4], b) && a > 0 && b > 0 && b <= a) return {"%\n"};
+  if (verb == "PULSE" && w[2] == "TIME" && number(w[3], a) && number(w[4], b) && a > 0 && b > 0 && b <= a)
+    return {"%\n"};
   if (verb == "TRACK" && (w[2] == "INPUT" || w[2] == "DIRECTION") && number(w[3], a)) return {"%\n"};
   return {"!\n"};
 }
@@ -223,7 +232,8 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   }
   const int axis = axis_of(w[1]);
   if (axis < 0) return {"!\n"};
-  if (verb == "AXISSTATUS" || verb == "AXISFAULT" || verb == "VFBK" || verb == "PFBKPROG" || verb == "PCMDPROG")
+  if (verb == "AXISSTATUS" || verb == "AXISFAULT" || verb == "VFBK" || verb == "PFBKPROG" ||
+      verb == "PCMDPROG")
     return axis_query(d, verb, axis, now_us);
   if (verb == "ENABLE") return {text_of(d.enable(axis))};
   if (verb == "DISABLE") return d.disable(axis, now_us), StageReply{"%\n"};
@@ -266,8 +276,10 @@ void StageTwin::interpret(std::int64_t now_us) {
     StageReply reply = execute(device_, std::string_view(line_).substr(begin, end - begin), now_us);
     begin = end + 1;
     if (reply.wait_mode >= 0) wait_for_motion_ = reply.wait_mode == 1;
-    if (reply.started_motion && wait_for_motion_ && device_.moving()) blocked_ = true;
-    else link_.reply(reply.text, now_us);
+    if (reply.started_motion && wait_for_motion_ && device_.moving())
+      blocked_ = true;
+    else
+      link_.reply(reply.text, now_us);
   }
   line_.erase(0, begin);
   constexpr std::size_t kLongestLine = 1 << 16;
@@ -275,7 +287,9 @@ void StageTwin::interpret(std::int64_t now_us) {
 }
 
 std::int64_t StageTwin::idle_close_us() const {
-  return device_.params().idle_close_us > 0 && link_.connected() ? last_heard_us_ + device_.params().idle_close_us : kNever;
+  return device_.params().idle_close_us > 0 && link_.connected()
+             ? last_heard_us_ + device_.params().idle_close_us
+             : kNever;
 }
 
 std::int64_t StageTwin::next_device_us() const { return std::min(device_.next_us(), idle_close_us()); }
@@ -304,6 +318,8 @@ void StageTwin::reboot(std::int64_t now_us) {
   wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
 }
 
-void StageTwin::io(Archive& a) { a.all(boot_count_, device_, line_, wait_for_motion_, blocked_, last_heard_us_, link_); }
+void StageTwin::io(Archive& a) {
+  a.all(boot_count_, device_, line_, wait_for_motion_, blocked_, last_heard_us_, link_);
+}
 
 }  // namespace firn::plant

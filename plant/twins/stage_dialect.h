@@ -10,12 +10,13 @@
 namespace firn::plant {
 
 struct StageReply {
-  std::string text;            ///< with its first character and end of line
-  bool started_motion = false; ///< LINEAR or HOME was accepted
-  int wait_mode = -1;          ///< WAIT MODE given: 0 NOWAIT, 1 MOVEDONE
+  std::string text;             ///< with its first character and end of line
+  bool started_motion = false;  ///< LINEAR or HOME was accepted
+  int wait_mode = -1;           ///< WAIT MODE given: 0 NOWAIT, 1 MOVEDONE
 };
 
-/// Executes `line` (without its end) on the device. Never throws; what is not understood is answered with `!`.
+/// Executes `line` (without its end) on the device. Never throws; what is not understood is answered with
+/// `!`.
 StageReply execute(StageDevice& device, std::string_view line, std::int64_t now_us);
 
 }  // namespace firn::plant

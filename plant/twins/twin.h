@@ -16,10 +16,11 @@ class Wires {
  public:
   virtual ~Wires() = default;
   /// A pulse of the stage's position-synchronised output of `axis` at the exact crossing.
-  virtual void pulse(int axis, std::int64_t t_us, const double position_mm[3], const double velocity_mm_s[3]) = 0;
-  virtual void softtrigger(std::int64_t t_us, int droplets) = 0;         ///< the jet fires of itself
+  virtual void pulse(int axis, std::int64_t t_us, const double position_mm[3],
+                     const double velocity_mm_s[3]) = 0;
+  virtual void softtrigger(std::int64_t t_us, int droplets) = 0;  ///< the jet fires of itself
   virtual void lamp(std::int64_t t_us, LampEvent event, double dose_s) = 0;
-  virtual void link_closed(std::int64_t t_us, Port port) = 0;            ///< by the instrument
+  virtual void link_closed(std::int64_t t_us, Port port) = 0;  ///< by the instrument
   virtual void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) = 0;
 };
 
@@ -35,7 +36,9 @@ class Twin {
   /// The device's own next event (kNever = none), and doing it.
   virtual std::int64_t next_device_us() const = 0;
   virtual void device_event(std::int64_t now_us) = 0;
-  virtual bool device_event_replies() const { return false; }  ///< the next one may send bytes or close the port
+  virtual bool device_event_replies() const {
+    return false;
+  }  ///< the next one may send bytes or close the port
   virtual void reboot(std::int64_t now_us) = 0;
   virtual void trip(std::int64_t, bool) {}
   virtual void io(Archive& a) = 0;

@@ -12,7 +12,8 @@ void print_layer(Bench& b, int columns, int rows) {
   arm_jet(b);
   for (int j = 0; j < rows; ++j) {
     const int first = j % 2 == 0 ? 0 : columns - 1, last = columns - 1 - first, step = j % 2 == 0 ? 1 : -1;
-    const double start = std::round((g.x_mm(first) - 3.0 * step) * 1e4) / 1e4, end = g.x_mm(last) + 3.0 * step;
+    const double start = std::round((g.x_mm(first) - 3.0 * step) * 1e4) / 1e4,
+                 end = g.x_mm(last) + 3.0 * step;
     go(b, "LINEAR @0 " + std::to_string(start) + " @1 " + std::to_string(g.y_mm(j)) + " F150");
     std::int64_t at = counts(start);
     for (int n = 0; n < columns; ++n) {

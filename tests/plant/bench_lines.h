@@ -14,7 +14,9 @@ namespace firn::plant {
 /// Keeps everything in memory.
 class MemoryRecord : public WorldRecord {
  public:
-  void append(RecordKind kind, std::span<const std::byte> payload) override { ok = decode(kind, payload, history) && ok; }
+  void append(RecordKind kind, std::span<const std::byte> payload) override {
+    ok = decode(kind, payload, history) && ok;
+  }
   WorldHistory history;
   bool ok = true;
 };
@@ -31,7 +33,8 @@ class Bench {
   void run(std::int64_t us) {
     now_us += us;
     world.advance(now_us, [&](const World::Sent& s) {
-      log.push_back({std::string(s.port), s.t_us, std::string(reinterpret_cast<const char*>(s.bytes.data()), s.bytes.size()), s.close});
+      log.push_back({std::string(s.port), s.t_us,
+                     std::string(reinterpret_cast<const char*>(s.bytes.data()), s.bytes.size()), s.close});
       heard[std::string(s.port)] += log.back().bytes;
       closed[std::string(s.port)] |= s.close;
     });
@@ -41,7 +44,8 @@ class Bench {
     heard[std::string(port)].clear();
     send(port, bytes);
     const std::int64_t until_us = now_us + limit_us;
-    while (heard[std::string(port)].empty() && world.next_event_us() <= until_us) run(world.next_event_us() - now_us);
+    while (heard[std::string(port)].empty() && world.next_event_us() <= until_us)
+      run(world.next_event_us() - now_us);
     return heard[std::string(port)];
   }
   std::string stage(std::string_view line) { return ask(kStagePort, std::string(line) + "\n"); }
@@ -67,8 +71,10 @@ inline std::string hex(std::string_view text) {
   for (const char c : text) {
     const int d = c >= '0' && c <= '9' ? c - '0' : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
     if (d < 0) continue;
-    if (high < 0) high = d;
-    else bytes.push_back(char(high << 4 | d)), high = -1;
+    if (high < 0)
+      high = d;
+    else
+      bytes.push_back(char(high << 4 | d)), high = -1;
   }
   return bytes;
 }

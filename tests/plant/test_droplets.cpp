@@ -17,7 +17,9 @@ WorldConfig small_world(std::uint64_t seed = 3) {
   return c;
 }
 
-Shot at_cell(const GridSpec& g, int i, int j, std::int64_t t_us) { return {t_us, g.x_mm(i), g.y_mm(j), 0.0, 0.0}; }
+Shot at_cell(const GridSpec& g, int i, int j, std::int64_t t_us) {
+  return {t_us, g.x_mm(i), g.y_mm(j), 0.0, 0.0};
+}
 
 // Steady 400 droplets a second for `seconds`, against the closed form of the linear states.
 NozzleState after(double seconds, const NozzleParams& p) {
@@ -36,7 +38,8 @@ TEST_CASE("The same droplet sees the same disturbance whatever was printed befor
   const auto a = make_model(c), b = make_model(c);
   for (int n = 0; n < 50; ++n) a->fire(at_cell(c.grid, 2 + n % 10, 3, n));  // only in the first world
   for (const auto& model : {a.get(), b.get()}) model->expose(1'000'000);
-  const Landing la = a->fire(at_cell(c.grid, 8, 9, 2'000'000)), lb = b->fire(at_cell(c.grid, 8, 9, 7'000'000));
+  const Landing la = a->fire(at_cell(c.grid, 8, 9, 2'000'000)),
+                lb = b->fire(at_cell(c.grid, 8, 9, 7'000'000));
   CHECK(la.volume_mm3 == lb.volume_mm3);
   CHECK(la.x_mm == lb.x_mm);
   CHECK(la.y_mm == lb.y_mm);
@@ -56,7 +59,10 @@ TEST_CASE("Droplet sizes, places and misses have the configured statistics") {
     for (int j = 0; j < 16; ++j)
       for (int i = 0; i < 16; ++i) {
         const Landing l = model->fire(at_cell(c.grid, i, j, layer));
-        if (l.missed) { ++missed; continue; }
+        if (l.missed) {
+          ++missed;
+          continue;
+        }
         const double v = l.volume_mm3 / c.droplet.volume_mm3 - 1.0;
         ++landed, sum += v, square += v * v, place += (l.x_mm - c.grid.x_mm(i)) * (l.x_mm - c.grid.x_mm(i));
       }
@@ -73,8 +79,12 @@ TEST_CASE("CVODE's line states agree with their closed forms at a steady firing 
   p.wander_sigma = 0.0;
   const double f = 400.0, t = 60.0;
   const NozzleState s = after(t, p);
-  CHECK(s.pressure == Approx(-p.pressure_per_drop * f * p.pressure_tau_s * (1 - std::exp(-t / p.pressure_tau_s))).epsilon(1e-3));
-  CHECK(s.heating_K == Approx(p.heating_per_drop_K * f * p.heating_tau_s * (1 - std::exp(-t / p.heating_tau_s))).epsilon(1e-3));
+  CHECK(s.pressure ==
+        Approx(-p.pressure_per_drop * f * p.pressure_tau_s * (1 - std::exp(-t / p.pressure_tau_s)))
+            .epsilon(1e-3));
+  CHECK(s.heating_K ==
+        Approx(p.heating_per_drop_K * f * p.heating_tau_s * (1 - std::exp(-t / p.heating_tau_s)))
+            .epsilon(1e-3));
   const double rate = p.wetting_per_drop * f + 1.0 / p.wetting_tau_s;
   CHECK(s.wetting == Approx(p.wetting_per_drop * f / rate * (1 - std::exp(-rate * t))).epsilon(1e-3));
 }

@@ -50,7 +50,9 @@ TEST_CASE("Fired volume equals field volume plus lost plus shrunk, wherever drop
     RandomStream random(seed, Purpose::kTest);
     Field f(lu_grid(12), p.fine_cells, p.margin_cells);
     for (int layer = 0; layer < 6; ++layer) {
-      for (int n = 0; n < 400; ++n) f.land(p, p.volume_mm3 * random.uniform(0.5, 1.5), random.uniform(-1.5, 4.5), random.uniform(-1.5, 4.5));
+      for (int n = 0; n < 400; ++n)
+        f.land(p, p.volume_mm3 * random.uniform(0.5, 1.5), random.uniform(-1.5, 4.5),
+               random.uniform(-1.5, 4.5));
       CHECK(std::abs(balance(f)) < 1e-12);
       f.cure(p.cure_shrink);
     }
@@ -93,10 +95,11 @@ TEST_CASE("Ten open-loop layers of a disc make a dome: edges low, layer height 7
   }
   const HeightMap m = f.cell_means();
   CHECK(m.at(11, 11) * 1e3 == Approx(76.0).margin(1.0));
-  CHECK(m.at(3, 11) < m.at(4, 11));       // the rim shrinks,
-  CHECK(m.at(4, 11) < m.at(6, 11));       // gradually over several cells,
+  CHECK(m.at(3, 11) < m.at(4, 11));  // the rim shrinks,
+  CHECK(m.at(4, 11) < m.at(6, 11));  // gradually over several cells,
   CHECK(m.at(6, 11) < m.at(11, 11));
   CHECK(m.at(3, 11) < 0.9 * m.at(11, 11));
-  CHECK(m.at(3, 11) == Approx(m.at(20, 11)).epsilon(0.15));  // alike on all sides, but for the order of printing
+  CHECK(m.at(3, 11) ==
+        Approx(m.at(20, 11)).epsilon(0.15));  // alike on all sides, but for the order of printing
   CHECK(m.at(3, 11) == Approx(m.at(11, 20)).epsilon(0.15));
 }

@@ -66,7 +66,8 @@ TEST_CASE("Drop-outs grow with the slope and stay rare on level ground") {
   CHECK(steep / 20000.0 == Approx(p.dropout_floor + p.dropout_per_slope * 1.5).epsilon(0.05));
 }
 
-TEST_CASE("Without noise the sensor follows a ramp across x exactly and sees the substrate beside the field") {
+TEST_CASE(
+    "Without noise the sensor follows a ramp across x exactly and sees the substrate beside the field") {
   Field field(kGrid, 4, 3);
   for (int b = 0; b < field.height(); ++b)
     for (int a = 0; a < field.width(); ++a) field.set_solid_mm(a, b, 0.1 * (a + 0.5) * field.dx_mm());

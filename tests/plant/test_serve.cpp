@@ -37,7 +37,9 @@ std::string read_until(int fd, std::string_view until) {
   return text;
 }
 
-void put(int fd, std::string_view text) { REQUIRE(::write(fd, text.data(), text.size()) == ssize_t(text.size())); }
+void put(int fd, std::string_view text) {
+  REQUIRE(::write(fd, text.data(), text.size()) == ssize_t(text.size()));
+}
 
 int open_port(const fs::path& path) {
   sockaddr_un address{};
@@ -73,7 +75,8 @@ struct Served {
 
 }  // namespace
 
-TEST_CASE("The served world answers on its sockets, tells the truth, takes faults, and saves itself at the end") {
+TEST_CASE(
+    "The served world answers on its sockets, tells the truth, takes faults, and saves itself at the end") {
   const Folder folder;
   {
     Served world(folder.path);
@@ -92,7 +95,7 @@ TEST_CASE("The served world answers on its sockets, tells the truth, takes fault
     const std::string truth = read_until(world.control[0], "\n");
     CHECK(truth.starts_with("TRUTH 1 0 0x0p+0 40 40 "));
     put(world.control[0], "SIMFAULT stage close\nSIMFAULT stage melt\n");
-    CHECK(read_until(world.control[0], "melt") .starts_with("OK\nERROR "));
+    CHECK(read_until(world.control[0], "melt").starts_with("OK\nERROR "));
     CHECK(read_until(stage, "never") == "");
     ::close(stage);
     ::close(lamp);
@@ -120,7 +123,8 @@ TEST_CASE("A socket path that is too long is refused by length and remedy") {
 }
 
 TEST_CASE("Arguments of the world are checked by name") {
-  const ServeOptions o = parse_serve_options({"--run", "r", "--time-scale", "2.5", "--offset-us", "7", "--incarnation", "3"});
+  const ServeOptions o =
+      parse_serve_options({"--run", "r", "--time-scale", "2.5", "--offset-us", "7", "--incarnation", "3"});
   CHECK(o.time_scale == 2.5);
   CHECK(o.offset_us == 7);
   CHECK(o.io == fs::path("r") / "io");

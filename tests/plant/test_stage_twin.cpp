@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "tests/plant/bench_lines.h"
 #include "core/grid/random.h"
 #include "plant/twins/motion.h"
+#include "tests/plant/bench_lines.h"
 
 using namespace firn;
 using namespace firn::plant;
@@ -19,11 +19,11 @@ TEST_CASE("The stage twin speaks the card's transcript ens_pso_row") {
   CHECK(b.stage("LINEAR @0 999 F10") == "%\n");  // acknowledged, then the soft limit, bit 4
   CHECK(b.stage("AXISFAULT(@0)") == "%16\n");
   CHECK(b.stage("LINAER @0 1") == "!\n");
-  CHECK(b.stage("ENABLE @0") == "#\n");          // FAULTACK before ENABLE after a fault
+  CHECK(b.stage("ENABLE @0") == "#\n");  // FAULTACK before ENABLE after a fault
   CHECK(b.stage("FAULTACK @0") == "%\n");
   CHECK(b.stage("ENABLE @0") == "%\n");
   CHECK(b.stage("LINEAR @0 -999 F10") == "%\n");
-  CHECK(b.stage("AXISFAULT(@0)") == "%32\n");    // bit 5
+  CHECK(b.stage("AXISFAULT(@0)") == "%32\n");  // bit 5
 }
 
 TEST_CASE("Position, speed and status follow the trapezoid in time") {
@@ -31,7 +31,7 @@ TEST_CASE("Position, speed and status follow the trapezoid in time") {
   start_stage(b, 1000.0);
   CHECK(b.stage("AXISSTATUS(@0)") == "%5\n");  // enabled, in position
   b.stage("LINEAR @0 20 F50");
-  const std::int64_t t0 = b.now_us - 300;      // the answer took the latency
+  const std::int64_t t0 = b.now_us - 300;  // the answer took the latency
   b.now_us = t0;
   b.run(300'000);
   b.heard.clear();
@@ -81,7 +81,7 @@ TEST_CASE("Array pulses come at the exact crossing times of the trapezoid, by cl
     const double whole = 2 * peak / a + (length - 2 * ramp) / peak;
     for (std::size_t n = 0; n < at_mm.size(); ++n) {
       const double s = at_mm[n];
-      const double t = s < ramp ? std::sqrt(2 * s / a)
+      const double t = s < ramp            ? std::sqrt(2 * s / a)
                        : s < length - ramp ? peak / a + (s - ramp) / peak
                                            : whole - std::sqrt(2 * (length - s) / a);
       CHECK(std::abs(double(shots[n].t_us - t0) - t * 1e6) <= 1.0);
@@ -113,8 +113,9 @@ TEST_CASE("Fixed-distance pulses trigger the profiler every row, first one dista
 TEST_CASE("A window masks pulses outside it and they do not count") {
   Bench b{WorldConfig{}};
   start_stage(b);
-  for (const char* line : {"PSOCONTROL @0 RESET", "PSOWINDOW @0 1 INPUT 3", "PSOWINDOW @0 1 RANGE 1.05,2.05 UNITS",
-                           "PSOOUTPUT @0 PULSE WINDOW MASK", "PSODISTANCE @0 FIXED 0.1 UNITS", "PSOCONTROL @0 ARM"})
+  for (const char* line :
+       {"PSOCONTROL @0 RESET", "PSOWINDOW @0 1 INPUT 3", "PSOWINDOW @0 1 RANGE 1.05,2.05 UNITS",
+        "PSOOUTPUT @0 PULSE WINDOW MASK", "PSODISTANCE @0 FIXED 0.1 UNITS", "PSOCONTROL @0 ARM"})
     CHECK(b.stage(line) == "%\n");
   go(b, "LINEAR @0 3 F20");
   CHECK(b.stage("PSOCOUNT(@0)") == "%10\n");

@@ -4,16 +4,16 @@
 #include <array>
 #include <cmath>
 
-#include "tests/plant/bench_lines.h"
 #include "core/grid/random.h"
 #include "plant/twins/lamp.h"
+#include "tests/plant/bench_lines.h"
 
 using namespace firn;
 using namespace firn::plant;
 
 TEST_CASE("The lamp twin speaks the card's vectors") {
   Bench b{WorldConfig{}};
-  CHECK(b.ask(kLampPort, "OPN40\r") == "Err67\r");      // CONN comes first
+  CHECK(b.ask(kLampPort, "OPN40\r") == "Err67\r");  // CONN comes first
   CHECK(b.ask(kLampPort, "CONN18\r") == "READY0A\r");
   CHECK(b.ask(kLampPort, "OPN40\r") == "ReceivedBF\r");
   CHECK(b.ask(kLampPort, "OPN41\r") == "Err67\r");
@@ -44,9 +44,9 @@ TEST_CASE("The jet twin speaks the card's frames; what is wrong is refused") {
   CHECK(b.ask(kJetPort, hex("53 02 F0 F2")).size() == 5);
   CHECK(b.ask(kJetPort, hex("53 02 60 62")).size() == 29);
   const std::int64_t t = b.now_us;
-  CHECK(b.ask(kJetPort, hex("53 02 01 03")) == hex("06 01 00 01"));     // RESET takes 3 s
+  CHECK(b.ask(kJetPort, hex("53 02 01 03")) == hex("06 01 00 01"));  // RESET takes 3 s
   CHECK(b.now_us - t >= 3'000'000);
-  CHECK(b.ask(kJetPort, hex("53 02 02 04")) == hex("06 02 00 02"));     // source internal, no waveform
+  CHECK(b.ask(kJetPort, hex("53 02 02 04")) == hex("06 02 00 02"));  // source internal, no waveform
 }
 
 TEST_CASE("Only an armed jet with a waveform fires; every trigger is on record with its reason") {
@@ -74,7 +74,8 @@ TEST_CASE("Only an armed jet with a waveform fires; every trigger is on record w
   CHECK(row("LINEAR @0 1.6 F50") == Outcomes(3, ShotOutcome::kFired));
   b.stage("PSODISTANCE @0 FIXED 0.01 UNITS");
   const auto fast = row("LINEAR @0 0 F100");  // 10 kHz at a 2 kHz jet
-  CHECK(std::count(fast.begin(), fast.end(), ShotOutcome::kGatedTooFast) > std::count(fast.begin(), fast.end(), ShotOutcome::kFired));
+  CHECK(std::count(fast.begin(), fast.end(), ShotOutcome::kGatedTooFast) >
+        std::count(fast.begin(), fast.end(), ShotOutcome::kFired));
   disarm_jet(b);
   CHECK(b.world.truth().triggers_gated > 6);
   const DeviceRecord& last = b.record.history.devices.back();
@@ -128,7 +129,8 @@ TEST_CASE("The profiler answers its newest profile: header, counts and 20-bit po
   WorldConfig c;
   c.sensor.noise_mm = c.sensor.dropout_floor = 0.0;
   Bench b(c);
-  const std::string ask = hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000");
+  const std::string ask =
+      hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000");
   const auto u32 = [](const std::string& s, std::size_t at) {
     std::uint32_t v = 0;
     for (int n = 3; n >= 0; --n) v = v << 8 | std::uint8_t(s[at + std::size_t(n)]);
@@ -138,7 +140,8 @@ TEST_CASE("The profiler answers its newest profile: header, counts and 20-bit po
   REQUIRE(none.size() == 28 + 24);
   CHECK(none[17] == 0);
   CHECK(none[28 + 12] == 0);  // no profile yet
-  const std::string program = b.ask(kProfilerPort, hex("14000000 0100F000 00000000 08000000 39000000 05000000"));
+  const std::string program =
+      b.ask(kProfilerPort, hex("14000000 0100F000 00000000 08000000 39000000 05000000"));
   CHECK(program == hex("18000000 0100F000 00000000 0C000000 39000000 00000000 05000000"));
   start_stage(b);
   b.stage("PSOCONTROL @1 RESET");
@@ -173,7 +176,8 @@ TEST_CASE("The profiler packs 8 points in 20 bytes, signed, invalid ones as the 
   b.stage("PSODISTANCE @1 FIXED 1 UNITS");
   b.stage("PSOCONTROL @1 ARM");
   go(b, "LINEAR @1 1.5 F50");
-  const std::string r = b.ask(kProfilerPort, hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000"));
+  const std::string r = b.ask(
+      kProfilerPort, hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000"));
   REQUIRE(r.size() == 28 + 60 + 20 + 4);
   CHECK(r.substr(88, 20) == hex("00 00 08 00 80 00 00 08 00 80 00 00 08 00 80 00 00 08 00 80"));
 }
@@ -220,12 +224,17 @@ TEST_CASE("Random bytes into every twin never crash and never fire a disarmed je
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     Bench b{WorldConfig{}};
     RandomStream random(seed, Purpose::kTest);
-    static const std::vector<std::string> kSeeds{
-        "LINEAR @0 1 F10\n", "PSODISTANCE @0 FIXED 1e300 UNITS\n", "IGLOBAL(4095)=1\n", "IGLOBAL(99999)=1\n",
-        "PSOARRAY @0,50,3\n", "PSOCONTROL @0 ARM\n", "HOME @0 @1\n", "RAMP RATE -1\n", "LINEAR @0 nan F10\n", "ABORT\n",
-        "PSOOUTPUT X PULSE\n", "ENABLE Z\n", "LINEAR @2 inf F1\n", "MOVEABS X 3 F1e-300\n", "FAULTACK @0\n"};
+    static const std::vector<std::string> kSeeds{"LINEAR @0 1 F10\n",   "PSODISTANCE @0 FIXED 1e300 UNITS\n",
+                                                 "IGLOBAL(4095)=1\n",   "IGLOBAL(99999)=1\n",
+                                                 "PSOARRAY @0,50,3\n",  "PSOCONTROL @0 ARM\n",
+                                                 "HOME @0 @1\n",        "RAMP RATE -1\n",
+                                                 "LINEAR @0 nan F10\n", "ABORT\n",
+                                                 "PSOOUTPUT X PULSE\n", "ENABLE Z\n",
+                                                 "LINEAR @2 inf F1\n",  "MOVEABS X 3 F1e-300\n",
+                                                 "FAULTACK @0\n"};
     for (int n = 0; n < 400; ++n) {
-      const std::string_view port = std::array{kStagePort, kJetPort, kProfilerPort, kLampPort}[random.below(4)];
+      const std::string_view port =
+          std::array{kStagePort, kJetPort, kProfilerPort, kLampPort}[random.below(4)];
       std::string bytes;
       if (port == kStagePort && random.below(2) == 0) {
         bytes = kSeeds[random.below(std::uint32_t(kSeeds.size()))];
@@ -235,11 +244,14 @@ TEST_CASE("Random bytes into every twin never crash and never fire a disarmed je
         bytes[random.below(36)] = char(random.bits());
       } else {
         const std::uint32_t length = random.below(80);
-        for (std::uint32_t k = 0; k < length; ++k) bytes.push_back(char(random.below(4) == 0 ? 'S' : random.bits()));
+        for (std::uint32_t k = 0; k < length; ++k)
+          bytes.push_back(char(random.below(4) == 0 ? 'S' : random.bits()));
       }
       b.send(port, bytes);
       b.run(random.below(50'000));
-      if (random.below(40) == 0) b.world.inject({std::string(port), FaultKind(random.below(9)), std::int64_t(random.below(3)), 1000}, b.now_us);
+      if (random.below(40) == 0)
+        b.world.inject({std::string(port), FaultKind(random.below(9)), std::int64_t(random.below(3)), 1000},
+                       b.now_us);
       if (!b.world.next_event_us()) FAIL("an event in the past");
       b.world.connect(port, b.now_us);
     }

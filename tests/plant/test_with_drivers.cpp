@@ -5,12 +5,12 @@
 #include <functional>
 #include <map>
 
-#include "tests/plant/bench_lines.h"
 #include "core/grid/firing_order.h"
 #include "drivers/jet/jet.h"
 #include "drivers/lamp/lamp.h"
 #include "drivers/laser_profiler/laser_profiler.h"
 #include "drivers/stage/stage.h"
+#include "tests/plant/bench_lines.h"
 
 using namespace firn;
 using namespace firn::plant;
@@ -21,9 +21,15 @@ namespace {
 
 struct Rig {
   explicit Rig(const WorldConfig& config)
-      : world(config, &record), stage(drivers::StageConfig{}), jet(drivers::JetConfig{}),
-        profiler(drivers::LaserProfilerConfig{}), lamp(drivers::LampConfig{}),
-        parts{{kStagePort, {&stage, 0}}, {kJetPort, {&jet, 0}}, {kProfilerPort, {&profiler, 0}}, {kLampPort, {&lamp, 0}}} {
+      : world(config, &record),
+        stage(drivers::StageConfig{}),
+        jet(drivers::JetConfig{}),
+        profiler(drivers::LaserProfilerConfig{}),
+        lamp(drivers::LampConfig{}),
+        parts{{kStagePort, {&stage, 0}},
+              {kJetPort, {&jet, 0}},
+              {kProfilerPort, {&profiler, 0}},
+              {kLampPort, {&lamp, 0}}} {
     for (auto& [port, part] : parts) {
       world.connect(port, now_us);
       call(port, [&](drivers::Driver& driver, drivers::Effects& fx) { driver.opened(now_us, fx); });
@@ -56,8 +62,12 @@ struct Rig {
         if (part.wake_us != 0) next_us = std::min(next_us, std::max(part.wake_us, now_us));
       now_us = next_us;
       std::vector<std::pair<std::string_view, std::vector<std::byte>>> due;
-      world.advance(now_us, [&](const World::Sent& s) { due.push_back({s.port, {s.bytes.begin(), s.bytes.end()}}); });
-      for (const auto& [port, bytes] : due) call(port, [&](drivers::Driver& driver, drivers::Effects& fx) { driver.received(bytes, now_us, fx); });
+      world.advance(now_us, [&](const World::Sent& s) {
+        due.push_back({s.port, {s.bytes.begin(), s.bytes.end()}});
+      });
+      for (const auto& [port, bytes] : due)
+        call(port,
+             [&](drivers::Driver& driver, drivers::Effects& fx) { driver.received(bytes, now_us, fx); });
       for (auto& [port, part] : parts)
         if (part.wake_us != 0 && part.wake_us <= now_us) {
           part.wake_us = 0;
@@ -115,12 +125,19 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
   for (int j = 1; j < 7; ++j)
     for (int i = 1; i < 9; ++i) pattern.at(i, j) = std::uint8_t((i + j) % 3 != 0);
 
-  CHECK(rig.command(kJetPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.jet.arm(pattern.total(), rig.now_us, fx); }).outcome == Outcome::kReady);
-  const auto pass = rig.command(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) { rig.stage.run_pass(pattern, 0, 0.0, 50.0, rig.now_us, fx); });
+  CHECK(rig.command(kJetPort, [&](drivers::Driver&,
+                                  drivers::Effects& fx) { rig.jet.arm(pattern.total(), rig.now_us, fx); })
+            .outcome == Outcome::kReady);
+  const auto pass = rig.command(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) {
+    rig.stage.run_pass(pattern, 0, 0.0, 50.0, rig.now_us, fx);
+  });
   CHECK(pass.outcome == Outcome::kDone);
   CHECK(pass.counted == pattern.total());
-  CHECK(rig.command(kJetPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.jet.disarm(rig.now_us, fx); }).outcome == Outcome::kDone);
-  CHECK(rig.command(kLampPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.lamp.expose(0.5, 80, rig.now_us, fx); }).outcome == Outcome::kDone);
+  CHECK(rig.command(kJetPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.jet.disarm(rig.now_us, fx); })
+            .outcome == Outcome::kDone);
+  CHECK(rig.command(kLampPort,
+                    [&](drivers::Driver&, drivers::Effects& fx) { rig.lamp.expose(0.5, 80, rig.now_us, fx); })
+            .outcome == Outcome::kDone);
 
   // The truth agrees cell by cell, in firing order.
   const auto order = firing_order(pattern, 0);
@@ -134,12 +151,16 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
   CHECK(rig.world.exposures() == 1);
   CHECK(rig.record.history.lamp.back().dose_s == Approx(0.4).epsilon(0.05));
 
-  CHECK(rig.command(kProfilerPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.profiler.arm(grid.ny, rig.now_us, fx); }).outcome == Outcome::kReady);
+  CHECK(rig.command(kProfilerPort, [&](drivers::Driver&,
+                                       drivers::Effects& fx) { rig.profiler.arm(grid.ny, rig.now_us, fx); })
+            .outcome == Outcome::kReady);
   const auto scan = rig.command(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) {
     rig.stage.scan(1.0, grid.y_mm(0), 0.0, grid.pitch_y_mm, grid.ny, 5.0, rig.now_us, fx);
   });
   CHECK(scan.outcome == Outcome::kDone);
-  CHECK(rig.command(kProfilerPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.profiler.end(rig.now_us, fx); }).outcome == Outcome::kDone);
+  CHECK(rig.command(kProfilerPort,
+                    [&](drivers::Driver&, drivers::Effects& fx) { rig.profiler.end(rig.now_us, fx); })
+            .outcome == Outcome::kDone);
   REQUIRE(rig.profiles.size() == std::size_t(grid.ny));
   const Truth truth = rig.world.truth();
   for (const drivers::Profile& p : rig.profiles) {
@@ -149,7 +170,8 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
       double sum = 0.0;
       int points = 0;
       for (std::size_t n = 0; n < p.z_mm.size(); ++n)
-        if (std::abs(p.x0_mm + double(n) * p.dx_mm - grid.x_mm(i)) < 0.5 * grid.pitch_x_mm && !std::isnan(p.z_mm[n]))
+        if (std::abs(p.x0_mm + double(n) * p.dx_mm - grid.x_mm(i)) < 0.5 * grid.pitch_x_mm &&
+            !std::isnan(p.z_mm[n]))
           sum += p.z_mm[n], ++points;
       REQUIRE(points > 20);
       CHECK(std::abs(sum / points - truth.height.at(i, p.row)) < 0.003);
@@ -163,8 +185,11 @@ TEST_CASE("A stop in the middle of a pass silences the stage's pulses within its
   Rig rig(rig_world());
   REQUIRE(rig.until([&] { return rig.all_safe(); }));
   DropletPattern pattern(rig.world.config().grid, 1);
-  rig.command(kJetPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.jet.arm(pattern.total(), rig.now_us, fx); });
-  rig.call(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) { rig.stage.run_pass(pattern, 0, 0.0, 50.0, rig.now_us, fx); });
+  rig.command(kJetPort,
+              [&](drivers::Driver&, drivers::Effects& fx) { rig.jet.arm(pattern.total(), rig.now_us, fx); });
+  rig.call(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) {
+    rig.stage.run_pass(pattern, 0, 0.0, 50.0, rig.now_us, fx);
+  });
   REQUIRE(rig.until([&] { return rig.record.history.shots.size() >= 13; }));
   const std::int64_t stop_us = rig.now_us;
   rig.call(kStagePort, [&](drivers::Driver& d, drivers::Effects& fx) { d.safe_stop(rig.now_us, fx); });

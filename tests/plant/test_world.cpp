@@ -1,11 +1,11 @@
 #include <catch2/catch.hpp>
 
+#include <unistd.h>
 #include <cmath>
 #include <filesystem>
-#include <unistd.h>
 
-#include "tests/plant/bench_lines.h"
 #include "core/grid/random.h"
+#include "tests/plant/bench_lines.h"
 
 using namespace firn;
 using namespace firn::plant;
@@ -21,15 +21,19 @@ WorldConfig small_world(const char* model = "droplets") {
 }
 
 std::filesystem::path scratch(const char* name) {
-  return std::filesystem::temp_directory_path() / (std::string("firn_plant_") + name + "_" + std::to_string(::getpid()));
+  return std::filesystem::temp_directory_path() /
+         (std::string("firn_plant_") + name + "_" + std::to_string(::getpid()));
 }
 
 std::string scan_and_read(Bench& b) {
   b.stage("PSOCONTROL @0 OFF");
   go(b, "LINEAR @0 0 @1 -1 F100");
-  for (const char* line : {"PSOCONTROL @1 RESET", "PSOOUTPUT @1 PULSE", "PSODISTANCE @1 FIXED 1.2 UNITS", "PSOCONTROL @1 ARM"}) b.stage(line);
+  for (const char* line :
+       {"PSOCONTROL @1 RESET", "PSOOUTPUT @1 PULSE", "PSODISTANCE @1 FIXED 1.2 UNITS", "PSOCONTROL @1 ARM"})
+    b.stage(line);
   go(b, "LINEAR @1 2 F20");
-  return b.ask(kProfilerPort, hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000"));
+  return b.ask(kProfilerPort,
+               hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000"));
 }
 
 }  // namespace
@@ -54,7 +58,8 @@ TEST_CASE("A layer printed through bytes lands where the pattern says and is on 
       volume += s.volume_mm3;
     }
     CHECK(volume == Approx(truth.ledger.landed).epsilon(1e-12));
-    CHECK(truth.ledger.landed - truth.ledger.lost - truth.ledger.shrunk == Approx(truth.volume_mm3).epsilon(1e-12));
+    CHECK(truth.ledger.landed - truth.ledger.lost - truth.ledger.shrunk ==
+          Approx(truth.volume_mm3).epsilon(1e-12));
     CHECK(truth.height.at(4, 3) * 1e3 == Approx(7.6).margin(1.6));
     CHECK(truth.height.at(11, 11) == 0.0);
   }
@@ -66,12 +71,15 @@ TEST_CASE("Equal seeds give equal bytes, however the bytes to the world are spli
   Bench whole(config), split(config);
   RandomStream random(4, Purpose::kTest);
   const std::string script =
-      "WAIT MODE NOWAIT\nENABLE @0\nENABLE @1\nPSOCONTROL @1 RESET\nPSOOUTPUT @1 PULSE\nPSODISTANCE @1 FIXED 0.2 UNITS\n"
+      "WAIT MODE NOWAIT\nENABLE @0\nENABLE @1\nPSOCONTROL @1 RESET\nPSOOUTPUT @1 PULSE\nPSODISTANCE @1 FIXED "
+      "0.2 UNITS\n"
       "PSOCONTROL @1 ARM\nLINEAR @1 3 F10\nPFBKPROG(@1)\n";
-  const std::string ask = hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000");
+  const std::string ask =
+      hex("20000000 0100F000 00000000 14000000 42000000 00000000 00000000 01000000 01010000");
   const std::string jet = "QX2000" + hex("53 02 02 04 53 02 60 62"), lamp = "CONN18\rOPN40\rCLS3A\r";
   for (int round = 0; round < 5; ++round) {
-    for (const auto& [port, text] : {std::pair{kStagePort, script}, {kJetPort, jet}, {kLampPort, lamp}, {kProfilerPort, ask}}) {
+    for (const auto& [port, text] :
+         {std::pair{kStagePort, script}, {kJetPort, jet}, {kLampPort, lamp}, {kProfilerPort, ask}}) {
       whole.send(port, text);
       for (std::size_t at = 0; at < text.size();) {
         const std::size_t n = std::min<std::size_t>(text.size() - at, 1 + random.below(7));
@@ -89,7 +97,11 @@ TEST_CASE("Equal seeds give equal bytes, however the bytes to the world are spli
   REQUIRE(whole.log.size() > 50);
   CHECK(whole.log == split.log);
   CHECK(whole.world.exposures() == 5);
-  Bench other([] { WorldConfig c = small_world(); c.seed = 12; return c; }());
+  Bench other([] {
+    WorldConfig c = small_world();
+    c.seed = 12;
+    return c;
+  }());
   start_stage(other), start_stage(whole);
   CHECK(scan_and_read(other) != scan_and_read(whole));
 }
@@ -114,7 +126,8 @@ TEST_CASE("A restored world goes on bit for bit") {
     start_stage(a);
     start_jet(a);
     print_layer(a, 9, 5);
-    for (const auto port : {kStagePort, kJetPort, kProfilerPort, kLampPort}) a.world.disconnect(port, a.now_us);
+    for (const auto port : {kStagePort, kJetPort, kProfilerPort, kLampPort})
+      a.world.disconnect(port, a.now_us);
     a.world.save(path);
     Bench b(small_world(model));
     b.world = World::restore(path, small_world(model), &b.record);
@@ -122,7 +135,8 @@ TEST_CASE("A restored world goes on bit for bit") {
     std::string read[2];
     for (Bench* w : {&a, &b}) {
       w->log.clear();
-      for (const auto port : {kStagePort, kJetPort, kProfilerPort, kLampPort}) w->world.connect(port, w->now_us);
+      for (const auto port : {kStagePort, kJetPort, kProfilerPort, kLampPort})
+        w->world.connect(port, w->now_us);
       w->stage("WAIT MODE NOWAIT");
       print_layer(*w, 9, 5);
       read[w == &b] = scan_and_read(*w);
@@ -145,7 +159,8 @@ TEST_CASE("A state that is damaged, cut or of another configuration is refused b
   other.grid.nx = 13;
   CHECK_THROWS_WITH(World::restore(path, other, nullptr), Catch::Contains("configuration"));
   std::filesystem::resize_file(path, 1000);
-  CHECK_THROWS_WITH(World::restore(path, small_world(), nullptr), Catch::Contains(path.string()) && Catch::Contains("damaged"));
+  CHECK_THROWS_WITH(World::restore(path, small_world(), nullptr),
+                    Catch::Contains(path.string()) && Catch::Contains("damaged"));
   std::filesystem::remove(path);
   CHECK_THROWS_WITH(World::restore(path, small_world(), nullptr), Catch::Contains(path.string()));
 }
