@@ -19,6 +19,10 @@
 
 namespace firn {
 
+/// How long a live host may take between an event and its handling, in node time: a driver's timeouts allow
+/// for it.
+inline double host_latency_s(double time_scale) { return 0.25 * time_scale; }
+
 /// `Self` derives from it, has `on(command, now, out)` for its commands, which ends in perform(), and
 /// `on_event(event, now, out)` for the events of its driver that are neither state, result, fault nor
 /// progress.

@@ -50,6 +50,7 @@ void check_range(const char* what, int value, int low, int high) {
 
 Jet::Jet(JetConfig config) : Driver(dialect_), config_(config) {
   dialect_.layout = config.layout;
+  dialect_.allow_host_latency(config.host_latency_s);
   identity_ = "MicroFab JetDrive III";
   check_range("drops_per_trigger", config.drops_per_trigger, 1, 65535);
   check_range("frequency_hz", config.frequency_hz, 1, 65535);

@@ -21,6 +21,7 @@ struct JetConfig {
   bool strobe = true;
   int strobe_delay_us = 0;
   double poll_idle_s = 2.0;
+  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
 class Jet final : public Driver {

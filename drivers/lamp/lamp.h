@@ -17,6 +17,7 @@ struct LampConfig {
   bool instrument_timer = true;  ///< try STM, GTM, RUN first
   double connect_every_s = 1.0;  ///< CONN is repeated until READY
   double poll_idle_s = 5.0;
+  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
 class Lamp final : public Driver {

@@ -7,6 +7,7 @@ namespace firn::drivers {
 
 LaserProfiler::LaserProfiler(LaserProfilerConfig config) : Driver(dialect_), config_(config) {
   identity_ = "Keyence LJ-V7000";
+  dialect_.allow_host_latency(config.host_latency_s);
 }
 
 void LaserProfiler::connected(std::int64_t, Effects& fx) {

@@ -18,6 +18,7 @@ struct LaserProfilerConfig {
   double poll_s = 0.008;  ///< while armed; must be shorter than the time between two triggers. Once two rows
                           ///< have come, the driver waits 9/10 of their distance before it asks again.
   double poll_idle_s = 1.0;
+  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
 class LaserProfiler final : public Driver {

@@ -78,6 +78,15 @@ class Dialect {
   /// A harmless question with a recognisable answer.
   virtual Request probe() const = 0;
 
+  /// The host itself may need this long between an event and its handling: timeouts grow accordingly.
+  void allow_host_latency(double seconds) {
+    const auto us = std::int64_t(seconds * 1e6);
+    timeouts.write_us += us;
+    timeouts.read_us += us;
+    timeouts.quiet_us += us;
+    timeouts.lock_us += 10 * us;
+  }
+
   Timeouts timeouts;
   int max_attempts = 3;  ///< of requests that may be repeated
 };

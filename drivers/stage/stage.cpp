@@ -27,6 +27,7 @@ bool in_range(double speed_mm_s, double limit_mm_s) { return speed_mm_s > 0.0 &&
 
 Stage::Stage(StageConfig config) : Driver(dialect_), config_(std::move(config)) {
   dialect_.table = config_.table;
+  dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Aerotech Ensemble";
   position_mm_.fill(kNaN);
   target_mm_.fill(kNaN);

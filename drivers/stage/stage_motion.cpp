@@ -31,7 +31,9 @@ void Stage::move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_
   link_.push(line.text(" F").fixed4(speed_mm_s));
   const double plan_s = move_time_s(std::sqrt(squared), speed_mm_s, config_.acceleration_mm_s2);
   move_end_us_ = now_us + std::int64_t(plan_s * 1e6) + 1000;
-  move_limit_us_ = now_us + std::int64_t((plan_s * config_.move_timeout_factor + 0.5) * 1e6);
+  move_limit_us_ =
+      now_us +
+      std::int64_t((plan_s * config_.move_timeout_factor + 0.5 + 2.0 * config_.host_latency_s) * 1e6);
   poll_at_us_ = std::min(move_end_us_, now_us + std::int64_t(config_.poll_moving_s * 1e6));
   poll_ = Poll::kNone;
 }

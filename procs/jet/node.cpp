@@ -12,7 +12,8 @@ int whole_volts(const char* key, double v) {
   return int(v);
 }
 
-drivers::JetConfig jet_config(const JetConfig& j) {
+drivers::JetConfig jet_config(const Experiment& e) {
+  const JetConfig& j = e.jet;
   drivers::JetConfig c;
   c.frequency_hz = j.max_rate_hz;  // FULLFREQ also caps external triggers
   c.waveform.idle_v = whole_volts("idle_v", j.idle_v);
@@ -23,12 +24,13 @@ drivers::JetConfig jet_config(const JetConfig& j) {
   c.waveform.fall_us = j.fall_us;
   c.waveform.echo_us = j.echo_us;
   c.waveform.final_us = j.final_us;
+  c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }
 
 }  // namespace
 
-JetNode::JetNode(const Experiment& e) : DriverNode(NodeId::kJet, jet_config(e.jet)) {
+JetNode::JetNode(const Experiment& e) : DriverNode(NodeId::kJet, jet_config(e)) {
   subscribe(channels::kJetCommand, this);
 }
 

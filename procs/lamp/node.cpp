@@ -3,15 +3,17 @@
 namespace firn {
 namespace {
 
-drivers::LampConfig lamp_config(const LampConfig& l) {
+drivers::LampConfig lamp_config(const Experiment& e) {
+  const LampConfig& l = e.lamp;
   drivers::LampConfig c;
   c.max_on_s = l.max_on_s;
+  c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }
 
 }  // namespace
 
-LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(e.lamp)) {
+LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(e)) {
   subscribe(channels::kLampCommand, this);
   subscribe(channels::kRunEnd, this);
 }

@@ -5,16 +5,18 @@
 namespace firn {
 namespace {
 
-drivers::LaserProfilerConfig profiler_config(const LaserProfilerConfig& p) {
+drivers::LaserProfilerConfig profiler_config(const Experiment& e) {
+  const LaserProfilerConfig& p = e.laser_profiler;
   drivers::LaserProfilerConfig c;
   c.poll_s = p.poll_s;
+  c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }
 
 }  // namespace
 
 LaserProfilerNode::LaserProfilerNode(const Experiment& e)
-    : DriverNode(NodeId::kLaserProfiler, profiler_config(e.laser_profiler)),
+    : DriverNode(NodeId::kLaserProfiler, profiler_config(e)),
       counts_per_mm_(e.stage.counts_per_mm),
       offset_y_mm_(e.laser_profiler.offset_y_mm) {
   subscribe(channels::kProfilerCommand, this);
