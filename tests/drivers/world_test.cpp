@@ -228,7 +228,7 @@ TEST_CASE("a controller that rebooted leaves the pulses of its run in doubt, and
   CHECK(interrupted >= 8);
 }
 
-TEST_CASE("under lost, late, split and flipped replies nothing fires twice and no answer is wrong",
+TEST_CASE("under lost, late and split replies and closed ports nothing fires twice and no answer is wrong",
           "[world]") {
   std::uint64_t seed = 17;
   int finished = 0, failed = 0;
