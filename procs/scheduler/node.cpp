@@ -15,6 +15,9 @@ namespace {
 constexpr int bit(NodeId n) { return 1 << int(n); }
 constexpr int kAllDrivers = bit(NodeId::kStage) | bit(NodeId::kJet) | bit(NodeId::kLaserProfiler) | bit(NodeId::kLamp);
 
+constexpr int kMostRefusals = 10;
+constexpr double kAgainWall_s = 0.05;  // about one period of the lease
+
 }  // namespace
 
 Scheduler::Scheduler(const Experiment& experiment, HeightMap target, Mask mask)
@@ -96,6 +99,7 @@ void Scheduler::after_resume(Time now, Outbox& out) {
 
 void Scheduler::wake(TimerId timer, Time now, Outbox& out) {
   if (phase_ == Phase::kOver || phase_ == Phase::kStopped) return;
+  if (timer == kAgain) return phase_ == Phase::kGetReady || pending_ ? void() : proceed(phase_, now, out);
   if (timer == kOperator) {
     return finish_run(RunOutcome::kWaitsForOperator, 3,
                       "droplets of layer " + std::to_string(job_.layer()) +
@@ -146,6 +150,12 @@ void Scheduler::on(const answer_t& m, Time now, Outbox& out) {
 
 void Scheduler::answered(const answer_t& m, Time now, Outbox& out) {
   const Outcome outcome = Outcome(m.outcome);
+  // Refused is not begun. The lease can reach the scheduler before it reaches the driver, so it is tried again.
+  if (outcome == Outcome::kRefused && refused_ < kMostRefusals) {
+    ++refused_;
+    return out.wake_at(kAgain, now.after_s(kAgainWall_s * experiment_.run.time_scale));
+  }
+  refused_ = 0;
   if (phase_ == Phase::kPass) pass_answer_ = m;
   if (outcome != Outcome::kDone && outcome != Outcome::kReady) return fail(m.code, m.node + ": " + m.text, now, out);
   switch (phase_) {

@@ -79,6 +79,7 @@ class Scheduler : public Node {
   Mask mask_;
 
   std::int32_t incarnation_ = 0;
+  int refused_ = 0;                      ///< times in a row that the command of this phase was refused
   Phase phase_ = Phase::kGetReady;
   Phase interrupted_ = Phase::kHoming;   ///< where to go on when ready
   std::optional<Pending> pending_;
