@@ -23,6 +23,7 @@ replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
   r.only_node = options.node;
   r.tolerance = options.tolerance;
   r.threads = options.threads;
+  r.stopwatch = options.stopwatch;
   r.commit = build_commit();
   r.platform = platform_description();
   try {

@@ -15,6 +15,7 @@ struct ReplayCommandOptions {
   std::vector<std::string> ignores;    ///< "FIELD=reason"
   std::vector<std::string> overrides;  ///< "a.b=value"
   int threads = 0;                     ///< 0 = as many as the machine has
+  bool stopwatch = false;              ///< measures the handlers
   bool json = false;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "replay/bytes.h"
 #include "replay/describe.h"
 
 namespace firn::replay {
@@ -48,7 +49,7 @@ void tell_gaps(const SentIndex& sent, NodeOutcome& node) {
 void check_delivery(const SentIndex& sent, NodeOutcome& node, const Delivered& d, MessageComparer& comparer) {
   const ChannelInfo& channel = channel_table()[std::size_t(d.channel)];
   const Sent* s = sent.find(d.channel, d.seq);
-  if (s && (s->differs || std::ranges::equal(s->bytes, d.bytes))) return;
+  if (s && (s->differs || same_bytes(s->bytes, d.bytes))) return;
   const std::string publisher(info(channel.publisher).name);
   Finding f;
   f.kind = FindingKind::kDelivery;

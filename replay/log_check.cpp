@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "logfile/event_log.h"
+#include "replay/bytes.h"
 
 namespace firn::replay {
 namespace {
@@ -34,7 +35,7 @@ class LogCheck {
       return;
     }
     seen_[std::size_t(number)][std::size_t(s - sent_.all(number).data())] = true;
-    if (s->differs || std::ranges::equal(s->bytes, e.data)) return;
+    if (s->differs || same_bytes(s->bytes, e.data)) return;
     const auto difference = comparer_.compare(channel, s->bytes, e.data);
     if (!difference) return;
     Finding f = finding(channel, s, "the message in log.lcm, byte " + std::to_string(e.offset) +

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "replay/run_data.h"
+#include "replay/report_data.h"
 
 namespace firn::replay {
 

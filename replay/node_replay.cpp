@@ -5,6 +5,7 @@
 #include <chrono>
 #include <fstream>
 
+#include "replay/bytes.h"
 #include "replay/describe.h"
 #include "runtime/node_host.h"
 
@@ -139,7 +140,7 @@ class NodeReplay {
     if (e.kind == EventKind::kWake) check_timer(e);
     if (e.kind == EventKind::kMessage) check_delivery(s);
 
-    const std::int64_t began = now_ns();
+    const std::int64_t began = options_.stopwatch ? now_ns() : 0;
     const Outbox* outbox = nullptr;
     try {
       outbox = &host_->replay_step(e);
@@ -152,7 +153,7 @@ class NodeReplay {
                                       "; the node's later steps were not replayed");
       return false;
     }
-    out_.verdict.handler_ns += now_ns() - began;
+    if (options_.stopwatch) out_.verdict.handler_ns += now_ns() - began;
     out_.verdict.recorded_handler_ns += s.handler_ns;
     compare(s, *outbox);
     return true;
@@ -252,7 +253,7 @@ class NodeReplay {
 
   static bool same(const std::optional<Output>& a, const std::optional<Output>& b) {
     return a && b && a->kind == b->kind && a->channel == b->channel && a->id == b->id && a->at == b->at &&
-           std::ranges::equal(a->bytes, b->bytes);
+           same_bytes(a->bytes, b->bytes);
   }
 
   // Tells the first difference of a step. @returns false if tolerance and ignored fields make the outputs equal.

@@ -34,6 +34,7 @@ struct ReplayOptions {
   std::string commit;                     ///< of this program; empty = not compared
   std::string platform;                   ///< as WalHead::platform; empty = not compared
   int threads = 0;                        ///< 0 = as many as the machine has
+  bool stopwatch = false;                 ///< fills NodeVerdict::handler_ns
 };
 
 }  // namespace firn::replay

@@ -80,7 +80,7 @@ Json as_json(const Finding& f) {
 Json as_json(const NodeVerdict& n) {
   Json j{{"node", n.name},         {"incarnations", n.incarnations}, {"steps", n.steps},
          {"messages_in", n.events_in}, {"messages", n.messages},     {"bytes", n.bytes},
-         {"cut", n.cut},           {"differing_steps", n.differing_steps}, {"handler_s", double(n.handler_ns) * 1e-9}};
+         {"cut", n.cut},           {"differing_steps", n.differing_steps}, {"recorded_handler_s", double(n.recorded_handler_ns) * 1e-9}};
   if (!n.crash.empty()) j["crash"] = n.crash;
   return j;
 }

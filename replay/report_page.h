@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/run_data.h"
+#include "replay/report_data.h"
 
 namespace firn::replay {
 

@@ -56,7 +56,7 @@ struct NodeVerdict {
   std::uint64_t cut = 0;            ///< last steps of an incarnation whose outputs the kill cut off
   std::uint64_t differing_steps = 0;
   std::int64_t recorded_handler_ns = 0;
-  std::int64_t handler_ns = 0;      ///< of this replay; 0 without a stopwatch
+  std::int64_t handler_ns = 0;      ///< of this replay, where the caller asked for it
   std::int64_t last_us = 0;         ///< node time of the last event
   std::string crash;                ///< "step 12: …": the handler throws at the cut event, as it did in the run
 };

@@ -1,4 +1,4 @@
-#include "replay/run_data.h"
+#include "replay/report_data.h"
 
 #include <algorithm>
 #include <cstdio>
