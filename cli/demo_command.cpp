@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "cli/doctor_command.h"
+#include "cli/bus_check.h"
 #include "cli/exit_codes.h"
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
@@ -44,10 +44,11 @@ int run_demo(const DemoOptions& options) {
   print.bus = options.bus;
   print.runs = options.runs;
   print.command_line = options.command_line;
-  std::string why;
-  if (print.bus.empty() && !multicast_works(&why)) {
-    fmt::print(stderr, "firn demo: no multicast on this machine ({}), so the demo runs in one process. `firn doctor` tells the mend.\n", why);
-    print.bus = "in-process";
+  if (print.bus.empty()) {
+    if (const std::string why = check_multicast(); !why.empty()) {
+      fmt::print(stderr, "firn demo: no live bus on this machine, so the demo runs in one process: {}\n", why);
+      print.bus = "in-process";
+    }
   }
   std::vector<Printed> all;
   std::vector<std::string> folders;

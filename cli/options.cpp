@@ -8,6 +8,7 @@
 #include "cli/audit_command.h"
 #include "cli/config_command.h"
 #include "cli/dataflow_command.h"
+#include "cli/demo_command.h"
 #include "cli/doctor_command.h"
 #include "cli/exit_codes.h"
 #include "cli/log_command.h"
@@ -121,6 +122,15 @@ void declare_print(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_demo(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_demo);
+  app.add_option("--bus", o->bus, "in-process, or an LCM URL; default: loopback, a port for each run");
+  app.add_option("--set", o->overrides, "KEY=VALUE, for every scheme")->allow_extra_args(false);
+  app.add_option("--runs", o->runs, "where run folders go")->capture_default_str();
+  app.add_option("-o,--output", o->output, "report; default: report.html in the last run's folder");
+  json_flag(app, o->json);
+}
+
 struct Command {
   const char* name;
   const char* help;
@@ -129,6 +139,7 @@ struct Command {
 
 // In the reader's order; a new command is one row, one declare_ function and its cli/<name>_command.{h,cpp}.
 constexpr Command kCommands[] = {
+    {"demo", "prints a cylinder under each scheme, replays the runs, writes a report", declare_demo},
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
