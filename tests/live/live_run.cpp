@@ -68,7 +68,7 @@ LiveRun::~LiveRun() {
   if (!std::getenv("FIRN_KEEP_RUNS")) std::filesystem::remove_all(root_);
 }
 
-void LiveRun::start(bool resume) {
+void LiveRun::start(bool resume, const std::filesystem::path& programs) {
   pids_.clear();
   ++incarnation_;
   std::filesystem::remove(path() / "pids");
@@ -79,7 +79,7 @@ void LiveRun::start(bool resume) {
   try {
     LaunchOptions options;
     options.resume = resume;
-    options.programs = FIRN_BINARY_DIR "/bin";
+    options.programs = programs;
     options.on_start = [&](const std::map<std::string, int>&) { std::ofstream(root_ / ("started" + std::to_string(incarnation_))) << "x"; };
     const LaunchReport report = launch(RunFolder::open(path()), options);
     std::fprintf(stderr, "%s: %s\n", report.result.outcome.c_str(), report.result.reason.c_str());

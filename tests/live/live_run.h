@@ -27,7 +27,7 @@ class LiveRun {
   LiveRun& operator=(const LiveRun&) = delete;
 
   /// Starts the launcher as a process of its own.
-  void start(bool resume);
+  void start(bool resume, const std::filesystem::path& programs = FIRN_BINARY_DIR "/bin");
   /// Waits until all processes have begun; false if the launcher ended before.
   bool wait_started();
   /// SIGKILL of "jet", "launcher", …; the CLOCK_MONOTONIC time just before, in ns.

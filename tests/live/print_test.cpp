@@ -1,4 +1,7 @@
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
+#include <fstream>
 
 #include "tests/live/live_checks.h"
 
@@ -18,6 +21,31 @@ TEST_CASE("a live print of small processes finishes, leaves a whole log, and rep
   REQUIRE(result);
   CHECK(result->outcome == "finished");
   CHECK(result->layers >= 3);
+  check_finished_run(run);
+}
+
+TEST_CASE("a full disk stops the print by name, and a resume fills the log again") {
+  if (skipped()) return;
+  LiveRun run(tiny_part(3));
+  // The recorder alone may write no file beyond 64 KiB, which is told like a full disk.
+  const std::filesystem::path programs = run.path().parent_path() / "programs", real = FIRN_BINARY_DIR "/bin";
+  std::filesystem::create_directory(programs);
+  for (const auto& entry : std::filesystem::directory_iterator(real))
+    if (entry.path().filename() != "recorder") std::filesystem::create_symlink(entry.path(), programs / entry.path().filename());
+  std::ofstream(programs / "recorder") << "#!/bin/sh\nulimit -f 128\nexec " << (real / "recorder").string() << " \"$@\"\n";
+  std::filesystem::permissions(programs / "recorder", std::filesystem::perms::owner_all);
+  run.start(false, programs);
+  const int stopped = run.wait();
+  run.wait_all_gone();
+  INFO(run.said());
+  CHECK(stopped == 3);
+  CHECK_THAT(run.said(), Catch::Contains("recorder: cannot record") && Catch::Contains("log.lcm"));
+
+  run.start(true);
+  const int status = run.wait();
+  INFO(run.said());
+  CHECK(status == 0);
+  CHECK_THAT(run.said(), Catch::Contains("recording gap, repaired"));
   check_finished_run(run);
 }
 
