@@ -1,0 +1,116 @@
+// A real print by the Lab: replay, audit and report of the same folder.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "cli/audit_command.h"
+#include "cli/lab_run.h"
+#include "cli/replay_command.h"
+#include "cli/report_command.h"
+#include "cli/targets.h"
+#include "config/include.h"
+#include "core/grid/random.h"
+#include "replay/metrics.h"
+#include "replay/print_verdict.h"
+#include "replay/svg.h"
+#include "tests/replay/tiny_run.h"
+
+namespace firn::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string print_part(const std::string& name, const std::string& scheme, std::uint64_t crash_after = 0) {
+  const fs::path file = fs::path(FIRN_SOURCE_DIR) / "experiments" / "demo.toml";
+  const Experiment e = load_experiment(file, {"control.scheme=" + scheme, "part.height_mm=0.02"});
+  const RunFolder run = RunFolder::create(scratch_folder(name), e, make_inputs(e, file.parent_path()), {"firn", "print"});
+  LabRunOptions options;
+  options.crash_after_steps = crash_after;
+  for (LabRunReport r = run_in_lab(run, options); r.crashed; r = run_in_lab(run, options)) {
+    options.resume = true;
+    options.crash_after_steps = 0;
+  }
+  return run.path().string();
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::size_t count(const std::string& text, const std::string& what) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(what); at != text.npos; at = text.find(what, at + 1)) ++n;
+  return n;
+}
+
+TEST_CASE("a report of two prints is one page without outside references, and metrics.csv holds every layer") {
+  ReportOptions options;
+  options.runs = {print_part("report-mpc", "mpc"), print_part("report-open", "open_loop")};
+  options.output = (scratch_folder("report") / "report.html").string();
+  write_report(options);
+  const std::string page = text_of(options.output);
+  CHECK(page.find("http") == page.find("http://www.w3.org/2000/svg"));
+  CHECK(count(page, "<script") == 0);
+  CHECK(count(page, "<link") == 0);
+  CHECK(count(page, "<svg") == count(page, "</svg>"));
+  CHECK(count(page, "data:image/png;base64,") == 2 * 2 + 2);  // height and error of both, two colour bars
+  CHECK(count(page, ">identical<") == 2);
+  CHECK(page.find("control.scheme") != page.npos);
+  for (const char* no_number : {" nan", "\"nan", ">nan", " inf", "\"inf", ">inf"}) CHECK(page.find(no_number) == page.npos);
+
+  const replay::RunData run = replay::read_run_data(options.runs[0]);
+  CHECK(run.layers.size() >= 3);
+  CHECK(run.layers.back().truth);
+  CHECK(run.layers.back().truth->rms_mm < 0.01);
+  CHECK(run.layers.back().drops_total > 1000);
+  const std::string csv = text_of(fs::path(options.runs[0]) / "metrics.csv");
+  CHECK(csv == replay::metrics_csv(run));
+  CHECK(count(csv, "\n") == run.layers.size() + 1);
+  const std::size_t columns = std::size_t(std::ranges::count(csv.substr(0, csv.find('\n')), ','));
+  CHECK(count(csv, ",") == columns * (run.layers.size() + 1));
+}
+
+TEST_CASE("a print that died and was resumed replays identical and its audit is clean") {
+  RandomStream random(21, Purpose::kKill);
+  for (int trial = 0; trial < 12; ++trial) {
+    const std::uint64_t crash_after = 100 + random.below(5000);
+    const std::string run = print_part("died", trial % 2 ? "mpc" : "smf", crash_after);
+    INFO("died after " << crash_after << " steps");
+    ReplayCommandOptions options;
+    options.run = run;
+    const replay::RunVerdict verdict = replay_verdict(options);
+    INFO(replay::to_text(verdict));
+    CHECK(verdict.identical());
+    CHECK(verdict.nodes.size() == 8);
+    for (const auto& node : verdict.nodes) CHECK(node.incarnations == 2);
+    const replay::AuditVerdict audit = audit_verdict(run);
+    INFO(to_text(audit));
+    CHECK(audit.clean());
+    CHECK(audit.finished);
+    CHECK(audit.with_world);
+    CHECK(audit.triggered > 0);
+  }
+}
+
+TEST_CASE("axes have round ticks inside their range, for any range") {
+  for (const auto& [low, high] : {std::pair{0.0, 105.0}, {-0.13, 10.4}, {3.0, 3.0}, {-2e-5, 7e-5}, {1e6, 4e9}}) {
+    const replay::Axis axis(low, high, 0, 400, 6);
+    INFO(low << " to " << high);
+    CHECK(axis.ticks().size() >= 2);
+    CHECK(axis.ticks().size() <= 8);
+    for (const auto& t : axis.ticks()) {
+      CHECK(axis.px(t.value) >= -0.01);
+      CHECK(axis.px(t.value) <= 400.01);
+    }
+  }
+  CHECK(replay::number(-0.001, 2) == "0.00");
+  CHECK(replay::number(-1.5, 1) == "−1.5");
+  CHECK(replay::number(1.0 / 0.0, 2) == "–");
+  CHECK(replay::escape_html("a<b>&\"") == "a&lt;b&gt;&amp;&quot;");
+}
+
+}  // namespace
+}  // namespace firn::test
