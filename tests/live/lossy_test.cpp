@@ -1,4 +1,4 @@
-// Randomised prints over a bad network, some with a kill: FIRN_LIVE_RUNS sets their number (`./firn test --full`: 200).
+// Randomised prints over a bad network, some with a kill: 10, with `./firn test --full` 200; FIRN_LIVE_RUNS sets it.
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -14,7 +14,8 @@ namespace {
 
 int runs() {
   const char* text = std::getenv("FIRN_LIVE_RUNS");
-  return text ? std::atoi(text) : 10;
+  if (text) return std::atoi(text);
+  return std::getenv("FIRN_FULL") ? 200 : 10;
 }
 
 Experiment bad_network(std::uint64_t seed, RandomStream& random) {
