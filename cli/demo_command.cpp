@@ -43,7 +43,6 @@ int run_demo(const DemoOptions& options) {
   PrintOptions print;
   print.bus = options.bus;
   print.runs = options.runs;
-  print.command_line = options.command_line;
   if (print.bus.empty()) {
     if (const std::string why = check_multicast(); !why.empty()) {
       fmt::print(stderr, "firn demo: no live bus on this machine, so the demo runs in one process: {}\n", why);

@@ -12,7 +12,6 @@ struct DemoOptions {
   std::string output;                  ///< of the report; "" = report.html in the last run's folder
   std::vector<std::string> overrides;  ///< --set KEY=VALUE, for every scheme
   bool json = false;
-  std::vector<std::string> command_line;
 };
 
 /// @returns 0 if every print finished and every run replays identical, 1 if one does not, 3 after a safety stop

@@ -70,7 +70,7 @@ void show(const PrintSummary& s, bool json) {
 }  // namespace
 
 PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
-  return carry_out(RunFolder::create(options.runs, e, inputs, options.command_line), e, options, false);
+  return carry_out(RunFolder::create(options.runs, e, inputs, own_command_line()), e, options, false);
 }
 
 int run_print(const PrintOptions& options) {

@@ -17,7 +17,6 @@ struct PrintOptions {
   std::string runs = "runs";            ///< where run folders go
   bool accept_doubt = false;
   bool json = false;
-  std::vector<std::string> command_line;
 };
 
 /// What a print left behind.

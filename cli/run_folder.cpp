@@ -79,6 +79,13 @@ void write_file_atomically(const fs::path& path, std::string_view content) {
   if (fsync(fd) != 0 || close(fd) != 0 || rename(temporary.c_str(), path.c_str()) != 0) fail(path, std::strerror(errno));
 }
 
+std::vector<std::string> own_command_line() {
+  const std::string text = read_file("/proc/self/cmdline");  // arguments, each ended by a zero byte
+  std::vector<std::string> arguments;
+  for (std::size_t at = 0; at < text.size(); at += arguments.back().size() + 1) arguments.emplace_back(text.c_str() + at);
+  return arguments;
+}
+
 RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blobs& inputs,
                             const std::vector<std::string>& command_line) {
   RunFolder run;

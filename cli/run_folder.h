@@ -52,6 +52,9 @@ class RunFolder {
   std::vector<std::pair<std::string, std::string>> inputs_;  // role, sha256
 };
 
+/// How this program was called, for the provenance.
+std::vector<std::string> own_command_line();
+
 /// Writes a file whole or not at all: temporary file, fsync, rename. @throws std::runtime_error
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 std::string read_file(const std::filesystem::path& path);
