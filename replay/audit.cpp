@@ -221,7 +221,7 @@ class Audit {
       const std::int64_t to = n + 1 < record_.starts.size() ? record_.starts[n + 1] : kNever;
       const auto stop = std::ranges::find_if(record_.stops, [&](const Stop& s) { return s.t_us >= from && s.t_us < to; });
       if (stop == record_.stops.end()) continue;
-      ++v_.stops;
+      v_.stops += stop->t_us < record_.end_us;
       std::int64_t late = 0;
       double latest_s = 0.0;
       for (const Shot& s : world_->shots) {

@@ -55,6 +55,7 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   });
   messages.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& m) {
     r.finished = RunOutcome(m.outcome) == RunOutcome::kFinished || RunOutcome(m.outcome) == RunOutcome::kEndedEarly;
+    if (r.finished) r.end_us = m.header.utime_us;
   });
   std::ranges::stable_sort(r.stops, {}, &Stop::t_us);
   r.starts = messages.starts();

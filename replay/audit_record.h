@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,7 @@ struct AuditRecord {
   std::vector<Lease> leases;          ///< ENABLE
   std::vector<std::int64_t> starts;   ///< of each incarnation
   bool finished = false;              ///< RUN_END with outcome finished or ended early
+  std::int64_t end_us = std::numeric_limits<std::int64_t>::max();  ///< of that RUN_END; the stop after it is the orderly one
   std::vector<std::string> damage;    ///< "nodes/jet.wal, byte 12: checksum does not hold"
 };
 

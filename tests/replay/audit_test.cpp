@@ -205,6 +205,8 @@ TEST_CASE("a droplet later than a second after a stop is found, and the latest i
   CHECK(v.clean());
   CHECK(v.longest_stop_s == Approx(0.4));
   CHECK(v.stops == 1);
+  p.record.end_us = last - 500'000;
+  CHECK(p.verdict().stops == 0);  // the orderly stop at the end
   p.record.stops[0].t_us = last - kSecond - 1;
   CHECK(found(p.verdict(), ViolationKind::kAfterStop));
 
