@@ -1,9 +1,11 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <cstring>
 
 #include "core/grid/random.h"
 #include "plant/field.h"
+#include "plant/footprint.h"
 
 using namespace firn;
 using namespace firn::plant;
@@ -102,4 +104,29 @@ TEST_CASE("Ten open-loop layers of a disc make a dome: edges low, layer height 7
   CHECK(m.at(3, 11) ==
         Approx(m.at(20, 11)).epsilon(0.15));  // alike on all sides, but for the order of printing
   CHECK(m.at(3, 11) == Approx(m.at(11, 20)).epsilon(0.15));
+}
+
+TEST_CASE("The vectorised footprint gives the same bytes as the portable one") {
+  RandomStream random(82, Purpose::kTest);
+  for (int trial = 0; trial < 2000; ++trial) {
+    // Any stride and start, so that rows begin at any alignment.
+    const int nx = 1 + int(random.below(kMaxFootprint)), ny = 1 + int(random.below(kMaxFootprint));
+    const int stride = nx + int(random.below(5)), start = int(random.below(4));
+    std::vector<double> solid(std::size_t(start) + std::size_t(stride) * ny), wet(solid.size());
+    for (auto& z : solid) z = random.uniform(0.0, 0.4);
+    for (auto& z : wet) z = random.below(3) == 0 ? 0.0 : random.uniform(0.0, 0.02);
+    std::vector<double> wide_wet = wet;
+    const std::vector<double> solid_before = solid;
+    DropletParams p;
+    p.cap_radius_mm = random.uniform(0.07, 0.3);
+    p.film_radius_mm = p.cap_radius_mm + random.uniform(0.0, 0.4);
+    p.levelling_steps = int(random.below(4));
+    const double dx = random.uniform(0.03, 0.09), dy = random.uniform(0.03, 0.09);
+    const double u = random.uniform(0.0, nx), v = random.uniform(0.0, ny), depth = random.uniform(0.01, 0.5);
+    footprint()({solid.data() + start, wide_wet.data() + start, stride, nx, ny}, p, depth, u, v, dx, dy);
+    portable_footprint()({solid.data() + start, wet.data() + start, stride, nx, ny}, p, depth, u, v, dx, dy);
+    INFO("trial " << trial << ", " << nx << " x " << ny);
+    REQUIRE(std::memcmp(wide_wet.data(), wet.data(), wet.size() * sizeof(double)) == 0);
+    REQUIRE(solid == solid_before);
+  }
 }
