@@ -38,6 +38,7 @@ class DriverNode : public Node {
   std::vector<std::string> ports() const override { return {std::string(info(id_).name)}; }
 
   void start(const Start& start, Time now, Outbox& out) override {
+    incarnation_ = start.incarnation;
     armed_us_ = 0;  // timers end with an incarnation
     lease_armed_ = false;
     // Node time goes on where the crash cut it, so the old lease may seem to last: it does not, and a command
@@ -77,6 +78,7 @@ class DriverNode : public Node {
   }
 
   const Driver& driver() const { return driver_; }
+  std::int32_t incarnation() const { return incarnation_; }
 
  protected:
   /// Runs `act` unless the command was seen before (then its answer is sent again, it is never executed
@@ -214,6 +216,7 @@ class DriverNode : public Node {
   DeviceGuard guard_;
   Effects fx_;
   answer_t answer_ = answer_t{};  // to the last command; its id is that of the command in progress
+  std::int32_t incarnation_ = 0;
   bool in_progress_ = false;
   bool stop_pending_ = false;  // asked to be safe, not confirmed
   bool starting_ = false;

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "firn/heartbeat_t.hpp"
+#include "firn/journal_t.hpp"
 
 namespace firn {
 namespace {
@@ -37,11 +38,20 @@ void Heartbeat::update(std::uint64_t steps, const TransportStats& stats, std::ve
   last_ = std::move(last);
 }
 
+void Heartbeat::note(const Step& step) {
+  const std::lock_guard lock(mutex_);
+  step_ = step;
+}
+
 void Heartbeat::run() {
   std::unique_lock lock(mutex_);
   while (!over_) {
     const auto bytes = encode();
     bus_.publish(channels::heartbeat(node_).name, bytes);
+    if (step_.number != journal_told_) {
+      journal_told_ = step_.number;
+      bus_.publish(channels::journal(node_).name, encode_journal());
+    }
     wake_.wait_for(lock, kPeriod, [this] { return over_; });
   }
 }
@@ -63,6 +73,22 @@ std::vector<std::byte> Heartbeat::encode() {
     m.last_seq.push_back(l.seq);
   }
   m.n = std::int32_t(last_.size());
+  std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
+  m.encode(bytes.data(), 0, int(bytes.size()));
+  return bytes;
+}
+
+std::vector<std::byte> Heartbeat::encode_journal() {
+  static constexpr const char* kWords[] = {"", "start", "message", "wake-up", "instrument bytes", "link", "local stop"};
+  journal_t m;
+  m.header.run_id = run_id_;
+  m.header.incarnation = incarnation_;
+  m.header.seq = ++journal_seq_;
+  m.header.utime_us = clock_.now().us;
+  m.step = std::int64_t(step_.number);
+  m.event = step_.channel.empty() ? kWords[std::size_t(step_.kind)] : std::string(step_.channel);
+  m.outputs = step_.outputs;
+  m.output_bytes = step_.output_bytes;
   std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
   m.encode(bytes.data(), 0, int(bytes.size()));
   return bytes;

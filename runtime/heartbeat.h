@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/bus.h"
+#include "runtime/event.h"
 #include "runtime/run_clock.h"
 #include "runtime/transport.h"
 
@@ -24,12 +25,22 @@ class Heartbeat {
 
   void set_state(State state) { state_ = state; }
   void set_busy(bool busy) { busy_since_us_ = busy ? clock_.now().us : 0; }
+  /// The step that was handled last, for JOURNAL_<NODE>: at most one a beat goes out, for people who watch.
+  struct Step {
+    std::uint64_t number = 0;      ///< steps handled; 0 = none yet
+    EventKind kind = EventKind::kStart;
+    std::string_view channel;      ///< in the channel table, or empty
+    int outputs = 0;
+    std::int64_t output_bytes = 0;
+  };
+  void note(const Step& step);
   /// What the next beats carry.
   void update(std::uint64_t steps, const TransportStats& stats, std::vector<Transport::Last> last);
 
  private:
   void run();
   std::vector<std::byte> encode();
+  std::vector<std::byte> encode_journal();
 
   NodeId node_;
   std::int64_t run_id_;
@@ -45,6 +56,9 @@ class Heartbeat {
   std::uint64_t steps_ = 0;
   TransportStats stats_;
   std::vector<Transport::Last> last_;
+  Step step_;
+  std::uint64_t journal_told_ = 0;
+  std::int64_t journal_seq_ = 0;
   std::thread thread_;
 };
 

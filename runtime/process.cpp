@@ -146,7 +146,11 @@ void Runner::received(const ChannelInfo& row, std::span<const std::byte> bytes) 
 
 void Runner::step(const Event& event) {
   try {
-    carry_out(host_.step(event));
+    const Outbox& outbox = host_.step(event);
+    Heartbeat::Step done{host_.steps(), event.kind, event.channel, int(outbox.size()), 0};
+    for (std::size_t n = 0; n < outbox.size(); ++n) done.output_bytes += std::int64_t(outbox.at(n).bytes.size());
+    heartbeat_->note(done);
+    carry_out(outbox);
   } catch (const std::exception& e) {
     throw std::runtime_error("step " + std::to_string(host_.steps()) + " (" + describe(event) + "): " + e.what());
   }

@@ -26,7 +26,8 @@ void LampNode::on(const lamp_command_t& c, Time now, Outbox& out) {
   });
 }
 
-void LampNode::on(const run_end_t&, Time now, Outbox& out) {
+void LampNode::on(const run_end_t& m, Time now, Outbox& out) {
+  if (m.header.incarnation < incarnation()) return;  // a stop's, delivered only at the resume
   act(now, out,
       [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) { lamp.release(now_us, fx); });
 }

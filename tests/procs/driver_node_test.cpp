@@ -279,6 +279,21 @@ TEST_CASE("after a resume the unfinished exposure is answered under its own id, 
   for (const fault_t& f : rig.faults()) CHECK(f.severity < std::int8_t(Severity::kStop));
 }
 
+TEST_CASE("the end of an earlier incarnation, delivered only after the resume, does not release the lamp") {
+  LampRig rig;
+  rig.start(1);
+  rig.run_for(3.0);
+  run_end_t old{};
+  old.outcome = 2;
+  rig.message(channels::kRunEnd, old);  // its header says incarnation 0
+  rig.enable(2);
+  rig.message(channels::kLampCommand, expose(1, 2));
+  rig.run_for(2.0);
+  REQUIRE(rig.answers().size() == 1);
+  CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kDone));
+  CHECK(rig.count("DCON") == 0);
+}
+
 TEST_CASE("a waveform that the jet cannot take is refused before anything runs") {
   Experiment e;
   e.jet.dwell_v = 20.5;

@@ -3,12 +3,14 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <thread>
 
 #include "core/grid/random.h"
+#include "firn/journal_t.hpp"
 #include "runtime/control_line.h"
 #include "runtime/process.h"
 #include "runtime/process_args.h"
@@ -138,6 +140,30 @@ TEST_CASE("two processes and an instrument finish their work over a bad network,
     std::getline(faults, text);
     CHECK(parse_lossy_counts(text).injected() > 0);
   }
+}
+
+TEST_CASE("a running process tells on its journal channel which step it handled last") {
+  RunDir dir;
+  Hub hub;
+  Hub::Member watcher(hub);
+  watcher.subscribe("JOURNAL_SCHEDULER");
+  Pair a;
+  ControlLine control(a.fd[0]);
+  std::thread one([&] {
+    Hub::Member bus(hub);
+    CHECK(run_process(options(dir, NodeId::kScheduler, a.fd[1]), std::make_unique<Commander>(3), bus) == 0);
+  });
+  await(control, "READY");
+  control.say("START");
+  journal_t last{};
+  for (int n = 0; n < 500 && last.step == 0; ++n) {
+    ::usleep(10'000);
+    watcher.receive([&](std::string_view, std::span<const std::byte> b) { last.decode(b.data(), 0, int(b.size())); });
+  }
+  control.say("STOP done");
+  one.join();
+  CHECK(last.step > 0);
+  CHECK_FALSE(last.event.empty());
 }
 
 TEST_CASE("killed at any moment, a process comes back where it was and repeats nothing") {
