@@ -3,8 +3,10 @@
 #include <fmt/core.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "cli/bus_check.h"
@@ -20,6 +22,24 @@ namespace firn {
 namespace {
 
 constexpr const char* kSchemes[] = {"mpc", "open_loop", "smf"};
+constexpr double kLayerNodeS = 9.0;  // node time that a layer of the demo takes: budget, docs/measurements.md
+
+// What will happen and how long it takes, before it begins.
+void announce(const Experiment& e, const std::string& bus) {
+  const ModelConfig& h = e.model;
+  const int layers = int(std::ceil(e.part.shape.height_mm / (h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm)));
+  if (bus == "in-process") {
+    fmt::print(stderr, "firn demo: a {} of {} layers or a few more under {} schemes, in one process and in simulated time\n",
+               e.part.shape.kind, layers, std::size(kSchemes));
+    return;
+  }
+  const double layer_s = kLayerNodeS / e.run.time_scale;
+  fmt::print(stderr,
+             "firn demo: a {} of {} layers or a few more under {} schemes, live; at {:g} times node time a layer takes about "
+             "{:.1f} s, all together about {:.0f} s\n",
+             e.part.shape.kind, layers, std::size(kSchemes), e.run.time_scale, layer_s,
+             std::size(kSchemes) * layer_s * layers * 1.2);
+}
 
 struct Printed {
   PrintSummary print;
@@ -49,6 +69,7 @@ int run_demo(const DemoOptions& options) {
       print.bus = "in-process";
     }
   }
+  announce(load_experiment(file, options.overrides), print.bus);
   std::vector<Printed> all;
   std::vector<std::string> folders;
   int status = kOk;
