@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -23,12 +24,14 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   s.scheme = e.control.scheme;
   PrintProgress progress(e.control.scheme);
   const auto began = std::chrono::steady_clock::now();
+  int last_layer = 0;
   const auto on_layer = [&](const layer_metrics_t& m) {
     progress.layer(m);
     s.mean_error_um = m.mean_error_mm * 1e3;
     s.rms_um = m.rms_mm * 1e3;
     s.std_um = m.std_mm * 1e3;
     s.droplets = m.drops_total;
+    last_layer = m.layer;
     s.node_s = double(m.header.utime_us) * 1e-6;
   };
   if (options.bus == "in-process") {
@@ -46,6 +49,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     s.result = launch(run, o).result;
   }
   progress.done();
+  s.result.layers = std::max(s.result.layers, last_layer);  // a print that was stopped has no end of its own
   s.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return s;
 }
@@ -65,6 +69,7 @@ void show(const PrintSummary& s, bool json) {
   fmt::print("measured surface against target: mean {:+.2f} um, RMS {:.2f} um, std {:.2f} um\n", s.mean_error_um, s.rms_um,
              s.std_um);
   fmt::print("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s, s.folder);
+  if (s.result.status != 0) fmt::print("to go on: firn print --resume {}\n", s.folder);
 }
 
 }  // namespace
