@@ -4,6 +4,7 @@
 #include <chrono>
 #include <map>
 
+#include "cli/log_repair.h"
 #include "cli/node_makers.h"
 #include "cli/run_resume.h"
 #include "config/experiment.h"
@@ -16,7 +17,6 @@
 #include "logfile/event_log.h"
 #include "plant/setup.h"
 #include "plant/world.h"
-#include "procs/recorder/recorder.h"
 #include "runtime/build_info.h"
 #include "runtime/lab.h"
 #include "runtime/wal_file.h"
@@ -122,7 +122,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     restore_all(run, members, after);
     begin = Time{point.offset_us};
     incarnation = point.incarnation;
-    fill_log(run.path());
+    repair_from_write_ahead(run.log_path(), run.nodes_path());
     run.clear_result();
   }
 

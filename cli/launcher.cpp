@@ -17,6 +17,7 @@
 #include "cli/bus_port.h"
 #include "cli/child_process.h"
 #include "cli/exit_codes.h"
+#include "cli/log_repair.h"
 #include "cli/run_resume.h"
 #include "cli/run_watch.h"
 #include "cli/sim_truth.h"
@@ -27,7 +28,6 @@
 #include "firn/sim_truth_t.hpp"
 #include "lcmtypes/outcome.h"
 #include "procs/bus/lcm_bus.h"
-#include "procs/recorder/recorder.h"
 #include "runtime/build_info.h"
 #include "runtime/process_args.h"
 #include "runtime/station.h"
@@ -83,13 +83,14 @@ class Launch {
   void end_all(const std::string& cause);
   LaunchReport report();
 
+  /// @returns how many messages the log had lost
+  std::size_t repair_log() const;
   ChildProcess* child(std::string_view name);
   /// Waits at most until `until_s` for something to happen and handles it.
   void turn(double until_s);
   void take_lines();
   void find_the_dead();
   void ask_truth();
-  bool all_ended(bool but_last_two);
   void note(const std::string& text) const { options_.note ? options_.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str())); }
 
   const RunFolder& folder_;
@@ -107,7 +108,6 @@ class Launch {
   std::string cause_;                                    // why the lab is stopped early
   bool stopping_ = false;
   bool truth_asked_ = false;
-  std::size_t repaired_ = 0;
 };
 
 LaunchReport Launch::run() {
@@ -133,7 +133,7 @@ void Launch::prepare() {
   ResumePoint point;
   if (options_.resume) {
     point = read_resume_point(folder_.path(), RunWatch::channels());
-    if (const std::size_t n = fill_log(folder_.path())) note("recording gap, repaired: " + std::to_string(n) + " messages");
+    repair_log();
     folder_.clear_result();
   }
   o.incarnation = point.incarnation;
@@ -277,8 +277,7 @@ void Launch::end_all(const std::string& cause) {
 
 LaunchReport Launch::report() {
   LaunchReport report;
-  report.log_repaired = fill_log(folder_.path());
-  if (report.log_repaired) note("recording gap, repaired: " + std::to_string(report.log_repaired) + " messages");
+  report.log_repaired = repair_log();
   RunResult& r = report.result;
   if (!cause_.empty() || !watch_->end()) {
     r.outcome = interrupted ? "interrupted" : "stopped safely";
@@ -297,6 +296,12 @@ LaunchReport Launch::report() {
   report.ended = true;
   folder_.write_result(r);
   return report;
+}
+
+std::size_t Launch::repair_log() const {
+  const logfile::RepairReport repair = repair_from_write_ahead(folder_.log_path(), folder_.nodes_path());
+  for (const std::string& line : describe(repair)) note(line);
+  return repair.inserted + repair.replaced;
 }
 
 ChildProcess* Launch::child(std::string_view name) {

@@ -197,10 +197,13 @@ int log_cat(const LogOptions& o, std::ostream& out, std::ostream& err) {
 }
 
 int log_repair(const LogOptions& o, std::ostream& out) {
-  if (is_records(o)) throw UsageError(o.file + ": a write-ahead file is the record itself; only an event log can be repaired");
-  const std::filesystem::path sources = o.sources.empty() ? std::filesystem::path(o.file).parent_path() / "nodes" : std::filesystem::path(o.sources);
+  const std::filesystem::path log = o.file;
+  // A run whose recorder died early has no log yet: it is made. Any other name is more likely a slip of the pen.
+  if (log.filename() != "log.lcm" || std::filesystem::exists(log))
+    if (is_records(o)) throw UsageError(o.file + ": a write-ahead file is the record itself; only an event log can be repaired");
+  const std::filesystem::path sources = o.sources.empty() ? log.parent_path() / "nodes" : std::filesystem::path(o.sources);
   if (!std::filesystem::is_directory(sources)) throw UsageError(sources.string() + ": no folder of write-ahead files to repair from");
-  const RepairReport r = repair_from_write_ahead(o.file, sources);
+  const RepairReport r = repair_from_write_ahead(log, sources);
   if (o.json) {
     out << "{\"rewritten\":" << (r.rewritten ? "true" : "false") << ",\"events\":" << r.events << ",\"inserted\":" << r.inserted
         << ",\"replaced\":" << r.replaced << ",\"repeated\":" << r.repeated << ",\"left_out\":" << r.left_out

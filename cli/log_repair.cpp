@@ -6,6 +6,7 @@
 #include "lcmtypes/channels.h"
 #include "logfile/record_file.h"
 #include "runtime/transport_wire.h"
+#include "runtime/wal_file.h"
 #include "runtime/write_ahead.h"
 
 namespace firn {
@@ -14,13 +15,13 @@ namespace {
 using logfile::MessageSource;
 using logfile::SourceMessage;
 
-// The messages that the nodes put out, file after file.
-class WriteAheadSource {
+// The messages that were put out, file after file: nodes/*.wal of the nodes, nodes/*.sent of launcher and recorder.
+class SentMessages {
  public:
-  explicit WriteAheadSource(const std::filesystem::path& folder) {
+  explicit SentMessages(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> paths;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
-      if (entry.path().extension() == ".wal") paths.push_back(entry.path());
+      if (entry.path().extension() == ".wal" || entry.path().extension() == ".sent") paths.push_back(entry.path());
     std::sort(paths.begin(), paths.end());
     for (const auto& path : paths) files_.emplace_back(path);
   }
@@ -49,24 +50,35 @@ class WriteAheadSource {
   bool next_outputs() {
     outputs_.clear();
     output_ = 0;
-    while (true) {
+    while (outputs_.empty()) {
       if (!reader_) {
         if (file_ == files_.size()) return false;
         reader_.emplace(files_[file_++].bytes());
       }
       const auto record = reader_->next();
-      if (!record) {
-        reader_.reset();
-        continue;
-      }
-      if (record->damaged || WalKind(record->kind) != WalKind::kOutputs) continue;
-      try {
-        outputs_ = decode_output_list(decode_outputs(record->payload).body);
-        return true;
-      } catch (const std::runtime_error&) {
-        continue;
-      }
+      if (!record) reader_.reset();
+      else if (!record->damaged) take(*record);
     }
+    return true;
+  }
+
+  void take(const logfile::Record& record) try {
+    if (WalKind(record.kind) == WalKind::kOutputs) {
+      outputs_ = decode_output_list(decode_outputs(record.payload).body);
+    } else if (WalKind(record.kind) == WalKind::kHead) {
+      // A node's CONFIG_ message goes out before its first step and is no output of one: the head holds its content.
+      const WalHead head = decode_head(record.payload);
+      const NodeInfo* node = find_node(head.node);
+      if (!node) return;
+      configs_.push_back(config_message(head));
+      Output config;
+      config.kind = OutputKind::kSend;
+      config.channel = channels::config(node->id).name;
+      config.bytes = configs_.back();
+      outputs_ = {config};
+    }
+  } catch (const std::runtime_error&) {
+    outputs_.clear();
   }
 
   std::deque<logfile::MappedFile> files_;
@@ -74,6 +86,7 @@ class WriteAheadSource {
   std::optional<logfile::RecordReader> reader_;
   std::vector<Output> outputs_;
   std::size_t output_ = 0;
+  std::deque<std::vector<std::byte>> configs_;  // a deque: views of them are handed out
 };
 
 }  // namespace
@@ -85,8 +98,8 @@ std::optional<logfile::MessageKey> message_key(std::string_view channel, std::sp
   return logfile::MessageKey{std::uint64_t(header->incarnation), std::uint64_t(header->seq)};
 }
 
-logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log, const std::filesystem::path& wal_folder) {
-  WriteAheadSource source(wal_folder);
+logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log, const std::filesystem::path& nodes_folder) {
+  SentMessages source(nodes_folder);
   return logfile::repair(log, [&source] { return source.next(); }, message_key);
 }
 

@@ -128,7 +128,7 @@ RunFolder RunFolder::open(const fs::path& path) {
   return run;
 }
 
-fs::path RunFolder::wal_path(std::string_view node) const { return path_ / "nodes" / (std::string(node) + ".wal"); }
+fs::path RunFolder::wal_path(std::string_view node) const { return nodes_path() / (std::string(node) + ".wal"); }
 
 Blobs RunFolder::inputs() const {
   Blobs blobs;

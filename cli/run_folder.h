@@ -30,6 +30,7 @@ class RunFolder {
   static RunFolder open(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path nodes_path() const { return path_ / "nodes"; }
   std::filesystem::path wal_path(std::string_view node) const;
   std::filesystem::path log_path() const { return path_ / "log.lcm"; }
   std::filesystem::path world_record_path() const { return path_ / "world.rec"; }

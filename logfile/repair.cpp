@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include "logfile/event_log.h"
@@ -126,14 +127,18 @@ std::string seconds(std::int64_t us) {
 }  // namespace
 
 RepairReport repair(const std::filesystem::path& log, const MessageSource& source, const KeyOf& key_of) {
-  const EventLogFile old(log);
+  const bool exists = std::filesystem::exists(log);
+  std::optional<File> lock;  // no recorder may go on writing what is replaced here
+  if (exists) lock.emplace(log, File::Mode::kAppend);
+  std::optional<EventLogFile> old;
+  if (exists) old.emplace(log);
   Plan plan;
-  read_log(old, key_of, plan);
+  if (old) read_log(*old, key_of, plan);
   insert_missing(source, plan);
   RepairReport& report = plan.report;
   report.events = plan.pieces.size();
   const bool damaged = report.damage.count() > 0 || report.left_out > 0;
-  const bool index_whole = old.has_index() && old.index().damage().count() == 0;
+  const bool index_whole = old && old->has_index() && old->index().damage().count() == 0;
   report.rewritten = damaged || report.inserted + report.replaced + report.repeated > 0 || !plan.in_order || !index_whole;
   if (!report.rewritten) return report;
 

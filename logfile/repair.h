@@ -57,8 +57,9 @@ struct RepairReport {
 /// "recording gap, repaired: 12 messages of HEIGHT_PROFILE between 3.200000 s and 3.900000 s", one line per channel.
 std::vector<std::string> describe(const RepairReport& report);
 
-/// Repairs `log` and its index. An inserted message stands where its time says, but never before its predecessor on
-/// the same channel. Needs space for a second log. @throws FileError; the old log is then untouched
+/// Repairs `log` and its index; makes them if there is no log. An inserted message stands where its time says, but
+/// never before its predecessor on the same channel. Needs space for a second log.
+/// @throws FileError, also when somebody is writing the log; the old log is then untouched
 RepairReport repair(const std::filesystem::path& log, const MessageSource& source, const KeyOf& key_of);
 
 }  // namespace firn::logfile

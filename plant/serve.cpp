@@ -65,20 +65,23 @@ int listen_on(const std::filesystem::path& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const std::string text = path.string();
-  if (text.size() >= sizeof address.sun_path)
-    throw std::runtime_error("world: socket path " + text + " has " + std::to_string(text.size()) +
-                             " bytes, at most " + std::to_string(sizeof address.sun_path - 1) +
-                             " are possible: choose a shorter --io folder");
-  std::memcpy(address.sun_path, text.data(), text.size());
+  std::string name = text;
+  int folder = -1;
+  if (name.size() >= sizeof address.sun_path) {  // an address holds 107 bytes: by way of the open folder, then
+    folder = ::open(path.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0) throw failure("cannot open " + path.parent_path().string());
+    name = "/proc/self/fd/" + std::to_string(folder) + "/" + path.filename().string();
+  }
+  std::memcpy(address.sun_path, name.data(), name.size());
   ::unlink(text.c_str());
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) throw failure("socket");
-  if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 || ::listen(fd, 4) != 0) {
-    const auto error = failure("cannot listen on " + text);
-    ::close(fd);
-    throw error;
-  }
-  return fd;
+  const bool bound = ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 && ::listen(fd, 4) == 0;
+  const auto error = failure("cannot listen on " + text);
+  if (folder >= 0) ::close(folder);
+  if (bound) return fd;
+  ::close(fd);
+  throw error;
 }
 
 class Server {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 
 namespace firn {
@@ -17,16 +18,37 @@ namespace {
 constexpr std::int64_t kRetryUs = 50'000;
 constexpr std::size_t kMostWaiting = std::size_t(4) << 20;  // an instrument that reads nothing is not worth more
 
+/// The address of a Unix socket. It holds 107 bytes; a longer path is reached through its open folder.
+class SocketAddress {
+ public:
+  explicit SocketAddress(const std::filesystem::path& path) {
+    address_.sun_family = AF_UNIX;
+    std::string text = path.string();
+    if (text.size() >= sizeof address_.sun_path) {
+      folder_ = ::open(path.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+      text = "/proc/self/fd/" + std::to_string(folder_) + "/" + path.filename().string();
+    }
+    if (text.size() >= sizeof address_.sun_path) throw std::runtime_error(path.string() + ": too long for the name of a Unix socket");
+    std::memcpy(address_.sun_path, text.c_str(), text.size());
+  }
+  ~SocketAddress() {
+    if (folder_ >= 0) ::close(folder_);
+  }
+  SocketAddress(const SocketAddress&) = delete;
+  SocketAddress& operator=(const SocketAddress&) = delete;
+  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&address_); }
+
+ private:
+  sockaddr_un address_{};
+  int folder_ = -1;  // -1 as well when there is no such folder: nobody listens there
+};
+
 /// @returns -1 if nobody listens there.
 int connect_to(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path)
-    throw std::runtime_error(path + ": the path of a Unix socket has at most " + std::to_string(sizeof address.sun_path - 1) + " bytes");
-  std::memcpy(address.sun_path, path.c_str(), path.size());
+  const SocketAddress address(path);
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0) throw std::runtime_error(std::string("socket: ") + std::strerror(errno));
-  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+  if (::connect(fd, address.get(), sizeof(sockaddr_un)) != 0) {
     ::close(fd);
     return -1;
   }

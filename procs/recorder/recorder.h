@@ -1,8 +1,8 @@
 // recorder: every logged channel -> log.lcm, whole messages, each once, in the order of each channel.
 #pragma once
 
-#include <filesystem>
-#include <memory>
+#include <cstdint>
+#include <span>
 #include <string>
 
 #include "logfile/event_log.h"
@@ -31,9 +31,5 @@ class Recorder {
   std::int64_t next_flush_us_ = 0;
   bool told_ = false;  ///< the fault that stops the print
 };
-
-/// Fills DIR/log.lcm with the reliable, logged messages that the write-ahead files hold and it lacks, at its end.
-/// Makes the log if there is none. @returns how many were added. @throws std::runtime_error, logfile::FileError
-std::size_t fill_log(const std::filesystem::path& run_dir);
 
 }  // namespace firn

@@ -6,7 +6,9 @@
 
 #include "cli/exit_codes.h"
 #include "cli/log_repair.h"
+#include "firn/run_start_t.hpp"
 #include "logfile/event_log.h"
+#include "runtime/wal_file.h"
 #include "runtime/write_ahead.h"
 #include "tests/lcmtypes/samples.h"
 #include "tests/logfile/scratch.h"
@@ -35,6 +37,7 @@ struct RunFiles {
     head.config_toml = "scheme = \"mpc\"\n";
     encode_head(head, bytes);
     records.append(std::uint16_t(WalKind::kHead), bytes);
+    events.append(0, "CONFIG_CONTROLLER", config_message(head));
     Outbox outbox(NodeId::kController, 7);
     for (int layer = 0; layer < 10; ++layer) {
       const std::int64_t now_us = 1'000'000 * (layer + 1);
@@ -98,15 +101,15 @@ TEST_CASE("firn log verify says ok of a whole log and of a whole write-ahead fil
   const RunFiles run;
   const Json log = verify(run.options(run.log), kOk);
   CHECK(log["ok"] == true);
-  CHECK(log["read"] == 20);
-  CHECK(log["checked"] == 20);
+  CHECK(log["read"] == 21);
+  CHECK(log["checked"] == 21);
   CHECK(log["channels"]["LAYER_PLAN"]["messages"] == 10);
   const Json wal = verify(run.options(run.wal), kOk);
   CHECK(wal["kind"] == "write-ahead file");
   CHECK(wal["read"] == 21);
   std::ostringstream text;
   CHECK(log_verify(run.options(run.log), text) == kOk);
-  CHECK_THAT(text.str(), Contains("log.lcm: event log") && Contains("20 read, 20 with checksum, 0 lost") && Contains("ok\n"));
+  CHECK_THAT(text.str(), Contains("log.lcm: event log") && Contains("21 read, 21 with checksum, 0 lost") && Contains("ok\n"));
 }
 
 TEST_CASE("firn log verify exits 1 and names byte, reason and loss of damage, in log and write-ahead file alike") {
@@ -142,11 +145,12 @@ TEST_CASE("firn log cat prints JSON lines, by channel, time and count") {
   const RunFiles run;
   LogOptions o = run.options(run.log);
   auto lines = cat(o);
-  REQUIRE(lines.size() == 20);
-  CHECK(lines[0]["channel"] == "HEIGHT_MAP");
-  CHECK(lines[0]["type"] == "height_map_t");
-  CHECK(lines[0]["message"]["grid"]["nx"] == 6);
-  CHECK(lines[0]["message"]["height_mm"]["count"] == 30);
+  REQUIRE(lines.size() == 21);
+  CHECK(lines[0]["channel"] == "CONFIG_CONTROLLER");
+  CHECK(lines[1]["channel"] == "HEIGHT_MAP");
+  CHECK(lines[1]["type"] == "height_map_t");
+  CHECK(lines[1]["message"]["grid"]["nx"] == 6);
+  CHECK(lines[1]["message"]["height_mm"]["count"] == 30);
   o.channels = {"LAYER_PLAN"};
   o.from_s = 2.5;
   o.to_s = 7.5;
@@ -184,15 +188,15 @@ TEST_CASE("firn log cat marks damage, prints what can be read, and exits 1") {
   bytes[bytes.size() - 5] ^= std::byte{4};
   write_file(run.log, bytes);
   const auto lines = cat(run.options(run.log), kFailed);
-  REQUIRE(lines.size() == 20);
-  CHECK(lines[19]["damaged"] == true);
+  REQUIRE(lines.size() == 21);
+  CHECK(lines[20]["damaged"] == true);
 }
 
 TEST_CASE("firn log repair fills the log from the write-ahead files beside it") {
   const RunFiles run({3, 4, 7});
   std::ostringstream text;
   CHECK(log_repair(run.options(run.log), text) == kOk);
-  CHECK_THAT(text.str(), Contains("recording gap, repaired: 3 messages of LAYER_PLAN between 4.000000 s and 8.000000 s") && Contains("20 events, repaired"));
+  CHECK_THAT(text.str(), Contains("recording gap, repaired: 3 messages of LAYER_PLAN between 4.000000 s and 8.000000 s") && Contains("21 events, repaired"));
   const Json found = verify(run.options(run.log), kOk);
   CHECK(found["channels"]["LAYER_PLAN"]["missing"] == 0);
   LogOptions o = run.options(run.log);
@@ -202,6 +206,55 @@ TEST_CASE("firn log repair fills the log from the write-ahead files beside it") 
   std::ostringstream again;
   CHECK(log_repair(run.options(run.log), again) == kOk);
   CHECK_THAT(again.str(), Contains("nothing to repair"));
+}
+
+TEST_CASE("firn log repair makes the whole log, configuration and the launcher's messages too, where there is none or an empty one") {
+  for (const bool empty : {false, true}) {
+    const RunFiles run;
+    {
+      logfile::RecordWriter sent(run.scratch / "nodes" / "launcher.sent", logfile::RecordWriter::Mode::kCreate);
+      Outbox launcher(NodeId::kLauncher, 7);
+      launcher.begin({5}, 0);
+      launcher.send(channels::kRunStart, run_start_t{});
+      std::vector<std::byte> bytes;
+      encode_outputs(0, 0, launcher, bytes);
+      sent.append(std::uint16_t(WalKind::kOutputs), bytes);
+      sent.close();
+    }
+    std::filesystem::remove(run.log);
+    std::filesystem::remove(run.log.string() + ".idx");
+    if (empty) write_file(run.log, std::vector<std::byte>{});
+    std::ostringstream text;
+    CHECK(log_repair(run.options(run.log), text) == kOk);
+    CHECK_THAT(text.str(), Contains("12 events, repaired"));  // 10 plans; the maps are another node's
+    LogOptions o = run.options(run.log);
+    o.full = true;
+    const auto lines = cat(o);
+    REQUIRE(lines.size() == 12);
+    CHECK(lines[0]["channel"] == "CONFIG_CONTROLLER");
+    CHECK(lines[0]["message"]["config_toml"] == "scheme = \"mpc\"\n");
+    CHECK(lines[1]["channel"] == "RUN_START");
+    for (std::size_t i = 2; i < 12; ++i) CHECK(lines[i]["utime_us"] == 1'000'000 * (i - 1));
+    CHECK(verify(run.options(run.log), kOk)["checked"] == 12);
+  }
+  const RunFiles run;
+  CHECK_THROWS_WITH(run_log([&] {
+                      LogOptions o = run.options(run.scratch / "lgo.lcm");
+                      o.action = LogAction::kRepair;
+                      return o;
+                    }()),
+                    Contains("lgo.lcm"));
+  CHECK_FALSE(std::filesystem::exists(run.scratch / "lgo.lcm"));
+}
+
+TEST_CASE("A log that somebody is writing is not repaired under his hands") {
+  const RunFiles run({3});
+  const auto before = read_file(run.log);
+  logfile::EventLogWriter::Options appending;
+  appending.mode = logfile::File::Mode::kAppend;
+  const logfile::EventLogWriter recorder(run.log, appending);
+  CHECK_THROWS_WITH(repair_from_write_ahead(run.log, run.wal.parent_path()), Contains("is being written by another process"));
+  CHECK(read_file(run.log) == before);
 }
 
 TEST_CASE("A file that is not there, or a folder without write-ahead files, is a usage error that names it") {

@@ -52,10 +52,11 @@ std::string multicast_refused() {
 }
 
 LiveRun::LiveRun(const Experiment& experiment) {
-  char name[] = "/tmp/firn-live-XXXXXX";  // short: Unix socket paths have 107 bytes
-  if (!::mkdtemp(name)) throw std::runtime_error("mkdtemp");
+  std::string name = (std::filesystem::temp_directory_path() / "firn-live-XXXXXX").string();
+  if (!::mkdtemp(name.data())) throw std::runtime_error("mkdtemp");
   root_ = name;
-  folder_ = RunFolder::create(root_, experiment, make_inputs(experiment, {}), {"test"});
+  const std::string longer_than_a_socket_address(110, 'x');
+  folder_ = RunFolder::create(root_ / longer_than_a_socket_address, experiment, make_inputs(experiment, {}), {"test"});
 }
 
 LiveRun::~LiveRun() {

@@ -12,6 +12,7 @@
 #include "plant/serve.h"
 #include "plant/setup.h"
 #include "plant/world.h"
+#include "runtime/ports.h"
 
 using namespace firn;
 using namespace firn::plant;
@@ -114,12 +115,29 @@ TEST_CASE(
   CHECK(h.lamp.size() == 2);
 }
 
-TEST_CASE("A socket path that is too long is refused by length and remedy") {
+TEST_CASE("World and drivers meet on a socket whose path is longer than the address of a Unix socket") {
   const Folder folder;
-  ServeOptions o;
-  o.run = folder.path;
-  o.io = folder.path / std::string(120, 'x');
-  CHECK_THROWS_WITH(serve(o, WorldConfig{}), Catch::Contains("107") && Catch::Contains("--io"));
+  const fs::path run = folder.path / std::string(120, 'x');
+  fs::create_directories(run);
+  Served world(run);
+  Ports ports({(run / "io" / "stage").string(), (folder.path / std::string(130, 'y') / "lamp").string()});
+  std::vector<std::pair<PortId, LinkState>> links;
+  std::string text;
+  ports.open_all(0);
+  for (int n = 0; n < 1000 && text.find("%5\n") == std::string::npos; ++n) {
+    ports.service(
+        n * 1000,
+        [&](PortId port, LinkState state) {
+          links.emplace_back(port, state);
+          const std::string_view ask = "ENABLE @0\nAXISSTATUS(@0)\n";
+          ports.write(port, std::as_bytes(std::span(ask)));
+        },
+        [&](PortId, std::span<const std::byte> bytes) { text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size()); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  CHECK(text == "%\n%5\n");
+  REQUIRE(links.size() == 1);  // nobody made the folder of the lamp
+  CHECK(links[0] == std::pair(PortId(0), LinkState::kOpen));
 }
 
 TEST_CASE("Arguments of the world are checked by name") {

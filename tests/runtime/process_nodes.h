@@ -142,7 +142,7 @@ class Hub {
   std::set<Member*> members_;
 };
 
-/// A folder that is gone at the end; short, because Unix socket paths are.
+/// A folder that is gone at the end.
 class RunDir {
  public:
   RunDir() {
