@@ -25,7 +25,12 @@ class Archive {
 
   template <class T>
   requires std::is_trivially_copyable_v<T>
-  void operator()(T& value) { raw(&value, sizeof value); }
+  void operator()(T& value) {
+    if (loading_) return raw(&value, sizeof value);
+    T saved = value;
+    __builtin_clear_padding(&saved);  // equal states are equal files, and no stray bytes of memory in them
+    raw(&saved, sizeof saved);
+  }
   template <class T>
   void operator()(std::vector<T>& values) {
     sequence(values);
