@@ -6,11 +6,11 @@ set -eu
 cd "$(dirname "$0")/.."
 seconds=${1:-30}
 [ $# -gt 0 ] && shift
-targets=${*:-"fuzz_record_file fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy"}
+targets=${*:-"fuzz_record_file fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy fuzz_transport fuzz_instruments fuzz_experiment"}
 
 cmake -G Ninja -S . -B build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DFIRN_FUZZ=ON \
   -DFIRN_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
-ninja -C build-fuzz fuzz_seeds $targets >/dev/null
+ninja -C build-fuzz fuzz_seeds $targets >build-fuzz/build.log || { grep -v "^\\[" build-fuzz/build.log | head -n 60; exit 1; }
 build-fuzz/fuzz/fuzz_seeds build-fuzz/corpus
 mkdir -p build-fuzz/found
 failed=0

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "config/experiment.h"
 #include "core/grid/npy.h"
 #include "lcmtypes/schema.h"
 #include "logfile/event_log.h"
@@ -53,6 +54,18 @@ int main(int argc, char** argv) {
   }
   folder = argv[1];
   for (const std::size_t n : {1u, 3u, 12u}) seed_logs(n, 40);
+  const std::string experiment = dump(Experiment{});
+  seed("fuzz_experiment", "default", std::as_bytes(std::span(experiment)));
+  const Bytes map = encode(some_height_map(3, 2));
+  Bytes datagram{std::byte(0), std::byte(std::min<std::size_t>(map.size(), 255))};
+  datagram.insert(datagram.end(), map.begin(), map.end());
+  seed("fuzz_transport", "map", datagram);
+  // {driver, bytes at once, pause, bytes…}: stage, jet, profiler, lamp
+  using namespace std::string_view_literals;
+  static constexpr std::string_view kTalk[] = {"\x00\x02\x01%\n\x03\x01%0\n"sv, "\x01\x01\x01>\x04\x01\x06\x01\x00\x01"sv,
+                                               "\x02\x04\x01\x0c\x00\x00\x00"sv, "\x03\x09\x01READY0A\r\x0c\x01Received42\r"sv};
+  for (std::size_t n = 0; n < std::size(kTalk); ++n)
+    seed("fuzz_instruments", std::to_string(n), std::as_bytes(std::span(kTalk[n])));
   seed_message("header", encode(some_header()));
   seed_message("grid", encode(some_grid(3, 2)));
   seed_message("map", encode(some_height_map(3, 2)));
