@@ -46,7 +46,10 @@ void Scheduler::proceed(Phase next, Time now, Outbox& out) {
       stamp(c, NodeId::kStage, 30.0, now, out);
       return out.send(channels::kStageCommand, c);
     }
-    case Phase::kArmProfiler: return send_profiler(ProfilerVerb::kArm, now, out);
+    case Phase::kArmProfiler:
+      map_.reset();  // of a scan that a crash cut off: its map and plan may have arrived all the same
+      plan_.reset();
+      return send_profiler(ProfilerVerb::kArm, now, out);
     case Phase::kScan: return send_scan(now, out);
     case Phase::kEndScan: return send_profiler(ProfilerVerb::kEnd, now, out);
     case Phase::kAwaitMap:

@@ -18,6 +18,12 @@ int runs() {
   return std::getenv("FIRN_FULL") ? 200 : 10;
 }
 
+/// The first run; with FIRN_LIVE_FIRST and FIRN_LIVE_RUNS=1 one of them can be looked at alone.
+int first() {
+  const char* text = std::getenv("FIRN_LIVE_FIRST");
+  return text ? std::atoi(text) : 0;
+}
+
 Experiment bad_network(std::uint64_t seed, RandomStream& random) {
   Experiment e = tiny_part(seed);
   e.bus.loss = random.uniform(0.0, 0.1);
@@ -36,7 +42,7 @@ TEST_CASE("prints over a network that loses, repeats, reorders and delays replay
   static constexpr const char* kVictims[] = {"scheduler", "surface_mapper", "controller", "stage", "jet",
                                              "laser_profiler", "lamp", "recorder", "safety", "launcher"};
   int kills = 0;
-  for (int n = 0; n < runs(); ++n) {
+  for (int n = first(); n < first() + runs(); ++n) {
     const std::uint64_t seed = 1000 + std::uint64_t(n);
     RandomStream random(seed, Purpose::kBusFault);
     LiveRun run(bad_network(seed, random));

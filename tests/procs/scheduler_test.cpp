@@ -367,6 +367,26 @@ TEST_CASE("a plan for another map is not carried out") {
   REQUIRE(lab.all(channels::kJetCommand).empty());
 }
 
+TEST_CASE("a map that arrived before a crash cut its scan off does not stand in for the scan made after it") {
+  FakeLab lab(5);
+  lab.begin(0);
+  while (lab.serve(0.0)) {
+    const auto commands = lab.all(channels::kProfilerCommand);
+    if (!commands.empty() && ProfilerVerb(commands.back().verb) == ProfilerVerb::kEnd) break;
+  }
+  lab.send_map();  // overtakes the profiler's answer, which the crash swallows
+  lab.crash();
+  lab.seen = lab.sent.size();
+  lab.begin(1);
+  lab.wake();  // the profiler has nothing to say of its command
+  while (lab.serve(0.0)) {
+    if (!lab.all(channels::kLayerMetrics).empty()) break;
+  }
+  REQUIRE(lab.last(channels::kLayerMetrics).attempt == 1);
+  while (lab.all(channels::kJetCommand).empty() && lab.serve(0.0)) {}
+  REQUIRE_FALSE(lab.all(channels::kJetCommand).empty());
+}
+
 TEST_CASE("a map and its plan that overtake the profiler's last answer are not lost") {
   FakeLab lab(5);
   lab.begin(0);
