@@ -51,6 +51,15 @@ class Audit {
     return nullptr;
   }
 
+  // The stage refused the command, as before its lease, and was given it again: the report is the later one's.
+  bool given_again(std::size_t n) const {
+    if (n + 1 >= record_.orders.size()) return false;
+    const PassOrder &o = record_.orders[n], &next = record_.orders[n + 1];
+    if (next.layer != o.layer || next.attempt != o.attempt || next.pass != o.pass) return false;
+    const PassReport* r = report_of(o);
+    return !r || r->t_us >= next.t_us;
+  }
+
   // The plan that an order carries out: that of the reported map, or the last one before the order.
   const PlannedLayer* plan_of(const PassOrder& o) const {
     const PassReport* report = report_of(o);
@@ -116,6 +125,7 @@ class Audit {
     else if (o.attempt == 0 && firing_order(plan->drops, o.pass) != o.cells)
       add(ViolationKind::kOtherCells, of(o) + ": the stage was sent to other cells than the plan of map " +
                                           std::to_string(plan->map_id) + " names");
+    if (given_again(n)) return;
     const PassReport* r = report_of(o);
     if (!r) {
       if (!is_last(o) || record_.finished) add(ViolationKind::kNoReport, of(o) + ": no report, and the print went on");
@@ -202,6 +212,12 @@ class Audit {
                                           " exposures" + at(s->t_us));
     }
     const PassReport* r = report_of(o);
+    if (given_again(n)) {
+      if (!shots_[n].empty())
+        add(ViolationKind::kCellNotReported, of(o) + ": " + std::to_string(shots_[n].size()) +
+                                                 " droplets of a command that was given again as if it had been refused");
+      return;
+    }
     if (!r) return;
     for (std::size_t k = 0; k < o.cells.size(); ++k) {
       if (std::int64_t(k) < r->unknown_from && !triggered[k])

@@ -84,6 +84,20 @@ TEST_CASE("a print that went right is clean, with and without the world's record
   CHECK(replay::audit(p.record, nullptr, {}).clean());
 }
 
+TEST_CASE("a pass that was refused and commanded again is clean, unless droplets fell at the first command") {
+  Print p;
+  replay::PassOrder refused = p.record.orders[2];
+  refused.t_us -= 100'000;
+  p.record.orders.insert(p.record.orders.begin() + 2, refused);
+  const AuditVerdict v = p.verdict();
+  INFO(to_text(v));
+  CHECK(v.clean());
+  Shot early = p.world.shots[p.first_shot(2)];
+  early.t_us = refused.t_us + 1000;
+  p.world.shots.insert(p.world.shots.begin() + std::ptrdiff_t(p.first_shot(2)), early);
+  CHECK(found(p.verdict(), ViolationKind::kCellNotReported));
+}
+
 TEST_CASE("a skipped layer is found") {
   Print p;
   const auto gone = [](const auto& x) { return x.layer == 2; };
