@@ -69,8 +69,8 @@ int main(int argc, char** argv) {
   const double seconds = argc > 1 ? std::atof(argv[1]) : 3.0;
   std::printf("receive buffer granted: %d bytes, wanted %d\n", granted_receive_buffer(), kWantedReceiveBuffer);
   for (const Load& load : {Load{"small", 8, 45'000}, Load{"large", 14'000, 2'900}}) {
-    char folder[] = "/tmp/firn-bench-XXXXXX";
-    if (!::mkdtemp(folder)) return 1;
+    std::string folder = (fs::temp_directory_path() / "firn-bench-XXXXXX").string();
+    if (!::mkdtemp(folder.data())) return 1;
     fs::create_directories(fs::path(folder) / "nodes");
     ProcessArgs args;
     args.options.run_dir = folder;

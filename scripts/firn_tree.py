@@ -9,12 +9,12 @@ _TOKENS = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|
 
 
 def sources(root, rooms=ROOMS, suffixes=CPP):
-    """Paths relative to `root`, as strings with '/', in order."""
+    """Paths relative to `root`, as strings with '/', in order; recorded runs are data, not sources."""
     found = []
     for room in rooms:
         folder = Path(root) / room
         found += [p.relative_to(root).as_posix() for p in folder.rglob("*") if p.suffix in suffixes and p.is_file()]
-    return sorted(found)
+    return sorted(path for path in found if "/golden/" not in path)
 
 
 def read(root, path):

@@ -1,0 +1,225 @@
+// A lab for the scheduler's tests, without instruments: it answers commands and can crash in the middle of any.
+#pragma once
+
+
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "core/grid/firing_order.h"
+#include "core/grid/random.h"
+#include "firn/deposition_report_t.hpp"
+#include "firn/fault_t.hpp"
+#include "firn/jet_command_t.hpp"
+#include "firn/lamp_command_t.hpp"
+#include "firn/profiler_command_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "firn/stage_command_t.hpp"
+#include "lcmtypes/convert.h"
+#include "procs/scheduler/node.h"
+#include "tests/support/node_bench.h"
+
+namespace firn::test {
+
+inline Experiment small() {
+  Experiment e;
+  e.grid = {7, 5, 0.25, 0.25, 0.0, 0.0};
+  e.control.max_layers = 50;
+  return e;
+}
+
+// A lab that answers commands truthfully, counts every droplet it fires, and can crash in the middle of any command.
+struct FakeLab : NodeBench {
+  explicit FakeLab(std::uint64_t seed, const Experiment& e = small())
+      : NodeBench(NodeId::kScheduler, std::make_unique<Scheduler>(e, HeightMap(e.grid, 0.05), Mask(e.grid, 1))),
+        random(seed, Purpose::kTest), experiment(e) {}
+
+  void begin(std::int32_t incarnation) {
+    start(incarnation);
+    ++epoch;
+    if (unanswered) {
+      const answer_t late = *unanswered;
+      unanswered.reset();
+      give(channels::answer(late_driver), late);
+    }
+    for (NodeId d : {NodeId::kStage, NodeId::kJet, NodeId::kLaserProfiler, NodeId::kLamp}) {
+      device_state_t s{};
+      s.node = info(d).name;
+      s.state = std::int8_t(DeviceState::kSafe);
+      give(channels::device_state(d), s);
+    }
+    enable_t lease{};
+    lease.enable_epoch = epoch;
+    lease.enabled = 1;
+    lease.lease_s = 0.3;
+    give(channels::kEnable, lease);
+  }
+
+  void crash() {
+    safe_stop_t stop{};
+    stop.enable_epoch = ++epoch;
+    stop.cause = "test";
+    give(channels::kSafeStop, stop);
+  }
+
+  // Carries out the newest command that has not been seen. @returns false when there is none.
+  bool serve(double crash_probability) {
+    while (seen < sent.size()) {
+      const Sent s = sent[seen++];
+      if (s.channel == "RUN_END") return false;
+      if (s.channel == "STAGE_COMMAND") return stage(decode<stage_command_t>(s), crash_probability);
+      if (s.channel == "JET_COMMAND") return plain(NodeId::kJet, decode<jet_command_t>(s), crash_probability);
+      if (s.channel == "LAMP_COMMAND") return plain(NodeId::kLamp, decode<lamp_command_t>(s), crash_probability);
+      if (s.channel == "PROFILER_COMMAND") {
+        const auto c = decode<profiler_command_t>(s);
+        if (ProfilerVerb(c.verb) == ProfilerVerb::kArm) scan = c;
+        const bool alive = plain(NodeId::kLaserProfiler, c, crash_probability);
+        if (alive && ProfilerVerb(c.verb) == ProfilerVerb::kEnd) send_map();
+        return alive;
+      }
+      if (s.channel == "LAYER_METRICS") send_plan();
+    }
+    return false;
+  }
+
+  template <class Command>
+  bool plain(NodeId driver, const Command& c, double crash_probability) {
+    answer_t a{};
+    a.node = info(driver).name;
+    a.command_id = c.command_id;
+    a.outcome = std::int8_t(Outcome::kDone);
+    if (random.uniform() < crash_probability) {
+      a.outcome = std::int8_t(random.below(2) ? Outcome::kNone : Outcome::kDone);
+      if (random.below(2)) {
+        late_driver = driver;
+        unanswered = a;
+      }
+      crash();
+      return false;
+    }
+    give(channels::answer(driver), a);
+    return true;
+  }
+
+  bool stage(const stage_command_t& c, double crash_probability) {
+    if (StageVerb(c.verb) != StageVerb::kPass) return plain(NodeId::kStage, c, crash_probability);
+    DropletPattern drops(experiment.grid);
+    drops.cells.assign(c.drops.begin(), c.drops.end());
+    const auto order = firing_order(drops, c.pass);
+    const std::size_t n = order.size();
+    answer_t a{};
+    a.node = "stage";
+    a.command_id = c.command_id;
+    a.expected = std::int64_t(n);
+    std::size_t fire = n;
+    const bool dies = random.uniform() < crash_probability;
+    bool says_nothing = false;
+    if (dies) {
+      fire = random.below(std::uint32_t(n + 1));
+      switch (random.below(4)) {
+        case 0:  // the instrument's counter tells exactly
+          a.outcome = std::int8_t(fire == n ? Outcome::kDone : Outcome::kNone);
+          a.counted = std::int64_t(fire);
+          break;
+        case 1: {  // only a range is known
+          const std::size_t from = random.below(std::uint32_t(fire + 1));
+          a.outcome = std::int8_t(Outcome::kUnknown);
+          a.counted = std::int64_t(from);
+          a.unknown_from = std::int64_t(from);
+          a.unknown_to = std::int64_t(fire + random.below(std::uint32_t(n - fire + 1)));
+          break;
+        }
+        case 2:  // it was refused before anything moved
+          fire = 0;
+          a.outcome = std::int8_t(Outcome::kRefused);
+          a.counted = 0;
+          break;
+        default:  // the driver comes back and knows nothing of it
+          says_nothing = true;
+      }
+    } else {
+      a.outcome = std::int8_t(Outcome::kDone);
+      a.counted = std::int64_t(n);
+    }
+    for (std::size_t k = 0; k < fire; ++k) ++fired[{c.layer, c.pass}][order[k]];
+    if (!dies) {
+      give(channels::answer(NodeId::kStage), a);
+      return true;
+    }
+    if (!says_nothing) {
+      late_driver = NodeId::kStage;
+      unanswered = a;
+    }
+    crash();
+    return false;
+  }
+
+  void send_map() {
+    height_map_t m{};
+    m.layer = scan.layer;
+    m.attempt = scan.attempt;
+    m.map_id = ++map_id;
+    m.measured_fraction = 1.0;
+    set_height(m, HeightMap(experiment.grid, 0.001 * scan.layer));
+    m.quality.assign(m.height_mm.size(), 0);
+    give(channels::kHeightMap, m);
+  }
+
+  void send_plan() {
+    const auto metrics = all(channels::kLayerMetrics).back();
+    layer_plan_t p{};
+    p.layer = metrics.layer + 1;
+    p.attempt = metrics.attempt;
+    p.map_id = metrics.map_id;
+    DropletPattern drops(experiment.grid);
+    if (p.layer > layers) {
+      p.decision = std::int8_t(PlanDecision::kEnd);
+    } else {
+      for (std::size_t c = 0; c < drops.size(); ++c) drops.cells[c] = std::uint8_t(random.below(3));
+      planned[p.layer] = drops;
+    }
+    set_drops(p, drops);
+    give(channels::kLayerPlan, p);
+  }
+
+  // Prints to the end, resuming after every crash. @returns the number of crashes.
+  int print(double crash_probability) {
+    int incarnation = 0;
+    begin(0);
+    for (int guard = 0; guard < 20000; ++guard) {
+      if (host.finished() == 0 || (!all(channels::kRunEnd).empty() && RunOutcome(last(channels::kRunEnd).outcome) == RunOutcome::kFinished))
+        return incarnation;
+      if (serve(crash_probability)) continue;
+      if (!all(channels::kRunEnd).empty() && RunOutcome(last(channels::kRunEnd).outcome) == RunOutcome::kFinished) return incarnation;
+      if (seen < sent.size()) continue;
+      if (is_stopped()) {
+        begin(++incarnation);
+        // Where a driver says nothing, the scheduler waits for its deadline.
+        if (seen == sent.size()) wake();
+      } else if (!wake()) {
+        throw std::runtime_error("the scheduler waits for nothing");
+      }
+    }
+    throw std::runtime_error("the print does not end");
+    return -1;
+  }
+  bool is_stopped() const {
+    const auto ends = all(channels::kRunEnd);
+    return ends.size() > ends_seen && ((void)(ends_seen = ends.size()), true);
+  }
+
+  RandomStream random;
+  Experiment experiment;
+  int layers = 4;
+  std::size_t seen = 0;
+  mutable std::size_t ends_seen = 0;
+  std::int64_t epoch = 0, map_id = 0;
+  profiler_command_t scan{};
+  std::optional<answer_t> unanswered;
+  NodeId late_driver = NodeId::kStage;
+  std::map<int, DropletPattern> planned;
+  std::map<std::pair<int, int>, std::map<std::uint32_t, int>> fired;  // (layer, pass) -> cell -> triggers
+};
+
+}  // namespace firn::test
