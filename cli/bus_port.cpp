@@ -5,8 +5,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <charconv>
 #include <stdexcept>
-#include <string>
+
+#include "cli/exit_codes.h"
 
 namespace firn {
 
@@ -31,6 +33,26 @@ int free_bus_port(std::int64_t run_id) {
   }
   throw std::runtime_error("no free UDP port in " + std::to_string(kFirstBusPort) + " to " +
                            std::to_string(kFirstBusPort + kBusPorts - 1));
+}
+
+void check_bus(const std::string& bus) {
+  constexpr std::string_view kScheme = "udpm://";
+  if (bus.empty() || bus == "in-process") return;
+  const auto refuse = [&](const std::string& what) {
+    throw UsageError("--bus " + bus + ": " + what + "; in-process or udpm://239.255.76.67:21000?ttl=0 is wanted");
+  };
+  if (!bus.starts_with(kScheme)) refuse("is no bus of several processes");
+  const std::string place = bus.substr(kScheme.size(), bus.find('?') - kScheme.size());
+  const std::size_t colon = place.find(':');
+  if (colon == std::string::npos) refuse("has no port");
+  in_addr address{};
+  if (::inet_pton(AF_INET, place.substr(0, colon).c_str(), &address) != 1 || !IN_MULTICAST(ntohl(address.s_addr)))
+    refuse(place.substr(0, colon) + " is no multicast address (224.0.0.0 to 239.255.255.255)");
+  const std::string text = place.substr(colon + 1);
+  int port = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (read.ec != std::errc() || read.ptr != text.data() + text.size() || port < 1 || port > 65535)
+    refuse("the port must be a number in [1, 65535]");
 }
 
 }  // namespace firn

@@ -300,8 +300,12 @@ LaunchReport Launch::report() {
 
 std::size_t Launch::repair_log() const {
   const logfile::RepairReport repair = repair_from_write_ahead(folder_.log_path(), folder_.nodes_path());
-  for (const std::string& line : describe(repair)) note(line);
-  return repair.inserted + repair.replaced;
+  const std::size_t lost = repair.inserted + repair.replaced;
+  if (repair.gaps.size() <= 3)
+    for (const std::string& line : describe(repair)) note(line);
+  else
+    note("recording gap, repaired: " + std::to_string(lost) + " messages of " + std::to_string(repair.gaps.size()) + " channels");
+  return lost;
 }
 
 ChildProcess* Launch::child(std::string_view name) {

@@ -221,6 +221,8 @@ int log_repair(const LogOptions& o, std::ostream& out) {
 }
 
 int run_log(const LogOptions& o) try {
+  if (std::filesystem::is_directory(o.file))
+    throw UsageError(o.file + ": is a folder; give a file in it: log.lcm, nodes/<node>.wal or world.rec");
   switch (o.action) {
     case LogAction::kVerify: return log_verify(o, std::cout);
     case LogAction::kCat: return log_cat(o, std::cout, std::cerr);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "cli/bus_port.h"
 #include "cli/exit_codes.h"
 #include "cli/lab_run.h"
 #include "cli/launcher.h"
@@ -27,6 +28,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   int last_layer = 0;
   const auto on_layer = [&](const layer_metrics_t& m) {
     progress.layer(m);
+    s.measured = true;
     s.mean_error_um = m.mean_error_mm * 1e3;
     s.rms_um = m.rms_mm * 1e3;
     s.std_um = m.std_mm * 1e3;
@@ -66,8 +68,9 @@ void show(const PrintSummary& s, bool json) {
   }
   fmt::print("{}: {} after {} layers and {} droplets ({})\n", s.scheme, s.result.outcome, s.result.layers, s.droplets,
              s.result.reason);
-  fmt::print("measured surface against target: mean {:+.2f} um, RMS {:.2f} um, std {:.2f} um\n", s.mean_error_um, s.rms_um,
-             s.std_um);
+  if (s.measured)
+    fmt::print("measured surface against target: mean {:+.2f} um, RMS {:.2f} um, std {:.2f} um\n", s.mean_error_um,
+               s.rms_um, s.std_um);
   fmt::print("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s, s.folder);
   if (s.result.status != 0) fmt::print("to go on: firn print --resume {}\n", s.folder);
 }
@@ -75,12 +78,14 @@ void show(const PrintSummary& s, bool json) {
 }  // namespace
 
 PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
+  check_bus(options.bus);
   return carry_out(RunFolder::create(options.runs, e, inputs, own_command_line()), e, options, false);
 }
 
 int run_print(const PrintOptions& options) {
   if (options.experiment.empty() == options.resume.empty())
     throw UsageError("give either an experiment file or --resume RUN");
+  check_bus(options.bus);
   PrintSummary summary;
   if (!options.resume.empty()) {
     if (!options.overrides.empty()) throw UsageError("--set cannot change a run that has begun; start a new one");

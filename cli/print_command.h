@@ -26,7 +26,7 @@ struct PrintSummary {
   RunResult result;
   double wall_s = 0.0;
   double node_s = 0.0;
-  // Of the last measured map, in um; true_* from SIM_TRUTH where there is one.
+  bool measured = false;  ///< a map was measured in this incarnation; then, of the last one:
   double mean_error_um = 0.0, rms_um = 0.0, std_um = 0.0;
   std::int64_t droplets = 0;
 };

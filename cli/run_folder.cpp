@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/digest.h"
+#include "cli/exit_codes.h"
 #include "lcmtypes/schema.h"
 #include "runtime/build_info.h"
 
@@ -22,6 +23,8 @@ namespace {
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);
 }
+
+[[noreturn]] void refuse(const fs::path& path, const std::string& what) { throw UsageError(path.string() + ": " + what); }
 
 std::string utc_now(const char* format) {
   const std::time_t t = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
@@ -76,7 +79,13 @@ void write_file_atomically(const fs::path& path, std::string_view content) {
     }
     done += std::size_t(n);
   }
-  if (fsync(fd) != 0 || close(fd) != 0 || rename(temporary.c_str(), path.c_str()) != 0) fail(path, std::strerror(errno));
+  const bool synced = fsync(fd) == 0;
+  const int sync_error = errno;
+  const bool closed = close(fd) == 0;
+  if (synced && closed && rename(temporary.c_str(), path.c_str()) == 0) return;
+  const int error = synced ? errno : sync_error;
+  unlink(temporary.c_str());
+  fail(path, std::strerror(error));
 }
 
 std::vector<std::string> own_command_line() {
@@ -92,11 +101,11 @@ RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blo
   const std::string stem = utc_now("%Y%m%dT%H%M%SZ") + "-" + e.run.name;
   std::error_code error;
   fs::create_directories(root, error);
-  if (error) fail(root, error.message());
+  if (error) refuse(root, "cannot be made: " + error.message() + "; choose another folder with --runs");
   for (int n = 0;; ++n) {
     run.path_ = root / (n ? stem + "-" + std::to_string(n + 1) : stem);
     if (fs::create_directory(run.path_, error)) break;
-    if (error) fail(run.path_, error.message());
+    if (error) refuse(run.path_, "cannot be made: " + error.message() + "; choose another folder with --runs");
   }
   run.run_id_ = std::chrono::duration_cast<std::chrono::microseconds>(
                     std::chrono::system_clock::now().time_since_epoch()).count();
@@ -115,7 +124,9 @@ RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blo
 RunFolder RunFolder::open(const fs::path& path) {
   RunFolder run;
   run.path_ = path;
-  if (!fs::is_directory(path)) fail(path, "is no run folder (no such directory)");
+  if (!fs::is_directory(path)) refuse(path, "is no run folder (no such directory)");
+  for (const char* part : {"experiment.toml", "provenance.json", "nodes"})
+    if (!fs::exists(path / part)) refuse(path, std::string("is no run folder: it has no ") + part);
   run.experiment_toml_ = read_file(path / "experiment.toml");
   const fs::path file = path / "provenance.json";
   try {

@@ -23,10 +23,11 @@ struct RunResult {
 class RunFolder {
  public:
   /// Makes `<root>/<utc>-<name>` (a number is appended while it exists) with the resolved experiment, the inputs and
-  /// the provenance. @throws std::runtime_error naming the path and the system's reason.
+  /// the provenance. @throws UsageError if no folder can be made there; std::runtime_error naming the path and the
+  /// system's reason.
   static RunFolder create(const std::filesystem::path& root, const Experiment& experiment, const Blobs& inputs,
                           const std::vector<std::string>& command_line);
-  /// @throws std::runtime_error: not a run folder, what is missing.
+  /// @throws UsageError: not a run folder, what is missing; std::runtime_error: what cannot be read.
   static RunFolder open(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }

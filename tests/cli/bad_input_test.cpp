@@ -1,0 +1,82 @@
+// What a careless or hostile user can type, beyond the experiment's keys: each is refused by name, with exit code 2, and
+// nothing is left behind.
+#include <catch2/catch.hpp>
+
+#include "cli/bus_port.h"
+#include "cli/exit_codes.h"
+#include "cli/log_command.h"
+#include "cli/print_command.h"
+#include "cli/run_folder.h"
+#include "config/include.h"
+#include "tests/logfile/scratch.h"
+
+using namespace firn;
+using namespace firn::test;
+using Catch::Matchers::Contains;
+
+TEST_CASE("A bus that several processes cannot share is refused before a run folder is made") {
+  for (const char* good : {"", "in-process", "udpm://239.255.76.67:7667", "udpm://224.0.0.1:1?ttl=0&recv_buf_size=4194304"})
+    CHECK_NOTHROW(check_bus(good));
+  const std::pair<const char*, const char*> bad[] = {{"garbage", "no bus of several processes"},
+                                                     {"memq://", "no bus of several processes"},
+                                                     {"udpm://", "no port"},
+                                                     {"udpm://239.255.76.67", "no port"},
+                                                     {"udpm://239.255.76.67?a:7", "no port"},
+                                                     {"udpm://1.2.3:7667", "1.2.3 is no multicast address"},
+                                                     {"udpm://10.0.0.1:7667", "10.0.0.1 is no multicast address"},
+                                                     {"udpm://239.255.76.67:99999", "[1, 65535]"},
+                                                     {"udpm://239.255.76.67:0", "[1, 65535]"},
+                                                     {"udpm://239.255.76.67:7x", "[1, 65535]"}};
+  const Scratch scratch("bad-bus");
+  for (const auto& [url, what] : bad) {
+    CAPTURE(url);
+    PrintOptions o;
+    o.bus = url;
+    o.runs = (scratch / "runs").string();
+    CHECK_THROWS_WITH(print_experiment(Experiment{}, {}, o), Contains("--bus " + std::string(url)) && Contains(what));
+    CHECK_THROWS_AS(check_bus(url), UsageError);
+  }
+  CHECK_FALSE(std::filesystem::exists(scratch / "runs"));
+}
+
+TEST_CASE("A place where no run folder can be made is a usage error that says what to do") {
+  const Scratch scratch("bad-runs");
+  write_file(scratch / "file", std::vector<std::byte>(3));
+  for (const auto& root : {scratch / "file" / "runs", scratch / std::string(300, 'x')}) {
+    CHECK_THROWS_WITH(RunFolder::create(root, Experiment{}, {}, {}), Contains(root.string()) && Contains("--runs"));
+    CHECK_THROWS_AS(RunFolder::create(root, Experiment{}, {}, {}), UsageError);
+  }
+}
+
+TEST_CASE("A folder that is no run is refused by what it lacks") {
+  const Scratch scratch("no-run");
+  CHECK_THROWS_AS(RunFolder::open(scratch / "none"), UsageError);
+  std::filesystem::create_directory(scratch / "run");
+  for (const char* part : {"experiment.toml", "provenance.json", "nodes"}) {
+    CHECK_THROWS_WITH(RunFolder::open(scratch / "run"), Contains("is no run folder: it has no " + std::string(part)));
+    CHECK_THROWS_AS(RunFolder::open(scratch / "run"), UsageError);
+    write_file(scratch / "run" / part, std::vector<std::byte>{});
+  }
+  CHECK_THROWS_WITH(RunFolder::open(scratch / "run"), Contains("provenance.json"));  // empty: no JSON
+}
+
+TEST_CASE("A folder where a file is wanted is called a folder") {
+  const Scratch scratch("folder");
+  std::filesystem::create_directory(scratch / "run");
+  CHECK_THROWS_WITH(load_experiment(scratch / "run"), Contains("run: is a folder, not a file"));
+  for (const LogAction action : {LogAction::kVerify, LogAction::kCat, LogAction::kRepair}) {
+    LogOptions o;
+    o.action = action;
+    o.file = (scratch / "run").string();
+    CHECK_THROWS_WITH(run_log(o), Contains("is a folder; give a file in it: log.lcm"));
+    CHECK_THROWS_AS(run_log(o), UsageError);
+  }
+}
+
+TEST_CASE("A document that cannot be written leaves nothing behind") {
+  const Scratch scratch("half");
+  std::filesystem::create_directory(scratch / "taken");
+  CHECK_THROWS_WITH(write_file_atomically(scratch / "taken", "text"), Contains("taken") && Contains("directory"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "taken.part"));
+  CHECK_THROWS_WITH(write_file_atomically(scratch / "none" / "x", "text"), Contains("No such file"));
+}
