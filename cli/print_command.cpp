@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "cli/bus_port.h"
 #include "cli/exit_codes.h"
@@ -15,6 +16,9 @@
 #include "cli/progress.h"
 #include "cli/targets.h"
 #include "config/include.h"
+#include "firn/height_map_t.hpp"
+#include "plant/setup.h"
+#include "runtime/transport_wire.h"
 
 namespace firn {
 namespace {
@@ -77,8 +81,23 @@ void show(const PrintSummary& s, bool json) {
 
 }  // namespace
 
+void check_print(const Experiment& e, const std::string& bus) {
+  check_bus(bus);
+  try {
+    plant::check(plant::world_config(e));
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("nothing to simulate the print with: ") + error.what());
+  }
+  const height_map_t empty{};
+  const std::size_t bytes = std::size_t(empty.getEncodedSize()) + std::size_t(e.grid.nx) * std::size_t(e.grid.ny) *
+                                                                      (sizeof empty.height_mm[0] + sizeof empty.quality[0]);
+  if (bus != "in-process" && bytes > wire::kLargestObjectBytes)
+    throw UsageError(fmt::format("grid.nx = {}, grid.ny = {}: a HEIGHT_MAP of {} bytes, the bus takes {} at most; --bus in-process has no limit",
+                                 e.grid.nx, e.grid.ny, bytes, wire::kLargestObjectBytes));
+}
+
 PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
-  check_bus(options.bus);
+  check_print(e, options.bus);
   return carry_out(RunFolder::create(options.runs, e, inputs, own_command_line()), e, options, false);
 }
 

@@ -31,6 +31,10 @@ struct PrintSummary {
   std::int64_t droplets = 0;
 };
 
+/// What an experiment asks of the simulated world and of the bus beyond its keys' ranges. @throws UsageError naming what
+/// is outside which limit
+void check_print(const Experiment& experiment, const std::string& bus);
+
 /// Prints `experiment`; `bus` as in PrintOptions. Shows progress on stderr.
 PrintSummary print_experiment(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
 

@@ -39,6 +39,18 @@ TEST_CASE("A bus that several processes cannot share is refused before a run fol
   CHECK_FALSE(std::filesystem::exists(scratch / "runs"));
 }
 
+TEST_CASE("A grid too fine for the simulated droplet, or too large for the bus, is refused before a run folder is made") {
+  Experiment fine;
+  fine.grid.pitch_x_mm = fine.grid.pitch_y_mm = 0.02;
+  CHECK_THROWS_WITH(check_print(fine, "in-process"), Contains("droplet.cap_radius_mm") && Contains("is outside"));
+  CHECK_THROWS_AS(check_print(fine, "in-process"), UsageError);
+  Experiment large;
+  large.grid.nx = large.grid.ny = 4096;
+  CHECK_THROWS_WITH(check_print(large, ""), Contains("grid.nx = 4096") && Contains("67108864"));
+  CHECK_THROWS_AS(check_print(large, ""), UsageError);
+  CHECK_NOTHROW(check_print(large, "in-process"));
+}
+
 TEST_CASE("A place where no run folder can be made is a usage error that says what to do") {
   const Scratch scratch("bad-runs");
   write_file(scratch / "file", std::vector<std::byte>(3));
