@@ -108,9 +108,9 @@ class Server {
   }
 
   void run(const sigset_t& during_poll) {
-    while (!stopping_ && !stop_requested) {
+    while (goes_on()) {
       wait(during_poll);
-      take_control();
+      if (!stopping_) take_control();
       for (std::size_t n = 0; n < kPorts.size(); ++n) take_port(n);
       world_.advance(now_us(), [this](const World::Sent& s) { deliver(s); });
       record_->flush();
@@ -136,12 +136,23 @@ class Server {
            1;
   }
 
+  // A launcher that dies takes its end of every control line with it: the drivers then make their instruments safe,
+  // and those must still be there to obey. Nature stays until the last driver has gone, though not for ever.
+  bool goes_on() {
+    constexpr std::int64_t kLinger_ns = 2'000'000'000;
+    if (!stopping_ && !stop_requested) return true;
+    if (stop_since_ns_ == 0) stop_since_ns_ = monotonic_ns();
+    stopping_ = true;
+    return monotonic_ns() - stop_since_ns_ < kLinger_ns &&
+           std::any_of(clients_.begin(), clients_.end(), [](const Peer& p) { return p.fd >= 0; });
+  }
+
   // Bytes leave on time; what only happens inside is caught up with a few milliseconds later, at its exact
   // time.
   void wait(const sigset_t& during_poll) {
-    constexpr std::int64_t kInnerDelay_ns = 5'000'000, kLongest_ns = 1'000'000'000;
+    constexpr std::int64_t kInnerDelay_ns = 5'000'000, kLongest_ns = 1'000'000'000, kStopping_ns = 20'000'000;
     const std::int64_t now = monotonic_ns();
-    std::int64_t until = now + kLongest_ns;
+    std::int64_t until = now + (stopping_ ? kStopping_ns : kLongest_ns);
     if (const std::int64_t t = world_.next_event_us(); t != INT64_MAX) until = std::min(until, wall_ns(t));
     if (const std::int64_t t = world_.next_inner_us(); t != INT64_MAX)
       until = std::min(until, std::max(wall_ns(t), now + kInnerDelay_ns));
@@ -152,7 +163,7 @@ class Server {
       polls[n] = clients_[n].fd >= 0
                      ? pollfd{clients_[n].fd, short(clients_[n].out.empty() ? POLLIN : POLLIN | POLLOUT), 0}
                      : pollfd{listeners_[n], POLLIN, 0};
-    polls[4] = {control_.fd, POLLIN, 0};  // -1 is passed over
+    polls[4] = {stopping_ ? -1 : control_.fd, POLLIN, 0};  // -1 is passed over
     ::ppoll(polls.data(), polls.size(), &timeout, &during_poll);
   }
 
@@ -253,6 +264,7 @@ class Server {
   Peer control_;
   std::string heard_;
   bool stopping_ = false;
+  std::int64_t stop_since_ns_ = 0;
 };
 
 }  // namespace

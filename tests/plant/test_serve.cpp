@@ -115,6 +115,26 @@ TEST_CASE(
   CHECK(h.lamp.size() == 2);
 }
 
+TEST_CASE("When the launcher dies, nature stays until the drivers have made their instruments safe") {
+  const Folder folder;
+  {
+    Served world(folder.path);
+    const int lamp = open_port(folder.path / "io" / "lamp");
+    put(lamp, "CONN18\r");
+    CHECK(read_until(lamp, "\r") == "READY0A\r");
+    put(lamp, "OPN40\r");
+    read_until(lamp, "\r");
+    ::shutdown(world.control[0], SHUT_RDWR);  // the other end of the control line is gone
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    put(lamp, "CLS3A\r");
+    CHECK(read_until(lamp, "\r") == "ReceivedBF\r");
+    ::close(lamp);
+  }
+  const WorldHistory h = read_history(folder.path / "world.rec");
+  REQUIRE(h.lamp.size() == 2);
+  CHECK(h.lamp[1].event == LampEvent::kClosed);
+}
+
 TEST_CASE("World and drivers meet on a socket whose path is longer than the address of a Unix socket") {
   const Folder folder;
   const fs::path run = folder.path / std::string(120, 'x');
