@@ -112,7 +112,7 @@ TEST_CASE("Appending goes on behind the last whole record, wherever the file was
     const std::size_t kept = reader.valid_end() - kRecordHeaderBytes - 8;
     if (size >= kRecordFileHeaderBytes) {
       REQUIRE(kept + torn.size() == size);
-      REQUIRE(std::memcmp(torn.data(), whole.data() + kept, torn.size()) == 0);
+      REQUIRE(std::equal(torn.begin(), torn.end(), whole.begin() + std::ptrdiff_t(kept)));
     }
     std::filesystem::remove(path);
     std::filesystem::remove(path.string() + ".torn-1");
