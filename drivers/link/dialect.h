@@ -37,6 +37,7 @@ struct Request {
   std::string_view text() const { return {reinterpret_cast<const char*>(bytes.data()), size}; }
   /// @throws std::length_error beyond kCapacity.
   void append(std::span<const std::byte> more) {
+    if (more.empty()) return;
     if (size + more.size() > kCapacity) throw std::length_error("a request is longer than 112 bytes");
     std::memcpy(bytes.data() + size, more.data(), more.size());
     size = std::uint8_t(size + more.size());

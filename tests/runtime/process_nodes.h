@@ -29,6 +29,7 @@ class Commander : public Node {
   void wake(TimerId, Time now, Outbox& out) override {
     jet_command_t c{};
     c.command_id = ++sent_;
+    c.verb = std::int8_t(JetVerb::kArm);
     out.send(channels::kJetCommand, c);
     out.durable();
     if (sent_ < most_) out.wake_at(TimerId{0}, now.after_s(1e-3));
