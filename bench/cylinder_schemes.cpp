@@ -2,7 +2,6 @@
 // target, mean over seeds with 95 % bootstrap intervals.
 //   cylinder_schemes [--seeds N] [--experiment FILE] [--json]
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -11,10 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "cli/lab_run.h"
+#include "cli/memory_print.h"
 #include "cli/targets.h"
 #include "config/include.h"
-#include "core/grid/npy.h"
 #include "core/grid/random.h"
 
 namespace {
@@ -54,7 +52,6 @@ int main(int argc, char** argv) {
     if (a == "--seeds" && n + 1 < argc) seeds = std::atoi(argv[++n]);
     if (a == "--experiment" && n + 1 < argc) experiment = argv[++n];
   }
-  const std::filesystem::path root = std::filesystem::temp_directory_path() / fmt::format("firn-cylinder-{}", getpid());
   nlohmann::ordered_json table = nlohmann::json::array();
   if (!json)
     fmt::print("{} seeds, {}\n{:<10} {:>7} {:>9}   {:<26} {:<26} {:<26}\n", seeds, experiment, "scheme", "layers", "droplets",
@@ -65,23 +62,16 @@ int main(int argc, char** argv) {
       const Experiment e = load_experiment(experiment, {std::string("control.scheme=") + scheme,
                                                         "plant.seed=" + std::to_string(seed)});
       const Blobs inputs = make_inputs(e, std::filesystem::path(experiment).parent_path());
-      const RunFolder run = RunFolder::create(root, e, inputs, {"cylinder_schemes"});
-      std::int64_t droplets = 0;
-      LabRunOptions options;
-      options.progress = [&](const layer_metrics_t& m) { droplets = m.drops_total; };
-      const LabRunReport report = run_in_lab(run, options);
+      const MemoryPrintReport report = print_in_memory(e, inputs);
       if (report.result.status != 0) {
         fmt::print(stderr, "{} seed {}: {}\n", scheme, seed, report.result.reason);
         return 1;
       }
-      const ErrorStats s = error_stats(report.truth, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"),
-                                       mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
-      rms.push_back(s.rms_mm * 1e3);
-      mean.push_back(s.mean_mm * 1e3);
-      std_dev.push_back(s.std_mm * 1e3);
+      rms.push_back(report.error.rms_mm * 1e3);
+      mean.push_back(report.error.mean_mm * 1e3);
+      std_dev.push_back(report.error.std_mm * 1e3);
       layers.push_back(report.result.layers);
-      drops.push_back(double(droplets));
-      std::filesystem::remove_all(run.path());
+      drops.push_back(double(report.droplets));
     }
     const Interval r = bootstrap(rms), m = bootstrap(mean), d = bootstrap(std_dev);
     if (json) {
@@ -95,7 +85,6 @@ int main(int argc, char** argv) {
       std::fflush(stdout);
     }
   }
-  std::filesystem::remove_all(root);
   if (json) fmt::print("{}\n", table.dump(2));
   return 0;
 }

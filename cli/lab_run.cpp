@@ -1,11 +1,11 @@
 #include "cli/lab_run.h"
 
-#include <algorithm>
 #include <chrono>
 #include <map>
 
 #include "cli/log_repair.h"
 #include "cli/node_makers.h"
+#include "cli/plant_world.h"
 #include "cli/run_resume.h"
 #include "config/experiment.h"
 #include "firn/operator_command_t.hpp"
@@ -27,24 +27,6 @@ namespace {
 std::int64_t stopwatch_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
-
-class PlantWorld : public LabWorld {
- public:
-  explicit PlantWorld(plant::World world) : world_(std::move(world)) {}
-  void connect(std::string_view port, Time now) override { world_.connect(port, now.us); }
-  void disconnect(std::string_view port, Time now) override { world_.disconnect(port, now.us); }
-  void receive(std::string_view port, std::span<const std::byte> bytes, Time now) override {
-    world_.receive(port, bytes, now.us);
-  }
-  Time next_event() const override { return {world_.next_event_us()}; }
-  void advance(Time now, const Send& send) override {
-    world_.advance(now.us, [&](const plant::World::Sent& s) { send(s.port, s.bytes, Time{s.t_us}, s.close); });
-  }
-  const plant::World& world() const { return world_; }
-
- private:
-  plant::World world_;
-};
 
 plant::World make_world(const RunFolder& run, const Experiment& e, bool resume, plant::WorldRecord* record) {
   const plant::WorldConfig config = plant::world_config(e);
@@ -209,9 +191,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   report.truth = world.world().truth().height;
   for (const auto& m : members) report.handler_seconds += double(m->host.handler_ns()) * 1e-9;
   if (report.crashed) return report;
-  static constexpr const char* kOutcomes[] = {"finished", "ended early", "stopped safely", "waits for operator"};
-  const int outcome = std::clamp<int>(end.outcome, 0, 3);
-  report.result = {kOutcomes[outcome], outcome == int(RunOutcome::kFinished) ? 0 : 3, end.layers, end.reason};
+  report.result = result_of(end.outcome, end.layers, end.reason);
   run.write_result(report.result);
   return report;
 }

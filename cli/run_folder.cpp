@@ -4,6 +4,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -13,6 +14,7 @@
 
 #include "cli/digest.h"
 #include "cli/exit_codes.h"
+#include "lcmtypes/outcome.h"
 #include "lcmtypes/schema.h"
 #include "runtime/build_info.h"
 
@@ -55,6 +57,12 @@ nlohmann::ordered_json provenance(const Experiment& e, std::int64_t run_id, cons
 }
 
 }  // namespace
+
+RunResult result_of(int outcome, int layers, std::string reason) {
+  static constexpr const char* kOutcomes[] = {"finished", "ended early", "stopped safely", "waits for operator"};
+  const int known = std::clamp(outcome, 0, 3);
+  return {kOutcomes[known], known == int(RunOutcome::kFinished) ? 0 : 3, layers, std::move(reason)};
+}
 
 std::string read_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);

@@ -20,6 +20,9 @@ struct RunResult {
   std::string reason;
 };
 
+/// What RUN_END says; `outcome` is a RunOutcome.
+RunResult result_of(int outcome, int layers, std::string reason);
+
 class RunFolder {
  public:
   /// Makes `<root>/<utc>-<name>` (a number is appended while it exists) with the resolved experiment, the inputs and
