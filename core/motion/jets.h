@@ -1,0 +1,63 @@
+// Batches of coordinates with their first three derivatives, and the chain rule that turns derivatives along a
+// path into rates in time.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace firn::motion {
+
+inline constexpr int kMaxJoints = 6;
+
+/// Pose of the tool in the arm's base frame.
+enum TaskAxis : int { kX = 0, kY = 1, kZ = 2, kYaw = 3, kTaskAxes = 4 };
+using TaskVector = std::array<double, kTaskAxes>;    ///< mm, mm, mm, rad
+using JointVector = std::array<double, kMaxJoints>;  ///< rad or mm, unused entries 0
+
+/// n samples of some axes: value and three derivatives with respect to one parameter (path position s [mm] or
+/// time [s]). One block of memory; of(axis, order) is contiguous over the samples, so loops over it vectorise.
+class Jets {
+ public:
+  Jets() = default;
+  Jets(int axes, std::size_t samples) { resize(axes, samples); }
+  /// Contents are zero afterwards only where memory is new; callers write every entry they read.
+  void resize(int axes, std::size_t samples) {
+    axes_ = axes;
+    samples_ = samples;
+    data_.resize(std::size_t(axes) * 4 * samples);
+  }
+  int axes() const { return axes_; }
+  std::size_t samples() const { return samples_; }
+  double* of(int axis, int order) { return data_.data() + (std::size_t(axis) * 4 + std::size_t(order)) * samples_; }
+  const double* of(int axis, int order) const {
+    return data_.data() + (std::size_t(axis) * 4 + std::size_t(order)) * samples_;
+  }
+
+ private:
+  int axes_ = 0;
+  std::size_t samples_ = 0;
+  std::vector<double> data_;
+};
+
+/// Motion along the path at one instant: speed c, tangential acceleration and jerk (ds/dt and its derivatives).
+struct PathRate {
+  double speed_mm_s = 0.0;
+  double acceleration_mm_s2 = 0.0;
+  double jerk_mm_s3 = 0.0;
+};
+
+/// q' = dq/ds and so on: dq/dt = q' c; d2q/dt2 = q'' c^2 + q' a; d3q/dt3 = q''' c^3 + 3 q'' c a + q' j.
+/// The thesis keeps only the first term of each in (4.4), (4.5).
+inline double rate_of(double d1, const PathRate& m) { return d1 * m.speed_mm_s; }
+inline double acceleration_of(double d1, double d2, const PathRate& m) {
+  return d2 * m.speed_mm_s * m.speed_mm_s + d1 * m.acceleration_mm_s2;
+}
+inline double jerk_of(double d1, double d2, double d3, const PathRate& m) {
+  const double c = m.speed_mm_s;
+  return d3 * c * c * c + 3.0 * d2 * c * m.acceleration_mm_s2 + d1 * m.jerk_mm_s3;
+}
+
+}  // namespace firn::motion

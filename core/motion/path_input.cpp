@@ -1,0 +1,68 @@
+#include "core/motion/path_input.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn::motion {
+namespace {
+
+constexpr double kSamePointMm = 1e-9;
+
+void require_finite(double value, const char* what, std::size_t index, Point2 at) {
+  if (std::isfinite(value)) return;
+  Fault fault{Reason::kNotFinite};
+  fault.index = index;
+  fault.value = value;
+  fault.at = at;
+  fault.what = what;
+  throw MotionError(fault);
+}
+
+void require_finite(const PathInput& in) {
+  require_finite(in.origin.x_mm, "origin x", 0, {});
+  require_finite(in.origin.y_mm, "origin y", 0, {});
+  require_finite(in.z_mm, "z", 0, {});
+  require_finite(in.yaw_rad, "yaw", 0, {});
+  for (std::size_t i = 0; i < in.points.size(); ++i) {
+    require_finite(in.points[i].x_mm, "x", i, in.points[i]);
+    require_finite(in.points[i].y_mm, "y", i, in.points[i]);
+  }
+}
+
+}  // namespace
+
+CleanPath clean(const PathInput& in) {
+  require_finite(in);
+  check_ceiling(in.ceiling, in.points.size());
+  const bool per_point = !in.ceiling.point_mm_s.empty();
+  CleanPath path;
+  std::vector<double> ceiling;
+  const std::size_t count = in.points.size() + (in.closed && !in.points.empty() ? 1 : 0);
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = k % in.points.size();
+    const Point2 p{in.points[i].x_mm + in.origin.x_mm, in.points[i].y_mm + in.origin.y_mm};
+    const double limit = std::min(in.ceiling.path_mm_s, per_point ? in.ceiling.point_mm_s[i] : kUnlimited);
+    if (!path.points.empty()) {
+      const double dx = p.x_mm - path.points.back().x_mm, dy = p.y_mm - path.points.back().y_mm;
+      if (std::sqrt(dx * dx + dy * dy) <= kSamePointMm) {
+        ceiling.back() = std::min(ceiling.back(), limit);
+        continue;
+      }
+    }
+    path.points.push_back(p);
+    path.source.push_back(i);
+    ceiling.push_back(limit);
+  }
+  if (path.points.size() < 2) {
+    Fault fault{Reason::kTooFewPoints};
+    fault.value = double(path.points.size());
+    fault.bound = 2.0;
+    if (!in.points.empty()) fault.at = in.points[0];
+    throw MotionError(fault);
+  }
+  for (std::size_t i = 0; i + 1 < path.points.size(); ++i)
+    path.ceiling_mm_s.push_back(std::min(ceiling[i], ceiling[i + 1]));
+  return path;
+}
+
+}  // namespace firn::motion
