@@ -26,7 +26,7 @@ class DropletModel : public Model {
     const std::uint32_t attempt = on_grid ? attempts_[grid_.index(cell.i, cell.j)]++ : off_grid_attempts_++;
     const std::uint32_t key = cell_key(cell);
     const auto draw = [&](Purpose purpose, std::uint32_t n) {
-      return DrawKey{seed_, purpose, exposures_, 4 * attempt + n, key};
+      return DrawKey{seed_, purpose, layers_.layer(), 4 * attempt + n, key};
     };
     const double factor = nozzle_.fire(shot.t_us);
     Landing out;
@@ -61,8 +61,10 @@ class DropletModel : public Model {
   void end_pass() override {}
   void expose(std::int64_t now_us) override {
     field_.cure(params_.cure_shrink);
-    ++exposures_;
-    nozzle_.exposure(now_us, exposures_);
+    if (layers_.exposed()) nozzle_.cured(now_us, layers_.layer() + 1);
+  }
+  void measured() override {
+    if (!layers_.measured()) return;
     std::fill(attempts_.begin(), attempts_.end(), 0u);
     off_grid_attempts_ = 0;
   }
@@ -70,8 +72,8 @@ class DropletModel : public Model {
   HeightMap cell_means() const override { return field_.cell_means(); }
   VolumeLedger ledger() const override { return field_.ledger(); }
   double volume_mm3() const override { return field_.volume_mm3(); }
-  std::uint32_t exposures() const override { return exposures_; }
-  void io(Archive& a) override { a.all(field_, nozzle_, attempts_, off_grid_attempts_, exposures_); }
+  const LayerCount& layers() const override { return layers_; }
+  void io(Archive& a) override { a.all(field_, nozzle_, attempts_, off_grid_attempts_, layers_); }
 
  private:
   GridSpec grid_;
@@ -79,9 +81,9 @@ class DropletModel : public Model {
   std::uint64_t seed_;
   Field field_;
   Nozzle nozzle_;
-  std::vector<std::uint32_t> attempts_;  ///< droplets per cell since the last exposure
+  std::vector<std::uint32_t> attempts_;  ///< droplets per cell of this layer
   std::uint32_t off_grid_attempts_ = 0;
-  std::uint32_t exposures_ = 0;
+  LayerCount layers_;
 };
 
 }  // namespace

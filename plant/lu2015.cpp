@@ -42,7 +42,7 @@ class Lu2015Model : public Model {
     const std::size_t n = grid_.index(cell.i, cell.j);
     if (pending_[n] != 0) end_pass();
     const double factor =
-        1.0 + params_.variation * random_uniform({seed_, Purpose::kModelVariation, exposures_, attempts_[n]++,
+        1.0 + params_.variation * random_uniform({seed_, Purpose::kModelVariation, layers_.layer(), attempts_[n]++,
                                                   cell_key(cell)});
     stencils_[n] = nominal_;
     stencils_[n].centre_mm *= factor;
@@ -63,8 +63,10 @@ class Lu2015Model : public Model {
   }
   void expose(std::int64_t) override {
     end_pass();
-    ++exposures_;
-    std::fill(attempts_.begin(), attempts_.end(), 0u);
+    layers_.exposed();
+  }
+  void measured() override {
+    if (layers_.measured()) std::fill(attempts_.begin(), attempts_.end(), 0u);
   }
   const Field& surface() override {
     end_pass();
@@ -85,9 +87,9 @@ class Lu2015Model : public Model {
     for (const double z : cell_means().cells) sum += z;
     return sum * area_mm2();
   }
-  std::uint32_t exposures() const override { return exposures_; }
+  const LayerCount& layers() const override { return layers_; }
   void io(Archive& a) override {
-    a.all(height_.cells, pending_, stencils_, attempts_, exposures_, any_pending_, ledger_);
+    a.all(height_.cells, pending_, stencils_, attempts_, layers_, any_pending_, ledger_);
   }
 
  private:
@@ -101,8 +103,8 @@ class Lu2015Model : public Model {
   HeightMap height_;
   std::vector<std::uint8_t> pending_;    ///< droplets of the pass that has not been applied
   std::vector<Stencil<1>> stencils_;     ///< of those droplets
-  std::vector<std::uint32_t> attempts_;  ///< droplets per cell since the last exposure
-  std::uint32_t exposures_ = 0;
+  std::vector<std::uint32_t> attempts_;  ///< droplets per cell of this layer
+  LayerCount layers_;
   bool any_pending_ = false;
   VolumeLedger ledger_;
   Field shown_;  ///< height_ as the sensor takes it

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 
 #include "core/grid/grid.h"
 #include "plant/archive.h"
@@ -32,17 +33,43 @@ struct Landing {
   double x_mm = 0.0, y_mm = 0.0;
 };
 
+/// Nature's count of layers: a layer is over when what was cured is measured. Draws are keyed by it, not by the
+/// exposures, so that prints with one cure per layer and with several see the same disturbances. Equal to the
+/// exposures where every layer is cured once and measured.
+class LayerCount {
+ public:
+  /// @returns whether this is the layer's first exposure.
+  bool exposed() {
+    ++exposures_;
+    return !std::exchange(cured_, true);
+  }
+  /// @returns whether a new layer begins.
+  bool measured() {
+    if (!cured_) return false;
+    ++layer_;
+    cured_ = false;
+    return true;
+  }
+  std::uint32_t exposures() const { return exposures_; }
+  std::uint32_t layer() const { return layer_; }  ///< finished layers: the key of what happens now
+
+ private:
+  std::uint32_t exposures_ = 0, layer_ = 0;
+  bool cured_ = false;
+};
+
 class Model {
  public:
   virtual ~Model() = default;
   virtual Landing fire(const Shot& shot) = 0;
   virtual void end_pass() = 0;                   ///< the jet was disarmed: what landed so far has settled
-  virtual void expose(std::int64_t now_us) = 0;  ///< the lamp cured the layer
+  virtual void expose(std::int64_t now_us) = 0;  ///< the lamp cured what has landed
+  virtual void measured() = 0;                   ///< a scan trigger: what was cured before it is a layer
   virtual const Field& surface() = 0;            ///< settled surface, for the sensor
   virtual HeightMap cell_means() const = 0;      ///< noise-free, settled
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
-  virtual std::uint32_t exposures() const = 0;
+  virtual const LayerCount& layers() const = 0;
   virtual void io(Archive& a) = 0;
 };
 

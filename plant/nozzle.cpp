@@ -78,12 +78,12 @@ double Nozzle::fire(std::int64_t now_us) {
   return factor_;
 }
 
-void Nozzle::exposure(std::int64_t now_us, std::uint32_t exposures) {
+void Nozzle::cured(std::int64_t now_us, std::uint32_t layer) {
   if (!params_.drift) return;
   advance(now_us);
   const double keep = params_.wander_memory;
   target_ = keep * target_ + std::sqrt(1.0 - keep * keep) * params_.wander_sigma *
-                                 random_normal({seed_, Purpose::kNozzleDrift, exposures, 0, 0});
+                                 random_normal({seed_, Purpose::kNozzleDrift, layer, 0, 0});
 }
 
 void Nozzle::advance(std::int64_t now_us) {

@@ -13,7 +13,7 @@ namespace firn::plant {
 /// d wander. With f = droplets per second, held constant over a step:
 ///   dp/dt = -p / tau_p - k_p f        dw/dt = k_w f (1 - w) - w / tau_w
 ///   dT/dt = k_T f - T / tau_T         dd/dt = (D_k - d) / tau_d
-/// D_k after exposure k: D_0 = 0, D_k = m D_{k-1} + sqrt(1 - m^2) sigma n_k, n_k ~ N(0,1) keyed by k.
+/// D_k after the first cure of layer k: D_0 = 0, D_k = m D_{k-1} + sqrt(1 - m^2) sigma n_k, n_k ~ N(0,1) keyed by k.
 /// Volume of a droplet = nominal x (1 + p + c_w w + c_T T + d).
 struct NozzleState {
   double pressure = 0.0, wetting = 0.0, heating_K = 0.0, wander = 0.0;
@@ -28,8 +28,8 @@ class Nozzle {
 
   /// One droplet at `now_us`; returns the volume factor. The ODE is advanced only when step_s has passed.
   double fire(std::int64_t now_us);
-  /// Advances to `now_us` and draws the wander's next target for exposure number `exposures`.
-  void exposure(std::int64_t now_us, std::uint32_t exposures);
+  /// Advances to `now_us`, when layer `layer` (1-based) is first cured, and draws the wander's next target.
+  void cured(std::int64_t now_us, std::uint32_t layer);
   const NozzleState& state() const { return state_; }
   void io(Archive& a) { a.all(state_, at_us_, drops_, target_, factor_); }
 

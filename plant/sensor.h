@@ -14,7 +14,7 @@ namespace firn::plant {
 /// Identifies one measurement for the keyed random numbers.
 struct ProfileKey {
   std::uint64_t seed = 0;
-  std::uint32_t layer = 0;    ///< lamp exposures so far
+  std::uint32_t layer = 0;    ///< finished layers
   std::uint32_t trigger = 0;  ///< trigger number since the last exposure
 };
 

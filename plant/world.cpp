@@ -73,7 +73,7 @@ struct World::Impl : Wires {
   }
 
   void begin(bool restored) {
-    write(RecordKind::kBegin, BeginRecord{now_us, fired, model->exposures(), restored ? 1u : 0u});
+    write(RecordKind::kBegin, BeginRecord{now_us, fired, model->layers().exposures(), restored ? 1u : 0u});
     if (record) record->flush();
   }
 
@@ -115,7 +115,7 @@ struct World::Impl : Wires {
                                         landing.volume_mm3,
                                         cell.i,
                                         cell.j,
-                                        model->exposures(),
+                                        model->layers().exposures(),
                                         outcome,
                                         {}});
   }
@@ -123,7 +123,8 @@ struct World::Impl : Wires {
   void scan(std::int64_t t_us, double stage_y_mm) {
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
     const auto encoder = std::int32_t(stage.device().encoder_counts(1, stage_y_mm));
-    measure_profile(model->surface(), config.sensor, {config.seed, model->exposures(), scans_of_layer++},
+    model->measured();
+    measure_profile(model->surface(), config.sensor, {config.seed, model->layers().layer(), scans_of_layer++},
                     y_mm, profile_x0_mm(config.grid, config.profiler),
                     profile_dx_mm(config.grid, config.profiler), line);
     profiler.trigger(t_us, encoder, line);
@@ -136,7 +137,7 @@ struct World::Impl : Wires {
       model->expose(t_us);
       scans_of_layer = 0;
     }
-    write(RecordKind::kLamp, LampRecord{t_us, dose_s, model->exposures(), event, std::uint8_t(cured), {}});
+    write(RecordKind::kLamp, LampRecord{t_us, dose_s, model->layers().exposures(), event, std::uint8_t(cured), {}});
   }
 
   void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) override {
@@ -265,11 +266,11 @@ void World::advance(std::int64_t now_us, const SendFn& send) {
 
 Truth World::truth() const {
   const Model& model = *impl_->model;
-  return {model.exposures(),  impl_->fired,   impl_->missed,     impl_->gated,
+  return {model.layers().exposures(),  impl_->fired,   impl_->missed,     impl_->gated,
           model.volume_mm3(), model.ledger(), model.cell_means()};
 }
 
-std::uint32_t World::exposures() const { return impl_->model->exposures(); }
+std::uint32_t World::exposures() const { return impl_->model->layers().exposures(); }
 const WorldConfig& World::config() const { return impl_->config; }
 
 void World::save(const std::filesystem::path& path) const {

@@ -49,7 +49,7 @@ struct NozzleParams {
   double heating_effect_per_K = 0.004;
   double wander_tau_s = 10.0;
   double wander_sigma = 0.1;  ///< standard deviation that the random wander reaches in the course of a print
-  double wander_memory = 0.97;  ///< of its target from one exposure to the next
+  double wander_memory = 0.97;  ///< of its target from one layer to the next
 };
 
 /// The paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A].

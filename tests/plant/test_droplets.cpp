@@ -26,7 +26,7 @@ NozzleState after(double seconds, const NozzleParams& p) {
   Nozzle nozzle(p, 1);
   std::int64_t t = 0;
   for (; t <= std::int64_t(seconds * 1e6); t += 2500) nozzle.fire(t);
-  nozzle.exposure(std::int64_t(seconds * 1e6), 1);
+  nozzle.cured(std::int64_t(seconds * 1e6), 1);
   return nozzle.state();
 }
 
@@ -110,7 +110,7 @@ TEST_CASE("A restored model goes on bit for bit") {
     }
     a->expose(t), b->expose(t);
     CHECK(a->cell_means().cells == b->cell_means().cells);
-    CHECK(a->exposures() == 2);
+    CHECK(a->layers().exposures() == 2);
   }
 }
 

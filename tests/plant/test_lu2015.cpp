@@ -31,7 +31,7 @@ TEST_CASE("lu2015 without variation is Eq. (4) pass by pass, however its droplet
     CHECK(model->cell_means().cells == expected.cells);
     model->expose(layer);
   }
-  CHECK(model->exposures() == 8);
+  CHECK(model->layers().exposures() == 8);
   const VolumeLedger l = model->ledger();
   CHECK(l.landed - l.lost == Approx(model->volume_mm3()).epsilon(1e-12));
 }
