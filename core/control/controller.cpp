@@ -30,6 +30,9 @@ void check(const Setup& s) {
                                   " is not a height of 0 mm or more");
   }
   if (cells == 0) throw std::invalid_argument("controller: the mask has no cell");
+  if (!s.geometry) return;
+  deposition::check(s.model_b);
+  if (s.geometry->grid() != s.grid) throw std::invalid_argument("controller: the geometry has another grid");
 }
 
 void check(const Measurement& m, const Setup& s) {
@@ -52,6 +55,18 @@ HeightMap known_heights(const Measurement& m) {
   for (double& v : h.cells)
     if (!std::isfinite(v)) v = 0.0;
   return h;
+}
+
+MaterialMap materials_at(const Setup& s, const HeightMap& height, double rise_mm) {
+  if (!s.geometry) return {};
+  MaterialMap inks(s.grid);
+  for (std::size_t c = 0; c < inks.size(); ++c)
+    if (s.mask.cells[c]) inks.set(c, s.geometry->at(c, height.cells[c] + rise_mm));
+  return inks;
+}
+
+MaterialMap materials_at(const Setup& s, double height_mm) {
+  return materials_at(s, HeightMap(s.grid, height_mm));
 }
 
 }  // namespace firn::control

@@ -9,7 +9,8 @@
 #include <string_view>
 
 #include "core/control/options.h"
-#include "core/deposition/height_change.h"
+#include "core/deposition/two_materials.h"
+#include "core/grid/geometry.h"
 #include "core/grid/grid.h"
 
 namespace firn::control {
@@ -22,9 +23,15 @@ struct Setup {
   deposition::DropletModel model;  ///< what a droplet adds
   deposition::Border border = deposition::Border::kLose;
   std::uint64_t seed = 1;  ///< of the run; draws are keyed (seed, purpose, layer, attempt, n)
+  /// M [Lu 2015, IV-B]: with it a block of two inks is printed, `model` being the object's and `model_b` the
+  /// support's; null: one ink.
+  std::shared_ptr<const Geometry> geometry = nullptr;
+  deposition::DropletModel model_b = {};  ///< g1, g2, g3
+
+  const deposition::DropletModel& model_of(Material m) const { return m == Material::kB ? model_b : model; }
 };
 /// @throws std::invalid_argument naming what is wrong: grid, sizes, an empty mask, a target not finite or
-/// negative.
+/// negative, a geometry of another grid.
 void check(const Setup& setup);
 
 /// The surface after `layer` layers.
@@ -43,6 +50,7 @@ struct Decision {
   /// (alpha = 1) by the height-change model.
   double objective_mm = 0.0, objective_none_mm = 0.0;
   std::int64_t iterations = 0;  ///< single-droplet changes evaluated by a search
+  MaterialMap materials;        ///< ink of each cell of the mask in this layer; no cells with one ink
   std::string reason;           ///< one sentence
 };
 
@@ -61,6 +69,12 @@ void check(const Measurement& measurement, const Setup& setup);
 
 /// The measured heights with 0 mm where nothing was measured outside the mask.
 HeightMap known_heights(const Measurement& measurement);
+
+/// I_A and I_B [Lu 2015, IV-B]: each cell of the mask by whether its height lies in M, `rise_mm` higher if it is to
+/// be judged later. Without cells when the setup has one ink.
+MaterialMap materials_at(const Setup& setup, const HeightMap& height, double rise_mm = 0.0);
+/// The same for a layer of fixed height, whatever was measured: all cells at height_mm.
+MaterialMap materials_at(const Setup& setup, double height_mm);
 
 /// A scheme by name.
 struct Scheme {

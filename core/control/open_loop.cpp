@@ -25,6 +25,7 @@ Decision OpenLoop::decide(const Measurement& m) {
   d.drops = DropletPattern(setup_.grid);
   const int layer = m.layer + 1;
   for (std::size_t c = 0; c < d.drops.size(); ++c) d.drops.cells[c] = layers_of_cell_.cells[c] >= layer;
+  d.materials = materials_at(setup_, double(m.layer) * setup_.model.layer_height_mm());
   d.kind = layer <= layers_ ? Decision::Kind::kPrint : Decision::Kind::kEnd;
   d.reason = layer <= layers_
                  ? "layer " + std::to_string(layer) + " of " + std::to_string(layers_) + " as sliced"

@@ -38,18 +38,24 @@ void end_print(Decision& d, std::string reason) {
 }
 
 Predictor::Predictor(const Setup& s)
-    : target_(s.target), mask_(s.mask), model_(s.grid, deposition::stencil_of(s.model), s.border) {}
+    : target_(s.target),
+      mask_(s.mask),
+      model_(s.grid, deposition::stencil_of(s.model), s.border),
+      two_inks_(s.grid, {s.model, s.model_b}, s.border) {}
 
-HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops) {
+HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops, const MaterialMap& materials) {
   HeightMap h = height;
-  model_.deposit(h, drops);
+  if (materials.size() != 0)
+    two_inks_.deposit(h, drops, materials);
+  else
+    model_.deposit(h, drops);
   return h;
 }
 
 void Predictor::score(Decision& d, const HeightMap& height, double alpha) {
   d.objective_none_mm = objective_mm(height, target_, mask_, alpha);
-  d.objective_mm =
-      d.drops.passes() ? objective_mm(after(height, d.drops), target_, mask_, alpha) : d.objective_none_mm;
+  d.objective_mm = d.drops.passes() ? objective_mm(after(height, d.drops, d.materials), target_, mask_, alpha)
+                                    : d.objective_none_mm;
 }
 
 }  // namespace firn::control

@@ -22,14 +22,16 @@ void end_print(Decision& decision, std::string reason);
 class Predictor {
  public:
   explicit Predictor(const Setup& setup);
-  HeightMap after(const HeightMap& height, const DropletPattern& drops);  ///< all passes of one layer
-  /// Fills a decision's two objectives for its drops.
+  /// All passes of one layer. @param materials of the droplets; no cells: one ink
+  HeightMap after(const HeightMap& height, const DropletPattern& drops, const MaterialMap& materials = {});
+  /// Fills a decision's two objectives for its drops and materials.
   void score(Decision& decision, const HeightMap& height, double alpha);
 
  private:
   HeightMap target_;
   Mask mask_;
   deposition::HeightChange<1> model_;
+  deposition::TwoMaterialChange two_inks_;
 };
 
 }  // namespace firn::control

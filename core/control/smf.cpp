@@ -56,6 +56,8 @@ Decision Smf::decide(const Measurement& m) {
   const bool derivative = before_.layer >= 0;
   const double sum_limit = options_.ki_star > 0.0 ? options_.integral_limit / options_.ki_star : 0.0;
 
+  const HeightMap height = known_heights(m);
+  const MaterialMap materials = materials_at(setup_, height);
   Grid<double> wanted(setup_.grid);
   bool at_target = true;
   for (std::size_t c = 0; c < wanted.size(); ++c) {
@@ -68,14 +70,16 @@ Decision Smf::decide(const Measurement& m) {
     output_.cells[c] = std::clamp(u, -options_.output_limit, options_.output_limit);
     after_.sum.cells[c] = sum;
     after_.error.cells[c] = e;
-    wanted.cells[c] = (next - r + dh_mm_ * output_.cells[c]) / setup_.model.layer_height_mm();  // 5.2.3
+    const Material ink = materials.size() != 0 ? materials.of(c) : Material::kA;
+    wanted.cells[c] = (next - r + dh_mm_ * output_.cells[c]) / setup_.model_of(ink).layer_height_mm();  // 5.2.3
     at_target = at_target && next == r;
   }
   after_.layer = m.layer;
 
   Decision d;
   d.drops = halftone(wanted, setup_.mask, options_.max_drops, options_.rounding, after_.carry);
-  predict_.score(d, known_heights(m), 1.0);
+  d.materials = materials;
+  predict_.score(d, height, 1.0);
   if (at_target && !beats_noise(d, part_cells_, m.noise_std_mm, noise_gate_)) {
     end_print(d,
               "the nominal height is reached and no layer betters the part beyond the measurement's noise");

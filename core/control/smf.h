@@ -15,6 +15,7 @@ namespace firn::control {
 /// but every cell also takes its neighbours' share; the worth of a droplet per cell is h1 + 4 h2 + 4 h3,
 /// exact where all cells print the same, and the loop makes up for the rest. Fractions become droplets by
 /// error diffusion (default): docs/algorithms-control.md compares it with rounding and with carrying over.
+/// Two inks: a cell's ink is that of M at its measured height, and dh, r and the error know no ink.
 /// Ends when r has reached the target everywhere and the next layer would not lower the predicted mean
 /// |error|, or by no more than the noise gate. A second measurement of a layer replaces the first in sum and
 /// difference. A layer below the last one seen starts anew.

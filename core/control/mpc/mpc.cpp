@@ -51,12 +51,21 @@ double Mpc::alpha_at(int layer) const {
   return alpha;
 }
 
-std::vector<DropletPattern> Mpc::first_guess(const HeightMap& height, bool dithered) const {
+std::vector<MaterialMap> Mpc::materials_of(const HeightMap& height) const {
+  std::vector<MaterialMap> inks;
+  for (int n = 0; n < options_.horizon; ++n)
+    inks.push_back(materials_at(setup_, height, double(n) * setup_.model.layer_height_mm()));
+  return inks;
+}
+
+std::vector<DropletPattern> Mpc::first_guess(const HeightMap& height, const MaterialMap& materials,
+                                             bool dithered) const {
   std::vector<DropletPattern> plan(std::size_t(options_.horizon), DropletPattern(setup_.grid));
   Grid<double> wanted(setup_.grid), carry(setup_.grid);
-  const double step_mm = setup_.model.layer_height_mm();
+  const double step_of[2] = {setup_.model.layer_height_mm(), setup_.model_b.layer_height_mm()};
   for (std::size_t n = 0; n < plan.size(); ++n) {
     for (std::size_t c = 0; c < wanted.size(); ++c) {
+      const double step_mm = step_of[materials.size() != 0 && materials.of(c) == Material::kB];
       const double missing =
           (setup_.target.cells[c] - height.cells[c]) / step_mm - double(n) * options_.max_drops;
       wanted.cells[c] = std::clamp(missing, 0.0, double(options_.max_drops));
@@ -75,7 +84,9 @@ Decision Mpc::decide(const Measurement& m) {
   Decision d;
   d.drops = DropletPattern(setup_.grid);
 
-  objective_.set_surface(height, alpha);
+  const std::vector<MaterialMap> materials = materials_of(height);
+  d.materials = materials.front();
+  objective_.set_surface(height, alpha, materials);
   objective_.set_plan(std::vector<DropletPattern>(std::size_t(options_.horizon), d.drops));
   d.objective_none_mm = objective_.value_mm();
   d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kLeastGain_mm;  // to be beaten
@@ -84,7 +95,7 @@ Decision Mpc::decide(const Measurement& m) {
   RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(layer), std::uint32_t(m.attempt));
   for (const bool dithered : {false, true}) {
     if (!(dithered ? options_.start_dithered : options_.start_ones)) continue;
-    objective_.set_plan(first_guess(height, dithered));
+    objective_.set_plan(first_guess(height, d.materials, dithered));
     const auto search =
         mpc::greedy_search(objective_, {options_.subset, options_.max_evaluations - d.iterations}, random);
     objective_.refresh();

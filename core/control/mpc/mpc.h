@@ -11,6 +11,8 @@ namespace firn::control {
 /// layer (Lu: 0 or 1), by greedy search from up to two first guesses, and prints the first layer of the best
 /// plan. The mean and deviation run over the mask; cells outside it take their neighbours' flow in the model
 /// but get no droplets. Empty layers of a plan go to its end (the heights after N layers stay the same).
+/// Two inks: the layer's materials are those of M at the measured heights, later layers of the horizon are judged
+/// whole layers of the object's ink higher.
 /// Guard (errata on (8)): std has infinite slope on a flat surface, so that both all and nothing can be
 /// traps; a plan is printed only when it betters printing nothing over the same horizon by more than
 /// min_improvement_mm and the noise gate, else the print ends. Keeps no state between decisions: draws are
@@ -25,7 +27,9 @@ class Mpc final : public LayerController {
   double alpha_at(int layer) const;  ///< layer 1-based
 
  private:
-  std::vector<DropletPattern> first_guess(const HeightMap& height, bool dithered) const;
+  std::vector<DropletPattern> first_guess(const HeightMap& height, const MaterialMap& materials,
+                                          bool dithered) const;
+  std::vector<MaterialMap> materials_of(const HeightMap& height) const;  // per layer of the horizon
 
   Setup setup_;
   MpcOptions options_;

@@ -13,16 +13,20 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops)
       surface_(s.grid),
       predicted_(s.grid),
       max_drops_(max_drops),
-      drop_height_mm_(s.model.layer_height_mm()),
       row_(std::size_t(s.grid.nx) + 2),
       plan_(std::size_t(horizon), DropletPattern(s.grid)) {
   const std::size_t n = row_ * (std::size_t(s.grid.ny) + 2),
                     steps = std::size_t(horizon) * std::size_t(max_drops);
-  for (const deposition::Link& link : deposition::links_of(deposition::stencil_of(s.model)))
-    if (link.w_mm > 0.0) {
-      links_.push_back(link);
-      offsets_.push_back(std::ptrdiff_t(link.dy) * std::ptrdiff_t(row_) + link.dx);
+  for (const Material m : {Material::kA, Material::kB}) {
+    Ink& ink = inks_[m == Material::kB];
+    ink.drop_height_mm = s.model_of(m).layer_height_mm();
+    ink.stencil = deposition::stencil_of(s.model_of(m));
+    for (const deposition::Link& link : deposition::links_of(ink.stencil)) {
+      if (!(link.w_mm > 0.0)) continue;
+      ink.links.push_back(link);
+      ink.offsets.push_back(std::ptrdiff_t(link.dy) * std::ptrdiff_t(row_) + link.dx);
     }
+  }
   // Beyond the border: infinitely low ground takes its full share, an infinitely high wall takes nothing.
   const double inf = std::numeric_limits<double>::infinity();
   height_.assign(steps + 1, std::vector<double>(n, s.border == deposition::Border::kLose ? -inf : inf));
@@ -42,11 +46,27 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops)
   if (steps == 1) table_.resize(s.grid.size()), error_.assign(n + 1, 0.0), deviation_.assign(n + 1, 0.0);
 }
 
-void HorizonObjective::set_surface(const HeightMap& height, double alpha) {
+void HorizonObjective::set_surface(const HeightMap& height, double alpha, std::span<const MaterialMap> materials) {
   alpha_ = alpha;
+  set_materials(materials);
   surface_ = height;
   store(surface_, 0);
   if (!table_.empty()) fill_table();
+}
+
+void HorizonObjective::set_materials(std::span<const MaterialMap> materials) {
+  if (materials.empty() || materials[0].size() == 0) {
+    materials_.clear();
+    return;
+  }
+  materials_.resize(drops_.size());
+  stencils_.resize(grid_.size());
+  for (std::size_t step = 0; step < drops_.size(); ++step) {
+    const MaterialMap& layer = materials[step / std::size_t(max_drops_)];
+    materials_[step].assign(target_.size(), 0);
+    for (std::uint32_t c = 0; c < grid_.size(); ++c)
+      materials_[step][padded(c)] = layer.of(c) == Material::kB;
+  }
 }
 
 void HorizonObjective::set_plan(std::span<const DropletPattern> plan) {
@@ -61,22 +81,31 @@ void HorizonObjective::store(const HeightMap& height, std::size_t step) {
 }
 
 void HorizonObjective::fill_table() {
-  std::array<std::size_t, 9> place{};  // in Shares, by link
-  for (std::size_t q = 0; q < links_.size(); ++q)
-    place[q] = std::size_t((links_[q].dy + 1) * 4 + links_[q].dx + 1);
   for (const std::uint32_t c : part_) {
     Shares& s = table_[c] = {};
     const std::size_t p = padded(c);
+    const Ink& ink = ink_at(0, p);
     const double* h = height_[0].data() + p;
-    double own = drop_height_mm_;
-    for (std::size_t q = 0; q < links_.size(); ++q) {
-      const double f = links_[q].spread_mm(h[0] - h[offsets_[q]]);
+    double own = ink.drop_height_mm;
+    for (std::size_t q = 0; q < ink.links.size(); ++q) {
+      const deposition::Link& link = ink.links[q];
+      const double f = link.spread_mm(h[0] - h[ink.offsets[q]]);
       own -= f;
-      if (counts_[std::size_t(std::ptrdiff_t(p) + offsets_[q])]) s.mm[place[q]] = f;
+      if (counts_[std::size_t(std::ptrdiff_t(p) + ink.offsets[q])])
+        s.mm[std::size_t((link.dy + 1) * 4 + link.dx + 1)] = f;
     }
     s.mm[5] = own;
     for (const double f : s.mm) s.sum_mm += f, s.square_mm2 += f * f;
   }
+}
+
+void HorizonObjective::step_model(std::size_t step, const DropletPattern& layer, int pass) {
+  if (materials_.empty()) {
+    model_.step(predicted_.data(), layer.data(), pass);
+    return;
+  }
+  for (std::uint32_t c = 0; c < grid_.size(); ++c) stencils_[c] = ink_at(step, padded(c)).stencil;
+  model_.step(predicted_.data(), layer.data(), pass, stencils_);
 }
 
 void HorizonObjective::refresh() {
@@ -85,7 +114,7 @@ void HorizonObjective::refresh() {
     const int pass = int(step % std::size_t(max_drops_));
     const DropletPattern& layer = plan_[step / std::size_t(max_drops_)];
     for (std::uint32_t c = 0; c < grid_.size(); ++c) drops_[step][padded(c)] = layer.cells[c] > pass;
-    model_.step(predicted_.data(), layer.data(), pass);
+    step_model(step, layer, pass);
     store(predicted_, step + 1);
   }
   const std::vector<double>& h = height_.back();
@@ -121,11 +150,12 @@ template <class Visit>
 void HorizonObjective::first_change(const Move& m, std::size_t step, const Visit& visit) const {
   const std::size_t p = padded(m.cell);
   const double* h = height_[step].data() + p;
+  const Ink& ink = ink_at(step, p);
   const double sign = m.change;
-  double own = drop_height_mm_;
-  for (std::size_t q = 0; q < links_.size(); ++q) {
-    const double f = links_[q].spread_mm(h[0] - h[offsets_[q]]);
-    visit(std::size_t(std::ptrdiff_t(p) + offsets_[q]), sign * f);
+  double own = ink.drop_height_mm;
+  for (std::size_t q = 0; q < ink.links.size(); ++q) {
+    const double f = ink.links[q].spread_mm(h[0] - h[ink.offsets[q]]);
+    visit(std::size_t(std::ptrdiff_t(p) + ink.offsets[q]), sign * f);
     own -= f;
   }
   visit(p, sign * own);
@@ -148,11 +178,13 @@ void HorizonObjective::widen(std::size_t step, std::size_t centre, int radius, b
   // before.
   window(centre, radius + 1, [&](std::size_t p) {
     if (!u[p]) return;  // beyond the border there are no droplets
-    for (std::size_t q = 0; q < links_.size(); ++q) {
-      const std::size_t n = std::size_t(std::ptrdiff_t(p) + offsets_[q]);
+    const Ink& ink = ink_at(step, p);
+    for (std::size_t q = 0; q < ink.links.size(); ++q) {
+      const std::size_t n = std::size_t(std::ptrdiff_t(p) + ink.offsets[q]);
       const double d = delta_[p] - delta_[n];
       if (d == 0.0) continue;
-      const double f = links_[q].spread_mm(h[p] - h[n] + d) - links_[q].spread_mm(h[p] - h[n]);
+      const deposition::Link& link = ink.links[q];
+      const double f = link.spread_mm(h[p] - h[n] + d) - link.spread_mm(h[p] - h[n]);
       next_[n] += f;
       next_[p] -= f;
     }

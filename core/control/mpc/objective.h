@@ -2,6 +2,7 @@
 // one more or one less is its neighbourhood, not the grid.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -29,7 +30,8 @@ class HorizonObjective {
   HorizonObjective(const Setup& setup, int horizon, int max_drops);
 
   /// The surface to print on (finite everywhere) and the weight of Eq. (8). A plan must follow.
-  void set_surface(const HeightMap& height, double alpha);
+  /// @param materials ink of each cell in each layer of the horizon; none: one ink
+  void set_surface(const HeightMap& height, double alpha, std::span<const MaterialMap> materials = {});
   /// The plan to start from, one pattern per layer of the horizon.
   void set_plan(std::span<const DropletPattern> plan);
 
@@ -66,6 +68,8 @@ class HorizonObjective {
   double gain_of(const Sums& change) const;
   double single_step_gain(std::uint32_t cell, double sign) const;
   void fill_table();
+  void set_materials(std::span<const MaterialMap> materials);
+  void step_model(std::size_t step, const DropletPattern& layer, int pass);
   void store(const HeightMap& height, std::size_t step);
 
   GridSpec grid_;
@@ -73,9 +77,19 @@ class HorizonObjective {
   HeightMap surface_, predicted_;
   int max_drops_;
   double alpha_ = 1.0;
-  double drop_height_mm_;
-  std::vector<deposition::Link> links_;  // without those of weight 0
-  std::vector<std::ptrdiff_t> offsets_;  // of the links, on the padded grid
+  // What a droplet of one ink does to its neighbours.
+  struct Ink {
+    double drop_height_mm = 0.0;
+    std::vector<deposition::Link> links;  // without those of weight 0
+    std::vector<std::ptrdiff_t> offsets;  // of the links, on the padded grid
+    deposition::Stencil<1> stencil;
+  };
+  const Ink& ink_at(std::size_t step, std::size_t padded_cell) const {
+    return inks_[materials_.empty() ? 0 : materials_[step][padded_cell]];
+  }
+  std::array<Ink, 2> inks_;                           // A, B
+  std::vector<std::vector<std::uint8_t>> materials_;  // per step, padded: 0 A, 1 B; empty with one ink
+  std::vector<deposition::Stencil<1>> stencils_;      // scratch: of one step's droplets
   std::size_t row_;                      // padded row length
   double count_ = 0.0;                   // cells of the mask,
   double per_cell_ = 0.0;                // and 1 / count_
