@@ -15,6 +15,7 @@
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
+#include "cli/reproduce.h"
 #include "config/fields.h"
 #include "runtime/build_info.h"
 
@@ -90,6 +91,16 @@ void declare_report(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_reproduce(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_reproduce);
+  app.add_option("PAPER", o->paper, "lu, barnett or thompson; default: all");
+  app.add_option("--only", o->only, "parts or rows, by id");
+  app.add_option("-o,--out", o->out, "folder for pictures and index.html");
+  app.add_flag("--quick", o->quick, "fewer repeats: minutes become seconds, statistics become coarse");
+  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  json_flag(app, o->json);
+}
+
 void declare_log(CLI::App& app, Run& run) {
   const auto sub = [&](const char* name, const char* help, LogAction action) {
     CLI::App& s = *app.add_subcommand(name, help);
@@ -145,6 +156,7 @@ constexpr Command kCommands[] = {
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"report", "writes one self-contained page for any number of runs", declare_report},
+    {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},
     {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
     {"config", "checks, resolves and documents experiment files", declare_config},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},

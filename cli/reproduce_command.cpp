@@ -1,0 +1,166 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <thread>
+
+#include "cli/exit_codes.h"
+#include "cli/reproduce.h"
+#include "cli/run_folder.h"
+#include "config/fields.h"
+
+namespace firn {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string full_name(const ReproducePart& part) { return std::string(part.paper) + "." + part.name; }
+
+// "a.b" stands at the front of "a.b" and of "a.b.c", not of "a.bc".
+bool leads(std::string_view front, std::string_view id) {
+  return id.starts_with(front) && (id.size() == front.size() || id[front.size()] == '.');
+}
+
+bool wants_row(const std::string& only, const std::string& id) {
+  return leads(only, id) || leads(only, std::string_view(id).substr(id.find('.') + 1));
+}
+
+// A part also runs when only one of its rows is wanted.
+bool wants_part(const std::string& only, const ReproducePart& part) {
+  const std::string id = full_name(part);
+  return wants_row(only, id) || leads(id, only) || leads(part.name, only);
+}
+
+// Progress over all parts on stderr: a line that is rewritten on a terminal, plain lines elsewhere.
+class Progress {
+ public:
+  explicit Progress(std::vector<ReproducePart> parts) : parts_(std::move(parts)), terminal_(isatty(STDERR_FILENO) != 0) {}
+  ~Progress() {
+    if (terminal_ && line_open_) std::fputs("\r\033[K", stderr);
+  }
+  void show(std::size_t part, double fraction, std::string_view doing) {
+    const auto now = Clock::now();
+    if (now - shown_ < std::chrono::milliseconds(terminal_ ? 200 : 2000)) return;
+    shown_ = now;
+    line_open_ = true;
+    double done_s = fraction * parts_[part].seconds, all_s = 0;
+    for (std::size_t n = 0; n < parts_.size(); ++n) {
+      all_s += parts_[n].seconds;
+      if (n < part) done_s += parts_[n].seconds;
+    }
+    const double elapsed_s = std::chrono::duration<double>(now - began_).count();
+    // The parts' stated seconds until enough is known, then in this machine's measure.
+    const double pace = done_s > 1 ? elapsed_s / done_s : 1.0;
+    const std::string line = fmt::format("reproduce  part {}/{} {}: {} {:.0f} %  ETA {:.0f} s", part + 1, parts_.size(),
+                                         full_name(parts_[part]), doing, 100 * fraction, std::max(0.0, all_s - done_s) * pace);
+    std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", line.c_str());
+    std::fflush(stderr);
+  }
+
+ private:
+  std::vector<ReproducePart> parts_;
+  bool terminal_, line_open_ = false;
+  Clock::time_point began_ = Clock::now(), shown_ = began_;
+};
+
+class Collector : public Reproduction {
+ public:
+  Collector(PartResult& result, const ReproduceOptions& options, Progress& progress, std::size_t number)
+      : result_(result), options_(options), progress_(progress), number_(number) {}
+  void row(ReproduceRow row) override {
+    const std::string front = full_name(result_.part);
+    if (!leads(front, row.id) || row.id.size() == front.size())
+      throw std::logic_error("the row '" + row.id + "' of part " + front + " must be called " + front + ".<name>");
+    result_.rows.push_back(std::move(row));
+  }
+  void picture(ReproducePicture picture) override { result_.pictures.push_back(std::move(picture)); }
+  void note(std::string text) override { result_.notes.push_back(std::move(text)); }
+  void progress(double fraction, std::string_view doing) override {
+    progress_.show(number_, std::clamp(fraction, 0.0, 1.0), doing);
+  }
+  bool quick() const override { return options_.quick; }
+  int threads() const override {
+    return options_.threads > 0 ? options_.threads : int(std::max(1u, std::thread::hardware_concurrency()));
+  }
+
+ private:
+  PartResult& result_;
+  const ReproduceOptions& options_;
+  Progress& progress_;
+  std::size_t number_;
+};
+
+std::vector<ReproducePart> chosen(const ReproduceOptions& options, const std::vector<ReproducePart>& parts) {
+  std::vector<std::string_view> papers;
+  for (const ReproducePart& p : parts)
+    if (std::ranges::find(papers, p.paper) == papers.end()) papers.push_back(p.paper);
+  if (!options.paper.empty() && std::ranges::find(papers, options.paper) == papers.end())
+    throw UsageError("unknown paper '" + options.paper + "'; there are " + fmt::format("{}", fmt::join(papers, ", ")));
+  std::vector<ReproducePart> wanted;
+  for (const ReproducePart& p : parts)
+    if (options.paper.empty() || options.paper == p.paper) wanted.push_back(p);
+  for (const std::string& only : options.only)
+    if (std::ranges::none_of(wanted, [&](const ReproducePart& p) { return wants_part(only, p); })) {
+      std::vector<std::string> names;
+      for (const ReproducePart& p : wanted) names.push_back(full_name(p));
+      throw UsageError("--only " + only + " is no part or row; parts are " + fmt::format("{}", fmt::join(names, ", ")));
+    }
+  if (!options.only.empty())
+    std::erase_if(wanted, [&](const ReproducePart& p) {
+      return std::ranges::none_of(options.only, [&](const std::string& only) { return wants_part(only, p); });
+    });
+  return wanted;
+}
+
+void write_pictures(const std::string& out, const std::vector<PartResult>& results) {
+  const std::filesystem::path folder = out;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw UsageError("--out " + out + ": " + error.message());
+  for (const PartResult& result : results)
+    for (const ReproducePicture& picture : result.pictures)
+      write_file_atomically(folder / (std::string(result.part.paper) + "-" + picture.name + ".svg"), standalone_svg(picture));
+  write_file_atomically(folder / "index.html", reproduce_page(results));
+  std::fprintf(stderr, "wrote %s\n", (folder / "index.html").c_str());
+}
+
+}  // namespace
+
+std::vector<PartResult> reproduce(const ReproduceOptions& options, const std::vector<ReproducePart>& parts) {
+  const std::vector<ReproducePart> wanted = chosen(options, parts);
+  std::vector<PartResult> results;
+  Progress progress(wanted);
+  for (std::size_t n = 0; n < wanted.size(); ++n) {
+    PartResult& result = results.emplace_back(PartResult{wanted[n], {}, {}, {}});
+    progress.show(n, 0.0, "starting");
+    try {
+      Collector to(result, options, progress, n);
+      wanted[n].run(to);
+    } catch (const std::exception& e) {
+      result.rows.push_back(row_holds(full_name(wanted[n]) + ".error", "the part could not be computed", "", e.what(), false));
+      continue;  // the other parts may still tell something
+    }
+    if (options.only.empty()) continue;
+    std::erase_if(result.rows, [&](const ReproduceRow& row) {
+      return std::ranges::none_of(options.only, [&](const std::string& only) { return wants_row(only, row.id); });
+    });
+    if (result.rows.empty()) {
+      std::string asked = fmt::format("{}", fmt::join(options.only, ", "));
+      throw UsageError("part " + full_name(wanted[n]) + " has no row " + asked);
+    }
+  }
+  return results;
+}
+
+int run_reproduce(const ReproduceOptions& options) {
+  const std::vector<PartResult> results = reproduce(options, reproduce_parts());
+  if (!options.out.empty()) write_pictures(options.out, results);
+  std::fputs((options.json ? reproduce_json(results) + "\n" : reproduce_table(results)).c_str(), stdout);
+  return all_pass(results) ? kOk : kFailed;
+}
+
+}  // namespace firn

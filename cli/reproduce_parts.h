@@ -1,0 +1,6 @@
+// The parts of firn reproduce: one declaration here and one row in reproduce_parts.cpp for each.
+#pragma once
+
+#include "cli/reproduce.h"
+
+namespace firn {}  // namespace firn
