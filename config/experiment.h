@@ -55,6 +55,16 @@ struct MpcConfig {                 ///< [Lu 2015, (8), IV-C]
   std::uint64_t seed = 1;
 };
 
+struct PatternConfig {             ///< scheme "pattern" [Lu 2015, III-A, V-C]
+  std::string kind = "random";     ///< "random", "identification" or "squares"
+  int layers = 0;                  ///< 0 = as many full layers as the highest cell needs
+  double fill = 0.5;
+  int spacing_cells = 6;
+  int largest_square = 6;
+  int square_step = 2;
+  std::uint64_t seed = 1;
+};
+
 struct ControlConfig {
   std::string scheme = "mpc";      ///< a name of core/control's table
   int max_layers = 200;            ///< the print stops for the operator beyond this
@@ -63,6 +73,7 @@ struct ControlConfig {
   OpenLoopConfig open_loop;
   SmfConfig smf;
   MpcConfig mpc;
+  PatternConfig pattern;
 };
 
 struct ProcessConfig {             ///< how a layer is printed

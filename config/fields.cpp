@@ -57,6 +57,7 @@ Table part_fields(Experiment& e) {
 Table control_fields(Experiment& e) {
   SmfConfig& s = e.control.smf;
   MpcConfig& m = e.control.mpc;
+  PatternConfig& p = e.control.pattern;
   return {
       {"model.h1_mm", &e.model.h1_mm, "mm", above(0, 10), "height under a droplet [Lu 2015, Table I]"},
       {"model.h2_mm", &e.model.h2_mm, "mm", within(0, 10), "height beside a droplet, per edge"},
@@ -82,6 +83,13 @@ Table control_fields(Experiment& e) {
       {"control.mpc.max_drops", &m.max_drops, "", within(1, 255), "droplets per cell and layer"},
       {"control.mpc.min_improvement_mm", &m.min_improvement_mm, "mm", within(0, 10), "the print ends when the best layer betters printing nothing by no more"},
       {"control.mpc.seed", &m.seed, "", within(0, kLong), "of the search's random order"},
+      {"control.pattern.kind", &p.kind, "", one_of({"random", "identification", "squares"}), "what scheme pattern prints [Lu 2015, III-A, V-C]"},
+      {"control.pattern.layers", &p.layers, "", within(0, kMaxLayers), "patterns; 0 = as many full layers as the highest cell needs"},
+      {"control.pattern.fill", &p.fill, "", above(0, 1), "random: probability of a droplet"},
+      {"control.pattern.spacing_cells", &p.spacing_cells, "cells", within(1, 4096), "identification: between centres; squares: bare ground between"},
+      {"control.pattern.largest_square", &p.largest_square, "droplets", within(1, 64), "squares: 1 x 1 up to this many a side"},
+      {"control.pattern.square_step", &p.square_step, "cells", within(1, 4096), "squares: from droplet to droplet"},
+      {"control.pattern.seed", &p.seed, "", within(0, kLong), "random: of the patterns"},
   };
 }
 

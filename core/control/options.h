@@ -52,6 +52,18 @@ struct MpcOptions {
   double min_improvement_mm = 0.0;            ///< end when the best layer betters printing nothing by no more
 };
 
+/// What is printed to learn from (core/control/pattern.h).
+enum class PatternKind : std::uint8_t { kRandom, kIdentification, kSquares };
+struct PatternOptions {
+  PatternKind kind = PatternKind::kRandom;
+  int layers = 0;          ///< 0: as many full layers as the highest cell of the target needs
+  double fill = 0.5;       ///< random: probability of a droplet
+  int spacing_cells = 6;   ///< identification: between centres; squares: bare cells between
+  int largest_square = 6;  ///< squares: 1 x 1 up to this many droplets a side
+  int square_step = 2;     ///< squares: cells from droplet to droplet; 2 shows the valleys between
+  std::uint64_t seed = 1;
+};
+
 struct ControlOptions {
   std::string scheme = "mpc";
   int max_layers = 0;  ///< stop for the operator when a scheme wants more layers than this; 0: no bound
@@ -61,6 +73,7 @@ struct ControlOptions {
   OpenLoopOptions open_loop;
   SmfOptions smf;
   MpcOptions mpc;
+  PatternOptions pattern;
 };
 
 }  // namespace firn::control

@@ -5,6 +5,7 @@
 #include "core/control/controller.h"
 #include "core/control/mpc/mpc.h"
 #include "core/control/open_loop.h"
+#include "core/control/pattern.h"
 #include "core/control/smf.h"
 
 namespace firn::control {
@@ -19,6 +20,7 @@ constexpr Scheme kSchemes[] = {
     {"open_loop", "every layer as sliced, whatever is measured", &make<OpenLoop>},
     {"smf", "surface-mapping feedback, PID per cell, drop on demand [Barnett 2012]", &make<Smf>},
     {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make<Mpc>},
+    {"pattern", "patterns to learn from: random, identification prints, squares [Lu 2015, III-A, V-C]", &make<PatternPrint>},
 };
 
 // Stops for the operator at ControlOptions::max_layers.

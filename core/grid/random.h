@@ -28,6 +28,7 @@ enum class Purpose : std::uint32_t {
   kBootstrap = 14,
   kSurface = 15,
   kInstrument = 16,
+  kPattern = 17,
 };
 
 /// Key of one draw: (seed, purpose, layer, attempt, cell), so that two runs that print the same droplet see

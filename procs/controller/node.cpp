@@ -43,6 +43,11 @@ control::ControlOptions control_options(const Experiment& e) {
   o.mpc.max_evaluations = c.mpc.max_evaluations;
   o.mpc.max_drops = c.mpc.max_drops;
   o.mpc.min_improvement_mm = c.mpc.min_improvement_mm;
+  const PatternConfig& p = c.pattern;
+  o.pattern = {p.kind == "identification" ? control::PatternKind::kIdentification
+               : p.kind == "squares"      ? control::PatternKind::kSquares
+                                          : control::PatternKind::kRandom,
+               p.layers, p.fill, p.spacing_cells, p.largest_square, p.square_step, p.seed};
   return o;
 }
 

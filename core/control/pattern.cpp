@@ -1,0 +1,116 @@
+#include "core/control/pattern.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "core/grid/random.h"
+
+namespace firn::control {
+namespace {
+
+void require(bool ok, const std::string& what) {
+  if (!ok) throw std::invalid_argument("pattern: " + what);
+}
+
+bool on_mask(const Mask& mask, int i0, int j0, int i1, int j1) {
+  for (int j = j0; j <= j1; ++j)
+    for (int i = i0; i <= i1; ++i)
+      if (!mask.spec.contains(i, j) || !mask.at(i, j)) return false;
+  return true;
+}
+
+constexpr int kCornerX[] = {1, -1, -1, 1};
+constexpr int kCornerY[] = {1, 1, -1, -1};
+
+}  // namespace
+
+std::vector<IdentificationSite> identification_sites(const Mask& mask, int spacing, int layers) {
+  std::vector<IdentificationSite> sites;
+  int row = 0;
+  for (int j = spacing / 2; j < mask.spec.ny; j += spacing, ++row)
+    for (int i = spacing / 2; i < mask.spec.nx; i += spacing) {
+      if (!on_mask(mask, i - 1, j - 1, i + 1, j + 1)) continue;
+      const int n = int(sites.size());
+      sites.push_back({i, j, IdentificationSite::Kind((n + row) % 3), n / 3 % 4, 1 + n / 3 % layers});
+    }
+  return sites;
+}
+
+std::vector<SquareSite> square_sites(const Mask& mask, int largest, int step, int spacing) {
+  std::vector<SquareSite> sites;
+  const int band = (largest - 1) * step + 1 + spacing;
+  int next = 1;  // goes on from band to band, so that every size stands everywhere
+  for (int j = spacing; j + band <= mask.spec.ny + 1; j += band)
+    for (int i = spacing; i < mask.spec.nx;) {
+      const SquareSite site{i, j, next, step};
+      const int last = site.side_cells() - 1;
+      if (i + last + spacing >= mask.spec.nx) break;
+      if (!on_mask(mask, i, j, i + last, j + last)) {
+        ++i;
+        continue;
+      }
+      sites.push_back(site);
+      i += last + 1 + spacing;
+      next = next % largest + 1;
+    }
+  return sites;
+}
+
+PatternPrint::PatternPrint(const Setup& setup, const ControlOptions& options)
+    : setup_(setup), options_(options.pattern), predict_(setup), layers_(options.pattern.layers) {
+  const PatternOptions& o = options_;
+  require(o.layers >= 0, "layers = " + std::to_string(o.layers) + " must not be below 0");
+  require(o.fill > 0.0 && o.fill <= 1.0, "fill = " + std::to_string(o.fill) + " is outside (0, 1]");
+  require(o.spacing_cells >= 1, "spacing_cells = " + std::to_string(o.spacing_cells) + " must be 1 or more");
+  require(o.square_step >= 1, "square_step = " + std::to_string(o.square_step) + " must be 1 or more");
+  require(o.largest_square >= 1 && o.largest_square <= 64,
+          "largest_square = " + std::to_string(o.largest_square) + " is outside 1..64");
+  if (layers_ == 0) {
+    double highest_mm = 0.0;
+    for (std::size_t c = 0; c < setup.mask.size(); ++c)
+      if (setup.mask.cells[c]) highest_mm = std::max(highest_mm, setup.target.cells[c]);
+    layers_ = std::max(1, int(highest_mm / setup.model.layer_height_mm() + 0.5));
+  }
+  if (o.kind == PatternKind::kIdentification) {
+    sites_ = identification_sites(setup.mask, o.spacing_cells, layers_);
+    layers_ = std::min(layers_, int(sites_.size() + 2) / 3);  // no layer without a site
+    require(!sites_.empty(), "the part has no room for one identification site of 3 x 3 cells");
+  } else if (o.kind == PatternKind::kSquares) {
+    squares_ = square_sites(setup.mask, o.largest_square, o.square_step, o.spacing_cells);
+    require(!squares_.empty(), "the part has no room for one square and its margin of " +
+                                   std::to_string(o.spacing_cells) + " cells");
+  }
+}
+
+DropletPattern PatternPrint::pattern(int layer) const {
+  DropletPattern drops(setup_.grid);
+  if (options_.kind == PatternKind::kRandom)
+    for (std::size_t c = 0; c < drops.size(); ++c)
+      drops.cells[c] = setup_.mask.cells[c] && random_uniform({options_.seed, Purpose::kPattern, std::uint32_t(layer), 0,
+                                                               std::uint32_t(c)}) < options_.fill;
+  for (const IdentificationSite& s : sites_) {
+    if (s.layer != layer) continue;
+    drops.at(s.i, s.j) = 1;
+    if (s.kind == IdentificationSite::Kind::kSide)
+      drops.at(s.i + 1, s.j) = drops.at(s.i - 1, s.j) = drops.at(s.i, s.j + 1) = drops.at(s.i, s.j - 1) = 1;
+    if (s.kind == IdentificationSite::Kind::kCorner) drops.at(s.i + kCornerX[s.corner], s.j + kCornerY[s.corner]) = 1;
+  }
+  for (const SquareSite& s : squares_)
+    for (int y = 0; y < s.n; ++y)
+      for (int x = 0; x < s.n; ++x) drops.at(s.i + x * s.step, s.j + y * s.step) = 1;
+  return drops;
+}
+
+Decision PatternPrint::decide(const Measurement& m) {
+  check(m, setup_);
+  Decision d;
+  const int layer = m.layer + 1;
+  d.kind = layer <= layers_ ? Decision::Kind::kPrint : Decision::Kind::kEnd;
+  d.drops = layer <= layers_ ? pattern(layer) : DropletPattern(setup_.grid);
+  d.reason = layer <= layers_ ? "pattern " + std::to_string(layer) + " of " + std::to_string(layers_)
+                              : "all " + std::to_string(layers_) + " patterns are printed";
+  predict_.score(d, known_heights(m), 1.0);
+  return d;
+}
+
+}  // namespace firn::control
