@@ -40,6 +40,11 @@ struct SmfConfig {                 ///< [Barnett, (5.1), (5.2)]
   std::string rounding = "diffusion";  ///< "nearest", "diffusion" or "carry"
 };
 
+struct ThresholdConfig {           ///< after Cohen and Lipson [7 of Lu 2015]
+  double threshold_mm = 0.0;       ///< 0 = half a layer
+  double layer_height_mm = 0.0;    ///< nominal layer; 0 = h1 + 4 h2 + 4 h3
+};
+
 struct AlphaStep {
   int from_layer = 1;
   double alpha = 1.0;
@@ -72,6 +77,7 @@ struct ControlConfig {
   double noise_gate = 2.0;         ///< end when a layer would answer no more than this many noise_std per droplet
   OpenLoopConfig open_loop;
   SmfConfig smf;
+  ThresholdConfig threshold;
   MpcConfig mpc;
   PatternConfig pattern;
 };

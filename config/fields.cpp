@@ -76,6 +76,8 @@ Table control_fields(Experiment& e) {
       {"control.smf.layer_height_mm", &s.layer_height_mm, "mm", within(0, 10), "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
       {"control.smf.max_drops", &s.max_drops, "", within(1, 255), "droplets per cell and layer"},
       {"control.smf.rounding", &s.rounding, "", one_of({"nearest", "diffusion", "carry"}), "what becomes of fractions of a droplet: dropped, spread to neighbours, kept for the next layer"},
+      {"control.threshold.threshold_mm", &e.control.threshold.threshold_mm, "mm", within(0, 10), "a cell that is short by more gets a droplet; 0 = half a layer"},
+      {"control.threshold.layer_height_mm", &e.control.threshold.layer_height_mm, "mm", within(0, 10), "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
       {"control.mpc.horizon", &m.horizon, "layers", within(1, 20), "N of [Lu 2015, (8)]"},
       {"control.mpc.alpha", &m.alpha, "", within(0, 1), "weight of the mean error against the roughness in (8); a number, or [{from_layer = 1, alpha = 1.0}, ...]"},
       {"control.mpc.subset", &m.subset, "cells", within(1, 4096), "M: points tried together in the greedy search [Lu 2015, IV-C]"},

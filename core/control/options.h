@@ -32,6 +32,12 @@ struct SmfOptions {
   Rounding rounding = Rounding::kDiffusion;
 };
 
+/// Threshold feedback after Cohen and Lipson [7 of Lu 2015].
+struct ThresholdOptions {
+  double threshold_mm = 0.0;     ///< a cell that is short by more gets a droplet; 0: half the layer
+  double layer_height_mm = 0.0;  ///< nominal layer dh; 0: h1 + 4 h2 + 4 h3
+};
+
 /// alpha of Eq. (8) from a layer on.
 struct AlphaStep {
   int from_layer = 1;  ///< 1-based layer to print
@@ -72,6 +78,7 @@ struct ControlOptions {
   double noise_gate = 2.0;
   OpenLoopOptions open_loop;
   SmfOptions smf;
+  ThresholdOptions threshold;
   MpcOptions mpc;
   PatternOptions pattern;
 };

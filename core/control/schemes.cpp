@@ -7,6 +7,7 @@
 #include "core/control/open_loop.h"
 #include "core/control/pattern.h"
 #include "core/control/smf.h"
+#include "core/control/threshold.h"
 
 namespace firn::control {
 namespace {
@@ -19,6 +20,7 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
 constexpr Scheme kSchemes[] = {
     {"open_loop", "every layer as sliced, whatever is measured", &make<OpenLoop>},
     {"smf", "surface-mapping feedback, PID per cell, drop on demand [Barnett 2012]", &make<Smf>},
+    {"threshold", "one droplet where the layer is short by more than a threshold [Cohen and Lipson 2010]", &make<Threshold>},
     {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make<Mpc>},
     {"pattern", "patterns to learn from: random, identification prints, squares [Lu 2015, III-A, V-C]", &make<PatternPrint>},
 };

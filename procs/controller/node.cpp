@@ -36,6 +36,8 @@ control::ControlOptions control_options(const Experiment& e) {
   o.smf.layer_height_mm = c.smf.layer_height_mm;
   o.smf.max_drops = c.smf.max_drops;
   o.smf.rounding = rounding_of(c.smf.rounding);
+  o.threshold.threshold_mm = c.threshold.threshold_mm;
+  o.threshold.layer_height_mm = c.threshold.layer_height_mm;
   o.mpc.horizon = c.mpc.horizon;
   o.mpc.alpha.clear();
   for (const AlphaStep& a : c.mpc.alpha) o.mpc.alpha.push_back({a.from_layer, a.alpha});

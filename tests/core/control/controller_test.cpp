@@ -18,7 +18,7 @@ TEST_CASE("The table names the schemes, and an unknown scheme is answered with t
   }
   o.scheme = "pdi";
   CHECK_THROWS_WITH(make_controller(s, o),
-                    Catch::Contains("'pdi'") && Catch::Contains("open_loop, smf, mpc"));
+                    Catch::Contains("'pdi'") && Catch::Contains("open_loop, smf, threshold, mpc"));
 }
 
 TEST_CASE("A setup with an empty mask, a bad target or other sizes is refused by name") {

@@ -1,0 +1,49 @@
+#include "core/control/threshold.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace firn::control {
+namespace {
+
+double checked(const char* name, double value_mm) {
+  if (!(std::isfinite(value_mm) && value_mm >= 0.0))
+    throw std::invalid_argument(std::string("threshold: ") + name + " = " + std::to_string(value_mm) +
+                                " must be 0 mm or more");
+  return value_mm;
+}
+
+}  // namespace
+
+Threshold::Threshold(const Setup& setup, const ControlOptions& options)
+    : setup_(setup), dh_mm_(checked("layer_height_mm", options.threshold.layer_height_mm)),
+      threshold_mm_(checked("threshold_mm", options.threshold.threshold_mm)), predict_(setup) {
+  if (dh_mm_ == 0.0) dh_mm_ = setup.model.layer_height_mm();
+  if (threshold_mm_ == 0.0) threshold_mm_ = 0.5 * dh_mm_;
+}
+
+Decision Threshold::decide(const Measurement& m) {
+  check(m, setup_);
+  Decision d;
+  d.drops = DropletPattern(setup_.grid);
+  bool growing = false;  // the reference of some cell is below its target
+  for (std::size_t c = 0; c < d.drops.size(); ++c) {
+    if (!setup_.mask.cells[c]) continue;
+    const double target = setup_.target.cells[c], reference = std::min(double(m.layer + 1) * dh_mm_, target);
+    d.drops.cells[c] = reference - m.height.cells[c] > threshold_mm_;
+    growing = growing || double(m.layer) * dh_mm_ < target;
+  }
+  const std::int64_t tagged = d.drops.total();
+  predict_.score(d, known_heights(m), 1.0);
+  if (!growing && tagged == 0) {
+    end_print(d, "the nominal height is reached and no cell is short by more than the threshold");
+    return d;
+  }
+  d.kind = Decision::Kind::kPrint;
+  d.reason = std::to_string(tagged) + " cells are short of layer " + std::to_string(m.layer + 1) +
+             " by more than the threshold";
+  return d;
+}
+
+}  // namespace firn::control
