@@ -1,0 +1,70 @@
+#include "core/deposition/valve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace firn::deposition {
+namespace {
+
+void above_zero(double value, const char* name) {
+  if (!std::isfinite(value) || !(value > 0.0)) throw std::invalid_argument(std::string(name) + " must be finite and above 0");
+}
+
+std::vector<MonotoneCurve::Point> flow_to_frequency(const std::vector<FlowCurve::Row>& rows) {
+  std::vector<MonotoneCurve::Point> points;
+  if (rows.empty() || rows.front().frequency_hz != 0.0 || rows.front().flow_mm3_s != 0.0) points.push_back({0.0, 0.0});
+  for (const FlowCurve::Row& row : rows) points.push_back({row.flow_mm3_s, row.frequency_hz});
+  return points;
+}
+
+}  // namespace
+
+void check(const ValveLimits& l) {
+  above_zero(l.tick_s, "tick_s");
+  above_zero(l.max_duration_s, "max_duration_s");
+  above_zero(l.min_pulse_s, "min_pulse_s");
+  above_zero(l.max_frequency_hz, "max_frequency_hz");
+  above_zero(l.max_flow_mm3_s, "max_flow_mm3_s");
+  if (l.max_entries < 1) throw std::invalid_argument("max_entries must be at least 1");
+  if (l.max_duration_s / l.tick_s > 65536.5)
+    throw std::invalid_argument("max_duration_s must be at most 65,536 ticks: entries have 16 bits");
+}
+
+FlowCurve::FlowCurve(std::vector<Row> rows) : h_(flow_to_frequency(rows)) {}
+
+FlowCurve FlowCurve::proportional(double hz_per_mm3_s, double max_frequency_hz) {
+  above_zero(hz_per_mm3_s, "hz_per_mm3_s");
+  above_zero(max_frequency_hz, "max_frequency_hz");
+  return FlowCurve({{max_frequency_hz, max_frequency_hz / hz_per_mm3_s}});
+}
+
+double FlowCurve::drop_mm3(double flow_mm3_s) const {
+  const double frequency = frequency_hz(flow_mm3_s);
+  return frequency > 0.0 ? std::min(flow_mm3_s, h_.points().back().x) / frequency : 1.0 / h_.slope_at_start();
+}
+
+double flow_from_mass_mm3_s(double mass_g, double density_g_cm3, double duration_s) {
+  above_zero(mass_g, "mass_g");
+  above_zero(density_g_cm3, "density_g_cm3");
+  above_zero(duration_s, "duration_s");
+  return mass_g / density_g_cm3 * 1000.0 / duration_s;
+}
+
+void check(const ValveSetting& setting, const ValveLimits& limits) {
+  above_zero(setting.pulse_s, "pulse_s");
+  if (setting.pulse_s < limits.min_pulse_s)
+    throw std::invalid_argument("pulse_s = " + std::to_string(setting.pulse_s) + " is below the valve's minimum of " +
+                                std::to_string(limits.min_pulse_s) + " s");
+}
+
+double max_frequency_hz(const ValveSetting& setting, const ValveLimits& limits) {
+  return std::min({1.0 / setting.pulse_s, 1.0 / limits.tick_s, limits.max_frequency_hz, setting.curve.max_frequency_hz()});
+}
+
+double max_flow_mm3_s(const ValveSetting& setting, const ValveLimits& limits) {
+  return std::min(setting.curve.flow_mm3_s(max_frequency_hz(setting, limits)), limits.max_flow_mm3_s);
+}
+
+}  // namespace firn::deposition
