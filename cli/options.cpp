@@ -16,6 +16,7 @@
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
 #include "cli/reproduce.h"
+#include "cli/spy_command.h"
 #include "config/fields.h"
 #include "runtime/build_info.h"
 
@@ -142,6 +143,15 @@ void declare_demo(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_spy(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_spy);
+  app.add_option("RUN", o->run, "folder of a live print; default: the newest that goes on");
+  app.add_option("--runs", o->runs, "where run folders are")->capture_default_str();
+  app.add_option("--bus", o->bus, "LCM URL instead of a run");
+  app.add_option("--screenshot", o->screenshot, "PNG of the screen, then the end; needs no display");
+  app.add_option("--layers", o->layers, "seen before the screenshot")->capture_default_str();
+}
+
 struct Command {
   const char* name;
   const char* help;
@@ -153,6 +163,7 @@ constexpr Command kCommands[] = {
     {"demo", "prints a cylinder under each scheme, replays the runs, writes a report", declare_demo},
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
+    {"spy", "watches a live print: lcm-spy with Firn's types, height map and layer error", declare_spy},
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"report", "writes one self-contained page for any number of runs", declare_report},

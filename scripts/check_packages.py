@@ -14,7 +14,7 @@ FOUND_BY_CMAKE = {
     "Catch2": "catch2", "Threads": "", "OpenSSL": "libssl-dev", "benchmark": "libbenchmark-dev", "Eigen3": "libeigen3-dev",
     "fmt": "libfmt-dev", "nlohmann_json": "nlohmann-json3-dev", "CLI11": "libcli11-dev", "Python3": "python3",
     "lcm": "liblcm-dev", "lcm-gen": "liblcm-bin", "ccache": "ccache", "tomlplusplus": "libtomlplusplus-dev",
-    "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "nlopt": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3",
+    "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "nlopt": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3", "Java": "default-jdk-headless",
     "gnuplot": "gnuplot-nox", "clang++": "clang",
     "opencv_core": "libopencv-core-dev", "opencv_imgproc": "libopencv-imgproc-dev", "opencv_imgcodecs": "libopencv-imgcodecs-dev",
     "opencv2/core/version.hpp": "libopencv-core-dev",
@@ -32,6 +32,8 @@ EVIDENCE = {
     "libsundials-dev": r"<cvode/|<sundials/", "libssl-dev": r"<openssl/", "libxxhash-dev": r"<xxhash\.h>",
     "libtomlplusplus-dev": r"<toml\+\+/", "libcli11-dev": r"<CLI/", "nlohmann-json3-dev": r"<nlohmann/", "libfmt-dev": r"<fmt/",
     "gnuplot-nox": r"\bgnuplot\b", "catch2": r"<catch2/", "libbenchmark-dev": r"<benchmark/", "python3": r"env python3",
+    "default-jdk-headless": r"find_package\(Java", "default-jre": r"\bXvfb\b", "liblcm-java": r"FIRN_JAVA_FOLDER\}/lcm\.jar",
+    "libjchart2d-java": r"FIRN_JAVA_FOLDER\}/jchart2d\.jar", "xvfb": r"\bXvfb\b",
     "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 

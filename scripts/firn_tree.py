@@ -2,7 +2,7 @@
 import re
 from pathlib import Path
 
-ROOMS = ("core", "lcmtypes", "logfile", "runtime", "config", "estimators", "drivers", "plant", "procs", "replay", "cli",
+ROOMS = ("core", "lcmtypes", "logfile", "runtime", "config", "estimators", "drivers", "plant", "procs", "replay", "cli", "spy",
          "tests", "bench")
 CPP = {".h", ".cpp"}
 _TOKENS = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)

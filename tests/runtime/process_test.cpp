@@ -101,8 +101,9 @@ TEST_CASE("two processes and an instrument finish their work over a bad network,
     o.faults.node = std::uint32_t(node);
     return run_process(o, std::move(n), bus);
   };
-  std::thread one([&] { CHECK(work(NodeId::kScheduler, a.fd[1], std::make_unique<Commander>(200)) == 0); });
-  std::thread two([&] { CHECK(work(NodeId::kJet, b.fd[1], std::make_unique<Echo>()) == 0); });
+  int ended_one = -1, ended_two = -1;  // Catch may be called by one thread only
+  std::thread one([&] { ended_one = work(NodeId::kScheduler, a.fd[1], std::make_unique<Commander>(200)); });
+  std::thread two([&] { ended_two = work(NodeId::kJet, b.fd[1], std::make_unique<Echo>()); });
   await(commander, "READY");
   await(echo, "READY");
   commander.say("START");
@@ -112,6 +113,8 @@ TEST_CASE("two processes and an instrument finish their work over a bad network,
   one.join();
   { const ControlLine gone(std::move(echo)); }  // the launcher dies: a local stop
   two.join();
+  CHECK(ended_one == 0);
+  CHECK(ended_two == 0);
   CHECK(instrument.connections == 2);
 
   for (const NodeId id : {NodeId::kScheduler, NodeId::kJet}) {
