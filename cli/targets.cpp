@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "cli/digest.h"
+#include "cli/geometry_input.h"
 #include "config/error.h"
 #include "core/grid/npy.h"
 
@@ -18,8 +19,14 @@ namespace {
 constexpr std::array<unsigned char, 8> kPngMagic = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 constexpr std::size_t kMaxPngBytes = 64u << 20;
 
-[[noreturn]] void refuse(const std::string& file, const std::string& problem) {
-  throw ConfigError(file, 0, "part.image", "part.image: " + problem);
+// An image as it was named: file and configuration key.
+struct ImageName {
+  const std::string& file;
+  const std::string& key;
+};
+
+[[noreturn]] void refuse(const ImageName& name, const std::string& problem) {
+  throw ConfigError(name.file, 0, name.key, name.key + ": " + problem);
 }
 
 std::uint32_t big_endian(std::span<const std::byte> b, std::size_t at) {
@@ -28,7 +35,7 @@ std::uint32_t big_endian(std::span<const std::byte> b, std::size_t at) {
 
 /// Width, height, bit depth and colour type stand at fixed places of a PNG [RFC 2083, 4.1.1]; checking them first
 /// keeps a forged header from asking for gigabytes.
-void check_png_header(std::span<const std::byte> png, const std::string& name) {
+void check_png_header(std::span<const std::byte> png, const ImageName& name) {
   if (png.size() > kMaxPngBytes) refuse(name, std::to_string(png.size()) + " bytes is above the limit of " + std::to_string(kMaxPngBytes));
   if (png.size() < 33 || !std::equal(kPngMagic.begin(), kPngMagic.end(), png.begin(), [](unsigned char m, std::byte b) { return std::byte{m} == b; }))
     refuse(name, "is not a PNG file");
@@ -68,16 +75,6 @@ double cell_average(const cv::Mat& grey, const Coverage& x, const Coverage& y) {
   return sum / area;
 }
 
-std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) refuse(path.string(), "no such file");
-  std::ifstream in(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in) refuse(path.string(), "cannot be read");
-  const auto* begin = reinterpret_cast<const std::byte*>(text.data());
-  return {begin, begin + text.size()};
-}
-
 Blob make_blob(std::string role, std::vector<std::byte> bytes) {
   std::string name = sha256_hex(bytes);
   return {std::move(role), std::move(name), std::move(bytes)};
@@ -85,7 +82,20 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes) {
 
 }  // namespace
 
-Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm, const std::string& name) {
+std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key) {
+  const std::string file = path.string();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) refuse({file, key}, "no such file");
+  std::ifstream in(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in) refuse({file, key}, "cannot be read");
+  const auto* begin = reinterpret_cast<const std::byte*>(text.data());
+  return {begin, begin + text.size()};
+}
+
+Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid, const std::string& file,
+                           const std::string& key) {
+  const ImageName name{file, key};
   check(grid);
   check_png_header(png, name);
   cv::Mat image;
@@ -100,16 +110,24 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
   cv::Mat grey;
   image.convertTo(grey, CV_64F);
 
-  Target target{HeightMap(grid), Mask(grid)};
+  Grid<double> out(grid);
   const std::vector<Coverage> columns = coverage(grid.nx, grey.cols), rows = coverage(grid.ny, grey.rows);
   for (int j = 0; j < grid.ny; ++j)
-    for (int i = 0; i < grid.nx; ++i) {
-      const double value = cell_average(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]);
-      if (value <= 0.0) continue;
-      target.height.at(i, j) = value / white * white_mm;
-      target.mask.at(i, j) = 1;
-    }
-  if (target.mask.count() == 0) refuse(name, "is black everywhere: no part");
+    for (int i = 0; i < grid.nx; ++i)
+      out.at(i, j) = cell_average(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]) / white;
+  return out;
+}
+
+Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm, const std::string& name) {
+  const std::string key = "part.image";
+  const Grid<double> grey = grey_from_png(png, grid, name, key);
+  Target target{HeightMap(grid), Mask(grid)};
+  for (std::size_t c = 0; c < grey.size(); ++c) {
+    if (grey.cells[c] <= 0.0) continue;
+    target.height.cells[c] = grey.cells[c] * white_mm;
+    target.mask.cells[c] = 1;
+  }
+  if (target.mask.count() == 0) refuse({name, key}, "is black everywhere: no part");
   return target;
 }
 
@@ -118,7 +136,7 @@ Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& fol
   Target target;
   if (experiment.part.shape.kind == "height_map") {
     const std::filesystem::path path = folder / experiment.part.image;
-    std::vector<std::byte> png = read_bytes(path);
+    std::vector<std::byte> png = read_bytes(path, "part.image");
     target = target_from_png(png, experiment.grid, experiment.part.image_white_mm, path.string());
     blobs.push_back(make_blob("image", std::move(png)));
   } else {
@@ -129,6 +147,8 @@ Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& fol
     }
   }
   blobs.insert(blobs.begin(), {make_blob("target", to_npy(target.height)), make_blob("mask", to_npy(target.mask))});
+  if (const auto geometry = make_geometry(experiment, target.height, folder))
+    blobs.push_back(make_blob("geometry", to_bytes(*geometry)));
   return blobs;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "config/experiment.h"
 #include "runtime/node.h"
@@ -16,7 +17,15 @@ namespace firn {
 /// @throws ConfigError (file `name`, key part.image): not a PNG, not grey, more than kMaxGridSide a side, all black.
 Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm, const std::string& name);
 
-/// Blobs "target" ('<f8'), "mask" ('|u1') and, for a height map, "image" (the PNG as it is).
+/// Grey values 0 (black) to 1 (white) on `grid`, as target_from_png reads them. @throws ConfigError (file `name`, key)
+Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid, const std::string& name,
+                           const std::string& key);
+
+/// @throws ConfigError (file `path`, key): not a file, unreadable.
+std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key);
+
+/// Blobs "target" ('<f8'), "mask" ('|u1'), for a height map "image" (the PNG as it is) and for two inks "geometry"
+/// (core/grid/geometry.h).
 /// @param folder of the experiment file, to which part.image is relative.
 /// @throws ConfigError: unreadable or wrong image, or a part that covers no cell centre.
 Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& folder);

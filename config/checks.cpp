@@ -91,10 +91,19 @@ void check_part(Rules& r) {
   if (s.kind == "wedge" || s.kind == "cone") r.at_most("part.low_height_mm", s.low_height_mm, "part.height_mm", s.height_mm);
 }
 
+void check_geometry(Rules& r) {
+  const GeometryConfig& g = r.experiment().geometry;
+  const bool from_images = g.solid.kind == "images";
+  r.require(from_images == !g.images.empty(), {"geometry.images", "geometry.shape"},
+            from_images ? "geometry.shape \"images\" needs a folder of PNGs" : "only geometry.shape \"images\" takes PNGs");
+}
+
 void check_model(Rules& r) {
   const ModelConfig& m = r.experiment().model;
   r.at_most("model.h2_mm", m.h2_mm, "model.h1_mm", m.h1_mm);
   r.at_most("model.h3_mm", m.h3_mm, "model.h1_mm", m.h1_mm);
+  r.at_most("model.g2_mm", m.g2_mm, "model.g1_mm", m.g1_mm);
+  r.at_most("model.g3_mm", m.g3_mm, "model.g1_mm", m.g1_mm);
 }
 
 void check_axis(Rules& r, double low_mm, double high_mm, const char* what, std::initializer_list<const char*> keys,
@@ -154,6 +163,7 @@ void check_experiment(const Experiment& experiment, const Origins& origins, cons
   Rules rules(experiment, origins, file);
   check_run(rules);
   check_part(rules);
+  check_geometry(rules);
   check_model(rules);
   check_stage(rules);
   check_instruments(rules);

@@ -9,6 +9,7 @@
 
 #include "core/grid/grid.h"
 #include "core/grid/shapes.h"
+#include "core/grid/solids.h"
 
 namespace firn {
 
@@ -18,10 +19,19 @@ struct PartConfig {
   double image_white_mm = 0.4;     ///< height of the brightest grey value
 };
 
+struct GeometryConfig {            ///< the part inside a block of support; the block is PartConfig's
+  SolidSpec solid;                 ///< kind "none": one ink
+  std::string images;              ///< folder of PNG layers, path relative to the experiment file
+  double image_pitch_z_mm = 0.0076;
+};
+
 struct ModelConfig {               ///< what the controllers believe [Lu 2015, Table I]
   double h1_mm = 0.0044;
   double h2_mm = 0.0006;
   double h3_mm = 0.0002;
+  double g1_mm = 0.0044;           ///< two inks: the support's
+  double g2_mm = 0.0006;
+  double g3_mm = 0.0002;
   std::string border = "lose";     ///< "lose" or "keep"
 };
 
@@ -126,6 +136,7 @@ struct LampConfig {
 struct PlantConfig {
   std::string model = "droplets";  ///< "droplets" (Firn's own physics) or "lu2015" (the paper's simulation)
   std::uint64_t seed = 1;
+  double ratio_b = 1.0;            ///< two inks: volume of a support droplet by an object droplet
   double variation = 0.2;          ///< lu2015: upward variation of h1..h3, per droplet and layer
   double size_std = 0.03;          ///< droplets: relative volume scatter
   double placement_std_mm = 0.008;
@@ -156,6 +167,7 @@ struct Experiment {
   RunConfig run;
   GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
   PartConfig part;
+  GeometryConfig geometry;
   ModelConfig model;
   ControlConfig control;
   ProcessConfig process;

@@ -23,6 +23,10 @@ Limits shapes() {
   return one_of(all);
 }
 
+Limits solids() {
+  return one_of({solid_kinds().begin(), solid_kinds().end()});
+}
+
 Limits schemes() {
   std::vector<std::string_view> names;
   for (const control::Scheme& s : control::schemes()) names.push_back(s.name);
@@ -54,6 +58,23 @@ Table part_fields(Experiment& e) {
   };
 }
 
+Table geometry_fields(Experiment& e) {
+  SolidSpec& s = e.geometry.solid;
+  return {
+      {"geometry.shape", &s.kind, "", solids(), "two inks: the object inside the block of [part], all else is support [Lu 2015, IV-B]; none = one ink"},
+      {"geometry.outer_diameter_mm", &s.outer_diameter_mm, "mm", within(0, 1e4), "pipe, pipe_junction: standing pipe; ellipsoid: along x and y"},
+      {"geometry.inner_diameter_mm", &s.inner_diameter_mm, "mm", within(0, 1e4), "pipe, pipe_junction: bore of the standing pipe"},
+      {"geometry.branch_width_mm", &s.branch_width_mm, "mm", within(0, 1e4), "pipe_junction: lying pipe, along y"},
+      {"geometry.branch_height_mm", &s.branch_height_mm, "mm", within(0, 1000), "pipe_junction: lying pipe, along z"},
+      {"geometry.branch_bore_width_mm", &s.branch_bore_width_mm, "mm", within(0, 1e4), "pipe_junction: bore of the lying pipe, along y"},
+      {"geometry.branch_bore_height_mm", &s.branch_bore_height_mm, "mm", within(0, 1000), "pipe_junction: bore of the lying pipe, along z"},
+      {"geometry.centre_z_mm", &s.centre_z_mm, "mm", within(0, 1000), "pipe_junction: axis of the lying pipe; ellipsoid: centre"},
+      {"geometry.height_mm", &s.height_mm, "mm", within(0, 1000), "ellipsoid: along z"},
+      {"geometry.images", &e.geometry.images, "", text(), "images: folder of grey PNGs, one layer each in the order of their names, bottom first; white = object"},
+      {"geometry.image_pitch_z_mm", &e.geometry.image_pitch_z_mm, "mm", above(0, 100), "images: height of one layer"},
+  };
+}
+
 Table control_fields(Experiment& e) {
   SmfConfig& s = e.control.smf;
   MpcConfig& m = e.control.mpc;
@@ -62,6 +83,9 @@ Table control_fields(Experiment& e) {
       {"model.h1_mm", &e.model.h1_mm, "mm", above(0, 10), "height under a droplet [Lu 2015, Table I]"},
       {"model.h2_mm", &e.model.h2_mm, "mm", within(0, 10), "height beside a droplet, per edge"},
       {"model.h3_mm", &e.model.h3_mm, "mm", within(0, 10), "height beside a droplet, per corner"},
+      {"model.g1_mm", &e.model.g1_mm, "mm", above(0, 10), "two inks: height under a droplet of support [Lu 2015, III-D]"},
+      {"model.g2_mm", &e.model.g2_mm, "mm", within(0, 10), "two inks: beside a droplet of support, per edge"},
+      {"model.g3_mm", &e.model.g3_mm, "mm", within(0, 10), "two inks: beside a droplet of support, per corner"},
       {"model.border", &e.model.border, "", one_of({"lose", "keep"}), "the grid's edge: droplets flow over it, or a wall holds them"},
       {"control.scheme", &e.control.scheme, "", schemes(), "who decides the next layer"},
       {"control.max_layers", &e.control.max_layers, "", within(1, kMaxLayers), "the print stops for the operator beyond this"},
@@ -145,6 +169,7 @@ Table world_fields(Experiment& e) {
   return {
       {"plant.model", &p.model, "", one_of({"droplets", "lu2015"}), "Firn's own physics, or the paper's simulation"},
       {"plant.seed", &p.seed, "", within(0, kLong), "of all disturbances"},
+      {"plant.ratio_b", &p.ratio_b, "", within(0.01, 100), "two inks: volume of a droplet of support by one of the object"},
       {"plant.variation", &p.variation, "", within(0, 1), "lu2015: upward variation of h1..h3, per droplet and layer"},
       {"plant.size_std", &p.size_std, "", within(0, 0.5), "droplets: relative scatter of the volume"},
       {"plant.placement_std_mm", &p.placement_std_mm, "mm", within(0, 10), "droplets: scatter of the landing point"},
@@ -172,6 +197,7 @@ std::vector<Field> fields(Experiment& e) {
       {"run.safety_period_s", &e.run.safety_period_s, "s", above(0, 5), "wall time between leases"},
   };
   add(t, part_fields(e));
+  add(t, geometry_fields(e));
   add(t, control_fields(e));
   add(t, lab_fields(e));
   add(t, world_fields(e));

@@ -2,10 +2,11 @@
 // U[0,1]), drawn per droplet and layer (errata, FIT). Droplets arrive one by one; (4) takes a whole pass, and
 // is linear in the pattern for the height at its start, so a pass is collected and applied at once when it
 // ends: at the jet's disarming, a second droplet on one cell, an exposure or a measurement, whichever comes
-// first.
+// first. With two inks (Eqs. (6), (7)) the jets take turns, and a layer's pass is over only when both have fired:
+// disarming ends nothing there. The support's constants are ratio_b times the object's.
 #include <algorithm>
 
-#include "core/deposition/height_change.h"
+#include "core/deposition/two_materials.h"
 #include "core/grid/random.h"
 #include "plant/model.h"
 
@@ -28,25 +29,33 @@ class Lu2015Model : public Model {
         pending_(c.grid.size(), 0),
         stencils_(c.grid.size(), nominal_),
         attempts_(c.grid.size(), 0),
-        shown_(c.grid, 1, 0) {}
+        shown_(c.grid, 1, 0),
+        two_inks_(c.two_inks),
+        ratio_b_(c.ratio_b) {
+    if (!two_inks_) return;
+    inks_ = MaterialMap(c.grid, std::uint8_t(Material::kA));
+    columns_ = MaterialColumns(c.grid);
+  }
 
   Landing fire(const Shot& shot) override {
     const NearestCell cell = nearest_cell(grid_, shot.x_mm, shot.y_mm);
     Landing out{false, 0.0, shot.x_mm, shot.y_mm};
+    const double size = shot.ink == Material::kB ? ratio_b_ : 1.0;
     if (!grid_.contains(cell.i, cell.j)) {
-      out.volume_mm3 = nominal_.drop_height_mm() * area_mm2();
+      out.volume_mm3 = size * nominal_.drop_height_mm() * area_mm2();
       ledger_.landed += out.volume_mm3;
       ledger_.lost += out.volume_mm3;
       return out;
     }
     const std::size_t n = grid_.index(cell.i, cell.j);
-    if (pending_[n] != 0) end_pass();
+    if (pending_[n] != 0) settle();
     const double factor =
-        1.0 + params_.variation * random_uniform({seed_, Purpose::kModelVariation, layers_.layer(), attempts_[n]++,
-                                                  cell_key(cell)});
+        size * (1.0 + params_.variation * random_uniform({seed_, Purpose::kModelVariation, layers_.layer(),
+                                                          attempts_[n]++, cell_key(cell)}));
     stencils_[n] = nominal_;
     stencils_[n].centre_mm *= factor;
     for (double& weight : stencils_[n].ring_mm) weight *= factor;
+    if (two_inks_) inks_.set(n, shot.ink);
     pending_[n] = 1;
     any_pending_ = true;
     out.volume_mm3 = stencils_[n].drop_height_mm() * area_mm2();
@@ -54,22 +63,27 @@ class Lu2015Model : public Model {
   }
 
   void end_pass() override {
+    if (!two_inks_) settle();
+  }
+  void settle() {
     if (!any_pending_) return;
-    const deposition::Ledger step = change_.step(height_.data(), pending_.data(), 0, stencils_);
+    const deposition::Ledger step =
+        two_inks_ ? deposition::step_with_columns(change_, height_, pending_, 0, stencils_, inks_, columns_)
+                  : change_.step(height_.data(), pending_.data(), 0, stencils_);
     ledger_.landed += step.deposited_mm * area_mm2();
     ledger_.lost += step.lost_mm * area_mm2();
     std::fill(pending_.begin(), pending_.end(), std::uint8_t{0});
     any_pending_ = false;
   }
   void expose(std::int64_t) override {
-    end_pass();
+    settle();
     layers_.exposed();
   }
   void measured() override {
     if (layers_.measured()) std::fill(attempts_.begin(), attempts_.end(), 0u);
   }
   const Field& surface() override {
-    end_pass();
+    settle();
     for (int j = 0; j < grid_.ny; ++j)
       for (int i = 0; i < grid_.nx; ++i) shown_.set_solid_mm(i, j, height_.at(i, j));
     return shown_;
@@ -88,8 +102,17 @@ class Lu2015Model : public Model {
     return sum * area_mm2();
   }
   const LayerCount& layers() const override { return layers_; }
+  MaterialColumns materials() const override {
+    if (!two_inks_ || !any_pending_) return columns_;
+    MaterialColumns settled = columns_;
+    HeightMap height = height_;
+    HeightChange<1> change(grid_, nominal_, change_.border());
+    deposition::step_with_columns(change, height, pending_, 0, stencils_, inks_, settled);
+    return settled;
+  }
   void io(Archive& a) override {
     a.all(height_.cells, pending_, stencils_, attempts_, layers_, any_pending_, ledger_);
+    if (two_inks_) a.all(inks_.cells, columns_);
   }
 
  private:
@@ -108,6 +131,10 @@ class Lu2015Model : public Model {
   bool any_pending_ = false;
   VolumeLedger ledger_;
   Field shown_;  ///< height_ as the sensor takes it
+  bool two_inks_;
+  double ratio_b_;
+  MaterialMap inks_;         ///< of the pending droplets; no cells with one ink
+  MaterialColumns columns_;  ///< no cells with one ink
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/grid/grid.h"
+#include "core/grid/material_columns.h"
 #include "plant/archive.h"
 #include "plant/field.h"
 #include "plant/world_config.h"
@@ -17,6 +18,7 @@ struct Shot {
   std::int64_t t_us = 0;
   double x_mm = 0.0, y_mm = 0.0;
   double vx_mm_s = 0.0, vy_mm_s = 0.0;
+  Material ink = Material::kA;  ///< of the jet that was triggered
 };
 
 /// The grid cell nearest to a position; (i, j) may lie outside the grid.
@@ -70,6 +72,8 @@ class Model {
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
   virtual const LayerCount& layers() const = 0;
+  /// Where which ink lies, settled. No cells unless WorldConfig::two_inks.
+  virtual MaterialColumns materials() const { return {}; }
   virtual void io(Archive& a) = 0;
 };
 

@@ -16,6 +16,8 @@ WorldConfig world_config(const Experiment& e) {
   c.nozzle.wander_sigma = e.plant.drift;
   c.nozzle.drift = e.plant.drift > 0.0;
   c.lu2015.variation = e.plant.variation;
+  c.two_inks = e.geometry.solid.kind != "none";
+  c.ratio_b = e.plant.ratio_b;
   c.sensor.noise_mm = e.plant.sensor_noise_mm;
   c.sensor.dropout_floor = e.plant.dropout_fraction;
   c.stage.counts_per_mm = e.stage.counts_per_mm;

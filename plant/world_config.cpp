@@ -40,6 +40,7 @@ void check(const WorldConfig& c) {
   range("nozzle.wander_sigma", c.nozzle.wander_sigma, 0.0, 1.0);
   range("nozzle.wander_memory", c.nozzle.wander_memory, 0.0, 1.0);
   range("lu2015.variation", c.lu2015.variation, 0.0, 10.0);
+  range("ratio_b", c.ratio_b, 0.01, 100.0);
   range("sensor.noise_mm", c.sensor.noise_mm, 0.0, 1.0);
   range("profiler.points", c.profiler.points, 1, 65535);
   range("profiler.dx_mm", c.profiler.dx_mm, 0.0, 10.0);

@@ -104,6 +104,8 @@ struct WorldConfig {
   GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
   std::uint64_t seed = 1;
   std::string model = "droplets";  ///< or "lu2015"
+  bool two_inks = false;           ///< a block of object and support ink is printed, with two jets
+  double ratio_b = 1.0;            ///< volume of a droplet of the support's ink, in droplets of the object's
   DropletParams droplet;
   NozzleParams nozzle;
   Lu2015Params lu2015;

@@ -68,7 +68,7 @@ Ledger step_with_columns(HeightChange<1>& model, HeightMap& height, std::span<co
   const Ledger ledger = model.step(height.data(), drops.data(), pass, stencils);
   for (std::size_t c = 0; c < height.size(); ++c) {
     const double of[2] = {only_a.cells[c] - before.cells[c], height.cells[c] - only_a.cells[c]};
-    const bool b_first = inks.of(c) == Material::kB;
+    const bool b_first = drops[c] > pass && inks.of(c) == Material::kB;
     for (const bool b : {b_first, !b_first})
       if (of[b] > kRounding_mm) columns.add(c, of[b], b ? Material::kB : Material::kA);
   }

@@ -53,18 +53,22 @@ control::ControlOptions control_options(const Experiment& e) {
   return o;
 }
 
-control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask) {
+control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
+                             std::shared_ptr<const Geometry> geometry) {
   return {e.grid,
           std::move(target),
           std::move(mask),
           {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
           e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose,
-          e.control.mpc.seed};
+          e.control.mpc.seed,
+          std::move(geometry),
+          {e.model.g1_mm, e.model.g2_mm, e.model.g3_mm}};
 }
 
-ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask)
+ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
+                               std::shared_ptr<const Geometry> geometry)
     : grid_(e.grid),
-      scheme_(control::make_controller(control_setup(e, std::move(target), std::move(mask)),
+      scheme_(control::make_controller(control_setup(e, std::move(target), std::move(mask), std::move(geometry)),
                                        control_options(e))) {
   subscribe(channels::kHeightMap, this);
 }
@@ -105,9 +109,13 @@ void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
 
 std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
-  return std::make_unique<ControllerNode>(e,
-                                          height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
-                                          mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
+  std::shared_ptr<const Geometry> geometry;
+  if (e.geometry.solid.kind != "none")
+    geometry = std::make_shared<const Geometry>(
+        geometry_from_bytes(blob(blobs, "geometry").bytes, e.grid, "geometry"));
+  return std::make_unique<ControllerNode>(
+      e, height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
+      mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"), std::move(geometry));
 }
 
 }  // namespace firn

@@ -17,7 +17,9 @@ namespace firn {
 class ControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the setup field or option that the scheme refuses.
-  ControllerNode(const Experiment& experiment, HeightMap target, Mask mask);
+  /// @param geometry of two inks; null: one ink
+  ControllerNode(const Experiment& experiment, HeightMap target, Mask mask,
+                 std::shared_ptr<const Geometry> geometry = nullptr);
   void on(const height_map_t&, Time now, Outbox&);
 
  private:
@@ -27,7 +29,8 @@ class ControllerNode final : public Node {
 
 /// What the configuration says of a scheme, in core's terms.
 control::ControlOptions control_options(const Experiment& experiment);
-control::Setup control_setup(const Experiment& experiment, HeightMap target, Mask mask);
+control::Setup control_setup(const Experiment& experiment, HeightMap target, Mask mask,
+                             std::shared_ptr<const Geometry> geometry = nullptr);
 
 std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs);
 

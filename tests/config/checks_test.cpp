@@ -45,6 +45,14 @@ TEST_CASE("A height map needs its image, and only a height map takes one") {
   CHECK(what_of("part = {shape = \"height_map\", image = \"a.png\"}") == "no error");
 }
 
+TEST_CASE("Two inks: a folder of pictures goes with geometry.shape images, and the support's sides stay below its centre") {
+  CHECK(says("geometry.shape = \"images\"", "needs a folder of PNGs"));
+  CHECK(says("geometry.images = \"layers\"", "only geometry.shape \"images\" takes PNGs"));
+  CHECK(says("geometry.shape = \"torus\"", "pipe_junction"));
+  CHECK(says("model.g2_mm = 0.005", "must not exceed model.g1_mm"));
+  CHECK(says("model.g3_mm = 0.005", "must not exceed model.g1_mm"));
+}
+
 TEST_CASE("Speeds stay within the stage's and the jet's") {
   CHECK(says("process.pass_speed_mm_s = 301.0", "must not exceed stage.max_speed_mm_s = 300.0 mm/s"));
   CHECK(says("stage.max_speed_mm_s = 10.0", "x.toml:1: process.pass_speed_mm_s = 150.0 mm/s: must not exceed stage.max_speed_mm_s"));

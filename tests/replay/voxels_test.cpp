@@ -1,0 +1,68 @@
+#include "replay/voxels.h"
+
+#include <catch2/catch.hpp>
+
+using namespace firn;
+using namespace firn::replay;
+
+namespace {
+
+const GridSpec kGrid{9, 9};
+constexpr double kSlice = 0.01;
+
+// A box of 5 x 5 cells, from 2 to 7 slices up, in a block of 9.
+Geometry box() {
+  std::vector<std::vector<Span>> spans(kGrid.size());
+  for (int j = 2; j < 7; ++j)
+    for (int i = 2; i < 7; ++i) spans[kGrid.index(i, j)] = {{0.02, 0.07}};
+  return Geometry(kGrid, 0.09, spans);
+}
+
+MaterialColumns print_of(const Geometry& g, double raised_mm) {
+  MaterialColumns m(g.grid());
+  for (std::size_t c = 0; c < g.grid().size(); ++c)
+    for (int k = 0; k < 90; ++k) m.add(c, 0.001, g.at(c, (k + 0.5) * 0.001 - raised_mm));
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("A block printed as wanted has no wrong voxel; its boundary layer is the voxels that touch the other kind") {
+  const Geometry g = box();
+  const MaterialColumns m = print_of(g, 0.0);
+  const int nz = slices_for(m, g, kSlice);
+  REQUIRE(nz == 9);
+  const WrongVoxels w = count_wrong(voxels_of(g, kSlice, nz), voxels_of(m, kSlice, nz));
+  CHECK(w.object == 3 * 3 * 3);
+  CHECK(w.object_boundary == 5 * 5 * 5 - 3 * 3 * 3);
+  CHECK(w.wrong() == 0);
+  CHECK(w.boundary_wrong() == 0);
+}
+
+TEST_CASE("A part one slice too high is wrong in the boundary layer only, two slices too high also beyond") {
+  const Geometry g = box();
+  const VoxelBlock wanted = voxels_of(g, kSlice, 9);
+  const WrongVoxels one = count_wrong(wanted, voxels_of(print_of(g, 0.01), kSlice, 9));
+  CHECK(one.wrong() == 0);
+  CHECK(one.boundary_inside == 25);
+  CHECK(one.boundary_outside == 25);
+  const WrongVoxels two = count_wrong(wanted, voxels_of(print_of(g, 0.02), kSlice, 9));
+  CHECK(two.boundary_inside == 25 + 16);  // the second slice's rim touches the support beside it
+  CHECK(two.inside == 9);
+  CHECK(two.boundary_outside == 25);
+  CHECK(two.outside == 25);
+}
+
+TEST_CASE("Air inside M and object ink above the block are wrong; missing support is not") {
+  const Geometry g = box();
+  MaterialColumns m = print_of(g, 0.0);
+  const std::size_t c = kGrid.index(0, 0);
+  m.add(c, 0.02, Material::kA);  // on the support's top
+  const int nz = slices_for(m, g, kSlice);
+  CHECK(nz == 11);
+  CHECK(count_wrong(voxels_of(g, kSlice, nz), voxels_of(m, kSlice, nz)).outside == 2);
+  const WrongVoxels nothing = count_wrong(voxels_of(g, kSlice, 9), voxels_of(MaterialColumns(kGrid), kSlice, 9));
+  CHECK(nothing.inside + nothing.boundary_inside == 125);
+  CHECK(nothing.outside + nothing.boundary_outside == 0);
+  CHECK_THROWS_AS(count_wrong(voxels_of(g, kSlice, 9), voxels_of(m, kSlice, 8)), std::invalid_argument);
+}
