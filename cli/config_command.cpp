@@ -9,6 +9,7 @@
 #include "config/error.h"
 #include "config/fields.h"
 #include "config/include.h"
+#include "config/machine.h"
 #include "config/markdown.h"
 
 namespace firn {
@@ -47,7 +48,8 @@ int run_config(const ConfigOptions& options) {
       return kOk;
     }
     case ConfigAction::kDocs:
-      write_generated(options.output, configuration_markdown(), options.json);
+      write_generated(!options.output.empty() ? options.output : options.machines ? "docs/machines.md" : "docs/configuration.md",
+                      options.machines ? machine_markdown() : configuration_markdown(), options.json);
       return kOk;
   }
   return kUsage;

@@ -12,7 +12,8 @@ struct ConfigOptions {
   ConfigAction action = ConfigAction::kCheck;
   std::string file;
   std::vector<std::string> overrides;              ///< "a.b=value"
-  std::string output = "docs/configuration.md";    ///< of kDocs; "-" = stdout
+  std::string output;                              ///< of kDocs; "-" = stdout; empty = the file in docs/
+  bool machines = false;                           ///< of kDocs: the keys of machine files
   bool json = false;
 };
 

@@ -50,9 +50,10 @@ void declare_config(CLI::App& app, Run& run) {
   };
   with_file("check", "names the first mistake of an experiment", ConfigAction::kCheck);
   with_file("dump", "every key of an experiment with its resolved value", ConfigAction::kDump);
-  CLI::App& docs = *app.add_subcommand("docs", "writes docs/configuration.md");
+  CLI::App& docs = *app.add_subcommand("docs", "writes docs/configuration.md, or docs/machines.md");
   auto o = common(docs, ConfigAction::kDocs);
-  docs.add_option("-o,--output", o->output, "file; - = stdout")->capture_default_str();
+  docs.add_flag("--machines", o->machines, "the keys of machine files");
+  docs.add_option("-o,--output", o->output, "file; - = stdout; default: the file in docs/");
   app.require_subcommand(1);
 }
 

@@ -16,13 +16,13 @@ namespace firn {
 /// What a field may hold: an interval for numbers, a list for words. Nothing may be NaN or infinite.
 struct Limits {
   double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();  ///< of a list: of each entry
   bool min_excluded = false;
   std::vector<std::string_view> choices;  ///< of a string; empty = any printable text
 };
 
 using FieldValue =
-    std::variant<double*, std::int32_t*, std::int64_t*, std::uint64_t*, std::string*, std::vector<AlphaStep>*>;
+    std::variant<double*, std::int32_t*, std::int64_t*, std::uint64_t*, std::string*, std::vector<AlphaStep>*, std::vector<double>*>;
 
 struct Field {
   std::string_view key;   ///< "grid.pitch_x_mm": section, dot, name
@@ -47,7 +47,7 @@ std::string broken_limit(const Field& field);
 /// "(0, 100]", "one of a, b", or "" when anything goes: for documentation and messages.
 std::string limits_text(const Field& field);
 
-/// "number", "integer", "text" or "number or schedule".
+/// "number", "integer", "text", "number or schedule" or "list of numbers".
 std::string_view type_text(const Field& field);
 
 /// The candidate with the smallest edit distance to `word`; "" when none comes near (more than half is wrong).

@@ -11,7 +11,9 @@ namespace {
 
 constexpr std::size_t kMaxLevels = 8;
 
-std::string read_text(const std::filesystem::path& path, const std::string& included_by) {
+}  // namespace
+
+std::string read_config_text(const std::filesystem::path& path, const std::string& included_by) {
   const std::string from = included_by.empty() ? "" : " (included by " + included_by + ")";
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) throw ConfigError(path.string(), 0, "", "is a folder, not a file" + from);
@@ -21,8 +23,6 @@ std::string read_text(const std::filesystem::path& path, const std::string& incl
   if (!in) throw ConfigError(path.string(), 0, "", "cannot be read" + from);
   return text;
 }
-
-}  // namespace
 
 std::vector<std::pair<std::string, std::string>> read_with_includes(const std::filesystem::path& path) {
   std::vector<std::pair<std::string, std::string>> texts;
@@ -36,7 +36,7 @@ std::vector<std::pair<std::string, std::string>> read_with_includes(const std::f
                         "include = \"" + next.string() + "\": comes back to itself or goes deeper than " +
                             std::to_string(kMaxLevels) + " files");
     seen.push_back(canonical);
-    texts.emplace_back(next.string(), read_text(next, included_by));
+    texts.emplace_back(next.string(), read_config_text(next, included_by));
     const std::string include = include_of(texts.back().second, texts.back().first);
     included_by = next.string();
     next = include.empty() ? std::filesystem::path() : (next.parent_path() / include).lexically_normal();

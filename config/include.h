@@ -17,6 +17,9 @@ std::string include_of(const std::string& toml_text, const std::string& file_nam
 /// @throws ConfigError: unreadable file, an include that comes back to a file already open, more than 8 levels.
 std::vector<std::pair<std::string, std::string>> read_with_includes(const std::filesystem::path& path);
 
+/// Bytes of a file. @throws ConfigError naming it: not a file, cannot be read.
+std::string read_config_text(const std::filesystem::path& path, const std::string& included_by = "");
+
 /// parse_experiment of the file at `path` with its includes and the overrides of --set.
 Experiment load_experiment(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
 

@@ -9,6 +9,7 @@
 #include "config/error.h"
 #include "config/fields.h"
 #include "config/include.h"
+#include "config/reader.h"
 
 namespace firn {
 namespace {
@@ -56,7 +57,7 @@ std::string shown(const toml::node& node) {
 
 class Reader {
  public:
-  Reader(Experiment& experiment) : fields_(fields(experiment)) {
+  explicit Reader(std::vector<Field> table) : fields_(std::move(table)) {
     for (const Field& f : fields_) keys_.push_back(f.key);
   }
 
@@ -152,6 +153,14 @@ class Reader {
     out = node.as_string()->get();
     return true;
   }
+  static bool take(const toml::node& node, std::vector<double>& out) {
+    const toml::array* numbers = node.as_array();
+    if (!numbers || numbers->size() > 1000) return false;
+    out.clear();
+    for (const toml::node& entry : *numbers)
+      if (!take(entry, out.emplace_back())) return false;
+    return true;
+  }
   static bool take(const toml::node& node, std::vector<AlphaStep>& out) {
     if (double alpha = 0.0; take(node, alpha)) {
       out = {{1, alpha}};
@@ -194,6 +203,15 @@ void apply_override(Reader& reader, const std::string& assignment) {
 
 }  // namespace
 
+Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name) {
+  const toml::table parsed = parse_text(toml_text, file_name);
+  if (const toml::node* include = parsed.get("include"))
+    throw ConfigError(file_name, int(include->source().begin.line), "include", "include: only experiments may include a file");
+  Reader reader(std::move(table));
+  reader.read(parsed, file_name);
+  return reader.origins();
+}
+
 std::string include_of(const std::string& toml_text, const std::string& file_name) {
   const toml::table table = parse_text(toml_text, file_name);
   const toml::node* include = table.get("include");
@@ -207,7 +225,7 @@ std::string include_of(const std::string& toml_text, const std::string& file_nam
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides) {
   Experiment experiment;
-  Reader reader(experiment);
+  Reader reader(fields(experiment));
   bool first = true;
   for (const auto& [file, text] : named_texts) {
     const toml::table table = parse_text(text, file);

@@ -47,6 +47,12 @@ std::string schedule_text(const std::vector<AlphaStep>& steps) {
   return out + "]";
 }
 
+std::string list_text(const std::vector<double>& numbers) {
+  std::string out = "[";
+  for (double v : numbers) out += (out.size() > 1 ? ", " : "") + number_text(v);
+  return out + "]";
+}
+
 bool inside(double v, const Limits& l) {
   return std::isfinite(v) && v <= l.max && (l.min_excluded ? v > l.min : v >= l.min);
 }
@@ -78,6 +84,7 @@ std::string value_text(const Field& field) {
   return std::visit(Overloaded{[](const double* v) { return number_text(*v); },
                                [](const std::string* v) { return quoted(*v); },
                                [](const std::vector<AlphaStep>* v) { return schedule_text(*v); },
+                               [](const std::vector<double>* v) { return list_text(*v); },
                                [](const auto* v) { return std::to_string(*v); }},
                     field.value);
 }
@@ -104,6 +111,10 @@ std::string broken_limit(const Field& field) {
                    return problem.ends_with("must be") ? problem + " " + limits_text(field) : problem;
                  },
                  [&](const std::vector<AlphaStep>* v) { return broken_schedule(*v, field.limits); },
+                 [&](const std::vector<double>* v) {
+                   const bool ok = std::all_of(v->begin(), v->end(), [&](double x) { return inside(x, field.limits); });
+                   return ok ? std::string() : "every entry must lie in " + limits_text(field) + unit;
+                 },
                  [&](const auto* v) { return interval(double(*v)); }},
       field.value);
 }
@@ -111,6 +122,7 @@ std::string broken_limit(const Field& field) {
 std::string_view type_text(const Field& field) {
   return std::visit(Overloaded{[](const double*) { return "number"; }, [](const std::string*) { return "text"; },
                                [](const std::vector<AlphaStep>*) { return "number or schedule"; },
+                               [](const std::vector<double>*) { return "list of numbers"; },
                                [](const auto*) { return "integer"; }},
                     field.value);
 }

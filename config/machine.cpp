@@ -1,0 +1,94 @@
+#include "config/machine.h"
+
+#include <algorithm>
+
+#include "config/error.h"
+#include "config/include.h"
+#include "config/reader.h"
+
+namespace firn {
+namespace {
+
+// Which kinds a section belongs to; sections that are not listed belong to all.
+bool belongs(std::string_view section, std::string_view kind) {
+  const auto starts = [&](std::string_view front) { return section.starts_with(front); };
+  if (starts("scara") || starts("joint_") || starts("tool_")) return kind == "scara";
+  if (starts("total") || starts("valve")) return kind != "aerosol";
+  if (section == "axis_3" || starts("stage")) return kind == "stage";
+  if (starts("axis_")) return kind != "scara";
+  if (starts("aerosol")) return kind == "aerosol";
+  return true;
+}
+
+class Rules {
+ public:
+  Rules(Machine& machine, const Origins& origins, const std::string& file)
+      : table_(machine_fields(machine)), origins_(origins), file_(file) {}
+
+  void require(bool ok, const std::string& key, const std::string& problem) const {
+    if (ok) return;
+    const auto field = std::find_if(table_.begin(), table_.end(), [&](const Field& f) { return f.key == key; });
+    const auto origin = origins_.find(key);
+    throw ConfigError(file_, origin == origins_.end() ? 0 : origin->second.line, key, key + " = " + value_text(*field) + ": " + problem);
+  }
+
+ private:
+  std::vector<Field> table_;
+  const Origins& origins_;
+  const std::string& file_;
+};
+
+bool ascends(const std::vector<double>& numbers) {
+  return std::adjacent_find(numbers.begin(), numbers.end(), [](double a, double b) { return !(b > a); }) == numbers.end();
+}
+
+void check_valve(const ValveConfig& v, const Rules& rules) {
+  rules.require(v.table_hz.size() == v.table_mm3_s.size(), "valve.table_mm3_s", "must have as many entries as valve.table_hz");
+  rules.require(ascends(v.table_hz), "valve.table_hz", "must ascend");
+  rules.require(ascends(v.table_mm3_s), "valve.table_mm3_s", "must ascend");
+  rules.require(v.pulse_s >= v.min_pulse_s, "valve.pulse_s", "must not be below valve.min_pulse_s");
+  rules.require(v.max_duration_s / v.tick_s < 65536.5, "valve.max_duration_s", "must be at most 65,536 of valve.tick_s: entries have 16 bits");
+}
+
+}  // namespace
+
+Machine parse_machine(const std::string& toml_text, const std::string& file_name) {
+  Machine machine;
+  const Origins origins = read_fields(machine_fields(machine), toml_text, file_name);
+  const Rules rules(machine, origins, file_name);
+  for (const auto& [key, origin] : origins) {
+    const std::string section = key.substr(0, key.find('.'));
+    rules.require(belongs(section, machine.kind), key, "does not belong to a machine of kind \"" + machine.kind + "\"");
+  }
+  rules.require(machine.elbow != 0, "scara.elbow", "must be 1 or -1");
+  for (std::size_t n = 0; n < machine.joint.size(); ++n)
+    rules.require(machine.joint[n].low < machine.joint[n].high, "joint_" + std::to_string(n + 1) + (n == 2 ? ".high_mm" : ".high_deg"),
+                  "must be above the other end of the range");
+  for (std::size_t n = 0; n < machine.axis.size(); ++n)
+    rules.require(machine.axis[n].low < machine.axis[n].high, "axis_" + std::to_string(n + 1) + ".high_mm", "must be above the other end of the range");
+  check_valve(machine.valve, rules);
+  return machine;
+}
+
+Machine load_machine(const std::filesystem::path& path) { return parse_machine(read_config_text(path), path.string()); }
+
+std::string machine_markdown() {
+  Machine defaults;
+  std::string out =
+      "# Machines\n\n"
+      "Written by `firn config docs --machines`; do not edit by hand. A machine file (`labs/cobra600.toml`) is TOML; every\n"
+      "key has the default shown here, which is the Cobra 600's. `machine.kind` says which sections count; a key of another\n"
+      "kind is refused.\n";
+  std::string_view section;
+  for (const Field& f : machine_fields(defaults)) {
+    if (f.section() != section) {
+      section = f.section();
+      out += "\n## [" + std::string(section) + "]\n\n| key | default | unit | allowed | meaning |\n|---|---|---|---|---|\n";
+    }
+    out += "| `" + std::string(f.name()) + "` | `" + value_text(f) + "` | " + std::string(f.unit) + " | " + limits_text(f) + " | " +
+           std::string(f.meaning) + " |\n";
+  }
+  return out;
+}
+
+}  // namespace firn
