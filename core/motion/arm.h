@@ -1,5 +1,6 @@
-// Kinematics of positioning systems. The planners see only `Arm`; SCARA and Cartesian stage are two of its kinds.
-// All work is done in batches (one virtual call per batch). Angles rad, lengths mm, base frame of the arm.
+// Kinematics of positioning systems. The planners see only `Arm`; SCARA and Cartesian stage are two of its
+// kinds. All work is done in batches (one virtual call per batch). Angles rad, lengths mm, base frame of the
+// arm.
 #pragma once
 
 #include <array>
@@ -34,12 +35,14 @@ class Arm {
   virtual std::string joint_unit(int joint) const = 0;  ///< "rad" or "mm"
   virtual JointRange range(int joint) const = 0;
 
-  /// Joint positions and derivatives of poses (axes kTaskAxes: x, y, z, yaw with derivatives with respect to one
-  /// parameter). Fills out.axes() joints, the first ones; out has been resized by the caller. The ranges of all joints
-  /// are checked in any case. Returns the first fault along the batch (index = sample), joints there unspecified.
+  /// Joint positions and derivatives of poses (axes kTaskAxes: x, y, z, yaw with derivatives with respect to
+  /// one parameter). Fills out.axes() joints, the first ones; out has been resized by the caller. The ranges
+  /// of all joints are checked in any case. Returns the first fault along the batch (index = sample), joints
+  /// there unspecified.
   virtual std::optional<Fault> inverse(const Jets& task, const Posture& posture, Jets& out) const = 0;
 
-  /// Poses of joint motions (all joints, derivatives with respect to one parameter). @pre out is kTaskAxes x samples
+  /// Poses of joint motions (all joints, derivatives with respect to one parameter). @pre out is kTaskAxes x
+  /// samples
   virtual void forward(const Jets& joints, Jets& out) const = 0;
 
   /// d(x, y, z, yaw)/d(joint), and its derivative in time at joint rates `rate`. Row = task axis.
@@ -47,17 +50,18 @@ class Arm {
   virtual Jacobian jacobian(const JointVector& q) const = 0;
   virtual Jacobian jacobian_rate(const JointVector& q, const JointVector& rate) const = 0;
 
-  /// The posture that keeps every joint in range along the whole batch: `preferred` (the posture of the path before)
-  /// if it does, else the first other that does. Fault of the preferred elbow if none does.
-  virtual std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred, Posture& chosen) const = 0;
+  /// The posture that keeps every joint in range along the whole batch: `preferred` (the posture of the path
+  /// before) if it does, else the first other that does. Fault of the preferred elbow if none does.
+  virtual std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred,
+                                              Posture& chosen) const = 0;
 
   /// One pose; throws MotionError (index 0).
   JointVector inverse(const TaskVector& pose, const Posture& posture) const;
   TaskVector forward(const JointVector& q) const;
 };
 
-/// Serial SCARA, RRPR [Barnett 2012, 2 and Table 2-1]: J1, J2 turn, J3 is the vertical stroke, J4 turns the tool:
-/// theta_4 = phi - theta_1 - theta_2 (4.11).
+/// Serial SCARA, RRPR [Barnett 2012, 2 and Table 2-1]: J1, J2 turn, J3 is the vertical stroke, J4 turns the
+/// tool: theta_4 = phi - theta_1 - theta_2 (4.11).
 struct ScaraSpec {
   double link_1_mm = 325.0;
   double link_2_mm = 275.0;

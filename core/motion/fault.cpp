@@ -6,19 +6,32 @@ namespace firn::motion {
 
 const char* name(Reason reason) {
   switch (reason) {
-    case Reason::kNotFinite: return "not finite";
-    case Reason::kTooFewPoints: return "too few points";
-    case Reason::kLimitNotPositive: return "limit not positive";
-    case Reason::kCeilingNotPositive: return "speed ceiling not positive";
-    case Reason::kCeilingSize: return "speed ceiling of the wrong size";
-    case Reason::kOption: return "option out of range";
-    case Reason::kReachFar: return "reach far";
-    case Reason::kReachNear: return "reach near";
-    case Reason::kSingular: return "singular";
-    case Reason::kJointLow: return "joint low";
-    case Reason::kJointHigh: return "joint high";
-    case Reason::kDespin: return "despin";
-    case Reason::kNoSolution: return "no solution";
+    case Reason::kNotFinite:
+      return "not finite";
+    case Reason::kTooFewPoints:
+      return "too few points";
+    case Reason::kLimitNotPositive:
+      return "limit not positive";
+    case Reason::kCeilingNotPositive:
+      return "speed ceiling not positive";
+    case Reason::kCeilingSize:
+      return "speed ceiling of the wrong size";
+    case Reason::kOption:
+      return "option out of range";
+    case Reason::kReachFar:
+      return "reach far";
+    case Reason::kReachNear:
+      return "reach near";
+    case Reason::kSingular:
+      return "singular";
+    case Reason::kJointLow:
+      return "joint low";
+    case Reason::kJointHigh:
+      return "joint high";
+    case Reason::kDespin:
+      return "despin";
+    case Reason::kNoSolution:
+      return "no solution";
   }
   return "unknown";
 }

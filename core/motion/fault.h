@@ -1,4 +1,5 @@
-// Why a path cannot be planned: one named reason, the point where it happens, the value and the limit it broke.
+// Why a path cannot be planned: one named reason, the point where it happens, the value and the limit it
+// broke.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +15,15 @@ enum class Reason {
   kTooFewPoints,      ///< fewer than two distinct points
   kLimitNotPositive,  ///< a kinematic limit or the tick is zero, negative or NaN
   kCeilingNotPositive,
-  kCeilingSize,       ///< the per-point ceiling does not have one entry per point
-  kOption,            ///< a planner option outside its range
-  kReachFar,          ///< beyond the stretched arm
-  kReachNear,         ///< inside the folded arm
-  kSingular,          ///< arm stretched or folded: joint rates have no bound
-  kJointLow,          ///< below a joint's range
-  kJointHigh,         ///< above a joint's range
-  kDespin,            ///< the wrist joint would need more than its whole range on one path
-  kNoSolution,        ///< no trajectory obeys the limits
+  kCeilingSize,  ///< the per-point ceiling does not have one entry per point
+  kOption,       ///< a planner option outside its range
+  kReachFar,     ///< beyond the stretched arm
+  kReachNear,    ///< inside the folded arm
+  kSingular,     ///< arm stretched or folded: joint rates have no bound
+  kJointLow,     ///< below a joint's range
+  kJointHigh,    ///< above a joint's range
+  kDespin,       ///< the wrist joint would need more than its whole range on one path
+  kNoSolution,   ///< no trajectory obeys the limits
 };
 
 /// "reach far", "joint high", …
@@ -36,8 +37,8 @@ struct Fault {
   int axis = -1;          ///< 0-based joint, -1 = none
   double value = 0.0;     ///< in the unit of the limit: mm, rad, mm/s, …
   double bound = 0.0;
-  Point2 at;              ///< where, in the frame of the path handed in
-  std::string what;       ///< the name of the limit or option, when it has one
+  Point2 at;         ///< where, in the frame of the path handed in
+  std::string what;  ///< the name of the limit or option, when it has one
 };
 
 /// One sentence with all of the above.

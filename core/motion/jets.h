@@ -1,5 +1,5 @@
-// Batches of coordinates with their first three derivatives, and the chain rule that turns derivatives along a
-// path into rates in time.
+// Batches of coordinates with their first three derivatives, and the chain rule that turns derivatives along
+// a path into rates in time.
 #pragma once
 
 #include <array>
@@ -18,7 +18,8 @@ using TaskVector = std::array<double, kTaskAxes>;    ///< mm, mm, mm, rad
 using JointVector = std::array<double, kMaxJoints>;  ///< rad or mm, unused entries 0
 
 /// n samples of some axes: value and three derivatives with respect to one parameter (path position s [mm] or
-/// time [s]). One block of memory; of(axis, order) is contiguous over the samples, so loops over it vectorise.
+/// time [s]). One block of memory; of(axis, order) is contiguous over the samples, so loops over it
+/// vectorise.
 class Jets {
  public:
   Jets() = default;
@@ -31,7 +32,9 @@ class Jets {
   }
   int axes() const { return axes_; }
   std::size_t samples() const { return samples_; }
-  double* of(int axis, int order) { return data_.data() + (std::size_t(axis) * 4 + std::size_t(order)) * samples_; }
+  double* of(int axis, int order) {
+    return data_.data() + (std::size_t(axis) * 4 + std::size_t(order)) * samples_;
+  }
   const double* of(int axis, int order) const {
     return data_.data() + (std::size_t(axis) * 4 + std::size_t(order)) * samples_;
   }
@@ -42,7 +45,8 @@ class Jets {
   std::vector<double> data_;
 };
 
-/// Motion along the path at one instant: speed c, tangential acceleration and jerk (ds/dt and its derivatives).
+/// Motion along the path at one instant: speed c, tangential acceleration and jerk (ds/dt and its
+/// derivatives).
 struct PathRate {
   double speed_mm_s = 0.0;
   double acceleration_mm_s2 = 0.0;

@@ -1,4 +1,5 @@
-// What every planner takes: the points of one path, where it lies, which tool follows it and how fast it may go.
+// What every planner takes: the points of one path, where it lies, which tool follows it and how fast it may
+// go.
 #pragma once
 
 #include <span>
@@ -12,20 +13,21 @@ namespace firn::motion {
 
 struct PathInput {
   std::span<const Point2> points{};  ///< in the frame of the part
-  bool closed = false;             ///< the first point is reached again at the end (not repeated in `points`)
-  Point2 origin{};                 ///< of the part's frame in the arm's base frame
-  double z_mm = 0.0;               ///< constant along a path
-  double yaw_rad = 0.0;            ///< of the tool, constant along a path
+  bool closed = false;   ///< the first point is reached again at the end (not repeated in `points`)
+  Point2 origin{};       ///< of the part's frame in the arm's base frame
+  double z_mm = 0.0;     ///< constant along a path
+  double yaw_rad = 0.0;  ///< of the tool, constant along a path
   Tool tool{};
   SpeedCeiling ceiling{};
-  Posture preferred{};             ///< that of the path before
+  Posture preferred{};  ///< that of the path before
 };
 
-/// The same path ready to plan: in the arm's base frame, closed by repeating the first point, without repeated points.
+/// The same path ready to plan: in the arm's base frame, closed by repeating the first point, without
+/// repeated points.
 struct CleanPath {
-  std::vector<Point2> points;         ///< tool points in the base frame; neighbours differ by more than 1e-9 mm
-  std::vector<double> ceiling_mm_s;   ///< one per segment (points - 1): the smaller value of its two ends
-  std::vector<std::size_t> source;    ///< index of each point in PathInput::points
+  std::vector<Point2> points;  ///< tool points in the base frame; neighbours differ by more than 1e-9 mm
+  std::vector<double> ceiling_mm_s;  ///< one per segment (points - 1): the smaller value of its two ends
+  std::vector<std::size_t> source;   ///< index of each point in PathInput::points
 };
 
 /// Throws MotionError: kNotFinite, kTooFewPoints, kCeilingSize, kCeilingNotPositive.

@@ -1,8 +1,10 @@
-// With alpha = theta_1, beta = theta_1 + theta_2, A = l1 exp(i alpha), B = l2 exp(i beta) the flange is p = A + B and
+// With alpha = theta_1, beta = theta_1 + theta_2, A = l1 exp(i alpha), B = l2 exp(i beta) the flange is p = A
+// + B and
 //   p'   = i (alpha' A + beta' B)
 //   p''  = i (alpha'' A + beta'' B) - alpha'^2 A - beta'^2 B
 //   p''' = i (alpha''' A + beta''' B) - 3 (alpha' alpha'' A + beta' beta'' B) - i (alpha'^3 A + beta'^3 B)
-// Each order is one linear system i (a A + b B) = R with a = R.B / det, b = -R.A / det, det = l1 l2 sin(theta_2).
+// Each order is one linear system i (a A + b B) = R with a = R.B / det, b = -R.A / det, det = l1 l2
+// sin(theta_2).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,13 +15,16 @@ namespace firn::motion {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kSingularCosine = 1e-12;  ///< 1 - |cos theta_2| below this: within 2e-10 mm of full stretch or fold
+constexpr double kSingularCosine =
+    1e-12;  ///< 1 - |cos theta_2| below this: within 2e-10 mm of full stretch or fold
 
 class Scara final : public Arm {
  public:
   explicit Scara(const ScaraSpec& spec) : spec_(spec) {}
   int joints() const override { return 4; }
-  std::string joint_name(int joint) const override { return std::string("J").append(std::to_string(joint + 1)); }
+  std::string joint_name(int joint) const override {
+    return std::string("J").append(std::to_string(joint + 1));
+  }
   std::string joint_unit(int joint) const override { return joint == 2 ? "mm" : "rad"; }
   JointRange range(int joint) const override { return spec_.ranges[std::size_t(joint)]; }
 
@@ -27,7 +32,8 @@ class Scara final : public Arm {
   void forward(const Jets& joints, Jets& out) const override;
   Jacobian jacobian(const JointVector& q) const override;
   Jacobian jacobian_rate(const JointVector& q, const JointVector& rate) const override;
-  std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred, Posture& chosen) const override;
+  std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred,
+                                      Posture& chosen) const override;
 
  private:
   double cosine(double x, double y) const {
@@ -37,7 +43,8 @@ class Scara final : public Arm {
   std::optional<Fault> reach_fault(const Jets& task) const;
   std::optional<Fault> range_fault(const Jets& task, std::size_t n, int joint, double value) const;
   std::optional<Fault> ranges_fault(const Jets& task, const double* theta_1, const double* theta_2) const;
-  std::optional<Fault> wrist_fault(const Jets& task, const double* theta_1, const double* theta_2, int turns) const;
+  std::optional<Fault> wrist_fault(const Jets& task, const double* theta_1, const double* theta_2,
+                                   int turns) const;
   void angles(const Jets& task, int elbow, double* theta_1, double* theta_2) const;
   void derivatives(const Jets& task, int elbow, Jets& out) const;
 
@@ -63,7 +70,8 @@ std::optional<Fault> Scara::reach_fault(const Jets& task) const {
     const double reach = std::sqrt(x[n] * x[n] + y[n] * y[n]);
     const double far = spec_.link_1_mm + spec_.link_2_mm, near = std::abs(spec_.link_1_mm - spec_.link_2_mm);
     if (!std::isfinite(c)) return at(task, n, Reason::kNotFinite, -1, reach, far);
-    if (std::abs(c) <= 1.0 + kSingularCosine) return at(task, n, Reason::kSingular, 1, reach, c > 0 ? far : near);
+    if (std::abs(c) <= 1.0 + kSingularCosine)
+      return at(task, n, Reason::kSingular, 1, reach, c > 0 ? far : near);
     return at(task, n, c > 0 ? Reason::kReachFar : Reason::kReachNear, -1, reach, c > 0 ? far : near);
   }
   return std::nullopt;
@@ -76,7 +84,8 @@ std::optional<Fault> Scara::range_fault(const Jets& task, std::size_t n, int joi
   return std::nullopt;
 }
 
-std::optional<Fault> Scara::ranges_fault(const Jets& task, const double* theta_1, const double* theta_2) const {
+std::optional<Fault> Scara::ranges_fault(const Jets& task, const double* theta_1,
+                                         const double* theta_2) const {
   for (std::size_t n = 0; n < task.samples(); ++n) {
     if (auto fault = range_fault(task, n, 0, theta_1[n])) return fault;
     if (auto fault = range_fault(task, n, 1, theta_2[n])) return fault;
@@ -88,7 +97,8 @@ std::optional<Fault> Scara::ranges_fault(const Jets& task, const double* theta_1
 std::optional<Fault> Scara::wrist_fault(const Jets& task, const double* theta_1, const double* theta_2,
                                         int turns) const {
   for (std::size_t n = 0; n < task.samples(); ++n)
-    if (auto fault = range_fault(task, n, 3, task.of(kYaw, 0)[n] + turns * kTurn - theta_1[n] - theta_2[n])) return fault;
+    if (auto fault = range_fault(task, n, 3, task.of(kYaw, 0)[n] + turns * kTurn - theta_1[n] - theta_2[n]))
+      return fault;
   return std::nullopt;
 }
 
@@ -158,7 +168,8 @@ std::optional<Fault> Scara::inverse(const Jets& task, const Posture& posture, Je
   return wrist_fault(task, out.of(0, 0), out.of(1, 0), posture.yaw_turns);
 }
 
-std::optional<Fault> Scara::choose_posture(const Jets& task, const Posture& preferred, Posture& chosen) const {
+std::optional<Fault> Scara::choose_posture(const Jets& task, const Posture& preferred,
+                                           Posture& chosen) const {
   if (auto fault = reach_fault(task)) return fault;
   const std::size_t count = task.samples();
   std::vector<double> theta_1(count), theta_2(count);

@@ -17,8 +17,7 @@ class Stage final : public Arm {
   std::optional<Fault> inverse(const Jets& task, const Posture&, Jets& out) const override {
     const std::size_t count = task.samples();
     for (int axis = 0; axis < std::min(joints(), out.axes()); ++axis)
-      for (int order = 0; order < 4; ++order)
-        std::copy_n(task.of(axis, order), count, out.of(axis, order));
+      for (int order = 0; order < 4; ++order) std::copy_n(task.of(axis, order), count, out.of(axis, order));
     for (std::size_t n = 0; n < count; ++n)
       for (int axis = 0; axis < joints(); ++axis)
         if (auto fault = out_of_range(task, n, axis)) return fault;
@@ -42,7 +41,8 @@ class Stage final : public Arm {
   }
   Jacobian jacobian_rate(const JointVector&, const JointVector&) const override { return {}; }
 
-  std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred, Posture& chosen) const override {
+  std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred,
+                                      Posture& chosen) const override {
     Jets none(0, task.samples());
     chosen = preferred;
     return inverse(task, preferred, none);

@@ -16,9 +16,9 @@ struct Tool {
   double z_mm = 0.0;
 };
 
-/// The three tools of the ice printer. [Barnett 2012, Table 3-1] gives origins of building frames in the end-effector
-/// frame, (-0.1, -0.3) water, (0.2, 8.2) scaffold, (-30, 19) laser: where the flange must be so that the tool is over
-/// the part's origin. A tool's offset is therefore minus its frame's origin.
+/// The three tools of the ice printer. [Barnett 2012, Table 3-1] gives origins of building frames in the
+/// end-effector frame, (-0.1, -0.3) water, (0.2, 8.2) scaffold, (-30, 19) laser: where the flange must be so
+/// that the tool is over the part's origin. A tool's offset is therefore minus its frame's origin.
 std::vector<Tool> cobra600_tools();
 
 /// Flange poses for tool poses: flange = tool point - R(yaw) offset, with all derivatives (in place allowed).

@@ -21,7 +21,12 @@ struct Curve {
   TaskVector at(double t, int order) const {
     const double phase = w * t + order * kPi / 2, scale = std::pow(w, order);
     return {(order ? 0 : cx) + rx * scale * std::cos(phase), (order ? 0 : cy) + ry * scale * std::sin(phase),
-            order == 0 ? z + t : order == 1 ? 1.0 : 0.0, order == 0 ? yaw + yaw_rate * t : order == 1 ? yaw_rate : 0.0};
+            order == 0   ? z + t
+            : order == 1 ? 1.0
+                         : 0.0,
+            order == 0   ? yaw + yaw_rate * t
+            : order == 1 ? yaw_rate
+                         : 0.0};
   }
   Jets jets(std::size_t n, double dt) const {
     Jets jets(kTaskAxes, n);
@@ -35,8 +40,9 @@ struct Curve {
 
 Curve random_curve(RandomStream& random) {
   const double reach = random.uniform(260.0, 500.0), angle = random.uniform(-1.2, 1.2);
-  return {reach * std::cos(angle), reach * std::sin(angle), random.uniform(2.0, 60.0), random.uniform(2.0, 60.0),
-          random.uniform(0.2, 2.0), random.uniform(1.0, 200.0), random.uniform(-1.0, 1.0), random.uniform(-0.5, 0.5)};
+  return {reach * std::cos(angle),   reach * std::sin(angle),  random.uniform(2.0, 60.0),
+          random.uniform(2.0, 60.0), random.uniform(0.2, 2.0), random.uniform(1.0, 200.0),
+          random.uniform(-1.0, 1.0), random.uniform(-0.5, 0.5)};
 }
 
 Jets poses(const std::vector<TaskVector>& list) {
@@ -60,7 +66,8 @@ TEST_CASE("Forward kinematics of the inverse give the pose back for both elbows"
       try {
         const JointVector q = arm->inverse(pose, {elbow, 0});
         const TaskVector back = arm->forward(q);
-        for (std::size_t axis = 0; axis < kTaskAxes; ++axis) REQUIRE(std::abs(back[axis] - pose[axis]) < 1e-9);
+        for (std::size_t axis = 0; axis < kTaskAxes; ++axis)
+          REQUIRE(std::abs(back[axis] - pose[axis]) < 1e-9);
         REQUIRE(q[1] * elbow > 0);
         ++solved;
       } catch (const MotionError& e) {
@@ -121,7 +128,8 @@ TEST_CASE("The Jacobian maps joint rates to the tool's velocity and its derivati
     Jets q(4, 1);
     if (arm->inverse(task, {1, 0}, q)) continue;
     JointVector position{}, rate{};
-    for (int j = 0; j < 4; ++j) position[std::size_t(j)] = q.of(j, 0)[0], rate[std::size_t(j)] = q.of(j, 1)[0];
+    for (int j = 0; j < 4; ++j)
+      position[std::size_t(j)] = q.of(j, 0)[0], rate[std::size_t(j)] = q.of(j, 1)[0];
     const auto jacobian = arm->jacobian(position), change = arm->jacobian_rate(position, rate);
     for (int axis = 0; axis < kTaskAxes; ++axis) {
       double velocity = 0, acceleration = 0;
@@ -226,7 +234,8 @@ TEST_CASE("A stage's joints are its axes, with ranges that name the axis") {
   CHECK(q[1] == 20);
   CHECK(arm->joints() == 2);
   CHECK(arm->joint_name(1) == "y");
-  CHECK_THROWS_WITH(arm->inverse({10, 51, 0, 0}, {}), Catch::Contains("joint high") && Catch::Contains("joint 2"));
+  CHECK_THROWS_WITH(arm->inverse({10, 51, 0, 0}, {}),
+                    Catch::Contains("joint high") && Catch::Contains("joint 2"));
   CHECK_THROWS_AS(make_stage({{{0, 100}}}), MotionError);
   CHECK_THROWS_AS(make_stage({{{0, 100}, {5, 5}}}), MotionError);
 }
@@ -237,7 +246,8 @@ TEST_CASE("Limits that are zero, negative or NaN are refused by name") {
   CHECK(limited_joints(limits, 4) == 2);
   CHECK(limits.joint[1].jerk == Approx(1560 * kPi / 180));
   limits.joint[1].acceleration = 0.0;
-  CHECK_THROWS_WITH(check_limits(limits, 4), Catch::Contains("joint acceleration") && Catch::Contains("joint 2"));
+  CHECK_THROWS_WITH(check_limits(limits, 4),
+                    Catch::Contains("joint acceleration") && Catch::Contains("joint 2"));
   for (const double bad : {0.0, -1.0, double(NAN), double(INFINITY)}) {
     limits = cobra600_limits();
     limits.position.jerk = bad;

@@ -10,7 +10,9 @@ namespace {
 
 Jets turning_pose(double t) {
   Jets pose(kTaskAxes, 1);
-  const double values[kTaskAxes][4] = {{400 + 20 * t, 20, 0, 0}, {5 * t * t, 10 * t, 10, 0}, {3, 0, 0, 0},
+  const double values[kTaskAxes][4] = {{400 + 20 * t, 20, 0, 0},
+                                       {5 * t * t, 10 * t, 10, 0},
+                                       {3, 0, 0, 0},
                                        {0.4 + t + t * t * t, 1 + 3 * t * t, 6 * t, 6}};
   for (int axis = 0; axis < kTaskAxes; ++axis)
     for (int order = 0; order < 4; ++order) pose.of(axis, order)[0] = values[axis][order];
@@ -19,7 +21,8 @@ Jets turning_pose(double t) {
 
 }  // namespace
 
-TEST_CASE("Table 3-1: the flange stands at the building frame's origin when the tool is over the part's origin") {
+TEST_CASE(
+    "Table 3-1: the flange stands at the building frame's origin when the tool is over the part's origin") {
   const auto tools = cobra600_tools();
   REQUIRE(tools.size() == 4);
   const double frames[4][2] = {{0, 0}, {-0.1, -0.3}, {0.2, 8.2}, {-30, 19}};
@@ -56,5 +59,7 @@ TEST_CASE("Derivatives of the flange under a turning tool agree with differences
   for (int axis = 0; axis < kTaskAxes; ++axis)
     for (int order = 0; order < 3; ++order)
       CHECK(here.of(axis, order + 1)[0] ==
-            Approx((after.of(axis, order)[0] - before.of(axis, order)[0]) / (2 * h)).epsilon(1e-6).margin(1e-6));
+            Approx((after.of(axis, order)[0] - before.of(axis, order)[0]) / (2 * h))
+                .epsilon(1e-6)
+                .margin(1e-6));
 }

@@ -1,0 +1,24 @@
+// From points of a path to joints of an arm, in one place for every planner that works on points.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/motion/arm.h"
+#include "core/motion/path_input.h"
+
+namespace firn::motion {
+
+/// One posture for the whole path, checked at its points. Throws MotionError whose index and `at` are those
+/// of the input's point, also where a stretch between two points leaves the workspace (see `joints_at`).
+Posture posture_for(const CleanPath& path, const PathInput& input, const Arm& arm);
+
+/// Joint positions [joint][point] of the first `count` joints at tool points in the base frame. Throws
+/// MotionError naming the nearest input point.
+std::vector<std::vector<double>> joints_at(std::span<const Point2> points, int count, const CleanPath& path,
+                                           const PathInput& input, const Arm& arm, const Posture& posture);
+
+/// A trajectory from joint positions [joint][sample] of all joints, with the arm's units.
+Trajectory trajectory_of(const std::vector<std::vector<double>>& joints, const Arm& arm, double tick_s);
+
+}  // namespace firn::motion

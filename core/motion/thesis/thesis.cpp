@@ -1,0 +1,105 @@
+#include "core/motion/thesis/thesis.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/placement.h"
+#include "core/motion/thesis/jcon.h"
+#include "core/motion/thesis/savitzky_golay.h"
+#include "core/motion/thesis/vcon.h"
+
+namespace firn::motion {
+namespace {
+
+using thesis::Profile;
+
+void require_positive(double value, const char* what) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  Fault fault(Reason::kOption);
+  fault.what = what;
+  fault.value = value;
+  throw MotionError(fault);
+}
+
+void check_options(const ThesisOptions& options) {
+  require_positive(options.tick_s, "tick");
+  require_positive(options.rest.step_s, "AREST step");
+  require_positive(options.rest.acceleration_mm_s2, "AREST acceleration");
+  require_positive(1.0 + options.margins.acceleration, "ACON acceleration margin");
+  require_positive(1.0 + options.margins.jerk, "ACON jerk margin");
+}
+
+}  // namespace
+
+namespace thesis {
+
+Profile at_tick(const Profile& path, const Profile& timed, double tick_s) {
+  const double duration = timed.duration_s();
+  const std::size_t ticks = std::max<std::size_t>(1, std::size_t(std::ceil(duration / tick_s - 1e-9)));
+  const double stretch = double(ticks) * tick_s / duration;
+  Profile out;
+  std::size_t k = 0;
+  double before = 0.0;  // time at point k
+  for (std::size_t n = 0; n <= ticks; ++n) {
+    const double t = double(n) * tick_s;
+    while (k + 1 < timed.dt_s.size() && before + timed.dt_s[k] * stretch <= t)
+      before += timed.dt_s[k++] * stretch;
+    const double f = std::clamp((t - before) / (timed.dt_s[k] * stretch), 0.0, 1.0);
+    const double s = n == ticks ? timed.s_mm.back() : timed.s_mm[k] + f * (timed.s_mm[k + 1] - timed.s_mm[k]);
+    out.s_mm.push_back(s);
+    out.points.push_back(point_at(path, s));
+    if (n == 0) continue;
+    out.dt_s.push_back(tick_s);
+    out.ceiling_mm_s.push_back(timed.ceiling_mm_s[k]);
+  }
+  return out;
+}
+
+}  // namespace thesis
+
+ThesisResult plan_thesis_steps(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                               const ThesisOptions& options) {
+  check_limits(limits, arm.joints());
+  check_options(options);
+  const CleanPath path = clean(input);
+  const Posture posture = posture_for(path, input, arm);
+  const int limited = limited_joints(limits, arm.joints());
+  const auto joints = [&](const Profile& p) {
+    return joints_at(p.points, limited, path, input, arm, posture);
+  };
+  ThesisResult result;
+  std::vector<Point2> samples;
+  for (Profile& profile : pathsplit(path, options.split)) {
+    ThesisSteps steps;
+    profile.joints = joints(profile);
+    thesis::vcon(profile, limits);
+    steps.vcon = profile;
+    thesis::acon(profile, limits, options.margins);
+    steps.acon = profile;
+    thesis::jcon(profile, limits, options.margins);
+    steps.jcon = profile;
+    steps.arest = thesis::arest(profile, limits.position, options.rest);
+    steps.arest.joints = joints(steps.arest);
+    thesis::arest_joints(steps.arest, limits, options.rest);
+    Profile ticked = thesis::at_tick(profile, steps.arest, options.tick_s);
+    ticked.joints = joints(ticked);
+    if (ticked.size() >= 4) thesis::jcon(ticked, limits, options.margins);
+    steps.final = thesis::at_tick(profile, ticked, options.tick_s);
+    const std::size_t skip = samples.empty() ? 0 : 1;  // the end of one subpath is the start of the next
+    samples.insert(samples.end(), steps.final.points.begin() + std::ptrdiff_t(skip),
+                   steps.final.points.end());
+    result.steps.push_back(std::move(steps));
+  }
+  auto all = joints_at(samples, arm.joints(), path, input, arm, posture);
+  if (options.filter)
+    for (auto& joint : all) joint = thesis::savitzky_golay_7(joint);
+  result.trajectory = trajectory_of(all, arm, options.tick_s);
+  return result;
+}
+
+Trajectory plan_thesis(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                       const ThesisOptions& options) {
+  return plan_thesis_steps(input, arm, limits, options).trajectory;
+}
+
+}  // namespace firn::motion
