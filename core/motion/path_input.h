@@ -13,10 +13,12 @@ namespace firn::motion {
 
 struct PathInput {
   std::span<const Point2> points{};  ///< in the frame of the part
-  bool closed = false;   ///< the first point is reached again at the end (not repeated in `points`)
-  Point2 origin{};       ///< of the part's frame in the arm's base frame
-  double z_mm = 0.0;     ///< constant along a path
-  double yaw_rad = 0.0;  ///< of the tool, constant along a path
+  PathKind kind =
+      PathKind::kBoundary;  ///< the constant-speed method drives boundaries and fill at different speeds
+  bool closed = false;      ///< the first point is reached again at the end (not repeated in `points`)
+  Point2 origin{};          ///< of the part's frame in the arm's base frame
+  double z_mm = 0.0;        ///< constant along a path
+  double yaw_rad = 0.0;     ///< of the tool, constant along a path
   Tool tool{};
   SpeedCeiling ceiling{};
   Posture preferred{};  ///< that of the path before

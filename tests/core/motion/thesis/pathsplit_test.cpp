@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/grid/random.h"
-#include "tests/core/motion/thesis/test_path.h"
+#include "core/motion/thesis/test_path.h"
 
 using namespace firn;
 using namespace firn::motion;
@@ -22,7 +22,7 @@ double distance(Point2 a, Point2 b) { return std::hypot(b.x_mm - a.x_mm, b.y_mm 
 }  // namespace
 
 TEST_CASE("4.2.2: the path of Fig. 4-2 is split into two pieces at the 90 degree corner") {
-  const auto pieces = pathsplit(cleaned(test::fig_4_2()), {});
+  const auto pieces = pathsplit(cleaned(thesis::fig_4_2()), {});
   REQUIRE(pieces.size() == 2);
   CHECK(distance(pieces[0].points.back(), {0, 0}) < 1e-9);
   CHECK(distance(pieces[1].points.front(), {0, 0}) < 1e-9);
@@ -31,11 +31,11 @@ TEST_CASE("4.2.2: the path of Fig. 4-2 is split into two pieces at the 90 degree
 }
 
 TEST_CASE("Erratum, text of 4.3 and 4.4: the placed paths are Fig. 4-3's, the test path is Fig. 4-2's") {
-  const auto path = test::fig_4_2();
+  const auto path = thesis::fig_4_2();
   double far = 0, length = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
-    far = std::max(far, distance({}, {path[i].x_mm + test::kPoorlyPlaced.x_mm,
-                                      path[i].y_mm + test::kPoorlyPlaced.y_mm}));
+    far = std::max(far, distance({}, {path[i].x_mm + thesis::kPoorlyPlaced.x_mm,
+                                      path[i].y_mm + thesis::kPoorlyPlaced.y_mm}));
     if (i > 0) length += distance(path[i - 1], path[i]);
   }
   CHECK(far == Approx(599.0).margin(1e-3));  // "within 1 mm of the robot maximum reach"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/grid/random.h"
-#include "tests/core/motion/thesis/test_path.h"
+#include "core/motion/thesis/test_path.h"
 
 using namespace firn;
 using namespace firn::motion;
@@ -42,7 +42,7 @@ double largest(const std::vector<double>& values) {
 }
 
 ThesisResult plan_fig_4_3(Point2 origin, const ThesisOptions& options = {}) {
-  const auto path = test::fig_4_2();
+  const auto path = thesis::fig_4_2();
   PathInput in{.points = path};
   in.origin = origin;
   return plan_thesis_steps(in, *make_scara(cobra600()), cobra600_limits(), options);
@@ -55,7 +55,7 @@ double duration(const Trajectory& t) { return double(t.samples() - 1) * t.tick_s
 TEST_CASE(
     "The well-placed path: every step of MTTS only takes longer and the trajectory has its samples at the "
     "tick") {
-  const ThesisResult result = plan_fig_4_3(test::kWellPlaced);
+  const ThesisResult result = plan_fig_4_3(thesis::kWellPlaced);
   REQUIRE(result.steps.size() == 2);
   for (const ThesisSteps& s : result.steps) {
     CHECK(s.vcon.duration_s() <= s.acon.duration_s());
@@ -72,7 +72,7 @@ TEST_CASE(
 
 TEST_CASE(
     "4.3: speed has local minima where the curvature jumps and local maxima at the centres of the rounds") {
-  const auto profile = plan_fig_4_3(test::kWellPlaced).steps[0].final;
+  const auto profile = plan_fig_4_3(thesis::kWellPlaced).steps[0].final;
   const auto speed_at = [&](double s) {
     std::size_t k = 0;
     while (k + 2 < profile.size() && profile.s_mm[k + 1] < s) ++k;
@@ -93,7 +93,7 @@ TEST_CASE(
 TEST_CASE(
     "4.3: on the poorly placed path theta_2's rate limit binds twice and the motion along x suffers, not "
     "along y") {
-  const auto well = plan_fig_4_3(test::kWellPlaced), poor = plan_fig_4_3(test::kPoorlyPlaced);
+  const auto well = plan_fig_4_3(thesis::kWellPlaced), poor = plan_fig_4_3(thesis::kPoorlyPlaced);
   CHECK(duration(poor.trajectory) > duration(well.trajectory) + 0.5);
   // Where theta_2 runs at its limit: the lower right with its round, and the upper side with its; nowhere
   // along y.
@@ -124,7 +124,7 @@ TEST_CASE(
 
 TEST_CASE("4.3: the thesis method keeps speed, nearly keeps acceleration and violates jerk") {
   const auto arm = make_scara(cobra600());
-  for (const Point2 origin : {test::kWellPlaced, test::kPoorlyPlaced}) {
+  for (const Point2 origin : {thesis::kWellPlaced, thesis::kPoorlyPlaced}) {
     const Sampled s = sampled(plan_fig_4_3(origin).trajectory, *arm);
     CHECK(largest(s.speed) <= 1.01 * 125);
     CHECK(largest(s.acceleration) <= 1.10 * 500);
@@ -134,10 +134,10 @@ TEST_CASE("4.3: the thesis method keeps speed, nearly keeps acceleration and vio
 }
 
 TEST_CASE("A measuring path's ceiling of 50 mm/s is kept and costs time") {
-  const auto path = test::fig_4_2();
+  const auto path = thesis::fig_4_2();
   const auto arm = make_scara(cobra600());
   PathInput in{.points = path};
-  in.origin = test::kWellPlaced;
+  in.origin = thesis::kWellPlaced;
   const double free = duration(plan_thesis(in, *arm, cobra600_limits()));
   in.ceiling.path_mm_s = 50;
   const Trajectory slow = plan_thesis(in, *arm, cobra600_limits());
@@ -146,7 +146,7 @@ TEST_CASE("A measuring path's ceiling of 50 mm/s is kept and costs time") {
 }
 
 TEST_CASE("A stage needs no joint limits and its samples are the path") {
-  const auto path = test::fig_4_2();
+  const auto path = thesis::fig_4_2();
   const auto arm = make_stage({{{-10, 110}, {-10, 110}}});
   PathInput in{.points = path};
   const Trajectory t = plan_thesis(in, *arm, {.position = {125, 500, 4000}});

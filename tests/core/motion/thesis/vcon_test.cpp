@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/motion/thesis/pathsplit.h"
-#include "tests/core/motion/thesis/test_path.h"
+#include "core/motion/thesis/test_path.h"
 
 using namespace firn;
 using namespace firn::motion;
@@ -116,7 +116,7 @@ TEST_CASE(
 }
 
 TEST_CASE("A speed ceiling caps the envelope along the path and per interval") {
-  const auto path = test::fig_4_2();
+  const auto path = thesis::fig_4_2();
   PathInput in{.points = path};
   in.ceiling.path_mm_s = 50;
   for (Profile& p : pathsplit(clean(in), {})) {

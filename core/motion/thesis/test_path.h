@@ -9,7 +9,7 @@
 
 #include "core/path/path.h"
 
-namespace firn::test {
+namespace firn::motion::thesis {
 
 /// The exact point (lines and arcs) at distance s from the start, up to the sharp corner at (0, 0) and on to
 /// (46, 0).
@@ -53,4 +53,4 @@ inline std::vector<Point2> fig_4_2(double spacing_mm = 0.4) {
 inline constexpr Point2 kWellPlaced{354.0, -46.0};               ///< Fig. 4-3
 inline constexpr Point2 kPoorlyPlaced{505.899114633174, -46.0};  ///< furthest point 599 mm from joint 1
 
-}  // namespace firn::test
+}  // namespace firn::motion::thesis

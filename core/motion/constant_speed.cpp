@@ -1,0 +1,100 @@
+#include "core/motion/constant_speed.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/placement.h"
+#include "core/motion/thesis/pathsplit.h"
+
+namespace firn::motion {
+namespace {
+
+double distance(const Point2& a, const Point2& b) {
+  const double dx = b.x_mm - a.x_mm, dy = b.y_mm - a.y_mm;
+  return std::sqrt(dx * dx + dy * dy);
+}
+
+void require_positive(double value, const char* what) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  Fault fault(Reason::kOption);
+  fault.what = what;
+  fault.value = value;
+  throw MotionError(fault);
+}
+
+/// Points first..last of the path at whole ticks, without the first one.
+void emit(const CleanPath& path, std::size_t first, std::size_t last, double speed_mm_s,
+          const ConstantOptions& options, std::vector<Point2>& samples) {
+  thesis::Profile piece;
+  std::vector<double> ceiling;
+  for (std::size_t i = first; i <= last; ++i) {
+    piece.points.push_back(path.points[i]);
+    piece.s_mm.push_back(i == first ? 0.0 : piece.s_mm.back() + distance(path.points[i - 1], path.points[i]));
+    if (i < last) ceiling.push_back(std::min(speed_mm_s, path.ceiling_mm_s[i]));
+  }
+  const RampedSpeed law(piece.s_mm, ceiling, options.ramp_mm_s2);
+  const double ticks = std::max(1.0, std::ceil(law.duration_s() / options.tick_s - 1e-9));
+  for (double n = 1.0; n <= ticks; ++n)
+    samples.push_back(point_at(piece, law.distance_at(law.duration_s() * (n / ticks))));
+}
+
+}  // namespace
+
+RampedSpeed::RampedSpeed(const std::vector<double>& s, const std::vector<double>& ceiling, double ramp) {
+  const std::size_t n = s.size();
+  std::vector<double> v(n, 0.0);  // at the points: below both ceilings, reachable from both sides
+  for (std::size_t i = 1; i + 1 < n; ++i)
+    v[i] = std::min(
+        {ceiling[i - 1], ceiling[i], std::sqrt(v[i - 1] * v[i - 1] + 2.0 * ramp * (s[i] - s[i - 1]))});
+  for (std::size_t i = n - 1; i-- > 0;)
+    v[i] = std::min(v[i], std::sqrt(v[i + 1] * v[i + 1] + 2.0 * ramp * (s[i + 1] - s[i])));
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    const double ds = s[i + 1] - s[i], a2 = v[i] * v[i], b2 = v[i + 1] * v[i + 1];
+    const double top =
+        std::min(ceiling[i], std::sqrt(std::max(0.5 * (a2 + b2) + ramp * ds, std::max(a2, b2))));
+    add((top - v[i]) / ramp, v[i], ramp);
+    add(std::max(0.0, ds - (2.0 * top * top - a2 - b2) / (2.0 * ramp)) / top, top, 0.0);
+    add((top - v[i + 1]) / ramp, top, -ramp);
+  }
+}
+
+void RampedSpeed::add(double duration, double speed, double acceleration) {
+  if (!(duration > 0.0)) return;
+  phases_.push_back({end_s_, end_mm_, speed, acceleration});
+  end_s_ += duration;
+  end_mm_ += (speed + 0.5 * acceleration * duration) * duration;
+}
+
+double RampedSpeed::distance_at(double t) const {
+  if (t >= end_s_) return end_mm_;
+  std::size_t low = 0, high = phases_.size();
+  while (high - low > 1) {
+    const std::size_t middle = (low + high) / 2;
+    (phases_[middle].t_s <= t ? low : high) = middle;
+  }
+  const Phase& p = phases_[low];
+  const double dt = std::max(0.0, t - p.t_s);
+  return p.s_mm + (p.speed_mm_s + 0.5 * p.acceleration_mm_s2 * dt) * dt;
+}
+
+Trajectory plan_constant(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                         const ConstantOptions& options) {
+  check_limits(limits, arm.joints());
+  require_positive(options.boundary_mm_s, "boundary speed");
+  require_positive(options.fill_mm_s, "fill speed");
+  require_positive(options.ramp_mm_s2, "ramp");
+  require_positive(options.split_angle_rad, "split angle");
+  require_positive(options.tick_s, "tick");
+  const CleanPath path = clean(input);
+  const Posture posture = posture_for(path, input, arm);
+  const bool fill = input.kind == PathKind::kFill;
+  const double speed = std::min(limits.position.rate, fill ? options.fill_mm_s : options.boundary_mm_s);
+  std::vector<std::size_t> stops{0, path.points.size() - 1};
+  if (fill) stops = thesis::split_points(path.points, options.split_angle_rad);
+  std::vector<Point2> samples{path.points.front()};
+  for (std::size_t k = 0; k + 1 < stops.size(); ++k)
+    emit(path, stops[k], stops[k + 1], speed, options, samples);
+  return trajectory_of(joints_at(samples, arm.joints(), path, input, arm, posture), arm, options.tick_s);
+}
+
+}  // namespace firn::motion

@@ -1,0 +1,150 @@
+#include "core/motion/vplus_default.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/placement.h"
+#include "core/motion/thesis/profile.h"
+
+namespace firn::motion {
+namespace {
+
+constexpr double kStraightRad = 1e-4;  ///< a smaller turn is rounding of coordinates
+constexpr double kCornerRad = 0.5235987755982988;
+
+double distance(const Point2& a, const Point2& b) {
+  const double dx = b.x_mm - a.x_mm, dy = b.y_mm - a.y_mm;
+  return std::sqrt(dx * dx + dy * dy);
+}
+
+double turn_at(const std::vector<Point2>& p, std::size_t i) {
+  const double ax = p[i].x_mm - p[i - 1].x_mm, ay = p[i].y_mm - p[i - 1].y_mm;
+  const double bx = p[i + 1].x_mm - p[i].x_mm, by = p[i + 1].y_mm - p[i].y_mm;
+  return std::abs(std::atan2(ax * by - ay * bx, ax * bx + ay * by));
+}
+
+struct Moves {
+  std::vector<Point2> points;
+  std::vector<double> speed_mm_s;  ///< allowed on each move
+  double duration_s(double blend) const {
+    double sum = blend;
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) sum += move_s(i, blend);
+    return sum;
+  }
+  double move_s(std::size_t i, double blend) const {
+    return std::max(distance(points[i], points[i + 1]) / speed_mm_s[i], blend);
+  }
+};
+
+Moves moves_of(const CleanPath& path, const MotionLimits& limits, double spacing) {
+  const auto support = supporting_points(path, spacing);
+  Moves moves;
+  for (std::size_t k = 0; k < support.size(); ++k) {
+    moves.points.push_back(path.points[support[k]]);
+    if (k == 0) continue;
+    double speed = limits.position.rate;
+    for (std::size_t i = support[k - 1]; i < support[k]; ++i) speed = std::min(speed, path.ceiling_mm_s[i]);
+    moves.speed_mm_s.push_back(speed);
+  }
+  return moves;
+}
+
+/// Tool points at the whole ticks: lines, and parabolas of length t_b around each point.
+std::vector<Point2> sample(const Moves& m, double blend, double tick_s) {
+  const std::size_t n = m.points.size();
+  std::vector<double> at(n, 0.5 * blend);
+  std::vector<Point2> velocity(n + 1);  // of the move into point i; zero before the first and after the last
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    const double dt = m.move_s(i, blend);
+    at[i + 1] = at[i] + dt;
+    velocity[i + 1] = {(m.points[i + 1].x_mm - m.points[i].x_mm) / dt,
+                       (m.points[i + 1].y_mm - m.points[i].y_mm) / dt};
+  }
+  const double duration = m.duration_s(blend), ticks = std::max(1.0, std::ceil(duration / tick_s - 1e-9));
+  std::vector<Point2> samples;
+  std::size_t i = 0;
+  for (double k = 0.0; k <= ticks; ++k) {
+    const double t = duration * (k / ticks);
+    while (i + 1 < n && t > at[i + 1] - 0.5 * blend) ++i;
+    const double after = t - at[i],
+                 into = after + 0.5 * blend;  // since the middle and since the start of the blend
+    const double f = into < blend ? into * into / (2.0 * blend) : after;
+    const double base = into < blend ? after : 0.0;
+    const Point2 &before = velocity[i], &behind = velocity[i + 1];
+    const Point2 change =
+        into < blend ? Point2{behind.x_mm - before.x_mm, behind.y_mm - before.y_mm} : behind;
+    samples.push_back({m.points[i].x_mm + before.x_mm * base + change.x_mm * f,
+                       m.points[i].y_mm + before.y_mm * base + change.y_mm * f});
+  }
+  samples.back() = m.points.back();
+  return samples;
+}
+
+void check(const DefaultOptions& options) {
+  Fault fault(Reason::kOption);
+  const auto require = [&](bool good, const char* what, double value) {
+    fault.what = what;
+    fault.value = value;
+    if (!good) throw MotionError(fault);
+  };
+  require(options.blend_s > 0.0 && std::isfinite(options.blend_s), "blend time", options.blend_s);
+  require(options.support_spacing_mm >= 0.0 && std::isfinite(options.support_spacing_mm), "support spacing",
+          options.support_spacing_mm);
+  require(options.tick_s > 0.0 && std::isfinite(options.tick_s), "tick", options.tick_s);
+}
+
+}  // namespace
+
+std::vector<std::size_t> supporting_points(const CleanPath& path, double spacing) {
+  const auto& p = path.points;
+  std::vector<std::size_t> out{0};
+  if (spacing <= 0.0) {
+    for (std::size_t i = 1; i < p.size(); ++i) out.push_back(i);
+    return out;
+  }
+  double since = 0.0;  // along the path from the last supporting point
+  bool straight = true;
+  for (std::size_t i = 1; i + 1 < p.size(); ++i) {
+    since += distance(p[i - 1], p[i]);
+    const double turn = turn_at(p, i);
+    const bool bends = turn > kStraightRad, ends_here = i + 2 < p.size() && turn_at(p, i + 1) <= kStraightRad;
+    const bool first_of_bend = bends && straight;
+    straight = !bends;
+    if (!bends || !(first_of_bend || ends_here || turn > kCornerRad || since >= spacing * (1.0 - 1e-9)))
+      continue;
+    out.push_back(i);
+    since = 0.0;
+  }
+  out.push_back(p.size() - 1);
+  return out;
+}
+
+Trajectory plan_default(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                        const DefaultOptions& options) {
+  check_limits(limits, arm.joints());
+  check(options);
+  const CleanPath path = clean(input);
+  const Posture posture = posture_for(path, input, arm);
+  const Moves moves = moves_of(path, limits, options.support_spacing_mm);
+  const auto samples = sample(moves, options.blend_s, options.tick_s);
+  return trajectory_of(joints_at(samples, arm.joints(), path, input, arm, posture), arm, options.tick_s);
+}
+
+double blend_for_duration(const PathInput& input, const MotionLimits& limits, const DefaultOptions& options,
+                          double duration_s) {
+  check(options);
+  const Moves moves = moves_of(clean(input), limits, options.support_spacing_mm);
+  Fault fault(Reason::kNoSolution);
+  fault.what = "duration of the default technique";
+  fault.value = duration_s;
+  fault.bound = moves.duration_s(0.0);
+  if (!(duration_s > fault.bound)) throw MotionError(fault);
+  double low = 0.0, high = duration_s;  // the duration grows by at least the blend itself
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (moves.duration_s(middle) < duration_s ? low : high) = middle;
+  }
+  return high;
+}
+
+}  // namespace firn::motion
