@@ -59,6 +59,7 @@ std::vector<SquareSite> square_sites(const Mask& mask, int largest, int step, in
 PatternPrint::PatternPrint(const Setup& setup, const ControlOptions& options)
     : setup_(setup), options_(options.pattern), predict_(setup), layers_(options.pattern.layers) {
   const PatternOptions& o = options_;
+  require(!setup.geometry, "patterns to learn from are printed of one ink, without a geometry");
   require(o.layers >= 0, "layers = " + std::to_string(o.layers) + " must not be below 0");
   require(o.fill > 0.0 && o.fill <= 1.0, "fill = " + std::to_string(o.fill) + " is outside (0, 1]");
   require(o.spacing_cells >= 1, "spacing_cells = " + std::to_string(o.spacing_cells) + " must be 1 or more");

@@ -35,7 +35,9 @@ Decision Threshold::decide(const Measurement& m) {
     growing = growing || double(m.layer) * dh_mm_ < target;
   }
   const std::int64_t tagged = d.drops.total();
-  predict_.score(d, known_heights(m), 1.0);
+  const HeightMap height = known_heights(m);
+  d.materials = materials_at(setup_, height);
+  predict_.score(d, height, 1.0);
   if (!growing && tagged == 0) {
     end_print(d, "the nominal height is reached and no cell is short by more than the threshold");
     return d;
