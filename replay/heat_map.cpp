@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "replay/raster.h"
 #include "replay/svg.h"
 
 namespace firn::replay {
@@ -39,26 +38,14 @@ cv::Mat3b palette(ColorMap colors) {
   return table;
 }
 
-std::string base64(const std::vector<uchar>& bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string s;
-  for (std::size_t n = 0; n < bytes.size(); n += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - n);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[n + k] : 0u);
-    for (std::size_t k = 0; k < 4; ++k) s += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return s;
-}
-
-std::string image(const cv::Mat& pixels, double x, double y, double width, double height) {
-  std::vector<uchar> png;
-  cv::imencode(".png", pixels, png);
-  char head[200];
-  std::snprintf(head, sizeof head,
-                "<image x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" preserveAspectRatio=\"none\" class=\"cells\" href=\"data:image/png;base64,", x, y,
-                width, height);
-  return head + base64(png) + "\"/>\n";
+std::string image(const cv::Mat3b& colors, double x, double y, double width, double height) {
+  Raster raster(colors.cols, colors.rows);
+  for (int row = 0; row < colors.rows; ++row)
+    for (int column = 0; column < colors.cols; ++column) {
+      const cv::Vec3b& c = colors(row, column);
+      raster.at(column, row) = {c[2], c[1], c[0], 255};
+    }
+  return svg_image(raster, x, y, width, height);
 }
 
 }  // namespace
@@ -66,18 +53,14 @@ std::string image(const cv::Mat& pixels, double x, double y, double width, doubl
 std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title) {
   const GridSpec& g = height.spec;
   const cv::Mat3b colors = palette(scale.colors);
-  cv::Mat4b pixels(g.ny, g.nx);
+  Raster pixels(g.nx, g.ny);
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
       const double um = height.at(i, j) * 1e3;
-      cv::Vec4b& p = pixels(g.ny - 1 - j, i);  // y upwards
-      if (!std::isfinite(um)) {
-        p = {0, 0, 0, 0};
-        continue;
-      }
+      if (!std::isfinite(um)) continue;
       const double share = std::clamp((um - scale.low_um) / (scale.high_um - scale.low_um), 0.0, 1.0);
       const cv::Vec3b c = colors(0, int(std::lround(share * 255)));
-      p = {c[0], c[1], c[2], 255};
+      pixels.at(i, g.ny - 1 - j) = {c[2], c[1], c[0], 255};  // y upwards
     }
   const double width_mm = g.nx * g.pitch_x_mm, height_mm = g.ny * g.pitch_y_mm, longer = std::max(width_mm, height_mm);
   Frame f;
@@ -88,7 +71,7 @@ std::string heat_map(const HeightMap& height, const HeatScale& scale, const std:
   // Axes over the cells' outer edges; ticks at round values inside.
   const double x0 = g.x_mm(0) - g.pitch_x_mm / 2, y0 = g.y_mm(0) - g.pitch_y_mm / 2;
   std::string s = svg_open(f.right + 12, f.bottom + 44, title) +
-                  image(pixels, f.left, f.top, f.right - f.left, f.bottom - f.top);
+                  svg_image(pixels, f.left, f.top, f.right - f.left, f.bottom - f.top);
   char line[160];
   const Axis x_axis(x0, x0 + width_mm, 0, 1, 5), y_axis(y0, y0 + height_mm, 0, 1, 5);
   for (const Axis::Tick& t : x_axis.ticks()) {

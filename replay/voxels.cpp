@@ -56,4 +56,57 @@ WrongVoxels count_wrong(const VoxelBlock& wanted, const VoxelBlock& printed) {
   return n;
 }
 
+namespace {
+
+// Fills from voxel `from` over neighbours by face that may be entered, marking them in `seen`. Returns their number.
+template <class May>
+std::int64_t fill(const VoxelBlock& v, std::size_t from, const May& may, std::vector<std::uint8_t>& seen) {
+  const std::size_t nx = std::size_t(v.grid.nx), layer = v.grid.size();
+  std::vector<std::size_t> open{from};
+  seen[from] = 1;
+  std::int64_t found = 0;
+  while (!open.empty()) {
+    const std::size_t at = open.back();
+    open.pop_back();
+    ++found;
+    const auto visit = [&](bool exists, std::size_t next) {
+      if (!exists || seen[next] || !may(v.cells[next])) return;
+      seen[next] = 1;
+      open.push_back(next);
+    };
+    const std::size_t i = at % nx, in_layer = at % layer;
+    visit(i > 0, at - 1);
+    visit(i + 1 < nx, at + 1);
+    visit(in_layer >= nx, at - nx);
+    visit(in_layer + nx < layer, at + nx);
+    visit(at >= layer, at - layer);
+    visit(at + layer < v.cells.size(), at + layer);
+  }
+  return found;
+}
+
+bool on_surface(const VoxelBlock& v, std::size_t n) {  // the substrate is no way out
+  const std::size_t nx = std::size_t(v.grid.nx), layer = v.grid.size(), in_layer = n % layer, i = n % nx;
+  return i == 0 || i + 1 == nx || in_layer < nx || in_layer + nx >= layer || n + layer >= v.cells.size();
+}
+
+}  // namespace
+
+Washed wash(const VoxelBlock& v) {
+  Washed w;
+  std::vector<std::uint8_t> seen(v.cells.size(), 0);
+  const auto object = [](Material m) { return m == Material::kA; };
+  const auto passable = [](Material m) { return m != Material::kA; };
+  for (std::size_t n = 0; n < v.cells.size(); ++n) {
+    w.object += v.cells[n] == Material::kA;
+    w.support += v.cells[n] == Material::kB;
+    if (!seen[n] && object(v.cells[n])) w.largest_piece = std::max(w.largest_piece, fill(v, n, object, seen));
+  }
+  std::fill(seen.begin(), seen.end(), std::uint8_t{0});
+  for (std::size_t n = 0; n < v.cells.size(); ++n)
+    if (!seen[n] && passable(v.cells[n]) && on_surface(v, n)) fill(v, n, passable, seen);
+  for (std::size_t n = 0; n < v.cells.size(); ++n) w.support_shut_in += v.cells[n] == Material::kB && !seen[n];
+  return w;
+}
+
 }  // namespace firn::replay

@@ -45,4 +45,13 @@ struct WrongVoxels {
 /// @throws std::invalid_argument: blocks of different shape
 WrongVoxels count_wrong(const VoxelBlock& wanted, const VoxelBlock& printed);
 
+/// What washing does [Lu 2015, Fig. 15]: pieces hold together by faces.
+struct Washed {
+  std::int64_t object = 0;           ///< voxels of object ink
+  std::int64_t largest_piece = 0;    ///< of them, in the largest piece
+  std::int64_t support = 0;          ///< voxels of support
+  std::int64_t support_shut_in = 0;  ///< of them, not reachable from outside through support and air
+};
+Washed wash(const VoxelBlock& printed);
+
 }  // namespace firn::replay

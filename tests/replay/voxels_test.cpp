@@ -53,6 +53,27 @@ TEST_CASE("A part one slice too high is wrong in the boundary layer only, two sl
   CHECK(two.outside == 25);
 }
 
+TEST_CASE("Washing frees what support can reach from outside and leaves the object in its pieces") {
+  MaterialColumns m(kGrid);
+  for (std::size_t c = 0; c < kGrid.size(); ++c) {
+    const int i = int(c) % 9, j = int(c) / 9;
+    const bool shell = i >= 2 && i <= 6 && j >= 2 && j <= 6, core = i >= 3 && i <= 5 && j >= 3 && j <= 5;
+    for (int k = 0; k < 7; ++k) {
+      const bool walled = shell && (!core || k == 0 || k == 4);  // a closed box of 5 x 5 x 5 round 3 x 3 x 3 of support
+      m.add(c, kSlice, walled && k < 5 ? Material::kA : Material::kB);
+    }
+  }
+  VoxelBlock v = voxels_of(m, kSlice, 7);
+  v.cells[0] = Material::kA;  // a loose voxel
+  const Washed shut = wash(v);
+  CHECK(shut.object == 125 - 27 + 1);
+  CHECK(shut.largest_piece == 125 - 27);
+  CHECK(shut.support == 9 * 9 * 7 - shut.object);
+  CHECK(shut.support_shut_in == 27);
+  v.cells[4 * 81 + kGrid.index(4, 4)] = Material::kNone;  // a hole in its lid
+  CHECK(wash(v).support_shut_in == 0);
+}
+
 TEST_CASE("Air inside M and object ink above the block are wrong; missing support is not") {
   const Geometry g = box();
   MaterialColumns m = print_of(g, 0.0);

@@ -1,0 +1,24 @@
+// Pixels inside a drawing: one embedded PNG.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace firn::replay {
+
+using Rgba = std::array<std::uint8_t, 4>;
+
+/// Rows from the top; starts transparent.
+struct Raster {
+  int width, height;
+  std::vector<Rgba> pixels;
+  Raster(int w, int h) : width(w), height(h), pixels(std::size_t(w) * std::size_t(h), Rgba{0, 0, 0, 0}) {}
+  Rgba& at(int x, int y) { return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
+};
+
+/// <image> over the given rectangle of the drawing, its pixels as squares.
+std::string svg_image(const Raster& raster, double x, double y, double width, double height);
+
+}  // namespace firn::replay
