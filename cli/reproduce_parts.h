@@ -3,4 +3,8 @@
 
 #include "cli/reproduce.h"
 
-namespace firn {}  // namespace firn
+namespace firn {
+
+void reproduce_lu_materials(Reproduction& to);
+
+}  // namespace firn
