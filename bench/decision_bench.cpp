@@ -84,13 +84,23 @@ HeightMap state_of(Kind kind, const GridSpec& g, const HeightMap& target, std::u
   return h;
 }
 
-// Arguments: kind of state, alpha in percent, horizon.
+// Two inks, every other 5 x 5 cells of each; the support's droplets nine tenths of the object's.
+void with_two_inks(control::Setup& setup) {
+  std::vector<std::vector<Span>> spans(setup.grid.size());
+  for (std::size_t c = 0; c < spans.size(); ++c)
+    if ((c % 100 / 5 + c / 500) % 2) spans[c] = {{0.0, 0.4}};
+  setup.geometry = std::make_shared<const Geometry>(setup.grid, 0.4, spans);
+  setup.model_b = {0.9 * setup.model.h1_mm, 0.9 * setup.model.h2_mm, 0.9 * setup.model.h3_mm};
+}
+
+// Arguments: kind of state, alpha in percent, horizon, inks.
 void decision_100x100(benchmark::State& state) {
   const GridSpec g{100, 100};
   control::Setup setup{g, HeightMap(g, 0.4), Mask(g, 1), {}, deposition::Border::kLose, 1};
   control::ControlOptions options;
   options.mpc.alpha = {{1, double(state.range(1)) / 100.0}};
   options.mpc.horizon = int(state.range(2));
+  if (state.range(3) == 2) with_two_inks(setup);
   std::vector<double> seconds;
   double evaluations = 0.0;
   for (auto _ : state)
@@ -109,10 +119,11 @@ void decision_100x100(benchmark::State& state) {
   state.counters["evaluations"] = evaluations;
 }
 BENCHMARK(decision_100x100)
-    ->ArgsProduct({{kFlatShort, kRamp, kRough, kUniformOneLayer, kNearTarget}, {100, 80, 50}, {1}})
-    ->Args({kUniformOneLayer, 100, 2})
-    ->Args({kUniformOneLayer, 50, 2})
-    ->ArgNames({"kind", "alpha_percent", "horizon"})
+    ->ArgsProduct({{kFlatShort, kRamp, kRough, kUniformOneLayer, kNearTarget}, {100, 80, 50}, {1}, {1, 2}})
+    ->Args({kUniformOneLayer, 100, 2, 1})
+    ->Args({kUniformOneLayer, 50, 2, 1})
+    ->Args({kUniformOneLayer, 50, 2, 2})
+    ->ArgNames({"kind", "alpha_percent", "horizon", "inks"})
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace
