@@ -38,7 +38,8 @@ bool wants_part(const std::string& only, const ReproducePart& part) {
 // Progress over all parts on stderr: a line that is rewritten on a terminal, plain lines elsewhere.
 class Progress {
  public:
-  explicit Progress(std::vector<ReproducePart> parts) : parts_(std::move(parts)), terminal_(isatty(STDERR_FILENO) != 0) {}
+  explicit Progress(std::vector<ReproducePart> parts)
+      : parts_(std::move(parts)), terminal_(isatty(STDERR_FILENO) != 0) {}
   ~Progress() {
     if (terminal_ && line_open_) std::fputs("\r\033[K", stderr);
   }
@@ -55,8 +56,9 @@ class Progress {
     const double elapsed_s = std::chrono::duration<double>(now - began_).count();
     // The parts' stated seconds until enough is known, then in this machine's measure.
     const double pace = done_s > 1 ? elapsed_s / done_s : 1.0;
-    const std::string line = fmt::format("reproduce  part {}/{} {}: {} {:.0f} %  ETA {:.0f} s", part + 1, parts_.size(),
-                                         full_name(parts_[part]), doing, 100 * fraction, std::max(0.0, all_s - done_s) * pace);
+    const std::string line =
+        fmt::format("reproduce  part {}/{} {}: {} {:.0f} %  ETA {:.0f} s", part + 1, parts_.size(),
+                    full_name(parts_[part]), doing, 100 * fraction, std::max(0.0, all_s - done_s) * pace);
     std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", line.c_str());
     std::fflush(stderr);
   }
@@ -74,7 +76,8 @@ class Collector : public Reproduction {
   void row(ReproduceRow row) override {
     const std::string front = full_name(result_.part);
     if (!leads(front, row.id) || row.id.size() == front.size())
-      throw std::logic_error("the row '" + row.id + "' of part " + front + " must be called " + front + ".<name>");
+      throw std::logic_error("the row '" + row.id + "' of part " + front + " must be called " + front +
+                             ".<name>");
     result_.rows.push_back(std::move(row));
   }
   void picture(ReproducePicture picture) override { result_.pictures.push_back(std::move(picture)); }
@@ -99,7 +102,8 @@ std::vector<ReproducePart> chosen(const ReproduceOptions& options, const std::ve
   for (const ReproducePart& p : parts)
     if (std::ranges::find(papers, p.paper) == papers.end()) papers.push_back(p.paper);
   if (!options.paper.empty() && std::ranges::find(papers, options.paper) == papers.end())
-    throw UsageError("unknown paper '" + options.paper + "'; there are " + fmt::format("{}", fmt::join(papers, ", ")));
+    throw UsageError("unknown paper '" + options.paper + "'; there are " +
+                     fmt::format("{}", fmt::join(papers, ", ")));
   std::vector<ReproducePart> wanted;
   for (const ReproducePart& p : parts)
     if (options.paper.empty() || options.paper == p.paper) wanted.push_back(p);
@@ -107,7 +111,8 @@ std::vector<ReproducePart> chosen(const ReproduceOptions& options, const std::ve
     if (std::ranges::none_of(wanted, [&](const ReproducePart& p) { return wants_part(only, p); })) {
       std::vector<std::string> names;
       for (const ReproducePart& p : wanted) names.push_back(full_name(p));
-      throw UsageError("--only " + only + " is no part or row; parts are " + fmt::format("{}", fmt::join(names, ", ")));
+      throw UsageError("--only " + only + " is no part or row; parts are " +
+                       fmt::format("{}", fmt::join(names, ", ")));
     }
   if (!options.only.empty())
     std::erase_if(wanted, [&](const ReproducePart& p) {
@@ -123,7 +128,8 @@ void write_pictures(const std::string& out, const std::vector<PartResult>& resul
   if (error) throw UsageError("--out " + out + ": " + error.message());
   for (const PartResult& result : results)
     for (const ReproducePicture& picture : result.pictures)
-      write_file_atomically(folder / (std::string(result.part.paper) + "-" + picture.name + ".svg"), standalone_svg(picture));
+      write_file_atomically(folder / (std::string(result.part.paper) + "-" + picture.name + ".svg"),
+                            standalone_svg(picture));
   write_file_atomically(folder / "index.html", reproduce_page(results));
   std::fprintf(stderr, "wrote %s\n", (folder / "index.html").c_str());
 }
@@ -141,12 +147,14 @@ std::vector<PartResult> reproduce(const ReproduceOptions& options, const std::ve
       Collector to(result, options, progress, n);
       wanted[n].run(to);
     } catch (const std::exception& e) {
-      result.rows.push_back(row_holds(full_name(wanted[n]) + ".error", "the part could not be computed", "", e.what(), false));
+      result.rows.push_back(
+          row_holds(full_name(wanted[n]) + ".error", "the part could not be computed", "", e.what(), false));
       continue;  // the other parts may still tell something
     }
     if (options.only.empty()) continue;
     std::erase_if(result.rows, [&](const ReproduceRow& row) {
-      return std::ranges::none_of(options.only, [&](const std::string& only) { return wants_row(only, row.id); });
+      return std::ranges::none_of(options.only,
+                                  [&](const std::string& only) { return wants_row(only, row.id); });
     });
     if (result.rows.empty()) {
       std::string asked = fmt::format("{}", fmt::join(options.only, ", "));

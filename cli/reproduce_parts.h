@@ -6,5 +6,8 @@
 namespace firn {
 
 void reproduce_lu_materials(Reproduction& to);
+void reproduce_thompson_corners(Reproduction& to);
+void reproduce_thompson_misprints(Reproduction& to);
+void reproduce_thompson_corner_modes(Reproduction& to);
 
 }  // namespace firn

@@ -107,10 +107,18 @@ std::string line_chart(const std::vector<Series>& series, const ChartOptions& o)
   std::vector<Entry> entries;
   for (const Series& line : series)
     entries.push_back({"<path d=\"M0 0h26\" " + style_of(line.style) + "/>" + (line.marks ? mark(line.style, 13, 0) : ""), line.label});
+  constexpr const char* kShade = "fill=\"var(--soft)\" fill-opacity=\"0.18\"/>";
+  if (!o.shaded_label.empty()) entries.push_back({std::string("<rect x=\"4\" y=\"-6\" width=\"20\" height=\"12\" ") + kShade, o.shaded_label});
   const Frame f;
   const Axis x(rx.low, rx.high, f.left, f.right, 6, o.whole_x ? Axis::Kind::kWhole : Axis::Kind::kLinear);
   const Axis y(ry.low, ry.high, f.bottom, f.top, 6, logarithmic ? Axis::Kind::kLogarithmic : Axis::Kind::kLinear);
   std::string s = svg_open(kWidth, f.bottom + 48 + legend_height(entries), o.title);
+  for (const auto& [from, to] : o.shaded) {
+    char rect[120];
+    std::snprintf(rect, sizeof rect, "<rect x=\"%.2f\" y=\"%.1f\" width=\"%.2f\" height=\"%.1f\" ", x.px(from), f.top, x.px(to) - x.px(from),
+                  f.bottom - f.top);
+    s += std::string(rect) + kShade + "\n";
+  }
   s += draw_axes(f, x, y, o.x_name, o.y_name);
   char clip[200];  // lines that leave a given range end at the frame
   std::snprintf(clip, sizeof clip, "<svg x=\"0\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" viewBox=\"0 %.1f %.1f %.1f\">", f.top,

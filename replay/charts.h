@@ -23,6 +23,8 @@ struct ChartOptions {
   bool whole_x = false;
   bool from_zero = false;              ///< y starts at 0
   std::optional<std::pair<double, double>> y_range;
+  std::vector<std::pair<double, double>> shaded = {};  ///< spans of x
+  std::string shaded_label = {};                       ///< in the legend; empty = none
 };
 std::string line_chart(const std::vector<Series>& series, const ChartOptions& options);
 

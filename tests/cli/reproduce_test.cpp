@@ -41,7 +41,8 @@ std::vector<PartResult> results(std::vector<std::string> only, std::string paper
 
 }  // namespace
 
-TEST_CASE("A reproduction passes when no row with a tolerance fails; informative rows have no verdict", "[reproduce]") {
+TEST_CASE("A reproduction passes when no row with a tolerance fails; informative rows have no verdict",
+          "[reproduce]") {
   CHECK(all_pass(results({"first"})));
   CHECK_FALSE(all_pass(results({}, "lu")));
   const Json rows = Json::parse(reproduce_json(results({"first"})));
@@ -63,7 +64,8 @@ TEST_CASE("A number that is none never passes", "[reproduce]") {
   CHECK_FALSE(*row_at_most("a", "", "", std::string(), none, 1.0).pass);
 }
 
-TEST_CASE("A part that throws becomes a failing row that says why, and the other parts still run", "[reproduce]") {
+TEST_CASE("A part that throws becomes a failing row that says why, and the other parts still run",
+          "[reproduce]") {
   const auto all = results({});
   REQUIRE(all.size() == 4);
   CHECK_THAT(std::get<std::string>(all[2].rows.at(0).ours), Contains("no file seed.json"));
@@ -85,7 +87,8 @@ TEST_CASE("--only takes papers' parts and rows, with or without the paper's name
 TEST_CASE("The page holds every row, note and picture, escaped, and loads nothing", "[reproduce]") {
   const auto first = results({"first"});
   const std::string page = reproduce_page(first);
-  for (const char* piece : {"lu.first.near", "± 1 um", "A &lt;set-up&gt;", "A caption with &lt; and &amp;", "<svg viewBox"})
+  for (const char* piece :
+       {"lu.first.near", "+- 1 um", "A &lt;set-up&gt;", "A caption with &lt; and &amp;", "<svg viewBox"})
     CHECK_THAT(page, Contains(piece));
   for (const char* piece : {"<script", "<link", "src=\"http"}) CHECK(page.find(piece) == page.npos);
   CHECK_THAT(standalone_svg(first[0].pictures[0]), Catch::StartsWith("<svg viewBox=\"0 0 1 1\"><style>"));

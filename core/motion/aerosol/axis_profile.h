@@ -15,9 +15,9 @@ struct AxisProfile {
   AxisEnds ends;
   double t0_s = 0.0, tb0_s = 0.0, tb1_s = 0.0, t1_s = 0.0;
   double vc_mm_s = 0.0;
-  double a0_mm_s2 = 0.0, a1_mm_s2 = 0.0;   ///< of the first and the last part, +-alpha
+  double a0_mm_s2 = 0.0, a1_mm_s2 = 0.0;  ///< of the first and the last part, +-alpha
 
-  double position(double t_s) const;   ///< t_s within [t0, t1]
+  double position(double t_s) const;  ///< t_s within [t0, t1]
   double velocity(double t_s) const;
 };
 

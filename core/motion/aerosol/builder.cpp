@@ -15,7 +15,9 @@ constexpr double kNothing_s = 1e-9;
 
 bool is_open(PieceKind kind) { return kind == PieceKind::kPrint || kind == PieceKind::kRound; }
 
-double acceleration(const AxisProfile& p, double t) { return t < p.tb0_s ? p.a0_mm_s2 : t > p.tb1_s ? p.a1_mm_s2 : 0.0; }
+double acceleration(const AxisProfile& p, double t) {
+  return t < p.tb0_s ? p.a0_mm_s2 : t > p.tb1_s ? p.a1_mm_s2 : 0.0;
+}
 
 // Least and largest value of one axis over a piece.
 std::pair<double, double> reach(double p, double v, double a, double duration) {
@@ -34,23 +36,27 @@ std::pair<double, double> reach(double p, double v, double a, double duration) {
 void PlanBuilder::begin(const Point2& start) { p_ = start; }
 
 void PlanBuilder::refuse(std::int32_t segment, std::string reason) {
-  if (!plan_.refused.empty() && plan_.refused.back().segment == segment) return;   // one reason is enough
+  if (!plan_.refused.empty() && plan_.refused.back().segment == segment) return;  // one reason is enough
   plan_.refused.push_back({segment, std::move(reason)});
 }
 
 void PlanBuilder::append(const Piece& piece) {
   const double sign = machine_.substrate_moves ? -1.0 : 1.0;
-  const auto outside = [&](const char* axis, double origin, double p, double v, double a, double low, double high) {
+  const auto outside = [&](const char* axis, double origin, double p, double v, double a, double low,
+                           double high) {
     auto [least, most] = reach(sign * p, sign * v, sign * a, piece.duration_s);
     least += origin;
     most += origin;
     if (least >= low && most <= high) return false;
-    refuse(piece.segment, std::string("the stage's ") + axis + " would go to " + text(least < low ? least : most) + " mm, its range is " +
-                              text(low) + " to " + text(high) + " mm");
+    refuse(piece.segment, std::string("the stage's ") + axis + " would go to " +
+                              text(least < low ? least : most) + " mm, its range is " + text(low) + " to " +
+                              text(high) + " mm");
     return true;
   };
-  if (outside("x", machine_.stage_origin.x_mm, piece.p_mm.x_mm, piece.v_mm_s.x_mm, piece.a_mm_s2.x_mm, machine_.stage_low.x_mm, machine_.stage_high.x_mm) ||
-      outside("y", machine_.stage_origin.y_mm, piece.p_mm.y_mm, piece.v_mm_s.y_mm, piece.a_mm_s2.y_mm, machine_.stage_low.y_mm, machine_.stage_high.y_mm))
+  if (outside("x", machine_.stage_origin.x_mm, piece.p_mm.x_mm, piece.v_mm_s.x_mm, piece.a_mm_s2.x_mm,
+              machine_.stage_low.x_mm, machine_.stage_high.x_mm) ||
+      outside("y", machine_.stage_origin.y_mm, piece.p_mm.y_mm, piece.v_mm_s.y_mm, piece.a_mm_s2.y_mm,
+              machine_.stage_low.y_mm, machine_.stage_high.y_mm))
     return;
   plan_.pieces.push_back(piece);
   AerosolReport& r = plan_.report;
@@ -70,15 +76,21 @@ void PlanBuilder::append(PieceKind kind, std::int32_t segment, const PlaneMove& 
   for (std::size_t n = 0; n + 1 < at.size(); ++n) {
     const double from = at[n], duration = at[n + 1] - from, middle = from + 0.5 * duration;
     if (!(duration > 0.0)) continue;
-    append({kind, segment, t_s_ + from, duration, {move.x.position(from), move.y.position(from)},
-            {move.x.velocity(from), move.y.velocity(from)}, {acceleration(move.x, middle), acceleration(move.y, middle)}});
+    append({kind,
+            segment,
+            t_s_ + from,
+            duration,
+            {move.x.position(from), move.y.position(from)},
+            {move.x.velocity(from), move.y.velocity(from)},
+            {acceleration(move.x, middle), acceleration(move.y, middle)}});
   }
   t_s_ += move.x.t1_s;
   p_ = {move.x.ends.q1_mm, move.y.ends.q1_mm};
   v_ = {move.x.ends.v1_mm_s, move.y.ends.v1_mm_s};
 }
 
-void PlanBuilder::transit(PieceKind kind, std::int32_t segment, const Point2& to, const Point2& v1, double at_least) {
+void PlanBuilder::transit(PieceKind kind, std::int32_t segment, const Point2& to, const Point2& v1,
+                          double at_least) {
   const AxisEnds x{p_.x_mm, to.x_mm, v_.x_mm, v1.x_mm}, y{p_.y_mm, to.y_mm, v_.y_mm, v1.y_mm};
   const PlaneMove move = synchronised_mtt(x, y, 0.0, machine_.axis, at_least);
   AerosolReport& r = plan_.report;
@@ -89,9 +101,10 @@ void PlanBuilder::transit(PieceKind kind, std::int32_t segment, const Point2& to
   append(kind, segment, move);
 }
 
-void PlanBuilder::print(std::int32_t segment, const Point2& to, const Point2& v0, const Point2& v1, double duration) {
+void PlanBuilder::print(std::int32_t segment, const Point2& to, const Point2& v0, const Point2& v1,
+                        double duration) {
   plan_.report.lower_bound_s += duration;
-  if (duration < kNothing_s) {   // two roundings use up the whole segment
+  if (duration < kNothing_s) {  // two roundings use up the whole segment
     p_ = to;
     return;
   }
@@ -102,17 +115,20 @@ void PlanBuilder::print(std::int32_t segment, const Point2& to, const Point2& v0
     const std::string who = axis == 0 ? "axis x" : "axis y";
     found[axis] = lspb(ends[axis], 0.0, duration, alpha);
     if (!found[axis])
-      refuse(segment, who + " cannot go from " + text(ends[axis].v0_mm_s) + " to " + text(ends[axis].v1_mm_s) + " mm/s over " +
-                          text(ends[axis].q1_mm - ends[axis].q0_mm) + " mm in " + text(duration) + " s at " + text(alpha) + " mm/s^2");
+      refuse(segment, who + " cannot go from " + text(ends[axis].v0_mm_s) + " to " +
+                          text(ends[axis].v1_mm_s) + " mm/s over " +
+                          text(ends[axis].q1_mm - ends[axis].q0_mm) + " mm in " + text(duration) + " s at " +
+                          text(alpha) + " mm/s^2");
     else if (std::abs(found[axis]->vc_mm_s) > machine_.axis.v_max_mm_s * (1.0 + 1e-9))
-      refuse(segment, who + " needs " + text(std::abs(found[axis]->vc_mm_s)) + " mm/s between its blends, the stage has " +
-                          text(machine_.axis.v_max_mm_s) + " mm/s");
+      refuse(segment, who + " needs " + text(std::abs(found[axis]->vc_mm_s)) +
+                          " mm/s between its blends, the stage has " + text(machine_.axis.v_max_mm_s) +
+                          " mm/s");
   }
   if (found[0] && found[1]) {
     append(PieceKind::kPrint, segment, {*found[0], *found[1]});
     return;
   }
-  t_s_ += duration;   // the segments after it are still judged
+  t_s_ += duration;  // the segments after it are still judged
   p_ = to;
   v_ = v1;
 }

@@ -9,11 +9,12 @@ namespace firn::motion {
 class PlanBuilder {
  public:
   explicit PlanBuilder(const AerosolMachine& machine) : machine_(machine) {}
-  void begin(const Point2& start);   ///< at rest, time 0
+  void begin(const Point2& start);  ///< at rest, time 0
 
   /// Shutter closed, minimum time (IV), not shorter than at_least_s.
   void transit(PieceKind kind, std::int32_t segment, const Point2& to, const Point2& v1, double at_least_s);
-  /// Shutter open, in the given time (III); refused where the trapezoids have no solution or need more than v_max.
+  /// Shutter open, in the given time (III); refused where the trapezoids have no solution or need more than
+  /// v_max.
   void print(std::int32_t segment, const Point2& to, const Point2& v0, const Point2& v1, double duration_s);
   /// Shutter open, the blends about `corner`.
   void round(std::int32_t segment, const Point2& corner, const Rounding& rounding);

@@ -30,7 +30,8 @@ std::string fault_of(const PrintSegment& s, const AerosolMachine& m) {
   const double dx = s.to.x_mm - s.from.x_mm, dy = s.to.y_mm - s.from.y_mm, length = std::hypot(dx, dy);
   for (const auto& [axis, part] : {std::pair("x", dx), std::pair("y", dy)})
     if (const double v = std::abs(part) / length * s.speed_mm_s; v > m.axis.v_max_mm_s * (1.0 + 1e-12))
-      return std::string("axis ") + axis + " needs " + text(v) + " mm/s, the stage has " + text(m.axis.v_max_mm_s) + " mm/s";
+      return std::string("axis ") + axis + " needs " + text(v) + " mm/s, the stage has " +
+             text(m.axis.v_max_mm_s) + " mm/s";
   return "";
 }
 
@@ -46,7 +47,9 @@ std::string text(double value, int decimals) {
   return s == "-0" ? "0" : s;
 }
 
-bool coincide(const Point2& a, const Point2& b) { return std::abs(a.x_mm - b.x_mm) <= 1e-6 && std::abs(a.y_mm - b.y_mm) <= 1e-6; }
+bool coincide(const Point2& a, const Point2& b) {
+  return std::abs(a.x_mm - b.x_mm) <= 1e-6 && std::abs(a.y_mm - b.y_mm) <= 1e-6;
+}
 
 void check_machine(const AerosolMachine& m, const AerosolOptions& o) {
   require(positive(m.axis.v_max_mm_s), Reason::kLimitNotPositive, "v_max_mm_s", m.axis.v_max_mm_s);
@@ -64,7 +67,8 @@ std::vector<Refusal> check_job(const PrintJob& job, const AerosolMachine& machin
   std::vector<Refusal> refused;
   if (!finite(job.start)) refused.push_back({0, "the start point is not finite"});
   for (std::size_t i = 0; i < job.segments.size(); ++i)
-    if (std::string why = fault_of(job.segments[i], machine); !why.empty()) refused.push_back({std::int32_t(i), std::move(why)});
+    if (std::string why = fault_of(job.segments[i], machine); !why.empty())
+      refused.push_back({std::int32_t(i), std::move(why)});
   if (!finite(job.end)) refused.push_back({std::int32_t(job.segments.size()), "the end point is not finite"});
   return refused;
 }

@@ -13,7 +13,8 @@ bool coincide(const Point2& a, const Point2& b);
 /// @throws MotionError (kLimitNotPositive, kOption) naming the quantity
 void check_machine(const AerosolMachine& machine, const AerosolOptions& options);
 
-/// Segments that no planner can do: not finite, without length, without speed, faster than an axis, outside the range.
+/// Segments that no planner can do: not finite, without length, without speed, faster than an axis, outside
+/// the range.
 std::vector<Refusal> check_job(const PrintJob& job, const AerosolMachine& machine);
 
 /// "%.*f" without trailing zeros

@@ -10,7 +10,8 @@ namespace firn::motion {
 /// Position and velocity at `dt_s` after the piece's begin.
 PlaneState state_of(const Piece& piece, double dt_s);
 
-/// Largest value of a smooth f over [0, duration] and where: exact at the ends, within about 1e-9 of the largest inside.
+/// Largest value of a smooth f over [0, duration] and where: exact at the ends, within about 1e-9 of the
+/// largest inside.
 struct Peak {
   double at = 0.0, value = 0.0;
 };
@@ -26,6 +27,7 @@ struct PrintStart {
 };
 
 /// Fills the report's errors and ratios from the pieces. @param starts one per segment
-void measure(const PrintJob& job, const AerosolMachine& machine, const std::vector<PrintStart>& starts, AerosolPlan& plan);
+void measure(const PrintJob& job, const AerosolMachine& machine, const std::vector<PrintStart>& starts,
+             AerosolPlan& plan);
 
 }  // namespace firn::motion

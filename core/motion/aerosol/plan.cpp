@@ -11,14 +11,15 @@
 namespace firn::motion {
 namespace {
 
-constexpr double kLoopTolerance_mm = 0.001;   // loop mode keeps the shutter open for turns that round within 1 um
+constexpr double kLoopTolerance_mm =
+    0.001;  // loop mode keeps the shutter open for turns that round within 1 um
 
 // What happens where segment i meets segment i + 1.
 enum class Joint : std::uint8_t { kApart, kAverage, kRound, kLoop };
 
 struct Corners {
-  std::vector<Joint> joint;            // n - 1
-  std::vector<Rounding> rounding;      // n - 1, filled where kRound
+  std::vector<Joint> joint;        // n - 1
+  std::vector<Rounding> rounding;  // n - 1, filled where kRound
 };
 
 double length(const PrintSegment& s) { return std::hypot(s.to.x_mm - s.from.x_mm, s.to.y_mm - s.from.y_mm); }
@@ -33,13 +34,15 @@ Point2 velocity(const PrintSegment& s) {
   return {s.speed_mm_s * d.x_mm, s.speed_mm_s * d.y_mm};
 }
 
-// Greedy in printing order: a rounding takes its tangent from both segments, and what is left of a segment's length is
-// the next corner's.
+// Greedy in printing order: a rounding takes its tangent from both segments, and what is left of a segment's
+// length is the next corner's.
 Corners decide_corners(const PrintJob& job, const AerosolMachine& machine, const AerosolOptions& options) {
   const std::size_t joints = job.segments.empty() ? 0 : job.segments.size() - 1;
   Corners c{std::vector<Joint>(joints, Joint::kApart), std::vector<Rounding>(joints)};
-  const double tolerance = options.corner == CornerMode::kHybrid ? std::max(options.tolerance_mm, kLoopTolerance_mm) : kLoopTolerance_mm;
-  double used_mm = 0.0;   // of segment i, at its begin
+  const double tolerance = options.corner == CornerMode::kHybrid
+                               ? std::max(options.tolerance_mm, kLoopTolerance_mm)
+                               : kLoopTolerance_mm;
+  double used_mm = 0.0;  // of segment i, at its begin
   for (std::size_t i = 0; i < joints; ++i) {
     const PrintSegment &a = job.segments[i], &b = job.segments[i + 1];
     const double left_mm = length(a) - used_mm;
@@ -47,7 +50,8 @@ Corners decide_corners(const PrintJob& job, const AerosolMachine& machine, const
     if (!coincide(a.to, b.from)) continue;
     c.joint[i] = options.corner == CornerMode::kPaper ? Joint::kAverage : Joint::kLoop;
     const Point2 from = direction(a), to = direction(b);
-    const bool back = from.x_mm * to.x_mm + from.y_mm * to.y_mm <= -0.99;   // a rounding needs room without bound
+    const bool back =
+        from.x_mm * to.x_mm + from.y_mm * to.y_mm <= -0.99;  // a rounding needs room without bound
     if (options.corner == CornerMode::kPaper || back || a.speed_mm_s != b.speed_mm_s) continue;
     Rounding r = round_corner(from, to, a.speed_mm_s, machine.axis.alpha_mm_s2);
     if (r.deviation_mm > tolerance || r.tangent_mm > left_mm || r.tangent_mm > length(b)) continue;
@@ -81,13 +85,14 @@ class Planner {
 
   AerosolPlan run() {
     const std::int32_t count = std::int32_t(job_.segments.size());
-    double closed_at_least = machine_.shutter_delay_s;   // closed at the start: it only has to open
+    double closed_at_least = machine_.shutter_delay_s;  // closed at the start: it only has to open
     for (std::int32_t i = 0; i < count; ++i) {
       const std::size_t n = std::size_t(i);
       const Joint before = i == 0 ? Joint::kApart : corners_.joint[n - 1];
       const Ends ends = boundary_speeds(job_, corners_, n);
       if (before == Joint::kApart || before == Joint::kLoop)
-        build_.transit(before == Joint::kLoop ? PieceKind::kLoop : PieceKind::kTransit, i, job_.segments[n].from, ends.v0, closed_at_least);
+        build_.transit(before == Joint::kLoop ? PieceKind::kLoop : PieceKind::kTransit, i,
+                       job_.segments[n].from, ends.v0, closed_at_least);
       if (before == Joint::kRound) build_.round(i, job_.segments[n].from, corners_.rounding[n - 1]);
       print(i, ends);
       closed_at_least = 2.0 * machine_.shutter_delay_s;
@@ -114,7 +119,7 @@ class Planner {
       printed_mm -= tangent;
       to = {s.to.x_mm - tangent * d.x_mm, s.to.y_mm - tangent * d.y_mm};
     }
-    build_.print(i, to, ends.v0, ends.v1, std::max(0.0, printed_mm) / s.speed_mm_s);   // (50), (51)
+    build_.print(i, to, ends.v0, ends.v1, std::max(0.0, printed_mm) / s.speed_mm_s);  // (50), (51)
   }
 
   const PrintJob& job_;
@@ -128,9 +133,12 @@ class Planner {
 
 const char* name(CornerMode mode) {
   switch (mode) {
-    case CornerMode::kPaper: return "paper";
-    case CornerMode::kLoop: return "loop";
-    case CornerMode::kHybrid: return "hybrid";
+    case CornerMode::kPaper:
+      return "paper";
+    case CornerMode::kLoop:
+      return "loop";
+    case CornerMode::kHybrid:
+      return "hybrid";
   }
   return "paper";
 }

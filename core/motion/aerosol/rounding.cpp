@@ -10,8 +10,9 @@ constexpr double kLargestStep_rad = 0.05;
 
 Rounding round_corner(const Point2& from, const Point2& to, double v, double alpha) {
   Rounding r;
-  const double cross = from.x_mm * to.y_mm - from.y_mm * to.x_mm, dot = from.x_mm * to.x_mm + from.y_mm * to.y_mm;
-  const double phi = std::atan2(cross, dot);   // signed turn
+  const double cross = from.x_mm * to.y_mm - from.y_mm * to.x_mm,
+               dot = from.x_mm * to.x_mm + from.y_mm * to.y_mm;
+  const double phi = std::atan2(cross, dot);  // signed turn
   if (phi == 0.0) return r;
   const int n = 2 * int(std::ceil(std::abs(phi) / (2.0 * kLargestStep_rad)));
   const double psi = phi / n, heading = std::atan2(from.y_mm, from.x_mm);
@@ -23,7 +24,13 @@ Rounding round_corner(const Point2& from, const Point2& to, double v, double alp
     if (k == n / 2) r.deviation_mm = std::hypot(p.x_mm, p.y_mm);
     const double a0 = heading + k * psi, a1 = heading + (k + 1) * psi;
     const Point2 v0{v * std::cos(a0), v * std::sin(a0)}, v1{v * std::cos(a1), v * std::sin(a1)};
-    r.pieces.push_back({PieceKind::kRound, 0, k * step_s, step_s, p, v0, {(v1.x_mm - v0.x_mm) / step_s, (v1.y_mm - v0.y_mm) / step_s}});
+    r.pieces.push_back({PieceKind::kRound,
+                        0,
+                        k * step_s,
+                        step_s,
+                        p,
+                        v0,
+                        {(v1.x_mm - v0.x_mm) / step_s, (v1.y_mm - v0.y_mm) / step_s}});
     p.x_mm += 0.5 * (v0.x_mm + v1.x_mm) * step_s;
     p.y_mm += 0.5 * (v0.y_mm + v1.y_mm) * step_s;
   }

@@ -28,8 +28,9 @@ Trajectory sample_stage(const AerosolPlan& plan, const AerosolMachine& machine) 
     out.positions.push_back(machine.stage_origin.y_mm + sign * p.y_mm);
   }
   const AerosolReport& r = plan.report;
-  out.certificate.limits = {{"axis speed", r.axis_speed_ratio.value, r.axis_speed_ratio.t_s},
-                            {"axis acceleration", r.axis_acceleration_ratio.value, r.axis_acceleration_ratio.t_s}};
+  out.certificate.limits = {
+      {"axis speed", r.axis_speed_ratio.value, r.axis_speed_ratio.t_s},
+      {"axis acceleration", r.axis_acceleration_ratio.value, r.axis_acceleration_ratio.t_s}};
   out.certificate.duration_s = duration;
   out.certificate.lower_bound_s = r.lower_bound_s;
   return out;

@@ -16,7 +16,8 @@ namespace {
 const AerosolMachine kMachine;
 constexpr AerosolOptions kLoop{CornerMode::kLoop};
 
-// Closed form of the least time in which one axis with |a| <= alpha comes back to where it is, from v0 to v1 != v0.
+// Closed form of the least time in which one axis with |a| <= alpha comes back to where it is, from v0 to v1
+// != v0.
 double least_loop_s(double v0, double v1, double alpha) {
   return (std::abs(v0 + v1) + std::sqrt(2 * (v0 * v0 + v1 * v1))) / alpha;
 }
@@ -36,7 +37,8 @@ std::vector<LoopSeen> loops(const AerosolPlan& plan) {
     if (p.kind != PieceKind::kLoop) continue;
     if (seen.empty() || seen.back().segment != p.segment) seen.push_back({p.segment, 0.0, p.v_mm_s, {}});
     seen.back().duration_s += p.duration_s;
-    seen.back().v1 = {p.v_mm_s.x_mm + p.a_mm_s2.x_mm * p.duration_s, p.v_mm_s.y_mm + p.a_mm_s2.y_mm * p.duration_s};
+    seen.back().v1 = {p.v_mm_s.x_mm + p.a_mm_s2.x_mm * p.duration_s,
+                      p.v_mm_s.y_mm + p.a_mm_s2.y_mm * p.duration_s};
   }
   return seen;
 }
@@ -48,7 +50,8 @@ void check_continuous(const AerosolPlan& plan, const PrintJob& job, const Aeroso
     CHECK(piece.t_s == Approx(t).margin(1e-9));
     CHECK(std::hypot(piece.p_mm.x_mm - p.x_mm, piece.p_mm.y_mm - p.y_mm) < 1e-7);
     CHECK(std::hypot(piece.v_mm_s.x_mm - v.x_mm, piece.v_mm_s.y_mm - v.y_mm) < 1e-5);
-    CHECK(std::max(std::abs(piece.a_mm_s2.x_mm), std::abs(piece.a_mm_s2.y_mm)) <= machine.axis.alpha_mm_s2 * (1 + 1e-9));
+    CHECK(std::max(std::abs(piece.a_mm_s2.x_mm), std::abs(piece.a_mm_s2.y_mm)) <=
+          machine.axis.alpha_mm_s2 * (1 + 1e-9));
     t = piece.t_s + piece.duration_s;
     const PlaneState end = state_at(plan, std::nextafter(t, 0.0));
     p = end.p_mm;
@@ -60,7 +63,10 @@ void check_continuous(const AerosolPlan& plan, const PrintJob& job, const Aeroso
 
 }  // namespace
 
-TEST_CASE("With loops the speed error is at most 0.1 % and the position error at most 1 um while the shutter is open", "[aerosol]") {
+TEST_CASE(
+    "With loops the speed error is at most 0.1 % and the position error at most 1 um while the shutter is "
+    "open",
+    "[aerosol]") {
   for (const PrintJob& job : {thompson_fig7(), thompson_fig11()}) {
     const AerosolPlan plan = plan_aerosol(job, kMachine, kLoop);
     REQUIRE(plan.ok());
@@ -81,7 +87,10 @@ TEST_CASE("With loops the speed error is at most 0.1 % and the position error at
   }
 }
 
-TEST_CASE("A loop takes the least common time of the closed form, and never more than 4 v / alpha + 2 shutter delays", "[aerosol]") {
+TEST_CASE(
+    "A loop takes the least common time of the closed form, and never more than 4 v / alpha + 2 shutter "
+    "delays",
+    "[aerosol]") {
   Numbers next(32);
   int seen = 0, delayed = 0;
   for (int n = 0; n < 500; ++n) {
@@ -103,14 +112,19 @@ TEST_CASE("A loop takes the least common time of the closed form, and never more
   CHECK(delayed > 20);
 }
 
-TEST_CASE("A hairpin's loop is braking and coming back, 2 v / alpha; a mirrored axis needs the whole 4 v / alpha", "[aerosol]") {
-  const auto corner_s = [](double angle, double heading) { return plan_aerosol(corner(angle, heading), kMachine, kLoop).report.corner_s.value; };
+TEST_CASE(
+    "A hairpin's loop is braking and coming back, 2 v / alpha; a mirrored axis needs the whole 4 v / alpha",
+    "[aerosol]") {
+  const auto corner_s = [](double angle, double heading) {
+    return plan_aerosol(corner(angle, heading), kMachine, kLoop).report.corner_s.value;
+  };
   CHECK(corner_s(0, 0) == Approx(2 * 3.0 / 30));
   CHECK(corner_s(90, 0) == Approx((1 + std::sqrt(2.0)) * 3.0 / 30));
   CHECK(corner_s(150, -15) == Approx(4 * 3.0 * std::cos(15 * std::numbers::pi / 180) / 30));
 }
 
-TEST_CASE("The shutter's spans are the printed segments, and its commands come one delay earlier", "[aerosol]") {
+TEST_CASE("The shutter's spans are the printed segments, and its commands come one delay earlier",
+          "[aerosol]") {
   AerosolMachine machine;
   machine.shutter_delay_s = 0.03;
   const PrintJob job = thompson_fig7();
@@ -127,13 +141,16 @@ TEST_CASE("The shutter's spans are the printed segments, and its commands come o
         const double dx = s.to.x_mm - s.from.x_mm, dy = s.to.y_mm - s.from.y_mm, l = std::hypot(dx, dy);
         const Point2 p = state_at(plan, t).p_mm;
         const double along = ((p.x_mm - s.from.x_mm) * dx + (p.y_mm - s.from.y_mm) * dy) / l;
-        if (along > -1e-6 && along < l + 1e-6) nearest = std::min(nearest, std::abs((p.x_mm - s.from.x_mm) * dy - (p.y_mm - s.from.y_mm) * dx) / l);
+        if (along > -1e-6 && along < l + 1e-6)
+          nearest =
+              std::min(nearest, std::abs((p.x_mm - s.from.x_mm) * dy - (p.y_mm - s.from.y_mm) * dx) / l);
       }
       CHECK(nearest < 1e-6);
     }
   }
   double lengths = 0;
-  for (const firn::PrintSegment& s : job.segments) lengths += std::hypot(s.to.x_mm - s.from.x_mm, s.to.y_mm - s.from.y_mm);
+  for (const firn::PrintSegment& s : job.segments)
+    lengths += std::hypot(s.to.x_mm - s.from.x_mm, s.to.y_mm - s.from.y_mm);
   CHECK(open == Approx(lengths / 3.0));
   CHECK(plan.report.print_s == Approx(open));
   CHECK(plan.report.print_s + plan.report.transit_s == Approx(plan.report.total_s));
@@ -159,13 +176,16 @@ TEST_CASE("Slight turns round within 1 um with the shutter open; a change of spe
   CHECK(loop.report.speed_error.value < 1e-9);
 }
 
-TEST_CASE("Hybrid keeps the tolerance, the speed and the acceleration, and is never slower than loops", "[aerosol]") {
+TEST_CASE("Hybrid keeps the tolerance, the speed and the acceleration, and is never slower than loops",
+          "[aerosol]") {
   Numbers next(33);
   int rounded = 0, looped = 0;
   for (int n = 0; n < 300; ++n) {
     const double speed = next(0.5, 4.0), tolerance = next(0.0, 0.1);
-    PrintJob job = n % 2 ? random_job(next, 6, 5.0, speed) : corner(next(0, 180), next(0, 360), next(0.05, 3.0), speed);
-    const AerosolPlan hybrid = plan_aerosol(job, kMachine, {CornerMode::kHybrid, tolerance}), loop = plan_aerosol(job, kMachine, kLoop);
+    PrintJob job =
+        n % 2 ? random_job(next, 6, 5.0, speed) : corner(next(0, 180), next(0, 360), next(0.05, 3.0), speed);
+    const AerosolPlan hybrid = plan_aerosol(job, kMachine, {CornerMode::kHybrid, tolerance}),
+                      loop = plan_aerosol(job, kMachine, kLoop);
     REQUIRE(hybrid.ok());
     rounded += hybrid.report.rounded;
     looped += hybrid.report.loops;
@@ -180,7 +200,8 @@ TEST_CASE("Hybrid keeps the tolerance, the speed and the acceleration, and is ne
   CHECK(looped > 100);
 }
 
-TEST_CASE("A rounding joins both segments, tangent, at the stage's acceleration, symmetric about the corner", "[aerosol]") {
+TEST_CASE("A rounding joins both segments, tangent, at the stage's acceleration, symmetric about the corner",
+          "[aerosol]") {
   for (double turn_deg : {0.5, 10.0, 45.0, 62.0, 120.0, -45.0, -100.0})
     for (double heading : {0.0, 33.0, 200.0}) {
       const double a = heading * std::numbers::pi / 180, b = a + turn_deg * std::numbers::pi / 180;

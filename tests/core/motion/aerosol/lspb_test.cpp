@@ -26,7 +26,10 @@ AxisEnds shifted(AxisEnds e, double by) {
 
 }  // namespace
 
-TEST_CASE("Equations (1) to (7), (18): each valid LSPB candidate meets all boundary conditions, by numeric integration", "[aerosol]") {
+TEST_CASE(
+    "Equations (1) to (7), (18): each valid LSPB candidate meets all boundary conditions, by numeric "
+    "integration",
+    "[aerosol]") {
   Numbers next(1);
   int valid = 0;
   for (int n = 0; n < 400; ++n) {
@@ -43,7 +46,7 @@ TEST_CASE("Equations (1) to (7), (18): each valid LSPB candidate meets all bound
       CHECK(p->velocity(t0) == Approx(e.v0_mm_s).margin(1e-7));
       CHECK(p->velocity(t1) == Approx(e.v1_mm_s).margin(1e-7));
       CHECK(integrated_end(*p) == Approx(e.q1_mm).margin(1e-5));
-      for (double t : {p->tb0_s, p->tb1_s}) {   // nothing jumps where a blend ends
+      for (double t : {p->tb0_s, p->tb1_s}) {  // nothing jumps where a blend ends
         CHECK(p->position(t - 1e-9) == Approx(p->position(t + 1e-9)).margin(1e-7));
         CHECK(p->velocity(t - 1e-9) == Approx(p->velocity(t + 1e-9)).margin(1e-6));
       }
@@ -52,7 +55,10 @@ TEST_CASE("Equations (1) to (7), (18): each valid LSPB candidate meets all bound
   CHECK(valid > 100);
 }
 
-TEST_CASE("LSPB has a solution exactly when the time lets an axis with this acceleration arrive, and all solutions are one motion", "[aerosol]") {
+TEST_CASE(
+    "LSPB has a solution exactly when the time lets an axis with this acceleration arrive, and all solutions "
+    "are one motion",
+    "[aerosol]") {
   Numbers next(2);
   int solved = 0, none = 0;
   for (int n = 0; n < 3000; ++n) {
@@ -60,20 +66,25 @@ TEST_CASE("LSPB has a solution exactly when the time lets an axis with this acce
     const double t1 = next(0.01, 0.8);
     const auto [low, high] = reachable(e, t1, {kNoLimit, kAlpha});
     const double dq = e.q1_mm - e.q0_mm;
-    if (std::min(std::abs(dq - low), std::abs(dq - high)) < 1e-5) continue;   // nearer than the oracle can tell
+    if (std::min(std::abs(dq - low), std::abs(dq - high)) < 1e-5)
+      continue;  // nearer than the oracle can tell
     const auto p = lspb(e, 0.0, t1, kAlpha);
     CAPTURE(e.q0_mm, e.q1_mm, e.v0_mm_s, e.v1_mm_s, t1);
     REQUIRE(p.has_value() == (low <= dq && dq <= high));
     ++(p ? solved : none);
     for (const auto& other : lspb_candidates(e, 0.0, t1, kAlpha))
       if (other)
-        for (double part : {0.1, 0.35, 0.6, 0.9}) CHECK(other->position(part * t1) == Approx(p->position(part * t1)).margin(1e-9));
+        for (double part : {0.1, 0.35, 0.6, 0.9})
+          CHECK(other->position(part * t1) == Approx(p->position(part * t1)).margin(1e-9));
   }
   CHECK(solved > 500);
   CHECK(none > 500);
 }
 
-TEST_CASE("Erratum (9), (15), (16): t1 - t0 makes the solution independent of when the move starts; the printed t1 + t0 does not", "[aerosol]") {
+TEST_CASE(
+    "Erratum (9), (15), (16): t1 - t0 makes the solution independent of when the move starts; the printed t1 "
+    "+ t0 does not",
+    "[aerosol]") {
   Numbers next(3);
   int one_sided = 0, printed_differs = 0, solvable = 0;
   for (int n = 0; n < 5000; ++n) {
@@ -99,7 +110,8 @@ TEST_CASE("Equation (8): the sign of the axis and the place of the origin do not
   for (int n = 0; n < 1000; ++n) {
     const AxisEnds e = random_ends(next, 1.0, kVmax), mirror{-e.q0_mm, -e.q1_mm, -e.v0_mm_s, -e.v1_mm_s};
     const double t1 = next(0.05, 0.6);
-    const auto p = lspb(e, 0.0, t1, kAlpha), m = lspb(mirror, 0.0, t1, kAlpha), s = lspb(shifted(e, 25.0), 0.0, t1, kAlpha);
+    const auto p = lspb(e, 0.0, t1, kAlpha), m = lspb(mirror, 0.0, t1, kAlpha),
+               s = lspb(shifted(e, 25.0), 0.0, t1, kAlpha);
     REQUIRE(p.has_value() == m.has_value());
     if (!p) continue;
     CHECK(m->position(0.4 * t1) == Approx(-p->position(0.4 * t1)).margin(1e-9));

@@ -22,7 +22,8 @@ double first_on_grid(const AxisEnds& e, double step) {
 
 }  // namespace
 
-TEST_CASE("A minimum-time move meets its boundary conditions and limits, by numeric integration", "[aerosol]") {
+TEST_CASE("A minimum-time move meets its boundary conditions and limits, by numeric integration",
+          "[aerosol]") {
   Numbers next(11);
   for (int n = 0; n < 1000; ++n) {
     const AxisEnds e = random_ends(next, 3.0, 4.0);
@@ -42,7 +43,7 @@ TEST_CASE("No shorter time works: the minimum-time move against a dense grid of 
     const AxisEnds e = random_ends(next, 1.0, 4.0);
     const double step = 1e-3, found = mtt(e, 0.0, kLimits).t1_s, grid = first_on_grid(e, step);
     CAPTURE(e.q0_mm, e.q1_mm, e.v0_mm_s, e.v1_mm_s);
-    CHECK(grid >= found - 1e-5);          // the oracle finds nothing earlier
+    CHECK(grid >= found - 1e-5);  // the oracle finds nothing earlier
     const auto spans = possible_durations(e, kLimits);
     CHECK(spans.front().from_s == Approx(found).margin(1e-9));
     if (spans.front().to_s - found > 2 * step) CHECK(grid <= found + step + 1e-5);
@@ -72,7 +73,10 @@ TEST_CASE("The possible durations are those of the oracle, gap included", "[aero
   CHECK(gaps > 5);
 }
 
-TEST_CASE("Erratum (22), (24), (26): the peak's square has the sum of the squares; as printed the end is missed in most moves", "[aerosol]") {
+TEST_CASE(
+    "Erratum (22), (24), (26): the peak's square has the sum of the squares; as printed the end is missed in "
+    "most moves",
+    "[aerosol]") {
   Numbers next(14);
   int moves = 0, printed_misses = 0;
   for (int n = 0; n < 2000; ++n) {
@@ -85,13 +89,17 @@ TEST_CASE("Erratum (22), (24), (26): the peak's square has the sum of the square
     const double printed = sign > 0 ? alpha * (e.q1_mm - e.q0_mm) + 0.5 * (v1 * v1 - v0 * v0)
                                     : alpha * (e.q0_mm - e.q1_mm) + 0.5 * (v0 * v0 - v1 * v1);
     const double vp = printed < 0 ? 0.0 : sign * std::sqrt(printed);
-    const double end = e.q0_mm + (vp * vp - v0 * v0) / (2 * sign * alpha) + (v1 * v1 - vp * vp) / (-2 * sign * alpha);
+    const double end =
+        e.q0_mm + (vp * vp - v0 * v0) / (2 * sign * alpha) + (v1 * v1 - vp * vp) / (-2 * sign * alpha);
     printed_misses += std::abs(end - e.q1_mm) > 1e-3;
   }
   CHECK(printed_misses > moves * 85 / 100);
 }
 
-TEST_CASE("Erratum (37): a long move backwards takes as long as one forwards; 0 to -10 mm takes 2.633 s, not 2.367 s", "[aerosol]") {
+TEST_CASE(
+    "Erratum (37): a long move backwards takes as long as one forwards; 0 to -10 mm takes 2.633 s, not 2.367 "
+    "s",
+    "[aerosol]") {
   const AxisProfile back = mtt({0, -10, 0, 0}, 0.0, kLimits), ahead = mtt({0, 10, 0, 0}, 0.0, kLimits);
   CHECK(back.t1_s == Approx(10.0 / 4 + 4.0 / 30).epsilon(1e-12));
   CHECK(back.t1_s == ahead.t1_s);
@@ -107,7 +115,10 @@ TEST_CASE("Erratum (37): a long move backwards takes as long as one forwards; 0 
   }
 }
 
-TEST_CASE("Erratum Fig. 5: the first valid candidate is not the minimum; v0 = v1 = -3, dq = -0.2 takes 0.058 s, not 0.315 s", "[aerosol]") {
+TEST_CASE(
+    "Erratum Fig. 5: the first valid candidate is not the minimum; v0 = v1 = -3, dq = -0.2 takes 0.058 s, "
+    "not 0.315 s",
+    "[aerosol]") {
   const AxisEnds e{0.0, -0.2, -3.0, -3.0};
   std::optional<AxisProfile> first;
   for (const auto& c : mtt_candidates(e, 0.0, kNoSpeedLimit))
@@ -117,9 +128,13 @@ TEST_CASE("Erratum Fig. 5: the first valid candidate is not the minimum; v0 = v1
   CHECK(mtt(e, 0.0, kNoSpeedLimit).t1_s == Approx(0.058).margin(5e-4));
 }
 
-TEST_CASE("Erratum IV-B: where the faster axis cannot take the slower one's time, both meet at the next time that both can", "[aerosol]") {
+TEST_CASE(
+    "Erratum IV-B: where the faster axis cannot take the slower one's time, both meet at the next time that "
+    "both can",
+    "[aerosol]") {
   Numbers next(16);
-  for (const auto& [span, share_low, share_high] : {std::tuple(10.0, 0.0, 0.003), std::tuple(2.0, 0.001, 0.02), std::tuple(0.5, 0.03, 0.12)}) {
+  for (const auto& [span, share_low, share_high] :
+       {std::tuple(10.0, 0.0, 0.003), std::tuple(2.0, 0.001, 0.02), std::tuple(0.5, 0.03, 0.12)}) {
     int moves = 4000, none = 0;
     for (int n = 0; n < moves; ++n) {
       const AxisEnds x = random_ends(next, span / 2, 4.0), y = random_ends(next, span / 2, 4.0);
@@ -133,7 +148,8 @@ TEST_CASE("Erratum IV-B: where the faster axis cannot take the slower one's time
         ++none;
         const AxisEnds& faster = mtt(x, 0, kLimits).t1_s < mtt(y, 0, kLimits).t1_s ? x : y;
         CHECK_FALSE(lspb(faster, 0.0, slower, 30.0));
-        for (double t = slower + 1e-4; t < move.x.t1_s - 1e-4; t += 2e-3) CHECK_FALSE((can(x, t, kLimits) && can(y, t, kLimits)));
+        for (double t = slower + 1e-4; t < move.x.t1_s - 1e-4; t += 2e-3)
+          CHECK_FALSE((can(x, t, kLimits) && can(y, t, kLimits)));
       }
     }
     INFO(span << " mm: " << none << " of " << moves);
@@ -149,8 +165,10 @@ TEST_CASE("Two axes together take the earliest common time, not before the one a
     const AxisEnds x = random_ends(next, span, 4.0), y = random_ends(next, span, 4.0);
     const PlaneMove move = synchronised_mtt(x, y, 0.0, kLimits, at_least);
     REQUIRE(move.x.t1_s >= at_least);
-    REQUIRE(move.x.position(move.x.tb0_s - 1e-12) == Approx(move.x.position(move.x.tb0_s + 1e-12)).margin(1e-8));
-    REQUIRE(move.y.position(move.y.tb0_s - 1e-12) == Approx(move.y.position(move.y.tb0_s + 1e-12)).margin(1e-8));
+    REQUIRE(move.x.position(move.x.tb0_s - 1e-12) ==
+            Approx(move.x.position(move.x.tb0_s + 1e-12)).margin(1e-8));
+    REQUIRE(move.y.position(move.y.tb0_s - 1e-12) ==
+            Approx(move.y.position(move.y.tb0_s + 1e-12)).margin(1e-8));
   }
   const PlaneMove nothing = synchronised_mtt({1, 1, 0, 0}, {2, 2, 0, 0}, 0.0, kLimits);
   CHECK(nothing.x.t1_s == 0.0);

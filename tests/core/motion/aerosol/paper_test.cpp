@@ -13,7 +13,7 @@ using firn::PrintJob;
 namespace {
 
 constexpr AerosolOptions kPaper{CornerMode::kPaper};
-constexpr double kFeature_mm = 10.0;   // the paper gives position errors in percent of this size
+constexpr double kFeature_mm = 10.0;  // the paper gives position errors in percent of this size
 const AerosolMachine kMachine;
 
 double to_rad(double deg) { return deg * std::numbers::pi / 180.0; }
@@ -34,9 +34,11 @@ Errors sampled_errors(const PrintJob& job, const AerosolPlan& plan, double step_
     for (double t = p.t_s; t < p.t_s + p.duration_s; t += step_s) {
       const PlaneState at = state_at(plan, t);
       const double gone = s.speed_mm_s * (t - begin) / length;
-      worst.speed = std::max(worst.speed, std::abs(std::hypot(at.v_mm_s.x_mm, at.v_mm_s.y_mm) / s.speed_mm_s - 1.0));
-      worst.position_mm = std::max(worst.position_mm, std::hypot(at.p_mm.x_mm - s.from.x_mm - gone * (s.to.x_mm - s.from.x_mm),
-                                                                 at.p_mm.y_mm - s.from.y_mm - gone * (s.to.y_mm - s.from.y_mm)));
+      worst.speed =
+          std::max(worst.speed, std::abs(std::hypot(at.v_mm_s.x_mm, at.v_mm_s.y_mm) / s.speed_mm_s - 1.0));
+      worst.position_mm = std::max(worst.position_mm,
+                                   std::hypot(at.p_mm.x_mm - s.from.x_mm - gone * (s.to.x_mm - s.from.x_mm),
+                                              at.p_mm.y_mm - s.from.y_mm - gone * (s.to.y_mm - s.from.y_mm)));
     }
   }
   return worst;
@@ -44,7 +46,10 @@ Errors sampled_errors(const PrintJob& job, const AerosolPlan& plan, double step_
 
 }  // namespace
 
-TEST_CASE("Erratum FIT, Fig. 10: with the fitted coordinates the speed error is 60.0 % and the position error 1.09 %", "[aerosol]") {
+TEST_CASE(
+    "Erratum FIT, Fig. 10: with the fitted coordinates the speed error is 60.0 % and the position error 1.09 "
+    "%",
+    "[aerosol]") {
   const AerosolPlan plan = plan_aerosol(thompson_fig7(), kMachine, kPaper);
   REQUIRE(plan.ok());
   CHECK(100 * plan.report.speed_error.value == Approx(60.0).margin(0.1));
@@ -58,35 +63,44 @@ TEST_CASE("Erratum FIT, Fig. 10: with the fitted coordinates the speed error is 
   CHECK(plan.open.size() == 3);
 }
 
-TEST_CASE("Erratum FIT, Fig. 12: from 125 to 5 degrees the speed error reaches 96.8 % and the position error 1.49 %", "[aerosol]") {
+TEST_CASE(
+    "Erratum FIT, Fig. 12: from 125 to 5 degrees the speed error reaches 96.8 % and the position error 1.49 "
+    "%",
+    "[aerosol]") {
   const AerosolPlan plan = plan_aerosol(thompson_fig11(), kMachine, kPaper);
   REQUIRE(plan.ok());
   CHECK(100 * plan.report.speed_error.value == Approx(96.8).margin(0.1));
   CHECK(100 * plan.report.position_error_mm.value / kFeature_mm == Approx(1.49).margin(0.1));
   CHECK(plan.report.position_error_mm.value == Approx(0.14942998424).margin(1e-6));
-  CHECK(plan.report.position_error_mm.value == Approx(sampled_errors(thompson_fig11(), plan).position_mm).margin(1e-5));
+  CHECK(plan.report.position_error_mm.value ==
+        Approx(sampled_errors(thompson_fig11(), plan).position_mm).margin(1e-5));
 }
 
-TEST_CASE("Equations (52), (53): at a corner the speed is v sin(angle / 2), for any coordinates", "[aerosol]") {
+TEST_CASE("Equations (52), (53): at a corner the speed is v sin(angle / 2), for any coordinates",
+          "[aerosol]") {
   Numbers next(21);
   for (int n = 0; n < 300; ++n) {
     const double angle = next(0, 180), heading = next(0, 360);
     const PrintJob job = corner(angle, heading);
     const AerosolPlan plan = plan_aerosol(job, kMachine, kPaper);
-    if (!plan.ok()) continue;   // an axis that would need more than 4 mm/s
+    if (!plan.ok()) continue;  // an axis that would need more than 4 mm/s
     for (const Piece& p : plan.pieces)
       if (p.kind == PieceKind::kPrint && p.segment == 1) {
-        CHECK(std::hypot(p.v_mm_s.x_mm, p.v_mm_s.y_mm) == Approx(3.0 * std::sin(to_rad(angle / 2))).margin(1e-7));
+        CHECK(std::hypot(p.v_mm_s.x_mm, p.v_mm_s.y_mm) ==
+              Approx(3.0 * std::sin(to_rad(angle / 2))).margin(1e-7));
         break;
       }
     CHECK(plan.report.speed_error.value >= 1.0 - std::sin(to_rad(angle / 2)) - 1e-7);
   }
 }
 
-TEST_CASE("At 0 degrees the speed error is 100 %, straight on it is none, and it falls as the angle grows", "[aerosol]") {
+TEST_CASE("At 0 degrees the speed error is 100 %, straight on it is none, and it falls as the angle grows",
+          "[aerosol]") {
   for (double heading : {0.0, 17.0, 45.0, 60.0, 90.0}) {
-    CHECK(plan_aerosol(corner(0, heading), kMachine, kPaper).report.speed_error.value == Approx(1.0).margin(1e-7));
-    CHECK(plan_aerosol(corner(180, heading), kMachine, kPaper).report.speed_error.value == Approx(0.0).margin(1e-7));
+    CHECK(plan_aerosol(corner(0, heading), kMachine, kPaper).report.speed_error.value ==
+          Approx(1.0).margin(1e-7));
+    CHECK(plan_aerosol(corner(180, heading), kMachine, kPaper).report.speed_error.value ==
+          Approx(0.0).margin(1e-7));
     double before = 1.0 + 1e-9;
     for (double angle = 0; angle <= 180; angle += 2.5) {
       const AerosolPlan plan = plan_aerosol(corner(angle, heading), kMachine, kPaper);
@@ -102,7 +116,8 @@ TEST_CASE("At 0 degrees the speed error is 100 %, straight on it is none, and it
   }
 }
 
-TEST_CASE("The position error of averaged corners is at most v^2 / (2 alpha), for any coordinates", "[aerosol]") {
+TEST_CASE("The position error of averaged corners is at most v^2 / (2 alpha), for any coordinates",
+          "[aerosol]") {
   Numbers next(22);
   int planned = 0;
   for (int n = 0; n < 400; ++n) {
@@ -127,17 +142,22 @@ TEST_CASE("Isolated segments are printed without any error (48), (49)", "[aeroso
   CHECK(plan.report.position_error_mm.value < 1e-9);
 }
 
-TEST_CASE("Erratum hairpins: below 1.6 mm the stage is too slow, below 1.2 mm there is no solution; segment and reason are told", "[aerosol]") {
+TEST_CASE(
+    "Erratum hairpins: below 1.6 mm the stage is too slow, below 1.2 mm there is no solution; segment and "
+    "reason are told",
+    "[aerosol]") {
   const auto hairpin = [](double length) { return through({{0, 0}, {5, 0}, {5 - length, 0}, {10, 0}}); };
   const auto plan = [&](double length) { return plan_aerosol(hairpin(length), kMachine, kPaper); };
   CHECK(plan(1.601).ok());
   const AerosolPlan slow = plan(1.599), none = plan(1.199), between = plan(1.201);
   REQUIRE(slow.refused.size() == 1);
   CHECK(slow.refused[0].segment == 1);
-  CHECK_THAT(slow.refused[0].reason, Catch::Contains("axis x needs 4.0") && Catch::Contains("the stage has 4 mm/s"));
+  CHECK_THAT(slow.refused[0].reason,
+             Catch::Contains("axis x needs 4.0") && Catch::Contains("the stage has 4 mm/s"));
   CHECK_THAT(between.refused.at(0).reason, Catch::Contains("the stage has 4 mm/s"));
   REQUIRE(none.refused.size() == 1);
   CHECK(none.refused[0].segment == 1);
-  CHECK_THAT(none.refused[0].reason, Catch::Contains("cannot go from 0 to 0 mm/s over -1.199 mm in 0.3997 s"));
+  CHECK_THAT(none.refused[0].reason,
+             Catch::Contains("cannot go from 0 to 0 mm/s over -1.199 mm in 0.3997 s"));
   CHECK(none.pieces.empty());
 }

@@ -20,7 +20,10 @@ const AerosolMachine kMachine;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
-TEST_CASE("II-B: the stage carries the substrate, so it moves minus the path; the sign is taken when the stage is sampled", "[aerosol]") {
+TEST_CASE(
+    "II-B: the stage carries the substrate, so it moves minus the path; the sign is taken when the stage is "
+    "sampled",
+    "[aerosol]") {
   AerosolMachine machine;
   machine.stage_origin = {50, 60};
   const AerosolPlan plan = plan_aerosol(thompson_fig7(), machine);
@@ -33,7 +36,7 @@ TEST_CASE("II-B: the stage carries the substrate, so it moves minus the path; th
     CHECK(carried.positions[n + 1] + nozzle.positions[n + 1] == Approx(120.0));
   }
   CHECK(carried.positions[0] == 50.0);
-  CHECK(carried.positions[1] == 50.0);          // 60 - 10
+  CHECK(carried.positions[1] == 50.0);  // 60 - 10
   CHECK(nozzle.positions[nozzle.positions.size() - 2] == Approx(50.0));
   CHECK(nozzle.positions.back() == Approx(60.0));
 }
@@ -48,7 +51,8 @@ TEST_CASE("The sampled stage obeys the limits: differences of the samples, from 
     CHECK(double(out.samples() - 2) * out.tick_s < plan.duration_s());
     for (std::size_t axis = 0; axis < 2; ++axis)
       for (std::size_t n = 2; n < out.samples(); ++n) {
-        const double a = out.positions[2 * n - 4 + axis], b = out.positions[2 * n - 2 + axis], c = out.positions[2 * n + axis];
+        const double a = out.positions[2 * n - 4 + axis], b = out.positions[2 * n - 2 + axis],
+                     c = out.positions[2 * n + axis];
         CHECK(std::abs(c - b) / out.tick_s <= 4.0 * (1 + 1e-6));
         CHECK(std::abs(c - 2 * b + a) / (out.tick_s * out.tick_s) <= 30.0 * (1 + 1e-5));
       }
@@ -57,7 +61,8 @@ TEST_CASE("The sampled stage obeys the limits: differences of the samples, from 
   }
 }
 
-TEST_CASE("Every segment that cannot be done is refused by number with its reason, and nothing is planned", "[aerosol]") {
+TEST_CASE("Every segment that cannot be done is refused by number with its reason, and nothing is planned",
+          "[aerosol]") {
   PrintJob job = thompson_fig7();
   job.segments[1].speed_mm_s = -3;
   job.segments[3].to = job.segments[3].from;
@@ -83,13 +88,14 @@ TEST_CASE("Every segment that cannot be done is refused by number with its reaso
 TEST_CASE("A loop that would leave the stage's range is refused", "[aerosol]") {
   AerosolMachine machine;
   machine.stage_low = {-9.5, -11};
-  machine.stage_high = {1, 1};   // the corner at x = 9 overshoots
+  machine.stage_high = {1, 1};  // the corner at x = 9 overshoots
   CHECK(plan_aerosol(thompson_fig7(), machine).ok());
   machine.stage_low.x_mm = -9.02;
   const AerosolPlan narrow = plan_aerosol(thompson_fig7(), machine);
   REQUIRE(narrow.refused.size() >= 1);
   CHECK(narrow.refused[0].segment == 1);
-  CHECK_THAT(narrow.refused[0].reason, Contains("the stage's x would go to -9.") && Contains("its range is -9.02 to 1 mm"));
+  CHECK_THAT(narrow.refused[0].reason,
+             Contains("the stage's x would go to -9.") && Contains("its range is -9.02 to 1 mm"));
 }
 
 TEST_CASE("A machine without limits or an impossible tolerance is named", "[aerosol]") {
@@ -105,7 +111,8 @@ TEST_CASE("A machine without limits or an impossible tolerance is named", "[aero
   CHECK_THROWS_AS(plan_aerosol(thompson_fig7(), kMachine, {CornerMode::kHybrid, kNone}), MotionError);
 }
 
-TEST_CASE("A job without segments is one transit; wasted flow is the flow times the closed time", "[aerosol]") {
+TEST_CASE("A job without segments is one transit; wasted flow is the flow times the closed time",
+          "[aerosol]") {
   AerosolMachine machine;
   machine.flow_mm3_s = 0.02;
   const AerosolPlan empty = plan_aerosol({{0, 10}, {0, 0}, {}}, machine);
