@@ -92,7 +92,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   PlantWorld world(make_world(run, e, options.resume, record.get()));
   Lab lab(&world);
   std::vector<std::unique_ptr<Member>> members;
-  for (const NamedMaker& maker : node_makers()) {
+  for (const NamedMaker& maker : taking_part(e)) {
     members.push_back(std::make_unique<Member>(run, maker, inputs, options.resume));
     lab.add(&members.back()->host);
   }

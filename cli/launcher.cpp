@@ -18,6 +18,7 @@
 #include "cli/child_process.h"
 #include "cli/exit_codes.h"
 #include "cli/log_repair.h"
+#include "cli/node_makers.h"
 #include "cli/run_resume.h"
 #include "cli/run_watch.h"
 #include "cli/sim_truth.h"
@@ -164,8 +165,7 @@ void Launch::start_all() {
                                                        folder_.path() / "nodes" / (name + ".err")));
   };
   for (const char* name : {"world", "recorder"}) start(name);
-  for (const NodeInfo& n : nodes())
-    if (int(n.id) < kReplayedNodeCount) start(std::string(n.name));
+  for (const NamedMaker& n : taking_part(experiment_)) start(std::string(info(n.id).name));
   const ProcessOptions& o = args_.options;
   std::ofstream(folder_.path() / "clocks", std::ios::app)
       << o.incarnation << " " << o.epoch_ns << " " << o.offset_us << " " << o.time_scale << " " << args_.bus_url << "\n";

@@ -26,9 +26,10 @@ std::int64_t thread_cpu_ns() {
   return std::int64_t(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
 }
 
-std::vector<std::unique_ptr<NodeHost>> make_hosts(const std::string& config, const Blobs& inputs) {
+std::vector<std::unique_ptr<NodeHost>> make_hosts(const Experiment& e, const Blobs& inputs) {
   std::vector<std::unique_ptr<NodeHost>> hosts;
-  for (const NamedMaker& maker : node_makers()) {
+  const std::string config = dump(e);
+  for (const NamedMaker& maker : taking_part(e)) {
     hosts.push_back(std::make_unique<NodeHost>(maker.id, maker.make(config, inputs), kRunId, nullptr));
     if (maker.id == NodeId::kController) hosts.back()->set_stopwatch(thread_cpu_ns);
   }
@@ -51,7 +52,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
   const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
   PlantWorld world(plant::World(plant::world_config(e), nullptr));
   Lab lab(&world);
-  const auto hosts = make_hosts(dump(e), inputs);
+  const auto hosts = make_hosts(e, inputs);
   for (const auto& host : hosts) lab.add(host.get());
 
   MemoryPrintReport report;

@@ -1,5 +1,6 @@
 #include "cli/node_makers.h"
 
+#include "cli/run_config.h"
 #include "cli/targets.h"
 #include "procs/controller/node.h"
 #include "procs/jet/node.h"
@@ -21,9 +22,28 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kJet, &make_jet},
       {NodeId::kLaserProfiler, &make_laser_profiler},
       {NodeId::kLamp, &make_lamp},
+      {NodeId::kJetB, &make_jet_b},
       {NodeId::kSafety, &make_safety},
   };
   return kMakers;
+}
+
+std::vector<NamedMaker> taking_part(const Experiment& e) {
+  std::vector<NamedMaker> out;
+  for (const NamedMaker& m : node_makers())
+    if (m.id != NodeId::kJetB || has_two_jets(e)) out.push_back(m);
+  return out;
+}
+
+std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
+  try {
+    return taking_part(parse_experiment(recorded_config(run), "the recorded configuration"));
+  } catch (const std::exception&) {  // replay says what is wrong with it
+    std::vector<NamedMaker> out = taking_part(Experiment{});
+    for (const NamedMaker& m : node_makers())
+      if (m.id == NodeId::kJetB && std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal"))) out.push_back(m);
+    return out;
+  }
 }
 
 Subscriptions all_subscriptions() {

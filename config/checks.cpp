@@ -106,6 +106,19 @@ void check_model(Rules& r) {
   r.at_most("model.g3_mm", m.g3_mm, "model.g1_mm", m.g1_mm);
 }
 
+void check_passes(Rules& r) {
+  const Experiment& e = r.experiment();
+  const int s = e.process.sub_patterns;
+  r.require(s != 3, {"process.sub_patterns"}, "a layer has 1, 2 or 4 sub-patterns");
+  // A pass has a number of seven bits (lcmtypes/limits.cpp).
+  const int drops = e.control.scheme == "mpc" ? e.control.mpc.max_drops : e.control.scheme == "smf" ? e.control.smf.max_drops : 1;
+  const int inks = has_two_jets(e) ? 2 : 1;
+  if (s * inks > 1)
+    r.require(drops * s * inks <= 127, {"process.sub_patterns", "control.mpc.max_drops", "control.smf.max_drops"},
+              std::to_string(drops) + " droplets per cell in so many sub-patterns of " + std::to_string(inks) +
+                  (inks > 1 ? " inks" : " ink") + " are more than 127 passes per layer");
+}
+
 void check_axis(Rules& r, double low_mm, double high_mm, const char* what, std::initializer_list<const char*> keys,
                 const char* min_key, double min_mm, const char* max_key, double max_mm) {
   r.require(low_mm >= min_mm && high_mm <= max_mm, keys,
@@ -127,17 +140,27 @@ void check_stage(Rules& r) {
   r.at_most("process.scan_speed_mm_s", p.scan_speed_mm_s, "stage.max_speed_mm_s", s.max_speed_mm_s);
   r.at_most("grid.nx", e.grid.nx, "stage.array_limit", s.array_limit);
 
+  // Nozzle B stands above a cell when the stage is short of it by the offset.
+  const bool two = has_two_jets(e);
+  const double bx_mm = two ? e.jet_b.offset_x_mm : 0.0, by_mm = two ? e.jet_b.offset_y_mm : 0.0;
   // A row is run up to its speed outside the part: v^2 / 2a on either side, and one pitch for the arming point.
   const double run_x_mm = p.pass_speed_mm_s * p.pass_speed_mm_s / (2.0 * s.acceleration_mm_s2) + e.grid.pitch_x_mm;
   const double run_y_mm = p.scan_speed_mm_s * p.scan_speed_mm_s / (2.0 * s.acceleration_mm_s2) + e.grid.pitch_y_mm;
   const double offset_mm = e.laser_profiler.offset_y_mm;
-  check_axis(r, e.grid.x_mm(0) - run_x_mm, e.grid.x_mm(e.grid.nx - 1) + run_x_mm, "the grid with its run-up",
-             {"grid.origin_x_mm", "grid.nx", "grid.pitch_x_mm", "stage.x_min_mm", "stage.x_max_mm"}, "stage.x_min_mm",
-             s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
-  check_axis(r, e.grid.y_mm(0) - run_y_mm + std::min(0.0, -offset_mm),
-             e.grid.y_mm(e.grid.ny - 1) + run_y_mm + std::max(0.0, -offset_mm), "the grid with its run-up and scan",
-             {"grid.origin_y_mm", "grid.ny", "grid.pitch_y_mm", "laser_profiler.offset_y_mm", "stage.y_min_mm", "stage.y_max_mm"},
+  check_axis(r, e.grid.x_mm(0) - run_x_mm - std::max(0.0, bx_mm), e.grid.x_mm(e.grid.nx - 1) + run_x_mm - std::min(0.0, bx_mm),
+             two ? "the grid with its run-up and the offset of nozzle B" : "the grid with its run-up",
+             {"grid.origin_x_mm", "grid.nx", "grid.pitch_x_mm", "jet_b.offset_x_mm", "stage.x_min_mm", "stage.x_max_mm"},
+             "stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
+  check_axis(r, e.grid.y_mm(0) - run_y_mm + std::min({0.0, -offset_mm, -by_mm}),
+             e.grid.y_mm(e.grid.ny - 1) + run_y_mm + std::max({0.0, -offset_mm, -by_mm}), "the grid with its run-up and scan",
+             {"grid.origin_y_mm", "grid.ny", "grid.pitch_y_mm", "laser_profiler.offset_y_mm", "jet_b.offset_y_mm",
+              "stage.y_min_mm", "stage.y_max_mm"},
              "stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
+  const double gap_mm = p.nozzle_gap_mm + (two ? std::max(0.0, e.jet_b.offset_z_mm) : 0.0);
+  if (two)
+    check_axis(r, p.nozzle_gap_mm + std::min(0.0, e.jet_b.offset_z_mm), gap_mm, "the gap of nozzle B",
+               {"jet_b.offset_z_mm", "process.nozzle_gap_mm", "stage.z_min_mm", "stage.z_max_mm"}, "stage.z_min_mm",
+               s.z_min_mm, "stage.z_max_mm", s.z_max_mm);
   check_axis(r, p.park_x_mm, p.park_x_mm, "parking", {"process.park_x_mm", "stage.x_min_mm", "stage.x_max_mm"},
              "stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
   check_axis(r, p.park_y_mm, p.park_y_mm, "parking", {"process.park_y_mm", "stage.y_min_mm", "stage.y_max_mm"},
@@ -149,6 +172,10 @@ void check_instruments(Rules& r) {
   r.require(e.process.pass_speed_mm_s / e.grid.pitch_x_mm <= e.jet.max_rate_hz,
             {"process.pass_speed_mm_s", "grid.pitch_x_mm", "jet.max_rate_hz"},
             "fires faster than jet.max_rate_hz = " + r.value("jet.max_rate_hz") + " at grid.pitch_x_mm = " + r.value("grid.pitch_x_mm"));
+  if (has_two_jets(e))
+    r.require(e.process.pass_speed_mm_s / e.grid.pitch_x_mm <= e.jet_b.drive.max_rate_hz,
+              {"process.pass_speed_mm_s", "grid.pitch_x_mm", "jet_b.max_rate_hz"},
+              "fires faster than jet_b.max_rate_hz = " + r.value("jet_b.max_rate_hz") + " at grid.pitch_x_mm = " + r.value("grid.pitch_x_mm"));
   r.at_most("process.exposure_s", e.process.exposure_s, "lamp.max_on_s", e.lamp.max_on_s);
   const LaserProfilerConfig& l = e.laser_profiler;
   const double width_mm = (e.grid.nx - 1) * e.grid.pitch_x_mm;
@@ -165,6 +192,7 @@ void check_experiment(const Experiment& experiment, const Origins& origins, cons
   check_part(rules);
   check_geometry(rules);
   check_model(rules);
+  check_passes(rules);
   check_stage(rules);
   check_instruments(rules);
 }

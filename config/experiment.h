@@ -80,6 +80,11 @@ struct PatternConfig {             ///< scheme "pattern" [Lu 2015, III-A, V-C]
   std::uint64_t seed = 1;
 };
 
+struct RegistrationConfig {        ///< scheme "registration": marks of both nozzles, to measure where the second stands
+  int layers = 5;                  ///< droplets on each mark
+  int spacing_cells = 16;          ///< between marks; those of A and B alternate
+};
+
 struct ControlConfig {
   std::string scheme = "mpc";      ///< a name of core/control's table
   int max_layers = 200;            ///< the print stops for the operator beyond this
@@ -90,6 +95,7 @@ struct ControlConfig {
   ThresholdConfig threshold;
   MpcConfig mpc;
   PatternConfig pattern;
+  RegistrationConfig registration;
 };
 
 struct ProcessConfig {             ///< how a layer is printed
@@ -100,6 +106,7 @@ struct ProcessConfig {             ///< how a layer is printed
   double nozzle_gap_mm = 1.0;
   double exposure_s = 0.5;
   int iris_percent = 80;
+  int sub_patterns = 1;            ///< interlaced patterns of a layer, each cured before the next [Lu 2015, V-D.2]
   int max_rescans = 2;             ///< of one layer when the map is rejected
   double min_measured_fraction = 0.8;  ///< interlock I13
 };
@@ -120,6 +127,13 @@ struct JetConfig {
   double dwell_us = 20.0, echo_us = 40.0, rise_us = 3.0, fall_us = 3.0, final_us = 3.0;
   double idle_v = 0.0, dwell_v = 20.0, echo_v = -20.0;
   int max_rate_hz = 2000;
+};
+
+struct JetBConfig {                ///< the jet of ink B; takes part only when has_two_jets()
+  double offset_x_mm = 20.0;       ///< its nozzle relative to the first jet's, as the lab believes: nozzle B stands
+  double offset_y_mm = 0.0;        ///< above the part point (x, y) when the stage stands at (x - offset_x, y - offset_y)
+  double offset_z_mm = 0.0;        ///< how much higher the stage's z must be for the same gap
+  JetConfig drive;                 ///< its own waveform
 };
 
 struct LaserProfilerConfig {
@@ -143,6 +157,8 @@ struct PlantConfig {
   double missed_fraction = 0.002;
   double satellite_fraction = 0.01;
   double drift = 0.1;              ///< slow relative flow drift over a print
+  double nozzle_b_x_mm = 20.0;     ///< where nozzle B truly stands, relative to nozzle A
+  double nozzle_b_y_mm = 0.0;
   double sensor_noise_mm = 0.001;  ///< Lu V-B: 1 um
   double dropout_fraction = 0.005;
 };
@@ -173,11 +189,15 @@ struct Experiment {
   ProcessConfig process;
   StageConfig stage;
   JetConfig jet;
+  JetBConfig jet_b;
   LaserProfilerConfig laser_profiler;
   LampConfig lamp;
   PlantConfig plant;
   BusConfig bus;
 };
+
+/// Whether the lab has a second nozzle with its jet: for a part of two inks, or to measure where it stands.
+bool has_two_jets(const Experiment& experiment);
 
 /// @throws ConfigError: file, line, key, value, unit and limit; for an unknown key also the nearest known one.
 Experiment parse_experiment(const std::string& toml_text, const std::string& file_name);

@@ -116,6 +116,8 @@ Table control_fields(Experiment& e) {
       {"control.pattern.largest_square", &p.largest_square, "droplets", within(1, 64), "squares: 1 x 1 up to this many a side"},
       {"control.pattern.square_step", &p.square_step, "cells", within(1, 4096), "squares: from droplet to droplet"},
       {"control.pattern.seed", &p.seed, "", within(0, kLong), "random: of the patterns"},
+      {"control.registration.layers", &e.control.registration.layers, "", within(1, 1000), "droplets on each mark of a registration print"},
+      {"control.registration.spacing_cells", &e.control.registration.spacing_cells, "cells", within(4, 4096), "between marks; those of the two nozzles alternate"},
   };
 }
 
@@ -123,6 +125,8 @@ Table lab_fields(Experiment& e) {
   ProcessConfig& p = e.process;
   StageConfig& s = e.stage;
   JetConfig& j = e.jet;
+  JetBConfig& o = e.jet_b;
+  JetConfig& b = o.drive;
   LaserProfilerConfig& l = e.laser_profiler;
   return {
       {"process.pass_speed_mm_s", &p.pass_speed_mm_s, "mm/s", above(0, 1e4), "stage speed while the jet fires"},
@@ -132,6 +136,7 @@ Table lab_fields(Experiment& e) {
       {"process.nozzle_gap_mm", &p.nozzle_gap_mm, "mm", above(0, 100), "nozzle above the nominal surface"},
       {"process.exposure_s", &p.exposure_s, "s", within(0, 3600), "UV exposure per layer"},
       {"process.iris_percent", &p.iris_percent, "%", within(1, 100), "opening of the lamp's iris"},
+      {"process.sub_patterns", &p.sub_patterns, "", within(1, 4), "1, 2 or 4 interlaced patterns per layer, with a cure after each, so that wet droplets keep apart [Lu 2015, V-D.2]"},
       {"process.max_rescans", &p.max_rescans, "", within(0, 100), "scans of one layer repeated when its map is rejected"},
       {"process.min_measured_fraction", &p.min_measured_fraction, "", within(0, 1), "of the part's cells, else the map is rejected"},
       {"stage.counts_per_mm", &s.counts_per_mm, "1/mm", above(0, 1e7), "encoder counts"},
@@ -155,6 +160,18 @@ Table lab_fields(Experiment& e) {
       {"jet.dwell_v", &j.dwell_v, "V", within(-140, 140), "waveform: first pulse"},
       {"jet.echo_v", &j.echo_v, "V", within(-140, 140), "waveform: second pulse"},
       {"jet.max_rate_hz", &j.max_rate_hz, "Hz", within(1, 30'000), "droplet rate that stays stable"},
+      {"jet_b.offset_x_mm", &o.offset_x_mm, "mm", within(-1000, 1000), "nozzle of ink B relative to that of ink A, as the lab believes; firn calibrate measures it"},
+      {"jet_b.offset_y_mm", &o.offset_y_mm, "mm", within(-1000, 1000), "the same along y"},
+      {"jet_b.offset_z_mm", &o.offset_z_mm, "mm", within(-50, 50), "how much higher the stage's z is for the same gap"},
+      {"jet_b.dwell_us", &b.dwell_us, "us", above(0, 3276), "waveform: time at dwell_v"},
+      {"jet_b.echo_us", &b.echo_us, "us", within(0, 3276), "waveform: time at echo_v"},
+      {"jet_b.rise_us", &b.rise_us, "us", within(1, 3276), "waveform: idle to dwell"},
+      {"jet_b.fall_us", &b.fall_us, "us", within(1, 3276), "waveform: dwell to echo"},
+      {"jet_b.final_us", &b.final_us, "us", within(1, 3276), "waveform: echo to idle"},
+      {"jet_b.idle_v", &b.idle_v, "V", within(-140, 140), "waveform: level at rest"},
+      {"jet_b.dwell_v", &b.dwell_v, "V", within(-140, 140), "waveform: first pulse"},
+      {"jet_b.echo_v", &b.echo_v, "V", within(-140, 140), "waveform: second pulse"},
+      {"jet_b.max_rate_hz", &b.max_rate_hz, "Hz", within(1, 30'000), "droplet rate that stays stable"},
       {"laser_profiler.points", &l.points, "", within(2, 800), "points of one profile"},
       {"laser_profiler.dx_mm", &l.dx_mm, "mm", within(0, 10), "distance of points; 0 = so that the line covers the grid"},
       {"laser_profiler.offset_y_mm", &l.offset_y_mm, "mm", within(-1000, 1000), "laser line relative to the nozzle"},
@@ -176,6 +193,8 @@ Table world_fields(Experiment& e) {
       {"plant.missed_fraction", &p.missed_fraction, "", within(0, 1), "droplets: triggers without a drop"},
       {"plant.satellite_fraction", &p.satellite_fraction, "", within(0, 1), "droplets: drops with a satellite"},
       {"plant.drift", &p.drift, "", within(0, 1), "droplets: slow relative drift of the flow over a print"},
+      {"plant.nozzle_b_x_mm", &p.nozzle_b_x_mm, "mm", within(-1000, 1000), "where the nozzle of ink B truly stands, relative to that of ink A"},
+      {"plant.nozzle_b_y_mm", &p.nozzle_b_y_mm, "mm", within(-1000, 1000), "the same along y"},
       {"plant.sensor_noise_mm", &p.sensor_noise_mm, "mm", within(0, 1), "standard deviation of one height [Lu 2015, V-B]"},
       {"plant.dropout_fraction", &p.dropout_fraction, "", within(0, 1), "profile points without a reading"},
       {"bus.loss", &b.loss, "", within(0, 0.9), "fault injection: received datagrams dropped"},

@@ -13,14 +13,15 @@ class height_map_t; class height_profile_t; class scan_done_t; class layer_plan_
 class jet_command_t; class profiler_command_t; class lamp_command_t; class answer_t; class device_state_t;
 class deposition_report_t; class layer_metrics_t; class fault_t; class safe_stop_t; class enable_t;
 class run_start_t; class run_end_t; class config_t; class heartbeat_t; class resend_request_t; class journal_t;
-class preview_t; class sim_truth_t; class operator_command_t;
+class preview_t; class sim_truth_t; class operator_command_t; class material_map_t; class pass_detail_t;
 
 enum class NodeId : std::uint8_t {
-  kScheduler, kSurfaceMapper, kController, kStage, kJet, kLaserProfiler, kLamp, kSafety,  // nodes: replayed
-  kRecorder, kLauncher,                                                                   // outside replay
+  kScheduler, kSurfaceMapper, kController, kStage, kJet, kLaserProfiler, kLamp, kJetB,  // nodes: replayed
+  kSafety,
+  kRecorder, kLauncher,                                                                 // outside replay
 };
-inline constexpr int kNodeCount = 10;
-inline constexpr int kReplayedNodeCount = 8;
+inline constexpr int kNodeCount = 11;
+inline constexpr int kReplayedNodeCount = 9;
 
 struct NodeInfo {
   NodeId id;
@@ -65,11 +66,14 @@ inline constexpr Channel<height_map_t> kHeightMap{"HEIGHT_MAP"};
 inline constexpr Channel<height_profile_t> kHeightProfile{"HEIGHT_PROFILE"};
 inline constexpr Channel<scan_done_t> kScanDone{"SCAN_DONE"};
 inline constexpr Channel<layer_plan_t> kLayerPlan{"LAYER_PLAN"};
+inline constexpr Channel<material_map_t> kMaterialMap{"MATERIAL_MAP"};
 inline constexpr Channel<stage_command_t> kStageCommand{"STAGE_COMMAND"};
 inline constexpr Channel<jet_command_t> kJetCommand{"JET_COMMAND"};
+inline constexpr Channel<jet_command_t> kJetBCommand{"JET_B_COMMAND"};
 inline constexpr Channel<profiler_command_t> kProfilerCommand{"PROFILER_COMMAND"};
 inline constexpr Channel<lamp_command_t> kLampCommand{"LAMP_COMMAND"};
 inline constexpr Channel<deposition_report_t> kDepositionReport{"DEPOSITION_REPORT"};
+inline constexpr Channel<pass_detail_t> kPassDetail{"PASS_DETAIL"};
 inline constexpr Channel<layer_metrics_t> kLayerMetrics{"LAYER_METRICS"};
 inline constexpr Channel<preview_t> kHeightPreview{"HEIGHT_PREVIEW"};
 inline constexpr Channel<enable_t> kEnable{"ENABLE"};

@@ -44,4 +44,16 @@ void set_drops(layer_plan_t& p, const DropletPattern& d) {
   for (std::size_t c = 0; c < d.size(); ++c) p.drops[c] = std::int8_t(d.cells[c]);
 }
 
+MaterialMap materials_of(const material_map_t& m) {
+  MaterialMap materials(from_message(m.grid));
+  for (std::size_t c = 0; c < materials.size(); ++c) materials.set(c, Material(m.material[c]));
+  return materials;
+}
+
+void set_materials(material_map_t& m, const MaterialMap& materials) {
+  m.grid = to_message(materials.spec);
+  m.n = std::int32_t(materials.size());
+  m.material.assign(materials.cells.begin(), materials.cells.end());
+}
+
 }  // namespace firn

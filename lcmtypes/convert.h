@@ -5,9 +5,11 @@
 #include <string>
 
 #include "core/grid/grid.h"
+#include "core/grid/material.h"
 #include "firn/grid_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
+#include "firn/material_map_t.hpp"
 
 namespace firn {
 
@@ -18,5 +20,7 @@ HeightMap height_of(const height_map_t& map);              ///< NaN where not me
 void set_height(height_map_t& map, const HeightMap& height);
 DropletPattern drops_of(const layer_plan_t& plan);
 void set_drops(layer_plan_t& plan, const DropletPattern& drops);
+MaterialMap materials_of(const material_map_t& map);
+void set_materials(material_map_t& map, const MaterialMap& materials);
 
 }  // namespace firn

@@ -104,6 +104,14 @@ void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   plan.iterations = d.iterations;
   plan.reason = d.reason;
   set_drops(plan, d.drops);
+  if (!d.materials.cells.empty() && d.kind == control::Decision::Kind::kPrint) {
+    material_map_t map{};
+    map.layer = plan.layer;
+    map.attempt = plan.attempt;
+    map.map_id = plan.map_id;
+    set_materials(map, d.materials);
+    out.send(channels::kMaterialMap, map);
+  }
   out.send(channels::kLayerPlan, std::move(plan));
 }
 

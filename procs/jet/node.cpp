@@ -5,20 +5,20 @@
 namespace firn {
 namespace {
 
-int whole_volts(const char* key, double v) {
+int whole_volts(NodeId id, const char* key, double v) {
   if (v != std::round(v))
-    throw std::invalid_argument(std::string("jet.") + key + " = " + std::to_string(v) +
+    throw std::invalid_argument(std::string(info(id).name) + "." + key + " = " + std::to_string(v) +
                                 ": the JetDrive takes whole volts");
   return int(v);
 }
 
-drivers::JetConfig jet_config(const Experiment& e) {
-  const JetConfig& j = e.jet;
+drivers::JetConfig jet_config(NodeId id, const Experiment& e) {
+  const JetConfig& j = id == NodeId::kJetB ? e.jet_b.drive : e.jet;
   drivers::JetConfig c;
   c.frequency_hz = j.max_rate_hz;  // FULLFREQ also caps external triggers
-  c.waveform.idle_v = whole_volts("idle_v", j.idle_v);
-  c.waveform.dwell_v = whole_volts("dwell_v", j.dwell_v);
-  c.waveform.echo_v = whole_volts("echo_v", j.echo_v);
+  c.waveform.idle_v = whole_volts(id, "idle_v", j.idle_v);
+  c.waveform.dwell_v = whole_volts(id, "dwell_v", j.dwell_v);
+  c.waveform.echo_v = whole_volts(id, "echo_v", j.echo_v);
   c.waveform.rise_us = j.rise_us;
   c.waveform.dwell_us = j.dwell_us;
   c.waveform.fall_us = j.fall_us;
@@ -30,8 +30,8 @@ drivers::JetConfig jet_config(const Experiment& e) {
 
 }  // namespace
 
-JetNode::JetNode(const Experiment& e) : DriverNode(NodeId::kJet, jet_config(e)) {
-  subscribe(channels::kJetCommand, this);
+JetNode::JetNode(NodeId id, const Experiment& e) : DriverNode(id, jet_config(id, e)) {
+  subscribe(id == NodeId::kJetB ? channels::kJetBCommand : channels::kJetCommand, this);
 }
 
 void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
@@ -47,7 +47,11 @@ void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<JetNode>(parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<JetNode>(NodeId::kJet, parse_experiment(config_toml, "experiment.toml"));
+}
+
+std::unique_ptr<Node> make_jet_b(const std::string& config_toml, const Blobs&) {
+  return std::make_unique<JetNode>(NodeId::kJetB, parse_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// jet: JET_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_JET, STATE_JET, FAULT_JET.
+// jet, jet_b: JET_COMMAND, JET_B_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_JET, STATE_JET, FAULT_JET, …
 #pragma once
 
 #include <memory>
@@ -11,11 +11,11 @@
 
 namespace firn {
 
-/// Thin shell round drivers/jet: arm for external triggers, disarm.
+/// Thin shell round drivers/jet: arm for external triggers, disarm. The jet of ink A (kJet) or that of ink B (kJetB).
 class JetNode final : public DriverNode<JetNode, drivers::Jet, drivers::Effects> {
  public:
   /// @throws std::invalid_argument for a waveform beyond the limits.
-  explicit JetNode(const Experiment& experiment);
+  JetNode(NodeId id, const Experiment& experiment);
 
   using DriverNode::on;
   void on(const jet_command_t&, Time now, Outbox&);
@@ -24,5 +24,6 @@ class JetNode final : public DriverNode<JetNode, drivers::Jet, drivers::Effects>
 };
 
 std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs& blobs);
+std::unique_ptr<Node> make_jet_b(const std::string& config_toml, const Blobs& blobs);
 
 }  // namespace firn

@@ -2,6 +2,7 @@
 
 #include "firn/enable_t.hpp"
 #include "firn/safe_stop_t.hpp"
+#include "lcmtypes/outcome.h"
 
 namespace firn {
 namespace {
@@ -12,7 +13,7 @@ constexpr int kSilentTicks = 10;  // own ticks without a heartbeat; own ticks, s
 
 }  // namespace
 
-Safety::Safety(const RunConfig& config) : config_(config) {
+Safety::Safety(const RunConfig& config, bool two_jets) : config_(config), two_jets_(two_jets) {
   for (const NodeInfo& n : nodes()) {
     if (n.id != NodeId::kSafety) {
       subscribe(channels::fault(n.id), this);
@@ -53,10 +54,11 @@ void Safety::on(const fault_t& f, Time now, Outbox& out) {
   if (f.severity >= 2) stop(f.node + ": " + f.text, now, out);
 }
 
-void Safety::on(const device_state_t& m, Time, Outbox& out) {
+void Safety::on(const device_state_t& m, Time now, Outbox& out) {
   const NodeInfo* node = find_node(m.node);
   if (!node || !node->driver || m.header.incarnation < incarnation_) return;
   drivers_[std::size_t(node->id)] = {m.state, m.enable_epoch, true};
+  if (both_jets_armed()) stop("both jets are armed: a pulse would fire the two inks at once", now, out);
   if (phase_ == Phase::kWaiting && all_safe(0)) {
     phase_ = Phase::kEnabled;
     send_enable(out);
@@ -113,9 +115,18 @@ void Safety::send_stop(Outbox& out) {
 // stands in its FAULT. SUSPECT or FAULT states count as not safe.
 bool Safety::all_safe(std::int64_t epoch) const {
   for (const NodeInfo& n : nodes()) {
-    if (!n.driver) continue;
+    if (!n.driver || (n.id == NodeId::kJetB && !two_jets_)) continue;
     const DriverState& d = drivers_[std::size_t(n.id)];
     if (!d.heard || d.state != kStateSafe || d.epoch < epoch) return false;
+  }
+  return true;
+}
+
+// One pulse line serves both jets: the armed one fires.
+bool Safety::both_jets_armed() const {
+  for (const NodeId jet : {NodeId::kJet, NodeId::kJetB}) {
+    const DriverState& d = drivers_[std::size_t(jet)];
+    if (!d.heard || (DeviceState(d.state) != DeviceState::kArmed && DeviceState(d.state) != DeviceState::kActive)) return false;
   }
   return true;
 }
@@ -135,7 +146,8 @@ void Safety::check_heartbeats(Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_safety(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<Safety>(parse_experiment(config_toml, "experiment.toml").run);
+  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  return std::make_unique<Safety>(e.run, has_two_jets(e));
 }
 
 }  // namespace firn

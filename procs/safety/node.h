@@ -19,7 +19,8 @@ namespace firn {
 /// reset edge is a new start by the operator (latch, docs/safety.md).
 class Safety : public Node {
  public:
-  explicit Safety(const RunConfig& config);
+  /// @param two_jets whether the jet of ink B takes part
+  explicit Safety(const RunConfig& config, bool two_jets = false);
 
   void start(const Start&, Time now, Outbox&) override;
   void wake(TimerId, Time now, Outbox&) override;
@@ -41,11 +42,13 @@ class Safety : public Node {
   void send_enable(Outbox&);
   void send_stop(Outbox&);
   bool all_safe(std::int64_t epoch) const;
+  bool both_jets_armed() const;
   void check_heartbeats(Time now, Outbox&);
 
   Time period_after(Time now) const { return now.after_s(config_.safety_period_s * config_.time_scale); }
 
   RunConfig config_;
+  bool two_jets_;
   Phase phase_ = Phase::kOver;
   std::int32_t incarnation_ = 0;
   std::int64_t epoch_ = 0;

@@ -49,6 +49,7 @@ void Scheduler::proceed(Phase next, Time now, Outbox& out) {
     case Phase::kArmProfiler:
       map_.reset();  // of a scan that a crash cut off: its map and plan may have arrived all the same
       plan_.reset();
+      materials_.reset();
       return send_profiler(ProfilerVerb::kArm, now, out);
     case Phase::kScan: return send_scan(now, out);
     case Phase::kEndScan: return send_profiler(ProfilerVerb::kEnd, now, out);
@@ -79,6 +80,11 @@ void Scheduler::send_pass(Time now, Outbox& out) {
   c.speed_mm_s = experiment_.process.pass_speed_mm_s;
   c.z_mm = experiment_.process.nozzle_gap_mm;
   c.grid = to_message(drops.spec);
+  if (job_.material() == Material::kB) {  // the stage stands where nozzle B is above the cell
+    c.grid.origin_x_mm -= experiment_.jet_b.offset_x_mm;
+    c.grid.origin_y_mm -= experiment_.jet_b.offset_y_mm;
+    c.z_mm += experiment_.jet_b.offset_z_mm;
+  }
   c.n = std::int32_t(drops.size());
   c.drops.assign(drops.cells.begin(), drops.cells.end());
   const double row_s = extent_mm(drops.spec.nx, drops.spec.pitch_x_mm) / c.speed_mm_s + 1.0;
@@ -119,8 +125,9 @@ void Scheduler::send_jet(JetVerb verb, Time now, Outbox& out) {
   c.attempt = job_.attempt();
   c.pass = job_.pass();
   c.expected = job_.remaining();
-  stamp(c, NodeId::kJet, 10.0, now, out);
-  out.send(channels::kJetCommand, c);
+  const bool b = job_.material() == Material::kB;
+  stamp(c, b ? NodeId::kJetB : NodeId::kJet, 10.0, now, out);
+  out.send(b ? channels::kJetBCommand : channels::kJetCommand, c);
 }
 
 void Scheduler::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {

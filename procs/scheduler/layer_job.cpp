@@ -1,15 +1,60 @@
 #include "procs/scheduler/layer_job.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "core/grid/firing_order.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/outcome.h"
 
 namespace firn {
+namespace {
 
-LayerJob::LayerJob(const layer_plan_t& plan)
-    : layer_(plan.layer), map_id_(plan.map_id), passes_(plan.passes), plan_(drops_of(plan)), drops_(plan_) {}
+constexpr std::size_t kMostPasses = 127;  // layer_plan_t counts so many droplets of a cell, a pass so many passes
+
+}  // namespace
+
+LayerJob::LayerJob(const layer_plan_t& plan, MaterialMap materials, int sub_patterns)
+    : layer_(plan.layer), map_id_(plan.map_id), sub_patterns_(sub_patterns), plan_(drops_of(plan)),
+      materials_(std::move(materials)) {
+  const std::string what = "layer " + std::to_string(layer_) + ": ";
+  if (!materials_.cells.empty() && materials_.spec != plan_.spec)
+    throw std::invalid_argument(what + "the materials are on another grid than the plan");
+  for (std::size_t c = 0; c < materials_.size(); ++c)
+    if (plan_.cells[c] > 0 && materials_.of(c) == Material::kNone)
+      throw std::invalid_argument(what + "cell " + std::to_string(c) + " is to get droplets of no ink");
+  passes_ = passes_of(plan_, materials_, sub_patterns_);
+  if (passes_.size() > kMostPasses)
+    throw std::invalid_argument(what + std::to_string(passes_.size()) + " passes; a pass has a number of at most " +
+                                std::to_string(kMostPasses));
+  begin_pass();
+}
+
+void LayerJob::begin_pass() {
+  drops_ = plan_;
+  if (!detailed() || finished()) return;
+  for (int j = 0; j < plan_.spec.ny; ++j)
+    for (int i = 0; i < plan_.spec.nx; ++i)
+      drops_.at(i, j) = fires(passes_[std::size_t(pass_)], plan_, materials_, sub_patterns_, i, j) ? std::uint8_t(pass_ + 1) : 0;
+}
+
+pass_detail_t LayerJob::detail() const {
+  const Pass& p = passes_[std::size_t(pass_)];
+  pass_detail_t d;
+  d.layer = layer_;
+  d.attempt = attempt_;
+  d.pass = pass_;
+  d.passes = passes();
+  d.map_id = map_id_;
+  d.material = std::int8_t(p.material);
+  d.round = p.round;
+  d.sub_pattern = p.sub_pattern;
+  d.sub_patterns = sub_patterns_;
+  d.cured = p.cure;
+  return d;
+}
 
 std::int64_t LayerJob::remaining() const { return std::int64_t(firing_order(drops_, pass_).size()); }
 
@@ -35,7 +80,7 @@ deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_cou
   r.layer = layer_;
   r.attempt = attempt_;
   r.pass = pass_;
-  r.passes = passes_;
+  r.passes = passes();
   r.map_id = map_id_;
   r.outcome = stage.outcome;
   r.commanded = n;
@@ -56,7 +101,7 @@ deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_cou
   } else if (known == n) {
     ++pass_;
     attempt_ = 0;
-    drops_ = plan_;
+    begin_pass();
   } else {
     ++attempt_;
   }

@@ -13,23 +13,24 @@ namespace firn {
 namespace {
 
 constexpr int bit(NodeId n) { return 1 << int(n); }
-constexpr int kAllDrivers = bit(NodeId::kStage) | bit(NodeId::kJet) | bit(NodeId::kLaserProfiler) | bit(NodeId::kLamp);
-
 constexpr int kMostRefusals = 10;
 constexpr double kAgainWall_s = 0.05;  // about one period of the lease
 
 }  // namespace
 
 Scheduler::Scheduler(const Experiment& experiment, HeightMap target, Mask mask)
-    : experiment_(experiment), target_(std::move(target)), mask_(std::move(mask)) {
-  for (const NodeId driver : {NodeId::kStage, NodeId::kJet, NodeId::kLaserProfiler, NodeId::kLamp}) {
-    subscribe(channels::answer(driver), this);
-    subscribe(channels::device_state(driver), this);
+    : experiment_(experiment), two_jets_(has_two_jets(experiment)), target_(std::move(target)), mask_(std::move(mask)) {
+  for (const NodeInfo& n : nodes()) {
+    if (!n.driver) continue;
+    subscribe(channels::answer(n.id), this);
+    subscribe(channels::device_state(n.id), this);
+    if (n.id != NodeId::kJetB || two_jets_) all_drivers_ |= bit(n.id);
   }
   subscribe(channels::kEnable, this);
   subscribe(channels::kSafeStop, this);
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kLayerPlan, this);
+  subscribe(channels::kMaterialMap, this);
   subscribe(channels::kOperatorCommand, this);
 }
 
@@ -78,7 +79,7 @@ void Scheduler::on(const operator_command_t& m, Time now, Outbox& out) {
 }
 
 void Scheduler::try_ready(Time now, Outbox& out) {
-  if (phase_ != Phase::kGetReady || !enabled_ || safe_drivers_ != kAllDrivers || pending_) return;
+  if (phase_ != Phase::kGetReady || !enabled_ || safe_drivers_ != all_drivers_ || pending_) return;
   after_resume(now, out);
 }
 
@@ -106,7 +107,7 @@ void Scheduler::wake(TimerId timer, Time now, Outbox& out) {
                           " are in doubt and the open loop cannot correct them: look at the part, then resume with --accept-doubt",
                       out);
   }
-  if (phase_ == Phase::kGetReady && pending_ && safe_drivers_ == kAllDrivers) {
+  if (phase_ == Phase::kGetReady && pending_ && safe_drivers_ == all_drivers_) {
     // The driver is back and says nothing of the command: of a pass, all is in doubt; anything else is begun again.
     if (interrupted_ == Phase::kPass) {
       answer_t doubt;
@@ -127,13 +128,13 @@ std::string Scheduler::overdue() const {
   if (phase_ == Phase::kGetReady) {
     std::string missing;
     for (const NodeInfo& n : nodes())
-      if (n.driver && !(safe_drivers_ & bit(n.id))) missing += (missing.empty() ? "" : ", ") + std::string(n.name);
+      if ((all_drivers_ & ~safe_drivers_) & bit(n.id)) missing += (missing.empty() ? "" : ", ") + std::string(n.name);
     return missing.empty() ? "safety has not granted the lease" : missing + " not SAFE";
   }
   if (pending_)
     return std::string(info(pending_->driver).name) + " has not answered command " + std::to_string(pending_->command_id);
   if (phase_ == Phase::kAwaitMap) return "no height map for scan " + std::to_string(scan_id_);
-  return "no plan for map " + std::to_string(map_id_);
+  return (plan_ ? "no materials" : "no plan") + (" for map " + std::to_string(map_id_));
 }
 
 void Scheduler::on(const answer_t& m, Time now, Outbox& out) {
@@ -167,7 +168,7 @@ void Scheduler::answered(const answer_t& m, Time now, Outbox& out) {
     case Phase::kPass: return proceed(Phase::kDisarmJet, now, out);
     case Phase::kDisarmJet:
       settle_pass(m.counted, out);
-      return proceed(Phase::kPark, now, out);
+      return proceed(job_.cure_due() ? Phase::kPark : Phase::kArmJet, now, out);
     case Phase::kPark: return proceed(Phase::kCure, now, out);
     case Phase::kCure: return proceed(Phase::kArmJet, now, out);  // which scans when no pass is left
     default: return;
@@ -176,6 +177,7 @@ void Scheduler::answered(const answer_t& m, Time now, Outbox& out) {
 
 void Scheduler::settle_pass(std::int64_t jet_counted, Outbox& out) {
   if (!pass_answer_) return;
+  if (job_.detailed()) out.send(channels::kPassDetail, job_.detail());
   const deposition_report_t report = job_.settle(*pass_answer_, jet_counted);
   pass_answer_.reset();
   drops_total_ += report.unknown_from;
@@ -219,8 +221,17 @@ void Scheduler::on(const layer_plan_t& m, Time now, Outbox& out) {
   if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
 }
 
+void Scheduler::on(const material_map_t& m, Time now, Outbox& out) {
+  if (!two_jets_ || m.attempt != scan_attempt_ || m.layer != layers_done_ + 1) return;
+  materials_ = m;
+  if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
+}
+
+bool Scheduler::materials_known() const { return !two_jets_ || (materials_ && materials_->map_id == map_id_); }
+
 void Scheduler::act_on_plan(Time now, Outbox& out) {
   if (!plan_ || plan_->map_id != map_id_ || waits_for_operator()) return;
+  if (PlanDecision(plan_->decision) == PlanDecision::kPrint && !materials_known()) return;
   const layer_plan_t m = *plan_;
   out.cancel(kDeadline);
   if (PlanDecision(m.decision) == PlanDecision::kEnd) return finish_run(RunOutcome::kFinished, 0, m.reason, out);
@@ -232,7 +243,12 @@ void Scheduler::act_on_plan(Time now, Outbox& out) {
   plan_.reset();
   objective_mm_ = m.objective_mm;
   iterations_ = m.iterations;
-  job_ = LayerJob(m);
+  try {
+    job_ = LayerJob(m, two_jets_ ? materials_of(*materials_) : MaterialMap{}, experiment_.process.sub_patterns);
+  } catch (const std::invalid_argument& problem) {
+    return fail(0, std::string("LAYER_PLAN: ") + problem.what(), now, out);
+  }
+  materials_.reset();
   proceed(Phase::kArmJet, now, out);
 }
 

@@ -1,5 +1,5 @@
-// scheduler: HEIGHT_MAP, LAYER_PLAN, ANSWER_*, STATE_*, ENABLE, SAFE_STOP -> STAGE_COMMAND, JET_COMMAND,
-// PROFILER_COMMAND, LAMP_COMMAND, DEPOSITION_REPORT, LAYER_METRICS, RUN_END.
+// scheduler: HEIGHT_MAP, LAYER_PLAN, MATERIAL_MAP, ANSWER_*, STATE_*, ENABLE, SAFE_STOP -> STAGE_COMMAND, JET_COMMAND,
+// JET_B_COMMAND, PROFILER_COMMAND, LAMP_COMMAND, DEPOSITION_REPORT, PASS_DETAIL, LAYER_METRICS, RUN_END.
 #pragma once
 
 #include <optional>
@@ -12,6 +12,7 @@
 #include "firn/enable_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_metrics_t.hpp"
+#include "firn/material_map_t.hpp"
 #include "firn/operator_command_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "lcmtypes/outcome.h"
@@ -20,8 +21,10 @@
 
 namespace firn {
 
-/// Coordinates one print: scan, ask for a plan, then for each pass arm the jet, run the stage, disarm and count,
-/// report, cure; then scan again. At most one command is outstanding, so after a crash at most one act is in doubt.
+/// Coordinates one print: scan, ask for a plan, then for each pass arm the jet of its ink, run the stage, disarm and
+/// count, report, cure; then scan again. The passes of a layer and which of them share a cure: pass_list.h. At most one
+/// command is outstanding, so after a crash at most one act is in doubt; a jet is armed only when the pass before has
+/// disarmed its own, so that two jets never are.
 class Scheduler : public Node {
  public:
   Scheduler(const Experiment& experiment, HeightMap target, Mask mask);
@@ -34,6 +37,7 @@ class Scheduler : public Node {
   void on(const answer_t&, Time now, Outbox&);
   void on(const height_map_t&, Time now, Outbox&);
   void on(const layer_plan_t&, Time now, Outbox&);
+  void on(const material_map_t&, Time now, Outbox&);
   void on(const operator_command_t&, Time now, Outbox&);
 
  private:
@@ -63,6 +67,7 @@ class Scheduler : public Node {
   void publish_metrics(const height_map_t&, Outbox&);
   void count_phase_time(Time now);
   std::string overdue() const;                  ///< who is late, for the fault's text
+  bool materials_known() const;                 ///< with two inks: of the map that is to be answered
   bool waits_for_operator() const;              ///< the open loop has droplets in doubt that nobody has accepted
   /// Fills in id, epoch and layer, and arms the deadline: allowed_s of node time, longer where wall time matters.
   template <class Command>
@@ -75,6 +80,8 @@ class Scheduler : public Node {
   void send_exposure(Time now, Outbox&);
 
   Experiment experiment_;
+  bool two_jets_;
+  int all_drivers_ = 0;                  ///< bit per NodeId that takes part
   HeightMap target_;
   Mask mask_;
 
@@ -86,6 +93,7 @@ class Scheduler : public Node {
   std::optional<answer_t> pass_answer_;  ///< what the stage said of the pass, until the jet is disarmed
   std::optional<height_map_t> map_;      ///< arrived, not acted on yet
   std::optional<layer_plan_t> plan_;
+  std::optional<material_map_t> materials_;
   std::int64_t last_command_id_ = 0;
   std::int64_t epoch_ = 0;
   bool enabled_ = false;

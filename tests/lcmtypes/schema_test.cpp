@@ -47,7 +47,9 @@ TEST_CASE("Fingerprints computed from the .lcm texts are lcm-gen's, for every ty
   expect_fingerprint<lamp_command_t>(seen);
   expect_fingerprint<layer_metrics_t>(seen);
   expect_fingerprint<layer_plan_t>(seen);
+  expect_fingerprint<material_map_t>(seen);
   expect_fingerprint<operator_command_t>(seen);
+  expect_fingerprint<pass_detail_t>(seen);
   expect_fingerprint<preview_t>(seen);
   expect_fingerprint<profiler_command_t>(seen);
   expect_fingerprint<resend_request_t>(seen);

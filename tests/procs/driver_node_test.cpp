@@ -297,7 +297,7 @@ TEST_CASE("the end of an earlier incarnation, delivered only after the resume, d
 TEST_CASE("a waveform that the jet cannot take is refused before anything runs") {
   Experiment e;
   e.jet.dwell_v = 20.5;
-  CHECK_THROWS_WITH(JetNode(e), Catch::Contains("whole volts"));
+  CHECK_THROWS_WITH(JetNode(NodeId::kJet, e), Catch::Contains("whole volts"));
   e.jet.dwell_v = 2000.0;
-  CHECK_THROWS_WITH(JetNode(e), Catch::Contains("dwell voltage"));
+  CHECK_THROWS_WITH(JetNode(NodeId::kJet, e), Catch::Contains("dwell voltage"));
 }

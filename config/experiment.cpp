@@ -1,0 +1,7 @@
+#include "config/experiment.h"
+
+namespace firn {
+
+bool has_two_jets(const Experiment& e) { return e.control.scheme == "registration"; }
+
+}  // namespace firn
