@@ -1,0 +1,15 @@
+// How far a curve leaves the path that it follows.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/motion/path_curve.h"
+
+namespace firn::motion {
+
+/// Largest distance of the curve (knots and two places inside every cell) from the polygon through `points`, which it
+/// follows from the first to the last. @param length scratch
+double deviation(const Curve& curve, std::span<const Point2> points, std::vector<double>& length);
+
+}  // namespace firn::motion

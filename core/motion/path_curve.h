@@ -1,0 +1,85 @@
+// The curve that is followed: twice continuously differentiable, piecewise cubic, with curvature jumps ramped over w.
+//
+// Base: lines and arcs (core/motion/curve_pieces.h). Ramped curve = base convolved with a box of width w. To first
+// order in w that moves the base along its left normal N by
+//   d(s) = kappa(s) w^2 / 24 + sum over jumps k of [kappa]_k e(s - s_k),
+//   e(x) = (w/2 + x)^3 / (6 w) for -w/2 <= x < 0,  -(w/2 - x)^3 / (6 w) for 0 <= x <= w/2,
+// so that the curvature is linear over each ramp, turning angle and length stay, and the shift is at most w^2 / (24 R)
+// (errata, chapter 4). A corner (tangents T1, T2) of a sparse polygon is convolved with the hat of half width w:
+// shift (T2 - T1) (w - |x|)^3 / (6 w^2), at most |T2 - T1| w / 6. Vertices of a polygon sampled more densely than 2 w
+// are interpolated: curvature is then linear between them, as in the thesis's sampling at constant spacing.
+// The shift vanishes at both ends, which are points of the path.
+//
+// What is followed is the C2 cubic spline through that curve at its knots: r' is quadratic, r'' linear, r''' constant
+// in each cell, exactly; nothing else is approximated afterwards.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/motion/curve_pieces.h"
+#include "core/path/path.h"
+
+namespace firn::motion {
+
+/// Sizes of the cells. The speed profile has one unknown per cell.
+struct CellSizes {
+  int ramp_cells = 4;          ///< per ramp of curvature
+  double ramp_exit_mm = 0.15;  ///< first cell beside a ramp
+  double growth = 1.6;         ///< ratio of neighbouring cells on lines
+  double rest_growth = 1.3;    ///< the same beside a rest
+  double largest_mm = 5.0;
+  double arc_angle_rad = 0.12;  ///< turning of one cell on an arc
+  double rest_mm = 0.06;        ///< first cell at rest
+};
+
+struct Curve {
+  std::vector<double> s;        ///< knots [mm], s[0] = 0
+  std::vector<double> x, y;     ///< positions at the knots
+  std::vector<double> xx, yy;   ///< second derivatives at the knots
+  std::vector<double> ceiling;  ///< largest path speed in each cell (knots - 1), mm/s
+  bool straight = false;        ///< one line
+
+  std::size_t cells() const { return s.empty() ? 0 : s.size() - 1; }
+  /// Position in cell i at s_mm.
+  Point2 at(std::size_t cell, double s_mm) const;
+};
+
+struct CurveSpec {
+  double ramp_mm = 0.4;
+  double tolerance_mm = 0.0;  ///< > 0: each ramp as long as this deviation allows; corners of any angle are rolled
+  CellSizes sizes;
+};
+
+/// Buffers kept between paths.
+struct CurveWork {
+  struct Joint {
+    double s = 0.0, half_ramp = 0.0, half_hat = 0.0;
+    double jump_x = 0.0, jump_y = 0.0;  ///< [kappa] N
+    double turn_x = 0.0, turn_y = 0.0;  ///< T2 - T1
+    bool interpolate = false;
+  };
+  struct Mark {
+    double s, spacing, growth;
+  };
+  std::vector<CurvePiece> pieces;
+  std::vector<double> offset, point_s;
+  std::vector<Joint> joints;
+  std::vector<Mark> marks;
+  std::vector<double> sweep;
+};
+
+/// @param points one stretch between two stops; @param ceiling one value per segment of it
+void build_curve(std::span<const Point2> points, std::span<const double> ceiling, const CurveSpec& spec, CurveWork& work,
+                 Curve& curve);
+
+/// Parts of build_curve: the knots, and each cell's ceiling.
+void place_knots(const CurveSpec& spec, CurveWork& work, std::vector<double>& knots);
+void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work, Curve& curve);
+
+/// Natural or clamped-curvature cubic spline: second derivatives `m` of the C2 cubic through (s, f), given m at the ends.
+void spline(std::span<const double> s, std::span<const double> f, double m_first, double m_last, std::vector<double>& m,
+            std::vector<double>& sweep);
+
+}  // namespace firn::motion

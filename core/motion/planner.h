@@ -1,0 +1,85 @@
+// One door to every planner: a path goes in, a trajectory with its certificate comes out.
+//
+// Every method's trajectory passes the same checker (core/motion/checker.h), so that the certificates compare.
+// Methods `certified` and `optimal` never exceed a limit; `thesis`, `constant` and `default` may, and their
+// certificates say where and by how much.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/motion/arm.h"
+#include "core/motion/fault.h"
+#include "core/motion/limits.h"
+#include "core/motion/path_input.h"
+#include "core/path/path.h"
+
+namespace firn::motion {
+
+enum class Method {
+  kCertified,  ///< fast tier: within the limits, close to the minimum time (docs/algorithms-certified-motion.md)
+  kOptimal,    ///< slow tier: the same problem on a fine grid, solved to convergence
+  kThesis,     ///< [Barnett 2012, 4.1]: VCON, ACON, JCON, AREST
+  kConstant,   ///< constant speed with stops, the baseline of 4.2 and 4.4
+  kDefault     ///< as the V+ controller without MTTS (Figs. 4-12 to 4-14)
+};
+const char* name(Method method);                        ///< "certified", "optimal", …
+std::optional<Method> method_named(std::string_view);  ///< nullopt: no such method
+
+struct PlanOptions {
+  Method method = Method::kCertified;
+  double tolerance_mm = 0.0;         ///< > 0: corners may be rolled and curvature ramped within this deviation
+  double tick_s = 0.016;             ///< period of the emitted samples
+  double curvature_ramp_mm = 0.4;    ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
+  double split_angle_rad = 0.5235987755982988;  ///< sharper corners are stops (PATHSPLIT), 30 degrees
+  double trace_step_s = 0.0;         ///< > 0: PlanResult::trace is filled with this spacing
+  bool lower_bound = true;           ///< fill Certificate::lower_bound_s
+};
+
+/// The continuous motion at one instant, for plots: norms of the Cartesian derivatives and joint derivatives.
+struct TraceSample {
+  double t_s = 0.0;
+  double s_mm = 0.0;                                      ///< along the path
+  Point2 at;                                              ///< tool, in the frame of the path handed in
+  std::array<double, 3> total{};                          ///< speed, acceleration, jerk: mm/s, mm/s^2, mm/s^3
+  std::array<std::array<double, 3>, kMaxJoints> joint{};  ///< rate, acceleration, jerk, signed
+};
+
+struct PlanResult {
+  std::optional<Fault> fault;      ///< set: no trajectory, and this is the named reason
+  Trajectory trajectory;           ///< all joints at the tick; sample 0 = start at rest, last = end at rest
+  std::vector<Point2> tool;        ///< tool position of each sample, in the frame of the path handed in
+  Posture posture;                 ///< of this path: hand it to the next one as PathInput::preferred
+  double continuous_s = 0.0;       ///< duration before rounding up to whole ticks
+  double deviation_mm = 0.0;       ///< largest distance of the motion's curve from the path handed in
+  std::size_t stops = 0;           ///< corners where the motion comes to rest (ends not counted)
+  std::vector<TraceSample> trace;  ///< empty unless asked for
+
+  bool ok() const { return !fault; }
+};
+
+/// Memory that one planner thread keeps between paths; its size is bounded by the longest path.
+class PlanWorkspace {
+ public:
+  PlanWorkspace();
+  ~PlanWorkspace();
+  PlanWorkspace(PlanWorkspace&&) noexcept;
+  PlanWorkspace& operator=(PlanWorkspace&&) noexcept;
+  struct State;
+  State& state() { return *state_; }
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+/// Never throws MotionError: bad input (NaN, fewer than two distinct points, out of reach, a limit that is not
+/// positive, an option out of its range) comes back as `fault`. @p work may serve any paths one after another.
+PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits, const PlanOptions& options,
+                PlanWorkspace& work);
+PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits, const PlanOptions& options = {});
+
+}  // namespace firn::motion
