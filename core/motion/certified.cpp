@@ -33,7 +33,8 @@ Effort effort(Method method) {
 /// Ratios of the motion in `out` at both ends and inside of every piece.
 void check(const CertifiedTask& task, int inner, CertifiedWork& work, Stretch& out) {
   check_states(out.curve, out.motion, inner, work.batch);
-  if (auto fault = sample_motion(out.curve, work.batch, task.arm, task.placement, task.joints, work.tool, work.joint)) {
+  if (auto fault = sample_motion(out.curve, work.batch, task.arm, task.placement, task.joints, work.tool,
+                                 work.joint)) {
     fault->index = out.first;
     throw MotionError(*fault);
   }
@@ -48,7 +49,8 @@ bool plan_straight(const CertifiedTask& task, CertifiedWork& work, Stretch& out)
   for (const double c : out.curve.ceiling)
     if (c != ceiling) return false;
   const RateLimits& limit = task.limits.position;
-  straight_motion(out.curve.s.back(), std::min(limit.rate, ceiling), limit.acceleration, limit.jerk, out.motion);
+  straight_motion(out.curve.s.back(), std::min(limit.rate, ceiling), limit.acceleration, limit.jerk,
+                  out.motion);
   check(task, 3, work, out);
   if (!(out.factor <= 1.0 + 1e-9)) return false;
   out.factor = 1.0;
@@ -68,7 +70,8 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     spec.tolerance_mm *= std::min(0.9, 0.98 * task.options.tolerance_mm / out.deviation_mm);
     build_curve(points, ceiling, spec, work.curve, out.curve);
   }
-  if (!(spec.tolerance_mm > 0.0)) out.deviation_mm = out.curve.straight ? 0.0 : deviation(out.curve, points, work.length);
+  if (!(spec.tolerance_mm > 0.0))
+    out.deviation_mm = out.curve.straight ? 0.0 : deviation(out.curve, points, work.length);
   const auto bound = [&] {
     if (auto fault = compute_rows(out.curve, task.arm, task.placement, task.joints, work.rows)) {
       fault->index = out.first;
@@ -82,7 +85,8 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     return;
   }
   bound();
-  solve_profile(out.curve, work.rows, task.groups, work.bound.limit, work.bound.b, effort.solver, work.solver, work.profile);
+  solve_profile(out.curve, work.rows, task.groups, work.bound.limit, work.bound.b, effort.solver, work.solver,
+                work.profile);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
   if (out.factor < 1.05) return;
@@ -92,7 +96,8 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   guess.first = out.first;
   ProfileOptions none = effort.solver;
   none.most_iterations = 0;
-  solve_profile(out.curve, work.rows, task.groups, work.bound.limit, work.bound.b, none, work.solver, work.profile);
+  solve_profile(out.curve, work.rows, task.groups, work.bound.limit, work.bound.b, none, work.solver,
+                work.profile);
   time_profile(guess.curve, work.profile, guess.motion);
   check(task, effort.inner_checks, work, guess);
   if (!(guess.duration_s() < out.duration_s())) {

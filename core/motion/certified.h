@@ -1,5 +1,5 @@
-// Methods `certified` and `optimal`: stretches between stops, each the fastest motion within all limits on its curve,
-// checked densely and stretched in time until no limit is exceeded.
+// Methods `certified` and `optimal`: stretches between stops, each the fastest motion within all limits on
+// its curve, checked densely and stretched in time until no limit is exceeded.
 #pragma once
 
 #include <span>
@@ -15,11 +15,11 @@ namespace firn::motion {
 struct Stretch {
   Curve curve;
   TimedMotion motion;
-  RatioTable ratios;         ///< of `motion` as it stands
-  double factor = 1.0;       ///< the motion runs at time / factor
-  double bound_s = 0.0;      ///< lower bound of its duration
+  RatioTable ratios;     ///< of `motion` as it stands
+  double factor = 1.0;   ///< the motion runs at time / factor
+  double bound_s = 0.0;  ///< lower bound of its duration
   double deviation_mm = 0.0;
-  std::size_t first = 0;     ///< input point where it starts
+  std::size_t first = 0;  ///< input point where it starts
 
   double duration_s() const { return factor * motion.duration_s(); }
 };
@@ -52,12 +52,12 @@ struct CertifiedTask {
 void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, const CertifiedTask& task,
                   CertifiedWork& work, Stretch& out);
 
-/// Splits a path and plans all its stretches into work.stretches[0 .. result - 1]; with a tolerance, corners are rolled
-/// where that is faster.
+/// Splits a path and plans all its stretches into work.stretches[0 .. result - 1]; with a tolerance, corners
+/// are rolled where that is faster.
 std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
 
 /// The whole of it: samples at the tick, certificate, trace.
-PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits, const PlanOptions& options,
-                          CertifiedWork& work);
+PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                          const PlanOptions& options, CertifiedWork& work);
 
 }  // namespace firn::motion

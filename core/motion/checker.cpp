@@ -8,7 +8,8 @@ namespace {
 /// Largest norms of the first three differences of up to two coordinates given as (first entry, stride).
 void largest_differences(const double* a, const double* b, std::size_t stride, std::size_t count, double tick,
                          const RateLimits& limit, double* ratio, double* time) {
-  const double limits[3] = {limit.rate * tick, limit.acceleration * tick * tick, limit.jerk * tick * tick * tick};
+  const double limits[3] = {limit.rate * tick, limit.acceleration * tick * tick,
+                            limit.jerk * tick * tick * tick};
   const auto value = [&](const double* p, std::ptrdiff_t n) {
     if (!p) return 0.0;
     const std::ptrdiff_t last = std::ptrdiff_t(count) - 1;
@@ -18,7 +19,8 @@ void largest_differences(const double* a, const double* b, std::size_t stride, s
     double square[3] = {0.0, 0.0, 0.0};
     for (const double* p : {a, b}) {
       const double q0 = value(p, n - 1), q1 = value(p, n), q2 = value(p, n + 1), q3 = value(p, n + 2);
-      const double d1 = q2 - q1, d2 = (q2 - q1) - (q1 - q0), d3 = ((q3 - q2) - (q2 - q1)) - ((q2 - q1) - (q1 - q0));
+      const double d1 = q2 - q1, d2 = (q2 - q1) - (q1 - q0),
+                   d3 = ((q3 - q2) - (q2 - q1)) - ((q2 - q1) - (q1 - q0));
       square[0] += d1 * d1;
       square[1] += d2 * d2;
       square[2] += d3 * d3;
@@ -32,20 +34,22 @@ void largest_differences(const double* a, const double* b, std::size_t stride, s
 
 }  // namespace
 
-RatioTable difference_ratios(const Trajectory& trajectory, std::span<const Point2> tool, const RowGroups& groups) {
+RatioTable difference_ratios(const Trajectory& trajectory, std::span<const Point2> tool,
+                             const RowGroups& groups) {
   RatioTable table;
   static_assert(sizeof(Point2) == 2 * sizeof(double));
   const std::size_t count = trajectory.samples(), axes = std::size_t(trajectory.axes);
   if (count == 0) return table;
-  largest_differences(&tool[0].x_mm, &tool[0].y_mm, 2, count, trajectory.tick_s, groups.group[0].limit, table.ratio[0],
-                      table.time_s[0]);
+  largest_differences(&tool[0].x_mm, &tool[0].y_mm, 2, count, trajectory.tick_s, groups.group[0].limit,
+                      table.ratio[0], table.time_s[0]);
   for (int g = 1; g < groups.count && std::size_t(g) <= axes; ++g)
     largest_differences(trajectory.positions.data() + (g - 1), nullptr, axes, count, trajectory.tick_s,
                         groups.group[g].limit, table.ratio[g], table.time_s[g]);
   return table;
 }
 
-void fill_certificate(const RatioTable& table, const RowGroups& groups, const Arm& arm, Certificate& certificate) {
+void fill_certificate(const RatioTable& table, const RowGroups& groups, const Arm& arm,
+                      Certificate& certificate) {
   static const char* const total[3] = {"total speed", "total acceleration", "total jerk"};
   static const char* const joint[3] = {" rate", " acceleration", " jerk"};
   certificate.limits.clear();
@@ -54,7 +58,8 @@ void fill_certificate(const RatioTable& table, const RowGroups& groups, const Ar
     const double limits[3] = {limit.rate, limit.acceleration, limit.jerk};
     for (int k = 0; k < 3; ++k)
       if (limits[k] < kUnlimited)
-        certificate.limits.push_back({g == 0 ? total[k] : arm.joint_name(g - 1) + joint[k], table.ratio[g][k], table.time_s[g][k]});
+        certificate.limits.push_back(
+            {g == 0 ? total[k] : arm.joint_name(g - 1) + joint[k], table.ratio[g][k], table.time_s[g][k]});
   }
   if (table.ceiling > 0.0) certificate.limits.push_back({"speed ceiling", table.ceiling, 0.0});
 }

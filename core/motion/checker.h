@@ -1,5 +1,5 @@
-// The one checker of all planners: what the emitted samples show by differences, and, where the continuous motion is
-// known, that motion itself.
+// The one checker of all planners: what the emitted samples show by differences, and, where the continuous
+// motion is known, that motion itself.
 #pragma once
 
 #include <span>
@@ -13,13 +13,16 @@
 namespace firn::motion {
 
 /// Ratios by differences over the samples of a trajectory, as anybody can form them from its file:
-/// rate (q[n+1] - q[n]) / h, acceleration (q[n+1] - 2 q[n] + q[n-1]) / h^2, jerk (q[n+2] - 3 q[n+1] + 3 q[n] - q[n-1]) / h^3,
-/// with rest (the end samples repeated) before the start and after the end. A difference is a weighted mean of the
-/// derivative over the ticks it spans, so none can exceed the largest value of a motion that is smooth enough to have one.
+/// rate (q[n+1] - q[n]) / h, acceleration (q[n+1] - 2 q[n] + q[n-1]) / h^2, jerk (q[n+2] - 3 q[n+1] + 3 q[n]
+/// - q[n-1]) / h^3, with rest (the end samples repeated) before the start and after the end. A difference is
+/// a weighted mean of the derivative over the ticks it spans, so none can exceed the largest value of a
+/// motion that is smooth enough to have one.
 /// @param tool tool position of each sample
-RatioTable difference_ratios(const Trajectory& trajectory, std::span<const Point2> tool, const RowGroups& groups);
+RatioTable difference_ratios(const Trajectory& trajectory, std::span<const Point2> tool,
+                             const RowGroups& groups);
 
 /// "total speed", "J2 jerk", … for the limits that are finite, with their ratios.
-void fill_certificate(const RatioTable& table, const RowGroups& groups, const Arm& arm, Certificate& certificate);
+void fill_certificate(const RatioTable& table, const RowGroups& groups, const Arm& arm,
+                      Certificate& certificate);
 
 }  // namespace firn::motion

@@ -14,7 +14,8 @@ double norm(Vec v) { return std::sqrt(v.x * v.x + v.y * v.y); }
 double cross(Vec a, Vec b) { return a.x * b.y - a.y * b.x; }
 double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y; }
 
-/// Last point of the longest run from i that lies on one line: the sleeve of directions that pass every point.
+/// Last point of the longest run from i that lies on one line: the sleeve of directions that pass every
+/// point.
 std::size_t line_run(std::span<const Point2> p, std::size_t i) {
   const Vec base = p[i + 1] - p[i];
   const double length = norm(base);
@@ -53,12 +54,14 @@ Circle circle_through(Point2 a, Point2 b, Point2 c) {
   return circle;
 }
 
-/// Whether the points i..j lie on the circle through i, the middle and j, going round one way in short chords.
+/// Whether the points i..j lie on the circle through i, the middle and j, going round one way in short
+/// chords.
 bool on_circle(std::span<const Point2> p, std::size_t i, std::size_t j, Circle& circle) {
   circle = circle_through(p[i], p[(i + j) / 2], p[j]);
   if (circle.curvature == 0.0) return false;
   const double radius = 1.0 / std::abs(circle.curvature), turn = circle.curvature > 0.0 ? 1.0 : -1.0;
-  const double low = (radius - kRecogniseMm) * std::abs(radius - kRecogniseMm), high = (radius + kRecogniseMm) * (radius + kRecogniseMm);
+  const double low = (radius - kRecogniseMm) * std::abs(radius - kRecogniseMm),
+               high = (radius + kRecogniseMm) * (radius + kRecogniseMm);
   const double longest = 8.0 * kSagittaMm * radius;  // chord^2 = 8 R sagitta
   Vec before = p[i] - circle.centre;
   double turned = 0.0;
@@ -147,7 +150,8 @@ bool tangency(const CurvePiece& a, const CurvePiece& b, Point2& joint) {
   return true;
 }
 
-/// Moves the border between two pieces to `joint`. False if it lies further from their present ends than `reach`.
+/// Moves the border between two pieces to `joint`. False if it lies further from their present ends than
+/// `reach`.
 bool join(CurvePiece& a, CurvePiece& b, Point2 joint, double reach) {
   if (norm(joint - end_of(a)) > reach || norm(joint - b.start) > reach) return false;
   CurvePiece left = a, right = b;
@@ -177,7 +181,8 @@ void join_tangent(std::span<const Point2> points, std::vector<CurvePiece>& piece
     const auto chord_at = [&](const CurvePiece& p) { return norm(points[p.first + 1] - points[p.first]); };
     if (!piece.chord && kept > 0) {
       if (!pieces[kept - 1].chord) {
-        if (tangency(pieces[kept - 1], piece, joint)) join(pieces[kept - 1], piece, joint, 1.01 * chord_at(piece));
+        if (tangency(pieces[kept - 1], piece, joint))
+          join(pieces[kept - 1], piece, joint, 1.01 * chord_at(piece));
       } else if (kept > 1 && !pieces[kept - 2].chord && tangency(pieces[kept - 2], piece, joint)) {
         CurvePiece left = pieces[kept - 2];
         if (join(left, piece, joint, 1.01 * pieces[kept - 1].length_mm)) pieces[--kept - 1] = left;

@@ -1,5 +1,5 @@
-// From points to lines and arcs. A path arrives as points (dense samples of lines and arcs, or a polygon); its exact
-// geometry decides where the curvature jumps and therefore how fast it may be followed.
+// From points to lines and arcs. A path arrives as points (dense samples of lines and arcs, or a polygon);
+// its exact geometry decides where the curvature jumps and therefore how fast it may be followed.
 #pragma once
 
 #include <cstddef>
@@ -13,25 +13,26 @@ namespace firn::motion {
 /// A line (curvature 0) or an arc between two places of the path.
 struct CurvePiece {
   Point2 start;
-  double tx = 1.0, ty = 0.0;     ///< unit tangent at the start
-  double curvature = 0.0;        ///< 1/mm, > 0 turns left
+  double tx = 1.0, ty = 0.0;  ///< unit tangent at the start
+  double curvature = 0.0;     ///< 1/mm, > 0 turns left
   double length_mm = 0.0;
   std::size_t first = 0, last = 0;  ///< points of the path that it covers
-  bool chord = false;            ///< a single chord of a polygon, not a recognised run of points
+  bool chord = false;               ///< a single chord of a polygon, not a recognised run of points
 
   Point2 at(double s_mm) const;
   /// Unit tangent at s_mm.
   Point2 tangent(double s_mm) const;
 };
 
-/// Points within this distance of one line or circle are one piece; that is also the bound of what recognition may
-/// move (in addition to the arc's own sagitta over its chords, at most kSagittaMm).
+/// Points within this distance of one line or circle are one piece; that is also the bound of what
+/// recognition may move (in addition to the arc's own sagitta over its chords, at most kSagittaMm).
 inline constexpr double kRecogniseMm = 2e-5;
 inline constexpr double kSagittaMm = 0.03;
 
-/// Greedy: from each point the longest run of >= 3 points on a line or >= 4 points on a circle (within kRecogniseMm,
-/// chords' sagitta <= kSagittaMm), else one chord. Neighbouring pieces that are tangent to each other are joined at
-/// their point of tangency, also where no input point lies there (a chord across the joint is dropped).
+/// Greedy: from each point the longest run of >= 3 points on a line or >= 4 points on a circle (within
+/// kRecogniseMm, chords' sagitta <= kSagittaMm), else one chord. Neighbouring pieces that are tangent to each
+/// other are joined at their point of tangency, also where no input point lies there (a chord across the
+/// joint is dropped).
 /// @pre points has no repeated neighbours and at least two entries. Time: O(n log n).
 void recognise(std::span<const Point2> points, std::vector<CurvePiece>& pieces);
 

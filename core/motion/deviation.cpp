@@ -26,7 +26,8 @@ double deviation(const Curve& curve, std::span<const Point2> points, std::vector
   double worst = 0.0;
   std::size_t from = 0;
   for (std::size_t i = 0; i < curve.cells(); ++i) {
-    if (curve.xx[i] == 0.0 && curve.yy[i] == 0.0 && curve.xx[i + 1] == 0.0 && curve.yy[i + 1] == 0.0) continue;
+    if (curve.xx[i] == 0.0 && curve.yy[i] == 0.0 && curve.xx[i + 1] == 0.0 && curve.yy[i + 1] == 0.0)
+      continue;
     for (const double x : {0.0, 1.0 / 3.0, 2.0 / 3.0}) {
       const double s = curve.s[i] + x * (curve.s[i + 1] - curve.s[i]), at = s * scale;
       const Point2 p = curve.at(i, s);

@@ -8,8 +8,8 @@
 
 namespace firn::motion {
 
-/// Largest distance of the curve (knots and two places inside every cell) from the polygon through `points`, which it
-/// follows from the first to the last. @param length scratch
+/// Largest distance of the curve (knots and two places inside every cell) from the polygon through `points`,
+/// which it follows from the first to the last. @param length scratch
 double deviation(const Curve& curve, std::span<const Point2> points, std::vector<double>& length);
 
 }  // namespace firn::motion

@@ -1,5 +1,6 @@
 // The fastest speed profile within the limits of speed, acceleration and jerk on a fixed curve: a primal-dual
-// interior-point method with one banded Newton step per iteration. Derivation: docs/algorithms-certified-motion.md.
+// interior-point method with one banded Newton step per iteration. Derivation:
+// docs/algorithms-certified-motion.md.
 #pragma once
 
 #include <cstddef>
@@ -10,20 +11,21 @@
 namespace firn::motion {
 
 struct ProfileOptions {
-  double gap = 0.004;        ///< stop when duality gap / duration plus violation / 3 is below this
+  double gap = 0.004;  ///< stop when duality gap / duration plus violation / 3 is below this
   int most_iterations = 40;
 };
 
-/// b(s) = (ds/dt)^2, continuous with its slope b'. In cell i, b'' = curve (1 + bend (x - 1/2)) with x from 0 to 1 across
-/// the cell and a fixed bend, so that constant jerk (b'' proportional to 1 / sqrt(b)) is within reach of one unknown per
-/// cell. In the first and last cell b is proportional to y^(4/3), y = distance from the rest: constant jerk from v = a = 0.
+/// b(s) = (ds/dt)^2, continuous with its slope b'. In cell i, b'' = curve (1 + bend (x - 1/2)) with x from 0
+/// to 1 across the cell and a fixed bend, so that constant jerk (b'' proportional to 1 / sqrt(b)) is within
+/// reach of one unknown per cell. In the first and last cell b is proportional to y^(4/3), y = distance from
+/// the rest: constant jerk from v = a = 0.
 struct Profile {
   std::vector<double> b;      ///< at the knots [mm^2/s^2]
   std::vector<double> slope;  ///< b' at the knots [mm/s^2], twice the path acceleration
   std::vector<double> bend;   ///< of each cell
   int iterations = 0;
-  double gap = 0.0;           ///< relative duality gap at the end
-  double violation = 0.0;     ///< largest relative excess over a limit at the end
+  double gap = 0.0;        ///< relative duality gap at the end
+  double violation = 0.0;  ///< largest relative excess over a limit at the end
 
   /// b'' at the left (side 0) or right end of an inner cell of length h.
   double second(std::size_t cell, int side, double h) const {
@@ -46,10 +48,11 @@ class ProfileWork {
   std::size_t stride_ = 0;
 };
 
-/// @param top largest b at each knot (rates and ceilings); @param bound the speed-and-acceleration optimum at the knots,
-/// from which the first guess is made.
+/// @param top largest b at each knot (rates and ceilings); @param bound the speed-and-acceleration optimum at
+/// the knots, from which the first guess is made.
 /// @pre curve.cells() >= 4
-void solve_profile(const Curve& curve, const MotionRows& rows, const RowGroups& groups, const std::vector<double>& top,
-                   const std::vector<double>& bound, const ProfileOptions& options, ProfileWork& work, Profile& out);
+void solve_profile(const Curve& curve, const MotionRows& rows, const RowGroups& groups,
+                   const std::vector<double>& top, const std::vector<double>& bound,
+                   const ProfileOptions& options, ProfileWork& work, Profile& out);
 
 }  // namespace firn::motion

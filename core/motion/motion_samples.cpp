@@ -34,8 +34,8 @@ void RatioTable::merge(const RatioTable& other, double shift) {
       }
 }
 
-std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm, const Placement& place,
-                                   int joints, Jets& tool, Jets& joint) {
+std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
+                                   const Placement& place, int joints, Jets& tool, Jets& joint) {
   const std::size_t count = batch.size();
   tool.resize(kTaskAxes, count);
   for (int axis = 0; axis < 2; ++axis) {
@@ -48,9 +48,11 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
       const PathState& q = batch.state[n];
       const double h = curve.s[i + 1] - curve.s[i], over = 1.0 / h, u = q.s - curve.s[i], w = h - u;
       const double left = m[i] * over, right = m[i + 1] * over;  // r'' = left w + right u
-      const double r1 = (f[i + 1] - f[i]) * over + (left * (h * h - 3.0 * w * w) + right * (3.0 * u * u - h * h)) / 6.0;
+      const double r1 =
+          (f[i + 1] - f[i]) * over + (left * (h * h - 3.0 * w * w) + right * (3.0 * u * u - h * h)) / 6.0;
       const double r2 = left * w + right * u, r3 = right - left;
-      p[n] = (w * f[i] + u * f[i + 1]) * over + (left * w * (w * w - h * h) + right * u * (u * u - h * h)) / 6.0 + shift;
+      p[n] = (w * f[i] + u * f[i + 1]) * over +
+             (left * w * (w * w - h * h) + right * u * (u * u - h * h)) / 6.0 + shift;
       d1[n] = r1 * q.v;
       d2[n] = r2 * q.v * q.v + r1 * q.a;
       d3[n] = r3 * q.v * q.v * q.v + 3.0 * r2 * q.v * q.a + r1 * q.j;
@@ -64,14 +66,15 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
   return arm.inverse(tool, place.posture, joint);
 }
 
-void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint, const RowGroups& groups,
-                RatioTable& table) {
+void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
+                const RowGroups& groups, RatioTable& table) {
   const std::size_t count = batch.size();
   for (int g = 0; g < groups.count; ++g) {
     const RowGroup& group = groups.group[g];
     const double limit[3] = {group.limit.rate, group.limit.acceleration, group.limit.jerk};
     for (int k = 0; k < 3; ++k) {
-      const double *a = g == 0 ? tool.of(kX, k + 1) : joint.of(g - 1, k + 1), *b = g == 0 ? tool.of(kY, k + 1) : nullptr;
+      const double *a = g == 0 ? tool.of(kX, k + 1) : joint.of(g - 1, k + 1),
+                   *b = g == 0 ? tool.of(kY, k + 1) : nullptr;
       double most = 0.0;
       std::size_t where = 0;
       for (std::size_t n = 0; n < count; ++n) {

@@ -1,5 +1,5 @@
-// The emitted motion evaluated at chosen instants: tool and joints with their derivatives in time, and the ratios of
-// everything that is limited to its limit.
+// The emitted motion evaluated at chosen instants: tool and joints with their derivatives in time, and the
+// ratios of everything that is limited to its limit.
 #pragma once
 
 #include <optional>
@@ -34,12 +34,12 @@ struct RatioTable {
 };
 
 /// Per-instant states -> tool and joint derivatives with respect to time. Fault: index = entry of the batch.
-std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm, const Placement& placement,
-                                   int joints, Jets& tool, Jets& joint);
+std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
+                                   const Placement& placement, int joints, Jets& tool, Jets& joint);
 
 /// Adds a batch's ratios to `table`. @pre tool, joint as sample_motion leaves them
-void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint, const RowGroups& groups,
-                RatioTable& table);
+void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
+                const RowGroups& groups, RatioTable& table);
 
 /// States at both ends (from inside) and at `inner` equally spaced instants inside every piece of the motion.
 void check_states(const Curve& curve, const TimedMotion& motion, int inner, StateBatch& batch);

@@ -18,8 +18,8 @@ double half_ramp(const CurveSpec& spec, double curvature) {
   return 0.5 * std::max(spec.ramp_mm, std::sqrt(24.0 * spec.tolerance_mm / curvature));
 }
 
-/// Pieces between two long lines share one ramp length, the smallest that any of them asks for: the convolution has
-/// one width wherever it moves the base.
+/// Pieces between two long lines share one ramp length, the smallest that any of them asks for: the
+/// convolution has one width wherever it moves the base.
 void set_ramps(const CurveSpec& spec, CurveWork& work) {
   const auto& pieces = work.pieces;
   for (std::size_t from = 0; from < pieces.size();) {
@@ -70,7 +70,8 @@ void set_joints(const CurveSpec& spec, CurveWork& work) {
     joint.jump_y = jump * b.tx;
     if (jump == 0.0) joint.half_ramp = 0.0;
     if (turn > kSmallTurn) {
-      const double allowed = spec.tolerance_mm > 0.0 ? std::max(spec.ramp_mm, 6.0 * spec.tolerance_mm / turn) : spec.ramp_mm;
+      const double allowed =
+          spec.tolerance_mm > 0.0 ? std::max(spec.ramp_mm, 6.0 * spec.tolerance_mm / turn) : spec.ramp_mm;
       joint.half_hat = std::min(allowed, 0.5 * room);
     }
   }
@@ -129,8 +130,8 @@ Point2 ramped(const CurveWork& work, std::size_t k, double s) {
 
 }  // namespace
 
-void build_curve(std::span<const Point2> points, std::span<const double> ceiling, const CurveSpec& spec, CurveWork& work,
-                 Curve& curve) {
+void build_curve(std::span<const Point2> points, std::span<const double> ceiling, const CurveSpec& spec,
+                 CurveWork& work, Curve& curve) {
   recognise(points, work.pieces);
   set_joints(spec, work);
   place_knots(spec, work, curve.s);
@@ -153,6 +154,10 @@ void build_curve(std::span<const Point2> points, std::span<const double> ceiling
   spline(curve.s, curve.x, -a.curvature * a.ty, -b.curvature * t.y_mm, curve.xx, work.sweep);
   spline(curve.s, curve.y, a.curvature * a.tx, b.curvature * t.x_mm, curve.yy, work.sweep);
   curve.straight = work.pieces.size() == 1 && a.curvature == 0.0;
+  if (curve.straight) {
+    std::fill(curve.xx.begin(), curve.xx.end(), 0.0);
+    std::fill(curve.yy.begin(), curve.yy.end(), 0.0);
+  }
   set_ceiling(points, ceiling, work, curve);
 }
 

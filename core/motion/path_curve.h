@@ -1,17 +1,18 @@
-// The curve that is followed: twice continuously differentiable, piecewise cubic, with curvature jumps ramped over w.
+// The curve that is followed: twice continuously differentiable, piecewise cubic, with curvature jumps ramped
+// over w.
 //
-// Base: lines and arcs (core/motion/curve_pieces.h). Ramped curve = base convolved with a box of width w. To first
-// order in w that moves the base along its left normal N by
+// Base: lines and arcs (core/motion/curve_pieces.h). Ramped curve = base convolved with a box of width w. To
+// first order in w that moves the base along its left normal N by
 //   d(s) = kappa(s) w^2 / 24 + sum over jumps k of [kappa]_k e(s - s_k),
 //   e(x) = (w/2 + x)^3 / (6 w) for -w/2 <= x < 0,  -(w/2 - x)^3 / (6 w) for 0 <= x <= w/2,
-// so that the curvature is linear over each ramp, turning angle and length stay, and the shift is at most w^2 / (24 R)
-// (errata, chapter 4). A corner (tangents T1, T2) of a sparse polygon is convolved with the hat of half width w:
-// shift (T2 - T1) (w - |x|)^3 / (6 w^2), at most |T2 - T1| w / 6. Vertices of a polygon sampled more densely than 2 w
-// are interpolated: curvature is then linear between them, as in the thesis's sampling at constant spacing.
-// The shift vanishes at both ends, which are points of the path.
+// so that the curvature is linear over each ramp, turning angle and length stay, and the shift is at most w^2
+// / (24 R) (errata, chapter 4). A corner (tangents T1, T2) of a sparse polygon is convolved with the hat of
+// half width w: shift (T2 - T1) (w - |x|)^3 / (6 w^2), at most |T2 - T1| w / 6. Vertices of a polygon sampled
+// more densely than 2 w are interpolated: curvature is then linear between them, as in the thesis's sampling
+// at constant spacing. The shift vanishes at both ends, which are points of the path.
 //
-// What is followed is the C2 cubic spline through that curve at its knots: r' is quadratic, r'' linear, r''' constant
-// in each cell, exactly; nothing else is approximated afterwards.
+// What is followed is the C2 cubic spline through that curve at its knots: r' is quadratic, r'' linear, r'''
+// constant in each cell, exactly; nothing else is approximated afterwards.
 #pragma once
 
 #include <cstddef>
@@ -48,7 +49,8 @@ struct Curve {
 
 struct CurveSpec {
   double ramp_mm = 0.4;
-  double tolerance_mm = 0.0;  ///< > 0: each ramp as long as this deviation allows; corners of any angle are rolled
+  double tolerance_mm =
+      0.0;  ///< > 0: each ramp as long as this deviation allows; corners of any angle are rolled
   CellSizes sizes;
 };
 
@@ -71,15 +73,17 @@ struct CurveWork {
 };
 
 /// @param points one stretch between two stops; @param ceiling one value per segment of it
-void build_curve(std::span<const Point2> points, std::span<const double> ceiling, const CurveSpec& spec, CurveWork& work,
-                 Curve& curve);
+void build_curve(std::span<const Point2> points, std::span<const double> ceiling, const CurveSpec& spec,
+                 CurveWork& work, Curve& curve);
 
 /// Parts of build_curve: the knots, and each cell's ceiling.
 void place_knots(const CurveSpec& spec, CurveWork& work, std::vector<double>& knots);
-void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work, Curve& curve);
+void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work,
+                 Curve& curve);
 
-/// Natural or clamped-curvature cubic spline: second derivatives `m` of the C2 cubic through (s, f), given m at the ends.
-void spline(std::span<const double> s, std::span<const double> f, double m_first, double m_last, std::vector<double>& m,
-            std::vector<double>& sweep);
+/// Natural or clamped-curvature cubic spline: second derivatives `m` of the C2 cubic through (s, f), given m
+/// at the ends.
+void spline(std::span<const double> s, std::span<const double> f, double m_first, double m_last,
+            std::vector<double>& m, std::vector<double>& sweep);
 
 }  // namespace firn::motion

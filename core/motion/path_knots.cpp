@@ -24,14 +24,15 @@ void set_marks(const CurveSpec& spec, CurveWork& work) {
   for (std::size_t k = 1; k + 1 < work.joints.size(); ++k) {
     const Joint& joint = work.joints[k];
     const double half = std::max(joint.half_ramp, joint.half_hat);
-    if (joint.interpolate)
-      marks.push_back({joint.s, kNoWish, sizes.growth});
+    if (joint.interpolate) marks.push_back({joint.s, kNoWish, sizes.growth});
     if (half == 0.0) continue;
-    const int cells = joint.half_hat > joint.half_ramp ? sizes.ramp_cells + sizes.ramp_cells % 2 : sizes.ramp_cells;
+    const int cells =
+        joint.half_hat > joint.half_ramp ? sizes.ramp_cells + sizes.ramp_cells % 2 : sizes.ramp_cells;
     const double wide = 2.0 * half / spec.ramp_mm;  // wide ramps need no finer cells beside them than inside
     const double exit = sizes.ramp_exit_mm * std::max(1.0, 0.5 * wide);
     for (int i = 0; i <= cells; ++i)
-      marks.push_back({joint.s + half * (2.0 * i / cells - 1.0), i == 0 || i == cells ? exit : kNoWish, sizes.growth});
+      marks.push_back(
+          {joint.s + half * (2.0 * i / cells - 1.0), i == 0 || i == cells ? exit : kNoWish, sizes.growth});
   }
   marks.push_back({total - rest, beside, ratio});
   marks.push_back({total, rest, 1.0});
@@ -50,7 +51,8 @@ void thin_marks(double least, std::vector<Mark>& marks) {
 
 /// Knots strictly between two marks: cells grow from both of them up to `largest`.
 void fill(Mark from, Mark to, double largest, std::vector<double>& tail, std::vector<double>& knots) {
-  double left = from.s, right = to.s, h_left = std::min(from.spacing, largest), h_right = std::min(to.spacing, largest);
+  double left = from.s, right = to.s, h_left = std::min(from.spacing, largest),
+         h_right = std::min(to.spacing, largest);
   tail.clear();
   while (right - left > 1.5 * std::min(h_left, h_right)) {
     if (h_left <= h_right) {
@@ -84,7 +86,8 @@ void place_knots(const CurveSpec& spec, CurveWork& work, std::vector<double>& kn
   }
 }
 
-void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work, Curve& curve) {
+void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work,
+                 Curve& curve) {
   const std::size_t cells = curve.cells();
   const double first = ceiling.empty() ? std::numeric_limits<double>::infinity() : ceiling[0];
   curve.ceiling.assign(cells, first);
@@ -109,8 +112,8 @@ void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling
   }
 }
 
-void spline(std::span<const double> s, std::span<const double> f, double m_first, double m_last, std::vector<double>& m,
-            std::vector<double>& sweep) {
+void spline(std::span<const double> s, std::span<const double> f, double m_first, double m_last,
+            std::vector<double>& m, std::vector<double>& sweep) {
   const std::size_t n = s.size();
   m.resize(n);
   sweep.resize(n);

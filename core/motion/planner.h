@@ -1,8 +1,8 @@
 // One door to every planner: a path goes in, a trajectory with its certificate comes out.
 //
-// Every method's trajectory passes the same checker (core/motion/checker.h), so that the certificates compare.
-// Methods `certified` and `optimal` never exceed a limit; `thesis`, `constant` and `default` may, and their
-// certificates say where and by how much.
+// Every method's trajectory passes the same checker (core/motion/checker.h), so that the certificates
+// compare. Methods `certified` and `optimal` never exceed a limit; `thesis`, `constant` and `default` may,
+// and their certificates say where and by how much.
 #pragma once
 
 #include <array>
@@ -21,23 +21,25 @@
 namespace firn::motion {
 
 enum class Method {
-  kCertified,  ///< fast tier: within the limits, close to the minimum time (docs/algorithms-certified-motion.md)
+  kCertified,  ///< fast tier: within the limits, close to the minimum time
+               ///< (docs/algorithms-certified-motion.md)
   kOptimal,    ///< slow tier: the same problem on a fine grid, solved to convergence
   kThesis,     ///< [Barnett 2012, 4.1]: VCON, ACON, JCON, AREST
   kConstant,   ///< constant speed with stops, the baseline of 4.2 and 4.4
   kDefault     ///< as the V+ controller without MTTS (Figs. 4-12 to 4-14)
 };
-const char* name(Method method);                        ///< "certified", "optimal", …
+const char* name(Method method);                       ///< "certified", "optimal", …
 std::optional<Method> method_named(std::string_view);  ///< nullopt: no such method
 
 struct PlanOptions {
   Method method = Method::kCertified;
-  double tolerance_mm = 0.0;         ///< > 0: corners may be rolled and curvature ramped within this deviation
-  double tick_s = 0.016;             ///< period of the emitted samples
-  double curvature_ramp_mm = 0.4;    ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
+  double tolerance_mm = 0.0;  ///< > 0: corners may be rolled and curvature ramped within this deviation
+  double tick_s = 0.016;      ///< period of the emitted samples
+  double curvature_ramp_mm =
+      0.4;  ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
   double split_angle_rad = 0.5235987755982988;  ///< sharper corners are stops (PATHSPLIT), 30 degrees
-  double trace_step_s = 0.0;         ///< > 0: PlanResult::trace is filled with this spacing
-  bool lower_bound = true;           ///< fill Certificate::lower_bound_s
+  double trace_step_s = 0.0;                    ///< > 0: PlanResult::trace is filled with this spacing
+  bool lower_bound = true;                      ///< fill Certificate::lower_bound_s
 };
 
 /// The continuous motion at one instant, for plots: norms of the Cartesian derivatives and joint derivatives.
@@ -76,10 +78,12 @@ class PlanWorkspace {
   std::unique_ptr<State> state_;
 };
 
-/// Never throws MotionError: bad input (NaN, fewer than two distinct points, out of reach, a limit that is not
-/// positive, an option out of its range) comes back as `fault`. @p work may serve any paths one after another.
+/// Never throws MotionError: bad input (NaN, fewer than two distinct points, out of reach, a limit that is
+/// not positive, an option out of its range) comes back as `fault`. @p work may serve any paths one after
+/// another.
 PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits, const PlanOptions& options,
                 PlanWorkspace& work);
-PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits, const PlanOptions& options = {});
+PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits,
+                const PlanOptions& options = {});
 
 }  // namespace firn::motion

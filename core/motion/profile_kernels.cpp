@@ -1,5 +1,5 @@
-// The loops over cells and knots of the interior-point method; everything here is element-wise, so that the compiler
-// vectorises it and every instruction set gives the same bytes.
+// The loops over cells and knots of the interior-point method; everything here is element-wise, so that the
+// compiler vectorises it and every instruction set gives the same bytes.
 #include <algorithm>
 #include <cmath>
 
@@ -17,12 +17,10 @@ double ProfileProblem::assemble(double mu) {
   const std::size_t n = n_;
   const double* __restrict c = c_;
   {
-    double *__restrict g0 = node_[0], *__restrict g1 = node_[1], *__restrict h00 = node_[2], *__restrict h01 = node_[3],
-           *__restrict h11 = node_[4];
-    const double *__restrict b0 = b0_, *__restrict b1 = b1_, *__restrict top = over_top_;
+    double* __restrict g0 = node_[0], * __restrict g1 = node_[1], * __restrict h00 = node_[2], * __restrict h01 = node_[3], * __restrict h11 = node_[4];
+    const double* __restrict b0 = b0_, * __restrict b1 = b1_, * __restrict top = over_top_;
     const Term t = speed_;
-    double *__restrict s = t.slack, *__restrict m = t.multiplier, *__restrict t0 = t.g0, *__restrict t1 = t.g1,
-           *__restrict res = t.residual;
+    double* __restrict s = t.slack, * __restrict m = t.multiplier, * __restrict t0 = t.g0, * __restrict t1 = t.g1, * __restrict res = t.residual;
     for (std::size_t i = 1; i < n; ++i) {
       const double f = 1.0 - (b0[i] * c[i - 1] + b1[i] * c[i]) * top[i];
       worst = larger(worst, -f);
@@ -39,18 +37,18 @@ double ProfileProblem::assemble(double mu) {
     }
     for (std::size_t g = 0; g < groups_; ++g) {
       const Term a = acceleration_[g];
-      double *__restrict as = a.slack, *__restrict am = a.multiplier, *__restrict a0 = a.g0, *__restrict a1 = a.g1,
-             *__restrict ares = a.residual;
+      double* __restrict as = a.slack, * __restrict am = a.multiplier, * __restrict a0 = a.g0, * __restrict a1 = a.g1, * __restrict ares = a.residual;
       const int first = first_row_[g];
-      const double *__restrict x0 = q_[first][0], *__restrict x1 = q_[first][1];
+      const double* __restrict x0 = q_[first][0], * __restrict x1 = q_[first][1];
       if (row_count_[g] == 2) {
-        const double *__restrict y0 = q_[first + 1][0], *__restrict y1 = q_[first + 1][1];
+        const double* __restrict y0 = q_[first + 1][0], * __restrict y1 = q_[first + 1][1];
         for (std::size_t i = 1; i < n; ++i) {
           const double X = x0[i] * c[i - 1] + x1[i] * c[i], Y = y0[i] * c[i - 1] + y1[i] * c[i];
           const double f = 1.0 - X * X - Y * Y;
           worst = larger(worst, -f);
           const double d0 = -2.0 * (X * x0[i] + Y * y0[i]), d1 = -2.0 * (X * x1[i] + Y * y1[i]);
-          const double r = f - as[i], over = 1.0 / as[i], w = am[i] * over, q = (mu - am[i] * r) * over, l = 2.0 * am[i];
+          const double r = f - as[i], over = 1.0 / as[i], w = am[i] * over, q = (mu - am[i] * r) * over,
+                       l = 2.0 * am[i];
           a0[i] = d0;
           a1[i] = d1;
           ares[i] = r;
@@ -66,7 +64,8 @@ double ProfileProblem::assemble(double mu) {
           const double f = 1.0 - X * X;
           worst = larger(worst, -f);
           const double d0 = -2.0 * X * x0[i], d1 = -2.0 * X * x1[i];
-          const double r = f - as[i], over = 1.0 / as[i], w = am[i] * over, q = (mu - am[i] * r) * over, l = 2.0 * am[i];
+          const double r = f - as[i], over = 1.0 / as[i], w = am[i] * over, q = (mu - am[i] * r) * over,
+                       l = 2.0 * am[i];
           a0[i] = d0;
           a1[i] = d1;
           ares[i] = r;
@@ -79,9 +78,8 @@ double ProfileProblem::assemble(double mu) {
       }
     }
   }
-  double *__restrict g0 = cell_[0], *__restrict g1 = cell_[1], *__restrict g2 = cell_[2];
-  double *__restrict h00 = cell_[3], *__restrict h01 = cell_[4], *__restrict h02 = cell_[5], *__restrict h11 = cell_[6],
-         *__restrict h12 = cell_[7], *__restrict h22 = cell_[8];
+  double* __restrict g0 = cell_[0], * __restrict g1 = cell_[1], * __restrict g2 = cell_[2];
+  double* __restrict h00 = cell_[3], * __restrict h01 = cell_[4], * __restrict h02 = cell_[5], * __restrict h11 = cell_[6], * __restrict h12 = cell_[7], * __restrict h22 = cell_[8];
   {
     const double* __restrict h = h_;
     for (std::size_t i = 1; i + 1 < n; ++i) {  // objective: sum of h / sqrt(c)
@@ -92,8 +90,8 @@ double ProfileProblem::assemble(double mu) {
     }
   }
   for (std::size_t side = 0; side < 2; ++side) {
-    double *__restrict root = root_, *__restrict over_root = over_root_;
-    const double *__restrict b0 = b0_ + side, *__restrict b1 = b1_ + side, *__restrict cs = c_ + side;
+    double* __restrict root = root_, * __restrict over_root = over_root_;
+    const double* __restrict b0 = b0_ + side, * __restrict b1 = b1_ + side, * __restrict cs = c_ + side;
     for (std::size_t i = 1; i + 1 < n; ++i) {
       const double b = b0[i] * cs[i - 1] + b1[i] * cs[i];
       root[i] = std::sqrt(b);
@@ -101,13 +99,11 @@ double ProfileProblem::assemble(double mu) {
     }
     for (std::size_t g = 0; g < groups_; ++g) {
       const Term t = jerk_[side][g];
-      double *__restrict s = t.slack, *__restrict m = t.multiplier, *__restrict t0 = t.g0, *__restrict t1 = t.g1,
-             *__restrict t2 = t.g2, *__restrict res = t.residual;
+      double* __restrict s = t.slack, * __restrict m = t.multiplier, * __restrict t0 = t.g0, * __restrict t1 = t.g1, * __restrict t2 = t.g2, * __restrict res = t.residual;
       const int first = first_row_[g];
-      const double *__restrict x0 = p_[side][first][0], *__restrict x1 = p_[side][first][1], *__restrict x2 = p_[side][first][2];
+      const double* __restrict x0 = p_[side][first][0], * __restrict x1 = p_[side][first][1], * __restrict x2 = p_[side][first][2];
       const bool two = row_count_[g] == 2;
-      const double *__restrict y0 = p_[side][two ? first + 1 : first][0], *__restrict y1 = p_[side][two ? first + 1 : first][1],
-                   *__restrict y2 = p_[side][two ? first + 1 : first][2];
+      const double* __restrict y0 = p_[side][two ? first + 1 : first][0], * __restrict y1 = p_[side][two ? first + 1 : first][1], * __restrict y2 = p_[side][two ? first + 1 : first][2];
       // weights of the knot's b in (c_{i-1}, c_i, c_{i+1})
       const double left = side == 0 ? 1.0 : 0.0, right = 1.0 - left;
       const auto loop = [&](auto pair) {
@@ -178,9 +174,11 @@ bool ProfileProblem::solve_step() {
   rest(n - 2, h_[n - 1], b0_[n - 1]);
   // L D L^T of the pentadiagonal matrix, forward substitution on the way
   double u_before = 0.0, v_before = 0.0, v_before_2 = 0.0, z_before = 0.0, z_before_2 = 0.0;
-  double shift_1 = 0.0, shift_diagonal = 0.0, shift_diagonal_2 = 0.0;  // what earlier pivots take from this row
+  double shift_1 = 0.0, shift_diagonal = 0.0,
+         shift_diagonal_2 = 0.0;  // what earlier pivots take from this row
   for (std::size_t i = 1; i + 1 < n; ++i) {
-    const double pivot = diagonal_[i] - shift_diagonal, first = i + 2 < n ? upper_1_[i] - shift_1 : 0.0, second = i + 3 < n ? upper_2_[i] : 0.0;
+    const double pivot = diagonal_[i] - shift_diagonal, first = i + 2 < n ? upper_1_[i] - shift_1 : 0.0,
+                 second = i + 3 < n ? upper_2_[i] : 0.0;
     if (!(pivot > 0.0)) return false;
     const double over = 1.0 / pivot, u = first * over, v = second * over;
     const double z = -gradient_[i] - u_before * z_before - v_before_2 * z_before_2;
@@ -204,11 +202,10 @@ bool ProfileProblem::solve_step() {
 ProfileProblem::Lengths ProfileProblem::step_lengths(double mu, double eta) {
   const std::size_t n = n_;
   double primal = 0.0, dual = 0.0;  // largest relative decrease
-  const double *__restrict d = step_, *__restrict c = c_;
+  const double* __restrict d = step_, * __restrict c = c_;
   for (std::size_t i = 1; i + 1 < n; ++i) primal = larger(primal, -d[i] / c[i] * (eta / 0.8));
   const auto family = [&](const Term& t, std::size_t end, auto three) {
-    double *__restrict s = t.slack, *__restrict m = t.multiplier, *__restrict t0 = t.g0, *__restrict t1 = t.g1,
-           *__restrict t2 = t.g2, *__restrict res = t.residual;
+    double* __restrict s = t.slack, * __restrict m = t.multiplier, * __restrict t0 = t.g0, * __restrict t1 = t.g1, * __restrict t2 = t.g2, * __restrict res = t.residual;
     for (std::size_t i = 1; i < end; ++i) {
       double ds = res[i] + t0[i] * d[i - 1] + t1[i] * d[i];
       if constexpr (three) ds += t2[i] * d[i + 1];
@@ -230,8 +227,8 @@ ProfileProblem::Lengths ProfileProblem::step_lengths(double mu, double eta) {
 void ProfileProblem::move(Lengths lengths) {
   for (std::size_t i = 1; i + 1 < n_; ++i) c_[i] += lengths.primal * step_[i];
   const auto family = [&](const Term& t, std::size_t end) {
-    double *__restrict s = t.slack, *__restrict m = t.multiplier;
-    const double *__restrict ds = t.residual, *__restrict dm = t.g0;
+    double* __restrict s = t.slack, * __restrict m = t.multiplier;
+    const double* __restrict ds = t.residual, * __restrict dm = t.g0;
     for (std::size_t i = 1; i < end; ++i) {
       s[i] += lengths.primal * ds[i];
       m[i] += lengths.dual * dm[i];

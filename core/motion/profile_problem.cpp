@@ -10,7 +10,8 @@ namespace {
 constexpr double kRestGrowth = 1.0606601717798212;
 constexpr double kGuessedShare = 0.5;  ///< of that growth, in the first guess
 
-/// Where b'' follows b^(-1/2) by a straight line, the jerk inside a cell is above that at its ends by this times bend^2.
+/// Where b'' follows b^(-1/2) by a straight line, the jerk inside a cell is above that at its ends by this
+/// times bend^2.
 constexpr double kBulge = 0.3125;
 
 double square(double v) { return v * v; }
@@ -26,7 +27,8 @@ double power_four_thirds(double y) { return y * std::cbrt(y); }
 }  // namespace
 
 ProfileProblem::ProfileProblem(const Curve& curve, const MotionRows& rows, const RowGroups& groups,
-                               const std::vector<double>& top, const std::vector<double>& bound, ProfileWork& work)
+                               const std::vector<double>& top, const std::vector<double>& bound,
+                               ProfileWork& work)
     : n_(curve.cells()), rows_(std::size_t(rows.rows)), groups_(std::size_t(groups.count)) {
   for (std::size_t g = 0; g < groups_; ++g) {
     first_row_[g] = groups.group[g].first;
@@ -53,7 +55,8 @@ void ProfileProblem::lay_out(ProfileWork& work) {
       for (auto& a : p_[side][r]) a = take();
   }
   const auto take_term = [&](Term& term) {
-    for (double** a : {&term.slack, &term.multiplier, &term.g0, &term.g1, &term.g2, &term.residual}) *a = take();
+    for (double** a : {&term.slack, &term.multiplier, &term.g0, &term.g1, &term.g2, &term.residual})
+      *a = take();
   };
   take_term(speed_);
   for (std::size_t g = 0; g < groups_; ++g) {
@@ -66,7 +69,8 @@ void ProfileProblem::lay_out(ProfileWork& work) {
   for (double** a : {&root_, &over_root_, &gradient_, &diagonal_, &upper_1_, &upper_2_, &step_}) *a = take();
 }
 
-void ProfileProblem::first_guess(const MotionRows& rows, const RowGroups& groups, const std::vector<double>& bound) {
+void ProfileProblem::first_guess(const MotionRows& rows, const RowGroups& groups,
+                                 const std::vector<double>& bound) {
   double *y = root_, *rate = over_root_;
   for (std::size_t i = 0; i <= n_; ++i) {
     const std::size_t right = i < n_ ? 2 * i : 2 * n_ - 1, left = i > 0 ? 2 * i - 1 : 0;
@@ -83,7 +87,8 @@ void ProfileProblem::first_guess(const MotionRows& rows, const RowGroups& groups
     rate[i] = kGuessedShare * kRestGrowth * std::sqrt(path);
   }
   y[0] = y[n_] = 0.0;
-  for (std::size_t i = 0; i < n_; ++i) y[i + 1] = std::min(y[i + 1], y[i] + h_[i] * std::min(rate[i], rate[i + 1]));
+  for (std::size_t i = 0; i < n_; ++i)
+    y[i + 1] = std::min(y[i + 1], y[i] + h_[i] * std::min(rate[i], rate[i + 1]));
   for (std::size_t i = n_; i-- > 0;) y[i] = std::min(y[i], y[i + 1] + h_[i] * std::min(rate[i], rate[i + 1]));
   for (std::size_t i = 1; i + 1 < n_; ++i) {
     c_[i] = 0.8 * power_four_thirds(std::max(0.5 * (y[i] + y[i + 1]), 1e-9));
@@ -123,7 +128,7 @@ void ProfileProblem::set_forms(const MotionRows& rows, const RowGroups& groups) 
         q_[r][1][i] = e2 * b1_[i] + e1 * m1_[i];
       }
       for (int side = 0; side < 2; ++side) {
-        double *const *p = p_[side][r];
+        double* const* p = p_[side][r];
         for (std::size_t i = 1; i + 1 < n_; ++i) {
           const std::size_t at = 2 * i + std::size_t(side), k = i + std::size_t(side);
           const double over = over_j * (1.0 + kBulge * bend_[i] * bend_[i]);

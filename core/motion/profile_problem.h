@@ -1,8 +1,9 @@
-// The discrete problem behind solve_profile: linear forms of the control values, constraint terms, Newton system.
+// The discrete problem behind solve_profile: linear forms of the control values, constraint terms, Newton
+// system.
 //
 // Unknowns: c_1 .. c_{n-2}, one per inner cell. At knot i, with l = (1 - a_{i-1}) h_{i-1}, r = a_i h_i,
-// a = 1/2 + bend / 12:  b_i = (r c_{i-1} + l c_i) / (l + r),  b'_i = (c_i - c_{i-1}) / (l + r)  (the tangents of a cell's
-// two ends meet at c_i). Beside a rest b'_1 = 4 b_1 / (3 h_0), so that c_1 alone decides b_1.
+// a = 1/2 + bend / 12:  b_i = (r c_{i-1} + l c_i) / (l + r),  b'_i = (c_i - c_{i-1}) / (l + r)  (the tangents
+// of a cell's two ends meet at c_i). Beside a rest b'_1 = 4 b_1 / (3 h_0), so that c_1 alone decides b_1.
 //
 // Constraints f >= 0, all concave in c once 1/sqrt(b) is replaced by its tangent, which lies below it:
 //   speed         f = 1 - b / top
@@ -19,11 +20,11 @@ namespace firn::motion {
 
 class ProfileProblem {
  public:
-  ProfileProblem(const Curve& curve, const MotionRows& rows, const RowGroups& groups, const std::vector<double>& top,
-                 const std::vector<double>& bound, ProfileWork& work);
+  ProfileProblem(const Curve& curve, const MotionRows& rows, const RowGroups& groups,
+                 const std::vector<double>& top, const std::vector<double>& bound, ProfileWork& work);
 
-  /// Residuals, gradients and Newton's matrix at the present point for the barrier parameter mu. Returns the largest
-  /// relative violation max(-f).
+  /// Residuals, gradients and Newton's matrix at the present point for the barrier parameter mu. Returns the
+  /// largest relative violation max(-f).
   double assemble(double mu);
   /// Solves for the step of c. False if the matrix is not positive definite.
   bool solve_step();
@@ -52,9 +53,9 @@ class ProfileProblem {
   std::size_t n_, rows_, groups_;
   int first_row_[1 + kMaxJoints], row_count_[1 + kMaxJoints];
   double *h_, *b0_, *b1_, *m0_, *m1_, *over_top_, *bend_, *c_;
-  double *q_[kMaxRows][2], *p_[2][kMaxRows][3];       ///< acceleration and jerk forms
+  double *q_[kMaxRows][2], *p_[2][kMaxRows][3];  ///< acceleration and jerk forms
   Term speed_, acceleration_[1 + kMaxJoints], jerk_[2][1 + kMaxJoints];
-  double *node_[5], *cell_[9];                        ///< gradient and matrix shares: g0 g1 h00 h01 h11; g0..2 h00..h22
+  double *node_[5], *cell_[9];  ///< gradient and matrix shares: g0 g1 h00 h01 h11; g0..2 h00..h22
   double *root_, *over_root_, *gradient_, *diagonal_, *upper_1_, *upper_2_, *step_;
 };
 

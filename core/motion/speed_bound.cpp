@@ -13,7 +13,8 @@ struct Window {
 
 class Sample {
  public:
-  Sample(const MotionRows& rows, const RowGroups& groups, std::size_t at) : rows_(rows), groups_(groups), at_(at) {}
+  Sample(const MotionRows& rows, const RowGroups& groups, std::size_t at)
+      : rows_(rows), groups_(groups), at_(at) {}
 
   Window window(double b) const {
     Window w{-1e300, 1e300, 0.0, 0.0};
@@ -21,7 +22,8 @@ class Sample {
       const RowGroup& group = groups_.group[g];
       const double bound = group.limit.acceleration;
       if (!(bound < kUnlimited)) continue;
-      // |q' a + q'' b| <= bound:  a = -m b +- sqrt((bound^2 - n b^2) / p),  p = q'.q', m = q'.q'' / p, n = q''.q'' - p m^2
+      // |q' a + q'' b| <= bound:  a = -m b +- sqrt((bound^2 - n b^2) / p),  p = q'.q', m = q'.q'' / p, n =
+      // q''.q'' - p m^2
       double p = 0.0, pq = 0.0, q = 0.0;
       for (int r = group.first; r < group.first + group.count; ++r) {
         const double d1 = rows_.of[r][0][at_], d2 = rows_.of[r][1][at_];
@@ -54,7 +56,8 @@ class Sample {
   std::size_t at_;
 };
 
-/// Largest b in [0, top] with low(b) <= high(b) and b + 2 h low(b) <= next: both sides are convex, Newton from above.
+/// Largest b in [0, top] with low(b) <= high(b) and b + 2 h low(b) <= next: both sides are convex, Newton
+/// from above.
 double reach_back(const Sample& sample, double top, double two_h, double next) {
   double b = top;
   for (int step = 0; step < 30; ++step) {
@@ -81,7 +84,8 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
     for (std::size_t i = 0; i <= n; ++i) {
       const std::size_t at = i < n ? 2 * i : 2 * n - 1;
       double p = 0.0;
-      for (int r = group.first; r < group.first + group.count; ++r) p += rows.of[r][0][at] * rows.of[r][0][at];
+      for (int r = group.first; r < group.first + group.count; ++r)
+        p += rows.of[r][0][at] * rows.of[r][0][at];
       if (rate * rate < bound.limit[i] * p) bound.limit[i] = rate * rate / p;
     }
   }
@@ -93,7 +97,8 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
   bound.b.assign(n + 1, 0.0);
   for (std::size_t i = n; i-- > 0;) {
     const double h = curve.s[i + 1] - curve.s[i];
-    bound.b[i] = i == 0 ? 0.0 : reach_back(Sample(rows, groups, 2 * i), bound.limit[i], 2.0 * h, bound.b[i + 1]);
+    bound.b[i] =
+        i == 0 ? 0.0 : reach_back(Sample(rows, groups, 2 * i), bound.limit[i], 2.0 * h, bound.b[i + 1]);
   }
   bound.duration_s = 0.0;
   for (std::size_t i = 0; i < n; ++i) {

@@ -1,4 +1,5 @@
-// The fastest motion that the limits of speed and acceleration allow, jerk aside: the lower bound of every certificate.
+// The fastest motion that the limits of speed and acceleration allow, jerk aside: the lower bound of every
+// certificate.
 #pragma once
 
 #include <vector>
@@ -7,10 +8,10 @@
 
 namespace firn::motion {
 
-/// b = v^2 at the knots [mm^2/s^2]; b linear in each cell (constant path acceleration), constraints at the cells' ends.
-/// Reachability in two sweeps: backward the largest b from which the end can be reached at rest, forward greedily.
-/// The feasible (b, b') at a knot are convex, symmetric about 0 and contain it, so every smaller b is feasible too and
-/// one interval [0, b_max] per knot is the whole controllable set.
+/// b = v^2 at the knots [mm^2/s^2]; b linear in each cell (constant path acceleration), constraints at the
+/// cells' ends. Reachability in two sweeps: backward the largest b from which the end can be reached at rest,
+/// forward greedily. The feasible (b, b') at a knot are convex, symmetric about 0 and contain it, so every
+/// smaller b is feasible too and one interval [0, b_max] per knot is the whole controllable set.
 struct SpeedBound {
   std::vector<double> limit;  ///< from rates and ceilings alone
   std::vector<double> b;

@@ -9,8 +9,9 @@ PathState TimedMotion::state(std::size_t k, double at) const {
   const double T = t[k + 1] - t[k], x = at - t[k];
   // s = s0 + v0 x + a0 x^2 / 2 + c3 x^3 + c4 x^4 + c5 x^5 through the end's s, v, a
   const double over = 1.0 / T, over2 = over * over;
-  const double ds = ((s[k + 1] - s[k]) * over - v[k]) * over - 0.5 * a[k];  // what is left of s, in units of T^2
-  const double dv = (v[k + 1] - v[k]) * over - a[k];                         // of v, in units of T
+  const double ds =
+      ((s[k + 1] - s[k]) * over - v[k]) * over - 0.5 * a[k];  // what is left of s, in units of T^2
+  const double dv = (v[k + 1] - v[k]) * over - a[k];          // of v, in units of T
   const double da = a[k + 1] - a[k];
   const double c3 = (10.0 * ds - 4.0 * dv + 0.5 * da) * over;
   const double c4 = (-15.0 * ds + 7.0 * dv - da) * over2;
@@ -24,8 +25,10 @@ PathState TimedMotion::state(std::size_t k, double at) const {
 }
 
 void time_profile(const Curve& curve, const Profile& profile, TimedMotion& motion) {
-  static constexpr double at[4] = {0.069431844202973714, 0.33000947820757187, 0.66999052179242813, 0.93056815579702629};
-  static constexpr double weight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693};
+  static constexpr double at[4] = {0.069431844202973714, 0.33000947820757187, 0.66999052179242813,
+                                   0.93056815579702629};
+  static constexpr double weight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                                       0.17392742256872693};
   const std::size_t n = curve.cells();
   motion.t.resize(n + 1);
   motion.s = curve.s;
@@ -42,7 +45,8 @@ void time_profile(const Curve& curve, const Profile& profile, TimedMotion& motio
     if (i == 0 || i == n - 1) {
       sum = 3.0 / motion.v[i == 0 ? 1 : n - 1];
     } else {
-      const double slope = profile.slope[i] * h, curve2 = (profile.slope[i + 1] - profile.slope[i]) * h, bend = profile.bend[i];
+      const double slope = profile.slope[i] * h, curve2 = (profile.slope[i + 1] - profile.slope[i]) * h,
+                   bend = profile.bend[i];
       for (int k = 0; k < 4; ++k) {
         const double x = at[k];
         const double b = profile.b[i] + x * (slope + x * curve2 * (0.5 - 0.25 * bend + bend * x / 6.0));
@@ -75,7 +79,8 @@ void straight_motion(double length, double speed, double acceleration, double je
     else
       t1 = std::cbrt(0.5 * length / jerk);
   }
-  const double jerks[7] = {jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk}, spans[7] = {t1, t2, t1, cruise, t1, t2, t1};
+  const double jerks[7] = {jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk},
+               spans[7] = {t1, t2, t1, cruise, t1, t2, t1};
   motion.t.assign(1, 0.0);
   motion.s.assign(1, 0.0);
   motion.v.assign(1, 0.0);

@@ -1,5 +1,5 @@
-// A motion along a curve in time: quintic Hermite pieces through (time, position, speed, acceleration), so that
-// position, speed and acceleration are continuous and everything can be evaluated without iteration.
+// A motion along a curve in time: quintic Hermite pieces through (time, position, speed, acceleration), so
+// that position, speed and acceleration are continuous and everything can be evaluated without iteration.
 #pragma once
 
 #include <span>
@@ -25,12 +25,13 @@ struct TimedMotion {
   PathState state(std::size_t piece, double at) const;
 };
 
-/// The motion of a speed profile: knots of the curve, times by Gauss's rule of four points in each cell (the rest cells
-/// exactly).
+/// The motion of a speed profile: knots of the curve, times by Gauss's rule of four points in each cell (the
+/// rest cells exactly).
 void time_profile(const Curve& curve, const Profile& profile, TimedMotion& motion);
 
-/// Minimum-time motion of length_mm from rest to rest under constant limits of speed, acceleration and jerk, in closed
-/// form: up to seven pieces of constant jerk. T = L/v + v/a + a/j when all three limits are reached.
+/// Minimum-time motion of length_mm from rest to rest under constant limits of speed, acceleration and jerk,
+/// in closed form: up to seven pieces of constant jerk. T = L/v + v/a + a/j when all three limits are
+/// reached.
 void straight_motion(double length_mm, double speed_mm_s, double acceleration_mm_s2, double jerk_mm_s3,
                      TimedMotion& motion);
 

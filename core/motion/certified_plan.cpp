@@ -1,0 +1,319 @@
+// From stretches to a trajectory: stops and rolled corners, whole ticks, samples, certificate.
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/certified.h"
+#include "core/motion/checker.h"
+#include "core/motion/placement.h"
+
+namespace firn::motion {
+namespace {
+
+constexpr double kRollableCosine = -0.9;  ///< sharper corners (154 degrees and more) are never rolled
+constexpr double kTrialMm = 15.0;         ///< of path to either side of a corner on which rolling is tried
+constexpr double kTickSlack = 1e-9;  ///< of a tick: rounding of a duration that is a whole number of ticks
+
+std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
+  return std::span<const Point2>(path.points).subspan(from, to - from + 1);
+}
+
+std::span<const double> ceilings(const CleanPath& path, std::size_t from, std::size_t to) {
+  return std::span<const double>(path.ceiling_mm_s).subspan(from, to - from);
+}
+
+void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
+                  CertifiedWork& work, Stretch& out) {
+  out.first = from;
+  plan_stretch(part(path, from, to), ceilings(path, from, to), task, work, out);
+}
+
+/// Plans between the stops into work.stretches; returns the duration.
+double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, const CertifiedTask& task,
+                CertifiedWork& work) {
+  if (work.stretches.size() + 1 < stops.size()) work.stretches.resize(stops.size() - 1);
+  double total = 0.0;
+  for (std::size_t k = 0; k + 1 < stops.size(); ++k) {
+    plan_between(path, stops[k], stops[k + 1], task, work, work.stretches[k]);
+    total += work.stretches[k].duration_s();
+  }
+  return total;
+}
+
+bool rollable(const CleanPath& path, std::size_t i) {
+  const Point2 &a = path.points[i - 1], &b = path.points[i], &c = path.points[i + 1];
+  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
+  return ux * vx + uy * vy > kRollableCosine * std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
+}
+
+/// Whether the corner at stops[k] is faster rolled than stopped at, judged on the path near it.
+bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, std::size_t k,
+                  const CertifiedTask& task, CertifiedWork& work) {
+  const std::size_t corner = stops[k];
+  const auto far = [&](std::size_t i) {
+    const double dx = path.points[i].x_mm - path.points[corner].x_mm,
+                 dy = path.points[i].y_mm - path.points[corner].y_mm;
+    return dx * dx + dy * dy > kTrialMm * kTrialMm;
+  };
+  std::size_t from = corner - 1, to = corner + 1;
+  while (from > stops[k - 1] && !far(from)) --from;
+  while (to < stops[k + 1] && !far(to)) ++to;
+  Stretch trial;
+  plan_between(path, from, corner, task, work, trial);
+  double stopping = trial.duration_s();
+  plan_between(path, corner, to, task, work, trial);
+  stopping += trial.duration_s();
+  plan_between(path, from, to, task, work, trial);
+  return trial.deviation_mm <= task.options.tolerance_mm && trial.duration_s() < stopping;
+}
+
+Placement placement(const PathInput& input) {
+  Jets pose(kTaskAxes, 1);
+  for (int axis = 0; axis < kTaskAxes; ++axis)
+    for (int order = 0; order < 4; ++order) pose.of(axis, order)[0] = 0.0;
+  pose.of(kYaw, 0)[0] = input.yaw_rad;
+  tool_to_flange(input.tool, pose, pose);
+  Placement place;
+  place.z_mm = input.z_mm;
+  place.yaw_rad = input.yaw_rad;
+  place.flange_x_mm = pose.of(kX, 0)[0];
+  place.flange_y_mm = pose.of(kY, 0)[0];
+  place.flange_z_mm = pose.of(kZ, 0)[0];
+  return place;
+}
+
+/// The posture is chosen on some of the points first: every sample's joints are checked later in any case.
+Posture posture(const CleanPath& path, const PathInput& input, const Arm& arm) {
+  constexpr std::size_t kEvery = 16;
+  if (path.points.size() < 4 * kEvery) return posture_for(path, input, arm);
+  CleanPath some;
+  for (std::size_t i = 0; i < path.points.size();
+       i +=
+       i + kEvery < path.points.size() || i + 1 == path.points.size() ? kEvery : path.points.size() - 1 - i) {
+    some.points.push_back(path.points[i]);
+    some.source.push_back(path.source[i]);
+  }
+  return posture_for(some, input, arm);
+}
+
+void check_options(const PlanOptions& options) {
+  const auto require = [](bool good, const char* what, double value, double bound) {
+    if (good) return;
+    Fault fault(Reason::kOption);
+    fault.what = what;
+    fault.value = value;
+    fault.bound = bound;
+    throw MotionError(fault);
+  };
+  require(options.tick_s >= 1e-5 && options.tick_s <= 10.0, "tick", options.tick_s, 1e-5);
+  require(options.tolerance_mm >= 0.0 && options.tolerance_mm <= 10.0, "tolerance", options.tolerance_mm,
+          0.0);
+  require(options.curvature_ramp_mm >= 0.01 && options.curvature_ramp_mm <= 100.0, "curvature ramp",
+          options.curvature_ramp_mm, 0.01);
+  require(options.split_angle_rad > 0.0 && options.split_angle_rad <= 3.2, "split angle",
+          options.split_angle_rad, 0.0);
+}
+
+/// The emitted motion: stretches one after another, all of it slowed down by `slow`.
+class Emission {
+ public:
+  Emission(std::size_t stretches, const CertifiedTask& task, CertifiedWork& work) : task_(task), work_(work) {
+    start_.assign(1, 0.0);
+    for (std::size_t k = 0; k < stretches; ++k)
+      start_.push_back(start_.back() + work.stretches[k].duration_s());
+  }
+  double duration_s() const { return start_.back(); }
+
+  /// Calls use(first sample, batch, tool, joint, stretch) for the instants n * step <= the end, stretch by
+  /// stretch.
+  template <class Use>
+  void at_step(double step, double slow, std::size_t count, int joints, Use&& use) {
+    std::size_t n = 0;
+    for (std::size_t k = 0; k + 1 < start_.size(); ++k) {
+      const Stretch& stretch = work_.stretches[k];
+      const TimedMotion& motion = stretch.motion;
+      StateBatch& batch = work_.batch;
+      batch.clear();
+      const std::size_t first = n;
+      std::size_t piece = 0, cell = 0;
+      const double end = k + 2 == start_.size() ? 1e300 : start_[k + 1];
+      for (; n < count && double(n) * step / slow < end; ++n) {
+        const double at =
+            std::clamp((double(n) * step / slow - start_[k]) / stretch.factor, 0.0, motion.t.back());
+        while (piece + 1 < motion.pieces() && at >= motion.t[piece + 1]) ++piece;
+        const PathState q = motion.state(piece, at);
+        while (cell + 1 < stretch.curve.cells() && q.s >= stretch.curve.s[cell + 1]) ++cell;
+        batch.state.push_back(q);
+        batch.cell.push_back(cell);
+        batch.time.push_back(at);
+      }
+      if (batch.size() == 0) continue;
+      if (auto fault = sample_motion(stretch.curve, batch, task_.arm, task_.placement, joints, work_.tool,
+                                     work_.joint)) {
+        fault->index = stretch.first;
+        throw MotionError(*fault);
+      }
+      use(first, stretch, batch, start_[k]);
+    }
+  }
+
+ private:
+  const CertifiedTask& task_;
+  CertifiedWork& work_;
+  std::vector<double> start_;
+};
+
+Point2 in_part(const Jets& flange, std::size_t n, const PathInput& input, const Placement& place) {
+  return {flange.of(kX, 0)[n] - place.flange_x_mm - input.origin.x_mm,
+          flange.of(kY, 0)[n] - place.flange_y_mm - input.origin.y_mm};
+}
+
+/// Samples at the tick. Returns the ratios seen there, as emitted.
+RatioTable emit(Emission& emission, const PathInput& input, const CertifiedTask& task, CertifiedWork& work,
+                double slow, std::size_t count, PlanResult& result) {
+  const int axes = task.arm.joints();
+  Trajectory& trajectory = result.trajectory;
+  trajectory.positions.resize(count * std::size_t(axes));
+  result.tool.resize(count);
+  RatioTable table;
+  emission.at_step(task.options.tick_s, slow, count, axes,
+                   [&](std::size_t first, const Stretch& stretch, const StateBatch& batch, double start) {
+                     for (std::size_t n = 0; n < batch.size(); ++n) {
+                       for (int j = 0; j < axes; ++j)
+                         trajectory.positions[(first + n) * std::size_t(axes) + std::size_t(j)] =
+                             work.joint.of(j, 0)[n];
+                       result.tool[first + n] = in_part(work.tool, n, input, task.placement);
+                     }
+                     RatioTable here;
+                     add_ratios(stretch.curve, batch, work.tool, work.joint, task.groups, here);
+                     here.stretch(stretch.factor);
+                     table.merge(here, start);
+                   });
+  table.stretch(slow);
+  return table;
+}
+
+void trace(Emission& emission, const PathInput& input, const CertifiedTask& task, CertifiedWork& work,
+           double slow, PlanResult& result) {
+  const double step = task.options.trace_step_s;
+  const std::size_t count = std::size_t(emission.duration_s() * slow / step + 1e-9) + 1;
+  result.trace.resize(count);
+  double length = 0.0;
+  std::size_t before = 0;
+  emission.at_step(step, slow, count, std::max(task.joints, 1),
+                   [&](std::size_t first, const Stretch& stretch, const StateBatch& batch, double) {
+                     const std::size_t here = std::size_t(&stretch - work.stretches.data());
+                     for (; before < here; ++before) length += work.stretches[before].curve.s.back();
+                     const double scale = 1.0 / (stretch.factor * slow);
+                     for (std::size_t n = 0; n < batch.size(); ++n) {
+                       TraceSample& sample = result.trace[first + n];
+                       sample.t_s = double(first + n) * step;
+                       sample.s_mm = length + batch.state[n].s;
+                       sample.at = in_part(work.tool, n, input, task.placement);
+                       double power = 1.0;
+                       for (int k = 0; k < 3; ++k) {
+                         power *= scale;
+                         const double x = work.tool.of(kX, k + 1)[n], y = work.tool.of(kY, k + 1)[n];
+                         sample.total[std::size_t(k)] = power * std::sqrt(x * x + y * y);
+                         for (int j = 0; j < task.joints; ++j)
+                           sample.joint[std::size_t(j)][std::size_t(k)] = power * work.joint.of(j, k + 1)[n];
+                       }
+                     }
+                   });
+}
+
+}  // namespace
+
+std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
+  std::vector<std::size_t> corners;
+  split_points(path.points, std::cos(task.options.split_angle_rad), corners);
+  if (!(task.options.tolerance_mm > 0.0) || corners.size() == 2) {
+    plan_all(path, corners, task, work);
+    return corners.size() - 1;
+  }
+  // three candidates: stop at every corner, roll every corner that can be, roll where the neighbourhood says
+  // so
+  std::vector<std::size_t> none{corners.front()}, some{corners.front()};
+  for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
+    const bool can = rollable(path, corners[k]);
+    if (!can) none.push_back(corners[k]);
+    if (!can || !rolls_faster(path, corners, k, task, work)) some.push_back(corners[k]);
+  }
+  none.push_back(corners.back());
+  some.push_back(corners.back());
+  const std::vector<std::size_t>* best = nullptr;
+  double least = 0.0;
+  for (const auto* stops : {&corners, &some, &none}) {
+    if (best && *stops == *best) continue;
+    const double total = plan_all(path, *stops, task, work);
+    const bool inside =
+        std::all_of(work.stretches.begin(), work.stretches.begin() + std::ptrdiff_t(stops->size() - 1),
+                    [&](const Stretch& s) { return s.deviation_mm <= task.options.tolerance_mm; });
+    if (!best || (inside && total < least)) best = stops, least = total;
+  }
+  plan_all(path, *best, task, work);
+  return best->size() - 1;
+}
+
+PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                          const PlanOptions& options, CertifiedWork& work) {
+  check_options(options);
+  check_limits(limits, arm.joints());
+  const CleanPath path = clean(input);
+  CertifiedTask task{arm, limits, options, placement(input), limited_joints(limits, arm.joints()), {}};
+  task.groups = row_groups(limits, task.joints);
+  PlanResult result;
+  result.posture = task.placement.posture = posture(path, input, arm);
+  std::size_t stretches = 0;
+  try {
+    stretches = plan_stretches(path, task, work);
+  } catch (
+      const MotionError& error) {  // the arm refused a flange position of the curve: name the input's point
+    Fault fault = error.fault();
+    fault.at.x_mm -= task.placement.flange_x_mm + input.origin.x_mm;
+    fault.at.y_mm -= task.placement.flange_y_mm + input.origin.y_mm;
+    fault.index = path.source[fault.index];
+    throw MotionError(fault);
+  }
+
+  Emission emission(stretches, task, work);
+  result.continuous_s = emission.duration_s();
+  RatioTable inside;
+  double start = 0.0;
+  Certificate& certificate = result.trajectory.certificate;
+  for (std::size_t k = 0; k < stretches; ++k) {
+    const Stretch& stretch = work.stretches[k];
+    RatioTable here = stretch.ratios;
+    here.stretch(stretch.factor);
+    inside.merge(here, start);
+    start += stretch.duration_s();
+    certificate.lower_bound_s += options.lower_bound ? stretch.bound_s : 0.0;
+    result.deviation_mm = std::max(result.deviation_mm, stretch.deviation_mm);
+  }
+  result.stops = stretches - 1;
+  Trajectory& trajectory = result.trajectory;
+  trajectory.tick_s = options.tick_s;
+  trajectory.axes = arm.joints();
+  for (int j = 0; j < arm.joints(); ++j) trajectory.axis_units.push_back(arm.joint_unit(j));
+  double needed = 1.0;
+  for (int tries = 0;; ++tries) {
+    const double ticks =
+        std::max(1.0, std::ceil(needed * emission.duration_s() / options.tick_s - kTickSlack));
+    const double slow = ticks * options.tick_s / emission.duration_s();
+    RatioTable seen = emit(emission, input, task, work, slow, std::size_t(ticks) + 1, result);
+    if (const double factor = seen.time_factor(); factor > 1.0002 && tries < 4) {
+      needed *= factor;
+      continue;
+    }
+    inside.stretch(slow);
+    seen.merge(inside, 0.0);
+    seen.merge(difference_ratios(trajectory, result.tool, task.groups), 0.0);
+    fill_certificate(seen, task.groups, arm, certificate);
+    certificate.duration_s = ticks * options.tick_s;
+    if (options.trace_step_s > 0.0) trace(emission, input, task, work, slow, result);
+    break;
+  }
+  certificate.curvature_ramp_mm = options.curvature_ramp_mm;
+  return result;
+}
+
+}  // namespace firn::motion

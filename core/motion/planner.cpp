@@ -1,0 +1,101 @@
+#include "core/motion/planner.h"
+
+#include <array>
+#include <utility>
+
+#include "core/motion/certified.h"
+#include "core/motion/checker.h"
+#include "core/motion/constant_speed.h"
+#include "core/motion/thesis/thesis.h"
+#include "core/motion/vplus_default.h"
+
+namespace firn::motion {
+namespace {
+
+constexpr std::array<std::pair<Method, const char*>, 5> kMethods{{{Method::kCertified, "certified"},
+                                                                  {Method::kOptimal, "optimal"},
+                                                                  {Method::kThesis, "thesis"},
+                                                                  {Method::kConstant, "constant"},
+                                                                  {Method::kDefault, "default"}}};
+
+Trajectory sampled(const PathInput& path, const Arm& arm, const MotionLimits& limits,
+                   const PlanOptions& options) {
+  if (options.method == Method::kThesis) {
+    ThesisOptions thesis;
+    thesis.tick_s = options.tick_s;
+    return plan_thesis(path, arm, limits, thesis);
+  }
+  if (options.method == Method::kConstant) {
+    ConstantOptions constant;
+    constant.tick_s = options.tick_s;
+    return plan_constant(path, arm, limits, constant);
+  }
+  DefaultOptions vplus;
+  vplus.tick_s = options.tick_s;
+  return plan_default(path, arm, limits, vplus);
+}
+
+/// Methods that know only their samples: the checker takes differences.
+PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm, const MotionLimits& limits) {
+  PlanResult result;
+  const std::size_t count = trajectory.samples(), axes = std::size_t(trajectory.axes);
+  Jets joints(trajectory.axes, count), pose(kTaskAxes, count);
+  for (int j = 0; j < trajectory.axes; ++j)
+    for (int order = 0; order < 4; ++order)
+      for (std::size_t n = 0; n < count; ++n)
+        joints.of(j, order)[n] = order == 0 ? trajectory.positions[n * axes + std::size_t(j)] : 0.0;
+  arm.forward(joints, pose);
+  flange_to_tool(path.tool, pose, pose);
+  for (std::size_t n = 0; n < count; ++n)
+    result.tool.push_back({pose.of(kX, 0)[n] - path.origin.x_mm, pose.of(kY, 0)[n] - path.origin.y_mm});
+  const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()));
+  fill_certificate(difference_ratios(trajectory, result.tool, groups), groups, arm, trajectory.certificate);
+  result.continuous_s = trajectory.certificate.duration_s =
+      count > 1 ? double(count - 1) * trajectory.tick_s : 0.0;
+  result.trajectory = std::move(trajectory);
+  return result;
+}
+
+}  // namespace
+
+struct PlanWorkspace::State {
+  CertifiedWork certified;
+};
+
+PlanWorkspace::PlanWorkspace() : state_(std::make_unique<State>()) {}
+PlanWorkspace::~PlanWorkspace() = default;
+PlanWorkspace::PlanWorkspace(PlanWorkspace&&) noexcept = default;
+PlanWorkspace& PlanWorkspace::operator=(PlanWorkspace&&) noexcept = default;
+
+const char* name(Method method) {
+  for (const auto& [m, text] : kMethods)
+    if (m == method) return text;
+  return "unknown";
+}
+
+std::optional<Method> method_named(std::string_view text) {
+  for (const auto& [m, known] : kMethods)
+    if (text == known) return m;
+  return std::nullopt;
+}
+
+PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits, const PlanOptions& options,
+                PlanWorkspace& work) {
+  try {
+    if (options.method == Method::kCertified || options.method == Method::kOptimal)
+      return plan_certified(path, arm, limits, options, work.state().certified);
+    return checked(sampled(path, arm, limits, options), path, arm, limits);
+  } catch (const MotionError& error) {
+    PlanResult refused;
+    refused.fault = error.fault();
+    return refused;
+  }
+}
+
+PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits,
+                const PlanOptions& options) {
+  PlanWorkspace work;
+  return plan(path, arm, limits, options, work);
+}
+
+}  // namespace firn::motion

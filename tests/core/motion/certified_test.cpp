@@ -1,0 +1,168 @@
+// The certified planner against closed forms, computed references and the evidence of its own samples.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/motion/planner.h"
+#include "core/motion/thesis/test_path.h"
+#include "tests/core/motion/random_paths.h"
+
+namespace firn::motion {
+namespace {
+
+using thesis::fig_4_2;
+
+std::vector<Point2> line(double length, int chords) {
+  std::vector<Point2> points;
+  for (int i = 0; i <= chords; ++i) points.push_back({length * i / chords, 0.0});
+  return points;
+}
+
+PlanResult plan_at(const std::vector<Point2>& points, Point2 origin, const PlanOptions& options = {},
+                   const MotionLimits& limits = cobra600_limits()) {
+  static const auto arm = make_scara(cobra600());
+  PathInput input;
+  input.points = points;
+  input.origin = origin;
+  return plan(input, *arm, limits, options);
+}
+
+double largest_ratio(const PlanResult& result) {
+  double most = 0.0;
+  for (const LimitRatio& limit : result.trajectory.certificate.limits) most = std::max(most, limit.ratio);
+  return most;
+}
+
+/// Largest of the nine ratios by differences of the samples alone, computed here.
+double outsider_ratio(const PlanResult& result) {
+  const double degree = std::numbers::pi / 180.0, h = result.trajectory.tick_s;
+  const double limit[3][3] = {{125, 500, 4000},
+                              {33 * degree, 165 * degree, 1320 * degree},
+                              {39 * degree, 195 * degree, 1560 * degree}};
+  double most = 0.0;
+  const std::size_t n = result.trajectory.samples();
+  const auto joint = [&](std::size_t i, std::size_t j) { return result.trajectory.positions[i * 4 + j]; };
+  for (std::size_t i = 0; i + 3 < n; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const auto d = [&](auto f) {
+        const double a = f(i), b = f(i + 1), c = f(i + 2), e = f(i + 3);
+        return k == 0   ? (b - a) / h
+               : k == 1 ? (c - 2 * b + a) / (h * h)
+                        : (e - 3 * c + 3 * b - a) / (h * h * h);
+      };
+      const double x = d([&](std::size_t m) { return result.tool[m].x_mm; }),
+                   y = d([&](std::size_t m) { return result.tool[m].y_mm; });
+      most = std::max(most, std::hypot(x, y) / limit[0][k]);
+      for (std::size_t j = 0; j < 2; ++j)
+        most = std::max(most, std::abs(d([&](std::size_t m) { return joint(m, j); })) / limit[j + 1][k]);
+    }
+  }
+  return most;
+}
+
+PlanOptions with(Method method, double tolerance_mm = 0.0) {
+  PlanOptions options;
+  options.method = method;
+  options.tolerance_mm = tolerance_mm;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("A straight 100 mm from rest to rest takes L/v + v/a + a/j and 74 ticks") {
+  const PlanResult result = plan_at(line(100.0, 250), {304.0, 0.0});
+  REQUIRE(result.ok());
+  CHECK(std::abs(result.continuous_s - (100.0 / 125 + 125.0 / 500 + 500.0 / 4000)) < 1e-9);
+  CHECK(result.trajectory.samples() == 75);
+  CHECK(std::abs(result.trajectory.certificate.duration_s - 1.184) < 1e-12);
+  CHECK(largest_ratio(result) <= 1.0);
+}
+
+TEST_CASE("Straight lines of any length take the closed form's time, whichever limits they reach") {
+  // v not reached: v (v/a + a/j) = L; a not reached: T = 4 (L / 2j)^(1/3)
+  const auto time = [](double length) { return plan_at(line(length, 7), {330.0, 0.0}).continuous_s; };
+  const double v = 0.5 * 500.0 * (std::sqrt(0.125 * 0.125 + 4.0 * 30.0 / 500.0) - 0.125);
+  CHECK(std::abs(time(30.0) - 2.0 * (v / 500.0 + 0.125)) < 1e-9);
+  CHECK(std::abs(time(2.0) - 4.0 * std::cbrt(2.0 / 8000.0)) < 1e-9);
+  CHECK(std::abs(time(0.01) - 4.0 * std::cbrt(0.01 / 8000.0)) < 1e-9);
+}
+
+TEST_CASE("The test path of Fig. 4-2 is planned within 2 percent of the computed optimum, both placements") {
+  const PlanResult well = plan_at(fig_4_2(), thesis::kWellPlaced),
+                   poor = plan_at(fig_4_2(), thesis::kPoorlyPlaced);
+  REQUIRE(well.ok());
+  REQUIRE(poor.ok());
+  CHECK(well.trajectory.certificate.duration_s <= 5.268);
+  CHECK(poor.trajectory.certificate.duration_s <= 6.224);
+  for (const PlanResult* result : {&well, &poor}) {
+    CHECK(largest_ratio(*result) <= 1.001);
+    CHECK(outsider_ratio(*result) <= 1.001);
+    CHECK(result->stops == 1);
+    CHECK(result->deviation_mm < 0.006);  // w^2 / (24 R) + the chords' sagitta at R = 5 mm
+    CHECK(result->trajectory.certificate.lower_bound_s < result->continuous_s);
+  }
+}
+
+TEST_CASE("The slow tier comes within 0.2 percent of the computed optimum") {
+  const PlanResult well = plan_at(fig_4_2(), thesis::kWellPlaced, with(Method::kOptimal));
+  const PlanResult poor = plan_at(fig_4_2(), thesis::kPoorlyPlaced, with(Method::kOptimal));
+  REQUIRE(well.ok());
+  REQUIRE(poor.ok());
+  CHECK(well.continuous_s <= 1.002 * 5.165059);
+  CHECK(poor.continuous_s <= 1.002 * 6.102257);
+  CHECK(largest_ratio(well) <= 1.001);
+  CHECK(largest_ratio(poor) <= 1.001);
+}
+
+TEST_CASE("With 0.05 mm of tolerance the test path takes at most 4.643 s and stays inside the tolerance") {
+  const PlanResult result = plan_at(fig_4_2(), thesis::kWellPlaced, with(Method::kCertified, 0.05));
+  REQUIRE(result.ok());
+  CHECK(result.trajectory.certificate.duration_s <= 4.643);
+  CHECK(result.deviation_mm <= 0.05);
+  CHECK(largest_ratio(result) <= 1.001);
+  CHECK(outsider_ratio(result) <= 1.001);
+}
+
+TEST_CASE(
+    "No limit is exceeded on random paths, by the differences of samples 32 times finer than the tick") {
+  const auto arm = make_scara(cobra600());
+  RandomPathMaker maker(20121105);
+  PlanWorkspace work;
+  PlanOptions options;
+  options.tick_s = 0.0005;
+  int planned = 0;
+  for (int k = 0; k < 400; ++k) {
+    const RandomPath path = maker.next();
+    PathInput input;
+    input.points = path.points;
+    const PlanResult result = plan(input, *arm, cobra600_limits(), options, work);
+    INFO("path " << k << " (" << path.kind << ", " << path.points.size() << " points)");
+    if (!result.ok()) {
+      INFO(describe(*result.fault));
+      CHECK((result.fault->reason == Reason::kJointLow || result.fault->reason == Reason::kJointHigh));
+      continue;
+    }
+    ++planned;
+    CHECK(largest_ratio(result) <= 1.001);
+    CHECK(outsider_ratio(result) <= 1.001);
+  }
+  CHECK(planned > 350);
+}
+
+TEST_CASE("Bad input comes back as a named reason") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto reason = [](const PlanResult& r) { return r.fault ? r.fault->reason : Reason::kNoSolution; };
+  CHECK(reason(plan_at({{0, 0}, {nan, 1}}, {350, 0})) == Reason::kNotFinite);
+  CHECK(reason(plan_at({{0, 0}}, {350, 0})) == Reason::kTooFewPoints);
+  CHECK(reason(plan_at({{0, 0}, {0, 0}}, {350, 0})) == Reason::kTooFewPoints);
+  CHECK(reason(plan_at(line(100.0, 10), {555, 0})) == Reason::kReachFar);
+  MotionLimits limits = cobra600_limits();
+  limits.position.jerk = -1.0;
+  CHECK(reason(plan_at(line(10.0, 10), {350, 0}, {}, limits)) == Reason::kLimitNotPositive);
+  PlanOptions options;
+  options.tick_s = 0.0;
+  CHECK(reason(plan_at(line(10.0, 10), {350, 0}, options)) == Reason::kOption);
+}
+
+}  // namespace firn::motion
