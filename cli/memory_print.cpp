@@ -92,6 +92,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
   report.volume_mm3 = truth.volume_mm3;
   report.node_s = lab.now().s();
   for (const auto& host : hosts) report.decide_cpu_s += double(host->handler_ns()) * 1e-9;
+  if (options.materials) report.materials = world.world().materials();
   if (options.surface) report.surface = std::move(truth.height);
   return report;
 }

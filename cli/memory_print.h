@@ -9,14 +9,15 @@
 
 #include "cli/run_folder.h"
 #include "config/experiment.h"
-#include "core/grid/grid.h"
+#include "core/grid/material_columns.h"
 #include "runtime/node.h"
 
 namespace firn {
 
 struct MemoryPrintOptions {
-  bool series = false;   ///< fill `series`
-  bool surface = false;  ///< fill `surface`
+  bool series = false;     ///< fill `series`
+  bool surface = false;    ///< fill `surface`
+  bool materials = false;  ///< fill `materials`
 };
 
 /// The true surface after a layer, which no node knows. Errors are height - target over the mask.
@@ -39,6 +40,7 @@ struct MemoryPrintReport {
   double decide_cpu_s = 0.0;         ///< processor time in the controller; differs from run to run
   std::vector<LayerTruth> series;
   HeightMap surface;                 ///< noise-free mean over each cell [mm]
+  MaterialColumns materials;         ///< two inks: what the block is made of
 };
 
 /// Prints `experiment` with `inputs` (make_inputs). Thread-safe: any number of prints may run at once.

@@ -270,6 +270,8 @@ Truth World::truth() const {
           model.volume_mm3(), model.ledger(), model.cell_means()};
 }
 
+MaterialColumns World::materials() const { return impl_->model->materials(); }
+
 std::uint32_t World::exposures() const { return impl_->model->layers().exposures(); }
 const WorldConfig& World::config() const { return impl_->config; }
 

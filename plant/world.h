@@ -71,6 +71,7 @@ class World {
   void advance(std::int64_t now_us, const SendFn& send);
 
   Truth truth() const;
+  MaterialColumns materials() const;  ///< see Model::materials(); apart from truth(), for its size
   std::uint32_t exposures() const;
   const WorldConfig& config() const;
 
