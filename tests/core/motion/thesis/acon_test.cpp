@@ -113,6 +113,30 @@ TEST_CASE("ACON leaves no acceleration above its margin in a straight dip of the
   CHECK(p.dt_s[250] == envelope[250]);  // the slowest place stays
 }
 
+TEST_CASE("Erratum 4.2.4: the pair of margins is of acceleration, 10 %, and of jerk, 20 %") {
+  // A straight that gains speed at a constant rate after a start with constant jerk: both just under or over.
+  const auto changed = [](double acceleration, double jerk) {
+    Profile p;
+    double s = 0, c = 30, a = 0;
+    for (int i = 0; i <= 100; ++i) {
+      p.points.push_back({s, 0});
+      p.s_mm.push_back(s);
+      if (i == 100) break;
+      s += c * 0.004 + a * 0.004 * 0.004 / 2;
+      c += a * 0.004;
+      a = std::min(acceleration, a + jerk * 0.004);
+      p.dt_s.push_back(0.004);
+      p.ceiling_mm_s.push_back(1e9);
+    }
+    const auto before = p.dt_s;
+    acon(p, {.position = kLimits}, {});
+    return p.dt_s != before;
+  };
+  CHECK_FALSE(changed(1.08 * 500, 1.15 * 4000));
+  CHECK(changed(1.12 * 500, 1.15 * 4000));
+  CHECK(changed(0.5 * 500, 1.25 * 4000));
+}
+
 TEST_CASE("Joints are treated in sections of one sign of their rate") {
   const auto parts = sections({0, 1, 2, 2, 1, 0, 3});
   REQUIRE(parts.size() == 3);

@@ -145,6 +145,27 @@ TEST_CASE("A measuring path's ceiling of 50 mm/s is kept and costs time") {
   CHECK(duration(slow) > free + 1.0);
 }
 
+TEST_CASE("A ceiling per point slows the trajectory there and only there") {
+  const std::vector<Point2> line{{0, 0}, {60, 0}, {100, 0}, {160, 0}};
+  PathInput in{.points = line};
+  in.origin = {300, -80};
+  in.ceiling.point_mm_s = {125, 40, 40, 125};  // between two points the smaller value holds
+  const auto arm = make_scara(cobra600());
+  const Trajectory t = plan_thesis(in, *arm, cobra600_limits());
+  CHECK(largest(sampled(t, *arm).speed) <= 40.5);
+  const std::vector<Point2> longer{{0, 0}, {55, 0}, {60, 0}, {100, 0}, {105, 0}, {160, 0}};
+  in.points = longer;
+  in.ceiling.point_mm_s = {125, 125, 40, 40, 125, 125};
+  const Trajectory u = plan_thesis(in, *arm, cobra600_limits());
+  const Sampled s = sampled(u, *arm);
+  CHECK(largest(s.speed) > 110);
+  double travelled = 0;
+  for (const double c : s.speed) {
+    if (travelled > 61 && travelled < 99) CHECK(c <= 40.5);
+    travelled += c * u.tick_s;
+  }
+}
+
 TEST_CASE("A stage needs no joint limits and its samples are the path") {
   const auto path = thesis::fig_4_2();
   const auto arm = make_stage({{{-10, 110}, {-10, 110}}});
