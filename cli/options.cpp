@@ -12,6 +12,7 @@
 #include "cli/doctor_command.h"
 #include "cli/exit_codes.h"
 #include "cli/log_command.h"
+#include "cli/plan_command.h"
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
@@ -135,6 +136,24 @@ void declare_print(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_plan(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_plan);
+  app.add_option("PATHS", o->paths, "*.csv or *.json; docs/plan.md")->required();
+  app.add_option("-o,--output", o->output, "trajectory file");
+  app.add_option("--machine", o->machine, "machine file, as labs/cobra600.toml")->required();
+  app.add_option("--origin", o->origin_mm, "X,Y [mm]: where the paths' frame stands in the machine's")->delimiter(',')->expected(2);
+  app.add_option("--method", o->method, "certified, optimal, thesis, constant or default")->capture_default_str();
+  app.add_option("--tolerance", o->tolerance_mm, "corners may be rolled within so many mm")->capture_default_str();
+  app.add_option("--ramp", o->curvature_ramp_mm, "every jump of curvature is ramped over so many mm")->capture_default_str();
+  app.add_option("--corner", o->corner, "paper, loop or hybrid: of an aerosol machine");
+  app.add_option("--csv", o->csv, "t_s,x_mm,y_mm,joint_1,joint_2 at the tick");
+  app.add_option("--pulses", o->pulses, "valve pulses of each path: path,list,start_s,tick");
+  app.add_option("--plot", o->plot, "SVG: speed, acceleration, jerk, joints, the path coloured by speed");
+  app.add_option("--plot-path", o->plot_path, "number of the path to draw")->capture_default_str();
+  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  json_flag(app, o->json);
+}
+
 void declare_demo(CLI::App& app, Run& run) {
   auto o = bind(app, run, run_demo);
   app.add_option("--bus", o->bus, "in-process, or an LCM URL; default: loopback, a port for each run");
@@ -163,6 +182,7 @@ struct Command {
 constexpr Command kCommands[] = {
     {"demo", "prints a cylinder under each scheme, replays the runs, writes a report", declare_demo},
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
+    {"plan", "plans certified minimum-time trajectories along paths", declare_plan},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"spy", "watches a live print: lcm-spy with Firn's types, height map and layer error", declare_spy},
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},

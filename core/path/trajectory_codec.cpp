@@ -103,7 +103,7 @@ std::vector<std::byte> encode(const TrajectoryHead& h) {
   return out.take();
 }
 
-TrajectoryHead decode_head(std::span<const std::byte> bytes) {
+TrajectoryHead decode_trajectory_head(std::span<const std::byte> bytes) {
   In in(bytes);
   TrajectoryHead h;
   if (const auto version = in.get<std::uint32_t>("version"); version != kTrajectoryVersion)
@@ -154,7 +154,7 @@ std::vector<std::byte> encode(const PlannedPath& p) {
   return out.take();
 }
 
-PlannedPath decode_path(std::span<const std::byte> bytes, const TrajectoryHead& head) {
+PlannedPath decode_trajectory(std::span<const std::byte> bytes, const TrajectoryHead& head) {
   In in(bytes);
   PlannedPath p;
   Trajectory& t = p.trajectory;
@@ -208,7 +208,7 @@ std::vector<std::byte> encode(const TrajectoryTotals& t) {
   return out.take();
 }
 
-TrajectoryTotals decode_totals(std::span<const std::byte> bytes) {
+TrajectoryTotals decode_trajectory_totals(std::span<const std::byte> bytes) {
   In in(bytes);
   TrajectoryTotals t;
   t.paths = in.get<std::int64_t>("number of paths");

@@ -58,8 +58,8 @@ std::vector<std::byte> encode(const PlannedPath& path);
 
 // Take any bytes. @throws TrajectoryFormatError: a version or kind unknown, a count above its limit (8 axes, 64 limits,
 // 16 million samples, texts of 200 bytes), a number that is not finite, bytes missing or left over.
-TrajectoryHead decode_head(std::span<const std::byte> bytes);
-PlannedPath decode_path(std::span<const std::byte> bytes, const TrajectoryHead& head);
-TrajectoryTotals decode_totals(std::span<const std::byte> bytes);
+TrajectoryHead decode_trajectory_head(std::span<const std::byte> bytes);
+PlannedPath decode_trajectory(std::span<const std::byte> bytes, const TrajectoryHead& head);
+TrajectoryTotals decode_trajectory_totals(std::span<const std::byte> bytes);
 
 }  // namespace firn

@@ -47,7 +47,7 @@ void check_equal(const PlannedPath& a, const PlannedPath& b) {
 
 std::string refusal(std::span<const std::byte> bytes) {
   try {
-    decode_path(bytes, some_head());
+    decode_trajectory(bytes, some_head());
   } catch (const TrajectoryFormatError& e) {
     return e.what();
   }
@@ -59,13 +59,13 @@ std::string refusal(std::span<const std::byte> bytes) {
 TEST_CASE("Head, trajectories and totals read back to the same bits; an axis that stands still takes one number") {
   RandomStream random(81, Purpose::kTest);
   const TrajectoryHead head = some_head();
-  CHECK(decode_head(encode(head)) == head);
+  CHECK(decode_trajectory_head(encode(head)) == head);
   const TrajectoryTotals totals{3, 1234, 56.78};
-  CHECK(decode_totals(encode(totals)) == totals);
+  CHECK(decode_trajectory_totals(encode(totals)) == totals);
   for (std::size_t samples : {std::size_t(0), std::size_t(1), std::size_t(2), std::size_t(500)}) {
     const PlannedPath path = some_path(random, samples);
     const std::vector<std::byte> bytes = encode(path);
-    check_equal(decode_path(bytes, head), path);
+    check_equal(decode_trajectory(bytes, head), path);
     if (samples > 10) CHECK(bytes.size() < samples * 16 + 200);  // two of three axes move
   }
 }
@@ -81,7 +81,7 @@ TEST_CASE("Bytes that are cut, changed or too many are refused with the offset, 
     std::vector<std::byte> changed = good;
     for (std::uint32_t n = 1 + random.below(4); n > 0; --n) changed[random.below(std::uint32_t(changed.size()))] = std::byte(random.below(256));
     try {
-      const PlannedPath p = decode_path(changed, some_head());
+      const PlannedPath p = decode_trajectory(changed, some_head());
       for (double v : p.trajectory.positions) REQUIRE(std::isfinite(v));
     } catch (const TrajectoryFormatError&) {
     }
@@ -99,7 +99,7 @@ TEST_CASE("Bytes that are cut, changed or too many are refused with the offset, 
 TEST_CASE("A version of tomorrow and counts above their limits are refused by name") {
   std::vector<std::byte> head = encode(some_head());
   head[0] = std::byte{2};
-  CHECK_THROWS_WITH(decode_head(head), Contains("version 2 is unknown"));
+  CHECK_THROWS_WITH(decode_trajectory_head(head), Contains("version 2 is unknown"));
   RandomStream random(83, Purpose::kTest);
   std::vector<std::byte> path = encode(some_path(random, 3));
   const std::size_t limits_at = 8 + 4 + 1 + 1 + 2 + 4 * 8;

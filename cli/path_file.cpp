@@ -1,0 +1,127 @@
+#include "cli/path_file.h"
+
+#include <fmt/core.h>
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include "cli/exit_codes.h"
+
+namespace firn {
+namespace {
+
+constexpr std::size_t kMaxLineBytes = 1000;
+
+class CsvReader {
+ public:
+  CsvReader(std::istream& in, const std::string& name, double size, const PathSink& sink)
+      : in_(in), name_(name), size_(size), sink_(sink) {}
+
+  void read() {
+    std::string text;
+    while (next_line(text)) {
+      if (columns_ == 0) {
+        if (!text.empty()) header(text);
+      } else if (text.empty()) {
+        finish();
+      } else {
+        point(text);
+      }
+    }
+    if (columns_ == 0) fail("is empty: the first line must be x_mm,y_mm or x_mm,y_mm,speed_mm_s");
+    finish();
+    if (number_ == 0) fail("holds no points");
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& problem) const { throw UsageError(fmt::format("{}:{}: {}", name_, line_, problem)); }
+
+  bool next_line(std::string& text) {
+    text.clear();
+    ++line_;
+    for (int c = in_.get(); ; c = in_.get()) {
+      if (c == std::char_traits<char>::eof()) {
+        if (in_.bad()) fail("cannot be read");
+        if (text.empty()) return false;
+        break;
+      }
+      ++read_bytes_;
+      if (c == '\n') break;
+      text += char(c);
+      if (text.size() > kMaxLineBytes) fail(fmt::format("a line longer than the limit of {} bytes", kMaxLineBytes));
+    }
+    if (line_ == 1 && text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // as spreadsheets write it
+    while (!text.empty() && (text.back() == '\r' || text.back() == ' ' || text.back() == '\t')) text.pop_back();
+    return true;
+  }
+
+  void header(const std::string& text) {
+    if (text == "x_mm,y_mm") columns_ = 2;
+    else if (text == "x_mm,y_mm,speed_mm_s") columns_ = 3;
+    else fail("the header must be x_mm,y_mm or x_mm,y_mm,speed_mm_s, not " + text.substr(0, 60));
+  }
+
+  double number(std::string_view text, const char* column) const {
+    while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+    while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+      fail(fmt::format("{} = {}: is not a finite number", column, text.substr(0, 40)));
+    return value;
+  }
+
+  void point(const std::string& text) {
+    const std::size_t first = text.find(','), second = first == text.npos ? text.npos : text.find(',', first + 1);
+    const int found = first == text.npos ? 1 : second == text.npos ? 2 : text.find(',', second + 1) == text.npos ? 3 : 4;
+    if (found != columns_) fail(fmt::format("{} columns, the header has {}", found == 4 ? "more than 3" : std::to_string(found), columns_));
+    const std::string_view all = text;
+    const Point2 p{number(all.substr(0, first), "x_mm"),
+                   number(all.substr(first + 1, columns_ == 2 ? all.npos : second - first - 1), "y_mm")};
+    for (double v : {p.x_mm, p.y_mm})
+      if (std::abs(v) > kMaxCoordinate_mm) fail(fmt::format("{} mm is beyond the limit of +-{} mm", v, kMaxCoordinate_mm));
+    if (path_.path.points.empty()) path_.place = fmt::format("{}:{}", name_, line_);
+    if (path_.path.points.size() == kMaxPathPoints) fail(fmt::format("more than {} points in one path", kMaxPathPoints));
+    path_.path.points.push_back(p);
+    if (columns_ == 2) return;
+    const std::string_view speed = all.substr(second + 1);
+    path_.ceiling.point_mm_s.push_back(speed.empty() ? motion::kUnlimited : number(speed, "speed_mm_s"));
+    if (!(path_.ceiling.point_mm_s.back() > 0.0)) fail("speed_mm_s must be above 0");
+  }
+
+  void finish() {
+    if (path_.path.points.empty()) return;
+    path_.number = ++number_;
+    sink_(std::move(path_), size_ > 0.0 ? double(read_bytes_) / size_ : 0.0);
+    path_ = InputPath();
+  }
+
+  std::istream& in_;
+  const std::string& name_;
+  double size_;
+  const PathSink& sink_;
+  InputPath path_;
+  std::int64_t number_ = 0;
+  std::uint64_t read_bytes_ = 0;
+  int line_ = 0, columns_ = 0;
+};
+
+}  // namespace
+
+void read_paths_csv(std::istream& in, const std::string& name, double size, const PathSink& sink) {
+  CsvReader(in, name, size, sink).read();
+}
+
+void read_paths(const std::filesystem::path& file, const PathSink& sink) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) throw UsageError(file.string() + ": no such file");
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw UsageError(file.string() + ": cannot be read");
+  const double size = double(std::filesystem::file_size(file, error));
+  if (file.extension() == ".csv") return read_paths_csv(in, file.string(), size, sink);
+  if (file.extension() == ".json") return read_paths_json(in, file.string(), size, sink);
+  throw UsageError(file.string() + ": must end in .csv or .json");
+}
+
+}  // namespace firn

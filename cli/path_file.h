@@ -1,0 +1,39 @@
+// Paths to plan, read one after another from a CSV or JSON file (docs/plan.md): memory holds one path, not the job.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <string>
+
+#include "core/motion/limits.h"
+#include "core/path/path.h"
+
+namespace firn {
+
+/// One path of a file with what the planner needs besides its points.
+struct InputPath {
+  std::int64_t number = 0;     ///< in the file, from 1
+  std::string place;           ///< for messages: "job.csv:17" or "job.json: paths[3]"
+  Path path;
+  std::string tool = "flange";
+  double yaw_rad = 0.0;
+  motion::SpeedCeiling ceiling;
+};
+
+/// Handed each path in order, and the fraction of the file that has been read.
+using PathSink = std::function<void(InputPath&&, double fraction)>;
+
+/// Reads a *.csv or *.json file. @throws UsageError naming the file, line or key (for an unknown one the nearest known),
+/// and the limit: coordinates within +-100 m, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line
+void read_paths(const std::filesystem::path& file, const PathSink& sink);
+
+/// The same of any stream; `size` in bytes (for the fraction), `name` stands in messages.
+void read_paths_csv(std::istream& in, const std::string& name, double size, const PathSink& sink);
+void read_paths_json(std::istream& in, const std::string& name, double size, const PathSink& sink);
+
+inline constexpr double kMaxCoordinate_mm = 1e5;
+inline constexpr std::size_t kMaxPathPoints = 4000000;
+
+}  // namespace firn

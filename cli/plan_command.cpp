@@ -1,0 +1,239 @@
+#include "cli/plan_command.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "cli/exit_codes.h"
+#include "cli/plan_job.h"
+#include "cli/plan_outputs.h"
+#include "cli/plan_plot.h"
+#include "cli/plan_progress.h"
+#include "cli/trajectory_file.h"
+#include "config/error.h"
+#include "runtime/build_info.h"
+
+namespace firn {
+namespace {
+
+constexpr std::size_t kShownFaults = 20, kShownPaths = 20, kTraceSamples = 4000;
+
+volatile std::sig_atomic_t interrupted = 0;
+struct Interrupted {};
+
+// Ctrl-C ends the job between two paths, so that no temporary file stays.
+class InterruptGuard {
+ public:
+  InterruptGuard() {
+    interrupted = 0;
+    struct sigaction a {};
+    a.sa_handler = [](int) { interrupted = 1; };
+    ::sigaction(SIGINT, &a, &before_);
+  }
+  ~InterruptGuard() { ::sigaction(SIGINT, &before_, nullptr); }
+
+ private:
+  struct sigaction before_ {};
+};
+
+struct TooManyFaults {};
+
+class PlanRun {
+ public:
+  PlanRun(const PlanCommandOptions& options, const Machine& machine, const motion::PlanOptions& plan)
+      : o_(options), machine_(machine), arm_(make_arm(machine)) {
+    TrajectoryHead head{machine.name, o_.method, "firn " + build_commit(), machine.tick_s, origin(), {}, {}};
+    for (int j = 0; j < arm_->joints(); ++j) {
+      head.axis_names.push_back(arm_->joint_name(j));
+      head.axis_units.push_back(arm_->joint_unit(j));
+    }
+    if (!o_.output.empty()) trajectories_.emplace(o_.output, head);
+    if (!o_.csv.empty()) csv_.emplace(o_.csv), csv_->write(csv_header(head.axis_units));
+    if (!o_.pulses.empty()) pulses_.emplace(o_.pulses), pulses_->write("path,list,start_s,tick\n");
+    PlanJobOptions job{plan, origin(), threads(), 0, !o_.csv.empty() || !o_.pulses.empty()};
+    if (!o_.plot.empty()) {
+      job.traced = o_.plot_path;
+      job.plan.trace_step_s = machine.tick_s / 16.0;
+    }
+    job_.emplace(machine, job, [this](PlannedItem&& item) { take(std::move(item)); });
+  }
+
+  void add(InputPath&& path, double fraction) {
+    if (interrupted) throw Interrupted();
+    if (o_.json && read_++ == 0) std::fputs("{\"trajectories\": [", stdout);
+    fraction_ = fraction;
+    job_->add(std::move(path));
+  }
+
+  int finish() {
+    job_->finish();
+    if (interrupted) throw Interrupted();
+    if (!faults_.empty()) return report_faults();
+    if (!o_.plot.empty() && picture_.empty())
+      throw UsageError(fmt::format("--plot-path {}: the file has {} paths", o_.plot_path, paths_));
+    if (trajectories_) trajectories_->finish();
+    if (csv_) csv_->finish();
+    if (pulses_) pulses_->finish();
+    if (!picture_.empty()) {
+      TextOutput plot(o_.plot);
+      plot.write(picture_);
+      plot.finish();
+    }
+    report();
+    return kOk;
+  }
+
+  int report_faults() const {
+    if (o_.json) {
+      std::fputs(("], \"faults\": " + nlohmann::json(faults_).dump() + "}\n").c_str(), stdout);
+    } else {
+      for (const std::string& f : faults_) std::fprintf(stderr, "firn plan: %s\n", f.c_str());
+      std::fputs("firn plan: nothing was written\n", stderr);
+    }
+    return kFailed;
+  }
+
+ private:
+  Point2 origin() const { return o_.origin_mm.empty() ? Point2{} : Point2{o_.origin_mm[0], o_.origin_mm[1]}; }
+  int threads() const { return o_.threads > 0 ? o_.threads : int(std::max(1u, std::thread::hardware_concurrency())); }
+
+  void fault(const std::string& what) {
+    faults_.push_back(what);
+    if (faults_.size() >= kShownFaults) throw TooManyFaults();
+  }
+
+  void take(PlannedItem&& item) {
+    if (interrupted) throw Interrupted();
+    ++paths_;
+    points_ += std::int64_t(item.input.path.points.size());
+    if (!item.result.ok()) return fault(item.input.place + ": " + motion::describe(*item.result.fault));
+    const Certificate& c = item.result.trajectory.certificate;
+    take_worst(worst_, c, item.input.number);
+    samples_ += std::int64_t(item.result.trajectory.samples());
+    duration_s_ += c.duration_s;
+    lower_bound_s_ += c.lower_bound_s;
+    if (trajectories_) trajectories_->add(item.encoded, item.result.trajectory.samples(), c.duration_s);
+    if (csv_) csv_->write((paths_ > 1 ? "\n" : "") + csv_lines(item));
+    if (pulses_) try {
+        write_pulses(item);
+      } catch (const std::runtime_error& e) {
+        return fault(e.what());
+      }
+    if (!item.result.trace.empty()) draw(item);
+    if (o_.json) std::fputs(((paths_ > 1 ? ",\n  " : "\n  ") + item_json(item)).c_str(), stdout);
+    else if (paths_ <= std::int64_t(kShownPaths)) print(item);
+    progress_.show(fraction_, fmt::format("{} paths", paths_));
+  }
+
+  void write_pulses(const PlannedItem& item) {
+    const deposition::PulsePlan plan = nominal_pulses(item, machine_.valve);
+    std::string lines;
+    for (std::size_t n = 0; n < plan.trains.size(); ++n)
+      for (std::uint16_t tick : plan.trains[n].ticks)
+        fmt::format_to(std::back_inserter(lines), "{},{},{:.9g},{}\n", item.input.number, n + 1,
+                       double(plan.trains[n].first_instant) * item.result.trajectory.tick_s, tick);
+    pulses_->write(lines);
+  }
+
+  void draw(const PlannedItem& item) {
+    PlanPlot plot;
+    plot.title = fmt::format("Path {}: {:.1f} mm in {:.3f} s, {}", item.input.number, item.length_mm,
+                             item.result.trajectory.certificate.duration_s, o_.method);
+    const std::size_t step = std::max<std::size_t>(1, item.result.trace.size() / kTraceSamples);
+    for (std::size_t n = 0; n < item.result.trace.size(); n += step) plot.trace.push_back(item.result.trace[n]);
+    if (plot.trace.back().t_s < item.result.trace.back().t_s) plot.trace.push_back(item.result.trace.back());
+    plot.limits = motion_limits(machine_);
+    for (int j = 0; j < motion::limited_joints(plot.limits, arm_->joints()); ++j) {
+      plot.joint_names.push_back(arm_->joint_name(j));
+      plot.joint_units.push_back(arm_->joint_unit(j));
+    }
+    if (plot.trace.size() > 1) picture_ = plan_picture(plot);
+  }
+
+  void print(const PlannedItem& item) const {
+    const motion::PlanResult& r = item.result;
+    const Certificate& c = r.trajectory.certificate;
+    if (paths_ == 1) std::printf("%6s %8s %10s %9s %9s %7s %6s %11s\n", "path", "points", "length mm", "time s", "bound s", "ratio", "stops", "off path um");
+    double largest = 0.0;
+    for (const LimitRatio& l : c.limits) largest = std::max(largest, l.ratio);
+    std::printf("%6lld %8zu %10.2f %9.3f %9.3f %7.4f %6zu %11.2f\n", static_cast<long long>(item.input.number), item.input.path.points.size(),
+                item.length_mm, c.duration_s, c.lower_bound_s, largest, r.stops, 1e3 * r.deviation_mm);
+    if (paths_ == std::int64_t(kShownPaths)) std::puts("   ...  (--json lists every path)");
+  }
+
+  void report() const {
+    if (o_.json) {
+      nlohmann::ordered_json limits = nlohmann::ordered_json::array();
+      for (const WorstRatio& w : worst_)
+        limits.push_back({{"limit", w.ratio.limit}, {"ratio", w.ratio.ratio}, {"path", w.path}, {"time_s", w.ratio.time_s}});
+      const nlohmann::ordered_json j{{"machine", machine_.name}, {"method", o_.method}, {"paths", paths_}, {"points", points_},
+                                     {"samples", samples_}, {"tick_s", machine_.tick_s}, {"duration_s", duration_s_},
+                                     {"lower_bound_s", lower_bound_s_}, {"limits", limits}, {"output", o_.output}};
+      std::fputs(("\n], " + j.dump().substr(1) + "\n").c_str(), stdout);
+      return;
+    }
+    std::printf("\n%lld paths, %lld points, %.3f s, %lld samples at %g s", static_cast<long long>(paths_), static_cast<long long>(points_),
+                duration_s_, static_cast<long long>(samples_), machine_.tick_s);
+    if (lower_bound_s_ > 0.0) std::printf(", %.3f x the lower bound", duration_s_ / lower_bound_s_);
+    std::printf("\n\n%-24s %8s %6s %9s\n", "limit", "ratio", "path", "at s");
+    for (const WorstRatio& w : worst_)
+      std::printf("%-24s %8.5f %6lld %9.3f\n", w.ratio.limit.c_str(), w.ratio.ratio, static_cast<long long>(w.path), w.ratio.time_s);
+    for (const std::string& file : {o_.output, o_.csv, o_.pulses, o_.plot})
+      if (!file.empty()) std::fprintf(stderr, "wrote %s\n", file.c_str());
+  }
+
+  const PlanCommandOptions& o_;
+  const Machine& machine_;
+  std::unique_ptr<motion::Arm> arm_;
+  std::optional<TrajectoryWriter> trajectories_;
+  std::optional<TextOutput> csv_, pulses_;
+  std::optional<PlanJob> job_;
+  JobProgress progress_{"plan"};
+  std::vector<std::string> faults_;
+  std::vector<WorstRatio> worst_;
+  std::string picture_;
+  double fraction_ = 0.0, duration_s_ = 0.0, lower_bound_s_ = 0.0;
+  std::int64_t read_ = 0, paths_ = 0, points_ = 0, samples_ = 0;
+};
+
+motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& machine) {
+  const auto method = motion::method_named(o.method);
+  if (!method) throw UsageError("--method " + o.method + ": must be one of certified, optimal, thesis, constant, default");
+  if (!(o.tolerance_mm >= 0.0 && o.tolerance_mm <= 10.0)) throw UsageError(fmt::format("--tolerance {}: must lie in [0, 10] mm", o.tolerance_mm));
+  if (!(o.curvature_ramp_mm > 0.0 && o.curvature_ramp_mm <= 10.0)) throw UsageError(fmt::format("--ramp {}: must lie in (0, 10] mm", o.curvature_ramp_mm));
+  if (o.plot_path < 1) throw UsageError("--plot-path: paths are counted from 1");
+  for (double v : o.origin_mm)
+    if (!(v >= -kMaxCoordinate_mm && v <= kMaxCoordinate_mm)) throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
+  motion::PlanOptions plan;
+  plan.method = *method;
+  plan.tolerance_mm = o.tolerance_mm;
+  plan.tick_s = machine.tick_s;
+  plan.curvature_ramp_mm = o.curvature_ramp_mm;
+  return plan;
+}
+
+}  // namespace
+
+int run_plan(const PlanCommandOptions& o) {
+  const Machine machine = load_machine(o.machine);
+  if (!o.corner.empty()) throw UsageError("--corner: only for an aerosol machine; " + o.machine + " is of kind \"" + machine.kind + "\"");
+  const motion::PlanOptions plan = plan_options(o, machine);
+  InterruptGuard guard;
+  PlanRun run(o, machine, plan);
+  try {
+    read_paths(o.paths, [&](InputPath&& path, double fraction) { run.add(std::move(path), fraction); });
+    return run.finish();
+  } catch (const TooManyFaults&) {
+    return run.report_faults();
+  } catch (const Interrupted&) {
+    std::fputs("firn plan: interrupted; nothing was written\n", stderr);
+    return kInterrupted;
+  }
+}
+
+}  // namespace firn

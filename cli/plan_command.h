@@ -1,0 +1,29 @@
+// firn plan PATHS -o TRAJECTORIES --machine FILE: paths in, certified trajectories out (docs/plan.md).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace firn {
+
+struct PlanCommandOptions {
+  std::string paths;                 ///< *.csv or *.json
+  std::string output;                ///< trajectory file; empty = none
+  std::string machine;               ///< TOML
+  std::vector<double> origin_mm;     ///< x, y of the part's frame in the machine's; empty = 0, 0
+  std::string method = "certified";
+  double tolerance_mm = 0.0;
+  double curvature_ramp_mm = 0.4;
+  std::string corner;                ///< of an aerosol machine
+  std::string csv, plot, pulses;     ///< further files; empty = none
+  std::int64_t plot_path = 1;
+  int threads = 0;                   ///< 0 = as many as the machine has
+  bool json = false;
+};
+
+/// @returns 0; 1 when a path cannot be planned (each is named, nothing is written); 130 after Ctrl-C.
+/// @throws UsageError, ConfigError
+int run_plan(const PlanCommandOptions& options);
+
+}  // namespace firn

@@ -1,0 +1,139 @@
+#include "cli/plan_job.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <sstream>
+
+#include "cli/exit_codes.h"
+#include "cli/plan_outputs.h"
+#include "cli/plan_plot.h"
+#include "core/grid/random.h"
+
+using namespace firn;
+using Catch::Contains;
+
+namespace {
+
+const Machine kCobra;
+
+InputPath some_path(std::int64_t number, RandomStream& random) {
+  InputPath p;
+  p.number = number;
+  p.place = "job:" + std::to_string(number);
+  Point2 at{random.uniform(0, 20), random.uniform(0, 20)};
+  for (std::uint32_t n = 2 + random.below(60); n > 0; --n) {
+    p.path.points.push_back(at);
+    at.x_mm += random.uniform(-0.5, 1.0), at.y_mm += random.uniform(-0.5, 1.0);
+  }
+  return p;
+}
+
+std::vector<PlannedItem> planned(const std::vector<InputPath>& paths, int threads, const PlanJobOptions& how = {}) {
+  PlanJobOptions options = how;
+  options.threads = threads;
+  options.origin = {380.0, -20.0};
+  std::vector<PlannedItem> items;
+  PlanJob job(kCobra, options, [&](PlannedItem&& item) { items.push_back(std::move(item)); });
+  for (InputPath p : paths) job.add(std::move(p));
+  job.finish();
+  return items;
+}
+
+}  // namespace
+
+TEST_CASE("Results come in the order of the paths, with the same bytes for any number of threads") {
+  RandomStream random(86, Purpose::kTest);
+  std::vector<InputPath> paths;
+  for (std::int64_t n = 1; n <= 60; ++n) paths.push_back(some_path(n, random));
+  paths[17].path.points = {{0, 0}, {900, 0}};  // out of reach
+  const auto one = planned(paths, 1), three = planned(paths, 3);
+  REQUIRE(one.size() == paths.size());
+  REQUIRE(three.size() == paths.size());
+  for (std::size_t n = 0; n < paths.size(); ++n) {
+    CHECK(one[n].input.number == std::int64_t(n) + 1);
+    CHECK(one[n].encoded == three[n].encoded);
+    CHECK(one[n].result.ok() == (n != 17));
+    CHECK(one[n].encoded.empty() == (n == 17));
+  }
+  CHECK_THAT(motion::describe(*one[17].result.fault), Contains("reach"));
+}
+
+TEST_CASE("A tool that the machine lacks is refused with the nearest known one, and what the sink throws comes out") {
+  RandomStream random(87, Purpose::kTest);
+  PlanJob job(kCobra, {}, [](PlannedItem&&) { throw std::runtime_error("disk full"); });
+  InputPath bad = some_path(1, random);
+  bad.tool = "watre";
+  CHECK_THROWS_WITH(job.add(std::move(bad)), Contains("job:1") && Contains("nearest known one is water"));
+  job.add(some_path(1, random));
+  CHECK_THROWS_WITH(job.finish(), Contains("disk full"));
+}
+
+TEST_CASE("The CSV has a line per tick that reads back to the same numbers, and speeds from it are those of the path") {
+  InputPath line;
+  line.number = 1;
+  line.path.points = {{0, 0}, {50, 0}, {100, 0}};
+  PlanJobOptions how;
+  how.keep_tool = true;
+  const auto items = planned({line}, 1, how);
+  REQUIRE(items[0].result.ok());
+  CHECK(csv_header({"rad", "rad", "mm", "rad"}) == "t_s,x_mm,y_mm,joint_1_rad,joint_2_rad\n");
+  std::istringstream lines(csv_lines(items[0]));
+  std::string text;
+  std::size_t n = 0;
+  const Trajectory& t = items[0].result.trajectory;
+  for (; std::getline(lines, text); ++n) {
+    std::array<double, 5> v{};
+    REQUIRE(std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf", &v[0], &v[1], &v[2], &v[3], &v[4]) == 5);
+    CHECK(v[0] == Approx(double(n) * t.tick_s));
+    CHECK(v[1] == items[0].result.tool[n].x_mm);
+    CHECK(v[3] == t.positions[n * std::size_t(t.axes)]);
+  }
+  CHECK(n == t.samples());
+  const std::vector<double> c = speeds_at_ticks(items[0].result.tool, t.tick_s);
+  double length = 0.0;
+  for (std::size_t k = 1; k < c.size(); ++k) length += 0.5 * t.tick_s * (c[k - 1] + c[k]);
+  CHECK(length == Approx(100.0).margin(0.2));
+}
+
+TEST_CASE("Nominal pulses of a planned path count its volume, and too much flow is refused with the path") {
+  InputPath line;
+  line.number = 1;
+  line.place = "job:2";
+  line.path.points = {{0, 0}, {100, 0}};
+  line.path.width_mm = 1.5;
+  line.path.layer_height_mm = 0.25;
+  PlanJobOptions how;
+  how.keep_tool = true;
+  const auto items = planned({line}, 1, how);
+  REQUIRE(items[0].result.ok());
+  const deposition::PulsePlan plan = nominal_pulses(items[0], kCobra.valve);
+  REQUIRE(plan.trains.size() == 1);
+  CHECK(double(plan.trains[0].ticks.size()) == Approx(150.0).margin(1.0));  // 4 Hz/(mm^3/s) x 37.5 mm^3
+  CHECK(plan.least_drops_per_mm == Approx(1.5));
+  line.path.layer_height_mm = 2.0;
+  CHECK_THROWS_WITH(nominal_pulses(planned({line}, 1, how)[0], kCobra.valve), Contains("job:2") && Contains("above the valve's"));
+}
+
+TEST_CASE("The plot is one SVG with a chart per quantity, whatever the trace holds") {
+  PlanPlot plot;
+  plot.title = "a < b";
+  plot.limits = motion_limits(kCobra);
+  plot.joint_names = {"J1", "J2"};
+  plot.joint_units = {"rad", "rad"};
+  for (int n = 0; n < 5000; ++n) {
+    motion::TraceSample t;
+    t.t_s = 0.001 * n;
+    t.at = {std::cos(t.t_s), std::sin(t.t_s)};
+    t.total = {50.0, n % 7 == 0 ? std::nan("") : 100.0, 1e4};
+    plot.trace.push_back(t);
+  }
+  const std::string svg = plan_picture(plot);
+  CHECK(svg.find("a &lt; b") != std::string::npos);
+  CHECK(svg.find("nan") == std::string::npos);
+  std::size_t opened = 0, closed = 0;
+  for (std::size_t at = svg.find("<svg"); at != svg.npos; at = svg.find("<svg", at + 1)) ++opened;
+  for (std::size_t at = svg.find("</svg>"); at != svg.npos; at = svg.find("</svg>", at + 1)) ++closed;
+  CHECK(opened == closed);
+  CHECK(opened == 1 + 10 + 10 + 9);  // whole, ten places, ten pictures, nine clipped plots
+  CHECK(svg.size() < 600000);
+}
