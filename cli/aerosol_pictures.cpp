@@ -6,6 +6,7 @@
 
 #include "core/motion/aerosol/measure.h"
 #include "replay/charts.h"
+#include "replay/report_page.h"
 #include "replay/svg.h"
 
 namespace firn {
@@ -211,6 +212,29 @@ std::string aerosol_acceleration_picture(const AerosolPlan& plan, const motion::
        sampled(plan, "y", 1, false, [](const Piece& p, double) { return p.a_mm_s2.y_mm; }),
        {"limit", {0, end, end, 0}, {limit, limit, -limit, -limit}, Series::kReference}},
       time_chart(plan, title, "acceleration [mm/s²]"));
+}
+
+std::string aerosol_plot(const PrintJob& job, const AerosolPlan& plan, const motion::AerosolMachine& machine,
+                         const std::string& title) {
+  const std::string charts[] = {aerosol_path_picture(job, plan, "path"),
+                                aerosol_speed_picture(plan, "speeds"),
+                                aerosol_acceleration_picture(plan, machine, "accelerations"),
+                                aerosol_position_picture(plan, "positions"),
+                                aerosol_speed_error_picture(job, plan, "speed error"),
+                                aerosol_path_error_picture(job, plan, "position error")};
+  constexpr double kCell = 480, kHeight = 400;
+  constexpr std::string_view kOpen = "<svg ";
+  std::string s =
+      replay::svg_open(3 * kCell, 2 * kHeight + 40, title) + "<style>" + replay::kReportStyle +
+      "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; }</style>\n" +
+      replay::svg_text(16, 24, "start", "name", title);
+  for (int n = 0; n < 6; ++n) {
+    char place[120];
+    std::snprintf(place, sizeof place, "<svg x=\"%g\" y=\"%g\" width=\"%g\" height=\"%g\" ",
+                  kCell * (n % 3) + 10, 40 + kHeight * (n / 3), kCell - 20, kHeight - 10);
+    s += place + charts[n].substr(kOpen.size());
+  }
+  return s + "</svg>\n";
 }
 
 }  // namespace firn

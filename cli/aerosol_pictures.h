@@ -27,4 +27,8 @@ std::string aerosol_path_error_picture(const PrintJob& job, const motion::Aeroso
 std::string aerosol_acceleration_picture(const motion::AerosolPlan& plan,
                                          const motion::AerosolMachine& machine, const std::string& title);
 
+/// All of the above in one file of its own.
+std::string aerosol_plot(const PrintJob& job, const motion::AerosolPlan& plan,
+                         const motion::AerosolMachine& machine, const std::string& title);
+
 }  // namespace firn

@@ -24,10 +24,10 @@ std::string table(const std::vector<ReproduceRow>& rows) {
       "class=\"text\"><thead><tr><th>id</th><th>what</th><th>kind</th><th>paper</th>"
       "<th>ours</th><th>tolerance</th><th></th></tr></thead><tbody>\n";
   for (const ReproduceRow& row : rows)
-    s += "<tr><td><code>" + escape_html(row.id) + "</code></td><td>" + escape_html(row.what) + "</td><td style=\"white-space:nowrap\">" +
-         std::string(name(row.kind)) + "</td><td>" + cell(row.paper, row) + "</td><td>" +
-         cell(row.ours, row) + "</td><td>" + escape_html(tolerance_of(row)) + "</td>" + verdict(row) +
-         "</tr>\n";
+    s += "<tr><td><code>" + escape_html(row.id) + "</code></td><td>" + escape_html(row.what) +
+         "</td><td style=\"white-space:nowrap\">" + std::string(name(row.kind)) + "</td><td>" +
+         cell(row.paper, row) + "</td><td>" + cell(row.ours, row) + "</td><td>" +
+         escape_html(tolerance_of(row)) + "</td>" + verdict(row) + "</tr>\n";
   return s + "</tbody></table></div>\n";
 }
 
@@ -37,8 +37,10 @@ std::string standalone_svg(const ReproducePicture& picture) {
   const std::size_t end_of_tag = picture.svg.find('>');
   if (picture.svg.compare(0, 4, "<svg") != 0 || end_of_tag == std::string::npos) return picture.svg;
   std::string s = picture.svg;
-  s.insert(end_of_tag + 1,
-           "<style>" + std::string(replay::kReportStyle) + "svg { background: var(--bg); }</style>\n");
+  s.insert(
+      end_of_tag + 1,
+      "<style>" + std::string(replay::kReportStyle) +
+          "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; }</style>\n");
   return s;
 }
 

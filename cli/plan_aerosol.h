@@ -1,0 +1,29 @@
+// firn plan on an aerosol machine: a print job in, the stage's trajectory and the shutter's commands out.
+#pragma once
+
+#include <string>
+
+#include "config/machine.h"
+#include "core/motion/aerosol/plan.h"
+
+namespace firn {
+
+struct AerosolPlanOptions {
+  std::string job;              ///< *.json or *.csv, cli/print_job_file.h
+  std::string corner = "loop";  ///< paper, loop or hybrid
+  double tolerance_mm = 0.05;   ///< of hybrid
+  Point2 origin_mm;             ///< added to the job's coordinates
+  std::string csv, plot;        ///< files; empty = none
+  bool json = false;
+};
+
+/// @pre machine.kind is "aerosol". Axes without a range in the file are not bounded.
+motion::AerosolMachine aerosol_machine(const Machine& machine);
+
+/// Prints the report of all three ways of turning corners, the chosen one marked; writes CSV and SVG of the
+/// chosen one.
+/// @returns 0; 1 when segments are refused (each is named with its reason, nothing is written). @throws
+/// UsageError
+int run_plan_aerosol(const Machine& machine, const AerosolPlanOptions& options);
+
+}  // namespace firn
