@@ -13,7 +13,32 @@ double distance_squared(Point2 p, Point2 a, Point2 b) {
   return dx * dx + dy * dy;
 }
 
+std::vector<double> lengths(std::span<const Point2> points) {
+  std::vector<double> s(points.size(), 0.0);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double dx = points[i].x_mm - points[i - 1].x_mm, dy = points[i].y_mm - points[i - 1].y_mm;
+    s[i] = s[i - 1] + std::sqrt(dx * dx + dy * dy);
+  }
+  return s;
+}
+
 }  // namespace
+
+double deviation(std::span<const Point2> samples, std::span<const Point2> path) {
+  const std::vector<double> followed = lengths(samples), length = lengths(path);
+  // A sample lies no further along than the length that was cut off so far, nor further back.
+  const double window = 2.0 + std::abs(length.back() - followed.back());
+  double worst = 0.0;
+  std::size_t from = 0;
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    while (from + 2 < path.size() && length[from + 1] < followed[n] - window) ++from;
+    double least = 1e300;
+    for (std::size_t k = from; k + 1 < path.size() && length[k] <= followed[n] + window; ++k)
+      least = std::min(least, distance_squared(samples[n], path[k], path[k + 1]));
+    worst = std::max(worst, least);
+  }
+  return std::sqrt(worst);
+}
 
 double deviation(const Curve& curve, std::span<const Point2> points, std::vector<double>& length) {
   constexpr double window = 1.0;  // mm of path to either side in which the nearest segment is looked for

@@ -6,6 +6,9 @@
 #include "core/motion/certified.h"
 #include "core/motion/checker.h"
 #include "core/motion/constant_speed.h"
+#include "core/motion/deviation.h"
+#include "core/motion/placement.h"
+#include "core/motion/sampled_trace.h"
 #include "core/motion/thesis/thesis.h"
 #include "core/motion/vplus_default.h"
 
@@ -23,11 +26,14 @@ Trajectory sampled(const PathInput& path, const Arm& arm, const MotionLimits& li
   if (options.method == Method::kThesis) {
     ThesisOptions thesis;
     thesis.tick_s = options.tick_s;
+    thesis.split.split_angle_rad = options.split_angle_rad;
+    thesis.rest.step_s = 0.5 * options.tick_s;
     return plan_thesis(path, arm, limits, thesis);
   }
   if (options.method == Method::kConstant) {
     ConstantOptions constant;
     constant.tick_s = options.tick_s;
+    constant.split_angle_rad = options.split_angle_rad;
     return plan_constant(path, arm, limits, constant);
   }
   DefaultOptions vplus;
@@ -36,8 +42,14 @@ Trajectory sampled(const PathInput& path, const Arm& arm, const MotionLimits& li
 }
 
 /// Methods that know only their samples: the checker takes differences.
-PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm, const MotionLimits& limits) {
+PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm, const MotionLimits& limits,
+                   const PlanOptions& options) {
   PlanResult result;
+  CleanPath clean_path = clean(path);
+  result.posture = posture_for(clean_path, path, arm);
+  const bool stops = options.method == Method::kThesis ||
+                     (options.method == Method::kConstant && path.kind == PathKind::kFill);
+  if (stops) result.stops = thesis::split_points(clean_path.points, options.split_angle_rad).size() - 2;
   const std::size_t count = trajectory.samples(), axes = std::size_t(trajectory.axes);
   Jets joints(trajectory.axes, count), pose(kTaskAxes, count);
   for (int j = 0; j < trajectory.axes; ++j)
@@ -48,8 +60,11 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
   flange_to_tool(path.tool, pose, pose);
   for (std::size_t n = 0; n < count; ++n)
     result.tool.push_back({pose.of(kX, 0)[n] - path.origin.x_mm, pose.of(kY, 0)[n] - path.origin.y_mm});
+  for (Point2& p : clean_path.points) p = {p.x_mm - path.origin.x_mm, p.y_mm - path.origin.y_mm};
+  result.deviation_mm = deviation(result.tool, clean_path.points);
   const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()));
   fill_certificate(difference_ratios(trajectory, result.tool, groups), groups, arm, trajectory.certificate);
+  if (options.trace_step_s > 0.0) result.trace = sampled_trace(trajectory, result.tool);
   result.continuous_s = trajectory.certificate.duration_s =
       count > 1 ? double(count - 1) * trajectory.tick_s : 0.0;
   result.trajectory = std::move(trajectory);
@@ -84,7 +99,7 @@ PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limit
   try {
     if (options.method == Method::kCertified || options.method == Method::kOptimal)
       return plan_certified(path, arm, limits, options, work.state().certified);
-    return checked(sampled(path, arm, limits, options), path, arm, limits);
+    return checked(sampled(path, arm, limits, options), path, arm, limits, options);
   } catch (const MotionError& error) {
     PlanResult refused;
     refused.fault = error.fault();

@@ -38,7 +38,7 @@ struct PlanOptions {
   double curvature_ramp_mm =
       0.4;  ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
   double split_angle_rad = 0.5235987755982988;  ///< sharper corners are stops (PATHSPLIT), 30 degrees
-  double trace_step_s = 0.0;                    ///< > 0: PlanResult::trace is filled with this spacing
+  double trace_step_s = 0.0;                    ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
   bool lower_bound = true;                      ///< fill Certificate::lower_bound_s
 };
 
