@@ -12,7 +12,7 @@ from pathlib import Path
 
 from firn_tree import code, finish, read, sources
 
-CORE = ("core/grid", "core/path", "core/slice", "core/motion", "core/deposition", "core/control")
+CORE = ("core/grid", "core/path", "core/slice", "core/motion", "core/deposition", "core/control", "core/statistics")
 LEAVES = ("core/grid", "core/path")
 
 # room -> rooms that it may include, apart from itself. The longest matching name counts.
@@ -22,6 +22,7 @@ ALLOWED = {
     "core/slice": LEAVES,
     "core/motion": LEAVES,
     "core/deposition": LEAVES,
+    "core/statistics": LEAVES,
     "core/control": LEAVES + ("core/deposition", "core/motion"),
     "lcmtypes": LEAVES,
     "logfile": (),
