@@ -99,7 +99,7 @@ TEST_CASE("An unknown word is reported with the allowed ones and the nearest") {
   const std::string what = what_of("[control]\nscheme = \"mcp\"");
   CHECK(what.find("x.toml:2: control.scheme = ") == 0);
   CHECK(what.find("did you mean \"mpc\"?") != std::string::npos);
-  CHECK(what.find("one of open_loop, smf, mpc") != std::string::npos);
+  CHECK(what.find("one of open_loop, smf, threshold, mpc") != std::string::npos);
 }
 
 TEST_CASE("A section given as a value, and a broken file, are reported with their line") {

@@ -56,6 +56,8 @@ int main(int argc, char** argv) {
   for (const std::size_t n : {1u, 3u, 12u}) seed_logs(n, 40);
   const std::string experiment = dump(Experiment{});
   seed("fuzz_experiment", "default", std::as_bytes(std::span(experiment)));
+  const std::string study = "seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.scheme=smf\"]\n[vary]\n\"control.mpc.horizon\" = [1, 2]\n";
+  seed("fuzz_study", "small", std::as_bytes(std::span(study)));
   const Bytes map = encode(some_height_map(3, 2));
   Bytes datagram{std::byte(0), std::byte(std::min<std::size_t>(map.size(), 255))};
   datagram.insert(datagram.end(), map.begin(), map.end());

@@ -1,0 +1,247 @@
+#include "config/study.h"
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+#define TOML_SHARED_LIB 1
+#include <toml++/toml.h>
+
+#include "config/error.h"
+#include "config/fields.h"
+#include "config/include.h"
+#include "config/text_limits.h"
+
+namespace firn {
+namespace {
+
+constexpr std::size_t kMaxName = 60, kMaxOverrides = 200;
+
+struct Vary {
+  std::string key;
+  std::vector<std::string> values;
+};
+
+class StudyReader {
+ public:
+  explicit StudyReader(const std::string& file) : file_(file) {}
+
+  Study read(const toml::table& table) {
+    for (const auto& [key, node] : table) {
+      const std::string k(key.str());
+      const int line = int(key.source().begin.line);
+      if (k == "name") study_.name = name_of(node, k, line);
+      else if (k == "experiment") study_.experiment = text_of(node, k, line);
+      else if (k == "set") study_.overrides = overrides_of(node, k, line);
+      else if (k == "seeds") seeds(node, line);
+      else if (k == "metrics") metrics(node, line);
+      else if (k == "baseline") study_.baseline = text_of(node, k, line), baseline_line_ = line;
+      else if (k == "scheme") entries(node, k, line, schemes_);
+      else if (k == "part") entries(node, k, line, study_.parts);
+      else if (k == "vary") vary(node, "", line);
+      else unknown(k, line, {"name", "experiment", "set", "seeds", "metrics", "baseline", "scheme", "part", "vary"});
+    }
+    if (study_.seeds.empty()) fail(0, "seeds", "is missing: a count, as in seeds = 100, or a list");
+    if (study_.parts.empty()) study_.parts.push_back({"part", {}, 0});
+    combine();
+    finish();
+    return study_;
+  }
+
+ private:
+  [[noreturn]] void fail(int line, const std::string& key, const std::string& problem) const {
+    throw ConfigError(file_, line, key, key + ": " + problem);
+  }
+
+  [[noreturn]] void unknown(const std::string& key, int line, const std::vector<std::string_view>& known) const {
+    const std::string near = nearest(key, known);
+    fail(line, key.substr(0, 100), "unknown key" + (near.empty() ? "" : "; the nearest known one is " + near));
+  }
+
+  std::string text_of(const toml::node& node, const std::string& key, int line) const {
+    if (!node.is_string()) fail(line, key, "must be text");
+    const std::string text = node.as_string()->get();
+    if (text.empty() || text.size() > 1000) fail(line, key, "must have 1 to 1000 bytes");
+    for (unsigned char c : text)
+      if (c < 0x20 || c == 0x7f) fail(line, key, "must not contain control characters");
+    return text;
+  }
+
+  std::string name_of(const toml::node& node, const std::string& key, int line) const {
+    const std::string name = text_of(node, key, line);
+    const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+      return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' || c == '_' || c == '-' ||
+             c == ' ' || c == '+';
+    });
+    if (!plain || name.size() > kMaxName || name.front() == '.' || name.front() == ' ')
+      fail(line, key, "must be 1 to 60 letters, digits, '.', '_', '-', '+' or blanks, and not begin with '.' or a blank");
+    return name;
+  }
+
+  std::vector<std::string> overrides_of(const toml::node& node, const std::string& key, int line) const {
+    const toml::array* list = node.as_array();
+    if (!list || list->size() > kMaxOverrides) fail(line, key, "must be a list of at most 200 texts \"KEY=VALUE\"");
+    std::vector<std::string> out;
+    for (const toml::node& entry : *list) out.push_back(text_of(entry, key, line));
+    return out;
+  }
+
+  void seeds(const toml::node& node, int line) {
+    const std::string limits = "must be a count from 1 to " + std::to_string(kMostSeeds) + ", or a list of different seeds of 0 or more";
+    if (node.is_integer()) {
+      const std::int64_t count = node.as_integer()->get();
+      if (count < 1 || count > std::int64_t(kMostSeeds)) fail(line, "seeds", limits);
+      for (std::int64_t s = 1; s <= count; ++s) study_.seeds.push_back(std::uint64_t(s));
+      return;
+    }
+    const toml::array* list = node.as_array();
+    if (!list || list->empty() || list->size() > kMostSeeds) fail(line, "seeds", limits);
+    for (const toml::node& entry : *list) {
+      if (!entry.is_integer() || entry.as_integer()->get() < 0) fail(line, "seeds", limits);
+      study_.seeds.push_back(std::uint64_t(entry.as_integer()->get()));
+    }
+    if (std::set(study_.seeds.begin(), study_.seeds.end()).size() != study_.seeds.size()) fail(line, "seeds", limits);
+  }
+
+  void metrics(const toml::node& node, int line) {
+    const toml::array* list = node.as_array();
+    if (!list || list->empty() || list->size() > 20) fail(line, "metrics", "must be a list of 1 to 20 names, the primary one first");
+    for (const toml::node& entry : *list) {
+      const std::string name = name_of(entry, "metrics", line);
+      if (std::ranges::find(study_.metrics, name) != study_.metrics.end()) fail(line, "metrics", "names " + name + " twice");
+      study_.metrics.push_back(name);
+    }
+  }
+
+  void entries(const toml::node& node, const std::string& kind, int line, std::vector<StudyEntry>& out) {
+    const toml::array* list = node.as_array();
+    if (!list || !list->is_array_of_tables()) fail(line, kind, "must be written as [[" + kind + "]] with name and set");
+    for (const toml::node& entry : *list) {
+      StudyEntry e;
+      e.line = int(entry.source().begin.line);
+      for (const auto& [key, value] : *entry.as_table()) {
+        const std::string k(key.str());
+        const int at = int(key.source().begin.line);
+        if (k == "name") e.name = name_of(value, kind + ".name", at);
+        else if (k == "set") e.overrides = overrides_of(value, kind + ".set", at);
+        else unknown(kind + "." + k, at, {"name", "set"});
+      }
+      if (e.name.empty()) fail(e.line, kind, "has no name");
+      out.push_back(std::move(e));
+    }
+  }
+
+  void vary(const toml::node& node, const std::string& prefix, int line) {
+    const toml::table* table = node.as_table();
+    if (!table) fail(line, "vary", "must be a section of \"key\" = [values]");
+    for (const auto& [key, value] : *table) {
+      const std::string full = prefix + std::string(key.str());
+      const int at = int(key.source().begin.line);
+      if (value.is_table()) {
+        vary(value, full + ".", at);
+        continue;
+      }
+      const toml::array* list = value.as_array();
+      if (!list || list->empty() || list->size() > kMostArms) fail(at, "vary", full + " must be a list of 1 to 64 values");
+      Vary v{full, {}};
+      for (const toml::node& entry : *list) {
+        if (!entry.is_value()) fail(at, "vary", full + " must hold numbers and texts only");
+        std::ostringstream text;
+        entry.visit([&](const auto& n) { text << n; });
+        v.values.push_back(text.str());
+      }
+      vary_.push_back(std::move(v));
+      if (vary_.size() > 6) fail(at, "vary", "varies more than 6 keys");
+    }
+  }
+
+  // Every scheme under every combination of what varies; the last key changes fastest.
+  void combine() {
+    if (schemes_.empty()) {
+      if (vary_.empty()) fail(0, "scheme", "is missing: name at least one [[scheme]], or [vary] a key");
+      schemes_.push_back({"", {}, 0});
+    }
+    study_.arms = schemes_;
+    for (const Vary& v : vary_) {
+      std::vector<StudyEntry> wider;
+      const std::string shown = v.key.substr(v.key.rfind('.') + 1);
+      if (study_.arms.size() * v.values.size() > kMostArms) fail(0, "vary", "gives more than 64 combinations");
+      for (const StudyEntry& arm : study_.arms)
+        for (const std::string& value : v.values) {
+          StudyEntry e = arm;
+          std::string plain = value;
+          std::erase_if(plain, [](char c) { return c == '"' || c == '\''; });
+          e.name += (e.name.empty() ? "" : " ") + shown + "=" + plain;
+          e.overrides.push_back(v.key + "=" + value);
+          wider.push_back(std::move(e));
+        }
+      study_.arms = std::move(wider);
+    }
+  }
+
+  void finish() {
+    unique(study_.arms, "scheme");
+    unique(study_.parts, "part");
+    if (study_.arms.size() > kMostArms) fail(0, "scheme", "more than 64 schemes");
+    if (study_.parts.size() > kMostParts) fail(0, "part", "more than 64 parts");
+    if (study_.arms.size() * study_.parts.size() * study_.seeds.size() > kMostPrints)
+      fail(0, "seeds", "asks for more than " + std::to_string(kMostPrints) + " prints");
+    const auto& arms = study_.arms;
+    if (!study_.baseline.empty() &&
+        std::none_of(arms.begin(), arms.end(), [&](const StudyEntry& a) { return a.name == study_.baseline; })) {
+      std::string known;
+      for (const StudyEntry& a : arms) known += (known.empty() ? "" : ", ") + a.name;
+      fail(baseline_line_, "baseline", "'" + study_.baseline.substr(0, 100) + "' is not one of " + known);
+    }
+  }
+
+  void unique(const std::vector<StudyEntry>& entries, const std::string& kind) const {
+    std::set<std::string> seen;
+    for (const StudyEntry& e : entries)
+      if (!seen.insert(e.name).second) fail(e.line, kind, "the name '" + e.name + "' is given twice");
+  }
+
+  std::string file_;
+  Study study_;
+  std::vector<StudyEntry> schemes_;
+  std::vector<Vary> vary_;
+  int baseline_line_ = 0;
+};
+
+}  // namespace
+
+Study parse_study(std::string_view text, const std::string& file) {
+  check_text(text, file);
+  try {
+    return StudyReader(file).read(toml::parse(text, file));
+  } catch (const toml::parse_error& e) {
+    throw ConfigError(file, int(e.source().begin.line), "",
+                      "column " + std::to_string(e.source().begin.column) + ": " + std::string(e.description()));
+  }
+}
+
+Study load_study(const std::filesystem::path& path) {
+  Study s = parse_study(read_config_text(path), path.string());
+  if (s.name.empty()) s.name = path.stem().string();
+  return s;
+}
+
+std::vector<Experiment> study_experiments(const Study& study, const std::filesystem::path& folder) {
+  std::vector<std::pair<std::string, std::string>> texts;
+  if (!study.experiment.empty()) texts = read_with_includes((folder / study.experiment).lexically_normal());
+  std::vector<Experiment> out;
+  for (const StudyEntry& arm : study.arms)
+    for (const StudyEntry& part : study.parts) {
+      std::vector<std::string> overrides = study.overrides;
+      overrides.insert(overrides.end(), part.overrides.begin(), part.overrides.end());
+      overrides.insert(overrides.end(), arm.overrides.begin(), arm.overrides.end());
+      try {
+        out.push_back(parse_experiment(texts, overrides));
+      } catch (const ConfigError& e) {
+        throw ConfigError(e.file, e.line, e.key, "scheme '" + arm.name + "' on part '" + part.name + "': " + e.problem);
+      }
+    }
+  return out;
+}
+
+}  // namespace firn
