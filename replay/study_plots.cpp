@@ -1,0 +1,116 @@
+#include "replay/study_plots.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/grid/random.h"
+#include "replay/svg.h"
+
+namespace firn::replay {
+namespace {
+
+constexpr double kRow = 30, kRight = 640, kTop = 8;
+constexpr double kNames = 150, kPairNames = 250;  // room for the rows' names
+
+std::string form(const char* format, auto... values) {
+  char text[240];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+// Ticks below, names of the rows at the left.
+std::string frame(const Axis& x, double left, const std::vector<std::string>& rows, const std::string& x_name) {
+  const std::size_t most = std::size_t((left - 14) / 6.6);
+  const double bottom = kTop + kRow * double(rows.size());
+  std::string s;
+  for (const Axis::Tick& t : x.ticks()) {
+    s += form("<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/>", x.px(t.value), kTop, bottom);
+    s += svg_text(x.px(t.value), bottom + 17, "middle", "tick", t.text);
+  }
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    const std::string shown = rows[n].size() > most ? rows[n].substr(0, most - 1) + "…" : rows[n];
+    s += svg_text(left - 10, kTop + kRow * (double(n) + 0.5) + 4, "end", "tick", shown);
+  }
+  s += form("<path class=\"axis\" d=\"M%.1f %.1fH%.1f\"/>", left, bottom, kRight);
+  return s + svg_text((left + kRight) / 2, bottom + 36, "middle", "name", x_name);
+}
+
+double total_height(std::size_t rows) { return kTop + kRow * double(rows) + 44; }
+
+std::string interval_mark(const Axis& x, double y, double low, double mean, double high, const std::string& colour) {
+  return form("<path d=\"M%.1f %.1fH%.1f\" stroke=\"", x.px(low), y, x.px(high)) + colour + "\" stroke-width=\"3\" stroke-linecap=\"round\"/>" +
+         form("<path d=\"M%.1f %.1fv14\" stroke=\"", x.px(mean), y - 7) + colour + "\" stroke-width=\"3\"/>\n";
+}
+
+const ArmSummary* find(const StudyAnalysis& a, std::size_t arm, int part, std::size_t metric) {
+  for (const ArmSummary& s : a.summaries)
+    if (s.arm == arm && s.part == part && s.metric == metric) return &s;
+  return nullptr;
+}
+
+}  // namespace
+
+std::string distribution_plot(const StudyTable& t, const StudyAnalysis& a, int part, std::size_t metric) {
+  struct Dot {
+    std::size_t arm, seed;
+    double value;
+  };
+  std::vector<Dot> dots;
+  double low = INFINITY, high = -INFINITY;
+  for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
+    for (std::size_t s = 0; s < t.seeds.size(); ++s) {
+      const StudyRun& r = t.run(arm, std::size_t(std::max(0, part)), s);
+      if (!r.finished || !std::isfinite(r.metrics[metric])) continue;
+      dots.push_back({arm, s, r.metrics[metric]});
+      low = std::min(low, dots.back().value), high = std::max(high, dots.back().value);
+    }
+  if (dots.empty()) return "<p class=\"soft\">no finished print</p>\n";
+  const bool logarithmic = low > 0.0 && high > 20.0 * low;
+  if (!logarithmic && low >= 0.0 && low < 0.5 * high) low = 0.0;
+  const Axis x(logarithmic ? 0.9 * low : low, logarithmic ? 1.1 * high : high, kNames, kRight, 7,
+               logarithmic ? Axis::Kind::kLogarithmic : Axis::Kind::kLinear);
+  const StudyMetric& m = t.metrics[metric];
+  std::string s = svg_open(660, total_height(t.arms.size()), m.meaning);
+  s += frame(x, kNames, t.arms, m.meaning + (m.unit.empty() ? "" : " [" + m.unit + "]") + (logarithmic ? ", logarithmic" : ""));
+  for (const Dot& d : dots) {
+    // Dots are spread a little, the same way every time.
+    const double spread = random_uniform({t.seeds[d.seed], Purpose::kInstance, 0, 0, std::uint32_t(d.arm)}) - 0.5;
+    s += form("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"2.2\" fill-opacity=\"0.4\" fill=\"var(--c%zu)\"/>", x.px(d.value),
+              kTop + kRow * (double(d.arm) + 0.5 + 0.45 * spread), d.arm % 6);
+  }
+  s += "\n";
+  for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
+    if (const ArmSummary* one = find(a, arm, t.parts.size() == 1 ? kAllParts : part, metric); one && one->seeds > 1)
+      s += interval_mark(x, kTop + kRow * (double(arm) + 0.5), std::max(x.low(), one->interval.low), one->mean,
+                         std::min(x.high(), one->interval.high), "var(--fg)");
+  return s + "</svg>\n";
+}
+
+std::string forest_plot(const StudyTable& t, const std::vector<const ArmComparison*>& pairs) {
+  std::vector<std::string> rows;
+  double reach = 1.0;
+  const auto scale = [](const ArmComparison& c) {
+    const double larger = std::max(std::abs(c.values.mean_a), std::abs(c.values.mean_b));
+    return larger > 0.0 ? 100.0 / larger : 0.0;
+  };
+  for (const ArmComparison* c : pairs) {
+    rows.push_back(t.arms[c->a] + " – " + t.arms[c->b]);
+    for (const double v : {c->values.interval.low, c->values.interval.high})
+      if (std::isfinite(v)) reach = std::max(reach, std::abs(v) * scale(*c));
+  }
+  const Axis x(-reach, reach, kPairNames, kRight, 6);
+  std::string s = svg_open(660, total_height(rows.size()), "paired differences");
+  s += frame(x, kPairNames, rows, "difference in " + t.metrics[0].name + ", % of the larger mean; left: the first is better");
+  s += form("<path class=\"axis\" d=\"M%.1f %.1fV%.1f\"/>\n", x.px(0.0), kTop, kTop + kRow * double(rows.size()));
+  for (std::size_t n = 0; n < pairs.size(); ++n) {
+    const ArmComparison& c = *pairs[n];
+    if (!std::isfinite(c.values.interval.low)) continue;
+    const std::string colour = c.holm_p <= kAlpha ? "var(--c0)" : "var(--soft)";
+    s += interval_mark(x, kTop + kRow * (double(n) + 0.5), c.values.interval.low * scale(c), c.values.difference * scale(c),
+                       c.values.interval.high * scale(c), colour);
+  }
+  return s + "</svg>\n";
+}
+
+}  // namespace firn::replay

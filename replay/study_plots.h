@@ -1,0 +1,18 @@
+// A study as SVG.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "replay/study_analysis.h"
+
+namespace firn::replay {
+
+/// Every finished print as a dot, a row for each arm, with mean and 95 % interval. The axis is logarithmic where the
+/// arms differ twentyfold.
+std::string distribution_plot(const StudyTable& table, const StudyAnalysis& analysis, int part, std::size_t metric);
+
+/// Differences of pairs with their 95 % intervals, in per cent of the larger mean, so that all fit one axis.
+std::string forest_plot(const StudyTable& table, const std::vector<const ArmComparison*>& pairs);
+
+}  // namespace firn::replay

@@ -1,0 +1,144 @@
+// What a study concludes, on tables whose truth is known.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+
+#include "core/grid/random.h"
+#include "replay/study_analysis.h"
+#include "replay/study_page.h"
+
+using namespace firn;
+using namespace firn::replay;
+
+namespace {
+
+// Each seed has a day of its own that all arms share; `shift` is what an arm adds to it.
+StudyTable made(const std::vector<double>& shift, std::size_t seeds, double own_noise, std::uint64_t key = 1, std::size_t parts = 2) {
+  StudyTable t;
+  t.name = "made";
+  t.metrics = {{"rms_um", "um", "RMS error", 2}, {"layers", "", "layers", 1}};
+  for (std::size_t a = 0; a < shift.size(); ++a) t.arms.push_back("arm" + std::to_string(a));
+  for (std::size_t p = 0; p < parts; ++p) t.parts.push_back("part" + std::to_string(p));
+  for (std::size_t s = 0; s < seeds; ++s) t.seeds.push_back(s + 1);
+  RandomStream random(key, Purpose::kTest);
+  std::vector<double> day(seeds);
+  for (double& d : day) d = 10.0 + 2.0 * random.normal();
+  for (std::size_t a = 0; a < shift.size(); ++a)
+    for (std::size_t p = 0; p < parts; ++p)
+      for (std::size_t s = 0; s < seeds; ++s)
+        t.runs.push_back({true, "finished", "", {day[s] + double(p) + shift[a] + own_noise * random.normal(), 50.0}});
+  return t;
+}
+
+bool says(const StudyAnalysis& a, const std::string& words) { return a.answer.find(words) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("the same scheme under two names is not distinguishable") {
+  const StudyTable t = made({0.0, 0.0}, 30, 0.0);
+  const StudyAnalysis a = analyse(t);
+  CAPTURE(a.answer);
+  CHECK(says(a, "not distinguishable"));
+  CHECK(says(a, "equal for all 30 seeds"));
+  CHECK(a.primary(0, 1).holm_p == 1.0);
+}
+
+TEST_CASE("schemes of equal quality are not distinguishable, whatever their noise") {
+  int wrong = 0;
+  for (std::uint64_t key = 1; key <= 20; ++key) wrong += !says(analyse(made({0.0, 0.0}, 20, 1.0, key, 1)), "not distinguishable");
+  CHECK(wrong <= 3);  // 1 of 20 is expected; 4 or more has a chance of 2 %
+}
+
+TEST_CASE("a planted difference is found, with its size inside the interval") {
+  const StudyTable t = made({1.0, 0.0, 0.4}, 40, 0.3);
+  const StudyAnalysis a = analyse(t);
+  CAPTURE(a.answer);
+  CHECK(says(a, "arm1 is better"));
+  CHECK(says(a, "below arm2"));
+  CHECK(says(a, "40 seeds"));
+  const ArmComparison& c = a.primary(0, 1);
+  CHECK(c.holm_p < 0.001);
+  CHECK(c.values.interval.low < 1.0);
+  CHECK(c.values.interval.high > 1.0);
+  // Days differ by 2 um: without pairs 0.4 um would drown.
+  CHECK(a.primary(1, 2).holm_p < 0.01);
+  CHECK(a.ranking == std::vector<std::size_t>{1, 2, 0});
+}
+
+TEST_CASE("two good schemes that cannot be told apart are named together, and what they beat") {
+  StudyTable t = made({0.0, 0.0, 5.0}, 30, 0.5);
+  t.baseline = "arm2";
+  const StudyAnalysis a = analyse(t);
+  CAPTURE(a.answer);
+  CHECK(says(a, "are not distinguishable"));
+  CHECK(says(a, "is better than arm2 by"));
+  CHECK(a.answer.find('\n') == std::string::npos);
+}
+
+TEST_CASE("the unit is the seed: parts that repeat one difference do not make it surer") {
+  const StudyTable one = made({0.3, 0.0}, 12, 1.0, 5, 1);
+  StudyTable five = one;
+  five.parts = {"a", "b", "c", "d", "e"};
+  five.runs.clear();
+  for (std::size_t arm = 0; arm < 2; ++arm)
+    for (int part = 0; part < 5; ++part)
+      for (std::size_t s = 0; s < 12; ++s) five.runs.push_back(one.run(arm, 0, s));
+  CHECK(analyse(five).primary(0, 1).values.p == Approx(analyse(one).primary(0, 1).values.p));
+  CHECK(analyse(five).primary(0, 1).values.pairs == 12);
+}
+
+TEST_CASE("prints that did not finish are counted and told, and their seeds are left out of both sides") {
+  StudyTable t = made({1.0, 0.0}, 30, 0.1);
+  for (std::size_t s = 0; s < 4; ++s) t.runs[s] = {false, "waits for operator", "max_layers", {0.001, 1.0}};  // would flatter arm0
+  const StudyAnalysis a = analyse(t);
+  CHECK(a.failed == std::vector<int>{4, 0});
+  CHECK(a.primary(0, 1).left_out == 4);
+  CHECK(a.primary(0, 1).values.pairs == 26);
+  CHECK(a.primary(0, 1).values.difference == Approx(1.0).margin(0.1));
+  REQUIRE(a.notes.size() == 1);
+  CHECK(a.notes[0].find("4 of 60 prints of arm0 did not finish") != std::string::npos);
+  const std::string page = study_page({t, a, {}, {}, {}});
+  CHECK(page.find("Prints that did not finish: 4") != std::string::npos);
+}
+
+TEST_CASE("an arm that never finished is out of the ranking; with none left there is nothing to compare") {
+  StudyTable t = made({0.0, 1.0}, 10, 0.1);
+  for (std::size_t n = 0; n < 20; ++n) t.runs[n] = {false, "error", "no", {NAN, NAN}};
+  const StudyAnalysis half = analyse(t);
+  CHECK(half.ranking == std::vector<std::size_t>{1});
+  CHECK(says(half, "no other scheme"));
+  for (auto& r : t.runs) r.finished = false;
+  const StudyAnalysis none = analyse(t);
+  CHECK(none.ranking.empty());
+  CHECK(says(none, "nothing can be compared"));
+  CHECK(!study_page({t, none, {}, {}, {}}).empty());
+}
+
+TEST_CASE("too few seeds to tell anything are told as such") {
+  const StudyAnalysis a = analyse(made({5.0, 0.0}, 4, 0.1));
+  CHECK(says(a, "not distinguishable"));
+  REQUIRE(a.notes.size() == 1);
+  CHECK(a.notes[0].find("4 seeds cannot tell 1 pair apart") != std::string::npos);
+  CHECK(analyse(made({5.0, 0.0}, 6, 0.1)).notes.empty());
+  CHECK(analyse(made({5.0}, 6, 0.1)).notes.empty());
+}
+
+TEST_CASE("page and CSV hold every arm, escape what names hold, and are the same bytes each time") {
+  StudyTable t = made({1.0, 0.0}, 8, 0.2);
+  t.arms[0] = "a <b>\"c\"";
+  t.runs[3].reason = "said \"no\", twice";
+  const StudyAnalysis a = analyse(t);
+  const StudyPage page{t, a, {{"control.scheme", "", {"mpc", "smf"}}}, {}, {{"build", "x"}}};
+  const std::string html = study_page(page);
+  CHECK(html.find("a &lt;b&gt;") != std::string::npos);
+  CHECK(html.find("<b>\"c\"") == std::string::npos);
+  CHECK(html.find("control.scheme") != std::string::npos);
+  CHECK(html.find("http://www.w3.org/2000/svg") != std::string::npos);
+  CHECK(html.find("src=") == std::string::npos);
+  CHECK(html == study_page(page));
+  const std::string csv = study_csv(t);
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 32);
+  CHECK(csv.find("\"a <b>\"\"c\"\"\"") != std::string::npos);
+  CHECK(csv.find("\"said \"\"no\"\", twice\"") != std::string::npos);
+}
