@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cli/audit_command.h"
+#include "cli/compare_command.h"
 #include "cli/config_command.h"
 #include "cli/dataflow_command.h"
 #include "cli/demo_command.h"
@@ -172,6 +173,16 @@ void declare_spy(CLI::App& app, Run& run) {
   app.add_option("--layers", o->layers, "seen before the screenshot")->capture_default_str();
 }
 
+void declare_compare(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_compare);
+  app.add_option("STUDY", o->study, "study file")->required();
+  app.add_option("-o,--output", o->output, "study folder; default: runs/study-NAME");
+  app.add_option("--seeds", o->seeds, "seeds 1..N instead of the study's");
+  app.add_option("--set", o->overrides, "KEY=VALUE, for every print")->allow_extra_args(false);
+  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  json_flag(app, o->json);
+}
+
 struct Command {
   const char* name;
   const char* help;
@@ -189,6 +200,7 @@ constexpr Command kCommands[] = {
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"report", "writes one self-contained page for any number of runs", declare_report},
     {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},
+    {"compare", "compares schemes over parts and seeds: which is better, by how much, how sure", declare_compare},
     {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
     {"config", "checks, resolves and documents experiment files", declare_config},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},

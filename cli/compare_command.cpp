@@ -1,0 +1,115 @@
+#include "cli/compare_command.h"
+
+#include <fmt/core.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <set>
+
+#include "cli/compare_show.h"
+#include "cli/exit_codes.h"
+#include "cli/progress.h"
+#include "cli/run_folder.h"
+#include "cli/study_runner.h"
+#include "config/include.h"
+#include "replay/study_page.h"
+#include "runtime/build_info.h"
+
+namespace firn {
+namespace {
+
+std::filesystem::path make_folder(const std::string& output, const std::string& name) {
+  const std::filesystem::path folder = output.empty() ? std::filesystem::path("runs") / ("study-" + name) : std::filesystem::path(output);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) throw UsageError(folder.string() + ": no study folder can be made there");
+  return folder;
+}
+
+// What the folder holds from before, told to whoever goes on.
+void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal) {
+  std::set<std::string> wanted;
+  for (const StudyCell& c : plan.cells) wanted.insert(c.digest);
+  std::size_t found = 0;
+  for (const std::string& digest : wanted) found += journal.find(digest) != nullptr;
+  if (found > 0) fmt::print(stderr, "{} of {} prints are on record\n", found, wanted.size());
+  if (journal.size() > found)
+    fmt::print(stderr, "{} results in the folder are of other settings or of another build: kept, not used\n", journal.size() - found);
+  if (journal.damaged() > 0)
+    fmt::print(stderr, "{} lines of the record are torn or damaged: these prints are made anew\n", journal.damaged());
+}
+
+std::vector<std::pair<std::string, std::string>> provenance(const StudyPlan& plan) {
+  const auto& seeds = plan.study.seeds;
+  const auto [low, high] = std::minmax_element(seeds.begin(), seeds.end());
+  return {{"build", build_commit()},
+          {"platform", platform_description()},
+          {"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
+          {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)},
+          {"intervals", "BCa bootstrap, 10,000 resamples of seeds, keyed"},
+          {"tests", "sign-flip test of the paired differences, two-sided; Holm's adjustment over all pairs of schemes"}};
+}
+
+std::atomic<bool> interrupted{false};
+
+}  // namespace
+
+int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop) {
+  if (options.seeds < 0) throw UsageError("--seeds must be 1 or more");
+  if (options.threads < 0) throw UsageError("--threads must be 0 or more");
+  const std::filesystem::path file = options.study;
+  Study study = load_study(file);
+  study.overrides.insert(study.overrides.end(), options.overrides.begin(), options.overrides.end());
+  if (options.seeds > 0) {
+    study.seeds.clear();
+    for (int s = 1; s <= options.seeds; ++s) study.seeds.push_back(std::uint64_t(s));
+  }
+  const StudyPlan plan = plan_study(std::move(study), file.parent_path(), lab, options.study);
+  const std::filesystem::path folder = make_folder(options.output, plan.study.name);
+  StudyJournal journal(folder / "results.journal", lab);
+  tell_of_the_past(plan, journal);
+  write_file_atomically(folder / "study.toml", read_config_text(file));
+
+  std::size_t left = 0;
+  for (const StudyCell& c : plan.cells) left += journal.find(c.digest) == nullptr;
+  StudyProgress progress(left);
+  StudyRunOptions run;
+  run.threads = options.threads;
+  run.stop = stop;
+  run.progress = [&](std::size_t done, std::size_t failed) { progress.printed(done, failed); };
+  const StudyRunSummary made = run_study(plan, journal, run);
+  progress.done();
+  if (made.done < made.to_do) {
+    fmt::print(stderr, "interrupted after {} of {} prints; the same command goes on\n", made.done, made.to_do);
+    return kInterrupted;
+  }
+  if (made.done > 0)
+    fmt::print(stderr, "{} prints in {:.1f} s, {:.3f} s of processor time each\n", made.done, progress.elapsed_s(),
+               made.cpu_s / double(made.done));
+
+  const replay::StudyTable table = study_table(plan, journal);
+  const replay::StudyAnalysis analysis = replay::analyse(table);
+  const std::string summary = study_json(table, analysis);
+  write_file_atomically(folder / "runs.csv", replay::study_csv(table));
+  write_file_atomically(folder / "summary.json", summary);
+  write_file_atomically(folder / "report.html",
+                        replay::study_page({table, analysis, differing_arms(plan), differing_parts(plan), provenance(plan)}));
+  if (options.json) std::fputs(summary.c_str(), stdout);
+  else std::fputs((study_text(table, analysis, differing_arms(plan)) + "\n" + (folder / "report.html").string() + "\n").c_str(), stdout);
+  return analysis.ranking.empty() ? kFailed : kOk;
+}
+
+int run_compare(const CompareOptions& options) {
+  struct sigaction action {}, old_int {}, old_term {};
+  action.sa_handler = [](int) { interrupted = true; };
+  sigaction(SIGINT, &action, &old_int);
+  sigaction(SIGTERM, &action, &old_term);
+  const int code = compare(options, inkjet_study_lab(), &interrupted);
+  sigaction(SIGINT, &old_int, nullptr);
+  sigaction(SIGTERM, &old_term, nullptr);
+  return code;
+}
+
+}  // namespace firn

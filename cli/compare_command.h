@@ -1,0 +1,29 @@
+// `firn compare`: schemes x parts x seeds in simulated time; which is better, by how much, how sure.
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "cli/study_lab.h"
+
+namespace firn {
+
+struct CompareOptions {
+  std::string study;                   ///< file
+  std::string output;                  ///< study folder; "" = runs/study-<name>
+  std::vector<std::string> overrides;  ///< --set KEY=VALUE for every print, after the study's own
+  int seeds = 0;                       ///< > 0: seeds 1..n instead of the study's
+  int threads = 0;                     ///< 0 = as many as the machine has
+  bool json = false;
+};
+
+/// Runs what is not on record yet and writes runs.csv, summary.json, report.html and study.toml into the study folder.
+/// @param stop set while it runs: no new print is begun, and kInterrupted is returned.
+/// @returns kOk, kFailed where nothing can be compared, or kInterrupted
+int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop);
+
+/// compare of the ink-jet lab, stopped by SIGINT and SIGTERM.
+int run_compare(const CompareOptions& options);
+
+}  // namespace firn

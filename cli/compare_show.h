@@ -1,0 +1,18 @@
+// A study's result for the terminal and for programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "replay/report_page.h"
+#include "replay/study_analysis.h"
+
+namespace firn {
+
+/// Table of the schemes, settings that differ, the pairs of the primary metric, and the answer as the last line.
+std::string study_text(const replay::StudyTable& table, const replay::StudyAnalysis& analysis,
+                       const std::vector<replay::DifferingParameter>& settings);
+/// {study, answer, notes, primary, schemes, comparisons, files}; numbers that are not finite are null.
+std::string study_json(const replay::StudyTable& table, const replay::StudyAnalysis& analysis);
+
+}  // namespace firn
