@@ -102,6 +102,8 @@ Table control_fields(Experiment& e) {
       {"control.smf.rounding", &s.rounding, "", one_of({"nearest", "diffusion", "carry"}), "what becomes of fractions of a droplet: dropped, spread to neighbours, kept for the next layer"},
       {"control.threshold.threshold_mm", &e.control.threshold.threshold_mm, "mm", within(0, 10), "a cell that is short by more gets a droplet; 0 = half a layer"},
       {"control.threshold.layer_height_mm", &e.control.threshold.layer_height_mm, "mm", within(0, 10), "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
+      {"control.mpc.method", &m.method, "", one_of({"greedy", "strip_dp"}), "greedy: the paper's stochastic search [Lu 2015, IV-C]; strip_dp: exact optima of overlapping strips, better and for alpha = 1, N = 1 faster"},
+      {"control.mpc.strip_rows", &m.strip_rows, "rows", within(1, 6), "strip_dp: widest strip; one row more costs about six times the time"},
       {"control.mpc.horizon", &m.horizon, "layers", within(1, 20), "N of [Lu 2015, (8)]"},
       {"control.mpc.alpha", &m.alpha, "", within(0, 1), "weight of the mean error against the roughness in (8); a number, or [{from_layer = 1, alpha = 1.0}, ...]"},
       {"control.mpc.subset", &m.subset, "cells", within(1, 4096), "M: points tried together in the greedy search [Lu 2015, IV-C]"},

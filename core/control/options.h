@@ -44,8 +44,16 @@ struct AlphaStep {
   double alpha = 1.0;
 };
 
+/// How MPC searches the layer.
+enum class MpcMethod : std::uint8_t {
+  kGreedy,   ///< the paper's stochastic greedy search [Lu 2015, IV-C]
+  kStripDp,  ///< exact optima of overlapping strips, then greedy where alpha < 1 or the horizon is longer
+};
+
 /// Model predictive control with stochastic greedy search [Lu 2015, Eq. (8), IV-C].
 struct MpcOptions {
+  MpcMethod method = MpcMethod::kGreedy;
+  int strip_rows = 3;                         ///< kStripDp: widest strip, 1..6
   int horizon = 1;                            ///< N
   std::vector<AlphaStep> alpha = {{1, 1.0}};  ///< ascending from_layer; the first one must be 1
   int subset = 16;                            ///< M, points per random subset

@@ -38,6 +38,8 @@ control::ControlOptions control_options(const Experiment& e) {
   o.smf.rounding = rounding_of(c.smf.rounding);
   o.threshold.threshold_mm = c.threshold.threshold_mm;
   o.threshold.layer_height_mm = c.threshold.layer_height_mm;
+  o.mpc.method = c.mpc.method == "strip_dp" ? control::MpcMethod::kStripDp : control::MpcMethod::kGreedy;
+  o.mpc.strip_rows = c.mpc.strip_rows;
   o.mpc.horizon = c.mpc.horizon;
   o.mpc.alpha.clear();
   for (const AlphaStep& a : c.mpc.alpha) o.mpc.alpha.push_back({a.from_layer, a.alpha});

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/control/halftone.h"
+#include "core/control/mpc/strip_dp.h"
 #include "core/control/prediction.h"
 
 namespace firn::control {
@@ -18,6 +19,7 @@ const MpcOptions& checked(const MpcOptions& o) {
   require(o.horizon >= 1 && o.horizon <= 8, "horizon = " + std::to_string(o.horizon) + " is outside 1..8");
   require(o.max_drops >= 1 && o.max_drops <= 8,
           "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
+  require(o.strip_rows >= 1 && o.strip_rows <= 6, "strip_rows = " + std::to_string(o.strip_rows) + " is outside 1..6");
   require(o.subset >= 1, "subset = " + std::to_string(o.subset) + " must be 1 or more");
   require(o.max_evaluations >= 1,
           "max_evaluations = " + std::to_string(o.max_evaluations) + " must be 1 or more");
@@ -76,6 +78,35 @@ std::vector<DropletPattern> Mpc::first_guess(const HeightMap& height, const Mate
   return plan;
 }
 
+Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& height, const MaterialMap& materials,
+                       double alpha, std::int64_t evaluations, RandomStream& random) {
+  Found found;
+  if (options_.method == MpcMethod::kStripDp) {
+    mpc::LayerProblem problem(setup_, height, materials);
+    problem.set_drops(guess.front());
+    constexpr int kMostSweeps = 200;
+    bool settled = true;
+    for (int rows = std::min(2, options_.strip_rows); rows <= options_.strip_rows; ++rows) {
+      const mpc::StripResult r = mpc::sweep_strips(problem, {rows, kMostSweeps}, mpc::serially);
+      settled = r.settled;
+      found.evaluations += r.strips;
+    }
+    guess.front() = problem.drops(setup_.grid);
+    for (std::size_t n = 1; n < guess.size(); ++n) guess[n] = DropletPattern(setup_.grid);
+    if (alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1) {
+      objective_.set_plan(guess);
+      found.optimal = settled;
+      return found;
+    }
+  }
+  objective_.set_plan(guess);
+  const auto greedy = mpc::greedy_search(objective_, {options_.subset, evaluations}, random);
+  objective_.refresh();
+  found.evaluations += greedy.evaluations;
+  found.optimal = greedy.optimal;
+  return found;
+}
+
 Decision Mpc::decide(const Measurement& m) {
   check(m, setup_);
   const HeightMap height = known_heights(m);
@@ -95,25 +126,25 @@ Decision Mpc::decide(const Measurement& m) {
   RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(layer), std::uint32_t(m.attempt));
   for (const bool dithered : {false, true}) {
     if (!(dithered ? options_.start_dithered : options_.start_ones)) continue;
-    objective_.set_plan(first_guess(height, d.materials, dithered));
-    const auto search =
-        mpc::greedy_search(objective_, {options_.subset, options_.max_evaluations - d.iterations}, random);
-    objective_.refresh();
-    d.iterations += search.evaluations;
+    const Found found = search(first_guess(height, d.materials, dithered), height, d.materials, alpha,
+                               options_.max_evaluations - d.iterations, random);
+    d.iterations += found.evaluations;
     if (!(objective_.value_mm() < d.objective_mm)) continue;
     int first = 0;  // of the layers that print something; there is one, for this plan betters none
     while (objective_.layer(first).passes() == 0) ++first;
     d.drops = objective_.layer(first);
     d.objective_mm = objective_.value_mm();
     d.kind = Decision::Kind::kPrint;
-    optimal = search.optimal;
+    optimal = found.optimal;
   }
   if (d.kind == Decision::Kind::kEnd) {
     end_print(d, "no layer betters printing nothing");
   } else if (!beats_noise(d, std::int64_t(objective_.part_cells().size()), m.noise_std_mm, noise_gate_)) {
     end_print(d, "the best layer would only answer the measurement's noise");
   } else {
-    d.reason = optimal
+    d.reason = optimal && options_.method == MpcMethod::kStripDp && alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1
+                   ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
+               : optimal
                    ? "no single droplet more or less betters this layer"
                    : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
   }
