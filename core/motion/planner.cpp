@@ -94,12 +94,30 @@ std::optional<Method> method_named(std::string_view text) {
   return std::nullopt;
 }
 
+namespace {
+
+/// The lower bound belongs to the path with its stops, whatever method follows it; not to one that cuts
+/// corners.
+void bound(const PathInput& path, const Arm& arm, const MotionLimits& limits, PlanOptions options,
+           CertifiedWork& work, Certificate& certificate) {
+  if (!options.lower_bound || options.method == Method::kDefault) return;
+  options.method = Method::kCertified;
+  options.tolerance_mm = options.trace_step_s = 0.0;
+  certificate.lower_bound_s =
+      plan_certified(path, arm, limits, options, work).trajectory.certificate.lower_bound_s;
+  certificate.curvature_ramp_mm = options.curvature_ramp_mm;
+}
+
+}  // namespace
+
 PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits, const PlanOptions& options,
                 PlanWorkspace& work) {
   try {
     if (options.method == Method::kCertified || options.method == Method::kOptimal)
       return plan_certified(path, arm, limits, options, work.state().certified);
-    return checked(sampled(path, arm, limits, options), path, arm, limits, options);
+    PlanResult result = checked(sampled(path, arm, limits, options), path, arm, limits, options);
+    bound(path, arm, limits, options, work.state().certified, result.trajectory.certificate);
+    return result;
   } catch (const MotionError& error) {
     PlanResult refused;
     refused.fault = error.fault();

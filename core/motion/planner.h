@@ -38,8 +38,8 @@ struct PlanOptions {
   double curvature_ramp_mm =
       0.4;  ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
   double split_angle_rad = 0.5235987755982988;  ///< sharper corners are stops (PATHSPLIT), 30 degrees
-  double trace_step_s = 0.0;                    ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
-  bool lower_bound = true;                      ///< fill Certificate::lower_bound_s
+  double trace_step_s = 0.0;  ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
+  bool lower_bound = true;    ///< fill Certificate::lower_bound_s
 };
 
 /// The continuous motion at one instant, for plots: norms of the Cartesian derivatives and joint derivatives.
