@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "cli/study_runner.h"
 #include "cli/targets.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
@@ -36,6 +37,19 @@ TEST_CASE("Every shipped experiment is valid, has a part and bears its file's na
     ++count;
   }
   CHECK(count >= 5);
+}
+
+TEST_CASE("Every shipped study resolves, and each of its parts covers cells of the grid") {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(kFolder / "studies")) {
+    INFO(entry.path().string());
+    const StudyPlan plan = plan_study(load_study(entry.path()), entry.path().parent_path(), inkjet_study_lab(), entry.path().string());
+    CHECK(plan.study.name == entry.path().stem().string());
+    for (std::size_t n = 0; n < plan.inputs.size(); ++n)
+      CHECK(mask_from_npy(blob(*plan.inputs[n], "mask").bytes, plan.experiments[n].grid, "mask").count() > 100);
+    ++count;
+  }
+  CHECK(count >= 1);
 }
 
 TEST_CASE("The shipped height map is what scripts/make_height_map.py writes") {
