@@ -93,7 +93,8 @@ class CsvReader {
   void finish() {
     if (path_.path.points.empty()) return;
     path_.number = ++number_;
-    sink_(std::move(path_), size_ > 0.0 ? double(read_bytes_) / size_ : 0.0);
+    path_.fraction = size_ > 0.0 ? double(read_bytes_) / size_ : 0.0;
+    sink_(std::move(path_));
     path_ = InputPath();
   }
 

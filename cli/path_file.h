@@ -20,10 +20,11 @@ struct InputPath {
   std::string tool = "flange";
   double yaw_rad = 0.0;
   motion::SpeedCeiling ceiling;
+  double fraction = 0.0;       ///< of the file that has been read with it, 0 to 1
 };
 
-/// Handed each path in order, and the fraction of the file that has been read.
-using PathSink = std::function<void(InputPath&&, double fraction)>;
+/// Handed each path in order.
+using PathSink = std::function<void(InputPath&&)>;
 
 /// Reads a *.csv or *.json file. @throws UsageError naming the file, line or key (for an unknown one the nearest known),
 /// and the limit: coordinates within +-100 m, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line

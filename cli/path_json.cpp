@@ -186,7 +186,8 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
     if (!any_speed_) path_.ceiling.point_mm_s.clear();
     path_.number = ++number_;
     const double at = double(in_.tellg());
-    sink_(std::move(path_), size_ > 0.0 && at > 0.0 ? at / size_ : 0.0);
+    path_.fraction = size_ > 0.0 && at > 0.0 ? at / size_ : 0.0;
+    sink_(std::move(path_));
     at_ = At::kPaths;
   }
 

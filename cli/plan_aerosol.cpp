@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -10,7 +11,9 @@
 #include "cli/exit_codes.h"
 #include "cli/print_job_file.h"
 #include "cli/run_folder.h"
+#include "cli/trajectory_file.h"
 #include "core/motion/fault.h"
+#include "runtime/build_info.h"
 
 namespace firn {
 namespace {
@@ -94,6 +97,20 @@ std::string csv(const AerosolPlan& plan, const motion::AerosolMachine& machine) 
   return text;
 }
 
+void write_stage(const std::string& file, const AerosolPlan& plan, const motion::AerosolMachine& machine, const Machine& config,
+                 const AerosolPlanOptions& o) {
+  PlannedPath path;
+  path.trajectory = motion::sample_stage(plan, machine);
+  path.trajectory.id = 1;
+  for (std::size_t n = 2; n + 1 < path.trajectory.positions.size(); n += 2)
+    path.path_mm += std::hypot(path.trajectory.positions[n] - path.trajectory.positions[n - 2],
+                               path.trajectory.positions[n + 1] - path.trajectory.positions[n - 1]);
+  TrajectoryWriter out(file, {config.name, o.corner, "firn " + build_commit(), path.trajectory.tick_s, o.origin_mm, {"x", "y"}, {"mm", "mm"}});
+  out.add(path);
+  out.finish();
+  std::fprintf(stderr, "wrote %s\n", file.c_str());
+}
+
 }  // namespace
 
 motion::AerosolMachine aerosol_machine(const Machine& machine) {
@@ -150,6 +167,7 @@ int run_plan_aerosol(const Machine& config, const AerosolPlanOptions& o) {
     write_file_atomically(file, text);
     std::fprintf(stderr, "wrote %s\n", file.c_str());
   };
+  if (!o.trajectory.empty()) write_stage(o.trajectory, plan, machine, config, o);
   write(o.csv, o.csv.empty() ? "" : csv(plan, machine));
   write(o.plot, o.plot.empty()
                     ? ""

@@ -13,6 +13,7 @@ struct AerosolPlanOptions {
   std::string corner = "loop";  ///< paper, loop or hybrid
   double tolerance_mm = 0.05;   ///< of hybrid
   Point2 origin_mm;             ///< added to the job's coordinates
+  std::string trajectory;       ///< the stage's samples, docs/trajectory-format.md; empty = none
   std::string csv, plot;        ///< files; empty = none
   bool json = false;
 };
@@ -20,7 +21,7 @@ struct AerosolPlanOptions {
 /// @pre machine.kind is "aerosol". Axes without a range in the file are not bounded.
 motion::AerosolMachine aerosol_machine(const Machine& machine);
 
-/// Prints the report of all three ways of turning corners, the chosen one marked; writes CSV and SVG of the
+/// Prints the report of all three ways of turning corners, the chosen one marked; writes the files of the
 /// chosen one.
 /// @returns 0; 1 when segments are refused (each is named with its reason, nothing is written). @throws
 /// UsageError

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "cli/exit_codes.h"
+#include "cli/plan_aerosol.h"
 #include "cli/plan_job.h"
 #include "cli/plan_outputs.h"
 #include "cli/plan_plot.h"
@@ -63,10 +64,9 @@ class PlanRun {
     job_.emplace(machine, job, [this](PlannedItem&& item) { take(std::move(item)); });
   }
 
-  void add(InputPath&& path, double fraction) {
+  void add(InputPath&& path) {
     if (interrupted) throw Interrupted();
     if (o_.json && read_++ == 0) std::fputs("{\"trajectories\": [", stdout);
-    fraction_ = fraction;
     job_->add(std::move(path));
   }
 
@@ -124,10 +124,10 @@ class PlanRun {
       } catch (const std::runtime_error& e) {
         return fault(e.what());
       }
-    if (!item.result.trace.empty()) draw(item);
+    if (!o_.plot.empty() && item.input.number == o_.plot_path) draw(item);
     if (o_.json) std::fputs(((paths_ > 1 ? ",\n  " : "\n  ") + item_json(item)).c_str(), stdout);
     else if (paths_ <= std::int64_t(kShownPaths)) print(item);
-    progress_.show(fraction_, fmt::format("{} paths", paths_));
+    progress_.show(item.input.fraction, fmt::format("{} paths", paths_));
   }
 
   void write_pulses(const PlannedItem& item) {
@@ -144,10 +144,13 @@ class PlanRun {
     PlanPlot plot;
     plot.title = fmt::format("Path {}: {:.1f} mm in {:.3f} s, {}", item.input.number, item.length_mm,
                              item.result.trajectory.certificate.duration_s, o_.method);
-    const std::size_t step = std::max<std::size_t>(1, item.result.trace.size() / kTraceSamples);
-    for (std::size_t n = 0; n < item.result.trace.size(); n += step) plot.trace.push_back(item.result.trace[n]);
-    if (plot.trace.back().t_s < item.result.trace.back().t_s) plot.trace.push_back(item.result.trace.back());
+    const std::vector<motion::TraceSample> all =
+        item.result.trace.empty() ? trace_of_samples(item.result.trajectory, item.result.tool) : item.result.trace;
+    const std::size_t step = std::max<std::size_t>(1, all.size() / kTraceSamples);
+    for (std::size_t n = 0; n < all.size(); n += step) plot.trace.push_back(all[n]);
+    if (!all.empty() && plot.trace.back().t_s < all.back().t_s) plot.trace.push_back(all.back());
     plot.limits = motion_limits(machine_);
+    plot.certificate = item.result.trajectory.certificate;
     for (int j = 0; j < motion::limited_joints(plot.limits, arm_->joints()); ++j) {
       plot.joint_names.push_back(arm_->joint_name(j));
       plot.joint_units.push_back(arm_->joint_unit(j));
@@ -197,36 +200,54 @@ class PlanRun {
   std::vector<std::string> faults_;
   std::vector<WorstRatio> worst_;
   std::string picture_;
-  double fraction_ = 0.0, duration_s_ = 0.0, lower_bound_s_ = 0.0;
+  double duration_s_ = 0.0, lower_bound_s_ = 0.0;
   std::int64_t read_ = 0, paths_ = 0, points_ = 0, samples_ = 0;
 };
 
 motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& machine) {
   const auto method = motion::method_named(o.method);
   if (!method) throw UsageError("--method " + o.method + ": must be one of certified, optimal, thesis, constant, default");
-  if (!(o.tolerance_mm >= 0.0 && o.tolerance_mm <= 10.0)) throw UsageError(fmt::format("--tolerance {}: must lie in [0, 10] mm", o.tolerance_mm));
   if (!(o.curvature_ramp_mm > 0.0 && o.curvature_ramp_mm <= 10.0)) throw UsageError(fmt::format("--ramp {}: must lie in (0, 10] mm", o.curvature_ramp_mm));
   if (o.plot_path < 1) throw UsageError("--plot-path: paths are counted from 1");
-  for (double v : o.origin_mm)
-    if (!(v >= -kMaxCoordinate_mm && v <= kMaxCoordinate_mm)) throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
   motion::PlanOptions plan;
   plan.method = *method;
-  plan.tolerance_mm = o.tolerance_mm;
+  plan.tolerance_mm = o.tolerance_mm < 0.0 ? 0.0 : o.tolerance_mm;
   plan.tick_s = machine.tick_s;
   plan.curvature_ramp_mm = o.curvature_ramp_mm;
   return plan;
 }
 
+void check_common(const PlanCommandOptions& o) {
+  const bool given = o.tolerance_mm != -1.0;
+  if (given && !(o.tolerance_mm >= 0.0 && o.tolerance_mm <= 10.0)) throw UsageError(fmt::format("--tolerance {}: must lie in [0, 10] mm", o.tolerance_mm));
+  for (double v : o.origin_mm)
+    if (!(v >= -kMaxCoordinate_mm && v <= kMaxCoordinate_mm)) throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
+}
+
+int run_aerosol(const PlanCommandOptions& o, const Machine& machine) {
+  if (o.method != "certified") throw UsageError("--method: not for an aerosol machine; it has --corner paper, loop or hybrid");
+  if (!o.pulses.empty()) throw UsageError("--pulses: not for an aerosol machine, whose shutter stands in the CSV");
+  AerosolPlanOptions a;
+  a.job = o.paths;
+  if (!o.corner.empty()) a.corner = o.corner;
+  if (o.tolerance_mm >= 0.0) a.tolerance_mm = o.tolerance_mm;
+  if (!o.origin_mm.empty()) a.origin_mm = {o.origin_mm[0], o.origin_mm[1]};
+  a.trajectory = o.output, a.csv = o.csv, a.plot = o.plot, a.json = o.json;
+  return run_plan_aerosol(machine, a);
+}
+
 }  // namespace
 
 int run_plan(const PlanCommandOptions& o) {
+  check_common(o);
   const Machine machine = load_machine(o.machine);
+  if (machine.kind == "aerosol") return run_aerosol(o, machine);
   if (!o.corner.empty()) throw UsageError("--corner: only for an aerosol machine; " + o.machine + " is of kind \"" + machine.kind + "\"");
   const motion::PlanOptions plan = plan_options(o, machine);
   InterruptGuard guard;
   PlanRun run(o, machine, plan);
   try {
-    read_paths(o.paths, [&](InputPath&& path, double fraction) { run.add(std::move(path), fraction); });
+    read_paths(o.paths, [&](InputPath&& path) { run.add(std::move(path)); });
     return run.finish();
   } catch (const TooManyFaults&) {
     return run.report_faults();

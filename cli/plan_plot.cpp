@@ -38,24 +38,22 @@ replay::Series drawn(const std::vector<TraceSample>& trace, const std::function<
   return line;
 }
 
-replay::Series level(double from_s, double to_s, double value) {
-  return {"limit", {from_s, to_s}, {value, value}, replay::Series::kReference};
+// The limit, and for values with a sign its other side, as one line with a gap.
+replay::Series limit_line(double from_s, double to_s, double value, bool both_sides) {
+  replay::Series line{"limit", {from_s, to_s}, {value, value}, replay::Series::kReference};
+  if (!both_sides) return line;
+  line.x.insert(line.x.end(), {to_s, from_s, to_s});
+  line.y.insert(line.y.end(), {std::nan(""), -value, -value});
+  return line;
 }
 
-std::string chart(const PlanPlot& p, const std::string& name, const std::string& unit, int style, double limit, bool signed_values,
+std::string chart(const PlanPlot& p, const std::string& name, const std::string& unit, double limit, bool signed_values,
                   const std::function<double(const TraceSample&)>& value) {
-  replay::Series line = drawn(p.trace, value);
-  line.label = name;
-  line.style = style;
-  std::vector<replay::Series> series{std::move(line)};
-  if (std::isfinite(limit)) {
-    series.push_back(level(p.trace.front().t_s, p.trace.back().t_s, limit));
-    if (signed_values) {
-      series.push_back(level(p.trace.front().t_s, p.trace.back().t_s, -limit));
-      series.back().label = "";
-    }
-  }
-  replay::ChartOptions options{name, "time [s]", name + " [" + unit + "]", false, false, !signed_values, {}};
+  std::vector<replay::Series> series{drawn(p.trace, value)};
+  series[0].label = name;
+  if (std::isfinite(limit)) series.push_back(limit_line(p.trace.front().t_s, p.trace.back().t_s, limit, signed_values));
+  replay::ChartOptions options;
+  options.title = name, options.x_name = "time [s]", options.y_name = unit, options.from_zero = !signed_values;  // the legend has the name
   // Motions that stay below their limit are drawn to its scale; the others show by how much they leave it.
   double reach = std::isfinite(limit) ? limit : 1e-9;
   for (double y : series[0].y) reach = std::max(reach, std::abs(y));
@@ -75,6 +73,21 @@ std::string colour(double share) {
 
 std::string placed(const std::string& svg, double x, double y, double width, double height) {
   return fmt::format("<svg x=\"{:.0f}\" y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.0f}\" overflow=\"visible\">", x, y, width, height) + svg + "</svg>\n";
+}
+
+std::string certificate_table(const Certificate& c, double left, double top) {
+  std::string s;
+  int n = 0;
+  const auto row = [&](const std::string& name, const std::string& ratio, const std::string& at) {
+    const double y = top + 24.0 * n++;
+    s += replay::svg_text(left, y, "start", "name", name) + replay::svg_text(left + 300, y, "end", "name", ratio) +
+         replay::svg_text(left + 420, y, "end", "name", at);
+  };
+  row("limit", "largest ratio", "at [s]");
+  for (const LimitRatio& l : c.limits) row(l.limit, replay::number(l.ratio, 4), replay::number(l.time_s, 3));
+  row("duration", replay::number(c.duration_s, 3) + " s", "");
+  if (c.lower_bound_s > 0.0) row("lower bound (speed, acceleration)", replay::number(c.lower_bound_s, 3) + " s", "");
+  return s;
 }
 
 }  // namespace
@@ -110,19 +123,40 @@ std::string speed_map(const std::vector<TraceSample>& trace, double top_mm_s, co
   return s + "</svg>\n";
 }
 
+std::vector<TraceSample> trace_of_samples(const Trajectory& t, const std::vector<Point2>& tool) {
+  const double h = t.tick_s;
+  const std::size_t axes = std::min<std::size_t>(std::size_t(t.axes), motion::kMaxJoints);
+  // Differences over whole ticks, each placed at its own end: what stands still before the start counts as rest.
+  const auto differences = [&](const std::function<double(std::size_t)>& value, std::size_t n) {
+    const auto at = [&](std::size_t back) { return value(n >= back ? n - back : 0); };
+    return std::array<double, 3>{(at(0) - at(1)) / h, (at(0) - 2 * at(1) + at(2)) / (h * h), (at(0) - 3 * at(1) + 3 * at(2) - at(3)) / (h * h * h)};
+  };
+  std::vector<TraceSample> trace(t.samples());
+  for (std::size_t n = 0; n < trace.size(); ++n) {
+    trace[n].t_s = double(n) * h;
+    trace[n].at = tool[n];
+    const auto x = differences([&](std::size_t k) { return tool[k].x_mm; }, n), y = differences([&](std::size_t k) { return tool[k].y_mm; }, n);
+    for (std::size_t k = 0; k < 3; ++k) trace[n].total[k] = std::hypot(x[k], y[k]);
+    for (std::size_t a = 0; a < axes; ++a)
+      trace[n].joint[a] = differences([&](std::size_t k) { return t.positions[k * std::size_t(t.axes) + a]; }, n);
+  }
+  return trace;
+}
+
 std::string plan_picture(const PlanPlot& p) {
   constexpr double kColumn = 440, kRow = 330, kMapRow = 400, kHead = 40;
   const std::size_t rows = 1 + p.joint_names.size();
   const double width = 3 * kColumn + 20, height = kHead + kMapRow + double(rows) * kRow;
   std::string s = fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" width=\"{:.0f}\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\">", width, height, width);
-  s += "<style>" + std::string(replay::kReportStyle) + "svg { background: var(--bg); } .head { font-size: 18px; fill: var(--fg); }</style>\n";
+  s += "<style>" + std::string(replay::kReportStyle) + "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; } .head { font-size: 18px; fill: var(--fg); }</style>\n";
   s += "<title>" + replay::escape_html(p.title) + "</title>\n" + replay::svg_text(width / 2, 26, "middle", "head", p.title);
-  s += placed(speed_map(p.trace, p.limits.position.rate, "path coloured by speed"), 10 + kColumn, kHead, kColumn - 16, kMapRow - 16);
+  s += placed(speed_map(p.trace, p.limits.position.rate, "path coloured by speed"), 10, kHead, kColumn - 16, kMapRow - 16);
+  s += certificate_table(p.certificate, 40 + kColumn, kHead + 30);
   const std::array<const char*, 3> total{"speed", "acceleration", "jerk"}, joint{"rate", "acceleration", "jerk"};
   const std::array<const char*, 3> per{"/s", "/s²", "/s³"};
   const std::array<double, 3> limits{p.limits.position.rate, p.limits.position.acceleration, p.limits.position.jerk};
   for (std::size_t k = 0; k < 3; ++k)
-    s += placed(chart(p, std::string("total ") + total[k], std::string("mm") + per[k], 0, limits[k], false,
+    s += placed(chart(p, std::string("total ") + total[k], std::string("mm") + per[k], limits[k], false,
                       [k](const TraceSample& t) { return t.total[k]; }),
                 10 + kColumn * double(k), kHead + kMapRow, kColumn - 16, kRow - 10);
   for (std::size_t j = 0; j < p.joint_names.size(); ++j) {
@@ -130,7 +164,7 @@ std::string plan_picture(const PlanPlot& p) {
     const motion::RateLimits& l = p.limits.joint[j];
     const std::array<double, 3> bound{l.rate * unit, l.acceleration * unit, l.jerk * unit};
     for (std::size_t k = 0; k < 3; ++k)
-      s += placed(chart(p, p.joint_names[j] + " " + joint[k], (p.joint_units[j] == "rad" ? "deg" : "mm") + std::string(per[k]), int(j) + 1, bound[k], true,
+      s += placed(chart(p, p.joint_names[j] + " " + joint[k], (p.joint_units[j] == "rad" ? "deg" : "mm") + std::string(per[k]), bound[k], true,
                         [j, k, unit](const TraceSample& t) { return t.joint[j][k] * unit; }),
                   10 + kColumn * double(k), kHead + kMapRow + kRow * double(j + 1), kColumn - 16, kRow - 10);
   }

@@ -14,12 +14,16 @@ struct PlanPlot {
   std::string title;
   std::vector<motion::TraceSample> trace;
   motion::MotionLimits limits;
+  Certificate certificate;
   std::vector<std::string> joint_names;   ///< those with a limit
   std::vector<std::string> joint_units;   ///< "rad" or "mm"; angles are drawn in degrees
 };
 
 /// One self-contained SVG. @pre at least two samples
 std::string plan_picture(const PlanPlot& plot);
+
+/// A trace by differences of the emitted samples: for methods that have no continuous motion behind them.
+std::vector<motion::TraceSample> trace_of_samples(const Trajectory& trajectory, const std::vector<Point2>& tool);
 
 /// The path alone, coloured by speed: for embedding (classes and colours of replay/report_style.cpp).
 std::string speed_map(const std::vector<motion::TraceSample>& trace, double top_mm_s, const std::string& title);

@@ -92,22 +92,22 @@ void figures(Reproduction& to) {
                   double(pulse_count(needed.back())), double(ticks.size()), 0.0));
   to.row(row_near("barnett.pulses.rectangle", "(6.5) as printed leads the integral at top speed by half a sample", "mm", 0.5 * kStep * kTop,
                   (pulses_needed_as_printed(nu_nominal, kStep)[n / 2] - pulses_needed(nu_nominal, kStep)[n / 2]) / (nu_nominal[n / 2] / kTop), 1e-6));
-  const replay::Series c{"path speed c", tau, nominal.speed_mm_s, 0}, output{"controller output u", tau, u, 1};
+  const replay::Series c{"path speed c", tau, nominal.speed_mm_s, 0}, output{"controller output u", tau, u, 0};
   const replay::Series q_nominal{"nominal (6.2)", tau, nominal.flow_mm3_s, 0}, q{"corrected (6.3)", tau, corrected.flow_mm3_s, 1};
-  to.picture({"barnett-fig-6-2", "Fig. 6-2: path speed, controller output (chosen) and flow of a straight path of 100 mm",
+  to.picture({"fig-6-2", "Fig. 6-2: path speed, controller output (chosen) and flow of a straight path of 100 mm",
               beside({chart({c}, "speed [mm/s]"), chart({output}, "u"), chart({q_nominal, q}, "flow [mm3/s]")}, "Fig. 6-2")});
-  replay::Series ttl{"TTL signal", {}, {}, 2};
+  replay::Series ttl{"TTL signal", {}, {}, 0};
   const double whole = corrected.duration_s();
   for (std::uint16_t tick : ticks) {
     const double t = tick * limits.tick_s;
     for (const auto& [at, level] : {std::pair{t, 0.0}, {t, 1.0}, {t + 0.00125, 1.0}, {t + 0.00125, 0.0}}) {
-      if (at < 0.30 || at > 0.50) continue;
+      if (at < 0.10 || at > 0.20) continue;
       ttl.x.push_back(at / whole);
       ttl.y.push_back(level);
     }
   }
-  to.picture({"barnett-fig-6-3", "Fig. 6-3: frequency h(Q), pulses needed, and the TTL signal between 0.30 and 0.50 s",
-              beside({chart({{"ν = h(Q)", tau, nu, 1}}, "frequency [Hz]"), chart({{"n (6.5)", tau, needed, 1}}, "pulses needed"), chart({ttl}, "TTL")}, "Fig. 6-3")});
+  to.picture({"fig-6-3", "Fig. 6-3: frequency h(Q), pulses needed, and the TTL signal between 0.10 and 0.20 s",
+              beside({chart({{"ν = h(Q)", tau, nu, 0}}, "frequency [Hz]"), chart({{"n (6.5)", tau, needed, 0}}, "pulses needed"), chart({ttl}, "TTL")}, "Fig. 6-3")});
 }
 
 void delivery_rows(Reproduction& to) {

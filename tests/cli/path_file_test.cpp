@@ -18,9 +18,9 @@ using Reader = void (*)(std::istream&, const std::string&, double, const PathSin
 std::vector<InputPath> paths_of(Reader reader, const std::string& text) {
   std::istringstream in(text);
   std::vector<InputPath> paths;
-  reader(in, "job", double(text.size()), [&](InputPath&& p, double fraction) {
-    CHECK(fraction >= 0.0);
-    CHECK(fraction <= 1.0);
+  reader(in, "job", double(text.size()), [&](InputPath&& p) {
+    CHECK(p.fraction > 0.0);
+    CHECK(p.fraction <= 1.0);
     paths.push_back(std::move(p));
   });
   return paths;
@@ -138,7 +138,7 @@ TEST_CASE("Any bytes are read or refused, never worse") {
 }
 
 TEST_CASE("A missing file or another ending is refused by name") {
-  const auto nothing = [](InputPath&&, double) {};
+  const auto nothing = [](InputPath&&) {};
   CHECK_THROWS_WITH(read_paths("no/such.csv", nothing), Contains("no such file"));
   CHECK_THROWS_WITH(read_paths(FIRN_SOURCE_DIR "/README.md", nothing), Contains(".csv or .json"));
 }
