@@ -23,6 +23,7 @@ struct GeometryConfig {            ///< the part inside a block of support; the 
   SolidSpec solid;                 ///< kind "none": one ink
   std::string images;              ///< folder of PNG layers, path relative to the experiment file
   double image_pitch_z_mm = 0.0076;
+  double judge_above_layers = 0.0; ///< where a cell's ink is judged, in layers h1 + 4 h2 + 4 h3 above its surface
 };
 
 struct ModelConfig {               ///< what the controllers believe [Lu 2015, Table I]

@@ -72,6 +72,7 @@ Table geometry_fields(Experiment& e) {
       {"geometry.height_mm", &s.height_mm, "mm", within(0, 1000), "ellipsoid: along z"},
       {"geometry.images", &e.geometry.images, "", text(), "images: folder of grey PNGs, one layer each in the order of their names, bottom first; white = object"},
       {"geometry.image_pitch_z_mm", &e.geometry.image_pitch_z_mm, "mm", above(0, 100), "images: height of one layer"},
+      {"geometry.judge_above_layers", &e.geometry.judge_above_layers, "layers", within(0, 1), "a cell's ink is that of M this far above its surface: 0 = at it [Lu 2015, IV-B], 0.5 = in the middle of the droplet to come"},
   };
 }
 

@@ -33,6 +33,9 @@ void check(const Setup& s) {
   if (!s.geometry) return;
   deposition::check(s.model_b);
   if (s.geometry->grid() != s.grid) throw std::invalid_argument("controller: the geometry has another grid");
+  if (!(std::isfinite(s.judge_above_mm) && s.judge_above_mm >= 0.0))
+    throw std::invalid_argument("controller: judge_above_mm = " + std::to_string(s.judge_above_mm) +
+                                " must not be below 0");
 }
 
 void check(const Measurement& m, const Setup& s) {
@@ -61,7 +64,7 @@ MaterialMap materials_at(const Setup& s, const HeightMap& height, double rise_mm
   if (!s.geometry) return {};
   MaterialMap inks(s.grid);
   for (std::size_t c = 0; c < inks.size(); ++c)
-    if (s.mask.cells[c]) inks.set(c, s.geometry->at(c, height.cells[c] + rise_mm));
+    if (s.mask.cells[c]) inks.set(c, s.geometry->at(c, height.cells[c] + (rise_mm + s.judge_above_mm)));
   return inks;
 }
 

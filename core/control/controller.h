@@ -27,11 +27,15 @@ struct Setup {
   /// support's; null: one ink.
   std::shared_ptr<const Geometry> geometry = nullptr;
   deposition::DropletModel model_b = {};  ///< g1, g2, g3
+  /// A cell's ink is judged this much above its surface: 0 as in the paper; half a layer is the middle of what the
+  /// droplet will fill, and does not carry every interface half a layer too high.
+  double judge_above_mm = 0.0;
 
   const deposition::DropletModel& model_of(Material m) const { return m == Material::kB ? model_b : model; }
 };
 /// @throws std::invalid_argument naming what is wrong: grid, sizes, an empty mask, a target not finite or
-/// negative, a geometry of another grid.
+/// negative, a geometry of another grid, a judge_above_mm not finite or
+/// negative.
 void check(const Setup& setup);
 
 /// The surface after `layer` layers.
@@ -70,8 +74,8 @@ void check(const Measurement& measurement, const Setup& setup);
 /// The measured heights with 0 mm where nothing was measured outside the mask.
 HeightMap known_heights(const Measurement& measurement);
 
-/// I_A and I_B [Lu 2015, IV-B]: each cell of the mask by whether its height lies in M, `rise_mm` higher if it is to
-/// be judged later. Without cells when the setup has one ink.
+/// I_A and I_B [Lu 2015, IV-B]: each cell of the mask by whether its height (and judge_above_mm) lies in M, `rise_mm`
+/// higher if it is to be judged later. Without cells when the setup has one ink.
 MaterialMap materials_at(const Setup& setup, const HeightMap& height, double rise_mm = 0.0);
 /// The same for a layer of fixed height, whatever was measured: all cells at height_mm.
 MaterialMap materials_at(const Setup& setup, double height_mm);

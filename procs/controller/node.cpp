@@ -64,7 +64,8 @@ control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
           e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose,
           e.control.mpc.seed,
           std::move(geometry),
-          {e.model.g1_mm, e.model.g2_mm, e.model.g3_mm}};
+          {e.model.g1_mm, e.model.g2_mm, e.model.g3_mm},
+          e.geometry.judge_above_layers * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm)};
 }
 
 ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,

@@ -113,6 +113,25 @@ TEST_CASE("Open loop assumes layers of a fixed height: its inks ignore what was 
   }
 }
 
+TEST_CASE("Inks judged half a layer above the surface are those of the droplet's middle, in every scheme") {
+  Setup s = block_setup(15, 0.076);
+  s.judge_above_mm = 0.0038;
+  RandomStream random(205, Purpose::kTest);
+  HeightMap h(s.grid);
+  for (double& v : h.cells) v = random.uniform(0.0, 0.076);
+  ControlOptions o;
+  for (const char* scheme : {"mpc", "smf", "threshold", "open_loop"}) {
+    o.scheme = scheme;
+    const Decision d = make_controller(s, o)->decide({h, 4, 0, 0.0});
+    for (std::size_t c = 0; c < h.size(); ++c) {
+      const double surface = o.scheme == "open_loop" ? 4 * 0.0076 : h.cells[c];
+      CHECK(d.materials.of(c) == s.geometry->at(c, surface + 0.0038));
+    }
+  }
+  s.judge_above_mm = -1.0;
+  CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("judge_above_mm"));
+}
+
 TEST_CASE("One ink: decisions carry no materials") {
   Setup s = block_setup(9, 0.05);
   s.geometry = nullptr;
