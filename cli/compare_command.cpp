@@ -38,7 +38,7 @@ void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal) {
   if (journal.size() > found)
     fmt::print(stderr, "{} results in the folder are of other settings or of another build: kept, not used\n", journal.size() - found);
   if (journal.damaged() > 0)
-    fmt::print(stderr, "{} lines of the record are torn or damaged: these prints are made anew\n", journal.damaged());
+    fmt::print(stderr, "torn or damaged lines of the record: {}; these prints are made anew\n", journal.damaged());
 }
 
 std::vector<std::pair<std::string, std::string>> provenance(const StudyPlan& plan) {

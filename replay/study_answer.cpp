@@ -41,6 +41,20 @@ std::string sure_text(const ArmComparison& c, std::size_t family) {
          std::to_string(c.values.pairs) + " seeds";
 }
 
+// Part by part, a pair may go either way where the mean over all parts shows nothing.
+void note_disagreement(const StudyTable& t, const StudyAnalysis& a, std::size_t x, std::size_t y, std::vector<std::string>& notes) {
+  std::string sides[2];  // where x is better, where y is
+  for (const ArmComparison& c : a.comparisons) {
+    if (c.metric != 0 || c.part == kAllParts || c.holm_p > kAlpha || !((c.a == x && c.b == y) || (c.a == y && c.b == x))) continue;
+    const bool x_better = (c.values.difference < 0.0) == (c.a == x);
+    std::string& side = sides[x_better ? 0 : 1];
+    side += (side.empty() ? "" : ", ") + t.parts[std::size_t(c.part)] + " by " +
+            fixed(std::abs(c.values.difference), t.metrics[0].decimals) + " " + t.metrics[0].unit;
+  }
+  if (!sides[0].empty() && !sides[1].empty())
+    notes.push_back("The parts disagree: " + t.arms[x] + " is better on " + sides[0] + "; " + t.arms[y] + " on " + sides[1]);
+}
+
 }  // namespace
 
 std::string p_text(double p) {
@@ -94,6 +108,7 @@ std::vector<std::string> study_notes(const StudyTable& t, const StudyAnalysis& a
     if (a.failed[arm] > 0)
       notes.push_back(std::to_string(a.failed[arm]) + " of " + std::to_string(planned) + " prints of " + t.arms[arm] +
                       " did not finish: their seeds are left out of its comparisons");
+  for (std::size_t n = 1; n < a.ranking.size(); ++n) note_disagreement(t, a, a.ranking[0], a.ranking[n], notes);
   const std::size_t family = t.arms.size() * (t.arms.size() - 1) / 2;
   const double smallest = double(family) * statistics::smallest_p(t.seeds.size());
   if (t.arms.size() > 1 && smallest > kAlpha)

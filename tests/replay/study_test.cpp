@@ -88,6 +88,19 @@ TEST_CASE("the unit is the seed: parts that repeat one difference do not make it
   CHECK(analyse(five).primary(0, 1).values.pairs == 12);
 }
 
+TEST_CASE("parts that go opposite ways are told, though their mean shows nothing") {
+  StudyTable t = made({0.0, 0.0}, 30, 0.05);
+  for (std::size_t s = 0; s < 30; ++s) t.runs[s].metrics[0] -= 1.0, t.runs[30 + s].metrics[0] += 1.0;
+  const StudyAnalysis a = analyse(t);
+  CHECK(says(a, "not distinguishable"));
+  REQUIRE(a.notes.size() == 1);
+  CHECK(a.notes[0].find("The parts disagree") != std::string::npos);
+  const bool first = a.ranking[0] == 0;  // the note begins with the one of smaller mean
+  CHECK(a.notes[0].find(first ? "arm0 is better on part0 by" : "arm1 is better on part1 by") != std::string::npos);
+  CHECK(a.notes[0].find(first ? "arm1 on part1 by" : "arm0 on part0 by") != std::string::npos);
+  CHECK(analyse(made({0.0, 1.0}, 30, 0.05)).notes.empty());
+}
+
 TEST_CASE("prints that did not finish are counted and told, and their seeds are left out of both sides") {
   StudyTable t = made({1.0, 0.0}, 30, 0.1);
   for (std::size_t s = 0; s < 4; ++s) t.runs[s] = {false, "waits for operator", "max_layers", {0.001, 1.0}};  // would flatter arm0
