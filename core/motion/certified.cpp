@@ -14,21 +14,25 @@ struct Effort {
   int inner_checks;
 };
 
-Effort effort(Method method) {
-  if (method != Method::kOptimal) return {CellSizes{}, ProfileOptions{}, 1};
-  CellSizes fine;
-  fine.ramp_cells = 32;
-  fine.ramp_exit_mm = 0.02;
-  fine.growth = 1.08;
-  fine.rest_growth = 1.04;
-  fine.largest_mm = 0.6;
-  fine.arc_angle_rad = 0.015;
-  fine.rest_mm = 0.01;
-  ProfileOptions converged;
-  converged.gap = 1e-4;
-  converged.most_iterations = 80;
-  return {fine, converged, 2};
+/// How hard the profile is worked on. When the check shows that a limit is exceeded between the places where
+/// the solver looked, or the solver did not converge, the next attempt is finer.
+Effort effort(Method method, int attempt) {
+  Effort e{CellSizes{}, ProfileOptions{}, 1};
+  if (method == Method::kOptimal) {
+    e.sizes.rest_growth = 1.04;
+    e.sizes.rest_mm = 0.01;
+    e.sizes.split = 8.0;
+    e.solver.gap = 1e-4;
+    e.solver.most_iterations = 80;
+    e.inner_checks = 2;
+  }
+  if (attempt > 0) e.solver.most_iterations = 80;
+  return e;
 }
+
+constexpr int kAttempts = 4;
+constexpr double kCellFactor = 1.002;  ///< cells that need more are divided for the next attempt
+constexpr double kGoodFactor = 1.006;  ///< slowing down by less than this is cheaper than another attempt
 
 /// Ratios of the motion in `out` at both ends and inside of every piece.
 void check(const CertifiedTask& task, int inner, CertifiedWork& work, Stretch& out) {
@@ -57,56 +61,75 @@ bool plan_straight(const CertifiedTask& task, CertifiedWork& work, Stretch& out)
   return true;
 }
 
-}  // namespace
+void bound(const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
+  if (auto fault = compute_rows(out.curve, task.arm, task.placement, task.joints, work.rows)) {
+    fault->index = out.first;
+    throw MotionError(*fault);
+  }
+  speed_bound(out.curve, work.rows, task.groups, work.bound);
+  out.bound_s = work.bound.duration_s;
+}
 
-void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, const CertifiedTask& task,
-                  CertifiedWork& work, Stretch& out) {
-  const Effort effort = motion::effort(task.options.method);
-  CurveSpec spec{task.options.curvature_ramp_mm, task.options.tolerance_mm, effort.sizes};
-  build_curve(points, ceiling, spec, work.curve, out.curve);
-  for (int tries = 0; spec.tolerance_mm > 0.0; ++tries) {
-    out.deviation_mm = deviation(out.curve, points, work.length);
-    if (out.deviation_mm <= task.options.tolerance_mm || tries == 6) break;
-    spec.tolerance_mm *= std::min(0.9, 0.98 * task.options.tolerance_mm / out.deviation_mm);
-    build_curve(points, ceiling, spec, work.curve, out.curve);
-  }
-  if (!(spec.tolerance_mm > 0.0))
-    out.deviation_mm = out.curve.straight ? 0.0 : deviation(out.curve, points, work.length);
-  const auto bound = [&] {
-    if (auto fault = compute_rows(out.curve, task.arm, task.placement, task.joints, work.rows)) {
-      fault->index = out.first;
-      throw MotionError(*fault);
-    }
-    speed_bound(out.curve, work.rows, task.groups, work.bound);
-    out.bound_s = work.bound.duration_s;
-  };
-  if (out.curve.straight && plan_straight(task, work, out)) {
-    if (task.options.lower_bound) bound();
-    return;
-  }
-  bound();
+void solve(const CertifiedTask& task, const Effort& effort, CertifiedWork& work, Stretch& out) {
   solve_profile(out.curve, work.rows, task.groups, work.bound.limit, work.bound.b, effort.solver, work.solver,
                 work.profile);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
-  if (out.factor < 1.05) return;
-  // The solver did not converge: its first guess, slowed down, always serves.
-  Stretch guess;
-  guess.curve = out.curve;
-  guess.first = out.first;
-  ProfileOptions none = effort.solver;
-  none.most_iterations = 0;
-  solve_profile(out.curve, work.rows, task.groups, work.bound.limit, work.bound.b, none, work.solver,
-                work.profile);
-  time_profile(guess.curve, work.profile, guess.motion);
-  check(task, effort.inner_checks, work, guess);
-  if (!(guess.duration_s() < out.duration_s())) {
-    if (std::isfinite(out.duration_s())) return;
-    throw MotionError(Fault(Reason::kNoSolution));
+}
+
+}  // namespace
+
+void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, const CertifiedTask& task,
+                  CertifiedWork& work, Stretch& out) {
+  CurveSpec spec{task.options.curvature_ramp_mm, task.options.tolerance_mm,
+                 effort(task.options.method, 0).sizes};
+  build_curve(points, spec, work.curve);
+  for (int tries = 0;; ++tries) {
+    const Curve& curve = work.curve.coarse;
+    out.deviation_mm = curve.straight ? 0.0 : deviation(curve, points, work.length);
+    if (!(spec.tolerance_mm > 0.0) || out.deviation_mm <= task.options.tolerance_mm || tries == 6) break;
+    spec.tolerance_mm *= std::min(0.9, 0.98 * task.options.tolerance_mm / out.deviation_mm);
+    build_curve(points, spec, work.curve);
   }
-  out.motion = std::move(guess.motion);
-  out.ratios = guess.ratios;
-  out.factor = guess.factor;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const Effort effort = motion::effort(task.options.method, attempt);
+    Stretch& trial = attempt == 0 ? out : work.trial;
+    if (attempt == 0) {
+      refine(effort.sizes, work.curve, trial.curve);
+    } else {
+      if (attempt == 1) trial.curve = out.curve;
+      divide(effort.sizes, work.curve, work.excess, kCellFactor, trial.curve);
+    }
+    set_ceiling(points, ceiling, work.curve, trial.curve);
+    trial.first = out.first;
+    trial.deviation_mm = out.deviation_mm;
+    if (attempt == 0 && trial.curve.straight && plan_straight(task, work, trial)) {
+      if (task.options.lower_bound) bound(task, work, trial);
+      return;
+    }
+    bound(task, work, trial);
+    solve(task, effort, work, trial);
+    const bool good = trial.factor < kGoodFactor;
+    if (!good) cell_factors(trial.curve, work.batch, work.tool, work.joint, task.groups, work.excess);
+    if (attempt > 0 && trial.duration_s() < out.duration_s()) {
+      const Curve divided = trial.curve;
+      std::swap(trial, out);
+      trial.curve = divided;
+    }
+    if (good) return;
+  }
+  // the solver's first guess, slowed down, always serves
+  Effort none = effort(task.options.method, 0);
+  none.solver.most_iterations = 0;
+  Stretch& guess = work.trial;
+  guess.first = out.first;
+  guess.deviation_mm = out.deviation_mm;
+  refine(none.sizes, work.curve, guess.curve);
+  set_ceiling(points, ceiling, work.curve, guess.curve);
+  bound(task, work, guess);
+  solve(task, none, work, guess);
+  if (!(out.duration_s() <= guess.duration_s())) std::swap(guess, out);
+  if (!std::isfinite(out.duration_s())) throw MotionError(Fault(Reason::kNoSolution));
 }
 
 }  // namespace firn::motion

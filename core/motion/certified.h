@@ -34,8 +34,9 @@ struct CertifiedWork {
   StateBatch batch;
   Jets tool, joint;
   std::vector<Stretch> stretches;
+  Stretch trial;
   std::vector<std::size_t> stops;
-  std::vector<double> length;
+  std::vector<double> length, excess;
 };
 
 /// What all stretches of a path share.

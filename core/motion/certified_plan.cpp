@@ -301,7 +301,7 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
     const double slow = ticks * options.tick_s / emission.duration_s();
     RatioTable seen = emit(emission, input, task, work, slow, std::size_t(ticks) + 1, result);
     if (const double factor = seen.time_factor(); factor > 1.0002 && tries < 4) {
-      needed *= factor;
+      needed = slow * factor;
       continue;
     }
     inside.stretch(slow);

@@ -14,6 +14,9 @@ double norm(Vec v) { return std::sqrt(v.x * v.x + v.y * v.y); }
 double cross(Vec a, Vec b) { return a.x * b.y - a.y * b.x; }
 double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y; }
 
+constexpr double kCertainTurn = 0.5;  ///< of an arc of four points, rad
+constexpr double kCertainMm = 2.0;    ///< of a line of three points
+
 /// Last point of the longest run from i that lies on one line: the sleeve of directions that pass every
 /// point.
 std::size_t line_run(std::span<const Point2> p, std::size_t i) {
@@ -216,13 +219,18 @@ void recognise(std::span<const Point2> p, std::vector<CurvePiece>& pieces) {
     Circle circle;
     const std::size_t line = line_run(p, i);
     const std::size_t arc = line + 1 < p.size() ? arc_run(p, i, circle) : i;
-    if (arc > line && arc >= i + 3) {
+    if (arc > line && arc >= i + 3) set_arc(piece, circle, p[i], p[arc]);
+    // four points of a smooth curve may lie on one circle, three on one line, by chance
+    if (arc > line &&
+        (arc >= i + 4 || (arc == i + 3 && piece.length_mm * std::abs(piece.curvature) > kCertainTurn))) {
       piece.last = arc;
-      set_arc(piece, circle, p[i], p[arc]);
     } else {
-      piece.last = line;
-      piece.chord = line == i + 1;
       set_line(piece, p[i], p[line]);
+      const bool certain =
+          line >= i + 3 || (line == i + 2 && (piece.length_mm > kCertainMm || p.size() == 3));
+      if (!certain && line > i + 1) set_line(piece, p[i], p[i + 1]);
+      piece.last = certain ? line : i + 1;
+      piece.chord = !certain;
     }
     i = piece.last;
     pieces.push_back(piece);

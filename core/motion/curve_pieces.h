@@ -29,10 +29,10 @@ struct CurvePiece {
 inline constexpr double kRecogniseMm = 2e-5;
 inline constexpr double kSagittaMm = 0.03;
 
-/// Greedy: from each point the longest run of >= 3 points on a line or >= 4 points on a circle (within
-/// kRecogniseMm, chords' sagitta <= kSagittaMm), else one chord. Neighbouring pieces that are tangent to each
-/// other are joined at their point of tangency, also where no input point lies there (a chord across the
-/// joint is dropped).
+/// Greedy: from each point the longest run of points on a line or circle (>= 4 or >= 5 points, one less where
+/// chance is out of the question; within kRecogniseMm, chords' sagitta <= kSagittaMm), else one chord.
+/// Neighbouring pieces that are tangent to each other are joined at their point of tangency, also where no
+/// input point lies there (a chord across the joint is dropped).
 /// @pre points has no repeated neighbours and at least two entries. Time: O(n log n).
 void recognise(std::span<const Point2> points, std::vector<CurvePiece>& pieces);
 

@@ -90,6 +90,26 @@ void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, c
       table.ceiling = batch.state[n].v / curve.ceiling[batch.cell[n]];
 }
 
+void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
+                  const RowGroups& groups, std::vector<double>& factor) {
+  factor.assign(curve.cells(), 0.0);
+  for (std::size_t n = 0; n < batch.size(); ++n) {
+    double& most = factor[batch.cell[n]];
+    most = std::max(most, batch.state[n].v / curve.ceiling[batch.cell[n]]);
+    for (int g = 0; g < groups.count; ++g) {
+      double size[3];
+      for (int k = 0; k < 3; ++k) {
+        const double a = g == 0 ? tool.of(kX, k + 1)[n] : joint.of(g - 1, k + 1)[n],
+                     b = g == 0 ? tool.of(kY, k + 1)[n] : 0.0;
+        size[k] = std::sqrt(a * a + b * b);
+      }
+      const RateLimits& limit = groups.group[g].limit;
+      most = std::max({most, size[0] / limit.rate, std::sqrt(size[1] / limit.acceleration),
+                       std::cbrt(size[2] / limit.jerk)});
+    }
+  }
+}
+
 void check_states(const Curve& curve, const TimedMotion& motion, int inner, StateBatch& batch) {
   batch.clear();
   std::size_t cell = 0;

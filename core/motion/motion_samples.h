@@ -41,6 +41,10 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
 void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
                 const RowGroups& groups, RatioTable& table);
 
+/// Of each cell of the curve the factor by which time would have to be stretched for the states in it.
+void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
+                  const RowGroups& groups, std::vector<double>& factor);
+
 /// States at both ends (from inside) and at `inner` equally spaced instants inside every piece of the motion.
 void check_states(const Curve& curve, const TimedMotion& motion, int inner, StateBatch& batch);
 

@@ -60,14 +60,12 @@ void set_joints(const CurveSpec& spec, CurveWork& work) {
     joint.turn_x = b.tx - t.x_mm;
     joint.turn_y = b.ty - t.y_mm;
     const double turn = norm(joint.turn_x, joint.turn_y), room = std::min(a.length_mm, b.length_mm);
-    if ((a.chord || b.chord) && room < 2.0 * spec.ramp_mm && spec.tolerance_mm <= 0.0) {
+    if ((a.chord || b.chord) && room < 2.0 * spec.ramp_mm && turn * room < 8.0 * kSagittaMm) {
       joint = {joint.s};
       joint.interpolate = true;
       continue;
     }
     const double jump = b.curvature - a.curvature;
-    joint.jump_x = -jump * b.ty;
-    joint.jump_y = jump * b.tx;
     if (jump == 0.0) joint.half_ramp = 0.0;
     if (turn > kSmallTurn) {
       const double allowed =
@@ -77,88 +75,104 @@ void set_joints(const CurveSpec& spec, CurveWork& work) {
   }
 }
 
-double ramp_shift(double x, double half) {  // e(x)
-  const double y = half - std::abs(x);
-  if (y <= 0.0) return 0.0;
-  const double e = y * y * y / (12.0 * half);
-  return x < 0.0 ? e : -e;
-}
-
 double hat_shift(double x, double half) {
   const double y = half - std::abs(x);
   return y > 0.0 ? y * y * y / (6.0 * half * half) : 0.0;
 }
 
-/// Whether the shift of the arcs beside a joint must be gone there.
-bool pinned(const Joint& joint) { return joint.interpolate; }
+/// Mean position of the base over [s - half, s + half]: Gauss's rule of four points on the part of each piece
+/// in it.
+Point2 mean_position(const CurveWork& work, std::size_t k, double s, double half) {
+  static constexpr double at[4] = {0.069431844202973714, 0.33000947820757187, 0.66999052179242813,
+                                   0.93056815579702629};
+  static constexpr double weight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                                       0.17392742256872693};
+  const double from = s - half, to = s + half;
+  std::size_t first = k;
+  while (first > 0 && work.offset[first] > from) --first;
+  Point2 sum;
+  for (std::size_t p = first; p < work.pieces.size() && work.offset[p] < to; ++p) {
+    // the first and last piece go on beyond the ends of the path
+    const double low = p == 0 ? from : std::max(from, work.offset[p]);
+    const double high = p + 1 == work.pieces.size() ? to : std::min(to, work.offset[p + 1]);
+    if (high <= low) continue;
+    const double share = (high - low) / (to - from);
+    for (int g = 0; g < 4; ++g) {
+      const Point2 q = work.pieces[p].at(low + at[g] * (high - low) - work.offset[p]);
+      sum.x_mm += share * weight[g] * q.x_mm;
+      sum.y_mm += share * weight[g] * q.y_mm;
+    }
+  }
+  return sum;
+}
 
 /// Position of the ramped curve at s in piece k.
 Point2 ramped(const CurveWork& work, std::size_t k, double s) {
   const CurvePiece& piece = work.pieces[k];
-  const double local = s - work.offset[k];
+  const Joint &a = work.joints[k], &b = work.joints[k + 1];
+  const double local = s - work.offset[k], rest = work.offset[k + 1] - s;
   Point2 p = piece.at(local);
-  if (piece.curvature != 0.0) {
-    const Joint &a = work.joints[k], &b = work.joints[k + 1];
-    const double half = std::max(a.half_ramp, b.half_ramp);
-    const double left = pinned(a) ? 0.0 : 1.0, right = pinned(b) ? 0.0 : 1.0;
-    const double fade = left + (right - left) * (local / piece.length_mm);
-    const double shift = fade * piece.curvature * half * half / 6.0;  // kappa w^2 / 24
-    const Point2 t = piece.tangent(local);
-    p.x_mm -= shift * t.y_mm;
-    p.y_mm += shift * t.x_mm;
+  double half = 0.0;
+  if (piece.curvature != 0.0)
+    half = std::max(a.half_ramp, b.half_ramp);
+  else if (local < a.half_ramp)
+    half = a.half_ramp;
+  else if (rest < b.half_ramp)
+    half = b.half_ramp;
+  if (half > 0.0) {
+    // the shift of an arc is gone where the path ends and at interpolated vertices
+    const double left = a.interpolate ? 0.0 : 1.0, right = b.interpolate ? 0.0 : 1.0;
+    const double fade = piece.curvature == 0.0 ? 1.0 : left + (right - left) * (local / piece.length_mm);
+    if (local >= half && rest >= half) {
+      const double angle = half * piece.curvature, r = 1.0 / piece.curvature;
+      const double shift = fade * r * (1.0 - std::sin(angle) / angle);  // kappa w^2 / 24 to first order
+      const Point2 t = piece.tangent(local);
+      p = {p.x_mm - shift * t.y_mm, p.y_mm + shift * t.x_mm};
+    } else {
+      const Point2 mean = mean_position(work, k, s, half);
+      p = {p.x_mm + fade * (mean.x_mm - p.x_mm), p.y_mm + fade * (mean.y_mm - p.y_mm)};
+    }
   }
-  const auto add = [&](const Joint& joint) {
-    const double x = s - joint.s;
-    if (joint.half_ramp > 0.0) {
-      const double e = ramp_shift(x, joint.half_ramp);
-      p.x_mm += e * joint.jump_x;
-      p.y_mm += e * joint.jump_y;
-    }
-    if (joint.half_hat > 0.0) {
-      const double e = hat_shift(x, joint.half_hat);
-      p.x_mm += e * joint.turn_x;
-      p.y_mm += e * joint.turn_y;
-    }
-  };
-  const auto reaches = [&](const Joint& j) { return std::abs(s - j.s) < std::max(j.half_ramp, j.half_hat); };
-  for (std::size_t j = k + 1; j-- > 0 && k - j < 3;)
-    if (reaches(work.joints[j])) add(work.joints[j]);
-  for (std::size_t j = k + 1; j < work.joints.size() && j - k < 4; ++j)
-    if (reaches(work.joints[j])) add(work.joints[j]);
+  for (std::size_t j = k < 2 ? 0 : k - 2; j < work.joints.size() && j < k + 4; ++j) {
+    const Joint& joint = work.joints[j];
+    if (!(joint.half_hat > 0.0)) continue;
+    const double e = hat_shift(s - joint.s, joint.half_hat);
+    p.x_mm += e * joint.turn_x;
+    p.y_mm += e * joint.turn_y;
+  }
   return p;
 }
 
 }  // namespace
 
-void build_curve(std::span<const Point2> points, std::span<const double> ceiling, const CurveSpec& spec,
-                 CurveWork& work, Curve& curve) {
+void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work) {
   recognise(points, work.pieces);
   set_joints(spec, work);
-  place_knots(spec, work, curve.s);
-  const std::size_t n = curve.s.size();
-  curve.x.resize(n);
-  curve.y.resize(n);
+  Curve& coarse = work.coarse;
+  place_knots(spec, work, coarse.s);
+  const std::size_t n = coarse.s.size();
+  coarse.x.resize(n);
+  coarse.y.resize(n);
   std::size_t k = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    while (k + 1 < work.pieces.size() && curve.s[i] >= work.offset[k + 1]) ++k;
-    const Point2 p = ramped(work, k, curve.s[i]);
-    curve.x[i] = p.x_mm;
-    curve.y[i] = p.y_mm;
+    while (k + 1 < work.pieces.size() && coarse.s[i] >= work.offset[k + 1]) ++k;
+    const Point2 p = ramped(work, k, coarse.s[i]);
+    coarse.x[i] = p.x_mm;
+    coarse.y[i] = p.y_mm;
   }
-  curve.x[0] = points.front().x_mm;
-  curve.y[0] = points.front().y_mm;
-  curve.x[n - 1] = points.back().x_mm;
-  curve.y[n - 1] = points.back().y_mm;
+  coarse.x[0] = points.front().x_mm;
+  coarse.y[0] = points.front().y_mm;
+  coarse.x[n - 1] = points.back().x_mm;
+  coarse.y[n - 1] = points.back().y_mm;
   const CurvePiece &a = work.pieces.front(), &b = work.pieces.back();
   const Point2 t = b.tangent(b.length_mm);
-  spline(curve.s, curve.x, -a.curvature * a.ty, -b.curvature * t.y_mm, curve.xx, work.sweep);
-  spline(curve.s, curve.y, a.curvature * a.tx, b.curvature * t.x_mm, curve.yy, work.sweep);
-  curve.straight = work.pieces.size() == 1 && a.curvature == 0.0;
-  if (curve.straight) {
-    std::fill(curve.xx.begin(), curve.xx.end(), 0.0);
-    std::fill(curve.yy.begin(), curve.yy.end(), 0.0);
+  spline(coarse.s, coarse.x, -a.curvature * a.ty, -b.curvature * t.y_mm, coarse.xx, work.sweep);
+  spline(coarse.s, coarse.y, a.curvature * a.tx, b.curvature * t.x_mm, coarse.yy, work.sweep);
+  coarse.straight = work.pieces.size() == 1 && a.curvature == 0.0;
+  if (coarse.straight) {
+    std::fill(coarse.xx.begin(), coarse.xx.end(), 0.0);
+    std::fill(coarse.yy.begin(), coarse.yy.end(), 0.0);
   }
-  set_ceiling(points, ceiling, work, curve);
 }
 
 Point2 Curve::at(std::size_t i, double at_mm) const {

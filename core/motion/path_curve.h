@@ -1,12 +1,11 @@
 // The curve that is followed: twice continuously differentiable, piecewise cubic, with curvature jumps ramped
 // over w.
 //
-// Base: lines and arcs (core/motion/curve_pieces.h). Ramped curve = base convolved with a box of width w. To
-// first order in w that moves the base along its left normal N by
-//   d(s) = kappa(s) w^2 / 24 + sum over jumps k of [kappa]_k e(s - s_k),
-//   e(x) = (w/2 + x)^3 / (6 w) for -w/2 <= x < 0,  -(w/2 - x)^3 / (6 w) for 0 <= x <= w/2,
-// so that the curvature is linear over each ramp, turning angle and length stay, and the shift is at most w^2
-// / (24 R) (errata, chapter 4). A corner (tangents T1, T2) of a sparse polygon is convolved with the hat of
+// Base: lines and arcs (core/motion/curve_pieces.h). Ramped curve = base convolved with a box of width w:
+//   r(s) = mean of the base over [s - w/2, s + w/2].
+// A jump of curvature becomes a ramp of length w centred on it; turning angle and length stay, lines stay
+// where they are, and an arc moves by R (1 - sin(w / 2R) / (w / 2R)), at most w^2 / (24 R), towards its
+// centre (errata, chapter 4). A corner (tangents T1, T2) of a sparse polygon is convolved with the hat of
 // half width w: shift (T2 - T1) (w - |x|)^3 / (6 w^2), at most |T2 - T1| w / 6. Vertices of a polygon sampled
 // more densely than 2 w are interpolated: curvature is then linear between them, as in the thesis's sampling
 // at constant spacing. The shift vanishes at both ends, which are points of the path.
@@ -33,6 +32,8 @@ struct CellSizes {
   double largest_mm = 5.0;
   double arc_angle_rad = 0.12;  ///< turning of one cell on an arc
   double rest_mm = 0.06;        ///< first cell at rest
+  double split = 1.0;           ///< every cell of the spline is divided into about so many
+  double least_cells = 60.0;    ///< curves of few cells are divided up to here (at most into four)
 };
 
 struct Curve {
@@ -58,9 +59,9 @@ struct CurveSpec {
 struct CurveWork {
   struct Joint {
     double s = 0.0, half_ramp = 0.0, half_hat = 0.0;
-    double jump_x = 0.0, jump_y = 0.0;  ///< [kappa] N
     double turn_x = 0.0, turn_y = 0.0;  ///< T2 - T1
-    bool interpolate = false;
+    bool interpolate = false;           ///< the vertex itself is a point of the curve
+    bool smooth = false;                ///< and needs no knot: its neighbours' spline passes it
   };
   struct Mark {
     double s, spacing, growth;
@@ -70,14 +71,23 @@ struct CurveWork {
   std::vector<Joint> joints;
   std::vector<Mark> marks;
   std::vector<double> sweep;
+  Curve coarse;
 };
 
-/// @param points one stretch between two stops; @param ceiling one value per segment of it
-void build_curve(std::span<const Point2> points, std::span<const double> ceiling, const CurveSpec& spec,
-                 CurveWork& work, Curve& curve);
+/// The spline of one stretch between two stops, into work.coarse (without ceilings).
+void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work);
 
-/// Parts of build_curve: the knots, and each cell's ceiling.
+/// Part of build_curve: where the spline's knots are.
 void place_knots(const CurveSpec& spec, CurveWork& work, std::vector<double>& knots);
+
+/// work.coarse with cells as the speed profile needs them: the same curve, more knots.
+void refine(const CellSizes& sizes, CurveWork& work, Curve& fine);
+
+/// Divides the cells of `curve` whose excess is above `most`, and their neighbours, into three.
+void divide(const CellSizes& sizes, CurveWork& work, std::span<const double> excess, double most,
+            Curve& curve);
+
+/// Each cell's ceiling from those of the segments of `points` (empty = none).
 void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work,
                  Curve& curve);
 

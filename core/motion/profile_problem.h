@@ -18,6 +18,29 @@
 
 namespace firn::motion {
 
+namespace profile {
+
+/// Arrays of one family of constraints: slack, multiplier, gradient in up to three control values, residual.
+/// After step_lengths, residual and g0 hold the steps of slack and multiplier.
+struct Term {
+  double *slack, *multiplier, *g0, *g1, *g2, *residual;
+};
+
+/// What the loops over cells and knots (profile_loops.inc) work on. Arrays are indexed by knot or cell.
+struct Loops {
+  std::size_t n = 0, groups = 0;  ///< cells; groups of rows
+  bool pair[1 + kMaxJoints] = {};
+  double *h, *b0, *b1, *over_top, *c, *step;
+  double* q[1 + kMaxJoints][2][2];     ///< acceleration forms: [group][row][control value]
+  double* p[2][1 + kMaxJoints][2][3];  ///< jerk forms: [end of the cell][group][row][control value]
+  Term speed, acceleration[1 + kMaxJoints], jerk[2][1 + kMaxJoints];
+  double *node[5],
+      *cell[9];  ///< shares of gradient and matrix: g0 g1 h00 h01 h11; g0 g1 g2 h00 h01 h02 h11 h12 h22
+  double *root, *over_root;
+};
+
+}  // namespace profile
+
 class ProfileProblem {
  public:
   ProfileProblem(const Curve& curve, const MotionRows& rows, const RowGroups& groups,
@@ -35,15 +58,12 @@ class ProfileProblem {
   Lengths step_lengths(double mu, double eta);
   void move(Lengths lengths);
 
-  double complementarity() const;  ///< sum of slack times multiplier
-  double duration() const;         ///< sum of h / sqrt(c)
+  double complementarity() const { return complementarity_; }  ///< sum of slack times multiplier
+  double duration() const { return duration_; }                ///< sum of h / sqrt(c) when last assembled
   std::size_t terms() const { return (1 + groups_) * (n_ - 1) + 2 * groups_ * (n_ - 2); }
   void result(Profile& out) const;
 
  private:
-  struct Term {  ///< arrays of one family of constraints
-    double *slack, *multiplier, *g0, *g1, *g2, *residual;
-  };
   void lay_out(ProfileWork& work);
   void set_nodes();
   void set_forms(const MotionRows& rows, const RowGroups& groups);
@@ -52,11 +72,9 @@ class ProfileProblem {
 
   std::size_t n_, rows_, groups_;
   int first_row_[1 + kMaxJoints], row_count_[1 + kMaxJoints];
-  double *h_, *b0_, *b1_, *m0_, *m1_, *over_top_, *bend_, *c_;
-  double *q_[kMaxRows][2], *p_[2][kMaxRows][3];  ///< acceleration and jerk forms
-  Term speed_, acceleration_[1 + kMaxJoints], jerk_[2][1 + kMaxJoints];
-  double *node_[5], *cell_[9];  ///< gradient and matrix shares: g0 g1 h00 h01 h11; g0..2 h00..h22
-  double *root_, *over_root_, *gradient_, *diagonal_, *upper_1_, *upper_2_, *step_;
+  double complementarity_ = 0.0, duration_ = 0.0;
+  double *m0_, *m1_, *bend_, *gradient_, *diagonal_, *upper_1_, *upper_2_;
+  profile::Loops a_;  ///< the arrays that the loops work on
 };
 
 }  // namespace firn::motion

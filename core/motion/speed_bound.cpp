@@ -13,62 +13,65 @@ struct Window {
 
 class Sample {
  public:
-  Sample(const MotionRows& rows, const RowGroups& groups, std::size_t at)
-      : rows_(rows), groups_(groups), at_(at) {}
-
-  Window window(double b) const {
-    Window w{-1e300, 1e300, 0.0, 0.0};
-    for (int g = 0; g < groups_.count; ++g) {
-      const RowGroup& group = groups_.group[g];
+  /// |q' a + q'' b| <= bound:  a = -m b +- sqrt((bound^2 - n b^2) / p),  p = q'.q', m = q'.q'' / p, n =
+  /// q''.q'' - p m^2
+  Sample(const MotionRows& rows, const RowGroups& groups, std::size_t at) {
+    for (int g = 0; g < groups.count; ++g) {
+      const RowGroup& group = groups.group[g];
       const double bound = group.limit.acceleration;
       if (!(bound < kUnlimited)) continue;
-      // |q' a + q'' b| <= bound:  a = -m b +- sqrt((bound^2 - n b^2) / p),  p = q'.q', m = q'.q'' / p, n =
-      // q''.q'' - p m^2
       double p = 0.0, pq = 0.0, q = 0.0;
       for (int r = group.first; r < group.first + group.count; ++r) {
-        const double d1 = rows_.of[r][0][at_], d2 = rows_.of[r][1][at_];
+        const double d1 = rows.of[r][0][at], d2 = rows.of[r][1][at];
         p += d1 * d1;
         pq += d1 * d2;
         q += d2 * d2;
       }
-      if (p < 1e-30) {
-        if (q * b * b > bound * bound) w = {1.0, -1.0, 0.0, -std::sqrt(q) / bound};
-        continue;
+      if (p < 1e-30) p = 1e-30, pq = 0.0;
+      const double over = 1.0 / p, m = pq * over;
+      limit_[count_++] = {m, (group.count > 1 ? std::max(0.0, q - pq * m) : 0.0) * over,
+                          bound * bound * over};
+    }
+  }
+
+  Window window(double b) const {
+    Window w{-1e300, 1e300, 0.0, 0.0};
+    for (int k = 0; k < count_; ++k) {
+      const Limit& limit = limit_[k];
+      const double inside = limit.square - limit.n * b * b;
+      if (inside <= 0.0) {  // beyond the largest speed: shrink to it
+        const double excess = b - std::sqrt(limit.square / limit.n) * (1.0 - 1e-12);
+        return {excess, -excess, 1.0, -1.0};
       }
-      const double m = pq / p, n = group.count > 1 ? std::max(0.0, q - pq * m) : 0.0;
-      const double inside = bound * bound - n * b * b;
-      if (inside <= 0.0) {  // beyond the largest speed: shrink in proportion
-        const double best = bound / std::sqrt(n);
-        const double excess = (b - best) + 1e-12 * best;
-        w.low = std::max(w.low, excess), w.high = -excess, w.low_slope = 1.0, w.high_slope = -1.0;
-        return w;
-      }
-      const double root = std::sqrt(inside / p), root_slope = -n * b / (p * root);
-      if (-m * b + root < w.high) w.high = -m * b + root, w.high_slope = -m + root_slope;
-      if (-m * b - root > w.low) w.low = -m * b - root, w.low_slope = -m - root_slope;
+      const double root = std::sqrt(inside), root_slope = limit.n == 0.0 ? 0.0 : -limit.n * b / root;
+      if (-limit.m * b + root < w.high) w.high = -limit.m * b + root, w.high_slope = -limit.m + root_slope;
+      if (-limit.m * b - root > w.low) w.low = -limit.m * b - root, w.low_slope = -limit.m - root_slope;
     }
     return w;
   }
 
  private:
-  const MotionRows& rows_;
-  const RowGroups& groups_;
-  std::size_t at_;
+  struct Limit {
+    double m, n, square;
+  };
+  Limit limit_[1 + kMaxJoints];
+  int count_ = 0;
 };
 
-/// Largest b in [0, top] with low(b) <= high(b) and b + 2 h low(b) <= next: both sides are convex, Newton
-/// from above.
+/// Largest b in [0, top] from which some acceleration leads into [0, next]: low(b) <= high(b), b + 2 h low(b)
+/// <= next, b + 2 h high(b) >= 0. All three are convex in b and hold near 0: Newton from above.
 double reach_back(const Sample& sample, double top, double two_h, double next) {
   double b = top;
-  for (int step = 0; step < 30; ++step) {
+  for (int step = 0; step < 40; ++step) {
     const Window w = sample.window(b);
-    const double gap = w.low - w.high, over = b + two_h * w.low - next;
-    const double gap_slope = w.low_slope - w.high_slope, over_slope = 1.0 + two_h * w.low_slope;
+    const double excess[3] = {w.low - w.high, b + two_h * w.low - next, -b - two_h * w.high};
+    const double slope[3] = {w.low_slope - w.high_slope, 1.0 + two_h * w.low_slope,
+                             -1.0 - two_h * w.high_slope};
     double down = 0.0;
-    if (gap > 0.0) down = gap_slope > 0.0 ? gap / gap_slope : 0.5 * b;
-    if (gap <= 0.0 && over > 0.0) down = over_slope > 0.0 ? over / over_slope : 0.5 * b;
+    for (int k = 0; k < (excess[0] > 0.0 ? 1 : 3); ++k)
+      if (excess[k] > 0.0) down = std::max(down, slope[k] > 0.0 ? excess[k] / slope[k] : 0.5 * b);
     if (down <= 1e-12 * b) return b;
-    b = std::max(b - down * (1.0 + 1e-12), 0.0);
+    b = std::max(b - down * (1.0 + 1e-12), 1e-3 * b);
   }
   return b;
 }
