@@ -45,7 +45,7 @@ class Progress {
   }
   void show(std::size_t part, double fraction, std::string_view doing) {
     const auto now = Clock::now();
-    if (now - shown_ < std::chrono::milliseconds(terminal_ ? 200 : 2000)) return;
+    if (now - shown_ < std::chrono::milliseconds(terminal_ ? 200 : 5000)) return;
     shown_ = now;
     line_open_ = true;
     double done_s = fraction * parts_[part].seconds, all_s = 0;

@@ -5,6 +5,10 @@ namespace firn {
 // {paper, name, what, seconds on one core, function of reproduce_parts.h}
 const std::vector<ReproducePart>& reproduce_parts() {
   static const std::vector<ReproducePart> parts{
+      {"lu", "model-check", "III-C, V-D.1, Figs. 8, 21, 22: what the models foretell", 4, reproduce_lu_model},
+      {"lu", "alpha", "(8), IV-C: what alpha and the horizon do", 60, reproduce_lu_alpha},
+      {"lu", "figs-11-12", "Figs. 11, 12: the cylinder under model variation", 30, reproduce_lu_cylinder},
+      {"lu", "table-2", "Table II: the small square", 5, reproduce_lu_table_2},
       {"lu", "figs-13-15", "Figs. 13-15: two materials, the junction of two pipes", 25, &reproduce_lu_materials},
       {"barnett", "motion", "ch. 4: minimum-time trajectory shaping, Figs. 4-2 to 4-16", 1, reproduce_barnett_motion},
       {"barnett", "pulses", "chapter 6: valve pulses, Figs. 6-2 and 6-3, FM against PWM", 1, &reproduce_barnett_pulses},
