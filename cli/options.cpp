@@ -9,6 +9,7 @@
 #include "cli/compare_command.h"
 #include "cli/config_command.h"
 #include "cli/dataflow_command.h"
+#include "cli/decide_command.h"
 #include "cli/demo_command.h"
 #include "cli/doctor_command.h"
 #include "cli/exit_codes.h"
@@ -183,6 +184,24 @@ void declare_compare(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_decide(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_decide);
+  app.add_option("--height", o->height, "NPY of the surface [mm], rows along x")->required();
+  app.add_option("--target", o->target, "NPY of the wanted heights [mm]")->required();
+  app.add_option("--mask", o->mask, "NPY, 1 = the part; default: every cell");
+  app.add_option("--model", o->model, "TOML with [model], and [control] if wanted; default: Lu's Table I, mpc");
+  app.add_option("--set", o->overrides, "KEY=VALUE, after the file")->allow_extra_args(false);
+  app.add_option("--alpha", o->alpha, "weight of the mean error, (0, 1]");
+  app.add_option("--horizon", o->horizon, "N");
+  app.add_option("--method", o->method, "greedy or strip_dp");
+  app.add_flag("--bound", o->bound, "prove how much better any layer could be (alpha = 1, N = 1)");
+  app.add_option("--bound-rows", o->bound_rows, "rows per strip, 2..4: tighter and dearer")->capture_default_str();
+  app.add_option("--bound-iterations", o->bound_iterations, "of the subgradient ascent")->capture_default_str();
+  app.add_option("--certificate", o->certificate, "NPY of the bound's multipliers");
+  app.add_option("-o,--output", o->output, "NPY of the droplets");
+  json_flag(app, o->json);
+}
+
 struct Command {
   const char* name;
   const char* help;
@@ -200,6 +219,7 @@ constexpr Command kCommands[] = {
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"report", "writes one self-contained page for any number of runs", declare_report},
     {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},
+    {"decide", "decides one layer on any surface, with a proof of how good it is", declare_decide},
     {"compare", "compares schemes over parts and seeds: which is better, by how much, how sure", declare_compare},
     {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
     {"config", "checks, resolves and documents experiment files", declare_config},

@@ -1,5 +1,6 @@
 #include "core/control/mpc/layer_problem.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -116,6 +117,11 @@ DropletPattern LayerProblem::drops(const GridSpec& grid) const {
   for (int j = 0; j < ny_; ++j)
     for (int i = 0; i < nx_; ++i) u.at(i, j) = drop(i, j);
   return u;
+}
+
+void LayerProblem::clear() {
+  std::fill(drops_.begin(), drops_.end(), std::uint8_t{0});
+  error_ = bare_;
 }
 
 double LayerProblem::total_mm() const {

@@ -36,6 +36,7 @@ class LayerProblem {
   void set_drop(int i, int j, std::uint8_t drop);  ///< keeps the errors up to date
   void set_drops(const DropletPattern& drops);     ///< cells that are not printable stay empty
   DropletPattern drops(const GridSpec& grid) const;
+  void clear();                                    ///< no droplets
 
   /// Sum of |error| over the counted cells, from the present errors, in a fixed order [mm].
   double total_mm() const;

@@ -8,68 +8,16 @@
 #include "core/control/mpc/mpc.h"
 #include "core/control/prediction.h"
 #include "core/grid/random.h"
+#include "tests/core/control/strip_instances.h"
 
 using namespace firn;
 using namespace firn::control;
 using namespace firn::control::mpc;
-
-namespace {
-
-struct Instance {
-  Setup setup;
-  HeightMap height;
-  MaterialMap materials;
-};
-
-/// A random surface somewhat below the target, with holes in the mask, either border, and two inks or one.
-Instance random_instance(std::uint64_t seed, int nx, int ny, bool two_inks) {
-  RandomStream random(seed, Purpose::kTest);
-  const GridSpec g{nx, ny};
-  Instance in{{g, HeightMap(g, 0.1), Mask(g, 1), {}, random.below(2) ? deposition::Border::kLose : deposition::Border::kKeep, seed},
-              HeightMap(g), {}};
-  in.setup.model.h2_mm = in.setup.model.h1_mm * random.uniform(0.0, 1.0);
-  in.setup.model.h3_mm = in.setup.model.h2_mm / 3.0;
-  in.setup.model_b = in.setup.model;
-  in.setup.model_b.h1_mm *= 0.6;
-  for (std::size_t c = 0; c < g.size(); ++c) {
-    in.height.cells[c] = 0.1 - random.uniform(0.0, in.setup.model.layer_height_mm());
-    if (random.below(8) == 0) in.setup.mask.cells[c] = 0;
-  }
-  in.setup.mask.cells[0] = 1;
-  if (two_inks) {
-    in.materials = MaterialMap(g);
-    for (auto& m : in.materials.cells) m = std::uint8_t(random.below(2) ? Material::kB : Material::kA);
-  }
-  return in;
-}
-
-/// Sum of |error| over the mask by the height-change model itself, in double precision.
-double by_model_mm(const Instance& in, const DropletPattern& u) {
-  HeightMap h = in.height;
-  std::vector<deposition::Stencil<1>> stencils(h.size());
-  for (std::size_t c = 0; c < h.size(); ++c)
-    stencils[c] = deposition::stencil_of(in.setup.model_of(in.materials.size() ? in.materials.of(c) : Material::kA));
-  deposition::HeightChange<1> model(in.setup.grid, stencils[0], in.setup.border);
-  model.step(h.data(), u.data(), 0, stencils);
-  double sum = 0.0;
-  for (std::size_t c = 0; c < h.size(); ++c)
-    if (in.setup.mask.cells[c]) sum += std::abs(h.cells[c] - in.setup.target.cells[c]);
-  return sum;
-}
-
-DropletPattern random_drops(const Instance& in, RandomStream& random) {
-  DropletPattern u(in.setup.grid);
-  for (std::size_t c = 0; c < u.size(); ++c) u.cells[c] = in.setup.mask.cells[c] && random.below(2);
-  return u;
-}
-
-constexpr double kSinglePrecision_mm = 2e-7;  // of a sum over some dozen cells of 0.01 mm
-
-}  // namespace
+using namespace firn::test;
 
 TEST_CASE("the layer problem's errors are those of the height-change model, droplet by droplet and all at once") {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    const Instance in = random_instance(seed, 7, 6, seed % 2);
+    const StripInstance in = random_instance(seed, 7, 6, seed % 2);
     RandomStream random(seed, Purpose::kInstance);
     LayerProblem problem(in.setup, in.height, in.materials);
     const DropletPattern u = random_drops(in, random);
@@ -84,7 +32,7 @@ TEST_CASE("the layer problem's errors are those of the height-change model, drop
 }
 
 TEST_CASE("a row of effects holds each cell's effect") {
-  const Instance in = random_instance(3, 9, 5, false);
+  const StripInstance in = random_instance(3, 9, 5, false);
   const LayerProblem problem(in.setup, in.height, in.materials);
   std::vector<float> row(9 * 9);
   for (int j = 0; j < 5; ++j) {
@@ -96,17 +44,8 @@ TEST_CASE("a row of effects holds each cell's effect") {
 
 TEST_CASE("a strip as high as the grid gives the best layer of all: brute force over 2^16 on 4 x 4") {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    const Instance in = random_instance(seed, 4, 4, seed % 3 == 0);
-    double best = 1e9;
-    DropletPattern u(in.setup.grid);
-    for (std::uint32_t bits = 0; bits < 1u << 16; ++bits) {
-      bool allowed = true;
-      for (std::size_t c = 0; c < 16; ++c) {
-        u.cells[c] = bits >> c & 1;
-        allowed = allowed && (!u.cells[c] || in.setup.mask.cells[c]);
-      }
-      if (allowed) best = std::min(best, by_model_mm(in, u));
-    }
+    const StripInstance in = random_instance(seed, 4, 4, seed % 3 == 0);
+    const double best = best_by_brute_force_mm(in);
     LayerProblem problem(in.setup, in.height, in.materials);
     CHECK(sweep_strips(problem, {4, 1}, serially).strips == 1);
     CHECK(by_model_mm(in, problem.drops(in.setup.grid)) < best + kSinglePrecision_mm);
@@ -115,7 +54,7 @@ TEST_CASE("a strip as high as the grid gives the best layer of all: brute force 
 
 TEST_CASE("strips never raise the objective, wider ones least of all, and leave cells off the mask empty") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const Instance in = random_instance(seed, 17, 13, seed % 2);
+    const StripInstance in = random_instance(seed, 17, 13, seed % 2);
     RandomStream random(seed, Purpose::kInstance);
     LayerProblem problem(in.setup, in.height, in.materials);
     problem.set_drops(random_drops(in, random));
@@ -133,7 +72,7 @@ TEST_CASE("strips never raise the objective, wider ones least of all, and leave 
 }
 
 TEST_CASE("strips give the same bytes in whatever order those that may run together are run") {
-  const Instance in = random_instance(5, 60, 90, false);
+  const StripInstance in = random_instance(5, 60, 90, false);
   const auto backwards = [](int n, const std::function<void(int)>& body) {
     for (int i = n; i-- > 0;) body(i);
   };
@@ -152,7 +91,7 @@ TEST_CASE("two-row strips recover a printed layer exactly, however far droplets 
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       const GridSpec g{20, 20};
       RandomStream random(seed, Purpose::kInstance);
-      Instance in{{g, HeightMap(g), Mask(g, 1), {}, deposition::Border::kLose, seed}, HeightMap(g), {}};
+      StripInstance in{{g, HeightMap(g), Mask(g, 1), {}, deposition::Border::kLose, seed}, HeightMap(g), {}};
       in.setup.model.h2_mm = spread * in.setup.model.h1_mm;
       in.setup.model.h3_mm = in.setup.model.h2_mm / 3.0;
       DropletPattern printed(g);
@@ -168,7 +107,7 @@ TEST_CASE("two-row strips recover a printed layer exactly, however far droplets 
 }
 
 TEST_CASE("strips of 0 or 7 rows are refused, and a grid lower than a strip is one strip") {
-  const Instance in = random_instance(8, 5, 3, false);
+  const StripInstance in = random_instance(8, 5, 3, false);
   LayerProblem problem(in.setup, in.height, in.materials);
   CHECK_THROWS_WITH(sweep_strips(problem, {0, 1}, serially), Catch::Contains("strip rows = 0 is outside 1..6"));
   CHECK_THROWS_AS(sweep_strips(problem, {7, 1}, serially), std::invalid_argument);
@@ -179,7 +118,7 @@ TEST_CASE("MPC by strips: never worse than printing nothing for any alpha and ho
   double greedy_sum = 0.0, strips_sum = 0.0;
   RandomStream random(11, Purpose::kTest);
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
-    const Instance in = random_instance(seed, 16, 15, false);
+    const StripInstance in = random_instance(seed, 16, 15, false);
     ControlOptions o;
     o.noise_gate = 0.0;
     o.mpc.horizon = seed % 4 == 0 ? 2 : 1;

@@ -1,0 +1,28 @@
+// `firn decide`: one layer's decision on any surface, with a proof of how good it is.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace firn {
+
+struct DecideOptions {
+  std::string height, target, mask;    ///< NPY; mask may be empty: every cell
+  std::string model;                   ///< TOML with [model] and, if wanted, [control]
+  std::vector<std::string> overrides;  ///< --set KEY=VALUE, after the file
+  double alpha = 0.0;                  ///< > 0: instead of the file's
+  int horizon = 0;                     ///< > 0: instead of the file's
+  std::string method;                  ///< instead of the file's
+  bool bound = false;
+  int bound_rows = 4;
+  int bound_iterations = 100;
+  std::string certificate;             ///< NPY of the bound's multipliers
+  std::string output;                  ///< NPY of the droplets
+  bool json = false;
+};
+
+/// Prints objective, objective of printing nothing, and with `bound` a lower bound and the proved gap.
+/// @throws ConfigError, UsageError, std::invalid_argument: naming file, key, byte or shape.
+int run_decide(const DecideOptions& options);
+
+}  // namespace firn
