@@ -111,6 +111,7 @@ std::string speed_map(const std::vector<TraceSample>& trace, double top_mm_s, co
   const std::size_t step = std::max<std::size_t>(1, trace.size() / 800);
   for (std::size_t n = 0; n + 1 < trace.size(); n += step) {
     const TraceSample &a = trace[n], &b = trace[std::min(n + step, trace.size() - 1)];
+    if (b.s_mm < a.s_mm) continue;  // another path begins
     s += fmt::format("<path stroke=\"{}\" d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}\"/>", colour(0.5 * (a.total[0] + b.total[0]) / top_mm_s),
                      x.px(a.at.x_mm), y.px(a.at.y_mm), x.px(b.at.x_mm), y.px(b.at.y_mm));
   }

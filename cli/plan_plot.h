@@ -25,7 +25,8 @@ std::string plan_picture(const PlanPlot& plot);
 /// A trace by differences of the emitted samples: for methods that have no continuous motion behind them.
 std::vector<motion::TraceSample> trace_of_samples(const Trajectory& trajectory, const std::vector<Point2>& tool);
 
-/// The path alone, coloured by speed: for embedding (classes and colours of replay/report_style.cpp).
+/// The path alone, coloured by speed: for embedding (classes and colours of replay/report_style.cpp). Where s_mm falls,
+/// another path begins.
 std::string speed_map(const std::vector<motion::TraceSample>& trace, double top_mm_s, const std::string& title);
 
 }  // namespace firn

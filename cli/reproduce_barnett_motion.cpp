@@ -9,6 +9,7 @@
 #include "cli/reproduce_barnett_motion.h"
 #include "cli/reproduce_parts.h"
 #include "core/motion/constant_speed.h"
+#include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "core/motion/vplus_default.h"
 
@@ -149,6 +150,24 @@ void placement_rows(Reproduction& to, const Chapter4& c) {
       lower > 5 && upper > 5 && elsewhere == 0, RowKind::kComputed));
 }
 
+void certified_rows(Reproduction& to, const Chapter4& c) {
+  PathInput in{.points = c.points};
+  for (const auto& [name, origin] :
+       {std::pair{"well", thesis::kWellPlaced}, {"poor", thesis::kPoorlyPlaced}}) {
+    in.origin = origin;
+    const PlanResult r = plan(in, *c.arm, cobra600_limits());
+    double worst = 0;
+    for (const LimitRatio& limit : r.trajectory.certificate.limits) worst = std::max(worst, limit.ratio);
+    to.row(with_decimals(
+        4, row_at_most(id((std::string("certified-") + name).c_str()),
+                       fmt::format("the same path, {} placed, --method certified ({:.3f} s): largest "
+                                   "of the nine ratios",
+                                   name == std::string("well") ? "well" : "poorly",
+                                   r.trajectory.certificate.duration_s),
+                       "", "", worst, 1.001, RowKind::kProperty)));
+  }
+}
+
 double distance_to(const std::vector<Point2>& path, Point2 p) {
   double nearest = 1e300;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
@@ -267,6 +286,7 @@ void reproduce_barnett_motion(Reproduction& to) {
   path_rows(to, planned);
   peak_rows(to, planned);
   placement_rows(to, planned);
+  certified_rows(to, planned);
   default_rows(to, planned);
   to.progress(0.5, "box of Fig. 4-15");
   box_rows(to, planned);

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "cli/plan_plot.h"
 #include "cli/reproduce_barnett_motion.h"
+#include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "replay/charts.h"
 
@@ -175,6 +177,39 @@ void figure_4_14(Reproduction& to, const Chapter4& c) {
                             axes("", "time [s]", "acceleration [mm/s2]"))});
 }
 
+using Trace = std::vector<TraceSample>;
+
+Trace traced(const std::vector<Point2>& points, const Arm& arm, Method method, PathKind kind) {
+  PathInput in{.points = points};
+  in.origin = thesis::kWellPlaced;
+  in.kind = kind;
+  PlanOptions options;
+  options.method = method;
+  options.trace_step_s = options.tick_s;
+  options.lower_bound = false;
+  return plan(in, arm, cobra600_limits(), options).trace;
+}
+
+void append(Trace& all, const Trace& more) { all.insert(all.end(), more.begin(), more.end()); }
+
+void figures_4_11_and_16(Reproduction& to, const Chapter4& c) {
+  to.picture({"fig-4-11", "As Fig. 4-11: the speed of MTTS along the path of Fig. 4-2, well placed",
+              speed_map(traced(c.points, *c.arm, Method::kThesis, PathKind::kBoundary), 125, "MTTS")});
+  const BoxLayer layer = box_layer();
+  Trace constant, variable;
+  for (const auto& p : layer.boundaries) {
+    append(constant, traced(p, *c.arm, Method::kConstant, PathKind::kBoundary));
+    append(variable, traced(p, *c.arm, Method::kThesis, PathKind::kBoundary));
+  }
+  for (const auto& p : layer.lines) append(constant, traced(p, *c.arm, Method::kConstant, PathKind::kFill));
+  for (const auto& p : layer.contours) append(variable, traced(p, *c.arm, Method::kThesis, PathKind::kFill));
+  to.picture({"fig-4-16-constant",
+              "Fig. 4-16 (a): a layer of the box's walls at constant speed, straight fill",
+              speed_map(constant, 125, "constant speed")});
+  to.picture({"fig-4-16-variable", "Fig. 4-16 (b): the same walls with MTTS, concentric fill",
+              speed_map(variable, 125, "MTTS")});
+}
+
 }  // namespace
 
 void pictures(Reproduction& to, const Chapter4& planned) {
@@ -182,6 +217,7 @@ void pictures(Reproduction& to, const Chapter4& planned) {
   figure_4_7(to, planned.well_seen);
   figure_4_8(to, planned.well_seen);
   figure_4_9(to, planned);
+  figures_4_11_and_16(to, planned);
   figure_4_12(to, planned);
   figure_4_13(to, planned);
   figure_4_14(to, planned);

@@ -33,7 +33,7 @@ void emit(const CleanPath& path, std::size_t first, std::size_t last, double spe
     if (i < last) ceiling.push_back(std::min(speed_mm_s, path.ceiling_mm_s[i]));
   }
   const RampedSpeed law(piece.s_mm, ceiling, options.ramp_mm_s2);
-  const double ticks = std::max(1.0, std::ceil(law.duration_s() / options.tick_s - 1e-9));
+  const double ticks = double(whole_ticks(law.duration_s(), options.tick_s));
   for (double n = 1.0; n <= ticks; ++n)
     samples.push_back(point_at(piece, law.distance_at(law.duration_s() * (n / ticks))));
 }

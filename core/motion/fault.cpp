@@ -30,6 +30,8 @@ const char* name(Reason reason) {
       return "joint high";
     case Reason::kDespin:
       return "despin";
+    case Reason::kTooLong:
+      return "too long";
     case Reason::kNoSolution:
       return "no solution";
   }

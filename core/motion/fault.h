@@ -23,6 +23,7 @@ enum class Reason {
   kJointLow,     ///< below a joint's range
   kJointHigh,    ///< above a joint's range
   kDespin,       ///< the wrist joint would need more than its whole range on one path
+  kTooLong,      ///< more points or samples than kMostSamples
   kNoSolution,   ///< no trajectory obeys the limits
 };
 

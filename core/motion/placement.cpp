@@ -1,6 +1,7 @@
 #include "core/motion/placement.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace firn::motion {
 namespace {
@@ -49,6 +50,16 @@ std::vector<std::vector<double>> joints_at(std::span<const Point2> points, int c
   std::vector<std::vector<double>> out;
   for (int j = 0; j < count; ++j) out.emplace_back(joints.of(j, 0), joints.of(j, 0) + points.size());
   return out;
+}
+
+std::size_t whole_ticks(double duration_s, double tick_s) {
+  const double ticks = std::ceil(duration_s / tick_s - 1e-9);
+  if (ticks <= kMostSamples) return std::max<std::size_t>(1, std::size_t(std::max(0.0, ticks)));
+  Fault fault(Reason::kTooLong);
+  fault.what = "duration in ticks";
+  fault.value = ticks;
+  fault.bound = kMostSamples;
+  throw MotionError(fault);
 }
 
 Trajectory trajectory_of(const std::vector<std::vector<double>>& joints, const Arm& arm, double tick_s) {

@@ -18,6 +18,13 @@ Posture posture_for(const CleanPath& path, const PathInput& input, const Arm& ar
 std::vector<std::vector<double>> joints_at(std::span<const Point2> points, int count, const CleanPath& path,
                                            const PathInput& input, const Arm& arm, const Posture& posture);
 
+/// Points of one piece, and samples of one trajectory, that a planner makes at most: 44 hours at 16 ms.
+inline constexpr double kMostSamples = 1e7;
+
+/// Ticks that hold `duration_s`, at least one. Throws MotionError (kTooLong) above kMostSamples or if it is
+/// not finite.
+std::size_t whole_ticks(double duration_s, double tick_s);
+
 /// A trajectory from joint positions [joint][sample] of all joints, with the arm's units.
 Trajectory trajectory_of(const std::vector<std::vector<double>>& joints, const Arm& arm, double tick_s);
 

@@ -103,9 +103,12 @@ void bound(const PathInput& path, const Arm& arm, const MotionLimits& limits, Pl
   if (!options.lower_bound || options.method == Method::kDefault) return;
   options.method = Method::kCertified;
   options.tolerance_mm = options.trace_step_s = 0.0;
-  certificate.lower_bound_s =
-      plan_certified(path, arm, limits, options, work).trajectory.certificate.lower_bound_s;
-  certificate.curvature_ramp_mm = options.curvature_ramp_mm;
+  try {
+    const PlanResult best = plan_certified(path, arm, limits, options, work);
+    certificate.lower_bound_s = best.trajectory.certificate.lower_bound_s;
+    certificate.curvature_ramp_mm = options.curvature_ramp_mm;
+  } catch (const MotionError&) {  // this method found a way where the certified one has none: no bound
+  }
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ std::vector<Point2> sample(const Moves& m, double blend, double tick_s) {
     velocity[i + 1] = {(m.points[i + 1].x_mm - m.points[i].x_mm) / dt,
                        (m.points[i + 1].y_mm - m.points[i].y_mm) / dt};
   }
-  const double duration = m.duration_s(blend), ticks = std::max(1.0, std::ceil(duration / tick_s - 1e-9));
+  const double duration = m.duration_s(blend), ticks = double(whole_ticks(duration, tick_s));
   std::vector<Point2> samples;
   std::size_t i = 0;
   for (double k = 0.0; k <= ticks; ++k) {

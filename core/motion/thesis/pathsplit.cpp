@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/motion/placement.h"
 #include "core/motion/thesis/savitzky_golay.h"
 
 namespace firn::motion::thesis {
@@ -53,6 +54,13 @@ Profile redistribute(const CleanPath& path, std::size_t first, std::size_t last,
   for (std::size_t i = first; i < last; ++i)
     s.push_back(s.back() + distance(path.points[i], path.points[i + 1]));
   const double length = s.back();
+  if (!(length / options.spacing_mm <= kMostSamples)) {
+    Fault fault(Reason::kTooLong);
+    fault.what = "points at the spacing";
+    fault.value = length / options.spacing_mm;
+    fault.bound = kMostSamples;
+    throw MotionError(fault);
+  }
   const std::size_t intervals =
       std::max(kMinIntervals, std::size_t(std::llround(length / options.spacing_mm)));
   Profile out;

@@ -35,7 +35,7 @@ namespace thesis {
 
 Profile at_tick(const Profile& path, const Profile& timed, double tick_s) {
   const double duration = timed.duration_s();
-  const std::size_t ticks = std::max<std::size_t>(1, std::size_t(std::ceil(duration / tick_s - 1e-9)));
+  const std::size_t ticks = whole_ticks(duration, tick_s);
   const double stretch = double(ticks) * tick_s / duration;
   Profile out;
   std::size_t k = 0;
@@ -78,6 +78,7 @@ ThesisResult plan_thesis_steps(const PathInput& input, const Arm& arm, const Mot
     steps.acon = profile;
     thesis::jcon(profile, limits, options.margins);
     steps.jcon = profile;
+    whole_ticks(profile.duration_s(), options.rest.step_s);  // AREST makes at least that many points
     steps.arest = thesis::arest(profile, limits.position, options.rest);
     steps.arest.joints = joints(steps.arest);
     thesis::arest_joints(steps.arest, limits, options.rest);

@@ -101,6 +101,24 @@ TEST_CASE("The deviation of samples is the largest distance from the path, by br
   }
 }
 
+TEST_CASE("A trajectory of more samples than memory holds is refused before it is made") {
+  const auto arm = make_scara(cobra600());
+  const std::vector<Point2> line{{300, 0}, {320, 0}};
+  for (const Method method : {Method::kThesis, Method::kConstant, Method::kDefault}) {
+    PlanOptions options;
+    options.method = method;
+    PathInput in{.points = line};
+    in.ceiling.path_mm_s = 1e-9;
+    const PlanResult slow = plan(in, *arm, cobra600_limits(), options);
+    REQUIRE(slow.fault);
+    CHECK(slow.fault->reason == Reason::kTooLong);
+    options.tick_s = 1e-12;
+    const PlanResult fine = plan({.points = line}, *arm, cobra600_limits(), options);
+    REQUIRE(fine.fault);
+    CHECK(fine.fault->reason == Reason::kTooLong);
+  }
+}
+
 TEST_CASE("Every method answers bad input with a named reason and never throws") {
   const auto arm = make_scara(cobra600());
   const std::vector<Point2> hole{{300, 0}, {NAN, 0}}, one{{300, 0}}, far{{300, 0}, {700, 0}},
