@@ -31,6 +31,11 @@ Series limit_line(const std::string& label, double value, double until) {
   return series(label, {0, until}, {value, value}, Series::kReference);
 }
 
+Series both_limits(double value, double until) {
+  return series("limit", {0, until, until, 0, until}, {value, value, NAN, -value, -value},
+                Series::kReference);
+}
+
 ChartOptions axes(std::string title, std::string x, std::string y) {
   ChartOptions o;
   o.title = std::move(title);
@@ -108,10 +113,10 @@ void figure_4_9(Reproduction& to, const Chapter4& c) {
                                   over_s(c.poor_seen, c.poor_seen.speed, "poorly placed", 1)},
                                  axes("", "path position [mm]", "speed [mm/s]"))});
   to.picture({"fig-4-9-rate", "Fig. 4-9: rate of theta 2 over position, with its limit",
-              replay::line_chart({over_s(c.well_seen, c.well_seen.joints[1].rate, "well placed", 0),
-                                  over_s(c.poor_seen, c.poor_seen.joints[1].rate, "poorly placed", 1),
-                                  limit_line("limit", 39, 353), limit_line("", -39, 353)},
-                                 axes("", "path position [mm]", "rate [deg/s]"))});
+              replay::line_chart(
+                  {over_s(c.well_seen, c.well_seen.joints[1].rate, "well placed", 0),
+                   over_s(c.poor_seen, c.poor_seen.joints[1].rate, "poorly placed", 1), both_limits(39, 353)},
+                  axes("", "path position [mm]", "rate [deg/s]"))});
 }
 
 void figure_4_12(Reproduction& to, const Chapter4& c) {
@@ -130,20 +135,17 @@ void figure_4_12(Reproduction& to, const Chapter4& c) {
 }
 
 void figure_4_13(Reproduction& to, const Chapter4& c) {
-  const auto line = [](const Sampled& s, const char* label, int style, double window) {
-    std::vector<double> x, y;  // inside a square at the corner, which the motion crosses once
+  constexpr double kWide = 18, kHigh = 12;  // the chart's shape, so that both axes have one scale
+  const auto line = [](const Sampled& s, const char* label, int style) {
+    std::vector<double> x, y;  // a window at the corner, which the motion crosses once
     for (const Point2& p : s.at) {
       const double px = p.x_mm - thesis::kWellPlaced.x_mm, py = p.y_mm - thesis::kWellPlaced.y_mm;
-      if (px < window && py < window) x.push_back(px), y.push_back(py);
+      if (px < kWide && py < kHigh) x.push_back(px), y.push_back(py);
     }
     return series(label, x, y, style);
   };
-  to.picture(
-      {"fig-4-13", "Fig. 4-13: the motion along the path",
-       replay::line_chart({line(c.well_seen, "MTTS", 0, 1e9), line(c.fallback_seen, "default", 1, 1e9)},
-                          axes("", "x [mm]", "y [mm]"))});
-  to.picture({"fig-4-13-corner", "Fig. 4-13: its 90 degree corner",
-              replay::line_chart({line(c.well_seen, "MTTS", 0, 20), line(c.fallback_seen, "default", 1, 20)},
+  to.picture({"fig-4-13", "Fig. 4-13: the motion at the 90 degree corner",
+              replay::line_chart({line(c.well_seen, "MTTS", 0), line(c.fallback_seen, "default", 1)},
                                  axes("", "x [mm]", "y [mm]"))});
 }
 

@@ -19,6 +19,17 @@ std::vector<double> differences(const std::vector<double>& values, double tick_s
   return out;
 }
 
+/// Where a closed contour crosses the line at y.
+std::vector<double> crossings(const std::vector<Point2>& contour, double y) {
+  std::vector<double> x;
+  for (std::size_t i = 0; i + 1 < contour.size(); ++i) {
+    const Point2 &a = contour[i], &b = contour[i + 1];
+    if ((a.y_mm < y) != (b.y_mm < y))
+      x.push_back(a.x_mm + (y - a.y_mm) / (b.y_mm - a.y_mm) * (b.x_mm - a.x_mm));
+  }
+  return x;
+}
+
 std::vector<double> norms(const std::vector<double>& x, const std::vector<double>& y) {
   std::vector<double> out;
   for (std::size_t i = 0; i < x.size(); ++i) out.push_back(std::sqrt(x[i] * x[i] + y[i] * y[i]));
@@ -116,12 +127,13 @@ BoxLayer box_layer() {
   BoxLayer layer;
   for (const double offset : {0.75, 11.25}) layer.boundaries.push_back(box_contour(offset));
   for (const double offset : {3.0, 6.0, 9.0}) layer.contours.push_back(box_contour(offset));
-  // Straight fill of the 9 mm between the boundaries, 3 mm apart, along x.
-  for (double y = -10.5 + 1.5; y < 102.5; y += 3.0) {
-    if (y < -1.5 || y > 93.5)
-      layer.lines.push_back({{-4, y}, {96, y}});
-    else
-      layer.lines.push_back({{-10.5, y}, {-1.5, y}}), layer.lines.push_back({{93.5, y}, {102.5, y}});
+  // Straight fill of the 9 mm between the boundaries, along x and 3 mm apart.
+  const auto inner = box_contour(1.5), outer = box_contour(10.5);
+  for (double y = -9.0; y < 102.5; y += 3.0) {
+    std::vector<double> x = crossings(inner, y);
+    for (const double at : crossings(outer, y)) x.push_back(at);
+    std::sort(x.begin(), x.end());
+    for (std::size_t i = 0; i + 1 < x.size(); i += 2) layer.lines.push_back({{x[i], y}, {x[i + 1], y}});
   }
   return layer;
 }
