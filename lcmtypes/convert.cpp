@@ -56,4 +56,47 @@ void set_materials(material_map_t& m, const MaterialMap& materials) {
   m.material.assign(materials.cells.begin(), materials.cells.end());
 }
 
+trajectory_t to_message(const PlannedPath& p) {
+  const Trajectory& t = p.trajectory;
+  trajectory_t m{};
+  m.path = t.id;
+  m.layer = p.layer;
+  m.material = std::int8_t(p.material);
+  m.kind = std::int8_t(p.kind);
+  m.tick_s = t.tick_s;
+  m.axes = t.axes;
+  m.axis_unit = t.axis_units;
+  m.samples = std::int32_t(t.samples());
+  m.n = std::int32_t(t.positions.size());
+  m.position = t.positions;
+  m.duration_s = t.certificate.duration_s;
+  m.lower_bound_s = t.certificate.lower_bound_s;
+  m.curvature_ramp_mm = t.certificate.curvature_ramp_mm;
+  m.limits = std::int32_t(t.certificate.limits.size());
+  for (const LimitRatio& l : t.certificate.limits) {
+    m.limit.push_back(l.limit);
+    m.ratio.push_back(l.ratio);
+    m.time_s.push_back(l.time_s);
+  }
+  return m;
+}
+
+PlannedPath from_message(const trajectory_t& m) {
+  PlannedPath p;
+  p.layer = m.layer;
+  p.material = std::uint8_t(m.material);
+  p.kind = PathKind(m.kind);
+  Trajectory& t = p.trajectory;
+  t.id = m.path;
+  t.tick_s = m.tick_s;
+  t.axes = m.axes;
+  t.axis_units = m.axis_unit;
+  t.positions = m.position;
+  t.certificate.duration_s = m.duration_s;
+  t.certificate.lower_bound_s = m.lower_bound_s;
+  t.certificate.curvature_ramp_mm = m.curvature_ramp_mm;
+  for (std::size_t n = 0; n < m.limit.size(); ++n) t.certificate.limits.push_back({m.limit[n], m.ratio[n], m.time_s[n]});
+  return p;
+}
+
 }  // namespace firn

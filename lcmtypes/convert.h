@@ -5,10 +5,12 @@
 #include <string>
 
 #include "core/grid/grid.h"
+#include "core/path/trajectory_codec.h"
 #include "core/grid/material.h"
 #include "firn/grid_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
+#include "firn/trajectory_t.hpp"
 #include "firn/material_map_t.hpp"
 
 namespace firn {
@@ -22,5 +24,10 @@ DropletPattern drops_of(const layer_plan_t& plan);
 void set_drops(layer_plan_t& plan, const DropletPattern& drops);
 MaterialMap materials_of(const material_map_t& map);
 void set_materials(material_map_t& map, const MaterialMap& materials);
+
+/// Path, positions and certificate; the header is the sender's.
+trajectory_t to_message(const PlannedPath& path);
+/// @pre validate() passes
+PlannedPath from_message(const trajectory_t& message);
 
 }  // namespace firn

@@ -175,6 +175,21 @@ constexpr Limit kLimits[] = {
     {"journal_t", "outputs", 0, 1e6},
     {"journal_t", "output_bytes", 0, kCount},
 
+    {"trajectory_t", "path", 1, kCount},
+    {"trajectory_t", "material", 0, 127},
+    {"trajectory_t", "kind", 0, 3},
+    {"trajectory_t", "tick_s", 0, 1, true},
+    {"trajectory_t", "axes", 1, 8},
+    {"trajectory_t", "samples", 1, 1e6},  // 4.4 hours at 16 ms
+    {"trajectory_t", "n", 1, 8e6},
+    {"trajectory_t", "position", -kMm, kMm},
+    {"trajectory_t", "duration_s", 0, kSeconds},
+    {"trajectory_t", "lower_bound_s", 0, kSeconds},
+    {"trajectory_t", "curvature_ramp_mm", 0, 100},
+    {"trajectory_t", "limits", 0, 64},
+    {"trajectory_t", "ratio", 0, kAny},
+    {"trajectory_t", "time_s", 0, kSeconds},
+
     {"preview_t", "n", 1, 15000},
     {"preview_t", "height_mm", -kMm, kMm, false, true},
     {"sim_truth_t", "n", 1, kCells},
@@ -210,6 +225,7 @@ constexpr Relation kRelations[] = {
     {"answer_t", K::kNotAbove, "unknown_from", "unknown_to"},
     {"deposition_report_t", K::kNotAbove, "unknown_from", "unknown_to"},
     {"resend_request_t", K::kNotAbove, "from_seq", "to_seq"},
+    {"trajectory_t", K::kCells, "n", "samples", "axes"},
     {"tile_t", K::kLess, "index", "count"},
     {"tile_t", K::kNotAbove, "size", "total_bytes"},
 };

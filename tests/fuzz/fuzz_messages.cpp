@@ -33,7 +33,7 @@ void decode(const schema::Type& type, const std::vector<std::byte>& bytes) {
       decode_as_one_of<answer_t, config_t, deposition_report_t, device_state_t, enable_t, fault_t, grid_t, header_t, heartbeat_t,
                        height_map_t, height_profile_t, jet_command_t, journal_t, lamp_command_t, layer_metrics_t, layer_plan_t,
                        material_map_t, operator_command_t, pass_detail_t, preview_t, profiler_command_t, resend_request_t, run_end_t,
-                       run_start_t, safe_stop_t, scan_done_t, sim_truth_t, stage_command_t, tile_t>(type, bytes);
+                       run_start_t, safe_stop_t, scan_done_t, sim_truth_t, stage_command_t, tile_t, trajectory_t>(type, bytes);
   require(known, "the type is known to this target");
 }
 

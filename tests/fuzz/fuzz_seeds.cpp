@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "cli/trajectory_file.h"
 #include "config/experiment.h"
 #include "core/grid/npy.h"
 #include "lcmtypes/schema.h"
@@ -45,6 +46,28 @@ void seed_logs(std::size_t events, std::size_t longest) {
   seed("fuzz_record_file", name, index);
 }
 
+std::vector<std::byte> behind(std::uint8_t choice, std::span<const std::byte> bytes) {
+  std::vector<std::byte> input{std::byte(choice)};
+  input.insert(input.end(), bytes.begin(), bytes.end());
+  return input;
+}
+
+void seed_plans() {
+  seed("fuzz_machine", "stage", as_span("[machine]\nkind = \"stage\"\n[axis_1]\nlow_mm = -10\nhigh_mm = 20\n[valve]\ntable_hz = [100, 200]\ntable_mm3_s = [20, 50]\n"));
+  seed("fuzz_machine", "scara", as_span("[total]\njerk_mm_s3 = 4000.0\n[joint_1]\nlow_deg = -105.0\nrate_deg_s = 33.0\n"));
+  seed("fuzz_paths", "csv", behind(0, as_span("x_mm,y_mm,speed_mm_s\n0,0,\n1.5,-2e1,50\n\n3,4,10\n")));
+  seed("fuzz_paths", "json", behind(1, as_span("{\"version\":1,\"paths\":[{\"kind\":\"fill\",\"closed\":true,\"points\":[[0,0],[1,2,50],[3,4,null]]}]}")));
+  PlannedPath path{1, 0, PathKind::kFill, 10.0, {}};
+  path.trajectory = {1, 0.016, 2, {"rad", "rad"}, {0.1, 0.2, 0.1, 0.3, 0.1, 0.4}, {{{"total speed", 0.9, 0.1}}, 0.032, 0.0, 0.4}};
+  seed("fuzz_trajectory", "path", behind(1, firn::encode(path)));
+  const std::filesystem::path file = folder / "fuzz_trajectory" / "file.traj";
+  TrajectoryWriter out(file, {"m", "certified", "fuzz", 0.016, {}, {"J1", "J2"}, {"rad", "rad"}});
+  out.add(path);
+  out.finish();
+  const logfile::MappedFile whole(file);
+  seed("fuzz_trajectory", "file", behind(0, whole.bytes()));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -83,5 +106,6 @@ int main(int argc, char** argv) {
   grid.pitch_x_mm = grid.pitch_y_mm = 1;
   seed("fuzz_npy", "heights", to_npy(HeightMap(grid)));
   seed("fuzz_npy", "mask", to_npy(Mask(grid)));
+  seed_plans();
   return 0;
 }

@@ -35,6 +35,7 @@
 #include "firn/sim_truth_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "firn/tile_t.hpp"
+#include "firn/trajectory_t.hpp"
 
 namespace firn::test {
 

@@ -60,6 +60,7 @@ TEST_CASE("Fingerprints computed from the .lcm texts are lcm-gen's, for every ty
   expect_fingerprint<sim_truth_t>(seen);
   expect_fingerprint<stage_command_t>(seen);
   expect_fingerprint<tile_t>(seen);
+  expect_fingerprint<trajectory_t>(seen);
   for (const schema::Type& t : Schema::builtin().types()) {
     INFO(t.name);
     CHECK(seen.count(t.name) == 1);
