@@ -38,7 +38,31 @@ void emit(const CleanPath& path, std::size_t first, std::size_t last, double spe
     samples.push_back(point_at(piece, law.distance_at(law.duration_s() * (n / ticks))));
 }
 
+bool straight_between(const std::vector<Point2>& p, const std::vector<std::size_t>& stops) {
+  constexpr double kStraightSine = 1e-3;
+  std::size_t next = 1;
+  for (std::size_t i = 1; i + 1 < p.size(); ++i) {
+    if (i == stops[next]) {
+      ++next;
+      continue;
+    }
+    const double ax = p[i].x_mm - p[i - 1].x_mm, ay = p[i].y_mm - p[i - 1].y_mm;
+    const double bx = p[i + 1].x_mm - p[i].x_mm, by = p[i + 1].y_mm - p[i].y_mm;
+    if (std::abs(ax * by - ay * bx) > kStraightSine * std::sqrt((ax * ax + ay * ay) * (bx * bx + by * by)))
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
+
+std::vector<std::size_t> fill_stops(const std::vector<Point2>& points, PathKind kind,
+                                    double split_angle_rad) {
+  const std::vector<std::size_t> ends{0, points.size() - 1};
+  if (kind != PathKind::kFill) return ends;
+  auto stops = thesis::split_points(points, split_angle_rad);
+  return straight_between(points, stops) ? stops : ends;
+}
 
 RampedSpeed::RampedSpeed(const std::vector<double>& s, const std::vector<double>& ceiling, double ramp) {
   const std::size_t n = s.size();
@@ -87,10 +111,9 @@ Trajectory plan_constant(const PathInput& input, const Arm& arm, const MotionLim
   require_positive(options.tick_s, "tick");
   const CleanPath path = clean(input);
   const Posture posture = posture_for(path, input, arm);
-  const bool fill = input.kind == PathKind::kFill;
+  const auto stops = fill_stops(path.points, input.kind, options.split_angle_rad);
+  const bool fill = input.kind == PathKind::kFill && straight_between(path.points, stops);
   const double speed = std::min(limits.position.rate, fill ? options.fill_mm_s : options.boundary_mm_s);
-  std::vector<std::size_t> stops{0, path.points.size() - 1};
-  if (fill) stops = thesis::split_points(path.points, options.split_angle_rad);
   std::vector<Point2> samples{path.points.front()};
   for (std::size_t k = 0; k + 1 < stops.size(); ++k)
     emit(path, stops[k], stops[k + 1], speed, options, samples);

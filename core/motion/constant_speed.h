@@ -14,6 +14,11 @@ struct ConstantOptions {
   double tick_s = 0.016;
 };
 
+/// Points of a straight fill between which it stops: its ends and its corners above the split angle. Fill
+/// that bends between its corners is followed like a boundary: only its two ends, and at the boundaries'
+/// speed.
+std::vector<std::size_t> fill_stops(const std::vector<Point2>& points, PathKind kind, double split_angle_rad);
+
 /// Speed along one piece: ceilings per interval, constant acceleration at rises and falls, rest at both ends.
 class RampedSpeed {
  public:

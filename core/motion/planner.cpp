@@ -47,9 +47,10 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
   PlanResult result;
   CleanPath clean_path = clean(path);
   result.posture = posture_for(clean_path, path, arm);
-  const bool stops = options.method == Method::kThesis ||
-                     (options.method == Method::kConstant && path.kind == PathKind::kFill);
-  if (stops) result.stops = thesis::split_points(clean_path.points, options.split_angle_rad).size() - 2;
+  if (options.method == Method::kThesis)
+    result.stops = thesis::split_points(clean_path.points, options.split_angle_rad).size() - 2;
+  if (options.method == Method::kConstant)
+    result.stops = fill_stops(clean_path.points, path.kind, options.split_angle_rad).size() - 2;
   const std::size_t count = trajectory.samples(), axes = std::size_t(trajectory.axes);
   Jets joints(trajectory.axes, count), pose(kTaskAxes, count);
   for (int j = 0; j < trajectory.axes; ++j)

@@ -63,6 +63,19 @@ TEST_CASE("Straight fill goes at its own speed and stops at each end of a line")
   CHECK(duration(plan_constant(in, *stage(), cobra600_limits(), faster)) < duration(t));
 }
 
+TEST_CASE(
+    "4.4: fill along contours is driven at the boundaries' speed, since only straight fill is safe at more") {
+  const auto path = thesis::fig_4_2();
+  PathInput in{.points = path};
+  const double boundary = duration(plan_constant(in, *stage(), cobra600_limits()));
+  in.kind = PathKind::kFill;
+  CHECK(duration(plan_constant(in, *stage(), cobra600_limits())) == boundary);
+  CHECK(fill_stops(path, PathKind::kFill, 0.5).size() == 2);
+  const std::vector<Point2> lines{{0, 0}, {10, 0}, {20, 0}, {20, 10}};
+  CHECK(fill_stops(lines, PathKind::kFill, 0.5) == std::vector<std::size_t>{0, 2, 3});
+  CHECK(fill_stops(lines, PathKind::kBoundary, 0.5) == std::vector<std::size_t>{0, 3});
+}
+
 TEST_CASE("The ramped speed covers its length under random ceilings and never exceeds them or the ramp") {
   RandomStream random(61, Purpose::kTest);
   for (int trial = 0; trial < 300; ++trial) {
