@@ -2,6 +2,8 @@
 
 namespace firn {
 
-bool has_two_jets(const Experiment& e) { return e.control.scheme == "registration"; }
+bool has_two_jets(const Experiment& e) {
+  return e.geometry.solid.kind != "none" || e.control.scheme == "registration";
+}
 
 }  // namespace firn

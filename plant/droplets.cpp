@@ -18,7 +18,11 @@ class DropletModel : public Model {
         seed_(c.seed),
         field_(c.grid, params_.fine_cells, params_.margin_cells),
         nozzle_(c.nozzle, c.seed),
-        attempts_(c.grid.size(), 0) {}
+        nozzle_b_(c.nozzle, c.seed, 1),
+        attempts_(c.grid.size(), 0),
+        ratio_b_(c.ratio_b) {
+    if (c.two_inks) stack_.emplace(c.grid);
+  }
 
   Landing fire(const Shot& shot) override {
     const NearestCell cell = nearest_cell(grid_, shot.x_mm, shot.y_mm);
@@ -28,7 +32,9 @@ class DropletModel : public Model {
     const auto draw = [&](Purpose purpose, std::uint32_t n) {
       return DrawKey{seed_, purpose, layers_.layer(), 4 * attempt + n, key};
     };
-    const double factor = nozzle_.fire(shot.t_us);
+    if (stack_ && shot.ink != wet_ink_) account();
+    wet_ink_ = shot.ink;
+    const double factor = shot.ink == Material::kB ? ratio_b_ * nozzle_b_.fire(shot.t_us) : nozzle_.fire(shot.t_us);
     Landing out;
     out.x_mm = shot.x_mm + shot.vx_mm_s * params_.flight_time_s;
     out.y_mm = shot.y_mm + shot.vy_mm_s * params_.flight_time_s;

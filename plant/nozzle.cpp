@@ -66,7 +66,8 @@ struct Nozzle::Solver {
   }
 };
 
-Nozzle::Nozzle(const NozzleParams& params, std::uint64_t seed) : params_(params), seed_(seed) {}
+Nozzle::Nozzle(const NozzleParams& params, std::uint64_t seed, std::uint32_t number)
+    : params_(params), seed_(seed), number_(number) {}
 Nozzle::~Nozzle() = default;
 Nozzle::Nozzle(Nozzle&&) noexcept = default;
 Nozzle& Nozzle::operator=(Nozzle&&) noexcept = default;
@@ -83,7 +84,7 @@ void Nozzle::cured(std::int64_t now_us, std::uint32_t layer) {
   advance(now_us);
   const double keep = params_.wander_memory;
   target_ = keep * target_ + std::sqrt(1.0 - keep * keep) * params_.wander_sigma *
-                                 random_normal({seed_, Purpose::kNozzleDrift, layer, 0, 0});
+                                 random_normal({seed_, Purpose::kNozzleDrift, layer, number_, 0});
 }
 
 void Nozzle::advance(std::int64_t now_us) {

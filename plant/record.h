@@ -24,7 +24,7 @@ enum class RecordKind : std::uint16_t {
   kShots = 7,        ///< ShotRecord[]: several in a row, in order
 };
 
-enum class Port : std::uint8_t { kStage = 0, kJet = 1, kProfiler = 2, kLamp = 3 };
+enum class Port : std::uint8_t { kStage = 0, kJet = 1, kProfiler = 2, kLamp = 3, kJetB = 4 };
 
 /// What became of a trigger.
 enum class ShotOutcome : std::uint8_t {
@@ -44,13 +44,14 @@ struct BeginRecord {
 };
 struct ShotRecord {
   std::int64_t t_us = 0;
-  double x_mm = 0.0, y_mm = 0.0;  ///< stage
+  double x_mm = 0.0, y_mm = 0.0;  ///< stage; the nozzle of ink B stands elsewhere (WorldConfig::nozzle_b_x_mm)
   double landed_x_mm = 0.0, landed_y_mm = 0.0;
   double volume_mm3 = 0.0;      ///< 0 unless fired
-  std::int32_t i = 0, j = 0;    ///< nearest cell, may be off the grid
-  std::uint32_t exposures = 0;  ///< layers cured before
+  std::int32_t i = 0, j = 0;    ///< cell nearest to the nozzle, may be off the grid
+  std::uint32_t exposures = 0;  ///< cures before
   ShotOutcome outcome = ShotOutcome::kFired;
-  std::uint8_t reserved[3] = {};
+  std::uint8_t nozzle = 0;      ///< 0: jet, ink A; 1: jet_b, ink B
+  std::uint8_t reserved[2] = {};
 };
 struct ScanRecord {
   std::int64_t t_us = 0;

@@ -125,7 +125,7 @@ class Server {
   }
 
  private:
-  static constexpr std::array<std::string_view, 4> kPorts{kStagePort, kJetPort, kProfilerPort, kLampPort};
+  static constexpr std::array kPorts = kPortNames;
 
   std::int64_t now_us() const {
     const std::int64_t since_ns = std::max<std::int64_t>(0, monotonic_ns() - options_.epoch_ns);

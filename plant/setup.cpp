@@ -16,7 +16,9 @@ WorldConfig world_config(const Experiment& e) {
   c.nozzle.wander_sigma = e.plant.drift;
   c.nozzle.drift = e.plant.drift > 0.0;
   c.lu2015.variation = e.plant.variation;
-  c.two_inks = e.geometry.solid.kind != "none";
+  c.two_inks = has_two_jets(e);
+  c.nozzle_b_x_mm = e.plant.nozzle_b_x_mm;
+  c.nozzle_b_y_mm = e.plant.nozzle_b_y_mm;
   c.ratio_b = e.plant.ratio_b;
   c.sensor.noise_mm = e.plant.sensor_noise_mm;
   c.sensor.dropout_floor = e.plant.dropout_fraction;
@@ -26,6 +28,7 @@ WorldConfig world_config(const Experiment& e) {
   c.stage.max_speed_mm_s = e.stage.max_speed_mm_s;
   c.stage.abort_rate_mm_s2 = std::max(c.stage.abort_rate_mm_s2, e.stage.acceleration_mm_s2);
   c.jet.max_rate_hz = e.jet.max_rate_hz;
+  c.jet_b.max_rate_hz = e.jet_b.drive.max_rate_hz;
   c.profiler.points = e.laser_profiler.points;
   c.profiler.dx_mm = e.laser_profiler.dx_mm;
   c.profiler.laser_offset_y_mm = e.laser_profiler.offset_y_mm;

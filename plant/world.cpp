@@ -20,23 +20,21 @@
 namespace firn::plant {
 namespace {
 
-constexpr std::array<std::string_view, 4> kPortNames{kStagePort, kJetPort, kProfilerPort, kLampPort};
-
 std::size_t port_of(std::string_view name) {
   for (std::size_t n = 0; n < kPortNames.size(); ++n)
     if (kPortNames[n] == name) return n;
   throw std::invalid_argument("world: unknown port \"" + std::string(name) +
-                              "\"; known: stage jet laser_profiler lamp");
+                              "\"; known: stage jet laser_profiler lamp jet_b");
 }
 
 // What a saved state must agree with to make sense.
 std::string fingerprint(const WorldConfig& c) {
-  char text[256];
+  char text[320];
   const GridSpec& g = c.grid;
-  std::snprintf(text, sizeof text, "%s %llu %d %d %a %a %a %a %d %d %d", c.model.c_str(),
+  std::snprintf(text, sizeof text, "%s %llu %d %d %a %a %a %a %d %d %d %d", c.model.c_str(),
                 static_cast<unsigned long long>(c.seed), g.nx, g.ny, g.pitch_x_mm, g.pitch_y_mm,
                 g.origin_x_mm, g.origin_y_mm, c.droplet.fine_cells, c.droplet.margin_cells,
-                c.profiler.points);
+                c.profiler.points, int(c.two_inks));
   return text;
 }
 
@@ -48,10 +46,11 @@ struct World::Impl : Wires {
         record(r),
         model(make_model(c)),
         stage(c.stage, *this),
-        jet(c.jet, *this),
+        jet(Port::kJet, c.jet, *this),
         profiler(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
         lamp_twin(c.lamp, *this),
-        twins{&stage, &jet, &profiler, &lamp_twin},
+        jet_b(Port::kJetB, c.jet_b, *this),
+        twins{&stage, &jet, &profiler, &lamp_twin, &jet_b},
         line(std::size_t(c.profiler.points)) {}
 
   // Inner events in order of time; at equal times in the order of the ports.
@@ -81,35 +80,51 @@ struct World::Impl : Wires {
              const double velocity_mm_s[3]) override {
     if (axis == 1) return scan(t_us, position_mm[1]);
     if (axis != 0) return;
-    int droplets = 0;
-    const ShotOutcome outcome = jet.trigger(t_us, droplets);
-    const Shot shot{t_us, position_mm[0], position_mm[1], velocity_mm_s[0], velocity_mm_s[1]};
-    if (outcome == ShotOutcome::kFired) return fire(shot, droplets);
+    // One line drives both jets; each obeys when it is set to external triggers.
+    int droplets_a = 0, droplets_b = 0;
+    const ShotOutcome a = jet.trigger(t_us, droplets_a);
+    const ShotOutcome b = config.two_inks ? jet_b.trigger(t_us, droplets_b) : ShotOutcome::kGatedSource;
+    const Stage at{position_mm[0], position_mm[1], velocity_mm_s[0], velocity_mm_s[1]};
+    if (a == ShotOutcome::kFired) fire(t_us, at, Material::kA, droplets_a);
+    if (b == ShotOutcome::kFired) fire(t_us, at, Material::kB, droplets_b);
+    if (a == ShotOutcome::kFired || b == ShotOutcome::kFired) return;
     ++gated;
-    write_shot(shot, outcome, {});
+    const bool of_b = b != ShotOutcome::kGatedSource;  // why the armed one did not obey
+    write_shot(at, shot_of(t_us, at, of_b ? Material::kB : Material::kA), of_b ? b : a, {});
   }
 
-  void softtrigger(std::int64_t t_us, int droplets) override {
+  void softtrigger(std::int64_t t_us, Port port, int droplets) override {
     const Vec3 at = stage.device().position_mm(t_us);
-    fire({t_us, at[0], at[1], stage.device().velocity_mm_s(0, t_us), stage.device().velocity_mm_s(1, t_us)},
-         droplets);
+    fire(t_us, {at[0], at[1], stage.device().velocity_mm_s(0, t_us), stage.device().velocity_mm_s(1, t_us)},
+         port == Port::kJetB ? Material::kB : Material::kA, droplets);
   }
 
-  void fire(const Shot& shot, int droplets) {
+  /// Position and speed of the stage.
+  struct Stage {
+    double x_mm, y_mm, vx_mm_s, vy_mm_s;
+  };
+  Shot shot_of(std::int64_t t_us, const Stage& at, Material ink) const {
+    const bool b = ink == Material::kB;
+    return {t_us, at.x_mm + (b ? config.nozzle_b_x_mm : 0.0), at.y_mm + (b ? config.nozzle_b_y_mm : 0.0),
+            at.vx_mm_s, at.vy_mm_s, ink};
+  }
+
+  void fire(std::int64_t t_us, const Stage& at, Material ink, int droplets) {
+    const Shot shot = shot_of(t_us, at, ink);
     for (int n = 0; n < droplets; ++n) {
       const Landing landing = model->fire(shot);
       ++fired;
       missed += landing.missed;
-      write_shot(shot, landing.missed ? ShotOutcome::kMissed : ShotOutcome::kFired, landing);
+      write_shot(at, shot, landing.missed ? ShotOutcome::kMissed : ShotOutcome::kFired, landing);
     }
   }
 
-  void write_shot(const Shot& shot, ShotOutcome outcome, const Landing& landing) {
+  void write_shot(const Stage& at, const Shot& shot, ShotOutcome outcome, const Landing& landing) {
     if (!record) return;
     const NearestCell cell = nearest_cell(config.grid, shot.x_mm, shot.y_mm);
     write(RecordKind::kShot, ShotRecord{shot.t_us,
-                                        shot.x_mm,
-                                        shot.y_mm,
+                                        at.x_mm,
+                                        at.y_mm,
                                         landing.x_mm,
                                         landing.y_mm,
                                         landing.volume_mm3,
@@ -117,6 +132,7 @@ struct World::Impl : Wires {
                                         cell.j,
                                         model->layers().exposures(),
                                         outcome,
+                                        std::uint8_t(shot.ink == Material::kB),
                                         {}});
   }
 
@@ -180,7 +196,8 @@ struct World::Impl : Wires {
   JetTwin jet;
   ProfilerTwin profiler;
   LampTwin lamp_twin;
-  std::array<Twin*, 4> twins;
+  JetTwin jet_b;
+  std::array<Twin*, 5> twins;
   std::vector<double> line;  ///< points of one profile
 
   std::int64_t now_us = 0;
@@ -215,7 +232,7 @@ void World::receive(std::string_view port, std::span<const std::byte> bytes, std
   impl_->run_until(now_us);
   Twin& twin = *impl_->twins[n];
   if (!twin.link().connected()) return;
-  if (Port(n) == Port::kJet || Port(n) == Port::kLamp)
+  if (Port(n) == Port::kJet || Port(n) == Port::kJetB || Port(n) == Port::kLamp)
     twin.link().arrive(bytes, impl_->now_us);
   else if (!twin.link().hung())
     twin.take(bytes, impl_->now_us);
@@ -267,7 +284,7 @@ void World::advance(std::int64_t now_us, const SendFn& send) {
 Truth World::truth() const {
   const Model& model = *impl_->model;
   return {model.layers().exposures(),  impl_->fired,   impl_->missed,     impl_->gated,
-          model.volume_mm3(), model.ledger(), model.cell_means()};
+          model.volume_mm3(), model.ledger(), model.cell_means(), model.materials()};
 }
 
 MaterialColumns World::materials() const { return impl_->model->materials(); }

@@ -1,11 +1,13 @@
 // Nature for the whole lab: plant, the instruments' twins and the wires between them. Time and bytes come in,
 // bytes go out; nothing here reads a clock or a file except save() and restore().
 //
-// Wires: stage PSO on X -> jet trigger -> droplet at the stage's position of that instant; PSO on Y ->
-// profiler trigger; lamp shutter -> curing. Frames: part = stage (the nozzle stands above part point (x, y)
-// when X = x, Y = y).
+// Wires: stage PSO on X -> trigger of both jets -> droplet of each jet that is set to external triggers, at its
+// nozzle's position of that instant; PSO on Y -> profiler trigger; lamp shutter -> curing. Frames: part = stage (the
+// nozzle of ink A stands above part point (x, y) when X = x, Y = y, that of ink B above (x + nozzle_b_x, y +
+// nozzle_b_y)). A world without two inks has no second jet on its wires.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -15,6 +17,7 @@
 #include <string_view>
 
 #include "core/grid/grid.h"
+#include "core/grid/material_columns.h"
 #include "plant/model.h"
 #include "plant/record.h"
 #include "plant/twins/fault.h"
@@ -24,7 +27,9 @@ namespace firn::plant {
 
 /// Ports by name, as in the nodes' port tables.
 inline constexpr std::string_view kStagePort = "stage", kJetPort = "jet", kProfilerPort = "laser_profiler",
-                                  kLampPort = "lamp";
+                                  kLampPort = "lamp", kJetBPort = "jet_b";
+/// All of them, in the order of Port.
+inline constexpr std::array<std::string_view, 5> kPortNames{kStagePort, kJetPort, kProfilerPort, kLampPort, kJetBPort};
 
 /// What no node may know.
 struct Truth {
@@ -35,6 +40,7 @@ struct Truth {
   double volume_mm3 = 0.0;          ///< on the field
   VolumeLedger ledger;
   HeightMap height;  ///< noise-free mean over each cell [mm]
+  MaterialColumns materials;  ///< which ink lies where; no cells unless WorldConfig::two_inks
 };
 
 class World {

@@ -105,13 +105,15 @@ struct WorldConfig {
   std::uint64_t seed = 1;
   std::string model = "droplets";  ///< or "lu2015"
   bool two_inks = false;           ///< a block of object and support ink is printed, with two jets
+  double nozzle_b_x_mm = 20.0;     ///< where the second nozzle truly stands, relative to the first
+  double nozzle_b_y_mm = 0.0;
   double ratio_b = 1.0;            ///< volume of a droplet of the support's ink, in droplets of the object's
   DropletParams droplet;
   NozzleParams nozzle;
   Lu2015Params lu2015;
   SensorParams sensor;
   StageParams stage;
-  JetParams jet;
+  JetParams jet, jet_b;
   ProfilerParams profiler;
   LampParams lamp;
 };

@@ -52,8 +52,8 @@ int data_length(std::uint8_t command) {
 
 }  // namespace
 
-JetTwin::JetTwin(const JetParams& params, Wires& wires)
-    : Twin(Port::kJet, TwinLink(10.0e6 / params.baud, 0)), params_(params), wires_(wires) {}
+JetTwin::JetTwin(Port port, const JetParams& params, Wires& wires)
+    : Twin(port, TwinLink(10.0e6 / params.baud, 0)), params_(params), wires_(wires) {}
 
 void JetTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   for (const std::byte b : bytes) byte(std::uint8_t(b), now_us);
@@ -136,7 +136,7 @@ void JetTwin::execute(std::int64_t now_us) {
       if (!state_.waveform) return answer(false, command, kBadValue, now_us);
       state_.last_fired_us = now_us;
       ++state_.fired;
-      wires_.softtrigger(now_us, state_.drops);
+      wires_.softtrigger(now_us, port_, state_.drops);
       break;
     case kStrobeEnable:
       state_.strobe = data[0];

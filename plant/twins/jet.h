@@ -15,7 +15,8 @@ namespace firn::plant {
 /// big-endian.
 class JetTwin : public Twin {
  public:
-  JetTwin(const JetParams& params, Wires& wires);
+  /// @param port kJet or kJetB: the lab has one per ink
+  JetTwin(Port port, const JetParams& params, Wires& wires);
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
   void disconnected(std::int64_t) override { frame_.clear(), greeting_ = 0; }  // the jet stays as it is
   std::int64_t next_device_us() const override { return kNever; }

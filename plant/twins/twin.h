@@ -18,7 +18,7 @@ class Wires {
   /// A pulse of the stage's position-synchronised output of `axis` at the exact crossing.
   virtual void pulse(int axis, std::int64_t t_us, const double position_mm[3],
                      const double velocity_mm_s[3]) = 0;
-  virtual void softtrigger(std::int64_t t_us, int droplets) = 0;  ///< the jet fires of itself
+  virtual void softtrigger(std::int64_t t_us, Port jet, int droplets) = 0;  ///< the jet fires of itself
   virtual void lamp(std::int64_t t_us, LampEvent event, double dose_s) = 0;
   virtual void link_closed(std::int64_t t_us, Port port) = 0;  ///< by the instrument
   virtual void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) = 0;
