@@ -6,6 +6,7 @@
 #include "cli/exit_codes.h"
 #include "cli/run_config.h"
 #include "config/experiment.h"
+#include "plant/model.h"
 #include "plant/record.h"
 
 namespace firn {
@@ -21,27 +22,32 @@ replay::Shot::Outcome outcome_of(plant::ShotOutcome outcome) {
 
 }  // namespace
 
-std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& run) {
+std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& run, const Experiment& e) {
   const std::filesystem::path path = run / "world.rec";
   if (!std::filesystem::exists(path)) return {};
   const plant::WorldHistory history = plant::read_history(path);
   replay::WorldTruth truth;
   truth.damaged = history.damaged;
-  for (const plant::ShotRecord& s : history.shots)
-    truth.shots.push_back({s.t_us, s.i, s.j, s.exposures, outcome_of(s.outcome)});
+  for (const plant::ShotRecord& s : history.shots) {
+    plant::NearestCell cell{s.i, s.j};
+    // Where the lab believed the second nozzle: what it is off by is nature's, and firn calibrate's to find.
+    if (s.nozzle == 1) cell = plant::nearest_cell(e.grid, s.x_mm + e.jet_b.offset_x_mm, s.y_mm + e.jet_b.offset_y_mm);
+    truth.shots.push_back({s.t_us, cell.i, cell.j, s.exposures, outcome_of(s.outcome), s.nozzle == 1 ? Material::kB : Material::kA});
+  }
   for (const plant::DeviceRecord& d : history.devices)
     if (d.event == plant::DeviceEvent::kJetArmed || d.event == plant::DeviceEvent::kJetDisarmed)
-      truth.jet.push_back({d.t_us, d.event == plant::DeviceEvent::kJetArmed});
+      truth.jet.push_back({d.t_us, d.event == plant::DeviceEvent::kJetArmed, d.port == plant::Port::kJetB ? Material::kB : Material::kA});
   return truth;
 }
 
 replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
   try {
     const replay::AuditRecord record = replay::read_audit_record(run);
-    const auto truth = read_world_truth(run);
+    const std::string config = recorded_config(run);
+    const Experiment e = config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
+    const auto truth = read_world_truth(run, e);
     replay::AuditOptions options;
-    if (const std::string config = recorded_config(run); !config.empty())
-      options.time_scale = parse_experiment(config, "the recorded configuration").run.time_scale;
+    options.time_scale = e.run.time_scale;
     return replay::audit(record, truth ? &*truth : nullptr, options);
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "config/experiment.h"
 #include "replay/audit.h"
 
 namespace firn {
@@ -14,8 +15,8 @@ struct AuditCommandOptions {
   bool json = false;
 };
 
-/// world.rec of a run; nothing where there is none (a real lab).
-std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& run);
+/// world.rec of a run of `experiment`; nothing where there is none (a real lab).
+std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& run, const Experiment& experiment);
 
 /// @throws UsageError, ConfigError
 replay::AuditVerdict audit_verdict(const std::filesystem::path& run);

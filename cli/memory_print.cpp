@@ -59,6 +59,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
   run_end_t end{};
   int layers_measured = 0;
   lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time) {
+    if (options.tap) options.tap(channel, bytes);
     if (channel == channels::kRunEnd.name) decode(bytes, end);
     if (layer_metrics_t m; channel == channels::kLayerMetrics.name && decode(bytes, m)) layers_measured = m.layer;
     if (layer_plan_t plan; channel == channels::kLayerPlan.name && decode(bytes, plan)) report.iterations += plan.iterations;

@@ -4,7 +4,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/run_folder.h"
@@ -18,6 +21,8 @@ struct MemoryPrintOptions {
   bool series = false;     ///< fill `series`
   bool surface = false;    ///< fill `surface`
   bool materials = false;  ///< fill `materials`
+  /// Sees every message when it is sent.
+  std::function<void(std::string_view channel, std::span<const std::byte> bytes)> tap = {};
 };
 
 /// The true surface after a layer, which no node knows. Errors are height - target over the mask.

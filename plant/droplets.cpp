@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "core/grid/random.h"
+#include "plant/ink_stack.h"
 #include "plant/model.h"
 #include "plant/nozzle.h"
 
@@ -65,9 +67,14 @@ class DropletModel : public Model {
   }
 
   void end_pass() override {}
+  void account() { stack_->account(field_.cell_means(), wet_ink_); }
   void expose(std::int64_t now_us) override {
+    if (stack_) account();
     field_.cure(params_.cure_shrink);
-    if (layers_.exposed()) nozzle_.cured(now_us, layers_.layer() + 1);
+    if (stack_) stack_->cured(field_.cell_means());
+    if (!layers_.exposed()) return;
+    nozzle_.cured(now_us, layers_.layer() + 1);
+    if (stack_) nozzle_b_.cured(now_us, layers_.layer() + 1);
   }
   void measured() override {
     if (!layers_.measured()) return;
@@ -79,17 +86,24 @@ class DropletModel : public Model {
   VolumeLedger ledger() const override { return field_.ledger(); }
   double volume_mm3() const override { return field_.volume_mm3(); }
   const LayerCount& layers() const override { return layers_; }
-  void io(Archive& a) override { a.all(field_, nozzle_, attempts_, off_grid_attempts_, layers_); }
+  MaterialColumns materials() const override { return stack_ ? stack_->columns() : MaterialColumns{}; }
+  void io(Archive& a) override {
+    a.all(field_, nozzle_, attempts_, off_grid_attempts_, layers_);
+    if (stack_) a.all(*stack_, nozzle_b_, wet_ink_);
+  }
 
  private:
   GridSpec grid_;
   DropletParams params_;
   std::uint64_t seed_;
   Field field_;
-  Nozzle nozzle_;
+  Nozzle nozzle_, nozzle_b_;
   std::vector<std::uint32_t> attempts_;  ///< droplets per cell of this layer
   std::uint32_t off_grid_attempts_ = 0;
   LayerCount layers_;
+  double ratio_b_;
+  Material wet_ink_ = Material::kA;  ///< of the newest droplet
+  std::optional<InkStack> stack_;    ///< with two inks
 };
 
 }  // namespace

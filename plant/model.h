@@ -72,8 +72,8 @@ class Model {
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
   virtual const LayerCount& layers() const = 0;
-  /// Where which ink lies, settled. No cells unless WorldConfig::two_inks.
-  virtual MaterialColumns materials() const { return {}; }
+  /// Where which ink lies: settled (lu2015), or as last cured (droplets). No cells unless WorldConfig::two_inks.
+  virtual MaterialColumns materials() const = 0;
   virtual void io(Archive& a) = 0;
 };
 

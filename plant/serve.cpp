@@ -158,12 +158,12 @@ class Server {
       until = std::min(until, std::max(wall_ns(t), now + kInnerDelay_ns));
     const std::int64_t left = std::max<std::int64_t>(0, until - now);
     const timespec timeout{left / 1'000'000'000, left % 1'000'000'000};
-    std::array<pollfd, 5> polls{};
+    std::array<pollfd, kPorts.size() + 1> polls{};
     for (std::size_t n = 0; n < kPorts.size(); ++n)
       polls[n] = clients_[n].fd >= 0
                      ? pollfd{clients_[n].fd, short(clients_[n].out.empty() ? POLLIN : POLLIN | POLLOUT), 0}
                      : pollfd{listeners_[n], POLLIN, 0};
-    polls[4] = {stopping_ ? -1 : control_.fd, POLLIN, 0};  // -1 is passed over
+    polls[kPorts.size()] = {stopping_ ? -1 : control_.fd, POLLIN, 0};  // -1 is passed over
     ::ppoll(polls.data(), polls.size(), &timeout, &during_poll);
   }
 
@@ -259,8 +259,8 @@ class Server {
   std::unique_ptr<WorldRecord> record_;
   World world_;
   std::uint32_t saved_exposures_;
-  std::array<int, 4> listeners_{-1, -1, -1, -1};
-  std::array<Peer, 4> clients_;
+  std::array<int, kPorts.size()> listeners_{-1, -1, -1, -1, -1};
+  std::array<Peer, kPorts.size()> clients_;
   Peer control_;
   std::string heard_;
   bool stopping_ = false;

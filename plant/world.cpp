@@ -284,7 +284,7 @@ void World::advance(std::int64_t now_us, const SendFn& send) {
 Truth World::truth() const {
   const Model& model = *impl_->model;
   return {model.layers().exposures(),  impl_->fired,   impl_->missed,     impl_->gated,
-          model.volume_mm3(), model.ledger(), model.cell_means(), model.materials()};
+          model.volume_mm3(), model.ledger(), model.cell_means()};
 }
 
 MaterialColumns World::materials() const { return impl_->model->materials(); }

@@ -40,7 +40,6 @@ struct Truth {
   double volume_mm3 = 0.0;          ///< on the field
   VolumeLedger ledger;
   HeightMap height;  ///< noise-free mean over each cell [mm]
-  MaterialColumns materials;  ///< which ink lies where; no cells unless WorldConfig::two_inks
 };
 
 class World {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/grid/firing_order.h"
+#include "core/grid/sub_patterns.h"
 
 namespace firn::replay {
 namespace {
@@ -69,6 +70,35 @@ class Audit {
     return found;
   }
 
+  // None where a layer is one pattern of one ink, and for a pass that was never reported.
+  const PassPart* part_of(const PassOrder& o) const {
+    for (const PassPart& p : record_.parts)
+      if (p.layer == o.layer && p.attempt == o.attempt && p.pass == o.pass) return &p;
+    return nullptr;
+  }
+
+  std::int32_t passes_of(const PlannedLayer& plan) const {
+    for (const PassPart& p : record_.parts)
+      if (p.layer == plan.layer) return p.passes;
+    return plan.passes;
+  }
+
+  // What a first attempt at a pass has to fire.
+  std::vector<std::uint32_t> cells_of(const PlannedLayer& plan, const PassOrder& o) const {
+    const PassPart* part = part_of(o);
+    if (!part) return firing_order(plan.drops, o.pass);
+    std::vector<std::uint32_t> cells;
+    for (const std::uint32_t c : firing_order(plan.drops, part->round)) {
+      const int i = int(c) % plan.drops.spec.nx, j = int(c) / plan.drops.spec.nx;
+      const Material ink = plan.materials.cells.empty() ? Material::kA : plan.materials.of(c);
+      if (sub_pattern_of(i, j, part->sub_patterns) == part->sub_pattern && ink == part->material) cells.push_back(c);
+    }
+    return cells;
+  }
+
+  // Cut off before its report, a pass has nothing that says which part of its layer it was.
+  bool cut_off(const PassOrder& o) const { return is_last(o) && !record_.finished && !report_of(o); }
+
   bool is_last(const PassOrder& o) const { return &o == &record_.orders.back(); }
 
   void check_layers() {
@@ -111,10 +141,17 @@ class Audit {
     const PlannedLayer* plan = plan_of(*last);
     const bool cut_short = is_last(*last) && !record_.finished;
     if (!plan || in_doubt || cut_short) return;  // a missing plan is told by check_order
-    for (std::int32_t pass = 0; pass < plan->passes; ++pass)
+    const std::int32_t wanted = passes_of(*plan);
+    for (std::int32_t pass = 0; pass < wanted; ++pass)
       if (!passes.contains(pass))
         add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": pass " + std::to_string(pass) + " of " +
-                                             std::to_string(plan->passes) + " was skipped");
+                                             std::to_string(wanted) + " was skipped");
+    std::int64_t commanded = 0;
+    for (const PassOrder& o : record_.orders)
+      if (o.layer == layer && o.attempt == 0) commanded += std::int64_t(o.cells.size()) * !given_again(std::size_t(&o - record_.orders.data()));
+    if (commanded != plan->drops.total())
+      add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": its passes fire " + std::to_string(commanded) +
+                                           " droplets, the plan has " + std::to_string(plan->drops.total()));
   }
 
   void check_order(std::size_t n) {
@@ -122,7 +159,7 @@ class Audit {
     const PlannedLayer* plan = plan_of(o);
     if (!plan)
       add(ViolationKind::kOtherCells, of(o) + ": no plan asked for it");
-    else if (o.attempt == 0 && firing_order(plan->drops, o.pass) != o.cells)
+    else if (o.attempt == 0 && cells_of(*plan, o) != o.cells && !(cut_off(o) && within(*plan, o)))
       add(ViolationKind::kOtherCells, of(o) + ": the stage was sent to other cells than the plan of map " +
                                           std::to_string(plan->map_id) + " names");
     if (given_again(n)) return;
@@ -136,6 +173,10 @@ class Audit {
       v_.unknowns.push_back({o.layer, o.attempt, o.pass, r->unknown_from, r->unknown_to, r->t_us, {}});
     else if (r->unknown_from < cells && !is_last(o) && record_.orders[n + 1].pass != o.pass)
       add(ViolationKind::kSkippedPass, of(o) + ": " + std::to_string(cells - r->unknown_from) + " droplets were left out");
+  }
+
+  static bool within(const PlannedLayer& plan, const PassOrder& o) {
+    return std::ranges::all_of(o.cells, [&](std::uint32_t c) { return c < plan.drops.size() && plan.drops.cells[c] > 0; });
   }
 
   // Droplets in doubt must be seen by a scan before the next ones are planned.
@@ -207,6 +248,8 @@ class Audit {
       }
       triggered[std::size_t(place[c])] = true;
       if (++fired[c] > 1) add(ViolationKind::kCellTwice, of(o) + ": a second droplet on " + cell(o.grid, c) + at(s->t_us));
+      check_ink(o, *s, c);
+      check_wet(o, *s, c);
       if (std::int64_t(s->exposures) < o.layer - 1)
         add(ViolationKind::kNotCured, of(o) + ": a droplet on " + cell(o.grid, c) + " after " + std::to_string(s->exposures) +
                                           " exposures" + at(s->t_us));
@@ -225,6 +268,24 @@ class Audit {
       if (std::int64_t(k) >= r->unknown_to && triggered[k])
         add(ViolationKind::kCellNotReported, of(o) + ": " + cell(o.grid, o.cells[k]) + " was triggered but is reported as not done");
     }
+  }
+
+  void check_ink(const PassOrder& o, const Shot& s, std::uint32_t c) {
+    const PlannedLayer* plan = plan_of(o);
+    const Material wanted = plan && c < plan->materials.size() ? plan->materials.of(c) : Material::kA;
+    if (s.ink != wanted)
+      add(ViolationKind::kWrongInk, of(o) + ": " + cell(o.grid, c) + " got a droplet of the other ink" + at(s.t_us));
+  }
+
+  // Between two cures all droplets of a layer lie in one sub-pattern.
+  void check_wet(const PassOrder& o, const Shot& s, std::uint32_t c) {
+    const PassPart* part = part_of(o);
+    if (!part || part->sub_patterns == 1) return;
+    const int number = sub_pattern_of(int(c) % o.grid.nx, int(c) / o.grid.nx, part->sub_patterns);
+    const auto [wet, first] = wet_.try_emplace(s.exposures, std::pair(o.layer, number));
+    if (!first && wet->second.first == o.layer && wet->second.second != number)
+      add(ViolationKind::kWetNeighbour, of(o) + ": a droplet on " + cell(o.grid, c) +
+                                            " while another sub-pattern of the layer is wet" + at(s.t_us));
   }
 
   static bool obeyed(const Shot& s) { return s.outcome != Shot::Outcome::kIgnored; }
@@ -267,13 +328,16 @@ class Audit {
 
   void check_disarmed() {
     std::size_t next = 0;
-    bool armed = false;
+    bool armed[2] = {false, false}, told = false;
     std::int64_t count = 0, first = 0;
     for (const Shot& s : world_->shots) {
       for (; next < world_->jet.size() && (world_->jet[next].t_us < s.t_us ||
-                                           (world_->jet[next].t_us == s.t_us && world_->jet[next].armed)); ++next)
-        armed = world_->jet[next].armed;
-      if (obeyed(s) && !armed && count++ == 0) first = s.t_us;
+                                           (world_->jet[next].t_us == s.t_us && world_->jet[next].armed)); ++next) {
+        armed[world_->jet[next].ink == Material::kB] = world_->jet[next].armed;
+        if (armed[0] && armed[1] && !std::exchange(told, true))
+          add(ViolationKind::kBothArmed, "both jets were armed" + at(world_->jet[next].t_us));
+      }
+      if (obeyed(s) && !armed[s.ink == Material::kB] && count++ == 0) first = s.t_us;
     }
     if (count) add(ViolationKind::kDisarmed, std::to_string(count) + " droplets from a jet that was not armed, the first" + at(first));
   }
@@ -288,6 +352,7 @@ class Audit {
   const WorldTruth* world_;
   const AuditOptions& options_;
   std::vector<std::vector<const Shot*>> shots_;  // by order
+  std::map<std::uint32_t, std::pair<std::int32_t, int>> wet_;  // cures before -> layer and sub-pattern that is wet
   AuditVerdict v_;
 };
 

@@ -20,9 +20,10 @@ struct Shot {
     kIgnored,  ///< the jet did not obey
   };
   std::int64_t t_us = 0;
-  std::int32_t i = 0, j = 0;     ///< nearest cell
-  std::uint32_t exposures = 0;   ///< layers cured before
+  std::int32_t i = 0, j = 0;     ///< cell over which the lab believed the nozzle
+  std::uint32_t exposures = 0;   ///< cures before
   Outcome outcome = Outcome::kFired;
+  Material ink = Material::kA;   ///< of the jet that was triggered
 };
 
 /// The world's own record, in order of time.
@@ -30,9 +31,10 @@ struct WorldTruth {
   struct Switch {
     std::int64_t t_us = 0;
     bool armed = false;
+    Material ink = Material::kA;
   };
   std::vector<Shot> shots;
-  std::vector<Switch> jet;       ///< external triggers on, off
+  std::vector<Switch> jet;       ///< external triggers of a jet on, off
   std::uint64_t damaged = 0;     ///< places where the record is damaged
 };
 
@@ -57,6 +59,9 @@ enum class ViolationKind : std::uint8_t {
   kOutsideLease,
   kDisarmed,
   kNotCured,          ///< fired on a layer that was not cured
+  kWetNeighbour,      ///< two sub-patterns of a layer without a cure between
+  kWrongInk,          ///< another jet than that of the cell's ink
+  kBothArmed,         ///< two jets at a time
   kDamaged,           ///< a record cannot be trusted
 };
 const char* word(ViolationKind kind);

@@ -6,6 +6,7 @@
 #include "firn/deposition_report_t.hpp"
 #include "firn/enable_t.hpp"
 #include "firn/fault_t.hpp"
+#include "firn/pass_detail_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/stage_command_t.hpp"
@@ -35,9 +36,16 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
     r.reports.push_back({m.header.utime_us, m.layer, m.attempt, m.pass, m.map_id, m.unknown_from, m.unknown_to});
   });
+  messages.each<pass_detail_t>(channels::kPassDetail.name, [&](const pass_detail_t& m) {
+    r.parts.push_back({m.layer, m.attempt, m.pass, m.passes, m.round, m.sub_pattern, m.sub_patterns, Material(m.material)});
+  });
   messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
     if (PlanDecision(m.decision) == PlanDecision::kPrint)
-      r.plans.push_back({m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops)});
+      r.plans.push_back({m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops), {}});
+  });
+  messages.each<material_map_t>(channels::kMaterialMap.name, [&](const material_map_t& m) {
+    for (PlannedLayer& plan : r.plans)
+      if (plan.layer == m.layer && plan.map_id == m.map_id && from_message(m.grid) == plan.drops.spec) plan.materials = materials_of(m);
   });
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     r.maps.push_back({m.header.utime_us, m.layer, m.map_id, m.sample_utime_us});

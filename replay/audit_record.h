@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "core/grid/material.h"
 
 namespace firn::replay {
 
@@ -27,6 +28,13 @@ struct PassReport {
   std::int64_t unknown_from = 0, unknown_to = 0;
 };
 
+/// PASS_DETAIL: which part of its layer a pass was.
+struct PassPart {
+  std::int32_t layer = 0, attempt = 0, pass = 0, passes = 0;
+  std::int32_t round = 0, sub_pattern = 0, sub_patterns = 1;
+  Material material = Material::kA;
+};
+
 /// LAYER_PLAN with the decision to print.
 struct PlannedLayer {
   std::int64_t t_us = 0;
@@ -34,6 +42,7 @@ struct PlannedLayer {
   std::int32_t passes = 0;
   std::int64_t map_id = 0;
   DropletPattern drops;
+  MaterialMap materials;         ///< MATERIAL_MAP of the same map; no cells with one ink
 };
 
 struct MeasuredMap {
@@ -56,6 +65,7 @@ struct Lease {
 struct AuditRecord {
   std::vector<PassOrder> orders;      // each list in order of time
   std::vector<PassReport> reports;
+  std::vector<PassPart> parts;        ///< none where a layer is one pattern of one ink
   std::vector<PlannedLayer> plans;
   std::vector<MeasuredMap> maps;
   std::vector<Stop> stops;            ///< SAFE_STOP, and FAULT_* that stop the print

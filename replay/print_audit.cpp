@@ -35,6 +35,9 @@ const char* word(ViolationKind kind) {
     case ViolationKind::kOutsideLease: return "fired without a lease";
     case ViolationKind::kDisarmed: return "fired while disarmed";
     case ViolationKind::kNotCured: return "layer not cured";
+    case ViolationKind::kWetNeighbour: return "wet neighbours";
+    case ViolationKind::kWrongInk: return "wrong ink";
+    case ViolationKind::kBothArmed: return "both jets armed";
     case ViolationKind::kDamaged: return "damaged record";
   }
   return "";

@@ -34,7 +34,7 @@ struct Print {
       DropletPattern drops(grid);
       for (auto& d : drops.cells) d = std::uint8_t(random.below(3));
       drops.cells[7] = 2;
-      record.plans.push_back({t + 1000, layer, 2, 100 + layer, drops});
+      record.plans.push_back({t + 1000, layer, 2, 100 + layer, drops, {}});
       for (int pass = 0; pass < 2; ++pass) {
         t += kSecond;
         record.leases.push_back({t - 2000, t + kSecond});
