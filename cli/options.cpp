@@ -7,6 +7,7 @@
 
 #include "cli/audit_command.h"
 #include "cli/compare_command.h"
+#include "cli/calibrate_command.h"
 #include "cli/config_command.h"
 #include "cli/dataflow_command.h"
 #include "cli/decide_command.h"
@@ -86,6 +87,13 @@ void declare_replay(CLI::App& app, Run& run) {
 void declare_audit(CLI::App& app, Run& run) {
   auto o = bind(app, run, run_audit);
   app.add_option("RUN", o->run, "run folder")->required();
+  json_flag(app, o->json);
+}
+
+void declare_calibrate(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_calibrate);
+  app.add_option("RUN", o->run, "run folder of a registration print")->required();
+  app.add_option("-o,--output", o->output, "proposal for the lab file; default: RUN/jet_b.toml");
   json_flag(app, o->json);
 }
 
@@ -216,6 +224,7 @@ constexpr Command kCommands[] = {
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"spy", "watches a live print: lcm-spy with Firn's types, height map and layer error", declare_spy},
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
+    {"calibrate", "measures where the second nozzle stands, from a registration print", declare_calibrate},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"report", "writes one self-contained page for any number of runs", declare_report},
     {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},

@@ -78,6 +78,12 @@ struct PatternOptions {
   std::uint64_t seed = 1;
 };
 
+/// Marks of both nozzles (core/control/registration.h).
+struct RegistrationOptions {
+  int layers = 5;          ///< droplets on each mark
+  int spacing_cells = 16;  ///< even: then all marks are fired in the same direction
+};
+
 struct ControlOptions {
   std::string scheme = "mpc";
   int max_layers = 0;  ///< stop for the operator when a scheme wants more layers than this; 0: no bound
@@ -89,6 +95,7 @@ struct ControlOptions {
   ThresholdOptions threshold;
   MpcOptions mpc;
   PatternOptions pattern;
+  RegistrationOptions registration;
 };
 
 }  // namespace firn::control

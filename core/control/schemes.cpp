@@ -6,6 +6,7 @@
 #include "core/control/mpc/mpc.h"
 #include "core/control/open_loop.h"
 #include "core/control/pattern.h"
+#include "core/control/registration.h"
 #include "core/control/smf.h"
 #include "core/control/threshold.h"
 
@@ -23,6 +24,7 @@ constexpr Scheme kSchemes[] = {
     {"threshold", "one droplet where the layer is short by more than a threshold [Cohen and Lipson 2010]", &make<Threshold>},
     {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make<Mpc>},
     {"pattern", "patterns to learn from: random, identification prints, squares [Lu 2015, III-A, V-C]", &make<PatternPrint>},
+    {"registration", "marks of both nozzles, to measure the offset of the second (firn calibrate)", &make<RegistrationPrint>},
 };
 
 // Stops for the operator at ControlOptions::max_layers.

@@ -47,6 +47,7 @@ control::ControlOptions control_options(const Experiment& e) {
   o.mpc.max_evaluations = c.mpc.max_evaluations;
   o.mpc.max_drops = c.mpc.max_drops;
   o.mpc.min_improvement_mm = c.mpc.min_improvement_mm;
+  o.registration = {c.registration.layers, c.registration.spacing_cells};
   const PatternConfig& p = c.pattern;
   o.pattern = {p.kind == "identification" ? control::PatternKind::kIdentification
                : p.kind == "squares"      ? control::PatternKind::kSquares

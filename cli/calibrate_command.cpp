@@ -1,0 +1,120 @@
+#include "cli/calibrate_command.h"
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+
+#include "cli/exit_codes.h"
+#include "cli/run_config.h"
+#include "firn/height_map_t.hpp"
+#include "firn/layer_plan_t.hpp"
+#include "firn/material_map_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+#include "replay/run_messages.h"
+
+namespace firn {
+namespace {
+
+struct Seen {
+  std::optional<HeightMap> bare, last;
+  int last_layer = 0;
+  std::optional<DropletPattern> marks;
+  std::optional<MaterialMap> materials;
+};
+
+Seen read(const std::filesystem::path& run) {
+  const replay::RunMessages messages(run);
+  Seen seen;
+  messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
+    if (m.layer == 0) seen.bare = height_of(m);  // the last attempt counts
+    if (m.layer > 0 && m.layer >= seen.last_layer) seen.last = height_of(m), seen.last_layer = m.layer;
+  });
+  messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
+    if (m.layer == 1 && PlanDecision(m.decision) == PlanDecision::kPrint) seen.marks = drops_of(m);
+  });
+  messages.each<material_map_t>(channels::kMaterialMap.name, [&](const material_map_t& m) {
+    if (m.layer == 1) seen.materials = materials_of(m);
+  });
+  return seen;
+}
+
+std::vector<registration::MarkSite> sites(const DropletPattern& marks, const MaterialMap& materials) {
+  std::vector<registration::MarkSite> out;
+  for (int j = 0; j < marks.spec.ny; ++j)
+    for (int i = 0; i < marks.spec.nx; ++i)
+      if (marks.at(i, j)) out.push_back({marks.spec.x_mm(i), marks.spec.y_mm(j), Material(materials.at(i, j))});
+  return out;
+}
+
+std::string number(double value, int digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+}  // namespace
+
+Calibration calibrate(const std::filesystem::path& run) {
+  try {
+    const std::string config = recorded_config(run);
+    if (config.empty()) throw std::invalid_argument(run.string() + ": no configuration is recorded in nodes/");
+    const Experiment e = parse_experiment(config, "the recorded configuration");
+    if (e.control.scheme != "registration")
+      throw std::invalid_argument(run.string() + " is no registration print: its control.scheme is \"" + e.control.scheme + "\"");
+    const Seen seen = read(run);
+    if (!seen.bare || !seen.last || !seen.marks || !seen.materials)
+      throw std::invalid_argument(run.string() + " holds no printed and measured marks");
+    Calibration c;
+    c.off = registration::measure_offset(*seen.bare, *seen.last, sites(*seen.marks, *seen.materials));
+    c.believed_x_mm = e.jet_b.offset_x_mm;
+    c.believed_y_mm = e.jet_b.offset_y_mm;
+    return c;
+  } catch (const std::invalid_argument& problem) {
+    throw UsageError(problem.what());
+  }
+}
+
+std::string proposal(const Calibration& c, const std::string& run_name) {
+  const auto row = [](const char* key, double value, const registration::Interval& i) {
+    return std::string(key) + " = " + number(value, 5) + "  # 95 %: +- " + number(i.half_95_mm, 5) + " mm\n";
+  };
+  return "# Where nozzle B stands relative to nozzle A, measured by firn calibrate from " + std::to_string(c.off.marks_a) + " and " +
+         std::to_string(c.off.marks_b) + " marks of\n# run " + run_name + ".\n[jet_b]\n" +
+         row("offset_x_mm", c.offset_x_mm(), c.off.x) + row("offset_y_mm", c.offset_y_mm(), c.off.y);
+}
+
+int run_calibrate(const CalibrateOptions& options) {
+  const Calibration c = calibrate(options.run);
+  const std::filesystem::path run = std::filesystem::weakly_canonical(options.run);
+  const std::string path = options.output.empty() ? (run / "jet_b.toml").string() : options.output;
+  std::ofstream file(path, std::ios::trunc);
+  file << proposal(c, run.filename().string());
+  if (!file.flush()) throw std::runtime_error("cannot write " + path);
+  if (options.json) {
+    const auto axis = [](double value, double believed, const registration::Interval& i) {
+      return nlohmann::ordered_json{{"offset_mm", value}, {"believed_mm", believed}, {"off_by_mm", i.value_mm},
+                                    {"sigma_mm", i.sigma_mm}, {"half_95_mm", i.half_95_mm}};
+    };
+    const nlohmann::ordered_json out = {{"x", axis(c.offset_x_mm(), c.believed_x_mm, c.off.x)},
+                                        {"y", axis(c.offset_y_mm(), c.believed_y_mm, c.off.y)},
+                                        {"marks_a", c.off.marks_a}, {"marks_b", c.off.marks_b}, {"skipped", c.off.skipped},
+                                        {"proposal", path}};
+    std::printf("%s\n", out.dump(2).c_str());
+    return kOk;
+  }
+  const auto line = [](const char* axis, double value, double believed, const registration::Interval& i) {
+    std::printf("%s  %11s mm  +- %s (95 %%)   the lab believes %s: off by %s um\n", axis, number(value, 5).c_str(),
+                number(i.half_95_mm, 5).c_str(), number(believed, 5).c_str(), number(1000.0 * i.value_mm, 1).c_str());
+  };
+  std::printf("nozzle B relative to nozzle A, from %d and %d marks%s\n", c.off.marks_a, c.off.marks_b,
+              c.off.skipped ? (", " + std::to_string(c.off.skipped) + " not found").c_str() : "");
+  line("x", c.offset_x_mm(), c.believed_x_mm, c.off.x);
+  line("y", c.offset_y_mm(), c.believed_y_mm, c.off.y);
+  std::printf("for the lab file: %s\n", path.c_str());
+  return kOk;
+}
+
+}  // namespace firn
