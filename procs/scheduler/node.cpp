@@ -56,7 +56,7 @@ void Scheduler::on(const device_state_t& m, Time now, Outbox& out) {
   const NodeInfo* node = find_node(m.node);
   if (!node || m.header.incarnation < incarnation_) return;  // of before the resume, delivered only now
   if (DeviceState(m.state) == DeviceState::kSafe)
-    safe_drivers_ |= bit(node->id);
+    safe_drivers_ |= bit(node->id) & all_drivers_;
   else
     safe_drivers_ &= ~bit(node->id);
   try_ready(now, out);

@@ -8,6 +8,7 @@
 
 #include "cli/audit_command.h"
 #include "cli/lab_run.h"
+#include "cli/node_makers.h"
 #include "cli/replay_command.h"
 #include "cli/targets.h"
 #include "core/grid/random.h"
@@ -82,6 +83,38 @@ TEST_CASE("a print that dies at any step and resumes is finished, replays identi
     for (const replay::Unknown& u : audit.unknowns) REQUIRE(u.resolved_by.has_value());
   }
   REQUIRE(crashes > int(2 * seeds));
+}
+
+TEST_CASE("a print of two inks in four sub-patterns dies at any step, resumes, replays identical and passes the audit") {
+  const TemporaryRuns runs;
+  const std::uint64_t seeds = std::getenv("FIRN_FULL") ? 100 : 6;
+  int crashes = 0;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    Experiment e = tiny("mpc", seed);
+    e.part.shape.height_mm = 0.015;
+    e.geometry.solid.kind = "pipe";
+    e.geometry.solid.outer_diameter_mm = 1.4;
+    e.geometry.solid.inner_diameter_mm = 0.6;
+    e.process.sub_patterns = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 4 : 2;
+    e.plant.nozzle_b_x_mm = 20.03;
+    e.plant.model = seed % 2 ? "droplets" : "lu2015";
+    CAPTURE(seed, e.process.sub_patterns, e.plant.model);
+    const Story s = print_with_crashes(runs.root, e, seed, 4);
+    crashes += s.crashes;
+    INFO(s.report.result.reason);
+    REQUIRE(s.report.result.status == 0);
+    ReplayCommandOptions r;
+    r.run = s.path.string();
+    const replay::RunVerdict verdict = replay_verdict(r);
+    INFO(replay::to_text(verdict));
+    REQUIRE(verdict.identical());
+    REQUIRE(verdict.nodes.size() == node_makers().size());
+    const replay::AuditVerdict audit = audit_verdict(s.path);
+    if (!audit.violations.empty()) INFO(audit.violations.front().what);
+    REQUIRE(audit.violations_total == 0);
+    for (const replay::Unknown& u : audit.unknowns) REQUIRE(u.resolved_by.has_value());
+  }
+  CHECK(crashes > int(2 * seeds));
 }
 
 TEST_CASE("the same experiment and seed give the same bytes in every write-ahead file but for identity") {

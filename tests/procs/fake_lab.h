@@ -9,10 +9,13 @@
 
 #include "core/grid/firing_order.h"
 #include "core/grid/random.h"
+#include "core/grid/sub_patterns.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/fault_t.hpp"
 #include "firn/jet_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
+#include "firn/material_map_t.hpp"
+#include "firn/pass_detail_t.hpp"
 #include "firn/profiler_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/stage_command_t.hpp"
@@ -43,7 +46,7 @@ struct FakeLab : NodeBench {
       unanswered.reset();
       give(channels::answer(late_driver), late);
     }
-    for (NodeId d : {NodeId::kStage, NodeId::kJet, NodeId::kLaserProfiler, NodeId::kLamp}) {
+    for (NodeId d : {NodeId::kStage, NodeId::kJet, NodeId::kLaserProfiler, NodeId::kLamp, NodeId::kJetB}) {
       device_state_t s{};
       s.node = info(d).name;
       s.state = std::int8_t(DeviceState::kSafe);
@@ -57,6 +60,7 @@ struct FakeLab : NodeBench {
   }
 
   void crash() {
+    armed = Material::kNone;  // drivers make their instruments safe
     safe_stop_t stop{};
     stop.enable_epoch = ++epoch;
     stop.cause = "test";
@@ -69,8 +73,12 @@ struct FakeLab : NodeBench {
       const Sent s = sent[seen++];
       if (s.channel == "RUN_END") return false;
       if (s.channel == "STAGE_COMMAND") return stage(decode<stage_command_t>(s), crash_probability);
-      if (s.channel == "JET_COMMAND") return plain(NodeId::kJet, decode<jet_command_t>(s), crash_probability);
-      if (s.channel == "LAMP_COMMAND") return plain(NodeId::kLamp, decode<lamp_command_t>(s), crash_probability);
+      if (s.channel == "JET_COMMAND") return jet(NodeId::kJet, decode<jet_command_t>(s), crash_probability);
+      if (s.channel == "JET_B_COMMAND") return jet(NodeId::kJetB, decode<jet_command_t>(s), crash_probability);
+      if (s.channel == "LAMP_COMMAND") {
+        wet.clear();
+        return plain(NodeId::kLamp, decode<lamp_command_t>(s), crash_probability);
+      }
       if (s.channel == "PROFILER_COMMAND") {
         const auto c = decode<profiler_command_t>(s);
         if (ProfilerVerb(c.verb) == ProfilerVerb::kArm) scan = c;
@@ -100,6 +108,18 @@ struct FakeLab : NodeBench {
     }
     give(channels::answer(driver), a);
     return true;
+  }
+
+  // Arms or disarms; two jets at once are remembered for the test.
+  bool jet(NodeId id, const jet_command_t& c, double crash_probability) {
+    const Material ink = id == NodeId::kJetB ? Material::kB : Material::kA;
+    if (JetVerb(c.verb) == JetVerb::kArm) {
+      both_armed = both_armed || (armed != Material::kNone && armed != ink);
+      armed = ink;
+    } else if (armed == ink) {
+      armed = Material::kNone;
+    }
+    return plain(id, c, crash_probability);
   }
 
   bool stage(const stage_command_t& c, double crash_probability) {
@@ -142,7 +162,18 @@ struct FakeLab : NodeBench {
       a.outcome = std::int8_t(Outcome::kDone);
       a.counted = std::int64_t(n);
     }
-    for (std::size_t k = 0; k < fire; ++k) ++fired[{c.layer, c.pass}][order[k]];
+    for (std::size_t k = 0; k < fire; ++k) {
+      ++fired[{c.layer, c.pass}][order[k]];
+      droplets[c.layer][order[k]].push_back(armed);
+      wet.push_back(order[k]);
+    }
+    // Between two cures all lies in one sub-pattern.
+    const int n_sub = experiment.process.sub_patterns, nx = experiment.grid.nx;
+    for (const std::uint32_t cell : wet)
+      wet_contact = wet_contact || sub_pattern_of(int(cell) % nx, int(cell) / nx, n_sub) !=
+                                       sub_pattern_of(int(wet[0]) % nx, int(wet[0]) / nx, n_sub);
+    const double shift = armed == Material::kB ? experiment.jet_b.offset_x_mm : 0.0;
+    wrong_place = wrong_place || c.grid.origin_x_mm != experiment.grid.origin_x_mm - shift;
     if (!dies) {
       give(channels::answer(NodeId::kStage), a);
       return true;
@@ -180,7 +211,18 @@ struct FakeLab : NodeBench {
       planned[p.layer] = drops;
     }
     set_drops(p, drops);
+    material_map_t m{};
+    m.layer = p.layer;
+    m.attempt = p.attempt;
+    m.map_id = p.map_id;
+    MaterialMap materials(experiment.grid);
+    for (std::size_t c = 0; c < drops.size(); ++c) materials.set(c, random.below(2) ? Material::kA : Material::kB);
+    set_materials(m, materials);
+    const bool two = has_two_jets(experiment), first = random.below(2);  // either may overtake the other
+    if (two && drops.passes()) inks[p.layer] = materials;
+    if (two && first) give(channels::kMaterialMap, m);
     give(channels::kLayerPlan, p);
+    if (two && !first) give(channels::kMaterialMap, m);
   }
 
   // Prints to the end, resuming after every crash. @returns the number of crashes.
@@ -219,6 +261,11 @@ struct FakeLab : NodeBench {
   std::optional<answer_t> unanswered;
   NodeId late_driver = NodeId::kStage;
   std::map<int, DropletPattern> planned;
+  std::map<int, MaterialMap> inks;
+  std::map<int, std::map<std::uint32_t, std::vector<Material>>> droplets;  // layer -> cell -> jets that fired on it
+  std::vector<std::uint32_t> wet;                                         // cells fired since the last cure
+  Material armed = Material::kNone;
+  bool both_armed = false, wet_contact = false, wrong_place = false;
   std::map<std::pair<int, int>, std::map<std::uint32_t, int>> fired;  // (layer, pass) -> cell -> triggers
 };
 

@@ -12,7 +12,7 @@ namespace {
 constexpr NodeId kDrivers[] = {NodeId::kStage, NodeId::kJet, NodeId::kLaserProfiler, NodeId::kLamp};
 
 struct Bench : test::NodeBench {
-  Bench() : NodeBench(NodeId::kSafety, std::make_unique<Safety>(RunConfig{})) { start(); }
+  explicit Bench(bool two_jets = false) : NodeBench(NodeId::kSafety, std::make_unique<Safety>(RunConfig{}, two_jets)) { start(); }
   void state(NodeId driver, DeviceState state, std::int64_t epoch) {
     device_state_t m{};
     m.node = info(driver).name;
@@ -44,6 +44,20 @@ TEST_CASE("safety grants no lease before every driver has answered SAFE") {
   REQUIRE_FALSE(b.lease().enabled);
   b.state(kDrivers[3], DeviceState::kSafe, 0);
   REQUIRE(b.lease().enabled);
+}
+
+TEST_CASE("with two jets the lease waits for both, and ends when both are armed") {
+  Bench b(true);
+  b.all_safe(0);
+  b.wake();
+  REQUIRE_FALSE(b.lease().enabled);
+  b.state(NodeId::kJetB, DeviceState::kSafe, 0);
+  REQUIRE(b.lease().enabled);
+  b.state(NodeId::kJet, DeviceState::kArmed, 0);
+  REQUIRE(b.all(channels::kSafeStop).empty());
+  b.state(NodeId::kJetB, DeviceState::kArmed, 0);
+  REQUIRE(b.all(channels::kSafeStop).size() == 1);
+  REQUIRE(b.last(channels::kSafeStop).cause.find("both jets are armed") != std::string::npos);
 }
 
 TEST_CASE("safety renews the lease at least three times while it lasts") {

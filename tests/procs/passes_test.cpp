@@ -1,0 +1,137 @@
+// Layers in several sub-patterns and of two inks, printed by the scheduler through crashes.
+#include <catch2/catch.hpp>
+
+#include <set>
+
+#include "tests/procs/fake_lab.h"
+
+namespace firn {
+namespace {
+
+using test::FakeLab;
+
+Experiment interlaced(int sub_patterns, bool two_inks) {
+  Experiment e = test::small();
+  e.process.sub_patterns = sub_patterns;
+  if (two_inks) e.geometry.solid.kind = "pipe";
+  return e;
+}
+
+std::set<int> doubtful_layers(const FakeLab& lab) {
+  std::set<int> layers;
+  for (const auto& r : lab.all(channels::kDepositionReport))
+    if (r.unknown_to > r.unknown_from) layers.insert(r.layer);
+  return layers;
+}
+
+void check_print(const FakeLab& lab, bool two_inks) {
+  CHECK_FALSE(lab.both_armed);
+  CHECK_FALSE(lab.wet_contact);
+  CHECK_FALSE(lab.wrong_place);
+  const std::set<int> doubtful = doubtful_layers(lab);
+  for (int layer = 1; layer <= lab.layers; ++layer) {
+    CAPTURE(layer);
+    const auto cells = lab.droplets.find(layer);
+    for (std::size_t c = 0; c < lab.planned.at(layer).size(); ++c) {
+      const auto fired = cells == lab.droplets.end() ? std::vector<Material>{}
+                         : cells->second.count(std::uint32_t(c)) ? cells->second.at(std::uint32_t(c)) : std::vector<Material>{};
+      if (doubtful.count(layer)) REQUIRE(int(fired.size()) <= lab.planned.at(layer).cells[c]);
+      else REQUIRE(int(fired.size()) == lab.planned.at(layer).cells[c]);
+      for (const Material ink : fired) REQUIRE(ink == (two_inks ? lab.inks.at(layer).of(c) : Material::kA));
+    }
+  }
+}
+
+TEST_CASE("the passes of a layer fire its plan, each droplet once, by the jet of its ink, no sub-pattern on a wet one") {
+  for (const int sub_patterns : {1, 2, 4})
+    for (const bool two_inks : {false, true})
+      for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        CAPTURE(sub_patterns, two_inks, seed);
+        FakeLab lab(seed, interlaced(sub_patterns, two_inks));
+        REQUIRE(lab.print(0.0) == 0);
+        check_print(lab, two_inks);
+      }
+}
+
+TEST_CASE("however often it crashes, no sub-pattern of either ink fires a droplet twice") {
+  int crashes = 0, doubts = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const int sub_patterns = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 2 : 4;
+    const bool two_inks = seed % 2;
+    CAPTURE(seed, sub_patterns, two_inks);
+    FakeLab lab(seed, interlaced(sub_patterns, two_inks));
+    crashes += lab.print(0.05);
+    check_print(lab, two_inks);
+    doubts += int(doubtful_layers(lab).size());
+  }
+  CHECK(crashes > 100);
+  CHECK(doubts > 10);
+}
+
+TEST_CASE("each report of an interlaced layer is preceded by what pass it was, and one cure follows each sub-pattern") {
+  FakeLab lab(3, interlaced(4, true));
+  REQUIRE(lab.print(0.0) == 0);
+  const auto details = lab.all(channels::kPassDetail);
+  const auto reports = lab.all(channels::kDepositionReport);
+  REQUIRE(details.size() == reports.size());
+  int cures = 0;
+  for (std::size_t n = 0; n < reports.size(); ++n) {
+    CHECK(details[n].layer == reports[n].layer);
+    CHECK(details[n].pass == reports[n].pass);
+    CHECK(details[n].passes == reports[n].passes);
+    CHECK(details[n].pass < details[n].passes);
+    cures += details[n].cured;
+    for (std::size_t c = 0; c < reports[n].drops.size(); ++c) {
+      if (!reports[n].drops[c]) continue;
+      const int nx = lab.experiment.grid.nx;
+      CHECK(sub_pattern_of(int(c) % nx, int(c) / nx, 4) == details[n].sub_pattern);
+      CHECK(lab.inks.at(reports[n].layer).of(c) == Material(details[n].material));
+      CHECK(lab.planned.at(reports[n].layer).cells[c] > details[n].round);
+    }
+  }
+  std::int64_t exposures = 0;
+  for (const auto& s : lab.sent) exposures += s.channel == "LAMP_COMMAND";
+  CHECK(exposures == cures);
+}
+
+TEST_CASE("one pattern of one ink is told as ever: no pass details, nothing for the second jet") {
+  FakeLab lab(3, interlaced(1, false));
+  REQUIRE(lab.print(0.0) == 0);
+  CHECK(lab.all(channels::kPassDetail).empty());
+  CHECK(lab.all(channels::kJetBCommand).empty());
+}
+
+TEST_CASE("a plan of two inks waits for its materials, and the fault says so when they do not come") {
+  FakeLab lab(5, interlaced(1, true));
+  lab.begin(0);
+  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {}
+  layer_plan_t p{};
+  p.layer = 1;
+  p.map_id = lab.map_id;
+  set_drops(p, DropletPattern(lab.experiment.grid, 1));
+  lab.give(channels::kLayerPlan, p);
+  CHECK(lab.all(channels::kJetCommand).empty());
+  while (lab.all(channels::fault(NodeId::kScheduler)).empty() && lab.wake()) {}
+  CHECK(lab.last(channels::fault(NodeId::kScheduler)).text.find("no materials for map") != std::string::npos);
+}
+
+TEST_CASE("a cell with droplets and no ink stops the print") {
+  FakeLab lab(5, interlaced(1, true));
+  lab.begin(0);
+  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {}
+  material_map_t m{};
+  m.layer = 1;
+  m.map_id = lab.map_id;
+  set_materials(m, MaterialMap(lab.experiment.grid));
+  lab.give(channels::kMaterialMap, m);
+  layer_plan_t p{};
+  p.layer = 1;
+  p.map_id = lab.map_id;
+  set_drops(p, DropletPattern(lab.experiment.grid, 1));
+  lab.give(channels::kLayerPlan, p);
+  CHECK(lab.all(channels::kJetCommand).empty());
+  CHECK(lab.last(channels::fault(NodeId::kScheduler)).text.find("of no ink") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace firn
