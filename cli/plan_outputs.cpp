@@ -92,6 +92,19 @@ std::vector<double> speeds_at_ticks(const std::vector<Point2>& tool, double tick
   return speeds;
 }
 
+std::vector<std::size_t> stops_of(const std::vector<double>& speed_mm_s) {
+  constexpr std::size_t kAround = 4;  // ticks in which a motion that rests is well under way again
+  constexpr double kStill_mm_s = 1.0;
+  std::vector<std::size_t> stops;
+  for (std::size_t n = 1; n + 1 < speed_mm_s.size(); ++n) {
+    if (!(speed_mm_s[n] < kStill_mm_s && speed_mm_s[n] <= speed_mm_s[n - 1] && speed_mm_s[n] < speed_mm_s[n + 1])) continue;
+    const auto from = speed_mm_s.begin() + std::ptrdiff_t(n > kAround ? n - kAround : 0);
+    const auto to = speed_mm_s.begin() + std::ptrdiff_t(std::min(n + kAround + 1, speed_mm_s.size()));
+    if (speed_mm_s[n] <= 0.5 * *std::max_element(from, to)) stops.push_back(n);
+  }
+  return stops;
+}
+
 deposition::PulsePlan nominal_pulses(const PlannedItem& item, const ValveConfig& valve) {
   const Path& path = item.input.path;
   deposition::FlowDemand demand;
@@ -99,11 +112,7 @@ deposition::PulsePlan nominal_pulses(const PlannedItem& item, const ValveConfig&
   demand.speed_mm_s = speeds_at_ticks(item.result.tool, demand.step_s);
   demand.flow_mm3_s.resize(demand.speed_mm_s.size());
   deposition::nominal_flow(path.width_mm, path.layer_height_mm, demand.speed_mm_s, demand.flow_mm3_s);
-  // A corner at which the motion rests has its instant of rest within a tick of the slowest sample.
-  const double still_mm_s = 1.0;
-  for (std::size_t n = 1; n + 1 < demand.speed_mm_s.size(); ++n)
-    if (demand.speed_mm_s[n] < still_mm_s && demand.speed_mm_s[n] <= demand.speed_mm_s[n - 1] && demand.speed_mm_s[n] < demand.speed_mm_s[n + 1])
-      demand.stops.push_back(n);
+  demand.stops = stops_of(demand.speed_mm_s);
   const deposition::ValveSetting setting = valve_setting(valve);
   deposition::PulsePlan plan;
   try {

@@ -114,6 +114,28 @@ TEST_CASE("Nominal pulses of a planned path count its volume, and too much flow 
   CHECK_THROWS_WITH(nominal_pulses(planned({line}, 1, how)[0], kCobra.valve), Contains("job:2") && Contains("above the valve's"));
 }
 
+TEST_CASE("A path longer than the controller's list is cut at its corners; one without corners is refused with the place") {
+  InputPath turns;
+  turns.number = 1;
+  turns.place = "job:3";
+  turns.path.width_mm = 3.0;
+  turns.path.layer_height_mm = 0.25;
+  turns.ceiling.path_mm_s = 1.0;
+  for (int n = 0; n < 14; ++n) turns.path.points.push_back({n % 4 == 1 || n % 4 == 2 ? 30.0 : 0.0, 2.0 * (n / 2)});
+  PlanJobOptions how;
+  how.keep_tool = true;
+  const auto items = planned({turns}, 1, how);
+  REQUIRE(items[0].result.ok());
+  CHECK(items[0].result.trajectory.certificate.duration_s > 200.0);
+  CHECK(stops_of(speeds_at_ticks(items[0].result.tool, 0.016)).size() == items[0].result.stops);
+  const deposition::PulsePlan plan = nominal_pulses(items[0], kCobra.valve);
+  CHECK(plan.trains.size() == 2);
+  InputPath line = turns;
+  line.path.points = {{0, 0}, {100, 0}};
+  line.ceiling.path_mm_s = 0.5;
+  CHECK_THROWS_WITH(nominal_pulses(planned({line}, 1, how)[0], kCobra.valve), Contains("job:3") && Contains("131.07") && Contains("stop before"));
+}
+
 TEST_CASE("The plot is one SVG with a chart per quantity, whatever the trace holds") {
   PlanPlot plot;
   plot.title = "a < b";
