@@ -26,6 +26,7 @@ std::size_t widest(const std::vector<std::string>& names, std::size_t least) {
 
 std::string interval(double value, const statistics::Interval& i, int decimals) {
   if (!std::isfinite(value)) return "-";
+  if (!std::isfinite(i.low)) return fmt::format("{:.{}f}", value, decimals);
   return fmt::format("{:.{}f} [{:.{}f}, {:.{}f}]", value, decimals, i.low, decimals, i.high, decimals);
 }
 

@@ -23,7 +23,8 @@ std::string lead_text(const StudyTable& t, const StudyAnalysis& a, std::size_t b
   double low = sign * c.values.interval.low, high = sign * c.values.interval.high;
   if (low > high) std::swap(low, high);
   const StudyMetric& m = t.metrics[0];
-  std::string s = fixed(by, m.decimals) + " " + m.unit + " [" + fixed(low, m.decimals) + ", " + fixed(high, m.decimals) + "]";
+  std::string s = fixed(by, m.decimals) + " " + m.unit;
+  if (std::isfinite(low)) s += " [" + fixed(low, m.decimals) + ", " + fixed(high, m.decimals) + "]";
   if (mean_other > 0.0 && by >= 0.0) s += " (" + fixed(100.0 * by / mean_other, 0) + " %)";
   return s;
 }
@@ -36,9 +37,11 @@ std::string joined(const std::vector<std::string>& names) {
 
 bool told_apart(const StudyAnalysis& a, std::size_t x, std::size_t y) { return a.primary(x, y).holm_p <= kAlpha; }
 
+std::string seeds_text(std::size_t n) { return std::to_string(n) + (n == 1 ? " seed" : " seeds"); }
+
 std::string sure_text(const ArmComparison& c, std::size_t family) {
   return "Holm p " + p_text(c.holm_p) + (family > 1 ? " among " + std::to_string(family) + " pairs of schemes" : "") + ", " +
-         std::to_string(c.values.pairs) + " seeds";
+         seeds_text(c.values.pairs);
 }
 
 // Part by part, a pair may go either way where the mean over all parts shows nothing.
@@ -85,7 +88,7 @@ std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
     const ArmComparison& c = a.primary(best, farthest);
     s = joined(names) + " are not distinguishable in " + m.name + ": ";
     if (equals.size() == 1 && c.values.difference == 0.0 && c.values.interval.low == 0.0 && c.values.interval.high == 0.0)
-      s += mean + ", equal for all " + std::to_string(c.values.pairs) + " seeds";
+      s += mean + ", equal for all " + seeds_text(c.values.pairs);
     else
       s += mean + " with " + t.arms[best] + ", " + (equals.size() > 1 ? "at most " : "") + lead_text(t, a, best, farthest) +
            " more with " + t.arms[farthest] + " (" + sure_text(c, family) + ")";
@@ -112,7 +115,7 @@ std::vector<std::string> study_notes(const StudyTable& t, const StudyAnalysis& a
   const std::size_t family = t.arms.size() * (t.arms.size() - 1) / 2;
   const double smallest = double(family) * statistics::smallest_p(t.seeds.size());
   if (t.arms.size() > 1 && smallest > kAlpha)
-    notes.push_back(std::to_string(t.seeds.size()) + " seeds cannot tell " + std::to_string(family) +
+    notes.push_back(seeds_text(t.seeds.size()) + " cannot tell " + std::to_string(family) +
                     (family == 1 ? " pair" : " pairs") + " apart at 5 %: even the clearest result would have Holm p " + p_text(std::min(1.0, smallest)));
   return notes;
 }

@@ -134,6 +134,9 @@ TEST_CASE("too few seeds to tell anything are told as such") {
   REQUIRE(a.notes.size() == 1);
   CHECK(a.notes[0].find("4 seeds cannot tell 1 pair apart") != std::string::npos);
   CHECK(analyse(made({5.0, 0.0}, 6, 0.1)).notes.empty());
+  const StudyAnalysis one = analyse(made({5.0, 0.0}, 1, 0.1));
+  CHECK(says(one, "1 seed)"));
+  CHECK(!says(one, "nan"));
   CHECK(analyse(made({5.0}, 6, 0.1)).notes.empty());
 }
 
