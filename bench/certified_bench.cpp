@@ -1,11 +1,11 @@
 // Motion planning: points per second, the Lucy-sized job, and the limits on many random paths.
 //
-//   certified_bench speed            one table: kinds of path, points/s of one core, cells, iterations, T /
-//   lower bound certified_bench lucy [threads]   48,000 paths, 14 million points, streamed: time, points/s,
-//   largest memory of a thread certified_bench random N [seed]  the nine ratios on N random paths, by samples 32
-//   times finer than the tick
+// - `certified_bench speed`: one table: kinds of path, points per second of one core, T / lower bound
+// - `certified_bench lucy [threads]`: 48,000 paths, streamed: time, points per second, growth of memory
+// - `certified_bench random N [seed]`: the nine ratios on N random paths, by samples 32 times finer than the
+// tick
 //
-// Times are user CPU seconds of this process where they are per core.
+// Times per core are user CPU seconds of this process.
 #include <sys/resource.h>
 
 #include <atomic>

@@ -37,14 +37,12 @@ constexpr double kGoodFactor = 1.006;  ///< slowing down by less than this is ch
 /// Ratios of the motion in `out` at both ends and inside of every piece.
 void check(const CertifiedTask& task, int inner, CertifiedWork& work, Stretch& out) {
   check_states(out.curve, out.motion, inner, work.batch);
-  if (auto fault = sample_motion(out.curve, work.batch, task.arm, task.placement, task.joints, work.tool,
-                                 work.joint)) {
-    fault->index = out.first;
+  if (auto fault = sample_motion(out.curve, work.batch, task.arm, task.placement, task.joints, false,
+                                 work.tool, work.joint))
     throw MotionError(*fault);
-  }
   out.ratios = {};
   add_ratios(out.curve, work.batch, work.tool, work.joint, task.groups, out.ratios);
-  out.factor = out.ratios.time_factor();
+  out.factor = std::isfinite(out.motion.duration_s()) ? out.ratios.time_factor() : kUnlimited;
 }
 
 /// The closed form on a line, where no joint binds. False: something else binds, or the ceiling varies.
@@ -62,10 +60,8 @@ bool plan_straight(const CertifiedTask& task, CertifiedWork& work, Stretch& out)
 }
 
 void bound(const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
-  if (auto fault = compute_rows(out.curve, task.arm, task.placement, task.joints, work.rows)) {
-    fault->index = out.first;
+  if (auto fault = compute_rows(out.curve, task.arm, task.placement, task.joints, work.rows))
     throw MotionError(*fault);
-  }
   speed_bound(out.curve, work.rows, task.groups, work.bound);
   out.bound_s = work.bound.duration_s;
 }

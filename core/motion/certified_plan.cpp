@@ -147,9 +147,8 @@ class Emission {
         batch.time.push_back(at);
       }
       if (batch.size() == 0) continue;
-      if (auto fault = sample_motion(stretch.curve, batch, task_.arm, task_.placement, joints, work_.tool,
-                                     work_.joint)) {
-        fault->index = stretch.first;
+      if (auto fault = sample_motion(stretch.curve, batch, task_.arm, task_.placement, joints, true,
+                                     work_.tool, work_.joint)) {
         throw MotionError(*fault);
       }
       use(first, stretch, batch, start_[k]);
@@ -221,6 +220,69 @@ void trace(Emission& emission, const PathInput& input, const CertifiedTask& task
                    });
 }
 
+/// The arm refused a flange position of the curve: names the input's nearest point, in the input's frame.
+Fault in_input(Fault fault, const CleanPath& path, const PathInput& input, const Placement& place) {
+  if (fault.reason == Reason::kNoSolution) return fault;
+  fault.at.x_mm -= place.flange_x_mm;
+  fault.at.y_mm -= place.flange_y_mm;
+  const auto squared = [&](std::size_t i) {
+    const double dx = path.points[i].x_mm - fault.at.x_mm, dy = path.points[i].y_mm - fault.at.y_mm;
+    return dx * dx + dy * dy;
+  };
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < path.points.size(); ++i)
+    if (squared(i) < squared(nearest)) nearest = i;
+  fault.index = path.source[nearest];
+  fault.at.x_mm -= input.origin.x_mm;
+  fault.at.y_mm -= input.origin.y_mm;
+  return fault;
+}
+
+/// From planned stretches to the result: whole ticks, samples, certificate, trace.
+void finish(const PathInput& input, const CertifiedTask& task, std::size_t stretches, CertifiedWork& work,
+            PlanResult& result) {
+  const PlanOptions& options = task.options;
+  const Arm& arm = task.arm;
+  Emission emission(stretches, task, work);
+  result.continuous_s = emission.duration_s();
+  RatioTable inside;
+  double start = 0.0;
+  Certificate& certificate = result.trajectory.certificate;
+  for (std::size_t k = 0; k < stretches; ++k) {
+    const Stretch& stretch = work.stretches[k];
+    RatioTable here = stretch.ratios;
+    here.stretch(stretch.factor);
+    inside.merge(here, start);
+    start += stretch.duration_s();
+    certificate.lower_bound_s += options.lower_bound ? stretch.bound_s : 0.0;
+    result.deviation_mm = std::max(result.deviation_mm, stretch.deviation_mm);
+  }
+  result.stops = stretches - 1;
+  Trajectory& trajectory = result.trajectory;
+  trajectory.tick_s = options.tick_s;
+  trajectory.axes = arm.joints();
+  for (int j = 0; j < arm.joints(); ++j) trajectory.axis_units.push_back(arm.joint_unit(j));
+  double needed = 1.0;
+  for (int tries = 0;; ++tries) {
+    const double ticks =
+        std::max(1.0, std::ceil(needed * emission.duration_s() / options.tick_s - kTickSlack));
+    const double slow = ticks * options.tick_s / emission.duration_s();
+    RatioTable seen = emit(emission, input, task, work, slow, std::size_t(ticks) + 1, result);
+    if (const double factor = seen.time_factor(); factor > 1.0002 && tries < 4) {
+      needed = slow * factor;
+      continue;
+    }
+    inside.stretch(slow);
+    seen.merge(inside, 0.0);
+    seen.merge(difference_ratios(trajectory, result.tool, task.groups), 0.0);
+    fill_certificate(seen, task.groups, arm, certificate);
+    certificate.duration_s = ticks * options.tick_s;
+    if (options.trace_step_s > 0.0) trace(emission, input, task, work, slow, result);
+    break;
+  }
+  certificate.curvature_ramp_mm = options.curvature_ramp_mm;
+}
+
 }  // namespace
 
 std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
@@ -263,56 +325,11 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
   task.groups = row_groups(limits, task.joints);
   PlanResult result;
   result.posture = task.placement.posture = posture(path, input, arm);
-  std::size_t stretches = 0;
   try {
-    stretches = plan_stretches(path, task, work);
-  } catch (
-      const MotionError& error) {  // the arm refused a flange position of the curve: name the input's point
-    Fault fault = error.fault();
-    fault.at.x_mm -= task.placement.flange_x_mm + input.origin.x_mm;
-    fault.at.y_mm -= task.placement.flange_y_mm + input.origin.y_mm;
-    fault.index = path.source[fault.index];
-    throw MotionError(fault);
+    finish(input, task, plan_stretches(path, task, work), work, result);
+  } catch (const MotionError& error) {
+    throw MotionError(in_input(error.fault(), path, input, task.placement));
   }
-
-  Emission emission(stretches, task, work);
-  result.continuous_s = emission.duration_s();
-  RatioTable inside;
-  double start = 0.0;
-  Certificate& certificate = result.trajectory.certificate;
-  for (std::size_t k = 0; k < stretches; ++k) {
-    const Stretch& stretch = work.stretches[k];
-    RatioTable here = stretch.ratios;
-    here.stretch(stretch.factor);
-    inside.merge(here, start);
-    start += stretch.duration_s();
-    certificate.lower_bound_s += options.lower_bound ? stretch.bound_s : 0.0;
-    result.deviation_mm = std::max(result.deviation_mm, stretch.deviation_mm);
-  }
-  result.stops = stretches - 1;
-  Trajectory& trajectory = result.trajectory;
-  trajectory.tick_s = options.tick_s;
-  trajectory.axes = arm.joints();
-  for (int j = 0; j < arm.joints(); ++j) trajectory.axis_units.push_back(arm.joint_unit(j));
-  double needed = 1.0;
-  for (int tries = 0;; ++tries) {
-    const double ticks =
-        std::max(1.0, std::ceil(needed * emission.duration_s() / options.tick_s - kTickSlack));
-    const double slow = ticks * options.tick_s / emission.duration_s();
-    RatioTable seen = emit(emission, input, task, work, slow, std::size_t(ticks) + 1, result);
-    if (const double factor = seen.time_factor(); factor > 1.0002 && tries < 4) {
-      needed = slow * factor;
-      continue;
-    }
-    inside.stretch(slow);
-    seen.merge(inside, 0.0);
-    seen.merge(difference_ratios(trajectory, result.tool, task.groups), 0.0);
-    fill_certificate(seen, task.groups, arm, certificate);
-    certificate.duration_s = ticks * options.tick_s;
-    if (options.trace_step_s > 0.0) trace(emission, input, task, work, slow, result);
-    break;
-  }
-  certificate.curvature_ramp_mm = options.curvature_ramp_mm;
   return result;
 }
 

@@ -11,7 +11,7 @@
 namespace firn::motion {
 
 struct ProfileOptions {
-  double gap = 0.006;  ///< stop when duality gap / duration plus violation / 3 is below this
+  double gap = 0.008;  ///< stop when duality gap / duration plus violation / 3 is below this
   int most_iterations = 40;
 };
 

@@ -40,7 +40,7 @@ std::optional<Fault> compute_rows(const Curve& curve, const Arm& arm, const Plac
     std::fill_n(task.of(kYaw, order), samples, order == 0 ? place.yaw_rad : 0.0);
   }
   rows.joints.resize(std::max(joints, 1), samples);
-  if (auto fault = arm.inverse(task, place.posture, rows.joints)) {
+  if (auto fault = arm.inverse_derivatives(task, place.posture, rows.joints)) {
     fault->index /= 2;
     return fault;
   }

@@ -35,7 +35,7 @@ void RatioTable::merge(const RatioTable& other, double shift) {
 }
 
 std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
-                                   const Placement& place, int joints, Jets& tool, Jets& joint) {
+                                   const Placement& place, int joints, bool positions, Jets& tool, Jets& joint) {
   const std::size_t count = batch.size();
   tool.resize(kTaskAxes, count);
   for (int axis = 0; axis < 2; ++axis) {
@@ -63,7 +63,7 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
     std::fill_n(tool.of(kYaw, order), count, order == 0 ? place.yaw_rad : 0.0);
   }
   joint.resize(std::max(joints, 1), count);
-  return arm.inverse(tool, place.posture, joint);
+  return positions ? arm.inverse(tool, place.posture, joint) : arm.inverse_derivatives(tool, place.posture, joint);
 }
 
 void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,

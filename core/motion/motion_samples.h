@@ -33,9 +33,10 @@ struct RatioTable {
   void merge(const RatioTable& other, double time_shift_s);
 };
 
-/// Per-instant states -> tool and joint derivatives with respect to time. Fault: index = entry of the batch.
+/// Per-instant states -> tool and joint derivatives with respect to time; joint positions (and the check of their
+/// ranges) if wanted. Fault: index = entry of the batch.
 std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
-                                   const Placement& placement, int joints, Jets& tool, Jets& joint);
+                                   const Placement& placement, int joints, bool positions, Jets& tool, Jets& joint);
 
 /// Adds a batch's ratios to `table`. @pre tool, joint as sample_motion leaves them
 void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,

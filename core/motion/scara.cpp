@@ -29,6 +29,7 @@ class Scara final : public Arm {
   JointRange range(int joint) const override { return spec_.ranges[std::size_t(joint)]; }
 
   std::optional<Fault> inverse(const Jets& task, const Posture& posture, Jets& out) const override;
+  std::optional<Fault> inverse_derivatives(const Jets& task, const Posture& posture, Jets& out) const override;
   void forward(const Jets& joints, Jets& out) const override;
   Jacobian jacobian(const JointVector& q) const override;
   Jacobian jacobian_rate(const JointVector& q, const JointVector& rate) const override;
@@ -166,6 +167,13 @@ std::optional<Fault> Scara::inverse(const Jets& task, const Posture& posture, Je
                               out.of(0, order)[n] - out.of(1, order)[n];
   if (auto fault = ranges_fault(task, out.of(0, 0), out.of(1, 0))) return fault;
   return wrist_fault(task, out.of(0, 0), out.of(1, 0), posture.yaw_turns);
+}
+
+std::optional<Fault> Scara::inverse_derivatives(const Jets& task, const Posture& posture, Jets& out) const {
+  if (out.axes() != 2) return inverse(task, posture, out);
+  if (auto fault = reach_fault(task)) return fault;
+  derivatives(task, posture.elbow, out);
+  return std::nullopt;
 }
 
 std::optional<Fault> Scara::choose_posture(const Jets& task, const Posture& preferred,
