@@ -110,13 +110,13 @@ std::vector<Point2> job_path(std::uint64_t k) {
   const std::uint64_t seed = 1000 + k;
   switch (k % 4) {
     case 0:
-      return outline(seed, 10.0 + double(k % 17), 0.5);
+      return outline(seed, 8.0 + double(k % 14), 0.5);
     case 1:
       return fill_line(seed);
     case 2:
       return rounded_box(seed);
     default:
-      return outline(seed, 15.0 + double(k % 23), 0.15);
+      return outline(seed, 13.0 + double(k % 17), 0.15);
   }
 }
 

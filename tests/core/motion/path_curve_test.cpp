@@ -1,0 +1,133 @@
+// Lines and arcs from points, ramps of curvature, closed-form motions, ceilings: what the certified planner
+// stands on.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include "core/motion/certified.h"
+#include "core/motion/thesis/test_path.h"
+
+namespace firn::motion {
+namespace {
+
+std::vector<Point2> first_part() {
+  auto points = thesis::fig_4_2();
+  std::vector<std::size_t> splits;
+  split_points(points, std::cos(std::numbers::pi / 6), splits);
+  REQUIRE(splits.size() == 3);
+  points.resize(splits[1] + 1);
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("Lines and arcs are recovered from their points, although no point lies on their joints") {
+  std::vector<CurvePiece> pieces;
+  recognise(first_part(), pieces);
+  REQUIRE(pieces.size() == 7);
+  const double length[] = {26.0, 31.41592653589793, 62.0, 15.707963267948966, 77.0, 7.853981633974483, 87.0};
+  const double curvature[] = {0.0, 0.05, 0.0, 0.1, 0.0, 0.2, 0.0};
+  for (std::size_t i = 0; i < 7; ++i) {
+    CHECK(std::abs(pieces[i].length_mm - length[i]) < kRecogniseMm);
+    CHECK(std::abs(pieces[i].curvature - curvature[i]) < 1e-6);
+  }
+}
+
+TEST_CASE("A jump of curvature is ramped over w, and an arc moves inward by w^2 / 24 R [errata, chapter 4]") {
+  CurveWork work;
+  CurveSpec spec;
+  build_curve(first_part(), spec, work);
+  const Curve& curve = work.coarse;
+  for (std::size_t i = 0; i + 1 < curve.s.size(); ++i) {
+    const double kappa = std::hypot(curve.xx[i], curve.yy[i]), s = curve.s[i];
+    if (s > 27.0 && s < 56.0) {
+      CHECK(std::abs(kappa - 0.05) < 1e-4);
+      // centre (72, 20), R = 20
+      CHECK(std::abs(std::hypot(curve.x[i] - 72.0, curve.y[i] - 20.0) - (20.0 - 0.16 / 480.0)) <
+            kRecogniseMm);
+    }
+    if (s > 25.8 && s < 26.2) CHECK(std::abs(kappa - 0.05 * (s - 25.8) / 0.4) < 1e-4);
+    if (s > 10.0 && s < 25.0) CHECK(kappa < 1e-6);
+  }
+}
+
+TEST_CASE("The closed form starts and ends at rest, covers its length and holds its limits") {
+  for (const double length : {1e-3, 0.5, 3.0, 20.0, 46.0, 400.0}) {
+    TimedMotion motion;
+    straight_motion(length, 125.0, 500.0, 4000.0, motion);
+    for (std::size_t k = 0; k < motion.pieces(); ++k)
+      for (int i = 0; i <= 10; ++i) {
+        const PathState q = motion.state(k, motion.t[k] + (motion.t[k + 1] - motion.t[k]) * i / 10.0);
+        CHECK(q.v <= 125.0 * (1.0 + 1e-9));
+        CHECK(std::abs(q.a) <= 500.0 * (1.0 + 1e-9));
+        CHECK(std::abs(q.j) <= 4000.0 * (1.0 + 1e-6));
+      }
+    CHECK(motion.s.back() == length);
+    CHECK(motion.v.back() == 0.0);
+  }
+}
+
+TEST_CASE("Speed ceilings hold along the path and cost time") {
+  const auto arm = make_scara(cobra600());
+  const auto points = thesis::fig_4_2();
+  PathInput input;
+  input.points = points;
+  input.origin = thesis::kWellPlaced;
+  const PlanResult free = plan(input, *arm, cobra600_limits());
+  input.ceiling.path_mm_s = 50.0;
+  input.ceiling.point_mm_s.assign(points.size(), 1000.0);
+  for (std::size_t i = 300; i < 400; ++i) input.ceiling.point_mm_s[i] = 10.0;
+  PlanOptions options;
+  options.trace_step_s = 0.002;
+  const PlanResult slow = plan(input, *arm, cobra600_limits(), options);
+  REQUIRE(free.ok());
+  REQUIRE(slow.ok());
+  CHECK(slow.continuous_s > free.continuous_s + 100 * 0.4 / 10.0 - 0.4);
+  const double from = 0.4 * 301, to = 0.4 * 398;
+  for (const TraceSample& sample : slow.trace) {
+    CHECK(sample.total[0] <= 50.0 * 1.001);
+    if (sample.s_mm > from && sample.s_mm < to) CHECK(sample.total[0] <= 10.0 * 1.001);
+  }
+}
+
+TEST_CASE("A Cartesian stage is planned by the same code, and a path planned twice has the same bytes") {
+  StageSpec spec;
+  spec.ranges = {{-500.0, 500.0}, {-500.0, 500.0}, {0.0, 100.0}};
+  const auto stage = make_stage(spec);
+  MotionLimits limits;
+  limits.position = {125.0, 500.0, 4000.0};
+  limits.joint[0] = limits.joint[1] = {100.0, 400.0, 3000.0};
+  const auto points = thesis::fig_4_2();
+  PathInput input;
+  input.points = points;
+  PlanWorkspace work;
+  const PlanResult first = plan(input, *stage, limits, {}, work),
+                   second = plan(input, *stage, limits, {}, work);
+  REQUIRE(first.ok());
+  for (const LimitRatio& limit : first.trajectory.certificate.limits) CHECK(limit.ratio <= 1.001);
+  REQUIRE(first.trajectory.positions.size() == second.trajectory.positions.size());
+  CHECK(std::memcmp(first.trajectory.positions.data(), second.trajectory.positions.data(),
+                    first.trajectory.positions.size() * sizeof(double)) == 0);
+}
+
+TEST_CASE("A slight corner is rolled within the tolerance where that is faster than stopping") {
+  const auto arm = make_scara(cobra600());
+  const double angle = 0.6;
+  const std::vector<Point2> points{{0, 0}, {30, 0}, {30 + 30 * std::cos(angle), 30 * std::sin(angle)}};
+  PathInput input;
+  input.points = points;
+  input.origin = {360, 0};
+  PlanOptions options;
+  const PlanResult stopping = plan(input, *arm, cobra600_limits(), options);
+  options.tolerance_mm = 0.1;
+  const PlanResult rolling = plan(input, *arm, cobra600_limits(), options);
+  REQUIRE(stopping.ok());
+  REQUIRE(rolling.ok());
+  CHECK(stopping.stops == 1);
+  CHECK(rolling.stops == 0);
+  CHECK(rolling.continuous_s < stopping.continuous_s);
+  CHECK(rolling.deviation_mm <= 0.1);
+}
+
+}  // namespace firn::motion
