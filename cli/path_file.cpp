@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <streambuf>
 
 #include "cli/exit_codes.h"
 
@@ -40,9 +41,9 @@ class CsvReader {
   bool next_line(std::string& text) {
     text.clear();
     ++line_;
-    for (int c = in_.get(); ; c = in_.get()) {
+    for (std::streambuf& bytes = *in_.rdbuf();;) {
+      const int c = bytes.sbumpc();
       if (c == std::char_traits<char>::eof()) {
-        if (in_.bad()) fail("cannot be read");
         if (text.empty()) return false;
         break;
       }
