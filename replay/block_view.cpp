@@ -192,7 +192,7 @@ std::string block_view(const VoxelBlock& wanted, const VoxelBlock& printed, cons
   const Raster seen = cropped(raster);
   const double wide = std::max(kDrawn * seen.width, 400.0), high = kDrawn * seen.height;
   const std::string s = svg_open(wide, high + 34, title) + svg_image(seen, 0.5 * (wide - kDrawn * seen.width), 0, kDrawn * seen.width, high);
-  const std::string names = options.support ? legend(12, high + 24, {Look::kObject, Look::kSupport, Look::kOutside})
+  const std::string names = options.support ? legend(12, high + 24, {Look::kObject, Look::kSupport, Look::kOutside, Look::kMissing})
                                             : legend(12, high + 24, {Look::kObject, Look::kOutside});
   return s + names + "</svg>\n";
 }

@@ -29,7 +29,7 @@ VoxelBlock voxels_of(const Geometry& geometry, double slice_mm, int nz) {
 }
 
 int slices_for(const MaterialColumns& printed, const Geometry& geometry, double slice_mm) {
-  double top = geometry.height_mm();
+  double top = geometry.height_mm() + slice_mm;
   for (std::size_t c = 0; c < printed.grid().size(); ++c) top = std::max(top, printed.top_mm(c));
   return int(std::ceil(top / slice_mm - 1e-9));
 }

@@ -29,7 +29,7 @@ struct VoxelBlock {
 VoxelBlock voxels_of(const MaterialColumns& printed, double slice_mm, int nz);
 /// What was wanted: A where M fills half of a voxel or more, B in the rest of the block, none above it.
 VoxelBlock voxels_of(const Geometry& geometry, double slice_mm, int nz);
-/// Slices of `slice_mm` that hold the printed block and the wanted one.
+/// Slices of `slice_mm` that hold the printed block, the wanted one and air above it.
 int slices_for(const MaterialColumns& printed, const Geometry& geometry, double slice_mm);
 
 /// Voxels that are wrong once the support is gone: within M without object ink, and outside M with it. The boundary layer,

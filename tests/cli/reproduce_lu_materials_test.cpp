@@ -24,7 +24,7 @@ TEST_CASE("Figs. 13-15: closed loop has at most half of open loop's wrong voxels
     INFO(row.id << ": " << row.what);
     CHECK(row.pass.value_or(false));
   }
-  CHECK(one[0].rows.size() == 6);
+  CHECK(one[0].rows.size() == 8);
   REQUIRE(one[0].pictures.size() == 4);
   for (const ReproducePicture& p : one[0].pictures) CHECK(p.svg.find("<image") != std::string::npos);
   CHECK(reproduce_json(few_seeds(2)) == reproduce_json(one));

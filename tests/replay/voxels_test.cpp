@@ -31,7 +31,7 @@ TEST_CASE("A block printed as wanted has no wrong voxel; its boundary layer is t
   const Geometry g = box();
   const MaterialColumns m = print_of(g, 0.0);
   const int nz = slices_for(m, g, kSlice);
-  REQUIRE(nz == 9);
+  REQUIRE(nz == 10);
   const WrongVoxels w = count_wrong(voxels_of(g, kSlice, nz), voxels_of(m, kSlice, nz));
   CHECK(w.object == 3 * 3 * 3);
   CHECK(w.object_boundary == 5 * 5 * 5 - 3 * 3 * 3);
