@@ -76,6 +76,14 @@ double reach_back(const Sample& sample, double top, double two_h, double next) {
   return b;
 }
 
+/// Least time from b0 to b1 over h with path accelerations up to `a` and b up to `top`: up, along, down. b
+/// itself is linear in the sweeps; inside a cell the motion may be faster than that.
+double shortest_time(double b0, double b1, double h, double a, double top) {
+  const double peak = std::max({std::min(top, 0.5 * (b0 + b1) + a * h), b0, b1}), v = std::sqrt(peak);
+  const double along = std::max(0.0, h - (2.0 * peak - b0 - b1) / (2.0 * a));
+  return (2.0 * v - std::sqrt(b0) - std::sqrt(b1)) / a + (along > 0.0 ? along / v : 0.0);
+}
+
 }  // namespace
 
 void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound) {
@@ -108,7 +116,10 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
     const double h = curve.s[i + 1] - curve.s[i];
     const double highest = bound.b[i] + 2.0 * h * Sample(rows, groups, 2 * i).window(bound.b[i]).high;
     bound.b[i + 1] = std::min(bound.b[i + 1], std::max(highest, 0.0));
-    bound.duration_s += 2.0 * h / (std::sqrt(bound.b[i]) + std::sqrt(bound.b[i + 1]));
+    const double d1x = rows.of[0][0][2 * i], d1y = rows.of[1][0][2 * i];
+    const double most = groups.group[0].limit.acceleration / std::sqrt(d1x * d1x + d1y * d1y);
+    const double top = std::max({bound.b[i], bound.b[i + 1], std::min(bound.limit[i], bound.limit[i + 1])});
+    bound.duration_s += shortest_time(bound.b[i], bound.b[i + 1], h, most, top);
   }
 }
 

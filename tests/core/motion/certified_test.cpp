@@ -115,6 +115,22 @@ TEST_CASE("The slow tier comes within 0.2 percent of the computed optimum") {
   CHECK(largest_ratio(poor) <= 1.001);
 }
 
+TEST_CASE("The lower bound lies below the duration, also under a very low ceiling") {
+  static const auto arm = make_scara(cobra600());
+  const std::vector<Point2> points = line(100.0, 250);
+  for (const double ceiling : {0.5, 5.0, 50.0, 1000.0}) {
+    PathInput input;
+    input.points = points;
+    input.origin = {304.0, 0.0};
+    input.ceiling.path_mm_s = ceiling;
+    const PlanResult result = plan(input, *arm, cobra600_limits());
+    REQUIRE(result.ok());
+    const double v = std::min(ceiling, 125.0), exact = 100.0 / v + v / 500.0;  // without a jerk limit
+    CHECK(result.trajectory.certificate.lower_bound_s <= exact * (1.0 + 1e-9));
+    CHECK(result.trajectory.certificate.lower_bound_s > 0.99 * exact);
+  }
+}
+
 TEST_CASE("With 0.05 mm of tolerance the test path takes at most 4.643 s and stays inside the tolerance") {
   const PlanResult result = plan_at(fig_4_2(), thesis::kWellPlaced, with(Method::kCertified, 0.05));
   REQUIRE(result.ok());
