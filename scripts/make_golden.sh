@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Records the golden runs of tests/replay/golden anew: one in process, one live that is killed and resumed. Golden runs
+# Records the golden runs of tests/replay/golden anew: one in process, one live that is killed and resumed, one of two
+# inks in process. Golden runs
 # are added to, not replaced: a run that was recorded by an earlier version must decode and replay for ever.
-#   scripts/make_golden.sh NAME      writes tests/replay/golden/NAME-mpc and NAME-smf-resumed
+#   scripts/make_golden.sh NAME      writes tests/replay/golden/NAME-mpc, NAME-smf-resumed and NAME-two-inks
 set -euo pipefail
 cd "$(dirname "$0")/.."
 name=${1:?a name for the runs, e.g. the version}
@@ -19,10 +20,13 @@ kill -9 "$(sed -n 's/^stage //p' "$scratch"/b/*/pids)"
 wait $print || true
 build/bin/firn print --resume "$scratch"/b/* >/dev/null 2>&1
 
-for run in a b; do
+build/bin/firn print "$golden/two-inks.toml" --bus in-process --runs "$scratch/c" >/dev/null 2>&1
+
+for run in a b c; do
   build/bin/firn replay "$scratch/$run"/* >/dev/null
   build/bin/firn audit "$scratch/$run"/* >/dev/null
   rm -rf "$scratch/$run"/*/io "$scratch/$run"/*/nodes/*.err "$scratch/$run"/*/pids
 done
 mv "$scratch"/a/* "$golden/$name-mpc"
 mv "$scratch"/b/* "$golden/$name-smf-resumed"
+mv "$scratch"/c/* "$golden/$name-two-inks"

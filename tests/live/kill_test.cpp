@@ -11,10 +11,10 @@ using namespace firn::test;
 
 namespace {
 
-void kill_and_resume(const std::string& victim, std::uint64_t seed) {
+void kill_and_resume(const std::string& victim, std::uint64_t seed, bool two_inks = false) {
   if (skipped()) return;
   RandomStream random(seed, Purpose::kKill);
-  LiveRun run(tiny_part(seed));
+  LiveRun run(two_inks ? tiny_part_of_two_inks(seed) : tiny_part(seed));
   run.start(false);
   INFO(victim << ", seed " << seed << ", " << run.path());
   REQUIRE(run.wait_started());
@@ -48,4 +48,5 @@ TEST_CASE("laser profiler driver killed: safe, named, resumed, replayed") { kill
 TEST_CASE("lamp driver killed: safe, named, resumed, replayed") { kill_and_resume("lamp", 17); }
 TEST_CASE("recorder killed: safe, named, resumed, replayed") { kill_and_resume("recorder", 18); }
 TEST_CASE("safety killed: safe, named, resumed, replayed") { kill_and_resume("safety", 19); }
+TEST_CASE("driver of the second jet killed: safe, named, resumed, replayed") { kill_and_resume("jet_b", 21, true); }
 TEST_CASE("launcher killed: every process stops by itself, resumed, replayed") { kill_and_resume("launcher", 20); }

@@ -46,6 +46,16 @@ Experiment tiny_part(std::uint64_t seed) {
   return e;
 }
 
+Experiment tiny_part_of_two_inks(std::uint64_t seed) {
+  Experiment e = tiny_part(seed);
+  e.part.shape.height_mm = 0.015;
+  e.geometry.solid.kind = "pipe";
+  e.geometry.solid.outer_diameter_mm = 1.2;
+  e.geometry.solid.inner_diameter_mm = 0.5;
+  e.process.sub_patterns = 4;
+  return e;
+}
+
 std::string multicast_refused() {
   static const std::string why = check_multicast();
   return why;

@@ -14,6 +14,8 @@ namespace firn::test {
 
 /// 9 cells wide, a few layers, node time ten times faster than the wall clock.
 Experiment tiny_part(std::uint64_t seed);
+/// A pipe inside a block of support, in four sub-patterns.
+Experiment tiny_part_of_two_inks(std::uint64_t seed);
 
 /// Empty, or why live tests cannot run here.
 std::string multicast_refused();

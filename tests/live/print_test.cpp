@@ -24,6 +24,18 @@ TEST_CASE("a live print of small processes finishes, leaves a whole log, and rep
   check_finished_run(run);
 }
 
+TEST_CASE("a live print of two inks in four sub-patterns finishes, replays, and the audit knows every droplet's ink") {
+  if (skipped()) return;
+  LiveRun run(tiny_part_of_two_inks(5));
+  run.start(false);
+  INFO(run.path());
+  REQUIRE(run.wait_started());
+  const int status = run.wait();
+  INFO(run.said());
+  CHECK(status == 0);
+  check_finished_run(run);
+}
+
 TEST_CASE("a full disk stops the print by name, and a resume fills the log again") {
   if (skipped()) return;
   LiveRun run(tiny_part(3));

@@ -5,6 +5,7 @@
 
 #include "core/grid/firing_order.h"
 #include "core/grid/random.h"
+#include "core/grid/sub_patterns.h"
 #include "replay/audit.h"
 
 namespace firn::test {
@@ -252,6 +253,89 @@ TEST_CASE("droplets on a layer that was not cured are found") {
   Print p;
   for (Shot& s : p.world.shots) s.exposures = std::min<std::uint32_t>(s.exposures, 2);
   CHECK(found(p.verdict(), ViolationKind::kNotCured));
+}
+
+// Two layers of two inks in four sub-patterns: ink A and ink B of a sub-pattern, then a cure.
+struct Interlaced : Print {
+  Interlaced() : Print(0) {
+    RandomStream random(6, Purpose::kTest);
+    record.maps.clear();
+    std::int64_t t = kSecond;
+    std::uint32_t cures = 0;
+    for (int layer = 1; layer <= 2; ++layer) {
+      record.maps.push_back({t, layer - 1, 100 + layer, t - 1000});
+      MaterialMap inks(grid);
+      for (std::size_t c = 0; c < inks.size(); ++c) inks.set(c, random.below(2) ? Material::kA : Material::kB);
+      record.plans.push_back({t + 1000, layer, 1, 100 + layer, DropletPattern(grid, 1), inks});
+      std::vector<replay::PassPart> parts;
+      std::vector<std::vector<std::uint32_t>> cells;
+      for (int s = 0; s < 4; ++s)
+        for (const Material ink : {Material::kA, Material::kB}) {
+          std::vector<std::uint32_t> mine;
+          for (const std::uint32_t c : firing_order(DropletPattern(grid, 1), 0))
+            if (sub_pattern_of(int(c) % grid.nx, int(c) / grid.nx, 4) == s && inks.of(c) == ink) mine.push_back(c);
+          if (mine.empty()) continue;
+          parts.push_back({layer, 0, int(parts.size()), 0, 0, s, 4, ink});
+          cells.push_back(mine);
+        }
+      for (std::size_t n = 0; n < parts.size(); ++n) {
+        parts[n].passes = int(parts.size());
+        const Material ink = parts[n].material;
+        if (n > 0 && parts[n].sub_pattern != parts[n - 1].sub_pattern) ++cures;
+        t += kSecond;
+        record.leases.push_back({t - 2000, t + kSecond});
+        world.jet.push_back({t - 1000, true, ink});
+        record.orders.push_back({t, layer, 0, int(n), grid, cells[n]});
+        for (const std::uint32_t c : cells[n]) {
+          t += 1000;
+          world.shots.push_back({t, std::int32_t(c) % grid.nx, std::int32_t(c) / grid.nx, cures, Shot::Outcome::kFired, ink});
+        }
+        world.jet.push_back({t + 500, false, ink});
+        const std::int64_t all = std::int64_t(cells[n].size());
+        record.reports.push_back({t + 1000, layer, 0, int(n), 100 + layer, all, all});
+        record.parts.push_back(parts[n]);
+      }
+      ++cures;
+      t += kSecond;
+    }
+    record.maps.push_back({t, 2, 103, t - 1000});
+  }
+};
+
+TEST_CASE("a layer of two inks in four sub-patterns is clean; each way in which it can go wrong is found") {
+  const Interlaced right;
+  const AuditVerdict v = right.verdict();
+  INFO(to_text(v));
+  REQUIRE(v.clean());
+  CHECK(v.commanded == 40);
+
+  Interlaced ink;  // the other jet fired
+  ink.world.shots[3].ink = ink.world.shots[3].ink == Material::kA ? Material::kB : Material::kA;
+  CHECK(found(ink.verdict(), ViolationKind::kWrongInk));
+
+  Interlaced wet;  // the first cure did not come
+  for (Shot& s : wet.world.shots) s.exposures -= s.exposures > 0;
+  CHECK(found(wet.verdict(), ViolationKind::kWetNeighbour));
+
+  Interlaced both;  // the first jet stayed armed
+  std::erase_if(both.world.jet, [&](const auto& s) { return &s == &both.world.jet[1]; });
+  CHECK(found(both.verdict(), ViolationKind::kBothArmed));
+
+  Interlaced other;  // a pass of another sub-pattern than it says
+  other.record.parts[0].sub_pattern = 1;
+  CHECK(found(other.verdict(), ViolationKind::kOtherCells));
+
+  Interlaced gone;  // the last pass of the first layer left out
+  const auto last = [&](const auto& x) { return x.layer == 1 && x.pass == gone.record.parts[0].passes - 1; };
+  std::size_t from = 0, n = 0;
+  for (const auto& o : gone.record.orders) {
+    if (last(o)) n = o.cells.size();
+    if (n == 0) from += o.cells.size();
+  }
+  gone.world.shots.erase(gone.world.shots.begin() + std::ptrdiff_t(from), gone.world.shots.begin() + std::ptrdiff_t(from + n));
+  std::erase_if(gone.record.orders, last);
+  std::erase_if(gone.record.reports, last);
+  CHECK(found(gone.verdict(), ViolationKind::kSkippedPass));
 }
 
 TEST_CASE("damage of the records is a violation") {

@@ -14,6 +14,7 @@ TEST_CASE("The table names the schemes, and an unknown scheme is answered with t
   ControlOptions o;
   for (const Scheme& scheme : schemes()) {
     o.scheme = scheme.name;
+    o.registration.spacing_cells = 4;  // room for marks on these small parts
     CHECK(make_controller(s, o) != nullptr);
   }
   o.scheme = "pdi";
@@ -49,6 +50,7 @@ TEST_CASE(
   for (const Scheme& scheme : schemes()) {
     ControlOptions o;
     o.scheme = scheme.name;
+    o.registration.spacing_cells = 4;  // room for marks on these small parts
     CHECK(make_controller(s, o)->decide({holes, 3, 0, 0.0}).drops ==
           make_controller(s, o)->decide({zeros, 3, 0, 0.0}).drops);
     CHECK_THROWS_WITH(make_controller(s, o)->decide({bad, 3, 0, 0.0}), Catch::Contains("cell (20, 20)"));
@@ -62,6 +64,7 @@ TEST_CASE("Every scheme: droplets only on the mask, decisions repeat exactly, an
   for (const Scheme& scheme : schemes()) {
     ControlOptions o;
     o.scheme = scheme.name;
+    o.registration.spacing_cells = 4;  // room for marks on these small parts
     const LoopConditions q{0.2, 0.001, 0.002, 5, 60};
     const auto a = make_controller(s, o), b = make_controller(s, o);
     const LoopResult ra = run_loop(*a, s, q), rb = run_loop(*b, s, q);
