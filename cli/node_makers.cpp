@@ -3,6 +3,7 @@
 #include "cli/run_config.h"
 #include "cli/targets.h"
 #include "procs/controller/node.h"
+#include "procs/droplet_estimator/node.h"
 #include "procs/jet/node.h"
 #include "procs/lamp/node.h"
 #include "procs/laser_profiler/node.h"
@@ -24,6 +25,7 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kLamp, &make_lamp},
       {NodeId::kJetB, &make_jet_b},
       {NodeId::kSafety, &make_safety},
+      {NodeId::kDropletEstimator, &make_droplet_estimator},
   };
   return kMakers;
 }
@@ -31,7 +33,8 @@ std::span<const NamedMaker> node_makers() {
 std::vector<NamedMaker> taking_part(const Experiment& e) {
   std::vector<NamedMaker> out;
   for (const NamedMaker& m : node_makers())
-    if (m.id != NodeId::kJetB || has_two_jets(e)) out.push_back(m);
+    if ((m.id != NodeId::kJetB || has_two_jets(e)) && (m.id != NodeId::kDropletEstimator || e.estimator.droplets == "on"))
+      out.push_back(m);
   return out;
 }
 
@@ -41,13 +44,14 @@ std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
   } catch (const std::exception&) {  // replay says what is wrong with it
     std::vector<NamedMaker> out = taking_part(Experiment{});
     for (const NamedMaker& m : node_makers())
-      if (m.id == NodeId::kJetB && std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal"))) out.push_back(m);
+      if ((m.id == NodeId::kJetB || m.id == NodeId::kDropletEstimator) && std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal"))) out.push_back(m);
     return out;
   }
 }
 
 Subscriptions all_subscriptions() {
-  const Experiment experiment;
+  Experiment experiment;
+  experiment.estimator.droplets = experiment.control.adapt_model = "on";
   const std::string config = dump(experiment);
   const Blobs inputs = make_inputs(experiment, "");
   Subscriptions out;

@@ -19,7 +19,8 @@ struct NamedMaker {
 };
 std::span<const NamedMaker> node_makers();
 
-/// Those that an experiment has, in the table's order: jet_b only with two jets.
+/// Those that an experiment has, in the table's order: jet_b only with two jets,
+/// droplet_estimator only where it is asked for.
 std::vector<NamedMaker> taking_part(const Experiment& experiment);
 /// The same for a recorded run, from the configuration that it kept; when it cannot be read, by the
 /// files that are there.

@@ -14,6 +14,7 @@
 #include "cli/demo_command.h"
 #include "cli/doctor_command.h"
 #include "cli/exit_codes.h"
+#include "cli/identify_command.h"
 #include "cli/log_command.h"
 #include "cli/plan_command.h"
 #include "cli/print_command.h"
@@ -111,6 +112,15 @@ void declare_reproduce(CLI::App& app, Run& run) {
   app.add_option("-o,--out", o->out, "folder for pictures and index.html");
   app.add_flag("--quick", o->quick, "fewer repeats: minutes become seconds, statistics become coarse");
   app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  json_flag(app, o->json);
+}
+
+void declare_identify(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_identify);
+  app.add_option("RUN", o->runs, "run folder; with --spacing several, each at another spacing of droplets")->required();
+  app.add_flag("--spacing", o->spacing, "chooses the spacing of droplets from prints of squares");
+  app.add_option("--diameter", o->diameter_mm, "with --spacing: droplet diameter [mm]")->capture_default_str();
+  app.add_option("-o,--output", o->output, "picture, SVG");
   json_flag(app, o->json);
 }
 
@@ -226,6 +236,7 @@ constexpr Command kCommands[] = {
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
     {"calibrate", "measures where the second nozzle stands, from a registration print", declare_calibrate},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
+    {"identify", "h1, h2, h3 with intervals from a run; the spacing of droplets from prints of squares", declare_identify},
     {"report", "writes one self-contained page for any number of runs", declare_report},
     {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},
     {"decide", "decides one layer on any surface, with a proof of how good it is", declare_decide},

@@ -9,6 +9,7 @@ const std::vector<ReproducePart>& reproduce_parts() {
       {"lu", "alpha", "(8), IV-C: what alpha and the horizon do", 60, reproduce_lu_alpha},
       {"lu", "figs-11-12", "Figs. 11, 12: the cylinder under model variation", 30, reproduce_lu_cylinder},
       {"lu", "table-2", "Table II: the small square", 5, reproduce_lu_table_2},
+      {"lu", "identification", "IV-C, V-C, Table I: exact recovery, identification prints, spacing", 120, &reproduce_lu_identification},
       {"lu", "figs-13-15", "Figs. 13-15: two materials, the junction of two pipes", 50, &reproduce_lu_materials},
       {"barnett", "motion", "ch. 4: minimum-time trajectory shaping, Figs. 4-2 to 4-16", 1, reproduce_barnett_motion},
       {"barnett", "pulses", "chapter 6: valve pulses, Figs. 6-2 and 6-3, FM against PWM", 1, &reproduce_barnett_pulses},

@@ -9,6 +9,7 @@ void reproduce_lu_cylinder(Reproduction& to);
 void reproduce_lu_alpha(Reproduction& to);
 void reproduce_lu_model(Reproduction& to);
 void reproduce_lu_table_2(Reproduction& to);
+void reproduce_lu_identification(Reproduction& to);
 void reproduce_lu_materials(Reproduction& to);
 void reproduce_barnett_motion(Reproduction& to);
 void reproduce_barnett_pulses(Reproduction& to);

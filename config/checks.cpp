@@ -119,6 +119,16 @@ void check_passes(Rules& r) {
                   (inks > 1 ? " inks" : " ink") + " are more than 127 passes per layer");
 }
 
+void check_estimator(Rules& r) {
+  const Experiment& e = r.experiment();
+  const bool on = e.estimator.droplets == "on";
+  r.require(on || e.control.adapt_model == "off", {"control.adapt_model", "estimator.droplets"},
+            "needs estimator.droplets = \"on\", which learns the model");
+  r.require(!on || !has_two_jets(e), {"estimator.droplets"}, "learns one ink; this experiment prints two");
+  r.require(!on || e.control.smoothing == 0.0, {"estimator.droplets", "control.smoothing"},
+            "needs the raw map: control.smoothing = 0 (a smoothed one hides what a single droplet does)");
+}
+
 void check_axis(Rules& r, double low_mm, double high_mm, const char* what, std::initializer_list<const char*> keys,
                 const char* min_key, double min_mm, const char* max_key, double max_mm) {
   r.require(low_mm >= min_mm && high_mm <= max_mm, keys,
@@ -193,6 +203,7 @@ void check_experiment(const Experiment& experiment, const Origins& origins, cons
   check_geometry(rules);
   check_model(rules);
   check_passes(rules);
+  check_estimator(rules);
   check_stage(rules);
   check_instruments(rules);
 }

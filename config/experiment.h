@@ -92,6 +92,7 @@ struct ControlConfig {
   std::string scheme = "mpc";      ///< a name of core/control's table
   int max_layers = 200;            ///< the print stops for the operator beyond this
   double smoothing = 0.0;          ///< 1 = robust DCT smoothing with automatic parameter, 0 = raw map
+  std::string adapt_model = "off"; ///< "on": h1..h3 of HEIGHT_MODEL take the place of model.h1_mm..h3_mm
   double noise_gate = 2.0;         ///< end when a layer would answer no more than this many noise_std per droplet
   OpenLoopConfig open_loop;
   SmfConfig smf;
@@ -99,6 +100,12 @@ struct ControlConfig {
   MpcConfig mpc;
   PatternConfig pattern;
   RegistrationConfig registration;
+};
+
+struct EstimatorConfig {           ///< what learns from the layers while they are printed
+  std::string droplets = "off";    ///< "on": droplet_estimator takes part and publishes HEIGHT_MODEL
+  int window_layers = 10;
+  double prior_std = 0.5;          ///< relative, of each of h1..h3 about model.h1_mm..h3_mm
 };
 
 struct ProcessConfig {             ///< how a layer is printed
@@ -189,6 +196,7 @@ struct Experiment {
   GeometryConfig geometry;
   ModelConfig model;
   ControlConfig control;
+  EstimatorConfig estimator;
   ProcessConfig process;
   StageConfig stage;
   JetConfig jet;

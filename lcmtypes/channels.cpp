@@ -21,6 +21,7 @@ constexpr std::array<NodeInfo, kNodeCount> kNodes{{
     {kLamp, "lamp", 2.0, true},
     {kJetB, "jet_b", 2.0, true},
     {kSafety, "safety", 0.3, false},
+    {kDropletEstimator, "droplet_estimator", 60.0, false},
     {kRecorder, "recorder", 5.0, false},
     {kLauncher, "launcher", 5.0, false},
 }};
@@ -38,6 +39,7 @@ constexpr ChannelInfo kShared[] = {
     {"LAMP_COMMAND", "lamp_command_t", kScheduler, kReliable, 0, 0, true, "timed exposure"},
     {"DEPOSITION_REPORT", "deposition_report_t", kScheduler, kReliable, 0, 0, true, "what is known of one pass"},
     {"PASS_DETAIL", "pass_detail_t", kScheduler, kReliable, 0, 0, true, "ink and sub-pattern of the pass that is reported next"},
+    {"HEIGHT_MODEL", "height_model_t", kDropletEstimator, kReliable, 0, 0, true, "what droplets add, learned from the layers so far"},
     {"LAYER_METRICS", "layer_metrics_t", kScheduler, kReliable, 0, 0, true, "health of the print, one per layer"},
     {"HEIGHT_PREVIEW", "preview_t", kSurfaceMapper, kLatest, 0, 1, false, "reduced height map for lcm-spy", false},
     {"ENABLE", "enable_t", kSafety, kLatest, 20, 1, true, "the lease of the drivers"},

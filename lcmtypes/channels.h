@@ -14,14 +14,15 @@ class jet_command_t; class profiler_command_t; class lamp_command_t; class answe
 class deposition_report_t; class layer_metrics_t; class fault_t; class safe_stop_t; class enable_t;
 class run_start_t; class run_end_t; class config_t; class heartbeat_t; class resend_request_t; class journal_t;
 class preview_t; class sim_truth_t; class operator_command_t; class material_map_t; class pass_detail_t;
+class height_model_t;
 
 enum class NodeId : std::uint8_t {
   kScheduler, kSurfaceMapper, kController, kStage, kJet, kLaserProfiler, kLamp, kJetB,  // nodes: replayed
-  kSafety,
+  kSafety, kDropletEstimator,
   kRecorder, kLauncher,                                                                 // outside replay
 };
-inline constexpr int kNodeCount = 11;
-inline constexpr int kReplayedNodeCount = 9;
+inline constexpr int kNodeCount = 12;
+inline constexpr int kReplayedNodeCount = 10;
 
 struct NodeInfo {
   NodeId id;
@@ -74,6 +75,7 @@ inline constexpr Channel<profiler_command_t> kProfilerCommand{"PROFILER_COMMAND"
 inline constexpr Channel<lamp_command_t> kLampCommand{"LAMP_COMMAND"};
 inline constexpr Channel<deposition_report_t> kDepositionReport{"DEPOSITION_REPORT"};
 inline constexpr Channel<pass_detail_t> kPassDetail{"PASS_DETAIL"};
+inline constexpr Channel<height_model_t> kHeightModel{"HEIGHT_MODEL"};
 inline constexpr Channel<layer_metrics_t> kLayerMetrics{"LAYER_METRICS"};
 inline constexpr Channel<preview_t> kHeightPreview{"HEIGHT_PREVIEW"};
 inline constexpr Channel<enable_t> kEnable{"ENABLE"};

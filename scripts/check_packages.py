@@ -14,7 +14,7 @@ FOUND_BY_CMAKE = {
     "Catch2": "catch2", "Threads": "", "OpenSSL": "libssl-dev", "benchmark": "libbenchmark-dev", "Eigen3": "libeigen3-dev",
     "fmt": "libfmt-dev", "nlohmann_json": "nlohmann-json3-dev", "CLI11": "libcli11-dev", "Python3": "python3",
     "lcm": "liblcm-dev", "lcm-gen": "liblcm-bin", "ccache": "ccache", "tomlplusplus": "libtomlplusplus-dev",
-    "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "nlopt": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3", "Java": "default-jdk-headless",
+    "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "nlopt": "libnlopt-dev", "nlopt.h": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3", "Java": "default-jdk-headless",
     "gnuplot": "gnuplot-nox", "clang++": "clang",
     "opencv_core": "libopencv-core-dev", "opencv_imgproc": "libopencv-imgproc-dev", "opencv_imgcodecs": "libopencv-imgcodecs-dev",
     "opencv2/core/version.hpp": "libopencv-core-dev",

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Records the golden runs of tests/replay/golden anew: one in process, one live that is killed and resumed, one of two
-# inks in process. Golden runs
-# are added to, not replaced: a run that was recorded by an earlier version must decode and replay for ever.
-#   scripts/make_golden.sh NAME      writes tests/replay/golden/NAME-mpc, NAME-smf-resumed and NAME-two-inks
+# inks in process, one that learns the model. Golden runs are added to, not replaced: a run that was recorded by an
+# earlier version must decode and replay for ever.
+#   scripts/make_golden.sh NAME      writes tests/replay/golden/NAME-mpc, NAME-smf-resumed, NAME-two-inks, NAME-estimator
 set -euo pipefail
 cd "$(dirname "$0")/.."
 name=${1:?a name for the runs, e.g. the version}
@@ -21,8 +21,9 @@ wait $print || true
 build/bin/firn print --resume "$scratch"/b/* >/dev/null 2>&1
 
 build/bin/firn print "$golden/two-inks.toml" --bus in-process --runs "$scratch/c" >/dev/null 2>&1
+build/bin/firn print "$golden/tiny.toml" --set estimator.droplets=on --set control.adapt_model=on --bus in-process --runs "$scratch/d" >/dev/null 2>&1
 
-for run in a b c; do
+for run in a b c d; do
   build/bin/firn replay "$scratch/$run"/* >/dev/null
   build/bin/firn audit "$scratch/$run"/* >/dev/null
   rm -rf "$scratch/$run"/*/io "$scratch/$run"/*/nodes/*.err "$scratch/$run"/*/pids
@@ -30,3 +31,4 @@ done
 mv "$scratch"/a/* "$golden/$name-mpc"
 mv "$scratch"/b/* "$golden/$name-smf-resumed"
 mv "$scratch"/c/* "$golden/$name-two-inks"
+mv "$scratch"/d/* "$golden/$name-estimator"

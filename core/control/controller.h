@@ -65,6 +65,9 @@ class LayerController {
   virtual ~LayerController() = default;
   /// @throws std::invalid_argument when check(measurement, setup) does.
   virtual Decision decide(const Measurement& measurement) = 0;
+  /// From here on a droplet is believed to add this (learned while printing). A scheme that does not plan with the
+  /// height-change model has no use for it. @throws std::invalid_argument when deposition::check(model) does.
+  virtual void use_model(const deposition::DropletModel& /*model*/) {}
 };
 
 /// @throws std::invalid_argument: another grid, a layer or attempt below 0, a height on the mask that is not

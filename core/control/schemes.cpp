@@ -41,6 +41,7 @@ class LayerBound final : public LayerController {
     d.reason = "the scheme wants a layer beyond max_layers = " + std::to_string(max_layers_);
     return d;
   }
+  void use_model(const deposition::DropletModel& model) override { inner_->use_model(model); }
 
  private:
   std::unique_ptr<LayerController> inner_;

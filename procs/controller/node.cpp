@@ -75,6 +75,7 @@ ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
       scheme_(control::make_controller(control_setup(e, std::move(target), std::move(mask), std::move(geometry)),
                                        control_options(e))) {
   subscribe(channels::kHeightMap, this);
+  if (e.control.adapt_model == "on") subscribe(channels::kHeightModel, this);
 }
 
 void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
@@ -117,6 +118,10 @@ void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
     out.send(channels::kMaterialMap, map);
   }
   out.send(channels::kLayerPlan, std::move(plan));
+}
+
+void ControllerNode::on(const height_model_t& m, Time, Outbox&) {
+  if (m.layers_used > 0) scheme_->use_model({m.h1_mm, m.h2_mm, m.h3_mm});
 }
 
 std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs) {

@@ -7,6 +7,7 @@
 #include "config/experiment.h"
 #include "core/control/controller.h"
 #include "firn/height_map_t.hpp"
+#include "firn/height_model_t.hpp"
 #include "runtime/node.h"
 
 namespace firn {
@@ -21,6 +22,9 @@ class ControllerNode final : public Node {
   ControllerNode(const Experiment& experiment, HeightMap target, Mask mask,
                  std::shared_ptr<const Geometry> geometry = nullptr);
   void on(const height_map_t&, Time now, Outbox&);
+  /// With control.adapt_model: later decisions plan with it. A decision does not wait for it: a map is answered with
+  /// the newest model that has come.
+  void on(const height_model_t&, Time now, Outbox&);
 
  private:
   GridSpec grid_;

@@ -76,21 +76,3 @@ TEST_CASE("Lamp, lease, profiler line, model and run name are checked against ea
   CHECK(says("model.h2_mm = 0.005", "must not exceed model.h1_mm"));
   for (const char* bad : {"", "../x", ".hidden", "a b", "a/b"}) CHECK(says("run.name = \"" + std::string(bad) + "\"", "run.name"));
 }
-
-TEST_CASE("Sub-patterns are 1, 2 or 4, and the passes of a layer have numbers of seven bits") {
-  CHECK(says("process.sub_patterns = 3", "a layer has 1, 2 or 4 sub-patterns"));
-  CHECK(what_of("process.sub_patterns = 4\ncontrol.mpc.max_drops = 31") == "no error");
-  CHECK(says("process.sub_patterns = 4\ncontrol.mpc.max_drops = 32", "more than 127 passes per layer"));
-  CHECK(says("process.sub_patterns = 4\ncontrol.mpc.max_drops = 16\ngeometry = {shape = \"pipe\", outer_diameter_mm = 5.0, inner_diameter_mm = 3.0}",
-             "2 inks are more than 127 passes"));
-}
-
-TEST_CASE("The stage must reach the grid under the second nozzle, when there is one") {
-  CHECK(what_of("jet_b.offset_x_mm = 60.0") == "no error");
-  const std::string two = "geometry = {shape = \"pipe\", outer_diameter_mm = 5.0, inner_diameter_mm = 3.0}\n";
-  CHECK(what_of(two) == "no error");
-  CHECK(says(two + "jet_b.offset_x_mm = 60.0", "the offset of nozzle B"));
-  CHECK(says(two + "jet_b.offset_y_mm = -160.0", "outside stage.y_min_mm"));
-  CHECK(says(two + "jet_b.offset_z_mm = 49.5", "the gap of nozzle B"));
-  CHECK(says(two + "jet_b.max_rate_hz = 100", "jet_b.max_rate_hz"));
-}

@@ -16,6 +16,7 @@
 #include "firn/header_t.hpp"
 #include "firn/heartbeat_t.hpp"
 #include "firn/height_map_t.hpp"
+#include "firn/height_model_t.hpp"
 #include "firn/height_profile_t.hpp"
 #include "firn/jet_command_t.hpp"
 #include "firn/journal_t.hpp"

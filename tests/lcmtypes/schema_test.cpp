@@ -41,6 +41,7 @@ TEST_CASE("Fingerprints computed from the .lcm texts are lcm-gen's, for every ty
   expect_fingerprint<header_t>(seen);
   expect_fingerprint<heartbeat_t>(seen);
   expect_fingerprint<height_map_t>(seen);
+  expect_fingerprint<height_model_t>(seen);
   expect_fingerprint<height_profile_t>(seen);
   expect_fingerprint<jet_command_t>(seen);
   expect_fingerprint<journal_t>(seen);

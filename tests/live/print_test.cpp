@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "firn/height_model_t.hpp"
+#include "replay/run_messages.h"
 #include "tests/live/live_checks.h"
 
 using namespace firn;
@@ -34,6 +36,29 @@ TEST_CASE("a live print of two inks in four sub-patterns finishes, replays, and 
   INFO(run.said());
   CHECK(status == 0);
   check_finished_run(run);
+}
+
+TEST_CASE("a live print with droplet_estimator learns after every layer, and replays") {
+  if (skipped()) return;
+  Experiment e = tiny_part(4);
+  e.estimator.droplets = e.control.adapt_model = "on";
+  LiveRun run(e);
+  run.start(false);
+  INFO(run.path());
+  REQUIRE(run.wait_started());
+  const int status = run.wait();
+  INFO(run.said());
+  CHECK(status == 0);
+  check_finished_run(run);
+  const auto result = run.folder().result();
+  REQUIRE(result);
+  int models = 0;
+  replay::RunMessages(run.path()).each<height_model_t>(channels::kHeightModel.name, [&](const height_model_t& m) {
+    CHECK(m.layer == models);
+    CHECK(m.layers_used == models);
+    ++models;
+  });
+  CHECK(models == result->layers + 1);
 }
 
 TEST_CASE("a full disk stops the print by name, and a resume fills the log again") {

@@ -1,6 +1,5 @@
 // The shells of the instruments, with instruments played by the test at byte level.
 #include <catch2/catch.hpp>
-#include <algorithm>
 #include <map>
 
 #include "procs/jet/node.h"
@@ -293,23 +292,6 @@ TEST_CASE("the end of an earlier incarnation, delivered only after the resume, d
   REQUIRE(rig.answers().size() == 1);
   CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kDone));
   CHECK(rig.count("DCON") == 0);
-}
-
-TEST_CASE("the second jet is the same node with its own port, commands and waveform") {
-  Experiment e;
-  const JetNode a(NodeId::kJet, e), b(NodeId::kJetB, e);
-  CHECK(a.ports() == std::vector<std::string>{"jet"});
-  CHECK(b.ports() == std::vector<std::string>{"jet_b"});
-  const auto listens = [](const JetNode& n, std::string_view channel) {
-    return std::any_of(n.routes().begin(), n.routes().end(), [&](const Node::Route& r) { return r.channel == channel; });
-  };
-  CHECK(listens(a, "JET_COMMAND"));
-  CHECK_FALSE(listens(a, "JET_B_COMMAND"));
-  CHECK(listens(b, "JET_B_COMMAND"));
-  CHECK_FALSE(listens(b, "JET_COMMAND"));
-  e.jet_b.drive.dwell_v = 20.5;
-  CHECK_NOTHROW(JetNode(NodeId::kJet, e));
-  CHECK_THROWS_WITH(JetNode(NodeId::kJetB, e), Catch::Contains("jet_b.dwell_v"));
 }
 
 TEST_CASE("a waveform that the jet cannot take is refused before anything runs") {

@@ -46,6 +46,13 @@ Mpc::Mpc(const Setup& setup, const ControlOptions& options)
       noise_gate_(options.noise_gate),
       objective_(setup, options_.horizon, options_.max_drops) {}
 
+void Mpc::use_model(const deposition::DropletModel& model) {
+  deposition::check(model);
+  if (model == setup_.model) return;
+  setup_.model = model;
+  objective_ = mpc::HorizonObjective(setup_, options_.horizon, options_.max_drops);
+}
+
 double Mpc::alpha_at(int layer) const {
   double alpha = options_.alpha.front().alpha;
   for (const AlphaStep& a : options_.alpha)

@@ -25,6 +25,7 @@ class Mpc final : public LayerController {
   /// one first guess.
   Mpc(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
+  void use_model(const deposition::DropletModel& model) override;
   double alpha_at(int layer) const;  ///< layer 1-based
 
  private:

@@ -1,0 +1,360 @@
+#include "estimators/droplet/droplet_estimator.h"
+
+#include <nlopt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace firn::droplet {
+namespace {
+
+using deposition::DropletModel;
+
+constexpr int kReach = 2;        // cells up to so far apart may share a droplet
+constexpr double kStep = 1e-3;   // of the derivatives, relative
+constexpr double kMostScatter = 0.5;
+constexpr double kGroundShift_mm = 1e-3;  // for the derivative by the ground's height
+
+constexpr int kMostRounds = 5;
+constexpr double kSettled = 2e-3;
+constexpr double kClip = 3.0;    // standard deviations: a difference beyond pulls no harder
+
+// Huber's loss, doubled: the square up to kClip standard deviations, then a straight line.
+double loss(double difference, double weight) {
+  const double z2 = weight * difference * difference;
+  return z2 <= kClip * kClip ? z2 : 2.0 * kClip * std::sqrt(z2) - kClip * kClip;
+}
+bool beyond(double difference, double weight) { return weight * difference * difference > kClip * kClip; }
+double clipped(double difference, double weight) {
+  if (!beyond(difference, weight)) return difference;
+  return (difference > 0.0 ? kClip : -kClip) / std::sqrt(weight);
+}
+
+std::array<double, 3> values(const DropletModel& m) { return {m.h1_mm, m.h2_mm, m.h3_mm}; }
+DropletModel model_of(const double* h) { return {h[0], h[1], h[2]}; }
+
+// A size for each of h1..h3 even where it is believed to be 0.
+std::array<double, 3> scales(const DropletModel& m) {
+  return {m.h1_mm, std::max(m.h2_mm, 0.05 * m.h1_mm), std::max(m.h3_mm, 0.05 * m.h1_mm)};
+}
+
+void require(bool ok, const std::string& what) {
+  if (!ok) throw std::invalid_argument("droplet estimator: " + what);
+}
+
+}  // namespace
+
+double Estimate::std_mm(int n) const { return std::sqrt(std::max(0.0, covariance_mm2.at(n, n))); }
+double Estimate::layer_height_std_mm() const { return std::sqrt(std::max(0.0, covariance_mm2.form({1.0, 4.0, 4.0}))); }
+
+struct DropletEstimator::Work {
+  std::vector<double> height, difference;
+  std::vector<std::vector<double>> at_best;                  // differences per layer
+  std::array<std::vector<std::vector<double>>, 3> slope;     // d predicted / d h, per layer
+  std::vector<CellTerms> cell;
+};
+
+DropletEstimator::DropletEstimator(const GridSpec& grid, const EstimatorOptions& options)
+    : grid_(grid), options_(options), filter_(grid, options.border), model_(options.prior), old_(grid.size()),
+      work_(std::make_unique<Work>()) {
+  firn::check(grid);
+  deposition::check(options.prior);
+  require(options.prior_std > 0.0 && options.prior_std <= 10.0, "prior_std = " + std::to_string(options.prior_std) + " is outside (0, 10]");
+  require(options.window_layers >= 1, "window_layers = " + std::to_string(options.window_layers) + " must be 1 or more");
+  require(options.max_evaluations >= 10, "max_evaluations = " + std::to_string(options.max_evaluations) + " must be 10 or more");
+  const auto scale = scales(options.prior);
+  for (int n = 0; n < 3; ++n) {
+    const double std_mm = options.prior_std * scale[std::size_t(n)];
+    prior_information_.at(n, n) = 1.0 / (std_mm * std_mm);
+  }
+  estimate_.model = model_;
+  estimate_.covariance_mm2 = inverse(prior_information_);
+}
+
+DropletEstimator::~DropletEstimator() = default;
+
+void DropletEstimator::check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const {
+  require(height.size() == grid_.size() && use.size() == grid_.size(), "the map does not have the grid's size");
+  require(noise_std_mm > 0.0 && std::isfinite(noise_std_mm), "noise_std_mm = " + std::to_string(noise_std_mm) + " must be above 0");
+  for (std::size_t c = 0; c < use.size(); ++c)
+    require(use[c] == Use::kNothing || std::isfinite(height.cells[c]), "cell " + std::to_string(c) + " has no height and is not marked so");
+}
+
+void DropletEstimator::set_ground(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
+  check(height, use, noise_std_mm);
+  start_ = filter_.ground(height.cells, use, noise_std_mm * noise_std_mm);
+  const auto measured = std::count_if(use.begin(), use.end(), [](Use u) { return u != Use::kNothing; });
+  require(measured > 0, "the bare ground has no measured cell");
+  double rough = 0.0;
+  for (const double v : start_.variance_mm2) rough += v / double(start_.variance_mm2.size());
+  ground_variance_mm2_ = (noise_std_mm * noise_std_mm + rough) / double(measured);
+  start_by_ground_.assign(grid_.size(), 1.0);
+  start_model_ = model_;
+  for (auto& slope : start_slope_) slope.assign(grid_.size(), 0.0);
+  has_ground_ = true;
+}
+
+Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
+                                     double noise_std_mm) {
+  require(has_ground_, "a layer came before the map of the bare ground");
+  check(height, use, noise_std_mm);
+  for (const Pass& p : passes) {
+    require(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
+    for (const std::uint32_t c : p.cells) require(c < grid_.size(), "a pass fires off the grid");
+    droplets_ += std::int64_t(p.cells.size());
+  }
+  if (int(window_.size()) >= options_.window_layers) forget_oldest();
+  Layer layer;
+  layer.passes = std::move(passes);
+  layer.height_mm = height.cells;
+  layer.use = use;
+  layer.noise_variance_mm2 = noise_std_mm * noise_std_mm;
+  window_.push_back(std::move(layer));
+  ++layers_;
+  return update();
+}
+
+Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
+  check(height, use, noise_std_mm);
+  if (window_.empty()) {
+    require(layers_ == 0, "there is no layer whose map could be replaced");
+    set_ground(height, use, noise_std_mm);
+    return estimate_;
+  }
+  window_.back().height_mm = height.cells;
+  window_.back().use = use;
+  window_.back().noise_variance_mm2 = noise_std_mm * noise_std_mm;
+  return update();
+}
+
+// Again while the estimate lies far from what gains and weights were fixed with.
+Estimate DropletEstimator::update() {
+  evaluations_ = 0;
+  const auto scale = scales(options_.prior);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const DropletModel before = model_;
+    fix_references();
+    minimise();
+    fit_scatter();
+    if (std::abs(model_.h1_mm - before.h1_mm) < kSettled * scale[0] && std::abs(model_.h2_mm - before.h2_mm) < kSettled * scale[1] &&
+        std::abs(model_.h3_mm - before.h3_mm) < kSettled * scale[2])
+      break;
+  }
+  fix_references();
+  judge();
+  return estimate_;
+}
+
+// The surface before the window, had the layers before it been filtered with `m`: to first order.
+void DropletEstimator::start_at(const DropletModel& m, double ground_shift_mm, std::vector<double>& height_mm) const {
+  height_mm = start_.height_mm;
+  const double d1 = m.h1_mm - start_model_.h1_mm, d2 = m.h2_mm - start_model_.h2_mm, d3 = m.h3_mm - start_model_.h3_mm;
+  if (d1 == 0.0 && d2 == 0.0 && d3 == 0.0 && ground_shift_mm == 0.0) return;
+  for (std::size_t c = 0; c < height_mm.size(); ++c)
+    height_mm[c] += start_slope_[0][c] * d1 + start_slope_[1][c] * d2 + start_slope_[2][c] * d3 + start_by_ground_[c] * ground_shift_mm;
+}
+
+void DropletEstimator::fix_references() {
+  Surface s{{}, start_.variance_mm2};
+  start_at(model_, 0.0, s.height_mm);
+  for (Layer& l : window_) filter_.reference(l, s, model_, scatter_);
+}
+
+void DropletEstimator::differences_at(const DropletModel& m, double ground_shift_mm, std::vector<std::vector<double>>& out) {
+  out.resize(window_.size());
+  start_at(m, ground_shift_mm, work_->height);
+  for (std::size_t k = 0; k < window_.size(); ++k) {
+    out[k].resize(grid_.size());
+    filter_.differences(window_[k], work_->height, m, scatter_, out[k]);
+  }
+}
+
+// Relative scatter of droplets by moments: what the differences vary by beyond noise and surface, in the weighting
+// that is best for normal ones.
+void DropletEstimator::fit_scatter() {
+  differences_at(model_, 0.0, work_->at_best);
+  double sum = 0.0, norm = 0.0;
+  for (std::size_t k = 0; k < window_.size(); ++k) {
+    const Layer& l = window_[k];
+    for (std::size_t c = 0; c < grid_.size(); ++c) {
+      if (l.weight[c] == 0.0 || l.scatter_mm2[c] == 0.0) continue;
+      const double e = clipped(work_->at_best[k][c], l.weight[c]), g = l.scatter_mm2[c], w2 = l.weight[c] * l.weight[c];
+      sum += w2 * g * (e * e - 1.0 / l.weight[c] + scatter_ * scatter_ * g);
+      norm += w2 * g * g;
+    }
+  }
+  if (norm > 0.0) scatter_ = std::min(kMostScatter, std::sqrt(std::max(0.0, sum / norm)));
+}
+
+double DropletEstimator::objective(const double* h) {
+  ++evaluations_;
+  const DropletModel m = model_of(h);
+  start_at(m, 0.0, work_->height);
+  work_->difference.resize(grid_.size());
+  double sum = 0.0;
+  for (const Layer& l : window_) {
+    filter_.differences(l, work_->height, m, scatter_, work_->difference);
+    for (std::size_t c = 0; c < grid_.size(); ++c) sum += loss(work_->difference[c], l.weight[c]);
+  }
+  const std::array<double, 3> at{h[0], h[1], h[2]}, prior = values(options_.prior);
+  const std::array<double, 3> off{h[0] - prior[0], h[1] - prior[1], h[2] - prior[2]};
+  return 0.5 * (sum + information_.form(at) + prior_information_.form(off)) - pull_[0] * h[0] - pull_[1] * h[1] - pull_[2] * h[2];
+}
+
+void DropletEstimator::minimise() {
+  const auto scale = scales(options_.prior);
+  std::array<double, 3> low{0.02 * scale[0], 0.0, 0.0}, high{50.0 * scale[0], 50.0 * scale[0], 50.0 * scale[0]};
+  std::array<double, 3> h = values(model_), step{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    h[n] = std::clamp(h[n], low[n], high[n]);
+    step[n] = std::clamp(3.0 * estimate_.std_mm(int(n)), 1e-3 * scale[n], 0.3 * scale[n]);
+  }
+  const auto call = [](unsigned, const double* x, double*, void* self) {
+    return static_cast<DropletEstimator*>(self)->objective(x);
+  };
+  nlopt_opt opt = nlopt_create(NLOPT_LN_BOBYQA, 3);
+  nlopt_set_lower_bounds(opt, low.data());
+  nlopt_set_upper_bounds(opt, high.data());
+  nlopt_set_initial_step(opt, step.data());
+  nlopt_set_min_objective(opt, call, this);
+  nlopt_set_xtol_rel(opt, 1e-6);
+  nlopt_set_maxeval(opt, options_.max_evaluations);
+  double value = 0.0;
+  nlopt_optimize(opt, h.data(), &value);
+  nlopt_destroy(opt);
+  model_ = model_of(h.data());
+}
+
+void DropletEstimator::judge() {
+  Work& w = *work_;
+  const auto at = values(model_);
+  const auto scale = scales(model_);
+  differences_at(model_, 0.0, w.at_best);
+  std::vector<std::vector<double>> other;
+  for (int n = 0; n < 3; ++n) {
+    auto h = at;
+    const double up = kStep * scale[std::size_t(n)], down = std::min(up, h[std::size_t(n)]);
+    h[std::size_t(n)] = at[std::size_t(n)] + up;
+    differences_at(model_of(h.data()), 0.0, w.slope[std::size_t(n)]);
+    h[std::size_t(n)] = at[std::size_t(n)] - down;
+    differences_at(model_of(h.data()), 0.0, other);
+    for (std::size_t k = 0; k < window_.size(); ++k)
+      for (std::size_t c = 0; c < grid_.size(); ++c)
+        w.slope[std::size_t(n)][k][c] = (other[k][c] - w.slope[std::size_t(n)][k][c]) / (up + down);
+  }
+  w.cell.assign(grid_.size(), {});
+  for (std::size_t c = 0; c < grid_.size(); ++c) w.cell[c] = old_[c];
+  double squares = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < window_.size(); ++k) squares += add_layer_terms(k, w.cell, count);
+  Symmetric3 information, spread;
+  std::vector<std::array<double, 3>> score(grid_.size());
+  for (std::size_t c = 0; c < grid_.size(); ++c) {
+    information += w.cell[c].information;
+    const auto known = w.cell[c].information.times(at);
+    for (std::size_t r = 0; r < 3; ++r) score[c][r] = w.cell[c].pull[r] - known[r];
+  }
+  for (int j = 0; j < grid_.ny; ++j)
+    for (int i = 0; i < grid_.nx; ++i) {
+      std::array<double, 3> near{};
+      for (int y = std::max(0, j - kReach); y <= std::min(grid_.ny - 1, j + kReach); ++y)
+        for (int x = std::max(0, i - kReach); x <= std::min(grid_.nx - 1, i + kReach); ++x)
+          for (std::size_t r = 0; r < 3; ++r) near[r] += score[grid_.index(x, y)][r];
+      const auto& own = score[grid_.index(i, j)];
+      for (int r = 0; r < 3; ++r)
+        for (int q = 0; q < 3; ++q)
+          spread.at(r, q) += 0.5 * (own[std::size_t(r)] * near[std::size_t(q)] + own[std::size_t(q)] * near[std::size_t(r)]);
+    }
+  estimate_.excitation = separation(information);
+  estimate_.fit = count > 0.0 ? squares / count : 0.0;
+  // With too few cells the sum over neighbours need not be a covariance; the assumed variances stand in.
+  if (!positive_definite(spread)) {
+    spread = information;
+    for (double& v : spread.m) v *= std::max(1.0, estimate_.fit);
+  }
+  // The ground's mean height errs by the same amount in all cells, so their scores do not show it.
+  differences_at(model_, kGroundShift_mm, other);
+  std::array<double, 3> by_ground = old_ground_;
+  for (std::size_t k = 0; k < window_.size(); ++k) add_ground_terms(k, other[k], by_ground);
+  information += prior_information_;
+  spread += prior_information_;
+  for (int r = 0; r < 3; ++r)
+    for (int q = 0; q < 3; ++q)
+      spread.at(r, q) += ground_variance_mm2_ * by_ground[std::size_t(r)] * by_ground[std::size_t(q)];
+  estimate_.model = model_;
+  estimate_.covariance_mm2 = sandwich(inverse(information), spread);
+  estimate_.droplet_scatter = scatter_;
+  estimate_.layers = layers_;
+  estimate_.droplets = droplets_;
+  estimate_.evaluations = evaluations_;
+}
+
+// What layer k of the window says, cell by cell, about the model of the last judgement.
+double DropletEstimator::add_layer_terms(std::size_t k, std::vector<CellTerms>& terms, double& count) const {
+  const Layer& l = window_[k];
+  const auto at = values(model_);
+  double squares = 0.0;
+  for (std::size_t c = 0; c < grid_.size(); ++c) {
+    if (l.weight[c] == 0.0) continue;
+    const bool out = beyond(work_->at_best[k][c], l.weight[c]);
+    const double e = clipped(work_->at_best[k][c], l.weight[c]);
+    if (l.scatter_mm2[c] > 0.0) squares += l.weight[c] * e * e, count += 1.0;
+    Symmetric3 information;
+    for (std::size_t r = 0; r < 3 && !out; ++r)
+      for (std::size_t q = 0; q < 3; ++q)
+        information.at(int(r), int(q)) = work_->slope[r][k][c] * l.weight[c] * work_->slope[q][k][c];
+    const auto known = information.times(at);
+    for (std::size_t r = 0; r < 3; ++r) terms[c].pull[r] += work_->slope[r][k][c] * l.weight[c] * e + known[r];
+    terms[c].information += information;
+  }
+  return squares;
+}
+
+void DropletEstimator::add_ground_terms(std::size_t k, const std::vector<double>& shifted, std::array<double, 3>& sum) const {
+  for (std::size_t c = 0; c < grid_.size(); ++c)
+    for (std::size_t r = 0; r < 3; ++r)
+      sum[r] += work_->slope[r][k][c] * window_[k].weight[c] * (shifted[c] - work_->at_best[k][c]) / kGroundShift_mm;
+}
+
+// The surface after the oldest layer becomes the start, and its derivatives with it, so that nothing of what the layer
+// has to say through later ones is lost.
+void DropletEstimator::forget_oldest() {
+  Layer& oldest = window_.front();
+  double count = 0.0;
+  add_layer_terms(0, old_, count);
+  Work& w = *work_;
+  w.difference.resize(grid_.size());
+  const auto after = [&](const DropletModel& m, double ground_shift_mm) {
+    start_at(m, ground_shift_mm, w.height);
+    filter_.differences(oldest, w.height, m, scatter_, w.difference);
+    return w.height;
+  };
+  const std::vector<double> shifted = after(model_, kGroundShift_mm);
+  add_ground_terms(0, w.difference, old_ground_);
+  const std::vector<double> height = after(model_, 0.0);
+  const auto scale = scales(model_);
+  std::array<std::vector<double>, 3> slope;
+  for (std::size_t n = 0; n < 3; ++n) {
+    auto h = values(model_);
+    h[n] += kStep * scale[n];
+    slope[n] = after(model_of(h.data()), 0.0);
+    for (std::size_t c = 0; c < grid_.size(); ++c) slope[n][c] = (slope[n][c] - height[c]) / (kStep * scale[n]);
+  }
+  for (std::size_t c = 0; c < grid_.size(); ++c) start_by_ground_[c] = (shifted[c] - height[c]) / kGroundShift_mm;
+  Surface s{{}, start_.variance_mm2};
+  start_at(model_, 0.0, s.height_mm);
+  filter_.reference(oldest, s, model_, scatter_);
+  start_ = {height, s.variance_mm2};
+  start_slope_ = std::move(slope);
+  start_model_ = model_;
+  information_ = {};
+  pull_ = {};
+  for (const CellTerms& t : old_) {
+    information_ += t.information;
+    for (std::size_t r = 0; r < 3; ++r) pull_[r] += t.pull[r];
+  }
+  window_.erase(window_.begin());
+}
+
+}  // namespace firn::droplet

@@ -1,0 +1,161 @@
+#include "estimators/droplet/surface_filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn::droplet {
+namespace {
+
+// Sides first, then corners.
+constexpr int kDx[8] = {1, -1, 0, 0, 1, -1, 1, -1};
+constexpr int kDy[8] = {0, 0, 1, -1, 1, 1, -1, -1};
+
+}  // namespace
+
+SurfaceFilter::SurfaceFilter(const GridSpec& grid, deposition::Border border)
+    : grid_(grid), border_(border), inner_(grid.size(), 0), change_(grid.size(), 0.0), own_(grid.size(), 0.0),
+      from_(grid.size(), 0.0) {
+  for (int j = 1; j + 1 < grid.ny; ++j)
+    for (int i = 1; i + 1 < grid.nx; ++i) inner_[grid.index(i, j)] = 1;
+}
+
+Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> use, double noise_variance) const {
+  // Plane a + b x + c y about the grid's middle: on a full grid its normal equations are diagonal, and with a few
+  // cells missing nearly so; three rounds of the diagonal solution bring the rest.
+  const double mid_x = 0.5 * (grid_.nx - 1), mid_y = 0.5 * (grid_.ny - 1);
+  double a = 0.0, b = 0.0, c = 0.0, spread = 0.0, n = 0.0;
+  for (int round = 0; round < 4; ++round) {
+    double s1 = 0.0, sx = 0.0, sy = 0.0, xx = 0.0, yy = 0.0;
+    n = spread = 0.0;
+    for (std::size_t cell = 0; cell < z.size(); ++cell) {
+      if (use[cell] == Use::kNothing) continue;
+      const double x = double(cell % std::size_t(grid_.nx)) - mid_x, y = double(cell / std::size_t(grid_.nx)) - mid_y;
+      const double r = z[cell] - (a + b * x + c * y);
+      n += 1.0, s1 += r, sx += r * x, sy += r * y, xx += x * x, yy += y * y, spread += r * r;
+    }
+    if (round == 3 || n < 1.0) break;
+    a += s1 / n;
+    if (xx > 0.0) b += sx / xx;
+    if (yy > 0.0) c += sy / yy;
+  }
+  const double rough = n > 3.0 ? std::max(0.0, spread / (n - 3.0) - noise_variance) : 0.0;
+  const double gain = rough > 0.0 ? rough / (rough + noise_variance) : 0.0;
+  Surface s{std::vector<double>(z.size()), std::vector<double>(z.size())};
+  for (std::size_t cell = 0; cell < z.size(); ++cell) {
+    const double x = double(cell % std::size_t(grid_.nx)) - mid_x, y = double(cell / std::size_t(grid_.nx)) - mid_y;
+    const double plane = a + b * x + c * y;
+    const double g = use[cell] == Use::kNothing ? 0.0 : gain;
+    s.height_mm[cell] = plane + (use[cell] == Use::kNothing ? 0.0 : g * (z[cell] - plane));
+    s.variance_mm2[cell] = (1.0 - g) * rough;
+  }
+  return s;
+}
+
+SurfaceFilter::Links SurfaceFilter::links_of(const deposition::DropletModel& m, double scatter) const {
+  Links links;
+  for (int n = 0; n < 8; ++n) {
+    const double w = n < 4 ? m.h2_mm : m.h3_mm, reach = m.h1_mm + w;
+    links[std::size_t(n)] = {w, w / reach, reach, scatter * scatter * reach * reach};
+  }
+  return links;
+}
+
+std::ptrdiff_t SurfaceFilter::neighbour(std::size_t cell, int n) const {
+  if (!inner_[cell]) {
+    const int i = int(cell % std::size_t(grid_.nx)) + kDx[n], j = int(cell / std::size_t(grid_.nx)) + kDy[n];
+    if (!grid_.contains(i, j)) return -1;
+  }
+  return std::ptrdiff_t(cell) + std::ptrdiff_t(kDy[n]) * grid_.nx + kDx[n];
+}
+
+void SurfaceFilter::pass_mean(const Pass& pass, std::vector<double>& h, std::span<const double> variance,
+                              const Links& links, double drop_mm) {
+  std::fill(change_.begin(), change_.end(), 0.0);
+  for (const std::uint32_t c : pass.cells) {
+    double own = drop_mm;
+    for (int n = 0; n < 8; ++n) {
+      const SoftLink& link = links[std::size_t(n)];
+      const std::ptrdiff_t to = neighbour(c, n);
+      if (to < 0) {
+        own -= border_ == deposition::Border::kLose ? link.w_mm : 0.0;
+        continue;
+      }
+      const double give = link.spread_mm(h[c] - h[std::size_t(to)], variance[c] + variance[std::size_t(to)]);
+      own -= give;
+      change_[std::size_t(to)] += give;
+    }
+    change_[c] += own;
+  }
+  for (std::size_t c = 0; c < h.size(); ++c) h[c] += pass.share * change_[c];
+}
+
+void SurfaceFilter::reference(Layer& layer, Surface& s, const deposition::DropletModel& model, double scatter) {
+  const Links links = links_of(model, scatter);
+  const double drop_mm = model.layer_height_mm();
+  layer.variance_mm2.assign(layer.passes.size(), {});
+  layer.scatter_mm2.assign(grid_.size(), 0.0);
+  for (std::size_t p = 0; p < layer.passes.size(); ++p) {
+    const Pass& pass = layer.passes[p];
+    layer.variance_mm2[p] = s.variance_mm2;
+    // own_: the cell's own share of its error that is left; from_: variance that its neighbours' errors bring.
+    std::fill(own_.begin(), own_.end(), 1.0);
+    std::fill(from_.begin(), from_.end(), 0.0);
+    for (const std::uint32_t c : pass.cells) {
+      double own_mm = drop_mm;
+      for (int n = 0; n < 8; ++n) {
+        const SoftLink& link = links[std::size_t(n)];
+        const std::ptrdiff_t at = neighbour(c, n);
+        if (at < 0) {
+          own_mm -= border_ == deposition::Border::kLose ? link.w_mm : 0.0;
+          continue;
+        }
+        const std::size_t to = std::size_t(at);
+        const double d = s.height_mm[c] - s.height_mm[to], v = s.variance_mm2[c] + s.variance_mm2[to];
+        const double give = link.spread_mm(d, v), k = pass.share * link.sensitivity(d, v);
+        own_mm -= give;
+        layer.scatter_mm2[to] += pass.share * give * give;
+        own_[c] -= k, own_[to] -= k;
+        from_[c] += k * k * s.variance_mm2[to], from_[to] += k * k * s.variance_mm2[c];
+      }
+      layer.scatter_mm2[c] += pass.share * own_mm * own_mm;
+    }
+    pass_mean(pass, s.height_mm, layer.variance_mm2[p], links, drop_mm);
+    for (std::size_t c = 0; c < grid_.size(); ++c)
+      s.variance_mm2[c] = own_[c] * own_[c] * s.variance_mm2[c] + from_[c];
+  }
+  layer.gain.assign(grid_.size(), 0.0);
+  layer.weight.assign(grid_.size(), 0.0);
+  for (std::size_t c = 0; c < grid_.size(); ++c) {
+    const double before = s.variance_mm2[c] + scatter * scatter * layer.scatter_mm2[c];
+    const double total = before + layer.noise_variance_mm2;
+    s.variance_mm2[c] = before;
+    if (layer.use[c] == Use::kNothing) continue;
+    if (layer.use[c] == Use::kAnchor) {
+      layer.gain[c] = 1.0;
+      s.height_mm[c] = layer.height_mm[c];
+      s.variance_mm2[c] = layer.noise_variance_mm2;
+      continue;
+    }
+    layer.weight[c] = 1.0 / total;
+    layer.gain[c] = before / total;
+    s.height_mm[c] += layer.gain[c] * (layer.height_mm[c] - s.height_mm[c]);
+    s.variance_mm2[c] = (1.0 - layer.gain[c]) * before;
+  }
+}
+
+void SurfaceFilter::differences(const Layer& layer, std::vector<double>& h, const deposition::DropletModel& model,
+                                double scatter, std::span<double> difference) {
+  const Links links = links_of(model, scatter);
+  const double drop_mm = model.layer_height_mm();
+  for (std::size_t p = 0; p < layer.passes.size(); ++p)
+    pass_mean(layer.passes[p], h, layer.variance_mm2[p], links, drop_mm);
+  for (std::size_t c = 0; c < h.size(); ++c) {
+    difference[c] = 0.0;
+    if (layer.use[c] == Use::kNothing) continue;
+    const double e = layer.height_mm[c] - h[c];
+    if (layer.use[c] == Use::kLearn) difference[c] = e;
+    h[c] += layer.gain[c] * e;
+  }
+}
+
+}  // namespace firn::droplet
