@@ -73,7 +73,7 @@ TEST_CASE("A part that throws becomes a failing row that says why, and the other
   CHECK_THAT(std::get<std::string>(all[3].rows.at(0).ours), Contains("lu.first.stolen"));
 }
 
-TEST_CASE("--only takes papers' parts and rows, with or without the paper's name", "[reproduce]") {
+TEST_CASE("Papers' parts and rows are taken by --only, with or without the paper's name", "[reproduce]") {
   CHECK(results({"lu.first"}).at(0).rows.size() == 3);
   const auto one = results({"first.near"});
   REQUIRE(one.size() == 1);
