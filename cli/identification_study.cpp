@@ -50,6 +50,7 @@ PlantedTotals totals_of(const std::vector<PlantedTrial>& trials) {
     ++t.trials;
     for (int n = 0; n < 4; ++n) {
       const double z = std::abs(trial.z(n));
+      t.mean_z[n] += trial.z(n) / double(trials.size());
       t.worst_error[n] = std::max(t.worst_error[n], std::abs(trial.error(n)));
       t.worst_z = std::max(t.worst_z, z);
       t.within_3_sigma[n] += z <= 3.0;

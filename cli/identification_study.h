@@ -26,6 +26,7 @@ PlantedTrial planted_trial(const std::string& file, std::uint64_t seed, double v
 struct PlantedTotals {
   int trials = 0;
   double worst_error[4] = {};  ///< |error|
+  double mean_z[4] = {};       ///< 0 where there is no bias
   double worst_z = 0.0;        ///< |z| of all four
   int within_3_sigma[4] = {}, covered[4] = {};
 };

@@ -17,8 +17,10 @@ constexpr double kStep = 1e-3;   // of the derivatives, relative
 constexpr double kMostScatter = 0.5;
 constexpr double kGroundShift_mm = 1e-3;  // for the derivative by the ground's height
 
+constexpr double kClippedSquare = 0.995;   // mean of the clipped square of a normal variable
+constexpr double kLeastNoiseScale = 0.25;  // of the variance that the maps tell
 constexpr int kMostRounds = 5;
-constexpr double kSettled = 2e-3;
+constexpr double kSettled = 3e-4;
 constexpr double kClip = 3.0;    // standard deviations: a difference beyond pulls no harder
 
 // Huber's loss, doubled: the square up to kClip standard deviations, then a straight line.
@@ -82,6 +84,11 @@ void DropletEstimator::check(const HeightMap& height, const std::vector<Use>& us
     require(use[c] == Use::kNothing || std::isfinite(height.cells[c]), "cell " + std::to_string(c) + " has no height and is not marked so");
 }
 
+// What single maps tell jumps with the sensor's resolution; all of them are of one sensor.
+void DropletEstimator::hear_noise(double std_mm) {
+  told_variance_mm2_ += (std_mm * std_mm - told_variance_mm2_) / double(++told_);
+}
+
 void DropletEstimator::set_ground(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
   check(height, use, noise_std_mm);
   start_ = filter_.ground(height.cells, use, noise_std_mm * noise_std_mm);
@@ -93,6 +100,9 @@ void DropletEstimator::set_ground(const HeightMap& height, const std::vector<Use
   start_by_ground_.assign(grid_.size(), 1.0);
   start_model_ = model_;
   for (auto& slope : start_slope_) slope.assign(grid_.size(), 0.0);
+  ground_.height_mm = height.cells;
+  ground_.use = use;
+  hear_noise(noise_std_mm);
   has_ground_ = true;
 }
 
@@ -110,7 +120,7 @@ Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& 
   layer.passes = std::move(passes);
   layer.height_mm = height.cells;
   layer.use = use;
-  layer.noise_variance_mm2 = noise_std_mm * noise_std_mm;
+  hear_noise(noise_std_mm);
   window_.push_back(std::move(layer));
   ++layers_;
   return update();
@@ -125,7 +135,7 @@ Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vecto
   }
   window_.back().height_mm = height.cells;
   window_.back().use = use;
-  window_.back().noise_variance_mm2 = noise_std_mm * noise_std_mm;
+  hear_noise(noise_std_mm);
   return update();
 }
 
@@ -157,9 +167,13 @@ void DropletEstimator::start_at(const DropletModel& m, double ground_shift_mm, s
 }
 
 void DropletEstimator::fix_references() {
+  if (layers_ == int(window_.size())) start_ = filter_.ground(ground_.height_mm, ground_.use, noise_variance_mm2());
   Surface s{{}, start_.variance_mm2};
   start_at(model_, 0.0, s.height_mm);
-  for (Layer& l : window_) filter_.reference(l, s, model_, scatter_);
+  for (Layer& l : window_) {
+    l.noise_variance_mm2 = noise_variance_mm2();
+    filter_.reference(l, s, model_, scatter_);
+  }
 }
 
 void DropletEstimator::differences_at(const DropletModel& m, double ground_shift_mm, std::vector<std::vector<double>>& out) {
@@ -171,21 +185,28 @@ void DropletEstimator::differences_at(const DropletModel& m, double ground_shift
   }
 }
 
-// Relative scatter of droplets by moments: what the differences vary by beyond noise and surface, in the weighting
-// that is best for normal ones.
+// Relative scatter of droplets and the scale of the maps' noise by moments: what the squares of the differences are
+// beyond the surface's own variance, in the weighting that is best for normal ones. (Told from differences of
+// neighbouring samples, a map's noise includes steps of the surface.)
 void DropletEstimator::fit_scatter() {
   differences_at(model_, 0.0, work_->at_best);
-  double sum = 0.0, norm = 0.0;
+  double gg = 0.0, gr = 0.0, rr = 0.0, ge = 0.0, re = 0.0;
   for (std::size_t k = 0; k < window_.size(); ++k) {
     const Layer& l = window_[k];
+    const double r = told_variance_mm2_;
     for (std::size_t c = 0; c < grid_.size(); ++c) {
-      if (l.weight[c] == 0.0 || l.scatter_mm2[c] == 0.0) continue;
+      if (l.weight[c] == 0.0) continue;
       const double e = clipped(work_->at_best[k][c], l.weight[c]), g = l.scatter_mm2[c], w2 = l.weight[c] * l.weight[c];
-      sum += w2 * g * (e * e - 1.0 / l.weight[c] + scatter_ * scatter_ * g);
-      norm += w2 * g * g;
+      const double beyond_surface = e * e / kClippedSquare - 1.0 / l.weight[c] + scatter_ * scatter_ * g + noise_scale_ * r;
+      gg += w2 * g * g, gr += w2 * g * r, rr += w2 * r * r, ge += w2 * g * beyond_surface, re += w2 * r * beyond_surface;
     }
   }
-  if (norm > 0.0) scatter_ = std::min(kMostScatter, std::sqrt(std::max(0.0, sum / norm)));
+  const double det = gg * rr - gr * gr;
+  if (!(det > 1e-6 * gg * rr)) return;
+  double scatter2 = (ge * rr - re * gr) / det, noise = (re * gg - ge * gr) / det;
+  if (scatter2 < 0.0) scatter2 = 0.0, noise = re / rr;
+  scatter_ = std::min(kMostScatter, std::sqrt(scatter2));
+  noise_scale_ = std::clamp(noise, kLeastNoiseScale, 1.0 / kLeastNoiseScale);
 }
 
 double DropletEstimator::objective(const double* h) {

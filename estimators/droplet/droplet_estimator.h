@@ -32,7 +32,7 @@ struct EstimatorOptions {
   double prior_std = 0.5;          ///< relative, of each; h2, h3 as if they were at least h1 / 20
   deposition::Border border = deposition::Border::kLose;
   int window_layers = 10;
-  int max_evaluations = 25;  ///< of the objective, per layer and round
+  int max_evaluations = 60;  ///< of the objective, per layer and round
 };
 
 struct Estimate {
@@ -57,7 +57,8 @@ class DropletEstimator {
   DropletEstimator(const GridSpec& grid, const EstimatorOptions& options);
   ~DropletEstimator();
 
-  /// The map of the bare ground. @param noise_std_mm of one cell, above 0
+  /// The map of the bare ground. @param noise_std_mm of one cell, above 0: pooled over all maps, and its scale is
+  /// estimated as well
   /// @throws std::invalid_argument: sizes, noise, as for add_layer.
   void set_ground(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
   /// The next layer: its passes in the order of firing, and the map after it. kLearn and kAnchor cells must have
@@ -78,6 +79,8 @@ class DropletEstimator {
   };
   double add_layer_terms(std::size_t k, std::vector<CellTerms>& terms, double& count) const;
   void check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const;
+  void hear_noise(double std_mm);
+  double noise_variance_mm2() const { return noise_scale_ * told_variance_mm2_; }
   Estimate update();
   void fix_references();
   void fit_scatter();
@@ -93,6 +96,7 @@ class DropletEstimator {
   EstimatorOptions options_;
   SurfaceFilter filter_;
   bool has_ground_ = false;
+  Layer ground_;                                     ///< its map
   Surface start_;                                    ///< before the window's first layer,
   deposition::DropletModel start_model_;             ///< as filtered with this,
   std::array<std::vector<double>, 3> start_slope_;   ///< and its derivatives by h1..h3
@@ -101,6 +105,8 @@ class DropletEstimator {
   std::vector<Layer> window_;
   deposition::DropletModel model_;
   double scatter_ = 0.05;
+  double told_variance_mm2_ = 0.0, noise_scale_ = 1.0;  ///< of the maps' noise: mean of what they tell, and how far off it is
+  int told_ = 0;
   int layers_ = 0;
   std::int64_t droplets_ = 0, evaluations_ = 0;
   std::vector<CellTerms> old_;  ///< of the layers before the window

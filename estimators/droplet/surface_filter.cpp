@@ -38,7 +38,9 @@ Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> us
     if (xx > 0.0) b += sx / xx;
     if (yy > 0.0) c += sy / yy;
   }
-  const double rough = n > 3.0 ? std::max(0.0, spread / (n - 3.0) - noise_variance) : 0.0;
+  // Hills are believed in only where the spread is beyond what noise alone can have (three standard errors).
+  const double variance = n > 3.0 ? spread / (n - 3.0) : 0.0;
+  const double rough = n > 3.0 && variance > noise_variance * (1.0 + 3.0 * std::sqrt(2.0 / n)) ? variance - noise_variance : 0.0;
   const double gain = rough > 0.0 ? rough / (rough + noise_variance) : 0.0;
   Surface s{std::vector<double>(z.size()), std::vector<double>(z.size())};
   for (std::size_t cell = 0; cell < z.size(); ++cell) {
