@@ -20,13 +20,13 @@ struct Way {
 
 // 5 x 5 cells with their rise in um, the fuller the higher.
 std::string stencil(double left, double top, const droplet::Rise& rise, double highest_mm, const std::string& title) {
-  constexpr double kCell = 34;
+  constexpr double kCell = 39;
   std::string s = svg_text(left + 2.5 * kCell, top - 10, "middle", "name", title);
   for (int y = 0; y < 5; ++y)
     for (int x = 0; x < 5; ++x) {
       const double z = rise.mean_mm[4 - y][x];
       const double share = std::clamp(z / highest_mm, 0.0, 1.0);
-      s += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"{}\" fill=\"var(--c0)\" fill-opacity=\"{:.3f}\" class=\"grid\"/>",
+      s += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"{}\" fill=\"var(--c0)\" fill-opacity=\"{:.3f}\" stroke=\"var(--grid)\"/>",
                        left + x * kCell, top + y * kCell, kCell, kCell, 0.55 * share);
       s += svg_text(left + (x + 0.5) * kCell, top + (y + 0.5) * kCell + 4, "middle", "tick", replay::number(z * 1e3, 2));
     }
@@ -52,15 +52,15 @@ std::string identification_svg(const Identification& id) {
                     {um(p.h1.half_width_mm), um(p.side.half_width_mm), um(p.corner.half_width_mm)}});
   }
   constexpr double kPaper[] = {4.4, 0.6, 0.2};
-  const double top = prints ? 250 : 40;
-  std::string s = replay::svg_open(640, top + 200, "h1, h2, h3 identified");
+  const double top = prints ? 275 : 40;
+  std::string s = replay::svg_open(660, top + 200, "h1, h2, h3 identified");
   if (prints) {
     double highest = 0.0;
     for (const auto& row : id.prints.cross_rise.mean_mm)
       for (const double z : row) highest = std::max(highest, z);
-    s += stencil(20, 40, id.prints.single_rise, highest, fmt::format("alone, n = {} [um]", id.prints.single_rise.n));
+    s += stencil(15, 40, id.prints.single_rise, highest, fmt::format("alone, n = {} [um]", id.prints.single_rise.n));
     s += stencil(230, 40, id.prints.cross_rise, highest, fmt::format("with four sides, n = {}", id.prints.cross_rise.n));
-    s += stencil(440, 40, id.prints.pair_rise, highest, fmt::format("with one corner, n = {}", id.prints.pair_rise.n));
+    s += stencil(445, 40, id.prints.pair_rise, highest, fmt::format("with one corner, n = {}", id.prints.pair_rise.n));
   }
   for (int n = 0; n < 3; ++n) {
     double low = kPaper[n], high = kPaper[n];
