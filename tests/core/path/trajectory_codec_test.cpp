@@ -32,7 +32,8 @@ void check_equal(const PlannedPath& a, const PlannedPath& b) {
   CHECK(a.trajectory.tick_s == b.trajectory.tick_s);
   CHECK(a.trajectory.axis_units == b.trajectory.axis_units);
   REQUIRE(a.trajectory.positions.size() == b.trajectory.positions.size());
-  CHECK(std::memcmp(a.trajectory.positions.data(), b.trajectory.positions.data(), 8 * a.trajectory.positions.size()) == 0);
+  for (std::size_t n = 0; n < a.trajectory.positions.size(); ++n)  // bit for bit, whatever the bits
+    REQUIRE(std::memcmp(&a.trajectory.positions[n], &b.trajectory.positions[n], sizeof(double)) == 0);
   const Certificate &c = a.trajectory.certificate, &d = b.trajectory.certificate;
   CHECK(c.duration_s == d.duration_s);
   CHECK(c.lower_bound_s == d.lower_bound_s);
