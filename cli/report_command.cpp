@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "cli/differing_parameters.h"
 #include "cli/exit_codes.h"
 #include "cli/replay_command.h"
 #include "cli/run_config.h"
@@ -23,21 +24,10 @@ std::string verdict_of(const std::string& run) {
   return replay_verdict(options).identical() ? "identical" : "differs";
 }
 
-// Settings whose values are not the same in all runs, in the order of the configuration table.
-std::vector<replay::DifferingParameter> differing_parameters(const std::vector<std::string>& runs) {
+std::vector<Experiment> recorded_experiments(const std::vector<std::string>& runs) {
   std::vector<Experiment> experiments;
   for (const std::string& run : runs) experiments.push_back(parse_experiment(recorded_config(run), run + ": recorded configuration"));
-  std::vector<replay::DifferingParameter> rows;
-  for (std::size_t n = 0; n < experiments.size(); ++n) {
-    const std::vector<Field> table = fields(experiments[n]);
-    if (n == 0)
-      for (const Field& f : table) rows.push_back({std::string(f.key), std::string(f.unit), {}});
-    for (std::size_t k = 0; k < table.size(); ++k) rows[k].values.push_back(value_text(table[k]));
-  }
-  std::erase_if(rows, [](const replay::DifferingParameter& p) {
-    return std::ranges::all_of(p.values, [&](const std::string& v) { return v == p.values.front(); });
-  });
-  return rows;
+  return experiments;
 }
 
 }  // namespace
@@ -52,7 +42,7 @@ void write_report(const ReportOptions& options) {
       runs.push_back({replay::read_run_data(run), options.verdicts.empty() ? verdict_of(run) : options.verdicts[n]});
       write_file_atomically(std::filesystem::path(run) / "metrics.csv", replay::metrics_csv(runs.back().data));
     }
-    write_file_atomically(options.output, replay::report_page(runs, differing_parameters(options.runs)));
+    write_file_atomically(options.output, replay::report_page(runs, differing_parameters(recorded_experiments(options.runs))));
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());
   }

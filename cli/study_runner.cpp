@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "cli/differing_parameters.h"
 #include "cli/digest.h"
 #include "cli/exit_codes.h"
 #include "cli/targets.h"
@@ -33,20 +34,6 @@ std::size_t metric_index(const StudyLab& lab, const std::string& name, const std
   const std::string near = nearest(name, names);
   throw ConfigError(file, 0, "metrics",
                     "metrics: '" + name + "' is not one of " + known + (near.empty() ? "" : "; the nearest is " + near));
-}
-
-std::vector<replay::DifferingParameter> differing(std::vector<Experiment> experiments) {
-  std::vector<replay::DifferingParameter> rows;
-  for (std::size_t n = 0; n < experiments.size(); ++n) {
-    const std::vector<Field> table = fields(experiments[n]);
-    if (n == 0)
-      for (const Field& f : table) rows.push_back({std::string(f.key), std::string(f.unit), {}});
-    for (std::size_t k = 0; k < table.size(); ++k) rows[k].values.push_back(value_text(table[k]));
-  }
-  std::erase_if(rows, [](const replay::DifferingParameter& p) {
-    return std::ranges::all_of(p.values, [&](const std::string& v) { return v == p.values.front(); });
-  });
-  return rows;
 }
 
 }  // namespace
@@ -150,13 +137,13 @@ replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journa
 std::vector<replay::DifferingParameter> differing_arms(const StudyPlan& plan) {
   std::vector<Experiment> experiments;
   for (std::size_t a = 0; a < plan.study.arms.size(); ++a) experiments.push_back(plan.experiments[plan.at(a, 0)]);
-  return differing(std::move(experiments));
+  return differing_parameters(std::move(experiments));
 }
 
 std::vector<replay::DifferingParameter> differing_parts(const StudyPlan& plan) {
   std::vector<Experiment> experiments;
   for (std::size_t p = 0; p < plan.study.parts.size(); ++p) experiments.push_back(plan.experiments[plan.at(0, p)]);
-  return differing(std::move(experiments));
+  return differing_parameters(std::move(experiments));
 }
 
 }  // namespace firn
