@@ -81,7 +81,7 @@ int run_decide(const DecideOptions& o) {
     control::mpc::LayerProblem problem(setup, control::known_heights({height, 0, 0, 0.0}), {});
     const double cells = double(problem.counted()), before = cpu_s();
     const auto b = control::mpc::lower_bound(problem, objective * cells, {o.bound_rows, o.bound_iterations, 1e-5},
-                                             control::mpc::serially);
+                                             serially);
     out["lower_bound_mm"] = b.total_mm / cells;
     out["gap"] = (objective - b.total_mm / cells) / objective;
     out["bound_rows"] = b.rows;

@@ -45,11 +45,14 @@ function(firn_test name)
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}")
 endfunction()
 
-# firn_lcm_types(TARGET a.lcm b.lcm …): runs lcm-gen and makes an interface target with the generated headers.
+# firn_lcm_types(TARGET a.lcm b.lcm …): runs lcm-gen and makes an interface target with the generated headers, and
+# firn/all_types.h, which includes them all and names them in one type list: who handles every type misses none.
 function(firn_lcm_types target)
   find_program(LCM_GEN lcm-gen REQUIRED)
   set(out ${CMAKE_BINARY_DIR}/lcmgen)
   set(headers "")
+  set(includes "")
+  set(names "")
   foreach(file ${ARGN})
     get_filename_component(type ${file} NAME_WE)
     set(header ${out}/firn/${type}.hpp)
@@ -57,7 +60,12 @@ function(firn_lcm_types target)
       COMMAND ${LCM_GEN} --cpp --cpp-std=c++11 --cpp-hpath=${out} ${CMAKE_CURRENT_SOURCE_DIR}/${file}
       DEPENDS ${file} VERBATIM)
     list(APPEND headers ${header})
+    string(APPEND includes "#include \"firn/${type}.hpp\"\n")
+    list(APPEND names ${type})
   endforeach()
+  list(JOIN names ", " names)
+  file(CONFIGURE OUTPUT ${out}/firn/all_types.h @ONLY CONTENT
+    "#pragma once\n@includes@\nnamespace firn {\ntemplate <class... M>\nstruct TypeList {};\nusing AllTypes = TypeList<@names@>;\n}  // namespace firn\n")
   add_custom_target(${target}_generate DEPENDS ${headers})
   add_library(${target} INTERFACE)
   add_dependencies(${target} ${target}_generate)

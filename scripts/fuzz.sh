@@ -1,6 +1,7 @@
 #!/bin/sh
 # Builds the libFuzzer targets of tests/fuzz with clang++ in build-fuzz/ and runs each for SECONDS (default 30).
 #   scripts/fuzz.sh [SECONDS] [TARGET...]
+# FIRN_FUZZ_SEED=N starts from the same random numbers every time; without it each run looks elsewhere.
 # What is found stays in build-fuzz/found/; the corpus grows in build-fuzz/corpus/.
 set -eu
 cd "$(dirname "$0")/.."
@@ -15,7 +16,7 @@ build-fuzz/fuzz/fuzz_seeds build-fuzz/corpus
 mkdir -p build-fuzz/found
 failed=0
 for target in $targets; do
-  if build-fuzz/fuzz/"$target" -max_total_time="$seconds" -max_len=4096 -timeout=10 -rss_limit_mb=2048 \
+  if build-fuzz/fuzz/"$target" -max_total_time="$seconds" -seed="${FIRN_FUZZ_SEED:-0}" -max_len=4096 -timeout=10 -rss_limit_mb=2048 \
       -print_final_stats=1 -artifact_prefix="build-fuzz/found/$target-" "build-fuzz/corpus/$target" \
       >"build-fuzz/found/$target.log" 2>&1; then
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "build-fuzz/found/$target.log")

@@ -6,37 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "firn/answer_t.hpp"
-#include "firn/config_t.hpp"
-#include "firn/deposition_report_t.hpp"
-#include "firn/device_state_t.hpp"
-#include "firn/enable_t.hpp"
-#include "firn/fault_t.hpp"
-#include "firn/grid_t.hpp"
-#include "firn/header_t.hpp"
-#include "firn/heartbeat_t.hpp"
-#include "firn/height_map_t.hpp"
-#include "firn/height_model_t.hpp"
-#include "firn/height_profile_t.hpp"
-#include "firn/jet_command_t.hpp"
-#include "firn/journal_t.hpp"
-#include "firn/lamp_command_t.hpp"
-#include "firn/layer_metrics_t.hpp"
-#include "firn/layer_plan_t.hpp"
-#include "firn/material_map_t.hpp"
-#include "firn/operator_command_t.hpp"
-#include "firn/pass_detail_t.hpp"
-#include "firn/preview_t.hpp"
-#include "firn/profiler_command_t.hpp"
-#include "firn/resend_request_t.hpp"
-#include "firn/run_end_t.hpp"
-#include "firn/run_start_t.hpp"
-#include "firn/safe_stop_t.hpp"
-#include "firn/scan_done_t.hpp"
-#include "firn/sim_truth_t.hpp"
-#include "firn/stage_command_t.hpp"
-#include "firn/tile_t.hpp"
-#include "firn/trajectory_t.hpp"
+#include "firn/all_types.h"
 
 namespace firn::test {
 

@@ -27,41 +27,16 @@ void expect_fingerprint(std::set<std::string>& seen) {
   seen.insert(t.name);
 }
 
+template <class... M>
+void expect_fingerprints(TypeList<M...>, std::set<std::string>& seen) {
+  (expect_fingerprint<M>(seen), ...);
+}
+
 }  // namespace
 
 TEST_CASE("Fingerprints computed from the .lcm texts are lcm-gen's, for every type") {
   std::set<std::string> seen;
-  expect_fingerprint<answer_t>(seen);
-  expect_fingerprint<config_t>(seen);
-  expect_fingerprint<deposition_report_t>(seen);
-  expect_fingerprint<device_state_t>(seen);
-  expect_fingerprint<enable_t>(seen);
-  expect_fingerprint<fault_t>(seen);
-  expect_fingerprint<grid_t>(seen);
-  expect_fingerprint<header_t>(seen);
-  expect_fingerprint<heartbeat_t>(seen);
-  expect_fingerprint<height_map_t>(seen);
-  expect_fingerprint<height_model_t>(seen);
-  expect_fingerprint<height_profile_t>(seen);
-  expect_fingerprint<jet_command_t>(seen);
-  expect_fingerprint<journal_t>(seen);
-  expect_fingerprint<lamp_command_t>(seen);
-  expect_fingerprint<layer_metrics_t>(seen);
-  expect_fingerprint<layer_plan_t>(seen);
-  expect_fingerprint<material_map_t>(seen);
-  expect_fingerprint<operator_command_t>(seen);
-  expect_fingerprint<pass_detail_t>(seen);
-  expect_fingerprint<preview_t>(seen);
-  expect_fingerprint<profiler_command_t>(seen);
-  expect_fingerprint<resend_request_t>(seen);
-  expect_fingerprint<run_end_t>(seen);
-  expect_fingerprint<run_start_t>(seen);
-  expect_fingerprint<safe_stop_t>(seen);
-  expect_fingerprint<scan_done_t>(seen);
-  expect_fingerprint<sim_truth_t>(seen);
-  expect_fingerprint<stage_command_t>(seen);
-  expect_fingerprint<tile_t>(seen);
-  expect_fingerprint<trajectory_t>(seen);
+  expect_fingerprints(AllTypes{}, seen);
   for (const schema::Type& t : Schema::builtin().types()) {
     INFO(t.name);
     CHECK(seen.count(t.name) == 1);

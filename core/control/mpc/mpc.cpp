@@ -94,7 +94,7 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
     constexpr int kMostSweeps = 200;
     bool settled = true;
     for (int rows = std::min(2, options_.strip_rows); rows <= options_.strip_rows; ++rows) {
-      const mpc::StripResult r = mpc::sweep_strips(problem, {rows, kMostSweeps}, mpc::serially);
+      const mpc::StripResult r = mpc::sweep_strips(problem, {rows, kMostSweeps}, serially);
       settled = r.settled;
       found.evaluations += r.strips;
     }

@@ -128,10 +128,6 @@ StripResult sweep(LayerProblem& problem, const StripOptions& options, const Para
 
 }  // namespace
 
-void serially(int n, const std::function<void(int)>& body) {
-  for (int i = 0; i < n; ++i) body(i);
-}
-
 StripResult sweep_strips(LayerProblem& problem, const StripOptions& o, const ParallelFor& parallel) {
   if (o.rows < 1 || o.rows > 6) throw std::invalid_argument("strip rows = " + std::to_string(o.rows) + " is outside 1..6");
   const StripOptions fitted{std::min(o.rows, problem.ny()), o.max_sweeps};

@@ -4,15 +4,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <span>
 
 #include "core/control/mpc/layer_problem.h"
+#include "core/grid/parallel.h"
 
 namespace firn::control::mpc {
-
-/// Runs body(0) .. body(n - 1) in any order and on any threads, each once, and returns when all are done.
-using ParallelFor = std::function<void(int n, const std::function<void(int)>& body)>;
 
 struct StripOptions {
   int rows = 2;            ///< k, 1..6
@@ -30,8 +26,5 @@ struct StripResult {
 /// k + 2) do not touch each other and may run at the same time: same bytes for any number of threads.
 /// The objective never rises. @throws std::invalid_argument: rows outside 1..6.
 StripResult sweep_strips(LayerProblem& problem, const StripOptions& options, const ParallelFor& parallel);
-
-/// One after the other, in order.
-void serially(int n, const std::function<void(int)>& body);
 
 }  // namespace firn::control::mpc
