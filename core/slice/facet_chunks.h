@@ -1,0 +1,30 @@
+// Facets in pieces: side by side within a wave, wave after wave, so that a mapped file need not stay in memory.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "core/grid/parallel.h"
+#include "core/slice/facets.h"
+
+namespace firn::slice {
+
+inline constexpr std::size_t kChunkFacets = 1 << 16;
+inline constexpr int kWaveChunks = 8;
+
+inline int chunk_count(const FacetView& facets) { return int((facets.size() + kChunkFacets - 1) / kChunkFacets); }
+
+/// body(chunk, first facet, end) for all chunks; chunks of the same `lane` (chunk % kWaveChunks) never run at once.
+template <class Body>
+void for_chunks(const FacetView& facets, const ParallelFor& parallel, const Body& body) {
+  const int chunks = chunk_count(facets);
+  for (int wave = 0; wave < chunks; wave += kWaveChunks) {
+    parallel(std::min(kWaveChunks, chunks - wave), [&](int lane) {
+      const std::size_t first = std::size_t(wave + lane) * kChunkFacets;
+      body(wave + lane, first, std::min(first + kChunkFacets, facets.size()));
+    });
+    if (facets.done_with) facets.done_with(std::min(std::size_t(wave + kWaveChunks) * kChunkFacets, facets.size()));
+  }
+}
+
+}  // namespace firn::slice
