@@ -20,7 +20,7 @@ FOUND_BY_CMAKE = {
     "opencv2/core/version.hpp": "libopencv-core-dev",
     "opencv2/core.hpp": "libopencv-core-dev",
     "opencv_${module}": "libopencv-core-dev", "TBB": "libtbb-dev", "polyclipping": "libpolyclipping-dev",
-    "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "3MF": "lib3mf-dev", "lib3mf": "lib3mf-dev",
+    "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "3MF": "lib3mf-dev", "lib3mf/Model/COM/NMR_DLLInterfaces.h": "lib3mf-dev",
 }
 FOUND_BY_PREFIX = {"sundials_": "libsundials-dev"}
 
