@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kRollableCosine = -0.9;  ///< sharper corners (154 degrees and more) are never rolled
 constexpr double kTrialMm = 15.0;         ///< of path to either side of a corner on which rolling is tried
-constexpr double kTickSlack = 1e-9;  ///< of a tick: rounding of a duration that is a whole number of ticks
 
 std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
   return std::span<const Point2>(path.points).subspan(from, to - from + 1);
@@ -95,22 +94,38 @@ Posture posture(const CleanPath& path, const PathInput& input, const Arm& arm) {
   return posture_for(some, input, arm);
 }
 
+void require(bool good, const char* what, double value, double bound) {
+  if (good) return;
+  Fault fault(Reason::kOption);
+  fault.what = what;
+  fault.value = value;
+  fault.bound = bound;
+  throw MotionError(fault);
+}
+
 void check_options(const PlanOptions& options) {
-  const auto require = [](bool good, const char* what, double value, double bound) {
-    if (good) return;
-    Fault fault(Reason::kOption);
-    fault.what = what;
-    fault.value = value;
-    fault.bound = bound;
-    throw MotionError(fault);
-  };
-  require(options.tick_s >= 1e-5 && options.tick_s <= 10.0, "tick", options.tick_s, 1e-5);
+  require(options.tick_s > 0.0 && options.tick_s <= 10.0, "tick", options.tick_s, 0.0);
   require(options.tolerance_mm >= 0.0 && options.tolerance_mm <= 10.0, "tolerance", options.tolerance_mm,
           0.0);
   require(options.curvature_ramp_mm >= 0.01 && options.curvature_ramp_mm <= 100.0, "curvature ramp",
           options.curvature_ramp_mm, 0.01);
   require(options.split_angle_rad > 0.0 && options.split_angle_rad <= 3.2, "split angle",
           options.split_angle_rad, 0.0);
+}
+
+/// A motion of more ticks than memory holds is refused before it is planned: it takes at least its length over
+/// its ceiling. Differences of samples closer than kLeastTickS show the rounding of their values.
+void check_ticks(const CleanPath& path, const MotionLimits& limits, const PlanOptions& options) {
+  constexpr double kLeastTickS = 1e-5;
+  double least_s = 0.0;
+  for (std::size_t i = 0; i + 1 < path.points.size(); ++i) {
+    const double dx = path.points[i + 1].x_mm - path.points[i].x_mm,
+                 dy = path.points[i + 1].y_mm - path.points[i].y_mm;
+    least_s += std::sqrt(dx * dx + dy * dy) / std::min(path.ceiling_mm_s[i], limits.position.rate);
+  }
+  whole_ticks(least_s, options.tick_s);
+  if (options.trace_step_s > 0.0) whole_ticks(least_s, options.trace_step_s);
+  require(options.tick_s >= kLeastTickS, "tick", options.tick_s, kLeastTickS);
 }
 
 /// The emitted motion: stretches one after another, all of it slowed down by `slow`.
@@ -194,6 +209,7 @@ RatioTable emit(Emission& emission, const PathInput& input, const CertifiedTask&
 void trace(Emission& emission, const PathInput& input, const CertifiedTask& task, CertifiedWork& work,
            double slow, PlanResult& result) {
   const double step = task.options.trace_step_s;
+  whole_ticks(emission.duration_s() * slow, step);
   const std::size_t count = std::size_t(emission.duration_s() * slow / step + 1e-9) + 1;
   result.trace.resize(count);
   double length = 0.0;
@@ -264,10 +280,9 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
   for (int j = 0; j < arm.joints(); ++j) trajectory.axis_units.push_back(arm.joint_unit(j));
   double needed = 1.0;
   for (int tries = 0;; ++tries) {
-    const double ticks =
-        std::max(1.0, std::ceil(needed * emission.duration_s() / options.tick_s - kTickSlack));
-    const double slow = ticks * options.tick_s / emission.duration_s();
-    RatioTable seen = emit(emission, input, task, work, slow, std::size_t(ticks) + 1, result);
+    const std::size_t ticks = whole_ticks(needed * emission.duration_s(), options.tick_s);
+    const double slow = double(ticks) * options.tick_s / emission.duration_s();
+    RatioTable seen = emit(emission, input, task, work, slow, ticks + 1, result);
     if (const double factor = seen.time_factor(); factor > 1.0002 && tries < 4) {
       needed = slow * factor;
       continue;
@@ -276,7 +291,7 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
     seen.merge(inside, 0.0);
     seen.merge(difference_ratios(trajectory, result.tool, task.groups), 0.0);
     fill_certificate(seen, task.groups, arm, certificate);
-    certificate.duration_s = ticks * options.tick_s;
+    certificate.duration_s = double(ticks) * options.tick_s;
     if (options.trace_step_s > 0.0) trace(emission, input, task, work, slow, result);
     break;
   }
@@ -321,6 +336,7 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
   check_options(options);
   check_limits(limits, arm.joints());
   const CleanPath path = clean(input);
+  check_ticks(path, limits, options);
   CertifiedTask task{arm, limits, options, placement(input), limited_joints(limits, arm.joints()), {}};
   task.groups = row_groups(limits, task.joints);
   PlanResult result;

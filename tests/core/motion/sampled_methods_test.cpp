@@ -104,7 +104,9 @@ TEST_CASE("The deviation of samples is the largest distance from the path, by br
 TEST_CASE("A trajectory of more samples than memory holds is refused before it is made") {
   const auto arm = make_scara(cobra600());
   const std::vector<Point2> line{{300, 0}, {320, 0}};
-  for (const Method method : {Method::kThesis, Method::kConstant, Method::kDefault}) {
+  for (const Method method :
+       {Method::kCertified, Method::kOptimal, Method::kThesis, Method::kConstant, Method::kDefault}) {
+    INFO(name(method));
     PlanOptions options;
     options.method = method;
     PathInput in{.points = line};
@@ -116,6 +118,14 @@ TEST_CASE("A trajectory of more samples than memory holds is refused before it i
     const PlanResult fine = plan({.points = line}, *arm, cobra600_limits(), options);
     REQUIRE(fine.fault);
     CHECK(fine.fault->reason == Reason::kTooLong);
+ 
+    options.tick_s = 0.016;
+    options.trace_step_s = 1e-12;
+    const PlanResult traced = plan({.points = line}, *arm, cobra600_limits(), options);
+    if (method == Method::kCertified || method == Method::kOptimal) {  // the others are traced at the tick
+      REQUIRE(traced.fault);
+      CHECK(traced.fault->reason == Reason::kTooLong);
+    }
   }
 }
 
@@ -123,7 +133,8 @@ TEST_CASE("Every method answers bad input with a named reason and never throws")
   const auto arm = make_scara(cobra600());
   const std::vector<Point2> hole{{300, 0}, {NAN, 0}}, one{{300, 0}}, far{{300, 0}, {700, 0}},
       line{{300, 0}, {320, 0}};
-  for (const Method method : {Method::kThesis, Method::kConstant, Method::kDefault}) {
+  for (const Method method :
+       {Method::kCertified, Method::kOptimal, Method::kThesis, Method::kConstant, Method::kDefault}) {
     PlanOptions options;
     options.method = method;
     const auto reason = [&](const std::vector<Point2>& points, const MotionLimits& limits) {
