@@ -1,6 +1,6 @@
 // Motion planning: points per second, the Lucy-sized job, and the limits on many random paths.
 //
-// - `certified_bench speed`: one table: kinds of path, points per second of one core, T / lower bound
+// - `certified_bench speed [kind]`: one table: kinds of path, points per second of one core, T / lower bound
 // - `certified_bench lucy [threads]`: 48,000 paths, streamed: time, points per second, growth of memory
 // - `certified_bench random N [seed]`: the nine ratios on N random paths, by samples 32 times finer than the
 // tick
@@ -136,7 +136,7 @@ struct Tally {
   }
 };
 
-int speed() {
+int speed(const std::string& only) {
   const auto arm = make_scara(cobra600());
   const std::pair<const char*, std::function<std::vector<Point2>(std::uint64_t)>> kinds[] = {
       {"test path of Fig. 4-2",
@@ -153,10 +153,11 @@ int speed() {
   std::printf("%-24s %9s %12s %14s %12s %8s\n", "paths (0.4 mm spacing)", "points", "user s", "points/s",
               "T / bound", "ratio");
   for (const auto& [text, make] : kinds) {
+    if (std::string(text).find(only) == std::string::npos) continue;
     PlanWorkspace work;
     Tally tally;
     double spent = 0.0;
-    for (std::uint64_t k = 0; spent < 0.5; ++k) {
+    for (std::uint64_t k = 0; spent < 1.0; ++k) {
       std::vector<std::vector<Point2>> batch;
       for (std::uint64_t i = 0; i < 64; ++i) batch.push_back(make(64 * k + i));
       const double start = user_seconds();
@@ -260,11 +261,11 @@ int random_paths(int count, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "speed";
-  if (what == "speed") return speed();
+  if (what == "speed") return speed(argc > 2 ? argv[2] : "");
   if (what == "lucy") return lucy(argc > 2 ? std::atoi(argv[2]) : 1);
   if (what == "random")
     return random_paths(argc > 2 ? std::atoi(argv[2]) : 100000,
                         argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-  std::fprintf(stderr, "usage: certified_bench speed | lucy [threads] | random N [seed]\n");
+  std::fprintf(stderr, "usage: certified_bench speed [kind] | lucy [threads] | random N [seed]\n");
   return 2;
 }
