@@ -229,7 +229,7 @@ int random_paths(int count, std::uint64_t seed) {
   };
   std::map<std::string, Kind> kinds;
   std::map<std::string, int> reasons;
-  double worst = 0.0;
+  double worst = 0.0, motion_s = 0.0;
   int worst_path = -1;
   for (int k = 0; k < count; ++k) {
     const RandomPath path = maker.next();
@@ -243,6 +243,7 @@ int random_paths(int count, std::uint64_t seed) {
       ++reasons[name(result.fault->reason)];
       continue;
     }
+    motion_s += result.continuous_s;
     for (const LimitRatio& limit : result.trajectory.certificate.limits) {
       kind.worst = std::max(kind.worst, limit.ratio);
       if (limit.ratio > worst) worst = limit.ratio, worst_path = k;
@@ -252,6 +253,7 @@ int random_paths(int count, std::uint64_t seed) {
     std::printf("%-22s %7d paths, %6d refused, largest ratio %.6f\n", text.c_str(), kind.paths, kind.refused,
                 kind.worst);
   for (const auto& [reason, n] : reasons) std::printf("refused: %s %d\n", reason.c_str(), n);
+  std::printf("motion planned: %.3f s\n", motion_s);
   std::printf("largest ratio of all %.6f (path %d): %s\n", worst, worst_path,
               worst <= 1.001 ? "within 1.001" : "ABOVE 1.001");
   return worst <= 1.001 ? 0 : 1;

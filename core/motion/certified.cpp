@@ -59,18 +59,53 @@ bool plan_straight(const CertifiedTask& task, CertifiedWork& work, Stretch& out)
   return true;
 }
 
-void bound(const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
+/// The tool's motion, and the joints that may come near a limit while the tool keeps its own: joints whose
+/// q' times the tool's largest rate, acceleration and jerk stays well below theirs are left out.
+RowGroups binding_groups(const MotionRows& rows, const RowGroups& all) {
+  constexpr double kRateShare = 0.97, kShare = 0.8;
+  const RateLimits& tool = all.group[0].limit;
+  RowGroups some;
+  some.group[0] = all.group[0];
+  for (int g = 1; g < all.count; ++g) {
+    const RateLimits& limit = all.group[g].limit;
+    const double least = std::min({kRateShare * limit.rate / tool.rate,
+                                   kShare * limit.acceleration / tool.acceleration, kShare * limit.jerk / tool.jerk});
+    const std::vector<double>& slope = rows.of[all.group[g].first][0];
+    double most = 0.0;
+    for (const double d1 : slope) most = std::max(most, std::abs(d1));
+    if (most > least) some.group[some.count++] = all.group[g];
+  }
+  return some;
+}
+
+void set_rows(const CertifiedTask& task, CertifiedWork& work, const Stretch& out) {
   if (auto fault = compute_rows(out.curve, task.arm, task.placement, task.joints, work.rows))
     throw MotionError(*fault);
-  speed_bound(out.curve, work.rows, task.groups, work.bound);
+}
+
+void bound(const RowGroups& groups, CertifiedWork& work, Stretch& out) {
+  speed_bound(out.curve, work.rows, groups, work.bound);
   out.bound_s = work.bound.duration_s;
 }
 
-void solve(const CertifiedTask& task, const Effort& effort, CertifiedWork& work, Stretch& out) {
-  solve_profile(out.curve, work.rows, task.groups, work.bound.limit, work.bound.b, effort.solver, work.solver,
+void solve(const CertifiedTask& task, const RowGroups& groups, const Effort& effort, CertifiedWork& work,
+           Stretch& out) {
+  bound(groups, work, out);
+  solve_profile(out.curve, work.rows, groups, work.bound.limit, work.bound.b, effort.solver, work.solver,
                 work.profile);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
+}
+
+/// Without the limits of some joints the optimum can only be faster: if it holds those too, it is the optimum
+/// with all of them. Else they all take part.
+void solve(const CertifiedTask& task, const Effort& effort, CertifiedWork& work, Stretch& out) {
+  constexpr double kSlight = 1.0005;
+  set_rows(task, work, out);
+  const RowGroups some = binding_groups(work.rows, task.groups);
+  solve(task, some, effort, work, out);
+  if (some.count < task.groups.count && out.ratios.joint_factor() > kSlight)
+    solve(task, task.groups, effort, work, out);
 }
 
 }  // namespace
@@ -100,10 +135,11 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     trial.first = out.first;
     trial.deviation_mm = out.deviation_mm;
     if (attempt == 0 && trial.curve.straight && plan_straight(task, work, trial)) {
-      if (task.options.lower_bound) bound(task, work, trial);
+      if (!task.options.lower_bound) return;
+      set_rows(task, work, trial);
+      bound(task.groups, work, trial);
       return;
     }
-    bound(task, work, trial);
     solve(task, effort, work, trial);
     const bool good = trial.factor < kGoodFactor;
     if (!good) cell_factors(trial.curve, work.batch, work.tool, work.joint, task.groups, work.excess);
@@ -122,8 +158,8 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   guess.deviation_mm = out.deviation_mm;
   refine(none.sizes, work.curve, guess.curve);
   set_ceiling(points, ceiling, work.curve, guess.curve);
-  bound(task, work, guess);
-  solve(task, none, work, guess);
+  set_rows(task, work, guess);
+  solve(task, task.groups, none, work, guess);
   if (!(out.duration_s() <= guess.duration_s())) std::swap(guess, out);
   if (!std::isfinite(out.duration_s())) throw MotionError(Fault(Reason::kNoSolution));
 }

@@ -28,6 +28,7 @@ struct RatioTable {
 
   /// The factor by which time must be stretched (< 1: may be shortened) so that no ratio exceeds 1.
   double time_factor() const;
+  double joint_factor() const;  ///< of the joints' ratios alone
   /// As if time were stretched by `factor`.
   void stretch(double factor);
   void merge(const RatioTable& other, double time_shift_s);
