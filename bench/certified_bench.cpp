@@ -4,6 +4,8 @@
 // - `certified_bench lucy [threads]`: 48,000 paths, streamed: time, points per second, growth of memory
 // - `certified_bench random N [seed]`: the nine ratios on N random paths, by samples 32 times finer than the
 // tick
+// - `certified_bench job N FILE.csv|FILE.json`: the first N paths of that job in a file, for `firn plan FILE
+// --origin 380,0`
 //
 // Times per core are user CPU seconds of this process.
 #include <sys/resource.h>
@@ -120,6 +122,8 @@ std::vector<Point2> job_path(std::uint64_t k) {
   }
 }
 
+constexpr std::uint64_t kDifferent = 960;  ///< paths, each used 50 times in a whole job
+
 struct Tally {
   std::size_t paths = 0, points = 0, refused = 0;
   double motion_s = 0.0, bound_s = 0.0, worst = 0.0;
@@ -178,10 +182,9 @@ int speed(const std::string& only) {
 
 int lucy(int threads) {
   constexpr std::uint64_t paths = 48000;
-  // making the paths is not planning: 960 different ones are made first and used 50 times each
-  constexpr std::uint64_t different = 960;
+  // making the paths is not planning: so many different ones are made first and used 50 times each
   std::vector<std::vector<Point2>> made;
-  for (std::uint64_t k = 0; k < different; ++k) made.push_back(job_path(k));
+  for (std::uint64_t k = 0; k < kDifferent; ++k) made.push_back(job_path(k));
   const auto arm = make_scara(cobra600());
   std::atomic<std::uint64_t> next{0};
   std::vector<Tally> tallies(static_cast<std::size_t>(threads));
@@ -194,7 +197,7 @@ int lucy(int threads) {
       PlanWorkspace work;
       for (std::uint64_t k; (k = next++) < paths;) {
         PathInput input;
-        input.points = made[k % different];
+        input.points = made[k % kDifferent];
         input.origin = kPart;
         tallies[std::size_t(t)].add(input.points.size(), plan(input, *arm, cobra600_limits(), {}, work));
       }
@@ -215,6 +218,32 @@ int lucy(int threads) {
               all.motion_s / 3600.0, all.motion_s / all.bound_s, all.worst, all.refused);
   std::printf("memory grown while planning: %.1f MB\n", double(after.ru_maxrss - before.ru_maxrss) / 1024.0);
   return 0;
+}
+
+int write_job(std::uint64_t paths, const std::string& file) {
+  std::FILE* out = std::fopen(file.c_str(), "w");
+  if (!out) {
+    std::perror(file.c_str());
+    return 1;
+  }
+  const bool json = file.ends_with(".json");
+  std::fputs(json ? "{\"version\": 1, \"paths\": [" : "x_mm,y_mm\n", out);
+  std::size_t points = 0;
+  for (std::uint64_t k = 0; k < paths; ++k) {
+    const std::vector<Point2> path = job_path(k % kDifferent);
+    points += path.size();
+    if (json) std::fputs(k == 0 ? "\n{\"points\": [" : ",\n{\"points\": [", out);
+    for (std::size_t i = 0; i < path.size(); ++i)
+      if (json)
+        std::fprintf(out, "%s[%.6f, %.6f]", i ? ", " : "", path[i].x_mm, path[i].y_mm);
+      else
+        std::fprintf(out, "%.6f,%.6f\n", path[i].x_mm, path[i].y_mm);
+    std::fputs(json ? "]}" : "\n", out);
+  }
+  if (json) std::fputs("\n]}\n", out);
+  const bool good = std::fclose(out) == 0;
+  std::printf("%llu paths, %zu points\n", static_cast<unsigned long long>(paths), points);
+  return good ? 0 : 1;
 }
 
 int random_paths(int count, std::uint64_t seed) {
@@ -265,9 +294,10 @@ int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "speed";
   if (what == "speed") return speed(argc > 2 ? argv[2] : "");
   if (what == "lucy") return lucy(argc > 2 ? std::atoi(argv[2]) : 1);
+  if (what == "job" && argc == 4) return write_job(std::strtoull(argv[2], nullptr, 10), argv[3]);
   if (what == "random")
     return random_paths(argc > 2 ? std::atoi(argv[2]) : 100000,
                         argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-  std::fprintf(stderr, "usage: certified_bench speed [kind] | lucy [threads] | random N [seed]\n");
+  std::fprintf(stderr, "usage: certified_bench speed [kind] | lucy [threads] | job N FILE | random N [seed]\n");
   return 2;
 }

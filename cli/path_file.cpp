@@ -4,9 +4,11 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <fstream>
-#include <streambuf>
 
+#include "cli/byte_blocks.h"
+#include "cli/decimal.h"
 #include "cli/exit_codes.h"
 
 namespace firn {
@@ -20,7 +22,7 @@ class CsvReader {
       : in_(in), name_(name), size_(size), sink_(sink) {}
 
   void read() {
-    std::string text;
+    std::string_view text;
     while (next_line(text)) {
       if (columns_ == 0) {
         if (!text.empty()) header(text);
@@ -38,55 +40,59 @@ class CsvReader {
  private:
   [[noreturn]] void fail(const std::string& problem) const { throw UsageError(fmt::format("{}:{}: {}", name_, line_, problem)); }
 
-  bool next_line(std::string& text) {
-    text.clear();
+  /// The next line, valid until the one after it.
+  bool next_line(std::string_view& text) {
+    in_.take(used_);
     ++line_;
-    for (std::streambuf& bytes = *in_.rdbuf();;) {
-      const int c = bytes.sbumpc();
-      if (c == std::char_traits<char>::eof()) {
-        if (text.empty()) return false;
-        break;
-      }
-      ++read_bytes_;
-      if (c == '\n') break;
-      text += char(c);
-      if (text.size() > kMaxLineBytes) fail(fmt::format("a line longer than the limit of {} bytes", kMaxLineBytes));
+    std::size_t looked = 0;
+    const char* end = nullptr;
+    while (!end) {
+      end = static_cast<const char*>(std::memchr(in_.begin() + looked, '\n', in_.size() - looked));
+      looked = in_.size();
+      if (end || (looked <= kMaxLineBytes && in_.more())) continue;
+      break;
     }
-    if (line_ == 1 && text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // as spreadsheets write it
-    while (!text.empty() && (text.back() == '\r' || text.back() == ' ' || text.back() == '\t')) text.pop_back();
+    const std::size_t length = end ? std::size_t(end - in_.begin()) : in_.size();
+    used_ = length + (end ? 1 : 0);
+    if (used_ == 0) return false;
+    if (length > kMaxLineBytes) fail(fmt::format("a line longer than the limit of {} bytes", kMaxLineBytes));
+    text = std::string_view(in_.begin(), length);
+    if (line_ == 1 && text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // as spreadsheets write it
+    while (!text.empty() && (text.back() == '\r' || text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
     return true;
   }
 
-  void header(const std::string& text) {
+  void header(std::string_view text) {
     if (text == "x_mm,y_mm") columns_ = 2;
     else if (text == "x_mm,y_mm,speed_mm_s") columns_ = 3;
-    else fail("the header must be x_mm,y_mm or x_mm,y_mm,speed_mm_s, not " + text.substr(0, 60));
+    else fail("the header must be x_mm,y_mm or x_mm,y_mm,speed_mm_s, not " + std::string(text.substr(0, 60)));
   }
 
   double number(std::string_view text, const char* column) const {
     while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
     while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
     double value = 0.0;
+    const char* const last = text.data() + text.size();
+    if (read_short_decimal(text.data(), last, value) == last) return value;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
       fail(fmt::format("{} = {}: is not a finite number", column, text.substr(0, 40)));
     return value;
   }
 
-  void point(const std::string& text) {
+  void point(std::string_view text) {
     const std::size_t first = text.find(','), second = first == text.npos ? text.npos : text.find(',', first + 1);
     const int found = first == text.npos ? 1 : second == text.npos ? 2 : text.find(',', second + 1) == text.npos ? 3 : 4;
     if (found != columns_) fail(fmt::format("{} columns, the header has {}", found == 4 ? "more than 3" : std::to_string(found), columns_));
-    const std::string_view all = text;
-    const Point2 p{number(all.substr(0, first), "x_mm"),
-                   number(all.substr(first + 1, columns_ == 2 ? all.npos : second - first - 1), "y_mm")};
+    const Point2 p{number(text.substr(0, first), "x_mm"),
+                   number(text.substr(first + 1, columns_ == 2 ? text.npos : second - first - 1), "y_mm")};
     for (double v : {p.x_mm, p.y_mm})
       if (std::abs(v) > kMaxCoordinate_mm) fail(fmt::format("{} mm is beyond the limit of +-{} mm", v, kMaxCoordinate_mm));
     if (path_.path.points.empty()) path_.place = fmt::format("{}:{}", name_, line_);
     if (path_.path.points.size() == kMaxPathPoints) fail(fmt::format("more than {} points in one path", kMaxPathPoints));
     path_.path.points.push_back(p);
     if (columns_ == 2) return;
-    const std::string_view speed = all.substr(second + 1);
+    const std::string_view speed = text.substr(second + 1);
     path_.ceiling.point_mm_s.push_back(speed.empty() ? motion::kUnlimited : number(speed, "speed_mm_s"));
     if (!(path_.ceiling.point_mm_s.back() > 0.0)) fail("speed_mm_s must be above 0");
   }
@@ -94,18 +100,18 @@ class CsvReader {
   void finish() {
     if (path_.path.points.empty()) return;
     path_.number = ++number_;
-    path_.fraction = size_ > 0.0 ? double(read_bytes_) / size_ : 0.0;
+    path_.fraction = size_ > 0.0 ? double(in_.position() + used_) / size_ : 0.0;
     sink_(std::move(path_));
     path_ = InputPath();
   }
 
-  std::istream& in_;
+  ByteBlocks in_;
   const std::string& name_;
   double size_;
   const PathSink& sink_;
   InputPath path_;
   std::int64_t number_ = 0;
-  std::uint64_t read_bytes_ = 0;
+  std::size_t used_ = 0;  // bytes of the line that was handed out
   int line_ = 0, columns_ = 0;
 };
 

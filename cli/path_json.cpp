@@ -3,11 +3,12 @@
 
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <vector>
 
+#include "cli/byte_blocks.h"
 #include "cli/exit_codes.h"
+#include "cli/json_events.h"
 #include "cli/path_file.h"
 #include "config/fields.h"
 
@@ -19,24 +20,46 @@ const std::vector<std::string_view> kPathKeys{"layer",    "material", "kind", "c
                                               "z_mm",     "yaw_deg",  "tool", "speed_mm_s", "points"};
 const std::vector<std::string_view> kKinds{"boundary", "fill", "hook", "measurement"};  // in the order of PathKind
 
-class Handler : public nlohmann::json_sax<nlohmann::json> {
+class Handler : public JsonHandler {
  public:
-  Handler(std::istream& in, const std::string& name, double size, const PathSink& sink)
+  Handler(const ByteBlocks& in, const std::string& name, double size, const PathSink& sink)
       : in_(in), name_(name), size_(size), sink_(sink) {}
 
-  bool null() override {
+  void null() override {
     if (at_ == At::kPoint && coordinates_.size() == 2) return number(motion::kUnlimited);
-    return wrong("null");
+    wrong("null");
   }
-  bool boolean(bool value) override {
-    if (at_ != At::kPath || key_ != "closed") return wrong(value ? "true" : "false");
+  void boolean(bool value) override {
+    if (at_ != At::kPath || key_ != "closed") wrong(value ? "true" : "false");
     path_.path.closed = value;
-    return true;
   }
-  bool number_integer(number_integer_t value) override { return whole(double(value)); }
-  bool number_unsigned(number_unsigned_t value) override { return whole(double(value)); }
-  bool number_float(number_float_t value, const string_t&) override { return number(value); }
-  bool string(string_t& value) override {
+  void integer(double value) override {
+    if (at_ == At::kTop && key_ == "version") {
+      if (value != 1.0) fail(fmt::format("{} is unknown; this program reads version 1", value));
+    } else if (at_ == At::kPath && key_ == "layer") {
+      path_.path.layer = std::int32_t(between(value, 0, 1e6));
+    } else if (at_ == At::kPath && key_ == "material") {
+      path_.path.material = std::uint8_t(between(value, 0, 255));
+    } else {
+      number(value);
+    }
+  }
+  void number(double value) override {
+    if (at_ == At::kPoint) {
+      if (coordinates_.size() == 3) wrong("more numbers");
+      coordinates_.push_back(value);
+      return;
+    }
+    if (at_ != At::kPath) wrong("a number");
+    if (key_ == "width_mm") path_.path.width_mm = between(value, 0, 1000);
+    else if (key_ == "layer_height_mm") path_.path.layer_height_mm = between(value, 0, 1000);
+    else if (key_ == "z_mm") path_.path.z_mm = between(value, -kMaxCoordinate_mm, kMaxCoordinate_mm);
+    else if (key_ == "yaw_deg") path_.yaw_rad = between(value, -360, 360) * std::numbers::pi / 180.0;
+    else if (key_ == "speed_mm_s") path_.ceiling.path_mm_s = between(value, 0, 1e6, true);
+    else if (key_ == "layer" || key_ == "material") fail("must be a whole number");
+    else wrong("a number");
+  }
+  void text(const std::string& value) override {
     if (at_ == At::kPath && key_ == "tool") {
       if (value.empty() || value.size() > 40) fail("must be a name of 1 to 40 bytes");
       path_.tool = value;
@@ -48,50 +71,38 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
       }
       path_.path.kind = PathKind(found - kKinds.begin());
     } else {
-      return wrong("a text");
+      wrong("a text");
     }
-    return true;
   }
-  bool binary(binary_t&) override { return wrong("binary"); }
 
-  bool start_object(std::size_t) override {
+  void start_object() override {
     if (at_ == At::kRoot) at_ = At::kTop;
     else if (at_ == At::kPaths) begin_path();
-    else return wrong("an object");
-    return true;
+    else wrong("an object");
   }
-  bool key(string_t& value) override {
+  void key(const std::string& value) override {
     const auto& known = at_ == At::kTop ? kTopKeys : kPathKeys;
     if (std::find(known.begin(), known.end(), value) == known.end()) {
       const std::string near = nearest(value, known);
       fail(fmt::format("{}: unknown key{}", value.substr(0, 60), near.empty() ? "; known: " + list(known) : "; the nearest known one is " + near));
     }
     key_ = value;
-    return true;
   }
-  bool end_object() override {
+  void end_object() override {
     if (at_ == At::kPath) finish_path();
     else if (!saw_paths_) fail("has no key \"paths\"");
     else key_.clear();
-    return true;
   }
-  bool start_array(std::size_t) override {
+  void start_list() override {
     if (at_ == At::kTop && key_ == "paths" && !saw_paths_) at_ = At::kPaths, saw_paths_ = true;
     else if (at_ == At::kPath && key_ == "points" && path_.path.points.empty()) at_ = At::kPoints;
     else if (at_ == At::kPoints) at_ = At::kPoint, coordinates_.clear();
-    else return wrong("a list");
-    return true;
+    else wrong("a list");
   }
-  bool end_array() override {
+  void end_list() override {
     if (at_ == At::kPoint) finish_point(), at_ = At::kPoints;
     else if (at_ == At::kPoints) at_ = At::kPath, key_.clear();
     else at_ = At::kTop, key_.clear();
-    return true;
-  }
-  bool parse_error(std::size_t position, const std::string&, const nlohmann::json::exception& e) override {
-    std::string what = e.what();
-    if (const std::size_t colon = what.rfind(": "); colon != what.npos) what = what.substr(colon + 2);
-    throw UsageError(fmt::format("{}: byte {}: {}", name_, position, what.substr(0, 200)));
   }
   void finish() const {
     if (number_ == 0) throw UsageError(name_ + ": paths: holds no path");
@@ -131,37 +142,11 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
       default: return "must be [x_mm, y_mm] or [x_mm, y_mm, speed_mm_s]";
     }
   }
-  bool wrong(const char* found) const { fail(fmt::format("{}, not {}", expected(), found)); }
+  [[noreturn]] void wrong(const char* found) const { fail(fmt::format("{}, not {}", expected(), found)); }
 
   double between(double value, double low, double high, bool above_low = false) const {
     if (value <= high && (above_low ? value > low : value >= low)) return value;
     fail(fmt::format("{} must lie in {}{}, {}]", value, above_low ? "(" : "[", low, high));
-  }
-  bool whole(double value) {
-    if (at_ == At::kTop && key_ == "version") {
-      if (value != 1.0) fail(fmt::format("{} is unknown; this program reads version 1", value));
-      return true;
-    }
-    if (at_ == At::kPath && key_ == "layer") path_.path.layer = std::int32_t(between(value, 0, 1e6));
-    else if (at_ == At::kPath && key_ == "material") path_.path.material = std::uint8_t(between(value, 0, 255));
-    else return number(value);
-    return true;
-  }
-  bool number(double value) {
-    if (at_ == At::kPoint) {
-      if (coordinates_.size() == 3) return wrong("more numbers");
-      coordinates_.push_back(value);
-      return true;
-    }
-    if (at_ != At::kPath) return wrong("a number");
-    if (key_ == "width_mm") path_.path.width_mm = between(value, 0, 1000);
-    else if (key_ == "layer_height_mm") path_.path.layer_height_mm = between(value, 0, 1000);
-    else if (key_ == "z_mm") path_.path.z_mm = between(value, -kMaxCoordinate_mm, kMaxCoordinate_mm);
-    else if (key_ == "yaw_deg") path_.yaw_rad = between(value, -360, 360) * std::numbers::pi / 180.0;
-    else if (key_ == "speed_mm_s") path_.ceiling.path_mm_s = between(value, 0, 1e6, true);
-    else if (key_ == "layer" || key_ == "material") fail("must be a whole number");
-    else return wrong("a number");
-    return true;
   }
 
   void begin_path() {
@@ -185,13 +170,12 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
     if (path_.path.points.empty()) fail("has no points");
     if (!any_speed_) path_.ceiling.point_mm_s.clear();
     path_.number = ++number_;
-    const double at = double(in_.tellg());
-    path_.fraction = size_ > 0.0 && at > 0.0 ? at / size_ : 0.0;
+    path_.fraction = size_ > 0.0 ? double(in_.position()) / size_ : 0.0;
     sink_(std::move(path_));
     at_ = At::kPaths;
   }
 
-  std::istream& in_;
+  const ByteBlocks& in_;
   const std::string& name_;
   double size_;
   const PathSink& sink_;
@@ -206,8 +190,13 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
 }  // namespace
 
 void read_paths_json(std::istream& in, const std::string& name, double size, const PathSink& sink) {
-  Handler handler(in, name, size, sink);
-  nlohmann::json::sax_parse(in, &handler);
+  ByteBlocks bytes(in);
+  Handler handler(bytes, name, size, sink);
+  try {
+    read_json_events(bytes, handler);
+  } catch (const JsonMistake& mistake) {
+    throw UsageError(fmt::format("{}: byte {}: {}", name, mistake.byte, mistake.what));
+  }
   handler.finish();
 }
 

@@ -56,7 +56,7 @@ class PlanRun {
     if (!o_.output.empty()) trajectories_.emplace(o_.output, head);
     if (!o_.csv.empty()) csv_.emplace(o_.csv), csv_->write(csv_header(head.axis_units));
     if (!o_.pulses.empty()) pulses_.emplace(o_.pulses), pulses_->write("path,list,start_s,tick\n");
-    PlanJobOptions job{plan, origin(), threads(), 0, !o_.csv.empty() || !o_.pulses.empty()};
+    PlanJobOptions job{plan, origin(), threads(), 0, false, [this](PlannedItem& item) { describe(item); }};
     if (!o_.plot.empty()) {
       job.traced = o_.plot_path;
       job.plan.trace_step_s = machine.tick_s / 16.0;
@@ -118,26 +118,34 @@ class PlanRun {
     duration_s_ += c.duration_s;
     lower_bound_s_ += c.lower_bound_s;
     if (trajectories_) trajectories_->add(item.encoded, item.result.trajectory.samples(), c.duration_s);
-    if (csv_) csv_->write((paths_ > 1 ? "\n" : "") + csv_lines(item));
-    if (pulses_) try {
-        write_pulses(item);
-      } catch (const std::runtime_error& e) {
-        return fault(e.what());
-      }
+    if (!item.problem.empty()) return fault(item.problem);
+    if (csv_) csv_->write((paths_ > 1 ? "\n" : "") + item.csv);
+    if (pulses_) pulses_->write(item.pulses);
     if (!o_.plot.empty() && item.input.number == o_.plot_path) draw(item);
-    if (o_.json) std::fputs(((paths_ > 1 ? ",\n  " : "\n  ") + item_json(item)).c_str(), stdout);
+    if (o_.json) std::fputs(((paths_ > 1 ? ",\n  " : "\n  ") + item.json).c_str(), stdout);
     else if (paths_ <= std::int64_t(kShownPaths)) print(item);
     progress_.show(item.input.fraction, fmt::format("{} paths", paths_));
   }
 
-  void write_pulses(const PlannedItem& item) {
+  // Of one path, by the thread that planned it.
+  void describe(PlannedItem& item) const {
+    if (csv_) item.csv = csv_lines(item);
+    if (o_.json) item.json = item_json(item);
+    if (pulses_) try {
+        item.pulses = pulse_lines(item);
+      } catch (const std::runtime_error& e) {
+        item.problem = e.what();
+      }
+  }
+
+  std::string pulse_lines(const PlannedItem& item) const {
     const deposition::PulsePlan plan = nominal_pulses(item, machine_.valve);
     std::string lines;
     for (std::size_t n = 0; n < plan.trains.size(); ++n)
       for (std::uint16_t tick : plan.trains[n].ticks)
         fmt::format_to(std::back_inserter(lines), "{},{},{:.9g},{}\n", item.input.number, n + 1,
                        double(plan.trains[n].first_instant) * item.result.trajectory.tick_s, tick);
-    pulses_->write(lines);
+    return lines;
   }
 
   void draw(const PlannedItem& item) {

@@ -57,11 +57,12 @@ struct PlanJob::State {
     item.length_mm = length_of(in.path);
     item.result = motion::plan(path, *arm, limits, how, work);
     if (!item.result.ok()) return;
-    if (!options.keep_tool && in.number != options.traced) item.result.tool.clear();
     PlannedPath planned{in.path.layer, in.path.material, in.path.kind, item.length_mm, std::move(item.result.trajectory)};
     planned.trajectory.id = in.number;
     item.encoded = encode(planned);
     item.result.trajectory = std::move(planned.trajectory);
+    if (options.describe) options.describe(item);
+    if (!options.keep_tool && in.number != options.traced) item.result.tool = {};
   }
 
   // Runs beside the reading of the next batch; each worker takes the next path that nobody has.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "cli/path_file.h"
@@ -17,7 +18,8 @@ struct PlanJobOptions {
   Point2 origin;                ///< of the part's frame in the machine's
   int threads = 1;
   std::int64_t traced = 0;      ///< the number of the path whose trace is kept (for a plot), 0 = none
-  bool keep_tool = false;       ///< keep PlanResult::tool (for CSV)
+  bool keep_tool = false;       ///< keep PlanResult::tool
+  std::function<void(struct PlannedItem&)> describe;  ///< run for each planned path by the thread that planned it
 };
 
 struct PlannedItem {
@@ -25,6 +27,8 @@ struct PlannedItem {
   double length_mm = 0.0;
   motion::PlanResult result;
   std::vector<std::byte> encoded;  ///< of the trajectory file; empty with a fault
+  std::string csv, json, pulses;   ///< what PlanJobOptions::describe writes there
+  std::string problem;             ///< and why the path is refused after all
 };
 using PlannedSink = std::function<void(PlannedItem&&)>;
 

@@ -1,13 +1,12 @@
 #include "cli/plan_outputs.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/exit_codes.h"
@@ -49,13 +48,14 @@ std::string csv_header(const std::vector<std::string>& axis_units) {
 
 std::string csv_lines(const PlannedItem& item) {
   const Trajectory& t = item.result.trajectory;
-  std::string lines;
+  fmt::memory_buffer lines;
+  lines.reserve(100 * t.samples());
   for (std::size_t n = 0; n < t.samples(); ++n) {
     const Point2& p = item.result.tool[n];
     const double* q = t.positions.data() + n * std::size_t(t.axes);
     fmt::format_to(std::back_inserter(lines), "{:.9g},{},{},{},{}\n", double(n) * t.tick_s, p.x_mm, p.y_mm, q[0], q[1]);
   }
-  return lines;
+  return fmt::to_string(lines);
 }
 
 void take_worst(std::vector<WorstRatio>& worst, const Certificate& certificate, std::int64_t path) {
@@ -69,20 +69,16 @@ void take_worst(std::vector<WorstRatio>& worst, const Certificate& certificate, 
 std::string item_json(const PlannedItem& item) {
   const motion::PlanResult& r = item.result;
   const Certificate& c = r.trajectory.certificate;
-  nlohmann::ordered_json j{{"path", item.input.number},
-                           {"layer", item.input.path.layer},
-                           {"points", item.input.path.points.size()},
-                           {"length_mm", item.length_mm},
-                           {"samples", r.trajectory.samples()},
-                           {"duration_s", c.duration_s},
-                           {"continuous_s", r.continuous_s},
-                           {"lower_bound_s", c.lower_bound_s},
-                           {"over_lower_bound", c.lower_bound_s > 0.0 ? nlohmann::ordered_json(c.duration_s / c.lower_bound_s) : nullptr},
-                           {"deviation_mm", r.deviation_mm},
-                           {"stops", r.stops},
-                           {"curvature_ramp_mm", c.curvature_ramp_mm}};
-  for (const LimitRatio& l : c.limits) j["limits"].push_back({{"limit", l.limit}, {"ratio", l.ratio}, {"time_s", l.time_s}});
-  return j.dump();
+  std::string j = fmt::format(
+      "{{\"path\":{},\"layer\":{},\"points\":{},\"length_mm\":{},\"samples\":{},\"duration_s\":{},\"continuous_s\":{},"
+      "\"lower_bound_s\":{},\"over_lower_bound\":{},\"deviation_mm\":{},\"stops\":{},\"curvature_ramp_mm\":{},\"limits\":[",
+      item.input.number, item.input.path.layer, item.input.path.points.size(), item.length_mm, r.trajectory.samples(), c.duration_s,
+      r.continuous_s, c.lower_bound_s, c.lower_bound_s > 0.0 ? fmt::format("{}", c.duration_s / c.lower_bound_s) : "null",
+      r.deviation_mm, r.stops, c.curvature_ramp_mm);
+  for (const LimitRatio& l : c.limits)
+    fmt::format_to(std::back_inserter(j), "{}{{\"limit\":\"{}\",\"ratio\":{},\"time_s\":{}}}", &l == c.limits.data() ? "" : ",",
+                   l.limit, l.ratio, l.time_s);
+  return j + "]}";
 }
 
 std::vector<double> speeds_at_ticks(const std::vector<Point2>& tool, double tick_s) {

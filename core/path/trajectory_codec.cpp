@@ -13,6 +13,14 @@ constexpr std::size_t kMaxAxes = 8, kMaxLimits = 64, kMaxText = 200, kMaxSamples
 
 class Out {
  public:
+  void reserve(std::size_t bytes) { bytes_.reserve(bytes); }
+  /// Every stride-th of n numbers.
+  void put_numbers(const double* from, std::size_t n, std::size_t stride) {
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + n * sizeof(double));
+    std::byte* to = bytes_.data() + at;
+    for (std::size_t i = 0; i < n; ++i) std::memcpy(to + i * sizeof(double), from + i * stride, sizeof(double));
+  }
   template <class T>
   void put(T value) {
     const auto* p = reinterpret_cast<const std::byte*>(&value);
@@ -130,6 +138,7 @@ std::vector<std::byte> encode(const PlannedPath& p) {
     throw std::invalid_argument("positions are not whole samples of " + std::to_string(t.axes) + " axes");
   const std::size_t axes = std::size_t(t.axes);
   Out out;
+  out.reserve(1000 + t.positions.size() * sizeof(double));
   out.put(t.id);
   out.put(p.layer);
   out.put(p.material);
@@ -149,7 +158,7 @@ std::vector<std::byte> encode(const PlannedPath& p) {
   for (std::size_t a = 0; a < axes; ++a) {
     const bool still = constant(t, a);
     out.put(std::uint8_t(still));
-    for (std::size_t n = a; n < (still ? axes : t.positions.size()); n += axes) out.put(t.positions[n]);
+    out.put_numbers(t.positions.data() + a, still ? 1 : t.samples(), axes);
   }
   return out.take();
 }
