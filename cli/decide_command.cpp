@@ -5,11 +5,14 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "cli/certificate_file.h"
 #include "cli/exit_codes.h"
 #include "cli/run_folder.h"
 #include "cli/targets.h"
 #include "config/experiment.h"
 #include "core/control/mpc/bound.h"
+#include "core/control/mpc/bound_checker.h"
+#include "core/control/mpc/window_kernel.h"
 #include "core/grid/npy.h"
 #include "procs/controller/node.h"
 
@@ -41,11 +44,20 @@ void write_npy(const std::string& path, const std::vector<std::byte>& bytes) {
   write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-// The multipliers as an array of 2 (strips - 1) rows.
-HeightMap multipliers_of(const control::mpc::LowerBound& b, int nx) {
-  HeightMap m(GridSpec{nx, std::max(1, int(b.multipliers.size()) / nx)});
-  for (std::size_t i = 0; i < b.multipliers.size(); ++i) m.cells[i] = b.multipliers[i];
-  return m;
+// What the multipliers prove of any layer, by the checker that shares nothing with the solver.
+int check_certificate(const DecideOptions& o, const control::Setup& setup, const HeightMap& height) {
+  const int nx = setup.grid.nx, cuts = (setup.grid.ny + o.bound_rows - 1) / o.bound_rows - 1;
+  if (o.bound_rows < 1 || o.bound_rows > 4) throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
+  const std::vector<float> m = certificate_from(read_bytes(o.check_certificate, "--check-certificate"), nx, o.check_certificate);
+  if (m.size() != std::size_t(cuts) * std::size_t(nx) * control::mpc::kSharedPatterns)
+    throw std::invalid_argument(o.check_certificate + ": strips of --bound-rows " + std::to_string(o.bound_rows) + " have " +
+                                std::to_string(cuts) + " cuts, the file others");
+  double counted = 0.0;
+  for (const auto in : setup.mask.cells) counted += in;
+  const double bound_mm = control::mpc::certified_bound_mm(setup, height, {}, o.bound_rows, m) / counted;
+  if (o.json) std::puts(nlohmann::ordered_json{{"lower_bound_mm", bound_mm}, {"bound_rows", o.bound_rows}}.dump(2).c_str());
+  else std::printf("lower bound     %.6f um: no layer of at most one droplet per cell has a smaller mean error\n", 1e3 * bound_mm);
+  return kOk;
 }
 
 }  // namespace
@@ -60,9 +72,11 @@ int run_decide(const DecideOptions& o) {
   const Mask mask = o.mask.empty() ? Mask(e.grid, 1) : mask_from_npy(read_bytes(o.mask, "--mask"), e.grid, o.mask);
   const bool provable = e.control.scheme == "mpc" && e.control.mpc.alpha.front().alpha == 1.0 && e.control.mpc.horizon == 1 &&
                         e.control.mpc.max_drops == 1;
-  if (o.bound && !provable)
-    throw UsageError("--bound: a bound is proved for scheme mpc, alpha = 1, horizon = 1 and one droplet per cell only");
+  if ((o.bound || !o.check_certificate.empty()) && !provable)
+    throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, alpha = 1, horizon = 1 and one droplet per cell only");
   const control::Setup setup = control_setup(e, target, mask);
+  const HeightMap known = control::known_heights({height, 0, 0, 0.0});
+  if (!o.check_certificate.empty()) return check_certificate(o, setup, known);
   const auto scheme = control::make_controller(setup, control_options(e));
 
   const double start = cpu_s();
@@ -78,16 +92,17 @@ int run_decide(const DecideOptions& o) {
                              {"iterations", d.iterations},
                              {"cpu_s", decide_s}};
   if (o.bound) {
-    control::mpc::LayerProblem problem(setup, control::known_heights({height, 0, 0, 0.0}), {});
-    const double cells = double(problem.counted()), before = cpu_s();
-    const auto b = control::mpc::lower_bound(problem, objective * cells, {o.bound_rows, o.bound_iterations, 1e-5},
+    double cells = 0.0;
+    for (const auto in : mask.cells) cells += in;
+    const double before = cpu_s();
+    const auto b = control::mpc::lower_bound(setup, known, {}, objective * cells, {o.bound_rows, o.bound_sweeps, 1e-6},
                                              serially);
     out["lower_bound_mm"] = b.total_mm / cells;
     out["gap"] = (objective - b.total_mm / cells) / objective;
     out["bound_rows"] = b.rows;
-    out["bound_iterations"] = b.iterations;
+    out["bound_sweeps"] = b.sweeps;
     out["bound_cpu_s"] = cpu_s() - before;
-    if (!o.certificate.empty()) write_npy(o.certificate, to_npy(multipliers_of(b, e.grid.nx)));
+    if (!o.certificate.empty()) write_npy(o.certificate, certificate_bytes(b.multipliers, e.grid.nx));
   }
   if (!o.output.empty()) write_npy(o.output, to_npy(d.drops));
   if (o.json) {
@@ -98,9 +113,9 @@ int run_decide(const DecideOptions& o) {
   std::printf("objective       %.6f um, with %lld droplets\nprinting none   %.6f um\n", 1e3 * objective,
               static_cast<long long>(d.drops.total()), 1e3 * d.objective_none_mm);
   if (o.bound)
-    std::printf("lower bound     %.6f um: at most %.3f %% better can be (strips of %d rows, %d iterations, %.2f s)\n",
+    std::printf("lower bound     %.6f um: at most %.3f %% better can be (strips of %d rows, %d sweeps, %.2f s)\n",
                 1e3 * out["lower_bound_mm"].get<double>(), 100.0 * out["gap"].get<double>(), out["bound_rows"].get<int>(),
-                out["bound_iterations"].get<int>(), out["bound_cpu_s"].get<double>());
+                out["bound_sweeps"].get<int>(), out["bound_cpu_s"].get<double>());
   std::printf("%lld iterations, %.4f s of processor time\n", static_cast<long long>(d.iterations), decide_s);
   return kOk;
 }

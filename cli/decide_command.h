@@ -14,9 +14,10 @@ struct DecideOptions {
   int horizon = 0;                     ///< > 0: instead of the file's
   std::string method;                  ///< instead of the file's
   bool bound = false;
-  int bound_rows = 4;
-  int bound_iterations = 100;
-  std::string certificate;             ///< NPY of the bound's multipliers
+  int bound_rows = 2;
+  int bound_sweeps = 40;
+  std::string certificate;             ///< NPY of the bound's multipliers, written
+  std::string check_certificate;       ///< the same, read: prints what it proves, decides nothing
   std::string output;                  ///< NPY of the droplets
   bool json = false;
 };

@@ -213,9 +213,10 @@ void declare_decide(CLI::App& app, Run& run) {
   app.add_option("--horizon", o->horizon, "N");
   app.add_option("--method", o->method, "greedy or strip_dp");
   app.add_flag("--bound", o->bound, "prove how much better any layer could be (alpha = 1, N = 1)");
-  app.add_option("--bound-rows", o->bound_rows, "rows per strip, 2..4: tighter and dearer")->capture_default_str();
-  app.add_option("--bound-iterations", o->bound_iterations, "of the subgradient ascent")->capture_default_str();
-  app.add_option("--certificate", o->certificate, "NPY of the bound's multipliers");
+  app.add_option("--bound-rows", o->bound_rows, "rows per strip, 1..4: tighter and dearer")->capture_default_str();
+  app.add_option("--bound-sweeps", o->bound_sweeps, "down or up, at most")->capture_default_str();
+  app.add_option("--certificate", o->certificate, "NPY of the bound's multipliers, written");
+  app.add_option("--check-certificate", o->check_certificate, "NPY of multipliers: prints the bound that they prove, nothing else");
   app.add_option("-o,--output", o->output, "NPY of the droplets");
   json_flag(app, o->json);
 }

@@ -1,38 +1,35 @@
 // A proof of how good a layer is: no layer of at most one droplet per cell has a smaller sum of |error| than the bound.
-//
-// Lagrangian decomposition: the rows whose |error| counts are cut into strips of m rows. A strip's errors depend on its
-// own droplets and on those of one row above and below, so the droplets of the two rows at each cut belong to two strips.
-// Each strip gets its own copy of them; copies pay lambda in the upper strip and earn it in the lower one. For any
-// multipliers lambda, the sum of the strips' minima, each exact by dynamic programming (strip_kernel.h), is a lower bound;
-// subgradient ascent looks for good ones [Held, Wolfe, Crowder 1974; deflected as by Camerini, Fratta, Maffioli 1975].
+// Multipliers are sought with the decomposition (decomposition.h), in single precision; what they prove is then computed by
+// the reader's checker (bound_checker.h), in double precision from the heights themselves.
 #pragma once
 
 #include <vector>
 
-#include "core/control/mpc/strip_dp.h"
+#include "core/control/controller.h"
+#include "core/grid/parallel.h"
 
 namespace firn::control::mpc {
 
 struct BoundOptions {
-  int rows = 2;          ///< m, 2..4; three more times six dearer per row, and tighter
-  int iterations = 500;  ///< of the ascent
-  double gap = 0.0;      ///< ends when (known - bound) / known is no larger
+  int rows = 2;        ///< m, 1..4: higher strips prove more, and cost three times as much per row more
+  int sweeps = 40;     ///< at most, of the decomposition
+  double gap = 0.0;    ///< ends when (known - bound) / known is no larger,
+  double stall = 1e-7; ///< or when ten sweeps raise the bound by less than this part of it
 };
 
 struct LowerBound {
-  double total_mm = 0.0;  ///< of the sum of |error|, rounding taken off
-  int iterations = 0;
+  double total_mm = 0.0;  ///< of the sum of |error|, as proved by the multipliers
+  int sweeps = 0;
   int rows = 0;           ///< m
-  /// The certificate: cut k lies between rows (k + 1) m - 1 and (k + 1) m; multipliers[(2 k + side) nx + i] is that of
-  /// cell (i, (k + 1) m - 1 + side) [mm].
-  std::vector<float> multipliers;
-  std::vector<double> history_mm;  ///< best bound after each iteration
+  std::vector<float> multipliers;  ///< the certificate: Decomposition::multipliers()
+  std::vector<double> history_mm;  ///< bound after each sweep, up to rounding in single precision
 };
 
-/// @param known_mm sum of |error| of a known layer, at which the ascent aims
-/// @param problem its droplets do not matter
-/// @throws std::invalid_argument: rows outside 2..4.
-LowerBound lower_bound(const LayerProblem& problem, double known_mm, const BoundOptions& options,
-                       const ParallelFor& parallel);
+/// @param known_mm sum of |error| of a known layer: ends at options.gap from it; 0: none
+/// @param watch called after each sweep with the bound so far; may be empty
+/// @throws std::invalid_argument: rows outside 1..4.
+LowerBound lower_bound(const Setup& setup, const HeightMap& height, const MaterialMap& materials, double known_mm,
+                       const BoundOptions& options, const ParallelFor& parallel,
+                       const std::function<void(double bound_mm)>& watch = {});
 
 }  // namespace firn::control::mpc
