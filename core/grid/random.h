@@ -29,6 +29,7 @@ enum class Purpose : std::uint32_t {
   kSurface = 15,
   kInstrument = 16,
   kPattern = 17,
+  kSeam = 18,
 };
 
 /// Key of one draw: (seed, purpose, layer, attempt, cell), so that two runs that print the same droplet see

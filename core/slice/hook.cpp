@@ -1,0 +1,99 @@
+#include "core/slice/hook.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/slice/clipper.h"
+#include "core/slice/offset_rings.h"
+#include "core/slice/vec.h"
+
+namespace firn::slice {
+namespace {
+
+double doubled_area(std::span<const Point> ring) {
+  double sum = 0;
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i)
+    sum += cross(to_vec(ring[i]) - to_vec(ring[0]), to_vec(ring[i + 1]) - to_vec(ring[0]));
+  return sum;
+}
+
+bool inside(std::span<const Point> ring, Point p) {
+  bool in = false;
+  Vec a = to_vec(ring.back());
+  for (const Point corner : ring) {
+    const Vec b = to_vec(corner);
+    if ((a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x) in = !in;
+    a = b;
+  }
+  return in;
+}
+
+bool runs_round_everything(std::span<const Point> ring, const Region& part) {
+  if (doubled_area(ring) <= 0) return false;
+  for (std::size_t r = 0; r < part.size(); ++r)
+    if (doubled_area(part[r]) > 0 && inside(part[r], ring[0])) return false;
+  return true;
+}
+
+double square_distance(Vec p, Vec a, Vec b) {
+  const Vec way = b - a;
+  const double square = dot(way, way);
+  const double t = square > 0 ? std::clamp(dot(p - a, way) / square, 0.0, 1.0) : 0.0;
+  const Vec off = p - a - t * way;
+  return dot(off, off);
+}
+
+// Between rings that do not cross: from the corners of each to the edges of the other.
+double distance_mm(const Rings& a, const Rings& b) {
+  double best = std::numeric_limits<double>::infinity();
+  const auto corners_to_edges = [&](const Rings& corners, const Rings& edges) {
+    for (const Point p : corners.points)
+      for (std::size_t r = 0; r < edges.size(); ++r)
+        for (std::size_t i = 0; i < edges[r].size(); ++i)
+          best = std::min(best, square_distance(to_vec(p), to_vec(edges[r][i]), to_vec(edges[r][(i + 1) % edges[r].size()])));
+  };
+  corners_to_edges(a, b);
+  corners_to_edges(b, a);
+  return std::sqrt(best) * kMmPerUnit;
+}
+
+}  // namespace
+
+int hooks_in(std::int32_t layer, const HookOptions& options) {
+  if (!options.on || layer < 1 || layer > options.last_layer) return 0;
+  return layer <= options.two_from_layer ? 1 : 2;
+}
+
+Rings take_outermost(Rings& rings, const Region& part) {
+  Rings taken, left;
+  for (std::size_t r = 0; r < rings.size(); ++r)
+    (runs_round_everything(rings[r], part) ? taken : left).add(rings[r]);
+  rings = std::move(left);
+  return taken;
+}
+
+Region room_for_hook(const Region& scaffold, const Region& part, int hooks, const PathOptions& options) {
+  const BeadOptions& bead = options.scaffold;
+  if (part.empty()) return scaffold;
+  const Rings everything = clipper_unite(scaffold, part);
+  Region wider = scaffold;
+  for (int contours = 0; contours < 6; ++contours) {
+    if (contours > 0) {
+      const double out_mm = contours * bead.boundary_width_mm;
+      wider = clipper_subtract(grow(everything, out_mm, options.chord_tolerance_mm), part);
+    }
+    RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm, hooks};
+    RingLevels rings = offset_rings(wider, plan, options.chord_tolerance_mm);
+    bool clear = int(rings.levels.size()) == hooks;
+    for (int level = 0; clear && level < hooks; ++level) {
+      const Rings hook = take_outermost(rings.levels[std::size_t(level)], part);
+      const double width = level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm;
+      clear = !hook.empty() && distance_mm(hook, part) >= 0.5 * width + options.hook.clearance_mm;
+    }
+    if (clear) break;
+  }
+  return wider;
+}
+
+}  // namespace firn::slice

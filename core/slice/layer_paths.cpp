@@ -1,0 +1,51 @@
+#include "core/slice/layer_paths.h"
+
+#include <cmath>
+
+namespace firn::slice {
+namespace {
+
+double distance_mm(Point a, Point b) {
+  const double x = double(a.x) - b.x, y = double(a.y) - b.y;
+  return std::sqrt(x * x + y * y) * kMmPerUnit;
+}
+
+}  // namespace
+
+std::vector<MaterialUse> material_use(const LayerPaths& paths) {
+  std::vector<MaterialUse> use;
+  for (std::size_t i = 0; i < paths.info.size(); ++i) {
+    const PathInfo& info = paths.info[i];
+    if (info.kind == PathKind::kMeasurement) continue;
+    if (use.size() <= info.material) use.resize(std::size_t(info.material) + 1);
+    const auto line = paths.lines[i];
+    double length = info.closed ? distance_mm(line.back(), line.front()) : 0.0;
+    for (std::size_t p = 1; p < line.size(); ++p) length += distance_mm(line[p - 1], line[p]);
+    use[info.material].length_mm += length;
+    use[info.material].volume_mm3 += length * (info.width * kMmPerUnit) * (paths.height * kMmPerUnit);
+  }
+  return use;
+}
+
+double transit_mm(const LayerPaths& paths) {
+  double sum = 0;
+  for (std::size_t i = 1; i < paths.info.size(); ++i) {
+    const auto before = paths.lines[i - 1];
+    sum += distance_mm(paths.info[i - 1].closed ? before.front() : before.back(), paths.lines[i].front());
+  }
+  return sum;
+}
+
+PathSet to_path_set(const LayerPaths& paths) {
+  PathSet set;
+  for (std::size_t i = 0; i < paths.info.size(); ++i) {
+    const PathInfo& info = paths.info[i];
+    Path path{paths.layer, info.material, info.kind, info.closed, info.width * kMmPerUnit, paths.height * kMmPerUnit,
+              paths.z * kMmPerUnit, {}};
+    for (const Point p : paths.lines[i]) path.points.push_back({p.x * kMmPerUnit, p.y * kMmPerUnit});
+    set.paths.push_back(std::move(path));
+  }
+  return set;
+}
+
+}  // namespace firn::slice

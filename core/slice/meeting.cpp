@@ -1,0 +1,63 @@
+#include "core/slice/box_pairs.h"
+#include "core/slice/offset_rings.h"
+
+namespace firn::slice {
+namespace {
+
+int side(Point a, Point b, Point p) {
+  const std::int64_t s = (std::int64_t(b.x) - a.x) * (std::int64_t(p.y) - a.y) -
+                         (std::int64_t(b.y) - a.y) * (std::int64_t(p.x) - a.x);
+  return (s > 0) - (s < 0);
+}
+
+bool within(Point a, Point b, Point p) {  // p on the line through a and b
+  return std::min(a.x, b.x) <= p.x && p.x <= std::max(a.x, b.x) && std::min(a.y, b.y) <= p.y && p.y <= std::max(a.y, b.y);
+}
+
+Meeting meeting(Point a, Point b, Point c, Point d) {
+  const int c_side = side(a, b, c), d_side = side(a, b, d);
+  if (c_side * d_side > 0) return Meeting::kApart;
+  const int a_side = side(c, d, a), b_side = side(c, d, b);
+  if (a_side * b_side > 0) return Meeting::kApart;
+  if (c_side * d_side < 0 && a_side * b_side < 0) return Meeting::kCrossing;
+  const bool touch = (!c_side && within(a, b, c)) || (!d_side && within(a, b, d)) || (!a_side && within(c, d, a)) ||
+                     (!b_side && within(c, d, b));
+  return touch ? Meeting::kContact : Meeting::kApart;
+}
+
+}  // namespace
+
+Meeting meeting_of(const Rings& rings) {
+  BoxTree<std::int32_t> tree;
+  const std::size_t n = rings.points.size();
+  std::vector<std::uint32_t> next(n);
+  tree.leaves().assign(n, {});
+  std::size_t begin = 0;
+  for (const std::uint32_t end : rings.ends) {
+    for (std::size_t i = begin; i < end; ++i) {
+      next[i] = std::uint32_t(i + 1 < end ? i + 1 : begin);
+      const Point a = rings.points[i], b = rings.points[next[i]];
+      tree.leaves()[i].add(a.x, a.y);
+      tree.leaves()[i].add(b.x, b.y);
+    }
+    begin = end;
+  }
+  tree.build();
+  Meeting worst = Meeting::kApart;
+  tree.pairs([&](std::size_t i, std::size_t j) {
+    const Point a = rings.points[i], b = rings.points[next[i]], c = rings.points[j], d = rings.points[next[j]];
+    if (next[i] == j || next[j] == i) {
+      // Neighbours share a corner; more only if one runs back along the other.
+      const Point p = next[i] == j ? a : c, corner = next[i] == j ? b : d, q = next[i] == j ? d : b;
+      const bool back = side(p, corner, q) == 0 && (std::int64_t(p.x) - corner.x) * (std::int64_t(q.x) - corner.x) +
+                                                           (std::int64_t(p.y) - corner.y) * (std::int64_t(q.y) - corner.y) > 0;
+      if (back && worst == Meeting::kApart) worst = Meeting::kContact;
+      return;
+    }
+    const Meeting m = meeting(a, b, c, d);
+    if (int(m) > int(worst)) worst = m;
+  });
+  return worst;
+}
+
+}  // namespace firn::slice

@@ -1,0 +1,138 @@
+#include "core/slice/order.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/grid/random.h"
+#include "core/slice/box_pairs.h"
+
+namespace firn::slice {
+namespace {
+
+constexpr std::size_t kWindow = 400;
+
+double square_distance(Point a, Point b) {
+  const double x = double(a.x) - b.x, y = double(a.y) - b.y;
+  return x * x + y * y;
+}
+
+double distance(Point a, Point b) { return std::sqrt(square_distance(a, b)); }
+
+double square_distance(const BoxOf<std::int32_t>& box, Point p) {
+  const double x = std::max({0.0, double(box.x0) - p.x, double(p.x) - box.x1});
+  const double y = std::max({0.0, double(box.y0) - p.y, double(p.y) - box.y1});
+  return x * x + y * y;
+}
+
+struct Stop {
+  std::uint32_t line = 0;
+  std::uint32_t first = 0;  // closed: point where it begins
+  bool reversed = false;    // open lines
+  Point entry, exit;
+};
+
+std::uint32_t fixed_seam(std::span<const Point> ring, const PathOptions& options, std::int32_t layer,
+                         std::uint32_t number) {
+  if (options.seam == SeamPlacement::kRandom) {
+    const DrawKey key{options.seed, Purpose::kSeam, std::uint32_t(layer), 0, number};
+    return random_below(key, std::uint32_t(ring.size()));
+  }
+  const auto lowest = std::min_element(ring.begin(), ring.end(), [](Point a, Point b) {
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+  });
+  return std::uint32_t(lowest - ring.begin());
+}
+
+std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathOptions& options, std::int32_t layer,
+                                    std::uint32_t number, Point at) {
+  const std::uint32_t n = std::uint32_t(lines.size());
+  std::vector<BoxOf<std::int32_t>> boxes(n);
+  std::vector<std::uint32_t> left(n), seams;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    left[i] = i;
+    for (const Point p : lines[i]) boxes[i].add(p.x, p.y);
+  }
+  const bool seam_fixed = closed && options.seam != SeamPlacement::kNearest;
+  if (seam_fixed)
+    for (std::uint32_t i = 0; i < n; ++i) seams.push_back(fixed_seam(lines[i], options, layer, number + i));
+  std::vector<Stop> stops;
+  while (!left.empty()) {
+    double best = std::numeric_limits<double>::infinity();
+    Stop stop;
+    std::size_t chosen = 0;
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      const std::uint32_t i = left[k];
+      if (square_distance(boxes[i], at) >= best) continue;
+      const auto line = lines[i];
+      const auto offer = [&](std::uint32_t first, bool reversed) {
+        const Point p = reversed ? line.back() : line[first];
+        const double d = square_distance(p, at);
+        if (d >= best) return;
+        best = d, chosen = k;
+        stop = {i, first, reversed, p, closed ? p : reversed ? line.front() : line.back()};
+      };
+      if (!closed) {
+        offer(0, false);
+        offer(0, true);
+      } else if (seam_fixed) {
+        offer(seams[i], false);
+      } else {
+        for (std::uint32_t p = 0; p < line.size(); ++p) offer(p, false);
+      }
+    }
+    stops.push_back(stop);
+    at = stop.exit;
+    left.erase(left.begin() + std::ptrdiff_t(chosen));
+  }
+  return stops;
+}
+
+// Reverses stretches of the order while that shortens the way.
+void two_opt(std::vector<Stop>& stops, Point at, int passes) {
+  const std::size_t n = stops.size();
+  for (int pass = 0; pass < passes; ++pass) {
+    bool better = false;
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      for (std::size_t j = i + 1; j < std::min(n, i + kWindow); ++j) {
+        const Point before = i ? stops[i - 1].exit : at;
+        double change = distance(before, stops[j].exit) - distance(before, stops[i].entry);
+        if (j + 1 < n) change += distance(stops[i].entry, stops[j + 1].entry) - distance(stops[j].exit, stops[j + 1].entry);
+        if (change >= -1.0) continue;
+        std::reverse(stops.begin() + std::ptrdiff_t(i), stops.begin() + std::ptrdiff_t(j) + 1);
+        for (std::size_t k = i; k <= j; ++k) {
+          stops[k].reversed = !stops[k].reversed;
+          std::swap(stops[k].entry, stops[k].exit);
+        }
+        better = true;
+      }
+    }
+    if (!better) break;
+  }
+}
+
+}  // namespace
+
+void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at,
+                     LayerPaths& paths) {
+  std::vector<Stop> stops =
+      nearest_neighbour(lines, info.closed, options, paths.layer, std::uint32_t(paths.info.size()), at);
+  two_opt(stops, at, options.two_opt_passes);
+  for (const Stop& stop : stops) {
+    const auto line = lines[stop.line];
+    std::vector<Point>& out = paths.lines.points;
+    if (info.closed) {
+      out.insert(out.end(), line.begin() + stop.first, line.end());
+      out.insert(out.end(), line.begin(), line.begin() + stop.first);
+    } else if (stop.reversed) {
+      out.insert(out.end(), line.rbegin(), line.rend());
+    } else {
+      out.insert(out.end(), line.begin(), line.end());
+    }
+    paths.lines.ends.push_back(std::uint32_t(out.size()));
+    paths.info.push_back(info);
+    at = stop.exit;
+  }
+}
+
+}  // namespace firn::slice

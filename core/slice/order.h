@@ -1,0 +1,17 @@
+// In which order the paths of a layer are printed, and where closed ones begin.
+#pragma once
+
+#include <cstdint>
+
+#include "core/slice/layer_paths.h"
+#include "core/slice/path_options.h"
+
+namespace firn::slice {
+
+/// Appends `lines` (all of one kind) to `paths`, beginning near `at`: nearest neighbour, then at most
+/// options.two_opt_passes passes of 2-opt over windows of at most 400 paths, which never lengthen the way. Closed lines
+/// are turned to begin at their seam, open ones may be reversed.
+/// @param at where the nozzle is; afterwards where it ends
+void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at, LayerPaths& paths);
+
+}  // namespace firn::slice

@@ -1,0 +1,98 @@
+#include "core/slice/path_plan.h"
+
+#include <cmath>
+
+#include "core/slice/fill_lines.h"
+#include "core/slice/hook.h"
+#include "core/slice/offset_rings.h"
+#include "core/slice/order.h"
+
+namespace firn::slice {
+namespace {
+
+std::int32_t units(double mm) { return std::int32_t(std::lround(mm * kUnitsPerMm)); }
+
+const BeadOptions& bead_of(std::size_t material, const PathOptions& options) {
+  return material == kScaffoldMaterial ? options.scaffold : options.part;
+}
+
+// Boundaries and fill of one material, with the outermost paths that are hooks taken out by their owner before.
+void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks, Point& at,
+                   LayerPaths& paths, const Region& part) {
+  const BeadOptions& bead = bead_of(material, options);
+  const bool rings_only = bead.pattern == FillPattern::kConcentric;
+  RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
+  if (!rings_only) plan.max_rings = bead.boundaries;
+  RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm);
+  paths.clipper_rings += rings.from_clipper;
+  PathInfo info{PathKind::kHook, kPartMaterial, true, 0};
+  for (int level = 0; level < int(rings.levels.size()) && level < hooks; ++level) {
+    info.width = units(level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm);
+    append_in_order(take_outermost(rings.levels[std::size_t(level)], part), info, options, at, paths);
+  }
+  const auto append_levels = [&](std::size_t from, std::size_t to, PathKind kind, double width_mm) {
+    Rings lines;
+    for (std::size_t level = from; level < std::min(to, rings.levels.size()); ++level)
+      for (std::size_t r = 0; r < rings.levels[level].size(); ++r) lines.add(rings.levels[level][r]);
+    append_in_order(lines, {kind, material, true, units(width_mm)}, options, at, paths);
+  };
+  const std::size_t boundaries = std::size_t(bead.boundaries);
+  append_levels(0, boundaries, PathKind::kBoundary, bead.boundary_width_mm);
+  if (rings_only) {
+    append_levels(boundaries, rings.levels.size(), PathKind::kFill, bead.fill_width_mm);
+  } else if (bead.pattern != FillPattern::kNone) {
+    // Ends of lines stay half a fill width inside the innermost boundary's bead.
+    RingPlan inside = plan;
+    inside.first_mm = plan.distance_mm(plan.boundaries);
+    inside.boundaries = 0;
+    inside.max_rings = 1;
+    const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm);
+    paths.clipper_rings += area.from_clipper;
+    if (area.levels.empty()) return;
+    const double angle = bead.fill_angle_rad + (paths.layer % 2 ? 0.0 : bead.fill_turn_rad);
+    const Rings lines = bead.pattern == FillPattern::kLines ? fill_lines(area.levels[0], bead.fill_width_mm, angle)
+                                                            : fill_zigzag(area.levels[0], bead.fill_width_mm, angle);
+    append_in_order(lines, {PathKind::kFill, material, false, units(bead.fill_width_mm)}, options, at, paths);
+  }
+}
+
+void plan_measurement(const Region& region, const PathOptions& options, LayerPaths& paths) {
+  const MeasureOptions& measure = options.measure;
+  RingPlan inside{.first_mm = measure.inset_mm, .boundaries = 0, .max_rings = 1};
+  const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm);
+  if (area.levels.empty()) return;
+  Rings lines = fill_lines(area.levels[0], measure.spacing_mm, measure.angle_rad);
+  for (Point& p : lines.points) {
+    p.x -= units(measure.laser_x_mm);
+    p.y -= units(measure.laser_y_mm);
+  }
+  Point at = lines.empty() ? Point{} : lines.points[0];
+  append_in_order(lines, {PathKind::kMeasurement, measure.material, false, 0}, options, at, paths);
+}
+
+}  // namespace
+
+LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options) {
+  LayerPaths paths;
+  paths.layer = regions.layer;
+  paths.z = regions.z;
+  paths.height = regions.height;
+  Point at{units(options.start_x_mm), units(options.start_y_mm)};
+  const Region none;
+  const Region& part = regions.by_material.empty() ? none : regions.by_material[kPartMaterial];
+  const int hooks = hooks_in(regions.layer, options.hook);
+  for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
+    const Region& region = regions.by_material[m];
+    if (region.empty()) continue;
+    if (m == kScaffoldMaterial && hooks > 0) {
+      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths, part);
+    } else {
+      plan_material(region, std::uint8_t(m), options, 0, at, paths, part);
+    }
+  }
+  if (options.measure.on && options.measure.material < regions.by_material.size())
+    plan_measurement(regions.by_material[options.measure.material], options, paths);
+  return paths;
+}
+
+}  // namespace firn::slice

@@ -1,0 +1,28 @@
+// Points and directions of the plane in doubles, units of kMmPerUnit where they are places.
+#pragma once
+
+#include <cmath>
+
+#include "core/slice/region.h"
+
+namespace firn::slice {
+
+struct Vec {
+  double x = 0.0, y = 0.0;
+};
+
+inline Vec operator+(Vec a, Vec b) { return {a.x + b.x, a.y + b.y}; }
+inline Vec operator-(Vec a, Vec b) { return {a.x - b.x, a.y - b.y}; }
+inline Vec operator*(double s, Vec a) { return {s * a.x, s * a.y}; }
+inline double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y; }
+inline double cross(Vec a, Vec b) { return a.x * b.y - a.y * b.x; }  ///< > 0: b lies left of a
+inline double length(Vec a) { return std::sqrt(dot(a, a)); }
+inline Vec left_of(Vec a) { return {-a.y, a.x}; }
+inline Vec right_of(Vec a) { return {a.y, -a.x}; }
+
+inline Vec to_vec(Point p) { return {double(p.x), double(p.y)}; }
+inline Point to_point(Vec v) {
+  return {std::int32_t(std::floor(v.x + 0.5)), std::int32_t(std::floor(v.y + 0.5))};
+}
+
+}  // namespace firn::slice

@@ -1,0 +1,109 @@
+#include "core/slice/wavefront.h"
+
+#include "core/slice/groups.h"
+
+namespace firn::slice::wavefront {
+namespace {
+
+constexpr double kSmoothTurn = 1e-3;  // sine of a turn below which two segments need no arc: d * turn^2 / 8 is < 0.01 um
+constexpr double kSlack = 0.5;        // units by which a place of meeting may be off its curve
+
+bool two_lines(const Source& a, const Source& b, Vec place, double d, Junction& junction) {
+  const double sine = cross(a.along, b.along), cosine = dot(a.along, b.along);
+  if (cosine > 0 ? sine < -kSmoothTurn : sine <= 0) return false;
+  if (1 + cosine < 1e-9) return false;
+  junction.kind = Junction::Kind::kStraight;
+  junction.direction = (1 / (1 + cosine)) * (left_of(a.along) + left_of(b.along));
+  if (d == 0) junction.base = place;
+  else if (sine > kSmoothTurn) junction.base = a.at + (cross(b.at - a.at, b.along) / sine) * a.along;
+  else junction.base = place - d * junction.direction;
+  return true;
+}
+
+// `side` +1: the front goes from the corner to the line, -1: from the line to the corner.
+bool line_and_corner(const Source& line, const Source& corner, double side, Vec place, Junction& junction) {
+  if (side * dot(place - corner.at, line.along) < -kSlack) return false;
+  const Vec normal = left_of(line.along);
+  const double height = dot(corner.at - line.at, normal);
+  if (height < 1e-3) {
+    junction.kind = Junction::Kind::kStraight;
+    junction.base = corner.at;
+    junction.direction = normal;
+    return true;
+  }
+  junction.kind = Junction::Kind::kParabola;
+  junction.base = corner.at - height * normal;
+  junction.direction = side * line.along;
+  junction.normal = normal;
+  junction.bound = height;
+  return true;
+}
+
+bool two_corners(const Source& a, const Source& b, Vec place, Junction& junction) {
+  const Vec between = b.at - a.at;
+  const double distance = length(between);
+  if (distance == 0) return false;
+  junction.kind = Junction::Kind::kTwoCorners;
+  junction.base = 0.5 * (a.at + b.at);
+  junction.direction = (1 / distance) * left_of(between);
+  junction.bound = 0.25 * distance * distance;
+  return dot(place - junction.base, junction.direction) > -kSlack;
+}
+
+struct Side {
+  Vec at, along;
+  double length;
+};
+
+void add_loop(std::span<const Point> ring, std::vector<Side>& sides, Front& front, Component& component) {
+  sides.clear();
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Vec at = to_vec(ring[i]), to = to_vec(ring[i + 1 == ring.size() ? 0 : i + 1]);
+    const double l = length(to - at);
+    if (l > 0) sides.push_back({at, (1 / l) * (to - at), l});
+  }
+  if (sides.size() < 3) return;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const Side& before = sides[i ? i - 1 : sides.size() - 1];
+    const Side& here = sides[i];
+    const Source line{here.at, here.along, here.length};
+    Junction junction;
+    if (!two_lines({before.at, before.along, before.length}, line, here.at, 0, junction)) {
+      // Half of the turn: the arc's middle looks along the sum of the normals, or back if the outline turns round.
+      Vec middle = before.along + here.along;
+      const double l = length(middle);
+      middle = l > 1e-9 ? (1 / l) * middle : right_of(before.along);
+      component.pieces.push_back({std::int32_t(front.sources.size()),
+                                  {Junction::Kind::kStraight, here.at, left_of(before.along), {}, 0}, here.at});
+      front.sources.push_back({here.at, middle, -1});
+      junction = {Junction::Kind::kStraight, here.at, left_of(here.along), {}, 0};
+    }
+    component.pieces.push_back({std::int32_t(front.sources.size()), junction, here.at});
+    front.sources.push_back(line);
+  }
+  component.ends.push_back(std::uint32_t(component.pieces.size()));
+}
+
+}  // namespace
+
+Front front_of(const Region& region) {
+  Front front;
+  std::vector<Side> sides;
+  for (const std::vector<std::uint32_t>& group : nested_groups(region)) {
+    Component component;
+    for (const std::uint32_t ring : group) add_loop(region[ring], sides, front, component);
+    if (!component.ends.empty()) front.components.push_back(std::move(component));
+  }
+  return front;
+}
+
+bool meet(const Source& before, const Source& after, Vec place, double d, Junction& junction) {
+  if (before.corner()) {
+    return after.corner() ? two_corners(before, after, place, junction)
+                          : line_and_corner(after, before, 1, place, junction);
+  }
+  return after.corner() ? line_and_corner(before, after, -1, place, junction)
+                        : two_lines(before, after, place, d, junction);
+}
+
+}  // namespace firn::slice::wavefront

@@ -1,0 +1,92 @@
+// The front that runs inward from an outline at unit speed: its shape at distance d is the outline's exact offset.
+//
+// The front consists of straight pieces, each parallel to a segment of the outline, and of arcs about its reflex corners.
+// A piece knows the segment or corner (its source) that it comes from, and every place of the front is computed from the
+// *original* sources at the asked distance, never from an earlier ring: errors cannot pile up. What is handed from one
+// distance to the next is only which sources are still alive and in which order: sources that have died stay dead, so the
+// work shrinks with the rings. Where two neighbours meet they move along the bisector of their sources (a line, parabola or
+// line of two corners: an edge of the segment Voronoi diagram), of which each step walks just the part it needs.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/slice/region.h"
+#include "core/slice/vec.h"
+
+namespace firn::slice::wavefront {
+
+/// A segment of the outline (area on its left) or a reflex corner.
+struct Source {
+  Vec at;             ///< the segment's first point; the corner
+  Vec along;          ///< unit: direction of travel; for a corner that at the middle of its arc
+  double length = 0;  ///< of the segment; < 0: a corner
+  bool corner() const { return length < 0; }
+};
+
+/// Where two neighbours of the front meet, as a function of distance d from the outline.
+struct Junction {
+  enum class Kind : std::uint8_t { kStraight, kParabola, kTwoCorners } kind = Kind::kStraight;
+  Vec base;      ///< kStraight: place at d = 0; kParabola: foot of the corner on the line; kTwoCorners: midpoint
+  Vec direction; ///< kStraight: velocity; kParabola: along the line, away from the foot; kTwoCorners: left of first -> second
+  Vec normal;    ///< kParabola: of the line; of a pivot: its fixed place
+  double bound = 0;  ///< kParabola: height of the corner over the line; kTwoCorners: squared half distance
+
+  Vec operator()(double d) const {
+    switch (kind) {
+      case Kind::kStraight: return base + d * direction;
+      case Kind::kParabola: {
+        const double square = bound * (2 * d - bound);
+        return base + d * normal + (square > 0 ? std::sqrt(square) : 0.0) * direction;
+      }
+      case Kind::kTwoCorners: break;
+    }
+    const double square = d * d - bound;
+    return base + (square > 0 ? std::sqrt(square) : 0.0) * direction;
+  }
+};
+
+/// One piece of the front, from its own junction to that of the next piece.
+struct Piece {
+  std::int32_t source = 0;  ///< kPivot: no source
+  Junction start;           ///< with the piece before
+  Vec from;                 ///< start at the front's present distance
+};
+/// A pivot keeps the front closed where what lay between two pieces died and they have no bisector ahead: the front goes
+/// from the end of the piece before straight to a fixed place and straight on to the start of the next. It occurs only in
+/// parts of the front that have died already, and untangle() removes it with them.
+inline constexpr std::int32_t kPivot = -1;
+
+/// Loops of pieces that bound one connected area; all of them may still meet each other, but none of another component.
+struct Component {
+  std::vector<Piece> pieces;        ///< of all loops, one after the other
+  std::vector<std::uint32_t> ends;  ///< of each loop
+};
+
+/// Front of a region at distance 0: one component per outer ring with its holes.
+struct Front {
+  std::vector<Source> sources;
+  std::vector<Component> components;
+};
+Front front_of(const Region& region);
+
+/// Bisector of two sources that follow each other on the front and meet at `place` at distance `d`.
+/// @return false if they have none ahead (they turn away from each other by half a turn or more)
+bool meet(const Source& before, const Source& after, Vec place, double d, Junction& junction);
+
+/// Moves a component from distance `from` to `to`: pieces die in the order of their distances of death, so that neighbours
+/// are always right; loops that die out vanish. The front may cross itself afterwards.
+void move(std::span<const Source> sources, Component& component, double from, double to);
+
+/// Takes away what a moved component has passed over: keeps the parts at least `d` from all `sources`, as new components.
+/// @param alive sources of the component before it moved
+/// @return false if it cannot tell (places that coincide to within rounding): the caller asks Clipper instead
+bool untangle(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component, double d,
+              std::vector<Component>& out);
+
+/// Appends the component's loops at distance d: arcs by chords, points left out, in all within `tolerance` units of the
+/// exact curve. Loops that are smaller than the grid vanish.
+void draw(std::span<const Source> sources, const Component& component, double d, double tolerance, Rings& rings);
+
+}  // namespace firn::slice::wavefront
