@@ -23,6 +23,7 @@ struct SliceOptions {
   double chord_tolerance_mm = 0.05;  ///< Douglas-Peucker: no removed point is farther from its chord; 0 keeps all
   double min_spacing_mm = 0.0;       ///< PATHFILTER: points closer than this to the last kept one go first; 0 keeps all
   double closing_gap_mm = 2.0;       ///< ends of open contours at most this far apart are joined
+  double closing_share = 0.5;        ///< then a contour whose own ends lie within this share of its length is closed
 };
 
 /// What the facets as a whole are; exact, and the same for any order of them.
@@ -71,7 +72,7 @@ struct Contours {
 };
 
 /// SEGMERGE: links segments by the mesh edges on which they end, in linear time.
-std::vector<Contours> link(Segments&& segments, double closing_gap_mm, const ParallelFor& parallel);
+std::vector<Contours> link(Segments&& segments, const SliceOptions& options, const ParallelFor& parallel);
 
 struct Sliced {
   std::vector<Region> layers;   ///< [n - 1] = layer n

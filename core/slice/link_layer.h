@@ -1,0 +1,27 @@
+// One layer's segments to closed contours.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/slice/segments.h"
+#include "core/slice/slicer.h"
+
+namespace firn::slice {
+
+/// Room used again from layer to layer.
+struct LinkWork {
+  std::vector<Segment> segments;
+  std::vector<std::uint32_t> table, next;
+  std::vector<Point> ring;
+};
+
+/// The layer of an orderly mesh: on every crossed edge one segment ends and one begins. One look-up per segment. None
+/// if the layer is not so.
+std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& work);
+
+/// Any layer: see docs/algorithms-slicing.md, "Linking". Sorts the segments.
+Contours link_any(std::vector<Segment>& segments, const SliceOptions& options, std::int32_t layer);
+
+}  // namespace firn::slice

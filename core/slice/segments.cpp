@@ -1,0 +1,41 @@
+#include "core/slice/segments.h"
+
+#include <algorithm>
+#include <new>
+
+namespace firn::slice {
+
+Segments::Segments() = default;
+Segments::~Segments() = default;
+Segments::Segments(Segments&&) noexcept = default;
+Segments& Segments::operator=(Segments&&) noexcept = default;
+
+void SegmentLane::grow(std::size_t layer) {
+  Tail& tail = tails_[layer];
+  const std::uint32_t capacity = tail.block ? std::min<std::uint32_t>(64, 2 * tail.block->capacity) : 8;
+  const std::size_t bytes = sizeof(Block) + capacity * sizeof(Segment);
+  if (slab_used_ + bytes > kSlabBytes) {
+    slabs_.push_back(std::make_unique_for_overwrite<std::byte[]>(kSlabBytes));
+    slab_used_ = 0;
+  }
+  Block* block = new (slabs_.back().get() + slab_used_) Block{nullptr, capacity};
+  slab_used_ += bytes;
+  (tail.block ? tail.block->following : heads_[layer]) = block;
+  tail = {block->data(), block->data() + capacity, block};
+}
+
+std::size_t SegmentLane::count(std::size_t layer) const {
+  std::size_t total = 0;
+  for (const Block* b = heads_[layer]; b; b = b->following) total += b->capacity;
+  return total - std::size_t(tails_[layer].end - tails_[layer].next);
+}
+
+Segment* SegmentLane::copy(std::size_t layer, Segment* out) const {
+  for (const Block* b = heads_[layer]; b; b = b->following) {
+    const Segment* end = b->following ? b->data() + b->capacity : tails_[layer].next;
+    out = std::copy(b->data(), end, out);
+  }
+  return out;
+}
+
+}  // namespace firn::slice
