@@ -85,6 +85,12 @@ void move(std::span<const Source> sources, Component& component, double from, do
 bool untangle(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component, double d,
               std::vector<Component>& out);
 
+/// Makes components of loops that do not cross: outer ones with the holes they contain. Holes without one vanish.
+void regroup(std::span<const Source> sources, const Component& loops, double d, std::vector<Component>& out);
+
+/// Middle of the piece of a source that runs from a to b at distance d.
+Vec middle(const Source& source, Vec a, Vec b, double d);
+
 /// Appends the component's loops at distance d: arcs by chords, points left out, in all within `tolerance` units of the
 /// exact curve. Loops that are smaller than the grid vanish.
 void draw(std::span<const Source> sources, const Component& component, double d, double tolerance, Rings& rings);

@@ -85,14 +85,13 @@ class Loop {
   }
 
   // Junction of a piece with a fixed place, which it sees along its own normal.
-  Junction radial(std::int32_t i, Vec place, double d) const {
+  Junction radial(std::int32_t i, Vec place) const {
     const Source& source = sources_[pieces_[i].source];
-    Vec away = left_of(source.along);
-    if (source.corner()) {
-      const double l = length(place - source.at);
-      if (l > 0) away = (1 / l) * (place - source.at);
-    }
-    return {Junction::Kind::kStraight, place - d * away, away, {}, 0};
+    const Vec away = place - source.at;
+    if (!source.corner())
+      return {Junction::Kind::kStraight, source.at + dot(away, source.along) * source.along, left_of(source.along), {}, 0};
+    const double l = length(away);
+    return {Junction::Kind::kStraight, source.at, l > 0 ? (1 / l) * away : left_of(source.along), {}, 0};
   }
 
   void die(std::int32_t i, double d) {
@@ -109,11 +108,11 @@ class Loop {
       pieces_[c].start = junction;
     } else {
       pieces_[i].source = kPivot;
-      if (pieces_[a].source != kPivot) pieces_[i].start = radial(a, place, d);
+      if (pieces_[a].source != kPivot) pieces_[i].start = radial(a, place);
       else pieces_[i].start = {Junction::Kind::kStraight, pieces_[a].start.normal, {}, {}, 0};
       pieces_[i].start.normal = place;
       if (pieces_[c].source != kPivot) {
-        pieces_[c].start = radial(c, place, d);
+        pieces_[c].start = radial(c, place);
       } else {
         const Vec fixed = pieces_[c].start.normal;
         pieces_[c].start = {Junction::Kind::kStraight, place, {}, fixed, 0};

@@ -57,14 +57,6 @@ class Tangle {
     return !crossings_.empty();
   }
 
-  double area(std::size_t loop) const {  // sign only: arcs count by their middles
-    const std::size_t begin = loop ? loop_ends_[loop - 1] : 0;
-    double sum = 0;
-    const Vec origin = strands_[begin].a;
-    for (std::size_t i = begin; i < loop_ends_[loop]; ++i) sum += area_part(strands_[i], origin);
-    return sum;
-  }
-
   bool has_pivots() const { return strands_.size() != component_.pieces.size(); }
 
   bool passed(Vec place) const {
@@ -82,11 +74,8 @@ class Tangle {
   }
 
   Vec middle(const Strand& strand) const {
-    if (strand.source == kPivot || !sources_[strand.source].corner()) return 0.5 * (strand.a + strand.b);
-    const Source& source = sources_[strand.source];
-    const Vec sum = (strand.a - source.at) + (strand.b - source.at);
-    const double l = length(sum);
-    return l > 0 ? source.at + (d_ / l) * sum : strand.a;
+    return strand.source == kPivot ? 0.5 * (strand.a + strand.b)
+                                   : wavefront::middle(sources_[strand.source], strand.a, strand.b, d_);
   }
 
   bool loop_passed(std::size_t loop) const {
@@ -98,7 +87,6 @@ class Tangle {
   }
 
   bool smooth(Component& kept);
-  void regroup(const Component& kept, std::vector<Component>& out) const;
 
  private:
   void list_strands() {
@@ -189,11 +177,6 @@ class Tangle {
   Vec travel(const Strand& s, Vec at) const {  // direction at a place of the strand
     if (!arc(s)) return s.b - s.a;
     return right_of(at - sources_[s.source].at);
-  }
-
-  double area_part(const Strand& s, Vec origin) const {
-    const Vec m = middle(s) - origin;
-    return cross(s.a - origin, m) + cross(m, s.b - origin);
   }
 
   void cut();
@@ -321,62 +304,6 @@ bool Tangle::smooth(Component& kept) {
   return true;
 }
 
-// Outer loops with the holes they contain.
-void Tangle::regroup(const Component& kept, std::vector<Component>& out) const {
-  const Tangle shapes(sources_, alive_, kept, d_);
-  struct Outer {
-    double area;
-    std::size_t loop;
-  };
-  std::vector<Outer> outers;
-  const std::size_t loops = kept.ends.size();
-  std::vector<double> areas(loops);
-  for (std::size_t i = 0; i < loops; ++i) {
-    areas[i] = shapes.area(i);
-    if (areas[i] > 0) outers.push_back({areas[i], i});
-  }
-  std::stable_sort(outers.begin(), outers.end(), [](const Outer& a, const Outer& b) { return a.area < b.area; });
-  const auto pieces = [&](std::size_t loop) {
-    const std::size_t begin = loop ? kept.ends[loop - 1] : 0;
-    return std::span(kept.pieces).subspan(begin, kept.ends[loop] - begin);
-  };
-  const auto inside = [&](std::size_t loop, Vec p) {
-    const std::size_t begin = loop ? shapes.loop_ends_[loop - 1] : 0;
-    bool in = false;
-    const auto edge = [&](Vec a, Vec b) {
-      if ((a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x) in = !in;
-    };
-    for (std::size_t i = begin; i < shapes.loop_ends_[loop]; ++i) {
-      const Vec m = shapes.middle(shapes.strands_[i]);
-      edge(shapes.strands_[i].a, m);
-      edge(m, shapes.strands_[i].b);
-    }
-    return in;
-  };
-  std::vector<std::vector<std::size_t>> members(loops);
-  for (std::size_t i = 0; i < loops; ++i) {
-    if (areas[i] > 0) {
-      members[i].insert(members[i].begin(), i);
-      continue;
-    }
-    for (const Outer& outer : outers) {
-      if (outers.size() > 1 && !inside(outer.loop, pieces(i)[0].from)) continue;
-      members[outer.loop].push_back(i);
-      break;
-    }
-  }
-  for (std::size_t i = 0; i < loops; ++i) {
-    if (areas[i] <= 0) continue;
-    Component component;
-    for (const std::size_t loop : members[i]) {
-      const auto p = pieces(loop);
-      component.pieces.insert(component.pieces.end(), p.begin(), p.end());
-      component.ends.push_back(std::uint32_t(component.pieces.size()));
-    }
-    out.push_back(std::move(component));
-  }
-}
-
 }  // namespace
 
 bool untangle(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component, double d,
@@ -386,7 +313,7 @@ bool untangle(std::span<const Source> sources, std::span<const std::int32_t> ali
   if (!tangle.find_crossings()) {
     const bool simple = component.ends.size() == 1;
     if (simple && !tangle.has_pivots()) {
-      if (tangle.area(0) > 0) out.push_back(std::move(component));
+      regroup(sources, component, d, out);
       return true;
     }
     // Loops may have run past each other without crossing any more.
@@ -401,12 +328,12 @@ bool untangle(std::span<const Source> sources, std::span<const std::int32_t> ali
     for (const Piece& piece : kept.pieces)
       if (piece.source == kPivot) return false;
     if (kept.ends.size() == component.ends.size()) out.push_back(std::move(component));
-    else if (!kept.ends.empty()) tangle.regroup(kept, out);
+    else if (!kept.ends.empty()) regroup(sources, kept, d, out);
     return true;
   }
   Component kept;
   if (!tangle.smooth(kept)) return false;
-  if (!kept.ends.empty()) tangle.regroup(kept, out);
+  if (!kept.ends.empty()) regroup(sources, kept, d, out);
   return true;
 }
 
