@@ -2,6 +2,7 @@
 
 #include <time.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -34,7 +35,11 @@ Experiment experiment_of(const DecideOptions& o, const GridSpec& grid) {
   std::vector<std::string> settings = o.overrides;
   if (o.alpha > 0.0) settings.push_back("control.mpc.alpha=" + nlohmann::json(o.alpha).dump());
   if (o.horizon > 0) settings.push_back("control.mpc.horizon=" + std::to_string(o.horizon));
-  if (!o.method.empty()) settings.push_back("control.mpc.method=\"" + o.method + "\"");
+  if (!o.method.empty()) {
+    std::string name = o.method;
+    std::ranges::replace(name, '-', '_');
+    settings.push_back("control.mpc.method=\"" + name + "\"");
+  }
   Experiment e = parse_experiment(texts, settings);
   e.grid.nx = grid.nx, e.grid.ny = grid.ny;
   return e;

@@ -62,8 +62,9 @@ struct AlphaStep {
 };
 
 struct MpcConfig {                 ///< [Lu 2015, (8), IV-C]
-  std::string method = "greedy";   ///< "greedy" or "strip_dp"
+  std::string method = "greedy";   ///< "greedy", "descent" or "strip_dp"
   int strip_rows = 3;
+  int anneal_sweeps = 100;
   int horizon = 1;
   std::vector<AlphaStep> alpha = {{1, 1.0}};
   int subset = 16;                 ///< M, points tried together

@@ -47,13 +47,15 @@ struct AlphaStep {
 /// How MPC searches the layer.
 enum class MpcMethod : std::uint8_t {
   kGreedy,   ///< the paper's stochastic greedy search [Lu 2015, IV-C]
-  kStripDp,  ///< exact optima of overlapping strips, then greedy where alpha < 1 or the horizon is longer
+  kDescent,  ///< single droplets in raster order until none betters the objective
+  kStripDp,  ///< exact optima of overlapping strips; for several layers, strips of each, annealing and descent
 };
 
 /// Model predictive control with stochastic greedy search [Lu 2015, Eq. (8), IV-C].
 struct MpcOptions {
   MpcMethod method = MpcMethod::kGreedy;
   int strip_rows = 3;                         ///< kStripDp: widest strip, 1..6
+  int anneal_sweeps = 100;                    ///< kStripDp, N > 1: sweeps over all cells and layers; 0: none
   int horizon = 1;                            ///< N
   std::vector<AlphaStep> alpha = {{1, 1.0}};  ///< ascending from_layer; the first one must be 1
   int subset = 16;                            ///< M, points per random subset

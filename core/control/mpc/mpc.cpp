@@ -5,7 +5,8 @@
 #include <stdexcept>
 
 #include "core/control/halftone.h"
-#include "core/control/mpc/strip_dp.h"
+#include "core/control/mpc/descent.h"
+#include "core/control/mpc/horizon_search.h"
 #include "core/control/prediction.h"
 
 namespace firn::control {
@@ -20,6 +21,7 @@ const MpcOptions& checked(const MpcOptions& o) {
   require(o.max_drops >= 1 && o.max_drops <= 8,
           "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
   require(o.strip_rows >= 1 && o.strip_rows <= 6, "strip_rows = " + std::to_string(o.strip_rows) + " is outside 1..6");
+  require(o.anneal_sweeps >= 0, "anneal_sweeps = " + std::to_string(o.anneal_sweeps) + " must not be below 0");
   require(o.subset >= 1, "subset = " + std::to_string(o.subset) + " must be 1 or more");
   require(o.max_evaluations >= 1,
           "max_evaluations = " + std::to_string(o.max_evaluations) + " must be 1 or more");
@@ -85,33 +87,33 @@ std::vector<DropletPattern> Mpc::first_guess(const HeightMap& height, const Mate
   return plan;
 }
 
-Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& height, const MaterialMap& materials,
-                       double alpha, std::int64_t evaluations, RandomStream& random) {
+Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& height,
+                       std::span<const MaterialMap> materials, double alpha, std::int64_t evaluations,
+                       RandomStream& random) {
   Found found;
   if (options_.method == MpcMethod::kStripDp) {
-    mpc::LayerProblem problem(setup_, height, materials);
-    problem.set_drops(guess.front());
-    constexpr int kMostSweeps = 200;
-    bool settled = true;
-    for (int rows = std::min(2, options_.strip_rows); rows <= options_.strip_rows; ++rows) {
-      const mpc::StripResult r = mpc::sweep_strips(problem, {rows, kMostSweeps}, serially);
-      settled = r.settled;
-      found.evaluations += r.strips;
-    }
-    guess.front() = problem.drops(setup_.grid);
+    const mpc::HorizonState state{setup_, height, materials};
     for (std::size_t n = 1; n < guess.size(); ++n) guess[n] = DropletPattern(setup_.grid);
-    if (alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1) {
-      objective_.set_plan(guess);
-      found.optimal = settled;
-      return found;
+    if (options_.max_drops == 1) {
+      const auto strips = mpc::strips_of_layer(guess, 0, state, options_.strip_rows);
+      found.evaluations = strips.strips;
+      found.optimal = strips.settled;
     }
+    objective_.set_plan(guess);
+    if (alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1) return found;
+    const auto r = mpc::search_horizon(objective_, state, {options_.strip_rows, options_.anneal_sweeps, evaluations}, random);
+    found.evaluations += r.evaluations;
+    found.optimal = r.optimal;
+    return found;
   }
   objective_.set_plan(guess);
+  if (options_.method == MpcMethod::kDescent) {
+    const auto r = mpc::descend(objective_, options_.horizon, evaluations);
+    return {r.evaluations, r.optimal};
+  }
   const auto greedy = mpc::greedy_search(objective_, {options_.subset, evaluations}, random);
   objective_.refresh();
-  found.evaluations += greedy.evaluations;
-  found.optimal = greedy.optimal;
-  return found;
+  return {greedy.evaluations, greedy.optimal};
 }
 
 Decision Mpc::decide(const Measurement& m) {
@@ -133,7 +135,7 @@ Decision Mpc::decide(const Measurement& m) {
   RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(layer), std::uint32_t(m.attempt));
   for (const bool dithered : {false, true}) {
     if (!(dithered ? options_.start_dithered : options_.start_ones)) continue;
-    const Found found = search(first_guess(height, d.materials, dithered), height, d.materials, alpha,
+    const Found found = search(first_guess(height, d.materials, dithered), height, materials, alpha,
                                options_.max_evaluations - d.iterations, random);
     d.iterations += found.evaluations;
     if (!(objective_.value_mm() < d.objective_mm)) continue;

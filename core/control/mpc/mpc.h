@@ -37,8 +37,8 @@ class Mpc final : public LayerController {
     bool optimal = false;
   };
   // Betters the plan that objective_ is to hold, from a first guess.
-  Found search(std::vector<DropletPattern> guess, const HeightMap& height, const MaterialMap& materials, double alpha,
-               std::int64_t evaluations, RandomStream& random);
+  Found search(std::vector<DropletPattern> guess, const HeightMap& height,
+               std::span<const MaterialMap> materials, double alpha, std::int64_t evaluations, RandomStream& random);
 
   Setup setup_;
   MpcOptions options_;

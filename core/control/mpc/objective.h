@@ -46,6 +46,7 @@ class HorizonObjective {
   /// Moves on cells further apart than this, in x or in y, do not change each other's effect on any height.
   int reach() const { return 2 * int(drops_.size()); }
   const GridSpec& grid() const { return grid_; }
+  double alpha() const { return alpha_; }
   int horizon() const { return int(plan_.size()); }
   int max_drops() const { return max_drops_; }
 

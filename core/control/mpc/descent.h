@@ -1,0 +1,17 @@
+// Raster-order descent: every single droplet more or less in turn, row by row and layer by layer, kept when it betters
+// the objective, until none does. No random numbers.
+#pragma once
+
+#include <cstdint>
+
+#include "core/control/mpc/greedy.h"
+#include "core/control/mpc/objective.h"
+
+namespace firn::control::mpc {
+
+/// Improves the plan in `objective` until no single-droplet change on a cell of the mask, in the first `layers` of the
+/// horizon, betters it by more than kLeastGain_mm, or the evaluations are used up. The objective never rises; the last look at
+/// every point starts from freshly computed sums.
+SearchResult descend(HorizonObjective& objective, int layers, std::int64_t max_evaluations);
+
+}  // namespace firn::control::mpc

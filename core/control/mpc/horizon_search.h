@@ -1,0 +1,38 @@
+// The search for several layers at once: strips layer by layer, annealing over all of them, descent.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/control/mpc/greedy.h"
+#include "core/control/mpc/objective.h"
+#include "core/control/mpc/strip_dp.h"
+
+namespace firn::control::mpc {
+
+struct HorizonOptions {
+  int strip_rows = 3;
+  int anneal_sweeps = 100;             ///< 0: none
+  std::int64_t max_evaluations = 0;    ///< of single-droplet changes, together
+};
+
+/// The state that a search over layers starts from.
+struct HorizonState {
+  const Setup& setup;
+  const HeightMap& height;                ///< finite everywhere
+  std::span<const MaterialMap> materials; ///< per layer of the horizon; maps without cells: one ink
+};
+
+/// Layer `n` of the plan on the surface that those before it leave, by strips of 2 .. rows rows (alpha = 1
+/// [Lu 2015, Eq. (8)]): the sum of |error| after it never rises. @pre at most one droplet per cell
+StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& state, int rows);
+
+/// Betters the plan in `objective`, whose surface is the state's and whose layers after the first are empty. First over
+/// its first layer, then over two, up to the horizon: strips of the new layer, descent, annealing over all layers where
+/// anything may be gained and descent again, of which the best plan goes on. The objective never rises, and with the same
+/// numbers a longer horizon ends no worse than a shorter one, whose work it repeats before its own.
+SearchResult search_horizon(HorizonObjective& objective, const HorizonState& state, const HorizonOptions& options,
+                            RandomStream& random);
+
+}  // namespace firn::control::mpc

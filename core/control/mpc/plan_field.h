@@ -1,0 +1,50 @@
+// A plan of one to three layers, at most one droplet per cell, in single precision: what annealing needs to try a droplet
+// in well under a microsecond. Same model and objective as HorizonObjective, which judges the result in double precision.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/control/controller.h"
+
+namespace firn::control::mpc {
+
+/// Heights before and after each layer, and what the droplets of each layer give to their neighbours, on a grid padded by
+/// kMargin cells: a droplet of layer k changes heights within N - k cells, rows of eight lanes at a time.
+/// A droplet on cell p gives a neighbour q clamp(gives_p + slope_p (H_p - H_q), 0, gives_p) [Lu 2015, Eqs. (4), (5), (7)];
+/// where there is none, gives = slope = 0.
+struct PlanField {
+  static constexpr int kMostLayers = 3, kMargin = 8;
+
+  struct Ink {
+    float drop_mm, gives_mm[2], slope[2];  // 0 sides, 1 corners
+  };
+  struct Layer {
+    std::vector<float> height_mm;              // before it
+    std::vector<float> gives_mm[2], slope[2];  // of the droplets present
+    std::vector<std::uint8_t> drops, inks;     // 0 A, 1 B
+  };
+
+  /// @param materials per layer; none, or maps without cells: one ink. @pre horizon 1..kMostLayers
+  PlanField(const Setup& setup, const HeightMap& height, std::span<const MaterialMap> materials, int horizon);
+
+  std::size_t at(std::uint32_t cell) const { return std::size_t(cell / nx + kMargin) * row + cell % nx + kMargin; }
+  int horizon() const { return int(layers.size()); }
+  void set_plan(std::span<const DropletPattern> plan);
+  std::vector<DropletPattern> plan(const GridSpec& grid) const;
+  void set_drop(int layer, std::size_t p, std::uint8_t drop);  ///< without the heights
+  void refresh();                                              ///< heights after each layer, errors and sums anew
+
+  std::uint32_t nx, ny;
+  std::size_t row;
+  Ink ink[2];
+  std::vector<Layer> layers;
+  std::vector<float> error_mm;  // after the last layer; 0 where it does not count
+  std::vector<float> counts;    // 1 on the mask
+  double cells = 0.0, first_mm = 0.0, second_mm2 = 0.0;  // number, sum and sum of squares of the errors
+ private:
+  std::vector<float> target_;
+};
+
+}  // namespace firn::control::mpc
