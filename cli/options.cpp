@@ -158,7 +158,7 @@ void declare_print(CLI::App& app, Run& run) {
 
 void declare_plan(CLI::App& app, Run& run) {
   auto o = bind(app, run, run_plan);
-  app.add_option("PATHS", o->paths, "*.csv or *.json; docs/plan.md")->required();
+  app.add_option("PATHS", o->paths, "*.csv, *.json or *.paths; docs/plan.md")->required();
   app.add_option("-o,--output", o->output, "trajectory file");
   app.add_option("--machine", o->machine, "machine file, as labs/cobra600.toml")->required();
   app.add_option("--origin", o->origin_mm, "X,Y [mm]: where the paths' frame stands in the machine's")->delimiter(',')->expected(2);

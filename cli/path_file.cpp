@@ -124,12 +124,13 @@ void read_paths_csv(std::istream& in, const std::string& name, double size, cons
 void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) throw UsageError(file.string() + ": no such file");
+  if (file.extension() == ".paths") return read_paths_layers(file, sink);
   std::ifstream in(file, std::ios::binary);
   if (!in) throw UsageError(file.string() + ": cannot be read");
   const double size = double(std::filesystem::file_size(file, error));
   if (file.extension() == ".csv") return read_paths_csv(in, file.string(), size, sink);
   if (file.extension() == ".json") return read_paths_json(in, file.string(), size, sink);
-  throw UsageError(file.string() + ": must end in .csv or .json");
+  throw UsageError(file.string() + ": must end in .csv, .json or .paths");
 }
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-// Paths to plan, read one after another from a CSV or JSON file (docs/plan.md): memory holds one path, not the job.
+// Paths to plan, read one after another from a CSV or JSON file (docs/plan.md) or from a sliced job (docs/path-format.md):
+// memory holds one path, or one layer, not the job.
 #pragma once
 
 #include <cstdint>
@@ -26,13 +27,16 @@ struct InputPath {
 /// Handed each path in order.
 using PathSink = std::function<void(InputPath&&)>;
 
-/// Reads a *.csv or *.json file. @throws UsageError naming the file, line or key (for an unknown one the nearest known),
-/// and the limit: coordinates within +-100 m, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line
+/// Reads a *.csv, *.json or *.paths file. @throws UsageError naming the file, line or key (for an unknown one the nearest known),
+/// and the limit: coordinates within +-100 m, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line;
+/// of a *.paths file the byte
 void read_paths(const std::filesystem::path& file, const PathSink& sink);
 
 /// The same of any stream; `size` in bytes (for the fraction), `name` stands in messages.
 void read_paths_csv(std::istream& in, const std::string& name, double size, const PathSink& sink);
 void read_paths_json(std::istream& in, const std::string& name, double size, const PathSink& sink);
+/// The paths of a sliced job, each with its material's tool.
+void read_paths_layers(const std::filesystem::path& file, const PathSink& sink);
 
 inline constexpr double kMaxCoordinate_mm = 1e5;
 inline constexpr std::size_t kMaxPathPoints = 4000000;

@@ -8,7 +8,7 @@
 namespace firn {
 
 struct PlanCommandOptions {
-  std::string paths;                 ///< *.csv or *.json
+  std::string paths;                 ///< *.csv, *.json or *.paths
   std::string output;                ///< trajectory file; empty = none
   std::string machine;               ///< TOML
   std::vector<double> origin_mm;     ///< x, y of the part's frame in the machine's; empty = 0, 0

@@ -64,7 +64,7 @@ std::optional<PlannedPath> TrajectoryReader::next() {
   if (ended_) return std::nullopt;
   const auto r = record();
   if (!r) throw TrajectoryFormatError(in_->valid_end(), "the file is incomplete: it has no totals");
-  const auto place = [&](const TrajectoryFormatError& e) { return TrajectoryFormatError(r->offset + logfile::kRecordHeaderBytes + e.offset, e.what()); };
+  const auto place = [&](const TrajectoryFormatError& e) { return TrajectoryFormatError(r->offset + logfile::kRecordHeaderBytes + e.offset, e.problem); };
   switch (TrajectoryRecord(r->kind)) {
     case TrajectoryRecord::kPath: try {
         PlannedPath path = decode_trajectory(r->payload, head_);

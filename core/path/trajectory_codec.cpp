@@ -1,90 +1,11 @@
 #include "core/path/trajectory_codec.h"
 
-#include <bit>
-#include <cmath>
 #include <cstring>
 
 namespace firn {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "trajectories are written little endian");
-
-constexpr std::size_t kMaxAxes = 8, kMaxLimits = 64, kMaxText = 200, kMaxSamples = std::size_t(1) << 24;
-
-class Out {
- public:
-  void reserve(std::size_t bytes) { bytes_.reserve(bytes); }
-  /// Every stride-th of n numbers.
-  void put_numbers(const double* from, std::size_t n, std::size_t stride) {
-    const std::size_t at = bytes_.size();
-    bytes_.resize(at + n * sizeof(double));
-    std::byte* to = bytes_.data() + at;
-    for (std::size_t i = 0; i < n; ++i) std::memcpy(to + i * sizeof(double), from + i * stride, sizeof(double));
-  }
-  template <class T>
-  void put(T value) {
-    const auto* p = reinterpret_cast<const std::byte*>(&value);
-    bytes_.insert(bytes_.end(), p, p + sizeof value);
-  }
-  void put_text(const std::string& text) {
-    const std::size_t n = std::min(text.size(), kMaxText);
-    put(std::uint16_t(n));
-    const auto* p = reinterpret_cast<const std::byte*>(text.data());
-    bytes_.insert(bytes_.end(), p, p + n);
-  }
-  std::vector<std::byte> take() { return std::move(bytes_); }
-
- private:
-  std::vector<std::byte> bytes_;
-};
-
-class In {
- public:
-  explicit In(std::span<const std::byte> bytes) : bytes_(bytes) {}
-
-  [[noreturn]] void fail(const std::string& problem) const { throw TrajectoryFormatError(at_, problem); }
-
-  template <class T>
-  T get(const char* what) {
-    if (bytes_.size() - at_ < sizeof(T)) fail(std::string("ends before ") + what);
-    T value;
-    std::memcpy(&value, bytes_.data() + at_, sizeof value);
-    at_ += sizeof value;
-    return value;
-  }
-  double get_number(const char* what, double low = -1e12, double high = 1e12) {
-    const double value = get<double>(what);
-    if (!(value >= low && value <= high)) {
-      at_ -= sizeof value;
-      fail(std::string(what) + " is not a number between " + std::to_string(low) + " and " + std::to_string(high));
-    }
-    return value;
-  }
-  std::size_t get_count(const char* what, std::size_t limit) {
-    const std::size_t n = get<std::uint32_t>(what);
-    if (n <= limit) return n;
-    at_ -= sizeof(std::uint32_t);
-    fail(std::string(what) + " = " + std::to_string(n) + " is above the limit of " + std::to_string(limit));
-  }
-  std::string get_text(const char* what) {
-    const std::size_t n = get<std::uint16_t>(what);
-    if (n > kMaxText) fail(std::string(what) + " is longer than the limit of " + std::to_string(kMaxText) + " bytes");
-    if (bytes_.size() - at_ < n) fail(std::string("ends within ") + what);
-    std::string text(reinterpret_cast<const char*>(bytes_.data() + at_), n);
-    at_ += n;
-    return text;
-  }
-  void need(std::size_t bytes, const char* what) const {
-    if (bytes_.size() - at_ < bytes) fail(std::string("ends within ") + what);
-  }
-  void end() const {
-    if (at_ != bytes_.size()) fail(std::to_string(bytes_.size() - at_) + " bytes are left over");
-  }
-
- private:
-  std::span<const std::byte> bytes_;
-  std::size_t at_ = 0;
-};
+constexpr std::size_t kMaxAxes = 8, kMaxLimits = 64, kMaxSamples = std::size_t(1) << 24;
 
 bool constant(const Trajectory& t, std::size_t axis) {
   for (std::size_t n = axis; n < t.positions.size(); n += std::size_t(t.axes))
@@ -95,7 +16,7 @@ bool constant(const Trajectory& t, std::size_t axis) {
 }  // namespace
 
 std::vector<std::byte> encode(const TrajectoryHead& h) {
-  Out out;
+  ByteWriter out;
   out.put(kTrajectoryVersion);
   out.put(h.tick_s);
   out.put(h.origin.x_mm);
@@ -112,7 +33,7 @@ std::vector<std::byte> encode(const TrajectoryHead& h) {
 }
 
 TrajectoryHead decode_trajectory_head(std::span<const std::byte> bytes) {
-  In in(bytes);
+  ByteReader in(bytes);
   TrajectoryHead h;
   if (const auto version = in.get<std::uint32_t>("version"); version != kTrajectoryVersion)
     in.fail("version " + std::to_string(version) + " is unknown; this program reads version " + std::to_string(kTrajectoryVersion));
@@ -137,7 +58,7 @@ std::vector<std::byte> encode(const PlannedPath& p) {
   if (t.axes < 1 || t.positions.size() % std::size_t(t.axes) != 0)
     throw std::invalid_argument("positions are not whole samples of " + std::to_string(t.axes) + " axes");
   const std::size_t axes = std::size_t(t.axes);
-  Out out;
+  ByteWriter out;
   out.reserve(1000 + t.positions.size() * sizeof(double));
   out.put(t.id);
   out.put(p.layer);
@@ -164,7 +85,7 @@ std::vector<std::byte> encode(const PlannedPath& p) {
 }
 
 PlannedPath decode_trajectory(std::span<const std::byte> bytes, const TrajectoryHead& head) {
-  In in(bytes);
+  ByteReader in(bytes);
   PlannedPath p;
   Trajectory& t = p.trajectory;
   t.id = in.get<std::int64_t>("id");
@@ -210,7 +131,7 @@ PlannedPath decode_trajectory(std::span<const std::byte> bytes, const Trajectory
 }
 
 std::vector<std::byte> encode(const TrajectoryTotals& t) {
-  Out out;
+  ByteWriter out;
   out.put(t.paths);
   out.put(t.samples);
   out.put(t.duration_s);
@@ -218,7 +139,7 @@ std::vector<std::byte> encode(const TrajectoryTotals& t) {
 }
 
 TrajectoryTotals decode_trajectory_totals(std::span<const std::byte> bytes) {
-  In in(bytes);
+  ByteReader in(bytes);
   TrajectoryTotals t;
   t.paths = in.get<std::int64_t>("number of paths");
   t.samples = in.get<std::int64_t>("number of samples");

@@ -4,20 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "core/path/bytes.h"
 #include "core/path/path.h"
 
 namespace firn {
 
-/// What bytes are refused as: what() = "byte <offset>: <what is wrong, with the limit>".
-struct TrajectoryFormatError : std::runtime_error {
-  TrajectoryFormatError(std::size_t at, const std::string& problem)
-      : std::runtime_error("byte " + std::to_string(at) + ": " + problem), offset(at) {}
-  std::size_t offset;
-};
+using TrajectoryFormatError = FormatError;
 
 inline constexpr std::uint32_t kTrajectoryVersion = 1;
 

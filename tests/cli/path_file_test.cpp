@@ -140,5 +140,5 @@ TEST_CASE("Any bytes are read or refused, never worse") {
 TEST_CASE("A missing file or another ending is refused by name") {
   const auto nothing = [](InputPath&&) {};
   CHECK_THROWS_WITH(read_paths("no/such.csv", nothing), Contains("no such file"));
-  CHECK_THROWS_WITH(read_paths(FIRN_SOURCE_DIR "/README.md", nothing), Contains(".csv or .json"));
+  CHECK_THROWS_WITH(read_paths(FIRN_SOURCE_DIR "/README.md", nothing), Contains(".csv, .json or .paths"));
 }

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "cli/layer_file.h"
 #include "cli/trajectory_file.h"
 #include "config/experiment.h"
 #include "core/grid/npy.h"
@@ -10,6 +11,7 @@
 #include "logfile/record_file.h"
 #include "tests/lcmtypes/samples.h"
 #include "tests/logfile/event_samples.h"
+#include "tests/support/mesh_samples.h"
 
 using namespace firn;
 using namespace firn::test;
@@ -74,6 +76,27 @@ void seed_plans() {
   seed("fuzz_trajectory", "file", behind(0, whole.bytes()));
 }
 
+void seed_slices() {
+  namespace mb = mesh_bytes;
+  const SampleMesh m = gear(2);
+  seed("fuzz_mesh", "binary-stl", behind(0, mb::binary_stl(m)));
+  seed("fuzz_mesh", "ascii-stl", behind(0, mb::ascii_stl(prism(3, 1.0f, 0.0f, 0.0f, [](std::uint32_t) { return 1.0; }))));
+  seed("fuzz_mesh", "ply", behind(1, mb::binary_ply(m, false, true)));
+  seed("fuzz_mesh", "big-endian-ply", behind(1, mb::binary_ply(m, true)));
+  seed("fuzz_mesh", "ascii-ply", behind(1, mb::ascii_ply(m)));
+  seed("fuzz_mesh", "obj", behind(2, mb::obj(m)));
+  slice::LayerPaths layer{1, 2500, 2500, {}, {}, 0};
+  layer.lines.add(std::vector<slice::Point>{{0, 0}, {30000, 0}, {30000, 30000}});
+  layer.info.push_back({PathKind::kBoundary, 1, true, 15000});
+  seed("fuzz_path_file", "layer", behind(1, slice::encode(layer)));
+  const std::filesystem::path file = folder / "fuzz_path_file" / "file.paths";
+  LayerWriter out(file, {"fuzz", 1, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", "[layer]\n"});
+  out.add(slice::encode(layer), layer, {});
+  out.finish();
+  const logfile::MappedFile whole(file);
+  seed("fuzz_path_file", "file", behind(0, whole.bytes()));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -114,5 +137,6 @@ int main(int argc, char** argv) {
   seed("fuzz_npy", "heights", to_npy(HeightMap(grid)));
   seed("fuzz_npy", "mask", to_npy(Mask(grid)));
   seed_plans();
+  seed_slices();
   return 0;
 }

@@ -166,7 +166,8 @@ inline Bytes threemf(const SampleMesh& m, const std::string& item = "<item objec
        "Target=\"/3D/3dmodel.model\" Id=\"rel0\" Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
       {"3D/3dmodel.model", model}};
   Bytes out, directory;
-  for (const auto& [name, content] : files) {
+  for (const auto& file : files) {
+    const std::string &name = file.first, &content = file.second;
     const auto offset = std::uint32_t(out.size());
     const auto common = [&](Bytes& to) {  // version, flags, stored, time, date, checksum, sizes, name, no extra field
       for (std::uint16_t v : {20, 0, 0, 0, 0x21}) put(to, v);

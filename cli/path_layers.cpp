@@ -1,0 +1,53 @@
+// The slicer's path file as paths to plan.
+#include <fmt/core.h>
+
+#include "cli/exit_codes.h"
+#include "cli/layer_file.h"
+#include "cli/path_file.h"
+
+namespace firn {
+namespace {
+
+InputPath input_path(const slice::LayerPaths& layer, std::size_t n, const slice::PathFileHead& head) {
+  const slice::PathInfo& info = layer.info[n];
+  InputPath out;
+  Path& p = out.path;
+  p.layer = layer.layer;
+  p.material = info.material;
+  p.kind = info.kind;
+  p.closed = info.closed;
+  p.width_mm = info.width * slice::kMmPerUnit;
+  p.layer_height_mm = layer.height * slice::kMmPerUnit;
+  p.z_mm = layer.z * slice::kMmPerUnit;
+  p.points.reserve(layer.lines[n].size());
+  for (const slice::Point& q : layer.lines[n]) p.points.push_back({q.x * slice::kMmPerUnit, q.y * slice::kMmPerUnit});
+  const std::string& tool = info.kind == PathKind::kMeasurement ? head.laser : head.materials[info.material].tool;
+  if (!tool.empty()) out.tool = tool;
+  return out;
+}
+
+}  // namespace
+
+void read_paths_layers(const std::filesystem::path& file, const PathSink& sink) {
+  const std::string name = file.string();
+  std::int64_t number = 0;
+  try {
+    LayerReader in(file);
+    while (const auto layer = in.next())
+      for (std::size_t n = 0; n < layer->lines.size(); ++n) {
+        InputPath path = input_path(*layer, n, in.head());
+        path.number = ++number;
+        path.place = fmt::format("{}: layer {}, path {}", name, layer->layer, n + 1);
+        path.fraction = in.fraction();
+        if (path.path.points.size() > kMaxPathPoints) throw UsageError(path.place + fmt::format(": more than {} points in one path", kMaxPathPoints));
+        sink(std::move(path));
+      }
+  } catch (const FormatError& e) {
+    throw UsageError(name + ": " + e.what());
+  } catch (const logfile::FileError& e) {
+    throw UsageError(e.what());
+  }
+  if (number == 0) throw UsageError(name + ": holds no paths");
+}
+
+}  // namespace firn

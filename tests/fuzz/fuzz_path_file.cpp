@@ -1,0 +1,37 @@
+// Any bytes as a path file, and as one layer of it: the first byte chooses.
+#include <cstdlib>
+
+#include "cli/layer_file.h"
+#include "tests/fuzz/require.h"
+
+using namespace firn;
+using namespace firn::fuzz;
+
+namespace {
+
+void check(const slice::LayerPaths& layer) {
+  require(layer.info.size() == layer.lines.size(), "each line has its info");
+  for (const slice::Point& p : layer.lines.points)
+    require(std::abs(p.x) <= slice::kMaxPathUnits && std::abs(p.y) <= slice::kMaxPathUnits, "coordinates keep their limit");
+  for (std::size_t n = 0; n < layer.lines.size(); ++n) require(!layer.lines[n].empty(), "lines have points");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 1) return 0;
+  const auto bytes = as_bytes(data + 1, size - 1);
+  try {
+    if (data[0] % 2) {
+      const slice::PathFileHead head{"fuzz", 1, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", ""};
+      const slice::LayerPaths layer = slice::decode_layer_paths(bytes, head);
+      check(layer);
+      require(slice::decode_layer_paths(slice::encode(layer), head) == layer, "what was read can be written and read again");
+    } else {
+      LayerReader reader(bytes);
+      while (const auto layer = reader.next()) check(*layer);
+    }
+  } catch (const FormatError&) {
+  }
+  return 0;
+}
