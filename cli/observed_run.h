@@ -27,6 +27,7 @@ class ObservedRun {
   void take(std::string_view channel, std::span<const std::byte> message);
 
   const Experiment& experiment() const { return experiment_; }
+  const Mask& mask() const { return mask_; }
   int layers() const;              ///< with their map and that of the layer before
   double noise_std_mm() const;     ///< mean of the maps, of one cell
   std::int64_t droplets() const;   ///< in these layers

@@ -22,6 +22,7 @@
 #include "cli/report_command.h"
 #include "cli/reproduce.h"
 #include "cli/spy_command.h"
+#include "cli/tune_command.h"
 #include "config/fields.h"
 #include "runtime/build_info.h"
 
@@ -122,6 +123,27 @@ void declare_identify(CLI::App& app, Run& run) {
   app.add_option("--diameter", o->diameter_mm, "with --spacing: droplet diameter [mm]")->capture_default_str();
   app.add_option("-o,--output", o->output, "picture, SVG");
   json_flag(app, o->json);
+}
+
+void declare_tune(CLI::App& app, Run& run) {
+  CLI::App& smf = *app.add_subcommand("smf", "gains of surface-mapping feedback that make the RMS error least");
+  auto o = bind(smf, run, run_tune_smf);
+  smf.add_option("RUN", o->run, "run folder whose disturbance is taken; without it, the model below");
+  auto& m = o->model;
+  m.pulse = 0.5, m.step = 0.2;
+  smf.add_option("--intervals", m.intervals, "measurement intervals")->capture_default_str();
+  smf.add_option("--pulse", m.pulse, "pulse disturbance d_p [intervals]")->capture_default_str();
+  smf.add_option("--pulse-at", m.pulse_at, "its interval k_p")->capture_default_str();
+  smf.add_option("--step", m.step, "step disturbance d_s [intervals]")->capture_default_str();
+  smf.add_option("--step-at", m.step_at, "its first interval k_s")->capture_default_str();
+  smf.add_option("--random", m.random, "random disturbance d_r [intervals]")->capture_default_str();
+  smf.add_option("--seed", m.seed, "of the random disturbance")->capture_default_str();
+  smf.add_option("--algorithm", o->algorithm, "slsqp, lbfgs or cobyla")->capture_default_str();
+  smf.add_option("--start", o->start, "K_p,K_i*,K_d* to start from")->delimiter(',')->capture_default_str();
+  smf.add_flag("--derivative-only", o->derivative_only, "K_p and K_i* stay at their start (5.39)");
+  smf.add_option("-o,--output", o->output, "picture of error and action, SVG");
+  json_flag(smf, o->json);
+  app.require_subcommand(1);
 }
 
 void declare_log(CLI::App& app, Run& run) {
@@ -238,6 +260,7 @@ constexpr Command kCommands[] = {
     {"calibrate", "measures where the second nozzle stands, from a registration print", declare_calibrate},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"identify", "h1, h2, h3 with intervals from a run; the spacing of droplets from prints of squares", declare_identify},
+    {"tune", "tunes gains for a disturbance, given or found in a run", declare_tune},
     {"report", "writes one self-contained page for any number of runs", declare_report},
     {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},
     {"decide", "decides one layer on any surface, with a proof of how good it is", declare_decide},

@@ -13,6 +13,7 @@ const std::vector<ReproducePart>& reproduce_parts() {
       {"lu", "figs-13-15", "Figs. 13-15: two materials, the junction of two pipes", 50, &reproduce_lu_materials},
       {"barnett", "motion", "ch. 4: minimum-time trajectory shaping, Figs. 4-2 to 4-16", 1, reproduce_barnett_motion},
       {"barnett", "pulses", "chapter 6: valve pulses, Figs. 6-2 and 6-3, FM against PWM", 1, &reproduce_barnett_pulses},
+      {"barnett", "gains", "5.4 to 5.7: SMF's poles, optimal gains, simulations, Figs. 5-12 to 5-15, Tables 5-2, 5-3", 2, reproduce_barnett_gains},
       {"thompson", "corners", "Figs. 7 to 12, speed and position errors at corners", 1,
        reproduce_thompson_corners},
       {"thompson", "misprints", "formulas that are wrong as printed", 1, reproduce_thompson_misprints},

@@ -22,7 +22,7 @@ struct ChartOptions {
   bool logarithmic = false;            ///< y
   bool whole_x = false;
   bool from_zero = false;              ///< y starts at 0
-  std::optional<std::pair<double, double>> y_range;
+  std::optional<std::pair<double, double>> y_range = {};
   std::vector<std::pair<double, double>> shaded = {};  ///< spans of x
   std::string shaded_label = {};                       ///< in the legend; empty = none
 };

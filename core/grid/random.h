@@ -30,6 +30,7 @@ enum class Purpose : std::uint32_t {
   kInstrument = 16,
   kPattern = 17,
   kSeam = 18,
+  kDisturbance = 19,
 };
 
 /// Key of one draw: (seed, purpose, layer, attempt, cell), so that two runs that print the same droplet see

@@ -1,0 +1,128 @@
+#include "cli/tune_command.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "cli/exit_codes.h"
+#include "cli/reproduce.h"
+#include "cli/run_folder.h"
+#include "estimators/gains/tune_smf.h"
+#include "replay/charts.h"
+
+namespace firn {
+namespace {
+
+using namespace control::smf_line;
+using gains::Algorithm;
+using nlohmann::ordered_json;
+
+Algorithm algorithm_of(const std::string& text) {
+  if (text == "slsqp") return Algorithm::kSlsqp;
+  if (text == "lbfgs") return Algorithm::kLbfgs;
+  if (text == "cobyla") return Algorithm::kCobyla;
+  throw UsageError("--algorithm: '" + text + "' is none of slsqp, lbfgs, cobyla");
+}
+
+struct Judged {
+  std::string what;
+  Gains gains;
+  double rms = 0.0;
+};
+
+ordered_json json_of(const Judged& j) {
+  ordered_json z = ordered_json::array();
+  for (const auto& pole : poles(j.gains)) z.push_back({pole.real(), pole.imag()});
+  return {{"what", j.what}, {"kp", j.gains.kp}, {"ki_star", j.gains.ki_star}, {"kd_star", j.gains.kd_star},
+          {"rms_intervals", j.rms}, {"stable", stable(j.gains)}, {"margin", stability_margin(j.gains)},
+          {"largest_pole", largest_pole(j.gains)}, {"poles", z}};
+}
+
+// Error and action over the intervals, tuned gains and those they are compared with.
+std::string picture(const std::vector<Judged>& all, const std::vector<double>& d) {
+  std::vector<replay::Series> errors, actions;
+  for (std::size_t n = 0; n < all.size(); ++n) {
+    std::vector<double> e(d.size()), u(d.size()), k(d.size());
+    simulate(all[n].gains, d, e, u);
+    for (std::size_t i = 0; i < d.size(); ++i) k[i] = double(i + 1);
+    errors.push_back({all[n].what, k, e, int(n)});
+    actions.push_back({all[n].what, k, u, int(n)});
+    if (n == 0) actions.push_back({"disturbance d", k, d, replay::Series::kReference});
+  }
+  replay::ChartOptions a, b;
+  a.title = "error e", a.x_name = "measurement interval k", a.y_name = "e [intervals]", a.whole_x = true;
+  b.title = "action u", b.x_name = "measurement interval k", b.y_name = "u [of nominal]", b.whole_x = true;
+  return "<svg viewBox=\"0 0 900 330\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\"><title>SMF under its disturbance</title>\n"
+         "<svg x=\"0\" y=\"0\" width=\"440\" height=\"330\">" + replay::line_chart(errors, a) +
+         "</svg><svg x=\"450\" y=\"0\" width=\"440\" height=\"330\">" + replay::line_chart(actions, b) + "</svg></svg>\n";
+}
+
+}  // namespace
+
+std::vector<double> disturbance_of(const ObservedRun& run) {
+  const auto& model = run.experiment().model;
+  const double worth = model.h1_mm + 4.0 * model.h2_mm + 4.0 * model.h3_mm;
+  std::vector<double> d;
+  for (const droplet::PrintedLayer& layer : run.printed()) {
+    double added = 0.0, droplets = 0.0;
+    std::int64_t cells = 0;
+    for (std::size_t c = 0; c < layer.fired.size(); ++c) {
+      if (!run.mask().cells[c]) continue;
+      droplets += layer.fired.cells[c];
+      const double rise = layer.after.cells[c] - layer.before.cells[c];
+      if (!std::isfinite(rise)) continue;
+      added += rise, ++cells;
+    }
+    // A layer of less than half a droplet per cell tells of its edges more than of the process.
+    if (cells && droplets >= 0.5 * double(cells)) d.push_back((added - droplets * worth) / (worth * double(cells)));
+  }
+  if (d.size() < 3)
+    throw UsageError("the run holds " + std::to_string(d.size()) + " layers of half a droplet per cell or more with their maps; three are needed");
+  return d;
+}
+
+int run_tune_smf(const TuneCommandOptions& o) {
+  if (o.start.size() != 3) throw UsageError("--start: three numbers are wanted, K_p, K_i*, K_d*");
+  gains::TuneOptions tune{algorithm_of(o.algorithm), {o.start[0], o.start[1], o.start[2]}, o.derivative_only};
+  std::vector<double> d;
+  std::vector<Judged> all(1);
+  try {
+    if (o.run.empty()) {
+      d = disturbance(o.model);
+    } else {
+      const ObservedRun run = ObservedRun::read(o.run);
+      d = disturbance_of(run);
+      const auto& smf = run.experiment().control.smf;
+      all.push_back({"the run's", {smf.kp, smf.ki_star, smf.kd_star}});
+    }
+    const gains::TunedGains t = gains::tune_smf(d, tune);
+    all[0] = {"tuned", t.gains, t.rms};
+    all.push_back({"thesis, 5.7", {1.0, 0.33, 0.03}});
+    for (Judged& j : all) j.rms = spread(j.gains, d).rms;
+    if (!o.output.empty())
+      write_file_atomically(o.output, standalone_svg({"tune-smf", "SMF gains under their disturbance", picture(all, d)}));
+    if (o.json) {
+      ordered_json rows = ordered_json::array();
+      for (const Judged& j : all) rows.push_back(json_of(j));
+      std::puts(ordered_json{{"algorithm", gains::name(tune.algorithm)}, {"evaluations", t.evaluations}, {"optimality", t.optimality},
+                             {"intervals", d.size()}, {"disturbance", d}, {"gains", rows}}.dump(2).c_str());
+      return kOk;
+    }
+    fmt::print("{} intervals; {} after {} evaluations, gradient left {:.1e}\n", d.size(), gains::name(tune.algorithm), t.evaluations, t.optimality);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+  fmt::print("{:<14} {:>9} {:>9} {:>9} {:>16} {:>8} {:>14}\n", "", "K_p", "K_i*", "K_d*", "RMS [intervals]", "stable", "largest pole");
+  for (const Judged& j : all)
+    fmt::print("{:<14} {:>9.5f} {:>9.5f} {:>9.5f} {:>16.6f} {:>8} {:>14.4f}\n", j.what, j.gains.kp, j.gains.ki_star, j.gains.kd_star, j.rms,
+               stable(j.gains) ? "yes" : "no", largest_pole(j.gains));
+  if (!o.run.empty() && d.size() < 30)
+    fmt::print("these gains fit {} intervals of one print: try them on others before they are trusted (firn compare)\n", d.size());
+  return kOk;
+}
+
+}  // namespace firn
