@@ -56,7 +56,7 @@ class PlanRun {
     if (!o_.output.empty()) trajectories_.emplace(o_.output, head);
     if (!o_.csv.empty()) csv_.emplace(o_.csv), csv_->write(csv_header(head.axis_units));
     if (!o_.pulses.empty()) pulses_.emplace(o_.pulses), pulses_->write("path,list,start_s,tick\n");
-    PlanJobOptions job{plan, origin(), threads(), 0, false, [this](PlannedItem& item) { describe(item); }};
+    PlanJobOptions job{plan, origin(), threads(), 0, false, pulses_.has_value(), [this](PlannedItem& item) { describe(item); }};
     if (!o_.plot.empty()) {
       job.traced = o_.plot_path;
       job.plan.trace_step_s = machine.tick_s / 16.0;
@@ -115,6 +115,7 @@ class PlanRun {
     const Certificate& c = item.result.trajectory.certificate;
     take_worst(worst_, c, item.input.number);
     samples_ += std::int64_t(item.result.trajectory.samples());
+    added_stops_ += std::int64_t(item.added_stops.size());
     duration_s_ += c.duration_s;
     lower_bound_s_ += c.lower_bound_s;
     if (trajectories_) trajectories_->add(item.encoded, item.result.trajectory.samples(), c.duration_s);
@@ -131,15 +132,11 @@ class PlanRun {
   void describe(PlannedItem& item) const {
     if (csv_) item.csv = csv_lines(item);
     if (o_.json) item.json = item_json(item);
-    if (pulses_) try {
-        item.pulses = pulse_lines(item);
-      } catch (const std::runtime_error& e) {
-        item.problem = e.what();
-      }
+    if (pulses_) item.pulses = pulse_lines(item);
   }
 
   std::string pulse_lines(const PlannedItem& item) const {
-    const deposition::PulsePlan plan = nominal_pulses(item, machine_.valve);
+    const deposition::PulsePlan& plan = item.pulse_plan;
     std::string lines;
     for (std::size_t n = 0; n < plan.trains.size(); ++n)
       for (std::uint16_t tick : plan.trains[n].ticks)
@@ -174,6 +171,8 @@ class PlanRun {
     for (const LimitRatio& l : c.limits) largest = std::max(largest, l.ratio);
     std::printf("%6lld %8zu %10.2f %9.3f %9.3f %7.4f %6zu %11.2f\n", static_cast<long long>(item.input.number), item.input.path.points.size(),
                 item.length_mm, c.duration_s, c.lower_bound_s, largest, r.stops, 1e3 * r.deviation_mm);
+    for (const AddedStop& stop : item.added_stops)
+      std::printf("       rests at %.2f mm (%s): its pulses need %zu lists\n", stop.along_mm, stop.corner ? "corner" : "no corner near", item.pulse_plan.trains.size());
     if (paths_ == std::int64_t(kShownPaths)) std::puts("   ...  (--json lists every path)");
   }
 
@@ -183,7 +182,7 @@ class PlanRun {
       for (const WorstRatio& w : worst_)
         limits.push_back({{"limit", w.ratio.limit}, {"ratio", w.ratio.ratio}, {"path", w.path}, {"time_s", w.ratio.time_s}});
       const nlohmann::ordered_json j{{"machine", machine_.name}, {"method", o_.method}, {"paths", paths_}, {"points", points_},
-                                     {"samples", samples_}, {"tick_s", machine_.tick_s}, {"duration_s", duration_s_},
+                                     {"samples", samples_}, {"added_stops", added_stops_}, {"tick_s", machine_.tick_s}, {"duration_s", duration_s_},
                                      {"lower_bound_s", lower_bound_s_}, {"limits", limits}, {"output", o_.output}};
       std::fputs(("\n], " + j.dump().substr(1) + "\n").c_str(), stdout);
       return;
@@ -191,6 +190,7 @@ class PlanRun {
     std::printf("\n%lld paths, %lld points, %.3f s, %lld samples at %g s", static_cast<long long>(paths_), static_cast<long long>(points_),
                 duration_s_, static_cast<long long>(samples_), machine_.tick_s);
     if (lower_bound_s_ > 0.0) std::printf(", %.3f x the lower bound", duration_s_ / lower_bound_s_);
+    if (added_stops_ > 0) std::printf("\n%lld rests added so that the pulses fit the valve controller's lists", static_cast<long long>(added_stops_));
     std::printf("\n\n%-24s %8s %6s %9s\n", "limit", "ratio", "path", "at s");
     for (const WorstRatio& w : worst_)
       std::printf("%-24s %8.5f %6lld %9.3f\n", w.ratio.limit.c_str(), w.ratio.ratio, static_cast<long long>(w.path), w.ratio.time_s);
@@ -209,7 +209,7 @@ class PlanRun {
   std::vector<WorstRatio> worst_;
   std::string picture_;
   double duration_s_ = 0.0, lower_bound_s_ = 0.0;
-  std::int64_t read_ = 0, paths_ = 0, points_ = 0, samples_ = 0;
+  std::int64_t read_ = 0, paths_ = 0, points_ = 0, samples_ = 0, added_stops_ = 0;
 };
 
 motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& machine) {

@@ -28,7 +28,7 @@ double length_of(const Path& path) {
 struct PlanJob::State {
   State(const Machine& machine, const PlanJobOptions& o, PlannedSink s)
       : options(o), sink(std::move(s)), arm(make_arm(machine)), limits(motion_limits(machine)),
-        posture(preferred_posture(machine)), all_tools(tools(machine)), workspaces(std::size_t(std::max(1, o.threads))) {}
+        posture(preferred_posture(machine)), all_tools(tools(machine)), valve(machine.valve), workspaces(std::size_t(std::max(1, o.threads))) {}
 
   const motion::Tool& tool(const InputPath& path) const {
     const auto found = std::find_if(all_tools.begin(), all_tools.end(), [&](const motion::Tool& t) { return t.name == path.tool; });
@@ -56,6 +56,7 @@ struct PlanJob::State {
     if (in.number != options.traced) how.trace_step_s = 0.0;
     item.length_mm = length_of(in.path);
     item.result = motion::plan(path, *arm, limits, how, work);
+    if (item.result.ok() && options.pulses) plan_pulses(item, path, how, work);
     if (!item.result.ok()) return;
     PlannedPath planned{in.path.layer, in.path.material, in.path.kind, item.length_mm, std::move(item.result.trajectory)};
     planned.trajectory.id = in.number;
@@ -63,6 +64,31 @@ struct PlanJob::State {
     item.result.trajectory = std::move(planned.trajectory);
     if (options.describe) options.describe(item);
     if (!options.keep_tool && in.number != options.traced) item.result.tool = {};
+  }
+
+  // Plans again with more rests until the pulses fit the controller's lists.
+  void plan_pulses(PlannedItem& item, motion::PathInput& path, const motion::PlanOptions& how, motion::PlanWorkspace& work) const {
+    constexpr int kMostTries = 100;
+    for (int tries = 0; item.result.ok(); ++tries) {
+      try {
+        item.pulse_plan = nominal_pulses(item.input, item.result, valve);
+      } catch (const std::runtime_error& e) {
+        item.problem = e.what();
+        return;
+      }
+      if (item.pulse_plan.problem.empty()) return;
+      std::vector<AddedStop> added;
+      if (how.method != motion::Method::kDefault && tries < kMostTries)
+        added = add_stops(item.input, nominal_demand(item.input.path, item.result), item.pulse_plan, path.stops);
+      if (added.empty()) {
+        item.problem = item.input.place + ": " + item.pulse_plan.problem;
+        return;
+      }
+      item.added_stops.insert(item.added_stops.end(), added.begin(), added.end());
+      path.points = item.input.path.points;
+      path.ceiling = item.input.ceiling;
+      item.result = motion::plan(path, *arm, limits, how, work);
+    }
   }
 
   // Runs beside the reading of the next batch; each worker takes the next path that nobody has.
@@ -94,6 +120,7 @@ struct PlanJob::State {
   motion::MotionLimits limits;
   motion::Posture posture;
   std::vector<motion::Tool> all_tools;
+  ValveConfig valve;
   std::vector<motion::PlanWorkspace> workspaces;  // one per thread, kept between batches
   std::vector<PlannedItem> gathered, running;
   std::size_t points = 0;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/path_file.h"
+#include "cli/plan_pulses.h"
 #include "config/machine.h"
 #include "core/motion/planner.h"
 
@@ -19,6 +20,7 @@ struct PlanJobOptions {
   int threads = 1;
   std::int64_t traced = 0;      ///< the number of the path whose trace is kept (for a plot), 0 = none
   bool keep_tool = false;       ///< keep PlanResult::tool
+  bool pulses = false;          ///< plan the valve's pulses too; paths get rests where its lists need them
   std::function<void(struct PlannedItem&)> describe;  ///< run for each planned path by the thread that planned it
 };
 
@@ -27,6 +29,8 @@ struct PlannedItem {
   double length_mm = 0.0;
   motion::PlanResult result;
   std::vector<std::byte> encoded;  ///< of the trajectory file; empty with a fault
+  deposition::PulsePlan pulse_plan;
+  std::vector<AddedStop> added_stops;
   std::string csv, json, pulses;   ///< what PlanJobOptions::describe writes there
   std::string problem;             ///< and why the path is refused after all
 };

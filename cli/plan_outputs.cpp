@@ -78,46 +78,15 @@ std::string item_json(const PlannedItem& item) {
   for (const LimitRatio& l : c.limits)
     fmt::format_to(std::back_inserter(j), "{}{{\"limit\":\"{}\",\"ratio\":{},\"time_s\":{}}}", &l == c.limits.data() ? "" : ",",
                    l.limit, l.ratio, l.time_s);
-  return j + "]}";
-}
-
-std::vector<double> speeds_at_ticks(const std::vector<Point2>& tool, double tick_s) {
-  const auto step = [&](std::size_t n) { return std::hypot(tool[n + 1].x_mm - tool[n].x_mm, tool[n + 1].y_mm - tool[n].y_mm) / tick_s; };
-  std::vector<double> speeds(tool.size(), 0.0);  // at rest at both ends
-  for (std::size_t n = 1; n + 1 < tool.size(); ++n) speeds[n] = 0.5 * (step(n - 1) + step(n));
-  return speeds;
-}
-
-std::vector<std::size_t> stops_of(const std::vector<double>& speed_mm_s) {
-  constexpr std::size_t kAround = 4;  // ticks in which a motion that rests is well under way again
-  constexpr double kStill_mm_s = 1.0;
-  std::vector<std::size_t> stops;
-  for (std::size_t n = 1; n + 1 < speed_mm_s.size(); ++n) {
-    if (!(speed_mm_s[n] < kStill_mm_s && speed_mm_s[n] <= speed_mm_s[n - 1] && speed_mm_s[n] < speed_mm_s[n + 1])) continue;
-    const auto from = speed_mm_s.begin() + std::ptrdiff_t(n > kAround ? n - kAround : 0);
-    const auto to = speed_mm_s.begin() + std::ptrdiff_t(std::min(n + kAround + 1, speed_mm_s.size()));
-    if (speed_mm_s[n] <= 0.5 * *std::max_element(from, to)) stops.push_back(n);
+  j += "]";
+  if (!item.pulse_plan.trains.empty()) {
+    fmt::format_to(std::back_inserter(j), ",\"pulse_lists\":{},\"added_stops\":[", item.pulse_plan.trains.size());
+    for (const AddedStop& s : item.added_stops)
+      fmt::format_to(std::back_inserter(j), "{}{{\"along_mm\":{},\"x_mm\":{},\"y_mm\":{},\"corner\":{}}}", &s == item.added_stops.data() ? "" : ",",
+                     s.along_mm, s.at.x_mm, s.at.y_mm, s.corner);
+    j += "]";
   }
-  return stops;
-}
-
-deposition::PulsePlan nominal_pulses(const PlannedItem& item, const ValveConfig& valve) {
-  const Path& path = item.input.path;
-  deposition::FlowDemand demand;
-  demand.step_s = item.result.trajectory.tick_s;
-  demand.speed_mm_s = speeds_at_ticks(item.result.tool, demand.step_s);
-  demand.flow_mm3_s.resize(demand.speed_mm_s.size());
-  deposition::nominal_flow(path.width_mm, path.layer_height_mm, demand.speed_mm_s, demand.flow_mm3_s);
-  demand.stops = stops_of(demand.speed_mm_s);
-  const deposition::ValveSetting setting = valve_setting(valve);
-  deposition::PulsePlan plan;
-  try {
-    plan = deposition::plan_pulses(demand, setting, valve_limits(valve));
-  } catch (const std::invalid_argument& e) {
-    throw std::runtime_error(item.input.place + ": " + e.what());
-  }
-  if (!plan.problem.empty()) throw std::runtime_error(item.input.place + ": " + plan.problem);
-  return plan;
+  return j + "}";
 }
 
 }  // namespace firn

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "cli/plan_job.h"
-#include "core/deposition/pulses.h"
 
 namespace firn {
 
@@ -38,14 +37,5 @@ void take_worst(std::vector<WorstRatio>& worst, const Certificate& certificate, 
 
 /// One JSON object: the certificate and what the planner says of a path.
 std::string item_json(const PlannedItem& item);
-
-/// The path's speed at each tick, from the emitted tool positions: what flow must match.
-std::vector<double> speeds_at_ticks(const std::vector<Point2>& tool, double tick_s);
-/// Instants inside a path at which it rests. The instant of rest lies between two ticks, so it shows as a dip of the
-/// sampled speed: below 1 mm/s, and at most half of what the four ticks around it reach.
-std::vector<std::size_t> stops_of(const std::vector<double>& speed_mm_s);
-/// Nominal pulses of a planned path (6.2), (6.4)-(6.6), cut at its stops where the controller's limits need it.
-/// @throws std::runtime_error: more flow than the valve gives, or no stop where one is needed
-deposition::PulsePlan nominal_pulses(const PlannedItem& item, const ValveConfig& valve);
 
 }  // namespace firn

@@ -126,11 +126,37 @@ double least_drops_per_mm(const FlowDemand& d, const FlowCurve& curve, std::size
   return least;
 }
 
+double window_error_bound(const FlowDemand& d, const FlowCurve& curve, double tick_s, double window_mm) {
+  const DemandIntegral path(d);
+  const double total_mm = path.total_length_mm(), end_s = d.duration_s();
+  if (total_mm < window_mm) return 0.0;
+  // what the counter may be off at an instant, the larger of the two round it
+  const auto off = [&](double time_s) {
+    const std::size_t i = std::min(std::size_t(time_s / d.step_s), d.flow_mm3_s.size() - 2);
+    double most = 0.0;
+    for (const double flow : {d.flow_mm3_s[i], d.flow_mm3_s[i + 1]}) most = std::max(most, curve.drop_mm3(flow) + flow * tick_s);
+    return 0.5 * most;
+  };
+  double worst = 0.0;
+  const auto window = [&](double from_s, double to_s) {
+    const double wanted = path.volume_mm3(to_s) - path.volume_mm3(from_s);
+    worst = std::max(worst, wanted > 0.0 ? (off(from_s) + off(to_s)) / wanted : std::numeric_limits<double>::infinity());
+  };
+  for (std::size_t i = 0; i < d.flow_mm3_s.size(); ++i) {  // windows that start and that end at an instant
+    const double at_s = d.step_s * double(i), at_mm = path.length_mm(at_s);
+    if (at_mm + window_mm <= total_mm) window(at_s, path.time_at_length_s(at_mm + window_mm));
+    if (at_mm >= window_mm) window(path.time_at_length_s(at_mm - window_mm), std::min(at_s, end_s));
+  }
+  return worst;
+}
+
 std::size_t choose_setting(const FlowDemand& demand, std::span<const ValveSetting> settings, const ValveLimits& limits,
-                           double drops_per_mm) {
+                           double drops_per_mm, const WindowError& error) {
   const double most = demand.flow_mm3_s.empty() ? 0.0 : *std::max_element(demand.flow_mm3_s.begin(), demand.flow_mm3_s.end());
   for (std::size_t n = settings.size(); n-- > 0;)
-    if (most <= max_flow_mm3_s(settings[n], limits) && least_drops_per_mm(demand, settings[n].curve) >= drops_per_mm) return n;
+    if (most <= max_flow_mm3_s(settings[n], limits) && least_drops_per_mm(demand, settings[n].curve) >= drops_per_mm &&
+        (error.window_mm <= 0.0 || window_error_bound(demand, settings[n].curve, limits.tick_s, error.window_mm) <= error.most))
+      return n;
   return settings.size();
 }
 
@@ -167,6 +193,7 @@ PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, con
         (fits(middle) ? last : far) = middle;
       }
       plan.trains.clear();
+      plan.problem_from = begin, plan.problem_to = ends[e], plan.problem_fits = last;
       plan.stop_before_mm = length_at_mm(demand, last);
       plan.problem = "the path does not stop between " + std::to_string(length_at_mm(demand, begin)) + " and " +
                      std::to_string(length_at_mm(demand, ends[e])) + " mm: above the controller's limit of " +

@@ -44,6 +44,8 @@ struct PulsePlan {
   /// "" or why there is no plan: the limit, and up to where the path must have a stop.
   std::string problem;
   double stop_before_mm = 0.0;       ///< with a problem: a stop before this length would mend it
+  /// With a problem: the instants between which there is no stop, and the last one up to which a list would reach.
+  std::size_t problem_from = 0, problem_to = 0, problem_fits = 0;
 };
 
 /// Pulses of one path. A path with more entries or time than the limits is cut at its stops; the fraction of a drop
@@ -54,9 +56,21 @@ PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, con
 /// Smallest nu / c of a setting over a demand, as in PulsePlan; +inf when no material is wanted.
 double least_drops_per_mm(const FlowDemand& demand, const FlowCurve& curve, std::size_t* at = nullptr);
 
+/// Largest relative error that the volume of any window of the length can have, from the counter's own bound at its two
+/// ends: half a drop and what is wanted within half a tick each, over the window's volume. Windows that start or end at an
+/// instant are looked at. 0 when the path is shorter; +inf when a window wants no volume.
+double window_error_bound(const FlowDemand& demand, const FlowCurve& curve, double tick_s, double window_mm);
+
+/// An error that every window must keep.
+struct WindowError {
+  double window_mm = 0.0;   ///< 0 = none must
+  double most = 0.01;
+};
+
 /// The widest pulse of `settings` (ascending width) that lays at least `drops_per_mm` everywhere and can deliver the
-/// largest flow; drops are larger and fewer the wider the pulse. @returns its index, or settings.size() when none can.
+/// largest flow and whose window_error_bound keeps `error`; drops are larger and fewer the wider the pulse.
+/// @returns its index, or settings.size() when none can.
 std::size_t choose_setting(const FlowDemand& demand, std::span<const ValveSetting> settings, const ValveLimits& limits,
-                           double drops_per_mm = 1.0);
+                           double drops_per_mm = 1.0, const WindowError& error = {});
 
 }  // namespace firn::deposition

@@ -108,12 +108,21 @@ void solve(const CertifiedTask& task, const Effort& effort, CertifiedWork& work,
     solve(task, task.groups, effort, work, out);
 }
 
+/// The first cell at rest, shorter where a low ceiling is reached within it: v^(3/2) / j^(1/2) from rest.
+double rest_cell(double size_mm, std::span<const double> ceiling, const RateLimits& limit) {
+  constexpr double kLeastMm = 1e-4;
+  double v = limit.rate;
+  if (!ceiling.empty()) v = std::min(v, std::max(ceiling.front(), ceiling.back()));
+  return std::min(size_mm, std::max(kLeastMm, 0.5 * v * std::sqrt(v / limit.jerk)));
+}
+
 }  // namespace
 
 void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, const CertifiedTask& task,
                   CertifiedWork& work, Stretch& out) {
-  CurveSpec spec{task.options.curvature_ramp_mm, task.options.tolerance_mm,
-                 effort(task.options.method, 0).sizes};
+  CellSizes sizes = effort(task.options.method, 0).sizes;
+  sizes.rest_mm = rest_cell(sizes.rest_mm, ceiling, task.limits.position);
+  CurveSpec spec{task.options.curvature_ramp_mm, task.options.tolerance_mm, sizes};
   build_curve(points, spec, work.curve);
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
@@ -126,10 +135,10 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     const Effort effort = motion::effort(task.options.method, attempt);
     Stretch& trial = attempt == 0 ? out : work.trial;
     if (attempt == 0) {
-      refine(effort.sizes, work.curve, trial.curve);
+      refine(sizes, work.curve, trial.curve);
     } else {
       if (attempt == 1) trial.curve = out.curve;
-      divide(effort.sizes, work.curve, work.excess, kCellFactor, trial.curve);
+      divide(sizes, work.curve, work.excess, kCellFactor, trial.curve);
     }
     set_ceiling(points, ceiling, work.curve, trial.curve);
     trial.first = out.first;
@@ -156,7 +165,7 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   Stretch& guess = work.trial;
   guess.first = out.first;
   guess.deviation_mm = out.deviation_mm;
-  refine(none.sizes, work.curve, guess.curve);
+  refine(sizes, work.curve, guess.curve);
   set_ceiling(points, ceiling, work.curve, guess.curve);
   set_rows(task, work, guess);
   solve(task, task.groups, none, work, guess);

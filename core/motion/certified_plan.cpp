@@ -137,6 +137,7 @@ class Emission {
       start_.push_back(start_.back() + work.stretches[k].duration_s());
   }
   double duration_s() const { return start_.back(); }
+  double start_s(std::size_t stretch) const { return start_[stretch]; }
 
   /// Calls use(first sample, batch, tool, joint, stretch) for the instants n * step <= the end, stretch by
   /// stretch.
@@ -292,6 +293,8 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
     seen.merge(difference_ratios(trajectory, result.tool, task.groups), 0.0);
     fill_certificate(seen, task.groups, arm, certificate);
     certificate.duration_s = double(ticks) * options.tick_s;
+    for (std::size_t k = 1; k < stretches; ++k)
+      result.rests.push_back(std::size_t(std::llround(slow * emission.start_s(k) / options.tick_s)));
     if (options.trace_step_s > 0.0) trace(emission, input, task, work, slow, result);
     break;
   }
@@ -303,6 +306,7 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
 std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
   std::vector<std::size_t> corners;
   split_points(path.points, std::cos(task.options.split_angle_rad), corners);
+  corners = with_stops(corners, path);
   if (!(task.options.tolerance_mm > 0.0) || corners.size() == 2) {
     plan_all(path, corners, task, work);
     return corners.size() - 1;
@@ -311,7 +315,8 @@ std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, Cer
   // so
   std::vector<std::size_t> none{corners.front()}, some{corners.front()};
   for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
-    const bool can = rollable(path, corners[k]);
+    const bool asked = std::binary_search(path.stops.begin(), path.stops.end(), corners[k]);
+    const bool can = !asked && rollable(path, corners[k]);
     if (!can) none.push_back(corners[k]);
     if (!can || !rolls_faster(path, corners, k, task, work)) some.push_back(corners[k]);
   }

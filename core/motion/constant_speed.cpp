@@ -111,9 +111,10 @@ Trajectory plan_constant(const PathInput& input, const Arm& arm, const MotionLim
   require_positive(options.tick_s, "tick");
   const CleanPath path = clean(input);
   const Posture posture = posture_for(path, input, arm);
-  const auto stops = fill_stops(path.points, input.kind, options.split_angle_rad);
+  auto stops = fill_stops(path.points, input.kind, options.split_angle_rad);
   const bool fill = input.kind == PathKind::kFill && straight_between(path.points, stops);
   const double speed = std::min(limits.position.rate, fill ? options.fill_mm_s : options.boundary_mm_s);
+  stops = with_stops(stops, path);
   std::vector<Point2> samples{path.points.front()};
   for (std::size_t k = 0; k + 1 < stops.size(); ++k)
     emit(path, stops[k], stops[k + 1], speed, options, samples);

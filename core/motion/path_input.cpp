@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace firn::motion {
 namespace {
@@ -29,14 +30,34 @@ void require_finite(const PathInput& in) {
   }
 }
 
+void require_stops(const PathInput& in) {
+  for (std::size_t k = 0; k < in.stops.size(); ++k) {
+    if (in.stops[k] < in.points.size() && (k == 0 || in.stops[k - 1] < in.stops[k])) continue;
+    Fault fault{Reason::kOption};
+    fault.index = k;
+    fault.what = "stops";
+    fault.value = double(in.stops[k]);
+    fault.bound = double(in.points.size());
+    throw MotionError(fault);
+  }
+}
+
 }  // namespace
 
 CleanPath clean(const PathInput& in) {
   require_finite(in);
   check_ceiling(in.ceiling, in.points.size());
+  require_stops(in);
   const bool per_point = !in.ceiling.point_mm_s.empty();
   CleanPath path;
   std::vector<double> ceiling;
+  std::size_t stop = 0;
+  const auto note_stop = [&](std::size_t k) {
+    if (stop == in.stops.size() || in.stops[stop] != k) return;
+    ++stop;
+    const std::size_t at = path.points.size() - 1;
+    if (at > 0 && (path.stops.empty() || path.stops.back() < at)) path.stops.push_back(at);
+  };
   const std::size_t count = in.points.size() + (in.closed && !in.points.empty() ? 1 : 0);
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = k % in.points.size();
@@ -46,13 +67,16 @@ CleanPath clean(const PathInput& in) {
       const double dx = p.x_mm - path.points.back().x_mm, dy = p.y_mm - path.points.back().y_mm;
       if (std::sqrt(dx * dx + dy * dy) <= kSamePointMm) {
         ceiling.back() = std::min(ceiling.back(), limit);
+        note_stop(k);
         continue;
       }
     }
     path.points.push_back(p);
     path.source.push_back(i);
     ceiling.push_back(limit);
+    note_stop(k);
   }
+  if (!path.stops.empty() && path.stops.back() + 1 == path.points.size()) path.stops.pop_back();
   if (path.points.size() < 2) {
     Fault fault{Reason::kTooFewPoints};
     fault.value = double(path.points.size());
@@ -63,6 +87,12 @@ CleanPath clean(const PathInput& in) {
   for (std::size_t i = 0; i + 1 < path.points.size(); ++i)
     path.ceiling_mm_s.push_back(std::min(ceiling[i], ceiling[i + 1]));
   return path;
+}
+
+std::vector<std::size_t> with_stops(const std::vector<std::size_t>& splits, const CleanPath& path) {
+  std::vector<std::size_t> all;
+  std::set_union(splits.begin(), splits.end(), path.stops.begin(), path.stops.end(), std::back_inserter(all));
+  return all;
 }
 
 }  // namespace firn::motion

@@ -22,6 +22,8 @@ struct PathInput {
   Tool tool{};
   SpeedCeiling ceiling{};
   Posture preferred{};  ///< that of the path before
+  /// Points besides the corners at which the motion comes to rest, ascending; not for the default method.
+  std::vector<std::size_t> stops{};
 };
 
 /// The same path ready to plan: in the arm's base frame, closed by repeating the first point, without
@@ -30,9 +32,13 @@ struct CleanPath {
   std::vector<Point2> points;  ///< tool points in the base frame; neighbours differ by more than 1e-9 mm
   std::vector<double> ceiling_mm_s;  ///< one per segment (points - 1): the smaller value of its two ends
   std::vector<std::size_t> source;   ///< index of each point in PathInput::points
+  std::vector<std::size_t> stops;    ///< PathInput::stops among `points`, without the ends
 };
 
-/// Throws MotionError: kNotFinite, kTooFewPoints, kCeilingSize, kCeilingNotPositive.
+/// Throws MotionError: kNotFinite, kTooFewPoints, kCeilingSize, kCeilingNotPositive, kOption (a stop).
 CleanPath clean(const PathInput& input);
+
+/// Ascending indices `splits` and the path's stops as one.
+std::vector<std::size_t> with_stops(const std::vector<std::size_t>& splits, const CleanPath& path);
 
 }  // namespace firn::motion

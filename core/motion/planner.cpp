@@ -1,6 +1,7 @@
 #include "core/motion/planner.h"
 
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "core/motion/certified.h"
@@ -41,16 +42,44 @@ Trajectory sampled(const PathInput& path, const Arm& arm, const MotionLimits& li
   return plan_default(path, arm, limits, vplus);
 }
 
+/// For each stop the sample nearest to it, one after another along the path.
+std::vector<std::size_t> samples_at(const std::vector<std::size_t>& stops, const CleanPath& path, Point2 origin,
+                                    const std::vector<Point2>& tool) {
+  constexpr double kNearMm = 1.0;  // of path: what rounding corners and chords across arcs shorten
+  const auto distance = [](Point2 a, Point2 b) {
+    return std::sqrt((b.x_mm - a.x_mm) * (b.x_mm - a.x_mm) + (b.y_mm - a.y_mm) * (b.y_mm - a.y_mm));
+  };
+  std::vector<std::size_t> found;
+  double along = 0.0, driven = 0.0;
+  std::size_t n = 0, point = 0;
+  for (const std::size_t stop : stops) {
+    for (; point < stop; ++point) along += distance(path.points[point], path.points[point + 1]);
+    while (n + 1 < tool.size() && driven < along - kNearMm) driven += distance(tool[n], tool[n + 1]), ++n;
+    const Point2 at{path.points[stop].x_mm - origin.x_mm, path.points[stop].y_mm - origin.y_mm};
+    std::size_t nearest = n;
+    double ahead = driven;
+    for (std::size_t k = n; k < tool.size() && ahead <= along + kNearMm; ++k) {
+      if (distance(tool[k], at) < distance(tool[nearest], at)) nearest = k;
+      if (k + 1 < tool.size()) ahead += distance(tool[k], tool[k + 1]);
+    }
+    found.push_back(nearest);
+  }
+  return found;
+}
+
 /// Methods that know only their samples: the checker takes differences.
 PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm, const MotionLimits& limits,
                    const PlanOptions& options) {
   PlanResult result;
   CleanPath clean_path = clean(path);
   result.posture = posture_for(clean_path, path, arm);
+  std::vector<std::size_t> stops{0, clean_path.points.size() - 1};
   if (options.method == Method::kThesis)
-    result.stops = thesis::split_points(clean_path.points, options.split_angle_rad).size() - 2;
+    stops = with_stops(thesis::split_points(clean_path.points, options.split_angle_rad), clean_path);
   if (options.method == Method::kConstant)
-    result.stops = fill_stops(clean_path.points, path.kind, options.split_angle_rad).size() - 2;
+    stops = with_stops(fill_stops(clean_path.points, path.kind, options.split_angle_rad), clean_path);
+  stops = {stops.begin() + 1, stops.end() - 1};
+  result.stops = stops.size();
   const std::size_t count = trajectory.samples(), axes = std::size_t(trajectory.axes);
   Jets joints(trajectory.axes, count), pose(kTaskAxes, count);
   for (int j = 0; j < trajectory.axes; ++j)
@@ -61,6 +90,7 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
   flange_to_tool(path.tool, pose, pose);
   for (std::size_t n = 0; n < count; ++n)
     result.tool.push_back({pose.of(kX, 0)[n] - path.origin.x_mm, pose.of(kY, 0)[n] - path.origin.y_mm});
+  result.rests = samples_at(stops, clean_path, path.origin, result.tool);
   for (Point2& p : clean_path.points) p = {p.x_mm - path.origin.x_mm, p.y_mm - path.origin.y_mm};
   result.deviation_mm = deviation(result.tool, clean_path.points);
   const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()));

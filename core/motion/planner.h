@@ -59,6 +59,7 @@ struct PlanResult {
   double continuous_s = 0.0;       ///< duration before rounding up to whole ticks
   double deviation_mm = 0.0;       ///< largest distance of the motion's curve from the path handed in
   std::size_t stops = 0;           ///< corners where the motion comes to rest (ends not counted)
+  std::vector<std::size_t> rests;  ///< the sample nearest to each of them
   std::vector<TraceSample> trace;  ///< empty unless asked for
 
   bool ok() const { return !fault; }

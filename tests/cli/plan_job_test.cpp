@@ -7,6 +7,7 @@
 #include "cli/exit_codes.h"
 #include "cli/plan_outputs.h"
 #include "cli/plan_plot.h"
+#include "core/deposition/delivery.h"
 #include "core/grid/random.h"
 
 using namespace firn;
@@ -106,15 +107,16 @@ TEST_CASE("Nominal pulses of a planned path count its volume, and too much flow 
   how.keep_tool = true;
   const auto items = planned({line}, 1, how);
   REQUIRE(items[0].result.ok());
-  const deposition::PulsePlan plan = nominal_pulses(items[0], kCobra.valve);
+  const deposition::PulsePlan plan = nominal_pulses(items[0].input, items[0].result, kCobra.valve);
   REQUIRE(plan.trains.size() == 1);
   CHECK(double(plan.trains[0].ticks.size()) == Approx(150.0).margin(1.0));  // 4 Hz/(mm^3/s) x 37.5 mm^3
   CHECK(plan.least_drops_per_mm == Approx(1.5));
   line.path.layer_height_mm = 2.0;
-  CHECK_THROWS_WITH(nominal_pulses(planned({line}, 1, how)[0], kCobra.valve), Contains("job:2") && Contains("above the valve's"));
+  how.pulses = true;
+  CHECK_THAT(planned({line}, 1, how)[0].problem, Contains("job:2") && Contains("above the valve's"));
 }
 
-TEST_CASE("A path longer than the controller's list is cut at its corners; one without corners is refused with the place") {
+TEST_CASE("A path longer than the controller's list is cut at its corners, without a rest more") {
   InputPath turns;
   turns.number = 1;
   turns.place = "job:3";
@@ -123,17 +125,79 @@ TEST_CASE("A path longer than the controller's list is cut at its corners; one w
   turns.ceiling.path_mm_s = 1.0;
   for (int n = 0; n < 14; ++n) turns.path.points.push_back({n % 4 == 1 || n % 4 == 2 ? 30.0 : 0.0, 2.0 * (n / 2)});
   PlanJobOptions how;
-  how.keep_tool = true;
+  how.keep_tool = how.pulses = true;
   const auto items = planned({turns}, 1, how);
   REQUIRE(items[0].result.ok());
   CHECK(items[0].result.trajectory.certificate.duration_s > 200.0);
-  CHECK(stops_of(speeds_at_ticks(items[0].result.tool, 0.016)).size() == items[0].result.stops);
-  const deposition::PulsePlan plan = nominal_pulses(items[0], kCobra.valve);
-  CHECK(plan.trains.size() == 2);
-  InputPath line = turns;
-  line.path.points = {{0, 0}, {100, 0}};
-  line.ceiling.path_mm_s = 0.5;
-  CHECK_THROWS_WITH(nominal_pulses(planned({line}, 1, how)[0], kCobra.valve), Contains("job:3") && Contains("131.07") && Contains("stop before"));
+  const std::vector<double> speed = speeds_at_ticks(items[0].result.tool, 0.016);
+  REQUIRE(items[0].result.rests.size() == 12);
+  for (std::size_t n : items[0].result.rests) CHECK(speed[n] < 0.8 * speed[n + 8]);
+  CHECK(items[0].pulse_plan.trains.size() == 2);
+  CHECK(items[0].added_stops.empty());
+}
+
+TEST_CASE("A path that never stops is given rests where its pulses need another list, at the slowest corner near") {
+  const auto arc = [](double radius, double angle, double from) {
+    std::vector<Point2> points;
+    const int n = int(radius * angle / 0.4);
+    for (int i = 0; i <= n; ++i) points.push_back({radius * std::cos(from + angle * i / n), radius * std::sin(from + angle * i / n)});
+    return points;
+  };
+  InputPath straight, round, bent, dense;
+  straight.path.points = {{-75, 0}, {75, 0}};  // 300 s at 0.5 mm/s: no point inside to stop at
+  straight.ceiling.path_mm_s = 0.5;
+  round.path.points = arc(30.0, 6.0, 0.0);  // 300 s and no corner
+  round.ceiling.path_mm_s = 0.6;
+  bent = straight;  // a corner of 20 degrees, which needs no stop, and one of 8
+  bent.path.points = {{-75, 0}, {-24, 0}, {5, 14}, {75, 43}};
+  dense.path.points = arc(40.0, 150.0, 0.0);  // 6 m: in time, but 18,000 drops
+  std::vector<InputPath> paths{straight, round, bent, dense};
+  for (std::size_t n = 0; n < paths.size(); ++n) {
+    paths[n].number = std::int64_t(n) + 1;
+    paths[n].place = "job:" + std::to_string(n);
+    paths[n].path.width_mm = 3.0;
+    paths[n].path.layer_height_mm = 0.25;
+  }
+  PlanJobOptions how;
+  how.keep_tool = how.pulses = true;
+  const auto items = planned(paths, 2, how);
+  for (std::size_t n = 0; n < items.size(); ++n) {
+    INFO("path " << n << ": " << items[n].problem);
+    const motion::PlanResult& r = items[n].result;
+    REQUIRE(r.ok());
+    REQUIRE(items[n].problem.empty());
+    const deposition::ValveLimits limits = valve_limits(kCobra.valve);
+    const deposition::ValveSetting setting = valve_setting(kCobra.valve);
+    const auto& trains = items[n].pulse_plan.trains;
+    CHECK(trains.size() == (n < 3 ? 3u : 2u));
+    CHECK(items[n].added_stops.size() == trains.size() - 1);
+    CHECK(r.stops == items[n].added_stops.size());
+    const deposition::FlowDemand demand = nominal_demand(items[n].input.path, r);
+    for (const auto& train : trains) {
+      CHECK(double(train.last_instant - train.first_instant) * demand.step_s <= limits.max_duration_s);
+      CHECK(train.ticks.size() <= std::size_t(limits.max_entries));
+      CHECK((train.first_instant == 0 || demand.speed_mm_s[train.first_instant] < 0.6 * demand.speed_mm_s[train.first_instant + 8]));
+    }
+    // no volume is lost between the lists, and the half drop stays the bound
+    const auto drops = deposition::drops_of(items[n].pulse_plan, demand, setting.curve, limits.tick_s);
+    const auto error = deposition::count_delivery(demand, drops, deposition::granted_by(demand, setting.curve, limits.tick_s), 0.0);
+    CHECK(error.worst_excess_mm3 <= 1e-9);
+    const Path& path = items[n].input.path;
+    CHECK(error.wanted_mm3 == Approx(items[n].length_mm * path.width_mm * path.layer_height_mm).epsilon(1e-3));
+    CHECK(std::abs(error.delivered_mm3 - error.wanted_mm3) <= 0.5 / 4.0 + 1e-9);
+    for (const LimitRatio& limit : r.trajectory.certificate.limits) CHECK(limit.ratio <= 1.001);
+    CHECK_THAT(item_json(items[n]), Contains("\"pulse_lists\":" + std::to_string(trains.size())) && Contains("\"along_mm\":"));
+  }
+  CHECK(items[0].input.path.points.size() == 4);
+  CHECK_FALSE(items[0].added_stops[0].corner);
+  CHECK(items[0].added_stops[0].along_mm == Approx(50.0).margin(1.0));
+  CHECK(items[1].input.path.points.size() == round.path.points.size());
+  CHECK(items[2].added_stops[0].corner);
+  CHECK(items[2].added_stops[0].at == Point2{-24, 0});
+  how.plan.method = motion::Method::kThesis;
+  CHECK(planned({paths[1]}, 1, how)[0].problem == "");
+  how.plan.method = motion::Method::kDefault;  // which stops nowhere
+  CHECK_THAT(planned({paths[0]}, 1, how)[0].problem, Contains("job:0") && Contains("131.07") && Contains("stop before"));
 }
 
 TEST_CASE("The plot is one SVG with a chart per quantity, whatever the trace holds") {

@@ -90,7 +90,7 @@ std::vector<Profile> pathsplit(const CleanPath& path, const PathSplitOptions& op
   require(
       options.smoothing_points == 0 || (options.smoothing_points >= 5 && options.smoothing_points % 2 == 1),
       "smoothing window", options.smoothing_points);
-  const auto splits = split_points(path.points, options.split_angle_rad);
+  const auto splits = with_stops(split_points(path.points, options.split_angle_rad), path);
   std::vector<Profile> out;
   for (std::size_t k = 0; k + 1 < splits.size(); ++k)
     out.push_back(redistribute(path, splits[k], splits[k + 1], options));

@@ -108,6 +108,45 @@ TEST_CASE("Over any 70 mm of boundary and any 35 mm of fill the volume is right 
   }
 }
 
+TEST_CASE("Over every window at any control action the volume is right to one drop and the flow of one tick") {
+  // u != 0: a window's volume is no whole number of drops. Every window of the length is counted, wherever it starts.
+  RandomStream random(68, Purpose::kTest);
+  int below_one_percent = 0;
+  for (const auto& [width, window] : {std::pair{kBoundary_mm, 70.0}, {kFill_mm, 35.0}})
+    for (int trial = 0; trial < 60; ++trial) {
+      const double u = trial % 3 == 0 ? 0.0 : random.uniform(-0.5, 0.5), hz = trial % 2 ? kFeedForward : 12.0;
+      const double fastest = std::min(125.0, 450.0 / (hz * width * kLayer_mm * (1.0 + u)));
+      FlowDemand d = demand_of(random_speeds(random, 300.0, random.uniform(std::min(15.0, 0.9 * fastest), fastest)), width);
+      const double top = *std::max_element(d.speed_mm_s.begin(), d.speed_mm_s.end());
+      corrected_flow(std::vector<double>(d.flow_mm3_s), std::vector<double>(d.flow_mm3_s.size(), u), d.flow_mm3_s);
+      const ValveSetting setting{0.0005, FlowCurve::proportional(hz, 500.0)};
+      const DeliveryError error = count_delivery(d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s), {}, window);
+      const double bound = window_error_bound(d, setting.curve, kLimits.tick_s, window);
+      INFO("width " << width << " u " << u << " hz " << hz << " top " << top);
+      CHECK(error.window_worst <= bound + 1e-9);
+      CHECK(bound <= (1.0 / hz + top * width * kLayer_mm * (1.0 + u) * kLimits.tick_s) / (window * width * kLayer_mm * (1.0 + u)) + 1e-9);  // closed form
+      if (bound <= 0.01) ++below_one_percent;
+    }
+  CHECK(below_one_percent > 20);
+}
+
+TEST_CASE("The widest pulse is chosen that keeps 1 % over 70 mm at any action within +-0.5, where one does") {
+  std::vector<ValveSetting> settings;  // drops of 0.05, 0.1, 0.25 mm^3
+  for (double hz : {20.0, 10.0, 4.0}) settings.push_back({0.0005 * 20.0 / hz, FlowCurve::proportional(hz, 500.0)});
+  RandomStream random(69, Purpose::kTest);
+  for (int trial = 0; trial < 20; ++trial) {
+    FlowDemand d = demand_of(random_speeds(random, 300.0, 40.0), kBoundary_mm);
+    std::vector<double> u = random_action(random, d.flow_mm3_s.size(), 0.5);
+    corrected_flow(std::vector<double>(d.flow_mm3_s), u, d.flow_mm3_s);
+    const std::size_t n = choose_setting(d, settings, kLimits, 1.0, {70.0, 0.01});
+    REQUIRE(n < settings.size());
+    CHECK(window_error_bound(d, settings[n].curve, kLimits.tick_s, 70.0) <= 0.01);
+    const DeliveryError error = count_delivery(d, drops_of(plan_pulses(d, settings[n], kLimits), d, settings[n].curve, kLimits.tick_s), {}, 70.0);
+    CHECK(error.window_worst <= 0.01);
+    if (n + 1 < settings.size()) CHECK(window_error_bound(d, settings[n + 1].curve, kLimits.tick_s, 70.0) > 0.01);
+  }
+}
+
 TEST_CASE("Erratum chapter 6: the frequency that is drawn as nominal is the corrected one, h(Q_cor)") {
   RandomStream random(67, Purpose::kTest);
   FlowDemand d = demand_of(random_speeds(random, 200.0, 100.0), kBoundary_mm);

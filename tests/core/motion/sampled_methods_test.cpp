@@ -129,6 +129,41 @@ TEST_CASE("A trajectory of more samples than memory holds is refused before it i
   }
 }
 
+TEST_CASE("A stop that is asked for is a rest of the motion at that point, with every method that stops at corners") {
+  const auto arm = make_scara(cobra600());
+  std::vector<Point2> arc;
+  for (int i = 0; i <= 150; ++i) arc.push_back({380.0 + 40.0 * std::cos(0.01 * i), 40.0 * std::sin(0.01 * i)});
+  arc.push_back({arc.back().x_mm - 20.0, arc.back().y_mm - 5.0});  // and a corner of some 76 degrees
+  arc.insert(arc.begin() + 20, arc[20]);                           // a point twice
+  for (const Method method : {Method::kCertified, Method::kOptimal, Method::kThesis, Method::kConstant}) {
+    INFO(name(method));
+    PlanOptions options;
+    options.method = method;
+    PathInput in{.points = arc};
+    const PlanResult plain = plan(in, *arm, cobra600_limits(), options);
+    in.stops = {0, 21, 100, arc.size() - 1};  // the ends are rests in any case
+    const PlanResult asked = plan(in, *arm, cobra600_limits(), options);
+    REQUIRE(plain.ok());
+    REQUIRE(asked.ok());
+    CHECK(asked.stops == plain.stops + 2);
+    REQUIRE(asked.rests.size() == asked.stops);
+    CHECK(asked.trajectory.certificate.duration_s > plain.trajectory.certificate.duration_s);
+    for (const std::size_t k : {0, 1}) {
+      const Point2 at = asked.tool[asked.rests[k]], wanted = arc[k == 0 ? 21 : 100];
+      CHECK(std::hypot(at.x_mm - wanted.x_mm, at.y_mm - wanted.y_mm) < 0.2);  // within half a tick of the rest
+    }
+    if (method != Method::kCertified) continue;
+    options.tolerance_mm = 0.5;  // corners may be rolled, the stops not
+    const PlanResult rolled = plan(in, *arm, cobra600_limits(), options);
+    REQUIRE(rolled.ok());
+    CHECK(rolled.stops >= 2);
+    in.stops = {3, 3};
+    CHECK(plan(in, *arm, cobra600_limits(), options).fault->reason == Reason::kOption);
+    in.stops = {arc.size()};
+    CHECK(plan(in, *arm, cobra600_limits(), options).fault->reason == Reason::kOption);
+  }
+}
+
 TEST_CASE("Every method answers bad input with a named reason and never throws") {
   const auto arm = make_scara(cobra600());
   const std::vector<Point2> hole{{300, 0}, {NAN, 0}}, one{{300, 0}}, far{{300, 0}, {700, 0}},
