@@ -15,7 +15,7 @@ void EdgeGrid::pass(const Edge& e, std::int32_t margin, const Visit& visit) cons
   const std::int64_t left = std::min(e.a.x, e.b.x) - std::int64_t(margin), right = std::max(e.a.x, e.b.x) + std::int64_t(margin);
   const std::int64_t low = std::min(e.a.y, e.b.y) - std::int64_t(margin), high = std::max(e.a.y, e.b.y) + std::int64_t(margin);
   const std::size_t c0 = column(left), c1 = column(right), r0 = row(low), r1 = row(high);
-  if (c0 == c1 || r0 == r1) {
+  if (c0 == c1 || r0 == r1 || e.a.y == e.b.y) {
     for (std::size_t r = r0; r <= r1; ++r)
       for (std::size_t c = c0; c <= c1; ++c) visit(r * across_ + c);
     return;

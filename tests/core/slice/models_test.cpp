@@ -1,0 +1,78 @@
+// The real meshes of ../shared/models, where they are; they stay outside the repository.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "cli/mesh_file.h"
+#include "core/slice/planar.h"
+#include "core/slice/slicer.h"
+#include "tests/core/slice/oracles.h"
+
+using namespace firn;
+using namespace firn::slice;
+
+namespace {
+
+std::optional<std::filesystem::path> model(const std::string& name) {
+  for (const char* folder : {"/../shared/models/", "/../../shared/models/"}) {
+    const std::filesystem::path file = std::string(FIRN_SOURCE_DIR) + folder + name;
+    if (std::filesystem::exists(file)) return file;
+  }
+  WARN("shared/models/" << name << " is not beside the source tree: skipped");
+  return std::nullopt;
+}
+
+Sliced sliced(const std::filesystem::path& file, double tolerance_mm) {
+  const MeshFile mesh(file);
+  SliceOptions o;
+  o.chord_tolerance_mm = tolerance_mm;
+  Placement p;
+  for (AxisPlace& t : p.translation) t.mode = AxisPlace::Mode::kNumber;
+  return slice::slice(mesh.facets(), p, o, serially);
+}
+
+}  // namespace
+
+TEST_CASE("Every real model slices into rings that cross nowhere, at tolerance 0.05 mm and with all points") {
+  for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
+    const auto file = model(name);
+    if (!file) continue;
+    for (const double tolerance : {0.0, 0.05}) {
+      INFO(name << ", tolerance " << tolerance);
+      const Sliced s = sliced(*file, tolerance);
+      CHECK(s.layers.size() >= 658);
+      double volume = 0.0;
+      RandomStream random(31, Purpose::kTest);
+      const std::uint32_t looked_at = random.below(97);
+      for (std::size_t n = 0; n < s.layers.size(); ++n) {
+        INFO("layer " << n + 1);
+        volume += 0.25 * area_mm2(s.layers[n]);
+        CHECK_FALSE(s.layers[n].empty());
+        if (n % 97 == looked_at && tolerance > 0.0) CHECK(firn::test::crossing_by_all_pairs(s.layers[n]) == "");
+        CHECK(region_of(s.layers[n]).points.size() >= s.layers[n].points.size());
+      }
+      if (s.facts.closed) {
+        CHECK(std::abs(volume / s.facts.volume_mm3 - 1.0) <= 1e-3);
+        for (const Defect& d : s.defects) CHECK(d.kind == DefectKind::kOverlap);
+      }
+    }
+  }
+}
+
+TEST_CASE("The bunny's holes are told with layer and place, and no layer loses its outline") {
+  const auto file = model("bunny_69k.ply");
+  if (!file) return;
+  const Sliced s = sliced(*file, 0.05);
+  CHECK_FALSE(s.facts.closed);
+  int base = 0, belly = 0;
+  for (const Defect& d : s.defects) {
+    if (d.kind != DefectKind::kGapClosed && d.kind != DefectKind::kOpenDropped) continue;
+    CHECK((d.layer <= 40 || (d.layer > 95 && d.layer < 125)));  // the holes in the base and at z = 29 mm
+    (d.layer <= 40 ? base : belly) += 1;
+  }
+  CHECK(base > 20);
+  CHECK(belly > 10);
+  for (std::size_t n = 95; n < 125; ++n) CHECK(area_mm2(s.layers[n]) > 5'000.0);
+}

@@ -1,0 +1,75 @@
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/slice/path_filter.h"
+#include "core/slice/planar.h"
+#include "tests/core/slice/oracles.h"
+
+using namespace firn;
+using namespace firn::slice;
+
+namespace {
+
+double from_segment(const Point& p, const Point& a, const Point& b) {
+  const double ex = double(b.x) - a.x, ey = double(b.y) - a.y, l2 = ex * ex + ey * ey;
+  const double t = l2 == 0 ? 0 : std::clamp(((double(p.x) - a.x) * ex + (double(p.y) - a.y) * ey) / l2, 0.0, 1.0);
+  return std::hypot(p.x - (a.x + t * ex), p.y - (a.y + t * ey));
+}
+
+std::vector<Point> wavy(RandomStream& random, int n) {
+  std::vector<Point> ring;
+  for (int i = 0; i < n; ++i) {
+    const double a = 2 * M_PI * i / n, r = 200'000 * (1 + 0.3 * std::sin(5 * a)) + random.uniform(-400, 400);
+    ring.push_back({std::int32_t(r * std::cos(a)), std::int32_t(r * std::sin(a))});
+  }
+  std::rotate(ring.begin(), std::min_element(ring.begin(), ring.end()), ring.end());
+  return ring;
+}
+
+}  // namespace
+
+TEST_CASE("Every removed point lies within the chord tolerance of the chord that replaces it [Barnett, PATHFILTER]") {
+  RandomStream random(21, Purpose::kTest);
+  for (const double tolerance : {50.0, 500.0, 5'000.0}) {
+    const std::vector<Point> ring = wavy(random, 3'000);
+    Rings out;
+    PathFilter(0.0, tolerance).append(ring, out);
+    REQUIRE(out.size() == 1);
+    CHECK(out.points.size() < ring.size() / (tolerance > 400.0 ? 10 : 1));
+    CHECK(out[0][0] == ring[0]);
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < out[0].size(); ++k) {
+      const Point &a = out[0][k], &b = out[0][(k + 1) % out[0].size()];
+      for (++at; at < ring.size() && ring[at] != b; ++at) REQUIRE(from_segment(ring[at], a, b) <= tolerance * (1 + 1e-12));
+    }
+    CHECK(at == ring.size());
+  }
+}
+
+TEST_CASE("Tolerance 0 and spacing 0 keep every point") {
+  RandomStream random(22, Purpose::kTest);
+  const std::vector<Point> ring = wavy(random, 500);
+  Rings out;
+  PathFilter(0.0, 0.0).append(ring, out);
+  CHECK(std::equal(ring.begin(), ring.end(), out.points.begin(), out.points.end()));
+}
+
+TEST_CASE("Points that stay are no closer than the minimum spacing [Barnett, 3.2: 0.4 mm]") {
+  RandomStream random(23, Purpose::kTest);
+  const std::vector<Point> ring = wavy(random, 5'000);
+  Rings out;
+  PathFilter(4'000.0, 0.0).append(ring, out);
+  for (std::size_t k = 0; k < out.points.size(); ++k) {
+    const Point &a = out.points[k], &b = out.points[(k + 1) % out.points.size()];
+    CHECK(std::hypot(double(b.x) - a.x, double(b.y) - a.y) >= 4'000.0);
+  }
+  CHECK(out.points.size() > 300);
+}
+
+TEST_CASE("A ring that lies within the tolerance of a line vanishes") {
+  Rings out;
+  PathFilter(0.0, 500.0).append(std::vector<Point>{{0, 0}, {10'000, 100}, {20'000, 0}, {10'000, 300}}, out);
+  CHECK(out.empty());
+}
