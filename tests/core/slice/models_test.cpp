@@ -49,7 +49,7 @@ TEST_CASE("Every real model slices into rings that cross nowhere, at tolerance 0
       for (std::size_t n = 0; n < s.layers.size(); ++n) {
         INFO("layer " << n + 1);
         volume += 0.25 * area_mm2(s.layers[n]);
-        CHECK_FALSE(s.layers[n].empty());
+        if (s.facts.closed) CHECK_FALSE(s.layers[n].empty());
         if (n % 97 == looked_at && tolerance > 0.0) CHECK(firn::test::crossing_by_all_pairs(s.layers[n]) == "");
         CHECK(region_of(s.layers[n]).points.size() >= s.layers[n].points.size());
       }
