@@ -1,7 +1,9 @@
 // INTERSECTFACET [Barnett, 3.2], facet by facet: each is read once, measured, and leaves a segment in every plane that it
 // crosses.
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -95,13 +97,13 @@ class Cutter {
     if (a == b || b == c || c == a) return;  // its two crossed edges are one: no way between them
 
     const End ends[3] = {{&a, ha}, {&b, hb}, {&c, hc}};
+    const std::size_t k = finder_.at_or_above(std::min({a.z, b.z, c.z}));
+    if (k == planes_.size() || planes_[k] >= std::max({a.z, b.z, c.z})) return;
     int low = 0, high = 0;
     for (int i = 1; i < 3; ++i) {
       if (ends[i].v->z < ends[low].v->z) low = i;
       if (ends[i].v->z >= ends[high].v->z) high = i;
     }
-    std::size_t k = finder_.at_or_above(ends[low].v->z);
-    if (k == planes_.size() || planes_[k] >= ends[high].v->z) return;
     across(k, ends[low], ends[3 - low - high], ends[high], (low + 1) % 3 != high);
   }
 
@@ -138,25 +140,59 @@ class Cutter {
   Sums& sums_;
 };
 
-template <bool kDiagonal>
-Vertex snapped(const Affine& a, const Corner& p) {
-  if constexpr (kDiagonal)
-    return {to_grid(a.matrix[0] * p[0] + a.shift[0]), to_grid(a.matrix[4] * p[1] + a.shift[1]),
-            to_grid(a.matrix[8] * p[2] + a.shift[2])};
-  else
-    return to_grid(a, p);
-}
+/// Corners to the grid where the placement only scales and shifts: two numbers at a time.
+class Scaling {
+ public:
+  explicit Scaling(const Affine& a) {
+    for (std::size_t i = 0; i < 10; ++i) {
+      const std::size_t axis = i % 3;
+      factor_[i / 2][i % 2] = a.matrix[4 * axis];
+      shift_[i / 2][i % 2] = a.shift[axis];
+    }
+  }
+  std::array<Vertex, 3> operator()(const std::array<Corner, 3>& f) const {
+    float numbers[10] = {};
+    std::memcpy(numbers, f.data(), sizeof f);
+    std::int32_t grid[12];
+    for (std::size_t i = 0; i < 5; ++i) {
+      const Pair pair = {numbers[2 * i], numbers[2 * i + 1]};
+      const Pair sum = (pair * factor_[i] + shift_[i]) + kRounding;
+      const Words words = std::bit_cast<Words>(sum);
+      grid[2 * i] = words[0];
+      grid[2 * i + 1] = words[2];
+    }
+    return {{{grid[0], grid[1], grid[2]}, {grid[3], grid[4], grid[5]}, {grid[6], grid[7], grid[8]}}};
+  }
 
-template <bool kDiagonal>
+ private:
+  using Pair = double __attribute__((vector_size(16)));
+  using Words = std::int32_t __attribute__((vector_size(16)));
+  Pair factor_[5], shift_[5];
+};
+
+class Turning {
+ public:
+  explicit Turning(const Affine& a) : affine_(a) {}
+  std::array<Vertex, 3> operator()(const std::array<Corner, 3>& f) const {
+    return {to_grid(affine_, f[0]), to_grid(affine_, f[1]), to_grid(affine_, f[2])};
+  }
+
+ private:
+  const Affine& affine_;
+};
+
+template <class Snap>
 void cut_chunk(const FacetView& facets, const Affine& affine, std::size_t first, std::size_t end, Cutter& cutter, Sums& sums) {
-  const int second = affine.mirrors ? 2 : 1;
+  const Snap snap(affine);
+  const std::size_t second = affine.mirrors ? 2 : 1;
   for (std::size_t n = first; n < end; ++n) {
     const std::array<Corner, 3> f = facets.facet(n);
     if (affine.not_finite && !finite(f)) {
       ++sums.not_finite;
       continue;
     }
-    cutter.cut(snapped<kDiagonal>(affine, f[0]), snapped<kDiagonal>(affine, f[second]), snapped<kDiagonal>(affine, f[3 - second]));
+    const std::array<Vertex, 3> v = snap(f);
+    cutter.cut(v[0], v[second], v[3 - second]);
   }
 }
 
@@ -191,7 +227,7 @@ Segments intersect(const FacetView& facets, const Affine& affine, std::span<cons
   for_chunks(facets, parallel, [&](int chunk, std::size_t first, std::size_t end) {
     Sums mine;
     Cutter cutter(planes, finder, out.store->lanes[std::size_t(chunk % kWaveChunks)], mine);
-    (diagonal ? cut_chunk<true> : cut_chunk<false>)(facets, affine, first, end, cutter, mine);
+    (diagonal ? cut_chunk<Scaling> : cut_chunk<Turning>)(facets, affine, first, end, cutter, mine);
     sums[std::size_t(chunk)] = mine;
   });
   Sums total;

@@ -122,9 +122,11 @@ Region overlay(const Rings& a, const Rings& b, bool (*inside)(std::int32_t, std:
 
 }  // namespace
 
-Region region_of(const Rings& directed) {
-  Rings rings = canonical(directed);
-  if (!simple_and_apart(rings)) return overlay(rings, {}, [](std::int32_t p, std::int32_t) { return p > 0; });
+Region region_of(const Rings& directed, std::optional<Contact>* contact) {
+  const Rings rings = canonical(directed);
+  const std::optional<Contact> met = first_contact(rings);
+  if (contact) *contact = met;
+  if (met) return overlay(rings, {}, [](std::int32_t p, std::int32_t) { return p > 0; });
   const std::vector<int> outside = windings_outside(rings);
   Region region;
   for (std::size_t r = 0; r < rings.size(); ++r) {

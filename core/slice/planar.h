@@ -27,8 +27,8 @@ bool simple_and_apart(const Rings& rings);
 /// The area where the winding number of directed rings is positive, as a Region; any input, however tangled. Rings that
 /// are simple and apart pass untouched in shape; others are cut at their crossings, which are rounded to the grid by
 /// snap rounding [Hobby 1999], so that what comes out crosses nowhere (rings may meet in single points). The result
-/// depends on the set of rings only, not on their order.
-Region region_of(const Rings& directed);
+/// depends on the set of rings only, not on their order. @param contact if given, is told where the rings met.
+Region region_of(const Rings& directed, std::optional<Contact>* contact = nullptr);
 
 /// Booleans of Regions (or directed rings: winding number positive), by the same exact overlay.
 Region unite(const Rings& a, const Rings& b);

@@ -51,11 +51,12 @@ Layer settle(Contours&& contours, std::int32_t number, PathFilter& filter, bool 
     layer.defects.push_back({DefectKind::kTurned, number, rings[turned[0]][0], 0.0, turned.size()});
     rings = sorted(rings);
   }
-  if (const std::optional<Contact> contact = first_contact(rings)) {
+  std::optional<Contact> contact;
+  layer.region = region_of(rings, &contact);
+  if (contact) {
     layer.repaired = true;
     layer.defects.push_back({DefectKind::kOverlap, number, contact->at, 0.0, 1});
   }
-  layer.region = region_of(rings);
   return layer;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -9,11 +10,10 @@
 
 namespace firn::slice {
 
-/// Nearest whole number, halves upward; |v| < 2^31.
-inline std::int32_t to_grid(double v) {
-  constexpr std::int64_t kLift = std::int64_t(1) << 31;  // a positive number is rounded down by truncation
-  return std::int32_t(std::int64_t(v + (double(kLift) + 0.5)) - kLift);
-}
+/// Added to a number below 2^31 it leaves the nearest whole number (halves to even) in the low bits of the sum.
+inline constexpr double kRounding = 6755399441055744.0;  // 1.5 x 2^52
+
+inline std::int32_t to_grid(double v) { return std::int32_t(std::bit_cast<std::int64_t>(v + kRounding)); }
 
 inline Vertex to_grid(const Affine& a, const Corner& p) {
   const double x = p[0], y = p[1], z = p[2];
