@@ -33,6 +33,10 @@ class LayerProblem {
   Effect effect(int i, int j) const;
   void effects(int j, float* out) const;  ///< of row j: out[q * nx + i] = effect(i, j)[q]
 
+  /// What the sum of |error| changes by when a cell of row j gets its droplet or loses it, the others as they are: nx values;
+  /// 0 where no droplet may be. The same bytes on every processor (flip_gains.cpp).
+  void flip_gains(int j, float* gains_mm) const;
+
   void set_drop(int i, int j, std::uint8_t drop);  ///< keeps the errors up to date
   void set_drops(const DropletPattern& drops);     ///< cells that are not printable stay empty
   DropletPattern drops(const GridSpec& grid) const;
@@ -50,6 +54,7 @@ class LayerProblem {
     float drop_mm = 0.0f;
     std::array<float, 9> w_mm{}, slope{};
   };
+  struct Row;  // of flip_gains
   int nx_, ny_;
   std::size_t row_;                   // padded
   std::int64_t counted_ = 0;

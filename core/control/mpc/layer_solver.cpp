@@ -60,10 +60,12 @@ int take_better_patches(LayerProblem& layer, const LayerProblem& other) {
   return taken;
 }
 
-LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& o, const ParallelFor& parallel) {
+LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& o, const ParallelFor& parallel,
+                          const std::function<void(const LayerSolution&)>& watch) {
   LayerSolution s;
   s.strips = polish(problem, o.polish_rows, parallel);
   s.found_mm = problem.total_mm();
+  if (watch) watch(s);
   if (o.sweeps <= 0) return s;
   Decomposition split(problem, o.bound_rows);
   LayerProblem other = problem;
@@ -71,11 +73,13 @@ LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& o, co
     const Way way = s.sweeps % 2 == 0 ? Way::kDown : Way::kUp;
     s.lower_bound_mm = std::max(s.lower_bound_mm, split.sweep(way, parallel));
     ++s.sweeps;
+    if (watch) watch(s);
     if (s.found_mm - s.lower_bound_mm <= o.gap * s.found_mm) break;
     split.decide(way == Way::kDown ? Way::kUp : Way::kDown, other);
     s.strips += polish(other, o.polish_rows, parallel);
     if (take_better_patches(problem, other) > 0) s.strips += polish(problem, o.polish_rows, parallel);
     s.found_mm = problem.total_mm();
+    if (watch) watch(s);
   }
   return s;
 }

@@ -1,7 +1,7 @@
 // One layer of at most one droplet per cell, alpha = 1: near the optimum, with a bound that says how near.
 #pragma once
 
-#include <vector>
+#include <functional>
 
 #include "core/control/mpc/decomposition.h"
 #include "core/control/mpc/layer_problem.h"
@@ -27,7 +27,9 @@ struct LayerSolution {
 /// other way; strips polish it, and where it differs from the best layer so far, every patch of differing cells that do not
 /// touch others' errors is judged by itself.
 /// The objective never rises. Same bytes for any number of threads. @throws std::invalid_argument: rows
-LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& options, const ParallelFor& parallel);
+/// @param watch called after the first strips, each sweep and each decision; may be empty
+LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& options, const ParallelFor& parallel,
+                          const std::function<void(const LayerSolution&)>& watch = {});
 
 /// Gives `layer` the droplets of `other`, patch by patch, where these are better. @returns patches taken
 /// @param other the same problem with other droplets
