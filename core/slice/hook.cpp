@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/slice/clipper.h"
 #include "core/slice/offset_rings.h"
+#include "core/slice/planar.h"
 #include "core/slice/vec.h"
 
 namespace firn::slice {
@@ -76,12 +76,12 @@ Rings take_outermost(Rings& rings, const Region& part) {
 Region room_for_hook(const Region& scaffold, const Region& part, int hooks, const PathOptions& options) {
   const BeadOptions& bead = options.scaffold;
   if (part.empty()) return scaffold;
-  const Rings everything = clipper_unite(scaffold, part);
+  const Rings everything = unite(scaffold, part);
   Region wider = scaffold;
   for (int contours = 0; contours < 6; ++contours) {
     if (contours > 0) {
       const double out_mm = contours * bead.boundary_width_mm;
-      wider = clipper_subtract(grow(everything, out_mm, options.chord_tolerance_mm), part);
+      wider = subtract(grow(everything, out_mm, options.chord_tolerance_mm), part);
     }
     RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm, hooks};
     RingLevels rings = offset_rings(wider, plan, options.chord_tolerance_mm);

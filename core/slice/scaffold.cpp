@@ -3,18 +3,43 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/clipper.h"
+#include "core/slice/merge.h"
 #include "core/slice/offset_rings.h"
+#include "core/slice/planar.h"
+#include "core/slice/thin.h"
 
 namespace firn::slice {
 namespace {
 
-// [k]: union of layer k and all above.
-std::vector<Region> merged_above(std::span<const Region> part) {
+// [k]: union of layer k and all above, but for a rim of `slack` units.
+std::vector<Region> merged_above(std::span<const Region> part, std::int32_t slack) {
   std::vector<Region> merged(part.size());
   for (std::size_t k = part.size(); k-- > 0;)
-    merged[k] = k + 1 < part.size() ? clipper_unite(merged[k + 1], part[k]) : part[k];
+    merged[k] = k + 1 < part.size() ? merge_protruding(merged[k + 1], part[k], slack) : part[k];
   return merged;
+}
+
+Region thinned(const Region& region, double tolerance_mm) {
+  if (tolerance_mm <= 0) return region;
+  Region thin;
+  std::vector<Vec> line;
+  for (std::size_t r = 0; r < region.size(); ++r) {
+    line.clear();
+    for (const Point p : region[r]) line.push_back(to_vec(p));
+    thin_ring(line, tolerance_mm * kUnitsPerMm, thin);
+  }
+  return thin;
+}
+
+// A region without a smaller one that lies wholly inside it.
+Region between(const Region& outer, const Region& inner) {
+  Region region = outer;
+  std::vector<Point> ring;
+  for (std::size_t r = 0; r < inner.size(); ++r) {
+    ring.assign(inner[r].rbegin(), inner[r].rend());
+    region.add(ring);
+  }
+  return canonical(region);
 }
 
 // [k]: what of the layers above leans out further than `lean_mm` a layer and has no part between it and layer k.
@@ -22,11 +47,12 @@ std::vector<Region> overhanging(std::span<const Region> part, double lean_mm, do
                                 const ParallelFor& parallel) {
   std::vector<Region> fresh(part.size()), need(part.size());
   parallel(int(part.size()) - 1, [&](int k) {
-    const Region carried = grow(part[std::size_t(k)], lean_mm, std::min(tolerance_mm, 0.1 * lean_mm));
-    fresh[std::size_t(k)] = clipper_subtract(part[std::size_t(k) + 1], lean_mm > 0 ? carried : part[std::size_t(k)]);
+    const Region& below = part[std::size_t(k)];
+    const Region carried = lean_mm > 0 ? grow(below, lean_mm, std::min(tolerance_mm, 0.1 * lean_mm)) : below;
+    fresh[std::size_t(k)] = subtract(part[std::size_t(k) + 1], carried);
   });
   for (std::size_t k = part.size(); k-- > 1;)
-    need[k - 1] = clipper_unite(clipper_subtract(need[k], part[k]), fresh[k - 1]);
+    need[k - 1] = unite(subtract(need[k], part[k]), fresh[k - 1]);
   return need;
 }
 
@@ -37,15 +63,22 @@ std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t 
   std::vector<Region> scaffold(part.size());
   if (options.kind == Support::kNone || part.empty()) return scaffold;
   const double lean_mm = height * kMmPerUnit * std::tan(options.overhang_rad);
-  const std::vector<Region> above = options.kind == Support::kFull
-                                        ? merged_above(part)
-                                        : overhanging(part, lean_mm, chord_tolerance_mm, parallel);
-  // Grow by less, so that no approximation reaches further than the buffer.
-  const double grow_mm = std::max(0.0, options.buffer_mm - chord_tolerance_mm - 1e-3);
+  // Thinning and drawing may each add the tolerance: nothing may reach further than the buffer.
+  const double grow_mm = std::max(0.0, options.buffer_mm - 2 * chord_tolerance_mm - 1e-3);
+  if (options.kind == Support::kFull) {
+    const std::vector<Region> above = merged_above(part, std::int32_t(0.5 * chord_tolerance_mm * kUnitsPerMm));
+    parallel(int(part.size()), [&](int layer) {
+      const std::size_t k = std::size_t(layer);
+      const Region grown = grow(thinned(above[k], chord_tolerance_mm), grow_mm, chord_tolerance_mm);
+      // Rings of the layer and of what is far outside it do not meet.
+      scaffold[k] = grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);
+    });
+    return scaffold;
+  }
+  const std::vector<Region> above = overhanging(part, lean_mm, chord_tolerance_mm, parallel);
   parallel(int(part.size()), [&](int layer) {
     const std::size_t k = std::size_t(layer);
-    const Region grown = grow_mm > 0 ? grow(above[k], grow_mm, chord_tolerance_mm) : above[k];
-    scaffold[k] = clipper_subtract(grown, part[k]);
+    scaffold[k] = subtract(grow(above[k], grow_mm, chord_tolerance_mm), part[k]);
   });
   return scaffold;
 }

@@ -17,7 +17,8 @@ namespace firn::slice {
 /// @param part   of all parts together, bottom up; not overlapping within a layer
 /// @param height of one layer, units
 /// @return one region per layer; all empty for Support::kNone
-/// No scaffold point is further than buffer_mm from ice of its layer or above.
+/// No scaffold point is further than buffer_mm from ice of its layer or above; its outer edge may fall short of that by
+/// at most 4.5 chord tolerances, whatever the number of layers (see merge.h).
 std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t height, const SupportOptions& options,
                                      double chord_tolerance_mm, const ParallelFor& parallel = serially);
 

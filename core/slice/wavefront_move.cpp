@@ -19,8 +19,8 @@ struct Death {
 // One loop as a doubly linked list over its pieces.
 class Loop {
  public:
-  Loop(std::span<const Source> sources, std::span<Piece> pieces, double from, double to)
-      : sources_(sources), pieces_(pieces), from_(from), to_(to), links_(pieces.size()) {
+  Loop(std::span<const Source> sources, std::span<Piece> pieces, double to)
+      : sources_(sources), pieces_(pieces), to_(to), links_(pieces.size()) {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       links_[i].prev = std::int32_t(i ? i - 1 : pieces.size() - 1);
       links_[i].next = std::int32_t(i + 1 < pieces.size() ? i + 1 : 0);
@@ -128,18 +128,19 @@ class Loop {
   };
   std::span<const Source> sources_;
   std::span<Piece> pieces_;
-  double from_, to_;
+  double to_;
   std::vector<Link> links_;
   std::int32_t alive_ = 0;  // pieces with a source
   std::priority_queue<Death, std::vector<Death>, std::greater<>> deaths_;
 };
 
-bool any_inverted(std::span<const Source> sources, std::span<const Piece> pieces) {
+// Pieces whose ends at the asked distance lie the wrong way round.
+void list_inverted(std::span<const Source> sources, std::span<const Piece> pieces, std::vector<std::int32_t>& inverted) {
+  inverted.clear();
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const Vec end = pieces[i + 1 < pieces.size() ? i + 1 : 0].from;
-    if (dot(end - pieces[i].from, sources[pieces[i].source].along) < 0) return true;
+    if (dot(end - pieces[i].from, sources[pieces[i].source].along) < 0) inverted.push_back(std::int32_t(i));
   }
-  return false;
 }
 
 }  // namespace
@@ -147,16 +148,18 @@ bool any_inverted(std::span<const Source> sources, std::span<const Piece> pieces
 void move(std::span<const Source> sources, Component& component, double from, double to) {
   Component moved;
   moved.pieces.reserve(component.pieces.size());
+  std::vector<std::int32_t> inverted;
   std::size_t begin = 0;
   for (const std::uint32_t end : component.ends) {
     const std::span<Piece> pieces(component.pieces.data() + begin, end - begin);
     begin = end;
     for (Piece& piece : pieces) piece.from = piece.start(to);
-    if (!any_inverted(sources, pieces)) {
+    list_inverted(sources, pieces, inverted);
+    if (inverted.empty()) {
       moved.pieces.insert(moved.pieces.end(), pieces.begin(), pieces.end());
     } else {
-      Loop loop(sources, pieces, from, to);
-      for (std::size_t i = 0; i < pieces.size(); ++i) loop.expect_death(std::int32_t(i), from);
+      Loop loop(sources, pieces, to);
+      for (const std::int32_t i : inverted) loop.expect_death(i, from);
       if (!loop.run()) continue;
       const std::size_t first = moved.pieces.size();
       loop.collect(moved.pieces);

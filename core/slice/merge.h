@@ -1,0 +1,17 @@
+// Adds a layer to the union of those above it, as far as it sticks out.
+#pragma once
+
+#include "core/slice/region.h"
+
+namespace firn::slice {
+
+/// `above` with those parts of `layer` that reach out of it by more than `slack` units. What sticks out less is left for
+/// a later layer to bring: the result never reaches beyond the true union and lacks at most a rim of `slack`, however
+/// many layers follow each other, since each is held against what is there and not against the layer before.
+///
+/// Both are Regions but for crossings by less than a unit; so is the result. Crossings are found and ordered exactly, as
+/// if `layer` were moved by an infinitesimal step, so that coinciding outlines need no case of their own. Where the
+/// outlines contradict each other all the same, the exact overlay unites them.
+Region merge_protruding(const Region& above, const Region& layer, std::int32_t slack);
+
+}  // namespace firn::slice
