@@ -14,11 +14,12 @@ constexpr double kOdd = 0.2973;
 bool advance(const wavefront::Front& front, std::vector<wavefront::Component>& components, double from, double to) {
   std::vector<wavefront::Component> next;
   std::vector<std::int32_t> alive;
+  BoxTree<double> boxes;
   for (wavefront::Component& component : components) {
     alive.clear();
     for (const wavefront::Piece& piece : component.pieces) alive.push_back(piece.source);
     wavefront::move(front.sources, component, from, to);
-    if (!wavefront::untangle(front.sources, alive, component, to, next)) return false;
+    if (!wavefront::untangle(front.sources, alive, component, to, boxes, next)) return false;
   }
   components = std::move(next);
   return true;

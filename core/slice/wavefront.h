@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "core/slice/box_pairs.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
 
@@ -82,8 +83,9 @@ void move(std::span<const Source> sources, Component& component, double from, do
 /// Takes away what a moved component has passed over: keeps the parts at least `d` from all `sources`, as new components.
 /// @param alive sources of the component before it moved
 /// @return false if it cannot tell (places that coincide to within rounding): the caller asks Clipper instead
+/// @param boxes working memory
 bool untangle(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component, double d,
-              std::vector<Component>& out);
+              BoxTree<double>& boxes, std::vector<Component>& out);
 
 /// Makes components of loops that do not cross: outer ones with the holes they contain. Holes without one vanish.
 void regroup(std::span<const Source> sources, const Component& loops, double d, std::vector<Component>& out);

@@ -7,7 +7,7 @@
 namespace firn::slice::wavefront {
 namespace {
 
-constexpr double kClose = 1e-3;  // units: distances of death are searched to this
+constexpr double kClose = 0.01;  // units: distances of death are searched to this
 
 struct Death {
   double d;
@@ -36,7 +36,7 @@ class Loop {
   void expect_death(std::int32_t i, double since) {
     ++links_[i].stamp;
     if (pieces_[i].source == kPivot) return;
-    const double end = extent(i, to_);
+    const double end = dot(pieces_[links_[i].next].from - pieces_[i].from, sources_[pieces_[i].source].along);
     if (end >= 0) return;
     deaths_.push({death(i, since, end), i, links_[i].stamp});
   }
@@ -72,7 +72,7 @@ class Loop {
       const double middle = low + (high - low) * at_low / (at_low - at_high);
       if (straight) return middle;
       const double value = extent(i, middle);
-      if (std::abs(value) < 1e-6) return middle;
+      if (std::abs(value) < 1e-3) return middle;
       if (value > 0) {
         low = middle, at_low = value;
         at_high *= 0.5;
@@ -106,17 +106,20 @@ class Loop {
       links_[c].prev = a;
       links_[i].next = -1;
       pieces_[c].start = junction;
+      pieces_[c].from = junction(to_);
     } else {
       pieces_[i].source = kPivot;
       if (pieces_[a].source != kPivot) pieces_[i].start = radial(a, place);
       else pieces_[i].start = {Junction::Kind::kStraight, pieces_[a].start.normal, {}, {}, 0};
       pieces_[i].start.normal = place;
+      pieces_[i].from = pieces_[i].start(to_);
       if (pieces_[c].source != kPivot) {
         pieces_[c].start = radial(c, place);
       } else {
         const Vec fixed = pieces_[c].start.normal;
         pieces_[c].start = {Junction::Kind::kStraight, place, {}, fixed, 0};
       }
+      pieces_[c].from = pieces_[c].start(to_);
     }
     expect_death(a, d);
     expect_death(c, d);
@@ -146,28 +149,34 @@ void list_inverted(std::span<const Source> sources, std::span<const Piece> piece
 }  // namespace
 
 void move(std::span<const Source> sources, Component& component, double from, double to) {
-  Component moved;
-  moved.pieces.reserve(component.pieces.size());
+  // In place: what is left of a loop is no longer than the loop.
   std::vector<std::int32_t> inverted;
-  std::size_t begin = 0;
-  for (const std::uint32_t end : component.ends) {
-    const std::span<Piece> pieces(component.pieces.data() + begin, end - begin);
-    begin = end;
+  std::vector<Piece> left;
+  std::size_t begin = 0, written = 0, loops = 0;
+  const auto write = [&](std::span<const Piece> pieces) {
+    if (pieces.data() != component.pieces.data() + written)
+      std::copy(pieces.begin(), pieces.end(), component.pieces.begin() + std::ptrdiff_t(written));
+    written += pieces.size();
+    component.ends[loops++] = std::uint32_t(written);
+  };
+  for (std::size_t k = 0; k < component.ends.size(); ++k) {
+    const std::span<Piece> pieces(component.pieces.data() + begin, component.ends[k] - begin);
+    begin = component.ends[k];
     for (Piece& piece : pieces) piece.from = piece.start(to);
     list_inverted(sources, pieces, inverted);
     if (inverted.empty()) {
-      moved.pieces.insert(moved.pieces.end(), pieces.begin(), pieces.end());
-    } else {
-      Loop loop(sources, pieces, to);
-      for (const std::int32_t i : inverted) loop.expect_death(i, from);
-      if (!loop.run()) continue;
-      const std::size_t first = moved.pieces.size();
-      loop.collect(moved.pieces);
-      for (std::size_t i = first; i < moved.pieces.size(); ++i) moved.pieces[i].from = moved.pieces[i].start(to);
+      write(pieces);
+      continue;
     }
-    moved.ends.push_back(std::uint32_t(moved.pieces.size()));
+    Loop loop(sources, pieces, to);
+    for (const std::int32_t i : inverted) loop.expect_death(i, from);
+    if (!loop.run()) continue;
+    left.clear();
+    loop.collect(left);
+    write(left);
   }
-  component = std::move(moved);
+  component.pieces.resize(written);
+  component.ends.resize(loops);
 }
 
 }  // namespace firn::slice::wavefront

@@ -5,7 +5,6 @@
 // places from the sources decides for all of it.
 #include <algorithm>
 
-#include "core/slice/box_pairs.h"
 #include "core/slice/wavefront.h"
 
 namespace firn::slice::wavefront {
@@ -39,6 +38,71 @@ struct Fragment {
   bool done = false;
 };
 
+BoxOf<double> box_of(std::span<const Source> sources, Vec a, Vec b, std::int32_t source, double d) {
+  BoxOf<double> box;
+  box.add(a.x, a.y), box.add(b.x, b.y);
+  if (source != kPivot && sources[std::size_t(source)].corner()) {
+    // An arc of at most half a turn bulges by less than its squared chord over 4 d.
+    const double bulge = dot(b - a, b - a) / (4 * d);
+    box.x0 -= bulge, box.y0 -= bulge, box.x1 += bulge, box.y1 += bulge;
+  }
+  return box;
+}
+
+bool is_arc(std::span<const Source> sources, const Strand& s) {
+  return s.source != kPivot && sources[std::size_t(s.source)].corner();
+}
+
+// Calls found(place, along a, along b) for each place where two strands of the front at distance d cross; what is told
+// along a strand grows from its a to its b, which is not part of it.
+template <class F>
+void intersect(std::span<const Source> sources, double d, const Strand& a, const Strand& b, F&& found) {
+  const auto along = [&](const Strand& s, Vec p, double& place) {
+    if (!is_arc(sources, s)) {
+      const Vec way = s.b - s.a;
+      place = dot(p - s.a, way);
+      return place >= 0 && place < dot(way, way);
+    }
+    const Source& source = sources[std::size_t(s.source)];
+    if (dot(p - source.at, left_of(source.along)) <= 0) return false;
+    place = dot(p - source.at, source.along);
+    return place >= dot(s.a - source.at, source.along) && place < dot(s.b - source.at, source.along);
+  };
+  const auto offer = [&](Vec p) {
+    double on_a = 0, on_b = 0;
+    if (along(a, p, on_a) && along(b, p, on_b)) found(p, on_a, on_b);
+  };
+  const bool a_bends = is_arc(sources, a), b_bends = is_arc(sources, b);
+  if (!a_bends && !b_bends) {
+    const Vec wa = a.b - a.a, wb = b.b - b.a;
+    const double sine = cross(wa, wb);
+    if (sine == 0) return;
+    const double s = cross(b.a - a.a, wb) / sine, t = cross(b.a - a.a, wa) / sine;
+    if (s >= 0 && s < 1 && t >= 0 && t < 1) found(a.a + s * wa, s * dot(wa, wa), t * dot(wb, wb));
+    return;
+  }
+  if (a_bends && b_bends) {
+    const Vec ca = sources[std::size_t(a.source)].at, between = sources[std::size_t(b.source)].at - ca;
+    const double square = dot(between, between), height = d * d - 0.25 * square;
+    if (square == 0 || height <= 0) return;
+    const Vec side = std::sqrt(height / square) * left_of(between), mid = ca + 0.5 * between;
+    offer(mid + side);
+    offer(mid - side);
+    return;
+  }
+  const Strand &line = a_bends ? b : a, &bow = a_bends ? a : b;
+  const Vec way = line.b - line.a, centre = sources[std::size_t(bow.source)].at;
+  const double square = dot(way, way);
+  if (square == 0) return;
+  const double foot = dot(centre - line.a, way) / square;
+  const Vec off = line.a + foot * way - centre;
+  const double height = d * d - dot(off, off);
+  if (height <= 0) return;
+  const double half = std::sqrt(height / square);
+  offer(line.a + (foot - half) * way);
+  offer(line.a + (foot + half) * way);
+}
+
 class Tangle {
  public:
   Tangle(std::span<const Source> sources, std::span<const std::int32_t> alive, const Component& component, double d)
@@ -47,12 +111,16 @@ class Tangle {
   }
 
   // @return whether any strands cross
-  bool find_crossings() {
-    tree_.leaves().resize(strands_.size());
-    for (std::size_t i = 0; i < strands_.size(); ++i) tree_.leaves()[i] = box(strands_[i]);
-    tree_.build();
-    tree_.pairs([&](std::size_t i, std::size_t j) {
-      if (strands_[i].next != j && strands_[j].next != i) cross_strands(std::uint32_t(i), std::uint32_t(j));
+  bool find_crossings(BoxTree<double>& boxes) {
+    boxes.leaves().resize(strands_.size());
+    for (std::size_t i = 0; i < strands_.size(); ++i)
+      boxes.leaves()[i] = box_of(sources_, strands_[i].a, strands_[i].b, strands_[i].source, d_);
+    boxes.build();
+    boxes.pairs([&](std::size_t i, std::size_t j) {
+      if (strands_[i].next == j || strands_[j].next == i) return;
+      intersect(sources_, d_, strands_[i], strands_[j], [&](Vec at, double on_i, double on_j) {
+        crossings_.push_back({at, {std::uint32_t(i), std::uint32_t(j)}, {on_i, on_j}});
+      });
     });
     return !crossings_.empty();
   }
@@ -90,6 +158,7 @@ class Tangle {
 
  private:
   void list_strands() {
+    strands_.reserve(component_.pieces.size() + 8);
     std::size_t begin = 0;
     for (const std::uint32_t end : component_.ends) {
       const std::uint32_t first = std::uint32_t(strands_.size());
@@ -110,69 +179,7 @@ class Tangle {
     }
   }
 
-  BoxOf<double> box(const Strand& s) const {
-    BoxOf<double> b;
-    b.add(s.a.x, s.a.y), b.add(s.b.x, s.b.y);
-    if (s.source != kPivot && sources_[s.source].corner()) {
-      const Vec sum = (s.a - sources_[s.source].at) + (s.b - sources_[s.source].at);
-      const double bulge = d_ - 0.5 * length(sum);
-      b.x0 -= bulge, b.y0 -= bulge, b.x1 += bulge, b.y1 += bulge;
-    }
-    return b;
-  }
-
-  bool arc(const Strand& s) const { return s.source != kPivot && sources_[s.source].corner(); }
-
-  // Place along a strand, growing from a to b; false if it does not lie on it (half open).
-  bool place_on(const Strand& s, Vec p, double& place) const {
-    if (!arc(s)) {
-      const Vec way = s.b - s.a;
-      place = dot(p - s.a, way);
-      return place >= 0 && place < dot(way, way);
-    }
-    const Source& source = sources_[s.source];
-    if (dot(p - source.at, left_of(source.along)) <= 0) return false;
-    place = dot(p - source.at, source.along);
-    return place >= dot(s.a - source.at, source.along) && place < dot(s.b - source.at, source.along);
-  }
-
-  void add_if_on_both(std::uint32_t i, std::uint32_t j, Vec p) {
-    Crossing c{p, {i, j}, {}};
-    if (place_on(strands_[i], p, c.place[0]) && place_on(strands_[j], p, c.place[1])) crossings_.push_back(c);
-  }
-
-  void cross_strands(std::uint32_t i, std::uint32_t j) {
-    const Strand &a = strands_[i], &b = strands_[j];
-    if (!arc(a) && !arc(b)) {
-      const Vec wa = a.b - a.a, wb = b.b - b.a;
-      const double sine = cross(wa, wb);
-      if (sine == 0) return;
-      const double s = cross(b.a - a.a, wb) / sine, t = cross(b.a - a.a, wa) / sine;
-      if (s >= 0 && s < 1 && t >= 0 && t < 1)
-        crossings_.push_back({a.a + s * wa, {i, j}, {s * dot(wa, wa), t * dot(wb, wb)}});
-      return;
-    }
-    if (arc(a) && arc(b)) {
-      const Vec ca = sources_[a.source].at, cb = sources_[b.source].at, between = cb - ca;
-      const double square = dot(between, between), height = d_ * d_ - 0.25 * square;
-      if (square == 0 || height <= 0) return;
-      const Vec side = std::sqrt(height / square) * left_of(between), mid = 0.5 * (ca + cb);
-      add_if_on_both(i, j, mid + side);
-      add_if_on_both(i, j, mid - side);
-      return;
-    }
-    const Strand &line = arc(a) ? b : a, &bow = arc(a) ? a : b;
-    const Vec way = line.b - line.a, centre = sources_[bow.source].at;
-    const double square = dot(way, way);
-    if (square == 0) return;
-    const double foot = dot(centre - line.a, way) / square;
-    const Vec off = line.a + foot * way - centre;
-    const double height = d_ * d_ - dot(off, off);
-    if (height <= 0) return;
-    const double half = std::sqrt(height / square);
-    add_if_on_both(i, j, line.a + (foot - half) * way);
-    add_if_on_both(i, j, line.a + (foot + half) * way);
-  }
+  bool arc(const Strand& s) const { return is_arc(sources_, s); }
 
   Vec travel(const Strand& s, Vec at) const {  // direction at a place of the strand
     if (!arc(s)) return s.b - s.a;
@@ -190,7 +197,6 @@ class Tangle {
   std::vector<std::uint32_t> loop_ends_;
   std::vector<Crossing> crossings_;
   std::vector<Fragment> fragments_;
-  BoxTree<double> tree_;
 };
 
 // Cuts the strands at their crossings and lets the strands change partners there.
@@ -265,7 +271,7 @@ bool Tangle::judge(std::span<const std::uint32_t> loop, bool& keep) const {
   }
   keep = false;
   if (total < kTiny) return true;
-  for (int i = 0; i < 2 && longest[i] > 0.25 * longest[0]; ++i) {
+  for (int i = 0; i < (corners_wrong ? 1 : 2) && longest[i] > 0.25 * longest[0]; ++i) {
     const Fragment& fragment = fragments_[best[i]];
     Strand part = strands_[fragment.strand];
     part.a = fragment.from, part.b = fragment.to;
@@ -278,6 +284,7 @@ bool Tangle::judge(std::span<const std::uint32_t> loop, bool& keep) const {
 
 bool Tangle::smooth(Component& kept) {
   cut();
+  kept.pieces.reserve(component_.pieces.size());
   std::vector<std::uint32_t> loop;
   for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
     if (fragments_[f].done) continue;
@@ -304,13 +311,44 @@ bool Tangle::smooth(Component& kept) {
   return true;
 }
 
+// One loop without pivots and crossings: the common case.
+bool plainly_simple(std::span<const Source> sources, const Component& component, double d, BoxTree<double>& boxes) {
+  const std::size_t n = component.pieces.size();
+  if (component.ends.size() != 1) return false;
+  const auto strand = [&](std::size_t i) {
+    const Piece& piece = component.pieces[i];
+    return Strand{piece.from, component.pieces[i + 1 < n ? i + 1 : 0].from, 0, piece.source, 0};
+  };
+  boxes.leaves().resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Strand s = strand(i);
+    if (s.source == kPivot) return false;
+    boxes.leaves()[i] = box_of(sources, s.a, s.b, s.source, d);
+  }
+  boxes.build();
+  bool simple = true;
+  boxes.pairs([&](std::size_t i, std::size_t j) {
+    if (!simple || j == i + 1 || (i == 0 && j + 1 == n)) return;
+    intersect(sources, d, strand(i), strand(j), [&](Vec, double, double) { simple = false; });
+  });
+  return simple;
+}
+
 }  // namespace
 
 bool untangle(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component, double d,
-              std::vector<Component>& out) {
+              BoxTree<double>& boxes, std::vector<Component>& out) {
   if (component.ends.empty()) return true;
+  if (plainly_simple(sources, component, d, boxes)) {
+    double area = 0;  // by chords: arcs bulge into the area, which does not change the sign
+    const Vec origin = component.pieces[0].from;
+    for (std::size_t i = 1; i + 1 < component.pieces.size(); ++i)
+      area += cross(component.pieces[i].from - origin, component.pieces[i + 1].from - origin);
+    if (area > 0) out.push_back(std::move(component));
+    return true;
+  }
   Tangle tangle(sources, alive, component, d);
-  if (!tangle.find_crossings()) {
+  if (!tangle.find_crossings(boxes)) {
     const bool simple = component.ends.size() == 1;
     if (simple && !tangle.has_pivots()) {
       regroup(sources, component, d, out);
