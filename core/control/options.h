@@ -51,10 +51,18 @@ enum class MpcMethod : std::uint8_t {
   kStripDp,  ///< exact optima of overlapping strips; for several layers, strips of each, annealing and descent
 };
 
+/// What an error costs MPC.
+enum class ErrorKind : std::uint8_t {
+  kAbsolute,  ///< avg|e| [Lu 2015, Eq. (8)]
+  kSquare,    ///< root of avg(e^2), the variance that droplets add included: few large errors
+};
+
 /// Model predictive control with stochastic greedy search [Lu 2015, Eq. (8), IV-C].
 struct MpcOptions {
   MpcMethod method = MpcMethod::kGreedy;
   int strip_rows = 3;                         ///< kStripDp: widest strip, 1..6
+  ErrorKind error = ErrorKind::kAbsolute;
+  double price_mm2 = 0.0;                     ///< kSquare: variance that a droplet adds, summed over cells
   int anneal_sweeps = 100;                    ///< kStripDp, N > 1: sweeps over all cells and layers; 0: none
   int horizon = 1;                            ///< N
   std::vector<AlphaStep> alpha = {{1, 1.0}};  ///< ascending from_layer; the first one must be 1

@@ -55,8 +55,15 @@ class Draws {
   int left_ = 0;
 };
 
+// sqrt(now) - sqrt(before), by the squares' difference: nothing cancels.
+FIRN_INLINE double roots_apart(double before, double now) {
+  before = std::max(0.0, before), now = std::max(0.0, now);
+  const double roots = std::sqrt(now) + std::sqrt(before);
+  return roots > 0.0 ? (now - before) / roots : 0.0;
+}
+
 // One sweep; false when the evaluations are used up.
-FIRN_INLINE bool sweep_field(PlanField& f, double alpha, std::span<const std::uint32_t> cells, int layers, double temperature,
+FIRN_INLINE bool sweep_field(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, int layers, double temperature,
                              std::int64_t most, Draws& draws, SearchResult& result) {
   const double per_cell = 1.0 / f.cells;
   Flip flip;
@@ -68,13 +75,15 @@ FIRN_INLINE bool sweep_field(PlanField& f, double alpha, std::span<const std::ui
       make_flip(f, layer, p, flip);
       FlipSums s;
       sums_of(f, layer, p, flip, s);
-      double worse = alpha * s.abs_error_mm;
-      if (alpha < 1.0) {  // the roots' difference by their squares
+      double worse = cost.alpha * s.abs_error_mm;
+      if (cost.error == ErrorKind::kSquare) {
+        const double squares = f.second_mm2 + cost.price_mm2 * f.droplets;
+        worse = cost.alpha * f.cells * roots_apart(squares * per_cell, (squares + s.second_mm2 + cost.price_mm2 * double(flip.sign)) * per_cell);
+      }
+      if (cost.alpha < 1.0) {
         const double mean = f.first_mm * per_cell, mean_now = (f.first_mm + s.first_mm) * per_cell;
-        const double before = std::max(0.0, f.second_mm2 * per_cell - mean * mean);
-        const double now = std::max(0.0, (f.second_mm2 + s.second_mm2) * per_cell - mean_now * mean_now);
-        const double roots = std::sqrt(now) + std::sqrt(before);
-        if (roots > 0.0) worse += (1.0 - alpha) * f.cells * ((now - before) / roots);
+        worse += (1.0 - cost.alpha) * f.cells *
+                 roots_apart(f.second_mm2 * per_cell - mean * mean, (f.second_mm2 + s.second_mm2) * per_cell - mean_now * mean_now);
       }
       if (worse > temperature * waits()[draws.next(kBits)]) continue;
       keep_flip(f, layer, p, flip, s);
@@ -84,20 +93,20 @@ FIRN_INLINE bool sweep_field(PlanField& f, double alpha, std::span<const std::ui
   return true;
 }
 
-bool sweep_portable(PlanField& f, double alpha, std::span<const std::uint32_t> cells, int layers, double temperature,
+bool sweep_portable(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, int layers, double temperature,
                     std::int64_t most, Draws& draws, SearchResult& result) {
-  return sweep_field(f, alpha, cells, layers, temperature, most, draws, result);
+  return sweep_field(f, cost, cells, layers, temperature, most, draws, result);
 }
 #if defined(__x86_64__)
-__attribute__((target("avx2"))) bool sweep_avx2(PlanField& f, double alpha, std::span<const std::uint32_t> cells, int layers,
+__attribute__((target("avx2"))) bool sweep_avx2(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, int layers,
                                                 double temperature, std::int64_t most, Draws& draws, SearchResult& result) {
-  return sweep_field(f, alpha, cells, layers, temperature, most, draws, result);
+  return sweep_field(f, cost, cells, layers, temperature, most, draws, result);
 }
 #endif
 
 }  // namespace
 
-SearchResult anneal(PlanField& f, double alpha, std::span<const std::uint32_t> cells, const AnnealOptions& o, RandomStream& random) {
+SearchResult anneal(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, const AnnealOptions& o, RandomStream& random) {
   auto sweep = sweep_portable;
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2")) sweep = sweep_avx2;
@@ -106,7 +115,7 @@ SearchResult anneal(PlanField& f, double alpha, std::span<const std::uint32_t> c
   Draws draws(random);
   for (int n = 0; n < o.sweeps; ++n) {
     if (n % kSweepsPerRefresh == 0) f.refresh();
-    if (!sweep(f, alpha, cells, o.layers, temperature_mm(o, n), o.max_evaluations, draws, result)) break;
+    if (!sweep(f, cost, cells, o.layers, temperature_mm(o, n), o.max_evaluations, draws, result)) break;
   }
   f.refresh();
   return result;

@@ -15,8 +15,8 @@ namespace firn::control::mpc {
 struct AnnealOptions {
   int layers = 1;           ///< the first so many of the horizon are changed
   int sweeps = 100;         ///< each tries one change on every cell in every layer
-  double hot_mm = 1.0e-3;   ///< temperature at the start, of the sum of |error| (a cell's worth),
-  double cold_mm = 0.03e-3; ///< and at the end
+  double hot_mm = 0.5e-3;   ///< temperature at the start, of the sum of |error| (a cell's worth),
+  double cold_mm = 0.1e-3;  ///< and at the end
   std::int64_t max_evaluations = 0;
 };
 
@@ -26,8 +26,8 @@ struct AnnealOptions {
 SearchResult anneal(HorizonObjective& objective, std::span<const std::uint32_t> cells, const AnnealOptions& options,
                     RandomStream& random);
 
-/// The same on a plan in single precision, several times faster. @param alpha of Eq. (8) [Lu 2015]
-SearchResult anneal(PlanField& field, double alpha, std::span<const std::uint32_t> cells, const AnnealOptions& options,
+/// The same on a plan in single precision, several times faster.
+SearchResult anneal(PlanField& field, const PlanCost& cost, std::span<const std::uint32_t> cells, const AnnealOptions& options,
                     RandomStream& random);
 
 }  // namespace firn::control::mpc

@@ -142,7 +142,7 @@ FIRN_INLINE void keep_flip(PlanField& f, int layer, std::size_t p, const Flip& f
       store(v, to + from);
     }
   }
-  f.first_mm += s.first_mm, f.second_mm2 += s.second_mm2;
+  f.droplets += double(flip.sign), f.first_mm += s.first_mm, f.second_mm2 += s.second_mm2;
 }
 
 }  // namespace firn::control::mpc

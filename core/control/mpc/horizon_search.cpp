@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/control/halftone.h"
 #include "core/control/mpc/anneal.h"
 #include "core/control/mpc/descent.h"
 #include "core/control/mpc/layer_problem.h"
@@ -85,47 +86,76 @@ StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const Hori
   return result;
 }
 
+std::vector<DropletPattern> partial_layer_first(const HorizonState& s, int layers) {
+  std::vector<DropletPattern> plan(std::size_t(layers), DropletPattern(s.setup.grid));
+  Grid<double> wanted(s.setup.grid), carry(s.setup.grid);
+  const double step_mm[2] = {s.setup.model.layer_height_mm(), s.setup.model_b.layer_height_mm()};
+  for (int n = 0; n < layers; ++n) {  // the full ones are at the end
+    const int at = layers - 1 - n;
+    const bool inks = !s.materials.empty() && s.materials[std::size_t(at)].size() != 0;
+    for (std::size_t c = 0; c < wanted.size(); ++c) {
+      const bool b = inks && s.materials[std::size_t(at)].of(c) == Material::kB;
+      wanted.cells[c] = std::clamp((s.setup.target.cells[c] - s.height.cells[c]) / step_mm[b] - n, 0.0, 1.0);
+    }
+    plan[std::size_t(at)] = halftone(wanted, s.setup.mask, 1, Rounding::kDiffusion, carry);
+  }
+  return plan;
+}
+
 SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, const HorizonOptions& o,
                             RandomStream& random) {
   SearchResult result;
-  const auto add = [&result](const SearchResult& r) {
-    result.evaluations += r.evaluations, result.moves += r.moves, result.optimal = r.optimal;
-  };
   std::vector<DropletPattern> best = plan_of(objective);
   double best_mm = objective.value_mm();
-  const auto keep_better = [&] {
-    if (!(objective.value_mm() < best_mm)) return objective.set_plan(best);
-    best = plan_of(objective), best_mm = objective.value_mm();
+  const auto left = [&] { return o.max_evaluations - result.evaluations; };
+  const auto descend_from = [&](std::span<const DropletPattern> start, int layers) {
+    std::vector<DropletPattern> plan(best.size(), DropletPattern(s.setup.grid));
+    std::ranges::copy(start, plan.begin());
+    objective.set_plan(plan);
+    const SearchResult r = descend(objective, layers, left());
+    result.evaluations += r.evaluations, result.moves += r.moves;
+    if (!(objective.value_mm() < best_mm)) return;
+    best = plan_of(objective), best_mm = objective.value_mm(), result.optimal = r.optimal;
   };
+  const auto take = [&](std::span<const DropletPattern> plan) {
+    objective.set_plan(plan);
+    if (objective.value_mm() < best_mm) best = plan_of(objective), best_mm = objective.value_mm();
+  };
+  const bool single = objective.max_drops() == 1;
+  const bool strips_do = single && objective.alpha() == 1.0;
+  const bool strips_end = strips_do && objective.error() == ErrorKind::kAbsolute;
   for (int layers = 1; layers <= objective.horizon(); ++layers) {
-    if (layers > 1 && objective.max_drops() == 1) {
-      std::vector<DropletPattern> plan = best;
-      result.evaluations += strips_of_layer(plan, layers - 1, s, o.strip_rows).strips;
-      objective.set_plan(plan);
-      keep_better();
-    }
-    add(descend(objective, layers, o.max_evaluations - result.evaluations));
-    keep_better();
+    std::vector<DropletPattern> plan = best;
+    if (layers > 1 && single) result.evaluations += strips_of_layer(plan, layers - 1, s, o.strip_rows).strips;
     const std::vector<std::uint32_t> open = open_cells(objective, s, layers);
-    const bool exact = layers == 1 && objective.max_drops() == 1 && objective.alpha() == 1.0;  // strips are better at it
-    if (o.anneal_sweeps == 0 || open.empty() || exact) continue;
+    if ((strips_end && layers == 1) || (strips_do && open.empty())) {
+      take(plan);
+      continue;
+    }
+    descend_from(plan, layers);
+    if (layers > 1 && single) descend_from(partial_layer_first(s, layers), layers);
+    if (layers == objective.horizon() && !s.plan.empty()) descend_from(s.plan, layers);
+    if (o.anneal_sweeps == 0 || open.empty()) continue;
     AnnealOptions annealing;
     annealing.layers = layers;
     annealing.sweeps = o.anneal_sweeps;
-    annealing.max_evaluations = o.max_evaluations - result.evaluations;
-    if (objective.max_drops() == 1 && layers <= PlanField::kMostLayers) {
+    annealing.max_evaluations = left();
+    SearchResult r;
+    plan = best;
+    if (single && layers <= PlanField::kMostLayers) {
       PlanField field(s.setup, s.height, s.materials, layers);
-      std::vector<DropletPattern> plan = plan_of(objective);
       field.set_plan(plan);
-      add(anneal(field, objective.alpha(), open, annealing, random));
+      r = anneal(field, objective.cost(), open, annealing, random);
       std::ranges::move(field.plan(s.setup.grid), plan.begin());
-      objective.set_plan(plan);
     } else {
-      add(anneal(objective, open, annealing, random));
+      objective.set_plan(plan);
+      r = anneal(objective, open, annealing, random);
+      plan = plan_of(objective);
     }
-    add(descend(objective, layers, o.max_evaluations - result.evaluations));
-    keep_better();
+    result.evaluations += r.evaluations, result.moves += r.moves;
+    descend_from(plan, layers);
   }
+  objective.set_plan(best);
   return result;
 }
 

@@ -21,6 +21,7 @@ const MpcOptions& checked(const MpcOptions& o) {
   require(o.max_drops >= 1 && o.max_drops <= 8,
           "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
   require(o.strip_rows >= 1 && o.strip_rows <= 6, "strip_rows = " + std::to_string(o.strip_rows) + " is outside 1..6");
+  require(o.price_mm2 >= 0.0, "price_mm2 = " + std::to_string(o.price_mm2) + " must not be below 0");
   require(o.anneal_sweeps >= 0, "anneal_sweeps = " + std::to_string(o.anneal_sweeps) + " must not be below 0");
   require(o.subset >= 1, "subset = " + std::to_string(o.subset) + " must be 1 or more");
   require(o.max_evaluations >= 1,
@@ -46,13 +47,13 @@ Mpc::Mpc(const Setup& setup, const ControlOptions& options)
     : setup_(setup),
       options_(checked(options.mpc)),
       noise_gate_(options.noise_gate),
-      objective_(setup, options_.horizon, options_.max_drops) {}
+      objective_(setup, options_.horizon, options_.max_drops, options_.error, options_.price_mm2) {}
 
 void Mpc::use_model(const deposition::DropletModel& model) {
   deposition::check(model);
   if (model == setup_.model) return;
   setup_.model = model;
-  objective_ = mpc::HorizonObjective(setup_, options_.horizon, options_.max_drops);
+  objective_ = mpc::HorizonObjective(setup_, options_.horizon, options_.max_drops, options_.error, options_.price_mm2);
 }
 
 double Mpc::alpha_at(int layer) const {
@@ -100,7 +101,7 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
       found.optimal = strips.settled;
     }
     objective_.set_plan(guess);
-    if (alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1) return found;
+    if (alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1 && options_.error == ErrorKind::kAbsolute) return found;
     const auto r = mpc::search_horizon(objective_, state, {options_.strip_rows, options_.anneal_sweeps, evaluations}, random);
     found.evaluations += r.evaluations;
     found.optimal = r.optimal;

@@ -7,12 +7,13 @@
 
 namespace firn::control::mpc {
 
-HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops)
+HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, ErrorKind error, double price_mm2)
     : grid_(s.grid),
       model_(s.grid, deposition::stencil_of(s.model), s.border),
       surface_(s.grid),
       predicted_(s.grid),
       max_drops_(max_drops),
+      cost_{1.0, error, price_mm2},
       row_(std::size_t(s.grid.nx) + 2),
       plan_(std::size_t(horizon), DropletPattern(s.grid)) {
   const std::size_t n = row_ * (std::size_t(s.grid.ny) + 2),
@@ -47,7 +48,7 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops)
 }
 
 void HorizonObjective::set_surface(const HeightMap& height, double alpha, std::span<const MaterialMap> materials) {
-  alpha_ = alpha;
+  cost_.alpha = alpha;
   set_materials(materials);
   surface_ = height;
   store(surface_, 0);
@@ -133,7 +134,9 @@ void HorizonObjective::refresh() {
   const double mean = sums_.first / count_;
   variance_ = std::max(0.0, sums_.second / count_ - mean * mean);
   root_ = std::sqrt(variance_);
-  value_mm_ = alpha_ * (sums_.abs_error / count_) + (1.0 - alpha_) * root_;
+  for (const DropletPattern& layer : plan_) sums_.droplets += double(layer.total());
+  const double error = cost_.error == ErrorKind::kSquare ? std::sqrt(square_of(sums_)) : sums_.abs_error / count_;
+  value_mm_ = cost_.alpha * error + (1.0 - cost_.alpha) * root_;
 }
 
 bool HorizonObjective::allowed(const Move& m) const {
@@ -217,13 +220,24 @@ void HorizonObjective::note_height(std::size_t p) {
   deviation_[p] = -error_[p] - reference_mm_;
 }
 
+double HorizonObjective::square_of(const Sums& s) const {
+  return std::max(0.0, (s.second + cost_.price_mm2 * s.droplets) * per_cell_ +
+                           reference_mm_ * (2.0 * s.first * per_cell_ + reference_mm_));
+}
+
 // The difference of two roots by their squares: no cancellation, however many cells share one droplet.
 double HorizonObjective::gain_of(const Sums& c) const {
-  const double mean_part = alpha_ * c.abs_error * per_cell_;
-  if (alpha_ == 1.0) return mean_part;
+  double error_part = cost_.alpha * c.abs_error * per_cell_;
+  if (cost_.error == ErrorKind::kSquare) {
+    const double before = square_of(sums_);
+    const double rise = (c.second + cost_.price_mm2 * c.droplets + 2.0 * reference_mm_ * c.first) * per_cell_;
+    const double now = std::max(0.0, before + rise), roots = std::sqrt(now) + std::sqrt(before);
+    error_part = roots > 0.0 ? cost_.alpha * ((now - before) / roots) : 0.0;
+  }
+  if (cost_.alpha == 1.0) return error_part;
   const double change = (c.second - (2.0 * sums_.first + c.first) * c.first * per_cell_) * per_cell_;
   const double variance = std::max(0.0, variance_ + change), roots = std::sqrt(variance) + root_;
-  return roots > 0.0 ? mean_part + (1.0 - alpha_) * ((variance - variance_) / roots) : mean_part;
+  return roots > 0.0 ? error_part + (1.0 - cost_.alpha) * ((variance - variance_) / roots) : error_part;
 }
 
 double HorizonObjective::single_step_gain(std::uint32_t cell, double sign) const {
@@ -241,6 +255,7 @@ double HorizonObjective::single_step_gain(std::uint32_t cell, double sign) const
   change.abs_error = (worse[0] + worse[1]) + (worse[2] + worse[3]);
   const double cross = (crossed[0] + crossed[1]) + (crossed[2] + crossed[3]);
   change.first = sign * s.sum_mm;
+  change.droplets = sign;
   change.second = 2.0 * sign * cross + s.square_mm2;
   return gain_of(change);
 }
@@ -249,6 +264,7 @@ double HorizonObjective::gain_mm(const Move& m) {
   if (!table_.empty()) return single_step_gain(m.cell, m.change);
   const std::size_t step = step_of(m);
   Sums change;
+  change.droplets = m.change;
   if (step + 1 == drops_.size()) {
     first_change(m, step, [&](std::size_t p, double delta) { add(p, delta, change); });
     return gain_of(change);
@@ -264,6 +280,7 @@ double HorizonObjective::gain_mm(const Move& m) {
 void HorizonObjective::apply(const Move& m) {
   const std::size_t step = step_of(m);
   Sums change;
+  change.droplets = m.change;
   const int radius = propagate(m, step, true);
   window(padded(m.cell), radius, [&](std::size_t p) {
     add(p, delta_[p], change);
@@ -278,6 +295,7 @@ void HorizonObjective::apply(const Move& m) {
   sums_.abs_error += change.abs_error;
   sums_.first += change.first;
   sums_.second += change.second;
+  sums_.droplets += change.droplets;
   const double mean = sums_.first / count_;
   variance_ = std::max(0.0, sums_.second / count_ - mean * mean);
   root_ = std::sqrt(variance_);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/control/controller.h"
+#include "core/control/mpc/plan_cost.h"
 #include "core/deposition/height_change.h"
 
 namespace firn::control::mpc {
@@ -27,7 +28,9 @@ struct Move {
 /// rounding; refresh() recomputes everything, and is to be called before a result is trusted.
 class HorizonObjective {
  public:
-  HorizonObjective(const Setup& setup, int horizon, int max_drops);
+  /// @param price_mm2 of a droplet, see PlanCost
+  HorizonObjective(const Setup& setup, int horizon, int max_drops, ErrorKind error = ErrorKind::kAbsolute,
+                   double price_mm2 = 0.0);
 
   /// The surface to print on (finite everywhere) and the weight of Eq. (8). A plan must follow.
   /// @param materials ink of each cell in each layer of the horizon; none: one ink
@@ -46,14 +49,17 @@ class HorizonObjective {
   /// Moves on cells further apart than this, in x or in y, do not change each other's effect on any height.
   int reach() const { return 2 * int(drops_.size()); }
   const GridSpec& grid() const { return grid_; }
-  double alpha() const { return alpha_; }
+  double alpha() const { return cost_.alpha; }
+  ErrorKind error() const { return cost_.error; }
+  const PlanCost& cost() const { return cost_; }
   int horizon() const { return int(plan_.size()); }
   int max_drops() const { return max_drops_; }
 
  private:
   struct Sums {
-    double abs_error = 0.0, first = 0.0, second = 0.0;
+    double abs_error = 0.0, first = 0.0, second = 0.0, droplets = 0.0;
   };
+  double square_of(const Sums& sums) const;  // of the errors and what the droplets cost, a mean
   std::size_t padded(std::uint32_t cell) const { return padded_[cell]; }
   std::size_t step_of(const Move& move) const;  // the step whose droplet a move sets or clears
   template <class Visit>
@@ -77,7 +83,7 @@ class HorizonObjective {
   deposition::HeightChange<1> model_;  // for refresh()
   HeightMap surface_, predicted_;
   int max_drops_;
-  double alpha_ = 1.0;
+  PlanCost cost_;
   // What a droplet of one ink does to its neighbours.
   struct Ink {
     double drop_height_mm = 0.0;

@@ -90,7 +90,9 @@ void PlanField::refresh() {
         layers[k + 1].height_mm[p] = after;
     }
   }
-  first_mm = second_mm2 = 0.0;
+  first_mm = second_mm2 = droplets = 0.0;
+  for (const Layer& l : layers)
+    for (const std::uint8_t u : l.drops) droplets += u;
   for (const float e : error_mm) first_mm += double(e), second_mm2 += double(e) * double(e);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/control/controller.h"
+#include "core/control/mpc/plan_cost.h"
 
 namespace firn::control::mpc {
 
@@ -43,6 +44,7 @@ struct PlanField {
   std::vector<float> error_mm;  // after the last layer; 0 where it does not count
   std::vector<float> counts;    // 1 on the mask
   double cells = 0.0, first_mm = 0.0, second_mm2 = 0.0;  // number, sum and sum of squares of the errors
+  double droplets = 0.0;                                 // in all layers
  private:
   std::vector<float> target_;
 };

@@ -144,7 +144,7 @@ TEST_CASE("The single-precision field anneals to plans whose heights are the mod
     mpc::PlanField field(in.setup, in.height, materials, horizon);
     field.set_plan(plan_of(objective));
     for (const int sweeps : {1, 7}) {
-      mpc::anneal(field, alpha, objective.part_cells(), {horizon, sweeps, 1e-3, 1e-4, 1'000'000}, random);
+      mpc::anneal(field, objective.cost(), objective.part_cells(), {horizon, sweeps, 1e-3, 1e-4, 1'000'000}, random);
       const auto plan = field.plan(in.setup.grid);
       for (const auto& layer : plan)
         for (std::size_t c = 0; c < layer.size(); ++c) REQUIRE((in.setup.mask.cells[c] || !layer.cells[c]));
@@ -172,5 +172,51 @@ TEST_CASE("The single-precision field anneals to plans whose heights are the mod
     const std::vector<float> kept = field.error_mm;
     field.refresh();
     for (std::size_t n = 0; n < kept.size(); ++n) REQUIRE(std::abs(kept[n] - field.error_mm[n]) < 5e-6f);
+  }
+}
+
+TEST_CASE("Squares: the objective is the root of the mean square with each droplet's price, move by move and in the field") {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const int horizon = 1 + int(seed % 3);
+    const StripInstance in = deep_instance(seed, 9, 8, double(horizon));
+    const double alpha = seed % 2 ? 1.0 : 0.7, price_mm2 = 2e-7 * double(seed % 4);
+    mpc::HorizonObjective objective(in.setup, horizon, 1, ErrorKind::kSquare, price_mm2);
+    objective.set_surface(in.height, alpha);
+    RandomStream random(seed, Purpose::kTest);
+    objective.set_plan(std::vector<DropletPattern>(std::size_t(horizon), random_drops(in, random)));
+    const auto cells = objective.part_cells();
+    const auto expected_mm = [&] {
+      Predictor predict(in.setup);
+      HeightMap h = in.height;
+      double droplets = 0.0, squares = 0.0;
+      for (const DropletPattern& u : plan_of(objective)) h = predict.after(h, u), droplets += double(u.total());
+      for (const std::uint32_t c : cells) {
+        const double e = h.cells[c] - in.setup.target.cells[c];
+        squares += e * e;
+      }
+      return alpha * std::sqrt((squares + price_mm2 * droplets) / double(cells.size())) +
+             (1.0 - alpha) * objective_mm(h, in.setup.target, in.setup.mask, 1e-300);
+    };
+    for (int n = 0; n < 30; ++n) {
+      const int layer = int(random.below(std::uint32_t(horizon)));
+      const std::uint32_t cell = cells[random.below(std::uint32_t(cells.size()))];
+      const mpc::Move move{layer, cell, objective.layer(layer).cells[cell] ? -1 : 1};
+      const double before = objective.value_mm(), gain = objective.gain_mm(move);
+      objective.apply(move);
+      CHECK(objective.value_mm() == Approx(before + gain).margin(1e-13));
+      CHECK(objective.value_mm() == Approx(expected_mm()).margin(1e-12));
+    }
+    const double before = objective.value_mm();
+    mpc::PlanField field(in.setup, in.height, {}, horizon);
+    field.set_plan(plan_of(objective));
+    mpc::anneal(field, objective.cost(), cells, {horizon, 60, 3e-4, 1e-5, 1'000'000}, random);
+    objective.set_plan(field.plan(in.setup.grid));
+    CHECK(objective.value_mm() < before);
+    ControlOptions o = options(MpcMethod::kStripDp, horizon, alpha);
+    o.mpc.error = ErrorKind::kSquare;
+    o.mpc.price_mm2 = price_mm2;
+    const Decision d = Mpc(in.setup, o).decide({in.height, 1, 0, 0.0});
+    CHECK(d.objective_mm <= objective.value_mm() * 1.05);
+    CHECK(d.objective_mm <= d.objective_none_mm);
   }
 }
