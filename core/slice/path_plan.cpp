@@ -41,11 +41,10 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
   if (rings_only) {
     append_levels(boundaries, rings.levels.size(), PathKind::kFill, bead.fill_width_mm);
   } else if (bead.pattern != FillPattern::kNone) {
-    // Ends of lines stay half a fill width inside the innermost boundary's bead.
-    RingPlan inside = plan;
-    inside.first_mm = plan.distance_mm(plan.boundaries);
-    inside.boundaries = 0;
-    inside.max_rings = 1;
+    // Lines run up to the innermost boundary's bead: were they to end before it by half their width, strips of up to two
+    // widths could go without a line.
+    const double inside_mm = plan.distance_mm(plan.boundaries) - (plan.boundaries ? 0.5 * bead.fill_width_mm : 0.0);
+    const RingPlan inside{.first_mm = inside_mm, .boundaries = 0, .max_rings = 1};
     const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm);
     paths.clipper_rings += area.from_clipper;
     if (area.levels.empty()) return;
