@@ -6,6 +6,7 @@
 
 #include "core/control/halftone.h"
 #include "core/control/mpc/descent.h"
+#include "core/control/mpc/guard.h"
 #include "core/control/mpc/horizon_search.h"
 #include "core/control/prediction.h"
 
@@ -151,6 +152,9 @@ Decision Mpc::decide(const Measurement& m) {
     end_print(d, "no layer betters printing nothing");
   } else if (!beats_noise(d, std::int64_t(objective_.part_cells().size()), m.noise_std_mm, noise_gate_)) {
     end_print(d, "the best layer would only answer the measurement's noise");
+  } else if (options_.method != MpcMethod::kGreedy &&
+             mpc::useful_share(setup_, height, d.drops, d.materials) < mpc::kLeastUseful) {
+    end_print(d, "the best layer would build where little is missing");
   } else {
     d.reason = optimal && options_.method == MpcMethod::kStripDp && alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1
                    ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
