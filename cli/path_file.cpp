@@ -2,10 +2,12 @@
 
 #include <fmt/core.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <numbers>
 
 #include "cli/byte_blocks.h"
 #include "cli/decimal.h"
@@ -15,6 +17,8 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kMaxLineBytes = 1000;
+constexpr const char* kHeaders = "x_mm,y_mm with or without ,speed_mm_s and ,yaw_deg";
+constexpr int kMostColumns = 4;
 
 class CsvReader {
  public:
@@ -32,7 +36,7 @@ class CsvReader {
         point(text);
       }
     }
-    if (columns_ == 0) fail("is empty: the first line must be x_mm,y_mm or x_mm,y_mm,speed_mm_s");
+    if (columns_ == 0) fail(std::string("is empty: the first line must be ") + kHeaders);
     finish();
     if (number_ == 0) fail("holds no points");
   }
@@ -63,9 +67,14 @@ class CsvReader {
   }
 
   void header(std::string_view text) {
-    if (text == "x_mm,y_mm") columns_ = 2;
-    else if (text == "x_mm,y_mm,speed_mm_s") columns_ = 3;
-    else fail("the header must be x_mm,y_mm or x_mm,y_mm,speed_mm_s, not " + std::string(text.substr(0, 60)));
+    const std::string_view all = text;
+    bool known = text.starts_with("x_mm,y_mm");
+    if (known) text.remove_prefix(9);
+    columns_ = 2;
+    if (text.starts_with(",speed_mm_s")) text.remove_prefix(11), speed_ = columns_++;
+    if (text.starts_with(",yaw_deg")) text.remove_prefix(8), yaw_ = columns_++;
+    known = known && text.empty();
+    if (!known) fail(std::string("the header must be ") + kHeaders + ", not " + std::string(all.substr(0, 60)));
   }
 
   double number(std::string_view text, const char* column) const {
@@ -81,20 +90,30 @@ class CsvReader {
   }
 
   void point(std::string_view text) {
-    const std::size_t first = text.find(','), second = first == text.npos ? text.npos : text.find(',', first + 1);
-    const int found = first == text.npos ? 1 : second == text.npos ? 2 : text.find(',', second + 1) == text.npos ? 3 : 4;
-    if (found != columns_) fail(fmt::format("{} columns, the header has {}", found == 4 ? "more than 3" : std::to_string(found), columns_));
-    const Point2 p{number(text.substr(0, first), "x_mm"),
-                   number(text.substr(first + 1, columns_ == 2 ? text.npos : second - first - 1), "y_mm")};
+    std::array<std::string_view, kMostColumns> column;
+    int found = 0;
+    for (std::size_t from = 0; from != text.npos; ++found) {
+      const std::size_t comma = text.find(',', from);
+      if (found < kMostColumns) column[std::size_t(found)] = text.substr(from, comma == text.npos ? comma : comma - from);
+      from = comma == text.npos ? comma : comma + 1;
+    }
+    if (found != columns_) fail(fmt::format("{} columns, the header has {}", found, columns_));
+    const Point2 p{number(column[0], "x_mm"), number(column[1], "y_mm")};
     for (double v : {p.x_mm, p.y_mm})
       if (std::abs(v) > kMaxCoordinate_mm) fail(fmt::format("{} mm is beyond the limit of +-{} mm", v, kMaxCoordinate_mm));
     if (path_.path.points.empty()) path_.place = fmt::format("{}:{}", name_, line_);
     if (path_.path.points.size() == kMaxPathPoints) fail(fmt::format("more than {} points in one path", kMaxPathPoints));
     path_.path.points.push_back(p);
-    if (columns_ == 2) return;
-    const std::string_view speed = text.substr(second + 1);
-    path_.ceiling.point_mm_s.push_back(speed.empty() ? motion::kUnlimited : number(speed, "speed_mm_s"));
-    if (!(path_.ceiling.point_mm_s.back() > 0.0)) fail("speed_mm_s must be above 0");
+    if (speed_ > 0) {
+      const std::string_view speed = column[std::size_t(speed_)];
+      path_.ceiling.point_mm_s.push_back(speed.empty() ? motion::kUnlimited : number(speed, "speed_mm_s"));
+      if (!(path_.ceiling.point_mm_s.back() > 0.0)) fail("speed_mm_s must be above 0");
+    }
+    if (yaw_ > 0) {
+      const double yaw = number(column[std::size_t(yaw_)], "yaw_deg");
+      if (std::abs(yaw) > kMaxYaw_deg) fail(fmt::format("yaw_deg = {} is beyond the limit of +-{}", yaw, kMaxYaw_deg));
+      path_.yaw_point_rad.push_back(yaw * std::numbers::pi / 180.0);
+    }
   }
 
   void finish() {
@@ -112,7 +131,7 @@ class CsvReader {
   InputPath path_;
   std::int64_t number_ = 0;
   std::size_t used_ = 0;  // bytes of the line that was handed out
-  int line_ = 0, columns_ = 0;
+  int line_ = 0, columns_ = 0, speed_ = 0, yaw_ = 0;  // which column, 0 = none
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <functional>
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "core/motion/limits.h"
 #include "core/path/path.h"
@@ -19,7 +20,8 @@ struct InputPath {
   std::string place;           ///< for messages: "job.csv:17" or "job.json: paths[3]"
   Path path;
   std::string tool = "flange";
-  double yaw_rad = 0.0;
+  double yaw_rad = 0.0;        ///< of the tool, constant along the path
+  std::vector<double> yaw_point_rad;  ///< instead: one per point; empty = yaw_rad
   motion::SpeedCeiling ceiling;
   double fraction = 0.0;       ///< of the file that has been read with it, 0 to 1
 };
@@ -28,7 +30,7 @@ struct InputPath {
 using PathSink = std::function<void(InputPath&&)>;
 
 /// Reads a *.csv, *.json or *.paths file. @throws UsageError naming the file, line or key (for an unknown one the nearest known),
-/// and the limit: coordinates within +-100 m, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line;
+/// and the limit: coordinates within +-100 m, yaws within +-20 turns, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line;
 /// of a *.paths file the byte
 void read_paths(const std::filesystem::path& file, const PathSink& sink);
 
@@ -38,7 +40,7 @@ void read_paths_json(std::istream& in, const std::string& name, double size, con
 /// The paths of a sliced job, each with its material's tool.
 void read_paths_layers(const std::filesystem::path& file, const PathSink& sink);
 
-inline constexpr double kMaxCoordinate_mm = 1e5;
+inline constexpr double kMaxCoordinate_mm = 1e5, kMaxYaw_deg = 7200.0;
 inline constexpr std::size_t kMaxPathPoints = 4000000;
 
 }  // namespace firn

@@ -20,6 +20,8 @@ const std::vector<std::string_view> kPathKeys{"layer",    "material", "kind", "c
                                               "z_mm",     "yaw_deg",  "tool", "speed_mm_s", "points"};
 const std::vector<std::string_view> kKinds{"boundary", "fill", "hook", "measurement"};  // in the order of PathKind
 
+constexpr double kDegree = std::numbers::pi / 180.0;
+
 class Handler : public JsonHandler {
  public:
   Handler(const ByteBlocks& in, const std::string& name, double size, const PathSink& sink)
@@ -50,11 +52,16 @@ class Handler : public JsonHandler {
       coordinates_.push_back(value);
       return;
     }
+    if (at_ == At::kYaws) {
+      if (path_.yaw_point_rad.size() == kMaxPathPoints) fail(fmt::format("more than {} entries", kMaxPathPoints));
+      path_.yaw_point_rad.push_back(between(value, -kMaxYaw_deg, kMaxYaw_deg) * kDegree);
+      return;
+    }
     if (at_ != At::kPath) wrong("a number");
     if (key_ == "width_mm") path_.path.width_mm = between(value, 0, 1000);
     else if (key_ == "layer_height_mm") path_.path.layer_height_mm = between(value, 0, 1000);
     else if (key_ == "z_mm") path_.path.z_mm = between(value, -kMaxCoordinate_mm, kMaxCoordinate_mm);
-    else if (key_ == "yaw_deg") path_.yaw_rad = between(value, -360, 360) * std::numbers::pi / 180.0;
+    else if (key_ == "yaw_deg") path_.yaw_rad = between(value, -360, 360) * kDegree;
     else if (key_ == "speed_mm_s") path_.ceiling.path_mm_s = between(value, 0, 1e6, true);
     else if (key_ == "layer" || key_ == "material") fail("must be a whole number");
     else wrong("a number");
@@ -97,11 +104,12 @@ class Handler : public JsonHandler {
     if (at_ == At::kTop && key_ == "paths" && !saw_paths_) at_ = At::kPaths, saw_paths_ = true;
     else if (at_ == At::kPath && key_ == "points" && path_.path.points.empty()) at_ = At::kPoints;
     else if (at_ == At::kPoints) at_ = At::kPoint, coordinates_.clear();
+    else if (at_ == At::kPath && key_ == "yaw_deg" && path_.yaw_point_rad.empty()) at_ = At::kYaws;
     else wrong("a list");
   }
   void end_list() override {
     if (at_ == At::kPoint) finish_point(), at_ = At::kPoints;
-    else if (at_ == At::kPoints) at_ = At::kPath, key_.clear();
+    else if (at_ == At::kPoints || at_ == At::kYaws) at_ = At::kPath, key_.clear();
     else at_ = At::kTop, key_.clear();
   }
   void finish() const {
@@ -109,7 +117,7 @@ class Handler : public JsonHandler {
   }
 
  private:
-  enum class At { kRoot, kTop, kPaths, kPath, kPoints, kPoint };
+  enum class At { kRoot, kTop, kPaths, kPath, kPoints, kPoint, kYaws };
 
   static std::string list(const std::vector<std::string_view>& words) {
     std::string out;
@@ -123,6 +131,7 @@ class Handler : public JsonHandler {
       case At::kTop: return key_;
       case At::kPaths: return "paths";
       case At::kPath: return fmt::format("paths[{}]{}{}", number_, key_.empty() ? "" : ".", key_);
+      case At::kYaws: return fmt::format("paths[{}].yaw_deg[{}]", number_, path_.yaw_point_rad.size());
       default: return fmt::format("paths[{}].points[{}]", number_, path_.path.points.size());
     }
   }
@@ -138,7 +147,9 @@ class Handler : public JsonHandler {
       case At::kPath:
         if (key_ == "closed") return "must be true or false";
         if (key_ == "tool" || key_ == "kind") return "must be a text";
+        if (key_ == "yaw_deg") return "must be a number, or one list with a number per point";
         return key_ == "points" ? "must be one list of points" : "must be a number";
+      case At::kYaws: return "must be a number";
       default: return "must be [x_mm, y_mm] or [x_mm, y_mm, speed_mm_s]";
     }
   }
@@ -168,6 +179,8 @@ class Handler : public JsonHandler {
   void finish_path() {
     key_.clear();
     if (path_.path.points.empty()) fail("has no points");
+    if (const std::size_t yaws = path_.yaw_point_rad.size(); yaws > 0 && yaws != path_.path.points.size())
+      fail(fmt::format("yaw_deg has {} entries, points {}", yaws, path_.path.points.size()));
     if (!any_speed_) path_.ceiling.point_mm_s.clear();
     path_.number = ++number_;
     path_.fraction = size_ > 0.0 ? double(in_.position()) / size_ : 0.0;

@@ -48,6 +48,7 @@ struct PlanJob::State {
     path.origin = options.origin;
     path.z_mm = in.path.z_mm;
     path.yaw_rad = in.yaw_rad;
+    path.yaw_point_rad = in.yaw_point_rad;
     path.tool = tool(in);
     path.ceiling = in.ceiling;
     path.preferred = posture;
@@ -87,6 +88,7 @@ struct PlanJob::State {
       item.added_stops.insert(item.added_stops.end(), added.begin(), added.end());
       path.points = item.input.path.points;
       path.ceiling = item.input.ceiling;
+      path.yaw_point_rad = item.input.yaw_point_rad;
       item.result = motion::plan(path, *arm, limits, how, work);
     }
   }

@@ -34,6 +34,8 @@ void insert_point(InputPath& input, std::size_t i, double share, std::vector<std
   const Point2 a = p[i - 1], b = p[i % p.size()];
   std::vector<double>& ceiling = input.ceiling.point_mm_s;
   if (!ceiling.empty()) ceiling.insert(ceiling.begin() + std::ptrdiff_t(i), std::min(ceiling[i - 1], ceiling[i % p.size()]));
+  std::vector<double>& yaw = input.yaw_point_rad;
+  if (!yaw.empty()) yaw.insert(yaw.begin() + std::ptrdiff_t(i), yaw[i - 1] + share * (yaw[i % p.size()] - yaw[i - 1]));
   p.insert(p.begin() + std::ptrdiff_t(i), {a.x_mm + share * (b.x_mm - a.x_mm), a.y_mm + share * (b.y_mm - a.y_mm)});
   for (std::size_t& stop : stops)
     if (stop >= i) ++stop;

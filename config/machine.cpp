@@ -12,7 +12,7 @@ namespace {
 // Which kinds a section belongs to; sections that are not listed belong to all.
 bool belongs(std::string_view section, std::string_view kind) {
   const auto starts = [&](std::string_view front) { return section.starts_with(front); };
-  if (starts("scara") || starts("joint_") || starts("tool_")) return kind == "scara";
+  if (starts("scara") || starts("orientation") || starts("joint_") || starts("tool_")) return kind == "scara";
   if (starts("total") || starts("valve")) return kind != "aerosol";
   if (section == "axis_3" || starts("stage")) return kind == "stage";
   if (starts("axis_")) return kind != "scara";

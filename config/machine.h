@@ -58,6 +58,7 @@ struct Machine {
   std::string kind = "scara";         ///< scara | stage | aerosol
   double tick_s = 0.016;              ///< of the emitted trajectory
   double speed_mm_s = 125.0, acceleration_mm_s2 = 500.0, jerk_mm_s3 = 4000.0;  ///< total Cartesian
+  double orientation_rate_deg_s = 0.0, orientation_acceleration_deg_s2 = 0.0, orientation_jerk_deg_s3 = 0.0;  ///< yaw; 0 = not limited
   double link_1_mm = 325.0, link_2_mm = 275.0;
   std::int32_t elbow = 1;             ///< preferred: +1 = theta_2 > 0, -1 = theta_2 < 0
   std::array<AxisConfig, 4> joint{{{-105, 105, 33, 165, 1320}, {-150, 150, 39, 195, 1560}, {0, 210, 0, 0, 0}, {-360, 360, 0, 0, 0}}};

@@ -32,6 +32,8 @@ motion::MotionLimits motion_limits(const Machine& m) {
   motion::MotionLimits limits;
   limits.position = {m.speed_mm_s, m.acceleration_mm_s2, m.jerk_mm_s3};
   if (m.kind == "scara")
+    limits.orientation = rates({0.0, 0.0, m.orientation_rate_deg_s, m.orientation_acceleration_deg_s2, m.orientation_jerk_deg_s3}, unit_of_joint(0));
+  if (m.kind == "scara")
     for (std::size_t n = 0; n < 4; ++n) limits.joint[n] = rates(m.joint[n], unit_of_joint(n));
   else
     for (std::size_t n = 0; n < std::size_t(m.axes); ++n) limits.joint[n] = rates(m.axis[n], 1.0);

@@ -34,6 +34,7 @@ class Arm {
   virtual std::string joint_name(int joint) const = 0;  ///< "J1", "x"
   virtual std::string joint_unit(int joint) const = 0;  ///< "rad" or "mm"
   virtual JointRange range(int joint) const = 0;
+  virtual bool turns() const = 0;  ///< the tool's yaw can change along a path
 
   /// Joint positions and derivatives of poses (axes kTaskAxes: x, y, z, yaw with derivatives with respect to
   /// one parameter). Fills out.axes() joints, the first ones; out has been resized by the caller. The ranges

@@ -38,7 +38,7 @@ constexpr double kGoodFactor = 1.006;  ///< slowing down by less than this is ch
 void check(const CertifiedTask& task, int inner, CertifiedWork& work, Stretch& out) {
   check_states(out.curve, out.motion, inner, work.batch);
   if (auto fault = sample_motion(out.curve, work.batch, task.arm, task.placement, task.joints, false,
-                                 work.tool, work.joint))
+                                 work.tool, work.joint, work.flange))
     throw MotionError(*fault);
   out.ratios = {};
   add_ratios(out.curve, work.batch, work.tool, work.joint, task.groups, out.ratios);
@@ -118,11 +118,11 @@ double rest_cell(double size_mm, std::span<const double> ceiling, const RateLimi
 
 }  // namespace
 
-void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, const CertifiedTask& task,
-                  CertifiedWork& work, Stretch& out) {
+void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad,
+                  const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
   CellSizes sizes = effort(task.options.method, 0).sizes;
   sizes.rest_mm = rest_cell(sizes.rest_mm, ceiling, task.limits.position);
-  CurveSpec spec{task.options.curvature_ramp_mm, task.options.tolerance_mm, sizes};
+  CurveSpec spec{task.options.curvature_ramp_mm, task.options.tolerance_mm, sizes, yaw_rad};
   build_curve(points, spec, work.curve);
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
@@ -143,7 +143,7 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     set_ceiling(points, ceiling, work.curve, trial.curve);
     trial.first = out.first;
     trial.deviation_mm = out.deviation_mm;
-    if (attempt == 0 && trial.curve.straight && plan_straight(task, work, trial)) {
+    if (attempt == 0 && trial.curve.straight && yaw_rad.empty() && plan_straight(task, work, trial)) {
       if (!task.options.lower_bound) return;
       set_rows(task, work, trial);
       bound(task.groups, work, trial);

@@ -32,7 +32,7 @@ struct CertifiedWork {
   ProfileWork solver;
   Profile profile;
   StateBatch batch;
-  Jets tool, joint;
+  Jets tool, joint, flange;
   std::vector<Stretch> stretches;
   Stretch trial;
   std::vector<std::size_t> stops;
@@ -50,7 +50,8 @@ struct CertifiedTask {
 };
 
 /// Plans points (base frame) between two rests. Throws MotionError with Fault::at in the base frame.
-void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, const CertifiedTask& task,
+/// @param ceiling one per segment; @param yaw_rad one per point, empty = constant
+void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad, const CertifiedTask& task,
                   CertifiedWork& work, Stretch& out);
 
 /// Splits a path and plans all its stretches into work.stretches[0 .. result - 1]; with a tolerance, corners

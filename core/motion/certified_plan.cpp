@@ -20,10 +20,15 @@ std::span<const double> ceilings(const CleanPath& path, std::size_t from, std::s
   return std::span<const double>(path.ceiling_mm_s).subspan(from, to - from);
 }
 
+std::span<const double> yaws(const CleanPath& path, std::size_t from, std::size_t to) {
+  const std::span<const double> all(path.yaw_rad);
+  return all.empty() ? all : all.subspan(from, to - from + 1);
+}
+
 void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
                   CertifiedWork& work, Stretch& out) {
   out.first = from;
-  plan_stretch(part(path, from, to), ceilings(path, from, to), task, work, out);
+  plan_stretch(part(path, from, to), ceilings(path, from, to), yaws(path, from, to), task, work, out);
 }
 
 /// Plans between the stops into work.stretches; returns the duration.
@@ -65,15 +70,23 @@ bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, 
   return trial.deviation_mm <= task.options.tolerance_mm && trial.duration_s() < stopping;
 }
 
-Placement placement(const PathInput& input) {
+Placement placement(const PathInput& input, const CleanPath& path) {
+  if (!path.yaw_rad.empty()) {
+    Placement place;
+    place.z_mm = input.z_mm;
+    place.turning = true;
+    place.tool = input.tool;
+    return place;
+  }
+  const double yaw = input.yaw_point_rad.empty() ? input.yaw_rad : input.yaw_point_rad.front();
   Jets pose(kTaskAxes, 1);
   for (int axis = 0; axis < kTaskAxes; ++axis)
     for (int order = 0; order < 4; ++order) pose.of(axis, order)[0] = 0.0;
-  pose.of(kYaw, 0)[0] = input.yaw_rad;
+  pose.of(kYaw, 0)[0] = yaw;
   tool_to_flange(input.tool, pose, pose);
   Placement place;
   place.z_mm = input.z_mm;
-  place.yaw_rad = input.yaw_rad;
+  place.yaw_rad = yaw;
   place.flange_x_mm = pose.of(kX, 0)[0];
   place.flange_y_mm = pose.of(kY, 0)[0];
   place.flange_z_mm = pose.of(kZ, 0)[0];
@@ -90,6 +103,7 @@ Posture posture(const CleanPath& path, const PathInput& input, const Arm& arm) {
        i + kEvery < path.points.size() || i + 1 == path.points.size() ? kEvery : path.points.size() - 1 - i) {
     some.points.push_back(path.points[i]);
     some.source.push_back(path.source[i]);
+    if (!path.yaw_rad.empty()) some.yaw_rad.push_back(path.yaw_rad[i]);
   }
   return posture_for(some, input, arm);
 }
@@ -164,7 +178,7 @@ class Emission {
       }
       if (batch.size() == 0) continue;
       if (auto fault = sample_motion(stretch.curve, batch, task_.arm, task_.placement, joints, true,
-                                     work_.tool, work_.joint)) {
+                                     work_.tool, work_.joint, work_.flange)) {
         throw MotionError(*fault);
       }
       use(first, stretch, batch, start_[k]);
@@ -189,6 +203,7 @@ RatioTable emit(Emission& emission, const PathInput& input, const CertifiedTask&
   Trajectory& trajectory = result.trajectory;
   trajectory.positions.resize(count * std::size_t(axes));
   result.tool.resize(count);
+  result.yaw_rad.resize(task.placement.turning ? count : 0);
   RatioTable table;
   emission.at_step(task.options.tick_s, slow, count, axes,
                    [&](std::size_t first, const Stretch& stretch, const StateBatch& batch, double start) {
@@ -197,6 +212,7 @@ RatioTable emit(Emission& emission, const PathInput& input, const CertifiedTask&
                          trajectory.positions[(first + n) * std::size_t(axes) + std::size_t(j)] =
                              work.joint.of(j, 0)[n];
                        result.tool[first + n] = in_part(work.tool, n, input, task.placement);
+                       if (task.placement.turning) result.yaw_rad[first + n] = work.tool.of(kYaw, 0)[n];
                      }
                      RatioTable here;
                      add_ratios(stretch.curve, batch, work.tool, work.joint, task.groups, here);
@@ -290,7 +306,7 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
     }
     inside.stretch(slow);
     seen.merge(inside, 0.0);
-    seen.merge(difference_ratios(trajectory, result.tool, task.groups), 0.0);
+    seen.merge(difference_ratios(trajectory, result.tool, result.yaw_rad, task.groups), 0.0);
     fill_certificate(seen, task.groups, arm, certificate);
     certificate.duration_s = double(ticks) * options.tick_s;
     for (std::size_t k = 1; k < stretches; ++k)
@@ -342,8 +358,9 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
   check_limits(limits, arm.joints());
   const CleanPath path = clean(input);
   check_ticks(path, limits, options);
-  CertifiedTask task{arm, limits, options, placement(input), limited_joints(limits, arm.joints()), {}};
-  task.groups = row_groups(limits, task.joints);
+  if (!path.yaw_rad.empty()) require(arm.turns(), "a yaw per point, of an arm that does not turn the tool", double(path.yaw_rad.size()), 0.0);
+  CertifiedTask task{arm, limits, options, placement(input, path), limited_joints(limits, arm.joints()), {}};
+  task.groups = row_groups(limits, task.joints, task.placement.turning);
   PlanResult result;
   result.posture = task.placement.posture = posture(path, input, arm);
   try {

@@ -1,6 +1,7 @@
 #include "core/motion/checker.h"
 
 #include <cmath>
+#include <string>
 
 namespace firn::motion {
 namespace {
@@ -35,31 +36,39 @@ void largest_differences(const double* a, const double* b, std::size_t stride, s
 }  // namespace
 
 RatioTable difference_ratios(const Trajectory& trajectory, std::span<const Point2> tool,
-                             const RowGroups& groups) {
+                             std::span<const double> yaw_rad, const RowGroups& groups) {
   RatioTable table;
   static_assert(sizeof(Point2) == 2 * sizeof(double));
   const std::size_t count = trajectory.samples(), axes = std::size_t(trajectory.axes);
   if (count == 0) return table;
   largest_differences(&tool[0].x_mm, &tool[0].y_mm, 2, count, trajectory.tick_s, groups.group[0].limit,
                       table.ratio[0], table.time_s[0]);
-  for (int g = 1; g < groups.count && std::size_t(g) <= axes; ++g)
-    largest_differences(trajectory.positions.data() + (g - 1), nullptr, axes, count, trajectory.tick_s,
-                        groups.group[g].limit, table.ratio[g], table.time_s[g]);
+  for (int g = 1; g < groups.count; ++g) {
+    const RowGroup& group = groups.group[g];
+    if (group.of == Quantity::kJoint)
+      largest_differences(trajectory.positions.data() + group.joint, nullptr, axes, count, trajectory.tick_s,
+                          group.limit, table.ratio[g], table.time_s[g]);
+    else if (!yaw_rad.empty())
+      largest_differences(yaw_rad.data(), nullptr, 1, count, trajectory.tick_s, group.limit, table.ratio[g],
+                          table.time_s[g]);
+  }
   return table;
 }
 
 void fill_certificate(const RatioTable& table, const RowGroups& groups, const Arm& arm,
                       Certificate& certificate) {
   static const char* const total[3] = {"total speed", "total acceleration", "total jerk"};
-  static const char* const joint[3] = {" rate", " acceleration", " jerk"};
+  static const char* const other[3] = {" rate", " acceleration", " jerk"};
   certificate.limits.clear();
   for (int g = 0; g < groups.count; ++g) {
-    const RateLimits& limit = groups.group[g].limit;
+    const RowGroup& group = groups.group[g];
+    const RateLimits& limit = group.limit;
+    const std::string whose = group.of == Quantity::kJoint ? arm.joint_name(group.joint) : "orientation";
     const double limits[3] = {limit.rate, limit.acceleration, limit.jerk};
     for (int k = 0; k < 3; ++k)
       if (limits[k] < kUnlimited)
         certificate.limits.push_back(
-            {g == 0 ? total[k] : arm.joint_name(g - 1) + joint[k], table.ratio[g][k], table.time_s[g][k]});
+            {group.of == Quantity::kTotal ? total[k] : whose + other[k], table.ratio[g][k], table.time_s[g][k]});
   }
   if (table.ceiling > 0.0) certificate.limits.push_back({"speed ceiling", table.ceiling, 0.0});
 }

@@ -17,9 +17,9 @@ namespace firn::motion {
 /// - q[n-1]) / h^3, with rest (the end samples repeated) before the start and after the end. A difference is
 /// a weighted mean of the derivative over the ticks it spans, so none can exceed the largest value of a
 /// motion that is smooth enough to have one.
-/// @param tool tool position of each sample
+/// @param tool tool position of each sample; @param yaw_rad its yaw, empty = constant
 RatioTable difference_ratios(const Trajectory& trajectory, std::span<const Point2> tool,
-                             const RowGroups& groups);
+                             std::span<const double> yaw_rad, const RowGroups& groups);
 
 /// "total speed", "J2 jerk", … for the limits that are finite, with their ratios.
 void fill_certificate(const RatioTable& table, const RowGroups& groups, const Arm& arm,

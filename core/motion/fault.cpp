@@ -16,6 +16,10 @@ const char* name(Reason reason) {
       return "speed ceiling not positive";
     case Reason::kCeilingSize:
       return "speed ceiling of the wrong size";
+    case Reason::kYawSize:
+      return "yaws of the wrong size";
+    case Reason::kYawJump:
+      return "yaw turns on the spot";
     case Reason::kOption:
       return "option out of range";
     case Reason::kReachFar:

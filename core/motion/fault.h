@@ -15,6 +15,8 @@ enum class Reason {
   kTooFewPoints,      ///< fewer than two distinct points
   kLimitNotPositive,  ///< a kinematic limit or the tick is zero, negative or NaN
   kCeilingNotPositive,
+  kYawSize,      ///< the yaws do not have one entry per point
+  kYawJump,      ///< the yaw changes where the tool stays: a turn on the spot is no path
   kCeilingSize,  ///< the per-point ceiling does not have one entry per point
   kOption,       ///< a planner option outside its range
   kReachFar,     ///< beyond the stretched arm

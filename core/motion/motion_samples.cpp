@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace firn::motion {
 
@@ -11,7 +12,7 @@ double RatioTable::time_factor() const { return std::max({ceiling, factor_of(rat
 
 double RatioTable::joint_factor() const {
   double factor = 0.0;
-  for (int g = 1; g <= kMaxJoints; ++g) factor = std::max(factor, factor_of(ratio[g]));
+  for (int g = 1; g < kMaxGroups; ++g) factor = std::max(factor, factor_of(ratio[g]));
   return factor;
 }
 
@@ -29,7 +30,7 @@ void RatioTable::stretch(double factor) {
 
 void RatioTable::merge(const RatioTable& other, double shift) {
   ceiling = std::max(ceiling, other.ceiling);
-  for (int g = 0; g <= kMaxJoints; ++g)
+  for (int g = 0; g < kMaxGroups; ++g)
     for (int k = 0; k < 3; ++k)
       if (other.ratio[g][k] > ratio[g][k]) {
         ratio[g][k] = other.ratio[g][k];
@@ -38,13 +39,19 @@ void RatioTable::merge(const RatioTable& other, double shift) {
 }
 
 std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
-                                   const Placement& place, int joints, bool positions, Jets& tool, Jets& joint) {
+                                   const Placement& place, int joints, bool positions, Jets& tool, Jets& joint,
+                                   Jets& flange) {
   const std::size_t count = batch.size();
   tool.resize(kTaskAxes, count);
-  for (int axis = 0; axis < 2; ++axis) {
-    const double* f = axis == 0 ? curve.x.data() : curve.y.data();
-    const double* m = axis == 0 ? curve.xx.data() : curve.yy.data();
-    const double shift = axis == 0 ? place.flange_x_mm : place.flange_y_mm;
+  for (int order = 0; order < 4; ++order) {
+    std::fill_n(tool.of(kZ, order), count, order == 0 ? place.z_mm + place.flange_z_mm : 0.0);
+    std::fill_n(tool.of(kYaw, order), count, order == 0 ? place.yaw_rad : 0.0);
+  }
+  for (const int axis : {int(kX), int(kY), int(kYaw)}) {
+    if (axis == kYaw && !place.turning) continue;
+    const double* f = axis == kX ? curve.x.data() : axis == kY ? curve.y.data() : curve.yaw.data();
+    const double* m = axis == kX ? curve.xx.data() : axis == kY ? curve.yy.data() : curve.yaw2.data();
+    const double shift = axis == kX ? place.flange_x_mm : axis == kY ? place.flange_y_mm : 0.0;
     double *p = tool.of(axis, 0), *d1 = tool.of(axis, 1), *d2 = tool.of(axis, 2), *d3 = tool.of(axis, 3);
     for (std::size_t n = 0; n < count; ++n) {
       const std::size_t i = batch.cell[n];
@@ -61,13 +68,22 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
       d3[n] = r3 * q.v * q.v * q.v + 3.0 * r2 * q.v * q.a + r1 * q.j;
     }
   }
-  for (int order = 0; order < 4; ++order) {
-    std::fill_n(tool.of(kZ, order), count, order == 0 ? place.z_mm + place.flange_z_mm : 0.0);
-    std::fill_n(tool.of(kYaw, order), count, order == 0 ? place.yaw_rad : 0.0);
-  }
   joint.resize(std::max(joints, 1), count);
-  return positions ? arm.inverse(tool, place.posture, joint) : arm.inverse_derivatives(tool, place.posture, joint);
+  const Jets& pose = flange_of(place, tool, flange);
+  auto fault = positions ? arm.inverse(pose, place.posture, joint) : arm.inverse_derivatives(pose, place.posture, joint);
+  if (fault && place.turning) fault->at = {tool.of(kX, 0)[fault->index], tool.of(kY, 0)[fault->index]};
+  return fault;
 }
+
+namespace {
+
+/// The derivative that a group limits; the second coordinate of the total motion, else nullptr.
+std::pair<const double*, const double*> limited(const RowGroup& group, int order, const Jets& tool, const Jets& joint) {
+  if (group.of == Quantity::kTotal) return {tool.of(kX, order), tool.of(kY, order)};
+  return {group.of == Quantity::kJoint ? joint.of(group.joint, order) : tool.of(kYaw, order), nullptr};
+}
+
+}  // namespace
 
 void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
                 const RowGroups& groups, RatioTable& table) {
@@ -76,8 +92,7 @@ void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, c
     const RowGroup& group = groups.group[g];
     const double limit[3] = {group.limit.rate, group.limit.acceleration, group.limit.jerk};
     for (int k = 0; k < 3; ++k) {
-      const double *a = g == 0 ? tool.of(kX, k + 1) : joint.of(g - 1, k + 1),
-                   *b = g == 0 ? tool.of(kY, k + 1) : nullptr;
+      const auto [a, b] = limited(group, k + 1, tool, joint);
       double most = 0.0;
       std::size_t where = 0;
       for (std::size_t n = 0; n < count; ++n) {
@@ -102,9 +117,8 @@ void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool,
     for (int g = 0; g < groups.count; ++g) {
       double size[3];
       for (int k = 0; k < 3; ++k) {
-        const double a = g == 0 ? tool.of(kX, k + 1)[n] : joint.of(g - 1, k + 1)[n],
-                     b = g == 0 ? tool.of(kY, k + 1)[n] : 0.0;
-        size[k] = std::sqrt(a * a + b * b);
+        const auto [a, b] = limited(groups.group[g], k + 1, tool, joint);
+        size[k] = b ? std::sqrt(a[n] * a[n] + b[n] * b[n]) : std::abs(a[n]);
       }
       const RateLimits& limit = groups.group[g].limit;
       most = std::max({most, size[0] / limit.rate, std::sqrt(size[1] / limit.acceleration),

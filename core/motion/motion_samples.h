@@ -22,13 +22,13 @@ struct StateBatch {
 
 /// Largest ratios so far: [group][rate, acceleration, jerk], and when.
 struct RatioTable {
-  double ratio[1 + kMaxJoints][3] = {};
-  double time_s[1 + kMaxJoints][3] = {};
+  double ratio[kMaxGroups][3] = {};
+  double time_s[kMaxGroups][3] = {};
   double ceiling = 0.0;  ///< of the path speed to its ceiling
 
   /// The factor by which time must be stretched (< 1: may be shortened) so that no ratio exceeds 1.
   double time_factor() const;
-  double joint_factor() const;  ///< of the joints' ratios alone
+  double joint_factor() const;  ///< of the ratios besides the total motion's and the ceiling's
   /// As if time were stretched by `factor`.
   void stretch(double factor);
   void merge(const RatioTable& other, double time_shift_s);
@@ -37,7 +37,8 @@ struct RatioTable {
 /// Per-instant states -> tool and joint derivatives with respect to time; joint positions (and the check of their
 /// ranges) if wanted. Fault: index = entry of the batch.
 std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
-                                   const Placement& placement, int joints, bool positions, Jets& tool, Jets& joint);
+                                   const Placement& placement, int joints, bool positions, Jets& tool, Jets& joint,
+                                   Jets& flange);
 
 /// Adds a batch's ratios to `table`. @pre tool, joint as sample_motion leaves them
 void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,

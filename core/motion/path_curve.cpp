@@ -75,11 +75,6 @@ void set_joints(const CurveSpec& spec, CurveWork& work) {
   }
 }
 
-double hat_shift(double x, double half) {
-  const double y = half - std::abs(x);
-  return y > 0.0 ? y * y * y / (6.0 * half * half) : 0.0;
-}
-
 /// Mean position of the base over [s - half, s + half]: Gauss's rule of four points on the part of each piece
 /// in it.
 Point2 mean_position(const CurveWork& work, std::size_t k, double s, double half) {
@@ -145,10 +140,16 @@ Point2 ramped(const CurveWork& work, std::size_t k, double s) {
 
 }  // namespace
 
+double hat_shift(double x, double half) {
+  const double y = half - std::abs(x);
+  return y > 0.0 ? y * y * y / (6.0 * half * half) : 0.0;
+}
+
 void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work) {
   recognise(points, work.pieces);
   set_joints(spec, work);
   Curve& coarse = work.coarse;
+  place_yaw(points, spec, work);
   place_knots(spec, work, coarse.s);
   const std::size_t n = coarse.s.size();
   coarse.x.resize(n);
@@ -168,6 +169,7 @@ void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWor
   const Point2 t = b.tangent(b.length_mm);
   spline(coarse.s, coarse.x, -a.curvature * a.ty, -b.curvature * t.y_mm, coarse.xx, work.sweep);
   spline(coarse.s, coarse.y, a.curvature * a.tx, b.curvature * t.x_mm, coarse.yy, work.sweep);
+  sample_yaw(spec, work, coarse);
   coarse.straight = work.pieces.size() == 1 && a.curvature == 0.0;
   if (coarse.straight) {
     std::fill(coarse.xx.begin(), coarse.xx.end(), 0.0);

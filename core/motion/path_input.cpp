@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 
 namespace firn::motion {
 namespace {
@@ -44,8 +45,39 @@ void require_stops(const PathInput& in) {
 
 }  // namespace
 
+namespace {
+
+[[noreturn]] void refuse_yaw(Reason reason, const PathInput& in, std::size_t index, double value, double bound) {
+  Fault fault{reason};
+  fault.index = index;
+  fault.value = value;
+  fault.bound = bound;
+  fault.what = "yaw";
+  if (index < in.points.size()) fault.at = in.points[index];
+  throw MotionError(fault);
+}
+
+/// The yaw at entry k of the path, which may be its first point again: then the nearest whole turn.
+double yaw_at(const PathInput& in, std::size_t k) {
+  const std::vector<double>& yaw = in.yaw_point_rad;
+  if (k < yaw.size()) return yaw[k];
+  constexpr double turn = 2.0 * std::numbers::pi;
+  return yaw.front() + turn * std::nearbyint((yaw.back() - yaw.front()) / turn);
+}
+
+bool yaw_varies(const PathInput& in) {
+  const std::vector<double>& yaw = in.yaw_point_rad;
+  if (!yaw.empty() && yaw.size() != in.points.size())
+    refuse_yaw(Reason::kYawSize, in, 0, double(yaw.size()), double(in.points.size()));
+  for (std::size_t i = 0; i < yaw.size(); ++i) require_finite(yaw[i], "yaw", i, in.points[i]);
+  return std::any_of(yaw.begin(), yaw.end(), [&](double y) { return y != yaw.front(); });
+}
+
+}  // namespace
+
 CleanPath clean(const PathInput& in) {
   require_finite(in);
+  const bool turning = yaw_varies(in);
   check_ceiling(in.ceiling, in.points.size());
   require_stops(in);
   const bool per_point = !in.ceiling.point_mm_s.empty();
@@ -66,6 +98,9 @@ CleanPath clean(const PathInput& in) {
     if (!path.points.empty()) {
       const double dx = p.x_mm - path.points.back().x_mm, dy = p.y_mm - path.points.back().y_mm;
       if (std::sqrt(dx * dx + dy * dy) <= kSamePointMm) {
+        constexpr double kSameYaw = 1e-9;
+        if (turning && std::abs(yaw_at(in, k) - path.yaw_rad.back()) > kSameYaw)
+          refuse_yaw(Reason::kYawJump, in, i, yaw_at(in, k), path.yaw_rad.back());
         ceiling.back() = std::min(ceiling.back(), limit);
         note_stop(k);
         continue;
@@ -73,6 +108,7 @@ CleanPath clean(const PathInput& in) {
     }
     path.points.push_back(p);
     path.source.push_back(i);
+    if (turning) path.yaw_rad.push_back(yaw_at(in, k));
     ceiling.push_back(limit);
     note_stop(k);
   }

@@ -18,7 +18,9 @@ struct PathInput {
   bool closed = false;      ///< the first point is reached again at the end (not repeated in `points`)
   Point2 origin{};          ///< of the part's frame in the arm's base frame
   double z_mm = 0.0;        ///< constant along a path
-  double yaw_rad = 0.0;     ///< of the tool, constant along a path
+  double yaw_rad = 0.0;     ///< of the tool, constant along the path
+  /// Instead: one per point, linear between them and not wrapped (a full turn is 2 pi). Empty = yaw_rad.
+  std::vector<double> yaw_point_rad{};
   Tool tool{};
   SpeedCeiling ceiling{};
   Posture preferred{};  ///< that of the path before
@@ -31,11 +33,13 @@ struct PathInput {
 struct CleanPath {
   std::vector<Point2> points;  ///< tool points in the base frame; neighbours differ by more than 1e-9 mm
   std::vector<double> ceiling_mm_s;  ///< one per segment (points - 1): the smaller value of its two ends
+  std::vector<double> yaw_rad;       ///< one per point; empty where it is constant
   std::vector<std::size_t> source;   ///< index of each point in PathInput::points
   std::vector<std::size_t> stops;    ///< PathInput::stops among `points`, without the ends
 };
 
-/// Throws MotionError: kNotFinite, kTooFewPoints, kCeilingSize, kCeilingNotPositive, kOption (a stop).
+/// Throws MotionError: kNotFinite, kTooFewPoints, kCeilingSize, kCeilingNotPositive, kYawSize, kYawJump,
+/// kOption (a stop).
 CleanPath clean(const PathInput& input);
 
 /// Ascending indices `splits` and the path's stops as one.

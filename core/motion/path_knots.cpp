@@ -63,6 +63,13 @@ void set_marks(const CurveSpec& spec, CurveWork& work) {
       marks.push_back(
           {joint.s + half * (2.0 * i / cells - 1.0), i == 0 || i == cells ? exit : kNoWish, sizes.growth});
   }
+  for (std::size_t i = 1; i + 1 < work.yaw_s.size(); ++i) {
+    const double half = work.yaw_half[i], at = work.yaw_s[i];
+    if (half == 0.0) marks.push_back({at, kNoWish, sizes.growth});
+    for (int k = 0; half > 0.0 && k <= sizes.ramp_cells; ++k)
+      marks.push_back({at + half * (2.0 * k / sizes.ramp_cells - 1.0),
+                       k == 0 || k == sizes.ramp_cells ? sizes.ramp_exit_mm : kNoWish, sizes.growth});
+  }
   marks.push_back({work.offset.back(), kNoWish, sizes.growth});
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.s < b.s; });
 }
@@ -136,6 +143,17 @@ void resample(const Curve& coarse, Curve& fine) {
     fine.yy[k] = (1.0 - u) * coarse.yy[i] + u * coarse.yy[i + 1];
   }
   fine.straight = coarse.straight;
+  fine.yaw.clear();
+  fine.yaw2.clear();
+  i = 0;
+  for (std::size_t k = 0; k < n && !coarse.yaw.empty(); ++k) {
+    const double s = fine.s[k];
+    while (i + 1 < coarse.cells() && s >= coarse.s[i + 1]) ++i;
+    const double h = coarse.s[i + 1] - coarse.s[i], u = s - coarse.s[i], v = coarse.s[i + 1] - s;
+    const double m = coarse.yaw2[i] / h, p = coarse.yaw2[i + 1] / h;
+    fine.yaw.push_back((v * coarse.yaw[i] + u * coarse.yaw[i + 1]) / h + (m * v * (v * v - h * h) + p * u * (u * u - h * h)) / 6.0);
+    fine.yaw2.push_back(m * v + p * u);
+  }
 }
 
 void divide(const CellSizes& sizes, CurveWork& work, std::span<const double> excess, double most,

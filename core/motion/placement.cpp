@@ -6,7 +6,11 @@
 namespace firn::motion {
 namespace {
 
-Jets flange_poses(std::span<const Point2> points, const PathInput& input) {
+double constant_yaw(const PathInput& input) {
+  return input.yaw_point_rad.empty() ? input.yaw_rad : input.yaw_point_rad.front();
+}
+
+Jets flange_poses(std::span<const Point2> points, std::span<const double> yaw, const PathInput& input) {
   Jets pose(kTaskAxes, points.size());
   for (int axis = 0; axis < kTaskAxes; ++axis)
     for (int order = 0; order < 4; ++order) std::fill_n(pose.of(axis, order), points.size(), 0.0);
@@ -14,7 +18,7 @@ Jets flange_poses(std::span<const Point2> points, const PathInput& input) {
     pose.of(kX, 0)[i] = points[i].x_mm;
     pose.of(kY, 0)[i] = points[i].y_mm;
     pose.of(kZ, 0)[i] = input.z_mm;
-    pose.of(kYaw, 0)[i] = input.yaw_rad;
+    pose.of(kYaw, 0)[i] = yaw.empty() ? constant_yaw(input) : yaw[i];
   }
   tool_to_flange(input.tool, pose, pose);
   return pose;
@@ -37,15 +41,20 @@ Jets flange_poses(std::span<const Point2> points, const PathInput& input) {
 
 Posture posture_for(const CleanPath& path, const PathInput& input, const Arm& arm) {
   Posture posture;
-  if (auto fault = arm.choose_posture(flange_poses(path.points, input), input.preferred, posture))
+  if (auto fault = arm.choose_posture(flange_poses(path.points, path.yaw_rad, input), input.preferred, posture))
     refuse(*fault, path.points[fault->index], path, input);
   return posture;
 }
 
 std::vector<std::vector<double>> joints_at(std::span<const Point2> points, int count, const CleanPath& path,
                                            const PathInput& input, const Arm& arm, const Posture& posture) {
+  if (!path.yaw_rad.empty()) {
+    Fault fault(Reason::kOption);
+    fault.what = "a yaw per point: only methods certified and optimal turn the tool";
+    throw MotionError(fault);
+  }
   Jets joints(count, points.size());
-  if (auto fault = arm.inverse(flange_poses(points, input), posture, joints))
+  if (auto fault = arm.inverse(flange_poses(points, {}, input), posture, joints))
     refuse(*fault, points[fault->index], path, input);
   std::vector<std::vector<double>> out;
   for (int j = 0; j < count; ++j) out.emplace_back(joints.of(j, 0), joints.of(j, 0) + points.size());

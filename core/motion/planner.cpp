@@ -93,8 +93,8 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
   result.rests = samples_at(stops, clean_path, path.origin, result.tool);
   for (Point2& p : clean_path.points) p = {p.x_mm - path.origin.x_mm, p.y_mm - path.origin.y_mm};
   result.deviation_mm = deviation(result.tool, clean_path.points);
-  const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()));
-  fill_certificate(difference_ratios(trajectory, result.tool, groups), groups, arm, trajectory.certificate);
+  const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()), false);
+  fill_certificate(difference_ratios(trajectory, result.tool, {}, groups), groups, arm, trajectory.certificate);
   if (options.trace_step_s > 0.0) result.trace = sampled_trace(trajectory, result.tool);
   result.continuous_s = trajectory.certificate.duration_s =
       count > 1 ? double(count - 1) * trajectory.tick_s : 0.0;

@@ -55,6 +55,7 @@ struct PlanResult {
   std::optional<Fault> fault;      ///< set: no trajectory, and this is the named reason
   Trajectory trajectory;           ///< all joints at the tick; sample 0 = start at rest, last = end at rest
   std::vector<Point2> tool;        ///< tool position of each sample, in the frame of the path handed in
+  std::vector<double> yaw_rad;     ///< of the tool at each sample; empty where it is constant
   Posture posture;                 ///< of this path: hand it to the next one as PathInput::preferred
   double continuous_s = 0.0;       ///< duration before rounding up to whole ticks
   double deviation_mm = 0.0;       ///< largest distance of the motion's curve from the path handed in

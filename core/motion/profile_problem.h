@@ -29,11 +29,11 @@ struct Term {
 /// What the loops over cells and knots (profile_loops.inc) work on. Arrays are indexed by knot or cell.
 struct Loops {
   std::size_t n = 0, groups = 0;  ///< cells; groups of rows
-  bool pair[1 + kMaxJoints] = {};
+  bool pair[kMaxGroups] = {};
   double *h, *b0, *b1, *over_top, *c, *step;
-  double* q[1 + kMaxJoints][2][2];     ///< acceleration forms: [group][row][control value]
-  double* p[2][1 + kMaxJoints][2][3];  ///< jerk forms: [end of the cell][group][row][control value]
-  Term speed, acceleration[1 + kMaxJoints], jerk[2][1 + kMaxJoints];
+  double* q[kMaxGroups][2][2];     ///< acceleration forms: [group][row][control value]
+  double* p[2][kMaxGroups][2][3];  ///< jerk forms: [end of the cell][group][row][control value]
+  Term speed, acceleration[kMaxGroups], jerk[2][kMaxGroups];
   double *node[5],
       *cell[9];  ///< shares of gradient and matrix: g0 g1 h00 h01 h11; g0 g1 g2 h00 h01 h02 h11 h12 h22
   double *root, *over_root;
@@ -71,7 +71,7 @@ class ProfileProblem {
   void first_slacks();
 
   std::size_t n_, rows_, groups_;
-  int first_row_[1 + kMaxJoints], row_count_[1 + kMaxJoints];
+  int first_row_[kMaxGroups], row_count_[kMaxGroups];
   double complementarity_ = 0.0, duration_ = 0.0;
   double *m0_, *m1_, *bend_, *gradient_, *diagonal_, *upper_1_, *upper_2_;
   profile::Loops a_;  ///< the arrays that the loops work on

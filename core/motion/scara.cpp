@@ -22,6 +22,7 @@ class Scara final : public Arm {
  public:
   explicit Scara(const ScaraSpec& spec) : spec_(spec) {}
   int joints() const override { return 4; }
+  bool turns() const override { return true; }
   std::string joint_name(int joint) const override {
     return std::string("J").append(std::to_string(joint + 1));
   }

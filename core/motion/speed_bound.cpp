@@ -54,7 +54,7 @@ class Sample {
   struct Limit {
     double m, n, square;
   };
-  Limit limit_[1 + kMaxJoints];
+  Limit limit_[kMaxGroups];
   int count_ = 0;
 };
 

@@ -10,6 +10,7 @@ class Stage final : public Arm {
  public:
   explicit Stage(StageSpec spec) : spec_(std::move(spec)) {}
   int joints() const override { return int(spec_.ranges.size()); }
+  bool turns() const override { return false; }
   std::string joint_name(int joint) const override { return std::string(1, char('x' + joint)); }
   std::string joint_unit(int) const override { return "mm"; }
   JointRange range(int joint) const override { return spec_.ranges[std::size_t(joint)]; }

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 #include "cli/exit_codes.h"
@@ -56,12 +57,41 @@ TEST_CASE("CSV: every mistake names the line and the limit") {
   CHECK_THAT(csv("x,y\n1,2\n"), Contains("job:1") && Contains("header must be"));
   CHECK_THAT(csv("x_mm,y_mm\n"), Contains("holds no points"));
   CHECK_THAT(csv("x_mm,y_mm\n1,2\n1\n"), Contains("job:3") && Contains("1 columns, the header has 2"));
-  CHECK_THAT(csv("x_mm,y_mm\n1,2,3,4,5\n"), Contains("job:2") && Contains("more than 3 columns"));
+  CHECK_THAT(csv("x_mm,y_mm\n1,2,3,4,5\n"), Contains("job:2") && Contains("5 columns, the header has 2"));
   CHECK_THAT(csv("x_mm,y_mm\n1,zwei\n"), Contains("job:2") && Contains("y_mm = zwei") && Contains("finite number"));
   CHECK_THAT(csv("x_mm,y_mm\nnan,0\n"), Contains("x_mm = nan"));
   CHECK_THAT(csv("x_mm,y_mm\n1e6,0\n"), Contains("beyond the limit of +-100000 mm"));
   CHECK_THAT(csv("x_mm,y_mm,speed_mm_s\n1,0,-5\n"), Contains("speed_mm_s must be above 0"));
   CHECK_THAT(csv("x_mm,y_mm\n" + std::string(2000, '1')), Contains("job:2") && Contains("limit of 1000 bytes"));
+}
+
+TEST_CASE("CSV: a column yaw_deg turns the tool, behind the speed or without it") {
+  const auto with_speed = paths_of(read_paths_csv, "x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1,0,50,-180\n\n3,3,,0\n");
+  REQUIRE(with_speed.size() == 2);
+  CHECK(with_speed[0].yaw_point_rad == std::vector<double>{90 * std::numbers::pi / 180.0, -180 * std::numbers::pi / 180.0});
+  CHECK(with_speed[0].ceiling.point_mm_s[1] == 50.0);
+  CHECK(with_speed[1].yaw_point_rad.size() == 1);
+  const auto alone = paths_of(read_paths_csv, "x_mm,y_mm,yaw_deg\n0,0,1\n1,0,2\n");
+  CHECK(alone[0].ceiling.point_mm_s.empty());
+  CHECK(alone[0].yaw_point_rad.size() == 2);
+  CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,\n"), Contains("job:2") && Contains("yaw_deg = : is not a finite number"));
+  CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,1e9\n"), Contains("beyond the limit of +-7200"));
+  CHECK_THAT(csv("x_mm,y_mm,yaw_deg,speed_mm_s\n0,0,1,1\n"), Contains("header must be"));
+}
+
+TEST_CASE("JSON: yaw_deg is a number for the path or a list with one per point, before or after the points") {
+  const auto paths = paths_of(read_paths_json, R"({"paths": [{"points": [[0,0],[1,0]], "yaw_deg": [0, 720]},
+    {"yaw_deg": [10, 20, 30], "points": [[0,0],[1,0],[2,0]]}, {"points": [[0,0]], "yaw_deg": -45}]})");
+  REQUIRE(paths.size() == 3);
+  CHECK(paths[0].yaw_point_rad[1] == Approx(4.0 * std::numbers::pi));
+  CHECK(paths[1].yaw_point_rad.size() == 3);
+  CHECK(paths[2].yaw_point_rad.empty());
+  CHECK(paths[2].yaw_rad == Approx(-0.25 * std::numbers::pi));
+  const auto in_path = [](const std::string& body) { return json("{\"paths\": [{\"points\": [[0,0],[1,1]], " + body + "}]}"); };
+  CHECK_THAT(in_path("\"yaw_deg\": [1]"), Contains("paths[0]: yaw_deg has 1 entries, points 2"));
+  CHECK_THAT(in_path("\"yaw_deg\": [1, null]"), Contains("paths[0].yaw_deg[1]: must be a number, not null"));
+  CHECK_THAT(in_path("\"yaw_deg\": [1, 1e9]"), Contains("paths[0].yaw_deg[1]") && Contains("must lie in [-7200"));
+  CHECK_THAT(in_path("\"yaw_deg\": \"a\""), Contains("a number, or one list"));
 }
 
 TEST_CASE("JSON: all keys of a path are read, in any order") {

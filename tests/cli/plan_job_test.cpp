@@ -200,6 +200,35 @@ TEST_CASE("A path that never stops is given rests where its pulses need another 
   CHECK_THAT(planned({paths[0]}, 1, how)[0].problem, Contains("job:0") && Contains("131.07") && Contains("stop before"));
 }
 
+TEST_CASE("A path with a yaw per point is planned with its orientation limits, also where a rest adds a point") {
+  Machine machine;
+  machine.orientation_rate_deg_s = 0.5;
+  InputPath line;
+  line.number = 1;
+  line.place = "job:1";
+  line.path.points = {{-50, 0}, {50, 0}};
+  line.yaw_point_rad = {0.0, 2.0};  // 229 s at half a degree per second
+  line.path.width_mm = 3.0;
+  line.path.layer_height_mm = 0.25;
+  PlanJobOptions how;
+  how.keep_tool = how.pulses = true;
+  how.origin = {380.0, -20.0};
+  std::vector<PlannedItem> items;
+  PlanJob job(machine, how, [&](PlannedItem&& item) { items.push_back(std::move(item)); });
+  job.add(std::move(line));
+  job.finish();
+  REQUIRE(items[0].problem.empty());
+  REQUIRE(items[0].result.ok());
+  CHECK(items[0].pulse_plan.trains.size() == 2);
+  CHECK(items[0].input.yaw_point_rad.size() == 3);
+  CHECK(items[0].result.yaw_rad.back() == Approx(2.0));
+  const Certificate& c = items[0].result.trajectory.certificate;
+  CHECK(c.duration_s == Approx(2.0 / (0.5 * 3.141592653589793 / 180.0)).epsilon(0.01));
+  const auto rate = std::find_if(c.limits.begin(), c.limits.end(), [](const LimitRatio& l) { return l.limit == "orientation rate"; });
+  REQUIRE(rate != c.limits.end());
+  CHECK(rate->ratio == Approx(1.0).margin(0.002));
+}
+
 TEST_CASE("The plot is one SVG with a chart per quantity, whatever the trace holds") {
   PlanPlot plot;
   plot.title = "a < b";

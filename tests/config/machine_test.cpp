@@ -1,6 +1,7 @@
 #include "config/machine.h"
 
 #include <catch2/catch.hpp>
+#include <numbers>
 #include <fstream>
 #include <sstream>
 
@@ -66,6 +67,16 @@ TEST_CASE("A mistake in a machine file names file, line, key, value and limit, o
   CHECK_THAT(mistake("include = \"x.toml\"\n"), Contains("include"));
   CHECK_THAT(mistake("[machine\n"), Contains("m.toml:1"));
   CHECK_THROWS_AS(load_machine("no/such.toml"), ConfigError);
+}
+
+TEST_CASE("Limits of the tool's orientation are read in degrees, 0 is none, and a stage has none") {
+  const Machine m = parse_machine("[orientation]\nrate_deg_s = 90\njerk_deg_s3 = 1800\n", "m.toml");
+  const motion::RateLimits o = motion_limits(m).orientation;
+  CHECK(o.rate == Approx(0.5 * std::numbers::pi));
+  CHECK(o.acceleration == motion::kUnlimited);
+  CHECK(o.jerk == Approx(10.0 * std::numbers::pi));
+  CHECK_THROWS_WITH(parse_machine("[machine]\nkind = \"stage\"\n[orientation]\nrate_deg_s = 90\n", "m.toml"),
+                    Catch::Contains("does not belong to a machine of kind"));
 }
 
 TEST_CASE("A stage becomes a Cartesian arm without rotary limits, and a valve table a flow curve") {

@@ -19,6 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto& speeds = p.ceiling.point_mm_s;
     require(speeds.empty() || speeds.size() == p.path.points.size(), "a speed for each point or for none");
     for (double v : speeds) require(v > 0.0, "speeds are above 0");
+    require(p.yaw_point_rad.empty() || p.yaw_point_rad.size() == p.path.points.size(), "a yaw for each point or for none");
     require(p.ceiling.path_mm_s > 0.0, "the path's speed is above 0");
   };
   try {

@@ -64,6 +64,8 @@ void seed_plans() {
   seed("fuzz_machine", "stage", as_span("[machine]\nkind = \"stage\"\n[axis_1]\nlow_mm = -10\nhigh_mm = 20\n[valve]\ntable_hz = [100, 200]\ntable_mm3_s = [20, 50]\n"));
   seed("fuzz_machine", "scara", as_span("[total]\njerk_mm_s3 = 4000.0\n[joint_1]\nlow_deg = -105.0\nrate_deg_s = 33.0\n"));
   seed("fuzz_paths", "csv", behind(0, as_span("x_mm,y_mm,speed_mm_s\n0,0,\n1.5,-2e1,50\n\n3,4,10\n")));
+  seed("fuzz_paths", "csv-yaw", behind(0, as_span("x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1.5,-2e1,50,-45\n")));
+  seed("fuzz_paths", "json-yaw", behind(1, as_span("{\"paths\":[{\"yaw_deg\":[1,2],\"points\":[[0,0],[1,2]]}]}")));
   seed("fuzz_paths", "json", behind(1, as_span("{\"version\":1,\"paths\":[{\"kind\":\"fill\",\"closed\":true,\"points\":[[0,0],[1,2,50],[3,4,null]]}]}")));
   PlannedPath path{1, 0, PathKind::kFill, 10.0, {}};
   path.trajectory = {1, 0.016, 2, {"rad", "rad"}, {0.1, 0.2, 0.1, 0.3, 0.1, 0.4}, {{{"total speed", 0.9, 0.1}}, 0.032, 0.0, 0.4}};
