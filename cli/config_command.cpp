@@ -11,6 +11,7 @@
 #include "config/include.h"
 #include "config/machine.h"
 #include "config/markdown.h"
+#include "config/slice.h"
 
 namespace firn {
 namespace {
@@ -48,8 +49,11 @@ int run_config(const ConfigOptions& options) {
       return kOk;
     }
     case ConfigAction::kDocs:
-      write_generated(!options.output.empty() ? options.output : options.machines ? "docs/machines.md" : "docs/configuration.md",
-                      options.machines ? machine_markdown() : configuration_markdown(), options.json);
+      write_generated(!options.output.empty() ? options.output
+                      : options.machines      ? "docs/machines.md"
+                      : options.slice         ? "docs/slice-settings.md"
+                                              : "docs/configuration.md",
+                      options.machines ? machine_markdown() : options.slice ? slice_markdown() : configuration_markdown(), options.json);
       return kOk;
   }
   return kUsage;

@@ -14,6 +14,7 @@ struct ConfigOptions {
   std::vector<std::string> overrides;              ///< "a.b=value"
   std::string output;                              ///< of kDocs; "-" = stdout; empty = the file in docs/
   bool machines = false;                           ///< of kDocs: the keys of machine files
+  bool slice = false;                              ///< of kDocs: the settings of firn slice
   bool json = false;
 };
 

@@ -21,6 +21,7 @@
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
 #include "cli/reproduce.h"
+#include "cli/slice_command.h"
 #include "cli/spy_command.h"
 #include "cli/tune_command.h"
 #include "config/fields.h"
@@ -56,9 +57,10 @@ void declare_config(CLI::App& app, Run& run) {
   };
   with_file("check", "names the first mistake of an experiment", ConfigAction::kCheck);
   with_file("dump", "every key of an experiment with its resolved value", ConfigAction::kDump);
-  CLI::App& docs = *app.add_subcommand("docs", "writes docs/configuration.md, or docs/machines.md");
+  CLI::App& docs = *app.add_subcommand("docs", "writes docs/configuration.md, docs/machines.md or docs/slice-settings.md");
   auto o = common(docs, ConfigAction::kDocs);
   docs.add_flag("--machines", o->machines, "the keys of machine files");
+  docs.add_flag("--slice", o->slice, "the settings of firn slice");
   docs.add_option("-o,--output", o->output, "file; - = stdout; default: the file in docs/");
   app.require_subcommand(1);
 }
@@ -196,6 +198,24 @@ void declare_plan(CLI::App& app, Run& run) {
   json_flag(app, o->json);
 }
 
+void declare_slice(CLI::App& app, Run& run) {
+  auto o = bind(app, run, run_slice);
+  app.add_option("MESH", o->meshes, "*.stl, *.ply, *.obj or *.3mf; each is a part")->required();
+  app.add_option("-o,--output", o->output, "path file, for firn plan: docs/path-format.md");
+  app.add_option("-c,--config", o->config, "settings: docs/slice-settings.md");
+  app.add_option("--set", o->overrides, "KEY=VALUE, after the file")->allow_extra_args(false);
+  app.add_option("--support", o->support, "full, none, or overhang ANGLE [deg from the vertical]");
+  app.add_option("--tolerance", o->tolerance_mm, "no path leaves its exact place by more [mm]; 0 keeps every point");
+  app.add_option("--gcode", o->gcode, "for other printers and viewers");
+  app.add_option("--layer", o->layers, "to be pictured; several make a contact sheet: 10,50,100")->delimiter(',')->allow_extra_args(false);
+  app.add_option("--svg", o->svg, "picture of --layer");
+  app.add_option("--png", o->png, "the same");
+  app.add_option("--png-width", o->png_width, "pixels")->capture_default_str();
+  app.add_option("--layer-json", o->layer_json, "the paths of --layer, as firn plan reads them");
+  app.add_option("--threads", o->threads, "0 = as many as the machine has; the bytes do not depend on it")->capture_default_str();
+  json_flag(app, o->json);
+}
+
 void declare_demo(CLI::App& app, Run& run) {
   auto o = bind(app, run, run_demo);
   app.add_option("--bus", o->bus, "in-process, or an LCM URL; default: loopback, a port for each run");
@@ -253,6 +273,7 @@ struct Command {
 constexpr Command kCommands[] = {
     {"demo", "prints a cylinder under each scheme, replays the runs, writes a report", declare_demo},
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
+    {"slice", "slices meshes into deposition paths with scaffold, fills and G-code", declare_slice},
     {"plan", "plans certified minimum-time trajectories along paths", declare_plan},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"spy", "watches a live print: lcm-spy with Firn's types, height map and layer error", declare_spy},

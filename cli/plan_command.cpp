@@ -3,13 +3,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 
 #include "cli/exit_codes.h"
+#include "cli/interrupt.h"
 #include "cli/plan_aerosol.h"
 #include "cli/plan_job.h"
 #include "cli/plan_outputs.h"
@@ -24,23 +24,7 @@ namespace {
 
 constexpr std::size_t kShownFaults = 20, kShownPaths = 20, kTraceSamples = 4000;
 
-volatile std::sig_atomic_t interrupted = 0;
 struct Interrupted {};
-
-// Ctrl-C ends the job between two paths, so that no temporary file stays.
-class InterruptGuard {
- public:
-  InterruptGuard() {
-    interrupted = 0;
-    struct sigaction a {};
-    a.sa_handler = [](int) { interrupted = 1; };
-    ::sigaction(SIGINT, &a, &before_);
-  }
-  ~InterruptGuard() { ::sigaction(SIGINT, &before_, nullptr); }
-
- private:
-  struct sigaction before_ {};
-};
 
 struct TooManyFaults {};
 
@@ -65,14 +49,14 @@ class PlanRun {
   }
 
   void add(InputPath&& path) {
-    if (interrupted) throw Interrupted();
+    if (InterruptGuard::raised()) throw Interrupted();
     if (o_.json && read_++ == 0) std::fputs("{\"trajectories\": [", stdout);
     job_->add(std::move(path));
   }
 
   int finish() {
     job_->finish();
-    if (interrupted) throw Interrupted();
+    if (InterruptGuard::raised()) throw Interrupted();
     if (!faults_.empty()) return report_faults();
     if (!o_.plot.empty() && picture_.empty())
       throw UsageError(fmt::format("--plot-path {}: the file has {} paths", o_.plot_path, paths_));
@@ -108,7 +92,7 @@ class PlanRun {
   }
 
   void take(PlannedItem&& item) {
-    if (interrupted) throw Interrupted();
+    if (InterruptGuard::raised()) throw Interrupted();
     ++paths_;
     points_ += std::int64_t(item.input.path.points.size());
     if (!item.result.ok()) return fault(item.input.place + ": " + motion::describe(*item.result.fault));

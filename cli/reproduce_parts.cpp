@@ -11,6 +11,7 @@ const std::vector<ReproducePart>& reproduce_parts() {
       {"lu", "table-2", "Table II: the small square", 5, reproduce_lu_table_2},
       {"lu", "identification", "IV-C, V-C, Table I: exact recovery, identification prints, spacing", 120, &reproduce_lu_identification},
       {"lu", "figs-13-15", "Figs. 13-15: two materials, the junction of two pipes", 50, &reproduce_lu_materials},
+      {"barnett", "slicing", "ch. 3: Tables 3-2 to 3-5, Figs. 3-2 and 3-7", 5, &reproduce_barnett_slicing},
       {"barnett", "motion", "ch. 4: minimum-time trajectory shaping, Figs. 4-2 to 4-16", 1, reproduce_barnett_motion},
       {"barnett", "pulses", "chapter 6: valve pulses, Figs. 6-2 and 6-3, FM against PWM", 1, &reproduce_barnett_pulses},
       {"barnett", "gains", "5.4 to 5.7: SMF's poles, optimal gains, simulations, Figs. 5-12 to 5-15, Tables 5-2, 5-3", 2, reproduce_barnett_gains},

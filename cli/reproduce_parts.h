@@ -14,6 +14,7 @@ void reproduce_lu_materials(Reproduction& to);
 void reproduce_barnett_motion(Reproduction& to);
 void reproduce_barnett_pulses(Reproduction& to);
 void reproduce_barnett_gains(Reproduction& to);
+void reproduce_barnett_slicing(Reproduction& to);
 void reproduce_thompson_corners(Reproduction& to);
 void reproduce_thompson_misprints(Reproduction& to);
 void reproduce_thompson_corner_modes(Reproduction& to);

@@ -1,0 +1,210 @@
+// Chapter 3: Tables 3-2 to 3-5 and Figs. 3-2, 3-7. The statue's mesh is not published and the thesis's times are of its
+// own machine, so times stand side by side without a verdict; what follows from formats and geometry has one.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ctime>
+#include <stdexcept>
+
+#include "cli/mesh_file.h"
+#include "cli/reproduce.h"
+#include "cli/reproduce_parts.h"
+#include "cli/sample_mesh.h"
+#include "cli/slice_job.h"
+#include "cli/slice_pictures.h"
+#include "cli/thread_pool.h"
+#include "core/slice/planar.h"
+#include "core/slice/scaffold.h"
+
+namespace firn {
+namespace {
+
+std::string id(const std::string& name) { return "barnett.slicing." + name; }
+
+double cpu_s() { return double(std::clock()) / CLOCKS_PER_SEC; }
+template <class Body>
+double seconds_of(const Body& body) {
+  const double begin = cpu_s();
+  body();
+  return cpu_s() - begin;
+}
+
+ReproduceRow decimals(int n, ReproduceRow row) {
+  row.decimals = n;
+  return row;
+}
+
+// The thesis's figures for the coarse and the fine mesh of its statue.
+struct Thesis {
+  const char* name;
+  std::uint32_t around, up;
+  double facets, polymerge_s, segmerge_s, segmerge2_s, segments, filtered;
+  double part_s, scaffold_s;                     // Table 3-4, BUFFERF
+  double read_s, slice_s, rpscaf_s, bounds_s, fill_s, total_s;  // Table 3-5
+};
+constexpr Thesis kCoarse{"coarse", 63, 31, 3906, 3.3, 0.8, 0.5, 118604, 112044, 23.8, 60.3, 0.1, 1.8, 247.7, 84.1, 668.8, 1002.5};
+constexpr Thesis kFine{"fine", 1000, 500, 1e6, 521.8, 25.9, 7.0, 1739712, 302332, 64.6, 127.4, 0.5, 12.7, 243.9, 192.0, 832.2, 1281.3};
+
+void format_rows(Reproduction& to, const SampleMesh& mesh) {
+  struct Row {
+    MeshFormat format;
+    const char *file, *name;
+    double mb, import_s;
+  };
+  constexpr Row kRows[] = {{MeshFormat::kBinaryPly, "a.ply", "binary-ply", 18.1, 0.5},
+                           {MeshFormat::kAsciiPly, "a.ply", "ascii-ply", 34.9, 5.3},
+                           {MeshFormat::kBinaryStl, "a.stl", "binary-stl", 47.6, 0.7},
+                           {MeshFormat::kAsciiStl, "a.stl", "ascii-stl", 257.8, 28.6}};
+  const double million = 1e6 / double(mesh.triangles.size());
+  bool same = true;
+  for (const Row& r : kRows) {
+    const std::string text = mesh_bytes(mesh, r.format);
+    const auto bytes = std::as_bytes(std::span(text));
+    const double mb = double(text.size()) * million / (1 << 20);
+    if (r.format == MeshFormat::kBinaryPly || r.format == MeshFormat::kBinaryStl)
+      to.row(decimals(1, row_near(id(std::string("size-") + r.name), std::string("Table 3-2: size of a million facets, ") + r.name, "MiB", r.mb, mb, 0.3)));
+    else
+      to.row(decimals(1, row_informative(id(std::string("size-") + r.name), std::string("Table 3-2: size of a million facets, ") + r.name, "MiB", r.mb, mb)));
+    MeshData data;
+    const double took = seconds_of([&] { data = read_mesh(bytes, r.file); });
+    to.row(decimals(3, row_informative(id(std::string("import-") + r.name),
+                                       std::string("Table 3-2: import, ") + r.name + fmt::format(", {} facets (thesis: a million)", mesh.triangles.size()), "s",
+                                       r.import_s, took)));
+    const slice::FacetView view = data.facets();
+    same = same && view.size() == mesh.triangles.size();
+    for (std::size_t n = 0; same && n < view.size(); ++n)
+      for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t a = 0; a < 3; ++a)
+          same = same && std::abs(double(view.facet(n)[c][a]) - double(mesh.vertices[mesh.triangles[n][c]][a])) <= 1e-4;
+  }
+  to.row(row_holds(id("import-same"), "every format gives the same facets, within the digits of its text", "", same ? "the same" : "different", same));
+}
+
+// All stages of one mesh, each timed. The concentric fill runs from the outline, so bounds are timed without it.
+struct Stages {
+  double read_s = 0, slice_s = 0, link_s = 0, scaffold_s = 0, part_bounds_s = 0, scaffold_bounds_s = 0, all_paths_s = 0;
+  slice::SliceCounts counts;
+  slice::MeshFacts facts;
+  std::vector<slice::LayerRegions> layers;
+  std::size_t scaffold_points = 0, paths = 0;
+  double metres = 0, area_volume_mm3 = 0, filtered = 0;
+};
+
+std::vector<slice::LayerPaths> plan_all(const std::vector<slice::LayerRegions>& layers, const slice::PathOptions& options, const ParallelFor& parallel) {
+  std::vector<slice::LayerPaths> out(layers.size());
+  parallel(int(layers.size()), [&](int n) { out[std::size_t(n)] = slice::plan_layer(layers[std::size_t(n)], options); });
+  return out;
+}
+
+Stages run_stages(const SampleMesh& mesh, const ParallelFor& parallel) {
+  Stages s;
+  SliceSettings settings;
+  const std::string text = mesh_bytes(mesh, MeshFormat::kBinaryPly);
+  MeshData data;
+  s.read_s = seconds_of([&] { data = read_mesh(std::as_bytes(std::span(text)), "statue.ply"); });
+  slice::Sliced sliced;
+  s.slice_s = seconds_of([&] {
+    const slice::FacetView facets = data.facets();
+    const slice::Affine affine = slice::place(facets, placement(settings, 0), parallel);
+    slice::Segments segments = slice::intersect(facets, affine, slice::layer_planes(settings.contour.layer_height_mm, affine.high.z), parallel);
+    const slice::MeshFacts facts = segments.facts;
+    std::vector<slice::Contours> contours;
+    s.link_s = seconds_of([&] { contours = slice::link(std::move(segments), settings.contour, parallel); });
+    sliced = slice::regions(std::move(contours), facts, settings.contour, parallel);
+  });
+  s.counts = sliced.counts;
+  s.facts = sliced.facts;
+  for (const slice::Region& r : sliced.layers) s.area_volume_mm3 += slice::area_mm2(r) * settings.contour.layer_height_mm;
+
+  slice::SliceOptions spaced = settings.contour;  // PATHFILTER alone, as in Table 3-3
+  spaced.chord_tolerance_mm = 0.0;
+  spaced.min_spacing_mm = 0.4;
+  s.filtered = double(slice::slice(data.facets(), placement(settings, 0), spaced, parallel).counts.kept_points);
+
+  const slice::PathOptions options = path_options(settings);
+  const auto height = std::int32_t(std::lround(settings.contour.layer_height_mm * slice::kUnitsPerMm));
+  std::vector<slice::Region> scaffold;
+  s.scaffold_s = seconds_of([&] { scaffold = slice::scaffold_regions(sliced.layers, height, options.support, options.chord_tolerance_mm, parallel); });
+  for (std::size_t n = 0; n < sliced.layers.size(); ++n) {
+    s.scaffold_points += scaffold[n].points.size();
+    s.layers.push_back({std::int32_t(n) + 1, std::int32_t(n + 1) * height, height, {std::move(sliced.layers[n]), std::move(scaffold[n])}});
+  }
+  slice::PathOptions bounds = options;
+  bounds.part.pattern = bounds.scaffold.pattern = slice::FillPattern::kNone;
+  const auto only = [&](std::size_t material) {
+    std::vector<slice::LayerRegions> some = s.layers;
+    for (slice::LayerRegions& l : some) l.by_material[1 - material].clear();
+    return seconds_of([&] { plan_all(some, bounds, parallel); });
+  };
+  s.part_bounds_s = only(0);
+  s.scaffold_bounds_s = only(1);
+  std::vector<slice::LayerPaths> paths;
+  s.all_paths_s = seconds_of([&] { paths = plan_all(s.layers, options, parallel); });
+  for (const slice::LayerPaths& l : paths) {
+    s.paths += l.lines.size();
+    for (const slice::MaterialUse& u : slice::material_use(l)) s.metres += u.length_mm / 1000.0;
+  }
+  return s;
+}
+
+void stage_rows(Reproduction& to, const Thesis& t, const Stages& s, std::size_t facets) {
+  const std::string mesh = fmt::format(", {} mesh (thesis: {:.0f} facets; ours: {})", t.name, t.facets, facets);
+  const auto row = [&](const std::string& name, const std::string& what, const std::string& unit, double thesis, double ours, int digits) {
+    to.row(decimals(digits, row_informative(id(std::string(t.name) + "-" + name), what + mesh, unit, thesis, ours)));
+  };
+  to.row(decimals(0, row_near(id(std::string(t.name) + "-layers"), "3.2: layers of 0.25 mm of a part 172.75 mm high", "", 691, double(s.layers.size()), 0)));
+  row("segments", "Table 3-3: segments before PATHFILTER", "", t.segments, double(s.counts.segments), 0);
+  row("filtered", "Table 3-3: segments after PATHFILTER, spacing 0.4 mm", "", t.filtered, s.filtered, 0);
+  row("link", "Table 3-3: linking, SEGMERGE2", "s", t.segmerge2_s, s.link_s, 3);
+  row("link-segmerge", "Table 3-3: linking, SEGMERGE (accepts non-manifold edges, as ours does)", "s", t.segmerge_s, s.link_s, 3);
+  row("link-polymerge", "Table 3-3: linking, POLYMERGE", "s", t.polymerge_s, s.link_s, 3);
+  row("offset-part", "Table 3-4: offset of the part's outline, BUFFERF", "s", t.part_s, s.part_bounds_s, 3);
+  row("offset-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERF", "s", t.scaffold_s, s.scaffold_bounds_s, 3);
+  const double bounds = s.part_bounds_s + s.scaffold_bounds_s, fill = std::max(0.0, s.all_paths_s - bounds);
+  row("read", "Table 3-5: FACETREAD", "s", t.read_s, s.read_s, 3);
+  row("slice", "Table 3-5: FACETSLICE", "s", t.slice_s, s.slice_s, 3);
+  row("scaffold", "Table 3-5: RPSCAF", "s", t.rpscaf_s, s.scaffold_s, 3);
+  row("bounds", "Table 3-5: BUFFERF (bounds)", "s", t.bounds_s, bounds, 3);
+  row("fill", "Table 3-5: BUFFERF (fill), with seams and order", "s", t.fill_s, fill, 3);
+  row("total", "Table 3-5: total", "s", t.total_s, s.read_s + s.slice_s + s.scaffold_s + s.all_paths_s, 3);
+  to.row(decimals(1, row_informative(id(std::string(t.name) + "-metres"), "length of all paths" + mesh, "m", "", s.metres, RowKind::kComputed)));
+  to.row(decimals(0, row_informative(id(std::string(t.name) + "-paths"), "paths" + mesh, "", "", double(s.paths), RowKind::kComputed)));
+  const double off = 100.0 * std::abs(s.area_volume_mm3 / s.facts.volume_mm3 - 1.0);
+  to.row(decimals(4, row_at_most(id(std::string(t.name) + "-volume"), "volume of all contours against the mesh's (divergence theorem), chord tolerance 0.05 mm", "%", "", off, 0.1,
+                                 RowKind::kProperty)));
+}
+
+void pictures(Reproduction& to, const Stages& s) {
+  const slice::LayerRegions& layer = s.layers.at(99);  // 25 mm from the substrate
+  SliceSettings settings;
+  PicturedLayer concentric{layer, slice::plan_layer(layer, path_options(settings))};
+  settings.part.fill = settings.scaffold.fill = "zigzag";
+  PicturedLayer zigzag{layer, slice::plan_layer(layer, path_options(settings))};
+  settings.part.fill = settings.scaffold.fill = "none";
+  PicturedLayer outlines{layer, slice::plan_layer(layer, path_options(settings))};
+  to.picture({"fig-3-2", "Fig. 3-2: part and scaffold, 25 mm from the substrate, with their first paths", layers_svg({&outlines, 1})});
+  to.picture({"fig-3-7a", "Fig. 3-7(a): zig-zag fill of the same layer", layers_svg({&zigzag, 1})});
+  to.picture({"fig-3-7b", "Fig. 3-7(b): concentric fill", layers_svg({&concentric, 1})});
+}
+
+}  // namespace
+
+void reproduce_barnett_slicing(Reproduction& to) {
+  to.note("The thesis's mesh of the James McGill statue is not published. Ours is a robed figure made in code, as high (691 layers of 0.25 mm) and of as "
+          "many facets; layers, segments, metres and paths are given so that the work can be compared. Times are CPU seconds on this machine's threads "
+          "(chord tolerance 0.05 mm), the thesis's are of Matlab on a Core i7-2720QM of 2011: they are shown, not judged.");
+  const ParallelFor parallel = parallel_on(to.threads());
+  const bool quick = to.quick();
+  to.progress(0.0, "mesh");
+  const SampleMesh fine = quick ? statue(120, 60) : statue(kFine.around, kFine.up);
+  format_rows(to, fine);
+  to.progress(0.4, "coarse mesh");
+  const SampleMesh coarse = statue(kCoarse.around, kCoarse.up);
+  stage_rows(to, kCoarse, run_stages(coarse, parallel), coarse.triangles.size());
+  to.progress(0.6, "fine mesh");
+  const Stages s = run_stages(fine, parallel);
+  stage_rows(to, kFine, s, fine.triangles.size());
+  pictures(to, s);
+}
+
+}  // namespace firn

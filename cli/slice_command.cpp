@@ -1,0 +1,183 @@
+#include "cli/slice_command.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+
+#include "cli/exit_codes.h"
+#include "cli/gcode.h"
+#include "cli/interrupt.h"
+#include "cli/layer_file.h"
+#include "cli/plan_outputs.h"
+#include "cli/plan_progress.h"
+#include "cli/slice_job.h"
+#include "cli/slice_pictures.h"
+#include "cli/slice_report.h"
+#include "cli/thread_pool.h"
+#include "runtime/build_info.h"
+
+namespace firn {
+namespace {
+
+struct Interrupted {};
+
+// "--support overhang 30 a.stl" leaves the angle among the meshes.
+std::optional<double> take_angle(std::vector<std::string>& meshes) {
+  for (auto m = meshes.begin(); m != meshes.end(); ++m) {
+    double angle = 0.0;
+    const auto [end, error] = std::from_chars(m->data(), m->data() + m->size(), angle);
+    if (error != std::errc() || end != m->data() + m->size() || std::filesystem::exists(*m)) continue;
+    meshes.erase(m);
+    return angle;
+  }
+  return std::nullopt;
+}
+
+SliceSettings settings_of(SliceCommandOptions& o) {
+  std::vector<std::string> overrides = o.overrides;
+  if (!o.support.empty()) {
+    overrides.push_back("support.kind=" + o.support);
+    if (o.support == "overhang")
+      if (const auto angle = take_angle(o.meshes)) overrides.push_back(fmt::format("support.overhang_deg={}", *angle));
+  }
+  if (o.tolerance_mm != -1.0) overrides.push_back(fmt::format("contour.tolerance_mm={}", o.tolerance_mm));
+  return load_slice_settings(o.config, overrides);
+}
+
+void check(const SliceCommandOptions& o) {
+  if (o.meshes.empty()) throw UsageError("MESH is missing");
+  const bool pictures = !o.svg.empty() || !o.png.empty() || !o.layer_json.empty();
+  if (pictures && o.layers.empty()) throw UsageError("--svg, --png and --layer-json need --layer K");
+  if (!pictures && !o.layers.empty()) throw UsageError("--layer needs --svg, --png or --layer-json");
+  if (!o.layer_json.empty() && o.layers.size() != 1) throw UsageError("--layer-json takes one --layer");
+  if (o.layers.size() > 100) throw UsageError("--layer: at most 100");
+  for (int k : o.layers)
+    if (k < 1) throw UsageError(fmt::format("--layer {}: layers count from 1", k));
+  if (o.png_width < 100 || o.png_width > 10'000) throw UsageError(fmt::format("--png-width {}: must lie in [100, 10000]", o.png_width));
+}
+
+std::vector<std::string> tools_of(const SliceSettings& s, std::size_t materials) {
+  std::vector<std::string> tools(std::max<std::size_t>(materials, 2), s.part.tool);
+  tools[slice::kScaffoldMaterial] = s.scaffold.tool;
+  return tools;
+}
+
+slice::PathFileHead head_of(const SlicedJob& job, const SliceSettings& s) {
+  slice::PathFileHead head;
+  head.made_by = "firn " + build_commit();
+  head.layers = std::int32_t(job.layers.size());
+  std::size_t materials = 2;
+  for (const PartReport& p : job.parts) materials = std::max<std::size_t>(materials, p.material + 1u);
+  const std::vector<std::string> tools = tools_of(s, materials);
+  for (std::size_t m = 0; m < materials; ++m) head.materials.push_back({material_name(m), tools[m]});
+  // Scan lines that were moved by the laser's offset are the nozzle's to follow.
+  const bool moved = s.paths.measure.laser_x_mm != 0.0 || s.paths.measure.laser_y_mm != 0.0;
+  head.laser = moved ? s.part.tool : s.laser_tool;
+  head.settings = dump(s);
+  return head;
+}
+
+void write_text(const std::string& file, const std::string& text, std::vector<SliceOutput>& outputs) {
+  TextOutput out(file);
+  out.write(text);
+  out.finish();
+  outputs.push_back({file, text.size()});
+}
+
+class SliceRun {
+ public:
+  SliceRun(const SliceCommandOptions& options, const SliceSettings& settings)
+      : o_(options), s_(settings), threads_(thread_count(options.threads)), parallel_(parallel_on(threads_)) {}
+
+  void run() {
+    const SliceProgress progress = [this](double fraction, const std::string& doing) {
+      if (InterruptGuard::raised()) throw Interrupted();
+      progress_.show(fraction, doing);
+    };
+    job_ = slice_meshes({o_.meshes.begin(), o_.meshes.end()}, s_, parallel_, progress);
+    for (int k : o_.layers)
+      if (std::size_t(k) > job_.layers.size()) throw UsageError(fmt::format("--layer {}: the job has {} layers", k, job_.layers.size()));
+    const slice::PathFileHead head = head_of(job_, s_);
+    if (!o_.output.empty()) paths_.emplace(o_.output, head);
+    std::function<std::string(const slice::LayerPaths&)> gcode;
+    if (!o_.gcode.empty()) {
+      gcode_.emplace(o_.gcode);
+      write_gcode(gcode_start(s_.gcode, head.made_by));
+      gcode = [this](const slice::LayerPaths& l) { return gcode_layer(l, s_.gcode); };
+    }
+    pictured_.resize(o_.layers.size());
+    plan_layers(job_, s_, parallel_, progress, gcode, [this](PlannedLayer&& l) { take(std::move(l)); });
+    finish();
+  }
+
+ private:
+  void write_gcode(const std::string& text) {
+    gcode_->write(text);
+    gcode_bytes_ += text.size();
+  }
+
+  void take(PlannedLayer&& l) {
+    sums_.add(l);
+    if (paths_) paths_->add(l.encoded, l.paths, l.use);
+    if (gcode_) write_gcode(l.gcode);
+    for (std::size_t n = 0; n < o_.layers.size(); ++n)
+      if (o_.layers[n] == l.paths.layer) pictured_[n] = {l.regions, l.paths};
+  }
+
+  void finish() {
+    if (paths_) {
+      paths_->finish();
+      outputs_.push_back({o_.output, paths_->bytes()});
+    }
+    if (gcode_) {
+      write_gcode(gcode_end(s_.gcode));
+      gcode_->finish();
+      outputs_.push_back({o_.gcode, gcode_bytes_});
+    }
+    if (!o_.svg.empty()) write_text(o_.svg, layers_svg(pictured_), outputs_);
+    if (!o_.png.empty()) write_text(o_.png, layers_png(pictured_, o_.png_width), outputs_);
+    if (!o_.layer_json.empty()) write_text(o_.layer_json, layer_json(pictured_[0].paths, tools_of(s_, 256)), outputs_);
+    if (o_.json) {
+      std::fputs(slice_json(job_, s_, sums_, outputs_, threads_).c_str(), stdout);
+      return;
+    }
+    std::fputs(slice_text(job_, s_, sums_).c_str(), stdout);
+    for (const SliceOutput& f : outputs_) std::fprintf(stderr, "wrote %s (%.2f MB)\n", f.file.c_str(), double(f.bytes) / 1e6);
+  }
+
+  const SliceCommandOptions& o_;
+  const SliceSettings& s_;
+  int threads_;
+  ParallelFor parallel_;
+  JobProgress progress_{"slice"};
+  SlicedJob job_;
+  SliceSums sums_;
+  std::optional<LayerWriter> paths_;
+  std::optional<TextOutput> gcode_;
+  std::uint64_t gcode_bytes_ = 0;
+  std::vector<PicturedLayer> pictured_;
+  std::vector<SliceOutput> outputs_;
+};
+
+}  // namespace
+
+int run_slice(const SliceCommandOptions& given) {
+  SliceCommandOptions o = given;
+  const SliceSettings settings = settings_of(o);
+  check(o);
+  InterruptGuard guard;
+  try {
+    SliceRun(o, settings).run();
+    return kOk;
+  } catch (const Interrupted&) {
+    std::fputs("firn slice: interrupted; nothing was written\n", stderr);
+    return kInterrupted;
+  } catch (const logfile::FileError& e) {
+    throw UsageError(e.what());
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,27 @@
+// firn slice MESH… -o PATHS: meshes in, deposition paths out (docs/slice.md).
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace firn {
+
+struct SliceCommandOptions {
+  std::vector<std::string> meshes;     ///< *.stl, *.ply, *.obj, *.3mf; behind "--support overhang" also the angle
+  std::string output;                  ///< path file; empty = none
+  std::string config;                  ///< TOML; empty = the defaults
+  std::vector<std::string> overrides;  ///< KEY=VALUE
+  std::string support;                 ///< full, overhang, none; empty = as the settings say
+  double tolerance_mm = -1.0;          ///< below 0 = as the settings say
+  std::string gcode;
+  std::vector<int> layers;             ///< to be pictured
+  std::string svg, png, layer_json;
+  int png_width = 1200;
+  int threads = 0;                     ///< 0 = as many as the machine has
+  bool json = false;
+};
+
+/// @returns 0; 130 after Ctrl-C, and nothing was written then. @throws UsageError, ConfigError
+int run_slice(const SliceCommandOptions& options);
+
+}  // namespace firn
