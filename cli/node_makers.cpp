@@ -52,6 +52,7 @@ std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
 Subscriptions all_subscriptions() {
   Experiment experiment;
   experiment.estimator.droplets = experiment.control.adapt_model = "on";
+  experiment.control.height_estimate = "kalman";
   const std::string config = dump(experiment);
   const Blobs inputs = make_inputs(experiment, "");
   Subscriptions out;

@@ -7,6 +7,8 @@
 #include "cli/run_config.h"
 #include "cli/run_folder.h"
 #include "core/grid/npy.h"
+#include "firn/deposition_report_t.hpp"
+#include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "replay/run_messages.h"
 
@@ -46,7 +48,7 @@ void ObservedRun::take(std::string_view channel, std::span<const std::byte> byte
   } else if (channel == channels::kDepositionReport.name) {
     deposition_report_t r;
     if (r.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(r.grid) != experiment_.grid) return;
-    drops_[r.layer].add(r);
+    drops_[r.layer].add({drops_of(r), r.pass, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
   }
 }
 
@@ -69,6 +71,10 @@ std::int64_t ObservedRun::droplets() const {
   return n;
 }
 
+std::vector<droplet::Use> ObservedRun::use_of(const droplet::LayerDrops& drops, const height_map_t& map) const {
+  return drops.use_of(height_of(map), map.quality, mask_);
+}
+
 std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
   std::vector<droplet::PrintedLayer> out;
   for (int k = 1; k <= layers(); ++k) {
@@ -76,8 +82,8 @@ std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
     droplet::PrintedLayer l{DropletPattern(experiment_.grid), height_of(before), height_of(after), {}};
     for (const droplet::Pass& p : drops_.at(k).passes())
       for (const auto c : p.cells) ++l.fired.cells[c];
-    l.use = drops_.at(k).use_of(after, mask_);
-    const auto first = LayerDrops{}.use_of(before, mask_);
+    l.use = use_of(drops_.at(k), after);
+    const auto first = use_of({}, before);
     for (std::size_t c = 0; c < l.use.size(); ++c)
       if (first[c] == droplet::Use::kNothing) l.use[c] = droplet::Use::kNothing;
     out.push_back(std::move(l));
@@ -94,9 +100,9 @@ droplet::Estimate ObservedRun::learn() const {
   o.window_layers = experiment_.estimator.window_layers;
   o.border = experiment_.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
   droplet::DropletEstimator estimator(experiment_.grid, o);
-  estimator.set_ground(height_of(maps_.at(0)), LayerDrops{}.use_of(maps_.at(0), mask_), noise_of(maps_.at(0)));
+  estimator.set_ground(height_of(maps_.at(0)), use_of({}, maps_.at(0)), noise_of(maps_.at(0)));
   for (int k = 1; k <= layers(); ++k)
-    estimator.add_layer(drops_.at(k).passes(), height_of(maps_.at(k)), drops_.at(k).use_of(maps_.at(k), mask_), noise_of(maps_.at(k)));
+    estimator.add_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)), noise_of(maps_.at(k)));
   return estimator.estimate();
 }
 

@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "estimators/droplet/droplet_estimator.h"
 #include "estimators/droplet/identification.h"
-#include "procs/droplet_estimator/node.h"
+#include "estimators/droplet/layer_drops.h"
+#include "firn/height_map_t.hpp"
 
 namespace firn {
 
@@ -37,10 +39,13 @@ class ObservedRun {
   droplet::Estimate learn() const;
 
  private:
+  /// What the map of a layer is good for, given the droplets of `drops`.
+  std::vector<droplet::Use> use_of(const droplet::LayerDrops& drops, const height_map_t& map) const;
+
   Experiment experiment_;
   Mask mask_;
   std::map<int, height_map_t> maps_;
-  std::map<int, LayerDrops> drops_;
+  std::map<int, droplet::LayerDrops> drops_;
 };
 
 }  // namespace firn

@@ -127,6 +127,12 @@ void check_estimator(Rules& r) {
   r.require(!on || !has_two_jets(e), {"estimator.droplets"}, "learns one ink; this experiment prints two");
   r.require(!on || e.control.smoothing == 0.0, {"estimator.droplets", "control.smoothing"},
             "needs the raw map: control.smoothing = 0 (a smoothed one hides what a single droplet does)");
+  const bool kalman = e.control.height_estimate == "kalman";
+  r.require(!kalman || !has_two_jets(e), {"control.height_estimate"}, "knows one ink; this experiment prints two");
+  r.require(!kalman || e.control.smoothing == 0.0, {"control.height_estimate", "control.smoothing"},
+            "needs the raw map, whose noise differs from cell to cell: control.smoothing = 0");
+  const double memory = e.estimator.memory_layers;
+  r.require(memory == 0.0 || memory >= 2.0, {"estimator.memory_layers"}, "must be 0 (nothing is forgotten) or at least 2");
 }
 
 void check_axis(Rules& r, double low_mm, double high_mm, const char* what, std::initializer_list<const char*> keys,

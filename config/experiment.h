@@ -94,6 +94,8 @@ struct ControlConfig {
   int max_layers = 200;            ///< the print stops for the operator beyond this
   double smoothing = 0.0;          ///< 1 = robust DCT smoothing with automatic parameter, 0 = raw map
   std::string adapt_model = "off"; ///< "on": h1..h3 of HEIGHT_MODEL take the place of model.h1_mm..h3_mm
+  std::string height_estimate = "map";  ///< "kalman": the map blended with what the executed droplets must have added
+  double droplet_scatter = 0.06;   ///< relative standard deviation of a droplet, until droplet_estimator tells
   double noise_gate = 2.0;         ///< end when a layer would answer no more than this many noise_std per droplet
   OpenLoopConfig open_loop;
   SmfConfig smf;
@@ -107,6 +109,7 @@ struct EstimatorConfig {           ///< what learns from the layers while they a
   std::string droplets = "off";    ///< "on": droplet_estimator takes part and publishes HEIGHT_MODEL
   int window_layers = 10;
   double prior_std = 0.5;          ///< relative, of each of h1..h3 about model.h1_mm..h3_mm
+  double memory_layers = 0.0;      ///< a layer's weight falls by 1 / e in so many; 0 = nothing is forgotten
 };
 
 struct ProcessConfig {             ///< how a layer is printed

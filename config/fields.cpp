@@ -92,6 +92,8 @@ Table control_fields(Experiment& e) {
       {"control.max_layers", &e.control.max_layers, "", within(1, kMaxLayers), "the print stops for the operator beyond this"},
       {"control.smoothing", &e.control.smoothing, "", within(0, 1), "1 = robust DCT smoothing of the map [Garcia 2010], 0 = raw map"},
       {"control.adapt_model", &e.control.adapt_model, "", one_of({"off", "on"}), "on: MPC plans with the h1..h3 that droplet_estimator has learned so far"},
+      {"control.height_estimate", &e.control.height_estimate, "", one_of({"map", "kalman"}), "what the scheme sees: the map, or the map blended with what the executed droplets must have added"},
+      {"control.droplet_scatter", &e.control.droplet_scatter, "", within(0, 1), "kalman: relative standard deviation of a droplet; with adapt_model what droplet_estimator has learned takes its place"},
       {"control.noise_gate", &e.control.noise_gate, "", within(0, 100), "SMF and MPC end when a layer would better the part by no more than this many sensor sigmas per droplet"},
       {"control.open_loop.layers", &e.control.open_loop.layers, "", within(0, kMaxLayers), "full layers; 0 = per cell, target height by nominal layer height"},
       {"control.smf.kp", &s.kp, "", within(0, 10), "proportional gain [Barnett, (5.1)]"},
@@ -126,6 +128,7 @@ Table control_fields(Experiment& e) {
       {"estimator.droplets", &e.estimator.droplets, "", one_of({"off", "on"}), "on: droplet_estimator learns h1..h3 from drops and maps, layer by layer"},
       {"estimator.window_layers", &e.estimator.window_layers, "layers", within(1, 1000), "layers that are estimated anew each time; older ones as a summary"},
       {"estimator.prior_std", &e.estimator.prior_std, "", above(0, 10), "relative standard deviation of what model.h1_mm..h3_mm are believed to be"},
+      {"estimator.memory_layers", &e.estimator.memory_layers, "layers", within(0, 1e6), "forgetting: a layer so many layers old counts 1 - 1/M to that power, about 1/e; 0 = nothing is forgotten"},
   };
 }
 

@@ -36,6 +36,12 @@ DropletPattern drops_of(const layer_plan_t& p) {
   return d;
 }
 
+DropletPattern drops_of(const deposition_report_t& r) {
+  DropletPattern d(from_message(r.grid));
+  for (std::size_t c = 0; c < d.size(); ++c) d.cells[c] = std::uint8_t(r.drops[c]);
+  return d;
+}
+
 void set_drops(layer_plan_t& p, const DropletPattern& d) {
   p.grid = to_message(d.spec);
   p.n = std::int32_t(d.size());

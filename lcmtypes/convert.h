@@ -7,6 +7,7 @@
 #include "core/grid/grid.h"
 #include "core/path/trajectory_codec.h"
 #include "core/grid/material.h"
+#include "firn/deposition_report_t.hpp"
 #include "firn/grid_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
@@ -21,6 +22,7 @@ GridSpec from_message(const grid_t& grid);
 HeightMap height_of(const height_map_t& map);              ///< NaN where not measured
 void set_height(height_map_t& map, const HeightMap& height);
 DropletPattern drops_of(const layer_plan_t& plan);
+DropletPattern drops_of(const deposition_report_t& report);  ///< what the pass commanded
 void set_drops(layer_plan_t& plan, const DropletPattern& drops);
 MaterialMap materials_of(const material_map_t& map);
 void set_materials(material_map_t& map, const MaterialMap& materials);

@@ -66,6 +66,9 @@ DropletEstimator::DropletEstimator(const GridSpec& grid, const EstimatorOptions&
   require(options.prior_std > 0.0 && options.prior_std <= 10.0, "prior_std = " + std::to_string(options.prior_std) + " is outside (0, 10]");
   require(options.window_layers >= 1, "window_layers = " + std::to_string(options.window_layers) + " must be 1 or more");
   require(options.max_evaluations >= 10, "max_evaluations = " + std::to_string(options.max_evaluations) + " must be 10 or more");
+  require(options.memory_layers == 0.0 || (std::isfinite(options.memory_layers) && options.memory_layers >= 2.0),
+          "memory_layers = " + std::to_string(options.memory_layers) + " must be 0 or at least 2");
+  if (options.memory_layers > 0.0) keep_ = 1.0 - 1.0 / options.memory_layers;
   const auto scale = scales(options.prior);
   for (int n = 0; n < 3; ++n) {
     const double std_mm = options.prior_std * scale[std::size_t(n)];
@@ -116,6 +119,7 @@ Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& 
     droplets_ += std::int64_t(p.cells.size());
   }
   if (int(window_.size()) >= options_.window_layers) forget_oldest();
+  fade();
   Layer layer;
   layer.passes = std::move(passes);
   layer.height_mm = height.cells;
@@ -124,6 +128,25 @@ Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& 
   window_.push_back(std::move(layer));
   ++layers_;
   return update();
+}
+
+// What the layers before the window say, one layer older.
+void DropletEstimator::fade() {
+  if (keep_ == 1.0) return;
+  for (CellTerms& t : old_) {
+    for (double& v : t.information.m) v *= keep_;
+    for (double& v : t.pull) v *= keep_;
+  }
+  for (double& v : information_.m) v *= keep_;
+  for (double& v : pull_) v *= keep_;
+  for (double& v : old_ground_) v *= keep_;
+}
+
+double DropletEstimator::weight_of(std::size_t k) const {
+  double weight = 1.0;
+  if (keep_ != 1.0)
+    for (std::size_t n = k + 1; n < window_.size(); ++n) weight *= keep_;
+  return weight;
 }
 
 Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
@@ -215,9 +238,11 @@ double DropletEstimator::objective(const double* h) {
   start_at(m, 0.0, work_->height);
   work_->difference.resize(grid_.size());
   double sum = 0.0;
-  for (const Layer& l : window_) {
+  for (std::size_t k = 0; k < window_.size(); ++k) {
+    const Layer& l = window_[k];
     filter_.differences(l, work_->height, m, scatter_, work_->difference);
-    for (std::size_t c = 0; c < grid_.size(); ++c) sum += loss(work_->difference[c], l.weight[c]);
+    const double fading = weight_of(k);
+    for (std::size_t c = 0; c < grid_.size(); ++c) sum += fading * loss(work_->difference[c], l.weight[c]);
   }
   const std::array<double, 3> at{h[0], h[1], h[2]}, prior = values(options_.prior);
   const std::array<double, 3> off{h[0] - prior[0], h[1] - prior[1], h[2] - prior[2]};
@@ -315,6 +340,7 @@ void DropletEstimator::judge() {
 double DropletEstimator::add_layer_terms(std::size_t k, std::vector<CellTerms>& terms, double& count) const {
   const Layer& l = window_[k];
   const auto at = values(model_);
+  const double fading = weight_of(k);
   double squares = 0.0;
   for (std::size_t c = 0; c < grid_.size(); ++c) {
     if (l.weight[c] == 0.0) continue;
@@ -324,18 +350,19 @@ double DropletEstimator::add_layer_terms(std::size_t k, std::vector<CellTerms>& 
     Symmetric3 information;
     for (std::size_t r = 0; r < 3 && !out; ++r)
       for (std::size_t q = 0; q < 3; ++q)
-        information.at(int(r), int(q)) = work_->slope[r][k][c] * l.weight[c] * work_->slope[q][k][c];
+        information.at(int(r), int(q)) = fading * work_->slope[r][k][c] * l.weight[c] * work_->slope[q][k][c];
     const auto known = information.times(at);
-    for (std::size_t r = 0; r < 3; ++r) terms[c].pull[r] += work_->slope[r][k][c] * l.weight[c] * e + known[r];
+    for (std::size_t r = 0; r < 3; ++r) terms[c].pull[r] += fading * work_->slope[r][k][c] * l.weight[c] * e + known[r];
     terms[c].information += information;
   }
   return squares;
 }
 
 void DropletEstimator::add_ground_terms(std::size_t k, const std::vector<double>& shifted, std::array<double, 3>& sum) const {
+  const double fading = weight_of(k);
   for (std::size_t c = 0; c < grid_.size(); ++c)
     for (std::size_t r = 0; r < 3; ++r)
-      sum[r] += work_->slope[r][k][c] * window_[k].weight[c] * (shifted[c] - work_->at_best[k][c]) / kGroundShift_mm;
+      sum[r] += fading * work_->slope[r][k][c] * window_[k].weight[c] * (shifted[c] - work_->at_best[k][c]) / kGroundShift_mm;
 }
 
 // The surface after the oldest layer becomes the start, and its derivatives with it, so that nothing of what the layer
@@ -360,7 +387,7 @@ void DropletEstimator::forget_oldest() {
     auto h = values(model_);
     h[n] += kStep * scale[n];
     slope[n] = after(model_of(h.data()), 0.0);
-    for (std::size_t c = 0; c < grid_.size(); ++c) slope[n][c] = (slope[n][c] - height[c]) / (kStep * scale[n]);
+    for (std::size_t c = 0; c < grid_.size(); ++c) slope[n][c] = keep_ * ((slope[n][c] - height[c]) / (kStep * scale[n]));
   }
   for (std::size_t c = 0; c < grid_.size(); ++c) start_by_ground_[c] = (shifted[c] - height[c]) / kGroundShift_mm;
   Surface s{{}, start_.variance_mm2};

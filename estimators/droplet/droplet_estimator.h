@@ -11,6 +11,8 @@
 // cells say (sandwich): a cell's differences of all layers are taken together, since the filter leaves them correlated,
 // and with those of cells up to two apart, which may share a droplet. The assumed variances only weigh.
 //
+// With a memory of M layers all that a layer says counts (1 - 1/M)^age: exponential forgetting.
+//
 // Layers older than the window are kept as a quadratic in h1..h3, and the surface after them to first order in h1..h3, so
 // that the work per layer does not grow.
 #pragma once
@@ -33,6 +35,9 @@ struct EstimatorOptions {
   deposition::Border border = deposition::Border::kLose;
   int window_layers = 10;
   int max_evaluations = 60;  ///< of the objective, per layer and round
+  /// M: a layer that is a layers old has the weight (1 - 1/M)^a, so that a drifting jet is followed; 0: nothing is
+  /// forgotten. The prior keeps its own.
+  double memory_layers = 0.0;
 };
 
 struct Estimate {
@@ -80,6 +85,7 @@ class DropletEstimator {
   double add_layer_terms(std::size_t k, std::vector<CellTerms>& terms, double& count) const;
   void check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const;
   void hear_noise(double std_mm);
+  void fade();
   double noise_variance_mm2() const { return noise_scale_ * told_variance_mm2_; }
   Estimate update();
   void fix_references();
@@ -91,6 +97,7 @@ class DropletEstimator {
   void add_ground_terms(std::size_t k, const std::vector<double>& shifted, std::array<double, 3>& sum) const;
   void judge();
   void forget_oldest();
+  double weight_of(std::size_t k) const;  ///< of layer k of the window, by its age
 
   GridSpec grid_;
   EstimatorOptions options_;
@@ -104,6 +111,7 @@ class DropletEstimator {
   double ground_variance_mm2_ = 0.0;                 ///< of the bare ground's mean height
   std::vector<Layer> window_;
   deposition::DropletModel model_;
+  double keep_ = 1.0;  ///< 1 - 1/M
   double scatter_ = 0.05;
   double told_variance_mm2_ = 0.0, noise_scale_ = 1.0;  ///< of the maps' noise: mean of what they tell, and how far off it is
   int told_ = 0;

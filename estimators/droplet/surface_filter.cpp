@@ -91,7 +91,7 @@ void SurfaceFilter::pass_mean(const Pass& pass, std::vector<double>& h, std::spa
   for (std::size_t c = 0; c < h.size(); ++c) h[c] += pass.share * change_[c];
 }
 
-void SurfaceFilter::reference(Layer& layer, Surface& s, const deposition::DropletModel& model, double scatter) {
+void SurfaceFilter::predict(Layer& layer, Surface& s, const deposition::DropletModel& model, double scatter) {
   const Links links = links_of(model, scatter);
   const double drop_mm = model.layer_height_mm();
   layer.variance_mm2.assign(layer.passes.size(), {});
@@ -125,12 +125,15 @@ void SurfaceFilter::reference(Layer& layer, Surface& s, const deposition::Drople
     for (std::size_t c = 0; c < grid_.size(); ++c)
       s.variance_mm2[c] = own_[c] * own_[c] * s.variance_mm2[c] + from_[c];
   }
+  for (std::size_t c = 0; c < grid_.size(); ++c) s.variance_mm2[c] += scatter * scatter * layer.scatter_mm2[c];
+}
+
+void SurfaceFilter::reference(Layer& layer, Surface& s, const deposition::DropletModel& model, double scatter) {
+  predict(layer, s, model, scatter);
   layer.gain.assign(grid_.size(), 0.0);
   layer.weight.assign(grid_.size(), 0.0);
   for (std::size_t c = 0; c < grid_.size(); ++c) {
-    const double before = s.variance_mm2[c] + scatter * scatter * layer.scatter_mm2[c];
-    const double total = before + layer.noise_variance_mm2;
-    s.variance_mm2[c] = before;
+    const double before = s.variance_mm2[c], total = before + layer.noise_variance_mm2;
     if (layer.use[c] == Use::kNothing) continue;
     if (layer.use[c] == Use::kAnchor) {
       layer.gain[c] = 1.0;

@@ -57,6 +57,10 @@ class SurfaceFilter {
   /// One layer at `model`: fixes the layer's variances, gains and weights, and moves `surface` past it.
   void reference(Layer& layer, Surface& surface, const deposition::DropletModel& model, double scatter);
 
+  /// The first half of reference(): `surface` after the layer's passes as the model has it, variances with what
+  /// droplets scatter.
+  void predict(Layer& layer, Surface& surface, const deposition::DropletModel& model, double scatter);
+
   /// The same with what reference() fixed: moves the heights alone and writes measured - predicted, 0 where nothing
   /// is learned. With everything else fixed the differences depend on the model smoothly, and their weights do not
   /// reward a model for being uncertain.

@@ -13,6 +13,9 @@
 namespace firn {
 namespace {
 
+constexpr TimerId kLateReports{1};
+constexpr double kWaitForReports_s = 2.0;
+
 control::Rounding rounding_of(const std::string& name) {
   return name == "nearest" ? control::Rounding::kNearest
          : name == "carry" ? control::Rounding::kCarry
@@ -74,14 +77,60 @@ control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
 
 ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
                                std::shared_ptr<const Geometry> geometry)
-    : grid_(e.grid),
-      scheme_(control::make_controller(control_setup(e, std::move(target), std::move(mask), std::move(geometry)),
-                                       control_options(e))) {
+    : grid_(e.grid), wait_s_(kWaitForReports_s * e.run.time_scale) {
+  if (e.control.height_estimate == "kalman") estimate_.emplace(e, mask);
+  scheme_ = control::make_controller(control_setup(e, std::move(target), std::move(mask), std::move(geometry)), control_options(e));
   subscribe(channels::kHeightMap, this);
   if (e.control.adapt_model == "on") subscribe(channels::kHeightModel, this);
+  if (estimate_) subscribe(channels::kDepositionReport, this);
 }
 
-void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
+void ControllerNode::on(const height_map_t& m, Time now, Outbox& out) {
+  if (waiting_) {  // the newer map tells more
+    waiting_.reset();
+    out.cancel(kLateReports);
+  }
+  if (!estimate_ || estimate_->ready(m)) return answer(m, out);
+  waiting_ = m;
+  out.wake_at(kLateReports, now.after_s(wait_s_));
+}
+
+void ControllerNode::on(const deposition_report_t& r, Time, Outbox& out) {
+  estimate_->take(r);
+  if (!waiting_ || !estimate_->ready(*waiting_)) return;
+  out.cancel(kLateReports);
+  const height_map_t map = std::move(*waiting_);
+  waiting_.reset();
+  answer(map, out);
+}
+
+void ControllerNode::wake(TimerId timer, Time, Outbox& out) {
+  if (timer != kLateReports || !waiting_) return;
+  const height_map_t map = std::move(*waiting_);
+  waiting_.reset();
+  fault_t fault{};
+  fault.severity = std::int8_t(Severity::kWarning);
+  fault.node = info(NodeId::kController).name;
+  fault.text = "what was fired for layer " + std::to_string(map.layer) + " has not been reported; its map counts alone";
+  out.send(channels::fault(NodeId::kController), fault);
+  answer(map, out);
+}
+
+control::Decision ControllerNode::decide(const height_map_t& m) {
+  if (from_message(m.grid) != grid_ || m.height_mm.size() != grid_.size())
+    throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": grid " +
+                                std::to_string(m.grid.nx) + " x " + std::to_string(m.grid.ny) + " with " +
+                                std::to_string(m.height_mm.size()) + " heights is not the experiment's " +
+                                std::to_string(grid_.nx) + " x " + std::to_string(grid_.ny));
+  if (estimate_) {
+    estimate_->take(m);
+    return scheme_->decide({estimate_->height(), m.layer, m.attempt, estimate_->std_mm()});
+  }
+  const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
+  return scheme_->decide({height_of(m), m.layer, m.attempt, noise});
+}
+
+void ControllerNode::answer(const height_map_t& m, Outbox& out) {
   layer_plan_t plan{};
   plan.layer = m.layer + 1;
   plan.attempt = m.attempt;
@@ -89,14 +138,7 @@ void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   control::Decision d;
   d.drops = DropletPattern(grid_);
   try {
-    if (from_message(m.grid) != grid_ || m.height_mm.size() != grid_.size())
-      throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": grid " +
-                                  std::to_string(m.grid.nx) + " x " + std::to_string(m.grid.ny) + " with " +
-                                  std::to_string(m.height_mm.size()) + " heights is not the experiment's " +
-                                  std::to_string(grid_.nx) + " x " + std::to_string(grid_.ny));
-    const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
-    const HeightMap height = height_of(m);
-    d = scheme_->decide({height, m.layer, m.attempt, noise});
+    d = decide(m);
   } catch (const std::exception& error) {
     d.kind = control::Decision::Kind::kStop;
     d.reason = error.what();
@@ -124,7 +166,9 @@ void ControllerNode::on(const height_map_t& m, Time, Outbox& out) {
 }
 
 void ControllerNode::on(const height_model_t& m, Time, Outbox&) {
-  if (m.layers_used > 0) scheme_->use_model({m.h1_mm, m.h2_mm, m.h3_mm});
+  if (m.layers_used <= 0) return;
+  scheme_->use_model({m.h1_mm, m.h2_mm, m.h3_mm});
+  if (estimate_) estimate_->use_model({m.h1_mm, m.h2_mm, m.h3_mm}, m.droplet_scatter);
 }
 
 std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs) {

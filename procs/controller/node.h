@@ -2,12 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "config/experiment.h"
 #include "core/control/controller.h"
 #include "firn/height_map_t.hpp"
 #include "firn/height_model_t.hpp"
+#include "procs/controller/height_estimate.h"
 #include "runtime/node.h"
 
 namespace firn {
@@ -15,6 +17,8 @@ namespace firn {
 /// Answers every height map with the plan of the next layer (map.layer + 1), echoing map_id and attempt.
 /// A map that cannot be used (another grid, sizes that disagree, a height on the part that is not finite) is
 /// answered with a fault and a plan to stop for the operator; it leaves the scheme's state as it was.
+/// With control.height_estimate = "kalman" the scheme sees the map blended with what the executed droplets must have
+/// added. A map that overtakes the reports of its layer waits for them, two seconds at most; then it counts alone.
 class ControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the setup field or option that the scheme refuses.
@@ -25,10 +29,19 @@ class ControllerNode final : public Node {
   /// With control.adapt_model: later decisions plan with it. A decision does not wait for it: a map is answered with
   /// the newest model that has come.
   void on(const height_model_t&, Time now, Outbox&);
+  /// With control.height_estimate = "kalman".
+  void on(const deposition_report_t&, Time now, Outbox&);
+  void wake(TimerId, Time now, Outbox&) override;
 
  private:
+  void answer(const height_map_t& map, Outbox& out);
+  control::Decision decide(const height_map_t& map);
+
   GridSpec grid_;
   std::unique_ptr<control::LayerController> scheme_;
+  std::optional<HeightEstimate> estimate_;  ///< "kalman"
+  double wait_s_;
+  std::optional<height_map_t> waiting_;     ///< for the reports of its layer
 };
 
 /// What the configuration says of a scheme, in core's terms.

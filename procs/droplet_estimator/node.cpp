@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/grid/firing_order.h"
 #include "core/grid/npy.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_model_t.hpp"
@@ -15,7 +14,6 @@
 namespace firn {
 namespace {
 
-constexpr double kLeastCountedShare = 0.9;  // below, the count itself is in doubt
 constexpr double kNoiseIfUnknown_mm = 0.001;  // Lu 2015, V-B
 
 droplet::EstimatorOptions options_of(const Experiment& e) {
@@ -23,47 +21,12 @@ droplet::EstimatorOptions options_of(const Experiment& e) {
   o.prior = {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm};
   o.prior_std = e.estimator.prior_std;
   o.window_layers = e.estimator.window_layers;
+  o.memory_layers = e.estimator.memory_layers;
   o.border = e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
   return o;
 }
 
 }  // namespace
-
-void LayerDrops::add(const deposition_report_t& r) {
-  DropletPattern commanded(from_message(r.grid));
-  commanded.cells.assign(r.drops.begin(), r.drops.end());
-  const auto order = firing_order(commanded, 0);
-  const std::size_t n = order.size();
-  const std::size_t known = std::min(n, std::size_t(r.unknown_from)), doubt_to = std::min(n, std::size_t(r.unknown_to));
-  droplet::Pass pass;
-  pass.cells.assign(order.begin(), order.begin() + std::ptrdiff_t(known));
-  std::sort(pass.cells.begin(), pass.cells.end());
-  std::size_t doubt_from = known, doubt_end = doubt_to;
-  if (doubt_to == known && known == n && known > 0 && r.triggered_jet >= 0 && std::size_t(r.triggered_jet) < known) {
-    pass.share = double(r.triggered_jet) / double(known);
-    if (pass.share < kLeastCountedShare) doubt_from = 0, doubt_end = n;
-  }
-  for (std::size_t k = doubt_from; k < doubt_end; ++k) {
-    doubt_.resize(commanded.size(), 0);
-    const int i = int(order[k] % std::size_t(commanded.spec.nx)), j = int(order[k] / std::size_t(commanded.spec.nx));
-    for (int y = j - 1; y <= j + 1; ++y)
-      for (int x = i - 1; x <= i + 1; ++x)
-        if (commanded.spec.contains(x, y)) doubt_[commanded.spec.index(x, y)] = 1;
-  }
-  if (doubt_from == 0 && doubt_end == n) pass.cells.clear(), pass.share = 1.0;
-  if (!pass.cells.empty()) passes_.push_back(std::move(pass));
-  // After a doubt the layer is closed; else its last pass, fired to its end, closes it.
-  complete_ = doubt_to > known || (known == n && r.pass + 1 >= r.passes);
-}
-
-std::vector<droplet::Use> LayerDrops::use_of(const height_map_t& m, const Mask& mask) const {
-  std::vector<droplet::Use> use(m.height_mm.size(), droplet::Use::kNothing);
-  for (std::size_t c = 0; c < use.size(); ++c) {
-    if (CellQuality(m.quality[c]) != CellQuality::kMeasured || !std::isfinite(m.height_mm[c])) continue;
-    use[c] = !mask.cells[c] || (!doubt_.empty() && doubt_[c]) ? droplet::Use::kAnchor : droplet::Use::kLearn;
-  }
-  return use;
-}
 
 DropletEstimatorNode::DropletEstimatorNode(const Experiment& e, Mask mask)
     : grid_(e.grid), mask_(std::move(mask)), estimator_(e.grid, options_of(e)) {
@@ -80,7 +43,7 @@ void DropletEstimatorNode::on(const deposition_report_t& r, Time, Outbox& out) {
     layer_ = r.layer;
     drops_ = {};
   }
-  drops_.add(r);
+  drops_.add({drops_of(r), r.pass, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
   if (!waiting_ || waiting_->layer != layer_ || !drops_.complete()) return;
   const height_map_t map = std::move(*waiting_);
   waiting_.reset();
@@ -105,8 +68,8 @@ void DropletEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
 void DropletEstimatorNode::learn(const height_map_t& m, Outbox& out) {
   if (m.layer < learned_) return;
   const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : kNoiseIfUnknown_mm;
-  const LayerDrops drops = m.layer == layer_ ? drops_ : LayerDrops{};
-  const auto use = drops.use_of(m, mask_);
+  const droplet::LayerDrops drops = m.layer == layer_ ? drops_ : droplet::LayerDrops{};
+  const auto use = drops.use_of(height_of(m), m.quality, mask_);
   if (std::count(use.begin(), use.end(), droplet::Use::kNothing) == std::ptrdiff_t(use.size()))
     return warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no measured cell", out);
   try {

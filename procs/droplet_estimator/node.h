@@ -7,29 +7,12 @@
 
 #include "config/experiment.h"
 #include "estimators/droplet/droplet_estimator.h"
+#include "estimators/droplet/layer_drops.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "runtime/node.h"
 
 namespace firn {
-
-/// What is known of the passes of one layer.
-class LayerDrops {
- public:
-  /// Takes in one report. The droplets before unknown_from have been fired; where the jet counted fewer than the
-  /// stage commanded, each of them counts as that share of a droplet. Cells whose droplet is in doubt, and the cells
-  /// around them, teach nothing.
-  void add(const deposition_report_t& report);
-  bool complete() const { return complete_; }  ///< nothing of this layer is still to come
-  std::vector<droplet::Pass> passes() const { return passes_; }
-  /// What the map's cells are good for: those off the part are bare ground and walls, from which nothing is learned.
-  std::vector<droplet::Use> use_of(const height_map_t& map, const Mask& mask) const;
-
- private:
-  std::vector<droplet::Pass> passes_;
-  std::vector<std::uint8_t> doubt_;  ///< empty: none
-  bool complete_ = false;
-};
 
 /// After every layer: h1, h2, h3 with their covariance and how far the patterns have told them apart. A map that
 /// comes before the last report of its layer waits for it (they travel on two channels), at most until the next map. A
@@ -50,7 +33,7 @@ class DropletEstimatorNode final : public Node {
   GridSpec grid_;
   Mask mask_;
   droplet::DropletEstimator estimator_;
-  LayerDrops drops_;
+  droplet::LayerDrops drops_;
   int layer_ = 0;        ///< of drops_
   int learned_ = -1;     ///< newest layer whose map has been taken in
   std::optional<height_map_t> waiting_;

@@ -250,3 +250,47 @@ TEST_CASE("Wrong options and maps are named") {
   e.set_ground(HeightMap(g, 0.0), use, 0.001);
   CHECK_THROWS_WITH(e.add_layer({{{99}, 1.0}}, HeightMap(g, 0.0), use, 0.001), Catch::Contains("off the grid"));
 }
+
+TEST_CASE("With a memory the estimate follows a jet that drifts; without one it lags behind") {
+  for (const std::uint64_t seed : {1, 2}) {
+    Planted world;
+    world.grid = {24, 24, 0.25, 0.25, 0.0, 0.0};
+    world.height = HeightMap(world.grid, 0.0);
+    world.seed = seed;
+    EstimatorOptions options = world.options();
+    options.window_layers = 3;
+    DropletEstimator all(world.grid, options);
+    options.memory_layers = 6.0;
+    DropletEstimator fading(world.grid, options);
+    for (DropletEstimator* e : {&all, &fading}) e->set_ground(world.measure(), world.everywhere(), world.noise_mm);
+    const deposition::DropletModel first = world.model;
+    for (int k = 0; k < 30; ++k) {  // a third less in thirty layers
+      const double s = 1.0 - 0.011 * k;
+      world.model = {s * first.h1_mm, s * first.h2_mm, s * first.h3_mm};
+      const Pass pass = world.print();
+      for (DropletEstimator* e : {&all, &fading}) e->add_layer({pass}, world.measure(), world.everywhere(), world.noise_mm);
+    }
+    const auto off = [&](const DropletEstimator& e) { return e.estimate().model.h1_mm / world.model.h1_mm - 1.0; };
+    INFO("off by " << off(all) << " without and " << off(fading) << " with a memory");
+    CHECK(off(all) > 0.10);
+    CHECK(std::abs(off(fading)) < 0.09);  // five layers' lag
+    CHECK(std::abs(fading.estimate().model.layer_height_mm() / world.model.layer_height_mm() - 1.0) < 0.09);
+  }
+}
+
+TEST_CASE("A memory without end is none: estimates of the two agree") {
+  Planted world;
+  world.grid = {16, 16, 0.25, 0.25, 0.0, 0.0};
+  world.height = HeightMap(world.grid, 0.0);
+  Planted again = world;
+  EstimatorOptions options = world.options();
+  options.window_layers = 2;
+  DropletEstimator all(world.grid, options);
+  options.memory_layers = 1e6;
+  DropletEstimator long_memory(world.grid, options);
+  const Estimate a = world.learn(all, 6), b = again.learn(long_memory, 6);
+  CHECK(b.model.h1_mm == Approx(a.model.h1_mm).epsilon(1e-4));
+  CHECK(b.std_mm(0) == Approx(a.std_mm(0)).epsilon(1e-3));
+  options.memory_layers = 1.5;
+  CHECK_THROWS_WITH(DropletEstimator(world.grid, options), Catch::Contains("memory_layers"));
+}

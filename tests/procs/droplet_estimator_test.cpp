@@ -120,62 +120,6 @@ TEST_CASE("A layer that is measured again replaces what its first map taught") {
   CHECK(b.last(channels::kHeightModel).h1_mm == Approx(clean.last(channels::kHeightModel).h1_mm).epsilon(0.01));
 }
 
-TEST_CASE("Several passes are several steps of (4); a count of the jet below the stage's scales the droplets") {
-  LayerDrops drops;
-  deposition_report_t r{};
-  r.layer = 1;
-  r.passes = 2;
-  r.grid = to_message(GridSpec{4, 3, 0.25, 0.25, 0.0, 0.0});
-  r.n = 12;
-  r.drops.assign(12, 1);
-  r.commanded = r.triggered_stage = r.unknown_from = r.unknown_to = 12;
-  r.triggered_jet = 11;
-  drops.add(r);
-  CHECK_FALSE(drops.complete());
-  r.pass = 1;
-  r.triggered_jet = -1;
-  r.drops[0] = 0;
-  r.commanded = r.triggered_stage = r.unknown_from = r.unknown_to = 11;
-  drops.add(r);
-  CHECK(drops.complete());
-  REQUIRE(drops.passes().size() == 2);
-  CHECK(drops.passes()[0].share == Approx(11.0 / 12.0));
-  CHECK(drops.passes()[1].share == 1.0);
-  CHECK(drops.passes()[1].cells.size() == 11);
-}
-
-TEST_CASE("Droplets in doubt are not taken as fired, and the cells about them teach nothing") {
-  LayerDrops drops;
-  deposition_report_t r{};
-  r.passes = 1;
-  const GridSpec g{6, 4, 0.25, 0.25, 0.0, 0.0};
-  r.grid = to_message(g);
-  r.n = 24;
-  r.drops.assign(24, 0);
-  for (int i = 0; i < 6; ++i) r.drops[std::size_t(i)] = 1;  // row 0 is fired from left to right
-  r.commanded = 6;
-  r.triggered_stage = r.triggered_jet = -1;
-  r.unknown_from = 2, r.unknown_to = 3;
-  drops.add(r);
-  CHECK(drops.complete());
-  REQUIRE(drops.passes().size() == 1);
-  CHECK(drops.passes()[0].cells == std::vector<std::uint32_t>{0, 1});
-  height_map_t m{};
-  set_height(m, HeightMap(g, 0.0));
-  m.quality.assign(24, 0);
-  m.quality[g.index(5, 3)] = std::int8_t(CellQuality::kInFilled);
-  Mask mask(g, 1);
-  mask.at(0, 3) = 0;
-  const auto use = drops.use_of(m, mask);
-  for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 6; ++i) {
-      const droplet::Use expected = i == 5 && j == 3                             ? droplet::Use::kNothing
-                                    : (i >= 1 && i <= 3 && j <= 1) || (i == 0 && j == 3) ? droplet::Use::kAnchor
-                                                                                 : droplet::Use::kLearn;
-      CHECK(use[g.index(i, j)] == expected);
-    }
-}
-
 TEST_CASE("Messages of another grid, maps without a reading and late reports change nothing but a warning") {
   Bench b;
   b.map(0);
