@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "estimators/droplet/huber.h"
+
 namespace firn::droplet {
 namespace {
 
@@ -21,19 +23,6 @@ constexpr double kClippedSquare = 0.995;   // mean of the clipped square of a no
 constexpr double kLeastNoiseScale = 0.25;  // of the variance that the maps tell
 constexpr int kMostRounds = 5;
 constexpr double kSettled = 3e-4;
-constexpr double kClip = 3.0;    // standard deviations: a difference beyond pulls no harder
-
-// Huber's loss, doubled: the square up to kClip standard deviations, then a straight line.
-double loss(double difference, double weight) {
-  const double z2 = weight * difference * difference;
-  return z2 <= kClip * kClip ? z2 : 2.0 * kClip * std::sqrt(z2) - kClip * kClip;
-}
-bool beyond(double difference, double weight) { return weight * difference * difference > kClip * kClip; }
-double clipped(double difference, double weight) {
-  if (!beyond(difference, weight)) return difference;
-  return (difference > 0.0 ? kClip : -kClip) / std::sqrt(weight);
-}
-
 std::array<double, 3> values(const DropletModel& m) { return {m.h1_mm, m.h2_mm, m.h3_mm}; }
 DropletModel model_of(const double* h) { return {h[0], h[1], h[2]}; }
 
