@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
+#include "core/deposition/height_change.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
+#include "firn/deposition_report_t.hpp"
 #include "firn/fault_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
@@ -149,6 +152,120 @@ TEST_CASE("With control.adapt_model MPC plans with the newest HEIGHT_MODEL; with
   Bench early("mpc", true);
   early.give(channels::kHeightModel, m);
   CHECK(early.ask(h, 6, 1).drops == a.drops);
+}
+
+namespace {
+
+Experiment with_filter(Experiment e) {
+  e.control.height_estimate = "kalman";
+  return e;
+}
+
+// The node that blends maps and droplets, on a part that is far from done.
+struct FilterBench : test::NodeBench {
+  explicit FilterBench(const Experiment& e = with_filter(small("mpc")))
+      : NodeBench(NodeId::kController, std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), disc(e.grid))) {
+    start();
+  }
+  void map(const HeightMap& h, int layer, int attempt = 0) {
+    height_map_t m{};
+    m.layer = layer;
+    m.attempt = attempt;
+    m.map_id = ++maps;
+    m.noise_std_mm = 0.001;
+    set_height(m, h);
+    m.quality.assign(h.size(), 0);
+    give(channels::kHeightMap, m);
+  }
+  deposition_report_t report_of(const layer_plan_t& plan) const {
+    deposition_report_t r{};
+    r.layer = plan.layer;
+    r.passes = 1;
+    r.outcome = std::int8_t(Outcome::kDone);
+    r.grid = plan.grid;
+    r.n = plan.n;
+    r.drops = plan.drops;
+    r.commanded = r.triggered_stage = r.triggered_jet = r.unknown_from = r.unknown_to = drops_of(plan).total();
+    r.confirmed = -1;
+    return r;
+  }
+  std::size_t plans() const { return all(channels::kLayerPlan).size(); }
+  std::size_t faults() const { return all(channels::fault(NodeId::kController)).size(); }
+  std::int64_t maps = 0;
+};
+
+}  // namespace
+
+TEST_CASE("With height_estimate = kalman noise of one map moves the plan less than it moves the map") {
+  const GridSpec g = small("mpc").grid;
+  const deposition::DropletModel model;
+  HeightMap truth(g, 0.0);
+  FilterBench b;
+  Bench plain("mpc");
+  RandomStream random(8, Purpose::kTest);
+  double off_filter = 0.0, off_map = 0.0;
+  b.map(truth, 0);
+  for (int layer = 1; layer <= 5; ++layer) {
+    const layer_plan_t plan = b.last(channels::kLayerPlan);
+    deposition::HeightChange<1>(g, deposition::stencil_of(model), deposition::Border::kLose).deposit(truth, drops_of(plan));
+    HeightMap noisy = truth;
+    for (double& v : noisy.cells) v += random.uniform(-0.0017, 0.0017);  // 1 um
+    b.give(channels::kDepositionReport, b.report_of(plan));
+    b.map(noisy, layer);
+    const double none_filter = b.last(channels::kLayerPlan).objective_none_mm, none_map = plain.ask(noisy, layer, layer).objective_none_mm;
+    const double none = plain.ask(truth, layer, layer).objective_none_mm;
+    off_filter += std::abs(none_filter - none), off_map += std::abs(none_map - none);
+  }
+  CHECK(b.plans() == 6);
+  CHECK(b.faults() == 0);
+  CHECK(off_filter < 0.7 * off_map);
+}
+
+TEST_CASE("A map that overtakes the reports of its layer waits for them; without any it counts alone, and a warning says so") {
+  const GridSpec g = small("mpc").grid;
+  FilterBench in_order, late, never;
+  for (FilterBench* b : {&in_order, &late, &never}) b->map(HeightMap(g, 0.0), 0);
+  const deposition_report_t report = in_order.report_of(in_order.last(channels::kLayerPlan));
+  HeightMap first = at_layer(g, 1);
+  first.at(4, 3) += 0.002;
+  in_order.give(channels::kDepositionReport, report);
+  in_order.map(first, 1);
+  late.map(first, 1);
+  CHECK(late.plans() == 1);
+  late.give(channels::kDepositionReport, report);
+  CHECK(late.plans() == 2);
+  CHECK(late.last(channels::kLayerPlan).drops == in_order.last(channels::kLayerPlan).drops);
+  CHECK(late.last(channels::kLayerPlan).objective_mm == in_order.last(channels::kLayerPlan).objective_mm);
+  CHECK(late.last(channels::kLayerPlan).map_id == 2);
+
+  never.map(first, 1);
+  CHECK(never.plans() == 1);
+  REQUIRE(never.wake());
+  CHECK(never.plans() == 2);
+  CHECK(never.faults() == 1);
+  CHECK(Severity(never.last(channels::fault(NodeId::kController)).severity) == Severity::kWarning);
+  Bench plain("mpc");
+  CHECK(never.last(channels::kLayerPlan).objective_none_mm == Approx(plain.ask(first, 1, 2).objective_none_mm).epsilon(1e-6));
+  never.give(channels::kDepositionReport, report);  // too late: nothing is counted twice
+  CHECK(never.plans() == 2);
+}
+
+TEST_CASE("A second map of a layer replaces the first, and one of a layer long past is refused") {
+  const GridSpec g = small("mpc").grid;
+  FilterBench twice, once;
+  for (FilterBench* b : {&twice, &once}) {
+    b->map(HeightMap(g, 0.0), 0);
+    b->give(channels::kDepositionReport, b->report_of(b->last(channels::kLayerPlan)));
+  }
+  HeightMap wrong = at_layer(g, 1);
+  for (double& v : wrong.cells) v += 0.002;
+  twice.map(wrong, 1, 0);
+  twice.map(at_layer(g, 1), 1, 1);
+  once.map(at_layer(g, 1), 1);
+  CHECK(twice.last(channels::kLayerPlan).objective_none_mm == once.last(channels::kLayerPlan).objective_none_mm);
+  twice.map(HeightMap(g, 0.0), 0, 2);
+  CHECK(PlanDecision(twice.last(channels::kLayerPlan).decision) == PlanDecision::kStop);
+  CHECK_THAT(twice.last(channels::fault(NodeId::kController)).text, Catch::Contains("came after layer 1"));
 }
 
 TEST_CASE("The same maps give the same plan bytes") {
