@@ -111,6 +111,7 @@ slice::FacetView MeshFile::facets() const {
   const std::span<const std::byte> all = map_.bytes();
   view.done_with = [all, dropped = std::size_t(0)](std::size_t facets) mutable {
     const std::size_t until = std::min(all.size(), kHeader + 50 * facets) / kPage * kPage;
+    if (until < dropped) dropped = 0;  // read once more from the beginning
     if (until < dropped + 256 * kPage) return;
     ::madvise(const_cast<std::byte*>(all.data()) + dropped, until - dropped, MADV_DONTNEED);
     dropped = until;

@@ -19,8 +19,8 @@ struct FacetView {
   const std::byte* soup = nullptr;   ///< first facet: three corners, little endian, at any alignment
   std::size_t stride = 0;            ///< bytes from one facet to the next: 50 in binary STL, 36 packed
   std::size_t soup_facets = 0;
-  /// Told now and then, in order, that the first n facets of a soup will not be read again, so that the pages of a
-  /// mapped file need not stay in memory. May be empty.
+  /// Told now and then, in order, that the first n facets of a soup will not be read again in this pass (the box of a
+  /// part takes one, cutting it another), so that the pages of a mapped file need not stay in memory. May be empty.
   std::function<void(std::size_t n)> done_with;
 
   bool indexed() const { return soup == nullptr; }

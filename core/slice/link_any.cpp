@@ -52,17 +52,25 @@ class Linker {
   void join_on_edges() {
     std::vector<std::uint32_t> ends(mate_.size());
     for (std::uint32_t e = 0; e < ends.size(); ++e) ends[e] = e;
-    const auto key = [&](std::uint32_t e) { return std::tuple(edge(e), point(e), !begins(e), e); };
-    std::sort(ends.begin(), ends.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+    join_equal(ends, [&](std::uint32_t e) { return std::tuple(edge(e), point(e)); },
+               [&](std::size_t met, const Point& at) {
+                 if (met > 2) count(branching_, at);
+               });
+  }
+
+  template <class Key, class Met>
+  void join_equal(std::vector<std::uint32_t>& ends, const Key& key, const Met& met) {
+    const auto full_key = [&](std::uint32_t e) { return std::tuple(key(e), !begins(e), e); };
+    std::sort(ends.begin(), ends.end(), [&](std::uint32_t a, std::uint32_t b) { return full_key(a) < full_key(b); });
     for (std::size_t i = 0; i < ends.size();) {
       std::size_t j = i, middle = i;
-      for (; j < ends.size() && edge(ends[j]) == edge(ends[i]) && point(ends[j]) == point(ends[i]); ++j)
+      for (; j < ends.size() && key(ends[j]) == key(ends[i]); ++j)
         if (begins(ends[j])) middle = j + 1;
       std::size_t b = i, e = middle;
       while (b < middle && e < j) mate(ends[b++], ends[e++]);
       for (; b + 1 < middle; b += 2) mate(ends[b], ends[b + 1]);
       for (; e + 1 < j; e += 2) mate(ends[e], ends[e + 1]);
-      if (j - i > 2) count(branching_, point(ends[i]));
+      met(j - i, point(ends[i]));
       i = j;
     }
   }
@@ -95,6 +103,8 @@ class Linker {
   void join_near(double closing_gap) {
     std::vector<std::uint32_t> open;
     for (const Chain& chain : open_chains()) open.insert(open.end(), {chain.begin, chain.end});
+    join_equal(open, [&](std::uint32_t e) { return point(e); }, [](std::size_t, const Point&) {});
+    std::erase_if(open, [&](std::uint32_t e) { return mate_[e] != kNone; });
     struct Gap {
       double length;
       bool against;

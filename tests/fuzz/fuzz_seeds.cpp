@@ -97,6 +97,10 @@ void seed_slices() {
   out.finish();
   const logfile::MappedFile whole(file);
   seed("fuzz_path_file", "file", behind(0, whole.bytes()));
+  seed("fuzz_slice", "stl", mb::binary_stl(m));
+  std::vector<std::uint8_t> lattice;
+  for (std::uint32_t n = 0; n < 20 * 9; ++n) lattice.push_back(std::uint8_t(n * n / 7));
+  seed("fuzz_slice", "lattice", std::as_bytes(std::span(lattice)));
 }
 
 }  // namespace

@@ -222,6 +222,20 @@ TEST_CASE("What bounds nothing leaves empty layers and says so") {
   CHECK(none.defects.empty());
 }
 
+TEST_CASE("Facets without any order become regions that cross nowhere, whatever is dropped") {
+  RandomStream random(9, Purpose::kTest);
+  for (int round = 0; round < 12; ++round) {
+    SampleMesh soup;
+    const auto corners = 4 + random.below(20);
+    for (std::uint32_t n = 0; n < corners; ++n)  // few places, so that edges branch and facets lie in each other
+      soup.vertices.push_back({float(random.below(8)), float(random.below(8)), float(random.uniform(0, 8))});
+    for (int n = 0; n < 60; ++n) soup.triangles.push_back({random.below(corners), random.below(corners), random.below(corners)});
+    const Sliced s = sliced(soup, options(round % 2 ? 0.05 : 0.0, 0.5));
+    check_in_order(s);
+    CHECK(sliced(shuffled(soup, 3), options(round % 2 ? 0.05 : 0.0, 0.5)).layers == s.layers);
+  }
+}
+
 TEST_CASE("Corners that are no numbers cost their facets only") {
   const Sliced s = sliced(with_nan());
   CHECK(s.layers == sliced(box(0, 0, 0, 10, 10, 10)).layers);
