@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <vector>
 
+#include "cli/exit_codes.h"
+#include "cli/mesh_file.h"
 #include "cli/targets.h"
 #include "config/error.h"
+#include "core/slice/columns.h"
+#include "core/slice/placement.h"
 
 namespace firn {
 namespace {
@@ -36,6 +40,27 @@ ImageStack load_stack(const Experiment& e, const std::filesystem::path& folder) 
   return ImageStack(e.grid, e.geometry.image_pitch_z_mm, std::move(layers));
 }
 
+Geometry load_mesh(const Experiment& e, const std::filesystem::path& file, double height_mm) {
+  using Mode = slice::AxisPlace::Mode;
+  const MeshFile mesh = [&] {
+    try {
+      return MeshFile(file);
+    } catch (const UsageError& error) {
+      refuse(file.string(), "geometry.mesh", error.what());
+    }
+  }();
+  slice::Placement placement;
+  placement.unit_mm = mesh.data().mm_per_unit;
+  placement.scale = {e.geometry.mesh_scale_xy, e.geometry.mesh_scale_xy, e.geometry.mesh_scale_z};
+  placement.translation = {{{Mode::kCentre, 0.0}, {Mode::kCentre, 0.0}, {Mode::kNumber, e.geometry.mesh_z_mm}}};
+  const slice::FacetView facets = mesh.facets();
+  GridSpec about_middle = e.grid;  // the mesh is centred on 0, the grid stands where it likes
+  about_middle.origin_x_mm = -0.5 * (e.grid.nx - 1) * e.grid.pitch_x_mm;
+  about_middle.origin_y_mm = -0.5 * (e.grid.ny - 1) * e.grid.pitch_y_mm;
+  const slice::Mesh welded = slice::weld(facets, slice::place(facets, placement, serially));
+  return Geometry(e.grid, height_mm, slice::columns(welded, about_middle, height_mm));
+}
+
 }  // namespace
 
 std::optional<Geometry> make_geometry(const Experiment& e, const HeightMap& target,
@@ -45,8 +70,9 @@ std::optional<Geometry> make_geometry(const Experiment& e, const HeightMap& targ
   const double height_mm = *std::max_element(target.cells.begin(), target.cells.end());
   const double step_mm = 0.25 * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm);
   try {
-    Geometry g = kind == "images" ? Geometry::sampled(load_stack(e, folder / e.geometry.images), e.grid, height_mm, step_mm)
-                                  : Geometry::sampled(*make_solid(e.geometry.solid, e.grid), e.grid, height_mm, step_mm);
+    Geometry g = kind == "mesh"     ? load_mesh(e, folder / e.geometry.mesh, height_mm)
+                 : kind == "images" ? Geometry::sampled(load_stack(e, folder / e.geometry.images), e.grid, height_mm, step_mm)
+                                    : Geometry::sampled(*make_solid(e.geometry.solid, e.grid), e.grid, height_mm, step_mm);
     bool any = false;
     for (std::size_t c = 0; c < e.grid.size(); ++c) any = any || !g.spans(c).empty();
     if (!any) refuse("geometry", "geometry.shape", "no part of the object lies in the block");

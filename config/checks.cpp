@@ -96,6 +96,9 @@ void check_geometry(Rules& r) {
   const bool from_images = g.solid.kind == "images";
   r.require(from_images == !g.images.empty(), {"geometry.images", "geometry.shape"},
             from_images ? "geometry.shape \"images\" needs a folder of PNGs" : "only geometry.shape \"images\" takes PNGs");
+  const bool from_mesh = g.solid.kind == "mesh";
+  r.require(from_mesh == !g.mesh.empty(), {"geometry.mesh", "geometry.shape"},
+            from_mesh ? "geometry.shape \"mesh\" needs a file" : "only geometry.shape \"mesh\" takes a mesh");
 }
 
 void check_model(Rules& r) {

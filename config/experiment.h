@@ -23,6 +23,10 @@ struct GeometryConfig {            ///< the part inside a block of support; the 
   SolidSpec solid;                 ///< kind "none": one ink
   std::string images;              ///< folder of PNG layers, path relative to the experiment file
   double image_pitch_z_mm = 0.0076;
+  std::string mesh;                ///< STL, PLY, OBJ or 3MF, path relative to the experiment file; middle of the grid
+  double mesh_scale_xy = 1.0;      ///< a flat lab prints a flat picture of a body
+  double mesh_scale_z = 1.0;
+  double mesh_z_mm = 0.0;          ///< height of its lowest point
   double judge_above_layers = 0.0; ///< where a cell's ink is judged, in layers h1 + 4 h2 + 4 h3 above its surface
 };
 

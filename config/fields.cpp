@@ -72,6 +72,10 @@ Table geometry_fields(Experiment& e) {
       {"geometry.height_mm", &s.height_mm, "mm", within(0, 1000), "ellipsoid: along z"},
       {"geometry.images", &e.geometry.images, "", text(), "images: folder of grey PNGs, one layer each in the order of their names, bottom first; white = object"},
       {"geometry.image_pitch_z_mm", &e.geometry.image_pitch_z_mm, "mm", above(0, 100), "images: height of one layer"},
+      {"geometry.mesh", &e.geometry.mesh, "", text(), "mesh: file (STL, PLY, OBJ, 3MF) whose inside is the object; stands in the middle of the grid"},
+      {"geometry.mesh_scale_xy", &e.geometry.mesh_scale_xy, "", above(0, 1e6), "mesh: factor along x and y"},
+      {"geometry.mesh_scale_z", &e.geometry.mesh_scale_z, "", above(0, 1e6), "mesh: factor along z"},
+      {"geometry.mesh_z_mm", &e.geometry.mesh_z_mm, "mm", within(-1000, 1000), "mesh: height of its lowest point"},
       {"geometry.judge_above_layers", &e.geometry.judge_above_layers, "layers", within(0, 1), "a cell's ink is that of M this far above its surface: 0 = at it [Lu 2015, IV-B], 0.5 = in the middle of the droplet to come"},
   };
 }

@@ -94,7 +94,7 @@ class Ellipsoid final : public Solid {
 }  // namespace
 
 const std::vector<std::string>& solid_kinds() {
-  static const std::vector<std::string> kinds = {"none", "pipe", "pipe_junction", "ellipsoid", "images"};
+  static const std::vector<std::string> kinds = {"none", "pipe", "pipe_junction", "ellipsoid", "images", "mesh"};
   return kinds;
 }
 

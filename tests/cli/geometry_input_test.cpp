@@ -1,6 +1,8 @@
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -8,6 +10,7 @@
 #include "cli/targets.h"
 #include "config/error.h"
 #include "config/include.h"
+#include "tests/support/mesh_samples.h"
 
 using namespace firn;
 namespace fs = std::filesystem;
@@ -67,6 +70,31 @@ TEST_CASE("A folder of pictures becomes layers in the order of their names, whit
   }
   CHECK(g.spans(grid.index(3, 0)).empty());
   CHECK(g.spans(grid.index(0, grid.ny - 1)).empty());
+  fs::remove_all(folder);
+}
+
+TEST_CASE("A mesh in a file becomes the columns inside it, in the middle of the grid") {
+  const fs::path folder = fresh_folder("test-geometry-mesh");
+  const auto bytes = test::mesh_bytes::binary_stl(test::prism(4, 1.0f, 7.0f, 7.0f, [](std::uint32_t) { return std::sqrt(0.5); }));  // 1 mm square on its tip
+  std::ofstream(folder / "square.stl", std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  Experiment e = block();
+  e.geometry.solid.kind = "mesh";
+  e.geometry.mesh = "square.stl";
+  e.geometry.mesh_scale_z = 0.04;
+  e.geometry.mesh_z_mm = 0.02;
+  const Geometry g = geometry_from_bytes(blob(make_inputs(e, folder), "geometry").bytes, e.grid, "geometry");
+  std::size_t inside = 0;
+  for (std::size_t c = 0; c < e.grid.size(); ++c) {
+    const double x = std::abs(e.grid.x_mm(int(c) % e.grid.nx) - 1.375), y = std::abs(e.grid.y_mm(int(c) / e.grid.nx) - 1.125);
+    REQUIRE(g.spans(c).size() == (x + y < std::sqrt(0.5) ? 1u : 0u));
+    if (g.spans(c).empty()) continue;
+    ++inside;
+    CHECK(g.spans(c)[0].from_mm == Approx(0.02).margin(1e-9));
+    CHECK(g.spans(c)[0].to_mm == Approx(0.06).margin(1e-9));
+  }
+  CHECK(inside == 12);
+  e.geometry.mesh = "none.stl";
+  CHECK_THROWS_WITH(make_inputs(e, folder), Catch::Contains("geometry.mesh"));
   fs::remove_all(folder);
 }
 
