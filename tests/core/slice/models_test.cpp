@@ -61,6 +61,24 @@ TEST_CASE("Every real model slices into rings that cross nowhere, at tolerance 0
   }
 }
 
+TEST_CASE("Areas of random layers of the real models agree with rows of 0.025 mm over the facets themselves") {
+  RandomStream random(32, Purpose::kTest);
+  for (const char* name : {"rocker_20k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
+    const auto file = model(name);
+    if (!file) continue;
+    const MeshFile mesh(*file);
+    const firn::test::SampleMesh facets{mesh.data().vertices, mesh.data().triangles};
+    const Sliced all = sliced(*file, 0.0), few = sliced(*file, 0.05);
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t n = random.below(std::uint32_t(all.layers.size()));
+      INFO(name << ", layer " << n + 1);
+      const double area = firn::test::Section(facets, (double(n) + 0.5) * 0.25 + 0.00005).area(0.025);
+      CHECK(area_mm2(all.layers[n]) == Approx(area).epsilon(5e-4));
+      CHECK(area_mm2(few.layers[n]) == Approx(area).epsilon(3e-3));
+    }
+  }
+}
+
 TEST_CASE("The bunny's holes are told with layer and place, and no layer loses its outline") {
   const auto file = model("bunny_69k.ply");
   if (!file) return;

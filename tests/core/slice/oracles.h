@@ -1,11 +1,13 @@
 // What the slicer's results are held against; written without its code.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/slice/region.h"
@@ -83,6 +85,30 @@ class Section {
       if (y0 > y && y1 <= y && side < 0) --turns;
     }
     return turns;
+  }
+  /// Area of positive winding number by rows of the given height, each along its middle.
+  double area(double row_mm) const {
+    double low = 1e300, high = -1e300, sum = 0.0;
+    for (const auto& [x0, y0, x1, y1] : ways_) {
+      low = std::min({low, y0, y1});
+      high = std::max({high, y0, y1});
+    }
+    std::vector<std::vector<std::pair<double, int>>> rows(ways_.empty() ? 0 : std::size_t((high - low) / row_mm) + 1);
+    for (const auto& [x0, y0, x1, y1] : ways_)
+      for (std::size_t r = std::size_t((std::min(y0, y1) - low) / row_mm); r < rows.size(); ++r) {
+        const double y = low + (double(r) + 0.5) * row_mm;
+        if (y >= std::max(y0, y1)) break;
+        if (y >= std::min(y0, y1)) rows[r].push_back({x0 + (y - y0) / (y1 - y0) * (x1 - x0), y1 > y0 ? -1 : 1});
+      }
+    for (auto& row : rows) {
+      std::sort(row.begin(), row.end());
+      int turns = 0;
+      for (std::size_t i = 0; i + 1 < row.size(); ++i) {
+        turns += row[i].second;  // from the left into the area over a side that runs down
+        if (turns > 0) sum += (row[i + 1].first - row[i].first) * row_mm;
+      }
+    }
+    return sum;
   }
 
  private:

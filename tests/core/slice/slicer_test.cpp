@@ -156,6 +156,16 @@ TEST_CASE("A mesh that is inside out is turned, and so is a body inside out besi
   CHECK(total(mixed, DefectKind::kTurned) > 0);
 }
 
+TEST_CASE("A mirrored part keeps its inside") {
+  Placement mirror;
+  mirror.scale = {-1, 1, 1};
+  mirror.translation[0] = {AxisPlace::Mode::kNumber, 0.0};
+  const Sliced s = sliced(moved(gear(7, 3.0f), 3, 1, 0), options(), mirror), plain = sliced(gear(7, 3.0f));
+  CHECK(s.defects.empty());
+  CHECK(volume_of(s) == Approx(volume_of(plain)).epsilon(1e-6));
+  CHECK(s.facts.volume_mm3 > 0.0);
+}
+
 TEST_CASE("Facets wound against the rest are outvoted by their contour") {
   SampleMesh m = torus(20, 7, 90, 45);
   const Sliced good = sliced(m);
