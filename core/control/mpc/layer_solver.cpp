@@ -11,16 +11,16 @@ namespace {
 constexpr int kMostSweeps = 200;
 constexpr double kLeastGain_mm = 1e-8;
 
-std::int64_t polish(LayerProblem& problem, int rows, const ParallelFor& parallel) {
+std::int64_t polish(LayerProblem& problem, const LayerSolverOptions& o, const ParallelFor& parallel) {
   std::int64_t strips = 0;
-  for (int k = 2; k <= std::max(2, rows); ++k) strips += sweep_strips(problem, {k, kMostSweeps}, parallel).strips;
+  for (int k = 2; k <= std::max(2, o.polish_rows); ++k) strips += sweep_strips(problem, {k, kMostSweeps, o.cost}, parallel).strips;
   problem.refresh();
   return strips;
 }
 
 }  // namespace
 
-int take_better_patches(LayerProblem& layer, const LayerProblem& other) {
+int take_better_patches(LayerProblem& layer, const LayerProblem& other, const CellCost& cost) {
   const int nx = layer.nx(), ny = layer.ny();
   const auto differs = [&](int i, int j) { return layer.drop(i, j) != other.drop(i, j); };
   struct Cell {
@@ -51,7 +51,7 @@ int take_better_patches(LayerProblem& layer, const LayerProblem& other) {
           std::uint8_t& done = judged[std::size_t(j) * std::size_t(nx) + std::size_t(i)];
           if (done) return;
           done = 1;
-          gain += std::abs(double(before.error_mm(i, j))) - std::abs(double(other.error_mm(i, j)));
+          gain += cost_of(cost, double(before.error_mm(i, j))) - cost_of(cost, double(other.error_mm(i, j)));
         });
       if (!(gain > kLeastGain_mm)) continue;
       ++taken;
@@ -60,25 +60,35 @@ int take_better_patches(LayerProblem& layer, const LayerProblem& other) {
   return taken;
 }
 
+double total_cost(const LayerProblem& layer, const CellCost& cost) {
+  double sum = 0.0;
+  for (int j = 0; j < layer.ny(); ++j) {
+    const float* e = layer.error_row(j);
+    for (int i = 0; i < layer.nx(); ++i) sum += cost_of(cost, double(e[i]));
+  }
+  return sum;
+}
+
 LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& o, const ParallelFor& parallel,
                           const std::function<void(const LayerSolution&)>& watch) {
   LayerSolution s;
-  s.strips = polish(problem, o.polish_rows, parallel);
-  s.found_mm = problem.total_mm();
+  s.strips = polish(problem, o, parallel);
+  s.found_mm = total_cost(problem, o.cost);
   if (watch) watch(s);
   if (o.sweeps <= 0) return s;
-  Decomposition split(problem, o.bound_rows);
+  Decomposition split(problem, o.bound_rows, o.cost);
   LayerProblem other = problem;
   while (s.sweeps < o.sweeps) {
     const Way way = s.sweeps % 2 == 0 ? Way::kDown : Way::kUp;
-    s.lower_bound_mm = std::max(s.lower_bound_mm, split.sweep(way, parallel));
+    const double bound = split.sweep(way, parallel);
+    s.lower_bound_mm = s.sweeps == 0 ? bound : std::max(s.lower_bound_mm, bound);
     ++s.sweeps;
     if (watch) watch(s);
-    if (s.found_mm - s.lower_bound_mm <= o.gap * s.found_mm) break;
+    if (s.found_mm - s.lower_bound_mm <= o.gap * std::abs(s.found_mm)) break;
     split.decide(way == Way::kDown ? Way::kUp : Way::kDown, other);
-    s.strips += polish(other, o.polish_rows, parallel);
-    if (take_better_patches(problem, other) > 0) s.strips += polish(problem, o.polish_rows, parallel);
-    s.found_mm = problem.total_mm();
+    s.strips += polish(other, o, parallel);
+    if (take_better_patches(problem, other, o.cost) > 0) s.strips += polish(problem, o, parallel);
+    s.found_mm = total_cost(problem, o.cost);
     if (watch) watch(s);
   }
   return s;

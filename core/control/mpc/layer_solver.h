@@ -14,10 +14,11 @@ struct LayerSolverOptions {
   int bound_rows = 1;   ///< m of the decomposition, 1..4
   int sweeps = 2;       ///< of the decomposition, down, up, down, ...; 0: strips only
   double gap = 1e-6;    ///< ends when (found - bound) / found is no larger
+  CellCost cost = {};   ///< of which the sum is lowered and bounded
 };
 
 struct LayerSolution {
-  double found_mm = 0.0;        ///< sum of |error| of the problem's droplets now
+  double found_mm = 0.0;        ///< sum of |error|, or of the cells' costs, of the problem's droplets now
   double lower_bound_mm = 0.0;  ///< of the sum of any layer, up to rounding in single precision (bound.h proves); 0 without sweeps
   int sweeps = 0;
   std::int64_t strips = 0;      ///< solved by sweep_strips
@@ -33,6 +34,9 @@ LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& optio
 
 /// Gives `layer` the droplets of `other`, patch by patch, where these are better. @returns patches taken
 /// @param other the same problem with other droplets
-int take_better_patches(LayerProblem& layer, const LayerProblem& other);
+int take_better_patches(LayerProblem& layer, const LayerProblem& other, const CellCost& cost = {});
+
+/// Sum of the cells' costs, in double precision and a fixed order.
+double total_cost(const LayerProblem& layer, const CellCost& cost);
 
 }  // namespace firn::control::mpc

@@ -25,15 +25,15 @@ class Strip {
         pattern_(std::size_t(nx)), present_(std::size_t(nx) + 2) {}
 
   // @returns whether the objective fell; the problem has the better droplets then.
-  bool improve(LayerProblem& problem, int first) {
+  bool improve(LayerProblem& problem, int first, const CellCost& cost) {
     load(problem, first);
-    solve_strip<K, R>(columns_.data(), problem.nx(), choice_.data(), pattern_.data());
-    return apply(problem, first);
+    solve_strip<K, R>(columns_.data(), problem.nx(), cost, choice_.data(), pattern_.data());
+    return apply(problem, first, cost);
   }
 
  private:
   void load(const LayerProblem& problem, int first);
-  bool apply(LayerProblem& problem, int first);
+  bool apply(LayerProblem& problem, int first, const CellCost& cost);
 
   std::vector<Column> columns_;        // one empty column at each end
   std::vector<float> effects_;         // of the strip's rows
@@ -67,7 +67,7 @@ void Strip<K>::load(const LayerProblem& problem, int first) {
 }
 
 template <int K>
-bool Strip<K>::apply(LayerProblem& problem, int first) {
+bool Strip<K>::apply(LayerProblem& problem, int first, const CellCost& cost) {
   const int nx = int(pattern_.size());
   double gain = 0.0;
   bool differs = false;
@@ -79,7 +79,7 @@ bool Strip<K>::apply(LayerProblem& problem, int first) {
     for (int r = 0; r < R; ++r) {
       const double before = double(c->error[r]) + c[-1].adds[2][r][u[-1]] + c->adds[1][r][u[0]] + c[1].adds[0][r][u[1]];
       const double after = double(c->error[r]) + c[-1].adds[2][r][pattern(x - 1)] + c->adds[1][r][pattern(x)] + c[1].adds[0][r][pattern(x + 1)];
-      gain += std::abs(before) - std::abs(after);
+      gain += cost_of(cost, before) - cost_of(cost, after);
     }
   }
   if (!differs || !(gain > kLeastGainPerCell_mm * nx * R)) return false;  // below lies rounding
@@ -106,7 +106,7 @@ StripResult sweep(LayerProblem& problem, const StripOptions& options, const Para
       parallel((int(due.size()) + kBatch - 1) / kBatch, [&](int batch) {
         Strip<K> strip(problem.nx());
         for (int n = batch * kBatch; n < std::min(int(due.size()), (batch + 1) * kBatch); ++n)
-          improved[std::size_t(due[std::size_t(n)])] = strip.improve(problem, due[std::size_t(n)]);
+          improved[std::size_t(due[std::size_t(n)])] = strip.improve(problem, due[std::size_t(n)], options.cost);
       });
       for (const int first : due) {
         ++result.strips;
@@ -130,7 +130,7 @@ StripResult sweep(LayerProblem& problem, const StripOptions& options, const Para
 
 StripResult sweep_strips(LayerProblem& problem, const StripOptions& o, const ParallelFor& parallel) {
   if (o.rows < 1 || o.rows > 6) throw std::invalid_argument("strip rows = " + std::to_string(o.rows) + " is outside 1..6");
-  const StripOptions fitted{std::min(o.rows, problem.ny()), o.max_sweeps};
+  const StripOptions fitted{std::min(o.rows, problem.ny()), o.max_sweeps, o.cost};
   switch (fitted.rows) {
     case 1: return sweep<1>(problem, fitted, parallel);
     case 2: return sweep<2>(problem, fitted, parallel);

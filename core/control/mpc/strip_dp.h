@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "core/control/mpc/cell_cost.h"
 #include "core/control/mpc/layer_problem.h"
 #include "core/grid/parallel.h"
 
@@ -13,6 +14,7 @@ namespace firn::control::mpc {
 struct StripOptions {
   int rows = 2;            ///< k, 1..6
   int max_sweeps = 100;    ///< a sweep visits every strip that may still improve
+  CellCost cost = {};      ///< of which the sum is lowered
 };
 
 struct StripResult {

@@ -14,11 +14,13 @@ using Marks = std::int32_t __attribute__((vector_size(32)));
 constexpr int kLanes = 8;
 // As a macro, since a function that returns a vector has no fixed ABI without AVX.
 #define FIRN_ABSOLUTE(v) Lanes(Marks(v) & (Marks{} + 0x7fffffff))
+#define FIRN_COST(v) (Plain ? FIRN_ABSOLUTE(v) : cost.absolute * FIRN_ABSOLUTE(v) + (cost.linear + cost.square * (v)) * (v))
 
 // Forward pass: after column x, best[b][n] is the least cost up to column x with patterns b on x and n on x + 1, and
 // choice[x][b][n] the pattern of x - 1 that gives it. columns[0] stands before the first.
-template <int K, int R>
-FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, std::uint8_t* choice, float* last) {
+template <int K, int R, bool Plain>
+FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, const CellCost& of_cell, std::uint8_t* choice, float* last) {
+  const CellCost cost = of_cell;
   constexpr int S = StripColumn<K, R>::S, N = (S * S + kLanes - 1) / kLanes;
   constexpr int repeats = S < kLanes ? kLanes / S : 1;  // patterns b in eight lanes
   union {
@@ -47,13 +49,13 @@ FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, std::uin
       for (int r = 0; r < R; ++r) here[r] = sum[r].lanes[c];
       const int b = c * kLanes / S;
       Lanes lowest = old[0][b / repeats];
-      for (int r = 0; r < R; ++r) lowest += FIRN_ABSOLUTE(here[r] + before.adds[2][r][0]);
+      for (int r = 0; r < R; ++r) lowest += FIRN_COST(here[r] + before.adds[2][r][0]);
       Marks from = {};
       for (int a = 1; a < S; ++a) {
-        Lanes cost = old[a][b / repeats];
-        for (int r = 0; r < R; ++r) cost += FIRN_ABSOLUTE(here[r] + before.adds[2][r][a]);
-        const Marks better = cost < lowest;
-        lowest = better ? cost : lowest;
+        Lanes sum_to = old[a][b / repeats];
+        for (int r = 0; r < R; ++r) sum_to += FIRN_COST(here[r] + before.adds[2][r][a]);
+        const Marks better = sum_to < lowest;
+        lowest = better ? sum_to : lowest;
         from = better ? Marks{} + a : from;
       }
       best.lanes[c] = lowest;
@@ -71,32 +73,38 @@ FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, std::uin
 }
 
 template <int K, int R>
-double solve_portable(const StripColumn<K, R>* columns, int nx, std::uint8_t* choice, float* last) {
-  return solve_body<K, R>(columns, nx, choice, last);
+FIRN_INLINE double solve_either(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, float* last) {
+  if (is_plain(cost)) return solve_body<K, R, true>(columns, nx, cost, choice, last);
+  return solve_body<K, R, false>(columns, nx, cost, choice, last);
+}
+
+template <int K, int R>
+double solve_portable(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, float* last) {
+  return solve_either<K, R>(columns, nx, cost, choice, last);
 }
 #if defined(__x86_64__)
 template <int K, int R>
-__attribute__((target("avx2"))) double solve_avx2(const StripColumn<K, R>* columns, int nx, std::uint8_t* choice, float* last) {
-  return solve_body<K, R>(columns, nx, choice, last);
+__attribute__((target("avx2"))) double solve_avx2(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, float* last) {
+  return solve_either<K, R>(columns, nx, cost, choice, last);
 }
 #endif
 
 template <int K, int R>
-double forward(const StripColumn<K, R>* columns, int nx, std::uint8_t* choice, float* last) {
+double forward(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, float* last) {
 #if defined(__x86_64__)
   static const bool avx2 = __builtin_cpu_supports("avx2");
-  if (avx2) return solve_avx2<K, R>(columns, nx, choice, last);
+  if (avx2) return solve_avx2<K, R>(columns, nx, cost, choice, last);
 #endif
-  return solve_portable<K, R>(columns, nx, choice, last);
+  return solve_portable<K, R>(columns, nx, cost, choice, last);
 }
 
 }  // namespace
 
 template <int K, int R>
-double solve_strip(const StripColumn<K, R>* columns, int nx, std::uint8_t* choice, int* patterns) {
+double solve_strip(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, int* patterns) {
   constexpr int S = StripColumn<K, R>::S;
   float last[S];
-  const double total = forward<K, R>(columns, nx, choice, last);
+  const double total = forward<K, R>(columns, nx, cost, choice, last);
   const float* best = std::min_element(last, last + S);
   patterns[nx - 1] = int(best - last);
   for (int x = nx - 1; x > 0; --x) {
@@ -106,16 +114,12 @@ double solve_strip(const StripColumn<K, R>* columns, int nx, std::uint8_t* choic
   return total + double(*best);
 }
 
-#define FIRN_MAKE(K, R) template double solve_strip<K, R>(const StripColumn<K, R>*, int, std::uint8_t*, int*);
+#define FIRN_MAKE(K, R) template double solve_strip<K, R>(const StripColumn<K, R>*, int, const CellCost&, std::uint8_t*, int*);
 FIRN_MAKE(1, 3)
 FIRN_MAKE(2, 4)
 FIRN_MAKE(3, 5)
 FIRN_MAKE(4, 6)
 FIRN_MAKE(5, 7)
 FIRN_MAKE(6, 8)
-FIRN_MAKE(3, 1)
-FIRN_MAKE(4, 2)
-FIRN_MAKE(5, 3)
-FIRN_MAKE(6, 4)
 
 }  // namespace firn::control::mpc

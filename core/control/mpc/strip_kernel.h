@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/control/mpc/cell_cost.h"
 #include "core/control/mpc/layer_problem.h"
 
 namespace firn::control::mpc {
@@ -47,10 +48,10 @@ void fill_edge(StripColumn<K, R>& column) {
   for (int s = 1; s < StripColumn<K, R>::S; ++s) column.price[s] = kNever;
 }
 
-/// The patterns of columns 1 .. nx that minimise the sum of |error| and prices; columns[0] and columns[nx + 1] are edges.
+/// The patterns of columns 1 .. nx that minimise the sum of the cells' costs and prices; columns[0] and columns[nx + 1] are edges.
 /// `choice`: nx * 4^K bytes of workspace. @returns the minimum: float sums per column, added up in double.
-/// Same bytes on every processor. Made for (K, K + 2), K = 1..6, and (K, K - 2), K = 3..6.
+/// Same bytes on every processor. Made for (K, K + 2), K = 1..6.
 template <int K, int R>
-double solve_strip(const StripColumn<K, R>* columns, int nx, std::uint8_t* choice, int* patterns);
+double solve_strip(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, int* patterns);
 
 }  // namespace firn::control::mpc

@@ -9,6 +9,8 @@
 #include <array>
 #include <cstddef>
 
+#include "core/control/mpc/cell_cost.h"
+
 namespace firn::control::mpc {
 
 /// Cost of what may not be.
@@ -19,11 +21,6 @@ inline constexpr int kWindowPatterns = 512;
 inline constexpr int kSharedPatterns = 64;
 
 inline std::size_t profile_states(int rows) { return std::size_t{1} << (2 * rows + 2); }
-
-/// What a cell of error e costs: absolute |e| + (linear + square e) e. Lu's is |e|.
-struct CellCost {
-  float absolute = 1.0f, linear = 0.0f, square = 0.0f;
-};
 
 /// `adds[3 column + bit]` is what a droplet of the window adds to the middle cell, columns west, middle, east.
 void cost_table(float error_mm, const std::array<float, 9>& adds_mm, const CellCost& cost, float* table);

@@ -1,0 +1,23 @@
+// What a cell costs by its error. Lu's objective is the sum of |e| (alpha = 1); linear and square terms carry what majorises
+// a deviation (weighted_layer.h).
+#pragma once
+
+#include <cmath>
+
+namespace firn::control::mpc {
+
+/// absolute |e| + (linear + square e) e: 0 for e = 0, so that cells that do not count cost nothing.
+struct CellCost {
+  float absolute = 1.0f;
+  float linear = 0.0f;
+  float square = 0.0f;  ///< per mm
+};
+
+inline bool is_plain(const CellCost& c) { return c.absolute == 1.0f && c.linear == 0.0f && c.square == 0.0f; }
+
+/// In double precision: what sums and gains are judged by.
+inline double cost_of(const CellCost& c, double error_mm) {
+  return is_plain(c) ? std::abs(error_mm) : double(c.absolute) * std::abs(error_mm) + (double(c.linear) + double(c.square) * error_mm) * error_mm;
+}
+
+}  // namespace firn::control::mpc
