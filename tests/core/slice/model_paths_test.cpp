@@ -1,0 +1,81 @@
+// Paths of the real meshes of ../shared/models, where they are; they stay outside the repository.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "cli/mesh_file.h"
+#include "core/slice/coverage.h"
+#include "core/slice/offset_rings.h"
+#include "core/slice/path_plan.h"
+#include "core/slice/planar.h"
+#include "core/slice/scaffold.h"
+#include "core/slice/slicer.h"
+#include "tests/core/slice/offset_oracle.h"
+
+namespace firn::slice {
+namespace {
+
+std::vector<Region> layers_of(const std::string& name) {
+  for (const char* folder : {"/../shared/models/", "/../../shared/models/"}) {
+    const std::filesystem::path file = std::string(FIRN_SOURCE_DIR) + folder + name;
+    if (!std::filesystem::exists(file)) continue;
+    const MeshFile mesh(file);
+    return slice(mesh.facets(), {}, {}, serially).layers;
+  }
+  WARN("shared/models/" << name << " is not beside the source tree: skipped");
+  return {};
+}
+
+TEST_CASE("Rings of real layers lie within 0.05 mm of the exact offset of the original outline, both ways") {
+  for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
+    const std::vector<Region> layers = layers_of(name);
+    for (std::size_t k = 40; k < layers.size(); k += 290) {
+      const RingPlan plan;
+      const RingLevels rings = offset_rings(layers[k], plan, 0.05);
+      for (int level = 0; level < int(rings.levels.size()); level += 2) {
+        INFO(name << ", layer " << k + 1 << ", level " << level);
+        const double step = 400, d = plan.distance_mm(level) * kUnitsPerMm;
+        const oracle::Hausdorff h = oracle::hausdorff(layers[k], rings.levels[std::size_t(level)], d, step, 3000);
+        CHECK(h.exact_to_ring <= 501);
+        CHECK(h.ring_to_exact <= std::hypot(501, step));
+      }
+    }
+  }
+}
+
+TEST_CASE("No path of a real model crosses or touches another of its kind, and none needed Clipper") {
+  for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply"}) {
+    const std::vector<Region> layers = layers_of(name);
+    const std::vector<Region> scaffold = scaffold_regions(layers, 2500, {}, 0.05);
+    for (std::size_t k = 0; k < layers.size(); k += 3) {
+      INFO(name << ", layer " << k + 1);
+      CHECK(simple_and_apart(scaffold[k]));
+      const LayerPaths paths = plan_layer({std::int32_t(k + 1), std::int32_t(k + 1) * 2500, 2500, {layers[k], scaffold[k]}}, {});
+      CHECK(simple_and_apart(paths.lines));
+      CHECK(paths.clipper_rings == 0);
+    }
+  }
+}
+
+TEST_CASE("What the beads of a real model cover, overlaps taken off, is what they are to cover but for narrow gaps") {
+  for (const char* name : {"rocker_20k.ply", "igea_269k.ply"}) {
+    const std::vector<Region> layers = layers_of(name);
+    const std::vector<Region> scaffold = scaffold_regions(layers, 2500, {}, 0.05);
+    for (std::size_t k = 60; k < layers.size(); k += 210) {
+      INFO(name << ", layer " << k + 1);
+      const LayerRegions regions{std::int32_t(k + 1), std::int32_t(k + 1) * 2500, 2500, {layers[k], scaffold[k]}};
+      const std::vector<Coverage> covered = coverage(regions, plan_layer(regions, {}), {}, 0.2);
+      REQUIRE(covered.size() == 2);
+      for (const Coverage& c : covered) {
+        CHECK(c.widest_gap_mm <= 3.0 + 0.4);
+        CHECK(c.beyond_mm2 <= 0.02 * c.wanted_mm2 + 1);
+      }
+      if (covered[0].wanted_mm2 > 500) CHECK(covered[0].gap_mm2 <= 0.15 * covered[0].wanted_mm2);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace firn::slice
