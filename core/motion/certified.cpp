@@ -30,6 +30,9 @@ Effort effort(Method method, int attempt) {
   return e;
 }
 
+constexpr double kSmoothShare = 0.9;  ///< of the tolerance, for moving the points of dense runs
+constexpr int kShapes = 10;            ///< tries to bring the curve inside the tolerance
+constexpr double kLeastRampMm = 0.01;
 constexpr int kAttempts = 4;
 constexpr double kCellFactor = 1.002;  ///< cells that need more are divided for the next attempt
 constexpr double kGoodFactor = 1.006;  ///< slowing down by less than this is cheaper than another attempt
@@ -119,17 +122,25 @@ double rest_cell(double size_mm, std::span<const double> ceiling, const RateLimi
 }  // namespace
 
 void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad,
-                  const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
+                  Shape shape, const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
   CellSizes sizes = effort(task.options.method, 0).sizes;
   sizes.rest_mm = rest_cell(sizes.rest_mm, ceiling, task.limits.position);
-  CurveSpec spec{task.options.curvature_ramp_mm, task.options.tolerance_mm, sizes, yaw_rad};
-  build_curve(points, spec, work.curve);
+  CurveSpec spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm, sizes, yaw_rad};
+  const auto form = [&] {
+    build_curve(points, spec, work.curve);
+    if (shape != Shape::kSmoothed) return;
+    smooth_dense(points, work.curve.pieces, kDenseWidths * spec.ramp_mm, kSmoothShare * spec.tolerance_mm, work.smoothing,
+                 work.smoothed);
+    build_curve(work.smoothed, spec, work.curve);
+  };
+  form();
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
     out.deviation_mm = curve.straight ? 0.0 : deviation(curve, points, work.length);
-    if (!(spec.tolerance_mm > 0.0) || out.deviation_mm <= task.options.tolerance_mm || tries == 6) break;
+    if (!(spec.tolerance_mm > 0.0) || out.deviation_mm <= task.options.tolerance_mm || tries == kShapes) break;
     spec.tolerance_mm *= std::min(0.9, 0.98 * task.options.tolerance_mm / out.deviation_mm);
-    build_curve(points, spec, work.curve);
+    if (tries > 0) spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
+    form();
   }
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const Effort effort = motion::effort(task.options.method, attempt);

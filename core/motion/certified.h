@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/motion/dense_smoothing.h"
 #include "core/motion/motion_samples.h"
 #include "core/motion/planner.h"
 #include "core/motion/speed_bound.h"
@@ -37,6 +38,9 @@ struct CertifiedWork {
   Stretch trial;
   std::vector<std::size_t> stops;
   std::vector<double> length, excess;
+  SmoothingWork smoothing;
+  std::vector<Point2> smoothed;  ///< points of a stretch
+  Stretch shape_trial;
 };
 
 /// What all stretches of a path share.
@@ -49,9 +53,17 @@ struct CertifiedTask {
   RowGroups groups;
 };
 
+/// What the tolerance is used for; without one all are the same.
+enum class Shape {
+  kPlain,    ///< nothing: the curve as without it
+  kRamped,   ///< longer ramps of curvature, rounder corners
+  kSmoothed  ///< and the points of dense runs may move
+};
+
 /// Plans points (base frame) between two rests. Throws MotionError with Fault::at in the base frame.
 /// @param ceiling one per segment; @param yaw_rad one per point, empty = constant
-void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad, const CertifiedTask& task,
+void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad, Shape shape,
+                  const CertifiedTask& task,
                   CertifiedWork& work, Stretch& out);
 
 /// Splits a path and plans all its stretches into work.stretches[0 .. result - 1]; with a tolerance, corners

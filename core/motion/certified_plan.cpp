@@ -27,8 +27,20 @@ std::span<const double> yaws(const CleanPath& path, std::size_t from, std::size_
 
 void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
                   CertifiedWork& work, Stretch& out) {
-  out.first = from;
-  plan_stretch(part(path, from, to), ceilings(path, from, to), yaws(path, from, to), task, work, out);
+  const auto plan = [&](Shape shape, Stretch& stretch) {
+    stretch.first = from;
+    plan_stretch(part(path, from, to), ceilings(path, from, to), yaws(path, from, to), shape, task, work, stretch);
+  };
+  plan(Shape::kRamped, out);
+  const PlanOptions& options = task.options;
+  if (!(options.tolerance_mm > 0.0)) return;
+  const auto try_shape = [&](Shape shape) {
+    plan(shape, work.shape_trial);
+    if (work.shape_trial.deviation_mm <= options.tolerance_mm && work.shape_trial.duration_s() < out.duration_s())
+      std::swap(work.shape_trial, out);
+  };
+  try_shape(Shape::kPlain);
+  if (has_dense_run(work.curve.pieces, kDenseWidths * options.curvature_ramp_mm)) try_shape(Shape::kSmoothed);
 }
 
 /// Plans between the stops into work.stretches; returns the duration.

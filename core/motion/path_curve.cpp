@@ -60,7 +60,7 @@ void set_joints(const CurveSpec& spec, CurveWork& work) {
     joint.turn_x = b.tx - t.x_mm;
     joint.turn_y = b.ty - t.y_mm;
     const double turn = norm(joint.turn_x, joint.turn_y), room = std::min(a.length_mm, b.length_mm);
-    if ((a.chord || b.chord) && room < 2.0 * spec.ramp_mm && turn * room < 8.0 * kSagittaMm) {
+    if ((a.chord || b.chord) && room < kDenseWidths * spec.ramp_mm && turn * room < 8.0 * kSagittaMm) {
       joint = {joint.s};
       joint.interpolate = true;
       continue;

@@ -57,6 +57,9 @@ struct CurveSpec {
   std::span<const double> yaw{};  ///< of the tool at the points, linear between them; empty = constant
 };
 
+/// Chords shorter than so many ramps are dense: their vertices are interpolated.
+inline constexpr double kDenseWidths = 2.0;
+
 /// Buffers kept between paths.
 struct CurveWork {
   struct Joint {

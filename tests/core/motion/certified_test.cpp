@@ -4,6 +4,8 @@
 #include <limits>
 #include <string>
 
+#include "core/grid/random.h"
+#include "core/motion/deviation.h"
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "tests/core/motion/random_paths.h"
@@ -138,6 +140,67 @@ TEST_CASE("With 0.05 mm of tolerance the test path takes at most 4.643 s and sta
   CHECK(result.deviation_mm <= 0.05);
   CHECK(largest_ratio(result) <= 1.001);
   CHECK(outsider_ratio(result) <= 1.001);
+}
+
+TEST_CASE("With a tolerance no random path leaves it, and none that keeps it anyway becomes slower") {
+  const auto arm = make_scara(cobra600());
+  RandomPathMaker maker(9);
+  PlanWorkspace work;
+  double exact_s = 0.0, within_s = 0.0;
+  for (int k = 0; k < 150; ++k) {
+    const RandomPath path = maker.next();
+    PathInput input;
+    input.points = path.points;
+    const PlanResult exact = plan(input, *arm, cobra600_limits(), {}, work);
+    const PlanResult within = plan(input, *arm, cobra600_limits(), with(Method::kCertified, 0.05), work);
+    INFO("path " << k << " (" << path.kind << ", " << path.points.size() << " points)");
+    REQUIRE(exact.ok() == within.ok());
+    if (!exact.ok()) continue;
+    exact_s += exact.continuous_s;
+    within_s += within.continuous_s;
+    CHECK(within.deviation_mm <= 0.05);
+    CHECK(largest_ratio(within) <= 1.001);
+    if (exact.deviation_mm <= 0.05) CHECK(within.continuous_s <= exact.continuous_s * (1.0 + 1e-9));
+  }
+  CHECK(within_s < 0.97 * exact_s);
+}
+
+TEST_CASE("Vertices that scatter by micrometres are smoothed within the tolerance, and the path takes half the time") {
+  RandomStream draw(77, Purpose::kTest);
+  const auto flower = [&](double noise_mm, int n) {
+    std::vector<Point2> points;
+    for (int i = 0; i <= n; ++i) {
+      const double a = 2.0 * std::numbers::pi * i / n, r = 30.0 + 2.0 * std::sin(5.0 * a);
+      points.push_back({r * std::cos(a) + noise_mm * draw.uniform(-1.0, 1.0), r * std::sin(a) + noise_mm * draw.uniform(-1.0, 1.0)});
+    }
+    return points;
+  };
+  const double clean_s = plan_at(flower(0.0, 500), {380, 0}).continuous_s;
+  for (const double noise_mm : {0.002, 0.005, 0.02}) {
+    const std::vector<Point2> points = flower(noise_mm, 500);
+    const PlanResult exact = plan_at(points, {380, 0}), smooth = plan_at(points, {380, 0}, with(Method::kCertified, 0.05));
+    INFO("noise " << noise_mm << ": " << exact.continuous_s << " and " << smooth.continuous_s << " s, without noise " << clean_s);
+    REQUIRE(smooth.ok());
+    CHECK(smooth.continuous_s < 0.6 * exact.continuous_s);
+    CHECK(smooth.continuous_s < 1.35 * clean_s);
+    CHECK(smooth.deviation_mm <= 0.05);
+    CHECK(deviation(smooth.tool, points) <= 0.05);
+    CHECK(largest_ratio(smooth) <= 1.001);
+    CHECK(outsider_ratio(smooth) <= 1.001);
+  }
+  // a run between two lines: the lines stay
+  std::vector<Point2> mixed = line(20.0, 40);
+  for (int i = 1; i < 60; ++i) mixed.push_back({20.0 + 0.4 * i, 2.0 * std::pow(std::sin(0.5 * std::numbers::pi * i / 60), 4) + draw.uniform(-0.003, 0.003)});
+  for (int i = 0; i <= 40; ++i) mixed.push_back({44.0 + 0.5 * i, 2.0});
+  const PlanResult exact = plan_at(mixed, {350, 0}), smooth = plan_at(mixed, {350, 0}, with(Method::kCertified, 0.05));
+  REQUIRE(smooth.ok());
+  CHECK(smooth.continuous_s < exact.continuous_s);
+  CHECK(smooth.deviation_mm <= 0.05);
+  CHECK(largest_ratio(smooth) <= 1.001);
+  for (const Point2& p : smooth.tool) {
+    if (p.x_mm < 18.0) CHECK(std::abs(p.y_mm) < 0.01);
+    if (p.x_mm > 46.0) CHECK(std::abs(p.y_mm - 2.0) < 0.01);
+  }
 }
 
 TEST_CASE(
