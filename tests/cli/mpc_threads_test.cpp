@@ -1,0 +1,36 @@
+// Layers and bounds on the pool's threads: the bytes of one thread.
+#include <catch2/catch.hpp>
+
+#include "cli/thread_pool.h"
+#include "core/control/mpc/bound.h"
+#include "core/control/mpc/layer_solver.h"
+#include "core/control/mpc/strip_dp.h"
+#include "tests/core/control/strip_instances.h"
+
+using namespace firn;
+using namespace firn::control::mpc;
+
+TEST_CASE("Strips, layers and bounds are the same bytes on one, two and five threads") {
+  const test::StripInstance in = test::random_instance(41, 24, 300, false);
+  struct Answer {
+    DropletPattern strips, layer;
+    std::vector<float> multipliers;
+    double bound_mm;
+  };
+  const auto answer = [&](int threads) {
+    const ParallelFor parallel = parallel_on(threads);
+    LayerProblem a(in.setup, in.height, in.materials), b = a;
+    for (int rows = 2; rows <= 3; ++rows) sweep_strips(a, {rows, 50}, parallel);
+    solve_layer(b, {2, 1, 2, 0.0}, parallel);
+    LowerBound bound = lower_bound(in.setup, in.height, in.materials, 0.0, {2, 3, 0.0}, parallel);
+    return Answer{a.drops(in.setup.grid), b.drops(in.setup.grid), std::move(bound.multipliers), bound.total_mm};
+  };
+  const Answer one = answer(1);
+  for (const int threads : {2, 5}) {
+    const Answer other = answer(threads);
+    CHECK(other.strips == one.strips);
+    CHECK(other.layer == one.layer);
+    CHECK(other.multipliers == one.multipliers);
+    CHECK(other.bound_mm == one.bound_mm);
+  }
+}
