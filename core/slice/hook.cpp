@@ -36,6 +36,17 @@ bool runs_round_everything(std::span<const Point> ring, const Region& part) {
   return true;
 }
 
+// Does each of the part's outer rings lie inside one of the hooks? Else hooks run along the part and not round it.
+bool encloses(const Rings& hooks, const Region& part) {
+  for (std::size_t r = 0; r < part.size(); ++r) {
+    if (doubled_area(part[r]) <= 0) continue;
+    bool enclosed = false;
+    for (std::size_t h = 0; h < hooks.size() && !enclosed; ++h) enclosed = inside(hooks[h], part[r][0]);
+    if (!enclosed) return false;
+  }
+  return true;
+}
+
 double square_distance(Vec p, Vec a, Vec b) {
   const Vec way = b - a;
   const double square = dot(way, way);
@@ -89,7 +100,7 @@ Region room_for_hook(const Region& scaffold, const Region& part, int hooks, cons
     for (int level = 0; clear && level < hooks; ++level) {
       const Rings hook = take_outermost(rings.levels[std::size_t(level)], part);
       const double width = level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm;
-      clear = !hook.empty() && distance_mm(hook, part) >= 0.5 * width + options.hook.clearance_mm;
+      clear = encloses(hook, part) && distance_mm(hook, part) >= 0.5 * width + options.hook.clearance_mm;
     }
     if (clear) break;
   }

@@ -12,8 +12,8 @@ int hooks_in(std::int32_t layer, const HookOptions& options);
 /// Takes the rings out that run round everything: those that bound scaffold from outside and lie in no hole of the part.
 Rings take_outermost(Rings& rings, const Region& part);
 
-/// The scaffold, with as many further contours of its boundary width around it (six at most) as keep the beads of the
-/// outermost `hooks` paths at least clearance_mm from the part.
+/// The scaffold, with as many further contours of its boundary width around it (six at most) as let the outermost `hooks`
+/// paths run round the whole part and keep their beads at least clearance_mm from it.
 Region room_for_hook(const Region& scaffold, const Region& part, int hooks, const PathOptions& options);
 
 }  // namespace firn::slice

@@ -255,6 +255,28 @@ TEST_CASE("The hook wall: the outermost scaffold path of layers 1 to 10 is ice, 
   }
 }
 
+TEST_CASE("Hooks run round the part even where the scaffold is wide on one side and narrow on the other") {
+  Region part, above;
+  outlines::add_box(part, 0, 0, 30, 20);
+  outlines::add_box(above, -25, 5, 10, 15);  // an arm above
+  const std::vector<Region> parts{part, above};
+  const std::vector<Region> scaffold = scaffold_regions(parts, 2500, {}, 0.05);
+  PathOptions options;
+  options.hook.on = true;
+  LayerRegions regions = layer_of(part, 15);
+  regions.by_material.push_back(scaffold[0]);
+  const LayerPaths paths = plan_layer(regions, options);
+  int hooks = 0;
+  for (std::size_t i = 0; i < paths.info.size(); ++i) {
+    if (paths.info[i].kind != PathKind::kHook) continue;
+    ++hooks;
+    Region ring;
+    ring.add(paths.lines[i]);
+    for (const Point corner : part.points) CHECK(winding(ring, corner) == 1);
+  }
+  CHECK(hooks == 2);
+}
+
 TEST_CASE("Measurement paths: lines of their own spacing inside one material, seen from the laser") {
   Region box;
   outlines::add_box(box, 0, 0, 30, 20);
