@@ -106,15 +106,18 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
     bound.limit[i + 1] = std::min(bound.limit[i + 1], c);
   }
   bound.b.assign(n + 1, 0.0);
+  std::vector<Sample> samples;  // of the left ends, for both sweeps
+  samples.reserve(n);
+  for (std::size_t i = 0; i < n; ++i) samples.emplace_back(rows, groups, 2 * i);
   for (std::size_t i = n; i-- > 0;) {
     const double h = curve.s[i + 1] - curve.s[i];
     bound.b[i] =
-        i == 0 ? 0.0 : reach_back(Sample(rows, groups, 2 * i), bound.limit[i], 2.0 * h, bound.b[i + 1]);
+        i == 0 ? 0.0 : reach_back(samples[i], bound.limit[i], 2.0 * h, bound.b[i + 1]);
   }
   bound.duration_s = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     const double h = curve.s[i + 1] - curve.s[i];
-    const double highest = bound.b[i] + 2.0 * h * Sample(rows, groups, 2 * i).window(bound.b[i]).high;
+    const double highest = bound.b[i] + 2.0 * h * samples[i].window(bound.b[i]).high;
     bound.b[i + 1] = std::min(bound.b[i + 1], std::max(highest, 0.0));
     const double d1x = rows.of[0][0][2 * i], d1y = rows.of[1][0][2 * i];
     const double most = groups.group[0].limit.acceleration / std::sqrt(d1x * d1x + d1y * d1y);
