@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/certificate_file.h"
@@ -33,14 +34,16 @@ Experiment experiment_of(const DecideOptions& o, const GridSpec& grid) {
     texts.emplace_back(o.model, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   }
   std::vector<std::string> settings = o.overrides;
-  if (o.alpha > 0.0) settings.push_back("control.mpc.alpha=" + nlohmann::json(o.alpha).dump());
-  if (o.horizon > 0) settings.push_back("control.mpc.horizon=" + std::to_string(o.horizon));
+  if (o.alpha) settings.push_back("control.mpc.alpha=" + nlohmann::json(*o.alpha).dump());
+  if (o.horizon) settings.push_back("control.mpc.horizon=" + std::to_string(*o.horizon));
   if (!o.method.empty()) {
     std::string name = o.method;
     std::ranges::replace(name, '-', '_');
     settings.push_back("control.mpc.method=\"" + name + "\"");
   }
   Experiment e = parse_experiment(texts, settings);
+  if (e.geometry.solid.kind != "none")
+    throw UsageError("--model: geometry.shape = \"" + e.geometry.solid.kind + "\": firn decide decides layers of one ink");
   e.grid.nx = grid.nx, e.grid.ny = grid.ny;
   return e;
 }
@@ -50,7 +53,7 @@ void write_npy(const std::string& path, const std::vector<std::byte>& bytes) {
 }
 
 // What the multipliers prove of any layer, by the checker that shares nothing with the solver.
-int check_certificate(const DecideOptions& o, const control::Setup& setup, const HeightMap& height) {
+std::string check_certificate(const DecideOptions& o, const control::Setup& setup, const HeightMap& height) {
   const int nx = setup.grid.nx, cuts = (setup.grid.ny + o.bound_rows - 1) / o.bound_rows - 1;
   if (o.bound_rows < 1 || o.bound_rows > 4) throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
   const std::vector<float> m = certificate_from(read_bytes(o.check_certificate, "--check-certificate"), nx, o.check_certificate);
@@ -60,14 +63,13 @@ int check_certificate(const DecideOptions& o, const control::Setup& setup, const
   double counted = 0.0;
   for (const auto in : setup.mask.cells) counted += in;
   const double bound_mm = control::mpc::certified_bound_mm(setup, height, {}, o.bound_rows, m) / counted;
-  if (o.json) std::puts(nlohmann::ordered_json{{"lower_bound_mm", bound_mm}, {"bound_rows", o.bound_rows}}.dump(2).c_str());
-  else std::printf("lower bound     %.6f um: no layer of at most one droplet per cell has a smaller mean error\n", 1e3 * bound_mm);
-  return kOk;
+  if (o.json) return nlohmann::ordered_json{{"lower_bound_mm", bound_mm}, {"bound_rows", o.bound_rows}}.dump(2) + "\n";
+  return fmt::format("lower bound     {:.6f} um: no layer of at most one droplet per cell has a smaller mean error\n", 1e3 * bound_mm);
 }
 
 }  // namespace
 
-int run_decide(const DecideOptions& o) {
+std::string decide(const DecideOptions& o) {
   const auto height_bytes = read_bytes(o.height, "--height");
   const NpyShape shape = npy_shape(height_bytes, o.height);
   const GridSpec named{shape.nx, shape.ny};
@@ -79,6 +81,7 @@ int run_decide(const DecideOptions& o) {
                         e.control.mpc.max_drops == 1;
   if ((o.bound || !o.check_certificate.empty()) && !provable)
     throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, alpha = 1, horizon = 1 and one droplet per cell only");
+  if (!o.certificate.empty() && !o.bound) throw UsageError("--certificate: only --bound has multipliers to write");
   const control::Setup setup = control_setup(e, target, mask);
   const HeightMap known = control::known_heights({height, 0, 0, 0.0});
   if (!o.check_certificate.empty()) return check_certificate(o, setup, known);
@@ -103,25 +106,28 @@ int run_decide(const DecideOptions& o) {
     const auto b = control::mpc::lower_bound(setup, known, {}, objective * cells, {o.bound_rows, o.bound_sweeps, 1e-6},
                                              serially);
     out["lower_bound_mm"] = b.total_mm / cells;
-    out["gap"] = (objective - b.total_mm / cells) / objective;
+    out["gap"] = objective > 0.0 ? (objective - b.total_mm / cells) / objective : 0.0;
     out["bound_rows"] = b.rows;
     out["bound_sweeps"] = b.sweeps;
     out["bound_cpu_s"] = cpu_s() - before;
     if (!o.certificate.empty()) write_npy(o.certificate, certificate_bytes(b.multipliers, e.grid.nx));
   }
   if (!o.output.empty()) write_npy(o.output, to_npy(d.drops));
-  if (o.json) {
-    std::puts(out.dump(2).c_str());
-    return kOk;
-  }
-  std::printf("%s: %s\n", out["decision"].get<std::string>().c_str(), d.reason.c_str());
-  std::printf("objective       %.6f um, with %lld droplets\nprinting none   %.6f um\n", 1e3 * objective,
-              static_cast<long long>(d.drops.total()), 1e3 * d.objective_none_mm);
+  if (o.json) return out.dump(2) + "\n";
+  const int layers = e.control.scheme == "mpc" ? e.control.mpc.horizon : 1;
+  std::string text = fmt::format("{}: {}\n", out["decision"].get<std::string>(), d.reason);
+  text += fmt::format("objective       {:.6f} um, {} {} droplets\n", 1e3 * objective,
+                      layers == 1 ? "with" : fmt::format("after {} layers, the next with", layers), d.drops.total());
+  text += fmt::format("printing none   {:.6f} um\n", 1e3 * d.objective_none_mm);
   if (o.bound)
-    std::printf("lower bound     %.6f um: at most %.3f %% better can be (strips of %d rows, %d sweeps, %.2f s)\n",
-                1e3 * out["lower_bound_mm"].get<double>(), 100.0 * out["gap"].get<double>(), out["bound_rows"].get<int>(),
-                out["bound_sweeps"].get<int>(), out["bound_cpu_s"].get<double>());
-  std::printf("%lld iterations, %.4f s of processor time\n", static_cast<long long>(d.iterations), decide_s);
+    text += fmt::format("lower bound     {:.6f} um: at most {:.3f} % better can be (strips of {} rows, {} sweeps, {:.2f} s)\n",
+                        1e3 * out["lower_bound_mm"].get<double>(), 100.0 * out["gap"].get<double>(), out["bound_rows"].get<int>(),
+                        out["bound_sweeps"].get<int>(), out["bound_cpu_s"].get<double>());
+  return text + fmt::format("{} iterations, {:.4f} s of processor time\n", d.iterations, decide_s);
+}
+
+int run_decide(const DecideOptions& o) {
+  std::fputs(decide(o).c_str(), stdout);
   return kOk;
 }
 

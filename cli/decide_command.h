@@ -1,6 +1,7 @@
 // `firn decide`: one layer's decision on any surface, with a proof of how good it is.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,8 +11,8 @@ struct DecideOptions {
   std::string height, target, mask;    ///< NPY; mask may be empty: every cell
   std::string model;                   ///< TOML with [model] and, if wanted, [control]
   std::vector<std::string> overrides;  ///< --set KEY=VALUE, after the file
-  double alpha = 0.0;                  ///< > 0: instead of the file's
-  int horizon = 0;                     ///< > 0: instead of the file's
+  std::optional<double> alpha;         ///< instead of the file's
+  std::optional<int> horizon;          ///< instead of the file's
   std::string method;                  ///< instead of the file's
   bool bound = false;
   int bound_rows = 2;
@@ -22,8 +23,10 @@ struct DecideOptions {
   bool json = false;
 };
 
-/// Prints objective, objective of printing nothing, and with `bound` a lower bound and the proved gap.
-/// @throws ConfigError, UsageError, std::invalid_argument: naming file, key, byte or shape.
+/// Decides the next layer as the controller's process does. @returns what is to be printed: objective, that of printing
+/// nothing, and with `bound` a lower bound and the proved gap; JSON with `json`.
+/// @throws ConfigError, UsageError, std::invalid_argument: naming file, key, byte, shape or cell.
+std::string decide(const DecideOptions& options);
 int run_decide(const DecideOptions& options);
 
 }  // namespace firn

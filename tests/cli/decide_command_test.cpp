@@ -1,0 +1,130 @@
+#include "cli/decide_command.h"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "cli/run_folder.h"
+#include "config/include.h"
+#include "core/grid/npy.h"
+#include "core/grid/random.h"
+#include "tests/logfile/scratch.h"
+
+using namespace firn;
+using namespace firn::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+// A folder with a surface 7 to 15 um below its target, 12 x 9 cells.
+struct States {
+  explicit States(const char* name) : scratch(name) {
+    const GridSpec g{12, 9};
+    RandomStream random(1, Purpose::kTest);
+    HeightMap height(g);
+    for (double& h : height.cells) h = float(0.1 - random.uniform(0.007, 0.015));
+    o.height = put("height.npy", to_npy(height));
+    o.target = put("target.npy", to_npy(HeightMap(g, 0.1)));
+    o.json = true;
+    const std::string header = "\x93NUMPY\x01" + std::string(1, 0) + "\x76" + std::string(1, 0) + "{'descr': '<f4', 'fortran_order': False, 'shape': (9, 12), }";
+    std::string text = header + std::string(128 - header.size() - 1, ' ') + "\n";
+    for (const double h : height.cells) {
+      const float single = float(h);
+      text.append(reinterpret_cast<const char*>(&single), sizeof single);
+    }
+    single = put("single.npy", {reinterpret_cast<const std::byte*>(text.data()), reinterpret_cast<const std::byte*>(text.data()) + text.size()});
+  }
+  std::string put(const char* name, const std::vector<std::byte>& bytes) {
+    write_file(scratch / name, bytes);
+    return (scratch / name).string();
+  }
+  Scratch scratch;
+  DecideOptions o;
+  std::string single;
+};
+
+}  // namespace
+
+TEST_CASE("firn decide tells the same of float32 and float64 surfaces, and better methods and longer horizons find better layers") {
+  States s("decide-methods");
+  double last = 1.0;
+  for (const char* method : {"greedy", "descent", "strip-dp"}) {
+    s.o.method = method;
+    auto json = nlohmann::json::parse(decide(s.o));
+    CHECK(json["decision"] == "print");
+    CHECK(json["objective_mm"].get<double>() < json["objective_none_mm"].get<double>());
+    DecideOptions single = s.o;
+    single.height = s.single;
+    auto same = nlohmann::json::parse(decide(single));
+    json.erase("cpu_s"), same.erase("cpu_s");
+    CHECK(json == same);
+    last = json["objective_mm"];
+  }
+  for (const int horizon : {2, 3}) {
+    s.o.horizon = horizon;
+    const double now = nlohmann::json::parse(decide(s.o))["objective_mm"];
+    CHECK(now <= last);
+    last = now;
+  }
+  s.o.json = false;
+  CHECK_THAT(decide(s.o), Contains("um, after 3 layers, the next with "));
+  s.o.output = (s.scratch / "u.npy").string();
+  decide(s.o);
+  CHECK(mask_from_npy(read_bytes(s.o.output, "u"), GridSpec{12, 9}, "u").size() == 108);
+}
+
+TEST_CASE("firn decide proves a bound for one layer at alpha = 1 and says that it cannot for any other") {
+  States s("decide-bound");
+  s.o.method = "strip-dp";
+  s.o.bound = true;
+  const auto json = nlohmann::json::parse(decide(s.o));
+  CHECK(json["gap"].get<double>() >= 0.0);
+  CHECK(json["lower_bound_mm"].get<double>() <= json["objective_mm"].get<double>());
+  for (const auto& change : std::vector<std::function<void(DecideOptions&)>>{
+           [](DecideOptions& o) { o.horizon = 2; }, [](DecideOptions& o) { o.alpha = 0.5; },
+           [](DecideOptions& o) { o.overrides = {"control.scheme=smf"}; }, [](DecideOptions& o) { o.overrides = {"control.mpc.max_drops=2"}; }}) {
+    DecideOptions o = s.o;
+    change(o);
+    CHECK_THROWS_WITH(decide(o), Contains("alpha = 1, horizon = 1 and one droplet per cell only"));
+  }
+  s.o.bound = false;
+  s.o.certificate = "c.npy";
+  CHECK_THROWS_WITH(decide(s.o), Contains("--certificate"));
+}
+
+TEST_CASE("firn decide refuses what is no state by name: shapes, kinds of numbers, cells that are not finite, values out of range") {
+  States s("decide-bad");
+  const auto refuses = [&](const char* what, const std::function<void(DecideOptions&)>& change) {
+    DecideOptions o = s.o;
+    change(o);
+    CAPTURE(what);
+    CHECK_THROWS_WITH(decide(o), Contains(what));
+  };
+  const GridSpec g{12, 9};
+  HeightMap holes(g, 0.09);
+  holes.at(3, 2) = std::numeric_limits<double>::quiet_NaN();
+  const std::string hole = s.put("hole.npy", to_npy(holes)), other = s.put("other.npy", to_npy(HeightMap(GridSpec{9, 12}, 0.1)));
+  const std::string nothing = s.put("nothing.npy", to_npy(Mask(g, 0))), text = s.put("text.npy", std::vector<std::byte>(50));
+  refuses("no such file", [](DecideOptions& o) { o.height = "nowhere.npy"; });
+  refuses("text.npy", [&](DecideOptions& o) { o.height = text; });
+  refuses("(12, 9)", [&](DecideOptions& o) { o.target = other; });
+  refuses("height.npy", [&](DecideOptions& o) { o.mask = o.height; });
+  refuses("mask", [&](DecideOptions& o) { o.mask = nothing; });
+  refuses("(3, 2)", [&](DecideOptions& o) { o.height = hole; });
+  refuses("(3, 2)", [&](DecideOptions& o) { o.target = hole; });
+  refuses("control.mpc.alpha", [](DecideOptions& o) { o.alpha = 1.5; });
+  refuses("alpha", [](DecideOptions& o) { o.alpha = 0.0; });
+  refuses("alpha", [](DecideOptions& o) { o.alpha = std::numeric_limits<double>::quiet_NaN(); });
+  refuses("control.mpc.horizon", [](DecideOptions& o) { o.horizon = 0; });
+  refuses("horizon = 9", [](DecideOptions& o) { o.horizon = 9; });
+  refuses("strip_dp", [](DecideOptions& o) { o.method = "strips"; });
+  refuses("--bound-rows", [](DecideOptions& o) { o.bound = true, o.bound_rows = 9; });
+  refuses("geometry.shape", [](DecideOptions& o) { o.overrides = {"geometry.shape=pipe_junction"}; });
+
+  Mask mask(g, 1);  // a hole off the part is bare ground
+  mask.at(3, 2) = 0;
+  s.o.height = hole;
+  s.o.mask = s.put("mask.npy", to_npy(mask));
+  CHECK(nlohmann::json::parse(decide(s.o))["decision"] == "print");
+}
