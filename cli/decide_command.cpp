@@ -81,6 +81,9 @@ std::string decide(const DecideOptions& o) {
                         e.control.mpc.max_drops == 1;
   if ((o.bound || !o.check_certificate.empty()) && !provable)
     throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, alpha = 1, horizon = 1 and one droplet per cell only");
+  if (o.bound && (o.bound_rows < 1 || o.bound_rows > 4))
+    throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
+  if (o.bound && o.bound_sweeps < 0) throw UsageError("--bound-sweeps = " + std::to_string(o.bound_sweeps) + " must not be below 0");
   if (!o.certificate.empty() && !o.bound) throw UsageError("--certificate: only --bound has multipliers to write");
   const control::Setup setup = control_setup(e, target, mask);
   const HeightMap known = control::known_heights({height, 0, 0, 0.0});

@@ -1,11 +1,12 @@
 #include "cli/decide_command.h"
 
 #include <catch2/catch.hpp>
-#include <cstring>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "cli/run_folder.h"
+#include "cli/targets.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
