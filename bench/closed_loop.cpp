@@ -42,7 +42,8 @@ std::vector<Row> rows() {
           {"strips N=1", {"control.mpc.method=strip_dp"}},
           {"strips N=1, estimation", with({"control.mpc.method=strip_dp"})},
           {"strips N=2, estimation", with({"control.mpc.method=strip_dp", "control.mpc.horizon=2"})},
-          {"strips N=3, estimation", with({"control.mpc.method=strip_dp", "control.mpc.horizon=3"})}};
+          {"strips N=3, estimation", with({"control.mpc.method=strip_dp", "control.mpc.horizon=3"})},
+          {"the same, squares", with({"control.mpc.method=strip_dp", "control.mpc.horizon=3", "control.mpc.error=square"})}};
 }
 
 double cpu_s() {

@@ -70,6 +70,7 @@ struct MpcConfig {                 ///< [Lu 2015, (8), IV-C]
   int strip_rows = 3;
   int anneal_sweeps = 100;
   int horizon = 1;
+  std::string error = "absolute";  ///< "absolute" or "square"
   std::vector<AlphaStep> alpha = {{1, 1.0}};
   int subset = 16;                 ///< M, points tried together
   std::int64_t max_evaluations = 20'000'000;
@@ -113,6 +114,7 @@ struct EstimatorConfig {           ///< what learns from the layers while they a
   std::string droplets = "off";    ///< "on": droplet_estimator takes part and publishes HEIGHT_MODEL
   int window_layers = 10;
   double prior_std = 0.5;          ///< relative, of each of h1..h3 about model.h1_mm..h3_mm
+  int max_evaluations = 60;        ///< of the objective, per layer and round
   double memory_layers = 0.0;      ///< a layer's weight falls by 1 / e in so many; 0 = nothing is forgotten
 };
 

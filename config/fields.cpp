@@ -114,6 +114,7 @@ Table control_fields(Experiment& e) {
       {"control.mpc.strip_rows", &m.strip_rows, "rows", within(1, 6), "strip_dp: widest strip; one row more costs about six times the time"},
       {"control.mpc.anneal_sweeps", &m.anneal_sweeps, "", within(0, 1e6), "strip_dp with horizon > 1: sweeps of annealing over all cells and layers; 0 = none"},
       {"control.mpc.horizon", &m.horizon, "layers", within(1, 20), "N of [Lu 2015, (8)]"},
+      {"control.mpc.error", &m.error, "", one_of({"absolute", "square"}), "what an error costs: absolute: its mean, as in (8); square: its root mean square, with the variance that droplets add (control.droplet_scatter)"},
       {"control.mpc.alpha", &m.alpha, "", within(0, 1), "weight of the mean error against the roughness in (8); a number, or [{from_layer = 1, alpha = 1.0}, ...]"},
       {"control.mpc.subset", &m.subset, "cells", within(1, 4096), "M: points tried together in the greedy search [Lu 2015, IV-C]"},
       {"control.mpc.max_evaluations", &m.max_evaluations, "", within(1, 1e12), "bound of the work per decision"},
@@ -132,6 +133,7 @@ Table control_fields(Experiment& e) {
       {"estimator.droplets", &e.estimator.droplets, "", one_of({"off", "on"}), "on: droplet_estimator learns h1..h3 from drops and maps, layer by layer"},
       {"estimator.window_layers", &e.estimator.window_layers, "layers", within(1, 1000), "layers that are estimated anew each time; older ones as a summary"},
       {"estimator.prior_std", &e.estimator.prior_std, "", above(0, 10), "relative standard deviation of what model.h1_mm..h3_mm are believed to be"},
+      {"estimator.max_evaluations", &e.estimator.max_evaluations, "", within(10, 10000), "of the estimator's objective, per layer and round"},
       {"estimator.memory_layers", &e.estimator.memory_layers, "layers", within(0, 1e6), "forgetting: a layer so many layers old counts 1 - 1/M to that power, about 1/e; 0 = nothing is forgotten"},
   };
 }

@@ -25,9 +25,12 @@ double objective_mm(const HeightMap& height, const HeightMap& target, const Mask
   return alpha * (sum_abs / n) + (1.0 - alpha) * std::sqrt(square / n);
 }
 
-bool beats_noise(const Decision& d, std::int64_t part_cells, double noise_std_mm, double gate) {
-  const double better = d.objective_none_mm - d.objective_mm;
-  return better > 0.0 && better * double(part_cells) > gate * noise_std_mm * double(d.drops.total());
+bool beats_noise(const Decision& d, std::int64_t part_cells, double noise_std_mm, double gate, ErrorKind error) {
+  const double none = d.objective_none_mm, with = d.objective_mm;
+  const bool square = error == ErrorKind::kSquare;
+  const double better = square ? none * none - with * with : none - with;
+  const double noise = square ? noise_std_mm * noise_std_mm : noise_std_mm;
+  return better > 0.0 && better * double(part_cells) > gate * noise * double(d.drops.total());
 }
 
 void end_print(Decision& d, std::string reason) {

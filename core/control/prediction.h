@@ -12,8 +12,10 @@ namespace firn::control {
 double objective_mm(const HeightMap& height, const HeightMap& target, const Mask& mask, double alpha);
 
 /// True when `decision` betters printing nothing by more than `gate` * noise_std_mm for each of its droplets
-/// (an objective is a mean over `part_cells` cells, so one droplet that mends h mm is worth h / part_cells).
-bool beats_noise(const Decision& decision, std::int64_t part_cells, double noise_std_mm, double gate);
+/// (an objective is a mean over `part_cells` cells, so one droplet that mends h mm is worth h / part_cells). Squares: when
+/// it lessens the sum of squares by more than `gate` * noise_std_mm^2 for each.
+bool beats_noise(const Decision& decision, std::int64_t part_cells, double noise_std_mm, double gate,
+                 ErrorKind error = ErrorKind::kAbsolute);
 
 /// Turns a decision into the end of the print.
 void end_print(Decision& decision, std::string reason);

@@ -47,6 +47,11 @@ control::ControlOptions control_options(const Experiment& e) {
   o.mpc.anneal_sweeps = c.mpc.anneal_sweeps;
   o.mpc.strip_rows = c.mpc.strip_rows;
   o.mpc.horizon = c.mpc.horizon;
+  if (c.mpc.error == "square") {
+    const ModelConfig& h = e.model;
+    o.mpc.error = control::ErrorKind::kSquare;
+    o.mpc.price_mm2 = c.droplet_scatter * c.droplet_scatter * (h.h1_mm * h.h1_mm + 4.0 * h.h2_mm * h.h2_mm + 4.0 * h.h3_mm * h.h3_mm);
+  }
   o.mpc.alpha.clear();
   for (const AlphaStep& a : c.mpc.alpha) o.mpc.alpha.push_back({a.from_layer, a.alpha});
   o.mpc.subset = c.mpc.subset;

@@ -21,6 +21,7 @@ droplet::EstimatorOptions options_of(const Experiment& e) {
   o.prior = {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm};
   o.prior_std = e.estimator.prior_std;
   o.window_layers = e.estimator.window_layers;
+  o.max_evaluations = e.estimator.max_evaluations;
   o.memory_layers = e.estimator.memory_layers;
   o.border = e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
   return o;

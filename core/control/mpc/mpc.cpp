@@ -150,7 +150,7 @@ Decision Mpc::decide(const Measurement& m) {
   }
   if (d.kind == Decision::Kind::kEnd) {
     end_print(d, "no layer betters printing nothing");
-  } else if (!beats_noise(d, std::int64_t(objective_.part_cells().size()), m.noise_std_mm, noise_gate_)) {
+  } else if (!beats_noise(d, std::int64_t(objective_.part_cells().size()), m.noise_std_mm, noise_gate_, options_.error)) {
     end_print(d, "the best layer would only answer the measurement's noise");
   } else if (options_.method != MpcMethod::kGreedy &&
              mpc::useful_share(setup_, height, d.drops, d.materials) < mpc::kLeastUseful) {
