@@ -113,6 +113,7 @@ void declare_reproduce(CLI::App& app, Run& run) {
   app.add_option("PAPER", o->paper, "lu, barnett or thompson; default: all");
   app.add_option("--only", o->only, "parts or rows, by id");
   app.add_option("-o,--out", o->out, "folder for pictures and index.html");
+  app.add_option("--mesh", o->mesh, "barnett.slicing: a mesh instead of the one made in code");
   app.add_flag("--quick", o->quick, "fewer repeats: minutes become seconds, statistics become coarse");
   app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
   json_flag(app, o->json);

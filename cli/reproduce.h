@@ -71,6 +71,8 @@ class Reproduction {
   virtual bool quick() const = 0;
   /// Threads that the part may use, >= 1. The rows must not depend on it.
   virtual int threads() const = 0;
+  /// A mesh to slice instead of the one made in code; empty = none.
+  virtual std::string mesh() const { return ""; }
 };
 
 struct ReproducePart {
@@ -91,6 +93,7 @@ struct ReproduceOptions {
   bool json = false;
   bool quick = false;
   int threads = 0;  ///< 0 = as many as the machine has
+  std::string mesh;  ///< of barnett.slicing, instead of the one made in code
 };
 
 /// One part's outcome. A part that throws has one more row, which fails and says why.

@@ -86,6 +86,7 @@ class Collector : public Reproduction {
     progress_.show(number_, std::clamp(fraction, 0.0, 1.0), doing);
   }
   bool quick() const override { return options_.quick; }
+  std::string mesh() const override { return options_.mesh; }
   int threads() const override {
     return options_.threads > 0 ? options_.threads : int(std::max(1u, std::thread::hardware_concurrency()));
   }
