@@ -2,7 +2,6 @@
 
 #include <set>
 
-#include "cli/thread_pool.h"
 #include "core/slice/coverage.h"
 #include "core/slice/fill_lines.h"
 #include "core/slice/hook.h"
@@ -315,20 +314,6 @@ TEST_CASE("Empty layers, slivers and grains of sand give no paths and no harm") 
     for (const PathInfo& info : plan_layer(layer_of(sliver), options).info) CHECK(info.kind == PathKind::kMeasurement);
     CHECK(coverage(layer_of(sand), {}, options).size() == 1);
     CHECK(coverage(layer_of({}), {}, options)[0].wanted_mm2 == 0);
-  }
-}
-
-TEST_CASE("Paths are the same for any number of threads") {
-  std::vector<LayerPaths> one;
-  for (const int threads : {1, 2, 8}) {
-    std::vector<LayerPaths> layers(12);
-    parallel_on(threads)(12, [&](int k) {
-      LayerRegions regions = layer_of(outlines::blob(std::uint64_t(k)), k + 1);
-      regions.by_material.push_back(outlines::gear());
-      layers[std::size_t(k)] = plan_layer(regions, {});
-    });
-    if (threads == 1) one = layers;
-    CHECK(layers == one);
   }
 }
 

@@ -4,7 +4,6 @@
 #include "core/slice/offset_rings.h"
 #include "core/slice/planar.h"
 #include "core/slice/scaffold.h"
-#include "cli/thread_pool.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
 
@@ -132,15 +131,6 @@ TEST_CASE("Overhang scaffold carries what leans out further than its angle, down
 TEST_CASE("No support, no part: no scaffold") {
   CHECK(scaffold_regions({}, kHeight, {}, kTolerance).empty());
   for (const Region& layer : scaffold_regions(ball().layers, kHeight, {.kind = Support::kNone}, kTolerance)) CHECK(layer.empty());
-}
-
-TEST_CASE("Scaffold is the same for any number of threads") {
-  const Part part = ball();
-  for (const Support kind : {Support::kFull, Support::kOverhang}) {
-    const SupportOptions options{.kind = kind};
-    const std::vector<Region> one = scaffold_regions(part.layers, kHeight, options, kTolerance);
-    for (const int threads : {2, 8}) CHECK(scaffold_regions(part.layers, kHeight, options, kTolerance, parallel_on(threads)) == one);
-  }
 }
 
 TEST_CASE("Merging with no slack is the union") {
