@@ -41,7 +41,7 @@ command_of() {  # NAME MESH
     prusa-support) echo "$prusa --support-material --support-material-spacing 0 --support-material-extrusion-width 1.5 -o $out/prusa.gcode $2" ;;
     slic3r) echo "$slic3r -o $out/slic3r.gcode $2" ;;
     cura) echo "$engine -s support_enable=false -l $2 -o $out/cura.gcode" ;;
-    cura-support) echo "$engine -s support_enable=true -s support_infill_rate=100 -s support_line_width=1.5 -l $2 -o $out/cura.gcode" ;;
+    cura-support) echo "$engine -s support_enable=true -s support_infill_rate=100 -s support_line_width=1.5 -s support_line_distance=1.5 -l $2 -o $out/cura.gcode" ;;
     firn-*-support) tolerance=${1#firn-}; echo "$firn slice $2 --support full --tolerance ${tolerance%-support} --gcode $out/firn.gcode $ours" ;;
     firn-*) echo "$firn slice $2 --support none --tolerance ${1#firn-} --gcode $out/firn.gcode $ours" ;;
     all-*) echo "$firn slice $2 --support full --tolerance ${1#all-} -o $out/firn.paths" ;;
