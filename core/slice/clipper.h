@@ -8,4 +8,8 @@ namespace firn::slice {
 /// Offset by a distance of either sign (> 0 inward), from the region itself. No canonical order.
 Rings clipper_offset(const Region& region, double inward_mm, double tolerance_mm);
 
+/// Booleans, to compare with.
+Rings clipper_unite(const Rings& a, const Rings& b);
+Rings clipper_subtract(const Rings& a, const Rings& b);
+
 }  // namespace firn::slice
