@@ -11,6 +11,8 @@
 namespace firn::control::mpc {
 namespace {
 
+constexpr std::size_t kCellsForOneRun = 500, kMostRuns = 12;
+
 std::vector<DropletPattern> plan_of(const HorizonObjective& objective) {
   std::vector<DropletPattern> plan;
   for (int n = 0; n < objective.horizon(); ++n) plan.push_back(objective.layer(n));
@@ -114,7 +116,7 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
     objective.set_plan(plan);
     const SearchResult r = descend(objective, layers, left());
     result.evaluations += r.evaluations, result.moves += r.moves;
-    if (!(objective.value_mm() < best_mm)) return;
+    if (objective.value_mm() > best_mm) return;
     best = plan_of(objective), best_mm = objective.value_mm(), result.optimal = r.optimal;
   };
   const auto take = [&](std::span<const DropletPattern> plan) {
@@ -136,24 +138,29 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
     if (layers > 1 && single) descend_from(partial_layer_first(s, layers), layers);
     if (layers == objective.horizon() && !s.plan.empty()) descend_from(s.plan, layers);
     if (o.anneal_sweeps == 0 || open.empty()) continue;
-    AnnealOptions annealing;
-    annealing.layers = layers;
-    annealing.sweeps = o.anneal_sweeps;
-    annealing.max_evaluations = left();
-    SearchResult r;
-    plan = best;
-    if (single && layers <= PlanField::kMostLayers) {
-      PlanField field(s.setup, s.height, s.materials, layers);
-      field.set_plan(plan);
-      r = anneal(field, objective.cost(), open, annealing, random);
-      std::ranges::move(field.plan(s.setup.grid), plan.begin());
-    } else {
-      objective.set_plan(plan);
-      r = anneal(objective, open, annealing, random);
-      plan = plan_of(objective);
+    // On few cells many runs are cheap, and hot ones forget their start; on many the start is worth more.
+    const int runs = 1 + int(kCellsForOneRun / (open.size() + kCellsForOneRun / kMostRuns));
+    for (int run = 0; run < runs; ++run) {
+      AnnealOptions annealing;
+      annealing.layers = layers;
+      annealing.sweeps = o.anneal_sweeps;
+      annealing.max_evaluations = left();
+      if (run > 0) annealing.hot_mm *= 4.0;
+      SearchResult r;
+      plan = best;
+      if (single && layers <= PlanField::kMostLayers) {
+        PlanField field(s.setup, s.height, s.materials, layers);
+        field.set_plan(plan);
+        r = anneal(field, objective.cost(), open, annealing, random);
+        std::ranges::move(field.plan(s.setup.grid), plan.begin());
+      } else {
+        objective.set_plan(plan);
+        r = anneal(objective, open, annealing, random);
+        plan = plan_of(objective);
+      }
+      result.evaluations += r.evaluations, result.moves += r.moves;
+      descend_from(plan, layers);
     }
-    result.evaluations += r.evaluations, result.moves += r.moves;
-    descend_from(plan, layers);
   }
   objective.set_plan(best);
   return result;
