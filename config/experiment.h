@@ -66,7 +66,7 @@ struct AlphaStep {
 };
 
 struct MpcConfig {                 ///< [Lu 2015, (8), IV-C]
-  std::string method = "greedy";   ///< "greedy", "descent" or "strip_dp"
+  std::string method = "greedy";   ///< "greedy", "descent", "strip_dp" or "certified"
   int strip_rows = 3;
   int anneal_sweeps = 100;
   int horizon = 1;

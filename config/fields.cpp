@@ -110,7 +110,7 @@ Table control_fields(Experiment& e) {
       {"control.smf.rounding", &s.rounding, "", one_of({"nearest", "diffusion", "carry"}), "what becomes of fractions of a droplet: dropped, spread to neighbours, kept for the next layer"},
       {"control.threshold.threshold_mm", &e.control.threshold.threshold_mm, "mm", within(0, 10), "a cell that is short by more gets a droplet; 0 = half a layer"},
       {"control.threshold.layer_height_mm", &e.control.threshold.layer_height_mm, "mm", within(0, 10), "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
-      {"control.mpc.method", &m.method, "", one_of({"greedy", "descent", "strip_dp"}), "greedy: the paper's stochastic search [Lu 2015, IV-C]; descent: the same single droplets in raster order; strip_dp: exact optima of overlapping strips, for horizon > 1 strips of each layer and annealing: the best"},
+      {"control.mpc.method", &m.method, "", one_of({"greedy", "descent", "strip_dp", "certified"}), "greedy: the paper's stochastic search [Lu 2015, IV-C]; descent: the same single droplets in raster order; strip_dp: exact optima of overlapping strips, for horizon > 1 strips of each layer and annealing: the best; certified: one layer within a tenth of a percent of the optimum, several as strip_dp"},
       {"control.mpc.strip_rows", &m.strip_rows, "rows", within(1, 6), "strip_dp: widest strip; one row more costs about six times the time"},
       {"control.mpc.anneal_sweeps", &m.anneal_sweeps, "", within(0, 1e6), "strip_dp with horizon > 1: sweeps of annealing over all cells and layers; 0 = none"},
       {"control.mpc.horizon", &m.horizon, "layers", within(1, 20), "N of [Lu 2015, (8)]"},

@@ -49,6 +49,7 @@ enum class MpcMethod : std::uint8_t {
   kGreedy,   ///< the paper's stochastic greedy search [Lu 2015, IV-C]
   kDescent,  ///< single droplets in raster order until none betters the objective
   kStripDp,  ///< exact optima of overlapping strips; for several layers, strips of each, annealing and descent
+  kCertified,  ///< one layer: strips that agree on windows (mpc/layer_solver.h); several layers: as kStripDp
 };
 
 /// What an error costs MPC.

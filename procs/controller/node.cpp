@@ -41,9 +41,10 @@ control::ControlOptions control_options(const Experiment& e) {
   o.smf.rounding = rounding_of(c.smf.rounding);
   o.threshold.threshold_mm = c.threshold.threshold_mm;
   o.threshold.layer_height_mm = c.threshold.layer_height_mm;
-  o.mpc.method = c.mpc.method == "strip_dp"  ? control::MpcMethod::kStripDp
-                 : c.mpc.method == "descent" ? control::MpcMethod::kDescent
-                                             : control::MpcMethod::kGreedy;
+  o.mpc.method = c.mpc.method == "strip_dp"    ? control::MpcMethod::kStripDp
+                 : c.mpc.method == "certified" ? control::MpcMethod::kCertified
+                 : c.mpc.method == "descent"   ? control::MpcMethod::kDescent
+                                               : control::MpcMethod::kGreedy;
   o.mpc.anneal_sweeps = c.mpc.anneal_sweeps;
   o.mpc.strip_rows = c.mpc.strip_rows;
   o.mpc.horizon = c.mpc.horizon;

@@ -8,10 +8,15 @@
 #include "core/control/mpc/descent.h"
 #include "core/control/mpc/guard.h"
 #include "core/control/mpc/horizon_search.h"
+#include "core/control/mpc/layer_solver.h"
+#include "core/control/mpc/weighted_layer.h"
 #include "core/control/prediction.h"
 
 namespace firn::control {
 namespace {
+
+// Above that many cells strips alone decide: the split takes 128 bytes per cell.
+constexpr std::int64_t kMostSplitCells = 1'000'000;
 
 void require(bool ok, const std::string& what) {
   if (!ok) throw std::invalid_argument("mpc: " + what);
@@ -93,7 +98,18 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
                        std::span<const MaterialMap> materials, double alpha, std::int64_t evaluations,
                        RandomStream& random) {
   Found found;
-  if (options_.method == MpcMethod::kStripDp) {
+  if (options_.method == MpcMethod::kCertified && one_layer()) {
+    mpc::LayerProblem problem(setup_, height, materials.front());
+    problem.set_drops(guess.front());
+    if (alpha == 1.0)
+      found.evaluations = mpc::solve_layer(problem, {2, 2, problem.counted() <= kMostSplitCells ? 1 : 0, 1e-6}, serially).strips;
+    else
+      mpc::weighted_layer(problem, alpha, {options_.strip_rows}, serially);
+    guess.front() = problem.drops(setup_.grid);
+    objective_.set_plan(guess);
+    return found;
+  }
+  if (options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified) {
     const mpc::HorizonState state{setup_, height, materials};
     for (std::size_t n = 1; n < guess.size(); ++n) guess[n] = DropletPattern(setup_.grid);
     if (options_.max_drops == 1) {
@@ -102,7 +118,7 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
       found.optimal = strips.settled;
     }
     objective_.set_plan(guess);
-    if (alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1 && options_.error == ErrorKind::kAbsolute) return found;
+    if (alpha == 1.0 && one_layer()) return found;
     const auto r = mpc::search_horizon(objective_, state, {options_.strip_rows, options_.anneal_sweeps, evaluations}, random);
     found.evaluations += r.evaluations;
     found.optimal = r.optimal;
@@ -156,7 +172,8 @@ Decision Mpc::decide(const Measurement& m) {
              mpc::useful_share(setup_, height, d.drops, d.materials) < mpc::kLeastUseful) {
     end_print(d, "the best layer would build where little is missing");
   } else {
-    d.reason = optimal && options_.method == MpcMethod::kStripDp && alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1
+    d.reason = options_.method == MpcMethod::kCertified && one_layer() ? "the best layer of strips that agree on windows of droplets"
+               : optimal && options_.method == MpcMethod::kStripDp && alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1
                    ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
                : optimal
                    ? "no single droplet more or less betters this layer"

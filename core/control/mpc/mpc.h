@@ -36,6 +36,10 @@ class Mpc final : public LayerController {
     std::int64_t evaluations = 0;
     bool optimal = false;
   };
+  // One layer of at most one droplet per cell by |error|: what LayerProblem is.
+  bool one_layer() const {
+    return options_.horizon == 1 && options_.max_drops == 1 && options_.error == ErrorKind::kAbsolute;
+  }
   // Betters the plan that objective_ is to hold, from a first guess.
   Found search(std::vector<DropletPattern> guess, const HeightMap& height,
                std::span<const MaterialMap> materials, double alpha, std::int64_t evaluations, RandomStream& random);

@@ -5,6 +5,7 @@
 
 #include "core/control/mpc/greedy.h"
 #include "core/control/mpc/layer_solver.h"
+#include "core/control/mpc/mpc.h"
 #include "core/control/mpc/strip_dp.h"
 #include "core/control/prediction.h"
 #include "tests/core/control/strip_instances.h"
@@ -70,4 +71,25 @@ TEST_CASE("a layer for alpha < 1 is never worse than none, all or the start, and
     strips += found, greedy += search.value_mm();
   }
   CHECK(strips < 0.995 * greedy);
+}
+
+TEST_CASE("MPC method certified: on each state no worse than printing nothing, and on the average no worse than strips") {
+  double certified = 0.0, strips = 0.0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const StripInstance in = random_instance(seed, 16, 15, false);
+    RandomStream random(seed, Purpose::kInstance);
+    ControlOptions o;
+    o.noise_gate = 0.0;
+    o.mpc.alpha = {{1, seed % 2 ? 1.0 : random.uniform(0.3, 1.0)}};
+    for (const MpcMethod method : {MpcMethod::kCertified, MpcMethod::kStripDp}) {
+      o.mpc.method = method;
+      const Decision d = Mpc(in.setup, o).decide({in.height, 0, 0, 0.0});
+      const double none = objective_mm(in.height, in.setup.target, in.setup.mask, o.mpc.alpha[0].alpha);
+      CHECK(d.objective_none_mm == Approx(none));
+      CHECK(d.objective_mm <= none + 1e-12);
+      if (d.kind == Decision::Kind::kPrint) CHECK(d.objective_mm == Approx(by_model(in, d.drops, o.mpc.alpha[0].alpha)).margin(1e-9));
+      (method == MpcMethod::kCertified ? certified : strips) += d.objective_mm;
+    }
+  }
+  CHECK(certified <= strips);
 }
