@@ -254,7 +254,7 @@ void declare_decide(CLI::App& app, Run& run) {
   app.add_option("--set", o->overrides, "KEY=VALUE, after the file")->allow_extra_args(false);
   app.add_option("--alpha", o->alpha, "weight of the mean error, (0, 1]");
   app.add_option("--horizon", o->horizon, "N");
-  app.add_option("--method", o->method, "greedy, descent or strip-dp");
+  app.add_option("--method", o->method, "greedy, descent, strip-dp or certified");
   app.add_flag("--bound", o->bound, "prove how much better any layer could be (alpha = 1, N = 1)");
   app.add_option("--bound-rows", o->bound_rows, "rows per strip, 1..4: tighter and dearer")->capture_default_str();
   app.add_option("--bound-sweeps", o->bound_sweeps, "down or up, at most")->capture_default_str();
