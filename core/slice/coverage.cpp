@@ -161,6 +161,12 @@ class Scan {
   std::vector<std::size_t> done_;
 };
 
+// The hook wall is ice that stands in the scaffold's place: it fills the scaffold's area, not the part's.
+bool fills(const PathInfo& info, std::size_t material) {
+  if (info.kind == PathKind::kMeasurement) return false;
+  return info.kind == PathKind::kHook ? material == kScaffoldMaterial : info.material == material;
+}
+
 }  // namespace
 
 std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& paths, const PathOptions& options,
@@ -180,7 +186,7 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
     for (const Point p : wanted.points) box.add(p.x, p.y);
     for (std::size_t i = 0; i < paths.info.size(); ++i) {
       const double half = 0.5 * paths.info[i].width;
-      if (paths.info[i].material != m || paths.info[i].kind == PathKind::kMeasurement) continue;
+      if (!fills(paths.info[i], m)) continue;
       for (const Point p : paths.lines[i]) box.add(p.x - half, p.y - half), box.add(p.x + half, p.y + half);
     }
     if (box.x1 < box.x0) {
@@ -190,7 +196,7 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
     Scan scan(box.y0, box.y1, pitch_mm * kUnitsPerMm);
     for (std::size_t i = 0; i < paths.info.size(); ++i) {
       const PathInfo& info = paths.info[i];
-      if (info.material != m || info.kind == PathKind::kMeasurement) continue;
+      if (!fills(info, m)) continue;
       const auto line = paths.lines[i];
       for (std::size_t p = info.closed ? 0 : 1; p < line.size(); ++p)
         scan.add_bead(to_vec(line[p ? p - 1 : line.size() - 1]), to_vec(line[p]), 0.5 * info.width);

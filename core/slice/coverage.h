@@ -20,7 +20,7 @@ struct Coverage {
 
 /// Scan lines `pitch_mm` apart, exact along each: an area's error is at most pitch_mm / 2 per mm of edge, and in
 /// practice near pitch_mm^1.5 times the root of the edge's length.
-/// @return one per material in `regions`
+/// The hook wall counts as scaffold. @return one per material in `regions`
 std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& paths, const PathOptions& options,
                                double pitch_mm = 0.1);
 

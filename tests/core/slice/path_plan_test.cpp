@@ -276,6 +276,20 @@ TEST_CASE("Hooks run round the part even where the scaffold is wide on one side 
   CHECK(hooks == 2);
 }
 
+TEST_CASE("The hook wall fills the scaffold's area where it stands, and none of the part's") {
+  Region part, above;
+  outlines::add_circle(part, 0, 0, 8, 60);
+  outlines::add_circle(above, 0, 0, 22, 120);
+  LayerRegions regions = layer_of(part, 5);
+  regions.by_material.push_back(scaffold_regions(std::vector<Region>{part, above}, 2500, {}, 0.05)[0]);
+  PathOptions options;
+  const auto without = coverage(regions, plan_layer(regions, options), options, 0.1);
+  options.hook.on = true;
+  const auto with = coverage(regions, plan_layer(regions, options), options, 0.1);
+  CHECK(with[1].gap_mm2 <= without[1].gap_mm2 + 0.03 * without[1].wanted_mm2);
+  CHECK(with[0].swept_mm2 == Approx(without[0].swept_mm2).epsilon(1e-6));
+}
+
 TEST_CASE("Measurement paths: lines of their own spacing inside one material, seen from the laser") {
   Region box;
   outlines::add_box(box, 0, 0, 30, 20);
