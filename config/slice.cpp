@@ -96,7 +96,7 @@ std::string slice_markdown() {
   SliceSettings defaults;
   std::string out =
       "# Settings of firn slice\n\n"
-      "Written by `firn config docs --slice`; do not edit by hand. A settings file (`experiments/slice.toml`) is TOML; every\n"
+      "Written by `firn config docs --slice`; do not edit by hand. A settings file (`experiments/slicing/gear.toml`) is TOML; every\n"
       "key has the default shown here, which is the Cobra 600's rapid freeze prototyping [Barnett 2012, ch. 3]. An unknown key\n"
       "is refused with the nearest known one.\n";
   std::string_view section;

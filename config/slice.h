@@ -1,4 +1,4 @@
-// What firn slice does, as a file describes it (experiments/slice.toml). Keys: docs/slice-settings.md, written from the
+// What firn slice does, as a file describes it (experiments/slicing/gear.toml). Keys: docs/slice-settings.md, written from the
 // table in slice_fields.cpp.
 #pragma once
 

@@ -252,7 +252,7 @@ TEST_CASE("firn slice refuses what it cannot do, and leaves nothing behind") {
   CHECK_FALSE(fs::exists(o.output));
 }
 
-TEST_CASE("--support overhang takes its angle, and less support than full") {
+TEST_CASE("Option --support overhang takes its angle, and less support than full") {
   SliceCommandOptions o = run_options("overhang");
   const auto scaffold_mm = [&](const std::string& support, bool angle) {
     SliceCommandOptions c = o;

@@ -52,13 +52,14 @@ TEST_CASE("a live print with droplet_estimator learns after every layer, and rep
   check_finished_run(run);
   const auto result = run.folder().result();
   REQUIRE(result);
-  int models = 0;
+  int last = -1;  // a busy machine may make the profiler miss rows: the layer is measured, and told, once more
   replay::RunMessages(run.path()).each<height_model_t>(channels::kHeightModel.name, [&](const height_model_t& m) {
-    CHECK(m.layer == models);
-    CHECK(m.layers_used == models);
-    ++models;
+    CHECK(m.layer >= last);
+    CHECK(m.layer <= last + 1);
+    CHECK(m.layers_used == m.layer);
+    last = m.layer;
   });
-  CHECK(models == result->layers + 1);
+  CHECK(last == result->layers);
 }
 
 TEST_CASE("a full disk stops the print by name, and a resume fills the log again") {
