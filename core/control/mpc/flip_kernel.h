@@ -29,8 +29,8 @@ FIRN_INLINE void store(const Lanes& v, float* to) { std::memcpy(to, &v, sizeof v
 template <int DX>
 FIRN_INLINE void shifted(const Lanes& v, Lanes& out) {
   if constexpr (DX == 0) out = v;
-  if constexpr (DX == 1) out = __builtin_shuffle(v, LaneMarks{1, 2, 3, 4, 5, 6, 7, 0});
-  if constexpr (DX == -1) out = __builtin_shuffle(v, LaneMarks{7, 0, 1, 2, 3, 4, 5, 6});
+  if constexpr (DX == 1) out = __builtin_shufflevector(v, v, 1, 2, 3, 4, 5, 6, 7, 0);
+  if constexpr (DX == -1) out = __builtin_shufflevector(v, v, 7, 0, 1, 2, 3, 4, 5, 6);
 }
 
 // clamp(gives + lean, 0, gives)

@@ -55,13 +55,13 @@ struct Plain {
     }
   }
   FIRN_INLINE static void backward(int rows, const float* after, const float* table, float* before) {
-    const Marks even = {0, 2, 4, 6, 8, 10, 12, 14}, odd = {1, 3, 5, 7, 9, 11, 13, 15};
     const int states = int(profile_states(rows)), half = states / 2;
     for (int first = 0; first < 2; ++first)
       for (int n = 0; n < states; n += 2 * kLanes) {
         const Lanes a = lanes(after + n) + lanes(entries(rows, table, n, first));
         const Lanes b = lanes(after + n + kLanes) + lanes(entries(rows, table, n + kLanes, first));
-        const Lanes without = __builtin_shuffle(a, b, even), with = __builtin_shuffle(a, b, odd);
+        const Lanes without = __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14);
+        const Lanes with = __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15);
         lanes(before + first * half + n / 2) = FIRN_LESS(without, with);
       }
   }
