@@ -79,7 +79,7 @@ std::vector<std::byte> encode(const PlannedPath& p) {
   for (std::size_t a = 0; a < axes; ++a) {
     const bool still = constant(t, a);
     out.put(std::uint8_t(still));
-    out.put_numbers(t.positions.data() + a, still ? 1 : t.samples(), axes);
+    if (!t.positions.empty()) out.put_numbers(&t.positions[a], still ? 1 : t.samples(), axes);
   }
   return out.take();
 }
