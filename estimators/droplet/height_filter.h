@@ -45,7 +45,7 @@ class HeightFilter {
   /// Root of the mean variance over the mask.
   double std_mm(const Mask& mask) const;
 
-  static constexpr double kOutlier = 3.5;
+  static constexpr double kOutlier = 5.0;
 
  private:
   void check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const;
