@@ -1,7 +1,5 @@
 #include "cli/layer_file.h"
 
-#include <unistd.h>
-
 namespace firn {
 
 namespace fs = std::filesystem;
@@ -22,20 +20,12 @@ auto decoded(const Record& r, const Decode& decode) {
 
 }  // namespace
 
-LayerWriter::LayerWriter(const fs::path& file, const slice::PathFileHead& head)
-    : file_(file), part_(file.string() + ".part-" + std::to_string(getpid())) {
-  out_ = std::make_unique<logfile::RecordWriter>(part_, logfile::RecordWriter::Mode::kCreate);
-  out_->append(std::uint16_t(PathRecord::kHead), slice::encode(head));
-}
-
-LayerWriter::~LayerWriter() {
-  if (!out_) return;
-  std::error_code ignored;
-  fs::remove(part_, ignored);
+LayerWriter::LayerWriter(const fs::path& file, const slice::PathFileHead& head) : out_(file) {
+  out_.records().append(std::uint16_t(PathRecord::kHead), slice::encode(head));
 }
 
 void LayerWriter::add(std::span<const std::byte> encoded, const LayerPaths& layer, const std::vector<slice::MaterialUse>& use) {
-  out_->append(std::uint16_t(PathRecord::kLayer), encoded);
+  out_.records().append(std::uint16_t(PathRecord::kLayer), encoded);
   ++totals_.layers;
   totals_.paths += std::int64_t(layer.lines.size());
   totals_.points += std::int64_t(layer.lines.points.size());
@@ -47,14 +37,8 @@ void LayerWriter::add(std::span<const std::byte> encoded, const LayerPaths& laye
 }
 
 void LayerWriter::finish() {
-  out_->append(std::uint16_t(PathRecord::kTotals), slice::encode(totals_));
-  out_->sync();
-  bytes_ = out_->bytes();
-  out_->close();
-  std::error_code error;
-  fs::rename(part_, file_, error);
-  if (error) throw logfile::FileError(file_, 0, "cannot be given its name", error.value());
-  out_.reset();
+  out_.records().append(std::uint16_t(PathRecord::kTotals), slice::encode(totals_));
+  out_.finish();
 }
 
 LayerReader::LayerReader(const fs::path& file) : mapped_(file), bytes_(mapped_->bytes()) { begin(); }

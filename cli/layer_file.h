@@ -3,11 +3,10 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "core/slice/path_codec.h"
-#include "logfile/record_file.h"
+#include "logfile/named_record_file.h"
 
 namespace firn {
 
@@ -18,18 +17,15 @@ enum class PathRecord : std::uint16_t { kHead = 48, kLayer = 49, kTotals = 50 };
 class LayerWriter {
  public:
   LayerWriter(const std::filesystem::path& file, const slice::PathFileHead& head);  ///< @throws logfile::FileError
-  ~LayerWriter();
   /// @param encoded of the layer, @param use of each material in it: made elsewhere, by any thread
   void add(std::span<const std::byte> encoded, const slice::LayerPaths& layer, const std::vector<slice::MaterialUse>& use);
   void finish();  ///< @throws logfile::FileError
   const slice::PathFileTotals& totals() const { return totals_; }
-  std::uint64_t bytes() const { return bytes_; }
+  std::uint64_t bytes() const { return out_.bytes(); }
 
  private:
-  std::filesystem::path file_, part_;
-  std::unique_ptr<logfile::RecordWriter> out_;
+  logfile::NamedRecordFile out_;
   slice::PathFileTotals totals_;
-  std::uint64_t bytes_ = 0;
 };
 
 /// Reads what LayerWriter wrote. @throws FormatError, logfile::FileError: no such file, no head, damage (with the byte),

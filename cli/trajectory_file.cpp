@@ -1,40 +1,24 @@
 #include "cli/trajectory_file.h"
 
-#include <unistd.h>
-
 namespace firn {
 
 namespace fs = std::filesystem;
 using logfile::Record;
 
-TrajectoryWriter::TrajectoryWriter(const fs::path& file, const TrajectoryHead& head)
-    : file_(file), part_(file.string() + ".part-" + std::to_string(getpid())) {
-  out_ = std::make_unique<logfile::RecordWriter>(part_, logfile::RecordWriter::Mode::kCreate);
-  out_->append(std::uint16_t(TrajectoryRecord::kHead), encode(head));
-}
-
-TrajectoryWriter::~TrajectoryWriter() {
-  if (!out_) return;
-  std::error_code ignored;
-  fs::remove(part_, ignored);
+TrajectoryWriter::TrajectoryWriter(const fs::path& file, const TrajectoryHead& head) : out_(file) {
+  out_.records().append(std::uint16_t(TrajectoryRecord::kHead), encode(head));
 }
 
 void TrajectoryWriter::add(std::span<const std::byte> encoded, std::size_t samples, double duration_s) {
-  out_->append(std::uint16_t(TrajectoryRecord::kPath), encoded);
+  out_.records().append(std::uint16_t(TrajectoryRecord::kPath), encoded);
   ++totals_.paths;
   totals_.samples += std::int64_t(samples);
   totals_.duration_s += duration_s;
 }
 
 void TrajectoryWriter::finish() {
-  out_->append(std::uint16_t(TrajectoryRecord::kTotals), encode(totals_));
-  out_->sync();
-  bytes_ = out_->bytes();
-  out_->close();
-  std::error_code error;
-  fs::rename(part_, file_, error);
-  if (error) throw logfile::FileError(file_, 0, "cannot be given its name", error.value());
-  out_.reset();
+  out_.records().append(std::uint16_t(TrajectoryRecord::kTotals), encode(totals_));
+  out_.finish();
 }
 
 TrajectoryReader::TrajectoryReader(const fs::path& file) : mapped_(file) {

@@ -3,11 +3,10 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "core/path/trajectory_codec.h"
-#include "logfile/record_file.h"
+#include "logfile/named_record_file.h"
 
 namespace firn {
 
@@ -18,19 +17,16 @@ enum class TrajectoryRecord : std::uint16_t { kHead = 32, kPath = 33, kTotals = 
 class TrajectoryWriter {
  public:
   TrajectoryWriter(const std::filesystem::path& file, const TrajectoryHead& head);  ///< @throws logfile::FileError
-  ~TrajectoryWriter();
   void add(const PlannedPath& path) { add(encode(path), path.trajectory.samples(), path.trajectory.certificate.duration_s); }
   /// The same, encoded elsewhere (by another thread).
   void add(std::span<const std::byte> encoded, std::size_t samples, double duration_s);
   void finish();  ///< @throws logfile::FileError
   const TrajectoryTotals& totals() const { return totals_; }
-  std::uint64_t bytes() const { return bytes_; }
+  std::uint64_t bytes() const { return out_.bytes(); }
 
  private:
-  std::filesystem::path file_, part_;
-  std::unique_ptr<logfile::RecordWriter> out_;
+  logfile::NamedRecordFile out_;
   TrajectoryTotals totals_;
-  std::uint64_t bytes_ = 0;
 };
 
 /// Reads what TrajectoryWriter wrote. @throws TrajectoryFormatError, logfile::FileError: no such file, no head, damage

@@ -1,20 +1,11 @@
-#include "config/fields.h"
+#include "config/field_texts.h"
 #include "config/markdown.h"
 
 namespace firn {
 
 std::string dump(const Experiment& experiment) {
   Experiment copy = experiment;
-  std::string out;
-  std::string_view section;
-  for (const Field& f : fields(copy)) {
-    if (f.section() != section) {
-      section = f.section();
-      out += (out.empty() ? "[" : "\n[") + std::string(section) + "]\n";
-    }
-    out += std::string(f.name()) + " = " + value_text(f) + "\n";
-  }
-  return out;
+  return fields_toml(fields(copy));
 }
 
 std::vector<ConfigDifference> differences(const Experiment& a, const Experiment& b) {
@@ -30,22 +21,13 @@ std::vector<ConfigDifference> differences(const Experiment& a, const Experiment&
 
 std::string configuration_markdown() {
   Experiment defaults;
-  std::string out =
+  return
       "# Configuration\n\n"
       "Written by `firn config docs`; do not edit by hand. An experiment is a TOML file; every key has the default\n"
       "shown here. `include = \"../labs/inkjet-lu2015.toml\"` takes a lab's keys first. `--set a.b=value` comes last.\n"
       "`firn config check FILE` names the file, line, key and limit of a mistake; `firn config dump FILE` writes every\n"
-      "key with its resolved value, which is what a run keeps.\n";
-  std::string_view section;
-  for (const Field& f : fields(defaults)) {
-    if (f.section() != section) {
-      section = f.section();
-      out += "\n## [" + std::string(section) + "]\n\n| key | default | unit | allowed | meaning |\n|---|---|---|---|---|\n";
-    }
-    out += "| `" + std::string(f.name()) + "` | `" + value_text(f) + "` | " + std::string(f.unit) + " | " +
-           limits_text(f) + " | " + std::string(f.meaning) + " |\n";
-  }
-  return out;
+      "key with its resolved value, which is what a run keeps.\n" +
+      fields_markdown(fields(defaults));
 }
 
 }  // namespace firn

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "config/error.h"
+#include "config/field_rules.h"
+#include "config/field_texts.h"
 #include "config/include.h"
 #include "config/reader.h"
 
@@ -20,29 +21,11 @@ bool belongs(std::string_view section, std::string_view kind) {
   return true;
 }
 
-class Rules {
- public:
-  Rules(Machine& machine, const Origins& origins, const std::string& file)
-      : table_(machine_fields(machine)), origins_(origins), file_(file) {}
-
-  void require(bool ok, const std::string& key, const std::string& problem) const {
-    if (ok) return;
-    const auto field = std::find_if(table_.begin(), table_.end(), [&](const Field& f) { return f.key == key; });
-    const auto origin = origins_.find(key);
-    throw ConfigError(file_, origin == origins_.end() ? 0 : origin->second.line, key, key + " = " + value_text(*field) + ": " + problem);
-  }
-
- private:
-  std::vector<Field> table_;
-  const Origins& origins_;
-  const std::string& file_;
-};
-
 bool ascends(const std::vector<double>& numbers) {
   return std::adjacent_find(numbers.begin(), numbers.end(), [](double a, double b) { return !(b > a); }) == numbers.end();
 }
 
-void check_valve(const ValveConfig& v, const Rules& rules) {
+void check_valve(const ValveConfig& v, const FieldRules& rules) {
   rules.require(v.table_hz.size() == v.table_mm3_s.size(), "valve.table_mm3_s", "must have as many entries as valve.table_hz");
   rules.require(ascends(v.table_hz), "valve.table_hz", "must ascend");
   rules.require(ascends(v.table_mm3_s), "valve.table_mm3_s", "must ascend");
@@ -55,7 +38,7 @@ void check_valve(const ValveConfig& v, const Rules& rules) {
 Machine parse_machine(const std::string& toml_text, const std::string& file_name) {
   Machine machine;
   const Origins origins = read_fields(machine_fields(machine), toml_text, file_name);
-  const Rules rules(machine, origins, file_name);
+  const FieldRules rules(machine_fields(machine), origins, file_name);
   for (const auto& [key, origin] : origins) {
     const std::string section = key.substr(0, key.find('.'));
     rules.require(belongs(section, machine.kind), key, "does not belong to a machine of kind \"" + machine.kind + "\"");
@@ -74,21 +57,12 @@ Machine load_machine(const std::filesystem::path& path) { return parse_machine(r
 
 std::string machine_markdown() {
   Machine defaults;
-  std::string out =
+  return
       "# Machines\n\n"
       "Written by `firn config docs --machines`; do not edit by hand. A machine file (`labs/cobra600.toml`) is TOML; every\n"
       "key has the default shown here, which is the Cobra 600's. `machine.kind` says which sections count; a key of another\n"
-      "kind is refused.\n";
-  std::string_view section;
-  for (const Field& f : machine_fields(defaults)) {
-    if (f.section() != section) {
-      section = f.section();
-      out += "\n## [" + std::string(section) + "]\n\n| key | default | unit | allowed | meaning |\n|---|---|---|---|---|\n";
-    }
-    out += "| `" + std::string(f.name()) + "` | `" + value_text(f) + "` | " + std::string(f.unit) + " | " + limits_text(f) + " | " +
-           std::string(f.meaning) + " |\n";
-  }
-  return out;
+      "kind is refused.\n" +
+      fields_markdown(machine_fields(defaults));
 }
 
 }  // namespace firn

@@ -4,6 +4,8 @@
 #include <numbers>
 
 #include "config/error.h"
+#include "config/field_rules.h"
+#include "config/field_texts.h"
 #include "config/include.h"
 #include "config/reader.h"
 
@@ -21,40 +23,21 @@ const T& per_mesh(const std::vector<T>& list, std::size_t mesh) {
   return list[std::min(mesh, list.size() - 1)];
 }
 
-class Rules {
- public:
-  Rules(SliceSettings& settings, const Origins& origins, const std::string& file) : settings_(settings), origins_(origins), file_(file) {}
-
-  void check() const {
-    const SliceSettings& s = settings_;
-    const auto& order = s.rotation_order;
-    const auto has = [&](double axis) { return std::count(order.begin(), order.end(), axis) == 1; };
-    require(order.size() == 3 && has(1) && has(2) && has(3), "mesh.rotation_order", "must be 1, 2, 3 in some order");
-    require(s.rotation_deg.size() == 3, "mesh.rotation_deg", "must have three entries");
-    require(s.scale.size() == 3, "mesh.scale", "must have three entries");
-    require(std::count(s.scale.begin(), s.scale.end(), 0.0) == 0, "mesh.scale", "must not be 0");
-    require(!s.place_mm[0].empty(), "mesh.x_mm", "must have an entry");
-    require(!s.place_mm[1].empty(), "mesh.y_mm", "must have an entry");
-    require(!s.place_mm[2].empty(), "mesh.z_mm", "must have an entry");
-    require(!s.materials.empty(), "mesh.material", "must have an entry");
-    require(std::all_of(s.materials.begin(), s.materials.end(), [](double m) { return m == double(int(m)) && m != slice::kScaffoldMaterial; }),
-            "mesh.material", "must be whole numbers but 1, which is the scaffold's");
-  }
-
- private:
-  void require(bool ok, std::string_view key, const std::string& problem) const {
-    if (ok) return;
-    const std::vector<Field> table = slice_fields(settings_);
-    const auto field = std::find_if(table.begin(), table.end(), [&](const Field& f) { return f.key == key; });
-    const auto origin = origins_.find(std::string(key));
-    throw ConfigError(file_, origin == origins_.end() ? 0 : origin->second.line, std::string(key),
-                      std::string(key) + " = " + value_text(*field) + ": " + problem);
-  }
-
-  SliceSettings& settings_;
-  const Origins& origins_;
-  const std::string& file_;
-};
+void check(SliceSettings& s, const Origins& origins, const std::string& file) {
+  const FieldRules rules(slice_fields(s), origins, file);
+  const auto& order = s.rotation_order;
+  const auto has = [&](double axis) { return std::count(order.begin(), order.end(), axis) == 1; };
+  rules.require(order.size() == 3 && has(1) && has(2) && has(3), "mesh.rotation_order", "must be 1, 2, 3 in some order");
+  rules.require(s.rotation_deg.size() == 3, "mesh.rotation_deg", "must have three entries");
+  rules.require(s.scale.size() == 3, "mesh.scale", "must have three entries");
+  rules.require(std::count(s.scale.begin(), s.scale.end(), 0.0) == 0, "mesh.scale", "must not be 0");
+  rules.require(!s.place_mm[0].empty(), "mesh.x_mm", "must have an entry");
+  rules.require(!s.place_mm[1].empty(), "mesh.y_mm", "must have an entry");
+  rules.require(!s.place_mm[2].empty(), "mesh.z_mm", "must have an entry");
+  rules.require(!s.materials.empty(), "mesh.material", "must have an entry");
+  rules.require(std::all_of(s.materials.begin(), s.materials.end(), [](double m) { return m == double(int(m)) && m != slice::kScaffoldMaterial; }),
+                "mesh.material", "must be whole numbers but 1, which is the scaffold's");
+}
 
 }  // namespace
 
@@ -71,7 +54,7 @@ SliceSettings parse_slice_settings(const std::string& toml_text, const std::stri
     const bool word = field != table.end() && type_text(*field) == "text" && !value.starts_with('"');
     for (const auto& [k, origin] : read_fields(slice_fields(s), key + " = " + (word ? "\"" + value + "\"" : value), "--set")) origins[k] = origin;
   }
-  Rules(s, origins, file_name).check();
+  check(s, origins, file_name);
   return s;
 }
 
@@ -80,35 +63,17 @@ SliceSettings load_slice_settings(const std::filesystem::path& path, const std::
 }
 
 std::string dump(SliceSettings settings) {
-  std::string out;
-  std::string_view section;
-  for (const Field& f : slice_fields(settings)) {
-    if (f.section() != section) {
-      section = f.section();
-      out += (out.empty() ? "[" : "\n[") + std::string(section) + "]\n";
-    }
-    out += std::string(f.name()) + " = " + value_text(f) + "\n";
-  }
-  return out;
+  return fields_toml(slice_fields(settings));
 }
 
 std::string slice_markdown() {
   SliceSettings defaults;
-  std::string out =
+  return
       "# Settings of firn slice\n\n"
       "Written by `firn config docs --slice`; do not edit by hand. A settings file (`experiments/slicing/gear.toml`) is TOML; every\n"
       "key has the default shown here, which is the Cobra 600's rapid freeze prototyping [Barnett 2012, ch. 3]. An unknown key\n"
-      "is refused with the nearest known one.\n";
-  std::string_view section;
-  for (const Field& f : slice_fields(defaults)) {
-    if (f.section() != section) {
-      section = f.section();
-      out += "\n## [" + std::string(section) + "]\n\n| key | default | unit | allowed | meaning |\n|---|---|---|---|---|\n";
-    }
-    out += "| `" + std::string(f.name()) + "` | `" + value_text(f) + "` | " + std::string(f.unit) + " | " + limits_text(f) + " | " +
-           std::string(f.meaning) + " |\n";
-  }
-  return out;
+      "is refused with the nearest known one.\n" +
+      fields_markdown(slice_fields(defaults));
 }
 
 slice::Placement placement(const SliceSettings& s, std::size_t mesh, double file_unit_mm) {

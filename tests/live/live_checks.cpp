@@ -39,6 +39,14 @@ void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
   CHECK(open_since_us == -1);
 }
 
+int status_of(LiveRun& run) {
+  INFO(run.path());
+  REQUIRE(run.wait_started());
+  const int status = run.wait();
+  UNSCOPED_INFO(run.said());
+  return status;
+}
+
 void check_finished_run(const LiveRun& run) {
   std::vector<replay::NodeMaker> makers;
   for (const NamedMaker& m : taking_part(run.path())) makers.push_back({info(m.id).name, m.make});

@@ -14,6 +14,9 @@ bool skipped();
 /// By the world's own record: nothing fires and no lamp is open later than 1 s of wall time after `mono_ns`.
 void check_safe_after(const LiveRun& run, std::int64_t mono_ns);
 
+/// Waits until the run has started and ended. @returns its status; what it said is told with a failure that follows
+int status_of(LiveRun& run);
+
 /// Replay identical, log whole, audit clean.
 void check_finished_run(const LiveRun& run);
 

@@ -14,10 +14,7 @@ TEST_CASE("a live print of small processes finishes, leaves a whole log, and rep
   if (skipped()) return;
   LiveRun run(tiny_part(1));
   run.start(false);
-  INFO(run.path());
-  REQUIRE(run.wait_started());
-  const int status = run.wait();
-  INFO(run.said());
+  const int status = status_of(run);
   CHECK(status == 0);
   const auto result = run.folder().result();
   REQUIRE(result);
@@ -30,10 +27,7 @@ TEST_CASE("a live print of two inks in four sub-patterns finishes, replays, and 
   if (skipped()) return;
   LiveRun run(tiny_part_of_two_inks(5));
   run.start(false);
-  INFO(run.path());
-  REQUIRE(run.wait_started());
-  const int status = run.wait();
-  INFO(run.said());
+  const int status = status_of(run);
   CHECK(status == 0);
   check_finished_run(run);
 }
@@ -44,10 +38,7 @@ TEST_CASE("a live print with droplet_estimator learns after every layer, and rep
   e.estimator.droplets = e.control.adapt_model = "on";
   LiveRun run(e);
   run.start(false);
-  INFO(run.path());
-  REQUIRE(run.wait_started());
-  const int status = run.wait();
-  INFO(run.said());
+  const int status = status_of(run);
   CHECK(status == 0);
   check_finished_run(run);
   const auto result = run.folder().result();
