@@ -67,9 +67,7 @@ std::string check_certificate(const DecideOptions& o, const control::Setup& setu
   return fmt::format("lower bound     {:.6f} um: no layer of at most one droplet per cell has a smaller mean error\n", 1e3 * bound_mm);
 }
 
-}  // namespace
-
-std::string decide(const DecideOptions& o) {
+std::string decided(const DecideOptions& o) {
   const auto height_bytes = read_bytes(o.height, "--height");
   const NpyShape shape = npy_shape(height_bytes, o.height);
   const GridSpec named{shape.nx, shape.ny};
@@ -127,6 +125,14 @@ std::string decide(const DecideOptions& o) {
                         1e3 * out["lower_bound_mm"].get<double>(), 100.0 * out["gap"].get<double>(), out["bound_rows"].get<int>(),
                         out["bound_sweeps"].get<int>(), out["bound_cpu_s"].get<double>());
   return text + fmt::format("{} iterations, {:.4f} s of processor time\n", d.iterations, decide_s);
+}
+
+}  // namespace
+
+std::string decide(const DecideOptions& o) try {
+  return decided(o);
+} catch (const std::invalid_argument& e) {  // a file that is no NPY, or states that the scheme cannot take
+  throw UsageError(e.what());
 }
 
 int run_decide(const DecideOptions& o) {

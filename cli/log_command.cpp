@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "cli/exit_codes.h"
+#include "cli/layer_file.h"
 #include "cli/log_lines.h"
 #include "cli/log_repair.h"
 #include "lcmtypes/channels.h"
@@ -43,7 +44,17 @@ struct Verdict {
 };
 
 bool is_record_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  return path.extension() == ".wal" || path.extension() == ".rec" || RecordReader(bytes).header_ok();
+  for (const char* ending : {".wal", ".rec", ".paths"})
+    if (path.extension() == ending) return true;
+  return RecordReader(bytes).header_ok();
+}
+
+// A file of paths that ends between two records is whole to its records, but not to a printer.
+void read_layers(Verdict& v, std::span<const std::byte> bytes) try {
+  LayerReader layers(bytes);
+  while (layers.next()) {}
+} catch (const FormatError& e) {
+  v.problem("byte " + std::to_string(e.offset) + ": " + e.problem);
 }
 
 // Messages of reliable channels are numbered without gaps; a missing one is a gap of the recording.
@@ -87,7 +98,8 @@ Verdict verify_records(const std::filesystem::path& path) {
   const MappedFile file(path);
   RecordReader reader(file.bytes());
   Verdict v;
-  v.kind = path.extension() == ".wal" ? "write-ahead file" : "record file";
+  const bool paths = path.extension() == ".paths";
+  v.kind = path.extension() == ".wal" ? "write-ahead file" : paths ? "path file" : "record file";
   v.bytes = file.bytes().size();
   while (const auto r = reader.next()) {
     ++v.pieces;
@@ -96,6 +108,7 @@ Verdict verify_records(const std::filesystem::path& path) {
     if (!line.error.empty() && !r->damaged) v.problem("record " + std::to_string(r->index) + ": " + line.error);
   }
   v.damage = reader.damage();
+  if (paths && v.damage.count() == 0) read_layers(v, file.bytes());
   return v;
 }
 
@@ -199,8 +212,10 @@ int log_cat(const LogOptions& o, std::ostream& out, std::ostream& err) {
 int log_repair(const LogOptions& o, std::ostream& out) {
   const std::filesystem::path log = o.file;
   // A run whose recorder died early has no log yet: it is made. Any other name is more likely a slip of the pen.
-  if (log.filename() != "log.lcm" || std::filesystem::exists(log))
-    if (is_records(o)) throw UsageError(o.file + ": a write-ahead file is the record itself; only an event log can be repaired");
+  const bool there = std::filesystem::exists(log);
+  if (!there && log.filename() != "log.lcm") throw UsageError(o.file + ": no such file");
+  if (there && is_records(o))
+    throw UsageError(o.file + ": a write-ahead file is the record itself; only an event log can be repaired");
   const std::filesystem::path sources = o.sources.empty() ? log.parent_path() / "nodes" : std::filesystem::path(o.sources);
   if (!std::filesystem::is_directory(sources)) throw UsageError(sources.string() + ": no folder of write-ahead files to repair from");
   const RepairReport r = repair_from_write_ahead(log, sources);

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "cli/exit_codes.h"
+#include "cli/mesh_file.h"
 #include "cli/reproduce.h"
 #include "cli/run_folder.h"
 #include "config/fields.h"
@@ -124,9 +125,6 @@ std::vector<ReproducePart> chosen(const ReproduceOptions& options, const std::ve
 
 void write_pictures(const std::string& out, const std::vector<PartResult>& results) {
   const std::filesystem::path folder = out;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw UsageError("--out " + out + ": " + error.message());
   for (const PartResult& result : results)
     for (const ReproducePicture& picture : result.pictures)
       write_file_atomically(folder / (std::string(result.part.paper) + "-" + picture.name + ".svg"),
@@ -166,6 +164,11 @@ std::vector<PartResult> reproduce(const ReproduceOptions& options, const std::ve
 }
 
 int run_reproduce(const ReproduceOptions& options) {
+  if (!options.mesh.empty()) MeshFile(options.mesh);  // refused now, not as a row of the table
+  if (std::error_code error; !options.out.empty()) {
+    std::filesystem::create_directories(options.out, error);
+    if (error) throw UsageError("--out " + options.out + ": " + error.message());
+  }
   const std::vector<PartResult> results = reproduce(options, reproduce_parts());
   if (!options.out.empty()) write_pictures(options.out, results);
   std::fputs((options.json ? reproduce_json(results) + "\n" : reproduce_table(results)).c_str(), stdout);

@@ -38,6 +38,30 @@ std::string shown(const toml::node& node) {
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
+// A word needs no quotes on a command line, be it a text like 007 or what an unknown key is to be: the key is then the mistake
+// to tell.
+toml::table assignment_of(const std::string& assignment, const std::vector<Field>& table) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw ConfigError(kSet, 0, "", "'" + assignment.substr(0, 100) + "': must read KEY=VALUE, as in " + std::string(table.front().key) + "=" +
+                                       value_text(table.front()));
+  for (unsigned char c : assignment)
+    if (c < 0x20 || c == 0x7f) throw ConfigError(kSet, 0, "", "must not contain control characters");
+  const std::string key = assignment.substr(0, equals), value = assignment.substr(equals + 1);
+  const auto as_word = [&] {
+    std::string quoted;
+    for (char c : value) quoted += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+    return parse_text(key + "=\"" + quoted + "\"", kSet);
+  };
+  const bool text = std::any_of(table.begin(), table.end(), [&](const Field& f) { return f.key == key && type_text(f) == "text"; });
+  if (text && !value.starts_with('"') && !value.starts_with('\'')) return as_word();
+  try {
+    return parse_text(assignment, kSet);
+  } catch (const ConfigError&) {
+    return as_word();
+  }
+}
+
 class Reader {
  public:
   explicit Reader(std::vector<Field> table) : fields_(std::move(table)) {
@@ -48,7 +72,7 @@ class Reader {
     for (const auto& [key, node] : table) {
       const std::string full = prefix + std::string(key.str());
       const int line = int(key.source().begin.line);
-      if (full == "include") continue;
+      if (full == "include" && file != kSet) continue;
       const auto field = std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
       if (field != fields_.end()) {
         assign(*field, node, file, line);
@@ -60,6 +84,14 @@ class Reader {
         unknown(full, file, line);
       }
     }
+  }
+
+  void override_with(const std::vector<std::string>& assignments) {
+    for (const std::string& assignment : assignments) try {
+        read(assignment_of(assignment, fields_), kSet);
+      } catch (const ConfigError& e) {
+        throw ConfigError(kSet, 0, e.key, e.problem);  // a line number would mislead
+      }
   }
 
   const Origins& origins() const { return origins_; }
@@ -167,31 +199,15 @@ class Reader {
   Origins origins_;
 };
 
-void apply_override(Reader& reader, const std::string& assignment) {
-  const std::size_t equals = assignment.find('=');
-  if (equals == std::string::npos || equals == 0)
-    throw ConfigError(kSet, 0, "", "'" + assignment + "': must read KEY=VALUE, as in control.mpc.horizon=2");
-  for (unsigned char c : assignment)
-    if (c < 0x20 || c == 0x7f) throw ConfigError(kSet, 0, "", "must not contain control characters");
-  toml::table table;
-  try {
-    table = parse_text(assignment, kSet);
-  } catch (const ConfigError&) {  // a word needs no quotes on a command line
-    std::string quoted;
-    for (char c : assignment.substr(equals + 1)) quoted += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
-    table = parse_text(assignment.substr(0, equals) + "=\"" + quoted + "\"", kSet);
-  }
-  reader.read(table, kSet);
-}
-
 }  // namespace
 
-Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name) {
+Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name, const std::vector<std::string>& overrides) {
   const toml::table parsed = parse_text(toml_text, file_name);
   if (const toml::node* include = parsed.get("include"))
     throw ConfigError(file_name, int(include->source().begin.line), "include", "include: only experiments may include a file");
   Reader reader(std::move(table));
   reader.read(parsed, file_name);
+  reader.override_with(overrides);
   return reader.origins();
 }
 
@@ -218,11 +234,7 @@ Experiment parse_experiment(const std::vector<std::pair<std::string, std::string
     first = false;
     reader.read(table, file);
   }
-  for (const std::string& assignment : overrides) try {
-      apply_override(reader, assignment);
-    } catch (const ConfigError& e) {
-      throw ConfigError(kSet, 0, e.key, e.problem);  // a line number would mislead
-    }
+  reader.override_with(overrides);
   check_experiment(experiment, reader.origins(), named_texts.empty() ? "(defaults)" : named_texts.back().first);
   return experiment;
 }

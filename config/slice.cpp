@@ -43,17 +43,7 @@ void check(SliceSettings& s, const Origins& origins, const std::string& file) {
 
 SliceSettings parse_slice_settings(const std::string& toml_text, const std::string& file_name, const std::vector<std::string>& overrides) {
   SliceSettings s;
-  Origins origins = read_fields(slice_fields(s), toml_text, file_name);
-  for (const std::string& o : overrides) {
-    const std::size_t equals = o.find('=');
-    if (equals == o.npos) throw ConfigError("--set", 0, "", "'" + o.substr(0, 100) + "': must be KEY=VALUE");
-    const std::string key = o.substr(0, equals), value = o.substr(equals + 1);
-    // A word may stand without quotation marks, as with experiments.
-    std::vector<Field> table = slice_fields(s);
-    const auto field = std::find_if(table.begin(), table.end(), [&](const Field& f) { return f.key == key; });
-    const bool word = field != table.end() && type_text(*field) == "text" && !value.starts_with('"');
-    for (const auto& [k, origin] : read_fields(slice_fields(s), key + " = " + (word ? "\"" + value + "\"" : value), "--set")) origins[k] = origin;
-  }
+  const Origins origins = read_fields(slice_fields(s), toml_text, file_name, overrides);
   check(s, origins, file_name);
   return s;
 }

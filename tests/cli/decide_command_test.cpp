@@ -5,8 +5,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "cli/exit_codes.h"
 #include "cli/run_folder.h"
 #include "cli/targets.h"
+#include "config/error.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
@@ -101,6 +103,11 @@ TEST_CASE("firn decide refuses what is no state by name: shapes, kinds of number
     change(o);
     CAPTURE(what);
     CHECK_THROWS_WITH(decide(o), Contains(what));
+    try {
+      decide(o);
+    } catch (const std::exception& e) {  // both end the command with exit code 2
+      CHECK((dynamic_cast<const UsageError*>(&e) || dynamic_cast<const ConfigError*>(&e)));
+    }
   };
   const GridSpec g{12, 9};
   HeightMap holes(g, 0.09);
@@ -109,6 +116,7 @@ TEST_CASE("firn decide refuses what is no state by name: shapes, kinds of number
   const std::string nothing = s.put("nothing.npy", to_npy(Mask(g, 0))), text = s.put("text.npy", std::vector<std::byte>(50));
   refuses("no such file", [](DecideOptions& o) { o.height = "nowhere.npy"; });
   refuses("text.npy", [&](DecideOptions& o) { o.height = text; });
+  refuses("text.npy", [&](DecideOptions& o) { o.check_certificate = text; });
   refuses("(12, 9)", [&](DecideOptions& o) { o.target = other; });
   refuses("height.npy", [&](DecideOptions& o) { o.mask = o.height; });
   refuses("mask", [&](DecideOptions& o) { o.mask = nothing; });

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "cli/exit_codes.h"
+#include "cli/layer_file.h"
 #include "cli/log_repair.h"
 #include "firn/run_start_t.hpp"
 #include "logfile/event_log.h"
@@ -264,6 +265,32 @@ TEST_CASE("A file that is not there, or a folder without write-ahead files, is a
   LogOptions o = run.options(run.log);
   o.sources = (run.scratch / "elsewhere").string();
   std::ostringstream out;
+  CHECK_THROWS_AS(log_repair(run.options(run.scratch / "none.lcm"), out), UsageError);
   CHECK_THROWS_WITH(log_repair(o, out), Contains("elsewhere: no folder of write-ahead files"));
   CHECK_THROWS_AS(log_repair(run.options(run.wal), out), UsageError);
+}
+
+TEST_CASE("firn log verify tells a whole path file from one that is empty or ends between two layers") {
+  const RunFiles run;
+  const std::filesystem::path file = run.scratch / "x.paths";
+  slice::LayerPaths layer;
+  layer.layer = 1;
+  layer.z = layer.height = 2500;
+  {
+    LayerWriter writer(file, {});
+    writer.add(slice::encode(layer), layer, {});
+    writer.finish();
+  }
+  std::ostringstream whole;
+  CHECK(log_verify(run.options(file), whole) == kOk);
+  CHECK_THAT(whole.str(), Contains("path file"));
+  const std::vector<std::byte> bytes = read_file(file);
+  std::size_t ends = 0;
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    write_file(file, {bytes.begin(), bytes.begin() + std::ptrdiff_t(size)});
+    std::ostringstream out;
+    CHECK(log_verify(run.options(file), out) == kFailed);
+    ends += out.str().find("it has no totals") != std::string::npos;
+  }
+  CHECK(ends >= 1);
 }

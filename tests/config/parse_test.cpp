@@ -124,11 +124,16 @@ TEST_CASE("Overrides come last, in order, and need no quotes round words") {
   CHECK(e.control.scheme == "smf");
   CHECK(e.control.mpc.horizon == 4);
   CHECK(e.control.mpc.alpha.size() == 1);
-  for (const char* bad : {"control.mpc.horizon", "=3", "control.mpc.horizn=3", "control.mpc.horizon=three", "a b=1", "run.name=x\ngrid.nx=3"}) {
+  for (const char* bad : {"control.mpc.horizon", "=3", "control.mpc.horizn=3", "control.mpc.horizon=three", "a b=1", "run.name=x\ngrid.nx=3", "include=lab.toml"}) {
     INFO(bad);
     CHECK_THROWS_AS(parse_experiment({{"x.toml", ""}}, {bad}), ConfigError);
     CHECK_THROWS_WITH(parse_experiment({{"x.toml", ""}}, {bad}), Catch::StartsWith("--set: "));
   }
+  for (const char* assignment : {"control.shceme=mpc", "control.shceme=1", "control.shceme=[1"})
+    CHECK_THROWS_WITH(parse_experiment({{"x.toml", ""}}, {assignment}),
+                      Catch::Equals("--set: control.shceme: unknown key; the nearest known one is control.scheme"));
+  for (const char* assignment : {"run.name=007", "run.name=\"007\"", "run.name='007'"})
+    CHECK(parse_experiment({{"x.toml", ""}}, {assignment}).run.name == "007");
 }
 
 TEST_CASE("Later texts override earlier ones; an include without its text is an error") {

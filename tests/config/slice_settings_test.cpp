@@ -64,7 +64,11 @@ TEST_CASE("Settings that make no sense are refused with key, value and limit") {
   CHECK_THROWS_WITH(settings("[mesh]\nscale = [1, 0, 1]\n"), Contains("must not be 0"));
   CHECK_THROWS_WITH(settings("[mesh]\nmaterial = [1]\n"), Contains("which is the scaffold's"));
   CHECK_THROWS_WITH(settings("[mesh]\nx_mm = []\n"), Contains("must have an entry"));
-  CHECK_THROWS_WITH(settings("", {"layer.height_mm"}), Contains("must be KEY=VALUE"));
+  CHECK_THROWS_WITH(settings("", {"layer.height_mm"}), Contains("must read KEY=VALUE"));
+  CHECK_THROWS_WITH(settings("", {"part.fil=lines"}), Catch::Equals("--set: part.fil: unknown key; the nearest known one is part.fill"));
+  CHECK_THROWS_WITH(settings("", {"part.fill=line"}), Catch::StartsWith("--set: part.fill = 'line': ") && Contains("did you mean \"lines\"?"));
+  CHECK_THROWS_WITH(settings("", {"layer.height_mm=thin"}), Contains("--set: layer.height_mm = 'thin': must be a number"));
+  CHECK_THROWS_WITH(settings("", {"part.fill=lines\nhook.on = 1"}), Contains("control characters"));
   CHECK_THROWS_WITH(settings("", {"layers.height_mm=1"}), Contains("the nearest known one is layer"));
   CHECK_THROWS_AS(load_slice_settings("no/such.toml"), ConfigError);
 }
