@@ -9,8 +9,9 @@
 #include <iterator>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "core/grid/png.h"
 
 namespace firn {
 namespace {
@@ -119,7 +120,7 @@ std::string layers_png(std::span<const PicturedLayer> layers, int width_px) {
   const Sheet sheet(layers);
   const double scale = double(width_px) / sheet.width();
   cv::Mat image(int(std::ceil(sheet.height() * scale)), width_px, CV_8UC3, cv::Scalar(255, 255, 255));
-  const auto paint = [](const Colour& c) { return cv::Scalar(c.b, c.g, c.r); };
+  const auto paint = [](const Colour& c) { return cv::Scalar(c.r, c.g, c.b); };
   for (std::size_t n = 0; n < layers.size(); ++n) {
     const PicturedLayer& l = layers[n];
     const auto place = [&](std::span<const slice::Point> line) {
@@ -144,9 +145,8 @@ std::string layers_png(std::span<const PicturedLayer> layers, int width_px) {
     const cv::Point at(int((sheet.left(n) + sheet.x0) * scale), int((sheet.bottom(n) - sheet.y1 - 0.4 * sheet.margin) * scale));
     cv::putText(image, label(l.paths), at, cv::FONT_HERSHEY_SIMPLEX, font, cv::Scalar(50, 50, 50), 1, cv::LINE_AA);
   }
-  std::vector<unsigned char> bytes;
-  cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 9});
-  return {bytes.begin(), bytes.end()};
+  const std::vector<std::byte> bytes = write_png(image.cols, image.rows, 3, {image.data, image.total() * 3});
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 std::string layer_json(const slice::LayerPaths& layer, std::span<const std::string> tools) {

@@ -1,22 +1,19 @@
 #include "cli/targets.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "cli/digest.h"
 #include "cli/geometry_input.h"
 #include "config/error.h"
 #include "core/grid/npy.h"
+#include "core/grid/png.h"
 
 namespace firn {
 namespace {
 
-constexpr std::array<unsigned char, 8> kPngMagic = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 constexpr std::size_t kMaxPngBytes = 64u << 20;
 
 // An image as it was named: file and configuration key.
@@ -29,20 +26,12 @@ struct ImageName {
   throw ConfigError(name.file, 0, name.key, name.key + ": " + problem);
 }
 
-std::uint32_t big_endian(std::span<const std::byte> b, std::size_t at) {
-  return std::uint32_t(b[at]) << 24 | std::uint32_t(b[at + 1]) << 16 | std::uint32_t(b[at + 2]) << 8 | std::uint32_t(b[at + 3]);
-}
-
-/// Width, height, bit depth and colour type stand at fixed places of a PNG [RFC 2083, 4.1.1]; checking them first
-/// keeps a forged header from asking for gigabytes.
+/// Checking the header first keeps a forged one from asking for gigabytes.
 void check_png_header(std::span<const std::byte> png, const ImageName& name) {
   if (png.size() > kMaxPngBytes) refuse(name, std::to_string(png.size()) + " bytes is above the limit of " + std::to_string(kMaxPngBytes));
-  if (png.size() < 33 || !std::equal(kPngMagic.begin(), kPngMagic.end(), png.begin(), [](unsigned char m, std::byte b) { return std::byte{m} == b; }))
-    refuse(name, "is not a PNG file");
-  const std::uint32_t width = big_endian(png, 16), height = big_endian(png, 20);
+  const auto [width, height, colour] = png_header(png);
   if (width < 1 || height < 1 || width > std::uint32_t(kMaxGridSide) || height > std::uint32_t(kMaxGridSide))
     refuse(name, std::to_string(width) + " x " + std::to_string(height) + " pixels: each side must lie in [1, " + std::to_string(kMaxGridSide) + "]");
-  const int colour = int(png[25]);
   if (colour != 0) refuse(name, "must be grey without alpha or palette (PNG colour type 0, this is " + std::to_string(colour) + ")");
 }
 
@@ -64,12 +53,12 @@ std::vector<Coverage> coverage(int cells, int pixels) {
   return out;
 }
 
-double cell_average(const cv::Mat& grey, const Coverage& x, const Coverage& y) {
+double cell_average(const GreyPicture& grey, const Coverage& x, const Coverage& y) {
   double sum = 0.0, area = 0.0;
   for (std::size_t q = 0; q < y.weights.size(); ++q)
     for (std::size_t p = 0; p < x.weights.size(); ++p) {
       const double w = x.weights[p] * y.weights[q];
-      sum += w * grey.at<double>(y.first + int(q), x.first + int(p));
+      sum += w * grey.at(x.first + int(p), y.first + int(q));
       area += w;
     }
   return sum / area;
@@ -97,24 +86,19 @@ Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid,
                            const std::string& key) {
   const ImageName name{file, key};
   check(grid);
-  check_png_header(png, name);
-  cv::Mat image;
-  try {
-    const cv::Mat raw(1, int(png.size()), CV_8U, const_cast<std::byte*>(png.data()));
-    image = cv::imdecode(raw, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
-  } catch (const cv::Exception& e) {
-    refuse(name, "cannot be decoded: " + e.err);
-  }
-  if (image.empty()) refuse(name, "is damaged and cannot be decoded");
-  const double white = image.depth() == CV_16U ? 65535.0 : 255.0;
-  cv::Mat grey;
-  image.convertTo(grey, CV_64F);
-
+  const GreyPicture grey = [&] {
+    try {
+      check_png_header(png, name);
+      return read_grey_png(png);
+    } catch (const PngError& e) {
+      refuse(name, e.what());
+    }
+  }();
   Grid<double> out(grid);
-  const std::vector<Coverage> columns = coverage(grid.nx, grey.cols), rows = coverage(grid.ny, grey.rows);
+  const std::vector<Coverage> columns = coverage(grid.nx, grey.width), rows = coverage(grid.ny, grey.height);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i)
-      out.at(i, j) = cell_average(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]) / white;
+      out.at(i, j) = cell_average(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]) / grey.white;
   return out;
 }
 

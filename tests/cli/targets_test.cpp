@@ -8,6 +8,7 @@
 #include "cli/targets.h"
 #include "config/error.h"
 #include "core/grid/npy.h"
+#include "core/grid/png.h"
 #include "core/grid/random.h"
 
 using namespace firn;
@@ -87,6 +88,23 @@ TEST_CASE("A wrong picture is refused with its name and the reason") {
   std::vector<std::byte> jpeg{std::byte{0xff}, std::byte{0xd8}};
   jpeg.resize(100);
   refused(jpeg, "not a PNG");
+}
+
+TEST_CASE("What Firn writes as PNG another library reads to the same pixels") {
+  RandomStream random(5, Purpose::kTest);
+  for (const int channels : {3, 4}) {
+    std::vector<std::uint8_t> pixels(std::size_t(7 * 5 * channels));
+    for (std::uint8_t& p : pixels) p = std::uint8_t(random.below(256));
+    std::vector<std::byte> bytes = write_png(7, 5, channels, pixels);
+    const cv::Mat image = cv::imdecode(cv::Mat(1, int(bytes.size()), CV_8U, bytes.data()), cv::IMREAD_UNCHANGED);
+    REQUIRE(image.size() == cv::Size(7, 5));
+    REQUIRE(image.channels() == channels);
+    for (int n = 0; n < 35; ++n)
+      for (int c = 0; c < channels; ++c)  // OpenCV's order is blue, green, red
+        CHECK(image.data[n * channels + (c < 3 ? 2 - c : c)] == pixels[std::size_t(n * channels + c)]);
+  }
+  CHECK_THROWS_AS(write_png(7, 5, 3, std::vector<std::uint8_t>(104)), PngError);
+  CHECK_THROWS_AS(read_grey_png(write_png(1, 1, 3, std::vector<std::uint8_t>(3))), PngError);
 }
 
 TEST_CASE("Any byte of a picture may be wrong: a target or a ConfigError, never a crash") {
