@@ -1,0 +1,112 @@
+// Feedback for continuous deposition along paths: a height map on the interval's own grid in, the control action U' of the
+// next interval out, over the same grid [Barnett 2012, 5.1, 5.2, 6.2]. A new scheme is one class and one row in the table of
+// surface_schemes.cpp.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/grid/grid.h"
+
+namespace firn::control {
+
+/// Which quantity along the paths carries the action out.
+enum class SurfaceVersion : std::uint8_t {
+  kPathSpeed,       ///< c = c_nom / (1 + u') at constant valve frequency (5.7), (5.8)
+  kValveFrequency,  ///< q = (1 + u') q_nom at any speed (6.3)
+};
+
+struct SurfaceSmfOptions {
+  double kp = 1.0;
+  double ki_star = 0.25;        ///< K_i* of (5.2); the gains of 5.2.2
+  double kd_star = 0.25;        ///< K_d* of (5.2)
+  double integral_limit = 0.5;  ///< |K_i* sum E| stays within this many intervals (5.2.2)
+};
+
+struct SurfaceAdaptiveOptions {
+  double kp = 1.0;
+  double gain = 0.33;           ///< share of an unforeseen error that is taken for lasting, at first
+  double gain_min = 0.05, gain_max = 0.8;
+  double gain_rate = 0.15;      ///< what an innovation that comes again as it was adds to the gain
+  int window_cells = 3;         ///< innovations are compared over a square of 2 n + 1 cells
+};
+
+struct SurfaceOptions {
+  std::string scheme = "smf";
+  double interval_mm = 1.2;     ///< dh_m = n_d dh_d
+  SurfaceVersion version = SurfaceVersion::kPathSpeed;
+  double speed_range = 0.3;     ///< speed version: c stays within (1 +- this) c_nom (5.2.2)
+  double output_limit = 1.0;    ///< frequency version: |U'| stays within this, at most 1
+  bool feed_forward = false;    ///< of use_flow(): the action is divided by what a valve gives against its calibration
+  int last_layer = 0;           ///< of the part: its map is answered with "end"; 0 = there is none
+  int stop_after = 0;           ///< stop when half of one material's cells ask for all there is in so many maps running; 0 = never
+  SurfaceSmfOptions smf;
+  SurfaceAdaptiveOptions adaptive;
+};
+
+/// What a cell of the footprint is of.
+enum class CellMaterial : std::uint8_t { kNone = 0, kPart = 1, kScaffold = 2 };
+
+/// The surface at one measurement plane.
+struct SurfaceMeasurement {
+  const HeightMap& height;                   ///< [mm], finite where `material` is not kNone
+  const Grid<std::uint8_t>& material;        ///< CellMaterial of each cell of the same grid
+  double nominal_mm = 0.0;                   ///< h_k, what the height should be
+  int layer = 0;                             ///< deposition layers so far
+  int attempt = 0;
+  double noise_std_mm = 0.0;                 ///< of a cell; 0 = unknown
+};
+
+/// Largest and smallest action: c = c_nom / (1 + u').
+struct ActionBounds {
+  double low = 0.0, high = 0.0;
+};
+/// Speed: [1 / (1 + range) - 1, 1 / (1 - range) - 1], so that c stays within (1 +- range) c_nom. Frequency: +-output_limit.
+ActionBounds action_bounds(const SurfaceOptions& options);
+
+struct SurfaceDecision {
+  enum class Kind : std::int8_t { kPrint = 0, kEnd = 1, kStop = 2 };  ///< as control_surface_t.decision
+  Kind kind = Kind::kStop;
+  HeightMap u;                      ///< saturated U'; two cells beyond the footprint as next to it, then 0
+  double saturated_fraction = 0.0;  ///< of the footprint: cells that ask for more, or less, than the bounds
+  double rms_mm = 0.0;              ///< of height - nominal over the footprint
+  double mean_error_mm = 0.0;       ///< height - nominal
+  std::array<double, 2> feed_forward{1.0, 1.0};  ///< factor on each material's nominal flow that u holds
+  std::string reason;
+};
+
+/// State is a pure function of the measurements and flow factors handed in. A second call for the same layer replaces
+/// the first.
+class SurfaceController {
+ public:
+  virtual ~SurfaceController() = default;
+  /// @throws std::invalid_argument: sizes differ, an empty footprint, a height on it that is not finite, a layer that
+  /// came before the last one.
+  virtual SurfaceDecision decide(const SurfaceMeasurement& measurement) = 0;
+  /// What each material's valve gives over what its calibration says. @throws std::invalid_argument unless above 0
+  virtual void use_flow(const std::array<double, 2>& /*factor*/) {}
+};
+
+struct SurfaceScheme {
+  std::string_view name;
+  std::string_view meaning;
+  std::unique_ptr<SurfaceController> (*make)(const SurfaceOptions&);
+};
+std::span<const SurfaceScheme> surface_schemes();
+/// @throws std::invalid_argument: an unknown scheme (lists the known ones), an option out of its range (names it).
+std::unique_ptr<SurfaceController> make_surface_controller(const SurfaceOptions& options);
+
+/// (5.7), (5.8): the path speed that lays (1 + u) times as much per length at constant flow. @pre u > -1
+inline double speed_for(double nominal_mm_s, double u) { return nominal_mm_s / (1.0 + u); }
+/// (5.10) with U = 1 + U' (errata): the point-to-point duration for the same.
+inline double duration_for(double nominal_s, double u) { return (1.0 + u) * nominal_s; }
+/// (5.13): the flow that lays (1 + u) layers at speed c.
+inline double flow_for(double u, double speed_mm_s, double width_mm, double layer_height_mm) {
+  return (1.0 + u) * speed_mm_s * width_mm * layer_height_mm;
+}
+
+}  // namespace firn::control

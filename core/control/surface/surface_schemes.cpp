@@ -1,0 +1,34 @@
+// The table of feedback schemes for continuous deposition.
+#include <stdexcept>
+
+#include "core/control/surface/adaptive_surface.h"
+#include "core/control/surface/smf_surface.h"
+
+namespace firn::control {
+namespace {
+
+template <class Controller>
+std::unique_ptr<SurfaceController> make(const SurfaceOptions& options) {
+  return std::make_unique<Controller>(options);
+}
+
+constexpr SurfaceScheme kSchemes[] = {
+    {"open_loop", "nominal deposition, whatever is measured", &make<OpenLoopSurface>},
+    {"smf", "surface-mapping feedback, PID on the error surface [Barnett 2012]", &make<SmfSurface>},
+    {"smf_adaptive", "foresees what each place will be short of; its gain adapts from place to place", &make<AdaptiveSurface>},
+};
+
+}  // namespace
+
+std::span<const SurfaceScheme> surface_schemes() { return kSchemes; }
+
+std::unique_ptr<SurfaceController> make_surface_controller(const SurfaceOptions& options) {
+  std::string known;
+  for (const SurfaceScheme& s : kSchemes) {
+    if (s.name == options.scheme) return s.make(options);
+    known += (known.empty() ? "" : ", ") + std::string(s.name);
+  }
+  throw std::invalid_argument("control of surfaces: scheme '" + options.scheme + "' is not one of " + known);
+}
+
+}  // namespace firn::control
