@@ -1,0 +1,20 @@
+// Which cells of a grid one layer's beads cover, and with what.
+#pragma once
+
+#include "core/grid/grid.h"
+#include "core/slice/layer_paths.h"
+
+namespace firn::slice {
+
+/// The smallest grid of square cells, with centres at whole multiples of the pitch, that holds every deposition bead of the
+/// layer; so grids of different layers share their cells. @throws std::invalid_argument: a layer without deposition paths, a
+/// pitch not within (0, 100] mm, a grid above kMaxGridSide cells
+GridSpec footprint_grid(const LayerPaths& layer, double pitch_mm);
+
+/// 0 where no bead covers the cell's centre, else 1 + the material of the nearest line.
+Grid<std::uint8_t> footprint_materials(const LayerPaths& layer, const GridSpec& grid);
+
+/// 1 where footprint_materials() is not 0.
+Mask footprint_mask(const Grid<std::uint8_t>& materials);
+
+}  // namespace firn::slice

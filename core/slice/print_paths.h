@@ -1,0 +1,22 @@
+// All paths of a print in one piece of memory: what a run is given, so that its nodes never slice.
+#pragma once
+
+#include "core/slice/path_codec.h"
+
+namespace firn::slice {
+
+struct PrintPaths {
+  PathFileHead head;
+  std::vector<LayerPaths> layers;  ///< ascending
+};
+
+/// "FIRNPTH1", u32 records, then per record u32 length and the payload of docs/path-format.md: head first, then the layers.
+/// @throws std::invalid_argument: as encode(LayerPaths); layers that do not ascend
+std::vector<std::byte> encode(const PrintPaths& paths);
+/// Takes any bytes. @throws FormatError naming the byte
+PrintPaths decode_print_paths(std::span<const std::byte> bytes);
+
+/// The layer of that number. @returns nullptr when there is none
+const LayerPaths* find_layer(const PrintPaths& paths, std::int32_t layer);
+
+}  // namespace firn::slice

@@ -1,0 +1,126 @@
+#include "core/slice/print_paths.h"
+
+#include <catch2/catch.hpp>
+
+#include "core/grid/random.h"
+#include "core/slice/footprint.h"
+
+namespace firn::slice {
+namespace {
+
+LayerPaths layer(std::int32_t number, RandomStream& random) {
+  LayerPaths l;
+  l.layer = number;
+  l.z = 2400 * number;
+  l.height = 2400;
+  for (int n = 0; n < 6; ++n) {
+    std::vector<Point> line;
+    for (int k = 0; k < 12; ++k) line.push_back({std::int32_t(random.below(400'000)), std::int32_t(random.below(300'000))});
+    l.lines.add(line);
+    l.info.push_back({PathKind(random.below(4)), std::uint8_t(random.below(2)), random.below(2) == 1, 15'000});
+    if (l.info.back().kind == PathKind::kMeasurement) l.info.back().width = 0;
+  }
+  l.info[0].kind = PathKind::kBoundary, l.info[0].width = 15'000;
+  return l;
+}
+
+PrintPaths print() {
+  RandomStream random(1, Purpose::kTest);
+  PrintPaths p;
+  p.head = {"test", 3, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", "a = 1\n"};
+  for (const std::int32_t n : {1, 2, 5}) p.layers.push_back(layer(n, random));
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("The paths of a print come back as they were, and a layer is found by its number") {
+  const PrintPaths p = print();
+  const PrintPaths back = decode_print_paths(encode(p));
+  CHECK(back.head == p.head);
+  CHECK(back.layers == p.layers);
+  REQUIRE(find_layer(back, 5));
+  CHECK(*find_layer(back, 5) == p.layers[2]);
+  CHECK(find_layer(back, 4) == nullptr);
+  CHECK(find_layer(back, 6) == nullptr);
+}
+
+TEST_CASE("Bytes that are cut or changed in their frame are refused with the byte; nothing crashes on any") {
+  const std::vector<std::byte> good = encode(print());
+  for (std::size_t n = 0; n < good.size(); n += 7) CHECK_THROWS_AS(decode_print_paths(std::span(good).first(n)), FormatError);
+  CHECK_THROWS_WITH(decode_print_paths(std::span(good).first(3)), Catch::Contains("signature"));
+  std::vector<std::byte> more = good;
+  more.push_back(std::byte(0));
+  CHECK_THROWS_WITH(decode_print_paths(more), Catch::Contains("left over"));
+  RandomStream random(2, Purpose::kTest);
+  for (int n = 0; n < 2000; ++n) {
+    std::vector<std::byte> bad = good;
+    bad[random.below(std::uint32_t(bad.size()))] ^= std::byte(1u << random.below(8));
+    try {
+      decode_print_paths(bad);
+    } catch (const FormatError&) {
+    }
+  }
+  PrintPaths twice = print();
+  twice.layers[1].layer = 1;
+  CHECK_THROWS_WITH(encode(twice), Catch::Contains("layer 1 stands behind layer 1"));
+}
+
+TEST_CASE("The footprint's grid holds every bead, with centres at multiples of the pitch, and its cells are those near a line") {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    RandomStream random(seed, Purpose::kTest);
+    const LayerPaths l = layer(1, random);
+    const double pitch = 0.5 + 0.1 * double(seed % 4);
+    const GridSpec g = footprint_grid(l, pitch);
+    const Grid<std::uint8_t> material = footprint_materials(l, g);
+    const double i0 = g.origin_x_mm / pitch;
+    CHECK(i0 == Approx(std::floor(i0 + 0.5)).margin(1e-9));
+    // brute force: points along every line, a hundredth of the width apart
+    for (int j = 0; j < g.ny; j += 3)
+      for (int i = 0; i < g.nx; i += 3) {
+        double best = 1e9;
+        for (std::size_t n = 0; n < l.lines.size(); ++n) {
+          if (l.info[n].kind == PathKind::kMeasurement) continue;
+          const auto line = l.lines[n];
+          for (std::size_t k = 0; k + 1 < line.size() + (l.info[n].closed ? 1 : 0); ++k) {
+            const Point a = line[k], b = line[(k + 1) % line.size()];
+            for (double t = 0.0; t <= 1.0; t += 0.001) {
+              const double x = (a.x + t * (b.x - a.x)) * kMmPerUnit - g.x_mm(i), y = (a.y + t * (b.y - a.y)) * kMmPerUnit - g.y_mm(j);
+              if (x * x + y * y < best) best = x * x + y * y;
+            }
+          }
+        }
+        const double d = std::sqrt(best);
+        if (std::abs(d - 0.75) > 0.02) CHECK((material.at(i, j) != 0) == (d < 0.75));
+      }
+    for (std::size_t n = 0; n < l.lines.size(); ++n)
+      for (const Point& p : l.lines[n]) {
+        if (l.info[n].kind == PathKind::kMeasurement) continue;
+        CHECK(p.x * kMmPerUnit + 1e-9 >= g.x_mm(0));
+        CHECK(p.x * kMmPerUnit - 1e-9 <= g.x_mm(g.nx - 1));
+        CHECK(p.y * kMmPerUnit + 1e-9 >= g.y_mm(0));
+        CHECK(p.y * kMmPerUnit - 1e-9 <= g.y_mm(g.ny - 1));
+      }
+    CHECK(footprint_mask(material).count() > 0);
+  }
+}
+
+TEST_CASE("Each cell is of the material of its nearest line; a layer that deposits nothing has no footprint") {
+  LayerPaths l;
+  l.layer = 3;
+  l.lines.add(std::vector<Point>{{0, 0}, {100'000, 0}});
+  l.lines.add(std::vector<Point>{{0, 20'000}, {100'000, 20'000}});
+  l.info = {{PathKind::kFill, 0, false, 30'000}, {PathKind::kFill, 1, false, 30'000}};
+  const Grid<std::uint8_t> m = footprint_materials(l, footprint_grid(l, 0.4));
+  for (int j = 0; j < m.spec.ny; ++j)
+    for (int i = 5; i < m.spec.nx - 5; ++i) {
+      const double y = m.spec.y_mm(j);
+      if (y > -1.5 && y < 0.95) CHECK(int(m.at(i, j)) == 1);
+      if (y > 1.05 && y < 3.5) CHECK(int(m.at(i, j)) == 2);
+    }
+  l.info[0].kind = l.info[1].kind = PathKind::kMeasurement;
+  CHECK_THROWS_WITH(footprint_grid(l, 0.4), Catch::Contains("layer 3 deposits nothing"));
+  CHECK_THROWS_WITH(footprint_grid(l, 0.0), Catch::Contains("pitch"));
+}
+
+}  // namespace firn::slice
