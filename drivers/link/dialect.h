@@ -9,6 +9,7 @@
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
 namespace firn::drivers {
 
@@ -78,6 +79,10 @@ class Dialect {
   virtual Frame frame(std::span<const std::byte> buffer, const Request* awaited) const = 0;
   /// A harmless question with a recognisable answer.
   virtual Request probe() const = 0;
+  /// Adds the bytes of a request to `tx`. Bulk data need not be copied into requests: a dialect may write them here.
+  virtual void write(const Request& request, std::vector<std::byte>& tx) const {
+    tx.insert(tx.end(), request.data().begin(), request.data().end());
+  }
 
   /// The host itself may need this long between an event and its handling: timeouts grow accordingly.
   void allow_host_latency(double seconds) {
@@ -90,6 +95,9 @@ class Dialect {
 
   Timeouts timeouts;
   int max_attempts = 3;  ///< of requests that may be repeated
+  /// Replies name their request, and the instrument executes a request once however often it comes: a request without a
+  /// reply is sent again at once, whatever it does, and after max_attempts the link is lost. Damaged frames are dropped.
+  bool numbered = false;
 };
 
 }  // namespace firn::drivers

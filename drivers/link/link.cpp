@@ -64,7 +64,7 @@ void Link::await(const Request& request, std::int64_t now_us) {
 
 void Link::transmit(Request& request, std::int64_t now_us, Effects& fx) {
   ++request.attempts;
-  fx.tx.insert(fx.tx.end(), request.data().begin(), request.data().end());
+  dialect_.write(request, fx.tx);
   last_sent_us_ = now_us;
 }
 
@@ -141,13 +141,44 @@ std::optional<LinkEvent> Link::poll_suspect(std::int64_t now_us, Effects& fx) {
   return std::nullopt;
 }
 
-std::optional<LinkEvent> Link::poll_awaited(std::int64_t now_us) {
+// An urgent request may have overtaken others: when it is answered and they are not, they never will be.
+bool Link::answers_a_later_one() {
+  for (std::size_t n = 1; n < awaited_.size(); ++n) {
+    if (dialect_.frame(rx_, &awaited_[n]).kind != Frame::Kind::kReply) continue;
+    const auto overtaken = awaited_.begin() + std::ptrdiff_t(n);
+    failed_.insert(failed_.end(), awaited_.begin(), overtaken);
+    awaited_.erase(awaited_.begin(), overtaken);
+    return true;
+  }
+  return false;
+}
+
+// What was overtaken is never sent again: it would act after the request that was to end it.
+std::optional<LinkEvent> Link::ask_again(std::int64_t now_us, Effects& fx) {
+  rx_.clear();  // the rest of a frame that has begun will not come any more
+  if (awaited_.size() > 1) {
+    failed_.push_back(awaited_.front());
+    awaited_.erase(awaited_.begin());
+    await(awaited_.front(), now_us);
+    return std::nullopt;
+  }
+  if (awaited_.front().attempts < dialect_.max_attempts) {
+    transmit(awaited_.front(), now_us, fx);
+    await(awaited_.front(), now_us);
+    return std::nullopt;
+  }
+  closed();
+  fx.reopen = true;
+  return LinkEvent{LinkEvent::Kind::kLost, {}, {}};
+}
+
+std::optional<LinkEvent> Link::poll_awaited(std::int64_t now_us, Effects& fx) {
   using Kind = Frame::Kind;
   while (!rx_.empty()) {
     const Frame f = dialect_.frame(rx_, awaited_.empty() ? nullptr : &awaited_.front());
     if (f.kind == Kind::kIncomplete) break;
     if (f.kind == Kind::kCorrupt) {
-      if (awaited_.empty()) {  // noise while nobody asks does no harm
+      if (awaited_.empty() || dialect_.numbered) {  // noise while nobody asks does no harm
         drop_front(f.size);
         continue;
       }
@@ -155,6 +186,7 @@ std::optional<LinkEvent> Link::poll_awaited(std::int64_t now_us) {
       return std::nullopt;
     }
     if (f.kind == Kind::kIgnore) {
+      if (dialect_.numbered && answers_a_later_one()) continue;
       drop_front(f.size);
       continue;
     }
@@ -168,7 +200,9 @@ std::optional<LinkEvent> Link::poll_awaited(std::int64_t now_us) {
     }
     return e;
   }
-  if (!awaited_.empty() && now_us >= deadline_us_) enter_suspect(now_us);
+  if (awaited_.empty() || now_us < deadline_us_) return std::nullopt;
+  if (dialect_.numbered) return ask_again(now_us, fx);
+  enter_suspect(now_us);
   return std::nullopt;
 }
 
@@ -183,7 +217,7 @@ std::optional<LinkEvent> Link::poll(std::int64_t now_us, Effects& fx) {
     return LinkEvent{LinkEvent::Kind::kReady, {}, {}};
   }
   if (state_ == State::kReady) {
-    if (auto e = poll_awaited(now_us)) return e;
+    if (auto e = poll_awaited(now_us, fx)) return e;
   }
   if (announce_suspect_) {
     announce_suspect_ = false;

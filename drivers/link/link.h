@@ -65,7 +65,9 @@ class Link {
   enum class State : std::uint8_t { kClosed, kOpening, kReady, kDraining, kProbing, kSettling };
 
   std::optional<LinkEvent> poll_suspect(std::int64_t now_us, Effects& fx);
-  std::optional<LinkEvent> poll_awaited(std::int64_t now_us);
+  std::optional<LinkEvent> poll_awaited(std::int64_t now_us, Effects& fx);
+  bool answers_a_later_one();
+  std::optional<LinkEvent> ask_again(std::int64_t now_us, Effects& fx);
   void transmit(Request& request, std::int64_t now_us, Effects& fx);
   void enter_suspect(std::int64_t now_us);
   void drop_front(std::size_t bytes);

@@ -1,0 +1,105 @@
+#include "drivers/heater/thermostat.h"
+
+#include <cmath>
+#include <limits>
+
+namespace firn::drivers::thermostat {
+namespace {
+
+constexpr std::string_view kAsk = "T?", kOpen = "OPEN";
+
+std::string_view text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+Request to_request(LineWriter& line, Repeat repeat, std::uint16_t tag) {
+  Request r;
+  r.append(line.finish(0));
+  r.repeat = repeat;
+  r.tag = tag;
+  return r;
+}
+
+}  // namespace
+
+void put(LineWriter& line, const Reading& r) {
+  line.text("T");
+  int relays = 0;
+  for (std::size_t c = 0; c < std::size_t(kChannels); ++c) {
+    line.text(",");
+    if (std::isnan(r.celsius[c]))
+      line.text(kOpen);
+    else
+      line.number(std::llround(r.celsius[c] * 100.0));
+    relays |= int(r.heating[c]) << c;
+  }
+  line.text(",").number(relays);
+}
+
+std::optional<Reading> parse_reading(std::string_view text) {
+  WordReader words(text, ',');
+  if (words.word() != "T") return std::nullopt;
+  Reading r;
+  for (double& celsius : r.celsius) {
+    const std::string_view before = words.rest();
+    if (WordReader look(before, ','); look.word() == kOpen) {
+      celsius = std::numeric_limits<double>::quiet_NaN();
+      words.word();
+    } else {
+      celsius = double(words.number(std::int64_t(kLowest_degC * 100), std::int64_t(kHighest_degC * 100))) / 100.0;
+    }
+  }
+  const std::int64_t relays = words.number(0, (1 << kChannels) - 1);
+  for (std::size_t c = 0; c < std::size_t(kChannels); ++c) r.heating[c] = relays >> c & 1;
+  return words.good() && words.at_end() ? std::optional(r) : std::nullopt;
+}
+
+void put(LineWriter& line, const SetPoint& set) {
+  line.text("S,").number(set.channel).text(",").number(set.c100);
+}
+
+std::optional<SetPoint> parse_set_point(std::string_view text) {
+  WordReader words(text, ',');
+  if (words.word() != "S") return std::nullopt;
+  SetPoint set;
+  set.channel = int(words.number(1, kChannels));
+  set.c100 = std::int32_t(words.number(kOff_c100, std::int64_t(kHighest_degC * 100)));
+  return words.good() && words.at_end() ? std::optional(set) : std::nullopt;
+}
+
+Request read_request(std::uint16_t tag) {
+  LineWriter line;
+  line.text(kAsk);
+  return to_request(line, Repeat::kRead, tag);
+}
+
+Request set_request(const SetPoint& set, std::uint16_t tag) {
+  LineWriter line;
+  put(line, set);
+  return to_request(line, Repeat::kSetup, tag);
+}
+
+ThermostatDialect::ThermostatDialect() {
+  timeouts.reply_us = 500'000;
+  timeouts.read_us = 100'000;
+  timeouts.quiet_us = 150'000;
+  timeouts.lock_us = 5'000'000;
+}
+
+Frame ThermostatDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
+  const std::string_view all = text_of(buffer);
+  const std::size_t end = all.find('\n');
+  if (end == std::string_view::npos)
+    return all.size() > LineWriter::kLongest ? Frame{Frame::Kind::kCorrupt, all.size()} : Frame{};
+  const std::size_t size = end + 1;
+  const std::optional<std::string_view> text = checked_text(all.substr(0, size), 0);
+  if (!text) return {Frame::Kind::kCorrupt, size};
+  if (!awaited) return {Frame::Kind::kUnsolicited, size};
+  const std::optional<std::string_view> asked = checked_text(awaited->text(), 0);
+  const bool answers = text->starts_with("E,") || (*asked == kAsk ? parse_reading(*text).has_value() : *text == *asked);
+  return {answers ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
+}
+
+Request ThermostatDialect::probe() const { return read_request(0); }
+
+}  // namespace firn::drivers::thermostat

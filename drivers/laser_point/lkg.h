@@ -1,0 +1,94 @@
+// Keyence LK-G3001P, RS-232: lines that end with CR, one command and then its reply, which begins with the command's
+// name (docs/devices/laser_point.md). No checksum. Both sides use this codec.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/link/dialect.h"
+
+namespace firn::drivers::lkg {
+
+/// What stands in a value's place.
+enum class Status : std::uint8_t {
+  kOk,
+  kNoValue,  ///< XXXXXXXX, the panel shows dashes
+  kAbove,    ///< +FFFFFFF
+  kBelow,    ///< -FFFFFFF
+  kDamaged   ///< nothing that the manual lists
+};
+
+struct Value {
+  Status status = Status::kNoValue;
+  double mm = std::numeric_limits<double>::quiet_NaN();  ///< a number only where status is kOk
+};
+inline constexpr std::size_t kValueChars = 8;  ///< sign and seven characters, the digits to the right
+Value parse_value(std::string_view text);
+/// `+01.2345`, `-00.0120`: four decimals; NaN gives `XXXXXXXX`, beyond +-99.9999 `+FFFFFFF`, `-FFFFFFF`.
+void put_value(double mm, char (&to)[kValueChars]);
+
+/// Texts and codes that differ between models or are not certain: a table, not code. [C] certain, [S] one source, [P] ours.
+struct Table {
+  std::string measure = "M1";                             ///< [C] `M1,+01.2345`
+  std::string enter = "Q0", leave = "R0";                 ///< communication mode, in which nothing is measured [C]
+  std::string select = "PW", selected = "PR";             ///< program [S]
+  std::string clear = "AQ", start = "AS", stop = "AP";    ///< storage [C names]
+  std::string stored = "AN";                              ///< `AN,<0 stopped, 1 storing>,<values>` [P]
+  std::string dump = "AO,1";                              ///< `AO,1,<value>,<value>,…` [P]
+  std::string sampling = "SW,CA,";                        ///< code: 0 20 us, 1 50, 2 100, 3 200, 4 500, 5 1000 [S]
+  std::string averaging = "SW,OC,1,0,";                   ///< k: 4^k values [S]
+  std::string material = "SW,HB,1,";                      ///< 0 normal, 1 translucent, 2 transparent, 3, 4 multi-reflective [S]
+  std::string storage = "SW,CI,1,";                       ///< `nnnnn,c`: values, and every how many samples one is stored [S, P]
+  int most_stored = 65536;                                ///< Table 2-3 of the thesis
+  int value_bytes = 9;                                    ///< of a value in the dump, with its comma
+  double byte_s = 10.0 / 115200.0;
+};
+/// Sampling codes of Table::sampling [us].
+inline constexpr int kSampling_us[6] = {20, 50, 100, 200, 500, 1000};
+/// Codes of the storage cycle in Table::storage: every 1, 2, 5, 10, … samples [P].
+inline constexpr int kCycles[10] = {1, 2, 5, 10, 20, 50, 100, 200, 500, 1000};
+/// Code with kCycles[code] = samples, or -1.
+int cycle_code(int samples);
+
+/// A command (without CR) as a request. @param reply_us longest wait for the reply, 0 = the dialect.s
+Request request(std::string_view command, Repeat repeat, std::uint16_t tag, std::int64_t reply_us = 0);
+
+/// What a reply line (without CR) is to the command `command` (without CR).
+struct Reply {
+  enum class Kind : std::uint8_t {
+    kForeign,  ///< of another command, or damaged
+    kDone,     ///< `rest` follows the command's name, without the comma
+    kError,    ///< `ER,<command>,<nn>`: 00 command, 01 status, 20 length, 21 count, 22 parameter, 88 timeout, 99 other
+    kTiming    ///< `TG,…`: came by itself
+  };
+  Kind kind = Kind::kForeign;
+  int error = 0;
+  std::string_view rest;
+};
+Reply parse(std::string_view line, std::string_view command);
+
+struct Stored {
+  bool storing = false;
+  int values = 0;
+};
+std::optional<Stored> parse_stored(std::string_view rest);
+/// Values of a dump as floats, NaN where there is none; reuses the storage of `mm`. @returns the damaged ones, which are
+/// NaN too, or nothing when the line is no list of values.
+std::optional<int> parse_dump(std::string_view rest, std::vector<float>& mm);
+
+class LkgDialect : public Dialect {
+ public:
+  LkgDialect();
+  Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
+  Request probe() const override;
+
+  Table table;
+};
+
+}  // namespace firn::drivers::lkg
