@@ -33,8 +33,7 @@ std::span<const NamedMaker> node_makers() {
 std::vector<NamedMaker> taking_part(const Experiment& e) {
   std::vector<NamedMaker> out;
   for (const NamedMaker& m : node_makers())
-    if ((m.id != NodeId::kJetB || has_two_jets(e)) && (m.id != NodeId::kDropletEstimator || e.estimator.droplets == "on"))
-      out.push_back(m);
+    if (takes_part(e, info(m.id).name)) out.push_back(m);
   return out;
 }
 
@@ -44,7 +43,8 @@ std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
   } catch (const std::exception&) {  // replay says what is wrong with it
     std::vector<NamedMaker> out = taking_part(Experiment{});
     for (const NamedMaker& m : node_makers())
-      if ((m.id == NodeId::kJetB || m.id == NodeId::kDropletEstimator) && std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal"))) out.push_back(m);
+      if (!takes_part(Experiment{}, info(m.id).name) && std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal")))
+        out.push_back(m);
     return out;
   }
 }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/grid/grid.h"
@@ -12,6 +13,10 @@
 #include "core/grid/solids.h"
 
 namespace firn {
+
+struct LabConfig {
+  std::string kind = "inkjet";     ///< "inkjet": stage, jets, profiler, lamp; "ice": arm, valves, point laser, heaters
+};
 
 struct PartConfig {
   ShapeSpec shape;                 ///< shape.kind "height_map" takes the image instead
@@ -200,6 +205,7 @@ struct RunConfig {
 };
 
 struct Experiment {
+  LabConfig lab;
   RunConfig run;
   GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
   PartConfig part;
@@ -219,6 +225,9 @@ struct Experiment {
 
 /// Whether the lab has a second nozzle with its jet: for a part of two inks, or to measure where it stands.
 bool has_two_jets(const Experiment& experiment);
+
+/// Whether the node of that name (lcmtypes/channels.h) takes part in such a print. Recorder and launcher always do.
+bool takes_part(const Experiment& experiment, std::string_view node);
 
 /// @throws ConfigError: file, line, key, value, unit and limit; for an unknown key also the nearest known one.
 Experiment parse_experiment(const std::string& toml_text, const std::string& file_name);

@@ -227,6 +227,7 @@ Table world_fields(Experiment& e) {
 
 std::vector<Field> fields(Experiment& e) {
   Table t = {
+      {"lab.kind", &e.lab.kind, "", one_of({"inkjet", "ice"}), "the machine: inkjet = stage, jets, profiler, lamp; ice = arm, valves, point laser, heaters"},
       {"run.name", &e.run.name, "", text(), "last part of the run folder's name: letters, digits, '.', '_', '-'"},
       {"run.time_scale", &e.run.time_scale, "", within(1, 10), "live: node time runs this many times faster than wall time"},
       {"run.lease_s", &e.run.lease_s, "s", above(0, 10), "a driver without a lease for this long (wall time) makes its instrument safe"},

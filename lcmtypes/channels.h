@@ -14,15 +14,18 @@ class jet_command_t; class profiler_command_t; class lamp_command_t; class answe
 class deposition_report_t; class layer_metrics_t; class fault_t; class safe_stop_t; class enable_t;
 class run_start_t; class run_end_t; class config_t; class heartbeat_t; class resend_request_t; class journal_t;
 class preview_t; class sim_truth_t; class operator_command_t; class material_map_t; class pass_detail_t;
-class height_model_t;
+class height_model_t; class trajectory_t; class path_job_t; class pulse_list_t; class path_report_t;
+class robot_command_t; class valve_command_t; class laser_command_t; class laser_samples_t; class heater_command_t;
+class temperature_t; class control_surface_t; class flow_model_t;
 
 enum class NodeId : std::uint8_t {
   kScheduler, kSurfaceMapper, kController, kStage, kJet, kLaserProfiler, kLamp, kJetB,  // nodes: replayed
   kSafety, kDropletEstimator,
+  kRobot, kValveA, kValveB, kLaserPoint, kHeater, kPathPlanner, kFlowEstimator,         // of a path printer
   kRecorder, kLauncher,                                                                 // outside replay
 };
-inline constexpr int kNodeCount = 12;
-inline constexpr int kReplayedNodeCount = 10;
+inline constexpr int kNodeCount = 19;
+inline constexpr int kReplayedNodeCount = 17;
 
 struct NodeInfo {
   NodeId id;
@@ -76,6 +79,19 @@ inline constexpr Channel<lamp_command_t> kLampCommand{"LAMP_COMMAND"};
 inline constexpr Channel<deposition_report_t> kDepositionReport{"DEPOSITION_REPORT"};
 inline constexpr Channel<pass_detail_t> kPassDetail{"PASS_DETAIL"};
 inline constexpr Channel<height_model_t> kHeightModel{"HEIGHT_MODEL"};
+inline constexpr Channel<trajectory_t> kTrajectory{"TRAJECTORY"};
+inline constexpr Channel<pulse_list_t> kPulseList{"PULSE_LIST"};
+inline constexpr Channel<path_job_t> kPathJob{"PATH_JOB"};
+inline constexpr Channel<path_report_t> kPathReport{"PATH_REPORT"};
+inline constexpr Channel<robot_command_t> kRobotCommand{"ROBOT_COMMAND"};
+inline constexpr Channel<valve_command_t> kValveACommand{"VALVE_A_COMMAND"};
+inline constexpr Channel<valve_command_t> kValveBCommand{"VALVE_B_COMMAND"};
+inline constexpr Channel<laser_command_t> kLaserCommand{"LASER_COMMAND"};
+inline constexpr Channel<laser_samples_t> kLaserSamples{"LASER_SAMPLES"};
+inline constexpr Channel<heater_command_t> kHeaterCommand{"HEATER_COMMAND"};
+inline constexpr Channel<temperature_t> kTemperature{"TEMPERATURE"};
+inline constexpr Channel<control_surface_t> kControlSurface{"CONTROL_SURFACE"};
+inline constexpr Channel<flow_model_t> kFlowModel{"FLOW_MODEL"};
 inline constexpr Channel<layer_metrics_t> kLayerMetrics{"LAYER_METRICS"};
 inline constexpr Channel<preview_t> kHeightPreview{"HEIGHT_PREVIEW"};
 inline constexpr Channel<enable_t> kEnable{"ENABLE"};

@@ -29,6 +29,19 @@ enum class ProfilerVerb : std::int8_t { kArm = 1, kEnd = 2 };
 enum class LampVerb : std::int8_t { kExpose = 1 };
 enum class OperatorVerb : std::int8_t { kAcceptDoubt = 1 };
 
+enum class RobotVerb : std::int8_t { kHome = 1, kLoad = 2, kRun = 3, kMove = 4, kDrop = 5 };
+enum class ValveVerb : std::int8_t { kLoad = 1, kArm = 2, kDisarm = 3 };
+enum class LaserVerb : std::int8_t { kArm = 1, kCollect = 2, kReading = 3 };
+enum class HeaterVerb : std::int8_t { kSet = 1 };
+/// robot_command_t.signals
+enum RobotSignal : std::int32_t { kSignalValveA = 1, kSignalValveB = 2, kSignalLaser = 4 };
+/// robot_command_t.tool
+enum class RobotTool : std::int8_t { kFlange = 0, kNozzleA = 1, kNozzleB = 2, kLaser = 3 };
+/// path_job_t.valve, pulse_list_t.valve
+enum class Valve : std::int8_t { kNone = 0, kA = 1, kB = 2 };
+/// control_surface_t.version
+enum class ControlVersion : std::int8_t { kPathSpeed = 0, kValveFrequency = 1 };
+
 /// height_map_t.quality
 enum class CellQuality : std::int8_t { kMeasured = 0, kInFilled = 1, kOutlierReplaced = 2 };
 

@@ -13,8 +13,9 @@ constexpr int kSilentTicks = 10;  // own ticks without a heartbeat; own ticks, s
 
 }  // namespace
 
-Safety::Safety(const RunConfig& config, bool two_jets) : config_(config), two_jets_(two_jets) {
+Safety::Safety(const Experiment& experiment) : config_(experiment.run) {
   for (const NodeInfo& n : nodes()) {
+    driver_[std::size_t(n.id)] = n.driver && takes_part(experiment, n.name);
     if (n.id != NodeId::kSafety) {
       subscribe(channels::fault(n.id), this);
       subscribe(channels::heartbeat(n.id), this);
@@ -115,7 +116,7 @@ void Safety::send_stop(Outbox& out) {
 // stands in its FAULT. SUSPECT or FAULT states count as not safe.
 bool Safety::all_safe(std::int64_t epoch) const {
   for (const NodeInfo& n : nodes()) {
-    if (!n.driver || (n.id == NodeId::kJetB && !two_jets_)) continue;
+    if (!driver_[std::size_t(n.id)]) continue;
     const DriverState& d = drivers_[std::size_t(n.id)];
     if (!d.heard || d.state != kStateSafe || d.epoch < epoch) return false;
   }
@@ -146,8 +147,7 @@ void Safety::check_heartbeats(Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_safety(const std::string& config_toml, const Blobs&) {
-  const Experiment e = parse_experiment(config_toml, "experiment.toml");
-  return std::make_unique<Safety>(e.run, has_two_jets(e));
+  return std::make_unique<Safety>(parse_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

@@ -19,8 +19,7 @@ namespace firn {
 /// reset edge is a new start by the operator (latch, docs/safety.md).
 class Safety : public Node {
  public:
-  /// @param two_jets whether the jet of ink B takes part
-  explicit Safety(const RunConfig& config, bool two_jets = false);
+  explicit Safety(const Experiment& experiment);
 
   void start(const Start&, Time now, Outbox&) override;
   void wake(TimerId, Time now, Outbox&) override;
@@ -48,7 +47,7 @@ class Safety : public Node {
   Time period_after(Time now) const { return now.after_s(config_.safety_period_s * config_.time_scale); }
 
   RunConfig config_;
-  bool two_jets_;
+  std::array<bool, kNodeCount> driver_{};  ///< the drivers that take part
   Phase phase_ = Phase::kOver;
   std::int32_t incarnation_ = 0;
   std::int64_t epoch_ = 0;

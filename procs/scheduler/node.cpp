@@ -24,7 +24,7 @@ Scheduler::Scheduler(const Experiment& experiment, HeightMap target, Mask mask)
     if (!n.driver) continue;
     subscribe(channels::answer(n.id), this);
     subscribe(channels::device_state(n.id), this);
-    if (n.id != NodeId::kJetB || two_jets_) all_drivers_ |= bit(n.id);
+    if (takes_part(experiment_, n.name)) all_drivers_ |= bit(n.id);
   }
   subscribe(channels::kEnable, this);
   subscribe(channels::kSafeStop, this);

@@ -11,8 +11,14 @@ namespace {
 
 constexpr NodeId kDrivers[] = {NodeId::kStage, NodeId::kJet, NodeId::kLaserProfiler, NodeId::kLamp};
 
+Experiment lab(bool two_jets) {
+  Experiment e;
+  if (two_jets) e.control.scheme = "registration";
+  return e;
+}
+
 struct Bench : test::NodeBench {
-  explicit Bench(bool two_jets = false) : NodeBench(NodeId::kSafety, std::make_unique<Safety>(RunConfig{}, two_jets)) { start(); }
+  explicit Bench(bool two_jets = false) : NodeBench(NodeId::kSafety, std::make_unique<Safety>(lab(two_jets))) { start(); }
   void state(NodeId driver, DeviceState state, std::int64_t epoch) {
     device_state_t m{};
     m.node = info(driver).name;
