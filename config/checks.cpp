@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <span>
 
 #include "config/error.h"
 #include "config/fields.h"
+#include "core/control/controller.h"
+#include "core/control/surface/surface_controller.h"
 
 namespace firn {
 namespace {
@@ -203,11 +206,51 @@ void check_instruments(Rules& r) {
             "a line of laser_profiler.points = " + r.value("laser_profiler.points") + " does not cover the grid of " + mm(width_mm));
 }
 
+void check_valve(Rules& r, const char* table_hz, const ValveLineConfig& v) {
+  r.require(v.table_hz.size() == v.table_mm3_s.size(), {table_hz}, "needs as many frequencies as flows");
+  bool ascends = true;
+  for (std::size_t n = 1; n < std::min(v.table_hz.size(), v.table_mm3_s.size()); ++n)
+    ascends = ascends && v.table_hz[n] > v.table_hz[n - 1] && v.table_mm3_s[n] > v.table_mm3_s[n - 1];
+  r.require(ascends, {table_hz}, "both columns of the flow curve must ascend");
+}
+
+template <class Scheme>
+void check_scheme(Rules& r, std::span<const Scheme> schemes) {
+  std::string names;
+  bool known = false;
+  for (const Scheme& s : schemes) {
+    names += (names.empty() ? "" : ", ") + std::string(s.name);
+    known = known || s.name == r.experiment().control.scheme;
+  }
+  r.require(known, {"control.scheme", "lab.kind"}, "lab.kind = " + r.value("lab.kind") + " knows " + names);
+}
+
+void check_ice(Rules& r) {
+  const Experiment& e = r.experiment();
+  check_scheme<control::SurfaceScheme>(r, control::surface_schemes());
+  for (const auto& [key, file] : {std::pair{"ice.mesh", &e.ice.mesh}, {"ice.slice", &e.ice.slice}, {"ice.machine", &e.ice.machine}})
+    r.require(!file->empty(), {key, "lab.kind"}, "an ice lab needs this file");
+  r.require(e.ice.nozzle_gap_mm > e.ice.clearance_mm, {"ice.nozzle_gap_mm", "ice.clearance_mm"},
+            "must be above ice.clearance_mm = " + r.value("ice.clearance_mm"));
+  check_valve(r, "valve_a.table_hz", e.valve_a);
+  check_valve(r, "valve_b.table_hz", e.valve_b);
+  const IcePlantConfig& p = e.plant.ice;
+  r.require(p.foot_mm.empty() || p.foot_mm.size() == 4, {"plant.ice.foot_mm"}, "needs four heights");
+  r.require(p.screw_mm.empty() || p.screw_mm.size() == 9, {"plant.ice.screw_mm"}, "needs nine heights");
+  r.require((p.field_width_mm > 0.0) == (p.field_depth_mm > 0.0), {"plant.ice.field_width_mm", "plant.ice.field_depth_mm"},
+            "must be 0 together with plant.ice.field_depth_mm = " + r.value("plant.ice.field_depth_mm"));
+  r.require(e.heater.low_degC < e.heater.tip_degC && e.heater.tip_degC < e.heater.high_degC,
+            {"heater.tip_degC", "heater.low_degC", "heater.high_degC"},
+            "must lie between heater.low_degC = " + r.value("heater.low_degC") + " and heater.high_degC = " + r.value("heater.high_degC"));
+}
+
 }  // namespace
 
 void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file) {
   Rules rules(experiment, origins, file);
   check_run(rules);
+  if (is_ice(experiment)) return check_ice(rules);
+  check_scheme<control::Scheme>(rules, control::schemes());
   check_part(rules);
   check_geometry(rules);
   check_model(rules);

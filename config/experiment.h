@@ -8,15 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include "config/ice.h"
 #include "core/grid/grid.h"
 #include "core/grid/shapes.h"
 #include "core/grid/solids.h"
 
 namespace firn {
-
-struct LabConfig {
-  std::string kind = "inkjet";     ///< "inkjet": stage, jets, profiler, lamp; "ice": arm, valves, point laser, heaters
-};
 
 struct PartConfig {
   ShapeSpec shape;                 ///< shape.kind "height_map" takes the image instead
@@ -58,6 +55,8 @@ struct SmfConfig {                 ///< [Barnett, (5.1), (5.2)]
   double layer_height_mm = 0.0;    ///< nominal layer; 0 = h1 + 4 h2 + 4 h3
   int max_drops = 2;               ///< per cell and layer
   std::string rounding = "diffusion";  ///< "nearest", "diffusion" or "carry"
+  double speed_range = 0.3;        ///< ice: the path speed stays within this share of nominal
+  std::string version = "speed";   ///< ice: "speed" (c-controller, (5.8)) or "frequency" (nu-controller, (6.3))
 };
 
 struct ThresholdConfig {           ///< after Cohen and Lipson [7 of Lu 2015]
@@ -186,6 +185,7 @@ struct PlantConfig {
   double nozzle_b_y_mm = 0.0;
   double sensor_noise_mm = 0.001;  ///< Lu V-B: 1 um
   double dropout_fraction = 0.005;
+  IcePlantConfig ice;
 };
 
 struct BusConfig {
@@ -205,8 +205,8 @@ struct RunConfig {
 };
 
 struct Experiment {
-  LabConfig lab;
   RunConfig run;
+  LabConfig lab;
   GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
   PartConfig part;
   GeometryConfig geometry;
@@ -219,6 +219,12 @@ struct Experiment {
   JetBConfig jet_b;
   LaserProfilerConfig laser_profiler;
   LampConfig lamp;
+  IceConfig ice;
+  RobotConfig robot;
+  ValveLineConfig valve_a, valve_b;
+  LaserPointConfig laser_point;
+  HeaterConfig heater;
+  FlowConfig flow;
   PlantConfig plant;
   BusConfig bus;
 };
@@ -226,7 +232,11 @@ struct Experiment {
 /// Whether the lab has a second nozzle with its jet: for a part of two inks, or to measure where it stands.
 bool has_two_jets(const Experiment& experiment);
 
-/// Whether the node of that name (lcmtypes/channels.h) takes part in such a print. Recorder and launcher always do.
+/// Whether the lab is the ice printer (config/ice.h).
+bool is_ice(const Experiment& experiment);
+
+/// Whether a node of the channel table takes part in an experiment: those of the lab's kind, jet_b only with two jets,
+/// droplet_estimator only where it is asked for. What it does not know takes part: the launcher, the recorder.
 bool takes_part(const Experiment& experiment, std::string_view node);
 
 /// @throws ConfigError: file, line, key, value, unit and limit; for an unknown key also the nearest known one.
@@ -237,7 +247,8 @@ Experiment parse_experiment(const std::string& toml_text, const std::string& fil
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides);
 
-/// Every field, with its value, in table order: what a run keeps and what nodes are built from.
+/// Every field that the experiment's kind of lab has, with its value, in table order: what a run keeps and what nodes
+/// are built from.
 /// parse_experiment(dump(e)) == e, and dump is the same bytes for equal experiments.
 std::string dump(const Experiment& experiment);
 

@@ -1,6 +1,9 @@
 #include "config/fields.h"
 
+#include <algorithm>
+
 #include "core/control/controller.h"
+#include "core/control/surface/surface_controller.h"
 
 namespace firn {
 namespace {
@@ -30,6 +33,8 @@ Limits solids() {
 Limits schemes() {
   std::vector<std::string_view> names;
   for (const control::Scheme& s : control::schemes()) names.push_back(s.name);
+  for (const control::SurfaceScheme& s : control::surface_schemes())
+    if (std::find(names.begin(), names.end(), s.name) == names.end()) names.push_back(s.name);
   return one_of(names);
 }
 
@@ -92,7 +97,7 @@ Table control_fields(Experiment& e) {
       {"model.g2_mm", &e.model.g2_mm, "mm", within(0, 10), "two inks: beside a droplet of support, per edge"},
       {"model.g3_mm", &e.model.g3_mm, "mm", within(0, 10), "two inks: beside a droplet of support, per corner"},
       {"model.border", &e.model.border, "", one_of({"lose", "keep"}), "the grid's edge: droplets flow over it, or a wall holds them"},
-      {"control.scheme", &e.control.scheme, "", schemes(), "who decides the next layer"},
+      {"control.scheme", &e.control.scheme, "", schemes(), "who decides the next layer; ice: open_loop, smf or smf_adaptive"},
       {"control.max_layers", &e.control.max_layers, "", within(1, kMaxLayers), "the print stops for the operator beyond this"},
       {"control.smoothing", &e.control.smoothing, "", within(0, 1), "1 = robust DCT smoothing of the map [Garcia 2010], 0 = raw map"},
       {"control.adapt_model", &e.control.adapt_model, "", one_of({"off", "on"}), "on: MPC plans with the h1..h3 that droplet_estimator has learned so far"},
@@ -108,6 +113,8 @@ Table control_fields(Experiment& e) {
       {"control.smf.layer_height_mm", &s.layer_height_mm, "mm", within(0, 10), "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
       {"control.smf.max_drops", &s.max_drops, "", within(1, 255), "droplets per cell and layer"},
       {"control.smf.rounding", &s.rounding, "", one_of({"nearest", "diffusion", "carry"}), "what becomes of fractions of a droplet: dropped, spread to neighbours, kept for the next layer"},
+      {"control.smf.speed_range", &s.speed_range, "", within(0, 0.9), "ice: the c-controller keeps the path speed within this share of nominal [5.2.2]"},
+      {"control.smf.version", &s.version, "", one_of({"speed", "frequency"}), "ice: what carries the action: the path speed (c-controller) [Barnett, (5.8)] or the valve frequency (nu-controller) [(6.3)]"},
       {"control.threshold.threshold_mm", &e.control.threshold.threshold_mm, "mm", within(0, 10), "a cell that is short by more gets a droplet; 0 = half a layer"},
       {"control.threshold.layer_height_mm", &e.control.threshold.layer_height_mm, "mm", within(0, 10), "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
       {"control.mpc.method", &m.method, "", one_of({"greedy", "descent", "strip_dp", "certified"}), "greedy: the paper's stochastic search [Lu 2015, IV-C]; descent: the same single droplets in raster order; strip_dp: exact optima of overlapping strips, for horizon > 1 strips of each layer and annealing: the best; certified: one layer within a tenth of a percent of the optimum, several as strip_dp"},
@@ -197,9 +204,8 @@ Table lab_fields(Experiment& e) {
   };
 }
 
-Table world_fields(Experiment& e) {
+Table plant_fields(Experiment& e) {
   PlantConfig& p = e.plant;
-  BusConfig& b = e.bus;
   return {
       {"plant.model", &p.model, "", one_of({"droplets", "lu2015"}), "Firn's own physics, or the paper's simulation"},
       {"plant.seed", &p.seed, "", within(0, kLong), "of all disturbances"},
@@ -214,6 +220,12 @@ Table world_fields(Experiment& e) {
       {"plant.nozzle_b_y_mm", &p.nozzle_b_y_mm, "mm", within(-1000, 1000), "the same along y"},
       {"plant.sensor_noise_mm", &p.sensor_noise_mm, "mm", within(0, 1), "standard deviation of one height [Lu 2015, V-B]"},
       {"plant.dropout_fraction", &p.dropout_fraction, "", within(0, 1), "profile points without a reading"},
+  };
+}
+
+Table bus_fields(Experiment& e) {
+  BusConfig& b = e.bus;
+  return {
       {"bus.loss", &b.loss, "", within(0, 0.9), "fault injection: received datagrams dropped"},
       {"bus.duplicate", &b.duplicate, "", within(0, 0.9), "fault injection: datagrams delivered twice"},
       {"bus.reorder", &b.reorder, "", within(0, 0.9), "fault injection: datagrams that overtake"},
@@ -227,7 +239,6 @@ Table world_fields(Experiment& e) {
 
 std::vector<Field> fields(Experiment& e) {
   Table t = {
-      {"lab.kind", &e.lab.kind, "", one_of({"inkjet", "ice"}), "the machine: inkjet = stage, jets, profiler, lamp; ice = arm, valves, point laser, heaters"},
       {"run.name", &e.run.name, "", text(), "last part of the run folder's name: letters, digits, '.', '_', '-'"},
       {"run.time_scale", &e.run.time_scale, "", within(1, 10), "live: node time runs this many times faster than wall time"},
       {"run.lease_s", &e.run.lease_s, "s", above(0, 10), "a driver without a lease for this long (wall time) makes its instrument safe"},
@@ -237,7 +248,10 @@ std::vector<Field> fields(Experiment& e) {
   add(t, geometry_fields(e));
   add(t, control_fields(e));
   add(t, lab_fields(e));
-  add(t, world_fields(e));
+  add(t, ice_fields(e));
+  add(t, plant_fields(e));
+  add(t, ice_plant_fields(e));
+  add(t, bus_fields(e));
   return t;
 }
 

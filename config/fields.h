@@ -35,8 +35,14 @@ struct Field {
   std::string_view name() const { return key.substr(key.rfind('.') + 1); }
 };
 
-/// Every field of `experiment`, in the order of the dump: sections stand together.
+/// Every field of `experiment`, of all kinds of labs, in the order of the dump: sections stand together.
 std::vector<Field> fields(Experiment& experiment);
+/// Those of the ice lab (lab.kind to flow, then plant.ice), part of fields().
+std::vector<Field> ice_fields(Experiment& experiment);
+std::vector<Field> ice_plant_fields(Experiment& experiment);
+
+/// Whether a kind of lab has the field: "inkjet" knows no robot, "ice" no jet.
+bool belongs(const Field& field, std::string_view lab_kind);
 
 /// Value as TOML: shortest text that reads back to the same value; canonical (-0.0 is written 0.0).
 std::string value_text(const Field& field);

@@ -95,6 +95,7 @@ class Reader {
   }
 
   const Origins& origins() const { return origins_; }
+  const std::vector<Field>& fields() const { return fields_; }
 
  private:
   bool is_section(const std::string& key) const {
@@ -199,6 +200,15 @@ class Reader {
   Origins origins_;
 };
 
+// What the other kind of lab alone knows would be lost in silence. (A lab.kind = "inkjet" says what is so anyway.)
+void check_kind(const Reader& reader, const std::string& kind) {
+  for (const Field& f : reader.fields())
+    if (const auto origin = reader.origins().find(std::string(f.key));
+        origin != reader.origins().end() && f.key != "lab.kind" && !belongs(f, kind))
+      throw ConfigError(origin->second.file, origin->second.line, std::string(f.key),
+                        std::string(f.key) + " = " + value_text(f) + ": lab.kind = \"" + kind + "\" has no such key");
+}
+
 }  // namespace
 
 Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name, const std::vector<std::string>& overrides) {
@@ -224,7 +234,7 @@ std::string include_of(const std::string& toml_text, const std::string& file_nam
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides) {
   Experiment experiment;
-  Reader reader(fields(experiment));
+  Reader reader(firn::fields(experiment));
   bool first = true;
   for (const auto& [file, text] : named_texts) {
     const toml::table table = parse_text(text, file);
@@ -235,6 +245,7 @@ Experiment parse_experiment(const std::vector<std::pair<std::string, std::string
     reader.read(table, file);
   }
   reader.override_with(overrides);
+  check_kind(reader, experiment.lab.kind);
   check_experiment(experiment, reader.origins(), named_texts.empty() ? "(defaults)" : named_texts.back().first);
   return experiment;
 }

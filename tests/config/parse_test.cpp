@@ -78,6 +78,7 @@ TEST_CASE("Every field refuses a value of the wrong type and says which it wants
   Experiment probe;
   for (const Field& f : fields(probe)) {
     for (const char* wrong : {"true", "1979-05-27", "{}", "[1, 2]"}) {
+      if (std::string_view(wrong) == "[1, 2]" && type_text(f) == "list of numbers") continue;
       INFO(f.key << " = " << wrong);
       const std::string what = what_of(std::string(f.key) + " = " + wrong);
       CHECK(what.find(std::string(f.key)) != std::string::npos);

@@ -1,0 +1,161 @@
+// The fields of the ice lab, and which fields a kind of lab has.
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "config/fields.h"
+
+namespace firn {
+namespace {
+
+Limits text() { return {}; }
+Limits within(double lo, double hi) { return {lo, hi, false, {}}; }
+Limits above(double lo, double hi) { return {lo, hi, true, {}}; }
+Limits one_of(std::vector<std::string_view> choices) {
+  Limits l;
+  l.choices = std::move(choices);
+  return l;
+}
+
+using Table = std::vector<Field>;
+void add(Table& t, Table rows) { t.insert(t.end(), rows.begin(), rows.end()); }
+
+Table part_of(Experiment& e) {
+  IceConfig& c = e.ice;
+  return {
+      {"lab.kind", &e.lab.kind, "", one_of({"inkjet", "ice"}), "which lab: droplets on a stage [Lu 2015], or the robot arm that prints ice [Barnett 2012]"},
+      {"ice.mesh", &c.mesh, "", text(), "part: STL, PLY, OBJ or 3MF, path relative to the experiment file"},
+      {"ice.slice", &c.slice, "", text(), "settings of firn slice, path relative to the experiment file; layer height and measurement paths are [ice]'s"},
+      {"ice.machine", &c.machine, "", text(), "machine of firn plan, path relative to the experiment file"},
+      {"ice.height_mm", &c.height_mm, "mm", within(0, 1000), "layers above are left out; 0 = the whole mesh"},
+      {"ice.origin_x_mm", &c.origin_x_mm, "mm", within(-1000, 1000), "of the part's frame in the robot's base frame"},
+      {"ice.origin_y_mm", &c.origin_y_mm, "mm", within(-1000, 1000), "the same along y"},
+      {"ice.origin_z_mm", &c.origin_z_mm, "mm", within(-1000, 1000), "joint 3 where the nozzle touches the table"},
+      {"ice.interval_layers", &c.interval_layers, "layers", within(1, 100), "n_d: deposited between two measurements [Barnett, 5.1.3]"},
+      {"ice.layer_height_mm", &c.layer_height_mm, "mm", above(0.01, 10), "nominal height of a layer"},
+      {"ice.pitch_mm", &c.pitch_mm, "mm", above(0.05, 100), "of the interval's maps"},
+      {"ice.measure_spacing_mm", &c.measure_spacing_mm, "mm", above(0.1, 100), "between measurement paths"},
+      {"ice.water_boundary_mm_s", &c.water.boundary_mm_s, "mm/s", above(0, 1000), "nominal speed of water boundary paths; the motion limits may lower it"},
+      {"ice.water_fill_mm_s", &c.water.fill_mm_s, "mm/s", above(0, 1000), "nominal speed of water fill paths"},
+      {"ice.water_measure_mm_s", &c.water.measure_mm_s, "mm/s", above(0, 1000), "speed of measuring ice; its errors grow with it [5.2.1]"},
+      {"ice.scaffold_boundary_mm_s", &c.scaffold.boundary_mm_s, "mm/s", above(0, 1000), "nominal speed of scaffold boundary paths"},
+      {"ice.scaffold_fill_mm_s", &c.scaffold.fill_mm_s, "mm/s", above(0, 1000), "nominal speed of scaffold fill paths"},
+      {"ice.scaffold_measure_mm_s", &c.scaffold.measure_mm_s, "mm/s", above(0, 1000), "speed of measuring scaffold"},
+      {"ice.nozzle_gap_mm", &c.nozzle_gap_mm, "mm", above(0, 100), "nozzle above the nominal surface"},
+      {"ice.clearance_mm", &c.clearance_mm, "mm", within(0, 100), "least height of the nozzle above the newest map; a path with less is run higher or refused (I6)"},
+      {"ice.hop_mm", &c.hop_mm, "mm", within(0, 200), "how much higher the nozzle travels between paths"},
+      {"ice.max_saturated_intervals", &c.max_saturated_intervals, "", within(1, 1000), "so many saturated intervals in a row stop the print: an empty tank, a blocked line"},
+      {"ice.saturated_share", &c.saturated_share, "", above(0, 1), "of the part's cells at their limit, above which an interval counts as saturated"},
+      {"ice.max_time_slip_s", &c.max_time_slip_s, "s", above(0, 10), "between a path's planned and measured duration (I7)"},
+      {"ice.max_pulses", &c.max_pulses, "", within(1, 16384), "of one list; a path with more is run in pieces"},
+  };
+}
+
+Table valve(ValveLineConfig& v, const std::array<std::string_view, 7>& keys) {
+  return {
+      {keys[0], &v.pulse_us, "us", within(500, 65535), "width of a pulse"},
+      {keys[5], &v.guard_us, "us", within(0, 65535), "least time between two pulses"},
+      {keys[6], &v.poll_firing_s, "s", above(0, 2), "between status questions while it fires"},
+      {keys[1], &v.latency_s, "s", within(0, 1), "from a pulse's tick to liquid on the surface, as the lab believes; firn calibrate measures it"},
+      {keys[2], &v.hz_per_mm3_s, "Hz s/mm^3", above(0, 1e6), "pulses per volume [(5.14)]; used while the table is empty"},
+      {keys[3], &v.table_hz, "Hz", within(0, 1000), "frequencies of the calibrated flow curve nu = h(Q), ascending [Fig. 6-1]"},
+      {keys[4], &v.table_mm3_s, "mm^3/s", within(0, 10000), "their flows"},
+  };
+}
+
+Table instruments(Experiment& e) {
+  RobotConfig& r = e.robot;
+  LaserPointConfig& l = e.laser_point;
+  HeaterConfig& h = e.heater;
+  Table t = {
+      {"robot.travel_mm_s", &r.travel_mm_s, "mm/s", above(0, 1000), "speed between paths"},
+      {"robot.hb_s", &r.hb_s, "s", above(0, 0.5), "heartbeat of the link; its watchdog stops the arm after a second without one"},
+      {"robot.poll_moving_s", &r.poll_moving_s, "s", above(0, 10), "between status questions while it moves"},
+      {"robot.block_lines", &r.block_lines, "", within(1, 1000), "path lines sent without waiting for an answer"},
+      {"robot.approach_hop_mm", &r.approach_hop_mm, "mm", within(0, 200), "raised so far above the higher end on the way to a path's first point"},
+      {"robot.approach_speed_percent", &r.approach_speed_percent, "%", within(1, 100), "speed on that way"},
+      {"robot.raise_on_stop_mm", &r.raise_on_stop_mm, "mm", within(0, 200), "after a stop"},
+      {"robot.home_z_mm", &r.home_z_mm, "mm", within(0, 210), "joint 3 at rest"},
+      {"robot.motion_margin_s", &r.motion_margin_s, "s", above(0, 100), "a motion may last so much longer than planned before it has failed (I5)"},
+  };
+  add(t, valve(e.valve_a, {"valve_a.pulse_us", "valve_a.latency_s", "valve_a.hz_per_mm3_s", "valve_a.table_hz", "valve_a.table_mm3_s", "valve_a.guard_us", "valve_a.poll_firing_s"}));
+  add(t, valve(e.valve_b, {"valve_b.pulse_us", "valve_b.latency_s", "valve_b.hz_per_mm3_s", "valve_b.table_hz", "valve_b.table_mm3_s", "valve_b.guard_us", "valve_b.poll_firing_s"}));
+  add(t, {
+      {"laser_point.rate_hz", &l.rate_hz, "Hz", within(1, 1000), "of stored samples"},
+      {"laser_point.latency_s", &l.latency_s, "s", within(-1, 1), "from the start of the motion to the first sample, as the lab believes; firn calibrate measures it"},
+      {"laser_point.offset_x_mm", &l.offset_x_mm, "mm", within(-100, 100), "of the spot beyond the machine's tool_laser, as the lab believes; firn calibrate measures it"},
+      {"laser_point.offset_y_mm", &l.offset_y_mm, "mm", within(-100, 100), "the same along y"},
+      {"laser_point.offset_z_mm", &l.offset_z_mm, "mm", within(-100, 100), "added to every height"},
+      {"laser_point.program_part", &l.program_part, "", within(0, 7), "the controller's stored settings for ice"},
+      {"laser_point.program_scaffold", &l.program_scaffold, "", within(0, 7), "and for scaffold"},
+      {"laser_point.surface_part", &l.surface_part, "", within(0, 4), "its kind of surface for ice: 0 normal, 1 translucent, 2, 3 transparent, 4 multi-reflective"},
+      {"laser_point.surface_scaffold", &l.surface_scaffold, "", within(0, 4), "and for scaffold"},
+      {"laser_point.sampling_us", &l.sampling_us, "us", within(20, 1000), "its own sampling period"},
+      {"laser_point.averaging", &l.averaging, "", within(0, 9), "over 4 to this power"},
+      {"laser_point.poll_s", &l.poll_s, "s", above(0, 10), "between status questions"},
+      {"heater.tip_degC", &h.tip_degC, "degC", within(-40, 100), "set point (a): end effector's tip, at the valves"},
+      {"heater.window_degC", &h.window_degC, "degC", within(-40, 100), "set point (b): laser window"},
+      {"heater.conduit_degC", &h.conduit_degC, "degC", within(-40, 100), "set point (c): conduit"},
+      {"heater.poll_s", &h.poll_s, "s", above(0, 10), "between readings"},
+      {"heater.low_degC", &h.low_degC, "degC", within(-40, 100), "below it the valves freeze: nothing is deposited (I10)"},
+      {"heater.high_degC", &h.high_degC, "degC", within(-40, 200), "above it the heaters go off (I10)"},
+      {"heater.no_rise_s", &h.no_rise_s, "s", above(0, 3600), "a heater that is on and does not warm in so long has failed"},
+      {"heater.frozen_s", &h.frozen_s, "s", above(0, 3600), "a reading that does not move at all in so long has failed"},
+      {"flow.feed_forward", &e.flow.feed_forward, "", one_of({"off", "on"}), "on: the flow that flow_estimator has learned takes the place of the calibrated curve"},
+  });
+  return t;
+}
+
+bool within_any(std::string_view key, std::span<const std::string_view> prefixes) {
+  return std::any_of(prefixes.begin(), prefixes.end(), [&](std::string_view p) { return key == p || (p.ends_with('.') && key.starts_with(p)); });
+}
+
+constexpr std::string_view kIceOnly[] = {"lab.", "ice.", "robot.", "valve_a.", "valve_b.", "laser_point.", "heater.", "flow.", "plant.ice.",
+                                         "control.smf.speed_range", "control.smf.version"};
+constexpr std::string_view kBoth[] = {"run.", "bus.", "lab.", "control.scheme", "control.smoothing", "control.smf.kp", "control.smf.ki_star",
+                                      "control.smf.kd_star", "control.smf.output_limit", "control.smf.integral_limit",
+                                      "process.max_rescans", "process.min_measured_fraction", "plant.seed"};
+
+}  // namespace
+
+std::vector<Field> ice_fields(Experiment& e) {
+  Table t = part_of(e);
+  add(t, instruments(e));
+  return t;
+}
+
+std::vector<Field> ice_plant_fields(Experiment& e) {
+  IcePlantConfig& p = e.plant.ice;
+  return {
+      {"plant.ice.field_x0_mm", &p.field_x0_mm, "mm", within(-1000, 1000), "low corner of the simulated surface, in the part's frame"},
+      {"plant.ice.field_y0_mm", &p.field_y0_mm, "mm", within(-1000, 1000), "the same along y"},
+      {"plant.ice.field_width_mm", &p.field_width_mm, "mm", within(0, 500), "its size along x; 0 = firn print puts it round all paths"},
+      {"plant.ice.field_depth_mm", &p.field_depth_mm, "mm", within(0, 500), "the same along y"},
+      {"plant.ice.cell_mm", &p.cell_mm, "mm", within(0.15, 0.6), "cells of the simulated surface"},
+      {"plant.ice.drift_water", &p.drift_water, "", within(-0.3, 0.3), "relative change of the water's flow in the end"},
+      {"plant.ice.drift_sme", &p.drift_sme, "", within(-0.3, 0.3), "relative change of the scaffold's flow in the end"},
+      {"plant.ice.origin_dx_mm", &p.origin_dx_mm, "mm", within(-20, 20), "where the part's frame truly stands, beyond ice.origin_x_mm"},
+      {"plant.ice.origin_dy_mm", &p.origin_dy_mm, "mm", within(-20, 20), "the same along y"},
+      {"plant.ice.origin_dz_mm", &p.origin_dz_mm, "mm", within(-20, 20), "the same along z"},
+      {"plant.ice.laser_dx_mm", &p.laser_dx_mm, "mm", within(-20, 20), "where the laser's spot truly is, beyond the machine's tool_laser"},
+      {"plant.ice.laser_dy_mm", &p.laser_dy_mm, "mm", within(-20, 20), "the same along y"},
+      {"plant.ice.laser_dz_mm", &p.laser_dz_mm, "mm", within(-5, 5), "the same along z"},
+      {"plant.ice.valve_a_dx_mm", &p.valve_a_dx_mm, "mm", within(-20, 20), "where the water nozzle truly is, beyond the machine's tool_water"},
+      {"plant.ice.valve_a_dy_mm", &p.valve_a_dy_mm, "mm", within(-20, 20), "the same along y"},
+      {"plant.ice.valve_b_dx_mm", &p.valve_b_dx_mm, "mm", within(-20, 20), "where the scaffold nozzle truly is, beyond the machine's tool_scaffold"},
+      {"plant.ice.valve_b_dy_mm", &p.valve_b_dy_mm, "mm", within(-20, 20), "the same along y"},
+      {"plant.ice.tank_water_mm3", &p.tank_water_mm3, "mm^3", within(0, 1e9), "water in the tank"},
+      {"plant.ice.tank_sme_mm3", &p.tank_sme_mm3, "mm^3", within(0, 1e9), "scaffold material in the tank"},
+      {"plant.ice.debris_per_h", &p.debris_per_h, "1/h", within(0, 1000), "bumps that fall on the part"},
+      {"plant.ice.foot_mm", &p.foot_mm, "mm", within(-10, 10), "levelling table: heights of its four feet; empty = level"},
+      {"plant.ice.screw_mm", &p.screw_mm, "mm", within(-10, 10), "and of its nine screws, row by row; empty = level"},
+  };
+}
+
+// An ink-jet lab's dump is what it was before there was another kind: it does not even name the kind.
+bool belongs(const Field& f, std::string_view lab_kind) {
+  const bool ice_only = within_any(f.key, kIceOnly);
+  return lab_kind == "ice" ? ice_only || within_any(f.key, kBoth) : !ice_only;
+}
+
+}  // namespace firn
