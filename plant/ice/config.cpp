@@ -103,7 +103,7 @@ IceWorldConfig::IceWorldConfig() {
   line[1].viscosity_b_K = 2145.0;
   line[1].density_kg_m3 = 875.0;
   bead[1].deepest_mm = 0.30;
-  bead[1].spill = 0.10;
+  bead[1].spill = 0.40;
   bead[1].scatter_mm = 0.15;
 }
 

@@ -21,7 +21,7 @@ struct IceBeadParams {
   double pool_mm = 0.24;         ///< thickness at which liquid on level ground stops spreading, 0.05 .. 1
   double deepest_mm = 0.40;      ///< at most this much of one drop stays in a low place, 0.05 .. 2
   double edge_mm = 0.60;         ///< ground this much below the liquid is an edge, where it hangs on, 0.1 .. 5
-  double spill = 0.20;           ///< share of `deepest` that goes over an edge all the same, 0 .. 1
+  double spill = 0.60;           ///< share of what reaches over an edge that falls, 0 .. 1
   double scatter_mm = 0.20;      ///< landing point of a drop about the jet's axis, standard deviation, 0 .. 2
   double wander_rad = 0.035;     ///< the jet's direction about the nozzle's axis, standard deviation, 0 .. 0.3
   double wander_tau_s = 0.4;     ///< 0.01 .. 100
@@ -38,7 +38,7 @@ struct IceLineParams {
   double full_flow_mm3_s = 200.0;      ///< through the open valve at the tank's pressure and 20 degC, 10 .. 250
   double line_drop = 0.04;             ///< share of the tank's pressure lost in the tubing at full flow, 0 .. 0.5
   double line_tau_s = 0.030;           ///< compliance of the tubing refills with this time constant, 0.001 .. 10
-  double recovery_share = 0.55;        ///< a pulse right after another is shorter by this share, 0 .. 0.9
+  double recovery_share = 0.40;        ///< a pulse right after another is shorter by this share, 0 .. 0.9
   double recovery_tau_s = 0.0016;      ///< and that share fades with this time constant, 1e-4 .. 0.1
   double open_delay_s = 0.0011;        ///< from the end of the trigger's tick to the middle of the pulse, 0 .. 0.05
   double coil_gain = 0.20;             ///< flow + this at 500 Hz for ever, 0 .. 0.5
@@ -131,8 +131,8 @@ struct IceDisturbanceParams {
   double debris_radius_mm = 1.5;
   double pattern = 0.015;           ///< frozen volume by place (trapped air, frost), standard deviation, 0 .. 0.2
   double pattern_mm = 40.0;         ///< its length
-  double roughness = 0.10;          ///< share of each layer's height that freezes rough, new in every layer
-  double roughness_mm = 2.0;        ///< its length
+  double roughness = 0.24;          ///< share of each layer's height that freezes rough, new in every layer
+  double roughness_mm = 2.5;        ///< its length
   double gap_mm = 3.0;              ///< clearance for which the jet's wander is stated
 };
 

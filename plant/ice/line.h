@@ -1,0 +1,66 @@
+// From tank to drop: what one pulse of a micro-solenoid valve gives [mm^3].
+//
+// Open valve: p = a Q^2 + b nu(T) Q, orifice of the nozzle (a = rho / (2 Cd^2 A^2)) and laminar loss before it; b is
+// what makes Q the stated full flow at the tank's pressure and 20 degC. nu(T) = nu_40 exp(B (1/T - 1/313.15 K)).
+// Tubing: the line's pressure is p_tank (1 - s); s' = -s / tau + line_drop Q / (full flow tau), solved in closed form
+// between pulses, so that at full flow s = line_drop. Valve: a pulse that follows another after `gap` opens it for
+// t_pulse (1 - alpha exp(-gap / tau_r)). Volume = Q t_open (1 + coil) (1 + drift) (1 + pulsation).
+// Low frequencies give Q(nu) = nu Q_0 t_pulse, high ones less [Barnett 2012, Fig. 6-1].
+#pragma once
+
+#include <cstdint>
+
+#include "core/grid/random.h"
+#include "plant/ice/config.h"
+
+namespace firn::plant {
+
+/// Kinematic viscosity [mm^2/s].
+double viscosity_mm2_s(const IceLineParams& p, double degC);
+/// Flow through the open valve [mm^3/s] at a pressure before it.
+double open_flow_mm3_s(const IceLineParams& p, double pressure_kpa, double degC);
+
+/// An Ornstein-Uhlenbeck process of standard deviation 1, sampled at any times.
+struct Wander {
+  double value = 0.0;
+  std::int64_t draws = 0;
+  /// @param draw a standard normal
+  void step(double keep, double draw);
+};
+
+/// Trivially copyable: its bytes are its state.
+class Line {
+ public:
+  Line(const IceLineParams& params, std::uint64_t seed, int number);
+
+  struct Slow {  ///< read from Heat at most once a second
+    double degC = 20.0, coil = 0.0;
+    bool empty = false;
+  };
+  void set_slow(const Slow& slow, double t_s);
+
+  /// Volume of the pulse that begins at t_s (which never runs backwards) and lasts pulse_s.
+  double pulse(double t_s, double pulse_s);
+
+  void block(bool blocked) { blocked_ = blocked; }
+  double pressure_share() const { return 1.0 - sag_; }
+  /// Share of the pulsation apart, a pulse in the middle of many at a steady frequency [mm^3]: closed form.
+  double steady_pulse_mm3(double frequency_hz, double pulse_s) const;
+  std::int64_t pulses() const { return pulses_; }
+  double jet_speed_mm_s() const;
+
+ private:
+  double flow(double share) const;
+
+  IceLineParams params_;
+  std::uint64_t seed_ = 0;
+  std::uint32_t number_ = 0;
+  double orifice_ = 0.0, laminar_ = 0.0;  ///< p [kPa] = orifice_ Q^2 + laminar_ Q, Q in mm^3/s
+  double factor_ = 1.0;                   ///< coil and drift
+  double sag_ = 0.0, last_s_ = -1e9, closed_s_ = -1e9;
+  Wander pulsation_;
+  bool empty_ = false, blocked_ = false;
+  std::int64_t pulses_ = 0;
+};
+
+}  // namespace firn::plant
