@@ -2,9 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
-#include <span>
 #include <vector>
 
 namespace firn::slice {
@@ -26,21 +27,30 @@ struct BoxOf {
 };
 
 /// A tree of boxes by position in the list: eight children to a box. Building and asking are linear in practice.
-template <class T>
 class BoxTree {
  public:
-  using Box = BoxOf<T>;
+  using Box = BoxOf<std::int32_t>;
 
-  std::vector<Box>& leaves() { return levels_[0]; }  ///< fill, then build()
+  /// All leaves are to be set, then build().
+  void resize(std::size_t leaves) { levels_[0].resize(leaves); }
+  void set(std::size_t leaf, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) {
+    levels_[0][leaf].lanes = Lanes{x0, y0, -x1, -y1};
+  }
+  void set(std::size_t leaf, const Box& b) { set(leaf, b.x0, b.y0, b.x1, b.y1); }
 
   void build() {
     depth_ = 1;
     while (levels_[depth_ - 1].size() > kFan) {
       if (depth_ == levels_.size()) levels_.emplace_back();
-      const std::vector<Box>& below = levels_[depth_ - 1];
-      std::vector<Box>& here = levels_[depth_++];
-      here.assign((below.size() + kFan - 1) / kFan, Box{});
-      for (std::size_t i = 0; i < below.size(); ++i) here[i / kFan].add(below[i]);
+      const std::vector<Packed>& below = levels_[depth_ - 1];
+      std::vector<Packed>& here = levels_[depth_++];
+      here.resize((below.size() + kFan - 1) / kFan);
+      for (std::size_t i = 0; i < here.size(); ++i) {
+        Lanes all = below[i * kFan].lanes;
+        for (std::size_t k = i * kFan + 1, end = std::min(below.size(), (i + 1) * kFan); k < end; ++k)
+          all = below[k].lanes < all ? below[k].lanes : all;
+        here[i].lanes = all;
+      }
     }
   }
 
@@ -52,12 +62,24 @@ class BoxTree {
 
   /// f(i) for all leaves that meet a box.
   template <class F>
-  void touching(const Box& box, F&& f) const {
-    down(depth_ - 1, 0, levels_[depth_ - 1].size(), box, f);
+  void touching(const Box& b, F&& f) const {
+    down(depth_ - 1, 0, levels_[depth_ - 1].size(), reach(Lanes{b.x0, b.y0, -b.x1, -b.y1}), f);
   }
 
  private:
   static constexpr std::size_t kFan = 8;
+
+  // A box is x0, y0, -x1, -y1, so that four comparisons are one: a meets b where no number of a is above reach(b).
+  using Lanes = std::int32_t __attribute__((vector_size(16)));
+  struct Packed {
+    Lanes lanes;
+  };
+  static Lanes reach(Lanes b) { return -__builtin_shufflevector(b, b, 2, 3, 0, 1); }
+  static bool within(Lanes a, Lanes reach) {
+    using Halves = std::int64_t __attribute__((vector_size(16)));
+    const Halves above = std::bit_cast<Halves>(a > reach);
+    return (above[0] | above[1]) == 0;
+  }
 
   std::size_t end_of(std::size_t level, std::size_t parent) const {
     return std::min(levels_[level].size(), (parent + 1) * kFan);
@@ -65,11 +87,12 @@ class BoxTree {
 
   template <class F>
   void self(std::size_t level, std::size_t begin, std::size_t end, F& f) const {
-    const Box* boxes = levels_[level].data();
+    const Packed* boxes = levels_[level].data();
     for (std::size_t i = begin; i < end; ++i) {
       if (level) self(level - 1, i * kFan, end_of(level - 1, i), f);
+      const Lanes mine = reach(boxes[i].lanes);
       for (std::size_t j = i + 1; j < end; ++j)
-        if (boxes[i].meets(boxes[j])) cross(level, i, j, f);
+        if (within(boxes[j].lanes, mine)) cross(level, i, j, f);
     }
   }
   template <class F>
@@ -78,24 +101,30 @@ class BoxTree {
       f(i, j);
       return;
     }
-    const Box* below = levels_[level - 1].data();
-    const Box& other = levels_[level][j];
+    const Packed* below = levels_[level - 1].data();
+    const Lanes first = reach(levels_[level][i].lanes), second = reach(levels_[level][j].lanes);
+    std::size_t near[kFan], count = 0;
+    for (std::size_t b = j * kFan, b_end = end_of(level - 1, j); b < b_end; ++b) {
+      near[count] = b;
+      count += within(below[b].lanes, first);
+    }
     for (std::size_t a = i * kFan, a_end = end_of(level - 1, i); a < a_end; ++a) {
-      if (!below[a].meets(other)) continue;
-      for (std::size_t b = j * kFan, b_end = end_of(level - 1, j); b < b_end; ++b)
-        if (below[a].meets(below[b])) cross(level - 1, a, b, f);
+      if (!within(below[a].lanes, second)) continue;
+      const Lanes mine = reach(below[a].lanes);
+      for (std::size_t n = 0; n < count; ++n)
+        if (within(below[near[n]].lanes, mine)) cross(level - 1, a, near[n], f);
     }
   }
   template <class F>
-  void down(std::size_t level, std::size_t begin, std::size_t end, const Box& box, F& f) const {
+  void down(std::size_t level, std::size_t begin, std::size_t end, Lanes reach, F& f) const {
     for (std::size_t i = begin; i < end; ++i) {
-      if (!levels_[level][i].meets(box)) continue;
-      if (level) down(level - 1, i * kFan, end_of(level - 1, i), box, f);
+      if (!within(levels_[level][i].lanes, reach)) continue;
+      if (level) down(level - 1, i * kFan, end_of(level - 1, i), reach, f);
       else f(i);
     }
   }
 
-  std::vector<std::vector<Box>> levels_ = std::vector<std::vector<Box>>(1);
+  std::vector<std::vector<Packed>> levels_ = std::vector<std::vector<Packed>>(1);
   std::size_t depth_ = 1;
 };
 

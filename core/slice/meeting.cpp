@@ -1,5 +1,4 @@
-#include "core/slice/box_pairs.h"
-#include "core/slice/offset_rings.h"
+#include "core/slice/meeting.h"
 
 namespace firn::slice {
 namespace {
@@ -27,24 +26,25 @@ Meeting meeting(Point a, Point b, Point c, Point d) {
 
 }  // namespace
 
-Meeting meeting_of(const Rings& rings) {
-  BoxTree<std::int32_t> tree;
+Meeting meeting_of(const Rings& rings) { return MeetingCheck()(rings); }
+
+Meeting MeetingCheck::operator()(const Rings& rings) {
   const std::size_t n = rings.points.size();
-  std::vector<std::uint32_t> next(n);
-  tree.leaves().assign(n, {});
+  next_.resize(n);
+  tree_.resize(n);
+  std::uint32_t* const next = next_.data();
   std::size_t begin = 0;
   for (const std::uint32_t end : rings.ends) {
     for (std::size_t i = begin; i < end; ++i) {
       next[i] = std::uint32_t(i + 1 < end ? i + 1 : begin);
       const Point a = rings.points[i], b = rings.points[next[i]];
-      tree.leaves()[i].add(a.x, a.y);
-      tree.leaves()[i].add(b.x, b.y);
+      tree_.set(i, std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y));
     }
     begin = end;
   }
-  tree.build();
+  tree_.build();
   Meeting worst = Meeting::kApart;
-  tree.pairs([&](std::size_t i, std::size_t j) {
+  tree_.pairs([&](std::size_t i, std::size_t j) {
     const Point a = rings.points[i], b = rings.points[next[i]], c = rings.points[j], d = rings.points[next[j]];
     if (next[i] == j || next[j] == i) {
       // Neighbours share a corner; more only if one runs back along the other.

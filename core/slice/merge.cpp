@@ -98,8 +98,8 @@ struct Crossing {
 class Merge {
  public:
   Merge(const Region& above, const Region& layer, std::int32_t slack) : above_(above), layer_(layer), slack_(slack) {
-    tree_.leaves().resize(above.points.size());
-    for (std::size_t i = 0; i < above.points.size(); ++i) tree_.leaves()[i] = above_.box(i);
+    tree_.resize(above.points.size());
+    for (std::size_t i = 0; i < above.points.size(); ++i) tree_.set(i, above_.box(i));
     tree_.build();
   }
 
@@ -272,7 +272,7 @@ class Merge {
 
   Outline above_, layer_;
   std::int32_t slack_;
-  BoxTree<std::int32_t> tree_;
+  BoxTree tree_;
   std::vector<Crossing> crossings_;
   std::vector<std::uint32_t> order_[2];
 };

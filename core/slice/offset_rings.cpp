@@ -1,7 +1,7 @@
 #include "core/slice/offset_rings.h"
 
-#include "core/slice/box_pairs.h"
 #include "core/slice/clipper.h"
+#include "core/slice/meeting.h"
 #include "core/slice/wavefront.h"
 
 namespace firn::slice {
@@ -10,49 +10,60 @@ namespace {
 // Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
 constexpr double kOdd = 0.2973;
 
-// @return false if the wavefront could not tell
-bool advance(const wavefront::Front& front, std::vector<wavefront::Component>& components, double from, double to) {
-  std::vector<wavefront::Component> next;
-  std::vector<std::int32_t> alive;
-  BoxTree<double> boxes;
-  for (wavefront::Component& component : components) {
-    alive.clear();
-    for (const wavefront::Piece& piece : component.pieces) alive.push_back(piece.source);
-    wavefront::move(front.sources, component, from, to);
-    if (!wavefront::untangle(front.sources, alive, component, to, boxes, next)) return false;
-  }
-  components = std::move(next);
-  return true;
-}
+// The front of one region on its way inward.
+class Advance {
+ public:
+  explicit Advance(const Region& region) : front_(wavefront::front_of(region)) {}
 
-// At the asked tolerance, or finer where rings would meet. @return false if they meet even so
-bool draw_level(const wavefront::Front& front, const std::vector<wavefront::Component>& components, double d,
-                double tolerance, Rings& rings, std::uint32_t& finer) {
-  for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
-    rings.clear();
-    for (const wavefront::Component& component : components)
-      wavefront::draw(front.sources, component, d, tolerance, rings);
-    const Meeting meeting = meeting_of(rings);
-    finer += attempt > 0;
-    if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
+  // @return false if the wavefront could not tell
+  bool operator()(double to) {
+    next_.clear();
+    for (wavefront::Component& component : front_.components) {
+      alive_.clear();
+      for (const wavefront::Piece& piece : component.pieces) alive_.push_back(piece.source);
+      move_(front_.sources, component, at_, to);
+      if (!untangle_(front_.sources, alive_, component, to, next_)) return false;
+    }
+    std::swap(front_.components, next_);
+    at_ = to;
+    return true;
   }
-  return false;
-}
+
+  // At the asked tolerance, or finer where rings would meet. @return false if they meet even so
+  bool draw(double tolerance, Rings& rings, std::uint32_t& finer) {
+    for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
+      rings.clear();
+      for (const wavefront::Component& component : front_.components)
+        wavefront::draw(front_.sources, component, at_, tolerance, line_, rings);
+      const Meeting meeting = meeting_(rings);
+      finer += attempt > 0;
+      if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
+    }
+    return false;
+  }
+
+ private:
+  wavefront::Front front_;
+  double at_ = 0;
+  wavefront::Mover move_;
+  wavefront::Untangler untangle_;
+  MeetingCheck meeting_;
+  std::vector<wavefront::Component> next_;
+  std::vector<std::int32_t> alive_;
+  std::vector<Vec> line_;
+};
 
 }  // namespace
 
 RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm) {
   RingLevels result;
-  wavefront::Front front = wavefront::front_of(region);
-  double at = 0;
+  Advance advance(region);
   bool trusted = true;
   for (int level = 0; level < plan.max_rings; ++level) {
     Rings rings;
     if (trusted) {
       const double to = plan.distance_mm(level) * kUnitsPerMm + kOdd;
-      trusted = advance(front, front.components, at, to) &&
-                draw_level(front, front.components, to, tolerance_mm * kUnitsPerMm, rings, result.drawn_finer);
-      at = to;
+      trusted = advance(to) && advance.draw(tolerance_mm * kUnitsPerMm, rings, result.drawn_finer);
     }
     if (!trusted) {
       rings = clipper_offset(region, plan.distance_mm(level), tolerance_mm);
@@ -80,11 +91,10 @@ Region grow(const Region& region, double outward_mm, double tolerance_mm) {
     ring.assign(region[r].rbegin(), region[r].rend());
     around.add(ring);
   }
-  wavefront::Front front = wavefront::front_of(around);
+  Advance advance(around);
   Rings rings;
   std::uint32_t finer = 0;
-  if (!advance(front, front.components, 0, d) ||
-      !draw_level(front, front.components, d, tolerance_mm * kUnitsPerMm, rings, finer))
+  if (!advance(d) || !advance.draw(tolerance_mm * kUnitsPerMm, rings, finer))
     return clipper_offset(region, -outward_mm, tolerance_mm);
   // Turn back, without the frame: the ring that reaches furthest out.
   Region grown;

@@ -9,10 +9,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
-#include "core/slice/box_pairs.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
 
@@ -77,15 +77,52 @@ Front front_of(const Region& region);
 bool meet(const Source& before, const Source& after, Vec place, double d, Junction& junction);
 
 /// Moves a component from distance `from` to `to`: pieces die in the order of their distances of death, so that neighbours
-/// are always right; loops that die out vanish. The front may cross itself afterwards.
-void move(std::span<const Source> sources, Component& component, double from, double to);
+/// are always right; loops that die out vanish. The front may cross itself afterwards. Keeps its working memory.
+class Mover {
+ public:
+  void operator()(std::span<const Source> sources, Component& component, double from, double to);
+
+ private:
+  struct Death {
+    double d;
+    std::int32_t piece;
+    std::uint32_t stamp;
+    bool operator>(const Death& o) const { return d != o.d ? d > o.d : piece > o.piece; }
+  };
+  struct Link {
+    std::int32_t prev = 0, next = 0;  // next < 0: dead
+    std::uint32_t stamp = 0;
+  };
+  void list_inverted();
+  bool run(double from);
+  void expect_death(std::int32_t i, double since);
+  void die(std::int32_t i, double d);
+  Junction radial(std::int32_t i, Vec place) const;
+
+  std::span<const Source> sources_;
+  std::span<Piece> pieces_;  // of one loop
+  double to_ = 0;
+  std::vector<std::int32_t> inverted_;
+  std::vector<Link> links_;
+  std::vector<Death> deaths_;  // a heap
+  std::int32_t alive_ = 0;     // pieces with a source
+};
 
 /// Takes away what a moved component has passed over: keeps the parts at least `d` from all `sources`, as new components.
-/// @param alive sources of the component before it moved
-/// @return false if it cannot tell (places that coincide to within rounding): the caller asks Clipper instead
-/// @param boxes working memory
-bool untangle(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component, double d,
-              BoxTree<double>& boxes, std::vector<Component>& out);
+/// Keeps its working memory.
+class Untangler {
+ public:
+  Untangler();
+  ~Untangler();
+  /// @param alive sources of the component before it moved
+  /// @return false if it cannot tell (places that coincide to within rounding): the caller asks Clipper instead
+  bool operator()(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component, double d,
+                  std::vector<Component>& out);
+
+ private:
+  class Tangle;
+  std::unique_ptr<Tangle> tangle_;
+};
 
 /// Makes components of loops that do not cross: outer ones with the holes they contain. Holes without one vanish.
 void regroup(std::span<const Source> sources, const Component& loops, double d, std::vector<Component>& out);
@@ -94,7 +131,8 @@ void regroup(std::span<const Source> sources, const Component& loops, double d, 
 Vec middle(const Source& source, Vec a, Vec b, double d);
 
 /// Appends the component's loops at distance d: arcs by chords, points left out, in all within `tolerance` units of the
-/// exact curve. Loops that are smaller than the grid vanish.
-void draw(std::span<const Source> sources, const Component& component, double d, double tolerance, Rings& rings);
+/// exact curve. Loops that are smaller than the grid vanish. @param line working memory
+void draw(std::span<const Source> sources, const Component& component, double d, double tolerance, std::vector<Vec>& line,
+          Rings& rings);
 
 }  // namespace firn::slice::wavefront

@@ -1,6 +1,5 @@
 // Local deaths: a piece that shrinks to nothing leaves the front, in the order of the distances at which it happens.
 #include <algorithm>
-#include <queue>
 
 #include "core/slice/wavefront.h"
 
@@ -9,171 +8,155 @@ namespace {
 
 constexpr double kClose = 0.01;  // units: distances of death are searched to this
 
-struct Death {
-  double d;
-  std::int32_t piece;
-  std::uint32_t stamp;
-  bool operator>(const Death& o) const { return d != o.d ? d > o.d : piece > o.piece; }
+// How far a junction lies along a direction: a + b d + c sqrt(q2 d^2 + q1 d + q0).
+struct Reach {
+  double a = 0, b = 0, c = 0, q2 = 0, q1 = 0, q0 = 0;
+  Reach(const Junction& j, Vec along) : a(dot(j.base, along)) {
+    const double ahead = dot(j.direction, along);
+    switch (j.kind) {
+      case Junction::Kind::kStraight: b = ahead; return;
+      case Junction::Kind::kParabola:
+        b = dot(j.normal, along), c = ahead;
+        q1 = 2 * j.bound, q0 = -j.bound * j.bound;
+        return;
+      case Junction::Kind::kTwoCorners:
+        c = ahead;
+        q2 = 1, q0 = -j.bound;
+        return;
+    }
+  }
+  double root(double d) const {
+    const double square = (q2 * d + q1) * d + q0;
+    return square > 0 ? std::sqrt(square) : 0.0;
+  }
+  double slope(double d, double root) const { return root > 0 ? c * (q2 * d + 0.5 * q1) / root : 0.0; }
 };
 
-// One loop as a doubly linked list over its pieces.
-class Loop {
- public:
-  Loop(std::span<const Source> sources, std::span<Piece> pieces, double to)
-      : sources_(sources), pieces_(pieces), to_(to), links_(pieces.size()) {
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      links_[i].prev = std::int32_t(i ? i - 1 : pieces.size() - 1);
-      links_[i].next = std::int32_t(i + 1 < pieces.size() ? i + 1 : 0);
-    }
-    alive_ = std::int32_t(pieces.size());
+// Where start meets end: the extent between them falls from above 0 at `low` to `at_high` below it at `high`. Newton's steps
+// within the bracket, halves where they leave it.
+double death(const Reach& start, const Reach& end, double low, double high, double at_high) {
+  const double a = end.a - start.a, b = end.b - start.b;
+  if (start.c == 0 && end.c == 0) return b < 0 ? std::clamp(-a / b, low, high) : low;
+  double d = low, r_start = start.root(d), r_end = end.root(d);
+  double value = a + b * d + end.c * r_end - start.c * r_start;
+  if (value <= 0) return low;
+  d = low + (high - low) * value / (value - at_high);
+  for (int step = 0; step < 60; ++step) {
+    r_start = start.root(d), r_end = end.root(d);
+    value = a + b * d + end.c * r_end - start.c * r_start;
+    if (value > 0) low = d;
+    else high = d;
+    if (std::abs(value) < 1e-3 || high - low <= kClose) return d;
+    const double slope = b + end.slope(d, r_end) - start.slope(d, r_start);
+    const double next = d - value / slope;
+    d = slope < 0 && next > low && next < high ? next : 0.5 * (low + high);
   }
-
-  // Extent of a piece along its source; it falls as d grows.
-  double extent(std::int32_t i, double d) const {
-    return dot(pieces_[links_[i].next].start(d) - pieces_[i].start(d), sources_[pieces_[i].source].along);
-  }
-
-  void expect_death(std::int32_t i, double since) {
-    ++links_[i].stamp;
-    if (pieces_[i].source == kPivot) return;
-    const double end = dot(pieces_[links_[i].next].from - pieces_[i].from, sources_[pieces_[i].source].along);
-    if (end >= 0) return;
-    deaths_.push({death(i, since, end), i, links_[i].stamp});
-  }
-
-  bool run() {
-    while (!deaths_.empty() && alive_ > 1) {
-      const Death next = deaths_.top();
-      deaths_.pop();
-      if (links_[next.piece].stamp == next.stamp) die(next.piece, next.d);
-    }
-    return alive_ > 1;
-  }
-
-  // The loop's pieces in order, appended.
-  void collect(std::vector<Piece>& out) const {
-    std::int32_t first = 0;
-    while (links_[first].next < 0) ++first;
-    for (std::int32_t i = first;;) {
-      out.push_back(pieces_[i]);
-      i = links_[i].next;
-      if (i == first) break;
-    }
-  }
-
- private:
-  double death(std::int32_t i, double since, double end) const {
-    double low = since, high = to_, at_low = extent(i, low), at_high = end;
-    if (at_low <= 0) return low;
-    const bool straight = pieces_[i].start.kind == Junction::Kind::kStraight &&
-                          pieces_[links_[i].next].start.kind == Junction::Kind::kStraight;
-    // Regula falsi, Illinois variant.
-    for (int step = 0; step < 40 && high - low > kClose; ++step) {
-      const double middle = low + (high - low) * at_low / (at_low - at_high);
-      if (straight) return middle;
-      const double value = extent(i, middle);
-      if (std::abs(value) < 1e-3) return middle;
-      if (value > 0) {
-        low = middle, at_low = value;
-        at_high *= 0.5;
-      } else {
-        high = middle, at_high = value;
-        at_low *= 0.5;
-      }
-    }
-    return 0.5 * (low + high);
-  }
-
-  // Junction of a piece with a fixed place, which it sees along its own normal.
-  Junction radial(std::int32_t i, Vec place) const {
-    const Source& source = sources_[pieces_[i].source];
-    const Vec away = place - source.at;
-    if (!source.corner())
-      return {Junction::Kind::kStraight, source.at + dot(away, source.along) * source.along, left_of(source.along), {}, 0};
-    const double l = length(away);
-    return {Junction::Kind::kStraight, source.at, l > 0 ? (1 / l) * away : left_of(source.along), {}, 0};
-  }
-
-  void die(std::int32_t i, double d) {
-    const std::int32_t a = links_[i].prev, c = links_[i].next;
-    const Vec place = 0.5 * (pieces_[i].start(d) + pieces_[c].start(d));
-    const bool pivots = pieces_[a].source == kPivot || pieces_[c].source == kPivot;
-    Junction junction;
-    ++links_[i].stamp;
-    --alive_;
-    if (a != c && !pivots && meet(sources_[pieces_[a].source], sources_[pieces_[c].source], place, d, junction)) {
-      links_[a].next = c;
-      links_[c].prev = a;
-      links_[i].next = -1;
-      pieces_[c].start = junction;
-      pieces_[c].from = junction(to_);
-    } else {
-      pieces_[i].source = kPivot;
-      if (pieces_[a].source != kPivot) pieces_[i].start = radial(a, place);
-      else pieces_[i].start = {Junction::Kind::kStraight, pieces_[a].start.normal, {}, {}, 0};
-      pieces_[i].start.normal = place;
-      pieces_[i].from = pieces_[i].start(to_);
-      if (pieces_[c].source != kPivot) {
-        pieces_[c].start = radial(c, place);
-      } else {
-        const Vec fixed = pieces_[c].start.normal;
-        pieces_[c].start = {Junction::Kind::kStraight, place, {}, fixed, 0};
-      }
-      pieces_[c].from = pieces_[c].start(to_);
-    }
-    expect_death(a, d);
-    expect_death(c, d);
-  }
-
-  struct Link {
-    std::int32_t prev = 0, next = 0;  // next < 0: dead
-    std::uint32_t stamp = 0;
-  };
-  std::span<const Source> sources_;
-  std::span<Piece> pieces_;
-  double to_;
-  std::vector<Link> links_;
-  std::int32_t alive_ = 0;  // pieces with a source
-  std::priority_queue<Death, std::vector<Death>, std::greater<>> deaths_;
-};
-
-// Pieces whose ends at the asked distance lie the wrong way round.
-void list_inverted(std::span<const Source> sources, std::span<const Piece> pieces, std::vector<std::int32_t>& inverted) {
-  inverted.clear();
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const Vec end = pieces[i + 1 < pieces.size() ? i + 1 : 0].from;
-    if (dot(end - pieces[i].from, sources[pieces[i].source].along) < 0) inverted.push_back(std::int32_t(i));
-  }
+  return d;
 }
 
 }  // namespace
 
-void move(std::span<const Source> sources, Component& component, double from, double to) {
-  // In place: what is left of a loop is no longer than the loop.
-  std::vector<std::int32_t> inverted;
-  std::vector<Piece> left;
+void Mover::expect_death(std::int32_t i, double since) {
+  ++links_[i].stamp;
+  if (pieces_[i].source == kPivot) return;
+  const Piece &here = pieces_[i], &next = pieces_[links_[i].next];
+  const Vec along = sources_[here.source].along;
+  const double extent = dot(next.from - here.from, along);
+  if (extent >= 0) return;
+  deaths_.push_back({death(Reach(here.start, along), Reach(next.start, along), since, to_, extent), i, links_[i].stamp});
+  std::push_heap(deaths_.begin(), deaths_.end(), std::greater<>());
+}
+
+// Junction of a piece with a fixed place, which it sees along its own normal.
+Junction Mover::radial(std::int32_t i, Vec place) const {
+  const Source& source = sources_[pieces_[i].source];
+  const Vec away = place - source.at;
+  if (!source.corner())
+    return {Junction::Kind::kStraight, source.at + dot(away, source.along) * source.along, left_of(source.along), {}, 0};
+  const double l = length(away);
+  return {Junction::Kind::kStraight, source.at, l > 0 ? (1 / l) * away : left_of(source.along), {}, 0};
+}
+
+void Mover::die(std::int32_t i, double d) {
+  const std::int32_t a = links_[i].prev, c = links_[i].next;
+  const Vec place = 0.5 * (pieces_[i].start(d) + pieces_[c].start(d));
+  const bool pivots = pieces_[a].source == kPivot || pieces_[c].source == kPivot;
+  Junction junction;
+  ++links_[i].stamp;
+  --alive_;
+  if (a != c && !pivots && meet(sources_[pieces_[a].source], sources_[pieces_[c].source], place, d, junction)) {
+    links_[a].next = c;
+    links_[c].prev = a;
+    links_[i].next = -1;
+    pieces_[c].start = junction;
+    pieces_[c].from = junction(to_);
+  } else {
+    pieces_[i].source = kPivot;
+    if (pieces_[a].source != kPivot) pieces_[i].start = radial(a, place);
+    else pieces_[i].start = {Junction::Kind::kStraight, pieces_[a].start.normal, {}, {}, 0};
+    pieces_[i].start.normal = place;
+    pieces_[i].from = pieces_[i].start(to_);
+    if (pieces_[c].source != kPivot) {
+      pieces_[c].start = radial(c, place);
+    } else {
+      const Vec fixed = pieces_[c].start.normal;
+      pieces_[c].start = {Junction::Kind::kStraight, place, {}, fixed, 0};
+    }
+    pieces_[c].from = pieces_[c].start(to_);
+  }
+  expect_death(a, d);
+  expect_death(c, d);
+}
+
+// Pieces whose ends at the asked distance lie the wrong way round.
+void Mover::list_inverted() {
+  inverted_.clear();
+  const std::size_t n = pieces_.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec end = pieces_[i + 1 < n ? i + 1 : 0].from;
+    if (dot(end - pieces_[i].from, sources_[pieces_[i].source].along) < 0) inverted_.push_back(std::int32_t(i));
+  }
+}
+
+// @return false if nothing of the loop is left; else the dead pieces are those without a next
+bool Mover::run(double from) {
+  const std::size_t n = pieces_.size();
+  links_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) links_[i] = {std::int32_t(i ? i - 1 : n - 1), std::int32_t(i + 1 < n ? i + 1 : 0), 0};
+  alive_ = std::int32_t(n);
+  deaths_.clear();
+  for (const std::int32_t i : inverted_) expect_death(i, from);
+  while (!deaths_.empty() && alive_ > 1) {
+    std::pop_heap(deaths_.begin(), deaths_.end(), std::greater<>());
+    const Death next = deaths_.back();
+    deaths_.pop_back();
+    if (links_[next.piece].stamp == next.stamp) die(next.piece, next.d);
+  }
+  return alive_ > 1;
+}
+
+void Mover::operator()(std::span<const Source> sources, Component& component, double from, double to) {
+  sources_ = sources;
+  to_ = to;
+  // In place: what is left of a loop is no longer than the loop, and in its order.
   std::size_t begin = 0, written = 0, loops = 0;
-  const auto write = [&](std::span<const Piece> pieces) {
-    if (pieces.data() != component.pieces.data() + written)
-      std::copy(pieces.begin(), pieces.end(), component.pieces.begin() + std::ptrdiff_t(written));
-    written += pieces.size();
-    component.ends[loops++] = std::uint32_t(written);
+  const auto write = [&](const Piece& piece) {
+    if (&piece != &component.pieces[written]) component.pieces[written] = piece;
+    ++written;
   };
   for (std::size_t k = 0; k < component.ends.size(); ++k) {
-    const std::span<Piece> pieces(component.pieces.data() + begin, component.ends[k] - begin);
+    pieces_ = std::span<Piece>(component.pieces.data() + begin, component.ends[k] - begin);
     begin = component.ends[k];
-    for (Piece& piece : pieces) piece.from = piece.start(to);
-    list_inverted(sources, pieces, inverted);
-    if (inverted.empty()) {
-      write(pieces);
-      continue;
+    for (Piece& piece : pieces_) piece.from = piece.start(to);
+    list_inverted();
+    if (inverted_.empty()) {
+      for (const Piece& piece : pieces_) write(piece);
+    } else {
+      if (!run(from)) continue;
+      for (std::size_t i = 0; i < pieces_.size(); ++i)
+        if (links_[i].next >= 0) write(pieces_[i]);
     }
-    Loop loop(sources, pieces, to);
-    for (const std::int32_t i : inverted) loop.expect_death(i, from);
-    if (!loop.run()) continue;
-    left.clear();
-    loop.collect(left);
-    write(left);
+    component.ends[loops++] = std::uint32_t(written);
   }
   component.pieces.resize(written);
   component.ends.resize(loops);

@@ -1,0 +1,22 @@
+// Do rings meet each other?
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/slice/box_pairs.h"
+#include "core/slice/offset_rings.h"
+
+namespace firn::slice {
+
+/// meeting_of() for many sets of rings, with working memory of its own.
+class MeetingCheck {
+ public:
+  Meeting operator()(const Rings& rings);
+
+ private:
+  BoxTree tree_;
+  std::vector<std::uint32_t> next_;
+};
+
+}  // namespace firn::slice

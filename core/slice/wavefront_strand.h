@@ -1,0 +1,80 @@
+// Strands of the front at one distance, and where two of them cross.
+#pragma once
+
+#include "core/slice/box_pairs.h"
+#include "core/slice/wavefront.h"
+
+namespace firn::slice::wavefront {
+
+// A stretch of curve: a piece, or one of the two straight ways to and from a pivot.
+struct Strand {
+  Vec a, b;
+  std::int32_t piece = 0;   // index into the component's pieces
+  std::int32_t source = 0;  // kPivot: a way to or from a pivot
+  std::uint32_t next = 0;   // in its loop
+};
+
+inline bool is_arc(std::span<const Source> sources, const Strand& s) {
+  return s.source != kPivot && sources[std::size_t(s.source)].corner();
+}
+
+// The whole units round a strand at distance d; what has died may lie anywhere.
+inline BoxTree::Box box_of(std::span<const Source> sources, const Strand& s, double d) {
+  // An arc of at most half a turn bulges by less than its squared chord over 4 d.
+  const double bulge = 1 + (is_arc(sources, s) ? dot(s.b - s.a, s.b - s.a) / (4 * d) : 0.0);
+  const auto whole = [](double v) { return std::int32_t(std::min(2.1e9, std::max(-2.1e9, v))); };
+  return {whole(std::min(s.a.x, s.b.x) - bulge), whole(std::min(s.a.y, s.b.y) - bulge),
+          whole(std::max(s.a.x, s.b.x) + bulge), whole(std::max(s.a.y, s.b.y) + bulge)};
+}
+
+// Calls found(place, along a, along b) for each place where two strands of the front at distance d cross; what is told
+// along a strand grows from its a to its b, which is not part of it.
+template <class F>
+void intersect(std::span<const Source> sources, double d, const Strand& a, const Strand& b, F&& found) {
+  const auto along = [&](const Strand& s, Vec p, double& place) {
+    if (!is_arc(sources, s)) {
+      const Vec way = s.b - s.a;
+      place = dot(p - s.a, way);
+      return place >= 0 && place < dot(way, way);
+    }
+    const Source& source = sources[std::size_t(s.source)];
+    if (dot(p - source.at, left_of(source.along)) <= 0) return false;
+    place = dot(p - source.at, source.along);
+    return place >= dot(s.a - source.at, source.along) && place < dot(s.b - source.at, source.along);
+  };
+  const auto offer = [&](Vec p) {
+    double on_a = 0, on_b = 0;
+    if (along(a, p, on_a) && along(b, p, on_b)) found(p, on_a, on_b);
+  };
+  const bool a_bends = is_arc(sources, a), b_bends = is_arc(sources, b);
+  if (!a_bends && !b_bends) {
+    const Vec wa = a.b - a.a, wb = b.b - b.a;
+    const double sine = cross(wa, wb);
+    if (sine == 0) return;
+    const double s = cross(b.a - a.a, wb) / sine, t = cross(b.a - a.a, wa) / sine;
+    if (s >= 0 && s < 1 && t >= 0 && t < 1) found(a.a + s * wa, s * dot(wa, wa), t * dot(wb, wb));
+    return;
+  }
+  if (a_bends && b_bends) {
+    const Vec ca = sources[std::size_t(a.source)].at, between = sources[std::size_t(b.source)].at - ca;
+    const double square = dot(between, between), height = d * d - 0.25 * square;
+    if (square == 0 || height <= 0) return;
+    const Vec side = std::sqrt(height / square) * left_of(between), mid = ca + 0.5 * between;
+    offer(mid + side);
+    offer(mid - side);
+    return;
+  }
+  const Strand &line = a_bends ? b : a, &bow = a_bends ? a : b;
+  const Vec way = line.b - line.a, centre = sources[std::size_t(bow.source)].at;
+  const double square = dot(way, way);
+  if (square == 0) return;
+  const double foot = dot(centre - line.a, way) / square;
+  const Vec off = line.a + foot * way - centre;
+  const double height = d * d - dot(off, off);
+  if (height <= 0) return;
+  const double half = std::sqrt(height / square);
+  offer(line.a + (foot - half) * way);
+  offer(line.a + (foot + half) * way);
+}
+
+}  // namespace firn::slice::wavefront
