@@ -26,7 +26,10 @@ Effort effort(Method method, int attempt) {
     e.solver.most_iterations = 80;
     e.inner_checks = 2;
   }
-  if (attempt > 0) e.solver.most_iterations = 80;
+  if (attempt > 0) {
+    e.solver.most_iterations = 80;
+    e.solver.gap *= 0.25;
+  }
   return e;
 }
 
@@ -63,12 +66,15 @@ bool plan_straight(const CertifiedTask& task, CertifiedWork& work, Stretch& out)
 }
 
 /// The tool's motion, and the joints that may come near a limit while the tool keeps its own: joints whose
-/// q' times the tool's largest rate, acceleration and jerk stays well below theirs are left out.
-RowGroups binding_groups(const MotionRows& rows, const RowGroups& all) {
+/// q' times the tool's largest rate, acceleration and jerk stays well below theirs come last.
+struct BindingGroups {
+  RowGroups groups;
+  int sure = 1;  ///< the first so many
+};
+BindingGroups binding_groups(const MotionRows& rows, const RowGroups& all) {
   constexpr double kRateShare = 0.97, kShare = 0.8;
   const RateLimits& tool = all.group[0].limit;
-  RowGroups some;
-  some.group[0] = all.group[0];
+  BindingGroups order{all, 1};
   for (int g = 1; g < all.count; ++g) {
     const RateLimits& limit = all.group[g].limit;
     const double least = std::min({kRateShare * limit.rate / tool.rate,
@@ -76,9 +82,9 @@ RowGroups binding_groups(const MotionRows& rows, const RowGroups& all) {
     const std::vector<double>& slope = rows.of[all.group[g].first][0];
     double most = 0.0;
     for (const double d1 : slope) most = std::max(most, std::abs(d1));
-    if (most > least) some.group[some.count++] = all.group[g];
+    if (most > least) std::swap(order.groups.group[order.sure++], order.groups.group[g]);
   }
-  return some;
+  return order;
 }
 
 void set_rows(const CertifiedTask& task, CertifiedWork& work, const Stretch& out) {
@@ -86,36 +92,56 @@ void set_rows(const CertifiedTask& task, CertifiedWork& work, const Stretch& out
     throw MotionError(*fault);
 }
 
-void bound(const RowGroups& groups, CertifiedWork& work, Stretch& out) {
-  speed_bound(out.curve, work.rows, groups, work.bound);
+void bound(const RowGroups& groups, int sure, CertifiedWork& work, Stretch& out) {
+  speed_bound(out.curve, work.rows, groups, sure, work.bound);
   out.bound_s = work.bound.duration_s;
 }
 
-void solve(const CertifiedTask& task, const RowGroups& groups, const Effort& effort, CertifiedWork& work,
+void solve(const CertifiedTask& task, RowGroups& groups, int sure, const Effort& effort, CertifiedWork& work,
            Stretch& out) {
-  bound(groups, work, out);
-  solve_profile(out.curve, work.rows, groups, work.bound.limit, work.bound.b, effort.solver, work.solver,
+  bound(groups, sure, work, out);
+  solve_profile(out.curve, work.rows, groups, sure, work.bound.limit, work.bound.b, effort.solver, work.solver,
                 work.profile);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
 }
 
-/// Without the limits of some joints the optimum can only be faster: if it holds those too, it is the optimum
-/// with all of them. Else they all take part.
-void solve(const CertifiedTask& task, const Effort& effort, CertifiedWork& work, Stretch& out) {
-  constexpr double kSlight = 1.0005;
-  set_rows(task, work, out);
-  const RowGroups some = binding_groups(work.rows, task.groups);
-  solve(task, some, effort, work, out);
-  if (some.count < task.groups.count && out.ratios.joint_factor() > kSlight)
-    solve(task, task.groups, effort, work, out);
+/// Largest factor by which time must be stretched for the groups that did not take part.
+double left_out_factor(const RatioTable& ratios, const RowGroups& all, const RowGroups& order, int took_part) {
+  double factor = 0.0;
+  for (int g = 0; g < all.count; ++g)
+    for (int k = took_part; k < order.count; ++k)
+      if (order.group[k].first == all.group[g].first) factor = std::max(factor, factor_of(ratios.ratio[g]));
+  return factor;
 }
 
-/// The first cell at rest, shorter where a low ceiling is reached within it: v^(3/2) / j^(1/2) from rest.
-double rest_cell(double size_mm, std::span<const double> ceiling, const RateLimits& limit) {
+/// Joints that seem not to bind join when they do. Returns whether one did.
+bool solve(const CertifiedTask& task, const Effort& effort, bool all, CertifiedWork& work, Stretch& out) {
+  constexpr double kSlight = 1.0005;
+  set_rows(task, work, out);
+  BindingGroups order = binding_groups(work.rows, task.groups);
+  const int count = order.groups.count, sure = all ? count : order.sure;
+  solve(task, order.groups, sure, effort, work, out);
+  const bool joined = work.profile.groups > sure;
+  if (left_out_factor(out.ratios, task.groups, order.groups, work.profile.groups) > kSlight)  // between the knots
+    solve(task, order.groups, count, effort, work, out);
+  else if (joined && task.options.lower_bound)
+    bound(order.groups, count, work, out);
+  return joined;
+}
+
+/// Speed along the segment from points[i] at which the tool turns as fast as it may.
+double turning_speed(std::span<const Point2> points, std::span<const double> yaw_rad, std::size_t i, const MotionLimits& limits) {
+  if (yaw_rad.empty()) return kUnlimited;
+  const double dx = points[i + 1].x_mm - points[i].x_mm, dy = points[i + 1].y_mm - points[i].y_mm;
+  const double turn = std::abs(yaw_rad[i + 1] - yaw_rad[i]);
+  return turn > 0.0 ? limits.orientation.rate * std::sqrt(dx * dx + dy * dy) / turn : kUnlimited;
+}
+
+/// The first cell at rest, shorter where a low speed is reached within it: v^(3/2) / j^(1/2) from rest.
+double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
   constexpr double kLeastMm = 1e-4;
-  double v = limit.rate;
-  if (!ceiling.empty()) v = std::min(v, std::max(ceiling.front(), ceiling.back()));
+  const double v = std::min(limit.rate, speed_mm_s);
   return std::min(size_mm, std::max(kLeastMm, 0.5 * v * std::sqrt(v / limit.jerk)));
 }
 
@@ -124,7 +150,9 @@ double rest_cell(double size_mm, std::span<const double> ceiling, const RateLimi
 void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad,
                   Shape shape, const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
   CellSizes sizes = effort(task.options.method, 0).sizes;
-  sizes.rest_mm = rest_cell(sizes.rest_mm, ceiling, task.limits.position);
+  const double low_mm_s = std::max(std::min(ceiling.front(), turning_speed(points, yaw_rad, 0, task.limits)),
+                                   std::min(ceiling.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
+  sizes.rest_mm = rest_cell(sizes.rest_mm, low_mm_s, task.limits.position);
   CurveSpec spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm, sizes, yaw_rad};
   const auto form = [&] {
     build_curve(points, spec, work.curve);
@@ -142,6 +170,7 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     if (tries > 0) spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
     form();
   }
+  bool all = false;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const Effort effort = motion::effort(task.options.method, attempt);
     Stretch& trial = attempt == 0 ? out : work.trial;
@@ -157,10 +186,10 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     if (attempt == 0 && trial.curve.straight && yaw_rad.empty() && plan_straight(task, work, trial)) {
       if (!task.options.lower_bound) return;
       set_rows(task, work, trial);
-      bound(task.groups, work, trial);
+      bound(task.groups, task.groups.count, work, trial);
       return;
     }
-    solve(task, effort, work, trial);
+    all = solve(task, effort, all, work, trial) || all;
     const bool good = trial.factor < kGoodFactor;
     if (!good) cell_factors(trial.curve, work.batch, work.tool, work.joint, task.groups, work.excess);
     if (attempt > 0 && trial.duration_s() < out.duration_s()) {
@@ -179,7 +208,8 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   refine(sizes, work.curve, guess.curve);
   set_ceiling(points, ceiling, work.curve, guess.curve);
   set_rows(task, work, guess);
-  solve(task, task.groups, none, work, guess);
+  RowGroups groups = task.groups;
+  solve(task, groups, groups.count, none, work, guess);
   if (!(out.duration_s() <= guess.duration_s())) std::swap(guess, out);
   if (!std::isfinite(out.duration_s())) throw MotionError(Fault(Reason::kNoSolution));
 }

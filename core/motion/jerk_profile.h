@@ -11,7 +11,7 @@
 namespace firn::motion {
 
 struct ProfileOptions {
-  double gap = 0.008;  ///< stop when duality gap / duration plus violation / 3 is below this
+  double gap = 0.008;  ///< stop when duality gap / duration plus violation / 3 is below this (less on long ones)
   int most_iterations = 40;
 };
 
@@ -24,6 +24,7 @@ struct Profile {
   std::vector<double> slope;  ///< b' at the knots [mm/s^2], twice the path acceleration
   std::vector<double> bend;   ///< of each cell
   int iterations = 0;
+  int groups = 0;          ///< of rows, that took part in the end
   double gap = 0.0;        ///< relative duality gap at the end
   double violation = 0.0;  ///< largest relative excess over a limit at the end
 
@@ -49,9 +50,11 @@ class ProfileWork {
 };
 
 /// @param top largest b at each knot (rates and ceilings); @param bound the speed-and-acceleration optimum at
-/// the knots, from which the first guess is made.
+/// the knots, from which the first guess is made. The first @p sure groups take part from the beginning, the others from when
+/// the profile exceeds them: without their limits the optimum can only be faster, so one that holds them is the optimum with
+/// all of them. On return those that took part stand first.
 /// @pre curve.cells() >= 4
-void solve_profile(const Curve& curve, const MotionRows& rows, const RowGroups& groups,
+void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int sure,
                    const std::vector<double>& top, const std::vector<double>& bound,
                    const ProfileOptions& options, ProfileWork& work, Profile& out);
 

@@ -8,11 +8,9 @@ namespace firn::motion {
 
 double factor_of(const double* ratio) { return std::max({ratio[0], std::sqrt(ratio[1]), std::cbrt(ratio[2])}); }
 
-double RatioTable::time_factor() const { return std::max({ceiling, factor_of(ratio[0]), joint_factor()}); }
-
-double RatioTable::joint_factor() const {
-  double factor = 0.0;
-  for (int g = 1; g < kMaxGroups; ++g) factor = std::max(factor, factor_of(ratio[g]));
+double RatioTable::time_factor() const {
+  double factor = ceiling;
+  for (const auto& group : ratio) factor = std::max(factor, factor_of(group));
   return factor;
 }
 

@@ -28,11 +28,13 @@ struct RatioTable {
 
   /// The factor by which time must be stretched (< 1: may be shortened) so that no ratio exceeds 1.
   double time_factor() const;
-  double joint_factor() const;  ///< of the ratios besides the total motion's and the ceiling's
   /// As if time were stretched by `factor`.
   void stretch(double factor);
   void merge(const RatioTable& other, double time_shift_s);
 };
+
+/// max(rate, acceleration^(1/2), jerk^(1/3)) of three ratios.
+double factor_of(const double* ratio);
 
 /// Per-instant states -> tool and joint derivatives with respect to time; joint positions (and the check of their
 /// ranges) if wanted. Fault: index = entry of the batch.

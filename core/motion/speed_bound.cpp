@@ -15,8 +15,8 @@ class Sample {
  public:
   /// |q' a + q'' b| <= bound:  a = -m b +- sqrt((bound^2 - n b^2) / p),  p = q'.q', m = q'.q'' / p, n =
   /// q''.q'' - p m^2
-  Sample(const MotionRows& rows, const RowGroups& groups, std::size_t at) {
-    for (int g = 0; g < groups.count; ++g) {
+  Sample(const MotionRows& rows, const RowGroups& groups, int sure, std::size_t at) {
+    for (int g = 0; g < sure; ++g) {
       const RowGroup& group = groups.group[g];
       const double bound = group.limit.acceleration;
       if (!(bound < kUnlimited)) continue;
@@ -86,7 +86,7 @@ double shortest_time(double b0, double b1, double h, double a, double top) {
 
 }  // namespace
 
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound) {
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int sure, SpeedBound& bound) {
   const std::size_t n = curve.cells();
   bound.limit.assign(n + 1, 1e300);
   for (int g = 0; g < groups.count; ++g) {
@@ -108,7 +108,7 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
   bound.b.assign(n + 1, 0.0);
   std::vector<Sample> samples;  // of the left ends, for both sweeps
   samples.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) samples.emplace_back(rows, groups, 2 * i);
+  for (std::size_t i = 0; i < n; ++i) samples.emplace_back(rows, groups, sure, 2 * i);
   for (std::size_t i = n; i-- > 0;) {
     const double h = curve.s[i + 1] - curve.s[i];
     bound.b[i] =

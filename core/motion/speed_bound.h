@@ -13,11 +13,12 @@ namespace firn::motion {
 /// forward greedily. The feasible (b, b') at a knot are convex, symmetric about 0 and contain it, so every
 /// smaller b is feasible too and one interval [0, b_max] per knot is the whole controllable set.
 struct SpeedBound {
-  std::vector<double> limit;  ///< from rates and ceilings alone
+  std::vector<double> limit;  ///< from the rates of all groups and the ceilings alone
   std::vector<double> b;
   double duration_s = 0.0;
 };
 
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound);
+/// @param sure so many groups' accelerations are looked at, from the first; the others' would make the bound tighter
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int sure, SpeedBound& bound);
 
 }  // namespace firn::motion

@@ -229,6 +229,46 @@ TEST_CASE(
   CHECK(planned > 350);
 }
 
+TEST_CASE("Near full reach, where joints join while the profile is being solved, the fast tier stays near the slow one") {
+  for (const double reach : {540.0, 560.0, 570.0}) {
+    std::vector<Point2> points;
+    for (int i = 0; i <= 320; ++i) {
+      const double a = 2.0 * std::numbers::pi * i / 320, r = 18.0 + 2.0 * std::cos(3.0 * a) + std::cos(5.0 * a);
+      points.push_back({r * std::cos(a), r * std::sin(a)});
+    }
+    const PlanResult fast = plan_at(points, {reach, 0}), slow = plan_at(points, {reach, 0}, with(Method::kOptimal));
+    REQUIRE(fast.ok());
+    REQUIRE(slow.ok());
+    INFO(reach << " mm: " << fast.continuous_s << " and " << slow.continuous_s << " s");
+    CHECK(fast.continuous_s < 1.03 * slow.continuous_s);
+    CHECK(largest_ratio(fast) <= 1.001);
+    CHECK(outsider_ratio(fast) <= 1.001);
+    CHECK(fast.trajectory.certificate.lower_bound_s < slow.continuous_s);
+  }
+}
+
+TEST_CASE("At a very low ceiling the speed is steady between the knots too, and rests stay short") {
+  std::vector<Point2> arc;
+  for (int i = 0; i <= 400; ++i) arc.push_back({30.0 * std::cos(0.014 * i), 30.0 * std::sin(0.014 * i)});
+  static const auto arm = make_scara(cobra600());
+  PathInput input;
+  input.points = arc;
+  input.origin = {380.0, 0.0};
+  input.ceiling.path_mm_s = 0.6;
+  const PlanResult result = plan(input, *arm, cobra600_limits());
+  REQUIRE(result.ok());
+  const double length = 30.0 * 5.6;
+  CHECK(result.continuous_s < length / 0.6 + 1.0);
+  const double h = result.trajectory.tick_s;
+  std::size_t slow = 0;
+  for (std::size_t n = 0; n + 1 < result.tool.size(); ++n) {
+    const double speed = std::hypot(result.tool[n + 1].x_mm - result.tool[n].x_mm, result.tool[n + 1].y_mm - result.tool[n].y_mm) / h;
+    CHECK(speed <= 0.6 * 1.001);
+    if (speed < 0.59) ++slow;
+  }
+  CHECK(double(slow) * h < 4.0);
+}
+
 TEST_CASE("Bad input comes back as a named reason") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto reason = [](const PlanResult& r) { return r.fault ? r.fault->reason : Reason::kNoSolution; };
