@@ -1,59 +1,14 @@
 #include "cli/plan_pulses.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 namespace firn {
-namespace {
-
-constexpr double kCornerCosine = 0.9961946980917455;  // 5 degrees
-constexpr double kFilled = 0.9, kMostFilled = 0.97;   // of what a list holds: planned, and after moving to a corner
-constexpr double kNearShare = 0.02;                   // of a part: so near, a point of the path serves
-
-double distance(const Point2& a, const Point2& b) { return std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm); }
-
-/// Length of the polygon up to each point; a closed one ends with its first point.
-std::vector<double> lengths_of(const Path& path) {
-  const std::vector<Point2>& p = path.points;
-  std::vector<double> s{0.0};
-  for (std::size_t i = 1; i < p.size() + (path.closed ? 1 : 0); ++i) s.push_back(s.back() + distance(p[i - 1], p[i % p.size()]));
-  return s;
-}
-
-bool corner_at(const std::vector<Point2>& p, std::size_t i) {
-  if (i == 0 || i + 1 >= p.size()) return false;
-  const double ux = p[i].x_mm - p[i - 1].x_mm, uy = p[i].y_mm - p[i - 1].y_mm;
-  const double vx = p[i + 1].x_mm - p[i].x_mm, vy = p[i + 1].y_mm - p[i].y_mm;
-  return ux * vx + uy * vy <= kCornerCosine * std::hypot(ux, uy) * std::hypot(vx, vy);
-}
-
-/// Puts a new point on the segment before point `i`.
-void insert_point(InputPath& input, std::size_t i, double share, std::vector<std::size_t>& stops) {
-  std::vector<Point2>& p = input.path.points;
-  const Point2 a = p[i - 1], b = p[i % p.size()];
-  std::vector<double>& ceiling = input.ceiling.point_mm_s;
-  if (!ceiling.empty()) ceiling.insert(ceiling.begin() + std::ptrdiff_t(i), std::min(ceiling[i - 1], ceiling[i % p.size()]));
-  std::vector<double>& yaw = input.yaw_point_rad;
-  if (!yaw.empty()) yaw.insert(yaw.begin() + std::ptrdiff_t(i), yaw[i - 1] + share * (yaw[i % p.size()] - yaw[i - 1]));
-  p.insert(p.begin() + std::ptrdiff_t(i), {a.x_mm + share * (b.x_mm - a.x_mm), a.y_mm + share * (b.y_mm - a.y_mm)});
-  for (std::size_t& stop : stops)
-    if (stop >= i) ++stop;
-}
-
-}  // namespace
-
-std::vector<double> speeds_at_ticks(const std::vector<Point2>& tool, double tick_s) {
-  const auto step = [&](std::size_t n) { return distance(tool[n], tool[n + 1]) / tick_s; };
-  std::vector<double> speeds(tool.size(), 0.0);  // at rest at both ends
-  for (std::size_t n = 1; n + 1 < tool.size(); ++n) speeds[n] = 0.5 * (step(n - 1) + step(n));
-  return speeds;
-}
 
 deposition::FlowDemand nominal_demand(const Path& path, const motion::PlanResult& result) {
   deposition::FlowDemand demand;
   demand.step_s = result.trajectory.tick_s;
-  demand.speed_mm_s = speeds_at_ticks(result.tool, demand.step_s);
+  demand.speed_mm_s = deposition::speeds_at_ticks(result.tool, demand.step_s);
   demand.flow_mm3_s.resize(demand.speed_mm_s.size());
   deposition::nominal_flow(path.width_mm, path.layer_height_mm, demand.speed_mm_s, demand.flow_mm3_s);
   demand.stops = result.rests;
@@ -73,43 +28,8 @@ deposition::PulsePlan nominal_pulses(const InputPath& input, const motion::PlanR
 
 std::vector<AddedStop> add_stops(InputPath& input, const deposition::FlowDemand& demand, const deposition::PulsePlan& pulses,
                                  std::vector<std::size_t>& stops) {
-  const double from = double(pulses.problem_from), to = double(pulses.problem_to), holds = double(pulses.problem_fits) - from;
-  const double parts = std::max(2.0, std::ceil((to - from) / (kFilled * holds))), part = (to - from) / parts;
-  const double slack = std::max(0.0, 0.5 * (kMostFilled * holds - part));  // either neighbour may move by so much
-  std::vector<double> driven{0.0};  // length at each instant
-  for (std::size_t n = 1; n < demand.speed_mm_s.size(); ++n)
-    driven.push_back(driven.back() + 0.5 * demand.step_s * (demand.speed_mm_s[n - 1] + demand.speed_mm_s[n]));
-  const double scale = lengths_of(input.path).back() / driven.back();  // corners may have been rolled
-  const auto along = [&](double instant) { return scale * driven[std::min(std::size_t(std::max(0.0, instant)), driven.size() - 1)]; };
-  const auto speed_at = [&](double length) {
-    const auto n = std::lower_bound(driven.begin(), driven.end(), length / scale) - driven.begin();
-    return demand.speed_mm_s[std::min(std::size_t(n), driven.size() - 1)];
-  };
-  std::vector<AddedStop> added;
-  for (double k = 1.0; k < parts; ++k) {
-    const std::vector<double> s = lengths_of(input.path);
-    const std::vector<Point2>& p = input.path.points;
-    const double goal = from + k * part, middle = along(goal), low = along(goal - slack), high = along(goal + slack);
-    std::size_t corner = 0, near = 0;
-    for (std::size_t i = 1; i + 1 < s.size(); ++i) {
-      if (s[i] < low || s[i] > high) continue;
-      const bool nearer = near == 0 || std::abs(s[i] - middle) < std::abs(s[near] - middle);
-      if (nearer) near = i;
-      if (corner_at(p, i) && (corner == 0 || speed_at(s[i]) < speed_at(s[corner]))) corner = i;
-    }
-    std::size_t chosen = corner;
-    if (chosen == 0 && near != 0 && std::abs(s[near] - middle) <= kNearShare * (along(goal + part) - along(goal - part))) chosen = near;
-    if (chosen == 0) {
-      chosen = std::size_t(std::upper_bound(s.begin(), s.end(), middle) - s.begin());
-      if (chosen == 0 || chosen >= s.size()) continue;
-      insert_point(input, chosen, (middle - s[chosen - 1]) / (s[chosen] - s[chosen - 1]), stops);
-    }
-    const auto place = std::lower_bound(stops.begin(), stops.end(), chosen);
-    if (place != stops.end() && *place == chosen) continue;
-    stops.insert(place, chosen);
-    added.push_back({lengths_of(input.path)[chosen], input.path.points[chosen], corner != 0});
-  }
-  return added;
+  return motion::add_rests(input.path.points, input.path.closed, input.ceiling, input.yaw_point_rad,
+                           {demand.speed_mm_s, demand.step_s, pulses.problem_from, pulses.problem_to, pulses.problem_fits}, stops);
 }
 
 }  // namespace firn

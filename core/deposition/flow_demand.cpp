@@ -7,6 +7,16 @@
 
 namespace firn::deposition {
 
+std::vector<double> speeds_at_ticks(std::span<const Point2> tool, double tick_s) {
+  const auto step = [&](std::size_t n) {
+    const double dx = tool[n + 1].x_mm - tool[n].x_mm, dy = tool[n + 1].y_mm - tool[n].y_mm;
+    return std::sqrt(dx * dx + dy * dy) / tick_s;
+  };
+  std::vector<double> speeds(tool.size(), 0.0);
+  for (std::size_t n = 1; n + 1 < tool.size(); ++n) speeds[n] = 0.5 * (step(n - 1) + step(n));
+  return speeds;
+}
+
 void nominal_flow(double width_mm, double layer_height_mm, std::span<const double> speed_mm_s, std::span<double> flow_mm3_s) {
   const double section_mm2 = width_mm * layer_height_mm;
   for (std::size_t i = 0; i < speed_mm_s.size(); ++i) flow_mm3_s[i] = section_mm2 * speed_mm_s[i];

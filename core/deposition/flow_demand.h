@@ -12,6 +12,9 @@
 
 namespace firn::deposition {
 
+/// The path's speed at each tick, from the emitted tool positions: what flow must match. At rest at both ends.
+std::vector<double> speeds_at_ticks(std::span<const Point2> tool, double tick_s);
+
 /// Eq. (6.2): q_nom = w dh_d c. @pre sizes equal
 void nominal_flow(double width_mm, double layer_height_mm, std::span<const double> speed_mm_s, std::span<double> flow_mm3_s);
 

@@ -90,7 +90,7 @@ TEST_CASE("The CSV has a line per tick that reads back to the same numbers, and 
     CHECK(v[3] == t.positions[n * std::size_t(t.axes)]);
   }
   CHECK(n == t.samples());
-  const std::vector<double> c = speeds_at_ticks(items[0].result.tool, t.tick_s);
+  const std::vector<double> c = deposition::speeds_at_ticks(items[0].result.tool, t.tick_s);
   double length = 0.0;
   for (std::size_t k = 1; k < c.size(); ++k) length += 0.5 * t.tick_s * (c[k - 1] + c[k]);
   CHECK(length == Approx(100.0).margin(0.2));
@@ -129,7 +129,7 @@ TEST_CASE("A path longer than the controller's list is cut at its corners, witho
   const auto items = planned({turns}, 1, how);
   REQUIRE(items[0].result.ok());
   CHECK(items[0].result.trajectory.certificate.duration_s > 200.0);
-  const std::vector<double> speed = speeds_at_ticks(items[0].result.tool, 0.016);
+  const std::vector<double> speed = deposition::speeds_at_ticks(items[0].result.tool, 0.016);
   REQUIRE(items[0].result.rests.size() == 12);
   for (std::size_t n : items[0].result.rests) CHECK(speed[n] < 0.8 * speed[n + 8]);
   CHECK(items[0].pulse_plan.trains.size() == 2);

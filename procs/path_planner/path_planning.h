@@ -1,0 +1,110 @@
+// One path of a print -> where the arm is tick by tick, and when the valve opens [Barnett 2012, 5.2.2, 6.2].
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/machine.h"
+#include "core/control/surface/surface_controller.h"
+#include "core/deposition/pulses.h"
+#include "core/motion/planner.h"
+#include "core/slice/print_paths.h"
+
+namespace firn::planning {
+
+/// Nominal speeds of one material: those of u = 0, before the motion limits.
+struct MaterialSpeeds {
+  double boundary_mm_s = 25.0;  ///< also hooks
+  double fill_mm_s = 25.0;
+  double measure_mm_s = 50.0;
+  double of(PathKind kind) const {
+    return kind == PathKind::kMeasurement ? measure_mm_s : kind == PathKind::kFill ? fill_mm_s : boundary_mm_s;
+  }
+};
+
+/// A valve as the lab believes it to be.
+struct ValveSetup {
+  deposition::ValveSetting setting;
+  double latency_s = 0.0;        ///< from a pulse's tick to liquid on the surface: pulses come so much earlier
+};
+
+struct PlanningSetup {
+  Machine machine;
+  motion::Tool laser;            ///< as calibrated, its point in the middle of the range
+  Point2 origin;                 ///< of the part's frame in the arm's [mm]
+  double origin_z_mm = 0.0;
+  double nozzle_gap_mm = 3.0;    ///< nozzle above the layer's nominal top
+  double tolerance_mm = 0.05;    ///< PlanOptions::tolerance_mm
+  double action_step_mm = 2.0;   ///< a path that follows an action of the speed has a point at least so often
+  std::array<MaterialSpeeds, 2> speeds;
+  std::vector<ValveSetup> valves;            ///< by material
+  deposition::ValveLimits valve_limits;
+  control::SurfaceVersion version = control::SurfaceVersion::kPathSpeed;
+};
+
+/// What is to be planned: a line of a layer, or a piece of it.
+struct PathTask {
+  std::int32_t layer = 0;
+  PathKind kind = PathKind::kFill;
+  std::uint8_t material = 0;
+  bool closed = false;
+  double width_mm = 0.0, layer_height_mm = 0.0;
+  double z_mm = 0.0;             ///< of the tool in use, above the part's origin
+  std::string tool;              ///< of the machine; "laser": the setup's
+  std::vector<Point2> points;
+  bool deposits() const { return kind != PathKind::kMeasurement; }
+};
+
+/// One list for the valve's controller.
+struct PlannedList {
+  double start_s = 0.0;          ///< of the trajectory; the arm rests there
+  double volume_mm3 = 0.0;       ///< wanted until the next list
+  std::vector<std::int32_t> ticks;
+};
+
+struct PlannedTask {
+  std::string problem;           ///< why there is none: reason, point, value and limit; the rest is empty then
+  Trajectory trajectory;         ///< of all joints
+  std::vector<Point2> tool;      ///< in the part's frame, at the ticks
+  std::vector<PlannedList> lists;
+  double length_mm = 0.0, volume_mm3 = 0.0;
+  double clipped_mm3 = 0.0;      ///< wanted beyond what the valve gives, and left out
+  std::int64_t pulses() const;
+};
+
+/// The paths of a layer that deposit, or those that measure it, in their order, without lines shorter than 0.05 mm.
+/// A measurement path that takes longer than
+/// one list of the robot (max_duration_s of the valves) is divided into equal pieces.
+std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, bool measurement, const PlanningSetup& setup);
+
+/// Plans any number of tasks; keeps the planner's memory, and the motions of the tasks of the last two batches: a path that
+/// is met again in another layer, at the same speed, is not planned again.
+class TaskPlanner {
+ public:
+  /// @throws std::invalid_argument: a machine that is no arm, fewer valves than two, what deposition::check refuses
+  explicit TaskPlanner(PlanningSetup setup);
+  ~TaskPlanner();
+
+  /// "" or why the arm cannot follow the task: cheap, without planning it.
+  std::string unreachable(const PathTask& task) const;
+
+  /// `action`: U' over the interval's grid, nullptr = none. Speed version: the ceiling at point i is
+  /// c_i = c_nom / (1 + u_i) (5.7)-(5.9), and the valve runs at the constant frequency h(w dh c_nom) as long as the path
+  /// lasts. Frequency version: speed as nominal, flow q_i = (1 + u_i) w dh c_i, frequency h(q_i) (6.2)-(6.6).
+  /// A path whose pulses do not fit one list is given rests.
+  PlannedTask plan(const PathTask& task, const HeightMap* action);
+
+  void next_batch();             ///< motions that were not met since the last call but one are forgotten
+  std::size_t motions_planned() const;  ///< calls of the motion planner so far
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A point every `step_mm` of a polygon at least; the original points stay.
+std::vector<Point2> subdivided(const std::vector<Point2>& points, bool closed, double step_mm);
+
+}  // namespace firn::planning
