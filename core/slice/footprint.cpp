@@ -44,9 +44,10 @@ GridSpec footprint_grid(const LayerPaths& layer, double pitch_mm) {
   });
   if (x1 < x0) throw std::invalid_argument("layer " + std::to_string(layer.layer) + " deposits nothing");
   const double i0 = std::floor(x0 / pitch_mm), i1 = std::ceil(x1 / pitch_mm), j0 = std::floor(y0 / pitch_mm), j1 = std::ceil(y1 / pitch_mm);
-  if (i1 - i0 >= kMaxGridSide || j1 - j0 >= kMaxGridSide)
+  if (i1 - i0 + 2.0 > kMaxGridSide || j1 - j0 + 2.0 > kMaxGridSide)
     throw std::invalid_argument("layer " + std::to_string(layer.layer) + " needs more than " + std::to_string(kMaxGridSide) + " cells a side");
-  return {int(i1 - i0) + 1, int(j1 - j0) + 1, pitch_mm, pitch_mm, i0 * pitch_mm, j0 * pitch_mm};
+  const auto even = [](double cells) { return (int(cells) + 2) / 2 * 2; };
+  return {even(i1 - i0), even(j1 - j0), pitch_mm, pitch_mm, i0 * pitch_mm, j0 * pitch_mm};
 }
 
 Grid<std::uint8_t> footprint_materials(const LayerPaths& layer, const GridSpec& g) {

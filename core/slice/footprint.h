@@ -7,7 +7,8 @@
 namespace firn::slice {
 
 /// The smallest grid of square cells, with centres at whole multiples of the pitch, that holds every deposition bead of the
-/// layer; so grids of different layers share their cells. @throws std::invalid_argument: a layer without deposition paths, a
+/// layer; so grids of different layers share their cells;
+/// an even number of cells a side (the fast cosine transforms want that). @throws std::invalid_argument: a layer without deposition paths, a
 /// pitch not within (0, 100] mm, a grid above kMaxGridSide cells
 GridSpec footprint_grid(const LayerPaths& layer, double pitch_mm);
 
