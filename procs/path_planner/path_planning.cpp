@@ -266,6 +266,12 @@ std::string TaskPlanner::unreachable(const PathTask& task) const {
   }
 }
 
+void TaskPlanner::prepare(const PathTask& task) {
+  motion::PathInput in = state_->input(task, task.points);
+  in.ceiling.path_mm_s = state_->nominal_speed(task);
+  state_->motion(task, in);
+}
+
 PlannedTask TaskPlanner::plan(const PathTask& task, const HeightMap* action) {
   State& s = *state_;
   PlannedTask out;

@@ -96,6 +96,8 @@ class TaskPlanner {
   /// A path whose pulses do not fit one list is given rests.
   PlannedTask plan(const PathTask& task, const HeightMap* action);
 
+  /// Plans the motion alone, without an action, so that plan() finds it.
+  void prepare(const PathTask& task);
   void next_batch();             ///< motions that were not met since the last call but one are forgotten
   std::size_t motions_planned() const;  ///< calls of the motion planner so far
 

@@ -43,7 +43,8 @@ struct SurfaceOptions {
   double output_limit = 1.0;    ///< frequency version: |U'| stays within this, at most 1
   bool feed_forward = false;    ///< of use_flow(): the action is divided by what a valve gives against its calibration
   int last_layer = 0;           ///< of the part: its map is answered with "end"; 0 = there is none
-  int stop_after = 0;           ///< stop when half of one material's cells ask for all there is in so many maps running; 0 = never
+  int stop_after = 0;           ///< stop when so many maps running one material's cells ask for all there is; 0 = never
+  double stop_share = 0.5;      ///< of them, above which a map counts
   SurfaceSmfOptions smf;
   SurfaceAdaptiveOptions adaptive;
 };

@@ -41,6 +41,7 @@ void check(const SurfaceOptions& o) {
   require(o.speed_range > 0.0 && o.speed_range < 1.0, "speed_range", o.speed_range, "above 0 and below 1");
   require(o.output_limit > 0.0 && o.output_limit <= 1.0, "output_limit", o.output_limit, "above 0 and at most 1");
   require(o.stop_after >= 0, "stop_after", o.stop_after, "0 or more");
+  require(o.stop_share > 0.0 && o.stop_share <= 1.0, "stop_share", o.stop_share, "above 0 and at most 1");
   require(std::isfinite(o.smf.kp) && o.smf.kp > 0.0, "kp", o.smf.kp, "above 0");
   require(std::isfinite(o.smf.ki_star) && o.smf.ki_star >= 0.0, "ki_star", o.smf.ki_star, "0 or more");
   require(std::isfinite(o.smf.kd_star) && o.smf.kd_star >= 0.0, "kd_star", o.smf.kd_star, "0 or more");
@@ -139,7 +140,7 @@ SurfaceDecision SurfaceScheduler::decide(const SurfaceMeasurement& m) {
   d.mean_error_mm = sum / cells;
   d.feed_forward = {1.0 / factor_[0], 1.0 / factor_[1]};
   const auto counted = [&](int before, std::size_t material) {
-    return of_material[material] > 0.0 ? (wants_all[material] > 0.5 * of_material[material] ? before + 1 : 0) : before;
+    return of_material[material] > 0.0 ? (wants_all[material] > options_.stop_share * of_material[material] ? before + 1 : 0) : before;
   };
   after_ = {counted(before_.part, 0), counted(before_.scaffold, 1)};
 

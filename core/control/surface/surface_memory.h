@@ -37,7 +37,7 @@ class SurfaceScheduler : public SurfaceController {
 
  private:
   struct Count {
-    int part = 0, scaffold = 0;  ///< maps running in which half of its cells asked for all there is
+    int part = 0, scaffold = 0;  ///< maps running in which more than stop_share of its cells asked for all there is
   };
   std::array<double, 2> factor_{1.0, 1.0};
   int layer_ = -1;

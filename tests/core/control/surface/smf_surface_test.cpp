@@ -174,7 +174,7 @@ TEST_CASE("A second map of a layer replaces the first, in sum, difference and th
   CHECK(a.kind == SurfaceDecision::Kind::kPrint);
 }
 
-TEST_CASE("Half of one material at the upper bound for n maps running stops the print by name; one map between does not") {
+TEST_CASE("More than the share of one material at the upper bound for n maps running stops the print by name; one map between does not") {
   SurfaceOptions o = options(1.0, 0.0, 0.0);
   o.stop_after = 3;
   const GridSpec g = grid(8, 2);

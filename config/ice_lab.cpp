@@ -1,0 +1,49 @@
+#include "config/ice_lab.h"
+
+#include <algorithm>
+
+namespace firn {
+namespace {
+
+constexpr double kRobotSlot_points = 8192.0;
+
+}  // namespace
+
+motion::Tool laser_tool(const Machine& machine, const Experiment& e) {
+  const LaserPointConfig& l = e.laser_point;
+  return {"laser", machine.laser.x_mm + l.offset_x_mm, machine.laser.y_mm + l.offset_y_mm, machine.laser.z_mm + l.offset_z_mm};
+}
+
+deposition::ValveSetting valve_setting(const ValveLineConfig& v) {
+  ValveConfig c;
+  c.pulse_s = v.pulse_us * 1e-6;
+  c.hz_per_mm3_s = v.hz_per_mm3_s;
+  c.table_hz = v.table_hz;
+  c.table_mm3_s = v.table_mm3_s;
+  return valve_setting(c);
+}
+
+deposition::ValveLimits list_limits(const Machine& machine, const Experiment& e) {
+  deposition::ValveLimits l = valve_limits(machine.valve);
+  l.max_entries = std::min(l.max_entries, std::int32_t(e.ice.max_pulses));
+  l.max_duration_s = std::min(l.max_duration_s, (kRobotSlot_points - 1.0) * machine.tick_s);
+  return l;
+}
+
+control::SurfaceOptions surface_options(const Experiment& e, int last_layer) {
+  const SmfConfig& s = e.control.smf;
+  control::SurfaceOptions o;
+  o.scheme = e.control.scheme;
+  o.interval_mm = e.ice.interval_layers * e.ice.layer_height_mm;
+  o.version = s.version == "frequency" ? control::SurfaceVersion::kValveFrequency : control::SurfaceVersion::kPathSpeed;
+  o.speed_range = s.speed_range;
+  o.output_limit = std::min(s.output_limit, 1.0);
+  o.feed_forward = e.flow.feed_forward == "on";
+  o.last_layer = last_layer;
+  o.stop_after = e.control.scheme == "open_loop" ? 0 : e.ice.max_saturated_intervals;
+  o.stop_share = e.ice.saturated_share;
+  o.smf = {s.kp, s.ki_star, s.kd_star, s.integral_limit};
+  return o;
+}
+
+}  // namespace firn

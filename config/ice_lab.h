@@ -1,0 +1,23 @@
+// What the ice lab's configuration and its machine say, in core's terms.
+#pragma once
+
+#include "config/experiment.h"
+#include "config/machine.h"
+#include "core/control/surface/surface_controller.h"
+
+namespace firn {
+
+/// The machine's tool_laser moved by what calibration found (laser_point.offset_*): its point is the middle of the range.
+/// Heights are higher by laser_point.offset_z_mm, so the tool stands higher by as much.
+motion::Tool laser_tool(const Machine& machine, const Experiment& experiment);
+
+/// One valve as the lab believes it to be. @throws std::invalid_argument: a flow curve that is none
+deposition::ValveSetting valve_setting(const ValveLineConfig& valve);
+
+/// The machine's, with lists of at most ice.max_pulses, and no longer than a slot of the robot: 8192 points.
+deposition::ValveLimits list_limits(const Machine& machine, const Experiment& experiment);
+
+/// @param last_layer of the print
+control::SurfaceOptions surface_options(const Experiment& experiment, int last_layer);
+
+}  // namespace firn

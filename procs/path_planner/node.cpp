@@ -1,0 +1,202 @@
+#include "procs/path_planner/node.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "config/ice_lab.h"
+#include "firn/fault_t.hpp"
+#include "firn/path_job_t.hpp"
+#include "firn/pulse_list_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+
+namespace firn {
+namespace {
+
+constexpr TimerId kAhead{1};
+constexpr double kAheadAfter_s = 0.001;
+constexpr int kMostRefusals = 20;
+constexpr double kMissingShare = 0.01;
+
+void tell(Severity severity, const std::string& text, Outbox& out) {
+  fault_t f{};
+  f.severity = std::int8_t(severity);
+  f.node = info(NodeId::kPathPlanner).name;
+  f.text = text;
+  out.send(channels::fault(NodeId::kPathPlanner), f);
+}
+
+path_job_t job_of(const planning::PathTask& t) {
+  path_job_t job{};
+  job.layer = t.layer;
+  job.material = std::int8_t(t.material);
+  job.kind = std::int8_t(t.kind);
+  job.valve = std::int8_t(!t.deposits() ? Valve::kNone : t.material == 0 ? Valve::kA : Valve::kB);
+  job.z_mm = t.z_mm;
+  return job;
+}
+
+void set_reach(path_job_t& job, const std::vector<Point2>& points) {
+  if (points.empty()) return;
+  const auto [x0, x1] = std::minmax_element(points.begin(), points.end(), [](const Point2& a, const Point2& b) { return a.x_mm < b.x_mm; });
+  const auto [y0, y1] = std::minmax_element(points.begin(), points.end(), [](const Point2& a, const Point2& b) { return a.y_mm < b.y_mm; });
+  job.x_min_mm = x0->x_mm, job.x_max_mm = x1->x_mm;
+  job.y_min_mm = y0->y_mm, job.y_max_mm = y1->y_mm;
+}
+
+}  // namespace
+
+planning::PlanningSetup planning_setup(const Experiment& e, const Machine& machine) {
+  planning::PlanningSetup s;
+  s.machine = machine;
+  s.laser = laser_tool(machine, e);
+  s.origin = {e.ice.origin_x_mm, e.ice.origin_y_mm};
+  s.origin_z_mm = e.ice.origin_z_mm;
+  s.nozzle_gap_mm = e.ice.nozzle_gap_mm;
+  const auto speeds = [](const IceMaterialConfig& m) { return planning::MaterialSpeeds{m.boundary_mm_s, m.fill_mm_s, m.measure_mm_s}; };
+  s.speeds = {speeds(e.ice.water), speeds(e.ice.scaffold)};
+  s.valves = {{valve_setting(e.valve_a), e.valve_a.latency_s}, {valve_setting(e.valve_b), e.valve_b.latency_s}};
+  s.valve_limits = list_limits(machine, e);
+  s.version = surface_options(e, 0).version;
+  return s;
+}
+
+PathPlannerNode::PathPlannerNode(const Experiment& e, const Machine& machine, slice::PrintPaths paths)
+    : paths_(std::move(paths)),
+      setup_(planning_setup(e, machine)),
+      planner_(std::make_unique<planning::TaskPlanner>(setup_)),
+      interval_layers_(e.ice.interval_layers),
+      motions_keep_(setup_.version == control::SurfaceVersion::kValveFrequency || e.control.scheme == "open_loop") {
+  if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
+  subscribe(channels::kControlSurface, this);
+}
+
+PathPlannerNode::Batch PathPlannerNode::batch_after(int layers_below) const {
+  Batch b;
+  const slice::LayerPaths* top = nullptr;
+  const auto add = [&](const slice::LayerPaths& layer, bool measurement) {
+    std::vector<planning::PathTask> tasks = planning::tasks_of(paths_, layer, measurement, setup_);
+    std::move(tasks.begin(), tasks.end(), std::back_inserter(b.tasks));
+  };
+  for (const slice::LayerPaths& layer : paths_.layers) {
+    if (layer.layer <= layers_below || layer.layer > layers_below + interval_layers_) continue;
+    add(layer, false);
+    top = &layer;
+  }
+  if (top) add(*top, true);
+  return b;
+}
+
+bool PathPlannerNode::refuse_unreachable(Outbox& out) {
+  int refused = 0;
+  std::string first;
+  for (const slice::LayerPaths& layer : paths_.layers)
+    for (const bool measurement : {false, true}) {
+      const std::vector<planning::PathTask> tasks = planning::tasks_of(paths_, layer, measurement, setup_);
+      for (std::size_t n = 0; n < tasks.size() && refused < kMostRefusals; ++n) {
+        const std::string why = planner_->unreachable(tasks[n]);
+        if (why.empty()) continue;
+        path_job_t job = job_of(tasks[n]);
+        job.path = ++path_;
+        job.batch = 1;
+        job.index = refused++;
+        job.count = kMostRefusals;
+        set_reach(job, tasks[n].points);
+        job.text = "layer " + std::to_string(layer.layer) + ", " + (measurement ? "measurement" : "deposition") + " path " + std::to_string(n + 1) + ": " + why;
+        if (first.empty()) first = job.text;
+        out.send(channels::kPathJob, std::move(job));
+      }
+    }
+  if (refused > 0) tell(Severity::kStop, "a path is out of reach, nothing is printed: " + first, out);
+  return refused > 0;
+}
+
+void PathPlannerNode::start(const Start& start, Time, Outbox& out) {
+  if (start.resumed()) return;  // what was sent before stands in the logs and is asked for again
+  if (refuse_unreachable(out)) return;
+  send_batch(0, 0, nullptr, out);
+}
+
+void PathPlannerNode::on(const control_surface_t& m, Time, Outbox& out) {
+  if (m.layer < answered_layer_ || (m.layer == answered_layer_ && m.attempt <= answered_attempt_)) return;
+  answered_layer_ = m.layer;
+  answered_attempt_ = m.attempt;
+  if (m.decision != 0) return;
+  HeightMap action(from_message(m.grid));
+  for (std::size_t c = 0; c < action.size(); ++c) action.cells[c] = double(m.u[c]);
+  send_batch(m.layer, m.map_id, &action, out);
+}
+
+void PathPlannerNode::send_batch(int layers_below, std::int64_t map_id, const HeightMap* action, Outbox& out) {
+  planner_->next_batch();
+  const Batch batch = batch_after(layers_below);
+  if (batch.tasks.empty()) return;
+  ++batch_;
+  double missing_mm3 = 0.0, wanted_mm3 = 0.0;
+  for (std::size_t n = 0; n < batch.tasks.size(); ++n) {
+    const planning::PlannedTask planned = planner_->plan(batch.tasks[n], action);
+    missing_mm3 += planned.clipped_mm3, wanted_mm3 += planned.volume_mm3;
+    send_path(batch.tasks[n], planned, int(n), int(batch.tasks.size()), map_id, out);
+  }
+  if (missing_mm3 > kMissingShare * wanted_mm3)
+    tell(Severity::kWarning, "batch " + std::to_string(batch_) + " wants " + std::to_string(missing_mm3) + " mm3 more than the valves give at its speeds", out);
+  ahead_ = batch_after(layers_below + interval_layers_);
+  if (!motions_keep_) std::erase_if(ahead_.tasks, [](const planning::PathTask& t) { return t.deposits(); });
+  ahead_next_ = 0;
+  out.wake_at(kAhead, out.now().after_s(kAheadAfter_s));
+}
+
+void PathPlannerNode::send_path(const planning::PathTask& task, const planning::PlannedTask& planned, int index, int count, std::int64_t map_id,
+                                Outbox& out) {
+  path_job_t job = job_of(task);
+  job.path = ++path_;
+  job.batch = batch_;
+  job.index = index;
+  job.count = count;
+  job.map_id = map_id;
+  job.text = planned.problem;
+  set_reach(job, planned.problem.empty() ? planned.tool : task.points);
+  if (planned.problem.empty()) {
+    PlannedPath path{task.layer, task.material, task.kind, planned.length_mm, planned.trajectory};
+    path.trajectory.id = path_;
+    out.send(channels::kTrajectory, to_message(path));
+    for (std::size_t n = 0; n < planned.lists.size(); ++n) {
+      const planning::PlannedList& l = planned.lists[n];
+      pulse_list_t list{};
+      list.path = path_;
+      list.list = std::int32_t(n);
+      list.lists = std::int32_t(planned.lists.size());
+      list.valve = job.valve;
+      list.start_s = l.start_s;
+      list.tick_s = setup_.valve_limits.tick_s;
+      list.pulse_s = setup_.valves[std::min<std::size_t>(task.material, 1)].setting.pulse_s;
+      list.volume_mm3 = l.volume_mm3;
+      list.n = std::int32_t(l.ticks.size());
+      list.tick = l.ticks;
+      out.send(channels::kPulseList, std::move(list));
+    }
+    job.lists = std::int32_t(planned.lists.size());
+    job.pulses = planned.pulses();
+    job.duration_s = planned.trajectory.certificate.duration_s;
+    job.length_mm = planned.length_mm;
+    job.volume_mm3 = planned.volume_mm3;
+  }
+  out.send(channels::kPathJob, std::move(job));
+}
+
+void PathPlannerNode::wake(TimerId timer, Time now, Outbox& out) {
+  if (timer != kAhead || ahead_next_ >= ahead_.tasks.size()) return;
+  const int layer = ahead_.tasks[ahead_next_].layer;  // one layer a step
+  while (ahead_next_ < ahead_.tasks.size() && ahead_.tasks[ahead_next_].layer == layer) planner_->prepare(ahead_.tasks[ahead_next_++]);
+  if (ahead_next_ < ahead_.tasks.size()) out.wake_at(kAhead, now.after_s(kAheadAfter_s));
+}
+
+std::unique_ptr<Node> make_path_planner(const std::string& config_toml, const Blobs& blobs) {
+  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
+  return std::make_unique<PathPlannerNode>(e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
+                                           slice::decode_print_paths(blob(blobs, "paths").bytes));
+}
+
+}  // namespace firn
