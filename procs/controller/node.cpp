@@ -9,6 +9,7 @@
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/outcome.h"
+#include "procs/controller/surface_node.h"
 
 namespace firn {
 namespace {
@@ -179,6 +180,7 @@ void ControllerNode::on(const height_model_t& m, Time, Outbox&) {
 
 std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  if (is_ice(e)) return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes));
   std::shared_ptr<const Geometry> geometry;
   if (e.geometry.solid.kind != "none")
     geometry = std::make_shared<const Geometry>(

@@ -10,6 +10,7 @@
 #include "firn/height_map_t.hpp"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/outcome.h"
+#include "procs/surface_mapper/path_mapper.h"
 
 namespace firn {
 namespace {
@@ -138,6 +139,11 @@ preview_t preview_of(const HeightMap& h, std::int32_t layer) {
 
 std::unique_ptr<Node> make_surface_mapper(const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  if (is_ice(e)) {
+    const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
+    return std::make_unique<PathMapper>(e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
+                                        slice::decode_print_paths(blob(blobs, "paths").bytes));
+  }
   return std::make_unique<SurfaceMapper>(e, mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
 }
 

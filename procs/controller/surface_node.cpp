@@ -1,0 +1,74 @@
+#include "procs/controller/surface_node.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "config/ice_lab.h"
+#include "core/slice/footprint.h"
+#include "firn/control_surface_t.hpp"
+#include "firn/fault_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+
+namespace firn {
+
+SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPaths paths)
+    : paths_(std::move(paths)), pitch_mm_(e.ice.pitch_mm), min_measured_fraction_(e.process.min_measured_fraction) {
+  if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
+  const control::SurfaceOptions options = surface_options(e, paths_.layers.back().layer);
+  version_ = options.version;
+  scheme_ = control::make_surface_controller(options);
+  subscribe(channels::kHeightMap, this);
+  if (options.feed_forward) subscribe(channels::kFlowModel, this);
+}
+
+control::SurfaceDecision SurfaceControllerNode::decide(const height_map_t& m) {
+  const slice::LayerPaths* layer = slice::find_layer(paths_, m.layer);
+  if (!layer) throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": the print has no layer " + std::to_string(m.layer));
+  const GridSpec grid = slice::footprint_grid(*layer, pitch_mm_);
+  if (from_message(m.grid) != grid || m.height_mm.size() != grid.size())
+    throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": its grid of " + std::to_string(m.grid.nx) + " x " +
+                                std::to_string(m.grid.ny) + " cells is not layer " + std::to_string(m.layer) + "'s of " + std::to_string(grid.nx) +
+                                " x " + std::to_string(grid.ny));
+  const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
+  return scheme_->decide({height_of(m), slice::footprint_materials(*layer, grid), layer->z * slice::kMmPerUnit, m.layer, m.attempt, noise});
+}
+
+void SurfaceControllerNode::on(const height_map_t& m, Time, Outbox& out) {
+  if (!(m.measured_fraction >= min_measured_fraction_)) return;
+  control_surface_t answer{};
+  answer.layer = m.layer;
+  answer.attempt = m.attempt;
+  answer.map_id = m.map_id;
+  answer.version = std::int8_t(version_ == control::SurfaceVersion::kPathSpeed ? ControlVersion::kPathSpeed : ControlVersion::kValveFrequency);
+  answer.grid = m.grid;
+  control::SurfaceDecision d;
+  try {
+    d = decide(m);
+  } catch (const std::exception& error) {
+    d.reason = error.what();
+    d.u = HeightMap(from_message(m.grid), 0.0);
+    fault_t fault{};
+    fault.severity = std::int8_t(Severity::kStop);
+    fault.node = info(NodeId::kController).name;
+    fault.text = error.what();
+    out.send(channels::fault(NodeId::kController), fault);
+  }
+  answer.decision = std::int8_t(d.kind);
+  answer.saturated_fraction = d.saturated_fraction;
+  answer.rms_mm = d.rms_mm;
+  answer.mean_error_mm = d.mean_error_mm;
+  answer.feed_forward[0] = d.feed_forward[0];
+  answer.feed_forward[1] = d.feed_forward[1];
+  answer.reason = d.reason;
+  answer.n = std::int32_t(d.u.size());
+  for (const double u : d.u.cells) answer.u.push_back(float(u));
+  out.send(channels::kControlSurface, std::move(answer));
+}
+
+void SurfaceControllerNode::on(const flow_model_t& m, Time, Outbox&) {
+  if (m.maps_used > 0) scheme_->use_flow({m.factor[0], m.factor[1]});
+}
+
+}  // namespace firn

@@ -1,0 +1,35 @@
+// controller of a path printer: HEIGHT_MAP -> CONTROL_SURFACE. Any scheme of core/control/surface.
+#pragma once
+
+#include <memory>
+
+#include "config/experiment.h"
+#include "core/control/surface/surface_controller.h"
+#include "core/slice/print_paths.h"
+#include "firn/flow_model_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "runtime/node.h"
+
+namespace firn {
+
+/// Answers every height map of a layer of the print with the action for the layers above it, echoing map_id and attempt. A
+/// map below process.min_measured_fraction is not answered: whoever asked for it measures again or stops (I13). A map that
+/// cannot be used is answered with a fault and a decision to stop; it leaves the scheme's state as it was.
+class SurfaceControllerNode final : public Node {
+ public:
+  /// @throws std::invalid_argument naming the option that the scheme refuses; paths without a layer
+  SurfaceControllerNode(const Experiment& experiment, slice::PrintPaths paths);
+  void on(const height_map_t&, Time now, Outbox&);
+  /// With flow.feed_forward: later answers divide by it.
+  void on(const flow_model_t&, Time now, Outbox&);
+
+ private:
+  control::SurfaceDecision decide(const height_map_t& map);
+
+  slice::PrintPaths paths_;
+  double pitch_mm_, min_measured_fraction_;
+  control::SurfaceVersion version_;
+  std::unique_ptr<control::SurfaceController> scheme_;
+};
+
+}  // namespace firn
