@@ -209,9 +209,11 @@ void refine(const CellSizes& sizes, CurveWork& work, Curve& fine) {
 void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work,
                  Curve& curve) {
   const std::size_t cells = curve.cells();
-  const double first = ceiling.empty() ? std::numeric_limits<double>::infinity() : ceiling[0];
-  curve.ceiling.assign(cells, first);
-  if (std::all_of(ceiling.begin(), ceiling.end(), [&](double c) { return c == first; })) return;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const double first = ceiling.empty() ? kNone : ceiling[0];
+  const bool same = std::all_of(ceiling.begin(), ceiling.end(), [&](double c) { return c == first; });
+  curve.ceiling.assign(cells, same ? first : kNone);
+  if (same) return;
   // position of every input point along the base: within a piece in proportion to the chords
   auto& at = work.point_s;
   at.assign(points.size(), 0.0);

@@ -68,6 +68,27 @@ TEST_CASE("The closed form starts and ends at rest, covers its length and holds 
   }
 }
 
+TEST_CASE("A low ceiling at the start of a path does not hold further on") {
+  std::vector<Point2> points;
+  for (int n = 0; n <= 100; ++n) points.push_back({double(n), 0.0});
+  PathInput input;
+  input.points = points;
+  input.origin = {300.0, -50.0};
+  input.ceiling.point_mm_s.assign(points.size(), 80.0);
+  for (std::size_t n = 0; n < 20; ++n) input.ceiling.point_mm_s[n] = 20.0;
+  const auto arm = make_scara(cobra600());
+  const PlanResult r = plan(input, *arm, cobra600_limits());
+  REQUIRE(r.ok());
+  double most = 0.0;
+  for (std::size_t n = 0; n + 1 < r.tool.size(); ++n) {
+    const double v = (r.tool[n + 1].x_mm - r.tool[n].x_mm) / 0.016;
+    if (r.tool[n + 1].x_mm < 19.0) CHECK(v <= 20.0 * (1.0 + 1e-9));
+    most = std::max(most, v);
+  }
+  CHECK(most > 79.0);
+  CHECK(r.trajectory.certificate.duration_s < 2.5);
+}
+
 TEST_CASE("Speed ceilings hold along the path and cost time") {
   const auto arm = make_scara(cobra600());
   const auto points = thesis::fig_4_2();
