@@ -2,6 +2,7 @@
 // of device_state_t and answer_t.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -39,8 +40,12 @@ enum Code : std::int32_t {
   kNoCode = 0,
   kEstop = 1,
   kLinkLost = 2,
+  kValveLost = 3,
   kStall = 5,
+  kTimeSlip = 7,
+  kUnreachable = 8,
   kLampOn = 9,
+  kTemperature = 10,
   kJetLimit = 11,
   kLimit = 14,
   kCommandRejected = 100,
@@ -94,7 +99,24 @@ struct ScanDone {
   std::int32_t rows_received = 0;
 };
 
-using DriverEvent = std::variant<StateChange, Result, Progress, Fault, Profile, ScanDone>;
+/// What the point laser stored, or one reading.
+struct Samples {
+  std::int32_t material = 0;
+  std::int32_t expected = 0;   ///< asked for; 1 = a single reading
+  std::int32_t damaged = 0;    ///< of the values, for a reason that the instrument does not give
+  double period_s = 0.0;
+  std::vector<float> z_mm;     ///< from the reference distance, up positive; NaN = no value
+};
+
+/// The heater's temperatures and what is wrong with them.
+struct Temperatures {
+  std::array<double, 3> celsius{};      ///< NaN = open thermocouple
+  std::array<double, 3> set_celsius{};
+  std::array<std::int8_t, 3> fault{};   ///< numbers of temperature_t
+  std::array<bool, 3> heating{};
+};
+
+using DriverEvent = std::variant<StateChange, Result, Progress, Fault, Profile, ScanDone, Samples, Temperatures>;
 
 /// Filled by every call of a driver; the caller clears it and hands it in again, so that a steady state
 /// allocates nothing.

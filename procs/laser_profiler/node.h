@@ -24,6 +24,8 @@ class LaserProfilerNode final
   void on(const profiler_command_t&, Time now, Outbox&);
   void on_event(drivers::Profile&, Time now, Outbox&);
   void on_event(drivers::ScanDone&, Time now, Outbox&);
+  template <class Event>
+  void on_event(const Event&, Time, Outbox&) {}
 
  private:
   double counts_per_mm_;

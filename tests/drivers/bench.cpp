@@ -76,6 +76,16 @@ std::string describe(const DriverEvent& event) {
     std::string operator()(const ScanDone& d) const {
       return "scan done " + std::to_string(d.rows_received) + "/" + std::to_string(d.rows_expected);
     }
+    std::string operator()(const Samples& s) const {
+      return "samples " + std::to_string(s.z_mm.size()) + "/" + std::to_string(s.expected) + " material " +
+             std::to_string(s.material) + " damaged " + std::to_string(s.damaged);
+    }
+    std::string operator()(const Temperatures& t) const {
+      std::string text = "temperatures";
+      for (std::size_t c = 0; c < 3; ++c)
+        text += " " + std::to_string(t.celsius[c]) + (t.fault[c] ? "!" + std::to_string(int(t.fault[c])) : "");
+      return text;
+    }
   };
   return std::visit(Visitor{}, event);
 }

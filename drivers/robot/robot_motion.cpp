@@ -1,0 +1,281 @@
+// Robot: moves, homing, running a path, and what is done when the link is idle.
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/robot/robot.h"
+
+namespace firn::drivers {
+namespace {
+
+/// Where a path may begin: 0.005 deg, 0.005 mm; the wrist's encoder has 0.03 deg.
+constexpr fvp::Counts kTolerance{50, 50, 5, 600};
+
+bool near(const fvp::Counts& a, const fvp::Counts& b, std::size_t joint) {
+  return std::abs(a[joint] - b[joint]) <= kTolerance[joint];
+}
+
+}  // namespace
+
+std::int64_t Robot::planned_us() const {
+  return std::llround(double(part_points_ == 0 ? 0 : part_points_ - 1) * config_.tick_s * 1e6);
+}
+
+void Robot::plan_way(const fvp::Counts& to, int percent) {
+  way_.clear();
+  way_at_ = 0;
+  move_over_ = false;
+  poll_at_us_ = limit_us_ = 0;
+  const fvp::Counts& from = *where_;
+  const bool turns = !near(from, to, 0) || !near(from, to, 1) || !near(from, to, 3);
+  if (turns) {
+    const double hop_mm = (std::max(from[2], to[2])) / 1e3 + config_.approach_hop_mm;
+    const auto top = std::int32_t(std::llround(std::min(hop_mm, config_.limits[2].high) * 1e3));
+    fvp::Counts above = from;
+    above[2] = std::max(top, from[2]);
+    if (!near(from, above, 2)) way_.push_back({true, above, percent});
+    fvp::Counts over = to;
+    over[2] = above[2];
+    way_.push_back({false, over, percent});
+    if (!near(over, to, 2)) way_.push_back({true, to, percent});
+  } else if (!near(from, to, 2)) {
+    way_.push_back({true, to, percent});
+  }
+}
+
+void Robot::start_move(const Target& target, std::int64_t now_us) {
+  LineWriter line = fvp::request(seq(), target.only_z ? "MOVEZ" : "MOVEJ");
+  double longest_s = 0.0;
+  for (std::size_t j = target.only_z ? 2 : 0; j < (target.only_z ? 3u : 4u); ++j) {
+    line.word(target.counts[j]);
+    const double full = j == 2 ? config_.limits[j].move_rate * 1e3
+                               : double(fvp::counts_of({config_.limits[j].move_rate, 0.0, 0.0, 0.0})[0]);
+    const double way = where_ ? std::abs(double(target.counts[j]) - double((*where_)[j])) : 0.0;
+    longest_s = std::max(longest_s, way / (full * target.percent / 100.0));
+  }
+  line.word(target.percent);
+  push(line, Repeat::kNever, kMove);
+  move_over_ = false;
+  poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
+  limit_us_ = now_us + std::int64_t((longest_s * config_.stall_factor + config_.move_grace_s +
+                                     2.0 * config_.host_latency_s) * 1e6);
+}
+
+// Of the move that was started last: an event says that it is over, or the status does.
+Robot::Motion Robot::motion(std::int64_t now_us) {
+  if (move_over_) return Motion::kOver;
+  if (now_us < poll_at_us_) return Motion::kWaiting;
+  if (poll_at_us_ != 0 && status_.state != fvp::State::kRunning && where_) {
+    move_over_ = true;  // asked after the move had begun, and it stands
+    return Motion::kOver;
+  }
+  poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
+  ask("STAT", kStat);
+  ask("STAT J", kWhere);
+  return Motion::kAsked;
+}
+
+bool Robot::moving_step(std::int64_t now_us, Effects& fx) {
+  if (limit_us_ != 0) {
+    const Motion m = motion(now_us);
+    if (m != Motion::kOver) return m == Motion::kAsked;
+    ++way_at_;
+    limit_us_ = 0;
+  }
+  if (way_at_ < way_.size()) {
+    start_move(way_[way_at_], now_us);
+    return true;
+  }
+  if (op_ == Op::kRun) {
+    start_path(now_us, fx);
+    return true;
+  }
+  low_ = low_ || op_ == Op::kMove;
+  if (op_ == Op::kHome) low_ = false;
+  const char* what = op_ == Op::kHome ? "homed" : "move done";
+  finish({Outcome::kDone, -1, 0, 0, 0, kNoCode, {}}, fx);
+  ready(what, fx);
+  return true;
+}
+
+void Robot::start_path(std::int64_t now_us, Effects& fx) {
+  const Slot* slot = slot_of(part_);
+  if (!slot) return begin_stop(now_us, fx, "the robot has lost the path", kInstrument);
+  phase_ = Phase::kStarting;
+  run_id_ = slot->id;
+  if (signals_ & (kSignalValveA | kSignalValveB)) spent_.insert(part_);
+  launched_ = true;
+  low_ = true;
+  push(fvp::request(seq(), "PATH RUN").word(run_id_).word(signals_), Repeat::kNever, kRunPath);
+}
+
+void Robot::complete_run(Effects& fx) {
+  const std::int64_t took_us = std::int64_t(took_ms_) * 1000, planned = planned_us();
+  Result r{Outcome::kDone, took_us, planned, 0, 0, kNoCode, {}};
+  if (std::abs(took_us - planned) > std::llround(config_.slip_s * 1e6)) {
+    ++slips_;
+    r.code = kTimeSlip;
+    r.text = "path " + std::to_string(part_.path) + " took " + std::to_string(took_us / 1000) + " ms, planned " +
+             std::to_string(planned / 1000) + " ms";
+    fault(slips_ > 1 ? 2 : 1, kTimeSlip, "robot: " + r.text, fx);
+  } else {
+    slips_ = 0;
+  }
+  if (signals_ & (kSignalValveA | kSignalValveB)) {
+    if (Slot* slot = slot_of(part_)) slot->verified = false;  // it may be overwritten
+  }
+  finish(std::move(r), fx);
+}
+
+bool Robot::running_step(std::int64_t now_us, Effects& fx) {
+  if (path_over_) {
+    complete_run(fx);
+    ready("path done", fx);
+    return true;
+  }
+  if (now_us >= poll_at_us_) {
+    poll_at_us_ = now_us + 100'000;
+    ask("STAT", kStat);
+    return true;
+  }
+  if (upload_step()) return true;
+  if (now_us - link_.last_sent_us() < std::int64_t(config_.hb_s * 1e6)) return false;
+  ask("HB", kBeat);
+  return true;
+}
+
+bool Robot::homing_step(std::int64_t now_us, Effects& fx) {
+  const auto fail = [&](std::string why, std::int32_t code) {
+    begin_stop(now_us, fx, std::move(why), code);
+    return true;
+  };
+  const auto poll = [&] {
+    if (now_us < poll_at_us_) return false;
+    poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
+    ask("STAT", kStat);
+    return true;
+  };
+  switch (step_) {
+    case 0:
+      order("CLEAR", kHarmless);
+      push(fvp::request(seq(), "SPEED").word(100), Repeat::kSetup, kSpeed);
+      ask("STAT", kStat);
+      step_ = 1;
+      return true;
+    case 1:
+      if (status_.state == fvp::State::kEstop || status_.state == fvp::State::kFault) {
+        doom_ = status_.state == fvp::State::kEstop
+                    ? Doom{DriverState::kEstop, kEstop, "the emergency stop is still pressed"}
+                    : Doom{DriverState::kFault, kAxisFault, "the fault cannot be cleared"};
+        return fail(doom_->text, doom_->code);
+      }
+      if (status_.speed_percent != 100)
+        return fail("monitor SPEED stays at " + std::to_string(status_.speed_percent) + ", not 100", kTimeSlip);
+      if (!status_.power) order("POWER 1");
+      limit_us_ = now_us + std::int64_t(config_.power_s * 1e6);
+      poll_at_us_ = now_us;
+      step_ = 2;
+      return true;
+    case 2:
+      if (!status_.power) return now_us >= limit_us_ ? fail("no arm power", kStall) : poll();
+      if (!status_.calibrated) order("CAL");
+      limit_us_ = now_us + std::int64_t(config_.calibration_s * 1e6);
+      poll_at_us_ = now_us;
+      step_ = 3;
+      return true;
+    case 3:
+      if (!status_.calibrated || status_.state == fvp::State::kRunning)
+        return now_us >= limit_us_ ? fail("the calibration does not end", kStall) : poll();
+      ask("STAT J", kWhere);
+      step_ = 4;
+      return true;
+    default: {
+      if (!where_) return fail("where it stands is not known", kInstrument);
+      fvp::Counts up = *where_;
+      up[2] = std::max(up[2], std::int32_t(std::llround(std::min(config_.home_z_mm, config_.limits[2].high) * 1e3)));
+      plan_way(up, config_.approach_percent);
+      phase_ = Phase::kMoving;
+      return true;
+    }
+  }
+}
+
+bool Robot::idle(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kDown:
+      return false;
+    case Phase::kHello:  // whatever it was doing ends
+      phase_ = Phase::kReady;
+      begin_stop(now_us, fx, "a new connection", kNoCode);
+      return true;
+    case Phase::kStopping:
+      return stopping_step(now_us, fx);
+    case Phase::kHoming:
+      return homing_step(now_us, fx);
+    case Phase::kMoving:
+      return moving_step(now_us, fx) || upload_step();
+    case Phase::kRunning:
+      return running_step(now_us, fx);
+    case Phase::kStarting:  // the reply to PATH RUN changes it
+      return false;
+    case Phase::kLoading:
+      if (!holds(part_)) return upload_step();
+      if (op_ == Op::kLoad) {
+        finish({Outcome::kDone, std::int64_t(part_points_), std::int64_t(part_points_), 0, 0, kNoCode, {}}, fx);
+        ready("path held", fx);
+      } else if (!where_) {
+        ask("STAT J", kWhere);
+      } else {
+        phase_ = Phase::kMoving;
+        low_ = true;
+        plan_way(first_point_, config_.approach_percent);
+        set_state(DriverState::kActive, "path " + std::to_string(part_.path), fx);
+      }
+      return true;
+    case Phase::kReady:
+      if (upload_step()) return true;
+      [[fallthrough]];
+    case Phase::kDead:
+      if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
+      ask("STAT", kStat);
+      return true;
+  }
+  return false;
+}
+
+void Robot::tick(std::int64_t now_us, Effects& fx) {
+  if (limit_us_ == 0 || now_us < limit_us_) return;
+  if (phase_ == Phase::kRunning && !path_over_) {
+    const std::string why = "path " + std::to_string(part_.path) + " is not over in time";
+    fault(2, kStall, "robot: " + why, fx);
+    begin_stop(now_us, fx, why, kStall);
+  } else if (phase_ == Phase::kMoving && !move_over_) {
+    fault(2, kStall, "robot: a move is not over in time", fx);
+    begin_stop(now_us, fx, "a move was not over in time", kStall);
+  }
+}
+
+std::int64_t Robot::device_wake_us() const {
+  const bool timed = phase_ == Phase::kRunning || phase_ == Phase::kMoving;
+  std::int64_t wake = timed ? limit_us_ : 0;
+  if (!link_.idle()) return wake;
+  std::int64_t next = 0;
+  switch (phase_) {
+    case Phase::kReady:
+    case Phase::kDead:
+      next = link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+      break;
+    case Phase::kRunning:
+      next = std::min(poll_at_us_, link_.last_sent_us() + std::int64_t(config_.hb_s * 1e6));
+      break;
+    case Phase::kMoving:
+    case Phase::kStopping:
+    case Phase::kHoming:
+      next = poll_at_us_;
+      break;
+    default:
+      break;
+  }
+  return next != 0 && (wake == 0 || next < wake) ? next : wake;
+}
+
+}  // namespace firn::drivers
