@@ -32,6 +32,7 @@ struct ListName {
   std::int64_t path = 0;
   std::int32_t list = 0;
   auto operator<=>(const ListName&) const = default;
+  std::string text() const;
 };
 
 class Valve final : public Driver {
