@@ -370,11 +370,11 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
   check_limits(limits, arm.joints());
   const CleanPath path = clean(input);
   check_ticks(path, limits, options);
-  if (!path.yaw_rad.empty()) require(arm.turns(), "a yaw per point, of an arm that does not turn the tool", double(path.yaw_rad.size()), 0.0);
+  const Posture chosen = posture(path, input, arm);
   CertifiedTask task{arm, limits, options, placement(input, path), limited_joints(limits, arm.joints()), {}};
   task.groups = row_groups(limits, task.joints, task.placement.turning);
   PlanResult result;
-  result.posture = task.placement.posture = posture(path, input, arm);
+  result.posture = task.placement.posture = chosen;
   try {
     finish(input, task, plan_stretches(path, task, work), work, result);
   } catch (const MotionError& error) {

@@ -24,18 +24,19 @@ void require_positive(double value, const char* what) {
 
 /// Points first..last of the path at whole ticks, without the first one.
 void emit(const CleanPath& path, std::size_t first, std::size_t last, double speed_mm_s,
-          const ConstantOptions& options, std::vector<Point2>& samples) {
+          const ConstantOptions& options, thesis::Profile& samples) {
   thesis::Profile piece;
   std::vector<double> ceiling;
   for (std::size_t i = first; i <= last; ++i) {
     piece.points.push_back(path.points[i]);
     piece.s_mm.push_back(i == first ? 0.0 : piece.s_mm.back() + distance(path.points[i - 1], path.points[i]));
+    if (!path.yaw_rad.empty()) piece.yaw_rad.push_back(path.yaw_rad[i]);
     if (i < last) ceiling.push_back(std::min(speed_mm_s, path.ceiling_mm_s[i]));
   }
   const RampedSpeed law(piece.s_mm, ceiling, options.ramp_mm_s2);
   const double ticks = double(whole_ticks(law.duration_s(), options.tick_s));
   for (double n = 1.0; n <= ticks; ++n)
-    samples.push_back(point_at(piece, law.distance_at(law.duration_s() * (n / ticks))));
+    append_at(piece, law.distance_at(law.duration_s() * (n / ticks)), samples);
 }
 
 bool straight_between(const std::vector<Point2>& p, const std::vector<std::size_t>& stops) {
@@ -115,10 +116,12 @@ Trajectory plan_constant(const PathInput& input, const Arm& arm, const MotionLim
   const bool fill = input.kind == PathKind::kFill && straight_between(path.points, stops);
   const double speed = std::min(limits.position.rate, fill ? options.fill_mm_s : options.boundary_mm_s);
   stops = with_stops(stops, path);
-  std::vector<Point2> samples{path.points.front()};
+  thesis::Profile samples;
+  samples.points.push_back(path.points.front());
+  if (!path.yaw_rad.empty()) samples.yaw_rad.push_back(path.yaw_rad.front());
   for (std::size_t k = 0; k + 1 < stops.size(); ++k)
     emit(path, stops[k], stops[k + 1], speed, options, samples);
-  return trajectory_of(joints_at(samples, arm.joints(), path, input, arm, posture), arm, options.tick_s);
+  return trajectory_of(joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture), arm, options.tick_s);
 }
 
 }  // namespace firn::motion

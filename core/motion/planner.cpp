@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "core/motion/certified.h"
@@ -88,13 +89,17 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
         joints.of(j, order)[n] = order == 0 ? trajectory.positions[n * axes + std::size_t(j)] : 0.0;
   arm.forward(joints, pose);
   flange_to_tool(path.tool, pose, pose);
+  const bool turning = !clean_path.yaw_rad.empty();
+  if (turning)
+    for (std::size_t n = 0; n < count; ++n)
+      result.yaw_rad.push_back(pose.of(kYaw, 0)[n] - 2.0 * std::numbers::pi * result.posture.yaw_turns);
   for (std::size_t n = 0; n < count; ++n)
     result.tool.push_back({pose.of(kX, 0)[n] - path.origin.x_mm, pose.of(kY, 0)[n] - path.origin.y_mm});
   result.rests = samples_at(stops, clean_path, path.origin, result.tool);
   for (Point2& p : clean_path.points) p = {p.x_mm - path.origin.x_mm, p.y_mm - path.origin.y_mm};
   result.deviation_mm = deviation(result.tool, clean_path.points);
-  const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()), false);
-  fill_certificate(difference_ratios(trajectory, result.tool, {}, groups), groups, arm, trajectory.certificate);
+  const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()), turning);
+  fill_certificate(difference_ratios(trajectory, result.tool, result.yaw_rad, groups), groups, arm, trajectory.certificate);
   if (options.trace_step_s > 0.0) result.trace = sampled_trace(trajectory, result.tool);
   result.continuous_s = trajectory.certificate.duration_s =
       count > 1 ? double(count - 1) * trajectory.tick_s : 0.0;

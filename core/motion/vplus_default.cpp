@@ -23,8 +23,17 @@ double turn_at(const std::vector<Point2>& p, std::size_t i) {
   return std::abs(std::atan2(ax * by - ay * bx, ax * bx + ay * by));
 }
 
+/// How far the yaw bends at a point, as a direction would: the change of its slope over the mean of both segments.
+double yaw_bend_at(const CleanPath& path, std::size_t i) {
+  if (path.yaw_rad.empty()) return 0.0;
+  const double before = distance(path.points[i - 1], path.points[i]), after = distance(path.points[i], path.points[i + 1]);
+  const double slope = (path.yaw_rad[i] - path.yaw_rad[i - 1]) / before, next = (path.yaw_rad[i + 1] - path.yaw_rad[i]) / after;
+  return std::abs(next - slope) * 0.5 * (before + after);
+}
+
 struct Moves {
   std::vector<Point2> points;
+  std::vector<double> yaw_rad;     ///< at the points; empty where it is constant
   std::vector<double> speed_mm_s;  ///< allowed on each move
   double duration_s(double blend) const {
     double sum = blend;
@@ -41,6 +50,7 @@ Moves moves_of(const CleanPath& path, const MotionLimits& limits, double spacing
   Moves moves;
   for (std::size_t k = 0; k < support.size(); ++k) {
     moves.points.push_back(path.points[support[k]]);
+    if (!path.yaw_rad.empty()) moves.yaw_rad.push_back(path.yaw_rad[support[k]]);
     if (k == 0) continue;
     double speed = limits.position.rate;
     for (std::size_t i = support[k - 1]; i < support[k]; ++i) speed = std::min(speed, path.ceiling_mm_s[i]);
@@ -49,19 +59,13 @@ Moves moves_of(const CleanPath& path, const MotionLimits& limits, double spacing
   return moves;
 }
 
-/// Tool points at the whole ticks: lines, and parabolas of length t_b around each point.
-std::vector<Point2> sample(const Moves& m, double blend, double tick_s) {
+/// Tool points, and yaws, at the whole ticks: lines, and parabolas of length t_b around each point.
+Moves sample(const Moves& m, double blend, double tick_s) {
   const std::size_t n = m.points.size();
   std::vector<double> at(n, 0.5 * blend);
-  std::vector<Point2> velocity(n + 1);  // of the move into point i; zero before the first and after the last
-  for (std::size_t i = 0; i + 1 < n; ++i) {
-    const double dt = m.move_s(i, blend);
-    at[i + 1] = at[i] + dt;
-    velocity[i + 1] = {(m.points[i + 1].x_mm - m.points[i].x_mm) / dt,
-                       (m.points[i + 1].y_mm - m.points[i].y_mm) / dt};
-  }
+  for (std::size_t i = 0; i + 1 < n; ++i) at[i + 1] = at[i] + m.move_s(i, blend);
   const double duration = m.duration_s(blend), ticks = double(whole_ticks(duration, tick_s));
-  std::vector<Point2> samples;
+  Moves samples;
   std::size_t i = 0;
   for (double k = 0.0; k <= ticks; ++k) {
     const double t = duration * (k / ticks);
@@ -70,13 +74,17 @@ std::vector<Point2> sample(const Moves& m, double blend, double tick_s) {
                  into = after + 0.5 * blend;  // since the middle and since the start of the blend
     const double f = into < blend ? into * into / (2.0 * blend) : after;
     const double base = into < blend ? after : 0.0;
-    const Point2 &before = velocity[i], &behind = velocity[i + 1];
-    const Point2 change =
-        into < blend ? Point2{behind.x_mm - before.x_mm, behind.y_mm - before.y_mm} : behind;
-    samples.push_back({m.points[i].x_mm + before.x_mm * base + change.x_mm * f,
-                       m.points[i].y_mm + before.y_mm * base + change.y_mm * f});
+    const auto follow = [&](auto coordinate) {
+      const double before = i > 0 ? (coordinate(i) - coordinate(i - 1)) / m.move_s(i - 1, blend) : 0.0;
+      const double behind = i + 1 < n ? (coordinate(i + 1) - coordinate(i)) / m.move_s(i, blend) : 0.0;
+      return coordinate(i) + before * base + (into < blend ? behind - before : behind) * f;
+    };
+    samples.points.push_back({follow([&](std::size_t p) { return m.points[p].x_mm; }),
+                              follow([&](std::size_t p) { return m.points[p].y_mm; })});
+    if (!m.yaw_rad.empty()) samples.yaw_rad.push_back(follow([&](std::size_t p) { return m.yaw_rad[p]; }));
   }
-  samples.back() = m.points.back();
+  samples.points.back() = m.points.back();
+  if (!m.yaw_rad.empty()) samples.yaw_rad.back() = m.yaw_rad.back();
   return samples;
 }
 
@@ -106,8 +114,9 @@ std::vector<std::size_t> supporting_points(const CleanPath& path, double spacing
   bool straight = true;
   for (std::size_t i = 1; i + 1 < p.size(); ++i) {
     since += distance(p[i - 1], p[i]);
-    const double turn = turn_at(p, i);
-    const bool bends = turn > kStraightRad, ends_here = i + 2 < p.size() && turn_at(p, i + 1) <= kStraightRad;
+    const double turn = std::max(turn_at(p, i), yaw_bend_at(path, i));
+    const bool bends = turn > kStraightRad,
+               ends_here = i + 2 < p.size() && std::max(turn_at(p, i + 1), yaw_bend_at(path, i + 1)) <= kStraightRad;
     const bool first_of_bend = bends && straight;
     straight = !bends;
     if (!bends || !(first_of_bend || ends_here || turn > kCornerRad || since >= spacing * (1.0 - 1e-9)))
@@ -127,7 +136,7 @@ Trajectory plan_default(const PathInput& input, const Arm& arm, const MotionLimi
   const Posture posture = posture_for(path, input, arm);
   const Moves moves = moves_of(path, limits, options.support_spacing_mm);
   const auto samples = sample(moves, options.blend_s, options.tick_s);
-  return trajectory_of(joints_at(samples, arm.joints(), path, input, arm, posture), arm, options.tick_s);
+  return trajectory_of(joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture), arm, options.tick_s);
 }
 
 double blend_for_duration(const PathInput& input, const MotionLimits& limits, const DefaultOptions& options,

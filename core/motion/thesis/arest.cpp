@@ -12,6 +12,7 @@ namespace {
 Profile reversed(const Profile& profile) {
   Profile r = profile;
   std::reverse(r.points.begin(), r.points.end());
+  std::reverse(r.yaw_rad.begin(), r.yaw_rad.end());
   std::reverse(r.dt_s.begin(), r.dt_s.end());
   std::reverse(r.ceiling_mm_s.begin(), r.ceiling_mm_s.end());
   for (auto& q : r.joints) std::reverse(q.begin(), q.end());
@@ -83,7 +84,7 @@ Profile arest(const Profile& profile, const RateLimits& limits, const RestOption
       out.ceiling_mm_s.push_back(profile.ceiling_mm_s[interval_at(profile, 0.5 * (s + out.s_mm.back()))]);
     }
     out.s_mm.push_back(s);
-    out.points.push_back(point_at(profile, s));
+    append_at(profile, s, out);
   };
   for (const double s : start.s_mm) add(s, h);
   // Between the curves the old durations, in proportion where a curve cut an interval; never faster than the

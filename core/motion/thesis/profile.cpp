@@ -12,14 +12,37 @@ double Profile::duration_s() const {
   return sum;
 }
 
-Point2 point_at(const Profile& profile, double s_mm) {
-  const auto& s = profile.s_mm;
-  if (s_mm <= s.front()) return profile.points.front();
-  if (s_mm >= s.back()) return profile.points.back();
+namespace {
+
+struct Place {
+  std::size_t interval;
+  double share;  ///< of the interval, 0 to 1
+};
+
+Place place_at(const std::vector<double>& s, double s_mm) {
+  if (s_mm <= s.front()) return {0, 0.0};
+  if (s_mm >= s.back()) return {s.size() - 2, 1.0};
   const std::size_t i = std::size_t(std::upper_bound(s.begin(), s.end(), s_mm) - s.begin()) - 1;
-  const double f = (s_mm - s[i]) / (s[i + 1] - s[i]);
-  const Point2 &a = profile.points[i], &b = profile.points[i + 1];
-  return {a.x_mm + f * (b.x_mm - a.x_mm), a.y_mm + f * (b.y_mm - a.y_mm)};
+  return {i, (s_mm - s[i]) / (s[i + 1] - s[i])};
+}
+
+double between(double a, double b, double share) { return share == 1.0 ? b : a + share * (b - a); }
+
+Point2 point_at(const Profile& profile, Place place) {
+  const Point2 &a = profile.points[place.interval], &b = profile.points[place.interval + 1];
+  return {between(a.x_mm, b.x_mm, place.share), between(a.y_mm, b.y_mm, place.share)};
+}
+
+}  // namespace
+
+Point2 point_at(const Profile& profile, double s_mm) { return point_at(profile, place_at(profile.s_mm, s_mm)); }
+
+void append_at(const Profile& profile, double s_mm, Profile& out) {
+  const Place place = place_at(profile.s_mm, s_mm);
+  out.points.push_back(point_at(profile, place));
+  if (profile.yaw_rad.empty()) return;
+  const double *yaw = &profile.yaw_rad[place.interval];
+  out.yaw_rad.push_back(between(yaw[0], yaw[1], place.share));
 }
 
 std::vector<double> radii(const std::vector<Point2>& p) {

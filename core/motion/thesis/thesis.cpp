@@ -47,7 +47,7 @@ Profile at_tick(const Profile& path, const Profile& timed, double tick_s) {
     const double f = std::clamp((t - before) / (timed.dt_s[k] * stretch), 0.0, 1.0);
     const double s = n == ticks ? timed.s_mm.back() : timed.s_mm[k] + f * (timed.s_mm[k + 1] - timed.s_mm[k]);
     out.s_mm.push_back(s);
-    out.points.push_back(point_at(path, s));
+    append_at(path, s, out);
     if (n == 0) continue;
     out.dt_s.push_back(tick_s);
     out.ceiling_mm_s.push_back(timed.ceiling_mm_s[k]);
@@ -64,34 +64,41 @@ ThesisResult plan_thesis_steps(const PathInput& input, const Arm& arm, const Mot
   const CleanPath path = clean(input);
   const Posture posture = posture_for(path, input, arm);
   const int limited = limited_joints(limits, arm.joints());
+  const bool turning = !path.yaw_rad.empty();
+  // "global orientation" (4.1.3 to 4.1.5): its yaw is one coordinate and is shaped as one joint more
+  MotionLimits shaped = limits;
+  if (turning) shaped.joint.at(std::size_t(limited)) = limits.orientation;
   const auto joints = [&](const Profile& p) {
-    return joints_at(p.points, limited, path, input, arm, posture);
+    auto all = joints_at(p.points, p.yaw_rad, limited, path, input, arm, posture);
+    if (turning) all.push_back(p.yaw_rad);
+    return all;
   };
   ThesisResult result;
-  std::vector<Point2> samples;
+  Profile samples;
   for (Profile& profile : pathsplit(path, options.split)) {
     ThesisSteps steps;
     profile.joints = joints(profile);
-    thesis::vcon(profile, limits);
+    thesis::vcon(profile, shaped);
     steps.vcon = profile;
-    thesis::acon(profile, limits, options.margins);
+    thesis::acon(profile, shaped, options.margins);
     steps.acon = profile;
-    thesis::jcon(profile, limits, options.margins);
+    thesis::jcon(profile, shaped, options.margins);
     steps.jcon = profile;
     whole_ticks(profile.duration_s(), options.rest.step_s);  // AREST makes at least that many points
     steps.arest = thesis::arest(profile, limits.position, options.rest);
     steps.arest.joints = joints(steps.arest);
-    thesis::arest_joints(steps.arest, limits, options.rest);
+    thesis::arest_joints(steps.arest, shaped, options.rest);
     Profile ticked = thesis::at_tick(profile, steps.arest, options.tick_s);
     ticked.joints = joints(ticked);
-    if (ticked.size() >= 4) thesis::jcon(ticked, limits, options.margins);
+    if (ticked.size() >= 4) thesis::jcon(ticked, shaped, options.margins);
     steps.final = thesis::at_tick(profile, ticked, options.tick_s);
-    const std::size_t skip = samples.empty() ? 0 : 1;  // the end of one subpath is the start of the next
-    samples.insert(samples.end(), steps.final.points.begin() + std::ptrdiff_t(skip),
-                   steps.final.points.end());
+    const std::ptrdiff_t skip = samples.points.empty() ? 0 : 1;  // the end of one subpath is the start of the next
+    samples.points.insert(samples.points.end(), steps.final.points.begin() + skip, steps.final.points.end());
+    if (turning)
+      samples.yaw_rad.insert(samples.yaw_rad.end(), steps.final.yaw_rad.begin() + skip, steps.final.yaw_rad.end());
     result.steps.push_back(std::move(steps));
   }
-  auto all = joints_at(samples, arm.joints(), path, input, arm, posture);
+  auto all = joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture);
   if (options.filter)
     for (auto& joint : all) joint = thesis::savitzky_golay_7(joint);
   result.trajectory = trajectory_of(all, arm, options.tick_s);

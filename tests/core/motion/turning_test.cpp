@@ -12,6 +12,7 @@ namespace firn::motion {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr Method kEveryMethod[] = {Method::kCertified, Method::kOptimal, Method::kThesis, Method::kConstant, Method::kDefault};
 
 double largest_ratio(const PlanResult& result) {
   double most = 0.0;
@@ -201,13 +202,84 @@ TEST_CASE("Yaws that cannot be followed are refused by name") {
   CHECK(reason(spot) == Reason::kYawJump);
   spot.yaw_point_rad = {0, 0.1, 0.1, 0.3};
   CHECK(plan(spot, *arm, turning_limits()).ok());
-  for (const Method method : {Method::kThesis, Method::kConstant, Method::kDefault}) {
+  const auto stage = make_stage({{{0.0, 500.0}, {-100.0, 100.0}}});
+  for (const Method method : kEveryMethod) {
     PlanOptions options;
     options.method = method;
-    CHECK(reason(spot, options) == Reason::kOption);
+    CHECK(plan(spot, *arm, turning_limits(), options).ok());
+    CHECK(plan(spot, *stage, cobra600_limits(), options).fault->reason == Reason::kOption);
+    in.yaw_point_rad.back() = 0.05 * double(in.yaw_point_rad.size());
+    CHECK(reason(in, options) == Reason::kDespin);
   }
-  const auto stage = make_stage({{{0.0, 500.0}, {-100.0, 100.0}}});
-  CHECK(plan(spot, *stage, cobra600_limits()).fault->reason == Reason::kOption);
+}
+
+TEST_CASE("The methods of samples turn the tool with their points, by the arm's own kinematics, and their certificates say what it costs") {
+  const auto arm = make_scara(cobra600());
+  std::vector<Point2> points;
+  for (const Method method : {Method::kThesis, Method::kConstant, Method::kDefault}) {
+    PathInput in = tangent_arc(points, 3.0);
+    in.tool = cobra600_tools()[1];
+    PlanOptions options;
+    options.method = method;
+    const PlanResult r = plan(in, *arm, turning_limits(), options);
+    INFO(name(method) << " " << (r.fault ? describe(*r.fault) : ""));
+    REQUIRE(r.ok());
+    REQUIRE(r.yaw_rad.size() == r.trajectory.samples());
+    CHECK(r.yaw_rad.front() == Approx(in.yaw_point_rad.front()).margin(1e-6));
+    CHECK(r.yaw_rad.back() == Approx(in.yaw_point_rad.back()).margin(1e-6));
+    const double off = method == Method::kDefault ? 0.2 : 2e-3;  // points at 3.5 mm, rounded at 125 mm/s
+    for (std::size_t n = 0; n < r.tool.size(); ++n) {
+      const double a = std::atan2(r.tool[n].y_mm, r.tool[n].x_mm - 400.0);
+      CHECK(std::abs(r.yaw_rad[n] - (a + 0.5 * std::numbers::pi)) < off);
+    }
+    CHECK(r.trajectory.certificate.limits.size() == 15);  // total, orientation, J1, J2, J4 and not J3
+  }
+}
+
+TEST_CASE("4.1: VCON, ACON, JCON and AREST keep the orientation's rate and acceleration as they keep a joint's") {
+  const auto arm = make_scara(cobra600());
+  const std::vector<Point2> line{{380, -40}, {380, 0}, {380, 40}};
+  PathInput in{.points = line};
+  PlanOptions options;
+  options.method = Method::kThesis;
+  const PlanResult plain = plan(in, *arm, turning_limits(), options);
+  in.yaw_point_rad = {0.0, 0.5, 3.0};
+  const PlanResult turning = plan(in, *arm, turning_limits(), options);
+  options.method = Method::kCertified;
+  const PlanResult certified = plan(in, *arm, turning_limits(), options);
+  REQUIRE(turning.ok());
+  CHECK(turning.continuous_s > 1.5 * plain.continuous_s);
+  CHECK(turning.continuous_s == Approx(certified.continuous_s).epsilon(0.15));
+  CHECK(turning.trajectory.certificate.lower_bound_s < turning.continuous_s);
+  double most = 0.0;
+  for (const LimitRatio& l : turning.trajectory.certificate.limits) {
+    INFO(l.limit << " " << l.ratio);
+    if (l.limit.ends_with("rate") || l.limit.ends_with("speed")) CHECK(l.ratio <= 1.001);
+    if (l.limit.ends_with("acceleration")) CHECK(l.ratio <= 1.25);  // 4.2.4 has a margin of 10 %, and the yaw a kink
+    if (l.limit == "orientation rate" || l.limit == "J4 rate") most = std::max(most, l.ratio);
+  }
+  CHECK(most > 0.97);
+  const auto rate = differences(turning.yaw_rad, turning.trajectory.tick_s);
+  CHECK(rate[0] <= 1.001 * turning_limits().orientation.rate);
+  for (std::size_t n = 0; n < turning.tool.size(); ++n) {
+    const double s = turning.tool[n].y_mm + 40.0, given = s < 40.0 ? 0.5 * s / 40.0 : 0.5 + 2.5 * (s - 40.0) / 40.0;
+    CHECK(std::abs(turning.yaw_rad[n] - given) <= 0.02);
+  }
+}
+
+TEST_CASE("A straight along which the tool turns unevenly keeps its bends as points of the default technique") {
+  const auto arm = make_scara(cobra600());
+  const std::vector<Point2> line{{380, -60}, {380, -20}, {380, 0}, {380, 60}};
+  PathInput in{.points = line};
+  in.yaw_point_rad = {0.0, 0.4, 0.6, 0.6};  // bends at the third point alone
+  PlanOptions options;
+  options.method = Method::kDefault;
+  const PlanResult r = plan(in, *arm, cobra600_limits(), options);
+  REQUIRE(r.ok());
+  for (std::size_t n = 0; n < r.tool.size(); ++n) {
+    const double y = r.tool[n].y_mm, given = y < 0.0 ? 0.01 * (y + 60.0) : 0.6;
+    CHECK(std::abs(r.yaw_rad[n] - given) < (std::abs(y) < 10.0 ? 0.03 : 1e-6));
+  }
 }
 
 TEST_CASE("A closed path returns to its first yaw by the nearest whole turn") {
