@@ -1,0 +1,90 @@
+// The end effector's three heaters: set points, temperatures once a second, and interlock 10. Heater (b) alone keeps the
+// valves from freezing when (a) fails [Barnett 2012, 2.3.3]; without both nothing may be deposited.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "drivers/heater/thermostat.h"
+#include "drivers/link/driver.h"
+
+namespace firn::drivers {
+
+struct HeaterConfig {
+  double poll_s = 1.0;
+  double low_degC = 5.0;      ///< a channel that was warmer and falls below it is too cold
+  double high_degC = 45.0;    ///< too hot: it is switched off
+  double no_rise_s = 60.0;    ///< on all the time, below its set point, and not 2 degC warmer
+  double least_rise_degC = 2.0;
+  double frozen_s = 40.0;     ///< the reading does not move at all while the heater works
+  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
+};
+
+/// Of Temperatures::fault and temperature_t.
+enum TemperatureFault : std::int8_t { kHeaterWell, kOpenThermocouple, kNoRise, kTooHot, kTooCold, kFrozenReading };
+const char* name(TemperatureFault fault);
+
+/// Judges one channel's readings. Once found, a fault stays until reset(): a heater that has failed is not trusted again.
+class HeaterWatch {
+ public:
+  explicit HeaterWatch(const HeaterConfig& config) : config_(config) {}
+  TemperatureFault judge(double celsius, double set_celsius, bool heating, std::int64_t now_us);
+  void reset();
+
+ private:
+  HeaterConfig config_;
+  TemperatureFault fault_ = kHeaterWell;
+  bool was_warm_ = false;
+  int open_ = 0;  // readings in a row
+  std::int64_t on_since_us_ = 0;
+  double on_from_degC_ = 0.0;
+  std::int64_t same_since_us_ = 0, worked_us_ = 0, last_us_ = 0;
+  double same_degC_ = 0.0;
+};
+
+class Heater final : public Driver {
+ public:
+  static constexpr int kTip = 0, kWindow = 1, kConduit = 2;  ///< heaters (a), (b), (c)
+
+  explicit Heater(HeaterConfig config);
+
+  /// Set points [degC]; at or below -50 = off. They are sent again after a lost link. Refused above high_degC. Done when
+  /// the controllers have confirmed them. A channel that has failed stays off; a new command judges it anew.
+  void set(const std::array<double, 3>& celsius, std::int64_t now_us, Effects& fx);
+
+  bool busy() const override { return setting_; }
+  /// The valves are kept from freezing: (a) or (b) is well.
+  bool keeps_warm() const;
+
+ private:
+  enum class Phase : std::uint8_t { kDown, kIdentifying, kReady };
+  enum Tag : std::uint16_t { kRead, kSet };
+
+  void connected(std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
+  void lost(std::int64_t now_us, Effects& fx) override;
+  void stop(std::int64_t now_us, Effects& fx) override;
+  bool idle(std::int64_t now_us, Effects& fx) override;
+  std::int64_t device_wake_us() const override;
+  bool stopping() const override { return false; }
+
+  void push_set_points();
+  void judge(const thermostat::Reading& reading, std::int64_t now_us, Effects& fx);
+  void tell(int channel, Effects& fx);
+  void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
+
+  HeaterConfig config_;
+  thermostat::ThermostatDialect dialect_;
+  Phase phase_ = Phase::kDown;
+  bool setting_ = false;
+  bool commanded_ = false;  // there were set points
+  std::array<double, 3> set_celsius_{};
+  std::array<HeaterWatch, 3> watch_;
+  std::array<TemperatureFault, 3> fault_{};
+  std::int64_t next_read_us_ = 0;
+};
+
+}  // namespace firn::drivers

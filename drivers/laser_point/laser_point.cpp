@@ -1,0 +1,289 @@
+#include "drivers/laser_point/laser_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace firn::drivers {
+namespace {
+
+constexpr std::int64_t kMode_us = 3'000'000;  // Q0 and R0 take their time
+constexpr int kStatusError = 1, kMostDumps = 3;
+
+std::string command_of(const Request& r) { return "'" + std::string(r.text().substr(0, r.size - 1u)) + "'"; }
+
+std::string_view line_of(std::span<const std::byte> frame) {
+  return {reinterpret_cast<const char*>(frame.data()), frame.size() - 1};
+}
+
+std::string padded(int value) {
+  std::string digits = std::to_string(value);
+  return std::string(5 - std::min<std::size_t>(5, digits.size()), '0') + digits;
+}
+
+}  // namespace
+
+LaserPoint::LaserPoint(LaserPointConfig config) : Driver(dialect_), config_(std::move(config)) {
+  dialect_.table = config_.table;
+  dialect_.allow_host_latency(config_.host_latency_s);
+  identity_ = "Keyence LK-G3001P";
+  const auto* at = std::find(std::begin(lkg::kSampling_us), std::end(lkg::kSampling_us), config_.sampling_us);
+  if (at == std::end(lkg::kSampling_us))
+    throw std::invalid_argument("laser_point: sampling_us = " + std::to_string(config_.sampling_us) +
+                                " is none of 20, 50, 100, 200, 500, 1000");
+  sampling_code_ = int(at - std::begin(lkg::kSampling_us));
+  if (config_.averaging < 0 || config_.averaging > 9)
+    throw std::invalid_argument("laser_point: averaging = " + std::to_string(config_.averaging) +
+                                " is outside [0, 9] (4^n samples)");
+}
+
+void LaserPoint::push(std::string_view command, Repeat repeat, Tag tag, std::int64_t reply_us) {
+  link_.push(lkg::request(command, repeat, tag, reply_us));
+}
+
+void LaserPoint::push_mode(const std::string& command) { push(command, Repeat::kSetup, kMode, kMode_us); }
+
+void LaserPoint::refuse(std::int32_t code, std::string text, Effects& fx) {
+  fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text)});
+}
+
+void LaserPoint::finish(Outcome outcome, std::int64_t counted, std::int32_t code, std::string text, Effects& fx) {
+  op_ = Op::kNone;
+  ending_.clear();
+  ending_code_ = kNoCode;
+  fx.events.emplace_back(Result{outcome, counted, expected_, 0, 0, code, std::move(text)});
+}
+
+bool LaserPoint::accept(bool armed_too, Effects& fx) {
+  if (busy()) return refuse(kNoCode, "the laser is busy with another command", fx), false;
+  if (phase_ != Phase::kReady && !(armed_too && phase_ == Phase::kArmed))
+    return refuse(kNoCode, std::string("the laser is ") + name(state()), fx), false;
+  return true;
+}
+
+void LaserPoint::arm(int material, int samples, double period_s, std::int64_t now_us, Effects& fx) {
+  const double cycle = period_s * 1e6 / config_.sampling_us;
+  const int code = std::abs(cycle) < 1e6 ? lkg::cycle_code(int(std::lround(cycle))) : -1;
+  if (accept(true, fx)) {
+    if (material < 0 || material > 1) {
+      refuse(kLimit, "material " + std::to_string(material) + " is neither 0 nor 1", fx);
+    } else if (samples < 1 || samples > config_.table.most_stored) {
+      refuse(kLimit,
+             std::to_string(samples) + " samples are outside [1, " + std::to_string(config_.table.most_stored) + "]", fx);
+    } else if (code < 0 || std::abs(cycle - std::round(cycle)) > 1e-6) {
+      refuse(kLimit,
+             "a period of " + std::to_string(period_s) + " s is none of 1, 2, 5, 10 ... times " +
+                 std::to_string(config_.sampling_us) + " us",
+             fx);
+    } else {
+      op_ = Op::kArm;
+      material_ = material;
+      expected_ = samples;
+      period_s_ = period_s;
+      cycle_ = code;
+      phase_ = Phase::kSetting;
+      if (in_force_ != InForce{material, code}) push_settings();
+      set_state(DriverState::kStaged, "settings of material " + std::to_string(material), fx);
+    }
+  }
+  pump(now_us, fx);
+}
+
+// Between Q0 and R0 nothing is measured: R0 follows whatever happens between them.
+void LaserPoint::push_settings() {
+  const lkg::Table& t = config_.table;
+  const auto m = std::size_t(material_);
+  in_force_.reset();
+  push(t.select + "," + std::to_string(config_.program[m]), Repeat::kSetup);
+  push(t.selected, Repeat::kRead, kProgram);
+  push_mode(t.enter);
+  push(t.sampling + std::to_string(sampling_code_), Repeat::kSetup);
+  push(t.averaging + std::to_string(config_.averaging), Repeat::kSetup);
+  push(t.material + std::to_string(config_.surface[m]), Repeat::kSetup);
+  push(t.storage + padded(t.most_stored) + "," + std::to_string(cycle_), Repeat::kSetup);
+  push_mode(t.leave);
+}
+
+void LaserPoint::collect(std::int64_t now_us, Effects& fx) {
+  if (accept(true, fx)) {
+    if (!storing_) {
+      refuse(kNoCode, "nothing was armed", fx);
+    } else {
+      op_ = Op::kCollect;
+      phase_ = Phase::kCollecting;
+      dumps_ = 0;
+      push(config_.table.stop, Repeat::kSetup);
+      push(config_.table.stored, Repeat::kRead, kStored);
+    }
+  }
+  pump(now_us, fx);
+}
+
+void LaserPoint::reading(std::int64_t now_us, Effects& fx) {
+  if (accept(false, fx)) {
+    op_ = Op::kReading;
+    phase_ = Phase::kReading;
+    expected_ = 1;
+    push(config_.table.measure, Repeat::kRead, kValue);
+  }
+  pump(now_us, fx);
+}
+
+void LaserPoint::ask_dump() {
+  ++dumps_;
+  const double dump_s = double(stored_) * config_.table.value_bytes * config_.table.byte_s;
+  push(config_.table.dump, Repeat::kRead, kDump, std::int64_t((1.0 + 1.2 * dump_s) * 1e6));
+}
+
+void LaserPoint::connected(std::int64_t, Effects& fx) {
+  set_state(DriverState::kIdentifying, identity_, fx);
+  phase_ = Phase::kIdentifying;
+  in_force_.reset();
+  push_mode(config_.table.leave);  // it may have been left in communication mode, where it does not measure
+  push(config_.table.selected, Repeat::kRead, kProgram);
+}
+
+void LaserPoint::stop(std::int64_t, Effects& fx) {  // it moves, fires and lights nothing that could harm
+  if (phase_ == Phase::kDown || phase_ == Phase::kIdentifying) return;
+  link_.clear_queue();
+  if (!measuring_ || phase_ == Phase::kSetting) {
+    in_force_.reset();
+    push_mode(config_.table.leave);
+  }
+  if (busy()) finish(Outcome::kNone, -1, kNoCode, "safe stop", fx);
+  phase_ = Phase::kReady;
+  set_state(DriverState::kSafe, "stopped", fx);
+}
+
+void LaserPoint::lost(std::int64_t, Effects& fx) {
+  if (phase_ == Phase::kDown) return;
+  if (busy() || phase_ == Phase::kArmed) fault(1, kLinkLost, "laser_point: link lost while in use", fx);
+  if (busy() && ending_.empty()) {
+    ending_ = "the link was lost";
+    ending_code_ = kLinkLost;
+  }
+  phase_ = Phase::kDown;
+  measuring_ = true;  // unknown: a connection begins with R0
+}
+
+void LaserPoint::failed(const Request& request, std::int64_t now_us, Effects& fx) {
+  reconnect(now_us, fx, "no good reply to " + command_of(request));
+}
+
+void LaserPoint::unsolicited(std::span<const std::byte> frame, std::int64_t, Effects&) {
+  timing_values_ += line_of(frame).starts_with("TG,");
+}
+
+void LaserPoint::refused(const Request& request, int error, std::int64_t now_us, Effects& fx) {
+  if (request.tag == kMode && error == kStatusError) {  // it is in that mode already
+    measuring_ = request.text().starts_with(config_.table.leave);
+    return;
+  }
+  const std::string why = "the laser answers " + command_of(request) + " with error " + std::to_string(error);
+  fault(1, kCommandRejected, "laser_point: " + why, fx);
+  if (request.tag == kMode) return reconnect(now_us, fx, why);
+  if (!busy()) return;
+  link_.clear_queue();
+  in_force_.reset();
+  push_mode(config_.table.leave);
+  const bool collecting = op_ == Op::kCollect;
+  phase_ = Phase::kReady;
+  set_state(DriverState::kSafe, why, fx);
+  finish(collecting ? Outcome::kFailed : Outcome::kNone, -1, kCommandRejected, why, fx);
+}
+
+void LaserPoint::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+  const lkg::Reply r = lkg::parse(line_of(frame), request.text().substr(0, request.size - 1u));
+  if (r.kind == lkg::Reply::Kind::kError) return refused(request, r.error, now_us, fx);
+  switch (request.tag) {
+    case kMode:
+      measuring_ = request.text().starts_with(config_.table.leave);
+      return;
+    case kProgram:
+      if (phase_ == Phase::kSetting && r.rest != std::to_string(config_.program[std::size_t(material_)]))
+        return refused(request, -1, now_us, fx);
+      identity_ = "Keyence LK-G3001P, program " + std::string(r.rest);
+      return;
+    case kStored: {
+      const auto s = lkg::parse_stored(r.rest);
+      if (!s || s->values > config_.table.most_stored) return refused(request, -1, now_us, fx);
+      stored_ = s->values;
+      mm_.clear();
+      if (stored_ > 0) ask_dump();
+      return;
+    }
+    case kDump: {
+      if (op_ != Op::kCollect) return;
+      const auto damaged = lkg::parse_dump(r.rest, mm_);
+      if (damaged && mm_.size() == std::size_t(stored_)) {
+        fx.events.emplace_back(Samples{material_, expected_, *damaged, period_s_, mm_});
+        if (*damaged > 0)
+          fault(1, kInstrument, "laser_point: " + std::to_string(*damaged) + " values of a dump are damaged", fx);
+        return;
+      }
+      fault(0, kInstrument,
+            "laser_point: a dump of " + std::to_string(mm_.size()) + " values, " + std::to_string(stored_) + " stored",
+            fx);
+      mm_.clear();
+      if (dumps_ < kMostDumps) return ask_dump();
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "dump unreadable", fx);
+      return finish(Outcome::kFailed, -1, kInstrument, "the dump cannot be read", fx);
+    }
+    case kValue: {
+      const lkg::Value v = lkg::parse_value(r.rest);
+      fx.events.emplace_back(Samples{material_, 1, v.status == lkg::Status::kDamaged, 0.0, {float(v.mm)}});
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+bool LaserPoint::idle(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kIdentifying:
+      identified();
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "measuring", fx);
+      if (busy()) finish(op_ == Op::kCollect ? Outcome::kFailed : Outcome::kNone, -1, ending_code_, ending_, fx);
+      return false;
+    case Phase::kSetting:
+      in_force_ = InForce{material_, cycle_};
+      phase_ = Phase::kArming;
+      push(config_.table.clear, Repeat::kSetup);
+      push(config_.table.start, Repeat::kSetup);
+      storing_ = true;
+      return true;
+    case Phase::kArming:
+      phase_ = Phase::kArmed;
+      set_state(DriverState::kArmed, "storage waits for the signal", fx);
+      finish(Outcome::kReady, -1, kNoCode, {}, fx);
+      return false;
+    case Phase::kCollecting:
+      phase_ = Phase::kReady;
+      storing_ = false;
+      if (stored_ == 0) fx.events.emplace_back(Samples{material_, expected_, 0, period_s_, {}});
+      set_state(DriverState::kSafe, "collected", fx);
+      finish(Outcome::kDone, stored_, kNoCode, {}, fx);
+      return false;
+    case Phase::kReading:
+      phase_ = Phase::kReady;
+      set_state(DriverState::kSafe, "read", fx);
+      finish(Outcome::kDone, 1, kNoCode, {}, fx);
+      return false;
+    case Phase::kReady:
+      if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
+      push(config_.table.selected, Repeat::kRead, kProgram);
+      return true;
+    default:
+      return false;
+  }
+}
+
+std::int64_t LaserPoint::device_wake_us() const {
+  if (!link_.idle() || phase_ != Phase::kReady) return 0;
+  return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+}
+
+}  // namespace firn::drivers
