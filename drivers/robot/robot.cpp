@@ -184,6 +184,11 @@ void Robot::move_to(const fvp::Joints& target, int percent, std::int64_t now_us,
   pump(now_us, fx);
 }
 
+void Robot::decline(const std::string& why, std::int64_t now_us, Effects& fx) {
+  refuse(kUnreachable, why, fx);
+  pump(now_us, fx);
+}
+
 void Robot::home(std::int64_t now_us, Effects& fx) {
   if (accept(Op::kHome, fx)) {
     op_ = Op::kHome;

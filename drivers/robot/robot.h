@@ -78,6 +78,8 @@ class Robot final : public Driver {
   /// Resets, power, monitor speed, calibration, then up to home_z_mm. The operator's reset after a fault.
   void home(std::int64_t now_us, Effects& fx);
   void drop(std::int64_t path, std::int64_t now_us, Effects& fx);
+  /// A command that its caller found to be impossible, and why.
+  void decline(const std::string& why, std::int64_t now_us, Effects& fx);
 
   bool busy() const override { return op_ != Op::kNone; }
   std::optional<fvp::Joints> joints() const;  ///< where it last said that it stands

@@ -1,0 +1,45 @@
+#include "procs/heater/node.h"
+
+#include <algorithm>
+
+namespace firn {
+namespace {
+
+drivers::HeaterConfig heater_config(const Experiment& e) {
+  const HeaterConfig& h = e.heater;
+  drivers::HeaterConfig c;
+  c.poll_s = h.poll_s;
+  c.low_degC = h.low_degC;
+  c.high_degC = h.high_degC;
+  c.no_rise_s = h.no_rise_s;
+  c.frozen_s = h.frozen_s;
+  c.host_latency_s = host_latency_s(e.run.time_scale);
+  return c;
+}
+
+}  // namespace
+
+HeaterNode::HeaterNode(const Experiment& e) : DriverNode(NodeId::kHeater, heater_config(e)) {
+  subscribe(channels::kHeaterCommand, this);
+}
+
+void HeaterNode::on(const heater_command_t& c, Time now, Outbox& out) {
+  perform(c, false, now, out, [&](drivers::Heater& heater, std::int64_t now_us, drivers::Effects& fx) {
+    heater.set({c.set_degC[0], c.set_degC[1], c.set_degC[2]}, now_us, fx);
+  });
+}
+
+void HeaterNode::on_event(const drivers::Temperatures& t, Time now, Outbox& out) {
+  temperature_t m{};
+  m.sample_utime_us = now.us;
+  std::copy(t.celsius.begin(), t.celsius.end(), m.degC);
+  std::copy(t.set_celsius.begin(), t.set_celsius.end(), m.set_degC);
+  std::copy(t.fault.begin(), t.fault.end(), m.fault);
+  out.send(channels::kTemperature, std::move(m));
+}
+
+std::unique_ptr<Node> make_heater(const std::string& config_toml, const Blobs&) {
+  return std::make_unique<HeaterNode>(parse_experiment(config_toml, "experiment.toml"));
+}
+
+}  // namespace firn

@@ -1,0 +1,29 @@
+// heater: HEATER_COMMAND, ENABLE, SAFE_STOP, instrument -> TEMPERATURE, ANSWER_HEATER, STATE_HEATER, FAULT_HEATER.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "config/experiment.h"
+#include "drivers/heater/heater.h"
+#include "firn/heater_command_t.hpp"
+#include "firn/temperature_t.hpp"
+#include "runtime/driver_node.h"
+
+namespace firn {
+
+/// Thin shell round drivers/heater: set points in, a TEMPERATURE at every reading out.
+class HeaterNode final : public DriverNode<HeaterNode, drivers::Heater, drivers::Effects> {
+ public:
+  explicit HeaterNode(const Experiment& experiment);
+
+  using DriverNode::on;
+  void on(const heater_command_t&, Time now, Outbox&);
+  void on_event(const drivers::Temperatures&, Time now, Outbox&);
+  template <class Event>
+  void on_event(const Event&, Time, Outbox&) {}
+};
+
+std::unique_ptr<Node> make_heater(const std::string& config_toml, const Blobs& blobs);
+
+}  // namespace firn
