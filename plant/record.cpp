@@ -12,7 +12,8 @@ using logfile::RecordReader;
 using logfile::RecordWriter;
 
 static_assert(sizeof(BeginRecord) == 24 && sizeof(ShotRecord) == 64 && sizeof(ScanRecord) == 24 &&
-              sizeof(LampRecord) == 24 && sizeof(LinkRecord) == 16 && sizeof(DeviceRecord) == 24);
+              sizeof(LampRecord) == 24 && sizeof(LinkRecord) == 16 && sizeof(DeviceRecord) == 24 &&
+              sizeof(FiringRecord) == 56);
 
 class RecordFile : public WorldRecord {
  public:
@@ -74,6 +75,8 @@ bool decode(RecordKind kind, std::span<const std::byte> payload, WorldHistory& i
       return take(payload, into.links);
     case RecordKind::kDevice:
       return take(payload, into.devices);
+    case RecordKind::kFiring:
+      return take(payload, into.firings);
     case RecordKind::kShots: {
       if (payload.size() % sizeof(ShotRecord) != 0) return false;
       for (std::size_t at = 0; at < payload.size(); at += sizeof(ShotRecord))

@@ -22,9 +22,11 @@ enum class RecordKind : std::uint16_t {
   kLink = 5,         ///< LinkRecord: a port was connected or disconnected
   kDevice = 6,       ///< DeviceRecord: an instrument changed state, or was abused
   kShots = 7,        ///< ShotRecord[]: several in a row, in order
+  kFiring = 8,       ///< FiringRecord: a valve has fired a list, to its end or not
 };
 
-enum class Port : std::uint8_t { kStage = 0, kJet = 1, kProfiler = 2, kLamp = 3, kJetB = 4 };
+enum class Port : std::uint8_t { kStage = 0, kJet = 1, kProfiler = 2, kLamp = 3, kJetB = 4, kRobot = 5, kValveA = 6, kValveB = 7,
+                                 kLaserPoint = 8, kHeater = 9 };
 
 /// What became of a trigger.
 enum class ShotOutcome : std::uint8_t {
@@ -91,6 +93,25 @@ enum class DeviceEvent : std::uint8_t {
   kPsoArmed = 9,       ///< value = axis
   kPsoOff = 10,        ///< value = axis
   kRebooted = 11,      ///< value = boot count
+  kRobotMotion = 12,   ///< a motion begins; value = path, 0 = another move
+  kRobotRest = 13,     ///< it ended as planned; value = path
+  kRobotBraked = 14,   ///< it was stopped; value = path
+  kRobotWatchdog = 15, ///< no sign of life while a path ran
+  kRobotError = 16,    ///< value = error
+  kSignals = 17,       ///< value = mask that stands
+  kValveArmed = 18,    ///< value = path
+  kScraped = 19,       ///< a nozzle went through the surface; value = depth so far, um
+  kHeaterSet = 20,     ///< value = channel x 100000 + 0.01 degC + 10000
+};
+/// Why a valve's list ended.
+enum class FiringEnd : std::uint8_t { kThrough = 0, kDisarmed = 1, kAborted = 2, kWatchdog = 3, kReboot = 4, kReplaced = 5 };
+struct FiringRecord {
+  std::int64_t trigger_us = 0, first_us = 0, last_us = 0, end_us = 0;  ///< first, last: pulses; 0 = none
+  double volume_mm3 = 0.0;   ///< that left the nozzle
+  std::uint32_t path = 0, listed = 0, fired = 0;
+  std::uint8_t valve = 0;    ///< 0 water, 1 SME
+  FiringEnd end = FiringEnd::kThrough;
+  std::uint8_t reserved[2] = {};
 };
 struct DeviceRecord {
   std::int64_t t_us = 0;
@@ -120,6 +141,7 @@ struct WorldHistory {
   std::vector<LampRecord> lamp;
   std::vector<LinkRecord> links;
   std::vector<DeviceRecord> devices;
+  std::vector<FiringRecord> firings;
   std::size_t damaged = 0;  ///< places where the file was damaged
 };
 /// @throws std::runtime_error naming the file when it cannot be opened

@@ -92,18 +92,19 @@ class Server {
         record_(make_record_file(o.run / "world.rec")),
         world_(std::filesystem::exists(state_) ? World::restore(state_, config, record_.get())
                                                : World(config, record_.get())),
-        saved_exposures_(world_.exposures()) {
+        saved_exposures_(world_.exposures()),
+        ports_(world_.ports()) {
     std::filesystem::create_directories(o.io);
     std::filesystem::create_directories(state_.parent_path());
-    for (std::size_t n = 0; n < kPorts.size(); ++n) listeners_[n] = listen_on(o.io / kPorts[n]);
+    for (std::size_t n = 0; n < ports_.size(); ++n) listeners_[n] = listen_on(o.io / ports_[n]);
     control_.fd = o.control_fd;
     say("READY");
   }
   ~Server() {
-    for (std::size_t n = 0; n < kPorts.size(); ++n) {
+    for (std::size_t n = 0; n < ports_.size(); ++n) {
       clients_[n].close();
       if (listeners_[n] >= 0) ::close(listeners_[n]);
-      ::unlink((options_.io / kPorts[n]).c_str());
+      ::unlink((options_.io / ports_[n]).c_str());
     }
   }
 
@@ -111,21 +112,20 @@ class Server {
     while (goes_on()) {
       wait(during_poll);
       if (!stopping_) take_control();
-      for (std::size_t n = 0; n < kPorts.size(); ++n) take_port(n);
+      for (std::size_t n = 0; n < ports_.size(); ++n) take_port(n);
       world_.advance(now_us(), [this](const World::Sent& s) { deliver(s); });
       record_->flush();
-      for (std::size_t n = 0; n < kPorts.size(); ++n)
+      for (std::size_t n = 0; n < ports_.size(); ++n)
         if (!clients_[n].flush()) drop(n);
       control_.flush();
       if (world_.exposures() != saved_exposures_) save();
     }
-    for (const auto port : kPorts)
+    for (const auto port : ports_)
       world_.disconnect(port, now_us());  // the instruments' own watchdogs see the link go
     save();
   }
 
  private:
-  static constexpr std::array kPorts = kPortNames;
 
   std::int64_t now_us() const {
     const std::int64_t since_ns = std::max<std::int64_t>(0, monotonic_ns() - options_.epoch_ns);
@@ -158,26 +158,26 @@ class Server {
       until = std::min(until, std::max(wall_ns(t), now + kInnerDelay_ns));
     const std::int64_t left = std::max<std::int64_t>(0, until - now);
     const timespec timeout{left / 1'000'000'000, left % 1'000'000'000};
-    std::array<pollfd, kPorts.size() + 1> polls{};
-    for (std::size_t n = 0; n < kPorts.size(); ++n)
+    std::vector<pollfd>& polls = polls_;
+    for (std::size_t n = 0; n < ports_.size(); ++n)
       polls[n] = clients_[n].fd >= 0
                      ? pollfd{clients_[n].fd, short(clients_[n].out.empty() ? POLLIN : POLLIN | POLLOUT), 0}
                      : pollfd{listeners_[n], POLLIN, 0};
-    polls[kPorts.size()] = {stopping_ ? -1 : control_.fd, POLLIN, 0};  // -1 is passed over
+    polls[ports_.size()] = {stopping_ ? -1 : control_.fd, POLLIN, 0};  // -1 is passed over
     ::ppoll(polls.data(), polls.size(), &timeout, &during_poll);
   }
 
   void take_port(std::size_t n) {
     if (clients_[n].fd < 0) {
       clients_[n].fd = ::accept4(listeners_[n], nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-      if (clients_[n].fd >= 0) world_.connect(kPorts[n], now_us());
+      if (clients_[n].fd >= 0) world_.connect(ports_[n], now_us());
       return;
     }
     std::array<std::byte, 65536> bytes;
     for (;;) {
       const ssize_t got = ::recv(clients_[n].fd, bytes.data(), bytes.size(), MSG_DONTWAIT);
       if (got > 0) {
-        world_.receive(kPorts[n], std::span(bytes).first(std::size_t(got)), now_us());
+        world_.receive(ports_[n], std::span(bytes).first(std::size_t(got)), now_us());
         continue;
       }
       if (got < 0 && errno == EINTR) continue;
@@ -189,11 +189,11 @@ class Server {
   void drop(std::size_t n) {
     if (clients_[n].fd < 0) return;
     clients_[n].close();
-    world_.disconnect(kPorts[n], now_us());
+    world_.disconnect(ports_[n], now_us());
   }
 
   void deliver(const World::Sent& s) {
-    const std::size_t n = std::size_t(std::find(kPorts.begin(), kPorts.end(), s.port) - kPorts.begin());
+    const std::size_t n = std::size_t(std::find(ports_.begin(), ports_.end(), s.port) - ports_.begin());
     if (s.close) {
       clients_[n].flush();
       clients_[n].close();
@@ -259,8 +259,10 @@ class Server {
   std::unique_ptr<WorldRecord> record_;
   World world_;
   std::uint32_t saved_exposures_;
-  std::array<int, kPorts.size()> listeners_{-1, -1, -1, -1, -1};
-  std::array<Peer, kPorts.size()> clients_;
+  std::span<const std::string_view> ports_;
+  std::vector<int> listeners_ = std::vector<int>(ports_.size(), -1);
+  std::vector<Peer> clients_ = std::vector<Peer>(ports_.size());
+  std::vector<pollfd> polls_ = std::vector<pollfd>(ports_.size() + 1);
   Peer control_;
   std::string heard_;
   bool stopping_ = false;

@@ -2,10 +2,42 @@
 
 #include <algorithm>
 
+#include "config/machine.h"
+
 namespace firn::plant {
+namespace {
+
+IceTool shifted(const ToolConfig& tool, double dx_mm, double dy_mm, double dz_mm) {
+  return {tool.x_mm + dx_mm, tool.y_mm + dy_mm, tool.z_mm + dz_mm};
+}
+
+// The thesis's tools stand where its Table 3-1 says, but for what the experiment plants.
+IceWorldConfig ice_config(const Experiment& e) {
+  IceWorldConfig c;
+  const IcePlantConfig& p = e.plant.ice;
+  const Machine machine;
+  if (p.field_width_mm > 0.0 && p.field_depth_mm > 0.0)
+    c.field = {p.cell_mm, p.field_x0_mm, p.field_y0_mm, p.field_width_mm, p.field_depth_mm};
+  c.field.cell_mm = p.cell_mm;
+  c.line[0].drift = p.drift_water, c.line[1].drift = p.drift_sme;
+  c.line[0].tank_mm3 = p.tank_water_mm3, c.line[1].tank_mm3 = p.tank_sme_mm3;
+  c.arm.origin_mm = {e.ice.origin_x_mm + p.origin_dx_mm, e.ice.origin_y_mm + p.origin_dy_mm,
+                     e.ice.origin_z_mm + p.origin_dz_mm};
+  c.arm.valve_a = shifted(machine.water, p.valve_a_dx_mm, p.valve_a_dy_mm, 0.0);
+  c.arm.valve_b = shifted(machine.scaffold, p.valve_b_dx_mm, p.valve_b_dy_mm, 0.0);
+  c.arm.laser = shifted(machine.laser, p.laser_dx_mm, p.laser_dy_mm, p.laser_dz_mm);
+  c.disturbance.debris_per_h = p.debris_per_h;
+  std::copy_n(p.foot_mm.begin(), std::min(p.foot_mm.size(), c.table.foot_mm.size()), c.table.foot_mm.begin());
+  std::copy_n(p.screw_mm.begin(), std::min(p.screw_mm.size(), c.table.screw_mm.size()), c.table.screw_mm.begin());
+  return c;
+}
+
+}  // namespace
 
 WorldConfig world_config(const Experiment& e) {
   WorldConfig c;
+  c.kind = e.lab.kind;
+  if (is_ice(e)) c.ice = ice_config(e);
   c.grid = e.grid;
   c.seed = e.plant.seed;
   c.model = e.plant.model;

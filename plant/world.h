@@ -1,6 +1,7 @@
 // Nature for the whole lab: plant, the instruments' twins and the wires between them. Time and bytes come in,
 // bytes go out; nothing here reads a clock or a file except save() and restore().
 //
+// Two labs (WorldConfig::kind): ink-jet, as told here, and ice (docs/plant-ice.md).
 // Wires: stage PSO on X -> trigger of both jets -> droplet of each jet that is set to external triggers, at its
 // nozzle's position of that instant; PSO on Y -> profiler trigger; lamp shutter -> curing. Frames: part = stage (the
 // nozzle of ink A stands above part point (x, y) when X = x, Y = y, that of ink B above (x + nozzle_b_x, y +
@@ -28,10 +29,22 @@ namespace firn::plant {
 /// Ports by name, as in the nodes' port tables.
 inline constexpr std::string_view kStagePort = "stage", kJetPort = "jet", kProfilerPort = "laser_profiler",
                                   kLampPort = "lamp", kJetBPort = "jet_b";
-/// All of them, in the order of Port.
+/// Those of the ink-jet lab, in the order of Port.
 inline constexpr std::array<std::string_view, 5> kPortNames{kStagePort, kJetPort, kProfilerPort, kLampPort, kJetBPort};
+inline constexpr std::string_view kRobotPort = "robot", kValveAPort = "valve_a", kValveBPort = "valve_b",
+                                  kLaserPointPort = "laser_point", kHeaterPort = "heater";
+/// Those of the ice lab.
+inline constexpr std::array<std::string_view, 5> kIcePortNames{kRobotPort, kValveAPort, kValveBPort, kLaserPointPort,
+                                                               kHeaterPort};
+/// All, in the order of Port.
+inline constexpr std::array<std::string_view, 10> kEveryPort{kStagePort,  kJetPort,    kProfilerPort,   kLampPort,  kJetBPort,
+                                                             kRobotPort, kValveAPort, kValveBPort, kLaserPointPort, kHeaterPort};
 
-/// What no node may know.
+class WorldLab;
+class IceLab;
+
+/// What no node may know. In the ice lab: firings of a valve that are over, pulses, pulses that gave nothing; heights
+/// over the whole simulated surface on 1 mm cells. Its own truth: World::ice(), plant/ice/ice_lab.h.
 struct Truth {
   std::uint32_t exposures = 0;      ///< layers cured
   std::int64_t droplets_fired = 0;  ///< triggers that the jet obeyed, missed droplets included
@@ -78,6 +91,8 @@ class World {
   Truth truth() const;
   MaterialColumns materials() const;  ///< see Model::materials(); apart from truth(), for its size
   std::uint32_t exposures() const;
+  std::span<const std::string_view> ports() const;  ///< of this lab
+  const IceLab* ice() const;                        ///< null in the ink-jet lab
   const WorldConfig& config() const;
 
   /// The complete state, atomically (temporary file, fsync, rename). @throws std::runtime_error naming the
@@ -89,8 +104,7 @@ class World {
   static World restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<WorldLab> impl_;
 };
 
 }  // namespace firn::plant

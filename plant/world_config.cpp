@@ -16,6 +16,9 @@ void range(const char* field, double value, double low, double high) {
 }  // namespace
 
 void check(const WorldConfig& c) {
+  if (c.kind != "inkjet" && c.kind != "ice")
+    throw std::invalid_argument("world: kind = \"" + c.kind + "\" is not one of inkjet, ice");
+  if (c.kind == "ice") return check(c.ice);
   firn::check(c.grid);
   const DropletParams& d = c.droplet;
   range("droplet.volume_mm3", d.volume_mm3, 1e-9, 1.0);

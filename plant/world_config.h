@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/grid/grid.h"
+#include "plant/ice/config.h"
 
 namespace firn::plant {
 
@@ -101,6 +102,7 @@ struct LampParams {
 };
 
 struct WorldConfig {
+  std::string kind = "inkjet";  ///< or "ice": then only the seed and `ice` count
   GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
   std::uint64_t seed = 1;
   std::string model = "droplets";  ///< or "lu2015"
@@ -116,6 +118,7 @@ struct WorldConfig {
   JetParams jet, jet_b;
   ProfilerParams profiler;
   LampParams lamp;
+  IceWorldConfig ice;
 };
 
 /// @throws std::invalid_argument naming the field and its limit.

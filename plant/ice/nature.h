@@ -79,6 +79,7 @@ class IceNature {
   std::int64_t pulses(int valve) const { return line_[std::size_t(valve)].pulses(); }
   std::int64_t last_pulse_us(int valve) const { return last_pulse_us_[std::size_t(valve)]; }
   std::int64_t dead_pulses() const { return dead_; }  ///< that gave nothing: frozen, broken, beside the field
+  void refresh() { renew_slow(); }  ///< after a tank or a line was changed from outside
   double now_s() const { return now_s_; }
   void io(Archive& a);
 

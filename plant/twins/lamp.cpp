@@ -135,7 +135,7 @@ void LampTwin::device_event(std::int64_t now_us) {
   close(now_us, LampEvent::kWatchdog);
 }
 
-void LampTwin::trip(std::int64_t now_us, bool on) {
+void LampTwin::trip(std::int64_t now_us, std::int64_t on) {
   state_.alarm_held = on;
   if (!on) return;
   state_.alarm = true;

@@ -24,7 +24,7 @@ class LampTwin : public Twin {
   std::int64_t next_device_us() const override { return state_.open ? state_.close_at_us : kNever; }
   void device_event(std::int64_t now_us) override;  ///< end of a timed exposure, or the longest on-time
   void reboot(std::int64_t now_us) override;
-  void trip(std::int64_t now_us, bool on) override;
+  void trip(std::int64_t now_us, std::int64_t on) override;
   void io(Archive& a) override;
 
  private:

@@ -123,7 +123,7 @@ class StageTwin : public Twin {
   void device_event(std::int64_t now_us) override;
   bool device_event_replies() const override { return blocked_ || idle_close_us() != kNever; }
   void reboot(std::int64_t now_us) override;
-  void trip(std::int64_t now_us, bool on) override { device_.trip(on, now_us); }
+  void trip(std::int64_t now_us, std::int64_t on) override { device_.trip(on != 0, now_us); }
   void io(Archive& a) override;
   StageDevice& device() { return device_; }
 

@@ -40,7 +40,7 @@ class Twin {
     return false;
   }  ///< the next one may send bytes or close the port
   virtual void reboot(std::int64_t now_us) = 0;
-  virtual void trip(std::int64_t, bool) {}
+  virtual void trip(std::int64_t, std::int64_t) {}  ///< 0: all well again
   virtual void io(Archive& a) = 0;
 
   std::int64_t next_inner_us() const { return std::min(link_.next_arrival_us(), next_device_us()); }

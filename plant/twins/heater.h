@@ -1,0 +1,29 @@
+// Twin of the box that reads the three thermostats (docs/devices/heater.md). The thermostats themselves are in
+// plant/ice/heat.h.
+#pragma once
+
+#include <string>
+
+#include "plant/twins/ice_wires.h"
+#include "plant/twins/twin.h"
+
+namespace firn::plant {
+
+class HeaterTwin : public Twin {
+ public:
+  explicit HeaterTwin(IceWires& wires) : Twin(Port::kHeater, TwinLink(10.0e6 / 9600.0, 2000)), wires_(wires) {}
+  void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
+  void disconnected(std::int64_t) override { line_.clear(); }
+  std::int64_t next_device_us() const override { return kNever; }
+  void device_event(std::int64_t) override {}
+  void reboot(std::int64_t now_us) override;
+  /// 1..3 heater dead, 4..6 thermocouple open, 7..9 relay stuck on
+  void trip(std::int64_t now_us, std::int64_t code) override;
+  void io(Archive& a) override { a.all(boot_count_, line_, link_); }
+
+ private:
+  IceWires& wires_;
+  std::string line_;
+};
+
+}  // namespace firn::plant

@@ -1,0 +1,22 @@
+// Hardware lines and notes of the ice lab, from a twin to the world.
+#pragma once
+
+#include <cstdint>
+
+#include "plant/ice/nature.h"
+#include "plant/record.h"
+
+namespace firn::plant {
+
+class IceWires {
+ public:
+  virtual ~IceWires() = default;
+  virtual IceNature& nature() = 0;
+  /// The robot's signals: 1 valve_a, 2 valve_b, 4 laser.
+  virtual void signals(std::int64_t t_us, int mask) = 0;
+  virtual void link_closed(std::int64_t t_us, Port port) = 0;  ///< by the instrument
+  virtual void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) = 0;
+  virtual void fired(const FiringRecord& firing) = 0;
+};
+
+}  // namespace firn::plant

@@ -1,0 +1,349 @@
+#include "plant/twins/robot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/grid/random.h"
+
+namespace firn::plant {
+
+using namespace drivers::fvp;
+using drivers::LineWriter;
+using drivers::WordReader;
+
+namespace {
+
+constexpr double kRad = std::numbers::pi / 180.0, kTick_s = 0.016;
+constexpr std::int64_t kPower_us = 3'000'000, kCalibrate_us = 8'000'000, kBoot_us = 2'000'000;
+constexpr std::int64_t kInterpret_us = 20'000;  ///< from a command to the motion that it starts
+constexpr std::int64_t kWatchdog_us = 1'000'000;
+constexpr std::array<double, 4> kFullRate{360.0 * kRad, 672.0 * kRad, 1100.0, 1200.0 * kRad};  ///< Table 2-1
+constexpr double kFullAccel_s = 0.25;   ///< from rest to full rate
+constexpr double kStopPower_s = 0.06;   ///< brakes
+constexpr int kMotionError = -1016;
+
+}  // namespace
+
+RobotTwin::RobotTwin(const IceArmParams& params, std::uint64_t seed, IceWires& wires)
+    : Twin(Port::kRobot, TwinLink(0.0, params.latency_us)), params_(params), seed_(seed), wires_(wires) {}
+
+void RobotTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
+  for (const std::byte b : bytes) {
+    if (line_.size() <= LineWriter::kLongest) line_.push_back(char(b));
+    if (char(b) != '\n') continue;
+    line(line_, now_us);
+    line_.clear();
+  }
+}
+
+// A damaged line is dropped. Number 0 is executed and neither answered nor remembered.
+void RobotTwin::line(std::string_view text, std::int64_t now_us) {
+  const Message m = parse(text);
+  if (m.kind != Message::Kind::kNumbered) return;
+  state_.seen_us = now_us;
+  if (m.seq == kUnanswered) {
+    WordReader words(m.text);
+    if (words.word() == "PATH" && words.word() == "P") add_points(words);
+    return;
+  }
+  LineWriter out;
+  out.text("@").number(m.seq);
+  const bool hello = m.text.starts_with("HELLO");
+  if (!hello && m.seq == state_.last_seq) return link_.reply(reply_, now_us);
+  if (!hello && state_.last_seq != 0 && !newer(m.seq, state_.last_seq)) {
+    out.word(nak(Nak::kBadSeq, "old number"));
+    return link_.reply(out.finish(1), now_us);
+  }
+  const std::string answer = execute(m.text, now_us);
+  out.word(answer);
+  state_.last_seq = m.seq;
+  reply_ = out.finish(1);
+  link_.reply(reply_, now_us);
+}
+
+std::string RobotTwin::nak(Nak code, std::string_view text) const {
+  return "NAK " + std::to_string(int(code)) + " " + std::string(text);
+}
+
+State RobotTwin::shown() const {
+  using S = drivers::fvp::State;
+  if (state_.boot_until_us > 0) return S::kBoot;
+  if (state_.estop) return S::kEstop;
+  if (state_.fault) return S::kFault;
+  if (state_.motion != Motion::kNone && state_.motion != Motion::kBraking) return S::kRunning;
+  if (state_.held) return S::kHold;
+  if (state_.loading >= 0) return S::kLoading;
+  const bool path_held = std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.verified != 0; });
+  return state_.power && state_.calibrated && path_held ? S::kReady : S::kIdle;
+}
+
+std::string RobotTwin::status() const {
+  Status s;
+  s.state = shown();
+  s.state1 = !state_.power ? 2 : state_.calibrated_at_us != kNever ? 5 : state_.calibrated ? 7 : 8;
+  s.state2 = state_.motion != Motion::kNone ? 1 : state_.state2;
+  s.boot_count = std::int32_t(boot_count_);
+  s.power = state_.power, s.calibrated = state_.calibrated;
+  s.speed_percent = state_.speed;
+  s.error = state_.error;
+  s.running = state_.motion == Motion::kPath ? state_.running : 0;
+  s.at = state_.at;
+  s.last = state_.last, s.last_done = state_.last_done, s.last_ms = state_.last_ms;
+  for (std::size_t n = 0; n < slots_.size(); ++n) s.held[n] = slots_[n].verified ? slots_[n].id : 0;
+  LineWriter line;
+  put(line, s);
+  return std::string(line.so_far().substr(1));
+}
+
+std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
+  WordReader words(text);
+  const std::string_view verb = words.word();
+  if (state_.motion == Motion::kPath)
+    state_.at = int(std::clamp<std::int64_t>((now_us - state_.begins_us) / 16'000, 0, kMostPoints));
+  if (verb == "HELLO") return "ACK OK C40 1 TICK=0.016";
+  if (verb == "STAT") {
+    if (words.word() != "J") return "ACK " + status();
+    LineWriter line;
+    put(line, counts_of(wires_.nature().arm().encoders()));
+    return "ACK" + std::string(line.so_far());
+  }
+  if (verb == "HB") return "ACK " + std::string(name(shown()));
+  if (verb == "STOP") {
+    halt(now_us, params_.brake_s, DeviceEvent::kRobotBraked);
+    return "ACK";
+  }
+  if (verb == "ESTOP") {
+    trip(now_us, -1);
+    return "ACK";
+  }
+  if (verb == "PATH") return path(words, now_us);
+  if (verb == "CLEAR") {
+    if (state_.pressed) return nak(Nak::kWrongState, "emergency stop is pressed");
+    if (wires_.nature().arm().commanded()) return nak(Nak::kWrongState, "still braking");
+    if (state_.motion == Motion::kBraking) state_.motion = Motion::kNone;
+    state_.held = state_.fault = state_.estop = 0;
+    state_.error = 0, state_.state2 = 0;
+    return "ACK";
+  }
+  if (state_.boot_until_us > 0 || state_.estop || state_.fault) return nak(Nak::kWrongState, name(shown()));
+  if (verb == "POWER") {
+    const bool on = words.number(0, 1) != 0;
+    if (!words.good()) return nak(Nak::kRange, "POWER 0 or 1");
+    if (!on && state_.motion != Motion::kNone) return nak(Nak::kWrongState, "moving");
+    if (!on) state_.power = 0, state_.power_at_us = kNever;
+    if (on && !state_.power) state_.power_at_us = now_us + kPower_us;
+    return "ACK";
+  }
+  if (verb == "CAL") {
+    if (!state_.power) return nak(Nak::kNoPower, "no power");
+    if (state_.motion != Motion::kNone) return nak(Nak::kWrongState, "moving");
+    state_.calibrated = 0;
+    state_.calibrated_at_us = now_us + kCalibrate_us;
+    return "ACK";
+  }
+  if (verb == "SPEED") {
+    const auto percent = std::int32_t(words.number(1, 100));
+    if (!words.good()) return nak(Nak::kRange, "1 to 100 percent");
+    state_.speed = percent;
+    return "ACK " + std::to_string(percent);
+  }
+  if (verb == "SIG") {
+    const int mask = int(words.number(0, 7));
+    if (!words.good()) return nak(Nak::kRange, "mask 0 to 7");
+    set_signals(mask, now_us);
+    return "ACK " + std::to_string(mask);
+  }
+  if (verb != "MOVEJ" && verb != "MOVEZ") return nak(Nak::kRange, "unknown verb");
+  Joints to = wires_.nature().arm().reference();
+  if (verb == "MOVEJ") {
+    const auto counts = parse_counts(words);
+    if (counts) to = drivers::fvp::joints_of(*counts);
+  } else {
+    to[2] = double(words.number(-kMostCount, kMostCount)) * 1e-3;
+  }
+  const auto percent = double(words.number(1, 100));
+  if (!words.good()) return nak(Nak::kRange, "numbers of a move");
+  return move(to, percent, now_us);
+}
+
+bool RobotTwin::in_range(const Joints& q) const {
+  for (std::size_t n = 0; n < 4; ++n) {
+    const double value = n == 2 ? q[n] : q[n] / kRad, slack = 1e-3;
+    if (value < params_.low[n] - slack || value > params_.high[n] + slack) return false;
+  }
+  return true;
+}
+
+// Joint-interpolated: all joints follow one S of the fifth degree, as slow as the slowest joint needs.
+std::string RobotTwin::move(const Joints& to, double percent, std::int64_t now_us) {
+  if (!state_.power) return nak(Nak::kNoPower, "no power");
+  if (!state_.calibrated) return nak(Nak::kNotCalibrated, "not calibrated");
+  if (state_.motion != Motion::kNone || state_.held) return nak(Nak::kWrongState, name(shown()));
+  if (!in_range(to)) return nak(Nak::kJointLimit, "beyond a joint's range");
+  TrueArm& arm = wires_.nature().arm();
+  const Joints from = arm.reference();
+  const double share = percent / 100.0 * state_.speed / 100.0;
+  double span_s = 2.0 * kTick_s;
+  for (std::size_t n = 0; n < 4; ++n) {
+    const double way = std::abs(to[n] - from[n]), rate = kFullRate[n] * share;
+    span_s = std::max({span_s, 1.875 * way / rate, std::sqrt(5.78 * way / (rate / kFullAccel_s))});
+  }
+  const int ticks = int(std::ceil(span_s / kTick_s));
+  std::vector<Joints> points(std::size_t(ticks) + 1);
+  for (int k = 0; k <= ticks; ++k) {
+    const double u = double(k) / ticks, s = u * u * u * (10.0 + u * (6.0 * u - 15.0));
+    for (std::size_t n = 0; n < 4; ++n) points[std::size_t(k)][n] = from[n] + s * (to[n] - from[n]);
+  }
+  points.back() = to;
+  state_.motion = Motion::kMove;
+  state_.running = 0;
+  state_.begins_us = now_us + kInterpret_us;
+  state_.ends_us = state_.begins_us + std::int64_t(std::ceil(ticks * kTick_s * 1e6 * (1.0 + params_.clock_ppm * 1e-6)));
+  arm.follow(std::move(points), kTick_s, double(state_.begins_us) * 1e-6);
+  wires_.note(now_us, port_, DeviceEvent::kRobotMotion, 0);
+  return "ACK";
+}
+
+std::string RobotTwin::run(std::int32_t id, int mask, std::int64_t now_us) {
+  if (!state_.power) return nak(Nak::kNoPower, "no power");
+  if (!state_.calibrated) return nak(Nak::kNotCalibrated, "not calibrated");
+  if (state_.motion != Motion::kNone || state_.held) return nak(Nak::kWrongState, name(shown()));
+  if (state_.speed != 100) return nak(Nak::kMonitorSpeed, "monitor speed is not 100");
+  const Slot* slot = find(id);
+  if (!slot || !slot->verified) return nak(Nak::kWrongState, "no such path");
+  TrueArm& arm = wires_.nature().arm();
+  std::vector<Joints> points;
+  points.reserve(slot->points.size());
+  for (const Counts& c : slot->points) points.push_back(drivers::fvp::joints_of(c));
+  for (std::size_t n = 0; n < 4; ++n)
+    if (std::abs(points.front()[n] - arm.reference()[n]) > (n == 2 ? 0.05 : 0.01 * kRad))
+      return nak(Nak::kWrongState, "not at the first point");
+
+  // DURATION is a minimum: what a joint cannot do in a tick takes longer, and so does a path now and then.
+  double tick_s = kTick_s;
+  for (std::size_t k = 1; k < points.size(); ++k)
+    for (std::size_t n = 0; n < 4; ++n)
+      tick_s = std::max(tick_s, std::abs(points[k][n] - points[k - 1][n]) / kFullRate[n]);
+  const auto number = std::uint32_t(++state_.paths);
+  const double span_s = double(points.size() - 1);
+  if (random_uniform({seed_, Purpose::kInstrument, 5, 0, number}) < params_.slip_probability)
+    tick_s += params_.slip_s / span_s;
+  const double delay_s = params_.start_delay_s + params_.start_jitter_s * random_uniform({seed_, Purpose::kInstrument, 5, 1, number});
+  state_.motion = Motion::kPath;
+  state_.running = id;
+  state_.at = 0;
+  state_.wanted_mask = mask;
+  state_.signal_us = now_us + kInterpret_us;
+  state_.begins_us = state_.signal_us + std::int64_t(std::llround(delay_s * 1e6));
+  state_.ends_us = state_.begins_us + std::int64_t(std::ceil(span_s * tick_s * 1e6 * (1.0 + params_.clock_ppm * 1e-6)));
+  arm.follow(std::move(points), tick_s, double(state_.begins_us) * 1e-6);
+  wires_.note(now_us, port_, DeviceEvent::kRobotMotion, id);
+  return "ACK";
+}
+
+std::int64_t RobotTwin::next_device_us() const {
+  std::int64_t next = std::min({state_.power_at_us, state_.calibrated_at_us, state_.signal_us, state_.ends_us});
+  if (state_.boot_until_us > 0) next = std::min(next, state_.boot_until_us);
+  if (state_.motion == Motion::kPath) next = std::min(next, state_.seen_us + kWatchdog_us);
+  return next;
+}
+
+void RobotTwin::device_event(std::int64_t now_us) {
+  if (now_us == state_.boot_until_us) state_.boot_until_us = 0;
+  if (now_us == state_.power_at_us) state_.power = 1, state_.power_at_us = kNever;
+  if (now_us == state_.calibrated_at_us) state_.calibrated = 1, state_.calibrated_at_us = kNever;
+  if (now_us == state_.signal_us) {
+    state_.signal_us = kNever;
+    set_signals(state_.mask | state_.wanted_mask, now_us);
+  }
+  if (now_us == state_.ends_us) return finish(now_us, true);
+  if (state_.motion == Motion::kPath && now_us >= state_.seen_us + kWatchdog_us)
+    fail(int(Nak::kWatchdog), now_us, DeviceEvent::kRobotWatchdog);
+}
+
+void RobotTwin::set_signals(int mask, std::int64_t now_us) {
+  if (mask == state_.mask) return;
+  state_.mask = mask;
+  wires_.note(now_us, port_, DeviceEvent::kSignals, mask);
+  wires_.signals(now_us, mask);
+}
+
+void RobotTwin::event(std::string_view kind, std::int64_t now_us) {
+  state_.event = state_.event >= kMostSeq ? 1 : state_.event + 1;
+  LineWriter line = drivers::fvp::event(state_.event, kind);
+  link_.reply(line.finish(1), now_us);
+}
+
+// A motion has come to its end, or not: what STAT says from now on.
+void RobotTwin::finish(std::int64_t now_us, bool done) {
+  const bool was_path = state_.motion == Motion::kPath;
+  const double clock = 1.0 + params_.clock_ppm * 1e-6;
+  const auto ms = std::int32_t(std::lround(double(std::max<std::int64_t>(0, now_us - state_.begins_us)) * 1e-3 / clock));
+  state_.motion = done ? Motion::kNone : Motion::kBraking;
+  state_.ends_us = state_.signal_us = kNever;
+  state_.state2 = done ? 2 : 3;
+  if (was_path) {
+    set_signals(state_.mask & ~state_.wanted_mask, now_us);
+    state_.last = state_.running;
+    state_.last_done = done;
+    state_.last_ms = ms;
+    state_.at = int(std::clamp<std::int64_t>((now_us - state_.begins_us) / 16'000, 0, kMostPoints));
+    if (const Slot* slot = find(state_.running); done && slot) state_.at = int(slot->points.size());
+  }
+  if (!done) return;
+  wires_.note(now_us, port_, DeviceEvent::kRobotRest, state_.running);
+  LineWriter joints;
+  put(joints, counts_of(wires_.nature().arm().encoders()));
+  event((was_path ? "PATH_DONE " + std::to_string(state_.running) + " " + std::to_string(ms) : std::string("MOVE_DONE")) +
+            std::string(joints.so_far()),
+        now_us);
+  state_.running = 0;
+}
+
+void RobotTwin::halt(std::int64_t now_us, double within_s, DeviceEvent why) {
+  const bool moving = state_.motion == Motion::kMove || state_.motion == Motion::kPath;
+  set_signals(0, now_us);
+  if (!moving) return;
+  wires_.note(now_us, port_, why, state_.running);
+  wires_.nature().arm().brake(within_s);
+  finish(now_us, false);
+  state_.held = 1;
+}
+
+void RobotTwin::fail(int error, std::int64_t now_us, DeviceEvent why) {
+  halt(now_us, params_.brake_s, why);
+  state_.fault = 1;
+  state_.error = error;
+  state_.state2 = 7;
+  event("MOTION_ERR " + std::to_string(state_.power ? 7 : 2) + " 7 " + std::to_string(error), now_us);
+}
+
+void RobotTwin::trip(std::int64_t now_us, std::int64_t code) {
+  if (code == 0) state_.pressed = 0;
+  if (code == 2) fail(kMotionError, now_us, DeviceEvent::kRobotError);
+  if (code != 1 && code != -1) return;  // -1: by command
+  halt(now_us, kStopPower_s, DeviceEvent::kRobotBraked);
+  state_.pressed = code == 1;
+  state_.power = 0, state_.power_at_us = kNever;
+  state_.calibrated_at_us = kNever;
+  state_.estop = 1;
+  state_.state2 = 8;
+}
+
+void RobotTwin::reboot(std::int64_t now_us) {
+  halt(now_us, kStopPower_s, DeviceEvent::kRobotBraked);
+  ++boot_count_;
+  const std::int64_t paths = state_.paths;
+  const std::uint8_t pressed = state_.pressed;
+  state_ = State{};
+  state_.paths = paths, state_.pressed = pressed;
+  state_.boot_until_us = now_us + kBoot_us;
+  slots_ = {};
+  line_.clear(), reply_.clear();
+  wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
+}
+
+void RobotTwin::io(Archive& a) { a.all(boot_count_, state_, slots_[0], slots_[1], line_, reply_, link_); }
+
+}  // namespace firn::plant

@@ -1,0 +1,50 @@
+// Twin of a valve's microcontroller (FVB/1, docs/devices/valve.md): one list of pulse times, fired at the robot's signal
+// when it is armed. What the pulses give is plant/ice/line.h's.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/valve/fvb.h"
+#include "plant/twins/ice_wires.h"
+#include "plant/twins/twin.h"
+
+namespace firn::plant {
+
+class ValveTwin : public Twin {
+ public:
+  /// @param valve 0 water, 1 SME
+  ValveTwin(int valve, const IceValveParams& params, IceWires& wires);
+  void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
+  std::int64_t next_device_us() const override;
+  void device_event(std::int64_t now_us) override;  ///< end of the list or of the wait, or the watchdog
+  void reboot(std::int64_t now_us) override;
+  void trip(std::int64_t now_us, std::int64_t code) override;  ///< 1 tank empty, 2 line blocked, 3 coil dead
+  void io(Archive& a) override;
+
+  void signal(std::int64_t t_us);  ///< the robot's line rises
+
+ private:
+  struct Device {
+    drivers::fvb::State state = drivers::fvb::State::kIdle;
+    std::uint8_t reset_cause = 0, last_seq = 0, known = 0;
+    drivers::fvb::Begin begin;
+    std::uint64_t fired = 0;
+    std::int64_t triggered_us = 0, wait_until_us = kNever, ends_us = kNever, heard_us = 0;
+  };
+  void execute(const drivers::fvb::Found& frame, std::int64_t now_us);
+  /// @returns 0 = acknowledged, else a Refusal
+  std::uint8_t obey(const drivers::fvb::Found& frame, std::int64_t now_us);
+  void stop(std::int64_t now_us, FiringEnd why);
+  void send(const std::vector<std::byte>& bytes, std::int64_t now_us);
+
+  int valve_;
+  IceValveParams params_;
+  IceWires& wires_;
+  Device device_;
+  std::vector<std::uint16_t> ticks_;
+  std::vector<std::byte> buffer_, reply_;
+};
+
+}  // namespace firn::plant

@@ -1,0 +1,399 @@
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/grid/random.h"
+#include "tests/plant/ice_bench.h"
+
+using namespace firn;
+using namespace firn::plant;
+namespace fvp = drivers::fvp;
+namespace fvb = drivers::fvb;
+
+namespace {
+
+IceWorldConfig small() {
+  IceWorldConfig c;
+  c.field = {0.3, -25.0, -25.0, 50.0, 50.0};
+  return c;
+}
+
+ice_paths::Run line_of(const IceWorldConfig& c, double y_mm = 0.0, double z_mm = 3.24, double speed = 60.0) {
+  return ice_paths::along(c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, z_mm, speed, 1.5, [](double) { return 0.25; },
+                          ice_paths::calibrated_late_s(c, 0) - c.valve[0].trigger_delay_s);
+}
+
+// Ready to run path 7 with valve_a's list armed.
+void prepare(IceBench& b, const ice_paths::Run& run) {
+  b.home();
+  b.hello(kValveAPort);
+  REQUIRE(b.load_list(kValveAPort, 7, run.ticks) == 0);
+  b.load(7, run.points);
+  REQUIRE(b.end_reply == "ACK " + std::to_string(run.points.size()));
+  b.move_to(run.points.front());
+  REQUIRE(b.arm(kValveAPort) == 0);
+}
+
+}  // namespace
+
+TEST_CASE("The robot's twin wants power, calibration and a verified path at whose first point it stands") {
+  const IceWorldConfig c = small();
+  IceBench b(c);
+  CHECK(b.robot("HELLO FIRN 1") == "ACK OK C40 1 TICK=0.016");
+  CHECK(b.status().state == fvp::State::kIdle);
+  CHECK(b.robot("CAL").starts_with("NAK 24"));
+  CHECK(b.robot("MOVEZ 100000 20").starts_with("NAK 24"));
+  b.robot("POWER 1");
+  CHECK_FALSE(b.status().power);
+  b.run(3'100'000);
+  CHECK(b.status().power);
+  CHECK(b.status().state1 == 8);
+  CHECK(b.robot("MOVEZ 100000 20").starts_with("NAK 23"));
+  b.robot("CAL");
+  CHECK(b.status().state1 == 5);
+  b.run(8'100'000);
+  CHECK(b.status().state1 == 7);
+  const auto run = line_of(c);
+  CHECK(b.robot("PATH RUN 7 0").starts_with("NAK 20"));
+  b.load(7, run.points);
+  CHECK(b.status().state == fvp::State::kReady);
+  CHECK(b.status().held[0] == 7);
+  CHECK(b.robot("PATH RUN 7 0").starts_with("NAK 20"));  // it stands elsewhere
+  CHECK(b.robot("MOVEZ 211000 20").starts_with("NAK 22"));
+  b.move_to(run.points.front());
+  CHECK(b.move_reply == "ACK");
+  CHECK(b.robot("SPEED 50") == "ACK 50");
+  CHECK(b.robot("PATH RUN 7 0").starts_with("NAK 30"));
+  b.robot("SPEED 100");
+  CHECK(b.robot("PATH RUN 7 0") == "ACK");
+  CHECK(b.status().running == 7);
+  b.wait_for_rest();
+  const fvp::Status done = b.status();
+  CHECK(done.last == 7);
+  CHECK(done.last_done);
+  CHECK(std::abs(done.last_ms - std::int32_t(std::lround((run.points.size() - 1) * 16.0))) <= 1);
+  CHECK(b.heard[std::string(kRobotPort)].size() > 0);
+}
+
+TEST_CASE("A repeated number gets the reply again without a second motion, an old one is refused, a damaged line is dropped") {
+  IceBench b(small());
+  b.home();
+  drivers::LineWriter line;
+  line.text("@100 MOVEZ 150000 20");
+  const std::string move(line.finish(1));
+  const std::string first = b.ask(kRobotPort, move);
+  CHECK(b.ask(kRobotPort, move) == first);
+  std::string damaged = move;
+  damaged[6] ^= 1;
+  CHECK(b.ask(kRobotPort, damaged, 300'000).find("MOVE_DONE") == std::string::npos);
+  drivers::LineWriter old;
+  old.text("@99 STAT");
+  CHECK(b.ask(kRobotPort, old.finish(1)).find("NAK 11") != std::string::npos);
+  b.seq = 100;
+  b.wait_for_rest();
+  int motions = 0;
+  for (const DeviceRecord& d : b.record.history.devices) motions += d.event == DeviceEvent::kRobotMotion;
+  CHECK(motions == 1);
+}
+
+TEST_CASE("A path printed through the instruments lies where and as much as the list said, and is summed up") {
+  IceWorldConfig c = small();
+  c.disturbance.debris_per_h = 0.0;
+  IceBench b(c);
+  const auto run = line_of(c, 5.0);
+  prepare(b, run);
+  CHECK(b.robot("PATH RUN 7 1") == "ACK");
+  b.wait_for_rest();
+  b.run(200'000);
+  const fvb::Status s = b.valve_status(kValveAPort);
+  CHECK(s.state == fvb::State::kDone);
+  CHECK(s.next == run.ticks.size());
+  const IceTruth t = b.truth();
+  CHECK(t.pulses[0] == std::int64_t(run.ticks.size()));
+  CHECK(t.pulses[1] == 0);
+  CHECK(t.ledger.landed[0] == Approx(0.25 * double(run.ticks.size())).epsilon(0.05));
+  REQUIRE(b.record.history.firings.size() == 1);
+  const FiringRecord& f = b.record.history.firings[0];
+  CHECK(f.path == 7);
+  CHECK(f.fired == run.ticks.size());
+  CHECK(f.end == FiringEnd::kThrough);
+  CHECK(f.last_us == t.last_pulse_us[0]);
+  CHECK(f.volume_mm3 == Approx(t.ledger.landed[0]));
+  const HeightMap map = b.world.ice()->thickness_over({30, 3, 1.0, 2.0, -14.5, 3.0}, 0);
+  double row = 0.0, beside = 0.0;
+  for (int i = 3; i < 27; ++i) row += map.at(i, 1), beside += map.at(i, 0) + map.at(i, 2);
+  CHECK(row > 4.0 * beside);
+  CHECK(b.world.truth().exposures == 1);
+  CHECK(b.world.truth().droplets_fired == std::int64_t(run.ticks.size()));
+  CHECK(b.record.ok);
+}
+
+TEST_CASE("A valve refuses what would harm it and ignores triggers unless armed") {
+  const IceWorldConfig c = small();
+  IceBench b(c);
+  b.hello(kValveAPort);
+  CHECK(b.arm(kValveAPort) == int(fvb::Refusal::kWrongState));
+  CHECK(b.load_list(kValveAPort, 1, {10, 9}) == int(fvb::Refusal::kOrder));
+  CHECK(b.load_list(kValveAPort, 1, {10, 10}) == int(fvb::Refusal::kOrder));
+  CHECK(b.load_list(kValveAPort, 1, {10, 12, 40}) == 0);
+  CHECK(b.valve_status(kValveAPort).state == fvb::State::kLoaded);
+  b.home();
+  b.robot("SIG 1");
+  b.run(1'000'000);
+  CHECK(b.truth().pulses[0] == 0);  // loaded, not armed
+  b.robot("SIG 0");
+  CHECK(b.arm(kValveAPort) == 0);
+  CHECK(b.valve_status(kValveAPort).state == fvb::State::kArmed);
+  b.robot("SIG 2");  // the other valve's line
+  b.run(500'000);
+  CHECK(b.truth().pulses[0] == 0);
+  b.robot("SIG 3");
+  b.run(500'000);
+  CHECK(b.truth().pulses[0] == 3);
+  CHECK(b.valve_status(kValveAPort).next == 3);
+  CHECK(b.arm(kValveAPort) == int(fvb::Refusal::kWrongState));  // used up
+}
+
+TEST_CASE("STOP brakes the arm and drops the signals; what the valve fires ends only by its own order") {
+  const IceWorldConfig c = small();
+  IceBench b(c);
+  const auto run = line_of(c);
+  prepare(b, run);
+  b.robot("PATH RUN 7 1");
+  b.run(300'000);
+  CHECK(b.robot("STOP") == "ACK");
+  const std::int64_t stop_us = b.now_us;
+  CHECK(b.order(kValveAPort, fvb::Type::kAbort) == 0);
+  const std::int64_t abort_us = b.now_us;
+  b.run(2'000'000);
+  CHECK(b.truth().last_pulse_us[0] <= abort_us);
+  CHECK(b.truth().last_pulse_us[0] > stop_us - 200'000);
+  CHECK(b.status().state == fvp::State::kHold);
+  CHECK_FALSE(b.status().last_done);
+  CHECK(b.status().last == 7);
+  CHECK(b.robot("PATH RUN 7 1").starts_with("NAK 20"));
+  CHECK(b.robot("CLEAR") == "ACK");
+  CHECK(b.status().state == fvp::State::kReady);
+  CHECK(b.valve_status(kValveAPort).state == fvb::State::kIdle);
+  REQUIRE(b.record.history.firings.size() == 1);
+  CHECK(b.record.history.firings[0].end == FiringEnd::kAborted);
+}
+
+TEST_CASE("A robot that hears nothing for a second while a path runs ends it; a valve after two closes") {
+  IceWorldConfig c = small();
+  IceBench b(c);
+  const auto run = line_of(c, 0.0, 3.24, 5.0);  // six seconds
+  prepare(b, run);
+  b.robot("PATH RUN 7 1");
+  const std::int64_t from_us = b.now_us;
+  b.run(5'000'000);
+  bool watchdog = false;
+  for (const DeviceRecord& d : b.record.history.devices)
+    if (d.event == DeviceEvent::kRobotWatchdog) {
+      watchdog = true;
+      CHECK(d.t_us - from_us <= 1'000'000);
+      CHECK(d.t_us - from_us > 990'000);
+    }
+  CHECK(watchdog);
+  CHECK(b.status().state == fvp::State::kFault);
+  CHECK(b.status().error == 40);
+  REQUIRE(b.record.history.firings.size() == 1);
+  CHECK(b.record.history.firings[0].end == FiringEnd::kWatchdog);
+  CHECK(b.truth().last_pulse_us[0] < from_us + 2'100'000);
+  CHECK(b.valve_status(kValveAPort).state == fvb::State::kFault);
+  CHECK(b.robot("CLEAR") == "ACK");
+}
+
+TEST_CASE("The emergency stop cuts power and stays until it is released and cleared; a motion error is a fault") {
+  const IceWorldConfig c = small();
+  IceBench b(c);
+  const auto run = line_of(c);
+  prepare(b, run);
+  b.robot("PATH RUN 7 1");
+  b.run(200'000);
+  b.world.inject({"robot", FaultKind::kTrip, 1, 0}, b.now_us);
+  CHECK(b.status().state == fvp::State::kEstop);
+  CHECK_FALSE(b.status().power);
+  CHECK(b.status().state2 >= 1);
+  CHECK(b.robot("CLEAR").starts_with("NAK"));
+  b.world.inject({"robot", FaultKind::kTrip, 0, 0}, b.now_us);
+  b.run(500'000);
+  CHECK(b.robot("CLEAR") == "ACK");
+  CHECK(b.status().state != fvp::State::kEstop);
+  b.robot("POWER 1");
+  b.run(3'100'000);
+  b.move_to(run.points.front());
+  b.robot("PATH RUN 7 0");
+  b.run(100'000);
+  b.world.inject({"robot", FaultKind::kTrip, 2, 0}, b.now_us);
+  CHECK(b.status().state == fvp::State::kFault);
+  CHECK(b.status().error < 0);
+  REQUIRE_FALSE(b.events.empty());
+  CHECK(b.events.back().starts_with("MOTION_ERR 7 7 -"));
+}
+
+TEST_CASE("Reboot loses paths and lists, closes the port and counts; the valve says why it was reset") {
+  const IceWorldConfig c = small();
+  IceBench b(c);
+  prepare(b, line_of(c));
+  for (const char* port : {"robot", "valve_a"}) b.world.inject({port, FaultKind::kReboot, 1, 0}, b.now_us);
+  b.run(3'000'000);
+  CHECK(b.closed["robot"]);
+  CHECK(b.closed["valve_a"]);
+  b.connect();
+  b.seq = 0;
+  b.robot("HELLO FIRN 1");
+  const fvp::Status s = b.status();
+  CHECK(s.boot_count == 2);
+  CHECK(s.held[0] == 0);
+  CHECK_FALSE(s.power);
+  std::vector<std::byte> bytes;
+  fvb::encode(fvb::Type::kHello, 1, {}, bytes);
+  b.vseq = 1;
+  const auto hello = fvb::parse_hello(b.valve(kValveAPort, bytes).payload);
+  REQUIRE(hello);
+  CHECK(hello->boot_count == 2);
+  CHECK(hello->reset_cause == 1);
+  CHECK(b.valve_status(kValveAPort).state == fvb::State::kIdle);
+}
+
+TEST_CASE("The laser stores while the robot's line is up, in its material's program, and dumps at the baud rate") {
+  IceWorldConfig c = small();
+  c.table.jigs.push_back({-5.0, -25.0, 5.0, 25.0, 2.0});
+  IceBench b(c);
+  const auto run = ice_paths::along(c.arm, c.arm.laser, {{-20.0, 0.0}, {20.0, 0.0}}, 1.0, 50.0, 1.5, [](double) { return 0.25; }, 0.0);
+  b.home();
+  b.load(3, run.points);
+  b.move_to(run.points.front());
+  CHECK(b.laser("M1").starts_with("M1,-01."));
+  CHECK(b.laser("SW,CA,5") == "ER,SW,01\r");
+  CHECK(b.laser("Q0") == "Q0\r");
+  CHECK(b.laser("M1") == "ER,M1,01\r");
+  CHECK(b.laser("SW,CA,5") == "SW,CA\r");
+  CHECK(b.laser("SW,HB,1,1") == "SW,HB\r");
+  CHECK(b.laser("SW,OC,1,0,1") == "SW,OC\r");
+  CHECK(b.laser("SW,CI,1,65536,3") == "SW,CI\r");
+  CHECK(b.laser("SW,CI,1,65536,77") == "ER,SW,22\r");
+  const std::int64_t before_us = b.now_us;
+  CHECK(b.laser("R0") == "R0\r");
+  CHECK(b.now_us - before_us >= 600'000);
+  CHECK(b.laser("AQ") == "AQ\r");
+  CHECK(b.laser("AS") == "AS\r");
+  b.run(1'000'000);
+  CHECK(b.laser("AN") == "AN,1,0\r");  // the line is still down
+  b.robot("PATH RUN 3 4");
+  b.wait_for_rest();
+  CHECK(b.laser("AP") == "AP\r");
+  const double seconds = 0.016 * double(run.points.size() - 1);
+  const std::string stored = b.laser("AN");
+  const int values = std::atoi(stored.c_str() + 5);
+  CHECK(values == Approx(seconds * 100.0).margin(3));
+  const std::int64_t dump_us = b.now_us;
+  const std::string dump = b.laser("AO,1");
+  CHECK(double(b.now_us - dump_us) * 1e-6 == Approx(values * 9.0 * 10.0 / 115200.0).epsilon(0.02));
+  std::vector<float> mm;
+  REQUIRE(drivers::lkg::parse_dump(std::string_view(dump).substr(3, dump.size() - 4), mm));
+  REQUIRE(int(mm.size()) == values);
+  int high = 0;
+  for (const float z : mm) high += z > 0.0f;
+  CHECK(high == Approx(100.0 * 10.0 / 50.0).margin(3));  // 10 mm of jig at 50 mm/s
+  b.world.inject({"laser_point", FaultKind::kTrip, 1, 0}, b.now_us);
+  CHECK(b.laser("M1") == "M1,XXXXXXXX\r");
+}
+
+TEST_CASE("The heater box shows temperatures and relays, takes set points, and its faults are seen") {
+  IceBench b(small());
+  const auto read = [&] {
+    drivers::LineWriter line;
+    line.text("T?");
+    const std::string reply = b.ask(kHeaterPort, line.finish(0));
+    return drivers::thermostat::parse_reading(drivers::checked_text(reply, 0).value()).value();
+  };
+  CHECK(read().celsius[0] == Approx(20.0).margin(0.1));
+  drivers::LineWriter set;
+  drivers::thermostat::put(set, drivers::thermostat::SetPoint{2, 2500});
+  const std::string sent(set.finish(0));
+  CHECK(b.ask(kHeaterPort, sent) == sent);
+  b.run(600'000'000);
+  CHECK(read().celsius[1] == Approx(25.0).margin(1.2));
+  b.world.inject({"heater", FaultKind::kTrip, 4, 0}, b.now_us);
+  CHECK(std::isnan(read().celsius[0]));
+  CHECK_FALSE(read().heating[0]);
+  b.world.inject({"heater", FaultKind::kTrip, 0, 0}, b.now_us);
+  b.world.inject({"heater", FaultKind::kTrip, 1, 0}, b.now_us);
+  b.run(1'200'000'000);
+  CHECK(read().celsius[0] < 18.0);
+  CHECK(read().heating[0]);
+  CHECK(b.ask(kHeaterPort, "nonsense\n").starts_with("E,1*"));
+}
+
+TEST_CASE("A tank that runs empty, a blocked line and a dead coil give pulses without liquid until they are mended") {
+  for (const std::int64_t code : {1, 2, 3}) {
+    const IceWorldConfig c = small();
+    IceBench b(c);
+    const auto run = line_of(c);
+    b.world.inject({"valve_a", FaultKind::kTrip, code, 0}, b.now_us);
+    prepare(b, run);
+    b.robot("PATH RUN 7 1");
+    b.wait_for_rest();
+    b.run(100'000);
+    CHECK(b.truth().pulses[0] == std::int64_t(run.ticks.size()));
+    CHECK(b.truth().ledger.landed[0] < 0.2 * 0.25 * double(run.ticks.size()));
+    b.world.inject({"valve_a", FaultKind::kTrip, 0, 0}, b.now_us);
+    b.run(100'000);
+    const double before = b.truth().ledger.landed[0];
+    REQUIRE(b.load_list(kValveAPort, 8, run.ticks) == 0);
+    b.move_to(run.points.front());
+    REQUIRE(b.arm(kValveAPort) == 0);
+    b.robot("PATH RUN 7 1");
+    b.wait_for_rest();
+    b.run(100'000);
+    CHECK(b.truth().ledger.landed[0] - before > 0.9 * 0.25 * double(run.ticks.size()));
+  }
+}
+
+TEST_CASE("A world saved in the middle of a path goes on bit for bit, and one of another lab is refused") {
+  const IceWorldConfig c = small();
+  const auto run = line_of(c);
+  const auto folder = std::filesystem::temp_directory_path() / ("ice_state_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  IceBench b(c);
+  prepare(b, run);
+  b.robot("PATH RUN 7 1");
+  b.run(300'000);
+  for (const auto port : kIcePortNames) b.world.disconnect(port, b.now_us);
+  b.world.save(folder / "state");
+  World again = World::restore(folder / "state", b.world.config(), nullptr);
+  for (World* world : {&b.world, &again}) {
+    world->advance(b.now_us + 700'000, [](const World::Sent&) {});
+    world->advance(b.now_us + 9'000'000, [](const World::Sent&) {});
+  }
+  b.world.save(folder / "a");
+  again.save(folder / "b");
+  const auto bytes = [&](const char* name) {
+    std::ifstream file(folder / name, std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(file)), {});
+  };
+  CHECK(bytes("a") == bytes("b"));
+  CHECK(bytes("a").size() > 100'000);
+  CHECK_THROWS_WITH(World::restore(folder / "a", WorldConfig{}, nullptr), Catch::Contains("of another configuration"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("Whatever bytes arrive at the ice lab's ports, nothing fires and nothing breaks") {
+  IceBench b(small());
+  RandomStream random(4, Purpose::kTest);
+  const char* words[] = {"@1 HELLO FIRN 1*E003\r\n", "@2 PATH P 0 1 2 3 4", "PATH RUN 1 7*", "\xA5\x5A\x02\x01", "AS\r", "SW,HB,1,9\r", "T?*", "S,9,99999*"};
+  for (int n = 0; n < 4000; ++n) {
+    std::string bytes;
+    if (random.below(3) == 0) bytes = words[random.below(8)];
+    for (std::uint32_t k = random.below(20); k > 0; --k) bytes.push_back(char(random.below(256)));
+    b.world.receive(kIcePortNames[random.below(5)], std::as_bytes(std::span(bytes)), b.now_us);
+    b.run(random.below(3000));
+  }
+  CHECK(b.truth().pulses[0] + b.truth().pulses[1] == 0);
+  CHECK(b.world.truth().volume_mm3 == Approx(0.0).margin(1e-9));
+}
