@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "config/ice_lab.h"
 
@@ -17,7 +18,7 @@ drivers::RobotConfig robot_config(const Experiment& e, const Machine& machine) {
   const std::unique_ptr<motion::Arm> arm = make_arm(machine);
   for (std::size_t j = 0; j < 4; ++j) {
     const motion::JointRange range = arm->range(int(j));
-    const double unit = j == 2 ? 1.0 : std::acos(-1.0) / 180.0;
+    const double unit = j == 2 ? 1.0 : std::numbers::pi / 180.0;
     c.limits[j].low = range.low;
     c.limits[j].high = range.high;
     if (machine.joint[j].rate > 0.0)
