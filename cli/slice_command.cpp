@@ -102,14 +102,15 @@ class SliceRun {
       if (std::size_t(k) > job_.layers.size()) throw UsageError(fmt::format("--layer {}: the job has {} layers", k, job_.layers.size()));
     const slice::PathFileHead head = head_of(job_, s_);
     if (!o_.output.empty()) paths_.emplace(o_.output, head);
-    std::function<std::string(const slice::LayerPaths&)> gcode;
+    LayerBytes bytes;
+    bytes.encoded = paths_.has_value();
     if (!o_.gcode.empty()) {
       gcode_.emplace(o_.gcode);
       write_gcode(gcode_start(s_.gcode, head.made_by));
-      gcode = [this](const slice::LayerPaths& l) { return gcode_layer(l, s_.gcode); };
+      bytes.gcode = [this](const slice::LayerPaths& l) { return gcode_layer(l, s_.gcode); };
     }
     pictured_.resize(o_.layers.size());
-    plan_layers(job_, s_, parallel_, progress, gcode, [this](PlannedLayer&& l) { take(std::move(l)); });
+    plan_layers(job_, s_, parallel_, progress, bytes, [this](PlannedLayer&& l) { take(std::move(l)); });
     finish();
   }
 

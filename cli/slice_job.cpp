@@ -162,10 +162,13 @@ SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const Sl
 }
 
 void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFor& parallel, const SliceProgress& progress,
-                 const std::function<std::string(const slice::LayerPaths&)>& gcode, const std::function<void(PlannedLayer&&)>& sink) {
+                 const LayerBytes& bytes, const std::function<void(PlannedLayer&&)>& sink) {
   const slice::PathOptions options = path_options(settings);
   const std::size_t layers = job.layers.size();
-  std::vector<PlannedLayer> batch;
+  std::vector<PlannedLayer> batch, before;  // one is handed on while the next one's bytes are made
+  const auto hand_on = [&] {
+    for (PlannedLayer& l : before) sink(std::move(l));
+  };
   for (std::size_t begin = 0; begin < layers; begin += kLayersAtOnce) {
     progress(0.4 + 0.6 * double(begin) / double(layers), fmt::format("layer {} of {}", begin + 1, layers));
     batch.clear();
@@ -187,14 +190,17 @@ void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFo
       });
     }
     const StageTimer timer(job.times, "output");
-    parallel(int(batch.size()), [&](int n) {
-      PlannedLayer& l = batch[std::size_t(n)];
+    parallel(1 + int(batch.size()), [&](int n) {
+      if (n == 0) return hand_on();
+      PlannedLayer& l = batch[std::size_t(n) - 1];
       l.transit_mm = slice::transit_mm(l.paths);
-      l.encoded = slice::encode(l.paths);
-      if (gcode) l.gcode = gcode(l.paths);
+      if (bytes.encoded) l.encoded = slice::encode(l.paths);
+      if (bytes.gcode) l.gcode = bytes.gcode(l.paths);
     });
-    for (PlannedLayer& l : batch) sink(std::move(l));
+    std::swap(before, batch);
   }
+  const StageTimer timer(job.times, "output");
+  hand_on();
 }
 
 }  // namespace firn

@@ -62,13 +62,19 @@ struct PlannedLayer {
   std::vector<slice::MaterialUse> use;
   double transit_mm = 0.0;
   std::vector<slice::Coverage> coverage;  ///< if the settings ask for it
-  std::vector<std::byte> encoded;         ///< for the path file
+  std::vector<std::byte> encoded;         ///< for the path file, if asked for
   std::string gcode;                      ///< if asked for
 };
 
-/// Plans every layer and hands them on in order; at most some dozens are in memory. Takes the job's regions.
-/// @param gcode makes a layer's text, in any thread; may be empty
+/// What is to be made of each layer, in any thread.
+struct LayerBytes {
+  bool encoded = false;                                         ///< PlannedLayer::encoded
+  std::function<std::string(const slice::LayerPaths&)> gcode;  ///< PlannedLayer::gcode; may be empty
+};
+
+/// Plans every layer and hands them on in order, one at a time, in any thread; at most some dozens are in memory. Takes the
+/// job's regions.
 void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFor& parallel, const SliceProgress& progress,
-                 const std::function<std::string(const slice::LayerPaths&)>& gcode, const std::function<void(PlannedLayer&&)>& sink);
+                 const LayerBytes& bytes, const std::function<void(PlannedLayer&&)>& sink);
 
 }  // namespace firn

@@ -11,12 +11,27 @@
 namespace firn::slice {
 namespace {
 
-// [k]: union of layer k and all above, but for a rim of `slack` units.
-std::vector<Region> merged_above(std::span<const Region> part, std::int32_t slack) {
-  std::vector<Region> merged(part.size());
-  for (std::size_t k = part.size(); k-- > 0;)
-    merged[k] = k + 1 < part.size() ? merge_protruding(merged[k + 1], part[k], slack) : part[k];
-  return merged;
+constexpr std::size_t kLayersAtOnce = 32;
+
+// Calls use(k, union of layer k and all above, but for a rim of `slack` units) for all layers, from the top in blocks: the union
+// runs downward through one block while the one above it is used.
+template <class Use>
+void for_merged_above(std::span<const Region> part, std::int32_t slack, const ParallelFor& parallel, const Use& use) {
+  std::vector<Region> merged, before;  // from the top
+  Region last;
+  for (std::size_t begin = 0, used = 0; used < part.size(); used = begin, begin = std::min(part.size(), begin + kLayersAtOnce)) {
+    const std::size_t end = std::min(part.size(), begin + kLayersAtOnce);
+    std::swap(merged, before);
+    parallel(1 + int(begin - used), [&](int n) {
+      if (n > 0) return use(part.size() - (used + std::size_t(n)), before[std::size_t(n) - 1]);
+      merged.clear();
+      for (std::size_t k = begin; k < end; ++k) {
+        const Region& layer = part[part.size() - 1 - k];
+        last = k ? merge_protruding(last, layer, slack) : layer;
+        merged.push_back(last);
+      }
+    });
+  }
 }
 
 Region thinned(const Region& region, double tolerance_mm) {
@@ -66,10 +81,9 @@ std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t 
   // Thinning and drawing may each add the tolerance: nothing may reach further than the buffer.
   const double grow_mm = std::max(0.0, options.buffer_mm - 2 * chord_tolerance_mm - 1e-3);
   if (options.kind == Support::kFull) {
-    const std::vector<Region> above = merged_above(part, std::int32_t(0.5 * chord_tolerance_mm * kUnitsPerMm));
-    parallel(int(part.size()), [&](int layer) {
-      const std::size_t k = std::size_t(layer);
-      const Region grown = grow(thinned(above[k], chord_tolerance_mm), grow_mm, chord_tolerance_mm);
+    const std::int32_t slack = std::int32_t(0.5 * chord_tolerance_mm * kUnitsPerMm);
+    for_merged_above(part, slack, parallel, [&](std::size_t k, const Region& above) {
+      const Region grown = grow(thinned(above, chord_tolerance_mm), grow_mm, chord_tolerance_mm);
       // Rings of the layer and of what is far outside it do not meet.
       scaffold[k] = grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);
     });

@@ -21,8 +21,10 @@ inline Vec left_of(Vec a) { return {-a.y, a.x}; }
 inline Vec right_of(Vec a) { return {a.y, -a.x}; }
 
 inline Vec to_vec(Point p) { return {double(p.x), double(p.y)}; }
-inline Point to_point(Vec v) {
-  return {std::int32_t(std::floor(v.x + 0.5)), std::int32_t(std::floor(v.y + 0.5))};
+inline std::int32_t floor_of(double v) {  // std::floor is a call on plain x86-64
+  const auto i = std::int32_t(v);
+  return i - (v < double(i));
 }
+inline Point to_point(Vec v) { return {floor_of(v.x + 0.5), floor_of(v.y + 0.5)}; }
 
 }  // namespace firn::slice

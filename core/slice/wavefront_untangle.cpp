@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kTiny = 10.0;    // units: loops shorter than 1 um are dropped
 constexpr double kPassed = 0.05;  // units: a place nearer than d - kPassed to a source has been passed
-constexpr int kAbout = 4;         // pieces on either side of a crossing that are asked first what has passed
+constexpr int kAbout = 4;         // strands on either side of a crossing that are asked first whether they have passed
+constexpr std::size_t kSmall = 64;  // fragments
 
 struct Crossing {
   Vec at;
@@ -102,6 +103,13 @@ class Untangler::Tangle {
     for (const std::int32_t s : alive_)
       if (square_distance(place, sources_[s]) < square) return true;
     return false;
+  }
+  // What has passed over a loop mostly comes from beside one of its crossings; small loops mostly have been passed.
+  bool passed_beside(Vec place) const {
+    if (loop_.size() > kSmall) return false;
+    return std::any_of(loop_.begin(), loop_.end(), [&](std::uint32_t f) {
+      return fragments_[f].crossed && (passed_about(place, fragments_[f].strand) || passed_about(place, fragments_[f].before));
+    });
   }
   bool passed_about(Vec place, std::uint32_t strand) const {
     const double square = limit();
@@ -202,37 +210,30 @@ void Untangler::Tangle::cut() {
 
 // Whether loop_ is kept. @return false if it cannot tell
 bool Untangler::Tangle::judge(bool& keep) const {
-  double total = 0, longest[2] = {-1, -1};
+  double total = 0, longest[2] = {-1, -1};  // squares
   std::uint32_t best[2] = {0, 0};
   bool corners_wrong = false;
   for (const std::uint32_t f : loop_) {
     const Fragment& fragment = fragments_[f];
-    const double l = length(fragment.to - fragment.from);
-    total += l;
+    const Vec way = fragment.to - fragment.from;
+    const double square = dot(way, way);
+    total += std::abs(way.x) + std::abs(way.y);
     corners_wrong |= strands_[fragment.strand].source == kPivot || fragment.right_turn;
-    if (l > longest[0]) {
+    if (square > longest[0]) {
       longest[1] = longest[0], best[1] = best[0];
-      longest[0] = l, best[0] = f;
-    } else if (l > longest[1]) {
-      longest[1] = l, best[1] = f;
+      longest[0] = square, best[0] = f;
+    } else if (square > longest[1]) {
+      longest[1] = square, best[1] = f;
     }
   }
   keep = false;
   if (total < kTiny) return true;
-  for (int i = 0; i < (corners_wrong ? 1 : 2) && longest[i] > 0.25 * longest[0]; ++i) {
+  for (int i = 0; i < (corners_wrong ? 1 : 2) && longest[i] > 0.0625 * longest[0]; ++i) {
     const Fragment& fragment = fragments_[best[i]];
     Strand part = strands_[fragment.strand];
     part.a = fragment.from, part.b = fragment.to;
-    bool lives = part.source != kPivot;
-    if (lives) {
-      // What has passed over a loop mostly comes from beside one of its crossings.
-      const Vec place = middle(part);
-      bool near = false;
-      for (const std::uint32_t f : loop_)
-        if (fragments_[f].crossed)
-          near = near || passed_about(place, fragments_[f].strand) || passed_about(place, fragments_[f].before);
-      lives = !near && !passed(place);
-    }
+    const Vec place = middle(part);
+    const bool lives = part.source != kPivot && !passed_beside(place) && !passed(place);
     if (i && lives != keep) return false;
     keep = lives;
   }
