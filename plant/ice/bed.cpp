@@ -15,6 +15,7 @@ namespace {
 constexpr double kLargestRadius_mm = 2.6;
 constexpr int kWindow = 40;  // cells: more than 2 x kLargestRadius_mm / the smallest cell + 2
 constexpr double kLayerStep_mm = 0.05;
+constexpr double kSlide = 1.15, kBeyond_mm = 1.5;
 
 }  // namespace
 
@@ -63,6 +64,15 @@ void Bed::renew_gain() {
   for (float& g : gain_) g = std::max(g, 0.1f);
 }
 
+// Low ground is over an edge only where it is low further out as well: a groove between two beads fills.
+bool Bed::open_beyond(const Drop& drop, double dx, double dy, double below_mm) const {
+  const double r = std::sqrt(dx * dx + dy * dy);
+  if (r < 1e-9) return true;
+  const double x = drop.x_mm + dx * (1.0 + kBeyond_mm / r), y = drop.y_mm + dy * (1.0 + kBeyond_mm / r);
+  if (!inside(x, y)) return true;
+  return z_mm(int((x - x0_) / cell_), int((y - y0_) / cell_)) < below_mm;
+}
+
 bool Bed::land(const Drop& drop) {
   const IceBeadParams& p = config_.bead[std::size_t(drop.material)];
   ledger_.landed[drop.material] += drop.volume_mm3;
@@ -96,7 +106,7 @@ bool Bed::land(const Drop& drop) {
     for (int a = 0; a < w; ++a) {
       const double dx = dx0 + a * cell_;
       const double part = std::min(1.0, std::max(0.0, 3.0 * (1.0 - (dx * dx + dy * dy) * inverse)));
-      const bool low = row[a] < edge_below;
+      const bool low = row[a] < edge_below && open_beyond(drop, dx, dy, edge_below);
       zr[a] = row[a];
       cr[a] = low ? 0.0 : p.deepest_mm;
       kr[a] = part;
@@ -107,7 +117,10 @@ bool Bed::land(const Drop& drop) {
   }
   const int n = w * h;
   const double all = drop.volume_mm3 / (cell_ * cell_);
-  const double over = sum_low > 0.0 ? (sum_k > 0.0 ? p.spill * all * sum_low / (sum_k + sum_low) : all) : 0.0;
+  // On a rim little goes over; from a spire narrower than the pool the liquid slides, and faster than it would stay.
+  const double low_share = sum_low > 0.0 ? sum_low / (sum_k + sum_low) : 0.0;
+  const double slide = std::min(1.0, 2.0 * low_share), held_back = p.spill + (kSlide - p.spill) * slide;
+  const double over = all * std::min(1.0, low_share * held_back);
   const double goal = all - over;
   double level = sum_k > 0.0 ? (sum_kz + goal) / sum_k : under[1] + p.pool_mm, held = 0.0;
   for (int step = 0; step < 4; ++step) {

@@ -6,8 +6,9 @@
 // pi R^2 h = V. A row of such pools whose neighbours stand V' / h apart adds up nearly level: 1.5 mm at 0.36 mm^2, 3 mm
 // at 0.72 mm^2, the thesis's two widths.
 // Inside: dz = k(r) clamp(s - z, 0, deepest), s such that the volume is V; k is 1 up to sqrt(2/3) R and falls to 0 at R.
-// Ground that lies edge_mm or more under the liquid is over an edge: of what would lie there by k alone, the share
-// `spill` falls down, the rest hangs on. That is the fall-off at edges without scaffold around them. Then dz is
+// Ground that lies edge_mm or more under the liquid, there and 1.5 mm further out, is over an edge: of what would lie
+// there by k alone, the share `spill` falls down, the rest hangs on; from a spire narrower than the pool all of it slides
+// and a little more. That is the fall-off at edges without scaffold around them. Then dz is
 // multiplied by what freezing makes of it at this place: 1 + pattern(x, y) + roughness(x, y, layer).
 #pragma once
 
@@ -70,6 +71,7 @@ class Bed {
  private:
   bool inside(double x_mm, double y_mm) const;
   void renew_gain();
+  bool open_beyond(const Drop& drop, double dx, double dy, double below_mm) const;
   HeightMap mean_of(const std::vector<double>& values, const GridSpec& grid) const;
 
   IceWorldConfig config_;

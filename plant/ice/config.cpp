@@ -39,7 +39,7 @@ void check_bead(const std::string& at, const IceBeadParams& b) {
   range(at + "pool_mm", b.pool_mm, 0.05, 1.0);
   range(at + "deepest_mm", b.deepest_mm, 0.05, 2.0);
   range(at + "edge_mm", b.edge_mm, 0.1, 5.0);
-  range(at + "spill", b.spill, 0.0, 1.0);
+  range(at + "spill", b.spill, 0.0, 3.0);
   range(at + "scatter_mm", b.scatter_mm, 0.0, 2.0);
   range(at + "wander_rad", b.wander_rad, 0.0, 0.3);
   range(at + "wander_tau_s", b.wander_tau_s, 0.01, 100.0);
@@ -103,7 +103,7 @@ IceWorldConfig::IceWorldConfig() {
   line[1].viscosity_b_K = 2145.0;
   line[1].density_kg_m3 = 875.0;
   bead[1].deepest_mm = 0.30;
-  bead[1].spill = 0.40;
+  bead[1].spill = 1.20;
   bead[1].scatter_mm = 0.15;
 }
 

@@ -21,7 +21,7 @@ struct IceBeadParams {
   double pool_mm = 0.24;         ///< thickness at which liquid on level ground stops spreading, 0.05 .. 1
   double deepest_mm = 0.40;      ///< at most this much of one drop stays in a low place, 0.05 .. 2
   double edge_mm = 0.60;         ///< ground this much below the liquid is an edge, where it hangs on, 0.1 .. 5
-  double spill = 0.60;           ///< share of what reaches over an edge that falls, 0 .. 1
+  double spill = 1.60;           ///< what falls over an edge, in shares of what reaches beyond it, 0 .. 3
   double scatter_mm = 0.20;      ///< landing point of a drop about the jet's axis, standard deviation, 0 .. 2
   double wander_rad = 0.035;     ///< the jet's direction about the nozzle's axis, standard deviation, 0 .. 0.3
   double wander_tau_s = 0.4;     ///< 0.01 .. 100
