@@ -180,15 +180,11 @@ struct TaskPlanner::State {
     d.step_s = r.trajectory.tick_s;
     d.speed_mm_s = deposition::speeds_at_ticks(r.tool, d.step_s);
     d.flow_mm3_s.resize(d.speed_mm_s.size());
-    if (setup.version == control::SurfaceVersion::kPathSpeed) {
-      std::fill(d.flow_mm3_s.begin(), d.flow_mm3_s.end(), control::flow_for(0.0, nominal_speed(t), t.width_mm, t.layer_height_mm));  // (5.6)
-    } else {
-      deposition::nominal_flow(t.width_mm, t.layer_height_mm, d.speed_mm_s, d.flow_mm3_s);
-      if (action) {
-        std::vector<double> u;
-        for (const Point2& p : r.tool) u.push_back(deposition::action_at(*action, p));
-        deposition::corrected_flow(d.flow_mm3_s, u, d.flow_mm3_s);
-      }
+    deposition::nominal_flow(t.width_mm, t.layer_height_mm, d.speed_mm_s, d.flow_mm3_s);
+    if (action) {
+      std::vector<double> u;
+      for (const Point2& p : r.tool) u.push_back(deposition::action_at(*action, p));
+      deposition::corrected_flow(d.flow_mm3_s, u, d.flow_mm3_s);
     }
     d.stops = r.rests;
     d.stops.erase(std::unique(d.stops.begin(), d.stops.end()), d.stops.end());

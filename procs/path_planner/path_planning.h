@@ -90,9 +90,10 @@ class TaskPlanner {
   /// "" or why the arm cannot follow the task: cheap, without planning it.
   std::string unreachable(const PathTask& task) const;
 
-  /// `action`: U' over the interval's grid, nullptr = none. Speed version: the ceiling at point i is
-  /// c_i = c_nom / (1 + u_i) (5.7)-(5.9), and the valve runs at the constant frequency h(w dh c_nom) as long as the path
-  /// lasts. Frequency version: speed as nominal, flow q_i = (1 + u_i) w dh c_i, frequency h(q_i) (6.2)-(6.6).
+  /// `action`: U' over the interval's grid, nullptr = none. Both versions lay (1 + u_i) w dh per length: q_i = (1 + u_i) w dh c_i,
+  /// frequency h(q_i) (6.2)-(6.6). Speed version: the ceiling at point i is c_i = c_nom / (1 + u_i) (5.7)-(5.9), so that the
+  /// flow is the constant w dh c_nom wherever the arm reaches its ceiling, and falls with the speed where it cannot (ends,
+  /// corners). Frequency version: the speeds are nominal.
   /// A path whose pulses do not fit one list is given rests.
   PlannedTask plan(const PathTask& task, const HeightMap* action);
 
