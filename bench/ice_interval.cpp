@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "bench/ice_gear.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/grid/random.h"
 #include "core/slice/footprint.h"
-#include "core/slice/path_plan.h"
 #include "estimators/surface/path_readings.h"
 #include "procs/path_planner/path_planning.h"
 
@@ -26,55 +26,14 @@ double cpu_s() {
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-slice::Region gear(double radius_mm, double tooth_mm, int teeth, double turn_rad) {
-  std::vector<slice::Point> ring;
-  for (int n = 0; n < 24 * teeth; ++n) {
-    const double a = 2.0 * 3.14159265358979 * n / (24 * teeth), phase = std::cos(teeth * (a + turn_rad));
-    const double r = radius_mm - 0.5 * tooth_mm + 0.5 * tooth_mm * std::tanh(2.5 * phase);
-    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * slice::kUnitsPerMm)), std::int32_t(std::lround(r * std::sin(a) * slice::kUnitsPerMm))});
-  }
-  slice::Region region;
-  region.add(ring);
-  return region;
-}
-
-slice::Region ring_about(const slice::Region& inner, double radius_mm) {
-  slice::Region outer = gear(radius_mm, 0.0, 30, 0.0);
-  std::vector<slice::Point> hole(inner[0].rbegin(), inner[0].rend());
-  outer.add(hole);
-  return outer;
-}
-
-slice::LayerPaths layer(int number, bool measured) {
-  slice::LayerRegions r;
-  r.layer = number;
-  r.z = 2400 * number;
-  r.height = 2400;
-  const slice::Region part = gear(53.8, 9.0, 30, 0.004 * number);
-  r.by_material = {part, ring_about(part, 57.5)};
-  slice::PathOptions o;
-  slice::LayerPaths paths = plan_layer(r, o);
-  if (!measured) return paths;
-  o.part.boundary_width_mm = o.part.fill_width_mm = 4.0;  // rings to measure on
-  o.scaffold = o.part;
-  const slice::LayerPaths rings = plan_layer(r, o);
-  for (std::size_t n = 0; n < rings.info.size(); ++n) {
-    paths.lines.add(rings.lines[n]);
-    paths.info.push_back({PathKind::kMeasurement, rings.info[n].material, rings.info[n].closed, 0});
-  }
-  return paths;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   const int intervals = argc > 1 ? std::atoi(argv[1]) : 2;
   const bool speed = argc > 2 && std::string(argv[2]) == "speed";
   const double nominal = argc > 3 ? std::atof(argv[3]) : (speed ? 25.0 : 125.0);
-  constexpr int kLayers = 5;
-  slice::PrintPaths print;
-  print.head.materials = {{"part", "water"}, {"scaffold", "scaffold"}};
-  for (int n = 1; n <= kLayers * intervals; ++n) print.layers.push_back(layer(n, n % kLayers == 0));
+  constexpr int kLayers = ice_gear::kInterval_layers;
+  const slice::PrintPaths print = ice_gear::print(intervals);
 
   planning::PlanningSetup setup;
   setup.machine = parse_machine("[machine]\nname = \"cobra600\"\n", "bench");

@@ -1,0 +1,263 @@
+// Feedback schemes of the ice printer against the simulated nature, without drivers, bus and scheduler: planner, valves, arm,
+// laser, mapper, control law. RMS of the true surface against the nominal height over the footprint and inside the part, per interval.
+//
+// A disc whose rings fit it, or the gear.
+//   build/bench/ice_schemes [--intervals N] [--seeds N] [--drift D] [--staggered | --gear [--size S]] [--spacing MM] [--scheme NAME,NAME] [--each]
+// Schemes: open, smf_speed [1 0.25 0.25], smf_thesis [1 0.25 0.25], smf_optimal [1 0.32798 0.00005], adaptive, ..._flow (feed-forward)
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bench/ice_gear.h"
+#include "core/control/surface/surface_controller.h"
+#include "core/slice/footprint.h"
+#include "estimators/surface/path_readings.h"
+#include "plant/ice/nature.h"
+#include "procs/path_planner/path_planning.h"
+
+namespace {
+
+using namespace firn;
+
+struct Settings {
+  int intervals = 26, seeds = 3;
+  double drift = 0.0, size = 1.0, spacing_mm = 4.0;
+  bool gear = false, staggered = false;
+  bool each = false;
+  std::string schemes = "open,smf_thesis,smf_optimal,adaptive";
+};
+
+double cpu_s() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+/// As weighed on the bench: cold coil, no drift.
+deposition::FlowCurve curve_of(const plant::IceLineParams& params, int valve) {
+  const plant::Line line(params, 1, valve);
+  std::vector<deposition::FlowCurve::Row> rows;
+  for (double hz = 5.0; hz <= 500.0; hz += 15.0) rows.push_back({hz, hz * line.steady_pulse_mm3(hz, 0.00125)});
+  return deposition::FlowCurve(rows);
+}
+
+constexpr double kLag_s = 0.0284;          // start delay and servo
+constexpr double kLaserLatency_s = 0.0008 - kLag_s;
+constexpr double kValveLatency_s = 0.0015 - kLag_s;
+
+planning::PlanningSetup setup_of(const plant::IceWorldConfig& c, bool speed) {
+  planning::PlanningSetup s;
+  s.machine = parse_machine("[machine]\nname = \"cobra600\"\n", "bench");
+  s.laser = tools(s.machine)[3];
+  s.origin = {c.arm.origin_mm[0], c.arm.origin_mm[1]};
+  s.origin_z_mm = c.arm.origin_mm[2];
+  const double v = speed ? 25.0 : 60.0;
+  s.speeds = {{{v, v, 50.0}, {v, v, 125.0}}};
+  s.valve_limits = valve_limits(s.machine.valve);
+  s.valve_limits.max_duration_s = 130.0;
+  for (int valve = 0; valve < 2; ++valve) s.valves.push_back({{0.00125, curve_of(c.line[std::size_t(valve)], valve)}, kValveLatency_s});
+  s.version = speed ? control::SurfaceVersion::kPathSpeed : control::SurfaceVersion::kValveFrequency;
+  return s;
+}
+
+std::vector<plant::Joints> joints_of(const Trajectory& t) {
+  std::vector<plant::Joints> q(t.samples());
+  for (std::size_t n = 0; n < q.size(); ++n)
+    for (std::size_t a = 0; a < 4; ++a) q[n][a] = t.positions[4 * n + a];
+  return q;
+}
+
+class Lab {
+ public:
+  Lab(const plant::IceWorldConfig& c, std::uint64_t seed) : config_(c), nature_(c, seed) {}
+
+  void run(const planning::PlannedTask& p, int valve) {
+    for (std::size_t n = 0; n < p.lists.size(); ++n) {
+      const std::size_t from = std::size_t(std::llround(p.lists[n].start_s / p.trajectory.tick_s));
+      const std::size_t to = n + 1 < p.lists.size() ? std::size_t(std::llround(p.lists[n + 1].start_s / p.trajectory.tick_s)) : p.trajectory.samples() - 1;
+      std::vector<plant::Joints> all = joints_of(p.trajectory);
+      begin({all.begin() + std::ptrdiff_t(from), all.begin() + std::ptrdiff_t(to + 1)});
+      plant::Firing list;
+      for (const std::int32_t tick : p.lists[n].ticks) list.ticks.push_back(std::uint16_t(tick));
+      if (!list.ticks.empty()) nature_.trigger_valve(valve, now_s(), std::move(list));
+      finish(p.trajectory.tick_s * double(to - from));
+      nature_.close_valve(valve);
+    }
+  }
+
+  std::vector<float> measure(const planning::PlannedTask& p, int material) {
+    begin(joints_of(p.trajectory));
+    nature_.begin_storage(now_s() + config_.laser.trigger_delay_s, 0.01, 65536, material == 0 ? plant::LaserSettings::kIce : plant::LaserSettings::kScaffold);
+    finish(p.trajectory.certificate.duration_s);
+    nature_.end_storage();
+    std::vector<float> z = nature_.storage().mm;
+    for (float& v : z)
+      if (!std::isfinite(v)) v = std::numeric_limits<float>::quiet_NaN();
+    return z;
+  }
+  HeightMap truth(const GridSpec& g) const { return nature_.bed().mean_over(g); }
+  double hours() const { return now_s() / 3600.0; }
+
+ private:
+  double now_s() const { return double(now_us_) * 1e-6; }
+  void begin(std::vector<plant::Joints> points) {
+    now_us_ += 1'500'000;  // travel
+    nature_.catch_up(now_us_);
+    nature_.arm().place(points.front());
+    nature_.arm().follow(std::move(points), 0.016, now_s() + config_.arm.start_delay_s + 0.5 * config_.arm.start_jitter_s);
+  }
+  void finish(double duration_s) {
+    now_us_ += std::int64_t((duration_s + 0.2) * 1e6);
+    nature_.catch_up(now_us_);
+  }
+  plant::IceWorldConfig config_;
+  plant::IceNature nature_;
+  std::int64_t now_us_ = 1'000'000;
+};
+
+struct Scheme {
+  control::SurfaceOptions options;
+  bool speed = false;
+};
+
+Scheme scheme_named(const std::string& name) {
+  Scheme s;
+  s.options.version = control::SurfaceVersion::kValveFrequency;
+  s.options.output_limit = 0.6;
+  s.options.smf = {1.0, 0.25, 0.25, 0.5};
+  if (name == "open") s.options.scheme = "open_loop";
+  else if (name == "smf_speed") s.speed = true, s.options.version = control::SurfaceVersion::kPathSpeed;
+  else if (name == "smf_optimal") s.options.smf = {0.9999, 0.32798, 0.00005, 0.5};
+  else if (name == "adaptive") s.options.scheme = "smf_adaptive";
+  else if (name == "adaptive_fixed") s.options.scheme = "smf_adaptive", s.options.adaptive.gain_rate = 0.0;
+  else if (name == "adaptive_speed") s.options.scheme = "smf_adaptive", s.speed = true, s.options.version = control::SurfaceVersion::kPathSpeed;
+  else if (name != "smf_thesis") std::fprintf(stderr, "unknown scheme %s\n", name.c_str()), std::exit(2);
+  return s;
+}
+
+/// Part, and part all round: no cell at an edge or between the materials.
+bool inside_part(const Grid<std::uint8_t>& material, std::size_t cell) {
+  const GridSpec& g = material.spec;
+  const int i = int(cell) % g.nx, j = int(cell) / g.nx;
+  for (int y = j - 2; y <= j + 2; ++y)
+    for (int x = i - 2; x <= i + 2; ++x)
+      if (!g.contains(x, y) || material.at(x, y) == std::uint8_t(control::CellMaterial::kScaffold)) return false;
+  return true;
+}
+
+struct Result {
+  std::vector<double> true_rms, part_rms, map_rms, map_error, saturated;
+};
+
+Result print(const Settings& o, const slice::PrintPaths& paths, planning::TaskPlanner& planner, const planning::PlanningSetup& setup, const Scheme& scheme,
+             std::uint64_t seed) {
+  plant::IceWorldConfig c;
+  c.line[0].drift = c.line[1].drift = o.drift;
+  Lab lab(c, seed);
+  const auto law = control::make_surface_controller(scheme.options);
+  const auto arm = make_arm(setup.machine);
+  const surface::LaserFrame frame{*arm, setup.laser, setup.origin, setup.origin_z_mm, kLaserLatency_s};
+  HeightMap action;
+  Result r;
+  for (int k = 1; k <= o.intervals; ++k) {
+    const int top_layer = ice_gear::kInterval_layers * k;
+    for (int n = top_layer - ice_gear::kInterval_layers + 1; n <= top_layer; ++n)
+      for (const planning::PathTask& t : planning::tasks_of(paths, *slice::find_layer(paths, n), false, setup)) {
+        const planning::PlannedTask p = planner.plan(t, action.size() ? &action : nullptr);
+        if (!p.problem.empty()) std::fprintf(stderr, "refused: %s\n", p.problem.c_str()), std::exit(1);
+        lab.run(p, t.material);
+      }
+    const slice::LayerPaths& top = *slice::find_layer(paths, top_layer);
+    std::vector<surface::SurfacePoint> points;
+    for (const planning::PathTask& t : planning::tasks_of(paths, top, true, setup)) {
+      const planning::PlannedTask p = planner.plan(t, nullptr);
+      surface::add_readings(p.trajectory, frame, 0.01, lab.measure(p, t.material), points);
+    }
+    const GridSpec grid = slice::footprint_grid(top, 1.0);
+    const Grid<std::uint8_t> material = slice::footprint_materials(top, grid);
+    const surface::ScatterEstimate map = surface::estimate_surface(grid, slice::footprint_mask(material), points, {});
+    const double nominal = top.z * slice::kMmPerUnit;
+    const control::SurfaceDecision d = law->decide({map.height, material, nominal, top_layer, 0, map.noise_std_mm});
+    action = d.u;
+    const HeightMap truth = lab.truth(grid);
+    double squares = 0.0, off = 0.0, cells = 0.0, part_squares = 0.0, part_cells = 0.0;
+    for (std::size_t n = 0; n < truth.size(); ++n) {
+      if (!material.cells[n]) continue;
+      if (inside_part(material, n)) part_squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), part_cells += 1.0;
+      squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), cells += 1.0;
+      off += (truth.cells[n] - map.height.cells[n]) * (truth.cells[n] - map.height.cells[n]);
+    }
+    r.true_rms.push_back(std::sqrt(squares / cells));
+    r.part_rms.push_back(std::sqrt(part_squares / part_cells));
+    r.map_rms.push_back(d.rms_mm);
+    r.map_error.push_back(std::sqrt(off / cells));
+    r.saturated.push_back(d.saturated_fraction);
+    if (o.each)
+      std::printf("  seed %llu interval %2d: true rms %.4f, inside the part %.4f, map %.4f, map - truth %.4f, mean %.4f, saturated %.3f\n", static_cast<unsigned long long>(seed), k,
+                  r.true_rms.back(), r.part_rms.back(), d.rms_mm, r.map_error.back(), d.mean_error_mm, d.saturated_fraction);
+  }
+  return r;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Settings o;
+  for (int n = 1; n < argc; ++n) {
+    const std::string name = argv[n];
+    if (name == "--each") {
+      o.each = true;
+      continue;
+    }
+    if (name == "--staggered") {
+      o.staggered = true;
+      continue;
+    }
+    if (name == "--gear") {
+      o.gear = true;
+      continue;
+    }
+    const char* value = n + 1 < argc ? argv[++n] : "";
+    if (name == "--intervals") o.intervals = std::atoi(value);
+    else if (name == "--seeds") o.seeds = std::atoi(value);
+    else if (name == "--drift") o.drift = std::atof(value);
+    else if (name == "--spacing") o.spacing_mm = std::atof(value);
+    else if (name == "--size") o.size = std::atof(value);
+    else if (name == "--schemes" || name == "--scheme") o.schemes = value;
+    else return std::fprintf(stderr, "unknown argument %s\n", name.c_str()), 2;
+  }
+  const slice::PrintPaths paths = o.gear ? ice_gear::print(o.intervals, o.size, o.spacing_mm) : ice_gear::print_disc(o.intervals, o.spacing_mm, o.staggered);
+  std::map<bool, std::pair<planning::PlanningSetup, std::unique_ptr<planning::TaskPlanner>>> planners;
+  for (std::size_t at = 0; at < o.schemes.size();) {
+    const std::size_t end = std::min(o.schemes.find(',', at), o.schemes.size());
+    const std::string name = o.schemes.substr(at, end - at);
+    at = end + 1;
+    const Scheme scheme = scheme_named(name);
+    auto& [setup, planner] = planners[scheme.speed];
+    if (!planner) setup = setup_of(plant::IceWorldConfig(), scheme.speed), planner = std::make_unique<planning::TaskPlanner>(setup);
+    double mean = 0.0, part = 0.0, last = 0.0, worst = 0.0, map_off = 0.0;
+    const double begin = cpu_s();
+    for (int seed = 1; seed <= o.seeds; ++seed) {
+      const Result r = print(o, paths, *planner, setup, scheme, std::uint64_t(seed));
+      double late = 0.0;  // intervals from the fourth on
+      for (std::size_t k = 0; k < r.true_rms.size(); ++k) {
+        if (k >= 3) late += r.true_rms[k] / double(r.true_rms.size() - 3);
+        if (k >= 3) worst = std::max(worst, r.part_rms[k]), part += r.part_rms[k] / double(r.true_rms.size() - 3) / o.seeds;
+        map_off += r.map_error[k] / double(r.map_error.size()) / o.seeds;
+      }
+      mean += late / o.seeds, last += r.part_rms.back() / o.seeds;
+      if (scheme.speed) planner->next_batch(), planner->next_batch();
+    }
+    std::printf("%-16s drift %+.2f: true rms from interval 4 on %.4f mm; inside the part %.4f, last %.4f, worst %.4f; map - truth %.4f mm; %.1f s of CPU a print\n", name.c_str(), o.drift,
+                mean, part, last, worst, map_off, (cpu_s() - begin) / o.seeds);
+    std::fflush(stdout);
+  }
+  return 0;
+}

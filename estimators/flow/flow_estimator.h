@@ -1,0 +1,69 @@
+// What the valves give against their calibrated curve Q(nu), and how that drifts: from what was commanded where, and by how
+// much the surface rose there. Coil heat alone raises the flow by up to 20 % [Barnett 2012, 5.4, 6.1].
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "core/grid/grid.h"
+
+namespace firn::flow {
+
+struct FlowOptions {
+  double prior_std = 0.2;            ///< of a valve's factor about 1
+  double drift_prior_std = 0.01;     ///< of its change per layer
+  double memory_layers = 30.0;       ///< an interval's weight falls by 1 / e in so many
+  int window_intervals = 12;         ///< older ones are forgotten
+  int block_cells = 7;               ///< volumes are compared over squares of so many cells: beads spread
+  double least_noise_mm = 0.01;      ///< of a block's rise
+  int max_evaluations = 300;         ///< of the objective, per estimate
+};
+
+/// What happened between two maps.
+struct FlowInterval {
+  int layer = 0;                           ///< deposition layers at its end
+  HeightMap rise_mm;                       ///< after - before; NaN = not known
+  std::array<HeightMap, 2> nominal_mm;     ///< what the calibrated flow of each valve would have laid there: volume over area
+};
+
+struct FlowEstimate {
+  std::array<double, 2> factor{1.0, 1.0};      ///< flow over what the calibrated curve says, at the newest layer
+  std::array<double, 2> factor_std{0.2, 0.2};  ///< standard deviation
+  std::array<double, 2> drift_per_layer{};
+  double fit = 0.0;                            ///< mean square of what is left over its expected variance; 0 = no data
+  int intervals = 0;
+  std::int64_t evaluations = 0;                ///< of the objective, since the start
+};
+
+/// rise = sum_v (f_v + b_v (layer - newest)) nominal_v + noise, in every block; f_v, b_v maximise the posterior with Huber's
+/// loss (3 standard deviations), by NLopt's L-BFGS with the exact gradient. The noise is the residuals' own (by their median
+/// deviation), at least least_noise_mm. Standard deviations from the curvature at the optimum times sqrt(fit) where that is
+/// above 1.
+class FlowEstimator {
+ public:
+  /// @throws std::invalid_argument naming the option
+  explicit FlowEstimator(const FlowOptions& options);
+  /// An interval of the layer of the last one replaces it (measured again). Blocks with an unknown rise, or without a tenth of
+  /// the usual volume, do not count. @throws std::invalid_argument: grids that differ, a layer before the last one
+  void add(const FlowInterval& interval);
+  const FlowEstimate& estimate() const { return estimate_; }
+
+  struct Block {
+    double rise_mm, nominal_mm[2], age_layers, weight;
+  };
+
+ private:
+  struct Kept {
+    int layer;
+    std::vector<Block> blocks;
+  };
+  void fit();
+
+  FlowOptions options_;
+  std::deque<Kept> kept_;
+  FlowEstimate estimate_;
+};
+
+}  // namespace firn::flow

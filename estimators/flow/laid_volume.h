@@ -1,0 +1,34 @@
+// Where the pulses of executed paths laid how much, if the valves gave what their calibration says.
+#pragma once
+
+#include <span>
+
+#include "core/grid/grid.h"
+#include "core/motion/arm.h"
+#include "core/motion/tool.h"
+#include "core/path/path.h"
+
+namespace firn::flow {
+
+/// One list of a path, and where its arm was.
+struct FiredList {
+  const Trajectory& motion;
+  double start_s = 0.0;        ///< of the trajectory where the list's clock starts
+  double tick_s = 0.002;
+  double latency_s = 0.0;      ///< from a tick to liquid on the surface
+  double volume_mm3 = 0.0;     ///< wanted of these pulses, together
+  std::span<const std::int32_t> ticks;
+};
+
+/// Frame of the tool that laid it.
+struct NozzleFrame {
+  const motion::Arm& arm;
+  motion::Tool tool;
+  Point2 origin;               ///< of the part's frame in the arm's [mm]
+};
+
+/// Adds height [mm] = volume over area to the cells nearest to where the pulses fell, an equal share of the volume each. What
+/// falls beside the grid is left out. @throws std::invalid_argument: fewer axes than the arm has joints
+void add_laid(const FiredList& list, const NozzleFrame& frame, HeightMap& nominal_mm);
+
+}  // namespace firn::flow
