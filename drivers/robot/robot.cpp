@@ -127,6 +127,7 @@ const Robot::Kept* Robot::runnable(const PathPart& part, Effects& fx) {
   part_ = {part.path, part.from, std::int32_t(last)};
   part_points_ = std::size_t(last - part.from + 1);
   first_point_ = (*at->second.points)[std::size_t(part.from)];
+  last_point_ = (*at->second.points)[std::size_t(last)];
   return &at->second;
 }
 

@@ -102,7 +102,7 @@ class Robot final : public Driver {
     kDead,      // fault or emergency stop: until home() or a new connection
   };
   enum Tag : std::uint16_t {
-    kPlain, kHello, kStat, kWhere, kBeat, kSpeed, kMove, kRunPath, kBegin, kPoints, kEnd, kDropSlot, kHarmless
+    kPlain, kHello, kStat, kWhere, kBeat, kSpeed, kMove, kRunPath, kBegin, kPoints, kEnd, kDropSlot, kClear, kHarmless
   };
   enum class Motion : std::uint8_t { kAsked, kWaiting, kOver };
   using Points = std::shared_ptr<const std::vector<fvp::Counts>>;
@@ -162,6 +162,7 @@ class Robot final : public Driver {
   void ready(std::string_view text, Effects& fx);
   // robot_motion.cpp
   bool homing_step(std::int64_t now_us, Effects& fx);
+  void begin_way();
   void plan_way(const fvp::Counts& to, int percent);
   bool moving_step(std::int64_t now_us, Effects& fx);
   Motion motion(std::int64_t now_us);
@@ -195,7 +196,7 @@ class Robot final : public Driver {
   PathPart part_;
   int signals_ = 0;
   std::size_t part_points_ = 0;
-  fvp::Counts first_point_{};
+  fvp::Counts first_point_{}, last_point_{};
   std::int32_t run_id_ = 0;
   bool launched_ = false;  // PATH RUN left for it
   bool path_over_ = false;
@@ -219,6 +220,7 @@ class Robot final : public Driver {
   std::int32_t boot_count_ = -1;
   bool restarted_ = false;
   std::optional<fvp::Counts> where_;
+  std::optional<fvp::Counts> commanded_;  // where it was sent last, as long as it stands there
   bool low_ = false;       // the tool may be at the part
   bool move_over_ = false;
   int slips_ = 0;          // in a row

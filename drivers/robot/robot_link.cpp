@@ -26,6 +26,7 @@ void Robot::connected(std::int64_t now_us, Effects& fx) {
   phase_ = Phase::kHello;
   doom_.reset();
   where_.reset();
+  commanded_.reset();
   seq_ = 0;  // HELLO begins the count anew
   ask("HELLO FIRN 1", kHello);
   ask("STAT", kStat);
@@ -50,6 +51,7 @@ void Robot::begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::i
   poll_at_us_ = now_us;
   limit_us_ = now_us + kStopLimit_us;
   move_over_ = false;
+  commanded_.reset();
   abandon_upload();  // its requests may have been thrown away with the queue
 }
 
@@ -87,6 +89,10 @@ void Robot::refused(const Request& request, int code, std::string_view text, std
     case kHarmless:
     case kDropSlot:
       return fault(0, kCommandRejected, "robot: " + why, fx);
+    case kClear:  // it is still braking: asked again
+      step_ = 0;
+      poll_at_us_ = now_us + kStopPoll_us;
+      return;
     case kBegin:
     case kPoints:
     case kEnd:
@@ -112,6 +118,7 @@ void Robot::take_status(const fvp::Status& s, std::int64_t now_us, Effects& fx) 
   if (boot_count_ >= 0 && s.boot_count != boot_count_) {
     restarted_ = true;
     where_.reset();
+    commanded_.reset();
     forget_slots();
     if (phase_ != Phase::kHello) fault(1, kInstrument, "robot: its program was started anew", fx);
   }
@@ -215,7 +222,7 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
       step_ = 1;
       return true;
     case 1:
-      if (status_.state == fvp::State::kRunning) {
+      if (status_.state == fvp::State::kRunning || status_.state == fvp::State::kBoot) {
         if (now_us >= limit_us_) {
           fault(2, kStall, "robot: it does not stop", fx);
           reconnect(now_us, fx, "it does not stop");
@@ -227,7 +234,7 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
       }
       if (status_.state == fvp::State::kHold ||
           (status_.state == fvp::State::kFault && status_.error == kWatchdog))
-        order("CLEAR");
+        order("CLEAR", kClear);
       for (const std::int32_t id : status_.held)
         if (id != 0 && std::none_of(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.id == id; })) {
           push(fvp::request(seq(), "PATH DROP").word(id), Repeat::kSetup, kDropSlot);
@@ -298,6 +305,7 @@ void Robot::conclude(Effects& fx) {
     const bool passed_on = launched_ && !restarted_;
     if (passed_on && path_over_) {
       complete_run(fx);
+      commanded_.reset();  // it is raised next
       return;
     }
     if (passed_on && status_.last == run_id_) {

@@ -5,39 +5,34 @@
 #include "drivers/robot/robot.h"
 
 namespace firn::drivers {
-namespace {
-
-/// Where a path may begin: 0.005 deg, 0.005 mm; the wrist's encoder has 0.03 deg.
-constexpr fvp::Counts kTolerance{50, 50, 5, 600};
-
-bool near(const fvp::Counts& a, const fvp::Counts& b, std::size_t joint) {
-  return std::abs(a[joint] - b[joint]) <= kTolerance[joint];
-}
-
-}  // namespace
 
 std::int64_t Robot::planned_us() const {
   return std::llround(double(part_points_ == 0 ? 0 : part_points_ - 1) * config_.tick_s * 1e6);
 }
 
-void Robot::plan_way(const fvp::Counts& to, int percent) {
+void Robot::begin_way() {
   way_.clear();
   way_at_ = 0;
   move_over_ = false;
   poll_at_us_ = limit_us_ = 0;
-  const fvp::Counts& from = *where_;
-  const bool turns = !near(from, to, 0) || !near(from, to, 1) || !near(from, to, 3);
+}
+
+void Robot::plan_way(const fvp::Counts& to, int percent) {
+  begin_way();
+  // Encoders are coarser than what a path's first point asks for: where it was sent counts, not where it says it is.
+  const fvp::Counts from = commanded_.value_or(*where_);
+  const bool turns = !commanded_ || from[0] != to[0] || from[1] != to[1] || from[3] != to[3];
   if (turns) {
     const double hop_mm = (std::max(from[2], to[2])) / 1e3 + config_.approach_hop_mm;
     const auto top = std::int32_t(std::llround(std::min(hop_mm, config_.limits[2].high) * 1e3));
     fvp::Counts above = from;
     above[2] = std::max(top, from[2]);
-    if (!near(from, above, 2)) way_.push_back({true, above, percent});
+    if (from[2] != above[2]) way_.push_back({true, above, percent});
     fvp::Counts over = to;
     over[2] = above[2];
     way_.push_back({false, over, percent});
-    if (!near(over, to, 2)) way_.push_back({true, to, percent});
-  } else if (!near(from, to, 2)) {
+    if (over[2] != to[2]) way_.push_back({true, to, percent});
+  } else if (from[2] != to[2]) {
     way_.push_back({true, to, percent});
   }
 }
@@ -78,7 +73,8 @@ bool Robot::moving_step(std::int64_t now_us, Effects& fx) {
   if (limit_us_ != 0) {
     const Motion m = motion(now_us);
     if (m != Motion::kOver) return m == Motion::kAsked;
-    ++way_at_;
+    const Target& there = way_[way_at_++];
+    if (!there.only_z || commanded_) commanded_ = there.counts;
     limit_us_ = 0;
   }
   if (way_at_ < way_.size()) {
@@ -105,6 +101,7 @@ void Robot::start_path(std::int64_t now_us, Effects& fx) {
   if (signals_ & (kSignalValveA | kSignalValveB)) spent_.insert(part_);
   launched_ = true;
   low_ = true;
+  commanded_.reset();
   push(fvp::request(seq(), "PATH RUN").word(run_id_).word(signals_), Repeat::kNever, kRunPath);
 }
 
@@ -120,6 +117,7 @@ void Robot::complete_run(Effects& fx) {
   } else {
     slips_ = 0;
   }
+  commanded_ = last_point_;
   if (signals_ & (kSignalValveA | kSignalValveB)) {
     if (Slot* slot = slot_of(part_)) slot->verified = false;  // it may be overwritten
   }
@@ -190,9 +188,11 @@ bool Robot::homing_step(std::int64_t now_us, Effects& fx) {
       return true;
     default: {
       if (!where_) return fail("where it stands is not known", kInstrument);
-      fvp::Counts up = *where_;
-      up[2] = std::max(up[2], std::int32_t(std::llround(std::min(config_.home_z_mm, config_.limits[2].high) * 1e3)));
-      plan_way(up, config_.approach_percent);
+      const double z_mm = std::min(config_.home_z_mm, config_.limits[2].high);
+      Target up{true, *where_, config_.approach_percent};
+      up.counts[2] = std::int32_t(std::llround(z_mm * 1e3));
+      begin_way();
+      if (up.counts[2] > (*where_)[2]) way_.push_back(up);
       phase_ = Phase::kMoving;
       return true;
     }

@@ -125,6 +125,8 @@ void Valve::reply(const Request& request, std::span<const std::byte> frame, std:
                             std::to_string(r.refusal) + " " + std::string(fvb::name(code));
     if (asked == Type::kBegin || asked == Type::kData || asked == Type::kEnd)
       return upload_refused(why, code != fvb::Refusal::kRange, fx);
+    // In FAULT the firmware has closed the valve already; the status says whether it is so.
+    if (asked == Type::kDisarm && code == fvb::Refusal::kWrongState && stopping()) return;
     fault(asked == Type::kDisarm ? 2 : 1, kCommandRejected, name_ + ": " + why, fx);
     if (asked == Type::kArm && op_ == Op::kArm) {
       ending_ = why;
@@ -213,8 +215,8 @@ bool Valve::idle(std::int64_t now_us, Effects& fx) {
       identified();
       [[fallthrough]];
     case Phase::kClosing:
-      if (phase_ == Phase::kClosing && status_.state == fvb::State::kFiring) {
-        fault(2, kInstrument, name_ + ": it fires on after DISARM", fx);
+      if (phase_ == Phase::kClosing && (status_.state == fvb::State::kFiring || status_.state == fvb::State::kArmed)) {
+        fault(2, kInstrument, name_ + ": it is not closed after DISARM", fx);
         link_.push(fvb::request(Type::kAbort, seq(), {}, Repeat::kSetup));
         ask_status();
         return true;
