@@ -8,7 +8,9 @@
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/laser_samples_t.hpp"
+#include "firn/flow_model_t.hpp"
 #include "firn/path_job_t.hpp"
+#include "firn/path_report_t.hpp"
 #include "firn/preview_t.hpp"
 #include "firn/pulse_list_t.hpp"
 #include "firn/trajectory_t.hpp"
@@ -16,6 +18,7 @@
 #include "lcmtypes/outcome.h"
 #include "procs/controller/node.h"
 #include "procs/controller/surface_node.h"
+#include "procs/flow_estimator/node.h"
 #include "procs/path_planner/node.h"
 #include "procs/surface_mapper/path_mapper.h"
 #include "tests/support/ice_print.h"
@@ -317,6 +320,43 @@ TEST_CASE("controller: with feed-forward the learned flow of each valve is divid
   CHECK(double(s.u[g.index(g.nx / 2, g.ny / 2)]) == Approx(1.0 / 1.1 - 1.0).epsilon(1e-4));
   CHECK(s.feed_forward[0] == Approx(1.0 / 1.1));
   CHECK(s.feed_forward[1] == Approx(1.0 / 0.95));
+}
+
+TEST_CASE("flow_estimator: what was laid against what rose gives each valve's factor; paths in doubt do not count") {
+  NodeBench plan = planner();
+  plan.start();
+  for (const bool doubt : {false, true}) {
+    NodeBench b{NodeId::kFlowEstimator, std::make_unique<FlowEstimatorNode>(test::ice_experiment(), test::cobra(), test::ice_print())};
+    b.start();
+    const auto motions = plan.all(channels::kTrajectory);
+    const auto jobs = plan.all(channels::kPathJob);
+    const auto lists = plan.all(channels::kPulseList);
+    for (std::size_t n = 0; n < jobs.size(); ++n) {
+      path_report_t r{};
+      r.path = jobs[n].path;
+      r.batch = 1;
+      r.layer = jobs[n].layer;
+      r.material = jobs[n].material;
+      r.kind = jobs[n].kind;
+      r.outcome = std::int8_t(doubt && jobs[n].material == 0 ? Outcome::kUnknown : Outcome::kDone);
+      r.pulses_commanded = r.pulses_counted = jobs[n].pulses;
+      if (n % 3 == 0) b.give(channels::kPathReport, r);  // overtakes its path
+      b.give(channels::kTrajectory, motions[n]);
+      for (const pulse_list_t& l : lists)
+        if (l.path == r.path) b.give(channels::kPulseList, l);
+      if (n % 3 != 0) b.give(channels::kPathReport, r);
+    }
+    const height_map_t poor = flat_map(5, 0.12, 0.5);
+    b.give(channels::kHeightMap, poor);
+    CHECK(b.all(channels::kFlowModel).empty());
+    b.give(channels::kHeightMap, flat_map(5, 0.12));  // a tenth too high
+    const flow_model_t f = b.last(channels::kFlowModel);
+    CHECK(f.layer == 5);
+    CHECK(f.maps_used == 1);
+    CHECK(f.factor[0] == Approx(doubt ? 1.0 : 1.1).margin(doubt ? 0.02 : 0.03));
+    if (!doubt) CHECK(f.factor_std[0] < 0.07);
+    if (doubt) CHECK(f.factor_std[0] == Approx(0.2).epsilon(0.05));
+  }
 }
 
 }  // namespace firn
