@@ -4,12 +4,14 @@
 // - `certified_bench lucy [threads]`: 48,000 paths, streamed: time, points per second, growth of memory
 // - `certified_bench random N [seed]`: the nine ratios on N random paths, by samples 32 times finer than the
 // tick
+// - `certified_bench tiers N [seed]`: duration of the fast tier over that of the slow one, by corner radius and by kind
 // - `certified_bench job N FILE.csv|FILE.json`: the first N paths of that job in a file, for `firn plan FILE
 // --origin 380,0`
 //
 // Times per core are user CPU seconds of this process.
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -81,14 +83,14 @@ std::vector<Point2> fill_line(std::uint64_t seed) {
   return points;
 }
 
-/// Rounded rectangles: lines and arcs.
-std::vector<Point2> rounded_box(std::uint64_t seed) {
+/// Rounded rectangles: lines and arcs. @param spacing_mm at most a sixth of an arc of the least radius
+std::vector<Point2> rounded_box(std::uint64_t seed, double least_radius = 1.0, double most_radius = 8.0, double spacing_mm = 0.4) {
   RandomStream draw(seed, Purpose::kTest);
   const double a = draw.uniform(10.0, 40.0), b = draw.uniform(10.0, 40.0);
   std::vector<Point2> points{{0.0, -b}};
   double heading = 0.0;
   const auto go = [&](double length, double radius) {
-    const int n = std::max(1, int(std::lround(length / 0.4)));
+    const int n = std::max(1, int(std::lround(length / spacing_mm)));
     for (int i = 0; i < n; ++i) {
       const double turn = radius > 0.0 ? length / n / radius : 0.0;
       const double chord = radius > 0.0 ? 2.0 * radius * std::sin(0.5 * turn) : length / n;
@@ -99,7 +101,7 @@ std::vector<Point2> rounded_box(std::uint64_t seed) {
     }
   };
   for (int corner = 0; corner < 4; ++corner) {
-    const double radius = draw.uniform(1.0, 8.0);
+    const double radius = draw.uniform(least_radius, most_radius);
     go((corner % 2 ? b : a) * 1.5 - radius, 0.0);
     go(radius * 1.5707963267948966, radius);
   }
@@ -156,7 +158,7 @@ int speed(const std::string& only) {
          return points;
        }},
       {"straight fill", fill_line},
-      {"rounded boxes", rounded_box},
+      {"rounded boxes", [](std::uint64_t k) { return rounded_box(k); }},
       {"smooth outlines", [](std::uint64_t k) { return outline(k, 20.0, 0.15); }},
       {"rough outlines", [](std::uint64_t k) { return outline(k, 20.0, 0.5); }},
       {"the job's mixture", job_path},
@@ -295,16 +297,54 @@ int random_paths(int count, std::uint64_t seed) {
   return worst <= 1.001 ? 0 : 1;
 }
 
+/// How much longer the fast tier's motions take than the slow tier's.
+int tiers(int count, std::uint64_t seed) {
+  const auto arm = make_scara(cobra600());
+  PlanWorkspace work;
+  std::map<std::string, std::vector<double>> longer;
+  const auto compare = [&](const std::string& kind, const std::vector<Point2>& points, Point2 origin) {
+    PathInput input;
+    input.points = points;
+    input.origin = origin;
+    PlanOptions slow;
+    slow.method = Method::kOptimal;
+    const PlanResult a = plan(input, *arm, cobra600_limits(), {}, work), b = plan(input, *arm, cobra600_limits(), slow, work);
+    if (a.ok() && b.ok()) longer[kind].push_back(a.continuous_s / b.continuous_s);
+  };
+  for (const double radius : {0.25, 0.5, 1.0, 2.0, 4.0, 8.0})
+    for (int k = 0; k < count; ++k) {
+      char text[64];
+      std::snprintf(text, sizeof text, "boxes, radius %4.2f mm", radius);
+      compare(text, rounded_box(seed + std::uint64_t(k), radius, radius, std::min(0.4, 0.25 * radius)), kPart);
+    }
+  RandomPathMaker maker(seed);
+  for (int k = 0; k < 8 * count; ++k) {
+    const RandomPath path = maker.next();
+    compare(std::string("random, ") + path.kind, path.points, {});
+  }
+  std::printf("%-28s %6s %8s %8s %8s\n", "T fast / T slow", "paths", "mean", "95 %", "most");
+  for (auto& [kind, ratio] : longer) {
+    std::sort(ratio.begin(), ratio.end());
+    double sum = 0.0;
+    for (const double x : ratio) sum += x;
+    std::printf("%-28s %6zu %8.4f %8.4f %8.4f\n", kind.c_str(), ratio.size(), sum / double(ratio.size()),
+                ratio[(ratio.size() - 1) * 95 / 100], ratio.back());
+  }
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "speed";
   if (what == "speed") return speed(argc > 2 ? argv[2] : "");
   if (what == "lucy") return lucy(argc > 2 ? std::atoi(argv[2]) : 1);
+  if (what == "tiers")
+    return tiers(argc > 2 ? std::max(1, std::atoi(argv[2])) : 100, argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
   if (what == "job" && argc == 4) return write_job(std::strtoull(argv[2], nullptr, 10), argv[3]);
   if (what == "random")
     return random_paths(argc > 2 ? std::atoi(argv[2]) : 100000,
                         argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-  std::fprintf(stderr, "usage: certified_bench speed [kind] | lucy [threads] | job N FILE | random N [seed]\n");
+  std::fprintf(stderr, "usage: certified_bench speed [kind] | lucy [threads] | job N FILE | random N [seed] | tiers N [seed]\n");
   return 2;
 }

@@ -27,12 +27,13 @@ namespace firn::motion {
 struct CellSizes {
   int ramp_cells = 4;          ///< per ramp of curvature
   double ramp_exit_mm = 0.15;  ///< first cell beside a ramp
-  double growth = 1.6;         ///< ratio of neighbouring cells on lines
+  double growth = 1.4;         ///< ratio of neighbouring cells on lines
   double rest_growth = 1.3;    ///< the same beside a rest
   double largest_mm = 5.0;
   double arc_angle_rad = 0.12;  ///< turning of one cell on an arc
   double rest_mm = 0.06;        ///< first cell at rest
   double split = 1.0;           ///< every cell of the spline is divided into about so many
+  double tight_mm = 2.0;        ///< where the radius is smaller, into as many times more (up to three)
   double least_cells = 60.0;    ///< curves of few cells are divided up to here (at most into four)
 };
 

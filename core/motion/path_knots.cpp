@@ -188,18 +188,20 @@ void refine(const CellSizes& sizes, CurveWork& work, Curve& fine) {
   // a short curve can have more cells than its geometry needs
   const double split = sizes.split * std::clamp(sizes.least_cells / double(cells), 1.0, 4.0);
   // a rest cell is one cell of the spline at most
-  const double wanted = std::min(sizes.rest_mm, 0.02 * total);
+  const double wanted = std::min(sizes.rest_mm, 0.005 * total);
   const double first = std::min(wanted, coarse.s[1]),
                last = total - std::min(wanted, total - coarse.s[cells - 1]);
+  const auto curvature = [&](std::size_t k) { return std::sqrt(coarse.xx[k] * coarse.xx[k] + coarse.yy[k] * coarse.yy[k]); };
   // beside a rest, cells grow geometrically with the distance from it
   const auto wish = [&](double s) { return ratio * std::max(wanted, std::min(s, total - s)); };
   fine.s.assign({0.0, first});
   for (std::size_t i = 0; i < cells; ++i) {
     const double from = i == 0 ? first : coarse.s[i], to = i + 1 == cells ? last : coarse.s[i + 1];
     if (to <= from) continue;
+    const double parts = split * std::clamp(sizes.tight_mm * std::max(curvature(i), curvature(i + 1)), 1.0, 3.0);
     fill({from, wish(from), from < 0.5 * total ? sizes.rest_growth : 1.0},
          {to, wish(to), to > 0.5 * total ? sizes.rest_growth : 1.0},
-         std::min((coarse.s[i + 1] - coarse.s[i]) / split, largest), work.sweep, fine.s);
+         std::min((coarse.s[i + 1] - coarse.s[i]) / parts, largest), work.sweep, fine.s);
     fine.s.push_back(to);
   }
   fine.s.push_back(total);
