@@ -13,9 +13,10 @@ struct Window {
 
 class Sample {
  public:
+  /// For a cell of length h at whose left end the sample lies.
   /// |q' a + q'' b| <= bound:  a = -m b +- sqrt((bound^2 - n b^2) / p),  p = q'.q', m = q'.q'' / p, n =
   /// q''.q'' - p m^2
-  Sample(const MotionRows& rows, const RowGroups& groups, int sure, std::size_t at) {
+  Sample(const MotionRows& rows, const RowGroups& groups, int sure, std::size_t at, double h) {
     for (int g = 0; g < sure; ++g) {
       const RowGroup& group = groups.group[g];
       const double bound = group.limit.acceleration;
@@ -29,6 +30,9 @@ class Sample {
       }
       if (p < 1e-30) p = 1e-30, pq = 0.0;
       const double over = 1.0 / p, m = pq * over;
+      // near a reversal of the joint more b here would mean less b at the next knot, and the sweep forward would not be the
+      // fastest motion: without this limit the bound stays one
+      if (group.count == 1 && 2.0 * h * std::abs(m) > 1.0) continue;
       limit_[count_++] = {m, (group.count > 1 ? std::max(0.0, q - pq * m) : 0.0) * over,
                           bound * bound * over};
     }
@@ -40,7 +44,7 @@ class Sample {
       const Limit& limit = limit_[k];
       const double inside = limit.square - limit.n * b * b;
       if (inside <= 0.0) {  // beyond the largest speed: shrink to it
-        const double excess = b - std::sqrt(limit.square / limit.n) * (1.0 - 1e-12);
+        const double excess = b - std::sqrt(limit.square / limit.n) * (1.0 - 1e-9);
         return {excess, -excess, 1.0, -1.0};
       }
       const double root = std::sqrt(inside), root_slope = limit.n == 0.0 ? 0.0 : -limit.n * b / root;
@@ -108,7 +112,7 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
   bound.b.assign(n + 1, 0.0);
   std::vector<Sample> samples;  // of the left ends, for both sweeps
   samples.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) samples.emplace_back(rows, groups, sure, 2 * i);
+  for (std::size_t i = 0; i < n; ++i) samples.emplace_back(rows, groups, sure, 2 * i, curve.s[i + 1] - curve.s[i]);
   for (std::size_t i = n; i-- > 0;) {
     const double h = curve.s[i + 1] - curve.s[i];
     bound.b[i] =
