@@ -37,14 +37,18 @@ class Advance {
         wavefront::draw(front_.sources, component, at_, tolerance, line_, rings);
       const Meeting meeting = meeting_(rings);
       finer += attempt > 0;
+      touching_ = meeting == Meeting::kContact;
       if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
     }
     return false;
   }
 
+  bool touching() const { return touching_; }  ///< may the rings drawn last have contacts?
+
  private:
   wavefront::Front front_;
   double at_ = 0;
+  bool touching_ = false;
   wavefront::Mover move_;
   wavefront::Untangler untangle_;
   MeetingCheck meeting_;
@@ -71,6 +75,7 @@ RingLevels offset_rings(const Region& region, const RingPlan& plan, double toler
     }
     if (rings.empty()) break;
     result.levels.push_back(std::move(rings));
+    result.touching.push_back(!trusted || advance.touching());
   }
   return result;
 }

@@ -20,11 +20,13 @@ struct RingPlan {
     const double inside = boundaries ? first_mm + (boundaries - 0.5) * boundary_width_mm + 0.5 * fill_width_mm : first_mm;
     return inside + (level - boundaries) * fill_width_mm;
   }
+  double width_mm(int level) const { return level < boundaries ? boundary_width_mm : fill_width_mm; }
 };
 
 struct RingLevels {
   std::vector<Rings> levels;        ///< [k]: all rings at distance_mm(k), directed as in a Region, in no canonical order
   std::uint32_t from_clipper = 0;   ///< levels that Clipper made, because the wavefront could not tell
+  std::vector<bool> touching;       ///< [k]: rings of the level may have contacts with each other
   std::uint32_t drawn_finer = 0;    ///< levels whose rings would have met each other at the asked tolerance
 };
 

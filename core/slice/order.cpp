@@ -114,7 +114,7 @@ void two_opt(std::vector<Stop>& stops, Point at, int passes) {
 }  // namespace
 
 void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at,
-                     LayerPaths& paths) {
+                     LayerPaths& paths, std::span<const std::int32_t> widths) {
   std::vector<Stop> stops =
       nearest_neighbour(lines, info.closed, options, paths.layer, std::uint32_t(paths.info.size()), at);
   two_opt(stops, at, options.two_opt_passes);
@@ -131,6 +131,7 @@ void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions
     }
     paths.lines.ends.push_back(std::uint32_t(out.size()));
     paths.info.push_back(info);
+    if (!widths.empty()) paths.info.back().width = widths[stop.line];
     at = stop.exit;
   }
 }

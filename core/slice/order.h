@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "core/slice/layer_paths.h"
 #include "core/slice/path_options.h"
@@ -12,6 +13,8 @@ namespace firn::slice {
 /// options.two_opt_passes passes of 2-opt over windows of at most 400 paths, which never lengthen the way. Closed lines
 /// are turned to begin at their seam, open ones may be reversed.
 /// @param at where the nozzle is; afterwards where it ends
-void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at, LayerPaths& paths);
+/// @param widths of each line, in place of the info's; may be empty
+void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at, LayerPaths& paths,
+                     std::span<const std::int32_t> widths = {});
 
 }  // namespace firn::slice

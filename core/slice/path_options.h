@@ -26,6 +26,7 @@ struct BeadOptions {
   double first_offset_mm = 0.6;     ///< outline to the centre of the outermost path: 0.6 water, 1.2 SME [3.7]
   double boundary_width_mm = 1.5;   ///< [3.7]
   double fill_width_mm = 3.0;       ///< fill spreads and may be wider [3.7]
+  double gap_mm = 0.75;             ///< spots wider than this that rings would leave get beads of their own; 0: none do
   int boundaries = 1;               ///< boundary paths side by side, boundary_width apart
   FillPattern pattern = FillPattern::kConcentric;
   double fill_angle_rad = 0.0;      ///< direction of lines and zigzags in odd layers

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/slice/fill_lines.h"
+#include "core/slice/gap_beads.h"
 #include "core/slice/hook.h"
 #include "core/slice/offset_rings.h"
 #include "core/slice/order.h"
@@ -16,6 +17,20 @@ const BeadOptions& bead_of(std::size_t material, const PathOptions& options) {
   return material == kScaffoldMaterial ? options.scaffold : options.part;
 }
 
+// Beads where the outline is too narrow for its first ring, and where rings leave spots between them.
+void find_gaps(const Region& region, const RingLevels& rings, const RingPlan& plan, const BeadOptions& bead,
+               double tolerance_mm, Beads& thin_parts, Beads& gaps) {
+  const Rings none;
+  const int levels = int(rings.levels.size());
+  const auto level = [&](int k) -> const Rings& { return k < levels ? rings.levels[std::size_t(k)] : none; };
+  if (plan.max_rings > 0) thin_parts = gap_beads(region, level(0), gap_band(plan, -1), bead.gap_mm, tolerance_mm);
+  for (int k = 0; k < levels && k + 1 < plan.max_rings; ++k) {
+    const Beads more = gap_beads(level(k), level(k + 1), gap_band(plan, k), bead.gap_mm, tolerance_mm, rings.touching[std::size_t(k)]);
+    for (std::size_t i = 0; i < more.lines.size(); ++i) gaps.lines.add(more.lines[i]);
+    gaps.widths.insert(gaps.widths.end(), more.widths.begin(), more.widths.end());
+  }
+}
+
 // Boundaries and fill of one material, with the outermost paths that are hooks taken out by their owner before.
 void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks, Point& at,
                    LayerPaths& paths, const Region& part) {
@@ -25,6 +40,8 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
   if (!rings_only) plan.max_rings = bead.boundaries;
   RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm);
   paths.clipper_rings += rings.from_clipper;
+  Beads thin_parts, gaps;
+  if (bead.gap_mm > 0) find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, thin_parts, gaps);
   PathInfo info{PathKind::kHook, kPartMaterial, true, 0};
   for (int level = 0; level < int(rings.levels.size()) && level < hooks; ++level) {
     info.width = units(level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm);
@@ -38,8 +55,11 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
   };
   const std::size_t boundaries = std::size_t(bead.boundaries);
   append_levels(0, boundaries, PathKind::kBoundary, bead.boundary_width_mm);
+  append_in_order(thin_parts.lines, {PathKind::kBoundary, material, false, 0}, options, at, paths, thin_parts.widths);
+  if (rings_only) append_levels(boundaries, rings.levels.size(), PathKind::kFill, bead.fill_width_mm);
+  append_in_order(gaps.lines, {PathKind::kFill, material, false, 0}, options, at, paths, gaps.widths);
   if (rings_only) {
-    append_levels(boundaries, rings.levels.size(), PathKind::kFill, bead.fill_width_mm);
+    return;
   } else if (bead.pattern != FillPattern::kNone) {
     // Lines run up to the innermost boundary's bead: were they to end before it by half their width, strips of up to two
     // widths could go without a line.

@@ -1,0 +1,226 @@
+#include "core/slice/middle_lines.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/slice/box_pairs.h"
+
+namespace firn::slice {
+namespace {
+
+constexpr double kFacing = 0.259;           // cosine of 75 degrees: walls turned further from each other face each other
+constexpr double kNear = 0.1 * kUnitsPerMm; // places closer together are one
+constexpr double kFar = 2.0 * kUnitsPerMm;  // places further apart do not follow each other
+constexpr double kBeyond = 1.3;             // a disc may be so much too large, since walls beside its foot do not count
+constexpr std::size_t kFew = 48;            // walls that are simply all looked at
+
+// The disc that touches the outline in a foot and, opposite, a wall or corner that faces it.
+struct Disc {
+  double radius = 0;
+  double order = 0;      // of the place opposite, as a foot's
+  bool sampled = false;
+};
+
+class Discs {
+ public:
+  explicit Discs(std::span<const Wall> walls) : walls_(walls) {
+    if (walls.size() <= kFew) return;
+    tree_.leaves().resize(walls.size());
+    for (std::size_t i = 0; i < walls.size(); ++i) {
+      tree_.leaves()[i].add(walls[i].from.x, walls[i].from.y);
+      tree_.leaves()[i].add(walls[i].to.x, walls[i].to.y);
+    }
+    tree_.build();
+  }
+
+  // Does something that faces the foot reach into the disc of this radius? Walls run side by side: what stood opposite the
+  // last foot is a guess.
+  bool shallow(const Foot& foot, double radius) {
+    const auto reaches = [&](std::size_t i) {
+      bool at_corner;
+      return radius_to(foot, i, radius, at_corner) < radius;
+    };
+    for (std::size_t tried = 0; tried < std::min<std::size_t>(walls_.size(), 5); ++tried) {
+      const std::size_t off = (tried + 1) / 2, n = walls_.size(), i = tried % 2 ? (guess_ + off) % n : (guess_ + n - off) % n;
+      if (!reaches(i)) continue;
+      guess_ = i;
+      return true;
+    }
+    bool found = false;
+    each_near(foot.at + radius * foot.normal, radius, [&](std::size_t i) {
+      if (found || !reaches(i)) return;
+      found = true;
+      guess_ = i;
+    });
+    return found;
+  }
+
+  // @return false if nothing faces the foot within this radius
+  bool find(const Foot& foot, double limit, Disc& disc) {
+    disc.radius = limit;
+    std::size_t wall = walls_.size();
+    bool at_corner = false;
+    each_near(foot.at + limit * foot.normal, limit, [&](std::size_t i) {
+      bool corner;
+      const double radius = radius_to(foot, i, disc.radius, corner);
+      if (radius < disc.radius) disc.radius = radius, wall = i, at_corner = corner;
+    });
+    if (wall == walls_.size()) return false;
+    guess_ = wall;
+    disc.sampled = walls_[wall].sampled;
+    const Wall& w = walls_[wall];
+    const Vec way = w.to - w.from, centre = foot.at + disc.radius * foot.normal;
+    disc.order = double(wall) + (at_corner ? 0.0 : dot(centre - w.from, way) / dot(way, way));
+    return true;
+  }
+
+  // Distance of the nearest wall, or the limit.
+  double depth(Vec place, double limit) const {
+    double best = limit * limit;
+    each_near(place, limit, [&](std::size_t i) {
+      const Wall& w = walls_[i];
+      const Vec off = place - w.from, way = w.to - w.from;
+      const double along = dot(off, way), square = dot(way, way);
+      const Vec to_end = place - w.to;
+      const double height = dot(off, w.normal);
+      best = std::min(best, along <= 0 ? dot(off, off) : along >= square ? dot(to_end, to_end) : height * height);
+    });
+    return std::sqrt(best);
+  }
+
+ private:
+  // Radius of the disc that touches the outline in the foot and wall i or the corner where it begins, if they face the
+  // foot and it is smaller than `limit`.
+  double radius_to(const Foot& foot, std::size_t i, double limit, bool& at_corner) const {
+    const Wall& w = walls_[i];
+    const Vec off = w.from - foot.at;
+    const double ahead = dot(off, foot.normal), square = dot(off, off);
+    double best = limit;
+    if (square < 2 * best * ahead && square * (1 - kFacing) <= 2 * ahead * ahead) best = square / (2 * ahead), at_corner = true;
+    const double height = -dot(off, w.normal), opening = 1 - dot(foot.normal, w.normal);
+    if (opening < 1 - kFacing || height < 0 || height >= best * opening) return best;
+    const double radius = height / opening;
+    const Vec centre = foot.at + radius * foot.normal;
+    if (dot(centre - w.from, w.to - w.from) < 0 || dot(centre - w.to, w.to - w.from) > 0) return best;
+    at_corner = false;
+    return radius;
+  }
+
+  template <class F>
+  void each_near(Vec place, double reach, F&& f) const {
+    if (walls_.size() <= kFew) {
+      for (std::size_t i = 0; i < walls_.size(); ++i) f(i);
+    } else {
+      tree_.touching({place.x - reach, place.y - reach, place.x + reach, place.y + reach}, f);
+    }
+  }
+
+  std::span<const Wall> walls_;
+  BoxTree<double> tree_;
+  std::size_t guess_ = 0;
+};
+
+// A place that may stay uncovered.
+struct Spot {
+  AxisPlace place;
+  Vec normal;   // across the axis
+  bool judged;  // whether radius and clearance are known
+};
+
+// Which spots of the least radius the lines' discs leave, beside discs that come later.
+class Left {
+ public:
+  Left(std::span<const std::vector<AxisPlace>> lines, double narrowest) : narrowest_(narrowest) {
+    for (const std::vector<AxisPlace>& line : lines)
+      for (const AxisPlace& p : line) places_.push_back(p), tree_.leaves().push_back(reach(p));
+    tree_.build();
+  }
+  bool is_left(const AxisPlace& spot) const {
+    bool left = true;
+    const auto ask = [&](const AxisPlace& p) { left = left && length(spot.at - p.at) >= p.radius + narrowest_; };
+    tree_.touching({spot.at.x, spot.at.y, spot.at.x, spot.at.y}, [&](std::size_t i) { ask(places_[i]); });
+    for (const AxisPlace& p : later_) ask(p);
+    return left;
+  }
+  void take(const AxisPlace& p) { later_.push_back(p); }
+
+ private:
+  BoxOf<double> reach(const AxisPlace& p) const {
+    const double r = p.radius + narrowest_;
+    return {p.at.x - r, p.at.y - r, p.at.x + r, p.at.y + r};
+  }
+  double narrowest_;
+  std::vector<AxisPlace> places_, later_;
+  BoxTree<double> tree_;
+};
+
+}  // namespace
+
+std::vector<std::vector<AxisPlace>> middle_lines(std::span<const Wall> walls, std::span<const Foot> feet,
+                                                 const AxisLimits& limits, AxisField& field) {
+  Discs discs(walls);
+  std::vector<std::vector<AxisPlace>> lines;
+  std::vector<AxisPlace> chain;
+  std::vector<Spot> spots;
+  bool worth = false;  // would a spot of the least radius stay without the chain?
+  std::int32_t run = -1;
+  const auto finish = [&] {
+    if (worth && chain.size() > 1) lines.push_back(chain);
+    chain.clear();
+    worth = false;
+  };
+  // Of the disc about a place that ends at what is covered; what lies deeper is the next level's.
+  const auto radius_at = [&](Vec at, double limit, double& clear) {
+    const double depth = discs.depth(at, limit);
+    clear = -1;
+    if (depth > limits.next || depth < limits.covered + limits.narrowest) return 0.0;
+    clear = field.clearance(at, 2 * limits.narrowest);
+    return depth - limits.covered;
+  };
+  for (const Foot& foot : feet) {
+    if (foot.run != run) finish();
+    run = foot.run;
+    Disc disc;
+    if (discs.shallow(foot, limits.covered + limits.narrowest) || !discs.find(foot, kBeyond * limits.next, disc)) continue;
+    const Vec at = foot.at + disc.radius * foot.normal;
+    // Each line is found from both of its walls: the first one's is taken.
+    if (disc.sampled && disc.order < foot.order) {
+      spots.push_back({{at, disc.radius - limits.covered}, foot.normal, false});
+      continue;
+    }
+    double clear;
+    const double radius = radius_at(at, disc.radius, clear);
+    if (radius < limits.narrowest || clear <= 0) continue;
+    if (clear >= limits.narrowest) {
+      worth = true;
+      spots.push_back({{at, radius}, foot.normal, true});
+    }
+    if (!chain.empty()) {
+      const double step = length(at - chain.back().at);
+      if (step < kNear) continue;
+      if (step > kFar) {
+        finish();
+        worth = clear >= limits.narrowest;
+      }
+    }
+    chain.push_back({at, radius});
+  }
+  finish();
+  if (spots.empty()) return lines;
+  std::stable_sort(spots.begin(), spots.end(), [](const Spot& a, const Spot& b) { return a.place.radius > b.place.radius; });
+  Left left(lines, limits.narrowest);
+  for (Spot& s : spots) {
+    if (!left.is_left(s.place)) continue;
+    if (!s.judged) {
+      double clear;
+      s.place.radius = radius_at(s.place.at, s.place.radius + limits.covered, clear);
+      if (s.place.radius < limits.narrowest || clear < limits.narrowest || !left.is_left(s.place)) continue;
+    }
+    left.take(s.place);
+    const Vec aside = 0.25 * s.place.radius * left_of(s.normal);
+    lines.push_back({{s.place.at - aside, s.place.radius}, {s.place.at + aside, s.place.radius}});
+  }
+  return lines;
+}
+
+}  // namespace firn::slice
