@@ -43,7 +43,7 @@ Table contour(SliceSettings& s) {
   };
 }
 
-Table bead(BeadSettings& b, const std::array<std::string_view, 8>& keys) {
+Table bead(BeadSettings& b, const std::array<std::string_view, 9>& keys) {
   return {
       {keys[0], &b.bead.first_offset_mm, "mm", within(0, 100), "outline to the centre of the outermost path [3.7]"},
       {keys[1], &b.bead.boundary_width_mm, "mm", above(0, 100), "of boundary paths"},
@@ -52,6 +52,7 @@ Table bead(BeadSettings& b, const std::array<std::string_view, 8>& keys) {
       {keys[4], &b.bead.fill_width_mm, "mm", above(0, 100), "of fill paths, which may spread [3.7]"},
       {keys[5], &b.angle_deg, "deg", within(-360, 360), "direction of lines and zigzags in odd layers"},
       {keys[6], &b.turn_deg, "deg", within(-360, 360), "added in even layers"},
+      {keys[8], &b.bead.gap_mm, "mm", within(0, 100), "wider spots between rings, and thin parts, get beads of their own width; 0: none do"},
       {keys[7], &b.tool, "", {}, "of the machine of firn plan; empty = the flange"},
   };
 }
@@ -103,9 +104,9 @@ std::vector<Field> slice_fields(SliceSettings& s) {
   Table t = mesh(s);
   add(t, contour(s));
   add(t, bead(s.part, {"part.first_offset_mm", "part.boundary_width_mm", "part.boundaries", "part.fill", "part.fill_width_mm",
-                       "part.angle_deg", "part.turn_deg", "part.tool"}));
+                       "part.angle_deg", "part.turn_deg", "part.tool", "part.gap_mm"}));
   add(t, bead(s.scaffold, {"scaffold.first_offset_mm", "scaffold.boundary_width_mm", "scaffold.boundaries", "scaffold.fill",
-                           "scaffold.fill_width_mm", "scaffold.angle_deg", "scaffold.turn_deg", "scaffold.tool"}));
+                           "scaffold.fill_width_mm", "scaffold.angle_deg", "scaffold.turn_deg", "scaffold.tool", "scaffold.gap_mm"}));
   add(t, scaffold_and_more(s));
   add(t, gcode(s.gcode));
   return t;

@@ -9,7 +9,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kLook = 0.5 * kUnitsPerMm;  // rings are asked at least so often how far the next level is
+constexpr double kLook = 0.6 * kUnitsPerMm;  // rings are asked at least so often how far the next level is
 constexpr double kTaper = 1.4;               // widest to narrowest place of one bead
 
 double square_distance(Vec p, Vec a, Vec b) {
@@ -26,56 +26,81 @@ class NextLevel : public AxisField {
  public:
   /// @param reach of the level's beads to each side
   NextLevel(const Rings& rings, double reach) : reach_(reach) {
+    edges_.reserve(rings.points.size());
     std::size_t begin = 0;
-    a_.reserve(rings.points.size());
-    b_.reserve(rings.points.size());
     for (const std::uint32_t end : rings.ends) {
       for (std::size_t i = begin; i < end; ++i) {
-        a_.push_back(to_vec(rings.points[i]));
-        b_.push_back(to_vec(rings.points[i + 1 < end ? i + 1 : begin]));
+        const Vec a = to_vec(rings.points[i]), way = to_vec(rings.points[i + 1 < end ? i + 1 : begin]) - a;
+        edges_.push_back({a, way, dot(way, way)});
       }
       begin = end;
     }
   }
 
-  // Is the next level no further than `limit`? Rings run side by side: the edge that was near the last place is a guess.
+  bool empty() const { return edges_.empty(); }
+
+  // Is the next level no further than this? Rings run side by side: the edge that was near the last place is a guess.
   bool within(Vec p, double limit) {
     const double square = limit * limit;
-    const std::size_t n = a_.size();
-    for (std::size_t tried = 0; tried < std::min<std::size_t>(n, kGuesses); ++tried) {
-      // Here, one on, one back, two on, ...
-      const std::size_t off = (tried + 1) / 2, e = tried % 2 ? (last_ + off) % n : (last_ + n - off) % n;
-      if (square_distance(p, a_[e], b_[e]) > square) continue;
-      last_ = e;
-      return true;
+    const std::size_t n = edges_.size();
+    if (n == 0 || dot(p - lonely_, p - lonely_) < lonely_square_) return false;
+    for (std::size_t back = last_, ahead = last_, tried = 0; tried < kGuesses; ++tried) {
+      const std::size_t e = tried % 2 ? back : ahead;
+      if (edges_[e].within(p, square)) {
+        last_ = e;
+        return true;
+      }
+      if (tried % 2 == 0) ahead = ahead + 1 < n ? ahead + 1 : 0;
+      if (tried % 2 || tried == 0) back = back ? back - 1 : n - 1;
     }
-    bool found = false;
-    touching(p, limit, [&](std::size_t e) {
-      if (found || square_distance(p, a_[e], b_[e]) > square) return;
-      found = true;
-      last_ = e;
-    });
-    return found;
+    // Places nearer to this one than it is too far from the next level are too far as well.
+    const double found = clearance(p, limit + kLonely - reach_) + reach_;
+    if (found <= limit) return true;
+    lonely_ = p, lonely_square_ = (found - limit) * (found - limit);
+    return false;
+  }
+
+  // Is the whole way between two places, the first of which was asked last, near one edge?
+  bool whole_within(Vec a, Vec b, double limit) const {
+    return !edges_.empty() && edges_[last_].within(a, limit * limit) && edges_[last_].within(b, limit * limit);
   }
 
   double clearance(Vec p, double limit) override {
     double best = (limit + reach_) * (limit + reach_);
-    touching(p, limit + reach_, [&](std::size_t e) { best = std::min(best, square_distance(p, a_[e], b_[e])); });
+    touching(p, limit + reach_, [&](std::size_t e) {
+      const Edge& edge = edges_[e];
+      const double square = square_distance(p, edge.at, edge.at + edge.way);
+      if (square < best) best = square, last_ = e;
+    });
     return std::sqrt(best) - reach_;
   }
 
  private:
-  static constexpr std::size_t kGuesses = 7;
+  static constexpr std::size_t kGuesses = 5;
+  static constexpr double kLonely = 3.0 * kUnitsPerMm;
+
+  struct Edge {
+    Vec at, way;
+    double square;  // of its length
+    bool within(Vec p, double limit) const {
+      const Vec off = p - at;
+      const double along = dot(off, way);
+      if (along <= 0) return dot(off, off) <= limit;
+      if (along >= square) return dot(off - way, off - way) <= limit;
+      const double side = cross(way, off);
+      return side * side <= limit * square;
+    }
+  };
 
   template <class F>
   void touching(Vec p, double reach, F&& f) {
-    if (a_.empty()) return;
+    if (edges_.empty()) return;
     if (!built_) {
-      tree_.leaves().resize(a_.size());
-      for (std::size_t i = 0; i < a_.size(); ++i) {
-        BoxOf<double> box;
-        box.add(a_[i].x, a_[i].y), box.add(b_[i].x, b_[i].y);
-        tree_.leaves()[i] = box;
+      tree_.leaves().resize(edges_.size());
+      for (std::size_t i = 0; i < edges_.size(); ++i) {
+        const Vec to = edges_[i].at + edges_[i].way;
+        tree_.leaves()[i] = {std::min(edges_[i].at.x, to.x), std::min(edges_[i].at.y, to.y), std::max(edges_[i].at.x, to.x),
+                             std::max(edges_[i].at.y, to.y)};
       }
       tree_.build();
       built_ = true;
@@ -84,8 +109,10 @@ class NextLevel : public AxisField {
   }
 
   double reach_;
-  std::vector<Vec> a_, b_;
+  std::vector<Edge> edges_;
   std::size_t last_ = 0;
+  Vec lonely_;
+  double lonely_square_ = 0;
   BoxTree<double> tree_;
   bool built_ = false;
 };
@@ -105,23 +132,27 @@ class Lacking {
 
   void add(std::span<const Point> ring) {
     const std::size_t n = ring.size();
+    looks_.clear();
+    lacks_ = false;
+    Vec a = to_vec(ring[0]);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const Vec b = to_vec(ring[i + 1 < n ? i + 1 : 0]), way = b - a;
+      look(a, i, 0);
+      const double square = dot(way, way);
+      if (square > kLook * kLook) {
+        const int looks = 2 * int(0.5 * std::sqrt(square) / kLook) + 1;  // one of them in the middle
+        look_along(a, way, i, looks, 0, looks);
+      }
+      a = b;
+    }
+    if (!lacks_) return;
     corners_.resize(n);
     normals_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) corners_[i] = to_vec(ring[i]);
     wall_of_.assign(n, -1);
-    looks_.clear();
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const Vec a = corners_[i], way = corners_[i + 1 < n ? i + 1 : 0] - a;
-      const double l = length(way);
-      normals_[i] = (1 / l) * left_of(way);
-      looks_.push_back({a, i, 0, next_.within(a, limit_)});
-      if (l < kLook) continue;
-      const int looks = 2 * int(0.5 * l / kLook) + 1;  // one of them in the middle
-      for (int k = 0; k < looks; ++k) {
-        const double share = (k + 0.5) / looks;
-        const Vec at = a + share * way;
-        looks_.push_back({at, i, share, next_.within(at, limit_)});
-      }
+    for (std::size_t i = 0; i < n; ++i) corners_[i] = to_vec(ring[i]);
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vec way = corners_[i + 1 < n ? i + 1 : 0] - corners_[i];
+      normals_[i] = (1 / length(way)) * left_of(way);
     }
     // From a place that lacks nothing, so that no stretch is cut in two.
     const auto first = std::find_if(looks_.begin(), looks_.end(), [](const Look& l) { return l.served; });
@@ -148,6 +179,29 @@ class Lacking {
     double share;  // of the way along it
     bool served;
   };
+
+  void look(Vec at, std::uint32_t edge, double share) {
+    const bool served = next_.within(at, limit_);
+    lacks_ = lacks_ || !served;
+    looks_.push_back({at, edge, share, served});
+  }
+
+  // Looks [begin, end) of `looks` on an edge, in halves; where one edge of the next level serves a stretch, a single one.
+  void look_along(Vec a, Vec way, std::uint32_t edge, int looks, int begin, int end) {
+    const auto share = [&](int k) { return (k + 0.5) / looks; };
+    if (end - begin > 2 && !looks_.empty() && looks_.back().served &&
+        next_.whole_within(a + share(begin) * way, a + share(end - 1) * way, limit_)) {
+      looks_.push_back({a + share(end - 1) * way, edge, share(end - 1), true});
+      return;
+    }
+    if (end - begin < 4) {
+      for (int k = begin; k < end; ++k) look(a + share(k) * way, edge, share(k));
+      return;
+    }
+    const int middle = begin + (end - begin) / 2;
+    look_along(a, way, edge, looks, begin, middle);
+    look_along(a, way, edge, looks, middle, end);
+  }
 
   std::int32_t add_wall(std::size_t edge, bool sampled) {
     std::int32_t& wall = wall_of_[edge];
@@ -189,6 +243,7 @@ class Lacking {
 
   NextLevel& next_;
   double limit_;
+  bool lacks_ = false;
   std::vector<Vec> corners_, normals_;
   std::vector<Look> looks_;
   std::vector<std::int32_t> wall_of_;  // each edge

@@ -8,10 +8,12 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kFacing = 0.259;           // cosine of 75 degrees: walls turned further from each other face each other
+constexpr double kFacing = -0.174;          // cosine of 100 degrees: walls turned further from each other face each other
 constexpr double kNear = 0.1 * kUnitsPerMm; // places closer together are one
 constexpr double kFar = 2.0 * kUnitsPerMm;  // places further apart do not follow each other
 constexpr double kBeyond = 1.3;             // a disc may be so much too large, since walls beside its foot do not count
+constexpr double kCentred = 0.8;            // least depth of a chain's place over its disc's radius
+constexpr std::size_t kShort = 12;          // places of a line that may echo another
 constexpr std::size_t kFew = 48;            // walls that are simply all looked at
 
 // The disc that touches the outline in a foot and, opposite, a wall or corner that faces it.
@@ -120,6 +122,22 @@ class Discs {
   std::size_t guess_ = 0;
 };
 
+// Leaves out of the chain's beginning what sticks out of a disc further on by less than the least radius: arms that run
+// into corners.
+template <class Place>
+std::size_t arm(Place first, std::size_t size, double narrowest) {
+  std::size_t end = 0;
+  for (std::size_t j = 1; j < size; ++j)
+    if (length(first[0].at - first[std::ptrdiff_t(j)].at) + first[0].radius - first[std::ptrdiff_t(j)].radius <= narrowest) end = j;
+    else break;
+  return end;
+}
+
+void drop_arms(std::vector<AxisPlace>& chain, double narrowest) {
+  chain.erase(chain.begin(), chain.begin() + std::ptrdiff_t(arm(chain.begin(), chain.size(), narrowest)));
+  chain.resize(chain.size() - arm(chain.rbegin(), chain.size(), narrowest));
+}
+
 // A place that may stay uncovered.
 struct Spot {
   AxisPlace place;
@@ -127,32 +145,69 @@ struct Spot {
   bool judged;  // whether radius and clearance are known
 };
 
-// Which spots of the least radius the lines' discs leave, beside discs that come later.
-class Left {
+// The discs of all lines, to ask what they leave.
+class Laid {
  public:
-  Left(std::span<const std::vector<AxisPlace>> lines, double narrowest) : narrowest_(narrowest) {
-    for (const std::vector<AxisPlace>& line : lines)
-      for (const AxisPlace& p : line) places_.push_back(p), tree_.leaves().push_back(reach(p));
+  Laid(std::span<const std::vector<AxisPlace>> lines, double narrowest) : narrowest_(narrowest) {
+    for (std::size_t l = 0; l < lines.size(); ++l)
+      for (const AxisPlace& p : lines[l]) {
+        const double r = p.radius + narrowest_;
+        discs_.push_back({p, l, lines[l].size()});
+        tree_.leaves().push_back({p.at.x - r, p.at.y - r, p.at.x + r, p.at.y + r});
+      }
     tree_.build();
+    gone_.assign(lines.size(), false);
   }
+
+  // Does a longer line leave a spot of the least radius about this place of a line?
+  bool is_own(const AxisPlace& place, std::size_t line, std::size_t size) const {
+    bool own = true;
+    each_over(place, [&](const Disc& d) {
+      if (gone_[d.line] || d.line == line || d.size < size || (d.size == size && d.line > line)) return;
+      own = own && length(place.at - d.place.at) + place.radius - d.place.radius > narrowest_;
+    });
+    return own;
+  }
+  void forget(std::size_t line) { gone_[line] = true; }
+
   bool is_left(const AxisPlace& spot) const {
     bool left = true;
     const auto ask = [&](const AxisPlace& p) { left = left && length(spot.at - p.at) >= p.radius + narrowest_; };
-    tree_.touching({spot.at.x, spot.at.y, spot.at.x, spot.at.y}, [&](std::size_t i) { ask(places_[i]); });
+    each_over(spot, [&](const Disc& d) {
+      if (!gone_[d.line]) ask(d.place);
+    });
     for (const AxisPlace& p : later_) ask(p);
     return left;
   }
   void take(const AxisPlace& p) { later_.push_back(p); }
 
  private:
-  BoxOf<double> reach(const AxisPlace& p) const {
-    const double r = p.radius + narrowest_;
-    return {p.at.x - r, p.at.y - r, p.at.x + r, p.at.y + r};
+  struct Disc {
+    AxisPlace place;
+    std::size_t line, size;
+  };
+  template <class F>
+  void each_over(const AxisPlace& p, F&& f) const {
+    tree_.touching({p.at.x, p.at.y, p.at.x, p.at.y}, [&](std::size_t i) { f(discs_[i]); });
   }
   double narrowest_;
-  std::vector<AxisPlace> places_, later_;
+  std::vector<Disc> discs_;
+  std::vector<bool> gone_;
+  std::vector<AxisPlace> later_;
   BoxTree<double> tree_;
 };
+
+// Short lines that say no more than longer ones go.
+void drop_echoes(std::vector<std::vector<AxisPlace>>& lines, Laid& laid) {
+  for (std::size_t l = 0; l < lines.size(); ++l) {
+    if (lines[l].size() > kShort) continue;
+    const auto own = [&](const AxisPlace& p) { return laid.is_own(p, l, lines[l].size()); };
+    if (std::any_of(lines[l].begin(), lines[l].end(), own)) continue;
+    laid.forget(l);
+    lines[l].clear();
+  }
+  std::erase_if(lines, [](const auto& line) { return line.empty(); });
+}
 
 }  // namespace
 
@@ -165,6 +220,7 @@ std::vector<std::vector<AxisPlace>> middle_lines(std::span<const Wall> walls, st
   bool worth = false;  // would a spot of the least radius stay without the chain?
   std::int32_t run = -1;
   const auto finish = [&] {
+    if (worth && !chain.empty()) drop_arms(chain, limits.narrowest);
     if (worth && chain.size() > 1) lines.push_back(chain);
     chain.clear();
     worth = false;
@@ -195,6 +251,7 @@ std::vector<std::vector<AxisPlace>> middle_lines(std::span<const Wall> walls, st
       worth = true;
       spots.push_back({{at, radius}, foot.normal, true});
     }
+    if (radius + limits.covered < kCentred * disc.radius) continue;  // a wall beside its foot is much nearer
     if (!chain.empty()) {
       const double step = length(at - chain.back().at);
       if (step < kNear) continue;
@@ -208,7 +265,8 @@ std::vector<std::vector<AxisPlace>> middle_lines(std::span<const Wall> walls, st
   finish();
   if (spots.empty()) return lines;
   std::stable_sort(spots.begin(), spots.end(), [](const Spot& a, const Spot& b) { return a.place.radius > b.place.radius; });
-  Left left(lines, limits.narrowest);
+  Laid left(lines, limits.narrowest);
+  drop_echoes(lines, left);
   for (Spot& s : spots) {
     if (!left.is_left(s.place)) continue;
     if (!s.judged) {

@@ -44,7 +44,7 @@ struct AxisLimits {
 
 /// Lines of places on the medial axis between `walls`, each with radius and clearance > 0, such that about no foot's disc
 /// a spot of the least radius stays uncovered once each place's disc is: chains where two walls face each other by more
-/// than 75 degrees, and single discs (chains of two places) for what is left then, widest first.
+/// than 100 degrees, and single discs (chains of two places) for what is left then, widest first.
 /// The centre of the largest disc that touches the outline in a foot lies on the medial axis: the "shrinking ball" of
 /// J. Ma, S. Bae, S. Choi, "3D medial axis point approximation using nearest neighbors and the normal field" (2012).
 std::vector<std::vector<AxisPlace>> middle_lines(std::span<const Wall> walls, std::span<const Foot> feet,
