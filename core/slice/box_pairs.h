@@ -26,6 +26,11 @@ struct BoxOf {
   bool meets(const BoxOf& o) const { return (x0 <= o.x1) & (o.x0 <= x1) & (y0 <= o.y1) & (o.y0 <= y1); }
 };
 
+/// The square about a place, rounded outward.
+inline BoxOf<std::int32_t> box_about(double x, double y, double reach) {
+  return {std::int32_t(x - reach) - 1, std::int32_t(y - reach) - 1, std::int32_t(x + reach) + 1, std::int32_t(y + reach) + 1};
+}
+
 /// A tree of boxes by position in the list: eight children to a box. Building and asking are linear in practice.
 class BoxTree {
  public:

@@ -96,16 +96,15 @@ class NextLevel : public AxisField {
   void touching(Vec p, double reach, F&& f) {
     if (edges_.empty()) return;
     if (!built_) {
-      tree_.leaves().resize(edges_.size());
+      tree_.resize(edges_.size());
       for (std::size_t i = 0; i < edges_.size(); ++i) {
-        const Vec to = edges_[i].at + edges_[i].way;
-        tree_.leaves()[i] = {std::min(edges_[i].at.x, to.x), std::min(edges_[i].at.y, to.y), std::max(edges_[i].at.x, to.x),
-                             std::max(edges_[i].at.y, to.y)};
+        const Point from = to_point(edges_[i].at), to = to_point(edges_[i].at + edges_[i].way);
+        tree_.set(i, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x), std::max(from.y, to.y));
       }
       tree_.build();
       built_ = true;
     }
-    tree_.touching({p.x - reach, p.y - reach, p.x + reach, p.y + reach}, f);
+    tree_.touching(box_about(p.x, p.y, reach), f);
   }
 
   double reach_;
@@ -113,7 +112,7 @@ class NextLevel : public AxisField {
   std::size_t last_ = 0;
   Vec lonely_;
   double lonely_square_ = 0;
-  BoxTree<double> tree_;
+  BoxTree tree_;
   bool built_ = false;
 };
 

@@ -27,10 +27,10 @@ class Discs {
  public:
   explicit Discs(std::span<const Wall> walls) : walls_(walls) {
     if (walls.size() <= kFew) return;
-    tree_.leaves().resize(walls.size());
+    tree_.resize(walls.size());
     for (std::size_t i = 0; i < walls.size(); ++i) {
-      tree_.leaves()[i].add(walls[i].from.x, walls[i].from.y);
-      tree_.leaves()[i].add(walls[i].to.x, walls[i].to.y);
+      const Point from = to_point(walls[i].from), to = to_point(walls[i].to);
+      tree_.set(i, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x), std::max(from.y, to.y));
     }
     tree_.build();
   }
@@ -113,12 +113,12 @@ class Discs {
     if (walls_.size() <= kFew) {
       for (std::size_t i = 0; i < walls_.size(); ++i) f(i);
     } else {
-      tree_.touching({place.x - reach, place.y - reach, place.x + reach, place.y + reach}, f);
+      tree_.touching(box_about(place.x, place.y, reach), f);
     }
   }
 
   std::span<const Wall> walls_;
-  BoxTree<double> tree_;
+  BoxTree tree_;
   std::size_t guess_ = 0;
 };
 
@@ -150,11 +150,12 @@ class Laid {
  public:
   Laid(std::span<const std::vector<AxisPlace>> lines, double narrowest) : narrowest_(narrowest) {
     for (std::size_t l = 0; l < lines.size(); ++l)
-      for (const AxisPlace& p : lines[l]) {
-        const double r = p.radius + narrowest_;
-        discs_.push_back({p, l, lines[l].size()});
-        tree_.leaves().push_back({p.at.x - r, p.at.y - r, p.at.x + r, p.at.y + r});
-      }
+      for (const AxisPlace& p : lines[l]) discs_.push_back({p, l, lines[l].size()});
+    tree_.resize(discs_.size());
+    for (std::size_t i = 0; i < discs_.size(); ++i) {
+      const AxisPlace& p = discs_[i].place;
+      tree_.set(i, box_about(p.at.x, p.at.y, p.radius + narrowest_));
+    }
     tree_.build();
     gone_.assign(lines.size(), false);
   }
@@ -188,13 +189,13 @@ class Laid {
   };
   template <class F>
   void each_over(const AxisPlace& p, F&& f) const {
-    tree_.touching({p.at.x, p.at.y, p.at.x, p.at.y}, [&](std::size_t i) { f(discs_[i]); });
+    tree_.touching(box_about(p.at.x, p.at.y, 0), [&](std::size_t i) { f(discs_[i]); });
   }
   double narrowest_;
   std::vector<Disc> discs_;
   std::vector<bool> gone_;
   std::vector<AxisPlace> later_;
-  BoxTree<double> tree_;
+  BoxTree tree_;
 };
 
 // Short lines that say no more than longer ones go.

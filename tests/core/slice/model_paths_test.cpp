@@ -53,13 +53,16 @@ TEST_CASE("No path of a real model crosses or touches another of its kind, and n
       INFO(name << ", layer " << k + 1);
       CHECK(simple_and_apart(scaffold[k]));
       const LayerPaths paths = plan_layer({std::int32_t(k + 1), std::int32_t(k + 1) * 2500, 2500, {layers[k], scaffold[k]}}, {});
-      CHECK(simple_and_apart(paths.lines));
+      Rings rings;  // beads in gaps are open lines
+      for (std::size_t i = 0; i < paths.info.size(); ++i)
+        if (paths.info[i].closed) rings.add(paths.lines[i]);
+      CHECK(simple_and_apart(rings));
       CHECK(paths.clipper_rings == 0);
     }
   }
 }
 
-TEST_CASE("What the beads of a real model cover, overlaps taken off, is what they are to cover but for narrow gaps") {
+TEST_CASE("What the beads of a real model cover, overlaps taken off, is what they are to cover but for spots narrower than a path") {
   for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
     const std::vector<Region> layers = layers_of(name);
     const std::vector<Region> scaffold = scaffold_regions(layers, 2500, {}, 0.05);
