@@ -31,7 +31,7 @@ class NextLevel : public AxisField {
     for (const std::uint32_t end : rings.ends) {
       for (std::size_t i = begin; i < end; ++i) {
         const Vec a = to_vec(rings.points[i]), way = to_vec(rings.points[i + 1 < end ? i + 1 : begin]) - a;
-        edges_.push_back({a, way, dot(way, way)});
+        edges_.push_back({a, way, dot(way, way), std::uint32_t(i + 1 < end ? i + 1 : begin)});
       }
       begin = end;
     }
@@ -60,9 +60,19 @@ class NextLevel : public AxisField {
     return false;
   }
 
-  // Is the whole way between two places, the first of which was asked last, near one edge?
-  bool whole_within(Vec a, Vec b, double limit) const {
-    return !edges_.empty() && edges_[last_].within(a, limit * limit) && edges_[last_].within(b, limit * limit);
+  // Is the whole way from a to b near? a is, to the edge found last. The distance from a segment is convex along a line:
+  // an edge that is near a and a corner's foot on the way is near all between, and the corner's next edge goes on.
+  bool way_within(Vec a, Vec b, double limit) {
+    const double square = limit * limit;
+    std::size_t e = last_;
+    for (std::size_t steps = 0; steps < kGuesses; ++steps, e = edges_[e].next) {
+      if (edges_[e].within(b, square)) {
+        last_ = e;
+        return true;
+      }
+      if (square_distance(edges_[edges_[e].next].at, a, b) > square) return false;
+    }
+    return false;
   }
 
   double clearance(Vec p, double limit) override {
@@ -82,6 +92,7 @@ class NextLevel : public AxisField {
   struct Edge {
     Vec at, way;
     double square;  // of its length
+    std::uint32_t next;  // in its ring
     bool within(Vec p, double limit) const {
       const Vec off = p - at;
       const double along = dot(off, way);
@@ -132,19 +143,25 @@ class Lacking {
   void add(std::span<const Point> ring) {
     const std::size_t n = ring.size();
     looks_.clear();
-    lacks_ = false;
+    fresh_ = false;
     Vec a = to_vec(ring[0]);
+    const bool first_served = next_.within(a, limit_);
+    bool served = first_served;
     for (std::uint32_t i = 0; i < n; ++i) {
-      const Vec b = to_vec(ring[i + 1 < n ? i + 1 : 0]), way = b - a;
-      look(a, i, 0);
-      const double square = dot(way, way);
-      if (square > kLook * kLook) {
-        const int looks = 2 * int(0.5 * std::sqrt(square) / kLook) + 1;  // one of them in the middle
-        look_along(a, way, i, looks, 0, looks);
+      const Vec b = to_vec(ring[i + 1 < n ? i + 1 : 0]);
+      if (!look(a, i, 0, served) || !next_.way_within(a, b, limit_)) {
+        const double l = length(b - a);
+        const int looks = l > kLook ? 2 * int(0.5 * l / kLook) + 1 : 0;  // one of them in the middle
+        for (int k = 0; k < looks; ++k) {
+          const double share = (k + 0.5) / looks;
+          const Vec at = a + share * (b - a);
+          look(at, i, share, next_.within(at, limit_));
+        }
+        served = i + 1 < n ? next_.within(b, limit_) : first_served;
       }
       a = b;
     }
-    if (!lacks_) return;
+    if (looks_.empty()) return;
     corners_.resize(n);
     normals_.resize(n);
     wall_of_.assign(n, -1);
@@ -153,17 +170,16 @@ class Lacking {
       const Vec way = corners_[i + 1 < n ? i + 1 : 0] - corners_[i];
       normals_[i] = (1 / length(way)) * left_of(way);
     }
-    // From a place that lacks nothing, so that no stretch is cut in two.
-    const auto first = std::find_if(looks_.begin(), looks_.end(), [](const Look& l) { return l.served; });
+    // A stretch that runs over the ring's first point is one.
+    const auto first = std::find_if(looks_.begin(), looks_.end(), [](const Look& l) { return l.fresh; });
     if (first == looks_.end()) {
-      add_stretch(looks_, true);
+      add_stretch(looks_, !fresh_);
       return;
     }
-    std::rotate(looks_.begin(), first, looks_.end());
+    if (!fresh_) std::rotate(looks_.begin(), first, looks_.end());
     for (std::size_t i = 0, end; i < looks_.size(); i = end) {
-      end = i + 1;
-      if (looks_[i].served) continue;
-      while (end < looks_.size() && !looks_[end].served) ++end;
+      for (end = i + 1; end < looks_.size() && !looks_[end].fresh; ++end) {
+      }
       add_stretch(std::span(looks_).subspan(i, end - i), false);
     }
   }
@@ -176,30 +192,13 @@ class Lacking {
     Vec at;
     std::uint32_t edge;
     double share;  // of the way along it
-    bool served;
+    bool fresh;    // lies behind something that lacks nothing
   };
 
-  void look(Vec at, std::uint32_t edge, double share) {
-    const bool served = next_.within(at, limit_);
-    lacks_ = lacks_ || !served;
-    looks_.push_back({at, edge, share, served});
-  }
-
-  // Looks [begin, end) of `looks` on an edge, in halves; where one edge of the next level serves a stretch, a single one.
-  void look_along(Vec a, Vec way, std::uint32_t edge, int looks, int begin, int end) {
-    const auto share = [&](int k) { return (k + 0.5) / looks; };
-    if (end - begin > 2 && !looks_.empty() && looks_.back().served &&
-        next_.whole_within(a + share(begin) * way, a + share(end - 1) * way, limit_)) {
-      looks_.push_back({a + share(end - 1) * way, edge, share(end - 1), true});
-      return;
-    }
-    if (end - begin < 4) {
-      for (int k = begin; k < end; ++k) look(a + share(k) * way, edge, share(k));
-      return;
-    }
-    const int middle = begin + (end - begin) / 2;
-    look_along(a, way, edge, looks, begin, middle);
-    look_along(a, way, edge, looks, middle, end);
+  bool look(Vec at, std::uint32_t edge, double share, bool served) {
+    if (!served) looks_.push_back({at, edge, share, fresh_});
+    fresh_ = served;
+    return served;
   }
 
   std::int32_t add_wall(std::size_t edge, bool sampled) {
@@ -242,7 +241,7 @@ class Lacking {
 
   NextLevel& next_;
   double limit_;
-  bool lacks_ = false;
+  bool fresh_ = false;  // was the last place served?
   std::vector<Vec> corners_, normals_;
   std::vector<Look> looks_;
   std::vector<std::int32_t> wall_of_;  // each edge
