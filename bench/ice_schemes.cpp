@@ -1,5 +1,6 @@
 // Feedback schemes of the ice printer against the simulated nature, without drivers, bus and scheduler: planner, valves, arm,
-// laser, mapper, control law. RMS of the true surface against the nominal height over the footprint and inside the part, per interval.
+// laser, mapper, control law. RMS of the true surface against the nominal height over the footprint (less two cells
+// at its outer border) and inside the part, per interval.
 //
 // A disc whose rings fit it, or the gear.
 //   build/bench/ice_schemes [--intervals N] [--seeds N] [--drift D] [--staggered | --gear [--size S]] [--spacing MM] [--scheme NAME,NAME] [--each]
@@ -142,7 +143,17 @@ Scheme scheme_named(const std::string& name) {
   return s;
 }
 
-/// Part, and part all round: no cell at an edge or between the materials.
+/// Two cells from the footprint's border: cells of the map that reach beyond the outermost bead average in the bare table.
+bool off_border(const Grid<std::uint8_t>& material, std::size_t cell) {
+  const GridSpec& g = material.spec;
+  const int i = int(cell) % g.nx, j = int(cell) / g.nx;
+  int bare = 0;  // single bare cells are spots between beads
+  for (int y = j - 2; y <= j + 2; ++y)
+    for (int x = i - 2; x <= i + 2; ++x) bare += !g.contains(x, y) || material.at(x, y) == 0;
+  return bare < 3;
+}
+
+/// Part, and no scaffold near.
 bool inside_part(const Grid<std::uint8_t>& material, std::size_t cell) {
   const GridSpec& g = material.spec;
   const int i = int(cell) % g.nx, j = int(cell) / g.nx;
@@ -189,7 +200,7 @@ Result print(const Settings& o, const slice::PrintPaths& paths, planning::TaskPl
     const HeightMap truth = lab.truth(grid);
     double squares = 0.0, off = 0.0, cells = 0.0, part_squares = 0.0, part_cells = 0.0;
     for (std::size_t n = 0; n < truth.size(); ++n) {
-      if (!material.cells[n]) continue;
+      if (!material.cells[n] || !off_border(material, n)) continue;
       if (inside_part(material, n)) part_squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), part_cells += 1.0;
       squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), cells += 1.0;
       off += (truth.cells[n] - map.height.cells[n]) * (truth.cells[n] - map.height.cells[n]);

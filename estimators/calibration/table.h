@@ -1,0 +1,47 @@
+// Levelling the table: which foot or screw to turn, which way and how much [Barnett 2012, 2.2].
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estimators/calibration/robust_fit.h"
+
+namespace firn::calibration {
+
+/// A height of the table under the laser.
+struct TablePoint {
+  double x_mm = 0.0, y_mm = 0.0, z_mm = 0.0;
+};
+/// A foot or a screw that lifts the table where it stands.
+struct Lifter {
+  std::string name;           ///< "foot 1", "screw 5"
+  double x_mm = 0.0, y_mm = 0.0;
+  double pitch_mm = 1.0;      ///< lift per turn; above 0 = clockwise lifts
+};
+struct Turn {
+  std::string name;
+  double lift_mm = 0.0;       ///< above 0 = up
+  double turns = 0.0;         ///< above 0 = clockwise
+};
+struct TableLevel {
+  Estimate height_mm;         ///< of the plane at the points' middle
+  Estimate slope_x, slope_y;  ///< mm per mm
+  double spread_mm = 0.0;     ///< highest less lowest point
+  bool level = false;         ///< spread within the tolerance
+  std::vector<Turn> turns;    ///< those of more than `least_mm`; none once level
+  double left_mm = 0.0;       ///< spread that the turns should leave
+  FitResult fit;
+  double plane_mm(double x_mm, double y_mm) const;
+  double middle_x_mm = 0.0, middle_y_mm = 0.0;
+};
+
+/// Coarse (2.2: four feet, until all lie within 0.5 mm): the feet take the slope of the plane out, the mean of their lifts
+/// being zero. @throws Uninformative: fewer than five points, points on one line
+TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet, double tolerance_mm = 0.5, double least_mm = 0.05);
+
+/// Fine (nine screws, within 0.2 mm): each screw takes out what the nearest points lie off their mean; a screw's lift falls off
+/// linearly to its neighbours, so the lifts solve that system for the points. @throws Uninformative: fewer points than screws
+TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws, double tolerance_mm = 0.2, double least_mm = 0.02);
+
+}  // namespace firn::calibration

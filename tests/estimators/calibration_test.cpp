@@ -1,0 +1,226 @@
+// Planted cases: what was put in must come out within the thesis's tolerances, inside the 95 % intervals 90 to 98 times in 100.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/grid/random.h"
+#include "core/motion/planner.h"
+#include "estimators/calibration/deposition.h"
+#include "estimators/calibration/laser.h"
+#include "estimators/calibration/table.h"
+
+namespace firn::calibration {
+namespace {
+
+constexpr Point2 kOrigin{260.0, -100.0};
+const Jig kJig{-10.0, -8.0, 10.0, 8.0};
+
+struct Truth {
+  double dx_mm = 0.0, dy_mm = 0.0, latency_s = 0.0, noise_mm = 0.02, dropouts = 0.02;
+};
+
+/// Passes over the block at one speed, run as planned with the believed laser, read with the true one.
+std::vector<LaserPass> passes(const motion::Arm& arm, const motion::Tool& believed, const Truth& truth, RandomStream& random,
+                              bool both_ways, bool across_y, double speed_mm_s = 60.0) {
+  std::vector<LaserPass> out;
+  const auto pass = [&](Point2 a, Point2 b) {
+    const std::vector<Point2> line{a, b};
+    motion::PathInput in;
+    in.points = line;
+    in.origin = kOrigin;
+    in.tool = believed;
+    in.ceiling.path_mm_s = speed_mm_s * random.uniform(0.7, 1.0);  // readings fall differently on the sides
+    motion::PlanResult r = motion::plan(in, arm, motion::cobra600_limits());
+    REQUIRE(r.ok());
+    LaserPass p{r.trajectory, 0.01, {}};
+    const double end = r.trajectory.certificate.duration_s;
+    for (double t = truth.latency_s; t < end + 0.05; t += 0.01) {
+      const double k = std::clamp(t / 0.016, 0.0, double(r.tool.size() - 1));
+      const std::size_t i = std::min(std::size_t(k), r.tool.size() - 2);
+      const double x = r.tool[i].x_mm + (k - double(i)) * (r.tool[i + 1].x_mm - r.tool[i].x_mm) + truth.dx_mm;
+      const double y = r.tool[i].y_mm + (k - double(i)) * (r.tool[i + 1].y_mm - r.tool[i].y_mm) + truth.dy_mm;
+      const bool on = x > kJig.x0_mm && x < kJig.x1_mm && y > kJig.y0_mm && y < kJig.y1_mm;
+      const double z = (on ? 3.0 : 0.0) + truth.noise_mm * random.normal();
+      p.reading_mm.push_back(random.uniform() < truth.dropouts ? std::nanf("") : float(z));
+    }
+    out.push_back(std::move(p));
+  };
+  for (double y = -2.0; y <= 2.1; y += 1.0) {
+    const double a = random.uniform(-2.0, 2.0), b = random.uniform(-2.0, 2.0);  // where it begins, so that readings fall differently on the sides
+    pass({-30.0 + a, y}, {30.0, y});
+    if (both_ways) pass({30.0 + b, y}, {-30.0, y});
+    if (!across_y) continue;
+    pass({y, -30.0 + a}, {y, 30.0});
+    if (both_ways) pass({y, 30.0 + b}, {y, -30.0});
+  }
+  return out;
+}
+
+bool inside(const Estimate& e, double truth) { return std::abs(e.value - truth) <= e.half_95; }
+
+}  // namespace
+
+TEST_CASE("Laser offset: within 0.2 mm and the latency within 2 ms over 100 planted cases, offsets wrong by up to 3 mm at first") {
+  const auto arm = motion::make_scara(motion::cobra600());
+  const motion::Tool believed = motion::cobra600_tools()[3];
+  int covered = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    RandomStream random(seed, Purpose::kTest);
+    const Truth truth{random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), random.uniform(-0.05, 0.05)};
+    const LaserCalibration c = calibrate_laser(passes(*arm, believed, truth, random, true, true), kJig, {*arm, believed, kOrigin}, LaserUnknowns::kOffset);
+    CHECK(std::abs(c.x_mm.value - believed.x_mm - truth.dx_mm) < 0.2);
+    CHECK(std::abs(c.y_mm.value - believed.y_mm - truth.dy_mm) < 0.2);
+    CHECK(std::abs(c.latency_s.value - truth.latency_s) < 0.002);
+    CHECK(c.edges >= 30);
+    covered += inside(c.x_mm, believed.x_mm + truth.dx_mm) + inside(c.y_mm, believed.y_mm + truth.dy_mm) + inside(c.latency_s, truth.latency_s);
+  }
+  CHECK(covered >= 270);
+  CHECK(covered <= 297);
+}
+
+TEST_CASE("Laser latency: passes both ways in one direction suffice, wherever the block stands") {
+  const auto arm = motion::make_scara(motion::cobra600());
+  const motion::Tool believed = motion::cobra600_tools()[3];
+  int covered = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    RandomStream random(seed, Purpose::kTest, 1);
+    const Truth truth{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.05, 0.05)};
+    const LaserCalibration c = calibrate_laser(passes(*arm, believed, truth, random, true, false, 120.0), kJig, {*arm, believed, kOrigin}, LaserUnknowns::kLatency);
+    CHECK(std::abs(c.latency_s.value - truth.latency_s) < 0.002);
+    covered += inside(c.latency_s, truth.latency_s);
+  }
+  CHECK(covered >= 90);
+  CHECK(covered <= 99);
+}
+
+TEST_CASE("Passes one way only, over sides of one direction only, or over no block at all are refused by name") {
+  const auto arm = motion::make_scara(motion::cobra600());
+  const motion::Tool believed = motion::cobra600_tools()[3];
+  const LaserBelief belief{*arm, believed, kOrigin};
+  RandomStream random(1, Purpose::kTest);
+  CHECK_THROWS_WITH(calibrate_laser(passes(*arm, believed, {}, random, false, true), kJig, belief, LaserUnknowns::kOffset), Catch::Contains("both ways"));
+  CHECK_THROWS_WITH(calibrate_laser(passes(*arm, believed, {}, random, true, false), kJig, belief, LaserUnknowns::kOffset), Catch::Contains("no side across y"));
+  CHECK_THROWS_AS(calibrate_laser({}, kJig, belief, LaserUnknowns::kLatency), Uninformative);
+  std::vector<LaserPass> flat = passes(*arm, believed, {}, random, true, true);
+  for (LaserPass& p : flat) std::fill(p.reading_mm.begin(), p.reading_mm.end(), 0.0F);
+  CHECK_THROWS_AS(calibrate_laser(flat, kJig, belief, LaserUnknowns::kOffset), Uninformative);
+  std::vector<LaserPass> few = passes(*arm, believed, {}, random, true, true);
+  few.resize(2);
+  CHECK_THROWS_AS(calibrate_laser(few, kJig, belief, LaserUnknowns::kOffset), Uninformative);
+}
+
+TEST_CASE("Valve latency: within 2 ms over 100 planted cases, a mark in ten badly found; one speed alone is refused") {
+  int covered = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    RandomStream random(seed, Purpose::kTest, 2);
+    const double latency = random.uniform(-0.05, 0.05), offset = random.uniform(-1.0, 1.0);
+    std::vector<LaidMark> marks;
+    for (int k = 0; k < 24; ++k) {
+      const double v = (k % 2 ? -1.0 : 1.0) * (k % 3 == 0 ? 40.0 : 100.0), at = 3.0 * k;
+      const double bad = k % 10 == 7 ? random.uniform(-3.0, 3.0) : 0.0;
+      marks.push_back({at, at + v * latency + offset + 0.08 * random.normal() + bad, v});
+    }
+    const ValveLatency c = calibrate_valve_latency(marks);
+    CHECK(std::abs(c.latency_s.value - latency) < 0.002);
+    CHECK(std::abs(c.offset_mm.value - offset) < 0.15);
+    covered += inside(c.latency_s, latency);
+    for (LaidMark& m : marks) m.speed_mm_s = 40.0;
+    if (seed == 1) CHECK_THROWS_WITH(calibrate_valve_latency(marks), Catch::Contains("cannot tell"));
+    marks.resize(3);
+    if (seed == 1) CHECK_THROWS_WITH(calibrate_valve_latency(marks), Catch::Contains("too few"));
+  }
+  CHECK(covered >= 90);
+  CHECK(covered <= 99);
+}
+
+TEST_CASE("Flow curve: within 2 % over 100 planted curves that bend as Fig. 6-1's; too few or useless weighings are refused") {
+  int covered = 0, rows = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    RandomStream random(seed, Purpose::kTest, 3);
+    const double drop = random.uniform(0.2, 0.3), sag = random.uniform(0.0, 0.25), share = random.uniform(0.0, 0.15);
+    const auto volume = [&](double hz) { return drop * (1.0 - sag * hz / 500.0) * (1.0 - share * (hz / 500.0) * (hz / 500.0)); };
+    std::vector<FlowWeighing> w;
+    for (int k = 1; k <= 20; ++k) w.push_back({25.0 * k, 25.0 * k * 10.0 * volume(25.0 * k) * (1.0 + 0.01 * random.normal()), 10.0});
+    const FlowCurveFit c = calibrate_flow_curve(w);
+    REQUIRE(c.rows.size() == 20);
+    for (const FlowCurveRow& r : c.rows) {
+      CHECK(r.flow_mm3_s.value == Approx(r.frequency_hz * volume(r.frequency_hz)).epsilon(0.02));
+      ++rows, covered += inside(r.flow_mm3_s, r.frequency_hz * volume(r.frequency_hz));
+    }
+  }
+  CHECK(covered >= 0.90 * rows);
+  CHECK(covered <= 0.98 * rows);
+  std::vector<FlowWeighing> w{{100, 250, 10}, {110, 275, 10}, {120, 300, 10}, {130, 325, 10}};
+  CHECK_THROWS_WITH(calibrate_flow_curve(w), Catch::Contains("five frequencies"));
+  w = {{100, 250, 10}, {200, 500, 10}, {300, 100, 10}, {400, 100, 10}, {500, 900, 10}, {450, 100, 10}, {350, 700, 10}};
+  CHECK_THROWS_AS(calibrate_flow_curve(w), Uninformative);
+  w[0].duration_s = 0.0;
+  CHECK_THROWS_WITH(calibrate_flow_curve(w), Catch::Contains("not above 0"));
+}
+
+TEST_CASE("Level table: the plane within 0.05 mm over 100 planted tables, and the feet's turns take it out") {
+  int covered = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    RandomStream random(seed, Purpose::kTest, 4);
+    const double bx = random.uniform(-0.004, 0.004), by = random.uniform(-0.008, 0.008), h = random.uniform(-2.0, 2.0);
+    std::vector<TablePoint> points;
+    for (const double x : {-300.0, 0.0, 300.0})
+      for (const double y : {-120.0, 0.0, 120.0}) points.push_back({x, y, h + bx * x + by * y + 0.03 * random.normal()});
+    const std::vector<Lifter> feet{{"foot 1", -430, -180, 1.5}, {"foot 2", 430, -180, 1.5}, {"foot 3", -430, 180, 1.5}, {"foot 4", 430, 180, 1.5}};
+    const TableLevel t = level_by_feet(points, feet);
+    for (const TablePoint& p : points) CHECK(std::abs(t.plane_mm(p.x_mm, p.y_mm) - (h + bx * p.x_mm + by * p.y_mm)) < 0.08);
+    CHECK(std::abs(t.height_mm.value - h) < 0.05);
+    covered += inside(t.height_mm, h) + inside(t.slope_x, bx) + inside(t.slope_y, by);
+    if (t.level) continue;
+    std::vector<double> lift(4, 0.0);
+    for (const Turn& turn : t.turns)
+      for (std::size_t f = 0; f < 4; ++f)
+        if (feet[f].name == turn.name) {
+          lift[f] = turn.lift_mm;
+          CHECK(turn.turns == Approx(turn.lift_mm / 1.5));
+        }
+    double low = 1e9, high = -1e9;
+    for (const TablePoint& p : points) {  // feet at the corners, bilinear between
+      const double u = (p.x_mm + 430) / 860, v = (p.y_mm + 180) / 360;
+      const double z = p.z_mm + (1 - u) * (1 - v) * lift[0] + u * (1 - v) * lift[1] + (1 - u) * v * lift[2] + u * v * lift[3];
+      low = std::min(low, z), high = std::max(high, z);
+    }
+    CHECK(high - low < 0.5);
+    CHECK(t.left_mm == Approx(high - low).margin(0.06));
+  }
+  CHECK(covered >= 270);
+  CHECK(covered <= 297);
+}
+
+TEST_CASE("Level table: nine screws take out what no foot can; a level table is left alone; points on a line are refused") {
+  RandomStream random(9, Purpose::kTest);
+  std::vector<TablePoint> points;
+  std::vector<Lifter> screws;
+  for (const double y : {-150.0, 0.0, 150.0})
+    for (const double x : {-350.0, 0.0, 350.0}) {
+      points.push_back({x + random.uniform(-30, 30), y + random.uniform(-15, 15), random.uniform(-0.3, 0.3)});
+      screws.push_back({"screw " + std::to_string(screws.size() + 1), x, y, 0.8});
+    }
+  const TableLevel t = level_by_screws(points, screws);
+  CHECK_FALSE(t.level);
+  CHECK(t.spread_mm > 0.3);
+  CHECK(t.left_mm < 0.05);
+  CHECK(t.turns.size() >= 6);
+  for (const Turn& turn : t.turns) CHECK(std::abs(turn.lift_mm) < 1.0);
+  for (TablePoint& p : points) p.z_mm *= 0.1;
+  CHECK(level_by_screws(points, screws).level);
+  CHECK(level_by_screws(points, screws).turns.empty());
+  std::vector<TablePoint> line;
+  for (int k = 0; k < 9; ++k) line.push_back({50.0 * k, 20.0 * k, 0.1 * k});
+  CHECK_THROWS_AS(level_by_feet(line, screws), Uninformative);
+  points.resize(8);
+  CHECK_THROWS_WITH(level_by_screws(points, screws), Catch::Contains("8 points"));
+}
+
+TEST_CASE("Student's factor for 95 %") {
+  CHECK(student_95(1) == Approx(12.706));
+  CHECK(student_95(10) == Approx(2.228));
+  CHECK(student_95(20) == Approx(2.086).epsilon(0.002));
+  CHECK(student_95(1e6) == Approx(1.96).epsilon(0.001));
+}
+
+}  // namespace firn::calibration
