@@ -7,7 +7,7 @@ set -eu
 cd "$(dirname "$0")/.."
 seconds=${1:-30}
 [ $# -gt 0 ] && shift
-targets=${*:-"fuzz_record_file fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy fuzz_transport fuzz_instruments fuzz_experiment fuzz_study fuzz_machine fuzz_paths fuzz_trajectory fuzz_mesh fuzz_path_file fuzz_slice"}
+targets=${*:-"fuzz_record_file fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy fuzz_transport fuzz_instruments fuzz_ice_codecs fuzz_experiment fuzz_study fuzz_machine fuzz_paths fuzz_trajectory fuzz_mesh fuzz_path_file fuzz_slice"}
 
 cmake -G Ninja -S . -B build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DFIRN_FUZZ=ON \
   -DFIRN_SANITIZE=fuzzer-no-link,address,undefined >/dev/null

@@ -1,8 +1,12 @@
 // Any bytes from an instrument, in any split: no driver crashes, hangs or writes without end.
+#include "drivers/heater/heater.h"
 #include "drivers/jet/jet.h"
 #include "drivers/lamp/lamp.h"
+#include "drivers/laser_point/laser_point.h"
 #include "drivers/laser_profiler/laser_profiler.h"
+#include "drivers/robot/robot.h"
 #include "drivers/stage/stage.h"
+#include "drivers/valve/valve.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;
@@ -11,7 +15,11 @@ using namespace firn::drivers;
 
 namespace {
 
-void play(Driver& driver, const std::uint8_t* data, std::size_t size) {
+void no_command(int, std::int64_t, Effects&) {}
+
+// A pause of 250 .. 254 is a command: number, without bytes.
+template <class Command = void (*)(int, std::int64_t, Effects&)>
+void play(Driver& driver, const std::uint8_t* data, std::size_t size, Command&& command = no_command) {
   Effects fx;
   std::int64_t now_us = 1000;
   std::size_t written = 0, steps = 0;
@@ -29,6 +37,7 @@ void play(Driver& driver, const std::uint8_t* data, std::size_t size) {
     done();
     driver.received(as_bytes(data + at + 2, n), now_us, fx);
     done();
+    if (data[at + 1] >= 250 && data[at + 1] < 255) command(data[at + 1] - 250, now_us, fx), done();
     if (data[at + 1] == 255) driver.safe_stop(now_us, fx), done();
     at += 2 + n;
   }
@@ -39,7 +48,7 @@ void play(Driver& driver, const std::uint8_t* data, std::size_t size) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 1) return 0;
-  switch (data[0] % 4) {
+  switch (data[0] % 8) {
     case 0: {
       Stage stage{StageConfig{}};
       play(stage, data + 1, size - 1);
@@ -55,9 +64,47 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       play(profiler, data + 1, size - 1);
       break;
     }
-    default: {
+    case 3: {
       Lamp lamp{LampConfig{}};
       play(lamp, data + 1, size - 1);
+      break;
+    }
+    case 4: {
+      Robot robot{RobotConfig{}};
+      play(robot, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
+        static const std::vector<double> path{0.1, 0.2, 20.0, 0.0, 0.11, 0.21, 20.0, 0.0, 0.12, 0.22, 20.0, 0.0};
+        if (n == 0) robot.home(now_us, fx);
+        if (n == 1) robot.add_path(1, 0.016, 4, path, now_us, fx);
+        if (n == 2) robot.run({1, 0, 0}, kSignalValveA, now_us, fx);
+        if (n == 3) robot.move_to({0.3, 0.3, 100.0, 0.0}, 0, now_us, fx);
+      });
+      break;
+    }
+    case 5: {
+      Valve valve{ValveConfig{}};
+      play(valve, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
+        static const std::vector<std::int32_t> list{0, 4, 8};
+        if (n == 0) valve.add_list({1, 0}, 0.002, 0.00125, list, now_us, fx);
+        if (n == 1) valve.load({1, 0}, now_us, fx);
+        if (n == 2) valve.arm({1, 0}, now_us, fx);
+        if (n == 3) valve.disarm(now_us, fx);
+      });
+      break;
+    }
+    case 6: {
+      LaserPoint laser{LaserPointConfig{}};
+      play(laser, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
+        if (n == 0) laser.arm(0, 100, 0.01, now_us, fx);
+        if (n == 1) laser.collect(now_us, fx);
+        if (n == 2) laser.reading(now_us, fx);
+      });
+      break;
+    }
+    default: {
+      Heater heater{HeaterConfig{}};
+      play(heater, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
+        if (n == 0) heater.set({20, 22, 20}, now_us, fx);
+      });
     }
   }
   return 0;

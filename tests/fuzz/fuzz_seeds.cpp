@@ -6,6 +6,9 @@
 #include "cli/trajectory_file.h"
 #include "config/experiment.h"
 #include "core/grid/npy.h"
+#include "drivers/heater/thermostat.h"
+#include "drivers/robot/fvp.h"
+#include "drivers/valve/fvb.h"
 #include "lcmtypes/schema.h"
 #include "logfile/event_log.h"
 #include "logfile/record_file.h"
@@ -103,6 +106,31 @@ void seed_slices() {
   seed("fuzz_slice", "lattice", std::as_bytes(std::span(lattice)));
 }
 
+// Codecs of the path printer: {codec, step, bytes…}; and its drivers, spoken to as in their transcripts.
+void seed_ice() {
+  using namespace drivers;
+  const auto text = [](std::uint8_t codec, const std::string& name, std::string_view bytes) {
+    std::vector<std::byte> input{std::byte(codec), std::byte(6)};
+    for (const char c : bytes) input.push_back(std::byte(c));
+    seed("fuzz_ice_codecs", name, input);
+  };
+  LineWriter status = fvp::request(7, "ACK");
+  fvp::put(status, fvp::Status{});
+  text(0, "status", status.finish(1));
+  LineWriter done = fvp::event(3, "PATH_DONE");
+  text(0, "event", done.word(1).word(48).finish(1));
+  std::vector<std::byte> valve;
+  fvb::encode(1, fvb::Status{}, valve);
+  fvb::encode_data(2, 0, std::vector<std::uint16_t>{1, 2, 3}, valve);
+  text(1, "valve", {reinterpret_cast<const char*>(valve.data()), valve.size()});
+  text(2, "value", "+01.2345");
+  text(2, "dump", "1,+01.2345,XXXXXXXX,-FFFFFFF");
+  text(2, "lines", "TG,1,+01.2345\rPR,0\r");
+  text(3, "reading", "T,2137,OPEN,-1950,5");
+  LineWriter line;
+  text(3, "line", line.text("T,1,2,3,0").finish(0));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -120,12 +148,14 @@ int main(int argc, char** argv) {
   Bytes datagram{std::byte(0), std::byte(std::min<std::size_t>(map.size(), 255))};
   datagram.insert(datagram.end(), map.begin(), map.end());
   seed("fuzz_transport", "map", datagram);
-  // {driver, bytes at once, pause, bytes…}: stage, jet, profiler, lamp
+  // {driver, bytes at once, pause, bytes…}: stage, jet, profiler, lamp, robot, valve, point laser, heater
   using namespace std::string_view_literals;
   static constexpr std::string_view kTalk[] = {"\x00\x02\x01%\n\x03\x01%0\n"sv, "\x01\x01\x01>\x04\x01\x06\x01\x00\x01"sv,
-                                               "\x02\x04\x01\x0c\x00\x00\x00"sv, "\x03\x09\x01READY0A\r\x0c\x01Received42\r"sv};
+                                               "\x02\x04\x01\x0c\x00\x00\x00"sv, "\x03\x09\x01READY0A\r\x0c\x01Received42\r"sv,
+                                               "\x06\x03\x01R0\r\x05\x01PR,0\r\x00\xfa"sv};
   for (std::size_t n = 0; n < std::size(kTalk); ++n)
     seed("fuzz_instruments", std::to_string(n), std::as_bytes(std::span(kTalk[n])));
+  seed_ice();
   seed_each_type(AllTypes{});
   seed_message("header", encode(some_header()));
   seed_message("grid", encode(some_grid(3, 2)));
