@@ -56,7 +56,7 @@ struct IceHeatParams {
   std::array<double, 3> capacity_J_K{150.0, 180.0, 160.0};
   std::array<double, 3> loss_W_K{0.22, 0.18, 0.26};        ///< to the freezer
   std::array<double, 2> link_W_K{0.50, 0.45};              ///< (a)-(b), (b)-(c)
-  std::array<double, 3> heater_W{36.0, 16.0, 36.0};
+  std::array<double, 3> heater_W{36.0, 24.0, 36.0};
   std::array<double, 3> set_degC{20.0, 22.0, 20.0};        ///< until the controller is told otherwise, 0 .. 45
   double hysteresis_K = 1.0;                               ///< on below set - this, off above set + this, 0.1 .. 10
   double valve_J_per_pulse = 0.025;                        ///< 0 .. 1
