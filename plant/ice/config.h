@@ -131,7 +131,7 @@ struct IceDisturbanceParams {
   double debris_radius_mm = 1.5;
   double pattern = 0.015;           ///< frozen volume by place (trapped air, frost), standard deviation, 0 .. 0.2
   double pattern_mm = 40.0;         ///< its length
-  double roughness = 0.24;          ///< share of each layer's height that freezes rough, new in every layer
+  double roughness = 0.28;          ///< share of each layer's height that freezes rough, new in every layer
   double roughness_mm = 2.5;        ///< its length
   double gap_mm = 3.0;              ///< clearance for which the jet's wander is stated
 };
