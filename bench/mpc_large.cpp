@@ -7,7 +7,9 @@
 
 #include "bench/mpc_tables.h"
 #include "cli/thread_pool.h"
+#include "core/control/mpc/anneal.h"
 #include "core/control/mpc/layer_problem.h"
+#include "core/control/mpc/plan_field.h"
 #include "core/control/mpc/strip_dp.h"
 #include "core/grid/random.h"
 
@@ -50,6 +52,28 @@ void uniform_layer(int n, const ParallelFor& parallel) {
               um, static_cast<long long>(u.total()), r.sweeps, wall_end - wall, cpu_end - cpu, (peak_bytes() - before) / double(g.size()));
 }
 
+// Seconds for one change of one droplet in a plan of several layers, half of them full.
+double change_s(int layers) {
+  const GridSpec g{100, 100};
+  RandomStream random(1, Purpose::kTest);
+  const control::Setup setup{g, HeightMap(g, 0.05), Mask(g, 1), {}, deposition::Border::kLose, 1};
+  HeightMap h(g);
+  for (double& x : h.cells) x = 0.05 - random.uniform(0.0, 0.0076 * layers);
+  const DropletPattern empty(g);
+  std::vector<DropletPattern> plan(std::size_t(layers), empty);
+  for (DropletPattern& u : plan)
+    for (auto& n : u.cells) n = std::uint8_t(random.below(2));
+  std::vector<std::uint32_t> cells(g.size());
+  for (std::uint32_t c = 0; c < cells.size(); ++c) cells[c] = c;
+  control::mpc::PlanField field(setup, h, {}, layers);
+  field.set_plan(plan);
+  control::mpc::AnnealOptions o;
+  o.layers = layers, o.sweeps = 10, o.max_evaluations = 1'000'000'000;
+  std::int64_t changes = 0;
+  const double seconds = median_s(3, [&] { changes = anneal(field, {}, cells, o, random).evaluations; });
+  return seconds / double(changes);
+}
+
 }  // namespace
 
 int print_large(int threads) {
@@ -72,10 +96,14 @@ int print_forward() {
   const double flips = median_s(9, [&] {
     for (int j = 0; j < g.ny; ++j) problem.flip_gains(j, gains.data()), sum += double(gains[std::size_t(j)]);
   });
+  const double errors = median_s(9, [&] { problem.refresh(); });
   deposition::HeightChange<1> model(g, deposition::stencil_of({}), deposition::Border::kLose);
   const double step = median_s(9, [&] { model.step(h.data(), u.data(), 0); });
-  std::printf("forward model %.2f ns per cell; gain of a droplet more or less %.2f ns (1000 x 1000 cells, checksum %.3g)\n",
-              1e9 * step / double(g.size()), 1e9 * flips / double(g.size()), sum);
+  std::printf("forward model %.2f ns per cell as MPC's layer problem (single precision), %.2f ns as HeightChange (double);\n"
+              "gain of a droplet more or less %.2f ns (1000 x 1000 cells, checksum %.3g)\n",
+              1e9 * errors / double(g.size()), 1e9 * step / double(g.size()), 1e9 * flips / double(g.size()), sum);
+  std::printf("a droplet more or less in a plan of two layers %.0f ns, of three %.0f ns (100 x 100 cells, annealing)\n", 1e9 * change_s(2),
+              1e9 * change_s(3));
   return 0;
 }
 

@@ -12,6 +12,7 @@
 #include "core/deposition/two_materials.h"
 #include "core/grid/geometry.h"
 #include "core/grid/grid.h"
+#include "core/grid/parallel.h"
 
 namespace firn::control {
 
@@ -30,6 +31,9 @@ struct Setup {
   /// A cell's ink is judged this much above its surface: 0 as in the paper; half a layer is the middle of what the
   /// droplet will fill, and does not carry every interface half a layer too high.
   double judge_above_mm = 0.0;
+  /// Cells whose droplets add what model_b says although there is one ink only (MPC alone knows of them: ink runs off
+  /// the part at its rim); no cells: none. Not with a geometry.
+  Mask rim = {};
 
   const deposition::DropletModel& model_of(Material m) const { return m == Material::kB ? model_b : model; }
 };
@@ -68,6 +72,10 @@ class LayerController {
   /// From here on a droplet is believed to add this (learned while printing). A scheme that does not plan with the
   /// height-change model has no use for it. @throws std::invalid_argument when deposition::check(model) does.
   virtual void use_model(const deposition::DropletModel& /*model*/) {}
+  /// What may run side by side does so on these threads, with the same bytes. A scheme without such work has no use for it.
+  virtual void use_threads(const ParallelFor& /*parallel*/) {}
+  /// The same for the droplets of Setup::rim, `inside` for all others.
+  virtual void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& /*rim*/) { use_model(inside); }
 };
 
 /// @throws std::invalid_argument: another grid, a layer or attempt below 0, a height on the mask that is not

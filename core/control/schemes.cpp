@@ -42,6 +42,8 @@ class LayerBound final : public LayerController {
     return d;
   }
   void use_model(const deposition::DropletModel& model) override { inner_->use_model(model); }
+  void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) override { inner_->use_models(inside, rim); }
+  void use_threads(const ParallelFor& parallel) override { inner_->use_threads(parallel); }
 
  private:
   std::unique_ptr<LayerController> inner_;

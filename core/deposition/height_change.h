@@ -25,6 +25,7 @@ struct DropletModel {
 
   /// Height that one droplet adds over all cells = height of a full layer far from any edge.
   double layer_height_mm() const { return h1_mm + 4.0 * h2_mm + 4.0 * h3_mm; }
+  DropletModel times(double factor) const { return {factor * h1_mm, factor * h2_mm, factor * h3_mm}; }
   bool operator==(const DropletModel&) const = default;
 };
 /// @throws std::invalid_argument naming the constant: h1 finite and above 0, h2, h3 finite and not negative.

@@ -4,6 +4,7 @@
 #include "cli/thread_pool.h"
 #include "core/control/mpc/bound.h"
 #include "core/control/mpc/layer_solver.h"
+#include "core/control/mpc/mpc.h"
 #include "core/control/mpc/strip_dp.h"
 #include "tests/core/control/strip_instances.h"
 
@@ -32,5 +33,35 @@ TEST_CASE("Strips, layers and bounds are the same bytes on one, two and five thr
     CHECK(other.layer == one.layer);
     CHECK(other.multipliers == one.multipliers);
     CHECK(other.bound_mm == one.bound_mm);
+  }
+}
+
+TEST_CASE("A decision is the same bytes on one, two and five threads, for one layer and three, any alpha") {
+  const test::StripInstance in = test::random_instance(17, 60, 90, false);
+  struct Case {
+    control::MpcMethod method;
+    int horizon;
+    double alpha;
+  };
+  for (const Case& c : {Case{control::MpcMethod::kStripDp, 1, 1.0}, Case{control::MpcMethod::kCertified, 1, 1.0},
+                        Case{control::MpcMethod::kCertified, 1, 0.7}, Case{control::MpcMethod::kStripDp, 2, 1.0}}) {
+    control::ControlOptions o;
+    o.mpc.method = c.method;
+    o.mpc.horizon = c.horizon;
+    o.mpc.alpha = {{1, c.alpha}};
+    o.mpc.anneal_sweeps = 3;
+    const auto decision = [&](int threads) {
+      const auto scheme = control::make_controller(in.setup, o);
+      scheme->use_threads(parallel_on(threads));
+      return scheme->decide({in.height, 0});
+    };
+    const control::Decision one = decision(1);
+    CHECK(one.drops.total() > 0);
+    for (const int threads : {2, 5}) {
+      const control::Decision other = decision(threads);
+      CHECK(other.drops == one.drops);
+      CHECK(other.objective_mm == one.objective_mm);
+      CHECK(other.iterations == one.iterations);
+    }
   }
 }

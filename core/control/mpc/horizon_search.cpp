@@ -69,7 +69,7 @@ std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const H
 
 }  // namespace
 
-StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& s, int rows) {
+StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& s, int rows, const ParallelFor& parallel) {
   constexpr int kMostSweeps = 200;
   const auto materials = [&s](int layer) { return s.materials.empty() ? MaterialMap{} : s.materials[std::size_t(layer)]; };
   HeightMap height = s.height;
@@ -81,7 +81,7 @@ StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const Hori
   problem.set_drops(plan[std::size_t(n)]);
   StripResult result;
   for (int k = std::min(2, rows); k <= rows; ++k) {
-    const StripResult r = sweep_strips(problem, {k, kMostSweeps}, serially);
+    const StripResult r = sweep_strips(problem, {k, kMostSweeps}, parallel);
     result = {result.sweeps + r.sweeps, result.strips + r.strips, result.improved + r.improved, r.settled};
   }
   plan[std::size_t(n)] = problem.drops(s.setup.grid);
@@ -128,7 +128,7 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
   const bool strips_end = strips_do && objective.error() == ErrorKind::kAbsolute;
   for (int layers = 1; layers <= objective.horizon(); ++layers) {
     std::vector<DropletPattern> plan = best;
-    if (layers > 1 && single) result.evaluations += strips_of_layer(plan, layers - 1, s, o.strip_rows).strips;
+    if (layers > 1 && single) result.evaluations += strips_of_layer(plan, layers - 1, s, o.strip_rows, o.parallel).strips;
     const std::vector<std::uint32_t> open = open_cells(objective, s, layers);
     if ((strips_end && layers == 1) || (strips_do && open.empty())) {
       take(plan);
@@ -136,7 +136,6 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
     }
     descend_from(plan, layers);
     if (layers > 1 && single) descend_from(partial_layer_first(s, layers), layers);
-    if (layers == objective.horizon() && !s.plan.empty()) descend_from(s.plan, layers);
     if (o.anneal_sweeps == 0 || open.empty()) continue;
     // On few cells many runs are cheap, and hot ones forget their start; on many the start is worth more.
     const int runs = 1 + int(kCellsForOneRun / (open.size() + kCellsForOneRun / kMostRuns));

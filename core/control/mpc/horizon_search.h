@@ -15,6 +15,7 @@ struct HorizonOptions {
   int strip_rows = 3;
   int anneal_sweeps = 100;             ///< 0: none
   std::int64_t max_evaluations = 0;    ///< of single-droplet changes, together
+  ParallelFor parallel = serially;     ///< for the strips
 };
 
 /// The state that a search over layers starts from.
@@ -22,7 +23,6 @@ struct HorizonState {
   const Setup& setup;
   const HeightMap& height;                ///< finite everywhere
   std::span<const MaterialMap> materials; ///< per layer of the horizon; maps without cells: one ink
-  std::span<const DropletPattern> plan = {};  ///< one more start, say what is left of the last decision's plan; or none
 };
 
 /// As many droplets as the missing height asks for in `layers` layers, by error diffusion, the layer that is not full
@@ -31,13 +31,14 @@ std::vector<DropletPattern> partial_layer_first(const HorizonState& state, int l
 
 /// Layer `n` of the plan on the surface that those before it leave, by strips of 2 .. rows rows (alpha = 1
 /// [Lu 2015, Eq. (8)]): the sum of |error| after it never rises. @pre at most one droplet per cell
-StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& state, int rows);
+StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& state, int rows,
+                            const ParallelFor& parallel = serially);
 
 /// Betters the plan in `objective`, whose surface is the state's and whose layers after the first are empty. First over
-/// its first layer, then over two, up to the horizon: of the best plan so far and strips of the new layer, the layers with
-/// the partial one first, and at last the state's plan, each after descent, the best is annealed where anything may be
-/// gained, descends again and goes on if it is better. The objective never rises, and with the same numbers a longer
-/// horizon ends no worse than a shorter one (without a state's plan), whose work it repeats before its own.
+/// its first layer, then over two, up to the horizon: of the best plan so far and strips of the new layer, and the layers with
+/// the partial one first, each after descent, the best is annealed where anything may be gained, descends again and goes on
+/// if it is better. The objective never rises, and with the same numbers a longer horizon ends no worse than a shorter one,
+/// whose work it repeats before its own.
 SearchResult search_horizon(HorizonObjective& objective, const HorizonState& state, const HorizonOptions& options,
                             RandomStream& random);
 

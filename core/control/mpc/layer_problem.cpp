@@ -133,14 +133,4 @@ double LayerProblem::total_mm() const {
   return sum;
 }
 
-void LayerProblem::refresh() {
-  error_ = bare_;
-  for (int j = 0; j < ny_; ++j)
-    for (int i = 0; i < nx_; ++i) {
-      if (!drop(i, j)) continue;
-      drops_[at(i, j)] = 0;
-      set_drop(i, j, 1);
-    }
-}
-
 }  // namespace firn::control::mpc

@@ -34,7 +34,7 @@ class LayerProblem {
   void effects(int j, float* out) const;  ///< of row j: out[q * nx + i] = effect(i, j)[q]
 
   /// What the sum of |error| changes by when a cell of row j gets its droplet or loses it, the others as they are: nx values;
-  /// 0 where no droplet may be. The same bytes on every processor (flip_gains.cpp).
+  /// 0 where no droplet may be. The same bytes on every processor (layer_rows.cpp).
   void flip_gains(int j, float* gains_mm) const;
 
   void set_drop(int i, int j, std::uint8_t drop);  ///< keeps the errors up to date
@@ -44,7 +44,8 @@ class LayerProblem {
 
   /// Sum of |error| over the counted cells, from the present errors, in a fixed order [mm].
   double total_mm() const;
-  /// Errors anew from heights, targets and droplets: single-droplet updates drift by rounding.
+  /// Errors anew from heights, targets and droplets, the forward model of the layer: single-droplet updates drift by
+  /// rounding.
   void refresh();
 
  private:
@@ -54,7 +55,8 @@ class LayerProblem {
     float drop_mm = 0.0f;
     std::array<float, 9> w_mm{}, slope{};
   };
-  struct Row;  // of flip_gains
+  struct Row;
+  Row row_at(int j) const;
   int nx_, ny_;
   std::size_t row_;                   // padded
   std::int64_t counted_ = 0;

@@ -9,14 +9,12 @@
 #include "core/control/mpc/guard.h"
 #include "core/control/mpc/horizon_search.h"
 #include "core/control/mpc/layer_solver.h"
+#include "core/control/mpc/one_layer.h"
 #include "core/control/mpc/weighted_layer.h"
 #include "core/control/prediction.h"
 
 namespace firn::control {
 namespace {
-
-// Above that many cells strips alone decide: the split takes 128 bytes per cell.
-constexpr std::int64_t kMostSplitCells = 1'000'000;
 
 void require(bool ok, const std::string& what) {
   if (!ok) throw std::invalid_argument("mpc: " + what);
@@ -52,14 +50,26 @@ const MpcOptions& checked(const MpcOptions& o) {
 Mpc::Mpc(const Setup& setup, const ControlOptions& options)
     : setup_(setup),
       options_(checked(options.mpc)),
-      noise_gate_(options.noise_gate),
-      objective_(setup, options_.horizon, options_.max_drops, options_.error, options_.price_mm2) {}
+      noise_gate_(options.noise_gate) {}
+
+mpc::HorizonObjective& Mpc::objective() {
+  if (!objective_) objective_.emplace(setup_, options_.horizon, options_.max_drops, options_.error, options_.price_mm2);
+  return *objective_;
+}
 
 void Mpc::use_model(const deposition::DropletModel& model) {
   deposition::check(model);
   if (model == setup_.model) return;
   setup_.model = model;
-  objective_ = mpc::HorizonObjective(setup_, options_.horizon, options_.max_drops, options_.error, options_.price_mm2);
+  objective_.reset();
+}
+
+void Mpc::use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) {
+  deposition::check(inside);
+  deposition::check(rim);
+  if (inside == setup_.model && rim == setup_.model_b) return;
+  setup_.model = inside, setup_.model_b = rim;
+  objective_.reset();
 }
 
 double Mpc::alpha_at(int layer) const {
@@ -70,6 +80,11 @@ double Mpc::alpha_at(int layer) const {
 }
 
 std::vector<MaterialMap> Mpc::materials_of(const HeightMap& height) const {
+  if (setup_.rim.size() != 0) {
+    MaterialMap models(setup_.grid);
+    for (std::size_t c = 0; c < models.size(); ++c) models.set(c, setup_.rim.cells[c] ? Material::kB : Material::kA);
+    return std::vector<MaterialMap>(std::size_t(options_.horizon), models);
+  }
   std::vector<MaterialMap> inks;
   for (int n = 0; n < options_.horizon; ++n)
     inks.push_back(materials_at(setup_, height, double(n) * setup_.model.layer_height_mm()));
@@ -98,78 +113,121 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
                        std::span<const MaterialMap> materials, double alpha, std::int64_t evaluations,
                        RandomStream& random) {
   Found found;
+  mpc::HorizonObjective& objective = *objective_;
   if (options_.method == MpcMethod::kCertified && one_layer()) {
     mpc::LayerProblem problem(setup_, height, materials.front());
     problem.set_drops(guess.front());
     if (alpha == 1.0)
-      found.evaluations = mpc::solve_layer(problem, {2, 2, problem.counted() <= kMostSplitCells ? 1 : 0, 1e-6}, serially).strips;
+      found.evaluations = mpc::solve_layer(problem, {2, 2, std::size_t(problem.counted()) <= mpc::kMostSplitCells ? 1 : 0, 1e-6}, parallel_).strips;
     else
-      mpc::weighted_layer(problem, alpha, {options_.strip_rows}, serially);
+      mpc::weighted_layer(problem, alpha, {options_.strip_rows}, parallel_);
     guess.front() = problem.drops(setup_.grid);
-    objective_.set_plan(guess);
+    objective.set_plan(guess);
     return found;
   }
   if (options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified) {
     const mpc::HorizonState state{setup_, height, materials};
     for (std::size_t n = 1; n < guess.size(); ++n) guess[n] = DropletPattern(setup_.grid);
     if (options_.max_drops == 1) {
-      const auto strips = mpc::strips_of_layer(guess, 0, state, options_.strip_rows);
+      const auto strips = mpc::strips_of_layer(guess, 0, state, options_.strip_rows, parallel_);
       found.evaluations = strips.strips;
       found.optimal = strips.settled;
     }
-    objective_.set_plan(guess);
+    objective.set_plan(guess);
     if (alpha == 1.0 && one_layer()) return found;
-    const auto r = mpc::search_horizon(objective_, state, {options_.strip_rows, options_.anneal_sweeps, evaluations}, random);
+    const auto r = mpc::search_horizon(objective, state, {options_.strip_rows, options_.anneal_sweeps, evaluations, parallel_}, random);
     found.evaluations += r.evaluations;
     found.optimal = r.optimal;
     return found;
   }
-  objective_.set_plan(guess);
+  objective.set_plan(guess);
   if (options_.method == MpcMethod::kDescent) {
-    const auto r = mpc::descend(objective_, options_.horizon, evaluations);
+    const auto r = mpc::descend(objective, options_.horizon, evaluations);
     return {r.evaluations, r.optimal};
   }
-  const auto greedy = mpc::greedy_search(objective_, {options_.subset, evaluations}, random);
-  objective_.refresh();
+  const auto greedy = mpc::greedy_search(objective, {options_.subset, evaluations}, random);
+  objective.refresh();
   return {greedy.evaluations, greedy.optimal};
+}
+
+Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
+  Decision d;
+  d.drops = DropletPattern(setup_.grid);
+  d.objective_none_mm = mpc::mean_error_mm(setup_, height, d.drops);
+  d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kLeastGain_mm;  // to be beaten
+  d.kind = Decision::Kind::kEnd;
+  const bool large = setup_.grid.size() > mpc::kMostSplitCells;
+  bool settled = false;
+  for (const bool dithered : {false, true}) {
+    if (large ? dithered : !(dithered ? options_.start_dithered : options_.start_ones)) continue;
+    DropletPattern guess;
+    if (large) {
+      guess = DropletPattern(setup_.grid);
+      for (std::size_t c = 0; c < guess.size(); ++c) guess.cells[c] = setup_.mask.cells[c] != 0;
+    } else {
+      guess = std::move(first_guess(height, {}, dithered).front());
+    }
+    mpc::OneLayer found = mpc::decide_one_layer(setup_, height, guess, options_.method, options_.strip_rows, parallel_);
+    d.iterations += found.strips;
+    if (!(found.objective_mm < d.objective_mm) || found.drops.passes() == 0) continue;
+    d.drops = std::move(found.drops);
+    d.objective_mm = found.objective_mm;
+    d.kind = Decision::Kind::kPrint;
+    settled = found.settled;
+  }
+  std::int64_t cells = 0;
+  for (const std::uint8_t in : setup_.mask.cells) cells += in != 0;
+  if (d.kind == Decision::Kind::kEnd)
+    end_print(d, "no layer betters printing nothing");
+  else if (!beats_noise(d, cells, m.noise_std_mm, noise_gate_, options_.error))
+    end_print(d, "the best layer would only answer the measurement's noise");
+  else  // more than half of its height goes where height is missing, or it would not better the mean error (guard.h)
+    d.reason = options_.method == MpcMethod::kCertified ? "the best layer of strips that agree on windows of droplets"
+               : settled ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
+                         : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
+  return d;
 }
 
 Decision Mpc::decide(const Measurement& m) {
   check(m, setup_);
-  const HeightMap height = known_heights(m);
+  const bool whole = std::ranges::all_of(m.height.cells, [](double h) { return std::isfinite(h); });
+  const HeightMap filled = whole ? HeightMap{} : known_heights(m);
+  const HeightMap& height = whole ? m.height : filled;
   const int layer = m.layer + 1;
   const double alpha = alpha_at(layer);
+  if (one_layer() && strips() && alpha == 1.0 && !setup_.geometry && setup_.rim.size() == 0) return decide_lean(m, height);
+  mpc::HorizonObjective& objective = this->objective();
   Decision d;
   d.drops = DropletPattern(setup_.grid);
 
   const std::vector<MaterialMap> materials = materials_of(height);
-  d.materials = materials.front();
-  objective_.set_surface(height, alpha, materials);
-  objective_.set_plan(std::vector<DropletPattern>(std::size_t(options_.horizon), d.drops));
-  d.objective_none_mm = objective_.value_mm();
+  if (setup_.geometry) d.materials = materials.front();
+  objective.set_surface(height, alpha, materials);
+  objective.set_plan(std::vector<DropletPattern>(std::size_t(options_.horizon), d.drops));
+  d.objective_none_mm = objective.value_mm();
   d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kLeastGain_mm;  // to be beaten
   d.kind = Decision::Kind::kEnd;
   bool optimal = true;
   RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(layer), std::uint32_t(m.attempt));
   for (const bool dithered : {false, true}) {
     if (!(dithered ? options_.start_dithered : options_.start_ones)) continue;
-    const Found found = search(first_guess(height, d.materials, dithered), height, materials, alpha,
+    const Found found = search(first_guess(height, materials.front(), dithered), height, materials, alpha,
                                options_.max_evaluations - d.iterations, random);
     d.iterations += found.evaluations;
-    if (!(objective_.value_mm() < d.objective_mm)) continue;
+    if (!(objective.value_mm() < d.objective_mm)) continue;
     int first = 0;  // of the layers that print something; there is one, for this plan betters none
-    while (objective_.layer(first).passes() == 0) ++first;
-    d.drops = objective_.layer(first);
-    d.objective_mm = objective_.value_mm();
+    while (objective.layer(first).passes() == 0) ++first;
+    d.drops = objective.layer(first);
+    d.objective_mm = objective.value_mm();
     d.kind = Decision::Kind::kPrint;
     optimal = found.optimal;
   }
   if (d.kind == Decision::Kind::kEnd) {
     end_print(d, "no layer betters printing nothing");
-  } else if (!beats_noise(d, std::int64_t(objective_.part_cells().size()), m.noise_std_mm, noise_gate_, options_.error)) {
+  } else if (!beats_noise(d, std::int64_t(objective.part_cells().size()), m.noise_std_mm, noise_gate_, options_.error)) {
     end_print(d, "the best layer would only answer the measurement's noise");
   } else if (options_.method != MpcMethod::kGreedy &&
-             mpc::useful_share(setup_, height, d.drops, d.materials) < mpc::kLeastUseful) {
+             mpc::useful_share(setup_, height, d.drops, materials.front()) < mpc::kLeastUseful) {
     end_print(d, "the best layer would build where little is missing");
   } else {
     d.reason = options_.method == MpcMethod::kCertified && one_layer() ? "the best layer of strips that agree on windows of droplets"

@@ -1,6 +1,8 @@
 // Model predictive control of the layer pattern [Lu 2015, Eq. (8)].
 #pragma once
 
+#include <optional>
+
 #include "core/control/controller.h"
 #include "core/control/mpc/greedy.h"
 #include "core/control/mpc/objective.h"
@@ -26,6 +28,8 @@ class Mpc final : public LayerController {
   Mpc(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
   void use_model(const deposition::DropletModel& model) override;
+  void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) override;
+  void use_threads(const ParallelFor& parallel) override { parallel_ = parallel; }
   double alpha_at(int layer) const;  ///< layer 1-based
 
  private:
@@ -44,10 +48,16 @@ class Mpc final : public LayerController {
   Found search(std::vector<DropletPattern> guess, const HeightMap& height,
                std::span<const MaterialMap> materials, double alpha, std::int64_t evaluations, RandomStream& random);
 
+  // The best of both first guesses without HorizonObjective (mpc/one_layer.h). @pre one_layer(), strips, one ink, alpha 1
+  Decision decide_lean(const Measurement& m, const HeightMap& height) const;
+  mpc::HorizonObjective& objective();  // built when first asked for: it takes 160 bytes per cell
+  bool strips() const { return options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified; }
+
   Setup setup_;
   MpcOptions options_;
   double noise_gate_;
-  mpc::HorizonObjective objective_;
+  ParallelFor parallel_ = serially;
+  std::optional<mpc::HorizonObjective> objective_;
 };
 
 }  // namespace firn::control
