@@ -105,6 +105,7 @@ struct ControlConfig {
   std::string adapt_model = "off"; ///< "on": h1..h3 of HEIGHT_MODEL take the place of model.h1_mm..h3_mm
   std::string height_estimate = "map";  ///< "kalman": the map blended with what the executed droplets must have added
   double droplet_scatter = 0.06;   ///< relative standard deviation of a droplet, until droplet_estimator tells
+  std::string droplet_factors = "off";  ///< "on": how much droplets add is learned, inside the part and on its rim
   double noise_gate = 2.0;         ///< end when a layer would answer no more than this many noise_std per droplet
   OpenLoopConfig open_loop;
   SmfConfig smf;

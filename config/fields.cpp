@@ -103,6 +103,7 @@ Table control_fields(Experiment& e) {
       {"control.adapt_model", &e.control.adapt_model, "", one_of({"off", "on"}), "on: MPC plans with the h1..h3 that droplet_estimator has learned so far"},
       {"control.height_estimate", &e.control.height_estimate, "", one_of({"map", "kalman"}), "what the scheme sees: the map, or the map blended with what the executed droplets must have added"},
       {"control.droplet_scatter", &e.control.droplet_scatter, "", within(0, 1), "kalman: relative standard deviation of a droplet; with adapt_model what droplet_estimator has learned takes its place"},
+      {"control.droplet_factors", &e.control.droplet_factors, "", one_of({"off", "on"}), "kalman: on: MPC plans with h1..h3 times what droplets were found to add while printing, one factor inside the part and one on its rim"},
       {"control.noise_gate", &e.control.noise_gate, "", within(0, 100), "SMF and MPC end when a layer would better the part by no more than this many sensor sigmas per droplet"},
       {"control.open_loop.layers", &e.control.open_loop.layers, "", within(0, kMaxLayers), "full layers; 0 = per cell, target height by nominal layer height"},
       {"control.smf.kp", &s.kp, "", within(0, 10), "proportional gain [Barnett, (5.1)]"},

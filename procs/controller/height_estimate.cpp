@@ -23,8 +23,14 @@ droplet::HeightFilterOptions options_of(const Experiment& e) {
 }  // namespace
 
 HeightEstimate::HeightEstimate(const Experiment& e, Mask mask)
-    : mask_(std::move(mask)), grid_(e.grid), filter_(e.grid, options_of(e)) {
+    : mask_(std::move(mask)), grid_(e.grid), model_(options_of(e).model), droplet_scatter_(e.control.droplet_scatter),
+      filter_(e.grid, options_of(e)) {
   if (mask_.size() != grid_.size()) throw std::invalid_argument("height estimate: the mask does not have the grid's size");
+  if (e.control.droplet_factors != "on") return;
+  droplet::DropletFactorOptions o;
+  o.model = model_;
+  o.border = options_of(e).border;
+  factors_.emplace(grid_, mask_, o);
 }
 
 void HeightEstimate::take(const deposition_report_t& r) {
@@ -38,6 +44,24 @@ void HeightEstimate::take(const deposition_report_t& r) {
 
 void HeightEstimate::use_model(const deposition::DropletModel& model, double droplet_scatter) {
   filter_.use_model(model, droplet_scatter);
+}
+
+// The layer's passes, after what they tell of the droplets: place by place, since they add other shares.
+std::vector<droplet::Pass> HeightEstimate::learned_from(const HeightMap& height, const std::vector<droplet::Use>& use) {
+  std::vector<droplet::Pass> passes = drops_.passes();
+  if (!factors_) return passes;
+  factors_->add_layer(filter_.surface().height_mm, passes, height.cells, use);
+  const double inside = factors_->at(droplet::Place::kInside);
+  filter_.use_model(model_.times(inside), droplet_scatter_);
+  std::vector<droplet::Pass> apart;
+  for (const droplet::Pass& pass : passes)
+    for (const droplet::Place place : {droplet::Place::kInside, droplet::Place::kBetween, droplet::Place::kRim}) {
+      droplet::Pass there{{}, pass.share * std::min(1.0, factors_->at(place) / inside)};
+      for (const std::uint32_t c : pass.cells)
+        if (factors_->places().cells[c] == place) there.cells.push_back(c);
+      if (!there.cells.empty()) apart.push_back(std::move(there));
+    }
+  return apart;
 }
 
 bool HeightEstimate::ready(const height_map_t& m) const {
@@ -57,7 +81,7 @@ void HeightEstimate::take(const height_map_t& m) {
   else if (!filter_.has_ground())
     filter_.set_ground(height, use, noise);
   else if (m.layer == taken_ + 1 && m.layer == layer_ && drops_.complete())
-    filter_.add_layer(drops.passes(), height, use, noise);
+    filter_.add_layer(learned_from(height, use), height, use, noise);
   else
     filter_.start_anew(height, use, noise);
   taken_ = m.layer;

@@ -2,7 +2,11 @@
 // executed droplets must have added (estimators/droplet/height_filter.h).
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "config/experiment.h"
+#include "estimators/droplet/droplet_factors.h"
 #include "estimators/droplet/height_filter.h"
 #include "estimators/droplet/layer_drops.h"
 #include "firn/deposition_report_t.hpp"
@@ -26,13 +30,19 @@ class HeightEstimate {
   void take(const height_map_t& map);
 
   HeightMap height() const;  ///< as the newest map and the droplets before it tell; finite
+  /// control.droplet_factors: what droplets were found to add, as shares of the configured model's; null: not asked for.
+  const droplet::DropletFactors* factors() const { return factors_ ? &*factors_ : nullptr; }
   double std_mm() const { return filter_.std_mm(mask_); }  ///< of one cell of the part
 
  private:
+  std::vector<droplet::Pass> learned_from(const HeightMap& height, const std::vector<droplet::Use>& use);
   Mask mask_;
   GridSpec grid_;
+  deposition::DropletModel model_;
+  double droplet_scatter_;
   droplet::HeightFilter filter_;
   droplet::LayerDrops drops_;
+  std::optional<droplet::DropletFactors> factors_;
   int layer_ = 0;   ///< of drops_
   int taken_ = -1;  ///< newest layer whose map was taken in
 };

@@ -86,7 +86,15 @@ ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
                                std::shared_ptr<const Geometry> geometry)
     : grid_(e.grid), wait_s_(kWaitForReports_s * e.run.time_scale) {
   if (e.control.height_estimate == "kalman") estimate_.emplace(e, mask);
-  scheme_ = control::make_controller(control_setup(e, std::move(target), std::move(mask), std::move(geometry)), control_options(e));
+  control::Setup setup = control_setup(e, std::move(target), std::move(mask), std::move(geometry));
+  model_ = setup.model;
+  if (estimate_ && estimate_->factors()) {
+    setup.model_b = setup.model;
+    setup.rim = Mask(e.grid);
+    for (std::size_t c = 0; c < setup.rim.size(); ++c)
+      setup.rim.cells[c] = estimate_->factors()->places().cells[c] == droplet::Place::kRim;
+  }
+  scheme_ = control::make_controller(setup, control_options(e));
   subscribe(channels::kHeightMap, this);
   if (e.control.adapt_model == "on") subscribe(channels::kHeightModel, this);
   if (estimate_) subscribe(channels::kDepositionReport, this);
@@ -131,6 +139,8 @@ control::Decision ControllerNode::decide(const height_map_t& m) {
                                 std::to_string(grid_.nx) + " x " + std::to_string(grid_.ny));
   if (estimate_) {
     estimate_->take(m);
+    if (const auto* factors = estimate_->factors())
+      scheme_->use_models(model_.times(factors->at(droplet::Place::kInside)), model_.times(factors->at(droplet::Place::kRim)));
     return scheme_->decide({estimate_->height(), m.layer, m.attempt, estimate_->std_mm()});
   }
   const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
@@ -179,15 +189,21 @@ void ControllerNode::on(const height_model_t& m, Time, Outbox&) {
 }
 
 std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs) {
+  return make_controller_node_on(serially, config_toml, blobs);
+}
+
+std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
   if (is_ice(e)) return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes));
   std::shared_ptr<const Geometry> geometry;
   if (e.geometry.solid.kind != "none")
     geometry = std::make_shared<const Geometry>(
         geometry_from_bytes(blob(blobs, "geometry").bytes, e.grid, "geometry"));
-  return std::make_unique<ControllerNode>(
+  auto node = std::make_unique<ControllerNode>(
       e, height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
       mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"), std::move(geometry));
+  node->use_threads(parallel);
+  return node;
 }
 
 }  // namespace firn

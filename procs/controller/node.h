@@ -32,6 +32,8 @@ class ControllerNode final : public Node {
   /// With control.height_estimate = "kalman".
   void on(const deposition_report_t&, Time now, Outbox&);
   void wake(TimerId, Time now, Outbox&) override;
+  /// What a decision may do side by side, with the same bytes; the node itself starts no thread.
+  void use_threads(const ParallelFor& parallel) { scheme_->use_threads(parallel); }
 
  private:
   void answer(const height_map_t& map, Outbox& out);
@@ -39,6 +41,7 @@ class ControllerNode final : public Node {
 
   GridSpec grid_;
   std::unique_ptr<control::LayerController> scheme_;
+  deposition::DropletModel model_;          ///< as configured
   std::optional<HeightEstimate> estimate_;  ///< "kalman"
   double wait_s_;
   std::optional<height_map_t> waiting_;     ///< for the reports of its layer
@@ -50,5 +53,6 @@ control::Setup control_setup(const Experiment& experiment, HeightMap target, Mas
                              std::shared_ptr<const Geometry> geometry = nullptr);
 
 std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const Blobs& blobs);
+std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const std::string& config_toml, const Blobs& blobs);
 
 }  // namespace firn

@@ -221,6 +221,28 @@ TEST_CASE("With height_estimate = kalman noise of one map moves the plan less th
   CHECK(off_filter < 0.7 * off_map);
 }
 
+TEST_CASE("With droplet_factors a jet that gives a sixth less is planned with; without, the plan still believes the model") {
+  const deposition::DropletModel model;
+  const auto believed = [&](const std::string& factors) {
+    Experiment e = with_filter(small("mpc"));
+    e.control.droplet_factors = factors;
+    FilterBench b(e);
+    const GridSpec& g = e.grid;
+    HeightMap truth(g, 0.0);
+    b.map(truth, 0);
+    for (int layer = 1; layer <= 4; ++layer) {
+      const layer_plan_t plan = b.last(channels::kLayerPlan);
+      deposition::HeightChange<1>(g, deposition::stencil_of(model.times(5.0 / 6.0)), deposition::Border::kLose).deposit(truth, drops_of(plan));
+      b.give(channels::kDepositionReport, b.report_of(plan));
+      b.map(truth, layer);
+    }
+    CHECK(b.faults() == 0);
+    const layer_plan_t plan = b.last(channels::kLayerPlan);  // of all cells: the part is far from done
+    return plan.objective_none_mm - plan.objective_mm;
+  };
+  CHECK(believed("on") / believed("off") == Approx(5.0 / 6.0).epsilon(0.03));
+}
+
 TEST_CASE("A map that overtakes the reports of its layer waits for them; without any it counts alone, and a warning says so") {
   const GridSpec g = small("mpc").grid;
   FilterBench in_order, late, never;
@@ -266,6 +288,89 @@ TEST_CASE("A second map of a layer replaces the first, and one of a layer long p
   twice.map(HeightMap(g, 0.0), 0, 2);
   CHECK(PlanDecision(twice.last(channels::kLayerPlan).decision) == PlanDecision::kStop);
   CHECK_THAT(twice.last(channels::fault(NodeId::kController)).text, Catch::Contains("came after layer 1"));
+}
+
+TEST_CASE("control.mpc.error = square reaches the scheme: objectives are roots of mean squares, and large errors cost more") {
+  Experiment e = small("mpc");
+  e.control.mpc.method = "strip_dp";
+  e.control.mpc.error = "square";
+  const Mask mask = disc(e.grid);
+  test::NodeBench b(NodeId::kController, std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), mask));
+  b.start();
+  height_map_t m{};
+  m.map_id = 1;
+  HeightMap h(e.grid, 0.05);
+  RandomStream random(2, Purpose::kTest);
+  double squares = 0.0, cells = 0.0;
+  for (std::size_t c = 0; c < h.size(); ++c) {
+    h.cells[c] -= random.uniform(0.0, 0.0076);
+    if (mask.cells[c]) squares += (0.05 - h.cells[c]) * (0.05 - h.cells[c]), cells += 1.0;
+  }
+  set_height(m, h);
+  m.quality.assign(h.size(), 0);
+  b.give(channels::kHeightMap, m);
+  const layer_plan_t plan = b.last(channels::kLayerPlan);
+  CHECK(plan.objective_none_mm == Approx(std::sqrt(squares / cells)));
+  CHECK(plan.objective_mm < plan.objective_none_mm);
+}
+
+TEST_CASE("A plan is the same bytes on whatever threads the process hands its node") {
+  Experiment e = small("mpc");
+  e.control.mpc.method = "strip_dp";
+  e.grid.nx = 40, e.grid.ny = 60;
+  const Blobs blobs = {{"target", "", to_npy(HeightMap(e.grid, 0.05))}, {"mask", "", to_npy(Mask(e.grid, 1))}};
+  int calls = 0;
+  const ParallelFor backwards = [&](int n, const std::function<void(int)>& body) {
+    ++calls;
+    for (int i = n - 1; i >= 0; --i) body(i);
+  };
+  HeightMap h(e.grid, 0.05);
+  RandomStream random(3, Purpose::kTest);
+  for (double& v : h.cells) v -= random.uniform(0.0, 0.0076);
+  height_map_t m{};
+  m.map_id = 1;
+  set_height(m, h);
+  m.quality.assign(h.size(), 0);
+  std::vector<layer_plan_t> plans;
+  for (const ParallelFor& parallel : {ParallelFor(serially), backwards}) {
+    test::NodeBench b(NodeId::kController, make_controller_node_on(parallel, dump(e), blobs));
+    b.start();
+    b.give(channels::kHeightMap, m);
+    plans.push_back(b.last(channels::kLayerPlan));
+  }
+  CHECK(calls > 0);
+  CHECK(plans[0].drops == plans[1].drops);
+  CHECK(plans[0].objective_mm == plans[1].objective_mm);
+}
+
+TEST_CASE("Two inks by strips through the node: each cell's ink is sent, and no droplet search finds a better layer") {
+  Experiment e = small("mpc");
+  e.grid.nx = 24, e.grid.ny = 18;
+  const Mask mask(e.grid, 1);
+  std::vector<std::vector<Span>> spans(e.grid.size());
+  for (std::size_t c = 0; c < spans.size(); ++c)
+    if (c % 24 < 11) spans[c] = {{0.0, 0.05}};
+  const auto geometry = std::make_shared<const Geometry>(e.grid, 0.05, spans);
+  HeightMap h(e.grid, 0.05);
+  RandomStream random(4, Purpose::kTest);
+  for (double& v : h.cells) v -= random.uniform(0.0, 0.0076);
+  height_map_t m{};
+  m.map_id = 1;
+  set_height(m, h);
+  m.quality.assign(h.size(), 0);
+  double last = 1.0;
+  for (const char* method : {"greedy", "strip_dp", "certified"}) {
+    e.control.mpc.method = method;
+    test::NodeBench b(NodeId::kController, std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), mask, geometry));
+    b.start();
+    b.give(channels::kHeightMap, m);
+    const auto inks = b.last(channels::kMaterialMap);
+    for (std::size_t c = 0; c < h.size(); ++c) CHECK(int(inks.material[c]) == (c % 24 >= 11 ? 2 : 1));
+    const layer_plan_t plan = b.last(channels::kLayerPlan);
+    CHECK(plan.objective_mm < plan.objective_none_mm);
+    CHECK(plan.objective_mm <= last);
+    last = plan.objective_mm;
+  }
 }
 
 TEST_CASE("The same maps give the same plan bytes") {
