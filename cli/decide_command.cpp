@@ -1,16 +1,19 @@
 #include "cli/decide_command.h"
 
+#include <sys/resource.h>
 #include <time.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <fmt/format.h>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "cli/certificate_file.h"
 #include "cli/exit_codes.h"
 #include "cli/run_folder.h"
 #include "cli/targets.h"
+#include "cli/thread_pool.h"
 #include "config/experiment.h"
 #include "core/control/mpc/bound.h"
 #include "core/control/mpc/bound_checker.h"
@@ -55,7 +58,6 @@ void write_npy(const std::string& path, const std::vector<std::byte>& bytes) {
 // What the multipliers prove of any layer, by the checker that shares nothing with the solver.
 std::string check_certificate(const DecideOptions& o, const control::Setup& setup, const HeightMap& height) {
   const int nx = setup.grid.nx, cuts = (setup.grid.ny + o.bound_rows - 1) / o.bound_rows - 1;
-  if (o.bound_rows < 1 || o.bound_rows > 4) throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
   const std::vector<float> m = certificate_from(read_bytes(o.check_certificate, "--check-certificate"), nx, o.check_certificate);
   if (m.size() != std::size_t(cuts) * std::size_t(nx) * control::mpc::kSharedPatterns)
     throw std::invalid_argument(o.check_certificate + ": strips of --bound-rows " + std::to_string(o.bound_rows) + " have " +
@@ -67,45 +69,70 @@ std::string check_certificate(const DecideOptions& o, const control::Setup& setu
   return fmt::format("lower bound     {:.6f} um: no layer of at most one droplet per cell has a smaller mean error\n", 1e3 * bound_mm);
 }
 
-std::string decided(const DecideOptions& o) {
-  const auto height_bytes = read_bytes(o.height, "--height");
-  const NpyShape shape = npy_shape(height_bytes, o.height);
-  const GridSpec named{shape.nx, shape.ny};
-  const Experiment e = experiment_of(o, named);
-  const HeightMap height = height_map_from_npy(height_bytes, e.grid, o.height);
-  const HeightMap target = height_map_from_npy(read_bytes(o.target, "--target"), e.grid, o.target);
-  const Mask mask = o.mask.empty() ? Mask(e.grid, 1) : mask_from_npy(read_bytes(o.mask, "--mask"), e.grid, o.mask);
-  const bool provable = e.control.scheme == "mpc" && e.control.mpc.alpha.front().alpha == 1.0 && e.control.mpc.horizon == 1 &&
-                        e.control.mpc.max_drops == 1;
-  if ((o.bound || !o.check_certificate.empty()) && !provable)
-    throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, alpha = 1, horizon = 1 and one droplet per cell only");
-  if (o.bound && (o.bound_rows < 1 || o.bound_rows > 4))
-    throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
-  if (o.bound && o.bound_sweeps < 0) throw UsageError("--bound-sweeps = " + std::to_string(o.bound_sweeps) + " must not be below 0");
-  if (!o.certificate.empty() && !o.bound) throw UsageError("--certificate: only --bound has multipliers to write");
-  const control::Setup setup = control_setup(e, target, mask);
-  const HeightMap known = control::known_heights({height, 0, 0, 0.0});
-  if (!o.check_certificate.empty()) return check_certificate(o, setup, known);
-  const auto scheme = control::make_controller(setup, control_options(e));
+control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
+  HeightMap target = height_map_from_npy(read_bytes(o.target, "--target"), e.grid, o.target);
+  Mask mask = o.mask.empty() ? Mask(e.grid, 1) : mask_from_npy(read_bytes(o.mask, "--mask"), e.grid, o.mask);
+  return control_setup(e, std::move(target), std::move(mask));
+}
 
+void check_bound_options(const DecideOptions& o, const Experiment& e) {
+  const MpcConfig& m = e.control.mpc;
+  if (e.control.scheme != "mpc" || m.alpha.front().alpha != 1.0 || m.horizon != 1 || m.max_drops != 1 || m.error != "absolute")
+    throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, alpha = 1, horizon = 1, one droplet per cell and error = absolute only");
+  if (o.bound_rows < 1 || o.bound_rows > 4) throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
+  if (o.bound_sweeps < 0) throw UsageError("--bound-sweeps = " + std::to_string(o.bound_sweeps) + " must not be below 0");
+}
+
+double peak_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * double(usage.ru_maxrss);
+}
+
+std::string decided(const DecideOptions& o) {
+  Experiment e;
+  HeightMap height;
+  {
+    const auto bytes = read_bytes(o.height, "--height");
+    const NpyShape shape = npy_shape(bytes, o.height);
+    e = experiment_of(o, {shape.nx, shape.ny});
+    height = height_map_from_npy(bytes, e.grid, o.height);
+  }
+  const control::ControlOptions options = control_options(e);
+  if (!o.check_certificate.empty() || o.bound) check_bound_options(o, e);
+  if (!o.certificate.empty() && !o.bound) throw UsageError("--certificate: only --bound has multipliers to write");
+  if (!o.check_certificate.empty()) return check_certificate(o, setup_of(o, e), control::known_heights({height, 0, 0, 0.0}));
+  const ParallelFor parallel = parallel_on(thread_count(o.threads));
+
+  // The controller has a copy of target and mask; on large grids there is no room for more.
+  std::unique_ptr<control::LayerController> scheme;
+  double cells = 0.0;
+  {
+    const control::Setup setup = setup_of(o, e);
+    for (const auto in : setup.mask.cells) cells += in;
+    scheme = control::make_controller(setup, options);
+  }
+  scheme->use_threads(parallel);
   const double start = cpu_s();
   const control::Decision d = scheme->decide({height, 0, 0, 0.0});
   const double decide_s = cpu_s() - start;
+  scheme.reset();
+  const bool mpc = e.control.scheme == "mpc";
   const double objective = d.kind == control::Decision::Kind::kPrint ? d.objective_mm : d.objective_none_mm;
   nlohmann::ordered_json out{{"decision", d.kind == control::Decision::Kind::kPrint ? "print" : d.kind == control::Decision::Kind::kEnd ? "end" : "stop"},
                              {"reason", d.reason},
-                             {"method", e.control.scheme == "mpc" ? e.control.mpc.method : e.control.scheme},
+                             {"method", mpc ? e.control.mpc.method : e.control.scheme},
                              {"droplets", d.drops.total()},
                              {"objective_mm", objective},
                              {"objective_none_mm", d.objective_none_mm},
                              {"iterations", d.iterations},
-                             {"cpu_s", decide_s}};
+                             {"cpu_s", decide_s},
+                             {"peak_bytes", peak_bytes()}};
   if (o.bound) {
-    double cells = 0.0;
-    for (const auto in : mask.cells) cells += in;
+    const control::Setup setup = setup_of(o, e);
     const double before = cpu_s();
-    const auto b = control::mpc::lower_bound(setup, known, {}, objective * cells, {o.bound_rows, o.bound_sweeps, 1e-6},
-                                             serially);
+    const auto b = control::mpc::lower_bound(setup, control::known_heights({height, 0, 0, 0.0}), {}, objective * cells,
+                                             {o.bound_rows, o.bound_sweeps, 1e-6}, parallel);
     out["lower_bound_mm"] = b.total_mm / cells;
     out["gap"] = objective > 0.0 ? (objective - b.total_mm / cells) / objective : 0.0;
     out["bound_rows"] = b.rows;
@@ -115,7 +142,7 @@ std::string decided(const DecideOptions& o) {
   }
   if (!o.output.empty()) write_npy(o.output, to_npy(d.drops));
   if (o.json) return out.dump(2) + "\n";
-  const int layers = e.control.scheme == "mpc" ? e.control.mpc.horizon : 1;
+  const int layers = mpc ? e.control.mpc.horizon : 1;
   std::string text = fmt::format("{}: {}\n", out["decision"].get<std::string>(), d.reason);
   text += fmt::format("objective       {:.6f} um, {} {} droplets\n", 1e3 * objective,
                       layers == 1 ? "with" : fmt::format("after {} layers, the next with", layers), d.drops.total());
@@ -124,7 +151,7 @@ std::string decided(const DecideOptions& o) {
     text += fmt::format("lower bound     {:.6f} um: at most {:.3f} % better can be (strips of {} rows, {} sweeps, {:.2f} s)\n",
                         1e3 * out["lower_bound_mm"].get<double>(), 100.0 * out["gap"].get<double>(), out["bound_rows"].get<int>(),
                         out["bound_sweeps"].get<int>(), out["bound_cpu_s"].get<double>());
-  return text + fmt::format("{} iterations, {:.4f} s of processor time\n", d.iterations, decide_s);
+  return text + fmt::format("{} iterations, {:.4f} s of processor time, {:.0f} MB at most\n", d.iterations, decide_s, 1e-6 * peak_bytes());
 }
 
 }  // namespace

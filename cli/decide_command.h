@@ -20,6 +20,7 @@ struct DecideOptions {
   std::string certificate;             ///< NPY of the bound's multipliers, written
   std::string check_certificate;       ///< the same, read: prints what it proves, decides nothing
   std::string output;                  ///< NPY of the droplets
+  int threads = 1;                     ///< 0: as many as the machine has; the answer is the same
   bool json = false;
 };
 

@@ -261,6 +261,7 @@ void declare_decide(CLI::App& app, Run& run) {
   app.add_option("--certificate", o->certificate, "NPY of the bound's multipliers, written");
   app.add_option("--check-certificate", o->check_certificate, "NPY of multipliers: prints the bound that they prove, nothing else");
   app.add_option("-o,--output", o->output, "NPY of the droplets");
+  app.add_option("--threads", o->threads, "0 = as many as the machine has; the same bytes for any number")->capture_default_str();
   json_flag(app, o->json);
 }
 
