@@ -1,6 +1,6 @@
 // How near a closed-loop print comes to its target: final RMS of the true surface, seeds that nothing was tuned on, whole
 // lab in simulated time. 40 x 40 cells, disc of 38, 0.4 mm high.
-//   closed_loop [--plant lu2015|droplets] [--seeds N] [--first SEED] [--scheme WORDS] [--set KEY=VALUE]... [--json]
+//   closed_loop [--plant lu2015|droplets] [--seeds N] [--first SEED] [--scheme WORDS (beside greedy)] [--set KEY=VALUE]... [--json]
 // lu2015: the paper's own model, variation 20 and 40 %, without sensor noise and with 1 um per cell. It is the model that
 // MPC plans with, so it flatters. droplets: Firn's independent plant, as it is by default.
 #include <fmt/core.h>
@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
   const bool own = plant == "droplets";
   std::vector<std::vector<double>> of_greedy;
   for (const Row& row : rows()) {
-    if (!only.empty() && only != row.name) continue;
+    if (!only.empty() && only != row.name && std::string("greedy N=1") != row.name) continue;
     std::size_t set_up = 0;
     for (const double variation : own ? std::vector<double>{0.0} : std::vector<double>{0.2, 0.4})
       for (const double sensor_um : own ? std::vector<double>{1.0 / kPointNoiseOfCell, 1.0} : std::vector<double>{0.0, 1.0}) {
