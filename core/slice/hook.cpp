@@ -89,7 +89,13 @@ Region room_for_hook(const Region& scaffold, const Region& part, int hooks, cons
   if (part.empty()) return scaffold;
   const Rings everything = unite(scaffold, part);
   Region wider = scaffold;
-  for (int contours = 0; contours < 6; ++contours) {
+  // The innermost hook of contours that reach out_mm beyond everything runs out_mm less its own distance from the part: so
+  // many contours are enough for any part.
+  const RingPlan hook_rings{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
+  const double enough_mm = hook_rings.distance_mm(hooks - 1) + 0.5 * hook_rings.width_mm(hooks - 1) + options.hook.clearance_mm +
+                           2 * options.chord_tolerance_mm;
+  const int most = int(std::ceil(enough_mm / bead.boundary_width_mm));
+  for (int contours = 0; contours <= most; ++contours) {
     if (contours > 0) {
       const double out_mm = contours * bead.boundary_width_mm;
       wider = subtract(grow(everything, out_mm, options.chord_tolerance_mm), part);

@@ -279,6 +279,32 @@ TEST_CASE("Hooks run round the part even where the scaffold is wide on one side 
   CHECK(hooks == 2);
 }
 
+TEST_CASE("Hooks keep their clearance however wide it is, round islands and nooks alike") {
+  for (const double clearance_mm : {0.0, 1.5, 9.0, 21.0}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      INFO("clearance " << clearance_mm << ", seed " << seed);
+      Region part = outlines::random_star(seed, 14, 4, 18);
+      outlines::add_circle(part, 45 + double(seed), 3, 4, 20);
+      part = canonical(part);
+      PathOptions options;
+      options.hook.on = true;
+      options.hook.clearance_mm = clearance_mm;
+      LayerRegions regions = layer_of(part, 12);
+      regions.by_material.push_back(scaffold_regions(std::vector<Region>{part}, 2500, {}, 0.05)[0]);
+      const LayerPaths paths = plan_layer(regions, options);
+      const std::vector<oracle::Segment> outline = oracle::segments_of(part);
+      int hooks = 0;
+      for (std::size_t i = 0; i < paths.info.size(); ++i) {
+        if (paths.info[i].kind != PathKind::kHook) continue;
+        ++hooks;
+        for (const Point p : paths.lines[i])
+          CHECK(oracle::distance_to_all(to_vec(p), outline) >= 0.5 * paths.info[i].width + clearance_mm * kUnitsPerMm - 1100);
+      }
+      CHECK(hooks >= 2);
+    }
+  }
+}
+
 TEST_CASE("The hook wall fills the scaffold's area where it stands, and none of the part's") {
   Region part, above;
   outlines::add_circle(part, 0, 0, 8, 60);
