@@ -118,6 +118,39 @@ TEST_CASE("firn slice writes paths that read back to the totals it reports") {
   CHECK(text_of(again.output) == text_of(o.output));
 }
 
+TEST_CASE("Beads read back from the path file, overlaps taken off, have the volume of what they fill, layer by layer") {
+  const SliceCommandOptions o = run_options("read_back");
+  REQUIRE(run_slice(o) == kOk);
+  const SliceSettings s = load_slice_settings({}, {});
+  const SlicedJob job = slice_meshes({fs::path(o.meshes[0])}, s, serially, kQuiet);
+  LayerReader reader{fs::path(o.output)};
+  double swept_mm3[2] = {}, wanted_mm3[2] = {};
+  for (const slice::LayerRegions& regions : job.layers) {
+    const auto layer = reader.next();
+    REQUIRE(layer.has_value());
+    const std::vector<slice::Coverage> covered = slice::coverage(regions, *layer, path_options(s), 0.05);
+    REQUIRE(covered.size() == 2);
+    for (std::size_t m = 0; m < 2; ++m) {
+      INFO("layer " << regions.layer << ", material " << m);
+      const slice::Coverage& c = covered[m];
+      const double height_mm = layer->height * slice::kMmPerUnit;
+      swept_mm3[m] += c.swept_mm2 * height_mm, wanted_mm3[m] += c.wanted_mm2 * height_mm;
+      CHECK(c.gap_mm2 <= 0.05 * c.wanted_mm2);
+      CHECK(c.beyond_mm2 <= 0.05 * c.wanted_mm2);
+      CHECK(c.swept_mm2 == Approx(c.wanted_mm2).epsilon(0.05));
+    }
+    // What is deposited is what is covered and what is covered twice: width x height x length, but for round ends.
+    const auto use = slice::material_use(*layer);
+    for (std::size_t m = 0; m < use.size(); ++m)
+      CHECK(use[m].volume_mm3 / (layer->height * slice::kMmPerUnit) <= 1.03 * (covered[m].swept_mm2 + 2.0 * covered[m].overlap_mm2) + 1.0);
+  }
+  CHECK_FALSE(reader.next().has_value());
+  for (int m = 0; m < 2; ++m) {
+    INFO("material " << m << ": " << swept_mm3[m] << " of " << wanted_mm3[m] << " mm^3");
+    CHECK(swept_mm3[m] == Approx(wanted_mm3[m]).epsilon(0.03));
+  }
+}
+
 TEST_CASE("Every mesh format gives the same path file") {
   const SampleMesh m = mushroom();
   std::string first;

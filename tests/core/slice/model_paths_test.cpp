@@ -17,12 +17,12 @@
 namespace firn::slice {
 namespace {
 
-std::vector<Region> layers_of(const std::string& name) {
+std::vector<Region> layers_of(const std::string& name, const SliceOptions& options = {}) {
   for (const char* folder : {"/../shared/models/", "/../../shared/models/"}) {
     const std::filesystem::path file = std::string(FIRN_SOURCE_DIR) + folder + name;
     if (!std::filesystem::exists(file)) continue;
     const MeshFile mesh(file);
-    return slice(mesh.facets(), {}, {}, serially).layers;
+    return slice(mesh.facets(), {}, options, serially).layers;
   }
   WARN("shared/models/" << name << " is not beside the source tree: skipped");
   return {};
@@ -43,6 +43,29 @@ TEST_CASE("Rings of real layers lie within 0.05 mm of the exact offset of the or
       }
     }
   }
+}
+
+TEST_CASE("From the outline before PATHFILTER, rings run at their distance to within both tolerances added up") {
+  double worst = 0;
+  for (const char* name : {"rocker_20k.ply", "armadillo_86k.ply", "igea_269k.ply"}) {
+    const std::vector<Region> layers = layers_of(name), original = layers_of(name, {.chord_tolerance_mm = 0});
+    for (std::size_t k = 50; k < layers.size(); k += 150) {
+      const RingPlan plan;
+      const RingLevels rings = offset_rings(layers[k], plan, 0.05);
+      for (int level = 0; level < int(rings.levels.size()); ++level) {
+        INFO(name << ", layer " << k + 1 << ", level " << level);
+        const double d = plan.distance_mm(level) * kUnitsPerMm;
+        const oracle::Nearby outline(oracle::segments_of(original[k]), d + 2000);
+        for (const Vec p : oracle::along(rings.levels[std::size_t(level)], 800)) {
+          const double off = std::abs(outline.distance_to(p) - d);
+          worst = std::max(worst, off);
+          CHECK(off <= 1001);
+        }
+      }
+    }
+  }
+  INFO("largest " << worst * kMmPerUnit << " mm");
+  CHECK(worst <= 1001);
 }
 
 TEST_CASE("No path of a real model crosses or touches another of its kind, and none needed Clipper") {
