@@ -397,3 +397,33 @@ TEST_CASE("Whatever bytes arrive at the ice lab's ports, nothing fires and nothi
   CHECK(b.truth().pulses[0] + b.truth().pulses[1] == 0);
   CHECK(b.world.truth().volume_mm3 == Approx(0.0).margin(1e-9));
 }
+
+TEST_CASE("The ice world does not depend on how finely its time is cut") {
+  const IceWorldConfig c = small();
+  const auto run = line_of(c);
+  const auto folder = std::filesystem::temp_directory_path() / ("ice_cut_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  std::vector<std::string> states;
+  for (const bool fine : {false, true}) {
+    IceBench b(c);
+    prepare(b, run);
+    b.robot("PATH RUN 7 1");
+    const std::int64_t from_us = b.now_us, until_us = from_us + 1'500'000;
+    RandomStream random(6, Purpose::kTest);
+    drivers::LineWriter beat;
+    beat.text("@60000 HB");
+    const std::string sign(beat.finish(1));
+    for (std::int64_t t_us = from_us; t_us < until_us;) {
+      t_us = std::min(until_us, t_us + 400'000);
+      while (fine && b.now_us + 5000 < t_us) b.run(1 + random.below(5000));
+      b.run(t_us - b.now_us);
+      b.send(kRobotPort, std::as_bytes(std::span(sign.data(), sign.size())));
+    }
+    b.run(100'000);
+    b.world.save(folder / "state");
+    std::ifstream file(folder / "state", std::ios::binary);
+    states.emplace_back((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  }
+  CHECK(states[0] == states[1]);
+  std::filesystem::remove_all(folder);
+}
