@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -74,7 +75,10 @@ class CsvReader {
     if (text.starts_with(",speed_mm_s")) text.remove_prefix(11), speed_ = columns_++;
     if (text.starts_with(",yaw_deg")) text.remove_prefix(8), yaw_ = columns_++;
     known = known && text.empty();
-    if (!known) fail(std::string("the header must be ") + kHeaders + ", not " + std::string(all.substr(0, 60)));
+    if (known) return;
+    std::string shown(all.substr(0, 60));
+    std::replace_if(shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    fail(std::string("the header must be ") + kHeaders + ", not " + shown);
   }
 
   double number(std::string_view text, const char* column) const {
@@ -142,6 +146,7 @@ void read_paths_csv(std::istream& in, const std::string& name, double size, cons
 
 void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   std::error_code error;
+  if (std::filesystem::is_directory(file, error)) throw UsageError(file.string() + ": is a folder, not a file");
   if (!std::filesystem::is_regular_file(file, error)) throw UsageError(file.string() + ": no such file");
   if (file.extension() == ".paths") return read_paths_layers(file, sink);
   std::ifstream in(file, std::ios::binary);

@@ -203,15 +203,15 @@ motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& mac
   if (o.plot_path < 1) throw UsageError("--plot-path: paths are counted from 1");
   motion::PlanOptions plan;
   plan.method = *method;
-  plan.tolerance_mm = o.tolerance_mm < 0.0 ? 0.0 : o.tolerance_mm;
+  plan.tolerance_mm = o.tolerance_mm.value_or(0.0);
   plan.tick_s = machine.tick_s;
   plan.curvature_ramp_mm = o.curvature_ramp_mm;
   return plan;
 }
 
 void check_common(const PlanCommandOptions& o) {
-  const bool given = o.tolerance_mm != -1.0;
-  if (given && !(o.tolerance_mm >= 0.0 && o.tolerance_mm <= 10.0)) throw UsageError(fmt::format("--tolerance {}: must lie in [0, 10] mm", o.tolerance_mm));
+  const double tolerance_mm = o.tolerance_mm.value_or(0.0);
+  if (!(tolerance_mm >= 0.0 && tolerance_mm <= 10.0)) throw UsageError(fmt::format("--tolerance {}: must lie in [0, 10] mm", tolerance_mm));
   for (double v : o.origin_mm)
     if (!(v >= -kMaxCoordinate_mm && v <= kMaxCoordinate_mm)) throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
 }
@@ -222,7 +222,7 @@ int run_aerosol(const PlanCommandOptions& o, const Machine& machine) {
   AerosolPlanOptions a;
   a.job = o.paths;
   if (!o.corner.empty()) a.corner = o.corner;
-  if (o.tolerance_mm >= 0.0) a.tolerance_mm = o.tolerance_mm;
+  a.tolerance_mm = o.tolerance_mm.value_or(a.tolerance_mm);
   if (!o.origin_mm.empty()) a.origin_mm = {o.origin_mm[0], o.origin_mm[1]};
   a.trajectory = o.output, a.csv = o.csv, a.plot = o.plot, a.json = o.json;
   return run_plan_aerosol(machine, a);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ struct PlanCommandOptions {
   std::string machine;               ///< TOML
   std::vector<double> origin_mm;     ///< x, y of the part's frame in the machine's; empty = 0, 0
   std::string method = "certified";
-  double tolerance_mm = -1.0;        ///< below 0 = not given: 0, or 0.05 for an aerosol machine
+  std::optional<double> tolerance_mm;  ///< not given: 0, or 0.05 for an aerosol machine
   double curvature_ramp_mm = 0.4;
   std::string corner;                ///< of an aerosol machine; empty = loop
   std::string csv, plot, pulses;     ///< further files; empty = none

@@ -54,6 +54,7 @@ TEST_CASE("CSV: a header, a point per line, a blank line between paths, a speed 
 
 TEST_CASE("CSV: every mistake names the line and the limit") {
   CHECK_THAT(csv(""), Contains("job:1") && Contains("x_mm,y_mm"));
+  CHECK_THAT(csv("x\x1b[2J\xff\n1,2\n"), Contains("header must be") && Contains("not x?[2J?"));  // a terminal may show it
   CHECK_THAT(csv("x,y\n1,2\n"), Contains("job:1") && Contains("header must be"));
   CHECK_THAT(csv("x_mm,y_mm\n"), Contains("holds no points"));
   CHECK_THAT(csv("x_mm,y_mm\n1,2\n1\n"), Contains("job:3") && Contains("1 columns, the header has 2"));
@@ -170,5 +171,6 @@ TEST_CASE("Any bytes are read or refused, never worse") {
 TEST_CASE("A missing file or another ending is refused by name") {
   const auto nothing = [](InputPath&&) {};
   CHECK_THROWS_WITH(read_paths("no/such.csv", nothing), Contains("no such file"));
+  CHECK_THROWS_WITH(read_paths(".", nothing), Contains("is a folder"));
   CHECK_THROWS_WITH(read_paths(FIRN_SOURCE_DIR "/README.md", nothing), Contains(".csv, .json or .paths"));
 }
