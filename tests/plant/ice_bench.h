@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -155,5 +156,27 @@ struct IceBench {
   std::string valve_reply, end_reply, move_reply;
   std::vector<std::string> events;  ///< of the robot, that came before a reply
 };
+
+inline IceWorldConfig small() {
+  IceWorldConfig c;
+  c.field = {0.3, -25.0, -25.0, 50.0, 50.0};
+  return c;
+}
+
+inline ice_paths::Run line_of(const IceWorldConfig& c, double y_mm = 0.0, double z_mm = 3.24, double speed = 60.0) {
+  return ice_paths::along(c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, z_mm, speed, 1.5, [](double) { return 0.25; },
+                          ice_paths::calibrated_late_s(c, 0) - c.valve[0].trigger_delay_s);
+}
+
+/// Ready to run path 7 with valve_a's list armed.
+inline void prepare(IceBench& b, const ice_paths::Run& run) {
+  b.home();
+  b.hello(kValveAPort);
+  if (b.load_list(kValveAPort, 7, run.ticks) != 0) throw std::logic_error("the valve does not take the list");
+  b.load(7, run.points);
+  if (b.end_reply != "ACK " + std::to_string(run.points.size())) throw std::logic_error("the robot does not take the path");
+  b.move_to(run.points.front());
+  if (b.arm(kValveAPort) != 0) throw std::logic_error("the valve does not arm");
+}
 
 }  // namespace firn::plant
