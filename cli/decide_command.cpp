@@ -78,7 +78,7 @@ control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
 void check_bound_options(const DecideOptions& o, const Experiment& e) {
   const MpcConfig& m = e.control.mpc;
   if (e.control.scheme != "mpc" || m.alpha.front().alpha != 1.0 || m.horizon != 1 || m.max_drops != 1 || m.error != "absolute")
-    throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, alpha = 1, horizon = 1, one droplet per cell and error = absolute only");
+    throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, error = absolute, alpha = 1, horizon = 1 and one droplet per cell only");
   if (o.bound_rows < 1 || o.bound_rows > 4) throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
   if (o.bound_sweeps < 0) throw UsageError("--bound-sweeps = " + std::to_string(o.bound_sweeps) + " must not be below 0");
 }

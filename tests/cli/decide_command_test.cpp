@@ -96,6 +96,21 @@ TEST_CASE("firn decide proves a bound for one layer at alpha = 1 and says that i
   CHECK_THROWS_WITH(decide(s.o), Contains("--certificate"));
 }
 
+TEST_CASE("firn decide gives the same answer and bound on any number of threads, and tells its memory; squares have no bound") {
+  States s("decide-threads");
+  s.o.method = "certified";
+  s.o.bound = true;
+  const auto one = nlohmann::json::parse(decide(s.o));
+  CHECK(one["peak_bytes"].get<double>() > 1e6);
+  for (const int threads : {0, 2, 5}) {
+    s.o.threads = threads;
+    const auto other = nlohmann::json::parse(decide(s.o));
+    for (const char* key : {"objective_mm", "droplets", "lower_bound_mm", "iterations"}) CHECK(other[key] == one[key]);
+  }
+  s.o.overrides = {"control.mpc.error=square"};
+  CHECK_THROWS_WITH(decide(s.o), Contains("error = absolute"));
+}
+
 TEST_CASE("firn decide refuses what is no state by name: shapes, kinds of numbers, cells that are not finite, values out of range") {
   States s("decide-bad");
   const auto refuses = [&](const char* what, const std::function<void(DecideOptions&)>& change) {
