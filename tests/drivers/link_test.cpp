@@ -1,11 +1,15 @@
 // The link state machine under hostile replies; properties that hold for every driver.
 #include <catch2/catch.hpp>
 
+#include "drivers/heater/heater.h"
 #include "drivers/jet/jet.h"
 #include "drivers/lamp/lamp.h"
+#include "drivers/laser_point/laser_point.h"
 #include "drivers/laser_profiler/laser_profiler.h"
 #include "drivers/link/link.h"
+#include "drivers/robot/robot.h"
 #include "drivers/stage/stage.h"
+#include "drivers/valve/valve.h"
 #include "tests/drivers/bench.h"
 
 using namespace firn::drivers;
@@ -109,6 +113,57 @@ TEST_CASE("a request that acts is sent once whatever becomes of its reply; a que
   }
 }
 
+TEST_CASE("where replies name their request, it is sent again with the same bytes, three times, then the link is lost",
+          "[link]") {
+  fvp::FvpDialect dialect;
+  Link link(dialect);
+  Effects fx;
+  std::int64_t now_us = 0;
+  link.opened(now_us);
+  REQUIRE(link.poll(now_us, fx)->kind == LinkEvent::Kind::kReady);
+  LineWriter line = fvp::request(5, "PATH RUN 1 1");
+  link.push(fvp::to_request(line, 5, Repeat::kNever, 0));
+  std::vector<std::string> sent;
+  bool lost = false;
+  for (int n = 0; n < 10 && !lost; ++n) {
+    fx.clear();
+    while (const auto e = link.poll(now_us, fx)) lost = lost || e->kind == LinkEvent::Kind::kLost;
+    if (!fx.tx.empty()) sent.emplace_back(reinterpret_cast<const char*>(fx.tx.data()), fx.tx.size());
+    if (link.wake_us() != 0) now_us = link.wake_us();
+  }
+  CHECK(lost);
+  CHECK(now_us == 750'000);
+  CHECK(sent == std::vector<std::string>(3, "@5 PATH RUN 1 1*" + sent.at(0).substr(16, 4) + "\r\n"));
+}
+
+TEST_CASE("what a stop has overtaken is never sent again, and its late reply answers nothing", "[link]") {
+  fvp::FvpDialect dialect;
+  Link link(dialect);
+  Effects fx;
+  link.opened(0);
+  REQUIRE(link.poll(0, fx)->kind == LinkEvent::Kind::kReady);
+  LineWriter run = fvp::request(5, "PATH RUN 1 1"), stop = fvp::request(6, "STOP");
+  link.push(fvp::to_request(run, 5, Repeat::kNever, 1));
+  CHECK_FALSE(link.poll(0, fx));
+  link.urgent(fvp::to_request(stop, 6, Repeat::kSetup, 2), 1000, fx);
+  fx.clear();
+  LineWriter reply = fvp::request(6, "ACK"), late = fvp::request(5, "ACK");
+  link.received(bytes_of(reply.finish(1)), 2000);
+  const auto answered = link.poll(2000, fx);
+  REQUIRE(answered);
+  CHECK(answered->kind == LinkEvent::Kind::kReply);
+  CHECK(answered->request.tag == 2);
+  const auto overtaken = link.poll(2000, fx);
+  REQUIRE(overtaken);
+  CHECK(overtaken->kind == LinkEvent::Kind::kFailed);
+  CHECK(overtaken->request.tag == 1);
+  link.received(bytes_of(late.finish(1)), 3000);
+  CHECK_FALSE(link.poll(3000, fx));
+  CHECK_FALSE(link.poll(10'000'000, fx));
+  CHECK(fx.tx.empty());
+  CHECK(link.idle());
+}
+
 TEST_CASE(
     "a value that nobody asked for puts the link under suspicion instead of shifting all answers by one",
     "[link]") {
@@ -170,16 +225,21 @@ TEST_CASE("a link that cannot be recovered is opened anew, with pauses that grow
   CHECK(gaps.back() < 20'000'000);
 }
 
+namespace {
+template <class DriverType, class Config>
+struct Kind {
+  using Type = DriverType;
+  using ConfigType = Config;
+};
+}  // namespace
+
 TEMPLATE_TEST_CASE("random bytes never crash a driver, never make it spin, and never make it SAFE", "[link]",
-                   Stage, Jet, LaserProfiler, Lamp) {
-  using Config =
-      std::conditional_t<std::is_same_v<TestType, Stage>, StageConfig,
-                         std::conditional_t<std::is_same_v<TestType, Jet>, JetConfig,
-                                            std::conditional_t<std::is_same_v<TestType, LaserProfiler>,
-                                                               LaserProfilerConfig, LampConfig>>>;
+                   (Kind<Stage, StageConfig>), (Kind<Jet, JetConfig>), (Kind<LaserProfiler, LaserProfilerConfig>),
+                   (Kind<Lamp, LampConfig>), (Kind<Robot, RobotConfig>), (Kind<Valve, ValveConfig>),
+                   (Kind<LaserPoint, LaserPointConfig>), (Kind<Heater, HeaterConfig>)) {
   std::uint64_t seed = 99;
   for (int round = 0; round < 40; ++round) {
-    TestType driver{Config{}};
+    typename TestType::Type driver{typename TestType::ConfigType{}};
     Bench bench(driver);
     bench.open();
     for (int n = 0; n < 200; ++n) {
