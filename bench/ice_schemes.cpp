@@ -4,7 +4,8 @@
 //
 // A disc whose rings fit it, or the gear.
 //   build/bench/ice_schemes [--intervals N] [--seeds N] [--drift D] [--staggered | --gear [--size S]] [--spacing MM] [--scheme NAME,NAME] [--each]
-// Schemes: open, smf_speed [1 0.25 0.25], smf_thesis [1 0.25 0.25], smf_optimal [1 0.32798 0.00005], adaptive, ..._flow (feed-forward)
+// Schemes: open, smf_speed [1 0.25 0.25], smf_thesis [1 0.25 0.25], smf_optimal [1 0.32798 0.00005], adaptive, ..._flow (feed-forward),
+// adaptive:KP:GAIN:RATE
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -19,6 +20,8 @@
 #include "bench/ice_gear.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/slice/footprint.h"
+#include "estimators/flow/flow_estimator.h"
+#include "estimators/flow/laid_volume.h"
 #include "estimators/surface/path_readings.h"
 #include "plant/ice/nature.h"
 #include "procs/path_planner/path_planning.h"
@@ -128,14 +131,21 @@ struct Scheme {
   bool speed = false;
 };
 
-Scheme scheme_named(const std::string& name) {
+Scheme scheme_named(std::string name) {
   Scheme s;
+  if (const std::size_t at = name.find(':'); at != std::string::npos) {  // adaptive:KP:GAIN:RATE
+    std::sscanf(name.c_str() + at, ":%lf:%lf:%lf", &s.options.adaptive.kp, &s.options.adaptive.gain, &s.options.adaptive.gain_rate);
+    s.options.smf.kp = s.options.adaptive.kp;
+    name.resize(at);
+  }
+  if (name.ends_with("_flow")) s.options.feed_forward = true, name.resize(name.size() - 5);
   s.options.version = control::SurfaceVersion::kValveFrequency;
   s.options.output_limit = 0.6;
-  s.options.smf = {1.0, 0.25, 0.25, 0.5};
+  const double kp = s.options.smf.kp;
+  s.options.smf = {kp, 0.25, 0.25, 0.5};
   if (name == "open") s.options.scheme = "open_loop";
   else if (name == "smf_speed") s.speed = true, s.options.version = control::SurfaceVersion::kPathSpeed;
-  else if (name == "smf_optimal") s.options.smf = {0.9999, 0.32798, 0.00005, 0.5};
+  else if (name == "smf_optimal") s.options.smf = {0.9999 * kp, 0.32798, 0.00005, 0.5};
   else if (name == "adaptive") s.options.scheme = "smf_adaptive";
   else if (name == "adaptive_fixed") s.options.scheme = "smf_adaptive", s.options.adaptive.gain_rate = 0.0;
   else if (name == "adaptive_speed") s.options.scheme = "smf_adaptive", s.speed = true, s.options.version = control::SurfaceVersion::kPathSpeed;
@@ -176,14 +186,21 @@ Result print(const Settings& o, const slice::PrintPaths& paths, planning::TaskPl
   const auto arm = make_arm(setup.machine);
   const surface::LaserFrame frame{*arm, setup.laser, setup.origin, setup.origin_z_mm, kLaserLatency_s};
   HeightMap action;
+  const GridSpec everywhere{132, 132, 1.0, 1.0, -66.0, -66.0};
+  const motion::Tool nozzles[2] = {tools(setup.machine)[1], tools(setup.machine)[2]};
+  flow::FlowEstimator flow(flow::FlowOptions{});
+  HeightMap before(everywhere, 0.0);
   Result r;
   for (int k = 1; k <= o.intervals; ++k) {
+    flow::FlowInterval laid{0, HeightMap(everywhere), {HeightMap(everywhere, 0.0), HeightMap(everywhere, 0.0)}};
     const int top_layer = ice_gear::kInterval_layers * k;
     for (int n = top_layer - ice_gear::kInterval_layers + 1; n <= top_layer; ++n)
       for (const planning::PathTask& t : planning::tasks_of(paths, *slice::find_layer(paths, n), false, setup)) {
         const planning::PlannedTask p = planner.plan(t, action.size() ? &action : nullptr);
         if (!p.problem.empty()) std::fprintf(stderr, "refused: %s\n", p.problem.c_str()), std::exit(1);
         lab.run(p, t.material);
+        for (const planning::PlannedList& l : p.lists)
+          flow::add_laid({p.trajectory, l.start_s, 0.002, kValveLatency_s, l.volume_mm3, l.ticks}, {*arm, nozzles[t.material], setup.origin}, laid.nominal_mm[t.material]);
       }
     const slice::LayerPaths& top = *slice::find_layer(paths, top_layer);
     std::vector<surface::SurfacePoint> points;
@@ -195,6 +212,17 @@ Result print(const Settings& o, const slice::PrintPaths& paths, planning::TaskPl
     const Grid<std::uint8_t> material = slice::footprint_materials(top, grid);
     const surface::ScatterEstimate map = surface::estimate_surface(grid, slice::footprint_mask(material), points, {});
     const double nominal = top.z * slice::kMmPerUnit;
+    HeightMap known = map.height;
+    for (std::size_t n = 0; n < known.size(); ++n)
+      if (map.quality.cells[n] != 0) known.cells[n] = kNotMeasured;
+    known = resample(known, everywhere, kNotMeasured);
+    laid.layer = top_layer;
+    for (std::size_t n = 0; n < known.size(); ++n) laid.rise_mm.cells[n] = known.cells[n] - before.cells[n];
+    before = known;
+    flow.add(laid);
+    law->use_flow(flow.estimate().factor);
+    if (o.each)
+      std::printf("    flow %.3f +- %.3f, %.3f +- %.3f\n", flow.estimate().factor[0], flow.estimate().factor_std[0], flow.estimate().factor[1], flow.estimate().factor_std[1]);
     const control::SurfaceDecision d = law->decide({map.height, material, nominal, top_layer, 0, map.noise_std_mm});
     action = d.u;
     const HeightMap truth = lab.truth(grid);
