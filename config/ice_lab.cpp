@@ -6,6 +6,7 @@ namespace firn {
 namespace {
 
 constexpr double kRobotSlot_points = 8192.0;
+constexpr double kLatest_s = 0.2;  // pulses may come so much later than planned: ticks have 16 bits
 
 }  // namespace
 
@@ -26,7 +27,7 @@ deposition::ValveSetting valve_setting(const ValveLineConfig& v) {
 deposition::ValveLimits list_limits(const Machine& machine, const Experiment& e) {
   deposition::ValveLimits l = valve_limits(machine.valve);
   l.max_entries = std::min(l.max_entries, std::int32_t(e.ice.max_pulses));
-  l.max_duration_s = std::min(l.max_duration_s, (kRobotSlot_points - 1.0) * machine.tick_s);
+  l.max_duration_s = std::min(l.max_duration_s, (kRobotSlot_points - 1.0) * machine.tick_s - kLatest_s);
   return l;
 }
 
