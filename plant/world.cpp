@@ -57,6 +57,7 @@ void World::receive(std::string_view port, std::span<const std::byte> bytes, std
   impl_->run_until(now_us);
   Twin& twin = *impl_->twins[n];
   if (!twin.link().connected()) return;
+  twin.link().hear(bytes, impl_->now_us);
   if (twin.link().serial())
     twin.link().arrive(bytes, impl_->now_us);
   else if (!twin.link().hung())

@@ -104,7 +104,9 @@ Heat::Heat(Heat&&) noexcept = default;
 Heat& Heat::operator=(Heat&&) noexcept = default;
 
 double Heat::shown_degC(int n) const {
-  return open_[std::size_t(n)] ? std::numeric_limits<double>::quiet_NaN() : state_.section_degC[std::size_t(n)];
+  const auto at = std::size_t(n);
+  if (open_[at]) return std::numeric_limits<double>::quiet_NaN();
+  return frozen_[at] ? frozen_degC_[at] : state_.section_degC[at];
 }
 
 void Heat::set(int n, double degC) {
@@ -120,11 +122,17 @@ void Heat::stick_relay(int n, bool stuck) {
   obey_thermostats();
 }
 
+void Heat::freeze_reading(int n, bool frozen) {
+  frozen_[std::size_t(n)] = frozen;
+  frozen_degC_[std::size_t(n)] = state_.section_degC[std::size_t(n)];
+  obey_thermostats();
+}
+
 // Between the thresholds a relay stays as it is; a controller without a thermocouple switches off.
 void Heat::obey_thermostats() {
   for (std::size_t n = 0; n < 3; ++n) {
     const bool before = relay_[n];
-    const double t = state_.section_degC[n];
+    const double t = frozen_[n] ? frozen_degC_[n] : state_.section_degC[n];
     if (stuck_[n])
       relay_[n] = true;
     else if (open_[n] || t >= set_degC_[n] + params_.hysteresis_K)
@@ -164,7 +172,7 @@ void Heat::step(double span_s) {
   while (at_s < span_s) {
     for (std::size_t n = 0; n < 3; ++n) {
       in.power_W[n] = relay_[n] && !broken_[n] ? params_.heater_W[n] : 0.0;
-      const bool watched = !stuck_[n] && !open_[n];
+      const bool watched = !stuck_[n] && !open_[n] && !frozen_[n];
       in.threshold_degC[n] = !watched    ? 1e6
                              : relay_[n] ? set_degC_[n] + params_.hysteresis_K
                                          : set_degC_[n] - params_.hysteresis_K;
@@ -193,7 +201,7 @@ void Heat::step(double span_s) {
 }
 
 void Heat::io(Archive& a) {
-  a.all(state_, relay_, broken_, open_, stuck_, set_degC_, pulses_, flown_mm3_, at_us_, switchings_);
+  a.all(state_, relay_, broken_, open_, stuck_, frozen_, frozen_degC_, set_degC_, pulses_, flown_mm3_, at_us_, switchings_);
 }
 
 }  // namespace firn::plant

@@ -57,6 +57,7 @@ class Heat {
   void break_heater(int n, bool broken) { broken_[std::size_t(n)] = broken; }
   void open_thermocouple(int n, bool open);
   void stick_relay(int n, bool stuck);
+  void freeze_reading(int n, bool frozen);  ///< the thermocouple shows what it shows now, and its thermostat believes it
   void empty_tank(int valve) { state_.tank_mm3[std::size_t(valve)] = 0.0; }
   void fill_tank(int valve, double mm3) { state_.tank_mm3[std::size_t(valve)] = mm3; }
   void io(Archive& a);
@@ -70,7 +71,8 @@ class Heat {
   std::array<double, 2> gain_per_hz_{}, tau_s_{};
   std::unique_ptr<Solver> solver_;
   HeatState state_;
-  std::array<bool, 3> relay_{}, broken_{}, open_{}, stuck_{};
+  std::array<bool, 3> relay_{}, broken_{}, open_{}, stuck_{}, frozen_{};
+  std::array<double, 3> frozen_degC_{};
   std::array<double, 3> set_degC_{};
   std::array<std::int64_t, 2> pulses_{};
   std::array<double, 2> flown_mm3_{};

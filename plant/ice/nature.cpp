@@ -135,20 +135,20 @@ void IceNature::begin_storage(double t_s, double period_s, std::uint32_t most, L
   storage_ = {true, t_s, period_s, number, most, settings, {}};
 }
 
+double IceNature::look(double t_s, LaserSettings settings, const LaserKey& key) {
+  if (dark_) return std::numeric_limits<double>::quiet_NaN();
+  if (!stuck_) shown_mm_ = laser_reading_mm(config_.laser, bed_, config_.arm.laser, pose_at(t_s), settings, key);
+  return shown_mm_;
+}
+
 void IceNature::sample() {
-  const double t_s = storage_.next_s();
   const auto n = std::uint32_t(storage_.mm.size());
-  const double mm = dark_ ? std::numeric_limits<double>::quiet_NaN()
-                          : laser_reading_mm(config_.laser, bed_, config_.arm.laser, pose_at(t_s), storage_.settings,
-                                             {seed_, storage_.number, n});
-  storage_.mm.push_back(float(mm));
+  storage_.mm.push_back(float(look(storage_.next_s(), storage_.settings, {seed_, storage_.number, n})));
   if (storage_.mm.size() >= storage_.most) storage_.active = false;
 }
 
 double IceNature::read_laser(std::int64_t t_us, LaserSettings settings) {
-  if (dark_) return std::numeric_limits<double>::quiet_NaN();
-  return laser_reading_mm(config_.laser, bed_, config_.arm.laser, pose_at(seconds(t_us)), settings,
-                          {seed_, 0, std::uint32_t(++readings_)});
+  return look(seconds(t_us), settings, {seed_, 0, std::uint32_t(++readings_)});
 }
 
 double IceNature::next_debris_s() const {
@@ -189,7 +189,7 @@ bool IceNature::touch(double t_s, const ArmPose::Point& nozzle) {
 
 void IceNature::io(Archive& a) {
   a.all(arm_, heat_, line_[0], line_[1], bed_, firing_[0], firing_[1], jet_[0], jet_[1], storage_, collisions_, broken_,
-        last_pulse_us_, dead_, readings_, slow_us_, debris_, debris_s_, now_s_, dark_, touching_);
+        last_pulse_us_, dead_, readings_, slow_us_, debris_, debris_s_, now_s_, shown_mm_, dark_, stuck_, touching_);
 }
 
 }  // namespace firn::plant

@@ -67,6 +67,7 @@ class IceNature {
   const Storage& storage() const { return storage_; }
   double read_laser(std::int64_t t_us, LaserSettings settings);
   void darken_laser(bool dark) { dark_ = dark; }
+  void stick_laser(bool stuck) { stuck_ = stuck; }  ///< every value is the one before
 
   TrueArm& arm() { return arm_; }
   Heat& heat() { return heat_; }
@@ -90,6 +91,7 @@ class IceNature {
   };
   void pulse(int valve);
   void sample();
+  double look(double t_s, LaserSettings settings, const LaserKey& key);
   void fall();
   double next_debris_s() const;
   void watch(double t_s, const ArmPose& pose);
@@ -113,7 +115,8 @@ class IceNature {
   std::uint32_t debris_ = 0;  ///< pieces fallen
   double debris_s_ = 0.0;     ///< when the last one fell
   double now_s_ = 0.0;
-  bool dark_ = false, touching_ = false;
+  double shown_mm_ = 0.0;  ///< the laser's newest value
+  bool dark_ = false, stuck_ = false, touching_ = false;
 };
 
 }  // namespace firn::plant

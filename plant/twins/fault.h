@@ -16,7 +16,9 @@ enum class FaultKind : std::uint8_t {
   kResume,      ///< ends kHang
   kClose,       ///< the instrument closes its port
   kReboot,      ///< state lost, boot count + 1, port closed
-  kTrip,        ///< the device's own fault: stage ESTOP bit, lamp alarm, jet and profiler none
+  kTrip,        ///< the device's own fault: stage ESTOP bit, lamp alarm, jet and profiler none; docs/plant-ice.md
+  kEcho,        ///< the next `count` pieces that the host sends come back as they are
+  kStray,       ///< the next `count` replies come after a copy of the reply before them
 };
 
 struct SimFault {
@@ -26,7 +28,7 @@ struct SimFault {
   std::int64_t delay_us = 0;
 };
 
-/// "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip". @throws
+/// "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip", "echo", "stray". @throws
 /// std::invalid_argument
 FaultKind fault_kind(std::string_view name);
 

@@ -52,6 +52,7 @@ void HeaterTwin::trip(std::int64_t now_us, std::int64_t code) {
     if (code == 0 || code == n + 1) heat.break_heater(n, code != 0);
     if (code == 0 || code == n + 4) heat.open_thermocouple(n, code != 0);
     if (code == 0 || code == n + 7) heat.stick_relay(n, code != 0);
+    if (code == 0 || code == n + 10) heat.freeze_reading(n, code != 0);
   }
 }
 

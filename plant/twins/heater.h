@@ -17,7 +17,7 @@ class HeaterTwin : public Twin {
   std::int64_t next_device_us() const override { return kNever; }
   void device_event(std::int64_t) override {}
   void reboot(std::int64_t now_us) override;
-  /// 1..3 heater dead, 4..6 thermocouple open, 7..9 relay stuck on
+  /// 1..3 heater dead, 4..6 thermocouple open, 7..9 relay stuck on, 10..12 reading frozen
   void trip(std::int64_t now_us, std::int64_t code) override;
   void io(Archive& a) override { a.all(boot_count_, line_, link_); }
 

@@ -155,7 +155,10 @@ bool LaserPointTwin::set(std::string_view command) {
          number(rest.substr(comma + 1), 0, 9, p.cycle);
 }
 
-void LaserPointTwin::trip(std::int64_t, std::int64_t code) { wires_.nature().darken_laser(code != 0); }
+void LaserPointTwin::trip(std::int64_t, std::int64_t code) {
+  wires_.nature().darken_laser(code == 1);
+  wires_.nature().stick_laser(code == 2);
+}
 
 void LaserPointTwin::reboot(std::int64_t now_us) {
   ++boot_count_;

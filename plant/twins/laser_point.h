@@ -20,7 +20,7 @@ class LaserPointTwin : public Twin {
   std::int64_t next_device_us() const override { return kNever; }
   void device_event(std::int64_t) override {}
   void reboot(std::int64_t now_us) override;
-  void trip(std::int64_t now_us, std::int64_t code) override;  ///< 1: no values
+  void trip(std::int64_t now_us, std::int64_t code) override;  ///< 1 no values, 2 values stick
   void io(Archive& a) override;
 
   void signal(std::int64_t t_us, bool up);

@@ -4,16 +4,18 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace firn::plant {
 
 FaultKind fault_kind(std::string_view name) {
-  static constexpr std::array<std::string_view, 9> kNames{"drop",   "delay", "split",  "flip", "hang",
-                                                          "resume", "close", "reboot", "trip"};
+  static constexpr std::array<std::string_view, 11> kNames{"drop",   "delay", "split",  "flip", "hang",
+                                                          "resume", "close", "reboot", "trip", "echo",
+                                                           "stray"};
   for (std::size_t n = 0; n < kNames.size(); ++n)
     if (kNames[n] == name) return FaultKind(n);
   throw std::invalid_argument("world: unknown fault \"" + std::string(name) +
-                              "\"; known: drop delay split flip hang resume close reboot trip");
+                              "\"; known: drop delay split flip hang resume close reboot trip echo stray");
 }
 
 void TwinLink::connect(std::int64_t now_us) {
@@ -52,6 +54,7 @@ void TwinLink::reply(std::string_view bytes, std::int64_t now_us) {
   if (!connected_ || hung_) return;
   Chunk chunk{0, std::string(bytes), 0};
   std::int64_t extra_us = 0;
+  const std::string before = std::exchange(last_reply_, chunk.bytes.size() <= 256 ? chunk.bytes : std::string());
   if (!faults_.empty()) {
     const Pending fault = faults_.front();
     if (--faults_.front().count <= 0 || fault.kind == FaultKind::kFlipBit) faults_.erase(faults_.begin());
@@ -61,6 +64,7 @@ void TwinLink::reply(std::string_view bytes, std::int64_t now_us) {
       const std::size_t bit = std::size_t(fault.count) % (chunk.bytes.size() * 8);
       chunk.bytes[bit / 8] = char(chunk.bytes[bit / 8] ^ (1 << bit % 8));
     }
+    if (fault.kind == FaultKind::kStray && !before.empty()) send(before, now_us, 0);
     if (fault.kind == FaultKind::kSplitReply) {
       for (std::size_t n = 0; n < chunk.bytes.size(); ++n) {
         tx_free_us_ =
@@ -70,10 +74,18 @@ void TwinLink::reply(std::string_view bytes, std::int64_t now_us) {
       return;
     }
   }
-  tx_free_us_ =
-      std::max(tx_free_us_, double(now_us + latency_us_ + extra_us)) + byte_us_ * double(bytes.size());
-  chunk.t_us = std::int64_t(std::ceil(tx_free_us_));
-  tx_.push_back(std::move(chunk));
+  send(std::move(chunk.bytes), now_us, extra_us);
+}
+
+void TwinLink::send(std::string bytes, std::int64_t now_us, std::int64_t extra_us) {
+  tx_free_us_ = std::max(tx_free_us_, double(now_us + latency_us_ + extra_us)) + byte_us_ * double(bytes.size());
+  tx_.push_back({std::int64_t(std::ceil(tx_free_us_)), std::move(bytes), 0});
+}
+
+void TwinLink::hear(std::span<const std::byte> bytes, std::int64_t now_us) {
+  if (echoes_ == 0 || !connected_ || hung_) return;
+  --echoes_;
+  send({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, now_us, 0);
 }
 
 TwinLink::Chunk TwinLink::pop_send() {
@@ -93,6 +105,9 @@ bool TwinLink::inject(const SimFault& fault, std::int64_t now_us) {
     case FaultKind::kClose:
       close(now_us);
       return true;
+    case FaultKind::kEcho:
+      echoes_ = std::max<std::int64_t>(fault.count, 0);
+      return true;
     case FaultKind::kReboot:
     case FaultKind::kTrip:
       return false;
@@ -105,6 +120,6 @@ bool TwinLink::inject(const SimFault& fault, std::int64_t now_us) {
   }
 }
 
-void TwinLink::io(Archive& a) { a.all(connected_, hung_, rx_free_us_, tx_free_us_, rx_, tx_, faults_); }
+void TwinLink::io(Archive& a) { a.all(connected_, hung_, rx_free_us_, tx_free_us_, rx_, tx_, faults_, echoes_, last_reply_); }
 
 }  // namespace firn::plant

@@ -42,6 +42,7 @@ class TwinLink {
   std::int64_t next_arrival_us() const { return rx_.empty() ? kNever : rx_.front().t_us; }
   std::byte pop_arrival();
 
+  void hear(std::span<const std::byte> bytes, std::int64_t now_us);  ///< what the host sends, for kEcho
   void reply(std::string_view bytes, std::int64_t now_us);
   std::int64_t next_send_us() const { return tx_.empty() ? kNever : tx_.front().t_us; }
   Chunk pop_send();
@@ -61,6 +62,8 @@ class TwinLink {
     std::int64_t count = 0, delay_us = 0;
   };
 
+  void send(std::string bytes, std::int64_t now_us, std::int64_t extra_us);
+
   double byte_us_;
   std::int64_t latency_us_;
   bool connected_ = false, hung_ = false;
@@ -68,6 +71,8 @@ class TwinLink {
   std::deque<Arrival> rx_;
   std::deque<Chunk> tx_;
   std::vector<Pending> faults_;
+  std::int64_t echoes_ = 0;
+  std::string last_reply_;
 };
 
 }  // namespace firn::plant

@@ -132,7 +132,7 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
     if (!words.good()) return nak(Nak::kRange, "POWER 0 or 1");
     if (!on && state_.motion != Motion::kNone) return nak(Nak::kWrongState, "moving");
     if (!on) state_.power = 0, state_.power_at_us = kNever;
-    if (on && !state_.power) state_.power_at_us = now_us + kPower_us;
+    if (on && !state_.power && !state_.powerless) state_.power_at_us = now_us + kPower_us;
     return "ACK";
   }
   if (verb == "CAL") {
@@ -320,7 +320,8 @@ void RobotTwin::fail(int error, std::int64_t now_us, DeviceEvent why) {
 }
 
 void RobotTwin::trip(std::int64_t now_us, std::int64_t code) {
-  if (code == 0) state_.pressed = 0;
+  if (code == 0) state_.pressed = state_.powerless = 0;
+  if (code == 3) state_.powerless = 1;
   if (code == 2) fail(kMotionError, now_us, DeviceEvent::kRobotError);
   if (code != 1 && code != -1) return;  // -1: by command
   halt(now_us, kStopPower_s, DeviceEvent::kRobotBraked);

@@ -22,7 +22,7 @@ class RobotTwin : public Twin {
   void device_event(std::int64_t now_us) override;
   bool device_event_replies() const override { return true; }  ///< events come by themselves
   void reboot(std::int64_t now_us) override;
-  void trip(std::int64_t now_us, std::int64_t code) override;  ///< 1 emergency stop pressed, 2 motion error
+  void trip(std::int64_t now_us, std::int64_t code) override;  ///< 1 emergency stop pressed, 2 motion error, 3 power does not come
   void io(Archive& a) override;
 
  private:
@@ -36,7 +36,7 @@ class RobotTwin : public Twin {
     void io(Archive& a) { a.all(id, wanted, verified, points); }
   };
   struct State {
-    std::uint8_t power = 0, calibrated = 0, held = 0, fault = 0, estop = 0, pressed = 0;
+    std::uint8_t power = 0, calibrated = 0, held = 0, fault = 0, estop = 0, pressed = 0, powerless = 0;
     std::uint8_t last_done = 0, state2 = 0;
     Motion motion = Motion::kNone;
     std::int32_t speed = 100, error = 0, running = 0, at = 0, last = 0, last_ms = 0, mask = 0, wanted_mask = 0;

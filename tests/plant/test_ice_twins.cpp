@@ -324,3 +324,47 @@ TEST_CASE("A tank that runs empty, a blocked line and a dead coil give pulses wi
     CHECK(b.truth().ledger.landed[0] - before > 0.9 * 0.25 * double(run.ticks.size()));
   }
 }
+
+TEST_CASE("Frozen thermocouples, stuck laser values, refused power, echoes and stray replies are what they say") {
+  IceBench b(small());
+  b.world.inject({"robot", FaultKind::kTrip, 3, 0}, b.now_us);
+  b.robot("HELLO FIRN 1");
+  b.robot("POWER 1");
+  b.run(5'000'000);
+  CHECK_FALSE(b.status().power);
+  b.world.inject({"robot", FaultKind::kTrip, 0, 0}, b.now_us);
+  b.home();
+  CHECK(b.status().calibrated);
+
+  b.world.inject({"laser_point", FaultKind::kTrip, 2, 0}, b.now_us);
+  const std::string stuck = b.laser("M1");
+  b.robot("MOVEZ 21000 20");
+  b.wait_for_rest();
+  CHECK(b.laser("M1") == stuck);
+  b.world.inject({"laser_point", FaultKind::kTrip, 0, 0}, b.now_us);
+  CHECK(b.laser("M1") != stuck);
+
+  b.world.inject({"laser_point", FaultKind::kEcho, 1, 0}, b.now_us);
+  const std::string echoed = b.laser("PR");
+  CHECK(echoed.starts_with("PR\r"));
+  b.run(1'000'000);
+  const std::string before = b.laser("PR");
+  b.world.inject({"laser_point", FaultKind::kStray, 1, 0}, b.now_us);
+  CHECK(b.laser("AN") == before);  // the true answer follows
+  b.run(1'000'000);
+  CHECK(b.heard["laser_point"] == before + "AN,0,0\r");
+
+  const auto read = [&] {
+    drivers::LineWriter line;
+    line.text("T?");
+    const std::string reply = b.ask(kHeaterPort, line.finish(0));
+    return drivers::thermostat::parse_reading(drivers::checked_text(reply, 0).value()).value();
+  };
+  const double shown = read().celsius[1];
+  b.world.inject({"heater", FaultKind::kTrip, 11, 0}, b.now_us);
+  b.run(100'000'000);
+  CHECK(read().celsius[1] == Approx(shown).margin(1.0));
+  const double frozen = read().celsius[1];
+  b.run(100'000'000);
+  CHECK(read().celsius[1] == frozen);
+}
