@@ -8,7 +8,7 @@
 #include "procs/lamp/node.h"
 #include "procs/laser_profiler/node.h"
 #include "procs/safety/node.h"
-#include "procs/scheduler/node.h"
+#include "procs/scheduler/scheduler.h"
 #include "procs/stage/node.h"
 #include "procs/surface_mapper/node.h"
 

@@ -20,7 +20,7 @@
 #include "firn/run_end_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
-#include "procs/scheduler/node.h"
+#include "procs/scheduler/droplet_loop.h"
 #include "tests/support/node_bench.h"
 
 namespace firn::test {
@@ -35,7 +35,7 @@ inline Experiment small() {
 // A lab that answers commands truthfully, counts every droplet it fires, and can crash in the middle of any command.
 struct FakeLab : NodeBench {
   explicit FakeLab(std::uint64_t seed, const Experiment& e = small())
-      : NodeBench(NodeId::kScheduler, std::make_unique<Scheduler>(e, HeightMap(e.grid, 0.05), Mask(e.grid, 1))),
+      : NodeBench(NodeId::kScheduler, std::make_unique<DropletLoop>(e, HeightMap(e.grid, 0.05), Mask(e.grid, 1))),
         random(seed, Purpose::kTest), experiment(e) {}
 
   void begin(std::int32_t incarnation) {

@@ -1,4 +1,4 @@
-// What the scheduler sends when it enters a phase, and what it reports.
+// What the droplet loop sends when it enters a phase, and what it reports.
 #include <algorithm>
 #include <cmath>
 
@@ -7,29 +7,16 @@
 #include "firn/profiler_command_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
-#include "procs/scheduler/node.h"
-#include "procs/scheduler/timers.h"
+#include "procs/scheduler/droplet_loop.h"
 
 namespace firn {
 namespace {
-
-// Twice as long as it should take, plus this much wall time for links and a loaded machine.
-constexpr double kSlackWall_s = 20.0;
 
 double extent_mm(int n, double pitch_mm) { return (n + 1) * pitch_mm; }
 
 }  // namespace
 
-template <class Command>
-void Scheduler::stamp(Command& c, NodeId driver, double allowed_s, Time now, Outbox& out) {
-  c.command_id = ++last_command_id_;
-  c.enable_epoch = epoch_;
-  c.layer = job_.finished() ? layers_done_ : job_.layer();
-  pending_ = Pending{c.command_id, driver};
-  out.wake_at(kDeadline, now.after_s(2.0 * allowed_s + kSlackWall_s * experiment_.run.time_scale));
-}
-
-void Scheduler::proceed(Phase next, Time now, Outbox& out) {
+void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
   count_phase_time(now);
   if (next == Phase::kArmJet && job_.finished()) {
     if (layers_done_ != job_.layer()) {
@@ -65,13 +52,11 @@ void Scheduler::proceed(Phase next, Time now, Outbox& out) {
     case Phase::kDisarmJet: return send_jet(JetVerb::kDisarm, now, out);
     case Phase::kPark: return send_park(now, out);
     case Phase::kCure: return send_exposure(now, out);
-    case Phase::kGetReady:
-    case Phase::kStopped:
-    case Phase::kOver: return;
+    default: return;
   }
 }
 
-void Scheduler::send_pass(Time now, Outbox& out) {
+void DropletLoop::send_pass(Time now, Outbox& out) {
   const DropletPattern& drops = job_.drops();
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kPass);
@@ -92,7 +77,7 @@ void Scheduler::send_pass(Time now, Outbox& out) {
   out.send(channels::kStageCommand, c);
 }
 
-void Scheduler::send_park(Time now, Outbox& out) {
+void DropletLoop::send_park(Time now, Outbox& out) {
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kMove);
   c.x_mm = experiment_.process.park_x_mm;
@@ -103,7 +88,7 @@ void Scheduler::send_park(Time now, Outbox& out) {
   out.send(channels::kStageCommand, c);
 }
 
-void Scheduler::send_scan(Time now, Outbox& out) {
+void DropletLoop::send_scan(Time now, Outbox& out) {
   const GridSpec& g = experiment_.grid;
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kScan);
@@ -119,7 +104,7 @@ void Scheduler::send_scan(Time now, Outbox& out) {
   out.send(channels::kStageCommand, c);
 }
 
-void Scheduler::send_jet(JetVerb verb, Time now, Outbox& out) {
+void DropletLoop::send_jet(JetVerb verb, Time now, Outbox& out) {
   jet_command_t c{};
   c.verb = std::int8_t(verb);
   c.attempt = job_.attempt();
@@ -130,7 +115,7 @@ void Scheduler::send_jet(JetVerb verb, Time now, Outbox& out) {
   out.send(b ? channels::kJetBCommand : channels::kJetCommand, c);
 }
 
-void Scheduler::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
+void DropletLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
   if (verb == ProfilerVerb::kArm) ++scan_id_;
   profiler_command_t c{};
   c.verb = std::int8_t(verb);
@@ -143,7 +128,7 @@ void Scheduler::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
   out.send(channels::kProfilerCommand, c);
 }
 
-void Scheduler::send_exposure(Time now, Outbox& out) {
+void DropletLoop::send_exposure(Time now, Outbox& out) {
   lamp_command_t c{};
   c.verb = std::int8_t(LampVerb::kExpose);
   c.attempt = job_.attempt();
@@ -153,25 +138,7 @@ void Scheduler::send_exposure(Time now, Outbox& out) {
   out.send(channels::kLampCommand, c);
 }
 
-void Scheduler::count_phase_time(Time now) {
-  const double s = seconds_between(phase_since_, now);
-  phase_since_ = now;
-  switch (phase_) {
-    case Phase::kArmProfiler:
-    case Phase::kScan:
-    case Phase::kEndScan:
-    case Phase::kAwaitMap: scan_s_ += s; return;
-    case Phase::kAwaitPlan: decide_s_ += s; return;
-    case Phase::kArmJet:
-    case Phase::kPass:
-    case Phase::kDisarmJet: deposit_s_ += s; return;
-    case Phase::kPark:
-    case Phase::kCure: cure_s_ += s; return;
-    default: return;
-  }
-}
-
-void Scheduler::publish_metrics(const height_map_t& map, Outbox& out) {
+void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
   const HeightMap height = height_of(map);
   const ErrorStats e = error_stats(height, target_, mask_);
   double target_sum = 0.0, height_sum = 0.0;

@@ -1,0 +1,50 @@
+// The paths between two answers to a height map, as path_planner sends them one by one.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/grid/grid.h"
+#include "firn/path_job_t.hpp"
+#include "firn/pulse_list_t.hpp"
+
+namespace firn {
+
+/// A path with the samples where its pulse lists begin: it is run list by list, from rest to rest.
+struct PathTask {
+  path_job_t job;
+  std::vector<double> list_start_s;      ///< one per list; empty for a measurement
+  std::vector<std::int64_t> list_pulses;
+};
+
+/// Fills with PATH_JOBs and PULSE_LISTs in any order; a newer batch replaces an older one.
+class PathBatch {
+ public:
+  void add(const path_job_t& job);
+  void add(const pulse_list_t& list);
+
+  std::int64_t number() const { return number_; }
+  std::int64_t map_id() const { return map_id_; }      ///< of the map that it answers
+  /// Whether all jobs and all their lists are here.
+  bool complete() const;
+  /// Why the first refused path was refused, with its number; empty = none.
+  std::string refusal() const;
+
+  /// In order. @pre complete()
+  std::vector<PathTask> deposition() const;
+  std::vector<PathTask> measurement() const;
+
+ private:
+  std::vector<PathTask> of_kind(bool measurement) const;
+
+  std::int64_t number_ = 0, map_id_ = 0;
+  int missing_ = 0;                      ///< jobs
+  std::vector<PathTask> tasks_;
+  std::vector<pulse_list_t> early_;      ///< lists whose job is not here yet, without their ticks
+};
+
+/// I6: the map's highest cell under the box that the tool sweeps, plus the margin, must not reach the tool.
+/// @returns by how much it does [mm]; at most 0 = clear. Cells without a height are not judged.
+double scrape_mm(const path_job_t& job, const HeightMap& map, double margin_mm);
+
+}  // namespace firn

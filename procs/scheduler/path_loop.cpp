@@ -1,0 +1,291 @@
+#include "procs/scheduler/path_loop.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firn/path_report_t.hpp"
+#include "lcmtypes/convert.h"
+
+namespace firn {
+namespace {
+
+constexpr int kMostAttempts = 3;
+constexpr int kMostSlips = 2;
+
+}  // namespace
+
+PathLoop::PathLoop(const Experiment& experiment, slice::PrintPaths paths, double tick_s)
+    : Scheduler(experiment, Phase::kRunPath), paths_(std::move(paths)), tick_s_(tick_s) {
+  interrupted_ = Phase::kHeat;
+  subscribe(channels::kPathJob, this);
+  subscribe(channels::kPulseList, this);
+  subscribe(channels::kHeightMap, this);
+  subscribe(channels::kControlSurface, this);
+  subscribe(channels::kTemperature, this);
+}
+
+std::int64_t PathLoop::act_size() const { return depositing() ? std::int64_t(task().job.duration_s * 1e6) : 0; }
+
+int PathLoop::command_layer() const { return depositing() ? task().job.layer : layers_done_; }
+
+std::string PathLoop::awaited() const {
+  switch (phase_) {
+    case Phase::kWarmUp: return "the end effector's tip is not above heater.low_degC";
+    case Phase::kAwaitMap: return "no height map for scan " + std::to_string(scan_id_);
+    case Phase::kAwaitSurface: return "no control surface for map " + std::to_string(map_id_);
+    default: return "no paths that answer map " + std::to_string(map_id_);
+  }
+}
+
+std::string PathLoop::doubt() const {
+  return "a path of layer " + std::to_string(depositing() ? task().job.layer : layers_done_) +
+         " is in doubt and the open loop cannot correct it: look at the part, then resume with --accept-doubt";
+}
+
+bool PathLoop::waits_for_operator() const {
+  return in_doubt_ && experiment_.control.scheme == "open_loop" && !doubt_accepted_;
+}
+
+void PathLoop::operator_accepted(Time now, Outbox& out) {
+  if (phase_ == Phase::kAwaitOperator) next_path(now, out);
+}
+
+// A crash may have left the arm anywhere, and without power: it goes home first. What could deposit twice is settled,
+// anything else is begun again.
+void PathLoop::after_resume(Time now, Outbox& out) {
+  switch (interrupted_) {
+    case Phase::kHeat:
+    case Phase::kWarmUp:
+    case Phase::kHoming: return proceed(Phase::kHeat, now, out);  // with the goal that homing had
+    case Phase::kLoadPulses:
+    case Phase::kArmValve: after_homing_ = Phase::kLoadPath; break;
+    case Phase::kRunPath: after_homing_ = Phase::kDisarmValve; break;
+    case Phase::kLoadScan:
+    case Phase::kArmLaser:
+    case Phase::kRunScan:
+    case Phase::kCollect:
+      ++scan_attempt_;
+      scan_at_ = 0;
+      after_homing_ = Phase::kLoadScan;
+      break;
+    default: after_homing_ = interrupted_;
+  }
+  proceed(Phase::kHeat, now, out);
+}
+
+void PathLoop::answered_late(const answer_t&) {}
+
+void PathLoop::answered(const answer_t& m, Time now, Outbox& out) {
+  switch (phase_) {
+    case Phase::kHeat: return proceed(Phase::kWarmUp, now, out);
+    case Phase::kHoming: return proceed(after_homing_, now, out);
+    case Phase::kLoadPath: return proceed(Phase::kLoadPulses, now, out);
+    case Phase::kLoadPulses: return proceed(Phase::kArmValve, now, out);
+    case Phase::kArmValve: return proceed(Phase::kRunPath, now, out);
+    case Phase::kRunPath: return proceed(Phase::kDisarmValve, now, out);
+    case Phase::kDisarmValve: return settle_list(m.counted, now, out);
+    case Phase::kRaise: return measure_again(now, out);
+    case Phase::kLoadScan: return proceed(Phase::kArmLaser, now, out);
+    case Phase::kArmLaser: return proceed(Phase::kRunScan, now, out);
+    case Phase::kRunScan: return proceed(Phase::kCollect, now, out);
+    case Phase::kCollect:
+      ++scan_at_;
+      return next_scan_path(now, out);
+    default: return;
+  }
+}
+
+// A list was run, or was not, or nobody knows.
+void PathLoop::settle_list(std::int64_t pulses_counted, Time now, Outbox& out) {
+  if (!act_answer_) return next_path(now, out);
+  const answer_t m = *act_answer_;
+  act_answer_.reset();
+  const Outcome outcome = Outcome(m.outcome);
+  // Refused and none: the arm has not moved, so the valve has had no signal; if it counted pulses all the same, something
+  // was deposited somewhere.
+  const bool nothing = (outcome == Outcome::kNone || outcome == Outcome::kRefused) && pulses_counted <= 0;
+  if (nothing && ++attempt_ < kMostAttempts) return proceed(Phase::kLoadPath, now, out);
+  if (nothing) return fail(5, "path " + std::to_string(task().job.path) + " did not begin in " + std::to_string(kMostAttempts) + " attempts", now, out);
+  outcome_ = m.outcome;
+  attempt_ = 0;
+  pulses_counted_ = pulses_counted < 0 || pulses_counted_ < 0 ? -1 : pulses_counted_ + pulses_counted;
+  if (outcome != Outcome::kDone) {
+    closed_ = in_doubt_ = true;
+    doubt_accepted_ = false;
+    measured_s_ = kNotMeasured;
+  } else {
+    measured_s_ += double(m.counted) * 1e-6;
+    const double slip_s = std::abs(double(m.counted - m.expected)) * 1e-6;
+    slips_ = slip_s > experiment_.ice.max_time_slip_s ? slips_ + 1 : 0;
+    if (slips_ >= kMostSlips)
+      return fail(7, "path " + std::to_string(task().job.path) + " took " + std::to_string(double(m.counted) * 1e-6) + " s instead of " +
+                         std::to_string(double(m.expected) * 1e-6) + " s, as the one before: its pulses lie elsewhere", now, out);
+  }
+  ++list_;
+  if (!closed_ && list_ < task().job.lists) return proceed(Phase::kLoadPath, now, out);
+  report(out);
+  ++at_;
+  next_path(now, out);
+}
+
+void PathLoop::report(Outbox& out) {
+  const path_job_t& job = task().job;
+  path_report_t r{};
+  r.path = job.path;
+  r.batch = job.batch;
+  r.layer = job.layer;
+  r.attempt = 0;
+  r.material = job.material;
+  r.kind = job.kind;
+  r.outcome = std::int8_t(outcome_);
+  r.pulses_commanded = job.pulses;
+  r.pulses_counted = pulses_counted_;
+  r.volume_mm3 = job.volume_mm3;
+  r.planned_s = job.duration_s;
+  r.measured_s = measured_s_;
+  r.begin_utime_us = begun_.us;
+  out.send(channels::kPathReport, r);
+  pulses_interval_ += std::max<std::int64_t>(0, pulses_counted_);
+  pulses_total_ += std::max<std::int64_t>(0, pulses_counted_);
+}
+
+void PathLoop::next_path(Time now, Outbox& out) {
+  if (waits_for_operator()) return proceed(Phase::kAwaitOperator, now, out);
+  list_ = attempt_ = outcome_ = 0;
+  closed_ = false;
+  pulses_counted_ = 0;
+  measured_s_ = 0.0;
+  if (depositing()) return proceed(Phase::kLoadPath, now, out);
+  for (const PathTask& t : deposition_) layers_done_ = std::max(layers_done_, int(t.job.layer));
+  scan_ = std::move(next_scan_);
+  next_scan_.clear();
+  scan_attempt_ = 0;
+  scan_at_ = 0;
+  next_scan_path(now, out);
+}
+
+void PathLoop::next_scan_path(Time now, Outbox& out) {
+  proceed(scan_at_ < scan_.size() ? Phase::kLoadScan : Phase::kAwaitMap, now, out);
+}
+
+void PathLoop::measure_again(Time now, Outbox& out) {
+  ++scan_attempt_;
+  scan_at_ = 0;
+  next_scan_path(now, out);
+}
+
+void PathLoop::on(const path_job_t& m, Time now, Outbox& out) {
+  if (!m.text.empty() && phase_ != Phase::kStopped && phase_ != Phase::kOver) {
+    batch_.add(m);
+    return fail(8, "PATH_JOB: " + batch_.refusal(), now, out);
+  }
+  batch_.add(m);
+  if (phase_ == Phase::kAwaitPaths) act_on_batch(now, out);
+}
+
+void PathLoop::on(const pulse_list_t& m, Time now, Outbox& out) {
+  batch_.add(m);
+  if (phase_ == Phase::kAwaitPaths) act_on_batch(now, out);
+}
+
+void PathLoop::act_on_batch(Time now, Outbox& out) {
+  if (!batch_.complete() || batch_.number() <= batch_done_ || batch_.map_id() != map_id_) return;
+  out.cancel(kDeadline);
+  std::vector<PathTask> deposition = batch_.deposition(), measurement = batch_.measurement();
+  const std::string what = "batch " + std::to_string(batch_.number());
+  if (deposition.empty() || measurement.empty())
+    return fail(8, what + (deposition.empty() ? " deposits nothing" : " is not measured"), now, out);
+  for (const PathTask& t : newest_.size() ? deposition : std::vector<PathTask>()) {
+    const double scrape = scrape_mm(t.job, newest_, experiment_.ice.clearance_mm);
+    if (scrape <= 0.0) continue;
+    const std::string text = "path " + std::to_string(t.job.path) + " of layer " + std::to_string(t.job.layer) + ": the map reaches " +
+                             std::to_string(scrape) + " mm into the clearance of " + std::to_string(experiment_.ice.clearance_mm) +
+                             " mm under the nozzle";
+    if (raised_) return fail(6, text, now, out);
+    raised_ = true;
+    send_fault(Severity::kWarning, 6, text + "; raising and measuring again", out);
+    return proceed(Phase::kRaise, now, out);
+  }
+  raised_ = false;
+  batch_done_ = batch_.number();
+  deposition_ = std::move(deposition);
+  next_scan_ = std::move(measurement);
+  at_ = 0;
+  pulses_interval_ = 0;
+  next_path(now, out);
+}
+
+// A map can overtake the laser's last answer, or arrive while the lab gets ready again: it is kept until its turn.
+void PathLoop::on(const height_map_t& m, Time now, Outbox& out) {
+  if (m.layer != layers_done_ || m.attempt != scan_attempt_ || m.map_id == map_id_) return;
+  map_ = m;
+  if (phase_ == Phase::kAwaitMap) act_on_map(now, out);
+}
+
+void PathLoop::act_on_map(Time now, Outbox& out) {
+  if (!map_ || map_->layer != layers_done_ || map_->attempt != scan_attempt_) return;
+  const height_map_t m = std::move(*map_);
+  map_.reset();
+  out.cancel(kDeadline);
+  const double needed = experiment_.process.min_measured_fraction;
+  if (m.measured_fraction < needed) {
+    const std::string what = "height map of layer " + std::to_string(m.layer) + ": the laser has measured " +
+                             std::to_string(m.measured_fraction) + " of it; " + std::to_string(needed) + " is needed";
+    if (scan_attempt_ >= experiment_.process.max_rescans) return fail(13, what, now, out);
+    send_fault(Severity::kWarning, 13, what + "; measuring again", out);
+    count_phase_time(now);
+    return measure_again(now, out);
+  }
+  map_id_ = m.map_id;
+  newest_ = height_of(m);
+  in_doubt_ = false;
+  count_phase_time(now);
+  publish_metrics(m, out);
+  deposit_s_ = scan_s_ = decide_s_ = 0;
+  proceed(Phase::kAwaitSurface, now, out);
+}
+
+void PathLoop::on(const control_surface_t& m, Time now, Outbox& out) {
+  if (m.layer != layers_done_ || m.attempt != scan_attempt_) return;
+  surface_ = m;
+  if (phase_ == Phase::kAwaitSurface) act_on_surface(now, out);
+}
+
+void PathLoop::act_on_surface(Time now, Outbox& out) {
+  if (!surface_ || surface_->map_id != map_id_) return;
+  const control_surface_t m = std::move(*surface_);
+  surface_.reset();
+  out.cancel(kDeadline);
+  if (PlanDecision(m.decision) == PlanDecision::kEnd) return finish_run(RunOutcome::kFinished, 0, m.reason, out);
+  if (PlanDecision(m.decision) == PlanDecision::kStop) {
+    send_fault(Severity::kWarning, 12, "controller: " + m.reason, out);
+    return finish_run(RunOutcome::kWaitsForOperator, 3, m.reason, out);
+  }
+  proceed(Phase::kAwaitPaths, now, out);
+}
+
+void PathLoop::on(const temperature_t& m, Time now, Outbox& out) {
+  temperature_ = m;
+  act_on_temperature(now, out);
+}
+
+// (b) alone keeps the valves from freezing when (a) fails [2.3.3]; what counts is what the tip's thermocouple says.
+void PathLoop::act_on_temperature(Time now, Outbox& out) {
+  if (!temperature_ || phase_ == Phase::kGetReady || phase_ == Phase::kStopped || phase_ == Phase::kOver) return;
+  const temperature_t& t = *temperature_;
+  const bool tip_failed = t.fault[0] != 0, window_failed = t.fault[1] != 0;
+  if (tip_failed && window_failed) return fail(10, "heaters (a) and (b) have both failed: the valves freeze", now, out);
+  const bool warm = std::isfinite(t.degC[0]) ? t.degC[0] >= experiment_.heater.low_degC : !window_failed;
+  if (phase_ == Phase::kWarmUp) {
+    if (!warm) return;
+    out.cancel(kDeadline);
+    return proceed(Phase::kHoming, now, out);
+  }
+  if (!warm && phase_ != Phase::kHeat)
+    return fail(10, "the end effector's tip is at " + std::to_string(t.degC[0]) + " degC, below heater.low_degC = " +
+                        std::to_string(experiment_.heater.low_degC) + ": the valves freeze", now, out);
+  if (tip_failed && !one_heater_) send_fault(Severity::kWarning, 10, "heater (a) has failed; (b) alone keeps the valves warm", out);
+  one_heater_ = tip_failed;
+}
+
+}  // namespace firn

@@ -1,0 +1,198 @@
+#include "procs/scheduler/scheduler.h"
+
+#include <algorithm>
+
+#include "firn/fault_t.hpp"
+#include "firn/run_end_t.hpp"
+
+namespace firn {
+namespace {
+
+constexpr int bit(NodeId n) { return 1 << int(n); }
+constexpr int kMostRefusals = 10;
+constexpr double kAgainWall_s = 0.05;  // about one period of the lease
+
+}  // namespace
+
+Scheduler::Scheduler(const Experiment& experiment, Phase act) : experiment_(experiment), act_(act) {
+  for (const NodeInfo& n : nodes()) {
+    if (!n.driver) continue;
+    subscribe(channels::answer(n.id), this);
+    subscribe(channels::device_state(n.id), this);
+    if (takes_part(experiment_, n.name)) all_drivers_ |= bit(n.id);
+  }
+  subscribe(channels::kEnable, this);
+  subscribe(channels::kSafeStop, this);
+  subscribe(channels::kOperatorCommand, this);
+}
+
+void Scheduler::start(const Start& start, Time now, Outbox& out) {
+  if (phase_ == Phase::kOver) return;
+  incarnation_ = start.incarnation;
+  enabled_ = false;
+  safe_drivers_ = 0;
+  if (start.resumed() && phase_ != Phase::kGetReady && phase_ != Phase::kStopped) interrupted_ = phase_;
+  phase_ = Phase::kGetReady;
+  phase_since_ = now;
+  // Instruments connect, identify and home in this time.
+  out.wake_at(kDeadline, now.after_s(60.0 * experiment_.run.time_scale));
+}
+
+void Scheduler::on(const enable_t& m, Time now, Outbox& out) {
+  epoch_ = std::max(epoch_, m.enable_epoch);
+  enabled_ = m.enabled && m.enable_epoch == epoch_;
+  try_ready(now, out);
+}
+
+void Scheduler::on(const device_state_t& m, Time now, Outbox& out) {
+  const NodeInfo* node = find_node(m.node);
+  if (!node || m.header.incarnation < incarnation_) return;  // of before the resume, delivered only now
+  if (DeviceState(m.state) == DeviceState::kSafe)
+    safe_drivers_ |= bit(node->id) & all_drivers_;
+  else
+    safe_drivers_ &= ~bit(node->id);
+  try_ready(now, out);
+}
+
+void Scheduler::on(const safe_stop_t& m, Time, Outbox& out) {
+  if (phase_ == Phase::kStopped || phase_ == Phase::kOver) return;
+  epoch_ = std::max(epoch_, m.enable_epoch);
+  if (phase_ != Phase::kGetReady) interrupted_ = phase_;
+  phase_ = Phase::kStopped;
+  enabled_ = false;
+  finish_run(RunOutcome::kStoppedSafely, 3, m.cause, out);
+}
+
+void Scheduler::on(const operator_command_t& m, Time now, Outbox& out) {
+  if (OperatorVerb(m.verb) != OperatorVerb::kAcceptDoubt) return;
+  doubt_accepted_ = true;
+  out.cancel(kOperator);
+  operator_accepted(now, out);
+}
+
+void Scheduler::try_ready(Time now, Outbox& out) {
+  if (phase_ != Phase::kGetReady || !enabled_ || safe_drivers_ != all_drivers_ || pending_) return;
+  after_resume(now, out);
+}
+
+void Scheduler::wake(TimerId timer, Time now, Outbox& out) {
+  if (phase_ == Phase::kOver || phase_ == Phase::kStopped) return;
+  if (timer == kAgain) return phase_ == Phase::kGetReady || pending_ ? void() : proceed(phase_, now, out);
+  if (timer == kOperator) return finish_run(RunOutcome::kWaitsForOperator, 3, doubt(), out);
+  if (phase_ == Phase::kGetReady && pending_ && safe_drivers_ == all_drivers_) {
+    // The driver is back and says nothing of the command: of an act, all is in doubt; anything else is begun again.
+    if (interrupted_ == act_) {
+      answer_t nothing;
+      nothing.outcome = std::int8_t(Outcome::kUnknown);
+      nothing.counted = -1;
+      nothing.unknown_from = 0;
+      nothing.unknown_to = act_size();
+      act_answer_ = nothing;
+    }
+    pending_.reset();
+    out.wake_at(kDeadline, now.after_s(30.0 * experiment_.run.time_scale));
+    return try_ready(now, out);
+  }
+  fail(5, overdue() + " within " + std::to_string(seconds_between(phase_since_, now)) + " s", now, out);
+}
+
+std::string Scheduler::overdue() const {
+  if (phase_ == Phase::kGetReady) {
+    std::string missing;
+    for (const NodeInfo& n : nodes())
+      if ((all_drivers_ & ~safe_drivers_) & bit(n.id)) missing += (missing.empty() ? "" : ", ") + std::string(n.name);
+    return missing.empty() ? "safety has not granted the lease" : missing + " not SAFE";
+  }
+  if (pending_)
+    return std::string(info(pending_->driver).name) + " has not answered command " + std::to_string(pending_->command_id);
+  return awaited();
+}
+
+void Scheduler::on(const answer_t& m, Time now, Outbox& out) {
+  if (!pending_ || m.command_id != pending_->command_id) return;  // repeated, or of an older incarnation
+  pending_.reset();
+  out.cancel(kDeadline);
+  if (phase_ != Phase::kGetReady && phase_ != Phase::kStopped) return take_answer(m, now, out);
+  // Answer to the command that the crash or the stop interrupted: kept until the print goes on.
+  if (interrupted_ == act_) act_answer_ = m;
+  answered_late(m);
+  if (phase_ == Phase::kGetReady) out.wake_at(kDeadline, now.after_s(60.0 * experiment_.run.time_scale));
+  try_ready(now, out);
+}
+
+void Scheduler::take_answer(const answer_t& m, Time now, Outbox& out) {
+  const Outcome outcome = Outcome(m.outcome);
+  // Refused is not begun. The lease can reach the scheduler before it reaches the driver, so it is tried again.
+  if (outcome == Outcome::kRefused && refused_ < kMostRefusals) {
+    ++refused_;
+    return out.wake_at(kAgain, now.after_s(kAgainWall_s * experiment_.run.time_scale));
+  }
+  refused_ = 0;
+  if (phase_ == act_) act_answer_ = m;
+  if (outcome != Outcome::kDone && outcome != Outcome::kReady) return fail(m.code, m.node + ": " + m.text, now, out);
+  answered(m, now, out);
+}
+
+void Scheduler::count_phase_time(Time now) {
+  const double s = seconds_between(phase_since_, now);
+  phase_since_ = now;
+  switch (phase_) {
+    case Phase::kArmProfiler:
+    case Phase::kScan:
+    case Phase::kEndScan:
+    case Phase::kAwaitMap:
+    case Phase::kLoadScan:
+    case Phase::kArmLaser:
+    case Phase::kRunScan:
+    case Phase::kCollect: scan_s_ += s; return;
+    case Phase::kAwaitPlan:
+    case Phase::kAwaitSurface:
+    case Phase::kAwaitPaths: decide_s_ += s; return;
+    case Phase::kArmJet:
+    case Phase::kPass:
+    case Phase::kDisarmJet:
+    case Phase::kLoadPath:
+    case Phase::kLoadPulses:
+    case Phase::kArmValve:
+    case Phase::kRunPath:
+    case Phase::kDisarmValve: deposit_s_ += s; return;
+    case Phase::kPark:
+    case Phase::kCure: cure_s_ += s; return;
+    default: return;
+  }
+}
+
+void Scheduler::send_fault(Severity severity, int code, const std::string& text, Outbox& out) {
+  fault_t f;
+  f.severity = std::int8_t(severity);
+  f.code = code;
+  f.node = "scheduler";
+  f.text = text;
+  out.send(channels::fault(NodeId::kScheduler), f);
+}
+
+void Scheduler::fail(int code, const std::string& text, Time now, Outbox& out) {
+  send_fault(Severity::kStop, code, text, out);
+  count_phase_time(now);
+  if (phase_ != Phase::kGetReady) interrupted_ = phase_;
+  phase_ = Phase::kStopped;
+  finish_run(RunOutcome::kStoppedSafely, 3, text, out);
+}
+
+void Scheduler::finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox& out) {
+  run_end_t end;
+  end.outcome = std::int8_t(outcome);
+  end.layers = layers_done_;
+  end.reason = reason;
+  out.cancel(kDeadline);
+  out.cancel(kOperator);
+  if (outcome == RunOutcome::kFinished) phase_ = Phase::kOver;
+  if (outcome == RunOutcome::kWaitsForOperator) {
+    interrupted_ = phase_;
+    phase_ = Phase::kStopped;
+  }
+  out.send(channels::kRunEnd, end);
+  out.finish(status, reason);
+}
+
+}  // namespace firn

@@ -1,0 +1,107 @@
+// What the loops of all kinds of labs share: getting ready under the lease, one command at a time, answers that are late,
+// refused or never come, faults, resume, the end of the run.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "config/experiment.h"
+#include "firn/answer_t.hpp"
+#include "firn/device_state_t.hpp"
+#include "firn/enable_t.hpp"
+#include "firn/operator_command_t.hpp"
+#include "firn/safe_stop_t.hpp"
+#include "lcmtypes/outcome.h"
+#include "procs/scheduler/timers.h"
+#include "runtime/node.h"
+
+namespace firn {
+
+/// At most one command is outstanding, so after a crash at most one act is in doubt. A loop says in proceed() what each
+/// phase commands and in answered() what follows it; the phase whose repetition could deposit twice is its act.
+class Scheduler : public Node {
+ public:
+  void start(const Start&, Time now, Outbox&) override;
+  void wake(TimerId, Time now, Outbox&) override;
+  void on(const enable_t&, Time now, Outbox&);
+  void on(const safe_stop_t&, Time now, Outbox&);
+  void on(const device_state_t&, Time now, Outbox&);
+  void on(const answer_t&, Time now, Outbox&);
+  void on(const operator_command_t&, Time now, Outbox&);
+
+ protected:
+  /// What the print is doing; each is left by exactly one kind of message.
+  enum class Phase {
+    kGetReady,      // all drivers SAFE and the lease granted
+    kHoming,
+    kArmProfiler, kScan, kEndScan, kAwaitMap, kAwaitPlan,       // droplets
+    kArmJet, kPass, kDisarmJet, kPark, kCure,
+    kHeat, kWarmUp, kAwaitPaths, kAwaitSurface,                 // paths
+    kLoadPath, kLoadPulses, kArmValve, kRunPath, kDisarmValve, kAwaitOperator, kRaise,
+    kLoadScan, kArmLaser, kRunScan, kCollect,
+    kStopped, kOver,
+  };
+  struct Pending {
+    std::int64_t command_id = 0;
+    NodeId driver{};
+  };
+
+  /// @param act the phase that deposits
+  Scheduler(const Experiment& experiment, Phase act);
+
+  virtual void proceed(Phase next, Time now, Outbox&) = 0;             ///< enters a phase: sends its command, arms its deadline
+  virtual void answered(const answer_t&, Time now, Outbox&) = 0;       ///< what the phase commanded is done
+  virtual void answered_late(const answer_t&) {}                       ///< the same of the interrupted phase, before the print goes on
+  virtual void after_resume(Time now, Outbox&) = 0;                    ///< picks up the phase that the crash interrupted
+  virtual void operator_accepted(Time now, Outbox&) = 0;
+  virtual std::int64_t act_size() const = 0;                           ///< all of it is in doubt when the driver knows nothing of it
+  virtual int command_layer() const = 0;
+  virtual std::string awaited() const = 0;                             ///< what is late where no command is outstanding
+  virtual std::string doubt() const = 0;                               ///< what the operator is asked
+
+  void try_ready(Time now, Outbox&);
+  void finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox&);
+  void send_fault(Severity severity, int code, const std::string& text, Outbox&);
+  void fail(int code, const std::string& text, Time now, Outbox&);     ///< FAULT that stops the print
+  void count_phase_time(Time now);
+  /// Fills in id, epoch and layer, and arms the deadline: allowed_s of node time, longer where wall time matters.
+  template <class Command>
+  void stamp(Command& command, NodeId driver, double allowed_s, Time now, Outbox& out) {
+    command.command_id = ++last_command_id_;
+    command.enable_epoch = epoch_;
+    command.layer = command_layer();
+    pending_ = Pending{command.command_id, driver};
+    out.wake_at(kDeadline, now.after_s(2.0 * allowed_s + kSlackWall_s * experiment_.run.time_scale));
+  }
+
+  // Twice as long as it should take, plus this much wall time for links and a loaded machine.
+  static constexpr double kSlackWall_s = 20.0;
+
+  Experiment experiment_;
+  Phase act_;
+  Phase phase_ = Phase::kGetReady;
+  Phase interrupted_ = Phase::kHoming;  ///< where to go on when ready
+  std::optional<answer_t> act_answer_;  ///< what the driver said of the act, until it is settled
+  bool doubt_accepted_ = false;
+  int layers_done_ = 0;
+  double deposit_s_ = 0, cure_s_ = 0, scan_s_ = 0, decide_s_ = 0;
+
+ private:
+  void take_answer(const answer_t&, Time now, Outbox&);
+  std::string overdue() const;          ///< who is late, for the fault's text
+
+  int all_drivers_ = 0;                 ///< bit per NodeId that takes part
+  std::int32_t incarnation_ = 0;
+  int refused_ = 0;                     ///< times in a row that the command of this phase was refused
+  std::optional<Pending> pending_;
+  std::int64_t last_command_id_ = 0;
+  std::int64_t epoch_ = 0;
+  bool enabled_ = false;
+  int safe_drivers_ = 0;                ///< bit per NodeId
+  Time phase_since_;
+};
+
+/// The loop of the experiment's lab. @throws std::invalid_argument, ConfigError
+std::unique_ptr<Node> make_scheduler(const std::string& config_toml, const Blobs& blobs);
+
+}  // namespace firn
