@@ -11,6 +11,7 @@
 
 #include "cli/bus_port.h"
 #include "cli/exit_codes.h"
+#include "cli/ice_inputs.h"
 #include "cli/lab_run.h"
 #include "cli/launcher.h"
 #include "cli/progress.h"
@@ -115,8 +116,10 @@ int run_print(const PrintOptions& options) {
     summary = carry_out(run, e, options, true);
   } else {
     const std::filesystem::path file = options.experiment;
-    const Experiment e = load_experiment(file, options.overrides);
-    summary = print_experiment(e, make_inputs(e, file.parent_path()), options);
+    Experiment e = load_experiment(file, options.overrides);
+    const Blobs inputs = make_inputs(e, file.parent_path());
+    place_ice_field(e, inputs);
+    summary = print_experiment(e, inputs, options);
   }
   show(summary, options.json);
   return summary.result.status;

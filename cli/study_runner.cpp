@@ -9,6 +9,7 @@
 #include "cli/differing_parameters.h"
 #include "cli/digest.h"
 #include "cli/exit_codes.h"
+#include "cli/ice_inputs.h"
 #include "cli/targets.h"
 #include "config/error.h"
 #include "config/fields.h"
@@ -46,9 +47,10 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
   // An image's path is relative to the experiment file.
   const std::filesystem::path beside = (folder / study.experiment).parent_path();
   std::map<std::string, std::shared_ptr<const Blobs>> known;
-  for (const Experiment& e : plan.experiments) {
+  for (Experiment& e : plan.experiments) {
     lab.check(e);
     Blobs inputs = make_inputs(e, beside);
+    place_ice_field(e, inputs);
     std::string key;
     for (const Blob& b : inputs) key += b.role + b.sha256;
     auto& shared = known[key];

@@ -7,6 +7,7 @@
 
 #include "cli/digest.h"
 #include "cli/geometry_input.h"
+#include "cli/ice_inputs.h"
 #include "config/error.h"
 #include "core/grid/npy.h"
 #include "core/grid/png.h"
@@ -116,6 +117,7 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
 }
 
 Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& folder) {
+  if (is_ice(experiment)) return make_ice_inputs(experiment, folder);
   Blobs blobs;
   Target target;
   if (experiment.part.shape.kind == "height_map") {

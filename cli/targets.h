@@ -1,4 +1,4 @@
-// A run's inputs: target and mask as NPY blobs, from an analytic shape or a grey PNG height map.
+// A run's inputs: target and mask as NPY blobs, from an analytic shape or a grey PNG height map; for ice sliced paths.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid,
 std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key);
 
 /// Blobs "target" ('<f8'), "mask" ('|u1'), for a height map "image" (the PNG as it is) and for two inks "geometry"
-/// (core/grid/geometry.h).
+/// (core/grid/geometry.h). In the ice lab those of cli/ice_inputs.h.
 /// @param folder of the experiment file, to which part.image is relative.
 /// @throws ConfigError: unreadable or wrong image, or a part that covers no cell centre.
 Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& folder);

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Writes a small mesh to slice: a gear wheel on a thinner hub, so that there is something to support.
+"""Writes a mesh to slice, as binary STL in millimetres, standing on z = 0.
 
-    scripts/make_mesh.py gear.stl [TEETH]
-
-Binary STL, millimetres, standing on z = 0, 40 mm across and 10 mm high, 28 facets per tooth.
+    scripts/make_mesh.py gear.stl [TEETH]                a gear wheel on a thinner hub, so that there is something to support:
+                                                         40 mm across and 10 mm high, 28 facets per tooth
+    scripts/make_mesh.py --helical helical-gear.stl      the size of the ice gear of [Barnett 2012, Fig. 5-5]: 107.6 mm across,
+                                                         50 mm high, 24 teeth, helix 20 degrees, bore 30 mm
+    scripts/make_mesh.py --box box.stl WIDTH DEPTH HEIGHT
 """
 import math
 import struct
@@ -22,14 +24,58 @@ def prism(corners, low, high, radius):
     return facets
 
 
+def quad(a, b, c, d):
+    return [(a, b, c), (a, c, d)]
+
+
+def helical(teeth=24, outer=107.6, bore=30.0, height=50.0, helix=math.radians(20.0), levels=16):
+    """A wheel with straight flanks: heights of the profile as of an involute gear of the same module."""
+    module = outer / (teeth + 2)
+    root, tip, pitch_radius = outer / 2 - 2.25 * module, outer / 2, (outer - 2 * module) / 2
+    profile = [(-0.5, root), (-0.32, root), (-0.25, pitch_radius), (-0.14, tip), (0.14, tip), (0.25, pitch_radius), (0.32, root)]
+    outline = [(2 * math.pi * (k + share) / teeth, radius) for k in range(teeth) for share, radius in profile]
+    count, facets = len(outline), []
+
+    def at(n, level, inner):
+        z = height * level / levels
+        angle = outline[n % count][0] + math.tan(helix) / pitch_radius * z
+        radius = bore / 2 if inner else outline[n % count][1]
+        return (radius * math.cos(angle), radius * math.sin(angle), z)
+    for n in range(count):
+        for k in range(levels):
+            facets += quad(at(n, k, 0), at(n + 1, k, 0), at(n + 1, k + 1, 0), at(n, k + 1, 0))
+            facets += quad(at(n + 1, k, 1), at(n, k, 1), at(n, k + 1, 1), at(n + 1, k + 1, 1))
+        facets += quad(at(n, 0, 1), at(n + 1, 0, 1), at(n + 1, 0, 0), at(n, 0, 0))
+        facets += quad(at(n, levels, 0), at(n + 1, levels, 0), at(n + 1, levels, 1), at(n, levels, 1))
+    return facets
+
+
+def box(width, depth, height):
+    """Centred on x = y = 0."""
+    x, y = width / 2, depth / 2
+    p = [(sx * x, sy * y, z) for z in (0.0, height) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    facets = quad(p[3], p[2], p[1], p[0]) + quad(p[4], p[5], p[6], p[7])
+    for n in range(4):
+        m = (n + 1) % 4
+        facets += quad(p[n], p[m], p[m + 4], p[n + 4])
+    return facets
+
+
 def main():
-    if len(sys.argv) < 2:
+    words = sys.argv[1:]
+    if words[:1] == ["--helical"] and len(words) == 2:
+        name, facets = words[1], helical()
+    elif words[:1] == ["--box"] and len(words) == 5:
+        name, facets = words[1], box(*map(float, words[2:]))
+    elif words and not words[0].startswith("-"):
+        teeth = int(words[1]) if len(words) > 1 else 16
+        if not 2 <= teeth <= 10000:
+            sys.exit("TEETH must lie in [2, 10000]")
+        name = words[0]
+        facets = prism(4 * teeth, 4.0, 10.0, lambda n: 20.0 if n % 4 < 2 else 17.0) + prism(3 * teeth, 0.0, 5.0, lambda n: 9.0)
+    else:
         sys.exit(__doc__)
-    teeth = int(sys.argv[2]) if len(sys.argv) > 2 else 16
-    if not 2 <= teeth <= 10000:
-        sys.exit("TEETH must lie in [2, 10000]")
-    facets = prism(4 * teeth, 4.0, 10.0, lambda n: 20.0 if n % 4 < 2 else 17.0) + prism(3 * teeth, 0.0, 5.0, lambda n: 9.0)
-    with open(sys.argv[1], "wb") as out:
+    with open(name, "wb") as out:
         out.write(b"gear of scripts/make_mesh.py".ljust(80) + struct.pack("<I", len(facets)))
         for a, b, c in facets:
             out.write(struct.pack("<12fH", 0, 0, 0, *a, *b, *c, 0))

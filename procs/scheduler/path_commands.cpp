@@ -46,7 +46,9 @@ void PathLoop::proceed(Phase next, Time now, Outbox& out) {
       return send_robot(RobotVerb::kRun, deposit, list_, signal, deposit->job.duration_s + kUpload_s, now, out);
     }
     case Phase::kDisarmValve: return send_valve(ValveVerb::kDisarm, now, out);
-    case Phase::kAwaitOperator: return out.wake_at(kOperator, now.after_s(2.0 * scale));
+    case Phase::kAwaitOperator:
+      if (!waits_for_operator()) return next_path(now, out);  // the operator's word has come before the arm was home
+      return out.wake_at(kOperator, now.after_s(2.0 * scale));
     case Phase::kRaise: return send_robot(RobotVerb::kHome, nullptr, 0, 0, 60.0, now, out);
     case Phase::kLoadScan:
       if (scan_at_ == 0) {

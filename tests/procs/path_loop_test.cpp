@@ -1,0 +1,169 @@
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "tests/procs/fake_ice_lab.h"
+
+namespace firn {
+namespace {
+
+using test::FakeIceLab;
+using test::small_ice;
+
+void check_interlocks(const FakeIceLab& lab) {
+  CHECK_FALSE(lab.both_armed);
+  CHECK_FALSE(lab.wrong_signal);
+  CHECK_FALSE(lab.wrong_valve);
+  CHECK_FALSE(lab.unloaded);
+}
+
+std::string last_fault(const FakeIceLab& lab) { return lab.last(channels::fault(NodeId::kScheduler)).text; }
+
+TEST_CASE("an undisturbed ice print runs every path once, in order, and measures every interval") {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    FakeIceLab lab(seed, small_ice());
+    REQUIRE(lab.print(0.0) == 0);
+    check_interlocks(lab);
+    std::int64_t before = 0;
+    for (const path_report_t& r : lab.all(channels::kPathReport)) {
+      CHECK(r.path > before);
+      before = r.path;
+      CHECK(r.pulses_counted == lab.commanded[r.path].pulses);
+      CHECK(r.measured_s == Approx(lab.commanded[r.path].duration_s));
+    }
+    for (const auto& [path, job] : lab.commanded)
+      for (int list = 0; list < job.lists; ++list) REQUIRE(lab.runs[{path, list}] == 1);
+    const auto metrics = lab.all(channels::kLayerMetrics);
+    REQUIRE(metrics.size() == 3);
+    CHECK(metrics.back().layer == 6);
+    CHECK(metrics.back().rms_mm == Approx(0.0).margin(1e-6));
+    CHECK(metrics.back().layers_expected == 6);
+  }
+}
+
+TEST_CASE("however often an ice print crashes and resumes, no path is run twice and none is left out but in doubt") {
+  int crashes = 0, doubts = 0;
+  for (std::uint64_t seed = 1; seed <= 120; ++seed) {
+    CAPTURE(seed);
+    FakeIceLab lab(seed, small_ice());
+    lab.refusals = int(seed % 5);
+    crashes += lab.print(0.06);
+    check_interlocks(lab);
+    for (const auto& [where, times] : lab.runs) REQUIRE(times <= 1);
+    std::set<std::int64_t> reported, doubtful;
+    for (const path_report_t& r : lab.all(channels::kPathReport)) {
+      REQUIRE(reported.insert(r.path).second);
+      if (Outcome(r.outcome) != Outcome::kDone) doubtful.insert(r.path);
+    }
+    for (const auto& [path, job] : lab.commanded) {
+      CAPTURE(path);
+      if (job.kind == 3) continue;
+      REQUIRE(reported.count(path) == 1);
+      if (doubtful.count(path)) continue;
+      for (int list = 0; list < job.lists; ++list) REQUIRE(lab.runs[{path, list}] == 1);
+    }
+    doubts += int(doubtful.size());
+  }
+  CHECK(crashes > 200);
+  CHECK(doubts > 30);
+}
+
+TEST_CASE("a path in doubt stops the open loop for the operator, whose word lets it go on; feedback needs no word") {
+  int asked = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    CAPTURE(seed);
+    FakeIceLab lab(seed, small_ice("open_loop"));
+    lab.accept_doubt = true;
+    lab.print(0.06);
+    for (const auto& [where, times] : lab.runs) REQUIRE(times <= 1);
+    FakeIceLab alone(seed, small_ice("open_loop"));
+    std::int32_t incarnation = 0;
+    alone.begin(0);
+    for (int guard = 0; guard < 3000 && !alone.over() && incarnation < 40; ++guard) {
+      if (alone.serve(0.06) || alone.seen < alone.sent.size()) continue;
+      if (alone.is_stopped()) {
+        if (RunOutcome(alone.last(channels::kRunEnd).outcome) == RunOutcome::kWaitsForOperator) {
+          ++asked;
+          CHECK(alone.last(channels::kRunEnd).reason.find("--accept-doubt") != std::string::npos);
+          break;
+        }
+        alone.begin(++incarnation);
+        if (alone.seen == alone.sent.size()) alone.wake();
+      } else {
+        REQUIRE(alone.wake());
+      }
+    }
+  }
+  CHECK(asked > 10);
+}
+
+TEST_CASE("I13: a map of which the laser saw too little is measured once more, then the print stops and says so") {
+  FakeIceLab once(3, small_ice());
+  once.dark_maps = 1;
+  REQUIRE(once.print(0.0) == 0);
+  CHECK(once.all(channels::fault(NodeId::kScheduler)).size() == 1);
+  CHECK(once.all(channels::kLayerMetrics).front().attempt == 1);
+  FakeIceLab dark(3, small_ice());
+  dark.dark_maps = 1000;
+  REQUIRE(dark.print(0.0, false) == -1);
+  CHECK(dark.maps == 2);
+  CHECK(last_fault(dark).find("the laser has measured 0.5") != std::string::npos);
+  CHECK(dark.last(channels::fault(NodeId::kScheduler)).code == 13);
+}
+
+TEST_CASE("I6: a nozzle that would scrape is raised and the surface measured anew; if it still would, the print stops") {
+  FakeIceLab debris(5, small_ice());
+  debris.high_maps = 1;
+  REQUIRE(debris.print(0.0) == 0);
+  CHECK(debris.last(channels::fault(NodeId::kScheduler)).code == 6);
+  check_interlocks(debris);
+  for (const auto& [where, times] : debris.runs) CHECK(times == 1);
+  FakeIceLab high(5, small_ice());
+  high.high_maps = 1000;
+  REQUIRE(high.print(0.0, false) == -1);
+  CHECK(last_fault(high).find("under the nozzle") != std::string::npos);
+  for (const path_report_t& r : high.all(channels::kPathReport)) CHECK(r.layer <= 2);  // nothing above the first interval
+}
+
+TEST_CASE("I7: two paths in a row that take longer than planned stop the print") {
+  FakeIceLab lab(5, small_ice());
+  lab.slip_us = 20'000;
+  REQUIRE(lab.print(0.0, false) == -1);
+  CHECK(lab.last(channels::fault(NodeId::kScheduler)).code == 7);
+  CHECK(lab.runs.size() == 2);
+}
+
+TEST_CASE("I8: a path out of reach is refused before anything moves") {
+  FakeIceLab lab(5, small_ice());
+  lab.refuse_path = true;
+  REQUIRE(lab.print(0.0, false) == -1);
+  CHECK(last_fault(lab).find("point 3 is out of reach") != std::string::npos);
+  CHECK(lab.runs.empty());
+}
+
+TEST_CASE("I10: one heater may fail, both may not, nor may the tip be cold") {
+  FakeIceLab lab(5, small_ice());
+  lab.begin(0);
+  for (int n = 0; n < 8; ++n) lab.serve(0.0);
+  lab.warm(15.0, 2, 0);
+  lab.warm(15.0, 2, 0);
+  REQUIRE(lab.all(channels::fault(NodeId::kScheduler)).size() == 1);
+  CHECK(last_fault(lab).find("(b) alone") != std::string::npos);
+  CHECK(lab.all(channels::kRunEnd).empty());
+  SECTION("both fail") { lab.warm(12.0, 2, 2); }
+  SECTION("cold") { lab.warm(4.0, 2, 0); }
+  CHECK(last_fault(lab).find("valves freeze") != std::string::npos);
+  CHECK(lab.last(channels::fault(NodeId::kScheduler)).code == 10);
+  CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kStoppedSafely);
+}
+
+TEST_CASE("a controller that gives up stops the print by its own words") {
+  FakeIceLab lab(5, small_ice());
+  lab.stop_controller = true;
+  REQUIRE(lab.print(0.0, false) == -1);
+  CHECK(lab.last(channels::kRunEnd).reason == "saturated in 3 intervals");
+  CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kWaitsForOperator);
+}
+
+}  // namespace
+}  // namespace firn
