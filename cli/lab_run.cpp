@@ -126,6 +126,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   };
   run_end_t end{};
   bool truth_due = false;
+  std::int32_t measured_layer = 0;
   lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time now) {
     ++report.messages;
     report.message_bytes += bytes.size();
@@ -134,7 +135,9 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     if (channel == channels::kLayerMetrics.name) {
       truth_due = true;
       layer_metrics_t m;
-      if (options.progress && m.decode(bytes.data(), 0, int(bytes.size())) >= 0) options.progress(m);
+      if (m.decode(bytes.data(), 0, int(bytes.size())) < 0) return;
+      measured_layer = m.layer;
+      if (options.progress) options.progress(m);
     }
   });
 
@@ -172,7 +175,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
       const plant::Truth t = world.world().truth();
       launcher.begin(lab.now(), incarnation);
       sim_truth_t m;
-      m.layer = std::int32_t(t.exposures);
+      m.layer = is_ice(e) ? measured_layer : std::int32_t(t.exposures);
       m.droplets_fired = t.droplets_fired;
       m.volume_mm3 = t.volume_mm3;
       m.grid = to_message(t.height.spec);

@@ -2,11 +2,13 @@
 
 #include "cli/run_config.h"
 #include "cli/targets.h"
+#include "core/slice/print_paths.h"
 #include "procs/controller/node.h"
 #include "procs/droplet_estimator/node.h"
 #include "procs/jet/node.h"
 #include "procs/lamp/node.h"
 #include "procs/laser_profiler/node.h"
+#include "procs/path_planner/node.h"
 #include "procs/safety/node.h"
 #include "procs/scheduler/scheduler.h"
 #include "procs/stage/node.h"
@@ -26,6 +28,7 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kJetB, &make_jet_b},
       {NodeId::kSafety, &make_safety},
       {NodeId::kDropletEstimator, &make_droplet_estimator},
+      {NodeId::kPathPlanner, &make_path_planner},
   };
   return kMakers;
 }
@@ -49,17 +52,56 @@ std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
   }
 }
 
-Subscriptions all_subscriptions() {
-  Experiment experiment;
-  experiment.estimator.droplets = experiment.control.adapt_model = "on";
-  experiment.control.height_estimate = "kalman";
-  const std::string config = dump(experiment);
-  const Blobs inputs = make_inputs(experiment, "");
-  Subscriptions out;
+namespace {
+
+/// An ink-jet lab with all it may have.
+Experiment fullest_inkjet() {
+  Experiment e;
+  e.estimator.droplets = e.control.adapt_model = "on";
+  e.control.height_estimate = "kalman";
+  return e;
+}
+
+Experiment some_ice() {
+  Experiment e;
+  e.lab.kind = "ice";
+  e.control.scheme = "smf";
+  e.ice.mesh = e.ice.slice = e.ice.machine = "-";
+  return e;
+}
+
+/// One square layer; the machine of the defaults.
+Blobs some_ice_inputs() {
+  slice::PrintPaths paths;
+  paths.head.layers = 1;
+  paths.head.materials = {{"part", "water"}, {"scaffold", "scaffold"}};
+  paths.head.laser = "laser";
+  slice::LayerPaths layer;
+  layer.layer = 1;
+  layer.z = layer.height = 2400;
+  const slice::Point corners[] = {{0, 0}, {100000, 0}, {100000, 100000}, {0, 100000}};
+  layer.lines.add(corners);
+  layer.info.push_back({PathKind::kBoundary, 0, true, 15000});
+  paths.layers.push_back(std::move(layer));
+  return {{"paths", "", slice::encode(paths)}, {"machine", "", {}}};
+}
+
+void add_subscriptions(const Experiment& e, const Blobs& inputs, Subscriptions& out) {
+  const std::string config = dump(e);
   for (const NamedMaker& maker : node_makers()) {
+    if (!takes_part(e, info(maker.id).name) && maker.id != NodeId::kJetB) continue;
     const std::unique_ptr<Node> node = maker.make(config, inputs);
     for (const Node::Route& route : node->routes()) out[std::string(route.channel)].emplace(info(maker.id).name);
   }
+}
+
+}  // namespace
+
+Subscriptions all_subscriptions() {
+  Subscriptions out;
+  const Experiment inkjet = fullest_inkjet();
+  add_subscriptions(inkjet, make_inputs(inkjet, ""), out);
+  add_subscriptions(some_ice(), some_ice_inputs(), out);
   return out;
 }
 

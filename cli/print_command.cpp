@@ -28,6 +28,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   PrintSummary s;
   s.folder = run.path().string();
   s.scheme = e.control.scheme;
+  s.ice = is_ice(e);
   PrintProgress progress(e.control.scheme);
   const auto began = std::chrono::steady_clock::now();
   int last_layer = 0;
@@ -65,15 +66,18 @@ void show(const PrintSummary& s, bool json) {
   if (json) {
     const nlohmann::ordered_json j = {
         {"run", s.folder}, {"scheme", s.scheme}, {"outcome", s.result.outcome}, {"status", s.result.status},
-        {"layers", s.result.layers}, {"droplets", s.droplets}, {"mean_error_um", s.mean_error_um},
+        {"layers", s.result.layers}, {s.ice ? "pulses" : "droplets", s.droplets}, {"mean_error_um", s.mean_error_um},
         {"rms_um", s.rms_um}, {"std_um", s.std_um}, {"wall_s", s.wall_s}, {"node_s", s.node_s},
         {"reason", s.result.reason}};
     std::puts(j.dump(2).c_str());
     return;
   }
-  fmt::print("{}: {} after {} layers and {} droplets ({})\n", s.scheme, s.result.outcome, s.result.layers, s.droplets,
-             s.result.reason);
-  if (s.measured)
+  fmt::print("{}: {} after {} layers and {} {} ({})\n", s.scheme, s.result.outcome, s.result.layers, s.droplets,
+             s.ice ? "pulses" : "droplets", s.result.reason);
+  if (s.measured && s.ice)
+    fmt::print("measured surface against the nominal height: mean {:+.3f} mm, RMS {:.3f} mm, std {:.3f} mm\n", s.mean_error_um * 1e-3,
+               s.rms_um * 1e-3, s.std_um * 1e-3);
+  else if (s.measured)
     fmt::print("measured surface against target: mean {:+.2f} um, RMS {:.2f} um, std {:.2f} um\n", s.mean_error_um,
                s.rms_um, s.std_um);
   fmt::print("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s, s.folder);
@@ -89,6 +93,7 @@ void check_print(const Experiment& e, const std::string& bus) {
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("nothing to simulate the print with: ") + error.what());
   }
+  if (is_ice(e)) return;  // its maps are of some 10^4 cells
   const height_map_t empty{};
   const std::size_t bytes = std::size_t(empty.getEncodedSize()) + std::size_t(e.grid.nx) * std::size_t(e.grid.ny) *
                                                                       (sizeof empty.height_mm[0] + sizeof empty.quality[0]);

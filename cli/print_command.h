@@ -28,7 +28,8 @@ struct PrintSummary {
   double node_s = 0.0;
   bool measured = false;  ///< a map was measured in this incarnation; then, of the last one:
   double mean_error_um = 0.0, rms_um = 0.0, std_um = 0.0;
-  std::int64_t droplets = 0;
+  std::int64_t droplets = 0;   ///< in the ice lab pulses of the valves
+  bool ice = false;
 };
 
 /// What an experiment asks of the simulated world and of the bus beyond its keys' ranges. @throws UsageError naming what

@@ -56,7 +56,7 @@ Table valve(ValveLineConfig& v, const std::array<std::string_view, 7>& keys) {
       {keys[0], &v.pulse_us, "us", within(500, 65535), "width of a pulse"},
       {keys[5], &v.guard_us, "us", within(0, 65535), "least time between two pulses"},
       {keys[6], &v.poll_firing_s, "s", above(0, 2), "between status questions while it fires"},
-      {keys[1], &v.latency_s, "s", within(0, 1), "from a pulse's tick to liquid on the surface, as the lab believes; firn calibrate measures it"},
+      {keys[1], &v.latency_s, "s", within(-1, 1), "from a pulse's tick to liquid on the surface, less what the arm lags behind its commanded path, as the lab believes; firn calibrate measures it"},
       {keys[2], &v.hz_per_mm3_s, "Hz s/mm^3", above(0, 1e6), "pulses per volume [(5.14)]; used while the table is empty"},
       {keys[3], &v.table_hz, "Hz", within(0, 1000), "frequencies of the calibrated flow curve nu = h(Q), ascending [Fig. 6-1]"},
       {keys[4], &v.table_mm3_s, "mm^3/s", within(0, 10000), "their flows"},
@@ -82,7 +82,7 @@ Table instruments(Experiment& e) {
   add(t, valve(e.valve_b, {"valve_b.pulse_us", "valve_b.latency_s", "valve_b.hz_per_mm3_s", "valve_b.table_hz", "valve_b.table_mm3_s", "valve_b.guard_us", "valve_b.poll_firing_s"}));
   add(t, {
       {"laser_point.rate_hz", &l.rate_hz, "Hz", within(1, 1000), "of stored samples"},
-      {"laser_point.latency_s", &l.latency_s, "s", within(-1, 1), "from the start of the motion to the first sample, as the lab believes; firn calibrate measures it"},
+      {"laser_point.latency_s", &l.latency_s, "s", within(-1, 1), "from the start of the commanded path to the first sample, less what the arm lags behind it, as the lab believes; firn calibrate measures it"},
       {"laser_point.offset_x_mm", &l.offset_x_mm, "mm", within(-100, 100), "of the spot beyond the machine's tool_laser, as the lab believes; firn calibrate measures it"},
       {"laser_point.offset_y_mm", &l.offset_y_mm, "mm", within(-100, 100), "the same along y"},
       {"laser_point.offset_z_mm", &l.offset_z_mm, "mm", within(-100, 100), "added to every height"},

@@ -100,6 +100,22 @@ void read_provenance(const fs::path& run, const Json& p, RunData& data) {
                      {"command line", command}};
 }
 
+bool has_input(const Json& provenance, const std::string& role) {
+  for (const Json& input : provenance.value("inputs", Json::array()))
+    if (input.value("role", "") == role) return true;
+  return false;
+}
+
+void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+  for (const IceInterval& i : data.ice->intervals) {
+    data.height = i.height;
+    data.target = HeightMap(i.height.spec, i.nominal_mm);
+    data.mask = i.footprint;
+    data.truth = i.truth;
+    if (const auto row = rows.find(i.layer); row != rows.end() && i.truth) row->second.truth = error_stats(*i.truth, data.target, data.mask);
+  }
+}
+
 }  // namespace
 
 RunData read_run_data(const fs::path& run) {
@@ -116,6 +132,16 @@ RunData read_run_data(const fs::path& run) {
   }
 
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) { data.height = height_of(m); });
+  std::map<std::int32_t, LayerRow> rows;
+  messages.each<layer_metrics_t>(channels::kLayerMetrics.name,
+                                 [&](const layer_metrics_t& m) { rows.insert_or_assign(m.layer, row_of(m)); });
+  read_provenance(run, provenance, data);
+  if (has_input(provenance, "paths")) {
+    data.ice = read_ice_data(run, messages, read_input(run, provenance, "paths"));
+    show_last_interval(data, rows);
+    for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
+    return data;
+  }
   const std::vector<std::byte> target = read_input(run, provenance, "target"), mask = read_input(run, provenance, "mask");
   GridSpec grid = data.height.spec;
   if (grid.size() == 0) {
@@ -124,13 +150,8 @@ RunData read_run_data(const fs::path& run) {
   }
   data.target = height_map_from_npy(target, grid, "target");
   data.mask = mask_from_npy(mask, grid, "mask");
-
-  std::map<std::int32_t, LayerRow> rows;
-  messages.each<layer_metrics_t>(channels::kLayerMetrics.name,
-                                 [&](const layer_metrics_t& m) { rows.insert_or_assign(m.layer, row_of(m)); });
   read_truth(run, data, rows);
   for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
-  read_provenance(run, provenance, data);
   return data;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "replay/ice_data.h"
 
 namespace firn::replay {
 
@@ -35,6 +36,7 @@ struct RunData {
   std::optional<HeightMap> truth;    ///< last true surface
   HeightMap target;
   Mask mask;
+  std::optional<IceData> ice;        ///< of a run of the ice lab; height, target and mask are its last interval's then
   std::vector<std::pair<std::string, std::string>> provenance;  ///< name, value; in reading order
 };
 

@@ -6,6 +6,7 @@
 
 #include "replay/charts.h"
 #include "replay/heat_map.h"
+#include "replay/ice_sections.h"
 #include "replay/svg.h"
 
 namespace firn::replay {
@@ -254,7 +255,10 @@ std::string report_page(const std::vector<ReportRun>& runs, const std::vector<Di
   s += "</style></head><body>\n<h1>Print report</h1>\n";
   if (runs.empty()) return s + "<p>No runs.</p></body></html>\n";
   const std::vector<std::string> names = labels(runs);
-  s += summary(runs, names) + result_table(runs, names) + maps(runs, names) + sections(runs, names) + by_layer(runs, names) +
+  std::vector<NamedIce> ice;
+  for (std::size_t n = 0; n < runs.size(); ++n)
+    if (runs[n].data.ice) ice.push_back({names[n], &*runs[n].data.ice});
+  s += summary(runs, names) + result_table(runs, names) + ice_sections(ice) + maps(runs, names) + sections(runs, names) + by_layer(runs, names) +
        times(runs, names) + differing(parameters, names) + provenance(runs, names);
   return s + "</body></html>\n";
 }
