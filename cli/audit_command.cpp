@@ -8,6 +8,8 @@
 #include "config/experiment.h"
 #include "plant/model.h"
 #include "plant/record.h"
+#include "replay/path_audit.h"
+#include "replay/run_messages.h"
 
 namespace firn {
 namespace {
@@ -40,11 +42,27 @@ std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& 
   return truth;
 }
 
+namespace {
+
+replay::AuditVerdict path_verdict(const std::filesystem::path& run, const Experiment& e) {
+  const replay::RunMessages messages(run);
+  replay::AuditOptions options;
+  options.time_scale = e.run.time_scale;
+  if (!std::filesystem::exists(run / "world.rec")) return replay::audit_paths(messages, nullptr, options);
+  std::vector<replay::TrueFiring> firings;
+  for (const plant::FiringRecord& f : plant::read_history(run / "world.rec").firings)
+    firings.push_back({f.trigger_us, f.last_us, std::int64_t(f.path), std::int64_t(f.listed), std::int64_t(f.fired), f.valve + 1});
+  return replay::audit_paths(messages, &firings, options);
+}
+
+}  // namespace
+
 replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
   try {
-    const replay::AuditRecord record = replay::read_audit_record(run);
     const std::string config = recorded_config(run);
     const Experiment e = config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
+    if (is_ice(e)) return path_verdict(run, e);
+    const replay::AuditRecord record = replay::read_audit_record(run);
     const auto truth = read_world_truth(run, e);
     replay::AuditOptions options;
     options.time_scale = e.run.time_scale;

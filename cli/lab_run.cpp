@@ -8,6 +8,7 @@
 #include "cli/plant_world.h"
 #include "cli/run_resume.h"
 #include "config/experiment.h"
+#include "firn/height_map_t.hpp"
 #include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/run_start_t.hpp"
@@ -15,6 +16,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/outcome.h"
 #include "logfile/event_log.h"
+#include "plant/ice/ice_lab.h"
 #include "plant/setup.h"
 #include "plant/world.h"
 #include "runtime/build_info.h"
@@ -50,6 +52,11 @@ struct Message {
   std::string_view channel;
   std::vector<std::byte> bytes;
 };
+
+/// Each cell as 2 x 2: means over the map's cells stay exact.
+GridSpec halved(const GridSpec& g) {
+  return {2 * g.nx, 2 * g.ny, 0.5 * g.pitch_x_mm, 0.5 * g.pitch_y_mm, g.origin_x_mm - 0.25 * g.pitch_x_mm, g.origin_y_mm - 0.25 * g.pitch_y_mm};
+}
 
 // What the reliable channels had sent and what each node had received when everything died.
 struct Afterlife {
@@ -127,11 +134,14 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   run_end_t end{};
   bool truth_due = false;
   std::int32_t measured_layer = 0;
+  GridSpec map_grid;
   lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time now) {
     ++report.messages;
     report.message_bytes += bytes.size();
     if (find_channel(channel)->logged) log.append(now.us, channel, bytes);
     if (channel == channels::kRunEnd.name) end.decode(bytes.data(), 0, int(bytes.size()));
+    if (height_map_t m; is_ice(e) && channel == channels::kHeightMap.name && m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
+      map_grid = from_message(m.grid);
     if (channel == channels::kLayerMetrics.name) {
       truth_due = true;
       layer_metrics_t m;
@@ -172,7 +182,8 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     if (!lab.step(limit)) throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) + " s of node time");
     if (truth_due) {
       truth_due = false;
-      const plant::Truth t = world.world().truth();
+      plant::Truth t = world.world().truth();
+      if (world.world().ice()) t.height = world.world().ice()->height_over(halved(map_grid));
       launcher.begin(lab.now(), incarnation);
       sim_truth_t m;
       m.layer = is_ice(e) ? measured_layer : std::int32_t(t.exposures);

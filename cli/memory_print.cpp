@@ -8,11 +8,14 @@
 #include "cli/node_makers.h"
 #include "cli/plant_world.h"
 #include "core/grid/npy.h"
+#include "core/slice/footprint.h"
 #include "firn/layer_metrics_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/run_start_t.hpp"
+#include "plant/ice/ice_lab.h"
 #include "plant/setup.h"
+#include "replay/report_ice_data.h"
 
 namespace firn {
 namespace {
@@ -41,15 +44,43 @@ bool decode(std::span<const std::byte> bytes, Message& m) {
   return m.decode(bytes.data(), 0, int(bytes.size())) >= 0;
 }
 
-LayerTruth layer_truth(int layer, const plant::Truth& t, Time now, const HeightMap& target, const Mask& mask) {
-  return {layer, t.droplets_fired, t.volume_mm3, now.s(), error_stats(t.height, target, mask)};
-}
+/// The true error after a layer: of droplets about the final target, of paths about the nominal height so far.
+class Judge {
+ public:
+  Judge(const Experiment& e, const Blobs& inputs) : pitch_mm_(e.ice.pitch_mm) {
+    if (is_ice(e)) {
+      paths_ = slice::decode_print_paths(blob(inputs, "paths").bytes);
+      return;
+    }
+    target_ = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
+    mask_ = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
+  }
+
+  /// And the surface that it is of.
+  ErrorStats error(const plant::World& world, int layer, HeightMap& surface) const {
+    if (!world.ice()) return error_stats(surface, target_, mask_);
+    const slice::LayerPaths* paths = slice::find_layer(paths_, layer);
+    if (!paths) return {};
+    surface = world.ice()->height_over(slice::footprint_grid(*paths, pitch_mm_));
+    return replay::ice_error(surface, *paths, pitch_mm_);
+  }
+
+  LayerTruth truth(const plant::World& world, int layer, Time now) const {
+    plant::Truth t = world.truth();
+    return {layer, t.droplets_fired, t.volume_mm3, now.s(), error(world, layer, t.height)};
+  }
+
+ private:
+  double pitch_mm_;
+  slice::PrintPaths paths_;
+  HeightMap target_;
+  Mask mask_;
+};
 
 }  // namespace
 
 MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, const MemoryPrintOptions& options) {
-  const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
-  const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
+  const Judge judge(e, inputs);
   PlantWorld world(plant::World(plant::world_config(e), nullptr));
   Lab lab(&world);
   const auto hosts = make_hosts(e, inputs);
@@ -81,13 +112,13 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
   const Time limit = Time{}.after_s(kLongestPrint_s);
   while (!over()) {
     if (!lab.step(limit)) throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) + " s of node time");
-    if (options.series && layers_measured > int(report.series.size()))
-      report.series.push_back(layer_truth(layers_measured, world.world().truth(), lab.now(), target, mask));
+    if (options.series && layers_measured > (report.series.empty() ? 0 : report.series.back().layer))
+      report.series.push_back(judge.truth(world.world(), layers_measured, lab.now()));
   }
 
   plant::Truth truth = world.world().truth();
   report.result = result_of(end.outcome, end.layers, end.reason);
-  report.error = error_stats(truth.height, target, mask);
+  report.error = judge.error(world.world(), is_ice(e) ? layers_measured : end.layers, truth.height);
   report.droplets = truth.droplets_fired;
   report.droplets_missed = truth.droplets_missed;
   report.volume_mm3 = truth.volume_mm3;

@@ -5,14 +5,18 @@
 #include "core/slice/print_paths.h"
 #include "procs/controller/node.h"
 #include "procs/droplet_estimator/node.h"
+#include "procs/heater/node.h"
 #include "procs/jet/node.h"
 #include "procs/lamp/node.h"
+#include "procs/laser_point/node.h"
 #include "procs/laser_profiler/node.h"
 #include "procs/path_planner/node.h"
+#include "procs/robot/node.h"
 #include "procs/safety/node.h"
 #include "procs/scheduler/scheduler.h"
 #include "procs/stage/node.h"
 #include "procs/surface_mapper/node.h"
+#include "procs/valve/node.h"
 
 namespace firn {
 
@@ -28,6 +32,11 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kJetB, &make_jet_b},
       {NodeId::kSafety, &make_safety},
       {NodeId::kDropletEstimator, &make_droplet_estimator},
+      {NodeId::kRobot, &make_robot},
+      {NodeId::kValveA, &make_valve_a},
+      {NodeId::kValveB, &make_valve_b},
+      {NodeId::kLaserPoint, &make_laser_point},
+      {NodeId::kHeater, &make_heater},
       {NodeId::kPathPlanner, &make_path_planner},
   };
   return kMakers;

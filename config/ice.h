@@ -73,8 +73,8 @@ struct LaserPointConfig {
   double offset_z_mm = 0.0;        ///< added to every height
   int program_part = 0, program_scaffold = 1;   ///< the controller's stored settings
   int surface_part = 1, surface_scaffold = 0;   ///< its kinds of surfaces
-  int sampling_us = 1000;
-  int averaging = 4;               ///< 4^n readings
+  int sampling_us = 200;
+  int averaging = 2;               ///< 4^n readings; they blur the path by their time
   double poll_s = 0.5;
 };
 

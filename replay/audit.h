@@ -62,6 +62,7 @@ enum class ViolationKind : std::uint8_t {
   kWetNeighbour,      ///< two sub-patterns of a layer without a cure between
   kWrongInk,          ///< another jet than that of the cell's ink
   kBothArmed,         ///< two jets at a time
+  kPathTwice,         ///< a path was run twice, or reported twice
   kDamaged,           ///< a record cannot be trusted
 };
 const char* word(ViolationKind kind);
@@ -87,6 +88,7 @@ struct AuditVerdict {
   double longest_stop_s = 0.0;   ///< wall time from a first fault to the last droplet after it; 0 = none came
   bool finished = false;         ///< RUN_END says so
   bool with_world = false;
+  bool paths = false;            ///< of a path printer: passes are paths, droplets are pulses
   std::vector<Unknown> unknowns;
   std::vector<Violation> violations;      ///< at most kKept
   std::uint64_t violations_total = 0;

@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::size_t kViolationsTold = 20;
 
-std::string range(const Unknown& u) {
+std::string range(const Unknown& u, bool paths) {
+  if (paths) return "layer " + std::to_string(u.layer) + ", path " + std::to_string(u.pass);
   return "layer " + std::to_string(u.layer) + ", pass " + std::to_string(u.pass) +
          (u.attempt ? ", attempt " + std::to_string(u.attempt) : "") + ", droplets " + std::to_string(u.from) + " to " +
          std::to_string(u.to);
@@ -38,6 +39,7 @@ const char* word(ViolationKind kind) {
     case ViolationKind::kWetNeighbour: return "wet neighbours";
     case ViolationKind::kWrongInk: return "wrong ink";
     case ViolationKind::kBothArmed: return "both jets armed";
+    case ViolationKind::kPathTwice: return "path deposited twice";
     case ViolationKind::kDamaged: return "damaged record";
   }
   return "";
@@ -45,9 +47,11 @@ const char* word(ViolationKind kind) {
 
 std::string to_text(const AuditVerdict& v) {
   std::string s = v.clean() ? "clean: " : grouped(v.violations_total) + " violations: ";
-  s += grouped(std::uint64_t(v.layers)) + " layers, " + grouped(std::uint64_t(v.passes)) + " passes, " +
-       grouped(std::uint64_t(v.commanded)) + " droplets commanded";
-  if (v.with_world)
+  s += grouped(std::uint64_t(v.layers)) + " layers, " + grouped(std::uint64_t(v.passes)) + (v.paths ? " paths, " : " passes, ") +
+       grouped(std::uint64_t(v.commanded)) + (v.paths ? " pulses commanded" : " droplets commanded");
+  if (v.with_world && v.paths)
+    s += ", " + grouped(std::uint64_t(v.fired)) + " fired";
+  else if (v.with_world)
     s += ", " + grouped(std::uint64_t(v.triggered)) + " triggered, " + grouped(std::uint64_t(v.fired)) + " fired, " +
          grouped(std::uint64_t(v.missed)) + " missed by the nozzle, " + grouped(std::uint64_t(v.ignored)) + " ignored by the jet";
   else
@@ -55,12 +59,12 @@ std::string to_text(const AuditVerdict& v) {
   if (!v.finished) s += "; the run has not finished";
   s += "\n";
   for (const Unknown& u : v.unknowns)
-    s += "unknown: " + range(u) + ": " +
+    s += "unknown: " + range(u, v.paths) + ": " +
          (u.resolved_by ? "resolved by the scan of map " + std::to_string(*u.resolved_by) : "open") + "\n";
   if (v.stops && v.with_world) {
     char text[96];
-    std::snprintf(text, sizeof text, "stops: %lld, the last droplet %.3f s after a fault\n", static_cast<long long>(v.stops),
-                  v.longest_stop_s);
+    std::snprintf(text, sizeof text, "stops: %lld, the last %s %.3f s after a fault\n", static_cast<long long>(v.stops),
+                  v.paths ? "pulse" : "droplet", v.longest_stop_s);
     s += text;
   }
   for (std::size_t n = 0; n < v.violations.size() && n < kViolationsTold; ++n)

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
-#include "replay/ice_data.h"
+#include "replay/report_ice_data.h"
 
 namespace firn::replay {
 

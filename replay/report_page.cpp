@@ -6,7 +6,7 @@
 
 #include "replay/charts.h"
 #include "replay/heat_map.h"
-#include "replay/ice_sections.h"
+#include "replay/report_ice.h"
 #include "replay/svg.h"
 
 namespace firn::replay {

@@ -1,4 +1,4 @@
-#include "replay/ice_data.h"
+#include "replay/report_ice_data.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "replay/ice_sections.h"
+#include "replay/report_ice.h"
 
 #include <algorithm>
 #include <cmath>

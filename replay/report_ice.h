@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/ice_data.h"
+#include "replay/report_ice_data.h"
 
 namespace firn::replay {
 

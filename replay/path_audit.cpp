@@ -1,0 +1,166 @@
+#include "replay/path_audit.h"
+
+#include <algorithm>
+#include <map>
+
+#include "firn/fault_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "firn/path_job_t.hpp"
+#include "firn/path_report_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "firn/safe_stop_t.hpp"
+#include "lcmtypes/outcome.h"
+
+namespace firn::replay {
+namespace {
+
+constexpr int kMeasurement = 3;
+
+struct PathHistory {
+  path_job_t job{};
+  std::vector<path_report_t> reports;
+  std::int64_t firings = 0, fired = 0;  ///< lists with a pulse; pulses
+};
+
+std::string of(const path_job_t& j) { return "path " + std::to_string(j.path) + " of layer " + std::to_string(j.layer); }
+
+class PathAudit {
+ public:
+  PathAudit(const RunMessages& messages, const std::vector<TrueFiring>* world, const AuditOptions& options)
+      : messages_(messages), world_(world), options_(options) {
+    v_.paths = true;
+    v_.with_world = world != nullptr;
+  }
+
+  AuditVerdict go() {
+    for (const std::string& d : messages_.damage()) add(ViolationKind::kDamaged, d);
+    gather();
+    if (world_) take_firings();
+    for (const auto& [number, path] : paths_) check_path(path);
+    check_doubts();
+    if (world_) check_stops();
+    return std::move(v_);
+  }
+
+ private:
+  void add(ViolationKind kind, std::string what) {
+    ++v_.violations_total;
+    if (v_.violations.size() < AuditVerdict::kKept) v_.violations.push_back({kind, std::move(what)});
+  }
+
+  void gather() {
+    messages_.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {
+      if (j.kind != kMeasurement && j.text.empty()) paths_[j.path].job = j;
+    });
+    messages_.each<path_report_t>(channels::kPathReport.name, [&](const path_report_t& r) {
+      paths_[r.path].reports.push_back(r);
+      v_.layers = std::max<std::int64_t>(v_.layers, r.layer);
+      last_reported_ = std::max(last_reported_, r.path);
+      ++v_.passes;
+      v_.commanded += r.pulses_commanded;
+    });
+    messages_.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) { maps_.push_back({m.header.utime_us, m.map_id}); });
+    messages_.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& e) {
+      if (RunOutcome(e.outcome) == RunOutcome::kFinished) {
+        v_.finished = true;
+        end_us_ = e.header.utime_us;
+      }
+    });
+    messages_.each<safe_stop_t>(channels::kSafeStop.name, [&](const safe_stop_t& s) { stops_.push_back(s.header.utime_us); });
+    for (const NodeInfo& n : nodes())
+      messages_.each<fault_t>(channels::fault(n.id).name, [&](const fault_t& f) {
+        if (Severity(f.severity) == Severity::kStop) stops_.push_back(f.header.utime_us);
+      });
+    std::sort(stops_.begin(), stops_.end());
+  }
+
+  void take_firings() {
+    for (const TrueFiring& f : *world_) {
+      v_.triggered += f.fired;
+      v_.fired += f.fired;
+      const auto path = paths_.find(f.path);
+      if (path == paths_.end() || path->second.job.path == 0) {
+        add(ViolationKind::kNotCommanded, "path " + std::to_string(f.path) + ": " + std::to_string(f.fired) + " pulses that no PATH_JOB tells of");
+        continue;
+      }
+      path->second.fired += f.fired;
+      path->second.firings += f.fired > 0;
+      if (f.valve != path->second.job.valve)
+        add(ViolationKind::kWrongInk, of(path->second.job) + ": fired by valve " + std::to_string(f.valve));
+    }
+  }
+
+  void check_path(const PathHistory& p) {
+    if (p.job.path == 0) return add(ViolationKind::kNotCommanded, "path " + std::to_string(p.reports.front().path) + ": reported, never planned");
+    if (p.reports.size() > 1) add(ViolationKind::kPathTwice, of(p.job) + ": reported " + std::to_string(p.reports.size()) + " times");
+    if (p.reports.empty()) {
+      // Paths run in the order of their numbers; a batch may be replaced before it is begun.
+      if (p.job.path < last_reported_ && batch_begun(p.job.batch)) add(ViolationKind::kSkippedPass, of(p.job) + ": left out");
+      if (p.fired > 0 && v_.finished) add(ViolationKind::kNoReport, of(p.job) + ": " + std::to_string(p.fired) + " pulses, no report");
+      return;
+    }
+    const path_report_t& r = p.reports.front();
+    const bool done = Outcome(r.outcome) == Outcome::kDone;
+    if (!done) {
+      Unknown u;
+      u.layer = r.layer;
+      u.pass = std::int32_t(r.path);
+      u.to = r.pulses_commanded;
+      u.t_us = r.header.utime_us;
+      v_.unknowns.push_back(u);
+    }
+    if (!world_) return;
+    if (p.firings > p.job.lists) add(ViolationKind::kPathTwice, of(p.job) + ": " + std::to_string(p.firings) + " lists were fired of " + std::to_string(p.job.lists));
+    if (p.fired > r.pulses_commanded) add(ViolationKind::kPathTwice, of(p.job) + ": " + std::to_string(p.fired) + " pulses of " + std::to_string(r.pulses_commanded));
+    if (done && r.pulses_counted >= 0 && r.pulses_counted != p.fired)
+      add(ViolationKind::kCellNotTriggered, of(p.job) + ": the valve counted " + std::to_string(r.pulses_counted) + " pulses, " + std::to_string(p.fired) + " were fired");
+  }
+
+  bool batch_begun(std::int64_t batch) const {
+    return std::ranges::any_of(paths_, [&](const auto& p) { return p.second.job.batch == batch && !p.second.reports.empty(); });
+  }
+
+  void check_doubts() {
+    for (Unknown& u : v_.unknowns)
+      for (const auto& [t_us, map_id] : maps_)
+        if (t_us > u.t_us && !u.resolved_by) u.resolved_by = map_id;
+    for (const Unknown& u : v_.unknowns)
+      if (!u.resolved_by && v_.finished) add(ViolationKind::kUnresolved, "path " + std::to_string(u.pass) + ": in doubt, and no map after it");
+  }
+
+  void check_stops() {
+    std::int64_t counted_us = -1;
+    for (const std::int64_t stop : stops_) {
+      if (stop >= end_us_) continue;
+      const auto next_start = std::ranges::upper_bound(messages_.starts(), stop);
+      const std::int64_t until = next_start == messages_.starts().end() ? std::numeric_limits<std::int64_t>::max() : *next_start;
+      if (counted_us != until) ++v_.stops;  // several causes of one stop
+      counted_us = until;
+      for (const TrueFiring& f : *world_) {
+        if (f.last_us <= stop || f.trigger_us >= until) continue;
+        const double late_s = double(f.last_us - stop) * 1e-6 / options_.time_scale;
+        v_.longest_stop_s = std::max(v_.longest_stop_s, late_s);
+        if (late_s > options_.stop_limit_s)
+          add(ViolationKind::kAfterStop, "path " + std::to_string(f.path) + ": a pulse " + std::to_string(late_s) + " s after the stop");
+      }
+    }
+  }
+
+  const RunMessages& messages_;
+  const std::vector<TrueFiring>* world_;
+  const AuditOptions& options_;
+  AuditVerdict v_;
+  std::map<std::int64_t, PathHistory> paths_;
+  std::int64_t last_reported_ = 0;
+  std::vector<std::pair<std::int64_t, std::int64_t>> maps_;  // time, map_id
+  std::vector<std::int64_t> stops_;
+  std::int64_t end_us_ = std::numeric_limits<std::int64_t>::max();
+};
+
+}  // namespace
+
+AuditVerdict audit_paths(const RunMessages& messages, const std::vector<TrueFiring>* world, const AuditOptions& options) {
+  return PathAudit(messages, world, options).go();
+}
+
+}  // namespace firn::replay
