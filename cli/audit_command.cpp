@@ -51,7 +51,7 @@ replay::AuditVerdict path_verdict(const std::filesystem::path& run, const Experi
   if (!std::filesystem::exists(run / "world.rec")) return replay::audit_paths(messages, nullptr, options);
   std::vector<replay::TrueFiring> firings;
   for (const plant::FiringRecord& f : plant::read_history(run / "world.rec").firings)
-    firings.push_back({f.trigger_us, f.last_us, std::int64_t(f.path), std::int64_t(f.listed), std::int64_t(f.fired), f.valve + 1});
+    firings.push_back({f.trigger_us, f.last_us, std::int64_t(f.listed), std::int64_t(f.fired), f.valve + 1});
   return replay::audit_paths(messages, &firings, options);
 }
 

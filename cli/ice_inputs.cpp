@@ -47,6 +47,14 @@ void add_measurement(const slice::LayerRegions& regions, const slice::PathOption
     }
 }
 
+/// One boundary more: the fill lies half a bead aside. Beads that lie above each other in all layers leave grooves between
+/// them that only grow, too narrow for the maps to show.
+slice::PathOptions with_shifted_fill(slice::PathOptions options) {
+  ++options.part.boundaries;
+  ++options.scaffold.boundaries;
+  return options;
+}
+
 }  // namespace
 
 Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) {
@@ -68,8 +76,10 @@ Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) 
   paths.head.laser = settings.laser_tool;
   paths.head.settings = dump(settings);
   const slice::PathOptions options = path_options(settings);
+  const slice::PathOptions shifted = with_shifted_fill(options);
   const int last = paths.head.layers;
   plan_layers(job, settings, parallel, [](double, const std::string&) {}, {}, [&](PlannedLayer&& l) {
+    if (l.paths.layer % 2 == 0) l.paths = slice::plan_layer(l.regions, shifted);
     if (l.paths.layer % e.ice.interval_layers == 0 || l.paths.layer == last)
       add_measurement(l.regions, options, e.ice.measure_spacing_mm, l.paths);
     paths.layers.push_back(std::move(l.paths));

@@ -10,7 +10,8 @@
 namespace firn {
 
 /// Blobs "paths" (core/slice/print_paths.h; measurement paths in every ice.interval_layers-th layer and the last) and
-/// "machine" (the machine's TOML text).
+/// "machine" (the machine's TOML text). Every other layer has one boundary path more, so that its fill lies aside of that
+/// below.
 /// @param folder of the experiment file, to which ice.mesh, ice.slice and ice.machine are relative
 /// @throws ConfigError, UsageError: files that cannot be read, a mesh of no layers, settings that do not fit it
 Blobs make_ice_inputs(const Experiment& experiment, const std::filesystem::path& folder);

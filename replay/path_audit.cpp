@@ -9,6 +9,7 @@
 #include "firn/path_report_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
+#include "firn/valve_command_t.hpp"
 #include "lcmtypes/outcome.h"
 
 namespace firn::replay {
@@ -66,6 +67,11 @@ class PathAudit {
         end_us_ = e.header.utime_us;
       }
     });
+    for (const auto& [channel, valve] : {std::pair{channels::kValveACommand, 1}, {channels::kValveBCommand, 2}})
+      messages_.each<valve_command_t>(channel.name, [&, valve = valve](const valve_command_t& c) {
+        if (ValveVerb(c.verb) == ValveVerb::kArm) armings_.push_back({c.header.utime_us, c.path, valve});
+      });
+    std::ranges::stable_sort(armings_, {}, &Arming::t_us);
     messages_.each<safe_stop_t>(channels::kSafeStop.name, [&](const safe_stop_t& s) { stops_.push_back(s.header.utime_us); });
     for (const NodeInfo& n : nodes())
       messages_.each<fault_t>(channels::fault(n.id).name, [&](const fault_t& f) {
@@ -74,13 +80,23 @@ class PathAudit {
     std::sort(stops_.begin(), stops_.end());
   }
 
+  // The path for which the valve was armed last before the trigger; 0 = none.
+  std::int64_t path_of(const TrueFiring& f) const {
+    std::int64_t path = 0;
+    for (const Arming& a : armings_)
+      if (a.valve == f.valve && a.t_us <= f.trigger_us) path = a.path;
+    return path;
+  }
+
   void take_firings() {
     for (const TrueFiring& f : *world_) {
       v_.triggered += f.fired;
       v_.fired += f.fired;
-      const auto path = paths_.find(f.path);
+      const std::int64_t number = path_of(f);
+      const auto path = paths_.find(number);
       if (path == paths_.end() || path->second.job.path == 0) {
-        add(ViolationKind::kNotCommanded, "path " + std::to_string(f.path) + ": " + std::to_string(f.fired) + " pulses that no PATH_JOB tells of");
+        add(ViolationKind::kNotCommanded, "valve " + std::to_string(f.valve) + " at " + std::to_string(f.trigger_us) + " us: " + std::to_string(f.fired) +
+                                              " pulses that no armed path tells of");
         continue;
       }
       path->second.fired += f.fired;
@@ -141,10 +157,15 @@ class PathAudit {
         const double late_s = double(f.last_us - stop) * 1e-6 / options_.time_scale;
         v_.longest_stop_s = std::max(v_.longest_stop_s, late_s);
         if (late_s > options_.stop_limit_s)
-          add(ViolationKind::kAfterStop, "path " + std::to_string(f.path) + ": a pulse " + std::to_string(late_s) + " s after the stop");
+          add(ViolationKind::kAfterStop, "path " + std::to_string(path_of(f)) + ": a pulse " + std::to_string(late_s) + " s after the stop");
       }
     }
   }
+
+  struct Arming {
+    std::int64_t t_us = 0, path = 0;
+    int valve = 0;
+  };
 
   const RunMessages& messages_;
   const std::vector<TrueFiring>* world_;
@@ -153,6 +174,7 @@ class PathAudit {
   std::map<std::int64_t, PathHistory> paths_;
   std::int64_t last_reported_ = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> maps_;  // time, map_id
+  std::vector<Arming> armings_;
   std::vector<std::int64_t> stops_;
   std::int64_t end_us_ = std::numeric_limits<std::int64_t>::max();
 };

@@ -9,10 +9,10 @@
 
 namespace firn::replay {
 
-/// A pulse list as a valve truly fired it.
+/// A pulse list as a valve truly fired it. Which path it belongs to is told by the command that armed the valve: the
+/// instrument's own numbers are its driver's.
 struct TrueFiring {
   std::int64_t trigger_us = 0, last_us = 0;  ///< last pulse; 0 = none
-  std::int64_t path = 0;
   std::int64_t listed = 0, fired = 0;
   int valve = 0;                             ///< 1 valve_a, 2 valve_b
 };

@@ -100,9 +100,22 @@ HeightMap cell_means(const HeightMap& field, const GridSpec& grid) {
   return sum;
 }
 
+Mask inner_cells(const Mask& footprint) {
+  const GridSpec& g = footprint.spec;
+  Mask inner(g);
+  for (int j = 1; j + 1 < g.ny; ++j)
+    for (int i = 1; i + 1 < g.nx; ++i) {
+      bool in = true;
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di) in = in && footprint.at(i + di, j + dj) != 0;
+      inner.at(i, j) = in;
+    }
+  return inner;
+}
+
 ErrorStats ice_error(const HeightMap& field, const slice::LayerPaths& layer, double pitch_mm) {
   const GridSpec grid = slice::footprint_grid(layer, pitch_mm);
-  const Mask footprint = slice::footprint_mask(slice::footprint_materials(layer, grid));
+  const Mask footprint = inner_cells(slice::footprint_mask(slice::footprint_materials(layer, grid)));
   return error_stats(cell_means(field, grid), HeightMap(grid, nominal_mm(layer)), footprint);
 }
 
@@ -117,7 +130,7 @@ IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messa
     i.layer = m.layer;
     i.nominal_mm = nominal_mm(*layer);
     i.height = height_of(m);
-    i.footprint = slice::footprint_mask(slice::footprint_materials(*layer, i.height.spec));
+    i.footprint = inner_cells(slice::footprint_mask(slice::footprint_materials(*layer, i.height.spec)));
     intervals.insert_or_assign(m.layer, std::move(i));
   });
   messages.each<control_surface_t>(channels::kControlSurface.name, [&](const control_surface_t& m) {

@@ -17,7 +17,7 @@ struct IceInterval {
   double nominal_mm = 0.0;
   HeightMap height;
   std::optional<HeightMap> truth;
-  Mask footprint;
+  Mask footprint;                    ///< its inner cells
   double saturated_fraction = 0.0;   ///< of the action that answered it
 };
 
@@ -38,7 +38,10 @@ struct IceData {
 /// Means of the field over the cells of `grid`; NaN where it has none.
 HeightMap cell_means(const HeightMap& field, const GridSpec& grid);
 
-/// Of the true surface about the nominal height, over the footprint of `layer`, on cells of `pitch_mm`.
+/// Cells whose eight neighbours are in the footprint too: the outermost reach beyond the beads, over bare table.
+Mask inner_cells(const Mask& footprint);
+
+/// Of the true surface about the nominal height, over the inner cells of the footprint of `layer`, on cells of `pitch_mm`.
 ErrorStats ice_error(const HeightMap& field, const slice::LayerPaths& layer, double pitch_mm);
 
 /// @throws FormatError, std::invalid_argument: inputs that are no paths; logfile::FileError
