@@ -5,6 +5,7 @@
 #include "core/slice/print_paths.h"
 #include "procs/controller/node.h"
 #include "procs/droplet_estimator/node.h"
+#include "procs/flow_estimator/node.h"
 #include "procs/heater/node.h"
 #include "procs/jet/node.h"
 #include "procs/lamp/node.h"
@@ -38,6 +39,7 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kLaserPoint, &make_laser_point},
       {NodeId::kHeater, &make_heater},
       {NodeId::kPathPlanner, &make_path_planner},
+      {NodeId::kFlowEstimator, &make_flow_estimator},
   };
   return kMakers;
 }
