@@ -152,11 +152,7 @@ class Lacking {
       if (!look(a, i, 0, served) || !next_.way_within(a, b, limit_)) {
         const double l = length(b - a);
         const int looks = l > kLook ? 2 * int(0.5 * l / kLook) + 1 : 0;  // one of them in the middle
-        for (int k = 0; k < looks; ++k) {
-          const double share = (k + 0.5) / looks;
-          const Vec at = a + share * (b - a);
-          look(at, i, share, next_.within(at, limit_));
-        }
+        look_along(a, b - a, i, looks, 0, looks);
         served = i + 1 < n ? next_.within(b, limit_) : first_served;
       }
       a = b;
@@ -199,6 +195,23 @@ class Lacking {
     if (!served) looks_.push_back({at, edge, share, fresh_});
     fresh_ = served;
     return served;
+  }
+
+  // Looks [begin, end) of `looks` on an edge, in halves: what lacks is mostly near corners.
+  void look_along(Vec a, Vec way, std::uint32_t edge, int looks, int begin, int end) {
+    const auto share = [&](int k) { return (k + 0.5) / looks; };
+    const auto at = [&](int k) { return a + share(k) * way; };
+    if (end - begin > 3) {
+      if (next_.within(at(begin), limit_) && next_.way_within(at(begin), at(end - 1), limit_)) {
+        fresh_ = true;
+        return;
+      }
+      const int middle = begin + (end - begin) / 2;
+      look_along(a, way, edge, looks, begin, middle);
+      look_along(a, way, edge, looks, middle, end);
+      return;
+    }
+    for (int k = begin; k < end; ++k) look(at(k), edge, share(k), next_.within(at(k), limit_));
   }
 
   std::int32_t add_wall(std::size_t edge, bool sampled) {
