@@ -1,26 +1,56 @@
 #!/bin/sh
-# firn slice against the slicers people use: whole commands, user and wall seconds, medians of 3 alternating runs.
-#   bench/slicing_peers.sh MESHES [ROUNDS]
-# MESHES holds igea_1075k.stl, lucy500_1215k.stl and perhaps lucy500_10140k.stl. Needs root once, to install Debian's
-# prusa-slicer, cura-engine and slic3r; Cura's definitions come out of its package, which is not installed. Settings as
-# near as they allow: layers of 0.25 mm, width 1.5 mm, one outline, concentric infill of 100 %, no skirt; a run writes
-# G-code. PrusaSlicer runs its classic perimeter generator, 2.7 times faster here than its default (Arachne). Wants a quiet machine. Prints Markdown.
+# firn slice against the slicers people use: whole commands, user and wall seconds, medians of alternating runs.
+#   bench/slicing_peers.sh MESHES [--row NAME]... [--rounds N] [--ours]
+# MESHES holds igea_1075k.stl, lucy500_1215k.stl and lucy500_10140k.stl (rows whose mesh is missing are left out). Rows, with
+# the minutes that three rounds take on a quiet machine of two cores:
+#   lucy        no support, G-code                        8      stages    igea, all stages of Table 3-5           0.2
+#   igea        no support, G-code                        4      linked    igea, STL to linked contours            0.1
+#   scaffold    lucy, full scaffold, both filled, G-code  12     large     lucy of 10 million facets, all stages   4
+#                                                                threads   lucy, all stages, one and two threads   0.3
+# --ours runs Firn alone (needs nothing installed; 5 minutes for all rows). Firn's figures stand at chord tolerances of 0.05
+# (a thirtieth of the path's width), 0.01 and 0 mm (every point kept: slow, one round only). A command that takes more than
+# LIMIT_S seconds (900) is stopped.
+# Peers: Debian's prusa-slicer, cura-engine and slic3r, installed once as root; Cura's definitions come out of its package,
+# which is not installed. Settings as near as they allow: layers of 0.25 mm, width 1.5 mm, one outline, concentric infill of
+# 100 %, no skirt; a run writes G-code. PrusaSlicer runs its classic perimeter generator, 2.7 times faster here than its
+# default (Arachne). Prints Markdown; progress on stderr.
 set -eu
-meshes=$(cd "${1:?usage: bench/slicing_peers.sh MESHES [ROUNDS]}" && pwd)
-rounds=${2:-3}
+
+usage() {
+  sed -n '2,13s/^# \{0,1\}//p' "$0" >&2
+  exit 2
+}
+meshes='' rows='' rounds=3 ours=no
+while [ $# -gt 0 ]; do
+  case $1 in
+    --row) rows="$rows ${2:?--row wants a name}"; shift 2 ;;
+    --rounds) rounds=${2:?--rounds wants a number}; shift 2 ;;
+    --ours) ours=yes; shift ;;
+    -*) usage ;;
+    *) meshes=$1; shift ;;
+  esac
+done
+[ -d "$meshes" ] || usage
+for row in $rows; do
+  case $row in lucy | igea | scaffold | stages | linked | large | threads) ;; *) echo "no row '$row'" >&2; usage ;; esac
+done
+meshes=$(cd "$meshes" && pwd)
 cd "$(dirname "$0")/.."
 firn=${FIRN:-build/bin/firn}
+limit_s=${LIMIT_S:-900}
 work=build/slicing_peers
 mkdir -p "$work"
 out=$(cd "$work" && pwd)
-
-for package in prusa-slicer cura-engine slic3r; do
-  dpkg -s "$package" >/dev/null 2>&1 || apt-get install -y --no-install-recommends "$package" >&2
-done
 cura=$out/cura/usr/share/cura/resources/definitions
-if [ ! -f "$cura/fdmprinter.def.json" ]; then
-  (cd "$out" && apt-get download cura >&2 && dpkg -x cura_*.deb cura && rm cura_*.deb)
-fi
+
+install_peers() {
+  for package in prusa-slicer cura-engine slic3r; do
+    dpkg -s "$package" >/dev/null 2>&1 || apt-get install -y --no-install-recommends "$package" >&2
+  done
+  if [ ! -f "$cura/fdmprinter.def.json" ]; then
+    (cd "$out" && apt-get download cura >&2 && dpkg -x cura_*.deb cura && rm cura_*.deb)
+  fi
+}
 
 prusa="prusa-slicer --export-gcode --layer-height 0.25 --first-layer-height 0.25 --nozzle-diameter 1.5 --extrusion-width 1.5 \
   --perimeters 1 --perimeter-generator classic --fill-pattern concentric --fill-density 100% --top-fill-pattern concentric --bottom-fill-pattern concentric \
@@ -33,7 +63,7 @@ engine="CuraEngine slice -j $cura/fdmprinter.def.json -s layer_height=0.25 -s la
   -s infill_line_distance=1.5 -s infill_sparse_density=100 -s top_layers=0 -s bottom_layers=0 -s adhesion_type=none \
   -s machine_nozzle_size=1.5 -s machine_width=600 -s machine_depth=600 -s machine_height=600"
 # Firn's own fill is 3 mm wide by default; against the others it is 1.5 mm.
-ours="--set part.fill_width_mm=1.5 --set scaffold.fill_width_mm=1.5 --set part.first_offset_mm=0.75"
+narrow="--set part.fill_width_mm=1.5 --set scaffold.fill_width_mm=1.5 --set part.first_offset_mm=0.75"
 
 command_of() {  # NAME MESH
   case $1 in
@@ -42,20 +72,26 @@ command_of() {  # NAME MESH
     slic3r) echo "$slic3r -o $out/slic3r.gcode $2" ;;
     cura) echo "$engine -s support_enable=false -l $2 -o $out/cura.gcode" ;;
     cura-support) echo "$engine -s support_enable=true -s support_infill_rate=100 -s support_line_width=1.5 -s support_line_distance=1.5 -l $2 -o $out/cura.gcode" ;;
-    firn-*-support) tolerance=${1#firn-}; echo "$firn slice $2 --support full --tolerance ${tolerance%-support} --gcode $out/firn.gcode $ours" ;;
-    firn-*) echo "$firn slice $2 --support none --tolerance ${1#firn-} --gcode $out/firn.gcode $ours" ;;
-    all-*) echo "$firn slice $2 --support full --tolerance ${1#all-} -o $out/firn.paths" ;;
-    contours-*) echo "$firn slice $2 --support none --tolerance ${1#contours-} --set part.fill=none" ;;
+    firn-none-*) echo "$firn slice $2 --support none --tolerance ${1#firn-none-} --gcode $out/firn.gcode $narrow" ;;
+    firn-full-*) echo "$firn slice $2 --support full --tolerance ${1#firn-full-} --gcode $out/firn.gcode $narrow" ;;
+    firn-stages-*) echo "$firn slice $2 --support full --threads 1 --tolerance ${1#firn-stages-} -o $out/firn.paths" ;;
+    firn-threads-*) echo "$firn slice $2 --support full --threads ${1#firn-threads-} -o $out/firn.paths" ;;
+    firn-linked-*) echo "build/bench/slice_stages $2 ${1#firn-linked-} 1" ;;
   esac
 }
 
-run() {  # NAME MESH -> appends "user wall MiB" to a file of its own
+run() {  # NAME MESH -> appends "user system wall MiB" to a file of its own
+  file=$out/$(basename "$2")-$1.runs
   # shellcheck disable=SC2046
-  if CURA_ENGINE_SEARCH_PATH=$cura /usr/bin/time -f "%U %S %e %M" -o "$out/time" $(command_of "$1" "$2") >"$out/log" 2>&1; then
-    awk '{printf "%.2f %.2f %.2f %.0f\n", $1, $2, $3, $4 / 1024}' "$out/time" | tail -n 1 >>"$out/$(basename "$2")-$1.runs"
+  if CURA_ENGINE_SEARCH_PATH=$cura timeout "$limit_s" /usr/bin/time -f "%U %S %e %M" -o "$out/time" $(command_of "$1" "$2") >"$out/log" 2>&1; then
+    case $1 in
+      # Processor time of one stage within the command: user and system in one.
+      firn-linked-*) sed -n 's/.*read to linked *median \([0-9.]*\) s.*/\1 0 \1 0/p' "$out/log" >>"$file" ;;
+      *) awk 'END {printf "%.2f %.2f %.2f %.0f\n", $1, $2, $3, $4 / 1024}' "$out/time" >>"$file" ;;
+    esac
   else
-    echo "$1 failed on $2: $(tail -n 1 "$out/log" | cut -c 1-200)" >&2
-    echo "failed failed failed failed" >>"$out/$(basename "$2")-$1.runs"
+    echo "$1 failed or took more than $limit_s s on $2: $(tail -n 1 "$out/log" | cut -c 1-200)" >&2
+    echo "failed failed failed failed" >>"$file"
   fi
 }
 
@@ -63,32 +99,46 @@ median() {  # FILE COLUMN
   cut -d ' ' -f "$2" "$1" | sort -n | awk '{v[NR] = $1} END {print v[int((NR + 1) / 2)]}'
 }
 
-table() {  # TITLE MESH NAMES...
-  title=$1 mesh=$meshes/$2
-  shift 2
+table() {  # ROW TITLE MESH NAMES...
+  case " ${rows:-$1} " in *" $1 "*) ;; *) return 0 ;; esac
+  row=$1 title=$2 mesh=$meshes/$3
+  shift 3
   if [ ! -f "$mesh" ]; then
-    echo "no $mesh: left out" >&2
-    return
+    echo "no $mesh: row $row is left out" >&2
+    return 0
   fi
-  for name in "$@"; do rm -f "$out/$(basename "$mesh")-$name.runs"; done
+  names=''
+  for name in "$@"; do
+    case $ours-$name in yes-firn-* | no-*) names="$names $name" ;; esac
+  done
+  case $names in *prusa* | *cura* | *slic3r*) install_peers ;; esac
+  for name in $names; do rm -f "$out/$(basename "$mesh")-$name.runs"; done
   n=0
   while [ "$n" -lt "$rounds" ]; do
-    for name in "$@"; do
-      echo "$title: $name, round $((n + 1)) of $rounds" >&2
+    n=$((n + 1))
+    for name in $names; do
+      case $n-$name in 1-*) ;; *-0) continue ;; esac
+      echo "$row: $name, round $n of $rounds" >&2
       run "$name" "$mesh"
     done
-    n=$((n + 1))
   done
-  printf '\n**%s** (%s)\n\n| command | user s | system s | wall s | MiB |\n|---|---|---|---|---|\n' "$title" "$(basename "$mesh")"
-  for name in "$@"; do
+  printf '\n**%s: %s** (%s, medians of %s)\n\n' "$row" "$title" "$(basename "$mesh")" "$rounds"
+  printf '| command | user s | system s | wall s | MiB | user by Firn'\''s | wall by Firn'\''s |\n|---|---|---|---|---|---|---|\n'
+  base='' base_wall=''
+  for name in $names; do
     file=$out/$(basename "$mesh")-$name.runs
-    printf '| %s | %s | %s | %s | %s |\n' "$name" "$(median "$file" 1)" "$(median "$file" 2)" "$(median "$file" 3)" "$(median "$file" 4)"
+    user=$(median "$file" 1) wall=$(median "$file" 3)
+    : "${base:=$user}" "${base_wall:=$wall}"
+    ratios=$(echo "$user $base $wall $base_wall" | awk '{if ($1 + 0 > 0 && $2 + 0 > 0) printf "%.2f | %.2f", $1 / $2, $3 / $4; else printf "- | -"}')
+    printf '| %s | %s | %s | %s | %s | %s |\n' "$name" "$user" "$(median "$file" 2)" "$wall" "$(median "$file" 4)" "$ratios"
   done
 }
 
-table "No support, G-code written" lucy500_1215k.stl firn-0.05 prusa cura slic3r firn-0.01 firn-0
-table "No support, G-code written" igea_1075k.stl firn-0.05 prusa cura slic3r firn-0.01 firn-0
-table "Full scaffold, both filled, G-code written" lucy500_1215k.stl firn-0.05-support prusa-support cura-support firn-0.01-support firn-0-support
-table "All stages of Table 3-5, path file written" igea_1075k.stl all-0.05 all-0.01 all-0
-table "STL to outlines" igea_1075k.stl contours-0.05
-table "All stages, path file written" lucy500_10140k.stl all-0.05 prusa
+echo "Firn's last word is its chord tolerance in mm (0.05 where it is none). $(nproc) cores, $(date -u +%F), load $(cut -d ' ' -f 1 /proc/loadavg)."
+table lucy "no support, G-code written" lucy500_1215k.stl firn-none-0.05 prusa cura slic3r firn-none-0.01 firn-none-0
+table igea "no support, G-code written" igea_1075k.stl firn-none-0.05 prusa cura slic3r firn-none-0.01 firn-none-0
+table scaffold "full scaffold, both materials filled, G-code written" lucy500_1215k.stl firn-full-0.05 prusa-support cura-support firn-full-0.01 firn-full-0
+table stages "all stages of Table 3-5, one thread, path file written" igea_1075k.stl firn-stages-0.05 firn-stages-0.01 firn-stages-0
+table linked "STL to linked contours, one thread, processor time" igea_1075k.stl firn-linked-0.05 firn-linked-0.01 firn-linked-0
+table large "all stages, one thread, path file written; PrusaSlicer without support" lucy500_10140k.stl firn-stages-0.05 prusa firn-stages-0.01
+table threads "all stages, one and two threads" lucy500_1215k.stl firn-threads-1 firn-threads-2

@@ -1,4 +1,5 @@
 // firn: one program, one file per subcommand. Data on stdout, progress and errors on stderr.
+#include <csignal>
 #include <cstdio>
 #include <exception>
 
@@ -8,6 +9,7 @@
 
 int main(int argc, char** argv) {
   using namespace firn;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of write(), not the end
   const Call call = parse_command_line(argc, argv);
   const auto report = [&](const char* what, int code) {
     std::fprintf(stderr, "firn%s%s: %s\n", call.command.empty() ? "" : " ", call.command.c_str(), what);

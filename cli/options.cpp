@@ -84,7 +84,7 @@ void declare_replay(CLI::App& app, Run& run) {
   app.add_option("--ignore", o->ignores, "FIELD=reason: may differ; FIELD is LAYER_PLAN.iterations or iterations")
       ->allow_extra_args(false);
   app.add_option("--set", o->overrides, "KEY=VALUE, replays with a changed configuration")->allow_extra_args(false);
-  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str()->check(CLI::Range(0, 1024));
   json_flag(app, o->json);
 }
 
@@ -115,7 +115,7 @@ void declare_reproduce(CLI::App& app, Run& run) {
   app.add_option("-o,--out", o->out, "folder for pictures and index.html");
   app.add_option("--mesh", o->mesh, "barnett.slicing: a mesh instead of the one made in code");
   app.add_flag("--quick", o->quick, "fewer repeats: minutes become seconds, statistics become coarse");
-  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str()->check(CLI::Range(0, 1024));
   json_flag(app, o->json);
 }
 
@@ -195,7 +195,7 @@ void declare_plan(CLI::App& app, Run& run) {
   app.add_option("--pulses", o->pulses, "valve pulses of each path: path,list,start_s,tick");
   app.add_option("--plot", o->plot, "SVG: speed, acceleration, jerk, joints, the path coloured by speed");
   app.add_option("--plot-path", o->plot_path, "number of the path to draw")->capture_default_str();
-  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str()->check(CLI::Range(0, 1024));
   json_flag(app, o->json);
 }
 
@@ -213,7 +213,7 @@ void declare_slice(CLI::App& app, Run& run) {
   app.add_option("--png", o->png, "the same");
   app.add_option("--png-width", o->png_width, "pixels")->capture_default_str();
   app.add_option("--layer-json", o->layer_json, "the paths of --layer, as firn plan reads them");
-  app.add_option("--threads", o->threads, "0 = as many as the machine has; the bytes do not depend on it")->capture_default_str();
+  app.add_option("--threads", o->threads, "0 = as many as the machine has; the bytes do not depend on it")->capture_default_str()->check(CLI::Range(0, 1024));
   json_flag(app, o->json);
 }
 
@@ -241,7 +241,7 @@ void declare_compare(CLI::App& app, Run& run) {
   app.add_option("-o,--output", o->output, "study folder; default: runs/study-NAME");
   app.add_option("--seeds", o->seeds, "seeds 1..N instead of the study's");
   app.add_option("--set", o->overrides, "KEY=VALUE, for every print")->allow_extra_args(false);
-  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str();
+  app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str()->check(CLI::Range(0, 1024));
   json_flag(app, o->json);
 }
 

@@ -10,10 +10,18 @@
 #include <stdexcept>
 
 #include "cli/exit_codes.h"
+#include "logfile/file.h"
+#include "logfile/output_target.h"
 
 namespace firn {
 
-TextOutput::TextOutput(const std::filesystem::path& file) : file_(file), part_(file.string() + ".part-" + std::to_string(getpid())) {
+TextOutput::TextOutput(const std::filesystem::path& file) {
+  try {
+    file_ = logfile::output_target(file);
+  } catch (const logfile::FileError& e) {
+    throw UsageError(e.what());
+  }
+  part_ = file_.string() + ".part-" + std::to_string(getpid());
   out_ = std::fopen(part_.c_str(), "wb");
   if (!out_) throw UsageError(file_.string() + ": cannot be written: " + std::strerror(errno));
 }

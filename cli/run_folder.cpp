@@ -16,6 +16,8 @@
 #include "cli/exit_codes.h"
 #include "lcmtypes/outcome.h"
 #include "lcmtypes/schema.h"
+#include "logfile/file.h"
+#include "logfile/output_target.h"
 #include "runtime/build_info.h"
 
 namespace firn {
@@ -70,11 +72,17 @@ std::string read_file(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-void write_file_atomically(const fs::path& path, std::string_view content) {
+void write_file_atomically(const fs::path& named, std::string_view content) {
+  fs::path path = named;
+  try {
+    path = logfile::output_target(named);
+  } catch (const logfile::FileError& e) {
+    throw UsageError(e.what());
+  }
   fs::path temporary = path;
   temporary += ".part";
   const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) fail(temporary, std::strerror(errno));
+  if (fd < 0) throw UsageError(named.string() + ": cannot be written: " + std::strerror(errno));
   std::size_t done = 0;
   while (done < content.size()) {
     const ssize_t n = write(fd, content.data() + done, content.size() - done);

@@ -47,8 +47,24 @@ SliceSettings settings_of(SliceCommandOptions& o) {
   return load_slice_settings(o.config, overrides);
 }
 
+// No output takes the place of another or of what is read.
+void check_outputs(const SliceCommandOptions& o) {
+  std::vector<std::filesystem::path> taken(o.meshes.begin(), o.meshes.end());
+  if (!o.config.empty()) taken.push_back(o.config);
+  for (const std::string& file : {o.output, o.gcode, o.svg, o.png, o.layer_json}) {
+    if (file.empty()) continue;
+    for (const std::filesystem::path& other : taken) {
+      std::error_code error;
+      if (other.lexically_normal() == std::filesystem::path(file).lexically_normal() || std::filesystem::equivalent(file, other, error))
+        throw UsageError(file + ": would take the place of " + other.string());
+    }
+    taken.push_back(file);
+  }
+}
+
 void check(const SliceCommandOptions& o) {
   if (o.meshes.empty()) throw UsageError("MESH is missing");
+  check_outputs(o);
   const bool pictures = !o.svg.empty() || !o.png.empty() || !o.layer_json.empty();
   if (pictures && o.layers.empty()) throw UsageError("--svg, --png and --layer-json need --layer K");
   if (!pictures && !o.layers.empty()) throw UsageError("--layer needs --svg, --png or --layer-json");
@@ -177,6 +193,7 @@ int run_slice(const SliceCommandOptions& given) {
     std::fputs("firn slice: interrupted; nothing was written\n", stderr);
     return kInterrupted;
   } catch (const logfile::FileError& e) {
+    if (e.disk_full()) throw;
     throw UsageError(e.what());
   }
 }

@@ -5,13 +5,15 @@
 #include <string>
 #include <system_error>
 
+#include "logfile/output_target.h"
+
 namespace firn::logfile {
 
 namespace fs = std::filesystem;
 
 NamedRecordFile::NamedRecordFile(const fs::path& file)
-    : file_(file),
-      part_(file.string() + ".part-" + std::to_string(getpid())),
+    : file_(output_target(file)),
+      part_(file_.string() + ".part-" + std::to_string(getpid())),
       out_(std::make_unique<RecordWriter>(part_, RecordWriter::Mode::kCreate)) {}
 
 NamedRecordFile::~NamedRecordFile() {

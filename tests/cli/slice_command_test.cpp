@@ -2,8 +2,13 @@
 #include "cli/slice_command.h"
 
 #include <catch2/catch.hpp>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -282,7 +287,66 @@ TEST_CASE("firn slice refuses what it cannot do, and leaves nothing behind") {
   refused(with([](auto& c) { c.meshes = {"no/such.stl"}; }), "no/such.stl: no such file");
   refused(with([](auto& c) { c.config = "no/such.toml"; }), "no/such.toml");
   refused(with([](auto& c) { c.output = "no/such/folder/x.paths"; }), "no/such/folder");
+  refused(with([](auto& c) { c.output = c.meshes[0]; }), "would take the place of");
+  refused(with([](auto& c) { c.gcode = c.output; }), "would take the place of");
   CHECK_FALSE(fs::exists(o.output));
+}
+
+TEST_CASE("An output replaces regular files only, and what a link points to, not the link") {
+  SliceCommandOptions o = run_options("target");
+  const fs::path folder = fs::path(o.output).parent_path(), pipe = folder / "pipe", link = folder / "link.paths";
+  fs::remove(pipe), fs::remove(link), fs::remove(o.output);
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  for (const auto member : {&SliceCommandOptions::output, &SliceCommandOptions::gcode, &SliceCommandOptions::svg}) {
+    SliceCommandOptions c = o;
+    c.output = "";
+    c.*member = pipe.string();
+    if (!c.svg.empty()) c.layers = {1};
+    CHECK_THROWS_WITH(run_slice(c), Contains("pipe") && Contains("cannot be replaced"));
+    CHECK_THROWS_AS(run_slice(c), UsageError);
+    CHECK(fs::is_fifo(pipe));
+    c.*member = folder.string();
+    CHECK_THROWS_AS(run_slice(c), UsageError);
+  }
+  REQUIRE(run_slice(o) == kOk);
+  fs::create_symlink(o.output, link);
+  const auto before = fs::file_size(o.output);
+  o.output = link.string();
+  o.support = "none";
+  REQUIRE(run_slice(o) == kOk);
+  CHECK(fs::is_symlink(link));
+  CHECK(fs::file_size(link) != before);
+  fs::remove(pipe), fs::remove(link);
+}
+
+TEST_CASE("A disk without room ends firn slice and leaves nothing behind") {
+  SliceCommandOptions o = run_options("room");
+  const fs::path folder = fs::path(o.output).parent_path();
+  const auto files = [&] { return std::distance(fs::directory_iterator(folder), {}); };
+  fs::remove(o.output);
+  const auto before = files();
+  rlimit limit{};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &limit) == 0);
+  const auto act = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, limit.rlim_max};
+  for (const auto member : {&SliceCommandOptions::output, &SliceCommandOptions::gcode}) {
+    SliceCommandOptions c = o;
+    c.output = "";
+    c.*member = (folder / "x.out").string();
+    ::setrlimit(RLIMIT_FSIZE, &small);
+    std::string what;
+    try {
+      run_slice(c);
+    } catch (const UsageError&) {
+      what = "a usage error";
+    } catch (const std::exception& e) {
+      what = e.what();
+    }
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    CHECK_THAT(what, Contains("File too large"));
+    CHECK(files() == before);
+  }
+  std::signal(SIGXFSZ, act);
 }
 
 TEST_CASE("Option --support overhang takes its angle, and less support than full") {
