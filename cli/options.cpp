@@ -188,6 +188,7 @@ void declare_plan(CLI::App& app, Run& run) {
   app.add_option("--machine", o->machine, "machine file, as labs/cobra600.toml")->required();
   app.add_option("--origin", o->origin_mm, "X,Y [mm]: where the paths' frame stands in the machine's")->delimiter(',')->expected(2);
   app.add_option("--method", o->method, "certified, optimal, thesis, constant or default")->capture_default_str();
+  app.add_option("--fill-speed", o->fill_mm_s, "of straight fill with method constant [mm/s]: 100 or 125")->capture_default_str();
   app.add_option("--tolerance", o->tolerance_mm, "corners may be rolled within so many mm; default 0, of an aerosol machine 0.05");
   app.add_option("--ramp", o->curvature_ramp_mm, "every jump of curvature is ramped over so many mm")->capture_default_str();
   app.add_option("--corner", o->corner, "of an aerosol machine: paper, loop (default) or hybrid");

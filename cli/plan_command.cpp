@@ -204,6 +204,8 @@ motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& mac
   motion::PlanOptions plan;
   plan.method = *method;
   plan.tolerance_mm = o.tolerance_mm.value_or(0.0);
+  if (!(o.fill_mm_s > 0.0 && o.fill_mm_s <= 1e6)) throw UsageError(fmt::format("--fill-speed {}: must lie in (0, 1e6] mm/s", o.fill_mm_s));
+  plan.constant_fill_mm_s = o.fill_mm_s;
   plan.tick_s = machine.tick_s;
   plan.curvature_ramp_mm = o.curvature_ramp_mm;
   return plan;

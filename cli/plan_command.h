@@ -14,6 +14,7 @@ struct PlanCommandOptions {
   std::string machine;               ///< TOML
   std::vector<double> origin_mm;     ///< x, y of the part's frame in the machine's; empty = 0, 0
   std::string method = "certified";
+  double fill_mm_s = 100.0;         ///< straight fill of method constant
   std::optional<double> tolerance_mm;  ///< not given: 0, or 0.05 for an aerosol machine
   double curvature_ramp_mm = 0.4;
   std::string corner;                ///< of an aerosol machine; empty = loop

@@ -35,6 +35,7 @@ Trajectory sampled(const PathInput& path, const Arm& arm, const MotionLimits& li
   if (options.method == Method::kConstant) {
     ConstantOptions constant;
     constant.tick_s = options.tick_s;
+    constant.fill_mm_s = options.constant_fill_mm_s;
     constant.split_angle_rad = options.split_angle_rad;
     return plan_constant(path, arm, limits, constant);
   }

@@ -39,6 +39,7 @@ struct PlanOptions {
       0.4;  ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
   double split_angle_rad = 0.5235987755982988;  ///< sharper corners are stops (PATHSPLIT), 30 degrees
   double trace_step_s = 0.0;  ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
+  double constant_fill_mm_s = 100.0;  ///< method constant: straight fill, 100 in 4.2 and 125 in 4.4
   bool lower_bound = true;    ///< fill Certificate::lower_bound_s
 };
 

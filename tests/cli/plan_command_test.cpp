@@ -181,6 +181,7 @@ TEST_CASE("Options that do not fit are refused by name before anything is writte
   CHECK_THAT(refused([](auto& o) { o.method = "fast"; }), Contains("--method fast") && Contains("certified"));
   CHECK_THAT(refused([](auto& o) { o.tolerance_mm = -1; }), Contains("--tolerance -1") && Contains("[0, 10] mm"));
   CHECK_THAT(refused([](auto& o) { o.tolerance_mm = 99; }), Contains("--tolerance 99") && Contains("[0, 10] mm"));
+  CHECK_THAT(refused([](auto& o) { o.fill_mm_s = 0; }), Contains("--fill-speed 0"));
   CHECK_THAT(refused([](auto& o) { o.curvature_ramp_mm = 0; }), Contains("--ramp 0"));
   CHECK_THAT(refused([](auto& o) { o.origin_mm = {1e9, 0}; }), Contains("--origin"));
   CHECK_THAT(refused([](auto& o) { o.corner = "loop"; }), Contains("--corner") && Contains("aerosol"));

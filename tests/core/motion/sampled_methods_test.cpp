@@ -61,6 +61,20 @@ TEST_CASE(
   CHECK(constant.stops == 0);
 }
 
+TEST_CASE("4.4: straight fill at 125 mm/s by constant speed takes L / v + v / a, as at 100") {
+  const std::vector<Point2> line{{300, 0}, {400, 0}};
+  PathInput in{.points = line};
+  in.kind = PathKind::kFill;
+  PlanOptions options;
+  options.method = Method::kConstant;
+  for (const double speed : {100.0, 125.0}) {
+    options.constant_fill_mm_s = speed;
+    const PlanResult r = plan(in, *make_scara(cobra600()), cobra600_limits(), options);
+    REQUIRE(r.ok());
+    CHECK(r.continuous_s == Approx(100.0 / speed + speed / 500.0).margin(0.016));
+  }
+}
+
 TEST_CASE("The trace by differences has the certificate's largest values") {
   for (const Method method : {Method::kThesis, Method::kConstant, Method::kDefault}) {
     const PlanResult r = plan_fig_4_2(method);
