@@ -1,5 +1,6 @@
 #include "cli/certificate_file.h"
 
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
@@ -41,6 +42,9 @@ std::vector<float> certificate_from(std::span<const std::byte> bytes, int nx, co
     throw std::invalid_argument(name + ": byte 10: not an array of float32 (cuts, " + std::to_string(nx) + ", 64)");
   std::vector<float> multipliers(cuts * std::size_t(nx) * kPatterns);
   if (!multipliers.empty()) std::memcpy(multipliers.data(), text.data() + begin, multipliers.size() * sizeof(float));
+  for (std::size_t i = 0; i < multipliers.size(); ++i)  // a pattern of NaN would take no part in a minimum: no bound
+    if (!std::isfinite(multipliers[i]))
+      throw std::invalid_argument(name + ": byte " + std::to_string(begin + i * sizeof(float)) + ": a multiplier is not a finite number");
   return multipliers;
 }
 

@@ -1,6 +1,7 @@
 #include "cli/certificate_file.h"
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 using namespace firn;
 
@@ -14,4 +15,8 @@ TEST_CASE("A certificate comes back from its file with every bit, and a cut or f
   CHECK_THROWS_WITH(certificate_from(bytes, 6, "c.npy"), Catch::Contains("c.npy: byte 10: not an array of float32 (cuts, 6, 64)"));
   CHECK_THROWS_AS(certificate_from(std::span(bytes).first(bytes.size() - 4), 5, "c.npy"), std::invalid_argument);
   CHECK_THROWS_WITH(certificate_from(std::span(bytes).first(3), 5, "c.npy"), Catch::Contains("byte 0: not an NPY file"));
+  for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    m[7] = wrong;
+    CHECK_THROWS_WITH(certificate_from(certificate_bytes(m, 5), 5, "c.npy"), Catch::Contains("byte 156: a multiplier is not a finite number"));
+  }
 }
