@@ -45,7 +45,9 @@ void PathLoop::proceed(Phase next, Time now, Outbox& out) {
       const int signal = Valve(deposit->job.valve) == Valve::kB ? kSignalValveB : kSignalValveA;
       return send_robot(RobotVerb::kRun, deposit, list_, signal, deposit->job.duration_s + kUpload_s, now, out);
     }
-    case Phase::kDisarmValve: return send_valve(ValveVerb::kDisarm, now, out);
+    case Phase::kDisarmValve:
+      if (late_count_) return settle_list(answer_t(*late_count_), now, out);
+      return send_valve(ValveVerb::kDisarm, now, out);
     case Phase::kAwaitOperator:
       if (!waits_for_operator()) return next_path(now, out);  // the operator's word has come before the arm was home
       return out.wake_at(kOperator, now.after_s(2.0 * scale));

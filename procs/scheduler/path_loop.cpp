@@ -73,7 +73,9 @@ void PathLoop::after_resume(Time now, Outbox& out) {
   proceed(Phase::kHeat, now, out);
 }
 
-void PathLoop::answered_late(const answer_t&) {}
+void PathLoop::answered_late(const answer_t& m) {
+  if (interrupted_ == Phase::kDisarmValve) late_count_ = m;
+}
 
 void PathLoop::answered(const answer_t& m, Time now, Outbox& out) {
   switch (phase_) {
@@ -83,7 +85,7 @@ void PathLoop::answered(const answer_t& m, Time now, Outbox& out) {
     case Phase::kLoadPulses: return proceed(Phase::kArmValve, now, out);
     case Phase::kArmValve: return proceed(Phase::kRunPath, now, out);
     case Phase::kRunPath: return proceed(Phase::kDisarmValve, now, out);
-    case Phase::kDisarmValve: return settle_list(m.counted, now, out);
+    case Phase::kDisarmValve: return settle_list(m, now, out);
     case Phase::kRaise: return measure_again(now, out);
     case Phase::kLoadScan: return proceed(Phase::kArmLaser, now, out);
     case Phase::kArmLaser: return proceed(Phase::kRunScan, now, out);
@@ -95,33 +97,50 @@ void PathLoop::answered(const answer_t& m, Time now, Outbox& out) {
   }
 }
 
-// A list was run, or was not, or nobody knows.
-void PathLoop::settle_list(std::int64_t pulses_counted, Time now, Outbox& out) {
+// A list was run, or was not, or nobody knows. The valve's answer is its count, whatever it calls the outcome; refused: it
+// knows of no list that it was armed for.
+void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
+  late_count_.reset();
   if (!act_answer_) return next_path(now, out);
   const answer_t m = *act_answer_;
   act_answer_.reset();
   const Outcome outcome = Outcome(m.outcome);
+  const bool known = Outcome(count.outcome) != Outcome::kUnknown && Outcome(count.outcome) != Outcome::kRefused && count.counted >= 0;
+  const std::int64_t pulses = known ? count.counted : -1;
+  const std::string path = "path " + std::to_string(task().job.path);
   // Refused and none: the arm has not moved, so the valve has had no signal; if it counted pulses all the same, something
   // was deposited somewhere.
-  const bool nothing = (outcome == Outcome::kNone || outcome == Outcome::kRefused) && pulses_counted <= 0;
+  const bool nothing = (outcome == Outcome::kNone || outcome == Outcome::kRefused) && pulses <= 0;
   if (nothing && ++attempt_ < kMostAttempts) return proceed(Phase::kLoadPath, now, out);
-  if (nothing) return fail(5, "path " + std::to_string(task().job.path) + " did not begin in " + std::to_string(kMostAttempts) + " attempts", now, out);
+  if (nothing) return fail(5, path + " did not begin in " + std::to_string(kMostAttempts) + " attempts", now, out);
   outcome_ = m.outcome;
   attempt_ = 0;
-  pulses_counted_ = pulses_counted < 0 || pulses_counted_ < 0 ? -1 : pulses_counted_ + pulses_counted;
-  if (outcome != Outcome::kDone) {
+  pulses_counted_ = pulses < 0 || pulses_counted_ < 0 ? -1 : pulses_counted_ + pulses;
+  if (outcome != Outcome::kDone || !known) {
+    if (outcome == Outcome::kDone) outcome_ = int(Outcome::kUnknown);
     closed_ = in_doubt_ = true;
     doubt_accepted_ = false;
     measured_s_ = kNotMeasured;
   } else {
+    const std::int64_t listed = task().list_pulses[std::size_t(list_)];
+    if (pulses < listed) {
+      outcome_ = int(Outcome::kFailed);
+      send_fault(Severity::kWarning, 3, path + ": the valve fired " + std::to_string(pulses) + " of " + std::to_string(listed) + " pulses", out);
+    }
     measured_s_ += double(m.counted) * 1e-6;
     const double slip_s = std::abs(double(m.counted - m.expected)) * 1e-6;
     slips_ = slip_s > experiment_.ice.max_time_slip_s ? slips_ + 1 : 0;
     if (slips_ >= kMostSlips)
-      return fail(7, "path " + std::to_string(task().job.path) + " took " + std::to_string(double(m.counted) * 1e-6) + " s instead of " +
-                         std::to_string(double(m.expected) * 1e-6) + " s, as the one before: its pulses lie elsewhere", now, out);
+      return fail(7, path + " took " + std::to_string(double(m.counted) * 1e-6) + " s instead of " + std::to_string(double(m.expected) * 1e-6) +
+                         " s, as the one before: its pulses lie elsewhere", now, out);
   }
   ++list_;
+  next_list(now, out);
+}
+
+// A list without a pulse, of a path shorter than a drop, is not run.
+void PathLoop::next_list(Time now, Outbox& out) {
+  while (!closed_ && list_ < task().job.lists && task().list_pulses[std::size_t(list_)] == 0) ++list_;
   if (!closed_ && list_ < task().job.lists) return proceed(Phase::kLoadPath, now, out);
   report(out);
   ++at_;
@@ -151,11 +170,12 @@ void PathLoop::report(Outbox& out) {
 
 void PathLoop::next_path(Time now, Outbox& out) {
   if (waits_for_operator()) return proceed(Phase::kAwaitOperator, now, out);
-  list_ = attempt_ = outcome_ = 0;
+  list_ = attempt_ = 0;
+  outcome_ = int(Outcome::kDone);
   closed_ = false;
   pulses_counted_ = 0;
   measured_s_ = 0.0;
-  if (depositing()) return proceed(Phase::kLoadPath, now, out);
+  if (depositing()) return next_list(now, out);
   for (const PathTask& t : deposition_) layers_done_ = std::max(layers_done_, int(t.job.layer));
   scan_ = std::move(next_scan_);
   next_scan_.clear();

@@ -38,6 +38,7 @@ class PathLoop final : public Scheduler {
   void proceed(Phase next, Time now, Outbox&) override;
   void answered(const answer_t&, Time now, Outbox&) override;
   void answered_late(const answer_t&) override;
+  bool only_counts() const override { return phase_ == Phase::kDisarmValve; }
   void after_resume(Time now, Outbox&) override;
   void operator_accepted(Time now, Outbox&) override;
   std::int64_t act_size() const override;
@@ -55,7 +56,8 @@ class PathLoop final : public Scheduler {
   void act_on_map(Time now, Outbox&);
   void act_on_surface(Time now, Outbox&);
   void act_on_temperature(Time now, Outbox&);
-  void settle_list(std::int64_t pulses_counted, Time now, Outbox&);
+  void settle_list(const answer_t& count, Time now, Outbox&);
+  void next_list(Time now, Outbox&);
   void report(Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
 
@@ -76,6 +78,7 @@ class PathLoop final : public Scheduler {
   int list_ = 0;                         ///< of that path
   std::size_t scan_at_ = 0;
 
+  std::optional<answer_t> late_count_;   ///< the valve's count, told after a crash
   int attempt_ = 0;                      ///< times that the path has been begun in vain
   bool closed_ = false;                  ///< in doubt: what is left of the path stays undone
   bool in_doubt_ = false;                ///< something since the last map

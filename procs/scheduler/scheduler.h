@@ -52,6 +52,7 @@ class Scheduler : public Node {
   virtual void proceed(Phase next, Time now, Outbox&) = 0;             ///< enters a phase: sends its command, arms its deadline
   virtual void answered(const answer_t&, Time now, Outbox&) = 0;       ///< what the phase commanded is done
   virtual void answered_late(const answer_t&) {}                       ///< the same of the interrupted phase, before the print goes on
+  virtual bool only_counts() const { return false; }                   ///< whatever its outcome, the answer to this phase is a count
   virtual void after_resume(Time now, Outbox&) = 0;                    ///< picks up the phase that the crash interrupted
   virtual void operator_accepted(Time now, Outbox&) = 0;
   virtual std::int64_t act_size() const = 0;                           ///< all of it is in doubt when the driver knows nothing of it

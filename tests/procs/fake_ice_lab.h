@@ -135,8 +135,8 @@ struct FakeIceLab : NodeBench {
       p.start_s = 1.6 * list;
       p.tick_s = 0.002;
       p.pulse_s = 0.00125;
-      p.n = 10;
-      for (int k = 0; k < 10; ++k) p.tick.push_back(40 * k);
+      p.n = empty_path && j.index == 1 ? 0 : 10;
+      for (int k = 0; k < p.n; ++k) p.tick.push_back(40 * k);
       give(channels::kPulseList, p);
     }
   }
@@ -165,11 +165,11 @@ struct FakeIceLab : NodeBench {
     return false;
   }
 
-  bool answer(NodeId driver, std::int64_t command, double crash_probability, std::int64_t counted) {
+  bool answer(NodeId driver, std::int64_t command, double crash_probability, std::int64_t counted, Outcome outcome = Outcome::kDone) {
     answer_t a{};
     a.node = info(driver).name;
     a.command_id = command;
-    a.outcome = std::int8_t(Outcome::kDone);
+    a.outcome = std::int8_t(outcome);
     a.counted = a.expected = counted;
     if (refusals > 0 && random.below(2)) {
       --refusals;
@@ -178,7 +178,7 @@ struct FakeIceLab : NodeBench {
       return true;
     }
     if (random.uniform() < crash_probability) {
-      a.outcome = std::int8_t(random.below(2) ? Outcome::kNone : Outcome::kDone);
+      if (outcome == Outcome::kDone && driver != NodeId::kValveA && driver != NodeId::kValveB && random.below(2)) a.outcome = std::int8_t(Outcome::kNone);
       if (random.below(2)) keep(driver, a);
       crash();
       return false;
@@ -201,12 +201,11 @@ struct FakeIceLab : NodeBench {
       armed = id;
       fired = 0;
     }
-    std::int64_t counted = 0;
-    if (ValveVerb(c.verb) == ValveVerb::kDisarm) {
-      counted = known_count ? fired : -1;
-      armed.reset();
-    }
-    return answer(id, c.command_id, crash_probability, counted);
+    if (ValveVerb(c.verb) != ValveVerb::kDisarm) return answer(id, c.command_id, crash_probability, -1);
+    armed.reset();
+    // As the driver tells it: all, some, none, or that its controller came back without its memory.
+    const Outcome outcome = !known_count ? Outcome::kUnknown : fired == c.expected ? Outcome::kDone : fired > 0 ? Outcome::kFailed : Outcome::kNone;
+    return answer(id, c.command_id, crash_probability, known_count ? fired : 0, outcome);
   }
 
   bool robot(const robot_command_t& c, double crash_probability) {
@@ -336,7 +335,7 @@ struct FakeIceLab : NodeBench {
   mutable std::size_t ends_seen = 0;
   std::int64_t epoch = 0, map_id = 0, batch = 0, paths_planned = 0, fired = 0, slip_us = 0;
   int done_layers = 0, maps = 0, dark_maps = 0, high_maps = 0, refusals = 0;
-  bool refuse_path = false, stop_controller = false, known_count = true, accept_doubt = false;
+  bool empty_path = false, refuse_path = false, stop_controller = false, known_count = true, accept_doubt = false;
   std::optional<answer_t> unanswered;
   NodeId late_driver = NodeId::kRobot;
   std::optional<NodeId> armed;

@@ -41,6 +41,21 @@ TEST_CASE("an undisturbed ice print runs every path once, in order, and measures
   }
 }
 
+TEST_CASE("a path that is shorter than a drop is reported and not run") {
+  FakeIceLab lab(4, small_ice());
+  lab.empty_path = true;
+  REQUIRE(lab.print(0.0) == 0);
+  int empty = 0;
+  for (const path_report_t& r : lab.all(channels::kPathReport)) {
+    const path_job_t& job = lab.commanded[r.path];
+    if (job.index != 1) continue;
+    ++empty;
+    CHECK(r.pulses_counted == 0);
+    CHECK(lab.runs.count({r.path, 0}) == 0);
+  }
+  CHECK(empty > 0);
+}
+
 TEST_CASE("however often an ice print crashes and resumes, no path is run twice and none is left out but in doubt") {
   int crashes = 0, doubts = 0;
   for (std::uint64_t seed = 1; seed <= 120; ++seed) {
