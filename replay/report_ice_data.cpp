@@ -19,6 +19,7 @@ namespace firn::replay {
 namespace {
 
 constexpr int kMeasurement = 3;
+constexpr double kLongestCurve_s = 8.0;  // more than some hundred pulses are a blur
 // The arm of the lab; speeds in a picture need no better [Table 2-1].
 constexpr double kLink1_mm = 325.0, kLink2_mm = 275.0;
 
@@ -51,7 +52,8 @@ IcePathCurve curve_of(const path_job_t& job, const trajectory_t& t, const std::v
 void read_curve(const RunMessages& messages, IceData& data) {
   path_job_t best{};
   messages.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {
-    if (j.kind != kMeasurement && j.material == 0 && (j.layer > best.layer || (j.layer == best.layer && j.length_mm > best.length_mm))) best = j;
+    if (j.kind == kMeasurement || j.material != 0 || j.pulses < 2 || j.duration_s > kLongestCurve_s) return;
+    if (j.layer > best.layer || (j.layer == best.layer && j.length_mm > best.length_mm)) best = j;
   });
   if (best.path == 0) return;
   std::vector<pulse_list_t> lists;

@@ -32,7 +32,7 @@ struct IcePathCurve {
 struct IceData {
   std::vector<IceInterval> intervals;
   std::optional<HeightMap> field;    ///< the part as built, on the simulation's cells
-  std::optional<IcePathCurve> curve; ///< of the longest part path of the highest interval
+  std::optional<IcePathCurve> curve; ///< of the highest layer's longest part path of at most 8 s
 };
 
 /// Means of the field over the cells of `grid`; NaN where it has none.
