@@ -1,7 +1,8 @@
-// Any bytes as a path file, and as one layer of it: the first byte chooses.
+// Any bytes as a path file, as one layer of it, and as the paths of a run: the first byte chooses.
 #include <cstdlib>
 
 #include "cli/layer_file.h"
+#include "core/slice/print_paths.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;
@@ -22,7 +23,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size < 1) return 0;
   const auto bytes = as_bytes(data + 1, size - 1);
   try {
-    if (data[0] % 2) {
+    if (data[0] % 3 == 2) {
+      const slice::PrintPaths paths = slice::decode_print_paths(bytes);
+      for (const slice::LayerPaths& layer : paths.layers) check(layer);
+      const std::vector<std::byte> again = slice::encode(paths);
+      require(slice::encode(slice::decode_print_paths(again)) == again, "what was read can be written and read again");
+    } else if (data[0] % 3) {
       const slice::PathFileHead head{"fuzz", 1, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", ""};
       const slice::LayerPaths layer = slice::decode_layer_paths(bytes, head);
       check(layer);

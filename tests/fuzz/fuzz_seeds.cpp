@@ -6,6 +6,7 @@
 #include "cli/trajectory_file.h"
 #include "config/experiment.h"
 #include "core/grid/npy.h"
+#include "core/slice/print_paths.h"
 #include "drivers/heater/thermostat.h"
 #include "drivers/robot/fvp.h"
 #include "drivers/valve/fvb.h"
@@ -100,6 +101,7 @@ void seed_slices() {
   out.finish();
   const logfile::MappedFile whole(file);
   seed("fuzz_path_file", "file", behind(0, whole.bytes()));
+  seed("fuzz_path_file", "print", behind(2, slice::encode(slice::PrintPaths{{"fuzz", 1, {{"part", "water"}}, "laser", ""}, {layer}})));
   seed("fuzz_slice", "stl", mb::binary_stl(m));
   std::vector<std::uint8_t> lattice;
   for (std::uint32_t n = 0; n < 20 * 9; ++n) lattice.push_back(std::uint8_t(n * n / 7));
