@@ -2,23 +2,17 @@
 
 #include <algorithm>
 
+#include "config/field_rows.h"
 #include "core/control/controller.h"
 #include "core/control/surface/surface_controller.h"
 
 namespace firn {
+using namespace field_rows;
+
 namespace {
 
 constexpr double kLong = 9e18;      // below 2^63: what a TOML integer can hold
 constexpr double kMaxLayers = 1e6;
-
-Limits text() { return {}; }
-Limits within(double lo, double hi) { return {lo, hi, false, {}}; }
-Limits above(double lo, double hi) { return {lo, hi, true, {}}; }
-Limits one_of(std::vector<std::string_view> choices) {
-  Limits l;
-  l.choices = std::move(choices);
-  return l;
-}
 
 Limits shapes() {
   std::vector<std::string_view> all(shape_kinds().begin(), shape_kinds().end());
@@ -37,10 +31,6 @@ Limits schemes() {
     if (std::find(names.begin(), names.end(), s.name) == names.end()) names.push_back(s.name);
   return one_of(names);
 }
-
-using Table = std::vector<Field>;
-
-void add(Table& t, Table rows) { t.insert(t.end(), rows.begin(), rows.end()); }
 
 Table part_fields(Experiment& e) {
   ShapeSpec& s = e.part.shape;

@@ -3,22 +3,12 @@
 #include <array>
 #include <span>
 
-#include "config/fields.h"
+#include "config/field_rows.h"
 
 namespace firn {
+using namespace field_rows;
+
 namespace {
-
-Limits text() { return {}; }
-Limits within(double lo, double hi) { return {lo, hi, false, {}}; }
-Limits above(double lo, double hi) { return {lo, hi, true, {}}; }
-Limits one_of(std::vector<std::string_view> choices) {
-  Limits l;
-  l.choices = std::move(choices);
-  return l;
-}
-
-using Table = std::vector<Field>;
-void add(Table& t, Table rows) { t.insert(t.end(), rows.begin(), rows.end()); }
 
 Table part_of(Experiment& e) {
   IceConfig& c = e.ice;

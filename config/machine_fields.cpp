@@ -1,13 +1,10 @@
+#include "config/field_rows.h"
 #include "config/machine.h"
 
 namespace firn {
+using namespace field_rows;
+
 namespace {
-
-Limits within(double lo, double hi) { return {lo, hi, false, {}}; }
-Limits above(double lo, double hi) { return {lo, hi, true, {}}; }
-
-using Table = std::vector<Field>;
-void add(Table& t, Table rows) { t.insert(t.end(), rows.begin(), rows.end()); }
 
 constexpr double kMm = 1e5, kDegrees = 3600.0, kRate = 1e6, kJerk = 1e9;
 

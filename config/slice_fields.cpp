@@ -1,18 +1,10 @@
+#include "config/field_rows.h"
 #include "config/slice.h"
 
 namespace firn {
+using namespace field_rows;
+
 namespace {
-
-Limits within(double lo, double hi) { return {lo, hi, false, {}}; }
-Limits above(double lo, double hi) { return {lo, hi, true, {}}; }
-Limits one_of(std::vector<std::string_view> words) {
-  Limits l;
-  l.choices = std::move(words);
-  return l;
-}
-
-using Table = std::vector<Field>;
-void add(Table& t, Table rows) { t.insert(t.end(), rows.begin(), rows.end()); }
 
 constexpr double kMm = 1e5;
 

@@ -1,9 +1,5 @@
 #include "tests/drivers/world_rig.h"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <limits>
-
 namespace firn::drivers::test {
 
 StageConfig WorldRig::fast_stage() {
@@ -24,117 +20,8 @@ plant::WorldConfig WorldRig::small_world(int nx, int ny) {
 }
 
 WorldRig::WorldRig(const plant::WorldConfig& config, StageConfig stage_config)
-    : world(config, &record),
-      stage(std::move(stage_config)),
-      jet(JetConfig{}),
-      profiler(LaserProfilerConfig{}),
-      lamp(LampConfig{}) {
-  ports_ = {{"stage", &stage}, {"jet", &jet}, {"laser_profiler", &profiler}, {"lamp", &lamp}};
-}
-
-WorldRig::Port& WorldRig::port(std::string_view name) {
-  return *std::find_if(ports_.begin(), ports_.end(), [&](const Port& p) { return p.name == name; });
-}
-
-void WorldRig::step(Port& p, const std::function<void(Effects&)>& f) {
-  Effects fx;
-  f(fx);
-  p.wake_us = fx.wake_us;
-  for (DriverEvent& e : fx.events) events[p.name].push_back(std::move(e));
-  if (!fx.tx.empty()) {
-    written[p.name].append(reinterpret_cast<const char*>(fx.tx.data()), fx.tx.size());
-    if (p.connected) world.receive(p.name, fx.tx, now_us);
-  }
-  if (!fx.reopen) return;
-  if (p.connected) world.disconnect(p.name, now_us);
-  p.connected = true;
-  world.connect(p.name, now_us);
-  step(p, [&](Effects& again) { p.driver->opened(now_us, again); });
-}
-
-void WorldRig::act(std::string_view name, const Act& f) {
-  step(port(name), [&](Effects& fx) { f(now_us, fx); });
-}
-
-bool WorldRig::run(const std::function<bool()>& done, double limit_s) {
-  const std::int64_t end = now_us + std::int64_t(limit_s * 1e6);
-  while (!done()) {
-    std::int64_t next = world.next_event_us();
-    Port* due = nullptr;
-    for (Port& p : ports_)
-      if (!p.dead && p.wake_us != 0 && p.wake_us < next) {
-        next = p.wake_us;
-        due = &p;
-      }
-    if (next > end) {
-      now_us = end;
-      return done();
-    }
-    now_us = std::max(now_us, next);
-    if (due) {
-      step(*due, [&](Effects& fx) { due->driver->woke(now_us, fx); });
-      continue;
-    }
-    struct Arrived {
-      std::string port, bytes;
-      bool close;
-    };
-    std::vector<Arrived> arrived;
-    world.advance(now_us, [&](const plant::World::Sent& s) {
-      arrived.push_back(
-          {std::string(s.port), {reinterpret_cast<const char*>(s.bytes.data()), s.bytes.size()}, s.close});
-    });
-    for (const Arrived& a : arrived) {
-      Port& p = port(a.port);
-      if (p.dead) continue;
-      if (a.close) p.connected = false;
-      step(p, [&](Effects& fx) {
-        if (a.close)
-          p.driver->closed(now_us, fx);
-        else
-          p.driver->received(std::as_bytes(std::span(a.bytes.data(), a.bytes.size())), now_us, fx);
-      });
-    }
-  }
-  return true;
-}
-
-bool WorldRig::all_safe() const {
-  return std::all_of(ports_.begin(), ports_.end(), [](const Port& p) { return p.driver->safe(); });
-}
-
-void WorldRig::start() {
-  for (Port& p : ports_) {
-    world.connect(p.name, now_us);
-    p.connected = true;
-    step(p, [&](Effects& fx) { p.driver->opened(now_us, fx); });
-  }
-  REQUIRE(run([&] { return all_safe(); }, 60.0));
-}
-
-void WorldRig::kill(std::string_view name) {
-  Port& p = port(name);
-  if (p.connected) world.disconnect(name, now_us);
-  p.connected = false;
-  p.dead = true;
-}
-
-void WorldRig::resume(std::string_view name) {
-  Port& p = port(name);
-  p.dead = false;
-  step(p, [&](Effects& fx) { p.driver->closed(now_us, fx); });
-  world.connect(name, now_us);
-  p.connected = true;
-  step(p, [&](Effects& fx) { p.driver->opened(now_us, fx); });
-}
-
-std::vector<Result> WorldRig::results(std::string_view name) const {
-  std::vector<Result> out;
-  const auto it = events.find(name);
-  if (it == events.end()) return out;
-  for (const DriverEvent& e : it->second)
-    if (const Result* r = std::get_if<Result>(&e)) out.push_back(*r);
-  return out;
+    : PortRig(config), stage(std::move(stage_config)), jet(JetConfig{}), profiler(LaserProfilerConfig{}), lamp(LampConfig{}) {
+  add("stage", stage), add("jet", jet), add("laser_profiler", profiler), add("lamp", lamp);
 }
 
 std::int64_t WorldRig::fired() const { return world.truth().droplets_fired; }

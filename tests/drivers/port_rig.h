@@ -1,0 +1,74 @@
+// Drivers wired to the simulated world at byte level, in simulated time: two sides written independently from the same
+// cards. What the rigs of both labs share; each names its drivers.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "drivers/link/driver.h"
+#include "plant/world.h"
+
+namespace firn::drivers::test {
+
+class MemoryRecord final : public plant::WorldRecord {
+ public:
+  void append(plant::RecordKind kind, std::span<const std::byte> payload) override {
+    plant::decode(kind, payload, history);
+  }
+  plant::WorldHistory history;
+};
+
+class PortRig {
+ public:
+  using Act = std::function<void(std::int64_t, Effects&)>;
+  void act(std::string_view port, const Act& f);
+  /// Runs until `done` or the limit; @returns done().
+  bool run(const std::function<bool()>& done, double limit_s);
+  void run_for(double s) {
+    run([] { return false; }, s);
+  }
+  bool all_safe() const;
+  void kill(std::string_view port);    ///< the process dies: the port is closed, the driver does nothing
+  void resume(std::string_view port);  ///< it is back with what it knew
+
+  /// What a driver has told, of one kind of event.
+  template <class E>
+  std::vector<E> all(std::string_view port) const {
+    std::vector<E> out;
+    const auto at = events.find(port);
+    if (at == events.end()) return out;
+    for (const DriverEvent& e : at->second)
+      if (const E* p = std::get_if<E>(&e)) out.push_back(*p);
+    return out;
+  }
+  Driver& driver(std::string_view name) { return *port(name).driver; }
+
+  MemoryRecord record;
+  plant::World world;
+  std::int64_t now_us = 0;
+  std::map<std::string, std::vector<DriverEvent>, std::less<>> events;
+  std::map<std::string, std::string, std::less<>> written;
+
+ protected:
+  explicit PortRig(const plant::WorldConfig& config) : world(config, &record) {}
+  void add(std::string name, Driver& driver) { ports_.push_back({std::move(name), &driver}); }
+  void connect_all();  ///< and waits until all are SAFE
+
+ private:
+  struct Port {
+    std::string name;
+    Driver* driver;
+    std::int64_t wake_us = 0;
+    bool connected = false;
+    bool dead = false;
+  };
+  Port& port(std::string_view name);
+  void step(Port& p, const std::function<void(Effects&)>& f);
+
+  std::vector<Port> ports_;
+};
+
+}  // namespace firn::drivers::test
