@@ -10,7 +10,7 @@
 #include "drivers/robot/robot.h"
 #include "drivers/valve/valve.h"
 #include "plant/ice/ice_lab.h"
-#include "tests/plant/bench_lines.h"
+#include "tests/plant/driver_rig.h"
 #include "tests/support/ice_paths.h"
 
 using namespace firn;
@@ -28,70 +28,14 @@ WorldConfig ice_world() {
   return c;
 }
 
-struct Rig {
+struct Rig : DriverRig {
   explicit Rig(const WorldConfig& config)
-      : world(config, &record),
+      : DriverRig(config, 180'000'000),
         robot(drivers::RobotConfig{}),
         valve_a(drivers::ValveConfig{}),
         laser(drivers::LaserPointConfig{}),
-        heater(drivers::HeaterConfig{}),
-        parts{{kRobotPort, {&robot, 0}}, {kValveAPort, {&valve_a, 0}}, {kLaserPointPort, {&laser, 0}}, {kHeaterPort, {&heater, 0}}} {
-    for (auto& [port, part] : parts) {
-      world.connect(port, now_us);
-      call(port, [&](drivers::Driver& driver, drivers::Effects& fx) { driver.opened(now_us, fx); });
-    }
-  }
-  using Step = std::function<void(drivers::Driver&, drivers::Effects&)>;
-  void call(std::string_view port, const Step& f) {
-    drivers::Effects fx;
-    auto& part = parts.at(port);
-    f(*part.driver, fx);
-    part.wake_us = fx.wake_us;
-    for (auto& e : fx.events) {
-      if (auto* r = std::get_if<drivers::Result>(&e)) results[std::string(port)].push_back(*r);
-      if (auto* s = std::get_if<drivers::Samples>(&e)) samples.push_back(*s);
-      if (auto* x = std::get_if<drivers::Fault>(&e)) faults.push_back(std::string(port) + ": " + x->text);
-    }
-    if (!fx.tx.empty()) world.receive(port, fx.tx, now_us);
-    if (!fx.reopen) return;
-    world.disconnect(port, now_us);
-    world.connect(port, now_us);
-    call(port, [&](drivers::Driver& driver, drivers::Effects& again) { driver.closed(now_us, again); });
-    call(port, [&](drivers::Driver& driver, drivers::Effects& again) { driver.opened(now_us, again); });
-  }
-  bool until(const std::function<bool()>& done, std::int64_t limit_us = 180'000'000) {
-    const std::int64_t end_us = now_us + limit_us;
-    while (!done() && now_us < end_us) {
-      std::int64_t next_us = std::min(world.next_event_us(), end_us);
-      for (const auto& [port, part] : parts)
-        if (part.wake_us != 0) next_us = std::min(next_us, std::max(part.wake_us, now_us));
-      now_us = std::max(now_us, next_us);
-      std::vector<std::pair<std::string_view, std::vector<std::byte>>> due;
-      world.advance(now_us, [&](const World::Sent& s) {
-        if (!s.close) return due.push_back({s.port, {s.bytes.begin(), s.bytes.end()}});
-        gone.push_back(std::string(s.port));
-      });
-      for (const auto& [port, bytes] : due)
-        call(port, [&](drivers::Driver& driver, drivers::Effects& fx) { driver.received(bytes, now_us, fx); });
-      for (auto& [port, part] : parts)
-        if (part.wake_us != 0 && part.wake_us <= now_us) {
-          part.wake_us = 0;
-          call(port, [&](drivers::Driver& driver, drivers::Effects& fx) { driver.woke(now_us, fx); });
-        }
-    }
-    return done();
-  }
-  bool all_safe() const {
-    for (const auto& [port, part] : parts)
-      if (part.driver->state() != DriverState::kSafe) return false;
-    return true;
-  }
-  drivers::Result command(std::string_view port, const Step& f) {
-    auto& list = results[std::string(port)];
-    const std::size_t before = list.size();
-    call(port, f);
-    REQUIRE(until([&] { return list.size() > before; }));
-    return list.back();
+        heater(drivers::HeaterConfig{}) {
+    connect({{kRobotPort, &robot}, {kValveAPort, &valve_a}, {kLaserPointPort, &laser}, {kHeaterPort, &heater}});
   }
   void add(std::int64_t path, const ice_paths::Run& run) {
     std::vector<double> rows;
@@ -113,21 +57,10 @@ struct Rig {
           Outcome::kDone);
   }
 
-  struct Part {
-    drivers::Driver* driver;
-    std::int64_t wake_us;
-  };
-  MemoryRecord record;
-  World world;
-  std::int64_t now_us = 0;
   drivers::Robot robot;
   drivers::Valve valve_a;
   drivers::LaserPoint laser;
   drivers::Heater heater;
-  std::map<std::string_view, Part> parts;
-  std::map<std::string, std::vector<drivers::Result>> results;
-  std::vector<drivers::Samples> samples;
-  std::vector<std::string> faults, gone;
 };
 
 ice_paths::Run deposition(const IceWorldConfig& c, double y_mm, double speed = 60.0) {
@@ -169,8 +102,8 @@ TEST_CASE("The drivers home the robot, print a bead, count its pulses and measur
            }).outcome == Outcome::kDone);
   const auto collected = rig.command(kLaserPointPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.laser.collect(rig.now_us, fx); });
   CHECK(collected.outcome == Outcome::kDone);
-  REQUIRE(rig.samples.size() == 1);
-  const std::vector<float>& z = rig.samples[0].z_mm;
+  REQUIRE(rig.all<drivers::Samples>().size() == 1);
+  const std::vector<float> z = rig.all<drivers::Samples>()[0].z_mm;
   CHECK(int(z.size()) >= samples - 3);
   double on_bead = 0.0, beside = 0.0;
   int n = 0, m = 0;

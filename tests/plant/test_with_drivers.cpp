@@ -10,7 +10,7 @@
 #include "drivers/lamp/lamp.h"
 #include "drivers/laser_profiler/laser_profiler.h"
 #include "drivers/stage/stage.h"
-#include "tests/plant/bench_lines.h"
+#include "tests/plant/driver_rig.h"
 
 using namespace firn;
 using namespace firn::plant;
@@ -19,92 +19,19 @@ using drivers::Outcome;
 
 namespace {
 
-struct Rig {
+struct Rig : DriverRig {
   explicit Rig(const WorldConfig& config)
-      : world(config, &record),
+      : DriverRig(config, 120'000'000),
         stage(drivers::StageConfig{}),
         jet(drivers::JetConfig{}),
         profiler(drivers::LaserProfilerConfig{}),
-        lamp(drivers::LampConfig{}),
-        parts{{kStagePort, {&stage, 0}},
-              {kJetPort, {&jet, 0}},
-              {kProfilerPort, {&profiler, 0}},
-              {kLampPort, {&lamp, 0}}} {
-    for (auto& [port, part] : parts) {
-      world.connect(port, now_us);
-      call(port, [&](drivers::Driver& driver, drivers::Effects& fx) { driver.opened(now_us, fx); });
-    }
+        lamp(drivers::LampConfig{}) {
+    connect({{kStagePort, &stage}, {kJetPort, &jet}, {kProfilerPort, &profiler}, {kLampPort, &lamp}});
   }
-  using Step = std::function<void(drivers::Driver&, drivers::Effects&)>;
-  void call(std::string_view port, const Step& f) {
-    drivers::Effects fx;
-    auto& part = parts.at(port);
-    f(*part.driver, fx);
-    part.wake_us = fx.wake_us;
-    for (auto& e : fx.events) {
-      if (auto* r = std::get_if<drivers::Result>(&e)) results[std::string(port)].push_back(*r);
-      if (auto* p = std::get_if<drivers::Profile>(&e)) profiles.push_back(*p);
-      if (auto* x = std::get_if<drivers::Fault>(&e)) faults.push_back(std::string(port) + ": " + x->text);
-    }
-    if (!fx.tx.empty()) world.receive(port, fx.tx, now_us);
-    if (!fx.reopen) return;
-    world.disconnect(port, now_us);
-    world.connect(port, now_us);
-    call(port, [&](drivers::Driver& driver, drivers::Effects& again) { driver.closed(now_us, again); });
-    call(port, [&](drivers::Driver& driver, drivers::Effects& again) { driver.opened(now_us, again); });
-  }
-  /// Steps until `done` or for at most `limit_us`.
-  bool until(const std::function<bool()>& done, std::int64_t limit_us = 120'000'000) {
-    const std::int64_t end_us = now_us + limit_us;
-    while (!done() && now_us < end_us) {
-      std::int64_t next_us = std::min(world.next_event_us(), end_us);
-      for (const auto& [port, part] : parts)
-        if (part.wake_us != 0) next_us = std::min(next_us, std::max(part.wake_us, now_us));
-      now_us = next_us;
-      std::vector<std::pair<std::string_view, std::vector<std::byte>>> due;
-      world.advance(now_us, [&](const World::Sent& s) {
-        due.push_back({s.port, {s.bytes.begin(), s.bytes.end()}});
-      });
-      for (const auto& [port, bytes] : due)
-        call(port,
-             [&](drivers::Driver& driver, drivers::Effects& fx) { driver.received(bytes, now_us, fx); });
-      for (auto& [port, part] : parts)
-        if (part.wake_us != 0 && part.wake_us <= now_us) {
-          part.wake_us = 0;
-          call(port, [&](drivers::Driver& driver, drivers::Effects& fx) { driver.woke(now_us, fx); });
-        }
-    }
-    return done();
-  }
-  bool all_safe() const {
-    for (const auto& [port, part] : parts)
-      if (part.driver->state() != DriverState::kSafe) return false;
-    return true;
-  }
-  /// Runs a command and returns its result.
-  drivers::Result command(std::string_view port, const Step& f) {
-    auto& list = results[std::string(port)];
-    const std::size_t before = list.size();
-    call(port, f);
-    REQUIRE(until([&] { return list.size() > before; }));
-    return list.back();
-  }
-
-  struct Part {
-    drivers::Driver* driver;
-    std::int64_t wake_us;
-  };
-  MemoryRecord record;
-  World world;
-  std::int64_t now_us = 0;
   drivers::Stage stage;
   drivers::Jet jet;
   drivers::LaserProfiler profiler;
   drivers::Lamp lamp;
-  std::map<std::string_view, Part> parts;
-  std::map<std::string, std::vector<drivers::Result>> results;
-  std::vector<drivers::Profile> profiles;
-  std::vector<std::string> faults;
 };
 
 WorldConfig rig_world() {
@@ -161,9 +88,9 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
   CHECK(rig.command(kProfilerPort,
                     [&](drivers::Driver&, drivers::Effects& fx) { rig.profiler.end(rig.now_us, fx); })
             .outcome == Outcome::kDone);
-  REQUIRE(rig.profiles.size() == std::size_t(grid.ny));
+  REQUIRE(rig.all<drivers::Profile>().size() == std::size_t(grid.ny));
   const Truth truth = rig.world.truth();
-  for (const drivers::Profile& p : rig.profiles) {
+  for (const drivers::Profile& p : rig.all<drivers::Profile>()) {
     CHECK(rig.record.history.scans[std::size_t(p.row)].y_mm == Approx(grid.y_mm(p.row)).margin(2e-3));
     CHECK(p.encoder_count == std::lround(rig.record.history.scans[std::size_t(p.row)].y_mm * 1e4));
     for (int i = 0; i < grid.nx; ++i) {  // the line through a cell's middle, near its mean
