@@ -113,3 +113,16 @@ TEST_CASE("An ice print that dies at any step and resumes is finished, replays i
     CHECK(audit.clean());
   }
 }
+
+TEST_CASE("A tank that runs empty stops the whole print by name, and the record replays") {
+  const test::Scratch scratch("ice-empty-tank");
+  const Small s = small({"plant.ice.tank_water_mm3=300", "ice.max_saturated_intervals=2"});
+  const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
+  const LabRunReport report = run_in_lab(run, {});
+  CHECK(report.result.status == 3);
+  CHECK(report.result.layers == 10);
+  CHECK(report.result.reason.find("tank empty") != std::string::npos);
+  ReplayCommandOptions r;
+  r.run = run.path().string();
+  CHECK(replay_verdict(r).identical());
+}
