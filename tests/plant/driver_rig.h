@@ -1,8 +1,7 @@
-// Drivers and twins, wired byte for byte: what the rigs of both labs share.
+// Drivers and twins, wired byte for byte: what the rigs of both labs share. Include after Catch.
 #pragma once
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <functional>
 #include <map>
 #include <string>
