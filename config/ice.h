@@ -99,6 +99,7 @@ struct IcePlantConfig {
   double field_width_mm = 0.0, field_depth_mm = 0.0;     ///< 0 = round all paths
   double cell_mm = 0.3;
   double drift_water = 0.0, drift_sme = 0.0;             ///< relative change of the flow in the end
+  double drift_spread = 0.0;                             ///< and one more, of either sign, by seed and valve
   double origin_dx_mm = 0.0, origin_dy_mm = 0.0, origin_dz_mm = 0.0;  ///< true origin beyond ice.origin
   double laser_dx_mm = 0.0, laser_dy_mm = 0.0, laser_dz_mm = 0.0;     ///< true spot beyond the machine's tool_laser
   double valve_a_dx_mm = 0.0, valve_a_dy_mm = 0.0;       ///< true nozzle beyond the machine's tool_water

@@ -124,6 +124,7 @@ std::vector<Field> ice_plant_fields(Experiment& e) {
       {"plant.ice.cell_mm", &p.cell_mm, "mm", within(0.15, 0.6), "cells of the simulated surface"},
       {"plant.ice.drift_water", &p.drift_water, "", within(-0.3, 0.3), "relative change of the water's flow in the end"},
       {"plant.ice.drift_sme", &p.drift_sme, "", within(-0.3, 0.3), "relative change of the scaffold's flow in the end"},
+      {"plant.ice.drift_spread", &p.drift_spread, "", within(0, 0.3), "each valve's change has one more share, drawn evenly between minus and plus this by plant.seed and valve"},
       {"plant.ice.origin_dx_mm", &p.origin_dx_mm, "mm", within(-20, 20), "where the part's frame truly stands, beyond ice.origin_x_mm"},
       {"plant.ice.origin_dy_mm", &p.origin_dy_mm, "mm", within(-20, 20), "the same along y"},
       {"plant.ice.origin_dz_mm", &p.origin_dz_mm, "mm", within(-20, 20), "the same along z"},

@@ -3,12 +3,21 @@
 #include <algorithm>
 
 #include "config/machine.h"
+#include "core/grid/random.h"
 
 namespace firn::plant {
 namespace {
 
 IceTool shifted(const ToolConfig& tool, double dx_mm, double dy_mm, double dz_mm) {
   return {tool.x_mm + dx_mm, tool.y_mm + dy_mm, tool.z_mm + dz_mm};
+}
+
+constexpr std::uint32_t kDriftDraw = 3;  // 1, 2 and 7 are debris and the table
+
+double drift_of(const Experiment& e, std::uint32_t valve) {
+  const IcePlantConfig& p = e.plant.ice;
+  const double share = 2.0 * random_uniform({e.plant.seed, Purpose::kDisturbance, kDriftDraw, valve, 0}) - 1.0;
+  return std::clamp((valve == 0 ? p.drift_water : p.drift_sme) + p.drift_spread * share, -0.3, 0.3);
 }
 
 // The thesis's tools stand where its Table 3-1 says, but for what the experiment plants.
@@ -19,7 +28,7 @@ IceWorldConfig ice_config(const Experiment& e) {
   if (p.field_width_mm > 0.0 && p.field_depth_mm > 0.0)
     c.field = {p.cell_mm, p.field_x0_mm, p.field_y0_mm, p.field_width_mm, p.field_depth_mm};
   c.field.cell_mm = p.cell_mm;
-  c.line[0].drift = p.drift_water, c.line[1].drift = p.drift_sme;
+  c.line[0].drift = drift_of(e, 0), c.line[1].drift = drift_of(e, 1);
   c.line[0].tank_mm3 = p.tank_water_mm3, c.line[1].tank_mm3 = p.tank_sme_mm3;
   c.arm.origin_mm = {e.ice.origin_x_mm + p.origin_dx_mm, e.ice.origin_y_mm + p.origin_dy_mm,
                      e.ice.origin_z_mm + p.origin_dz_mm};

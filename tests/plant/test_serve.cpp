@@ -189,3 +189,24 @@ TEST_CASE("An experiment's numbers reach nature, the controllers' beliefs do not
   e.plant.model = "lu2015";
   CHECK(world_config(e).model == "lu2015");
 }
+
+TEST_CASE("The drift of an ice lab's valves is drawn from the seed, either way and for each valve") {
+  Experiment e;
+  e.lab.kind = "ice";
+  e.plant.ice.drift_water = 0.05;
+  CHECK(world_config(e).ice.line[0].drift == 0.05);
+  CHECK(world_config(e).ice.line[1].drift == 0.0);
+  e.plant.ice.drift_water = 0.0;
+  e.plant.ice.drift_spread = 0.2;
+  int rising = 0, alike = 0;
+  for (e.plant.seed = 1; e.plant.seed <= 200; ++e.plant.seed) {
+    const WorldConfig c = world_config(e);
+    check(c);
+    for (const auto& line : c.ice.line) CHECK(std::abs(line.drift) <= 0.2);
+    rising += c.ice.line[0].drift > 0.0;
+    alike += c.ice.line[0].drift == c.ice.line[1].drift;
+  }
+  CHECK(rising > 70);
+  CHECK(rising < 130);
+  CHECK(alike == 0);
+}
