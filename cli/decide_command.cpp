@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -17,6 +18,7 @@
 #include "config/experiment.h"
 #include "core/control/mpc/bound.h"
 #include "core/control/mpc/bound_checker.h"
+#include "core/control/mpc/weighted_bound.h"
 #include "core/control/mpc/window_kernel.h"
 #include "core/grid/npy.h"
 #include "procs/controller/node.h"
@@ -77,8 +79,10 @@ control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
 
 void check_bound_options(const DecideOptions& o, const Experiment& e) {
   const MpcConfig& m = e.control.mpc;
-  if (e.control.scheme != "mpc" || m.alpha.front().alpha != 1.0 || m.horizon != 1 || m.max_drops != 1 || m.error != "absolute")
-    throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, error = absolute, alpha = 1, horizon = 1 and one droplet per cell only");
+  if (e.control.scheme != "mpc" || m.horizon != 1 || m.max_drops != 1 || m.error != "absolute")
+    throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, error = absolute, horizon = 1 and one droplet per cell only");
+  if (m.alpha.front().alpha != 1.0 && !(o.certificate.empty() && o.check_certificate.empty()))
+    throw UsageError("--certificate, --check-certificate: multipliers prove a bound for alpha = 1 only; for alpha < 1 --bound adds up several proofs");
   if (o.bound_rows < 1 || o.bound_rows > 4) throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
   if (o.bound_sweeps < 0) throw UsageError("--bound-sweeps = " + std::to_string(o.bound_sweeps) + " must not be below 0");
 }
@@ -87,6 +91,37 @@ double peak_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return 1024.0 * double(usage.ru_maxrss);
+}
+
+void add_bound(const DecideOptions& o, const Experiment& e, const HeightMap& height, const control::Decision& d, double objective_mm,
+               const ParallelFor& parallel, nlohmann::ordered_json& out) {
+  const control::Setup setup = setup_of(o, e);
+  const HeightMap known = control::known_heights({height, 0, 0, 0.0});
+  double cells = 0.0, bound_mm = 0.0;
+  for (const auto in : setup.mask.cells) cells += in;
+  const control::mpc::BoundOptions strips{o.bound_rows, o.bound_sweeps, 1e-6};
+  int sweeps = 0, cuts = 0;
+  if (const double alpha = e.control.mpc.alpha.front().alpha; alpha < 1.0) {
+    control::mpc::WeightedBoundOptions options;
+    options.strips.rows = o.bound_rows, options.strips.sweeps = std::min(o.bound_sweeps, options.strips.sweeps);
+    const DropletPattern drops = d.kind == control::Decision::Kind::kPrint ? d.drops : DropletPattern(setup.grid);
+    const bool shown = isatty(STDERR_FILENO);
+    const auto b = control::mpc::weighted_bound(setup, known, {}, alpha, drops, options, parallel, [&](double now_mm) {
+      ++cuts;
+      if (shown) fmt::print(stderr, "\rcut {} of at most {}: at most {:.2f} % better ", cuts, options.cuts, 100.0 * (1.0 - now_mm / objective_mm));
+    });
+    if (shown) fmt::print(stderr, "\n");
+    bound_mm = b.objective_mm, sweeps = b.sweeps;
+    out["bound_cuts"] = b.cuts;
+  } else {
+    const auto b = control::mpc::lower_bound(setup, known, {}, objective_mm * cells, strips, parallel);
+    bound_mm = b.total_mm / cells, sweeps = b.sweeps;
+    if (!o.certificate.empty()) write_npy(o.certificate, certificate_bytes(b.multipliers, e.grid.nx));
+  }
+  out["lower_bound_mm"] = bound_mm;
+  out["gap"] = objective_mm > 0.0 ? (objective_mm - bound_mm) / objective_mm : 0.0;
+  out["bound_rows"] = o.bound_rows;
+  out["bound_sweeps"] = sweeps;
 }
 
 std::string decided(const DecideOptions& o) {
@@ -105,13 +140,7 @@ std::string decided(const DecideOptions& o) {
   const ParallelFor parallel = parallel_on(thread_count(o.threads));
 
   // The controller has a copy of target and mask; on large grids there is no room for more.
-  std::unique_ptr<control::LayerController> scheme;
-  double cells = 0.0;
-  {
-    const control::Setup setup = setup_of(o, e);
-    for (const auto in : setup.mask.cells) cells += in;
-    scheme = control::make_controller(setup, options);
-  }
+  std::unique_ptr<control::LayerController> scheme = control::make_controller(setup_of(o, e), options);
   scheme->use_threads(parallel);
   const double start = cpu_s();
   const control::Decision d = scheme->decide({height, 0, 0, 0.0});
@@ -129,16 +158,9 @@ std::string decided(const DecideOptions& o) {
                              {"cpu_s", decide_s},
                              {"peak_bytes", peak_bytes()}};
   if (o.bound) {
-    const control::Setup setup = setup_of(o, e);
     const double before = cpu_s();
-    const auto b = control::mpc::lower_bound(setup, control::known_heights({height, 0, 0, 0.0}), {}, objective * cells,
-                                             {o.bound_rows, o.bound_sweeps, 1e-6}, parallel);
-    out["lower_bound_mm"] = b.total_mm / cells;
-    out["gap"] = objective > 0.0 ? (objective - b.total_mm / cells) / objective : 0.0;
-    out["bound_rows"] = b.rows;
-    out["bound_sweeps"] = b.sweeps;
+    add_bound(o, e, height, d, objective, parallel, out);
     out["bound_cpu_s"] = cpu_s() - before;
-    if (!o.certificate.empty()) write_npy(o.certificate, certificate_bytes(b.multipliers, e.grid.nx));
   }
   if (!o.output.empty()) write_npy(o.output, to_npy(d.drops));
   if (o.json) return out.dump(2) + "\n";

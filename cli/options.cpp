@@ -256,7 +256,7 @@ void declare_decide(CLI::App& app, Run& run) {
   app.add_option("--alpha", o->alpha, "weight of the mean error, (0, 1]");
   app.add_option("--horizon", o->horizon, "N");
   app.add_option("--method", o->method, "greedy, descent, strip-dp or certified");
-  app.add_flag("--bound", o->bound, "prove how much better any layer could be (alpha = 1, N = 1)");
+  app.add_flag("--bound", o->bound, "prove how much better any layer could be (N = 1)");
   app.add_option("--bound-rows", o->bound_rows, "rows per strip, 1..4: tighter and dearer")->capture_default_str();
   app.add_option("--bound-sweeps", o->bound_sweeps, "down or up, at most")->capture_default_str();
   app.add_option("--certificate", o->certificate, "NPY of the bound's multipliers, written");

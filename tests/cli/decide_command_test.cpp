@@ -77,19 +77,23 @@ TEST_CASE("firn decide tells the same of float32 and float64 surfaces, and bette
   CHECK(mask_from_npy(read_bytes(s.o.output, "u"), GridSpec{12, 9}, "u").size() == 108);
 }
 
-TEST_CASE("firn decide proves a bound for one layer at alpha = 1 and says that it cannot for any other") {
+TEST_CASE("firn decide proves a bound for one layer at any alpha and says that it cannot for several layers or droplets") {
   States s("decide-bound");
   s.o.method = "strip-dp";
   s.o.bound = true;
-  const auto json = nlohmann::json::parse(decide(s.o));
-  CHECK(json["gap"].get<double>() >= 0.0);
-  CHECK(json["lower_bound_mm"].get<double>() <= json["objective_mm"].get<double>());
+  for (const double alpha : {0.2, 0.5, 1.0}) {
+    s.o.alpha = alpha;
+    const auto json = nlohmann::json::parse(decide(s.o));
+    CHECK(json["gap"].get<double>() >= 0.0);
+    CHECK(json["gap"].get<double>() < 0.1);
+    CHECK(json["lower_bound_mm"].get<double>() <= json["objective_mm"].get<double>());
+  }
   for (const auto& change : std::vector<std::function<void(DecideOptions&)>>{
-           [](DecideOptions& o) { o.horizon = 2; }, [](DecideOptions& o) { o.alpha = 0.5; },
+           [](DecideOptions& o) { o.horizon = 2; },
            [](DecideOptions& o) { o.overrides = {"control.scheme=smf"}; }, [](DecideOptions& o) { o.overrides = {"control.mpc.max_drops=2"}; }}) {
     DecideOptions o = s.o;
     change(o);
-    CHECK_THROWS_WITH(decide(o), Contains("alpha = 1, horizon = 1 and one droplet per cell only"));
+    CHECK_THROWS_WITH(decide(o), Contains("horizon = 1 and one droplet per cell only"));
   }
   s.o.bound = false;
   s.o.certificate = "c.npy";
@@ -144,6 +148,8 @@ TEST_CASE("firn decide refuses what is no state by name: shapes, kinds of number
   refuses("horizon = 9", [](DecideOptions& o) { o.horizon = 9; });
   refuses("strip_dp", [](DecideOptions& o) { o.method = "strips"; });
   refuses("--bound-rows", [](DecideOptions& o) { o.bound = true, o.bound_rows = 9; });
+  refuses("horizon = 1", [](DecideOptions& o) { o.bound = true, o.horizon = 2; });
+  refuses("alpha = 1 only", [](DecideOptions& o) { o.bound = true, o.alpha = 0.5, o.certificate = "out.npy"; });
   refuses("geometry.shape", [](DecideOptions& o) { o.overrides = {"geometry.shape=pipe_junction"}; });
 
   Mask mask(g, 1);  // a hole off the part is bare ground

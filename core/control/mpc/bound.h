@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/control/controller.h"
+#include "core/control/mpc/decomposition.h"
 #include "core/grid/parallel.h"
 
 namespace firn::control::mpc {
@@ -24,6 +25,10 @@ struct LowerBound {
   std::vector<float> multipliers;  ///< the certificate: Decomposition::multipliers()
   std::vector<double> history_mm;  ///< bound after each sweep, up to rounding in single precision
 };
+
+/// Sweeps `split` until one of the options ends it. @returns the bound after each sweep, up to rounding in single precision
+std::vector<double> raise_bound(Decomposition& split, double known_mm, const BoundOptions& options, const ParallelFor& parallel,
+                                const std::function<void(double bound_mm)>& watch = {});
 
 /// @param known_mm sum of |error| of a known layer: ends at options.gap from it; 0: none
 /// @param watch called after each sweep with the bound so far; may be empty

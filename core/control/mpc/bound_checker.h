@@ -1,5 +1,5 @@
 // Checks a lower bound from its multipliers alone, in double precision and with nothing of the solver: the reader's copy of
-// the proof. Rows of |error| are cut into strips of m. At cut k, for every column x, the droplets of the two rows at the cut
+// the proof. Rows of cells' costs (|error|, cell_cost.h) are cut into strips of m. At cut k, for every column x, the droplets of the two rows at the cut
 // in columns x - 1, x, x + 1 pay multipliers[(k nx + x) 64 + pattern] in the strip above and earn it in the strip below;
 // pattern = 16 p(x - 1) + 4 p(x) + p(x + 1), p = 2 * upper row + lower row. Each strip's least cost is found column by column.
 #pragma once
@@ -10,12 +10,13 @@
 #include <vector>
 
 #include "core/control/controller.h"
+#include "core/control/mpc/cell_cost.h"
 
 namespace firn::control::mpc {
 
 /// @pre multipliers.size() = (strips - 1) nx 64, strips = ny / m rounded up
 inline double certified_bound_mm(const Setup& setup, const HeightMap& height, const MaterialMap& inks, int m,
-                                 std::span<const float> multipliers) {
+                                 std::span<const float> multipliers, const CellCost& cell_cost = {}) {
   const int nx = height.spec.nx, ny = height.spec.ny, strips = (ny + m - 1) / m, rows = m + 2, patterns = 1 << rows;
   const auto part = [&](int i, int j) { return height.spec.contains(i, j) && setup.mask.at(i, j); };
   // What a droplet on (i, j) adds to (i + dx, j + dy): Lu (3)-(5).
@@ -72,7 +73,7 @@ inline double certified_bound_mm(const Setup& setup, const HeightMap& height, co
             double cost = best[std::size_t(a * patterns + b)] + paid(s, x, m, a, b, n) - paid(s - 1, x, 0, a, b, n);
             for (int r = 0; r < m; ++r)
               if (part(x, s * m + r))
-                cost += std::abs(height.at(x, s * m + r) - setup.target.at(x, s * m + r) + given(x - 1, 1, r, a) + given(x, 0, r, b) + given(x + 1, -1, r, n));
+                cost += cost_of(cell_cost, height.at(x, s * m + r) - setup.target.at(x, s * m + r) + given(x - 1, 1, r, a) + given(x, 0, r, b) + given(x + 1, -1, r, n));
             next[std::size_t(b * patterns + n)] = std::min(next[std::size_t(b * patterns + n)], cost);
           }
         }

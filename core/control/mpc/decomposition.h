@@ -28,6 +28,9 @@ class Decomposition {
   /// @param problem its droplets do not matter
   Decomposition(const LayerProblem& problem, int rows, const CellCost& cost = {});
 
+  /// The multipliers stay: they prove something of any cost, and much of one that is alike.
+  void set_cost(const CellCost& cost) { cost_ = cost; }
+
   /// Visits every strip once, passing everything on downwards or upwards. Groups of strips run at the same time, the same
   /// groups for any number of threads. @returns the sum of the strips' minima, the bound up to rounding
   double sweep(Way way, const ParallelFor& parallel);

@@ -12,41 +12,18 @@ namespace {
 constexpr double kLeastDeviation_mm = 1e-6;  // the majoriser's slope at a flat surface
 constexpr double kLeastGain_mm = 1e-10;
 
-struct Moments {
-  double absolute = 0.0, mean = 0.0, deviation = 0.0;
-};
-
-Moments moments_of(const LayerProblem& p) {
-  Moments m;
-  const double n = double(p.counted());
-  double sum = 0.0, square = 0.0;
-  for (int j = 0; j < p.ny(); ++j)
-    for (int i = 0; i < p.nx(); ++i)
-      if (p.printable(i, j)) m.absolute += std::abs(double(p.error_mm(i, j))), sum += double(p.error_mm(i, j));
-  m.mean = sum / n;
-  for (int j = 0; j < p.ny(); ++j)
-    for (int i = 0; i < p.nx(); ++i)
-      if (p.printable(i, j)) {
-        const double d = double(p.error_mm(i, j)) - m.mean;
-        square += d * d;
-      }
-  m.absolute /= n;
-  m.deviation = std::sqrt(square / n);
-  return m;
-}
-
-double objective(const Moments& m, double alpha) { return alpha * m.absolute + (1.0 - alpha) * m.deviation; }
+double objective(const ErrorMoments& m, double alpha) { return alpha * m.absolute_mm + (1.0 - alpha) * m.deviation_mm; }
 
 // Lowers the objective from the present droplets.
 double lower(LayerProblem& p, double alpha, const WeightedOptions& o, const ParallelFor& parallel) {
-  Moments now = moments_of(p);
+  ErrorMoments now = error_moments(p);
   for (int round = 0; round < o.rounds; ++round) {
-    const double square = 0.5 * (1.0 - alpha) / std::max(now.deviation, kLeastDeviation_mm);
-    const CellCost cost{float(alpha), float(-2.0 * square * now.mean), float(square)};
+    const double square = 0.5 * (1.0 - alpha) / std::max(now.deviation_mm, kLeastDeviation_mm);
+    const CellCost cost{float(alpha), float(-2.0 * square * now.mean_mm), float(square)};
     LayerProblem next = p;
     for (int rows = 2; rows <= std::max(2, o.strip_rows); ++rows) sweep_strips(next, {rows, 100, cost}, parallel);
     next.refresh();
-    const Moments then = moments_of(next);
+    const ErrorMoments then = error_moments(next);
     if (!(objective(then, alpha) < objective(now, alpha) - kLeastGain_mm)) break;
     p = std::move(next), now = then;
   }
@@ -55,7 +32,26 @@ double lower(LayerProblem& p, double alpha, const WeightedOptions& o, const Para
 
 }  // namespace
 
-double weighted_objective_mm(const LayerProblem& problem, double alpha) { return objective(moments_of(problem), alpha); }
+ErrorMoments error_moments(const LayerProblem& p) {
+  ErrorMoments m;
+  const double n = double(p.counted());
+  double sum = 0.0, square = 0.0;
+  for (int j = 0; j < p.ny(); ++j)
+    for (int i = 0; i < p.nx(); ++i)
+      if (p.printable(i, j)) m.absolute_mm += std::abs(double(p.error_mm(i, j))), sum += double(p.error_mm(i, j));
+  m.mean_mm = sum / n;
+  for (int j = 0; j < p.ny(); ++j)
+    for (int i = 0; i < p.nx(); ++i)
+      if (p.printable(i, j)) {
+        const double d = double(p.error_mm(i, j)) - m.mean_mm;
+        square += d * d;
+      }
+  m.absolute_mm /= n;
+  m.deviation_mm = std::sqrt(square / n);
+  return m;
+}
+
+double weighted_objective_mm(const LayerProblem& problem, double alpha) { return objective(error_moments(problem), alpha); }
 
 double weighted_layer(LayerProblem& problem, double alpha, const WeightedOptions& o, const ParallelFor& parallel) {
   LayerProblem none = problem, all = problem, absolute = problem;

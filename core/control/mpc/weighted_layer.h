@@ -11,6 +11,11 @@
 
 namespace firn::control::mpc {
 
+struct ErrorMoments {
+  double absolute_mm = 0.0, mean_mm = 0.0, deviation_mm = 0.0;  ///< mean|e|, mean(e), std(e)
+};
+ErrorMoments error_moments(const LayerProblem& problem);  ///< of the present droplets, over the cells that count
+
 /// alpha mean|e| + (1 - alpha) std(e) of the present droplets [mm], in double precision.
 double weighted_objective_mm(const LayerProblem& problem, double alpha);
 
