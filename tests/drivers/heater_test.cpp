@@ -5,16 +5,14 @@
 #include "drivers/heater/heater.h"
 #include "tests/drivers/bench.h"
 #include "tests/drivers/fake_rig.h"
+#include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
+using firn::drivers::test::next;
 
 namespace {
 
 const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
-
-std::uint64_t next(std::uint64_t& seed) {
-  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
-}
 
 // Three first-order heaters with ON/OFF controllers and a reading of 0.01 degC.
 class FakeHeaters {
@@ -205,19 +203,7 @@ TEST_CASE("lost, late, cut and damaged replies falsify no temperature", "[heater
   std::uint64_t seed = 71;
   Lab lab;
   lab.start();
-  lab.rig.line = [&](std::string& said) -> std::int64_t {
-    if (next(seed) % 100 >= 20) return 0;
-    switch (next(seed) % 3) {
-      case 0:
-        said.clear();
-        return 0;
-      case 1:
-        said[next(seed) % said.size()] ^= char(1 << next(seed) % 8);
-        return 0;
-      default:
-        return std::int64_t(next(seed) % 900'000);
-    }
-  };
+  lab.rig.line = test::lossy_line(seed, 20, 900'000);
   lab.rig.run_for(1000.0);
   const auto all = lab.rig.all<Temperatures>();
   CHECK(all.size() > 300);

@@ -5,16 +5,14 @@
 
 #include "tests/drivers/bench.h"
 #include "tests/drivers/ice_rig.h"
+#include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
 using firn::drivers::test::IceRig;
 using firn::plant::FaultKind;
+using firn::drivers::test::next;
 
 namespace {
-
-std::uint64_t next(std::uint64_t& seed) {
-  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
-}
 
 // A joint sweep of `n` ticks from rest to rest above the table, `k` shifts it.
 std::vector<double> sweep(std::size_t n, int k = 0) {

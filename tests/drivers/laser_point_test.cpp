@@ -6,18 +6,16 @@
 #include "tests/drivers/bench.h"
 #include "tests/drivers/fake_laser.h"
 #include "tests/drivers/fake_rig.h"
+#include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
 using firn::drivers::test::FakeLaser;
+using firn::drivers::test::next;
 
 namespace {
 
 const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 using Rig = test::FakeRig<LaserPoint, FakeLaser>;
-
-std::uint64_t next(std::uint64_t& seed) {
-  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
-}
 
 struct Lab {
   FakeLaser fake;
@@ -217,19 +215,7 @@ TEST_CASE("lost, late, cut and damaged replies give no value that was not measur
   for (int round = 0; round < 60; ++round) {
     Lab lab;
     lab.start();
-    lab.rig.line = [&](std::string& said) -> std::int64_t {
-      if (next(seed) % 100 >= 12) return 0;
-      switch (next(seed) % 3) {
-        case 0:
-          said.clear();
-          return 0;
-        case 1:
-          said[next(seed) % 2] ^= 0x10;
-          return 0;
-        default:
-          return std::int64_t(next(seed) % 900'000);
-      }
-    };
+    lab.rig.line = test::lossy_line(seed, 12, 900'000, 2);
     lab.fake.heights = some_heights(50, std::uint64_t(round));
     if (lab.arm(round % 2, 50).outcome != Outcome::kReady) continue;
     lab.fake.trigger(lab.rig.now_us);

@@ -11,15 +11,13 @@
 #include "drivers/stage/stage.h"
 #include "drivers/valve/valve.h"
 #include "tests/drivers/bench.h"
+#include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
 using firn::drivers::test::Bench;
+using firn::drivers::test::next;
 
 namespace {
-
-std::uint64_t next(std::uint64_t& seed) {
-  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
-}
 
 std::span<const std::byte> bytes_of(std::string_view s) {
   return std::as_bytes(std::span(s.data(), s.size()));

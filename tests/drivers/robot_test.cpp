@@ -7,18 +7,16 @@
 #include "tests/drivers/bench.h"
 #include "tests/drivers/fake_rig.h"
 #include "tests/drivers/fake_robot.h"
+#include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
 using firn::drivers::test::FakeRobot;
+using firn::drivers::test::next;
 
 namespace {
 
 const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 using Rig = test::FakeRig<Robot, FakeRobot>;
-
-std::uint64_t next(std::uint64_t& seed) {
-  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
-}
 
 // A smooth sweep of `n` points that begins at th1 = start; short ones are slow enough too.
 std::vector<double> sweep(std::size_t n, double start = 0.1, double z_mm = 20.0) {
@@ -283,19 +281,7 @@ TEST_CASE("lost, late, cut and damaged replies lose no point, run nothing twice 
     Lab lab;
     lab.start();
     lab.rig.split = round % 4 == 0 ? 1 : 0;
-    lab.rig.line = [&, chance = 5 + next(seed) % 20](std::string& said) -> std::int64_t {
-      if (next(seed) % 100 >= chance) return 0;
-      switch (next(seed) % 3) {
-        case 0:
-          said.clear();
-          return 0;
-        case 1:
-          said[next(seed) % said.size()] ^= char(1 << next(seed) % 8);
-          return 0;
-        default:
-          return std::int64_t(next(seed) % 400'000);
-      }
-    };
+    lab.rig.line = test::lossy_line(seed, 5 + next(seed) % 20, 400'000);
     for (int p = 1; p <= 5; ++p) lab.give(p, sweep(300, 0.1 * p));
     for (int p = 1; p <= 5; ++p) {
       const Result r = lab.run(p);

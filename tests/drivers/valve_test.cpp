@@ -5,18 +5,16 @@
 #include "tests/drivers/bench.h"
 #include "tests/drivers/fake_rig.h"
 #include "tests/drivers/fake_valve.h"
+#include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
 using firn::drivers::test::FakeValve;
+using firn::drivers::test::next;
 
 namespace {
 
 const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 using Rig = test::FakeRig<Valve, FakeValve>;
-
-std::uint64_t next(std::uint64_t& seed) {
-  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
-}
 
 std::vector<std::int32_t> every(int n, int ticks = 4) {
   std::vector<std::int32_t> list;
@@ -245,19 +243,7 @@ TEST_CASE("lost, late, cut and damaged replies lose no pulse, fire nothing twice
     Lab lab;
     lab.start();
     lab.rig.split = round % 4 == 0 ? 1 : 0;
-    lab.rig.line = [&](std::string& said) -> std::int64_t {
-      if (next(seed) % 100 >= 15) return 0;
-      switch (next(seed) % 3) {
-        case 0:
-          said.clear();
-          return 0;
-        case 1:
-          said[next(seed) % said.size()] ^= char(1 << next(seed) % 8);
-          return 0;
-        default:
-          return std::int64_t(next(seed) % 500'000);
-      }
-    };
+    lab.rig.line = test::lossy_line(seed, 15, 500'000);
     for (int p = 1; p <= 4; ++p) lab.give(p, every(600));
     for (int p = 1; p <= 4; ++p) {
       const std::size_t before = lab.fake.shots_us.size();

@@ -6,19 +6,17 @@
 #include "core/grid/firing_order.h"
 #include "core/grid/random.h"
 #include "tests/drivers/bench.h"
+#include "tests/drivers/lossy_line.h"
 #include "tests/drivers/world_rig.h"
 
 using namespace firn;
 using namespace firn::drivers;
 using firn::drivers::test::WorldRig;
+using firn::drivers::test::next;
 
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-std::uint64_t next(std::uint64_t& seed) {
-  return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
-}
 
 DropletPattern random_pattern(const GridSpec& grid, std::uint64_t seed) {
   DropletPattern p(grid);
