@@ -241,6 +241,7 @@ void check_ice(Rules& r) {
   const IcePlantConfig& p = e.plant.ice;
   r.require(p.foot_mm.empty() || p.foot_mm.size() == 4, {"plant.ice.foot_mm"}, "needs four heights");
   r.require(p.screw_mm.empty() || p.screw_mm.size() == 9, {"plant.ice.screw_mm"}, "needs nine heights");
+  r.require(p.jig_mm.size() % 5 == 0 && p.jig_mm.size() <= 80, {"plant.ice.jig_mm"}, "needs five numbers of each of at most 16 blocks");
   r.require((p.field_width_mm > 0.0) == (p.field_depth_mm > 0.0), {"plant.ice.field_width_mm", "plant.ice.field_depth_mm"},
             "must be 0 together with plant.ice.field_depth_mm = " + r.value("plant.ice.field_depth_mm"));
   r.require(e.heater.low_degC < e.heater.tip_degC && e.heater.tip_degC < e.heater.high_degC,

@@ -226,6 +226,7 @@ struct Experiment {
   LaserPointConfig laser_point;
   HeaterConfig heater;
   FlowConfig flow;
+  CalibrationConfig calibration;
   PlantConfig plant;
   BusConfig bus;
 };

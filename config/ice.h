@@ -107,6 +107,29 @@ struct IcePlantConfig {
   double tank_water_mm3 = 2e6, tank_sme_mm3 = 2e6;
   double debris_per_h = 0.4;
   std::vector<double> foot_mm, screw_mm;                 ///< table: heights of 4 feet and 9 screws; empty = level
+  double table_x_mm = 0.0, table_y_mm = 0.0;             ///< part frame: the table's middle
+  double table_width_mm = 900.0, table_depth_mm = 400.0; ///< along x and y
+  double table_roughness_mm = 0.05;                      ///< its fixed unevenness, standard deviation
+  std::vector<double> jig_mm;                            ///< blocks on it: x0, y0, x1, y1, height of each
+  double start_delay_s = 0.012;                          ///< from the robot's signal to its motion
+  double laser_delay_s = 0.0008;                         ///< from the signal to the first stored reading
+  double valve_a_delay_s = 0.0011, valve_b_delay_s = 0.0011;   ///< from a pulse's tick to the middle of its liquid
+  double flow_water_mm3_s = 200.0, flow_sme_mm3_s = 200.0;     ///< through the open valve
+  double recovery_water = 0.4, recovery_sme = 0.4;       ///< a pulse right after another is shorter by this share
+  double balance_std_mg = 1.0;                           ///< of a weighing
+};
+
+/// What the lab's calibrations use and know beforehand: where feet and screws of the table stand, a block that is laid
+/// on it, a cup and a balance.
+struct CalibrationConfig {
+  double jig_x_mm = 0.0, jig_y_mm = 0.0;                 ///< the block's low corner, part frame
+  double jig_width_mm = 30.0, jig_depth_mm = 20.0, jig_height_mm = 2.0;
+  double table_x_mm = 0.0, table_y_mm = 0.0;             ///< the table's middle; feet at its corners, screws 3 x 3
+  double table_width_mm = 900.0, table_depth_mm = 400.0;
+  double foot_pitch_mm = 1.5, screw_pitch_mm = 0.8;      ///< lift per turn, clockwise
+  std::vector<double> level_x_mm, level_y_mm;            ///< columns and rows of the levelling points; three each
+  double cup_x_mm = 0.0, cup_y_mm = 0.0;                 ///< part frame; must lie beside the simulated surface
+  double density_water_mg_mm3 = 0.917, density_sme_mg_mm3 = 0.875;  ///< of a printed volume
 };
 
 }  // namespace firn

@@ -96,11 +96,33 @@ Table instruments(Experiment& e) {
   return t;
 }
 
+Table calibration(CalibrationConfig& c) {
+  return {
+      {"calibration.jig_x_mm", &c.jig_x_mm, "mm", within(-1000, 1000), "low corner of the block that firn calibrate has laid on the table, in the part's frame"},
+      {"calibration.jig_y_mm", &c.jig_y_mm, "mm", within(-1000, 1000), "the same along y"},
+      {"calibration.jig_width_mm", &c.jig_width_mm, "mm", within(1, 500), "its size along x, as gauged"},
+      {"calibration.jig_depth_mm", &c.jig_depth_mm, "mm", within(1, 500), "its size along y"},
+      {"calibration.jig_height_mm", &c.jig_height_mm, "mm", within(0.1, 100), "its height"},
+      {"calibration.table_x_mm", &c.table_x_mm, "mm", within(-1000, 1000), "the levelling table's middle, in the part's frame: feet at its corners, nine screws 3 x 3 over it [2.2]"},
+      {"calibration.table_y_mm", &c.table_y_mm, "mm", within(-1000, 1000), "the same along y"},
+      {"calibration.table_width_mm", &c.table_width_mm, "mm", within(10, 10000), "its size along x"},
+      {"calibration.table_depth_mm", &c.table_depth_mm, "mm", within(10, 10000), "its size along y"},
+      {"calibration.foot_pitch_mm", &c.foot_pitch_mm, "mm", within(0.05, 20), "lift of a foot per turn clockwise"},
+      {"calibration.screw_pitch_mm", &c.screw_pitch_mm, "mm", within(0.05, 20), "lift of a screw per turn clockwise"},
+      {"calibration.level_x_mm", &c.level_x_mm, "mm", within(-1000, 1000), "columns of the points at which the table's height is measured, in the part's frame"},
+      {"calibration.level_y_mm", &c.level_y_mm, "mm", within(-1000, 1000), "and their rows"},
+      {"calibration.cup_x_mm", &c.cup_x_mm, "mm", within(-1000, 1000), "where the cup for weighing stands, in the part's frame"},
+      {"calibration.cup_y_mm", &c.cup_y_mm, "mm", within(-1000, 1000), "the same along y"},
+      {"calibration.density_water_mg_mm3", &c.density_water_mg_mm3, "mg/mm^3", within(0.1, 10), "of printed water: makes volumes of weights"},
+      {"calibration.density_sme_mg_mm3", &c.density_sme_mg_mm3, "mg/mm^3", within(0.1, 10), "of printed scaffold"},
+  };
+}
+
 bool within_any(std::string_view key, std::span<const std::string_view> prefixes) {
   return std::any_of(prefixes.begin(), prefixes.end(), [&](std::string_view p) { return key == p || (p.ends_with('.') && key.starts_with(p)); });
 }
 
-constexpr std::string_view kIceOnly[] = {"lab.", "ice.", "robot.", "valve_a.", "valve_b.", "laser_point.", "heater.", "flow.", "plant.ice.",
+constexpr std::string_view kIceOnly[] = {"lab.", "ice.", "robot.", "valve_a.", "valve_b.", "laser_point.", "heater.", "flow.", "calibration.", "plant.ice.",
                                          "control.smf.speed_range", "control.smf.version"};
 constexpr std::string_view kBoth[] = {"run.", "bus.", "lab.", "control.scheme", "control.smoothing", "control.smf.kp", "control.smf.ki_star",
                                       "control.smf.kd_star", "control.smf.output_limit", "control.smf.integral_limit",
@@ -111,6 +133,7 @@ constexpr std::string_view kBoth[] = {"run.", "bus.", "lab.", "control.scheme", 
 std::vector<Field> ice_fields(Experiment& e) {
   Table t = part_of(e);
   add(t, instruments(e));
+  add(t, calibration(e.calibration));
   return t;
 }
 
@@ -140,6 +163,21 @@ std::vector<Field> ice_plant_fields(Experiment& e) {
       {"plant.ice.debris_per_h", &p.debris_per_h, "1/h", within(0, 1000), "bumps that fall on the part"},
       {"plant.ice.foot_mm", &p.foot_mm, "mm", within(-10, 10), "levelling table: heights of its four feet; empty = level"},
       {"plant.ice.screw_mm", &p.screw_mm, "mm", within(-10, 10), "and of its nine screws, row by row; empty = level"},
+      {"plant.ice.table_x_mm", &p.table_x_mm, "mm", within(-1000, 1000), "the table's middle, in the part's frame"},
+      {"plant.ice.table_y_mm", &p.table_y_mm, "mm", within(-1000, 1000), "the same along y"},
+      {"plant.ice.table_width_mm", &p.table_width_mm, "mm", within(10, 10000), "its size along x"},
+      {"plant.ice.table_depth_mm", &p.table_depth_mm, "mm", within(10, 10000), "its size along y"},
+      {"plant.ice.table_roughness_mm", &p.table_roughness_mm, "mm", within(0, 5), "its fixed unevenness, standard deviation"},
+      {"plant.ice.jig_mm", &p.jig_mm, "mm", within(-1000, 1000), "blocks on it: x0, y0, x1, y1 and height of each, at most 16"},
+      {"plant.ice.start_delay_s", &p.start_delay_s, "s", within(0, 0.1), "from the robot's signal to its motion"},
+      {"plant.ice.laser_delay_s", &p.laser_delay_s, "s", within(0, 0.1), "from the signal to the laser's first stored reading"},
+      {"plant.ice.valve_a_delay_s", &p.valve_a_delay_s, "s", within(0, 0.05), "from a pulse's tick to the middle of its liquid, water"},
+      {"plant.ice.valve_b_delay_s", &p.valve_b_delay_s, "s", within(0, 0.05), "the same of the scaffold"},
+      {"plant.ice.flow_water_mm3_s", &p.flow_water_mm3_s, "mm^3/s", within(10, 250), "through the open valve, water"},
+      {"plant.ice.flow_sme_mm3_s", &p.flow_sme_mm3_s, "mm^3/s", within(10, 250), "the same of the scaffold"},
+      {"plant.ice.recovery_water", &p.recovery_water, "", within(0, 0.9), "a pulse right after another is shorter by this share, water [Fig. 6-1]"},
+      {"plant.ice.recovery_sme", &p.recovery_sme, "", within(0, 0.9), "the same of the scaffold"},
+      {"plant.ice.balance_std_mg", &p.balance_std_mg, "mg", within(0, 1000), "standard deviation of a weighing"},
   };
 }
 

@@ -36,6 +36,17 @@ IceWorldConfig ice_config(const Experiment& e) {
   c.arm.valve_b = shifted(machine.scaffold, p.valve_b_dx_mm, p.valve_b_dy_mm, 0.0);
   c.arm.laser = shifted(machine.laser, p.laser_dx_mm, p.laser_dy_mm, p.laser_dz_mm);
   c.disturbance.debris_per_h = p.debris_per_h;
+  c.balance.std_mg = p.balance_std_mg;
+  c.arm.start_delay_s = p.start_delay_s;
+  c.laser.trigger_delay_s = p.laser_delay_s;
+  c.line[0].open_delay_s = p.valve_a_delay_s, c.line[1].open_delay_s = p.valve_b_delay_s;
+  c.line[0].full_flow_mm3_s = p.flow_water_mm3_s, c.line[1].full_flow_mm3_s = p.flow_sme_mm3_s;
+  c.line[0].recovery_share = p.recovery_water, c.line[1].recovery_share = p.recovery_sme;
+  c.table.centre_x_mm = p.table_x_mm, c.table.centre_y_mm = p.table_y_mm;
+  c.table.width_mm = p.table_width_mm, c.table.depth_mm = p.table_depth_mm;
+  c.table.roughness_mm = p.table_roughness_mm;
+  for (std::size_t n = 0; n + 5 <= p.jig_mm.size(); n += 5)
+    c.table.jigs.push_back({p.jig_mm[n], p.jig_mm[n + 1], p.jig_mm[n + 2], p.jig_mm[n + 3], p.jig_mm[n + 4]});
   std::copy_n(p.foot_mm.begin(), std::min(p.foot_mm.size(), c.table.foot_mm.size()), c.table.foot_mm.begin());
   std::copy_n(p.screw_mm.begin(), std::min(p.screw_mm.size(), c.table.screw_mm.size()), c.table.screw_mm.begin());
   return c;

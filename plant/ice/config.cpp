@@ -128,6 +128,9 @@ void check(const IceWorldConfig& c) {
   range("table.depth_mm", c.table.depth_mm, 10.0, 1e4);
   range("table.roughness_mm", c.table.roughness_mm, 0.0, 5.0);
   range("table.jigs", double(c.table.jigs.size()), 0.0, 16.0);
+  for (const double density : c.balance.density_mg_mm3) range("balance.density_mg_mm3", density, 0.1, 10.0);
+  range("balance.std_mg", c.balance.std_mg, 0.0, 1000.0);
+  range("balance.step_mg", c.balance.step_mg, 0.001, 1000.0);
   const IceDisturbanceParams& d = c.disturbance;
   range("disturbance.debris_per_h", d.debris_per_h, 0.0, 1000.0);
   range("disturbance.debris_height_mm", d.debris_height_mm, 0.0, 5.0);

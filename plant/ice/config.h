@@ -136,6 +136,13 @@ struct IceDisturbanceParams {
   double gap_mm = 3.0;              ///< clearance for which the jet's wander is stated
 };
 
+/// What stands beside the table: a cup for what falls beside the field, and a balance.
+struct IceBalanceParams {
+  std::array<double, 2> density_mg_mm3{0.917, 0.875};  ///< of frozen volumes, 0.1 .. 10
+  double std_mg = 1.0;                                 ///< of a weighing, 0 .. 1000
+  double step_mg = 1.0;                                ///< of its display, 0.001 .. 1000
+};
+
 struct IceWorldConfig {
   IceFieldParams field;
   std::array<IceBeadParams, 2> bead;
@@ -146,6 +153,7 @@ struct IceWorldConfig {
   IceLaserParams laser;
   IceTableParams table;
   IceDisturbanceParams disturbance;
+  IceBalanceParams balance;
   IceWorldConfig();          ///< SME's own values at index 1
 };
 

@@ -60,6 +60,12 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
     t.pose = nature_.arm().newest();
     return t;
   }
+  double weighed_mg(int material, std::uint32_t weighing) const override {
+    const IceBalanceParams& b = config.ice.balance;
+    const double true_mg = nature_.bed().ledger().lost * b.density_mg_mm3[std::size_t(material)];
+    const double error_mg = b.std_mg * random_normal({config.seed, Purpose::kSensorNoise, 3000, 0, weighing});
+    return b.step_mg * std::round((true_mg + error_mg) / b.step_mg);
+  }
   void io_plant(Archive& a) override {
     a.all(firings_, contacts_, mask_);
     a.tag(1, "the plant");

@@ -24,6 +24,9 @@ class IceLab {
   virtual ~IceLab() = default;
   virtual const IceNature& nature() const = 0;
   virtual IceTruth ice_truth() const = 0;
+  /// No truth, an instrument: what the balance shows for the cup of what fell beside the field, all of it of one material.
+  /// @param weighing number of this weighing, which keys its error
+  virtual double weighed_mg(int material, std::uint32_t weighing) const = 0;
   /// Noise-free mean height over each cell [mm above the part frame's z = 0]; NaN off the simulated surface.
   HeightMap height_over(const GridSpec& grid) const { return nature().bed().mean_over(grid); }
   /// Thickness of one material in each cell [mm]: 0 ice, 1 scaffold.
