@@ -79,6 +79,7 @@ struct MpcConfig {                 ///< [Lu 2015, (8), IV-C]
   int subset = 16;                 ///< M, points tried together
   std::int64_t max_evaluations = 20'000'000;
   int max_drops = 1;
+  double finish_layers = 0.0;      ///< the part is printed to so many layers below its target first; 0 = at once
   double min_improvement_mm = 0.0; ///< the print ends when the best layer betters printing nothing by no more
   std::uint64_t seed = 1;
 };

@@ -117,6 +117,7 @@ Table control_fields(Experiment& e) {
       {"control.mpc.subset", &m.subset, "cells", within(1, 4096), "M: points tried together in the greedy search [Lu 2015, IV-C]"},
       {"control.mpc.max_evaluations", &m.max_evaluations, "", within(1, 1e12), "bound of the work per decision"},
       {"control.mpc.max_drops", &m.max_drops, "", within(1, 255), "droplets per cell and layer"},
+      {"control.mpc.finish_layers", &m.finish_layers, "layers", within(0, 20), "the part is first printed to so many layers below its target, its rim too, and only then finished; 0 = in one stage"},
       {"control.mpc.min_improvement_mm", &m.min_improvement_mm, "mm", within(0, 10), "the print ends when the best layer betters printing nothing by no more"},
       {"control.mpc.seed", &m.seed, "", within(0, kLong), "of the search's random order"},
       {"control.pattern.kind", &p.kind, "", one_of({"random", "identification", "squares"}), "what scheme pattern prints [Lu 2015, III-A, V-C]"},

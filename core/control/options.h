@@ -75,6 +75,7 @@ struct MpcOptions {
   bool start_dithered = true;
   bool start_ones = false;
   double min_improvement_mm = 0.0;            ///< end when the best layer betters printing nothing by no more
+  double finish_layers = 0.0;                 ///< K of mpc/finish.h; 0: one stage
 };
 
 /// What is printed to learn from (core/control/pattern.h).

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "core/control/controller.h"
-#include "core/control/mpc/mpc.h"
+#include "core/control/mpc/finish.h"
 #include "core/control/open_loop.h"
 #include "core/control/pattern.h"
 #include "core/control/registration.h"
@@ -18,11 +18,16 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
   return std::make_unique<Controller>(setup, options);
 }
 
+std::unique_ptr<LayerController> make_mpc(const Setup& setup, const ControlOptions& options) {
+  if (options.mpc.finish_layers == 0.0) return std::make_unique<Mpc>(setup, options);
+  return std::make_unique<FinishTogether>(setup, options);
+}
+
 constexpr Scheme kSchemes[] = {
     {"open_loop", "every layer as sliced, whatever is measured", &make<OpenLoop>},
     {"smf", "surface-mapping feedback, PID per cell, drop on demand [Barnett 2012]", &make<Smf>},
     {"threshold", "one droplet where the layer is short by more than a threshold [Cohen and Lipson 2010]", &make<Threshold>},
-    {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make<Mpc>},
+    {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make_mpc},
     {"pattern", "patterns to learn from: random, identification prints, squares [Lu 2015, III-A, V-C]", &make<PatternPrint>},
     {"registration", "marks of both nozzles, to measure the offset of the second (firn calibrate)", &make<RegistrationPrint>},
 };

@@ -59,6 +59,7 @@ control::ControlOptions control_options(const Experiment& e) {
   o.mpc.subset = c.mpc.subset;
   o.mpc.max_evaluations = c.mpc.max_evaluations;
   o.mpc.max_drops = c.mpc.max_drops;
+  o.mpc.finish_layers = c.mpc.finish_layers;
   o.mpc.min_improvement_mm = c.mpc.min_improvement_mm;
   o.registration = {c.registration.layers, c.registration.spacing_cells};
   const PatternConfig& p = c.pattern;
