@@ -182,6 +182,7 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     }
     set_ceiling(points, ceiling, work.curve, trial.curve);
     trial.first = out.first;
+    trial.last = out.last;
     trial.deviation_mm = out.deviation_mm;
     if (attempt == 0 && trial.curve.straight && yaw_rad.empty() && plan_straight(task, work, trial)) {
       if (!task.options.lower_bound) return;
@@ -204,6 +205,7 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   none.solver.most_iterations = 0;
   Stretch& guess = work.trial;
   guess.first = out.first;
+  guess.last = out.last;
   guess.deviation_mm = out.deviation_mm;
   refine(sizes, work.curve, guess.curve);
   set_ceiling(points, ceiling, work.curve, guess.curve);

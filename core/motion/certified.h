@@ -20,7 +20,7 @@ struct Stretch {
   double factor = 1.0;   ///< the motion runs at time / factor
   double bound_s = 0.0;  ///< lower bound of its duration
   double deviation_mm = 0.0;
-  std::size_t first = 0;  ///< input point where it starts
+  std::size_t first = 0, last = 0;  ///< input points where it starts and ends
 
   double duration_s() const { return factor * motion.duration_s(); }
 };
@@ -34,8 +34,9 @@ struct CertifiedWork {
   Profile profile;
   StateBatch batch;
   Jets tool, joint, flange;
-  std::vector<Stretch> stretches;
-  Stretch trial;
+  std::vector<Stretch> stretches, candidate;
+  Stretch trial, corner_trial;
+  TimedMotion straight;
   std::vector<std::size_t> stops;
   std::vector<double> length, excess;
   SmoothingWork smoothing;

@@ -1,4 +1,4 @@
-// From stretches to a trajectory: stops and rolled corners, whole ticks, samples, certificate.
+// From stretches to a trajectory: whole ticks, samples, certificate.
 #include <algorithm>
 #include <cmath>
 
@@ -8,79 +8,6 @@
 
 namespace firn::motion {
 namespace {
-
-constexpr double kRollableCosine = -0.9;  ///< sharper corners (154 degrees and more) are never rolled
-constexpr double kTrialMm = 15.0;         ///< of path to either side of a corner on which rolling is tried
-
-std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
-  return std::span<const Point2>(path.points).subspan(from, to - from + 1);
-}
-
-std::span<const double> ceilings(const CleanPath& path, std::size_t from, std::size_t to) {
-  return std::span<const double>(path.ceiling_mm_s).subspan(from, to - from);
-}
-
-std::span<const double> yaws(const CleanPath& path, std::size_t from, std::size_t to) {
-  const std::span<const double> all(path.yaw_rad);
-  return all.empty() ? all : all.subspan(from, to - from + 1);
-}
-
-void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
-                  CertifiedWork& work, Stretch& out) {
-  const auto plan = [&](Shape shape, Stretch& stretch) {
-    stretch.first = from;
-    plan_stretch(part(path, from, to), ceilings(path, from, to), yaws(path, from, to), shape, task, work, stretch);
-  };
-  plan(Shape::kRamped, out);
-  const PlanOptions& options = task.options;
-  if (!(options.tolerance_mm > 0.0)) return;
-  const auto try_shape = [&](Shape shape) {
-    plan(shape, work.shape_trial);
-    if (work.shape_trial.deviation_mm <= options.tolerance_mm && work.shape_trial.duration_s() < out.duration_s())
-      std::swap(work.shape_trial, out);
-  };
-  try_shape(Shape::kPlain);
-  if (has_dense_run(work.curve.pieces, kDenseWidths * options.curvature_ramp_mm)) try_shape(Shape::kSmoothed);
-}
-
-/// Plans between the stops into work.stretches; returns the duration.
-double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, const CertifiedTask& task,
-                CertifiedWork& work) {
-  if (work.stretches.size() + 1 < stops.size()) work.stretches.resize(stops.size() - 1);
-  double total = 0.0;
-  for (std::size_t k = 0; k + 1 < stops.size(); ++k) {
-    plan_between(path, stops[k], stops[k + 1], task, work, work.stretches[k]);
-    total += work.stretches[k].duration_s();
-  }
-  return total;
-}
-
-bool rollable(const CleanPath& path, std::size_t i) {
-  const Point2 &a = path.points[i - 1], &b = path.points[i], &c = path.points[i + 1];
-  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
-  return ux * vx + uy * vy > kRollableCosine * std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
-}
-
-/// Whether the corner at stops[k] is faster rolled than stopped at, judged on the path near it.
-bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, std::size_t k,
-                  const CertifiedTask& task, CertifiedWork& work) {
-  const std::size_t corner = stops[k];
-  const auto far = [&](std::size_t i) {
-    const double dx = path.points[i].x_mm - path.points[corner].x_mm,
-                 dy = path.points[i].y_mm - path.points[corner].y_mm;
-    return dx * dx + dy * dy > kTrialMm * kTrialMm;
-  };
-  std::size_t from = corner - 1, to = corner + 1;
-  while (from > stops[k - 1] && !far(from)) --from;
-  while (to < stops[k + 1] && !far(to)) ++to;
-  Stretch trial;
-  plan_between(path, from, corner, task, work, trial);
-  double stopping = trial.duration_s();
-  plan_between(path, corner, to, task, work, trial);
-  stopping += trial.duration_s();
-  plan_between(path, from, to, task, work, trial);
-  return trial.deviation_mm <= task.options.tolerance_mm && trial.duration_s() < stopping;
-}
 
 Placement placement(const PathInput& input, const CleanPath& path) {
   if (!path.yaw_rad.empty()) {
@@ -330,39 +257,6 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
 }
 
 }  // namespace
-
-std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
-  std::vector<std::size_t> corners;
-  split_points(path.points, std::cos(task.options.split_angle_rad), corners);
-  corners = with_stops(corners, path);
-  if (!(task.options.tolerance_mm > 0.0) || corners.size() == 2) {
-    plan_all(path, corners, task, work);
-    return corners.size() - 1;
-  }
-  // three candidates: stop at every corner, roll every corner that can be, roll where the neighbourhood says
-  // so
-  std::vector<std::size_t> none{corners.front()}, some{corners.front()};
-  for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
-    const bool asked = std::binary_search(path.stops.begin(), path.stops.end(), corners[k]);
-    const bool can = !asked && rollable(path, corners[k]);
-    if (!can) none.push_back(corners[k]);
-    if (!can || !rolls_faster(path, corners, k, task, work)) some.push_back(corners[k]);
-  }
-  none.push_back(corners.back());
-  some.push_back(corners.back());
-  const std::vector<std::size_t>* best = nullptr;
-  double least = 0.0;
-  for (const auto* stops : {&corners, &some, &none}) {
-    if (best && *stops == *best) continue;
-    const double total = plan_all(path, *stops, task, work);
-    const bool inside =
-        std::all_of(work.stretches.begin(), work.stretches.begin() + std::ptrdiff_t(stops->size() - 1),
-                    [&](const Stretch& s) { return s.deviation_mm <= task.options.tolerance_mm; });
-    if (!best || (inside && total < least)) best = stops, least = total;
-  }
-  plan_all(path, *best, task, work);
-  return best->size() - 1;
-}
 
 PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
                           const PlanOptions& options, CertifiedWork& work) {
