@@ -277,6 +277,40 @@ class Merge {
   std::vector<std::uint32_t> order_[2];
 };
 
+// All around the rings, out to a frame `margin` units outside `box`; and back again.
+Region inverted(const Region& region, const BoxOf<std::int32_t>& box, std::int32_t margin) {
+  Region around;
+  const std::int32_t x0 = box.x0 - margin, y0 = box.y0 - margin, x1 = box.x1 + margin, y1 = box.y1 + margin;
+  const Point frame[] = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
+  around.add(frame);
+  std::vector<Point> ring;
+  for (std::size_t r = 0; r < region.size(); ++r) {
+    ring.assign(region[r].rbegin(), region[r].rend());
+    around.add(ring);
+  }
+  return around;
+}
+
+Region inverted_back(const Region& around, const BoxOf<std::int32_t>& box) {
+  Region region;
+  std::vector<Point> ring;
+  for (std::size_t r = 0; r < around.size(); ++r) {
+    if (std::any_of(around[r].begin(), around[r].end(), [&](Point p) { return p.x < box.x0; })) continue;
+    ring.assign(around[r].rbegin(), around[r].rend());
+    region.add(ring);
+  }
+  return region;
+}
+
+BoxOf<std::int32_t> box_of(const Region& a, const Region& b) {
+  BoxOf<std::int32_t> box;
+  for (const Point p : a.points) box.add(p.x, p.y);
+  for (const Point p : b.points) box.add(p.x, p.y);
+  return box;
+}
+
+constexpr std::int32_t kFrame = kUnitsPerMm;
+
 }  // namespace
 
 Region merge_protruding(const Region& above, const Region& layer, std::int32_t slack) {
@@ -284,6 +318,18 @@ Region merge_protruding(const Region& above, const Region& layer, std::int32_t s
   Region merged;
   if (!Merge(above, layer, slack).run(merged)) return unite(above, layer);
   return merged;
+}
+
+Region without(const Region& region, const Region& taken, std::int32_t slack) {
+  if (region.empty() || taken.empty()) return region;
+  const BoxOf<std::int32_t> box = box_of(region, taken);
+  return inverted_back(merge_protruding(inverted(region, box, kFrame), taken, slack), box);
+}
+
+Region within_both(const Region& region, const Region& bound, std::int32_t slack) {
+  if (region.empty() || bound.empty()) return {};
+  const BoxOf<std::int32_t> box = box_of(region, bound);
+  return inverted_back(merge_protruding(inverted(region, box, 2 * kFrame), inverted(bound, box, kFrame), slack), box);
 }
 
 }  // namespace firn::slice

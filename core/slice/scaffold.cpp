@@ -5,6 +5,7 @@
 
 #include "core/slice/merge.h"
 #include "core/slice/offset_rings.h"
+#include "core/slice/overhang.h"
 #include "core/slice/planar.h"
 #include "core/slice/thin.h"
 
@@ -57,20 +58,6 @@ Region between(const Region& outer, const Region& inner) {
   return canonical(region);
 }
 
-// [k]: what of the layers above leans out further than `lean_mm` a layer and has no part between it and layer k.
-std::vector<Region> overhanging(std::span<const Region> part, double lean_mm, double tolerance_mm,
-                                const ParallelFor& parallel) {
-  std::vector<Region> fresh(part.size()), need(part.size());
-  parallel(int(part.size()) - 1, [&](int k) {
-    const Region& below = part[std::size_t(k)];
-    const Region carried = lean_mm > 0 ? grow(below, lean_mm, std::min(tolerance_mm, 0.1 * lean_mm)) : below;
-    fresh[std::size_t(k)] = subtract(part[std::size_t(k) + 1], carried);
-  });
-  for (std::size_t k = part.size(); k-- > 1;)
-    need[k - 1] = unite(subtract(need[k], part[k]), fresh[k - 1]);
-  return need;
-}
-
 }  // namespace
 
 std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t height, const SupportOptions& options,
@@ -89,10 +76,12 @@ std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t 
     });
     return scaffold;
   }
-  const std::vector<Region> above = overhanging(part, lean_mm, chord_tolerance_mm, parallel);
-  parallel(int(part.size()), [&](int layer) {
-    const std::size_t k = std::size_t(layer);
-    scaffold[k] = subtract(grow(above[k], grow_mm, chord_tolerance_mm), part[k]);
+  const double seam_mm = 0.3 * std::min(options.buffer_mm, 3.3);
+  const double around_mm = std::max(0.0, grow_mm - seam_mm);
+  for_overhanging(part, {lean_mm, seam_mm, chord_tolerance_mm}, parallel, [&](std::size_t k, const Region& above) {
+    if (above.empty()) return;
+    const Region under = around_mm > 0 ? grow(above, around_mm, chord_tolerance_mm) : above;
+    scaffold[k] = subtract(under, part[k]);
   });
   return scaffold;
 }

@@ -68,6 +68,70 @@ TEST_CASE("From the outline before PATHFILTER, rings run at their distance to wi
   CHECK(worst <= 1001);
 }
 
+// Places on a grid that lie inside a region, row by row.
+class Raster {
+ public:
+  Raster(Vec low, Vec high, double pitch) : low_(low), pitch_(pitch), nx_(int((high.x - low.x) / pitch) + 1), ny_(int((high.y - low.y) / pitch) + 1) {}
+  int places() const { return nx_ * ny_; }
+  Vec at(int i) const { return low_ + pitch_ * Vec{double(i % nx_), double(i / nx_)}; }
+  std::vector<bool> inside(const Region& region) const {
+    std::vector<bool> in(std::size_t(places()), false);
+    std::vector<std::vector<double>> rows(static_cast<std::size_t>(ny_));
+    for (const oracle::Segment& s : oracle::segments_of(region))
+      for (int y = std::max(0, int((std::min(s.a.y, s.b.y) - low_.y) / pitch_)); y < ny_ && low_.y + y * pitch_ <= std::max(s.a.y, s.b.y); ++y)
+        if (const double at = low_.y + y * pitch_; (s.a.y <= at) != (s.b.y <= at))
+          rows[std::size_t(y)].push_back(s.a.x + (at - s.a.y) / (s.b.y - s.a.y) * (s.b.x - s.a.x));
+    for (int y = 0; y < ny_; ++y) {
+      std::vector<double>& row = rows[std::size_t(y)];
+      std::sort(row.begin(), row.end());
+      std::size_t passed = 0;
+      for (int x = 0; x < nx_; ++x) {
+        while (passed < row.size() && row[passed] <= low_.x + x * pitch_) ++passed;
+        in[std::size_t(y * nx_ + x)] = passed % 2;
+      }
+    }
+    return in;
+  }
+
+ private:
+  Vec low_;
+  double pitch_;
+  int nx_, ny_;
+};
+
+TEST_CASE("Overhang scaffold of real models: what hangs over has scaffold or part below it down to part or ground, none is in the part") {
+  for (const char* name : {"igea_269k.ply", "armadillo_86k.ply", "bunny_69k.ply"}) {
+    const double height_mm = 0.5, lean = height_mm * std::tan(40 * 3.14159265358979 / 180) * kUnitsPerMm;
+    const std::vector<Region> part = layers_of(name, {.layer_height_mm = height_mm});
+    const std::vector<Region> scaffold = scaffold_regions(part, 5000, {.kind = Support::kOverhang, .overhang_rad = 40 * 3.14159265358979 / 180}, 0.05);
+    Vec low{1e300, 1e300}, high{-1e300, -1e300};
+    std::size_t points = 0;
+    for (const Region& r : part)
+      for (const Point p : r.points) low = {std::min(low.x, double(p.x)), std::min(low.y, double(p.y))}, high = {std::max(high.x, double(p.x)), std::max(high.y, double(p.y))};
+    const Raster raster(low, high, 7919);
+    // From the top: may a place go without scaffold? Not while something hangs over it.
+    std::vector<bool> hangs(std::size_t(raster.places()), false), above;
+    int checked = 0, lacking = 0, in_part = 0;
+    for (std::size_t k = part.size(); k-- > 0;) {
+      points += scaffold[k].points.size();
+      const std::vector<bool> ice = raster.inside(part[k]), stands = raster.inside(scaffold[k]);
+      const oracle::Nearby outline(oracle::segments_of(part[k]), 1.15 * lean + 600);
+      for (int i = 0; i < raster.places(); ++i) {
+        const std::size_t n = std::size_t(i);
+        if (!above.empty() && above[n] && !ice[n] && outline.distance_to(raster.at(i)) > 1.1 * lean + 500) hangs[n] = true;
+        if (ice[n]) hangs[n] = false;
+        in_part += ice[n] && stands[n];
+        checked += hangs[n], lacking += hangs[n] && !stands[n];
+      }
+      above = ice;
+    }
+    INFO(name << ": " << checked << " places below overhangs, " << points << " points");
+    CHECK((part.empty() || checked > 1000));
+    CHECK(lacking == 0);
+    CHECK(in_part == 0);
+  }
+}
+
 TEST_CASE("No path of a real model crosses or touches another of its kind, and none needed Clipper") {
   for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply"}) {
     const std::vector<Region> layers = layers_of(name);
