@@ -34,6 +34,8 @@ Effort effort(Method method, int attempt) {
 }
 
 constexpr double kSmoothShare = 0.9;  ///< of the tolerance, for moving the points of dense runs
+constexpr double kSlightly = 0.6;       ///< a curve that leaves the tolerance by less is first tried with less of it
+constexpr double kLessSagitta = 0.2;    ///< where interpolated vertices of uneven chords leave the tolerance
 constexpr int kShapes = 10;            ///< tries to bring the curve inside the tolerance
 constexpr double kLeastRampMm = 0.01;
 constexpr int kAttempts = 4;
@@ -153,7 +155,7 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   const double low_mm_s = std::max(std::min(ceiling.front(), turning_speed(points, yaw_rad, 0, task.limits)),
                                    std::min(ceiling.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
   sizes.rest_mm = rest_cell(sizes.rest_mm, low_mm_s, task.limits.position);
-  CurveSpec spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm, sizes, yaw_rad};
+  CurveSpec spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm, 0.0, sizes, yaw_rad};
   const auto form = [&] {
     build_curve(points, spec, work.curve);
     if (shape != Shape::kSmoothed) return;
@@ -162,12 +164,23 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     build_curve(work.smoothed, spec, work.curve);
   };
   form();
+  int held_tries = 0;
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
     out.deviation_mm = curve.straight ? 0.0 : deviation(curve, points, work.length);
     if (!(spec.tolerance_mm > 0.0) || out.deviation_mm <= task.options.tolerance_mm || tries == kShapes) break;
-    spec.tolerance_mm *= std::min(0.9, 0.98 * task.options.tolerance_mm / out.deviation_mm);
-    if (tries > 0) spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
+    const double share = std::min(0.9, 0.98 * task.options.tolerance_mm / out.deviation_mm);
+    if (tries == 0 && share > kSlightly) {
+      spec.tolerance_mm *= share;
+    } else if (spec.held_sagitta_mm == 0.0) {
+      spec.tolerance_mm = task.options.tolerance_mm;
+      spec.held_sagitta_mm = std::min(kSagittaMm, spec.tolerance_mm);
+    } else {
+      double& less = held_tries == 0 ? spec.held_sagitta_mm : spec.tolerance_mm;
+      less *= held_tries == 0 ? kLessSagitta : share;
+      ++held_tries;
+      if (held_tries > 2) spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
+    }
     form();
   }
   bool all = false;

@@ -59,13 +59,13 @@ Circle circle_through(Point2 a, Point2 b, Point2 c) {
 
 /// Whether the points i..j lie on the circle through i, the middle and j, going round one way in short
 /// chords.
-bool on_circle(std::span<const Point2> p, std::size_t i, std::size_t j, Circle& circle) {
+bool on_circle(std::span<const Point2> p, std::size_t i, std::size_t j, double sagitta_mm, Circle& circle) {
   circle = circle_through(p[i], p[(i + j) / 2], p[j]);
   if (circle.curvature == 0.0) return false;
   const double radius = 1.0 / std::abs(circle.curvature), turn = circle.curvature > 0.0 ? 1.0 : -1.0;
   const double low = (radius - kRecogniseMm) * std::abs(radius - kRecogniseMm),
                high = (radius + kRecogniseMm) * (radius + kRecogniseMm);
-  const double longest = 8.0 * kSagittaMm * radius;  // chord^2 = 8 R sagitta
+  const double longest = 8.0 * sagitta_mm * radius;  // chord^2 = 8 R sagitta
   Vec before = p[i] - circle.centre;
   double turned = 0.0;
   for (std::size_t k = i; k <= j; ++k) {
@@ -82,11 +82,11 @@ bool on_circle(std::span<const Point2> p, std::size_t i, std::size_t j, Circle& 
 }
 
 /// Last point of the longest run from i on one circle (at least 4 points), or i.
-std::size_t arc_run(std::span<const Point2> p, std::size_t i, Circle& circle) {
+std::size_t arc_run(std::span<const Point2> p, std::size_t i, double sagitta_mm, Circle& circle) {
   if (i + 3 >= p.size()) return i;
   Circle trial;
   std::size_t good = i, step = 3;
-  while (i + step < p.size() && on_circle(p, i, i + step, trial)) {
+  while (i + step < p.size() && on_circle(p, i, i + step, sagitta_mm, trial)) {
     good = i + step;
     circle = trial;
     step *= 2;
@@ -95,7 +95,7 @@ std::size_t arc_run(std::span<const Point2> p, std::size_t i, Circle& circle) {
   std::size_t bad = std::min(i + step, p.size());
   while (bad - good > 1) {
     const std::size_t middle = good + (bad - good) / 2;
-    if (on_circle(p, i, middle, trial))
+    if (on_circle(p, i, middle, sagitta_mm, trial))
       good = middle, circle = trial;
     else
       bad = middle;
@@ -211,14 +211,14 @@ Point2 CurvePiece::tangent(double s) const {
   return {c * tx - n * ty, c * ty + n * tx};
 }
 
-void recognise(std::span<const Point2> p, std::vector<CurvePiece>& pieces) {
+void recognise(std::span<const Point2> p, double sagitta_mm, std::vector<CurvePiece>& pieces) {
   pieces.clear();
   for (std::size_t i = 0; i + 1 < p.size();) {
     CurvePiece piece;
     piece.first = i;
     Circle circle;
     const std::size_t line = line_run(p, i);
-    const std::size_t arc = line + 1 < p.size() ? arc_run(p, i, circle) : i;
+    const std::size_t arc = line + 1 < p.size() ? arc_run(p, i, sagitta_mm, circle) : i;
     if (arc > line && arc >= i + 3) set_arc(piece, circle, p[i], p[arc]);
     // four points of a smooth curve may lie on one circle, three on one line, by chance
     if (arc > line &&

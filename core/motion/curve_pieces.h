@@ -30,11 +30,11 @@ inline constexpr double kRecogniseMm = 2e-5;
 inline constexpr double kSagittaMm = 0.03;
 
 /// Greedy: from each point the longest run of points on a line or circle (>= 4 or >= 5 points, one less where
-/// chance is out of the question; within kRecogniseMm, chords' sagitta <= kSagittaMm), else one chord.
+/// chance is out of the question; within kRecogniseMm, chords' sagitta <= sagitta_mm), else one chord.
 /// Neighbouring pieces that are tangent to each other are joined at their point of tangency, also where no
 /// input point lies there (a chord across the joint is dropped).
 /// @pre points has no repeated neighbours and at least two entries. Time: O(n log n).
-void recognise(std::span<const Point2> points, std::vector<CurvePiece>& pieces);
+void recognise(std::span<const Point2> points, double sagitta_mm, std::vector<CurvePiece>& pieces);
 
 /// Indices of the points where the polygon turns by more than the angle whose cosine is given, ends included.
 void split_points(std::span<const Point2> points, double cos_split, std::vector<std::size_t>& splits);

@@ -12,10 +12,13 @@ constexpr double kSmallTurn = 1e-9;
 
 double norm(double x, double y) { return std::sqrt(x * x + y * y); }
 
+double sagitta_mm(const CurveSpec& spec) { return spec.held_sagitta_mm > 0.0 ? spec.held_sagitta_mm : kSagittaMm; }
+
 /// Half length of the ramp of a jump: w / 2, or what the tolerance allows, w = sqrt(24 R tolerance).
 double half_ramp(const CurveSpec& spec, double curvature) {
   if (spec.tolerance_mm <= 0.0 || curvature <= 0.0) return 0.5 * spec.ramp_mm;
-  return 0.5 * std::max(spec.ramp_mm, std::sqrt(24.0 * spec.tolerance_mm / curvature));
+  const double allowed = std::sqrt(24.0 * spec.tolerance_mm / curvature);
+  return 0.5 * (spec.held_sagitta_mm > 0.0 ? allowed : std::max(spec.ramp_mm, allowed));
 }
 
 /// Pieces between two long lines share one ramp length, the smallest that any of them asks for: the
@@ -60,7 +63,7 @@ void set_joints(const CurveSpec& spec, CurveWork& work) {
     joint.turn_x = b.tx - t.x_mm;
     joint.turn_y = b.ty - t.y_mm;
     const double turn = norm(joint.turn_x, joint.turn_y), room = std::min(a.length_mm, b.length_mm);
-    if ((a.chord || b.chord) && room < kDenseWidths * spec.ramp_mm && turn * room < 8.0 * kSagittaMm) {
+    if ((a.chord || b.chord) && room < kDenseWidths * spec.ramp_mm && turn * room < 8.0 * sagitta_mm(spec)) {
       joint = {joint.s};
       joint.interpolate = true;
       continue;
@@ -68,8 +71,7 @@ void set_joints(const CurveSpec& spec, CurveWork& work) {
     const double jump = b.curvature - a.curvature;
     if (jump == 0.0) joint.half_ramp = 0.0;
     if (turn > kSmallTurn) {
-      const double allowed =
-          spec.tolerance_mm > 0.0 ? std::max(spec.ramp_mm, 6.0 * spec.tolerance_mm / turn) : spec.ramp_mm;
+      const double within = 6.0 * spec.tolerance_mm / turn, allowed = spec.held_sagitta_mm > 0.0 ? within : std::max(spec.ramp_mm, within);
       joint.half_hat = std::min(allowed, 0.5 * room);
     }
   }
@@ -146,7 +148,7 @@ double hat_shift(double x, double half) {
 }
 
 void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work) {
-  recognise(points, work.pieces);
+  recognise(points, sagitta_mm(spec), work.pieces);
   set_joints(spec, work);
   Curve& coarse = work.coarse;
   place_yaw(points, spec, work);

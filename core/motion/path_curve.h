@@ -54,6 +54,9 @@ struct CurveSpec {
   double ramp_mm = 0.4;
   double tolerance_mm =
       0.0;  ///< > 0: each ramp as long as this deviation allows; corners of any angle are rolled
+  /// > 0: each ramp and hat is also no longer than the tolerance allows where that is less than ramp_mm, and
+  /// vertices are interpolated, arcs recognised only where the chords' sagitta is below this
+  double held_sagitta_mm = 0.0;
   CellSizes sizes;
   std::span<const double> yaw{};  ///< of the tool at the points, linear between them; empty = constant
 };

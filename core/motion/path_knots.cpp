@@ -106,7 +106,11 @@ void fill(Mark from, Mark to, double largest, std::vector<double>& tail, std::ve
 void place_knots(const CurveSpec& spec, CurveWork& work, std::vector<double>& knots) {
   set_marks(spec, work);
   const double total = work.offset.back();
-  thin_marks(std::min(0.5 * spec.ramp_mm / spec.sizes.ramp_cells, 0.05 * total), work.marks);
+  double shortest = spec.ramp_mm;
+  if (spec.held_sagitta_mm > 0.0)
+    for (const Joint& joint : work.joints)
+      if (const double half = std::max(joint.half_ramp, joint.half_hat); half > 0.0) shortest = std::min(shortest, 2.0 * half);
+  thin_marks(std::min(0.5 * shortest / spec.sizes.ramp_cells, 0.05 * total), work.marks);
   knots.assign(1, 0.0);
   const auto& joints = work.joints;
   std::size_t k = 0;

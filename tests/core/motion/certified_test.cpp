@@ -165,6 +165,41 @@ TEST_CASE("With a tolerance no random path leaves it, and none that keeps it any
   CHECK(within_s < 0.97 * exact_s);
 }
 
+TEST_CASE("More tolerance never slows a gear's rings down, and 0.01 mm costs little beside ramps that leave it") {
+  const auto arm = make_scara(cobra600());
+  PlanWorkspace work;
+  double exact_s = 0.0, hundredth_s = 0.0;
+  for (const double radius_mm : {50.0, 42.0, 25.0, 8.0, 3.0}) {
+    std::vector<Point2> ring;  // uneven chords, as the slicer's: close together on the flanks of the teeth
+    const int n = int(60.0 + 4.0 * radius_mm);
+    for (int i = 0; i < n; ++i) {
+      const double a = 2.0 * std::numbers::pi * i / n, r = radius_mm + 0.06 * radius_mm * std::tanh(1.5 * std::cos(12.0 * a));
+      ring.push_back({r * std::cos(a), r * std::sin(a)});
+    }
+    PathInput input;
+    input.points = ring;
+    input.closed = true;
+    input.origin = {380.0, 0.0};
+    const PlanResult exact = plan(input, *arm, cobra600_limits(), {}, work);
+    REQUIRE(exact.ok());
+    double before_s = 1e300;
+    for (const double tolerance_mm : {0.002, 0.005, 0.01, 0.02, 0.05, 0.1}) {
+      const PlanResult within = plan(input, *arm, cobra600_limits(), with(Method::kCertified, tolerance_mm), work);
+      INFO("radius " << radius_mm << " mm, tolerance " << tolerance_mm << " mm; without " << exact.continuous_s << " s, " << exact.deviation_mm << " mm");
+      REQUIRE(within.ok());
+      CHECK(within.deviation_mm <= tolerance_mm);
+      CHECK(within.continuous_s <= 1.01 * before_s);
+      CHECK(largest_ratio(within) <= 1.001);
+      if (exact.deviation_mm <= tolerance_mm) CHECK(within.continuous_s <= 1.002 * exact.continuous_s);
+      before_s = within.continuous_s;
+      if (tolerance_mm != 0.01) continue;
+      CHECK(exact.deviation_mm > tolerance_mm);
+      exact_s += exact.continuous_s, hundredth_s += within.continuous_s;
+    }
+  }
+  CHECK(hundredth_s < 1.2 * exact_s);
+}
+
 TEST_CASE("Vertices that scatter by micrometres are smoothed within the tolerance, and the path takes half the time") {
   RandomStream draw(77, Purpose::kTest);
   const auto flower = [&](double noise_mm, int n) {

@@ -24,7 +24,7 @@ std::vector<Point2> first_part() {
 
 TEST_CASE("Lines and arcs are recovered from their points, although no point lies on their joints") {
   std::vector<CurvePiece> pieces;
-  recognise(first_part(), pieces);
+  recognise(first_part(), kSagittaMm, pieces);
   REQUIRE(pieces.size() == 7);
   const double length[] = {26.0, 31.41592653589793, 62.0, 15.707963267948966, 77.0, 7.853981633974483, 87.0};
   const double curvature[] = {0.0, 0.05, 0.0, 0.1, 0.0, 0.2, 0.0};
