@@ -9,7 +9,7 @@
 namespace firn::control::mpc {
 
 LayerProblem::LayerProblem(const Setup& s, const HeightMap& height, const MaterialMap& materials)
-    : nx_(s.grid.nx), ny_(s.grid.ny), row_(std::size_t(s.grid.nx) + 2) {
+    : nx_(s.grid.nx), ny_(s.grid.ny), row_(whole_blocks(std::size_t(s.grid.nx)) + 2) {
   const std::size_t n = row_ * (std::size_t(ny_) + 2);
   const float inf = std::numeric_limits<float>::infinity();
   height_.assign(n, s.border == deposition::Border::kLose ? -inf : inf);

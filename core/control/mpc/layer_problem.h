@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/control/controller.h"
+#include "core/control/mpc/layer_rows.h"
 
 namespace firn::control::mpc {
 
@@ -33,9 +34,9 @@ class LayerProblem {
   Effect effect(int i, int j) const;
   void effects(int j, float* out) const;  ///< of row j: out[q * nx + i] = effect(i, j)[q]
 
-  /// What the sum of |error| changes by when a cell of row j gets its droplet or loses it, the others as they are: nx values;
-  /// 0 where no droplet may be. The same bytes on every processor (layer_rows.cpp).
-  void flip_gains(int j, float* gains_mm) const;
+  /// What the sum of |error| changes by when a cell gets its droplet or loses it, the others as they are, for rows
+  /// first .. first + rows - 1, nx values each; 0 where no droplet may be. The same bytes on every processor (layer_rows.h).
+  void flip_gains(int first, int rows, float* gains_mm) const;
 
   void set_drop(int i, int j, std::uint8_t drop);  ///< keeps the errors up to date
   void set_drops(const DropletPattern& drops);     ///< cells that are not printable stay empty
@@ -55,10 +56,10 @@ class LayerProblem {
     float drop_mm = 0.0f;
     std::array<float, 9> w_mm{}, slope{};
   };
-  struct Row;
-  Row row_at(int j) const;
+  RowCells row_at(int j) const;
+  RowInk row_ink() const;  // of ink A
   int nx_, ny_;
-  std::size_t row_;                   // padded
+  std::size_t row_;                   // padded: a cell at each end, the row in whole blocks
   std::int64_t counted_ = 0;
   std::array<Ink, 2> inks_;
   std::vector<float> height_;         // padded: beyond the border infinitely low (lose) or high (keep)

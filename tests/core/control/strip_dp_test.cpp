@@ -52,7 +52,7 @@ TEST_CASE("the gain of every single droplet is what the height-change model says
     const double before = by_model_mm(in, u);
     std::vector<float> gains(21);
     for (int j = 0; j < 5; ++j) {
-      problem.flip_gains(j, gains.data());
+      problem.flip_gains(j, 1, gains.data());
       for (int i = 0; i < 21; ++i) {
         if (!in.setup.mask.at(i, j)) {
           CHECK(gains[std::size_t(i)] == 0.0f);
