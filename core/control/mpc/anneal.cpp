@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/control/mpc/flip_kernel.h"
+#include "core/control/mpc/flip_table.h"
 
 namespace firn::control::mpc {
 namespace {
@@ -56,66 +56,75 @@ class Draws {
 };
 
 // sqrt(now) - sqrt(before), by the squares' difference: nothing cancels.
-FIRN_INLINE double roots_apart(double before, double now) {
-  before = std::max(0.0, before), now = std::max(0.0, now);
-  const double roots = std::sqrt(now) + std::sqrt(before);
-  return roots > 0.0 ? (now - before) / roots : 0.0;
-}
+struct Root {
+  explicit Root(double square) : before(std::max(0.0, square)), root(std::sqrt(before)) {}
+  double rise_to(double square) const {
+    const double now = std::max(0.0, square), roots = std::sqrt(now) + root;
+    return roots > 0.0 ? (now - before) / roots : 0.0;
+  }
+  double before, root;
+};
+
+// What a flip costs, by the sums of the field that it would change.
+class FlipCost {
+ public:
+  FlipCost(const PlanField& field, const PlanCost& cost) : field_(field), cost_(cost), per_cell_(1.0 / field.cells) { note(); }
+  static FlipTable::Wanted wanted(const PlanCost& cost) {
+    if (cost.error == ErrorKind::kSquare) return FlipTable::Wanted::kSquares;
+    return cost.alpha < 1.0 ? FlipTable::Wanted::kBoth : FlipTable::Wanted::kAbsolute;
+  }
+  void note() {  // the sums have changed
+    squares_ = field_.second_mm2 + cost_.price_mm2 * field_.droplets;
+    error_ = Root(squares_ * per_cell_);
+    const double mean = field_.first_mm * per_cell_;
+    deviation_ = Root(field_.second_mm2 * per_cell_ - mean * mean);
+  }
+  double worse_mm(const FlipSums& s, double sign) const {
+    double worse = cost_.alpha * s.abs_error_mm;
+    if (cost_.error == ErrorKind::kSquare)
+      worse = cost_.alpha * field_.cells * error_.rise_to((squares_ + s.second_mm2 + cost_.price_mm2 * sign) * per_cell_);
+    if (cost_.alpha < 1.0) {
+      const double mean = (field_.first_mm + s.first_mm) * per_cell_;
+      worse += (1.0 - cost_.alpha) * field_.cells * deviation_.rise_to((field_.second_mm2 + s.second_mm2) * per_cell_ - mean * mean);
+    }
+    return worse;
+  }
+
+ private:
+  const PlanField& field_;
+  const PlanCost& cost_;
+  double per_cell_, squares_ = 0.0;
+  Root error_{0.0}, deviation_{0.0};
+};
 
 // One sweep; false when the evaluations are used up.
-FIRN_INLINE bool sweep_field(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, int layers, double temperature,
-                             std::int64_t most, Draws& draws, SearchResult& result) {
-  const double per_cell = 1.0 / f.cells;
-  Flip flip;
+bool sweep_field(const PlanField& f, FlipTable& flips, FlipCost& cost, std::span<const std::uint32_t> cells, int layers, double temperature,
+                 std::int64_t most, Draws& draws, SearchResult& result) {
   for (const std::uint32_t cell : cells) {
     const std::size_t p = f.at(cell);
     for (int layer = 0; layer < layers; ++layer) {
       if (result.evaluations >= most) return false;
       ++result.evaluations;
-      make_flip(f, layer, p, flip);
-      FlipSums s;
-      sums_of(f, layer, p, flip, s);
-      double worse = cost.alpha * s.abs_error_mm;
-      if (cost.error == ErrorKind::kSquare) {
-        const double squares = f.second_mm2 + cost.price_mm2 * f.droplets;
-        worse = cost.alpha * f.cells * roots_apart(squares * per_cell, (squares + s.second_mm2 + cost.price_mm2 * double(flip.sign)) * per_cell);
-      }
-      if (cost.alpha < 1.0) {
-        const double mean = f.first_mm * per_cell, mean_now = (f.first_mm + s.first_mm) * per_cell;
-        worse += (1.0 - cost.alpha) * f.cells *
-                 roots_apart(f.second_mm2 * per_cell - mean * mean, (f.second_mm2 + s.second_mm2) * per_cell - mean_now * mean_now);
-      }
-      if (worse > temperature * waits()[draws.next(kBits)]) continue;
-      keep_flip(f, layer, p, flip, s);
+      const double sign = f.layers[std::size_t(layer)].drops[p] ? -1.0 : 1.0;
+      if (cost.worse_mm(flips.sums(layer, p), sign) > temperature * waits()[draws.next(kBits)]) continue;
+      flips.flip(layer, p);
+      cost.note();
       ++result.moves;
     }
   }
   return true;
 }
 
-bool sweep_portable(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, int layers, double temperature,
-                    std::int64_t most, Draws& draws, SearchResult& result) {
-  return sweep_field(f, cost, cells, layers, temperature, most, draws, result);
-}
-#if defined(__x86_64__)
-__attribute__((target("avx2"))) bool sweep_avx2(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, int layers,
-                                                double temperature, std::int64_t most, Draws& draws, SearchResult& result) {
-  return sweep_field(f, cost, cells, layers, temperature, most, draws, result);
-}
-#endif
-
 }  // namespace
 
 SearchResult anneal(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, const AnnealOptions& o, RandomStream& random) {
-  auto sweep = sweep_portable;
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) sweep = sweep_avx2;
-#endif
   SearchResult result;
   Draws draws(random);
+  FlipTable flips(f, FlipCost::wanted(cost));
+  FlipCost of_flip(f, cost);
   for (int n = 0; n < o.sweeps; ++n) {
-    if (n % kSweepsPerRefresh == 0) f.refresh();
-    if (!sweep(f, cost, cells, o.layers, temperature_mm(o, n), o.max_evaluations, draws, result)) break;
+    if (n % kSweepsPerRefresh == 0) flips.refresh(), of_flip.note();
+    if (!sweep_field(f, flips, of_flip, cells, o.layers, temperature_mm(o, n), o.max_evaluations, draws, result)) break;
   }
   f.refresh();
   return result;

@@ -105,9 +105,6 @@ FIRN_INLINE double sum_of(const Lanes& v) {
   return double((v[0] + v[1]) + (v[2] + v[3])) + double((v[4] + v[5]) + (v[6] + v[7]));
 }
 
-struct FlipSums {
-  double abs_error_mm, first_mm, second_mm2;
-};
 FIRN_INLINE void sums_of(const PlanField& f, int layer, std::size_t p, const Flip& flip, FlipSums& s) {
   const int later = f.horizon() - 1 - layer, reach = later + 1;
   Lanes worse = {}, first = {}, second = {};

@@ -11,6 +11,11 @@
 
 namespace firn::control::mpc {
 
+/// How sums over the counted cells change by a droplet more or less: of |e|, of e, of e^2.
+struct FlipSums {
+  double abs_error_mm = 0.0, first_mm = 0.0, second_mm2 = 0.0;
+};
+
 /// Heights before and after each layer, and what the droplets of each layer give to their neighbours, on a grid padded by
 /// kMargin cells: a droplet of layer k changes heights within N - k cells, rows of eight lanes at a time.
 /// A droplet on cell p gives a neighbour q clamp(gives_p + slope_p (H_p - H_q), 0, gives_p) [Lu 2015, Eqs. (4), (5), (7)];
