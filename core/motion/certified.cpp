@@ -150,7 +150,7 @@ double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
 }  // namespace
 
 void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad,
-                  Shape shape, const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
+                  Shape shape, double most_s, const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
   CellSizes sizes = effort(task.options.method, 0).sizes;
   const double low_mm_s = std::max(std::min(ceiling.front(), turning_speed(points, yaw_rad, 0, task.limits)),
                                    std::min(ceiling.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
@@ -204,14 +204,14 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
       return;
     }
     all = solve(task, effort, all, work, trial) || all;
-    const bool good = trial.factor < kGoodFactor;
+    const bool good = trial.factor < kGoodFactor + task.options.slack;
     if (!good) cell_factors(trial.curve, work.batch, work.tool, work.joint, task.groups, work.excess);
     if (attempt > 0 && trial.duration_s() < out.duration_s()) {
       const Curve divided = trial.curve;
       std::swap(trial, out);
       trial.curve = divided;
     }
-    if (good) return;
+    if (good || (std::isfinite(out.duration_s()) && out.motion.duration_s() > most_s)) return;
   }
   // the solver's first guess, slowed down, always serves
   Effort none = effort(task.options.method, 0);

@@ -63,9 +63,9 @@ enum class Shape {
 
 /// Plans points (base frame) between two rests. Throws MotionError with Fault::at in the base frame.
 /// @param ceiling one per segment; @param yaw_rad one per point, empty = constant
+/// @param most_s a motion that is slower than this before it is stretched to keep all limits is not worked on further
 void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad, Shape shape,
-                  const CertifiedTask& task,
-                  CertifiedWork& work, Stretch& out);
+                  double most_s, const CertifiedTask& task, CertifiedWork& work, Stretch& out);
 
 /// Splits a path and plans all its stretches into work.stretches[0 .. result - 1]; with a tolerance, corners
 /// are rolled where that is faster.

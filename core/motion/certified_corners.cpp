@@ -8,10 +8,14 @@ namespace firn::motion {
 namespace {
 
 constexpr double kRollableCosine = -0.9;  ///< sharper corners (154 degrees and more) are never rolled
-constexpr double kTrialMm = 15.0;         ///< of path to either side of a corner on which rolling is tried
+constexpr double kTrialMm = 15.0;         ///< most of the path to either side of a corner on which rolling is tried,
+constexpr double kLeastTrialMm = 2.0, kTrialStops = 3.0;  ///< which is so many times what stopping there takes, and this
 /// A curve within the tolerance is shorter than the polygon by less than this share, where time is saved by it.
 constexpr double kShorter = 0.98;
 constexpr double kFastEnough = 1.002;  ///< of what the ceilings and limits allow on a line: no other shape is tried
+
+constexpr double kLikely = 0.998;  ///< of the fastest shape so far: who is no faster before it is checked will not win
+constexpr double kNever_s = 1e300;
 
 std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
   return std::span<const Point2>(path.points).subspan(from, to - from + 1);
@@ -43,22 +47,23 @@ double straight_time_s(const CleanPath& path, std::size_t from, std::size_t to, 
 
 void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
                   CertifiedWork& work, Stretch& out) {
-  const auto plan = [&](Shape shape, Stretch& stretch) {
+  const auto plan = [&](Shape shape, double most_s, Stretch& stretch) {
     stretch.first = from;
     stretch.last = to;
-    plan_stretch(part(path, from, to), ceilings(path, from, to), yaws(path, from, to), shape, task, work, stretch);
+    plan_stretch(part(path, from, to), ceilings(path, from, to), yaws(path, from, to), shape, most_s, task, work, stretch);
   };
-  plan(Shape::kRamped, out);
+  plan(Shape::kRamped, kNever_s, out);
   const PlanOptions& options = task.options;
   if (!(options.tolerance_mm > 0.0)) return;
-  if (out.deviation_mm <= options.tolerance_mm && out.duration_s() <= kFastEnough * straight_time_s(path, from, to, 1.0, task, work)) return;
+  if (out.deviation_mm <= options.tolerance_mm && out.duration_s() <= (kFastEnough + options.slack) * straight_time_s(path, from, to, 1.0, task, work)) return;
   const bool dense = has_dense_run(work.curve.pieces, kDenseWidths * options.curvature_ramp_mm);
   const auto try_shape = [&](Shape shape) {
-    plan(shape, work.shape_trial);
+    const bool compares = out.deviation_mm <= options.tolerance_mm;
+    plan(shape, compares ? kLikely * out.duration_s() : kNever_s, work.shape_trial);
     if (work.shape_trial.deviation_mm <= options.tolerance_mm && work.shape_trial.duration_s() < out.duration_s())
       std::swap(work.shape_trial, out);
   };
-  try_shape(Shape::kPlain);
+  if (!(options.slack > 0.0 && out.deviation_mm <= options.tolerance_mm)) try_shape(Shape::kPlain);  // it seldom wins, and by little
   if (dense) try_shape(Shape::kSmoothed);
 }
 
@@ -68,21 +73,30 @@ bool rollable(const CleanPath& path, std::size_t i) {
   return ux * vx + uy * vy > kRollableCosine * std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
 }
 
+/// How far from a corner on either side stopping there still shows.
+double trial_mm(const CleanPath& path, std::size_t corner, const CertifiedTask& task) {
+  const RateLimits& limit = task.limits.position;
+  const double v = std::min(limit.rate, std::max(path.ceiling_mm_s[corner - 1], path.ceiling_mm_s[corner]));
+  const double stop_s = v * limit.jerk > limit.acceleration * limit.acceleration ? v / limit.acceleration + limit.acceleration / limit.jerk : 2.0 * std::sqrt(v / limit.jerk);
+  return std::min(kTrialMm, kLeastTrialMm + kTrialStops * 0.5 * v * stop_s);
+}
+
 /// Whether the corner at stops[k] is faster rolled than stopped at, judged on the path near it.
 bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, std::size_t k,
                   const CertifiedTask& task, CertifiedWork& work) {
   const std::size_t corner = stops[k];
+  const double most_mm = trial_mm(path, corner, task);
   const auto far = [&](std::size_t i) {
     const double dx = path.points[i].x_mm - path.points[corner].x_mm,
                  dy = path.points[i].y_mm - path.points[corner].y_mm;
-    return dx * dx + dy * dy > kTrialMm * kTrialMm;
+    return dx * dx + dy * dy > most_mm * most_mm;
   };
   std::size_t from = corner - 1, to = corner + 1;
   while (from > stops[k - 1] && !far(from)) --from;
   while (to < stops[k + 1] && !far(to)) ++to;
   const auto plan = [&](std::size_t a, std::size_t b) {
     work.corner_trial.first = a;
-    plan_stretch(part(path, a, b), ceilings(path, a, b), yaws(path, a, b), Shape::kRamped, task, work, work.corner_trial);
+    plan_stretch(part(path, a, b), ceilings(path, a, b), yaws(path, a, b), Shape::kRamped, 0.0, task, work, work.corner_trial);
     return work.corner_trial.duration_s();
   };
   const double rolling = plan(from, to);

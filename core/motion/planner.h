@@ -34,6 +34,7 @@ std::optional<Method> method_named(std::string_view);  ///< nullopt: no such met
 struct PlanOptions {
   Method method = Method::kCertified;
   double tolerance_mm = 0.0;  ///< > 0: corners may be rolled and curvature ramped within this deviation
+  double slack = 0.0;         ///< certified: work ends where a motion is slower than it might be by about this share
   double tick_s = 0.016;      ///< period of the emitted samples
   double curvature_ramp_mm =
       0.4;  ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
