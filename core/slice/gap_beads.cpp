@@ -1,6 +1,7 @@
 #include "core/slice/gap_beads.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/slice/box_pairs.h"
 #include "core/slice/middle_lines.h"
@@ -10,6 +11,8 @@ namespace firn::slice {
 namespace {
 
 constexpr double kLook = 0.6 * kUnitsPerMm;  // rings are asked at least so often how far the next level is
+constexpr double kTip = 0.15 * kUnitsPerMm;   // from a tip to the foot beside it
+constexpr double kTipFacing = -0.174;         // cosine between the normals of a tip's walls
 constexpr double kTaper = 1.4;               // widest to narrowest place of one bead
 
 double square_distance(Vec p, Vec a, Vec b) {
@@ -21,17 +24,22 @@ double square_distance(Vec p, Vec a, Vec b) {
   return side * side / square;
 }
 
-// The next level, asked for its distance by places that follow each other.
+// The next level, asked for its distance by places that follow each other. Keeps its working memory.
 class NextLevel : public AxisField {
  public:
   /// @param reach of the level's beads to each side
-  NextLevel(const Rings& rings, double reach) : reach_(reach) {
-    edges_.reserve(rings.points.size());
+  void take(const Rings& rings, double reach) {
+    reach_ = reach;
+    last_ = 0, lonely_square_ = 0, built_ = false;
+    edges_.resize(rings.points.size());
     std::size_t begin = 0;
     for (const std::uint32_t end : rings.ends) {
+      Vec b = to_vec(rings.points[begin]);
       for (std::size_t i = begin; i < end; ++i) {
-        const Vec a = to_vec(rings.points[i]), way = to_vec(rings.points[i + 1 < end ? i + 1 : begin]) - a;
-        edges_.push_back({a, way, dot(way, way), std::uint32_t(i + 1 < end ? i + 1 : begin)});
+        const std::size_t next = i + 1 < end ? i + 1 : begin;
+        const Vec a = std::exchange(b, to_vec(rings.points[next])), way = b - a;
+        const double square = dot(way, way);
+        edges_[i] = {a, way, square > 0 ? 1 / square : 0.0, std::uint32_t(next)};
       }
       begin = end;
     }
@@ -76,10 +84,11 @@ class NextLevel : public AxisField {
   }
 
   double clearance(Vec p, double limit) override {
-    double best = (limit + reach_) * (limit + reach_);
-    touching(p, limit + reach_, [&](std::size_t e) {
-      const Edge& edge = edges_[e];
-      const double square = square_distance(p, edge.at, edge.at + edge.way);
+    if (edges_.empty()) return limit;
+    const double furthest = limit + reach_;
+    double best = std::min(furthest * furthest, edges_[last_].square_distance(p));
+    touching(p, std::sqrt(best), [&](std::size_t e) {
+      const double square = edges_[e].square_distance(p);
       if (square < best) best = square, last_ = e;
     });
     return std::sqrt(best) - reach_;
@@ -91,16 +100,15 @@ class NextLevel : public AxisField {
 
   struct Edge {
     Vec at, way;
-    double square;  // of its length
+    double inverse;      // of its squared length
     std::uint32_t next;  // in its ring
-    bool within(Vec p, double limit) const {
+    double square_distance(Vec p) const {  // without a branch
       const Vec off = p - at;
-      const double along = dot(off, way);
-      if (along <= 0) return dot(off, off) <= limit;
-      if (along >= square) return dot(off - way, off - way) <= limit;
-      const double side = cross(way, off);
-      return side * side <= limit * square;
+      const double share = std::min(1.0, std::max(0.0, dot(off, way) * inverse));
+      const Vec from = off - share * way;
+      return dot(from, from);
     }
+    bool within(Vec p, double limit) const { return square_distance(p) <= limit; }
   };
 
   template <class F>
@@ -118,7 +126,7 @@ class NextLevel : public AxisField {
     tree_.touching(box_about(p.x, p.y, reach), f);
   }
 
-  double reach_;
+  double reach_ = 0;
   std::vector<Edge> edges_;
   std::size_t last_ = 0;
   Vec lonely_;
@@ -134,11 +142,19 @@ bool too_small(std::span<const Point> ring, double least) {
   return std::min(box.x1 - box.x0, box.y1 - box.y0) < 2 * least;
 }
 
-// Stretches of rings along which the next level is further away than it runs.
+// Stretches of rings along which the next level is further away than it runs. Keeps its working memory.
 class Lacking {
  public:
+  explicit Lacking(NextLevel& next) : next_(next) {}
+
   /// @param limit distance of the next level beyond which a place lacks it
-  Lacking(NextLevel& next, double limit) : next_(next), limit_(limit) {}
+  /// @param cores whether the rings are cores
+  void begin(double limit, bool cores) {
+    limit_ = limit, cores_ = cores;
+    run_ = 0;
+    walls.clear();
+    feet.clear();
+  }
 
   void add(std::span<const Point> ring) {
     const std::size_t n = ring.size();
@@ -236,11 +252,18 @@ class Lacking {
     ++run_;
   }
 
-  // A corner looks between its walls' normals, if it is smooth; a reflex one in all directions between them.
+  // A corner looks between its walls' normals, if it is smooth; a reflex one in all directions between them. In the tips of
+  // cores only a foot beside them sees what is left.
   void add_corner(std::uint32_t edge, std::int32_t wall) {
     const Vec from = normals_[edge ? edge - 1 : normals_.size() - 1], to = normals_[edge];
     const bool reflex = cross(from, to) < 0, back = dot(from, to) < -0.9;
-    if (!reflex && dot(from, to) < 0.5) return;
+    if (!reflex && dot(from, to) < 0.5) {
+      if (!cores_ || dot(from, to) > kTipFacing) return;
+      const Vec way = corners_[edge + 1 < corners_.size() ? edge + 1 : 0] - corners_[edge];
+      const double share = std::min(0.25, kTip / length(way));
+      feet.push_back({corners_[edge] + share * way, to, wall + share, run_});
+      return;
+    }
     const int steps = reflex ? std::max(2, int(std::ceil(length(to - from) * limit_ / kLook))) : 2;
     for (int k = 1; k < steps; ++k) {
       const double share = double(k) / steps;
@@ -253,7 +276,8 @@ class Lacking {
   }
 
   NextLevel& next_;
-  double limit_;
+  double limit_ = 0;
+  bool cores_ = false;
   bool fresh_ = false;  // was the last place served?
   std::vector<Vec> corners_, normals_;
   std::vector<Look> looks_;
@@ -307,22 +331,40 @@ GapBand gap_band(const RingPlan& plan, int level) {
   return {0.5 * plan.width_mm(level), plan.distance_mm(level + 1) - plan.distance_mm(level)};
 }
 
-Beads gap_beads(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
-                bool touching) {
-  Beads beads;
-  if (outer.empty() || narrowest_mm <= 0) return beads;
-  const double narrowest = 0.5 * narrowest_mm * kUnitsPerMm, tolerance = std::max(100.0, tolerance_mm * kUnitsPerMm);
-  const AxisLimits limits{band.covered_mm * kUnitsPerMm, band.next_mm * kUnitsPerMm, narrowest};
-  const double reach = limits.next - limits.covered;  // of the next level's beads, to each side
-  NextLevel level(next, reach);
-  Lacking lacking(level, limits.next + 2.2 * tolerance + 200);  // both levels are drawn within the tolerance
-  const Rings apart = touching ? region_of(outer) : Rings{};
-  const Rings& rings = touching ? apart : outer;
-  for (std::size_t r = 0; r < rings.size(); ++r)
-    if (rings[r].size() > 2 && !(too_small(rings[r], limits.covered + narrowest) && twice_area(rings[r]) > 0)) lacking.add(rings[r]);
-  for (const std::vector<AxisPlace>& chain : middle_lines(lacking.walls, lacking.feet, limits, level))
-    add_chain(chain, 0.5 * tolerance, beads);
-  return beads;
+GapBand core_band(const RingPlan& plan, int level, double spot_mm) {
+  const double core_mm = plan.core_mm(level, spot_mm);
+  return {-0.5 * spot_mm, plan.distance_mm(level + 1) - core_mm, core_mm - plan.distance_mm(level)};
+}
+
+class GapFinder::Work {
+ public:
+  Beads find(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm) {
+    const double narrowest = 0.5 * narrowest_mm * kUnitsPerMm, tolerance = std::max(100.0, tolerance_mm * kUnitsPerMm);
+    const double drawn = 2.2 * tolerance + 200;  // both levels are drawn within the tolerance
+    const AxisLimits limits{band.covered_mm * kUnitsPerMm, band.next_mm * kUnitsPerMm, narrowest, drawn, band.inside_mm * kUnitsPerMm};
+    next_.take(next, limits.next - limits.covered);  // the next level's beads reach so far to each side
+    lacking_.begin(limits.next + drawn, limits.inside > 0);
+    for (std::size_t r = 0; r < outer.size(); ++r)
+      if (outer[r].size() > 2 && !(too_small(outer[r], limits.covered + narrowest) && twice_area(outer[r]) > 0)) lacking_.add(outer[r]);
+    Beads beads;
+    for (const std::vector<AxisPlace>& chain : middle_(lacking_.walls, lacking_.feet, limits, next_))
+      add_chain(chain, 0.5 * tolerance, beads);
+    return beads;
+  }
+
+ private:
+  NextLevel next_;
+  Lacking lacking_{next_};
+  MiddleLines middle_;
+};
+
+GapFinder::GapFinder() : work_(std::make_unique<Work>()) {}
+GapFinder::~GapFinder() = default;
+
+Beads GapFinder::operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm,
+                            double tolerance_mm, bool touching) {
+  if (outer.empty() || narrowest_mm <= 0) return {};
+  return work_->find(touching ? region_of(outer) : outer, next, band, narrowest_mm, tolerance_mm);
 }
 
 }  // namespace firn::slice

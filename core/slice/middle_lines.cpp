@@ -14,7 +14,8 @@ constexpr double kFar = 2.0 * kUnitsPerMm;  // places further apart do not follo
 constexpr double kBeyond = 1.3;             // a disc may be so much too large, since walls beside its foot do not count
 constexpr double kCentred = 0.8;            // least depth of a chain's place over its disc's radius
 constexpr std::size_t kShort = 12;          // places of a line that may echo another
-constexpr std::size_t kFew = 48;            // walls that are simply all looked at
+constexpr std::size_t kFew = 16;            // walls that are simply all looked at
+constexpr double kFirstAsk = 0.4;           // of the furthest: where a wall is looked for first
 
 // The disc that touches the outline in a foot and, opposite, a wall or corner that faces it.
 struct Disc {
@@ -25,7 +26,8 @@ struct Disc {
 
 class Discs {
  public:
-  explicit Discs(std::span<const Wall> walls) : walls_(walls) {
+  void take(std::span<const Wall> walls) {
+    walls_ = walls, guess_ = 0;
     if (walls.size() <= kFew) return;
     tree_.resize(walls.size());
     for (std::size_t i = 0; i < walls.size(); ++i) {
@@ -35,25 +37,18 @@ class Discs {
     tree_.build();
   }
 
-  // Does something that faces the foot reach into the disc of this radius? Walls run side by side: what stood opposite the
-  // last foot is a guess.
+  // Does something that faces the foot reach into the disc of this radius?
   bool shallow(const Foot& foot, double radius) {
+    if (radius <= 0) return false;
     const auto reaches = [&](std::size_t i) {
       bool at_corner;
-      return radius_to(foot, i, radius, at_corner) < radius;
-    };
-    for (std::size_t tried = 0; tried < std::min<std::size_t>(walls_.size(), 5); ++tried) {
-      const std::size_t off = (tried + 1) / 2, n = walls_.size(), i = tried % 2 ? (guess_ + off) % n : (guess_ + n - off) % n;
-      if (!reaches(i)) continue;
+      if (radius_to(foot, i, radius, at_corner) >= radius) return false;
       guess_ = i;
       return true;
-    }
-    bool found = false;
-    each_near(foot.at + radius * foot.normal, radius, [&](std::size_t i) {
-      if (found || !reaches(i)) return;
-      found = true;
-      guess_ = i;
-    });
+    };
+    bool found = each_guess(reaches);
+    if (found) return true;
+    each_near(foot.at + radius * foot.normal, radius, [&](std::size_t i) { found = found || reaches(i); });
     return found;
   }
 
@@ -62,11 +57,17 @@ class Discs {
     disc.radius = limit;
     std::size_t wall = walls_.size();
     bool at_corner = false;
-    each_near(foot.at + limit * foot.normal, limit, [&](std::size_t i) {
+    const auto offer = [&](std::size_t i) {
       bool corner;
       const double radius = radius_to(foot, i, disc.radius, corner);
       if (radius < disc.radius) disc.radius = radius, wall = i, at_corner = corner;
-    });
+      return false;
+    };
+    const auto ask = [&](double reach) { each_near(foot.at + reach * foot.normal, reach, offer); };
+    each_guess(offer);
+    const bool guessed = disc.radius < limit;
+    if (!guessed) ask(kFirstAsk * limit);
+    if (guessed || disc.radius > kFirstAsk * limit) ask(disc.radius);
     if (wall == walls_.size()) return false;
     guess_ = wall;
     disc.sampled = walls_[wall].sampled;
@@ -106,6 +107,17 @@ class Discs {
     if (dot(centre - w.from, w.to - w.from) < 0 || dot(centre - w.to, w.to - w.from) > 0) return best;
     at_corner = false;
     return radius;
+  }
+
+  // Walls run side by side: what stood opposite the last foot is a guess. @return whether one satisfied f
+  template <class F>
+  bool each_guess(F&& f) const {
+    const std::size_t n = walls_.size();
+    for (std::size_t tried = 0; tried < std::min<std::size_t>(n, 5); ++tried) {
+      const std::size_t off = (tried + 1) / 2, i = tried % 2 ? guess_ + off : guess_ + n - off;
+      if (f(i < n ? i : i - n)) return true;
+    }
+    return false;
   }
 
   template <class F>
@@ -148,7 +160,10 @@ struct Spot {
 // The discs of all lines, to ask what they leave.
 class Laid {
  public:
-  Laid(std::span<const std::vector<AxisPlace>> lines, double narrowest) : narrowest_(narrowest) {
+  void take(std::span<const std::vector<AxisPlace>> lines, double narrowest) {
+    narrowest_ = narrowest, last_ = 0;
+    discs_.clear();
+    later_.clear();
     for (std::size_t l = 0; l < lines.size(); ++l)
       for (const AxisPlace& p : lines[l]) discs_.push_back({p, l, lines[l].size()});
     tree_.resize(discs_.size());
@@ -171,16 +186,22 @@ class Laid {
   }
   void forget(std::size_t line) { gone_[line] = true; }
 
-  bool is_left(const AxisPlace& spot) const {
+  bool is_left(const AxisPlace& spot) {
+    const auto covers = [&](const AxisPlace& p) {
+      const Vec off = spot.at - p.at;
+      const double reach = p.radius + narrowest_;
+      return dot(off, off) < reach * reach;
+    };
+    if (last_ < discs_.size() && !gone_[discs_[last_].line] && covers(discs_[last_].place)) return false;
     bool left = true;
-    const auto ask = [&](const AxisPlace& p) { left = left && length(spot.at - p.at) >= p.radius + narrowest_; };
-    each_over(spot, [&](const Disc& d) {
-      if (!gone_[d.line]) ask(d.place);
+    tree_.touching(box_about(spot.at.x, spot.at.y, 0), [&](std::size_t i) {
+      if (!left || gone_[discs_[i].line] || !covers(discs_[i].place)) return;
+      left = false;
+      last_ = i;
     });
-    for (const AxisPlace& p : later_) ask(p);
-    return left;
+    return left && std::none_of(later_.begin(), later_.end(), covers);
   }
-  void take(const AxisPlace& p) { later_.push_back(p); }
+  void add(const AxisPlace& p) { later_.push_back(p); }
 
  private:
   struct Disc {
@@ -191,10 +212,11 @@ class Laid {
   void each_over(const AxisPlace& p, F&& f) const {
     tree_.touching(box_about(p.at.x, p.at.y, 0), [&](std::size_t i) { f(discs_[i]); });
   }
-  double narrowest_;
+  double narrowest_ = 0;
   std::vector<Disc> discs_;
   std::vector<bool> gone_;
   std::vector<AxisPlace> later_;
+  std::size_t last_ = 0;  // disc that covered the last spot
   BoxTree tree_;
 };
 
@@ -212,74 +234,106 @@ void drop_echoes(std::vector<std::vector<AxisPlace>>& lines, Laid& laid) {
 
 }  // namespace
 
-std::vector<std::vector<AxisPlace>> middle_lines(std::span<const Wall> walls, std::span<const Foot> feet,
-                                                 const AxisLimits& limits, AxisField& field) {
-  Discs discs(walls);
-  std::vector<std::vector<AxisPlace>> lines;
-  std::vector<AxisPlace> chain;
-  std::vector<Spot> spots;
-  bool worth = false;  // would a spot of the least radius stay without the chain?
-  std::int32_t run = -1;
-  const auto finish = [&] {
-    if (worth && !chain.empty()) drop_arms(chain, limits.narrowest);
-    if (worth && chain.size() > 1) lines.push_back(chain);
-    chain.clear();
-    worth = false;
-  };
-  // Of the disc about a place that ends at what is covered; what lies deeper is the next level's.
-  const auto radius_at = [&](Vec at, double limit, double& clear) {
-    const double depth = discs.depth(at, limit);
-    clear = -1;
-    if (depth > limits.next || depth < limits.covered + limits.narrowest) return 0.0;
-    clear = field.clearance(at, 2 * limits.narrowest);
-    return depth - limits.covered;
-  };
-  for (const Foot& foot : feet) {
-    if (foot.run != run) finish();
-    run = foot.run;
+class MiddleLines::Work {
+ public:
+  std::vector<std::vector<AxisPlace>> find(std::span<const Wall> walls, std::span<const Foot> feet, const AxisLimits& limits,
+                                           AxisField& field) {
+    limits_ = limits, field_ = &field;
+    discs_.take(walls);
+    lines_.clear();
+    spots_.clear();
+    std::int32_t run = -1;
+    for (const Foot& foot : feet) {
+      if (foot.run != run) finish(false);
+      run = foot.run;
+      visit(foot);
+    }
+    finish(false);
+    if (!spots_.empty()) fill_spots();
+    return std::move(lines_);
+  }
+
+ private:
+  void visit(const Foot& foot) {
+    const double inside = limits_.inside;
     Disc disc;
-    if (discs.shallow(foot, limits.covered + limits.narrowest) || !discs.find(foot, kBeyond * limits.next, disc)) continue;
+    if (discs_.shallow(foot, limits_.covered + limits_.narrowest) || !discs_.find(foot, kBeyond * (limits_.next + inside) - inside, disc))
+      return;
     const Vec at = foot.at + disc.radius * foot.normal;
     // Each line is found from both of its walls: the first one's is taken.
     if (disc.sampled && disc.order < foot.order) {
-      spots.push_back({{at, disc.radius - limits.covered}, foot.normal, false});
-      continue;
+      spots_.push_back({{at, disc.radius - limits_.covered}, foot.normal, false});
+      return;
     }
     double clear;
-    const double radius = radius_at(at, disc.radius, clear);
-    if (radius < limits.narrowest || clear <= 0) continue;
-    if (clear >= limits.narrowest) {
-      worth = true;
-      spots.push_back({{at, radius}, foot.normal, true});
+    const double radius = radius_at(at, disc.radius, clear), depth = radius + limits_.covered;
+    if (radius < limits_.narrowest || clear <= 0) return;
+    const bool worth = clear >= limits_.narrowest;
+    if (worth) {
+      worth_ = true;
+      spots_.push_back({{at, radius}, foot.normal, true});
     }
-    if (radius + limits.covered < kCentred * disc.radius) continue;  // a wall beside its foot is much nearer
-    if (!chain.empty()) {
-      const double step = length(at - chain.back().at);
-      if (step < kNear) continue;
-      if (step > kFar) {
-        finish();
-        worth = clear >= limits.narrowest;
+    // A wall beside its foot is much nearer.
+    const double edge = inside > 0 ? limits_.covered : 0.0;
+    if (depth - edge < kCentred * (disc.radius - edge)) return;
+    if (!chain_.empty()) {
+      const double step = length(at - chain_.back().at);
+      if (step < kNear) return;
+      if (step > kFar) finish(worth);
+    }
+    chain_.push_back({at, radius});
+  }
+
+  // Of the disc about a place that ends at what is covered; what lies deeper is the next level's.
+  double radius_at(Vec at, double limit, double& clear) {
+    const double depth = discs_.depth(at, limit);
+    clear = -1;
+    if (depth > limits_.next + limits_.drawn || depth < limits_.covered + limits_.narrowest) return 0.0;
+    clear = field_->clearance(at, 2 * limits_.narrowest);
+    return depth - limits_.covered;
+  }
+
+  void finish(bool next_is_worth) {
+    if (worth_ && !chain_.empty()) drop_arms(chain_, limits_.narrowest);
+    if (worth_ && chain_.size() > 1) lines_.push_back(chain_);
+    chain_.clear();
+    worth_ = next_is_worth;
+  }
+
+  void fill_spots() {
+    const auto wider = [](const Spot& a, const Spot& b) { return a.place.radius > b.place.radius; };
+    std::stable_sort(spots_.begin(), spots_.end(), wider);
+    left_.take(lines_, limits_.narrowest);
+    drop_echoes(lines_, left_);
+    for (Spot& s : spots_) {
+      if (!left_.is_left(s.place)) continue;
+      if (!s.judged) {
+        double clear;
+        s.place.radius = radius_at(s.place.at, s.place.radius + limits_.covered, clear);
+        if (s.place.radius < limits_.narrowest || clear < limits_.narrowest || !left_.is_left(s.place)) continue;
       }
+      left_.add(s.place);
+      const Vec aside = 0.25 * s.place.radius * left_of(s.normal);
+      lines_.push_back({{s.place.at - aside, s.place.radius}, {s.place.at + aside, s.place.radius}});
     }
-    chain.push_back({at, radius});
   }
-  finish();
-  if (spots.empty()) return lines;
-  std::stable_sort(spots.begin(), spots.end(), [](const Spot& a, const Spot& b) { return a.place.radius > b.place.radius; });
-  Laid left(lines, limits.narrowest);
-  drop_echoes(lines, left);
-  for (Spot& s : spots) {
-    if (!left.is_left(s.place)) continue;
-    if (!s.judged) {
-      double clear;
-      s.place.radius = radius_at(s.place.at, s.place.radius + limits.covered, clear);
-      if (s.place.radius < limits.narrowest || clear < limits.narrowest || !left.is_left(s.place)) continue;
-    }
-    left.take(s.place);
-    const Vec aside = 0.25 * s.place.radius * left_of(s.normal);
-    lines.push_back({{s.place.at - aside, s.place.radius}, {s.place.at + aside, s.place.radius}});
-  }
-  return lines;
+
+  AxisLimits limits_;
+  AxisField* field_ = nullptr;
+  Discs discs_;
+  Laid left_;
+  std::vector<std::vector<AxisPlace>> lines_;
+  std::vector<AxisPlace> chain_;
+  std::vector<Spot> spots_;
+  bool worth_ = false;  // would a spot of the least radius stay without the chain?
+};
+
+MiddleLines::MiddleLines() : work_(std::make_unique<Work>()) {}
+MiddleLines::~MiddleLines() = default;
+
+std::vector<std::vector<AxisPlace>> MiddleLines::operator()(std::span<const Wall> walls, std::span<const Foot> feet,
+                                                            const AxisLimits& limits, AxisField& field) {
+  return work_->find(walls, feet, limits, field);
 }
 
 }  // namespace firn::slice

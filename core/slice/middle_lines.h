@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -40,6 +41,8 @@ struct AxisLimits {
   double covered = 0;    ///< distance from the walls at which the radius is 0
   double next = 0;       ///< distance from the walls beyond which nothing is asked for
   double narrowest = 0;  ///< least radius
+  double drawn = 0;      ///< error of distances between drawn lines
+  double inside = 0;     ///< so far the walls stand inward of those that shape the discs
 };
 
 /// Lines of places on the medial axis between `walls`, each with radius and clearance > 0, such that about no foot's disc
@@ -47,7 +50,17 @@ struct AxisLimits {
 /// than 100 degrees, and single discs (chains of two places) for what is left then, widest first.
 /// The centre of the largest disc that touches the outline in a foot lies on the medial axis: the "shrinking ball" of
 /// J. Ma, S. Bae, S. Choi, "3D medial axis point approximation using nearest neighbors and the normal field" (2012).
-std::vector<std::vector<AxisPlace>> middle_lines(std::span<const Wall> walls, std::span<const Foot> feet,
+/// Keeps its working memory.
+class MiddleLines {
+ public:
+  MiddleLines();
+  ~MiddleLines();
+  std::vector<std::vector<AxisPlace>> operator()(std::span<const Wall> walls, std::span<const Foot> feet,
                                                  const AxisLimits& limits, AxisField& field);
+
+ private:
+  class Work;
+  std::unique_ptr<Work> work_;
+};
 
 }  // namespace firn::slice

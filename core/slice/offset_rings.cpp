@@ -1,5 +1,7 @@
 #include "core/slice/offset_rings.h"
 
+#include <algorithm>
+
 #include "core/slice/clipper.h"
 #include "core/slice/meeting.h"
 #include "core/slice/wavefront.h"
@@ -9,6 +11,7 @@ namespace {
 
 // Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
 constexpr double kOdd = 0.2973;
+constexpr double kNarrow = 2.0;  // of the way to the next level: half the width of strips that look narrow
 
 // The front of one region on its way inward.
 class Advance {
@@ -18,61 +21,131 @@ class Advance {
   // @return false if the wavefront could not tell
   bool operator()(double to) {
     next_.clear();
-    for (wavefront::Component& component : front_.components) {
-      alive_.clear();
-      for (const wavefront::Piece& piece : component.pieces) alive_.push_back(piece.source);
-      move_(front_.sources, component, at_, to);
-      if (!untangle_(front_.sources, alive_, component, to, next_)) return false;
+    for (wavefront::Component& component : front_.components)
+      if (!move(component, at_, to, next_)) return false;
+    arrive(to);
+    return true;
+  }
+
+  // The same; areas of the rings drawn last that look too narrow for the next ones are looked at on the way.
+  bool by_way_of(double core, double to, const Rings& drawn, double tolerance, NarrowAreas& narrow) {
+    next_.clear(), cores_.clear();
+    narrow.outer.assign(drawn.size(), false);
+    for (std::size_t c = 0, ring = 0; c < front_.components.size(); ring = drawn_ends_[c++]) {
+      wavefront::Component& component = front_.components[c];
+      const bool is_narrow = looks_narrow(drawn, ring, drawn_ends_[c], to - at_);
+      if (is_narrow) {
+        std::fill(narrow.outer.begin() + std::ptrdiff_t(ring), narrow.outer.begin() + std::ptrdiff_t(drawn_ends_[c]), true);
+        if (!move(component, at_, core, cores_)) return false;
+      } else if (!move(component, at_, to, next_)) {
+        return false;
+      }
     }
-    std::swap(front_.components, next_);
-    at_ = to;
+    const std::size_t wide = next_.size();
+    std::uint32_t finer = 0;
+    if (!cores_.empty() && !draw(cores_, core, tolerance, narrow.cores, finer, narrow.touching)) return false;
+    for (wavefront::Component& component : cores_)
+      if (!move(component, core, to, next_)) return false;
+    arrive(to);
+    wide_ = wide;
     return true;
   }
 
   // At the asked tolerance, or finer where rings would meet. @return false if they meet even so
   bool draw(double tolerance, Rings& rings, std::uint32_t& finer) {
+    return draw(front_.components, at_, tolerance, rings, finer, touching_);
+  }
+
+  bool touching() const { return touching_; }  ///< may the rings drawn last have contacts?
+
+  // Which of the rings drawn last lie in areas that looked narrow before.
+  void tell_narrow(std::vector<bool>& rings) const {
+    const std::size_t n = drawn_ends_.empty() ? 0 : drawn_ends_.back();
+    rings.assign(n, true);
+    if (wide_ > 0) std::fill(rings.begin(), rings.begin() + std::ptrdiff_t(drawn_ends_[wide_ - 1]), false);
+  }
+
+ private:
+  bool move(wavefront::Component& component, double from, double to, std::vector<wavefront::Component>& out) {
+    alive_.clear();
+    for (const wavefront::Piece& piece : component.pieces) alive_.push_back(piece.source);
+    move_(front_.sources, component, from, to);
+    return untangle_(front_.sources, alive_, component, to, out);
+  }
+
+  void arrive(double to) {
+    std::swap(front_.components, next_);
+    at_ = to;
+  }
+
+  bool draw(std::span<const wavefront::Component> components, double at, double tolerance, Rings& rings, std::uint32_t& finer,
+            bool& touching) {
     for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
       rings.clear();
-      for (const wavefront::Component& component : front_.components)
-        wavefront::draw(front_.sources, component, at_, tolerance, line_, rings);
+      drawn_ends_.clear();
+      for (const wavefront::Component& component : components) {
+        wavefront::draw(front_.sources, component, at, tolerance, line_, rings);
+        drawn_ends_.push_back(rings.size());
+      }
       const Meeting meeting = meeting_(rings);
       finer += attempt > 0;
-      touching_ = meeting == Meeting::kContact;
+      touching = meeting == Meeting::kContact;
       if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
     }
     return false;
   }
 
-  bool touching() const { return touching_; }  ///< may the rings drawn last have contacts?
+  // A strip 2 w wide has an area of w for each mm of its edge.
+  static bool looks_narrow(const Rings& rings, std::size_t begin, std::size_t end, double width) {
+    double twice_area = 0, edge = 0;
+    for (std::size_t r = begin; r < end; ++r) {
+      const std::span<const Point> ring = rings[r];
+      Vec a = to_vec(ring.back());
+      for (const Point p : ring) {
+        const Vec b = to_vec(p);
+        twice_area += cross(a, b), edge += length(b - a);
+        a = b;
+      }
+    }
+    return 0.5 * twice_area < kNarrow * width * edge;
+  }
 
- private:
   wavefront::Front front_;
   double at_ = 0;
   bool touching_ = false;
+  std::size_t wide_ = 0;  // components that did not look narrow come first
   wavefront::Mover move_;
   wavefront::Untangler untangle_;
   MeetingCheck meeting_;
-  std::vector<wavefront::Component> next_;
+  std::vector<wavefront::Component> next_, cores_;
+  std::vector<std::size_t> drawn_ends_;  // rings of each component and those before it
   std::vector<std::int32_t> alive_;
   std::vector<Vec> line_;
 };
 
 }  // namespace
 
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm) {
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm) {
   RingLevels result;
   Advance advance(region);
   bool trusted = true;
+  const double tolerance = tolerance_mm * kUnitsPerMm;
   for (int level = 0; level < plan.max_rings; ++level) {
     Rings rings;
+    NarrowAreas narrow;
     if (trusted) {
       const double to = plan.distance_mm(level) * kUnitsPerMm + kOdd;
-      trusted = advance(to) && advance.draw(tolerance_mm * kUnitsPerMm, rings, result.drawn_finer);
+      const double core = level > 0 ? plan.core_mm(level - 1, spot_mm) * kUnitsPerMm + kOdd : to;
+      trusted = (spot_mm > 0 && core < to ? advance.by_way_of(core, to, result.levels.back(), tolerance, narrow) : advance(to)) &&
+                advance.draw(tolerance, rings, result.drawn_finer);
+      if (!trusted) narrow = {};
+      else if (!narrow.outer.empty()) advance.tell_narrow(narrow.next);
     }
     if (!trusted) {
       rings = clipper_offset(region, plan.distance_mm(level), tolerance_mm);
       ++result.from_clipper;
     }
+    if (spot_mm > 0 && level > 0) result.narrow.push_back(std::move(narrow));
     if (rings.empty()) break;
     result.levels.push_back(std::move(rings));
     result.touching.push_back(!trusted || advance.touching());

@@ -21,17 +21,29 @@ struct RingPlan {
     return inside + (level - boundaries) * fill_width_mm;
   }
   double width_mm(int level) const { return level < boundaries ? boundary_width_mm : fill_width_mm; }
+  /// There discs of a diameter have their centres that touch the inner edge of a level's beads.
+  double core_mm(int level, double spot_mm) const { return distance_mm(level) + 0.5 * width_mm(level) + 0.5 * spot_mm; }
+};
+
+/// Areas within a level's rings that are about too narrow for the next level: most of what no bead covers lies in them.
+struct NarrowAreas {
+  std::vector<bool> outer;  ///< [ring of the level]: bounds one of them; empty: there are none
+  std::vector<bool> next;   ///< [ring of the next level]: lies in one of them
+  Rings cores;              ///< their rings at core_mm(level)
+  bool touching = false;    ///< the cores may have contacts with each other
 };
 
 struct RingLevels {
   std::vector<Rings> levels;        ///< [k]: all rings at distance_mm(k), directed as in a Region, in no canonical order
   std::uint32_t from_clipper = 0;   ///< levels that Clipper made, because the wavefront could not tell
   std::vector<bool> touching;       ///< [k]: rings of the level may have contacts with each other
+  std::vector<NarrowAreas> narrow;  ///< [k], if asked for
   std::uint32_t drawn_finer = 0;    ///< levels whose rings would have met each other at the asked tolerance
 };
 
 /// @param tolerance_mm no ring leaves the exact offset of `region` by more than this; 0: arcs by 1 um, no point left out
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm);
+/// @param spot_mm diameter of the spots that are looked for in narrow areas; 0: none
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm = 0);
 
 /// The region grown outward by a distance > 0, as the front of what lies around it.
 Region grow(const Region& region, double outward_mm, double tolerance_mm);

@@ -57,11 +57,13 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
   if (seam_fixed)
     for (std::uint32_t i = 0; i < n; ++i) seams.push_back(fixed_seam(lines[i], options, layer, number + i));
   std::vector<Stop> stops;
+  std::size_t chosen = 0;
   while (!left.empty()) {
     double best = std::numeric_limits<double>::infinity();
     Stop stop;
-    std::size_t chosen = 0;
-    for (std::size_t k = 0; k < left.size(); ++k) {
+    const std::size_t begin = chosen;  // neighbours in the list mostly lie side by side
+    for (std::size_t tried = 0; tried < left.size(); ++tried) {
+      const std::size_t k = begin + tried < left.size() ? begin + tried : begin + tried - left.size();
       const std::uint32_t i = left[k];
       if (square_distance(boxes[i], at) >= best) continue;
       const auto line = lines[i];
@@ -84,6 +86,7 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
     stops.push_back(stop);
     at = stop.exit;
     left.erase(left.begin() + std::ptrdiff_t(chosen));
+    if (chosen == left.size()) chosen = 0;
   }
   return stops;
 }

@@ -1,5 +1,6 @@
 #include "core/slice/path_plan.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/slice/fill_lines.h"
@@ -17,17 +18,35 @@ const BeadOptions& bead_of(std::size_t material, const PathOptions& options) {
   return material == kScaffoldMaterial ? options.scaffold : options.part;
 }
 
+// Those of the rings that do or do not lie in narrow areas.
+const Rings& only(const Rings& rings, const std::vector<bool>& narrow, bool wanted, Rings& some) {
+  if (std::find(narrow.begin(), narrow.end(), !wanted) == narrow.end() && (!wanted || !narrow.empty())) return rings;
+  some.clear();
+  for (std::size_t r = 0; r < narrow.size(); ++r)
+    if (narrow[r] == wanted) some.add(rings[r]);
+  return some;
+}
+
 // Beads where the outline is too narrow for its first ring, and where rings leave spots between them.
 void find_gaps(const Region& region, const RingLevels& rings, const RingPlan& plan, const BeadOptions& bead,
                double tolerance_mm, Beads& thin_parts, Beads& gaps) {
   const Rings none;
+  Rings some, some_next;
+  GapFinder find;
   const int levels = int(rings.levels.size());
   const auto level = [&](int k) -> const Rings& { return k < levels ? rings.levels[std::size_t(k)] : none; };
-  if (plan.max_rings > 0) thin_parts = gap_beads(region, level(0), gap_band(plan, -1), bead.gap_mm, tolerance_mm);
-  for (int k = 0; k < levels && k + 1 < plan.max_rings; ++k) {
-    const Beads more = gap_beads(level(k), level(k + 1), gap_band(plan, k), bead.gap_mm, tolerance_mm, rings.touching[std::size_t(k)]);
+  if (plan.max_rings > 0) thin_parts = find(region, level(0), gap_band(plan, -1), bead.gap_mm, tolerance_mm);
+  const auto add = [&](const Beads& more) {
     for (std::size_t i = 0; i < more.lines.size(); ++i) gaps.lines.add(more.lines[i]);
     gaps.widths.insert(gaps.widths.end(), more.widths.begin(), more.widths.end());
+  };
+  for (int k = 0; k < levels && k + 1 < plan.max_rings; ++k) {
+    const NarrowAreas& narrow = rings.narrow[std::size_t(k)];
+    add(find(only(level(k), narrow.outer, false, some), only(level(k + 1), narrow.next, false, some_next), gap_band(plan, k),
+             bead.gap_mm, tolerance_mm, rings.touching[std::size_t(k)]));
+    if (!narrow.cores.empty())
+      add(find(narrow.cores, only(level(k + 1), narrow.next, true, some_next), core_band(plan, k, bead.gap_mm), bead.gap_mm,
+               tolerance_mm, narrow.touching));
   }
 }
 
@@ -38,7 +57,7 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
   const bool rings_only = bead.pattern == FillPattern::kConcentric;
   RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
   if (!rings_only) plan.max_rings = bead.boundaries;
-  RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm);
+  RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm);
   paths.clipper_rings += rings.from_clipper;
   Beads thin_parts, gaps;
   if (bead.gap_mm > 0) find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, thin_parts, gaps);
