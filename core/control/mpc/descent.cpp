@@ -1,6 +1,7 @@
 #include "core/control/mpc/descent.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace firn::control::mpc {
@@ -8,8 +9,10 @@ namespace {
 
 class Descent {
  public:
-  Descent(HorizonObjective& objective, int layers, std::int64_t most) : objective_(objective), layers_(layers), most_(most) {
+  Descent(HorizonObjective& objective, int layers, std::int64_t most, FlipTable* flips)
+      : objective_(objective), layers_(layers), most_(most), flips_(objective.alpha() == 1.0 ? flips : nullptr) {
     stale_.assign(objective.grid().size(), 1);
+    if (flips_ != nullptr) set_margins();
   }
 
   SearchResult run() {
@@ -38,13 +41,35 @@ class Descent {
           if (!objective_.allowed(move)) continue;
           if (result_.evaluations >= most_) return false;
           ++result_.evaluations;
+          if (flips_ != nullptr && surely_worse(move)) continue;
           if (!(objective_.gain_mm(move) < -kLeastGain_mm)) continue;
           objective_.apply(move);
+          if (flips_ != nullptr) flips_->flip(layer, flips_->field().at(cell));
           ++result_.moves;
           note(cell);
         }
     }
     return true;
+  }
+
+  // Heights in single precision err by some 1e-7 of themselves, the sums over a window by less than this.
+  void set_margins() {
+    constexpr float kPart = 1e-5f;
+    const PlanField& f = flips_->field();
+    float height_mm = 0.0f, error_mm = f.ink[0].drop_mm + f.ink[1].drop_mm;
+    for (const std::uint32_t cell : objective_.part_cells()) {
+      const std::size_t p = f.at(cell);
+      height_mm = std::max({height_mm, std::abs(f.layers.front().height_mm[p]), std::abs(f.error_mm[p])});
+      error_mm = std::max(error_mm, std::abs(f.error_mm[p]));
+    }
+    margin_mm_ = double(kPart * height_mm), margin_mm2_ = margin_mm_ * double(error_mm);
+  }
+
+  bool surely_worse(const Move& m) const {
+    const FlipSums s = flips_->sums(m.layer, flips_->field().at(m.cell));
+    const PlanCost& cost = objective_.cost();
+    if (cost.error == ErrorKind::kSquare) return s.second_mm2 + cost.price_mm2 * m.change > margin_mm2_;
+    return s.abs_error_mm > margin_mm_;
   }
 
   // (For alpha < 1 the deviation couples all points, weakly: the last look at every point settles that.)
@@ -58,14 +83,16 @@ class Descent {
   HorizonObjective& objective_;
   int layers_;
   std::int64_t most_;
+  FlipTable* flips_;  // or none
+  double margin_mm_ = 0.0, margin_mm2_ = 0.0;
   SearchResult result_;
   std::vector<std::uint8_t> stale_;  // per cell: something near it changed since it was last tried
 };
 
 }  // namespace
 
-SearchResult descend(HorizonObjective& objective, int layers, std::int64_t max_evaluations) {
-  return Descent(objective, layers, max_evaluations).run();
+SearchResult descend(HorizonObjective& objective, int layers, std::int64_t max_evaluations, FlipTable* flips) {
+  return Descent(objective, layers, max_evaluations, flips).run();
 }
 
 }  // namespace firn::control::mpc

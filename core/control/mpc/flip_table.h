@@ -19,6 +19,7 @@ class FlipTable {
   /// @param field outlives the table; heights are changed by it alone from now on
   FlipTable(PlanField& field, Wanted wanted, Kernel kernel = Kernel::kWidest);
 
+  const PlanField& field() const { return field_; }
   /// The field's heights, errors and sums anew from its droplets, and nothing known of any flip.
   void refresh();
   /// Of the droplet of a layer on a cell (PlanField::at) more or less; the sums not wanted are 0.

@@ -67,6 +67,14 @@ std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const H
   return open;
 }
 
+// Descent that looks in single precision first.
+SearchResult descend_sieved(HorizonObjective& objective, const HorizonState& s, int layers, std::int64_t most) {
+  PlanField field(s.setup, s.height, s.materials, layers);
+  field.set_drops(plan_of(objective));
+  FlipTable flips(field, objective.error() == ErrorKind::kSquare ? FlipTable::Wanted::kSquares : FlipTable::Wanted::kAbsolute);
+  return descend(objective, layers, most, &flips);
+}
+
 }  // namespace
 
 StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& s, int rows, const ParallelFor& parallel) {
@@ -110,11 +118,12 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
   std::vector<DropletPattern> best = plan_of(objective);
   double best_mm = objective.value_mm();
   const auto left = [&] { return o.max_evaluations - result.evaluations; };
+  const bool sieved = objective.max_drops() == 1 && objective.horizon() > 1 && objective.horizon() <= PlanField::kMostLayers && objective.alpha() == 1.0;
   const auto descend_from = [&](std::span<const DropletPattern> start, int layers) {
     std::vector<DropletPattern> plan(best.size(), DropletPattern(s.setup.grid));
     std::ranges::copy(start, plan.begin());
     objective.set_plan(plan);
-    const SearchResult r = descend(objective, layers, left());
+    const SearchResult r = sieved ? descend_sieved(objective, s, layers, left()) : descend(objective, layers, left());
     result.evaluations += r.evaluations, result.moves += r.moves;
     if (objective.value_mm() > best_mm) return;
     best = plan_of(objective), best_mm = objective.value_mm(), result.optimal = r.optimal;
@@ -149,7 +158,7 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
       plan = best;
       if (single && layers <= PlanField::kMostLayers) {
         PlanField field(s.setup, s.height, s.materials, layers);
-        field.set_plan(plan);
+        field.set_drops(plan);
         r = anneal(field, objective.cost(), open, annealing, random);
         std::ranges::move(field.plan(s.setup.grid), plan.begin());
       } else {

@@ -53,9 +53,13 @@ void PlanField::set_drop(int layer, std::size_t p, std::uint8_t drop) {
   }
 }
 
-void PlanField::set_plan(std::span<const DropletPattern> plan) {
+void PlanField::set_drops(std::span<const DropletPattern> plan) {
   for (int k = 0; k < horizon(); ++k)
     for (std::uint32_t c = 0; c < nx * ny; ++c) set_drop(k, at(c), plan[std::size_t(k)].cells[c]);
+}
+
+void PlanField::set_plan(std::span<const DropletPattern> plan) {
+  set_drops(plan);
   refresh();
 }
 

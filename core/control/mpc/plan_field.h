@@ -37,7 +37,8 @@ struct PlanField {
 
   std::size_t at(std::uint32_t cell) const { return std::size_t(cell / nx + kMargin) * row + cell % nx + kMargin; }
   int horizon() const { return int(layers.size()); }
-  void set_plan(std::span<const DropletPattern> plan);
+  void set_plan(std::span<const DropletPattern> plan);   ///< its first horizon() layers
+  void set_drops(std::span<const DropletPattern> plan);  ///< without the heights
   std::vector<DropletPattern> plan(const GridSpec& grid) const;
   void set_drop(int layer, std::size_t p, std::uint8_t drop);  ///< without the heights
   void refresh();                                              ///< heights after each layer, errors and sums anew
