@@ -26,6 +26,7 @@ class FinishTogether final : public LayerController {
  private:
   Setup setup_;
   ControlOptions options_;
+  double layer_mm_;  // of the model at first
   ParallelFor parallel_ = serially;
   Mpc last_;
 };
