@@ -44,9 +44,9 @@ std::vector<Row> rows() {
   const std::vector<std::string> learned = {"control.height_estimate=kalman", "control.adapt_model=on", "estimator.droplets=on",
                                             "estimator.memory_layers=20", "estimator.window_layers=2", "estimator.max_evaluations=12"};
   // What droplets add learned inside the part and on its rim; the model's errors count as scatter, so that droplets that
-  // hardly pay are not fired.
+  // hardly pay are not fired. The last two layers wait for the rim.
   const std::vector<std::string> factors = {"control.height_estimate=kalman", "control.droplet_factors=on", "control.droplet_scatter=0.3",
-                                            "control.mpc.error=square"};
+                                            "control.mpc.error=square", "control.mpc.finish_layers=2"};
   return {{"greedy N=1", {"control.mpc.method=greedy"}},
           {"strips N=1", strips},
           {"strips N=1, learned", and_(strips, learned)},

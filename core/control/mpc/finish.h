@@ -9,26 +9,32 @@ namespace firn::control {
 /// then raises the rim droplet by droplet, each of which lands on the edge of a wall and adds anything from nothing to 5 um.
 /// In a full layer the same droplets, held by their neighbours, add nearly the same everywhere. So the part is first printed
 /// to K layers below its target, until nothing betters that,
-///   h_A(c) = max(0, h_d(c) - K l_c),   l_c = h1 + 4 h2 + 4 h3 by the newest model of the cell's place,
-/// and only then to h_d: in about K layers that cover it whole. Keeps no state between decisions: a layer that betters h_A is
-/// printed, whenever it is found.
+///   h_A(c) = max(0, h_d(c) - K l_c),   l_c = h1 + 4 h2 + 4 h3 of the first model; on Setup::rim times model_b's share of it,
+/// and only then to h_d. A jet's flow wanders by a part w from layer to layer, so that what every further layer of a plan
+/// reaches is off by w l more: of the best plans of n = 1 .. N layers the one is taken with the least
+///   J_n^2 + n (w l)^2,   J_n: objective of MPC with horizon n, w = kWander, l of the newest model.
+/// Otherwise layer after layer is put off for one that prepares it. Keeps no state between decisions: a layer that betters
+/// h_A is printed whenever it is found, and h_A does not move with the model, so that the last layers are not held up again.
 class FinishTogether final : public LayerController {
  public:
+  static constexpr double kWander = 0.02;  ///< w, as DropletFactors takes it
+
   /// K = options.mpc.finish_layers. @throws std::invalid_argument: K not finite or below 0, or what Mpc throws.
   FinishTogether(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
-  void use_model(const deposition::DropletModel& model) override;
+  void use_model(const deposition::DropletModel& model) override { setup_.model = model; }
   void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) override;
-  void use_threads(const ParallelFor& parallel) override;
+  void use_threads(const ParallelFor& parallel) override { parallel_ = parallel; }
 
   HeightMap first_target() const;  ///< h_A
 
  private:
+  Decision last_layers(const Measurement& m) const;
+
   Setup setup_;
   ControlOptions options_;
   double layer_mm_;  // of the model at first
   ParallelFor parallel_ = serially;
-  Mpc last_;
 };
 
 }  // namespace firn::control
