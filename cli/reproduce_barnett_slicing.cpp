@@ -117,8 +117,8 @@ Stages run_stages(const SampleMesh& mesh, const ParallelFor& parallel) {
     slice::Segments segments = slice::intersect(facets, affine, slice::layer_planes(settings.contour.layer_height_mm, affine.high.z), parallel);
     const slice::MeshFacts facts = segments.facts;
     std::vector<slice::Contours> contours;
-    s.link_s = seconds_of([&] { contours = slice::link(std::move(segments), settings.contour, parallel); });
-    sliced = slice::regions(std::move(contours), facts, settings.contour, parallel);
+    s.link_s = seconds_of([&] { contours = slice::link(std::move(segments), contour_options(settings), parallel); });
+    sliced = slice::regions(std::move(contours), facts, contour_options(settings), parallel);
   });
   s.counts = sliced.counts;
   s.facts = sliced.facts;

@@ -61,11 +61,11 @@ std::vector<Region> slice_part(const std::filesystem::path& file, std::size_t nu
     std::optional<std::vector<slice::Contours>> contours;
     {
       const StageTimer timer(job.times, "link");
-      contours.emplace(slice::link(std::move(*segments), settings.contour, parallel));
+      contours.emplace(slice::link(std::move(*segments), contour_options(settings), parallel));
       segments.reset();
     }
     const StageTimer timer(job.times, "regions");
-    slice::Sliced sliced = slice::regions(std::move(*contours), facts, settings.contour, parallel);
+    slice::Sliced sliced = slice::regions(std::move(*contours), facts, contour_options(settings), parallel);
     report.facts = sliced.facts;
     report.counts = sliced.counts;
     report.defects = std::move(sliced.defects);
@@ -123,6 +123,12 @@ StageTimer::StageTimer(std::vector<StageTime>& times, const std::string& stage)
 StageTimer::~StageTimer() {
   time_.wall_s += wall_now_s() - wall_s_;
   time_.cpu_s += cpu_now_s() - cpu_s_;
+}
+
+slice::SliceOptions contour_options(const SliceSettings& settings) {
+  slice::SliceOptions options = settings.contour;
+  options.chord_tolerance_mm *= slice::kOutlineShare;
+  return options;
 }
 
 SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const SliceSettings& settings, const ParallelFor& parallel,

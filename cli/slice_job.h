@@ -52,6 +52,9 @@ struct SlicedJob {
 /// Told how far a job is: a fraction, and what is being done.
 using SliceProgress = std::function<void(double fraction, const std::string& doing)>;
 
+/// With PATHFILTER's share of the job's chord tolerance.
+slice::SliceOptions contour_options(const SliceSettings& settings);
+
 /// Reads, places, slices and supports. @throws UsageError: a file, or settings that the meshes do not fit
 SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const SliceSettings& settings, const ParallelFor& parallel,
                        const SliceProgress& progress);

@@ -42,7 +42,7 @@ Json json_of(const PartReport& p) {
 
 Json json_of(const slice::Coverage& c, std::size_t material) {
   return {{"material", material}, {"wanted_mm2", c.wanted_mm2},   {"swept_mm2", c.swept_mm2},          {"gap_mm2", c.gap_mm2},
-          {"beyond_mm2", c.beyond_mm2}, {"overlap_mm2", c.overlap_mm2}, {"widest_gap_mm", c.widest_gap_mm}};
+          {"beyond_mm2", c.beyond_mm2}, {"overlap_mm2", c.overlap_mm2}, {"widest_gap_mm", c.widest_gap_mm}, {"pitch_mm", c.pitch_mm}};
 }
 
 StageTime total(const std::vector<StageTime>& times) {
@@ -58,6 +58,19 @@ std::string shown(const slice::Defect& d, const PartReport& part) {
   if (d.size_mm > 0.0) out += fmt::format(" ({:.2f} mm)", d.size_mm);
   if (d.count > 1) out += fmt::format(", {} times", d.count);
   return out + "\n";
+}
+
+// A part that no layer's plane meets leaves no trace: that is to be said.
+std::vector<std::string> warnings(const SlicedJob& job, double height_mm) {
+  std::vector<std::string> list;
+  for (const PartReport& p : job.parts) {
+    if (p.facts.facets == p.facts.not_finite || p.counts.segments > 0) continue;
+    const double low = mm(p.facts.low.z), high = mm(p.facts.high.z);
+    list.push_back(fmt::format("{}: in no layer: it reaches from z = {:g} to {:g} mm ({:g} mm high), and layers are cut at {:g} + n x {:g} mm (layer.height_mm)",
+                               p.file, low, high, high - low, 0.5 * height_mm, height_mm));
+  }
+  if (job.layers.empty() && list.empty()) list.push_back("no layers: the meshes hold no facets");
+  return list;
 }
 
 }  // namespace
@@ -113,6 +126,7 @@ std::string slice_json(const SlicedJob& job, const SliceSettings& settings, cons
            {"materials", materials},
            {"stages", stages},
            {"defects", defects},
+           {"warnings", warnings(job, settings.contour.layer_height_mm)},
            {"files", files}};
   if (settings.coverage) {
     Json layers = Json::array();
@@ -138,6 +152,7 @@ std::string slice_text(const SlicedJob& job, const SliceSettings& settings, cons
       if (++defects <= kShownDefects) out += shown(d, p);
   }
   if (defects > kShownDefects) out += fmt::format("... and {} more defects (--json lists all)\n", defects - kShownDefects);
+  for (const std::string& w : warnings(job, settings.contour.layer_height_mm)) out += "warning: " + w + "\n";
   out += fmt::format("\n{} layers of {:g} mm, {} paths, {} points, {:.1f} m between paths; tolerance {:g} mm\n\n{:<12} {:>12} {:>12}\n", sums.totals.layers,
                      settings.contour.layer_height_mm, sums.totals.paths, sums.totals.points, sums.transit_mm / 1000.0,
                      settings.contour.chord_tolerance_mm, "material", "metres", "cm^3");
@@ -149,14 +164,17 @@ std::string slice_text(const SlicedJob& job, const SliceSettings& settings, cons
       all.resize(std::max(all.size(), l.coverage.size()));
       for (std::size_t m = 0; m < l.coverage.size(); ++m) {
         all[m].wanted_mm2 += l.coverage[m].wanted_mm2, all[m].gap_mm2 += l.coverage[m].gap_mm2, all[m].overlap_mm2 += l.coverage[m].overlap_mm2;
-        all[m].widest_gap_mm = std::max(all[m].widest_gap_mm, l.coverage[m].widest_gap_mm);
+        all[m].widest_gap_mm = std::max(all[m].widest_gap_mm, l.coverage[m].widest_gap_mm), all[m].pitch_mm = std::max(all[m].pitch_mm, l.coverage[m].pitch_mm);
       }
     }
     out += fmt::format("\n{:<12} {:>10} {:>10} {:>14}\n", "coverage", "gaps %", "twice %", "widest gap mm");
     for (std::size_t m = 0; m < all.size(); ++m)
       if (all[m].wanted_mm2 > 0.0)
         out += fmt::format("{:<12} {:>10.2f} {:>10.2f} {:>14.2f}\n", material_name(m), 100 * all[m].gap_mm2 / all[m].wanted_mm2,
-                           100 * all[m].overlap_mm2 / all[m].wanted_mm2, all[m].widest_gap_mm);
+                           100 * all[m].overlap_mm2 / all[m].wanted_mm2, all[m].widest_gap_mm) +
+               (all[m].pitch_mm > settings.coverage_pitch_mm ? fmt::format("{:<12} on lines {:.2f} mm apart, not coverage.pitch_mm = {:g}: the layer has too many metres\n", "",
+                                                                           all[m].pitch_mm, settings.coverage_pitch_mm)
+                                                            : "");
   }
   out += fmt::format("\n{:<12} {:>10} {:>10}\n", "stage", "wall s", "CPU s");
   for (const StageTime& t : job.times) out += fmt::format("{:<12} {:>10.3f} {:>10.3f}\n", t.stage, t.wall_s, t.cpu_s);

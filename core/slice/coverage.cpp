@@ -10,6 +10,8 @@
 namespace firn::slice {
 namespace {
 
+constexpr double kMostCuts = 8e6;
+
 struct Stretch {
   double from, to;
 };
@@ -60,6 +62,8 @@ class Scan {
     });
   }
   void add_bead(Vec a, Vec b, double half) {
+    touched_from_ = std::min(touched_from_, row_of(std::min(a.y, b.y) - half));
+    touched_to_ = std::max(touched_to_, row_of(std::max(a.y, b.y) + half) + 1);
     each_row(std::min(a.y, b.y) - half, std::max(a.y, b.y) + half, [&](std::vector<Event>& row, double y) {
       Stretch s;
       if (!stretch_of_bead(a, b, half, y, s)) return;
@@ -70,9 +74,10 @@ class Scan {
 
   // Neighbouring pieces of one path share their round ends: a path counts once wherever it is.
   void finish_path() {
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
+    done_.resize(rows_.size(), 0);
+    for (std::size_t r = touched_from_; r < std::min(touched_to_, rows_.size()); ++r) {
       std::vector<Event>& row = rows_[r];
-      const std::size_t begin = r < done_.size() ? done_[r] : 0;
+      const std::size_t begin = done_[r];
       const auto first = row.begin() + std::ptrdiff_t(begin);
       if (row.size() > begin) {
         std::sort(first, row.end(), [](const Event& a, const Event& b) { return a.x < b.x; });
@@ -86,9 +91,9 @@ class Scan {
         row.resize(begin);
         row.insert(row.end(), merged.begin(), merged.end());
       }
-      if (done_.size() <= r) done_.resize(rows_.size(), 0);
       done_[r] = row.size();
     }
+    touched_from_ = rows_.size(), touched_to_ = 0;
   }
 
   Coverage sum() {
@@ -108,7 +113,8 @@ class Scan {
         if (beads > 0 && wanted <= 0) c.beyond_mm2 += area;
         if (wanted > 0 && beads <= 0) {
           c.gap_mm2 += area;
-          if (row[i + 1].x > row[i].x) gaps[r].push_back({row[i].x, row[i + 1].x});
+          if (!gaps[r].empty() && gaps[r].back().to == row[i].x) gaps[r].back().to = row[i + 1].x;
+          else if (row[i + 1].x > row[i].x) gaps[r].push_back({row[i].x, row[i + 1].x});
         }
       }
     }
@@ -117,13 +123,15 @@ class Scan {
   }
 
  private:
+  // The first row at or above y.
+  std::size_t row_of(double y) const { return std::size_t(std::max(0.0, std::ceil((y - low_) / pitch_ - 0.5))); }
+
   template <class F>
   void each_row(double from, double to, F&& f) {
-    const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, std::ptrdiff_t(std::ceil((from - low_) / pitch_ - 0.5)));
-    for (std::ptrdiff_t r = first; r < std::ptrdiff_t(rows_.size()); ++r) {
+    for (std::size_t r = row_of(from); r < rows_.size(); ++r) {
       const double y = low_ + (double(r) + 0.5) * pitch_;
       if (y > to) break;
-      f(rows_[std::size_t(r)], y);
+      f(rows_[r], y);
     }
   }
 
@@ -131,9 +139,9 @@ class Scan {
   double widest(const std::vector<std::vector<Stretch>>& gaps) const {
     const auto inside = [&](std::ptrdiff_t r, double from, double to) {
       if (r < 0 || r >= std::ptrdiff_t(gaps.size())) return false;
-      for (const Stretch& s : gaps[std::size_t(r)])
-        if (s.from <= from && to <= s.to) return true;
-      return false;
+      const std::vector<Stretch>& row = gaps[std::size_t(r)];
+      const auto behind = std::upper_bound(row.begin(), row.end(), from, [](double x, const Stretch& s) { return x < s.from; });
+      return behind != row.begin() && to <= std::prev(behind)->to;
     };
     double best = 0;
     for (std::size_t r = 0; r < gaps.size(); ++r) {
@@ -159,12 +167,25 @@ class Scan {
   double low_, pitch_;
   std::vector<std::vector<Event>> rows_;
   std::vector<std::size_t> done_;
+  std::size_t touched_from_ = rows_.size(), touched_to_ = 0;  // rows of the path that is being added
 };
 
 // The hook wall is ice that stands in the scaffold's place: it fills the scaffold's area, not the part's.
 bool fills(const PathInfo& info, std::size_t material) {
   if (info.kind == PathKind::kMeasurement) return false;
   return info.kind == PathKind::kHook ? material == kScaffoldMaterial : info.material == material;
+}
+
+// A pitch at which lines cut the beads no more often than kMostCuts.
+double pitch_for(const LayerPaths& paths, std::size_t material, double asked) {
+  double height = 0;
+  for (std::size_t i = 0; i < paths.info.size(); ++i) {
+    if (!fills(paths.info[i], material)) continue;
+    const auto line = paths.lines[i];
+    for (std::size_t p = paths.info[i].closed ? 0 : 1; p < line.size(); ++p)
+      height += std::abs(double(line[p].y) - line[p ? p - 1 : line.size() - 1].y) + paths.info[i].width;
+  }
+  return std::max(asked, 2 * height / kMostCuts);
 }
 
 }  // namespace
@@ -193,7 +214,8 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
       result.push_back({});
       continue;
     }
-    Scan scan(box.y0, box.y1, pitch_mm * kUnitsPerMm);
+    const double pitch = pitch_for(paths, m, pitch_mm * kUnitsPerMm);
+    Scan scan(box.y0, box.y1, pitch);
     for (std::size_t i = 0; i < paths.info.size(); ++i) {
       const PathInfo& info = paths.info[i];
       if (!fills(info, m)) continue;
@@ -206,6 +228,7 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
       for (std::size_t p = 0; p < wanted[r].size(); ++p)
         scan.add_edge(to_vec(wanted[r][p]), to_vec(wanted[r][p + 1 < wanted[r].size() ? p + 1 : 0]));
     result.push_back(scan.sum());
+    result.back().pitch_mm = pitch * kMmPerUnit;
   }
   return result;
 }

@@ -72,7 +72,7 @@ struct PathOptions {
   SupportOptions support;
   HookOptions hook;
   MeasureOptions measure;
-  /// No path leaves its exact place (arc, offset) by more than this. 0: by no more than the grid's rounding, arcs by 1 um.
+  /// No path leaves its exact place (arc, offset of the region given) by more than this. 0: by no more than the grid's rounding, arcs by 1 um.
   double chord_tolerance_mm = 0.05;
   SeamPlacement seam = SeamPlacement::kNearest;
   std::uint64_t seed = 1;            ///< random seams
@@ -80,6 +80,11 @@ struct PathOptions {
   double start_x_mm = 0.0;           ///< where the nozzle waits before each layer
   double start_y_mm = 0.0;
 };
+
+/// PATHFILTER's share of a job's chord tolerance; rings drawn from its outlines have the rest, so that they keep the tolerance
+/// against the mesh's own contours. 0.3 is the dearest share for PATHFILTER at which they do so near the medial axis too, where
+/// a ring's tip moves by more than the outline it comes from.
+inline constexpr double kOutlineShare = 0.3;
 
 inline constexpr std::uint8_t kPartMaterial = 0;
 inline constexpr std::uint8_t kScaffoldMaterial = 1;

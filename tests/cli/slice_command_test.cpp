@@ -269,6 +269,24 @@ TEST_CASE("The report is JSON with stages, layers, lengths, volumes and defects 
   CHECK(slice_text(job, s, sums).find("not closed") != std::string::npos);
 }
 
+TEST_CASE("A part that no layer's plane meets is told of, with its heights, in text and JSON") {
+  const auto report = [](const std::vector<SampleMesh>& meshes, bool json) {
+    std::vector<fs::path> files;
+    for (const SampleMesh& m : meshes) files.push_back(write_mesh("thin" + std::to_string(files.size()) + ".stl", mb::binary_stl(m)));
+    const SliceSettings s = parse_slice_settings("", "s.toml");
+    SlicedJob job = slice_meshes(files, s, serially, kQuiet);
+    SliceSums sums;
+    plan_layers(job, s, serially, kQuiet, {}, [&](PlannedLayer&& l) { sums.add(l); });
+    return json ? slice_json(job, s, sums, {}, 1) : slice_text(job, s, sums);
+  };
+  const SampleMesh thin = gear(8, 0.1f), thick = gear(8, 2.0f);
+  CHECK_THAT(report({thin}, false), Contains("warning: ") && Contains("thin0.stl: in no layer: it reaches from z = 0 to 0.1 mm (0.1 mm high)") && Contains("0.125 + n x 0.25 mm"));
+  const auto j = nlohmann::json::parse(report({thick, thin}, true));
+  REQUIRE(j["warnings"].size() == 1);
+  CHECK_THAT(j["warnings"][0].get<std::string>(), Contains("thin1.stl: in no layer"));
+  CHECK(nlohmann::json::parse(report({thick}, true))["warnings"].empty());
+}
+
 TEST_CASE("firn slice refuses what it cannot do, and leaves nothing behind") {
   SliceCommandOptions o = run_options("refused");
   fs::remove(o.output);

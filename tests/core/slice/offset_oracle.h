@@ -70,10 +70,9 @@ inline double distance_to_all(Vec p, const std::vector<Segment>& segments) {
 inline std::vector<Vec> exact_offset(const Region& region, double d, double step) {
   const std::vector<Segment> segments = segments_of(region);
   std::vector<Vec> places;
+  const Nearby nearby(segments, d + 1);
   const auto offer = [&](Vec p) {
-    for (const Segment& s : segments)
-      if (distance(p, s) < d - 1e-4) return;
-    places.push_back(p);
+    if (nearby.distance_to(p) >= d - 1e-4) places.push_back(p);
   };
   for (const Segment& s : segments) {
     const double l = length(s.b - s.a);
