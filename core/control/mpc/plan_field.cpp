@@ -15,6 +15,15 @@ float given(float gives, float slope, float drop) {
   return x > 0.0f ? x : 0.0f;
 }
 
+// What the cells of a row give to their neighbours of one side and get from them.
+void exchange(const float* height, const float* gives, const float* slope, std::size_t here, std::size_t there, std::size_t n,
+              float* __restrict own, float* __restrict in) {
+  for (std::size_t i = 0; i < n; ++i) {
+    own[i] -= given(gives[here + i], slope[here + i], height[here + i] - height[there + i]);
+    in[i] += given(gives[there + i], slope[there + i], height[there + i] - height[here + i]);
+  }
+}
+
 }  // namespace
 
 PlanField::PlanField(const Setup& s, const HeightMap& height, std::span<const MaterialMap> materials, int horizon)
@@ -71,27 +80,27 @@ std::vector<DropletPattern> PlanField::plan(const GridSpec& grid) const {
 }
 
 void PlanField::refresh() {
+  std::vector<float> own(nx), in(nx);
   for (std::size_t k = 0; k < layers.size(); ++k) {
     const Layer& l = layers[k];
     const bool last = k + 1 == layers.size();
-    for (std::uint32_t c = 0; c < nx * ny; ++c) {
-      const std::size_t p = at(c);
-      if (last && counts[p] == 0.0f) continue;
-      const float* h = l.height_mm.data();
-      float own = l.drops[p] ? ink[l.inks[p]].drop_mm : 0.0f, in = 0.0f;
+    for (std::uint32_t j = 0; j < ny; ++j) {
+      const std::size_t first = at(j * nx);
+      for (std::uint32_t i = 0; i < nx; ++i) own[i] = l.drops[first + i] ? ink[l.inks[first + i]].drop_mm : 0.0f, in[i] = 0.0f;
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
           if (dx == 0 && dy == 0) continue;
-          const int corner = dx != 0 && dy != 0;
-          const std::size_t q = std::size_t(std::ptrdiff_t(p) + dy * std::ptrdiff_t(row) + dx);
-          own -= given(l.gives_mm[corner][p], l.slope[corner][p], h[p] - h[q]);
-          in += given(l.gives_mm[corner][q], l.slope[corner][q], h[q] - h[p]);
+          const std::size_t corner = dx != 0 && dy != 0, there = std::size_t(std::ptrdiff_t(first) + dy * std::ptrdiff_t(row) + dx);
+          exchange(l.height_mm.data(), l.gives_mm[corner].data(), l.slope[corner].data(), first, there, nx, own.data(), in.data());
         }
-      const float after = h[p] + (own + in);
-      if (last)
-        error_mm[p] = after - target_[p];
-      else
-        layers[k + 1].height_mm[p] = after;
+      const float* h = l.height_mm.data() + first;
+      if (!last) {
+        float* after = layers[k + 1].height_mm.data() + first;
+        for (std::uint32_t i = 0; i < nx; ++i) after[i] = h[i] + (own[i] + in[i]);
+        continue;
+      }
+      for (std::uint32_t i = 0; i < nx; ++i)
+        if (counts[first + i] != 0.0f) error_mm[first + i] = (h[i] + (own[i] + in[i])) - target_[first + i];
     }
   }
   first_mm = second_mm2 = droplets = 0.0;
