@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include "core/slice/planar.h"
 
 namespace firn::slice {
 namespace {
@@ -93,6 +96,28 @@ Rings fill_lines(const Region& region, double spacing_mm, double angle_rad) {
     finish(lines, begin);
   }
   return lines;
+}
+
+Region swept_by(const Rings& lines, double half_mm) {
+  constexpr int kEnd = 6;  // chords of a round end
+  Vec turn[kEnd + 1];
+  for (int i = 0; i <= kEnd; ++i) turn[i] = direction_at(std::numbers::pi * i / kEnd);
+  Rings beads;
+  std::vector<Point> bead;
+  for (std::size_t l = 0; l < lines.size(); ++l) {
+    for (std::size_t p = 1; p < lines[l].size(); ++p) {
+      const Vec a = to_vec(lines[l][p - 1]), b = to_vec(lines[l][p]);
+      const Vec across = (half_mm * kUnitsPerMm / length(b - a)) * left_of(b - a);
+      const auto end = [&](Vec at, Vec from) {
+        for (const Vec t : turn) bead.push_back(to_point(at + t.x * from + t.y * left_of(from)));
+      };
+      bead.clear();
+      end(b, Vec{} - across);
+      end(a, across);
+      beads.add(bead);
+    }
+  }
+  return region_of(beads);
 }
 
 Rings fill_zigzag(const Region& region, double spacing_mm, double angle_rad) {

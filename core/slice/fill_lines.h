@@ -16,4 +16,7 @@ Rings fill_lines(const Region& region, double spacing_mm, double angle_rad);
 /// side behind even lines, at the other behind odd ones.
 Rings fill_zigzag(const Region& region, double spacing_mm, double angle_rad);
 
+/// The area within `half` of open lines, its round ends drawn from inside.
+Region swept_by(const Rings& lines, double half_mm);
+
 }  // namespace firn::slice

@@ -8,6 +8,7 @@
 #include "core/slice/hook.h"
 #include "core/slice/offset_rings.h"
 #include "core/slice/order.h"
+#include "core/slice/planar.h"
 
 namespace firn::slice {
 namespace {
@@ -91,6 +92,12 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
     const Rings lines = bead.pattern == FillPattern::kLines ? fill_lines(area.levels[0], bead.fill_width_mm, angle)
                                                             : fill_zigzag(area.levels[0], bead.fill_width_mm, angle);
     append_in_order(lines, {PathKind::kFill, material, false, units(bead.fill_width_mm)}, options, at, paths);
+    if (bead.gap_mm == 0) return;
+    // Fingers that no line meets, and corners beside the lines' ends.
+    const Region open = subtract(area.levels[0], swept_by(lines, 0.5 * bead.fill_width_mm));
+    if (open.empty()) return;
+    const Beads fingers = GapFinder()(open, {}, {0.0, 0.5 * bead.fill_width_mm}, bead.gap_mm, options.chord_tolerance_mm, true);
+    append_in_order(fingers.lines, {PathKind::kFill, material, false, 0}, options, at, paths, fingers.widths);
   }
 }
 

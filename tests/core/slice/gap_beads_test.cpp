@@ -45,6 +45,25 @@ TEST_CASE("A concentric fill leaves no spot as wide as its narrower path, by a r
   }
 }
 
+TEST_CASE("Lines and zigzags leave no spot as wide as the narrower path either: fingers that no line meets have beads") {
+  for (const FillPattern pattern : {FillPattern::kLines, FillPattern::kZigzag}) {
+    for (const double angle : {0.0, 0.4}) {
+      PathOptions options;
+      options.part.pattern = options.scaffold.pattern = pattern;
+      options.part.fill_angle_rad = options.scaffold.fill_angle_rad = angle;
+      for (const outlines::Named& shape : outlines::all()) {
+        for (const std::uint8_t material : {0, 1}) {
+          INFO(shape.name << ", material " << int(material) << ", pattern " << int(pattern) << ", angle " << angle);
+          const LayerPaths paths = paths_of(shape.region, material, options);
+          const oracle::Spot spot = oracle::widest_spot(shape.region, inset_mm(material), paths, material, 0.1);
+          CHECK(spot.widest_mm <= 1.5);
+          CHECK(spot.gap_mm2 <= 0.1 * spot.wanted_mm2);
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("Random outlines at random widths: no spot wider than the narrower path") {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     INFO("star " << seed);
