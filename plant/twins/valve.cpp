@@ -10,6 +10,7 @@ using namespace drivers::fvb;
 namespace {
 
 constexpr std::int64_t kSilence_us = 2'000'000;  ///< without a frame while firing: closed
+constexpr std::int64_t kPause_us = 50'000;   ///< between the bytes of a frame: what came of it is forgotten
 constexpr int kGuard_us = 100;
 
 }  // namespace
@@ -21,6 +22,8 @@ ValveTwin::ValveTwin(int valve, const IceValveParams& params, IceWires& wires)
       wires_(wires) {}
 
 void ValveTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
+  if (now_us > heard_byte_us_ + kPause_us) buffer_.clear();  // a UART does not tell that the host's process has died
+  heard_byte_us_ = now_us;
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   std::size_t begin = 0;
   while (begin < buffer_.size()) {
@@ -199,6 +202,6 @@ void ValveTwin::reboot(std::int64_t now_us) {
   wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
 }
 
-void ValveTwin::io(Archive& a) { a.all(boot_count_, device_, ticks_, buffer_, reply_, link_); }
+void ValveTwin::io(Archive& a) { a.all(boot_count_, device_, ticks_, heard_byte_us_, buffer_, reply_, link_); }
 
 }  // namespace firn::plant

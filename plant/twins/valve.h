@@ -44,6 +44,7 @@ class ValveTwin : public Twin {
   IceWires& wires_;
   Device device_;
   std::vector<std::uint16_t> ticks_;
+  std::int64_t heard_byte_us_ = 0;
   std::vector<std::byte> buffer_, reply_;
 };
 

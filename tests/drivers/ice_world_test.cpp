@@ -9,8 +9,8 @@
 
 using namespace firn::drivers;
 using firn::drivers::test::IceRig;
-using firn::plant::FaultKind;
 using firn::drivers::test::next;
+using firn::plant::FaultKind;
 
 namespace {
 
@@ -170,6 +170,22 @@ TEST_CASE("killed drivers come back and tell what the world has done", "[ice_wor
     CHECK(fired(rig) == before);
   }
   CHECK(cut > 2);
+}
+
+TEST_CASE("a valve's driver that dies in the middle of a frame is answered as soon as it is back", "[ice_world]") {
+  for (int round = 0; round < 8; ++round) {
+    IceRig rig;
+    rig.start();
+    give(rig, 1, 4000, 3000);
+    rig.act("valve_a", [&](std::int64_t t, Effects& fx) { rig.valve_a.load({1, 0}, t, fx); });
+    rig.run_for(0.010 + 0.011 * round);
+    rig.kill("valve_a");
+    rig.run_for(0.3);
+    rig.resume("valve_a");
+    INFO("round " << round);
+    CHECK(rig.run([&] { return rig.valve_a.safe(); }, 1.0));
+    CHECK(load_valve(rig, 1).outcome == Outcome::kDone);
+  }
 }
 
 TEST_CASE("under lost, late, cut and damaged replies, closed ports and reboots nothing is deposited twice", "[ice_world]") {
