@@ -11,6 +11,7 @@ namespace firn::control::mpc {
 namespace {
 
 constexpr std::size_t kBlock = kRowBlock;
+constexpr std::uint64_t kAllOnes = 0x0101010101010101u;
 constexpr std::size_t kPart = 1024, kBand = 64;  // cells and rows at a time: gains reads each row thrice
 using LooseLanes = float __attribute__((vector_size(32), aligned(4), may_alias));
 using LooseMarks = std::int32_t __attribute__((vector_size(32), aligned(4), may_alias));
@@ -77,7 +78,7 @@ constexpr std::size_t kept_apart(std::size_t cells) { return cells % 1024 >= 112
 struct Exchange {
   enum { kSouthWest, kSouth, kSouthEast };
   float *out[3], *back[3];
-  std::int32_t *here, *below, *counts;
+  std::int32_t *here, *below;
 };
 
 FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrdiff_t nx, const Exchange& x, float* error_mm) {
@@ -114,7 +115,12 @@ FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrd
     load_marks(x.below + i - 1, marks), flow = south_west.back, mask(flow, marks), error += flow;
     load_marks(x.below + i, marks), flow = south.back, mask(flow, marks), error += flow;
     load_marks(x.below + i + 1, marks), flow = south_east.back, mask(flow, marks), error += flow;
-    load_marks(x.counts + i, marks), mask(error, marks);
+    std::uint64_t counts;
+    std::memcpy(&counts, r.counts + i, sizeof counts);
+    if (counts != kAllOnes) {
+      for (std::size_t l = 0; l < kBlock; ++l) marks[l] = -std::int32_t(r.counts[i + std::ptrdiff_t(l)]);
+      mask(error, marks);
+    }
     put(error, error_mm + i);
     const Pair* pairs[3] = {&south_west, &south, &south_east};
     for (int k = 0; k < 3; ++k) {
@@ -130,17 +136,16 @@ FIRN_INLINE void errors_of_rows(RowCells r, const RowInk& plain, std::size_t nx,
   const std::size_t width = whole_blocks(nx) + 2;
   const std::size_t apart = kept_apart(width);
   std::vector<float> flows(6 * apart);
-  std::vector<std::int32_t> marks(3 * apart);
+  std::vector<std::int32_t> marks(2 * apart);
   Exchange x;
   for (std::size_t k = 0; k < 3; ++k) {
     x.out[k] = flows.data() + k * apart + 1, x.back[k] = flows.data() + (3 + k) * apart + 1;
     std::fill_n(x.back[k] - 1, width, plain.beyond_mm[k != Exchange::kSouth]);  // beyond the border no droplets; what those here give to it
   }
-  x.here = marks.data() + 1, x.below = x.here + apart, x.counts = x.below + apart;
+  x.here = marks.data() + 1, x.below = x.here + apart;
   widen_marks(r.drops - 1, width, x.here - 1);
   for (std::size_t j = 0; j < rows; ++j, error_mm += r.stride) {
     widen_marks(r.drops + r.stride - 1, width, x.below - 1);
-    widen_marks(r.counts, width - 2, x.counts);
     errors_of_row(r, ink, std::ptrdiff_t(nx), x, error_mm);
     std::swap(x.here, x.below);
     r = rows_on(r, 1);
@@ -206,7 +211,7 @@ FIRN_INLINE bool all_count(const RowCells& r, std::ptrdiff_t first) {
       std::memcpy(&here, r.counts + first + dy * r.stride + dx, sizeof here);
       all &= here;
     }
-  return all == 0x0101010101010101u;
+  return all == kAllOnes;
 }
 
 FIRN_INLINE void gains_of_part(RowCells r, const RowInk& plain, std::size_t first, std::size_t n, std::size_t nx, std::size_t rows, float* gains_mm) {
