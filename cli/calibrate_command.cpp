@@ -87,6 +87,11 @@ std::string proposal(const Calibration& c, const std::string& run_name) {
 }
 
 int run_calibrate(const CalibrateOptions& options) {
+  if (is_lab_calibration(options.run)) {
+    CalibrateLabOptions lab = options.lab;
+    lab.what = options.run, lab.output = options.output, lab.json = options.json;
+    return run_calibrate_lab(lab);
+  }
   const Calibration c = calibrate(options.run);
   const std::filesystem::path run = std::filesystem::weakly_canonical(options.run);
   const std::string path = options.output.empty() ? (run / "jet_b.toml").string() : options.output;

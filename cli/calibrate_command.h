@@ -1,18 +1,21 @@
-// firn calibrate RUN: where the second nozzle stands, from a registration print; proposes the lab file's keys.
+// firn calibrate RUN: where the second nozzle stands, from a registration print; proposes the lab file's keys. With the name of a
+// calibration of the ice lab instead of a run: cli/calibrate_lab.h.
 #pragma once
 
 #include <filesystem>
 #include <string>
 
+#include "cli/calibrate_lab.h"
 #include "config/experiment.h"
 #include "estimators/registration/nozzle_offset.h"
 
 namespace firn {
 
 struct CalibrateOptions {
-  std::string run;     ///< run folder of a registration print
+  std::string run;     ///< run folder of a registration print, or a calibration of the ice lab
   std::string output;  ///< of the proposal; "" = RUN/jet_b.toml
   bool json = false;
+  CalibrateLabOptions lab;  ///< of the latter, but for what, output and json
 };
 
 struct Calibration {

@@ -96,8 +96,20 @@ void declare_audit(CLI::App& app, Run& run) {
 
 void declare_calibrate(CLI::App& app, Run& run) {
   auto o = bind(app, run, run_calibrate);
-  app.add_option("RUN", o->run, "run folder of a registration print")->required();
-  app.add_option("-o,--output", o->output, "proposal for the lab file; default: RUN/jet_b.toml");
+  std::string names;
+  for (const std::string_view name : lab_calibration_names()) names += (names.empty() ? "" : ", ") + std::string(name);
+  app.add_option("RUN", o->run, "run folder of a registration print; or, in the simulated ice lab: " + names)->required();
+  app.add_option("LAB", o->lab.lab, "lab or experiment file of the ice lab")->capture_default_str();
+  app.add_option("-o,--output", o->output, "proposal for the lab file; default: RUN/jet_b.toml, LAB with .proposed.toml");
+  app.add_flag("--write", o->lab.write, "into LAB itself");
+  app.add_option("--valve", o->lab.valve, "valve-latency, flow-curve: a (water) or b (scaffold)")->capture_default_str()->check(CLI::IsMember({"a", "b"}));
+  app.add_option("--repeats", o->lab.run.repeats, "passes or weighings of each kind; default: the calibration's own")->check(CLI::Range(1, 1000));
+  app.add_option("--speeds", o->lab.run.speeds_mm_s, "S,S,... [mm/s] of its passes")->delimiter(',')->check(CLI::Range(1.0, 1000.0));
+  app.add_option("--frequencies", o->lab.run.frequencies_hz, "flow-curve: F,F,... [Hz]; default: 20 up to a pulse a tick")->delimiter(',')->check(CLI::Range(1.0, 1000.0));
+  app.add_option("--rounds", o->lab.run.rounds, "level-table: so often turned as told and measured again")->capture_default_str()->check(CLI::Range(1, 20));
+  app.add_option("--seed", o->lab.run.seed, "of where passes begin and the order of things")->capture_default_str();
+  app.add_option("--plot", o->lab.plot, "residuals, SVG");
+  app.add_option("--set", o->lab.overrides, "KEY=VALUE, after the file")->allow_extra_args(false);
   json_flag(app, o->json);
 }
 
@@ -281,7 +293,7 @@ constexpr Command kCommands[] = {
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"spy", "watches a live print: lcm-spy with Firn's types, height map and layer error", declare_spy},
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
-    {"calibrate", "measures where the second nozzle stands, from a registration print", declare_calibrate},
+    {"calibrate", "measures where tools stand, when they act and what valves give; levels the table", declare_calibrate},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"identify", "h1, h2, h3 with intervals from a run; the spacing of droplets from prints of squares", declare_identify},
     {"tune", "tunes gains for a disturbance, given or found in a run", declare_tune},

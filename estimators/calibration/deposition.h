@@ -18,6 +18,7 @@ struct ValveLatency {
   Estimate latency_s;         ///< measured = commanded + speed latency + offset
   Estimate offset_mm;         ///< of the nozzle and the map, the same both ways
   FitResult fit;
+  std::vector<double> off_mm; ///< each mark's residual
 };
 /// @throws Uninformative: fewer than four marks; one speed only (a latency is an offset then)
 ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks);
@@ -27,6 +28,10 @@ struct FlowWeighing {
   double frequency_hz = 0.0;
   double volume_mm3 = 0.0;
   double duration_s = 0.0;
+  /// Entry k: share of the pulses that come k + 1 ticks after the one before, the last entry: or later. All weighings or none.
+  std::vector<double> gap_share = {};
+  double warmth = 0.0;       ///< of the coil, of any unit: mean pulse rate of the minutes before
+  double warmer_K = 0.0;     ///< the tip beyond its set point
 };
 struct FlowCurveRow {
   double frequency_hz = 0.0;
@@ -35,9 +40,15 @@ struct FlowCurveRow {
 struct FlowCurveFit {
   std::vector<FlowCurveRow> rows;  ///< at the weighed frequencies, ascending; a strictly increasing flow
   FitResult fit;                   ///< relative residuals of a drop's volume
+  std::vector<double> relative;    ///< each weighing's
+  double warmth = 0.0;             ///< that the rows hold for
 };
-/// The volume of a drop is a polynomial of third degree in the frequency, fitted to relative differences (balance and pulsation are
-/// in proportion); for up to seven frequencies of second degree. @throws Uninformative: fewer than five frequencies, or all within a
+/// With gap shares: a list on a raster of ticks has whole gaps only, and a drop's volume depends on the gap before it; so the mean
+/// drop is sum_g share_g V_g, plus k_p nu (pressure that the flow takes), times 1 + k_w warmth + k_T warmer_K (a warm coil opens longer,
+/// warm liquid flows more easily; left out where all are 0); the rows are those of the weighings' mean warmth and the set point: a cold coil would be an
+/// extrapolation. A gap class of less than half a per cent of all pulses joins the next longer.
+/// Without: the volume of a drop is a polynomial of third degree in the frequency, fitted to relative differences, which count by the
+/// root of their duration (pulsation averages out); for up to seven frequencies of second degree. @throws Uninformative: fewer than five frequencies, or all within a
 /// factor of two; a flow that does not increase; a standard deviation above 5 % at a weighed frequency. std::invalid_argument:
 /// a number not above 0
 FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings);

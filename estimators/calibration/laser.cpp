@@ -9,6 +9,9 @@ namespace {
 constexpr double kLeastStep_mm = 0.3;   // of an edge
 constexpr int kHalf = 3;                // readings that make a level
 constexpr double kLeastSpeed_mm_s = 2.0;
+constexpr double kSameYaw_rad = 0.01;
+constexpr double kOtherYaw_cos = 0.5;   // yaws that differ by 60 degrees or more tell the spot from the block
+constexpr double kMostOutliers = 0.25;
 
 /// The flange-frame spot as believed, along one pass: position by time.
 class SpotTrack {
@@ -25,7 +28,13 @@ class SpotTrack {
     b.arm.forward(q, flange);
     motion::flange_to_tool(b.laser, flange, spot);
     for (std::size_t i = 0; i < n; ++i) at_.push_back({spot.of(motion::kX, 0)[i] - b.origin.x_mm, spot.of(motion::kY, 0)[i] - b.origin.y_mm});
+    const double yaw = n > 0 ? flange.of(motion::kYaw, 0)[0] : 0.0;
+    cos_ = std::cos(yaw), sin_ = std::sin(yaw);
+    for (std::size_t i = 0; i < n; ++i)
+      if (std::abs(flange.of(motion::kYaw, 0)[i] - yaw) > kSameYaw_rad) throw Uninformative("a pass turns its yaw while it runs: one yaw each");
   }
+  double cos_yaw() const { return cos_; }
+  double sin_yaw() const { return sin_; }
   double end_s() const { return tick_s_ * double(at_.size() - 1); }
   Point2 at(double t_s) const {
     const double k = std::clamp(t_s / tick_s_, 0.0, double(at_.size() - 1));
@@ -39,7 +48,7 @@ class SpotTrack {
   }
 
  private:
-  double tick_s_;
+  double tick_s_, cos_ = 1.0, sin_ = 0.0;
   std::vector<Point2> at_;
 };
 
@@ -79,55 +88,95 @@ std::vector<std::pair<double, bool>> steps_of(const LaserPass& pass) {
 
 }  // namespace
 
-LaserCalibration calibrate_laser(std::span<const LaserPass> passes, const Jig& jig, const LaserBelief& b, LaserUnknowns what) {
+namespace {
+
+struct Crossings {
   std::vector<SpotTrack> tracks;
-  std::vector<Crossing> crossings;
-  bool up[2] = {}, down[2] = {};
+  std::vector<Crossing> all;
+  int steps = 0;
+  bool up[2] = {}, down[2] = {};   ///< x, y: crossed in this direction
+  bool turned = false;             ///< passes of yaws far apart
+  bool both(int axis) const { return up[axis] && down[axis]; }
+  bool any(int axis) const { return up[axis] || down[axis]; }
+};
+
+Crossings crossings_of(std::span<const LaserPass> passes, const Jig& jig, const LaserBelief& b) {
+  Crossings c;
   for (std::size_t n = 0; n < passes.size(); ++n) {
-    tracks.emplace_back(passes[n], b);
+    c.tracks.emplace_back(passes[n], b);
+    const SpotTrack &track = c.tracks.back(), &first = c.tracks.front();
+    c.turned = c.turned || track.cos_yaw() * first.cos_yaw() + track.sin_yaw() * first.sin_yaw() < kOtherYaw_cos;
     for (const auto& [time, rises] : steps_of(passes[n])) {
+      ++c.steps;
       const double at = time + b.latency_s;
-      if (at < 0.0 || at > tracks.back().end_s()) continue;
-      const Point2 v = tracks.back().speed(at);
+      if (at < 0.0 || at > track.end_s()) continue;
+      const Point2 v = track.speed(at);
       const bool along_x = std::abs(v.x_mm) > std::abs(v.y_mm);
       const double speed = along_x ? v.x_mm : v.y_mm;
       if (std::abs(speed) < kLeastSpeed_mm_s) continue;
       const bool low_side = (speed > 0.0) == rises;  // entered going up, or left going down
-      crossings.push_back({n, time, along_x, along_x ? (low_side ? jig.x0_mm : jig.x1_mm) : (low_side ? jig.y0_mm : jig.y1_mm)});
-      (speed > 0.0 ? up : down)[along_x ? 0 : 1] = true;
+      c.all.push_back({n, time, along_x, along_x ? (low_side ? jig.x0_mm : jig.x1_mm) : (low_side ? jig.y0_mm : jig.y1_mm)});
+      (speed > 0.0 ? c.up : c.down)[along_x ? 0 : 1] = true;
     }
   }
-  const bool both_x = up[0] && down[0], both_y = up[1] && down[1];
-  if (!both_x && !both_y) throw Uninformative("no side of the block was crossed both ways: the latency cannot be told from an offset");
-  if (what == LaserUnknowns::kOffset && !((up[0] || down[0]) && (up[1] || down[1])))
-    throw Uninformative(std::string("no side across ") + (up[0] || down[0] ? "y" : "x") + " was crossed: the offset along it cannot be told");
-  if (what == LaserUnknowns::kLatency) std::erase_if(crossings, [&](const Crossing& c) { return c.along_x ? !both_x : !both_y; });
+  return c;
+}
 
-  // Unknown that no crossing knows of are left out.
-  const bool has_x = std::any_of(crossings.begin(), crossings.end(), [](const Crossing& c) { return c.along_x; });
-  const bool has_y = std::any_of(crossings.begin(), crossings.end(), [](const Crossing& c) { return !c.along_x; });
+}  // namespace
+
+LaserCalibration calibrate_laser(std::span<const LaserPass> passes, const Jig& jig, const LaserBelief& b, LaserUnknowns what) {
+  Crossings c = crossings_of(passes, jig, b);
+  const bool offset = what == LaserUnknowns::kOffset;
+  if (c.steps == 0) throw Uninformative("no reading steps by 0.3 mm: no side of the block was seen");
+  if (!c.both(0) && !c.both(1)) throw Uninformative("no side of the block was crossed both ways: the latency cannot be told from an offset");
+  if (offset && !(c.any(0) && c.any(1)))
+    throw Uninformative(std::string("no side across ") + (c.any(0) ? "y" : "x") + " was crossed: the offset along it cannot be told");
+  if (!offset && c.turned) throw Uninformative("passes of more than one yaw: the latency is told by passes of one");
+  if (!offset) std::erase_if(c.all, [&](const Crossing& k) { return !c.both(k.along_x ? 0 : 1); });
+
+  // The spot's offset turns with the flange, a shift of the block does not. Without an offset one shift stands for both.
   std::vector<Unknown> unknowns{{"laser latency", b.latency_s, 0.001, b.reach_s}};
-  const std::size_t ix = unknowns.size();
-  if (has_x) unknowns.push_back({"laser offset x", 0.0, 0.1, b.reach_mm});
-  const std::size_t iy = unknowns.size();
-  if (has_y) unknowns.push_back({"laser offset y", 0.0, 0.1, b.reach_mm});
+  constexpr std::size_t kNone = 99;
+  const auto add = [&](bool wanted, const char* name) {
+    if (!wanted) return kNone;
+    unknowns.push_back({name, 0.0, 0.1, b.reach_mm});
+    return unknowns.size() - 1;
+  };
+  const auto crosses = [&](bool along_x) { return std::any_of(c.all.begin(), c.all.end(), [&](const Crossing& k) { return k.along_x == along_x; }); };
+  const std::size_t ix = add(offset, "laser offset x"), iy = add(offset, "laser offset y");
+  const bool shifted = !offset || c.turned;
+  const std::size_t jx = add(shifted && crosses(true), "place of the block x"), jy = add(shifted && crosses(false), "place of the block y");
   const Residual residual = [&](std::size_t i, const double* x, double* g) {
-    const Crossing& c = crossings[i];
-    const SpotTrack& track = tracks[c.pass];
-    const Point2 p = track.at(c.time_s + x[0]), v = track.speed(c.time_s + x[0]);
+    const Crossing& k = c.all[i];
+    const SpotTrack& track = c.tracks[k.pass];
+    const Point2 p = track.at(k.time_s + x[0]), v = track.speed(k.time_s + x[0]);
     std::fill(g, g + unknowns.size(), 0.0);
-    g[0] = c.along_x ? v.x_mm : v.y_mm;
-    g[c.along_x ? ix : iy] = 1.0;
-    return (c.along_x ? p.x_mm + x[ix] : p.y_mm + x[iy]) - c.side_mm;
+    double off = k.along_x ? p.x_mm : p.y_mm;
+    g[0] = k.along_x ? v.x_mm : v.y_mm;
+    if (offset) {
+      g[ix] = k.along_x ? track.cos_yaw() : track.sin_yaw();
+      g[iy] = k.along_x ? -track.sin_yaw() : track.cos_yaw();
+      off += g[ix] * x[ix] + g[iy] * x[iy];
+    }
+    if (const std::size_t j = k.along_x ? jx : jy; j != kNone) g[j] = -1.0, off -= x[j];
+    return off - k.side_mm;
   };
   LaserCalibration out;
-  out.fit = robust_fit(unknowns, crossings.size(), residual, 0.005);
-  out.edges = int(crossings.size());
+  out.fit = robust_fit(unknowns, c.all.size(), residual, 0.005);
+  if (out.fit.outliers > kMostOutliers * out.fit.data)
+    throw Uninformative(std::to_string(out.fit.outliers) + " of " + std::to_string(out.fit.data) + " steps do not lie on the sides of one block");
+  out.edges = int(c.all.size());
   out.latency_s = out.fit.unknowns[0];
-  if (what == LaserUnknowns::kLatency) return out;
-  // Passes are run with one yaw; 0 here, so that the part's axes are the flange's.
+  std::vector<double> x(unknowns.size()), g(unknowns.size());
+  for (std::size_t k = 0; k < x.size(); ++k) x[k] = out.fit.unknowns[k].value;
+  for (std::size_t i = 0; i < c.all.size(); ++i) {
+    const Point2 v = c.tracks[c.all[i].pass].speed(c.all[i].time_s + x[0]);
+    out.residuals.push_back({c.all[i].along_x ? v.x_mm : v.y_mm, residual(i, x.data(), g.data()), c.all[i].along_x});
+  }
+  if (!offset) return out;
   out.x_mm = out.fit.unknowns[ix], out.y_mm = out.fit.unknowns[iy];
   out.x_mm.value += b.laser.x_mm, out.y_mm.value += b.laser.y_mm;
+  if (c.turned) out.block_x_mm = out.fit.unknowns[jx], out.block_y_mm = out.fit.unknowns[jy];
   return out;
 }
 

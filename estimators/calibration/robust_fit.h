@@ -28,15 +28,17 @@ struct Unknown {
 struct FitResult {
   std::vector<Estimate> unknowns;
   double residual_std = 0.0;     ///< of one datum about the fit, robust
-  int data = 0, outliers = 0;    ///< beyond 3 standard deviations
+  int data = 0, outliers = 0;    ///< beyond 4 standard deviations
   long evaluations = 0;
 };
 
 /// Residual of datum i at x, with its derivatives by the unknowns into `gradient`. In any unit, the same for all.
 using Residual = std::function<double(std::size_t i, const double* x, double* gradient)>;
 
-/// Minimises sum rho(r_i / sigma) by L-BFGS with at most 1000 evaluations, sigma from the residuals' median deviation: three rounds
-/// with Huber's rho at 3, and from there one in which what lies beyond 3 sigma pulls no more. The covariance is sigma^2 (J^T J)^-1 at the optimum, the 95 % interval Student's with the data's
+/// Minimises sum rho(r_i / sigma) by L-BFGS with at most 1000 evaluations, in the axes of the information matrix (a badly conditioned
+/// problem would not converge in its own), sigma from the residuals' median deviation: three rounds
+/// with Huber's rho at 3, and from there one in which what lies beyond 4 sigma pulls no more: rejecting nearer
+/// would make the intervals of few good data too narrow. The covariance is sigma^2 (J^T J)^-1 at the optimum, the 95 % interval Student's with the data's
 /// degrees of freedom. @param least_std what sigma may not fall below (resolution of the instrument)
 /// @throws Uninformative: fewer data than unknowns + 2; an unknown that others can make up for to 1e-4 (named); an unknown at the
 /// end of its reach

@@ -16,18 +16,25 @@ double spread(std::span<const TablePoint> points, const std::vector<double>& lif
   return high - low;
 }
 
-TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm) {
+constexpr std::size_t kPointsOfTwist = 7;
+
+TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm, bool twisted) {
   TableLevel t;
   for (const TablePoint& p : points) t.middle_x_mm += p.x_mm / double(points.size()), t.middle_y_mm += p.y_mm / double(points.size());
-  const std::vector<Unknown> unknowns{{"height", points.empty() ? 0.0 : points[0].z_mm, 0.1, 100.0}, {"slope along x", 0.0, 1e-3, 0.5}, {"slope along y", 0.0, 1e-3, 0.5}};
+  std::vector<Unknown> unknowns{{"height", points.empty() ? 0.0 : points[0].z_mm, 0.1, 100.0}, {"slope along x", 0.0, 1e-3, 0.5}, {"slope along y", 0.0, 1e-3, 0.5}};
+  if (twisted) unknowns.push_back({"twist", 0.0, 1e-5, 1e-2});
   const Residual residual = [&](std::size_t i, const double* x, double* g) {
     const TablePoint& p = points[i];
     g[0] = 1.0, g[1] = p.x_mm - t.middle_x_mm, g[2] = p.y_mm - t.middle_y_mm;
-    return x[0] + x[1] * g[1] + x[2] * g[2] - p.z_mm;
+    double z = x[0] + x[1] * g[1] + x[2] * g[2];
+    if (twisted) g[3] = g[1] * g[2], z += x[3] * g[3];
+    return z - p.z_mm;
   };
   t.fit = robust_fit(unknowns, points.size(), residual, 1e-4);
   t.height_mm = t.fit.unknowns[0], t.slope_x = t.fit.unknowns[1], t.slope_y = t.fit.unknowns[2];
+  if (twisted) t.twist = t.fit.unknowns[3];
   t.spread_mm = t.left_mm = spread(points, {});
+  for (const TablePoint& p : points) t.off_mm.push_back(p.z_mm - t.twisted_mm(p.x_mm, p.y_mm));
   t.level = t.spread_mm <= tolerance_mm;
   return t;
 }
@@ -42,14 +49,18 @@ double TableLevel::plane_mm(double x_mm, double y_mm) const {
   return height_mm.value + slope_x.value * (x_mm - middle_x_mm) + slope_y.value * (y_mm - middle_y_mm);
 }
 
+double TableLevel::twisted_mm(double x_mm, double y_mm) const {
+  return plane_mm(x_mm, y_mm) + twist.value * (x_mm - middle_x_mm) * (y_mm - middle_y_mm);
+}
+
 TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet, double tolerance_mm, double least_mm) {
-  TableLevel t = plane_of(points, tolerance_mm);
+  TableLevel t = plane_of(points, tolerance_mm, points.size() >= kPointsOfTwist);
   if (t.level || feet.empty()) return t;
   double mean = 0.0;
-  for (const Lifter& f : feet) mean += t.plane_mm(f.x_mm, f.y_mm) / double(feet.size());
-  for (const Lifter& f : feet) add_turn(t, f, mean - t.plane_mm(f.x_mm, f.y_mm), least_mm);
+  for (const Lifter& f : feet) mean += t.twisted_mm(f.x_mm, f.y_mm) / double(feet.size());
+  for (const Lifter& f : feet) add_turn(t, f, mean - t.twisted_mm(f.x_mm, f.y_mm), least_mm);
   std::vector<double> lift;
-  for (const TablePoint& p : points) lift.push_back(mean - t.plane_mm(p.x_mm, p.y_mm));
+  for (const TablePoint& p : points) lift.push_back(mean - t.twisted_mm(p.x_mm, p.y_mm));
   t.left_mm = spread(points, lift);
   return t;
 }
@@ -57,7 +68,7 @@ TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lif
 TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws, double tolerance_mm, double least_mm) {
   if (points.size() < screws.size())
     throw Uninformative(std::to_string(points.size()) + " points cannot tell the lifts of " + std::to_string(screws.size()) + " screws");
-  TableLevel t = plane_of(points, tolerance_mm);
+  TableLevel t = plane_of(points, tolerance_mm, false);
   if (t.level || screws.empty()) return t;
   double reach_x = std::numeric_limits<double>::max(), reach_y = reach_x, mean = 0.0;
   for (const Lifter& a : screws)

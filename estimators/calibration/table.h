@@ -27,17 +27,20 @@ struct Turn {
 struct TableLevel {
   Estimate height_mm;         ///< of the plane at the points' middle
   Estimate slope_x, slope_y;  ///< mm per mm
+  Estimate twist;             ///< mm per mm^2, of (x - middle)(y - middle): what four feet can make besides; 0 where not asked for
   double spread_mm = 0.0;     ///< highest less lowest point
   bool level = false;         ///< spread within the tolerance
   std::vector<Turn> turns;    ///< those of more than `least_mm`; none once level
   double left_mm = 0.0;       ///< spread that the turns should leave
   FitResult fit;
   double plane_mm(double x_mm, double y_mm) const;
+  double twisted_mm(double x_mm, double y_mm) const;  ///< the same with the twist
   double middle_x_mm = 0.0, middle_y_mm = 0.0;
+  std::vector<double> off_mm; ///< each point's, of the plane
 };
 
-/// Coarse (2.2: four feet, until all lie within 0.5 mm): the feet take the slope of the plane out, the mean of their lifts
-/// being zero. @throws Uninformative: fewer than five points, points on one line
+/// Coarse (2.2: four feet, until all lie within 0.5 mm): the feet take slope and twist out, the mean of their lifts
+/// being zero; with fewer than seven points the slope alone. @throws Uninformative: fewer than five points, points on one line
 TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet, double tolerance_mm = 0.5, double least_mm = 0.05);
 
 /// Fine (nine screws, within 0.2 mm): each screw takes out what the nearest points lie off their mean; a screw's lift falls off

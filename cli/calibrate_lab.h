@@ -1,0 +1,34 @@
+// firn calibrate laser-offset | laser-latency | level-table | valve-latency | flow-curve: runs one calibration in the simulated ice
+// lab and proposes what it has found for the lab file.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/lab_calibrations.h"
+
+namespace firn {
+
+struct CalibrateLabOptions {
+  std::string what;
+  std::string lab = "labs/ice-cobra600.toml";  ///< a lab or an experiment file
+  std::string output;                          ///< "" = LAB with .proposed.toml
+  bool write = false;                          ///< into the lab file itself
+  std::string valve = "a";                     ///< a, b
+  std::string plot;                            ///< residuals, SVG; empty = none
+  std::vector<std::string> overrides;          ///< KEY=VALUE
+  LabCalibrationOptions run;
+  bool json = false;
+};
+
+/// "laser-offset", ...
+std::vector<std::string_view> lab_calibration_names();
+bool is_lab_calibration(std::string_view name);
+
+std::string residual_svg(const LabCalibration& calibration);
+
+/// @returns 0; 1 when the data cannot tell (and why): nothing is written then. @throws UsageError, ConfigError
+int run_calibrate_lab(const CalibrateLabOptions& options);
+
+}  // namespace firn

@@ -1,0 +1,110 @@
+// Levelling the table: readings at nine points, feet, then screws [2.2].
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/calibration_lab.h"
+#include "cli/lab_calibrations.h"
+#include "estimators/calibration/table.h"
+
+namespace firn {
+namespace {
+
+using calibration::Lifter;
+using calibration::TableLevel;
+using calibration::TablePoint;
+
+constexpr double kCoarse_mm = 0.5, kFine_mm = 0.2;
+constexpr double kHeightTolerance_mm = 0.05;
+
+std::vector<Lifter> feet_of(const CalibrationConfig& c) {
+  std::vector<Lifter> feet;
+  for (const double y : {-0.5, 0.5})
+    for (const double x : {-0.5, 0.5})
+      feet.push_back({"foot " + std::to_string(feet.size() + 1), c.table_x_mm + x * c.table_width_mm, c.table_y_mm + y * c.table_depth_mm, c.foot_pitch_mm});
+  return feet;
+}
+
+std::vector<Lifter> screws_of(const CalibrationConfig& c) {
+  std::vector<Lifter> screws;
+  for (const double y : {-0.5, 0.0, 0.5})
+    for (const double x : {-0.5, 0.0, 0.5})
+      screws.push_back({"screw " + std::to_string(screws.size() + 1), c.table_x_mm + x * c.table_width_mm, c.table_y_mm + y * c.table_depth_mm, c.screw_pitch_mm});
+  return screws;
+}
+
+std::vector<TablePoint> measure(CalibrationLab& lab, const std::function<void(double)>& progress) {
+  const CalibrationConfig& c = lab.experiment().calibration;
+  std::vector<TablePoint> points;
+  lab.get_ready();
+  const double all = double(c.level_x_mm.size() * c.level_y_mm.size());
+  for (const double y : c.level_y_mm)
+    for (const double x : c.level_x_mm) {
+      points.push_back({x, y, lab.surface_mm(x, y)});
+      if (progress) progress(double(points.size()) / all);
+    }
+  return points;
+}
+
+/// What an operator does who turns exactly as told.
+void turn(const TableLevel& t, bool feet, IcePlantConfig& table) {
+  std::vector<double>& heights = feet ? table.foot_mm : table.screw_mm;
+  heights.resize(feet ? 4 : 9, 0.0);
+  for (const calibration::Turn& done : t.turns) heights[std::size_t(std::stoi(done.name.substr(done.name.find(' ') + 1)) - 1)] += done.lift_mm;
+}
+
+std::string told(const calibration::Turn& t, const std::vector<Lifter>& lifters) {
+  const auto l = std::find_if(lifters.begin(), lifters.end(), [&](const Lifter& x) { return x.name == t.name; });
+  return fmt::format("turn {} at ({:.0f}, {:.0f}) mm {} by {:.2f} turns: {} by {:.2f} mm", t.name, l->x_mm, l->y_mm, t.turns > 0.0 ? "clockwise" : "counterclockwise",
+                     std::abs(t.turns), t.lift_mm > 0.0 ? "up" : "down", std::abs(t.lift_mm));
+}
+
+}  // namespace
+
+LabCalibration calibrate_table(const Experiment& experiment, const std::string& machine_toml, const LabCalibrationOptions& o) {
+  Experiment e = lab_calibrations::with_field(experiment, -60.0, -60.0, 10.0, 10.0);
+  const std::vector<Lifter> feet = feet_of(e.calibration), screws = screws_of(e.calibration);
+  LabCalibration out;
+  out.what = "level-table";
+  TableLevel t;
+  std::vector<TablePoint> points;
+  for (int round = 1;; ++round) {
+    CalibrationLab lab(e, machine_toml);
+    points = measure(lab, [&](double share) { if (o.progress) o.progress((round - 1 + share) / o.rounds); });
+    out.lab_s += lab.now_s();
+    t = calibration::level_by_feet(points, feet, kCoarse_mm);
+    const bool coarse = !t.level;
+    const TableLevel fit = t;
+    if (!coarse) t = calibration::level_by_screws(points, screws, kFine_mm);
+    out.level = !coarse && t.level;
+    const std::string measured = fmt::format("{} points lie within {:.3f} mm", points.size(), t.spread_mm);
+    if (out.level) {
+      out.lines.push_back(fmt::format("{}: level ({} mm)", measured, kFine_mm));
+    } else {
+      out.lines.push_back(fmt::format("{}; {} mm is wanted: {}, which should leave {:.3f} mm", measured, coarse ? kCoarse_mm : kFine_mm, coarse ? "turn the feet" : "turn the screws", t.left_mm));
+      for (const calibration::Turn& turn : t.turns) out.lines.push_back("  " + told(turn, coarse ? feet : screws));
+      if (t.turns.empty()) out.lines.push_back("  no turn of these would help: the table is bent between the points");
+    }
+    const TableLevel told_now = t;
+    t = fit;
+    if (out.level || round >= o.rounds || told_now.turns.empty()) break;
+    turn(told_now, coarse, e.plant.ice);
+  }
+  out.data = t.fit.data, out.outliers = t.fit.outliers;
+  out.residual_std = t.fit.residual_std, out.residual_unit = "mm";
+  out.also = {{"height at the points' middle [mm]", t.height_mm}, {"slope along x [mm/mm]", t.slope_x}, {"slope along y [mm/mm]", t.slope_y}, {"twist [mm/mm^2]", t.twist}};
+  out.plot = {"x [mm]", "point off the table fitted [mm]", {}};
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const std::string label = fmt::format("y = {:.0f} mm", points[n].y_mm);
+    if (out.plot.groups.empty() || out.plot.groups.back().label != label) out.plot.groups.push_back({label, {}, {}});
+    out.plot.groups.back().x.push_back(points[n].x_mm), out.plot.groups.back().y.push_back(t.off_mm[n]);
+  }
+  if (t.height_mm.half_95 > 3.0 * kHeightTolerance_mm)
+    throw calibration::Uninformative(fmt::format("the table's height is known to +- {:.3f} mm only", t.height_mm.half_95));
+  if (out.level)
+    out.keys = {{"ice", "origin_z_mm", "mm", {experiment.ice.origin_z_mm + t.height_mm.value}, {t.height_mm.half_95}, {experiment.ice.origin_z_mm}, 3, false, 3.0 * kHeightTolerance_mm}};
+  return out;
+}
+
+}  // namespace firn
