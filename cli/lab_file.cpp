@@ -73,19 +73,18 @@ std::string with_keys(const std::string& toml_text, const std::vector<LabKey>& k
 }
 
 std::string changed_lines(const std::string& before, const std::string& after) {
-  std::vector<std::string> a = lines_of(before), b = lines_of(after);
+  const std::vector<std::string> a = lines_of(before), b = lines_of(after);
+  // common[i][j]: lines that a from i and b from j have in common, in order.
+  std::vector<std::vector<int>> common(a.size() + 1, std::vector<int>(b.size() + 1, 0));
+  for (std::size_t i = a.size(); i-- > 0;)
+    for (std::size_t j = b.size(); j-- > 0;)
+      common[i][j] = a[i] == b[j] ? common[i + 1][j + 1] + 1 : std::max(common[i + 1][j], common[i][j + 1]);
   std::string out;
-  std::size_t j = 0;
-  for (const std::string& line : a) {
-    const auto same = std::find(b.begin() + std::ptrdiff_t(j), b.end(), line);
-    if (same == b.end()) {
-      out += "- " + line + "\n";
-      continue;
-    }
-    for (; b.begin() + std::ptrdiff_t(j) != same; ++j) out += "+ " + b[j] + "\n";
-    ++j;
+  for (std::size_t i = 0, j = 0; i < a.size() || j < b.size();) {
+    if (i < a.size() && j < b.size() && a[i] == b[j]) ++i, ++j;
+    else if (i < a.size() && (j == b.size() || common[i + 1][j] >= common[i][j + 1])) out += "- " + a[i++] + "\n";
+    else out += "+ " + b[j++] + "\n";
   }
-  for (; j < b.size(); ++j) out += "+ " + b[j] + "\n";
   return out;
 }
 
