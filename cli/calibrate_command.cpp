@@ -92,6 +92,11 @@ int run_calibrate(const CalibrateOptions& options) {
     lab.what = options.run, lab.output = options.output, lab.json = options.json;
     return run_calibrate_lab(lab);
   }
+  if (!std::filesystem::is_directory(options.run)) {
+    std::string names;
+    for (const std::string_view name : lab_calibration_names()) names += (names.empty() ? "" : ", ") + std::string(name);
+    throw UsageError(options.run + " is neither a run folder nor one of " + names);
+  }
   const Calibration c = calibrate(options.run);
   const std::filesystem::path run = std::filesystem::weakly_canonical(options.run);
   const std::string path = options.output.empty() ? (run / "jet_b.toml").string() : options.output;

@@ -15,6 +15,7 @@
 #include "cli/lab_file.h"
 #include "cli/progress.h"
 #include "cli/reproduce.h"
+#include "config/error.h"
 #include "config/include.h"
 #include "replay/svg.h"
 
@@ -92,6 +93,20 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   if (!file.flush()) throw std::runtime_error("cannot write " + path.string());
 }
 
+Experiment ice_lab(const CalibrateLabOptions& o, const std::vector<std::string>& overrides) {
+  try {
+    return load_experiment(o.lab, overrides);
+  } catch (const ConfigError&) {  // of an ink-jet lab, that there is no mesh in it is the lesser news
+    bool other = false;
+    try {
+      other = !is_ice(load_experiment(o.lab));
+    } catch (const ConfigError&) {
+    }
+    if (other) throw UsageError(o.lab + " is no ice lab's: " + o.what + " is a calibration of that");
+    throw;
+  }
+}
+
 /// Says what is done once that takes more than two seconds.
 std::function<void(double)> shown(ProgressLine& line, const std::string& what) {
   return [&line, what, began = std::chrono::steady_clock::now()](double share) {
@@ -145,8 +160,7 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   const std::filesystem::path lab = o.lab;
   std::vector<std::string> overrides{"ice.mesh=\"-\""};  // nothing is printed
   overrides.insert(overrides.end(), o.overrides.begin(), o.overrides.end());
-  const Experiment e = load_experiment(lab, overrides);
-  if (!is_ice(e)) throw UsageError(o.lab + ": lab.kind = \"" + e.lab.kind + "\": " + o.what + " is a calibration of the ice lab");
+  const Experiment e = ice_lab(o, overrides);
   const std::string machine = read_config_text(lab.parent_path() / e.ice.machine);
   ProgressLine line;
   LabCalibrationOptions run = o.run;
