@@ -60,8 +60,9 @@ class Discs {
     const auto offer = [&](std::size_t i) {
       bool corner;
       const double radius = radius_to(foot, i, disc.radius, corner);
-      if (radius < disc.radius) disc.radius = radius, wall = i, at_corner = corner;
-      return false;
+      if (radius >= disc.radius) return false;
+      disc.radius = radius, wall = i, at_corner = corner;
+      return true;
     };
     const auto ask = [&](double reach) { each_near(foot.at + reach * foot.normal, reach, offer); };
     each_guess(offer);

@@ -46,45 +46,53 @@ std::uint32_t fixed_seam(std::span<const Point> ring, const PathOptions& options
 
 std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathOptions& options, std::int32_t layer,
                                     std::uint32_t number, Point at) {
+  struct Candidate {
+    std::uint32_t line;
+    BoxOf<std::int32_t> box;  // of a ring
+    Point front, back;        // of an open line
+  };
   const std::uint32_t n = std::uint32_t(lines.size());
-  std::vector<BoxOf<std::int32_t>> boxes(n);
-  std::vector<std::uint32_t> left(n), seams;
+  std::vector<Candidate> left(n);
+  std::vector<std::uint32_t> seams;
   for (std::uint32_t i = 0; i < n; ++i) {
-    left[i] = i;
-    for (const Point p : lines[i]) boxes[i].add(p.x, p.y);
+    left[i] = {i, {}, lines[i].front(), lines[i].back()};
+    if (closed)
+      for (const Point p : lines[i]) left[i].box.add(p.x, p.y);
   }
   const bool seam_fixed = closed && options.seam != SeamPlacement::kNearest;
   if (seam_fixed)
     for (std::uint32_t i = 0; i < n; ++i) seams.push_back(fixed_seam(lines[i], options, layer, number + i));
   std::vector<Stop> stops;
+  stops.reserve(n);
   std::size_t chosen = 0;
   while (!left.empty()) {
     double best = std::numeric_limits<double>::infinity();
-    Stop stop;
+    std::uint32_t first = 0;
+    bool reversed = false;
+    const auto offer = [&](Point p, std::size_t k, std::uint32_t begin, bool backward) {
+      const double d = square_distance(p, at);
+      if (d < best) best = d, chosen = k, first = begin, reversed = backward;
+    };
     const std::size_t begin = chosen;  // neighbours in the list mostly lie side by side
     for (std::size_t tried = 0; tried < left.size(); ++tried) {
       const std::size_t k = begin + tried < left.size() ? begin + tried : begin + tried - left.size();
-      const std::uint32_t i = left[k];
-      if (square_distance(boxes[i], at) >= best) continue;
-      const auto line = lines[i];
-      const auto offer = [&](std::uint32_t first, bool reversed) {
-        const Point p = reversed ? line.back() : line[first];
-        const double d = square_distance(p, at);
-        if (d >= best) return;
-        best = d, chosen = k;
-        stop = {i, first, reversed, p, closed ? p : reversed ? line.front() : line.back()};
-      };
+      const Candidate& c = left[k];
       if (!closed) {
-        offer(0, false);
-        offer(0, true);
-      } else if (seam_fixed) {
-        offer(seams[i], false);
-      } else {
-        for (std::uint32_t p = 0; p < line.size(); ++p) offer(p, false);
+        offer(c.front, k, 0, false);
+        offer(c.back, k, 0, true);
+      } else if (square_distance(c.box, at) < best) {
+        const auto line = lines[c.line];
+        if (seam_fixed) {
+          offer(line[seams[c.line]], k, seams[c.line], false);
+        } else {
+          for (std::uint32_t p = 0; p < line.size(); ++p) offer(line[p], k, p, false);
+        }
       }
     }
-    stops.push_back(stop);
-    at = stop.exit;
+    const Candidate& c = left[chosen];
+    const Point seam = lines[c.line][first];
+    stops.push_back({c.line, first, reversed, closed ? seam : reversed ? c.back : c.front, closed ? seam : reversed ? c.front : c.back});
+    at = stops.back().exit;
     left.erase(left.begin() + std::ptrdiff_t(chosen));
     if (chosen == left.size()) chosen = 0;
   }
@@ -94,19 +102,30 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
 // Reverses stretches of the order while that shortens the way.
 void two_opt(std::vector<Stop>& stops, Point at, int passes) {
   const std::size_t n = stops.size();
+  std::vector<double> link(n, 0.0);  // [k]: the way from stop k to the next
+  const auto measure = [&](std::size_t k) {
+    if (k + 1 < n) link[k] = distance(stops[k].exit, stops[k + 1].entry);
+  };
+  for (std::size_t k = 0; k < n; ++k) measure(k);
   for (int pass = 0; pass < passes; ++pass) {
     bool better = false;
     for (std::size_t i = 0; i + 1 < n; ++i) {
+      const Point before = i ? stops[i - 1].exit : at;
+      double there = distance(before, stops[i].entry);
       for (std::size_t j = i + 1; j < std::min(n, i + kWindow); ++j) {
-        const Point before = i ? stops[i - 1].exit : at;
-        double change = distance(before, stops[j].exit) - distance(before, stops[i].entry);
-        if (j + 1 < n) change += distance(stops[i].entry, stops[j + 1].entry) - distance(stops[j].exit, stops[j + 1].entry);
+        // What is won is less than both ways that go.
+        const double most = there + link[j], square = square_distance(before, stops[j].exit);
+        if (square >= most * most) continue;
+        double change = std::sqrt(square) - there;
+        if (j + 1 < n) change += distance(stops[i].entry, stops[j + 1].entry) - link[j];
         if (change >= -1.0) continue;
         std::reverse(stops.begin() + std::ptrdiff_t(i), stops.begin() + std::ptrdiff_t(j) + 1);
         for (std::size_t k = i; k <= j; ++k) {
           stops[k].reversed = !stops[k].reversed;
           std::swap(stops[k].entry, stops[k].exit);
         }
+        for (std::size_t k = i ? i - 1 : 0; k <= j; ++k) measure(k);
+        there = distance(before, stops[i].entry);
         better = true;
       }
     }
