@@ -1,9 +1,12 @@
 // Feedback schemes of the ice printer against the simulated nature, without drivers, bus and scheduler: planner, valves, arm,
-// laser, mapper, control law. RMS of the true surface against the nominal height over the footprint (less two cells
-// at its outer border) and inside the part, per interval.
+// laser, mapper, control law. RMS of the true surface against the nominal height over the cells that are judged
+// (replay/report_ice_data.h) and inside the part, per interval.
 //
-// A disc whose rings fit it, or the gear.
-//   build/bench/ice_schemes [--intervals N] [--seeds N] [--drift D] [--staggered | --gear [--size S]] [--spacing MM] [--scheme NAME,NAME] [--each]
+// A disc whose rings fit it, the gear of bench/ice_gear.h, or what an experiment prints.
+//   build/bench/ice_schemes [--intervals N] [--seeds N] [--drift D] [--staggered | --gear [--size S] | --experiment FILE [--set KEY=VALUE]...]
+//                           [--spacing MM] [--scheme NAME,NAME] [--each] [--map measured|raw|true] [--picture SVG]
+// --map: what the law is told: the smoothed map, the same without smoothing, or the true surface. --picture: true error
+// of the last interval, orange too high, blue too low, +-0.4 mm.
 // Schemes: open, smf_speed [1 0.25 0.25], smf_thesis [1 0.25 0.25], smf_optimal [1 0.32798 0.00005], adaptive, ..._flow (feed-forward),
 // adaptive:KP:GAIN:RATE
 #include <cmath>
@@ -18,13 +21,21 @@
 #include <vector>
 
 #include "bench/ice_gear.h"
+#include "cli/ice_inputs.h"
+#include "cli/run_folder.h"
+#include "config/ice_lab.h"
+#include "config/include.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/slice/footprint.h"
 #include "estimators/flow/flow_estimator.h"
 #include "estimators/flow/laid_volume.h"
 #include "estimators/surface/path_readings.h"
 #include "plant/ice/nature.h"
+#include "plant/setup.h"
+#include "procs/path_planner/node.h"
 #include "procs/path_planner/path_planning.h"
+#include "replay/heat_map.h"
+#include "replay/report_ice_data.h"
 
 namespace {
 
@@ -35,6 +46,8 @@ struct Settings {
   double drift = 0.0, size = 1.0, spacing_mm = 4.0;
   bool gear = false, staggered = false;
   bool each = false;
+  std::string experiment, map = "measured", picture;
+  std::vector<std::string> overrides;
   std::string schemes = "open,smf_thesis,smf_optimal,adaptive";
 };
 
@@ -153,14 +166,41 @@ Scheme scheme_named(std::string name) {
   return s;
 }
 
-/// Two cells from the footprint's border: cells of the map that reach beyond the outermost bead average in the bare table.
-bool off_border(const Grid<std::uint8_t>& material, std::size_t cell) {
-  const GridSpec& g = material.spec;
-  const int i = int(cell) % g.nx, j = int(cell) / g.nx;
-  int bare = 0;  // single bare cells are spots between beads
-  for (int y = j - 2; y <= j + 2; ++y)
-    for (int x = i - 2; x <= i + 2; ++x) bare += !g.contains(x, y) || material.at(x, y) == 0;
-  return bare < 3;
+/// What is printed, and what the lab believes of itself.
+struct Job {
+  slice::PrintPaths paths;
+  int interval_layers = ice_gear::kInterval_layers;
+  plant::IceWorldConfig world;
+  planning::PlanningSetup setup[2];  ///< frequency, speed
+  double laser_latency_s = kLaserLatency_s, period_s = 0.01;
+  surface::ScatterOptions scatter;
+};
+
+Job job_of(const Settings& o) {
+  Job j;
+  if (o.experiment.empty()) {
+    j.paths = o.gear ? ice_gear::print(o.intervals, o.size, o.spacing_mm) : ice_gear::print_disc(o.intervals, o.spacing_mm, o.staggered);
+    for (int speed = 0; speed < 2; ++speed) j.setup[speed] = setup_of(j.world, speed != 0);
+    return j;
+  }
+  std::vector<std::string> overrides = o.overrides;
+  Experiment e = load_experiment(o.experiment, overrides);
+  e.ice.height_mm = o.intervals * e.ice.interval_layers * e.ice.layer_height_mm;
+  const Blobs inputs = make_ice_inputs(e, std::filesystem::path(o.experiment).parent_path());
+  place_ice_field(e, inputs);
+  j.paths = slice::decode_print_paths(blob(inputs, "paths").bytes);
+  j.interval_layers = e.ice.interval_layers;
+  j.world = plant::world_config(e).ice;
+  j.laser_latency_s = e.laser_point.latency_s;
+  j.period_s = 1.0 / e.laser_point.rate_hz;
+  j.scatter = {e.ice.measure_spacing_mm, e.control.smoothing > 0.0};
+  const std::vector<std::byte>& text = blob(inputs, "machine").bytes;
+  const Machine machine = parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, "machine");
+  for (int speed = 0; speed < 2; ++speed) {
+    e.control.smf.version = speed ? "speed" : "frequency";
+    j.setup[speed] = planning_setup(e, machine);
+  }
+  return j;
 }
 
 /// Part, and no scaffold near.
@@ -173,28 +213,50 @@ bool inside_part(const Grid<std::uint8_t>& material, std::size_t cell) {
   return true;
 }
 
+/// Where the error lies, and which part of it is wider than 5 cells.
+void tell_zones(const HeightMap& truth, const HeightMap& map, const Grid<std::uint8_t>& material, const Mask& judged, double nominal) {
+  constexpr const char* kNames[] = {"inside the part", "part's edge", "scaffold", "spots between beads"};
+  double cells[4]{}, squares[4]{}, wide[4]{}, off[4]{}, mean[4]{};
+  const GridSpec& g = truth.spec;
+  for (std::size_t n = 0; n < truth.size(); ++n) {
+    if (!judged.cells[n]) continue;
+    const int zone = material.cells[n] == 0 ? 3 : material.cells[n] == std::uint8_t(control::CellMaterial::kScaffold) ? 2 : inside_part(material, n) ? 0 : 1;
+    double sum = 0.0, count = 0.0;
+    for (int y = int(n) / g.nx - 2; y <= int(n) / g.nx + 2; ++y)
+      for (int x = int(n) % g.nx - 2; x <= int(n) % g.nx + 2; ++x)
+        if (g.contains(x, y) && judged.at(x, y)) sum += truth.at(x, y) - nominal, count += 1.0;
+    const double e = truth.cells[n] - nominal, d = truth.cells[n] - map.cells[n];
+    cells[zone] += 1.0, mean[zone] += e, squares[zone] += e * e, off[zone] += d * d, wide[zone] += sum / count * sum / count;
+  }
+  for (int z = 0; z < 4; ++z)
+    if (cells[z] > 0.0)
+      std::printf("      %-20s %5.0f cells: rms %.4f, wider than 5 cells %.4f, mean %+.4f, map - truth %.4f\n", kNames[z], cells[z], std::sqrt(squares[z] / cells[z]),
+                  std::sqrt(wide[z] / cells[z]), mean[z] / cells[z], std::sqrt(off[z] / cells[z]));
+}
+
 struct Result {
   std::vector<double> true_rms, part_rms, map_rms, map_error, saturated;
 };
 
-Result print(const Settings& o, const slice::PrintPaths& paths, planning::TaskPlanner& planner, const planning::PlanningSetup& setup, const Scheme& scheme,
+Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner, const planning::PlanningSetup& setup, const Scheme& scheme,
              std::uint64_t seed) {
-  plant::IceWorldConfig c;
-  c.line[0].drift = c.line[1].drift = o.drift;
+  const slice::PrintPaths& paths = job.paths;
+  plant::IceWorldConfig c = job.world;
+  if (o.drift != 0.0) c.line[0].drift = c.line[1].drift = o.drift;
   Lab lab(c, seed);
   const auto law = control::make_surface_controller(scheme.options);
   const auto arm = make_arm(setup.machine);
-  const surface::LaserFrame frame{*arm, setup.laser, setup.origin, setup.origin_z_mm, kLaserLatency_s};
+  const surface::LaserFrame frame{*arm, setup.laser, setup.origin, setup.origin_z_mm, job.laser_latency_s};
   HeightMap action;
-  const GridSpec everywhere{132, 132, 1.0, 1.0, -66.0, -66.0};
+  const GridSpec everywhere{160, 160, 1.0, 1.0, -80.0, -80.0};
   const motion::Tool nozzles[2] = {tools(setup.machine)[1], tools(setup.machine)[2]};
   flow::FlowEstimator flow(flow::FlowOptions{});
   HeightMap before(everywhere, 0.0);
   Result r;
   for (int k = 1; k <= o.intervals; ++k) {
     flow::FlowInterval laid{0, HeightMap(everywhere), {HeightMap(everywhere, 0.0), HeightMap(everywhere, 0.0)}};
-    const int top_layer = ice_gear::kInterval_layers * k;
-    for (int n = top_layer - ice_gear::kInterval_layers + 1; n <= top_layer; ++n)
+    const int top_layer = job.interval_layers * k;
+    for (int n = top_layer - job.interval_layers + 1; n <= top_layer; ++n)
       for (const planning::PathTask& t : planning::tasks_of(paths, *slice::find_layer(paths, n), false, setup)) {
         const planning::PlannedTask p = planner.plan(t, action.size() ? &action : nullptr);
         if (!p.problem.empty()) std::fprintf(stderr, "refused: %s\n", p.problem.c_str()), std::exit(1);
@@ -206,11 +268,15 @@ Result print(const Settings& o, const slice::PrintPaths& paths, planning::TaskPl
     std::vector<surface::SurfacePoint> points;
     for (const planning::PathTask& t : planning::tasks_of(paths, top, true, setup)) {
       const planning::PlannedTask p = planner.plan(t, nullptr);
-      surface::add_readings(p.trajectory, frame, 0.01, lab.measure(p, t.material), points);
+      surface::add_readings(p.trajectory, frame, job.period_s, lab.measure(p, t.material), points);
     }
     const GridSpec grid = slice::footprint_grid(top, 1.0);
     const Grid<std::uint8_t> material = slice::footprint_materials(top, grid);
-    const surface::ScatterEstimate map = surface::estimate_surface(grid, slice::footprint_mask(material), points, {});
+    surface::ScatterOptions scatter = job.scatter;
+    scatter.smooth = scatter.smooth && o.map != "raw";
+    surface::ScatterEstimate map = surface::estimate_surface(grid, slice::footprint_mask(material), points, scatter);
+    const HeightMap truth = lab.truth(grid);
+    if (o.map == "true") map.height = truth, surface::fill_from_nearest(map.height);
     const double nominal = top.z * slice::kMmPerUnit;
     HeightMap known = map.height;
     for (std::size_t n = 0; n < known.size(); ++n)
@@ -225,13 +291,19 @@ Result print(const Settings& o, const slice::PrintPaths& paths, planning::TaskPl
       std::printf("    flow %.3f +- %.3f, %.3f +- %.3f\n", flow.estimate().factor[0], flow.estimate().factor_std[0], flow.estimate().factor[1], flow.estimate().factor_std[1]);
     const control::SurfaceDecision d = law->decide({map.height, material, nominal, top_layer, 0, map.noise_std_mm});
     action = d.u;
-    const HeightMap truth = lab.truth(grid);
     double squares = 0.0, off = 0.0, cells = 0.0, part_squares = 0.0, part_cells = 0.0;
+    const Mask judged = replay::judged_cells(top, grid);
     for (std::size_t n = 0; n < truth.size(); ++n) {
-      if (!material.cells[n] || !off_border(material, n)) continue;
+      if (!judged.cells[n]) continue;
       if (inside_part(material, n)) part_squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), part_cells += 1.0;
       squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), cells += 1.0;
       off += (truth.cells[n] - map.height.cells[n]) * (truth.cells[n] - map.height.cells[n]);
+    }
+    if (!o.picture.empty()) {
+      HeightMap error(grid, kNotMeasured);
+      for (std::size_t n = 0; n < truth.size(); ++n)
+        if (judged.cells[n]) error.cells[n] = truth.cells[n] - nominal;
+      write_file_atomically(o.picture, replay::heat_map(error, {-400.0, 400.0, replay::ColorMap::kDiverging}, "true error"));
     }
     r.true_rms.push_back(std::sqrt(squares / cells));
     r.part_rms.push_back(std::sqrt(part_squares / part_cells));
@@ -241,6 +313,7 @@ Result print(const Settings& o, const slice::PrintPaths& paths, planning::TaskPl
     if (o.each)
       std::printf("  seed %llu interval %2d: true rms %.4f, inside the part %.4f, map %.4f, map - truth %.4f, mean %.4f, saturated %.3f\n", static_cast<unsigned long long>(seed), k,
                   r.true_rms.back(), r.part_rms.back(), d.rms_mm, r.map_error.back(), d.mean_error_mm, d.saturated_fraction);
+    if (o.each) tell_zones(truth, map.height, material, judged, nominal);
   }
   return r;
 }
@@ -267,12 +340,16 @@ int main(int argc, char** argv) {
     if (name == "--intervals") o.intervals = std::atoi(value);
     else if (name == "--seeds") o.seeds = std::atoi(value);
     else if (name == "--drift") o.drift = std::atof(value);
+    else if (name == "--experiment") o.experiment = value;
+    else if (name == "--set") o.overrides.push_back(value);
+    else if (name == "--map") o.map = value;
+    else if (name == "--picture") o.picture = value;
     else if (name == "--spacing") o.spacing_mm = std::atof(value);
     else if (name == "--size") o.size = std::atof(value);
     else if (name == "--schemes" || name == "--scheme") o.schemes = value;
     else return std::fprintf(stderr, "unknown argument %s\n", name.c_str()), 2;
   }
-  const slice::PrintPaths paths = o.gear ? ice_gear::print(o.intervals, o.size, o.spacing_mm) : ice_gear::print_disc(o.intervals, o.spacing_mm, o.staggered);
+  const Job job = job_of(o);
   std::map<bool, std::pair<planning::PlanningSetup, std::unique_ptr<planning::TaskPlanner>>> planners;
   for (std::size_t at = 0; at < o.schemes.size();) {
     const std::size_t end = std::min(o.schemes.find(',', at), o.schemes.size());
@@ -280,11 +357,11 @@ int main(int argc, char** argv) {
     at = end + 1;
     const Scheme scheme = scheme_named(name);
     auto& [setup, planner] = planners[scheme.speed];
-    if (!planner) setup = setup_of(plant::IceWorldConfig(), scheme.speed), planner = std::make_unique<planning::TaskPlanner>(setup);
+    if (!planner) setup = job.setup[scheme.speed], planner = std::make_unique<planning::TaskPlanner>(setup);
     double mean = 0.0, part = 0.0, last = 0.0, worst = 0.0, map_off = 0.0;
     const double begin = cpu_s();
     for (int seed = 1; seed <= o.seeds; ++seed) {
-      const Result r = print(o, paths, *planner, setup, scheme, std::uint64_t(seed));
+      const Result r = print(o, job, *planner, setup, scheme, std::uint64_t(seed));
       double late = 0.0;  // intervals from the fourth on
       for (std::size_t k = 0; k < r.true_rms.size(); ++k) {
         if (k >= 3) late += r.true_rms[k] / double(r.true_rms.size() - 3);

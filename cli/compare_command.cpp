@@ -15,6 +15,7 @@
 #include "cli/study_runner.h"
 #include "config/include.h"
 #include "replay/study_page.h"
+#include "replay/study_profile.h"
 #include "runtime/build_info.h"
 
 namespace firn {
@@ -94,6 +95,7 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   const std::string summary = study_json(table, analysis);
   write_file_atomically(folder / "runs.csv", replay::study_csv(table));
   write_file_atomically(folder / "summary.json", summary);
+  if (const auto rows = replay::profile_rows(table); !rows.empty()) write_file_atomically(folder / "profile.csv", replay::profile_csv(table, rows));
   write_file_atomically(folder / "report.html",
                         replay::study_page({table, analysis, differing_arms(plan), differing_parts(plan), provenance(plan)}));
   if (options.json) std::fputs(summary.c_str(), stdout);
@@ -106,7 +108,8 @@ int run_compare(const CompareOptions& options) {
   action.sa_handler = [](int) { interrupted = true; };
   sigaction(SIGINT, &action, &old_int);
   sigaction(SIGTERM, &action, &old_term);
-  const int code = compare(options, inkjet_study_lab(), &interrupted);
+  const std::filesystem::path file = options.study;
+  const int code = compare(options, study_lab_of(load_study(file), file.parent_path()), &interrupted);
   sigaction(SIGINT, &old_int, nullptr);
   sigaction(SIGTERM, &old_term, nullptr);
   return code;

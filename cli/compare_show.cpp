@@ -6,6 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "replay/study_profile.h"
+
 namespace firn {
 namespace {
 
@@ -61,7 +63,7 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a, const std::v
                      interval(c.values.difference, c.values.interval, t.metrics[0].decimals), c.values.effect, replay::p_text(c.holm_p),
                      c.holm_p > replay::kAlpha ? "not distinguishable" : "");
   }
-  s += "\n";
+  s += replay::profile_text(t, replay::profile_rows(t)) + "\n";
   for (const std::string& n : a.notes) s += n + ".\n";
   return s + a.answer + "\n";
 }
@@ -84,9 +86,17 @@ std::string study_json(const StudyTable& t, const StudyAnalysis& a) {
                            {"low", real(c.values.interval.low)}, {"high", real(c.values.interval.high)}, {"effect_dz", real(c.values.effect)},
                            {"a_smaller", real(c.values.a_below_b)}, {"p", c.values.p}, {"holm_p", c.holm_p},
                            {"distinguishable", c.holm_p <= replay::kAlpha}});
-  const Json j = {{"study", t.name}, {"answer", a.answer}, {"notes", a.notes}, {"primary", t.metrics[0].name}, {"parts", t.parts},
+  Json profile = Json::array();
+  for (const replay::ProfileRow& r : replay::profile_rows(t))
+    profile.push_back({{"scheme", t.arms[r.arm]}, {"part", t.parts[r.part]}, {t.profile.x_name, r.x}, {"seeds", r.seeds}, {"mean", real(r.mean)},
+                       {"low", real(r.interval.low)}, {"high", real(r.interval.high)}, {"least", real(r.least)}, {"largest", real(r.largest)}});
+  Json j = {{"study", t.name}, {"answer", a.answer}, {"notes", a.notes}, {"primary", t.metrics[0].name}, {"parts", t.parts},
                   {"seeds", t.seeds.size()}, {"schemes", schemes}, {"comparisons", comparisons},
                   {"files", {"runs.csv", "summary.json", "report.html", "study.toml", "results.journal"}}};
+  if (!profile.empty()) {
+    j["profile"] = profile;
+    j["files"].push_back("profile.csv");
+  }
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -19,6 +19,7 @@ namespace {
 
 constexpr double kFieldMargin_mm = 4.0;
 constexpr double kFieldStep_mm = 1.0;  // so that a slightly other part has the same field
+constexpr double kFieldShift_mm = 0.5;  // cells of the truth that is logged are those of maps of 1 mm
 
 Blob make_blob(std::string role, std::vector<std::byte> bytes) {
   std::string name = sha256_hex(bytes);
@@ -101,7 +102,7 @@ void place_ice_field(Experiment& e, const Blobs& inputs) {
       y0 = std::min(y0, q.y);
       y1 = std::max(y1, q.y);
     }
-  const auto low = [](std::int32_t q) { return std::floor((q * slice::kMmPerUnit - kFieldMargin_mm) / kFieldStep_mm) * kFieldStep_mm; };
+  const auto low = [](std::int32_t q) { return std::floor((q * slice::kMmPerUnit - kFieldMargin_mm) / kFieldStep_mm) * kFieldStep_mm - kFieldShift_mm; };
   p.field_x0_mm = low(x0);
   p.field_y0_mm = low(y0);
   p.field_width_mm = -low(-x1) - p.field_x0_mm;

@@ -67,7 +67,7 @@ class Judge {
 
   LayerTruth truth(const plant::World& world, int layer, Time now) const {
     plant::Truth t = world.truth();
-    return {layer, t.droplets_fired, t.volume_mm3, now.s(), error(world, layer, t.height)};
+    return {layer, t.droplets_fired, t.volume_mm3, now.s(), error(world, layer, t.height), 0.0, 0.0};
   }
 
  private:
@@ -88,11 +88,11 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
 
   MemoryPrintReport report;
   run_end_t end{};
-  int layers_measured = 0;
+  layer_metrics_t measured{};
   lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time) {
     if (options.tap) options.tap(channel, bytes);
     if (channel == channels::kRunEnd.name) decode(bytes, end);
-    if (layer_metrics_t m; channel == channels::kLayerMetrics.name && decode(bytes, m)) layers_measured = m.layer;
+    if (layer_metrics_t m; channel == channels::kLayerMetrics.name && decode(bytes, m)) measured = m;
     if (layer_plan_t plan; channel == channels::kLayerPlan.name && decode(bytes, plan)) report.iterations += plan.iterations;
   });
   Outbox launcher(NodeId::kLauncher, kRunId);
@@ -112,19 +112,22 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
   const Time limit = Time{}.after_s(kLongestPrint_s);
   while (!over()) {
     if (!lab.step(limit)) throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) + " s of node time");
-    if (options.series && layers_measured > (report.series.empty() ? 0 : report.series.back().layer))
-      report.series.push_back(judge.truth(world.world(), layers_measured, lab.now()));
+    if (!options.series || measured.layer <= (report.series.empty() ? 0 : report.series.back().layer)) continue;
+    report.series.push_back(judge.truth(world.world(), measured.layer, lab.now()));
+    report.series.back().deposit_s = measured.deposit_s;
+    report.series.back().measure_s = measured.scan_s;
   }
 
   plant::Truth truth = world.world().truth();
   report.result = result_of(end.outcome, end.layers, end.reason);
-  report.error = judge.error(world.world(), is_ice(e) ? layers_measured : end.layers, truth.height);
+  report.error = judge.error(world.world(), is_ice(e) ? measured.layer : end.layers, truth.height);
   report.droplets = truth.droplets_fired;
   report.droplets_missed = truth.droplets_missed;
   report.volume_mm3 = truth.volume_mm3;
   report.node_s = lab.now().s();
   for (const auto& host : hosts) report.decide_cpu_s += double(host->handler_ns()) * 1e-9;
   if (options.materials) report.materials = world.world().materials();
+  if (options.ice_over && world.world().ice()) report.ice = world.world().ice()->thickness_over(*options.ice_over, 0);
   if (options.surface) report.surface = std::move(truth.height);
   return report;
 }

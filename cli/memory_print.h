@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,6 +22,7 @@ struct MemoryPrintOptions {
   bool series = false;     ///< fill `series`
   bool surface = false;    ///< fill `surface`
   bool materials = false;  ///< fill `materials`
+  std::optional<GridSpec> ice_over = {};  ///< ice lab: fill `ice` over this grid
   /// Sees every message when it is sent.
   std::function<void(std::string_view channel, std::span<const std::byte> bytes)> tap = {};
 };
@@ -32,6 +34,7 @@ struct LayerTruth {
   double volume_mm3 = 0.0;          ///< on the field
   double node_s = 0.0;              ///< simulated time
   ErrorStats error;
+  double deposit_s = 0.0, measure_s = 0.0;  ///< this layer's, as LAYER_METRICS tells them
 };
 
 struct MemoryPrintReport {
@@ -46,6 +49,7 @@ struct MemoryPrintReport {
   std::vector<LayerTruth> series;
   HeightMap surface;                 ///< noise-free mean over each cell [mm]
   MaterialColumns materials;         ///< two inks: what the block is made of
+  HeightMap ice;                     ///< ice lab: thickness of the ice, without scaffold; NaN off the field
 };
 
 /// Prints `experiment` with `inputs` (make_inputs). Thread-safe: any number of prints may run at once.

@@ -15,6 +15,8 @@ const std::vector<ReproducePart>& reproduce_parts() {
       {"barnett", "motion", "ch. 4: minimum-time trajectory shaping, Figs. 4-2 to 4-16", 1, reproduce_barnett_motion},
       {"barnett", "pulses", "chapter 6: valve pulses, Figs. 6-2 and 6-3, FM against PWM", 1, &reproduce_barnett_pulses},
       {"barnett", "gains", "5.4 to 5.7: SMF's poles, optimal gains, simulations, Figs. 5-12 to 5-15, Tables 5-2, 5-3", 2, reproduce_barnett_gains},
+      {"barnett", "build-time", "4.4: the part of Fig. 4-15 by three ways of moving, 11.6 / 7.4 / 2.6 h", 5, &reproduce_barnett_build_time},
+      {"barnett", "part", "5.3: the part of Fig. 4-15 printed in the simulated lab and measured, Table 5-1", 80, &reproduce_barnett_part},
       {"thompson", "corners", "Figs. 7 to 12, speed and position errors at corners", 1,
        reproduce_thompson_corners},
       {"thompson", "misprints", "formulas that are wrong as printed", 1, reproduce_thompson_misprints},

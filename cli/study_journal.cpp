@@ -42,6 +42,8 @@ std::optional<std::pair<std::string, StudyPrint>> parse_line(std::string_view li
       const Json& v = j.at("metrics").at(m.name);
       p.metrics.push_back(v.is_null() ? std::numeric_limits<double>::quiet_NaN() : v.get<double>());
     }
+    if (const auto profile = j.find("profile"); profile != j.end())
+      for (const Json& point : *profile) p.profile.push_back({point.at(0).get<double>(), point.at(1).get<double>()});
     return std::pair(j.at("digest").get<std::string>(), std::move(p));
   } catch (const Json::exception&) {
     return std::nullopt;
@@ -87,9 +89,11 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
     if (std::isfinite(p.metrics[m])) metrics[lab_.metrics[m].name] = p.metrics[m];
     else metrics[lab_.metrics[m].name] = nullptr;
   }
-  const std::string json = Json{{"digest", digest}, {"scheme", arm}, {"part", part}, {"seed", seed}, {"finished", p.finished},
-                                {"outcome", p.outcome}, {"reason", p.reason}, {"cpu_s", p.cpu_s}, {"metrics", metrics}}
-                               .dump(-1, ' ', true, Json::error_handler_t::replace);
+  Json record{{"digest", digest}, {"scheme", arm}, {"part", part}, {"seed", seed}, {"finished", p.finished},
+              {"outcome", p.outcome}, {"reason", p.reason}, {"cpu_s", p.cpu_s}, {"metrics", metrics}};
+  for (const replay::StudyProfilePoint& point : p.profile)
+    if (std::isfinite(point.y)) record["profile"].push_back({point.x, point.y});
+  const std::string json = record.dump(-1, ' ', true, Json::error_handler_t::replace);
   const std::string line = (torn_ ? "\n" : "") + checksum_of(json) + " " + json + "\n";
   torn_ = false;
   std::size_t done = 0;

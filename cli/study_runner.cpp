@@ -122,6 +122,7 @@ replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journa
   for (const StudyEntry& p : plan.study.parts) t.parts.push_back(p.name);
   t.seeds = plan.study.seeds;
   t.baseline = plan.study.baseline;
+  t.profile = plan.lab->profile;
   for (const std::size_t m : plan.metrics) t.metrics.push_back(plan.lab->metrics[m]);
   t.runs.resize(plan.cells.size());
   for (const StudyCell& c : plan.cells) {
@@ -131,6 +132,7 @@ replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journa
     r.finished = print->finished;
     r.outcome = print->outcome;
     r.reason = print->reason;
+    r.profile = print->profile;
     for (const std::size_t m : plan.metrics) r.metrics.push_back(print->metrics[m]);
   }
   return t;

@@ -60,6 +60,27 @@ std::string draw_line(const Series& s, const Axis& x, const Axis& y) {
   return "<path fill=\"none\" stroke-linejoin=\"round\" " + style_of(s.style) + " d=\"" + d + "\"/>" + marks + "\n";
 }
 
+std::string draw_band(const Series& s, const Axis& x, const Axis& y) {
+  std::string out, there, back;
+  const auto close = [&] {
+    if (!there.empty()) out += "<path fill-opacity=\"0.16\" fill=\"var(--c" + std::to_string(std::max(0, s.style) % 6) + ")\" d=\"M" + there.substr(1) + back + "Z\"/>\n";
+    there.clear(), back.clear();
+  };
+  for (std::size_t n = 0; n < s.low.size(); ++n) {
+    if (!std::isfinite(s.low[n]) || !std::isfinite(s.high[n])) {
+      close();
+      continue;
+    }
+    char point[48];
+    std::snprintf(point, sizeof point, "L%.1f %.1f", x.px(s.x[n]), y.px(s.low[n]));
+    there += point;
+    std::snprintf(point, sizeof point, "L%.1f %.1f", x.px(s.x[n]), y.px(s.high[n]));
+    back = point + back;
+  }
+  close();
+  return out;
+}
+
 struct Entry {
   std::string sample, label;
 };
@@ -96,6 +117,9 @@ std::string line_chart(const std::vector<Series>& series, const ChartOptions& o)
     for (std::size_t n = 0; n < s.x.size(); ++n) {
       rx.take(s.x[n]);
       if (!o.logarithmic || s.y[n] > 0) ry.take(s.y[n]);
+      if (s.low.empty()) continue;
+      if (!o.logarithmic || s.low[n] > 0) ry.take(s.low[n]);
+      ry.take(s.high[n]);
     }
   if (o.from_zero) ry.take(0);
   rx.settle();
@@ -127,9 +151,10 @@ std::string line_chart(const std::vector<Series>& series, const ChartOptions& o)
   for (const Series& line : series) {
     Series drawn = line;
     if (logarithmic)
-      for (double& v : drawn.y)
-        if (!(v > 0)) v = std::numeric_limits<double>::quiet_NaN();
-    s += draw_line(drawn, x, y);
+      for (std::vector<double>* values : {&drawn.y, &drawn.low})
+        for (double& v : *values)
+          if (!(v > 0)) v = std::numeric_limits<double>::quiet_NaN();
+    s += draw_band(drawn, x, y) + draw_line(drawn, x, y);
   }
   return s + "</svg>\n" + legend(entries, f.bottom + 52) + "</svg>\n";
 }

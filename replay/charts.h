@@ -14,6 +14,7 @@ struct Series {
   std::vector<double> x, y;   ///< NaN breaks the line
   int style = 0;              ///< colour and dashes of run n; kReference = the target
   bool marks = false;
+  std::vector<double> low = {}, high = {};  ///< of a band about the line; empty, or as many as x; NaN: none there
   static constexpr int kReference = -1;
 };
 

@@ -102,8 +102,8 @@ HeightMap cell_means(const HeightMap& field, const GridSpec& grid) {
   return sum;
 }
 
-Mask inner_cells(const Mask& footprint) {
-  const GridSpec& g = footprint.spec;
+Mask judged_cells(const slice::LayerPaths& layer, const GridSpec& g) {
+  const Mask footprint = slice::without_narrow_holes(slice::footprint_mask(slice::footprint_materials(layer, g)), kWidestSpot_mm);
   Mask inner(g);
   for (int j = 1; j + 1 < g.ny; ++j)
     for (int i = 1; i + 1 < g.nx; ++i) {
@@ -117,8 +117,7 @@ Mask inner_cells(const Mask& footprint) {
 
 ErrorStats ice_error(const HeightMap& field, const slice::LayerPaths& layer, double pitch_mm) {
   const GridSpec grid = slice::footprint_grid(layer, pitch_mm);
-  const Mask footprint = inner_cells(slice::footprint_mask(slice::footprint_materials(layer, grid)));
-  return error_stats(cell_means(field, grid), HeightMap(grid, nominal_mm(layer)), footprint);
+  return error_stats(cell_means(field, grid), HeightMap(grid, nominal_mm(layer)), judged_cells(layer, grid));
 }
 
 IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messages, std::span<const std::byte> bytes) {
@@ -132,7 +131,7 @@ IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messa
     i.layer = m.layer;
     i.nominal_mm = nominal_mm(*layer);
     i.height = height_of(m);
-    i.footprint = inner_cells(slice::footprint_mask(slice::footprint_materials(*layer, i.height.spec)));
+    i.footprint = judged_cells(*layer, i.height.spec);
     intervals.insert_or_assign(m.layer, std::move(i));
   });
   messages.each<control_surface_t>(channels::kControlSurface.name, [&](const control_surface_t& m) {

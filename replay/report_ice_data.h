@@ -17,7 +17,7 @@ struct IceInterval {
   double nominal_mm = 0.0;
   HeightMap height;
   std::optional<HeightMap> truth;
-  Mask footprint;                    ///< its inner cells
+  Mask footprint;                    ///< judged_cells()
   double saturated_fraction = 0.0;   ///< of the action that answered it
 };
 
@@ -38,10 +38,13 @@ struct IceData {
 /// Means of the field over the cells of `grid`; NaN where it has none.
 HeightMap cell_means(const HeightMap& field, const GridSpec& grid);
 
-/// Cells whose eight neighbours are in the footprint too: the outermost reach beyond the beads, over bare table.
-Mask inner_cells(const Mask& footprint);
+/// Where a layer is judged: its footprint with all spots between beads (up to kWidestSpot_mm wide; the slicer leaves none wider
+/// than 1.45 mm), less the cells at its border, which reach beyond the beads over bare table. What remains begins 1 to 2 mm
+/// inside the outer edge (at cells of 1 mm), where the outermost measurement path runs [5.2.1].
+Mask judged_cells(const slice::LayerPaths& layer, const GridSpec& grid);
+inline constexpr double kWidestSpot_mm = 2.0;
 
-/// Of the true surface about the nominal height, over the inner cells of the footprint of `layer`, on cells of `pitch_mm`.
+/// Of the true surface about the nominal height, over the judged cells of `layer`, on cells of `pitch_mm`.
 ErrorStats ice_error(const HeightMap& field, const slice::LayerPaths& layer, double pitch_mm);
 
 /// @throws FormatError, std::invalid_argument: inputs that are no paths; logfile::FileError

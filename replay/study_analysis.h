@@ -15,10 +15,21 @@ struct StudyMetric {
   int decimals = 2;
 };
 
+/// A value along a print.
+struct StudyProfilePoint {
+  double x = 0.0, y = 0.0;
+};
+
+/// What a lab's profiles are; all empty where it has none.
+struct StudyProfileNames {
+  std::string title, x_name, y_name;  ///< "True RMS against height", "height_mm", "rms_um"
+};
+
 struct StudyRun {
   bool finished = false;
   std::string outcome, reason;
   std::vector<double> metrics;  ///< one for each metric; also of a print that failed, where it left a surface
+  std::vector<StudyProfilePoint> profile = {};
 };
 
 struct StudyTable {
@@ -28,6 +39,7 @@ struct StudyTable {
   std::vector<StudyMetric> metrics;  ///< the first is primary
   std::string baseline;              ///< an arm, or ""
   std::vector<StudyRun> runs;        ///< [(arm * parts + part) * seeds + seed]
+  StudyProfileNames profile = {};
   const StudyRun& run(std::size_t arm, std::size_t part, std::size_t seed) const {
     return runs[(arm * parts.size() + part) * seeds.size() + seed];
   }

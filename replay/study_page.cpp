@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "replay/study_plots.h"
+#include "replay/study_profile.h"
 #include "replay/svg.h"
 
 namespace firn::replay {
@@ -93,6 +94,16 @@ std::string plots(const StudyTable& t, const StudyAnalysis& a) {
              "distinguishable.</p>\n<figure class=\"forest\">" + forest_plot(t, drawn) + "</figure>\n";
 }
 
+// Where a study also measures how long a print takes.
+std::string trade_off(const StudyTable& t, const StudyAnalysis& a) {
+  for (std::size_t m = 1; m < t.metrics.size(); ++m) {
+    if (t.metrics[m].name != "time_h") continue;
+    const std::string plot = trade_off_plot(t, a, m, 0);
+    return plot.empty() ? plot : "<h2>Accuracy against time</h2>\n<p class=\"soft\">A mark for each scheme: means over parts and seeds, with 95 % intervals.</p>\n<figure class=\"forest\">" + plot + "</figure>\n";
+  }
+  return "";
+}
+
 std::string secondary(const StudyTable& t, const StudyAnalysis& a) {
   std::string s;
   for (std::size_t m = 0; m < t.metrics.size(); ++m)
@@ -157,7 +168,7 @@ std::string study_page(const StudyPage& page) {
   s += "<p class=\"soft\">" + std::to_string(t.arms.size()) + " schemes, " + std::to_string(t.parts.size()) + " parts, " +
        std::to_string(t.seeds.size()) + " seeds. Primary metric: " + escape_html(t.metrics[0].meaning) +
        "; smaller is better. Means over parts and seeds with 95 % intervals (BCa bootstrap over seeds).</p>\n";
-  s += arms_table(t, a, kAllParts) + plots(t, a);
+  s += arms_table(t, a, kAllParts) + profile_section(t, profile_rows(t)) + trade_off(t, a) + plots(t, a);
   if (const auto pairs = family(a, 0, kAllParts); !pairs.empty()) s += pairs_table(t, pairs);
   s += secondary(t, a) + settings("Settings that differ between the schemes", t.arms, page.arm_settings) +
        settings("Settings that differ between the parts", t.parts, page.part_settings) + failures(t);

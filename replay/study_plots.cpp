@@ -113,4 +113,42 @@ std::string forest_plot(const StudyTable& t, const std::vector<const ArmComparis
   return s + "</svg>\n";
 }
 
+std::string trade_off_plot(const StudyTable& t, const StudyAnalysis& a, std::size_t x_metric, std::size_t y_metric) {
+  struct Mark {
+    std::size_t arm;
+    const ArmSummary *x, *y;
+  };
+  std::vector<Mark> marks;
+  double low = INFINITY, high = 0.0, top = 0.0;
+  for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
+    const Mark m{arm, find(a, arm, kAllParts, x_metric), find(a, arm, kAllParts, y_metric)};
+    if (!m.x || !m.y || m.x->seeds == 0) continue;
+    marks.push_back(m);
+    low = std::min(low, m.x->mean), high = std::max(high, m.x->mean);
+    top = std::max({top, m.y->mean, std::isfinite(m.y->interval.high) ? m.y->interval.high : 0.0});
+  }
+  if (marks.empty()) return "";
+  constexpr double kLeft = 70, kBottom = 320;
+  const double room = std::max(0.05 * high, 0.12 * (high - low));
+  const Axis x(low - room, high + 2.0 * room, kLeft, kRight, 7), y(0.0, 1.08 * top, kBottom, kTop, 6);
+  const auto named = [](const StudyMetric& m) { return m.meaning + (m.unit.empty() ? "" : " [" + m.unit + "]"); };
+  std::string s = svg_open(660, kBottom + 50, named(t.metrics[y_metric]) + " against " + named(t.metrics[x_metric]));
+  for (const Axis::Tick& tick : x.ticks())
+    s += form("<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/>", x.px(tick.value), kTop, kBottom) + svg_text(x.px(tick.value), kBottom + 17, "middle", "tick", tick.text);
+  for (const Axis::Tick& tick : y.ticks())
+    s += form("<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/>", kLeft, y.px(tick.value), kRight) + svg_text(kLeft - 8, y.px(tick.value) + 4, "end", "tick", tick.text);
+  s += svg_text((kLeft + kRight) / 2, kBottom + 38, "middle", "name", named(t.metrics[x_metric]));
+  s += form("<g transform=\"translate(16 %.1f) rotate(-90)\">", (kTop + kBottom) / 2) + svg_text(0, 0, "middle", "name", named(t.metrics[y_metric])) + "</g>\n";
+  for (const Mark& m : marks) {
+    const double px = x.px(m.x->mean), py = y.px(m.y->mean);
+    const std::string colour = "var(--c" + std::to_string(m.arm % 6) + ")";
+    if (std::isfinite(m.y->interval.low))
+      s += form("<path d=\"M%.1f %.1fV%.1f\" stroke-width=\"2\" stroke=\"", px, y.px(std::max(0.0, m.y->interval.low)), y.px(m.y->interval.high)) + colour + "\"/>";
+    if (std::isfinite(m.x->interval.low))
+      s += form("<path d=\"M%.1f %.1fH%.1f\" stroke-width=\"2\" stroke=\"", x.px(m.x->interval.low), py, x.px(m.x->interval.high)) + colour + "\"/>";
+    s += form("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"", px, py) + colour + "\"/>" + svg_text(px + 8, py - 7, "start", "tick", t.arms[m.arm]) + "\n";
+  }
+  return s + "</svg>\n";
+}
+
 }  // namespace firn::replay

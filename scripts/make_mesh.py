@@ -6,6 +6,8 @@
     scripts/make_mesh.py --helical helical-gear.stl      the size of the ice gear of [Barnett 2012, Fig. 5-5]: 107.6 mm across,
                                                          50 mm high, 24 teeth, helix 20 degrees, bore 30 mm
     scripts/make_mesh.py --box box.stl WIDTH DEPTH HEIGHT
+    scripts/make_mesh.py --ice-box ice-box.stl           the part of [Barnett 2012, Figs. 4-15, 5-10] as cli/box_part.h reads Table 5-1: a box
+                                                         of 92 mm with rounds of 20, 16, 10 and 0 mm on a plate of 116 mm
 """
 import math
 import struct
@@ -61,12 +63,35 @@ def box(width, depth, height):
     return facets
 
 
+def ice_box(wall=6.0, plate=6.0, ledge=12.0, side=92.0, height=25.0, rounds=(0.0, 20.0, 16.0, 10.0), arc=16):
+    """Centred on x = y = 0: the profile of plate and wall swept along the outline, closed below and inside."""
+    def outline(outward, z):
+        points, half = [], side / 2 + outward
+        for k in range(4):
+            r = max(0.0, rounds[k] + outward)
+            x, y = (half - r) * (-1 if k in (0, 3) else 1), (half - r) * (-1 if k < 2 else 1)
+            angles = [(2 + k + n / arc) * math.pi / 2 for n in range(arc + 1)]
+            points += [(x + r * math.cos(a), y + r * math.sin(a), z) for a in angles]
+        return points
+    rings = [outline(*p) for p in ((ledge, 0.0), (ledge, plate), (0.0, plate), (0.0, height), (-wall, height), (-wall, plate))]
+    facets, count = [], len(rings[0])
+    for n in range(count):
+        m = (n + 1) % count
+        for low, high in zip(rings, rings[1:]):
+            facets += quad(low[n], low[m], high[m], high[n])
+        facets += [((0.0, 0.0, 0.0), rings[0][m], rings[0][n]), ((0.0, 0.0, plate), rings[-1][n], rings[-1][m])]
+    packed = [tuple(struct.pack("<3f", *p) for p in f) for f in facets]
+    return [f for f, p in zip(facets, packed) if len(set(p)) == 3]  # at the sharp corner some are none
+
+
 def main():
     words = sys.argv[1:]
     if words[:1] == ["--helical"] and len(words) == 2:
         name, facets = words[1], helical()
     elif words[:1] == ["--box"] and len(words) == 5:
         name, facets = words[1], box(*map(float, words[2:]))
+    elif words[:1] == ["--ice-box"] and len(words) == 2:
+        name, facets = words[1], ice_box()
     elif words and not words[0].startswith("-"):
         teeth = int(words[1]) if len(words) > 1 else 16
         if not 2 <= teeth <= 10000:

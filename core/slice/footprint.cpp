@@ -79,4 +79,86 @@ Mask footprint_mask(const Grid<std::uint8_t>& materials) {
   return m;
 }
 
+namespace {
+
+// The bare cells that are reached from `from` by steps to four neighbours; they are marked in `seen`.
+std::vector<std::size_t> bare_about(const Mask& mask, std::size_t from, std::vector<std::uint8_t>& seen) {
+  const GridSpec& g = mask.spec;
+  std::vector<std::size_t> cells{from};
+  seen[from] = 1;
+  for (std::size_t n = 0; n < cells.size(); ++n) {
+    const int i = int(cells[n]) % g.nx, j = int(cells[n]) / g.nx;
+    for (const auto& [x, y] : {std::pair{i - 1, j}, {i + 1, j}, {i, j - 1}, {i, j + 1}}) {
+      if (!g.contains(x, y) || mask.at(x, y) || seen[g.index(x, y)]) continue;
+      seen[g.index(x, y)] = 1;
+      cells.push_back(g.index(x, y));
+    }
+  }
+  return cells;
+}
+
+}  // namespace
+
+Mask without_narrow_holes(const Mask& mask, double widest_mm) {
+  const GridSpec& g = mask.spec;
+  const int wide = int(widest_mm / g.pitch_x_mm + 1e-9) + 1, high = int(widest_mm / g.pitch_y_mm + 1e-9) + 1;
+  const auto stays = [&](std::size_t cell) {  // at the grid's border, or the low corner of a bare square
+    const int i = int(cell) % g.nx, j = int(cell) / g.nx;
+    if (i == 0 || j == 0 || i + 1 == g.nx || j + 1 == g.ny) return true;
+    for (int y = j; y < j + high; ++y)
+      for (int x = i; x < i + wide; ++x)
+        if (!g.contains(x, y) || mask.at(x, y)) return false;
+    return true;
+  };
+  Mask out = mask;
+  std::vector<std::uint8_t> seen(mask.size());
+  for (std::size_t c = 0; c < mask.size(); ++c) {
+    if (mask.cells[c] || seen[c]) continue;
+    const std::vector<std::size_t> hole = bare_about(mask, c, seen);
+    if (std::none_of(hole.begin(), hole.end(), stays))
+      for (const std::size_t h : hole) out.cells[h] = 1;
+  }
+  return out;
+}
+
+namespace {
+
+constexpr double kSample_mm = 0.25;
+
+// Area of beads on each cell's square.
+HeightMap laid_area(const LayerPaths& layer, const GridSpec& g) {
+  HeightMap area(g, 0.0);
+  each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
+    const double dx = b.x - a.x, dy = b.y - a.y, length = std::sqrt(dx * dx + dy * dy), width = info.width * kMmPerUnit;
+    if (!(length > 0.0 && width > 0.0)) return;
+    const int along = std::max(1, int(std::ceil(length / kSample_mm))), across = std::max(1, int(std::ceil(width / kSample_mm)));
+    const double share = length * width / (double(along) * double(across));
+    for (int n = 0; n < along; ++n)
+      for (int m = 0; m < across; ++m) {
+        const double s = (n + 0.5) / along, t = ((m + 0.5) / across - 0.5) * width / length;
+        const double x = a.x + s * dx - t * dy, y = a.y + s * dy + t * dx;
+        const int i = int(std::floor((x - g.origin_x_mm) / g.pitch_x_mm + 0.5)), j = int(std::floor((y - g.origin_y_mm) / g.pitch_y_mm + 0.5));
+        if (g.contains(i, j)) area.at(i, j) += share;
+      }
+  });
+  return area;
+}
+
+}  // namespace
+
+HeightMap bead_coverage(const LayerPaths& layer, const GridSpec& g, double window_mm, double widest_hole_mm) {
+  const Mask needs = without_narrow_holes(footprint_mask(footprint_materials(layer, g)), widest_hole_mm);
+  const HeightMap area = laid_area(layer, g);
+  const int rx = int(0.5 * window_mm / g.pitch_x_mm + 1e-9), ry = int(0.5 * window_mm / g.pitch_y_mm + 1e-9);
+  HeightMap out(g, 1.0);
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      double laid = 0.0, needed = 0.0;
+      for (int y = std::max(j - ry, 0); y <= std::min(j + ry, g.ny - 1); ++y)
+        for (int x = std::max(i - rx, 0); x <= std::min(i + rx, g.nx - 1); ++x) laid += area.at(x, y), needed += needs.at(x, y);
+      if (needed > 0.0 && needs.at(i, j)) out.at(i, j) = laid / (needed * g.pitch_x_mm * g.pitch_y_mm);
+    }
+  return out;
+}
+
 }  // namespace firn::slice

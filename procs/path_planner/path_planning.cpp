@@ -7,6 +7,7 @@
 
 #include "core/motion/path_rests.h"
 #include "core/motion/placement.h"
+#include "core/slice/footprint.h"
 
 namespace firn::planning {
 namespace {
@@ -14,6 +15,8 @@ namespace {
 constexpr int kMostTries = 20;
 constexpr double kMotionSlack = 0.02;  // three times less work; the paths of a gear take 0.6 % longer
 constexpr double kReachStep_mm = 10.0;
+constexpr double kCoverageCell_mm = 1.0, kWidestSpot_mm = 2.0;
+constexpr double kLeastCoverage = 0.7, kMostCoverage = 1.4;  // beyond, a bead would be no bead
 constexpr double kShortest_mm = 0.05;  // a line that is shorter deposits nothing and cannot be driven
 
 double distance(const Point2& a, const Point2& b) {
@@ -101,11 +104,17 @@ std::vector<Point2> subdivided(const std::vector<Point2>& p, bool closed, double
 
 std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, bool measurement, const PlanningSetup& setup) {
   std::vector<PathTask> tasks;
+  std::shared_ptr<HeightMap> excess;
+  if (!measurement && setup.coverage_window_mm > 0.0) {
+    excess = std::make_shared<HeightMap>(slice::bead_coverage(layer, slice::footprint_grid(layer, kCoverageCell_mm), setup.coverage_window_mm, kWidestSpot_mm));
+    for (double& c : excess->cells) c -= 1.0;
+  }
   for (std::size_t n = 0; n < layer.info.size(); ++n) {
     if ((layer.info[n].kind == PathKind::kMeasurement) != measurement) continue;
     PathTask task = task_of(paths, layer, n, setup);
     if (length_of(task.points, task.closed) < kShortest_mm) continue;
     if (!measurement) {
+      task.excess = excess;
       tasks.push_back(std::move(task));
       continue;
     }
@@ -188,6 +197,9 @@ struct TaskPlanner::State {
       for (const Point2& p : r.tool) u.push_back(deposition::action_at(*action, p));
       deposition::corrected_flow(d.flow_mm3_s, u, d.flow_mm3_s);
     }
+    if (t.excess)
+      for (std::size_t n = 0; n < d.flow_mm3_s.size(); ++n)
+        d.flow_mm3_s[n] /= std::clamp(1.0 + deposition::action_at(*t.excess, r.tool[n]), kLeastCoverage, kMostCoverage);
     d.stops = r.rests;
     d.stops.erase(std::unique(d.stops.begin(), d.stops.end()), d.stops.end());
     std::erase_if(d.stops, [&](std::size_t n) { return n == 0 || n + 1 >= d.speed_mm_s.size(); });

@@ -37,6 +37,7 @@ struct PlanningSetup {
   double origin_z_mm = 0.0;
   double nozzle_gap_mm = 3.0;    ///< nozzle above the layer's nominal top
   double tolerance_mm = 0.05;    ///< PlanOptions::tolerance_mm
+  double coverage_window_mm = 5.0;  ///< some beads' widths; 0: beads that overlap or leave spots are laid as they are
   double action_step_mm = 2.0;   ///< a path that follows an action of the speed has a point at least so often
   std::array<MaterialSpeeds, 2> speeds;
   std::vector<ValveSetup> valves;            ///< by material
@@ -54,6 +55,7 @@ struct PathTask {
   double z_mm = 0.0;             ///< of the tool in use, above the part's origin
   std::string tool;              ///< of the machine; "laser": the setup's
   std::vector<Point2> points;
+  std::shared_ptr<const HeightMap> excess;  ///< coverage of its layer's beads less 1 (core/slice/footprint.h): less flows where they overlap; null: as they are
   bool deposits() const { return kind != PathKind::kMeasurement; }
 };
 
@@ -74,7 +76,7 @@ struct PlannedTask {
   std::int64_t pulses() const;
 };
 
-/// The paths of a layer that deposit, or those that measure it, in their order, without lines shorter than 0.05 mm.
+/// The paths of a layer that deposit (with their layer's excess), or those that measure it, in their order, without lines shorter than 0.05 mm.
 /// A measurement path that takes longer than
 /// one list of the robot (max_duration_s of the valves) is divided into equal pieces.
 std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, bool measurement, const PlanningSetup& setup);

@@ -26,11 +26,12 @@ StudyPrint imagine(const Experiment& e, const Blobs&) {
   if (++prints == stop_after) stop = true;
   const double day = random_uniform({e.plant.seed, Purpose::kTest, 0, 0, 0}), own = random_uniform({e.plant.seed, Purpose::kTest, 1, 0, std::uint32_t(e.control.smf.kp * 1000)});
   StudyPrint p{true, "finished", "as \"imagined\"", {1.0 + day + 0.1 * own + e.control.smf.kp, 1.0 / 3.0 + day}, 0.001 * double(prints)};
+  p.profile = {{1.2, day}, {2.4, day + own}};
   if (e.control.smf.kp > 2.5 && e.plant.seed % 7 == 0) p = {false, "error", "kp too large", {NAN, NAN}, 0.0};
   return p;
 }
 
-const StudyLab kLab{{{"rms_um", "um", "RMS", 2}, {"other", "", "other", 3}}, {"rms_um", "other"}, &set_seed, [](const Experiment&) {}, &imagine};
+const StudyLab kLab{{{"rms_um", "um", "RMS", 2}, {"other", "", "other", 3}}, {"rms_um", "other"}, &set_seed, [](const Experiment&) {}, &imagine, {"Along the print", "height_mm", "rms_um"}};
 
 const char* const kStudy = R"(name = "imagined"
 seeds = 21
@@ -77,6 +78,7 @@ TEST_CASE("a study gives the same bytes for one thread and for several") {
   Bench one("one"), two("two");
   REQUIRE(one.run(1) == kOk);
   CHECK(prints == 126);
+  CHECK(one.file("profile.csv").find("\"low\",\"a\",1.2,21,") != std::string::npos);
   REQUIRE(two.run(3) == kOk);
   CHECK(one.results() == two.results());
   CHECK(one.file("summary.json").find("low is better") != std::string::npos);

@@ -51,7 +51,7 @@ TEST_CASE("Every shipped study resolves, and each of its parts covers cells of t
   int count = 0;
   for (const auto& entry : fs::directory_iterator(kFolder / "studies")) {
     INFO(entry.path().string());
-    const StudyPlan plan = plan_study(load_study(entry.path()), entry.path().parent_path(), inkjet_study_lab(), entry.path().string());
+    const StudyPlan plan = plan_study(load_study(entry.path()), entry.path().parent_path(), study_lab_of(load_study(entry.path()), entry.path().parent_path()), entry.path().string());
     CHECK(plan.study.name == entry.path().stem().string());
     for (std::size_t n = 0; n < plan.inputs.size(); ++n)
       check_part(plan.experiments[n], *plan.inputs[n]);

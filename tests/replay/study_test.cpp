@@ -7,6 +7,8 @@
 #include "core/grid/random.h"
 #include "replay/study_analysis.h"
 #include "replay/study_page.h"
+#include "replay/study_plots.h"
+#include "replay/study_profile.h"
 
 using namespace firn;
 using namespace firn::replay;
@@ -157,4 +159,43 @@ TEST_CASE("page and CSV hold every arm, escape what names hold, and are the same
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 32);
   CHECK(csv.find("\"a <b>\"\"c\"\"\"") != std::string::npos);
   CHECK(csv.find("\"said \"\"no\"\", twice\"") != std::string::npos);
+}
+
+TEST_CASE("A profile has a row for each place, over the seeds that came so far") {
+  StudyTable t = made({0.0, 1.0}, 9, 0.3, 1, 1);
+  CHECK(profile_rows(t).empty());
+  CHECK(profile_text(t, {}).empty());
+  CHECK(profile_section(t, {}).empty());
+  t.profile = {"RMS against height", "height_mm", "rms_um"};
+  for (std::size_t arm = 0; arm < 2; ++arm)
+    for (std::size_t seed = 0; seed < 9; ++seed) {
+      StudyRun& r = t.runs[arm * 9 + seed];
+      r.profile = {{1.2, 10.0 * double(arm + 1) + double(seed)}, {2.4, 100.0}, {3.6, NAN}};
+      if (arm == 1 && seed > 2) r.profile.resize(1);  // stopped
+    }
+  const std::vector<ProfileRow> rows = profile_rows(t);
+  REQUIRE(rows.size() == 4);
+  CHECK(rows[0].x == 1.2);
+  CHECK(rows[0].seeds == 9);
+  CHECK(rows[0].mean == Approx(14.0));
+  CHECK(rows[0].interval.low < 14.0);
+  CHECK(rows[0].interval.high > 14.0);
+  CHECK(rows[0].least == 10.0);
+  CHECK(rows[0].largest == 18.0);
+  CHECK(rows[1].interval.low == 100.0);
+  CHECK(rows[3].arm == 1);
+  CHECK(rows[3].seeds == 3);
+  CHECK(profile_csv(t, rows).find("\"arm1\",\"part0\",2.4,3,100,100,100,100,100\n") != std::string::npos);
+  CHECK(profile_text(t, rows).find("100.0 [100.0, 100.0] 100.0") != std::string::npos);
+  CHECK(profile_section(t, rows).find("RMS against height") != std::string::npos);
+}
+
+TEST_CASE("Accuracy against time has a mark for each scheme that finished") {
+  StudyTable t = made({0.0, 1.0, 2.0}, 9, 0.3, 1, 1);
+  t.metrics[1] = {"time_h", "h", "time", 2};
+  for (std::size_t seed = 0; seed < 9; ++seed) t.runs[18 + seed].finished = false;
+  const std::string plot = trade_off_plot(t, analyse(t), 1, 0);
+  CHECK(plot.find(">arm0<") != std::string::npos);
+  CHECK(plot.find(">arm1<") != std::string::npos);
+  CHECK(plot.find(">arm2<") == std::string::npos);
 }

@@ -1,6 +1,7 @@
 #include "core/slice/print_paths.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "core/grid/random.h"
 #include "core/slice/footprint.h"
@@ -121,6 +122,52 @@ TEST_CASE("Each cell is of the material of its nearest line; a layer that deposi
   l.info[0].kind = l.info[1].kind = PathKind::kMeasurement;
   CHECK_THROWS_WITH(footprint_grid(l, 0.4), Catch::Contains("layer 3 deposits nothing"));
   CHECK_THROWS_WITH(footprint_grid(l, 0.0), Catch::Contains("pitch"));
+}
+
+TEST_CASE("Spots between beads belong to what a layer should cover; a bore and a notch in the border do not") {
+  Mask m({30, 20, 1.0, 1.0, 0.0, 0.0});
+  for (int j = 2; j < 18; ++j)
+    for (int i = 2; i < 28; ++i) m.at(i, j) = 1;
+  const Mask whole = m;
+  CHECK(without_narrow_holes(whole, 2.0) == whole);
+  m.at(5, 5) = 0;                                    // a spot
+  for (int i = 10; i < 20; ++i) m.at(i, 4) = m.at(i, 5) = 0;  // a long one, two cells wide
+  CHECK(without_narrow_holes(m, 2.0) == whole);
+  Mask expected = whole;
+  for (int j = 9; j < 13; ++j)
+    for (int i = 9; i < 13; ++i) m.at(i, j) = expected.at(i, j) = 0;  // a bore
+  for (int j = 0; j < 8; ++j) m.at(24, j) = expected.at(24, j) = 0;    // a notch
+  m.at(25, 8) = 0;                                                     // touches it at a corner only
+  CHECK(without_narrow_holes(m, 2.0) == expected);
+  CHECK(without_narrow_holes(m, 0.5) == m);
+}
+
+TEST_CASE("Coverage is width over distance: 1 where beads touch, more where they overlap, less where they leave a slit") {
+  for (const double apart_mm : {2.5, 3.0, 3.5}) {
+    LayerPaths l;
+    l.layer = 1;
+    l.z = l.height = 2400;
+    for (int n = 0; n < 20; ++n) {
+      const auto y = std::int32_t(std::lround(apart_mm * n * kUnitsPerMm));
+      l.lines.add(std::vector<Point>{{0, y}, {40 * kUnitsPerMm, y}});
+      l.info.push_back({PathKind::kFill, 0, false, 3 * kUnitsPerMm});
+    }
+    for (const std::int32_t x : {0, 40}) {  // so that slits are enclosed
+      l.lines.add(std::vector<Point>{{x * kUnitsPerMm, 0}, {x * kUnitsPerMm, std::int32_t(std::lround(19 * apart_mm * kUnitsPerMm))}});
+      l.info.push_back({PathKind::kBoundary, 0, false, 3 * kUnitsPerMm});
+    }
+    const GridSpec g = footprint_grid(l, 1.0);
+    const HeightMap c = bead_coverage(l, g, 15.0, 2.0);
+    double sum = 0.0, cells = 0.0;
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i)
+        if (g.x_mm(i) > 10.0 && g.x_mm(i) < 30.0 && g.y_mm(j) > 12.0 && g.y_mm(j) < 19.0 * apart_mm - 12.0) {
+          CHECK(c.at(i, j) == Approx(3.0 / apart_mm).epsilon(0.08));
+          sum += c.at(i, j), cells += 1.0;
+        }
+    CHECK(sum / cells == Approx(3.0 / apart_mm).epsilon(0.02));
+    CHECK(c.at(0, 0) > 0.0);
+  }
 }
 
 }  // namespace firn::slice
