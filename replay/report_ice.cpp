@@ -132,7 +132,9 @@ std::string shaded_relief(const HeightMap& h, double step_mm, const std::string&
       // Lambert's law under a light from the upper left: (-1, 1, 1.4).
       double light = (dx - dy + 1.4) / (std::sqrt(dx * dx + dy * dy + 1.0) * std::sqrt(3.96));
       light = std::clamp(0.25 + 0.75 * light, 0.15, 1.0);
-      const bool contour = step_mm > 0.0 && (std::floor(z / step_mm) != std::floor(east / step_mm) || std::floor(z / step_mm) != std::floor(north / step_mm));
+      // Half a step aside: a flat top at a whole number of steps is not covered with its own noise.
+      const auto band = [&](double height) { return std::floor(height / step_mm + 0.5); };
+      const bool contour = step_mm > 0.0 && (band(z) != band(east) || band(z) != band(north));
       const double height = top > 0.0 ? std::clamp(z / top, 0.0, 1.0) : 0.0;
       const double shade = light * (contour ? 0.75 : 1.0);
       pixels.at(i, g.ny - 1 - j) = {std::uint8_t(shade * (150 + 80 * height)), std::uint8_t(shade * (175 + 65 * height)), std::uint8_t(shade * (195 + 55 * height)), 255};
