@@ -112,7 +112,8 @@ inline std::vector<Judged> judge_flow(const Experiment& e, const LabCalibration&
 }
 /// Height of the fitted table at its points' middle; slopes as heights over 100 mm.
 inline std::vector<Judged> judge_table(const Experiment& e, const LabCalibration& c) {
-  const double x = e.calibration.level_x_mm[1], y = e.calibration.level_y_mm[1], d = 50.0;
+  const CalibrationConfig& k = e.calibration;
+  const double x = k.level_x_mm[k.level_x_mm.size() / 2], y = k.level_y_mm[k.level_y_mm.size() / 2], d = 50.0;
   const auto& a = c.also;
   return {{a[0].second.value - table_mm(e, x, y), a[0].second.half_95},
           {100.0 * a[1].second.value - table_mm(e, x + d, y) + table_mm(e, x - d, y), 100.0 * a[1].second.half_95},
