@@ -26,6 +26,8 @@
 namespace firn {
 namespace {
 
+constexpr std::size_t kWalBuffer_bytes = 1 << 16;
+
 std::int64_t stopwatch_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -40,7 +42,7 @@ plant::World make_world(const RunFolder& run, const Experiment& e, bool resume, 
 // A node with its write-ahead file.
 struct Member {
   Member(const RunFolder& run, const NamedMaker& maker, const Blobs& inputs, bool resume)
-      : wal(run.wal_path(info(maker.id).name), resume),
+      : wal(run.wal_path(info(maker.id).name), resume, kWalBuffer_bytes),
         host(maker.id, maker.make(run.experiment_toml(), inputs), run.run_id(), &wal) {
     host.set_stopwatch(stopwatch_ns);
   }
@@ -197,6 +199,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     }
   }
   record->flush();
+  for (const auto& m : members) m->wal.flush();
   world.world().save(run.path() / "world" / "state");
   log.close();
 

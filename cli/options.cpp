@@ -117,6 +117,7 @@ void declare_report(CLI::App& app, Run& run) {
   auto o = bind(app, run, run_report);
   app.add_option("RUN", o->runs, "run folders")->required();
   app.add_option("-o,--output", o->output, "HTML file")->capture_default_str();
+  app.add_flag("--no-replay", o->no_replay, "do not replay the runs for a verdict: seconds instead of minutes for long ones");
   json_flag(app, o->json);
 }
 

@@ -18,7 +18,8 @@
 namespace firn {
 namespace {
 
-std::string verdict_of(const std::string& run) {
+std::string verdict_of(const std::string& run, bool no_replay) {
+  if (no_replay) return {};
   ReplayCommandOptions options;
   options.run = run;
   return replay_verdict(options).identical() ? "identical" : "differs";
@@ -39,7 +40,7 @@ void write_report(const ReportOptions& options) {
   try {
     for (std::size_t n = 0; n < options.runs.size(); ++n) {
       const std::string& run = options.runs[n];
-      runs.push_back({replay::read_run_data(run), options.verdicts.empty() ? verdict_of(run) : options.verdicts[n]});
+      runs.push_back({replay::read_run_data(run), options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n]});
       write_file_atomically(std::filesystem::path(run) / "metrics.csv", replay::metrics_csv(runs.back().data));
     }
     write_file_atomically(options.output, replay::report_page(runs, differing_parameters(recorded_experiments(options.runs))));

@@ -10,6 +10,7 @@ struct ReportOptions {
   std::vector<std::string> runs;      ///< run folders
   std::string output = "report.html";
   std::vector<std::string> verdicts;  ///< of replay, by run; empty = each run is replayed for the report
+  bool no_replay = false;             ///< no verdict then: a long run is replayed for minutes, its figures read in seconds
   bool json = false;
 };
 

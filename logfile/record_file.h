@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "logfile/damage.h"
 #include "logfile/file.h"
@@ -22,32 +23,40 @@ inline constexpr std::size_t kRecordHeaderBytes = 32;
 inline constexpr std::size_t kRecordFileHeaderBytes = 16;
 inline constexpr std::size_t kMaxRecordPayloadBytes = std::size_t(1) << 30;
 
-/// Appends records. One writev() each, no allocation, so that a record is in the kernel when append() returns.
+/// Appends records. One writev() each, no allocation, so that a record is in the kernel when append() returns; with a buffer
+/// records reach the kernel when so many bytes have come together, and a killed process loses those that wait.
 class RecordWriter {
  public:
   using Mode = File::Mode;
   /// kCreate: a new file, refused if one exists. kAppend: goes on behind the last valid record; what stands behind it
   /// (a torn record) is first copied to "<path>.torn-<n>". A file that holds neither header nor record of ours is
   /// refused. @throws FileError, std::runtime_error
-  RecordWriter(const std::filesystem::path& path, Mode mode);
+  RecordWriter(const std::filesystem::path& path, Mode mode, std::size_t buffer_bytes = 0);
+  ~RecordWriter();  ///< flushes; what then fails is lost: flush() tells
 
   /// @param kind the caller's; @param parts the payload in pieces, at most 14
   /// @returns the index of the record
   /// @throws FileError (path, byte, errno text) when the record could not be written whole; the file then ends with
-  ///         the record before, and append() may be tried again. std::invalid_argument: too many parts, too long.
+  ///         the record before (with a buffer: before the buffer's first), and append() may be tried again.
+  ///         std::invalid_argument: too many parts, too long.
   std::uint64_t append(std::uint16_t kind, std::span<const std::span<const std::byte>> parts);
   std::uint64_t append(std::uint16_t kind, std::span<const std::byte> payload) { return append(kind, {&payload, 1}); }
 
-  void sync() { file_.sync(); }    ///< fdatasync: survives a power cut. @throws FileError
-  void close() { file_.close(); }  ///< @throws FileError
+  void flush();  ///< the buffer goes to the kernel. @throws FileError
+  void sync() { flush(), file_.sync(); }    ///< fdatasync: survives a power cut. @throws FileError
+  void close() { flush(), file_.close(); }  ///< @throws FileError
   std::uint64_t next_index() const { return next_index_; }
-  std::uint64_t bytes() const { return file_.position(); }
+  std::uint64_t bytes() const { return file_.position() + buffer_.size(); }
   const std::filesystem::path& path() const { return file_.path(); }
   /// Where kAppend put a torn tail; empty if there was none.
   const std::filesystem::path& torn_path() const { return torn_path_; }
 
  private:
+  void write(std::span<iovec> parts);
+
   File file_;
+  std::size_t buffer_bytes_;
+  std::vector<std::byte> buffer_;
   std::uint64_t next_index_ = 0;
   std::filesystem::path torn_path_;
 };

@@ -13,7 +13,7 @@ iovec io(const void* data, std::size_t bytes) { return {const_cast<void*>(data),
 
 }  // namespace
 
-RecordWriter::RecordWriter(const std::filesystem::path& path, Mode mode) : file_(path, mode) {
+RecordWriter::RecordWriter(const std::filesystem::path& path, Mode mode, std::size_t buffer_bytes) : file_(path, mode), buffer_bytes_(buffer_bytes) {
   if (mode == Mode::kAppend && file_.position() > 0) {
     const MappedFile mapped(path);
     const auto bytes = mapped.bytes();
@@ -33,6 +33,13 @@ RecordWriter::RecordWriter(const std::filesystem::path& path, Mode mode) : file_
   if (file_.position() == 0) {
     iovec header = io(kFileHeader.data(), kFileHeader.size());
     file_.write({&header, 1});
+  }
+}
+
+RecordWriter::~RecordWriter() {
+  try {
+    flush();
+  } catch (const std::exception&) {
   }
 }
 
@@ -57,14 +64,34 @@ std::uint64_t RecordWriter::append(std::uint16_t kind, std::span<const std::span
   for (const auto& part : parts) out[n++] = io(part.data(), part.size());
   out[n++] = io(kZeros.data(), padded(length) - length);
 
+  if (buffer_bytes_ == 0) {
+    write({out.data(), n});
+    return next_index_++;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto* from = static_cast<const std::byte*>(out[i].iov_base);
+    buffer_.insert(buffer_.end(), from, from + out[i].iov_len);
+  }
+  ++next_index_;
+  if (buffer_.size() >= buffer_bytes_) flush();
+  return next_index_ - 1;
+}
+
+void RecordWriter::write(std::span<iovec> parts) {
   const std::uint64_t start = file_.position();
   try {
-    file_.write({out.data(), n});
+    file_.write(parts);
   } catch (const FileError&) {
     if (file_.position() != start) file_.truncate(start);  // no half record stays behind
     throw;
   }
-  return next_index_++;
+}
+
+void RecordWriter::flush() {
+  if (buffer_.empty()) return;
+  iovec all = io(buffer_.data(), buffer_.size());
+  write({&all, 1});
+  buffer_.clear();
 }
 
 }  // namespace firn::logfile

@@ -1,8 +1,12 @@
 #include "replay/wal_file.h"
 
+#include <sys/mman.h>
+
 namespace firn::replay {
 
 namespace {
+
+constexpr std::uint64_t kForget_bytes = 16 << 20;  // a multiple of any page
 
 bool is(const std::optional<logfile::Record>& record, WalKind kind) {
   return record && record->kind == std::uint16_t(kind);
@@ -16,6 +20,14 @@ std::optional<logfile::Record> WalFile::take() {
   std::optional<logfile::Record> record = ahead_ ? ahead_ : reader_.next();
   ahead_.reset();
   return record;
+}
+
+// The mapping is read-only and private: its pages are the file's.
+void WalFile::forget_read() {
+  if (offset_ < forgotten_ + 2 * kForget_bytes) return;
+  const std::uint64_t until = (offset_ / kForget_bytes) * kForget_bytes;
+  ::madvise(const_cast<std::byte*>(map_.bytes().data()) + forgotten_, until - forgotten_, MADV_DONTNEED);
+  forgotten_ = until;
 }
 
 // Outputs stand directly behind their event; what follows tells whether the incarnation ended here.
@@ -42,6 +54,7 @@ WalFile::Item WalFile::next() {
   const std::optional<logfile::Record> record = take();
   if (!record) return Item::kEnd;
   offset_ = record->offset;
+  forget_read();
   try {
     switch (WalKind(record->kind)) {
       case WalKind::kHead:

@@ -24,7 +24,8 @@ struct RecordedStep {
   std::uint64_t offset = 0;            ///< of the event's record
 };
 
-/// Reads forward, allocates nothing per step.
+/// Reads forward, allocates nothing per step. What was read leaves the process's memory (views into it stay valid: it comes
+/// back from the file when it is looked at), so that memory does not grow with the file.
 class WalFile {
  public:
   /// @throws logfile::FileError
@@ -49,6 +50,7 @@ class WalFile {
  private:
   std::optional<logfile::Record> take();
   void attach_outputs();
+  void forget_read();
 
   logfile::MappedFile map_;
   logfile::RecordReader reader_;
@@ -56,7 +58,7 @@ class WalFile {
   WalHead head_;
   RecordedStep step_;
   std::string trouble_;
-  std::uint64_t offset_ = 0;
+  std::uint64_t offset_ = 0, forgotten_ = 0;
 };
 
 }  // namespace firn::replay

@@ -32,8 +32,10 @@ struct Replayed {
 
 }  // namespace
 
-WalFile::WalFile(const std::filesystem::path& path, bool resume)
-    : writer_(path, resume ? logfile::RecordWriter::Mode::kAppend : logfile::RecordWriter::Mode::kCreate) {}
+WalFile::WalFile(const std::filesystem::path& path, bool resume, std::size_t buffer_bytes)
+    : writer_(path, resume ? logfile::RecordWriter::Mode::kAppend : logfile::RecordWriter::Mode::kCreate, buffer_bytes), buffered_(buffer_bytes > 0) {}
+
+void WalFile::sync() { buffered_ ? writer_.flush() : writer_.sync(); }
 
 void WalFile::append(WalKind kind, std::span<const std::byte> payload) { writer_.append(std::uint16_t(kind), payload); }
 

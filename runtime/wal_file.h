@@ -16,13 +16,17 @@ namespace firn {
 class WalFile : public WalSink {
  public:
   /// @param resume false: a new file, refused if there is one; true: goes on behind the last whole record.
-  WalFile(const std::filesystem::path& path, bool resume);
+  /// @param buffer_bytes of logfile::RecordWriter; above 0 only where no instrument outlives the process: sync() then waits
+  ///        for no disk
+  WalFile(const std::filesystem::path& path, bool resume, std::size_t buffer_bytes = 0);
   void append(WalKind kind, std::span<const std::byte> payload) override;
-  void sync() override { writer_.sync(); }
+  void sync() override;
+  void flush() { writer_.flush(); }
   const std::filesystem::path& path() const { return writer_.path(); }
 
  private:
   logfile::RecordWriter writer_;
+  bool buffered_;
 };
 
 /// What a resume learns from the file, in the order of the records.

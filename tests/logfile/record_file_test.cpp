@@ -78,6 +78,23 @@ TEST_CASE("A written record stands in the file before the writer is closed, as a
   CHECK(writer.bytes() == bytes.size());
 }
 
+TEST_CASE("A buffered writer leaves the same bytes, once it is flushed or gone") {
+  const Scratch scratch("buffered");
+  for (const std::size_t buffer_bytes : {std::size_t(1), std::size_t(200), std::size_t(1) << 20}) {
+    const auto plain = scratch / ("plain" + std::to_string(buffer_bytes)), buffered = scratch / ("buffered" + std::to_string(buffer_bytes));
+    {
+      RecordWriter a(plain, RecordWriter::Mode::kCreate), b(buffered, RecordWriter::Mode::kCreate, buffer_bytes);
+      for (int n = 0; n < 40; ++n) {
+        const std::string text(std::size_t(n * 7 % 50), char('a' + n % 26));
+        CHECK(a.append(std::uint16_t(n), as_span(text)) == b.append(std::uint16_t(n), as_span(text)));
+        CHECK(a.bytes() == b.bytes());
+        if (n == 20) b.flush(), CHECK(read_file(plain) == read_file(buffered));
+      }
+    }
+    CHECK(read_file(plain) == read_file(buffered));
+  }
+}
+
 TEST_CASE("Creating over an existing record file is refused, and so are two writers of one file") {
   const Scratch scratch("exists");
   RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
