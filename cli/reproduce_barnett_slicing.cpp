@@ -2,9 +2,13 @@
 // own machine, so times stand side by side without a verdict; what follows from formats and geometry has one.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
+#include <memory>
 #include <stdexcept>
+#include <string_view>
 
 #include "cli/mesh_file.h"
 #include "cli/reproduce.h"
@@ -13,6 +17,7 @@
 #include "cli/slice_job.h"
 #include "cli/slice_pictures.h"
 #include "cli/thread_pool.h"
+#include "core/slice/clipper.h"
 #include "core/slice/planar.h"
 #include "core/slice/scaffold.h"
 
@@ -40,10 +45,13 @@ struct Thesis {
   std::uint32_t around, up;
   double facets, polymerge_s, segmerge_s, segmerge2_s, segments, filtered;
   double part_s, scaffold_s;                     // Table 3-4, BUFFERF
+  double scaffold_segments;                      // Table 3-4; the part's are `filtered`
+  double old_part_s, old_scaffold_s;             // BUFFERM, revision 1.5.4.9
+  double new_part_s, new_scaffold_s;             // BUFFERM, revision 1.5.4.13
   double read_s, slice_s, rpscaf_s, bounds_s, fill_s, total_s;  // Table 3-5
 };
-constexpr Thesis kCoarse{"coarse", 63, 31, 3906, 3.3, 0.8, 0.5, 118604, 112044, 23.8, 60.3, 0.1, 1.8, 247.7, 84.1, 668.8, 1002.5};
-constexpr Thesis kFine{"fine", 1000, 500, 1e6, 521.8, 25.9, 7.0, 1739712, 302332, 64.6, 127.4, 0.5, 12.7, 243.9, 192.0, 832.2, 1281.3};
+constexpr Thesis kCoarse{"coarse", 63, 31, 3906, 3.3, 0.8, 0.5, 118604, 112044, 23.8, 60.3, 283541, 163.8, 479.1, 285.1, 1244.2, 0.1, 1.8, 247.7, 84.1, 668.8, 1002.5};
+constexpr Thesis kFine{"fine", 1000, 500, 1e6, 521.8, 25.9, 7.0, 1739712, 302332, 64.6, 127.4, 555417, 667.4, 1271.4, 1339.7, 4196.8, 0.5, 12.7, 243.9, 192.0, 832.2, 1281.3};
 
 void format_rows(Reproduction& to, const SampleMesh& mesh) {
   struct Row {
@@ -88,9 +96,49 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
   to.row(row_holds(id("import-same"), "every format gives the same facets, within the digits of its text", "", same ? "the same" : "different", same));
 }
 
+// The thesis's slow techniques, in C++: one reading call for each facet, or for each word.
+void loop_rows(Reproduction& to, const SampleMesh& mesh) {
+  struct Facet {
+    float numbers[12];
+    std::uint16_t attribute;
+  };
+  const auto opened = [](const std::string& text) {
+    std::FILE* file = fmemopen(const_cast<char*>(text.data()), text.size(), "r");
+    if (!file) throw std::runtime_error("fmemopen failed");
+    return std::unique_ptr<std::FILE, int (*)(std::FILE*)>(file, &std::fclose);
+  };
+  const std::string facets = fmt::format(", {} facets (thesis: a million)", mesh.triangles.size());
+  const auto row = [&](const char* name, const char* what, double thesis_s, std::size_t read, double took) {
+    to.row(decimals(3, row_informative(id(std::string("import-") + name), std::string("Table 3-2: import, ") + what + facets, "s", thesis_s, took)));
+    to.row(row_holds(id(std::string("import-") + name + "-all"), std::string("every facet is read by ") + what, "", std::to_string(read), read == mesh.triangles.size()));
+  };
+  std::size_t read = 0;
+  const std::string binary = mesh_bytes(mesh, MeshFormat::kBinaryStl), text = mesh_bytes(mesh, MeshFormat::kAsciiStl);
+  const double binary_s = seconds_of([&] {
+    const auto file = opened(binary);
+    std::vector<Facet> list;
+    Facet f{};
+    std::fseek(file.get(), 84, SEEK_SET);
+    while (std::fread(f.numbers, sizeof f.numbers, 1, file.get()) == 1 && std::fread(&f.attribute, 2, 1, file.get()) == 1) list.push_back(f);
+    read = list.size();
+  });
+  row("binary-stl-loop", "binary-stl by a loop with a reading call per facet", 21.6, read, binary_s);
+  const double text_s = seconds_of([&] {
+    const auto file = opened(text);
+    std::vector<std::array<float, 3>> corners;
+    std::array<float, 3> c{};
+    char word[80];
+    while (std::fscanf(file.get(), "%79s", word) == 1)
+      if (std::string_view(word) == "vertex" && std::fscanf(file.get(), "%f %f %f", &c[0], &c[1], &c[2]) == 3) corners.push_back(c);
+    read = corners.size() / 3;
+  });
+  row("ascii-stl-loop", "ascii-stl by a loop with a reading call per word", 104.8, read, text_s);
+}
+
 // All stages of one mesh, each timed. The concentric fill runs from the outline, so bounds are timed without it.
 struct Stages {
   double read_s = 0, slice_s = 0, link_s = 0, scaffold_s = 0, part_bounds_s = 0, scaffold_bounds_s = 0, all_paths_s = 0;
+  double part_clipper_s = 0, scaffold_clipper_s = 0;  // the same outlines offset by Clipper 1
   slice::SliceCounts counts;
   slice::MeshFacts facts;
   std::vector<slice::LayerRegions> layers;
@@ -146,6 +194,15 @@ Stages run_stages(const SampleMesh& mesh, const ParallelFor& parallel) {
   };
   s.part_bounds_s = only(0);
   s.scaffold_bounds_s = only(1);
+  const auto by_clipper = [&](std::size_t material, double offset_mm) {
+    return seconds_of([&] {
+      parallel(int(s.layers.size()), [&](int n) {
+        slice::clipper_offset(s.layers[std::size_t(n)].by_material[material], offset_mm, options.chord_tolerance_mm);
+      });
+    });
+  };
+  s.part_clipper_s = by_clipper(0, options.part.first_offset_mm);
+  s.scaffold_clipper_s = by_clipper(1, options.scaffold.first_offset_mm);
   std::vector<slice::LayerPaths> paths;
   s.all_paths_s = seconds_of([&] { paths = plan_all(s.layers, options, parallel); });
   for (const slice::LayerPaths& l : paths) {
@@ -170,6 +227,12 @@ void stage_rows(Reproduction& to, const Thesis& t, const Stages& s, std::size_t 
   row("link-polymerge", "Table 3-3: linking, POLYMERGE", "s", t.polymerge_s, s.link_s, 3);
   row("offset-part", "Table 3-4: offset of the part's outline, BUFFERF", "s", t.part_s, s.part_bounds_s, 3);
   row("offset-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERF", "s", t.scaffold_s, s.scaffold_bounds_s, 3);
+  row("scaffold-segments", "Table 3-4: segments of the scaffold's outlines", "", t.scaffold_segments, double(s.scaffold_points), 0);
+  const std::string clipper = " (ours: Clipper 1, every outline offset on its own)";
+  row("bufferm-part", "Table 3-4: offset of the part's outline, BUFFERM 1.5.4.9" + clipper, "s", t.old_part_s, s.part_clipper_s, 3);
+  row("bufferm-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERM 1.5.4.9" + clipper, "s", t.old_scaffold_s, s.scaffold_clipper_s, 3);
+  row("bufferm-new-part", "Table 3-4: offset of the part's outline, BUFFERM 1.5.4.13" + clipper, "s", t.new_part_s, s.part_clipper_s, 3);
+  row("bufferm-new-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERM 1.5.4.13" + clipper, "s", t.new_scaffold_s, s.scaffold_clipper_s, 3);
   const double bounds = s.part_bounds_s + s.scaffold_bounds_s, fill = std::max(0.0, s.all_paths_s - bounds);
   row("read", "Table 3-5: FACETREAD", "s", t.read_s, s.read_s, 3);
   row("slice", "Table 3-5: FACETSLICE", "s", t.slice_s, s.slice_s, 3);
@@ -223,6 +286,7 @@ void reproduce_barnett_slicing(Reproduction& to) {
   to.progress(0.0, "mesh");
   const SampleMesh fine = given ? mesh_of(to.mesh()) : quick ? statue(120, 60) : statue(kFine.around, kFine.up);
   format_rows(to, fine);
+  loop_rows(to, fine);
   to.progress(0.4, "coarse mesh");
   const SampleMesh coarse = statue(kCoarse.around, kCoarse.up);
   stage_rows(to, kCoarse, run_stages(coarse, parallel), coarse.triangles.size(), false);
