@@ -150,6 +150,7 @@ RunData read_run_data(const fs::path& run) {
   }
   data.target = height_map_from_npy(target, grid, "target");
   data.mask = mask_from_npy(mask, grid, "mask");
+  if (has_input(provenance, "geometry")) data.inks = read_ink_data(messages, read_input(run, provenance, "geometry"), data.mask);
   read_truth(run, data, rows);
   for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
   return data;

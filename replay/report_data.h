@@ -10,6 +10,7 @@
 
 #include "core/grid/grid.h"
 #include "replay/report_ice_data.h"
+#include "replay/report_inks.h"
 
 namespace firn::replay {
 
@@ -37,6 +38,7 @@ struct RunData {
   HeightMap target;
   Mask mask;
   std::optional<IceData> ice;        ///< of a run of the ice lab; height, target and mask are its last interval's then
+  std::optional<InkData> inks;       ///< of a print with two inks
   std::vector<std::pair<std::string, std::string>> provenance;  ///< name, value; in reading order
 };
 

@@ -258,7 +258,10 @@ std::string report_page(const std::vector<ReportRun>& runs, const std::vector<Di
   std::vector<NamedIce> ice;
   for (std::size_t n = 0; n < runs.size(); ++n)
     if (runs[n].data.ice) ice.push_back({names[n], &*runs[n].data.ice});
-  s += summary(runs, names) + result_table(runs, names) + ice_sections(ice) + maps(runs, names) + sections(runs, names) + by_layer(runs, names) +
+  std::vector<NamedInks> inks;
+  for (std::size_t n = 0; n < runs.size(); ++n)
+    if (runs[n].data.inks) inks.push_back({names[n], &*runs[n].data.inks});
+  s += summary(runs, names) + result_table(runs, names) + ice_sections(ice) + maps(runs, names) + sections(runs, names) + ink_sections(inks) + by_layer(runs, names) +
        times(runs, names) + differing(parameters, names) + provenance(runs, names);
   return s + "</body></html>\n";
 }

@@ -73,6 +73,38 @@ TEST_CASE("a report of two prints is one page without outside references, and me
   CHECK(count(csv, ",") == columns * (run.layers.size() + 1));
 }
 
+TEST_CASE("a report of a print with two inks shows the wanted and the printed ink of its layers and the block they make") {
+  const fs::path file = fs::path(FIRN_SOURCE_DIR) / "experiments" / "gear.toml";
+  const Experiment e = load_experiment(file);
+  const RunFolder run = RunFolder::create(scratch_folder("report-inks"), e, make_inputs(e, file.parent_path()), {"firn", "print"});
+  REQUIRE(run_in_lab(run, {}).result.status == 0);
+  const replay::RunData data = replay::read_run_data(run.path());
+  REQUIRE(data.inks);
+  CHECK(data.inks->layers.size() == data.layers.back().layer);
+  std::size_t object = 0, printed = 0;
+  for (const replay::InkLayer& l : data.inks->layers)
+    for (std::size_t c = 0; c < l.planned.size(); ++c) {
+      object += l.planned.of(c) == Material::kA;
+      if (l.planned.of(c) == Material::kNone) continue;
+      ++printed;
+      CHECK(data.mask.cells[c] != 0);
+      CHECK(l.planned.of(c) == l.wanted.of(c));
+    }
+  CHECK(object > 1000);
+  CHECK(printed > object);
+  for (std::size_t c = 0; c < data.mask.size(); ++c)
+    if (data.mask.cells[c]) CHECK(data.inks->printed.top_mm(c) == Approx(data.height.cells[c]).margin(0.02));
+  ReportOptions options;
+  options.runs = {run.path().string()};
+  options.output = (scratch_folder("report-inks-page") / "report.html").string();
+  write_report(options);
+  const std::string page = text_of(options.output);
+  CHECK(page.find("<h2>Inks</h2>") != page.npos);
+  CHECK(count(page, ">wanted</text>") == 6 + 1);  // six layers and the block
+  CHECK(page.find("0 wrong voxels of") != page.npos);
+  CHECK(count(page, "<svg") == count(page, "</svg>"));
+}
+
 TEST_CASE("a print that died and was resumed replays identical and its audit is clean") {
   RandomStream random(21, Purpose::kKill);
   for (int trial = 0; trial < 12; ++trial) {

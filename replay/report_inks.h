@@ -1,0 +1,42 @@
+// The report's section for prints with two inks: which ink was wanted and planned where, layer by layer, and the block that
+// came of it [Lu 2015, IV-B, Figs. 13-15].
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/grid/geometry.h"
+#include "core/grid/material_columns.h"
+#include "replay/run_messages.h"
+
+namespace firn::replay {
+
+/// One printed layer: the inks of its cells as the controller planned them, and the surface that was measured after it.
+struct InkLayer {
+  std::int32_t layer = 0;
+  double height_mm = 0.0;        ///< mean of that surface where ink was printed
+  MaterialMap planned;
+  MaterialMap wanted;            ///< the object's mask at the surface before the layer, cell by cell
+};
+
+struct InkData {
+  Geometry geometry;
+  MaterialColumns printed;       ///< from the record: planned ink, as thick as the measured surface rose
+  std::vector<InkLayer> layers;
+};
+
+/// @param geometry the run's input of that name. @param block cells that are printed. @throws std::invalid_argument: damaged geometry
+/// @return none if no layer with two inks was printed and measured
+std::optional<InkData> read_ink_data(const RunMessages& messages, std::span<const std::byte> geometry, const Mask& block);
+
+struct NamedInks {
+  std::string name;
+  const InkData* data;
+};
+/// HTML; empty for no run.
+std::string ink_sections(const std::vector<NamedInks>& runs);
+
+}  // namespace firn::replay
