@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kMachine = "[machine]\nname = \"cobra600\"\n";
 constexpr const char* kSlice =
-    "[mesh]\nplace_x = \"cent\"\nplace_y = \"cent\"\nplace_z = \"number\"\nz_mm = [0.0]\n[part]\nfirst_offset_mm = 0.75\n[scaffold]\nfirst_offset_mm = 0.75\n[support]\nkind = \"full\"\nbuffer_mm = 3.0\n";
+    "[mesh]\nplace_x = \"cent\"\nplace_y = \"cent\"\nplace_z = \"number\"\nz_mm = [0.0]\n[part]\nfirst_offset_mm = 0.75\n[scaffold]\nfirst_offset_mm = 0.9\n[support]\nkind = \"full\"\nbuffer_mm = 3.3\n";
 
 /// Files that the lab's own code reads, for as long as they are needed.
 class Folder {
@@ -67,13 +67,13 @@ Experiment experiment_of(double height_mm) {
   e.ice.layer_height_mm = 0.25;
   e.ice.height_mm = height_mm;
   e.ice.interval_layers = 5;
-  e.ice.measure_spacing_mm = 2.0;
+  e.ice.measure_spacing_mm = 1.5;  // rings of it fill wall and scaffold
   e.ice.water = {25.0, 40.0, 50.0};
   e.ice.scaffold = {25.0, 40.0, 125.0};
   e.laser_point.latency_s = -0.0276;
   e.valve_a.latency_s = e.valve_b.latency_s = -0.0270;
   e.process.max_rescans = 1;
-  e.process.min_measured_fraction = 0.8;
+  e.process.min_measured_fraction = 0.6;  // half of the paths run along edges
   e.control.scheme = "smf";
   e.control.smoothing = 1.0;
   e.control.smf.kp = 0.9999, e.control.smf.ki_star = 0.32798, e.control.smf.kd_star = 0.00005;
@@ -104,8 +104,8 @@ void reproduce_barnett_part(Reproduction& to) {
   to.note(
       "Fig. 5-10 is not in the text: a box on a plate has all nominal dimensions of Table 5-1 as outside dimensions, which is what 5.3 says of them. Layers of 0.25 mm, intervals "
       "of 1.25 mm, valve frequency with the optimal gains, boundaries at 25 and fill at 40 mm/s, one seed. The caliper's jaws are 3 mm wide and touch the outermost ice on the "
-      "simulated true surface of the ice, without its scaffold; four places each. Beads begin 0.75 mm inside the outline, so that their sides lie on it (5.3: slicing parameters "
-      "could be adjusted to centre the measurements; with the 0.6 mm of 3.7 the plate comes out 0.7 mm wider); the sharp corner is rounded by the bead and comes out smaller.");
+      "simulated true surface of the ice, without its scaffold; four places each. Water begins 0.75 mm inside the outline and scaffold 0.9 mm outside (5.3: slicing parameters "
+      "could be adjusted to centre the measurements; with 0.6 and 1.2 mm of 3.7 the plate comes out 0.7 mm wider); the sharp corner is rounded by the bead and comes out smaller.");
   const Folder folder;
   write_part(folder, part, false);
   Experiment e = experiment_of(part.height_mm);
