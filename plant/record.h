@@ -104,7 +104,8 @@ enum class DeviceEvent : std::uint8_t {
   kHeaterSet = 20,     ///< value = channel x 100000 + 0.01 degC + 10000
 };
 /// Why a valve's list ended.
-enum class FiringEnd : std::uint8_t { kThrough = 0, kDisarmed = 1, kAborted = 2, kWatchdog = 3, kReboot = 4, kReplaced = 5 };
+enum class FiringEnd : std::uint8_t { kThrough = 0, kDisarmed = 1, kAborted = 2, kWatchdog = 3, kReboot = 4, kReplaced = 5,
+                                      kDisabled = 6 };  ///< kDisabled: by the robot's enable line
 struct FiringRecord {
   std::int64_t trigger_us = 0, first_us = 0, last_us = 0, end_us = 0;  ///< first, last: pulses; 0 = none
   double volume_mm3 = 0.0;   ///< that left the nozzle

@@ -60,6 +60,7 @@ WorldConfig world_config(const Experiment& e) {
   if (is_ice(e)) c.ice = ice_config(e);
   c.grid = e.grid;
   c.seed = e.plant.seed;
+  c.host_scale = e.run.time_scale;
   c.model = e.plant.model;
   c.droplet.size_scatter = e.plant.size_std;
   c.droplet.placement_scatter_mm = e.plant.placement_std_mm;

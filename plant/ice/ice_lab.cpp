@@ -17,9 +17,9 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
   IceWorldLab(const WorldConfig& c, WorldRecord* r)
       : WorldLab(c, r),
         nature_(c.ice, c.seed),
-        robot_(c.ice.arm, c.seed, *this),
-        valve_a_(0, c.ice.valve[0], *this),
-        valve_b_(1, c.ice.valve[1], *this),
+        robot_(c.ice.arm, c.seed, c.host_scale, *this),
+        valve_a_(0, c.ice.valve[0], c.host_scale, *this),
+        valve_b_(1, c.ice.valve[1], c.host_scale, *this),
         laser_(c.ice.laser, *this),
         heater_(*this) {
     twins = {&robot_, &valve_a_, &valve_b_, &laser_, &heater_};
@@ -80,6 +80,10 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
     if (risen & 1) valve_a_.signal(t_us);
     if (risen & 2) valve_b_.signal(t_us);
     if ((risen | fallen) & 4) laser_.signal(t_us, (risen & 4) != 0);
+  }
+  void valves_off(std::int64_t t_us) override {
+    valve_a_.disable(t_us);
+    valve_b_.disable(t_us);
   }
   void link_closed(std::int64_t t_us, Port port) override { note_closed(t_us, port); }
   void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) override {

@@ -17,7 +17,7 @@ namespace {
 constexpr double kRad = std::numbers::pi / 180.0, kTick_s = 0.016;
 constexpr std::int64_t kPower_us = 3'000'000, kCalibrate_us = 8'000'000, kBoot_us = 2'000'000;
 constexpr std::int64_t kInterpret_us = 20'000;  ///< from a command to the motion that it starts
-constexpr std::int64_t kWatchdog_us = 1'000'000;
+constexpr double kWatchdog_us = 1e6;  ///< of the host's time
 constexpr std::array<double, 4> kFullRate{360.0 * kRad, 672.0 * kRad, 1100.0, 1200.0 * kRad};  ///< Table 2-1
 constexpr double kFullAccel_s = 0.25;   ///< from rest to full rate
 constexpr double kStopPower_s = 0.06;   ///< brakes
@@ -25,8 +25,18 @@ constexpr int kMotionError = -1016;
 
 }  // namespace
 
-RobotTwin::RobotTwin(const IceArmParams& params, std::uint64_t seed, IceWires& wires)
-    : Twin(Port::kRobot, TwinLink(0.0, params.latency_us)), params_(params), seed_(seed), wires_(wires) {}
+RobotTwin::RobotTwin(const IceArmParams& params, std::uint64_t seed, double host_scale, IceWires& wires)
+    : Twin(Port::kRobot, TwinLink(0.0, params.latency_us)),
+      params_(params),
+      seed_(seed),
+      watchdog_us_(std::int64_t(kWatchdog_us * host_scale)),
+      wires_(wires) {}
+
+// A socket that closes says that nobody is there: no need to wait for the watchdog.
+void RobotTwin::disconnected(std::int64_t now_us) {
+  line_.clear();
+  if (state_.motion == Motion::kMove || state_.motion == Motion::kPath) fail(int(Nak::kWatchdog), now_us, DeviceEvent::kRobotWatchdog);
+}
 
 void RobotTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   for (const std::byte b : bytes) {
@@ -245,7 +255,7 @@ std::string RobotTwin::run(std::int32_t id, int mask, std::int64_t now_us) {
 std::int64_t RobotTwin::next_device_us() const {
   std::int64_t next = std::min({state_.power_at_us, state_.calibrated_at_us, state_.signal_us, state_.ends_us});
   if (state_.boot_until_us > 0) next = std::min(next, state_.boot_until_us);
-  if (state_.motion == Motion::kPath) next = std::min(next, state_.seen_us + kWatchdog_us);
+  if (state_.motion == Motion::kPath) next = std::min(next, state_.seen_us + watchdog_us_);
   return next;
 }
 
@@ -258,7 +268,7 @@ void RobotTwin::device_event(std::int64_t now_us) {
     set_signals(state_.mask | state_.wanted_mask, now_us);
   }
   if (now_us == state_.ends_us) return finish(now_us, true);
-  if (state_.motion == Motion::kPath && now_us >= state_.seen_us + kWatchdog_us)
+  if (state_.motion == Motion::kPath && now_us >= state_.seen_us + watchdog_us_)
     fail(int(Nak::kWatchdog), now_us, DeviceEvent::kRobotWatchdog);
 }
 
@@ -304,6 +314,7 @@ void RobotTwin::finish(std::int64_t now_us, bool done) {
 void RobotTwin::halt(std::int64_t now_us, double within_s, DeviceEvent why) {
   const bool moving = state_.motion == Motion::kMove || state_.motion == Motion::kPath;
   set_signals(0, now_us);
+  wires_.valves_off(now_us);
   if (!moving) return;
   wires_.note(now_us, port_, why, state_.running);
   wires_.nature().arm().brake(within_s);

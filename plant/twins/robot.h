@@ -15,9 +15,10 @@ namespace firn::plant {
 
 class RobotTwin : public Twin {
  public:
-  RobotTwin(const IceArmParams& params, std::uint64_t seed, IceWires& wires);
+  /// @param host_scale as WorldConfig's
+  RobotTwin(const IceArmParams& params, std::uint64_t seed, double host_scale, IceWires& wires);
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
-  void disconnected(std::int64_t) override { line_.clear(); }
+  void disconnected(std::int64_t now_us) override;  ///< by the host: whatever moves is braked
   std::int64_t next_device_us() const override;
   void device_event(std::int64_t now_us) override;
   bool device_event_replies() const override { return true; }  ///< events come by themselves
@@ -65,6 +66,7 @@ class RobotTwin : public Twin {
 
   IceArmParams params_;
   std::uint64_t seed_;
+  std::int64_t watchdog_us_;
   IceWires& wires_;
   State state_;
   std::array<Slot, drivers::fvp::kSlots> slots_;

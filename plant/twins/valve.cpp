@@ -9,20 +9,22 @@ using namespace drivers::fvb;
 
 namespace {
 
-constexpr std::int64_t kSilence_us = 2'000'000;  ///< without a frame while firing: closed
-constexpr std::int64_t kPause_us = 50'000;   ///< between the bytes of a frame: what came of it is forgotten
+constexpr double kSilence_us = 2e6;  ///< of the host's time, without a frame while firing: closed
+constexpr double kPause_us = 5e4;    ///< of the host's time, within a frame: what came of it is dropped
 constexpr int kGuard_us = 100;
 
 }  // namespace
 
-ValveTwin::ValveTwin(int valve, const IceValveParams& params, IceWires& wires)
+ValveTwin::ValveTwin(int valve, const IceValveParams& params, double host_scale, IceWires& wires)
     : Twin(valve == 0 ? Port::kValveA : Port::kValveB, TwinLink(10.0e6 / params.baud, 0)),
       valve_(valve),
       params_(params),
+      silence_us_(std::int64_t(kSilence_us * host_scale)),
+      pause_us_(std::int64_t(kPause_us * host_scale)),
       wires_(wires) {}
 
 void ValveTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
-  if (now_us > heard_byte_us_ + kPause_us) buffer_.clear();  // a UART does not tell that the host's process has died
+  if (now_us > heard_byte_us_ + pause_us_) buffer_.clear();  // a UART does not tell that the host's process has died
   heard_byte_us_ = now_us;
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   std::size_t begin = 0;
@@ -155,6 +157,8 @@ void ValveTwin::signal(std::int64_t t_us) {
   wires_.nature().trigger_valve(valve_, begins_s, std::move(list));
 }
 
+void ValveTwin::disable(std::int64_t t_us) { stop(t_us, FiringEnd::kDisabled); }
+
 // Closes the valve if it fires: what it was told is what it has fired until now.
 void ValveTwin::stop(std::int64_t now_us, FiringEnd why) {
   device_.ends_us = kNever;
@@ -168,7 +172,7 @@ void ValveTwin::stop(std::int64_t now_us, FiringEnd why) {
 
 std::int64_t ValveTwin::next_device_us() const {
   std::int64_t next = std::min(device_.wait_until_us, device_.ends_us);
-  if (device_.state == State::kFiring) next = std::min(next, device_.heard_us + kSilence_us);
+  if (device_.state == State::kFiring) next = std::min(next, device_.heard_us + silence_us_);
   return next;
 }
 
@@ -178,7 +182,7 @@ void ValveTwin::device_event(std::int64_t now_us) {
     if (device_.state == State::kArmed) device_.state = State::kLoaded;
   }
   if (now_us >= device_.ends_us) return stop(now_us, FiringEnd::kThrough);
-  if (device_.state == State::kFiring && now_us >= device_.heard_us + kSilence_us) {
+  if (device_.state == State::kFiring && now_us >= device_.heard_us + silence_us_) {
     stop(now_us, FiringEnd::kWatchdog);
     device_.state = State::kFault;
   }

@@ -15,7 +15,8 @@ namespace firn::plant {
 class ValveTwin : public Twin {
  public:
   /// @param valve 0 water, 1 SME
-  ValveTwin(int valve, const IceValveParams& params, IceWires& wires);
+  /// @param host_scale as WorldConfig's
+  ValveTwin(int valve, const IceValveParams& params, double host_scale, IceWires& wires);
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
   std::int64_t next_device_us() const override;
   void device_event(std::int64_t now_us) override;  ///< end of the list or of the wait, or the watchdog
@@ -24,6 +25,7 @@ class ValveTwin : public Twin {
   void io(Archive& a) override;
 
   void signal(std::int64_t t_us);  ///< the robot's line rises
+  void disable(std::int64_t t_us);  ///< its enable line falls: what fires is closed
 
  private:
   struct Device {
@@ -41,6 +43,7 @@ class ValveTwin : public Twin {
 
   int valve_;
   IceValveParams params_;
+  std::int64_t silence_us_, pause_us_;
   IceWires& wires_;
   Device device_;
   std::vector<std::uint16_t> ticks_;

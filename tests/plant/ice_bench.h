@@ -17,11 +17,11 @@
 namespace firn::plant {
 
 struct IceBench {
-  explicit IceBench(const IceWorldConfig& ice, std::uint64_t seed = 1) : world(config_of(ice, seed), &record) { connect(); }
-  static WorldConfig config_of(const IceWorldConfig& ice, std::uint64_t seed) {
+  explicit IceBench(const IceWorldConfig& ice, double host_scale = 1.0) : world(config_of(ice, host_scale), &record) { connect(); }
+  static WorldConfig config_of(const IceWorldConfig& ice, double host_scale) {
     WorldConfig c;
     c.kind = "ice";
-    c.seed = seed;
+    c.host_scale = host_scale;
     c.ice = ice;
     return c;
   }

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/plant/ice_bench.h"
@@ -127,7 +128,7 @@ TEST_CASE("A valve refuses what would harm it and ignores triggers unless armed"
   CHECK(b.arm(kValveAPort) == int(fvb::Refusal::kWrongState));  // used up
 }
 
-TEST_CASE("STOP brakes the arm and drops the signals; what the valve fires ends only by its own order") {
+TEST_CASE("STOP brakes the arm, drops the signals and closes the valves by their enable line") {
   const IceWorldConfig c = small();
   IceBench b(c);
   const auto run = line_of(c);
@@ -136,23 +137,53 @@ TEST_CASE("STOP brakes the arm and drops the signals; what the valve fires ends 
   b.run(300'000);
   CHECK(b.robot("STOP") == "ACK");
   const std::int64_t stop_us = b.now_us;
-  CHECK(b.order(kValveAPort, fvb::Type::kAbort) == 0);
-  const std::int64_t abort_us = b.now_us;
   b.run(2'000'000);
-  CHECK(b.truth().last_pulse_us[0] <= abort_us);
+  CHECK(b.truth().last_pulse_us[0] <= stop_us);
   CHECK(b.truth().last_pulse_us[0] > stop_us - 200'000);
+  CHECK(b.valve_status(kValveAPort).state == fvb::State::kDone);
+  CHECK(b.valve_status(kValveAPort).next == b.truth().pulses[0]);
   CHECK(b.status().state == fvp::State::kHold);
-  CHECK_FALSE(b.status().last_done);
-  CHECK(b.status().last == 7);
+  CHECK((b.status().last == 7 && !b.status().last_done));
   CHECK(b.robot("PATH RUN 7 1").starts_with("NAK 20"));
   CHECK(b.robot("CLEAR") == "ACK");
   CHECK(b.status().state == fvp::State::kReady);
-  CHECK(b.valve_status(kValveAPort).state == fvb::State::kIdle);
   REQUIRE(b.record.history.firings.size() == 1);
-  CHECK(b.record.history.firings[0].end == FiringEnd::kAborted);
+  CHECK(b.record.history.firings[0].end == FiringEnd::kDisabled);
 }
 
-TEST_CASE("A robot that hears nothing for a second while a path runs ends it; a valve after two closes") {
+TEST_CASE("A valve that hears nothing for two seconds of the host's time while it fires closes") {
+  for (const double scale : {1.0, 2.0}) {
+    const IceWorldConfig c = small();
+    IceBench b(c, scale);
+    prepare(b, line_of(c, 0.0, 3.24, 5.0));  // six seconds
+    b.robot("SIG 1");
+    const std::int64_t from_us = b.now_us;
+    b.run(7'000'000);
+    REQUIRE(b.record.history.firings.size() == 1);
+    CHECK(b.record.history.firings[0].end == FiringEnd::kWatchdog);
+    CHECK(b.truth().last_pulse_us[0] <= from_us + std::int64_t(scale * 2e6));
+    CHECK(b.truth().last_pulse_us[0] > from_us + std::int64_t(scale * 1.9e6));
+    CHECK(b.valve_status(kValveAPort).state == fvb::State::kFault);
+  }
+}
+
+TEST_CASE("A robot whose socket closes brakes whatever moves and closes the valves at once") {
+  const IceWorldConfig c = small();
+  IceBench b(c);
+  prepare(b, line_of(c));
+  b.robot("PATH RUN 7 1");
+  b.run(300'000);
+  const std::int64_t gone_us = b.now_us;
+  b.world.disconnect(kRobotPort, gone_us);
+  b.run(2'000'000);
+  CHECK(b.truth().last_pulse_us[0] <= gone_us);
+  const auto braked = std::find_if(b.record.history.devices.begin(), b.record.history.devices.end(),
+                                   [](const DeviceRecord& d) { return d.event == DeviceEvent::kRobotWatchdog; });
+  REQUIRE(braked != b.record.history.devices.end());
+  CHECK(braked->t_us == gone_us);
+}
+
+TEST_CASE("A robot that hears nothing for a second while a path runs ends it and closes the valves") {
   IceWorldConfig c = small();
   IceBench b(c);
   const auto run = line_of(c, 0.0, 3.24, 5.0);  // six seconds
@@ -171,9 +202,8 @@ TEST_CASE("A robot that hears nothing for a second while a path runs ends it; a 
   CHECK(b.status().state == fvp::State::kFault);
   CHECK(b.status().error == 40);
   REQUIRE(b.record.history.firings.size() == 1);
-  CHECK(b.record.history.firings[0].end == FiringEnd::kWatchdog);
-  CHECK(b.truth().last_pulse_us[0] < from_us + 2'100'000);
-  CHECK(b.valve_status(kValveAPort).state == fvb::State::kFault);
+  CHECK(b.record.history.firings[0].end == FiringEnd::kDisabled);
+  CHECK(b.truth().last_pulse_us[0] <= from_us + 1'000'000);
   CHECK(b.robot("CLEAR") == "ACK");
 }
 
