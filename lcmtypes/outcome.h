@@ -17,8 +17,8 @@ enum class DeviceState : std::int8_t {
 /// layer_plan_t.decision
 enum class PlanDecision : std::int8_t { kPrint = 0, kEnd = 1, kStop = 2 };
 
-/// run_end_t.outcome
-enum class RunOutcome : std::int8_t { kFinished = 0, kEndedEarly = 1, kStoppedSafely = 2, kWaitsForOperator = 3 };
+/// run_end_t.outcome. kOutOfTolerance: all layers are printed, and the last map says that the part is not what was wanted.
+enum class RunOutcome : std::int8_t { kFinished = 0, kEndedEarly = 1, kStoppedSafely = 2, kWaitsForOperator = 3, kOutOfTolerance = 4 };
 
 /// fault_t.severity
 enum class Severity : std::int8_t { kNotice = 0, kWarning = 1, kStop = 2 };

@@ -62,7 +62,7 @@ class PathAudit {
     });
     messages_.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) { maps_.push_back({m.header.utime_us, m.map_id}); });
     messages_.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& e) {
-      if (RunOutcome(e.outcome) == RunOutcome::kFinished) {
+      if (RunOutcome(e.outcome) == RunOutcome::kFinished || RunOutcome(e.outcome) == RunOutcome::kOutOfTolerance) {
         v_.finished = true;
         end_us_ = e.header.utime_us;
       }

@@ -35,6 +35,10 @@ control::SurfaceDecision SurfaceControllerNode::decide(const height_map_t& m) {
   return scheme_->decide({height_of(m), slice::footprint_materials(*layer, grid), layer->z * slice::kMmPerUnit, m.layer, m.attempt, noise});
 }
 
+void SurfaceControllerNode::start(const Start& start, Time, Outbox&) {
+  if (start.resumed()) scheme_->looked_after();
+}
+
 void SurfaceControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   if (!(m.measured_fraction >= min_measured_fraction_)) return;
   control_surface_t answer{};

@@ -19,6 +19,8 @@ class SurfaceControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the option that the scheme refuses; paths without a layer
   SurfaceControllerNode(const Experiment& experiment, slice::PrintPaths paths);
+  /// A resume: whoever started it has looked at the lab.
+  void start(const Start&, Time now, Outbox&) override;
   void on(const height_map_t&, Time now, Outbox&);
   /// With flow.feed_forward: later answers divide by it.
   void on(const flow_model_t&, Time now, Outbox&);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/slice/footprint.h"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
 
@@ -11,6 +12,8 @@ namespace {
 
 constexpr int kMostAttempts = 3;
 constexpr int kMostSlips = 2;
+constexpr double kLeastRise = 0.3;   // of the nominal: less in a whole interval is no drift of a valve
+constexpr int kFewCells = 10;        // of one material: too few to tell
 
 }  // namespace
 
@@ -251,13 +254,19 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
   if (m.measured_fraction < needed) {
     const std::string what = "height map of layer " + std::to_string(m.layer) + ": the laser has measured " +
                              std::to_string(m.measured_fraction) + " of it; " + std::to_string(needed) + " is needed";
-    if (scan_attempt_ >= experiment_.process.max_rescans) return fail(13, what, now, out);
+    if (scan_attempt_ >= experiment_.process.max_rescans) {
+      phase_ = Phase::kLoadScan;  // where a resume goes on
+      return fail(13, what, now, out);
+    }
     send_fault(Severity::kWarning, 13, what + "; measuring again", out);
     count_phase_time(now);
     return measure_again(now, out);
   }
   map_id_ = m.map_id;
+  if (m.layer > mapped_layers_) below_ = std::move(newest_);
   newest_ = height_of(m);
+  mapped_layers_ = m.layer;
+  dry_ = in_doubt_ || m.layer == dry_told_ ? "" : dry_valve(m.layer);
   in_doubt_ = false;
   count_phase_time(now);
   publish_metrics(m, out);
@@ -276,12 +285,50 @@ void PathLoop::act_on_surface(Time now, Outbox& out) {
   const control_surface_t m = std::move(*surface_);
   surface_.reset();
   out.cancel(kDeadline);
-  if (PlanDecision(m.decision) == PlanDecision::kEnd) return finish_run(RunOutcome::kFinished, 0, m.reason, out);
-  if (PlanDecision(m.decision) == PlanDecision::kStop) {
-    send_fault(Severity::kWarning, 12, "controller: " + m.reason, out);
-    return finish_run(RunOutcome::kWaitsForOperator, 3, m.reason, out);
+  if (PlanDecision(m.decision) == PlanDecision::kEnd) {
+    std::string missed = dry_;
+    if (missed.empty() && m.saturated_fraction > experiment_.ice.saturated_share)
+      missed = "the last map asks for more correction than there is on " + std::to_string(m.saturated_fraction) + " of its cells: mean error " +
+               std::to_string(m.mean_error_mm) + " mm, RMS " + std::to_string(m.rms_mm) + " mm";
+    if (missed.empty()) return finish_run(RunOutcome::kFinished, 0, m.reason, out);
+    send_fault(Severity::kWarning, 12, missed, out);
+    return finish_run(RunOutcome::kOutOfTolerance, 1, m.reason + ", but it is not what was wanted: " + missed, out);
   }
+  if (PlanDecision(m.decision) == PlanDecision::kStop) return stop_for_operator("controller: ", m.reason, out);
+  if (!dry_.empty()) return stop_for_operator("", dry_, out);
   proceed(Phase::kAwaitPaths, now, out);
+}
+
+// An empty tank or a blocked line shows in one interval; the saturation of the action, which also knows slower failures,
+// takes several.
+std::string PathLoop::dry_valve(int layer) const {
+  const slice::LayerPaths* top = slice::find_layer(paths_, layer);
+  int layers = 0;
+  for (const PathTask& t : deposition_) layers = std::max(layers, layer - int(t.job.layer) + 1);
+  if (!top || layers == 0) return "";
+  const double nominal_mm = layers * experiment_.ice.layer_height_mm;
+  const auto material = slice::footprint_materials(*top, newest_.spec);
+  const HeightMap below = below_.size() ? resample(below_, newest_.spec, kNotMeasured) : HeightMap(newest_.spec, 0.0);
+  double rise_mm[2] = {}, cells[2] = {};  // part, scaffold
+  for (std::size_t c = 0; c < newest_.size(); ++c) {
+    const double rise = newest_.cells[c] - below.cells[c];
+    if (!material.cells[c] || !std::isfinite(rise)) continue;
+    const int which = material.cells[c] == 1 ? 0 : 1;
+    rise_mm[which] += rise, cells[which] += 1.0;
+  }
+  for (const int which : {0, 1})
+    if (cells[which] >= kFewCells && rise_mm[which] < kLeastRise * nominal_mm * cells[which])
+      return std::string(which ? "valve_b gives nothing: the scaffold" : "valve_a gives nothing: the part") + " rose by " +
+             std::to_string(rise_mm[which] / cells[which]) + " mm in layers " + std::to_string(layer - layers + 1) + " to " +
+             std::to_string(layer) + " instead of " + std::to_string(nominal_mm) + " mm; tank empty or line blocked";
+  return "";
+}
+
+void PathLoop::stop_for_operator(const std::string& who, const std::string& reason, Outbox& out) {
+  dry_told_ = layers_done_;
+  phase_ = Phase::kLoadScan;  // the surface may not be as it was when somebody has been at the lab
+  send_fault(Severity::kWarning, 12, who + reason, out);
+  finish_run(RunOutcome::kWaitsForOperator, 3, reason, out);
 }
 
 void PathLoop::on(const temperature_t& m, Time now, Outbox& out) {

@@ -56,6 +56,9 @@ class PathLoop final : public Scheduler {
   void act_on_map(Time now, Outbox&);
   void act_on_surface(Time now, Outbox&);
   void act_on_temperature(Time now, Outbox&);
+  /// Why a valve seems to give nothing, from the newest two maps; empty = all well. @param layer that was measured
+  std::string dry_valve(int layer) const;
+  void stop_for_operator(const std::string& who, const std::string& reason, Outbox&);  ///< a resume measures again first
   void settle_list(const answer_t& count, Time now, Outbox&);
   void next_list(Time now, Outbox&);
   void report(Outbox&);
@@ -91,6 +94,10 @@ class PathLoop final : public Scheduler {
   std::optional<control_surface_t> surface_;
   std::optional<temperature_t> temperature_;
   HeightMap newest_;                     ///< the map that was accepted last
+  HeightMap below_;                      ///< that of the interval before; empty = the table
+  int mapped_layers_ = 0;                ///< deposition layers in newest_
+  std::string dry_;                      ///< a valve that gives nothing, by newest_
+  int dry_told_ = 0;                     ///< deposition layers when that stopped the print last
   int scan_attempt_ = 0;
   std::int64_t scan_id_ = 0;
   std::int64_t map_id_ = 0;

@@ -186,7 +186,7 @@ void Scheduler::finish_run(RunOutcome outcome, int status, const std::string& re
   end.reason = reason;
   out.cancel(kDeadline);
   out.cancel(kOperator);
-  if (outcome == RunOutcome::kFinished) phase_ = Phase::kOver;
+  if (outcome == RunOutcome::kFinished || outcome == RunOutcome::kOutOfTolerance) phase_ = Phase::kOver;
   if (outcome == RunOutcome::kWaitsForOperator) {
     interrupted_ = phase_;
     phase_ = Phase::kStopped;

@@ -90,6 +90,8 @@ class SurfaceController {
   virtual SurfaceDecision decide(const SurfaceMeasurement& measurement) = 0;
   /// What each material's valve gives over what its calibration says. @throws std::invalid_argument unless above 0
   virtual void use_flow(const std::array<double, 2>& /*factor*/) {}
+  /// Somebody has looked at the lab: maps in a row that asked for all there is are counted anew.
+  virtual void looked_after() {}
 };
 
 struct SurfaceScheme {

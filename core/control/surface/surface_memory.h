@@ -25,6 +25,7 @@ class SurfaceScheduler : public SurfaceController {
   explicit SurfaceScheduler(const SurfaceOptions& options);
   SurfaceDecision decide(const SurfaceMeasurement& measurement) final;
   void use_flow(const std::array<double, 2>& factor) final;
+  void looked_after() final { before_ = after_ = {}; }
 
  protected:
   /// U of (5.1), not saturated, NaN beyond the footprint. `again`: the layer
