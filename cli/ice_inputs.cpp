@@ -7,11 +7,13 @@
 #include <limits>
 
 #include "cli/digest.h"
+#include "cli/exit_codes.h"
 #include "cli/slice_job.h"
 #include "cli/targets.h"
 #include "cli/thread_pool.h"
 #include "config/error.h"
 #include "config/machine.h"
+#include "procs/path_planner/node.h"
 #include "runtime/build_info.h"
 
 namespace firn {
@@ -107,6 +109,22 @@ void place_ice_field(Experiment& e, const Blobs& inputs) {
   p.field_y0_mm = low(y0);
   p.field_width_mm = -low(-x1) - p.field_x0_mm;
   p.field_depth_mm = -low(-y1) - p.field_y0_mm;
+}
+
+void check_reach(const Experiment& e, const Blobs& inputs) {
+  if (!is_ice(e)) return;
+  const std::vector<std::byte>& text = blob(inputs, "machine").bytes;
+  const slice::PrintPaths paths = slice::decode_print_paths(blob(inputs, "paths").bytes);
+  const planning::PlanningSetup setup = planning_setup(e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine));
+  const planning::TaskPlanner planner(setup);
+  for (const slice::LayerPaths& layer : paths.layers)
+    for (const bool measurement : {false, true}) {
+      const std::vector<planning::PathTask> tasks = planning::tasks_of(paths, layer, measurement, setup);
+      for (std::size_t n = 0; n < tasks.size(); ++n)
+        if (const std::string why = planner.unreachable(tasks[n]); !why.empty())
+          throw UsageError(fmt::format("a path is out of reach, nothing is printed: layer {}, {} path {}: {}", layer.layer,
+                                       measurement ? "measurement" : "deposition", n + 1, why));
+    }
 }
 
 }  // namespace firn

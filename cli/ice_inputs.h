@@ -20,4 +20,8 @@ Blobs make_ice_inputs(const Experiment& experiment, const std::filesystem::path&
 /// ink-jet lab.
 void place_ice_field(Experiment& experiment, const Blobs& inputs);
 
+/// What the planner would refuse before the print begins, said before there is a run. Nothing for an ink-jet lab.
+/// @throws UsageError naming layer, path, point and limit
+void check_reach(const Experiment& experiment, const Blobs& inputs);
+
 }  // namespace firn

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <map>
+#include <optional>
 
 #include "cli/log_repair.h"
 #include "cli/node_makers.h"
@@ -27,6 +28,7 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kWalBuffer_bytes = 1 << 16;
+constexpr double kSafetyWall_s = 10.0;  // as the launcher waits for the end of a run
 
 std::int64_t stopwatch_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -171,12 +173,22 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   }
 
   const Time limit = begin.after_s(3600.0 * 24 * 30);
+  // An instrument that says nothing more is never reported safe: safety is not waited for without end.
+  const double patience_s = kSafetyWall_s * e.run.time_scale;
+  std::optional<Time> scheduler_done;
   const auto over = [&] {
-    for (const auto& m : members)
-      if ((m->host.id() == NodeId::kScheduler || m->host.id() == NodeId::kSafety) && !m->host.finished()) return false;
-    return true;
+    bool all = true;
+    for (const auto& m : members) {
+      const NodeId id = m->host.id();
+      if (id == NodeId::kScheduler && m->host.finished() && !scheduler_done) scheduler_done = lab.now();
+      if ((id == NodeId::kScheduler || id == NodeId::kSafety) && !m->host.finished()) all = false;
+    }
+    return all || (scheduler_done && seconds_between(*scheduler_done, lab.now()) > patience_s);
   };
+  std::size_t faults_done = 0;
   while (!over()) {
+    for (; faults_done < options.faults.size() && lab.now().s() >= options.faults[faults_done].node_s; ++faults_done)
+      world.inject(options.faults[faults_done].fault, lab.now());
     if (options.crash_after_steps && lab.steps() >= options.crash_after_steps) {
       report.crashed = true;
       break;
@@ -204,6 +216,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   log.close();
 
   report.node_seconds = seconds_between(begin, lab.now());
+  report.now_us = lab.now().us;
   report.steps = lab.steps();
   report.truth = world.world().truth().height;
   for (const auto& m : members) report.handler_seconds += double(m->host.handler_ns()) * 1e-9;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 
+#include "cli/lab_fault.h"
 #include "cli/run_folder.h"
 #include "core/grid/grid.h"
 #include "firn/layer_metrics_t.hpp"
@@ -17,6 +18,7 @@ struct LabRunOptions {
   bool resume = false;
   bool accept_doubt = false;                ///< the operator's word, for the open loop
   std::uint64_t crash_after_steps = 0;      ///< fault injection: everything dies after this many steps; 0 = never
+  std::vector<LabFault> faults = {};        ///< in order of time
   ProgressFn progress;
 };
 
@@ -28,6 +30,7 @@ struct LabRunReport {
   std::uint64_t messages = 0;
   std::uint64_t message_bytes = 0;
   double handler_seconds = 0.0;             ///< wall time inside the nodes' handlers
+  std::int64_t now_us = 0;                  ///< node time at the end
   HeightMap truth;                          ///< noise-free final surface, which no node knows
 };
 

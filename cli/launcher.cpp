@@ -87,6 +87,7 @@ class Launch {
   /// @returns how many messages the log had lost
   std::size_t repair_log() const;
   ChildProcess* child(std::string_view name);
+  double node_s() const { return RunClock(args_.options.epoch_ns, args_.options.offset_us, args_.options.time_scale).at_ns(monotonic_ns()).s(); }
   /// Waits at most until `until_s` for something to happen and handles it.
   void turn(double until_s);
   void take_lines();
@@ -109,6 +110,7 @@ class Launch {
   std::string cause_;                                    // why the lab is stopped early
   bool stopping_ = false;
   bool truth_asked_ = false;
+  std::size_t faults_done_ = 0;
 };
 
 LaunchReport Launch::run() {
@@ -221,6 +223,8 @@ void Launch::watch() {
   double stop_seen_s = -1.0;
   while (cause_.empty() && !(watch_->end() && finish_)) {
     turn(wall_s() + 0.2);
+    for (; faults_done_ < options_.faults.size() && node_s() >= options_.faults[faults_done_].node_s; ++faults_done_)
+      child("world")->control().say(simfault_line(options_.faults[faults_done_].fault));
     if (auto metrics = watch_->take_metrics()) {
       if (options_.progress) options_.progress(*metrics);
       ask_truth();
@@ -285,13 +289,10 @@ LaunchReport Launch::report() {
     r.reason = !cause_.empty() ? cause_ : finish_ ? finish_->second : "the scheduler said nothing";
     return report;
   }
-  static constexpr const char* kNames[] = {"finished", "ended early", "stopped safely", "waits for operator"};
   const run_end_t& end = *watch_->end();
-  r.outcome = end.outcome >= 0 && end.outcome < 4 ? kNames[end.outcome] : "unknown";
-  r.status = finish_ ? finish_->first : end.outcome == 0 ? kOk : kSafetyStop;
-  r.layers = end.layers;
-  r.reason = end.reason;
-  if (end.outcome >= 2 && !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
+  r = result_of(end.outcome, end.layers, end.reason);
+  if (finish_) r.status = finish_->first;
+  if ((RunOutcome(end.outcome) == RunOutcome::kStoppedSafely || RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) && !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
     r.reason += " (" + watch_->fault() + ")";
   report.ended = true;
   folder_.write_result(r);

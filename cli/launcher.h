@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 
+#include "cli/lab_fault.h"
 #include "cli/run_folder.h"
 #include "firn/layer_metrics_t.hpp"
 
@@ -18,6 +19,7 @@ struct LaunchOptions {
   bool accept_doubt = false;       ///< the operator lets an open-loop print go on with droplets in doubt
   std::string bus_url;             ///< empty: loopback, a port of the run's own
   std::filesystem::path programs;  ///< folder of the processes' programs; empty: where this one lies
+  std::vector<LabFault> faults = {};  ///< in order of time
   double ready_within_s = 30.0;    ///< wall time
   std::function<void(const layer_metrics_t&)> progress;
   std::function<void(const std::string&)> note;                          ///< one sentence for the user; else stderr

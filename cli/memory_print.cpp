@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "cli/node_makers.h"
@@ -22,6 +23,7 @@ namespace {
 
 constexpr std::int64_t kRunId = 1;  // nothing else is on this bus
 constexpr double kLongestPrint_s = 3600.0 * 24 * 30;
+constexpr double kSafetyWall_s = 10.0;  // an instrument that says nothing more is never reported safe
 
 std::int64_t thread_cpu_ns() {
   timespec t{};
@@ -104,10 +106,14 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
   lab.publish(launcher.at(0).channel, launcher.at(0).bytes);
   lab.start(0, Time{});
 
+  std::optional<Time> scheduler_done;
   const auto over = [&] {
-    for (const auto& host : hosts)
-      if ((host->id() == NodeId::kScheduler || host->id() == NodeId::kSafety) && !host->finished()) return false;
-    return true;
+    bool all = true;
+    for (const auto& host : hosts) {
+      if (host->id() == NodeId::kScheduler && host->finished() && !scheduler_done) scheduler_done = lab.now();
+      if ((host->id() == NodeId::kScheduler || host->id() == NodeId::kSafety) && !host->finished()) all = false;
+    }
+    return all || (scheduler_done && seconds_between(*scheduler_done, lab.now()) > kSafetyWall_s * e.run.time_scale);
   };
   const Time limit = Time{}.after_s(kLongestPrint_s);
   while (!over()) {

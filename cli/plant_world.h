@@ -20,6 +20,7 @@ class PlantWorld : public LabWorld {
   void advance(Time now, const Send& send) override {
     world_.advance(now.us, [&](const plant::World::Sent& s) { send(s.port, s.bytes, Time{s.t_us}, s.close); });
   }
+  void inject(const plant::SimFault& fault, Time now) { world_.inject(fault, now.us); }
   const plant::World& world() const { return world_; }
 
  private:

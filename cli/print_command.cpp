@@ -46,6 +46,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     LabRunOptions o;
     o.resume = resume;
     o.accept_doubt = options.accept_doubt;
+    o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
     s.result = run_in_lab(run, o).result;
   } else {
@@ -53,6 +54,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     o.bus_url = options.bus;
     o.resume = resume;
     o.accept_doubt = options.accept_doubt;
+    o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
     s.result = launch(run, o).result;
   }
@@ -60,6 +62,17 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   s.result.layers = std::max(s.result.layers, last_layer);  // a print that was stopped has no end of its own
   s.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return s;
+}
+
+// Lease, resend and heartbeat stay in wall time; above ten, an instrument's second is too short for them.
+void check_speedup(const PrintOptions& o) {
+  constexpr double kMost = 10.0;
+  if (o.speedup == 0.0) return;
+  if (!o.resume.empty()) throw UsageError("--speedup cannot change a run that has begun; start a new one");
+  if (o.bus == "in-process") throw UsageError("--speedup: a print in one process has no clock to run ahead of: it goes as fast as it can");
+  if (!(o.speedup >= 1.0 && o.speedup <= kMost))
+    throw UsageError(fmt::format("--speedup {}: a live print can go 1 to {} times as fast as the clock; --bus in-process goes as fast as it can",
+                                 o.speedup, kMost));
 }
 
 void show(const PrintSummary& s, bool json) {
@@ -81,7 +94,7 @@ void show(const PrintSummary& s, bool json) {
     fmt::print("measured surface against target: mean {:+.2f} um, RMS {:.2f} um, std {:.2f} um\n", s.mean_error_um,
                s.rms_um, s.std_um);
   fmt::print("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s, s.folder);
-  if (s.result.status != 0) fmt::print("to go on: firn print --resume {}\n", s.folder);
+  if (can_go_on(s.result)) fmt::print("to go on: firn print --resume {}\n", s.folder);
 }
 
 }  // namespace
@@ -104,6 +117,7 @@ void check_print(const Experiment& e, const std::string& bus) {
 
 PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
   check_print(e, options.bus);
+  check_reach(e, inputs);
   return carry_out(RunFolder::create(options.runs, e, inputs, own_command_line()), e, options, false);
 }
 
@@ -111,17 +125,21 @@ int run_print(const PrintOptions& options) {
   if (options.experiment.empty() == options.resume.empty())
     throw UsageError("give either an experiment file or --resume RUN");
   check_bus(options.bus);
+  check_speedup(options);
   PrintSummary summary;
   if (!options.resume.empty()) {
     if (!options.overrides.empty()) throw UsageError("--set cannot change a run that has begun; start a new one");
     const RunFolder run = RunFolder::open(options.resume);
-    if (const auto result = run.result(); result && result->status == 0)
+    if (const auto result = run.result(); result && !can_go_on(*result))
       throw UsageError(options.resume + ": this run has finished (" + result->reason + ")");
     const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
     summary = carry_out(run, e, options, true);
   } else {
     const std::filesystem::path file = options.experiment;
-    Experiment e = load_experiment(file, options.overrides);
+    std::vector<std::string> overrides = options.overrides;
+    if (options.speedup > 0.0) overrides.push_back(fmt::format("run.time_scale={}", options.speedup));
+    Experiment e = load_experiment(file, overrides);
+    parse_lab_faults(options.faults, e);  // before anything is written
     const Blobs inputs = make_inputs(e, file.parent_path());
     place_ice_field(e, inputs);
     summary = print_experiment(e, inputs, options);

@@ -14,6 +14,8 @@ struct PrintOptions {
   std::string resume;                   ///< run folder
   std::string bus;                      ///< "" = live on the run's own port, "in-process", or an LCM URL
   std::vector<std::string> overrides;   ///< --set KEY=VALUE
+  double speedup = 0.0;                 ///< node time runs so many times faster than the clock; 0 = run.time_scale
+  std::vector<std::string> faults;      ///< --fault
   std::string runs = "runs";            ///< where run folders go
   bool accept_doubt = false;
   bool json = false;

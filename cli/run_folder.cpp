@@ -60,10 +60,13 @@ nlohmann::ordered_json provenance(const Experiment& e, std::int64_t run_id, cons
 
 }  // namespace
 
+bool can_go_on(const RunResult& r) { return r.status != kOk && r.outcome != "out of tolerance"; }
+
 RunResult result_of(int outcome, int layers, std::string reason) {
-  static constexpr const char* kOutcomes[] = {"finished", "ended early", "stopped safely", "waits for operator"};
-  const int known = std::clamp(outcome, 0, 3);
-  return {kOutcomes[known], known == int(RunOutcome::kFinished) ? 0 : 3, layers, std::move(reason)};
+  static constexpr const char* kOutcomes[] = {"finished", "ended early", "stopped safely", "waits for operator", "out of tolerance"};
+  const int known = std::clamp(outcome, 0, 4);
+  const int status = known == int(RunOutcome::kFinished) ? kOk : known == int(RunOutcome::kOutOfTolerance) ? kFailed : kSafetyStop;
+  return {kOutcomes[known], status, layers, std::move(reason)};
 }
 
 std::string read_file(const fs::path& path) {

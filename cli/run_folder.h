@@ -14,12 +14,14 @@
 namespace firn {
 
 struct RunResult {
-  std::string outcome;  ///< "finished", "ended early", "stopped safely", "waits for operator"
+  std::string outcome;  ///< "finished", "ended early", "stopped safely", "waits for operator", "out of tolerance"
   int status = 0;       ///< exit status of the print
   int layers = 0;
   std::string reason;
 };
 
+/// Not all of its layers are printed.
+bool can_go_on(const RunResult& result);
 /// What RUN_END says; `outcome` is a RunOutcome.
 RunResult result_of(int outcome, int layers, std::string reason);
 

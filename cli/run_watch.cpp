@@ -50,7 +50,7 @@ void RunWatch::on_message(const ChannelInfo& row, std::span<const std::byte> byt
 
 void RunWatch::on_earlier_end(std::span<const std::byte> message) {
   const auto m = decode<run_end_t>(message);
-  if (m && m->outcome == std::int8_t(RunOutcome::kFinished)) end_ = *m;
+  if (m && (RunOutcome(m->outcome) == RunOutcome::kFinished || RunOutcome(m->outcome) == RunOutcome::kOutOfTolerance)) end_ = *m;
 }
 
 std::string RunWatch::place() const {

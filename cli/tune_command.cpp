@@ -9,7 +9,9 @@
 #include <stdexcept>
 
 #include "cli/exit_codes.h"
+#include "cli/ice_disturbance.h"
 #include "cli/reproduce.h"
+#include "cli/run_config.h"
 #include "cli/run_folder.h"
 #include "estimators/gains/tune_smf.h"
 #include "replay/charts.h"
@@ -94,9 +96,10 @@ int run_tune_smf(const TuneCommandOptions& o) {
     if (o.run.empty()) {
       d = disturbance(o.model);
     } else {
-      const ObservedRun run = ObservedRun::read(o.run);
-      d = disturbance_of(run);
-      const auto& smf = run.experiment().control.smf;
+      const std::string config = recorded_config(RunFolder::open(o.run).path());
+      const Experiment e = config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
+      d = is_ice(e) ? ice_disturbance_of(o.run) : disturbance_of(ObservedRun::read(o.run));
+      const auto& smf = e.control.smf;
       all.push_back({"the run's", {smf.kp, smf.ki_star, smf.kd_star}});
     }
     const gains::TunedGains t = gains::tune_smf(d, tune);

@@ -37,6 +37,20 @@ void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
   }
   CHECK(last_shot_us <= limit_us);
   CHECK(open_since_us == -1);
+  for (const auto& list : world.firings) CHECK(list.last_us <= limit_us);
+  std::int64_t moves_since_us = -1;
+  for (const auto& d : world.devices) switch (d.event) {
+      case plant::DeviceEvent::kRobotMotion: moves_since_us = d.t_us; break;
+      case plant::DeviceEvent::kRobotRest:
+      case plant::DeviceEvent::kRobotBraked:
+      case plant::DeviceEvent::kRobotWatchdog:
+      case plant::DeviceEvent::kRobotError:
+        moves_since_us = -1;
+        CHECK(d.t_us <= limit_us);
+        break;
+      default: break;
+    }
+  CHECK(moves_since_us == -1);
 }
 
 int status_of(LiveRun& run) {

@@ -11,7 +11,7 @@ namespace firn::test {
 /// Says so and returns true where multicast is refused.
 bool skipped();
 
-/// By the world's own record: nothing fires and no lamp is open later than 1 s of wall time after `mono_ns`.
+/// By the world's own record: nothing fires, no lamp is open and no arm moves later than 1 s of wall time after `mono_ns`.
 void check_safe_after(const LiveRun& run, std::int64_t mono_ns);
 
 /// Waits until the run has started and ended. @returns its status; what it said is told with a failure that follows

@@ -12,8 +12,11 @@
 #include <stdexcept>
 
 #include "cli/bus_check.h"
+#include "cli/ice_inputs.h"
 #include "cli/targets.h"
+#include "config/include.h"
 #include "runtime/lossy.h"
+#include "tests/support/mesh_samples.h"
 #include "runtime/run_clock.h"
 
 namespace firn::test {
@@ -56,6 +59,23 @@ Experiment tiny_part_of_two_inks(std::uint64_t seed) {
   return e;
 }
 
+Experiment tiny_ice(std::uint64_t seed) {
+  const std::filesystem::path lab = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments" / "ice-small.toml";
+  Experiment e = load_experiment(lab, {"run.time_scale=10", "ice.interval_layers=3", "ice.measure_spacing_mm=3"});
+  e.plant.seed = seed;
+  return e;
+}
+
+Blobs tiny_ice_inputs(Experiment& e, const std::filesystem::path& scratch) {
+  const std::filesystem::path folder = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
+  const auto stl = mesh_bytes::binary_stl(prism(4, 1.44f, 0.0f, 0.0f, [](std::uint32_t) { return 6.5; }));
+  std::ofstream(scratch / "block.stl", std::ios::binary).write(reinterpret_cast<const char*>(stl.data()), std::streamsize(stl.size()));
+  e.ice.mesh = (scratch / "block.stl").string();
+  Blobs inputs = make_inputs(e, folder);
+  place_ice_field(e, inputs);
+  return inputs;
+}
+
 std::string multicast_refused() {
   static const std::string why = check_multicast();
   return why;
@@ -66,7 +86,9 @@ LiveRun::LiveRun(const Experiment& experiment) {
   if (!::mkdtemp(name.data())) throw std::runtime_error("mkdtemp");
   root_ = name;
   const std::string longer_than_a_socket_address(110, 'x');
-  folder_ = RunFolder::create(root_ / longer_than_a_socket_address, experiment, make_inputs(experiment, {}), {"test"});
+  Experiment e = experiment;
+  const Blobs inputs = is_ice(e) ? tiny_ice_inputs(e, root_) : make_inputs(e, {});
+  folder_ = RunFolder::create(root_ / longer_than_a_socket_address, e, inputs, {"test"});
 }
 
 LiveRun::~LiveRun() {
