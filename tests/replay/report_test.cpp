@@ -80,7 +80,7 @@ TEST_CASE("a report of a print with two inks shows the wanted and the printed in
   REQUIRE(run_in_lab(run, {}).result.status == 0);
   const replay::RunData data = replay::read_run_data(run.path());
   REQUIRE(data.inks);
-  CHECK(data.inks->layers.size() == data.layers.back().layer);
+  CHECK(std::int32_t(data.inks->layers.size()) == data.layers.back().layer);
   std::size_t object = 0, printed = 0;
   for (const replay::InkLayer& l : data.inks->layers)
     for (std::size_t c = 0; c < l.planned.size(); ++c) {
