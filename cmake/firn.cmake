@@ -44,7 +44,7 @@ function(firn_test name)
     add_dependencies(thread_tests ${name})
   endif()
   list(JOIN labels "-" labels)  # one label, which ctest -L and -LE match by part
-  catch_discover_tests(${name} TEST_PREFIX "${name}: "
+  catch_discover_tests(${name} TEST_PREFIX "${name}: " EXTRA_ARGS --warn NoTests  # a name that matches nothing fails
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}")
 endfunction()
 

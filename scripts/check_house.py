@@ -32,6 +32,7 @@ INEXACT = re.compile(r"\b(?:std::)?(?:exp|exp2|expm1|log|log2|log10|log1p|pow|si
 
 UNFINISHED = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b|\bplaceholder\b", re.I)
 HIDDEN_TEST = re.compile(r'TEST_CASE\([^)]*"\s*,\s*"[^"]*\[(?:\.|!hide|!mayfail|!shouldfail)')
+TEST_NAME = re.compile(r'TEST_CASE\(\s*"((?:[^"\\]|\\.)*)"')
 EMPTY_TEST = re.compile(r'TEST_CASE\((?:[^()]|\([^()]*\))*\)\s*\{\s*\}')
 PRIVATE_PATH = re.compile(r"(?<![\w.])/(?:work|home|root|Users)/\w")
 
@@ -104,6 +105,18 @@ def check_finished(root):
     return problems
 
 
+def check_test_names(root):
+    """CMake's lists would take such a name apart, and ctest would run nothing under either half."""
+    problems = []
+    for path in sources(root):
+        text = read(root, path)
+        for match in TEST_NAME.finditer(text):
+            name = match.group(1)
+            if ";" in name or name.count("[") != name.count("]"):
+                problems.append(f"{path}:{line_of(text, match.start())}: a test's name has ';' or a single bracket ({name[:40]})")
+    return problems
+
+
 def check_listed(root):
     """Every .cpp stands in the CMakeLists.txt of its folder or of one above it, every .lcm in lcmtypes/."""
     problems = []
@@ -133,7 +146,7 @@ def check_truth(root):
     return problems
 
 
-CHECKS = (check_same_bytes, check_sizes, check_finished, check_listed, check_truth)
+CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_truth)
 
 
 def main():

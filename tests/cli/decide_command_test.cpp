@@ -100,7 +100,7 @@ TEST_CASE("firn decide proves a bound for one layer at any alpha and says that i
   CHECK_THROWS_WITH(decide(s.o), Contains("--certificate"));
 }
 
-TEST_CASE("firn decide gives the same answer and bound on any number of threads, and tells its memory; squares have no bound") {
+TEST_CASE("firn decide gives the same answer and bound on any number of threads, and tells its memory, and squares have no bound") {
   States s("decide-threads");
   s.o.method = "certified";
   s.o.bound = true;

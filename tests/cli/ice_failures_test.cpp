@@ -148,7 +148,7 @@ TEST_CASE("A print whose last interval got nothing has run to its end, but is no
   CHECK_THROWS_WITH(run_print(o), Contains("this run has finished"));
 }
 
-TEST_CASE("Heater (a) fails: (b) alone keeps the valves warm and the print is finished; both fail: the valves freeze, named stop") {
+TEST_CASE("Heater (a) fails: (b) alone keeps the valves warm and the print is finished, and both fail: the valves freeze, named stop") {
   IceRun one;
   const LabRunReport warm = one.go({"60 heater trip 1"});
   INFO(warm.result.reason << "\n" << one.faults());

@@ -39,7 +39,7 @@ TEST_CASE("V-C, Table I: identification prints of the paper's own plant give 4.4
   CHECK(svg.ends_with("</svg>"));
 }
 
-TEST_CASE("Half-filled layers identify planted values; they believe what they see, not model.h1_mm") {
+TEST_CASE("Half-filled layers identify planted values, and they believe what they see, not model.h1_mm") {
   const PlantedTrial t = planted_trial(kExperiments + "excitation.toml", 5, 0.2);
   for (int n = 0; n < 4; ++n) {
     CHECK(std::abs(t.z(n)) < 4.0);

@@ -29,7 +29,7 @@ TEST_CASE("The instances are what their generator makes, and files and best laye
   }
 }
 
-TEST_CASE("The best layers known cost what is said, no less than the bound; the solver comes near both") {
+TEST_CASE("The best layers known cost what is said, no less than the bound, and the solver comes near both") {
   const auto table = nlohmann::json::parse(bench::instance_bytes(kFolder, "best.json"));
   const control::Setup setup = bench::setup_of(100);
   for (const std::string name : bench::kInstances) {

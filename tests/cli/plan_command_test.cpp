@@ -99,7 +99,7 @@ TEST_CASE("The CSV of the test path keeps every limit, stays on the path and mov
   CHECK(text_of(o.plot).starts_with("<svg"));
 }
 
-TEST_CASE("JSON paths with tools, ceilings and pulses are planned; one and two threads write the same bytes") {
+TEST_CASE("JSON paths with tools, ceilings and pulses are planned, and one and two threads write the same bytes") {
   PlanCommandOptions o = fig42();
   o.paths = kSource + "/experiments/measure-square.json";
   o.output = folder() / "one.traj";

@@ -41,7 +41,7 @@ std::vector<PartResult> results(std::vector<std::string> only, std::string paper
 
 }  // namespace
 
-TEST_CASE("A reproduction passes when no row with a tolerance fails; informative rows have no verdict",
+TEST_CASE("A reproduction passes when no row with a tolerance fails, and informative rows have no verdict",
           "[reproduce]") {
   CHECK(all_pass(results({"first"})));
   CHECK_FALSE(all_pass(results({}, "lu")));

@@ -68,7 +68,7 @@ TEST_CASE("A trajectory file reads back path by path, to the same bits, with its
   CHECK(reader.totals().samples == 450);
 }
 
-TEST_CASE("A file that is not finished never has its name; one that is cut anywhere is called damaged or incomplete") {
+TEST_CASE("A file that is not finished never has its name, and one that is cut anywhere is called damaged or incomplete") {
   const fs::path file = folder() / "cut.traj";
   fs::remove(file);
   {

@@ -137,7 +137,7 @@ TEST_CASE("Overrides come last, in order, and need no quotes round words") {
     CHECK(parse_experiment({{"x.toml", ""}}, {assignment}).run.name == "007");
 }
 
-TEST_CASE("Later texts override earlier ones; an include without its text is an error") {
+TEST_CASE("Later texts override earlier ones, and an include without its text is an error") {
   const Experiment e = parse_experiment({{"lab.toml", "[grid]\nnx = 50\nny = 45"}, {"x.toml", "include = \"lab.toml\"\ngrid.nx = 60"}}, {});
   CHECK(e.grid.nx == 60);
   CHECK(e.grid.ny == 45);

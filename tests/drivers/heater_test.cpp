@@ -108,7 +108,7 @@ TEST_CASE("temperatures come once a second and settle at the set points without 
     CHECK(std::abs(all.back().celsius[c] - all.back().set_celsius[c]) < 1.5);
 }
 
-TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on; both, and the print stops", "[heater]") {
+TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and both, and the print stops", "[heater]") {
   for (const int way : {0, 1, 2})
     for (const int first : {Heater::kTip, Heater::kWindow}) {
       const auto fail = [&](FakeHeaters& f, int channel) {

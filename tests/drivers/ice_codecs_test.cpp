@@ -270,7 +270,7 @@ TEST_CASE("laser values are numbers only where the manual says so", "[laser_poin
   CHECK(status({text, sizeof text}) == Status::kBelow);
 }
 
-TEST_CASE("a laser reply belongs to its command; timing values and errors are told apart", "[laser_point]") {
+TEST_CASE("a laser reply belongs to its command, and timing values and errors are told apart", "[laser_point]") {
   using Kind = lkg::Reply::Kind;
   CHECK(lkg::parse("M1,+01.2345", "M1").rest == "+01.2345");
   CHECK(lkg::parse("R0", "R0").kind == Kind::kDone);

@@ -96,7 +96,7 @@ TEST_CASE("the laser stores along the path and gives one value per period", "[ic
   }
 }
 
-TEST_CASE("the heaters hold their set points; (a) breaks and (b) goes on alone", "[ice_world]") {
+TEST_CASE("the heaters hold their set points, and (a) breaks and (b) goes on alone", "[ice_world]") {
   IceRig rig;
   rig.start();
   CHECK(rig.command("heater", [&](std::int64_t t, Effects& fx) { rig.heater.set({20, 22, 20}, t, fx); }).outcome ==

@@ -188,7 +188,7 @@ TEST_CASE("what the storage or the sampling time cannot do is refused by name", 
   CHECK_THROWS_WITH(LaserPoint(bad), Catch::Contains("sampling_us = 300"));
 }
 
-TEST_CASE("a lost link while storing: the values are still collected; a reset laser is set up anew", "[laser_point]") {
+TEST_CASE("a lost link while storing: the values are still collected, and a reset laser is set up anew", "[laser_point]") {
   for (const bool reset : {false, true}) {
     Lab lab;
     lab.start();

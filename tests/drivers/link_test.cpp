@@ -79,7 +79,7 @@ TEST_CASE("a reply of 60 ms against a timeout of 20 ms gives no wrong reading", 
   CHECK(suspect >= 15);
 }
 
-TEST_CASE("a request that acts is sent once whatever becomes of its reply; a question is asked again",
+TEST_CASE("a request that acts is sent once whatever becomes of its reply, and a question is asked again",
           "[link]") {
   for (const Repeat repeat : {Repeat::kRead, Repeat::kSetup, Repeat::kNever}) {
     ensemble::EnsembleDialect dialect;

@@ -108,7 +108,7 @@ TEST_CASE("Passes one way only, over sides of one direction only, or over no blo
   CHECK_THROWS_AS(calibrate_laser(few, kJig, belief, LaserUnknowns::kOffset), Uninformative);
 }
 
-TEST_CASE("Valve latency: within 2 ms over 100 planted cases, a mark in ten badly found; one speed alone is refused") {
+TEST_CASE("Valve latency: within 2 ms over 100 planted cases, a mark in ten badly found, and one speed alone is refused") {
   int covered = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     RandomStream random(seed, Purpose::kTest, 2);
@@ -132,7 +132,7 @@ TEST_CASE("Valve latency: within 2 ms over 100 planted cases, a mark in ten badl
   CHECK(covered <= 99);
 }
 
-TEST_CASE("Flow curve: within 2 % over 100 planted curves that bend as Fig. 6-1's; too few or useless weighings are refused") {
+TEST_CASE("Flow curve: within 2 % over 100 planted curves that bend as Fig. 6-1's, and too few or useless weighings are refused") {
   int covered = 0, rows = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     RandomStream random(seed, Purpose::kTest, 3);
@@ -191,7 +191,7 @@ TEST_CASE("Level table: the plane within 0.05 mm over 100 planted tables, and th
   CHECK(covered <= 297);
 }
 
-TEST_CASE("Level table: nine screws take out what no foot can; a level table is left alone; points on a line are refused") {
+TEST_CASE("Level table: nine screws take out what no foot can, and a level table is left alone, and points on a line are refused") {
   RandomStream random(9, Purpose::kTest);
   std::vector<TablePoint> points;
   std::vector<Lifter> screws;

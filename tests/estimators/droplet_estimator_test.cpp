@@ -251,7 +251,7 @@ TEST_CASE("Wrong options and maps are named") {
   CHECK_THROWS_WITH(e.add_layer({{{99}, 1.0}}, HeightMap(g, 0.0), use, 0.001), Catch::Contains("off the grid"));
 }
 
-TEST_CASE("With a memory the estimate follows a jet that drifts; without one it lags behind") {
+TEST_CASE("With a memory the estimate follows a jet that drifts, and without one it lags behind") {
   for (const std::uint64_t seed : {1, 2}) {
     Planted world;
     world.grid = {24, 24, 0.25, 0.25, 0.0, 0.0};

@@ -48,7 +48,7 @@ struct Print {
 
 }  // namespace
 
-TEST_CASE("A part's cells are rim, two rows between and inside; a narrow part has no row between") {
+TEST_CASE("A part's cells are rim, two rows between and inside, and a narrow part has no row between") {
   const GridSpec g{20, 15};
   Mask m(g, 1);
   m.at(4, 7) = 0;  // a hole has a rim too

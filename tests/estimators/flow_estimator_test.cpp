@@ -74,7 +74,7 @@ TEST_CASE("A blocked line shows as a factor near zero within two intervals") {
   CHECK(e.estimate().factor[1] == Approx(1.0).margin(0.02));
 }
 
-TEST_CASE("A map measured again replaces the first; blocks that are not known do not count; wrong input is refused by name") {
+TEST_CASE("A map measured again replaces the first, and blocks that are not known do not count, and wrong input is refused by name") {
   FlowEstimator once({}), twice({});
   once.add(interval(1, 1.1, 0.9, 0.1, 7));
   twice.add(interval(1, 2.0, 2.0, 0.1, 8));

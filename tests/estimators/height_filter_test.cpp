@@ -134,7 +134,7 @@ TEST_CASE("The estimate errs less than the map and less than the droplets alone,
   }
 }
 
-TEST_CASE("A droplet that did not come is taken from the map at once; a cell without a reading from the droplets") {
+TEST_CASE("A droplet that did not come is taken from the map at once, and a cell without a reading from the droplets") {
   Planted world;
   world.grid = {12, 12, 0.25, 0.25, 0.0, 0.0};
   world.height = HeightMap(world.grid, 0.0);
@@ -158,7 +158,7 @@ TEST_CASE("A droplet that did not come is taken from the map at once; a cell wit
   CHECK(filter.surface().variance_mm2[unseen] > 2.0 * filter.surface().variance_mm2[world.grid.index(3, 8)]);
 }
 
-TEST_CASE("A second map of a layer takes the first one's place, bytes and all; unknown droplets leave the map alone") {
+TEST_CASE("A second map of a layer takes the first one's place, bytes and all, and unknown droplets leave the map alone") {
   Planted world;
   HeightFilter twice = filter_for(world, 0.06), once = twice;
   const HeightMap ground = world.measure();

@@ -94,7 +94,7 @@ TEST_CASE("Student's t and its interval: table values, and repeats that cover th
   CHECK(covered < 1930);
 }
 
-TEST_CASE("Squares that rise alike are consistent; domes and ribs are not, and the choice is the vertex between") {
+TEST_CASE("Squares that rise alike are consistent, and domes and ribs are not, and the choice is the vertex between") {
   const GridSpec g{60, 60, 0.1, 0.1, 0.0, 0.0};
   const std::vector<Use> use(g.size(), Use::kLearn);
   const HeightMap bare(g, 0.0);

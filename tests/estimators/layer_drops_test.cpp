@@ -5,7 +5,7 @@
 using namespace firn;
 using namespace firn::droplet;
 
-TEST_CASE("Several passes are several steps of (4); a count of the jet below the stage's scales the droplets") {
+TEST_CASE("Several passes are several steps of (4), and a count of the jet below the stage's scales the droplets") {
   LayerDrops drops;
   PassReport r{DropletPattern(GridSpec{4, 3, 0.25, 0.25, 0.0, 0.0}, 1), 0, 2, 11, 12, 12};
   drops.add(r);

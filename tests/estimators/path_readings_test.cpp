@@ -103,7 +103,7 @@ TEST_CASE("The noise of one reading comes from its neighbours, on slopes and ben
   CHECK(noise_of_readings(std::span(p).first(10)) == 0.0);
 }
 
-TEST_CASE("The map of a noisy surface with drop-outs and outliers is within the noise; cells without readings near are marked") {
+TEST_CASE("The map of a noisy surface with drop-outs and outliers is within the noise, and cells without readings near are marked") {
   RandomStream random(6, Purpose::kTest);
   std::vector<SurfacePoint> p;
   for (int j = 0; j < 34; ++j)

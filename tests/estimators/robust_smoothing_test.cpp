@@ -156,7 +156,7 @@ TEST_CASE("GCV: the chosen s is the candidate of least score, and the noise is f
   }
 }
 
-TEST_CASE("Outliers get no weight and leave the surface alone; missing patches are bridged") {
+TEST_CASE("Outliers get no weight and leave the surface alone, and missing patches are bridged") {
   const GridSpec g{40, 40};
   RandomStream random(5, Purpose::kTest);
   HeightMap truth(g), y(g);

@@ -101,7 +101,7 @@ TEST_CASE("With spikes and drop-outs the inlier mean beats median and mean") {
 }
 
 TEST_CASE(
-    "Cells and rows without samples are filled from their neighbours and marked; the rest is untouched") {
+    "Cells and rows without samples are filled from their neighbours and marked, and the rest is untouched") {
   auto rows = scan(
       kGrid, [](double x, double) { return 0.1 * x; }, 0.0);
   rows.erase(rows.begin() + 4);
@@ -116,7 +116,7 @@ TEST_CASE(
   CHECK(e.measured_fraction == Approx(1.0 - 13.0 / 108.0));
 }
 
-TEST_CASE("A wide hole is filled from the rim inwards; nothing measured is 0 mm with fraction 0") {
+TEST_CASE("A wide hole is filled from the rim inwards, and nothing measured is 0 mm with fraction 0") {
   auto rows = scan(
       kGrid, [](double, double) { return 0.3; }, 0.0);
   rows.resize(1);
@@ -131,7 +131,7 @@ TEST_CASE("A wide hole is filled from the rim inwards; nothing measured is 0 mm 
   }
 }
 
-TEST_CASE("A spike of one cell is replaced and marked; the cliff of a part is not") {
+TEST_CASE("A spike of one cell is replaced and marked, and the cliff of a part is not") {
   const auto cliff = [](double x, double) { return x > 2.4 ? 0.4 : 0.0; };
   auto rows = scan(kGrid, cliff, 0.0005);
   for (int n = 2 * kPerCell; n < 3 * kPerCell; ++n) rows[5].z[std::size_t(n)] += 0.06f;

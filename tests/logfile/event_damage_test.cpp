@@ -64,7 +64,7 @@ bool reported_near(const Outcome& o, std::uint64_t at, std::uint64_t slack) {
 
 }  // namespace
 
-TEST_CASE("A bit flipped anywhere in a log costs at most its event; with the index it is always found") {
+TEST_CASE("A bit flipped anywhere in a log costs at most its event, and with the index it is always found") {
   for (const std::size_t fixed : {0u, 32u}) {  // equal sizes of 64 bytes: a wrong length may end on another sync word
     const Original original(24, 90, 21, fixed);
     for (std::size_t byte = 0; byte < original.log.size(); ++byte)
@@ -93,7 +93,7 @@ TEST_CASE("With the index a damaged event header costs nothing") {
     }
 }
 
-TEST_CASE("A log cut anywhere keeps every event before the cut; the index tells how many are gone") {
+TEST_CASE("A log cut anywhere keeps every event before the cut, and the index tells how many are gone") {
   const Original original(30, 90, 23);
   for (std::size_t size = 0; size <= original.log.size(); ++size) {
     const Bytes log(original.log.begin(), original.log.begin() + std::ptrdiff_t(size));

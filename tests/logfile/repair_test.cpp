@@ -148,7 +148,7 @@ TEST_CASE("An inserted message never stands before its predecessor, though the r
   expect_complete(scratch / "log.lcm", messages, 0);
 }
 
-TEST_CASE("Damaged events are replaced from a source; what no source holds is left out and the old log kept") {
+TEST_CASE("Damaged events are replaced from a source, and what no source holds is left out and the old log kept") {
   const Scratch scratch("repair-damage");
   const auto messages = some_messages(300, 6);
   {

@@ -97,7 +97,7 @@ TEST_CASE("A pool fills a hollow before it raises the level beside it") {
   CHECK(std::abs(after) < 0.6 * before);
 }
 
-TEST_CASE("Edges fall off without scaffold; water contained by scaffold does not") {
+TEST_CASE("Edges fall off without scaffold, and water contained by scaffold does not") {
   const auto edge_height = [](bool contained) {
     Bed bed(still(), 1);
     for (int layer = 0; layer < 20; ++layer) {

@@ -200,7 +200,7 @@ TEST_CASE("A tank runs empty at its time and stays empty") {
   CHECK(heat.state().tank_mm3[0] == c.line[0].tank_mm3);
 }
 
-TEST_CASE("Without heater (a) the laser's heater keeps the valves from freezing; without both they freeze") {
+TEST_CASE("Without heater (a) the laser's heater keeps the valves from freezing, and without both they freeze") {
   const IceWorldConfig c;
   Heat one(c), none(c);
   one.break_heater(0, true);
@@ -214,7 +214,7 @@ TEST_CASE("Without heater (a) the laser's heater keeps the valves from freezing;
   CHECK(none.state().section_degC[0] < c.heat.freeze_degC);
 }
 
-TEST_CASE("An open thermocouple shows nothing and switches its heater off; a stuck relay heats on") {
+TEST_CASE("An open thermocouple shows nothing and switches its heater off, and a stuck relay heats on") {
   const IceWorldConfig c;
   Heat open(c), stuck(c);
   open.open_thermocouple(2, true);

@@ -207,7 +207,7 @@ TEST_CASE("A robot that hears nothing for a second while a path runs ends it and
   CHECK(b.robot("CLEAR") == "ACK");
 }
 
-TEST_CASE("The emergency stop cuts power and stays until it is released and cleared; a motion error is a fault") {
+TEST_CASE("The emergency stop cuts power and stays until it is released and cleared, and a motion error is a fault") {
   const IceWorldConfig c = small();
   IceBench b(c);
   const auto run = line_of(c);
@@ -235,7 +235,7 @@ TEST_CASE("The emergency stop cuts power and stays until it is released and clea
   CHECK(b.events.back().starts_with("MOTION_ERR 7 7 -"));
 }
 
-TEST_CASE("Reboot loses paths and lists, closes the port and counts; the valve says why it was reset") {
+TEST_CASE("Reboot loses paths and lists, closes the port and counts, and the valve says why it was reset") {
   const IceWorldConfig c = small();
   IceBench b(c);
   prepare(b, line_of(c));

@@ -32,7 +32,7 @@ TEST_CASE("Serial twins are paced at their baud rate both ways") {
   CHECK(b.now_us - t == Approx(2 * 10e6 / 9600).margin(2.0));
 }
 
-TEST_CASE("The jet twin speaks the card's frames; what is wrong is refused") {
+TEST_CASE("The jet twin speaks the card's frames, and what is wrong is refused") {
   Bench b{WorldConfig{}};
   CHECK(b.ask(kJetPort, hex("53 02 02 04"), 100'000) == "");  // deaf before the handshake
   CHECK(b.ask(kJetPort, "Q") == ">");
@@ -49,7 +49,7 @@ TEST_CASE("The jet twin speaks the card's frames; what is wrong is refused") {
   CHECK(b.ask(kJetPort, hex("53 02 02 04")) == hex("06 02 00 02"));  // source internal, no waveform
 }
 
-TEST_CASE("Only an armed jet with a waveform fires; every trigger is on record with its reason") {
+TEST_CASE("Only an armed jet with a waveform fires, and every trigger is on record with its reason") {
   Bench b{WorldConfig{}};
   start_stage(b);
   b.stage("PSOCONTROL @0 RESET");

@@ -72,7 +72,7 @@ TEST_CASE("lu2015 with two inks and without variation is Eq. (7): both jets' dro
   CHECK(l.landed - l.lost == Approx(model->volume_mm3()).epsilon(1e-12));
 }
 
-TEST_CASE("One ink in a world of two is the world of one, to the last bit; its columns are all object") {
+TEST_CASE("One ink in a world of two is the world of one, to the last bit, and its columns are all object") {
   WorldConfig c = two_inks(0.2), one = c;
   one.two_inks = false;
   const auto two_inks = make_model(c), one_ink = make_model(one);

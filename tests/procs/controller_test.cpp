@@ -129,7 +129,7 @@ TEST_CASE(
                     Catch::Contains("target"));
 }
 
-TEST_CASE("With control.adapt_model MPC plans with the newest HEIGHT_MODEL; without it the node does not even listen") {
+TEST_CASE("With control.adapt_model MPC plans with the newest HEIGHT_MODEL, and without it the node does not even listen") {
   Experiment e = small("mpc");
   const HeightMap target(e.grid, 0.05);
   const auto listens = [](const Node& node) {
@@ -221,7 +221,7 @@ TEST_CASE("With height_estimate = kalman noise of one map moves the plan less th
   CHECK(off_filter < 0.7 * off_map);
 }
 
-TEST_CASE("With droplet_factors a jet that gives a sixth less is planned with; without, the plan still believes the model") {
+TEST_CASE("With droplet_factors a jet that gives a sixth less is planned with, and without, the plan still believes the model") {
   const deposition::DropletModel model;
   const auto believed = [&](const std::string& factors) {
     Experiment e = with_filter(small("mpc"));
@@ -243,7 +243,7 @@ TEST_CASE("With droplet_factors a jet that gives a sixth less is planned with; w
   CHECK(believed("on") / believed("off") == Approx(5.0 / 6.0).epsilon(0.03));
 }
 
-TEST_CASE("A map that overtakes the reports of its layer waits for them; without any it counts alone, and a warning says so") {
+TEST_CASE("A map that overtakes the reports of its layer waits for them, and without any it counts alone, and a warning says so") {
   const GridSpec g = small("mpc").grid;
   FilterBench in_order, late, never;
   for (FilterBench* b : {&in_order, &late, &never}) b->map(HeightMap(g, 0.0), 0);

@@ -179,7 +179,7 @@ TEST_CASE("a command is executed once, however often it arrives, and each copy i
   CHECK(rig.count("RUN") == 1);
 }
 
-TEST_CASE("the command of a pass stands on the disk before anything leaves; moves need not") {
+TEST_CASE("the command of a pass stands on the disk before anything leaves, and moves need not") {
   Rig rig(NodeId::kStage, std::make_unique<StageNode>(Experiment{}));
   rig.start(0);
   rig.enable(1);

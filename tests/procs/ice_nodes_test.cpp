@@ -133,7 +133,7 @@ TEST_CASE("path_planner: at the start the first interval, layer by layer, then t
   CHECK(layer == 5);
 }
 
-TEST_CASE("path_planner: a surface brings the next interval, planned with it; again for another attempt, never for an old one") {
+TEST_CASE("path_planner: a surface brings the next interval, planned with it, and again for another attempt, never for an old one") {
   Experiment e = test::ice_experiment();
   e.control.smf.version = "frequency";
   NodeBench b = planner(e);
@@ -240,7 +240,7 @@ TEST_CASE("surface_mapper: the readings of all paths become the map of the layer
   }
 }
 
-TEST_CASE("surface_mapper: values that are missing show in measured_fraction; an older scan is dropped for a newer one") {
+TEST_CASE("surface_mapper: values that are missing show in measured_fraction, and an older scan is dropped for a newer one") {
   NodeBench plan = planner();
   plan.start();
   std::vector<trajectory_t> motions;
@@ -269,7 +269,7 @@ TEST_CASE("surface_mapper: values that are missing show in measured_fraction; an
   CHECK(b.last(channels::kHeightMap).measured_fraction == 0.0);
 }
 
-TEST_CASE("controller: a map is answered with the action on its grid; the last layer ends the print") {
+TEST_CASE("controller: a map is answered with the action on its grid, and the last layer ends the print") {
   NodeBench b = controller();
   b.start();
   b.give(channels::kHeightMap, flat_map(5, -0.06));
@@ -322,7 +322,7 @@ TEST_CASE("controller: with feed-forward the learned flow of each valve is divid
   CHECK(s.feed_forward[1] == Approx(1.0 / 0.95));
 }
 
-TEST_CASE("flow_estimator: what was laid against what rose gives each valve's factor; paths in doubt do not count") {
+TEST_CASE("flow_estimator: what was laid against what rose gives each valve's factor, and paths in doubt do not count") {
   NodeBench plan = planner();
   plan.start();
   for (const bool doubt : {false, true}) {

@@ -83,7 +83,7 @@ TEST_CASE("however often an ice print crashes and resumes, no path is run twice 
   CHECK(doubts > 30);
 }
 
-TEST_CASE("a path in doubt stops the open loop for the operator, whose word lets it go on; feedback needs no word") {
+TEST_CASE("a path in doubt stops the open loop for the operator, whose word lets it go on, and feedback needs no word") {
   int asked = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
@@ -126,7 +126,7 @@ TEST_CASE("I13: a map of which the laser saw too little is measured once more, t
   CHECK(dark.last(channels::fault(NodeId::kScheduler)).code == 13);
 }
 
-TEST_CASE("I6: a nozzle that would scrape is raised and the surface measured anew; if it still would, the print stops") {
+TEST_CASE("I6: a nozzle that would scrape is raised and the surface measured anew, and if it still would, the print stops") {
   FakeIceLab debris(5, small_ice());
   debris.high_maps = 1;
   REQUIRE(debris.print(0.0) == 0);

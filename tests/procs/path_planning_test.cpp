@@ -136,7 +136,7 @@ TEST_CASE("Nozzles and laser stand where their paths are, each with its own offs
   CHECK(seen > 12);
 }
 
-TEST_CASE("A path that is met again in another layer is not planned again; only joint 3 differs") {
+TEST_CASE("A path that is met again in another layer is not planned again, and only joint 3 differs") {
   const PlanningSetup s = setup(control::SurfaceVersion::kValveFrequency);
   TaskPlanner planner(s);
   PathTask t = circle(20.0);
@@ -166,7 +166,7 @@ TEST_CASE("Pulses come earlier by the valve's latency, in order and not before t
   }
 }
 
-TEST_CASE("A path with more pulses than a list holds is given rests and cut there; no volume is lost between lists") {
+TEST_CASE("A path with more pulses than a list holds is given rests and cut there, and no volume is lost between lists") {
   PlanningSetup s = setup(control::SurfaceVersion::kValveFrequency);
   const PlannedTask whole = TaskPlanner(s).plan(circle(35.0), nullptr);
   s.valve_limits.max_entries = 100;
@@ -219,7 +219,7 @@ TEST_CASE("A path out of the arm's reach is refused by name and place, and so is
   CHECK(planner.plan(unknown, nullptr).problem.find("syrup") != std::string::npos);
 }
 
-TEST_CASE("A long measurement path is divided into equal pieces that join; lines without length are left out") {
+TEST_CASE("A long measurement path is divided into equal pieces that join, and lines without length are left out") {
   PlanningSetup s = setup(control::SurfaceVersion::kPathSpeed);
   s.speeds[0].measure_mm_s = 0.5;
   slice::PrintPaths paths = test::ice_print(5);

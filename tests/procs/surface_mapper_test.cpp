@@ -137,7 +137,7 @@ TEST_CASE("A row that the profiler itself did not receive is not waited for") {
   CHECK(bench.maps()[0].measured_fraction < 0.9);
 }
 
-TEST_CASE("Rows of an older scan change nothing; a newer scan drops the unfinished one and says so") {
+TEST_CASE("Rows of an older scan change nothing, and a newer scan drops the unfinished one and says so") {
   Bench bench;
   bench.scan(5, 1, 0.1);
   bench.give(channels::kHeightProfile, bench.row(0, 4, 1, 9.0));
@@ -150,7 +150,7 @@ TEST_CASE("Rows of an older scan change nothing; a newer scan drops the unfinish
   CHECK(bench.faults() == 1);
 }
 
-TEST_CASE("A malformed row is left out and named; the map is made from the others") {
+TEST_CASE("A malformed row is left out and named, and the map is made from the others") {
   const auto broken = [](auto change) {
     Bench bench;
     for (int j : {0, 1, 2, 3, 4}) bench.give(channels::kHeightProfile, bench.row(j, 1, 0, 0.1));

@@ -302,7 +302,7 @@ struct Interlaced : Print {
   }
 };
 
-TEST_CASE("a layer of two inks in four sub-patterns is clean; each way in which it can go wrong is found") {
+TEST_CASE("a layer of two inks in four sub-patterns is clean, and each way in which it can go wrong is found") {
   const Interlaced right;
   const AuditVerdict v = right.verdict();
   INFO(to_text(v));

@@ -117,7 +117,7 @@ TEST_CASE("prints that did not finish are counted and told, and their seeds are 
   CHECK(page.find("Prints that did not finish: 4") != std::string::npos);
 }
 
-TEST_CASE("an arm that never finished is out of the ranking; with none left there is nothing to compare") {
+TEST_CASE("an arm that never finished is out of the ranking, and with none left there is nothing to compare") {
   StudyTable t = made({0.0, 1.0}, 10, 0.1);
   for (std::size_t n = 0; n < 20; ++n) t.runs[n] = {false, "error", "no", {NAN, NAN}};
   const StudyAnalysis half = analyse(t);

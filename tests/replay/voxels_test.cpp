@@ -27,7 +27,7 @@ MaterialColumns print_of(const Geometry& g, double raised_mm) {
 
 }  // namespace
 
-TEST_CASE("A block printed as wanted has no wrong voxel; its boundary layer is the voxels that touch the other kind") {
+TEST_CASE("A block printed as wanted has no wrong voxel, and its boundary layer is the voxels that touch the other kind") {
   const Geometry g = box();
   const MaterialColumns m = print_of(g, 0.0);
   const int nz = slices_for(m, g, kSlice);
@@ -74,7 +74,7 @@ TEST_CASE("Washing frees what support can reach from outside and leaves the obje
   CHECK(wash(v).support_shut_in == 0);
 }
 
-TEST_CASE("Air inside M and object ink above the block are wrong; missing support is not") {
+TEST_CASE("Air inside M and object ink above the block are wrong, and missing support is not") {
   const Geometry g = box();
   MaterialColumns m = print_of(g, 0.0);
   const std::size_t c = kGrid.index(0, 0);

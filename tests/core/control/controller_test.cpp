@@ -37,7 +37,7 @@ TEST_CASE("A setup with an empty mask, a bad target or other sizes is refused by
 }
 
 TEST_CASE(
-    "NaN outside the mask is the bare substrate; NaN on it, another grid or a negative layer is an error, "
+    "NaN outside the mask is the bare substrate, and NaN on it, another grid or a negative layer is an error, "
     "for every scheme") {
   const Setup s = cylinder_setup();
   HeightMap holes(s.grid, 0.1), zeros(s.grid, 0.1);
@@ -113,7 +113,7 @@ TEST_CASE("max_layers stops for the operator, not silently") {
   CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("noise_gate"));
 }
 
-TEST_CASE("Erratum (8): the objective takes a matrix h_d; mean and deviation run over the mask") {
+TEST_CASE("Erratum (8): the objective takes a matrix h_d, and mean and deviation run over the mask") {
   const GridSpec g{3, 2};
   HeightMap h(g), target(g);
   Mask mask(g, 1);

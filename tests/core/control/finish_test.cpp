@@ -70,7 +70,7 @@ TEST_CASE("The first target lies K layers of the first model under the last, on 
   }
 }
 
-TEST_CASE("While a layer betters the first target the decision is that of MPC on it; afterwards the plan whose J^2 + n (w l)^2 is least") {
+TEST_CASE("While a layer betters the first target the decision is that of MPC on it, and afterwards the plan whose J^2 + n (w l)^2 is least") {
   int first_stage = 0, last_stage = 0, shorter = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     RandomStream random(seed, Purpose::kTest);

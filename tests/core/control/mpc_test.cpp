@@ -210,7 +210,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Erratum IV-C: flipping all marked points together can raise the objective; the search never does") {
+    "Erratum IV-C: flipping all marked points together can raise the objective, and the search never does") {
   // About 3 um short: any one droplet pays (4.4 um on its cell), all together overshoot by 4.6 um.
   int raised = 0;
   RandomStream random(9, Purpose::kTest);

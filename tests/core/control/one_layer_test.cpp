@@ -37,7 +37,7 @@ TEST_CASE("One layer by strips tells the model's objectives, whether the surface
   }
 }
 
-TEST_CASE("A rim whose droplets add as much as all others changes no decision; one that takes less is planned with that") {
+TEST_CASE("A rim whose droplets add as much as all others changes no decision, and one that takes less is planned with that") {
   StripInstance in = random_instance(12, 16, 14, false);
   ControlOptions o;
   o.mpc.method = MpcMethod::kStripDp;

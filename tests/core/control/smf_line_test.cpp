@@ -131,7 +131,7 @@ TEST_CASE("(5.22): the poles are the eigenvalues of the matrix of (5.20)") {
   }
 }
 
-TEST_CASE("Errata: gains [1, 0.33, 0.45] have poles -1.0482 and 0.634 +- 0.165 i; [1, 1, 0] a triple pole at 0") {
+TEST_CASE("Errata: gains [1, 0.33, 0.45] have poles -1.0482 and 0.634 +- 0.165 i, and [1, 1, 0] a triple pole at 0") {
   const auto z = poles({1.0, 0.33, 0.45});
   CHECK(z[0].real() == Approx(-1.0482).margin(5e-5));
   CHECK(z[1].real() == Approx(0.634).margin(5e-4));

@@ -19,7 +19,7 @@ double drops_per_mm(double width_mm) { return kFeedForward * width_mm * kLayer_m
 
 }  // namespace
 
-TEST_CASE("Eq. (6.5) as printed sums rectangles; the integral lags it by half a step of the last frequency") {
+TEST_CASE("Eq. (6.5) as printed sums rectangles, and the integral lags it by half a step of the last frequency") {
   const std::vector<double> nu{0.0, 100.0, 200.0, 200.0, 0.0};
   CHECK(pulses_needed_as_printed(nu, 0.01) == std::vector<double>{0.0, 1.0, 3.0, 5.0, 5.0});
   CHECK(pulses_needed(nu, 0.01) == std::vector<double>{0.0, 0.5, 2.0, 4.0, 5.0});

@@ -203,7 +203,7 @@ TEST_CASE("Two materials with the same constants are Eq. (4), to the last bit of
   }
 }
 
-TEST_CASE("Two materials: every droplet's height is on the grid or in the ledger; nothing is lost inside") {
+TEST_CASE("Two materials: every droplet's height is on the grid or in the ledger, and nothing is lost inside") {
   RandomStream random(104, Purpose::kTest);
   for (int trial = 0; trial < 20; ++trial) {
     const GridSpec g{std::int32_t(3 + random.below(20)), std::int32_t(3 + random.below(20))};

@@ -106,7 +106,7 @@ TEST_CASE("Eqs. (6.2), (6.3): flow is w dh c (1 + u), and none below u = -1") {
   CHECK(corrected == std::vector<double>{0.0, 3.75, 70.3125, 23.4375, 0.0});
 }
 
-TEST_CASE("The control action surface is read bilinearly; outside it and beside unmeasured cells there is no correction") {
+TEST_CASE("The control action surface is read bilinearly, and outside it and beside unmeasured cells there is no correction") {
   HeightMap a(GridSpec{4, 3, 2.0, 1.0, 10.0, 20.0});
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 4; ++i) a.at(i, j) = 0.1 * i + 0.05 * j;

@@ -101,7 +101,7 @@ TEST_CASE("Heights below the substrate and above the block count as its lowest a
   CHECK(m.at(1, 9.0) == Material::kB);
 }
 
-TEST_CASE("A geometry's bytes read back; damage is named with its byte") {
+TEST_CASE("A geometry's bytes read back, and damage is named with its byte") {
   const Geometry g = Geometry::sampled(*make_solid(junction(), kGrid), kGrid, 0.4, 0.004);
   const std::vector<std::byte> bytes = to_bytes(g);
   CHECK(geometry_from_bytes(bytes, kGrid, "geometry") == g);

@@ -35,7 +35,7 @@ TEST_CASE("A stream is its key with cells 0, 1, 2, ...") {
   for (std::uint32_t n = 0; n < 20; ++n) CHECK(stream.bits() == random_bits({5, Purpose::kSurface, 2, 3, n}));
 }
 
-TEST_CASE("Uniform numbers lie in [0, 1), with the mean and variance of a uniform distribution") {
+TEST_CASE("Uniform numbers lie in 0 to below 1, with the mean and variance of a uniform distribution") {
   RandomStream random(1, Purpose::kTest);
   double sum = 0.0, square = 0.0;
   constexpr int kN = 200000;

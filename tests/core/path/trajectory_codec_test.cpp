@@ -57,7 +57,7 @@ std::string refusal(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-TEST_CASE("Head, trajectories and totals read back to the same bits; an axis that stands still takes one number") {
+TEST_CASE("Head, trajectories and totals read back to the same bits, and an axis that stands still takes one number") {
   RandomStream random(81, Purpose::kTest);
   const TrajectoryHead head = some_head();
   CHECK(decode_trajectory_head(encode(head)) == head);

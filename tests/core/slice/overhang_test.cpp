@@ -107,7 +107,7 @@ TEST_CASE("Overhang scaffold stays within the buffer of what lies above it, and 
   }
 }
 
-TEST_CASE("The steeper the angle asked for, the less scaffold; none at all is full support of whatever leans out") {
+TEST_CASE("The steeper the angle asked for, the less scaffold, and none at all is full support of whatever leans out") {
   for (const auto& part : {cone(50), ball(8), t_beam()}) {
     double before = 1e300;
     for (const double deg : {0.0, 5.0, 20.0, 40.0, 60.0, 80.0, 89.0}) {

@@ -46,7 +46,7 @@ TEST_CASE("The paths of a print come back as they were, and a layer is found by 
   CHECK(find_layer(back, 6) == nullptr);
 }
 
-TEST_CASE("Bytes that are cut or changed in their frame are refused with the byte; nothing crashes on any") {
+TEST_CASE("Bytes that are cut or changed in their frame are refused with the byte, and nothing crashes on any") {
   const std::vector<std::byte> good = encode(print());
   for (std::size_t n = 0; n < good.size(); n += 7) CHECK_THROWS_AS(decode_print_paths(std::span(good).first(n)), FormatError);
   CHECK_THROWS_WITH(decode_print_paths(std::span(good).first(3)), Catch::Contains("signature"));
@@ -106,7 +106,7 @@ TEST_CASE("The footprint's grid holds every bead, with centres at multiples of t
   }
 }
 
-TEST_CASE("Each cell is of the material of its nearest line; a layer that deposits nothing has no footprint") {
+TEST_CASE("Each cell is of the material of its nearest line, and a layer that deposits nothing has no footprint") {
   LayerPaths l;
   l.layer = 3;
   l.lines.add(std::vector<Point>{{0, 0}, {100'000, 0}});
@@ -124,7 +124,7 @@ TEST_CASE("Each cell is of the material of its nearest line; a layer that deposi
   CHECK_THROWS_WITH(footprint_grid(l, 0.0), Catch::Contains("pitch"));
 }
 
-TEST_CASE("Spots between beads belong to what a layer should cover; a bore and a notch in the border do not") {
+TEST_CASE("Spots between beads belong to what a layer should cover, and a bore and a notch in the border do not") {
   Mask m({30, 20, 1.0, 1.0, 0.0, 0.0});
   for (int j = 2; j < 18; ++j)
     for (int i = 2; i < 28; ++i) m.at(i, j) = 1;

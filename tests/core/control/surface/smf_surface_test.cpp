@@ -69,7 +69,7 @@ TEST_CASE("(5.1): at k = 1 the derivative term is left out, the integral term is
   CHECK(answer(smf, HeightMap(g, 0.21), 2, all(g)).u.at(1, 1) == Approx(0.5 * 0.21 + 0.25 * 0.41 + 10.0 * 0.01));
 }
 
-TEST_CASE("5.1.2: sum and last error follow the part onto a grid that moves and shrinks; new cells start at zero") {
+TEST_CASE("5.1.2: sum and last error follow the part onto a grid that moves and shrinks, and new cells start at zero") {
   SmfSurface smf(options(0.5, 0.25, 0.5));
   const GridSpec first = grid(8, 6);
   HeightMap e(first);
@@ -140,7 +140,7 @@ TEST_CASE("5.2.2: the integral is held at its limit, so a subarea is not driven 
   CHECK(answer(b, HeightMap(g, 0.0), 21, all(g)).u.at(1, 1) == Approx(1.0));  // saturated by what it wound up
 }
 
-TEST_CASE("(5.7), (5.8) with errata: the speed is reciprocal in the saturated u'; (5.4) as printed, linear, is not that") {
+TEST_CASE("(5.7), (5.8) with errata: the speed is reciprocal in the saturated u', and (5.4) as printed, linear, is not that") {
   const double flow = 9.375, width = 1.5, height = 0.25;
   for (double u = -0.2; u <= 0.4; u += 0.1) {
     const double c = speed_for(25.0, u);
@@ -174,7 +174,7 @@ TEST_CASE("A second map of a layer replaces the first, in sum, difference and th
   CHECK(a.kind == SurfaceDecision::Kind::kPrint);
 }
 
-TEST_CASE("More than the share of one material at the upper bound for n maps running stops the print by name; one map between does not") {
+TEST_CASE("More than the share of one material at the upper bound for n maps running stops the print by name, and one map between does not") {
   SurfaceOptions o = options(1.0, 0.0, 0.0);
   o.stop_after = 3;
   const GridSpec g = grid(8, 2);

@@ -21,7 +21,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
 TEST_CASE(
-    "II-B: the stage carries the substrate, so it moves minus the path; the sign is taken when the stage is "
+    "II-B: the stage carries the substrate, so it moves minus the path, and the sign is taken when the stage is "
     "sampled",
     "[aerosol]") {
   AerosolMachine machine;
@@ -111,7 +111,7 @@ TEST_CASE("A machine without limits or an impossible tolerance is named", "[aero
   CHECK_THROWS_AS(plan_aerosol(thompson_fig7(), kMachine, {CornerMode::kHybrid, kNone}), MotionError);
 }
 
-TEST_CASE("A job without segments is one transit; wasted flow is the flow times the closed time",
+TEST_CASE("A job without segments is one transit, and wasted flow is the flow times the closed time",
           "[aerosol]") {
   AerosolMachine machine;
   machine.flow_mm3_s = 0.02;
