@@ -1,13 +1,10 @@
 // Live prints of the ice lab at ten times the speed of the clock: one to its end, and kill -9 of its processes one by one:
 // robot, path_planner and scheduler, with FIRN_FULL every one of them. FIRN_ICE_VICTIM names a single one.
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
-#include "core/grid/random.h"
 #include "tests/live/live_checks.h"
 
 using namespace firn;
@@ -39,27 +36,7 @@ TEST_CASE("processes of a live ice print killed: safe within a second, named, re
   if (skipped()) return;
   std::uint64_t seed = 40;
   for (const std::string& victim : victims()) {
-    RandomStream random(++seed, Purpose::kKill);
-    LiveRun run(tiny_ice(seed));
-    run.start(false);
-    INFO(victim << ", seed " << seed << ", " << run.path());
-    REQUIRE(run.wait_started());
-    ::usleep(useconds_t(1'500'000 + random.below(6'000'000)));  // from the first path on
-    REQUIRE(run.running());
-    const std::int64_t at = run.kill(victim);
-    const int status = run.wait();
-    run.wait_all_gone();
-    INFO(run.said());
-    CHECK(status == (victim == "launcher" ? -1 : 3));
-    CHECK_FALSE(run.folder().result());
-    check_safe_after(run, at);
-    if (victim != "launcher") CHECK_THAT(run.said(), Catch::Contains(victim + " was killed by signal 9"));
-    else CHECK(local_stop_cause(run, "robot") == "the launcher is gone");
-
-    run.start(true);
-    const int resumed = run.wait();
-    INFO(run.said());
-    CHECK(resumed == 0);
-    check_finished_run(run);
+    ++seed;
+    kill_and_resume(tiny_ice(seed), victim, "robot", seed, 1'500'000, 7'500'000);  // from the first path on
   }
 }

@@ -1,5 +1,7 @@
 #include "tests/live/live_checks.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdio>
@@ -7,6 +9,7 @@
 #include "cli/audit_command.h"
 #include "cli/log_repair.h"
 #include "cli/node_makers.h"
+#include "core/grid/random.h"
 #include "plant/record.h"
 #include "replay/replayer.h"
 #include "runtime/wal_file.h"
@@ -59,6 +62,32 @@ int status_of(LiveRun& run) {
   const int status = run.wait();
   UNSCOPED_INFO(run.said());
   return status;
+}
+
+void kill_and_resume(const Experiment& experiment, const std::string& victim, const std::string& witness, std::uint64_t seed,
+                     std::uint64_t earliest_us, std::uint64_t latest_us) {
+  RandomStream random(seed, Purpose::kKill);
+  LiveRun run(experiment);
+  run.start(false);
+  INFO(victim << ", seed " << seed << ", " << run.path());
+  REQUIRE(run.wait_started());
+  ::usleep(useconds_t(earliest_us + random.below(latest_us - earliest_us)));
+  REQUIRE(run.running());
+  const std::int64_t at = run.kill(victim);
+  const int status = run.wait();
+  run.wait_all_gone();
+  INFO(run.said());
+  CHECK(status == (victim == "launcher" ? -1 : 3));
+  CHECK_FALSE(run.folder().result());
+  check_safe_after(run, at);
+  if (victim != "launcher") CHECK_THAT(run.said(), Catch::Contains(victim + " was killed by signal 9"));
+  else CHECK(local_stop_cause(run, witness) == "the launcher is gone");
+
+  run.start(true);
+  const int resumed = run.wait();
+  INFO(run.said());
+  CHECK(resumed == 0);
+  check_finished_run(run);
 }
 
 void check_finished_run(const LiveRun& run) {
