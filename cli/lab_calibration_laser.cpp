@@ -66,6 +66,13 @@ calibration::LaserBelief belief(const CalibrationLab& lab, const motion::Arm& ar
   return {arm, lab.tool("laser"), {e.ice.origin_x_mm, e.ice.origin_y_mm}, e.laser_point.latency_s, kReach_mm, 0.2};
 }
 
+calibration::LaserCalibration measured(CalibrationLab& lab, const std::vector<PassPlan>& plans, LaserUnknowns unknowns, const LabCalibrationOptions& o) {
+  const Jig jig = jig_of(lab.experiment());
+  const std::vector<LaserPass> passes = run(lab, jig, plans, o);
+  const auto arm = make_arm(lab.machine());
+  return calibration::calibrate_laser(passes, jig, belief(lab, *arm), unknowns);
+}
+
 void add_fit(const calibration::LaserCalibration& c, LabCalibration& out) {
   out.data = c.fit.data, out.outliers = c.fit.outliers;
   out.residual_std = c.fit.residual_std, out.residual_unit = "mm";
@@ -90,10 +97,7 @@ LabCalibration calibrate_laser_offset(const Experiment& experiment, const std::s
       for (const double speed : speeds_or(o, {30.0}))
         for (const bool along_x : {true, false})
           for (const bool forward : {true, false}) plans.push_back({along_x, forward, speed, yaw});
-  const Jig jig = jig_of(experiment);
-  const std::vector<LaserPass> passes = run(lab, jig, plans, o);
-  const auto arm = make_arm(lab.machine());
-  const auto c = calibration::calibrate_laser(passes, jig, belief(lab, *arm), LaserUnknowns::kOffset);
+  const auto c = measured(lab, plans, LaserUnknowns::kOffset, o);
   LabCalibration out;
   out.what = "laser-offset";
   const LaserPointConfig& l = experiment.laser_point;
@@ -103,7 +107,7 @@ LabCalibration calibrate_laser_offset(const Experiment& experiment, const std::s
   out.also.emplace_back("latency [s]", c.latency_s);
   if (c.block_x_mm) out.also.emplace_back("block beyond calibration.jig_x_mm [mm]", *c.block_x_mm);
   if (c.block_y_mm) out.also.emplace_back("block beyond calibration.jig_y_mm [mm]", *c.block_y_mm);
-  out.lines.push_back(std::to_string(passes.size()) + " passes over the block, half of them with the flange turned by 180 degrees: the yaw is read off the "
+  out.lines.push_back(std::to_string(plans.size()) + " passes over the block, half of them with the flange turned by 180 degrees: the yaw is read off the "
                       "joints, and the block's own place is found with the offset");
   add_fit(c, out);
   out.lab_s = lab.now_s();
@@ -118,14 +122,11 @@ LabCalibration calibrate_laser_latency(const Experiment& experiment, const std::
   for (int n = 0; n < (o.repeats > 0 ? o.repeats : 16); ++n)
     for (const double speed : speeds_or(o, {100.0}))
       for (const bool forward : {true, false}) plans.push_back({true, forward, speed, 0.0});
-  const Jig jig = jig_of(experiment);
-  const std::vector<LaserPass> passes = run(lab, jig, plans, o);
-  const auto arm = make_arm(lab.machine());
-  const auto c = calibration::calibrate_laser(passes, jig, belief(lab, *arm), LaserUnknowns::kLatency);
+  const auto c = measured(lab, plans, LaserUnknowns::kLatency, o);
   LabCalibration out;
   out.what = "laser-latency";
   out.keys = {{"laser_point", "latency_s", "s", {c.latency_s.value}, {c.latency_s.half_95}, {experiment.laser_point.latency_s}, 5, false, kLatencyTolerance_s}};
-  out.lines.push_back(std::to_string(passes.size()) + " passes both ways over two sides of the block, whose place need not be known");
+  out.lines.push_back(std::to_string(plans.size()) + " passes both ways over two sides of the block, whose place need not be known");
   add_fit(c, out);
   out.lab_s = lab.now_s();
   check_intervals(out);
