@@ -38,6 +38,7 @@ struct IceConfig {
   double hop_mm = 5.0;             ///< z of travel moves above the nozzle's height
   int max_saturated_intervals = 3; ///< so many intervals saturated in a row stop the print
   double saturated_share = 0.5;    ///< of the part's cells, above which an interval counts as saturated
+  double least_rise_share = 0.3;   ///< of the nominal rise of an interval; a material with less had no flow
   double max_time_slip_s = 0.016;  ///< interlock I7
   int max_pulses = 16384;          ///< of one list, else the path is split
 };

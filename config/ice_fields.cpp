@@ -36,6 +36,7 @@ Table part_of(Experiment& e) {
       {"ice.hop_mm", &c.hop_mm, "mm", within(0, 200), "how much higher the nozzle travels between paths"},
       {"ice.max_saturated_intervals", &c.max_saturated_intervals, "", within(1, 1000), "so many saturated intervals in a row stop the print: an empty tank, a blocked line"},
       {"ice.saturated_share", &c.saturated_share, "", above(0, 1), "of the part's cells at their limit, above which an interval counts as saturated"},
+      {"ice.least_rise_share", &c.least_rise_share, "", within(0, 1), "of what an interval deposits: a material that rose by less has an empty tank or a blocked line, which stops the print; 0 = never"},
       {"ice.max_time_slip_s", &c.max_time_slip_s, "s", above(0, 10), "between a path's planned and measured duration (I7)"},
       {"ice.max_pulses", &c.max_pulses, "", within(1, 16384), "of one list; a path with more is run in pieces"},
   };

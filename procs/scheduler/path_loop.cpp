@@ -12,7 +12,6 @@ namespace {
 
 constexpr int kMostAttempts = 3;
 constexpr int kMostSlips = 2;
-constexpr double kLeastRise = 0.3;   // of the nominal: less in a whole interval is no drift of a valve
 constexpr int kFewCells = 10;        // of one material: too few to tell
 
 }  // namespace
@@ -317,7 +316,7 @@ std::string PathLoop::dry_valve(int layer) const {
     rise_mm[which] += rise, cells[which] += 1.0;
   }
   for (const int which : {0, 1})
-    if (cells[which] >= kFewCells && rise_mm[which] < kLeastRise * nominal_mm * cells[which])
+    if (cells[which] >= kFewCells && rise_mm[which] < experiment_.ice.least_rise_share * nominal_mm * cells[which])
       return std::string(which ? "valve_b gives nothing: the scaffold" : "valve_a gives nothing: the part") + " rose by " +
              std::to_string(rise_mm[which] / cells[which]) + " mm in layers " + std::to_string(layer - layers + 1) + " to " +
              std::to_string(layer) + " instead of " + std::to_string(nominal_mm) + " mm; tank empty or line blocked";

@@ -271,7 +271,7 @@ struct FakeIceLab : NodeBench {
     m.map_id = ++map_id;
     const bool dark = maps <= dark_maps;
     m.measured_fraction = dark ? 0.5 : 1.0;
-    set_height(m, HeightMap(GridSpec{11, 11, 1.0, 1.0, 0.0, 0.0}, 0.24 * c.layer + (maps <= high_maps ? 2.9 : 0.0)));
+    set_height(m, HeightMap(GridSpec{11, 11, 1.0, 1.0, 0.0, 0.0}, 0.24 * c.layer * rise + (maps <= high_maps ? 2.9 : 0.0)));
     m.quality.assign(m.height_mm.size(), 0);
     give(channels::kHeightMap, m);
   }
@@ -335,6 +335,7 @@ struct FakeIceLab : NodeBench {
   mutable std::size_t ends_seen = 0;
   std::int64_t epoch = 0, map_id = 0, batch = 0, paths_planned = 0, fired = 0, slip_us = 0;
   int done_layers = 0, maps = 0, dark_maps = 0, high_maps = 0, refusals = 0;
+  double rise = 1.0;  ///< of the surface, over nominal
   bool empty_path = false, refuse_path = false, stop_controller = false, known_count = true, accept_doubt = false;
   std::optional<answer_t> unanswered;
   NodeId late_driver = NodeId::kRobot;

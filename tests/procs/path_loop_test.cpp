@@ -172,6 +172,27 @@ TEST_CASE("I10: one heater may fail, both may not, nor may the tip be cold") {
   CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kStoppedSafely);
 }
 
+TEST_CASE("A material that rose by less than ice.least_rise_share of its interval stops the print by its valve's name") {
+  const auto stopped = [](double share, double rise) {
+    Experiment e = small_ice();
+    e.ice.least_rise_share = share;
+    FakeIceLab lab(6, e);
+    lab.rise = rise;
+    const bool stop = lab.print(0.0, false) == -1;
+    if (stop) {
+      CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kWaitsForOperator);
+      CHECK_THAT(lab.last(channels::kRunEnd).reason, Catch::Contains("valve_a gives nothing"));
+    }
+    return stop;
+  };
+  CHECK(Experiment().ice.least_rise_share == 0.3);
+  CHECK(stopped(0.3, 0.29));
+  CHECK_FALSE(stopped(0.3, 0.31));
+  CHECK(stopped(0.6, 0.59));
+  CHECK_FALSE(stopped(0.6, 0.61));
+  CHECK_FALSE(stopped(0.0, 0.01));
+}
+
 TEST_CASE("a controller that gives up stops the print by its own words") {
   FakeIceLab lab(5, small_ice());
   lab.stop_controller = true;
