@@ -59,6 +59,17 @@ struct SmfConfig {                 ///< [Barnett, (5.1), (5.2)]
   std::string version = "speed";   ///< ice: "speed" (c-controller, (5.8)) or "frequency" (nu-controller, (6.3))
 };
 
+struct ForeseeConfig {             ///< ice, scheme smf_foresee; gains are shares of an unforeseen error
+  double kp = 1.0;
+  double flow_gain = 0.7;          ///< of the mean over all of a material that is taken for lasting
+  double zone_gain = 0.3;          ///< of a zone's mean beyond that
+  double zone_mm = 1.0;            ///< a zone: one material, so wide a band of distances to its border
+  double wide_gain = 0.1;          ///< of what is wider than wide_mm, beyond the zones
+  double wide_mm = 9.0;
+  double narrow_gain = 1.0;        ///< of what is narrower than narrow_mm that is answered: liquid levels itself
+  double narrow_mm = 5.0;
+};
+
 struct ThresholdConfig {           ///< after Cohen and Lipson [7 of Lu 2015]
   double threshold_mm = 0.0;       ///< 0 = half a layer
   double layer_height_mm = 0.0;    ///< nominal layer; 0 = h1 + 4 h2 + 4 h3
@@ -110,6 +121,7 @@ struct ControlConfig {
   double noise_gate = 2.0;         ///< end when a layer would answer no more than this many noise_std per droplet
   OpenLoopConfig open_loop;
   SmfConfig smf;
+  ForeseeConfig foresee;
   ThresholdConfig threshold;
   MpcConfig mpc;
   PatternConfig pattern;

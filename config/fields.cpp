@@ -77,6 +77,7 @@ Table geometry_fields(Experiment& e) {
 
 Table control_fields(Experiment& e) {
   SmfConfig& s = e.control.smf;
+  ForeseeConfig& f = e.control.foresee;
   MpcConfig& m = e.control.mpc;
   PatternConfig& p = e.control.pattern;
   return {
@@ -87,7 +88,7 @@ Table control_fields(Experiment& e) {
       {"model.g2_mm", &e.model.g2_mm, "mm", within(0, 10), "two inks: beside a droplet of support, per edge"},
       {"model.g3_mm", &e.model.g3_mm, "mm", within(0, 10), "two inks: beside a droplet of support, per corner"},
       {"model.border", &e.model.border, "", one_of({"lose", "keep"}), "the grid's edge: droplets flow over it, or a wall holds them"},
-      {"control.scheme", &e.control.scheme, "", schemes(), "who decides the next layer; ice: open_loop, smf or smf_adaptive"},
+      {"control.scheme", &e.control.scheme, "", schemes(), "who decides the next layer; ice: open_loop, smf, smf_adaptive or smf_foresee"},
       {"control.max_layers", &e.control.max_layers, "", within(1, kMaxLayers), "the print stops for the operator beyond this"},
       {"control.smoothing", &e.control.smoothing, "", within(0, 1), "1 = robust DCT smoothing of the map [Garcia 2010], 0 = raw map"},
       {"control.adapt_model", &e.control.adapt_model, "", one_of({"off", "on"}), "on: MPC plans with the h1..h3 that droplet_estimator has learned so far"},
@@ -106,6 +107,14 @@ Table control_fields(Experiment& e) {
       {"control.smf.rounding", &s.rounding, "", one_of({"nearest", "diffusion", "carry"}), "what becomes of fractions of a droplet: dropped, spread to neighbours, kept for the next layer"},
       {"control.smf.speed_range", &s.speed_range, "", within(0, 0.9), "ice: the c-controller keeps the path speed within this share of nominal [5.2.2]"},
       {"control.smf.version", &s.version, "", one_of({"speed", "frequency"}), "ice: what carries the action: the path speed (c-controller) [Barnett, (5.8)] or the valve frequency (nu-controller) [(6.3)]"},
+      {"control.foresee.kp", &f.kp, "", above(0, 10), "ice, scheme smf_foresee: proportional gain"},
+      {"control.foresee.flow_gain", &f.flow_gain, "", within(0, 1), "share of a material's unforeseen mean error that is taken for lasting"},
+      {"control.foresee.zone_gain", &f.zone_gain, "", within(0, 1), "the same of a zone's mean, beyond its material's; a zone is a band of distances to the border of a material"},
+      {"control.foresee.zone_mm", &f.zone_mm, "mm", above(0.1, 1000), "width of that band"},
+      {"control.foresee.wide_gain", &f.wide_gain, "", within(0, 1), "share of an unforeseen error wider than wide_mm, beyond its zone's mean, that is taken for lasting"},
+      {"control.foresee.wide_mm", &f.wide_mm, "mm", above(0.1, 1000), "side of the squares it is averaged over"},
+      {"control.foresee.narrow_gain", &f.narrow_gain, "", within(0, 2), "share of an error narrower than narrow_mm that is answered"},
+      {"control.foresee.narrow_mm", &f.narrow_mm, "mm", above(0.1, 1000), "side of the squares that tell narrow from wide"},
       {"control.threshold.threshold_mm", &e.control.threshold.threshold_mm, "mm", within(0, 10), "a cell that is short by more gets a droplet; 0 = half a layer"},
       {"control.threshold.layer_height_mm", &e.control.threshold.layer_height_mm, "mm", within(0, 10), "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
       {"control.mpc.method", &m.method, "", one_of({"greedy", "descent", "strip_dp", "certified"}), "greedy: the paper's stochastic search [Lu 2015, IV-C]; descent: the same single droplets in raster order; strip_dp: exact optima of overlapping strips, for horizon > 1 strips of each layer and annealing: the best; certified: one layer within a tenth of a percent of the optimum, several as strip_dp"},

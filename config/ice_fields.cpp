@@ -25,6 +25,9 @@ Table part_of(Experiment& e) {
       {"ice.layer_height_mm", &c.layer_height_mm, "mm", above(0.01, 10), "nominal height of a layer"},
       {"ice.pitch_mm", &c.pitch_mm, "mm", above(0.05, 100), "of the interval's maps"},
       {"ice.measure_spacing_mm", &c.measure_spacing_mm, "mm", above(0.1, 100), "between measurement paths"},
+      {"ice.measure_offset_mm", &c.measure_offset_mm, "mm", within(0, 100), "of measurement paths from the edge of their material; 0 = as its first bead"},
+      {"ice.map_samples", &c.map_samples, "", within(1, 8), "a map cell's height is the mean over n x n places of it; 1 = the height at its centre"},
+      {"ice.coverage", &c.coverage, "", one_of({"window", "beads"}), "how flows make up for beads of a layer that overlap or leave spots: by means over 5 mm, or bead by bead until each place gets its share"},
       {"ice.water_boundary_mm_s", &c.water.boundary_mm_s, "mm/s", above(0, 1000), "nominal speed of water boundary paths; the motion limits may lower it"},
       {"ice.water_fill_mm_s", &c.water.fill_mm_s, "mm/s", above(0, 1000), "nominal speed of water fill paths"},
       {"ice.water_measure_mm_s", &c.water.measure_mm_s, "mm/s", above(0, 1000), "speed of measuring ice; its errors grow with it [5.2.1]"},
@@ -124,7 +127,7 @@ bool within_any(std::string_view key, std::span<const std::string_view> prefixes
 }
 
 constexpr std::string_view kIceOnly[] = {"lab.", "ice.", "robot.", "valve_a.", "valve_b.", "laser_point.", "heater.", "flow.", "calibration.", "plant.ice.",
-                                         "control.smf.speed_range", "control.smf.version"};
+                                         "control.smf.speed_range", "control.smf.version", "control.foresee."};
 constexpr std::string_view kBoth[] = {"run.", "bus.", "lab.", "control.scheme", "control.smoothing", "control.smf.kp", "control.smf.ki_star",
                                       "control.smf.kd_star", "control.smf.output_limit", "control.smf.integral_limit",
                                       "process.max_rescans", "process.min_measured_fraction", "plant.seed"};
