@@ -44,6 +44,8 @@ class DriverNode : public Node {
     // Node time goes on where the crash cut it, so the old lease may seem to last: it does not, and a command
     // of its epoch that arrives only now is refused.
     if (start.resumed()) guard_.local_stop();
+    if constexpr (requires { driver_.permit_reset(); })
+      if (start.resumed()) driver_.permit_reset();
     starting_ = start.resumed();
     step(now, out, [&] { driver_.closed(now.us, fx_); });  // whatever the link was: the port is opened anew
     starting_ = false;

@@ -66,6 +66,10 @@ class Robot final : public Driver {
   void add_path(std::int64_t path, double tick_s, int axes, std::span<const double> positions,
                 std::int64_t now_us, Effects& fx);
 
+  /// The operator's resume: a fault or an emergency stop that is found at the next look round, which a new connection begins,
+  /// is cleared, once, if its cause is gone; arm power stays as it is and nothing moves. Any later one latches again.
+  void permit_reset() { reset_permitted_ = true; }
+
   // Commands, accepted or refused as those of Stage.
   /// Done when the robot holds the part, verified. Most often it does already.
   void load(const PathPart& part, std::int64_t now_us, Effects& fx);
@@ -158,6 +162,7 @@ class Robot final : public Driver {
   void conclude(Effects& fx);
   void refused(const Request& request, int code, std::string_view text, std::int64_t now_us, Effects& fx);
   void take_status(const fvp::Status& status, std::int64_t now_us, Effects& fx);
+  std::optional<Doom> latched() const;
   void die(Effects& fx);
   void ready(std::string_view text, Effects& fx);
   // robot_motion.cpp
@@ -219,6 +224,7 @@ class Robot final : public Driver {
   fvp::Status status_;
   std::int32_t boot_count_ = -1;
   bool restarted_ = false;
+  bool reset_permitted_ = false;
   std::optional<fvp::Counts> where_;
   std::optional<fvp::Counts> commanded_;  // where it was sent last, as long as it stands there
   bool low_ = false;       // the tool may be at the part

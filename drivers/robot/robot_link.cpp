@@ -114,6 +114,16 @@ void Robot::refused(const Request& request, int code, std::string_view text, std
   begin_stop(now_us, fx, why, code == int(fvp::Nak::kMonitorSpeed) ? kTimeSlip : kCommandRejected);
 }
 
+// What ends it until the operator's reset. The watchdog is none: it is known as the lost link, and is cleared when the robot is
+// heard again.
+std::optional<Robot::Doom> Robot::latched() const {
+  if (status_.state == fvp::State::kEstop) return Doom{DriverState::kEstop, kEstop, "emergency stop"};
+  if (status_.state != fvp::State::kFault || status_.error == kWatchdog) return std::nullopt;
+  return Doom{DriverState::kFault, kAxisFault,
+              "motion error " + std::to_string(status_.error) + ", STATE(1) = " + std::to_string(status_.state1) +
+                  ", STATE(2) = " + std::to_string(status_.state2)};
+}
+
 void Robot::take_status(const fvp::Status& s, std::int64_t now_us, Effects& fx) {
   if (boot_count_ >= 0 && s.boot_count != boot_count_) {
     restarted_ = true;
@@ -125,15 +135,9 @@ void Robot::take_status(const fvp::Status& s, std::int64_t now_us, Effects& fx) 
   boot_count_ = s.boot_count;
   status_ = s;
   const bool stopped = s.state == fvp::State::kEstop || s.state == fvp::State::kFault;
-  if (stopped && phase_ != Phase::kHoming && phase_ != Phase::kDead && !doom_) {
-    const bool estop = s.state == fvp::State::kEstop;
-    const bool watchdog = !estop && s.error == kWatchdog;
-    if (!watchdog)  // that one is known as the lost link, and is cleared when the robot is heard again
-      doom_ = estop ? Doom{DriverState::kEstop, kEstop, "emergency stop"}
-                    : Doom{DriverState::kFault, kAxisFault,
-                           "motion error " + std::to_string(s.error) + ", STATE(1) = " +
-                               std::to_string(s.state1) + ", STATE(2) = " + std::to_string(s.state2)};
-    begin_stop(now_us, fx, watchdog ? "its watchdog stopped it" : doom_->text, watchdog ? kLinkLost : doom_->code);
+  if (stopped && !reset_permitted_ && phase_ != Phase::kHoming && phase_ != Phase::kDead && !doom_) {
+    doom_ = latched();
+    begin_stop(now_us, fx, doom_ ? doom_->text : "its watchdog stopped it", doom_ ? doom_->code : kLinkLost);
   } else if (restarted_ && !stopping() && phase_ != Phase::kDead) {
     begin_stop(now_us, fx, "its program was started anew", kInstrument);
   }
@@ -232,8 +236,13 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
         step_ = 0;
         return true;
       }
-      if (status_.state == fvp::State::kHold ||
-          (status_.state == fvp::State::kFault && status_.error == kWatchdog))
+      if (reset_permitted_ && latched() && now_us >= limit_us_) {  // refused until now: not because it is still braking
+        reset_permitted_ = false;
+        doom_ = latched();
+        doom_->text = doom_->state == DriverState::kEstop ? "the emergency stop is still pressed" : "the fault cannot be cleared";
+      }
+      if (latched()) low_ = false;  // what has failed is not raised by itself: homing does that
+      if (!doom_ && (status_.state == fvp::State::kHold || status_.state == fvp::State::kFault || status_.state == fvp::State::kEstop))
         order("CLEAR", kClear);
       for (const std::int32_t id : status_.held)
         if (id != 0 && std::none_of(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.id == id; })) {
@@ -244,6 +253,8 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
       step_ = 2;
       return true;
     case 2: {
+      reset_permitted_ = false;
+      if (!doom_) doom_ = latched();
       conclude(fx);
       if (doom_) {
         die(fx);

@@ -174,7 +174,7 @@ TEST_CASE("A part out of the arm's reach is refused before there is a run, by la
 }
 
 TEST_CASE("A robot that faults, is stopped by its button or loses its link in a path: valves shut, named, resumed") {
-  const auto [kind, mended, name] = GENERATE(from_range(stories({{"robot trip 2", "robot reboot", "motion error"},
+  const auto [kind, mended, name] = GENERATE(from_range(stories({{"robot trip 2", "robot trip 0", "motion error"},
                                                                 {"robot hang", "robot resume", "robot: link lost"}},
                                                                {{"robot trip 1", "robot trip 0", "emergency stop"},
                                                                 {"robot close", "robot trip 0", "robot: link lost"},
@@ -184,6 +184,22 @@ TEST_CASE("A robot that faults, is stopped by its button or loses its link in a 
   const LabRunReport report = run.go({at(during(kSignalValveA, 4), kind)});
   check_stopped(run, report, name);
   check_goes_on(run, report, {mended});
+}
+
+TEST_CASE("An emergency stop holds until the button is out and the operator resumes: neither alone clears it, and no valve opens before") {
+  IceRun run;
+  const double pressed_s = during(kSignalValveA, 4);
+  const LabRunReport report = run.go({at(pressed_s, "robot trip 1"), at(pressed_s + 1.0, "robot trip 0")});
+  check_stopped(run, report, "emergency stop");
+  const auto fired = [&] { return plant::read_history(run.world_record()).firings.size(); };
+  const std::size_t before = fired();
+
+  const LabRunReport held = run.go({at(double(report.now_us) * 1e-6, "robot trip 1")}, true);
+  check_stopped(run, held, "the emergency stop is still pressed");
+  CHECK(fired() == before);
+
+  check_goes_on(run, held, {"robot trip 0"});
+  CHECK(fired() > before);
 }
 
 TEST_CASE("A valve that loses its link or its list in a path: closed, the arm braked, named, resumed") {

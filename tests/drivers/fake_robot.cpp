@@ -109,6 +109,7 @@ std::string FakeRobot::execute(WordReader words, std::int64_t now_us) {
   if (verb == "HB") return "ACK " + std::string(fvp::name(status.state));
   if (verb == "SPEED") return "ACK " + std::to_string(status.speed_percent = int(words.number(1, 100)));
   if (verb == "CLEAR") {
+    if (pressed) return "NAK 20 fatal error, or the emergency stop is pressed";
     status.state = State::kIdle;
     status.error = 0;
     settle();

@@ -27,6 +27,7 @@ class FakeRobot {
   std::int64_t move_us = 300'000;
   std::int64_t slip_us = 0;      ///< a path takes this much longer
   bool silent_events = false;
+  bool pressed = false;          ///< the emergency stop's button
   int signals = 0;
   bool moving = false;
   std::int64_t end_us = 0;

@@ -3,59 +3,19 @@
 #include <cmath>
 #include <numbers>
 
-#include "drivers/robot/robot.h"
 #include "tests/drivers/bench.h"
-#include "tests/drivers/fake_rig.h"
-#include "tests/drivers/fake_robot.h"
 #include "tests/drivers/lossy_line.h"
+#include "tests/drivers/robot_lab.h"
 
 using namespace firn::drivers;
 using firn::drivers::test::FakeRobot;
 using firn::drivers::test::next;
+using firn::drivers::test::sweep;
+using Lab = firn::drivers::test::RobotLab;
 
 namespace {
 
 const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
-using Rig = test::FakeRig<Robot, FakeRobot>;
-
-// A smooth sweep of `n` points that begins at th1 = start; short ones are slow enough too.
-std::vector<double> sweep(std::size_t n, double start = 0.1, double z_mm = 20.0) {
-  std::vector<double> q;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double u = double(k) / double(n - 1);
-    const double s = u * u * (3 - 2 * u) * std::min(1.0, double(n) / 100.0);
-    q.insert(q.end(), {start + 0.3 * s, -0.5 + 0.2 * s, z_mm, 0.4 - 0.5 * s});
-  }
-  return q;
-}
-
-struct Lab {
-  FakeRobot fake;
-  Robot robot;
-  Rig rig;
-
-  explicit Lab(RobotConfig config = {}) : robot(std::move(config)), rig(robot, fake) {}
-
-  void start() {
-    rig.open();
-    REQUIRE(rig.run([&] { return robot.safe(); }, 10));
-    rig.act([&](std::int64_t t, Effects& fx) { robot.home(t, fx); });
-    REQUIRE(rig.run([&] { return !robot.busy(); }, 30));
-    REQUIRE(rig.all<Result>().back().outcome == Outcome::kDone);
-    rig.events.clear();
-  }
-  void give(std::int64_t path, const std::vector<double>& q) {
-    rig.act([&](std::int64_t t, Effects& fx) { robot.add_path(path, 0.016, 4, q, t, fx); });
-  }
-  void begin(std::int64_t path, int signals = kSignalValveA) {
-    rig.act([&](std::int64_t t, Effects& fx) { robot.run({path, 0, 0}, signals, t, fx); });
-  }
-  Result run(std::int64_t path, int signals = kSignalValveA, double limit_s = 400) {
-    begin(path, signals);
-    REQUIRE(rig.run([&] { return !robot.busy(); }, limit_s));
-    return rig.all<Result>().back();
-  }
-};
 
 }  // namespace
 
@@ -240,28 +200,6 @@ TEST_CASE("a safe stop drops the signals first, then stops, raises the tool and 
                                                                                         : Outcome::kDone));
     CHECK(lab.fake.runs.size() == 1);
   }
-}
-
-TEST_CASE("an emergency stop latches until it is homed with the button released", "[robot]") {
-  Lab lab;
-  lab.start();
-  lab.give(1, sweep(500));
-  lab.give(2, sweep(100));
-  lab.begin(1);
-  lab.rig.run_for(4.0);
-  lab.fake.take("", lab.rig.now_us);
-  lab.fake.status.state = fvp::State::kEstop;
-  lab.fake.status.running = 0;
-  lab.fake.status.last = 1;
-  REQUIRE(lab.rig.run([&] { return lab.robot.state() == DriverState::kEstop; }, 10));
-  CHECK(lab.rig.faulted(kEstop));
-  CHECK_FALSE(lab.robot.busy());
-  CHECK(lab.run(2).outcome == Outcome::kRefused);
-  lab.rig.run_for(3.0);
-  CHECK(lab.robot.state() == DriverState::kEstop);
-  lab.rig.act([&](std::int64_t t, Effects& fx) { lab.robot.home(t, fx); });
-  REQUIRE(lab.rig.run([&] { return lab.robot.safe() && !lab.robot.busy(); }, 30));
-  CHECK(lab.run(2).outcome == Outcome::kDone);
 }
 
 TEST_CASE("no reply three times with the same number is a lost link, and 0.75 s long", "[robot]") {
