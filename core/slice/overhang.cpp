@@ -22,7 +22,7 @@ class Steps {
 
   // What of layer k leans out over layer k - 1.
   Region begins(std::size_t k) const {
-    const Region out = without(part_[k], grown(part_[k - 1], o_.lean_mm, std::min(o_.tolerance_mm, 0.1 * o_.lean_mm)), 0);
+    const Region out = without(part_[k], grown(part_[k - 1], o_.lean_mm, std::min(o_.tolerance_mm, 0.05 * o_.lean_mm)), 0);
     if (out.empty()) return out;
     return within_both(grown(out, o_.lean_mm + o_.seam_mm, fine_mm_), grown(part_[k], o_.seam_mm, fine_mm_), 0);
   }

@@ -22,42 +22,60 @@ bool close(Rings& rings, std::size_t begin) {
   return true;
 }
 
+// An edge that grows from an anchor along a line of places: the slopes, seen in the direction in which it set out, at which
+// it passes all of them within the tolerance.
+class Edge {
+ public:
+  explicit Edge(double tolerance) : tolerance_(tolerance) {}
+  void begin(Vec anchor, Vec place) {
+    anchor_ = anchor, place_ = place;
+    reach_ = -1;
+  }
+  // @return whether the edge may go on to a place, or, with a tolerance of 0 there, end at it
+  bool take(Vec p, double tolerance) {
+    const Vec way = p - anchor_;
+    if (reach_ < 0) {
+      const Vec out = p - place_;
+      if (dot(way, way) <= tolerance_ * tolerance_ || dot(out, out) == 0) return true;
+      along_ = (1 / length(out)) * out;
+      reach_ = 0, low_ = -kSteep, high_ = kSteep;
+    }
+    const double reach = dot(along_, way), side = cross(along_, way), below = side - tolerance, above = side + tolerance;
+    if (reach <= 0 || reach < reach_ || below > high_ * reach || above < low_ * reach) return false;
+    if (below > low_ * reach) low_ = below / reach;
+    if (above < high_ * reach) high_ = above / reach;
+    reach_ = reach;
+    return true;
+  }
+  // Beside the place taken last: as far from either side as it may be.
+  Vec end() const { return anchor_ + reach_ * (along_ + 0.5 * (low_ + high_) * left_of(along_)); }
+  bool empty() const { return reach_ <= 0; }
+
+ private:
+  static constexpr double kSteep = 1.0;
+  double tolerance_, reach_ = -1, low_ = 0, high_ = 0;
+  Vec anchor_, place_, along_;
+};
+
 }  // namespace
 
 bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings) {
   const std::size_t begin = rings.points.size(), n = line.size();
   if (n > 4 && tolerance > 0) {
-    // From the point with the smallest x, an extreme that stays.
-    std::size_t first = 0;
-    for (std::size_t i = 1; i < n; ++i)
-      if (line[i].x < line[first].x || (line[i].x == line[first].x && line[i].y < line[first].y)) first = i;
-    const auto at = [&](std::size_t i) { return line[first + i < n ? first + i : first + i - n]; };
-    const double square = tolerance * tolerance;
-    Vec anchor = at(0);
-    add(rings, begin, anchor);
-    Vec low, high;  // directions between which all skipped points lie within the tolerance
-    bool open = true;
-    double furthest = 0;
-    for (std::size_t i = 1; i <= n; ++i) {
-      Vec to = at(i < n ? i : 0) - anchor;
-      double r2 = dot(to, to);
-      const bool fits = r2 >= furthest && (open || (cross(low, to) >= 0 && cross(to, high) >= 0));
-      if (!fits) {
-        anchor = at(i - 1);
-        add(rings, begin, anchor);
-        open = true;
-        furthest = 0;
-        to = at(i < n ? i : 0) - anchor;
-        r2 = dot(to, to);
+    add(rings, begin, line[0]);
+    Edge edge(tolerance);
+    Vec from = line[0];
+    edge.begin(from, from);
+    for (std::size_t i = 1; i <= n;) {
+      const Vec to = line[i < n ? i : 0];
+      if (edge.take(to, i < n ? tolerance : 0.0)) {
+        ++i;
+        continue;
       }
-      furthest = r2;
-      if (r2 <= square) continue;
-      const double root = std::sqrt(r2 - square);
-      const Vec across = tolerance * left_of(to);
-      const Vec right = root * to - across, left = root * to + across;
-      if (open || cross(low, right) > 0) low = right;
-      if (open || cross(left, high) > 0) high = left;
-      open = false;
+      if (edge.empty()) from = to, ++i;
+      else from = edge.end();
+      add(rings, begin, from);
+      edge.begin(from, line[i - 1]);
     }
     if (rings.points.size() - begin >= 3 && close(rings, begin)) return true;
     rings.points.resize(begin);
