@@ -88,7 +88,7 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
     MemoryPrintOptions options;
     options.series = ice;
     const MemoryPrintReport r = print_in_memory(e, inputs, options);
-    p.finished = r.result.status == 0;
+    p.finished = !can_go_on(r.result);
     p.outcome = r.result.outcome;
     p.reason = r.result.reason;
     p.metrics = ice ? ice_metrics_of(r) : metrics_of(r);

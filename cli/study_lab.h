@@ -16,7 +16,7 @@ namespace firn {
 
 /// One print. Metrics in the lab's order; NaN where the print left nothing to measure.
 struct StudyPrint {
-  bool finished = false;
+  bool finished = false;  ///< ran to its end, within tolerance or not
   std::string outcome, reason;
   std::vector<double> metrics;
   double cpu_s = 0.0;  ///< differs from run to run

@@ -26,9 +26,9 @@ struct StudyProfileNames {
 };
 
 struct StudyRun {
-  bool finished = false;
+  bool finished = false;        ///< ran to its end, however good it is; else it stopped
   std::string outcome, reason;
-  std::vector<double> metrics;  ///< one for each metric; also of a print that failed, where it left a surface
+  std::vector<double> metrics;  ///< one for each metric; also of a print that stopped, where it left a surface
   std::vector<StudyProfilePoint> profile = {};
 };
 
@@ -47,7 +47,7 @@ struct StudyTable {
 
 inline constexpr int kAllParts = -1;
 
-/// An arm by itself, over the prints that finished. Over all parts, a seed counts when all its parts finished.
+/// An arm by itself, over its complete prints. Over all parts, a seed counts when all its parts are complete.
 struct ArmSummary {
   std::size_t arm = 0, metric = 0;
   int part = kAllParts;
@@ -57,21 +57,29 @@ struct ArmSummary {
 };
 
 /// Two arms under common random numbers. The unit is the seed: its pairs on the several parts share one nature, so over
-/// all parts each seed gives one difference, the mean of those on the parts. Seeds that either arm did not finish are
-/// left out, and counted.
+/// all parts each seed gives one difference, the mean of those on the parts. A print that stopped is an outcome, worse than
+/// any complete one: where prints of the pair stopped, the test is that of signed ranks (core/statistics/worst_rank.h) over all
+/// seeds, first by the number of prints that stopped, then by the metric on the parts that both completed. Means, interval
+/// and effect are of the seeds that both completed. Which test it is does not change when the two are exchanged.
 struct ArmComparison {
   std::size_t a = 0, b = 0, metric = 0;
   int part = kAllParts;
-  statistics::PairedComparison values;  ///< a - b: below 0, a is better
+  statistics::PairedComparison values;  ///< a - b of complete seeds; p and a_below_b of all that were tested
   double holm_p = 1.0;                  ///< within the family: all pairs of arms, same metric, same part
-  std::size_t left_out = 0;             ///< seeds
+  double lead = 0.0;                    ///< below 0, a is better: the difference, or the sum of the ranks
+  std::size_t tested = 0;               ///< seeds
+  std::size_t left_out = 0;             ///< seeds without a difference: not complete
+  std::size_t stopped_a = 0, stopped_b = 0;  ///< prints
+  bool by_rank() const { return stopped_a + stopped_b > 0; }
+  std::size_t better() const { return lead < 0.0 ? a : b; }
 };
 
 struct StudyAnalysis {
   std::vector<ArmSummary> summaries;       ///< metric-major, then all parts and each part, then arm
   std::vector<ArmComparison> comparisons;  ///< likewise, then pairs; first the primary family
-  std::vector<int> failed;                 ///< prints of each arm that did not finish
-  std::vector<std::size_t> ranking;        ///< arms by the primary metric, best first; arms without a full seed are left out
+  std::vector<int> failed;                 ///< prints of each arm that stopped before their end
+  std::vector<std::size_t> ranking;        ///< arms by the primary metric, best first, by how many others each one leads; empty if
+                                           ///< no arm has a complete seed
   std::string answer;                      ///< one line
   std::vector<std::string> notes;          ///< what limits the answer: failures, few seeds
   const ArmComparison& primary(std::size_t a, std::size_t b) const;  ///< of the pair in either order

@@ -44,7 +44,7 @@ std::string arms_table(const StudyTable& t, const StudyAnalysis& a, int part) {
                                    escape_html(t.arms[arm])};
     for (const ArmSummary& s : a.summaries) {
       if (s.arm != arm || s.part != part) continue;
-      if (cells.size() == 1) cells.push_back(std::to_string(s.seeds) + (a.failed[arm] ? " <span class=\"bad\">(" + std::to_string(a.failed[arm]) + " prints failed)</span>" : ""));
+      if (cells.size() == 1) cells.push_back(std::to_string(s.seeds) + (a.failed[arm] ? " <span class=\"bad\">(" + std::to_string(a.failed[arm]) + " of " + std::to_string(t.parts.size() * t.seeds.size()) + " prints stopped; means of complete seeds)</span>" : ""));
       const std::string text = with_interval(s.mean, s.interval, t.metrics[s.metric].decimals);
       const bool best = s.metric == 0 && part == kAllParts && !a.ranking.empty() && a.ranking[0] == arm;
       cells.push_back(best ? "<span class=\"best\">" + text + "</span>" : text);
@@ -59,12 +59,12 @@ std::string pairs_table(const StudyTable& t, const std::vector<const ArmComparis
   for (const ArmComparison* c : pairs) {
     const auto& v = c->values;
     const int decimals = t.metrics[c->metric].decimals;
-    body += row({escape_html(t.arms[c->a]) + " – " + escape_html(t.arms[c->b]), std::to_string(v.pairs),
+    body += row({escape_html(t.arms[c->a]) + " – " + escape_html(t.arms[c->b]), std::to_string(c->tested) + (c->by_rank() ? " <span class=\"bad\">(" + std::to_string(v.pairs) + " complete; prints stopped " + std::to_string(c->stopped_a) + " : " + std::to_string(c->stopped_b) + ")</span>" : ""),
                  number(v.mean_a, decimals), number(v.mean_b, decimals), with_interval(v.difference, v.interval, decimals),
                  number(v.effect, 2), number(100.0 * v.a_below_b, 0) + " %", v.p < 0.001 ? "&lt; 0.001" : number(v.p, 3),
                  c->holm_p <= kAlpha ? "<span class=\"good\">" + std::string(c->holm_p < 0.001 ? "&lt; 0.001" : number(c->holm_p, 3)) + "</span>"
                                      : number(c->holm_p, 3),
-                 c->holm_p > kAlpha ? "not distinguishable" : escape_html(t.arms[v.difference < 0 ? c->a : c->b]) + " is better"});
+                 c->holm_p > kAlpha ? "not distinguishable" : escape_html(t.arms[c->better()]) + " is better"});
   }
   return table_of({"pair", "seeds", "first", "second", "difference [95 % interval]", "effect d<sub>z</sub>", "first smaller", "p", "Holm p", ""},
                   body);
@@ -142,7 +142,7 @@ std::string failures(const StudyTable& t) {
         if (r.finished || (++all, ++shown > 50)) continue;
         body += row({escape_html(t.arms[arm]), escape_html(t.parts[p]), std::to_string(t.seeds[s]), escape_html(r.outcome), escape_html(r.reason)});
       }
-  if (all == 0) return "<p class=\"soft\">All prints finished.</p>\n";
+  if (all == 0) return "<p class=\"soft\">All prints ran to their end.</p>\n";
   return "<h2>Prints that did not finish: " + std::to_string(all) + "</h2>\n" +
          (all > 50 ? "<p class=\"soft\">The first 50; runs.csv has all.</p>\n" : "") +
          table_of({"scheme", "part", "seed", "outcome", "reason"}, body, "text");

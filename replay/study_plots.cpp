@@ -80,6 +80,11 @@ std::string distribution_plot(const StudyTable& t, const StudyAnalysis& a, int p
               kTop + kRow * (double(d.arm) + 0.5 + 0.45 * spread), d.arm % 6);
   }
   s += "\n";
+  for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
+    std::size_t stopped = 0;
+    for (std::size_t k = 0; k < t.seeds.size(); ++k) stopped += !t.run(arm, std::size_t(std::max(0, part)), k).finished;
+    if (stopped > 0) s += svg_text(kRight, kTop + kRow * (double(arm) + 0.5) - 6, "end", "tick", std::to_string(stopped) + " stopped") + "\n";
+  }
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
     if (const ArmSummary* one = find(a, arm, t.parts.size() == 1 ? kAllParts : part, metric); one && one->seeds > 1)
       s += interval_mark(x, kTop + kRow * (double(arm) + 0.5), std::max(x.low(), one->interval.low), one->mean,
@@ -105,6 +110,8 @@ std::string forest_plot(const StudyTable& t, const std::vector<const ArmComparis
   s += form("<path class=\"axis\" d=\"M%.1f %.1fV%.1f\"/>\n", x.px(0.0), kTop, kTop + kRow * double(rows.size()));
   for (std::size_t n = 0; n < pairs.size(); ++n) {
     const ArmComparison& c = *pairs[n];
+    if (c.by_rank())
+      s += svg_text(kRight, kTop + kRow * (double(n) + 0.5) - 6, "end", "tick", form("prints stopped %zu : %zu", c.stopped_a, c.stopped_b)) + "\n";
     if (!std::isfinite(c.values.interval.low)) continue;
     const std::string colour = c.holm_p <= kAlpha ? "var(--c0)" : "var(--soft)";
     s += interval_mark(x, kTop + kRow * (double(n) + 0.5), c.values.interval.low * scale(c), c.values.difference * scale(c),
@@ -146,7 +153,7 @@ std::string trade_off_plot(const StudyTable& t, const StudyAnalysis& a, std::siz
       s += form("<path d=\"M%.1f %.1fV%.1f\" stroke-width=\"2\" stroke=\"", px, y.px(std::max(0.0, m.y->interval.low)), y.px(m.y->interval.high)) + colour + "\"/>";
     if (std::isfinite(m.x->interval.low))
       s += form("<path d=\"M%.1f %.1fH%.1f\" stroke-width=\"2\" stroke=\"", x.px(m.x->interval.low), py, x.px(m.x->interval.high)) + colour + "\"/>";
-    s += form("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"", px, py) + colour + "\"/>" + svg_text(px + 8, py - 7, "start", "tick", t.arms[m.arm]) + "\n";
+    s += form("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"", px, py) + colour + "\"/>" + svg_text(px + 8, py - 7, "start", "tick", t.arms[m.arm] + (a.failed[m.arm] ? form(" (%d stopped)", a.failed[m.arm]) : "")) + "\n";
   }
   return s + "</svg>\n";
 }

@@ -64,14 +64,16 @@ std::string profile_text(const StudyTable& t, const std::vector<ProfileRow>& row
     const std::vector<ProfileRow> here = of_part(rows, part);
     if (here.empty()) continue;
     s += "\n" + t.profile.y_name + " against " + t.profile.x_name + (t.parts[part].empty() ? "" : ", " + t.parts[part]) +
-         ": mean [95 % interval] largest of all seeds\n" + form("%9s", t.profile.x_name.c_str());
+         ": mean [95 % interval] largest of all seeds (n: of so many, the others had stopped)\n" + form("%9s", t.profile.x_name.c_str());
     for (const std::string& arm : t.arms) s += form("   %-29.29s", arm.c_str());
     s += "\n";
     std::map<double, std::vector<std::string>> lines;
     for (const ProfileRow& r : here) {
       std::vector<std::string>& line = lines[r.x];
       line.resize(t.arms.size(), "-");
+      const std::string of = r.seeds < t.seeds.size() ? form(" (%zu)", r.seeds) : "";
       line[r.arm] = std::isfinite(r.interval.low) ? form("%.1f [%.1f, %.1f] %.1f", r.mean, r.interval.low, r.interval.high, r.largest) : form("%.1f", r.mean);
+      line[r.arm] += of;
     }
     for (const auto& [x, line] : lines) {
       s += form("%9.2f", x);

@@ -82,7 +82,7 @@ TEST_CASE("a study gives the same bytes for one thread and for several") {
   REQUIRE(two.run(3) == kOk);
   CHECK(one.results() == two.results());
   CHECK(one.file("summary.json").find("low is better") != std::string::npos);
-  CHECK(one.file("summary.json").find("6 of 42 prints of too high did not finish") != std::string::npos);
+  CHECK(one.file("summary.json").find("6 of 42 prints of too high stopped before their end") != std::string::npos);
 }
 
 TEST_CASE("an interrupted study goes on where it stopped, to the same result") {

@@ -1,10 +1,12 @@
 // What a study concludes, on tables whose truth is known.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/grid/random.h"
+#include "core/statistics/sign_flip.h"
 #include "replay/study_analysis.h"
 #include "replay/study_page.h"
 #include "replay/study_plots.h"
@@ -12,6 +14,7 @@
 
 using namespace firn;
 using namespace firn::replay;
+using firn::statistics::smallest_p;
 
 namespace {
 
@@ -103,31 +106,91 @@ TEST_CASE("parts that go opposite ways are told, though their mean shows nothing
   CHECK(analyse(made({0.0, 1.0}, 30, 0.05)).notes.empty());
 }
 
-TEST_CASE("prints that did not finish are counted and told, and their seeds are left out of both sides") {
+TEST_CASE("Prints that stopped are counted and told, rank behind every complete one, and are in no mean") {
   StudyTable t = made({1.0, 0.0}, 30, 0.1);
   for (std::size_t s = 0; s < 4; ++s) t.runs[s] = {false, "waits for operator", "max_layers", {0.001, 1.0}};  // would flatter arm0
   const StudyAnalysis a = analyse(t);
+  CAPTURE(a.answer);
   CHECK(a.failed == std::vector<int>{4, 0});
-  CHECK(a.primary(0, 1).left_out == 4);
-  CHECK(a.primary(0, 1).values.pairs == 26);
-  CHECK(a.primary(0, 1).values.difference == Approx(1.0).margin(0.1));
+  const ArmComparison& c = a.primary(0, 1);
+  CHECK(c.left_out == 4);
+  CHECK(c.tested == 30);
+  CHECK(c.stopped_a == 4);
+  CHECK(c.values.pairs == 26);
+  CHECK(c.values.difference == Approx(1.0).margin(0.1));
+  CHECK(c.better() == 1);
+  CHECK(says(a, "arm1 is better"));
+  CHECK(says(a, "arm0: 4 of 60 prints stopped"));
+  CHECK(says(a, "over the 26 seeds that both completed"));
+  CHECK(says(a, "30 seeds, a stopped print ranked last"));
   REQUIRE(a.notes.size() == 1);
-  CHECK(a.notes[0].find("4 of 60 prints of arm0 did not finish") != std::string::npos);
+  CHECK(a.notes[0].find("4 of 60 prints of arm0 stopped") != std::string::npos);
   const std::string page = study_page({t, a, {}, {}, {}});
   CHECK(page.find("Prints that did not finish: 4") != std::string::npos);
+  CHECK(page.find("26 complete; prints stopped 4 : 0") != std::string::npos);
+  CHECK(page.find("4 of 60 prints stopped; means of complete seeds") != std::string::npos);
+  CHECK(page.find(">4 stopped<") != std::string::npos);
 }
 
-TEST_CASE("an arm that never finished is out of the ranking, and with none left there is nothing to compare") {
+TEST_CASE("Four schemes on eight seeds: an arm that is far behind and stops on three is told apart, though five seeds alone could not") {
+  StudyTable t = made({0.0, 0.02, 0.03, 6.0}, 8, 0.1);
+  t.baseline = "arm3";
+  for (std::size_t s = 0; s < 3; ++s) t.runs[(3 * 2 + 1) * 8 + s] = {false, "stopped safely", "nozzle", {0.2, 1.0}};  // young: still small
+  const StudyAnalysis a = analyse(t);
+  CAPTURE(a.answer);
+  for (std::size_t arm = 0; arm < 3; ++arm) {
+    CHECK(a.primary(arm, 3).values.p == 2.0 / 256.0);
+    CHECK(a.primary(arm, 3).holm_p <= kAlpha);
+    CHECK(a.primary(arm, 3).better() == arm);
+  }
+  CHECK(a.ranking.back() == 3);
+  CHECK(says(a, "is better than arm3 (3 of 16 prints stopped; over"));
+  CHECK(says(a, "over the 5 seeds that both completed"));
+}
+
+TEST_CASE("A scheme whose errors are small where it does not stop is not the better one for that") {
+  StudyTable t = made({0.0, 1.0}, 20, 0.1, 3, 1);
+  for (std::size_t s = 0; s < 19; ++s) t.runs[s] = {false, "stopped safely", "nozzle", {0.1, 1.0}};
+  const StudyAnalysis a = analyse(t);
+  CAPTURE(a.answer);
+  CHECK(says(a, "arm1 is better"));
+  CHECK(a.primary(0, 1).values.difference < 0.0);  // of the one complete seed
+  CHECK(a.ranking == std::vector<std::size_t>{1, 0});
+  CHECK(study_page({t, a, {}, {}, {}}).find("arm1 is better") != std::string::npos);
+}
+
+TEST_CASE("Stops of either scheme alike tell nothing, and a test with stops is the same when the two change places") {
+  StudyTable t = made({0.0, 0.0}, 20, 1.0, 4, 1);
+  for (std::size_t s = 0; s < 5; ++s) t.runs[s].finished = t.runs[20 + 5 + s].finished = false;
+  const StudyAnalysis a = analyse(t);
+  CHECK(says(a, "not distinguishable"));
+  StudyTable turned = t;
+  std::rotate(turned.runs.begin(), turned.runs.begin() + 20, turned.runs.end());
+  const StudyAnalysis b = analyse(turned);
+  CHECK(a.primary(0, 1).values.p == b.primary(0, 1).values.p);
+  CHECK(a.primary(0, 1).lead == -b.primary(0, 1).lead);
+  CHECK(a.primary(0, 1).values.a_below_b == Approx(1.0 - b.primary(0, 1).values.a_below_b));
+}
+
+TEST_CASE("An arm that never finished is behind all others, and with none left there is nothing to compare") {
   StudyTable t = made({0.0, 1.0}, 10, 0.1);
   for (std::size_t n = 0; n < 20; ++n) t.runs[n] = {false, "error", "no", {NAN, NAN}};
   const StudyAnalysis half = analyse(t);
-  CHECK(half.ranking == std::vector<std::size_t>{1});
-  CHECK(says(half, "no other scheme"));
+  CAPTURE(half.answer);
+  CHECK(half.ranking == std::vector<std::size_t>{1, 0});
+  CHECK(half.primary(0, 1).values.p == smallest_p(10));
+  CHECK(says(half, "arm1 is better"));
+  CHECK(says(half, "arm0: all 20 prints stopped"));
+  CHECK_FALSE(says(half, "nan"));
   for (auto& r : t.runs) r.finished = false;
   const StudyAnalysis none = analyse(t);
   CHECK(none.ranking.empty());
   CHECK(says(none, "nothing can be compared"));
   CHECK(!study_page({t, none, {}, {}, {}}).empty());
+  StudyTable one = made({0.0, 1.0}, 1, 0.1);
+  one.runs[0].finished = false;
+  CHECK(says(analyse(one), "not distinguishable"));
+  CHECK_FALSE(says(analyse(one), "nan"));
 }
 
 TEST_CASE("too few seeds to tell anything are told as such") {
