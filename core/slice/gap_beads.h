@@ -5,7 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/slice/offset_rings.h"
+#include "core/slice/gap_band.h"
+#include "core/slice/stretches.h"
 
 namespace firn::slice {
 
@@ -14,17 +15,6 @@ struct Beads {
   Rings lines;
   std::vector<std::int32_t> widths;
 };
-
-/// What lies between one level of rings (or the outline) and the next, in mm inward of the former.
-struct GapBand {
-  double covered_mm = 0.0;  ///< so far the beads of the outer level reach; < 0: the wanted area begins outside the outline
-  double next_mm = 0.0;     ///< there the next level runs, half as wide a bead as is left: next_mm - covered_mm to each side
-  double inside_mm = 0.0;   ///< so far the rings that are given lie inward of that level
-};
-/// @param level of the outer rings; -1: the outline itself, whose wanted area is that of coverage.h
-GapBand gap_band(const RingPlan& plan, int level);
-/// The same from a level's cores (RingPlan::core_mm) on: every disc of that diameter touches what is covered there.
-GapBand core_band(const RingPlan& plan, int level, double spot_mm);
 
 /// Beads on the medial axis of the area between two levels, where it is narrower than the next level's bead is wide, or
 /// where that bead does not reach. Let rho be the axis' distance from the covered edge: all of a spot that is uncovered lies
@@ -41,6 +31,8 @@ class GapFinder {
   ~GapFinder();
   Beads operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
                    bool touching = false);
+  /// @param lacking what of the outer level lacks the next one (RingLevels::gaps)
+  Beads operator()(const Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm);
 
  private:
   class Work;

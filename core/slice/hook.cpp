@@ -47,14 +47,6 @@ bool encloses(const Rings& hooks, const Region& part) {
   return true;
 }
 
-double square_distance(Vec p, Vec a, Vec b) {
-  const Vec way = b - a;
-  const double square = dot(way, way);
-  const double t = square > 0 ? std::clamp(dot(p - a, way) / square, 0.0, 1.0) : 0.0;
-  const Vec off = p - a - t * way;
-  return dot(off, off);
-}
-
 // Between rings that do not cross: from the corners of each to the edges of the other.
 double distance_mm(const Rings& a, const Rings& b) {
   double best = std::numeric_limits<double>::infinity();

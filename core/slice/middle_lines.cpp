@@ -266,9 +266,9 @@ class MiddleLines::Work {
       spots_.push_back({{at, disc.radius - limits_.covered}, foot.normal, false});
       return;
     }
-    double clear;
-    const double radius = radius_at(at, disc.radius, clear), depth = radius + limits_.covered;
-    if (radius < limits_.narrowest || clear <= 0) return;
+    const double depth = discs_.depth(at, disc.radius), radius = depth - limits_.covered;
+    const double clear = clearance(at, depth);
+    if (clear <= 0) return;
     const bool worth = clear >= limits_.narrowest;
     if (worth) {
       worth_ = true;
@@ -285,13 +285,10 @@ class MiddleLines::Work {
     chain_.push_back({at, radius});
   }
 
-  // Of the disc about a place that ends at what is covered; what lies deeper is the next level's.
-  double radius_at(Vec at, double limit, double& clear) {
-    const double depth = discs_.depth(at, limit);
-    clear = -1;
-    if (depth > limits_.next + limits_.drawn || depth < limits_.covered + limits_.narrowest) return 0.0;
-    clear = field_->clearance(at, 2 * limits_.narrowest);
-    return depth - limits_.covered;
+  // Of a place of this depth; < 0: what lies deeper is the next level's, what lies less deep holds no spot.
+  double clearance(Vec at, double depth) {
+    if (depth > limits_.next + limits_.drawn || depth < limits_.covered + limits_.narrowest) return -1;
+    return field_->clearance(at, 2 * limits_.narrowest);
   }
 
   void finish(bool next_is_worth) {
@@ -301,17 +298,25 @@ class MiddleLines::Work {
     worth_ = next_is_worth;
   }
 
+  // Widest first; what is not judged yet is no wider than it seems.
   void fill_spots() {
-    const auto wider = [](const Spot& a, const Spot& b) { return a.place.radius > b.place.radius; };
-    std::stable_sort(spots_.begin(), spots_.end(), wider);
+    const auto narrower = [](const Spot& a, const Spot& b) { return a.place.radius < b.place.radius; };
     left_.take(lines_, limits_.narrowest);
     drop_echoes(lines_, left_);
-    for (Spot& s : spots_) {
+    std::erase_if(spots_, [&](const Spot& s) { return !left_.is_left(s.place); });
+    std::make_heap(spots_.begin(), spots_.end(), narrower);
+    while (!spots_.empty()) {
+      std::pop_heap(spots_.begin(), spots_.end(), narrower);
+      Spot s = spots_.back();
+      spots_.pop_back();
       if (!left_.is_left(s.place)) continue;
       if (!s.judged) {
-        double clear;
-        s.place.radius = radius_at(s.place.at, s.place.radius + limits_.covered, clear);
-        if (s.place.radius < limits_.narrowest || clear < limits_.narrowest || !left_.is_left(s.place)) continue;
+        const double depth = discs_.depth(s.place.at, s.place.radius + limits_.covered);
+        s.place.radius = depth - limits_.covered, s.judged = true;
+        if (clearance(s.place.at, depth) < limits_.narrowest || !left_.is_left(s.place)) continue;
+        spots_.push_back(s);
+        std::push_heap(spots_.begin(), spots_.end(), narrower);
+        continue;
       }
       left_.add(s.place);
       const Vec aside = 0.25 * s.place.radius * left_of(s.normal);

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "core/slice/clipper.h"
+#include "core/slice/gap_band.h"
+#include "core/slice/lacks.h"
 #include "core/slice/meeting.h"
 #include "core/slice/wavefront.h"
 
@@ -27,43 +29,46 @@ class Advance {
     return true;
   }
 
-  // The same; areas of the rings drawn last that look too narrow for the next ones are looked at on the way.
-  bool by_way_of(double core, double to, const Rings& drawn, double tolerance, NarrowAreas& narrow) {
+  // The same; tells what of the front lacks the next one. Areas of the rings drawn last that look too narrow for the next ones
+  // are looked at on the way.
+  // @param core where, or beyond `to`: none are
+  bool telling(double core, double to, const Rings& drawn, const GapLimits& limits, const GapLimits& core_limits, double sagitta,
+               LevelGaps& gaps) {
     next_.clear(), cores_.clear();
-    narrow.outer.assign(drawn.size(), false);
-    for (std::size_t c = 0, ring = 0; c < front_.components.size(); ring = drawn_ends_[c++]) {
+    for (std::size_t c = 0, ring = 0; c < front_.components.size(); ++c) {
       wavefront::Component& component = front_.components[c];
-      const bool is_narrow = looks_narrow(drawn, ring, drawn_ends_[c], to - at_);
-      if (is_narrow) {
-        std::fill(narrow.outer.begin() + std::ptrdiff_t(ring), narrow.outer.begin() + std::ptrdiff_t(drawn_ends_[c]), true);
+      const std::size_t end = core < to ? drawn_ends_[c] : 0;
+      if (core < to && looks_narrow(drawn, ring, end, to - at_)) {
         if (!move(component, at_, core, cores_)) return false;
-      } else if (!move(component, at_, to, next_)) {
+      } else if (!move_telling(component, at_, to, limits, sagitta, gaps.of_rings)) {
         return false;
       }
+      ring = end;
     }
-    const std::size_t wide = next_.size();
-    std::uint32_t finer = 0;
-    if (!cores_.empty() && !draw(cores_, core, tolerance, narrow.cores, finer, narrow.touching)) return false;
     for (wavefront::Component& component : cores_)
-      if (!move(component, core, to, next_)) return false;
+      if (!move_telling(component, core, to, core_limits, sagitta, gaps.of_cores)) return false;
     arrive(to);
-    wide_ = wide;
-    return true;
+    return gaps.told = true;
   }
 
   // At the asked tolerance, or finer where rings would meet. @return false if they meet even so
   bool draw(double tolerance, Rings& rings, std::uint32_t& finer) {
-    return draw(front_.components, at_, tolerance, rings, finer, touching_);
+    for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
+      rings.clear();
+      drawn_ends_.clear();
+      for (const wavefront::Component& component : front_.components) {
+        wavefront::draw(front_.sources, component, at_, tolerance, line_, rings);
+        drawn_ends_.push_back(rings.size());
+      }
+      const Meeting meeting = meeting_(rings);
+      finer += attempt > 0;
+      touching_ = meeting == Meeting::kContact;
+      if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
+    }
+    return false;
   }
 
   bool touching() const { return touching_; }  ///< may the rings drawn last have contacts?
-
-  // Which of the rings drawn last lie in areas that looked narrow before.
-  void tell_narrow(std::vector<bool>& rings) const {
-    const std::size_t n = drawn_ends_.empty() ? 0 : drawn_ends_.back();
-    rings.assign(n, true);
-    if (wide_ > 0) std::fill(rings.begin(), rings.begin() + std::ptrdiff_t(drawn_ends_[wide_ - 1]), false);
-  }
 
  private:
   bool move(wavefront::Component& component, double from, double to, std::vector<wavefront::Component>& out) {
@@ -73,26 +78,19 @@ class Advance {
     return untangle_(front_.sources, alive_, component, to, out);
   }
 
+  bool move_telling(wavefront::Component& component, double from, double to, const GapLimits& limits, double sagitta,
+                    Stretches& stretches) {
+    lacks_.keep(component, from);
+    const std::size_t before = next_.size();
+    if (!move(component, from, to, next_)) return false;
+    const wavefront::LackLimits near{limits.near, limits.near_corner, limits.slack, 2 * limits.spot_at};
+    lacks_.find(front_.sources, std::span(next_).subspan(before), near, sagitta, stretches);
+    return true;
+  }
+
   void arrive(double to) {
     std::swap(front_.components, next_);
     at_ = to;
-  }
-
-  bool draw(std::span<const wavefront::Component> components, double at, double tolerance, Rings& rings, std::uint32_t& finer,
-            bool& touching) {
-    for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
-      rings.clear();
-      drawn_ends_.clear();
-      for (const wavefront::Component& component : components) {
-        wavefront::draw(front_.sources, component, at, tolerance, line_, rings);
-        drawn_ends_.push_back(rings.size());
-      }
-      const Meeting meeting = meeting_(rings);
-      finer += attempt > 0;
-      touching = meeting == Meeting::kContact;
-      if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
-    }
-    return false;
   }
 
   // A strip 2 w wide has an area of w for each mm of its edge.
@@ -113,9 +111,9 @@ class Advance {
   wavefront::Front front_;
   double at_ = 0;
   bool touching_ = false;
-  std::size_t wide_ = 0;  // components that did not look narrow come first
   wavefront::Mover move_;
   wavefront::Untangler untangle_;
+  wavefront::Lacks lacks_;
   MeetingCheck meeting_;
   std::vector<wavefront::Component> next_, cores_;
   std::vector<std::size_t> drawn_ends_;  // rings of each component and those before it
@@ -130,22 +128,29 @@ RingLevels offset_rings(const Region& region, const RingPlan& plan, double toler
   Advance advance(region);
   bool trusted = true;
   const double tolerance = tolerance_mm * kUnitsPerMm;
+  const Rings none;
   for (int level = 0; level < plan.max_rings; ++level) {
     Rings rings;
-    NarrowAreas narrow;
+    LevelGaps gaps;
     if (trusted) {
       const double to = plan.distance_mm(level) * kUnitsPerMm + kOdd;
-      const double core = level > 0 ? plan.core_mm(level - 1, spot_mm) * kUnitsPerMm + kOdd : to;
-      trusted = (spot_mm > 0 && core < to ? advance.by_way_of(core, to, result.levels.back(), tolerance, narrow) : advance(to)) &&
-                advance.draw(tolerance, rings, result.drawn_finer);
-      if (!trusted) narrow = {};
-      else if (!narrow.outer.empty()) advance.tell_narrow(narrow.next);
+      if (spot_mm > 0) {
+        const double core = level > 0 ? plan.core_mm(level - 1, spot_mm) * kUnitsPerMm + kOdd : to;
+        trusted = advance.telling(core, to, level > 0 ? result.levels.back() : none,
+                                  gap_limits(gap_band(plan, level - 1), spot_mm, tolerance_mm),
+                                  gap_limits(core_band(plan, level - 1, spot_mm), spot_mm, tolerance_mm),
+                                  std::max(10.0, 0.33 * tolerance), gaps);
+      } else {
+        trusted = advance(to);
+      }
+      trusted = trusted && advance.draw(tolerance, rings, result.drawn_finer);
+      gaps.told = trusted;
     }
     if (!trusted) {
       rings = clipper_offset(region, plan.distance_mm(level), tolerance_mm);
       ++result.from_clipper;
     }
-    if (spot_mm > 0 && level > 0) result.narrow.push_back(std::move(narrow));
+    if (spot_mm > 0) result.gaps.push_back(std::move(gaps));
     if (rings.empty()) break;
     result.levels.push_back(std::move(rings));
     result.touching.push_back(!trusted || advance.touching());

@@ -19,35 +19,28 @@ const BeadOptions& bead_of(std::size_t material, const PathOptions& options) {
   return material == kScaffoldMaterial ? options.scaffold : options.part;
 }
 
-// Those of the rings that do or do not lie in narrow areas.
-const Rings& only(const Rings& rings, const std::vector<bool>& narrow, bool wanted, Rings& some) {
-  if (std::find(narrow.begin(), narrow.end(), !wanted) == narrow.end() && (!wanted || !narrow.empty())) return rings;
-  some.clear();
-  for (std::size_t r = 0; r < narrow.size(); ++r)
-    if (narrow[r] == wanted) some.add(rings[r]);
-  return some;
-}
-
 // Beads where the outline is too narrow for its first ring, and where rings leave spots between them.
 void find_gaps(const Region& region, const RingLevels& rings, const RingPlan& plan, const BeadOptions& bead,
                double tolerance_mm, Beads& thin_parts, Beads& gaps) {
   const Rings none;
-  Rings some, some_next;
   GapFinder find;
-  const int levels = int(rings.levels.size());
-  const auto level = [&](int k) -> const Rings& { return k < levels ? rings.levels[std::size_t(k)] : none; };
-  if (plan.max_rings > 0) thin_parts = find(region, level(0), gap_band(plan, -1), bead.gap_mm, tolerance_mm);
-  const auto add = [&](const Beads& more) {
-    for (std::size_t i = 0; i < more.lines.size(); ++i) gaps.lines.add(more.lines[i]);
-    gaps.widths.insert(gaps.widths.end(), more.widths.begin(), more.widths.end());
+  const auto level = [&](int k) -> const Rings& {
+    return k < 0 ? region : k < int(rings.levels.size()) ? rings.levels[std::size_t(k)] : none;
   };
-  for (int k = 0; k < levels && k + 1 < plan.max_rings; ++k) {
-    const NarrowAreas& narrow = rings.narrow[std::size_t(k)];
-    add(find(only(level(k), narrow.outer, false, some), only(level(k + 1), narrow.next, false, some_next), gap_band(plan, k),
-             bead.gap_mm, tolerance_mm, rings.touching[std::size_t(k)]));
-    if (!narrow.cores.empty())
-      add(find(narrow.cores, only(level(k + 1), narrow.next, true, some_next), core_band(plan, k, bead.gap_mm), bead.gap_mm,
-               tolerance_mm, narrow.touching));
+  const auto add = [&](const Beads& more, Beads& to) {
+    for (std::size_t i = 0; i < more.lines.size(); ++i) to.lines.add(more.lines[i]);
+    to.widths.insert(to.widths.end(), more.widths.begin(), more.widths.end());
+  };
+  for (int k = -1; k + 1 < int(rings.gaps.size()); ++k) {
+    const LevelGaps& lacking = rings.gaps[std::size_t(k + 1)];
+    const GapBand band = gap_band(plan, k);
+    Beads& beads = k < 0 ? thin_parts : gaps;
+    if (lacking.told) {
+      add(find(lacking.of_rings, level(k + 1), band, bead.gap_mm, tolerance_mm), beads);
+      add(find(lacking.of_cores, level(k + 1), core_band(plan, k, bead.gap_mm), bead.gap_mm, tolerance_mm), beads);
+    } else {
+      add(find(level(k), level(k + 1), band, bead.gap_mm, tolerance_mm, k >= 0 && rings.touching[std::size_t(k)]), beads);
+    }
   }
 }
 

@@ -20,6 +20,16 @@ inline double length(Vec a) { return std::sqrt(dot(a, a)); }
 inline Vec left_of(Vec a) { return {-a.y, a.x}; }
 inline Vec right_of(Vec a) { return {a.y, -a.x}; }
 
+/// Of p from the segment from a to b.
+inline double square_distance(Vec p, Vec a, Vec b) {
+  const Vec way = b - a, off = p - a;
+  const double square = dot(way, way), along = dot(off, way);
+  if (along <= 0 || square == 0) return dot(off, off);
+  if (along >= square) return dot(p - b, p - b);
+  const double side = cross(way, off);
+  return side * side / square;
+}
+
 inline Vec to_vec(Point p) { return {double(p.x), double(p.y)}; }
 inline std::int32_t floor_of(double v) {  // std::floor is a call on plain x86-64
   const auto i = std::int32_t(v);

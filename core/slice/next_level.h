@@ -1,0 +1,53 @@
+// The next level of rings, asked for its distance by places that follow each other.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/slice/box_pairs.h"
+#include "core/slice/middle_lines.h"
+#include "core/slice/region.h"
+
+namespace firn::slice {
+
+/// Keeps its working memory.
+class NextLevel : public AxisField {
+ public:
+  /// @param reach of the level's beads to each side
+  void take(const Rings& rings, double reach);
+  bool empty() const { return edges_.empty(); }
+
+  /// Is the level no further than this? Rings run side by side: the edge that was near the last place is a guess.
+  bool within(Vec p, double limit);
+  /// Is it so all the way from a, which is within the limit of the edge found last, to b? The distance from a segment is convex
+  /// along a line: an edge that is near a and a corner's foot on the way is near all between, and the corner's next edge goes on.
+  bool way_within(Vec a, Vec b, double limit);
+  double clearance(Vec p, double limit) override;
+
+ private:
+  struct Edge {
+    Vec at, way;
+    double inverse;      // of its squared length
+    std::uint32_t next;  // in its ring
+    double square_distance(Vec p) const {  // without a branch
+      const Vec off = p - at;
+      const double share = std::min(1.0, std::max(0.0, dot(off, way) * inverse));
+      const Vec from = off - share * way;
+      return dot(from, from);
+    }
+    bool within(Vec p, double limit) const { return square_distance(p) <= limit; }
+  };
+
+  template <class F>
+  void touching(Vec p, double reach, F&& f);
+
+  double reach_ = 0;
+  std::vector<Edge> edges_;
+  std::size_t last_ = 0;
+  Vec lonely_;  // nothing is within the limit of places nearer to it than the root of
+  double lonely_square_ = 0;
+  BoxTree tree_;
+  bool built_ = false;
+};
+
+}  // namespace firn::slice

@@ -1,0 +1,30 @@
+// Stretches of rings or of a front along which the next level is further away than it runs.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/slice/vec.h"
+
+namespace firn::slice {
+
+/// Polylines, area on their left. All of a stretch's edges are walls; what lacks the next level lies between its places `first`
+/// and `last` (points). Of a closed one all lacks it, and the last point joins the first.
+struct Stretches {
+  struct Stretch {
+    std::uint32_t end = 0;          ///< index behind its last point
+    std::uint32_t first = 0, last = 0;  ///< within its points
+    bool closed = false;
+  };
+  std::vector<Vec> points;
+  std::vector<Stretch> all;
+
+  bool empty() const { return all.empty(); }
+  void clear() {
+    points.clear();
+    all.clear();
+  }
+};
+
+}  // namespace firn::slice
