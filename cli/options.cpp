@@ -192,6 +192,7 @@ void declare_print(CLI::App& app, Run& run) {
   app.add_option("--speedup", o->speedup, "live: node time runs so many times faster than the clock, 1 to 10; default run.time_scale")->check(CLI::PositiveNumber);
   app.add_option("--fault", o->faults, "\"SECONDS PORT KIND [COUNT [DELAY_US]]\": what befalls a simulated instrument; docs/ice.md")->allow_extra_args(false);
   app.add_option("--runs", o->runs, "where run folders go")->capture_default_str();
+  app.add_option("--tolerance", o->tolerance_um, "UM: exit code 1 if the last map's RMS is above; default: one nominal layer, told and not decisive; docs/print.md")->check(CLI::PositiveNumber);
   app.add_flag("--accept-doubt", o->accept_doubt, "with --resume: go on though droplets of the open loop are in doubt");
   json_flag(app, o->json);
 }

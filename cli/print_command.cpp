@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/bus_port.h"
@@ -14,6 +13,7 @@
 #include "cli/ice_inputs.h"
 #include "cli/lab_run.h"
 #include "cli/launcher.h"
+#include "cli/print_show.h"
 #include "cli/progress.h"
 #include "cli/targets.h"
 #include "config/include.h"
@@ -29,6 +29,8 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   s.folder = run.path().string();
   s.scheme = e.control.scheme;
   s.ice = is_ice(e);
+  s.tolerance_asked = options.tolerance_um > 0.0;
+  s.tolerance_um = s.tolerance_asked ? options.tolerance_um : usual_tolerance_um(e);
   PrintProgress progress(e.control.scheme);
   const auto began = std::chrono::steady_clock::now();
   int last_layer = 0;
@@ -73,28 +75,6 @@ void check_speedup(const PrintOptions& o) {
   if (!(o.speedup >= 1.0 && o.speedup <= kMost))
     throw UsageError(fmt::format("--speedup {}: a live print can go 1 to {} times as fast as the clock; --bus in-process goes as fast as it can",
                                  o.speedup, kMost));
-}
-
-void show(const PrintSummary& s, bool json) {
-  if (json) {
-    const nlohmann::ordered_json j = {
-        {"run", s.folder}, {"scheme", s.scheme}, {"outcome", s.result.outcome}, {"status", s.result.status},
-        {"layers", s.result.layers}, {s.ice ? "pulses" : "droplets", s.droplets}, {"mean_error_um", s.mean_error_um},
-        {"rms_um", s.rms_um}, {"std_um", s.std_um}, {"wall_s", s.wall_s}, {"node_s", s.node_s},
-        {"reason", s.result.reason}};
-    std::puts(j.dump(2).c_str());
-    return;
-  }
-  fmt::print("{}: {} after {} layers and {} {} ({})\n", s.scheme, s.result.outcome, s.result.layers, s.droplets,
-             s.ice ? "pulses" : "droplets", s.result.reason);
-  if (s.measured && s.ice)
-    fmt::print("measured surface against the nominal height: mean {:+.3f} mm, RMS {:.3f} mm, std {:.3f} mm\n", s.mean_error_um * 1e-3,
-               s.rms_um * 1e-3, s.std_um * 1e-3);
-  else if (s.measured)
-    fmt::print("measured surface against target: mean {:+.2f} um, RMS {:.2f} um, std {:.2f} um\n", s.mean_error_um,
-               s.rms_um, s.std_um);
-  fmt::print("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s, s.folder);
-  if (can_go_on(s.result)) fmt::print("to go on: firn print --resume {}\n", s.folder);
 }
 
 }  // namespace
@@ -144,8 +124,8 @@ int run_print(const PrintOptions& options) {
     place_ice_field(e, inputs);
     summary = print_experiment(e, inputs, options);
   }
-  show(summary, options.json);
-  return summary.result.status;
+  std::fputs((options.json ? print_json(summary) : print_text(summary)).c_str(), stdout);
+  return exit_code(summary);
 }
 
 }  // namespace firn

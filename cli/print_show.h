@@ -1,0 +1,23 @@
+// What a print tells when it is over: its verdict against the tolerance, the words, the exit code (docs/print.md).
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "cli/print_command.h"
+
+namespace firn {
+
+/// One nominal layer [um]; 0 where a scheme prints towards no target: patterns, registration marks, a given number of full layers.
+double usual_tolerance_um(const Experiment& experiment);
+
+/// Nothing of a print that has not run to its end, was not measured or has no tolerance.
+std::optional<bool> within_tolerance(const PrintSummary& summary);
+
+/// The print's own status, or kFailed where it missed a tolerance that was asked for.
+int exit_code(const PrintSummary& summary);
+
+std::string print_text(const PrintSummary& summary);
+std::string print_json(const PrintSummary& summary);
+
+}  // namespace firn
