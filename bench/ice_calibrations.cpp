@@ -1,5 +1,5 @@
 // Planted cases through the calibrations of the simulated ice lab: worst error, root mean square, coverage of the 95 % intervals.
-//   build/bench/ice_calibrations [cases = 100] [laser-offset|laser-latency|level-table|valve-latency|flow-curve ...] [--each]
+//   build/bench/ice_calibrations [cases = 100] [laser-offset|laser-latency|level-table|valve-latency|flow-curve ...] [--each] [--from FIRST = 1]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -45,12 +45,13 @@ std::vector<Kind> kinds() {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  int cases = 100;
+  int cases = 100, from = 1;
   bool each = false;
   std::vector<std::string> only;
   for (int k = 1; k < argc; ++k) {
     const std::string arg = argv[k];
     if (arg == "--each") each = true;
+    else if (arg == "--from" && k + 1 < argc) from = std::max(1, std::atoi(argv[++k]));
     else if (const int n = std::atoi(argv[k]); n > 0) cases = n;
     else only.push_back(arg);
   }
@@ -62,7 +63,7 @@ int main(int argc, char** argv) try {
     double worst = 0.0, sum = 0.0, squares = 0.0, half = 0.0;
     long n = 0, inside = 0;
     int failed = 0;
-    for (int c = 1; c <= cases; ++c) {
+    for (int c = from; c < from + cases; ++c) {
       try {
         for (const Judged& j : kind.judged(lab, std::uint64_t(c))) {
           if (each) std::printf("  %4d error %12.6f +- %10.6f%s\n", c, j.error, j.half_95, j.inside() ? "" : "  outside");
