@@ -280,9 +280,24 @@ class MiddleLines::Work {
     if (!chain_.empty()) {
       const double step = length(at - chain_.back().at);
       if (step < kNear) return;
-      if (step > kFar) finish(worth);
+      if (step > kFar) {
+        finish(worth);
+      } else if (turns_back(at)) {
+        if (echoes({at, radius})) return;
+        finish(worth);
+      }
     }
     chain_.push_back({at, radius});
+  }
+
+  // Would the chain turn by more than a right angle? Behind the end of an axis feet see it once more from its other wall.
+  bool turns_back(Vec at) const {
+    const std::size_t n = chain_.size();
+    return n > 1 && dot(at - chain_[n - 1].at, chain_[n - 1].at - chain_[n - 2].at) < 0;
+  }
+  bool echoes(const AxisPlace& place) const {
+    const auto covers = [&](const AxisPlace& p) { return length(place.at - p.at) + place.radius - p.radius <= limits_.narrowest; };
+    return std::any_of(chain_.begin(), chain_.end(), covers);
   }
 
   // Of a place of this depth; < 0: what lies deeper is the next level's, what lies less deep holds no spot.

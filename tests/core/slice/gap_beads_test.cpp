@@ -2,6 +2,11 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
 #include "core/grid/random.h"
 #include "core/slice/path_plan.h"
 #include "tests/core/slice/coverage_oracle.h"
@@ -124,6 +129,64 @@ TEST_CASE("A wedge gets beads that narrow with it, and a disc between rings a be
     Region disc;
     outlines::add_circle(disc, 3, 4, radius, 40);
     CHECK(oracle::widest_spot(disc, -0.15, paths_of(disc, 0, {}), 0, 0.05).widest_mm <= 0.9);
+  }
+}
+
+// A long wall whose half width varies by less than rings are drawn about the depth at which the second ring runs: it runs
+// only here and there, and what is drawn says something else.
+Region doubtful_wall(std::uint64_t seed) {
+  RandomStream random(seed, Purpose::kTest);
+  const double mean = 2.85 + random.uniform(-0.012, 0.004), wave = random.uniform(0.002, 0.02), step = random.uniform(1.0, 6.0);
+  std::vector<std::pair<double, double>> points;
+  for (double x = 0; x < 60; x += step) points.push_back({x, -mean - wave * random.uniform(-1, 1)});
+  for (double x = 60; x > 0; x -= step) points.push_back({x, mean + wave * random.uniform(-1, 1)});
+  Region wall;
+  outlines::add_polygon(wall, points);
+  return wall;
+}
+
+TEST_CASE("Beads go on where the next ring only seems to run") {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    INFO("seed " << seed);
+    const Region wall = doubtful_wall(seed);
+    CHECK(oracle::widest_spot(wall, -0.15, paths_of(wall, 0, {}), 0, 0.1).widest_mm <= 1.5);
+  }
+}
+
+// The sharpest turn of open lines, rad, at a corner or within `within_mm` of way.
+double sharpest_turn_rad(const LayerPaths& paths, double within_mm) {
+  double sharpest = 0;
+  for (std::size_t i = 0; i < paths.info.size(); ++i) {
+    if (paths.info[i].closed) continue;
+    const auto line = paths.lines[i];
+    for (std::size_t p = 1; p + 1 < line.size(); ++p) {
+      double turn = 0, way = 0;
+      for (std::size_t q = p; q + 1 < line.size() && way <= within_mm; ++q) {
+        const Vec in = to_vec(line[q]) - to_vec(line[q - 1]), out = to_vec(line[q + 1]) - to_vec(line[q]);
+        turn += std::abs(std::atan2(cross(in, out), dot(in, out)));
+        way += kMmPerUnit * length(out);
+        sharpest = std::max(sharpest, turn);
+      }
+    }
+  }
+  return sharpest;
+}
+
+TEST_CASE("Beads in gaps neither turn back nor zigzag: no more than a right angle within twice the tolerance") {
+  for (const double tolerance : {0.05, 0.01, 0.0}) {
+    PathOptions options;
+    options.chord_tolerance_mm = tolerance;
+    for (const std::uint8_t material : {0, 1}) {
+      for (const outlines::Named& shape : outlines::all()) {
+        INFO(shape.name << ", material " << int(material) << ", tolerance " << tolerance);
+        CHECK(sharpest_turn_rad(paths_of(shape.region, material, options), 0.1) < 0.5 * outlines::kPi + 1e-3);
+      }
+      for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        INFO("seed " << seed << ", material " << int(material) << ", tolerance " << tolerance);
+        const Region region = seed % 2 ? outlines::random_star(seed, 10 + int(seed), 4, 22) : outlines::blob(seed);
+        CHECK(sharpest_turn_rad(paths_of(region, material, options), 0.1) < 0.5 * outlines::kPi + 1e-3);
+      }
+    }
   }
 }
 
