@@ -17,14 +17,17 @@ class Steps {
  public:
   Steps(std::span<const Region> part, const OverhangOptions& options) : part_(part), o_(options) {
     slack_ = std::int32_t(0.25 * o_.seam_mm * kUnitsPerMm);
+    lean_tolerance_mm_ = std::min(o_.tolerance_mm, 0.05 * o_.lean_mm);
     fine_mm_ = std::min(o_.tolerance_mm, 0.125 * o_.seam_mm);
   }
 
   // What of layer k leans out over layer k - 1.
   Region begins(std::size_t k) const {
-    const Region out = without(part_[k], grown(part_[k - 1], o_.lean_mm, std::min(o_.tolerance_mm, 0.05 * o_.lean_mm)), 0);
+    const Region out = without(part_[k], grown(part_[k - 1], o_.lean_mm, lean_tolerance_mm_), 0);
     if (out.empty()) return out;
-    return within_both(grown(out, o_.lean_mm + o_.seam_mm, fine_mm_), grown(part_[k], o_.seam_mm, fine_mm_), 0);
+    // Back to what carries it, within the layer; only then the seam is added. Taken in one step (lean and seam, within the seam
+    // of the layer) a greater lean would reach round the corners of what leans out, and bring more than a smaller one.
+    return grown(within_both(grown(out, o_.lean_mm, lean_tolerance_mm_), part_[k], 0), o_.seam_mm, fine_mm_);
   }
 
   Region below(const Region& need, std::size_t k, const Region& begins) const {
@@ -36,7 +39,7 @@ class Steps {
   std::span<const Region> part_;
   OverhangOptions o_;
   std::int32_t slack_;
-  double fine_mm_;
+  double lean_tolerance_mm_, fine_mm_;
 };
 
 }  // namespace

@@ -19,7 +19,8 @@ struct OverhangOptions {
 /// Calls use(k, need) for every layer k from the top, in any thread: what of the layers above k leans out further than
 /// lean_mm over the layer below it and has no part between it and layer k, seam_mm wider.
 ///
-/// Surfaces that lean out are taken whole: each layer brings all that lies within lean and seam of what leans out too far.
+/// Surfaces that lean out are taken whole: each layer brings all of it that lies within lean of what leans out too far, and the
+/// seam around that.
 /// The narrow strips of the layers of a slope join so, and few points are carried down. Nothing that hangs over is lost; the
 /// need reaches no further than seam_mm beyond the projection of what is above. Where it comes down on part, the seam's width
 /// goes on beside a wall that is no further than that from what has come down.
