@@ -3,12 +3,12 @@
 // (replay/report_ice_data.h) and inside the part, per interval.
 //
 // A disc whose rings fit it, the gear of bench/ice_gear.h, or what an experiment prints.
-//   build/bench/ice_schemes [--intervals N] [--seeds N] [--drift D] [--staggered | --gear [--size S] | --experiment FILE [--set KEY=VALUE]...]
+//   build/bench/ice_schemes [--intervals N] [--seeds N] [--first-seed N] [--drift D] [--staggered | --gear [--size S] | --experiment FILE [--set KEY=VALUE]...]
 //                           [--spacing MM] [--scheme NAME,NAME] [--each] [--map measured|raw|true] [--picture SVG]
 // --map: what the law is told: the smoothed map, the same without smoothing, or the true surface. --picture: true error
 // of the last interval, orange too high, blue too low, +-0.4 mm.
 // Schemes: open, smf_speed [1 0.25 0.25], smf_thesis [1 0.25 0.25], smf_optimal [1 0.32798 0.00005], adaptive, ..._flow (feed-forward),
-// adaptive:KP:GAIN:RATE
+// adaptive:KP:GAIN:RATE, own: that of the experiment
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -25,6 +25,7 @@
 #include "cli/run_folder.h"
 #include "config/ice_lab.h"
 #include "config/include.h"
+#include "core/control/surface/foresee_surface.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/slice/footprint.h"
 #include "estimators/flow/flow_estimator.h"
@@ -42,7 +43,7 @@ namespace {
 using namespace firn;
 
 struct Settings {
-  int intervals = 26, seeds = 3;
+  int intervals = 26, seeds = 3, first_seed = 1;
   double drift = 0.0, size = 1.0, spacing_mm = 4.0;
   bool gear = false, staggered = false;
   bool each = false;
@@ -174,6 +175,7 @@ struct Job {
   planning::PlanningSetup setup[2];  ///< frequency, speed
   double laser_latency_s = kLaserLatency_s, period_s = 0.01;
   surface::ScatterOptions scatter;
+  control::SurfaceOptions options;  ///< of the experiment
 };
 
 Job job_of(const Settings& o) {
@@ -193,9 +195,10 @@ Job job_of(const Settings& o) {
   j.world = plant::world_config(e).ice;
   j.laser_latency_s = e.laser_point.latency_s;
   j.period_s = 1.0 / e.laser_point.rate_hz;
-  j.scatter = {e.ice.measure_spacing_mm, e.control.smoothing > 0.0};
+  j.scatter = {e.ice.measure_spacing_mm, e.control.smoothing > 0.0, e.ice.map_samples};
   const std::vector<std::byte>& text = blob(inputs, "machine").bytes;
   const Machine machine = parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, "machine");
+  j.options = surface_options(e, 0);
   for (int speed = 0; speed < 2; ++speed) {
     e.control.smf.version = speed ? "speed" : "frequency";
     j.setup[speed] = planning_setup(e, machine);
@@ -234,6 +237,37 @@ void tell_zones(const HeightMap& truth, const HeightMap& map, const Grid<std::ui
                   std::sqrt(wide[z] / cells[z]), mean[z] / cells[z], std::sqrt(off[z] / cells[z]));
 }
 
+/// The same by the law's zones: what repeats in a zone can be foreseen.
+void tell_bands(const HeightMap& truth, const HeightMap& map, const Grid<std::uint8_t>& material, const Mask& judged, double nominal) {
+  const Grid<std::int8_t> zone = control::zones(material, 1.0);
+  double cells[control::kZones]{}, sum[control::kZones]{}, squares[control::kZones]{}, off[control::kZones]{};
+  for (std::size_t n = 0; n < truth.size(); ++n) {
+    if (!judged.cells[n] || zone.cells[n] < 0) continue;
+    const auto z = std::size_t(zone.cells[n]);
+    const double e = truth.cells[n] - nominal;
+    cells[z] += 1.0, sum[z] += e, squares[z] += e * e, off[z] += map.cells[n] - truth.cells[n];
+  }
+  for (int z = 0; z < control::kZones; ++z)
+    if (cells[z] > 0.0)
+      std::printf("      %s, near %s, band %d: %5.0f cells: rms %.4f, mean %+.4f, map - truth %+.4f\n", z < 2 * control::kZoneBands ? "part" : "scaffold",
+                  z / control::kZoneBands % 2 ? "bare" : "the other", z % control::kZoneBands, cells[z], std::sqrt(squares[z] / cells[z]), sum[z] / cells[z], off[z] / cells[z]);
+}
+
+/// Slope of an error on the one before it, wide and narrow: above 0 the law answers too little, below 0 too much.
+void tell_slopes(const HeightMap& error, const HeightMap& before, const Grid<std::uint8_t>& material) {
+  if (before.size() == 0) return;
+  const HeightMap last = resample(before, error.spec, kNotMeasured), wide = control::square_mean(error, 5.0), last_wide = control::square_mean(last, 5.0);
+  double xy[3][2]{}, xx[3][2]{};
+  for (std::size_t n = 0; n < error.size(); ++n) {
+    if (!std::isfinite(error.cells[n]) || !std::isfinite(last.cells[n]) || !material.cells[n]) continue;
+    const int zone = material.cells[n] == std::uint8_t(control::CellMaterial::kScaffold) ? 2 : inside_part(material, n) ? 0 : 1;
+    const double w = wide.cells[n], lw = last_wide.cells[n], s = error.cells[n] - w, ls = last.cells[n] - lw;
+    xy[zone][0] += w * lw, xx[zone][0] += lw * lw, xy[zone][1] += s * ls, xx[zone][1] += ls * ls;
+  }
+  std::printf("      slope on the error before, wide / narrow: inside %+.2f / %+.2f, edge %+.2f / %+.2f, scaffold %+.2f / %+.2f\n", xy[0][0] / xx[0][0], xy[0][1] / xx[0][1],
+              xy[1][0] / xx[1][0], xy[1][1] / xx[1][1], xy[2][0] / xx[2][0], xy[2][1] / xx[2][1]);
+}
+
 struct Result {
   std::vector<double> true_rms, part_rms, map_rms, map_error, saturated;
 };
@@ -251,7 +285,7 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner, 
   const GridSpec everywhere{160, 160, 1.0, 1.0, -80.0, -80.0};
   const motion::Tool nozzles[2] = {tools(setup.machine)[1], tools(setup.machine)[2]};
   flow::FlowEstimator flow(flow::FlowOptions{});
-  HeightMap before(everywhere, 0.0);
+  HeightMap before(everywhere, 0.0), last_error;
   Result r;
   for (int k = 1; k <= o.intervals; ++k) {
     flow::FlowInterval laid{0, HeightMap(everywhere), {HeightMap(everywhere, 0.0), HeightMap(everywhere, 0.0)}};
@@ -299,12 +333,6 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner, 
       squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), cells += 1.0;
       off += (truth.cells[n] - map.height.cells[n]) * (truth.cells[n] - map.height.cells[n]);
     }
-    if (!o.picture.empty()) {
-      HeightMap error(grid, kNotMeasured);
-      for (std::size_t n = 0; n < truth.size(); ++n)
-        if (judged.cells[n]) error.cells[n] = truth.cells[n] - nominal;
-      write_file_atomically(o.picture, replay::heat_map(error, {-400.0, 400.0, replay::ColorMap::kDiverging}, "true error"));
-    }
     r.true_rms.push_back(std::sqrt(squares / cells));
     r.part_rms.push_back(std::sqrt(part_squares / part_cells));
     r.map_rms.push_back(d.rms_mm);
@@ -313,7 +341,13 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner, 
     if (o.each)
       std::printf("  seed %llu interval %2d: true rms %.4f, inside the part %.4f, map %.4f, map - truth %.4f, mean %.4f, saturated %.3f\n", static_cast<unsigned long long>(seed), k,
                   r.true_rms.back(), r.part_rms.back(), d.rms_mm, r.map_error.back(), d.mean_error_mm, d.saturated_fraction);
-    if (o.each) tell_zones(truth, map.height, material, judged, nominal);
+    HeightMap error(grid, kNotMeasured);
+    for (std::size_t n = 0; n < truth.size(); ++n)
+      if (judged.cells[n]) error.cells[n] = truth.cells[n] - nominal;
+    if (o.each) tell_slopes(error, last_error, material);
+    last_error = error;
+    if (!o.picture.empty()) write_file_atomically(o.picture, replay::heat_map(error, {-400.0, 400.0, replay::ColorMap::kDiverging}, "true error"));
+    if (o.each) tell_zones(truth, map.height, material, judged, nominal), tell_bands(truth, map.height, material, judged, nominal);
   }
   return r;
 }
@@ -339,6 +373,7 @@ int main(int argc, char** argv) {
     const char* value = n + 1 < argc ? argv[++n] : "";
     if (name == "--intervals") o.intervals = std::atoi(value);
     else if (name == "--seeds") o.seeds = std::atoi(value);
+    else if (name == "--first-seed") o.first_seed = std::atoi(value);
     else if (name == "--drift") o.drift = std::atof(value);
     else if (name == "--experiment") o.experiment = value;
     else if (name == "--set") o.overrides.push_back(value);
@@ -355,12 +390,12 @@ int main(int argc, char** argv) {
     const std::size_t end = std::min(o.schemes.find(',', at), o.schemes.size());
     const std::string name = o.schemes.substr(at, end - at);
     at = end + 1;
-    const Scheme scheme = scheme_named(name);
+    const Scheme scheme = name == "own" ? Scheme{job.options, job.options.version == control::SurfaceVersion::kPathSpeed} : scheme_named(name);
     auto& [setup, planner] = planners[scheme.speed];
     if (!planner) setup = job.setup[scheme.speed], planner = std::make_unique<planning::TaskPlanner>(setup);
     double mean = 0.0, part = 0.0, last = 0.0, worst = 0.0, map_off = 0.0;
     const double begin = cpu_s();
-    for (int seed = 1; seed <= o.seeds; ++seed) {
+    for (int seed = o.first_seed; seed < o.first_seed + o.seeds; ++seed) {
       const Result r = print(o, job, *planner, setup, scheme, std::uint64_t(seed));
       double late = 0.0;  // intervals from the fourth on
       for (std::size_t k = 0; k < r.true_rms.size(); ++k) {

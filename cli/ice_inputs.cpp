@@ -29,11 +29,11 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes) {
 }
 
 /// Concentric paths of one material each, the part's first: long ones over a surface that reflects alike [5.2.1].
-void add_measurement(const slice::LayerRegions& regions, const slice::PathOptions& deposit, double spacing_mm, slice::LayerPaths& out) {
+void add_measurement(const slice::LayerRegions& regions, const slice::PathOptions& deposit, double spacing_mm, double offset_mm, slice::LayerPaths& out) {
   slice::PathOptions options = deposit;
   options.hook.on = options.measure.on = false;
   for (slice::BeadOptions* bead : {&options.part, &options.scaffold}) {
-    bead->first_offset_mm = std::max(bead->first_offset_mm, 0.25 * spacing_mm);
+    bead->first_offset_mm = offset_mm > 0.0 ? offset_mm : std::max(bead->first_offset_mm, 0.25 * spacing_mm);
     bead->boundary_width_mm = bead->fill_width_mm = spacing_mm;
     bead->boundaries = 1;
     bead->pattern = slice::FillPattern::kConcentric;
@@ -84,7 +84,7 @@ Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) 
   plan_layers(job, settings, parallel, [](double, const std::string&) {}, {}, [&](PlannedLayer&& l) {
     if (l.paths.layer % 2 == 0) l.paths = slice::plan_layer(l.regions, shifted);
     if (l.paths.layer % e.ice.interval_layers == 0 || l.paths.layer == last)
-      add_measurement(l.regions, options, e.ice.measure_spacing_mm, l.paths);
+      add_measurement(l.regions, options, e.ice.measure_spacing_mm, e.ice.measure_offset_mm, l.paths);
     paths.layers.push_back(std::move(l.paths));
   });
   Blobs blobs;

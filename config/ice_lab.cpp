@@ -44,6 +44,8 @@ control::SurfaceOptions surface_options(const Experiment& e, int last_layer) {
   o.stop_after = e.control.scheme == "open_loop" ? 0 : e.ice.max_saturated_intervals;
   o.stop_share = e.ice.saturated_share;
   o.smf = {s.kp, s.ki_star, s.kd_star, s.integral_limit};
+  const ForeseeConfig& f = e.control.foresee;
+  o.foresee = {f.kp, f.flow_gain, f.zone_gain, f.zone_mm, f.wide_gain, f.wide_mm, f.narrow_gain, f.narrow_mm};
   return o;
 }
 

@@ -104,7 +104,7 @@ ScatterEstimate estimate_surface(const GridSpec& grid, const Mask& footprint, st
   ScatterEstimate e{HeightMap(grid, kNotMeasured), Grid<std::uint8_t>(grid, std::uint8_t(Quality::kInFilled))};
   e.noise_std_mm = noise_of_readings(points);
   ScatteredSurface net(points);
-  const HeightMap through = net.on(grid);
+  const HeightMap through = net.on(grid, options.samples);
 
   std::vector<std::uint8_t> near(grid.size());
   const int rx = int(options.reach_mm / grid.pitch_x_mm), ry = int(options.reach_mm / grid.pitch_y_mm);

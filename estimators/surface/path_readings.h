@@ -40,6 +40,7 @@ double noise_of_readings(std::span<const SurfacePoint> points);
 struct ScatterOptions {
   double reach_mm = 3.0;   ///< a cell with no reading so near counts as not measured
   bool smooth = true;      ///< robust_smoothing.h over the measured cells of the footprint
+  int samples = 1;         ///< a cell's height is the mean over so many places a side; 1 = its centre's
 };
 
 struct ScatterEstimate {

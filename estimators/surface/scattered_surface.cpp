@@ -83,9 +83,25 @@ double ScatteredSurface::at(double x_mm, double y_mm) {
   }
 }
 
-HeightMap ScatteredSurface::on(const GridSpec& grid) {
+HeightMap ScatteredSurface::on(const GridSpec& grid, int samples) {
   check(grid);
+  if (samples < 1) throw std::invalid_argument("a cell's mean over " + std::to_string(samples) + " places a side");
   HeightMap h(grid, kNotMeasured);
+  if (samples > 1) {
+    const double dx = grid.pitch_x_mm / samples, dy = grid.pitch_y_mm / samples;
+    const GridSpec parts{grid.nx * samples, grid.ny * samples, dx, dy, grid.origin_x_mm + 0.5 * (dx - grid.pitch_x_mm),
+                         grid.origin_y_mm + 0.5 * (dy - grid.pitch_y_mm)};
+    const HeightMap fine = on(parts);
+    for (int j = 0; j < grid.ny; ++j)
+      for (int i = 0; i < grid.nx; ++i) {
+        double sum = 0.0, n = 0.0;
+        for (int y = j * samples; y < (j + 1) * samples; ++y)
+          for (int x = i * samples; x < (i + 1) * samples; ++x)
+            if (std::isfinite(fine.at(x, y))) sum += fine.at(x, y), n += 1.0;
+        if (n > 0.0) h.at(i, j) = sum / n;
+      }
+    return h;
+  }
   for (int j = 0; j < grid.ny; ++j)
     for (int n = 0; n < grid.nx; ++n) {
       const int i = j % 2 ? grid.nx - 1 - n : n;  // to and fro: the search begins at the cell before

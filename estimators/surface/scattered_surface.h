@@ -29,8 +29,8 @@ class ScatteredSurface {
   /// Height at a point; NaN outside the convex hull of the points, and everywhere with fewer than three that span a
   /// triangle. (A hull edge of length L may lie L^2 / 8e5 mm inside the true hull's.)
   double at(double x_mm, double y_mm);
-  /// The same for every cell's centre.
-  HeightMap on(const GridSpec& grid);
+  /// The same for every cell: at its centre, or the mean of those of samples x samples equal parts of it that have one.
+  HeightMap on(const GridSpec& grid, int samples = 1);
   std::size_t points() const;  ///< distinct ones
 
  private:

@@ -58,6 +58,7 @@ planning::PlanningSetup planning_setup(const Experiment& e, const Machine& machi
   s.speeds = {speeds(e.ice.water), speeds(e.ice.scaffold)};
   s.valves = {{valve_setting(e.valve_a), e.valve_a.latency_s}, {valve_setting(e.valve_b), e.valve_b.latency_s}};
   s.valve_limits = list_limits(machine, e);
+  if (e.ice.coverage == "off") s.coverage_window_mm = 0.0;
   s.version = surface_options(e, 0).version;
   return s;
 }

@@ -32,6 +32,7 @@ PathMapper::PathMapper(const Experiment& e, const Machine& machine, slice::Print
       frame_{*arm_, laser_tool(machine, e), {e.ice.origin_x_mm, e.ice.origin_y_mm}, e.ice.origin_z_mm, e.laser_point.latency_s},
       pitch_mm_(e.ice.pitch_mm) {
   options_.smooth = e.control.smoothing > 0.0;
+  options_.samples = e.ice.map_samples;
   options_.reach_mm = e.ice.measure_spacing_mm;
   subscribe(channels::kTrajectory, this);
   subscribe(channels::kLaserSamples, this);

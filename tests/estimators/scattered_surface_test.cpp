@@ -127,6 +127,27 @@ TEST_CASE("Fewer than three points, points on one line, and numbers that are not
   CHECK_THROWS_WITH(ScatteredSurface(holes), Catch::Contains("10 m apart"));
 }
 
+TEST_CASE("A cell's mean over equal parts is exact on planes, and nearer than its centre to the mean of a curved surface") {
+  RandomStream random(11, Purpose::kTest);
+  std::vector<SurfacePoint> plane, bowl;
+  for (int n = 0; n < 20000; ++n) {
+    const double x = -12.0 + 24.0 * random.uniform(), y = -12.0 + 24.0 * random.uniform();
+    plane.push_back({x, y, 0.3 * x - 0.2 * y + 1.0});
+    bowl.push_back({x, y, x * x + y * y});
+  }
+  const GridSpec g{8, 6, 2.0, 2.0, -7.0, -5.0};
+  ScatteredSurface flat(plane), curved(bowl);
+  const HeightMap mean = flat.on(g, 3), centre = curved.on(g), over = curved.on(g, 8);
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      CHECK(mean.at(i, j) == Approx(0.3 * g.x_mm(i) - 0.2 * g.y_mm(j) + 1.0).margin(1e-6));
+      const double truth = g.x_mm(i) * g.x_mm(i) + g.y_mm(j) * g.y_mm(j) + 2.0 * 4.0 / 12.0;
+      CHECK(std::abs(over.at(i, j) - truth) < 0.1);
+      CHECK(std::abs(over.at(i, j) - truth) < std::abs(centre.at(i, j) - truth));
+    }
+  CHECK_THROWS_AS(flat.on(g, 0), std::invalid_argument);
+}
+
 TEST_CASE("Cells without a value take their nearest one's") {
   HeightMap h({5, 1, 1, 1, 0, 0}, kNotMeasured);
   fill_from_nearest(h);

@@ -35,6 +35,17 @@ struct SurfaceAdaptiveOptions {
   int window_cells = 3;         ///< innovations are compared over a square of 2 n + 1 cells
 };
 
+struct SurfaceForeseeOptions {
+  double kp = 1.0;
+  double flow_gain = 0.7;       ///< share of a material's unforeseen mean error that is taken for lasting
+  double zone_gain = 0.3;       ///< the same of a zone's mean, beyond its material's
+  double zone_mm = 1.0;         ///< width of a zone's band of distances to a border
+  double wide_gain = 0.1;       ///< the same of means over squares of wide_mm, beyond the zones
+  double wide_mm = 9.0;
+  double narrow_gain = 1.0;     ///< share of an error narrower than narrow_mm that is answered
+  double narrow_mm = 5.0;
+};
+
 struct SurfaceOptions {
   std::string scheme = "smf";
   double interval_mm = 1.2;     ///< dh_m = n_d dh_d
@@ -47,6 +58,7 @@ struct SurfaceOptions {
   double stop_share = 0.5;      ///< of them, above which a map counts
   SurfaceSmfOptions smf;
   SurfaceAdaptiveOptions adaptive;
+  SurfaceForeseeOptions foresee;
 };
 
 /// What a cell of the footprint is of.

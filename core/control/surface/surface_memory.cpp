@@ -51,6 +51,13 @@ void check(const SurfaceOptions& o) {
   require(a.gain_min > 0.0 && a.gain_min <= a.gain, "adaptive.gain_min", a.gain_min, "above 0 and at most adaptive.gain");
   require(a.gain_max >= a.gain && a.gain_max <= 1.0, "adaptive.gain_max", a.gain_max, "at least adaptive.gain and at most 1");
   require(a.gain_rate >= 0.0 && a.gain_rate <= 1.0, "adaptive.gain_rate", a.gain_rate, "between 0 and 1");
+  const SurfaceForeseeOptions& f = o.foresee;
+  require(std::isfinite(f.kp) && f.kp > 0.0, "foresee.kp", f.kp, "above 0");
+  for (const auto& [name, gain] : {std::pair{"foresee.flow_gain", f.flow_gain}, {"foresee.zone_gain", f.zone_gain}, {"foresee.wide_gain", f.wide_gain}})
+    require(gain >= 0.0 && gain <= 1.0, name, gain, "between 0 and 1");
+  require(f.narrow_gain >= 0.0 && f.narrow_gain <= 2.0, "foresee.narrow_gain", f.narrow_gain, "between 0 and 2");
+  for (const auto& [name, length] : {std::pair{"foresee.zone_mm", f.zone_mm}, {"foresee.wide_mm", f.wide_mm}, {"foresee.narrow_mm", f.narrow_mm}})
+    require(std::isfinite(length) && length > 0.0, name, length, "above 0");
   require(a.window_cells >= 0 && a.window_cells <= 100, "adaptive.window_cells", a.window_cells, "between 0 and 100");
 }
 
