@@ -5,18 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <mutex>
 #include <numeric>
 
 #include "cli/box_part.h"
-#include "cli/ice_inputs.h"
+#include "cli/box_print.h"
 #include "cli/memory_print.h"
-#include "cli/mesh_file.h"
 #include "cli/reproduce_barnett_motion.h"
 #include "cli/reproduce_parts.h"
-#include "cli/run_folder.h"
 #include "cli/slice_job.h"
 #include "cli/thread_pool.h"
 #include "config/machine.h"
@@ -29,58 +26,6 @@ namespace firn {
 namespace {
 
 using barnett::BoxPart;
-namespace fs = std::filesystem;
-
-constexpr const char* kMachine = "[machine]\nname = \"cobra600\"\n";
-constexpr const char* kSlice =
-    "[mesh]\nplace_x = \"cent\"\nplace_y = \"cent\"\nplace_z = \"number\"\nz_mm = [0.0]\n[part]\nfirst_offset_mm = 0.75\n[scaffold]\nfirst_offset_mm = 0.9\n[support]\nkind = \"full\"\nbuffer_mm = 3.3\n";
-
-/// Files that the lab's own code reads, for as long as they are needed.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "firn-part-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw std::runtime_error(name + ": no folder can be made");
-    path = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  fs::path path;
-};
-
-void write_part(const Folder& folder, const BoxPart& part, bool plate_on_top) {
-  write_file_atomically(folder.path / "box.stl", mesh_bytes(mesh_of(part, plate_on_top), MeshFormat::kBinaryStl));
-  write_file_atomically(folder.path / "slice.toml", kSlice);
-  write_file_atomically(folder.path / "machine.toml", kMachine);
-}
-
-// 5.3: SMF, MTTS and VFVC all online: valve frequency follows speed and feedback.
-Experiment experiment_of(double height_mm) {
-  Experiment e;
-  e.lab.kind = "ice";
-  e.run.name = "box";
-  e.ice.mesh = "box.stl", e.ice.slice = "slice.toml", e.ice.machine = "machine.toml";
-  e.ice.layer_height_mm = 0.25;
-  e.ice.height_mm = height_mm;
-  e.ice.interval_layers = 5;
-  e.ice.measure_spacing_mm = 1.5;  // rings of it fill wall and scaffold
-  e.ice.water = {25.0, 40.0, 50.0};
-  e.ice.scaffold = {25.0, 40.0, 125.0};
-  e.laser_point.latency_s = -0.0276;
-  e.valve_a.latency_s = e.valve_b.latency_s = -0.0270;
-  e.process.max_rescans = 1;
-  e.process.min_measured_fraction = 0.6;  // half of the paths run along edges
-  e.control.scheme = "smf";
-  e.control.smoothing = 1.0;
-  e.control.smf.kp = 0.9999, e.control.smf.ki_star = 0.32798, e.control.smf.kd_star = 0.00005;
-  e.control.smf.version = "frequency";
-  e.control.smf.output_limit = e.control.smf.integral_limit = 0.5;
-  return e;
-}
 
 struct PaperRow {
   double nominal;
@@ -106,21 +51,8 @@ void reproduce_barnett_part(Reproduction& to) {
       "of 1.25 mm, valve frequency with the optimal gains, boundaries at 25 and fill at 40 mm/s, one seed. The caliper's jaws are 3 mm wide and touch the outermost ice on the "
       "simulated true surface of the ice, without its scaffold; four places each. Water begins 0.75 mm inside the outline and scaffold 0.9 mm outside (5.3: slicing parameters "
       "could be adjusted to centre the measurements; with 0.6 and 1.2 mm of 3.7 the plate comes out 0.7 mm wider); the sharp corner is rounded by the bead and comes out smaller.");
-  const Folder folder;
-  write_part(folder, part, false);
-  Experiment e = experiment_of(part.height_mm);
-  const Blobs inputs = make_ice_inputs(e, folder.path);
-  place_ice_field(e, inputs);
-  const IcePlantConfig& f = e.plant.ice;
-  MemoryPrintOptions options;
-  options.series = options.surface = true;
-  options.ice_over = GridSpec{int(f.field_width_mm / f.cell_mm) - 2, int(f.field_depth_mm / f.cell_mm) - 2, f.cell_mm, f.cell_mm,
-                              f.field_x0_mm + 1.5 * f.cell_mm, f.field_y0_mm + 1.5 * f.cell_mm};
-  const double layers = part.height_mm / e.ice.layer_height_mm;
-  options.tap = [&](std::string_view channel, std::span<const std::byte>) {
-    if (channel == "LAYER_METRICS") to.progress(0.0, "printing");
-  };
-  const MemoryPrintReport r = print_in_memory(e, inputs, options);
+  const double layers = part.height_mm / barnett::kBoxLayer_mm;
+  const MemoryPrintReport r = barnett::print_box(part, 1, [&] { to.progress(0.0, "printing"); });
   to.row(row_holds(id + "finished", fmt::format("5.3: the part is printed, {:.0f} layers under feedback", layers), "built", r.result.outcome + (r.result.status == 0 ? "" : ": " + r.result.reason), r.result.status == 0));
   std::vector<double> rms;
   for (const LayerTruth& l : r.series) rms.push_back(l.error.rms_mm);
@@ -162,7 +94,7 @@ double duration_of(Way way, const PathInput& in, const motion::Arm& arm, const m
   return t.tick_s * double(t.samples() - 1);
 }
 
-BuildTime build_time(Way way, const Folder& folder, const Machine& machine, int threads) {
+BuildTime build_time(Way way, const barnett::BoxFolder& folder, const Machine& machine, int threads) {
   std::vector<std::string> overrides{"layer.height_mm=0.25", "measure.on=0"};
   if (way == Way::kStraightConstant) overrides.insert(overrides.end(), {"part.fill=lines", "scaffold.fill=lines"});
   const SliceSettings settings = load_slice_settings(folder.path / "slice.toml", overrides);
@@ -217,9 +149,8 @@ void reproduce_barnett_build_time(Reproduction& to) {
       "between lines, which the thesis does not time. The part as read from Table 5-1, with full scaffold, has many short rings and so a smaller ratio.");
   BoxPart part;
   if (to.quick()) part.height_mm = 7.0;
-  const Machine machine = parse_machine(kMachine, "the Cobra 600");
-  const Folder folder;
-  write_part(folder, part, true);
+  const Machine machine = parse_machine(barnett::kBoxMachine, "the Cobra 600");
+  const barnett::BoxFolder folder(part, true);
   BuildTime times[3];
   for (int n = 0; n < 3; ++n) {
     to.progress(n / 3.0, kNames[n]);

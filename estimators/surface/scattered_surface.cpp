@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace firn::surface {
 namespace {
@@ -18,6 +20,18 @@ struct ScatteredSurface::State {
   cv::Subdiv2D net;
   double x0_mm = 0.0, y0_mm = 0.0;
   std::vector<double> x, y, sum, count;  // by vertex
+
+  // Where Subdiv2D can insert the point: there, or beside it. Its search walks from edge to edge in rounded arithmetic, and where
+  // triangles are needles it may go round in circles for ever; a point some micrometres aside is another way.
+  std::optional<cv::Point2f> place_of(double px, double py) {
+    constexpr double kAside_mm = 0.004;
+    int edge = 0, vertex = 0;
+    for (const auto& [dx, dy] : {std::pair(0.0, 0.0), std::pair(1.0, 0.3), std::pair(-0.3, 1.0), std::pair(-1.0, -0.3), std::pair(0.3, -1.0)}) {
+      const cv::Point2f p(float(px + kAside_mm * dx), float(py + kAside_mm * dy));
+      if (net.locate(p, edge, vertex) != cv::Subdiv2D::PTLOC_ERROR) return p;
+    }
+    return std::nullopt;
+  }
 
   double z(int v) const { return sum[std::size_t(v)] / count[std::size_t(v)]; }
   bool real(int v) const { return v >= kFirstVertex; }
@@ -53,7 +67,9 @@ ScatteredSurface::ScatteredSurface(std::span<const SurfacePoint> points) : state
     const double x = p.x_mm - s.x0_mm, y = p.y_mm - s.y0_mm;
     if (std::abs(x) > kFarthest_mm || std::abs(y) > kFarthest_mm)
       throw std::invalid_argument("scattered points lie more than 10 m apart");
-    const std::size_t v = std::size_t(s.net.insert(cv::Point2f(float(x), float(y))));
+    const std::optional<cv::Point2f> place = s.place_of(x, y);
+    if (!place) continue;
+    const std::size_t v = std::size_t(s.net.insert(*place));
     if (v >= s.x.size()) {
       s.x.resize(v + 1), s.y.resize(v + 1), s.sum.resize(v + 1), s.count.resize(v + 1);
       s.x[v] = x, s.y[v] = y;

@@ -158,4 +158,22 @@ TEST_CASE("Cells without a value take their nearest one's") {
   CHECK(h.at(3, 0) == 2.0);
 }
 
+TEST_CASE("Points in needles, where the triangulation's rounded search goes round in circles, are taken beside their place") {
+  // Passes to and fro over one ring, some micrometres or less apart, as measurement paths of a thin wall have them.
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    RandomStream random(seed, Purpose::kTest, 5);
+    const double apart = std::pow(10.0, -6.0 + 4.0 * random.uniform());
+    std::vector<SurfacePoint> points;
+    for (int pass = 0; pass < 6; ++pass)
+      for (int n = 0; n < 120; ++n) {
+        const double along = (pass % 2 ? 119 - n : n) * 1.25 * (seed % 3 == 0 ? 0.01 : 1.0), aside = apart * (pass + 0.3 * random.uniform());
+        const double turn = seed % 4 == 0 ? 0.0 : 0.7;
+        points.push_back({along * std::cos(turn) - aside * std::sin(turn), along * std::sin(turn) + aside * std::cos(turn), 1.0 + 0.01 * along});
+      }
+    for (int n = 0; n < 60; ++n) points.push_back({-20.0 + 3.0 * n, 40.0 - n, 1.0});
+    CAPTURE(seed);
+    REQUIRE_NOTHROW(ScatteredSurface(points));
+  }
+}
+
 }  // namespace firn::surface
