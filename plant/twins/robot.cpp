@@ -136,7 +136,15 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
     state_.error = 0, state_.state2 = 0;
     return "ACK";
   }
-  if (state_.boot_until_us > 0 || state_.estop || state_.fault) return nak(Nak::kWrongState, name(shown()));
+  const bool refuses = state_.boot_until_us > 0 || state_.estop || state_.fault;
+  if (verb == "SIG") {
+    const int mask = int(words.number(0, 7));
+    if (!words.good()) return nak(Nak::kRange, "mask 0 to 7");
+    if (refuses && mask != 0) return nak(Nak::kWrongState, name(shown()));  // off is never refused
+    set_signals(mask, now_us);
+    return "ACK " + std::to_string(mask);
+  }
+  if (refuses) return nak(Nak::kWrongState, name(shown()));
   if (verb == "POWER") {
     const bool on = words.number(0, 1) != 0;
     if (!words.good()) return nak(Nak::kRange, "POWER 0 or 1");
@@ -157,12 +165,6 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
     if (!words.good()) return nak(Nak::kRange, "1 to 100 percent");
     state_.speed = percent;
     return "ACK " + std::to_string(percent);
-  }
-  if (verb == "SIG") {
-    const int mask = int(words.number(0, 7));
-    if (!words.good()) return nak(Nak::kRange, "mask 0 to 7");
-    set_signals(mask, now_us);
-    return "ACK " + std::to_string(mask);
   }
   if (verb != "MOVEJ" && verb != "MOVEZ") return nak(Nak::kRange, "unknown verb");
   Joints to = wires_.nature().arm().reference();
