@@ -1,6 +1,7 @@
 // How near a closed-loop print comes to its target: final RMS of the true surface, seeds that nothing was tuned on, whole
 // lab in simulated time. 40 x 40 cells, disc of 38, 0.4 mm high.
 //   closed_loop [--plant lu2015|droplets] [--seeds N] [--first SEED] [--scheme WORDS (beside greedy)] [--set KEY=VALUE]... [--json]
+//               [--alone (greedy not)] [--sensor UM (noise per cell, this one only)] [--each (each print, and its error by place)]
 // lu2015: the paper's own model, variation 20 and 40 %, without sensor noise and with 1 um per cell. It is the model that
 // MPC plans with, so it flatters. droplets: Firn's independent plant, as it is by default.
 #include <fmt/core.h>
@@ -17,7 +18,9 @@
 #include "cli/memory_print.h"
 #include "cli/targets.h"
 #include "config/include.h"
+#include "core/grid/npy.h"
 #include "core/statistics/bootstrap.h"
+#include "estimators/droplet/droplet_factors.h"
 
 namespace {
 
@@ -47,14 +50,40 @@ std::vector<Row> rows() {
   // hardly pay are not fired. The last two layers wait for the rim.
   const std::vector<std::string> factors = {"control.height_estimate=kalman", "control.droplet_factors=on", "control.droplet_scatter=0.3",
                                             "control.mpc.error=square", "control.mpc.finish_layers=2"};
+  // The same, the inside waiting for the rim all the way up, and the last layers planned from full ones.
+  const std::vector<std::string> together = and_(factors, {"control.droplet_factors=together", "control.mpc.finish_layers=3"});
   return {{"greedy N=1", {"control.mpc.method=greedy"}},
           {"strips N=1", strips},
           {"strips N=1, learned", and_(strips, learned)},
           {"strips N=3", three},
           {"strips N=3, filter", and_(three, filter)},
           {"strips N=3, factors", and_(three, factors)},
+          {"strips N=3, together", and_(three, together)},
           {"strips N=3, learned", and_(three, learned)},
-          {"the same, squares", and_(and_(three, learned), {"control.mpc.error=square"})}};
+          {"the same, squares", and_(and_(three, learned), {"control.mpc.error=square"})},
+          {"the same, squares and mean", and_(and_(three, learned), {"control.mpc.error=square_mean"})}};
+}
+
+// One print: its error, and mean and mean square of it by place.
+void tell_each(int seed, const MemoryPrintReport& r, const Blobs& inputs, const Experiment& e) {
+  const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
+  const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
+  const Grid<droplet::Place> places = droplet::places_of(mask);
+  fmt::print("  seed {} rms {:.3f} mean {:+.3f} max {:+.2f} min {:+.2f} layers {}", seed, 1e3 * r.error.rms_mm, 1e3 * r.error.mean_mm,
+             1e3 * r.error.max_mm, 1e3 * r.error.min_mm, r.result.layers);
+  constexpr const char* kNames[3] = {"inside", "rim", "between"};
+  for (const int place : {1, 2, 0}) {
+    double n = 0.0, sum = 0.0, square = 0.0, all = 0.0;
+    for (std::size_t c = 0; c < mask.size(); ++c) {
+      if (!mask.cells[c]) continue;
+      all += 1.0;
+      if (int(places.cells[c]) != place) continue;
+      const double error = 1e3 * (r.surface.cells[c] - target.cells[c]);
+      n += 1.0, sum += error, square += error * error;
+    }
+    if (n > 0.0) fmt::print("  {} {:+.3f} sd {:.3f} part of square {:.3f}", kNames[place], sum / n, std::sqrt(std::max(0.0, square / n - sum / n * sum / n)), square / all);
+  }
+  fmt::print("\n");
 }
 
 double cpu_s() {
@@ -67,17 +96,21 @@ double cpu_s() {
 
 int main(int argc, char** argv) {
   int seeds = 20, first = 1001;
-  bool json = false;
+  bool json = false, each = false, alone = false;
   std::string plant = "lu2015", only;
   std::vector<std::string> more;
+  double just_um = -1.0;
   for (int n = 1; n < argc; ++n) {
     const std::string a = argv[n];
     if (a == "--json") json = true;
+    if (a == "--each") each = true;
+    if (a == "--alone") alone = true;
     if (n + 1 >= argc) continue;
     if (a == "--seeds") seeds = std::atoi(argv[++n]);
     else if (a == "--first") first = std::atoi(argv[++n]);
     else if (a == "--plant") plant = argv[++n];
     else if (a == "--scheme") only = argv[++n];
+    else if (a == "--sensor") just_um = std::atof(argv[++n]);
     else if (a == "--set") more.push_back(argv[++n]);
   }
   nlohmann::ordered_json table = nlohmann::json::array();
@@ -87,10 +120,11 @@ int main(int argc, char** argv) {
   const bool own = plant == "droplets";
   std::vector<std::vector<double>> of_greedy;
   for (const Row& row : rows()) {
-    if (!only.empty() && only != row.name && std::string("greedy N=1") != row.name) continue;
+    if (!only.empty() && only != row.name && (alone || std::string("greedy N=1") != row.name)) continue;
     std::size_t set_up = 0;
     for (const double variation : own ? std::vector<double>{0.0} : std::vector<double>{0.2, 0.4})
       for (const double sensor_um : own ? std::vector<double>{1.0 / kPointNoiseOfCell, 1.0} : std::vector<double>{0.0, 1.0}) {
+        if (just_um >= 0.0 && std::abs(sensor_um - just_um) > 0.01) continue;
         Experiment e = lu_lab("cylinder", 38.0, 0.4);
         e.plant.model = plant;
         e.plant.dropout_fraction = own ? Experiment{}.plant.dropout_fraction : 0.0;
@@ -105,8 +139,9 @@ int main(int argc, char** argv) {
         const double before = cpu_s();
         for (int n = 0; n < seeds; ++n) {
           e.plant.seed = std::uint64_t(first + n);
-          const MemoryPrintReport r = print_in_memory(e, inputs);
+          const MemoryPrintReport r = print_in_memory(e, inputs, {.surface = each});
           if (r.result.status != 0) fmt::print(stderr, "{} seed {}: {}\n", row.name, first + n, r.result.reason);
+          if (each) tell_each(first + n, r, inputs, e);
           rms.push_back(1e3 * r.error.rms_mm);
           mean_mm = std::max(mean_mm, std::abs(r.error.mean_mm));
           max_mm = std::max({max_mm, r.error.max_mm, -r.error.min_mm});

@@ -137,7 +137,7 @@ void check_estimator(Rules& r) {
   r.require(!kalman || !has_two_jets(e), {"control.height_estimate"}, "knows one ink; this experiment prints two");
   r.require(!kalman || e.control.smoothing == 0.0, {"control.height_estimate", "control.smoothing"},
             "needs the raw map, whose noise differs from cell to cell: control.smoothing = 0");
-  const bool factors = e.control.droplet_factors == "on";
+  const bool factors = e.control.droplet_factors != "off";
   r.require(!factors || kalman, {"control.droplet_factors", "control.height_estimate"}, "needs control.height_estimate = \"kalman\"");
   r.require(!factors || e.control.adapt_model == "off", {"control.droplet_factors", "control.adapt_model"},
             "and control.adapt_model learn the same: one of them only");

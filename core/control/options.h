@@ -64,6 +64,7 @@ struct MpcOptions {
   int strip_rows = 3;                         ///< kStripDp: widest strip, 1..6
   ErrorKind error = ErrorKind::kAbsolute;
   double price_mm2 = 0.0;                     ///< kSquare: variance that a droplet adds, summed over cells
+  double mean_weight = 0.0;                   ///< kSquare: of the square of the mean error beside the mean of squares
   int anneal_sweeps = 100;                    ///< kStripDp, N > 1: sweeps over all cells and layers; 0: none
   int horizon = 1;                            ///< N
   std::vector<AlphaStep> alpha = {{1, 1.0}};  ///< ascending from_layer; the first one must be 1
@@ -76,6 +77,7 @@ struct MpcOptions {
   bool start_ones = false;
   double min_improvement_mm = 0.0;            ///< end when the best layer betters printing nothing by no more
   double finish_layers = 0.0;                 ///< K of mpc/finish.h; 0: one stage
+  double rim_lead_layers = 0.0;               ///< L of mpc/finish.h; 0: the inside does not wait for the rim
 };
 
 /// What is printed to learn from (core/control/pattern.h).

@@ -19,7 +19,7 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
 }
 
 std::unique_ptr<LayerController> make_mpc(const Setup& setup, const ControlOptions& options) {
-  if (options.mpc.finish_layers == 0.0) return std::make_unique<Mpc>(setup, options);
+  if (options.mpc.finish_layers == 0.0 && options.mpc.rim_lead_layers == 0.0) return std::make_unique<Mpc>(setup, options);
   return std::make_unique<FinishTogether>(setup, options);
 }
 

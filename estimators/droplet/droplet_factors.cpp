@@ -43,7 +43,10 @@ DropletFactors::DropletFactors(const GridSpec& grid, const Mask& mask, const Dro
   require(mask.size() == grid.size(), "the mask does not have the grid's size");
   require(o.prior_std > 0.0 && o.cell_std_mm > 0.0, "prior_std and cell_std_mm must be above 0");
   for (const double walk : o.walk_std) require(std::isfinite(walk) && walk >= 0.0, "a walk_std must not be below 0");
+  require(std::isfinite(o.sparse_std) && o.sparse_std >= 0.0, "sparse_std must not be below 0");
   variance_.fill(o.prior_std * o.prior_std);
+  for (std::size_t c = 0; c < mask.size(); ++c)
+    if (mask.cells[c]) cells_[std::size_t(place_.cells[c])] += 1.0;
 }
 
 void DropletFactors::add_layer(std::span<const double> before, std::span<const Pass> passes, std::span<const double> after,
@@ -64,7 +67,9 @@ void DropletFactors::add_layer(std::span<const double> before, std::span<const P
       }
     }
   }
-  std::array<double, kPlaces> model{}, found{}, cells{};
+  std::array<double, kPlaces> model{}, found{}, cells{}, fired{};
+  for (const Pass& pass : passes)
+    for (const std::uint32_t c : pass.cells) fired[std::size_t(place_.cells[c])] += pass.share;
   for (std::size_t c = 0; c < use.size(); ++c) {
     if (use[c] != Use::kLearn) continue;
     double expected = 0.0;
@@ -79,7 +84,11 @@ void DropletFactors::add_layer(std::span<const double> before, std::span<const P
     variance_[k] += options_.walk_std[k] * options_.walk_std[k];
     if (variance_[k] > options_.prior_std * options_.prior_std) variance_[k] = options_.prior_std * options_.prior_std;
     if (!(model[k] > 0.0)) continue;
-    const double noise = options_.cell_std_mm * options_.cell_std_mm * cells[k] / (model[k] * model[k]);
+    double noise = options_.cell_std_mm * options_.cell_std_mm * cells[k] / (model[k] * model[k]);
+    if (options_.sparse_std > 0.0 && Place(k) != Place::kRim) {
+      const double bare = 1.0 - std::min(1.0, fired[k] / cells_[k]), std = kFullStd + options_.sparse_std * bare * bare;
+      noise = std * std;
+    }
     const double gain = variance_[k] / (variance_[k] + noise);
     factor_[k] = std::clamp(factor_[k] + gain * (found[k] / model[k] - factor_[k]), kLeast, kMost);
     variance_[k] *= 1.0 - gain;

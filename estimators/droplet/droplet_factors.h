@@ -28,6 +28,9 @@ struct DropletFactorOptions {
   std::array<double, 3> walk_std = {0.02, 0.1, 0.02};  ///< by Place: how far a factor goes from layer to layer
   double prior_std = 0.3;     ///< of a factor about 1 at first, and at most, above 0
   double cell_std_mm = 5e-3;  ///< weighs layers: what one cell's rise may differ from the model's, above 0
+  /// Above 0: not cells but fill weighs the layers of places other than the rim. Where all cells fire, found_k is off by
+  /// kFullStd; where a part 1 - p of them does not, by this times (1 - p)^2 more.
+  double sparse_std = 0.0;
 };
 
 /// kRim: beside a cell that is not of the part, or at the grid's edge; kBetween: the next two rows of cells, if the part is
@@ -37,6 +40,7 @@ Grid<Place> places_of(const Mask& mask);
 class DropletFactors {
  public:
   static constexpr double kLeast = 0.3, kMost = 3.0;  ///< factors stay within
+  static constexpr double kFullStd = 0.005;           ///< of a full layer's factor, see sparse_std
   /// The rim's factor is never believed to be less than this part of the inside's. Late in a print, when only the rim is short,
   /// its droplets add a tenth here and half there; planned with their mean, too many are fired, every cell of the rim ends
   /// too high and what runs off raises the cells behind it.
@@ -61,7 +65,7 @@ class DropletFactors {
   Grid<Place> place_;
   deposition::HeightChange<1> model_;
   std::array<double, kPlaces> factor_{1.0, 1.0, 1.0};
-  std::array<double, kPlaces> variance_{};
+  std::array<double, kPlaces> variance_{}, cells_{};
   std::array<Grid<double>, kPlaces> rise_;
   HeightMap height_, changed_;
   DropletPattern drops_;

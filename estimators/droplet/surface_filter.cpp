@@ -17,6 +17,7 @@ SurfaceFilter::SurfaceFilter(const GridSpec& grid, deposition::Border border)
       from_(grid.size(), 0.0) {
   for (int j = 1; j + 1 < grid.ny; ++j)
     for (int i = 1; i + 1 < grid.nx; ++i) inner_[grid.index(i, j)] = 1;
+  for (int n = 0; n < 8; ++n) offset_[std::size_t(n)] = std::ptrdiff_t(kDy[n]) * grid.nx + kDx[n];
 }
 
 Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> use, double noise_variance) const {
@@ -62,29 +63,59 @@ SurfaceFilter::Links SurfaceFilter::links_of(const deposition::DropletModel& m, 
   return links;
 }
 
-std::ptrdiff_t SurfaceFilter::neighbour(std::size_t cell, int n) const {
+std::uint32_t SurfaceFilter::neighbour(std::uint32_t cell, int n) const {
   if (!inner_[cell]) {
-    const int i = int(cell % std::size_t(grid_.nx)) + kDx[n], j = int(cell / std::size_t(grid_.nx)) + kDy[n];
-    if (!grid_.contains(i, j)) return -1;
+    const int i = int(cell) % grid_.nx + kDx[n], j = int(cell) / grid_.nx + kDy[n];
+    if (!grid_.contains(i, j)) return cell;
   }
-  return std::ptrdiff_t(cell) + std::ptrdiff_t(kDy[n]) * grid_.nx + kDx[n];
+  return std::uint32_t(std::ptrdiff_t(cell) + offset_[std::size_t(n)]);
 }
 
-void SurfaceFilter::pass_mean(const Pass& pass, std::vector<double>& h, std::span<const double> variance,
-                              const Links& links, double drop_mm) {
+void SurfaceFilter::exchange(const Pass& pass, std::span<const double> h, std::span<const double> variance, const Links& links,
+                             bool sensitive) {
+  const std::size_t count = pass.cells.size();
+  droplets_ = count + count % 2;
+  give_mm_.resize(8 * droplets_);
+  if (sensitive) sensitivity_.resize(8 * droplets_);
+  for (int n = 0; n < 8; ++n) {
+    const SoftLink& link = links[std::size_t(n)];
+    double* const give = give_mm_.data() + std::size_t(n) * droplets_;
+    double* const k = sensitivity_.data() + (sensitive ? std::size_t(n) * droplets_ : 0);
+    const std::ptrdiff_t offset = offset_[std::size_t(n)];
+    for (std::size_t at = 0; at < count; at += 2) {
+      const std::uint32_t a = pass.cells[at], b = pass.cells[at + 1 < count ? at + 1 : at];
+      const std::size_t to_a = inner_[a] ? std::size_t(a) + std::size_t(offset) : neighbour(a, n);
+      const std::size_t to_b = inner_[b] ? std::size_t(b) + std::size_t(offset) : neighbour(b, n);
+      const Two d{h[a] - h[to_a], h[b] - h[to_b]}, v{variance[a] + variance[to_a], variance[b] + variance[to_b]};
+      _mm_storeu_pd(give + at, link.spread_mm(d, v));
+      if (sensitive) _mm_storeu_pd(k + at, link.sensitivity(d, v));
+    }
+  }
+}
+
+void SurfaceFilter::settle(const Pass& pass, std::vector<double>& h, const Links& links, double drop_mm) {
   std::fill(change_.begin(), change_.end(), 0.0);
-  for (const std::uint32_t c : pass.cells) {
+  for (std::size_t at = 0; at < pass.cells.size(); ++at) {
+    const std::uint32_t c = pass.cells[at];
     double own = drop_mm;
+    const double* give_mm = give_mm_.data() + at;
+    if (inner_[c]) {
+      for (std::size_t n = 0; n < 8; ++n) {
+        const double give = give_mm[n * droplets_];
+        own -= give;
+        change_[c + std::size_t(offset_[n])] += give;
+      }
+      change_[c] += own;
+      continue;
+    }
     for (int n = 0; n < 8; ++n) {
-      const SoftLink& link = links[std::size_t(n)];
-      const std::ptrdiff_t to = neighbour(c, n);
-      if (to < 0) {
-        own -= border_ == deposition::Border::kLose ? link.w_mm : 0.0;
+      if (!on_grid(c, n)) {
+        own -= border_ == deposition::Border::kLose ? links[std::size_t(n)].w_mm : 0.0;
         continue;
       }
-      const double give = link.spread_mm(h[c] - h[std::size_t(to)], variance[c] + variance[std::size_t(to)]);
+      const double give = give_mm[std::size_t(n) * droplets_];
       own -= give;
-      change_[std::size_t(to)] += give;
+      change_[neighbour(c, n)] += give;
     }
     change_[c] += own;
   }
@@ -102,18 +133,18 @@ void SurfaceFilter::predict(Layer& layer, Surface& s, const deposition::DropletM
     // own_: the cell's own share of its error that is left; from_: variance that its neighbours' errors bring.
     std::fill(own_.begin(), own_.end(), 1.0);
     std::fill(from_.begin(), from_.end(), 0.0);
-    for (const std::uint32_t c : pass.cells) {
+    exchange(pass, s.height_mm, s.variance_mm2, links, true);
+    for (std::size_t at = 0; at < pass.cells.size(); ++at) {
+      const std::uint32_t c = pass.cells[at];
       double own_mm = drop_mm;
       for (int n = 0; n < 8; ++n) {
-        const SoftLink& link = links[std::size_t(n)];
-        const std::ptrdiff_t at = neighbour(c, n);
-        if (at < 0) {
-          own_mm -= border_ == deposition::Border::kLose ? link.w_mm : 0.0;
+        if (!on_grid(c, n)) {
+          own_mm -= border_ == deposition::Border::kLose ? links[std::size_t(n)].w_mm : 0.0;
           continue;
         }
-        const std::size_t to = std::size_t(at);
-        const double d = s.height_mm[c] - s.height_mm[to], v = s.variance_mm2[c] + s.variance_mm2[to];
-        const double give = link.spread_mm(d, v), k = pass.share * link.sensitivity(d, v);
+        const std::uint32_t to = neighbour(c, n);
+        const std::size_t link = std::size_t(n) * droplets_ + at;
+        const double give = give_mm_[link], k = pass.share * sensitivity_[link];
         own_mm -= give;
         layer.scatter_mm2[to] += pass.share * give * give;
         own_[c] -= k, own_[to] -= k;
@@ -121,7 +152,7 @@ void SurfaceFilter::predict(Layer& layer, Surface& s, const deposition::DropletM
       }
       layer.scatter_mm2[c] += pass.share * own_mm * own_mm;
     }
-    pass_mean(pass, s.height_mm, layer.variance_mm2[p], links, drop_mm);
+    settle(pass, s.height_mm, links, drop_mm);
     for (std::size_t c = 0; c < grid_.size(); ++c)
       s.variance_mm2[c] = own_[c] * own_[c] * s.variance_mm2[c] + from_[c];
   }
@@ -152,8 +183,10 @@ void SurfaceFilter::differences(const Layer& layer, std::vector<double>& h, cons
                                 double scatter, std::span<double> difference) {
   const Links links = links_of(model, scatter);
   const double drop_mm = model.layer_height_mm();
-  for (std::size_t p = 0; p < layer.passes.size(); ++p)
-    pass_mean(layer.passes[p], h, layer.variance_mm2[p], links, drop_mm);
+  for (std::size_t p = 0; p < layer.passes.size(); ++p) {
+    exchange(layer.passes[p], h, layer.variance_mm2[p], links, false);
+    settle(layer.passes[p], h, links, drop_mm);
+  }
   for (std::size_t c = 0; c < h.size(); ++c) {
     difference[c] = 0.0;
     if (layer.use[c] == Use::kNothing) continue;

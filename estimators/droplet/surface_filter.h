@@ -70,15 +70,23 @@ class SurfaceFilter {
  private:
   using Links = std::array<SoftLink, 8>;
   Links links_of(const deposition::DropletModel& model, double scatter) const;
-  /// Neighbour n of a cell, or -1 off the grid.
-  std::ptrdiff_t neighbour(std::size_t cell, int n) const;
-  void pass_mean(const Pass& pass, std::vector<double>& height_mm, std::span<const double> variance_mm2,
-                 const Links& links, double drop_mm);
+  /// Neighbour n of a cell; the cell itself where that is off the grid.
+  std::uint32_t neighbour(std::uint32_t cell, int n) const;
+  bool on_grid(std::uint32_t cell, int n) const { return inner_[cell] || neighbour(cell, n) != cell; }
+  /// What each droplet of the pass gives to its neighbours (to cells off the grid: anything), and how that changes with
+  /// their heights if `sensitive`.
+  void exchange(const Pass& pass, std::span<const double> height_mm, std::span<const double> variance_mm2, const Links& links,
+                bool sensitive);
+  /// Moves the heights past a pass whose exchange() was the last one.
+  void settle(const Pass& pass, std::vector<double>& height_mm, const Links& links, double drop_mm);
 
   GridSpec grid_;
   deposition::Border border_;
-  std::vector<std::uint8_t> inner_;                ///< all eight neighbours are on the grid
-  std::vector<double> change_, own_, from_;        // workspace
+  std::vector<std::uint8_t> inner_;                ///< all eight neighbours are on the grid,
+  std::array<std::ptrdiff_t, 8> offset_{};         ///< where they are
+  std::vector<double> change_, own_, from_;        // workspace,
+  std::vector<double> give_mm_, sensitivity_;      // of neighbour n and droplet k of the pass at n * droplets_ + k
+  std::size_t droplets_ = 0;                       // of the pass, an even number
 };
 
 }  // namespace firn::droplet

@@ -13,6 +13,7 @@ namespace {
 
 // A map that tells no noise has less than the sensor's resolution shows.
 constexpr double kLeastNoise_mm = 1e-4;
+constexpr double kSparseStd = 0.4;  // control.droplet_factors = "together"
 
 droplet::HeightFilterOptions options_of(const Experiment& e) {
   return {{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
@@ -26,10 +27,11 @@ HeightEstimate::HeightEstimate(const Experiment& e, Mask mask)
     : mask_(std::move(mask)), grid_(e.grid), model_(options_of(e).model), droplet_scatter_(e.control.droplet_scatter),
       filter_(e.grid, options_of(e)) {
   if (mask_.size() != grid_.size()) throw std::invalid_argument("height estimate: the mask does not have the grid's size");
-  if (e.control.droplet_factors != "on") return;
+  if (e.control.droplet_factors == "off") return;
   droplet::DropletFactorOptions o;
   o.model = model_;
   o.border = options_of(e).border;
+  if (e.control.droplet_factors == "together") o.sparse_std = kSparseStd;
   factors_.emplace(grid_, mask_, o);
 }
 

@@ -16,6 +16,8 @@ namespace {
 
 constexpr TimerId kLateReports{1};
 constexpr double kWaitForReports_s = 2.0;
+constexpr double kMeanWeight = 8.0;      // control.mpc.error = "square_mean"
+constexpr double kRimLead_layers = 1.5;  // control.droplet_factors = "together"
 
 control::Rounding rounding_of(const std::string& name) {
   return name == "nearest" ? control::Rounding::kNearest
@@ -49,10 +51,11 @@ control::ControlOptions control_options(const Experiment& e) {
   o.mpc.anneal_sweeps = c.mpc.anneal_sweeps;
   o.mpc.strip_rows = c.mpc.strip_rows;
   o.mpc.horizon = c.mpc.horizon;
-  if (c.mpc.error == "square") {
+  if (c.mpc.error != "absolute") {
     const ModelConfig& h = e.model;
     o.mpc.error = control::ErrorKind::kSquare;
     o.mpc.price_mm2 = c.droplet_scatter * c.droplet_scatter * (h.h1_mm * h.h1_mm + 4.0 * h.h2_mm * h.h2_mm + 4.0 * h.h3_mm * h.h3_mm);
+    if (c.mpc.error == "square_mean") o.mpc.mean_weight = kMeanWeight;
   }
   o.mpc.alpha.clear();
   for (const AlphaStep& a : c.mpc.alpha) o.mpc.alpha.push_back({a.from_layer, a.alpha});
@@ -60,6 +63,7 @@ control::ControlOptions control_options(const Experiment& e) {
   o.mpc.max_evaluations = c.mpc.max_evaluations;
   o.mpc.max_drops = c.mpc.max_drops;
   o.mpc.finish_layers = c.mpc.finish_layers;
+  if (c.droplet_factors == "together") o.mpc.rim_lead_layers = kRimLead_layers;
   o.mpc.min_improvement_mm = c.mpc.min_improvement_mm;
   o.registration = {c.registration.layers, c.registration.spacing_cells};
   const PatternConfig& p = c.pattern;

@@ -42,6 +42,24 @@ TEST_CASE("(5): on a surface that is known exactly a soft link is w sat(d)") {
   for (double d = -0.01; d < 0.01; d += 0.0003) CHECK(link.spread_mm(d, 0.0) == Approx(w * deposition::sat(h1 + w, d)).margin(1e-15));
 }
 
+TEST_CASE("What two droplets give, computed side by side, is to the bit what each gives alone") {
+  RandomStream random(9, Purpose::kTest);
+  const SoftLink links[2] = {{0.6e-3, 0.6 / 5.0, 5.0e-3, 4e-8}, {0.2e-3, 0.2 / 4.6, 4.6e-3, 0.0}};
+  for (int trial = 0; trial < 20000; ++trial) {
+    double d[2], v[2];
+    for (int k = 0; k < 2; ++k) {
+      d[k] = trial % 7 == 0 ? 0.0 : random.uniform(-0.01, 0.01);
+      v[k] = random.below(4) == 0 ? 0.0 : 1e-6 * random.uniform(0.0, 4.0);
+    }
+    const SoftLink& link = links[trial % 2];
+    const Two give = link.spread_mm(Two{d[0], d[1]}, Two{v[0], v[1]}), k = link.sensitivity(Two{d[0], d[1]}, Two{v[0], v[1]});
+    for (int n = 0; n < 2; ++n) {
+      REQUIRE(give[n] == link.spread_mm(d[n], v[n]));
+      REQUIRE(k[n] == link.sensitivity(d[n], v[n]));
+    }
+  }
+}
+
 TEST_CASE("3 x 3 inverse, determinant, sandwich and least eigenvalue agree with Eigen") {
   RandomStream random(5, Purpose::kTest);
   for (int trial = 0; trial < 200; ++trial) {

@@ -87,6 +87,23 @@ TEST_CASE("Layers of few droplets hardly move what full layers have told") {
   CHECK(std::abs(p.factors.at(Place::kInside) - told) < 0.02);
 }
 
+TEST_CASE("Weighed by fill, a full layer tells the flow to 1 % at once, and what half-filled ones tell too much is not believed") {
+  DropletFactorOptions o;
+  o.sparse_std = 0.4;
+  Print p;
+  p.factors = DropletFactors(p.grid, p.mask, o);
+  double factor = 0.9, worst = 0.0;
+  for (int layer = 1; layer <= 30; ++layer) {
+    factor = std::min(1.25, std::max(0.75, factor + p.random.uniform(-0.034, 0.034)));
+    p.layer(factor, 1.0, 3e-4);
+    if (layer > 1) worst = std::max(worst, std::abs(p.factors.at(Place::kInside) - factor));
+  }
+  CHECK(worst < 0.01);
+  const double told = p.factors.at(Place::kInside);
+  for (int layer = 1; layer <= 3; ++layer) p.layer(1.25 * factor, 0.2, 3e-4);
+  CHECK(std::abs(p.factors.at(Place::kInside) - told) < 0.25 * std::abs(1.25 * factor - told));
+}
+
 TEST_CASE("Droplets that spread wider than the model's, with the same volume, do not pass for smaller ones") {
   Print p({2.8e-3, 0.9e-3, 0.3e-3});
   for (int layer = 1; layer <= 12; ++layer) p.layer(1.0, 0.5, 1e-4);
@@ -112,5 +129,8 @@ TEST_CASE("Options of the droplet factors out of range are refused by name") {
   o = {};
   o.walk_std[1] = -1.0;
   CHECK_THROWS_WITH(DropletFactors(g, Mask(g, 1), o), Catch::Matchers::Contains("walk_std"));
+  o = {};
+  o.sparse_std = -0.1;
+  CHECK_THROWS_WITH(DropletFactors(g, Mask(g, 1), o), Catch::Matchers::Contains("sparse_std"));
   CHECK_THROWS_WITH(DropletFactors(g, Mask(GridSpec{8, 7}, 1), {}), Catch::Matchers::Contains("mask"));
 }

@@ -75,14 +75,15 @@ class FlipCost {
   }
   void note() {  // the sums have changed
     squares_ = field_.second_mm2 + cost_.price_mm2 * field_.droplets;
-    error_ = Root(squares_ * per_cell_);
+    mean_part_ = cost_.mean_weight * field_.first_mm * field_.first_mm * per_cell_;
+    error_ = Root((squares_ + mean_part_) * per_cell_);
     const double mean = field_.first_mm * per_cell_;
     deviation_ = Root(field_.second_mm2 * per_cell_ - mean * mean);
   }
   double worse_mm(const FlipSums& s, double sign) const {
     double worse = cost_.alpha * s.abs_error_mm;
     if (cost_.error == ErrorKind::kSquare)
-      worse = cost_.alpha * field_.cells * error_.rise_to((squares_ + s.second_mm2 + cost_.price_mm2 * sign) * per_cell_);
+      worse = cost_.alpha * field_.cells * error_.rise_to((squares_ + s.second_mm2 + cost_.price_mm2 * sign + mean_part(s)) * per_cell_);
     if (cost_.alpha < 1.0) {
       const double mean = (field_.first_mm + s.first_mm) * per_cell_;
       worse += (1.0 - cost_.alpha) * field_.cells * deviation_.rise_to((field_.second_mm2 + s.second_mm2) * per_cell_ - mean * mean);
@@ -91,9 +92,14 @@ class FlipCost {
   }
 
  private:
+  double mean_part(const FlipSums& s) const {
+    const double sum_mm = field_.first_mm + s.first_mm;
+    return cost_.mean_weight * sum_mm * sum_mm * per_cell_;
+  }
+
   const PlanField& field_;
   const PlanCost& cost_;
-  double per_cell_, squares_ = 0.0;
+  double per_cell_, squares_ = 0.0, mean_part_ = 0.0;
   Root error_{0.0}, deviation_{0.0};
 };
 

@@ -68,7 +68,11 @@ class Descent {
   bool surely_worse(const Move& m) const {
     const FlipSums s = flips_->sums(m.layer, flips_->field().at(m.cell));
     const PlanCost& cost = objective_.cost();
-    if (cost.error == ErrorKind::kSquare) return s.second_mm2 + cost.price_mm2 * m.change > margin_mm2_;
+    if (cost.error == ErrorKind::kSquare) {
+      const PlanField& f = flips_->field();
+      const double mean_part = cost.mean_weight * s.first_mm * (2.0 * f.first_mm + s.first_mm) / f.cells;
+      return s.second_mm2 + cost.price_mm2 * m.change + mean_part > margin_mm2_;
+    }
     return s.abs_error_mm > margin_mm_;
   }
 

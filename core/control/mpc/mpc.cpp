@@ -26,6 +26,7 @@ const MpcOptions& checked(const MpcOptions& o) {
           "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
   require(o.strip_rows >= 1 && o.strip_rows <= 6, "strip_rows = " + std::to_string(o.strip_rows) + " is outside 1..6");
   require(o.price_mm2 >= 0.0, "price_mm2 = " + std::to_string(o.price_mm2) + " must not be below 0");
+  require(o.mean_weight >= 0.0, "mean_weight = " + std::to_string(o.mean_weight) + " must not be below 0");
   require(o.anneal_sweeps >= 0, "anneal_sweeps = " + std::to_string(o.anneal_sweeps) + " must not be below 0");
   require(o.subset >= 1, "subset = " + std::to_string(o.subset) + " must be 1 or more");
   require(o.max_evaluations >= 1,
@@ -53,7 +54,7 @@ Mpc::Mpc(const Setup& setup, const ControlOptions& options)
       noise_gate_(options.noise_gate) {}
 
 mpc::HorizonObjective& Mpc::objective() {
-  if (!objective_) objective_.emplace(setup_, options_.horizon, options_.max_drops, options_.error, options_.price_mm2);
+  if (!objective_) objective_.emplace(setup_, options_.horizon, options_.max_drops, options_.error, options_.price_mm2, options_.mean_weight);
   return *objective_;
 }
 

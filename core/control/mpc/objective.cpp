@@ -7,13 +7,13 @@
 
 namespace firn::control::mpc {
 
-HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, ErrorKind error, double price_mm2)
+HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, ErrorKind error, double price_mm2, double mean_weight)
     : grid_(s.grid),
       model_(s.grid, deposition::stencil_of(s.model), s.border),
       surface_(s.grid),
       predicted_(s.grid),
       max_drops_(max_drops),
-      cost_{1.0, error, price_mm2},
+      cost_{1.0, error, price_mm2, mean_weight},
       row_(std::size_t(s.grid.nx) + 2),
       plan_(std::size_t(horizon), DropletPattern(s.grid)) {
   const std::size_t n = row_ * (std::size_t(s.grid.ny) + 2),
@@ -221,8 +221,9 @@ void HorizonObjective::note_height(std::size_t p) {
 }
 
 double HorizonObjective::square_of(const Sums& s) const {
+  const double mean = reference_mm_ + s.first * per_cell_;
   return std::max(0.0, (s.second + cost_.price_mm2 * s.droplets) * per_cell_ +
-                           reference_mm_ * (2.0 * s.first * per_cell_ + reference_mm_));
+                           reference_mm_ * (2.0 * s.first * per_cell_ + reference_mm_) + cost_.mean_weight * mean * mean);
 }
 
 // The difference of two roots by their squares: no cancellation, however many cells share one droplet.
@@ -230,7 +231,9 @@ double HorizonObjective::gain_of(const Sums& c) const {
   double error_part = cost_.alpha * c.abs_error * per_cell_;
   if (cost_.error == ErrorKind::kSquare) {
     const double before = square_of(sums_);
-    const double rise = (c.second + cost_.price_mm2 * c.droplets + 2.0 * reference_mm_ * c.first) * per_cell_;
+    const double mean = reference_mm_ + sums_.first * per_cell_, mean_rise = c.first * per_cell_;
+    const double rise = (c.second + cost_.price_mm2 * c.droplets + 2.0 * reference_mm_ * c.first) * per_cell_ +
+                        cost_.mean_weight * mean_rise * (2.0 * mean + mean_rise);
     const double now = std::max(0.0, before + rise), roots = std::sqrt(now) + std::sqrt(before);
     error_part = roots > 0.0 ? cost_.alpha * ((now - before) / roots) : 0.0;
   }

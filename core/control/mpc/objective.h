@@ -28,9 +28,9 @@ struct Move {
 /// rounding; refresh() recomputes everything, and is to be called before a result is trusted.
 class HorizonObjective {
  public:
-  /// @param price_mm2 of a droplet, see PlanCost
+  /// @param price_mm2 of a droplet, @param mean_weight see PlanCost
   HorizonObjective(const Setup& setup, int horizon, int max_drops, ErrorKind error = ErrorKind::kAbsolute,
-                   double price_mm2 = 0.0);
+                   double price_mm2 = 0.0, double mean_weight = 0.0);
 
   /// The surface to print on (finite everywhere) and the weight of Eq. (8). A plan must follow.
   /// @param materials ink of each cell in each layer of the horizon; none: one ink

@@ -18,7 +18,7 @@ TEST_CASE("descent that looks in single precision first makes the same moves, tr
     const ErrorKind error = seed % 3 == 0 ? ErrorKind::kSquare : ErrorKind::kAbsolute;
     for (double& h : in.height.cells) h -= in.setup.model.layer_height_mm() * random.uniform(0.0, double(layers) - 0.5);
     const std::vector<MaterialMap> materials(std::size_t(horizon), in.materials);
-    HorizonObjective plain(in.setup, horizon, 1, error, 1e-7);
+    HorizonObjective plain(in.setup, horizon, 1, error, 1e-7, seed % 2 ? 3.0 : 0.0);
     plain.set_surface(in.height, 1.0, materials);
     std::vector<DropletPattern> plan(std::size_t(horizon), DropletPattern(in.setup.grid));
     for (int n = 0; n < layers; ++n) plan[std::size_t(n)] = random_drops(in, random);

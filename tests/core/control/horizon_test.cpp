@@ -175,12 +175,12 @@ TEST_CASE("The single-precision field anneals to plans whose heights are the mod
   }
 }
 
-TEST_CASE("Squares: the objective is the root of the mean square with each droplet's price, move by move and in the field") {
+TEST_CASE("Squares: the objective is the root of the mean square with each droplet's price and the mean's weight, move by move and in the field") {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const int horizon = 1 + int(seed % 3);
     const StripInstance in = deep_instance(seed, 9, 8, double(horizon));
-    const double alpha = seed % 2 ? 1.0 : 0.7, price_mm2 = 2e-7 * double(seed % 4);
-    mpc::HorizonObjective objective(in.setup, horizon, 1, ErrorKind::kSquare, price_mm2);
+    const double alpha = seed % 2 ? 1.0 : 0.7, price_mm2 = 2e-7 * double(seed % 4), weight = 2.0 * double(seed % 3);
+    mpc::HorizonObjective objective(in.setup, horizon, 1, ErrorKind::kSquare, price_mm2, weight);
     objective.set_surface(in.height, alpha);
     RandomStream random(seed, Purpose::kTest);
     objective.set_plan(std::vector<DropletPattern>(std::size_t(horizon), random_drops(in, random)));
@@ -188,13 +188,14 @@ TEST_CASE("Squares: the objective is the root of the mean square with each dropl
     const auto expected_mm = [&] {
       Predictor predict(in.setup);
       HeightMap h = in.height;
-      double droplets = 0.0, squares = 0.0;
+      double droplets = 0.0, squares = 0.0, sum = 0.0;
       for (const DropletPattern& u : plan_of(objective)) h = predict.after(h, u), droplets += double(u.total());
       for (const std::uint32_t c : cells) {
         const double e = h.cells[c] - in.setup.target.cells[c];
-        squares += e * e;
+        squares += e * e, sum += e;
       }
-      return alpha * std::sqrt((squares + price_mm2 * droplets) / double(cells.size())) +
+      const double mean = sum / double(cells.size());
+      return alpha * std::sqrt((squares + price_mm2 * droplets) / double(cells.size()) + weight * mean * mean) +
              (1.0 - alpha) * objective_mm(h, in.setup.target, in.setup.mask, 1e-300);
     };
     for (int n = 0; n < 30; ++n) {
@@ -215,8 +216,37 @@ TEST_CASE("Squares: the objective is the root of the mean square with each dropl
     ControlOptions o = options(MpcMethod::kStripDp, horizon, alpha);
     o.mpc.error = ErrorKind::kSquare;
     o.mpc.price_mm2 = price_mm2;
+    o.mpc.mean_weight = weight;
     const Decision d = Mpc(in.setup, o).decide({in.height, 1, 0, 0.0});
     CHECK(d.objective_mm <= objective.value_mm() * 1.05);
     CHECK(d.objective_mm <= d.objective_none_mm);
   }
+}
+
+TEST_CASE("The mean's weight brings the mean of what MPC plans nearer to zero, and costs squares") {
+  double with_mm = 0.0, without_mm = 0.0, more_mm2 = 0.0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const StripInstance in = deep_instance(seed, 12, 11, 1.0);
+    double square_mm2[2] = {}, mean_mm[2] = {};
+    for (const int weighted : {0, 1}) {
+      ControlOptions o = options(MpcMethod::kStripDp, 1);
+      o.mpc.error = ErrorKind::kSquare;
+      o.mpc.mean_weight = 4.0 * weighted;
+      const Decision d = Mpc(in.setup, o).decide({in.height, 1, 0, 0.0});
+      const HeightMap after = Predictor(in.setup).after(in.height, d.drops);
+      const ErrorStats e = error_stats(after, in.setup.target, in.setup.mask);
+      mean_mm[weighted] = e.mean_mm, square_mm2[weighted] = e.rms_mm * e.rms_mm;
+      CHECK(d.objective_mm <= d.objective_none_mm);
+    }
+    without_mm += std::abs(mean_mm[0]), with_mm += std::abs(mean_mm[1]), more_mm2 += square_mm2[1] - square_mm2[0];
+  }
+  INFO(with_mm << " instead of " << without_mm << ", squares " << more_mm2 << " more");
+  CHECK(with_mm < 0.7 * without_mm);
+}
+
+TEST_CASE("A mean weight below 0 is refused by name") {
+  const StripInstance in = deep_instance(1, 5, 5, 1.0);
+  ControlOptions o = options(MpcMethod::kStripDp, 2);
+  o.mpc.mean_weight = -1.0;
+  CHECK_THROWS_WITH(Mpc(in.setup, o), Catch::Contains("mean_weight"));
 }
