@@ -1,6 +1,7 @@
 #include "replay/study_plots.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -138,7 +139,7 @@ std::string trade_off_plot(const StudyTable& t, const StudyAnalysis& a, std::siz
   constexpr double kLeft = 70, kBottom = 320;
   const double room = std::max(0.05 * high, 0.12 * (high - low));
   const Axis x(low - room, high + 2.0 * room, kLeft, kRight, 7), y(0.0, 1.08 * top, kBottom, kTop, 6);
-  const auto named = [](const StudyMetric& m) { return m.meaning + (m.unit.empty() ? "" : " [" + m.unit + "]"); };
+  const auto named = [](const StudyMetric& m) { return m.name + (m.unit.empty() ? "" : " [" + m.unit + "]"); };
   std::string s = svg_open(660, kBottom + 50, named(t.metrics[y_metric]) + " against " + named(t.metrics[x_metric]));
   for (const Axis::Tick& tick : x.ticks())
     s += form("<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/>", x.px(tick.value), kTop, kBottom) + svg_text(x.px(tick.value), kBottom + 17, "middle", "tick", tick.text);
@@ -146,14 +147,22 @@ std::string trade_off_plot(const StudyTable& t, const StudyAnalysis& a, std::siz
     s += form("<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/>", kLeft, y.px(tick.value), kRight) + svg_text(kLeft - 8, y.px(tick.value) + 4, "end", "tick", tick.text);
   s += svg_text((kLeft + kRight) / 2, kBottom + 38, "middle", "name", named(t.metrics[x_metric]));
   s += form("<g transform=\"translate(16 %.1f) rotate(-90)\">", (kTop + kBottom) / 2) + svg_text(0, 0, "middle", "name", named(t.metrics[y_metric])) + "</g>\n";
+  std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.x->mean > b.x->mean; });
+  std::vector<std::array<double, 3>> taken;  // left, right, height of the labels so far: each goes to the first free height above its mark
   for (const Mark& m : marks) {
     const double px = x.px(m.x->mean), py = y.px(m.y->mean);
+    const std::string label = t.arms[m.arm] + (a.failed[m.arm] ? form(" (%d stopped)", a.failed[m.arm]) : "");
+    constexpr double kCharacter = 6.6, kLine = 14;
+    std::array<double, 3> room{px + 8, px + 8 + kCharacter * double(label.size()), py - 7};
+    const auto meets = [&](const auto& o) { return room[0] < o[1] && o[0] < room[1] && std::abs(room[2] - o[2]) < kLine; };
+    while (std::any_of(taken.begin(), taken.end(), meets) && room[2] > kTop + kLine) room[2] -= 1.0;
+    taken.push_back(room);
     const std::string colour = "var(--c" + std::to_string(m.arm % 6) + ")";
     if (std::isfinite(m.y->interval.low))
       s += form("<path d=\"M%.1f %.1fV%.1f\" stroke-width=\"2\" stroke=\"", px, y.px(std::max(0.0, m.y->interval.low)), y.px(m.y->interval.high)) + colour + "\"/>";
     if (std::isfinite(m.x->interval.low))
       s += form("<path d=\"M%.1f %.1fH%.1f\" stroke-width=\"2\" stroke=\"", x.px(m.x->interval.low), py, x.px(m.x->interval.high)) + colour + "\"/>";
-    s += form("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"", px, py) + colour + "\"/>" + svg_text(px + 8, py - 7, "start", "tick", t.arms[m.arm] + (a.failed[m.arm] ? form(" (%d stopped)", a.failed[m.arm]) : "")) + "\n";
+    s += form("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"", px, py) + colour + "\"/>" + svg_text(room[0], room[2], "start", "tick", label) + "\n";
   }
   return s + "</svg>\n";
 }
