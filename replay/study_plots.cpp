@@ -148,14 +148,19 @@ std::string trade_off_plot(const StudyTable& t, const StudyAnalysis& a, std::siz
   s += svg_text((kLeft + kRight) / 2, kBottom + 38, "middle", "name", named(t.metrics[x_metric]));
   s += form("<g transform=\"translate(16 %.1f) rotate(-90)\">", (kTop + kBottom) / 2) + svg_text(0, 0, "middle", "name", named(t.metrics[y_metric])) + "</g>\n";
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.x->mean > b.x->mean; });
-  std::vector<std::array<double, 3>> taken;  // left, right, height of the labels so far: each goes to the first free height above its mark
+  std::vector<std::array<double, 3>> taken;  // left, right, height of the labels so far: each goes to the free height nearest to its mark
   for (const Mark& m : marks) {
     const double px = x.px(m.x->mean), py = y.px(m.y->mean);
     const std::string label = t.arms[m.arm] + (a.failed[m.arm] ? form(" (%d stopped)", a.failed[m.arm]) : "");
     constexpr double kCharacter = 6.6, kLine = 14;
     std::array<double, 3> room{px + 8, px + 8 + kCharacter * double(label.size()), py - 7};
     const auto meets = [&](const auto& o) { return room[0] < o[1] && o[0] < room[1] && std::abs(room[2] - o[2]) < kLine; };
-    while (std::any_of(taken.begin(), taken.end(), meets) && room[2] > kTop + kLine) room[2] -= 1.0;
+    for (double aside = 0.0; aside < kBottom; aside += 1.0) {
+      room[2] = py - 7 - aside;
+      if (room[2] > kTop + kLine && std::none_of(taken.begin(), taken.end(), meets)) break;
+      room[2] = py - 7 + aside;
+      if (room[2] < kBottom - 4 && std::none_of(taken.begin(), taken.end(), meets)) break;
+    }
     taken.push_back(room);
     const std::string colour = "var(--c" + std::to_string(m.arm % 6) + ")";
     if (std::isfinite(m.y->interval.low))
