@@ -27,9 +27,8 @@ void add_place(Vec p, std::size_t begin, std::vector<Vec>& points) {
 
 void Lacks::keep(const Component& component, double d) {
   d_ = d;
-  kept_.clear();
-  kept_.reserve(component.pieces.size());
-  for (const Piece& piece : component.pieces) kept_.push_back({piece.source, piece.from});
+  kept_.resize(component.pieces.size());
+  for (std::size_t i = 0; i < kept_.size(); ++i) kept_[i] = {component.pieces[i].source, component.pieces[i].from};
   ends_ = component.ends;
 }
 
@@ -37,20 +36,21 @@ void Lacks::find(std::span<const Source> sources, std::span<const Component> out
                  Stretches& stretches) {
   sources_ = sources;
   at_.resize(sources.size(), kGone);
-  ahead_.clear();
+  std::size_t pieces = 0;
+  for (const Component& component : out) pieces += component.pieces.size();
+  ahead_.resize(pieces);
+  std::size_t here = 0;
   for (const Component& component : out) {
-    std::size_t begin = 0;
+    std::size_t i = 0;
     for (const std::uint32_t end : component.ends) {
-      const std::int32_t first = std::int32_t(ahead_.size());
-      for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t first = here;
+      for (; i < end; ++i, ++here) {
         const Piece& piece = component.pieces[i];
-        const std::int32_t here = std::int32_t(ahead_.size());
-        ahead_.push_back({piece.from, here + 1});
+        ahead_[here] = {piece.from, piece.source, std::int32_t(here + 1)};
         std::int32_t& at = at_[std::size_t(piece.source)];
-        at = at == kGone ? here : kSeveral;
+        at = at == kGone ? std::int32_t(here) : kSeveral;
       }
-      if (end > begin) ahead_.back().next = first;
-      begin = end;
+      if (here > first) ahead_[here - 1].next = std::int32_t(first);
     }
   }
   std::size_t begin = 0;
@@ -58,8 +58,7 @@ void Lacks::find(std::span<const Source> sources, std::span<const Component> out
     find_in(std::span(kept_).subspan(begin, end - begin), limits, sagitta, stretches);
     begin = end;
   }
-  for (const Component& component : out)
-    for (const Piece& piece : component.pieces) at_[std::size_t(piece.source)] = kGone;
+  for (const Ahead& piece : ahead_) at_[std::size_t(piece.source)] = kGone;
 }
 
 void Lacks::find_in(std::span<const Kept> loop, const LackLimits& limits, double sagitta, Stretches& stretches) {
@@ -70,14 +69,24 @@ void Lacks::find_in(std::span<const Kept> loop, const LackLimits& limits, double
     add_all(loop, limits, sagitta, stretches);
     return;
   }
+  const double square = limits.near * limits.near;
+  std::int32_t a = at_[std::size_t(loop[first].source)];
   for (std::size_t i = first, walked = 0; walked < n;) {
-    std::size_t j = i, steps = 0;
-    do {
+    std::size_t j = i + 1 < n ? i + 1 : 0, steps = 1;
+    std::int32_t b = at_[std::size_t(loop[j].source)];
+    if (b >= 0 && ahead_[std::size_t(a)].next == b) {  // nearly all
+      const Vec off = loop[j].from - ahead_[std::size_t(b)].from;
+      if (dot(off, off) <= square) {
+        i = j, a = b, ++walked;
+        continue;
+      }
+    }
+    for (; b < 0; ++steps) {
       j = j + 1 < n ? j + 1 : 0;
-      ++steps;
-    } while (at_[std::size_t(loop[j].source)] < 0);
+      b = at_[std::size_t(loop[j].source)];
+    }
     if (!served(loop, i, steps, limits)) add_stretch(loop, i, steps, sagitta, stretches);
-    i = j, walked += steps;
+    i = j, a = b, walked += steps;
   }
 }
 

@@ -38,7 +38,7 @@ class Lacks {
   };
   struct Ahead {  // a piece of the next front
     Vec from;
-    std::int32_t next;
+    std::int32_t source, next;
   };
   static constexpr std::int32_t kGone = -1, kSeveral = -2;
 

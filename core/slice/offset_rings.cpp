@@ -13,7 +13,7 @@ namespace {
 
 // Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
 constexpr double kOdd = 0.2973;
-constexpr double kNarrow = 2.0;  // of the way to the next level: half the width of strips that look narrow
+constexpr double kNarrow = 4.0;  // of the way to the next level: half the width of strips that look narrow
 
 // The front of one region on its way inward.
 class Advance {
