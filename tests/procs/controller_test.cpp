@@ -241,6 +241,7 @@ TEST_CASE("With droplet_factors a jet that gives a sixth less is planned with, a
     return plan.objective_none_mm - plan.objective_mm;
   };
   CHECK(believed("on") / believed("off") == Approx(5.0 / 6.0).epsilon(0.03));
+  CHECK(believed("together") / believed("off") == Approx(5.0 / 6.0).epsilon(0.03));
 }
 
 TEST_CASE("A map that overtakes the reports of its layer waits for them, and without any it counts alone, and a warning says so") {
@@ -290,10 +291,11 @@ TEST_CASE("A second map of a layer replaces the first, and one of a layer long p
   CHECK_THAT(twice.last(channels::fault(NodeId::kController)).text, Catch::Contains("came after layer 1"));
 }
 
-TEST_CASE("control.mpc.error = square reaches the scheme: objectives are roots of mean squares, and large errors cost more") {
+TEST_CASE("control.mpc.error = square and square_mean reach the scheme: objectives are roots of mean squares, and the mean's square counts eight times") {
+  const std::string error = GENERATE("square", "square_mean");
   Experiment e = small("mpc");
   e.control.mpc.method = "strip_dp";
-  e.control.mpc.error = "square";
+  e.control.mpc.error = error;
   const Mask mask = disc(e.grid);
   test::NodeBench b(NodeId::kController, std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), mask));
   b.start();
@@ -301,16 +303,17 @@ TEST_CASE("control.mpc.error = square reaches the scheme: objectives are roots o
   m.map_id = 1;
   HeightMap h(e.grid, 0.05);
   RandomStream random(2, Purpose::kTest);
-  double squares = 0.0, cells = 0.0;
+  double squares = 0.0, sum = 0.0, cells = 0.0;
   for (std::size_t c = 0; c < h.size(); ++c) {
     h.cells[c] -= random.uniform(0.0, 0.0076);
-    if (mask.cells[c]) squares += (0.05 - h.cells[c]) * (0.05 - h.cells[c]), cells += 1.0;
+    if (mask.cells[c]) squares += (0.05 - h.cells[c]) * (0.05 - h.cells[c]), sum += 0.05 - h.cells[c], cells += 1.0;
   }
   set_height(m, h);
   m.quality.assign(h.size(), 0);
   b.give(channels::kHeightMap, m);
   const layer_plan_t plan = b.last(channels::kLayerPlan);
-  CHECK(plan.objective_none_mm == Approx(std::sqrt(squares / cells)));
+  const double weight = error == "square_mean" ? 8.0 : 0.0, mean = sum / cells;
+  CHECK(plan.objective_none_mm == Approx(std::sqrt(squares / cells + weight * mean * mean)));
   CHECK(plan.objective_mm < plan.objective_none_mm);
 }
 
