@@ -7,6 +7,7 @@ namespace firn::control {
 namespace {
 
 constexpr double kSlopeKept = 0.8, kSlopeShare = 0.4;  // phi, beta: a drift goes on, and dies away
+constexpr double kFirstShare = 0.3;
 
 struct Nearest {
   double mm2 = std::numeric_limits<double>::infinity();
@@ -73,8 +74,7 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   if (!again) before_ = after_;
   const SurfaceForeseeOptions& o = options_.foresee;
   const bool first = before_.error.size() == 0;
-  // The first map holds the table's own shape, which is answered but does not last.
-  const auto moved = [&](const HeightMap& from) { return first ? HeightMap(e.spec, kNotMeasured) : resample(from, e.spec, kNotMeasured); };
+  const auto moved = [&](const HeightMap& from) { return first ? HeightMap(e.spec, 0.0) : resample(from, e.spec, kNotMeasured); };
   const HeightMap last = moved(before_.error), done = moved(before_.executed);
   const Grid<std::int8_t> zone = zones(m.material, o.zone_mm);
   const auto material = [&](std::size_t c) { return material_of(m.material.cells[c]); };
@@ -96,8 +96,10 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   const HeightMap wide = square_mean(v, o.wide_mm);
 
   for (std::size_t n = 0; n < of_material.size(); ++n) {
-    after_.slope[n] = kSlopeKept * after_.slope[n] + kSlopeShare * o.flow_gain * of_material[n];
-    after_.material[n] += o.flow_gain * of_material[n];
+    // The first map holds the table's own shape, which is answered but does not last.
+    const double learned = (first ? kFirstShare : 1.0) * o.flow_gain * of_material[n];
+    after_.slope[n] = kSlopeKept * after_.slope[n] + (first ? 0.0 : kSlopeShare * learned);
+    after_.material[n] += learned;
   }
   for (std::size_t n = 0; n < of_zone.size(); ++n) after_.zone[n] += o.zone_gain * of_zone[n];
   const HeightMap about = square_mean(e, o.narrow_mm);
@@ -106,7 +108,7 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   HeightMap u(e.spec, kNotMeasured);
   for (std::size_t c = 0; c < e.size(); ++c) {
     if (!std::isfinite(e.cells[c])) continue;
-    if (std::isfinite(wide.cells[c])) after_.wide.cells[c] += o.wide_gain * wide.cells[c];
+    if (!first && std::isfinite(wide.cells[c])) after_.wide.cells[c] += o.wide_gain * wide.cells[c];
     const double d = after_.material[material(c)] + kSlopeKept * after_.slope[material(c)] + after_.zone[std::size_t(zone.cells[c])] + after_.wide.cells[c];
     after_.disturbance.cells[c] = d;
     u.cells[c] = o.kp * (about.cells[c] + o.narrow_gain * (e.cells[c] - about.cells[c])) - d;
