@@ -24,27 +24,33 @@ Meeting meeting(Point a, Point b, Point c, Point d) {
   return touch ? Meeting::kContact : Meeting::kApart;
 }
 
+struct Edges {
+  const Point* points;
+  const std::uint32_t* next;
+  Point from(std::size_t i) const { return points[i]; }
+  Point to(std::size_t i) const { return points[next[i]]; }
+  BoxTree::Box bent(std::size_t) const { return {}; }
+};
+
 }  // namespace
 
 Meeting meeting_of(const Rings& rings) { return MeetingCheck()(rings); }
 
 Meeting MeetingCheck::operator()(const Rings& rings) {
-  const std::size_t n = rings.points.size();
-  next_.resize(n);
-  tree_.resize(n);
+  next_.resize(rings.points.size());
   std::uint32_t* const next = next_.data();
+  chains_.clear();
   std::size_t begin = 0;
   for (const std::uint32_t end : rings.ends) {
     for (std::size_t i = begin; i < end; ++i) {
       next[i] = std::uint32_t(i + 1 < end ? i + 1 : begin);
       const Point a = rings.points[i], b = rings.points[next[i]];
-      tree_.set(i, std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y));
+      chains_.add((b.x < a.x) + 2 * (b.y < a.y), i == begin);
     }
     begin = end;
   }
-  tree_.build();
   Meeting worst = Meeting::kApart;
-  tree_.pairs([&](std::size_t i, std::size_t j) {
+  chains_.pairs(Edges{rings.points.data(), next}, [&](std::size_t i, std::size_t j) {
     const Point a = rings.points[i], b = rings.points[next[i]], c = rings.points[j], d = rings.points[next[j]];
     if (next[i] == j || next[j] == i) {
       // Neighbours share a corner; more only if one runs back along the other.

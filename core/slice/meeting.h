@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/slice/box_pairs.h"
+#include "core/slice/chains.h"
 #include "core/slice/offset_rings.h"
 
 namespace firn::slice {
@@ -15,7 +15,7 @@ class MeetingCheck {
   Meeting operator()(const Rings& rings);
 
  private:
-  BoxTree tree_;
+  Chains chains_;
   std::vector<std::uint32_t> next_;
 };
 

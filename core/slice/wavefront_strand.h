@@ -18,13 +18,12 @@ inline bool is_arc(std::span<const Source> sources, const Strand& s) {
   return s.source != kPivot && sources[std::size_t(s.source)].corner();
 }
 
-// The whole units round a strand at distance d; what has died may lie anywhere.
-inline BoxTree::Box box_of(std::span<const Source> sources, const Strand& s, double d) {
+// The box of a strand at distance d.
+inline BoxOf<double> box_of(std::span<const Source> sources, const Strand& s, double d) {
   // An arc of at most half a turn bulges by less than its squared chord over 4 d.
-  const double bulge = 1 + (is_arc(sources, s) ? dot(s.b - s.a, s.b - s.a) / (4 * d) : 0.0);
-  const auto whole = [](double v) { return std::int32_t(std::min(2.1e9, std::max(-2.1e9, v))); };
-  return {whole(std::min(s.a.x, s.b.x) - bulge), whole(std::min(s.a.y, s.b.y) - bulge),
-          whole(std::max(s.a.x, s.b.x) + bulge), whole(std::max(s.a.y, s.b.y) + bulge)};
+  const double bulge = is_arc(sources, s) ? dot(s.b - s.a, s.b - s.a) / (4 * d) : 0.0;
+  return {std::min(s.a.x, s.b.x) - bulge, std::min(s.a.y, s.b.y) - bulge,
+          std::max(s.a.x, s.b.x) + bulge, std::max(s.a.y, s.b.y) + bulge};
 }
 
 // Calls found(place, along a, along b) for each place where two strands of the front at distance d cross; what is told

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/slice/chains.h"
 #include "core/slice/wavefront_strand.h"
 
 namespace firn::slice::wavefront {
@@ -43,6 +44,17 @@ struct Ends {
   std::uint32_t in = 0, out = 0;
 };
 
+struct Edges {
+  std::span<const Source> sources;
+  const Strand* strands;
+  double d;
+  Vec from(std::size_t i) const { return strands[i].a; }
+  Vec to(std::size_t i) const { return strands[i].b; }
+  BoxOf<double> bent(std::size_t i) const { return box_of(sources, strands[i], d); }
+};
+
+int quadrant_of(Vec way) { return int(way.x < 0) | int(way.y < 0) << 1; }
+
 }  // namespace
 
 class Untangler::Tangle {
@@ -54,11 +66,8 @@ class Untangler::Tangle {
 
   // @return whether any strands cross
   bool find_crossings() {
-    boxes_.resize(strands_.size());
-    for (std::size_t i = 0; i < strands_.size(); ++i) boxes_.set(i, box_of(sources_, strands_[i], d_));
-    boxes_.build();
     crossings_.clear();
-    boxes_.pairs([&](std::size_t i, std::size_t j) {
+    chains_.pairs(Edges{sources_, strands_.data(), d_}, [&](std::size_t i, std::size_t j) {
       if (strands_[i].next == j || strands_[j].next == i) return;
       intersect(sources_, d_, strands_[i], strands_[j], [&](Vec at, double on_i, double on_j) {
         crossings_.push_back({at, {std::uint32_t(i), std::uint32_t(j)}, {on_i, on_j}});
@@ -121,6 +130,12 @@ class Untangler::Tangle {
   Vec travel(const Strand& s, Vec at) const {  // direction at a place of the strand
     return is_arc(sources_, s) ? right_of(at - sources_[s.source].at) : s.b - s.a;
   }
+  // An arc of at most half a turn whose ends go the same way goes that way all along.
+  int quadrant(const Strand& s) const {
+    if (!is_arc(sources_, s)) return quadrant_of(s.b - s.a);
+    const int from = quadrant_of(travel(s, s.a));
+    return from == quadrant_of(travel(s, s.b)) ? from : Chains::kBent;
+  }
   void cut();
   bool judge(bool& keep) const;
 
@@ -128,8 +143,9 @@ class Untangler::Tangle {
   std::span<const std::int32_t> alive_;
   const Component* component_ = nullptr;
   double d_ = 0;
-  BoxTree boxes_;
-  std::vector<Strand> strands_;
+  Chains chains_;
+  std::vector<Strand> room_;
+  std::span<Strand> strands_;  // in it
   std::vector<std::uint32_t> loop_ends_;
   std::vector<Crossing> crossings_;
   std::vector<Cut> cuts_;
@@ -140,26 +156,34 @@ class Untangler::Tangle {
 };
 
 void Untangler::Tangle::list_strands() {
-  strands_.clear();
   loop_ends_.clear();
+  chains_.clear();
+  if (room_.size() < 2 * component_->pieces.size()) room_.resize(2 * component_->pieces.size());
+  strands_ = room_;
+  Strand* strand = strands_.data();
+  std::uint32_t count = 0;
   std::size_t begin = 0;
   for (const std::uint32_t end : component_->ends) {
-    const std::uint32_t first = std::uint32_t(strands_.size());
+    const std::uint32_t first = count;
+    const auto add = [&](Vec a, Vec b, std::size_t piece, std::int32_t source) {
+      chains_.add(quadrant(*strand = {a, b, std::int32_t(piece), source, count + 1}), count == first);
+      ++strand, ++count;
+    };
     for (std::size_t i = begin; i < end; ++i) {
       const Piece& piece = component_->pieces[i];
       const Vec to = component_->pieces[i + 1 < end ? i + 1 : begin].from;
-      const std::uint32_t here = std::uint32_t(strands_.size());
       if (piece.source == kPivot) {
-        strands_.push_back({piece.from, piece.start.normal, std::int32_t(i), kPivot, here + 1});
-        strands_.push_back({piece.start.normal, to, std::int32_t(i), kPivot, here + 2});
+        add(piece.from, piece.start.normal, i, kPivot);
+        add(piece.start.normal, to, i, kPivot);
       } else {
-        strands_.push_back({piece.from, to, std::int32_t(i), piece.source, here + 1});
+        add(piece.from, to, i, piece.source);
       }
     }
-    strands_.back().next = first;
-    loop_ends_.push_back(std::uint32_t(strands_.size()));
+    strand[-1].next = first;
+    loop_ends_.push_back(count);
     begin = end;
   }
+  strands_ = strands_.first(count);
 }
 
 // Cuts the strands at their crossings and lets the strands change partners there.
