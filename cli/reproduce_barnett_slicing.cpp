@@ -183,7 +183,8 @@ Stages run_stages(const SampleMesh& mesh, const ParallelFor& parallel) {
   s.scaffold_s = seconds_of([&] { scaffold = slice::scaffold_regions(sliced.layers, height, options.support, options.chord_tolerance_mm, parallel); });
   for (std::size_t n = 0; n < sliced.layers.size(); ++n) {
     s.scaffold_points += scaffold[n].points.size();
-    s.layers.push_back({std::int32_t(n) + 1, std::int32_t(n + 1) * height, height, {std::move(sliced.layers[n]), std::move(scaffold[n])}});
+    s.layers.push_back({std::int32_t(n) + 1, std::int32_t(n + 1) * height, height, {std::move(sliced.layers[n]), std::move(scaffold[n])},
+                        std::move(sliced.contours[n]), contour_options(settings).chord_tolerance_mm, true});
   }
   slice::PathOptions bounds = options;
   bounds.part.pattern = bounds.scaffold.pattern = slice::FillPattern::kNone;

@@ -18,6 +18,7 @@ namespace firn {
 namespace {
 
 using slice::Region;
+using slice::Rings;
 
 constexpr int kLayersAtOnce = 64;
 
@@ -34,7 +35,7 @@ StageTime& stage_of(std::vector<StageTime>& times, const std::string& stage) {
   return times.emplace_back(StageTime{stage, 0.0, 0.0});
 }
 
-std::vector<Region> slice_part(const std::filesystem::path& file, std::size_t number, const SliceSettings& settings, const ParallelFor& parallel,
+slice::Sliced slice_part(const std::filesystem::path& file, std::size_t number, const SliceSettings& settings, const ParallelFor& parallel,
                                SlicedJob& job) {
   PartReport report;
   std::optional<MeshFile> mesh;
@@ -70,10 +71,18 @@ std::vector<Region> slice_part(const std::filesystem::path& file, std::size_t nu
     report.counts = sliced.counts;
     report.defects = std::move(sliced.defects);
     job.parts.push_back(std::move(report));
-    return std::move(sliced.layers);
+    return sliced;
   } catch (const std::invalid_argument& e) {
     throw UsageError(file.string() + ": " + e.what());
   }
+}
+
+void append(std::vector<Rings>&& more, std::vector<Rings>& to) {
+  to.resize(std::max(to.size(), more.size()));
+  for (std::size_t k = 0; k < more.size(); ++k)
+    if (to[k].empty()) to[k] = std::move(more[k]);
+    else
+      for (std::size_t r = 0; r < more[k].size(); ++r) to[k].add(more[k][r]);
 }
 
 // Meshes of one material become one region; a later material gives way to the earlier ones.
@@ -136,9 +145,12 @@ SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const Sl
   SlicedJob job;
   job.times.reserve(16);
   std::vector<std::vector<Region>> parts;
+  std::vector<Rings> contours;  // of all parts
   for (std::size_t n = 0; n < files.size(); ++n) {
     progress(0.2 * double(n) / double(files.size()), "reading " + files[n].filename().string());
-    parts.push_back(slice_part(files[n], n, settings, parallel, job));
+    slice::Sliced part = slice_part(files[n], n, settings, parallel, job);
+    parts.push_back(std::move(part.layers));
+    append(std::move(part.contours), contours);
   }
   std::vector<std::vector<Region>> materials;
   {
@@ -162,6 +174,9 @@ SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const Sl
     l.layer = std::int32_t(k) + 1;
     l.z = std::int32_t(std::lround(double(k + 1) * height_mm * slice::kUnitsPerMm));
     l.height = height;
+    if (k < contours.size()) l.contours = std::move(contours[k]);
+    l.contours_alone = files.size() == 1;
+    l.thinned_mm = contour_options(settings).chord_tolerance_mm;
     for (auto& m : materials) l.by_material.push_back(std::move(m[k]));
   }
   return job;

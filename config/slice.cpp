@@ -101,7 +101,7 @@ slice::PathOptions path_options(const SliceSettings& s) {
   p.measure.on = s.measure != 0;
   p.measure.material = std::uint8_t(s.measured_material);
   p.measure.angle_rad = s.measure_angle_deg * kDegree;
-  p.chord_tolerance_mm = (1.0 - slice::kOutlineShare) * s.contour.chord_tolerance_mm;
+  p.chord_tolerance_mm = slice::kRingShare * s.contour.chord_tolerance_mm;
   p.seam = s.seam == "aligned" ? slice::SeamPlacement::kAligned : s.seam == "random" ? slice::SeamPlacement::kRandom : slice::SeamPlacement::kNearest;
   return p;
 }

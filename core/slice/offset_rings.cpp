@@ -1,11 +1,13 @@
 #include "core/slice/offset_rings.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "core/slice/clipper.h"
 #include "core/slice/gap_band.h"
 #include "core/slice/lacks.h"
 #include "core/slice/meeting.h"
+#include "core/slice/planar.h"
 #include "core/slice/wavefront.h"
 
 namespace firn::slice {
@@ -18,7 +20,9 @@ constexpr double kNarrow = 4.0;  // of the way to the next level: half the width
 // The front of one region on its way inward.
 class Advance {
  public:
-  explicit Advance(const Region& region) : front_(wavefront::front_of(region)) {}
+  explicit Advance(const Region& region, const Thinned& thinned = {}) : front_(wavefront::front_of(region)) {
+    if (thinned.from && !thinned.from->empty()) tips_.emplace(*thinned.from, thinned.by_mm * kUnitsPerMm);
+  }
 
   // @return false if the wavefront could not tell
   bool operator()(double to) {
@@ -57,7 +61,7 @@ class Advance {
       rings.clear();
       drawn_ends_.clear();
       for (const wavefront::Component& component : front_.components) {
-        wavefront::draw(front_.sources, component, at_, tolerance, line_, rings);
+        draw_(front_.sources, component, at_, tolerance, rings, tips_ && attempt < 2 ? &*tips_ : nullptr);
         drawn_ends_.push_back(rings.size());
       }
       const Meeting meeting = meeting_(rings);
@@ -68,6 +72,7 @@ class Advance {
     return false;
   }
 
+  bool lost_tips() const { return tips_ && tips_->failed(); }
   bool touching() const { return touching_; }  ///< may the rings drawn last have contacts?
 
  private:
@@ -118,14 +123,15 @@ class Advance {
   std::vector<wavefront::Component> next_, cores_;
   std::vector<std::size_t> drawn_ends_;  // rings of each component and those before it
   std::vector<std::int32_t> alive_;
-  std::vector<Vec> line_;
+  wavefront::Drawer draw_;
+  std::optional<ExactTips> tips_;
 };
 
 }  // namespace
 
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm) {
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned) {
   RingLevels result;
-  Advance advance(region);
+  Advance advance(region, thinned);
   bool trusted = true;
   const double tolerance = tolerance_mm * kUnitsPerMm;
   const Rings none;
@@ -144,6 +150,8 @@ RingLevels offset_rings(const Region& region, const RingPlan& plan, double toler
         trusted = advance(to);
       }
       trusted = trusted && advance.draw(tolerance, rings, result.drawn_finer);
+      // An area that comes or goes with the thinning: everything from the contours as they are.
+      if (advance.lost_tips() && thinned.whole) return offset_rings(region_of(*thinned.from), plan, tolerance_mm, spot_mm);
       gaps.told = trusted;
     }
     if (!trusted) {

@@ -25,9 +25,17 @@ struct RingLevels {
   std::uint32_t drawn_finer = 0;    ///< levels whose rings would have met each other at the asked tolerance
 };
 
+/// Where a region comes from, if its outline was thinned.
+struct Thinned {
+  const Rings* from = nullptr;  ///< contours; null or empty: not known, or the region is what it is
+  double by_mm = 0;             ///< the two differ by no more
+  bool whole = false;           ///< all of them bound the region, and nothing else does
+};
+
 /// @param tolerance_mm no ring leaves the exact offset of `region` by more than this; 0: arcs by 1 um, no point left out
 /// @param spot_mm diameter of the spots between levels that are looked for; 0: none
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm = 0);
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm = 0,
+                        const Thinned& thinned = {});
 
 /// The region grown outward by a distance > 0, as the front of what lies around it.
 Region grow(const Region& region, double outward_mm, double tolerance_mm);

@@ -82,9 +82,10 @@ struct PathOptions {
 };
 
 /// PATHFILTER's share of a job's chord tolerance; rings drawn from its outlines have the rest, so that they keep the tolerance
-/// against the mesh's own contours. 0.3 is the dearest share for PATHFILTER at which they do so near the medial axis too, where
-/// a ring's tip moves by more than the outline it comes from.
-inline constexpr double kOutlineShare = 0.3;
+/// against the mesh's own contours: what is blunt moves by at most 1.06 of what the outline does, what is sharper is put in its
+/// exact place (exact_tips.h).
+inline constexpr double kOutlineShare = 0.4;
+inline constexpr double kRingShare = 1.0 - 1.06 * kOutlineShare;
 
 inline constexpr std::uint8_t kPartMaterial = 0;
 inline constexpr std::uint8_t kScaffoldMaterial = 1;

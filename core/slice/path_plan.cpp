@@ -46,12 +46,12 @@ void find_gaps(const Region& region, const RingLevels& rings, const RingPlan& pl
 
 // Boundaries and fill of one material, with the outermost paths that are hooks taken out by their owner before.
 void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks, Point& at,
-                   LayerPaths& paths, const Region& part) {
+                   LayerPaths& paths, const Region& part, const Thinned& thinned) {
   const BeadOptions& bead = bead_of(material, options);
   const bool rings_only = bead.pattern == FillPattern::kConcentric;
   RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
   if (!rings_only) plan.max_rings = bead.boundaries;
-  RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm);
+  RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm, thinned);
   paths.clipper_rings += rings.from_clipper;
   Beads thin_parts, gaps;
   if (bead.gap_mm > 0) find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, thin_parts, gaps);
@@ -78,7 +78,7 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
     // widths could go without a line.
     const double inside_mm = plan.distance_mm(plan.boundaries) - (plan.boundaries ? 0.5 * bead.fill_width_mm : 0.0);
     const RingPlan inside{.first_mm = inside_mm, .boundaries = 0, .max_rings = 1};
-    const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm);
+    const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm, 0, thinned);
     paths.clipper_rings += area.from_clipper;
     if (area.levels.empty()) return;
     const double angle = bead.fill_angle_rad + (paths.layer % 2 ? 0.0 : bead.fill_turn_rad);
@@ -117,15 +117,16 @@ LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options) {
   paths.height = regions.height;
   Point at{units(options.start_x_mm), units(options.start_y_mm)};
   const Region none;
+  const Thinned thinned{&regions.contours, regions.thinned_mm, regions.contours_alone};
   const Region& part = regions.by_material.empty() ? none : regions.by_material[kPartMaterial];
   const int hooks = hooks_in(regions.layer, options.hook);
   for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
     const Region& region = regions.by_material[m];
     if (region.empty()) continue;
     if (m == kScaffoldMaterial && hooks > 0) {
-      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths, part);
+      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths, part, {});
     } else {
-      plan_material(region, std::uint8_t(m), options, 0, at, paths, part);
+      plan_material(region, std::uint8_t(m), options, 0, at, paths, part, m == kScaffoldMaterial ? Thinned{} : thinned);
     }
   }
   if (options.measure.on && options.measure.material < regions.by_material.size())

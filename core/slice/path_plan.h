@@ -17,6 +17,9 @@ struct LayerRegions {
   std::int32_t z = 0;       ///< units, height of the layer's top
   std::int32_t height = 0;  ///< units
   std::vector<Region> by_material;
+  Rings contours = {};     ///< that all but the scaffold was thinned from; empty: not known
+  double thinned_mm = 0;   ///< by no more than this
+  bool contours_alone = false;  ///< bound them: no other part gave way or took it
 };
 
 /// All paths of a layer. Layers do not depend on each other: call it for any, in any order, from any thread.

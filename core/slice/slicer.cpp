@@ -30,31 +30,35 @@ void check(const SliceOptions& o) {
 Rings filtered(const Rings& rings, PathFilter& filter) {
   Rings out;
   for (std::size_t r = 0; r < rings.size(); ++r) filter.append(rings[r], out);
-  return out;
+  return canonical(out);
 }
 
 struct Layer {
   Region region;
+  Rings from;
   std::vector<Defect> defects;
   std::size_t contours = 0, linked = 0, kept = 0;
   bool repaired = false;
 };
 
-Layer settle(Contours&& contours, std::int32_t number, PathFilter& filter, bool all_points) {
+Layer settle(Contours&& contours, std::int32_t number, PathFilter& filter, bool all_points, bool spaced) {
   Layer layer;
   layer.defects = std::move(contours.defects);
   layer.contours = contours.rings.size();
   layer.linked = contours.rings.points.size();
   Rings rings = all_points ? std::move(contours.rings) : filtered(contours.rings, filter);
   layer.kept = rings.points.size();
+  if (!all_points && !spaced) layer.from = std::move(contours.rings);
   if (const std::vector<std::size_t> turned = turn_inside_out(rings); !turned.empty()) {
     layer.defects.push_back({DefectKind::kTurned, number, rings[turned[0]][0], 0.0, turned.size()});
     rings = sorted(rings);
+    layer.from.clear();
   }
   std::optional<Contact> contact;
   layer.region = region_of(rings, &contact);
   if (contact) {
     layer.repaired = true;
+    layer.from.clear();
     layer.defects.push_back({DefectKind::kOverlap, number, contact->at, 0.0, 1});
   }
   return layer;
@@ -83,7 +87,7 @@ Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const S
     PathFilter filter(options.min_spacing_mm * kUnitsPerMm, options.chord_tolerance_mm * kUnitsPerMm);
     const std::size_t first = std::size_t(group) * kLayersAtOnce;
     for (std::size_t n = first; n < std::min(first + kLayersAtOnce, contours.size()); ++n)
-      layers[n] = settle(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points);
+      layers[n] = settle(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points, options.min_spacing_mm > 0.0);
   });
   Sliced out;
   out.facts = facts;
@@ -97,6 +101,7 @@ Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const S
     out.counts.repaired_layers += layer.repaired;
     out.defects.insert(out.defects.end(), layer.defects.begin(), layer.defects.end());
     out.layers.push_back(std::move(layer.region));
+    out.contours.push_back(std::move(layer.from));
   }
   return out;
 }

@@ -20,7 +20,7 @@ namespace firn::slice {
 
 struct SliceOptions {
   double layer_height_mm = 0.25;
-  double chord_tolerance_mm = 0.05;  ///< Douglas-Peucker: no removed point is farther from its chord; 0 keeps all
+  double chord_tolerance_mm = 0.05;  ///< contours are thinned to lines that lie so near to them, both ways; 0 keeps all points
   double min_spacing_mm = 0.0;       ///< PATHFILTER: points closer than this to the last kept one go first; 0 keeps all
   double closing_gap_mm = 2.0;       ///< ends of open contours at most this far apart are joined
   double closing_share = 0.5;        ///< then a contour whose own ends lie within this share of its length is closed
@@ -76,6 +76,7 @@ std::vector<Contours> link(Segments&& segments, const SliceOptions& options, con
 
 struct Sliced {
   std::vector<Region> layers;   ///< [n - 1] = layer n
+  std::vector<Rings> contours;  ///< [n - 1]: what layers[n - 1] was thinned from; empty where more or less than that was done
   std::vector<Defect> defects;  ///< whole mesh first, then by layer
   MeshFacts facts;
   SliceCounts counts;

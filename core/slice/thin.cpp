@@ -59,9 +59,9 @@ class Edge {
 
 }  // namespace
 
-bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings) {
+bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings, Flat flat) {
   const std::size_t begin = rings.points.size(), n = line.size();
-  if (n > 4 && tolerance > 0) {
+  if ((n > 4 || flat == Flat::kVanishes) && tolerance > 0) {
     add(rings, begin, line[0]);
     Edge edge(tolerance);
     Vec from = line[0];
@@ -79,6 +79,7 @@ bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings) {
     }
     if (rings.points.size() - begin >= 3 && close(rings, begin)) return true;
     rings.points.resize(begin);
+    if (flat == Flat::kVanishes) return false;
   }
   for (const Vec v : line) add(rings, begin, v);
   return close(rings, begin);

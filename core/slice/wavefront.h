@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "core/slice/exact_tips.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
 
@@ -131,8 +132,31 @@ void regroup(std::span<const Source> sources, const Component& loops, double d, 
 Vec middle(const Source& source, Vec a, Vec b, double d);
 
 /// Appends the component's loops at distance d: arcs by chords, points left out, in all within `tolerance` units of the
-/// exact curve. Loops that are smaller than the grid vanish. @param line working memory
-void draw(std::span<const Source> sources, const Component& component, double d, double tolerance, std::vector<Vec>& line,
-          Rings& rings);
+/// exact curve. Loops that are smaller than the grid vanish. Keeps its working memory.
+/// @param tips of the contours that the outline was thinned from: the front's tips are put where theirs are; may be null
+class Drawer {
+ public:
+  void operator()(std::span<const Source> sources, const Component& component, double d, double tolerance, Rings& rings,
+                  ExactTips* tips);
+
+ private:
+  struct Tip {
+    std::size_t place;  // in the line
+    Vec from, to, outward;
+  };
+  struct Bend {
+    Vec at;
+    ExactTips::Wall before, after;
+    std::size_t place;
+    bool sharp;  // in the first of some: they are a tip
+  };
+  void bend(const Source& before, const Source& after, Vec at, double d, ExactTips& tips);
+  bool move_tips();
+  double twice_area() const;
+  std::vector<Vec> line_;
+  std::vector<Tip> tips_;
+  std::vector<Bend> bends_;  // the last ones, near each other
+  std::vector<bool> left_out_;
+};
 
 }  // namespace firn::slice::wavefront

@@ -130,11 +130,14 @@ class Untangler::Tangle {
   Vec travel(const Strand& s, Vec at) const {  // direction at a place of the strand
     return is_arc(sources_, s) ? right_of(at - sources_[s.source].at) : s.b - s.a;
   }
-  // An arc of at most half a turn whose ends go the same way goes that way all along.
+  // An arc of at most half a turn whose ends go the same way goes that way all along; one that has died may not end on
+  // its circle.
   int quadrant(const Strand& s) const {
     if (!is_arc(sources_, s)) return quadrant_of(s.b - s.a);
-    const int from = quadrant_of(travel(s, s.a));
-    return from == quadrant_of(travel(s, s.b)) ? from : Chains::kBent;
+    const Vec at = sources_[s.source].at, a = s.a - at, b = s.b - at;
+    const int from = quadrant_of(right_of(a));
+    const bool on = std::abs(dot(a, a) - d_ * d_) < d_ && std::abs(dot(b, b) - d_ * d_) < d_;
+    return on && cross(a, b) <= 0 && from == quadrant_of(right_of(b)) ? from : Chains::kBent;
   }
   void cut();
   bool judge(bool& keep) const;

@@ -46,12 +46,12 @@ TEST_CASE("Rings of real layers lie within 0.05 mm of the exact offset of the or
 }
 
 TEST_CASE("With the tolerance shared with PATHFILTER, rings lie within 0.05 mm of the exact offset of the mesh's own contours, both ways") {
-  const double filter_mm = kOutlineShare * 0.05, ring_mm = 0.05 - filter_mm;
+  const double filter_mm = kOutlineShare * 0.05, ring_mm = kRingShare * 0.05;
   for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "lucy500_15k.ply"}) {
     const std::vector<Region> layers = layers_of(name, {.chord_tolerance_mm = filter_mm}), original = layers_of(name, {.chord_tolerance_mm = 0});
     for (std::size_t k = 240; k < layers.size(); k += 200) {
       const RingPlan plan;
-      const RingLevels rings = offset_rings(layers[k], plan, ring_mm);
+      const RingLevels rings = offset_rings(layers[k], plan, ring_mm, 0, {&original[k], filter_mm, true});
       for (int level = 0; level < int(rings.levels.size()); ++level) {
         INFO(name << ", layer " << k + 1 << ", level " << level);
         const double step = 250, d = plan.distance_mm(level) * kUnitsPerMm;

@@ -1,0 +1,85 @@
+#include "core/slice/exact_tips.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn::slice {
+namespace {
+
+constexpr double kFurthest = 3.0 * kUnitsPerMm;  // tips that would move by more stay
+constexpr double kFound = 0.5;                   // units
+constexpr int kSteps = 24;
+// Feet move by more than the tip where a wall bends about it: so much of the distance is looked at to either side.
+constexpr double kAround = 0.1;
+
+}  // namespace
+
+ExactTips::ExactTips(const Rings& contours, double thinned) : contours_(contours), thinned_(thinned) {
+  const std::size_t n = contours.points.size();
+  next_.resize(n);
+  tree_.resize(n);
+  std::size_t begin = 0;
+  for (const std::uint32_t end : contours.ends) {
+    for (std::size_t i = begin; i < end; ++i) {
+      next_[i] = std::uint32_t(i + 1 < end ? i + 1 : begin);
+      const Point a = contours.points[i], b = contours.points[next_[i]];
+      tree_.set(i, std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y));
+    }
+    begin = end;
+  }
+  tree_.build();
+}
+
+// Edges about a wall's foot that run its way rather than the other's.
+void ExactTips::look(const Wall& wall, const Wall& other, double reach, std::vector<Edge>& edges) const {
+  edges.clear();
+  tree_.touching(box_about(wall.foot.x, wall.foot.y, reach), [&](std::size_t i) {
+    const Vec at = to_vec(contours_.points[i]), way = to_vec(contours_.points[next_[i]]) - at;
+    const double ahead = dot(way, wall.along);
+    if (ahead > 0 && ahead > dot(way, other.along)) edges.push_back({at, way});
+  });
+}
+
+bool ExactTips::move(Vec& tip, const Wall& before, const Wall& after, double d) {
+  const bool found = find(tip, before, after, d);
+  failed_ |= !found && dot(before.along, after.along) < 0;
+  return found;
+}
+
+bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) {
+  // Walls' directions are a turn of pi - 2 a apart.
+  const double sine = std::sqrt(std::max(0.0, 0.5 * (1 + dot(before.along, after.along))));
+  const double furthest = std::min(kFurthest, 1.5 * thinned_ / std::max(sine, 1e-3) + thinned_);
+  const double reach = furthest + 2 * thinned_ + kAround * d;
+  look(before, after, reach, edges_[0]);
+  look(after, before, reach, edges_[1]);
+  if (edges_[0].empty() || edges_[1].empty()) return false;
+  Vec p = tip;
+  for (int step = 0; step < kSteps; ++step) {
+    double lacks[2];
+    Vec up[2];
+    for (int w = 0; w < 2; ++w) {
+      double nearest = 1e300;
+      for (const Edge& e : edges_[w]) {
+        const double square = dot(e.way, e.way), share = std::clamp(dot(p - e.at, e.way), 0.0, square);
+        const Vec off = p - e.at - (share / square) * e.way;
+        if (const double s = dot(off, off); s < nearest) nearest = s, up[w] = off;
+      }
+      const double l = std::sqrt(nearest);
+      if (l == 0) return false;
+      up[w] = (1 / l) * up[w];
+      lacks[w] = d - l;
+    }
+    if (std::abs(lacks[0]) < kFound && std::abs(lacks[1]) < kFound) {
+      tip = p;
+      return true;
+    }
+    const double det = cross(up[0], up[1]);
+    if (std::abs(det) < 1e-4) return false;
+    p = p + Vec{(lacks[0] * up[1].y - lacks[1] * up[0].y) / det, (lacks[1] * up[0].x - lacks[0] * up[1].x) / det};
+    if (dot(p - tip, p - tip) > furthest * furthest) return false;
+  }
+  return false;
+}
+
+}  // namespace firn::slice

@@ -1,0 +1,53 @@
+// Where the tips of the front would be, had the outline not been thinned.
+//
+// An outline thinned by e moves the front by e, but a tip in which two walls of half angle a meet by e / sin(a). So tips are
+// taken from the contours that the outline was thinned from: the place that lies at the asked distance from both walls.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/slice/box_pairs.h"
+#include "core/slice/region.h"
+#include "core/slice/vec.h"
+
+namespace firn::slice {
+
+class ExactTips {
+ public:
+  /// @param contours from which an outline was thinned; they outlive this
+  /// @param thinned units by which the two may differ
+  ExactTips(const Rings& contours, double thinned);
+
+  /// One of the two walls that meet in a tip: the tip's foot on it, and the direction (of length 1) of the outline there.
+  struct Wall {
+    Vec foot, along;
+  };
+  /// Cosine of the turn of the front from which on it is a tip: what is blunter moves by at most 1.06 times the thinning.
+  static constexpr double kTip = 0.8;
+
+  /// The tip between walls `before` and `after`, known to be about `tip`, at distance d from the contours.
+  /// @return false if there is none near by: then `tip` is as it was
+  bool move(Vec& tip, const Wall& before, const Wall& after, double d);
+  /// Was there a tip sharper than a right angle without an exact place? Then an area may begin or end there.
+  bool failed() const { return failed_; }
+  /// Bends no further apart are one tip.
+  double near() const { return 4 * thinned_; }
+
+ private:
+  struct Edge {
+    Vec at, way;
+  };
+  bool find(Vec& tip, const Wall& before, const Wall& after, double d);
+  void look(const Wall& wall, const Wall& other, double reach, std::vector<Edge>& edges) const;
+
+  const Rings& contours_;
+  double thinned_;
+  bool failed_ = false;
+  std::vector<std::uint32_t> next_;
+  BoxTree tree_;
+  std::vector<Edge> edges_[2];
+};
+
+}  // namespace firn::slice

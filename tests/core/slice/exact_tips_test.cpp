@@ -1,0 +1,65 @@
+// Rings from thinned outlines against the exact offset of the contours that they were thinned from.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "core/slice/offset_rings.h"
+#include "core/slice/path_filter.h"
+#include "core/slice/path_options.h"
+#include "core/slice/planar.h"
+#include "tests/core/slice/offset_oracle.h"
+#include "tests/core/slice/oracles.h"
+
+namespace firn::slice {
+namespace {
+
+// A closed wavy line with sharp tips: r(a) in mm between the points of a star, walls bent so that they take many points.
+Rings star(int tips, double inner_mm, double outer_mm, double bend, double wobble_mm, RandomStream& random) {
+  Rings rings;
+  std::vector<Point> ring;
+  const int n = 400 * tips;
+  const double phase = random.uniform(0, 6);
+  for (int i = 0; i < n; ++i) {
+    const double a = 2 * M_PI * i / n, s = std::abs(std::remainder(tips * a / (2 * M_PI), 1.0)) * 2;  // 0 at tips, 1 between
+    const double r = outer_mm + (inner_mm - outer_mm) * std::pow(s, bend) + wobble_mm * std::sin(37 * a + phase) + random.uniform(-0.01, 0.01);
+    ring.push_back(to_point({1e4 * r * std::cos(a), 1e4 * r * std::sin(a)}));
+  }
+  rings.add(ring);
+  return region_of(rings);
+}
+
+Rings thinned(const Rings& contours, double mm) {
+  Rings out;
+  PathFilter filter(0, mm * kUnitsPerMm);
+  for (std::size_t r = 0; r < contours.size(); ++r) filter.append(contours[r], out);
+  return region_of(out);
+}
+
+}  // namespace
+
+TEST_CASE("Rings of thinned stars, gears and needles lie within 0.05 mm of the exact offset of their own contours, both ways") {
+  RandomStream random(71, Purpose::kTest);
+  const double filter_mm = kOutlineShare * 0.05, ring_mm = kRingShare * 0.05;
+  for (int trial = 0; trial < 12; ++trial) {
+    const Rings contours = star(3 + trial, random.uniform(6, 14), random.uniform(25, 60), 0.4 + 0.15 * (trial % 6), 0.02 * (trial % 3), random);
+    const Rings outline = thinned(contours, filter_mm);
+    const RingPlan plan;
+    const RingLevels rings = offset_rings(outline, plan, ring_mm, 0, {&contours, filter_mm, true});
+    for (int level = 0; level < int(rings.levels.size()); ++level) {
+      INFO("trial " << trial << ", level " << level);
+      const double step = 250, d = plan.distance_mm(level) * kUnitsPerMm;
+      const oracle::Hausdorff h = oracle::hausdorff(contours, rings.levels[std::size_t(level)], d, step, 6000);
+      CHECK(h.exact_to_ring <= 500);
+      CHECK(h.ring_to_exact <= std::hypot(500, 0.5 * step));
+    }
+  }
+}
+
+TEST_CASE("Without contours rings are those of the outline alone") {
+  RandomStream random(72, Purpose::kTest);
+  const Rings contours = star(5, 8, 30, 0.7, 0, random), outline = thinned(contours, 0.02), none;
+  const RingLevels alone = offset_rings(outline, {}, 0.03), asked = offset_rings(outline, {}, 0.03, 0, {&none, 0.02, true});
+  CHECK(alone.levels == asked.levels);
+}
+
+}  // namespace firn::slice
