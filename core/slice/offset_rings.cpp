@@ -7,7 +7,9 @@
 #include "core/slice/gap_band.h"
 #include "core/slice/lacks.h"
 #include "core/slice/meeting.h"
+#include "core/slice/path_filter.h"
 #include "core/slice/planar.h"
+#include "core/slice/rings.h"
 #include "core/slice/wavefront.h"
 
 namespace firn::slice {
@@ -15,6 +17,7 @@ namespace {
 
 // Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
 constexpr double kOdd = 0.2973;
+constexpr double kAgain = 0.1;   // of what was thinned, where areas depend on it
 constexpr double kNarrow = 4.0;  // of the way to the next level: half the width of strips that look narrow
 
 // The front of one region on its way inward.
@@ -127,6 +130,13 @@ class Advance {
   std::optional<ExactTips> tips_;
 };
 
+Region thinned_again(const Rings& contours, double mm) {
+  PathFilter filter(0, mm * kUnitsPerMm);
+  Rings rings;
+  for (std::size_t r = 0; r < contours.size(); ++r) filter.append(contours[r], rings);
+  return region_of(canonical(rings));
+}
+
 }  // namespace
 
 RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned) {
@@ -150,8 +160,11 @@ RingLevels offset_rings(const Region& region, const RingPlan& plan, double toler
         trusted = advance(to);
       }
       trusted = trusted && advance.draw(tolerance, rings, result.drawn_finer);
-      // An area that comes or goes with the thinning: everything from the contours as they are.
-      if (advance.lost_tips() && thinned.whole) return offset_rings(region_of(*thinned.from), plan, tolerance_mm, spot_mm);
+      // An area that comes or goes with the thinning: everything again from contours thinned by less.
+      if (advance.lost_tips() && thinned.whole) {
+        const double by_mm = kAgain * thinned.by_mm;
+        return offset_rings(thinned_again(*thinned.from, by_mm), plan, tolerance_mm, spot_mm, {thinned.from, by_mm, false});
+      }
       gaps.told = trusted;
     }
     if (!trusted) {
