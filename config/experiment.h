@@ -85,7 +85,7 @@ struct MpcConfig {                 ///< [Lu 2015, (8), IV-C]
   int strip_rows = 3;
   int anneal_sweeps = 100;
   int horizon = 1;
-  std::string error = "absolute";  ///< "absolute" or "square"
+  std::string error = "absolute";  ///< "absolute", "square" or "square_mean"
   std::vector<AlphaStep> alpha = {{1, 1.0}};
   int subset = 16;                 ///< M, points tried together
   std::int64_t max_evaluations = 20'000'000;
@@ -117,7 +117,7 @@ struct ControlConfig {
   std::string adapt_model = "off"; ///< "on": h1..h3 of HEIGHT_MODEL take the place of model.h1_mm..h3_mm
   std::string height_estimate = "map";  ///< "kalman": the map blended with what the executed droplets must have added
   double droplet_scatter = 0.06;   ///< relative standard deviation of a droplet, until droplet_estimator tells
-  std::string droplet_factors = "off";  ///< "on": how much droplets add is learned, inside the part and on its rim
+  std::string droplet_factors = "off";  ///< "on", "together": learned inside the part and on its rim; rising together
   double noise_gate = 2.0;         ///< end when a layer would answer no more than this many noise_std per droplet
   OpenLoopConfig open_loop;
   SmfConfig smf;
