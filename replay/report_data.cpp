@@ -106,9 +106,17 @@ bool has_input(const Json& provenance, const std::string& role) {
   return false;
 }
 
+// Beyond the paths a map of scattered readings is interpolation: nothing was laid there, nothing is shown.
+HeightMap within(const HeightMap& height, const Mask& footprint) {
+  HeightMap shown(height.spec, kNotMeasured);
+  for (std::size_t c = 0; c < shown.size(); ++c)
+    if (footprint.cells[c]) shown.cells[c] = height.cells[c];
+  return shown;
+}
+
 void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   for (const IceInterval& i : data.ice->intervals) {
-    data.height = i.height;
+    data.height = within(i.height, i.footprint);
     data.target = HeightMap(i.height.spec, i.nominal_mm);
     data.mask = i.footprint;
     data.truth = i.truth;

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <filesystem>
 
 #include "cli/ice_disturbance.h"
@@ -31,6 +32,9 @@ TEST_CASE("A small ice print finishes in process, replays bit for bit, passes th
   REQUIRE(data.ice->field);
   REQUIRE(data.ice->curve);
   CHECK(data.layers.back().truth);
+  bool shown_where_laid = true;
+  for (std::size_t c = 0; c < data.height.size(); ++c) shown_where_laid &= data.mask.cells[c] || !std::isfinite(data.height.cells[c]);
+  CHECK(shown_where_laid);
   const std::string page = replay::report_page({{data, "identical"}}, {});
   const std::vector<double> d = ice_disturbance_of(run.path());  // of a plant without drift
   REQUIRE(d.size() == 3);
