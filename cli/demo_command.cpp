@@ -22,7 +22,7 @@ namespace firn {
 namespace {
 
 constexpr const char* kSchemes[] = {"mpc", "open_loop", "smf"};
-constexpr double kLayerNodeS = 9.0;  // node time that a layer of the demo takes: budget, docs/measurements.md
+constexpr double kLayerNodeS = 12.0;  // node time that a layer of the demo takes: budget, docs/measurements.md
 
 // What will happen and how long it takes, before it begins.
 void announce(const Experiment& e, const std::string& bus) {
