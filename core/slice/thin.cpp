@@ -75,7 +75,7 @@ bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings, Flat f
       if (edge.empty()) from = to, ++i;
       else from = edge.end();
       add(rings, begin, from);
-      edge.begin(from, line[i - 1]);
+      if (i <= n) edge.begin(from, line[i - 1]);
     }
     if (rings.points.size() - begin >= 3 && close(rings, begin)) return true;
     rings.points.resize(begin);
