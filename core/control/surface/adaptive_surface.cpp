@@ -3,26 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/control/surface/window_mean.h"
+
 namespace firn::control {
 namespace {
-
-// Mean over the finite cells of a square about each finite cell: running sums along rows, then along columns.
-HeightMap averaged(const HeightMap& v, int half) {
-  const GridSpec& g = v.spec;
-  HeightMap sum(g, 0.0), count(g, 0.0), out(g, kNotMeasured);
-  for (int j = 0; j < g.ny; ++j)
-    for (int i = 0; i < g.nx; ++i)
-      for (int x = std::max(0, i - half); x <= std::min(g.nx - 1, i + half); ++x)
-        if (std::isfinite(v.at(x, j))) sum.at(i, j) += v.at(x, j), count.at(i, j) += 1.0;
-  for (int j = 0; j < g.ny; ++j)
-    for (int i = 0; i < g.nx; ++i) {
-      if (!std::isfinite(v.at(i, j))) continue;
-      double total = 0.0, n = 0.0;
-      for (int y = std::max(0, j - half); y <= std::min(g.ny - 1, j + half); ++y) total += sum.at(i, y), n += count.at(i, y);
-      out.at(i, j) = total / n;
-    }
-  return out;
-}
 
 HeightMap moved(const HeightMap& from, const GridSpec& to) {
   return from.size() ? resample(from, to, kNotMeasured) : HeightMap(to, kNotMeasured);
@@ -39,7 +23,7 @@ HeightMap AdaptiveSurface::control_law(const SurfaceMeasurement& m, const Height
   HeightMap innovation(e.spec, kNotMeasured);
   for (std::size_t c = 0; c < e.size(); ++c)
     innovation.cells[c] = last.cells[c] - done.cells[c] - old_d.cells[c] - e.cells[c];  // NaN where one of them is not known
-  after_ = {e, e, e, averaged(innovation, o.window_cells), HeightMap()};
+  after_ = {e, e, e, window_mean(innovation, o.window_cells, o.window_cells), HeightMap()};
   HeightMap u(e.spec, kNotMeasured);
   for (std::size_t c = 0; c < e.size(); ++c) {
     if (!std::isfinite(e.cells[c])) continue;

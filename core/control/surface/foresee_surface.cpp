@@ -1,7 +1,9 @@
 #include "core/control/surface/foresee_surface.h"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "core/control/surface/window_mean.h"
 
 namespace firn::control {
 namespace {
@@ -52,22 +54,9 @@ Grid<std::int8_t> zones(const Grid<std::uint8_t>& material, double band_mm) {
   return out;
 }
 
-HeightMap square_mean(const HeightMap& v, double side_mm) {
-  const GridSpec& g = v.spec;
-  const int rx = int(0.5 * side_mm / g.pitch_x_mm + 1e-9), ry = int(0.5 * side_mm / g.pitch_y_mm + 1e-9);
-  HeightMap sum(g, 0.0), count(g, 0.0), out(g, kNotMeasured);
-  for (int j = 0; j < g.ny; ++j)
-    for (int i = 0; i < g.nx; ++i)
-      for (int x = std::max(0, i - rx); x <= std::min(g.nx - 1, i + rx); ++x)
-        if (std::isfinite(v.at(x, j))) sum.at(i, j) += v.at(x, j), count.at(i, j) += 1.0;
-  for (int j = 0; j < g.ny; ++j)
-    for (int i = 0; i < g.nx; ++i) {
-      if (!std::isfinite(v.at(i, j))) continue;
-      double total = 0.0, n = 0.0;
-      for (int y = std::max(0, j - ry); y <= std::min(g.ny - 1, j + ry); ++y) total += sum.at(i, y), n += count.at(i, y);
-      out.at(i, j) = total / n;
-    }
-  return out;
+HeightMap square_mean(const HeightMap& values, double side_mm) {
+  const GridSpec& g = values.spec;
+  return window_mean(values, int(0.5 * side_mm / g.pitch_x_mm + 1e-9), int(0.5 * side_mm / g.pitch_y_mm + 1e-9));
 }
 
 HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightMap& e, bool again) {
