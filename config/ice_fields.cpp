@@ -27,6 +27,7 @@ Table part_of(Experiment& e) {
       {"ice.measure_spacing_mm", &c.measure_spacing_mm, "mm", above(0.1, 100), "between measurement paths"},
       {"ice.measure_offset_mm", &c.measure_offset_mm, "mm", within(0, 100), "of measurement paths from the edge of their material; 0 = as its first bead"},
       {"ice.map_samples", &c.map_samples, "", within(1, 8), "a map cell's height is the mean over n x n places of it; 1 = the height at its centre"},
+      {"ice.map_table", &c.map_table, "", one_of({"off", "on"}), "on: the bare table is measured before the first layer, along the paths that measure the first interval, and the first interval answers that map"},
       {"ice.coverage", &c.coverage, "", one_of({"window", "off"}), "window: flows make up for beads of a layer that overlap or leave spots, by means over 5 mm; off: as the widths say"},
       {"ice.water_boundary_mm_s", &c.water.boundary_mm_s, "mm/s", above(0, 1000), "nominal speed of water boundary paths; the motion limits may lower it"},
       {"ice.water_fill_mm_s", &c.water.fill_mm_s, "mm/s", above(0, 1000), "nominal speed of water fill paths"},
