@@ -6,9 +6,9 @@
 // MPC plans with, so it flatters. droplets: Firn's independent plant, as it is by default.
 #include <fmt/core.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -94,25 +94,24 @@ double cpu_s() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   int seeds = 20, first = 1001;
   bool json = false, each = false, alone = false;
   std::string plant = "lu2015", only;
-  std::vector<std::string> more;
+  std::vector<std::string> more, names;
+  for (const Row& row : rows()) names.push_back(row.name);
   double just_um = -1.0;
-  for (int n = 1; n < argc; ++n) {
-    const std::string a = argv[n];
-    if (a == "--json") json = true;
-    if (a == "--each") each = true;
-    if (a == "--alone") alone = true;
-    if (n + 1 >= argc) continue;
-    if (a == "--seeds") seeds = std::atoi(argv[++n]);
-    else if (a == "--first") first = std::atoi(argv[++n]);
-    else if (a == "--plant") plant = argv[++n];
-    else if (a == "--scheme") only = argv[++n];
-    else if (a == "--sensor") just_um = std::atof(argv[++n]);
-    else if (a == "--set") more.push_back(argv[++n]);
-  }
+  CLI::App app("closed loops of schemes on held-out seeds");
+  app.add_option("--seeds", seeds, "how many")->check(CLI::Range(1, 1000000));
+  app.add_option("--first", first, "seed")->check(CLI::Range(0, 1000000000));
+  app.add_option("--plant", plant)->check(CLI::IsMember({"lu2015", "droplets"}));
+  app.add_option("--scheme", only, "beside greedy")->check(CLI::IsMember(names));
+  app.add_option("--sensor", just_um, "UM: noise per cell, this one only")->check(CLI::Range(0.0, 1000.0));
+  app.add_option("--set", more, "KEY=VALUE")->allow_extra_args(false);
+  app.add_flag("--alone", alone, "greedy not");
+  app.add_flag("--each", each, "each print, and its error by place");
+  app.add_flag("--json", json);
+  CLI11_PARSE(app, argc, argv);
   nlohmann::ordered_json table = nlohmann::json::array();
   if (!json)
     fmt::print("{} seeds from {}, plant {}\n{:<24} {:>9} {:>7} {:>22} {:>8} {:>8} {:>7} {:>7} {:>7}\n", seeds, first, plant, "scheme", "variation",
@@ -177,4 +176,7 @@ int main(int argc, char** argv) {
   }
   if (json) fmt::print("{}\n", table.dump(2));
   return 0;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "closed_loop: {}\n", e.what());
+  return 2;
 }

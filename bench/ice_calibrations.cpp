@@ -1,9 +1,9 @@
 // Planted cases through the calibrations of the simulated ice lab: worst error, root mean square, coverage of the 95 % intervals.
 //   build/bench/ice_calibrations [cases = 100] [laser-offset|laser-latency|level-table|valve-latency|flow-curve ...] [--each] [--from FIRST = 1]
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <functional>
 #include <string>
@@ -47,14 +47,14 @@ std::vector<Kind> kinds() {
 int main(int argc, char** argv) try {
   int cases = 100, from = 1;
   bool each = false;
-  std::vector<std::string> only;
-  for (int k = 1; k < argc; ++k) {
-    const std::string arg = argv[k];
-    if (arg == "--each") each = true;
-    else if (arg == "--from" && k + 1 < argc) from = std::max(1, std::atoi(argv[++k]));
-    else if (const int n = std::atoi(argv[k]); n > 0) cases = n;
-    else only.push_back(arg);
-  }
+  std::vector<std::string> only, names;
+  for (const Kind& kind : kinds()) names.push_back(kind.name);
+  CLI::App app("planted cases through the calibrations of the simulated ice lab");
+  app.add_option("CASES", cases)->capture_default_str()->check(CLI::Range(1, 1000000));
+  app.add_option("KIND", only, "default: all")->check(CLI::IsMember(names));
+  app.add_option("--from", from, "first case")->capture_default_str()->check(CLI::Range(1, 1000000000));
+  app.add_flag("--each", each, "each case");
+  CLI11_PARSE(app, argc, argv);
   const planted::IceLab lab = planted::shipped_ice_lab(FIRN_SOURCE_DIR);
   std::printf("%-14s %6s %6s %12s %12s %12s %12s %9s %8s\n", "calibration", "cases", "failed", "worst", "mean", "rms", "half 95 %", "coverage", "CPU s");
   for (const Kind& kind : kinds()) {

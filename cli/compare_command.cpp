@@ -58,7 +58,6 @@ std::atomic<bool> interrupted{false};
 }  // namespace
 
 int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop) {
-  if (options.seeds < 0) throw UsageError("--seeds must be 1 or more");
   if (options.threads < 0) throw UsageError("--threads must be 0 or more");
   const std::filesystem::path file = options.study;
   Study study = load_study(file);

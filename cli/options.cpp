@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -31,6 +32,16 @@ namespace firn {
 namespace {
 
 using Run = std::function<int()>;
+
+/// A number above 0; CLI11's own says so by writing the largest double out.
+CLI::Validator above_zero() {
+  return {[](const std::string& text) {
+            double number = 0.0;
+            const bool read = CLI::detail::lexical_cast(text, number);
+            return read && number > 0.0 && std::isfinite(number) ? std::string() : text + " is not a number above 0";
+          },
+          "above 0"};
+}
 
 /// Binds a command's options struct to its parser; the struct lives as long as the call.
 template <class Options>
@@ -189,10 +200,10 @@ void declare_print(CLI::App& app, Run& run) {
   app.add_option("--resume", o->resume, "go on with the interrupted run in this folder");
   app.add_option("--bus", o->bus, "in-process, or an LCM URL; default: loopback, a port of the run's own");
   app.add_option("--set", o->overrides, "KEY=VALUE, after the file")->allow_extra_args(false);
-  app.add_option("--speedup", o->speedup, "live: node time runs so many times faster than the clock, 1 to 10; default run.time_scale")->check(CLI::PositiveNumber);
+  app.add_option("--speedup", o->speedup, "live: node time runs so many times faster than the clock, 1 to 10; default run.time_scale")->check(above_zero());
   app.add_option("--fault", o->faults, "\"SECONDS PORT KIND [COUNT [DELAY_US]]\": what befalls a simulated instrument; docs/ice.md")->allow_extra_args(false);
   app.add_option("--runs", o->runs, "where run folders go")->capture_default_str();
-  app.add_option("--tolerance", o->tolerance_um, "UM: exit code 1 if the last map's RMS is above; default: one nominal layer, told and not decisive; docs/print.md")->check(CLI::PositiveNumber);
+  app.add_option("--tolerance", o->tolerance_um, "UM: exit code 1 if the last map's RMS is above; default: one nominal layer, told and not decisive; docs/print.md")->check(above_zero());
   app.add_flag("--accept-doubt", o->accept_doubt, "with --resume: go on though droplets of the open loop are in doubt");
   json_flag(app, o->json);
 }
@@ -256,7 +267,7 @@ void declare_compare(CLI::App& app, Run& run) {
   auto o = bind(app, run, run_compare);
   app.add_option("STUDY", o->study, "study file")->required();
   app.add_option("-o,--output", o->output, "study folder; default: runs/study-NAME");
-  app.add_option("--seeds", o->seeds, "seeds 1..N instead of the study's");
+  app.add_option("--seeds", o->seeds, "seeds 1..N instead of the study's")->check(CLI::Range(1, 1000000));
   app.add_option("--set", o->overrides, "KEY=VALUE, for every print")->allow_extra_args(false);
   app.add_option("--threads", o->threads, "0 = as many as the machine has")->capture_default_str()->check(CLI::Range(0, 1024));
   json_flag(app, o->json);

@@ -32,6 +32,13 @@ TEST_CASE("Usage errors name the command and the argument and are raised by run,
   CHECK(parse({"config", "check"}).command == "config check");
 }
 
+TEST_CASE("A number that cannot be is refused with the option and the number, before anything runs") {
+  CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "-1"}).run(), Catch::Contains("--tolerance: -1 is not a number above 0"));
+  CHECK_THROWS_WITH(parse({"print", "x.toml", "--speedup", "inf"}).run(), Catch::Contains("--speedup: inf is not a number above 0"));
+  CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "two"}).run(), Catch::Contains("two is not a number above 0"));
+  CHECK_THROWS_WITH(parse({"compare", "x.toml", "--seeds", "0"}).run(), Catch::Contains("--seeds") && Catch::Contains("0"));
+}
+
 TEST_CASE("An unreadable experiment is a configuration error that names the file") {
   CHECK_THROWS_WITH(parse({"config", "check", "nowhere.toml"}).run(), "nowhere.toml: no such file");
 }
