@@ -9,7 +9,6 @@
 namespace firn::barnett {
 namespace {
 
-constexpr int kArc = 16;  // edges of a corner's round
 constexpr double kDiagonalShare = std::numbers::sqrt2 - 1.0;
 constexpr double kRayStep_mm = 0.05;
 
@@ -20,8 +19,8 @@ std::vector<Point2> outline(const BoxPart& b, double outward_mm) {
   for (int k = 0; k < 4; ++k) {
     const double r = std::max(0.0, b.round_mm[std::size_t(k)] + outward_mm), first = (2 + k) * 0.5 * std::numbers::pi;
     const double x = (k == 0 || k == 3 ? -1.0 : 1.0) * (half - r), y = (k < 2 ? -1.0 : 1.0) * (half - r);
-    for (int n = 0; n <= kArc; ++n) {
-      const double a = first + 0.5 * std::numbers::pi * n / kArc;
+    for (int n = 0; n <= b.round_edges; ++n) {
+      const double a = first + 0.5 * std::numbers::pi * n / b.round_edges;
       out.push_back({x + r * std::cos(a), y + r * std::sin(a)});
     }
   }
@@ -70,7 +69,7 @@ SampleMesh mesh_of(const BoxPart& b, bool plate_on_top) {
   SampleMesh m;
   // The profile swept along the outline: plate's edge, ledge, wall's outside, rim, wall's inside.
   const double profile[6][2] = {{b.ledge_mm, 0.0}, {b.ledge_mm, b.plate_mm}, {0.0, b.plate_mm}, {0.0, b.height_mm}, {-b.wall_mm, b.height_mm}, {-b.wall_mm, b.plate_mm}};
-  constexpr std::uint32_t kPoints = 4 * (kArc + 1);
+  const auto points = std::uint32_t(4 * (b.round_edges + 1));
   const auto z_of = [&](double z) { return float(plate_on_top ? b.height_mm - z : z); };
   const auto triangle = [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
     const auto same = [&](std::uint32_t s, std::uint32_t t) { return m.vertices[s] == m.vertices[t]; };
@@ -83,15 +82,15 @@ SampleMesh mesh_of(const BoxPart& b, bool plate_on_top) {
   const auto middle = std::uint32_t(m.vertices.size());
   m.vertices.push_back({0.0f, 0.0f, z_of(0.0)});
   m.vertices.push_back({0.0f, 0.0f, z_of(b.plate_mm)});
-  for (std::uint32_t n = 0; n < kPoints; ++n) {
-    const std::uint32_t next = (n + 1) % kPoints;
+  for (std::uint32_t n = 0; n < points; ++n) {
+    const std::uint32_t next = (n + 1) % points;
     for (std::uint32_t k = 0; k < 5; ++k) {
-      const std::uint32_t low = k * kPoints, high = low + kPoints;
+      const std::uint32_t low = k * points, high = low + points;
       triangle(low + n, low + next, high + next);
       triangle(low + n, high + next, high + n);
     }
     triangle(middle, next, n);
-    triangle(middle + 1, 5 * kPoints + n, 5 * kPoints + next);
+    triangle(middle + 1, 5 * points + n, 5 * points + next);
   }
   return m;
 }

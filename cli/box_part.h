@@ -21,6 +21,7 @@ struct BoxPart {
   double side_mm = 92.0;     ///< l5, l7
   double height_mm = 25.0;   ///< l6
   std::array<double, 4> round_mm{0.0, 20.0, 16.0, 10.0};  ///< of the corners (-x-y), (+x-y), (+x+y), (-x+y)
+  int round_edges = 16;        ///< edges of each round in the mesh
   double diagonal_mm() const;  ///< l3
 };
 
