@@ -1,6 +1,7 @@
 #include "cli/slice_command.h"
 
 #include <fmt/core.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <charconv>
@@ -23,6 +24,13 @@ namespace firn {
 namespace {
 
 struct Interrupted {};
+
+// Layers ask for the same few MiB again and again: handing them back to the system each time costs a detailed part some
+// hundredths of its time in page faults.
+void keep_freed_memory() {
+  ::mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  ::mallopt(M_MMAP_THRESHOLD, 32 << 20);
+}
 
 // "--support overhang 30 a.stl" leaves the angle among the meshes.
 std::optional<double> take_angle(std::vector<std::string>& meshes) {
@@ -185,6 +193,7 @@ int run_slice(const SliceCommandOptions& given) {
   SliceCommandOptions o = given;
   const SliceSettings settings = settings_of(o);
   check(o);
+  keep_freed_memory();
   InterruptGuard guard;
   try {
     SliceRun(o, settings).run();

@@ -1,5 +1,8 @@
 #include "core/slice/path_codec.h"
 
+#include <algorithm>
+#include <array>
+
 namespace firn::slice {
 namespace {
 
@@ -18,6 +21,26 @@ void check(const LayerPaths& l) {
   for (const PathInfo& i : l.info) ok = ok && i.width >= 0 && within(i.width);
   for (const Point& p : l.lines.points) ok = ok && within(p.x) && within(p.y);
   if (!ok) throw std::invalid_argument("layer " + std::to_string(l.layer) + ": a number beyond what a path file holds");
+}
+
+// A line as steps, the same bytes as ByteWriter's put_signed for each; some hundred at a time, without asking for room for each.
+void put_steps(std::span<const Point> line, Point& at, ByteWriter& out) {
+  constexpr std::size_t kAtOnce = 256, kMostBytes = 10;  // of a number of 64 bits, seven a byte
+  std::array<std::byte, 2 * kAtOnce * kMostBytes> room;
+  for (; !line.empty(); line = line.subspan(std::min(kAtOnce, line.size()))) {
+    std::byte* to = room.data();
+    const auto put = [&to](std::int64_t step) {
+      std::uint64_t v = (std::uint64_t(step) << 1) ^ std::uint64_t(step >> 63);
+      for (; v >= 0x80; v >>= 7) *to++ = std::byte(v | 0x80);
+      *to++ = std::byte(v);
+    };
+    for (const Point& p : line.first(std::min(kAtOnce, line.size()))) {
+      put(std::int64_t(p.x) - at.x);
+      put(std::int64_t(p.y) - at.y);
+      at = p;
+    }
+    out.put_bytes(room.data(), std::size_t(to - room.data()));
+  }
 }
 
 }  // namespace
@@ -80,11 +103,7 @@ std::vector<std::byte> encode(const LayerPaths& l) {
     out.put(i.material);
     out.put_varint(std::uint64_t(i.width));
     out.put_varint(line.size());
-    for (const Point& p : line) {
-      out.put_signed(std::int64_t(p.x) - at.x);
-      out.put_signed(std::int64_t(p.y) - at.y);
-      at = p;
-    }
+    put_steps(line, at, out);
   }
   return out.take();
 }
