@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/slice/box_pairs.h"
+#include "core/slice/box_search.h"
 
 namespace firn::slice {
 namespace {
@@ -14,7 +14,6 @@ constexpr double kFar = 2.0 * kUnitsPerMm;  // places further apart do not follo
 constexpr double kBeyond = 1.3;             // a disc may be so much too large, since walls beside its foot do not count
 constexpr double kCentred = 0.8;            // least depth of a chain's place over its disc's radius
 constexpr std::size_t kShort = 12;          // places of a line that may echo another
-constexpr std::size_t kFew = 16;            // walls that are simply all looked at
 constexpr double kFirstAsk = 0.4;           // of the furthest: where a wall is looked for first
 
 // The disc that touches the outline in a foot and, opposite, a wall or corner that faces it.
@@ -28,7 +27,6 @@ class Discs {
  public:
   void take(std::span<const Wall> walls) {
     walls_ = walls, guess_ = 0;
-    if (walls.size() <= kFew) return;
     tree_.resize(walls.size());
     for (std::size_t i = 0; i < walls.size(); ++i) {
       const Point from = to_point(walls[i].from), to = to_point(walls[i].to);
@@ -46,10 +44,8 @@ class Discs {
       guess_ = i;
       return true;
     };
-    bool found = each_guess(reaches);
-    if (found) return true;
-    each_near(foot.at + radius * foot.normal, radius, [&](std::size_t i) { found = found || reaches(i); });
-    return found;
+    const Vec centre = foot.at + radius * foot.normal;
+    return each_guess(reaches) || tree_.any_touching(box_about(centre.x, centre.y, radius), reaches);
   }
 
   // @return false if nothing faces the foot within this radius
@@ -123,15 +119,11 @@ class Discs {
 
   template <class F>
   void each_near(Vec place, double reach, F&& f) const {
-    if (walls_.size() <= kFew) {
-      for (std::size_t i = 0; i < walls_.size(); ++i) f(i);
-    } else {
-      tree_.touching(box_about(place.x, place.y, reach), f);
-    }
+    tree_.touching(box_about(place.x, place.y, reach), f);
   }
 
   std::span<const Wall> walls_;
-  BoxTree tree_;
+  BoxSearch tree_;
   std::size_t guess_ = 0;
 };
 
@@ -194,13 +186,12 @@ class Laid {
       return dot(off, off) < reach * reach;
     };
     if (last_ < discs_.size() && !gone_[discs_[last_].line] && covers(discs_[last_].place)) return false;
-    bool left = true;
-    tree_.touching(box_about(spot.at.x, spot.at.y, 0), [&](std::size_t i) {
-      if (!left || gone_[discs_[i].line] || !covers(discs_[i].place)) return;
-      left = false;
+    const bool covered = tree_.any_touching(box_about(spot.at.x, spot.at.y, 0), [&](std::size_t i) {
+      if (gone_[discs_[i].line] || !covers(discs_[i].place)) return false;
       last_ = i;
+      return true;
     });
-    return left && std::none_of(later_.begin(), later_.end(), covers);
+    return !covered && std::none_of(later_.begin(), later_.end(), covers);
   }
   void add(const AxisPlace& p) { later_.push_back(p); }
 
@@ -218,7 +209,7 @@ class Laid {
   std::vector<bool> gone_;
   std::vector<AxisPlace> later_;
   std::size_t last_ = 0;  // disc that covered the last spot
-  BoxTree tree_;
+  BoxSearch tree_;
 };
 
 // Short lines that say no more than longer ones go.

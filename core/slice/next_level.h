@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/slice/box_pairs.h"
+#include "core/slice/box_search.h"
 #include "core/slice/middle_lines.h"
 #include "core/slice/region.h"
 
@@ -46,7 +46,7 @@ class NextLevel : public AxisField {
   std::size_t last_ = 0;
   Vec lonely_;  // nothing is within the limit of places nearer to it than the root of
   double lonely_square_ = 0;
-  BoxTree tree_;
+  BoxSearch tree_;
   bool built_ = false;
 };
 

@@ -1,0 +1,124 @@
+// Boxes that a box meets, among boxes whose neighbours in the list lie near each other (pieces of outlines).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include "core/slice/box_pairs.h"
+
+namespace firn::slice {
+
+/// A tree as BoxTree, to be asked only: eight children to a box, whose numbers stand side by side, so that all eight are compared
+/// at once. Leaves are told in ascending order. Keeps its working memory.
+class BoxSearch {
+ public:
+  using Box = BoxOf<std::int32_t>;
+
+  /// All leaves are to be set, then build().
+  void resize(std::size_t leaves) {
+    leaves_ = leaves;
+    levels_[0].resize((leaves + kFan - 1) / kFan);
+    for (std::size_t i = leaves; i < levels_[0].size() * kFan; ++i) put(levels_[0], i, kNowhere);
+  }
+  void set(std::size_t leaf, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) {
+    put(levels_[0], leaf, {x0, y0, -x1, -y1});
+  }
+  void set(std::size_t leaf, const Box& b) { set(leaf, b.x0, b.y0, b.x1, b.y1); }
+
+  void build() {
+    depth_ = 1;
+    while (levels_[depth_ - 1].size() > 1) {
+      if (depth_ == levels_.size()) levels_.emplace_back();
+      const std::vector<Node>& below = levels_[depth_ - 1];
+      std::vector<Node>& here = levels_[depth_++];
+      here.resize((below.size() + kFan - 1) / kFan);
+      for (std::size_t i = 0; i < here.size() * kFan; ++i) put(here, i, i < below.size() ? least(below[i]) : kNowhere);
+    }
+  }
+
+  /// f(i) for all leaves that meet a box.
+  template <class F>
+  void touching(const Box& b, F&& f) const {
+    any_touching(b, [&](std::size_t i) {
+      f(i);
+      return false;
+    });
+  }
+  /// The same until f(i) is true. @return whether it was
+  template <class F>
+  bool any_touching(const Box& b, F&& f) const {
+    return leaves_ > 0 && down(depth_ - 1, 0, Query(b), f);
+  }
+
+ private:
+  static constexpr std::size_t kFan = 8;
+  // A box is x0, y0, -x1, -y1: it meets another where none of its numbers is above x1, y1, -x0, -y0 of that.
+  using Numbers = std::array<std::int32_t, 4>;
+  static constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
+  static constexpr Numbers kNowhere = {kFar, kFar, kFar, kFar};
+  using Lanes = std::int32_t __attribute__((vector_size(16)));
+  struct Node {
+    Lanes lanes[4][2];  // [number][half of the children]
+  };
+  struct Query {
+    Lanes most[4];
+    explicit Query(const Box& b) {
+      const Numbers m = {b.x1, b.y1, -b.x0, -b.y0};
+      for (std::size_t k = 0; k < 4; ++k) most[k] = Lanes{m[k], m[k], m[k], m[k]};
+    }
+  };
+
+  static void put(std::vector<Node>& level, std::size_t i, const Numbers& box) {
+    for (std::size_t k = 0; k < 4; ++k) level[i / kFan].lanes[k][i % kFan / 4][i % 4] = box[k];
+  }
+  static Numbers least(const Node& node) {
+    Numbers box;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Lanes a = node.lanes[k][0], b = node.lanes[k][1], four = a < b ? a : b;
+      const Lanes turned = __builtin_shufflevector(four, four, 2, 3, 0, 1), two = four < turned ? four : turned;
+      box[k] = std::min(two[0], two[1]);
+    }
+    return box;
+  }
+  // One bit for each lane that is below 0.
+  static unsigned signs(Lanes lanes) {
+#ifdef __SSE2__
+    return unsigned(_mm_movemask_ps(std::bit_cast<__m128>(lanes)));
+#else
+    unsigned bits = 0;
+    for (int i = 0; i < 4; ++i) bits |= unsigned(lanes[i] < 0) << i;
+    return bits;
+#endif
+  }
+  static unsigned meeting(const Node& node, const Query& query) {
+    const auto above = [&](std::size_t half) {
+      Lanes any = node.lanes[0][half] > query.most[0];
+      for (std::size_t k = 1; k < 4; ++k) any |= node.lanes[k][half] > query.most[k];
+      return any;
+    };
+    return ~(signs(above(0)) | signs(above(1)) << 4) & 0xffu;
+  }
+
+  template <class F>
+  bool down(std::size_t level, std::size_t node, const Query& query, F& f) const {
+    for (unsigned met = meeting(levels_[level][node], query); met; met &= met - 1) {
+      const std::size_t i = node * kFan + std::size_t(std::countr_zero(met));
+      if (level ? down(level - 1, i, query, f) : f(i)) return true;
+    }
+    return false;
+  }
+
+  std::vector<std::vector<Node>> levels_ = std::vector<std::vector<Node>>(1);
+  std::size_t leaves_ = 0, depth_ = 1;
+};
+
+}  // namespace firn::slice
