@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/slice/box_pairs.h"
+#include "core/slice/box_search.h"
 #include "core/slice/planar.h"
 #include "core/slice/vec.h"
 
@@ -162,17 +162,15 @@ class Merge {
     const Point lo = to_point({std::min(p.x, q.x), std::min(p.y, q.y)}), hi = to_point({std::max(p.x, q.x), std::max(p.y, q.y)});
     box.add(lo.x - slack_, lo.y - slack_);
     box.add(hi.x + slack_, hi.y + slack_);
-    bool found = false;
-    tree_.touching(box, [&](std::size_t i) {
-      if (found) return;
+    const bool found = tree_.any_touching(box, [&](std::size_t i) {
       const Vec a = to_vec(above_.at(i)), way = to_vec(above_.at(above_.next[i])) - a;
       const double square = dot(way, way);
-      if (dot(q - p, way) < 0 || square == 0) return;
+      if (dot(q - p, way) < 0 || square == 0) return false;
       const auto near = [&](Vec v) {
         const Vec off = v - a - std::clamp(dot(v - a, way) / square, 0.0, 1.0) * way;
         return dot(off, off) <= double(slack_) * slack_;
       };
-      found = near(p) && near(q);
+      return near(p) && near(q);
     });
     if (found || depth == 0) return found;
     const Vec m = 0.5 * (p + q);
@@ -272,7 +270,7 @@ class Merge {
 
   Outline above_, layer_;
   std::int32_t slack_;
-  BoxTree tree_;
+  BoxSearch tree_;
   std::vector<Crossing> crossings_;
   std::vector<std::uint32_t> order_[2];
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/slice/merge.h"
 #include "core/slice/offset_rings.h"
@@ -14,22 +15,31 @@ namespace {
 
 constexpr std::size_t kLayersAtOnce = 32;
 
-// Calls use(k, union of layer k and all above, but for a rim of `slack` units) for all layers, from the top in blocks: the union
-// runs downward through one block while the one above it is used.
+// Calls use(first, behind, union) for all layers, from the top in blocks: layers [first, behind) have this same union of a layer and
+// all above, but for a rim of `slack` units. The union runs downward through one block while the one above it is used.
 template <class Use>
 void for_merged_above(std::span<const Region> part, std::int32_t slack, const ParallelFor& parallel, const Use& use) {
-  std::vector<Region> merged, before;  // from the top
+  struct Merged {
+    std::size_t first, behind;
+    Region above;
+  };
+  std::vector<Merged> merged, before;  // from the top
   Region last;
   for (std::size_t begin = 0, used = 0; used < part.size(); used = begin, begin = std::min(part.size(), begin + kLayersAtOnce)) {
     const std::size_t end = std::min(part.size(), begin + kLayersAtOnce);
     std::swap(merged, before);
-    parallel(1 + int(begin - used), [&](int n) {
-      if (n > 0) return use(part.size() - (used + std::size_t(n)), before[std::size_t(n) - 1]);
+    parallel(1 + int(before.size()), [&](int n) {
+      if (n > 0) {
+        const Merged& m = before[std::size_t(n) - 1];
+        return use(m.first, m.behind, m.above);
+      }
       merged.clear();
-      for (std::size_t k = begin; k < end; ++k) {
-        const Region& layer = part[part.size() - 1 - k];
-        last = k ? merge_protruding(last, layer, slack) : layer;
-        merged.push_back(last);
+      for (std::size_t down = begin; down < end; ++down) {
+        const std::size_t k = part.size() - 1 - down;
+        Region next = down ? merge_protruding(last, part[k], slack) : part[k];
+        if (!merged.empty() && next == last) merged.back().first = k;
+        else merged.push_back({k, k + 1, next});
+        last = std::move(next);
       }
     });
   }
@@ -69,10 +79,11 @@ std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t 
   const double grow_mm = std::max(0.0, options.buffer_mm - 2 * chord_tolerance_mm - 1e-3);
   if (options.kind == Support::kFull) {
     const std::int32_t slack = std::int32_t(0.5 * chord_tolerance_mm * kUnitsPerMm);
-    for_merged_above(part, slack, parallel, [&](std::size_t k, const Region& above) {
+    for_merged_above(part, slack, parallel, [&](std::size_t first, std::size_t behind, const Region& above) {
       const Region grown = grow(thinned(above, chord_tolerance_mm), grow_mm, chord_tolerance_mm);
       // Rings of the layer and of what is far outside it do not meet.
-      scaffold[k] = grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);
+      for (std::size_t k = first; k < behind; ++k)
+        scaffold[k] = grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);
     });
     return scaffold;
   }
