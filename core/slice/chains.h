@@ -7,71 +7,92 @@
 #include <vector>
 
 #include "core/slice/box_pairs.h"
+#include "core/slice/vec.h"
 
 namespace firn::slice {
 
+/// A box in doubles whose corners are compared two numbers at a time.
+struct PairBox {
+  using Pair = double __attribute__((vector_size(16)));
+  Pair low, high;
+
+  static Pair pair(Vec v) { return Pair{v.x, v.y}; }
+  static Pair pair(Point p) { return Pair{double(p.x), double(p.y)}; }
+  template <class P>
+  static PairBox of(P a, P b) {
+    const Pair p = pair(a), q = pair(b);
+    return {p < q ? p : q, p < q ? q : p};
+  }
+  bool meets(const PairBox& o) const {
+    using Halves = std::int64_t __attribute__((vector_size(16)));
+    const Halves apart = (low > o.high) | (o.low > high);
+    return (apart[0] | apart[1]) == 0;
+  }
+  /// In whole units, outward.
+  BoxOf<std::int32_t> whole() const {
+    const auto unit = [](double v) { return std::int32_t(std::min(2.1e9, std::max(-2.1e9, v))); };
+    return {unit(low[0]) - 1, unit(low[1]) - 1, unit(high[0]) + 1, unit(high[1]) + 1};
+  }
+};
+
 /// Edges, one after the other, cut into chains along which x only rises or only falls, and y as well. Edges of a chain do not
 /// meet but at their ends, and what lies between two places of a chain lies in the box of the two: no tree is needed within
-/// it, and a smooth line is a few chains.
+/// it, and a smooth line is a few chains. Nor do chains meet between which x only rises or only falls, or y.
 class Chains {
  public:
-  static constexpr int kBent = 4;  ///< an edge along which x or y turns: a chain of its own
+  /// How an edge runs, the sum of: x falls, y falls (else they rise), x turns on the way, y turns on the way.
+  enum Run : int { kXFalls = 1, kYFalls = 2, kXTurns = 4, kYTurns = 8, kBent = kXTurns | kYTurns, kNone = -1 };
 
-  void clear() {
-    chains_.clear();
-    edges_ = 0;
-    last_ = kBent;
+  /// Of a straight edge.
+  static int run_of(Vec way) {
+    const auto falls = PairBox::pair(way) < PairBox::Pair{};
+    return int(falls[0] & kXFalls) | int(falls[1] & kYFalls);
   }
-  /// The next edge. @param quadrant of its direction, the same for all equal pairs of signs: 0 to 3, or kBent
-  void add(int quadrant, bool begins_line) {
-    if (quadrant != last_ || quadrant == kBent || begins_line) {
-      chains_.push_back({edges_, edges_, std::int8_t(quadrant), std::int8_t(begins_line ? kBent : last_)});
-      last_ = quadrant;
+
+  void clear() { chains_.clear(); }
+  /// Does a chain begin at an edge? @param last run of the edge before it, kNone at the beginning of a line
+  static bool begins(int run, int last) { return run != last || run >= kXTurns; }
+  void begin(std::uint32_t edge, int run, int last) {
+    const std::uint32_t here = std::uint32_t(chains_.size());
+    Chain chain{edge, edge, here, here, run >= kXTurns};
+    if (here > 0) {
+      chains_.back().end = edge;
+      if (last != kNone && !(run & kXTurns) && !((run ^ last) & (kXFalls | kXTurns))) chain.x_since = chains_.back().x_since;
+      if (last != kNone && !(run & kYTurns) && !((run ^ last) & (kYFalls | kYTurns))) chain.y_since = chains_.back().y_since;
     }
-    chains_.back().end = ++edges_;
+    chains_.push_back(chain);
+  }
+  void end(std::uint32_t edges) {
+    if (!chains_.empty()) chains_.back().end = edges;
   }
 
   /// f(i, j), i < j, for all edges of different chains whose boxes meet, but for those of which it is known that they do not
   /// meet; for neighbours of different chains in any case.
-  /// @param edges with from(i), to(i): places; bent(i): box of an edge that was added as kBent
+  /// @param edges with from(i), to(i): places; bent(i): box of an edge that turns
   template <class Edges, class F>
   void pairs(const Edges& edges, F&& f) {
-    using Box = decltype(edges.bent(0));
     const auto box = [&](const Chain& c) {
-      if (c.bent()) return edges.bent(c.begin);
-      Box b;
-      b.add(edges.from(c.begin).x, edges.from(c.begin).y);
-      b.add(edges.to(c.end - 1).x, edges.to(c.end - 1).y);
-      return b;
+      return c.bent ? edges.bent(c.begin) : PairBox::of(edges.from(c.begin), edges.to(c.end - 1));
     };
     tree_.resize(chains_.size());
-    for (std::size_t c = 0; c < chains_.size(); ++c) tree_.set(c, whole(box(chains_[c])));
+    for (std::size_t c = 0; c < chains_.size(); ++c) tree_.set(c, box(chains_[c]).whole());
     tree_.build();
     tree_.pairs([&](std::size_t c, std::size_t d) {
       const Chain &a = chains_[c], &b = chains_[d];
-      if (d == c + 1 && b.goes_on()) f(std::size_t(a.end - 1), std::size_t(b.begin));
-      else cross(a, b, box(a), box(b), box, f);
+      if (std::min(b.x_since, b.y_since) > c) cross(a, b, box(a), box(b), box, f);
+      else if (d == c + 1) f(std::size_t(a.end - 1), std::size_t(b.begin));
     });
   }
 
  private:
   struct Chain {
     std::uint32_t begin, end;
-    std::int8_t quadrant;
-    std::int8_t before;  // quadrant of the chain before it in its line; kBent: there is none, or it is bent
-    bool bent() const { return quadrant == kBent; }
-    // Seen along the axis whose sign they share, this chain lies behind the one before it.
-    bool goes_on() const { return before == (quadrant ^ 1) || before == (quadrant ^ 2); }
+    std::uint32_t x_since, y_since;  // chains of its line from which on x, or y, runs as it does here
+    bool bent;
   };
 
-  static BoxTree::Box whole(const BoxOf<std::int32_t>& b) { return b; }
-  static BoxTree::Box whole(const BoxOf<double>& b) {
-    const auto unit = [](double v) { return std::int32_t(std::min(2.1e9, std::max(-2.1e9, v))); };
-    return {unit(b.x0) - 1, unit(b.y0) - 1, unit(b.x1) + 1, unit(b.y1) + 1};
-  }
-
-  template <class Box, class BoxFor, class F>
-  static void cross(Chain a, Chain b, Box box_a, Box box_b, const BoxFor& box, F& f) {
+  template <class BoxFor, class F>
+  static void cross(Chain a, Chain b, PairBox box_a, PairBox box_b, const BoxFor& box, F& f) {
     while (box_a.meets(box_b)) {
       const std::uint32_t in_a = a.end - a.begin, in_b = b.end - b.begin;
       if (in_a == 1 && in_b == 1) {
@@ -92,8 +113,6 @@ class Chains {
   }
 
   std::vector<Chain> chains_;
-  std::uint32_t edges_ = 0;
-  int last_ = kBent;
   BoxTree tree_;
 };
 

@@ -36,7 +36,7 @@ void ExactTips::look(const Wall& wall, const Wall& other, double reach, std::vec
   tree_.touching(box_about(wall.foot.x, wall.foot.y, reach), [&](std::size_t i) {
     const Vec at = to_vec(contours_.points[i]), way = to_vec(contours_.points[next_[i]]) - at;
     const double ahead = dot(way, wall.along);
-    if (ahead > 0 && ahead > dot(way, other.along)) edges.push_back({at, way});
+    if (ahead > 0 && ahead > dot(way, other.along)) edges.push_back({at, way, dot(way, way)});
   });
 }
 
@@ -60,11 +60,13 @@ bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) 
     Vec up[2];
     for (int w = 0; w < 2; ++w) {
       double nearest = 1e300;
+      const Edge* found = nullptr;
       for (const Edge& e : edges_[w]) {
-        const double square = dot(e.way, e.way), share = std::clamp(dot(p - e.at, e.way), 0.0, square);
-        const Vec off = p - e.at - (share / square) * e.way;
-        if (const double s = dot(off, off); s < nearest) nearest = s, up[w] = off;
+        const Vec off = e.from(p);
+        if (const double s = dot(off, off); s < nearest) nearest = s, found = &e;
       }
+      if (!found) return false;
+      up[w] = found->from(p);
       const double l = std::sqrt(nearest);
       if (l == 0) return false;
       up[w] = (1 / l) * up[w];

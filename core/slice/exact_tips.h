@@ -4,6 +4,7 @@
 // taken from the contours that the outline was thinned from: the place that lies at the asked distance from both walls.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -38,6 +39,11 @@ class ExactTips {
  private:
   struct Edge {
     Vec at, way;
+    double square;  // of its length
+    Vec from(Vec p) const {  // from its nearest place
+      const Vec off = p - at;
+      return off - (std::min(std::max(dot(off, way), 0.0), square) / square) * way;
+    }
   };
   bool find(Vec& tip, const Wall& before, const Wall& after, double d);
   void look(const Wall& wall, const Wall& other, double reach, std::vector<Edge>& edges) const;

@@ -1,5 +1,7 @@
 #include "core/slice/meeting.h"
 
+#include <utility>
+
 namespace firn::slice {
 namespace {
 
@@ -29,7 +31,7 @@ struct Edges {
   const std::uint32_t* next;
   Point from(std::size_t i) const { return points[i]; }
   Point to(std::size_t i) const { return points[next[i]]; }
-  BoxTree::Box bent(std::size_t) const { return {}; }
+  PairBox bent(std::size_t i) const { return PairBox::of(from(i), to(i)); }
 };
 
 }  // namespace
@@ -42,13 +44,18 @@ Meeting MeetingCheck::operator()(const Rings& rings) {
   chains_.clear();
   std::size_t begin = 0;
   for (const std::uint32_t end : rings.ends) {
+    int last = Chains::kNone;
+    Point to = rings.points[begin];
     for (std::size_t i = begin; i < end; ++i) {
       next[i] = std::uint32_t(i + 1 < end ? i + 1 : begin);
-      const Point a = rings.points[i], b = rings.points[next[i]];
-      chains_.add((b.x < a.x) + 2 * (b.y < a.y), i == begin);
+      const Point from = std::exchange(to, rings.points[next[i]]);
+      const int run = int(to.x < from.x) | int(to.y < from.y) << 1;
+      if (Chains::begins(run, last)) chains_.begin(std::uint32_t(i), run, last);
+      last = run;
     }
     begin = end;
   }
+  chains_.end(std::uint32_t(rings.points.size()));
   Meeting worst = Meeting::kApart;
   chains_.pairs(Edges{rings.points.data(), next}, [&](std::size_t i, std::size_t j) {
     const Point a = rings.points[i], b = rings.points[next[i]], c = rings.points[j], d = rings.points[next[j]];

@@ -103,16 +103,26 @@ class Advance {
 
   // A strip 2 w wide has an area of w for each mm of its edge.
   static bool looks_narrow(const Rings& rings, std::size_t begin, std::size_t end, double width) {
-    double twice_area = 0, edge = 0;
-    for (std::size_t r = begin; r < end; ++r) {
-      const std::span<const Point> ring = rings[r];
-      Vec a = to_vec(ring.back());
-      for (const Point p : ring) {
-        const Vec b = to_vec(p);
-        twice_area += cross(a, b), edge += length(b - a);
-        a = b;
+    double twice_area = 0, along_axes = 0, edge = 0;
+    const auto add_edges = [&](auto add) {
+      for (std::size_t r = begin; r < end; ++r) {
+        const std::span<const Point> ring = rings[r];
+        Vec a = to_vec(ring.back());
+        for (const Point p : ring) {
+          const Vec b = to_vec(p);
+          add(a, b);
+          a = b;
+        }
       }
-    }
+    };
+    add_edges([&](Vec a, Vec b) {
+      twice_area += cross(a, b);
+      along_axes += std::abs(b.x - a.x) + std::abs(b.y - a.y);
+    });
+    // Roots only where it is close: the edge is at most that and at least 1 / sqrt(2) of it.
+    if (0.5 * twice_area >= kNarrow * width * along_axes) return false;
+    if (0.5 * twice_area < kNarrow * width * 0.7 * along_axes) return true;
+    add_edges([&](Vec a, Vec b) { edge += length(b - a); });
     return 0.5 * twice_area < kNarrow * width * edge;
   }
 

@@ -11,6 +11,7 @@ namespace firn::slice {
 namespace {
 
 constexpr std::size_t kWindow = 400;
+constexpr std::uint32_t kBlock = 16;  // points of a ring that one box stands for
 
 double square_distance(Point a, Point b) {
   const double x = double(a.x) - b.x, y = double(a.y) - b.y;
@@ -49,15 +50,22 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
   struct Candidate {
     std::uint32_t line;
     BoxOf<std::int32_t> box;  // of a ring
+    std::uint32_t blocks;     // of its points: the first one's box
     Point front, back;        // of an open line
   };
   const std::uint32_t n = std::uint32_t(lines.size());
   std::vector<Candidate> left(n);
   std::vector<std::uint32_t> seams;
+  std::vector<BoxOf<std::int32_t>> blocks;
   for (std::uint32_t i = 0; i < n; ++i) {
-    left[i] = {i, {}, lines[i].front(), lines[i].back()};
-    if (closed)
-      for (const Point p : lines[i]) left[i].box.add(p.x, p.y);
+    left[i] = {i, {}, std::uint32_t(blocks.size()), lines[i].front(), lines[i].back()};
+    if (!closed) continue;
+    const std::span<const Point> line = lines[i];
+    for (std::size_t p = 0; p < line.size(); p += kBlock) {
+      BoxOf<std::int32_t>& box = blocks.emplace_back();
+      for (const Point q : line.subspan(p, std::min<std::size_t>(kBlock, line.size() - p))) box.add(q.x, q.y);
+      left[i].box.add(box);
+    }
   }
   const bool seam_fixed = closed && options.seam != SeamPlacement::kNearest;
   if (seam_fixed)
@@ -85,7 +93,10 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
         if (seam_fixed) {
           offer(line[seams[c.line]], k, seams[c.line], false);
         } else {
-          for (std::uint32_t p = 0; p < line.size(); ++p) offer(line[p], k, p, false);
+          for (std::uint32_t p = 0, block = c.blocks; p < line.size(); p += kBlock, ++block) {
+            if (square_distance(blocks[block], at) >= best) continue;
+            for (std::uint32_t q = p; q < std::min<std::size_t>(p + kBlock, line.size()); ++q) offer(line[q], k, q, false);
+          }
         }
       }
     }

@@ -3,24 +3,38 @@
 namespace firn::slice {
 namespace {
 
-void add(Rings& rings, std::size_t begin, Vec v) {
-  const Point p = to_point(v);
-  if (rings.points.size() == begin || rings.points.back() != p) rings.points.push_back(p);
-}
-
-bool close(Rings& rings, std::size_t begin) {
-  while (rings.points.size() > begin + 1 && rings.points.back() == rings.points[begin]) rings.points.pop_back();
-  double area = 0;
-  for (std::size_t i = begin + 1; i + 1 < rings.points.size(); ++i)
-    area += cross(to_vec(rings.points[i]) - to_vec(rings.points[begin]),
-                  to_vec(rings.points[i + 1]) - to_vec(rings.points[begin]));
-  if (area == 0) {
-    rings.points.resize(begin);
-    return false;
+// A ring that is written behind others, without repeated points.
+class Written {
+ public:
+  Written(Rings& rings, std::size_t most) : rings_(rings), begin_(rings.points.size()) {
+    rings.points.resize(begin_ + most);
+    first_ = end_ = rings.points.data() + begin_;
   }
-  rings.ends.push_back(std::uint32_t(rings.points.size()));
-  return true;
-}
+  void add(Vec v) {
+    const Point p = to_point(v);
+    if (end_ == first_ || end_[-1] != p) *end_++ = p;
+  }
+  void clear() { end_ = first_; }
+  ~Written() {
+    rings_.points.resize(begin_ + size());
+    if (size() > 0) rings_.ends.push_back(std::uint32_t(rings_.points.size()));
+  }
+  std::size_t size() const { return std::size_t(end_ - first_); }
+
+  bool close() {
+    while (size() > 1 && end_[-1] == *first_) --end_;
+    double area = 0;
+    for (const Point* p = first_ + 1; p + 1 < end_; ++p)
+      area += cross(to_vec(p[0]) - to_vec(*first_), to_vec(p[1]) - to_vec(*first_));
+    if (area == 0) end_ = first_;
+    return area != 0;
+  }
+
+ private:
+  Rings& rings_;
+  std::size_t begin_;
+  Point *first_, *end_;
+};
 
 // An edge that grows from an anchor along a line of places: the slopes, seen in the direction in which it set out, at which
 // it passes all of them within the tolerance.
@@ -29,40 +43,45 @@ class Edge {
   explicit Edge(double tolerance) : tolerance_(tolerance) {}
   void begin(Vec anchor, Vec place) {
     anchor_ = anchor, place_ = place;
-    reach_ = -1;
+    reach_ = kNoWay;
   }
   // @return whether the edge may go on to a place, or, with a tolerance of 0 there, end at it
   bool take(Vec p, double tolerance) {
     const Vec way = p - anchor_;
-    if (reach_ < 0) {
+    if (reach_ == kNoWay) {
       const Vec out = p - place_;
       if (dot(way, way) <= tolerance_ * tolerance_ || dot(out, out) == 0) return true;
       along_ = (1 / length(out)) * out;
-      reach_ = 0, low_ = -kSteep, high_ = kSteep;
+      reach_ = kNothing, slopes_ = Pair{-kSteep, -kSteep};
     }
-    const double reach = dot(along_, way), side = cross(along_, way), below = side - tolerance, above = side + tolerance;
-    if (reach <= 0 || reach < reach_ || below > high_ * reach || above < low_ * reach) return false;
-    if (below > low_ * reach) low_ = below / reach;
-    if (above < high_ * reach) high_ = above / reach;
+    const double reach = dot(along_, way), side = cross(along_, way);
+    const Pair beside = Pair{side - tolerance, -(side + tolerance)};
+    const auto out_of = beside > Pair{-slopes_[1], -slopes_[0]} * reach;
+    if ((reach < reach_) | ((out_of[0] | out_of[1]) != 0)) return false;
+    const Pair here = beside / reach;
+    slopes_ = here > slopes_ ? here : slopes_;
     reach_ = reach;
     return true;
   }
   // Beside the place taken last: as far from either side as it may be.
-  Vec end() const { return anchor_ + reach_ * (along_ + 0.5 * (low_ + high_) * left_of(along_)); }
-  bool empty() const { return reach_ <= 0; }
+  Vec end() const { return anchor_ + reach_ * (along_ + 0.5 * (slopes_[0] - slopes_[1]) * left_of(along_)); }
+  bool empty() const { return reach_ <= kNothing; }
 
  private:
-  static constexpr double kSteep = 1.0;
-  double tolerance_, reach_ = -1, low_ = 0, high_ = 0;
+  using Pair = double __attribute__((vector_size(16)));
+  static constexpr double kSteep = 1.0, kNoWay = -1, kNothing = 1e-300;
+  double tolerance_, reach_ = kNoWay;  // kNothing: no place taken yet
+  Pair slopes_{};                      // the lowest, and minus the highest
   Vec anchor_, place_, along_;
 };
 
 }  // namespace
 
 bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings, Flat flat) {
-  const std::size_t begin = rings.points.size(), n = line.size();
+  const std::size_t n = line.size();
+  Written out(rings, n + 1);
   if ((n > 4 || flat == Flat::kVanishes) && tolerance > 0) {
-    add(rings, begin, line[0]);
+    out.add(line[0]);
     Edge edge(tolerance);
     Vec from = line[0];
     edge.begin(from, from);
@@ -74,15 +93,15 @@ bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings, Flat f
       }
       if (edge.empty()) from = to, ++i;
       else from = edge.end();
-      add(rings, begin, from);
+      out.add(from);
       if (i <= n) edge.begin(from, line[i - 1]);
     }
-    if (rings.points.size() - begin >= 3 && close(rings, begin)) return true;
-    rings.points.resize(begin);
+    if (out.size() >= 3 && out.close()) return true;
+    out.clear();
     if (flat == Flat::kVanishes) return false;
   }
-  for (const Vec v : line) add(rings, begin, v);
-  return close(rings, begin);
+  for (const Vec v : line) out.add(v);
+  return out.close();
 }
 
 }  // namespace firn::slice

@@ -63,6 +63,8 @@ void add_loop(std::span<const Point> ring, std::vector<Side>& sides, Front& fron
     if (l > 0) sides.push_back({at, (1 / l) * (to - at), l});
   }
   if (sides.size() < 3) return;
+  front.sources.reserve(front.sources.size() + 2 * sides.size());
+  component.pieces.reserve(component.pieces.size() + 2 * sides.size());
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const Side& before = sides[i ? i - 1 : sides.size() - 1];
     const Side& here = sides[i];

@@ -144,19 +144,21 @@ class Drawer {
     std::size_t place;  // in the line
     Vec from, to, outward;
   };
-  struct Bend {
-    Vec at;
-    ExactTips::Wall before, after;
-    std::size_t place;
-    bool sharp;  // in the first of some: they are a tip
+  // Where the front goes from one source to the next, piece by piece of a loop: bends that follow each other closely are one
+  // tip, as sharp as all of them.
+  struct Bends {
+    std::size_t first = 0;  // piece at whose start the last ones near each other begin
+    Vec from, last;         // direction of the outline before them; place of the last one
+    bool sharp = false;     // are they a tip?
   };
-  void bend(const Source& before, const Source& after, Vec at, double d, ExactTips& tips);
+  void tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t piece, double d, ExactTips& tips);
   bool move_tips();
+  void leave_out();
   double twice_area() const;
   std::vector<Vec> line_;
   std::vector<Tip> tips_;
-  std::vector<Bend> bends_;  // the last ones, near each other
-  std::vector<bool> left_out_;
+  std::vector<std::uint32_t> places_;    // in the line, of each piece of the loop
+  std::vector<std::uint32_t> left_out_;  // places
 };
 
 }  // namespace firn::slice::wavefront

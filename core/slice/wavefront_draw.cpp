@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "core/slice/thin.h"
 #include "core/slice/wavefront.h"
 
@@ -10,27 +12,29 @@ constexpr int kDeepest = 12;  // an arc becomes 4096 chords at most
 // Places strictly between a and b (directions from the centre of length d). They stand outside the arc by two thirds of what
 // the chords between them bulge: those run as far inside it as outside, and the first and last one too far inside by two
 // thirds as well. All halves of a level are alike, so that one root serves a level.
-class Arc {
+class Arcs {
  public:
-  Arc(Vec centre, double d, std::vector<Vec>& line) : centre_(centre), line_(line), d_(d) {}
+  Arcs(double d, double within, std::vector<Vec>& line)
+      : line_(line), d_(d), coarse_(square_at(within)), enough_(square_at(1.5 * within)) {}
 
-  void add(Vec a, Vec b, double within) {
-    // A chord's middle lies |a + b| / 2 from the centre.
-    const auto square_at = [&](double bulge) { return bulge < d_ ? 4 * (d_ - bulge) * (d_ - bulge) : 0.0; };
-    double square = dot(a + b, a + b), enough = square_at(within);
-    if (square >= enough || square <= 0) return;
-    enough = square_at(1.5 * within);
+  void add(Vec centre, Vec a, Vec b) {
+    double square = dot(a + b, a + b);
+    if (square >= coarse_ || square <= 0) return;
     int levels = 0;
     do {
       const double l = std::sqrt(square);
       factor_[levels] = d_ / l;
       square = 2 * d_ * (d_ + 0.5 * l);  // of the halves: cos^2 of half an angle
-    } while (++levels < kDeepest && square < enough && square > 0);
+    } while (++levels < kDeepest && square < enough_ && square > 0);
     outside_ = 1 + 2.0 / 3.0 * (1 - 0.5 * std::sqrt(square) / d_);
+    centre_ = centre;
     halve(a, b, 0, levels);
   }
 
  private:
+  // A chord's middle lies |a + b| / 2 from the centre.
+  double square_at(double bulge) const { return bulge < d_ ? 4 * (d_ - bulge) * (d_ - bulge) : 0.0; }
+
   void halve(Vec a, Vec b, int level, int levels) {
     const Vec middle = factor_[level] * (a + b);
     if (level + 1 < levels) halve(a, middle, level + 1, levels);
@@ -38,10 +42,10 @@ class Arc {
     if (level + 1 < levels) halve(middle, b, level + 1, levels);
   }
 
-  Vec centre_;
   std::vector<Vec>& line_;
-  double d_;
+  double d_, coarse_, enough_;
   double outside_ = 1;
+  Vec centre_;
   double factor_[kDeepest] = {};
 };
 
@@ -51,54 +55,63 @@ void Drawer::operator()(std::span<const Source> sources, const Component& compon
                         ExactTips* tips) {
   // One fifth of the tolerance for the arcs' chords, the rest for leaving points out; never finer than 1 um.
   const double within = std::max(10.0, 0.2 * tolerance), thinning = 0.8 * tolerance;
+  const double near = tips ? tips->near() * tips->near() : 0, inverse = 1 / d;
+  Arcs arcs(d, within, line_);
   std::size_t begin = 0;
   for (const std::uint32_t end : component.ends) {
+    const std::span<const Piece> loop = std::span(component.pieces).subspan(begin, end - begin);
+    begin = end;
     line_.clear();
     tips_.clear();
-    bends_.clear();
-    for (std::size_t i = begin; i < end; ++i) {
-      const Piece& piece = component.pieces[i];
-      const Source& source = sources[piece.source];
-      if (tips) bend(sources[component.pieces[i > begin ? i - 1 : end - 1].source], source, piece.from, d, *tips);
-      line_.push_back(piece.from);
-      if (!source.corner()) continue;
-      const Vec to = component.pieces[i + 1 < end ? i + 1 : begin].from;
-      Arc(source.at, d, line_).add(piece.from - source.at, to - source.at, within);
+    if (tips) places_.resize(loop.size());
+    Bends bends;
+    Vec at = loop[0].from;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Source& source = sources[std::size_t(loop[i].source)];
+      if (tips) {
+        places_[i] = std::uint32_t(line_.size());
+        if (i == 0 || dot(at - bends.last, at - bends.last) > near) {
+          const Source& before = sources[std::size_t(loop[i > 0 ? i - 1 : loop.size() - 1].source)];
+          bends = {i, before.corner() ? inverse * right_of(at - before.at) : before.along, at, false};
+        }
+        bends.last = at;
+        const Vec along = source.corner() ? inverse * right_of(at - source.at) : source.along;
+        if (bends.sharp) {
+          tip_at(sources, loop, i, d, *tips);
+        } else if (dot(bends.from, along) <= ExactTips::kTip && cross(bends.from, along) > 0) {
+          bends.sharp = true;
+          for (std::size_t k = bends.first; k <= i; ++k) tip_at(sources, loop, k, d, *tips);
+        }
+      }
+      line_.push_back(at);
+      const Vec to = loop[i + 1 < loop.size() ? i + 1 : 0].from;
+      if (source.corner()) arcs.add(source.at, at - source.at, to - source.at);
+      at = to;
     }
-    begin = end;
     if (!tips_.empty() && !move_tips()) continue;
     thin_ring(line_, thinning, rings);
   }
 }
 
-// Where the front goes from one source to the next. Bends that follow each other closely are one tip, as sharp as all of them.
-void Drawer::bend(const Source& before, const Source& after, Vec at, double d, ExactTips& tips) {
-  const auto wall = [&](const Source& s) -> ExactTips::Wall {
+// At the start of a piece.
+void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t piece, double d, ExactTips& tips) {
+  const Vec at = loop[piece].from;
+  const auto wall = [&](std::size_t p) -> ExactTips::Wall {
+    const Source& s = sources[std::size_t(loop[p].source)];
     if (!s.corner()) return {at - d * left_of(s.along), s.along};
     return {s.at, (1 / d) * right_of(at - s.at)};
   };
-  const ExactTips::Wall a = wall(before), b = wall(after);
-  const double near = tips.near();
-  if (bends_.empty() || dot(at - bends_.back().at, at - bends_.back().at) > near * near) bends_.clear();
-  const bool sharp = !bends_.empty() && bends_.front().sharp;
-  bends_.push_back({at, a, b, line_.size(), sharp});
-  const Vec from = bends_.front().before.along;
-  if (!sharp && (dot(from, b.along) > ExactTips::kTip || cross(from, b.along) <= 0)) return;
-  bends_.front().sharp = true;
-  for (std::size_t i = sharp ? bends_.size() - 1 : 0; i < bends_.size(); ++i) {
-    const Bend& bend = bends_[i];
-    if (cross(bend.before.along, bend.after.along) < kStraight) continue;
-    Vec to = bend.at;
-    if (tips.move(to, bend.before, bend.after, d))
-      tips_.push_back({bend.place, bend.at, to, right_of(bend.before.along) + right_of(bend.after.along)});
-  }
+  const ExactTips::Wall before = wall(piece > 0 ? piece - 1 : loop.size() - 1), after = wall(piece);
+  if (cross(before.along, after.along) < kStraight) return;
+  Vec to = at;
+  if (tips.move(to, before, after, d)) tips_.push_back({places_[piece], at, to, right_of(before.along) + right_of(after.along)});
 }
 
 // @return false if nothing is left of the line: its tips have passed each other
 bool Drawer::move_tips() {
   const std::size_t n = line_.size();
   const double area = twice_area();
-  left_out_.assign(n, false);
+  left_out_.clear();
   for (const Tip& tip : tips_) line_[tip.place] = tip.to;
   for (const Tip& tip : tips_) {
     const Vec way = tip.to - tip.from;
@@ -109,15 +122,28 @@ bool Drawer::move_tips() {
       for (std::size_t i = (tip.place + step) % n; i != tip.place; i = (i + step) % n) {
         const Vec off = line_[i] - tip.to, from = line_[i] - tip.from;
         if (dot(off, tip.outward) <= 0 || dot(from, from) > reach) break;
-        left_out_[i] = true;
+        left_out_.push_back(std::uint32_t(i));
       }
   }
-  for (const Tip& tip : tips_) left_out_[tip.place] = false;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < n; ++i)
-    if (!left_out_[i]) line_[kept++] = line_[i];
+  leave_out();
+  return line_.size() >= 3 && twice_area() * area > 0;
+}
+
+// Tips stay.
+void Drawer::leave_out() {
+  if (left_out_.empty()) return;
+  std::sort(left_out_.begin(), left_out_.end());
+  const auto is_tip = [&](std::size_t place) {
+    return std::any_of(tips_.begin(), tips_.end(), [&](const Tip& tip) { return tip.place == place; });
+  };
+  std::size_t kept = left_out_[0];
+  auto next = left_out_.begin();
+  for (std::size_t i = kept; i < line_.size(); ++i) {
+    const bool listed = next != left_out_.end() && *next == i;
+    while (next != left_out_.end() && *next == i) ++next;
+    if (!listed || is_tip(i)) line_[kept++] = line_[i];
+  }
   line_.resize(kept);
-  return kept >= 3 && twice_area() * area > 0;
 }
 
 double Drawer::twice_area() const {

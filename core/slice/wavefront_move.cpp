@@ -108,13 +108,15 @@ void Mover::die(std::int32_t i, double d) {
   expect_death(c, d);
 }
 
-// Pieces whose ends at the asked distance lie the wrong way round.
+// Moves all ends; lists the pieces whose ends then lie the wrong way round.
 void Mover::list_inverted() {
   inverted_.clear();
-  const std::size_t n = pieces_.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec end = pieces_[i + 1 < n ? i + 1 : 0].from;
-    if (dot(end - pieces_[i].from, sources_[pieces_[i].source].along) < 0) inverted_.push_back(std::int32_t(i));
+  Piece *const first = pieces_.data(), *const stop = first + pieces_.size();
+  Vec from = first->from = first->start(to_);
+  for (Piece* piece = first; piece != stop; ++piece) {
+    const Vec end = piece + 1 != stop ? piece[1].from = piece[1].start(to_) : first->from;
+    if (dot(end - from, sources_[std::size_t(piece->source)].along) < 0) inverted_.push_back(std::int32_t(piece - first));
+    from = end;
   }
 }
 
@@ -147,7 +149,6 @@ void Mover::operator()(std::span<const Source> sources, Component& component, do
   for (std::size_t k = 0; k < component.ends.size(); ++k) {
     pieces_ = std::span<Piece>(component.pieces.data() + begin, component.ends[k] - begin);
     begin = component.ends[k];
-    for (Piece& piece : pieces_) piece.from = piece.start(to);
     list_inverted();
     if (inverted_.empty()) {
       for (const Piece& piece : pieces_) write(piece);

@@ -50,10 +50,11 @@ struct Edges {
   double d;
   Vec from(std::size_t i) const { return strands[i].a; }
   Vec to(std::size_t i) const { return strands[i].b; }
-  BoxOf<double> bent(std::size_t i) const { return box_of(sources, strands[i], d); }
+  PairBox bent(std::size_t i) const {
+    const BoxOf<double> box = box_of(sources, strands[i], d);
+    return PairBox::of(Vec{box.x0, box.y0}, Vec{box.x1, box.y1});
+  }
 };
-
-int quadrant_of(Vec way) { return int(way.x < 0) | int(way.y < 0) << 1; }
 
 }  // namespace
 
@@ -103,8 +104,9 @@ class Untangler::Tangle {
     return limit > 0 ? limit * limit : 0;
   }
   double square_distance(Vec place, const Source& source) const {
-    Vec away = place - source.at;
-    if (!source.corner()) away = away - std::clamp(dot(away, source.along), 0.0, source.length) * source.along;
+    // A corner's length is below 0: as good as 0.
+    const Vec off = place - source.at;
+    const Vec away = off - std::min(std::max(dot(off, source.along), 0.0), std::max(source.length, 0.0)) * source.along;
     return dot(away, away);
   }
   bool passed(Vec place) const {
@@ -130,14 +132,14 @@ class Untangler::Tangle {
   Vec travel(const Strand& s, Vec at) const {  // direction at a place of the strand
     return is_arc(sources_, s) ? right_of(at - sources_[s.source].at) : s.b - s.a;
   }
-  // An arc of at most half a turn whose ends go the same way goes that way all along; one that has died may not end on
-  // its circle.
-  int quadrant(const Strand& s) const {
-    if (!is_arc(sources_, s)) return quadrant_of(s.b - s.a);
-    const Vec at = sources_[s.source].at, a = s.a - at, b = s.b - at;
-    const int from = quadrant_of(right_of(a));
-    const bool on = std::abs(dot(a, a) - d_ * d_) < d_ && std::abs(dot(b, b) - d_ * d_) < d_;
-    return on && cross(a, b) <= 0 && from == quadrant_of(right_of(b)) ? from : Chains::kBent;
+  // An arc of at most half a turn whose ends go the same way goes that way all along, and one of less than a quarter turns
+  // along one axis at most; one that has died may not end on its circle.
+  int run_of_arc(Vec a, Vec b) const {
+    const double square = d_ * d_;
+    if (std::abs(dot(a, a) - square) >= d_ || std::abs(dot(b, b) - square) >= d_ || cross(a, b) > 0) return Chains::kBent;
+    const int from = Chains::run_of(right_of(a)), turned = from ^ Chains::run_of(right_of(b));
+    if (turned == 0) return from;
+    return dot(a, b) > 0 ? from | turned << 2 : int(Chains::kBent);
   }
   void cut();
   bool judge(bool& keep) const;
@@ -165,27 +167,37 @@ void Untangler::Tangle::list_strands() {
   strands_ = room_;
   Strand* strand = strands_.data();
   std::uint32_t count = 0;
+  const Piece* const pieces = component_->pieces.data();
   std::size_t begin = 0;
   for (const std::uint32_t end : component_->ends) {
     const std::uint32_t first = count;
-    const auto add = [&](Vec a, Vec b, std::size_t piece, std::int32_t source) {
-      chains_.add(quadrant(*strand = {a, b, std::int32_t(piece), source, count + 1}), count == first);
-      ++strand, ++count;
+    int last = Chains::kNone;
+    const auto add = [&](Vec a, Vec b, const Piece* piece, std::int32_t source, int run) {
+      strand->a = a, strand->b = b;
+      strand->piece = std::int32_t(piece - pieces), strand->source = source, strand->next = count + 1;
+      ++strand;
+      if (Chains::begins(run, last)) chains_.begin(count, run, last);
+      last = run;
+      ++count;
     };
-    for (std::size_t i = begin; i < end; ++i) {
-      const Piece& piece = component_->pieces[i];
-      const Vec to = component_->pieces[i + 1 < end ? i + 1 : begin].from;
-      if (piece.source == kPivot) {
-        add(piece.from, piece.start.normal, i, kPivot);
-        add(piece.start.normal, to, i, kPivot);
+    Vec from = pieces[begin].from;
+    for (const Piece *piece = pieces + begin, *const stop = pieces + end; piece != stop; ++piece) {
+      const Vec to = piece + 1 != stop ? piece[1].from : pieces[begin].from;
+      if (piece->source == kPivot) {
+        const Vec pivot = piece->start.normal;
+        add(from, pivot, piece, kPivot, Chains::run_of(pivot - from));
+        add(pivot, to, piece, kPivot, Chains::run_of(to - pivot));
       } else {
-        add(piece.from, to, i, piece.source);
+        const Source& source = sources_[std::size_t(piece->source)];
+        add(from, to, piece, piece->source, source.corner() ? run_of_arc(from - source.at, to - source.at) : Chains::run_of(to - from));
       }
+      from = to;
     }
     strand[-1].next = first;
     loop_ends_.push_back(count);
     begin = end;
   }
+  chains_.end(count);
   strands_ = strands_.first(count);
 }
 
