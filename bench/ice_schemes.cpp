@@ -96,13 +96,14 @@ class Lab {
  public:
   Lab(const plant::IceWorldConfig& c, std::uint64_t seed) : config_(c), nature_(c, seed) {}
 
-  void run(const planning::PlannedTask& p, int valve) {
+  void run(const planning::PlannedTask& p, int valve, double pulse_s) {
     for (std::size_t n = 0; n < p.lists.size(); ++n) {
       const std::size_t from = std::size_t(std::llround(p.lists[n].start_s / p.trajectory.tick_s));
       const std::size_t to = n + 1 < p.lists.size() ? std::size_t(std::llround(p.lists[n + 1].start_s / p.trajectory.tick_s)) : p.trajectory.samples() - 1;
       std::vector<plant::Joints> all = joints_of(p.trajectory);
       begin({all.begin() + std::ptrdiff_t(from), all.begin() + std::ptrdiff_t(to + 1)});
       plant::Firing list;
+      list.pulse_s = pulse_s;
       for (const std::int32_t tick : p.lists[n].ticks) list.ticks.push_back(std::uint16_t(tick));
       if (!list.ticks.empty()) nature_.trigger_valve(valve, now_s(), std::move(list));
       finish(p.trajectory.tick_s * double(to - from));
@@ -171,6 +172,7 @@ Scheme scheme_named(std::string name) {
 struct Job {
   slice::PrintPaths paths;
   int interval_layers = ice_gear::kInterval_layers;
+  bool map_table = false;
   plant::IceWorldConfig world;
   planning::PlanningSetup setup[2];  ///< frequency, speed
   double laser_latency_s = kLaserLatency_s, period_s = 0.01;
@@ -192,6 +194,7 @@ Job job_of(const Settings& o) {
   place_ice_field(e, inputs);
   j.paths = slice::decode_print_paths(blob(inputs, "paths").bytes);
   j.interval_layers = e.ice.interval_layers;
+  j.map_table = e.ice.map_table == "on";
   j.world = plant::world_config(e).ice;
   j.laser_latency_s = e.laser_point.latency_s;
   j.period_s = 1.0 / e.laser_point.rate_hz;
@@ -225,18 +228,19 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner, 
   flow::FlowEstimator flow(flow::FlowOptions{});
   HeightMap before(everywhere, 0.0), last_error;
   Result r;
-  for (int k = 1; k <= o.intervals; ++k) {
+  const slice::LayerPaths table = job.map_table ? slice::table_layer(paths) : slice::LayerPaths{};
+  for (int k = job.map_table ? 0 : 1; k <= o.intervals; ++k) {
     flow::FlowInterval laid{0, HeightMap(everywhere), {HeightMap(everywhere, 0.0), HeightMap(everywhere, 0.0)}};
     const int top_layer = job.interval_layers * k;
-    for (int n = top_layer - job.interval_layers + 1; n <= top_layer; ++n)
+    for (int n = top_layer - job.interval_layers + 1; k > 0 && n <= top_layer; ++n)
       for (const planning::PathTask& t : planning::tasks_of(paths, *slice::find_layer(paths, n), false, setup)) {
         const planning::PlannedTask p = planner.plan(t, action.size() ? &action : nullptr);
         if (!p.problem.empty()) std::fprintf(stderr, "refused: %s\n", p.problem.c_str()), std::exit(1);
-        lab.run(p, t.material);
+        lab.run(p, t.material, setup.valves[t.material].setting.pulse_s);
         for (const planning::PlannedList& l : p.lists)
           flow::add_laid({p.trajectory, l.start_s, 0.002, kValveLatency_s, l.volume_mm3, l.ticks}, {*arm, nozzles[t.material], setup.origin}, laid.nominal_mm[t.material]);
       }
-    const slice::LayerPaths& top = *slice::find_layer(paths, top_layer);
+    const slice::LayerPaths& top = k == 0 ? table : *slice::find_layer(paths, top_layer);
     std::vector<surface::SurfacePoint> points;
     for (const planning::PathTask& t : planning::tasks_of(paths, top, true, setup)) {
       const planning::PlannedTask p = planner.plan(t, nullptr);
@@ -257,12 +261,13 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner, 
     laid.layer = top_layer;
     for (std::size_t n = 0; n < known.size(); ++n) laid.rise_mm.cells[n] = known.cells[n] - before.cells[n];
     before = known;
-    flow.add(laid);
+    if (k > 0) flow.add(laid);
     law->use_flow(flow.estimate().factor);
     if (o.each)
       std::printf("    flow %.3f +- %.3f, %.3f +- %.3f\n", flow.estimate().factor[0], flow.estimate().factor_std[0], flow.estimate().factor[1], flow.estimate().factor_std[1]);
     const control::SurfaceDecision d = law->decide({map.height, material, nominal, top_layer, 0, map.noise_std_mm});
     action = d.u;
+    if (k == 0) continue;
     double squares = 0.0, off = 0.0, cells = 0.0, part_squares = 0.0, part_cells = 0.0;
     const Mask judged = replay::judged_cells(top, grid);
     for (std::size_t n = 0; n < truth.size(); ++n) {

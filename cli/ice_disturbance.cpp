@@ -49,6 +49,15 @@ std::vector<double> ice_disturbance_of(const std::filesystem::path& folder) {
   std::vector<double> d;
   HeightMap below, u;
   int layer_below = 0;
+  const auto answered = [&](const height_map_t& message) {
+    const auto answer = action.find(message.map_id);
+    return answer == action.end() ? HeightMap() : answer->second;
+  };
+  if (const auto table = maps.find(0); table != maps.end()) {  // measured bare: ice.map_table
+    below = height_of(table->second);
+    u = answered(table->second);
+    maps.erase(table);
+  }
   for (const auto& [layer, message] : maps) {
     const slice::LayerPaths* top = slice::find_layer(paths, layer);
     if (!top || layer <= layer_below || doubted.lower_bound(layer_below + 1) != doubted.upper_bound(layer)) break;
@@ -67,8 +76,7 @@ std::vector<double> ice_disturbance_of(const std::filesystem::path& folder) {
     if (cells == 0.0) break;
     d.push_back(sum / cells);
     below = height;
-    const auto answer = action.find(message.map_id);
-    u = answer == action.end() ? HeightMap() : answer->second;
+    u = answered(message);
     layer_below = layer;
   }
   if (d.size() < 3)

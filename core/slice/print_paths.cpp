@@ -71,6 +71,22 @@ PrintPaths decode_print_paths(std::span<const std::byte> bytes) {
   return p;
 }
 
+LayerPaths table_layer(const PrintPaths& p) {
+  for (const LayerPaths& layer : p.layers) {
+    if (std::none_of(layer.info.begin(), layer.info.end(), [](const PathInfo& i) { return i.kind == PathKind::kMeasurement; })) continue;
+    LayerPaths table = layer;
+    table.layer = table.z = 0;
+    return table;
+  }
+  throw std::invalid_argument("paths: no layer has measurement paths, along which the table could be measured");
+}
+
+PrintPaths with_table(PrintPaths p) {
+  LayerPaths table = table_layer(p);
+  p.layers.insert(p.layers.begin(), std::move(table));
+  return p;
+}
+
 const LayerPaths* find_layer(const PrintPaths& p, std::int32_t layer) {
   const auto found = std::lower_bound(p.layers.begin(), p.layers.end(), layer, [](const LayerPaths& l, std::int32_t n) { return l.layer < n; });
   return found != p.layers.end() && found->layer == layer ? &*found : nullptr;

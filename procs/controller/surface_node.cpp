@@ -14,7 +14,7 @@
 namespace firn {
 
 SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPaths paths)
-    : paths_(std::move(paths)), pitch_mm_(e.ice.pitch_mm), min_measured_fraction_(e.process.min_measured_fraction) {
+    : paths_(e.ice.map_table == "on" ? slice::with_table(std::move(paths)) : std::move(paths)), pitch_mm_(e.ice.pitch_mm), min_measured_fraction_(e.process.min_measured_fraction) {
   if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
   const control::SurfaceOptions options = surface_options(e, paths_.layers.back().layer);
   version_ = options.version;

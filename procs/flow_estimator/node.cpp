@@ -109,7 +109,7 @@ void FlowEstimatorNode::add(const path_report_t& m) {
 }
 
 void FlowEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
-  if (!(m.measured_fraction >= min_measured_fraction_) || m.layer < layer_ || m.layer <= 0) return;
+  if (!(m.measured_fraction >= min_measured_fraction_) || m.layer < layer_) return;
   if (m.height_mm.size() != m.quality.size()) return warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no quality of each cell", out);
   HeightMap known = height_of(m);
   for (std::size_t c = 0; c < known.size(); ++c)
@@ -121,6 +121,7 @@ void FlowEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
     layer_ = m.layer;
   }
   newest_ = resample(known, grid_, kNotMeasured);
+  if (m.layer == 0) return;  // the bare table: what the first interval rises from
   flow::FlowInterval interval{m.layer, HeightMap(grid_), laid_before_};
   for (std::size_t c = 0; c < grid_.size(); ++c) {
     interval.rise_mm.cells[c] = newest_.cells[c] - before_.cells[c];

@@ -68,6 +68,7 @@ PathPlannerNode::PathPlannerNode(const Experiment& e, const Machine& machine, sl
       setup_(planning_setup(e, machine)),
       planner_(std::make_unique<planning::TaskPlanner>(setup_)),
       interval_layers_(e.ice.interval_layers),
+      map_table_(e.ice.map_table == "on"),
       motions_keep_(setup_.version == control::SurfaceVersion::kValveFrequency || e.control.scheme == "open_loop") {
   if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
   subscribe(channels::kControlSurface, this);
@@ -88,6 +89,8 @@ PathPlannerNode::Batch PathPlannerNode::batch_after(int layers_below) const {
   if (top) add(*top, true);
   return b;
 }
+
+PathPlannerNode::Batch PathPlannerNode::table_batch() const { return {planning::tasks_of(paths_, slice::table_layer(paths_), true, setup_)}; }
 
 bool PathPlannerNode::refuse_unreachable(Outbox& out) {
   int refused = 0;
@@ -116,7 +119,8 @@ bool PathPlannerNode::refuse_unreachable(Outbox& out) {
 void PathPlannerNode::start(const Start& start, Time, Outbox& out) {
   if (start.resumed()) return;  // what was sent before stands in the logs and is asked for again
   if (refuse_unreachable(out)) return;
-  send_batch(0, 0, nullptr, out);
+  if (map_table_) return send_batch(table_batch(), 0, 0, nullptr, out);
+  send_batch(batch_after(0), interval_layers_, 0, nullptr, out);
 }
 
 void PathPlannerNode::on(const control_surface_t& m, Time, Outbox& out) {
@@ -126,12 +130,11 @@ void PathPlannerNode::on(const control_surface_t& m, Time, Outbox& out) {
   if (m.decision != 0) return;
   HeightMap action(from_message(m.grid));
   for (std::size_t c = 0; c < action.size(); ++c) action.cells[c] = double(m.u[c]);
-  send_batch(m.layer, m.map_id, &action, out);
+  send_batch(batch_after(m.layer), m.layer + interval_layers_, m.map_id, &action, out);
 }
 
-void PathPlannerNode::send_batch(int layers_below, std::int64_t map_id, const HeightMap* action, Outbox& out) {
+void PathPlannerNode::send_batch(const Batch& batch, int next_below, std::int64_t map_id, const HeightMap* action, Outbox& out) {
   planner_->next_batch();
-  const Batch batch = batch_after(layers_below);
   if (batch.tasks.empty()) return;
   ++batch_;
   double missing_mm3 = 0.0, wanted_mm3 = 0.0;
@@ -142,7 +145,7 @@ void PathPlannerNode::send_batch(int layers_below, std::int64_t map_id, const He
   }
   if (missing_mm3 > kMissingShare * wanted_mm3)
     tell(Severity::kWarning, "batch " + std::to_string(batch_) + " wants " + std::to_string(missing_mm3) + " mm3 more than the valves give at its speeds", out);
-  ahead_ = batch_after(layers_below + interval_layers_);
+  ahead_ = batch_after(next_below);
   if (!motions_keep_) std::erase_if(ahead_.tasks, [](const planning::PathTask& t) { return t.deposits(); });
   ahead_next_ = 0;
   out.wake_at(kAhead, out.now().after_s(kAheadAfter_s));

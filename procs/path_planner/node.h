@@ -14,8 +14,8 @@
 namespace firn {
 
 /// A batch is the deposition paths of the next interval's layers in their order, then the measurement paths of its last
-/// layer. The first is sent at the start of the run, with u = 0, each further one in answer to a CONTROL_SURFACE that says
-/// print; one that comes again for the same layer (another attempt) is answered with a batch of its own. Each path: its
+/// layer. The first is sent at the start of the run, with u = 0 (with ice.map_table: the paths that measure the bare table as layer 0,
+/// alone), each further one in answer to a CONTROL_SURFACE that says print; one that comes again for the same layer (another attempt) is answered with a batch of its own. Each path: its
 /// TRAJECTORY, its PULSE_LISTs, then its PATH_JOB. Path and batch numbers are unique in the run.
 /// Before anything is sent every path of the print is checked for reach; if one fails, a PATH_JOB tells each (at most 20)
 /// with layer, path, reason and place, a fault stops the run, and nothing is planned.
@@ -34,13 +34,16 @@ class PathPlannerNode final : public Node {
   };
   Batch batch_after(int layer) const;
   bool refuse_unreachable(Outbox&);
-  void send_batch(int layers_below, std::int64_t map_id, const HeightMap* action, Outbox&);
+  Batch table_batch() const;
+  /// And plans ahead what may come next: the batch after `next_below` layers.
+  void send_batch(const Batch& batch, int next_below, std::int64_t map_id, const HeightMap* action, Outbox&);
   void send_path(const planning::PathTask& task, const planning::PlannedTask& planned, int index, int count, std::int64_t map_id, Outbox&);
 
   slice::PrintPaths paths_;
   planning::PlanningSetup setup_;
   std::unique_ptr<planning::TaskPlanner> planner_;
   int interval_layers_;
+  bool map_table_;
   bool motions_keep_;               ///< no action changes them: the frequency version, or open loop
   std::int64_t path_ = 0, batch_ = 0;
   int answered_layer_ = 0, answered_attempt_ = -1;

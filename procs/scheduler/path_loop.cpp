@@ -17,7 +17,10 @@ constexpr int kFewCells = 10;        // of one material: too few to tell
 }  // namespace
 
 PathLoop::PathLoop(const Experiment& experiment, slice::PrintPaths paths, double tick_s)
-    : Scheduler(experiment, Phase::kRunPath), paths_(std::move(paths)), tick_s_(tick_s) {
+    : Scheduler(experiment, Phase::kRunPath),
+      table_first_(experiment.ice.map_table == "on"),
+      paths_(table_first_ ? slice::with_table(std::move(paths)) : std::move(paths)),
+      tick_s_(tick_s) {
   interrupted_ = Phase::kHeat;
   subscribe(channels::kPathJob, this);
   subscribe(channels::kPulseList, this);
@@ -215,8 +218,9 @@ void PathLoop::act_on_batch(Time now, Outbox& out) {
   out.cancel(kDeadline);
   std::vector<PathTask> deposition = batch_.deposition(), measurement = batch_.measurement();
   const std::string what = "batch " + std::to_string(batch_.number());
-  if (deposition.empty() || measurement.empty())
-    return fail(8, what + (deposition.empty() ? " deposits nothing" : " is not measured"), now, out);
+  const bool of_table = table_first_ && map_id_ == 0;
+  if (deposition.empty() != of_table || measurement.empty())
+    return fail(8, what + (measurement.empty() ? " is not measured" : of_table ? " deposits before the table is measured" : " deposits nothing"), now, out);
   for (const PathTask& t : newest_.size() ? deposition : std::vector<PathTask>()) {
     const double scrape = scrape_mm(t.job, newest_, experiment_.ice.clearance_mm);
     if (scrape <= 0.0) continue;
@@ -268,8 +272,10 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
   dry_ = in_doubt_ || m.layer == dry_told_ ? "" : dry_valve(m.layer);
   in_doubt_ = false;
   count_phase_time(now);
-  publish_metrics(m, out);
-  deposit_s_ = scan_s_ = decide_s_ = 0;
+  if (m.layer > 0) {  // the table has no error; the time that its measurement took is the first interval's
+    publish_metrics(m, out);
+    deposit_s_ = scan_s_ = decide_s_ = 0;
+  }
   proceed(Phase::kAwaitSurface, now, out);
 }
 

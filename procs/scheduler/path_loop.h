@@ -69,7 +69,8 @@ class PathLoop final : public Scheduler {
   void send_laser(LaserVerb verb, Time now, Outbox&);
   void send_heater(Time now, Outbox&);
 
-  slice::PrintPaths paths_;
+  bool table_first_;                     ///< the bare table is measured before the first layer: ice.map_table
+  slice::PrintPaths paths_;              ///< with the table as layer 0 then
   double tick_s_;
 
   PathBatch batch_;                      ///< as it arrives

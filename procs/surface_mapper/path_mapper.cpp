@@ -27,7 +27,7 @@ void warn(const std::string& text, Outbox& out) {
 }  // namespace
 
 PathMapper::PathMapper(const Experiment& e, const Machine& machine, slice::PrintPaths paths)
-    : paths_(std::move(paths)),
+    : paths_(e.ice.map_table == "on" ? slice::with_table(std::move(paths)) : std::move(paths)),
       arm_(make_arm(machine)),
       frame_{*arm_, laser_tool(machine, e), {e.ice.origin_x_mm, e.ice.origin_y_mm}, e.ice.origin_z_mm, e.laser_point.latency_s},
       pitch_mm_(e.ice.pitch_mm) {

@@ -65,7 +65,7 @@ TEST_CASE("An ice print that dies at any step and resumes is finished, replays i
   const Scratch scratch("ice-resume");
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     CAPTURE(seed);
-    const SmallIce s = small_ice_part({});
+    const SmallIce s = small_ice_part(seed % 2 ? std::vector<std::string>{} : std::vector<std::string>{"ice.map_table=on"});
     const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
     RandomStream random(seed, Purpose::kKill);
     LabRunReport report;

@@ -47,6 +47,10 @@ inline slice::PrintPaths square_paths(int layers) {
     const slice::Point corners[] = {{0, 0}, {100000, 0}, {100000, 100000}, {0, 100000}};
     l.lines.add(corners);
     l.info.push_back({PathKind::kBoundary, 0, true, 15000});
+    if (n % 2 == 0) {
+      l.lines.add(corners);
+      l.info.push_back({PathKind::kMeasurement, 0, true, 0});
+    }
     p.layers.push_back(l);
   }
   return p;
@@ -90,7 +94,8 @@ struct FakeIceLab : NodeBench {
 
   // The paths of the next interval, jobs and lists in any order.
   void plan(std::int64_t map_id) {
-    const int first = done_layers + 1, last = std::min(layers, done_layers + experiment.ice.interval_layers);
+    const bool table = map_id == 0 && experiment.ice.map_table == "on";
+    const int first = done_layers + 1, last = table ? 0 : std::min(layers, done_layers + experiment.ice.interval_layers);
     std::vector<path_job_t> jobs;
     ++batch;
     const auto job = [&](int layer, int kind, int material, int lists) {
@@ -274,6 +279,12 @@ struct FakeIceLab : NodeBench {
     set_height(m, HeightMap(GridSpec{11, 11, 1.0, 1.0, 0.0, 0.0}, 0.24 * c.layer * rise + (maps <= high_maps ? 2.9 : 0.0)));
     m.quality.assign(m.height_mm.size(), 0);
     give(channels::kHeightMap, m);
+    if (m.layer > 0 || dark) return;  // of a layer the metrics tell that the map was taken
+    ++table_maps;
+    layer_metrics_t taken{};
+    taken.attempt = m.attempt;
+    taken.map_id = m.map_id;
+    send_surface(taken);
   }
 
   void send_surface(const layer_metrics_t& metrics) {
@@ -334,7 +345,7 @@ struct FakeIceLab : NodeBench {
   std::size_t seen = 0;
   mutable std::size_t ends_seen = 0;
   std::int64_t epoch = 0, map_id = 0, batch = 0, paths_planned = 0, fired = 0, slip_us = 0;
-  int done_layers = 0, maps = 0, dark_maps = 0, high_maps = 0, refusals = 0;
+  int done_layers = 0, maps = 0, table_maps = 0, dark_maps = 0, high_maps = 0, refusals = 0;
   double rise = 1.0;  ///< of the surface, over nominal
   bool empty_path = false, refuse_path = false, stop_controller = false, known_count = true, accept_doubt = false;
   std::optional<answer_t> unanswered;

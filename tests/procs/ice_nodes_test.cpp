@@ -21,6 +21,7 @@
 #include "procs/flow_estimator/node.h"
 #include "procs/path_planner/node.h"
 #include "procs/surface_mapper/path_mapper.h"
+#include "tests/procs/ice_readings.h"
 #include "tests/support/ice_print.h"
 #include "tests/support/node_bench.h"
 
@@ -28,6 +29,7 @@ namespace firn {
 namespace {
 
 using test::NodeBench;
+using test::readings;
 
 NodeBench planner(const Experiment& e = test::ice_experiment(), slice::PrintPaths paths = test::ice_print()) {
   return {NodeId::kPathPlanner, std::make_unique<PathPlannerNode>(e, test::cobra(), std::move(paths))};
@@ -63,35 +65,6 @@ height_map_t flat_map(int layer, double off_mm, double measured = 1.0) {
   set_height(m, HeightMap(slice::footprint_grid(l, 1.0), 0.24 * layer + off_mm));
   m.quality.assign(m.height_mm.size(), 0);
   return m;
-}
-
-/// Readings of a surface along a sent trajectory, as a laser with the configured latency takes them.
-laser_samples_t readings(const trajectory_t& t, double latency_s, double (*height)(double, double), int index, int count, std::int64_t scan) {
-  const Experiment e = test::ice_experiment();
-  const Machine machine = test::cobra();
-  const auto arm = make_arm(machine);
-  laser_samples_t s{};
-  s.layer = t.layer;
-  s.scan_id = scan;
-  s.path = t.path;
-  s.index = index;
-  s.count = count;
-  s.material = t.material;
-  s.period_s = 0.01;
-  for (double at = latency_s; at < t.duration_s + 0.05; at += 0.01) {
-    const double ticks = std::min(at / t.tick_s, double(t.samples - 1));
-    const std::size_t i = std::min(std::size_t(ticks), std::size_t(t.samples - 2));
-    motion::JointVector q{};
-    for (std::size_t a = 0; a < 4; ++a)
-      q[a] = t.position[4 * i + a] + (ticks - double(i)) * (t.position[4 * i + 4 + a] - t.position[4 * i + a]);
-    const motion::TaskVector flange = arm->forward(q);
-    const double c = std::cos(flange[3]), n = std::sin(flange[3]);
-    const double x = flange[0] + c * machine.laser.x_mm - n * machine.laser.y_mm - e.ice.origin_x_mm;
-    const double y = flange[1] + n * machine.laser.x_mm + c * machine.laser.y_mm - e.ice.origin_y_mm;
-    s.distance_mm.push_back(float(height(x, y) - (flange[2] + machine.laser.z_mm - e.ice.origin_z_mm)));
-  }
-  s.n = std::int32_t(s.distance_mm.size());
-  return s;
 }
 
 double hill(double x, double y) { return 1.2 + 0.1 * std::sin(0.15 * x) + 0.002 * y; }
@@ -163,6 +136,62 @@ TEST_CASE("path_planner: a surface brings the next interval, planned with it, an
   CHECK(b.all(channels::kPathJob).size() == 3 * first);
   b.give(channels::kControlSurface, action(5, 0.0, 2, 1));
   CHECK(b.all(channels::kPathJob).size() == 3 * first);
+}
+
+TEST_CASE("with ice.map_table the table comes first: its paths alone, its map on the first interval's grid, its action, and no lesson for the flow") {
+  Experiment e = test::ice_experiment();
+  e.ice.map_table = "on";
+  NodeBench plan = planner(e);
+  plan.start();
+  const auto table = plan.all(channels::kPathJob);
+  const auto motions = plan.all(channels::kTrajectory);
+  REQUIRE(!table.empty());
+  for (const path_job_t& j : table) {
+    CHECK(j.kind == std::int8_t(PathKind::kMeasurement));
+    CHECK(j.layer == 0);
+    CHECK(j.z_mm == Approx(0.0));
+    CHECK(j.batch == 1);
+    CHECK(j.count == int(table.size()));
+  }
+
+  NodeBench map = mapper(e);
+  map.start();
+  for (std::size_t n = 0; n < motions.size(); ++n) {
+    map.give(channels::kTrajectory, motions[n]);
+    map.give(channels::kLaserSamples,
+             readings(motions[n], test::ice_experiment().laser_point.latency_s, [](double x, double y) { return 0.02 * x - 0.01 * y; }, int(n), int(motions.size()), 1));
+  }
+  REQUIRE(map.all(channels::kHeightMap).size() == 1);
+  const height_map_t bare = map.last(channels::kHeightMap);
+  CHECK(bare.layer == 0);
+  CHECK(from_message(bare.grid) == slice::footprint_grid(*slice::find_layer(test::ice_print(), 5), 1.0));
+  CHECK(bare.measured_fraction > 0.95);
+  const HeightMap height = height_of(bare);
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    if (bare.quality[c]) continue;
+    const double x = height.spec.x_mm(int(c) % height.spec.nx), y = height.spec.y_mm(int(c) / height.spec.nx);
+    REQUIRE(height.cells[c] == Approx(0.02 * x - 0.01 * y).margin(0.01));
+  }
+
+  NodeBench law = controller(e);
+  law.start();
+  law.give(channels::kHeightMap, bare);
+  REQUIRE(law.all(channels::kControlSurface).size() == 1);
+  const control_surface_t u = law.last(channels::kControlSurface);
+  CHECK(u.layer == 0);
+  CHECK(u.decision == 0);
+  CHECK(u.mean_error_mm == Approx(0.0).margin(0.05));
+  plan.give(channels::kControlSurface, u);
+  const auto jobs = plan.all(channels::kPathJob);
+  REQUIRE(jobs.size() > table.size());
+  CHECK(jobs[table.size()].layer == 1);
+  CHECK(jobs[table.size()].map_id == bare.map_id);
+  CHECK(jobs.back().layer == 5);
+
+  NodeBench flow(NodeId::kFlowEstimator, std::make_unique<FlowEstimatorNode>(e, test::cobra(), test::ice_print()));
+  flow.start();
+  flow.give(channels::kHeightMap, bare);
+  CHECK(flow.all(channels::kFlowModel).empty());
 }
 
 TEST_CASE("path_planner: in the speed version more material means slower paths, as long as the arm reaches their speed") {

@@ -83,6 +83,39 @@ TEST_CASE("however often an ice print crashes and resumes, no path is run twice 
   CHECK(doubts > 30);
 }
 
+TEST_CASE("with ice.map_table the bare table is measured before anything is deposited, however often the print crashes") {
+  int resumes = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    CAPTURE(seed);
+    Experiment e = small_ice(seed % 4 ? "smf" : "open_loop");
+    e.ice.map_table = "on";
+    FakeIceLab lab(seed, e);
+    lab.accept_doubt = true;
+    resumes += lab.print(seed % 3 ? 0.06 : 0.0);
+    check_interlocks(lab);
+    CHECK(lab.table_maps >= 1);
+    bool mapped = false;
+    for (const auto& s : lab.sent) {
+      if (s.channel == "LASER_COMMAND") mapped = true;
+      if (s.channel == "VALVE_A_COMMAND" || s.channel == "VALVE_B_COMMAND") REQUIRE(mapped);
+    }
+    for (const auto& [where, times] : lab.runs) REQUIRE(times <= 1);
+    for (const path_report_t& r : lab.all(channels::kPathReport)) CHECK(r.layer > 0);
+    const auto metrics = lab.all(channels::kLayerMetrics);
+    REQUIRE(metrics.size() >= 3);
+    CHECK(metrics.front().layer == 2);
+    CHECK(metrics.back().layer == 6);
+  }
+  CHECK(resumes > 60);
+  Experiment e = small_ice();
+  e.ice.map_table = "on";
+  FakeIceLab dark(1, e);
+  dark.dark_maps = 10;
+  CHECK(dark.print(0.0, false) == -1);
+  CHECK(last_fault(dark).find("height map of layer 0") != std::string::npos);
+  CHECK(dark.runs.empty());
+}
+
 TEST_CASE("a path in doubt stops the open loop for the operator, whose word lets it go on, and feedback needs no word") {
   int asked = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {

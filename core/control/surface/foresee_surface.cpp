@@ -9,7 +9,8 @@ namespace firn::control {
 namespace {
 
 constexpr double kSlopeKept = 0.8, kSlopeShare = 0.4;  // phi, beta: a drift goes on, and dies away
-constexpr double kFirstShare = 0.3;
+constexpr double kFirstShare = 0.3;   // of the first map, where the table's shape is not known
+constexpr double kStartShare = 0.8;   // beta of the first map where it is: a drift has begun at nothing, and its mean is half of it
 
 struct Nearest {
   double mm2 = std::numeric_limits<double>::infinity();
@@ -63,6 +64,7 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   if (!again) before_ = after_;
   const SurfaceForeseeOptions& o = options_.foresee;
   const bool first = before_.error.size() == 0;
+  const bool of_table = before_.of_table;
   const auto moved = [&](const HeightMap& from) { return first ? HeightMap(e.spec, 0.0) : resample(from, e.spec, kNotMeasured); };
   const HeightMap last = moved(before_.error), done = moved(before_.executed);
   const Grid<std::int8_t> zone = zones(m.material, o.zone_mm);
@@ -74,7 +76,9 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   for (std::size_t n = 0; n < 2; ++n) foreseen[n] = after_.material[n] += kSlopeKept * after_.slope[n];
   HeightMap v(e.spec, kNotMeasured);  // what was not foreseen
   for (std::size_t c = 0; c < e.size(); ++c)
-    if (std::isfinite(e.cells[c]))
+    if (std::isfinite(e.cells[c]) && m.layer == 0)
+      v.cells[c] = 0.0;  // the bare table tells nothing of what will be laid
+    else if (std::isfinite(e.cells[c]))
       v.cells[c] = last.cells[c] - done.cells[c] - e.cells[c] - foreseen[material(c)] - after_.zone[std::size_t(zone.cells[c])] - after_.wide.cells[c];
   const auto of_material = class_means<2>(v, material);
   for (std::size_t c = 0; c < v.size(); ++c)
@@ -87,12 +91,13 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   for (std::size_t n = 0; n < of_material.size(); ++n) {
     // The first map holds the table's own shape, which is answered but does not last.
     const double learned = (first ? kFirstShare : 1.0) * o.flow_gain * of_material[n];
-    after_.slope[n] = kSlopeKept * after_.slope[n] + (first ? 0.0 : kSlopeShare * learned);
+    after_.slope[n] = kSlopeKept * after_.slope[n] + (first ? 0.0 : (of_table ? kStartShare : kSlopeShare) * learned);
     after_.material[n] += learned;
   }
   for (std::size_t n = 0; n < of_zone.size(); ++n) after_.zone[n] += o.zone_gain * of_zone[n];
   const HeightMap about = square_mean(e, o.narrow_mm);
   after_.error = e;
+  after_.of_table = m.layer == 0;
   after_.disturbance = HeightMap(e.spec, kNotMeasured);
   HeightMap u(e.spec, kNotMeasured);
   for (std::size_t c = 0; c < e.size(); ++c) {

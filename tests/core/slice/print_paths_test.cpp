@@ -1,5 +1,6 @@
 #include "core/slice/print_paths.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -44,6 +45,26 @@ TEST_CASE("The paths of a print come back as they were, and a layer is found by 
   CHECK(*find_layer(back, 5) == p.layers[2]);
   CHECK(find_layer(back, 4) == nullptr);
   CHECK(find_layer(back, 6) == nullptr);
+}
+
+TEST_CASE("The bare table is layer 0 at height 0, with the lines of the first layer that is measured, before all others") {
+  PrintPaths p = print();
+  for (std::size_t n = 0; n < p.layers.size(); ++n)
+    for (PathInfo& i : p.layers[n].info) i.kind = n > 0 ? i.kind : PathKind::kBoundary, i.width = i.width ? i.width : 15'000;
+  p.layers[1].info[3].kind = PathKind::kMeasurement, p.layers[1].info[3].width = 0;
+  const LayerPaths table = table_layer(p);
+  CHECK(table.layer == 0);
+  CHECK(table.z == 0);
+  CHECK(table.lines == p.layers[1].lines);
+  CHECK(table.info == p.layers[1].info);
+  const PrintPaths with = with_table(p);
+  REQUIRE(with.layers.size() == 4);
+  CHECK(with.layers[0] == table);
+  CHECK(find_layer(with, 0) == &with.layers[0]);
+  CHECK(std::equal(p.layers.begin(), p.layers.end(), with.layers.begin() + 1));
+  for (LayerPaths& l : p.layers)
+    for (PathInfo& i : l.info) i.kind = PathKind::kBoundary;
+  CHECK_THROWS_WITH(with_table(p), Catch::Contains("no layer has measurement paths"));
 }
 
 TEST_CASE("Bytes that are cut or changed in their frame are refused with the byte, and nothing crashes on any") {

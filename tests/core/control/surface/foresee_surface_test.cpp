@@ -157,6 +157,40 @@ TEST_CASE("A surface measured again takes the first map's place in what the sche
   }
 }
 
+TEST_CASE("The bare table's map is answered once and teaches nothing, and a valve's beginning drift is followed an interval sooner for it") {
+  const Grid<std::uint8_t> material = footprint();
+  HeightMap table(kGrid), level(kGrid, kInterval_mm);
+  for (std::size_t c = 0; c < table.size(); ++c) table.cells[c] = 0.1 * std::sin(0.4 * double(c % 24)) - 0.05;
+  ForeseeSurface s(options("smf_foresee"));
+  const SurfaceDecision first = s.decide({table, material, 0.0, 0, 0, 0.0});
+  CHECK(first.kind == SurfaceDecision::Kind::kPrint);
+  for (std::size_t c = 0; c < table.size(); ++c)
+    if (material.cells[c]) REQUIRE(first.u.cells[c] == Approx(-table.cells[c] / kInterval_mm).margin(1e-12));
+  const SurfaceDecision next = s.decide({level, material, kInterval_mm, 5, 0, 0.0});  // it came out as foreseen
+  for (std::size_t c = 0; c < table.size(); ++c)
+    if (material.cells[c]) REQUIRE(next.u.cells[c] == Approx(0.0).margin(1e-12));
+
+  double error[2];
+  for (const bool told : {false, true}) {
+    ForeseeSurface law(options("smf_foresee"));
+    HeightMap e(kGrid, 0.0), h(kGrid);
+    for (std::size_t c = 0; c < e.size(); ++c) e.cells[c] = -table.cells[c] / kInterval_mm;
+    for (int k = told ? 0 : 1; k <= 2; ++k) {
+      if (!told && k == 1)
+        for (double& each : e.cells) each -= 0.03;
+      for (std::size_t c = 0; c < e.size(); ++c) h.cells[c] = kInterval_mm * (k - e.cells[c]);
+      if (k == 2) break;
+      const SurfaceDecision a = law.decide({h, material, k * kInterval_mm, 5 * k, 0, 0.0});
+      for (std::size_t c = 0; c < e.size(); ++c) e.cells[c] -= a.u.cells[c] + (k == 0 ? 0.03 : 0.08);  // too little, and less and less
+    }
+    double squares = 0.0, cells = 0.0;
+    for (std::size_t c = 0; c < e.size(); ++c)
+      if (material.cells[c]) squares += e.cells[c] * e.cells[c], cells += 1.0;
+    error[told] = std::sqrt(squares / cells);
+  }
+  CHECK(error[1] < 0.75 * error[0]);
+}
+
 TEST_CASE("Gains and lengths of what is foreseen are refused by name") {
   const auto refuses = [](const std::function<void(SurfaceForeseeOptions&)>& spoil, const char* name) {
     SurfaceOptions o = options("smf_foresee");
