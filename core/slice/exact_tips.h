@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "core/slice/box_pairs.h"
+#include "core/slice/box_search.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
 
@@ -52,7 +52,7 @@ class ExactTips {
   double thinned_;
   bool failed_ = false;
   std::vector<std::uint32_t> next_;
-  BoxTree tree_;
+  BoxSearch tree_;
   std::vector<Edge> edges_[2];
 };
 

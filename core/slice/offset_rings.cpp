@@ -16,7 +16,8 @@ namespace firn::slice {
 namespace {
 
 // Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
-constexpr double kOdd = 0.2973;
+// Where the front of one distance cannot tell which of its places coincide, that of another can.
+constexpr double kOdd[] = {0.2973, 1.6131, 3.1429};
 constexpr double kAgain = 0.1;   // of what was thinned, where areas depend on it
 constexpr double kNarrow = 4.0;  // of the way to the next level: half the width of strips that look narrow
 
@@ -147,9 +148,10 @@ Region thinned_again(const Rings& contours, double mm) {
   return region_of(canonical(rings));
 }
 
-}  // namespace
-
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned) {
+// @param odd by how much the distances asked for are more, in units
+// @param by_clipper levels that the wavefront cannot tell; else there are none
+std::optional<RingLevels> levels_of(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm,
+                                    const Thinned& thinned, double odd, bool by_clipper) {
   RingLevels result;
   Advance advance(region, thinned);
   bool trusted = true;
@@ -159,9 +161,9 @@ RingLevels offset_rings(const Region& region, const RingPlan& plan, double toler
     Rings rings;
     LevelGaps gaps;
     if (trusted) {
-      const double to = plan.distance_mm(level) * kUnitsPerMm + kOdd;
+      const double to = plan.distance_mm(level) * kUnitsPerMm + odd;
       if (spot_mm > 0) {
-        const double core = level > 0 ? plan.core_mm(level - 1, spot_mm) * kUnitsPerMm + kOdd : to;
+        const double core = level > 0 ? plan.core_mm(level - 1, spot_mm) * kUnitsPerMm + odd : to;
         trusted = advance.telling(core, to, level > 0 ? result.levels.back() : none,
                                   gap_limits(gap_band(plan, level - 1), spot_mm, tolerance_mm),
                                   gap_limits(core_band(plan, level - 1, spot_mm), spot_mm, tolerance_mm),
@@ -170,6 +172,7 @@ RingLevels offset_rings(const Region& region, const RingPlan& plan, double toler
         trusted = advance(to);
       }
       trusted = trusted && advance.draw(tolerance, rings, result.drawn_finer);
+      if (!trusted && !by_clipper) return std::nullopt;
       // An area that comes or goes with the thinning: everything again from contours thinned by less.
       if (advance.lost_tips() && thinned.whole) {
         const double by_mm = kAgain * thinned.by_mm;
@@ -189,10 +192,18 @@ RingLevels offset_rings(const Region& region, const RingPlan& plan, double toler
   return result;
 }
 
+}  // namespace
+
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned) {
+  for (const double odd : kOdd)
+    if (auto levels = levels_of(region, plan, tolerance_mm, spot_mm, thinned, odd, false)) return std::move(*levels);
+  return *levels_of(region, plan, tolerance_mm, spot_mm, thinned, kOdd[0], true);
+}
+
 Region grow(const Region& region, double outward_mm, double tolerance_mm) {
   if (region.empty()) return {};
   // What lies around the region, bounded far outside: every ring turned, and a frame.
-  const double d = outward_mm * kUnitsPerMm + kOdd;
+  const double d = outward_mm * kUnitsPerMm + kOdd[0];
   BoxOf<std::int32_t> box;
   for (const Point p : region.points) box.add(p.x, p.y);
   const std::int32_t far = std::int32_t(3 * d) + 10 * kUnitsPerMm;
@@ -205,10 +216,13 @@ Region grow(const Region& region, double outward_mm, double tolerance_mm) {
     ring.assign(region[r].rbegin(), region[r].rend());
     around.add(ring);
   }
-  Advance advance(around);
   Rings rings;
-  std::uint32_t finer = 0;
-  if (!advance(d) || !advance.draw(tolerance_mm * kUnitsPerMm, rings, finer))
+  const auto by_front = [&](double odd) {
+    Advance advance(around);
+    std::uint32_t finer = 0;
+    return advance(outward_mm * kUnitsPerMm + odd) && advance.draw(tolerance_mm * kUnitsPerMm, rings, finer);
+  };
+  if (std::none_of(std::begin(kOdd), std::end(kOdd), by_front))
     return clipper_offset(region, -outward_mm, tolerance_mm);
   // Turn back, without the frame: the ring that reaches furthest out.
   Region grown;
