@@ -81,10 +81,8 @@ class Advance {
 
  private:
   bool move(wavefront::Component& component, double from, double to, std::vector<wavefront::Component>& out) {
-    alive_.clear();
-    for (const wavefront::Piece& piece : component.pieces) alive_.push_back(piece.source);
     move_(front_.sources, component, from, to);
-    return untangle_(front_.sources, alive_, component, to, out);
+    return untangle_(front_.sources, move_.died(), component, to, out);
   }
 
   bool move_telling(wavefront::Component& component, double from, double to, const GapLimits& limits, double sagitta,
@@ -136,7 +134,6 @@ class Advance {
   MeetingCheck meeting_;
   std::vector<wavefront::Component> next_, cores_;
   std::vector<std::size_t> drawn_ends_;  // rings of each component and those before it
-  std::vector<std::int32_t> alive_;
   wavefront::Drawer draw_;
   std::optional<ExactTips> tips_;
 };

@@ -82,6 +82,8 @@ bool meet(const Source& before, const Source& after, Vec place, double d, Juncti
 class Mover {
  public:
   void operator()(std::span<const Source> sources, Component& component, double from, double to);
+  /// Sources that the component moved last had before and has no longer; some may be told twice.
+  std::span<const std::int32_t> died() const { return died_; }
 
  private:
   struct Death {
@@ -96,6 +98,8 @@ class Mover {
   };
   void list_inverted();
   bool run(double from);
+  void link();
+  void unlink();
   void expect_death(std::int32_t i, double since);
   void die(std::int32_t i, double d);
   Junction radial(std::int32_t i, Vec place) const;
@@ -104,8 +108,10 @@ class Mover {
   std::span<Piece> pieces_;  // of one loop
   double to_ = 0;
   std::vector<std::int32_t> inverted_;
-  std::vector<Link> links_;
-  std::vector<Death> deaths_;  // a heap
+  std::vector<Link> links_;               // between loops each with the places beside it
+  std::vector<std::int32_t> linked_anew_;  // where that does not hold
+  std::vector<Death> deaths_;              // a heap
+  std::vector<std::int32_t> dead_, died_;  // pieces of the loop, sources of the component
   std::int32_t alive_ = 0;     // pieces with a source
 };
 
@@ -115,9 +121,9 @@ class Untangler {
  public:
   Untangler();
   ~Untangler();
-  /// @param alive sources of the component before it moved
+  /// @param died sources that the component had before it moved
   /// @return false if it cannot tell (places that coincide to within rounding): the caller asks Clipper instead
-  bool operator()(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component, double d,
+  bool operator()(std::span<const Source> sources, std::span<const std::int32_t> died, Component& component, double d,
                   std::vector<Component>& out);
 
  private:

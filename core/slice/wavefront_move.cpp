@@ -58,6 +58,7 @@ double death(const Reach& start, const Reach& end, double low, double high, doub
 
 void Mover::expect_death(std::int32_t i, double since) {
   ++links_[i].stamp;
+  linked_anew_.push_back(i);
   if (pieces_[i].source == kPivot) return;
   const Piece &here = pieces_[i], &next = pieces_[links_[i].next];
   const Vec along = sources_[here.source].along;
@@ -84,10 +85,12 @@ void Mover::die(std::int32_t i, double d) {
   Junction junction;
   ++links_[i].stamp;
   --alive_;
+  died_.push_back(pieces_[i].source);
   if (a != c && !pivots && meet(sources_[pieces_[a].source], sources_[pieces_[c].source], place, d, junction)) {
     links_[a].next = c;
     links_[c].prev = a;
     links_[i].next = -1;
+    dead_.push_back(i);
     pieces_[c].start = junction;
     pieces_[c].from = junction(to_);
   } else {
@@ -120,12 +123,22 @@ void Mover::list_inverted() {
   }
 }
 
-// @return false if nothing of the loop is left; else the dead pieces are those without a next
-bool Mover::run(double from) {
+void Mover::link() {
   const std::size_t n = pieces_.size();
-  links_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) links_[i] = {std::int32_t(i ? i - 1 : n - 1), std::int32_t(i + 1 < n ? i + 1 : 0), 0};
-  alive_ = std::int32_t(n);
+  for (std::size_t i = links_.size(); i < n; ++i) links_.push_back({std::int32_t(i) - 1, std::int32_t(i) + 1, 0});
+  links_[0].prev = std::int32_t(n) - 1;
+  links_[n - 1].next = 0;
+  linked_anew_.assign({0, std::int32_t(n) - 1});
+}
+
+void Mover::unlink() {
+  for (const std::int32_t i : linked_anew_) links_[i] = {i - 1, i + 1, 0};
+}
+
+// @return false if nothing of the loop is left
+bool Mover::run(double from) {
+  link();
+  alive_ = std::int32_t(pieces_.size());
   deaths_.clear();
   for (const std::int32_t i : inverted_) expect_death(i, from);
   while (!deaths_.empty() && alive_ > 1) {
@@ -134,30 +147,39 @@ bool Mover::run(double from) {
     deaths_.pop_back();
     if (links_[next.piece].stamp == next.stamp) die(next.piece, next.d);
   }
+  unlink();
   return alive_ > 1;
 }
 
 void Mover::operator()(std::span<const Source> sources, Component& component, double from, double to) {
   sources_ = sources;
   to_ = to;
+  died_.clear();
   // In place: what is left of a loop is no longer than the loop, and in its order.
+  Piece* const pieces = component.pieces.data();
   std::size_t begin = 0, written = 0, loops = 0;
-  const auto write = [&](const Piece& piece) {
-    if (&piece != &component.pieces[written]) component.pieces[written] = piece;
-    ++written;
+  const auto keep = [&](std::size_t first, std::size_t end) {
+    if (written != first) std::copy(pieces + first, pieces + end, pieces + written);
+    written += end - first;
   };
-  for (std::size_t k = 0; k < component.ends.size(); ++k) {
-    pieces_ = std::span<Piece>(component.pieces.data() + begin, component.ends[k] - begin);
-    begin = component.ends[k];
+  for (const std::uint32_t end : component.ends) {
+    pieces_ = std::span(pieces + begin, end - begin);
+    dead_.clear();
     list_inverted();
-    if (inverted_.empty()) {
-      for (const Piece& piece : pieces_) write(piece);
+    if (inverted_.empty() || run(from)) {
+      std::sort(dead_.begin(), dead_.end());
+      for (const std::int32_t i : dead_) {
+        const std::size_t dead = std::size_t(pieces_.data() - pieces) + std::size_t(i);
+        keep(begin, dead);
+        begin = dead + 1;
+      }
+      keep(begin, end);
+      component.ends[loops++] = std::uint32_t(written);
     } else {
-      if (!run(from)) continue;
-      for (std::size_t i = 0; i < pieces_.size(); ++i)
-        if (links_[i].next >= 0) write(pieces_[i]);
+      for (const Piece& piece : pieces_)
+        if (piece.source != kPivot) died_.push_back(piece.source);
     }
-    component.ends[loops++] = std::uint32_t(written);
+    begin = end;
   }
   component.pieces.resize(written);
   component.ends.resize(loops);

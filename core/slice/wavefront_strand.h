@@ -1,7 +1,7 @@
 // Strands of the front at one distance, and where two of them cross.
 #pragma once
 
-#include "core/slice/box_pairs.h"
+#include "core/slice/chains.h"
 #include "core/slice/wavefront.h"
 
 namespace firn::slice::wavefront {
@@ -25,6 +25,35 @@ inline BoxOf<double> box_of(std::span<const Source> sources, const Strand& s, do
   return {std::min(s.a.x, s.b.x) - bulge, std::min(s.a.y, s.b.y) - bulge,
           std::max(s.a.x, s.b.x) + bulge, std::max(s.a.y, s.b.y) + bulge};
 }
+
+inline PairBox bent_box(std::span<const Source> sources, const Strand& strand, double d) {
+  const BoxOf<double> box = box_of(sources, strand, d);
+  return PairBox::of(Vec{box.x0, box.y0}, Vec{box.x1, box.y1});
+}
+
+// What Chains asks of strands.
+struct StrandEdges {
+  std::span<const Source> sources;
+  const Strand* strands;
+  double d;
+  Vec from(std::size_t i) const { return strands[i].a; }
+  Vec to(std::size_t i) const { return strands[i].b; }
+  PairBox bent(std::size_t i) const { return bent_box(sources, strands[i], d); }
+  std::size_t next(std::size_t i) const { return strands[i].next; }
+  const Strand& strand(std::size_t i) const { return strands[i]; }
+};
+
+// The same of a single loop without pivots, whose pieces are its strands.
+struct PieceEdges {
+  std::span<const Source> sources;
+  std::span<const Piece> pieces;
+  double d;
+  Vec from(std::size_t i) const { return pieces[i].from; }
+  Vec to(std::size_t i) const { return pieces[next(i)].from; }
+  PairBox bent(std::size_t i) const { return bent_box(sources, strand(i), d); }
+  std::size_t next(std::size_t i) const { return i + 1 < pieces.size() ? i + 1 : 0; }
+  Strand strand(std::size_t i) const { return {from(i), to(i), std::int32_t(i), pieces[i].source, std::uint32_t(next(i))}; }
+};
 
 // Calls found(place, along a, along b) for each place where two strands of the front at distance d cross; what is told
 // along a strand grows from its a to its b, which is not part of it.

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "core/slice/chains.h"
+#include "core/slice/wavefront_passed.h"
 #include "core/slice/wavefront_strand.h"
 
 namespace firn::slice::wavefront {
@@ -44,42 +45,34 @@ struct Ends {
   std::uint32_t in = 0, out = 0;
 };
 
-struct Edges {
-  std::span<const Source> sources;
-  const Strand* strands;
-  double d;
-  Vec from(std::size_t i) const { return strands[i].a; }
-  Vec to(std::size_t i) const { return strands[i].b; }
-  PairBox bent(std::size_t i) const {
-    const BoxOf<double> box = box_of(sources, strands[i], d);
-    return PairBox::of(Vec{box.x0, box.y0}, Vec{box.x1, box.y1});
-  }
-};
-
 }  // namespace
 
 class Untangler::Tangle {
  public:
-  void take(std::span<const Source> sources, std::span<const std::int32_t> alive, const Component& component, double d) {
-    sources_ = sources, alive_ = alive, component_ = &component, d_ = d;
-    list_strands();
+  void take(std::span<const Source> sources, std::span<const std::int32_t> died, const Component& component, double d) {
+    sources_ = sources, died_ = died, component_ = &component, d_ = d;
+    crossings_.clear();
+    passed_by_.clear();
   }
 
   // @return whether any strands cross
   bool find_crossings() {
-    crossings_.clear();
-    chains_.pairs(Edges{sources_, strands_.data(), d_}, [&](std::size_t i, std::size_t j) {
-      if (strands_[i].next == j || strands_[j].next == i) return;
-      intersect(sources_, d_, strands_[i], strands_[j], [&](Vec at, double on_i, double on_j) {
-        crossings_.push_back({at, {std::uint32_t(i), std::uint32_t(j)}, {on_i, on_j}});
-      });
-    });
+    simple_ = component_->ends.size() == 1 && list_runs();
+    if (simple_) {
+      find_in(PieceEdges{sources_, component_->pieces, d_});
+      if (crossings_.empty()) return false;
+      list_strands();
+    } else {
+      list_strands();
+      find_in(StrandEdges{sources_, strands_.data(), d_});
+    }
     return !crossings_.empty();
   }
 
-  bool has_pivots() const { return strands_.size() != component_->pieces.size(); }
+  bool simple() const { return simple_; }  // a single loop without pivots
+  double twice_area() const { return twice_area_; }  // then: by chords; arcs bulge into the area, which does not change its sign
 
-  bool loop_passed(std::size_t loop) const {
+  bool loop_passed(std::size_t loop) {
     const std::size_t begin = loop ? loop_ends_[loop - 1] : 0;
     std::size_t best = begin;
     double longest = -1;
@@ -94,7 +87,18 @@ class Untangler::Tangle {
   bool smooth(Component& kept);
 
  private:
+  bool list_runs();
   void list_strands();
+  void list_sources();
+  template <class Edges>
+  void find_in(const Edges& edges) {
+    chains_.pairs(edges, [&](std::size_t i, std::size_t j) {
+      if (edges.next(i) == j || edges.next(j) == i) return;
+      intersect(sources_, d_, edges.strand(i), edges.strand(j), [&](Vec at, double on_i, double on_j) {
+        crossings_.push_back({at, {std::uint32_t(i), std::uint32_t(j)}, {on_i, on_j}});
+      });
+    });
+  }
   Vec middle(const Strand& strand) const {
     return strand.source == kPivot ? 0.5 * (strand.a + strand.b)
                                    : wavefront::middle(sources_[strand.source], strand.a, strand.b, d_);
@@ -104,16 +108,13 @@ class Untangler::Tangle {
     return limit > 0 ? limit * limit : 0;
   }
   double square_distance(Vec place, const Source& source) const {
-    // A corner's length is below 0: as good as 0.
-    const Vec off = place - source.at;
-    const Vec away = off - std::min(std::max(dot(off, source.along), 0.0), std::max(source.length, 0.0)) * source.along;
+    Vec away = place - source.at;
+    if (!source.corner()) away = away - std::clamp(dot(away, source.along), 0.0, source.length) * source.along;
     return dot(away, away);
   }
-  bool passed(Vec place) const {
-    const double square = limit();
-    for (const std::int32_t s : alive_)
-      if (square_distance(place, sources_[s]) < square) return true;
-    return false;
+  bool passed(Vec place) {
+    if (passed_by_.empty()) list_sources();
+    return passed_by_(place, limit());
   }
   // What has passed over a loop mostly comes from beside one of its crossings; small loops mostly have been passed.
   bool passed_beside(Vec place) const {
@@ -142,14 +143,17 @@ class Untangler::Tangle {
     return dot(a, b) > 0 ? from | turned << 2 : int(Chains::kBent);
   }
   void cut();
-  bool judge(bool& keep) const;
+  bool judge(bool& keep);
 
   std::span<const Source> sources_;
-  std::span<const std::int32_t> alive_;
+  std::span<const std::int32_t> died_;
   const Component* component_ = nullptr;
   double d_ = 0;
   Chains chains_;
-  std::vector<Strand> room_;
+  bool simple_ = false;
+  double twice_area_ = 0;
+  std::unique_ptr<Strand[]> room_;
+  std::size_t room_size_ = 0;
   std::span<Strand> strands_;  // in it
   std::vector<std::uint32_t> loop_ends_;
   std::vector<Crossing> crossings_;
@@ -158,13 +162,46 @@ class Untangler::Tangle {
   std::vector<std::uint32_t> first_of_;        // fragment of each strand
   std::vector<std::array<Ends, 2>> ends_;      // of each crossing
   std::vector<std::uint32_t> loop_;
+  PassedBy passed_by_;  // all that the component had before it moved
 };
+
+// Of a single loop. @return false if it has pivots
+bool Untangler::Tangle::list_runs() {
+  chains_.clear();
+  const std::span<const Piece> pieces = component_->pieces;
+  const Vec origin = pieces[0].from;
+  Vec from = origin;
+  double area = 0;
+  int last = Chains::kNone;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (pieces[i].source == kPivot) return false;
+    const Source& source = sources_[std::size_t(pieces[i].source)];
+    const Vec to = i + 1 < pieces.size() ? pieces[i + 1].from : origin;
+    const int run = source.corner() ? run_of_arc(from - source.at, to - source.at) : Chains::run_of(to - from);
+    if (Chains::begins(run, last)) chains_.begin(std::uint32_t(i), run, last);
+    last = run;
+    area += cross(from - origin, to - origin);
+    from = to;
+  }
+  chains_.end(std::uint32_t(pieces.size()));
+  twice_area_ = area;
+  return true;
+}
+
+void Untangler::Tangle::list_sources() {
+  for (const Piece& piece : component_->pieces)
+    if (piece.source != kPivot) passed_by_.add(sources_[std::size_t(piece.source)]);
+  for (const std::int32_t source : died_) passed_by_.add(sources_[std::size_t(source)]);
+}
 
 void Untangler::Tangle::list_strands() {
   loop_ends_.clear();
   chains_.clear();
-  if (room_.size() < 2 * component_->pieces.size()) room_.resize(2 * component_->pieces.size());
-  strands_ = room_;
+  if (room_size_ < 2 * component_->pieces.size()) {
+    room_size_ = 2 * component_->pieces.size();
+    room_ = std::make_unique_for_overwrite<Strand[]>(room_size_);
+  }
+  strands_ = {room_.get(), room_size_};
   Strand* strand = strands_.data();
   std::uint32_t count = 0;
   const Piece* const pieces = component_->pieces.data();
@@ -248,7 +285,7 @@ void Untangler::Tangle::cut() {
 }
 
 // Whether loop_ is kept. @return false if it cannot tell
-bool Untangler::Tangle::judge(bool& keep) const {
+bool Untangler::Tangle::judge(bool& keep) {
   double total = 0, longest[2] = {-1, -1};  // squares
   std::uint32_t best[2] = {0, 0};
   bool corners_wrong = false;
@@ -308,23 +345,19 @@ bool Untangler::Tangle::smooth(Component& kept) {
 Untangler::Untangler() : tangle_(std::make_unique<Tangle>()) {}
 Untangler::~Untangler() = default;
 
-bool Untangler::operator()(std::span<const Source> sources, std::span<const std::int32_t> alive, Component& component,
+bool Untangler::operator()(std::span<const Source> sources, std::span<const std::int32_t> died, Component& component,
                            double d, std::vector<Component>& out) {
   if (component.ends.empty()) return true;
   Tangle& tangle = *tangle_;
-  tangle.take(sources, alive, component, d);
+  tangle.take(sources, died, component, d);
   Component kept;
   if (tangle.find_crossings()) {
     if (!tangle.smooth(kept)) return false;
     if (!kept.ends.empty()) regroup(sources, kept, d, out);
     return true;
   }
-  if (component.ends.size() == 1 && !tangle.has_pivots()) {
-    double area = 0;  // by chords: arcs bulge into the area, which does not change the sign
-    const Vec origin = component.pieces[0].from;
-    for (std::size_t i = 1; i + 1 < component.pieces.size(); ++i)
-      area += cross(component.pieces[i].from - origin, component.pieces[i + 1].from - origin);
-    if (area > 0) out.push_back(std::move(component));
+  if (tangle.simple()) {
+    if (tangle.twice_area() > 0) out.push_back(std::move(component));
     return true;
   }
   // Loops may have run past each other without crossing any more.
