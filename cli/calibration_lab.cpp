@@ -280,6 +280,13 @@ double CalibrationLab::reading(double x_mm, double y_mm, double z_mm) {
   return s.samples && s.samples->n > 0 ? double(s.samples->distance_mm[0]) : std::numeric_limits<double>::quiet_NaN();
 }
 
+bool CalibrationLab::reaches(double x_mm, double y_mm) const try {
+  stand({{{x_mm, y_mm}}, tool("laser"), 0.0}, 0.0);
+  return true;
+} catch (const motion::MotionError&) {
+  return false;
+}
+
 double CalibrationLab::surface_mm(double x_mm, double y_mm) {
   for (double z = kFrom_mm; z >= kTo_mm; z -= kStep_mm)
     if (const double seen = reading(x_mm, y_mm, z); std::isfinite(seen)) return z + seen + state_->experiment.laser_point.offset_z_mm;

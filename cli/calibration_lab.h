@@ -46,6 +46,7 @@ class CalibrationLab {
   std::vector<float> scan(const Trajectory& motion, int material);
   /// Moves the laser over (x, y), its reference distance at z, and takes one reading; NaN: it sees nothing.
   double reading(double x_mm, double y_mm, double z_mm);
+  bool reaches(double x_mm, double y_mm) const;  ///< the laser can stand over it
   /// Height of the surface, coming down from 16 mm above the part's origin until the laser sees it.
   /// @throws std::runtime_error: nothing down to 11 mm below it
   double surface_mm(double x_mm, double y_mm);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cli/calibration_lab.h"
 #include "cli/lab_calibrations.h"
@@ -47,12 +48,38 @@ std::vector<double> between(const std::vector<double>& v) {
   return middles;
 }
 
+constexpr double kApartShare = 0.9;   // of what the points of 2.2 lie apart
+constexpr double kEdge_mm = 10.0, kStep_mm = 10.0;
+
+double distance_to(const std::vector<TablePoint>& points, const TablePoint& p) {
+  double nearest = std::numeric_limits<double>::max();
+  for (const TablePoint& q : points) nearest = std::min(nearest, std::hypot(q.x_mm - p.x_mm, q.y_mm - p.y_mm));
+  return nearest;
+}
+
 // The points of 2.2 tell which foot and screw to turn; nine of them leave the height uncertain by a third of the table's unevenness.
-// So the rows between are read too, once nothing is turned any more: along the side where the points lie farther apart.
-std::vector<TablePoint> more_points(const CalibrationConfig& c) {
+// So more are read, once nothing is turned any more: the rows between, along the side where the points lie farther apart, and what of the
+// table the arm reaches beyond them, one place after another where it is farthest from all others. Places nearer to each other than
+// kApartShare share their unevenness: they would make the intervals narrower and the height no better.
+std::vector<TablePoint> more_points(const CalibrationLab& lab) {
+  const CalibrationConfig& c = lab.experiment().calibration;
   const auto &xs = c.level_x_mm, &ys = c.level_y_mm;
   const auto step = [](const std::vector<double>& v) { return v.size() < 2 ? 0.0 : std::abs(v.back() - v.front()) / double(v.size() - 1); };
-  return step(ys) >= step(xs) ? grid_of(xs, between(ys)) : grid_of(between(xs), ys);
+  std::vector<TablePoint> more = step(ys) >= step(xs) ? grid_of(xs, between(ys)) : grid_of(between(xs), ys), all = grid_of(xs, ys);
+  all.insert(all.end(), more.begin(), more.end());
+  const double apart_mm = kApartShare * std::min(step(xs), step(ys));
+  if (apart_mm <= kStep_mm) return more;
+  std::vector<TablePoint> places;
+  for (double y = c.table_y_mm - 0.5 * c.table_depth_mm + kEdge_mm; y <= c.table_y_mm + 0.5 * c.table_depth_mm - kEdge_mm; y += kStep_mm)
+    for (double x = c.table_x_mm - 0.5 * c.table_width_mm + kEdge_mm; x <= c.table_x_mm + 0.5 * c.table_width_mm - kEdge_mm; x += kStep_mm)
+      if (distance_to(all, {x, y, 0.0}) >= apart_mm && lab.reaches(x, y)) places.push_back({x, y, 0.0});
+  while (true) {
+    std::erase_if(places, [&](const TablePoint& p) { return distance_to(all, p) < apart_mm; });
+    if (places.empty()) return more;
+    const TablePoint far = *std::max_element(places.begin(), places.end(), [&](const TablePoint& a, const TablePoint& b) { return distance_to(all, a) < distance_to(all, b); });
+    all.push_back(far);
+    more.push_back(far);
+  }
 }
 
 void measure(CalibrationLab& lab, std::vector<TablePoint>& points, const std::function<void(double)>& progress) {
@@ -85,13 +112,15 @@ LabCalibration calibrate_table(const Experiment& experiment, const std::string& 
   out.what = "level-table";
   TableLevel t;
   std::vector<TablePoint> points;
+  bool screwed = false;  // screws bend the table
   for (int round = 1;; ++round) {
     CalibrationLab lab(e, machine_toml);
     lab.get_ready();
     points = grid_of(e.calibration.level_x_mm, e.calibration.level_y_mm);
     measure(lab, points, [&](double share) { if (o.progress) o.progress((round - 1 + share) / o.rounds); });
     t = calibration::level_by_feet(points, feet, kCoarse_mm);
-    const bool coarse = !t.level;
+    // Feet cannot bend the table: where they have nothing left to do, the screws go on.
+    const bool coarse = !t.level && !t.turns.empty();
     const TableLevel fit = t;
     if (!coarse) t = calibration::level_by_screws(points, screws, kFine_mm);
     out.level = !coarse && t.level;
@@ -106,21 +135,22 @@ LabCalibration calibrate_table(const Experiment& experiment, const std::string& 
     const TableLevel told_now = t;
     t = fit;
     if (out.level || round >= o.rounds || told_now.turns.empty()) {
-      std::vector<TablePoint> more = more_points(e.calibration);
+      std::vector<TablePoint> more = more_points(lab);
       measure(lab, more, {});
       points.insert(points.end(), more.begin(), more.end());
       std::stable_sort(points.begin(), points.end(), [](const TablePoint& a, const TablePoint& b) { return a.y_mm < b.y_mm; });
-      t = calibration::level_by_feet(points, {}, kCoarse_mm);
-      out.lines.push_back(fmt::format("height and slopes from {} points, {} of them between the first", points.size(), more.size()));
+      t = calibration::table_about(points, fit.middle_x_mm, fit.middle_y_mm, screwed);
+      out.lines.push_back(fmt::format("height and slopes from {} points, {} of them between and beside the first", points.size(), more.size()));
       out.lab_s += lab.now_s();
       break;
     }
     out.lab_s += lab.now_s();
     turn(told_now, coarse, e.plant.ice);
+    screwed |= !coarse;
   }
   out.data = t.fit.data, out.outliers = t.fit.outliers;
   out.residual_std = t.fit.residual_std, out.residual_unit = "mm";
-  out.also = {{"height at the points' middle [mm]", t.height_mm}, {"slope along x [mm/mm]", t.slope_x}, {"slope along y [mm/mm]", t.slope_y}, {"twist [mm/mm^2]", t.twist}};
+  out.also = {{"height at the levelling points' middle [mm]", t.height_mm}, {"slope along x [mm/mm]", t.slope_x}, {"slope along y [mm/mm]", t.slope_y}, {"twist [mm/mm^2]", t.twist}};
   out.plot = {"x [mm]", "point off the table fitted [mm]", {}};
   for (std::size_t n = 0; n < points.size(); ++n) {
     const std::string label = fmt::format("y = {:.0f} mm", points[n].y_mm);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace firn::calibration {
 namespace {
@@ -16,23 +17,27 @@ double spread(std::span<const TablePoint> points, const std::vector<double>& lif
   return high - low;
 }
 
-constexpr std::size_t kPointsOfTwist = 7;
+constexpr std::size_t kPointsOfTwist = 7, kPointsOfBend = 12;
 
-TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm, bool twisted) {
+TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm, bool twisted, std::optional<TablePoint> about = {}, bool bent = false) {
   TableLevel t;
-  for (const TablePoint& p : points) t.middle_x_mm += p.x_mm / double(points.size()), t.middle_y_mm += p.y_mm / double(points.size());
+  if (about) t.middle_x_mm = about->x_mm, t.middle_y_mm = about->y_mm;
+  else for (const TablePoint& p : points) t.middle_x_mm += p.x_mm / double(points.size()), t.middle_y_mm += p.y_mm / double(points.size());
   std::vector<Unknown> unknowns{{"height", points.empty() ? 0.0 : points[0].z_mm, 0.1, 100.0}, {"slope along x", 0.0, 1e-3, 0.5}, {"slope along y", 0.0, 1e-3, 0.5}};
   if (twisted) unknowns.push_back({"twist", 0.0, 1e-5, 1e-2});
+  if (bent) unknowns.insert(unknowns.end(), {{"bend along x", 0.0, 1e-5, 1e-2}, {"bend along y", 0.0, 1e-5, 1e-2}});
   const Residual residual = [&](std::size_t i, const double* x, double* g) {
     const TablePoint& p = points[i];
     g[0] = 1.0, g[1] = p.x_mm - t.middle_x_mm, g[2] = p.y_mm - t.middle_y_mm;
     double z = x[0] + x[1] * g[1] + x[2] * g[2];
     if (twisted) g[3] = g[1] * g[2], z += x[3] * g[3];
+    if (bent) g[4] = g[1] * g[1], g[5] = g[2] * g[2], z += x[4] * g[4] + x[5] * g[5];
     return z - p.z_mm;
   };
   t.fit = robust_fit(unknowns, points.size(), residual, 1e-4);
   t.height_mm = t.fit.unknowns[0], t.slope_x = t.fit.unknowns[1], t.slope_y = t.fit.unknowns[2];
   if (twisted) t.twist = t.fit.unknowns[3];
+  if (bent) t.bend_x = t.fit.unknowns[4], t.bend_y = t.fit.unknowns[5];
   t.spread_mm = t.left_mm = spread(points, {});
   for (const TablePoint& p : points) t.off_mm.push_back(p.z_mm - t.twisted_mm(p.x_mm, p.y_mm));
   t.level = t.spread_mm <= tolerance_mm;
@@ -50,7 +55,8 @@ double TableLevel::plane_mm(double x_mm, double y_mm) const {
 }
 
 double TableLevel::twisted_mm(double x_mm, double y_mm) const {
-  return plane_mm(x_mm, y_mm) + twist.value * (x_mm - middle_x_mm) * (y_mm - middle_y_mm);
+  const double dx = x_mm - middle_x_mm, dy = y_mm - middle_y_mm;
+  return plane_mm(x_mm, y_mm) + twist.value * dx * dy + bend_x.value * dx * dx + bend_y.value * dy * dy;
 }
 
 TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet, double tolerance_mm, double least_mm) {
@@ -63,6 +69,10 @@ TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lif
   for (const TablePoint& p : points) lift.push_back(mean - t.twisted_mm(p.x_mm, p.y_mm));
   t.left_mm = spread(points, lift);
   return t;
+}
+
+TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y_mm, bool bent) {
+  return plane_of(points, std::numeric_limits<double>::max(), points.size() >= kPointsOfTwist, TablePoint{x_mm, y_mm, 0.0}, bent && points.size() >= kPointsOfBend);
 }
 
 TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws, double tolerance_mm, double least_mm) {

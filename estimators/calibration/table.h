@@ -25,23 +25,29 @@ struct Turn {
   double turns = 0.0;         ///< above 0 = clockwise
 };
 struct TableLevel {
-  Estimate height_mm;         ///< of the plane at the points' middle
+  Estimate height_mm;         ///< of the plane at the middle
   Estimate slope_x, slope_y;  ///< mm per mm
   Estimate twist;             ///< mm per mm^2, of (x - middle)(y - middle): what four feet can make besides; 0 where not asked for
+  Estimate bend_x, bend_y;    ///< mm per mm^2, of (x - middle)^2 and (y - middle)^2: what screws make; 0 where not asked for
   double spread_mm = 0.0;     ///< highest less lowest point
   bool level = false;         ///< spread within the tolerance
   std::vector<Turn> turns;    ///< those of more than `least_mm`; none once level
   double left_mm = 0.0;       ///< spread that the turns should leave
   FitResult fit;
   double plane_mm(double x_mm, double y_mm) const;
-  double twisted_mm(double x_mm, double y_mm) const;  ///< the same with the twist
-  double middle_x_mm = 0.0, middle_y_mm = 0.0;
-  std::vector<double> off_mm; ///< each point's, of the plane
+  double twisted_mm(double x_mm, double y_mm) const;  ///< the same with twist and bend
+  double middle_x_mm = 0.0, middle_y_mm = 0.0;  ///< the points' mean, unless asked for about another place
+  std::vector<double> off_mm; ///< each point's, of the surface fitted
 };
 
 /// Coarse (2.2: four feet, until all lie within 0.5 mm): the feet take slope and twist out, the mean of their lifts
 /// being zero; with fewer than seven points the slope alone. @throws Uninformative: fewer than five points, points on one line
 TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet, double tolerance_mm = 0.5, double least_mm = 0.05);
+
+/// The table alone, nothing to be turned: its height at (x, y), slopes, with seven points or more its twist.
+/// @param bent with twelve points or more, its bend too: it makes the height twice as uncertain
+/// @throws Uninformative: as level_by_feet
+TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y_mm, bool bent);
 
 /// Fine (nine screws, within 0.2 mm): each screw takes out what the nearest points lie off their mean; a screw's lift falls off
 /// linearly to its neighbours, so the lifts solve that system for the points. @throws Uninformative: fewer points than screws

@@ -223,4 +223,27 @@ TEST_CASE("Student's factor for 95 %") {
   CHECK(student_95(1e6) == Approx(1.96).epsilon(0.001));
 }
 
+TEST_CASE("A table is told about any place: plane and twist whatever the points' middle, and its bend where that is asked for") {
+  for (const bool bent : {false, true}) {
+    std::vector<TablePoint> points;
+    const auto z = [&](double x, double y) {
+      const double dx = x - 90.0, dy = y - 100.0;
+      return 1.5 + 2e-3 * dx - 1e-3 * dy + 4e-6 * dx * dy + (bent ? 5e-6 * dx * dx - 2e-6 * dy * dy : 0.0);
+    };
+    for (const double y : {-230.0, -65.0, 100.0, 265.0, 430.0})
+      for (const double x : {-35.0, 90.0, 215.0}) points.push_back({x, y, z(x, y)});
+    for (const auto& [x, y] : {std::pair{300.0, 20.0}, {300.0, 180.0}, {30.0, 530.0}}) points.push_back({x, y, z(x, y)});  // to one side
+    const TableLevel t = table_about(points, 90.0, 100.0, bent);
+    CHECK(t.height_mm.value == Approx(1.5).margin(1e-6));
+    CHECK(t.slope_x.value == Approx(2e-3).margin(1e-8));
+    CHECK(t.slope_y.value == Approx(-1e-3).margin(1e-8));
+    CHECK(t.twist.value == Approx(4e-6).margin(1e-10));
+    CHECK(t.bend_x.value == Approx(bent ? 5e-6 : 0.0).margin(1e-10));
+    CHECK(t.bend_y.value == Approx(bent ? -2e-6 : 0.0).margin(1e-10));
+    CHECK(t.twisted_mm(300.0, 20.0) == Approx(z(300.0, 20.0)).margin(1e-6));
+    CHECK(t.turns.empty());
+    for (const double off : t.off_mm) CHECK(std::abs(off) < 1e-6);
+  }
+}
+
 }  // namespace firn::calibration
