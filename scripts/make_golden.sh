@@ -12,10 +12,10 @@ trap 'rm -rf "$scratch"' EXIT
 
 build/bin/firn print "$golden/tiny.toml" --bus in-process --runs "$scratch/a" >/dev/null 2>&1
 
-build/bin/firn print "$golden/tiny.toml" --set control.scheme=smf --set run.time_scale=5.0 --runs "$scratch/b" >/dev/null 2>&1 &
+build/bin/firn print "$golden/tiny.toml" --set control.scheme=smf --set run.time_scale=3.0 --runs "$scratch/b" >/dev/null 2>&1 &
 print=$!
 until grep -q '^stage' "$scratch"/b/*/pids 2>/dev/null; do sleep 0.05; done
-sleep 1.2
+sleep 2
 kill -9 "$(sed -n 's/^stage //p' "$scratch"/b/*/pids)"
 wait $print || true
 build/bin/firn print --resume "$scratch"/b/* >/dev/null 2>&1

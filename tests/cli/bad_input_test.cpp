@@ -1,6 +1,8 @@
 // What a careless or hostile user can type, beyond the experiment's keys: each is refused by name, with exit code 2, and
 // nothing is left behind.
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <fmt/core.h>
 
 #include "cli/bus_port.h"
 #include "cli/exit_codes.h"
@@ -58,6 +60,33 @@ TEST_CASE("A place where no run folder can be made is a usage error that says wh
     CHECK_THROWS_WITH(RunFolder::create(root, Experiment{}, {}, {}), Contains(root.string()) && Contains("--runs"));
     CHECK_THROWS_AS(RunFolder::create(root, Experiment{}, {}, {}), UsageError);
   }
+}
+
+TEST_CASE("A live print faster than the profiler's rows can be asked for is refused by name before a run folder is made") {
+  const Scratch scratch("fast-rows");
+  PrintOptions o;
+  o.experiment = std::string(FIRN_SOURCE_DIR) + "/experiments/cylinder.toml";
+  o.runs = (scratch / "runs").string();
+  // 0.263256 mm a row at 15 mm/s: 17.55 ms, which leaves 5 ms of wall time up to a speedup of 3.51.
+  for (const double speedup : {3.6, 10.0}) {
+    CAPTURE(speedup);
+    o.speedup = speedup;
+    CHECK_THROWS_WITH(run_print(o), Contains(fmt::format("{:.2f} ms of wall time", 17.5504 / speedup)) && Contains("laser_profiler") && Contains("below 5 ms") && Contains("process.scan_speed_mm_s = 15") &&
+                                        Contains(fmt::format("to at most {:.2f}", std::floor(5.26512 / speedup * 1000.0) / 100.0)) && Contains("--speedup to at most 3.51") && Contains("--bus in-process"));
+    CHECK_THROWS_AS(run_print(o), UsageError);
+  }
+  CHECK_FALSE(std::filesystem::exists(scratch / "runs"));
+  const auto checked = [&](const char* file, std::vector<std::string> overrides, const char* bus) {
+    check_print(load_experiment(std::string(FIRN_SOURCE_DIR) + "/experiments/" + file, overrides), bus);
+  };
+  // What the message proposes is taken, and so are a print at the clock's own speed, one in process and one without a profiler.
+  CHECK_NOTHROW(checked("cylinder.toml", {"run.time_scale=3.51"}, ""));
+  CHECK_NOTHROW(checked("cylinder.toml", {"run.time_scale=10", "process.scan_speed_mm_s=5.26"}, ""));
+  CHECK_THROWS_AS(checked("cylinder.toml", {"run.time_scale=10", "process.scan_speed_mm_s=5.27"}, ""), UsageError);
+  CHECK_NOTHROW(checked("cylinder.toml", {"process.scan_speed_mm_s=100"}, ""));
+  CHECK_NOTHROW(checked("cylinder.toml", {"run.time_scale=10"}, "in-process"));
+  CHECK_NOTHROW(checked("ice-small.toml", {"run.time_scale=10"}, ""));
+  CHECK_NOTHROW(checked("demo.toml", {}, ""));
 }
 
 TEST_CASE("A folder that is no run is refused by what it lacks") {
