@@ -1,7 +1,8 @@
-// CPU time of what happens after a measurement of the ice printer, on a helical gear of 107.6 mm in its scaffold: map from
+// CPU and wall time of what happens after a measurement of the ice printer, on a helical gear of 107.6 mm in its scaffold: map from
 // laser readings, control law, motions and pulses of the next interval.
 //
 //   build/bench/ice_interval [INTERVALS [speed|frequency [NOMINAL_MM_S [TOLERANCE_MM]]]]
+//   Any of them: --threads N for the motions and pulses (default 1).
 //   build/bench/ice_interval INTERVALS --experiment experiments/ice-helical-gear.toml [KEY=VALUE...]     # what the slicer makes of it
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@
 
 #include "bench/ice_gear.h"
 #include "cli/ice_inputs.h"
+#include "cli/thread_pool.h"
 #include "config/ice_lab.h"
 #include "config/include.h"
 #include "core/control/surface/surface_controller.h"
@@ -26,11 +28,13 @@ namespace {
 
 using namespace firn;
 
-double cpu_s() {
+double seconds(clockid_t clock) {
   timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
+double cpu_s() { return seconds(CLOCK_PROCESS_CPUTIME_ID); }
+double wall_s() { return seconds(CLOCK_MONOTONIC); }
 
 struct Job {
   slice::PrintPaths paths;
@@ -80,6 +84,14 @@ Job experiment_job(int intervals, const std::string& file, const std::vector<std
 }  // namespace
 
 int main(int argc, char** argv) {
+  int threads = 1;
+  for (int n = 1; n + 1 < argc; ++n)
+    if (std::string(argv[n]) == "--threads") {
+      threads = std::atoi(argv[n + 1]);
+      std::rotate(argv + n, argv + n + 2, argv + argc);
+      argc -= 2;
+    }
+  const ParallelFor parallel = parallel_on(threads);
   const int intervals = argc > 1 ? std::atoi(argv[1]) : 2;
   const bool named = argc > 3 && std::string(argv[2]) == "--experiment";
   const Job job = named ? experiment_job(intervals, argv[3], {argv + 4, argv + argc}) : gear_job(intervals, argc, argv);
@@ -91,8 +103,8 @@ int main(int argc, char** argv) {
   const auto smf = control::make_surface_controller(job.law);
   HeightMap action;
   double all = 0.0;
-  double last_map_s = 0.0;
-  std::vector<double> updates;  // from a map's last reading to the last pulse of what follows
+  double last_map_s = 0.0, last_map_wall_s = 0.0;
+  std::vector<double> updates, walls;  // from a map's last reading to the last pulse of what follows
   for (int k = 1; k <= intervals; ++k) {
     const double begin = cpu_s();
     planner.next_batch();
@@ -102,15 +114,17 @@ int main(int argc, char** argv) {
     const double before_motions = cpu_s();
     if (job.motions_keep)  // what no action changes is planned ahead
       for (int n = layers * (k - 1) + 1; n <= layers * k; ++n)
-        for (const planning::PathTask& t : planning::tasks_of(print, *slice::find_layer(print, n), false, job.setup)) planner.prepare(t);
-    const double before_deposit = cpu_s();
+        planner.prepare(planning::tasks_of(print, *slice::find_layer(print, n), false, job.setup), parallel);
+    const double before_deposit = cpu_s(), before_deposit_wall = wall_s();
+    std::vector<planning::PathTask> tasks;
     for (int n = layers * (k - 1) + 1; n <= layers * k; ++n)
-      for (const planning::PathTask& t : planning::tasks_of(print, *slice::find_layer(print, n), false, job.setup)) {
-        const planning::PlannedTask p = planner.plan(t, action.size() ? &action : nullptr);
-        if (!p.problem.empty()) std::printf("refused: %s\n", p.problem.c_str());
-        print_s += p.trajectory.certificate.duration_s, ++paths, pulses += p.pulses();
-      }
-    const double deposit_cpu = cpu_s() - before_deposit;
+      for (planning::PathTask& t : planning::tasks_of(print, *slice::find_layer(print, n), false, job.setup)) tasks.push_back(std::move(t));
+    const double tasks_cpu = cpu_s() - before_deposit;
+    for (const planning::PlannedTask& p : planner.plan(tasks, action.size() ? &action : nullptr, parallel)) {
+      if (!p.problem.empty()) std::printf("refused: %s\n", p.problem.c_str());
+      print_s += p.trajectory.certificate.duration_s, ++paths, pulses += p.pulses();
+    }
+    const double deposit_cpu = cpu_s() - before_deposit, deposit_wall = wall_s() - before_deposit_wall;
 
     const slice::LayerPaths& top = *slice::find_layer(print, layers * k);
     const surface::LaserFrame frame{*arm, job.setup.laser, job.setup.origin, job.setup.origin_z_mm, job.latency_s};
@@ -127,7 +141,7 @@ int main(int argc, char** argv) {
       }
       runs.emplace_back(std::move(p), std::move(z));
     }
-    const double planned = cpu_s();
+    const double planned = cpu_s(), planned_wall = wall_s();
     const GridSpec grid = slice::footprint_grid(top, job.pitch_mm);
     const Grid<std::uint8_t> material = slice::footprint_materials(top, grid);
     std::vector<surface::SurfacePoint> points;
@@ -136,17 +150,20 @@ int main(int argc, char** argv) {
     const double mapped = cpu_s();
     const control::SurfaceDecision d = smf->decide({map.height, material, job.law.interval_mm * k, layers * k, 0, map.noise_std_mm});
     action = d.u;
-    const double decided = cpu_s();
+    const double decided = cpu_s(), decided_wall = wall_s();
     std::printf("interval %d: %zu paths, %lld pulses, print %.0f s, measure %.0f s; CPU: motions ahead %.3f s, motions and pulses after the map %.3f s, measurement paths %.3f s, map %.3f s (%zu readings, %d x %d cells), law %.4f s; covered %.2f, noise %.3f mm, rms %.3f mm\n",
                 k, paths, static_cast<long long>(pulses), print_s, measure_s, before_deposit - before_motions, deposit_cpu, planned - before_deposit - deposit_cpu, mapped - planned, points.size(), grid.nx, grid.ny,
                 decided - mapped, map.covered_fraction, map.noise_std_mm, d.rms_mm);
-    if (k > 1) updates.push_back(deposit_cpu + last_map_s);
-    last_map_s = decided - planned;
+    std::printf("  of them tasks %.3f s\n", tasks_cpu);
+    if (k > 1) updates.push_back(deposit_cpu + last_map_s), walls.push_back(deposit_wall + last_map_wall_s);
+    last_map_s = decided - planned, last_map_wall_s = decided_wall - planned_wall;
     all += cpu_s() - begin;
   }
   std::printf("together %.2f s of CPU, %.2f s per interval\n", all, all / intervals);
   if (updates.empty()) return 0;
   std::sort(updates.begin(), updates.end());
-  std::printf("update (map, law, motions and pulses of what follows): median %.3f s of CPU, largest %.3f s, of %zu\n", updates[updates.size() / 2], updates.back(), updates.size());
+  std::sort(walls.begin(), walls.end());
+  std::printf("update (map, law, motions and pulses of what follows): median %.3f s of CPU, largest %.3f s, of %zu; by the clock %.3f, %.3f s, %d threads\n",
+              updates[updates.size() / 2], updates.back(), updates.size(), walls[walls.size() / 2], walls.back(), threads);
   return 0;
 }

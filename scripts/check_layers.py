@@ -45,6 +45,7 @@ EXCEPTIONS = {
     "plant/main.*": ("config",),
     "plant/setup.*": ("config",),
     "procs/controller/main.*": ("procs/bus", "cli"),  # cli/thread_pool: the process hands its node threads
+    "procs/path_planner/main.*": ("procs/bus", "cli"),
     "procs/jet/main_b.*": ("procs/bus",),  # a second program of one node
     "procs/valve/main_b.*": ("procs/bus",),
     "runtime/lossy.*": ("core/grid",),  # faults are drawn from the one keyed generator

@@ -1,8 +1,11 @@
-// The process `path_planner`: its node on the bus. See procs/path_planner/node.h.
+// The process `path_planner`: its node on the bus, with the process's threads. See procs/path_planner/node.h.
 #include "procs/path_planner/node.h"
 
+#include "cli/thread_pool.h"
 #include "procs/bus/node_main.h"
 
 int main(int argc, char** argv) {
-  return firn::node_main(argc, argv, firn::NodeId::kPathPlanner, firn::make_path_planner);
+  return firn::node_main(argc, argv, firn::NodeId::kPathPlanner, [](const std::string& config, const firn::Blobs& blobs) {
+    return firn::make_path_planner_on(firn::parallel_on(firn::thread_count(0)), config, blobs);
+  });
 }

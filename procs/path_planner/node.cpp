@@ -138,8 +138,9 @@ void PathPlannerNode::send_batch(const Batch& batch, int next_below, std::int64_
   if (batch.tasks.empty()) return;
   ++batch_;
   double missing_mm3 = 0.0, wanted_mm3 = 0.0;
+  const std::vector<planning::PlannedTask> all = planner_->plan(batch.tasks, action, parallel_);
   for (std::size_t n = 0; n < batch.tasks.size(); ++n) {
-    const planning::PlannedTask planned = planner_->plan(batch.tasks[n], action);
+    const planning::PlannedTask& planned = all[n];
     missing_mm3 += planned.clipped_mm3, wanted_mm3 += planned.volume_mm3;
     send_path(batch.tasks[n], planned, int(n), int(batch.tasks.size()), map_id, out);
   }
@@ -192,15 +193,23 @@ void PathPlannerNode::send_path(const planning::PathTask& task, const planning::
 void PathPlannerNode::wake(TimerId timer, Time now, Outbox& out) {
   if (timer != kAhead || ahead_next_ >= ahead_.tasks.size()) return;
   const int layer = ahead_.tasks[ahead_next_].layer;  // one layer a step
-  while (ahead_next_ < ahead_.tasks.size() && ahead_.tasks[ahead_next_].layer == layer) planner_->prepare(ahead_.tasks[ahead_next_++]);
+  const std::size_t first = ahead_next_;
+  while (ahead_next_ < ahead_.tasks.size() && ahead_.tasks[ahead_next_].layer == layer) ++ahead_next_;
+  planner_->prepare(std::span(ahead_.tasks).subspan(first, ahead_next_ - first), parallel_);
   if (ahead_next_ < ahead_.tasks.size()) out.wake_at(kAhead, now.after_s(kAheadAfter_s));
 }
 
 std::unique_ptr<Node> make_path_planner(const std::string& config_toml, const Blobs& blobs) {
+  return make_path_planner_on(serially, config_toml, blobs);
+}
+
+std::unique_ptr<Node> make_path_planner_on(const ParallelFor& parallel, const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
   const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
-  return std::make_unique<PathPlannerNode>(e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
-                                           slice::decode_print_paths(blob(blobs, "paths").bytes));
+  auto node = std::make_unique<PathPlannerNode>(e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
+                                                slice::decode_print_paths(blob(blobs, "paths").bytes));
+  node->use_threads(parallel);
+  return node;
 }
 
 }  // namespace firn

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/experiment.h"
@@ -27,6 +28,8 @@ class PathPlannerNode final : public Node {
   void start(const Start&, Time now, Outbox&) override;
   void on(const control_surface_t&, Time now, Outbox&);
   void wake(TimerId, Time now, Outbox&) override;
+  /// What a batch may do side by side, with the same bytes; the node itself starts no thread.
+  void use_threads(ParallelFor parallel) { parallel_ = std::move(parallel); }
 
  private:
   struct Batch {
@@ -44,6 +47,7 @@ class PathPlannerNode final : public Node {
   std::unique_ptr<planning::TaskPlanner> planner_;
   int interval_layers_;
   bool map_table_;
+  ParallelFor parallel_ = serially;
   bool motions_keep_;               ///< no action changes them: the frequency version, or open loop
   std::int64_t path_ = 0, batch_ = 0;
   int answered_layer_ = 0, answered_attempt_ = -1;
@@ -54,5 +58,6 @@ class PathPlannerNode final : public Node {
 planning::PlanningSetup planning_setup(const Experiment& experiment, const Machine& machine);
 
 std::unique_ptr<Node> make_path_planner(const std::string& config_toml, const Blobs& blobs);
+std::unique_ptr<Node> make_path_planner_on(const ParallelFor& parallel, const std::string& config_toml, const Blobs& blobs);
 
 }  // namespace firn

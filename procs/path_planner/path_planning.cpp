@@ -7,7 +7,6 @@
 
 #include "core/motion/path_rests.h"
 #include "core/motion/placement.h"
-#include "core/slice/footprint.h"
 
 namespace firn::planning {
 namespace {
@@ -15,64 +14,7 @@ namespace {
 constexpr int kMostTries = 20;
 constexpr double kMotionSlack = 0.02;  // three times less work; the paths of a gear take 0.6 % longer
 constexpr double kReachStep_mm = 10.0;
-constexpr double kCoverageCell_mm = 1.0, kWidestSpot_mm = 2.0;
 constexpr double kLeastCoverage = 0.7, kMostCoverage = 1.4;  // beyond, a bead would be no bead
-constexpr double kShortest_mm = 0.05;  // a line that is shorter deposits nothing and cannot be driven
-
-double distance(const Point2& a, const Point2& b) {
-  const double dx = b.x_mm - a.x_mm, dy = b.y_mm - a.y_mm;
-  return std::sqrt(dx * dx + dy * dy);
-}
-
-double length_of(const std::vector<Point2>& p, bool closed) {
-  double length = 0.0;
-  for (std::size_t i = 1; i < p.size(); ++i) length += distance(p[i - 1], p[i]);
-  return closed && p.size() > 1 ? length + distance(p.back(), p.front()) : length;
-}
-
-PathTask task_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, std::size_t n, const PlanningSetup& setup) {
-  const slice::PathInfo& info = layer.info[n];
-  PathTask t;
-  t.layer = layer.layer;
-  t.kind = info.kind;
-  t.material = info.material;
-  t.closed = info.closed;
-  t.width_mm = info.width * slice::kMmPerUnit;
-  t.layer_height_mm = layer.height * slice::kMmPerUnit;
-  t.z_mm = layer.z * slice::kMmPerUnit + (t.deposits() ? setup.nozzle_gap_mm : 0.0);
-  t.tool = t.deposits() ? paths.head.materials.at(info.material).tool : "laser";
-  for (const slice::Point& p : layer.lines[n]) t.points.push_back({p.x * slice::kMmPerUnit, p.y * slice::kMmPerUnit});
-  return t;
-}
-
-/// Equal pieces of a path, each open, from where the one before ends.
-void divide(PathTask task, double most_mm, std::vector<PathTask>& out) {
-  const double length = length_of(task.points, task.closed);
-  const int pieces = int(std::ceil(length / most_mm));
-  if (pieces <= 1) return out.push_back(std::move(task));
-  std::vector<Point2> points = std::move(task.points);
-  if (task.closed) points.push_back(points.front());
-  task.closed = false;
-  double done = 0.0;
-  task.points = {points.front()};
-  for (std::size_t i = 1, piece = 1; i < points.size();) {
-    const double step = distance(points[i - 1], points[i]), end = length * double(piece) / pieces;
-    if (int(piece) < pieces && done + step > end) {
-      const double share = (end - done) / step;
-      const Point2 cut{points[i - 1].x_mm + share * (points[i].x_mm - points[i - 1].x_mm), points[i - 1].y_mm + share * (points[i].y_mm - points[i - 1].y_mm)};
-      task.points.push_back(cut);
-      out.push_back(task);
-      task.points = {cut};
-      points[i - 1] = cut;
-      done = end;
-      ++piece;
-    } else {
-      task.points.push_back(points[i++]);
-      done += step;
-    }
-  }
-  out.push_back(std::move(task));
-}
 
 template <class T>
 void put(std::string& key, const T& value) {
@@ -85,43 +27,6 @@ std::int64_t PlannedTask::pulses() const {
   std::int64_t n = 0;
   for (const PlannedList& l : lists) n += std::int64_t(l.ticks.size());
   return n;
-}
-
-std::vector<Point2> subdivided(const std::vector<Point2>& p, bool closed, double step_mm) {
-  std::vector<Point2> out;
-  const std::size_t segments = p.size() < 2 ? 0 : p.size() - (closed ? 0 : 1);
-  for (std::size_t i = 0; i < segments; ++i) {
-    const Point2 &a = p[i], &b = p[(i + 1) % p.size()];
-    const int parts = std::max(1, int(std::ceil(distance(a, b) / step_mm)));
-    for (int k = 0; k < parts; ++k) {
-      const double t = double(k) / parts;
-      out.push_back({a.x_mm + t * (b.x_mm - a.x_mm), a.y_mm + t * (b.y_mm - a.y_mm)});
-    }
-  }
-  if (!closed && !p.empty()) out.push_back(p.back());
-  return out;
-}
-
-std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, bool measurement, const PlanningSetup& setup) {
-  std::vector<PathTask> tasks;
-  std::shared_ptr<HeightMap> excess;
-  if (!measurement && setup.coverage_window_mm > 0.0) {
-    excess = std::make_shared<HeightMap>(slice::bead_coverage(layer, slice::footprint_grid(layer, kCoverageCell_mm), setup.coverage_window_mm, kWidestSpot_mm));
-    for (double& c : excess->cells) c -= 1.0;
-  }
-  for (std::size_t n = 0; n < layer.info.size(); ++n) {
-    if ((layer.info[n].kind == PathKind::kMeasurement) != measurement) continue;
-    PathTask task = task_of(paths, layer, n, setup);
-    if (length_of(task.points, task.closed) < kShortest_mm) continue;
-    if (!measurement) {
-      task.excess = excess;
-      tasks.push_back(std::move(task));
-      continue;
-    }
-    const double speed = std::min(setup.speeds.at(std::min<std::size_t>(task.material, 1)).measure_mm_s, setup.machine.speed_mm_s);
-    divide(std::move(task), 0.8 * speed * setup.valve_limits.max_duration_s, tasks);
-  }
-  return tasks;
 }
 
 struct TaskPlanner::State {
@@ -157,22 +62,62 @@ struct TaskPlanner::State {
     return in;
   }
 
-  /// Two tasks of the same shape at the same speed differ in the height of joint 3 alone.
-  const motion::PlanResult& motion(const PathTask& t, const motion::PathInput& in) {
+  /// What motion is first tried for a task.
+  struct FirstTry {
+    std::string problem;   ///< why there is none
+    std::vector<Point2> points;
+    motion::PathInput in;  ///< of `points`
+    std::string key;
+  };
+
+  static std::string key_of(const PathTask& t, const motion::PathInput& in) {
     std::string key;
     put(key, t.kind), put(key, t.closed), put(key, in.tool.x_mm), put(key, in.tool.y_mm), put(key, in.ceiling.path_mm_s);
     put(key, in.points.size());
     for (const Point2& p : in.points) put(key, p);
     for (const double c : in.ceiling.point_mm_s) put(key, c);
     for (const std::size_t s : in.stops) put(key, s);
-    const auto [at, fresh] = motions.try_emplace(std::move(key));
-    Motion& m = at->second;
-    m.age = 0;
-    if (fresh) {
-      m.result = motion::plan(in, *arm, limits, options, work);
-      m.flange_z_mm = in.z_mm - in.tool.z_mm;
-      ++planned;
+    return key;
+  }
+
+  FirstTry first_try(const PathTask& t, const HeightMap* action) const {
+    FirstTry out;
+    out.points = t.points;
+    motion::SpeedCeiling ceiling{nominal_speed(t), {}};
+    if (t.deposits() && action && setup.version == control::SurfaceVersion::kPathSpeed) follow(*action, t, out.points, ceiling);
+    try {
+      out.in = input(t, out.points);
+      out.in.ceiling = std::move(ceiling);
+      out.key = key_of(t, out.in);
+    } catch (const std::invalid_argument& e) {
+      out.problem = e.what();
     }
+    return out;
+  }
+
+  /// Plans the motions that are not remembered, side by side: what comes of one does not depend on the others.
+  void plan_motions(const std::vector<FirstTry>& tries, const ParallelFor& parallel) {
+    std::vector<std::pair<const FirstTry*, Motion*>> fresh;
+    for (const FirstTry& t : tries) {
+      if (!t.problem.empty()) continue;
+      const auto [at, is_new] = motions.try_emplace(t.key);
+      at->second.age = 0;
+      if (is_new) fresh.emplace_back(&t, &at->second);
+    }
+    planned += fresh.size();
+    parallel(kStrands, [&](int strand) {
+      for (std::size_t n = std::size_t(strand); n < fresh.size(); n += kStrands) {
+        const motion::PathInput& in = fresh[n].first->in;
+        fresh[n].second->result = motion::plan(in, *arm, limits, options, work[std::size_t(strand)]);
+        fresh[n].second->flange_z_mm = in.z_mm - in.tool.z_mm;
+      }
+    });
+  }
+
+  /// Two tasks of the same shape at the same speed differ in the height of joint 3 alone.
+  const motion::PlanResult& remembered(const FirstTry& t) {
+    Motion& m = motions.at(t.key);
+    const motion::PathInput& in = t.in;
     const double rise_mm = in.z_mm - in.tool.z_mm - m.flange_z_mm;
     Trajectory& trajectory = m.result.trajectory;
     if (rise_mm != 0.0)
@@ -186,21 +131,21 @@ struct TaskPlanner::State {
   }
 
   /// What the path asks of its valve at the ticks of its motion.
-  deposition::FlowDemand demand(const PathTask& t, const motion::PlanResult& r, const HeightMap* action) const {
+  deposition::FlowDemand demand(const PathTask& t, const PlannedTask& p, const std::vector<std::size_t>& rests, const HeightMap* action) const {
     deposition::FlowDemand d;
-    d.step_s = r.trajectory.tick_s;
-    d.speed_mm_s = deposition::speeds_at_ticks(r.tool, d.step_s);
+    d.step_s = p.trajectory.tick_s;
+    d.speed_mm_s = deposition::speeds_at_ticks(p.tool, d.step_s);
     d.flow_mm3_s.resize(d.speed_mm_s.size());
     deposition::nominal_flow(t.width_mm, t.layer_height_mm, d.speed_mm_s, d.flow_mm3_s);
     if (action) {
       std::vector<double> u;
-      for (const Point2& p : r.tool) u.push_back(deposition::action_at(*action, p));
+      for (const Point2& at : p.tool) u.push_back(deposition::action_at(*action, at));
       deposition::corrected_flow(d.flow_mm3_s, u, d.flow_mm3_s);
     }
     if (t.excess)
       for (std::size_t n = 0; n < d.flow_mm3_s.size(); ++n)
-        d.flow_mm3_s[n] /= std::clamp(1.0 + deposition::action_at(*t.excess, r.tool[n]), kLeastCoverage, kMostCoverage);
-    d.stops = r.rests;
+        d.flow_mm3_s[n] /= std::clamp(1.0 + deposition::action_at(*t.excess, p.tool[n]), kLeastCoverage, kMostCoverage);
+    d.stops = rests;
     d.stops.erase(std::unique(d.stops.begin(), d.stops.end()), d.stops.end());
     std::erase_if(d.stops, [&](std::size_t n) { return n == 0 || n + 1 >= d.speed_mm_s.size(); });
     return d;
@@ -236,13 +181,70 @@ struct TaskPlanner::State {
     return out;
   }
 
+  void take(const PathTask& t, const motion::PlanResult& r, PlannedTask& out) const {
+    out.trajectory = r.trajectory;
+    out.tool = r.tool;
+    out.length_mm = path_length_mm(t.points, t.closed);
+  }
+
+  /// Where the valve's lists do not fit the motion; `fits` if they do.
+  struct Undivided {
+    std::string problem;
+    motion::UndividedSpan span;
+    std::vector<double> speed_mm_s;
+    bool fits() const { return problem.empty(); }
+  };
+
+  /// The pulses of a planned motion.
+  Undivided lay(const PathTask& t, const std::vector<std::size_t>& rests, const HeightMap* action, PlannedTask& out) const {
+    const ValveSetup& valve = setup.valves.at(std::min<std::size_t>(t.material, setup.valves.size() - 1));
+    deposition::FlowDemand d = demand(t, out, rests, action);
+    out.clipped_mm3 = deposition::clip_flow(d, deposition::max_flow_mm3_s(valve.setting, setup.valve_limits)).volume_mm3;
+    const deposition::PulsePlan pulses = deposition::plan_pulses(d, valve.setting, setup.valve_limits);
+    if (!pulses.problem.empty()) return {pulses.problem, {{}, d.step_s, pulses.problem_from, pulses.problem_to, pulses.problem_fits}, std::move(d.speed_mm_s)};
+    out.volume_mm3 = deposition::DemandIntegral(d).total_volume_mm3();
+    out.lists = lists(pulses, d, valve);
+    return {};
+  }
+
+  /// A task whose pulses do not fit one list: more and more rests until every list fits.
+  PlannedTask with_rests(const PathTask& t, const HeightMap* action, FirstTry first) {
+    std::vector<FirstTry> once;
+    once.push_back(std::move(first));
+    std::vector<Point2>& points = once[0].points;
+    motion::PathInput& in = once[0].in;
+    std::vector<double> no_yaw;
+    std::string problem;
+    for (int tries = 0; tries < kMostTries; ++tries) {
+      in.points = points;
+      once[0].key = key_of(t, in);
+      plan_motions(once, serially);
+      const motion::PlanResult& r = remembered(once[0]);
+      PlannedTask out;
+      if (!r.ok()) {
+        out.problem = motion::describe(*r.fault);
+        return out;
+      }
+      take(t, r, out);
+      Undivided left = lay(t, r.rests, action, out);
+      if (left.fits()) return out;
+      problem = std::move(left.problem);
+      left.span.speed_mm_s = left.speed_mm_s;
+      if (left.span.fits <= left.span.from || motion::add_rests(points, t.closed, in.ceiling, no_yaw, left.span, in.stops).empty()) break;
+      problem.clear();
+    }
+    if (problem.empty()) problem = "its pulses do not fit the lists of the valve's controller";
+    return {std::move(problem), {}, {}, {}, 0.0, 0.0, 0.0};
+  }
+
   static constexpr std::size_t kHeightJoint = 2;
+  static constexpr int kStrands = 16;  // of a batch; more than threads, since paths differ in length
   PlanningSetup setup;
   std::unique_ptr<motion::Arm> arm;
   motion::MotionLimits limits;
   std::vector<motion::Tool> tools;
   motion::PlanOptions options;
-  motion::PlanWorkspace work;
+  std::array<motion::PlanWorkspace, kStrands> work;
   std::map<std::string, Motion> motions;
   std::size_t planned = 0;
 };
@@ -276,55 +278,40 @@ std::string TaskPlanner::unreachable(const PathTask& task) const {
   }
 }
 
-void TaskPlanner::prepare(const PathTask& task) {
-  motion::PathInput in = state_->input(task, task.points);
-  in.ceiling.path_mm_s = state_->nominal_speed(task);
-  state_->motion(task, in);
+void TaskPlanner::prepare(std::span<const PathTask> tasks, const ParallelFor& parallel) {
+  std::vector<State::FirstTry> tries(tasks.size());
+  for (std::size_t n = 0; n < tasks.size(); ++n) tries[n] = state_->first_try(tasks[n], nullptr);
+  state_->plan_motions(tries, parallel);
 }
 
-PlannedTask TaskPlanner::plan(const PathTask& task, const HeightMap* action) {
+PlannedTask TaskPlanner::plan(const PathTask& task, const HeightMap* action) { return std::move(plan({&task, 1}, action, serially).front()); }
+
+std::vector<PlannedTask> TaskPlanner::plan(std::span<const PathTask> tasks, const HeightMap* action, const ParallelFor& parallel) {
   State& s = *state_;
-  PlannedTask out;
-  std::vector<Point2> points = task.points;
-  std::vector<double> no_yaw;
-  motion::SpeedCeiling ceiling{s.nominal_speed(task), {}};
-  if (task.deposits() && action && s.setup.version == control::SurfaceVersion::kPathSpeed) s.follow(*action, task, points, ceiling);
-  std::vector<std::size_t> stops;
-  for (int tries = 0; tries < kMostTries; ++tries) {
-    motion::PathInput in;
-    try {
-      in = s.input(task, points);
-    } catch (const std::invalid_argument& e) {
-      out.problem = e.what();
-      return out;
-    }
-    in.ceiling = ceiling;
-    in.stops = stops;
-    const motion::PlanResult& r = s.motion(task, in);
-    if (!r.ok()) {
-      out.problem = motion::describe(*r.fault);
-      return out;
-    }
-    out.trajectory = r.trajectory;
-    out.tool = r.tool;
-    out.length_mm = length_of(task.points, task.closed);
-    if (!task.deposits()) return out;
-    const ValveSetup& valve = s.setup.valves.at(std::min<std::size_t>(task.material, s.setup.valves.size() - 1));
-    deposition::FlowDemand demand = s.demand(task, r, action);
-    out.clipped_mm3 = deposition::clip_flow(demand, deposition::max_flow_mm3_s(valve.setting, s.setup.valve_limits)).volume_mm3;
-    const deposition::PulsePlan pulses = deposition::plan_pulses(demand, valve.setting, s.setup.valve_limits);
-    if (pulses.problem.empty()) {
-      out.volume_mm3 = deposition::DemandIntegral(demand).total_volume_mm3();
-      out.lists = s.lists(pulses, demand, valve);
-      return out;
-    }
-    out.problem = pulses.problem;
-    const motion::UndividedSpan span{demand.speed_mm_s, demand.step_s, pulses.problem_from, pulses.problem_to, pulses.problem_fits};
-    if (span.fits <= span.from || motion::add_rests(points, task.closed, ceiling, no_yaw, span, stops).empty()) break;
-    out.problem.clear();
+  const auto each = [&](const auto& body) {
+    parallel(State::kStrands, [&](int strand) {
+      for (std::size_t n = std::size_t(strand); n < tasks.size(); n += State::kStrands) body(n);
+    });
+  };
+  std::vector<State::FirstTry> tries(tasks.size());
+  each([&](std::size_t n) { tries[n] = s.first_try(tasks[n], action); });
+  s.plan_motions(tries, parallel);
+  std::vector<PlannedTask> out(tasks.size());
+  std::vector<std::vector<std::size_t>> rests(tasks.size());
+  for (std::size_t n = 0; n < tasks.size(); ++n) {  // in order: a remembered motion is raised from task to task
+    out[n].problem = tries[n].problem;
+    if (!tries[n].problem.empty()) continue;
+    const motion::PlanResult& r = s.remembered(tries[n]);
+    if (r.ok()) rests[n] = r.rests, s.take(tasks[n], r, out[n]);
+    else out[n].problem = motion::describe(*r.fault);
   }
-  if (out.problem.empty()) out.problem = "its pulses do not fit the lists of the valve's controller";
-  return {std::move(out.problem), {}, {}, {}, 0.0, 0.0, 0.0};
+  std::vector<char> divided(tasks.size(), 0);
+  each([&](std::size_t n) {
+    if (out[n].problem.empty() && tasks[n].deposits()) divided[n] = !s.lay(tasks[n], rests[n], action, out[n]).fits();
+  });
+  for (std::size_t n = 0; n < tasks.size(); ++n)
+    if (divided[n]) out[n] = s.with_rests(tasks[n], action, std::move(tries[n]));
+  return out;
 }
 
 }  // namespace firn::planning

@@ -3,12 +3,14 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "config/machine.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/deposition/pulses.h"
+#include "core/grid/parallel.h"
 #include "core/motion/planner.h"
 #include "core/slice/print_paths.h"
 
@@ -96,11 +98,12 @@ class TaskPlanner {
   /// frequency h(q_i) (6.2)-(6.6). Speed version: the ceiling at point i is c_i = c_nom / (1 + u_i) (5.7)-(5.9), so that the
   /// flow is the constant w dh c_nom wherever the arm reaches its ceiling, and falls with the speed where it cannot (ends,
   /// corners). Frequency version: the speeds are nominal.
-  /// A path whose pulses do not fit one list is given rests.
+  /// A path whose pulses do not fit one list is given rests. The same for any number of threads.
+  std::vector<PlannedTask> plan(std::span<const PathTask> tasks, const HeightMap* action, const ParallelFor& parallel);
   PlannedTask plan(const PathTask& task, const HeightMap* action);
 
-  /// Plans the motion alone, without an action, so that plan() finds it.
-  void prepare(const PathTask& task);
+  /// Plans the motions alone, without an action, so that plan() finds them.
+  void prepare(std::span<const PathTask> tasks, const ParallelFor& parallel);
   void next_batch();             ///< motions that were not met since the last call but one are forgotten
   std::size_t motions_planned() const;  ///< calls of the motion planner so far
 
@@ -108,6 +111,8 @@ class TaskPlanner {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+double path_length_mm(const std::vector<Point2>& points, bool closed);
 
 /// A point every `step_mm` of a polygon at least; the original points stay.
 std::vector<Point2> subdivided(const std::vector<Point2>& points, bool closed, double step_mm);
