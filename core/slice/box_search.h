@@ -6,7 +6,9 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
+#include <span>
 #include <vector>
 
 #ifdef __SSE2__
@@ -14,6 +16,7 @@
 #endif
 
 #include "core/slice/box_pairs.h"
+#include "core/slice/region.h"
 
 namespace firn::slice {
 
@@ -33,6 +36,32 @@ class BoxSearch {
     put(levels_[0], leaf, {x0, y0, -x1, -y1});
   }
   void set(std::size_t leaf, const Box& b) { set(leaf, b.x0, b.y0, b.x1, b.y1); }
+  /// Leaves, as many as points: the ways from each point to the next one in its ring.
+  void set_rings(const Rings& rings) {
+    const std::span<const Point> p = rings.points;
+    resize(p.size());
+    std::size_t i = 0;
+    for (; i + 4 < p.size(); i += 4) {  // as if all were one line; what joins two rings is put right below
+      const Lanes a = load(&p[i]), b = load(&p[i + 2]), c = load(&p[i + 1]), d = load(&p[i + 3]);
+      const Lanes x = __builtin_shufflevector(a, b, 0, 2, 4, 6), y = __builtin_shufflevector(a, b, 1, 3, 5, 7);
+      const Lanes u = __builtin_shufflevector(c, d, 0, 2, 4, 6), v = __builtin_shufflevector(c, d, 1, 3, 5, 7);
+      Node& node = levels_[0][i / kFan];
+      const std::size_t half = i % kFan / 4;
+      node.lanes[0][half] = x < u ? x : u;
+      node.lanes[1][half] = y < v ? y : v;
+      node.lanes[2][half] = -(x > u ? x : u);
+      node.lanes[3][half] = -(y > v ? y : v);
+    }
+    const auto join = [&](std::size_t leaf, Point from, Point to) {
+      set(leaf, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x), std::max(from.y, to.y));
+    };
+    for (; i + 1 < p.size(); ++i) join(i, p[i], p[i + 1]);
+    std::size_t begin = 0;
+    for (const std::uint32_t end : rings.ends) {
+      if (end > begin) join(end - 1, p[end - 1], p[begin]);
+      begin = end;
+    }
+  }
 
   void build() {
     depth_ = 1;
@@ -77,6 +106,12 @@ class BoxSearch {
     }
   };
 
+  static Lanes load(const Point* p) {
+    static_assert(sizeof(Point) == 8);
+    Lanes lanes;
+    std::memcpy(&lanes, p, sizeof lanes);
+    return lanes;
+  }
   static void put(std::vector<Node>& level, std::size_t i, const Numbers& box) {
     for (std::size_t k = 0; k < 4; ++k) level[i / kFan].lanes[k][i % kFan / 4][i % 4] = box[k];
   }

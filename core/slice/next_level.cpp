@@ -1,7 +1,7 @@
 #include "core/slice/next_level.h"
 
 #include <algorithm>
-#include <utility>
+#include <numeric>
 
 namespace firn::slice {
 namespace {
@@ -14,16 +14,12 @@ constexpr double kLonely = 3.0 * kUnitsPerMm;
 void NextLevel::take(const Rings& rings, double reach) {
   reach_ = reach;
   last_ = 0, lonely_square_ = 0, built_ = false;
-  edges_.resize(rings.points.size());
-  std::size_t begin = 0;
+  rings_ = &rings, points_ = rings.points;
+  following_.resize(points_.size());
+  std::iota(following_.begin(), following_.end(), 1u);
+  std::uint32_t begin = 0;
   for (const std::uint32_t end : rings.ends) {
-    Vec b = to_vec(rings.points[begin]);
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t next = i + 1 < end ? i + 1 : begin;
-      const Vec a = std::exchange(b, to_vec(rings.points[next])), way = b - a;
-      const double square = dot(way, way);
-      edges_[i] = {a, way, square > 0 ? 1 / square : 0.0, std::uint32_t(next)};
-    }
+    if (end > begin) following_[end - 1] = begin;
     begin = end;
   }
 }
@@ -31,11 +27,7 @@ void NextLevel::take(const Rings& rings, double reach) {
 template <class F>
 void NextLevel::touching(Vec p, double reach, F&& f) {
   if (!built_) {
-    tree_.resize(edges_.size());
-    for (std::size_t i = 0; i < edges_.size(); ++i) {
-      const Point from = to_point(edges_[i].at), to = to_point(edges_[i].at + edges_[i].way);
-      tree_.set(i, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x), std::max(from.y, to.y));
-    }
+    tree_.set_rings(*rings_);
     tree_.build();
     built_ = true;
   }
@@ -44,11 +36,11 @@ void NextLevel::touching(Vec p, double reach, F&& f) {
 
 bool NextLevel::within(Vec p, double limit) {
   const double square = limit * limit;
-  const std::size_t n = edges_.size();
+  const std::size_t n = points_.size();
   if (n == 0 || dot(p - lonely_, p - lonely_) < lonely_square_) return false;
   for (std::size_t back = last_, ahead = last_, tried = 0; tried < kGuesses; ++tried) {
     const std::size_t e = tried % 2 ? back : ahead;
-    if (edges_[e].within(p, square)) {
+    if (square_distance(e, p) <= square) {
       last_ = e;
       return true;
     }
@@ -65,22 +57,22 @@ bool NextLevel::within(Vec p, double limit) {
 bool NextLevel::way_within(Vec a, Vec b, double limit) {
   const double square = limit * limit;
   std::size_t e = last_;
-  for (std::size_t steps = 0; steps < kGuesses; ++steps, e = edges_[e].next) {
-    if (edges_[e].within(b, square)) {
+  for (std::size_t steps = 0; steps < kGuesses; ++steps, e = following_[e]) {
+    if (square_distance(e, b) <= square) {
       last_ = e;
       return true;
     }
-    if (square_distance(edges_[edges_[e].next].at, a, b) > square) return false;
+    if (slice::square_distance(to_vec(points_[following_[e]]), a, b) > square) return false;
   }
   return false;
 }
 
 double NextLevel::clearance(Vec p, double limit) {
-  if (edges_.empty()) return limit;
+  if (points_.empty()) return limit;
   const double furthest = limit + reach_;
-  double best = std::min(furthest * furthest, edges_[last_].square_distance(p));
+  double best = std::min(furthest * furthest, square_distance(last_, p));
   touching(p, std::sqrt(best), [&](std::size_t e) {
-    const double square = edges_[e].square_distance(p);
+    const double square = square_distance(e, p);
     if (square < best) best = square, last_ = e;
   });
   return std::sqrt(best) - reach_;

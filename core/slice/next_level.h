@@ -1,7 +1,9 @@
 // The next level of rings, asked for its distance by places that follow each other.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/slice/box_search.h"
@@ -13,9 +15,10 @@ namespace firn::slice {
 /// Keeps its working memory.
 class NextLevel : public AxisField {
  public:
+  /// @param rings kept by reference
   /// @param reach of the level's beads to each side
   void take(const Rings& rings, double reach);
-  bool empty() const { return edges_.empty(); }
+  bool empty() const { return points_.empty(); }
 
   /// Is the level no further than this? Rings run side by side: the edge that was near the last place is a guess.
   bool within(Vec p, double limit);
@@ -25,24 +28,21 @@ class NextLevel : public AxisField {
   double clearance(Vec p, double limit) override;
 
  private:
-  struct Edge {
-    Vec at, way;
-    double inverse;      // of its squared length
-    std::uint32_t next;  // in its ring
-    double square_distance(Vec p) const {  // without a branch
-      const Vec off = p - at;
-      const double share = std::min(1.0, std::max(0.0, dot(off, way) * inverse));
-      const Vec from = off - share * way;
-      return dot(from, from);
-    }
-    bool within(Vec p, double limit) const { return square_distance(p) <= limit; }
-  };
+  double square_distance(std::size_t edge, Vec p) const {  // without a branch
+    const Vec at = to_vec(points_[edge]), way = to_vec(points_[following_[edge]]) - at, off = p - at;
+    const double square = dot(way, way), inverse = 1 / std::max(square, 1.0);  // in whole units
+    const double share = std::min(1.0, std::max(0.0, dot(off, way) * inverse));
+    const Vec from = off - share * way;
+    return dot(from, from);
+  }
 
   template <class F>
   void touching(Vec p, double reach, F&& f);
 
   double reach_ = 0;
-  std::vector<Edge> edges_;
+  const Rings* rings_ = nullptr;
+  std::span<const Point> points_;            // edge i begins at point i
+  std::vector<std::uint32_t> following_;     // in its ring
   std::size_t last_ = 0;
   Vec lonely_;  // nothing is within the limit of places nearer to it than the root of
   double lonely_square_ = 0;
