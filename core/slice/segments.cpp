@@ -21,13 +21,7 @@ void SegmentLane::grow(std::size_t layer) {
   Block* block = new (slabs_.back().get() + slab_used_) Block{nullptr, capacity};
   slab_used_ += bytes;
   (tail.block ? tail.block->following : heads_[layer]) = block;
-  tail = {block->data(), block->data() + capacity, block};
-}
-
-std::size_t SegmentLane::count(std::size_t layer) const {
-  std::size_t total = 0;
-  for (const Block* b = heads_[layer]; b; b = b->following) total += b->capacity;
-  return total - std::size_t(tails_[layer].end - tails_[layer].next);
+  tail = {block->data(), block->data() + capacity, block, tail.room + capacity};
 }
 
 Segment* SegmentLane::copy(std::size_t layer, Segment* out) const {

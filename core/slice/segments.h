@@ -31,7 +31,7 @@ class SegmentLane {
     if (tail.next == tail.end) grow(layer);
     return *tail.next++;
   }
-  std::size_t count(std::size_t layer) const;
+  std::size_t count(std::size_t layer) const { return tails_[layer].room - std::size_t(tails_[layer].end - tails_[layer].next); }
   /// Copies the layer's segments to `out` and returns its new end.
   Segment* copy(std::size_t layer, Segment* out) const;
 
@@ -46,6 +46,7 @@ class SegmentLane {
     Segment* next = nullptr;
     Segment* end = nullptr;
     Block* block = nullptr;
+    std::size_t room = 0;  // of all blocks
   };
   void grow(std::size_t layer);
 
