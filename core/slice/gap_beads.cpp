@@ -135,8 +135,7 @@ void thin(std::span<const AxisPlace> places, std::size_t begin, std::size_t last
   thin(places, at, last, tolerance, out);
 }
 
-void add_chain(std::span<const AxisPlace> chain, double tolerance, Beads& beads) {
-  std::vector<Point> line;
+void add_chain(std::span<const AxisPlace> chain, double tolerance, std::vector<Point>& line, Beads& beads) {
   for (std::size_t begin = 0; begin + 1 < chain.size();) {
     double low = chain[begin].radius, high = low, way = 0;
     std::size_t last = begin;
@@ -162,31 +161,29 @@ void add_chain(std::span<const AxisPlace> chain, double tolerance, Beads& beads)
 
 class GapFinder::Work {
  public:
-  Beads find(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm) {
+  void find(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm, Beads& beads) {
     const GapLimits limits = gap_limits(band, narrowest_mm, tolerance_mm);
     next_.take(next, limits.axis.next - limits.axis.covered);
     stretches_.clear();
     for (std::size_t r = 0; r < outer.size(); ++r)
       if (outer[r].size() > 2 && !(too_small(outer[r], limits.axis.covered + limits.axis.narrowest) && twice_area(outer[r]) > 0))
         lacking_.add(outer[r], limits.near, stretches_);
-    return lay(stretches_, limits, tolerance_mm);
+    lay(stretches_, limits, tolerance_mm, beads);
   }
 
-  Beads find(const Stretches& stretches, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm) {
-    if (stretches.empty()) return {};
+  void find(const Stretches& stretches, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm, Beads& beads) {
+    if (stretches.empty()) return;
     const GapLimits limits = gap_limits(band, narrowest_mm, tolerance_mm);
     next_.take(next, limits.axis.next - limits.axis.covered);
-    return lay(stretches, limits, tolerance_mm);
+    lay(stretches, limits, tolerance_mm, beads);
   }
 
  private:
-  Beads lay(const Stretches& stretches, const GapLimits& limits, double tolerance_mm) {
+  void lay(const Stretches& stretches, const GapLimits& limits, double tolerance_mm, Beads& beads) {
     feet_.begin(limits.near, limits.spot_at, limits.enough, limits.axis.inside > 0);
     feet_.add(stretches);
-    Beads beads;
     for (const std::vector<AxisPlace>& chain : middle_(feet_.walls, feet_.feet, limits.axis, next_))
-      add_chain(chain, 0.5 * std::max(100.0, tolerance_mm * kUnitsPerMm), beads);
-    return beads;
+      add_chain(chain, 0.5 * std::max(100.0, tolerance_mm * kUnitsPerMm), line_, beads);
   }
 
   NextLevel next_;
@@ -194,20 +191,21 @@ class GapFinder::Work {
   Feet feet_{next_};
   MiddleLines middle_;
   Stretches stretches_;
+  std::vector<Point> line_;
 };
 
 GapFinder::GapFinder() : work_(std::make_unique<Work>()) {}
 GapFinder::~GapFinder() = default;
 
-Beads GapFinder::operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm,
-                            double tolerance_mm, bool touching) {
-  if (outer.empty() || narrowest_mm <= 0) return {};
-  return work_->find(touching ? region_of(outer) : outer, next, band, narrowest_mm, tolerance_mm);
+void GapFinder::operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
+                           bool touching, Beads& beads) {
+  if (outer.empty() || narrowest_mm <= 0) return;
+  work_->find(touching ? region_of(outer) : outer, next, band, narrowest_mm, tolerance_mm, beads);
 }
 
-Beads GapFinder::operator()(const Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm,
-                            double tolerance_mm) {
-  return work_->find(lacking, next, band, narrowest_mm, tolerance_mm);
+void GapFinder::operator()(const Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
+                           Beads& beads) {
+  work_->find(lacking, next, band, narrowest_mm, tolerance_mm, beads);
 }
 
 }  // namespace firn::slice

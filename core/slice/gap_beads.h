@@ -24,15 +24,16 @@ struct Beads {
 /// Spots that no circle of diameter `narrowest_mm` fits into stay: tips of corners, mostly.
 /// @param outer, next the rings of both levels; `next` may be empty
 /// @param touching whether rings of `outer` may have contacts other than common corners
-/// Keeps its working memory.
+/// Beads are appended. Keeps its working memory.
 class GapFinder {
  public:
   GapFinder();
   ~GapFinder();
-  Beads operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
-                   bool touching = false);
+  void operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
+                  bool touching, Beads& beads);
   /// @param lacking what of the outer level lacks the next one (RingLevels::gaps)
-  Beads operator()(const Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm);
+  void operator()(const Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
+                  Beads& beads);
 
  private:
   class Work;

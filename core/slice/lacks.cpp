@@ -146,6 +146,7 @@ void Lacks::add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t s
   const Vec from = beside(loop[i], ahead_[std::size_t(ahead_[std::size_t(a)].next)].from);
   const Vec to = beside(loop[j], ahead_[std::size_t(b)].from);
   std::vector<Vec>& points = stretches.points;
+  if (points.capacity() == 0) points.reserve(256), stretches.all.reserve(32);
   add_place(loop[i].from, begin, points);
   add_place(from, begin, points);
   const std::uint32_t first = std::uint32_t(points.size() - 1 - begin);

@@ -98,8 +98,7 @@ struct Crossing {
 class Merge {
  public:
   Merge(const Region& above, const Region& layer, std::int32_t slack) : above_(above), layer_(layer), slack_(slack) {
-    tree_.resize(above.points.size());
-    for (std::size_t i = 0; i < above.points.size(); ++i) tree_.set(i, above_.box(i));
+    tree_.set_rings(above);
     tree_.build();
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "core/slice/offset_rings.h"
 #include "core/slice/planar.h"
 #include "core/slice/rings.h"
 #include "core/slice/winding.h"
@@ -124,7 +125,8 @@ Region overlay(const Rings& a, const Rings& b, bool (*inside)(std::int32_t, std:
 
 Region region_of(const Rings& directed, std::optional<Contact>* contact) {
   const Rings rings = canonical(directed);
-  const std::optional<Contact> met = first_contact(rings);
+  std::optional<Contact> met;
+  if (meeting_of(rings) != Meeting::kApart) met = first_contact(rings);  // where, is dearer
   if (contact) *contact = met;
   if (met) return overlay(rings, {}, [](std::int32_t p, std::int32_t) { return p > 0; });
   const std::vector<int> outside = windings_outside(rings);

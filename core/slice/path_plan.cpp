@@ -21,32 +21,27 @@ const BeadOptions& bead_of(std::size_t material, const PathOptions& options) {
 
 // Beads where the outline is too narrow for its first ring, and where rings leave spots between them.
 void find_gaps(const Region& region, const RingLevels& rings, const RingPlan& plan, const BeadOptions& bead,
-               double tolerance_mm, Beads& thin_parts, Beads& gaps) {
+               double tolerance_mm, GapFinder& find, Beads& thin_parts, Beads& gaps) {
   const Rings none;
-  GapFinder find;
   const auto level = [&](int k) -> const Rings& {
     return k < 0 ? region : k < int(rings.levels.size()) ? rings.levels[std::size_t(k)] : none;
-  };
-  const auto add = [&](const Beads& more, Beads& to) {
-    for (std::size_t i = 0; i < more.lines.size(); ++i) to.lines.add(more.lines[i]);
-    to.widths.insert(to.widths.end(), more.widths.begin(), more.widths.end());
   };
   for (int k = -1; k + 1 < int(rings.gaps.size()); ++k) {
     const LevelGaps& lacking = rings.gaps[std::size_t(k + 1)];
     const GapBand band = gap_band(plan, k);
     Beads& beads = k < 0 ? thin_parts : gaps;
     if (lacking.told) {
-      add(find(lacking.of_rings, level(k + 1), band, bead.gap_mm, tolerance_mm), beads);
-      add(find(lacking.of_cores, level(k + 1), core_band(plan, k, bead.gap_mm), bead.gap_mm, tolerance_mm), beads);
+      find(lacking.of_rings, level(k + 1), band, bead.gap_mm, tolerance_mm, beads);
+      find(lacking.of_cores, level(k + 1), core_band(plan, k, bead.gap_mm), bead.gap_mm, tolerance_mm, beads);
     } else {
-      add(find(level(k), level(k + 1), band, bead.gap_mm, tolerance_mm, k >= 0 && rings.touching[std::size_t(k)]), beads);
+      find(level(k), level(k + 1), band, bead.gap_mm, tolerance_mm, k >= 0 && rings.touching[std::size_t(k)], beads);
     }
   }
 }
 
 // Boundaries and fill of one material, with the outermost paths that are hooks taken out by their owner before.
 void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks, Point& at,
-                   LayerPaths& paths, const Region& part, const Thinned& thinned) {
+                   LayerPaths& paths, const Region& part, const Thinned& thinned, GapFinder& find) {
   const BeadOptions& bead = bead_of(material, options);
   const bool rings_only = bead.pattern == FillPattern::kConcentric;
   RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
@@ -54,7 +49,7 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
   RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm, thinned);
   paths.clipper_rings += rings.from_clipper;
   Beads thin_parts, gaps;
-  if (bead.gap_mm > 0) find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, thin_parts, gaps);
+  if (bead.gap_mm > 0) find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, find, thin_parts, gaps);
   PathInfo info{PathKind::kHook, kPartMaterial, true, 0};
   for (int level = 0; level < int(rings.levels.size()) && level < hooks; ++level) {
     info.width = units(level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm);
@@ -89,7 +84,8 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
     // Fingers that no line meets, and corners beside the lines' ends.
     const Region open = subtract(area.levels[0], swept_by(lines, 0.5 * bead.fill_width_mm));
     if (open.empty()) return;
-    const Beads fingers = GapFinder()(open, {}, {0.0, 0.5 * bead.fill_width_mm}, bead.gap_mm, options.chord_tolerance_mm, true);
+    Beads fingers;
+    find(open, {}, {0.0, 0.5 * bead.fill_width_mm}, bead.gap_mm, options.chord_tolerance_mm, true, fingers);
     append_in_order(fingers.lines, {PathKind::kFill, material, false, 0}, options, at, paths, fingers.widths);
   }
 }
@@ -120,13 +116,14 @@ LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options) {
   const Thinned thinned{&regions.contours, regions.thinned_mm, regions.contours_alone};
   const Region& part = regions.by_material.empty() ? none : regions.by_material[kPartMaterial];
   const int hooks = hooks_in(regions.layer, options.hook);
+  GapFinder find;
   for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
     const Region& region = regions.by_material[m];
     if (region.empty()) continue;
     if (m == kScaffoldMaterial && hooks > 0) {
-      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths, part, {});
+      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths, part, {}, find);
     } else {
-      plan_material(region, std::uint8_t(m), options, 0, at, paths, part, m == kScaffoldMaterial ? Thinned{} : thinned);
+      plan_material(region, std::uint8_t(m), options, 0, at, paths, part, m == kScaffoldMaterial ? Thinned{} : thinned, find);
     }
   }
   if (options.measure.on && options.measure.material < regions.by_material.size())
