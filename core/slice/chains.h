@@ -23,6 +23,8 @@ struct PairBox {
     const Pair p = pair(a), q = pair(b);
     return {p < q ? p : q, p < q ? q : p};
   }
+  PairBox with(const PairBox& o) const { return {low < o.low ? low : o.low, high > o.high ? high : o.high}; }
+  PairBox grown(double by) const { return {low - Pair{by, by}, high + Pair{by, by}}; }
   bool meets(const PairBox& o) const {
     using Halves = std::int64_t __attribute__((vector_size(16)));
     const Halves apart = (low > o.high) | (o.low > high);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "core/grid/random.h"
@@ -112,10 +113,23 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
 
 // Reverses stretches of the order while that shortens the way.
 void two_opt(std::vector<Stop>& stops, Point at, int passes) {
+  using Pair = double __attribute__((vector_size(16)));
   const std::size_t n = stops.size();
-  std::vector<double> link(n, 0.0);  // [k]: the way from stop k to the next
+  std::vector<double> link(n + 1, 0.0);           // [k]: the way from stop k to the next
+  std::vector<double> exit_x(n + 1), exit_y(n + 1);
   const auto measure = [&](std::size_t k) {
     if (k + 1 < n) link[k] = distance(stops[k].exit, stops[k + 1].entry);
+    exit_x[k] = stops[k].exit.x, exit_y[k] = stops[k].exit.y;
+  };
+  // What is won by going from `before` to the exit of j is less than both ways that go. Of two stops: may either win?
+  const auto may_win = [&](Point before, double there, std::size_t j) {
+    Pair x, y, most;
+    std::memcpy(&x, &exit_x[j], sizeof x);
+    std::memcpy(&y, &exit_y[j], sizeof y);
+    std::memcpy(&most, &link[j], sizeof most);
+    x -= double(before.x), y -= double(before.y), most += there;
+    const auto near = x * x + y * y < most * most;
+    return (near[0] | near[1]) != 0;
   };
   for (std::size_t k = 0; k < n; ++k) measure(k);
   for (int pass = 0; pass < passes; ++pass) {
@@ -124,7 +138,10 @@ void two_opt(std::vector<Stop>& stops, Point at, int passes) {
       const Point before = i ? stops[i - 1].exit : at;
       double there = distance(before, stops[i].entry);
       for (std::size_t j = i + 1; j < std::min(n, i + kWindow); ++j) {
-        // What is won is less than both ways that go.
+        if ((j - i) % 2 == 1 && !may_win(before, there, j)) {
+          ++j;
+          continue;
+        }
         const double most = there + link[j], square = square_distance(before, stops[j].exit);
         if (square >= most * most) continue;
         double change = std::sqrt(square) - there;

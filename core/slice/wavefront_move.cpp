@@ -34,7 +34,12 @@ struct Reach {
 
 // Where start meets end: the extent between them falls from above 0 at `low` to `at_high` below it at `high`. Newton's steps
 // within the bracket, halves where they leave it.
-double death(const Reach& start, const Reach& end, double low, double high, double at_high) {
+double death(const Junction& from, const Junction& to, Vec along, double low, double high, double at_high) {
+  if (from.kind == Junction::Kind::kStraight && to.kind == Junction::Kind::kStraight) {  // mostly
+    const double a = dot(to.base, along) - dot(from.base, along), b = dot(to.direction, along) - dot(from.direction, along);
+    return b < 0 ? std::min(std::max(-a / b, low), high) : low;
+  }
+  const Reach start(from, along), end(to, along);
   const double a = end.a - start.a, b = end.b - start.b;
   if (start.c == 0 && end.c == 0) return b < 0 ? std::clamp(-a / b, low, high) : low;
   double d = low, r_start = start.root(d), r_end = end.root(d);
@@ -64,7 +69,7 @@ void Mover::expect_death(std::int32_t i, double since) {
   const Vec along = sources_[here.source].along;
   const double extent = dot(next.from - here.from, along);
   if (extent >= 0) return;
-  deaths_.push_back({death(Reach(here.start, along), Reach(next.start, along), since, to_, extent), i, links_[i].stamp});
+  deaths_.push_back({death(here.start, next.start, along, since, to_, extent), i, links_[i].stamp});
   std::push_heap(deaths_.begin(), deaths_.end(), std::greater<>());
 }
 

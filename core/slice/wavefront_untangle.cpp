@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kTiny = 10.0;    // units: loops shorter than 1 um are dropped
 constexpr double kPassed = 0.05;  // units: a place nearer than d - kPassed to a source has been passed
+constexpr int kAsked = 1;         // so many places are held against every source before the sources are listed in blocks
 constexpr int kAbout = 4;         // strands on either side of a crossing that are asked first whether they have passed
 constexpr std::size_t kSmall = 64;  // fragments
 
@@ -53,6 +54,7 @@ class Untangler::Tangle {
     sources_ = sources, died_ = died, component_ = &component, d_ = d;
     crossings_.clear();
     passed_by_.clear();
+    asked_ = 0;
   }
 
   // @return whether any strands cross
@@ -89,7 +91,6 @@ class Untangler::Tangle {
  private:
   bool list_runs();
   void list_strands();
-  void list_sources();
   template <class Edges>
   void find_in(const Edges& edges) {
     chains_.pairs(edges, [&](std::size_t i, std::size_t j) {
@@ -113,8 +114,18 @@ class Untangler::Tangle {
     return dot(away, away);
   }
   bool passed(Vec place) {
-    if (passed_by_.empty()) list_sources();
-    return passed_by_(place, limit());
+    const double square = limit();
+    if (++asked_ <= kAsked)
+      return any_source([&](const Source& source) { return square_distance(place, source) < square; });
+    if (passed_by_.empty()) any_source([&](const Source& source) { return passed_by_.add(source), false; });
+    return passed_by_(place, std::max(0.0, d_ - kPassed));
+  }
+  // Of all that the component had before it moved.
+  template <class F>
+  bool any_source(F&& f) const {
+    return std::any_of(component_->pieces.begin(), component_->pieces.end(),
+                       [&](const Piece& p) { return p.source != kPivot && f(sources_[std::size_t(p.source)]); }) ||
+           std::any_of(died_.begin(), died_.end(), [&](std::int32_t s) { return f(sources_[std::size_t(s)]); });
   }
   // What has passed over a loop mostly comes from beside one of its crossings; small loops mostly have been passed.
   bool passed_beside(Vec place) const {
@@ -162,7 +173,8 @@ class Untangler::Tangle {
   std::vector<std::uint32_t> first_of_;        // fragment of each strand
   std::vector<std::array<Ends, 2>> ends_;      // of each crossing
   std::vector<std::uint32_t> loop_;
-  PassedBy passed_by_;  // all that the component had before it moved
+  PassedBy passed_by_;
+  int asked_ = 0;  // whether it has been passed: so many places of the component
 };
 
 // Of a single loop. @return false if it has pivots
@@ -186,12 +198,6 @@ bool Untangler::Tangle::list_runs() {
   chains_.end(std::uint32_t(pieces.size()));
   twice_area_ = area;
   return true;
-}
-
-void Untangler::Tangle::list_sources() {
-  for (const Piece& piece : component_->pieces)
-    if (piece.source != kPivot) passed_by_.add(sources_[std::size_t(piece.source)]);
-  for (const std::int32_t source : died_) passed_by_.add(sources_[std::size_t(source)]);
 }
 
 void Untangler::Tangle::list_strands() {
