@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kTiny = 10.0;    // units: loops shorter than 1 um are dropped
 constexpr double kPassed = 0.05;  // units: a place nearer than d - kPassed to a source has been passed
-constexpr int kAsked = 1;         // so many places are held against every source before the sources are listed in blocks
+constexpr int kAsked = 2;         // so many places are held against every source before the sources are listed in blocks
 constexpr int kAbout = 4;         // strands on either side of a crossing that are asked first whether they have passed
 constexpr std::size_t kSmall = 64;  // fragments
 
