@@ -35,21 +35,8 @@ class Discs {
     tree_.build();
   }
 
-  // Does something that faces the foot reach into the disc of this radius?
-  bool shallow(const Foot& foot, double radius) {
-    if (radius <= 0) return false;
-    const auto reaches = [&](std::size_t i) {
-      bool at_corner;
-      if (radius_to(foot, i, radius, at_corner) >= radius) return false;
-      guess_ = i;
-      return true;
-    };
-    const Vec centre = foot.at + radius * foot.normal;
-    return each_guess(reaches) || tree_.any_touching(box_about(centre.x, centre.y, radius), reaches);
-  }
-
-  // @return false if nothing faces the foot within this radius
-  bool find(const Foot& foot, double limit, Disc& disc) {
+  // @return false if nothing faces the foot within `limit`, or something does within `least`
+  bool find(const Foot& foot, double least, double limit, Disc& disc) {
     disc.radius = limit;
     std::size_t wall = walls_.size();
     bool at_corner = false;
@@ -58,15 +45,20 @@ class Discs {
       const double radius = radius_to(foot, i, disc.radius, corner);
       if (radius >= disc.radius) return false;
       disc.radius = radius, wall = i, at_corner = corner;
-      return true;
+      return radius < least || least <= 0;
     };
-    const auto ask = [&](double reach) { each_near(foot.at + reach * foot.normal, reach, offer); };
+    const auto ask = [&](double reach) {
+      const Vec centre = foot.at + reach * foot.normal;
+      return tree_.any_touching(box_about(centre.x, centre.y, reach), [&](std::size_t i) { return offer(i) && disc.radius < least; });
+    };
     each_guess(offer);
+    bool shallow = disc.radius < least;
     const bool guessed = disc.radius < limit;
-    if (!guessed) ask(kFirstAsk * limit);
-    if (guessed || disc.radius > kFirstAsk * limit) ask(disc.radius);
+    if (!shallow && !guessed) shallow = ask(kFirstAsk * limit);
+    if (!shallow && (guessed || disc.radius > kFirstAsk * limit)) shallow = ask(disc.radius);
     if (wall == walls_.size()) return false;
     guess_ = wall;
+    if (shallow) return false;
     disc.sampled = walls_[wall].sampled;
     const Wall& w = walls_[wall];
     const Vec way = w.to - w.from, centre = foot.at + disc.radius * foot.normal;
@@ -249,8 +241,7 @@ class MiddleLines::Work {
   void visit(const Foot& foot) {
     const double inside = limits_.inside;
     Disc disc;
-    if (discs_.shallow(foot, limits_.covered + limits_.narrowest) || !discs_.find(foot, kBeyond * (limits_.next + inside) - inside, disc))
-      return;
+    if (!discs_.find(foot, limits_.covered + limits_.narrowest, kBeyond * (limits_.next + inside) - inside, disc)) return;
     const Vec at = foot.at + disc.radius * foot.normal;
     // Each line is found from both of its walls: the first one's is taken.
     if (disc.sampled && disc.order < foot.order) {
