@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kDiagonalShare = std::numbers::sqrt2 - 1.0;
 constexpr double kRayStep_mm = 0.05;
+constexpr int kHalvings = 6;    // of a step: 1 um
+constexpr int kJawPoints = 60;  // across a jaw
 
 // Counter-clockwise from the corner (-x-y), `outward` of the box's outline; as many points whatever the offset.
 std::vector<Point2> outline(const BoxPart& b, double outward_mm) {
@@ -36,22 +38,28 @@ double at(const HeightMap& h, double x_mm, double y_mm) {
   return (1 - t) * ((1 - s) * h.at(i, j) + s * h.at(i + 1, j)) + t * ((1 - s) * h.at(i, j + 1) + s * h.at(i + 1, j + 1));
 }
 
-/// How far a jaw that comes from `from` along `way` (a unit vector) moves until it touches ice thicker than `level`.
-double until_touch(const HeightMap& ice, Point2 from, Point2 way, double level_mm, double jaw_mm, double most_mm) {
-  double nearest = most_mm;
-  for (double aside = -0.5 * jaw_mm; aside <= 0.5 * jaw_mm + 1e-9; aside += 0.1 * jaw_mm)
-    for (double s = 0.0; s < nearest; s += kRayStep_mm)
-      if (at(ice, from.x_mm + s * way.x_mm - aside * way.y_mm, from.y_mm + s * way.y_mm + aside * way.x_mm) > level_mm) {
-        nearest = s;
-        break;
-      }
-  return nearest;
+/// How far a jaw that comes from `from` along `way` (a unit vector) moves until it touches ice thicker than `level` over `crush` of its width.
+double until_touch(const HeightMap& ice, Point2 from, Point2 way, double level_mm, const Caliper& caliper, double most_mm) {
+  const auto touches = [&](double s) {
+    int ice_there = 0;
+    for (int n = 0; n <= kJawPoints; ++n) {
+      const double aside = (double(n) / kJawPoints - 0.5) * caliper.jaw_mm;
+      ice_there += at(ice, from.x_mm + s * way.x_mm - aside * way.y_mm, from.y_mm + s * way.y_mm + aside * way.x_mm) > level_mm;
+    }
+    return ice_there > 0 && caliper.jaw_mm * ice_there / (kJawPoints + 1) >= caliper.crush_mm;
+  };
+  double s = 0.0;
+  while (s < most_mm && !touches(s)) s += kRayStep_mm;
+  if (s == 0.0 || s >= most_mm) return std::min(s, most_mm);
+  double before = s - kRayStep_mm;
+  for (int n = 0; n < kHalvings; ++n) (touches(0.5 * (before + s)) ? s : before) = 0.5 * (before + s);
+  return s;
 }
 
-double between_jaws(const HeightMap& ice, Point2 a, Point2 b, double level_mm, double jaw_mm) {
+double between_jaws(const HeightMap& ice, Point2 a, Point2 b, double level_mm, const Caliper& caliper) {
   const double length = std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm);
   const Point2 way{(b.x_mm - a.x_mm) / length, (b.y_mm - a.y_mm) / length};
-  return length - until_touch(ice, a, way, level_mm, jaw_mm, length) - until_touch(ice, b, {-way.x_mm, -way.y_mm}, level_mm, jaw_mm, length);
+  return length - until_touch(ice, a, way, level_mm, caliper, length) - until_touch(ice, b, {-way.x_mm, -way.y_mm}, level_mm, caliper, length);
 }
 
 double thickest(const HeightMap& ice, Point2 p, double jaw_mm) {
@@ -95,7 +103,7 @@ SampleMesh mesh_of(const BoxPart& b, bool plate_on_top) {
   return m;
 }
 
-std::vector<Dimension> measured(const BoxPart& b, const HeightMap& ice, double jaw_mm) {
+std::vector<Dimension> measured(const BoxPart& b, const HeightMap& ice, std::span<const WallBand> bands, const Caliper& caliper) {
   const double half = 0.5 * b.side_mm, step = b.height_mm - b.plate_mm, middle = b.plate_mm + 0.5 * step;
   const double clear = half + 0.5 * b.ledge_mm, off = half + b.ledge_mm + 3.0, inside = half - 2.0 * b.wall_mm;
   const double shares[] = {-0.2, -0.07, 0.07, 0.2};
@@ -105,19 +113,19 @@ std::vector<Dimension> measured(const BoxPart& b, const HeightMap& ice, double j
   constexpr Point2 kWays[] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
   for (const Point2& w : kWays) {
     const auto out = [&](double r) { return Point2{r * w.x_mm, r * w.y_mm}; };
-    d[0].measured_mm.push_back(between_jaws(ice, out(clear), out(inside), middle, jaw_mm));
-    d[1].measured_mm.push_back(thickest(ice, out(half + 0.6 * b.ledge_mm), jaw_mm));
-    d[5].measured_mm.push_back(thickest(ice, out(half - 0.5 * b.wall_mm), jaw_mm));
+    d[0].measured_mm.push_back(between_jaws(ice, out(clear), out(inside), middle, caliper));
+    d[1].measured_mm.push_back(thickest(ice, out(half + 0.6 * b.ledge_mm), caliper.jaw_mm));
+    d[5].measured_mm.push_back(thickest(ice, out(half - 0.5 * b.wall_mm), caliper.jaw_mm));
   }
   for (int n = 0; n < 4; ++n) {
     const double aside = shares[n] * b.side_mm;
-    d[4].measured_mm.push_back(between_jaws(ice, {-clear, aside}, {clear, aside}, middle, jaw_mm));
-    d[6].measured_mm.push_back(between_jaws(ice, {aside, -clear}, {aside, clear}, middle, jaw_mm));
-    d[3].measured_mm.push_back(n % 2 ? between_jaws(ice, {aside, -off}, {aside, off}, 0.5 * b.plate_mm, jaw_mm)
-                                     : between_jaws(ice, {-off, aside}, {off, aside}, 0.5 * b.plate_mm, jaw_mm));
-    // The corner is the same from plate to rim but for what the surface's slope tells: four heights.
-    d[2].measured_mm.push_back(between_jaws(ice, {-clear, -clear}, {clear, clear}, b.plate_mm + step * (0.35 + 0.15 * n), jaw_mm));
+    d[4].measured_mm.push_back(between_jaws(ice, {-clear, aside}, {clear, aside}, middle, caliper));
+    d[6].measured_mm.push_back(between_jaws(ice, {aside, -clear}, {aside, clear}, middle, caliper));
+    d[3].measured_mm.push_back(n % 2 ? between_jaws(ice, {aside, -off}, {aside, off}, 0.5 * b.plate_mm, caliper)
+                                     : between_jaws(ice, {-off, aside}, {off, aside}, 0.5 * b.plate_mm, caliper));
   }
+  for (const WallBand& band : bands) d[2].measured_mm.push_back(between_jaws(band.ice, {-clear, -clear}, {clear, clear}, 0.5 * band.height_mm, caliper));
+  if (bands.empty()) d[2].measured_mm.push_back(between_jaws(ice, {-clear, -clear}, {clear, clear}, middle, caliper));
   return d;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,22 @@ struct Dimension {
   std::vector<double> measured_mm;
 };
 
-/// As with a caliper whose jaws are `jaw_mm` wide and touch the outermost of the roughness [5.3], each at four places.
-/// @param ice thickness of the ice over fine cells, the middle of the box at x = y = 0
-std::vector<Dimension> measured(const BoxPart& part, const HeightMap& ice, double jaw_mm = 3.0);
+/// "The caliper measures to the outer edge of the roughness" and "crushes the sharp edge slightly" [5.3]: a jaw comes to rest where it
+/// touches over `crush_mm` of its width.
+struct Caliper {
+  double jaw_mm = 3.0, crush_mm = 1.0;
+};
+
+/// What was frozen of the wall between two heights.
+struct WallBand {
+  double height_mm = 0.0;  ///< of the band
+  HeightMap ice;           ///< thickness in it
+};
+
+/// Each at four places, l3 once in each band. Cells at a wall's edge hold ice of as many of their layers as reach so far: their thickness is a share of
+/// layers and not a height, and the edge is where half of them are. (So four levels of one map are no four heights.)
+/// @param ice thickness of all ice over fine cells, the middle of the box at x = y = 0
+/// @param bands of the wall, above each other; none: l3 is measured once, over all of the wall
+std::vector<Dimension> measured(const BoxPart& part, const HeightMap& ice, std::span<const WallBand> bands, const Caliper& caliper = {});
 
 }  // namespace firn::barnett

@@ -1,5 +1,6 @@
 #include "cli/box_print.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
@@ -64,13 +65,30 @@ MemoryPrintReport print_box(const BoxPart& part, std::uint64_t seed, const std::
   place_ice_field(e, inputs);
   const IcePlantConfig& f = e.plant.ice;
   MemoryPrintOptions options;
-  options.series = options.surface = true;
+  options.series = options.surface = options.ice_each = true;
   options.ice_over = GridSpec{int(f.field_width_mm / f.cell_mm) - 2, int(f.field_depth_mm / f.cell_mm) - 2, f.cell_mm, f.cell_mm,
                               f.field_x0_mm + 1.5 * f.cell_mm, f.field_y0_mm + 1.5 * f.cell_mm};
   options.tap = [&](std::string_view channel, std::span<const std::byte>) {
     if (layer && channel == "LAYER_METRICS") layer();
   };
   return print_in_memory(e, inputs, options);
+}
+
+std::vector<WallBand> wall_bands(const BoxPart& part, const MemoryPrintReport& print) {
+  constexpr std::size_t kPlaces = 4;
+  const std::vector<LayerTruth>& after = print.series;
+  std::size_t first = 0;  // interval that ends above the plate
+  while (first < after.size() && after[first].layer * kBoxLayer_mm < part.plate_mm - 1e-9) ++first;
+  std::vector<WallBand> bands;
+  if (after.size() <= first + 1 || print.ice_each.size() != after.size()) return bands;
+  const std::size_t intervals = after.size() - 1 - first, places = std::min(kPlaces, intervals);
+  for (std::size_t n = 0; n < places; ++n) {
+    const std::size_t below = first + n * intervals / places, top = first + (n + 1) * intervals / places;
+    WallBand band{(after[top].layer - after[below].layer) * kBoxLayer_mm, print.ice_each[top]};
+    for (std::size_t c = 0; c < band.ice.cells.size(); ++c) band.ice.cells[c] -= print.ice_each[below].cells[c];
+    bands.push_back(std::move(band));
+  }
+  return bands;
 }
 
 }  // namespace firn::barnett

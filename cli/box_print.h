@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <vector>
 
 #include "cli/box_part.h"
 #include "cli/memory_print.h"
@@ -28,5 +29,8 @@ class BoxFolder {
 /// slicing offsets and the spacing of its measurement were chosen on seed 1.
 /// @param layer called after every measured layer; may be empty
 MemoryPrintReport print_box(const BoxPart& part, std::uint64_t seed, const std::function<void()>& layer = {});
+
+/// The wall of such a print in as many as four bands of whole intervals above the plate, where a caliper is held.
+std::vector<WallBand> wall_bands(const BoxPart& part, const MemoryPrintReport& print);
 
 }  // namespace firn::barnett

@@ -122,6 +122,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
     report.series.push_back(judge.truth(world.world(), measured.layer, lab.now()));
     report.series.back().deposit_s = measured.deposit_s;
     report.series.back().measure_s = measured.scan_s;
+    if (options.ice_each && options.ice_over && world.world().ice()) report.ice_each.push_back(world.world().ice()->thickness_over(*options.ice_over, 0));
   }
 
   plant::Truth truth = world.world().truth();

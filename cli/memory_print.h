@@ -23,6 +23,7 @@ struct MemoryPrintOptions {
   bool surface = false;    ///< fill `surface`
   bool materials = false;  ///< fill `materials`
   std::optional<GridSpec> ice_over = {};  ///< ice lab: fill `ice` over this grid
+  bool ice_each = false;   ///< with series and ice_over: fill `ice_each`
   /// Sees every message when it is sent.
   std::function<void(std::string_view channel, std::span<const std::byte> bytes)> tap = {};
 };
@@ -50,6 +51,7 @@ struct MemoryPrintReport {
   HeightMap surface;                 ///< noise-free mean over each cell [mm]
   MaterialColumns materials;         ///< two inks: what the block is made of
   HeightMap ice;                     ///< ice lab: thickness of the ice, without scaffold; NaN off the field
+  std::vector<HeightMap> ice_each;   ///< the same after each layer of `series`
 };
 
 /// Prints `experiment` with `inputs` (make_inputs). Thread-safe: any number of prints may run at once.

@@ -1,6 +1,7 @@
 // The part of Fig. 4-15 and the caliper that measures it.
 #include "cli/box_part.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
@@ -35,6 +36,12 @@ HeightMap ice_of(const BoxPart& b, double grown_mm) {
   return h;
 }
 
+WallBand band_of(const BoxPart& b, double grown_mm, double height_mm) {
+  HeightMap h = ice_of(b, grown_mm);
+  for (double& c : h.cells) c = c == b.height_mm ? height_mm : 0.0;
+  return {height_mm, std::move(h)};
+}
+
 }  // namespace
 
 TEST_CASE("The box on its plate is a closed surface with the nominal dimensions of Table 5-1") {
@@ -63,16 +70,46 @@ TEST_CASE("The box on its plate is a closed surface with the nominal dimensions 
 
 TEST_CASE("The caliper reads a perfect part's dimensions, and outside dimensions larger by what the outline grew") {
   const BoxPart part;
-  for (const double grown : {0.0, 0.15, 0.4})
-    for (const Dimension& d : measured(part, ice_of(part, grown)))
+  for (const double grown : {0.0, 0.15, 0.4}) {
+    const std::vector<WallBand> bands(4, band_of(part, grown, 4.75));
+    for (const Dimension& d : measured(part, ice_of(part, grown), bands, {3.0, 0.0}))
       for (const double v : d.measured_mm) {
         INFO(d.name << " grown by " << grown << ": " << v << " of " << d.nominal_mm);
         const bool thickness = d.name == "l2" || d.name == "l6";
-        // The corner rounded by as much as it grew stays sharp along the diagonal only by sqrt(2) of it.
         const double more = thickness ? 0.0 : 2.0 * grown;
-        CHECK(std::abs(v - d.nominal_mm - more) < (d.name == "l3" ? 0.6 : 0.3));
+        CHECK(std::abs(v - d.nominal_mm - more) < 0.3);
         CHECK(d.measured_mm.size() == 4);
       }
+  }
+}
+
+TEST_CASE("Jaws that come to rest over 1 mm crush a sharp corner by half a millimetre, and nothing flat") {
+  const BoxPart part;
+  const std::vector<WallBand> bands(4, band_of(part, 0.0, 4.75));
+  const auto sharp = measured(part, ice_of(part, 0.0), bands, {3.0, 0.0}), crushed = measured(part, ice_of(part, 0.0), bands);
+  for (std::size_t n = 0; n < sharp.size(); ++n)
+    for (std::size_t k = 0; k < 4; ++k) {
+      INFO(sharp[n].name);
+      CHECK(sharp[n].measured_mm[k] - crushed[n].measured_mm[k] == Approx(sharp[n].name == "l3" ? 0.5 : 0.0).margin(sharp[n].name == "l3" ? 0.15 : 0.02));
+    }
+}
+
+TEST_CASE("The edge of a rough wall is where half of its layers reach, at whatever height it is measured") {
+  const BoxPart part;
+  for (const double share : {0.3, 0.7}) {  // of layers that reach 0.8 mm farther out
+    std::vector<WallBand> bands;
+    for (const double height_mm : {1.25, 3.75, 5.0, 5.0}) {
+      WallBand band = band_of(part, 0.0, (1.0 - share) * height_mm);
+      const WallBand farther = band_of(part, 0.8, share * height_mm);
+      for (std::size_t c = 0; c < band.ice.cells.size(); ++c) band.ice.cells[c] += farther.ice.cells[c];
+      band.height_mm = height_mm;
+      bands.push_back(std::move(band));
+    }
+    const Dimension l3 = measured(part, ice_of(part, 0.0), bands, {3.0, 0.0})[2];
+    REQUIRE(l3.measured_mm.size() == 4);
+    for (const double v : l3.measured_mm) CHECK(v - l3.nominal_mm == Approx(share > 0.5 ? 1.6 : 0.0).margin(0.35));
+    CHECK(*std::max_element(l3.measured_mm.begin(), l3.measured_mm.end()) - *std::min_element(l3.measured_mm.begin(), l3.measured_mm.end()) < 0.01);
+  }
 }
 
 TEST_CASE("A way from rest to rest takes as long as the certified planner's motion along it, and its phases cover it") {
