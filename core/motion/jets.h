@@ -28,7 +28,8 @@ class Jets {
   void resize(int axes, std::size_t samples) {
     axes_ = axes;
     samples_ = samples;
-    data_.resize(std::size_t(axes) * 4 * samples);
+    const std::size_t size = std::size_t(axes) * 4 * samples;
+    if (data_.size() < size) data_.resize(size);  // never smaller: growing again would fill with zeros
   }
   int axes() const { return axes_; }
   std::size_t samples() const { return samples_; }

@@ -43,6 +43,26 @@ TEST_CASE("A small ice print finishes in process, replays bit for bit, passes th
     CHECK(page.find(section) != std::string::npos);
 }
 
+TEST_CASE("With the bare table measured the first interval is nearer to its height on an uneven table, and report and tune take the run") {
+  double first_mm[2];
+  for (const bool on : {false, true}) {
+    const Scratch scratch("ice-table");
+    const SmallIce s = small_ice_part({std::string("ice.map_table=") + (on ? "on" : "off"), "plant.ice.table_roughness_mm=0.2"});
+    const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
+    const LabRunReport report = run_in_lab(run, {});
+    INFO(report.result.reason);
+    REQUIRE(report.result.status == 0);
+    const replay::RunData data = replay::read_run_data(run.path());
+    REQUIRE(data.ice);
+    CHECK(data.ice->intervals.size() == 3);
+    REQUIRE(data.layers.size() == 3);
+    CHECK(data.layers.front().layer == 5);
+    first_mm[on] = data.layers.front().rms_mm;
+    CHECK(ice_disturbance_of(run.path()).size() == 3);
+  }
+  CHECK(first_mm[1] < 0.8 * first_mm[0]);
+}
+
 TEST_CASE("Feedback brings the true surface nearer to the nominal height than the open loop, whichever way the valves drift") {
   for (const char* drift : {"-0.2", "0.2"}) {
     const std::vector<std::string> off = {std::string("plant.ice.drift_water=") + drift, std::string("plant.ice.drift_sme=") + drift};
