@@ -73,7 +73,7 @@ std::string distribution_plot(const StudyTable& t, const StudyAnalysis& a, int p
                logarithmic ? Axis::Kind::kLogarithmic : Axis::Kind::kLinear);
   const StudyMetric& m = t.metrics[metric];
   std::string s = svg_open(660, total_height(t.arms.size()), m.meaning);
-  s += frame(x, kNames, t.arms, m.meaning + (m.unit.empty() ? "" : " [" + m.unit + "]") + (logarithmic ? ", logarithmic" : ""));
+  s += frame(x, kNames, t.arms, m.name + (logarithmic ? ", logarithmic" : ""));  // its meaning stands above the plots; here it would not fit
   for (const Dot& d : dots) {
     // Dots are spread a little, the same way every time.
     const double spread = random_uniform({t.seeds[d.seed], Purpose::kInstance, 0, 0, std::uint32_t(d.arm)}) - 0.5;
