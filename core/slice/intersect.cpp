@@ -1,67 +1,27 @@
-// INTERSECTFACET [Barnett, 3.2], facet by facet: each is read once, measured, and leaves a segment in every plane that it
-// crosses.
+// INTERSECTFACET [Barnett, 3.2], some hundred facets at a time: each is read once, measured, and leaves a segment in every
+// plane that it crosses. What follows from a facet's place is looked up, so that nothing has to be guessed in advance.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <string>
 
+#include "core/slice/plane_finder.h"
 #include "core/slice/segments.h"
-#include "core/slice/snap.h"
+#include "core/slice/snap_facets.h"
 
 namespace firn::slice {
 namespace {
 
-/// First plane at or above a height, without a search: a table over z, then a step or two.
-class PlaneFinder {
- public:
-  explicit PlaneFinder(std::span<const std::int32_t> planes) : planes_(planes) {
-    if (planes.empty()) return;
-    base_ = planes.front();
-    const std::int64_t range = std::int64_t(planes.back()) - base_;
-    while ((range >> shift_) > std::int64_t(2 * planes.size())) ++shift_;
-    table_.resize(std::size_t(range >> shift_) + 1);
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < table_.size(); ++i) {
-      while (planes[k] < base_ + (std::int64_t(i) << shift_)) ++k;
-      table_[i] = std::uint32_t(k);
-    }
-  }
-  std::size_t at_or_above(std::int32_t z) const {
-    if (planes_.empty() || z <= base_) return 0;
-    if (z > planes_.back()) return planes_.size();
-    std::size_t k = table_[std::size_t((std::int64_t(z) - base_) >> shift_)];
-    while (planes_[k] < z) ++k;
-    return k;
-  }
-
- private:
-  std::span<const std::int32_t> planes_;
-  std::int64_t base_ = 0;
-  int shift_ = 0;
-  std::vector<std::uint32_t> table_;
-};
-
-std::uint64_t hash(const Vertex& v) {
-  std::uint64_t h = std::uint64_t(std::int64_t(v.x)) * 0x9e3779b97f4a7c15ull +
-                    std::uint64_t(std::int64_t(v.y)) * 0xc2b2ae3d27d4eb4full +
-                    std::uint64_t(std::int64_t(v.z)) * 0x165667b19e3779f9ull;
+std::uint64_t hash(std::int64_t x, std::int64_t y, std::int64_t z) {
+  std::uint64_t h = std::uint64_t(x) * 0x9e3779b97f4a7c15ull + std::uint64_t(y) * 0xc2b2ae3d27d4eb4full +
+                    std::uint64_t(z) * 0x165667b19e3779f9ull;
   h ^= h >> 32;
   h *= 0xd6e8feb86659fd93ull;
   return h ^ (h >> 29);
 }
-
-/// Crossings of one edge with planes, from its lower end up: the same for both facets of the edge.
-struct EdgeLine {
-  double x, y, z, slope_x, slope_y;
-  EdgeLine(const Vertex& low, const Vertex& high) : x(low.x), y(low.y), z(low.z) {
-    const double inverse = 1.0 / (double(high.z) - z);
-    slope_x = (double(high.x) - x) * inverse;
-    slope_y = (double(high.y) - y) * inverse;
-  }
-  Point at(double plane) const { return {to_grid(x + slope_x * (plane - z)), to_grid(y + slope_y * (plane - z))}; }
-};
 
 struct Sums {
   std::size_t not_finite = 0, degenerate = 0;
@@ -75,124 +35,137 @@ struct Sums {
   }
 };
 
-bool no_area(const Vertex& a, const Vertex& b, const Vertex& c) {
-  const std::int64_t bx = std::int64_t(b.x) - a.x, by = std::int64_t(b.y) - a.y, bz = std::int64_t(b.z) - a.z;
-  const std::int64_t cx = std::int64_t(c.x) - a.x, cy = std::int64_t(c.y) - a.y, cz = std::int64_t(c.z) - a.z;
+using Grid = const std::int32_t*;  // a corner's x, y, z
+
+bool no_area(Grid a, Grid b, Grid c) {
+  const std::int64_t bx = std::int64_t(b[0]) - a[0], by = std::int64_t(b[1]) - a[1], bz = std::int64_t(b[2]) - a[2];
+  const std::int64_t cx = std::int64_t(c[0]) - a[0], cy = std::int64_t(c[1]) - a[1], cz = std::int64_t(c[2]) - a[2];
   return bx * cy == by * cx && by * cz == bz * cy && bx * cz == bz * cx;
+}
+
+bool equal(Grid a, Grid b) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
+
+/// Which corners bound the edges on which a facet's segments begin and end, by the order of its corners' heights. Seen from
+/// outside with z up, the middle corner of a facet whose corners run low, middle, high lies on the right, and material to the
+/// left of a segment means that the segment runs to the right.
+struct Way {
+  std::uint8_t from_low, from_high, to_low, to_high, middle, high;
+};
+
+/// [b lower than a, c lower than a << 1, c lower than b << 2][the plane is above the middle corner]
+constexpr std::array<std::array<Way, 2>, 8> ways() {
+  std::array<std::array<Way, 2>, 8> all{};
+  for (unsigned order = 0; order < 8; ++order) {
+    const bool b_a = order & 1, c_a = order & 2, c_b = order & 4;
+    unsigned low = b_a ? 1 : 0, high = b_a ? 0 : 1;
+    if (low == 1 ? c_b : c_a) low = 2;
+    if (high == 1 ? !c_b : !c_a) high = 2;
+    const unsigned middle = low == high ? low : 3 - low - high;  // of an order that does not exist
+    const bool rightward = (low + 1) % 3 != high;
+    for (unsigned upper = 0; upper < 2; ++upper) {
+      const auto p = std::uint8_t(upper ? middle : low), q = std::uint8_t(upper ? high : middle);
+      const auto l = std::uint8_t(low), m = std::uint8_t(middle), h = std::uint8_t(high);
+      all[order][upper] = rightward ? Way{l, h, p, q, m, h} : Way{p, q, l, h, m, h};
+    }
+  }
+  return all;
+}
+constexpr auto kWays = ways();
+
+using Pair = double __attribute__((vector_size(16)));
+
+/// Where an edge crosses a plane, from its lower end up: the same for both facets of the edge.
+Point crossing(Grid low, Grid high, double plane) {
+  const Pair p = {double(low[0]), double(low[1])}, q = {double(high[0]), double(high[1])};
+  const double z = low[2];
+  const double inverse = 1.0 / (double(high[2]) - z);
+  const Pair at = (p + ((q - p) * inverse) * (plane - z)) + kRounding;
+  using Words = std::int32_t __attribute__((vector_size(16)));
+  const Words words = std::bit_cast<Words>(at);
+  return {words[0], words[2]};
 }
 
 class Cutter {
  public:
-  Cutter(std::span<const std::int32_t> planes, const PlaneFinder& finder, SegmentLane& lane, Sums& sums)
-      : planes_(planes), finder_(finder), lane_(lane), sums_(sums) {}
+  Cutter(const PlaneFinder& planes, SegmentLane& lane, Sums& sums) : planes_(planes), lane_(lane), sums_(sums) {}
 
-  void cut(const Vertex& a, const Vertex& b, const Vertex& c) {
-    const std::uint64_t ha = hash(a), hb = hash(b), hc = hash(c);
-    // Each directed edge (a, b) adds a^2 b - a b^2, which its opposite takes away again.
-    sums_.border += (ha - hb) * (hb - hc) * (hc - ha);
-    const std::int64_t twice_shadow = (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
-                                      (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
-    if (twice_shadow == 0 && no_area(a, b, c)) ++sums_.degenerate;
-    sums_.six_volumes += __int128(twice_shadow) * (std::int64_t(a.z) + b.z + c.z);
-    if (a == b || b == c || c == a) return;  // its two crossed edges are one: no way between them
+  static constexpr std::size_t kFacets = 128;  // with all that is kept of them they fit the nearest cache
+  std::int32_t* grid() { return grid_; }
 
-    const End ends[3] = {{&a, ha}, {&b, hb}, {&c, hc}};
-    const std::size_t k = finder_.at_or_above(std::min({a.z, b.z, c.z}));
-    if (k == planes_.size() || planes_[k] >= std::max({a.z, b.z, c.z})) return;
-    int low = 0, high = 0;
-    for (int i = 1; i < 3; ++i) {
-      if (ends[i].v->z < ends[low].v->z) low = i;
-      if (ends[i].v->z >= ends[high].v->z) high = i;
-    }
-    across(k, ends[low], ends[3 - low - high], ends[high], (low + 1) % 3 != high);
+  void cut(std::size_t facets) {
+    const std::size_t hits = measure(facets);
+    for (std::size_t n = 0; n < hits; ++n) across(hits_[n]);
   }
 
  private:
-  struct End {
-    const Vertex* v;
-    std::uint64_t hash;
+  struct Hit {
+    std::uint32_t plane;
+    std::uint16_t facet, order;
   };
-  static std::uint32_t edge(const End& p, const End& q) { return std::uint32_t((p.hash >> 32) + (q.hash >> 32)); }
 
-  // Seen from outside with z up, the middle corner of a facet whose corners run low, middle, high lies on the right, and
-  // material to the left of a segment means that the segment runs to the right.
-  void across(std::size_t k, const End& low, const End& middle, const End& high, bool rightward) {
-    const EdgeLine rise(*low.v, *high.v);
-    const std::uint32_t rise_edge = edge(low, high);
-    const auto section = [&](const End& p, const End& q) {
-      if (k == planes_.size() || planes_[k] >= q.v->z) return;
-      const EdgeLine side(*p.v, *q.v);
-      const std::uint32_t side_edge = edge(p, q);
-      for (; k < planes_.size() && planes_[k] < q.v->z; ++k) {
-        const double plane = planes_[k] + 0.5;
-        Segment& s = lane_.add(k);
-        const Point r = rise.at(plane), t = side.at(plane);
-        s = rightward ? Segment{rise_edge, side_edge, r, t} : Segment{side_edge, rise_edge, t, r};
+  // Volume, border and area of all; lists those that cross a plane.
+  std::size_t measure(std::size_t facets) {
+    std::size_t hits = 0;
+    std::uint64_t border = 0;
+    __int128 six_volumes = 0;
+    for (std::size_t n = 0; n < facets; ++n) {
+      const Grid a = grid_ + 9 * n, b = a + 3, c = a + 6;
+      const std::int64_t ax = a[0], ay = a[1], az = a[2], bx = b[0], by = b[1], bz = b[2], cx = c[0], cy = c[1], cz = c[2];
+      const std::uint64_t ha = hash(ax, ay, az), hb = hash(bx, by, bz), hc = hash(cx, cy, cz);
+      hashes_[3 * n] = std::uint32_t(ha >> 32);
+      hashes_[3 * n + 1] = std::uint32_t(hb >> 32);
+      hashes_[3 * n + 2] = std::uint32_t(hc >> 32);
+      // Each directed edge (a, b) adds a^2 b - a b^2, which its opposite takes away again.
+      border += (ha - hb) * (hb - hc) * (hc - ha);
+      const std::int64_t twice_shadow = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
+      six_volumes += __int128(twice_shadow) * (az + bz + cz);
+      if (twice_shadow == 0 && no_area(a, b, c)) {
+        ++sums_.degenerate;
+        if (equal(a, b) || equal(b, c) || equal(c, a)) continue;  // its two crossed edges are one: no way between them
       }
-    };
-    section(low, middle);
-    section(middle, high);
+      const std::uint32_t k = planes_.at_or_above(std::min({a[2], b[2], c[2]}));
+      hits_[hits] = {k, std::uint16_t(n), std::uint16_t(unsigned(bz < az) | unsigned(cz < az) << 1 | unsigned(cz < bz) << 2)};
+      hits += planes_[k] < std::max({a[2], b[2], c[2]});
+    }
+    sums_.border += border;
+    sums_.six_volumes += six_volumes;
+    return hits;
   }
 
-  std::span<const std::int32_t> planes_;
-  const PlaneFinder& finder_;
+  void across(const Hit& hit) {
+    const Grid corners = grid_ + 9 * hit.facet;
+    const std::uint32_t* const hash = hashes_ + 3 * hit.facet;
+    const std::array<Way, 2>& both = kWays[hit.order];
+    const std::int32_t middle = corners[3 * both[0].middle + 2], high = corners[3 * both[0].high + 2];
+    std::uint32_t k = hit.plane;
+    std::int32_t z = planes_[k];
+    do {
+      const Way& way = both[z >= middle];
+      Segment& s = lane_.add(k);
+      s.from_edge = hash[way.from_low] + hash[way.from_high];
+      s.to_edge = hash[way.to_low] + hash[way.to_high];
+      s.from = crossing(corners + 3 * way.from_low, corners + 3 * way.from_high, z + 0.5);
+      s.to = crossing(corners + 3 * way.to_low, corners + 3 * way.to_high, z + 0.5);
+      z = planes_[++k];
+    } while (z < high);
+  }
+
+  const PlaneFinder& planes_;
   SegmentLane& lane_;
   Sums& sums_;
-};
-
-/// Corners to the grid where the placement only scales and shifts: two numbers at a time.
-class Scaling {
- public:
-  explicit Scaling(const Affine& a) {
-    for (std::size_t i = 0; i < 10; ++i) {
-      const std::size_t axis = i % 3;
-      factor_[i / 2][i % 2] = a.matrix[4 * axis];
-      shift_[i / 2][i % 2] = a.shift[axis];
-    }
-  }
-  std::array<Vertex, 3> operator()(const std::array<Corner, 3>& f) const {
-    float numbers[10] = {};
-    std::memcpy(numbers, f.data(), sizeof f);
-    std::int32_t grid[12];
-    for (std::size_t i = 0; i < 5; ++i) {
-      const Pair pair = {numbers[2 * i], numbers[2 * i + 1]};
-      const Pair sum = (pair * factor_[i] + shift_[i]) + kRounding;
-      const Words words = std::bit_cast<Words>(sum);
-      grid[2 * i] = words[0];
-      grid[2 * i + 1] = words[2];
-    }
-    return {{{grid[0], grid[1], grid[2]}, {grid[3], grid[4], grid[5]}, {grid[6], grid[7], grid[8]}}};
-  }
-
- private:
-  using Pair = double __attribute__((vector_size(16)));
-  using Words = std::int32_t __attribute__((vector_size(16)));
-  Pair factor_[5], shift_[5];
-};
-
-class Turning {
- public:
-  explicit Turning(const Affine& a) : affine_(a) {}
-  std::array<Vertex, 3> operator()(const std::array<Corner, 3>& f) const {
-    return {to_grid(affine_, f[0]), to_grid(affine_, f[1]), to_grid(affine_, f[2])};
-  }
-
- private:
-  const Affine& affine_;
+  alignas(64) std::int32_t grid_[9 * kFacets];
+  std::uint32_t hashes_[3 * kFacets];
+  Hit hits_[kFacets + 1];
 };
 
 template <class Snap>
 void cut_chunk(const FacetView& facets, const Affine& affine, std::size_t first, std::size_t end, Cutter& cutter, Sums& sums) {
   const Snap snap(affine);
-  const std::size_t second = affine.mirrors ? 2 : 1;
-  for (std::size_t n = first; n < end; ++n) {
-    const std::array<Corner, 3> f = facets.facet(n);
-    if (affine.not_finite && !finite(f)) {
-      ++sums.not_finite;
-      continue;
-    }
-    const std::array<Vertex, 3> v = snap(f);
-    cutter.cut(v[0], v[second], v[3 - second]);
+  for (std::size_t n = first; n < end; n += Cutter::kFacets) {
+    const std::size_t behind = std::min(end, n + Cutter::kFacets);
+    const std::size_t count = snap_facets(facets, affine, snap, n, behind, cutter.grid());
+    sums.not_finite += behind - n - count;
+    cutter.cut(count);
   }
 }
 
@@ -226,7 +199,7 @@ Segments intersect(const FacetView& facets, const Affine& affine, std::span<cons
   const bool diagonal = m[1] == 0 && m[2] == 0 && m[3] == 0 && m[5] == 0 && m[6] == 0 && m[7] == 0;
   for_chunks(facets, parallel, [&](int chunk, std::size_t first, std::size_t end) {
     Sums mine;
-    Cutter cutter(planes, finder, out.store->lanes[std::size_t(chunk % kWaveChunks)], mine);
+    Cutter cutter(finder, out.store->lanes[std::size_t(chunk % kWaveChunks)], mine);
     (diagonal ? cut_chunk<Scaling> : cut_chunk<Turning>)(facets, affine, first, end, cutter, mine);
     sums[std::size_t(chunk)] = mine;
   });

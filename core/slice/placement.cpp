@@ -78,22 +78,29 @@ bool plain_box(const FacetView& facets, std::size_t first, std::size_t end, Box&
   using Lanes = float __attribute__((vector_size(16)));
   constexpr float kFar = std::numeric_limits<float>::infinity();
   constexpr std::size_t kBegin[3] = {0, 4, 5};
-  Lanes low[3], high[3], waste = {};
+  Lanes low[3], high[3], waste[3] = {};
   for (std::size_t k = 0; k < 3; ++k) {
     low[k] = Lanes{kFar, kFar, kFar, kFar};
     high[k] = -low[k];
   }
-  for (std::size_t n = first; n < end; ++n) {
-    const std::array<Corner, 3> f = facets.facet(n);
+  const auto add = [&](const std::byte* corners) {
     for (std::size_t k = 0; k < 3; ++k) {
       Lanes v;
-      std::memcpy(&v, reinterpret_cast<const float*>(f.data()) + kBegin[k], sizeof v);
+      std::memcpy(&v, corners + sizeof(float) * kBegin[k], sizeof v);
       low[k] = v < low[k] ? v : low[k];
       high[k] = v > high[k] ? v : high[k];
-      waste += v * 0.0f;
+      waste[k] += v * 0.0f;
     }
-  }
-  if (!(waste[0] + waste[1] + waste[2] + waste[3] == 0.0f)) return false;
+  };
+  if (facets.indexed())
+    for (std::size_t n = first; n < end; ++n) add(reinterpret_cast<const std::byte*>(facets.facet(n).data()));
+  else
+    for (std::size_t n = first; n < end; ++n) {
+      __builtin_prefetch(facets.soup + n * facets.stride + 2048);
+      add(facets.soup + n * facets.stride);
+    }
+  waste[0] += waste[1] + waste[2];
+  if (!(waste[0][0] + waste[0][1] + waste[0][2] + waste[0][3] == 0.0f)) return false;
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t i = 0; i < 4; ++i) {
       const std::size_t axis = (kBegin[k] + i) % 3;

@@ -11,8 +11,8 @@ Segments::Segments(Segments&&) noexcept = default;
 Segments& Segments::operator=(Segments&&) noexcept = default;
 
 void SegmentLane::grow(std::size_t layer) {
-  Tail& tail = tails_[layer];
-  const std::uint32_t capacity = tail.block ? std::min<std::uint32_t>(64, 2 * tail.block->capacity) : 8;
+  Chain& chain = chains_[layer];
+  const std::uint32_t capacity = chain.last ? std::min<std::uint32_t>(64, 2 * chain.last->capacity) : 8;
   const std::size_t bytes = sizeof(Block) + capacity * sizeof(Segment);
   if (slab_used_ + bytes > kSlabBytes) {
     slabs_.push_back(std::make_unique_for_overwrite<std::byte[]>(kSlabBytes));
@@ -20,12 +20,14 @@ void SegmentLane::grow(std::size_t layer) {
   }
   Block* block = new (slabs_.back().get() + slab_used_) Block{nullptr, capacity};
   slab_used_ += bytes;
-  (tail.block ? tail.block->following : heads_[layer]) = block;
-  tail = {block->data(), block->data() + capacity, block, tail.room + capacity};
+  (chain.last ? chain.last->following : chain.first) = block;
+  chain.last = block;
+  chain.room += capacity;
+  tails_[layer] = {block->data(), block->data() + capacity};
 }
 
 Segment* SegmentLane::copy(std::size_t layer, Segment* out) const {
-  for (const Block* b = heads_[layer]; b; b = b->following) {
+  for (const Block* b = chains_[layer].first; b; b = b->following) {
     const Segment* end = b->following ? b->data() + b->capacity : tails_[layer].next;
     out = std::copy(b->data(), end, out);
   }

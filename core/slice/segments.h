@@ -24,14 +24,14 @@ struct Segment {
 /// Per layer a chain of blocks that grow from 8 to 64 segments, cut from slabs: written once, never moved.
 class SegmentLane {
  public:
-  explicit SegmentLane(std::size_t layers) : tails_(layers), heads_(layers, nullptr) {}
+  explicit SegmentLane(std::size_t layers) : tails_(layers), chains_(layers) {}
 
   Segment& add(std::size_t layer) {
     Tail& tail = tails_[layer];
     if (tail.next == tail.end) grow(layer);
     return *tail.next++;
   }
-  std::size_t count(std::size_t layer) const { return tails_[layer].room - std::size_t(tails_[layer].end - tails_[layer].next); }
+  std::size_t count(std::size_t layer) const { return chains_[layer].room - std::size_t(tails_[layer].end - tails_[layer].next); }
   /// Copies the layer's segments to `out` and returns its new end.
   Segment* copy(std::size_t layer, Segment* out) const;
 
@@ -42,17 +42,20 @@ class SegmentLane {
     Segment* data() { return reinterpret_cast<Segment*>(this + 1); }
     const Segment* data() const { return reinterpret_cast<const Segment*>(this + 1); }
   };
-  struct Tail {
+  struct Tail {  // all that each segment asks for, apart from the rest
     Segment* next = nullptr;
     Segment* end = nullptr;
-    Block* block = nullptr;
+  };
+  struct Chain {
+    Block* first = nullptr;
+    Block* last = nullptr;
     std::size_t room = 0;  // of all blocks
   };
   void grow(std::size_t layer);
 
   static constexpr std::size_t kSlabBytes = 1 << 18;
   std::vector<Tail> tails_;
-  std::vector<Block*> heads_;
+  std::vector<Chain> chains_;
   std::vector<std::unique_ptr<std::byte[]>> slabs_;
   std::size_t slab_used_ = kSlabBytes;
 };
