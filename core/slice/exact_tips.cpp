@@ -14,7 +14,7 @@ constexpr double kAround = 0.1;
 
 }  // namespace
 
-ExactTips::ExactTips(const Rings& contours, double thinned) : contours_(contours), thinned_(thinned) {
+ExactTips::ExactTips(const Rings& contours) : contours_(contours) {
   const std::size_t n = contours.points.size();
   next_.resize(n);
   tree_.resize(n);

@@ -18,8 +18,7 @@ namespace firn::slice {
 class ExactTips {
  public:
   /// @param contours from which an outline was thinned; they outlive this
-  /// @param thinned units by which the two may differ
-  ExactTips(const Rings& contours, double thinned);
+  explicit ExactTips(const Rings& contours);
 
   /// One of the two walls that meet in a tip: the tip's foot on it, and the direction (of length 1) of the outline there.
   struct Wall {
@@ -31,6 +30,8 @@ class ExactTips {
   /// The tip between walls `before` and `after`, known to be about `tip`, at distance d from the contours.
   /// @return false if there is none near by: then `tip` is as it was
   bool move(Vec& tip, const Wall& before, const Wall& after, double d);
+  /// For an outline. @param thinned units by which it and the contours may differ
+  void begin(double thinned) { thinned_ = thinned, failed_ = false; }
   /// Was there a tip sharper than a right angle without an exact place? Then an area may begin or end there.
   bool failed() const { return failed_; }
   /// Bends no further apart are one tip.
@@ -49,7 +50,7 @@ class ExactTips {
   void look(const Wall& wall, const Wall& other, double reach, std::vector<Edge>& edges) const;
 
   const Rings& contours_;
-  double thinned_;
+  double thinned_ = 0;
   bool failed_ = false;
   std::vector<std::uint32_t> next_;
   BoxSearch tree_;

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
+#include "core/slice/advance.h"
 #include "core/slice/clipper.h"
-#include "core/slice/gap_band.h"
-#include "core/slice/lacks.h"
-#include "core/slice/meeting.h"
+#include "core/slice/groups.h"
 #include "core/slice/path_filter.h"
 #include "core/slice/planar.h"
 #include "core/slice/rings.h"
-#include "core/slice/wavefront.h"
 
 namespace firn::slice {
 namespace {
@@ -18,125 +17,15 @@ namespace {
 // Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
 // Where the front of one distance cannot tell which of its places coincide, that of another can.
 constexpr double kOdd[] = {0.2973, 1.6131, 3.1429};
-constexpr double kAgain = 0.1;   // of what was thinned, where areas depend on it
-constexpr double kNarrow = 4.0;  // of the way to the next level: half the width of strips that look narrow
+constexpr double kAgain = 0.1;  // of what was thinned, where areas depend on it
 
-// The front of one region on its way inward.
-class Advance {
- public:
-  explicit Advance(const Region& region, const Thinned& thinned = {}) : front_(wavefront::front_of(region)) {
-    if (thinned.from && !thinned.from->empty()) tips_.emplace(*thinned.from, thinned.by_mm * kUnitsPerMm);
-  }
-
-  // @return false if the wavefront could not tell
-  bool operator()(double to) {
-    next_.clear();
-    for (wavefront::Component& component : front_.components)
-      if (!move(component, at_, to, next_)) return false;
-    arrive(to);
-    return true;
-  }
-
-  // The same; tells what of the front lacks the next one. Areas of the rings drawn last that look too narrow for the next ones
-  // are looked at on the way.
-  // @param core where, or beyond `to`: none are
-  bool telling(double core, double to, const Rings& drawn, const GapLimits& limits, const GapLimits& core_limits, double sagitta,
-               LevelGaps& gaps) {
-    next_.clear(), cores_.clear();
-    for (std::size_t c = 0, ring = 0; c < front_.components.size(); ++c) {
-      wavefront::Component& component = front_.components[c];
-      const std::size_t end = core < to ? drawn_ends_[c] : 0;
-      if (core < to && looks_narrow(drawn, ring, end, to - at_)) {
-        if (!move(component, at_, core, cores_)) return false;
-      } else if (!move_telling(component, at_, to, limits, sagitta, gaps.of_rings)) {
-        return false;
-      }
-      ring = end;
-    }
-    for (wavefront::Component& component : cores_)
-      if (!move_telling(component, core, to, core_limits, sagitta, gaps.of_cores)) return false;
-    arrive(to);
-    return gaps.told = true;
-  }
-
-  // At the asked tolerance, or finer where rings would meet. @return false if they meet even so
-  bool draw(double tolerance, Rings& rings, std::uint32_t& finer) {
-    for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
-      rings.clear();
-      drawn_ends_.clear();
-      for (const wavefront::Component& component : front_.components) {
-        draw_(front_.sources, component, at_, tolerance, rings, tips_ && attempt < 2 ? &*tips_ : nullptr);
-        drawn_ends_.push_back(rings.size());
-      }
-      const Meeting meeting = meeting_(rings);
-      finer += attempt > 0;
-      touching_ = meeting == Meeting::kContact;
-      if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
-    }
-    return false;
-  }
-
-  bool lost_tips() const { return tips_ && tips_->failed(); }
-  bool touching() const { return touching_; }  ///< may the rings drawn last have contacts?
-
- private:
-  bool move(wavefront::Component& component, double from, double to, std::vector<wavefront::Component>& out) {
-    move_(front_.sources, component, from, to);
-    return untangle_(front_.sources, move_.died(), component, to, out);
-  }
-
-  bool move_telling(wavefront::Component& component, double from, double to, const GapLimits& limits, double sagitta,
-                    Stretches& stretches) {
-    lacks_.keep(component, from);
-    const std::size_t before = next_.size();
-    if (!move(component, from, to, next_)) return false;
-    const wavefront::LackLimits near{limits.near, limits.near_corner, limits.slack, 2 * limits.spot_at};
-    lacks_.find(front_.sources, std::span(next_).subspan(before), near, sagitta, stretches);
-    return true;
-  }
-
-  void arrive(double to) {
-    std::swap(front_.components, next_);
-    at_ = to;
-  }
-
-  // A strip 2 w wide has an area of w for each mm of its edge.
-  static bool looks_narrow(const Rings& rings, std::size_t begin, std::size_t end, double width) {
-    double twice_area = 0, along_axes = 0, edge = 0;
-    const auto add_edges = [&](auto add) {
-      for (std::size_t r = begin; r < end; ++r) {
-        const std::span<const Point> ring = rings[r];
-        Vec a = to_vec(ring.back());
-        for (const Point p : ring) {
-          const Vec b = to_vec(p);
-          add(a, b);
-          a = b;
-        }
-      }
-    };
-    add_edges([&](Vec a, Vec b) {
-      twice_area += cross(a, b);
-      along_axes += std::abs(b.x - a.x) + std::abs(b.y - a.y);
-    });
-    // Roots only where it is close: the edge is at most that and at least 1 / sqrt(2) of it.
-    if (0.5 * twice_area >= kNarrow * width * along_axes) return false;
-    if (0.5 * twice_area < kNarrow * width * 0.7 * along_axes) return true;
-    add_edges([&](Vec a, Vec b) { edge += length(b - a); });
-    return 0.5 * twice_area < kNarrow * width * edge;
-  }
-
-  wavefront::Front front_;
-  double at_ = 0;
-  bool touching_ = false;
-  wavefront::Mover move_;
-  wavefront::Untangler untangle_;
-  wavefront::Lacks lacks_;
-  MeetingCheck meeting_;
-  std::vector<wavefront::Component> next_, cores_;
-  std::vector<std::size_t> drawn_ends_;  // rings of each component and those before it
-  wavefront::Drawer draw_;
-  std::optional<ExactTips> tips_;
-};
+template <class Areas>
+Rings rings_of(const Rings& rings, const Areas& areas) {
+  Rings out;
+  for (const auto& area : areas)
+    for (const std::uint32_t ring : area) out.add(rings[ring]);
+  return out;
+}
 
 Region thinned_again(const Rings& contours, double mm) {
   PathFilter filter(0, mm * kUnitsPerMm);
@@ -145,56 +34,165 @@ Region thinned_again(const Rings& contours, double mm) {
   return region_of(canonical(rings));
 }
 
-// @param odd by how much the distances asked for are more, in units
-// @param by_clipper levels that the wavefront cannot tell; else there are none
-std::optional<RingLevels> levels_of(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm,
-                                    const Thinned& thinned, double odd, bool by_clipper) {
-  RingLevels result;
-  Advance advance(region, thinned);
-  bool trusted = true;
-  const double tolerance = tolerance_mm * kUnitsPerMm;
-  const Rings none;
-  for (int level = 0; level < plan.max_rings; ++level) {
-    Rings rings;
-    LevelGaps gaps;
-    if (trusted) {
-      const double to = plan.distance_mm(level) * kUnitsPerMm + odd;
-      if (spot_mm > 0) {
-        const double core = level > 0 ? plan.core_mm(level - 1, spot_mm) * kUnitsPerMm + odd : to;
-        trusted = advance.telling(core, to, level > 0 ? result.levels.back() : none,
-                                  gap_limits(gap_band(plan, level - 1), spot_mm, tolerance_mm),
-                                  gap_limits(core_band(plan, level - 1, spot_mm), spot_mm, tolerance_mm),
-                                  std::max(10.0, 0.33 * tolerance), gaps);
-      } else {
-        trusted = advance(to);
-      }
-      trusted = trusted && advance.draw(tolerance, rings, result.drawn_finer);
-      if (!trusted && !by_clipper) return std::nullopt;
-      // An area that comes or goes with the thinning: everything again from contours thinned by less.
-      if (advance.lost_tips() && thinned.whole) {
-        const double by_mm = kAgain * thinned.by_mm;
-        return offset_rings(thinned_again(*thinned.from, by_mm), plan, tolerance_mm, spot_mm, {thinned.from, by_mm, false});
-      }
-      gaps.told = trusted;
-    }
-    if (!trusted) {
-      rings = clipper_offset(region, plan.distance_mm(level), tolerance_mm);
-      ++result.from_clipper;
-    }
-    if (spot_mm > 0) result.gaps.push_back(std::move(gaps));
-    if (rings.empty()) break;
-    result.levels.push_back(std::move(rings));
-    result.touching.push_back(!trusted || advance.touching());
-  }
-  return result;
+BoxOf<std::int32_t> box_of(std::span<const Point> ring) {
+  BoxOf<std::int32_t> box;
+  for (const Point p : ring) box.add(p.x, p.y);
+  return box;
 }
+
+// The areas within contours, by what is left of them when they are thinned.
+class ContourAreas {
+ public:
+  explicit ContourAreas(const Rings& contours) : contours_(contours), areas_(nested_groups(contours)) {
+    for (const std::vector<std::uint32_t>& area : areas_) boxes_.push_back(box_of(contours[area[0]]));
+  }
+  // The contours of the area whose outer one becomes `ring`. @return none if several may
+  std::optional<Rings> of(std::span<const Point> ring, double thinned) const {
+    const BoxOf<std::int32_t> box = box_of(ring);
+    const double most = thinned + 2;
+    const auto alike = [&](const BoxOf<std::int32_t>& b) {
+      return std::abs(double(b.x0) - box.x0) <= most && std::abs(double(b.y0) - box.y0) <= most &&
+             std::abs(double(b.x1) - box.x1) <= most && std::abs(double(b.y1) - box.y1) <= most;
+    };
+    const auto found = std::find_if(boxes_.begin(), boxes_.end(), alike);
+    if (found == boxes_.end() || std::any_of(found + 1, boxes_.end(), alike)) return std::nullopt;
+    return rings_of(contours_, std::span(areas_).subspan(std::size_t(found - boxes_.begin()), 1));
+  }
+
+ private:
+  const Rings& contours_;
+  std::vector<std::vector<std::uint32_t>> areas_;
+  std::vector<BoxOf<std::int32_t>> boxes_;
+};
+
+void append(Stretches&& from, Stretches& to) {
+  if (to.empty()) return std::swap(from, to);
+  for (Stretches::Stretch stretch : from.all) {
+    stretch.end += std::uint32_t(to.points.size());
+    to.all.push_back(stretch);
+  }
+  to.points.insert(to.points.end(), from.points.begin(), from.points.end());
+}
+
+void append(RingLevels&& from, RingLevels& to) {
+  to.from_clipper += from.from_clipper;
+  to.drawn_finer += from.drawn_finer;
+  if (to.levels.size() < from.levels.size()) to.levels.resize(from.levels.size());
+  if (to.gaps.size() < from.gaps.size()) to.gaps.resize(from.gaps.size(), LevelGaps{true, {}, {}});
+  to.touching.resize(to.levels.size());
+  for (std::size_t k = 0; k < from.levels.size(); ++k) {
+    if (to.levels[k].empty()) std::swap(to.levels[k], from.levels[k]);
+    else for (std::size_t r = 0; r < from.levels[k].size(); ++r) to.levels[k].add(from.levels[k][r]);
+    to.touching[k] = to.touching[k] || from.touching[k];
+  }
+  for (std::size_t k = 0; k < from.gaps.size(); ++k) {
+    to.gaps[k].told = to.gaps[k].told && from.gaps[k].told;
+    append(std::move(from.gaps[k].of_rings), to.gaps[k].of_rings);
+    append(std::move(from.gaps[k].of_cores), to.gaps[k].of_cores);
+  }
+}
+
+class RingMaker {
+ public:
+  RingMaker(const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned)
+      : plan_(plan), tolerance_mm_(tolerance_mm), spot_mm_(spot_mm), thinned_(thinned) {
+    if (thinned.from && !thinned.from->empty()) tips_.emplace(*thinned.from);
+  }
+
+  // @param thinned_mm by how much the region and the contours may differ
+  // @param whole whether what depends on that is to be made again
+  RingLevels operator()(const Region& region, double thinned_mm, bool whole) {
+    const std::vector<std::vector<std::uint32_t>> areas = nested_groups(region);
+    // Rings of different areas are too far apart to meet, however they are drawn; or they are all made at once.
+    const bool apart = plan_.distance_mm(0) > 2 * (tolerance_mm_ + thinned_mm);
+    RingLevels result;
+    for (std::size_t a = 0; a < areas.size(); a = apart ? a + 1 : areas.size()) {
+      const Advance::Areas some = std::span(areas).subspan(a, apart ? 1 : areas.size());
+      RingLevels made = of_areas(region, some, thinned_mm, whole);
+      // An area that comes or goes with the thinning: again, from contours thinned by less.
+      if (whole && lost_tip()) {
+        const std::optional<Rings> contours = apart && areas.size() > 1 ? contours_of(region[areas[a][0]], thinned_mm) : std::nullopt;
+        made = (*this)(thinned_again(contours ? *contours : *thinned_.from, kAgain * thinned_mm), kAgain * thinned_mm, false);
+        if (!contours) return made;
+      }
+      append(std::move(made), result);
+    }
+    return result;
+  }
+
+ private:
+  bool lost_tip() const { return tips_ && tips_->failed(); }
+
+  std::optional<Rings> contours_of(std::span<const Point> ring, double thinned_mm) {
+    if (!contours_) contours_.emplace(*thinned_.from);
+    return contours_->of(ring, thinned_mm * kUnitsPerMm);
+  }
+
+  // @param whole whether a lost tip ends it: then not all of the levels are made
+  RingLevels of_areas(const Region& region, Advance::Areas areas, double thinned_mm, bool whole) {
+    RingLevels made;
+    for (const double odd : kOdd) {
+      made = {};
+      if (tips_) tips_->begin(thinned_mm * kUnitsPerMm);
+      if (by_front(region, areas, odd, whole, made)) return made;
+    }
+    by_clipper(rings_of(region, areas), made);
+    return made;
+  }
+
+  // @return false if the wavefront could not tell: then the levels before are made
+  bool by_front(const Region& region, Advance::Areas areas, double odd, bool whole, RingLevels& made) {
+    const double tolerance = tolerance_mm_ * kUnitsPerMm;
+    const Rings none;
+    advance_.begin(region, areas);
+    for (int level = 0; level < plan_.max_rings; ++level) {
+      const double to = plan_.distance_mm(level) * kUnitsPerMm + odd;
+      if (spot_mm_ > 0) {
+        const double core = level > 0 ? plan_.core_mm(level - 1, spot_mm_) * kUnitsPerMm + odd : to;
+        made.gaps.emplace_back();
+        if (!advance_.telling(core, to, level > 0 ? made.levels.back() : none,
+                              gap_limits(gap_band(plan_, level - 1), spot_mm_, tolerance_mm_),
+                              gap_limits(core_band(plan_, level - 1, spot_mm_), spot_mm_, tolerance_mm_),
+                              std::max(10.0, 0.33 * tolerance), made.gaps.back()))
+          return false;
+        made.gaps.back().told = true;
+      } else if (!advance_(to)) {
+        return false;
+      }
+      Rings rings;
+      if (!advance_.draw(tolerance, tips_ ? &*tips_ : nullptr, rings, made.drawn_finer)) return false;
+      if (rings.empty() || (whole && lost_tip())) break;
+      made.levels.push_back(std::move(rings));
+      made.touching.push_back(advance_.touching());
+    }
+    return true;
+  }
+
+  // The levels that are not made.
+  void by_clipper(const Region& region, RingLevels& made) {
+    made.gaps.resize(std::min(made.gaps.size(), made.levels.size()));
+    for (int level = int(made.levels.size()); level < plan_.max_rings; ++level) {
+      Rings rings = clipper_offset(region, plan_.distance_mm(level), tolerance_mm_);
+      ++made.from_clipper;
+      if (spot_mm_ > 0) made.gaps.emplace_back();
+      if (rings.empty()) break;
+      made.levels.push_back(std::move(rings));
+      made.touching.push_back(true);
+    }
+  }
+
+  const RingPlan& plan_;
+  double tolerance_mm_, spot_mm_;
+  const Thinned& thinned_;
+  std::optional<ExactTips> tips_;
+  std::optional<ContourAreas> contours_;
+  Advance advance_;
+};
 
 }  // namespace
 
 RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned) {
-  for (const double odd : kOdd)
-    if (auto levels = levels_of(region, plan, tolerance_mm, spot_mm, thinned, odd, false)) return std::move(*levels);
-  return *levels_of(region, plan, tolerance_mm, spot_mm, thinned, kOdd[0], true);
+  return RingMaker(plan, tolerance_mm, spot_mm, thinned)(region, thinned.by_mm, thinned.whole);
 }
 
 Region grow(const Region& region, double outward_mm, double tolerance_mm) {
@@ -214,10 +212,12 @@ Region grow(const Region& region, double outward_mm, double tolerance_mm) {
     around.add(ring);
   }
   Rings rings;
+  Advance advance;
+  const std::vector<std::vector<std::uint32_t>> areas = nested_groups(around);
   const auto by_front = [&](double odd) {
-    Advance advance(around);
     std::uint32_t finer = 0;
-    return advance(outward_mm * kUnitsPerMm + odd) && advance.draw(tolerance_mm * kUnitsPerMm, rings, finer);
+    advance.begin(around, areas);
+    return advance(outward_mm * kUnitsPerMm + odd) && advance.draw(tolerance_mm * kUnitsPerMm, nullptr, rings, finer);
   };
   if (std::none_of(std::begin(kOdd), std::end(kOdd), by_front))
     return clipper_offset(region, -outward_mm, tolerance_mm);

@@ -1,7 +1,5 @@
 #include "core/slice/wavefront.h"
 
-#include "core/slice/groups.h"
-
 namespace firn::slice::wavefront {
 namespace {
 
@@ -55,7 +53,7 @@ struct Side {
   double length;
 };
 
-void add_loop(std::span<const Point> ring, std::vector<Side>& sides, Front& front, Component& component) {
+void add_loop(std::span<const Point> ring, std::vector<Side>& sides, std::vector<Source>& sources, Component& component) {
   sides.clear();
   for (std::size_t i = 0; i < ring.size(); ++i) {
     const Vec at = to_vec(ring[i]), to = to_vec(ring[i + 1 == ring.size() ? 0 : i + 1]);
@@ -63,8 +61,6 @@ void add_loop(std::span<const Point> ring, std::vector<Side>& sides, Front& fron
     if (l > 0) sides.push_back({at, (1 / l) * (to - at), l});
   }
   if (sides.size() < 3) return;
-  front.sources.reserve(front.sources.size() + 2 * sides.size());
-  component.pieces.reserve(component.pieces.size() + 2 * sides.size());
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const Side& before = sides[i ? i - 1 : sides.size() - 1];
     const Side& here = sides[i];
@@ -75,28 +71,28 @@ void add_loop(std::span<const Point> ring, std::vector<Side>& sides, Front& fron
       Vec middle = before.along + here.along;
       const double l = length(middle);
       middle = l > 1e-9 ? (1 / l) * middle : right_of(before.along);
-      component.pieces.push_back({std::int32_t(front.sources.size()),
+      component.pieces.push_back({std::int32_t(sources.size()),
                                   {Junction::Kind::kStraight, here.at, left_of(before.along), {}, 0}, here.at});
-      front.sources.push_back({here.at, middle, -1});
+      sources.push_back({here.at, middle, -1});
       junction = {Junction::Kind::kStraight, here.at, left_of(here.along), {}, 0};
     }
-    component.pieces.push_back({std::int32_t(front.sources.size()), junction, here.at});
-    front.sources.push_back(line);
+    component.pieces.push_back({std::int32_t(sources.size()), junction, here.at});
+    sources.push_back(line);
   }
   component.ends.push_back(std::uint32_t(component.pieces.size()));
 }
 
 }  // namespace
 
-Front front_of(const Region& region) {
-  Front front;
+void front_of(const Region& region, std::span<const std::uint32_t> area, std::vector<Source>& sources, Components& components) {
+  std::size_t points = 0;
+  for (const std::uint32_t ring : area) points += region[ring].size();
   std::vector<Side> sides;
-  for (const std::vector<std::uint32_t>& group : nested_groups(region)) {
-    Component component;
-    for (const std::uint32_t ring : group) add_loop(region[ring], sides, front, component);
-    if (!component.ends.empty()) front.components.push_back(std::move(component));
-  }
-  return front;
+  sides.reserve(points);
+  sources.reserve(sources.size() + 2 * points);
+  Component& component = components.add();
+  component.pieces.reserve(2 * points);
+  for (const std::uint32_t ring : area) add_loop(region[ring], sides, sources, component);
 }
 
 bool meet(const Source& before, const Source& after, Vec place, double d, Junction& junction) {

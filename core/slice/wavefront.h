@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/slice/exact_tips.h"
@@ -66,12 +67,28 @@ struct Component {
   std::vector<std::uint32_t> ends;  ///< of each loop
 };
 
-/// Front of a region at distance 0: one component per outer ring with its holes.
-struct Front {
-  std::vector<Source> sources;
-  std::vector<Component> components;
+/// Components whose memory is used again.
+class Components {
+ public:
+  void clear() { size_ = 0; }
+  Component& add() {  ///< an empty one
+    if (size_ == all_.size()) all_.emplace_back();
+    Component& component = all_[size_++];
+    component.pieces.clear();
+    component.ends.clear();
+    return component;
+  }
+  void take(Component& component) { std::swap(add(), component); }
+  std::size_t size() const { return size_; }
+  std::span<Component> all() { return std::span(all_).first(size_); }
+
+ private:
+  std::vector<Component> all_;
+  std::size_t size_ = 0;
 };
-Front front_of(const Region& region);
+
+/// Front of an area at distance 0. @param area rings of the region: an outer one with its holes
+void front_of(const Region& region, std::span<const std::uint32_t> area, std::vector<Source>& sources, Components& components);
 
 /// Bisector of two sources that follow each other on the front and meet at `place` at distance `d`.
 /// @return false if they have none ahead (they turn away from each other by half a turn or more)
@@ -124,7 +141,7 @@ class Untangler {
   /// @param died sources that the component had before it moved
   /// @return false if it cannot tell (places that coincide to within rounding): the caller asks Clipper instead
   bool operator()(std::span<const Source> sources, std::span<const std::int32_t> died, Component& component, double d,
-                  std::vector<Component>& out);
+                  Components& out);
 
  private:
   class Tangle;
@@ -132,7 +149,7 @@ class Untangler {
 };
 
 /// Makes components of loops that do not cross: outer ones with the holes they contain. Holes without one vanish.
-void regroup(std::span<const Source> sources, const Component& loops, double d, std::vector<Component>& out);
+void regroup(std::span<const Source> sources, const Component& loops, double d, Components& out);
 
 /// Middle of the piece of a source that runs from a to b at distance d.
 Vec middle(const Source& source, Vec a, Vec b, double d);

@@ -41,7 +41,7 @@ Vec middle(const Source& source, Vec a, Vec b, double d) {
   return l > 0 ? source.at + (d / l) * sum : a;
 }
 
-void regroup(std::span<const Source> sources, const Component& loops, double d, std::vector<Component>& out) {
+void regroup(std::span<const Source> sources, const Component& loops, double d, Components& out) {
   struct Loop {
     std::span<const Piece> pieces;
     std::vector<Vec> corners;
@@ -68,14 +68,13 @@ void regroup(std::span<const Source> sources, const Component& loops, double d, 
   }
   for (const Loop& outer : list) {
     if (outer.area <= 0) continue;
-    Component component;
+    Component& component = out.add();
     const auto add = [&](const Loop& loop) {
       component.pieces.insert(component.pieces.end(), loop.pieces.begin(), loop.pieces.end());
       component.ends.push_back(std::uint32_t(component.pieces.size()));
     };
     add(outer);
     for (const std::size_t hole : outer.holes) add(list[hole]);
-    out.push_back(std::move(component));
   }
 }
 

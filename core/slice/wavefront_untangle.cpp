@@ -352,7 +352,7 @@ Untangler::Untangler() : tangle_(std::make_unique<Tangle>()) {}
 Untangler::~Untangler() = default;
 
 bool Untangler::operator()(std::span<const Source> sources, std::span<const std::int32_t> died, Component& component,
-                           double d, std::vector<Component>& out) {
+                           double d, Components& out) {
   if (component.ends.empty()) return true;
   Tangle& tangle = *tangle_;
   tangle.take(sources, died, component, d);
@@ -363,7 +363,7 @@ bool Untangler::operator()(std::span<const Source> sources, std::span<const std:
     return true;
   }
   if (tangle.simple()) {
-    if (tangle.twice_area() > 0) out.push_back(std::move(component));
+    if (tangle.twice_area() > 0) out.take(component);
     return true;
   }
   // Loops may have run past each other without crossing any more.
@@ -376,7 +376,7 @@ bool Untangler::operator()(std::span<const Source> sources, std::span<const std:
   }
   for (const Piece& piece : kept.pieces)
     if (piece.source == kPivot) return false;
-  if (kept.ends.size() == component.ends.size()) out.push_back(std::move(component));
+  if (kept.ends.size() == component.ends.size()) out.take(component);
   else if (!kept.ends.empty()) regroup(sources, kept, d, out);
   return true;
 }

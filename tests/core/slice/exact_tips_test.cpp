@@ -7,6 +7,7 @@
 #include "core/slice/path_filter.h"
 #include "core/slice/path_options.h"
 #include "core/slice/planar.h"
+#include "core/slice/rings.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/oracles.h"
 
@@ -60,6 +61,52 @@ TEST_CASE("Without contours rings are those of the outline alone") {
   const Rings contours = star(5, 8, 30, 0.7, 0, random), outline = thinned(contours, 0.02), none;
   const RingLevels alone = offset_rings(outline, {}, 0.03), asked = offset_rings(outline, {}, 0.03, 0, {&none, 0.02, true});
   CHECK(alone.levels == asked.levels);
+}
+
+// Two lobes joined by a strait whose walls are about as far apart as the first ring's two sides.
+Rings lobes(double wobble_mm, RandomStream& random) {
+  const int n = 2000;
+  std::vector<Point> ring;
+  const auto add = [&](int i, int side) {
+    const double x = 25 - 50.0 * i / n, from_lobe = (std::abs(x) - 16) / 8;
+    const double half = 0.6 + wobble_mm * std::sin(3 * x) + 8 * std::max(0.0, 1 - from_lobe * from_lobe);
+    ring.push_back(to_point({1e4 * x, 1e4 * (side * half + random.uniform(-0.01, 0.01))}));
+  };
+  for (int i = 0; i <= n; ++i) add(i, 1);
+  for (int i = n; i >= 0; --i) add(i, -1);
+  Rings rings;
+  rings.add(ring);
+  return region_of(rings);
+}
+
+TEST_CASE("Areas do not change each other's rings, whichever of them are made again") {
+  RandomStream random(73, Purpose::kTest);
+  const double filter_mm = kOutlineShare * 0.05, ring_mm = kRingShare * 0.05;
+  std::vector<Rings> shapes;
+  int again = 0;
+  for (int i = 0; i < 8; ++i) {
+    Rings one = i % 2 ? lobes(0.005 * i, random) : star(3 + 2 * i, random.uniform(6, 14), random.uniform(25, 60), 0.4 + 0.15 * (i % 6), 0, random);
+    for (Point& p : one.points) p.x += 1'500'000 * i;
+    shapes.push_back(std::move(one));
+  }
+  Rings contours, outlines;
+  std::vector<Rings> alone;
+  for (const Rings& one : shapes) {
+    const Rings outline = thinned(one, filter_mm);
+    contours.add(one[0]);
+    outlines.add(outline[0]);
+    const RingLevels rings = offset_rings(outline, {}, ring_mm, 0.75, {&one, filter_mm, true});
+    again += rings.levels != offset_rings(outline, {}, ring_mm, 0.75, {&one, filter_mm, false}).levels;
+    alone.resize(std::max(alone.size(), rings.levels.size()));
+    for (std::size_t k = 0; k < rings.levels.size(); ++k)
+      for (std::size_t r = 0; r < rings.levels[k].size(); ++r) alone[k].add(rings.levels[k][r]);
+  }
+  CHECK(again > 0);
+  CHECK(again < 8);
+  const RingLevels together = offset_rings(outlines, {}, ring_mm, 0.75, {&contours, filter_mm, true});
+  REQUIRE(together.levels.size() == alone.size());
+  REQUIRE(together.gaps.size() == alone.size() + 1);
+  for (std::size_t k = 0; k < alone.size(); ++k) CHECK(canonical(together.levels[k]) == canonical(alone[k]));
 }
 
 }  // namespace firn::slice
