@@ -1,8 +1,12 @@
 #include <algorithm>
 #include <bit>
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include "core/slice/link_layer.h"
-#include "core/slice/rings.h"
+#include "core/slice/planar.h"
 
 namespace firn::slice {
 namespace {
@@ -10,53 +14,80 @@ namespace {
 constexpr int kLayersAtOnce = 4;  // share their room
 constexpr std::uint32_t kDone = ~0u;
 
-std::uint32_t slot_of(std::uint32_t edge, const Point& p, int shift) {
+using Bucket = LinkWork::Bucket;
+
+std::uint32_t bucket_of(std::uint32_t edge, const Point& p, int shift) {
   return ((edge ^ std::uint32_t(p.x)) * 0x9e3779b1u) >> shift;
+}
+
+// Bit n: place n holds that.
+unsigned where(const std::array<std::uint32_t, LinkWork::kPlaces>& places, std::uint32_t that) {
+#ifdef __SSE2__
+  const __m128i four = _mm_loadu_si128(reinterpret_cast<const __m128i*>(places.data()));
+  return unsigned(_mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(four, _mm_set1_epi32(int(that))))));
+#else
+  unsigned bits = 0;
+  for (unsigned n = 0; n < LinkWork::kPlaces; ++n) bits |= unsigned(places[n] == that) << n;
+  return bits;
+#endif
 }
 
 }  // namespace
 
 std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& work) {
   const std::size_t n = segments.size();
-  const int bits = std::max(4, int(std::bit_width(2 * n)));
-  if (bits > 31) return std::nullopt;
+  const int bits = std::max(4, int(std::bit_width(n / 2)));  // one to two segments a bucket
+  if (bits > 30) return std::nullopt;
   const int shift = 32 - bits;
   const std::uint32_t mask = (1u << bits) - 1;
-  work.table.assign(std::size_t(mask) + 1, 0);  // segment + 1, by where it begins
+  work.table.assign(std::size_t(mask) + 1, {});
   for (std::uint32_t s = 0; s < n; ++s) {
-    std::uint32_t slot = slot_of(segments[s].from_edge, segments[s].from, shift);
-    for (; work.table[slot]; slot = (slot + 1) & mask) {
-      const Segment& other = segments[work.table[slot] - 1];
-      if (other.from_edge == segments[s].from_edge && other.from == segments[s].from) return std::nullopt;
+    const Segment& mine = segments[s];
+    std::uint32_t at = bucket_of(mine.from_edge, mine.from, shift);
+    for (;; at = (at + 1) & mask) {
+      Bucket& bucket = work.table[at];
+      for (unsigned same = where(bucket.edge, mine.from_edge); same; same &= same - 1)
+        if (const std::uint32_t behind = bucket.behind[std::size_t(std::countr_zero(same))]; behind && segments[behind - 1].from == mine.from)
+          return std::nullopt;
+      const unsigned free = where(bucket.behind, 0);
+      if (!free) continue;
+      const auto place = std::size_t(std::countr_zero(free));
+      bucket.edge[place] = mine.from_edge;
+      bucket.behind[place] = s + 1;
+      break;
     }
-    work.table[slot] = s + 1;
   }
+  // By the edge alone, which needs only the table; the point is compared below, where the segments are read in their order.
   work.next.resize(n);
   for (std::uint32_t s = 0; s < n; ++s) {
-    std::uint32_t slot = slot_of(segments[s].to_edge, segments[s].to, shift);
-    for (;; slot = (slot + 1) & mask) {
-      if (work.table[slot] == 0) return std::nullopt;  // taken already, or none begins there
-      if (work.table[slot] == kDone) continue;
-      const Segment& other = segments[work.table[slot] - 1];
-      if (other.from_edge == segments[s].to_edge && other.from == segments[s].to) break;
+    const std::uint32_t edge = segments[s].to_edge;
+    for (std::uint32_t at = bucket_of(edge, segments[s].to, shift);; at = (at + 1) & mask) {
+      const Bucket& bucket = work.table[at];
+      const unsigned free = where(bucket.behind, 0), same = where(bucket.edge, edge) & ~free;
+      if (same) {
+        work.next[s] = bucket.behind[std::size_t(std::countr_zero(same))] - 1;
+        break;
+      }
+      if (free) return std::nullopt;  // none begins there
     }
-    work.next[s] = work.table[slot] - 1;
-    work.table[slot] = kDone;
   }
-  Rings rings;
+  Rings& rings = work.rings;
+  rings.clear();
   rings.points.reserve(n);
   for (std::uint32_t first = 0; first < n; ++first) {
     if (work.next[first] == kDone) continue;
-    work.ring.clear();
-    for (std::uint32_t s = first; work.next[s] != kDone;) {
-      work.ring.push_back(segments[s].from);
+    for (std::uint32_t s = first;;) {
+      rings.points.push_back(segments[s].from);
       const std::uint32_t following = work.next[s];
+      if (segments[following].from != segments[s].to) return std::nullopt;  // another edge with the same hash
       work.next[s] = kDone;
+      if (following == first) break;
+      if (work.next[following] == kDone) return std::nullopt;  // two end where one begins
       s = following;
     }
-    append_canonical(work.ring, rings);
+    rings.ends.push_back(std::uint32_t(rings.points.size()));
   }
-  return sorted(rings);
+  return canonical(rings);
 }
 
 std::vector<Contours> link(Segments&& segments, const SliceOptions& options, const ParallelFor& parallel) {

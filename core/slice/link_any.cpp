@@ -182,7 +182,7 @@ class Linker {
       if (against > along || (against == along && twice_area(ring) < 0)) std::reverse(ring.begin(), ring.end());
       append_canonical(ring, out_.rings);
     }
-    out_.rings = sorted(out_.rings);
+    out_.rings = sorted(std::move(out_.rings));
   }
 
   void count(Defect& defect, const Point& at) {

@@ -1,6 +1,8 @@
 // One layer's segments to closed contours.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,9 +14,14 @@ namespace firn::slice {
 
 /// Room used again from layer to layer.
 struct LinkWork {
+  static constexpr std::size_t kPlaces = 4;
+  struct Bucket {  // of segments by where they begin, in the order in which they came
+    std::array<std::uint32_t, kPlaces> edge, behind;  // 1 + the segment's number; 0 = free
+  };
   std::vector<Segment> segments;
-  std::vector<std::uint32_t> table, next;
-  std::vector<Point> ring;
+  std::vector<Bucket> table;
+  std::vector<std::uint32_t> next;
+  Rings rings;
 };
 
 /// The layer of an orderly mesh: on every crossed edge one segment ends and one begins. One look-up per segment. None

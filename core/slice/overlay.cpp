@@ -110,7 +110,7 @@ Region bounded(const std::vector<Piece>& pieces, bool (*inside)(std::int32_t, st
     }
     append_simple(way, rings);
   }
-  return sorted(rings);
+  return sorted(std::move(rings));
 }
 
 namespace {

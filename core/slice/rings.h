@@ -13,6 +13,6 @@ namespace firn::slice {
 void append_canonical(std::vector<Point>& ring, Rings& to);
 
 /// The same rings in ascending order.
-Rings sorted(const Rings& rings);
+Rings sorted(Rings rings);
 
 }  // namespace firn::slice

@@ -51,7 +51,7 @@ Layer settle(Contours&& contours, std::int32_t number, PathFilter& filter, bool 
   if (!all_points && !spaced) layer.from = std::move(contours.rings);
   if (const std::vector<std::size_t> turned = turn_inside_out(rings); !turned.empty()) {
     layer.defects.push_back({DefectKind::kTurned, number, rings[turned[0]][0], 0.0, turned.size()});
-    rings = sorted(rings);
+    rings = sorted(std::move(rings));
     layer.from.clear();
   }
   std::optional<Contact> contact;
