@@ -14,6 +14,7 @@ void Advance::begin(const Region& region, Areas areas) {
   here_.clear();
   for (const std::vector<std::uint32_t>& area : areas) wavefront::front_of(region, area, sources_, here_);
   at_ = 0;
+  untangle_.begin(sources_);
 }
 
 bool Advance::operator()(double to) {
@@ -61,7 +62,7 @@ bool Advance::draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_
 
 bool Advance::move(wavefront::Component& component, double from, double to, wavefront::Components& out) {
   move_(sources_, component, from, to);
-  return untangle_(sources_, move_.died(), component, to, out);
+  return untangle_(component, to, out);
 }
 
 bool Advance::move_telling(wavefront::Component& component, double from, double to, const GapLimits& limits, double sagitta,

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/slice/death_queue.h"
 #include "core/slice/exact_tips.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
@@ -99,22 +100,15 @@ bool meet(const Source& before, const Source& after, Vec place, double d, Juncti
 class Mover {
  public:
   void operator()(std::span<const Source> sources, Component& component, double from, double to);
-  /// Sources that the component moved last had before and has no longer; some may be told twice.
-  std::span<const std::int32_t> died() const { return died_; }
 
  private:
-  struct Death {
-    double d;
-    std::int32_t piece;
-    std::uint32_t stamp;
-    bool operator>(const Death& o) const { return d != o.d ? d > o.d : piece > o.piece; }
-  };
   struct Link {
     std::int32_t prev = 0, next = 0;  // next < 0: dead
     std::uint32_t stamp = 0;
   };
   void list_inverted();
   bool run(double from);
+  Piece* close_up(Piece* to) const;
   void link();
   void unlink();
   void expect_death(std::int32_t i, double since);
@@ -127,29 +121,44 @@ class Mover {
   std::vector<std::int32_t> inverted_;
   std::vector<Link> links_;               // between loops each with the places beside it
   std::vector<std::int32_t> linked_anew_;  // where that does not hold
-  std::vector<Death> deaths_;              // a heap
-  std::vector<std::int32_t> dead_, died_;  // pieces of the loop, sources of the component
+  DeathQueue deaths_;
+  bool any_dead_ = false;
   std::int32_t alive_ = 0;     // pieces with a source
 };
 
-/// Takes away what a moved component has passed over: keeps the parts at least `d` from all `sources`, as new components.
+/// Takes away what a moved component has passed over: keeps the parts at least `d` from all sources, as new components.
 /// Keeps its working memory.
 class Untangler {
  public:
   Untangler();
   ~Untangler();
-  /// @param died sources that the component had before it moved
+  /// A new front. @param sources all of it; they stay where they are
+  void begin(std::span<const Source> sources);
   /// @return false if it cannot tell (places that coincide to within rounding): the caller asks Clipper instead
-  bool operator()(std::span<const Source> sources, std::span<const std::int32_t> died, Component& component, double d,
-                  Components& out);
+  bool operator()(Component& component, double d, Components& out);
 
  private:
   class Tangle;
   std::unique_ptr<Tangle> tangle_;
 };
 
-/// Makes components of loops that do not cross: outer ones with the holes they contain. Holes without one vanish.
-void regroup(std::span<const Source> sources, const Component& loops, double d, Components& out);
+/// Makes components of loops that do not cross: outer ones with the holes they contain. Holes without one vanish. Keeps its
+/// working memory.
+class Regroup {
+ public:
+  void operator()(std::span<const Source> sources, Component& loops, double d, Components& out);
+
+ private:
+  static constexpr std::uint32_t kNone = ~0u;
+  struct Loop {
+    std::uint32_t begin, end, outer;  // pieces; the loop that it is a hole of
+    double area;
+    std::vector<Vec> corners;
+  };
+  void list_holes(std::span<const Source> sources, const Component& loops, double d);
+  std::vector<Loop> loops_;
+  std::vector<std::uint32_t> outers_;
+};
 
 /// Middle of the piece of a source that runs from a to b at distance d.
 Vec middle(const Source& source, Vec a, Vec b, double d);

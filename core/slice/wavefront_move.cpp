@@ -69,8 +69,7 @@ void Mover::expect_death(std::int32_t i, double since) {
   const Vec along = sources_[here.source].along;
   const double extent = dot(next.from - here.from, along);
   if (extent >= 0) return;
-  deaths_.push_back({death(here.start, next.start, along, since, to_, extent), i, links_[i].stamp});
-  std::push_heap(deaths_.begin(), deaths_.end(), std::greater<>());
+  deaths_.add({death(here.start, next.start, along, since, to_, extent), i, links_[i].stamp});
 }
 
 // Junction of a piece with a fixed place, which it sees along its own normal.
@@ -90,12 +89,11 @@ void Mover::die(std::int32_t i, double d) {
   Junction junction;
   ++links_[i].stamp;
   --alive_;
-  died_.push_back(pieces_[i].source);
   if (a != c && !pivots && meet(sources_[pieces_[a].source], sources_[pieces_[c].source], place, d, junction)) {
     links_[a].next = c;
     links_[c].prev = a;
     links_[i].next = -1;
-    dead_.push_back(i);
+    any_dead_ = true;
     pieces_[c].start = junction;
     pieces_[c].from = junction(to_);
   } else {
@@ -144,49 +142,46 @@ void Mover::unlink() {
 bool Mover::run(double from) {
   link();
   alive_ = std::int32_t(pieces_.size());
-  deaths_.clear();
+  deaths_.begin(from, to_, inverted_.size());
   for (const std::int32_t i : inverted_) expect_death(i, from);
-  while (!deaths_.empty() && alive_ > 1) {
-    std::pop_heap(deaths_.begin(), deaths_.end(), std::greater<>());
-    const Death next = deaths_.back();
-    deaths_.pop_back();
+  Death next;
+  while (alive_ > 1 && deaths_.next(next))
     if (links_[next.piece].stamp == next.stamp) die(next.piece, next.d);
-  }
-  unlink();
   return alive_ > 1;
+}
+
+// Closes up what is left of the loop, from place `to` on. @return the place behind it
+Piece* Mover::close_up(Piece* to) const {
+  Piece *const begin = pieces_.data(), *const end = begin + pieces_.size();
+  for (Piece* piece = begin; piece != end;) {
+    Piece* stop = piece;
+    if (!any_dead_) stop = end;
+    else while (stop != end && links_[std::size_t(stop - begin)].next >= 0) ++stop;
+    to = to == piece ? stop : std::copy(piece, stop, to);
+    piece = stop == end ? end : stop + 1;
+  }
+  return to;
 }
 
 void Mover::operator()(std::span<const Source> sources, Component& component, double from, double to) {
   sources_ = sources;
   to_ = to;
-  died_.clear();
   // In place: what is left of a loop is no longer than the loop, and in its order.
-  Piece* const pieces = component.pieces.data();
-  std::size_t begin = 0, written = 0, loops = 0;
-  const auto keep = [&](std::size_t first, std::size_t end) {
-    if (written != first) std::copy(pieces + first, pieces + end, pieces + written);
-    written += end - first;
-  };
+  Piece *const pieces = component.pieces.data(), *written = pieces;
+  std::size_t begin = 0, loops = 0;
   for (const std::uint32_t end : component.ends) {
     pieces_ = std::span(pieces + begin, end - begin);
-    dead_.clear();
-    list_inverted();
-    if (inverted_.empty() || run(from)) {
-      std::sort(dead_.begin(), dead_.end());
-      for (const std::int32_t i : dead_) {
-        const std::size_t dead = std::size_t(pieces_.data() - pieces) + std::size_t(i);
-        keep(begin, dead);
-        begin = dead + 1;
-      }
-      keep(begin, end);
-      component.ends[loops++] = std::uint32_t(written);
-    } else {
-      for (const Piece& piece : pieces_)
-        if (piece.source != kPivot) died_.push_back(piece.source);
-    }
     begin = end;
+    any_dead_ = false;
+    list_inverted();
+    const bool lives = inverted_.empty() || run(from);
+    if (lives) {
+      written = close_up(written);
+      component.ends[loops++] = std::uint32_t(written - pieces);
+    }
+    if (!inverted_.empty()) unlink();
   }
-  component.pieces.resize(written);
+  component.pieces.resize(std::size_t(written - pieces));
   component.ends.resize(loops);
 }
 

@@ -2,75 +2,76 @@
 #pragma once
 
 #include <algorithm>
-#include <cstring>
+#include <limits>
 #include <span>
 #include <vector>
 
-#include "core/slice/chains.h"
 #include "core/slice/wavefront.h"
 
 namespace firn::slice::wavefront {
 
-/// Sources two by two, so that a place is held against both at once, if it is near the box of a block of them. Keeps its working
-/// memory.
+inline double square_distance(Vec place, const Source& source) {
+  Vec away = place - source.at;
+  if (!source.corner()) away = away - std::clamp(dot(away, source.along), 0.0, source.length) * source.along;
+  return dot(away, away);
+}
+
+/// Looks for sources near places: in the boxes of blocks of those that follow each other along the outline, and of blocks of
+/// blocks. Keeps its working memory.
 class PassedBy {
  public:
-  void clear() { count_ = 0; }
-  bool empty() const { return count_ == 0; }
-  void add(const Source& source) {
-    if (count_ / kBlock == blocks_.size()) blocks_.emplace_back();
-    Block& block = blocks_[count_ / kBlock];
-    const double length = std::max(source.length, 0.0);  // a corner's is below 0
-    const PairBox box = PairBox::of(source.at, source.at + length * source.along);
-    block.box = count_ % kBlock ? block.box.with(box) : box;
-    // The last one may stand alone: twice.
-    Two& two = block.twos[count_ % kBlock / 2];
-    for (std::size_t k = count_ % 2; k < 2; ++k) {
-      two.at_x[k] = source.at.x, two.at_y[k] = source.at.y;
-      two.along_x[k] = source.along.x, two.along_y[k] = source.along.y;
-      two.length[k] = length;
-    }
-    ++count_;
+  void begin(std::span<const Source> sources) {
+    sources_ = sources;
+    blocks_.clear();
   }
   /// Is any of them nearer to the place than `distance`?
-  bool operator()(Vec place, double distance) const {
-    const PairBox about = PairBox::of(place, place).grown(distance + 1);
-    for (std::size_t first = 0; first < count_; first += kBlock) {
-      const Block& block = blocks_[first / kBlock];
-      if (block.box.meets(about) && near(block, std::min(kBlock, count_ - first), place, distance * distance)) return true;
+  bool operator()(Vec place, double distance) {
+    if (blocks_.empty()) list();
+    const double square = distance * distance;
+    for (std::size_t high = 0; high < high_.size(); ++high) {
+      if (high_[high].square_distance(place) >= square) continue;
+      const std::size_t end = std::min(blocks_.size(), (high + 1) * kBlock);
+      for (std::size_t b = high * kBlock; b < end; ++b)
+        if (blocks_[b].square_distance(place) < square && near(b, place, square)) return true;
     }
     return false;
   }
 
  private:
   static constexpr std::size_t kBlock = 16;
-  using Pair = PairBox::Pair;
-  struct Two {
-    double at_x[2], at_y[2], along_x[2], along_y[2], length[2];
-  };
-  struct Block {
-    PairBox box;
-    Two twos[kBlock / 2];
-  };
-  static Pair load(const double (&numbers)[2]) {
-    Pair pair;
-    std::memcpy(&pair, numbers, sizeof pair);
-    return pair;
-  }
-  static bool near(const Block& block, std::size_t count, Vec place, double square) {
-    const Pair x = {place.x, place.x}, y = {place.y, place.y}, none{}, limit = {square, square};
-    auto nearer = none < none;
-    for (const Two& two : std::span(block.twos).first((count + 1) / 2)) {
-      const Pair along_x = load(two.along_x), along_y = load(two.along_y), length = load(two.length);
-      const Pair off_x = x - load(two.at_x), off_y = y - load(two.at_y), along = off_x * along_x + off_y * along_y;
-      const Pair ahead = along > none ? along : none, share = ahead < length ? ahead : length;
-      const Pair away_x = off_x - share * along_x, away_y = off_y - share * along_y;
-      nearer |= away_x * away_x + away_y * away_y < limit;
+  struct Box {
+    double x0 = std::numeric_limits<double>::max(), y0 = x0, x1 = -x0, y1 = -x0;
+    void add(const Box& o) {
+      x0 = std::min(x0, o.x0), y0 = std::min(y0, o.y0);
+      x1 = std::max(x1, o.x1), y1 = std::max(y1, o.y1);
     }
-    return (nearer[0] | nearer[1]) != 0;
+    double square_distance(Vec p) const {
+      const double x = std::max(std::max(x0 - p.x, p.x - x1), 0.0), y = std::max(std::max(y0 - p.y, p.y - y1), 0.0);
+      return x * x + y * y;
+    }
+  };
+  void list() {
+    high_.clear();
+    for (std::size_t first = 0; first < sources_.size(); first += kBlock) {
+      Box box;
+      for (std::size_t i = first; i < std::min(sources_.size(), first + kBlock); ++i) {
+        const Source& s = sources_[i];
+        const Vec end = s.at + std::max(s.length, 0.0) * s.along;  // a corner's length is below 0
+        box.add({std::min(s.at.x, end.x), std::min(s.at.y, end.y), std::max(s.at.x, end.x), std::max(s.at.y, end.y)});
+      }
+      if (blocks_.size() % kBlock == 0) high_.emplace_back();
+      high_.back().add(box);
+      blocks_.push_back(box);
+    }
   }
-  std::vector<Block> blocks_;
-  std::size_t count_ = 0;
+  bool near(std::size_t block, Vec place, double square) const {
+    const std::size_t first = block * kBlock;
+    const std::span<const Source> sources = sources_.subspan(first, std::min(kBlock, sources_.size() - first));
+    return std::any_of(sources.begin(), sources.end(), [&](const Source& s) { return wavefront::square_distance(place, s) < square; });
+  }
+
+  std::span<const Source> sources_;
+  std::vector<Box> blocks_, high_;
 };
 
 }  // namespace firn::slice::wavefront

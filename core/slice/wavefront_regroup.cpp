@@ -5,20 +5,25 @@
 namespace firn::slice::wavefront {
 namespace {
 
-// Corners of a loop, with the middles of its arcs: enough to tell its direction and what lies in it.
-std::vector<Vec> corners_of(std::span<const Source> sources, std::span<const Piece> pieces, double d) {
-  std::vector<Vec> corners;
+// The corners of a loop, with the middles of its arcs: enough to tell its direction and what lies in it.
+template <class F>
+void each_corner(std::span<const Source> sources, std::span<const Piece> pieces, double d, F&& f) {
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    corners.push_back(pieces[i].from);
-    const Source& source = sources[pieces[i].source];
-    if (source.corner()) corners.push_back(middle(source, pieces[i].from, pieces[i + 1 < pieces.size() ? i + 1 : 0].from, d));
+    f(pieces[i].from);
+    const Source& source = sources[std::size_t(pieces[i].source)];
+    if (source.corner()) f(middle(source, pieces[i].from, pieces[i + 1 < pieces.size() ? i + 1 : 0].from, d));
   }
-  return corners;
 }
 
-double area(std::span<const Vec> corners) {
+double area(std::span<const Source> sources, std::span<const Piece> pieces, double d) {
+  const Vec origin = pieces[0].from;
   double sum = 0;
-  for (std::size_t i = 1; i + 1 < corners.size(); ++i) sum += cross(corners[i] - corners[0], corners[i + 1] - corners[0]);
+  Vec before;
+  each_corner(sources, pieces, d, [&](Vec corner) {
+    const Vec here = corner - origin;
+    sum += cross(before, here);
+    before = here;
+  });
   return sum;
 }
 
@@ -41,40 +46,52 @@ Vec middle(const Source& source, Vec a, Vec b, double d) {
   return l > 0 ? source.at + (d / l) * sum : a;
 }
 
-void regroup(std::span<const Source> sources, const Component& loops, double d, Components& out) {
-  struct Loop {
-    std::span<const Piece> pieces;
-    std::vector<Vec> corners;
-    double area = 0;
-    std::vector<std::size_t> holes;
-  };
-  std::vector<Loop> list(loops.ends.size());
-  std::vector<std::size_t> outers;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const std::size_t begin = i ? loops.ends[i - 1] : 0;
-    list[i].pieces = std::span(loops.pieces).subspan(begin, loops.ends[i] - begin);
-    list[i].corners = corners_of(sources, list[i].pieces, d);
-    list[i].area = area(list[i].corners);
-    if (list[i].area > 0) outers.push_back(i);
+void Regroup::operator()(std::span<const Source> sources, Component& loops, double d, Components& out) {
+  const auto pieces_of = [&](const Loop& loop) { return std::span<const Piece>(loops.pieces).subspan(loop.begin, loop.end - loop.begin); };
+  loops_.clear();
+  outers_.clear();
+  std::uint32_t begin = 0;
+  for (const std::uint32_t end : loops.ends) {
+    Loop loop{begin, end, kNone, 0, {}};
+    loop.area = area(sources, pieces_of(loop), d);
+    if (loop.area > 0) outers_.push_back(std::uint32_t(loops_.size()));
+    loops_.push_back(loop);
+    begin = end;
   }
-  std::stable_sort(outers.begin(), outers.end(), [&](std::size_t a, std::size_t b) { return list[a].area < list[b].area; });
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (list[i].area > 0) continue;
-    for (const std::size_t outer : outers) {
-      if (outers.size() > 1 && !inside(list[outer].corners, list[i].corners[0])) continue;
-      list[outer].holes.push_back(i);
-      break;
-    }
-  }
-  for (const Loop& outer : list) {
-    if (outer.area <= 0) continue;
+  if (outers_.empty()) return;
+  if (outers_.size() == 1 && outers_[0] == 0) return out.take(loops);
+  list_holes(sources, loops, d);
+  for (std::uint32_t outer = 0; outer < loops_.size(); ++outer) {
+    if (loops_[outer].area <= 0) continue;
     Component& component = out.add();
     const auto add = [&](const Loop& loop) {
-      component.pieces.insert(component.pieces.end(), loop.pieces.begin(), loop.pieces.end());
+      component.pieces.insert(component.pieces.end(), loops.pieces.begin() + loop.begin, loops.pieces.begin() + loop.end);
       component.ends.push_back(std::uint32_t(component.pieces.size()));
     };
-    add(outer);
-    for (const std::size_t hole : outer.holes) add(list[hole]);
+    add(loops_[outer]);
+    if (loops_.size() == outers_.size()) continue;
+    for (const Loop& hole : loops_)
+      if (hole.outer == outer) add(hole);
+  }
+}
+
+// Each with the smallest of the outer loops that it lies in.
+void Regroup::list_holes(std::span<const Source> sources, const Component& loops, double d) {
+  if (loops_.size() == outers_.size()) return;
+  std::stable_sort(outers_.begin(), outers_.end(), [&](std::uint32_t a, std::uint32_t b) { return loops_[a].area < loops_[b].area; });
+  if (outers_.size() > 1)
+    for (const std::uint32_t outer : outers_) {
+      std::vector<Vec>& corners = loops_[outer].corners;
+      each_corner(sources, std::span(loops.pieces).subspan(loops_[outer].begin, loops_[outer].end - loops_[outer].begin), d,
+                  [&](Vec corner) { corners.push_back(corner); });
+    }
+  for (Loop& loop : loops_) {
+    if (loop.area > 0) continue;
+    for (const std::uint32_t outer : outers_) {
+      if (outers_.size() > 1 && !inside(loops_[outer].corners, loops.pieces[loop.begin].from)) continue;
+      loop.outer = outer;
+      break;
+    }
   }
 }
 

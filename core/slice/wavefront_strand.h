@@ -43,15 +43,16 @@ struct StrandEdges {
   const Strand& strand(std::size_t i) const { return strands[i]; }
 };
 
-// The same of a single loop without pivots, whose pieces are its strands.
+// The same of loops without pivots, whose pieces are their strands.
 struct PieceEdges {
   std::span<const Source> sources;
   std::span<const Piece> pieces;
+  const std::uint32_t* after;  // of each piece; null: there is one loop
   double d;
   Vec from(std::size_t i) const { return pieces[i].from; }
   Vec to(std::size_t i) const { return pieces[next(i)].from; }
   PairBox bent(std::size_t i) const { return bent_box(sources, strand(i), d); }
-  std::size_t next(std::size_t i) const { return i + 1 < pieces.size() ? i + 1 : 0; }
+  std::size_t next(std::size_t i) const { return after ? after[i] : i + 1 < pieces.size() ? i + 1 : 0; }
   Strand strand(std::size_t i) const { return {from(i), to(i), std::int32_t(i), pieces[i].source, std::uint32_t(next(i))}; }
 };
 

@@ -5,6 +5,7 @@
 // places from the sources decides for all of it.
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "core/slice/chains.h"
 #include "core/slice/wavefront_passed.h"
@@ -15,9 +16,8 @@ namespace {
 
 constexpr double kTiny = 10.0;    // units: loops shorter than 1 um are dropped
 constexpr double kPassed = 0.05;  // units: a place nearer than d - kPassed to a source has been passed
-constexpr int kAsked = 2;         // so many places are held against every source before the sources are listed in blocks
 constexpr int kAbout = 4;         // strands on either side of a crossing that are asked first whether they have passed
-constexpr std::size_t kSmall = 64;  // fragments
+constexpr std::size_t kSmall = 64;  // strands
 
 struct Crossing {
   Vec at;
@@ -25,9 +25,9 @@ struct Crossing {
   double place[2];  // along each strand
 };
 
-// What is left of a strand between two crossings.
-struct Fragment {
-  std::uint32_t strand;
+// Of a loop of strands: from one cut, or where it begins, to the next, or where it ends.
+struct Part {
+  std::uint32_t first, last;  // strands, the first and the last one in part
   Vec from, to;
   std::uint32_t next = 0;
   bool crossed = false;     // begins at a crossing (then `before` is the strand it comes from)
@@ -50,18 +50,23 @@ struct Ends {
 
 class Untangler::Tangle {
  public:
-  void take(std::span<const Source> sources, std::span<const std::int32_t> died, const Component& component, double d) {
-    sources_ = sources, died_ = died, component_ = &component, d_ = d;
-    crossings_.clear();
-    passed_by_.clear();
-    asked_ = 0;
+  void begin(std::span<const Source> sources) {
+    sources_ = sources;
+    passed_by_.begin(sources);
   }
 
+  // @return false if it cannot tell
+  bool untangle(Component& component, double d, Components& out);
+
+ private:
   // @return whether any strands cross
   bool find_crossings() {
-    simple_ = component_->ends.size() == 1 && list_runs();
-    if (simple_) {
-      find_in(PieceEdges{sources_, component_->pieces, d_});
+    crossings_.clear();
+    const bool alone = component_->ends.size() == 1;
+    const bool plain = list_runs(alone);
+    simple_ = plain && alone;
+    if (plain) {
+      find_in(PieceEdges{sources_, component_->pieces, alone ? nullptr : after_.data(), d_});
       if (crossings_.empty()) return false;
       list_strands();
     } else {
@@ -71,25 +76,22 @@ class Untangler::Tangle {
     return !crossings_.empty();
   }
 
-  bool simple() const { return simple_; }  // a single loop without pivots
-  double twice_area() const { return twice_area_; }  // then: by chords; arcs bulge into the area, which does not change its sign
-
-  bool loop_passed(std::size_t loop) {
-    const std::size_t begin = loop ? loop_ends_[loop - 1] : 0;
-    std::size_t best = begin;
+  // Of pieces from `begin` to `end`, which cross nothing.
+  bool loop_passed(std::size_t begin, std::size_t end) {
+    const std::vector<Piece>& pieces = component_->pieces;
+    Strand best;
     double longest = -1;
-    for (std::size_t i = begin; i < loop_ends_[loop]; ++i) {
-      const Vec way = strands_[i].b - strands_[i].a;
-      if (const double square = dot(way, way); square > longest) longest = square, best = i;
+    const auto add = [&](Vec a, Vec b, std::int32_t source) {
+      if (const double square = dot(b - a, b - a); square > longest) longest = square, best.a = a, best.b = b, best.source = source;
+    };
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec a = pieces[i].from, b = pieces[i + 1 < end ? i + 1 : begin].from;
+      if (pieces[i].source == kPivot) add(a, pieces[i].start.normal, kPivot), add(pieces[i].start.normal, b, kPivot);
+      else add(a, b, pieces[i].source);
     }
-    return strands_[best].source == kPivot || passed(middle(strands_[best]));
+    return best.source == kPivot || passed(middle(best));
   }
-
-  // @return false if it cannot tell
-  bool smooth(Component& kept);
-
- private:
-  bool list_runs();
+  bool list_runs(bool alone);
   void list_strands();
   template <class Edges>
   void find_in(const Edges& edges) {
@@ -102,47 +104,25 @@ class Untangler::Tangle {
   }
   Vec middle(const Strand& strand) const {
     return strand.source == kPivot ? 0.5 * (strand.a + strand.b)
-                                   : wavefront::middle(sources_[strand.source], strand.a, strand.b, d_);
+                                   : wavefront::middle(sources_[std::size_t(strand.source)], strand.a, strand.b, d_);
   }
-  double limit() const {
-    const double limit = d_ - kPassed;
-    return limit > 0 ? limit * limit : 0;
-  }
-  double square_distance(Vec place, const Source& source) const {
-    Vec away = place - source.at;
-    if (!source.corner()) away = away - std::clamp(dot(away, source.along), 0.0, source.length) * source.along;
-    return dot(away, away);
-  }
-  bool passed(Vec place) {
-    const double square = limit();
-    if (++asked_ <= kAsked)
-      return any_source([&](const Source& source) { return square_distance(place, source) < square; });
-    if (passed_by_.empty()) any_source([&](const Source& source) { return passed_by_.add(source), false; });
-    return passed_by_(place, std::max(0.0, d_ - kPassed));
-  }
-  // Of all that the component had before it moved.
-  template <class F>
-  bool any_source(F&& f) const {
-    return std::any_of(component_->pieces.begin(), component_->pieces.end(),
-                       [&](const Piece& p) { return p.source != kPivot && f(sources_[std::size_t(p.source)]); }) ||
-           std::any_of(died_.begin(), died_.end(), [&](std::int32_t s) { return f(sources_[std::size_t(s)]); });
-  }
+  double limit() const { return std::max(0.0, d_ - kPassed); }
+  bool passed(Vec place) { return passed_by_(place, limit()); }
   // What has passed over a loop mostly comes from beside one of its crossings; small loops mostly have been passed.
   bool passed_beside(Vec place) const {
-    if (loop_.size() > kSmall) return false;
-    return std::any_of(loop_.begin(), loop_.end(), [&](std::uint32_t f) {
-      return fragments_[f].crossed && (passed_about(place, fragments_[f].strand) || passed_about(place, fragments_[f].before));
+    return std::any_of(loop_.begin(), loop_.end(), [&](std::uint32_t p) {
+      return parts_[p].crossed && (passed_about(place, parts_[p].first) || passed_about(place, parts_[p].before));
     });
   }
   bool passed_about(Vec place, std::uint32_t strand) const {
-    const double square = limit();
+    const double square = limit() * limit();
     const std::uint32_t end = std::uint32_t(std::min<std::size_t>(strands_.size(), strand + kAbout + 1));
     for (std::uint32_t s = strand > kAbout ? strand - kAbout : 0; s < end; ++s)
-      if (strands_[s].source != kPivot && square_distance(place, sources_[strands_[s].source]) < square) return true;
+      if (strands_[s].source != kPivot && square_distance(place, sources_[std::size_t(strands_[s].source)]) < square) return true;
     return false;
   }
   Vec travel(const Strand& s, Vec at) const {  // direction at a place of the strand
-    return is_arc(sources_, s) ? right_of(at - sources_[s.source].at) : s.b - s.a;
+    return is_arc(sources_, s) ? right_of(at - sources_[std::size_t(s.source)].at) : s.b - s.a;
   }
   // An arc of at most half a turn whose ends go the same way goes that way all along, and one of less than a quarter turns
   // along one axis at most; one that has died may not end on its circle.
@@ -155,45 +135,54 @@ class Untangler::Tangle {
   }
   void cut();
   bool judge(bool& keep);
+  bool smooth();
+  bool drop_passed(Component& component, Components& out);
 
   std::span<const Source> sources_;
-  std::span<const std::int32_t> died_;
   const Component* component_ = nullptr;
   double d_ = 0;
   Chains chains_;
-  bool simple_ = false;
-  double twice_area_ = 0;
+  bool simple_ = false;  // a single loop without pivots
+  double twice_area_ = 0;  // then: by chords; arcs bulge into the area, which does not change its sign
   std::unique_ptr<Strand[]> room_;
   std::size_t room_size_ = 0;
   std::span<Strand> strands_;  // in it
-  std::vector<std::uint32_t> loop_ends_;
+  std::vector<std::uint32_t> after_;      // each piece, if no piece is a pivot
+  std::vector<std::uint32_t> loop_ends_;  // strands
   std::vector<Crossing> crossings_;
   std::vector<Cut> cuts_;
-  std::vector<Fragment> fragments_;
-  std::vector<std::uint32_t> first_of_;        // fragment of each strand
-  std::vector<std::array<Ends, 2>> ends_;      // of each crossing
-  std::vector<std::uint32_t> loop_;
+  std::vector<Part> parts_;
+  std::vector<std::array<Ends, 2>> ends_;  // of each crossing
+  std::vector<std::uint32_t> loop_;        // parts
   PassedBy passed_by_;
-  int asked_ = 0;  // whether it has been passed: so many places of the component
+  Component kept_;
+  Regroup regroup_;
 };
 
-// Of a single loop. @return false if it has pivots
-bool Untangler::Tangle::list_runs() {
+// @return false if there are pivots
+bool Untangler::Tangle::list_runs(bool alone) {
   chains_.clear();
   const std::span<const Piece> pieces = component_->pieces;
-  const Vec origin = pieces[0].from;
-  Vec from = origin;
+  if (!alone) after_.resize(pieces.size());
+  std::size_t begin = 0;
   double area = 0;
-  int last = Chains::kNone;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    if (pieces[i].source == kPivot) return false;
-    const Source& source = sources_[std::size_t(pieces[i].source)];
-    const Vec to = i + 1 < pieces.size() ? pieces[i + 1].from : origin;
-    const int run = source.corner() ? run_of_arc(from - source.at, to - source.at) : Chains::run_of(to - from);
-    if (Chains::begins(run, last)) chains_.begin(std::uint32_t(i), run, last);
-    last = run;
-    area += cross(from - origin, to - origin);
-    from = to;
+  for (const std::uint32_t end : component_->ends) {
+    const Vec origin = pieces[begin].from;
+    Vec from = origin;
+    int last = Chains::kNone;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (pieces[i].source == kPivot) return false;
+      const Source& source = sources_[std::size_t(pieces[i].source)];
+      const Vec to = i + 1 < end ? pieces[i + 1].from : origin;
+      const int run = source.corner() ? run_of_arc(from - source.at, to - source.at) : Chains::run_of(to - from);
+      if (Chains::begins(run, last)) chains_.begin(std::uint32_t(i), run, last);
+      last = run;
+      area += cross(from - origin, to - origin);
+      from = to;
+      if (!alone) after_[i] = std::uint32_t(i + 1);
+    }
+    if (!alone) after_[end - 1] = std::uint32_t(begin);
+    begin = end;
   }
   chains_.end(std::uint32_t(pieces.size()));
   twice_area_ = area;
@@ -253,37 +242,33 @@ void Untangler::Tangle::cut() {
     if (a.strand != b.strand) return a.strand < b.strand;
     return a.place != b.place ? a.place < b.place : a.crossing < b.crossing;
   });
-  first_of_.resize(strands_.size());
   ends_.resize(crossings_.size());
-  fragments_.clear();
+  parts_.clear();
   std::size_t cut = 0;
-  for (std::uint32_t s = 0; s < strands_.size(); ++s) {
-    first_of_[s] = std::uint32_t(fragments_.size());
-    Fragment fragment{s, strands_[s].a, {}};
-    for (; cut < cuts_.size() && cuts_[cut].strand == s; ++cut) {
+  std::uint32_t begin = 0;
+  for (const std::uint32_t end : loop_ends_) {
+    const std::uint32_t head = std::uint32_t(parts_.size());
+    Part part{begin, begin, strands_[begin].a, {}};
+    for (; cut < cuts_.size() && cuts_[cut].strand < end; ++cut) {
       const Crossing& crossing = crossings_[cuts_[cut].crossing];
-      fragment.to = crossing.at;
-      Ends& e = ends_[cuts_[cut].crossing][cuts_[cut].side];
-      e.in = std::uint32_t(fragments_.size());
-      fragment.next = e.in + 1;
-      fragments_.push_back(fragment);
-      e.out = std::uint32_t(fragments_.size());
-      fragment = {s, crossing.at, {}};
-      fragment.crossed = true;
+      part.last = cuts_[cut].strand, part.to = crossing.at;
+      Ends& e = ends_[cuts_[cut].crossing][std::size_t(cuts_[cut].side)];
+      e.in = std::uint32_t(parts_.size());
+      parts_.push_back(part);
+      e.out = std::uint32_t(parts_.size());
+      part = {part.last, part.last, crossing.at, {}};
+      part.crossed = true;
     }
-    fragment.to = strands_[s].b;
-    fragments_.push_back(fragment);
-  }
-  for (std::uint32_t s = 0; s < strands_.size(); ++s) {
-    const std::uint32_t last = s + 1 < strands_.size() ? first_of_[s + 1] - 1 : std::uint32_t(fragments_.size() - 1);
-    fragments_[last].next = first_of_[strands_[s].next];
+    part.last = end - 1, part.to = strands_[end - 1].b, part.next = head;
+    parts_.push_back(part);
+    begin = end;
   }
   for (std::size_t c = 0; c < crossings_.size(); ++c) {
     const Strand &a = strands_[crossings_[c].strand[0]], &b = strands_[crossings_[c].strand[1]];
     const bool b_lies_left = cross(travel(a, crossings_[c].at), travel(b, crossings_[c].at)) > 0;
     for (int side = 0; side < 2; ++side) {
-      Fragment& out = fragments_[ends_[c][1 - side].out];
-      fragments_[ends_[c][side].in].next = ends_[c][1 - side].out;
+      Part& out = parts_[ends_[c][1 - side].out];
+      parts_[ends_[c][side].in].next = ends_[c][1 - side].out;
       out.before = crossings_[c].strand[side];
       out.right_turn = (side == 0) != b_lies_left;
     }
@@ -293,92 +278,115 @@ void Untangler::Tangle::cut() {
 // Whether loop_ is kept. @return false if it cannot tell
 bool Untangler::Tangle::judge(bool& keep) {
   double total = 0, longest[2] = {-1, -1};  // squares
-  std::uint32_t best[2] = {0, 0};
+  Strand best[2];
   bool corners_wrong = false;
-  for (const std::uint32_t f : loop_) {
-    const Fragment& fragment = fragments_[f];
-    const Vec way = fragment.to - fragment.from;
-    const double square = dot(way, way);
-    total += std::abs(way.x) + std::abs(way.y);
-    corners_wrong |= strands_[fragment.strand].source == kPivot || fragment.right_turn;
-    if (square > longest[0]) {
-      longest[1] = longest[0], best[1] = best[0];
-      longest[0] = square, best[0] = f;
-    } else if (square > longest[1]) {
-      longest[1] = square, best[1] = f;
+  std::size_t strands = 0;
+  for (const std::uint32_t p : loop_) {
+    const Part& part = parts_[p];
+    corners_wrong |= part.right_turn;
+    strands += part.last - part.first + 1;
+    for (std::uint32_t s = part.first; s <= part.last; ++s) {
+      Strand here = strands_[s];
+      if (s == part.first) here.a = part.from;
+      if (s == part.last) here.b = part.to;
+      const Vec way = here.b - here.a;
+      const double square = dot(way, way);
+      total += std::abs(way.x) + std::abs(way.y);
+      corners_wrong |= here.source == kPivot;
+      if (square > longest[0]) {
+        longest[1] = longest[0], best[1] = best[0];
+        longest[0] = square, best[0] = here;
+      } else if (square > longest[1]) {
+        longest[1] = square, best[1] = here;
+      }
     }
   }
   keep = false;
   if (total < kTiny) return true;
   for (int i = 0; i < (corners_wrong ? 1 : 2) && longest[i] > 0.0625 * longest[0]; ++i) {
-    const Fragment& fragment = fragments_[best[i]];
-    Strand part = strands_[fragment.strand];
-    part.a = fragment.from, part.b = fragment.to;
-    const Vec place = middle(part);
-    const bool lives = part.source != kPivot && !passed_beside(place) && !passed(place);
+    const Vec place = middle(best[i]);
+    const bool lives = best[i].source != kPivot && !(strands <= kSmall && passed_beside(place)) && !passed(place);
     if (i && lives != keep) return false;
     keep = lives;
   }
   return !(keep && corners_wrong);
 }
 
-bool Untangler::Tangle::smooth(Component& kept) {
+bool Untangler::Tangle::smooth() {
   cut();
-  kept.pieces.reserve(component_->pieces.size());
-  for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
-    if (fragments_[f].done) continue;
+  kept_.pieces.reserve(component_->pieces.size());
+  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+    if (parts_[p].done) continue;
     loop_.clear();
-    for (std::uint32_t g = f; !fragments_[g].done; g = fragments_[g].next) {
-      fragments_[g].done = true;
-      loop_.push_back(g);
+    for (std::uint32_t q = p; !parts_[q].done; q = parts_[q].next) {
+      parts_[q].done = true;
+      loop_.push_back(q);
     }
     bool keep = false;
     if (!judge(keep)) return false;
     if (!keep) continue;
-    for (const std::uint32_t g : loop_) {
-      const Fragment& fragment = fragments_[g];
-      const Strand& strand = strands_[fragment.strand];
-      Piece& piece = kept.pieces.emplace_back(component_->pieces[strand.piece]);
-      piece.from = fragment.from;
-      if (fragment.crossed && !meet(sources_[strands_[fragment.before].source], sources_[strand.source], fragment.from, d_, piece.start))
+    for (const std::uint32_t q : loop_) {  // without pivots: a piece for each strand
+      const Part& part = parts_[q];
+      const std::size_t first = kept_.pieces.size();
+      const auto pieces = component_->pieces.begin() + strands_[part.first].piece;
+      kept_.pieces.insert(kept_.pieces.end(), pieces, pieces + (part.last - part.first + 1));
+      Piece& piece = kept_.pieces[first];
+      piece.from = part.from;
+      if (part.crossed && !meet(sources_[std::size_t(strands_[part.before].source)], sources_[std::size_t(piece.source)], part.from, d_, piece.start))
         return false;
     }
-    kept.ends.push_back(std::uint32_t(kept.pieces.size()));
+    kept_.ends.push_back(std::uint32_t(kept_.pieces.size()));
   }
+  return true;
+}
+
+// Loops may have run past each other without crossing any more. @return false if it cannot tell
+bool Untangler::Tangle::drop_passed(Component& component, Components& out) {
+  const auto each_loop = [&](auto&& f) {
+    std::uint32_t begin = 0;
+    for (const std::uint32_t end : component.ends) f(std::exchange(begin, end), end);
+  };
+  loop_.clear();  // first pieces of those that stay
+  each_loop([&](std::uint32_t begin, std::uint32_t end) {
+    if (!loop_passed(begin, end)) loop_.push_back(begin);
+  });
+  auto stays = loop_.begin();
+  bool pivots = false;
+  each_loop([&](std::uint32_t begin, std::uint32_t end) {
+    if (stays == loop_.end() || *stays != begin) return;
+    ++stays;
+    for (std::uint32_t i = begin; i < end; ++i) pivots |= component.pieces[i].source == kPivot;
+    if (loop_.size() == component.ends.size()) return;
+    kept_.pieces.insert(kept_.pieces.end(), component.pieces.begin() + begin, component.pieces.begin() + end);
+    kept_.ends.push_back(std::uint32_t(kept_.pieces.size()));
+  });
+  if (pivots) return false;
+  if (loop_.size() == component.ends.size()) out.take(component);
+  else if (!kept_.ends.empty()) regroup_(sources_, kept_, d_, out);
+  return true;
+}
+
+bool Untangler::Tangle::untangle(Component& component, double d, Components& out) {
+  component_ = &component, d_ = d;
+  kept_.pieces.clear(), kept_.ends.clear();
+  if (find_crossings()) {
+    if (!smooth()) return false;
+    if (!kept_.ends.empty()) regroup_(sources_, kept_, d, out);
+    return true;
+  }
+  if (!simple_) return drop_passed(component, out);
+  if (twice_area_ > 0) out.take(component);
   return true;
 }
 
 Untangler::Untangler() : tangle_(std::make_unique<Tangle>()) {}
 Untangler::~Untangler() = default;
 
-bool Untangler::operator()(std::span<const Source> sources, std::span<const std::int32_t> died, Component& component,
-                           double d, Components& out) {
+void Untangler::begin(std::span<const Source> sources) { tangle_->begin(sources); }
+
+bool Untangler::operator()(Component& component, double d, Components& out) {
   if (component.ends.empty()) return true;
-  Tangle& tangle = *tangle_;
-  tangle.take(sources, died, component, d);
-  Component kept;
-  if (tangle.find_crossings()) {
-    if (!tangle.smooth(kept)) return false;
-    if (!kept.ends.empty()) regroup(sources, kept, d, out);
-    return true;
-  }
-  if (tangle.simple()) {
-    if (tangle.twice_area() > 0) out.take(component);
-    return true;
-  }
-  // Loops may have run past each other without crossing any more.
-  std::size_t begin = 0;
-  for (std::size_t loop = 0; loop < component.ends.size(); begin = component.ends[loop++]) {
-    if (tangle.loop_passed(loop)) continue;
-    kept.pieces.insert(kept.pieces.end(), component.pieces.begin() + std::ptrdiff_t(begin),
-                       component.pieces.begin() + component.ends[loop]);
-    kept.ends.push_back(std::uint32_t(kept.pieces.size()));
-  }
-  for (const Piece& piece : kept.pieces)
-    if (piece.source == kPivot) return false;
-  if (kept.ends.size() == component.ends.size()) out.take(component);
-  else if (!kept.ends.empty()) regroup(sources, kept, d, out);
-  return true;
+  return tangle_->untangle(component, d, out);
 }
 
 }  // namespace firn::slice::wavefront
