@@ -10,6 +10,19 @@ double distance_mm(Point a, Point b) {
   return std::sqrt(x * x + y * y) * kMmPerUnit;
 }
 
+// Roots of some steps side by side, sums in their order.
+double length_mm(std::span<const Point> line, double length) {
+  constexpr std::size_t kAtOnce = 16;
+  while (line.size() > kAtOnce) {
+    double steps[kAtOnce];
+    for (std::size_t i = 0; i < kAtOnce; ++i) steps[i] = distance_mm(line[i], line[i + 1]);
+    for (const double step : steps) length += step;
+    line = line.subspan(kAtOnce);
+  }
+  for (std::size_t p = 1; p < line.size(); ++p) length += distance_mm(line[p - 1], line[p]);
+  return length;
+}
+
 }  // namespace
 
 std::vector<MaterialUse> material_use(const LayerPaths& paths) {
@@ -19,8 +32,7 @@ std::vector<MaterialUse> material_use(const LayerPaths& paths) {
     if (info.kind == PathKind::kMeasurement) continue;
     if (use.size() <= info.material) use.resize(std::size_t(info.material) + 1);
     const auto line = paths.lines[i];
-    double length = info.closed ? distance_mm(line.back(), line.front()) : 0.0;
-    for (std::size_t p = 1; p < line.size(); ++p) length += distance_mm(line[p - 1], line[p]);
+    const double length = length_mm(line, info.closed ? distance_mm(line.back(), line.front()) : 0.0);
     use[info.material].length_mm += length;
     use[info.material].volume_mm3 += length * (info.width * kMmPerUnit) * (paths.height * kMmPerUnit);
   }

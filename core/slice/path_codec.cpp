@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 namespace firn::slice {
 namespace {
@@ -19,24 +20,39 @@ void check(const LayerPaths& l) {
   const auto within = [](std::int32_t v) { return v >= -kMaxPathUnits && v <= kMaxPathUnits; };
   bool ok = l.layer >= 1 && within(l.z) && l.height > 0 && within(l.height);
   for (const PathInfo& i : l.info) ok = ok && i.width >= 0 && within(i.width);
-  for (const Point& p : l.lines.points) ok = ok && within(p.x) && within(p.y);
+  bool all = true;
+  for (const Point& p : l.lines.points) all &= within(p.x) & within(p.y);
+  ok = ok && all;
   if (!ok) throw std::invalid_argument("layer " + std::to_string(l.layer) + ": a number beyond what a path file holds");
 }
 
-// A line as steps, the same bytes as ByteWriter's put_signed for each; some hundred at a time, without asking for room for each.
+constexpr std::uint32_t kMore[] = {0x0, 0x80, 0x8080, 0x808080};  // the bits of bytes that others follow
+
+// The same bytes as ByteWriter's put_signed. Most steps take two or three, which no processor can guess: so numbers below 2^28
+// are spread over four bytes at once, of which as many count as hold them. @returns behind them; four bytes are written over
+[[gnu::always_inline]] inline std::byte* put_step(std::int64_t step, std::byte* to) {
+  std::uint64_t v = (std::uint64_t(step) << 1) ^ std::uint64_t(step >> 63);
+  if (v < 1u << 28) [[likely]] {
+    const auto w = std::uint32_t(v);
+    const std::size_t more = std::size_t(w > 0x7f) + (w > 0x3fff) + (w > 0x1fffff);
+    const std::uint32_t bytes = (w & 0x7f) | (w & 0x3f80) << 1 | (w & 0x1fc000) << 2 | w >> 21 << 24 | kMore[more];
+    std::memcpy(to, &bytes, sizeof bytes);
+    return to + 1 + more;
+  }
+  for (; v >= 0x80; v >>= 7) *to++ = std::byte(v | 0x80);
+  *to++ = std::byte(v);
+  return to;
+}
+
+// A line as steps, some hundred at a time, without asking for room for each.
 void put_steps(std::span<const Point> line, Point& at, ByteWriter& out) {
   constexpr std::size_t kAtOnce = 256, kMostBytes = 10;  // of a number of 64 bits, seven a byte
   std::array<std::byte, 2 * kAtOnce * kMostBytes> room;
   for (; !line.empty(); line = line.subspan(std::min(kAtOnce, line.size()))) {
     std::byte* to = room.data();
-    const auto put = [&to](std::int64_t step) {
-      std::uint64_t v = (std::uint64_t(step) << 1) ^ std::uint64_t(step >> 63);
-      for (; v >= 0x80; v >>= 7) *to++ = std::byte(v | 0x80);
-      *to++ = std::byte(v);
-    };
     for (const Point& p : line.first(std::min(kAtOnce, line.size()))) {
-      put(std::int64_t(p.x) - at.x);
-      put(std::int64_t(p.y) - at.y);
+      to = put_step(std::int64_t(p.x) - at.x, to);
+      to = put_step(std::int64_t(p.y) - at.y, to);
       at = p;
     }
     out.put_bytes(room.data(), std::size_t(to - room.data()));
