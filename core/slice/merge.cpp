@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
+#include <vector>
 
 #include "core/slice/box_search.h"
 #include "core/slice/planar.h"
@@ -41,11 +43,11 @@ struct Outline {
   }
 };
 
-Wide cross(Int ax, Int ay, Int bx, Int by) { return Wide(ax) * by - Wide(ay) * bx; }
+Wide cross_product(Int ax, Int ay, Int bx, Int by) { return Wide(ax) * by - Wide(ay) * bx; }
 
 // Side of p + (e, e^2), e infinitesimal, seen along a -> b: never 0. `step` -1: of p - (e, e^2).
 int side(Point a, Point b, Point p, int step) {
-  const int s = sign(cross(Int(b.x) - a.x, Int(b.y) - a.y, Int(p.x) - a.x, Int(p.y) - a.y));
+  const int s = sign(cross_product(Int(b.x) - a.x, Int(b.y) - a.y, Int(p.x) - a.x, Int(p.y) - a.y));
   if (s) return s;
   return step * (b.y != a.y ? (b.y > a.y ? -1 : 1) : (b.x > a.x ? 1 : -1));
 }
@@ -112,26 +114,46 @@ class Merge {
  private:
   const Outline& outline(int o) const { return o ? layer_ : above_; }
 
+  // Edges of the layer are asked for some at a time: what the edges of `above` near them all are is looked up once.
   void find_crossings() {
-    for (std::uint32_t j = 0; j < layer_.next.size(); ++j) {
-      const Point c = layer_.at(j), d = layer_.at(layer_.next[j]);
-      tree_.touching(layer_.box(j), [&](std::size_t i) {
-        const Point a = above_.at(i), b = above_.at(above_.next[i]);
-        const int c_side = side(a, b, c, 1), d_side = side(a, b, d, 1);
-        if (c_side == d_side || side(c, d, a, -1) == side(c, d, b, -1)) return;
-        const Int ax = Int(b.x) - a.x, ay = Int(b.y) - a.y, lx = Int(d.x) - c.x, ly = Int(d.y) - c.y;
-        const Wide sine = cross(ax, ay, lx, ly);
-        if (sine == 0) return;  // parallel edges that coincide cross at their neighbours
-        Crossing x;
-        x.edge[0] = std::uint32_t(i), x.edge[1] = j;
-        x.place[0] = place(cross(Int(c.x) - a.x, Int(c.y) - a.y, lx, ly), ly, -lx, sine);
-        x.place[1] = place(cross(Int(a.x) - c.x, Int(a.y) - c.y, ax, ay), -ay, ax, -sine);
-        const double t = double(x.place[0].value) / double(x.place[0].scale);
-        x.at = to_point({a.x + t * double(ax), a.y + t * double(ay)});
-        x.leaves = d_side < 0;
-        crossings_.push_back(x);
+    constexpr std::uint32_t kAtOnce = 8;
+    constexpr std::size_t kMostNear = 32;
+    const auto edges = std::uint32_t(layer_.next.size());
+    std::vector<std::pair<std::uint32_t, BoxOf<std::int32_t>>> near;
+    BoxOf<std::int32_t> boxes[kAtOnce];
+    for (std::uint32_t first = 0; first < edges; first += kAtOnce) {
+      const std::uint32_t end = std::min(edges, first + kAtOnce);
+      BoxOf<std::int32_t> all;
+      for (std::uint32_t j = first; j < end; ++j) all.add(boxes[j - first] = layer_.box(j));
+      near.clear();
+      const bool many = tree_.any_touching(all, [&](std::size_t i) {
+        near.emplace_back(std::uint32_t(i), above_.box(i));
+        return near.size() > kMostNear;
       });
+      for (std::uint32_t j = first; j < end && !near.empty(); ++j)
+        if (many)
+          tree_.touching(boxes[j - first], [&](std::size_t i) { cross(std::uint32_t(i), j); });
+        else
+          for (const auto& [i, box] : near)
+            if (box.meets(boxes[j - first])) cross(i, j);
     }
+  }
+
+  void cross(std::uint32_t i, std::uint32_t j) {
+    const Point a = above_.at(i), b = above_.at(above_.next[i]), c = layer_.at(j), d = layer_.at(layer_.next[j]);
+    const int c_side = side(a, b, c, 1), d_side = side(a, b, d, 1);
+    if (c_side == d_side || side(c, d, a, -1) == side(c, d, b, -1)) return;
+    const Int ax = Int(b.x) - a.x, ay = Int(b.y) - a.y, lx = Int(d.x) - c.x, ly = Int(d.y) - c.y;
+    const Wide sine = cross_product(ax, ay, lx, ly);
+    if (sine == 0) return;  // parallel edges that coincide cross at their neighbours
+    Crossing x;
+    x.edge[0] = i, x.edge[1] = j;
+    x.place[0] = place(cross_product(Int(c.x) - a.x, Int(c.y) - a.y, lx, ly), ly, -lx, sine);
+    x.place[1] = place(cross_product(Int(a.x) - c.x, Int(a.y) - c.y, ax, ay), -ay, ax, -sine);
+    const double t = double(x.place[0].value) / double(x.place[0].scale);
+    x.at = to_point({a.x + t * double(ax), a.y + t * double(ay)});
+    x.leaves = d_side < 0;
+    crossings_.push_back(x);
   }
 
   // Crossings along each ring; `following` closes the circle.
@@ -161,7 +183,7 @@ class Merge {
     const Point lo = to_point({std::min(p.x, q.x), std::min(p.y, q.y)}), hi = to_point({std::max(p.x, q.x), std::max(p.y, q.y)});
     box.add(lo.x - slack_, lo.y - slack_);
     box.add(hi.x + slack_, hi.y + slack_);
-    const bool found = tree_.any_touching(box, [&](std::size_t i) {
+    const auto alongside = [&](std::size_t i) {
       const Vec a = to_vec(above_.at(i)), way = to_vec(above_.at(above_.next[i])) - a;
       const double square = dot(way, way);
       if (dot(q - p, way) < 0 || square == 0) return false;
@@ -169,8 +191,15 @@ class Merge {
         const Vec off = v - a - std::clamp(dot(v - a, way) / square, 0.0, 1.0) * way;
         return dot(off, off) <= double(slack_) * slack_;
       };
-      return near(p) && near(q);
-    });
+      if (!near(p) || !near(q)) return false;
+      beside_ = i;
+      return true;
+    };
+    // Mostly it is the edge beside which the last one lay, or the next.
+    bool found = false;
+    for (std::size_t i = beside_, tries = 0; tries < 2 && !found; ++tries, i = above_.next[i])
+      found = above_.box(i).meets(box) && alongside(i);
+    found = found || tree_.any_touching(box, alongside);
     if (found || depth == 0) return found;
     const Vec m = 0.5 * (p + q);
     return hugs(p, m, depth - 1) && hugs(m, q, depth - 1);
@@ -185,6 +214,7 @@ class Merge {
       Crossing& back = crossings_[out.following[1]];
       if (back.leaves || out.following[0] != out.following[1]) continue;
       bool slight = true;
+      beside_ = out.edge[0];
       Vec p = to_vec(out.at);
       for_stretch(1, c, out.following[1], [&](Point q) {
         slight = slight && hugs(p, to_vec(q), 6);
@@ -270,6 +300,7 @@ class Merge {
   Outline above_, layer_;
   std::int32_t slack_;
   BoxSearch tree_;
+  mutable std::size_t beside_ = 0;  // an edge of `above` that is asked first
   std::vector<Crossing> crossings_;
   std::vector<std::uint32_t> order_[2];
 };
