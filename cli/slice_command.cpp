@@ -30,6 +30,7 @@ struct Interrupted {};
 void keep_freed_memory() {
   ::mallopt(M_TRIM_THRESHOLD, 256 << 20);
   ::mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  ::mallopt(M_TOP_PAD, 8 << 20);
 }
 
 // "--support overhang 30 a.stl" leaves the angle among the meshes.
