@@ -60,6 +60,12 @@ bool Advance::draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_
   return false;
 }
 
+std::size_t Advance::loops() {
+  std::size_t loops = 0;
+  for (const wavefront::Component& component : here_.all()) loops += component.ends.size();
+  return loops;
+}
+
 bool Advance::move(wavefront::Component& component, double from, double to, wavefront::Components& out) {
   move_(sources_, component, from, to);
   return untangle_(component, to, out);
@@ -70,7 +76,7 @@ bool Advance::move_telling(wavefront::Component& component, double from, double 
   lacks_.keep(component, from);
   const std::size_t before = next_.size();
   if (!move(component, from, to, next_)) return false;
-  const wavefront::LackLimits near{limits.near, limits.near_corner, limits.slack, 2 * limits.spot_at};
+  const wavefront::LackLimits near{limits.near, limits.far, limits.near_corner, limits.slack, 2 * limits.spot_at};
   lacks_.find(sources_, next_.all().subspan(before), near, sagitta, stretches);
   return true;
 }

@@ -30,6 +30,7 @@ class Advance {
                LevelGaps& gaps);
   /// At the asked tolerance, or finer where rings would meet. @return false if they meet even so
   bool draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_t& finer);
+  std::size_t loops();  ///< of the front; those smaller than the grid are not drawn
   bool touching() const { return touching_; }  ///< may the rings drawn last have contacts?
 
  private:

@@ -20,13 +20,16 @@ class Feet {
   /// @param enough spots whose centre is no further from the next level are none
   /// @param cores whether the stretches are of cores: in their tips only a foot beside them sees what is left
   void begin(double limit, double spot_at, double enough, bool cores);
-  void add(const Stretches& stretches);
+  void clear();
+  /// The walls of a stretch, and feet on it.
+  void add(std::span<const Vec> points, const Stretches::Stretch& stretch);
+  void add_walls(std::span<const Vec> points, const Stretches::Stretch& stretch);
 
   std::vector<Wall> walls;
   std::vector<Foot> feet;
 
  private:
-  void add(std::span<const Vec> points, const Stretches::Stretch& stretch);
+  bool served(Vec spot);
   void stand(Vec at, Vec normal, double order);
   void stand_at_corner(std::size_t edge, std::size_t before);
   void stand_along(std::size_t edge);
@@ -37,7 +40,9 @@ class Feet {
   bool begun_ = false;  // has the run a foot?
   Vec last_at_, last_tip_;
   std::size_t first_wall_ = 0;  // of the stretch
+  const Stretches::Stretch* stretch_ = nullptr;
   std::int32_t run_ = 0;
+  double way_ = 0;            // along all walls
 };
 
 }  // namespace firn::slice

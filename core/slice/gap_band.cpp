@@ -26,6 +26,7 @@ GapLimits gap_limits(const GapBand& band, double spot_mm, double tolerance_mm) {
   GapLimits limits;
   limits.axis = {band.covered_mm * kUnitsPerMm, band.next_mm * kUnitsPerMm, narrowest, drawn, band.inside_mm * kUnitsPerMm};
   limits.near = limits.near_corner = limits.axis.next + drawn;
+  limits.far = std::max(limits.near, limits.axis.next + 2 * narrowest - drawn);
   limits.spot_at = limits.axis.covered + narrowest;
   const double n = limits.axis.next + limits.axis.inside, c = limits.spot_at + limits.axis.inside;
   if (n <= c || c < 0) return limits;

@@ -24,11 +24,15 @@ GapBand core_band(const RingPlan& plan, int level, double spot_mm);
 /// distance from y along the way from x to p is convex, with second derivative 2. At depth c = covered + s on that way it is
 /// therefore at least D^2 - (delta - c) (D^2 + delta^2 - n^2) / delta + (delta - c)^2, which over c <= delta <= n is least
 /// at one of the ends: D^2 or (n - c)^2 + D^2 c / n. A foot whose place at that depth is nearer has no spot (`enough`).
+///
+/// Where y is known to be P and no wall crosses the way from P to x, the wall behind x on that way is at least D + c = n + 2 s from
+/// P (`far`).
 struct GapLimits {
   AxisLimits axis;
   double spot_at = 0;
   double enough = 0;
   double near = 0;         ///< how far the next level may be from a place that does not lack it
+  double far = 0;          ///< the same from all places of a stretch where the next level's nearest place is one and the same
   double near_corner = 0;  ///< the same from a corner of two walls, whose spots lie on the straight way to the next level
   double slack = 0;        ///< what lies so far outside such a corner is as good as in it
 };

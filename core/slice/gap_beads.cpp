@@ -12,6 +12,7 @@ namespace firn::slice {
 namespace {
 
 constexpr double kLook = 0.6 * kUnitsPerMm;  // rings are asked at least so often how far the next level is
+constexpr double kMoved = 0.5 * kUnitsPerMm;  // furthest that a corner is drawn from where the front has it
 constexpr double kTaper = 1.4;                // widest to narrowest place of one bead
 
 // No disc that ends at the covered edge and is wide enough fits into a ring this small.
@@ -91,7 +92,7 @@ class Lacking {
 
   static void add_all(std::span<const Point> ring, Stretches& stretches) {
     for (const Point p : ring) stretches.points.push_back(to_vec(p));
-    stretches.all.push_back({std::uint32_t(stretches.points.size()), 0, std::uint32_t(ring.size()), true});
+    stretches.all.push_back({std::uint32_t(stretches.points.size()), 0, std::uint32_t(ring.size()), true, false, {}});
   }
 
   static void add_stretch(std::span<const Point> ring, const Look& from, const Look& to, Stretches& stretches) {
@@ -110,13 +111,24 @@ class Lacking {
     std::uint32_t last = add(to.at);
     add(corner((to.edge + 1) % n));
     const std::uint32_t behind = add(corner((to.edge + 2) % n));
-    stretches.all.push_back({std::uint32_t(points.size()), first, std::max(last, std::min(first + 1, behind)), false});
+    stretches.all.push_back({std::uint32_t(points.size()), first, std::max(last, std::min(first + 1, behind)), false, false, {}});
   }
 
   NextLevel& next_;
   double limit_ = 0;
   bool fresh_ = false;  // was the last place served?
   std::vector<Look> looks_;
+};
+
+// The next level, where its nearest place is known.
+class OneCorner : public AxisField {
+ public:
+  OneCorner(Vec at, double reach) : at_(at), reach_(reach) {}
+  double clearance(Vec place, double limit) override { return std::min(limit, length(place - at_) - reach_); }
+
+ private:
+  Vec at_;
+  double reach_;
 };
 
 // Douglas and Peucker's, of the places from `begin` to `last`; appends all kept but the last.
@@ -171,7 +183,7 @@ class GapFinder::Work {
     lay(stretches_, limits, tolerance_mm, beads);
   }
 
-  void find(const Stretches& stretches, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm, Beads& beads) {
+  void find(Stretches& stretches, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm, Beads& beads) {
     if (stretches.empty()) return;
     const GapLimits limits = gap_limits(band, narrowest_mm, tolerance_mm);
     next_.take(next, limits.axis.next - limits.axis.covered);
@@ -179,11 +191,37 @@ class GapFinder::Work {
   }
 
  private:
-  void lay(const Stretches& stretches, const GapLimits& limits, double tolerance_mm, Beads& beads) {
+  void lay(Stretches& stretches, const GapLimits& limits, double tolerance_mm, Beads& beads) {
+    const double chain_tolerance = 0.5 * std::max(100.0, tolerance_mm * kUnitsPerMm);
+    const auto add_lines = [&](AxisField& field, bool one) {
+      for (const std::vector<AxisPlace>& chain : middle_(feet_.walls, feet_.feet, limits.axis, field, one))
+        add_chain(chain, chain_tolerance, line_, beads);
+    };
+    const auto each = [&](auto f) {
+      std::size_t begin = 0;
+      for (Stretches::Stretch& stretch : stretches.all) {
+        f(std::span(stretches.points).subspan(begin, stretch.end - begin), stretch);
+        begin = stretch.end;
+      }
+    };
     feet_.begin(limits.near, limits.spot_at, limits.enough, limits.axis.inside > 0);
-    feet_.add(stretches);
-    for (const std::vector<AxisPlace>& chain : middle_(feet_.walls, feet_.feet, limits.axis, next_))
-      add_chain(chain, 0.5 * std::max(100.0, tolerance_mm * kUnitsPerMm), line_, beads);
+    bool open = false;
+    each([&](std::span<const Vec> points, Stretches::Stretch& stretch) {
+      if (stretch.cornered && stretches.tips_moved) stretch.cornered = next_.snap(stretch.ahead, kMoved);
+      open = open || !stretch.cornered;
+      if (!stretch.cornered) return;
+      feet_.clear();
+      feet_.add(points, stretch);
+      OneCorner corner(stretch.ahead, limits.axis.next - limits.axis.covered);
+      if (!feet_.feet.empty()) add_lines(corner, true);
+    });
+    if (!open) return;
+    feet_.clear();
+    each([&](std::span<const Vec> points, Stretches::Stretch& stretch) {
+      if (stretch.cornered) feet_.add_walls(points, stretch);
+      else feet_.add(points, stretch);
+    });
+    add_lines(next_, false);
   }
 
   NextLevel next_;
@@ -203,7 +241,7 @@ void GapFinder::operator()(const Rings& outer, const Rings& next, const GapBand&
   work_->find(touching ? region_of(outer) : outer, next, band, narrowest_mm, tolerance_mm, beads);
 }
 
-void GapFinder::operator()(const Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
+void GapFinder::operator()(Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
                            Beads& beads) {
   work_->find(lacking, next, band, narrowest_mm, tolerance_mm, beads);
 }

@@ -31,8 +31,8 @@ class GapFinder {
   ~GapFinder();
   void operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
                   bool touching, Beads& beads);
-  /// @param lacking what of the outer level lacks the next one (RingLevels::gaps)
-  void operator()(const Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
+  /// @param lacking what of the outer level lacks the next one (RingLevels::gaps); used up
+  void operator()(Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
                   Beads& beads);
 
  private:

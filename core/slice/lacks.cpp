@@ -54,6 +54,13 @@ void Lacks::find(std::span<const Source> sources, std::span<const Component> out
     }
   }
   std::size_t begin = 0;
+  loop_died_ = false;
+  for (const std::uint32_t end : ends_) {
+    const auto lives = [&](const Kept& piece) { return at_[std::size_t(piece.source)] >= 0; };
+    loop_died_ = loop_died_ || std::none_of(kept_.begin() + begin, kept_.begin() + end, lives);
+    begin = end;
+  }
+  begin = 0;
   for (const std::uint32_t end : ends_) {
     find_in(std::span(kept_).subspan(begin, end - begin), limits, sagitta, stretches);
     begin = end;
@@ -69,7 +76,7 @@ void Lacks::find_in(std::span<const Kept> loop, const LackLimits& limits, double
     add_all(loop, limits, sagitta, stretches);
     return;
   }
-  const double square = limits.near * limits.near;
+  const double near = loop_died_ ? limits.near : limits.far, square = near * near;
   std::int32_t a = at_[std::size_t(loop[first].source)];
   for (std::size_t i = first, walked = 0; walked < n;) {
     std::size_t j = i + 1 < n ? i + 1 : 0, steps = 1;
@@ -96,13 +103,14 @@ bool Lacks::served(std::span<const Kept> loop, std::size_t i, std::size_t steps,
   const std::int32_t a = at_[std::size_t(loop[i].source)], b = at_[std::size_t(loop[j].source)];
   if (ahead_[std::size_t(a)].next != b) return false;
   const Vec corner = ahead_[std::size_t(b)].from;
+  const double near = cornered(loop, i, steps) ? limits.far : limits.near;
   bool all_near = true;
   for (std::size_t k = i, s = 0; s < steps && all_near; ++s) {
     k = k + 1 < n ? k + 1 : 0;
     const Vec off = loop[k].from - corner;
     const Source& source = sources_[std::size_t(loop[k].source)];
     // An arc that bulges away may reach further than its ends.
-    all_near = dot(off, off) <= limits.near * limits.near &&
+    all_near = dot(off, off) <= near * near &&
                (s + 1 == steps || !source.corner() || dot(corner - source.at, source.along) >= 0);
   }
   return all_near || blunt(loop, i, steps, corner, limits);
@@ -120,6 +128,17 @@ bool Lacks::blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, 
     k = k + 1 < n ? k + 1 : 0;
     const Vec off = loop[k].from - corner;
     if (dot(off, to_a) < outside || dot(off, to_c) < outside || dot(off, off) > furthest * furthest) return false;
+  }
+  return true;
+}
+
+bool Lacks::cornered(std::span<const Kept> loop, std::size_t i, std::size_t steps) const {
+  const std::size_t n = loop.size(), j = i + steps < n ? i + steps : i + steps - n;
+  const std::int32_t a = at_[std::size_t(loop[i].source)], b = at_[std::size_t(loop[j].source)];
+  if (loop_died_ || a == b || ahead_[std::size_t(a)].next != b) return false;
+  for (std::size_t k = i, s = 1; s < steps; ++s) {
+    k = k + 1 < n ? k + 1 : 0;
+    if (at_[std::size_t(loop[k].source)] != kGone) return false;
   }
   return true;
 }
@@ -162,7 +181,7 @@ void Lacks::add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t s
   const std::uint32_t last = std::uint32_t(points.size() - 1 - begin);
   add_place(loop[after(j)].from, begin, points);
   if (last == first) points.resize(begin);
-  else stretches.all.push_back({std::uint32_t(points.size()), first, last, false});
+  else stretches.all.push_back({std::uint32_t(points.size()), first, last, false, cornered(loop, i, steps), ahead_[std::size_t(b)].from});
 }
 
 void Lacks::add_all(std::span<const Kept> loop, const LackLimits& limits, double sagitta, Stretches& stretches) const {
@@ -183,7 +202,7 @@ void Lacks::add_all(std::span<const Kept> loop, const LackLimits& limits, double
   }
   while (points.size() > begin + 1 && dot(points.back() - points[begin], points.back() - points[begin]) < 1) points.pop_back();
   if (points.size() < begin + 3) points.resize(begin);
-  else stretches.all.push_back({std::uint32_t(points.size()), 0, std::uint32_t(points.size() - begin), true});
+  else stretches.all.push_back({std::uint32_t(points.size()), 0, std::uint32_t(points.size() - begin), true, false, {}});
 }
 
 }  // namespace firn::slice::wavefront

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/slice/box_search.h"
+#include "core/slice/few_walls.h"
 
 namespace firn::slice {
 namespace {
@@ -14,6 +15,8 @@ constexpr double kFar = 2.0 * kUnitsPerMm;  // places further apart do not follo
 constexpr double kBeyond = 1.3;             // a disc may be so much too large, since walls beside its foot do not count
 constexpr double kCentred = 0.8;            // least depth of a chain's place over its disc's radius
 constexpr std::size_t kShort = 12;          // places of a line that may echo another
+constexpr double kTrue = 0.98;              // least depth of a disc's centre over its radius if no other wall is nearer
+constexpr double kSeen = 1.2 * kUnitsPerMm; // longest way between places opposite two feet that hides nothing
 constexpr double kFirstAsk = 0.4;           // of the furthest: where a wall is looked for first
 
 // The disc that touches the outline in a foot and, opposite, a wall or corner that faces it.
@@ -27,6 +30,10 @@ class Discs {
  public:
   void take(std::span<const Wall> walls) {
     walls_ = walls, guess_ = 0;
+    if (few()) {
+      few_.take(walls);
+      return;
+    }
     tree_.resize(walls.size());
     for (std::size_t i = 0; i < walls.size(); ++i) {
       const Point from = to_point(walls[i].from), to = to_point(walls[i].to);
@@ -38,6 +45,7 @@ class Discs {
   // @return false if nothing faces the foot within `limit`, or something does within `least`
   bool find(const Foot& foot, double least, double limit, Disc& disc) {
     disc.radius = limit;
+    if (few()) return find_among_few(foot, least, disc);
     std::size_t wall = walls_.size();
     bool at_corner = false;
     const auto offer = [&](std::size_t i) {
@@ -59,15 +67,13 @@ class Discs {
     if (wall == walls_.size()) return false;
     guess_ = wall;
     if (shallow) return false;
-    disc.sampled = walls_[wall].sampled;
-    const Wall& w = walls_[wall];
-    const Vec way = w.to - w.from, centre = foot.at + disc.radius * foot.normal;
-    disc.order = double(wall) + (at_corner ? 0.0 : dot(centre - w.from, way) / dot(way, way));
+    touch(foot, wall, at_corner, disc);
     return true;
   }
 
   // Distance of the nearest wall, or the limit.
   double depth(Vec place, double limit) const {
+    if (few()) return std::min(limit, std::sqrt(few_.square_depth(place)));
     double best = limit * limit;
     each_near(place, limit, [&](std::size_t i) {
       const Wall& w = walls_[i];
@@ -81,6 +87,28 @@ class Discs {
   }
 
  private:
+  bool few() const { return walls_.size() <= FewWalls::kMost; }
+
+  bool find_among_few(const Foot& foot, double least, Disc& disc) {
+    bool at_corner = false;
+    if (least > 0 && radius_to(foot, guess_, least, at_corner) < least) return false;
+    const std::size_t wall = few_.opposite(foot, kFacing, disc.radius);
+    if (wall == walls_.size()) return false;
+    guess_ = wall;
+    const double limit = disc.radius;
+    disc.radius = radius_to(foot, wall, limit, at_corner);
+    if (disc.radius < least || disc.radius >= limit) return false;
+    touch(foot, wall, at_corner, disc);
+    return true;
+  }
+
+  void touch(const Foot& foot, std::size_t wall, bool at_corner, Disc& disc) const {
+    const Wall& w = walls_[wall];
+    const Vec centre = foot.at + disc.radius * foot.normal;
+    disc.sampled = w.sampled;
+    disc.order = w.begin + (at_corner ? 0.0 : dot(centre - w.from, w.to - w.from) / w.length);
+  }
+
   // Radius of the disc that touches the outline in the foot and wall i or the corner where it begins, if they face the
   // foot and it is smaller than `limit`.
   double radius_to(const Foot& foot, std::size_t i, double limit, bool& at_corner) const {
@@ -116,6 +144,7 @@ class Discs {
 
   std::span<const Wall> walls_;
   BoxSearch tree_;
+  FewWalls few_;
   std::size_t guess_ = 0;
 };
 
@@ -220,9 +249,11 @@ void drop_echoes(std::vector<std::vector<AxisPlace>>& lines, Laid& laid) {
 
 class MiddleLines::Work {
  public:
-  std::vector<std::vector<AxisPlace>> find(std::span<const Wall> walls, std::span<const Foot> feet, const AxisLimits& limits,
-                                           AxisField& field) {
-    limits_ = limits, field_ = &field;
+  std::span<const std::vector<AxisPlace>> find(std::span<const Wall> walls, std::span<const Foot> feet, const AxisLimits& limits,
+                                               AxisField& field, bool one) {
+    limits_ = limits, field_ = &field, one_ = one;
+    seen_.clear();
+    last_true_ = false;
     discs_.take(walls);
     lines_.clear();
     spots_.clear();
@@ -234,12 +265,13 @@ class MiddleLines::Work {
     }
     finish(false);
     if (!spots_.empty()) fill_spots();
-    return std::move(lines_);
+    return lines_;
   }
 
  private:
   void visit(const Foot& foot) {
     const double inside = limits_.inside;
+    if (one_ && is_seen(foot.order)) return;
     Disc disc;
     if (!discs_.find(foot, limits_.covered + limits_.narrowest, kBeyond * (limits_.next + inside) - inside, disc)) return;
     const Vec at = foot.at + disc.radius * foot.normal;
@@ -249,6 +281,7 @@ class MiddleLines::Work {
       return;
     }
     const double depth = discs_.depth(at, disc.radius), radius = depth - limits_.covered;
+    if (one_) see(disc, depth);
     const double clear = clearance(at, depth);
     if (clear <= 0) return;
     const bool worth = clear >= limits_.narrowest;
@@ -270,6 +303,17 @@ class MiddleLines::Work {
       }
     }
     chain_.push_back({at, radius});
+  }
+
+  // What lies opposite between two feet whose discs touch no other wall sees the same places.
+  void see(const Disc& disc, double depth) {
+    const bool is_true = depth > kTrue * disc.radius;
+    if (is_true && last_true_ && disc.order < last_order_ && last_order_ - disc.order < kSeen) seen_.push_back({disc.order, last_order_});
+    last_true_ = is_true, last_order_ = disc.order;
+  }
+  bool is_seen(double order) {
+    while (!seen_.empty() && seen_.back().to < order) seen_.pop_back();
+    return !seen_.empty() && seen_.back().from <= order;
   }
 
   // Would the chain turn by more than a right angle? Behind the end of an axis feet see it once more from its other wall.
@@ -328,15 +372,22 @@ class MiddleLines::Work {
   std::vector<std::vector<AxisPlace>> lines_;
   std::vector<AxisPlace> chain_;
   std::vector<Spot> spots_;
+  struct Seen {
+    double from, to;  // orders
+  };
+  bool one_ = false;
+  std::vector<Seen> seen_;   // the nearest last
+  bool last_true_ = false;   // does the last foot's disc touch no other wall?
+  double last_order_ = 0;    // and what it touched
   bool worth_ = false;  // would a spot of the least radius stay without the chain?
 };
 
 MiddleLines::MiddleLines() : work_(std::make_unique<Work>()) {}
 MiddleLines::~MiddleLines() = default;
 
-std::vector<std::vector<AxisPlace>> MiddleLines::operator()(std::span<const Wall> walls, std::span<const Foot> feet,
-                                                            const AxisLimits& limits, AxisField& field) {
-  return work_->find(walls, feet, limits, field);
+std::span<const std::vector<AxisPlace>> MiddleLines::operator()(std::span<const Wall> walls, std::span<const Foot> feet,
+                                                                const AxisLimits& limits, AxisField& field, bool one) {
+  return work_->find(walls, feet, limits, field, one);
 }
 
 }  // namespace firn::slice

@@ -13,13 +13,15 @@ namespace firn::slice {
 /// An edge of an outline, area on its left.
 struct Wall {
   Vec from, to, normal;  ///< normal: unit, to the left
+  double begin = 0;      ///< way along the walls before it
+  double length = 0;
   bool sampled = false;  ///< feet stand along it
 };
 
 /// A place of an outline that asks for the disc which touches the outline there.
 struct Foot {
   Vec at, normal;
-  double order = 0;       ///< along the outline: number of its wall and share of the way along it
+  double order = 0;       ///< way along the walls
   std::int32_t run = 0;   ///< feet of one run follow each other without a break
 };
 
@@ -55,8 +57,10 @@ class MiddleLines {
  public:
   MiddleLines();
   ~MiddleLines();
-  std::vector<std::vector<AxisPlace>> operator()(std::span<const Wall> walls, std::span<const Foot> feet,
-                                                 const AxisLimits& limits, AxisField& field);
+  /// @param one whether the walls are one line
+  /// @return valid until the next call
+  std::span<const std::vector<AxisPlace>> operator()(std::span<const Wall> walls, std::span<const Foot> feet,
+                                                     const AxisLimits& limits, AxisField& field, bool one);
 
  private:
   class Work;

@@ -67,6 +67,18 @@ bool NextLevel::way_within(Vec a, Vec b, double limit) {
   return false;
 }
 
+bool NextLevel::snap(Vec& p, double limit) {
+  if (points_.empty()) return false;
+  double best = limit * limit;
+  bool found = false;
+  touching(p, limit, [&](std::size_t e) {
+    const double square = square_distance(e, p);
+    if (square < best) best = square, last_ = e, found = true;
+  });
+  if (found) p = nearest(last_, p);
+  return found;
+}
+
 double NextLevel::clearance(Vec p, double limit) {
   if (points_.empty()) return limit;
   const double furthest = limit + reach_;

@@ -26,8 +26,16 @@ class NextLevel : public AxisField {
   /// along a line: an edge that is near a and a corner's foot on the way is near all between, and the corner's next edge goes on.
   bool way_within(Vec a, Vec b, double limit);
   double clearance(Vec p, double limit) override;
+  /// Moves a place to the level's nearest one. @return false if that is further than the limit
+  bool snap(Vec& p, double limit);
 
  private:
+  // Of the edge's places the nearest.
+  Vec nearest(std::size_t edge, Vec p) const {
+    const Vec at = to_vec(points_[edge]), way = to_vec(points_[following_[edge]]) - at;
+    const double inverse = 1 / std::max(dot(way, way), 1.0);  // in whole units
+    return at + std::min(1.0, std::max(0.0, dot(p - at, way) * inverse)) * way;
+  }
   double square_distance(std::size_t edge, Vec p) const {  // without a branch
     const Vec at = to_vec(points_[edge]), way = to_vec(points_[following_[edge]]) - at, off = p - at;
     const double square = dot(way, way), inverse = 1 / std::max(square, 1.0);  // in whole units

@@ -67,6 +67,7 @@ class ContourAreas {
 
 void append(Stretches&& from, Stretches& to) {
   if (to.empty()) return std::swap(from, to);
+  to.tips_moved = to.tips_moved || from.tips_moved;
   for (Stretches::Stretch stretch : from.all) {
     stretch.end += std::uint32_t(to.points.size());
     to.all.push_back(stretch);
@@ -155,12 +156,17 @@ class RingMaker {
                               gap_limits(core_band(plan_, level - 1, spot_mm_), spot_mm_, tolerance_mm_),
                               std::max(10.0, 0.33 * tolerance), made.gaps.back()))
           return false;
-        made.gaps.back().told = true;
+        LevelGaps& gaps = made.gaps.back();
+        gaps.told = true, gaps.of_rings.tips_moved = gaps.of_cores.tips_moved = tips_.has_value();
       } else if (!advance_(to)) {
         return false;
       }
       Rings rings;
       if (!advance_.draw(tolerance, tips_ ? &*tips_ : nullptr, rings, made.drawn_finer)) return false;
+      if (spot_mm_ > 0 && rings.size() < advance_.loops()) {
+        made.gaps.back().of_rings.forget_corners();
+        made.gaps.back().of_cores.forget_corners();
+      }
       if (rings.empty() || (whole && lost_tip())) break;
       made.levels.push_back(std::move(rings));
       made.touching.push_back(advance_.touching());

@@ -20,14 +20,14 @@ const BeadOptions& bead_of(std::size_t material, const PathOptions& options) {
 }
 
 // Beads where the outline is too narrow for its first ring, and where rings leave spots between them.
-void find_gaps(const Region& region, const RingLevels& rings, const RingPlan& plan, const BeadOptions& bead,
+void find_gaps(const Region& region, RingLevels& rings, const RingPlan& plan, const BeadOptions& bead,
                double tolerance_mm, GapFinder& find, Beads& thin_parts, Beads& gaps) {
   const Rings none;
   const auto level = [&](int k) -> const Rings& {
     return k < 0 ? region : k < int(rings.levels.size()) ? rings.levels[std::size_t(k)] : none;
   };
   for (int k = -1; k + 1 < int(rings.gaps.size()); ++k) {
-    const LevelGaps& lacking = rings.gaps[std::size_t(k + 1)];
+    LevelGaps& lacking = rings.gaps[std::size_t(k + 1)];
     const GapBand band = gap_band(plan, k);
     Beads& beads = k < 0 ? thin_parts : gaps;
     if (lacking.told) {

@@ -16,11 +16,19 @@ struct Stretches {
     std::uint32_t end = 0;          ///< index behind its last point
     std::uint32_t first = 0, last = 0;  ///< within its points
     bool closed = false;
+    /// The nearest place of the next level is `ahead`, where the stretch's neighbours have a corner in it, and what is between
+    /// there and the stretch has no other walls.
+    bool cornered = false;
+    Vec ahead;
   };
   std::vector<Vec> points;
   std::vector<Stretch> all;
+  bool tips_moved = false;  ///< may the next level's corners have been drawn elsewhere?
 
   bool empty() const { return all.empty(); }
+  void forget_corners() {
+    for (Stretch& stretch : all) stretch.cornered = false;
+  }
   void clear() {
     points.clear();
     all.clear();
