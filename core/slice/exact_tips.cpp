@@ -36,7 +36,7 @@ void ExactTips::look(const Wall& wall, const Wall& other, double reach, std::vec
   tree_.touching(box_about(wall.foot.x, wall.foot.y, reach), [&](std::size_t i) {
     const Vec at = to_vec(contours_.points[i]), way = to_vec(contours_.points[next_[i]]) - at;
     const double ahead = dot(way, wall.along);
-    if (ahead > 0 && ahead > dot(way, other.along)) edges.push_back({at, way, dot(way, way)});
+    if (ahead > 0 && ahead > dot(way, other.along)) edges.push_back({at, way, dot(way, way), 0});
   });
 }
 
@@ -44,6 +44,14 @@ bool ExactTips::move(Vec& tip, const Wall& before, const Wall& after, double d) 
   const bool found = find(tip, before, after, d);
   failed_ |= !found && dot(before.along, after.along) < 0;
   return found;
+}
+
+// What is no further from a place that has moved by m was no further than 2 m more when the search began.
+void ExactTips::list_close(int wall, double reach) {
+  close_[wall].clear();
+  const double square = (reach + 1) * (reach + 1);
+  for (const Edge& e : edges_[wall])
+    if (e.first_square <= square) close_[wall].push_back(e);
 }
 
 bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) {
@@ -55,19 +63,27 @@ bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) 
   look(after, before, reach, edges_[1]);
   if (edges_[0].empty() || edges_[1].empty()) return false;
   Vec p = tip;
+  double first[2] = {}, within = -1;  // distances of the walls where the search begins; how far from there close_ holds
   for (int step = 0; step < kSteps; ++step) {
+    const double moved = length(p - tip);
+    const bool anew = step > 0 && moved > within;
+    if (anew) within = 2 * moved;
     double lacks[2];
     Vec up[2];
     for (int w = 0; w < 2; ++w) {
+      if (anew) list_close(w, first[w] + 2 * within);
       double nearest = 1e300;
       const Edge* found = nullptr;
-      for (const Edge& e : edges_[w]) {
+      for (Edge& e : step > 0 ? close_[w] : edges_[w]) {
         const Vec off = e.from(p);
-        if (const double s = dot(off, off); s < nearest) nearest = s, found = &e;
+        const double s = dot(off, off);
+        if (step == 0) e.first_square = s;
+        if (s < nearest) nearest = s, found = &e;
       }
       if (!found) return false;
       up[w] = found->from(p);
       const double l = std::sqrt(nearest);
+      if (step == 0) first[w] = l;
       if (l == 0) return false;
       up[w] = (1 / l) * up[w];
       lacks[w] = d - l;

@@ -41,12 +41,14 @@ class ExactTips {
   struct Edge {
     Vec at, way;
     double square;  // of its length
+    double first_square = 0;  // of its distance from where the search begins
     Vec from(Vec p) const {  // from its nearest place
       const Vec off = p - at;
       return off - (std::min(std::max(dot(off, way), 0.0), square) / square) * way;
     }
   };
   bool find(Vec& tip, const Wall& before, const Wall& after, double d);
+  void list_close(int wall, double reach);
   void look(const Wall& wall, const Wall& other, double reach, std::vector<Edge>& edges) const;
 
   const Rings& contours_;
@@ -54,7 +56,7 @@ class ExactTips {
   bool failed_ = false;
   std::vector<std::uint32_t> next_;
   BoxSearch tree_;
-  std::vector<Edge> edges_[2];
+  std::vector<Edge> edges_[2], close_[2];  // of each wall; those that may be nearest
 };
 
 }  // namespace firn::slice

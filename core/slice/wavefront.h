@@ -146,18 +146,15 @@ class Untangler {
 /// working memory.
 class Regroup {
  public:
-  void operator()(std::span<const Source> sources, Component& loops, double d, Components& out);
+  /// @param loops one each; what becomes of them is not told
+  void operator()(std::span<const Source> sources, Components& loops, double d, Components& out);
 
  private:
-  static constexpr std::uint32_t kNone = ~0u;
-  struct Loop {
-    std::uint32_t begin, end, outer;  // pieces; the loop that it is a hole of
-    double area;
-    std::vector<Vec> corners;
-  };
-  void list_holes(std::span<const Source> sources, const Component& loops, double d);
-  std::vector<Loop> loops_;
-  std::vector<std::uint32_t> outers_;
+  static constexpr std::size_t kNone = ~std::size_t(0);
+  void list_holes(std::span<const Source> sources, std::span<const Component> loops, double d);
+  std::vector<double> areas_;
+  std::vector<std::size_t> outers_, outer_of_;
+  std::vector<std::vector<Vec>> corners_;
 };
 
 /// Middle of the piece of a source that runs from a to b at distance d.

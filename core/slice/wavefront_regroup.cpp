@@ -15,9 +15,19 @@ void each_corner(std::span<const Source> sources, std::span<const Piece> pieces,
   }
 }
 
+// Twice the area of a loop; of its chords alone where no arc can change the sign.
 double area(std::span<const Source> sources, std::span<const Piece> pieces, double d) {
   const Vec origin = pieces[0].from;
-  double sum = 0;
+  double sum = 0, edge = 0, longest = 0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const Vec a = pieces[i].from, b = pieces[i + 1 < pieces.size() ? i + 1 : 0].from, way = b - a;
+    sum += cross(a - origin, b - origin);
+    edge += std::abs(way.x) + std::abs(way.y);
+    longest = std::max(longest, dot(way, way));
+  }
+  // Between an arc of at most half a turn and its chord c lies less than c^3 / 5 d.
+  if (5 * d * std::abs(sum) > 2 * longest * edge) return sum;
+  sum = 0;
   Vec before;
   each_corner(sources, pieces, d, [&](Vec corner) {
     const Vec here = corner - origin;
@@ -46,52 +56,41 @@ Vec middle(const Source& source, Vec a, Vec b, double d) {
   return l > 0 ? source.at + (d / l) * sum : a;
 }
 
-void Regroup::operator()(std::span<const Source> sources, Component& loops, double d, Components& out) {
-  const auto pieces_of = [&](const Loop& loop) { return std::span<const Piece>(loops.pieces).subspan(loop.begin, loop.end - loop.begin); };
-  loops_.clear();
+void Regroup::operator()(std::span<const Source> sources, Components& loops, double d, Components& out) {
+  areas_.clear();
   outers_.clear();
-  std::uint32_t begin = 0;
-  for (const std::uint32_t end : loops.ends) {
-    Loop loop{begin, end, kNone, 0, {}};
-    loop.area = area(sources, pieces_of(loop), d);
-    if (loop.area > 0) outers_.push_back(std::uint32_t(loops_.size()));
-    loops_.push_back(loop);
-    begin = end;
+  for (const Component& loop : loops.all()) {
+    areas_.push_back(area(sources, loop.pieces, d));
+    if (areas_.back() > 0) outers_.push_back(areas_.size() - 1);
   }
-  if (outers_.empty()) return;
-  if (outers_.size() == 1 && outers_[0] == 0) return out.take(loops);
-  list_holes(sources, loops, d);
-  for (std::uint32_t outer = 0; outer < loops_.size(); ++outer) {
-    if (loops_[outer].area <= 0) continue;
-    Component& component = out.add();
-    const auto add = [&](const Loop& loop) {
-      component.pieces.insert(component.pieces.end(), loops.pieces.begin() + loop.begin, loops.pieces.begin() + loop.end);
+  const std::span<Component> all = loops.all();
+  if (outers_.size() < all.size()) list_holes(sources, all, d);
+  for (std::size_t outer = 0; outer < all.size(); ++outer) {
+    if (areas_[outer] <= 0) continue;
+    Component& component = all[outer];
+    for (std::size_t hole = 0; hole < (outers_.size() < all.size() ? all.size() : 0); ++hole) {
+      if (outer_of_[hole] != outer) continue;
+      component.pieces.insert(component.pieces.end(), all[hole].pieces.begin(), all[hole].pieces.end());
       component.ends.push_back(std::uint32_t(component.pieces.size()));
-    };
-    add(loops_[outer]);
-    if (loops_.size() == outers_.size()) continue;
-    for (const Loop& hole : loops_)
-      if (hole.outer == outer) add(hole);
+    }
+    out.take(component);
   }
 }
 
 // Each with the smallest of the outer loops that it lies in.
-void Regroup::list_holes(std::span<const Source> sources, const Component& loops, double d) {
-  if (loops_.size() == outers_.size()) return;
-  std::stable_sort(outers_.begin(), outers_.end(), [&](std::uint32_t a, std::uint32_t b) { return loops_[a].area < loops_[b].area; });
+void Regroup::list_holes(std::span<const Source> sources, std::span<const Component> loops, double d) {
+  outer_of_.assign(loops.size(), kNone);
+  std::stable_sort(outers_.begin(), outers_.end(), [&](std::size_t a, std::size_t b) { return areas_[a] < areas_[b]; });
+  corners_.resize(std::max(corners_.size(), outers_.size()));
   if (outers_.size() > 1)
-    for (const std::uint32_t outer : outers_) {
-      std::vector<Vec>& corners = loops_[outer].corners;
-      each_corner(sources, std::span(loops.pieces).subspan(loops_[outer].begin, loops_[outer].end - loops_[outer].begin), d,
-                  [&](Vec corner) { corners.push_back(corner); });
+    for (std::size_t o = 0; o < outers_.size(); ++o) {
+      corners_[o].clear();
+      each_corner(sources, loops[outers_[o]].pieces, d, [&](Vec corner) { corners_[o].push_back(corner); });
     }
-  for (Loop& loop : loops_) {
-    if (loop.area > 0) continue;
-    for (const std::uint32_t outer : outers_) {
-      if (outers_.size() > 1 && !inside(loops_[outer].corners, loops.pieces[loop.begin].from)) continue;
-      loop.outer = outer;
-      break;
-    }
+  for (std::size_t hole = 0; hole < loops.size(); ++hole) {
+    if (areas_[hole] > 0) continue;
+    for (std::size_t o = 0; o < outers_.size() && outer_of_[hole] == kNone; ++o)
+      if (outers_.size() == 1 || inside(corners_[o], loops[hole].pieces[0].from)) outer_of_[hole] = outers_[o];
   }
 }
 

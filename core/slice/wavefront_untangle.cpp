@@ -155,7 +155,7 @@ class Untangler::Tangle {
   std::vector<std::array<Ends, 2>> ends_;  // of each crossing
   std::vector<std::uint32_t> loop_;        // parts
   PassedBy passed_by_;
-  Component kept_;
+  Components kept_;  // loops
   Regroup regroup_;
 };
 
@@ -314,7 +314,6 @@ bool Untangler::Tangle::judge(bool& keep) {
 
 bool Untangler::Tangle::smooth() {
   cut();
-  kept_.pieces.reserve(component_->pieces.size());
   for (std::uint32_t p = 0; p < parts_.size(); ++p) {
     if (parts_[p].done) continue;
     loop_.clear();
@@ -325,17 +324,18 @@ bool Untangler::Tangle::smooth() {
     bool keep = false;
     if (!judge(keep)) return false;
     if (!keep) continue;
+    Component& loop = kept_.add();
     for (const std::uint32_t q : loop_) {  // without pivots: a piece for each strand
       const Part& part = parts_[q];
-      const std::size_t first = kept_.pieces.size();
+      const std::size_t first = loop.pieces.size();
       const auto pieces = component_->pieces.begin() + strands_[part.first].piece;
-      kept_.pieces.insert(kept_.pieces.end(), pieces, pieces + (part.last - part.first + 1));
-      Piece& piece = kept_.pieces[first];
+      loop.pieces.insert(loop.pieces.end(), pieces, pieces + (part.last - part.first + 1));
+      Piece& piece = loop.pieces[first];
       piece.from = part.from;
       if (part.crossed && !meet(sources_[std::size_t(strands_[part.before].source)], sources_[std::size_t(piece.source)], part.from, d_, piece.start))
         return false;
     }
-    kept_.ends.push_back(std::uint32_t(kept_.pieces.size()));
+    loop.ends.push_back(std::uint32_t(loop.pieces.size()));
   }
   return true;
 }
@@ -357,21 +357,22 @@ bool Untangler::Tangle::drop_passed(Component& component, Components& out) {
     ++stays;
     for (std::uint32_t i = begin; i < end; ++i) pivots |= component.pieces[i].source == kPivot;
     if (loop_.size() == component.ends.size()) return;
-    kept_.pieces.insert(kept_.pieces.end(), component.pieces.begin() + begin, component.pieces.begin() + end);
-    kept_.ends.push_back(std::uint32_t(kept_.pieces.size()));
+    Component& loop = kept_.add();
+    loop.pieces.assign(component.pieces.begin() + begin, component.pieces.begin() + end);
+    loop.ends.push_back(std::uint32_t(loop.pieces.size()));
   });
   if (pivots) return false;
   if (loop_.size() == component.ends.size()) out.take(component);
-  else if (!kept_.ends.empty()) regroup_(sources_, kept_, d_, out);
+  else regroup_(sources_, kept_, d_, out);
   return true;
 }
 
 bool Untangler::Tangle::untangle(Component& component, double d, Components& out) {
   component_ = &component, d_ = d;
-  kept_.pieces.clear(), kept_.ends.clear();
+  kept_.clear();
   if (find_crossings()) {
     if (!smooth()) return false;
-    if (!kept_.ends.empty()) regroup_(sources_, kept_, d, out);
+    regroup_(sources_, kept_, d, out);
     return true;
   }
   if (!simple_) return drop_passed(component, out);
