@@ -107,14 +107,13 @@ MeshFile::MeshFile(const std::filesystem::path& file) : map_(mapped(file)), data
 slice::FacetView MeshFile::facets() const {
   slice::FacetView view = data_.facets();
   if (data_.records.empty()) return view;
-  constexpr std::size_t kPage = 4096, kHeader = 84;
+  static constexpr std::size_t kPage = 4096, kHeader = 84, kKept = std::size_t(128) << 20;
   const std::span<const std::byte> all = map_.bytes();
-  view.done_with = [all, dropped = std::size_t(0)](std::size_t facets) mutable {
-    const std::size_t until = std::min(all.size(), kHeader + 50 * facets) / kPage * kPage;
-    if (until < dropped) dropped = 0;  // read once more from the beginning
-    if (until < dropped + 256 * kPage) return;
-    ::madvise(const_cast<std::byte*>(all.data()) + dropped, until - dropped, MADV_DONTNEED);
-    dropped = until;
+  view.done_with = [all](std::size_t first, std::size_t end, bool follows) {
+    const std::size_t kept = follows ? std::min(all.size(), kKept) : 0;  // where the next pass begins
+    const std::size_t from = (kHeader + 50 * first + kPage - 1) / kPage * kPage;
+    const std::size_t until = std::min(all.size() - kept, kHeader + 50 * end) / kPage * kPage;
+    if (from < until) ::madvise(const_cast<std::byte*>(all.data()) + from, until - from, MADV_DONTNEED);
   };
   return view;
 }

@@ -19,9 +19,10 @@ struct FacetView {
   const std::byte* soup = nullptr;   ///< first facet: three corners, little endian, at any alignment
   std::size_t stride = 0;            ///< bytes from one facet to the next: 50 in binary STL, 36 packed
   std::size_t soup_facets = 0;
-  /// Told now and then, in order, that the first n facets of a soup will not be read again in this pass (the box of a
-  /// part takes one, cutting it another), so that the pages of a mapped file need not stay in memory. May be empty.
-  std::function<void(std::size_t n)> done_with;
+  /// Told now and then that facets [first, end) of a soup have been read, and whether another pass `follows`, which takes them
+  /// from the last to the first (the box of a part takes one, cutting it another), so that the pages of a mapped file need not
+  /// all stay in memory. May be empty.
+  std::function<void(std::size_t first, std::size_t end, bool follows)> done_with;
 
   bool indexed() const { return soup == nullptr; }
   std::size_t size() const { return indexed() ? triangles.size() : soup_facets; }

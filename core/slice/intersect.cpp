@@ -197,7 +197,7 @@ Segments intersect(const FacetView& facets, const Affine& affine, std::span<cons
   std::vector<Sums> sums(std::size_t(chunk_count(facets)));
   const auto& m = affine.matrix;
   const bool diagonal = m[1] == 0 && m[2] == 0 && m[3] == 0 && m[5] == 0 && m[6] == 0 && m[7] == 0;
-  for_chunks(facets, parallel, [&](int chunk, std::size_t first, std::size_t end) {
+  for_chunks(facets, Pass::kLast, parallel, [&](int chunk, std::size_t first, std::size_t end) {
     Sums mine;
     Cutter cutter(finder, out.store->lanes[std::size_t(chunk % kWaveChunks)], mine);
     (diagonal ? cut_chunk<Scaling> : cut_chunk<Turning>)(facets, affine, first, end, cutter, mine);

@@ -112,7 +112,7 @@ bool plain_box(const FacetView& facets, std::size_t first, std::size_t end, Box&
 
 Box box_of(const FacetView& facets, const Matrix* turned, const ParallelFor& parallel) {
   std::vector<Box> boxes(std::size_t(chunk_count(facets)));
-  for_chunks(facets, parallel, [&](int chunk, std::size_t first, std::size_t end) {
+  for_chunks(facets, Pass::kFirst, parallel, [&](int chunk, std::size_t first, std::size_t end) {
     Box box;
     if (turned || !plain_box(facets, first, end, box))
       for (std::size_t n = first; n < end; ++n) {

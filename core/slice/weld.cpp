@@ -54,7 +54,8 @@ Mesh weld(const FacetView& facets, const Affine& affine) {
     std::array<std::uint32_t, 3> t{};
     for (std::size_t c = 0; c < 3; ++c) t[c] = table.number(v[c], mesh.vertices);
     mesh.triangles.push_back(t);
-    if (facets.done_with && (n + 1) % (kChunkFacets * kWaveChunks) == 0) facets.done_with(n + 1);
+    constexpr std::size_t kWave = kChunkFacets * kWaveChunks;
+    if (facets.done_with && (n + 1) % kWave == 0) facets.done_with(n + 1 - kWave, n + 1, false);
   }
   return mesh;
 }
