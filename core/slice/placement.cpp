@@ -9,6 +9,10 @@
 #include <string>
 #include <vector>
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include "core/slice/facet_chunks.h"
 #include "core/slice/snap.h"
 
@@ -72,10 +76,18 @@ std::array<double, 3> apply(const Matrix& m, const Corner& p) {
   return {m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z};
 }
 
+using Lanes = float __attribute__((vector_size(16)));
+#ifdef __SSE2__
+Lanes lesser(Lanes a, Lanes b) { return _mm_min_ps(a, b); }
+Lanes greater(Lanes a, Lanes b) { return _mm_max_ps(a, b); }
+#else
+Lanes lesser(Lanes a, Lanes b) { return a < b ? a : b; }
+Lanes greater(Lanes a, Lanes b) { return a > b ? a : b; }
+#endif
+
 // Most chunks hold only numbers: one pass of minima and maxima, four numbers at a time, with a sum that is NaN when one is
 // none. A facet's nine numbers are read as 0..3, 4..7 and 5..8.
 bool plain_box(const FacetView& facets, std::size_t first, std::size_t end, Box& box) {
-  using Lanes = float __attribute__((vector_size(16)));
   constexpr float kFar = std::numeric_limits<float>::infinity();
   constexpr std::size_t kBegin[3] = {0, 4, 5};
   Lanes low[3], high[3], waste[3] = {};
@@ -84,11 +96,12 @@ bool plain_box(const FacetView& facets, std::size_t first, std::size_t end, Box&
     high[k] = -low[k];
   }
   const auto add = [&](const std::byte* corners) {
-    for (std::size_t k = 0; k < 3; ++k) {
+#pragma GCC unroll 3
+    for (std::size_t k = 0; k < 3; ++k) {  // so that all nine stay in registers
       Lanes v;
       std::memcpy(&v, corners + sizeof(float) * kBegin[k], sizeof v);
-      low[k] = v < low[k] ? v : low[k];
-      high[k] = v > high[k] ? v : high[k];
+      low[k] = lesser(v, low[k]);
+      high[k] = greater(v, high[k]);
       waste[k] += v * 0.0f;
     }
   };
