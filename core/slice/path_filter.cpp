@@ -1,7 +1,5 @@
 #include "core/slice/path_filter.h"
 
-#include "core/slice/thin.h"
-
 namespace firn::slice {
 
 void PathFilter::append(std::span<const Point> ring, Rings& to) {
@@ -12,7 +10,7 @@ void PathFilter::append(std::span<const Point> ring, Rings& to) {
   if (!(tolerance_ > 0.0)) return to.add(left);
   line_.resize(left.size());
   for (std::size_t i = 0; i < left.size(); ++i) line_[i] = to_vec(left[i]);
-  thin_ring(line_, tolerance_, to, Flat::kVanishes);
+  draw_(line_, tolerance_, to);
 }
 
 void PathFilter::space(std::span<const Point> ring) {

@@ -4,12 +4,12 @@
 #include <span>
 #include <vector>
 
-#include "core/slice/vec.h"
+#include "core/slice/few_corners.h"
 
 namespace firn::slice {
 
 /// First the points that lie closer than min_spacing to the last one kept go (the thesis's rule; 0.4 mm there), then the ring is
-/// drawn with as few corners as a line within chord_tolerance of it needs (thin.h). Lengths in units; 0 switches a rule off. A ring
+/// drawn with as few corners as a line within chord_tolerance of it needs (few_corners.h). Lengths in units; 0 switches a rule off. A ring
 /// of which fewer than three corners would stay vanishes: all of it lies within the tolerance of a line.
 class PathFilter {
  public:
@@ -23,6 +23,7 @@ class PathFilter {
   double spacing_, tolerance_;
   std::vector<Point> points_;
   std::vector<Vec> line_;
+  FewCorners draw_;
 };
 
 }  // namespace firn::slice

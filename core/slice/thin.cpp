@@ -1,40 +1,9 @@
 #include "core/slice/thin.h"
 
+#include "core/slice/ring_writer.h"
+
 namespace firn::slice {
 namespace {
-
-// A ring that is written behind others, without repeated points.
-class Written {
- public:
-  Written(Rings& rings, std::size_t most) : rings_(rings), begin_(rings.points.size()) {
-    rings.points.resize(begin_ + most);
-    first_ = end_ = rings.points.data() + begin_;
-  }
-  void add(Vec v) {
-    const Point p = to_point(v);
-    if (end_ == first_ || end_[-1] != p) *end_++ = p;
-  }
-  void clear() { end_ = first_; }
-  ~Written() {
-    rings_.points.resize(begin_ + size());
-    if (size() > 0) rings_.ends.push_back(std::uint32_t(rings_.points.size()));
-  }
-  std::size_t size() const { return std::size_t(end_ - first_); }
-
-  bool close() {
-    while (size() > 1 && end_[-1] == *first_) --end_;
-    double area = 0;
-    for (const Point* p = first_ + 1; p + 1 < end_; ++p)
-      area += cross(to_vec(p[0]) - to_vec(*first_), to_vec(p[1]) - to_vec(*first_));
-    if (area == 0) end_ = first_;
-    return area != 0;
-  }
-
- private:
-  Rings& rings_;
-  std::size_t begin_;
-  Point *first_, *end_;
-};
 
 // An edge that grows from an anchor along a line of places: the slopes, seen in the direction in which it set out, at which
 // it passes all of them within the tolerance.
@@ -79,7 +48,7 @@ class Edge {
 
 bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings, Flat flat) {
   const std::size_t n = line.size();
-  Written out(rings, n + 1);
+  RingWriter out(rings, n + 1);
   if ((n > 4 || flat == Flat::kVanishes) && tolerance > 0) {
     out.add(line[0]);
     Edge edge(tolerance);
@@ -96,12 +65,12 @@ bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings, Flat f
       out.add(from);
       if (i <= n) edge.begin(from, line[i - 1]);
     }
-    if (out.size() >= 3 && out.close()) return true;
+    if (out.size() >= 3 && out.close() != 0) return true;
     out.clear();
     if (flat == Flat::kVanishes) return false;
   }
   for (const Vec v : line) out.add(v);
-  return out.close();
+  return out.close() != 0;
 }
 
 }  // namespace firn::slice
