@@ -1,21 +1,11 @@
 #include "core/slice/advance.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace firn::slice {
 namespace {
 
 constexpr double kNarrow = 4.0;  // of the way to the next level: half the width of strips that look narrow
-constexpr std::size_t kFew = 64;  // pieces: many small components vanish, few large ones
-
-// Does it vanish on the way, because no disc of that radius fits into its box? Arcs bulge into it.
-bool vanishes(const wavefront::Component& component, double way) {
-  if (component.pieces.size() > kFew) return false;
-  BoxOf<double> box;
-  for (const wavefront::Piece& piece : component.pieces) box.add(piece.from.x, piece.from.y);
-  return std::min(box.x1 - box.x0, box.y1 - box.y0) < 2 * way;
-}
 
 }  // namespace
 
@@ -56,6 +46,7 @@ bool Advance::telling(double core, double to, const Rings& drawn, const GapLimit
 
 bool Advance::draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_t& finer) {
   for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
+    if (attempt == 2 && tips) tips->fail();
     rings.clear();
     drawn_ends_.clear();
     for (const wavefront::Component& component : here_.all()) {
@@ -77,7 +68,6 @@ std::size_t Advance::loops() {
 }
 
 bool Advance::move(wavefront::Component& component, double from, double to, wavefront::Components& out) {
-  if (vanishes(component, to - from)) return true;
   move_(sources_, component, from, to);
   return untangle_(component, to, out);
 }

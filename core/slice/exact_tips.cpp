@@ -7,6 +7,7 @@ namespace firn::slice {
 namespace {
 
 constexpr double kFurthest = 3.0 * kUnitsPerMm;  // tips that would move by more stay
+constexpr double kFarOff = 16;                   // thinnings: walls so nearly parallel may close, or part, nearby
 constexpr double kFound = 0.5;                   // units
 constexpr int kSteps = 24;
 // Feet move by more than the tip where a wall bends about it: so much of the distance is looked at to either side.
@@ -41,7 +42,9 @@ void ExactTips::look(const Wall& wall, const Wall& other, double reach, std::vec
 }
 
 bool ExactTips::move(Vec& tip, const Wall& before, const Wall& after, double d) {
+  const Vec was = tip;
   const bool found = find(tip, before, after, d);
+  failed_ |= found && length(tip - was) > kFarOff * thinned_;
   failed_ |= !found && dot(before.along, after.along) < 0;
   return found;
 }
@@ -52,6 +55,13 @@ void ExactTips::list_close(int wall, double reach) {
   const double square = (reach + 1) * (reach + 1);
   for (const Edge& e : edges_[wall])
     if (e.first_square <= square) close_[wall].push_back(e);
+}
+
+bool ExactTips::clear(Vec tip, double d) const {
+  const double least = d - 0.25 * thinned_;
+  return !tree_.any_touching(box_about(tip.x, tip.y, least), [&](std::size_t i) {
+    return square_distance(tip, to_vec(contours_.points[i]), to_vec(contours_.points[next_[i]])) < least * least;
+  });
 }
 
 bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) {

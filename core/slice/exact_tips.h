@@ -32,7 +32,13 @@ class ExactTips {
   bool move(Vec& tip, const Wall& before, const Wall& after, double d);
   /// For an outline. @param thinned units by which it and the contours may differ
   void begin(double thinned) { thinned_ = thinned, failed_ = false; }
-  /// Was there a tip sharper than a right angle without an exact place? Then an area may begin or end there.
+  /// Is no wall nearer to a tip than d, to within a quarter of the thinning? Two walls alone tell where a tip is; where an area is
+  /// hardly wider than the thinning a third one may be nearer.
+  bool clear(Vec tip, double d) const;
+  /// Tips do not fit together.
+  void fail() { failed_ = true; }
+  /// Did they not, or was there a tip sharper than a right angle without an exact place, or far from it? Then an area may begin or
+  /// end there.
   bool failed() const { return failed_; }
   /// Bends no further apart are one tip.
   double near() const { return 4 * thinned_; }

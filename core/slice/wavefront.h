@@ -183,6 +183,7 @@ class Drawer {
   void tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t piece, double d, ExactTips& tips);
   bool move_tips();
   void leave_out();
+  bool looks_thin(double width) const;
   double twice_area() const;
   std::vector<Vec> line_;
   std::vector<Tip> tips_;

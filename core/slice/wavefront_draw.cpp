@@ -7,7 +7,14 @@ namespace firn::slice::wavefront {
 namespace {
 
 constexpr double kStraight = 0.02;  // sine of a bend that is none
+constexpr double kThin = 2;  // width of an area, in the distances within which bends are one tip, below which its tips are looked at
 constexpr int kDeepest = 12;  // an arc becomes 4096 chords at most
+
+// Does a front turn to its left from one direction to another, or to and fro? Its turns to the right are arcs.
+bool turns_by(Vec from, Vec to, double cosine, double sine = 0) {
+  const double ahead = dot(from, to);
+  return ahead < 0 || (ahead <= cosine && cross(from, to) > sine);
+}
 
 // Places strictly between a and b (directions from the centre of length d). They stand outside the arc by two thirds of what
 // the chords between them bulge: those run as far inside it as outside, and the first and last one too far inside by two
@@ -78,7 +85,7 @@ void Drawer::operator()(std::span<const Source> sources, const Component& compon
         const Vec along = source.corner() ? inverse * right_of(at - source.at) : source.along;
         if (bends.sharp) {
           tip_at(sources, loop, i, d, *tips);
-        } else if (dot(bends.from, along) <= ExactTips::kTip && cross(bends.from, along) > 0) {
+        } else if (turns_by(bends.from, along, ExactTips::kTip)) {
           bends.sharp = true;
           for (std::size_t k = bends.first; k <= i; ++k) tip_at(sources, loop, k, d, *tips);
         }
@@ -88,7 +95,11 @@ void Drawer::operator()(std::span<const Source> sources, const Component& compon
       if (source.corner()) arcs.add(source.at, at - source.at, to - source.at);
       at = to;
     }
-    if (!tips_.empty() && !move_tips()) continue;
+    if (!tips_.empty()) {
+      if (!move_tips()) continue;
+      if (looks_thin(kThin * tips->near()) && !std::all_of(tips_.begin(), tips_.end(), [&](const Tip& t) { return tips->clear(t.to, d); }))
+        tips->fail();
+    }
     thin_ring(line_, thinning, rings);
   }
 }
@@ -102,7 +113,7 @@ void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop
     return {s.at, (1 / d) * right_of(at - s.at)};
   };
   const ExactTips::Wall before = wall(piece > 0 ? piece - 1 : loop.size() - 1), after = wall(piece);
-  if (cross(before.along, after.along) < kStraight) return;
+  if (!turns_by(before.along, after.along, 1, kStraight)) return;
   Vec to = at;
   if (tips.move(to, before, after, d)) tips_.push_back({places_[piece], at, to, right_of(before.along) + right_of(after.along)});
 }
@@ -144,6 +155,17 @@ void Drawer::leave_out() {
     if (!listed || is_tip(i)) line_[kept++] = line_[i];
   }
   line_.resize(kept);
+}
+
+// Is it narrower than a width on average, as far as its extents along the axes tell?
+bool Drawer::looks_thin(double width) const {
+  double along_axes = 0;
+  Vec at = line_.back();
+  for (const Vec v : line_) {
+    along_axes += std::abs(v.x - at.x) + std::abs(v.y - at.y);
+    at = v;
+  }
+  return std::abs(twice_area()) < width * along_axes;
 }
 
 double Drawer::twice_area() const {
