@@ -102,23 +102,19 @@ class RingMaker {
 
   // @param thinned_mm by how much the region and the contours may differ
   // @param whole whether what depends on that is to be made again
-  // @param first level; those before it are empty
-  RingLevels operator()(const Region& region, double thinned_mm, bool whole, int first = 0) {
+  RingLevels operator()(const Region& region, double thinned_mm, bool whole) {
     const std::vector<std::vector<std::uint32_t>> areas = nested_groups(region);
     // Rings of different areas are too far apart to meet, however they are drawn; or they are all made at once.
     const bool apart = plan_.distance_mm(0) > 2 * (tolerance_mm_ + thinned_mm);
     RingLevels result;
     for (std::size_t a = 0; a < areas.size(); a = apart ? a + 1 : areas.size()) {
       const Advance::Areas some = std::span(areas).subspan(a, apart ? 1 : areas.size());
-      RingLevels made = of_areas(region, some, thinned_mm, whole, first);
-      // An area that comes or goes with the thinning: from this level on again, from contours thinned by less.
+      RingLevels made = of_areas(region, some, thinned_mm, whole);
+      // An area that comes or goes with the thinning: again, from contours thinned by less.
       if (whole && lost_tip()) {
-        const bool alone = !apart || areas.size() == 1;
-        const std::optional<Rings> contours = alone ? std::nullopt : contours_of(region[areas[a][0]], thinned_mm);
-        const Region finer = thinned_again(contours ? *contours : *thinned_.from, kAgain * thinned_mm);
-        if (!alone && !contours) return (*this)(finer, kAgain * thinned_mm, false);
-        made.gaps.resize(std::min(made.gaps.size(), made.levels.size()));
-        append((*this)(finer, kAgain * thinned_mm, false, int(made.levels.size())), made);
+        const std::optional<Rings> contours = apart && areas.size() > 1 ? contours_of(region[areas[a][0]], thinned_mm) : std::nullopt;
+        made = (*this)(thinned_again(contours ? *contours : *thinned_.from, kAgain * thinned_mm), kAgain * thinned_mm, false);
+        if (!contours) return made;
       }
       append(std::move(made), result);
     }
@@ -134,35 +130,28 @@ class RingMaker {
   }
 
   // @param whole whether a lost tip ends it: then not all of the levels are made
-  RingLevels of_areas(const Region& region, Advance::Areas areas, double thinned_mm, bool whole, int first) {
+  RingLevels of_areas(const Region& region, Advance::Areas areas, double thinned_mm, bool whole) {
     RingLevels made;
     for (const double odd : kOdd) {
       made = {};
       if (tips_) tips_->begin(thinned_mm * kUnitsPerMm);
-      if (by_front(region, areas, odd, whole, first, made)) return made;
+      if (by_front(region, areas, odd, whole, made)) return made;
     }
     by_clipper(rings_of(region, areas), made);
     return made;
   }
 
   // @return false if the wavefront could not tell: then the levels before are made
-  bool by_front(const Region& region, Advance::Areas areas, double odd, bool whole, int first, RingLevels& made) {
+  bool by_front(const Region& region, Advance::Areas areas, double odd, bool whole, RingLevels& made) {
     const double tolerance = tolerance_mm_ * kUnitsPerMm;
-    Rings before;
+    const Rings none;
     advance_.begin(region, areas);
-    made.levels.resize(std::size_t(first));
-    made.touching.resize(made.levels.size());
-    if (spot_mm_ > 0) made.gaps.resize(made.levels.size(), LevelGaps{true, {}, {}});
-    for (int level = 0; level < first; ++level)
-      if (!advance_(plan_.distance_mm(level) * kUnitsPerMm + odd)) return false;
-    // The next level's gaps depend on how the one before is drawn.
-    if (first > 0 && spot_mm_ > 0 && !advance_.draw(tolerance, nullptr, before, made.drawn_finer)) return false;
-    for (int level = first; level < plan_.max_rings; ++level) {
+    for (int level = 0; level < plan_.max_rings; ++level) {
       const double to = plan_.distance_mm(level) * kUnitsPerMm + odd;
       if (spot_mm_ > 0) {
         const double core = level > 0 ? plan_.core_mm(level - 1, spot_mm_) * kUnitsPerMm + odd : to;
         made.gaps.emplace_back();
-        if (!advance_.telling(core, to, level > first ? made.levels.back() : before,
+        if (!advance_.telling(core, to, level > 0 ? made.levels.back() : none,
                               gap_limits(gap_band(plan_, level - 1), spot_mm_, tolerance_mm_),
                               gap_limits(core_band(plan_, level - 1, spot_mm_), spot_mm_, tolerance_mm_),
                               std::max(10.0, 0.33 * tolerance), made.gaps.back()))
