@@ -1,11 +1,21 @@
 #include "core/slice/advance.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace firn::slice {
 namespace {
 
 constexpr double kNarrow = 4.0;  // of the way to the next level: half the width of strips that look narrow
+constexpr std::size_t kFew = 64;  // pieces: many small components vanish, few large ones
+
+// Does it vanish on the way, because no disc of that radius fits into its box? Arcs bulge into it.
+bool vanishes(const wavefront::Component& component, double way) {
+  if (component.pieces.size() > kFew) return false;
+  BoxOf<double> box;
+  for (const wavefront::Piece& piece : component.pieces) box.add(piece.from.x, piece.from.y);
+  return std::min(box.x1 - box.x0, box.y1 - box.y0) < 2 * way;
+}
 
 }  // namespace
 
@@ -68,6 +78,7 @@ std::size_t Advance::loops() {
 }
 
 bool Advance::move(wavefront::Component& component, double from, double to, wavefront::Components& out) {
+  if (vanishes(component, to - from)) return true;
   move_(sources_, component, from, to);
   return untangle_(component, to, out);
 }
