@@ -92,7 +92,7 @@ class Lacking {
 
   static void add_all(std::span<const Point> ring, Stretches& stretches) {
     for (const Point p : ring) stretches.points.push_back(to_vec(p));
-    stretches.all.push_back({std::uint32_t(stretches.points.size()), 0, std::uint32_t(ring.size()), true, false, {}});
+    stretches.all.push_back({std::uint32_t(stretches.points.size()), 0, std::uint32_t(ring.size()), true, false, {}, false});
   }
 
   static void add_stretch(std::span<const Point> ring, const Look& from, const Look& to, Stretches& stretches) {
@@ -111,7 +111,7 @@ class Lacking {
     std::uint32_t last = add(to.at);
     add(corner((to.edge + 1) % n));
     const std::uint32_t behind = add(corner((to.edge + 2) % n));
-    stretches.all.push_back({std::uint32_t(points.size()), first, std::max(last, std::min(first + 1, behind)), false, false, {}});
+    stretches.all.push_back({std::uint32_t(points.size()), first, std::max(last, std::min(first + 1, behind)), false, false, {}, false});
   }
 
   NextLevel& next_;
@@ -193,35 +193,38 @@ class GapFinder::Work {
  private:
   void lay(Stretches& stretches, const GapLimits& limits, double tolerance_mm, Beads& beads) {
     const double chain_tolerance = 0.5 * std::max(100.0, tolerance_mm * kUnitsPerMm);
-    const auto add_lines = [&](AxisField& field, bool one) {
-      for (const std::vector<AxisPlace>& chain : middle_(feet_.walls, feet_.feet, limits.axis, field, one))
+    feet_.begin(limits.near, limits.spot_at, limits.enough, limits.axis.inside > 0);
+    const std::span<Stretches::Stretch> all = stretches.all;
+    const auto add_lines = [&](AxisField& field) {
+      if (feet_.feet.empty()) return;
+      for (const std::vector<AxisPlace>& chain : middle_(feet_.walls, feet_.feet, limits.axis, field))
         add_chain(chain, chain_tolerance, line_, beads);
     };
-    const auto each = [&](auto f) {
-      std::size_t begin = 0;
-      for (Stretches::Stretch& stretch : stretches.all) {
-        f(std::span(stretches.points).subspan(begin, stretch.end - begin), stretch);
-        begin = stretch.end;
+    for (std::size_t i = 0, end; i < all.size(); i = end) {
+      bool open = false;
+      for (end = i; end < all.size() && (end == i || !all[end].leads); ++end) {
+        Stretches::Stretch& stretch = all[end];
+        if (stretch.cornered && stretches.tips_moved) stretch.cornered = next_.snap(stretch.ahead, kMoved);
+        open = open || !stretch.cornered;
+        if (!stretch.cornered) continue;
+        feet_.clear();
+        feet_.add(points_of(stretches, end), stretch);
+        OneCorner corner(stretch.ahead, limits.axis.next - limits.axis.covered);
+        add_lines(corner);
       }
-    };
-    feet_.begin(limits.near, limits.spot_at, limits.enough, limits.axis.inside > 0);
-    bool open = false;
-    each([&](std::span<const Vec> points, Stretches::Stretch& stretch) {
-      if (stretch.cornered && stretches.tips_moved) stretch.cornered = next_.snap(stretch.ahead, kMoved);
-      open = open || !stretch.cornered;
-      if (!stretch.cornered) return;
+      if (!open) continue;
       feet_.clear();
-      feet_.add(points, stretch);
-      OneCorner corner(stretch.ahead, limits.axis.next - limits.axis.covered);
-      if (!feet_.feet.empty()) add_lines(corner, true);
-    });
-    if (!open) return;
-    feet_.clear();
-    each([&](std::span<const Vec> points, Stretches::Stretch& stretch) {
-      if (stretch.cornered) feet_.add_walls(points, stretch);
-      else feet_.add(points, stretch);
-    });
-    add_lines(next_, false);
+      for (std::size_t k = i; k < end; ++k) {
+        if (all[k].cornered) feet_.add_walls(points_of(stretches, k), all[k]);
+        else feet_.add(points_of(stretches, k), all[k]);
+      }
+      add_lines(next_);
+    }
+  }
+
+  static std::span<const Vec> points_of(const Stretches& stretches, std::size_t i) {
+    const std::size_t begin = i ? stretches.all[i - 1].end : 0;
+    return std::span(stretches.points).subspan(begin, stretches.all[i].end - begin);
   }
 
   NextLevel next_;

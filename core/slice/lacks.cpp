@@ -53,6 +53,7 @@ void Lacks::find(std::span<const Source> sources, std::span<const Component> out
       if (here > first) ahead_[here - 1].next = std::int32_t(first);
     }
   }
+  const std::size_t before = stretches.all.size();
   std::size_t begin = 0;
   loop_died_ = false;
   for (const std::uint32_t end : ends_) {
@@ -65,6 +66,7 @@ void Lacks::find(std::span<const Source> sources, std::span<const Component> out
     find_in(std::span(kept_).subspan(begin, end - begin), limits, sagitta, stretches);
     begin = end;
   }
+  if (stretches.all.size() > before) stretches.all[before].leads = true;
   for (const Ahead& piece : ahead_) at_[std::size_t(piece.source)] = kGone;
 }
 
@@ -181,7 +183,7 @@ void Lacks::add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t s
   const std::uint32_t last = std::uint32_t(points.size() - 1 - begin);
   add_place(loop[after(j)].from, begin, points);
   if (last == first) points.resize(begin);
-  else stretches.all.push_back({std::uint32_t(points.size()), first, last, false, cornered(loop, i, steps), ahead_[std::size_t(b)].from});
+  else stretches.all.push_back({std::uint32_t(points.size()), first, last, false, cornered(loop, i, steps), ahead_[std::size_t(b)].from, false});
 }
 
 void Lacks::add_all(std::span<const Kept> loop, const LackLimits& limits, double sagitta, Stretches& stretches) const {
@@ -202,7 +204,7 @@ void Lacks::add_all(std::span<const Kept> loop, const LackLimits& limits, double
   }
   while (points.size() > begin + 1 && dot(points.back() - points[begin], points.back() - points[begin]) < 1) points.pop_back();
   if (points.size() < begin + 3) points.resize(begin);
-  else stretches.all.push_back({std::uint32_t(points.size()), 0, std::uint32_t(points.size() - begin), true, false, {}});
+  else stretches.all.push_back({std::uint32_t(points.size()), 0, std::uint32_t(points.size() - begin), true, false, {}, false});
 }
 
 }  // namespace firn::slice::wavefront

@@ -250,16 +250,14 @@ void drop_echoes(std::vector<std::vector<AxisPlace>>& lines, Laid& laid) {
 class MiddleLines::Work {
  public:
   std::span<const std::vector<AxisPlace>> find(std::span<const Wall> walls, std::span<const Foot> feet, const AxisLimits& limits,
-                                               AxisField& field, bool one) {
-    limits_ = limits, field_ = &field, one_ = one;
-    seen_.clear();
-    last_true_ = false;
+                                               AxisField& field) {
+    limits_ = limits, field_ = &field;
     discs_.take(walls);
     lines_.clear();
     spots_.clear();
     std::int32_t run = -1;
     for (const Foot& foot : feet) {
-      if (foot.run != run) finish(false);
+      if (foot.run != run) begin_run();
       run = foot.run;
       visit(foot);
     }
@@ -271,7 +269,7 @@ class MiddleLines::Work {
  private:
   void visit(const Foot& foot) {
     const double inside = limits_.inside;
-    if (one_ && is_seen(foot.order)) return;
+    if (is_seen(foot.order)) return;
     Disc disc;
     if (!discs_.find(foot, limits_.covered + limits_.narrowest, kBeyond * (limits_.next + inside) - inside, disc)) return;
     const Vec at = foot.at + disc.radius * foot.normal;
@@ -281,7 +279,7 @@ class MiddleLines::Work {
       return;
     }
     const double depth = discs_.depth(at, disc.radius), radius = depth - limits_.covered;
-    if (one_) see(disc, depth);
+    see(disc, depth);
     const double clear = clearance(at, depth);
     if (clear <= 0) return;
     const bool worth = clear >= limits_.narrowest;
@@ -308,7 +306,8 @@ class MiddleLines::Work {
   // What lies opposite between two feet whose discs touch no other wall sees the same places.
   void see(const Disc& disc, double depth) {
     const bool is_true = depth > kTrue * disc.radius;
-    if (is_true && last_true_ && disc.order < last_order_ && last_order_ - disc.order < kSeen) seen_.push_back({disc.order, last_order_});
+    if (is_true && last_true_ && disc.order < last_order_ && last_order_ - disc.order < kSeen)
+      seen_.push_back({disc.order, last_order_});
     last_true_ = is_true, last_order_ = disc.order;
   }
   bool is_seen(double order) {
@@ -330,6 +329,12 @@ class MiddleLines::Work {
   double clearance(Vec at, double depth) {
     if (depth > limits_.next + limits_.drawn || depth < limits_.covered + limits_.narrowest) return -1;
     return field_->clearance(at, 2 * limits_.narrowest);
+  }
+
+  void begin_run() {
+    finish(false);
+    seen_.clear();
+    last_true_ = false;
   }
 
   void finish(bool next_is_worth) {
@@ -375,7 +380,6 @@ class MiddleLines::Work {
   struct Seen {
     double from, to;  // orders
   };
-  bool one_ = false;
   std::vector<Seen> seen_;   // the nearest last
   bool last_true_ = false;   // does the last foot's disc touch no other wall?
   double last_order_ = 0;    // and what it touched
@@ -386,8 +390,8 @@ MiddleLines::MiddleLines() : work_(std::make_unique<Work>()) {}
 MiddleLines::~MiddleLines() = default;
 
 std::span<const std::vector<AxisPlace>> MiddleLines::operator()(std::span<const Wall> walls, std::span<const Foot> feet,
-                                                                const AxisLimits& limits, AxisField& field, bool one) {
-  return work_->find(walls, feet, limits, field, one);
+                                                                const AxisLimits& limits, AxisField& field) {
+  return work_->find(walls, feet, limits, field);
 }
 
 }  // namespace firn::slice

@@ -57,10 +57,9 @@ class MiddleLines {
  public:
   MiddleLines();
   ~MiddleLines();
-  /// @param one whether the walls are one line
   /// @return valid until the next call
   std::span<const std::vector<AxisPlace>> operator()(std::span<const Wall> walls, std::span<const Foot> feet,
-                                                     const AxisLimits& limits, AxisField& field, bool one);
+                                                     const AxisLimits& limits, AxisField& field);
 
  private:
   class Work;

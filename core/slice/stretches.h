@@ -20,6 +20,7 @@ struct Stretches {
     /// there and the stretch has no other walls.
     bool cornered = false;
     Vec ahead;
+    bool leads = false;  ///< it and those up to the next one that leads are of one area: others do not face them
   };
   std::vector<Vec> points;
   std::vector<Stretch> all;
