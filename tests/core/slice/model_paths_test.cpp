@@ -13,6 +13,7 @@
 #include "core/slice/planar.h"
 #include "core/slice/scaffold.h"
 #include "core/slice/slicer.h"
+#include "tests/core/slice/coverage_oracle.h"
 #include "tests/core/slice/offset_oracle.h"
 
 namespace firn::slice {
@@ -76,6 +77,18 @@ TEST_CASE("Tips that do not fit together, and those of areas hardly wider than t
   const auto only = [](std::size_t layer) { return [=](std::size_t k) { return k == 0 ? layer - 1 : 1'000'000; }; };
   check_rings("armadillo_86k.ply", only(11));
   check_rings("bunny_69k.ply", only(191));
+}
+
+TEST_CASE("No spot as wide as the narrower path stays uncovered where an area's tips are lost to the thinning") {
+  const double filter_mm = kOutlineShare * 0.05;
+  const std::vector<Region> layers = layers_of("bunny_69k.ply", {.chord_tolerance_mm = filter_mm});
+  const std::vector<Region> original = layers_of("bunny_69k.ply", {.chord_tolerance_mm = 0});
+  for (std::size_t k = 9; k < std::min<std::size_t>(layers.size(), 15); ++k) {
+    const LayerRegions regions{std::int32_t(k) + 1, 0, 2500, {layers[k]}, original[k], filter_mm, true};
+    const oracle::Spot spot = oracle::widest_spot(layers[k], 0.6 - 0.75, plan_layer(regions, {.chord_tolerance_mm = kRingShare * 0.05}), 0, 0.1);
+    INFO("layer " << k + 1 << ", " << spot.at_mm.x << ", " << spot.at_mm.y);
+    CHECK(spot.widest_mm <= 1.5);
+  }
 }
 
 // Places on a grid that lie inside a region, row by row.
