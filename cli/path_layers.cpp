@@ -9,19 +9,9 @@ namespace firn {
 namespace {
 
 InputPath input_path(const slice::LayerPaths& layer, std::size_t n, const slice::PathFileHead& head) {
-  const slice::PathInfo& info = layer.info[n];
   InputPath out;
-  Path& p = out.path;
-  p.layer = layer.layer;
-  p.material = info.material;
-  p.kind = info.kind;
-  p.closed = info.closed;
-  p.width_mm = info.width * slice::kMmPerUnit;
-  p.layer_height_mm = layer.height * slice::kMmPerUnit;
-  p.z_mm = layer.z * slice::kMmPerUnit;
-  p.points.reserve(layer.lines[n].size());
-  for (const slice::Point& q : layer.lines[n]) p.points.push_back({q.x * slice::kMmPerUnit, q.y * slice::kMmPerUnit});
-  const std::string& tool = info.kind == PathKind::kMeasurement ? head.laser : head.materials[info.material].tool;
+  out.path = slice::to_path(layer, n);
+  const std::string& tool = out.path.kind == PathKind::kMeasurement ? head.laser : head.materials[out.path.material].tool;
   if (!tool.empty()) out.tool = tool;
   return out;
 }

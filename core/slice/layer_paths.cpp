@@ -48,16 +48,13 @@ double transit_mm(const LayerPaths& paths) {
   return sum;
 }
 
-PathSet to_path_set(const LayerPaths& paths) {
-  PathSet set;
-  for (std::size_t i = 0; i < paths.info.size(); ++i) {
-    const PathInfo& info = paths.info[i];
-    Path path{paths.layer, info.material, info.kind, info.closed, info.width * kMmPerUnit, paths.height * kMmPerUnit,
-              paths.z * kMmPerUnit, {}};
-    for (const Point p : paths.lines[i]) path.points.push_back({p.x * kMmPerUnit, p.y * kMmPerUnit});
-    set.paths.push_back(std::move(path));
-  }
-  return set;
+Path to_path(const LayerPaths& paths, std::size_t line) {
+  const PathInfo& info = paths.info[line];
+  Path path{paths.layer, info.material, info.kind, info.closed, info.width * kMmPerUnit, paths.height * kMmPerUnit,
+            paths.z * kMmPerUnit, {}};
+  path.points.reserve(paths.lines[line].size());
+  for (const Point p : paths.lines[line]) path.points.push_back({p.x * kMmPerUnit, p.y * kMmPerUnit});
+  return path;
 }
 
 }  // namespace firn::slice

@@ -40,7 +40,7 @@ std::vector<MaterialUse> material_use(const LayerPaths&);
 /// Travel between the paths, in printing order, beginning at the first path's first point.
 double transit_mm(const LayerPaths&);
 
-/// The same in the terms of the rest of the house.
-PathSet to_path_set(const LayerPaths&);
+/// One of the lines in the terms of the rest of the house.
+Path to_path(const LayerPaths&, std::size_t line);
 
 }  // namespace firn::slice

@@ -47,16 +47,9 @@ struct PlanningSetup {
   control::SurfaceVersion version = control::SurfaceVersion::kPathSpeed;
 };
 
-/// What is to be planned: a line of a layer, or a piece of it.
-struct PathTask {
-  std::int32_t layer = 0;
-  PathKind kind = PathKind::kFill;
-  std::uint8_t material = 0;
-  bool closed = false;
-  double width_mm = 0.0, layer_height_mm = 0.0;
-  double z_mm = 0.0;             ///< of the tool in use, above the part's origin
+/// What is to be planned: a line of a layer, or a piece of it, at the height of the tool in use above the part's origin.
+struct PathTask : Path {
   std::string tool;              ///< of the machine; "laser": the setup's
-  std::vector<Point2> points;
   std::shared_ptr<const HeightMap> excess;  ///< coverage of its layer's beads less 1 (core/slice/footprint.h): less flows where they overlap; null: as they are
   bool deposits() const { return kind != PathKind::kMeasurement; }
 };

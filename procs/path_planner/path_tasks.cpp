@@ -17,17 +17,11 @@ double distance(const Point2& a, const Point2& b) {
 }
 
 PathTask task_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, std::size_t n, const PlanningSetup& setup) {
-  const slice::PathInfo& info = layer.info[n];
-  PathTask t;
-  t.layer = layer.layer;
-  t.kind = info.kind;
-  t.material = info.material;
-  t.closed = info.closed;
-  t.width_mm = info.width * slice::kMmPerUnit;
-  t.layer_height_mm = layer.height * slice::kMmPerUnit;
-  t.z_mm = layer.z * slice::kMmPerUnit + (t.deposits() ? setup.nozzle_gap_mm : 0.0);
-  t.tool = t.deposits() ? paths.head.materials.at(info.material).tool : "laser";
-  for (const slice::Point& p : layer.lines[n]) t.points.push_back({p.x * slice::kMmPerUnit, p.y * slice::kMmPerUnit});
+  PathTask t{slice::to_path(layer, n), "laser", nullptr};
+  if (t.deposits()) {
+    t.z_mm += setup.nozzle_gap_mm;
+    t.tool = paths.head.materials.at(t.material).tool;
+  }
   return t;
 }
 

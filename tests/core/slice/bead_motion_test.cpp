@@ -16,9 +16,8 @@ TEST_CASE("The motion along a bead in a gap takes a stop at each corner and its 
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     LayerRegions regions{1, 2500, 2500, {seed % 2 ? outlines::random_star(seed, 10 + int(seed), 4, 22) : outlines::blob(seed)}};
     const LayerPaths paths = plan_layer(regions, {});
-    const PathSet set = to_path_set(paths);
-    for (std::size_t i = 0; i < set.paths.size(); ++i) {
-      const Path& path = set.paths[i];
+    for (std::size_t i = 0; i < paths.lines.size(); ++i) {
+      const Path path = to_path(paths, i);
       if (path.closed) continue;
       INFO("seed " << seed << ", path " << i);
       motion::PathInput input;

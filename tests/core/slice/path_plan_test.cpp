@@ -65,11 +65,11 @@ TEST_CASE("A layer's paths: boundary of 1.5 mm at the material's own offset, the
   for (double d = 2.85; d < 15; d += 3) length += 4 * (30 - 2 * d), volume += 4 * (30 - 2 * d) * 3.0 * 0.25;
   CHECK(use[0].length_mm == Approx(length).epsilon(1e-4));
   CHECK(use[0].volume_mm3 == Approx(volume).epsilon(1e-4));
-  const PathSet set = to_path_set(paths);
-  REQUIRE(set.paths.size() == 12);
-  CHECK(set.paths[0].z_mm == Approx(0.25));
-  CHECK(set.paths[0].width_mm == Approx(1.5));
-  CHECK(set.paths[0].points.size() == paths.lines[0].size());
+  REQUIRE(paths.lines.size() == 12);
+  const firn::Path first_path = to_path(paths, 0);
+  CHECK(first_path.z_mm == Approx(0.25));
+  CHECK(first_path.width_mm == Approx(1.5));
+  CHECK(first_path.points.size() == paths.lines[0].size());
 }
 
 TEST_CASE("Areas of what is wanted, swept, left and overlapped agree with each other") {
