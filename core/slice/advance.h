@@ -28,7 +28,8 @@ class Advance {
   /// @param drawn what draw() has been given last
   bool telling(double core, double to, const Rings& drawn, const GapLimits& limits, const GapLimits& core_limits, double sagitta,
                LevelGaps& gaps);
-  /// At the asked tolerance, or finer where rings would meet. @return false if they meet even so
+  /// At the asked tolerance, or finer where rings would meet; where they do with their tips in exact places, without these, which
+  /// then have failed. @return false if they meet even so
   bool draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_t& finer);
   std::size_t loops();  ///< of the front; those smaller than the grid are not drawn
   bool touching() const { return touching_; }  ///< may the rings drawn last have contacts?
