@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kSlopeKept = 0.8, kSlopeShare = 0.4;  // phi, beta: a drift goes on, and dies away
 constexpr double kFirstShare = 0.3;   // of the first map, where the table's shape is not known
-constexpr double kStartShare = 0.8;   // beta of the first map where it is: a drift has begun at nothing, and its mean is half of it
+constexpr double kStartShare = 1.2;   // beta of the first map where it is: a drift has begun at nothing, and its mean so far is a third of the next
+constexpr double kBorderLack = 0.05;  // intervals that cells at a border lack in the first one, and half of it behind them: beads round off there
 
 struct Nearest {
   double mm2 = std::numeric_limits<double>::infinity();
@@ -27,6 +28,12 @@ std::array<double, N> class_means(const HeightMap& v, const Class& class_of) {
     if (std::isfinite(v.cells[c])) sum[std::size_t(class_of(c))] += v.cells[c], cells[std::size_t(class_of(c))] += 1.0;
   for (std::size_t n = 0; n < N; ++n) sum[n] = cells[n] > 0.0 ? sum[n] / cells[n] : 0.0;
   return sum;
+}
+
+std::array<double, kZones> lack_at_borders() {
+  std::array<double, kZones> d{};
+  for (std::size_t z = 0; z < d.size(); ++z) d[z] = z % kZoneBands < 2 ? -kBorderLack : z % kZoneBands == 2 ? -0.5 * kBorderLack : 0.0;
+  return d;
 }
 
 }  // namespace
@@ -71,6 +78,7 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   const auto material = [&](std::size_t c) { return material_of(m.material.cells[c]); };
 
   after_ = before_;
+  if (m.layer == 0) after_.zone = lack_at_borders();
   after_.wide = carried_over(before_.wide, e.spec);
   std::array<double, 2> foreseen{};
   for (std::size_t n = 0; n < 2; ++n) foreseen[n] = after_.material[n] += kSlopeKept * after_.slope[n];

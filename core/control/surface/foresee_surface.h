@@ -27,7 +27,8 @@ HeightMap square_mean(const HeightMap& values, double side_mm);
 ///   W += wide_gain * mean over squares of wide_mm of what Z leaves    a fixed pattern
 ///   U_k = K_p (n + narrow_gain (e_k - n)) - D, n = mean of e_k over squares of narrow_mm
 /// Of the first map's means over a material 0.3 counts, and W stays 0: it holds the table's own shape, which does not last. A map of the bare
-/// table (layer 0) before it is answered and teaches nothing; the first map then counts whole, with beta = 0.8 instead of 0.4.
+/// table (layer 0) before it is answered and teaches nothing, but Z starts at what borders lack (0.05 intervals, half of it in the band
+/// behind): the rest of the first interval's error is then the valves', and its map counts whole, with beta = 1.2 instead of 0.4.
 /// Zones belong to the footprint, W to the place: it is resampled onto the new grid.
 class ForeseeSurface final : public SurfaceScheduler {
  public:
