@@ -18,9 +18,10 @@ SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPa
   if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
   const control::SurfaceOptions options = surface_options(e, paths_.layers.back().layer);
   version_ = options.version;
+  feed_forward_ = options.feed_forward;
   scheme_ = control::make_surface_controller(options);
   subscribe(channels::kHeightMap, this);
-  if (options.feed_forward) subscribe(channels::kFlowModel, this);
+  if (feed_forward_) subscribe(channels::kFlowModel, this);
 }
 
 control::SurfaceDecision SurfaceControllerNode::decide(const height_map_t& m) {
@@ -41,6 +42,12 @@ void SurfaceControllerNode::start(const Start& start, Time, Outbox&) {
 
 void SurfaceControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   if (!(m.measured_fraction >= min_measured_fraction_)) return;
+  // The bare table tells nothing of the valves.
+  if (feed_forward_ && m.layer > 0 && m.map_id != told_) waiting_ = m;
+  else answer(m, out);
+}
+
+void SurfaceControllerNode::answer(const height_map_t& m, Outbox& out) {
   control_surface_t answer{};
   answer.layer = m.layer;
   answer.attempt = m.attempt;
@@ -71,8 +78,10 @@ void SurfaceControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   out.send(channels::kControlSurface, std::move(answer));
 }
 
-void SurfaceControllerNode::on(const flow_model_t& m, Time, Outbox&) {
+void SurfaceControllerNode::on(const flow_model_t& m, Time, Outbox& out) {
   if (m.maps_used > 0) scheme_->use_flow({m.factor[0], m.factor[1]});
+  told_ = m.map_id;
+  if (waiting_ && waiting_->map_id == m.map_id) answer(std::exchange(waiting_, std::nullopt).value(), out);
 }
 
 }  // namespace firn

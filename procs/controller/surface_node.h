@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "config/experiment.h"
 #include "core/control/surface/surface_controller.h"
@@ -22,16 +23,20 @@ class SurfaceControllerNode final : public Node {
   /// A resume: whoever started it has looked at the lab.
   void start(const Start&, Time now, Outbox&) override;
   void on(const height_map_t&, Time now, Outbox&);
-  /// With flow.feed_forward: later answers divide by it.
+  /// With flow.feed_forward: what the map of the same map_id has told of the valves. That map waits for it.
   void on(const flow_model_t&, Time now, Outbox&);
 
  private:
   control::SurfaceDecision decide(const height_map_t& map);
+  void answer(const height_map_t& map, Outbox&);
 
   slice::PrintPaths paths_;
   double pitch_mm_, min_measured_fraction_;
   control::SurfaceVersion version_;
+  bool feed_forward_;
   std::unique_ptr<control::SurfaceController> scheme_;
+  std::optional<height_map_t> waiting_;  ///< for its FLOW_MODEL
+  std::int64_t told_ = -1;               ///< map of the last FLOW_MODEL
 };
 
 }  // namespace firn

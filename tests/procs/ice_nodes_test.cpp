@@ -333,22 +333,31 @@ TEST_CASE("controller: a map with too few readings is not answered, one that can
   CHECK(b.last(channels::kControlSurface).decision == 0);
 }
 
-TEST_CASE("controller: with feed-forward the learned flow of each valve is divided out") {
+TEST_CASE("controller: with feed-forward the learned flow of each valve is divided out, and a map waits for what it taught of them") {
   Experiment e = test::ice_experiment();
   e.flow.feed_forward = "on";
-  NodeBench b = controller(e);
-  b.start();
-  flow_model_t f{};
+  flow_model_t f{}, older{};
+  f.map_id = 5;
   f.factor[0] = 1.1;
   f.factor[1] = 0.95;
-  f.maps_used = 3;
-  b.give(channels::kFlowModel, f);
-  b.give(channels::kHeightMap, flat_map(5, 0.0));
-  const control_surface_t s = b.last(channels::kControlSurface);
-  const GridSpec g = from_message(s.grid);
-  CHECK(double(s.u[g.index(g.nx / 2, g.ny / 2)]) == Approx(1.0 / 1.1 - 1.0).epsilon(1e-4));
-  CHECK(s.feed_forward[0] == Approx(1.0 / 1.1));
-  CHECK(s.feed_forward[1] == Approx(1.0 / 0.95));
+  f.maps_used = older.maps_used = 3;
+  older.map_id = 4;
+  older.factor[0] = older.factor[1] = 1.3;
+  for (const bool overtakes : {false, true}) {
+    NodeBench b = controller(e);
+    b.start();
+    b.give(channels::kFlowModel, older);
+    if (overtakes) b.give(channels::kFlowModel, f);
+    b.give(channels::kHeightMap, flat_map(5, 0.0));
+    CHECK(b.all(channels::kControlSurface).size() == (overtakes ? 1 : 0));
+    if (!overtakes) b.give(channels::kFlowModel, f);
+    REQUIRE(b.all(channels::kControlSurface).size() == 1);
+    const control_surface_t s = b.last(channels::kControlSurface);
+    const GridSpec g = from_message(s.grid);
+    CHECK(double(s.u[g.index(g.nx / 2, g.ny / 2)]) == Approx(1.0 / 1.1 - 1.0).epsilon(1e-4));
+    CHECK(s.feed_forward[0] == Approx(1.0 / 1.1));
+    CHECK(s.feed_forward[1] == Approx(1.0 / 0.95));
+  }
 }
 
 TEST_CASE("flow_estimator: what was laid against what rose gives each valve's factor, and paths in doubt do not count") {
