@@ -2,11 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
+
+#include "core/slice/lanes.h"
 
 namespace firn::slice {
 
@@ -75,16 +76,12 @@ class BoxTree {
   static constexpr std::size_t kFan = 8;
 
   // A box is x0, y0, -x1, -y1, so that four comparisons are one: a meets b where no number of a is above reach(b).
-  using Lanes = std::int32_t __attribute__((vector_size(16)));
+  using Lanes = Lanes4;
   struct Packed {
     Lanes lanes;
   };
   static Lanes reach(Lanes b) { return -__builtin_shufflevector(b, b, 2, 3, 0, 1); }
-  static bool within(Lanes a, Lanes reach) {
-    using Halves = std::int64_t __attribute__((vector_size(16)));
-    const Halves above = std::bit_cast<Halves>(a > reach);
-    return (above[0] | above[1]) == 0;
-  }
+  static bool within(Lanes a, Lanes reach) { return signs(a > reach) == 0; }
 
   std::size_t end_of(std::size_t level, std::size_t parent) const {
     return std::min(levels_[level].size(), (parent + 1) * kFan);

@@ -11,10 +11,6 @@
 #include <span>
 #include <vector>
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
-
 #include "core/slice/box_pairs.h"
 #include "core/slice/region.h"
 
@@ -94,7 +90,7 @@ class BoxSearch {
   using Numbers = std::array<std::int32_t, 4>;
   static constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
   static constexpr Numbers kNowhere = {kFar, kFar, kFar, kFar};
-  using Lanes = std::int32_t __attribute__((vector_size(16)));
+  using Lanes = Lanes4;
   struct Node {
     Lanes lanes[4][2];  // [number][half of the children]
   };
@@ -123,16 +119,6 @@ class BoxSearch {
       box[k] = std::min(two[0], two[1]);
     }
     return box;
-  }
-  // One bit for each lane that is below 0.
-  static unsigned signs(Lanes lanes) {
-#ifdef __SSE2__
-    return unsigned(_mm_movemask_ps(std::bit_cast<__m128>(lanes)));
-#else
-    unsigned bits = 0;
-    for (int i = 0; i < 4; ++i) bits |= unsigned(lanes[i] < 0) << i;
-    return bits;
-#endif
   }
   static unsigned meeting(const Node& node, const Query& query) {
     const auto above = [&](std::size_t half) {

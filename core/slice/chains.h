@@ -13,7 +13,7 @@ namespace firn::slice {
 
 /// A box in doubles whose corners are compared two numbers at a time.
 struct PairBox {
-  using Pair = double __attribute__((vector_size(16)));
+  using Pair = Lanes2;
   Pair low, high;
 
   static Pair pair(Vec v) { return Pair{v.x, v.y}; }
@@ -21,14 +21,12 @@ struct PairBox {
   template <class P>
   static PairBox of(P a, P b) {
     const Pair p = pair(a), q = pair(b);
-    return {p < q ? p : q, p < q ? q : p};
+    return {p < q ? p : q, p > q ? p : q};
   }
   PairBox with(const PairBox& o) const { return {low < o.low ? low : o.low, high > o.high ? high : o.high}; }
   PairBox grown(double by) const { return {low - Pair{by, by}, high + Pair{by, by}}; }
   bool meets(const PairBox& o) const {
-    using Halves = std::int64_t __attribute__((vector_size(16)));
-    const Halves apart = (low > o.high) | (o.low > high);
-    return (apart[0] | apart[1]) == 0;
+    return lanes_of((low > o.high) | (o.low > high)) == 0;
   }
   /// In whole units, outward.
   BoxOf<std::int32_t> whole() const {
@@ -47,8 +45,8 @@ class Chains {
 
   /// Of a straight edge.
   static int run_of(Vec way) {
-    const auto falls = PairBox::pair(way) < PairBox::Pair{};
-    return int(falls[0] & kXFalls) | int(falls[1] & kYFalls);
+    static_assert(kXFalls == 1 && kYFalls == 2);
+    return lanes_of(PairBox::pair(way) < PairBox::Pair{});
   }
 
   void clear() { chains_.clear(); }

@@ -113,7 +113,7 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
 
 // Reverses stretches of the order while that shortens the way.
 void two_opt(std::vector<Stop>& stops, Point at, int passes) {
-  using Pair = double __attribute__((vector_size(16)));
+  using Pair = Lanes2;
   const std::size_t n = stops.size();
   std::vector<double> link(n + 1, 0.0);           // [k]: the way from stop k to the next
   std::vector<double> exit_x(n + 1), exit_y(n + 1);
@@ -128,8 +128,7 @@ void two_opt(std::vector<Stop>& stops, Point at, int passes) {
     std::memcpy(&y, &exit_y[j], sizeof y);
     std::memcpy(&most, &link[j], sizeof most);
     x -= double(before.x), y -= double(before.y), most += there;
-    const auto near = x * x + y * y < most * most;
-    return (near[0] | near[1]) != 0;
+    return lanes_of(x * x + y * y < most * most) != 0;
   };
   for (std::size_t k = 0; k < n; ++k) measure(k);
   for (int pass = 0; pass < passes; ++pass) {

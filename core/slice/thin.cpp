@@ -1,5 +1,7 @@
 #include "core/slice/thin.h"
 
+#include <algorithm>
+
 #include "core/slice/ring_writer.h"
 
 namespace firn::slice {
@@ -14,33 +16,39 @@ class Edge {
     anchor_ = anchor, place_ = place;
     reach_ = kNoWay;
   }
-  // @return whether the edge may go on to a place, or, with a tolerance of 0 there, end at it
-  bool take(Vec p, double tolerance) {
-    const Vec way = p - anchor_;
-    if (reach_ == kNoWay) {
-      const Vec out = p - place_;
-      if (dot(way, way) <= tolerance_ * tolerance_ || dot(out, out) == 0) return true;
-      along_ = (1 / length(out)) * out;
-      reach_ = kNothing, slopes_ = Pair{-kSteep, -kSteep};
-    }
-    const double reach = dot(along_, way), side = cross(along_, way);
-    const Pair beside = Pair{side - tolerance, -(side + tolerance)};
-    const auto out_of = beside > Pair{-slopes_[1], -slopes_[0]} * reach;
-    if ((reach < reach_) | ((out_of[0] | out_of[1]) != 0)) return false;
-    const Pair here = beside / reach;
-    slopes_ = here > slopes_ ? here : slopes_;
-    reach_ = reach;
-    return true;
+  // @return the first place to which it may not go on, or the end
+  const Vec* follow(const Vec* place, const Vec* end) {
+    for (; reach_ == kNoWay && place != end; ++place)
+      if (sets_out(*place)) break;
+    while (place != end && reaches(*place, tolerance_)) ++place;
+    return place;
   }
+  // Ends at a place, or before it has set out.
+  bool closes(Vec place) { return (reach_ == kNoWay && !sets_out(place)) || reaches(place, 0.0); }
   // Beside the place taken last: as far from either side as it may be.
-  Vec end() const { return anchor_ + reach_ * (along_ + 0.5 * (slopes_[0] - slopes_[1]) * left_of(along_)); }
+  Vec end() const { return anchor_ + reach_ * (along_ + 0.5 * (left_ - right_) * left_of(along_)); }
   bool empty() const { return reach_ <= kNothing; }
 
  private:
-  using Pair = double __attribute__((vector_size(16)));
+  bool sets_out(Vec p) {
+    const Vec way = p - anchor_, out = p - place_;
+    if (dot(way, way) <= tolerance_ * tolerance_ || dot(out, out) == 0) return false;
+    along_ = (1 / length(out)) * out;
+    reach_ = kNothing, left_ = right_ = kSteep;
+    return true;
+  }
+  bool reaches(Vec p, double tolerance) {
+    const Vec way = p - anchor_;
+    const double reach = dot(along_, way), side = cross(along_, way);
+    const double left = side + tolerance, right = tolerance - side;
+    if (reach < reach_ || left < -right_ * reach || right < -left_ * reach) return false;
+    left_ = std::min(left_, left / reach), right_ = std::min(right_, right / reach);
+    reach_ = reach;
+    return true;
+  }
   static constexpr double kSteep = 1.0, kNoWay = -1, kNothing = 1e-300;
   double tolerance_, reach_ = kNoWay;  // kNothing: no place taken yet
-  Pair slopes_{};                      // the lowest, and minus the highest
+  double left_ = 0, right_ = 0;        // the highest, and minus the lowest
   Vec anchor_, place_, along_;
 };
 
@@ -52,18 +60,17 @@ bool thin_ring(std::span<const Vec> line, double tolerance, Rings& rings, Flat f
   if ((n > 4 || flat == Flat::kVanishes) && tolerance > 0) {
     out.add(line[0]);
     Edge edge(tolerance);
-    Vec from = line[0];
-    edge.begin(from, from);
-    for (std::size_t i = 1; i <= n;) {
-      const Vec to = line[i < n ? i : 0];
-      if (edge.take(to, i < n ? tolerance : 0.0)) {
-        ++i;
-        continue;
+    edge.begin(line[0], line[0]);
+    for (const Vec *place = line.data() + 1, *const end = line.data() + n;;) {
+      place = edge.follow(place, end);
+      if (place == end && edge.closes(line[0])) break;
+      if (edge.empty() && place == end) {
+        out.add(line[0]);
+        break;
       }
-      if (edge.empty()) from = to, ++i;
-      else from = edge.end();
+      const Vec from = edge.empty() ? *place++ : edge.end();
       out.add(from);
-      if (i <= n) edge.begin(from, line[i - 1]);
+      edge.begin(from, place[-1]);
     }
     if (out.size() >= 3 && out.close() != 0) return true;
     out.clear();
