@@ -159,16 +159,18 @@ double shift_of(const Line& line, const std::vector<double>& drops) {
 // --- flow curve ----------------------------------------------------------------------------------------------------
 
 constexpr double kWanted_mm3 = 400.0, kShortest_s = 12.0, kLongest_s = 40.0;
+constexpr int kIdleWeighings = 20;
 constexpr double kRest_s = 10.0;          // between weighings
-constexpr double kWarmth_s = 200.0;        // a solenoid's coil warms in minutes
+constexpr double kWarmth_s = 200.0, kSlower_s = 300.0;  // a solenoid's coil warms in minutes; how many the fit finds between and about these
 constexpr std::size_t kGapClasses = 6;
 constexpr double kCupHeight_mm = 20.0;
 
-/// Ticks of a constant frequency on the list's raster: each pulse at the tick nearest to its time.
+/// Ticks of a constant frequency on the list's raster: each pulse at the tick nearest to its time, the later one of two (at 250 Hz every
+/// time lies between two: round-off must not choose).
 std::vector<std::int32_t> even_ticks(double hz, double seconds, double tick_s) {
   std::vector<std::int32_t> ticks;
   for (std::int64_t k = 0;; ++k) {
-    const auto tick = std::int32_t(std::floor((double(k) + 0.5) / hz / tick_s));
+    const auto tick = std::int32_t(std::floor((double(k) + 0.5) / hz / tick_s + 1e-6));
     if (tick * tick_s >= seconds) return ticks;
     ticks.push_back(tick);
   }
@@ -183,24 +185,25 @@ std::vector<double> gap_shares(const std::vector<std::int32_t>& ticks) {
   return share;
 }
 
-/// Mean pulse rate of the last minutes, older ones forgotten with kWarmth_s.
+/// Mean pulse rate of the last minutes, older ones forgotten with tau_s.
 class Warmth {
  public:
+  explicit Warmth(double tau_s) : tau_s_(tau_s) {}
   /// @returns the mean over the firing, in thousands of pulses a second
   double fired(double from_s, double to_s, double hz) {
     rest_until(from_s);
-    const double before = now_, d = to_s - from_s, keep = std::exp(-d / kWarmth_s);
+    const double before = now_, d = to_s - from_s, keep = std::exp(-d / tau_s_);
     now_ = hz + (before - hz) * keep;
     at_s_ = to_s;
-    return 1e-3 * (hz + (before - hz) * kWarmth_s / d * (1.0 - keep));
+    return 1e-3 * (hz + (before - hz) * tau_s_ / d * (1.0 - keep));
   }
 
  private:
   void rest_until(double t_s) {
-    now_ *= std::exp(-(t_s - at_s_) / kWarmth_s);
+    now_ *= std::exp(-(t_s - at_s_) / tau_s_);
     at_s_ = t_s;
   }
-  double now_ = 0.0, at_s_ = 0.0;
+  double tau_s_, now_ = 0.0, at_s_ = 0.0;
 };
 
 }  // namespace
@@ -281,9 +284,13 @@ LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::str
   over_cup.points = {{c.cup_x_mm, c.cup_y_mm}};
   const ValveLineConfig& valve = o.material == 1 ? experiment.valve_b : experiment.valve_a;
   const double density = o.material == 1 ? c.density_sme_mg_mm3 : c.density_water_mg_mm3;
-  Warmth coil;
+  Warmth coil(kWarmth_s), slower(kSlower_s);
   std::vector<FlowWeighing> weighings;
-  double before_mg = lab.weigh_mg(o.material);
+  std::vector<double> idle_mg;  // nothing is added: what the balance scatters by
+  for (int n = 0; n < kIdleWeighings; ++n) idle_mg.push_back(lab.weigh_mg(o.material));
+  double before_mg = std::accumulate(idle_mg.begin(), idle_mg.end(), 0.0) / kIdleWeighings, idle_squares = 0.0;
+  for (const double mg : idle_mg) idle_squares += (mg - before_mg) * (mg - before_mg);
+  const double balance_mm3 = std::sqrt(2.0 * idle_squares / (kIdleWeighings - 1)) / density;
   for (const double hz : order) {
     const double seconds = std::clamp(kWanted_mm3 * valve.hz_per_mm3_s / hz, kShortest_s, kLongest_s);
     const std::vector<std::int32_t> ticks = even_ticks(hz, seconds, tick_s);
@@ -296,8 +303,8 @@ LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::str
     const double after_mg = lab.weigh_mg(o.material), volume = (after_mg - before_mg) / density;
     before_mg = after_mg;
     if (!(volume > 0.0)) throw calibration::Uninformative(fmt::format("{} pulses at {:.0f} Hz have left nothing in the cup: does it stand under the nozzle, is the tank empty?", counted, hz));
-    const double warmth = coil.fired(from_s, from_s + seconds, hz);
-    weighings.push_back({hz, volume, double(ticks.size()) / hz, gap_shares(ticks), warmth, warmer_K});
+    const double warmth = coil.fired(from_s, from_s + seconds, hz), lag = slower.fired(from_s, from_s + seconds, hz) - warmth;
+    weighings.push_back({hz, volume, double(ticks.size()) / hz, gap_shares(ticks), warmth, lag, warmer_K, balance_mm3});
     if (o.progress) o.progress(double(weighings.size()) / double(order.size()));
   }
   const calibration::FlowCurveFit fit = calibration::calibrate_flow_curve(weighings);

@@ -13,7 +13,7 @@ ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks) {
     return m.commanded_mm + m.speed_mm_s * x[0] + x[1] - m.measured_mm;
   };
   ValveLatency v;
-  v.fit = robust_fit(unknowns, marks.size(), residual, 0.005);
+  v.fit = robust_fit(unknowns, marks.size(), residual, 0.005, Scatter::kEach);  // a start that jitters and an arm that rings move fast marks more
   v.latency_s = v.fit.unknowns[0], v.offset_mm = v.fit.unknowns[1];
   const double x[] = {v.latency_s.value, v.offset_mm.value};
   double g[2];
@@ -23,11 +23,11 @@ ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks) {
 
 namespace {
 
-/// The mean drop: a sum of terms times what a warmer coil and warmer liquid make of it.
+/// The mean drop: a sum of terms, less what its flow takes of the pressure, times what a warmer coil and warmer liquid make of it.
 struct DropModel {
   bool by_gap = false, warm = false, tempered = false;
-  std::size_t gaps = 0, linear = 0, terms = 0;   ///< unknowns of the sum; all
-  double top_hz = 1.0, mean_warmth = 0.0;
+  std::size_t gaps = 0, linear = 0, terms = 0;   ///< unknowns of the sum, with the pressure's; all
+  double top_hz = 1.0, usual_mm3 = 1.0, mean_warmth = 0.0;
   std::vector<std::size_t> joined;  ///< class of each entry of gap_share
 
   void row(const FlowWeighing& w, double* p) const {
@@ -39,23 +39,31 @@ struct DropModel {
       return;
     }
     for (std::size_t g = 0; g < w.gap_share.size(); ++g) p[joined[g]] += w.gap_share[g];
-    p[gaps] = w.frequency_hz / top_hz;
   }
   /// The drop at x, its derivatives into g.
   double drop(const FlowWeighing& w, const double* x, double* g) const {
     row(w, g);
     double sum = 0.0, factor = 1.0;
     for (std::size_t k = 0; k < linear; ++k) sum += x[k] * g[k];
-    if (warm) factor += x[linear] * (w.warmth - mean_warmth), g[linear] = sum * (w.warmth - mean_warmth);
+    if (by_gap) {
+      const double flow = w.frequency_hz / top_hz * sum / (usual_mm3 * usual_mm3);
+      for (std::size_t k = 0; k < gaps; ++k) g[k] *= 1.0 + 2.0 * x[gaps] * flow;
+      g[gaps] = flow * sum;
+      sum += x[gaps] * g[gaps];
+    }
+    if (warm) {
+      factor += x[linear] * (w.warmth - mean_warmth) + x[linear + 1] * w.warmth_lag;
+      g[linear] = sum * (w.warmth - mean_warmth), g[linear + 1] = sum * w.warmth_lag;
+    }
     if (tempered) factor += x[terms - 1] * w.warmer_K, g[terms - 1] = sum * w.warmer_K;
     for (std::size_t k = 0; k < linear; ++k) g[k] *= factor;
     return sum * factor;
   }
 };
 
-DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequencies, double top_hz) {
+DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequencies, double top_hz, double mean_drop) {
   DropModel m;
-  m.top_hz = top_hz;
+  m.top_hz = top_hz, m.usual_mm3 = mean_drop;
   const std::size_t classes = weighings.empty() ? 0 : weighings[0].gap_share.size();
   for (const FlowWeighing& w : weighings) {
     if (w.gap_share.size() != classes) throw std::invalid_argument("some weighings tell the gaps of their pulses and some do not");
@@ -66,7 +74,7 @@ DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequenc
   m.by_gap = classes > 0;
   if (!m.by_gap) {
     m.linear = frequencies > 7 ? 4 : 3;
-    m.terms = m.linear + (m.warm ? 1 : 0) + (m.tempered ? 1 : 0);
+    m.terms = m.linear + (m.warm ? 2 : 0) + (m.tempered ? 1 : 0);
     return m;
   }
   constexpr double kLeastShare = 0.005;
@@ -78,30 +86,13 @@ DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequenc
   }
   for (std::size_t& g : m.joined) g = std::min(g, m.gaps == 0 ? 0 : m.gaps - 1);
   m.linear = m.gaps + 1;
-  m.terms = m.linear + (m.warm ? 1 : 0) + (m.tempered ? 1 : 0);
+  m.terms = m.linear + (m.warm ? 2 : 0) + (m.tempered ? 1 : 0);
   return m;
 }
 
-/// p^T N^-1 p by Gauss, N positive definite.
-double variance_of(std::vector<std::vector<double>> n, const std::vector<double>& p) {
-  const std::size_t terms = p.size();
-  std::vector<double> y = p;
-  for (std::size_t k = 0; k < terms; ++k)
-    for (std::size_t a = k + 1; a < terms; ++a) {
-      const double by = n[a][k] / n[k][k];
-      for (std::size_t b = k; b < terms; ++b) n[a][b] -= by * n[k][b];
-      y[a] -= by * y[k];
-    }
-  for (std::size_t k = terms; k-- > 0;) {
-    for (std::size_t b = k + 1; b < terms; ++b) y[k] -= n[k][b] * y[b];
-    y[k] /= n[k][k];
-  }
-  double v = 0.0;
-  for (std::size_t k = 0; k < terms; ++k) v += p[k] * y[k];
-  return v;
-}
-
 }  // namespace
+
+constexpr double kLeastFlowShare = 0.1;  // of the scatter, that it cannot all be the balance's
 
 FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   std::vector<const FlowWeighing*> rows;  // one of each frequency
@@ -114,48 +105,55 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   rows.erase(std::unique(rows.begin(), rows.end(), [](auto a, auto b) { return a->frequency_hz == b->frequency_hz; }), rows.end());
   if (rows.size() < 5 || rows.back()->frequency_hz < 2.0 * rows.front()->frequency_hz)
     throw Uninformative("a flow curve needs five frequencies over more than a factor of two; there are " + std::to_string(rows.size()));
-  const DropModel model = model_of(weighings, rows.size(), rows.back()->frequency_hz);
-  const std::size_t terms = model.terms;
   double mean_drop = 0.0, mean_s = 0.0;
   for (const FlowWeighing& w : weighings) mean_s += w.duration_s / double(weighings.size());
   for (const FlowWeighing& w : weighings) mean_drop += w.volume_mm3 / (w.frequency_hz * w.duration_s) / double(weighings.size());
+  const DropModel model = model_of(weighings, rows.size(), rows.back()->frequency_hz, mean_drop);
+  const std::size_t terms = model.terms;
   std::vector<Unknown> unknowns;
   for (std::size_t k = 0; k < terms; ++k) {
     const bool level = model.by_gap ? k < model.gaps : k == 0;
     const double size = k >= model.linear ? 1.0 : mean_drop;
     unknowns.push_back({"the curve's coefficient " + std::to_string(k), level ? mean_drop : 0.0, 0.01 * size, 20.0 * size});
   }
+  std::vector<double> weight;
+  for (const FlowWeighing& w : weighings) weight.push_back(std::sqrt(w.duration_s / mean_s));
   const Residual residual = [&](std::size_t i, const double* x, double* g) {  // logarithms: a ratio the other way up would be biased
     const FlowWeighing& w = weighings[i];
-    const double drop = w.volume_mm3 / (w.frequency_hz * w.duration_s), weight = std::sqrt(w.duration_s / mean_s);
+    const double drop = w.volume_mm3 / (w.frequency_hz * w.duration_s);
     const double fitted = std::max(model.drop(w, x, g), 1e-3 * mean_drop);
-    for (std::size_t k = 0; k < terms; ++k) g[k] *= weight / fitted;
-    return weight * std::log(fitted / drop);
+    for (std::size_t k = 0; k < terms; ++k) g[k] *= weight[i] / fitted;
+    return weight[i] * std::log(fitted / drop);
   };
   FlowCurveFit out;
   out.fit = robust_fit(unknowns, weighings.size(), residual, 1e-4);
+  // The balance's share of the scatter is known, the flow's is the rest; once more with both.
+  const auto balance = [&](std::size_t i) { return std::pow(weighings[i].balance_mm3 / weighings[i].volume_mm3, 2); };
+  double flows = 0.0, balances = 0.0;
+  for (std::size_t n = 0; n < out.fit.used.size(); ++n) {
+    const std::size_t i = out.fit.used[n];
+    flows += out.fit.residuals[n] * out.fit.residuals[n], balances += balance(i) * weight[i] * weight[i];
+  }
+  if (balances > 0.0) {
+    const double flow = std::max(flows - balances, kLeastFlowShare * flows) / double(out.fit.used.size());
+    for (std::size_t i = 0; i < weighings.size(); ++i) weight[i] = 1.0 / std::sqrt(mean_s / weighings[i].duration_s + balance(i) / flow);
+    out.fit = robust_fit(unknowns, weighings.size(), residual, 1e-4);
+  }
   out.warmth = model.mean_warmth;
-  std::vector<std::vector<double>> normal(terms, std::vector<double>(terms, 0.0));
   std::vector<double> row(terms), x(terms);
   for (std::size_t k = 0; k < terms; ++k) x[k] = out.fit.unknowns[k].value;
-  for (std::size_t i = 0; i < weighings.size(); ++i) {
-    out.relative.push_back(residual(i, x.data(), row.data()));
-    if (std::abs(out.relative.back()) > 4.0 * out.fit.residual_std) continue;
-    for (std::size_t a = 0; a < terms; ++a)
-      for (std::size_t b = 0; b < terms; ++b) normal[a][b] += row[a] * row[b];
-  }
-  const double t = student_95(double(out.fit.data - out.fit.outliers) - double(terms));
+  for (std::size_t i = 0; i < weighings.size(); ++i) out.relative.push_back(residual(i, x.data(), row.data()));
   double before = 0.0;
   for (const FlowWeighing* w : rows) {
     FlowWeighing usual = *w;
-    usual.warmth = model.mean_warmth, usual.warmer_K = 0.0;
-    const double drop = model.drop(usual, x.data(), row.data());
-    const double hz = w->frequency_hz, flow = hz * drop;
-    const double std = out.fit.residual_std * std::sqrt(variance_of(normal, row)) * hz;
+    usual.warmth = model.mean_warmth, usual.warmth_lag = usual.warmer_K = 0.0;
+    const double hz = w->frequency_hz, flow = hz * model.drop(usual, x.data(), row.data());
+    for (double& by : row) by *= hz;
+    const Estimate e = out.fit.estimate(flow, row);
     if (!(flow > before)) throw Uninformative("the flow does not increase at " + std::to_string(hz) + " Hz");
-    if (std > 0.05 * flow) throw Uninformative("the flow at " + std::to_string(hz) + " Hz is known to " + std::to_string(100.0 * std / flow) + " % only");
+    if (e.std > 0.05 * flow) throw Uninformative("the flow at " + std::to_string(hz) + " Hz is known to " + std::to_string(100.0 * e.std / flow) + " % only");
     before = flow;
-    out.rows.push_back({hz, {flow, std, t * std}});
+    out.rows.push_back({hz, e});
   }
   return out;
 }

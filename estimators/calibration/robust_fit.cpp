@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 
 namespace firn::calibration {
 namespace {
 
-constexpr double kClip = 3.0, kReject = 4.0, kMadToStd = 1.4826, kConfounded = 1e-4, kBlind = 1e-10;
+constexpr double kClip = 3.0, kReject = 4.0, kMadToStd = 1.4826, kConfounded = 1e-4, kBlind = 1e-10, kOwn = 1e-9;
 constexpr int kRounds = 4, kMostEvaluations = 1000;
 
 using Matrix = std::vector<std::vector<double>>;
@@ -95,7 +96,7 @@ double student_95(double f) {
   return z + (z3 + z) / (4.0 * f) + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * f * f);
 }
 
-FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, const Residual& residual, double least_std) {
+FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, const Residual& residual, double least_std, Scatter scatter) {
   const std::size_t n = unknowns.size();
   if (data < n + 2)
     throw Uninformative(std::to_string(data) + " data are too few for " + unknowns.front().name + " and " + std::to_string(n - 1) + " further unknowns");
@@ -135,12 +136,11 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
   FitResult f;
   f.data = int(data);
   f.evaluations = p.evaluations;
-  std::vector<std::vector<double>> information(n, std::vector<double>(n, 0.0));
+  Matrix information(n, std::vector<double>(n, 0.0));
   double squares = 0.0;
   const std::vector<double> r = residuals();
   for (std::size_t i = 0; i < data; ++i) {
-    const double z = r[i] / p.sigma;
-    if (std::abs(z) > kReject) {
+    if (std::abs(r[i]) > kReject * p.sigma) {
       ++f.outliers;
       continue;
     }
@@ -148,12 +148,15 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
     residual(i, p.x.data(), p.row.data());
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = 0; b < n; ++b) information[a][b] += p.row[a] * p.row[b] * unknowns[a].scale * unknowns[b].scale;
+    f.rows.push_back(p.row), f.residuals.push_back(r[i]), f.used.push_back(i);
   }
   const double freedom = double(data) - f.outliers - double(n);
   if (freedom < 1.0) throw Uninformative("too many of the data for " + unknowns.front().name + " are outliers");
+  f.least_std = least_std, f.scatter = scatter;
   f.residual_std = std::max(least_std, std::sqrt(squares / freedom));
   // Inverse by Gauss and Jordan; what is left of a diagonal entry tells how far the unknowns before it can make up for it.
-  std::vector<std::vector<double>> inverse(n, std::vector<double>(n, 0.0));
+  Matrix& inverse = f.inverse;
+  inverse.assign(n, std::vector<double>(n, 0.0));
   for (std::size_t k = 0; k < n; ++k) inverse[k][k] = 1.0;
   std::vector<double> whole(n);
   for (std::size_t k = 0; k < n; ++k) whole[k] = information[k][k];
@@ -168,13 +171,50 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
       for (std::size_t b = 0; b < n; ++b) information[a][b] -= by * information[k][b], inverse[a][b] -= by * inverse[k][b];
     }
   }
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < n; ++b) inverse[a][b] *= unknowns[a].scale * unknowns[b].scale;
   for (std::size_t k = 0; k < n; ++k) {
     if (!(std::abs(p.x[k] - unknowns[k].start) < unknowns[k].reach))
       throw Uninformative(unknowns[k].name + " lies at or beyond the end of its reach, " + std::to_string(p.x[k]));
-    const double std = f.residual_std * std::sqrt(inverse[k][k]) * unknowns[k].scale;
-    f.unknowns.push_back({p.x[k], std, student_95(freedom) * std});
+    std::vector<double> itself(n, 0.0);
+    itself[k] = 1.0;
+    f.unknowns.push_back(f.estimate(p.x[k], itself));
   }
   return f;
+}
+
+Estimate FitResult::estimate(double value, const std::vector<double>& by_unknown) const {
+  const std::size_t n = by_unknown.size(), m = rows.size();
+  const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); };
+  const auto solve = [&](const std::vector<double>& v) {
+    std::vector<double> out(n);
+    for (std::size_t a = 0; a < n; ++a) out[a] = dot(inverse[a], v);
+    return out;
+  };
+  const std::vector<double> pull = solve(by_unknown);
+  if (scatter == Scatter::kAlike) {
+    const double std = residual_std * std::sqrt(dot(pull, by_unknown));
+    return {value, std, student_95(double(m) - double(n)) * std};
+  }
+  Matrix solved(m);
+  std::vector<double> weight(m, 0.0);  // of each squared residual in the variance
+  double variance = 0.0, least = 0.0;
+  for (std::size_t i = 0; i < m; ++i) {
+    solved[i] = solve(rows[i]);
+    const double share = dot(pull, rows[i]), left = 1.0 - dot(rows[i], solved[i]);  // what the fit leaves of a datum's own error
+    if (left > kOwn) weight[i] = share * share / left;
+    variance += left > kOwn ? weight[i] * residuals[i] * residuals[i] : share * share * residual_std * residual_std;
+    least += share * share * least_std * least_std;
+  }
+  double trace = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < m; ++i)
+    for (std::size_t j = 0; j < m; ++j) {
+      const double left = (i == j ? 1.0 : 0.0) - dot(rows[i], solved[j]);
+      if (i == j) trace += weight[i] * left;
+      squares += weight[i] * weight[j] * left * left;
+    }
+  const double std = std::sqrt(std::max(variance, least));
+  return {value, std, student_95(squares > 0.0 ? trace * trace / squares : 1.0) * std};
 }
 
 }  // namespace firn::calibration

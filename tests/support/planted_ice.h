@@ -57,7 +57,7 @@ inline double flow_mm3_s(const Experiment& e, int material, double hz, double me
   double sum = 0.0;
   const int n = int(4.0 * hz);
   for (int k = 0; k < 2 * n; ++k) {
-    const double v = line.pulse(0.002 * std::floor((k + 0.5) / hz / 0.002), 1e-6 * (material ? e.valve_b : e.valve_a).pulse_us);
+    const double v = line.pulse(0.002 * std::floor((k + 0.5) / hz / 0.002 + 1e-6), 1e-6 * (material ? e.valve_b : e.valve_a).pulse_us);
     if (k >= n) sum += v;
   }
   return sum / n * hz;
