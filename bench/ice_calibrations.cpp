@@ -1,5 +1,5 @@
 // Planted cases through the calibrations of the simulated ice lab: worst error, root mean square, coverage of the 95 % intervals.
-//   build/bench/ice_calibrations [cases = 100] [laser-offset|laser-latency|level-table|valve-latency|flow-curve ...] [--each] [--from FIRST = 1]
+//   build/bench/ice_calibrations [cases = 100] [laser-offset|laser-latency|level-table|turned-table|valve-latency|flow-curve ...] [--each] [--from FIRST = 1]
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -38,6 +38,14 @@ std::vector<Kind> kinds() {
   return {{"laser-offset", "mm", 0.2, plain(calibrate_laser_offset, planted::judge_offset, false)},
           {"laser-latency", "s", 0.002, plain(calibrate_laser_latency, planted::judge_laser_latency, false)},
           {"level-table", "mm", 0.05, plain(calibrate_table, planted::judge_table, true, true)},
+          {"turned-table", "mm", 0.1, [](const planted::IceLab& lab, std::uint64_t n) {  // as told, from screws up to 0.5 mm off
+             Experiment e = planted::plant_case(lab, n);
+             planted::plant_screws(e, n);
+             e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0;
+             LabCalibrationOptions o;
+             o.rounds = 10;
+             return planted::judge_table(e, calibrate_table(e, lab.machine_toml, o));
+           }},
           {"valve-latency", "s", 0.002, plain(calibrate_valve_latency, [](const Experiment& e, const LabCalibration& c) { return planted::judge_valve_latency(e, c, 0, kGap_mm); }, true)},
           {"flow-curve", "", 0.02, plain(calibrate_flow_curve, [](const Experiment& e, const LabCalibration& c) { return planted::judge_flow(e, c, 0); }, true)}};
 }

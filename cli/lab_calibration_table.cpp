@@ -91,10 +91,13 @@ void measure(CalibrationLab& lab, std::vector<TablePoint>& points, const std::fu
 }
 
 /// What an operator does who turns exactly as told.
-void turn(const TableLevel& t, bool feet, IcePlantConfig& table) {
-  std::vector<double>& heights = feet ? table.foot_mm : table.screw_mm;
+void turn(const TableLevel& t, bool feet, IcePlantConfig& table, LabCalibration& out) {
+  std::vector<double>&heights = feet ? table.foot_mm : table.screw_mm, &lifts = feet ? out.foot_lift_mm : out.screw_lift_mm;
   heights.resize(feet ? 4 : 9, 0.0);
-  for (const calibration::Turn& done : t.turns) heights[std::size_t(std::stoi(done.name.substr(done.name.find(' ') + 1)) - 1)] += done.lift_mm;
+  for (const calibration::Turn& done : t.turns) {
+    const std::size_t n = std::size_t(std::stoi(done.name.substr(done.name.find(' ') + 1)) - 1);
+    heights[n] += done.lift_mm, lifts[n] += done.lift_mm;
+  }
 }
 
 std::string told(const calibration::Turn& t, const std::vector<Lifter>& lifters) {
@@ -110,6 +113,7 @@ LabCalibration calibrate_table(const Experiment& experiment, const std::string& 
   const std::vector<Lifter> feet = feet_of(e.calibration), screws = screws_of(e.calibration);
   LabCalibration out;
   out.what = "level-table";
+  out.foot_lift_mm.assign(feet.size(), 0.0), out.screw_lift_mm.assign(screws.size(), 0.0);
   TableLevel t;
   std::vector<TablePoint> points;
   bool screwed = false;  // screws bend the table
@@ -145,7 +149,7 @@ LabCalibration calibrate_table(const Experiment& experiment, const std::string& 
       break;
     }
     out.lab_s += lab.now_s();
-    turn(told_now, coarse, e.plant.ice);
+    turn(told_now, coarse, e.plant.ice, out);
     screwed |= !coarse;
   }
   out.data = t.fit.data, out.outliers = t.fit.outliers;

@@ -48,6 +48,7 @@ struct LabCalibration {
   std::vector<std::pair<std::string, calibration::Estimate>> also;   ///< found besides, with its unit in the name
   std::vector<std::string> lines;        ///< what to do, what it rests on
   bool level = false;                    ///< level-table: the points lie within the tolerance
+  std::vector<double> foot_lift_mm, screw_lift_mm;  ///< and what was turned until then, in all rounds
   ResidualPlot plot;
   int data = 0, outliers = 0;
   double residual_std = 0.0;

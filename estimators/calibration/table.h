@@ -28,7 +28,8 @@ struct TableLevel {
   Estimate height_mm;         ///< of the plane at the middle
   Estimate slope_x, slope_y;  ///< mm per mm
   Estimate twist;             ///< mm per mm^2, of (x - middle)(y - middle): what four feet can make besides; 0 where not asked for
-  Estimate bend_x, bend_y;    ///< mm per mm^2, of (x - middle)^2 and (y - middle)^2: what screws make; 0 where not asked for
+  Estimate bend_x, bend_y;    ///< mm per mm^2, of dx^2 and dy^2 about the middle: what screws make; 0 where not asked for
+  double bend_xxy = 0.0, bend_xyy = 0.0, bend_xxyy = 0.0;  ///< mm per mm^3, mm^4: and the rest of a surface through three by three screws
   double spread_mm = 0.0;     ///< highest less lowest point
   bool level = false;         ///< spread within the tolerance
   std::vector<Turn> turns;    ///< those of more than `least_mm`; none once level
@@ -44,8 +45,11 @@ struct TableLevel {
 /// being zero; with fewer than seven points the slope alone. @throws Uninformative: fewer than five points, points on one line
 TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet, double tolerance_mm = 0.5, double least_mm = 0.05);
 
-/// The table alone, nothing to be turned: its height at (x, y), slopes, with seven points or more its twist.
-/// @param bent with twelve points or more, its bend too: it makes the height twice as uncertain
+/// The table alone, nothing to be turned: its height at (x, y), slopes, with seven points or more its twist; with 15 its bend, a parabola along x
+/// times one along y, the lowest surface through three by three screws. Near points share their unevenness (uneven.h): their scatter alone would make the intervals
+/// too narrow.
+/// @param bent screws were turned. Where none were, one table in 300 is taken for bent beforehand: value and interval are between flat and
+/// bent as likely as the points make each. A bend makes the height twice as uncertain
 /// @throws Uninformative: as level_by_feet
 TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y_mm, bool bent);
 

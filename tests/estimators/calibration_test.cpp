@@ -320,4 +320,41 @@ TEST_CASE("Flow curve: a flow that takes of its own pressure and a coil slower t
   CHECK(std::abs(bias / rows) < 0.0006);
 }
 
+TEST_CASE("A table's interval holds where near places share their unevenness, flat or bent by screws") {
+  for (const bool bent : {false, true}) {
+    int covered = 0;
+    constexpr int kTables = 300;
+    for (std::uint64_t seed = 1; seed <= kTables; ++seed) {
+      RandomStream random(seed, Purpose::kTest, bent ? 8 : 7);
+      struct Wave {
+        double x, y, phase;
+      };
+      std::vector<Wave> waves;  // a normal field whose correlation is exp(-(d / 90 mm)^2)
+      for (int n = 0; n < 60; ++n) waves.push_back({random.normal() * std::sqrt(2.0) / 90.0, random.normal() * std::sqrt(2.0) / 90.0, random.uniform(0.0, 6.283185307)});
+      double screw[9];
+      for (double& s : screw) s = bent ? random.uniform(-0.4, 0.4) : 0.0;
+      const auto plate = [&](double x, double y) {
+        const double u = (x - 120.0) / 200.0, v = (y - 100.0) / 450.0;
+        const double a[] = {0.5 * u * (u - 1.0), 1.0 - u * u, 0.5 * u * (u + 1.0)}, b[] = {0.5 * v * (v - 1.0), 1.0 - v * v, 0.5 * v * (v + 1.0)};
+        double z = 0.2 + 1e-3 * x - 5e-4 * y;
+        for (int s = 0; s < 9; ++s) z += screw[s] * a[s % 3] * b[s / 3];
+        return z;
+      };
+      std::vector<TablePoint> points;
+      const auto read = [&](double x, double y) {
+        double rough = 0.0;
+        for (const Wave& w : waves) rough += 0.05 * std::sqrt(2.0 / 60.0) * std::cos(w.x * x + w.y * y + w.phase);
+        points.push_back({x, y, plate(x, y) + rough});
+      };
+      for (const double y : {-230.0, -65.0, 100.0, 265.0, 430.0})
+        for (const double x : {-35.0, 90.0, 215.0}) read(x, y);
+      for (const auto& [x, y] : {std::pair{30.0, -340.0}, {160.0, -340.0}, {310.0, -150.0}, {310.0, 20.0}, {310.0, 180.0}, {310.0, 340.0}, {30.0, 540.0}, {150.0, 540.0}}) read(x, y);
+      const TableLevel t = table_about(points, 90.0, 100.0, bent);
+      CHECK(std::abs(t.height_mm.value - plate(90.0, 100.0)) < (bent ? 0.1 : 0.07));
+      covered += inside(t.height_mm, plate(90.0, 100.0)) + inside(t.slope_x, (plate(91.0, 100.0) - plate(89.0, 100.0)) / 2.0) + inside(t.slope_y, (plate(90.0, 101.0) - plate(90.0, 99.0)) / 2.0);
+    }
+    CHECK(covers(covered, 3 * kTables));
+  }
+}
+
 }  // namespace firn::calibration

@@ -79,11 +79,20 @@ inline Experiment plant_case(const IceLab& lab, std::uint64_t n) {
   return e;
 }
 
-/// The true height of the table but for its unevenness: feet at the corners, bilinear between.
+/// Besides, nine screws up to 0.5 mm off.
+inline void plant_screws(Experiment& e, std::uint64_t n) {
+  RandomStream random(n, Purpose::kTest, 78);
+  for (int s = 0; s < 9; ++s) e.plant.ice.screw_mm.push_back(random.uniform(-0.5, 0.5));
+}
+
+/// The true height of the table but for its unevenness: feet at the corners, bilinear between; screws, parabolas between.
 inline double table_mm(const Experiment& e, double x_mm, double y_mm) {
   const IcePlantConfig& p = e.plant.ice;
-  const double u = 0.5 + (x_mm - p.table_x_mm) / p.table_width_mm, v = 0.5 + (y_mm - p.table_y_mm) / p.table_depth_mm;
-  return (1 - u) * (1 - v) * p.foot_mm[0] + u * (1 - v) * p.foot_mm[1] + (1 - u) * v * p.foot_mm[2] + u * v * p.foot_mm[3];
+  const double u = 2.0 * (x_mm - p.table_x_mm) / p.table_width_mm, v = 2.0 * (y_mm - p.table_y_mm) / p.table_depth_mm;
+  double z = 0.25 * ((1 - u) * (1 - v) * p.foot_mm[0] + (1 + u) * (1 - v) * p.foot_mm[1] + (1 - u) * (1 + v) * p.foot_mm[2] + (1 + u) * (1 + v) * p.foot_mm[3]);
+  const double along_x[] = {0.5 * u * (u - 1.0), 1.0 - u * u, 0.5 * u * (u + 1.0)}, along_y[] = {0.5 * v * (v - 1.0), 1.0 - v * v, 0.5 * v * (v + 1.0)};
+  for (std::size_t s = 0; s < p.screw_mm.size(); ++s) z += along_x[s % 3] * along_y[s / 3] * p.screw_mm[s];
+  return z;
 }
 
 /// One estimate beside what was planted.
@@ -110,8 +119,10 @@ inline std::vector<Judged> judge_flow(const Experiment& e, const LabCalibration&
   }
   return out;
 }
-/// Height of the fitted table at its points' middle; slopes as heights over 100 mm.
-inline std::vector<Judged> judge_table(const Experiment& e, const LabCalibration& c) {
+/// Height of the fitted table at its points' middle; slopes as heights over 100 mm. The table is as it was turned.
+inline std::vector<Judged> judge_table(Experiment e, const LabCalibration& c) {
+  for (std::size_t f = 0; f < c.foot_lift_mm.size(); ++f) e.plant.ice.foot_mm[f] += c.foot_lift_mm[f];
+  for (std::size_t s = 0; s < e.plant.ice.screw_mm.size(); ++s) e.plant.ice.screw_mm[s] += c.screw_lift_mm[s];
   const CalibrationConfig& k = e.calibration;
   const double x = k.level_x_mm[k.level_x_mm.size() / 2], y = k.level_y_mm[k.level_y_mm.size() / 2], d = 50.0;
   const auto& a = c.also;
