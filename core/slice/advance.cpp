@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/slice/same_areas.h"
+
 namespace firn::slice {
 namespace {
 
@@ -19,7 +21,8 @@ bool vanishes(const wavefront::Component& component, double way) {
 
 }  // namespace
 
-void Advance::begin(const Region& region, Areas areas) {
+void Advance::begin(const Region& region, Areas areas, double thinned) {
+  thinned_ = thinned;
   sources_.clear();
   here_.clear();
   for (const std::vector<std::uint32_t>& area : areas) wavefront::front_of(region, area, sources_, here_);
@@ -29,6 +32,7 @@ void Advance::begin(const Region& region, Areas areas) {
 
 bool Advance::operator()(double to) {
   next_.clear();
+  move_.list_peaks(to - thinned_);
   for (wavefront::Component& component : here_.all())
     if (!move(component, at_, to, next_)) return false;
   arrive(to);
@@ -38,6 +42,7 @@ bool Advance::operator()(double to) {
 bool Advance::telling(double core, double to, const Rings& drawn, const GapLimits& limits, const GapLimits& core_limits,
                       double sagitta, LevelGaps& gaps) {
   next_.clear(), cores_.clear();
+  move_.list_peaks(to - thinned_);
   for (std::size_t c = 0, ring = 0; c < here_.size(); ++c) {
     wavefront::Component& component = here_.all()[c];
     const std::size_t end = core < to ? drawn_ends_[c] : 0;
@@ -63,7 +68,9 @@ bool Advance::draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_
       draw_(sources_, component, at_, tolerance, rings, attempt < 2 ? tips : nullptr);
       drawn_ends_.push_back(rings.size());
     }
-    const Meeting meeting = meeting_(rings);
+    const double facing = tips && !tips->failed() ? 2 * (tips->thinned() + tolerance) : 0;
+    const Meeting meeting = meeting_(rings, facing);
+    if (facing > 0 && meeting == Meeting::kApart && !same_areas(rings, meeting_, facing, move_.peaks(), at_, *tips)) tips->fail();
     finer += attempt > 0;
     touching_ = meeting == Meeting::kContact;
     if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
@@ -78,7 +85,7 @@ std::size_t Advance::loops() {
 }
 
 bool Advance::move(wavefront::Component& component, double from, double to, wavefront::Components& out) {
-  if (vanishes(component, to - from)) return true;
+  if (vanishes(component, to - from - thinned_)) return true;
   move_(sources_, component, from, to);
   return untangle_(component, to, out);
 }

@@ -19,7 +19,8 @@ class Advance {
  public:
   using Areas = std::span<const std::vector<std::uint32_t>>;  ///< outer rings of a region, each with its holes
 
-  void begin(const Region& region, Areas areas);
+  /// @param thinned units by which the region may differ from what it was thinned from
+  void begin(const Region& region, Areas areas, double thinned = 0);
   /// @return false if the wavefront could not tell
   bool operator()(double to);
   /// The same; tells what of the front lacks the next one. Components whose rings, as drawn last, look too narrow for the next
@@ -43,7 +44,7 @@ class Advance {
 
   std::vector<wavefront::Source> sources_;
   wavefront::Components here_, next_, cores_;
-  double at_ = 0;
+  double at_ = 0, thinned_ = 0;
   bool touching_ = false;
   wavefront::Mover move_;
   wavefront::Untangler untangle_;

@@ -83,6 +83,11 @@ class BoxSearch {
   bool any_touching(const Box& b, F&& f) const {
     return leaves_ > 0 && down(depth_ - 1, 0, Query(b), f);
   }
+  /// The same for all leaves whose boxes have places nearer to (x, y) than `distance`.
+  template <class F>
+  bool any_nearer(double x, double y, double distance, F&& f) const {
+    return leaves_ > 0 && down_about({x, y, distance, Query(box_about(x, y, distance))}, depth_ - 1, 0, f);
+  }
 
  private:
   static constexpr std::size_t kFan = 8;
@@ -134,6 +139,25 @@ class BoxSearch {
     for (unsigned met = meeting(levels_[level][node], query); met; met &= met - 1) {
       const std::size_t i = node * kFan + std::size_t(std::countr_zero(met));
       if (level ? down(level - 1, i, query, f) : f(i)) return true;
+    }
+    return false;
+  }
+
+  struct Disc {
+    double x, y, radius;
+    Query box;
+    bool meets(const Node& node, std::size_t child) const {
+      const auto number = [&](std::size_t k) { return double(node.lanes[k][child / 4][child % 4]); };
+      const double dx = std::max(std::max(number(0) - x, x + number(2)), 0.0), dy = std::max(std::max(number(1) - y, y + number(3)), 0.0);
+      return dx * dx + dy * dy < radius * radius;
+    }
+  };
+  template <class F>
+  bool down_about(const Disc& disc, std::size_t level, std::size_t node, F& f) const {
+    const Node& here = levels_[level][node];
+    for (unsigned met = meeting(here, disc.box); met; met &= met - 1) {
+      const std::size_t child = std::size_t(std::countr_zero(met)), i = node * kFan + child;
+      if (disc.meets(here, child) && (level ? down_about(disc, level - 1, i, f) : f(i))) return true;
     }
     return false;
   }

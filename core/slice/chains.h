@@ -68,11 +68,13 @@ class Chains {
 
   /// f(i, j), i < j, for all edges of different chains whose boxes meet, but for those of which it is known that they do not
   /// meet; for neighbours of different chains in any case.
-  /// @param edges with from(i), to(i): places; bent(i): box of an edge that turns
+  /// @param edges with from(i), to(i): places; bent(i): box of an edge that turns; grown, if all boxes are to be wider by that
   template <class Edges, class F>
   void pairs(const Edges& edges, F&& f) {
     const auto box = [&](const Chain& c) {
-      return c.bent ? edges.bent(c.begin) : PairBox::of(edges.from(c.begin), edges.to(c.end - 1));
+      const PairBox bounds = c.bent ? edges.bent(c.begin) : PairBox::of(edges.from(c.begin), edges.to(c.end - 1));
+      if constexpr (requires { edges.grown; }) return bounds.grown(edges.grown);
+      else return bounds;
     };
     tree_.resize(chains_.size());
     for (std::size_t c = 0; c < chains_.size(); ++c) tree_.set(c, box(chains_[c]).whole());

@@ -57,10 +57,9 @@ void ExactTips::list_close(int wall, double reach) {
     if (e.first_square <= square) close_[wall].push_back(e);
 }
 
-bool ExactTips::clear(Vec tip, double d) const {
-  const double least = d - 0.25 * thinned_;
-  return !tree_.any_touching(box_about(tip.x, tip.y, least), [&](std::size_t i) {
-    return square_distance(tip, to_vec(contours_.points[i]), to_vec(contours_.points[next_[i]])) < least * least;
+bool ExactTips::within(Vec place, double d) const {
+  return !tree_.any_nearer(place.x, place.y, d, [&](std::size_t i) {
+    return square_distance(place, to_vec(contours_.points[i]), to_vec(contours_.points[next_[i]])) < d * d;
   });
 }
 

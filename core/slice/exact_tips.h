@@ -34,7 +34,10 @@ class ExactTips {
   void begin(double thinned) { thinned_ = thinned, failed_ = false; }
   /// Is no wall nearer to a tip than d, to within a quarter of the thinning? Two walls alone tell where a tip is; where an area is
   /// hardly wider than the thinning a third one may be nearer.
-  bool clear(Vec tip, double d) const;
+  bool clear(Vec tip, double d) const { return within(tip, d - 0.25 * thinned_); }
+  /// Is a place at least d from the contours?
+  bool within(Vec place, double d) const;
+  double thinned() const { return thinned_; }
   /// Tips do not fit together.
   void fail() { failed_ = true; }
   /// Did they not, or was there a tip sharper than a right angle without an exact place, or far from it? Then an area may begin or

@@ -29,6 +29,7 @@ Meeting meeting(Point a, Point b, Point c, Point d) {
 struct Edges {
   const Point* points;
   const std::uint32_t* next;
+  double grown;
   Point from(std::size_t i) const { return points[i]; }
   Point to(std::size_t i) const { return points[next[i]]; }
   PairBox bent(std::size_t i) const { return PairBox::of(from(i), to(i)); }
@@ -38,7 +39,8 @@ struct Edges {
 
 Meeting meeting_of(const Rings& rings) { return MeetingCheck()(rings); }
 
-Meeting MeetingCheck::operator()(const Rings& rings) {
+Meeting MeetingCheck::operator()(const Rings& rings, double within) {
+  facing_.clear();
   next_.resize(rings.points.size());
   std::uint32_t* const next = next_.data();
   chains_.clear();
@@ -57,7 +59,7 @@ Meeting MeetingCheck::operator()(const Rings& rings) {
   }
   chains_.end(std::uint32_t(rings.points.size()));
   Meeting worst = Meeting::kApart;
-  chains_.pairs(Edges{rings.points.data(), next}, [&](std::size_t i, std::size_t j) {
+  chains_.pairs(Edges{rings.points.data(), next, 0.5 * within}, [&](std::size_t i, std::size_t j) {
     const Point a = rings.points[i], b = rings.points[next[i]], c = rings.points[j], d = rings.points[next[j]];
     if (next[i] == j || next[j] == i) {
       // Neighbours share a corner; more only if one runs back along the other.
@@ -69,6 +71,7 @@ Meeting MeetingCheck::operator()(const Rings& rings) {
     }
     const Meeting m = meeting(a, b, c, d);
     if (int(m) > int(worst)) worst = m;
+    if (within > 0 && dot(to_vec(b) - to_vec(a), to_vec(d) - to_vec(c)) < 0) facing_.push_back({std::uint32_t(i), std::uint32_t(j)});
   });
   return worst;
 }

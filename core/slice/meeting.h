@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/slice/chains.h"
@@ -12,11 +13,20 @@ namespace firn::slice {
 /// meeting_of() for many sets of rings, with working memory of its own.
 class MeetingCheck {
  public:
-  Meeting operator()(const Rings& rings);
+  /// Edges of the same or of two rings.
+  struct Pair {
+    std::uint32_t one, other;
+  };
+  /// @param within units: lists edges that run against each other and may be no further apart; 0: none
+  Meeting operator()(const Rings& rings, double within = 0);
+  /// Of the rings checked last.
+  std::span<const Pair> facing() const { return facing_; }
+  std::uint32_t next(std::uint32_t edge) const { return next_[edge]; }
 
  private:
   Chains chains_;
   std::vector<std::uint32_t> next_;
+  std::vector<Pair> facing_;
 };
 
 }  // namespace firn::slice

@@ -100,9 +100,14 @@ class RingMaker {
     if (thinned.from && !thinned.from->empty()) tips_.emplace(*thinned.from);
   }
 
-  // @param thinned_mm by how much the region and the contours may differ
+  RingLevels operator()(const Region& region) {
+    return of_region(region, thinned_.from, thinned_.by_mm, thinned_.whole);
+  }
+
+ private:
+  // @param contours of the region @param thinned_mm by how much the two may differ
   // @param whole whether what depends on that is to be made again
-  RingLevels operator()(const Region& region, double thinned_mm, bool whole) {
+  RingLevels of_region(const Region& region, const Rings* contours, double thinned_mm, bool whole) {
     const std::vector<std::vector<std::uint32_t>> areas = nested_groups(region);
     // Rings of different areas are too far apart to meet, however they are drawn; or they are all made at once.
     const bool apart = plan_.distance_mm(0) > 2 * (tolerance_mm_ + thinned_mm);
@@ -110,18 +115,19 @@ class RingMaker {
     for (std::size_t a = 0; a < areas.size(); a = apart ? a + 1 : areas.size()) {
       const Advance::Areas some = std::span(areas).subspan(a, apart ? 1 : areas.size());
       RingLevels made = of_areas(region, some, thinned_mm, whole);
-      // An area that comes or goes with the thinning: again, from contours thinned by less.
+      // An area that comes or goes with the thinning: again, from contours thinned by less, and then from what they are.
       if (whole && lost_tip()) {
-        const std::optional<Rings> contours = apart && areas.size() > 1 ? contours_of(region[areas[a][0]], thinned_mm) : std::nullopt;
-        made = (*this)(thinned_again(contours ? *contours : *thinned_.from, kAgain * thinned_mm), kAgain * thinned_mm, false);
-        if (!contours) return made;
+        const std::optional<Rings> its_own = apart && areas.size() > 1 ? contours_of(region[areas[a][0]], thinned_mm) : std::nullopt;
+        const Rings& from = its_own ? *its_own : *contours;
+        const double finer_mm = thinned_mm < thinned_.by_mm ? 0 : kAgain * thinned_mm;
+        made = of_region(thinned_again(from, finer_mm), &from, finer_mm, finer_mm > 0);
+        if (!its_own) return made;
       }
       append(std::move(made), result);
     }
     return result;
   }
 
- private:
   bool lost_tip() const { return tips_ && tips_->failed(); }
 
   std::optional<Rings> contours_of(std::span<const Point> ring, double thinned_mm) {
@@ -135,17 +141,18 @@ class RingMaker {
     for (const double odd : kOdd) {
       made = {};
       if (tips_) tips_->begin(thinned_mm * kUnitsPerMm);
-      if (by_front(region, areas, odd, whole, made)) return made;
+      if (tips_ && !whole) tips_->fail();  // nobody asks: what would tell need not be looked for
+      if (by_front(region, areas, odd, thinned_mm, whole, made)) return made;
     }
     by_clipper(rings_of(region, areas), made);
     return made;
   }
 
   // @return false if the wavefront could not tell: then the levels before are made
-  bool by_front(const Region& region, Advance::Areas areas, double odd, bool whole, RingLevels& made) {
+  bool by_front(const Region& region, Advance::Areas areas, double odd, double thinned_mm, bool whole, RingLevels& made) {
     const double tolerance = tolerance_mm_ * kUnitsPerMm;
     const Rings none;
-    advance_.begin(region, areas);
+    advance_.begin(region, areas, tips_ ? thinned_mm * kUnitsPerMm : 0);
     for (int level = 0; level < plan_.max_rings; ++level) {
       const double to = plan_.distance_mm(level) * kUnitsPerMm + odd;
       if (spot_mm_ > 0) {
@@ -198,7 +205,7 @@ class RingMaker {
 }  // namespace
 
 RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned) {
-  return RingMaker(plan, tolerance_mm, spot_mm, thinned)(region, thinned.by_mm, thinned.whole);
+  return RingMaker(plan, tolerance_mm, spot_mm, thinned)(region);
 }
 
 Region grow(const Region& region, double outward_mm, double tolerance_mm) {

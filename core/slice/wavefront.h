@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <utility>
@@ -100,6 +101,9 @@ bool meet(const Source& before, const Source& after, Vec place, double d, Juncti
 class Mover {
  public:
   void operator()(std::span<const Source> sources, Component& component, double from, double to);
+  /// From now on places are listed that the front reaches last of all about them, further than `from` from the outline.
+  void list_peaks(double from) { peaks_from_ = from, peaks_.clear(); }
+  std::span<const Vec> peaks() const { return peaks_; }
 
  private:
   struct Link {
@@ -114,6 +118,7 @@ class Mover {
   void expect_death(std::int32_t i, double since);
   void die(std::int32_t i, double d);
   Junction radial(std::int32_t i, Vec place) const;
+  bool peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) const;
 
   std::span<const Source> sources_;
   std::span<Piece> pieces_;  // of one loop
@@ -122,6 +127,8 @@ class Mover {
   std::vector<Link> links_;               // between loops each with the places beside it
   std::vector<std::int32_t> linked_anew_;  // where that does not hold
   DeathQueue deaths_;
+  double peaks_from_ = std::numeric_limits<double>::infinity();
+  std::vector<Vec> peaks_;
   bool any_dead_ = false;
   std::int32_t alive_ = 0;     // pieces with a source
 };
@@ -172,6 +179,8 @@ class Drawer {
   struct Tip {
     std::size_t place;  // in the line
     Vec from, to, outward;
+    ExactTips::Wall before;
+    std::uint32_t piece;
   };
   // Where the front goes from one source to the next, piece by piece of a loop: bends that follow each other closely are one
   // tip, as sharp as all of them.
@@ -180,10 +189,11 @@ class Drawer {
     Vec from, last;         // direction of the outline before them; place of the last one
     bool sharp = false;     // are they a tip?
   };
-  void tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t piece, double d, ExactTips& tips);
+  void tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t first, std::size_t piece, double d, ExactTips& tips);
   bool move_tips();
   void leave_out();
   bool looks_thin(double width) const;
+  bool third_wall(const ExactTips& tips, double d) const;
   double twice_area() const;
   std::vector<Vec> line_;
   std::vector<Tip> tips_;

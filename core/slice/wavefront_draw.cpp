@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kStraight = 0.02;  // sine of a bend that is none
 constexpr double kThin = 2;  // width of an area, in the distances within which bends are one tip, below which its tips are looked at
+constexpr double kFar = 1.5;  // thinnings: no tip that moves by less is 0.05 mm too near to a third wall
 constexpr int kDeepest = 12;  // an arc becomes 4096 chords at most
 
 // Does a front turn to its left from one direction to another, or to and fro? Its turns to the right are arcs.
@@ -84,10 +85,10 @@ void Drawer::operator()(std::span<const Source> sources, const Component& compon
         bends.last = at;
         const Vec along = source.corner() ? inverse * right_of(at - source.at) : source.along;
         if (bends.sharp) {
-          tip_at(sources, loop, i, d, *tips);
+          tip_at(sources, loop, bends.first, i, d, *tips);
         } else if (turns_by(bends.from, along, ExactTips::kTip)) {
           bends.sharp = true;
-          for (std::size_t k = bends.first; k <= i; ++k) tip_at(sources, loop, k, d, *tips);
+          for (std::size_t k = bends.first; k <= i; ++k) tip_at(sources, loop, bends.first, k, d, *tips);
         }
       }
       line_.push_back(at);
@@ -97,15 +98,14 @@ void Drawer::operator()(std::span<const Source> sources, const Component& compon
     }
     if (!tips_.empty()) {
       if (!move_tips()) continue;
-      if (looks_thin(kThin * tips->near()) && !std::all_of(tips_.begin(), tips_.end(), [&](const Tip& t) { return tips->clear(t.to, d); }))
-        tips->fail();
+      if (!tips->failed() && third_wall(*tips, d)) tips->fail();
     }
     thin_ring(line_, thinning, rings);
   }
 }
 
-// At the start of a piece.
-void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t piece, double d, ExactTips& tips) {
+// At the start of a piece. @param first piece of those whose starts are one tip with it
+void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t first, std::size_t piece, double d, ExactTips& tips) {
   const Vec at = loop[piece].from;
   const auto wall = [&](std::size_t p) -> ExactTips::Wall {
     const Source& s = sources[std::size_t(loop[p].source)];
@@ -115,7 +115,25 @@ void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop
   const ExactTips::Wall before = wall(piece > 0 ? piece - 1 : loop.size() - 1), after = wall(piece);
   if (!turns_by(before.along, after.along, 1, kStraight)) return;
   Vec to = at;
-  if (tips.move(to, before, after, d)) tips_.push_back({places_[piece], at, to, right_of(before.along) + right_of(after.along)});
+  if (!tips.move(to, before, after, d)) return;
+  tips_.push_back({places_[piece], at, to, right_of(before.along) + right_of(after.along), before, std::uint32_t(piece)});
+  for (std::size_t last = tips_.size() - 1; last > 0; --last) {
+    const Tip &one = tips_[last - 1], &other = tips_[last];
+    if (one.piece < first || dot(other.to - one.to, other.before.along) >= 0) return;
+    // They have passed each other: of what was between them nothing is left.
+    to = 0.5 * (one.from + at);
+    if (!tips.move(to, one.before, after, d)) return;
+    for (std::size_t k = last - 1; k < tips_.size(); ++k) tips_[k].to = to;
+  }
+}
+
+// Is one of them nearer to a wall than to the two that make it?
+bool Drawer::third_wall(const ExactTips& tips, double d) const {
+  const double far = looks_thin(kThin * tips.near()) ? 0 : kFar * tips.thinned();
+  return std::any_of(tips_.begin(), tips_.end(), [&](const Tip& tip) {
+    const Vec way = tip.to - tip.from;
+    return dot(way, way) >= far * far && !tips.clear(tip.to, d);
+  });
 }
 
 // @return false if nothing is left of the line: its tips have passed each other

@@ -6,6 +6,7 @@
 namespace firn::slice::wavefront {
 namespace {
 
+constexpr double kLevel = 0.01;  // sine of the rise of a ridge that is level
 constexpr double kClose = 0.01;  // units: distances of death are searched to this
 
 // How far a junction lies along a direction: a + b d + c sqrt(q2 d^2 + q1 d + q0).
@@ -82,10 +83,26 @@ Junction Mover::radial(std::int32_t i, Vec place) const {
   return {Junction::Kind::kStraight, source.at, l > 0 ? (1 / l) * away : left_of(source.along), {}, 0};
 }
 
+// Do the ways to a place from what three pieces come from leave no direction that leads away from all of it?
+bool Mover::peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) const {
+  Vec from[3];
+  for (int k = 0; k < 3; ++k) {
+    const std::int32_t piece = k == 0 ? a : k == 1 ? b : c;
+    if (pieces_[piece].source == kPivot) return false;
+    const Source& source = sources_[pieces_[piece].source];
+    from[k] = source.corner() ? place - source.at : left_of(source.along);
+    from[k] = (1 / length(from[k])) * from[k];
+  }
+  const double ab = cross(from[0], from[1]), bc = cross(from[1], from[2]), ca = cross(from[2], from[0]);
+  if (dot(from[0], from[1]) > 0 && dot(from[1], from[2]) > 0 && dot(from[2], from[0]) > 0) return false;
+  return (ab > -kLevel && bc > -kLevel && ca > -kLevel) || (ab < kLevel && bc < kLevel && ca < kLevel);
+}
+
 void Mover::die(std::int32_t i, double d) {
   const std::int32_t a = links_[i].prev, c = links_[i].next;
   const Vec place = 0.5 * (pieces_[i].start(d) + pieces_[c].start(d));
   const bool pivots = pieces_[a].source == kPivot || pieces_[c].source == kPivot;
+  if (d > peaks_from_ && peak(a, i, c, place)) peaks_.push_back(place);
   Junction junction;
   ++links_[i].stamp;
   --alive_;

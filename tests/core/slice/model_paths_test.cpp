@@ -1,6 +1,7 @@
 // Paths of the real meshes of ../shared/models, where they are; they stay outside the repository.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -77,6 +78,19 @@ TEST_CASE("Tips that do not fit together, and those of areas hardly wider than t
   const auto only = [](std::size_t layer) { return [=](std::size_t k) { return k == 0 ? layer - 1 : 1'000'000; }; };
   check_rings("armadillo_86k.ply", only(11));
   check_rings("bunny_69k.ply", only(191));
+}
+
+TEST_CASE("Areas and straits that PATHFILTER opens or closes are made again from finer contours") {
+  const auto some = [](std::vector<std::size_t> layers) {
+    return [=](std::size_t k) {
+      const auto next = std::upper_bound(layers.begin(), layers.end(), k == 0 ? 0 : k + 1);
+      return next == layers.end() ? 1'000'000 : *next - 1;
+    };
+  };
+  check_rings("rocker_20k.ply", some({140, 152, 158, 173, 380, 637}));
+  check_rings("armadillo_86k.ply", some({186, 545, 561}));
+  check_rings("bunny_69k.ply", some({43}));
+  check_rings("lucy500_15k.ply", some({49, 337, 370, 397}));
 }
 
 TEST_CASE("No spot as wide as the narrower path stays uncovered where an area's tips are lost to the thinning") {

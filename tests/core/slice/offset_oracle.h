@@ -109,6 +109,19 @@ inline std::vector<Vec> along(const Rings& rings, double step) {
   return places;
 }
 
+/// How far a place is from one at distance d from the outline, up to `reach`, by places about it: where the distance passes d on the
+/// way from one to the other, or is d to within the grid. Finds what is too small for samples along the offset.
+inline double to_offset(const Nearby& outline, Vec p, double d, double reach) {
+  const double here = outline.distance_to(p) - d;
+  if (std::abs(here) <= 1) return 0;
+  for (double r = 20; r < reach; r += 20)
+    for (int k = 0; k < 32; ++k) {
+      const double a = 2 * M_PI * k / 32, there = outline.distance_to(p + r * Vec{std::cos(a), std::sin(a)}) - d;
+      if ((there < 0) != (here < 0) || std::abs(there) <= 1) return r;
+    }
+  return std::numeric_limits<double>::infinity();
+}
+
 struct Hausdorff {
   double ring_to_exact = 0;  ///< furthest place of the rings from the exact offset, units
   double exact_to_ring = 0;
@@ -119,8 +132,11 @@ inline Hausdorff hausdorff(const Region& region, const Rings& rings, double d, d
   const std::vector<Vec> exact = exact_offset(region, d, step);
   std::vector<Segment> points;
   for (const Vec p : exact) points.push_back({p, p});
-  const Nearby exact_near(points, reach), rings_near(segments_of(rings), reach);
-  for (const Vec p : along(rings, step)) h.ring_to_exact = std::max(h.ring_to_exact, exact_near.distance_to(p));
+  const Nearby exact_near(points, reach), rings_near(segments_of(rings), reach), outline(segments_of(region), d + 2);
+  for (const Vec p : along(rings, step)) {
+    const double sampled = exact_near.distance_to(p);
+    h.ring_to_exact = std::max(h.ring_to_exact, sampled <= step ? sampled : std::min(sampled, to_offset(outline, p, d, reach)));
+  }
   for (const Vec p : exact) h.exact_to_ring = std::max(h.exact_to_ring, rings_near.distance_to(p));
   return h;
 }
