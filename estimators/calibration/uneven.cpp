@@ -1,5 +1,6 @@
 #include "estimators/calibration/uneven.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,93 +11,44 @@ namespace {
 constexpr int kLengths = 6;
 constexpr double kNugget = 1e-9;  // keeps a correlation of near places positive definite
 
-using Matrix = std::vector<std::vector<double>>;
-
-/// Lower L of m = L L^T, in place. @returns log |m| / 2
-double cholesky(Matrix& m) {
-  double log_det = 0.0;
-  for (std::size_t a = 0; a < m.size(); ++a)
-    for (std::size_t b = 0; b <= a; ++b) {
-      double sum = m[a][b];
-      for (std::size_t k = 0; k < b; ++k) sum -= m[a][k] * m[b][k];
-      m[a][b] = a == b ? std::sqrt(sum) : sum / m[b][b];
-      if (a == b) log_det += std::log(m[a][a]);
-    }
-  return log_det;
-}
-
-/// L^-1 v in place.
-void forward(const Matrix& lower, std::vector<double>& v) {
-  for (std::size_t a = 0; a < v.size(); ++a) {
-    for (std::size_t k = 0; k < a; ++k) v[a] -= lower[a][k] * v[k];
-    v[a] /= lower[a][a];
-  }
-}
-
-/// L^-T v in place.
-void backward(const Matrix& lower, std::vector<double>& v) {
-  for (std::size_t a = v.size(); a-- > 0;) {
-    for (std::size_t k = a + 1; k < v.size(); ++k) v[a] -= lower[k][a] * v[k];
-    v[a] /= lower[a][a];
-  }
-}
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-  return sum;
-}
+/// log |m| / 2
+double half_log_det(const Eigen::LLT<Eigen::MatrixXd>& m) { return m.matrixLLT().diagonal().array().log().sum(); }
 
 double distance(const UnevenDatum& a, const UnevenDatum& b) { return std::hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm); }
 
 struct AtLength {
-  std::vector<double> value, variance;
+  Eigen::VectorXd value, variance;
   double log_restricted = 0.0, log_profile = 0.0;
 };
 
-AtLength fit_at(const std::vector<UnevenDatum>& data, std::size_t unknowns, double length_mm, double least_mm) {
-  const std::size_t n = data.size();
-  Matrix lower(n, std::vector<double>(n, 0.0));
-  for (std::size_t a = 0; a < n; ++a)
-    for (std::size_t b = 0; b <= a; ++b) {
-      const double share = length_mm > 0.0 ? distance(data[a], data[b]) / length_mm : std::numeric_limits<double>::infinity();
-      lower[a][b] = a == b ? 1.0 + kNugget : std::exp(-share * share);
+AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index unknowns, double length_mm, double least_mm) {
+  const Eigen::Index n = Eigen::Index(data.size());
+  Eigen::MatrixXd correlation(n, n), columns(n, unknowns);
+  Eigen::VectorXd z(n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    const UnevenDatum& d = data[a];
+    z[a] = d.z_mm;
+    for (Eigen::Index k = 0; k < unknowns; ++k) columns(a, k) = d.row[k];
+    for (Eigen::Index b = 0; b < n; ++b) {
+      const double share = length_mm > 0.0 ? distance(d, data[b]) / length_mm : std::numeric_limits<double>::infinity();
+      correlation(a, b) = a == b ? 1.0 + kNugget : std::exp(-share * share);
     }
-  const double log_correlation = cholesky(lower);
-  std::vector<double> z, size(unknowns, 0.0);
-  for (const UnevenDatum& d : data) z.push_back(d.z_mm);
-  forward(lower, z);
-  Matrix columns(unknowns, std::vector<double>(n)), normal(unknowns, std::vector<double>(unknowns));
-  for (std::size_t k = 0; k < unknowns; ++k) {  // of size 1, whatever their units
-    for (std::size_t i = 0; i < n; ++i) size[k] = std::max(size[k], std::abs(data[i].row[k]));
-    for (std::size_t i = 0; i < n; ++i) columns[k][i] = data[i].row[k] / size[k];
-    forward(lower, columns[k]);
   }
+  const Eigen::ArrayXd size = columns.cwiseAbs().colwise().maxCoeff().transpose();
+  columns *= size.inverse().matrix().asDiagonal();  // of size 1, whatever their units
+  const Eigen::LLT<Eigen::MatrixXd> correlated(correlation);
+  correlated.matrixL().solveInPlace(z);
+  correlated.matrixL().solveInPlace(columns);
+  const Eigen::LLT<Eigen::MatrixXd> normal(columns.transpose() * columns);
+  const Eigen::VectorXd value = normal.solve(columns.transpose() * z);
+  const double squares = std::max((z - columns * value).squaredNorm(), double(n) * least_mm * least_mm);
+  const double freedom = double(n - unknowns), log_correlation = half_log_det(correlated);
+  const Eigen::ArrayXd inverse = normal.solve(Eigen::MatrixXd::Identity(unknowns, unknowns)).diagonal();
   AtLength f;
-  for (std::size_t a = 0; a < unknowns; ++a) {
-    for (std::size_t b = 0; b < unknowns; ++b) normal[a][b] = dot(columns[a], columns[b]);
-    f.value.push_back(dot(columns[a], z));
-  }
-  const double log_normal = cholesky(normal);
-  forward(normal, f.value);
-  backward(normal, f.value);
-  double squares = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    double off = z[i];
-    for (std::size_t k = 0; k < unknowns; ++k) off -= columns[k][i] * f.value[k];
-    squares += off * off;
-  }
-  squares = std::max(squares, double(n) * least_mm * least_mm);
-  const double freedom = double(n - unknowns);
-  for (std::size_t k = 0; k < unknowns; ++k) {
-    std::vector<double> itself(unknowns, 0.0);
-    itself[k] = 1.0;
-    forward(normal, itself);
-    f.variance.push_back(squares / freedom * dot(itself, itself) / (size[k] * size[k]));
-    f.value[k] /= size[k];
-  }
+  f.value = value.array() / size;
+  f.variance = squares / freedom * inverse / size.square();
   f.log_profile = -log_correlation - 0.5 * double(n) * std::log(squares);
-  f.log_restricted = -log_correlation - log_normal - 0.5 * freedom * std::log(squares);
+  f.log_restricted = -log_correlation - half_log_det(normal) - 0.5 * freedom * std::log(squares);
   return f;
 }
 
@@ -113,7 +65,7 @@ UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t unknowns,
   std::vector<AtLength> fits;
   double likeliest = -std::numeric_limits<double>::infinity(), profile = likeliest, sum = 0.0, mean = 0.0;
   for (int k = 0; k < kLengths; ++k) {
-    fits.push_back(fit_at(data, unknowns, apart_mm * k / (kLengths - 1), least_mm));
+    fits.push_back(fit_at(data, Eigen::Index(unknowns), apart_mm * k / (kLengths - 1), least_mm));
     likeliest = std::max(likeliest, fits.back().log_restricted), profile = std::max(profile, fits.back().log_profile);
   }
   for (const AtLength& f : fits) sum += std::exp(f.log_restricted - likeliest), mean += std::exp(f.log_profile - profile) / kLengths;
