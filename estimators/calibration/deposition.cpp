@@ -23,6 +23,8 @@ ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks) {
 
 namespace {
 
+constexpr double kLeastFlowShare = 0.1;  // of the scatter, that it cannot all be the balance's
+
 /// The mean drop: a sum of terms, less what its flow takes of the pressure, times what a warmer coil and warmer liquid make of it.
 struct DropModel {
   bool by_gap = false, warm = false, tempered = false;
@@ -39,6 +41,18 @@ struct DropModel {
       return;
     }
     for (std::size_t g = 0; g < w.gap_share.size(); ++g) p[joined[g]] += w.gap_share[g];
+  }
+  /// Gaps that few pulses have share their unknown with the next.
+  void join_gaps(std::span<const FlowWeighing> weighings) {
+    constexpr double kLeastShare = 0.005;
+    double share = 0.0;
+    for (std::size_t g = 0; g < weighings[0].gap_share.size(); ++g) {
+      joined.push_back(gaps);
+      for (const FlowWeighing& w : weighings) share += w.gap_share[g] / double(weighings.size());
+      if (share >= kLeastShare) ++gaps, share = 0.0;
+    }
+    for (std::size_t& g : joined) g = std::min(g, gaps == 0 ? 0 : gaps - 1);
+    linear = gaps + 1;
   }
   /// The drop at x, its derivatives into g.
   double drop(const FlowWeighing& w, const double* x, double* g) const {
@@ -72,27 +86,13 @@ DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequenc
     m.mean_warmth += w.warmth / double(weighings.size());
   }
   m.by_gap = classes > 0;
-  if (!m.by_gap) {
-    m.linear = frequencies > 7 ? 4 : 3;
-    m.terms = m.linear + (m.warm ? 2 : 0) + (m.tempered ? 1 : 0);
-    return m;
-  }
-  constexpr double kLeastShare = 0.005;
-  double share = 0.0;
-  for (std::size_t g = 0; g < classes; ++g) {
-    m.joined.push_back(m.gaps);
-    for (const FlowWeighing& w : weighings) share += w.gap_share[g] / double(weighings.size());
-    if (share >= kLeastShare) ++m.gaps, share = 0.0;
-  }
-  for (std::size_t& g : m.joined) g = std::min(g, m.gaps == 0 ? 0 : m.gaps - 1);
-  m.linear = m.gaps + 1;
+  if (!m.by_gap) m.linear = frequencies > 7 ? 4 : 3;
+  else m.join_gaps(weighings);
   m.terms = m.linear + (m.warm ? 2 : 0) + (m.tempered ? 1 : 0);
   return m;
 }
 
 }  // namespace
-
-constexpr double kLeastFlowShare = 0.1;  // of the scatter, that it cannot all be the balance's
 
 FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   std::vector<const FlowWeighing*> rows;  // one of each frequency
