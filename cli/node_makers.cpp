@@ -73,10 +73,12 @@ Experiment fullest_inkjet() {
   return e;
 }
 
-Experiment some_ice() {
+/// An ice lab with all it may have.
+Experiment fullest_ice() {
   Experiment e;
   e.lab.kind = "ice";
   e.control.scheme = "smf";
+  e.flow.feed_forward = "on";
   e.ice.mesh = e.ice.slice = e.ice.machine = "-";
   return e;
 }
@@ -112,7 +114,7 @@ Subscriptions all_subscriptions() {
   Subscriptions out;
   const Experiment inkjet = fullest_inkjet();
   add_subscriptions(inkjet, make_inputs(inkjet, ""), out);
-  add_subscriptions(some_ice(), some_ice_inputs(), out);
+  add_subscriptions(fullest_ice(), some_ice_inputs(), out);
   return out;
 }
 

@@ -27,6 +27,15 @@ TEST_CASE("Every node subscribes only to channels of the table that nodes may re
   }
 }
 
+TEST_CASE("What a node reads only with some settings is in the table too") {
+  const Subscriptions all = all_subscriptions();
+  for (const char* channel : {"DEPOSITION_REPORT", "FLOW_MODEL", "HEIGHT_MODEL"}) {
+    INFO(channel);
+    REQUIRE(all.contains(channel));
+    CHECK(all.at(channel).contains("controller"));
+  }
+}
+
 TEST_CASE("The document names every channel or its family and every node") {
   const std::string text = dataflow_markdown();
   for (const NodeInfo& n : nodes()) CHECK(text.find(std::string(n.name)) != std::string::npos);
