@@ -1,10 +1,8 @@
 #include <algorithm>
 #include <bit>
+#include <cstring>
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
-
+#include "core/slice/lanes.h"
 #include "core/slice/link_layer.h"
 #include "core/slice/planar.h"
 
@@ -22,14 +20,10 @@ std::uint32_t bucket_of(std::uint32_t edge, const Point& p, int shift) {
 
 // Bit n: place n holds that.
 unsigned where(const std::array<std::uint32_t, LinkWork::kPlaces>& places, std::uint32_t that) {
-#ifdef __SSE2__
-  const __m128i four = _mm_loadu_si128(reinterpret_cast<const __m128i*>(places.data()));
-  return unsigned(_mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(four, _mm_set1_epi32(int(that))))));
-#else
-  unsigned bits = 0;
-  for (unsigned n = 0; n < LinkWork::kPlaces; ++n) bits |= unsigned(places[n] == that) << n;
-  return bits;
-#endif
+  static_assert(sizeof places == sizeof(Lanes4));
+  Lanes4 four;
+  std::memcpy(&four, places.data(), sizeof four);
+  return signs(four == std::int32_t(that));
 }
 
 }  // namespace
