@@ -7,6 +7,7 @@ namespace firn::slice::wavefront {
 namespace {
 
 constexpr double kLevel = 0.01;  // sine of the rise of a ridge that is level
+constexpr double kMeets = 1e-3;  // units: ends no further apart have met
 constexpr double kClose = 0.01;  // units: distances of death are searched to this
 
 // How far a junction lies along a direction: a + b d + c sqrt(q2 d^2 + q1 d + q0).
@@ -43,6 +44,15 @@ double death(const Junction& from, const Junction& to, Vec along, double low, do
   const Reach start(from, along), end(to, along);
   const double a = end.a - start.a, b = end.b - start.b;
   if (start.c == 0 && end.c == 0) return b < 0 ? std::clamp(-a / b, low, high) : low;
+  if (start.c == 0 || end.c == 0) {  // a square's root
+    const Reach& bent = start.c == 0 ? end : start;
+    const double c = start.c == 0 ? end.c : -start.c, square = c * c;
+    const double two = b * b - square * bent.q2, one = a * b - 0.5 * square * bent.q1, none = a * a - square * bent.q0;
+    const double under = one * one - two * none;
+    const double sum = -one - std::copysign(std::sqrt(std::max(under, 0.0)), one);
+    for (const double d : {sum / two, none / sum})
+      if (d > low && d < high && std::abs(a + b * d + c * bent.root(d)) < kMeets) return d;
+  }
   double d = low, r_start = start.root(d), r_end = end.root(d);
   double value = a + b * d + end.c * r_end - start.c * r_start;
   if (value <= 0) return low;
@@ -52,7 +62,7 @@ double death(const Junction& from, const Junction& to, Vec along, double low, do
     value = a + b * d + end.c * r_end - start.c * r_start;
     if (value > 0) low = d;
     else high = d;
-    if (std::abs(value) < 1e-3 || high - low <= kClose) return d;
+    if (std::abs(value) < kMeets || high - low <= kClose) return d;
     const double slope = b + end.slope(d, r_end) - start.slope(d, r_start);
     const double next = d - value / slope;
     d = slope < 0 && next > low && next < high ? next : 0.5 * (low + high);
