@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/slice/same_areas.h"
+#include "core/slice/doubtful_areas.h"
 
 namespace firn::slice {
 namespace {
@@ -61,21 +61,29 @@ bool Advance::telling(double core, double to, const Rings& drawn, const GapLimit
 
 bool Advance::draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_t& finer) {
   for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
-    if (attempt == 2 && tips) tips->fail();
+    if (attempt == 2 && tips && tips->asks()) doubt_meeting(rings, *tips);
     rings.clear();
     drawn_ends_.clear();
     for (const wavefront::Component& component : here_.all()) {
       draw_(sources_, component, at_, tolerance, rings, attempt < 2 ? tips : nullptr);
       drawn_ends_.push_back(rings.size());
     }
-    const double facing = tips && !tips->failed() ? 2 * (tips->thinned() + tolerance) : 0;
+    const double facing = tips && tips->asks() ? 2 * (tips->thinned() + tolerance) : 0;
     const Meeting meeting = meeting_(rings, facing);
-    if (facing > 0 && meeting == Meeting::kApart && !same_areas(rings, meeting_, facing, move_.peaks(), at_, *tips)) tips->fail();
+    if (facing > 0 && meeting == Meeting::kApart) doubt_areas(rings, meeting_, facing, move_.peaks(), at_, *tips);
     finer += attempt > 0;
     touching_ = meeting == Meeting::kContact;
     if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
   }
   return false;
+}
+
+// Where rings meet with their tips in exact places, walls may have been closer than the thinning.
+void Advance::doubt_meeting(const Rings& rings, ExactTips& tips) const {
+  const Vec one = to_vec(rings.points[meeting_.met()]), other = to_vec(rings.points[meeting_.next(meeting_.met())]);
+  const Vec place = 0.5 * (one + other);
+  if (tips.doubts().settled(place, at_)) tips.fail();
+  else tips.doubts().add(place, at_);
 }
 
 std::size_t Advance::loops() {

@@ -40,6 +40,7 @@ class Advance {
   bool move_telling(wavefront::Component& component, double from, double to, const GapLimits& limits, double sagitta,
                     Stretches& stretches);
   void arrive(double to);
+  void doubt_meeting(const Rings& rings, ExactTips& tips) const;
   static bool looks_narrow(const Rings& rings, std::size_t begin, std::size_t end, double width);
 
   std::vector<wavefront::Source> sources_;

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace firn::slice {
 namespace {
 
 constexpr double kFurthest = 3.0 * kUnitsPerMm;  // tips that would move by more stay
 constexpr double kFarOff = 16;                   // thinnings: walls so nearly parallel may close, or part, nearby
+constexpr double kNarrow = 3.98;                 // square of the difference of two ways: walls this nearly parallel
+constexpr double kEvery = 2;                     // thinnings
 constexpr double kFound = 0.5;                   // units
 constexpr int kSteps = 24;
 // Feet move by more than the tip where a wall bends about it: so much of the distance is looked at to either side.
@@ -18,14 +21,11 @@ constexpr double kAround = 0.1;
 ExactTips::ExactTips(const Rings& contours) : contours_(contours) {
   const std::size_t n = contours.points.size();
   next_.resize(n);
-  tree_.resize(n);
+  std::iota(next_.begin(), next_.end(), 1u);
+  tree_.set_rings(contours);
   std::size_t begin = 0;
   for (const std::uint32_t end : contours.ends) {
-    for (std::size_t i = begin; i < end; ++i) {
-      next_[i] = std::uint32_t(i + 1 < end ? i + 1 : begin);
-      const Point a = contours.points[i], b = contours.points[next_[i]];
-      tree_.set(i, std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y));
-    }
+    if (end > begin) next_[end - 1] = std::uint32_t(begin);
     begin = end;
   }
   tree_.build();
@@ -42,11 +42,59 @@ void ExactTips::look(const Wall& wall, const Wall& other, double reach, std::vec
 }
 
 bool ExactTips::move(Vec& tip, const Wall& before, const Wall& after, double d) {
+  if (doubts_.exact(tip, d)) return false;
   const Vec was = tip;
   const bool found = find(tip, before, after, d);
-  failed_ |= found && length(tip - was) > kFarOff * thinned_;
-  failed_ |= !found && dot(before.along, after.along) < 0;
+  if (!asks_) return found;
+  if (const Vec outward = before.along - after.along; dot(outward, outward) > kNarrow) {
+    const double far = furthest(before, after) - length(tip - was);
+    look_along(tip, 0.5 * outward, far, 1, d);
+    look_along(tip, -0.5 * outward, far, -1, d);
+  }
+  if (!found && dot(before.along, after.along) < 0) doubts_.add(tip, d);
+  if (const double way = length(tip - was); way > kFarOff * thinned_) {
+    const int steps = 1 + int(way / doubts_.spacing());
+    for (int k = 0; k <= steps; ++k) doubts_.add(was + (double(k) / steps) * (tip - was), d);
+  }
   return found;
+}
+
+// Beyond a tip walls so nearly parallel may open again, if only by what the thinning took, and before it they may close.
+// @param closes +1: beyond it, -1: before it
+void ExactTips::look_along(Vec tip, Vec direction, double far, double closes, double d) {
+  const double step = kEvery * thinned_;
+  for (double way = step; way < far; way += step) {
+    Vec p = tip + way * direction, up;
+    double off = 0;
+    for (int centring = 0; centring < 2; ++centring) {
+      double l[2];
+      for (int w = 0; w < 2; ++w) {
+        Vec nearest;
+        l[w] = 1e300;
+        for (const Edge& e : edges_[w])
+          if (const Vec off = e.from(p); dot(off, off) < l[w]) l[w] = dot(off, off), nearest = off;
+        l[w] = std::sqrt(l[w]);
+        if (w == 0) up = (1 / std::max(l[0], 1.0)) * nearest;
+      }
+      p = p + 0.5 * (l[1] - l[0]) * up;
+      off = closes * (0.5 * (l[0] + l[1]) - d);
+    }
+    if (off < -2 * thinned_) return;
+    if (off > 1) doubts_.add(p, d);
+  }
+}
+
+std::vector<char> ExactTips::kept() const {
+  std::vector<char> kept(contours_.points.size(), 0);
+  for (const Doubts::Doubt& doubt : doubts_.kept()) {
+    const double reach = doubts_.reach(doubt);
+    tree_.any_nearer(doubt.at.x, doubt.at.y, reach, [&](std::size_t i) {
+      if (square_distance(doubt.at, to_vec(contours_.points[i]), to_vec(contours_.points[next_[i]])) <= reach * reach)
+        kept[i] = kept[next_[i]] = 1;
+      return false;
+    });
+  }
+  return kept;
 }
 
 // What is no further from a place that has moved by m was no further than 2 m more when the search began.
@@ -63,10 +111,15 @@ bool ExactTips::within(Vec place, double d) const {
   });
 }
 
-bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) {
+// Of the places of a tip.
+double ExactTips::furthest(const Wall& before, const Wall& after) const {
   // Walls' directions are a turn of pi - 2 a apart.
   const double sine = std::sqrt(std::max(0.0, 0.5 * (1 + dot(before.along, after.along))));
-  const double furthest = std::min(kFurthest, 1.5 * thinned_ / std::max(sine, 1e-3) + thinned_);
+  return std::min(kFurthest, 1.5 * thinned_ / std::max(sine, 1e-3) + thinned_);
+}
+
+bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) {
+  const double furthest = this->furthest(before, after);
   const double reach = furthest + 2 * thinned_ + kAround * d;
   look(before, after, reach, edges_[0]);
   look(after, before, reach, edges_[1]);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/slice/box_search.h"
+#include "core/slice/doubts.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
 
@@ -28,21 +29,28 @@ class ExactTips {
   static constexpr double kTip = 0.8;
 
   /// The tip between walls `before` and `after`, known to be about `tip`, at distance d from the contours.
-  /// @return false if there is none near by: then `tip` is as it was
+  /// @return false if there is none near by, or if it is in its place: then `tip` is as it was
   bool move(Vec& tip, const Wall& before, const Wall& after, double d);
-  /// For an outline. @param thinned units by which it and the contours may differ
-  void begin(double thinned) { thinned_ = thinned, failed_ = false; }
+  /// For an outline. @param thinned units by which it and the contours may differ @param asks whether doubts are to be listed
+  void begin(double thinned, bool asks) {
+    thinned_ = thinned, asks_ = asks, failed_ = false;
+    doubts_.begin(thinned);
+  }
+  bool asks() const { return asks_; }
   /// Is no wall nearer to a tip than d, to within a quarter of the thinning? Two walls alone tell where a tip is; where an area is
   /// hardly wider than the thinning a third one may be nearer.
   bool clear(Vec tip, double d) const { return within(tip, d - 0.25 * thinned_); }
   /// Is a place at least d from the contours?
   bool within(Vec place, double d) const;
   double thinned() const { return thinned_; }
-  /// Tips do not fit together.
-  void fail() { failed_ = true; }
-  /// Did they not, or was there a tip sharper than a right angle without an exact place, or far from it? Then an area may begin or
-  /// end there.
+  /// Rings do not fit together although the outline is as the contours are.
+  void fail() { failed_ = asks_; }
   bool failed() const { return failed_; }
+  /// Where a tip sharper than a right angle has no exact place, or is far from it, an area may begin or end; and wherever else
+  /// somebody finds that.
+  Doubts& doubts() { return doubts_; }
+  /// Which of the contours' points are to stay in an outline that has doubts kept?
+  std::vector<char> kept() const;
   /// Bends no further apart are one tip.
   double near() const { return 4 * thinned_; }
 
@@ -56,13 +64,16 @@ class ExactTips {
       return off - (std::min(std::max(dot(off, way), 0.0), square) / square) * way;
     }
   };
+  double furthest(const Wall& before, const Wall& after) const;
   bool find(Vec& tip, const Wall& before, const Wall& after, double d);
   void list_close(int wall, double reach);
+  void look_along(Vec tip, Vec direction, double far, double closes, double d);
   void look(const Wall& wall, const Wall& other, double reach, std::vector<Edge>& edges) const;
 
   const Rings& contours_;
   double thinned_ = 0;
-  bool failed_ = false;
+  bool asks_ = false, failed_ = false;
+  Doubts doubts_;
   std::vector<std::uint32_t> next_;
   BoxSearch tree_;
   std::vector<Edge> edges_[2], close_[2];  // of each wall; those that may be nearest

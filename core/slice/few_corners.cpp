@@ -30,11 +30,16 @@ double length(std::span<const Point> ring) {
 
 }  // namespace
 
-bool FewCorners::operator()(std::span<const Vec> line, double tolerance, Rings& rings) {
-  RingWriter out(rings, 2 * line.size() + 2);
+bool FewCorners::operator()(std::span<const Vec> line, double tolerance, Rings& rings, std::span<const std::size_t> stay) {
+  RingWriter out(rings, 2 * line.size() + 2 * stay.size() + 2);
   const auto drawn = [&](Corridor::Width width) {
     out.clear();
-    draw(line, width, out);
+    std::size_t from = 0;
+    for (const std::size_t to : stay) {
+      if (to > from) draw(line.subspan(from, to - from), line[to], width, out);
+      from = to;
+    }
+    draw(line.subspan(from), line[0], width, out);
     const double area = out.size() >= 3 ? out.close() : 0;
     if (area == 0) out.clear();
     return area;
@@ -50,9 +55,12 @@ bool FewCorners::operator()(std::span<const Vec> line, double tolerance, Rings& 
   return true;
 }
 
-void FewCorners::draw(std::span<const Vec> line, Corridor::Width width, RingWriter& out) {
+// From the first of some places, past the others, to the one behind them, which is left to what comes next.
+void FewCorners::draw(std::span<const Vec> line, Vec behind, Corridor::Width width, RingWriter& out) {
   const std::size_t n = line.size();
-  const auto place = [&](std::size_t i) { return line[i < n ? i : 0]; };
+  out.add(line[0]);
+  if (n == 1) return;
+  const auto place = [&](std::size_t i) { return i < n ? line[i] : behind; };
   const auto allowed = [&](std::size_t i) { return i < n ? width : Corridor::Width{0, 0}; };
   // Gates stand across the way to the next place that is not beside the anchor.
   const double near = kAhead * std::max(width.left, width.right);
@@ -68,13 +76,12 @@ void FewCorners::draw(std::span<const Vec> line, Corridor::Width width, RingWrit
     open = false;
   };
   corridor_.reserve(n);
-  out.add(line[0]);
   corridor_.begin(line[0], ahead(line[0], 1));
   for (std::size_t i = 1, first = 1; i <= n;) {
     Corridor::Turn turn = corridor_.take(line, i, width);
     if (turn == Corridor::Turn::kNone) {
       std::size_t closing = 0;
-      turn = corridor_.take(line.first(1), closing, {0, 0});
+      turn = corridor_.take(std::span(&behind, 1), closing, {0, 0});
       if (turn == Corridor::Turn::kNone) break;
     }
     Vec anchor;

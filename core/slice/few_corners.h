@@ -17,11 +17,12 @@ class RingWriter;
 /// is read many times. Keeps its working memory.
 class FewCorners {
  public:
-  /// Appends the ring. @return false if it vanishes: less than three corners would stay
-  bool operator()(std::span<const Vec> line, double tolerance, Rings& rings);
+  /// Appends the ring. @param stay places beside the first one that stay corners, ascending @return false if the ring vanishes:
+  /// less than three corners would stay
+  bool operator()(std::span<const Vec> line, double tolerance, Rings& rings, std::span<const std::size_t> stay = {});
 
  private:
-  void draw(std::span<const Vec> line, Corridor::Width width, RingWriter& out);
+  void draw(std::span<const Vec> line, Vec behind, Corridor::Width width, RingWriter& out);
   Corridor corridor_;
 };
 

@@ -66,11 +66,11 @@ Meeting MeetingCheck::operator()(const Rings& rings, double within) {
       const Point p = next[i] == j ? a : c, corner = next[i] == j ? b : d, q = next[i] == j ? d : b;
       const bool back = side(p, corner, q) == 0 && (std::int64_t(p.x) - corner.x) * (std::int64_t(q.x) - corner.x) +
                                                            (std::int64_t(p.y) - corner.y) * (std::int64_t(q.y) - corner.y) > 0;
-      if (back && worst == Meeting::kApart) worst = Meeting::kContact;
+      if (back && worst == Meeting::kApart) worst = Meeting::kContact, met_ = std::uint32_t(i);
       return;
     }
     const Meeting m = meeting(a, b, c, d);
-    if (int(m) > int(worst)) worst = m;
+    if (int(m) > int(worst)) worst = m, met_ = std::uint32_t(i);
     if (within > 0 && dot(to_vec(b) - to_vec(a), to_vec(d) - to_vec(c)) < 0) facing_.push_back({std::uint32_t(i), std::uint32_t(j)});
   });
   return worst;

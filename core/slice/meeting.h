@@ -22,11 +22,14 @@ class MeetingCheck {
   /// Of the rings checked last.
   std::span<const Pair> facing() const { return facing_; }
   std::uint32_t next(std::uint32_t edge) const { return next_[edge]; }
+  /// If they were not apart: one of the edges that met worst.
+  std::uint32_t met() const { return met_; }
 
  private:
   Chains chains_;
   std::vector<std::uint32_t> next_;
   std::vector<Pair> facing_;
+  std::uint32_t met_ = 0;
 };
 
 }  // namespace firn::slice

@@ -1,13 +1,14 @@
 #include "core/slice/offset_rings.h"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "core/slice/advance.h"
 #include "core/slice/clipper.h"
+#include "core/slice/few_corners.h"
 #include "core/slice/groups.h"
-#include "core/slice/path_filter.h"
 #include "core/slice/planar.h"
 #include "core/slice/rings.h"
 
@@ -17,7 +18,7 @@ namespace {
 // Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
 // Where the front of one distance cannot tell which of its places coincide, that of another can.
 constexpr double kOdd[] = {0.2973, 1.6131, 3.1429};
-constexpr double kAgain = 0.1;  // of what was thinned, where areas depend on it
+constexpr int kAgain = 4;  // times that an area is thinned again before it is not thinned at all
 
 template <class Areas>
 Rings rings_of(const Rings& rings, const Areas& areas) {
@@ -27,10 +28,23 @@ Rings rings_of(const Rings& rings, const Areas& areas) {
   return out;
 }
 
-Region thinned_again(const Rings& contours, double mm) {
-  PathFilter filter(0, mm * kUnitsPerMm);
+using Numbers = std::span<const std::uint32_t>;  // of contours
+
+// @param kept points that stay
+Region thinned_again(const Rings& contours, Numbers some, std::span<const char> kept, double mm) {
+  FewCorners draw;
   Rings rings;
-  for (std::size_t r = 0; r < contours.size(); ++r) filter.append(contours[r], rings);
+  std::vector<Vec> line;
+  std::vector<std::size_t> stay;
+  for (const std::uint32_t ring : some) {
+    const std::size_t begin = ring ? contours.ends[ring - 1] : 0;
+    line.clear(), stay.clear();
+    for (const Point p : contours[ring]) {
+      if (kept[begin + line.size()]) stay.push_back(line.size());
+      line.push_back(to_vec(p));
+    }
+    draw(line, mm * kUnitsPerMm, rings, stay);
+  }
   return region_of(canonical(rings));
 }
 
@@ -43,11 +57,11 @@ BoxOf<std::int32_t> box_of(std::span<const Point> ring) {
 // The areas within contours, by what is left of them when they are thinned.
 class ContourAreas {
  public:
-  explicit ContourAreas(const Rings& contours) : contours_(contours), areas_(nested_groups(contours)) {
+  explicit ContourAreas(const Rings& contours) : areas_(nested_groups(contours)) {
     for (const std::vector<std::uint32_t>& area : areas_) boxes_.push_back(box_of(contours[area[0]]));
   }
   // The contours of the area whose outer one becomes `ring`. @return none if several may
-  std::optional<Rings> of(std::span<const Point> ring, double thinned) const {
+  Numbers of(std::span<const Point> ring, double thinned) const {
     const BoxOf<std::int32_t> box = box_of(ring);
     const double most = thinned + 2;
     const auto alike = [&](const BoxOf<std::int32_t>& b) {
@@ -55,12 +69,11 @@ class ContourAreas {
              std::abs(double(b.x1) - box.x1) <= most && std::abs(double(b.y1) - box.y1) <= most;
     };
     const auto found = std::find_if(boxes_.begin(), boxes_.end(), alike);
-    if (found == boxes_.end() || std::any_of(found + 1, boxes_.end(), alike)) return std::nullopt;
-    return rings_of(contours_, std::span(areas_).subspan(std::size_t(found - boxes_.begin()), 1));
+    if (found == boxes_.end() || std::any_of(found + 1, boxes_.end(), alike)) return {};
+    return areas_[std::size_t(found - boxes_.begin())];
   }
 
  private:
-  const Rings& contours_;
   std::vector<std::vector<std::uint32_t>> areas_;
   std::vector<BoxOf<std::int32_t>> boxes_;
 };
@@ -101,55 +114,63 @@ class RingMaker {
   }
 
   RingLevels operator()(const Region& region) {
-    return of_region(region, thinned_.from, thinned_.by_mm, thinned_.whole);
+    std::vector<std::uint32_t> all(thinned_.from ? thinned_.from->size() : 0);
+    std::iota(all.begin(), all.end(), 0u);
+    return of_region(region, all, 0);
   }
 
  private:
-  // @param contours of the region @param thinned_mm by how much the two may differ
-  // @param whole whether what depends on that is to be made again
-  RingLevels of_region(const Region& region, const Rings* contours, double thinned_mm, bool whole) {
+  // @param contours of the region @param again how many times they have been thinned again; more than kAgain: not thinned
+  RingLevels of_region(const Region& region, Numbers contours, int again) {
+    const double thinned_mm = again > kAgain ? 0 : thinned_.by_mm;
+    const bool asks = thinned_.whole && again <= kAgain;
     const std::vector<std::vector<std::uint32_t>> areas = nested_groups(region);
     // Rings of different areas are too far apart to meet, however they are drawn; or they are all made at once.
     const bool apart = plan_.distance_mm(0) > 2 * (tolerance_mm_ + thinned_mm);
     RingLevels result;
     for (std::size_t a = 0; a < areas.size(); a = apart ? a + 1 : areas.size()) {
       const Advance::Areas some = std::span(areas).subspan(a, apart ? 1 : areas.size());
-      RingLevels made = of_areas(region, some, thinned_mm, whole);
-      // An area that comes or goes with the thinning: again, from contours thinned by less, and then from what they are.
-      if (whole && lost_tip()) {
-        const std::optional<Rings> its_own = apart && areas.size() > 1 ? contours_of(region[areas[a][0]], thinned_mm) : std::nullopt;
-        const Rings& from = its_own ? *its_own : *contours;
-        const double finer_mm = thinned_mm < thinned_.by_mm ? 0 : kAgain * thinned_mm;
-        made = of_region(thinned_again(from, finer_mm), &from, finer_mm, finer_mm > 0);
-        if (!its_own) return made;
+      if (tips_ && again == 0) tips_->doubts().forget();
+      RingLevels made = of_areas(region, some, thinned_mm, asks);
+      // An area that may come or go with the thinning: again, from contours that are kept as they are where it may.
+      if (asks && tips_ && (tips_->failed() || tips_->doubts().any())) {
+        const Numbers its_own = apart && areas.size() > 1 ? contours_of(region[areas[a][0]], thinned_mm) : Numbers();
+        const Numbers from = its_own.empty() ? contours : its_own;
+        const int next = tips_->failed() ? kAgain + 1 : again + 1;
+        made = of_region(next > kAgain ? as_they_are(from) : keeping_doubts(from), from, next);
+        if (its_own.empty()) return made;
       }
       append(std::move(made), result);
     }
     return result;
   }
 
-  bool lost_tip() const { return tips_ && tips_->failed(); }
+  Region as_they_are(Numbers contours) const { return region_of(canonical(rings_of(*thinned_.from, std::span(&contours, 1)))); }
 
-  std::optional<Rings> contours_of(std::span<const Point> ring, double thinned_mm) {
+  Region keeping_doubts(Numbers contours) {
+    tips_->doubts().keep();
+    return thinned_again(*thinned_.from, contours, tips_->kept(), thinned_.by_mm);
+  }
+
+  Numbers contours_of(std::span<const Point> ring, double thinned_mm) {
     if (!contours_) contours_.emplace(*thinned_.from);
     return contours_->of(ring, thinned_mm * kUnitsPerMm);
   }
 
-  // @param whole whether a lost tip ends it: then not all of the levels are made
-  RingLevels of_areas(const Region& region, Advance::Areas areas, double thinned_mm, bool whole) {
+  // @param asks whether doubts are listed
+  RingLevels of_areas(const Region& region, Advance::Areas areas, double thinned_mm, bool asks) {
     RingLevels made;
     for (const double odd : kOdd) {
       made = {};
-      if (tips_) tips_->begin(thinned_mm * kUnitsPerMm);
-      if (tips_ && !whole) tips_->fail();  // nobody asks: what would tell need not be looked for
-      if (by_front(region, areas, odd, thinned_mm, whole, made)) return made;
+      if (tips_) tips_->begin(thinned_mm * kUnitsPerMm, asks);
+      if (by_front(region, areas, odd, thinned_mm, made)) return made;
     }
     by_clipper(rings_of(region, areas), made);
     return made;
   }
 
   // @return false if the wavefront could not tell: then the levels before are made
-  bool by_front(const Region& region, Advance::Areas areas, double odd, double thinned_mm, bool whole, RingLevels& made) {
+  bool by_front(const Region& region, Advance::Areas areas, double odd, double thinned_mm, RingLevels& made) {
     const double tolerance = tolerance_mm_ * kUnitsPerMm;
     const Rings none;
     advance_.begin(region, areas, tips_ ? thinned_mm * kUnitsPerMm : 0);
@@ -174,7 +195,7 @@ class RingMaker {
         made.gaps.back().of_rings.forget_corners();
         made.gaps.back().of_cores.forget_corners();
       }
-      if (rings.empty() || (whole && lost_tip())) break;
+      if (rings.empty() || (tips_ && tips_->failed())) break;
       made.levels.push_back(std::move(rings));
       made.touching.push_back(advance_.touching());
     }

@@ -193,7 +193,7 @@ class Drawer {
   bool move_tips();
   void leave_out();
   bool looks_thin(double width) const;
-  bool third_wall(const ExactTips& tips, double d) const;
+  void list_third_walls(ExactTips& tips, double d) const;
   double twice_area() const;
   std::vector<Vec> line_;
   std::vector<Tip> tips_;

@@ -98,7 +98,7 @@ void Drawer::operator()(std::span<const Source> sources, const Component& compon
     }
     if (!tips_.empty()) {
       if (!move_tips()) continue;
-      if (!tips->failed() && third_wall(*tips, d)) tips->fail();
+      if (tips->asks()) list_third_walls(*tips, d);
     }
     thin_ring(line_, thinning, rings);
   }
@@ -127,13 +127,12 @@ void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop
   }
 }
 
-// Is one of them nearer to a wall than to the two that make it?
-bool Drawer::third_wall(const ExactTips& tips, double d) const {
+// Tips may be nearer to a wall than to the two that make them.
+void Drawer::list_third_walls(ExactTips& tips, double d) const {
   const double far = looks_thin(kThin * tips.near()) ? 0 : kFar * tips.thinned();
-  return std::any_of(tips_.begin(), tips_.end(), [&](const Tip& tip) {
-    const Vec way = tip.to - tip.from;
-    return dot(way, way) >= far * far && !tips.clear(tip.to, d);
-  });
+  for (const Tip& tip : tips_)
+    if (const Vec way = tip.to - tip.from; dot(way, way) >= far * far && !tips.doubts().settled(tip.to, d) && !tips.clear(tip.to, d))
+      tips.doubts().add(tip.to, d);
 }
 
 // @return false if nothing is left of the line: its tips have passed each other

@@ -101,6 +101,31 @@ TEST_CASE("A circle with few corners keeps its area, and takes as few as one wit
       }
 }
 
+TEST_CASE("Places that are to stay are corners of a ring with few corners, and the rest lies within the tolerance, both ways") {
+  RandomStream random(35, Purpose::kTest);
+  for (int trial = 0; trial < 40; ++trial) {
+    const std::size_t n = 100 + 20 * (trial % 9);
+    std::vector<Vec> line;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double a = 2 * M_PI * double(i) / double(n), r = 60'000 * (1 + 0.3 * std::cos((trial % 5) * a));
+      line.push_back({r * std::cos(a) + random.uniform(-200, 200), r * std::sin(a) + random.uniform(-200, 200)});
+    }
+    // A few stretches of several places, one alone, the last and the first.
+    std::vector<std::size_t> stay;
+    for (std::size_t i = 0; i < n; ++i)
+      if ((i % 31 < std::size_t(trial % 7)) || i == n / 2 || (trial % 3 == 0 && i + 1 == n)) stay.push_back(i);
+    const double tolerance = random.uniform(50, 600);
+    Rings rings;
+    REQUIRE(FewCorners()(line, tolerance, rings, stay));
+    INFO("trial " << trial << ", tolerance " << tolerance);
+    const auto corner = [&](std::size_t i) { return std::count(rings.points.begin(), rings.points.end(), to_point(line[i])) > 0; };
+    CHECK(std::all_of(stay.begin(), stay.end(), corner));
+    CHECK(rings.points.size() < n);
+    CHECK(furthest(closed(line), oracle::segments_of(rings), 100) <= tolerance + 1);
+    CHECK(furthest(oracle::segments_of(rings), closed(line), 100) <= tolerance + 1);
+  }
+}
+
 TEST_CASE("Corners between straight edges stay where they are") {
   std::vector<Vec> line;
   const Vec corners[] = {{0, 0}, {90'000, 0}, {90'000, 40'000}, {50'000, 40'000}, {50'000, 70'000}, {-20'000, 70'000}};

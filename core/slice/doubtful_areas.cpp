@@ -1,4 +1,4 @@
-#include "core/slice/same_areas.h"
+#include "core/slice/doubtful_areas.h"
 
 #include <algorithm>
 
@@ -13,36 +13,36 @@ constexpr int kAcross = 4;    // parts of the way across
 
 class Straits {
  public:
-  Straits(const Rings& rings, const MeetingCheck& checked, double facing, double d, const ExactTips& tips)
+  Straits(const Rings& rings, const MeetingCheck& checked, double facing, double d, ExactTips& tips)
       : rings_(rings), checked_(checked), facing_(facing), d_(d), tips_(tips) {}
 
-  // Is there a place between two edges where the contours leave nothing that is d from them?
-  bool closed(MeetingCheck::Pair pair) const {
-    if (follows_soon(pair.one, pair.other) || follows_soon(pair.other, pair.one)) return false;
+  // Places between two edges where the contours leave nothing that is d from them.
+  void look_between(MeetingCheck::Pair pair) const {
+    if (follows_soon(pair.one, pair.other) || follows_soon(pair.other, pair.one)) return;
     const Vec a = from(pair.one), along = to(pair.one) - a, c = from(pair.other), way = to(pair.other) - c;
     const double square = dot(along, along);
     const int steps = 1 + int(length(way) / (kEvery * tips_.thinned()));
     for (int s = 0; s <= steps; ++s) {
       const Vec p = c + (double(s) / steps) * way, off = p - a;
       const Vec across = a + (std::clamp(dot(off, along), 0.0, square) / square) * along - p;
-      if (cross(along, off) > 0 && dot(across, across) <= facing_ * facing_ && !open(p, across)) return true;
+      if (cross(along, off) > 0 && dot(across, across) <= facing_ * facing_ && !open(p, across)) tips_.doubts().add(p, d_);
     }
-    return false;
   }
 
-  // A ring that is too small for straits: do the contours leave nothing in it?
-  bool empty(std::span<const Point> ring) const {
+  // In a ring that is too small for straits, of which the contours leave nothing.
+  void look_into(std::span<const Point> ring) const {
     double around = 0;
     Vec middle, at = to_vec(ring.back());
     for (const Point p : ring) {
       const Vec next = to_vec(p);
       around += length(next - at);
-      if (around > 2 * kTip * tips_.thinned()) return false;
+      if (around > 2 * kTip * tips_.thinned()) return;
       middle = middle + next, at = next;
     }
     middle = (1.0 / double(ring.size())) * middle;
-    return !tips_.within(middle, d_) &&
-           std::none_of(ring.begin(), ring.end(), [&](Point p) { return tips_.within(0.5 * (middle + to_vec(p)), d_); });
+    const auto is_open = [&](Vec p) { return tips_.within(p, d_); };
+    if (tips_.doubts().settled(middle, d_) || is_open(middle)) return;
+    if (std::none_of(ring.begin(), ring.end(), [&](Point p) { return is_open(0.5 * (middle + to_vec(p))); })) tips_.doubts().add(middle, d_);
   }
 
  private:
@@ -54,6 +54,7 @@ class Straits {
     return false;
   }
   bool open(Vec p, Vec across) const {
+    if (tips_.doubts().settled(p, d_)) return true;
     for (int k = 0; k <= kAcross; ++k)
       if (tips_.within(p + (double(k) / kAcross) * across, d_)) return true;
     return false;
@@ -62,18 +63,17 @@ class Straits {
   const Rings& rings_;
   const MeetingCheck& checked_;
   double facing_, d_;
-  const ExactTips& tips_;
+  ExactTips& tips_;
 };
 
 }  // namespace
 
-bool same_areas(const Rings& rings, const MeetingCheck& checked, double facing, std::span<const Vec> peaks, double d,
-                const ExactTips& tips) {
-  if (std::any_of(peaks.begin(), peaks.end(), [&](Vec p) { return tips.within(p, d - tips.thinned()); })) return false;
+void doubt_areas(const Rings& rings, const MeetingCheck& checked, double facing, std::span<const Vec> peaks, double d, ExactTips& tips) {
+  for (const Vec p : peaks)
+    if (!tips.doubts().settled(p, d) && tips.within(p, d - tips.thinned())) tips.doubts().add(p, d);
   const Straits straits(rings, checked, facing, d, tips);
-  for (std::size_t r = 0; r < rings.size(); ++r)
-    if (straits.empty(rings[r])) return false;
-  return std::none_of(checked.facing().begin(), checked.facing().end(), [&](MeetingCheck::Pair p) { return straits.closed(p); });
+  for (std::size_t r = 0; r < rings.size(); ++r) straits.look_into(rings[r]);
+  for (const MeetingCheck::Pair pair : checked.facing()) straits.look_between(pair);
 }
 
 }  // namespace firn::slice
