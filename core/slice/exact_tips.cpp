@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kFurthest = 3.0 * kUnitsPerMm;  // tips that would move by more stay
 constexpr double kFarOff = 16;                   // thinnings: walls so nearly parallel may close, or part, nearby
-constexpr double kNarrow = 3.98;                 // square of the difference of two ways: walls this nearly parallel
+constexpr double kNarrow = 3.9;                  // square of the difference of two ways: walls this nearly parallel
 constexpr double kEvery = 2;                     // thinnings
 constexpr double kFound = 0.5;                   // units
 constexpr int kSteps = 24;

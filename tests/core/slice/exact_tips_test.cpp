@@ -10,6 +10,7 @@
 #include "core/slice/rings.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/oracles.h"
+#include "tests/core/slice/outlines.h"
 
 namespace firn::slice {
 namespace {
@@ -63,32 +64,12 @@ TEST_CASE("Without contours rings are those of the outline alone") {
   CHECK(alone.levels == asked.levels);
 }
 
-// An area along the x axis between two rough walls, n steps from `end_mm` to - `end_mm`. @param half_mm (x) half its width in mm
-template <class Half>
-Rings between_walls(double end_mm, int n, RandomStream& random, const Half& half_mm) {
-  std::vector<Point> ring;
-  const auto add = [&](int i, int side) {
-    const double x = end_mm - 2 * end_mm * i / n;
-    ring.push_back(to_point({1e4 * x, 1e4 * (side * half_mm(x) + random.uniform(-0.01, 0.01))}));
-  };
-  for (int i = 0; i <= n; ++i) add(i, 1);
-  for (int i = n; i >= 0; --i) add(i, -1);
-  Rings rings;
-  rings.add(ring);
-  return region_of(rings);
-}
-
 // Two lobes joined by a strait whose walls are about as far apart as two sides of a ring.
 Rings lobes(double half_mm, double wobble_mm, RandomStream& random) {
-  return between_walls(25, 2000, random, [=](double x) {
+  return outlines::between_walls(25, 2000, random, [=](double x) {
     const double from_lobe = (std::abs(x) - 16) / 8;
     return half_mm + wobble_mm * std::sin(3 * x) + 8 * std::max(0.0, 1 - from_lobe * from_lobe);
   });
-}
-
-// Two wide areas and between them a strait, narrowest in its middle: half its width there, the radius in which its walls bend.
-Rings hourglass(double half_mm, double radius_mm, RandomStream& random) {
-  return between_walls(30, 300, random, [=](double x) { return half_mm + std::min(x * x / (2 * radius_mm), 6.0); });
 }
 
 // Is every level within 0.05 mm of the exact offset, both ways?
@@ -108,7 +89,7 @@ TEST_CASE("A strait about as wide as two sides of a ring is open in the rings of
   for (int trial = 0; trial < 30; ++trial) {
     const RingPlan plan;
     const int narrow = trial % 3;
-    const Rings contours = hourglass(plan.distance_mm(narrow) + random.uniform(-0.02, 0.03), random.uniform(5, 80), random);
+    const Rings contours = outlines::hourglass(plan.distance_mm(narrow), random);
     const RingLevels rings = offset_rings(thinned(contours, filter_mm), plan, ring_mm, 0, {&contours, filter_mm, true});
     INFO("trial " << trial << ", level " << narrow);
     REQUIRE(int(rings.levels.size()) > narrow);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/grid/random.h"
+#include "core/slice/planar.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
 
@@ -125,6 +126,28 @@ inline std::vector<Named> all() {
   for (std::uint64_t s = 1; s <= 6; ++s) list.push_back({"star " + std::to_string(s), random_star(s, int(20 + 15 * s))});
   for (std::uint64_t s = 1; s <= 3; ++s) list.push_back({"blob " + std::to_string(s), blob(s)});
   return list;
+}
+
+// An area along the x axis between two rough walls, n steps from `end_mm` to - `end_mm`. @param half_mm (x) half its width in mm
+template <class Half>
+Region between_walls(double end_mm, int n, RandomStream& random, const Half& half_mm) {
+  std::vector<Point> ring;
+  const auto add = [&](int i, int side) {
+    const double x = end_mm - 2 * end_mm * i / n;
+    ring.push_back(to_point({1e4 * x, 1e4 * (side * half_mm(x) + random.uniform(-0.01, 0.01))}));
+  };
+  for (int i = 0; i <= n; ++i) add(i, 1);
+  for (int i = n; i >= 0; --i) add(i, -1);
+  Rings rings;
+  rings.add(ring);
+  return region_of(rings);
+}
+
+// Two wide areas and between them a strait, narrowest in its middle, where half its width is about `half_mm`; its walls bend in a radius
+// of 5 to 80 mm and are rough by 0.01 mm.
+inline Region hourglass(double half_mm, RandomStream& random) {
+  const double half = half_mm + random.uniform(-0.02, 0.03), radius_mm = random.uniform(5, 80);
+  return between_walls(30, 300, random, [=](double x) { return half + std::min(x * x / (2 * radius_mm), 6.0); });
 }
 
 }  // namespace firn::slice::outlines
