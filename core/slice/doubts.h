@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,8 @@ class Doubts {
   /// Is the outline kept there, so that what is d from it is d from the contours?
   bool exact(Vec at, double d) const { return any_settles(kept_, at, d); }
   bool any() const { return !listed_.empty(); }
+  /// So many that little would be left to thin?
+  bool many() const { return listed_.size() > kMany; }
   /// From now on contours within reach() of what is listed are kept.
   void keep() {
     kept_.insert(kept_.end(), listed_.begin(), listed_.end());
@@ -46,6 +49,7 @@ class Doubts {
       return off >= 0 && dot(at - doubt.at, at - doubt.at) <= off * off;
     });
   }
+  static constexpr std::size_t kMany = 1000;
   static constexpr double kKept = 40, kSure = 5;  // thinnings
   double thinned_ = 0;
   std::vector<Doubt> listed_, kept_;

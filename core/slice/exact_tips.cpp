@@ -62,6 +62,7 @@ bool ExactTips::move(Vec& tip, const Wall& before, const Wall& after, double d) 
 // Beyond a tip walls so nearly parallel may open again, if only by what the thinning took, and before it they may close.
 // @param closes +1: beyond it, -1: before it
 void ExactTips::look_along(Vec tip, Vec direction, double far, double closes, double d) {
+  if (edges_[0].empty() || edges_[1].empty()) return;
   const double step = kEvery * thinned_;
   for (double way = step; way < far; way += step) {
     Vec p = tip + way * direction, up;
@@ -72,7 +73,7 @@ void ExactTips::look_along(Vec tip, Vec direction, double far, double closes, do
         Vec nearest;
         l[w] = 1e300;
         for (const Edge& e : edges_[w])
-          if (const Vec off = e.from(p); dot(off, off) < l[w]) l[w] = dot(off, off), nearest = off;
+          if (const Vec from = e.from(p); dot(from, from) < l[w]) l[w] = dot(from, from), nearest = from;
         l[w] = std::sqrt(l[w]);
         if (w == 0) up = (1 / std::max(l[0], 1.0)) * nearest;
       }

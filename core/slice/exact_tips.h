@@ -45,7 +45,8 @@ class ExactTips {
   double thinned() const { return thinned_; }
   /// Rings do not fit together although the outline is as the contours are.
   void fail() { failed_ = asks_; }
-  bool failed() const { return failed_; }
+  /// Is the outline better not thinned at all?
+  bool failed() const { return failed_ || doubts_.many(); }
   /// Where a tip sharper than a right angle has no exact place, or is far from it, an area may begin or end; and wherever else
   /// somebody finds that.
   Doubts& doubts() { return doubts_; }

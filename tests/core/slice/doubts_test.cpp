@@ -71,6 +71,19 @@ TEST_CASE("A doubt is listed once, and not again where the outline is kept") {
   CHECK(doubts.any());
 }
 
+TEST_CASE("Walls without a contour near by leave no doubt that has no place") {
+  Rings contours;
+  const Point far[] = {{4'000'000, 0}, {4'100'000, 0}, {4'100'000, 100'000}};
+  contours.add(far);
+  ExactTips tips(contours);
+  tips.begin(kThinned, true);
+  Vec tip{0, 0};
+  CHECK_FALSE(tips.move(tip, {{0, -15'000}, {1, 0}}, {{0, 15'000}, {-1, 0}}, 15'000));
+  tips.doubts().keep();
+  REQUIRE(tips.doubts().kept().size() == 1);
+  CHECK(tips.doubts().kept()[0].at.x == 0);
+}
+
 TEST_CASE("Walls that close or open beside a tip by less than the thinning are in doubt, straight ones are not") {
   // Two walls 2 d apart to within the thinning, a narrow wedge whose half width is d at x = 0.
   const double d = 15'000, slope = 0.01;
