@@ -49,7 +49,10 @@ public final class Main {
 
   private static void photograph(File picture, int layers) throws IOException {
     Set<Integer> seen = new HashSet<>();
-    Runnable now = () -> SwingUtilities.invokeLater(() -> photographSoon(picture, seen.size()));
+    Runnable now = () -> {
+      int after = seen.size();  // here, on the bus's thread: further layers may come in before the screen is taken
+      SwingUtilities.invokeLater(() -> photographSoon(picture, after));
+    };
     Bus.subscribe(
         "LAYER_METRICS",
         bytes -> {
