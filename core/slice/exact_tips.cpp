@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kFurthest = 3.0 * kUnitsPerMm;  // tips that would move by more stay
 constexpr double kFarOff = 16;                   // thinnings: walls so nearly parallel may close, or part, nearby
-constexpr double kNarrow = 3.9;                  // square of the difference of two ways: walls this nearly parallel
+constexpr double kNarrow = -0.95;                // cosine of the turn at a tip of nearly parallel walls
 constexpr double kEvery = 2;                     // thinnings
 constexpr double kFound = 0.5;                   // units
 constexpr int kSteps = 24;
@@ -46,10 +46,11 @@ bool ExactTips::move(Vec& tip, const Wall& before, const Wall& after, double d) 
   const Vec was = tip;
   const bool found = find(tip, before, after, d);
   if (!asks_) return found;
-  if (const Vec outward = before.along - after.along; dot(outward, outward) > kNarrow) {
+  if (dot(before.along, after.along) < kNarrow) {
+    const Vec outward = 0.5 * (before.along - after.along);
     const double far = furthest(before, after) - length(tip - was);
-    look_along(tip, 0.5 * outward, far, 1, d);
-    look_along(tip, -0.5 * outward, far, -1, d);
+    look_along(tip, outward, far, 1, d);
+    look_along(tip, -1 * outward, far, -1, d);
   }
   if (!found && dot(before.along, after.along) < 0) doubts_.add(tip, d);
   if (const double way = length(tip - was); way > kFarOff * thinned_) {
