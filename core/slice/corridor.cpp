@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <span>
 
+#include "core/slice/lanes.h"
+
 namespace firn::slice {
 namespace {
 
@@ -14,7 +16,22 @@ constexpr double kStraightOn = 0.95; // the same: a gate across the one way will
 // Units: a place no further along than this is beside the one before; it may then lie a little nearer to a line turned furthest.
 constexpr double kBeside = 1e-3, kLittle = 0.5;
 
+constexpr unsigned kLooked = 3;  // ends of a wall that are looked at with every gate, needed or not
+
 Vec turned_over(Vec v) { return {v.x, -v.y}; }
+
+// Both sides at once: the left one's, the right one's.
+using Pair = Lanes2;
+
+Pair swapped(Pair p) { return __builtin_shufflevector(p, p, 1, 0); }
+
+struct Places {
+  Places(Pair x, Pair y) : x(x), y(y) {}
+  Places(const Vec& left, const Vec& right) : x{left.x, right.x}, y{left.y, right.y} {}
+  Pair x, y;
+};
+Places operator-(const Places& a, const Places& b) { return {a.x - b.x, a.y - b.y}; }
+Pair cross(const Places& a, const Places& b) { return a.x * b.y - a.y * b.x; }
 
 }  // namespace
 
@@ -25,9 +42,11 @@ Vec Corridor::Window::crossing(const Line& by) const {
 }
 
 void Corridor::reserve(std::size_t gates) {
-  if (ends_.size() < 2 * (gates + 1)) ends_.resize(2 * (gates + 1));
-  walls_[0].ends = ends_.data();
-  walls_[1].ends = ends_.data() + gates + 1;
+  // With room for what is looked at, though never heeded: kLooked more before them and one more behind.
+  const std::size_t each = kLooked + gates + 2;
+  if (ends_.size() < 2 * each) ends_.resize(2 * each);
+  walls_[0].ends = ends_.data() + kLooked;
+  walls_[1].ends = walls_[0].ends + each;
 }
 
 void Corridor::begin(Vec at, Vec toward) {
@@ -41,62 +60,84 @@ void Corridor::begin(Vec at, Vec toward) {
 
 void Corridor::Wall::begin(Vec end) {
   ends[0] = end;
-  behind = bound = ends + 1;
+  behind = ends + 1;
   support = ends;
   contact = nullptr;
   aim(end, kUpright);
 }
 
-// The end of a gate bounds the line turned furthest to its side: it now passes there, and touches the other wall before.
-inline void Corridor::Wall::touch(Wall& other, Vec end) {
+// The line turned furthest to the other side comes to pass the end of a gate there: it now touches this wall before.
+inline void Corridor::Wall::move_support(Vec end) {
   const Vec to = turned_over(end);
-  Vec way = to - *other.support;
-  for (; other.support + 1 < other.behind; ++other.support) {
-    const Vec next = to - other.support[1];
+  for (Vec way = to - *support; support + 1 < behind; ++support) {
+    const Vec next = to - support[1];
     if (cross(way, next) < 0) break;
     way = next;
   }
-  other.bound = std::max(other.bound, other.support + 1);
-  aim(end, -way.y / way.x);
 }
 
-// What bounds no line to come goes.
-inline void Corridor::Wall::add(Vec end, bool touched) {
-  Vec* const least = touched ? support + 1 : bound;
-  while (behind > least && cross(behind[-1] - behind[-2], end - behind[-1]) <= 0) --behind;
+// What bounds no line to come goes: at least as many of the last kLooked ends as are hidden, if there are so many that may go.
+inline void Corridor::Wall::add(Vec end, bool touched, unsigned hidden) {
+  Vec* const least = std::max(support, touched ? nullptr : contact) + 1;
+  behind = std::max(behind - hidden, least);
+  if (hidden == kLooked)
+    while (behind > least && cross(behind[-1] - behind[-2], end - behind[-1]) <= 0) --behind;
+  contact = touched ? behind : contact;
   *behind++ = end;
-  if (touched) contact = behind - 1, bound = behind;
 }
 
+// Hardly anything here can be foretold from gate to gate, so that branches are dear: both sides are dealt with side by side, and what is
+// seldom needed has the only ones.
 Corridor::Turn Corridor::take(std::span<const Vec> places, std::size_t& i, Width width) {
   Wall left = walls_[0], right = walls_[1];
-  const Vec origin = origin_, along = along_;
-  double reach = reach_, last_y = last_place_;
+  const Pair origin{origin_.x, origin_.y}, along{along_.x, along_.x}, across{along_.y, -along_.y}, widths{width.left, width.right};
+  Pair slope{left.slope, right.slope}, offset{left.offset, right.offset}, last{last_[0], last_[1]};
+  Places support(*right.support, *left.support);  // of the line turned furthest to the left, to the right
+  double reach = reach_, last_place = last_place_;
   Turn turn = Turn::kNone;
-  for (; i < places.size(); ++i) {
-    const Vec off = places[i] - origin;
-    const double x = dot(along, off), y = cross(along, off);
-    const Vec left_end{x, y + width.left}, right_end{x, width.right - y};
-    const double left_line = left.at(x), right_line = right.at(x);
-    if (x < reach) turn = Turn::kBack;
-    else if (-right_end.y > left_line) turn = Turn::kLeft;
-    else if (-left_end.y > right_line) turn = Turn::kRight;
-    if (turn != Turn::kNone) break;
-    const bool left_nearer = left_end.y < left_line, right_nearer = right_end.y < right_line;
-    if (x - reach < kBeside) {
-      if (left_end.y > left_line - kLittle && right_end.y > right_line - kLittle) continue;
-      turn = Turn::kBack;
+  std::size_t n = i;
+  for (; n < places.size(); ++n) {
+    const Pair off = Pair{places[n].x, places[n].y} - origin;
+    const Pair at = along * off + across * swapped(off);  // frame(places[n])
+    const Pair x = __builtin_shufflevector(at, at, 0, 0), y = __builtin_shufflevector(at, -at, 1, 3);
+    const Pair end = widths + y, line = offset + slope * x;
+    const int missed = lanes_of(-swapped(end) > line);
+    if (at[0] - reach < kBeside || missed) {
+      if (at[0] < reach) turn = Turn::kBack;
+      else if (missed) turn = missed & 1 ? Turn::kLeft : Turn::kRight;
+      else if (lanes_of(end > line - kLittle) == 3) continue;
+      else turn = Turn::kBack;
       break;
     }
-    if (left_nearer) left.touch(right, left_end);
-    if (right_nearer) right.touch(left, right_end);
-    left.add(left_end, left_nearer);
-    right.add(right_end, right_nearer);
-    reach = x, last_y = y;
-    last_[0] = left_end.y, last_[1] = right_end.y;
+    // The end of a gate that is nearer than the line turned furthest to its side bounds that: it now passes there.
+    const Held2 nearer = end < line;
+    const int touched = lanes_of(nearer);
+    const Places to(x, -end), next = to - Places(right.support[1], left.support[1]);
+    Places way = to - support;
+    if (const int moved = touched & ~lanes_of(cross(way, next) < 0)) {
+      if (moved & 1) right.move_support({at[0], end[0]});
+      if (moved & 2) left.move_support({at[0], end[1]});
+      support = Places(*right.support, *left.support);
+      way = to - support;
+    }
+    const Pair to_slope = -way.y / way.x, to_offset = end - to_slope * x;
+    slope = nearer ? to_slope : slope;
+    offset = nearer ? to_offset : offset;
+    const auto before = [&](int k) { return Places(left.behind[-k], right.behind[-k]); };
+    const Places ends(x, end), b1 = before(1), b2 = before(2), b3 = before(3), b4 = before(4);
+    const unsigned one = lanes_of(cross(b1 - b2, ends - b1) <= 0.0), two = one & lanes_of(cross(b2 - b3, ends - b2) <= 0.0);
+    const unsigned three = two & lanes_of(cross(b3 - b4, ends - b3) <= 0.0);
+    left.add({at[0], end[0]}, touched & 1, (one & 1) + (two & 1) + (three & 1));
+    right.add({at[0], end[1]}, touched >> 1, (one >> 1) + (two >> 1) + (three >> 1));
+    last = end;
+    reach = at[0], last_place = at[1];
   }
+  i = n;
+  left.slope = slope[0], right.slope = slope[1];
+  left.offset = offset[0], right.offset = offset[1];
   walls_[0] = left, walls_[1] = right;
-  reach_ = reach, last_place_ = last_y;
+  last_[0] = last[0], last_[1] = last[1];
+  reach_ = reach, last_place_ = last_place;
   return turn;
 }
 
@@ -166,17 +207,17 @@ bool Corridor::pass_on(Turn turn, Window& window, Vec toward, Vec missed) {
   // Lines through the exit, the far wall's only end: past the near wall's ends behind it and past those ahead of it.
   const Vec from = far.ends[0];
   reach_ = from.x;
-  near.support = near.ends, near.bound = near.ends + 1, near.contact = nullptr;
+  near.support = near.ends, near.contact = nullptr;
   near.aim(turned_over(from), kUpright);
   for (Vec* end = near.ends; end != near.behind; ++end) {
     const Vec off = from - turned_over(*end);
     if (off.x > 0 && off.y < far.slope * off.x) {
       far.aim(from, off.y / off.x);
       far.contact = far.ends;
-      near.support = end, near.bound = end + 1;
+      near.support = end;
     } else if (off.x < 0 && off.y < near.slope * -off.x) {
       near.aim(*end, off.y / -off.x);
-      near.contact = end, near.bound = end + 1;
+      near.contact = end;
     }
     reach_ = std::max(reach_, end->x);
   }

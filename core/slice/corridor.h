@@ -62,16 +62,15 @@ class Corridor {
   // turned furthest to a side touches that side's hull at its contact, and before that the other side's at its support.
   struct Wall {
     Vec* ends = nullptr;  // of gates, seen from this side: those that may yet bound a line, a convex hull
-    Vec* behind = nullptr;   // the last
+    Vec* behind = nullptr;  // the last
     Vec *support = nullptr, *contact = nullptr;  // the second: may be none
-    Vec* bound = nullptr;  // ends before it stay: the lines turned furthest touch one of them
     double slope = 0, offset = 0;  // of the line turned furthest to this side
 
     void aim(Vec through, double to_slope) { slope = to_slope, offset = through.y - to_slope * through.x; }
     double at(double x) const { return offset + slope * x; }
     void begin(Vec end);
-    void touch(Wall& other, Vec end);
-    void add(Vec end, bool touched);
+    void move_support(Vec end);
+    void add(Vec end, bool touched, unsigned hidden);
   };
   Vec frame(Vec place) const { return {dot(along_, place - origin_), cross(along_, place - origin_)}; }
   Vec place(Vec in_frame) const { return origin_ + in_frame.x * along_ + in_frame.y * left_of(along_); }
