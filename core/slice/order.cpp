@@ -46,21 +46,19 @@ std::uint32_t fixed_seam(std::span<const Point> ring, const PathOptions& options
   return std::uint32_t(lowest - ring.begin());
 }
 
-std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathOptions& options, std::int32_t layer,
-                                    std::uint32_t number, Point at) {
+// Of closed lines, each of which may begin at any of its points, or at its seam.
+std::vector<Stop> nearest_rings(const Rings& lines, const PathOptions& options, std::int32_t layer, std::uint32_t number, Point at) {
   struct Candidate {
     std::uint32_t line;
-    BoxOf<std::int32_t> box;  // of a ring
-    std::uint32_t blocks;     // of its points: the first one's box
-    Point front, back;        // of an open line
+    BoxOf<std::int32_t> box;
+    std::uint32_t blocks;  // of its points: the first one's box
   };
   const std::uint32_t n = std::uint32_t(lines.size());
   std::vector<Candidate> left(n);
   std::vector<std::uint32_t> seams;
   std::vector<BoxOf<std::int32_t>> blocks;
   for (std::uint32_t i = 0; i < n; ++i) {
-    left[i] = {i, {}, std::uint32_t(blocks.size()), lines[i].front(), lines[i].back()};
-    if (!closed) continue;
+    left[i] = {i, {}, std::uint32_t(blocks.size())};
     const std::span<const Point> line = lines[i];
     for (std::size_t p = 0; p < line.size(); p += kBlock) {
       BoxOf<std::int32_t>& box = blocks.emplace_back();
@@ -68,7 +66,7 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
       left[i].box.add(box);
     }
   }
-  const bool seam_fixed = closed && options.seam != SeamPlacement::kNearest;
+  const bool seam_fixed = options.seam != SeamPlacement::kNearest;
   if (seam_fixed)
     for (std::uint32_t i = 0; i < n; ++i) seams.push_back(fixed_seam(lines[i], options, layer, number + i));
   std::vector<Stop> stops;
@@ -77,58 +75,91 @@ std::vector<Stop> nearest_neighbour(const Rings& lines, bool closed, const PathO
   while (!left.empty()) {
     double best = std::numeric_limits<double>::infinity();
     std::uint32_t first = 0;
-    bool reversed = false;
-    const auto offer = [&](Point p, std::size_t k, std::uint32_t begin, bool backward) {
-      const double d = square_distance(p, at);
-      if (d < best) best = d, chosen = k, first = begin, reversed = backward;
-    };
     const std::size_t begin = chosen;  // neighbours in the list mostly lie side by side
     for (std::size_t tried = 0; tried < left.size(); ++tried) {
       const std::size_t k = begin + tried < left.size() ? begin + tried : begin + tried - left.size();
       const Candidate& c = left[k];
-      if (!closed) {
-        offer(c.front, k, 0, false);
-        offer(c.back, k, 0, true);
-      } else if (square_distance(c.box, at) < best) {
-        const auto line = lines[c.line];
-        if (seam_fixed) {
-          offer(line[seams[c.line]], k, seams[c.line], false);
-        } else {
-          for (std::uint32_t p = 0, block = c.blocks; p < line.size(); p += kBlock, ++block) {
-            if (square_distance(blocks[block], at) >= best) continue;
-            for (std::uint32_t q = p; q < std::min<std::size_t>(p + kBlock, line.size()); ++q) offer(line[q], k, q, false);
-          }
-        }
+      if (square_distance(c.box, at) >= best) continue;
+      const auto line = lines[c.line];
+      const auto offer = [&](std::uint32_t p) {
+        const double d = square_distance(line[p], at);
+        if (d < best) best = d, chosen = k, first = p;
+      };
+      if (seam_fixed) {
+        offer(seams[c.line]);
+        continue;
+      }
+      for (std::uint32_t p = 0, block = c.blocks; p < line.size(); p += kBlock, ++block) {
+        if (square_distance(blocks[block], at) >= best) continue;
+        for (std::uint32_t q = p; q < std::min<std::size_t>(p + kBlock, line.size()); ++q) offer(q);
       }
     }
-    const Candidate& c = left[chosen];
-    const Point seam = lines[c.line][first];
-    stops.push_back({c.line, first, reversed, closed ? seam : reversed ? c.back : c.front, closed ? seam : reversed ? c.front : c.back});
-    at = stops.back().exit;
+    at = lines[left[chosen].line][first];
+    stops.push_back({left[chosen].line, first, false, at, at});
     left.erase(left.begin() + std::ptrdiff_t(chosen));
     if (chosen == left.size()) chosen = 0;
   }
   return stops;
 }
 
+// Of open lines, from either end.
+std::vector<Stop> nearest_ends(const Rings& lines, Point at) {
+  std::vector<double> x, y;  // of those that are left: front, back, front...
+  std::vector<std::uint32_t> left;
+  for (std::uint32_t i = 0; i < lines.size(); ++i) {
+    for (const Point p : {lines[i].front(), lines[i].back()}) x.push_back(p.x), y.push_back(p.y);
+    left.push_back(i);
+  }
+  std::vector<double> squares(x.size());
+  std::vector<Stop> stops;
+  stops.reserve(left.size());
+  for (std::size_t end = 0; !left.empty();) {
+    const double from_x = at.x, from_y = at.y;
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    Lanes2 best = {kNone, kNone};
+    for (std::size_t k = 0; k < x.size(); k += 2) {
+      const Lanes2 dx = Lanes2{x[k], x[k + 1]} - from_x, dy = Lanes2{y[k], y[k + 1]} - from_y;
+      const Lanes2 square = dx * dx + dy * dy;
+      std::memcpy(&squares[k], &square, sizeof square);
+      best = square < best ? square : best;
+    }
+    // The first so near, from where the last one was: neighbours in the list mostly lie side by side.
+    const double least = std::min(best[0], best[1]);
+    while (squares[end] != least) end = end + 1 < x.size() ? end + 1 : 0;
+    const std::size_t chosen = end / 2;
+    const auto line = lines[left[chosen]];
+    const bool reversed = end % 2 == 1;
+    stops.push_back({left[chosen], 0, reversed, reversed ? line.back() : line.front(), reversed ? line.front() : line.back()});
+    at = stops.back().exit;
+    for (std::vector<double>* v : {&x, &y}) v->erase(v->begin() + std::ptrdiff_t(2 * chosen), v->begin() + std::ptrdiff_t(2 * chosen + 2));
+    left.erase(left.begin() + std::ptrdiff_t(chosen));
+    end = chosen < left.size() ? 2 * chosen : 0;
+  }
+  return stops;
+}
+
 // Reverses stretches of the order while that shortens the way.
 void two_opt(std::vector<Stop>& stops, Point at, int passes) {
-  using Pair = Lanes2;
+  constexpr std::size_t kAtOnce = 4;
+  using Four = float __attribute__((vector_size(16)));
   const std::size_t n = stops.size();
-  std::vector<double> link(n + 1, 0.0);           // [k]: the way from stop k to the next
-  std::vector<double> exit_x(n + 1), exit_y(n + 1);
+  std::vector<double> link(n, 0.0);  // [k]: the way from stop k to the next
+  // The same and the exits in single precision: off by a unit each at most, and by 1e-6 of themselves.
+  std::vector<float> ways(n + kAtOnce), exit_x(n + kAtOnce), exit_y(n + kAtOnce);
   const auto measure = [&](std::size_t k) {
     if (k + 1 < n) link[k] = distance(stops[k].exit, stops[k + 1].entry);
-    exit_x[k] = stops[k].exit.x, exit_y[k] = stops[k].exit.y;
+    ways[k] = float(link[k]);
+    exit_x[k] = float(stops[k].exit.x), exit_y[k] = float(stops[k].exit.y);
   };
-  // What is won by going from `before` to the exit of j is less than both ways that go. Of two stops: may either win?
+  // What is won by going from `before` to the exit of j is less than both ways that go. Of some stops: may any win?
   const auto may_win = [&](Point before, double there, std::size_t j) {
-    Pair x, y, most;
+    constexpr float kSlack = 8.0f, kMore = 1.0f + 1e-5f;
+    Four x, y, most;
     std::memcpy(&x, &exit_x[j], sizeof x);
     std::memcpy(&y, &exit_y[j], sizeof y);
-    std::memcpy(&most, &link[j], sizeof most);
-    x -= double(before.x), y -= double(before.y), most += there;
-    return lanes_of(x * x + y * y < most * most) != 0;
+    std::memcpy(&most, &ways[j], sizeof most);
+    x -= float(before.x), y -= float(before.y), most = (most + (float(there) + kSlack)) * kMore;
+    return signs(x * x + y * y < most * most) != 0;
   };
   for (std::size_t k = 0; k < n; ++k) measure(k);
   for (int pass = 0; pass < passes; ++pass) {
@@ -137,8 +168,8 @@ void two_opt(std::vector<Stop>& stops, Point at, int passes) {
       const Point before = i ? stops[i - 1].exit : at;
       double there = distance(before, stops[i].entry);
       for (std::size_t j = i + 1; j < std::min(n, i + kWindow); ++j) {
-        if ((j - i) % 2 == 1 && !may_win(before, there, j)) {
-          ++j;
+        if ((j - i) % kAtOnce == 1 && !may_win(before, there, j)) {
+          j += kAtOnce - 1;
           continue;
         }
         const double most = there + link[j], square = square_distance(before, stops[j].exit);
@@ -164,8 +195,8 @@ void two_opt(std::vector<Stop>& stops, Point at, int passes) {
 
 void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at,
                      LayerPaths& paths, std::span<const std::int32_t> widths) {
-  std::vector<Stop> stops =
-      nearest_neighbour(lines, info.closed, options, paths.layer, std::uint32_t(paths.info.size()), at);
+  std::vector<Stop> stops = info.closed ? nearest_rings(lines, options, paths.layer, std::uint32_t(paths.info.size()), at)
+                                        : nearest_ends(lines, at);
   two_opt(stops, at, options.two_opt_passes);
   for (const Stop& stop : stops) {
     const auto line = lines[stop.line];
