@@ -78,7 +78,12 @@ class BoxSearch {
       return false;
     });
   }
-  /// The same until f(i) is true. @return whether it was
+  /// f(i, which) for leaves [i, i + 8) of which some meet a box: a bit each.
+  template <class F>
+  void eights_touching(const Box& b, F&& f) const {
+    if (leaves_ > 0) down_to_eights(depth_ - 1, 0, Query(b), f);
+  }
+  /// touching() until f(i) is true. @return whether it was
   template <class F>
   bool any_touching(const Box& b, F&& f) const {
     return leaves_ > 0 && down(depth_ - 1, 0, Query(b), f);
@@ -141,6 +146,16 @@ class BoxSearch {
       if (level ? down(level - 1, i, query, f) : f(i)) return true;
     }
     return false;
+  }
+
+  template <class F>
+  void down_to_eights(std::size_t level, std::size_t node, const Query& query, F& f) const {
+    const unsigned met = meeting(levels_[level][node], query);
+    if (level) {
+      for (unsigned rest = met; rest; rest &= rest - 1) down_to_eights(level - 1, node * kFan + std::size_t(std::countr_zero(rest)), query, f);
+    } else if (met) {
+      f(node * kFan, met);
+    }
   }
 
   struct Disc {

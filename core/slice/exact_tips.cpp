@@ -32,12 +32,17 @@ ExactTips::ExactTips(const Rings& contours) : contours_(contours) {
 }
 
 // Edges about a wall's foot that run its way rather than the other's.
-void ExactTips::look(const Wall& wall, const Wall& other, double reach, std::vector<Edge>& edges) const {
+void ExactTips::look(const Wall& wall, const Wall& other, double reach, WallEdges& edges) const {
   edges.clear();
-  tree_.touching(box_about(wall.foot.x, wall.foot.y, reach), [&](std::size_t i) {
-    const Vec at = to_vec(contours_.points[i]), way = to_vec(contours_.points[next_[i]]) - at;
-    const double ahead = dot(way, wall.along);
-    if (ahead > 0 && ahead > dot(way, other.along)) edges.push_back({at, way, dot(way, way), 0});
+  const std::size_t last = contours_.points.size() - 1;
+  tree_.eights_touching(box_about(wall.foot.x, wall.foot.y, reach), [&](std::size_t first, unsigned met) {
+    for (; met; met >>= 2, first += 2) {
+      if (!(met & 3)) continue;
+      const std::size_t second = std::min(first + 1, last);
+      const Point from[] = {contours_.points[first], contours_.points[second]};
+      const Point to[] = {contours_.points[next_[first]], contours_.points[next_[second]]};
+      edges.add(from, to, int(met & 3), wall.along, other.along);
+    }
   });
 }
 
@@ -71,11 +76,8 @@ void ExactTips::look_along(Vec tip, Vec direction, double far, double closes, do
     for (int centring = 0; centring < 2; ++centring) {
       double l[2];
       for (int w = 0; w < 2; ++w) {
-        Vec nearest;
-        l[w] = 1e300;
-        for (const Edge& e : edges_[w])
-          if (const Vec from = e.from(p); dot(from, from) < l[w]) l[w] = dot(from, from), nearest = from;
-        l[w] = std::sqrt(l[w]);
+        const Vec nearest = edges_[w].way_to(p);
+        l[w] = length(nearest);
         if (w == 0) up = (1 / std::max(l[0], 1.0)) * nearest;
       }
       p = p + 0.5 * (l[1] - l[0]) * up;
@@ -99,14 +101,6 @@ std::vector<char> ExactTips::kept() const {
   return kept;
 }
 
-// What is no further from a place that has moved by m was no further than 2 m more when the search began.
-void ExactTips::list_close(int wall, double reach) {
-  close_[wall].clear();
-  const double square = (reach + 1) * (reach + 1);
-  for (const Edge& e : edges_[wall])
-    if (e.first_square <= square) close_[wall].push_back(e);
-}
-
 bool ExactTips::within(Vec place, double d) const {
   return !tree_.any_nearer(place.x, place.y, d, [&](std::size_t i) {
     return square_distance(place, to_vec(contours_.points[i]), to_vec(contours_.points[next_[i]])) < d * d;
@@ -127,27 +121,12 @@ bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) 
   look(after, before, reach, edges_[1]);
   if (edges_[0].empty() || edges_[1].empty()) return false;
   Vec p = tip;
-  double first[2] = {}, within = -1;  // distances of the walls where the search begins; how far from there close_ holds
   for (int step = 0; step < kSteps; ++step) {
-    const double moved = length(p - tip);
-    const bool anew = step > 0 && moved > within;
-    if (anew) within = 2 * moved;
     double lacks[2];
     Vec up[2];
     for (int w = 0; w < 2; ++w) {
-      if (anew) list_close(w, first[w] + 2 * within);
-      double nearest = 1e300;
-      const Edge* found = nullptr;
-      for (Edge& e : step > 0 ? close_[w] : edges_[w]) {
-        const Vec off = e.from(p);
-        const double s = dot(off, off);
-        if (step == 0) e.first_square = s;
-        if (s < nearest) nearest = s, found = &e;
-      }
-      if (!found) return false;
-      up[w] = found->from(p);
-      const double l = std::sqrt(nearest);
-      if (step == 0) first[w] = l;
+      up[w] = edges_[w].way_to(p);
+      const double l = length(up[w]);
       if (l == 0) return false;
       up[w] = (1 / l) * up[w];
       lacks[w] = d - l;

@@ -13,6 +13,7 @@
 #include "core/slice/doubts.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
+#include "core/slice/wall_edges.h"
 
 namespace firn::slice {
 
@@ -56,20 +57,10 @@ class ExactTips {
   double near() const { return 4 * thinned_; }
 
  private:
-  struct Edge {
-    Vec at, way;
-    double square;  // of its length
-    double first_square = 0;  // of its distance from where the search begins
-    Vec from(Vec p) const {  // from its nearest place
-      const Vec off = p - at;
-      return off - (std::min(std::max(dot(off, way), 0.0), square) / square) * way;
-    }
-  };
   double furthest(const Wall& before, const Wall& after) const;
   bool find(Vec& tip, const Wall& before, const Wall& after, double d);
-  void list_close(int wall, double reach);
   void look_along(Vec tip, Vec direction, double far, double closes, double d);
-  void look(const Wall& wall, const Wall& other, double reach, std::vector<Edge>& edges) const;
+  void look(const Wall& wall, const Wall& other, double reach, WallEdges& edges) const;
 
   const Rings& contours_;
   double thinned_ = 0;
@@ -77,7 +68,7 @@ class ExactTips {
   Doubts doubts_;
   std::vector<std::uint32_t> next_;
   BoxSearch tree_;
-  std::vector<Edge> edges_[2], close_[2];  // of each wall; those that may be nearest
+  WallEdges edges_[2];  // of each wall
 };
 
 }  // namespace firn::slice

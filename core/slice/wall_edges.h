@@ -1,0 +1,66 @@
+// Edges along a wall, two side by side: which place of theirs is nearest?
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "core/slice/lanes.h"
+#include "core/slice/vec.h"
+
+namespace firn::slice {
+
+/// Keeps its working memory.
+class WallEdges {
+ public:
+  void clear() { pairs_.clear(); }
+  bool empty() const { return pairs_.empty(); }
+  /// Of two edges [from, to] those of `which` (a bit each) that run along one direction, and rather so than along another.
+  void add(const Point (&from)[2], const Point (&to)[2], int which, Vec along, Vec other) {
+    const Lanes2 x = x_of(from), y = y_of(from), way_x = x_of(to) - x, way_y = y_of(to) - y;
+    const Lanes2 ahead = way_x * along.x + way_y * along.y;
+    which &= lanes_of(ahead > Lanes2{}) & lanes_of(ahead > way_x * other.x + way_y * other.y);
+    if (!which) return;
+    pairs_.push_back({x, y, way_x, way_y, way_x * way_x + way_y * way_y});
+    if (!(which & 1)) pairs_.back().x[0] = kNowhere;
+    if (!(which & 2)) pairs_.back().x[1] = kNowhere;
+  }
+  /// The way to p from the nearest place; of equally near ones from that of the edge added first.
+  Vec way_to(Vec p) const {
+    Lanes2 least = {kFurthest, kFurthest};
+    Held2 found = {0, 1}, here = found;
+    for (const Pair& e : pairs_) {
+      const Vec2 way = e.way_to(p);
+      const Lanes2 square = way.x * way.x + way.y * way.y;
+      const Held2 nearer = square < least;
+      least = nearer ? square : least;
+      found = nearer ? here : found;
+      here += 2;
+    }
+    const bool second = least[1] < least[0] || (least[1] == least[0] && found[1] < found[0]);
+    const Vec2 way = pairs_[std::size_t(found[second]) / 2].way_to(p);
+    return {way.x[second], way.y[second]};
+  }
+
+ private:
+  struct Vec2 {
+    Lanes2 x, y;
+  };
+  struct Pair {
+    Lanes2 x, y, way_x, way_y, square;  // square: of the length
+    Vec2 way_to(Vec p) const {
+      const Lanes2 off_x = p.x - x, off_y = p.y - y;
+      Lanes2 along = off_x * way_x + off_y * way_y;
+      along = along < Lanes2{} ? Lanes2{} : along;
+      along = (square < along ? square : along) / square;
+      return {off_x - along * way_x, off_y - along * way_y};
+    }
+  };
+  static Lanes2 x_of(const Point (&p)[2]) { return Lanes2{double(p[0].x), double(p[1].x)}; }
+  static Lanes2 y_of(const Point (&p)[2]) { return Lanes2{double(p[0].y), double(p[1].y)}; }
+  static constexpr double kNowhere = 1e200, kFurthest = 1e300;  // of what is nowhere no square is below that
+  std::vector<Pair> pairs_;
+};
+
+}  // namespace firn::slice
