@@ -18,6 +18,7 @@ struct PairBox {
 
   static Pair pair(Vec v) { return Pair{v.x, v.y}; }
   static Pair pair(Point p) { return Pair{double(p.x), double(p.y)}; }
+  static Pair pair(Pair p) { return p; }
   template <class P>
   static PairBox of(P a, P b) {
     const Pair p = pair(a), q = pair(b);
@@ -71,18 +72,21 @@ class Chains {
   /// @param edges with from(i), to(i): places; bent(i): box of an edge that turns; grown, if all boxes are to be wider by that
   template <class Edges, class F>
   void pairs(const Edges& edges, F&& f) {
-    const auto box = [&](const Chain& c) {
-      const PairBox bounds = c.bent ? edges.bent(c.begin) : PairBox::of(edges.from(c.begin), edges.to(c.end - 1));
-      if constexpr (requires { edges.grown; }) return bounds.grown(edges.grown);
-      else return bounds;
+    const auto part = [&](const Chain& c) {
+      const PairBox::Pair from = PairBox::pair(edges.from(c.begin)), to = PairBox::pair(edges.to(c.end - 1));
+      return Part{c.begin, c.end, from, to, c.bent ? grown(edges, edges.bent(c.begin)) : box_of(edges, from, to)};
     };
     tree_.resize(chains_.size());
-    for (std::size_t c = 0; c < chains_.size(); ++c) tree_.set(c, box(chains_[c]).whole());
+    for (std::size_t c = 0; c < chains_.size(); ++c) tree_.set(c, part(chains_[c]).box.whole());
     tree_.build();
     tree_.pairs([&](std::size_t c, std::size_t d) {
       const Chain &a = chains_[c], &b = chains_[d];
-      if (std::min(b.x_since, b.y_since) > c) cross(a, b, box(a), box(b), box, f);
-      else if (d == c + 1) f(std::size_t(a.end - 1), std::size_t(b.begin));
+      if (std::min(b.x_since, b.y_since) > c) {
+        const Part one = part(a), other = part(b);
+        if (one.box.meets(other.box)) cross(edges, one, other, f);
+      } else if (d == c + 1) {
+        f(std::size_t(a.end - 1), std::size_t(b.begin));
+      }
     });
   }
 
@@ -93,25 +97,37 @@ class Chains {
     bool bent;
   };
 
-  template <class BoxFor, class F>
-  static void cross(Chain a, Chain b, PairBox box_a, PairBox box_b, const BoxFor& box, F& f) {
-    while (box_a.meets(box_b)) {
-      const std::uint32_t in_a = a.end - a.begin, in_b = b.end - b.begin;
-      if (in_a == 1 && in_b == 1) {
-        f(std::size_t(std::min(a.begin, b.begin)), std::size_t(std::max(a.begin, b.begin)));
-        return;
-      }
-      Chain& longer = in_a > in_b ? a : b;
-      Chain rest = longer;
-      rest.begin = longer.end = longer.begin + (longer.end - longer.begin) / 2;
-      if (in_a > in_b) {
-        cross(rest, b, box(rest), box_b, box, f);
-        box_a = box(a);
-      } else {
-        cross(a, rest, box_a, box(rest), box, f);
-        box_b = box(b);
-      }
+  // Some edges of a chain.
+  struct Part {
+    std::uint32_t begin, end;
+    PairBox::Pair from, to;
+    PairBox box;
+  };
+  template <class Edges>
+  static PairBox grown(const Edges& edges, const PairBox& box) {
+    if constexpr (requires { edges.grown; }) return box.grown(edges.grown);
+    else return box;
+  }
+  template <class Edges>
+  static PairBox box_of(const Edges& edges, PairBox::Pair from, PairBox::Pair to) {
+    return grown(edges, PairBox::of(from, to));
+  }
+
+  // Of parts whose boxes meet.
+  template <class Edges, class F>
+  static void cross(const Edges& edges, Part a, Part b, F& f) {
+    while (a.end - a.begin > 1 || b.end - b.begin > 1) {
+      const bool halves_a = a.end - a.begin > b.end - b.begin;
+      Part &longer = halves_a ? a : b, &other = halves_a ? b : a;
+      const std::uint32_t middle = longer.begin + (longer.end - longer.begin) / 2;
+      const PairBox::Pair place = PairBox::pair(edges.from(middle));
+      const Part rest{middle, longer.end, place, longer.to, box_of(edges, place, longer.to)};
+      if (rest.box.meets(other.box)) halves_a ? cross(edges, rest, b, f) : cross(edges, a, rest, f);
+      longer.end = middle, longer.to = place;
+      longer.box = box_of(edges, longer.from, place);
+      if (!longer.box.meets(other.box)) return;
     }
+    f(std::size_t(std::min(a.begin, b.begin)), std::size_t(std::max(a.begin, b.begin)));
   }
 
   std::vector<Chain> chains_;
