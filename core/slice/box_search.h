@@ -6,7 +6,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 #include <vector>
@@ -38,7 +37,7 @@ class BoxSearch {
     resize(p.size());
     std::size_t i = 0;
     for (; i + 4 < p.size(); i += 4) {  // as if all were one line; what joins two rings is put right below
-      const Lanes a = load(&p[i]), b = load(&p[i + 2]), c = load(&p[i + 1]), d = load(&p[i + 3]);
+      const Lanes a = two_points(&p[i]), b = two_points(&p[i + 2]), c = two_points(&p[i + 1]), d = two_points(&p[i + 3]);
       const Lanes x = __builtin_shufflevector(a, b, 0, 2, 4, 6), y = __builtin_shufflevector(a, b, 1, 3, 5, 7);
       const Lanes u = __builtin_shufflevector(c, d, 0, 2, 4, 6), v = __builtin_shufflevector(c, d, 1, 3, 5, 7);
       Node& node = levels_[0][i / kFan];
@@ -112,12 +111,6 @@ class BoxSearch {
     }
   };
 
-  static Lanes load(const Point* p) {
-    static_assert(sizeof(Point) == 8);
-    Lanes lanes;
-    std::memcpy(&lanes, p, sizeof lanes);
-    return lanes;
-  }
   static void put(std::vector<Node>& level, std::size_t i, const Numbers& box) {
     for (std::size_t k = 0; k < 4; ++k) level[i / kFan].lanes[k][i % kFan / 4][i % 4] = box[k];
   }

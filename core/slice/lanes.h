@@ -4,6 +4,9 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
+
+#include "core/slice/region.h"
 
 #ifdef __SSE2__
 #include <emmintrin.h>
@@ -13,6 +16,14 @@ namespace firn::slice {
 
 using Lanes2 = double __attribute__((vector_size(16)));
 using Lanes4 = std::int32_t __attribute__((vector_size(16)));
+
+/// x and y of a point and of the next one.
+inline Lanes4 two_points(const Point* p) {
+  static_assert(sizeof(Point) == 8);
+  Lanes4 lanes;
+  std::memcpy(&lanes, p, sizeof lanes);
+  return lanes;
+}
 
 /// What a comparison of Lanes2 gives: all bits of a lane where it holds.
 using Held2 = decltype(Lanes2{} < Lanes2{});

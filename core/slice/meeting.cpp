@@ -1,6 +1,7 @@
 #include "core/slice/meeting.h"
 
-#include <utility>
+#include <bit>
+#include <numeric>
 
 namespace firn::slice {
 namespace {
@@ -37,24 +38,43 @@ struct Edges {
 
 }  // namespace
 
+// Of a ring.
+void MeetingCheck::add_chains(const Point* points, std::uint32_t begin, std::uint32_t end) {
+  static_assert(Chains::kXFalls == 1 && Chains::kYFalls == 2);
+  next_[end - 1] = begin;
+  int last = Chains::kNone;
+  const auto add = [&](std::uint32_t edge, int run) {
+    if (Chains::begins(run, last)) chains_.begin(edge, run, last);
+    last = run;
+  };
+  std::uint32_t i = begin;
+  const auto add_one = [&] {
+    const Point from = points[i], to = points[next_[i]];
+    add(i++, int(to.x < from.x) | int(to.y < from.y) << 1);
+  };
+  add_one();
+  for (; i + 4 < end; i += 4) {
+    const unsigned runs = signs(two_points(points + i + 1) < two_points(points + i)) | signs(two_points(points + i + 3) < two_points(points + i + 2)) << 4;
+    const unsigned turns = runs ^ (runs << 2 | unsigned(last));
+    for (unsigned turned = (turns | turns >> 1) & 0x55; turned; turned &= turned - 1) {
+      const int k = std::countr_zero(turned);
+      add(i + std::uint32_t(k / 2), int(runs >> k & 3));
+    }
+  }
+  while (i < end) add_one();
+}
+
 Meeting meeting_of(const Rings& rings) { return MeetingCheck()(rings); }
 
 Meeting MeetingCheck::operator()(const Rings& rings, double within) {
   facing_.clear();
   next_.resize(rings.points.size());
-  std::uint32_t* const next = next_.data();
+  std::iota(next_.begin(), next_.end(), 1u);
+  const std::uint32_t* const next = next_.data();
   chains_.clear();
-  std::size_t begin = 0;
+  std::uint32_t begin = 0;
   for (const std::uint32_t end : rings.ends) {
-    int last = Chains::kNone;
-    Point to = rings.points[begin];
-    for (std::size_t i = begin; i < end; ++i) {
-      next[i] = std::uint32_t(i + 1 < end ? i + 1 : begin);
-      const Point from = std::exchange(to, rings.points[next[i]]);
-      const int run = int(to.x < from.x) | int(to.y < from.y) << 1;
-      if (Chains::begins(run, last)) chains_.begin(std::uint32_t(i), run, last);
-      last = run;
-    }
+    if (end > begin) add_chains(rings.points.data(), begin, end);
     begin = end;
   }
   chains_.end(std::uint32_t(rings.points.size()));

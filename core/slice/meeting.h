@@ -26,6 +26,7 @@ class MeetingCheck {
   std::uint32_t met() const { return met_; }
 
  private:
+  void add_chains(const Point* points, std::uint32_t begin, std::uint32_t end);
   Chains chains_;
   std::vector<std::uint32_t> next_;
   std::vector<Pair> facing_;
