@@ -8,9 +8,9 @@ void PathFilter::append(std::span<const Point> ring, Rings& to) {
   const std::span<const Point> left = spaced ? std::span<const Point>(points_) : ring;
   if (left.size() < 3) return;
   if (!(tolerance_ > 0.0)) return to.add(left);
-  line_.resize(left.size());
+  if (line_.size() < left.size()) line_.resize(left.size());  // never less: what grows again is cleared again
   for (std::size_t i = 0; i < left.size(); ++i) line_[i] = to_vec(left[i]);
-  draw_(line_, tolerance_, to);
+  draw_(std::span(line_).first(left.size()), tolerance_, to);
 }
 
 void PathFilter::space(std::span<const Point> ring) {

@@ -51,9 +51,11 @@ bool passes(const Edge& e, const Point& p) {
   return (dx > 0) != (dy > 0) && (side > 0) == (dx > 0);
 }
 
+// A hot square that an edge passes.
 struct Stop {
   std::uint32_t edge;
   Point at;
+  bool operator==(const Stop&) const = default;
 };
 
 void add_edges(const Rings& rings, std::vector<Edge>& edges) {
@@ -68,6 +70,7 @@ void add_edges(const Rings& rings, std::vector<Edge>& edges) {
 
 std::vector<Point> hot_points(const std::vector<Edge>& edges, const EdgeGrid& grid) {
   std::vector<Point> hot;
+  hot.reserve(edges.size());
   for (const Edge& e : edges) hot.push_back(e.a);  // rings: each point begins an edge
   for (std::size_t n = 0; n < grid.cells(); ++n) {
     const std::span<const std::uint32_t> cell = grid.cell(n);
@@ -77,22 +80,22 @@ std::vector<Point> hot_points(const std::vector<Edge>& edges, const EdgeGrid& gr
         if (boxes_meet(edges[cell[a]], edges[cell[b]]) && crossing(edges[cell[a]], edges[cell[b]], at)) hot.push_back(at);
       }
   }
-  std::sort(hot.begin(), hot.end());
-  hot.erase(std::unique(hot.begin(), hot.end()), hot.end());
   return hot;
 }
 
-// Along an edge the hot squares come in the order of their middles, by x and then y in the edge's direction.
+// Edge after edge, without the two that it joins. Along an edge the hot squares come in the order of their middles, by x and then y in
+// the edge's direction.
 std::vector<Stop> stops(const std::vector<Edge>& edges, const EdgeGrid& grid, const std::vector<Point>& hot) {
   std::vector<Stop> stops;
   for (const Point& p : hot)
     for (const std::uint32_t e : grid.cell(grid.cell_of(p)))
-      if (passes(edges[e], p)) stops.push_back({e, p});
+      if (edges[e].a != p && edges[e].b != p && passes(edges[e], p)) stops.push_back({e, p});
   const auto key = [&](const Stop& s) {
     const Edge& e = edges[s.edge];
     return std::tuple(s.edge, e.b.x < e.a.x ? -s.at.x : s.at.x, e.b.y < e.a.y ? -s.at.y : s.at.y);
   };
   std::sort(stops.begin(), stops.end(), [&](const Stop& a, const Stop& b) { return key(a) < key(b); });
+  stops.erase(std::unique(stops.begin(), stops.end()), stops.end());
   return stops;
 }
 
@@ -107,13 +110,20 @@ std::vector<Piece> snap_rounded(const Rings& first, const Rings& second) {
   grid.build(edges, 1);
   const std::vector<Stop> way = stops(edges, grid, hot_points(edges, grid));
   std::vector<Piece> pieces;
-  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
-    if (way[i].edge != way[i + 1].edge || way[i].at == way[i + 1].at) continue;
-    const bool up = way[i].at < way[i + 1].at;
-    Piece& piece = pieces.emplace_back();
-    piece.a = up ? way[i].at : way[i + 1].at;
-    piece.b = up ? way[i + 1].at : way[i].at;
-    piece.runs[way[i].edge < of_first ? 0 : 1] = up ? 1 : -1;
+  pieces.reserve(edges.size() + way.size());
+  auto stop = way.begin();
+  for (std::uint32_t e = 0; e < edges.size(); ++e) {
+    Point from = edges[e].a;
+    const auto lead = [&](const Point& to) {
+      const bool up = from < to;
+      Piece& piece = pieces.emplace_back();
+      piece.a = up ? from : to;
+      piece.b = up ? to : from;
+      piece.runs[e < of_first ? 0 : 1] = up ? 1 : -1;
+      from = to;
+    };
+    for (; stop != way.end() && stop->edge == e; ++stop) lead(stop->at);
+    lead(edges[e].b);
   }
   std::sort(pieces.begin(), pieces.end(), [](const Piece& p, const Piece& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); });
   std::size_t kept = 0;
