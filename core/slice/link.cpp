@@ -67,11 +67,13 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
   }
   Rings& rings = work.rings;
   rings.clear();
-  rings.points.reserve(n);
+  rings.points.resize(n);
+  Point* end = rings.points.data();
   for (std::uint32_t first = 0; first < n; ++first) {
     if (work.next[first] == kDone) continue;
+    const Point* const begin = end;
     for (std::uint32_t s = first;;) {
-      rings.points.push_back(segments[s].from);
+      if (end == begin || end[-1] != segments[s].from) *end++ = segments[s].from;
       const std::uint32_t following = work.next[s];
       if (segments[following].from != segments[s].to) return std::nullopt;  // another edge with the same hash
       work.next[s] = kDone;
@@ -79,8 +81,10 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
       if (work.next[following] == kDone) return std::nullopt;  // two end where one begins
       s = following;
     }
-    rings.ends.push_back(std::uint32_t(rings.points.size()));
+    while (end - begin > 1 && end[-1] == *begin) --end;
+    rings.ends.push_back(std::uint32_t(end - rings.points.data()));
   }
+  rings.points.resize(std::size_t(end - rings.points.data()));
   return canonical(rings);
 }
 
