@@ -90,9 +90,11 @@ inline void Corridor::Wall::add(Vec end, bool touched, unsigned hidden) {
 // seldom needed has the only ones.
 Corridor::Turn Corridor::take(std::span<const Vec> places, std::size_t& i, Width width) {
   Wall left = walls_[0], right = walls_[1];
-  const Pair origin{origin_.x, origin_.y}, along{along_.x, along_.x}, across{along_.y, -along_.y}, widths{width.left, width.right};
-  Pair slope{left.slope, right.slope}, offset{left.offset, right.offset}, last{last_[0], last_[1]};
+  const Pair origin{origin_.x, origin_.y}, along{along_.x, along_.x}, across{along_.y, -along_.y};
+  const Pair near{width.left, width.right}, far{width.right, width.left};
+  Pair slope{left.slope, right.slope}, offset{left.offset, right.offset};
   Places support(*right.support, *left.support);  // of the line turned furthest to the left, to the right
+  Places b1(left.behind[-1], right.behind[-1]);  // the last ends; b2 is what comes before them
   double reach = reach_, last_place = last_place_;
   Turn turn = Turn::kNone;
   std::size_t n = i;
@@ -100,8 +102,8 @@ Corridor::Turn Corridor::take(std::span<const Vec> places, std::size_t& i, Width
     const Pair off = Pair{places[n].x, places[n].y} - origin;
     const Pair at = along * off + across * swapped(off);  // frame(places[n])
     const Pair x = __builtin_shufflevector(at, at, 0, 0), y = __builtin_shufflevector(at, -at, 1, 3);
-    const Pair end = widths + y, line = offset + slope * x;
-    const int missed = lanes_of(-swapped(end) > line);
+    const Pair end = near + y, line = offset + slope * x;
+    const int missed = lanes_of(y - far > line);
     if (at[0] - reach < kBeside || missed) {
       if (at[0] < reach) turn = Turn::kBack;
       else if (missed) turn = missed & 1 ? Turn::kLeft : Turn::kRight;
@@ -124,19 +126,19 @@ Corridor::Turn Corridor::take(std::span<const Vec> places, std::size_t& i, Width
     slope = nearer ? to_slope : slope;
     offset = nearer ? to_offset : offset;
     const auto before = [&](int k) { return Places(left.behind[-k], right.behind[-k]); };
-    const Places ends(x, end), b1 = before(1), b2 = before(2), b3 = before(3), b4 = before(4);
+    const Places ends(x, end), b2 = before(2), b3 = before(3), b4 = before(4);
     const unsigned one = lanes_of(cross(b1 - b2, ends - b1) <= 0.0), two = one & lanes_of(cross(b2 - b3, ends - b2) <= 0.0);
     const unsigned three = two & lanes_of(cross(b3 - b4, ends - b3) <= 0.0);
     left.add({at[0], end[0]}, touched & 1, (one & 1) + (two & 1) + (three & 1));
     right.add({at[0], end[1]}, touched >> 1, (one >> 1) + (two >> 1) + (three >> 1));
-    last = end;
+    b1 = ends;
     reach = at[0], last_place = at[1];
   }
   i = n;
   left.slope = slope[0], right.slope = slope[1];
   left.offset = offset[0], right.offset = offset[1];
   walls_[0] = left, walls_[1] = right;
-  last_[0] = last[0], last_[1] = last[1];
+  if (reach > reach_) last_[0] = b1.y[0], last_[1] = b1.y[1];
   reach_ = reach, last_place_ = last_place;
   return turn;
 }
