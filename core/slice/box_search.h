@@ -80,7 +80,10 @@ class BoxSearch {
   /// f(i, which) for leaves [i, i + 8) of which some meet a box: a bit each.
   template <class F>
   void eights_touching(const Box& b, F&& f) const {
-    if (leaves_ > 0) down_to_eights(depth_ - 1, 0, Query(b), f);
+    if (leaves_ == 0) return;
+    const Query query(b);
+    if (depth_ > 1) down_to_eights(depth_ - 1, 0, query, f);
+    else if (const unsigned met = meeting(levels_[0][0], query)) f(0, met);
   }
   /// touching() until f(i) is true. @return whether it was
   template <class F>
@@ -141,13 +144,13 @@ class BoxSearch {
     return false;
   }
 
+  // From a level above the lowest.
   template <class F>
   void down_to_eights(std::size_t level, std::size_t node, const Query& query, F& f) const {
-    const unsigned met = meeting(levels_[level][node], query);
-    if (level) {
-      for (unsigned rest = met; rest; rest &= rest - 1) down_to_eights(level - 1, node * kFan + std::size_t(std::countr_zero(rest)), query, f);
-    } else if (met) {
-      f(node * kFan, met);
+    for (unsigned rest = meeting(levels_[level][node], query); rest; rest &= rest - 1) {
+      const std::size_t child = node * kFan + std::size_t(std::countr_zero(rest));
+      if (level > 1) down_to_eights(level - 1, child, query, f);
+      else if (const unsigned met = meeting(levels_[0][child], query)) f(child * kFan, met);
     }
   }
 

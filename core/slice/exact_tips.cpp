@@ -34,15 +34,8 @@ ExactTips::ExactTips(const Rings& contours) : contours_(contours) {
 // Edges about a wall's foot that run its way rather than the other's.
 void ExactTips::look(const Wall& wall, const Wall& other, double reach, WallEdges& edges) const {
   edges.clear();
-  const std::size_t last = contours_.points.size() - 1;
   tree_.eights_touching(box_about(wall.foot.x, wall.foot.y, reach), [&](std::size_t first, unsigned met) {
-    for (; met; met >>= 2, first += 2) {
-      if (!(met & 3)) continue;
-      const std::size_t second = std::min(first + 1, last);
-      const Point from[] = {contours_.points[first], contours_.points[second]};
-      const Point to[] = {contours_.points[next_[first]], contours_.points[next_[second]]};
-      edges.add(from, to, int(met & 3), wall.along, other.along);
-    }
+    edges.add(contours_.points, next_.data(), first, met, wall.along, other.along);
   });
 }
 

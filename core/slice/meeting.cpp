@@ -84,8 +84,8 @@ Meeting MeetingCheck::operator()(const Rings& rings, double within) {
     if (next[i] == j || next[j] == i) {
       // Neighbours share a corner; more only if one runs back along the other.
       const Point p = next[i] == j ? a : c, corner = next[i] == j ? b : d, q = next[i] == j ? d : b;
-      const bool back = side(p, corner, q) == 0 && (std::int64_t(p.x) - corner.x) * (std::int64_t(q.x) - corner.x) +
-                                                           (std::int64_t(p.y) - corner.y) * (std::int64_t(q.y) - corner.y) > 0;
+      const bool back = (std::int64_t(p.x) - corner.x) * (std::int64_t(q.x) - corner.x) +
+                            (std::int64_t(p.y) - corner.y) * (std::int64_t(q.y) - corner.y) > 0 && side(p, corner, q) == 0;
       if (back && worst == Meeting::kApart) worst = Meeting::kContact, met_ = std::uint32_t(i);
       return;
     }

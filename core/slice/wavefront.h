@@ -199,6 +199,7 @@ class Drawer {
   std::vector<Tip> tips_;
   std::vector<std::uint32_t> places_;    // in the line, of each piece of the loop
   std::vector<std::uint32_t> left_out_;  // places
+  double twice_area_ = 0;                // of the line, its tips moved
 };
 
 }  // namespace firn::slice::wavefront

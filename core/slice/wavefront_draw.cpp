@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "core/slice/lanes.h"
 #include "core/slice/thin.h"
 #include "core/slice/wavefront.h"
 
@@ -154,7 +155,9 @@ bool Drawer::move_tips() {
       }
   }
   leave_out();
-  return line_.size() >= 3 && twice_area() * area > 0;
+  if (line_.size() < 3) return false;
+  twice_area_ = twice_area();
+  return twice_area_ * area > 0;
 }
 
 // Tips stay.
@@ -176,13 +179,13 @@ void Drawer::leave_out() {
 
 // Is it narrower than a width on average, as far as its extents along the axes tell?
 bool Drawer::looks_thin(double width) const {
-  double along_axes = 0;
-  Vec at = line_.back();
+  Lanes2 along_axes{}, at{line_.back().x, line_.back().y};
   for (const Vec v : line_) {
-    along_axes += std::abs(v.x - at.x) + std::abs(v.y - at.y);
-    at = v;
+    const Lanes2 next{v.x, v.y}, way = next - at;
+    along_axes += way > -way ? way : -way;
+    at = next;
   }
-  return std::abs(twice_area()) < width * along_axes;
+  return std::abs(twice_area_) < width * (along_axes[0] + along_axes[1]);
 }
 
 double Drawer::twice_area() const {

@@ -33,6 +33,12 @@ void require_same(const BoxSearch& search, const std::vector<Box>& boxes, Random
     std::vector<std::size_t> found;
     search.touching(asked, [&](std::size_t i) { found.push_back(i); });
     REQUIRE(found == expected);
+    found.clear();
+    search.eights_touching(asked, [&](std::size_t first, unsigned which) {
+      for (std::size_t k = 0; k < 8; ++k)
+        if (which >> k & 1) found.push_back(first + k);
+    });
+    REQUIRE(found == expected);
     std::size_t asked_for = 0;
     const bool any = search.any_touching(asked, [&](std::size_t i) { return ++asked_for == 2 && i == expected[1]; });
     REQUIRE(any == (expected.size() > 1));
