@@ -67,6 +67,7 @@ inline constexpr std::int32_t kPivot = -1;
 struct Component {
   std::vector<Piece> pieces;        ///< of all loops, one after the other
   std::vector<std::uint32_t> ends;  ///< of each loop
+  bool pivots = false;              ///< are there any?
 };
 
 /// Components whose memory is used again.
@@ -78,6 +79,7 @@ class Components {
     Component& component = all_[size_++];
     component.pieces.clear();
     component.ends.clear();
+    component.pivots = false;
     return component;
   }
   void take(Component& component) { std::swap(add(), component); }
@@ -129,7 +131,7 @@ class Mover {
   DeathQueue deaths_;
   double peaks_from_ = std::numeric_limits<double>::infinity();
   std::vector<Vec> peaks_;
-  bool any_dead_ = false;
+  bool any_dead_ = false, any_pivot_ = false;
   std::int32_t alive_ = 0;     // pieces with a source
 };
 

@@ -125,6 +125,7 @@ void Mover::die(std::int32_t i, double d) {
     pieces_[c].from = junction(to_);
   } else {
     pieces_[i].source = kPivot;
+    any_pivot_ = true;
     if (pieces_[a].source != kPivot) pieces_[i].start = radial(a, place);
     else pieces_[i].start = {Junction::Kind::kStraight, pieces_[a].start.normal, {}, {}, 0};
     pieces_[i].start.normal = place;
@@ -199,12 +200,13 @@ void Mover::operator()(std::span<const Source> sources, Component& component, do
   for (const std::uint32_t end : component.ends) {
     pieces_ = std::span(pieces + begin, end - begin);
     begin = end;
-    any_dead_ = false;
+    any_dead_ = any_pivot_ = false;
     list_inverted();
     const bool lives = inverted_.empty() || run(from);
     if (lives) {
       written = close_up(written);
       component.ends[loops++] = std::uint32_t(written - pieces);
+      component.pivots |= any_pivot_;
     }
     if (!inverted_.empty()) unlink();
   }

@@ -18,6 +18,25 @@ inline bool is_arc(std::span<const Source> sources, const Strand& s) {
   return s.source != kPivot && sources[std::size_t(s.source)].corner();
 }
 
+// Where two strands cross.
+struct Crossing {
+  Vec at;
+  std::uint32_t strand[2];
+  double place[2];  // along each strand
+};
+
+// How the piece of a source runs at distance d. An arc of at most half a turn whose ends go the same way goes that way all
+// along, and one of less than a quarter turns along one axis at most; one that has died may not end on its circle.
+inline int run_of(const Source& source, Vec from, Vec to, double d) {
+  if (!source.corner()) return Chains::run_of(to - from);
+  const Vec a = from - source.at, b = to - source.at;
+  const double square = d * d;
+  if (std::abs(dot(a, a) - square) >= d || std::abs(dot(b, b) - square) >= d || cross(a, b) > 0) return Chains::kBent;
+  const int run = Chains::run_of(right_of(a)), turned = run ^ Chains::run_of(right_of(b));
+  if (turned == 0) return run;
+  return dot(a, b) > 0 ? run | turned << 2 : int(Chains::kBent);
+}
+
 // The box of a strand at distance d.
 inline BoxOf<double> box_of(std::span<const Source> sources, const Strand& s, double d) {
   // An arc of at most half a turn bulges by less than its squared chord over 4 d.

@@ -19,12 +19,6 @@ constexpr double kPassed = 0.05;  // units: a place nearer than d - kPassed to a
 constexpr int kAbout = 4;         // strands on either side of a crossing that are asked first whether they have passed
 constexpr std::size_t kSmall = 64;  // strands
 
-struct Crossing {
-  Vec at;
-  std::uint32_t strand[2];
-  double place[2];  // along each strand
-};
-
 // Of a loop of strands: from one cut, or where it begins, to the next, or where it ends.
 struct Part {
   std::uint32_t first, last;  // strands, the first and the last one in part
@@ -63,17 +57,17 @@ class Untangler::Tangle {
   bool find_crossings() {
     crossings_.clear();
     const bool alone = component_->ends.size() == 1;
-    const bool plain = list_runs(alone);
-    simple_ = plain && alone;
-    if (plain) {
-      find_in(PieceEdges{sources_, component_->pieces, alone ? nullptr : after_.data(), d_});
-      if (crossings_.empty()) return false;
-      list_strands();
-    } else {
+    simple_ = !component_->pivots && alone;
+    if (component_->pivots) {
       list_strands();
       find_in(StrandEdges{sources_, strands_.data(), d_});
+      return !crossings_.empty();
     }
-    return !crossings_.empty();
+    list_runs(alone);
+    find_in(PieceEdges{sources_, component_->pieces, alone ? nullptr : after_.data(), d_});
+    if (crossings_.empty()) return false;
+    pieces_as_strands();
+    return true;
   }
 
   // Of pieces from `begin` to `end`, which cross nothing.
@@ -91,8 +85,10 @@ class Untangler::Tangle {
     }
     return best.source == kPivot || passed(middle(best));
   }
-  bool list_runs(bool alone);
+  void list_runs(bool alone);
   void list_strands();
+  void pieces_as_strands();
+  Strand* room(std::size_t strands);
   template <class Edges>
   void find_in(const Edges& edges) {
     chains_.pairs(edges, [&](std::size_t i, std::size_t j) {
@@ -124,15 +120,6 @@ class Untangler::Tangle {
   Vec travel(const Strand& s, Vec at) const {  // direction at a place of the strand
     return is_arc(sources_, s) ? right_of(at - sources_[std::size_t(s.source)].at) : s.b - s.a;
   }
-  // An arc of at most half a turn whose ends go the same way goes that way all along, and one of less than a quarter turns
-  // along one axis at most; one that has died may not end on its circle.
-  int run_of_arc(Vec a, Vec b) const {
-    const double square = d_ * d_;
-    if (std::abs(dot(a, a) - square) >= d_ || std::abs(dot(b, b) - square) >= d_ || cross(a, b) > 0) return Chains::kBent;
-    const int from = Chains::run_of(right_of(a)), turned = from ^ Chains::run_of(right_of(b));
-    if (turned == 0) return from;
-    return dot(a, b) > 0 ? from | turned << 2 : int(Chains::kBent);
-  }
   void cut();
   bool judge(bool& keep);
   bool smooth();
@@ -147,7 +134,7 @@ class Untangler::Tangle {
   std::unique_ptr<Strand[]> room_;
   std::size_t room_size_ = 0;
   std::span<Strand> strands_;  // in it
-  std::vector<std::uint32_t> after_;      // each piece, if no piece is a pivot
+  std::vector<std::uint32_t> after_;      // each piece, if no piece is a pivot and there are several loops
   std::vector<std::uint32_t> loop_ends_;  // strands
   std::vector<Crossing> crossings_;
   std::vector<Cut> cuts_;
@@ -159,8 +146,8 @@ class Untangler::Tangle {
   Regroup regroup_;
 };
 
-// @return false if there are pivots
-bool Untangler::Tangle::list_runs(bool alone) {
+// Without pivots.
+void Untangler::Tangle::list_runs(bool alone) {
   chains_.clear();
   const std::span<const Piece> pieces = component_->pieces;
   if (!alone) after_.resize(pieces.size());
@@ -171,10 +158,9 @@ bool Untangler::Tangle::list_runs(bool alone) {
     Vec from = origin;
     int last = Chains::kNone;
     for (std::size_t i = begin; i < end; ++i) {
-      if (pieces[i].source == kPivot) return false;
       const Source& source = sources_[std::size_t(pieces[i].source)];
       const Vec to = i + 1 < end ? pieces[i + 1].from : origin;
-      const int run = source.corner() ? run_of_arc(from - source.at, to - source.at) : Chains::run_of(to - from);
+      const int run = run_of(source, from, to, d_);
       if (Chains::begins(run, last)) chains_.begin(std::uint32_t(i), run, last);
       last = run;
       area += cross(from - origin, to - origin);
@@ -186,18 +172,36 @@ bool Untangler::Tangle::list_runs(bool alone) {
   }
   chains_.end(std::uint32_t(pieces.size()));
   twice_area_ = area;
-  return true;
+}
+
+Strand* Untangler::Tangle::room(std::size_t strands) {
+  if (room_size_ < strands) {
+    room_size_ = 2 * strands;
+    room_ = std::make_unique_for_overwrite<Strand[]>(room_size_);
+  }
+  return room_.get();
+}
+
+// Without pivots.
+void Untangler::Tangle::pieces_as_strands() {
+  const std::span<const Piece> pieces = component_->pieces;
+  Strand* const strands = room(pieces.size());
+  strands_ = {strands, pieces.size()};
+  loop_ends_.assign(component_->ends.begin(), component_->ends.end());
+  std::uint32_t i = 0;
+  for (const std::uint32_t end : loop_ends_) {
+    const std::uint32_t begin = i;
+    for (; i < end; ++i) {
+      const std::uint32_t next = i + 1 < end ? i + 1 : begin;
+      strands[i] = {pieces[i].from, pieces[next].from, std::int32_t(i), pieces[i].source, next};
+    }
+  }
 }
 
 void Untangler::Tangle::list_strands() {
   loop_ends_.clear();
   chains_.clear();
-  if (room_size_ < 2 * component_->pieces.size()) {
-    room_size_ = 2 * component_->pieces.size();
-    room_ = std::make_unique_for_overwrite<Strand[]>(room_size_);
-  }
-  strands_ = {room_.get(), room_size_};
-  Strand* strand = strands_.data();
+  Strand *const strands = room(2 * component_->pieces.size()), *strand = strands;
   std::uint32_t count = 0;
   const Piece* const pieces = component_->pieces.data();
   std::size_t begin = 0;
@@ -220,8 +224,7 @@ void Untangler::Tangle::list_strands() {
         add(from, pivot, piece, kPivot, Chains::run_of(pivot - from));
         add(pivot, to, piece, kPivot, Chains::run_of(to - pivot));
       } else {
-        const Source& source = sources_[std::size_t(piece->source)];
-        add(from, to, piece, piece->source, source.corner() ? run_of_arc(from - source.at, to - source.at) : Chains::run_of(to - from));
+        add(from, to, piece, piece->source, run_of(sources_[std::size_t(piece->source)], from, to, d_));
       }
       from = to;
     }
@@ -230,7 +233,7 @@ void Untangler::Tangle::list_strands() {
     begin = end;
   }
   chains_.end(count);
-  strands_ = strands_.first(count);
+  strands_ = {strands, count};
 }
 
 // Cuts the strands at their crossings and lets the strands change partners there.
@@ -281,25 +284,25 @@ bool Untangler::Tangle::judge(bool& keep) {
   Strand best[2];
   bool corners_wrong = false;
   std::size_t strands = 0;
+  const auto look = [&](Vec a, Vec b, const Strand& strand) {
+    const Vec way = b - a;
+    const double square = dot(way, way);
+    if (total < kTiny) total += std::abs(way.x) + std::abs(way.y);
+    corners_wrong |= strand.source == kPivot;
+    if (!(square > longest[1])) return;
+    const int rank = square > longest[0] ? 0 : 1;
+    if (rank == 0) longest[1] = longest[0], best[1] = best[0];
+    longest[rank] = square;
+    best[rank].a = a, best[rank].b = b, best[rank].source = strand.source;
+  };
   for (const std::uint32_t p : loop_) {
     const Part& part = parts_[p];
     corners_wrong |= part.right_turn;
     strands += part.last - part.first + 1;
-    for (std::uint32_t s = part.first; s <= part.last; ++s) {
-      Strand here = strands_[s];
-      if (s == part.first) here.a = part.from;
-      if (s == part.last) here.b = part.to;
-      const Vec way = here.b - here.a;
-      const double square = dot(way, way);
-      total += std::abs(way.x) + std::abs(way.y);
-      corners_wrong |= here.source == kPivot;
-      if (square > longest[0]) {
-        longest[1] = longest[0], best[1] = best[0];
-        longest[0] = square, best[0] = here;
-      } else if (square > longest[1]) {
-        longest[1] = square, best[1] = here;
-      }
-    }
+    const Strand *const first = &strands_[part.first], *const last = &strands_[part.last];
+    look(part.from, first == last ? part.to : first->b, *first);
+    for (const Strand* s = first + 1; s < last; ++s) look(s->a, s->b, *s);
+    if (first != last) look(last->a, part.to, *last);
   }
   keep = false;
   if (total < kTiny) return true;
