@@ -10,11 +10,11 @@ bool two_lines(const Source& a, const Source& b, Vec place, double d, Junction& 
   const double sine = cross(a.along, b.along), cosine = dot(a.along, b.along);
   if (cosine > 0 ? sine < -kSmoothTurn : sine <= 0) return false;
   if (1 + cosine < 1e-9) return false;
-  junction.kind = Junction::Kind::kStraight;
-  junction.direction = (1 / (1 + cosine)) * (left_of(a.along) + left_of(b.along));
-  if (d == 0) junction.base = place;
-  else if (sine > kSmoothTurn) junction.base = a.at + (cross(b.at - a.at, b.along) / sine) * a.along;
-  else junction.base = place - d * junction.direction;
+  const Vec velocity = (1 / (1 + cosine)) * (left_of(a.along) + left_of(b.along));
+  junction = {place, velocity};
+  if (d == 0) return true;
+  if (sine > kSmoothTurn) junction.base = a.at + (cross(b.at - a.at, b.along) / sine) * a.along;
+  else junction.base = place - d * velocity;
   return true;
 }
 
@@ -23,17 +23,9 @@ bool line_and_corner(const Source& line, const Source& corner, double side, Vec 
   if (side * dot(place - corner.at, line.along) < -kSlack) return false;
   const Vec normal = left_of(line.along);
   const double height = dot(corner.at - line.at, normal);
-  if (height < 1e-3) {
-    junction.kind = Junction::Kind::kStraight;
-    junction.base = corner.at;
-    junction.direction = normal;
-    return true;
-  }
-  junction.kind = Junction::Kind::kParabola;
-  junction.base = corner.at - height * normal;
-  junction.direction = side * line.along;
-  junction.normal = normal;
-  junction.bound = height;
+  const auto bow = side > 0 ? Junction::Kind::kParabolaAhead : Junction::Kind::kParabolaBack;
+  if (height < 1e-3) junction = {corner.at, normal};
+  else junction = {bow, corner.at - height * normal, side * line.along, height};
   return true;
 }
 
@@ -41,10 +33,7 @@ bool two_corners(const Source& a, const Source& b, Vec place, Junction& junction
   const Vec between = b.at - a.at;
   const double distance = length(between);
   if (distance == 0) return false;
-  junction.kind = Junction::Kind::kTwoCorners;
-  junction.base = 0.5 * (a.at + b.at);
-  junction.direction = (1 / distance) * left_of(between);
-  junction.bound = 0.25 * distance * distance;
+  junction = {Junction::Kind::kTwoCorners, 0.5 * (a.at + b.at), (1 / distance) * left_of(between), 0.25 * distance * distance};
   return dot(place - junction.base, junction.direction) > -kSlack;
 }
 
@@ -71,12 +60,11 @@ void add_loop(std::span<const Point> ring, std::vector<Side>& sides, std::vector
       Vec middle = before.along + here.along;
       const double l = length(middle);
       middle = l > 1e-9 ? (1 / l) * middle : right_of(before.along);
-      component.pieces.push_back({std::int32_t(sources.size()),
-                                  {Junction::Kind::kStraight, here.at, left_of(before.along), {}, 0}, here.at});
+      component.pieces.push_back({{here.at, left_of(before.along)}, std::int32_t(sources.size()), here.at});
       sources.push_back({here.at, middle, -1});
-      junction = {Junction::Kind::kStraight, here.at, left_of(here.along), {}, 0};
+      junction = {here.at, left_of(here.along)};
     }
-    component.pieces.push_back({std::int32_t(sources.size()), junction, here.at});
+    component.pieces.push_back({junction, std::int32_t(sources.size()), here.at});
     sources.push_back(line);
   }
   component.ends.push_back(std::uint32_t(component.pieces.size()));

@@ -31,43 +31,50 @@ struct Source {
 };
 
 /// Where two neighbours of the front meet, as a function of distance d from the outline.
-struct Junction {
-  enum class Kind : std::uint8_t { kStraight, kParabola, kTwoCorners } kind = Kind::kStraight;
-  Vec base;      ///< kStraight: place at d = 0; kParabola: foot of the corner on the line; kTwoCorners: midpoint
-  Vec direction; ///< kStraight: velocity; kParabola: along the line, away from the foot; kTwoCorners: left of first -> second
-  Vec normal;    ///< kParabola: of the line; of a pivot: its fixed place
-  double bound = 0;  ///< kParabola: height of the corner over the line; kTwoCorners: squared half distance
+class Junction {
+ public:
+  enum class Kind : std::int32_t { kStraight, kParabolaAhead, kParabolaBack, kTwoCorners };
 
-  Vec operator()(double d) const {
-    switch (kind) {
-      case Kind::kStraight: return base + d * direction;
-      case Kind::kParabola: {
-        const double square = bound * (2 * d - bound);
-        return base + d * normal + (square > 0 ? std::sqrt(square) : 0.0) * direction;
-      }
-      case Kind::kTwoCorners: break;
-    }
-    const double square = d * d - bound;
-    return base + (square > 0 ? std::sqrt(square) : 0.0) * direction;
+  Junction() = default;
+  Junction(Vec at_0, Vec velocity) : base(at_0), direction(velocity) {}
+  Junction(Kind of, Vec from, Vec along, double by) : base(from), direction(along), bound(by), kind(of) {}
+
+  Vec base;      ///< kStraight: place at d = 0; parabola: foot of the corner on the line; kTwoCorners: midpoint
+  Vec direction; ///< kStraight: velocity; parabola: along the line, away from the foot; kTwoCorners: left of first -> second
+  double bound = 0;  ///< parabola: height of the corner over the line; kTwoCorners: squared half distance
+  Kind kind = Kind::kStraight;  ///< a parabola's direction is that of its line, or back along it
+
+  Vec normal() const { return kind == Kind::kParabolaAhead ? left_of(direction) : right_of(direction); }  ///< of a parabola's line
+  Vec operator()(double d) const { return kind == Kind::kStraight ? base + d * direction : bent(d); }
+
+ private:
+  Vec bent(double d) const {
+    const bool corners = kind == Kind::kTwoCorners;
+    const double square = corners ? d * d - bound : bound * (2 * d - bound);
+    const Vec aside = (square > 0 ? std::sqrt(square) : 0.0) * direction;
+    return corners ? base + aside : base + d * normal() + aside;
   }
 };
 
 /// One piece of the front, from its own junction to that of the next piece.
 struct Piece {
-  std::int32_t source = 0;  ///< kPivot: no source
-  Junction start;           ///< with the piece before
-  Vec from;                 ///< start at the front's present distance
+  [[no_unique_address]] Junction start;  ///< with the piece before
+  std::int32_t source = 0;               ///< < 0: a pivot
+  Vec from;                              ///< start at the front's present distance
+  bool pivot() const { return source < 0; }
 };
+static_assert(sizeof(Piece) == 64);  // all there is of the front's present shape, walked many times
 /// A pivot keeps the front closed where what lay between two pieces died and they have no bisector ahead: the front goes
 /// from the end of the piece before straight to a fixed place and straight on to the start of the next. It occurs only in
-/// parts of the front that have died already, and untangle() removes it with them.
+/// parts of the front that have died already, and untangle() removes it with them. Its source is ~ its place's number.
 inline constexpr std::int32_t kPivot = -1;
 
 /// Loops of pieces that bound one connected area; all of them may still meet each other, but none of another component.
 struct Component {
   std::vector<Piece> pieces;        ///< of all loops, one after the other
   std::vector<std::uint32_t> ends;  ///< of each loop
-  bool pivots = false;              ///< are there any?
+  std::vector<Vec> pivots;          ///< places
+  Vec place_of(const Piece& pivot) const { return pivots[std::size_t(~pivot.source)]; }
 };
 
 /// Components whose memory is used again.
@@ -79,7 +86,7 @@ class Components {
     Component& component = all_[size_++];
     component.pieces.clear();
     component.ends.clear();
-    component.pivots = false;
+    component.pivots.clear();
     return component;
   }
   void take(Component& component) { std::swap(add(), component); }
@@ -123,6 +130,7 @@ class Mover {
   bool peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) const;
 
   std::span<const Source> sources_;
+  Component* component_ = nullptr;
   std::span<Piece> pieces_;  // of one loop
   double to_ = 0;
   std::vector<std::int32_t> inverted_;
@@ -131,7 +139,7 @@ class Mover {
   DeathQueue deaths_;
   double peaks_from_ = std::numeric_limits<double>::infinity();
   std::vector<Vec> peaks_;
-  bool any_dead_ = false, any_pivot_ = false;
+  bool any_dead_ = false;
   std::int32_t alive_ = 0;     // pieces with a source
 };
 

@@ -17,8 +17,9 @@ struct Reach {
     const double ahead = dot(j.direction, along);
     switch (j.kind) {
       case Junction::Kind::kStraight: b = ahead; return;
-      case Junction::Kind::kParabola:
-        b = dot(j.normal, along), c = ahead;
+      case Junction::Kind::kParabolaAhead:
+      case Junction::Kind::kParabolaBack:
+        b = dot(j.normal(), along), c = ahead;
         q1 = 2 * j.bound, q0 = -j.bound * j.bound;
         return;
       case Junction::Kind::kTwoCorners:
@@ -75,7 +76,7 @@ double death(const Junction& from, const Junction& to, Vec along, double low, do
 void Mover::expect_death(std::int32_t i, double since) {
   ++links_[i].stamp;
   linked_anew_.push_back(i);
-  if (pieces_[i].source == kPivot) return;
+  if (pieces_[i].pivot()) return;
   const Piece &here = pieces_[i], &next = pieces_[links_[i].next];
   const Vec along = sources_[here.source].along;
   const double extent = dot(next.from - here.from, along);
@@ -88,9 +89,9 @@ Junction Mover::radial(std::int32_t i, Vec place) const {
   const Source& source = sources_[pieces_[i].source];
   const Vec away = place - source.at;
   if (!source.corner())
-    return {Junction::Kind::kStraight, source.at + dot(away, source.along) * source.along, left_of(source.along), {}, 0};
+    return {source.at + dot(away, source.along) * source.along, left_of(source.along)};
   const double l = length(away);
-  return {Junction::Kind::kStraight, source.at, l > 0 ? (1 / l) * away : left_of(source.along), {}, 0};
+  return {source.at, l > 0 ? (1 / l) * away : left_of(source.along)};
 }
 
 // Do the ways to a place from what three pieces come from leave no direction that leads away from all of it?
@@ -98,7 +99,7 @@ bool Mover::peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) cons
   Vec from[3];
   for (int k = 0; k < 3; ++k) {
     const std::int32_t piece = k == 0 ? a : k == 1 ? b : c;
-    if (pieces_[piece].source == kPivot) return false;
+    if (pieces_[piece].pivot()) return false;
     const Source& source = sources_[pieces_[piece].source];
     from[k] = source.corner() ? place - source.at : left_of(source.along);
     from[k] = (1 / length(from[k])) * from[k];
@@ -111,7 +112,7 @@ bool Mover::peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) cons
 void Mover::die(std::int32_t i, double d) {
   const std::int32_t a = links_[i].prev, c = links_[i].next;
   const Vec place = 0.5 * (pieces_[i].start(d) + pieces_[c].start(d));
-  const bool pivots = pieces_[a].source == kPivot || pieces_[c].source == kPivot;
+  const bool pivots = pieces_[a].pivot() || pieces_[c].pivot();
   if (d > peaks_from_ && peak(a, i, c, place)) peaks_.push_back(place);
   Junction junction;
   ++links_[i].stamp;
@@ -124,18 +125,11 @@ void Mover::die(std::int32_t i, double d) {
     pieces_[c].start = junction;
     pieces_[c].from = junction(to_);
   } else {
-    pieces_[i].source = kPivot;
-    any_pivot_ = true;
-    if (pieces_[a].source != kPivot) pieces_[i].start = radial(a, place);
-    else pieces_[i].start = {Junction::Kind::kStraight, pieces_[a].start.normal, {}, {}, 0};
-    pieces_[i].start.normal = place;
+    pieces_[i].source = ~std::int32_t(component_->pivots.size());
+    component_->pivots.push_back(place);
+    pieces_[i].start = pieces_[a].pivot() ? Junction(component_->place_of(pieces_[a]), {}) : radial(a, place);
     pieces_[i].from = pieces_[i].start(to_);
-    if (pieces_[c].source != kPivot) {
-      pieces_[c].start = radial(c, place);
-    } else {
-      const Vec fixed = pieces_[c].start.normal;
-      pieces_[c].start = {Junction::Kind::kStraight, place, {}, fixed, 0};
-    }
+    pieces_[c].start = pieces_[c].pivot() ? Junction(place, {}) : radial(c, place);
     pieces_[c].from = pieces_[c].start(to_);
   }
   expect_death(a, d);
@@ -193,6 +187,7 @@ Piece* Mover::close_up(Piece* to) const {
 
 void Mover::operator()(std::span<const Source> sources, Component& component, double from, double to) {
   sources_ = sources;
+  component_ = &component;
   to_ = to;
   // In place: what is left of a loop is no longer than the loop, and in its order.
   Piece *const pieces = component.pieces.data(), *written = pieces;
@@ -200,13 +195,15 @@ void Mover::operator()(std::span<const Source> sources, Component& component, do
   for (const std::uint32_t end : component.ends) {
     pieces_ = std::span(pieces + begin, end - begin);
     begin = end;
-    any_dead_ = any_pivot_ = false;
+    any_dead_ = false;
+    const std::size_t pivots = component.pivots.size();
     list_inverted();
     const bool lives = inverted_.empty() || run(from);
     if (lives) {
       written = close_up(written);
       component.ends[loops++] = std::uint32_t(written - pieces);
-      component.pivots |= any_pivot_;
+    } else {
+      component.pivots.resize(pivots);
     }
     if (!inverted_.empty()) unlink();
   }

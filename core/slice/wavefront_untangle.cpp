@@ -57,8 +57,8 @@ class Untangler::Tangle {
   bool find_crossings() {
     crossings_.clear();
     const bool alone = component_->ends.size() == 1;
-    simple_ = !component_->pivots && alone;
-    if (component_->pivots) {
+    simple_ = component_->pivots.empty() && alone;
+    if (!component_->pivots.empty()) {
       list_strands();
       find_in(StrandEdges{sources_, strands_.data(), d_});
       return !crossings_.empty();
@@ -80,7 +80,7 @@ class Untangler::Tangle {
     };
     for (std::size_t i = begin; i < end; ++i) {
       const Vec a = pieces[i].from, b = pieces[i + 1 < end ? i + 1 : begin].from;
-      if (pieces[i].source == kPivot) add(a, pieces[i].start.normal, kPivot), add(pieces[i].start.normal, b, kPivot);
+      if (pieces[i].pivot()) add(a, component_->place_of(pieces[i]), kPivot), add(component_->place_of(pieces[i]), b, kPivot);
       else add(a, b, pieces[i].source);
     }
     return best.source == kPivot || passed(middle(best));
@@ -219,8 +219,8 @@ void Untangler::Tangle::list_strands() {
     Vec from = pieces[begin].from;
     for (const Piece *piece = pieces + begin, *const stop = pieces + end; piece != stop; ++piece) {
       const Vec to = piece + 1 != stop ? piece[1].from : pieces[begin].from;
-      if (piece->source == kPivot) {
-        const Vec pivot = piece->start.normal;
+      if (piece->pivot()) {
+        const Vec pivot = component_->place_of(*piece);
         add(from, pivot, piece, kPivot, Chains::run_of(pivot - from));
         add(pivot, to, piece, kPivot, Chains::run_of(to - pivot));
       } else {
@@ -358,7 +358,7 @@ bool Untangler::Tangle::drop_passed(Component& component, Components& out) {
   each_loop([&](std::uint32_t begin, std::uint32_t end) {
     if (stays == loop_.end() || *stays != begin) return;
     ++stays;
-    for (std::uint32_t i = begin; i < end; ++i) pivots |= component.pieces[i].source == kPivot;
+    for (std::uint32_t i = begin; i < end; ++i) pivots |= component.pieces[i].pivot();
     if (loop_.size() == component.ends.size()) return;
     Component& loop = kept_.add();
     loop.pieces.assign(component.pieces.begin() + begin, component.pieces.begin() + end);
