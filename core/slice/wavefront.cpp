@@ -37,25 +37,22 @@ bool two_corners(const Source& a, const Source& b, Vec place, Junction& junction
   return dot(place - junction.base, junction.direction) > -kSlack;
 }
 
-struct Side {
-  Vec at, along;
-  double length;
-};
-
-void add_loop(std::span<const Point> ring, std::vector<Side>& sides, std::vector<Source>& sources, Component& component) {
+void add_loop(std::span<const Point> ring, std::vector<Source>& sides, std::vector<Source>& sources, Component& component) {
+  if (ring.size() < 3) return;
   sides.clear();
+  Vec at = to_vec(ring[0]);
   for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Vec at = to_vec(ring[i]), to = to_vec(ring[i + 1 == ring.size() ? 0 : i + 1]);
-    const double l = length(to - at);
-    if (l > 0) sides.push_back({at, (1 / l) * (to - at), l});
+    const Vec from = at;
+    at = to_vec(ring[i + 1 == ring.size() ? 0 : i + 1]);
+    const double l = length(at - from);
+    if (l > 0) sides.push_back({from, (1 / l) * (at - from), l});
   }
   if (sides.size() < 3) return;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    const Side& before = sides[i ? i - 1 : sides.size() - 1];
-    const Side& here = sides[i];
-    const Source line{here.at, here.along, here.length};
+  const Source* last = &sides.back();
+  for (const Source& here : sides) {
+    const Source& before = *std::exchange(last, &here);
     Junction junction;
-    if (!two_lines({before.at, before.along, before.length}, line, here.at, 0, junction)) {
+    if (!two_lines(before, here, here.at, 0, junction)) {
       // Half of the turn: the arc's middle looks along the sum of the normals, or back if the outline turns round.
       Vec middle = before.along + here.along;
       const double l = length(middle);
@@ -65,7 +62,7 @@ void add_loop(std::span<const Point> ring, std::vector<Side>& sides, std::vector
       junction = {here.at, left_of(here.along)};
     }
     component.pieces.push_back({junction, std::int32_t(sources.size()), here.at});
-    sources.push_back(line);
+    sources.push_back(here);
   }
   component.ends.push_back(std::uint32_t(component.pieces.size()));
 }
@@ -75,7 +72,7 @@ void add_loop(std::span<const Point> ring, std::vector<Side>& sides, std::vector
 void front_of(const Region& region, std::span<const std::uint32_t> area, std::vector<Source>& sources, Components& components) {
   std::size_t points = 0;
   for (const std::uint32_t ring : area) points += region[ring].size();
-  std::vector<Side> sides;
+  std::vector<Source> sides;
   sides.reserve(points);
   sources.reserve(sources.size() + 2 * points);
   Component& component = components.add();
