@@ -41,9 +41,9 @@ std::vector<std::vector<std::uint32_t>> nested_groups(const Region& region) {
       if (outer.area <= -areas[r] || !outer.box.meets(box)) continue;
       const auto ring = region[groups[outer.group][0]];
       // A hole may touch its outer ring at a point: most of its corners decide.
-      std::size_t inside = 0, asked = 0;
-      const std::size_t step = std::max<std::size_t>(1, region[r].size() / 5);
-      for (std::size_t i = 0; i < region[r].size(); i += step, ++asked) inside += winding(ring, region[r][i]) != 0;
+      const std::size_t step = std::max<std::size_t>(1, region[r].size() / 5), asked = (region[r].size() + step - 1) / step;
+      std::size_t inside = 0;
+      for (std::size_t i = 0; i < asked && 2 * inside <= asked; ++i) inside += winding(ring, region[r][i * step]) != 0;
       if (2 * inside > asked) {
         groups[outer.group].push_back(r);
         break;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/slice/box_search.h"
+#include "core/slice/lanes.h"
 #include "core/slice/planar.h"
 #include "core/slice/vec.h"
 
@@ -119,7 +120,11 @@ class Merge {
     constexpr std::uint32_t kAtOnce = 8;
     constexpr std::size_t kMostNear = 32;
     const auto edges = std::uint32_t(layer_.next.size());
-    std::vector<std::pair<std::uint32_t, BoxOf<std::int32_t>>> near;
+    struct Near {
+      Lanes4 box;
+      std::uint32_t edge;
+    };
+    std::vector<Near> near;
     BoxOf<std::int32_t> boxes[kAtOnce];
     for (std::uint32_t first = 0; first < edges; first += kAtOnce) {
       const std::uint32_t end = std::min(edges, first + kAtOnce);
@@ -127,15 +132,20 @@ class Merge {
       for (std::uint32_t j = first; j < end; ++j) all.add(boxes[j - first] = layer_.box(j));
       near.clear();
       const bool many = tree_.any_touching(all, [&](std::size_t i) {
-        near.emplace_back(std::uint32_t(i), above_.box(i));
+        const BoxOf<std::int32_t> box = above_.box(i);
+        near.push_back({Lanes4{box.x0, box.y0, -box.x1, -box.y1}, std::uint32_t(i)});
         return near.size() > kMostNear;
       });
-      for (std::uint32_t j = first; j < end && !near.empty(); ++j)
-        if (many)
-          tree_.touching(boxes[j - first], [&](std::size_t i) { cross(std::uint32_t(i), j); });
-        else
-          for (const auto& [i, box] : near)
-            if (box.meets(boxes[j - first])) cross(i, j);
+      for (std::uint32_t j = first; j < end && !near.empty(); ++j) {
+        const BoxOf<std::int32_t>& box = boxes[j - first];
+        if (many) {
+          tree_.touching(box, [&](std::size_t i) { cross(std::uint32_t(i), j); });
+          continue;
+        }
+        const Lanes4 reach = {box.x1, box.y1, -box.x0, -box.y0};
+        for (const Near& other : near)
+          if (signs(other.box > reach) == 0) cross(other.edge, j);
+      }
     }
   }
 
