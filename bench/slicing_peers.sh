@@ -8,7 +8,8 @@
 #   scaffold    lucy, full scaffold, both filled, G-code  12     large     lucy of 10 million facets, all stages   4
 #                                                                threads   lucy, all stages, one and two threads   0.3
 # --ours runs Firn alone (needs nothing installed; 5 minutes for all rows). Firn's figures stand at chord tolerances of 0.05
-# (a thirtieth of the path's width), 0.01 and 0 mm (every point kept: slow, one round only). A command that takes more than
+# (a thirtieth of the path's width), 0.01 and 0 mm (every point kept: slow, one round only). firn-beads lays beads in gaps too, as
+# `firn slice` does unless told otherwise; Table 3-5 has none. A command that takes more than
 # LIMIT_S seconds (900) is stopped.
 # Peers: Debian's prusa-slicer, cura-engine and slic3r, installed once as root; Cura's definitions come out of its package,
 # which is not installed. Settings as near as they allow: layers of 0.25 mm, width 1.5 mm, one outline, concentric infill of
@@ -64,6 +65,8 @@ engine="CuraEngine slice -j $cura/fdmprinter.def.json -s layer_height=0.25 -s la
   -s machine_nozzle_size=1.5 -s machine_width=600 -s machine_depth=600 -s machine_height=600"
 # Firn's own fill is 3 mm wide by default; against the others it is 1.5 mm.
 narrow="--set part.fill_width_mm=1.5 --set scaffold.fill_width_mm=1.5 --set part.first_offset_mm=0.75"
+# The stages of Table 3-5: boundaries and fill, no beads where rings leave spots between them.
+rings="--set part.gap_mm=0 --set scaffold.gap_mm=0"
 
 command_of() {  # NAME MESH
   case $1 in
@@ -74,7 +77,8 @@ command_of() {  # NAME MESH
     cura-support) echo "$engine -s support_enable=true -s support_infill_rate=100 -s support_line_width=1.5 -s support_line_distance=1.5 -l $2 -o $out/cura.gcode" ;;
     firn-none-*) echo "$firn slice $2 --support none --tolerance ${1#firn-none-} --gcode $out/firn.gcode $narrow" ;;
     firn-full-*) echo "$firn slice $2 --support full --tolerance ${1#firn-full-} --gcode $out/firn.gcode $narrow" ;;
-    firn-stages-*) echo "$firn slice $2 --support full --threads 1 --tolerance ${1#firn-stages-} -o $out/firn.paths" ;;
+    firn-stages-*) echo "$firn slice $2 --support full --threads 1 --tolerance ${1#firn-stages-} $rings -o $out/firn.paths" ;;
+    firn-beads-*) echo "$firn slice $2 --support full --threads 1 --tolerance ${1#firn-beads-} -o $out/firn.paths" ;;
     firn-threads-*) echo "$firn slice $2 --support full --threads ${1#firn-threads-} -o $out/firn.paths" ;;
     firn-linked-*) echo "build/bench/slice_stages $2 ${1#firn-linked-} 1" ;;
   esac
@@ -138,7 +142,7 @@ echo "Firn's last word is its chord tolerance in mm (0.05 where it is none). $(n
 table lucy "no support, G-code written" lucy500_1215k.stl firn-none-0.05 prusa cura slic3r firn-none-0.01 firn-none-0
 table igea "no support, G-code written" igea_1075k.stl firn-none-0.05 prusa cura slic3r firn-none-0.01 firn-none-0
 table scaffold "full scaffold, both materials filled, G-code written" lucy500_1215k.stl firn-full-0.05 prusa-support cura-support firn-full-0.01 firn-full-0
-table stages "all stages of Table 3-5, one thread, path file written" igea_1075k.stl firn-stages-0.05 firn-stages-0.01 firn-stages-0
+table stages "all stages of Table 3-5, one thread, path file written" igea_1075k.stl firn-stages-0.05 firn-beads-0.05 firn-stages-0.01 firn-stages-0
 table linked "STL to linked contours, one thread, processor time" igea_1075k.stl firn-linked-0.05 firn-linked-0.01 firn-linked-0
-table large "all stages, one thread, path file written; PrusaSlicer without support" lucy500_10140k.stl firn-stages-0.05 prusa firn-stages-0.01
+table large "all stages, one thread, path file written; PrusaSlicer without support" lucy500_10140k.stl firn-stages-0.05 firn-beads-0.05 prusa firn-stages-0.01
 table threads "all stages, one and two threads" lucy500_1215k.stl firn-threads-1 firn-threads-2
