@@ -141,9 +141,11 @@ class Cutter {
     std::int32_t z = planes_[k];
     do {
       const Way& way = both[z >= middle];
-      lane_.add(k, {hash[way.from_low] + hash[way.from_high], hash[way.to_low] + hash[way.to_high],
-                    crossing(corners + 3 * way.from_low, corners + 3 * way.from_high, z + 0.5),
-                    crossing(corners + 3 * way.to_low, corners + 3 * way.to_high, z + 0.5)});
+      Segment& s = lane_.add(k);
+      s.from_edge = hash[way.from_low] + hash[way.from_high];
+      s.to_edge = hash[way.to_low] + hash[way.to_high];
+      s.from = crossing(corners + 3 * way.from_low, corners + 3 * way.from_high, z + 0.5);
+      s.to = crossing(corners + 3 * way.to_low, corners + 3 * way.to_high, z + 0.5);
       z = planes_[++k];
     } while (z < high);
   }

@@ -96,13 +96,11 @@ std::vector<Contours> link(Segments&& segments, const SliceOptions& options, con
     LinkWork work;
     const std::size_t first = std::size_t(group) * kLayersAtOnce;
     for (std::size_t layer = first; layer < std::min(first + kLayersAtOnce, store->layers); ++layer) {
-      std::size_t most = 0;
-      for (const SegmentLane& lane : store->lanes) most += lane.most(layer);
-      work.segments.resize(most);
+      std::size_t count = 0;
+      for (const SegmentLane& lane : store->lanes) count += lane.count(layer);
+      work.segments.resize(count);
       Segment* out = work.segments.data();
       for (const SegmentLane& lane : store->lanes) out = lane.copy(layer, out);
-      const std::size_t count = std::size_t(out - work.segments.data());
-      work.segments.resize(count);
       if (store->turned)
         for (Segment& s : work.segments) s = {s.to_edge, s.from_edge, s.to, s.from};
       Contours& contours = layers[layer];

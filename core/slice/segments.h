@@ -21,52 +21,36 @@ struct Segment {
   auto operator<=>(const Segment&) const = default;
 };
 
-/// Per layer a chain of blocks that grow from 8 to 64 records, cut from slabs: written once, never moved. A record holds a segment,
-/// its end as steps from its beginning; where they are too large for that, the next record holds the end.
+/// Per layer a chain of blocks that grow from 8 to 64 segments, cut from slabs: written once, never moved.
 class SegmentLane {
  public:
   explicit SegmentLane(std::size_t layers) : tails_(layers), chains_(layers) {}
 
-  void add(std::size_t layer, const Segment& s) {
-    const std::uint32_t x = std::uint32_t(s.to.x) - std::uint32_t(s.from.x), y = std::uint32_t(s.to.y) - std::uint32_t(s.from.y);
-    const bool near = x + kFar < 2 * kFar && y + kFar < 2 * kFar;
-    next(layer) = {s.from, s.from_edge, s.to_edge, std::int16_t(near ? x : kNotNear), std::int16_t(y)};
-    if (!near) [[unlikely]] next(layer) = {s.to, 0, 0, 0, 0};
+  Segment& add(std::size_t layer) {
+    Tail& tail = tails_[layer];
+    if (tail.next == tail.end) grow(layer);
+    return *tail.next++;
   }
-  /// No layer has more segments.
-  std::size_t most(std::size_t layer) const { return chains_[layer].room - std::size_t(tails_[layer].end - tails_[layer].next); }
+  std::size_t count(std::size_t layer) const { return chains_[layer].room - std::size_t(tails_[layer].end - tails_[layer].next); }
   /// Copies the layer's segments to `out` and returns its new end.
   Segment* copy(std::size_t layer, Segment* out) const;
 
  private:
-  static constexpr std::uint32_t kFar = 0x7fff;          // steps of no more are near
-  static constexpr std::uint32_t kNotNear = 0x8000;
-  struct Record {
-    Point from;
-    std::uint32_t from_edge, to_edge;
-    std::int16_t x, y;
-  };
-  static_assert(sizeof(Record) == 20);
   struct Block {
     Block* following = nullptr;
     std::uint32_t capacity = 0;
-    Record* data() { return reinterpret_cast<Record*>(this + 1); }
-    const Record* data() const { return reinterpret_cast<const Record*>(this + 1); }
+    Segment* data() { return reinterpret_cast<Segment*>(this + 1); }
+    const Segment* data() const { return reinterpret_cast<const Segment*>(this + 1); }
   };
   struct Tail {  // all that each segment asks for, apart from the rest
-    Record* next = nullptr;
-    Record* end = nullptr;
+    Segment* next = nullptr;
+    Segment* end = nullptr;
   };
   struct Chain {
     Block* first = nullptr;
     Block* last = nullptr;
     std::size_t room = 0;  // of all blocks
   };
-  Record& next(std::size_t layer) {
-    Tail& tail = tails_[layer];
-    if (tail.next == tail.end) grow(layer);
-    return *tail.next++;
-  }
   void grow(std::size_t layer);
 
   static constexpr std::size_t kSlabBytes = 1 << 18;
