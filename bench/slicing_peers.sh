@@ -8,9 +8,9 @@
 #   scaffold    lucy, full scaffold, both filled, G-code  12     large     lucy of 10 million facets, all stages   4
 #                                                                threads   lucy, all stages, one and two threads   0.3
 # --ours runs Firn alone (needs nothing installed; 5 minutes for all rows). Firn's figures stand at chord tolerances of 0.05
-# (a thirtieth of the path's width), 0.01 and 0 mm (every point kept: slow, one round only). firn-beads lays beads in gaps too, as
-# `firn slice` does unless told otherwise; Table 3-5 has none. A command that takes more than
-# LIMIT_S seconds (900) is stopped.
+# (a thirtieth of the path's width), 0.01 and 0 mm (every point kept: slow, one round only). firn-beads lays beads in gaps
+# too, as `firn slice` does unless told otherwise; Table 3-5 has none. A command that takes more than LIMIT_S seconds (900)
+# is stopped.
 # Peers: Debian's prusa-slicer, cura-engine and slic3r, installed once as root; Cura's definitions come out of its package,
 # which is not installed. Settings as near as they allow: layers of 0.25 mm, width 1.5 mm, one outline, concentric infill of
 # 100 %, no skirt; a run writes G-code. PrusaSlicer runs its classic perimeter generator, 2.7 times faster here than its

@@ -32,6 +32,12 @@ inline BoxOf<std::int32_t> box_about(double x, double y, double reach) {
   return {std::int32_t(x - reach) - 1, std::int32_t(y - reach) - 1, std::int32_t(x + reach) + 1, std::int32_t(y + reach) + 1};
 }
 
+/// A box as x0, y0, -x1, -y1, so that four comparisons are one.
+inline Lanes4 packed(const BoxOf<std::int32_t>& b) { return Lanes4{b.x0, b.y0, -b.x1, -b.y1}; }
+/// What no number of a packed box is above that meets this one.
+inline Lanes4 reach_of(Lanes4 packed) { return -__builtin_shufflevector(packed, packed, 2, 3, 0, 1); }
+inline bool within(Lanes4 packed, Lanes4 reach) { return signs(packed > reach) == 0; }
+
 /// A tree of boxes by position in the list: eight children to a box. Building and asking are linear in practice.
 class BoxTree {
  public:
@@ -69,19 +75,16 @@ class BoxTree {
   /// f(i) for all leaves that meet a box.
   template <class F>
   void touching(const Box& b, F&& f) const {
-    down(depth_ - 1, 0, levels_[depth_ - 1].size(), reach(Lanes{b.x0, b.y0, -b.x1, -b.y1}), f);
+    down(depth_ - 1, 0, levels_[depth_ - 1].size(), reach_of(packed(b)), f);
   }
 
  private:
   static constexpr std::size_t kFan = 8;
 
-  // A box is x0, y0, -x1, -y1, so that four comparisons are one: a meets b where no number of a is above reach(b).
   using Lanes = Lanes4;
   struct Packed {
     Lanes lanes;
   };
-  static Lanes reach(Lanes b) { return -__builtin_shufflevector(b, b, 2, 3, 0, 1); }
-  static bool within(Lanes a, Lanes reach) { return signs(a > reach) == 0; }
 
   std::size_t end_of(std::size_t level, std::size_t parent) const {
     return std::min(levels_[level].size(), (parent + 1) * kFan);
@@ -92,7 +95,7 @@ class BoxTree {
     const Packed* boxes = levels_[level].data();
     for (std::size_t i = begin; i < end; ++i) {
       if (level) self(level - 1, i * kFan, end_of(level - 1, i), f);
-      const Lanes mine = reach(boxes[i].lanes);
+      const Lanes mine = reach_of(boxes[i].lanes);
       for (std::size_t j = i + 1; j < end; ++j)
         if (within(boxes[j].lanes, mine)) cross(level, i, j, f);
     }
@@ -104,7 +107,7 @@ class BoxTree {
       return;
     }
     const Packed* below = levels_[level - 1].data();
-    const Lanes first = reach(levels_[level][i].lanes), second = reach(levels_[level][j].lanes);
+    const Lanes first = reach_of(levels_[level][i].lanes), second = reach_of(levels_[level][j].lanes);
     std::size_t near[kFan], count = 0;
     for (std::size_t b = j * kFan, b_end = end_of(level - 1, j); b < b_end; ++b) {
       near[count] = b;
@@ -112,7 +115,7 @@ class BoxTree {
     }
     for (std::size_t a = i * kFan, a_end = end_of(level - 1, i); a < a_end; ++a) {
       if (!within(below[a].lanes, second)) continue;
-      const Lanes mine = reach(below[a].lanes);
+      const Lanes mine = reach_of(below[a].lanes);
       for (std::size_t n = 0; n < count; ++n)
         if (within(below[near[n]].lanes, mine)) cross(level - 1, a, near[n], f);
     }

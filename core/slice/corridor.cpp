@@ -78,7 +78,7 @@ inline void Corridor::Wall::move_support(Vec end) {
 
 // What bounds no line to come goes: at least as many of the last kLooked ends as are hidden, if there are so many that may go.
 inline void Corridor::Wall::add(Vec end, bool touched, unsigned hidden) {
-  Vec* const least = std::max(support, touched ? nullptr : contact) + 1;
+  Vec* const least = (touched || !contact ? support : std::max(support, contact)) + 1;
   behind = std::max(behind - hidden, least);
   if (hidden == kLooked)
     while (behind > least && cross(behind[-1] - behind[-2], end - behind[-1]) <= 0) --behind;

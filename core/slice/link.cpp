@@ -73,7 +73,7 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
     if (work.next[first] == kDone) continue;
     const Point* const begin = end;
     for (std::uint32_t s = first;;) {
-      if (end == begin || end[-1] != segments[s].from) *end++ = segments[s].from;
+      if (end == begin || end[-1] != segments[s].from) *end++ = segments[s].from;  // repeated, it would cost canonical() a copy
       const std::uint32_t following = work.next[s];
       if (segments[following].from != segments[s].to) return std::nullopt;  // another edge with the same hash
       work.next[s] = kDone;

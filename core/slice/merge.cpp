@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/slice/box_pairs.h"
 #include "core/slice/box_search.h"
-#include "core/slice/lanes.h"
 #include "core/slice/planar.h"
 #include "core/slice/vec.h"
 
@@ -132,8 +132,7 @@ class Merge {
       for (std::uint32_t j = first; j < end; ++j) all.add(boxes[j - first] = layer_.box(j));
       near.clear();
       const bool many = tree_.any_touching(all, [&](std::size_t i) {
-        const BoxOf<std::int32_t> box = above_.box(i);
-        near.push_back({Lanes4{box.x0, box.y0, -box.x1, -box.y1}, std::uint32_t(i)});
+        near.push_back({packed(above_.box(i)), std::uint32_t(i)});
         return near.size() > kMostNear;
       });
       for (std::uint32_t j = first; j < end && !near.empty(); ++j) {
@@ -142,9 +141,9 @@ class Merge {
           tree_.touching(box, [&](std::size_t i) { cross(std::uint32_t(i), j); });
           continue;
         }
-        const Lanes4 reach = {box.x1, box.y1, -box.x0, -box.y0};
+        const Lanes4 reach = reach_of(packed(box));
         for (const Near& other : near)
-          if (signs(other.box > reach) == 0) cross(other.edge, j);
+          if (within(other.box, reach)) cross(other.edge, j);
       }
     }
   }

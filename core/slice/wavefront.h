@@ -58,22 +58,22 @@ class Junction {
 
 /// One piece of the front, from its own junction to that of the next piece.
 struct Piece {
-  [[no_unique_address]] Junction start;  ///< with the piece before
-  std::int32_t source = 0;               ///< < 0: a pivot
+  [[no_unique_address]] Junction start;  ///< with the piece before; `source` lies in what pads it
+  std::int32_t source = 0;               ///< < 0: a pivot, ~ the number of its place
   Vec from;                              ///< start at the front's present distance
   bool pivot() const { return source < 0; }
 };
 static_assert(sizeof(Piece) == 64);  // all there is of the front's present shape, walked many times
-/// A pivot keeps the front closed where what lay between two pieces died and they have no bisector ahead: the front goes
-/// from the end of the piece before straight to a fixed place and straight on to the start of the next. It occurs only in
-/// parts of the front that have died already, and untangle() removes it with them. Its source is ~ its place's number.
-inline constexpr std::int32_t kPivot = -1;
 
 /// Loops of pieces that bound one connected area; all of them may still meet each other, but none of another component.
+///
+/// A pivot keeps the front closed where what lay between two pieces died and they have no bisector ahead: the front goes
+/// from the end of the piece before straight to a fixed place and straight on to the start of the next. It occurs only in
+/// parts of the front that have died already, and untangle() removes it with them.
 struct Component {
   std::vector<Piece> pieces;        ///< of all loops, one after the other
   std::vector<std::uint32_t> ends;  ///< of each loop
-  std::vector<Vec> pivots;          ///< places
+  std::vector<Vec> pivots;          ///< places of those among the pieces
   Vec place_of(const Piece& pivot) const { return pivots[std::size_t(~pivot.source)]; }
 };
 

@@ -6,11 +6,13 @@
 
 namespace firn::slice::wavefront {
 
+inline constexpr std::int32_t kPivot = -1;  // instead of a source: a way to or from a pivot
+
 // A stretch of curve: a piece, or one of the two straight ways to and from a pivot.
 struct Strand {
   Vec a, b;
   std::int32_t piece = 0;   // index into the component's pieces
-  std::int32_t source = 0;  // kPivot: a way to or from a pivot
+  std::int32_t source = 0;
   std::uint32_t next = 0;   // in its loop
 };
 
