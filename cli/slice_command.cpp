@@ -52,7 +52,7 @@ SliceSettings settings_of(SliceCommandOptions& o) {
     if (o.support == "overhang")
       if (const auto angle = take_angle(o.meshes)) overrides.push_back(fmt::format("support.overhang_deg={}", *angle));
   }
-  if (o.tolerance_mm != -1.0) overrides.push_back(fmt::format("contour.tolerance_mm={}", o.tolerance_mm));
+  if (o.tolerance_mm) overrides.push_back(fmt::format("contour.tolerance_mm={}", *o.tolerance_mm));
   return load_slice_settings(o.config, overrides);
 }
 

@@ -1,6 +1,7 @@
 // firn slice MESH… -o PATHS: meshes in, deposition paths out (docs/slice.md).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,7 @@ struct SliceCommandOptions {
   std::string config;                  ///< TOML; empty = the defaults
   std::vector<std::string> overrides;  ///< KEY=VALUE
   std::string support;                 ///< full, overhang, none; empty = as the settings say
-  double tolerance_mm = -1.0;          ///< below 0 = as the settings say
+  std::optional<double> tolerance_mm;  ///< not given: as the settings say
   std::string gcode;
   std::vector<int> layers;             ///< to be pictured
   std::string svg, png, layer_json;

@@ -301,6 +301,7 @@ TEST_CASE("firn slice refuses what it cannot do, and leaves nothing behind") {
   refused(with([](auto& c) { c.layers = {99}, c.svg = "x.svg"; }), "--layer 99: the job has 22 layers");
   refused(with([](auto& c) { c.support = "ful"; }), "one of full, overhang, none");
   refused(with([](auto& c) { c.tolerance_mm = -2; }), "contour.tolerance_mm");
+  refused(with([](auto& c) { c.tolerance_mm = -1; }), "contour.tolerance_mm");
   refused(with([](auto& c) { c.overrides = {"mesh.scale=[1e4,1e4,1e4]"}; }), "beyond the limit of 107374 mm");
   refused(with([](auto& c) { c.meshes = {"no/such.stl"}; }), "no/such.stl: no such file");
   refused(with([](auto& c) { c.config = "no/such.toml"; }), "no/such.toml");
