@@ -7,7 +7,7 @@
 #include <deque>
 #include <vector>
 
-#include "core/grid/grid.h"
+#include "estimators/flow/flow_blocks.h"
 
 namespace firn::flow {
 
@@ -16,16 +16,9 @@ struct FlowOptions {
   double drift_prior_std = 0.01;     ///< of its change per layer
   double memory_layers = 30.0;       ///< an interval's weight falls by 1 / e in so many
   int window_intervals = 12;         ///< older ones are forgotten
-  int block_cells = 7;               ///< volumes are compared over squares of so many cells: beads spread
+  BlockOptions blocks;
   double least_noise_mm = 0.01;      ///< of a block's rise
   int max_evaluations = 300;         ///< of the objective, per estimate
-};
-
-/// What happened between two maps.
-struct FlowInterval {
-  int layer = 0;                           ///< deposition layers at its end
-  HeightMap rise_mm;                       ///< after - before; NaN = not known
-  std::array<HeightMap, 2> nominal_mm;     ///< what the calibrated flow of each valve would have laid there: volume over area
 };
 
 struct FlowEstimate {
@@ -37,7 +30,7 @@ struct FlowEstimate {
   std::int64_t evaluations = 0;                ///< of the objective, since the start
 };
 
-/// rise = sum_v (f_v + b_v (layer - newest)) nominal_v + noise, in every block; f_v, b_v maximise the posterior with Huber's
+/// rise = sum_v (f_v + b_v (layer - newest)) nominal_v + noise, in every block, weighted by its cells; f_v, b_v maximise the posterior with Huber's
 /// loss (3 standard deviations), by NLopt's L-BFGS with the exact gradient. The noise is the residuals' own (by their median
 /// deviation), at least least_noise_mm. Standard deviations from the curvature at the optimum times sqrt(fit) where that is
 /// above 1.
@@ -45,19 +38,15 @@ class FlowEstimator {
  public:
   /// @throws std::invalid_argument naming the option
   explicit FlowEstimator(const FlowOptions& options);
-  /// An interval of the layer of the last one replaces it (measured again). Blocks with an unknown rise, or without a tenth of
-  /// the usual volume, do not count. @throws std::invalid_argument: grids that differ, a layer before the last one
+  /// An interval of the layer of the last one replaces it (measured again).
+  /// @throws std::invalid_argument: grids that differ, a layer before the last one
   void add(const FlowInterval& interval);
   const FlowEstimate& estimate() const { return estimate_; }
-
-  struct Block {
-    double rise_mm, nominal_mm[2], age_layers, weight;
-  };
 
  private:
   struct Kept {
     int layer;
-    std::vector<Block> blocks;
+    std::vector<FlowBlock> blocks;
   };
   void fit();
 
