@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::int64_t kMode_us = 3'000'000;  // Q0 and R0 take their time
 constexpr int kStatusError = 1, kMostDumps = 3;
+constexpr std::int32_t kAny = -1;  // program
 
 std::string command_of(const Request& r) { return "'" + std::string(r.text().substr(0, r.size - 1u)) + "'"; }
 
@@ -39,6 +40,13 @@ LaserPoint::LaserPoint(LaserPointConfig config) : Driver(dialect_), config_(std:
 
 void LaserPoint::push(std::string_view command, Repeat repeat, Tag tag, std::int64_t reply_us) {
   link_.push(lkg::request(command, repeat, tag, reply_us));
+}
+
+// @param wanted the program that it must be in by now, or kAny
+void LaserPoint::push_selected(std::int32_t wanted) {
+  Request r = lkg::request(config_.table.selected, Repeat::kRead, kProgram, 0);
+  r.argument = wanted;
+  link_.push(r);
 }
 
 void LaserPoint::push_mode(const std::string& command) { push(command, Repeat::kSetup, kMode, kMode_us); }
@@ -95,7 +103,7 @@ void LaserPoint::push_settings() {
   const auto m = std::size_t(material_);
   in_force_.reset();
   push(t.select + "," + std::to_string(config_.program[m]), Repeat::kSetup);
-  push(t.selected, Repeat::kRead, kProgram);
+  push_selected(config_.program[m]);
   push_mode(t.enter);
   push(t.sampling + std::to_string(sampling_code_), Repeat::kSetup);
   push(t.averaging + std::to_string(config_.averaging), Repeat::kSetup);
@@ -140,7 +148,7 @@ void LaserPoint::connected(std::int64_t, Effects& fx) {
   phase_ = Phase::kIdentifying;
   in_force_.reset();
   push_mode(config_.table.leave);  // it may have been left in communication mode, where it does not measure
-  push(config_.table.selected, Repeat::kRead, kProgram);
+  push_selected(kAny);
 }
 
 void LaserPoint::stop(std::int64_t, Effects& fx) {  // it moves, fires and lights nothing that could harm
@@ -179,7 +187,10 @@ void LaserPoint::refused(const Request& request, int error, std::int64_t now_us,
     measuring_ = request.text().starts_with(config_.table.leave);
     return;
   }
-  const std::string why = "the laser answers " + command_of(request) + " with error " + std::to_string(error);
+  give_up(request, "the laser answers " + command_of(request) + " with error " + std::to_string(error), now_us, fx);
+}
+
+void LaserPoint::give_up(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx) {
   fault(1, kCommandRejected, "laser_point: " + why, fx);
   if (request.tag == kMode) return reconnect(now_us, fx, why);
   if (!busy()) return;
@@ -200,13 +211,15 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
       measuring_ = request.text().starts_with(config_.table.leave);
       return;
     case kProgram:
-      if (phase_ == Phase::kSetting && r.rest != std::to_string(config_.program[std::size_t(material_)]))
-        return refused(request, -1, now_us, fx);
+      if (phase_ == Phase::kSetting && request.argument != kAny && r.rest != std::to_string(request.argument))
+        return give_up(request, "the laser is in program " + std::string(r.rest) + ", not in " + std::to_string(request.argument), now_us, fx);
       identity_ = "Keyence LK-G3001P, program " + std::string(r.rest);
       return;
     case kStored: {
+      if (op_ != Op::kCollect) return;  // a stop came between
       const auto s = lkg::parse_stored(r.rest);
-      if (!s || s->values > config_.table.most_stored) return refused(request, -1, now_us, fx);
+      if (!s || s->values > config_.table.most_stored)
+        return give_up(request, "the laser says that '" + std::string(r.rest) + "' is what it has stored", now_us, fx);
       stored_ = s->values;
       mm_.clear();
       if (stored_ > 0) ask_dump();
@@ -231,6 +244,7 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
       return finish(Outcome::kFailed, -1, kInstrument, "the dump cannot be read", fx);
     }
     case kValue: {
+      if (op_ != Op::kReading) return;
       const lkg::Value v = lkg::parse_value(r.rest);
       fx.events.emplace_back(Samples{material_, 1, v.status == lkg::Status::kDamaged, 0.0, {float(v.mm)}});
       return;
@@ -274,7 +288,7 @@ bool LaserPoint::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kReady:
       if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
-      push(config_.table.selected, Repeat::kRead, kProgram);
+      push_selected(kAny);
       return true;
     default:
       return false;

@@ -58,8 +58,10 @@ class LaserPoint final : public Driver {
   void refuse(std::int32_t code, std::string text, Effects& fx);
   void finish(Outcome outcome, std::int64_t counted, std::int32_t code, std::string text, Effects& fx);
   void refused(const Request& request, int error, std::int64_t now_us, Effects& fx);
+  void give_up(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx);
   void push(std::string_view command, Repeat repeat, Tag tag = kPlain, std::int64_t reply_us = 0);
   void push_mode(const std::string& command);
+  void push_selected(std::int32_t wanted);
   void push_settings();
   void ask_dump();
 

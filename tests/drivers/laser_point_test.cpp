@@ -169,6 +169,59 @@ TEST_CASE("an error in the settings leaves the laser measuring, the storage not 
   }
 }
 
+TEST_CASE("settings of the other material are made whatever the idle laser has just been asked", "[laser_point]") {
+  const auto poll_us = std::int64_t(LaserPointConfig{}.poll_idle_s * 1e6);
+  for (std::int64_t delay_us = poll_us - 2'000; delay_us < poll_us + 8'000; delay_us += 100) {
+    Lab lab;
+    lab.start();
+    REQUIRE(lab.arm(0, 10).outcome == Outcome::kReady);
+    REQUIRE(lab.collect().outcome == Outcome::kDone);
+    lab.rig.run_for(double(delay_us) * 1e-6);
+    const Result r = lab.arm(1, 10);
+    INFO(delay_us << " us after the storage was read: " << test::describe(r));
+    CHECK(r.outcome == Outcome::kReady);
+    CHECK(lab.fake.program == 1);
+    CHECK(lab.rig.all<Fault>().empty());
+  }
+}
+
+TEST_CASE("a program that was not taken is told by its number, and the storage not armed", "[laser_point]") {
+  Lab lab;
+  lab.start();
+  lab.rig.line = [&](std::string& said) -> std::int64_t {
+    if (said.starts_with("PR,")) said = "PR,7\r";
+    return 0;
+  };
+  const Result r = lab.arm(1, 10);
+  CHECK(r.outcome == Outcome::kNone);
+  CHECK(r.text == "the laser is in program 7, not in 1");
+}
+
+TEST_CASE("of what a stop interrupts no value is told", "[laser_point]") {
+  for (const bool collecting : {false, true})
+    for (std::int64_t delay_us = 0; delay_us < 20'000; delay_us += 250) {
+      Lab lab;
+      lab.start();
+      lab.fake.heights.assign(20, 0.5);
+      REQUIRE(lab.arm(0, 20).outcome == Outcome::kReady);
+      lab.fake.trigger(lab.rig.now_us);
+      lab.rig.run_for(1.0);
+      if (!collecting) REQUIRE(lab.collect().outcome == Outcome::kDone);
+      lab.rig.act([&](std::int64_t t, Effects& fx) {
+        if (collecting) lab.laser.collect(t, fx);
+        else lab.laser.reading(t, fx);
+      });
+      lab.rig.run_for(double(delay_us) * 1e-6);
+      if (!lab.laser.busy()) break;
+      lab.rig.events.clear();
+      lab.rig.act([&](std::int64_t t, Effects& fx) { lab.laser.safe_stop(t, fx); });
+      lab.rig.run_for(3.0);
+      INFO((collecting ? "collect" : "reading") << ", stopped after " << delay_us << " us");
+      CHECK(lab.rig.all<Samples>().empty());
+      CHECK(lab.arm(1, 20).outcome == Outcome::kReady);
+    }
+}
+
 TEST_CASE("what the storage or the sampling time cannot do is refused by name", "[laser_point]") {
   Lab lab;
   lab.start();
