@@ -70,6 +70,13 @@ class FakeRig {
     }
     return true;
   }
+  /// Until the driver says something of its own accord, and so much longer.
+  bool run_past_next_request(double limit_s, std::int64_t further_us) {
+    const std::int64_t before = bytes_sent;
+    if (!run([&] { return bytes_sent != before; }, limit_s)) return false;
+    run_for(double(further_us) * 1e-6);
+    return true;
+  }
   void run_for(double s) {
     run([] { return false; }, s);
   }

@@ -38,6 +38,19 @@ TEST_CASE("the robot's driver speaks as its card says, whatever the split of the
   }
 }
 
+TEST_CASE("a path is run whatever the idle robot has just been asked", "[robot]") {
+  for (std::int64_t delay_us = 0; delay_us < 3'000; delay_us += 100) {
+    Lab lab;
+    lab.start();
+    lab.give(1, sweep(100));
+    lab.rig.run_for(5.0);
+    REQUIRE(lab.rig.run_past_next_request(10, delay_us));
+    INFO(delay_us << " us after it was asked");
+    CHECK(lab.run(1).outcome == Outcome::kDone);
+    CHECK(lab.rig.all<Fault>().empty());
+  }
+}
+
 TEST_CASE("every point of every path arrives, once, and is run with its signals", "[robot]") {
   Lab lab;
   lab.start();

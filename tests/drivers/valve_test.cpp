@@ -77,6 +77,24 @@ TEST_CASE("the valve's driver speaks as its card says, whatever the split of the
   }
 }
 
+TEST_CASE("a list is armed and fired whatever the idle valve has just been asked", "[valve]") {
+  for (std::int64_t delay_us = 0; delay_us < 3'000; delay_us += 100) {
+    Lab lab;
+    lab.start();
+    lab.give(1, every(20));
+    REQUIRE(lab.load(1).outcome == Outcome::kDone);
+    REQUIRE(lab.rig.run_past_next_request(10, delay_us));
+    INFO(delay_us << " us after it was asked");
+    CHECK(lab.arm(1).outcome == Outcome::kReady);
+    lab.fake.trigger(lab.rig.now_us);
+    lab.rig.run_for(1.0);
+    const Result r = lab.disarm();
+    CHECK(r.outcome == Outcome::kDone);
+    CHECK(r.counted == 20);
+    CHECK(lab.rig.all<Fault>().empty());
+  }
+}
+
 TEST_CASE("every list is fired once and its pulses are counted", "[valve]") {
   Lab lab;
   lab.start();
