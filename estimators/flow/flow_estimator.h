@@ -30,10 +30,10 @@ struct FlowEstimate {
   std::int64_t evaluations = 0;                ///< of the objective, since the start
 };
 
-/// rise = sum_v (f_v + b_v (layer - newest)) nominal_v + noise, in every block, weighted by its cells; f_v, b_v maximise the posterior with Huber's
-/// loss (3 standard deviations), by NLopt's L-BFGS with the exact gradient. The noise is the residuals' own (by their median
-/// deviation), at least least_noise_mm. Standard deviations from the curvature at the optimum times sqrt(fit) where that is
-/// above 1.
+/// rise = sum_v (f_v + b_v (layer - newest)) nominal_v + noise, in every block, weighted by its cells; f_v, b_v maximise the
+/// posterior with Huber's loss (3 standard deviations), by NLopt's L-BFGS with the exact gradient. The noise is the residuals'
+/// own (by their median deviation), at least least_noise_mm. Standard deviations from the curvature at the optimum times
+/// sqrt(fit) where that is above 1.
 class FlowEstimator {
  public:
   /// @throws std::invalid_argument naming the option
