@@ -36,6 +36,7 @@ Effort effort(Method method, int attempt) {
 constexpr double kSmoothShare = 0.9;  ///< of the tolerance, for moving the points of dense runs
 constexpr double kSlightly = 0.6;       ///< a curve that leaves the tolerance by less is first tried with less of it
 constexpr double kLessSagitta = 0.2;    ///< where interpolated vertices of uneven chords leave the tolerance
+constexpr double kLeastShare = 0.1, kMostShare = 0.9;  ///< of the tolerance, from one try to the next
 constexpr int kShapes = 10;            ///< tries to bring the curve inside the tolerance
 constexpr double kLeastRampMm = 0.01;
 constexpr int kAttempts = 4;
@@ -165,15 +166,26 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   };
   form();
   int held_tries = 0;
+  CurveSpec nearest = spec;
+  double nearest_mm = kUnlimited;
+  const PlanOptions& options = task.options;
+  const double allowed_mm = options.tolerance_mm > 0.0 ? (shape == Shape::kPlain ? kUnlimited : options.tolerance_mm) : farthest_mm(options);
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
     out.deviation_mm = curve.straight ? 0.0 : deviation(curve, points, work.length);
-    if (!(spec.tolerance_mm > 0.0) || out.deviation_mm <= task.options.tolerance_mm || tries == kShapes) break;
-    const double share = std::min(0.9, 0.98 * task.options.tolerance_mm / out.deviation_mm);
-    if (tries == 0 && share > kSlightly) {
+    if (out.deviation_mm <= allowed_mm) break;
+    if (out.deviation_mm < nearest_mm) nearest = spec, nearest_mm = out.deviation_mm;
+    if (tries == kShapes) {
+      spec = nearest;
+      form();
+      out.deviation_mm = nearest_mm;
+      break;
+    }
+    const double share = std::clamp(0.98 * allowed_mm / out.deviation_mm, kLeastShare, kMostShare);
+    if (tries == 0 && share > kSlightly && spec.tolerance_mm > 0.0) {
       spec.tolerance_mm *= share;
     } else if (spec.held_sagitta_mm == 0.0) {
-      spec.tolerance_mm = task.options.tolerance_mm;
+      spec.tolerance_mm = allowed_mm;
       spec.held_sagitta_mm = std::min(kSagittaMm, spec.tolerance_mm);
     } else {
       double& less = held_tries == 0 ? spec.held_sagitta_mm : spec.tolerance_mm;

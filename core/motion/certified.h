@@ -71,6 +71,12 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
 /// are rolled where that is faster.
 std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
 
+/// How far ramps, rounded corners and interpolated vertices may lead a curve off its path: tolerance + w / 2 + the chords' sagitta.
+double farthest_mm(const PlanOptions& options);
+
+/// Throws MotionError (kAstray: value and bound in mm, index that of the clean path) for a curve that is further off. It gets no certificate.
+void keep_near(const Stretch& stretch, const PlanOptions& options);
+
 /// The whole of it: samples at the tick, certificate, trace.
 PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
                           const PlanOptions& options, CertifiedWork& work);

@@ -195,6 +195,11 @@ void trace(Emission& emission, const PathInput& input, const CertifiedTask& task
 /// The arm refused a flange position of the curve: names the input's nearest point, in the input's frame.
 Fault in_input(Fault fault, const CleanPath& path, const PathInput& input, const Placement& place) {
   if (fault.reason == Reason::kNoSolution) return fault;
+  if (fault.reason == Reason::kAstray) {
+    fault.index = path.source[fault.index];
+    fault.at = input.points[fault.index];
+    return fault;
+  }
   fault.at.x_mm -= place.flange_x_mm;
   fault.at.y_mm -= place.flange_y_mm;
   const auto squared = [&](std::size_t i) {
@@ -258,6 +263,17 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
 
 }  // namespace
 
+double farthest_mm(const PlanOptions& options) { return options.tolerance_mm + 0.5 * options.curvature_ramp_mm + kSagittaMm; }
+
+void keep_near(const Stretch& stretch, const PlanOptions& options) {
+  if (stretch.deviation_mm <= farthest_mm(options)) return;
+  Fault fault(Reason::kAstray);
+  fault.index = stretch.first;
+  fault.value = stretch.deviation_mm;
+  fault.bound = farthest_mm(options);
+  throw MotionError(fault);
+}
+
 PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
                           const PlanOptions& options, CertifiedWork& work) {
   check_options(options);
@@ -270,7 +286,9 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
   PlanResult result;
   result.posture = task.placement.posture = chosen;
   try {
-    finish(input, task, plan_stretches(path, task, work), work, result);
+    const std::size_t stretches = plan_stretches(path, task, work);
+    for (std::size_t k = 0; k < stretches; ++k) keep_near(work.stretches[k], options);
+    finish(input, task, stretches, work, result);
   } catch (const MotionError& error) {
     throw MotionError(in_input(error.fault(), path, input, task.placement));
   }

@@ -38,6 +38,8 @@ const char* name(Reason reason) {
       return "too long";
     case Reason::kNoSolution:
       return "no solution";
+    case Reason::kAstray:
+      return "the curve leaves the path [mm]";
   }
   return "unknown";
 }

@@ -27,6 +27,7 @@ enum class Reason {
   kDespin,       ///< the wrist joint would need more than its whole range on one path
   kTooLong,      ///< more points or samples than kMostSamples
   kNoSolution,   ///< no trajectory obeys the limits
+  kAstray,       ///< the curve found leaves the path by more than ramps and rounded corners can explain
 };
 
 /// "reach far", "joint high", …

@@ -70,6 +70,8 @@ void set_marks(const CurveSpec& spec, CurveWork& work) {
       marks.push_back({at + half * (2.0 * k / sizes.ramp_cells - 1.0),
                        k == 0 || k == sizes.ramp_cells ? sizes.ramp_exit_mm : kNoWish, sizes.growth});
   }
+  // a ramp that is wider than what is left of the path ends with it
+  std::erase_if(marks, [&](const Mark& mark) { return mark.s < 0.0 || mark.s > work.offset.back(); });
   marks.push_back({work.offset.back(), kNoWish, sizes.growth});
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.s < b.s; });
 }

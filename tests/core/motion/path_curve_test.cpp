@@ -5,7 +5,9 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/grid/random.h"
 #include "core/motion/certified.h"
+#include "core/motion/deviation.h"
 #include "core/motion/thesis/test_path.h"
 
 namespace firn::motion {
@@ -20,6 +22,21 @@ std::vector<Point2> first_part() {
   return points;
 }
 
+/// A closed ring of even chords as a path file holds it: places in steps of 1e-4 mm, off the circle by more than recognition allows.
+std::vector<Point2> rounded_ring(RandomStream& draw) {
+  constexpr double kStep = 1e-4;
+  const double radius = draw.uniform(3.0, 80.0), start = draw.uniform(0.0, 2.0 * std::numbers::pi);
+  const int chords = int(2.0 * std::numbers::pi * radius / draw.uniform(0.4, 1.2));
+  std::vector<Point2> points;
+  const auto rounded = [&](double x) { return kStep * std::round(x / kStep); };
+  for (int i = 0; i < chords; ++i) {
+    const double angle = start + 2.0 * std::numbers::pi * i / chords;
+    points.push_back({rounded(radius * std::cos(angle)), rounded(radius * std::sin(angle))});
+  }
+  points.push_back(points.front());
+  return points;
+}
+
 }  // namespace
 
 TEST_CASE("Lines and arcs are recovered from their points, although no point lies on their joints") {
@@ -31,6 +48,92 @@ TEST_CASE("Lines and arcs are recovered from their points, although no point lie
   for (std::size_t i = 0; i < 7; ++i) {
     CHECK(std::abs(pieces[i].length_mm - length[i]) < kRecogniseMm);
     CHECK(std::abs(pieces[i].curvature - curvature[i]) < 1e-6);
+  }
+}
+
+TEST_CASE("Pieces of a rounded ring meet, whatever circles its rounding suggests") {
+  RandomStream draw(31, Purpose::kTest);
+  std::vector<CurvePiece> pieces;
+  double widest = 0.0;
+  for (int n = 0; n < 400; ++n) {
+    recognise(rounded_ring(draw), kSagittaMm, pieces);
+    for (std::size_t k = 0; k + 1 < pieces.size(); ++k) {
+      const Point2 end = pieces[k].at(pieces[k].length_mm), start = pieces[k + 1].start;
+      widest = std::max(widest, std::hypot(end.x_mm - start.x_mm, end.y_mm - start.y_mm));
+    }
+  }
+  CHECK(widest < 5.0 * kRecogniseMm);
+}
+
+TEST_CASE("The curve of a rounded ring stays on it") {
+  RandomStream draw(32, Purpose::kTest);
+  std::vector<double> length;
+  double farthest = 0.0;
+  for (int n = 0; n < 400; ++n) {
+    const auto points = rounded_ring(draw);
+    CurveWork work;
+    build_curve(points, {}, work);
+    farthest = std::max(farthest, deviation(work.coarse, points, length));
+  }
+  CHECK(farthest < kSagittaMm + 0.02);
+}
+
+TEST_CASE("Rounded rings, long and of a few points, are planned within their tolerance") {
+  RandomStream draw(33, Purpose::kTest);
+  const auto arm = make_scara(cobra600());
+  PlanWorkspace work;
+  PlanOptions options;
+  options.slack = 0.05;
+  options.lower_bound = false;
+  for (int n = 0; n < 12; ++n) {
+    PathInput input;
+    auto points = rounded_ring(draw);
+    if (n % 2 == 1) points.resize(4 + draw.below(12));
+    input.points = points;
+    input.origin = {354, -46};
+    for (const double tolerance_mm : {0.01, 0.05, 0.2}) {
+      options.tolerance_mm = tolerance_mm;
+      INFO("ring " << n << ", " << input.points.size() << " points, tolerance " << tolerance_mm << " mm");
+      const PlanResult result = plan(input, *arm, cobra600_limits(), options, work);
+      REQUIRE(result.ok());
+      CHECK(result.deviation_mm <= tolerance_mm);
+    }
+  }
+}
+
+TEST_CASE("Knots lie on the path, also where its ramps are longer than it") {
+  std::vector<Point2> arcs;
+  for (int i = 0; i < 8; ++i) arcs.push_back({1.45 * std::sin(0.05 * i), 1.45 * (1.0 - std::cos(0.05 * i))});
+  const Point2 joint = arcs.back();
+  for (int i = 1; i < 8; ++i) {
+    const double from = 0.35, to = from + 0.08 * i;
+    arcs.push_back({joint.x_mm + 1.14 * (std::sin(to) - std::sin(from)), joint.y_mm - 1.14 * (std::cos(to) - std::cos(from))});
+  }
+  CurveSpec spec;
+  spec.tolerance_mm = 0.2;
+  CurveWork work;
+  build_curve(arcs, spec, work);
+  REQUIRE(work.pieces.size() == 2);
+  REQUIRE(work.joints[1].half_ramp > work.offset.back() - work.joints[1].s);
+  for (std::size_t i = 0; i + 1 < work.coarse.s.size(); ++i) CHECK(work.coarse.s[i] < work.coarse.s[i + 1]);
+  std::vector<double> length;
+  CHECK(deviation(work.coarse, arcs, length) <= 0.2);
+}
+
+TEST_CASE("A curve that is further off its path than its ramps can explain is refused, with both distances") {
+  PlanOptions options;
+  options.tolerance_mm = 0.05;
+  Stretch stretch;
+  stretch.deviation_mm = 0.05 + 0.2 + kSagittaMm;
+  CHECK_NOTHROW(keep_near(stretch, options));
+  stretch.deviation_mm += 0.001;
+  try {
+    keep_near(stretch, options);
+    FAIL("a curve off its path was let through");
+  } catch (const MotionError& error) {
+    CHECK(error.fault().reason == Reason::kAstray);
+    CHECK(error.fault().value == stretch.deviation_mm);
+    CHECK(error.fault().bound == 0.05 + 0.2 + kSagittaMm);
   }
 }
 
