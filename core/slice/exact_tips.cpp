@@ -18,7 +18,9 @@ constexpr double kAround = 0.1;
 
 }  // namespace
 
-ExactTips::ExactTips(const Rings& contours) : contours_(contours) {
+void ExactTips::take(const Rings& contours) {
+  points_ = contours.points;
+  doubts_.forget();
   const std::size_t n = contours.points.size();
   next_.resize(n);
   std::iota(next_.begin(), next_.end(), 1u);
@@ -35,7 +37,7 @@ ExactTips::ExactTips(const Rings& contours) : contours_(contours) {
 void ExactTips::look(const Wall& wall, const Wall& other, double reach, WallEdges& edges) const {
   edges.clear();
   tree_.eights_touching(box_about(wall.foot.x, wall.foot.y, reach), [&](std::size_t first, unsigned met) {
-    edges.add(contours_.points, next_.data(), first, met, wall.along, other.along);
+    edges.add(points_, next_.data(), first, met, wall.along, other.along);
   });
 }
 
@@ -82,11 +84,11 @@ void ExactTips::look_along(Vec tip, Vec direction, double far, double closes, do
 }
 
 std::vector<char> ExactTips::kept() const {
-  std::vector<char> kept(contours_.points.size(), 0);
+  std::vector<char> kept(points_.size(), 0);
   for (const Doubts::Doubt& doubt : doubts_.kept()) {
     const double reach = doubts_.reach(doubt);
     tree_.any_nearer(doubt.at.x, doubt.at.y, reach, [&](std::size_t i) {
-      if (square_distance(doubt.at, to_vec(contours_.points[i]), to_vec(contours_.points[next_[i]])) <= reach * reach)
+      if (square_distance(doubt.at, to_vec(points_[i]), to_vec(points_[next_[i]])) <= reach * reach)
         kept[i] = kept[next_[i]] = 1;
       return false;
     });
@@ -96,7 +98,7 @@ std::vector<char> ExactTips::kept() const {
 
 bool ExactTips::within(Vec place, double d) const {
   return !tree_.any_nearer(place.x, place.y, d, [&](std::size_t i) {
-    return square_distance(place, to_vec(contours_.points[i]), to_vec(contours_.points[next_[i]])) < d * d;
+    return square_distance(place, to_vec(points_[i]), to_vec(points_[next_[i]])) < d * d;
   });
 }
 

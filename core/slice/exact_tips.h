@@ -19,8 +19,8 @@ namespace firn::slice {
 
 class ExactTips {
  public:
-  /// @param contours from which an outline was thinned; they outlive this
-  explicit ExactTips(const Rings& contours);
+  /// Forgets its doubts. @param contours from which an outline was thinned; they stay where they are
+  void take(const Rings& contours);
 
   /// One of the two walls that meet in a tip: the tip's foot on it, and the direction (of length 1) of the outline there.
   struct Wall {
@@ -62,7 +62,7 @@ class ExactTips {
   void look_along(Vec tip, Vec direction, double far, double closes, double d);
   void look(const Wall& wall, const Wall& other, double reach, WallEdges& edges) const;
 
-  const Rings& contours_;
+  std::span<const Point> points_;  // of the contours
   double thinned_ = 0;
   bool asks_ = false, failed_ = false;
   Doubts doubts_;

@@ -93,7 +93,7 @@ std::vector<Contours> link(Segments&& segments, const SliceOptions& options, con
   std::vector<Contours> layers(store->layers);
   const int groups = int((store->layers + kLayersAtOnce - 1) / kLayersAtOnce);
   parallel(groups, [&](int group) {
-    LinkWork work;
+    thread_local LinkWork work;
     const std::size_t first = std::size_t(group) * kLayersAtOnce;
     for (std::size_t layer = first; layer < std::min(first + kLayersAtOnce, store->layers); ++layer) {
       std::size_t count = 0;

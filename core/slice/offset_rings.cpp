@@ -106,11 +106,23 @@ void append(RingLevels&& from, RingLevels& to) {
   }
 }
 
+// What keeps its memory from one region that a thread works on to the next. Nothing in here waits for other tasks: a thread is in it once.
+struct Workshop {
+  Advance advance;
+  ExactTips tips;
+};
+Workshop& workshop() {
+  thread_local Workshop of_this_thread;
+  return of_this_thread;
+}
+
 class RingMaker {
  public:
   RingMaker(const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned)
       : plan_(plan), tolerance_mm_(tolerance_mm), spot_mm_(spot_mm), thinned_(thinned) {
-    if (thinned.from && !thinned.from->empty()) tips_.emplace(*thinned.from);
+    if (!thinned.from || thinned.from->empty()) return;
+    tips_ = &workshop().tips;
+    tips_->take(*thinned.from);
   }
 
   RingLevels operator()(const Region& region) {
@@ -185,12 +197,12 @@ class RingMaker {
                               std::max(10.0, 0.33 * tolerance), made.gaps.back()))
           return false;
         LevelGaps& gaps = made.gaps.back();
-        gaps.told = true, gaps.of_rings.tips_moved = gaps.of_cores.tips_moved = tips_.has_value();
+        gaps.told = true, gaps.of_rings.tips_moved = gaps.of_cores.tips_moved = tips_ != nullptr;
       } else if (!advance_(to)) {
         return false;
       }
       Rings rings;
-      if (!advance_.draw(tolerance, tips_ ? &*tips_ : nullptr, rings, made.drawn_finer)) return false;
+      if (!advance_.draw(tolerance, tips_, rings, made.drawn_finer)) return false;
       if (spot_mm_ > 0 && rings.size() < advance_.loops()) {
         made.gaps.back().of_rings.forget_corners();
         made.gaps.back().of_cores.forget_corners();
@@ -218,9 +230,9 @@ class RingMaker {
   const RingPlan& plan_;
   double tolerance_mm_, spot_mm_;
   const Thinned& thinned_;
-  std::optional<ExactTips> tips_;
+  ExactTips* tips_ = nullptr;
   std::optional<ContourAreas> contours_;
-  Advance advance_;
+  Advance& advance_ = workshop().advance;
 };
 
 }  // namespace
@@ -246,7 +258,7 @@ Region grow(const Region& region, double outward_mm, double tolerance_mm) {
     around.add(ring);
   }
   Rings rings;
-  Advance advance;
+  Advance& advance = workshop().advance;
   const std::vector<std::vector<std::uint32_t>> areas = nested_groups(around);
   const auto by_front = [&](double odd) {
     std::uint32_t finer = 0;

@@ -31,7 +31,8 @@ TEST_CASE("A doubt that is settled depends on no contour that is not kept") {
   int settled = 0, left = 0;
   for (int trial = 0; trial < 400; ++trial) {
     const Rings contours = blob(random);
-    ExactTips tips(contours);
+    ExactTips tips;
+    tips.take(contours);
     tips.begin(kThinned, true);
     const double d = random.uniform(6'000, 40'000);
     const Vec at{random.uniform(-60'000, 60'000), random.uniform(-60'000, 60'000)};
@@ -75,7 +76,8 @@ TEST_CASE("Walls without a contour near by leave no doubt that has no place") {
   Rings contours;
   const Point far[] = {{4'000'000, 0}, {4'100'000, 0}, {4'100'000, 100'000}};
   contours.add(far);
-  ExactTips tips(contours);
+  ExactTips tips;
+  tips.take(contours);
   tips.begin(kThinned, true);
   Vec tip{0, 0};
   CHECK_FALSE(tips.move(tip, {{0, -15'000}, {1, 0}}, {{0, 15'000}, {-1, 0}}, 15'000));
@@ -94,7 +96,8 @@ TEST_CASE("Walls that close or open beside a tip by less than the thinning are i
     for (int x = -60'000; x <= 60'000; x += 500) ring.push_back(to_point({double(x), -half(x)}));
     for (int x = 60'000; x >= -60'000; x -= 500) ring.push_back(to_point({double(x), half(x)}));
     contours.add(ring);
-    ExactTips tips(contours);
+    ExactTips tips;
+    tips.take(contours);
     tips.begin(kThinned, true);
     // The lower wall leads into the tip, the upper one out of it.
     const Vec into{1, slope}, out{-1, slope};
