@@ -1,6 +1,7 @@
 #include "cli/slice_job.h"
 
 #include <fmt/core.h>
+#include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
 #include <chrono>
@@ -186,6 +187,7 @@ void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFo
                  const LayerBytes& bytes, const std::function<void(PlannedLayer&&)>& sink) {
   const slice::PathOptions options = path_options(settings);
   const std::size_t layers = job.layers.size();
+  tbb::enumerable_thread_specific<slice::PathWork> work;
   std::vector<PlannedLayer> batch, before;  // one is handed on while the next one's bytes are made
   const auto hand_on = [&] {
     for (PlannedLayer& l : before) sink(std::move(l));
@@ -199,7 +201,7 @@ void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFo
       parallel(int(batch.size()), [&](int n) {
         PlannedLayer& l = batch[std::size_t(n)];
         l.regions = std::move(job.layers[begin + std::size_t(n)]);
-        l.paths = slice::plan_layer(l.regions, options);
+        l.paths = slice::plan_layer(l.regions, options, work.local());
         l.use = slice::material_use(l.paths);
       });
     }

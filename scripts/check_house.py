@@ -133,6 +133,24 @@ def check_listed(root):
     return problems
 
 
+NAMESPACE = re.compile(r"^namespace(?: ([\w:]+))? \{(?!.*\})|^\}  // namespace|^(?:struct|class|enum class) (\w+)(?: final)?(?: :[^:].*)? \{", re.M)
+
+
+def check_type_names(root):
+    """Two types of one name in one namespace: no compiler sees both, and the linker takes the one's std::vector for the other's."""
+    places = {}
+    for path in sources(root):
+        spaces = []
+        for match in NAMESPACE.finditer(read(root, path)):
+            if match.group(0).startswith("namespace"):
+                spaces.append(match.group(1))
+            elif match.group(0).startswith("}"):
+                del spaces[-1:]
+            elif None not in spaces:
+                places.setdefault("::".join([*spaces, match.group(2)]), set()).add(path)
+    return [f"{sorted(where)[0]}: {name} is another type in {', '.join(sorted(where)[1:])}" for name, where in sorted(places.items()) if len(where) > 1]
+
+
 def check_truth(root):
     problems = []
     for path in sources(root):
@@ -146,7 +164,7 @@ def check_truth(root):
     return problems
 
 
-CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_truth)
+CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_type_names, check_truth)
 
 
 def main():

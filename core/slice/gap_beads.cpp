@@ -132,7 +132,7 @@ class OneCorner : public AxisField {
 };
 
 // Douglas and Peucker's, of the places from `begin` to `last`; appends all kept but the last.
-void thin(std::span<const AxisPlace> places, std::size_t begin, std::size_t last, double tolerance, std::vector<Point>& out) {
+void thin(std::span<const MedialPlace> places, std::size_t begin, std::size_t last, double tolerance, std::vector<Point>& out) {
   double worst = tolerance * tolerance;
   std::size_t at = begin;
   for (std::size_t i = begin + 1; i < last; ++i) {
@@ -147,7 +147,7 @@ void thin(std::span<const AxisPlace> places, std::size_t begin, std::size_t last
   thin(places, at, last, tolerance, out);
 }
 
-void add_chain(std::span<const AxisPlace> chain, double tolerance, std::vector<Point>& line, Beads& beads) {
+void add_chain(std::span<const MedialPlace> chain, double tolerance, std::vector<Point>& line, Beads& beads) {
   for (std::size_t begin = 0; begin + 1 < chain.size();) {
     double low = chain[begin].radius, high = low, way = 0;
     std::size_t last = begin;
@@ -197,7 +197,7 @@ class GapFinder::Work {
     const std::span<Stretches::Stretch> all = stretches.all;
     const auto add_lines = [&](AxisField& field) {
       if (feet_.feet.empty()) return;
-      for (const std::vector<AxisPlace>& chain : middle_(feet_.walls, feet_.feet, limits.axis, field))
+      for (const std::vector<MedialPlace>& chain : middle_(feet_.walls, feet_.feet, limits.axis, field))
         add_chain(chain, chain_tolerance, line_, beads);
     };
     for (std::size_t i = 0, end; i < all.size(); i = end) {

@@ -9,7 +9,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr int kLayersAtOnce = 4;  // share their room
+constexpr int kLayersAtOnce = 16;  // share their room
 constexpr std::uint32_t kDone = ~0u;
 
 using Bucket = LinkWork::Bucket;
@@ -93,7 +93,7 @@ std::vector<Contours> link(Segments&& segments, const SliceOptions& options, con
   std::vector<Contours> layers(store->layers);
   const int groups = int((store->layers + kLayersAtOnce - 1) / kLayersAtOnce);
   parallel(groups, [&](int group) {
-    thread_local LinkWork work;
+    LinkWork work;
     const std::size_t first = std::size_t(group) * kLayersAtOnce;
     for (std::size_t layer = first; layer < std::min(first + kLayersAtOnce, store->layers); ++layer) {
       std::size_t count = 0;

@@ -159,14 +159,14 @@ std::size_t arm(Place first, std::size_t size, double narrowest) {
   return end;
 }
 
-void drop_arms(std::vector<AxisPlace>& chain, double narrowest) {
+void drop_arms(std::vector<MedialPlace>& chain, double narrowest) {
   chain.erase(chain.begin(), chain.begin() + std::ptrdiff_t(arm(chain.begin(), chain.size(), narrowest)));
   chain.resize(chain.size() - arm(chain.rbegin(), chain.size(), narrowest));
 }
 
 // A place that may stay uncovered.
 struct Spot {
-  AxisPlace place;
+  MedialPlace place;
   Vec normal;   // across the axis
   bool judged;  // whether radius and clearance are known
 };
@@ -174,15 +174,15 @@ struct Spot {
 // The discs of all lines, to ask what they leave.
 class Laid {
  public:
-  void take(std::span<const std::vector<AxisPlace>> lines, double narrowest) {
+  void take(std::span<const std::vector<MedialPlace>> lines, double narrowest) {
     narrowest_ = narrowest, last_ = 0;
     discs_.clear();
     later_.clear();
     for (std::size_t l = 0; l < lines.size(); ++l)
-      for (const AxisPlace& p : lines[l]) discs_.push_back({p, l, lines[l].size()});
+      for (const MedialPlace& p : lines[l]) discs_.push_back({p, l, lines[l].size()});
     tree_.resize(discs_.size());
     for (std::size_t i = 0; i < discs_.size(); ++i) {
-      const AxisPlace& p = discs_[i].place;
+      const MedialPlace& p = discs_[i].place;
       tree_.set(i, box_about(p.at.x, p.at.y, p.radius + narrowest_));
     }
     tree_.build();
@@ -190,7 +190,7 @@ class Laid {
   }
 
   // Does a longer line leave a spot of the least radius about this place of a line?
-  bool is_own(const AxisPlace& place, std::size_t line, std::size_t size) const {
+  bool is_own(const MedialPlace& place, std::size_t line, std::size_t size) const {
     bool own = true;
     each_over(place, [&](const Disc& d) {
       if (gone_[d.line] || d.line == line || d.size < size || (d.size == size && d.line > line)) return;
@@ -200,8 +200,8 @@ class Laid {
   }
   void forget(std::size_t line) { gone_[line] = true; }
 
-  bool is_left(const AxisPlace& spot) {
-    const auto covers = [&](const AxisPlace& p) {
+  bool is_left(const MedialPlace& spot) {
+    const auto covers = [&](const MedialPlace& p) {
       const Vec off = spot.at - p.at;
       const double reach = p.radius + narrowest_;
       return dot(off, off) < reach * reach;
@@ -214,30 +214,30 @@ class Laid {
     });
     return !covered && std::none_of(later_.begin(), later_.end(), covers);
   }
-  void add(const AxisPlace& p) { later_.push_back(p); }
+  void add(const MedialPlace& p) { later_.push_back(p); }
 
  private:
   struct Disc {
-    AxisPlace place;
+    MedialPlace place;
     std::size_t line, size;
   };
   template <class F>
-  void each_over(const AxisPlace& p, F&& f) const {
+  void each_over(const MedialPlace& p, F&& f) const {
     tree_.touching(box_about(p.at.x, p.at.y, 0), [&](std::size_t i) { f(discs_[i]); });
   }
   double narrowest_ = 0;
   std::vector<Disc> discs_;
   std::vector<bool> gone_;
-  std::vector<AxisPlace> later_;
+  std::vector<MedialPlace> later_;
   std::size_t last_ = 0;  // disc that covered the last spot
   BoxSearch tree_;
 };
 
 // Short lines that say no more than longer ones go.
-void drop_echoes(std::vector<std::vector<AxisPlace>>& lines, Laid& laid) {
+void drop_echoes(std::vector<std::vector<MedialPlace>>& lines, Laid& laid) {
   for (std::size_t l = 0; l < lines.size(); ++l) {
     if (lines[l].size() > kShort) continue;
-    const auto own = [&](const AxisPlace& p) { return laid.is_own(p, l, lines[l].size()); };
+    const auto own = [&](const MedialPlace& p) { return laid.is_own(p, l, lines[l].size()); };
     if (std::any_of(lines[l].begin(), lines[l].end(), own)) continue;
     laid.forget(l);
     lines[l].clear();
@@ -249,7 +249,7 @@ void drop_echoes(std::vector<std::vector<AxisPlace>>& lines, Laid& laid) {
 
 class MiddleLines::Work {
  public:
-  std::span<const std::vector<AxisPlace>> find(std::span<const Wall> walls, std::span<const Foot> feet, const AxisLimits& limits,
+  std::span<const std::vector<MedialPlace>> find(std::span<const Wall> walls, std::span<const Foot> feet, const AxisLimits& limits,
                                                AxisField& field) {
     limits_ = limits, field_ = &field;
     discs_.take(walls);
@@ -320,8 +320,8 @@ class MiddleLines::Work {
     const std::size_t n = chain_.size();
     return n > 1 && dot(at - chain_[n - 1].at, chain_[n - 1].at - chain_[n - 2].at) < 0;
   }
-  bool echoes(const AxisPlace& place) const {
-    const auto covers = [&](const AxisPlace& p) { return length(place.at - p.at) + place.radius - p.radius <= limits_.narrowest; };
+  bool echoes(const MedialPlace& place) const {
+    const auto covers = [&](const MedialPlace& p) { return length(place.at - p.at) + place.radius - p.radius <= limits_.narrowest; };
     return std::any_of(chain_.begin(), chain_.end(), covers);
   }
 
@@ -374,8 +374,8 @@ class MiddleLines::Work {
   AxisField* field_ = nullptr;
   Discs discs_;
   Laid left_;
-  std::vector<std::vector<AxisPlace>> lines_;
-  std::vector<AxisPlace> chain_;
+  std::vector<std::vector<MedialPlace>> lines_;
+  std::vector<MedialPlace> chain_;
   std::vector<Spot> spots_;
   struct Seen {
     double from, to;  // orders
@@ -389,7 +389,7 @@ class MiddleLines::Work {
 MiddleLines::MiddleLines() : work_(std::make_unique<Work>()) {}
 MiddleLines::~MiddleLines() = default;
 
-std::span<const std::vector<AxisPlace>> MiddleLines::operator()(std::span<const Wall> walls, std::span<const Foot> feet,
+std::span<const std::vector<MedialPlace>> MiddleLines::operator()(std::span<const Wall> walls, std::span<const Foot> feet,
                                                                 const AxisLimits& limits, AxisField& field) {
   return work_->find(walls, feet, limits, field);
 }

@@ -26,7 +26,7 @@ struct Foot {
 };
 
 /// A place of the medial axis.
-struct AxisPlace {
+struct MedialPlace {
   Vec at;
   double radius = 0;      ///< of the disc about it that touches what is covered already, units
 };
@@ -58,7 +58,7 @@ class MiddleLines {
   MiddleLines();
   ~MiddleLines();
   /// @return valid until the next call
-  std::span<const std::vector<AxisPlace>> operator()(std::span<const Wall> walls, std::span<const Foot> feet,
+  std::span<const std::vector<MedialPlace>> operator()(std::span<const Wall> walls, std::span<const Foot> feet,
                                                      const AxisLimits& limits, AxisField& field);
 
  private:

@@ -13,6 +13,12 @@
 #include "core/slice/rings.h"
 
 namespace firn::slice {
+
+struct OffsetWork::State {
+  Advance advance;
+  ExactTips tips;
+};
+
 namespace {
 
 // Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
@@ -106,22 +112,12 @@ void append(RingLevels&& from, RingLevels& to) {
   }
 }
 
-// What keeps its memory from one region that a thread works on to the next. Nothing in here waits for other tasks: a thread is in it once.
-struct Workshop {
-  Advance advance;
-  ExactTips tips;
-};
-Workshop& workshop() {
-  thread_local Workshop of_this_thread;
-  return of_this_thread;
-}
-
 class RingMaker {
  public:
-  RingMaker(const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned)
-      : plan_(plan), tolerance_mm_(tolerance_mm), spot_mm_(spot_mm), thinned_(thinned) {
+  RingMaker(const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned, OffsetWork::State& work)
+      : plan_(plan), tolerance_mm_(tolerance_mm), spot_mm_(spot_mm), thinned_(thinned), advance_(work.advance) {
     if (!thinned.from || thinned.from->empty()) return;
-    tips_ = &workshop().tips;
+    tips_ = &work.tips;
     tips_->take(*thinned.from);
   }
 
@@ -232,13 +228,23 @@ class RingMaker {
   const Thinned& thinned_;
   ExactTips* tips_ = nullptr;
   std::optional<ContourAreas> contours_;
-  Advance& advance_ = workshop().advance;
+  Advance& advance_;
 };
 
 }  // namespace
 
+OffsetWork::OffsetWork() : state_(std::make_unique<State>()) {}
+OffsetWork::~OffsetWork() = default;
+OffsetWork::OffsetWork(OffsetWork&&) noexcept = default;
+OffsetWork& OffsetWork::operator=(OffsetWork&&) noexcept = default;
+
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned, OffsetWork& work) {
+  return RingMaker(plan, tolerance_mm, spot_mm, thinned, work.state())(region);
+}
+
 RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned) {
-  return RingMaker(plan, tolerance_mm, spot_mm, thinned)(region);
+  OffsetWork work;
+  return offset_rings(region, plan, tolerance_mm, spot_mm, thinned, work);
 }
 
 Region grow(const Region& region, double outward_mm, double tolerance_mm) {
@@ -258,7 +264,7 @@ Region grow(const Region& region, double outward_mm, double tolerance_mm) {
     around.add(ring);
   }
   Rings rings;
-  Advance& advance = workshop().advance;
+  Advance advance;
   const std::vector<std::vector<std::uint32_t>> areas = nested_groups(around);
   const auto by_front = [&](double odd) {
     std::uint32_t finer = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/slice/region.h"
@@ -32,10 +33,24 @@ struct Thinned {
   bool whole = false;           ///< all of them bound the region, and nothing else does
 };
 
+/// Memory that offset_rings() keeps from region to region.
+class OffsetWork {
+ public:
+  OffsetWork();
+  ~OffsetWork();
+  OffsetWork(OffsetWork&&) noexcept;
+  OffsetWork& operator=(OffsetWork&&) noexcept;
+  struct State;
+  State& state() { return *state_; }
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
 /// @param tolerance_mm no ring leaves the exact offset of `region` by more than this; 0: arcs by 1 um, no point left out
 /// @param spot_mm diameter of the spots between levels that are looked for; 0: none
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm = 0,
-                        const Thinned& thinned = {});
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned, OffsetWork& work);
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm = 0, const Thinned& thinned = {});
 
 /// The region grown outward by a distance > 0, as the front of what lies around it.
 Region grow(const Region& region, double outward_mm, double tolerance_mm);

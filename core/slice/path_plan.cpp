@@ -41,15 +41,15 @@ void find_gaps(const Region& region, RingLevels& rings, const RingPlan& plan, co
 
 // Boundaries and fill of one material, with the outermost paths that are hooks taken out by their owner before.
 void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks, Point& at,
-                   LayerPaths& paths, const Region& part, const Thinned& thinned, GapFinder& find) {
+                   LayerPaths& paths, const Region& part, const Thinned& thinned, PathWork& work) {
   const BeadOptions& bead = bead_of(material, options);
   const bool rings_only = bead.pattern == FillPattern::kConcentric;
   RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
   if (!rings_only) plan.max_rings = bead.boundaries;
-  RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm, thinned);
+  RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm, thinned, work.offsets);
   paths.clipper_rings += rings.from_clipper;
   Beads thin_parts, gaps;
-  if (bead.gap_mm > 0) find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, find, thin_parts, gaps);
+  if (bead.gap_mm > 0) find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, work.find, thin_parts, gaps);
   PathInfo info{PathKind::kHook, kPartMaterial, true, 0};
   for (int level = 0; level < int(rings.levels.size()) && level < hooks; ++level) {
     info.width = units(level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm);
@@ -73,7 +73,7 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
     // widths could go without a line.
     const double inside_mm = plan.distance_mm(plan.boundaries) - (plan.boundaries ? 0.5 * bead.fill_width_mm : 0.0);
     const RingPlan inside{.first_mm = inside_mm, .boundaries = 0, .max_rings = 1};
-    const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm, 0, thinned);
+    const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm, 0, thinned, work.offsets);
     paths.clipper_rings += area.from_clipper;
     if (area.levels.empty()) return;
     const double angle = bead.fill_angle_rad + (paths.layer % 2 ? 0.0 : bead.fill_turn_rad);
@@ -85,7 +85,7 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
     const Region open = subtract(area.levels[0], swept_by(lines, 0.5 * bead.fill_width_mm));
     if (open.empty()) return;
     Beads fingers;
-    find(open, {}, {0.0, 0.5 * bead.fill_width_mm}, bead.gap_mm, options.chord_tolerance_mm, true, fingers);
+    work.find(open, {}, {0.0, 0.5 * bead.fill_width_mm}, bead.gap_mm, options.chord_tolerance_mm, true, fingers);
     append_in_order(fingers.lines, {PathKind::kFill, material, false, 0}, options, at, paths, fingers.widths);
   }
 }
@@ -106,7 +106,7 @@ void plan_measurement(const Region& region, const PathOptions& options, LayerPat
 
 }  // namespace
 
-LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options) {
+LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, PathWork& work) {
   LayerPaths paths;
   paths.layer = regions.layer;
   paths.z = regions.z;
@@ -116,19 +116,23 @@ LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options) {
   const Thinned thinned{&regions.contours, regions.thinned_mm, regions.contours_alone};
   const Region& part = regions.by_material.empty() ? none : regions.by_material[kPartMaterial];
   const int hooks = hooks_in(regions.layer, options.hook);
-  GapFinder find;
   for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
     const Region& region = regions.by_material[m];
     if (region.empty()) continue;
     if (m == kScaffoldMaterial && hooks > 0) {
-      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths, part, {}, find);
+      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths, part, {}, work);
     } else {
-      plan_material(region, std::uint8_t(m), options, 0, at, paths, part, m == kScaffoldMaterial ? Thinned{} : thinned, find);
+      plan_material(region, std::uint8_t(m), options, 0, at, paths, part, m == kScaffoldMaterial ? Thinned{} : thinned, work);
     }
   }
   if (options.measure.on && options.measure.material < regions.by_material.size())
     plan_measurement(regions.by_material[options.measure.material], options, paths);
   return paths;
+}
+
+LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options) {
+  PathWork work;
+  return plan_layer(regions, options, work);
 }
 
 }  // namespace firn::slice

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/slice/gap_beads.h"
 #include "core/slice/layer_paths.h"
+#include "core/slice/offset_rings.h"
 #include "core/slice/path_options.h"
 #include "core/slice/region.h"
 
@@ -22,7 +24,14 @@ struct LayerRegions {
   bool contours_alone = false;  ///< bound them: no other part gave way or took it
 };
 
+/// Memory that plan_layer() keeps from layer to layer; one for each thread that calls it.
+struct PathWork {
+  OffsetWork offsets;
+  GapFinder find;
+};
+
 /// All paths of a layer. Layers do not depend on each other: call it for any, in any order, from any thread.
+LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, PathWork& work);
 LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options);
 
 }  // namespace firn::slice

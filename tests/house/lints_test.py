@@ -144,6 +144,15 @@ class Lints(unittest.TestCase):
         self.caught("lcmtypes/lost_t.lcm", "struct lost_t {}\n", "stands in no CMakeLists.txt")
         (self.root / "core/grid/lost.cpp").unlink()
 
+    def test_types_of_one_name(self):
+        cell = "namespace firn {\nstruct Cell {\n};\n}  // namespace firn\n"
+        self.write("core/grid/grid.h", GOOD["core/grid/grid.h"] + cell)
+        hidden = "namespace firn {\nnamespace {\nstruct Cell {\n};\n}  // namespace\n}  // namespace firn\n"
+        for other in (hidden, cell.replace("namespace firn", "namespace firn::control")):
+            self.write("core/control/mpc.cpp", GOOD["core/control/mpc.cpp"] + other)
+            self.assertEqual(self.problems(), [])
+        self.caught("core/control/mpc.cpp", cell, "firn::Cell is another type in core/grid/grid.h")
+
     def test_readers_of_the_truth(self):
         self.caught("procs/stage/node.cpp", "subscribe(channels::kSimTruth, this);\n", "SIM_TRUTH")
         self.write("cli/CMakeLists.txt", "firn_library(firn_cli print.cpp)\n")
