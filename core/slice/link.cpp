@@ -9,7 +9,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr int kLayersAtOnce = 16;  // share their room
+constexpr int kLayersAtOnce = 8;  // share their room
 constexpr std::uint32_t kDone = ~0u;
 
 using Bucket = LinkWork::Bucket;
