@@ -1,6 +1,7 @@
 #include "core/slice/thin.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/slice/ring_writer.h"
 
@@ -8,7 +9,8 @@ namespace firn::slice {
 namespace {
 
 // An edge that grows from an anchor along a line of places: the slopes, seen in the direction in which it set out, at which
-// it passes all of them within the tolerance.
+// it passes all of them within the tolerance. Lengths are seen in that of the way by which it set out, whatever it is: a root
+// for each edge, and no quotient before there is a slope.
 class Edge {
  public:
   explicit Edge(double tolerance) : tolerance_(tolerance) {}
@@ -20,29 +22,32 @@ class Edge {
   const Vec* follow(const Vec* place, const Vec* end) {
     for (; reach_ == kNoWay && place != end; ++place)
       if (sets_out(*place)) break;
-    while (place != end && reaches(*place, tolerance_)) ++place;
+    while (place != end && reaches(*place, width_)) ++place;
     return place;
   }
   // Ends at a place, or before it has set out.
   bool closes(Vec place) { return (reach_ == kNoWay && !sets_out(place)) || reaches(place, 0.0); }
   // Beside the place taken last: as far from either side as it may be.
-  Vec end() const { return anchor_ + reach_ * (along_ + 0.5 * (left_ - right_) * left_of(along_)); }
+  Vec end() const { return anchor_ + (reach_ / square_) * (along_ + 0.5 * (left_ - right_) * left_of(along_)); }
   bool empty() const { return reach_ <= kNothing; }
 
  private:
   bool sets_out(Vec p) {
-    const Vec way = p - anchor_, out = p - place_;
-    if (dot(way, way) <= tolerance_ * tolerance_ || dot(out, out) == 0) return false;
-    along_ = (1 / length(out)) * out;
+    const Vec way = p - anchor_;
+    along_ = p - place_, square_ = dot(along_, along_);
+    if (dot(way, way) <= tolerance_ * tolerance_ || square_ == 0) return false;
+    width_ = tolerance_ * std::sqrt(square_);
     reach_ = kNothing, left_ = right_ = kSteep;
     return true;
   }
-  bool reaches(Vec p, double tolerance) {
+  // One branch: that it ends can seldom be foretold, at which side never.
+  bool reaches(Vec p, double width) {
     const Vec way = p - anchor_;
     const double reach = dot(along_, way), side = cross(along_, way);
-    const double left = side + tolerance, right = tolerance - side;
-    if (reach < reach_ || left < -right_ * reach || right < -left_ * reach) return false;
-    left_ = std::min(left_, left / reach), right_ = std::min(right_, right / reach);
+    const double left = side + width, right = width - side;
+    if (int(reach < reach_) | int(left < -right_ * reach) | int(right < -left_ * reach)) return false;
+    const double inverse = 1 / reach;
+    left_ = std::min(left_, left * inverse), right_ = std::min(right_, right * inverse);
     reach_ = reach;
     return true;
   }
@@ -50,6 +55,7 @@ class Edge {
   double tolerance_, reach_ = kNoWay;  // kNothing: no place taken yet
   double left_ = 0, right_ = 0;        // the highest, and minus the lowest
   Vec anchor_, place_, along_;
+  double square_ = 0, width_ = 0;      // of along_; the tolerance
 };
 
 }  // namespace
