@@ -1,6 +1,6 @@
 #!/bin/sh
 # firn slice against the slicers people use: whole commands, user and wall seconds, medians of alternating runs.
-#   bench/slicing_peers.sh MESHES [--row NAME]... [--rounds N] [--ours]
+#   bench/slicing_peers.sh MESHES [--row NAME]... [--command NAME]... [--rounds N] [--ours]
 # MESHES holds igea_1075k.stl, lucy500_1215k.stl and lucy500_10140k.stl (rows whose mesh is missing are left out). Rows, with
 # the minutes that three rounds take on a quiet machine of two cores:
 #   lucy        no support, G-code                        8      stages    igea, all stages of Table 3-5           0.2
@@ -10,7 +10,8 @@
 # --ours runs Firn alone (needs nothing installed; 5 minutes for all rows). Firn's figures stand at chord tolerances of 0.05
 # (a thirtieth of the path's width), 0.01 and 0 mm (every point kept: slow, one round only). firn-beads lays beads in gaps
 # too, as `firn slice` does unless told otherwise; Table 3-5 has none. A command that takes more than LIMIT_S seconds (900)
-# is stopped.
+# is stopped. --command keeps some of the rows' commands, by their names in the table: 31 rounds of one of them tell how much a
+# shared machine's figures differ from minute to minute.
 # Peers: Debian's prusa-slicer, cura-engine and slic3r, installed once as root; Cura's definitions come out of its package,
 # which is not installed. Settings as near as they allow: layers of 0.25 mm, width 1.5 mm, one outline, concentric infill of
 # 100 %, no skirt; a run writes G-code. PrusaSlicer runs its classic perimeter generator, 2.7 times faster here than its
@@ -18,13 +19,14 @@
 set -eu
 
 usage() {
-  sed -n '2,13s/^# \{0,1\}//p' "$0" >&2
+  sed -n '2,14s/^# \{0,1\}//p' "$0" >&2
   exit 2
 }
-meshes='' rows='' rounds=3 ours=no
+meshes='' rows='' commands='' rounds=3 ours=no found=no
 while [ $# -gt 0 ]; do
   case $1 in
     --row) rows="$rows ${2:?--row wants a name}"; shift 2 ;;
+    --command) commands="$commands ${2:?--command wants a name}"; shift 2 ;;
     --rounds) rounds=${2:?--rounds wants a number}; shift 2 ;;
     --ours) ours=yes; shift ;;
     -*) usage ;;
@@ -103,6 +105,10 @@ median() {  # FILE COLUMN
   cut -d ' ' -f "$2" "$1" | sort -n | awk '{v[NR] = $1} END {print v[int((NR + 1) / 2)]}'
 }
 
+spread() {  # FILE COLUMN
+  cut -d ' ' -f "$2" "$1" | sort -n | sed -n '1p;$p' | paste -s -d ' ' | sed 's/ / to /'
+}
+
 table() {  # ROW TITLE MESH NAMES...
   case " ${rows:-$1} " in *" $1 "*) ;; *) return 0 ;; esac
   row=$1 title=$2 mesh=$meshes/$3
@@ -113,8 +119,11 @@ table() {  # ROW TITLE MESH NAMES...
   fi
   names=''
   for name in "$@"; do
+    case " ${commands:-$name} " in *" $name "*) ;; *) continue ;; esac
     case $ours-$name in yes-firn-* | no-*) names="$names $name" ;; esac
   done
+  [ -n "$names" ] || return 0
+  found=yes
   case $names in *prusa* | *cura* | *slic3r*) install_peers ;; esac
   for name in $names; do rm -f "$out/$(basename "$mesh")-$name.runs"; done
   n=0
@@ -127,14 +136,14 @@ table() {  # ROW TITLE MESH NAMES...
     done
   done
   printf '\n**%s: %s** (%s, medians of %s)\n\n' "$row" "$title" "$(basename "$mesh")" "$rounds"
-  printf '| command | user s | system s | wall s | MiB | user by Firn'\''s | wall by Firn'\''s |\n|---|---|---|---|---|---|---|\n'
+  printf '| command | user s | least to most | system s | wall s | MiB | user by Firn'\''s | wall by Firn'\''s |\n|---|---|---|---|---|---|---|---|\n'
   base='' base_wall=''
   for name in $names; do
     file=$out/$(basename "$mesh")-$name.runs
     user=$(median "$file" 1) wall=$(median "$file" 3)
     : "${base:=$user}" "${base_wall:=$wall}"
     ratios=$(echo "$user $base $wall $base_wall" | awk '{if ($1 + 0 > 0 && $2 + 0 > 0) printf "%.2f | %.2f", $1 / $2, $3 / $4; else printf "- | -"}')
-    printf '| %s | %s | %s | %s | %s | %s |\n' "$name" "$user" "$(median "$file" 2)" "$wall" "$(median "$file" 4)" "$ratios"
+    printf '| %s | %s | %s | %s | %s | %s | %s |\n' "$name" "$user" "$(spread "$file" 1)" "$(median "$file" 2)" "$wall" "$(median "$file" 4)" "$ratios"
   done
 }
 
@@ -146,3 +155,4 @@ table stages "all stages of Table 3-5, one thread, path file written" igea_1075k
 table linked "STL to linked contours, one thread, processor time" igea_1075k.stl firn-linked-0.05 firn-linked-0.01 firn-linked-0
 table large "all stages, one thread, path file written; PrusaSlicer without support" lucy500_10140k.stl firn-stages-0.05 firn-beads-0.05 prusa firn-stages-0.01
 table threads "all stages, one and two threads" lucy500_1215k.stl firn-threads-1 firn-threads-2
+[ "$found" = yes ] || { echo "nothing to run: no mesh, or no command$commands in these rows" >&2; exit 2; }
