@@ -31,7 +31,7 @@ class WallEdges {
       const Lanes2 ahead = way_x * along.x + way_y * along.y;
       const unsigned taken = which & unsigned(lanes_of(ahead > Lanes2{}) & lanes_of(ahead > way_x * other.x + way_y * other.y));
       if (!taken) continue;
-      *pair = {x, y, way_x, way_y, way_x * way_x + way_y * way_y};
+      *pair = {x, y, way_x, way_y, 1 / (way_x * way_x + way_y * way_y)};
       if (!(taken & 1)) pair->x[0] = kNowhere;
       if (!(taken & 2)) pair->x[1] = kNowhere;
       ++pair;
@@ -60,12 +60,13 @@ class WallEdges {
     Lanes2 x, y;
   };
   struct Pair {
-    Lanes2 x, y, way_x, way_y, square;  // square: of the length
+    Lanes2 x, y, way_x, way_y, inverse;  // inverse: of the length's square
     Vec2 way_to(Vec p) const {
       const Lanes2 off_x = p.x - x, off_y = p.y - y;
-      Lanes2 along = off_x * way_x + off_y * way_y;
+      constexpr Lanes2 kEnd = {1, 1};
+      Lanes2 along = (off_x * way_x + off_y * way_y) * inverse;
       along = along < Lanes2{} ? Lanes2{} : along;
-      along = (square < along ? square : along) / square;
+      along = kEnd < along ? kEnd : along;
       return {off_x - along * way_x, off_y - along * way_y};
     }
   };
