@@ -15,7 +15,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/slice/death_queue.h"
 #include "core/slice/exact_tips.h"
 #include "core/slice/region.h"
 #include "core/slice/vec.h"
@@ -105,7 +104,7 @@ void front_of(const Region& region, std::span<const std::uint32_t> area, std::ve
 /// @return false if they have none ahead (they turn away from each other by half a turn or more)
 bool meet(const Source& before, const Source& after, Vec place, double d, Junction& junction);
 
-/// Moves a component from distance `from` to `to`: pieces die in the order of their distances of death, so that neighbours
+/// Moves a component from distance `from` to `to`: a piece dies when neither neighbour dies before, so that neighbours
 /// are always right; loops that die out vanish. The front may cross itself afterwards. Keeps its working memory.
 class Mover {
  public:
@@ -115,9 +114,10 @@ class Mover {
   std::span<const Vec> peaks() const { return peaks_; }
 
  private:
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
   struct Link {
     std::int32_t prev = 0, next = 0;  // next < 0: dead
-    std::uint32_t stamp = 0;
+    double death = kNever;            // at which distance it dies, as its neighbours are
   };
   void list_inverted();
   bool run(double from);
@@ -126,6 +126,8 @@ class Mover {
   void unlink();
   void expect_death(std::int32_t i, double since);
   void die(std::int32_t i, double d);
+  void die_about(std::int32_t i);
+  bool sooner(std::int32_t i, std::int32_t than) const;
   Junction radial(std::int32_t i, Vec place) const;
   bool peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) const;
 
@@ -136,7 +138,7 @@ class Mover {
   std::vector<std::int32_t> inverted_;
   std::vector<Link> links_;               // between loops each with the places beside it
   std::vector<std::int32_t> linked_anew_;  // where that does not hold
-  DeathQueue deaths_;
+  std::vector<std::int32_t> dying_;
   double peaks_from_ = std::numeric_limits<double>::infinity();
   std::vector<Vec> peaks_;
   bool any_dead_ = false;

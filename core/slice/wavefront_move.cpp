@@ -1,4 +1,5 @@
-// Local deaths: a piece that shrinks to nothing leaves the front, in the order of the distances at which it happens.
+// Local deaths: a piece that shrinks to nothing leaves the front. Deaths change what follows only beside them, so that each may
+// come as soon as neither neighbour dies before: what follows is the same as in the order of distances, and no queue is needed.
 #include <algorithm>
 
 #include "core/slice/wavefront.h"
@@ -74,14 +75,14 @@ double death(const Junction& from, const Junction& to, Vec along, double low, do
 }  // namespace
 
 void Mover::expect_death(std::int32_t i, double since) {
-  ++links_[i].stamp;
+  links_[i].death = kNever;
   linked_anew_.push_back(i);
   if (pieces_[i].pivot()) return;
   const Piece &here = pieces_[i], &next = pieces_[links_[i].next];
   const Vec along = sources_[here.source].along;
   const double extent = dot(next.from - here.from, along);
   if (extent >= 0) return;
-  deaths_.add({death(here.start, next.start, along, since, to_, extent), i, links_[i].stamp});
+  links_[i].death = death(here.start, next.start, along, since, to_, extent);
 }
 
 // Junction of a piece with a fixed place, which it sees along its own normal.
@@ -115,7 +116,7 @@ void Mover::die(std::int32_t i, double d) {
   const bool pivots = pieces_[a].pivot() || pieces_[c].pivot();
   if (d > peaks_from_ && peak(a, i, c, place)) peaks_.push_back(place);
   Junction junction;
-  ++links_[i].stamp;
+  links_[i].death = kNever;
   --alive_;
   if (a != c && !pivots && meet(sources_[pieces_[a].source], sources_[pieces_[c].source], place, d, junction)) {
     links_[a].next = c;
@@ -150,25 +151,50 @@ void Mover::list_inverted() {
 
 void Mover::link() {
   const std::size_t n = pieces_.size();
-  for (std::size_t i = links_.size(); i < n; ++i) links_.push_back({std::int32_t(i) - 1, std::int32_t(i) + 1, 0});
+  for (std::size_t i = links_.size(); i < n; ++i) links_.push_back({std::int32_t(i) - 1, std::int32_t(i) + 1, kNever});
   links_[0].prev = std::int32_t(n) - 1;
   links_[n - 1].next = 0;
   linked_anew_.assign({0, std::int32_t(n) - 1});
 }
 
 void Mover::unlink() {
-  for (const std::int32_t i : linked_anew_) links_[i] = {i - 1, i + 1, 0};
+  for (const std::int32_t i : linked_anew_) links_[i] = {i - 1, i + 1, kNever};
+}
+
+// Does a piece die, and before another one?
+bool Mover::sooner(std::int32_t i, std::int32_t than) const {
+  const double one = links_[i].death, other = links_[than].death;
+  return one < other || (one == other && i < than && one < kNever);
+}
+
+// All deaths that follow from the one of a piece, and those about it that come before.
+void Mover::die_about(std::int32_t i) {
+  dying_.assign(1, i);
+  while (!dying_.empty() && alive_ > 1) {
+    std::int32_t first = dying_.back();
+    if (links_[first].death == kNever) {
+      dying_.pop_back();
+      continue;
+    }
+    for (;;) {
+      const std::int32_t prev = links_[first].prev, next = links_[first].next;
+      if (sooner(prev, first)) first = prev;
+      else if (sooner(next, first)) first = next;
+      else break;
+    }
+    const std::int32_t prev = links_[first].prev, next = links_[first].next;
+    die(first, links_[first].death);
+    for (const std::int32_t beside : {prev, next})
+      if (links_[beside].death < kNever) dying_.push_back(beside);
+  }
 }
 
 // @return false if nothing of the loop is left
 bool Mover::run(double from) {
   link();
   alive_ = std::int32_t(pieces_.size());
-  deaths_.begin(from, to_, inverted_.size());
   for (const std::int32_t i : inverted_) expect_death(i, from);
-  Death next;
-  while (alive_ > 1 && deaths_.next(next))
-    if (links_[next.piece].stamp == next.stamp) die(next.piece, next.d);
+  for (const std::int32_t i : inverted_) die_about(i);
   return alive_ > 1;
 }
 
