@@ -7,7 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <iterator>
 #include <optional>
+#include <span>
 
 #include "cli/exit_codes.h"
 #include "cli/mesh_file.h"
@@ -21,7 +23,8 @@ namespace {
 using slice::Region;
 using slice::Rings;
 
-constexpr int kLayersAtOnce = 64;
+constexpr std::size_t kLayersAtOnce = 64;   // planned
+constexpr std::size_t kWrittenAtOnce = 16;  // their text may be far larger than their paths
 
 double wall_now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 double cpu_now_s() {
@@ -188,14 +191,15 @@ void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFo
   const slice::PathOptions options = path_options(settings);
   const std::size_t layers = job.layers.size();
   tbb::enumerable_thread_specific<slice::PathWork> work;
-  std::vector<PlannedLayer> batch, before;  // one is handed on while the next one's bytes are made
+  std::vector<PlannedLayer> batch, made;  // some layers are handed on while the next ones' bytes are made
   const auto hand_on = [&] {
-    for (PlannedLayer& l : before) sink(std::move(l));
+    for (PlannedLayer& l : made) sink(std::move(l));
+    made.clear();
   };
   for (std::size_t begin = 0; begin < layers; begin += kLayersAtOnce) {
     progress(0.4 + 0.6 * double(begin) / double(layers), fmt::format("layer {} of {}", begin + 1, layers));
     batch.clear();
-    batch.resize(std::min<std::size_t>(kLayersAtOnce, layers - begin));
+    batch.resize(std::min(kLayersAtOnce, layers - begin));
     {
       const StageTimer timer(job.times, "paths");
       parallel(int(batch.size()), [&](int n) {
@@ -213,14 +217,17 @@ void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFo
       });
     }
     const StageTimer timer(job.times, "output");
-    parallel(1 + int(batch.size()), [&](int n) {
-      if (n == 0) return hand_on();
-      PlannedLayer& l = batch[std::size_t(n) - 1];
-      l.transit_mm = slice::transit_mm(l.paths);
-      if (bytes.encoded) l.encoded = slice::encode(l.paths);
-      if (bytes.gcode) l.gcode = bytes.gcode(l.paths);
-    });
-    std::swap(before, batch);
+    for (std::size_t first = 0; first < batch.size(); first += kWrittenAtOnce) {
+      const std::span<PlannedLayer> some = std::span(batch).subspan(first, std::min(kWrittenAtOnce, batch.size() - first));
+      parallel(1 + int(some.size()), [&](int n) {
+        if (n == 0) return hand_on();
+        PlannedLayer& l = some[std::size_t(n) - 1];
+        l.transit_mm = slice::transit_mm(l.paths);
+        if (bytes.encoded) l.encoded = slice::encode(l.paths);
+        if (bytes.gcode) l.gcode = bytes.gcode(l.paths);
+      });
+      made.assign(std::move_iterator(some.begin()), std::move_iterator(some.end()));
+    }
   }
   const StageTimer timer(job.times, "output");
   hand_on();

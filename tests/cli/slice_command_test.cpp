@@ -247,6 +247,19 @@ TEST_CASE("Two parts of two materials: the first has its way, and both are fille
   CHECK(sums.totals.use[2].length_mm > 0);
 }
 
+TEST_CASE("Of a part with many layers the texts of 32 at most are in memory at once") {
+  const SliceSettings s = parse_slice_settings("[layer]\nheight_mm = 0.01\n", "s.toml");
+  SlicedJob job = slice_meshes({write_mesh("tall.stl", mb::binary_stl(gear(8, 2.0f)))}, s, serially, kQuiet);
+  int made = 0, handed_on = 0, most = 0;
+  const auto text = [&](const slice::LayerPaths&) {
+    most = std::max(most, ++made - handed_on);
+    return std::string();
+  };
+  plan_layers(job, s, serially, kQuiet, {false, text}, [&](PlannedLayer&& l) { handed_on += l.paths.layer == handed_on + 1; });
+  REQUIRE(handed_on == 200);
+  CHECK(most <= 32);
+}
+
 TEST_CASE("The report is JSON with stages, layers, lengths, volumes and defects by layer and place") {
   SampleMesh holed = gear(8, 2.0f);
   holed.triangles.erase(holed.triangles.begin());  // a hole in the side
