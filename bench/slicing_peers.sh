@@ -5,9 +5,9 @@
 # the minutes that three rounds take on a quiet machine of two cores:
 #   lucy        no support, G-code                        8      stages    igea, all stages of Table 3-5           0.2
 #   igea        no support, G-code                        4      linked    igea, STL to linked contours            0.1
-#   scaffold    lucy, full scaffold, both filled, G-code  12     large     lucy of 10 million facets, all stages   4
-#                                                                threads   lucy, all stages, one and two threads   0.3
-# --ours runs Firn alone (needs nothing installed; 5 minutes for all rows). Firn's figures stand at chord tolerances of 0.05
+#   scaffold    lucy, full scaffold, both filled, G-code  12     large     lucy of 10 million facets, all stages   11
+#                                                                threads   lucy, all stages, one and two threads   1
+# --ours runs Firn alone (needs nothing installed; 6 minutes for all rows). Firn's figures stand at chord tolerances of 0.05
 # (a thirtieth of the path's width), 0.01 and 0 mm (every point kept: slow, one round only). firn-beads lays beads in gaps
 # too, as `firn slice` does unless told otherwise; Table 3-5 has none. A command that takes more than LIMIT_S seconds (900)
 # is stopped. --command keeps some of the rows' commands, by their names in the table: 31 rounds of one of them tell how much a
@@ -81,7 +81,8 @@ command_of() {  # NAME MESH
     firn-full-*) echo "$firn slice $2 --support full --tolerance ${1#firn-full-} --gcode $out/firn.gcode $narrow" ;;
     firn-stages-*) echo "$firn slice $2 --support full --threads 1 --tolerance ${1#firn-stages-} $rings -o $out/firn.paths" ;;
     firn-beads-*) echo "$firn slice $2 --support full --threads 1 --tolerance ${1#firn-beads-} -o $out/firn.paths" ;;
-    firn-threads-*) echo "$firn slice $2 --support full --threads ${1#firn-threads-} -o $out/firn.paths" ;;
+    firn-threads-*) threads=${1#firn-threads-}
+      echo "$firn slice $2 --support full --threads ${threads%%-*} --tolerance ${threads#*-} -o $out/firn.paths" ;;
     firn-linked-*) echo "build/bench/slice_stages $2 ${1#firn-linked-} 1" ;;
   esac
 }
@@ -147,12 +148,13 @@ table() {  # ROW TITLE MESH NAMES...
   done
 }
 
-echo "Firn's last word is its chord tolerance in mm (0.05 where it is none). $(nproc) cores, $(date -u +%F), load $(cut -d ' ' -f 1 /proc/loadavg)."
+echo "Firn's last word is its chord tolerance in mm. $(nproc) cores, $(date -u +%F), load $(cut -d ' ' -f 1 /proc/loadavg)."
 table lucy "no support, G-code written" lucy500_1215k.stl firn-none-0.05 prusa cura slic3r firn-none-0.01 firn-none-0
 table igea "no support, G-code written" igea_1075k.stl firn-none-0.05 prusa cura slic3r firn-none-0.01 firn-none-0
 table scaffold "full scaffold, both materials filled, G-code written" lucy500_1215k.stl firn-full-0.05 prusa-support cura-support firn-full-0.01 firn-full-0
 table stages "all stages of Table 3-5, one thread, path file written" igea_1075k.stl firn-stages-0.05 firn-beads-0.05 firn-stages-0.01 firn-stages-0
 table linked "STL to linked contours, one thread, processor time" igea_1075k.stl firn-linked-0.05 firn-linked-0.01 firn-linked-0
-table large "all stages, one thread, path file written; PrusaSlicer without support" lucy500_10140k.stl firn-stages-0.05 firn-beads-0.05 prusa firn-stages-0.01
-table threads "all stages, one and two threads" lucy500_1215k.stl firn-threads-1 firn-threads-2
+table large "all stages, one thread, path file written; PrusaSlicer without support" lucy500_10140k.stl firn-stages-0.05 firn-beads-0.05 prusa firn-stages-0.01 firn-stages-0
+table threads "all stages, one and two threads" lucy500_1215k.stl firn-threads-1-0.05 firn-threads-2-0.05 \
+  firn-threads-1-0.01 firn-threads-2-0.01 firn-threads-1-0 firn-threads-2-0
 [ "$found" = yes ] || { echo "nothing to run: no mesh, or no command$commands in these rows" >&2; exit 2; }
