@@ -22,7 +22,7 @@ usage() {
   sed -n '2,14s/^# \{0,1\}//p' "$0" >&2
   exit 2
 }
-meshes='' rows='' commands='' rounds=3 ours=no found=no
+meshes='' rows='' commands='' rounds=3 ours=no ran=''
 while [ $# -gt 0 ]; do
   case $1 in
     --row) rows="$rows ${2:?--row wants a name}"; shift 2 ;;
@@ -124,7 +124,7 @@ table() {  # ROW TITLE MESH NAMES...
     case $ours-$name in yes-firn-* | no-*) names="$names $name" ;; esac
   done
   [ -n "$names" ] || return 0
-  found=yes
+  ran="$ran$names"
   case $names in *prusa* | *cura* | *slic3r*) install_peers ;; esac
   for name in $names; do rm -f "$out/$(basename "$mesh")-$name.runs"; done
   n=0
@@ -157,4 +157,7 @@ table linked "STL to linked contours, one thread, processor time" igea_1075k.stl
 table large "all stages, one thread, path file written; PrusaSlicer without support" lucy500_10140k.stl firn-stages-0.05 firn-beads-0.05 prusa firn-stages-0.01 firn-stages-0
 table threads "all stages, one and two threads" lucy500_1215k.stl firn-threads-1-0.05 firn-threads-2-0.05 \
   firn-threads-1-0.01 firn-threads-2-0.01 firn-threads-1-0 firn-threads-2-0
-[ "$found" = yes ] || { echo "nothing to run: no mesh, or no command$commands in these rows" >&2; exit 2; }
+[ -n "$ran" ] || { echo "nothing to run: no mesh, or no command$commands in these rows" >&2; exit 2; }
+for name in $commands; do
+  case " $ran " in *" $name "*) ;; *) echo "no command '$name' in the rows that ran" >&2; exit 2 ;; esac
+done

@@ -23,8 +23,8 @@ namespace {
 using slice::Region;
 using slice::Rings;
 
-constexpr std::size_t kLayersAtOnce = 64;   // planned
-constexpr std::size_t kWrittenAtOnce = 16;  // their text may be far larger than their paths
+// Layers. Their text may be ten times as large as their paths: fewer are written at once.
+constexpr std::size_t kPlannedAtOnce = 64, kWrittenAtOnce = 16;
 
 double wall_now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 double cpu_now_s() {
@@ -196,10 +196,10 @@ void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFo
     for (PlannedLayer& l : made) sink(std::move(l));
     made.clear();
   };
-  for (std::size_t begin = 0; begin < layers; begin += kLayersAtOnce) {
+  for (std::size_t begin = 0; begin < layers; begin += kPlannedAtOnce) {
     progress(0.4 + 0.6 * double(begin) / double(layers), fmt::format("layer {} of {}", begin + 1, layers));
     batch.clear();
-    batch.resize(std::min(kLayersAtOnce, layers - begin));
+    batch.resize(std::min(kPlannedAtOnce, layers - begin));
     {
       const StageTimer timer(job.times, "paths");
       parallel(int(batch.size()), [&](int n) {
