@@ -4,7 +4,8 @@
 // - `certified_bench lucy [threads]`: 48,000 paths, streamed: time, points per second, growth of memory
 // - `certified_bench random N [seed]`: the nine ratios on N random paths, by samples 32 times finer than the
 // tick
-// - `certified_bench tiers N [seed]`: duration of the fast tier over that of the slow one, by corner radius and by kind
+// - `certified_bench tiers N [seed]`: duration of the fast tier over that of the slow one, by corner radius
+// and by kind
 // - `certified_bench job N FILE.csv|FILE.json`: the first N paths of that job in a file, for `firn plan FILE
 // --origin 380,0`
 //
@@ -84,7 +85,8 @@ std::vector<Point2> fill_line(std::uint64_t seed) {
 }
 
 /// Rounded rectangles: lines and arcs. @param spacing_mm at most a sixth of an arc of the least radius
-std::vector<Point2> rounded_box(std::uint64_t seed, double least_radius = 1.0, double most_radius = 8.0, double spacing_mm = 0.4) {
+std::vector<Point2> rounded_box(std::uint64_t seed, double least_radius = 1.0, double most_radius = 8.0,
+                                double spacing_mm = 0.4) {
   RandomStream draw(seed, Purpose::kTest);
   const double a = draw.uniform(10.0, 40.0), b = draw.uniform(10.0, 40.0);
   std::vector<Point2> points{{0.0, -b}};
@@ -308,14 +310,16 @@ int tiers(int count, std::uint64_t seed) {
     input.origin = origin;
     PlanOptions slow;
     slow.method = Method::kOptimal;
-    const PlanResult a = plan(input, *arm, cobra600_limits(), {}, work), b = plan(input, *arm, cobra600_limits(), slow, work);
+    const PlanResult a = plan(input, *arm, cobra600_limits(), {}, work),
+                     b = plan(input, *arm, cobra600_limits(), slow, work);
     if (a.ok() && b.ok()) longer[kind].push_back(a.continuous_s / b.continuous_s);
   };
   for (const double radius : {0.25, 0.5, 1.0, 2.0, 4.0, 8.0})
     for (int k = 0; k < count; ++k) {
       char text[64];
       std::snprintf(text, sizeof text, "boxes, radius %4.2f mm", radius);
-      compare(text, rounded_box(seed + std::uint64_t(k), radius, radius, std::min(0.4, 0.25 * radius)), kPart);
+      compare(text, rounded_box(seed + std::uint64_t(k), radius, radius, std::min(0.4, 0.25 * radius)),
+              kPart);
     }
   RandomPathMaker maker(seed);
   for (int k = 0; k < 8 * count; ++k) {
@@ -340,11 +344,14 @@ int main(int argc, char** argv) {
   if (what == "speed") return speed(argc > 2 ? argv[2] : "");
   if (what == "lucy") return lucy(argc > 2 ? std::atoi(argv[2]) : 1);
   if (what == "tiers")
-    return tiers(argc > 2 ? std::max(1, std::atoi(argv[2])) : 100, argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
+    return tiers(argc > 2 ? std::max(1, std::atoi(argv[2])) : 100,
+                 argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
   if (what == "job" && argc == 4) return write_job(std::strtoull(argv[2], nullptr, 10), argv[3]);
   if (what == "random")
     return random_paths(argc > 2 ? std::atoi(argv[2]) : 100000,
                         argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-  std::fprintf(stderr, "usage: certified_bench speed [kind] | lucy [threads] | job N FILE | random N [seed] | tiers N [seed]\n");
+  std::fprintf(stderr,
+               "usage: certified_bench speed [kind] | lucy [threads] | job N FILE | random N [seed] | tiers "
+               "N [seed]\n");
   return 2;
 }

@@ -1,9 +1,11 @@
-// How near a closed-loop print comes to its target: final RMS of the true surface, seeds that nothing was tuned on, whole
-// lab in simulated time. 40 x 40 cells, disc of 38, 0.4 mm high.
-//   closed_loop [--plant lu2015|droplets] [--seeds N] [--first SEED] [--scheme WORDS (beside greedy)] [--set KEY=VALUE]... [--json]
-//               [--alone (greedy not)] [--sensor UM (noise per cell, this one only)] [--each (each print, and its error by place)]
-// lu2015: the paper's own model, variation 20 and 40 %, without sensor noise and with 1 um per cell. It is the model that
-// MPC plans with, so it flatters. droplets: Firn's independent plant, as it is by default.
+// How near a closed-loop print comes to its target: final RMS of the true surface, seeds that nothing was
+// tuned on, whole lab in simulated time. 40 x 40 cells, disc of 38, 0.4 mm high.
+//   closed_loop [--plant lu2015|droplets] [--seeds N] [--first SEED] [--scheme WORDS (beside greedy)] [--set
+//   KEY=VALUE]... [--json]
+//               [--alone (greedy not)] [--sensor UM (noise per cell, this one only)] [--each (each print, and
+//               its error by place)]
+// lu2015: the paper's own model, variation 20 and 40 %, without sensor noise and with 1 um per cell. It is
+// the model that MPC plans with, so it flatters. droplets: Firn's independent plant, as it is by default.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -40,18 +42,22 @@ std::vector<Row> rows() {
     return set;
   };
   const std::vector<std::string> strips = {"control.mpc.method=strip_dp"};
-  const std::vector<std::string> three = and_(strips, {"control.mpc.horizon=3", "control.mpc.anneal_sweeps=50"});
+  const std::vector<std::string> three =
+      and_(strips, {"control.mpc.horizon=3", "control.mpc.anneal_sweeps=50"});
   // The surface filtered, the model as configured: what holds where the model is only roughly nature's.
   const std::vector<std::string> filter = {"control.height_estimate=kalman", "control.droplet_scatter=0.1"};
   // The model learned as well: about 10 ms a layer.
-  const std::vector<std::string> learned = {"control.height_estimate=kalman", "control.adapt_model=on", "estimator.droplets=on",
-                                            "estimator.memory_layers=20", "estimator.window_layers=2", "estimator.max_evaluations=12"};
-  // What droplets add learned inside the part and on its rim; the model's errors count as scatter, so that droplets that
-  // hardly pay are not fired. The last two layers wait for the rim.
-  const std::vector<std::string> factors = {"control.height_estimate=kalman", "control.droplet_factors=on", "control.droplet_scatter=0.3",
-                                            "control.mpc.error=square", "control.mpc.finish_layers=2"};
+  const std::vector<std::string> learned = {"control.height_estimate=kalman", "control.adapt_model=on",
+                                            "estimator.droplets=on",          "estimator.memory_layers=20",
+                                            "estimator.window_layers=2",      "estimator.max_evaluations=12"};
+  // What droplets add learned inside the part and on its rim; the model's errors count as scatter, so that
+  // droplets that hardly pay are not fired. The last two layers wait for the rim.
+  const std::vector<std::string> factors = {"control.height_estimate=kalman", "control.droplet_factors=on",
+                                            "control.droplet_scatter=0.3", "control.mpc.error=square",
+                                            "control.mpc.finish_layers=2"};
   // The same, the inside waiting for the rim all the way up, and the last layers planned from full ones.
-  const std::vector<std::string> together = and_(factors, {"control.droplet_factors=together", "control.mpc.finish_layers=3"});
+  const std::vector<std::string> together =
+      and_(factors, {"control.droplet_factors=together", "control.mpc.finish_layers=3"});
   return {{"greedy N=1", {"control.mpc.method=greedy"}},
           {"strips N=1", strips},
           {"strips N=1, learned", and_(strips, learned)},
@@ -69,8 +75,9 @@ void tell_each(int seed, const MemoryPrintReport& r, const Blobs& inputs, const 
   const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
   const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
   const Grid<droplet::Place> places = droplet::places_of(mask);
-  fmt::print("  seed {} rms {:.3f} mean {:+.3f} max {:+.2f} min {:+.2f} layers {}", seed, 1e3 * r.error.rms_mm, 1e3 * r.error.mean_mm,
-             1e3 * r.error.max_mm, 1e3 * r.error.min_mm, r.result.layers);
+  fmt::print("  seed {} rms {:.3f} mean {:+.3f} max {:+.2f} min {:+.2f} layers {}", seed,
+             1e3 * r.error.rms_mm, 1e3 * r.error.mean_mm, 1e3 * r.error.max_mm, 1e3 * r.error.min_mm,
+             r.result.layers);
   constexpr const char* kNames[3] = {"inside", "rim", "between"};
   for (const int place : {1, 2, 0}) {
     double n = 0.0, sum = 0.0, square = 0.0, all = 0.0;
@@ -81,7 +88,9 @@ void tell_each(int seed, const MemoryPrintReport& r, const Blobs& inputs, const 
       const double error = 1e3 * (r.surface.cells[c] - target.cells[c]);
       n += 1.0, sum += error, square += error * error;
     }
-    if (n > 0.0) fmt::print("  {} {:+.3f} sd {:.3f} part of square {:.3f}", kNames[place], sum / n, std::sqrt(std::max(0.0, square / n - sum / n * sum / n)), square / all);
+    if (n > 0.0)
+      fmt::print("  {} {:+.3f} sd {:.3f} part of square {:.3f}", kNames[place], sum / n,
+                 std::sqrt(std::max(0.0, square / n - sum / n * sum / n)), square / all);
   }
   fmt::print("\n");
 }
@@ -114,15 +123,17 @@ int main(int argc, char** argv) try {
   CLI11_PARSE(app, argc, argv);
   nlohmann::ordered_json table = nlohmann::json::array();
   if (!json)
-    fmt::print("{} seeds from {}, plant {}\n{:<24} {:>9} {:>7} {:>22} {:>8} {:>8} {:>7} {:>7} {:>7}\n", seeds, first, plant, "scheme", "variation",
-               "sensor", "RMS [um]", "|mean|", "max", "layers", "CPU s", "decide");
+    fmt::print("{} seeds from {}, plant {}\n{:<24} {:>9} {:>7} {:>22} {:>8} {:>8} {:>7} {:>7} {:>7}\n", seeds,
+               first, plant, "scheme", "variation", "sensor", "RMS [um]", "|mean|", "max", "layers", "CPU s",
+               "decide");
   const bool own = plant == "droplets";
   std::vector<std::vector<double>> of_greedy;
   for (const Row& row : rows()) {
     if (!only.empty() && only != row.name && (alone || std::string("greedy N=1") != row.name)) continue;
     std::size_t set_up = 0;
     for (const double variation : own ? std::vector<double>{0.0} : std::vector<double>{0.2, 0.4})
-      for (const double sensor_um : own ? std::vector<double>{1.0 / kPointNoiseOfCell, 1.0} : std::vector<double>{0.0, 1.0}) {
+      for (const double sensor_um :
+           own ? std::vector<double>{1.0 / kPointNoiseOfCell, 1.0} : std::vector<double>{0.0, 1.0}) {
         if (just_um >= 0.0 && std::abs(sensor_um - just_um) > 0.01) continue;
         Experiment e = lu_lab("cylinder", 38.0, 0.4);
         e.plant.model = plant;
@@ -139,7 +150,8 @@ int main(int argc, char** argv) try {
         for (int n = 0; n < seeds; ++n) {
           e.plant.seed = std::uint64_t(first + n);
           const MemoryPrintReport r = print_in_memory(e, inputs, {.surface = each});
-          if (r.result.status != 0) fmt::print(stderr, "{} seed {}: {}\n", row.name, first + n, r.result.reason);
+          if (r.result.status != 0)
+            fmt::print(stderr, "{} seed {}: {}\n", row.name, first + n, r.result.reason);
           if (each) tell_each(first + n, r, inputs, e);
           rms.push_back(1e3 * r.error.rms_mm);
           mean_mm = std::max(mean_mm, std::abs(r.error.mean_mm));
@@ -155,17 +167,26 @@ int main(int argc, char** argv) try {
         const auto i = statistics::bootstrap_interval(rms);
         std::string told = fmt::format("{:.3f} [{:.3f}, {:.3f}]", statistics::mean(rms), i.low, i.high);
         if (json) {
-          table.push_back({{"scheme", row.name}, {"plant", plant}, {"variation", variation}, {"sensor_um_per_cell", sensor_um},
-                           {"rms_um", statistics::mean(rms)}, {"rms_low_um", i.low}, {"rms_high_um", i.high}, {"worst_mean_um", 1e3 * mean_mm},
-                           {"worst_um", 1e3 * max_mm}, {"layers", layers}, {"cpu_s", cpu}, {"decide_cpu_s", decide}});
+          table.push_back({{"scheme", row.name},
+                           {"plant", plant},
+                           {"variation", variation},
+                           {"sensor_um_per_cell", sensor_um},
+                           {"rms_um", statistics::mean(rms)},
+                           {"rms_low_um", i.low},
+                           {"rms_high_um", i.high},
+                           {"worst_mean_um", 1e3 * mean_mm},
+                           {"worst_um", 1e3 * max_mm},
+                           {"layers", layers},
+                           {"cpu_s", cpu},
+                           {"decide_cpu_s", decide}});
           if (!ratio.empty()) {
             const auto q = statistics::bootstrap_interval(ratio);
             table.back()["ratio_to_greedy"] = {statistics::mean(ratio), q.low, q.high};
           }
           continue;
         }
-        fmt::print("{:<24} {:>8.0f}% {:>7.2f} {:>22} {:>8.3f} {:>8.2f} {:>7.1f} {:>7.2f} {:>7.2f}", row.name, 100 * variation, sensor_um, told,
-                   1e3 * mean_mm, 1e3 * max_mm, layers, cpu, decide);
+        fmt::print("{:<24} {:>8.0f}% {:>7.2f} {:>22} {:>8.3f} {:>8.2f} {:>7.1f} {:>7.2f} {:>7.2f}", row.name,
+                   100 * variation, sensor_um, told, 1e3 * mean_mm, 1e3 * max_mm, layers, cpu, decide);
         if (!ratio.empty()) {
           const auto q = statistics::bootstrap_interval(ratio);
           fmt::print("   {:.3f} [{:.3f}, {:.3f}] of greedy", statistics::mean(ratio), q.low, q.high);

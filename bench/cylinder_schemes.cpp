@@ -1,5 +1,5 @@
-// The cylinder on the independent plant under every scheme: RMS, mean and std of the true final surface about the
-// target, mean over seeds with 95 % BCa bootstrap intervals. `firn compare` tells whether they differ.
+// The cylinder on the independent plant under every scheme: RMS, mean and std of the true final surface about
+// the target, mean over seeds with 95 % BCa bootstrap intervals. `firn compare` tells whether they differ.
 //   cylinder_schemes [--seeds N] [--experiment FILE] [--json]
 #include <fmt/core.h>
 
@@ -41,13 +41,13 @@ int main(int argc, char** argv) {
   }
   nlohmann::ordered_json table = nlohmann::json::array();
   if (!json)
-    fmt::print("{} seeds, {}\n{:<10} {:>7} {:>9}   {:<26} {:<26} {:<26}\n", seeds, experiment, "scheme", "layers", "droplets",
-               "RMS [um]", "mean error [um]", "std [um]");
+    fmt::print("{} seeds, {}\n{:<10} {:>7} {:>9}   {:<26} {:<26} {:<26}\n", seeds, experiment, "scheme",
+               "layers", "droplets", "RMS [um]", "mean error [um]", "std [um]");
   for (const char* scheme : {"open_loop", "threshold", "smf", "mpc"}) {
     std::vector<double> rms, mean, std_dev, layers, drops;
     for (int seed = 1; seed <= seeds; ++seed) {
-      const Experiment e = load_experiment(experiment, {std::string("control.scheme=") + scheme,
-                                                        "plant.seed=" + std::to_string(seed)});
+      const Experiment e = load_experiment(
+          experiment, {std::string("control.scheme=") + scheme, "plant.seed=" + std::to_string(seed)});
       const Blobs inputs = make_inputs(e, std::filesystem::path(experiment).parent_path());
       const MemoryPrintReport report = print_in_memory(e, inputs);
       if (report.result.status != 0) {
@@ -62,13 +62,21 @@ int main(int argc, char** argv) {
     }
     const Interval r = bootstrap(rms), m = bootstrap(mean), d = bootstrap(std_dev);
     if (json) {
-      const auto j = [](const Interval& i) { return nlohmann::ordered_json{{"mean", i.mean}, {"low", i.low}, {"high", i.high}}; };
-      table.push_back({{"scheme", scheme}, {"layers", bootstrap(layers).mean}, {"droplets", bootstrap(drops).mean},
-                       {"rms_um", j(r)}, {"mean_error_um", j(m)}, {"std_um", j(d)}});
+      const auto j = [](const Interval& i) {
+        return nlohmann::ordered_json{{"mean", i.mean}, {"low", i.low}, {"high", i.high}};
+      };
+      table.push_back({{"scheme", scheme},
+                       {"layers", bootstrap(layers).mean},
+                       {"droplets", bootstrap(drops).mean},
+                       {"rms_um", j(r)},
+                       {"mean_error_um", j(m)},
+                       {"std_um", j(d)}});
     } else {
-      const auto t = [](const Interval& i) { return fmt::format("{:.2f} [{:.2f}, {:.2f}]", i.mean, i.low, i.high); };
-      fmt::print("{:<10} {:>7.1f} {:>9.0f}   {:<26} {:<26} {:<26}\n", scheme, bootstrap(layers).mean, bootstrap(drops).mean, t(r),
-                 t(m), t(d));
+      const auto t = [](const Interval& i) {
+        return fmt::format("{:.2f} [{:.2f}, {:.2f}]", i.mean, i.low, i.high);
+      };
+      fmt::print("{:<10} {:>7.1f} {:>9.0f}   {:<26} {:<26} {:<26}\n", scheme, bootstrap(layers).mean,
+                 bootstrap(drops).mean, t(r), t(m), t(d));
       std::fflush(stdout);
     }
   }

@@ -18,7 +18,8 @@ inline slice::Region wheel(double radius_mm, double tooth_mm, int teeth, double 
   for (int n = 0; n < 24 * teeth; ++n) {
     const double a = 2.0 * 3.14159265358979 * n / (24 * teeth), phase = std::cos(teeth * (a + turn_rad));
     const double r = radius_mm - 0.5 * tooth_mm + 0.5 * tooth_mm * std::tanh(1.5 * phase);
-    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * slice::kUnitsPerMm)), std::int32_t(std::lround(r * std::sin(a) * slice::kUnitsPerMm))});
+    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * slice::kUnitsPerMm)),
+                    std::int32_t(std::lround(r * std::sin(a) * slice::kUnitsPerMm))});
   }
   slice::Region region;
   region.add(ring);
@@ -32,7 +33,8 @@ inline slice::Region ring_about(const slice::Region& inner, double radius_mm) {
   return outer;
 }
 
-/// Layer `number`; every kInterval_layers-th is measured, on rings `spacing_mm` apart. `size` scales the wheel.
+/// Layer `number`; every kInterval_layers-th is measured, on rings `spacing_mm` apart. `size` scales the
+/// wheel.
 inline slice::LayerPaths layer(int number, double size = 1.0, double spacing_mm = 4.0) {
   slice::LayerRegions r;
   r.layer = number;
@@ -54,7 +56,8 @@ inline slice::LayerPaths layer(int number, double size = 1.0, double spacing_mm 
   return paths;
 }
 
-/// A disc of ice of the same size, in rings that fit it, inside four rings of scaffold: no place is laid twice or missed.
+/// A disc of ice of the same size, in rings that fit it, inside four rings of scaffold: no place is laid
+/// twice or missed.
 /// @param staggered every other layer half a bead aside
 inline slice::LayerPaths disc_layer(int number, double spacing_mm = 4.0, bool staggered = false) {
   slice::LayerPaths l;
@@ -66,7 +69,8 @@ inline slice::LayerPaths disc_layer(int number, double spacing_mm = 4.0, bool st
     const int n = std::max(16, int(radius_mm / 0.15));
     for (int k = 0; k < n; ++k) {
       const double a = 2.0 * 3.14159265358979 * k / n + 0.7 * number + 1.6 * radius_mm;  // seams apart
-      line.push_back({std::int32_t(std::lround(radius_mm * std::cos(a) * slice::kUnitsPerMm)), std::int32_t(std::lround(radius_mm * std::sin(a) * slice::kUnitsPerMm))});
+      line.push_back({std::int32_t(std::lround(radius_mm * std::cos(a) * slice::kUnitsPerMm)),
+                      std::int32_t(std::lround(radius_mm * std::sin(a) * slice::kUnitsPerMm))});
     }
     l.lines.add(line);
     l.info.push_back({kind, material, true, std::int32_t(std::lround(width_mm * slice::kUnitsPerMm))});
@@ -95,7 +99,8 @@ inline slice::LayerPaths disc_layer(int number, double spacing_mm = 4.0, bool st
 inline slice::PrintPaths print_disc(int intervals, double spacing_mm = 4.0, bool staggered = false) {
   slice::PrintPaths p;
   p.head.materials = {{"part", "water"}, {"scaffold", "scaffold"}};
-  for (int n = 1; n <= kInterval_layers * intervals; ++n) p.layers.push_back(disc_layer(n, spacing_mm, staggered));
+  for (int n = 1; n <= kInterval_layers * intervals; ++n)
+    p.layers.push_back(disc_layer(n, spacing_mm, staggered));
   return p;
 }
 

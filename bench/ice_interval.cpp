@@ -1,9 +1,10 @@
-// CPU and wall time of what happens after a measurement of the ice printer, on a helical gear of 107.6 mm in its scaffold: map from
-// laser readings, control law, motions and pulses of the next interval.
+// CPU and wall time of what happens after a measurement of the ice printer, on a helical gear of 107.6 mm in
+// its scaffold: map from laser readings, control law, motions and pulses of the next interval.
 //
 //   build/bench/ice_interval [INTERVALS [speed|frequency [NOMINAL_MM_S [TOLERANCE_MM]]]]
 //   Any of them: --threads N for the motions and pulses (default 1).
-//   build/bench/ice_interval INTERVALS --experiment experiments/ice-helical-gear.toml [KEY=VALUE...]     # what the slicer makes of it
+//   build/bench/ice_interval INTERVALS --experiment experiments/ice-helical-gear.toml [KEY=VALUE...]     #
+//   what the slicer makes of it
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -57,7 +58,8 @@ Job gear_job(int intervals, int argc, char** argv) {
   j.setup.origin_z_mm = 20.0;
   j.setup.speeds = {{{nominal, nominal, 50.0}, {nominal, nominal, 125.0}}};
   j.setup.valve_limits = valve_limits(j.setup.machine.valve);
-  j.setup.valves = {{valve_setting(j.setup.machine.valve), 0.01}, {valve_setting(j.setup.machine.valve), 0.01}};
+  j.setup.valves = {{valve_setting(j.setup.machine.valve), 0.01},
+                    {valve_setting(j.setup.machine.valve), 0.01}};
   if (argc > 4) j.setup.tolerance_mm = std::atof(argv[4]);
   j.setup.version = speed ? control::SurfaceVersion::kPathSpeed : control::SurfaceVersion::kValveFrequency;
   j.law.version = j.setup.version;
@@ -73,7 +75,8 @@ Job experiment_job(int intervals, const std::string& file, const std::vector<std
   Job j;
   j.paths = slice::decode_print_paths(blob(inputs, "paths").bytes);
   j.layers = e.ice.interval_layers;
-  j.setup = planning_setup(e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, "machine"));
+  j.setup =
+      planning_setup(e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, "machine"));
   j.law = surface_options(e, 0);
   j.scatter = {e.ice.measure_spacing_mm, e.control.smoothing > 0.0, e.ice.map_samples};
   j.latency_s = e.laser_point.latency_s, j.pitch_mm = e.ice.pitch_mm;
@@ -94,7 +97,8 @@ int main(int argc, char** argv) {
   const ParallelFor parallel = parallel_on(threads);
   const int intervals = argc > 1 ? std::atoi(argv[1]) : 2;
   const bool named = argc > 3 && std::string(argv[2]) == "--experiment";
-  const Job job = named ? experiment_job(intervals, argv[3], {argv + 4, argv + argc}) : gear_job(intervals, argc, argv);
+  const Job job =
+      named ? experiment_job(intervals, argv[3], {argv + 4, argv + argc}) : gear_job(intervals, argc, argv);
   const slice::PrintPaths& print = job.paths;
   const int layers = job.layers;
   planning::TaskPlanner planner(job.setup);
@@ -118,7 +122,8 @@ int main(int argc, char** argv) {
     const double before_deposit = cpu_s(), before_deposit_wall = wall_s();
     std::vector<planning::PathTask> tasks;
     for (int n = layers * (k - 1) + 1; n <= layers * k; ++n)
-      for (planning::PathTask& t : planning::tasks_of(print, *slice::find_layer(print, n), false, job.setup)) tasks.push_back(std::move(t));
+      for (planning::PathTask& t : planning::tasks_of(print, *slice::find_layer(print, n), false, job.setup))
+        tasks.push_back(std::move(t));
     const double tasks_cpu = cpu_s() - before_deposit;
     for (const planning::PlannedTask& p : planner.plan(tasks, action.size() ? &action : nullptr, parallel)) {
       if (!p.problem.empty()) std::printf("refused: %s\n", p.problem.c_str());
@@ -127,7 +132,8 @@ int main(int argc, char** argv) {
     const double deposit_cpu = cpu_s() - before_deposit, deposit_wall = wall_s() - before_deposit_wall;
 
     const slice::LayerPaths& top = *slice::find_layer(print, layers * k);
-    const surface::LaserFrame frame{*arm, job.setup.laser, job.setup.origin, job.setup.origin_z_mm, job.latency_s};
+    const surface::LaserFrame frame{*arm, job.setup.laser, job.setup.origin, job.setup.origin_z_mm,
+                                    job.latency_s};
     std::vector<std::pair<planning::PlannedTask, std::vector<float>>> runs;
     RandomStream random(std::uint64_t(k), Purpose::kTest);
     for (const planning::PathTask& t : planning::tasks_of(print, top, true, job.setup)) {
@@ -137,7 +143,8 @@ int main(int argc, char** argv) {
       std::vector<float> z;
       for (double at = job.latency_s; at < p.trajectory.certificate.duration_s; at += 0.01) {
         const Point2 where = p.tool[std::min(std::size_t(std::max(0.0, at) / 0.016), p.tool.size() - 1)];
-        z.push_back(float(0.2 * std::sin(0.1 * where.x_mm) * std::cos(0.08 * where.y_mm) + 0.02 * random.normal()));
+        z.push_back(
+            float(0.2 * std::sin(0.1 * where.x_mm) * std::cos(0.08 * where.y_mm) + 0.02 * random.normal()));
       }
       runs.emplace_back(std::move(p), std::move(z));
     }
@@ -146,14 +153,20 @@ int main(int argc, char** argv) {
     const Grid<std::uint8_t> material = slice::footprint_materials(top, grid);
     std::vector<surface::SurfacePoint> points;
     for (const auto& [p, z] : runs) surface::add_readings(p.trajectory, frame, 0.01, z, points);
-    const surface::ScatterEstimate map = surface::estimate_surface(grid, slice::footprint_mask(material), points, job.scatter);
+    const surface::ScatterEstimate map =
+        surface::estimate_surface(grid, slice::footprint_mask(material), points, job.scatter);
     const double mapped = cpu_s();
-    const control::SurfaceDecision d = smf->decide({map.height, material, job.law.interval_mm * k, layers * k, 0, map.noise_std_mm});
+    const control::SurfaceDecision d =
+        smf->decide({map.height, material, job.law.interval_mm * k, layers * k, 0, map.noise_std_mm});
     action = d.u;
     const double decided = cpu_s(), decided_wall = wall_s();
-    std::printf("interval %d: %zu paths, %lld pulses, print %.0f s, measure %.0f s; CPU: motions ahead %.3f s, motions and pulses after the map %.3f s, measurement paths %.3f s, map %.3f s (%zu readings, %d x %d cells), law %.4f s; covered %.2f, noise %.3f mm, rms %.3f mm\n",
-                k, paths, static_cast<long long>(pulses), print_s, measure_s, before_deposit - before_motions, deposit_cpu, planned - before_deposit - deposit_cpu, mapped - planned, points.size(), grid.nx, grid.ny,
-                decided - mapped, map.covered_fraction, map.noise_std_mm, d.rms_mm);
+    std::printf(
+        "interval %d: %zu paths, %lld pulses, print %.0f s, measure %.0f s; CPU: motions ahead %.3f s, "
+        "motions and pulses after the map %.3f s, measurement paths %.3f s, map %.3f s (%zu readings, %d x "
+        "%d cells), law %.4f s; covered %.2f, noise %.3f mm, rms %.3f mm\n",
+        k, paths, static_cast<long long>(pulses), print_s, measure_s, before_deposit - before_motions,
+        deposit_cpu, planned - before_deposit - deposit_cpu, mapped - planned, points.size(), grid.nx,
+        grid.ny, decided - mapped, map.covered_fraction, map.noise_std_mm, d.rms_mm);
     std::printf("  of them tasks %.3f s\n", tasks_cpu);
     if (k > 1) updates.push_back(deposit_cpu + last_map_s), walls.push_back(deposit_wall + last_map_wall_s);
     last_map_s = decided - planned, last_map_wall_s = decided_wall - planned_wall;
@@ -163,7 +176,10 @@ int main(int argc, char** argv) {
   if (updates.empty()) return 0;
   std::sort(updates.begin(), updates.end());
   std::sort(walls.begin(), walls.end());
-  std::printf("update (map, law, motions and pulses of what follows): median %.3f s of CPU, largest %.3f s, of %zu; by the clock %.3f, %.3f s, %d threads\n",
-              updates[updates.size() / 2], updates.back(), updates.size(), walls[walls.size() / 2], walls.back(), threads);
+  std::printf(
+      "update (map, law, motions and pulses of what follows): median %.3f s of CPU, largest %.3f s, of %zu; "
+      "by the clock %.3f, %.3f s, %d threads\n",
+      updates[updates.size() / 2], updates.back(), updates.size(), walls[walls.size() / 2], walls.back(),
+      threads);
   return 0;
 }

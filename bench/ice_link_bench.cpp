@@ -1,5 +1,6 @@
-// ice_link_bench [POINTS]: CPU seconds that the links of the ice printer cost for a print of POINTS trajectory points
-// (default 3,900,000: 1.3 million path lines, a whole gear) and a tenth as many pulses, in paths of 1,250 points.
+// ice_link_bench [POINTS]: CPU seconds that the links of the ice printer cost for a print of POINTS
+// trajectory points (default 3,900,000: 1.3 million path lines, a whole gear) and a tenth as many pulses, in
+// paths of 1,250 points.
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -37,7 +38,8 @@ int main(int argc, char** argv) {
   std::uint64_t check = 0;
   for (std::size_t done = 0; done < points; done += kPath) {
     double t = cpu_s();
-    for (std::size_t n = 0; n < kPath; ++n) counts[n] = fvp::counts_of({q[4 * n], q[4 * n + 1], q[4 * n + 2], q[4 * n + 3]});
+    for (std::size_t n = 0; n < kPath; ++n)
+      counts[n] = fvp::counts_of({q[4 * n], q[4 * n + 1], q[4 * n + 2], q[4 * n + 3]});
     convert += cpu_s() - t;
     t = cpu_s();
     fvp::PointsCrc crc;
@@ -65,8 +67,9 @@ int main(int argc, char** argv) {
     }
     if (back != counts) return std::printf("points were lost\n"), 1;
   }
-  std::printf("%zu points, %zu path lines, %.1f MB: convert %.2f s, CRC %.2f s, write %.2f s, read %.2f s of CPU\n", points,
-              lines, double(bytes) * 1e-6, convert, sum, write, read);
+  std::printf(
+      "%zu points, %zu path lines, %.1f MB: convert %.2f s, CRC %.2f s, write %.2f s, read %.2f s of CPU\n",
+      points, lines, double(bytes) * 1e-6, convert, sum, write, read);
 
   std::vector<std::uint16_t> ticks;
   for (std::size_t n = 0; n < kPath / 10; ++n) ticks.push_back(std::uint16_t(80 * n));
@@ -77,14 +80,16 @@ int main(int argc, char** argv) {
     const auto d = fvb::parse_data(fvb::find(tx).payload);
     check += d ? d->tick(d->entries - 1) : 0;
   }
-  std::printf("%zu pulses written and read: %.3f s of CPU (%llu)\n", points / 10, cpu_s() - t, static_cast<unsigned long long>(check));
+  std::printf("%zu pulses written and read: %.3f s of CPU (%llu)\n", points / 10, cpu_s() - t,
+              static_cast<unsigned long long>(check));
 
   // The driver on a robot that answers every block at once: what it costs the host, without the robot.
   t = cpu_s();
   Robot robot{RobotConfig{}};
   Effects fx;
   const std::size_t paths = points / kPath / 10;
-  for (std::size_t p = 1; p <= paths; ++p) robot.add_path(std::int64_t(p), 0.016, 4, q, std::int64_t(p), fx), fx.clear();
+  for (std::size_t p = 1; p <= paths; ++p)
+    robot.add_path(std::int64_t(p), 0.016, 4, q, std::int64_t(p), fx), fx.clear();
   std::printf("%zu paths checked and kept by the driver: %.3f s of CPU\n", paths, cpu_s() - t);
   return 0;
 }

@@ -38,14 +38,16 @@ double coverage(const Distribution& d, std::size_t size, int studies) {
 
 int main(int argc, char** argv) {
   const int studies = argc > 1 ? std::atoi(argv[1]) : 2000;
-  const Distribution all[] = {{"normal", 0.0, [](RandomStream& r) { return r.normal(); }},
-                              {"uniform", 0.5, [](RandomStream& r) { return r.uniform(); }},
-                              {"exponential", 1.0, [](RandomStream& r) { return -std::log(1.0 - r.uniform()); }},
-                              {"log-normal", std::exp(0.5), [](RandomStream& r) { return std::exp(r.normal()); }}};
+  const Distribution all[] = {
+      {"normal", 0.0, [](RandomStream& r) { return r.normal(); }},
+      {"uniform", 0.5, [](RandomStream& r) { return r.uniform(); }},
+      {"exponential", 1.0, [](RandomStream& r) { return -std::log(1.0 - r.uniform()); }},
+      {"log-normal", std::exp(0.5), [](RandomStream& r) { return std::exp(r.normal()); }}};
   fmt::print("| {} samples each | n = 10 | 20 | 30 | 100 |\n|---|---|---|---|---|\n", studies);
   for (const Distribution& d : all) {
     fmt::print("| {} |", d.name);
-    for (const std::size_t size : {10, 20, 30, 100}) fmt::print(" {:.1f} % |", 100.0 * coverage(d, size, studies));
+    for (const std::size_t size : {10, 20, 30, 100})
+      fmt::print(" {:.1f} % |", 100.0 * coverage(d, size, studies));
     fmt::print("\n");
   }
   return 0;

@@ -1,5 +1,6 @@
-// Log and write-ahead bytes: how fast they are written and read, and what the check of a received message costs.
-// Files go to FIRN_BENCH_DIR, by default the system's temporary folder: name a real disk to measure one.
+// Log and write-ahead bytes: how fast they are written and read, and what the check of a received message
+// costs. Files go to FIRN_BENCH_DIR, by default the system's temporary folder: name a real disk to measure
+// one.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -78,7 +79,8 @@ void event_reader(benchmark::State& state) {
   const auto path = bench_file("firn-bench.lcm");
   {
     EventLogWriter writer(path);
-    for (std::int64_t bytes = 0; bytes < 64'000'000; bytes += state.range(0)) writer.append(bytes, "HEIGHT_PROFILE", data);
+    for (std::int64_t bytes = 0; bytes < 64'000'000; bytes += state.range(0))
+      writer.append(bytes, "HEIGHT_PROFILE", data);
     writer.close();
   }
   const EventLogFile file(path);
@@ -126,6 +128,7 @@ BENCHMARK_CAPTURE(validate_message, jet_command, "JET_COMMAND", [] {
 }());
 BENCHMARK_CAPTURE(validate_message, heartbeat, "HEARTBEAT_JET", encode(test::some_heartbeat()));
 BENCHMARK_CAPTURE(validate_message, height_map_40x40, "HEIGHT_MAP", encode(test::some_height_map(40, 40)));
-BENCHMARK_CAPTURE(validate_message, layer_plan_100x100, "LAYER_PLAN", encode(test::some_layer_plan(100, 100)));
+BENCHMARK_CAPTURE(validate_message, layer_plan_100x100, "LAYER_PLAN",
+                  encode(test::some_layer_plan(100, 100)));
 
 }  // namespace

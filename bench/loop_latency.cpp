@@ -1,5 +1,5 @@
-// The live loop over UDP: HEIGHT_MAP out to LAYER_PLAN in, on a grid of 100 x 100, with the real controller process,
-// beside the time that its handler alone takes (from its write-ahead file).
+// The live loop over UDP: HEIGHT_MAP out to LAYER_PLAN in, on a grid of 100 x 100, with the real controller
+// process, beside the time that its handler alone takes (from its write-ahead file).
 //   loop_latency [--maps N] [--set KEY=VALUE]…
 #include <fmt/core.h>
 #include <poll.h>
@@ -37,8 +37,9 @@ HeightMap surface(const GridSpec& g, double target_mm, int n) {
   HeightMap h(g);
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
-      const double short_mm = n % 3 == 0 ? 0.0038 + 0.001 * random.normal() : n % 3 == 1 ? 0.0076 * i / g.nx + 0.0005 * random.normal()
-                                                                                        : 0.0076 * random.uniform();
+      const double short_mm = n % 3 == 0   ? 0.0038 + 0.001 * random.normal()
+                              : n % 3 == 1 ? 0.0076 * i / g.nx + 0.0005 * random.normal()
+                                           : 0.0076 * random.uniform();
       h.at(i, j) = target_mm - short_mm;
     }
   return h;
@@ -57,7 +58,8 @@ std::vector<double> handler_ms(const std::filesystem::path& wal) {
     if (WalKind(r->kind) == WalKind::kOutputs) {
       const WalOutputs w = decode_outputs(r->payload);
       for (const Output& o : decode_output_list(w.body))
-        if (o.kind == OutputKind::kSend && o.channel == channels::kLayerPlan.name) ms.push_back(double(w.handler_ns) * 1e-6);
+        if (o.kind == OutputKind::kSend && o.channel == channels::kLayerPlan.name)
+          ms.push_back(double(w.handler_ns) * 1e-6);
     }
   return ms;
 }
@@ -66,8 +68,9 @@ std::vector<double> handler_ms(const std::filesystem::path& wal) {
 
 int main(int argc, char** argv) {
   int maps = 300;
-  std::vector<std::string> overrides = {"grid.nx=100", "grid.ny=100", "part.shape=cuboid", "part.width_mm=26.3",
-                                        "part.depth_mm=26.3", "part.height_mm=0.2", "run.name=loop-latency"};
+  std::vector<std::string> overrides = {"grid.nx=100",          "grid.ny=100",        "part.shape=cuboid",
+                                        "part.width_mm=26.3",   "part.depth_mm=26.3", "part.height_mm=0.2",
+                                        "run.name=loop-latency"};
   for (int n = 1; n + 1 < argc; n += 2) {
     if (std::string(argv[n]) == "--maps") maps = std::atoi(argv[n + 1]);
     if (std::string(argv[n]) == "--set") overrides.push_back(argv[n + 1]);
@@ -96,7 +99,8 @@ int main(int argc, char** argv) {
   });
   mapper.subscribe(channels::kLayerPlan.name);
   mapper.join();
-  ChildProcess controller("controller", FIRN_BINARY_DIR "/bin/controller", to_arguments(args), run.path() / "nodes" / "controller.err");
+  ChildProcess controller("controller", FIRN_BINARY_DIR "/bin/controller", to_arguments(args),
+                          run.path() / "nodes" / "controller.err");
   const auto line = [&](const char* wanted) {
     for (int n = 0; n < 3000; ++n) {
       while (const auto l = controller.control().next())
@@ -125,17 +129,20 @@ int main(int argc, char** argv) {
       if (answered == n) break;
       pollfd p{mapper.fd(), POLLIN, 0};
       poll(&p, 1, 1);
-      if (std::chrono::steady_clock::now() - began > std::chrono::seconds(20)) return fmt::print(stderr, "no plan for map {}\n", n), 1;
+      if (std::chrono::steady_clock::now() - began > std::chrono::seconds(20))
+        return fmt::print(stderr, "no plan for map {}\n", n), 1;
     }
     ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count());
   }
   controller.control().say("STOP the bench is over");
   for (int n = 0; n < 300 && controller.running(); ++n) usleep(10000);
   const std::vector<double> alone = handler_ms(run.wal_path("controller"));
-  fmt::print("{} x {} cells, {} maps over {}, kernel receive buffer {} bytes\n", e.grid.nx, e.grid.ny, maps, args.bus_url,
-             granted_receive_buffer());
-  fmt::print("HEIGHT_MAP out to LAYER_PLAN in: p50 {:.2f} ms, p99 {:.2f} ms\n", quantile(ms, 0.5), quantile(ms, 0.99));
-  fmt::print("decision alone (handler):        p50 {:.2f} ms, p99 {:.2f} ms\n", quantile(alone, 0.5), quantile(alone, 0.99));
+  fmt::print("{} x {} cells, {} maps over {}, kernel receive buffer {} bytes\n", e.grid.nx, e.grid.ny, maps,
+             args.bus_url, granted_receive_buffer());
+  fmt::print("HEIGHT_MAP out to LAYER_PLAN in: p50 {:.2f} ms, p99 {:.2f} ms\n", quantile(ms, 0.5),
+             quantile(ms, 0.99));
+  fmt::print("decision alone (handler):        p50 {:.2f} ms, p99 {:.2f} ms\n", quantile(alone, 0.5),
+             quantile(alone, 0.99));
   std::filesystem::remove_all(root);
   return 0;
 }

@@ -26,9 +26,12 @@ int main(int argc, char** argv) {
   int runs = 5;
   for (int n = 1; n < argc; ++n) {
     const std::string a = argv[n];
-    if (a == "--runs" && n + 1 < argc) runs = std::max(1, std::atoi(argv[++n]));
-    else if (a == "--set" && n + 1 < argc) overrides.push_back(argv[++n]);
-    else file = a;
+    if (a == "--runs" && n + 1 < argc)
+      runs = std::max(1, std::atoi(argv[++n]));
+    else if (a == "--set" && n + 1 < argc)
+      overrides.push_back(argv[++n]);
+    else
+      file = a;
   }
   const Experiment e = load_experiment(file, overrides);
   const Blobs inputs = make_inputs(e, std::filesystem::path(file).parent_path());
@@ -41,12 +44,15 @@ int main(int argc, char** argv) {
     getrusage(RUSAGE_SELF, &after);
     user.push_back(seconds(after.ru_utime) - seconds(before.ru_utime));
     system.push_back(seconds(after.ru_stime) - seconds(before.ru_stime));
-    fmt::print("{}: {} layers, {} droplets, true RMS {:.3f} um, {:.1f} s node time, decisions {:.3f} s, user {:.3f} s, system {:.3f} s\n",
-               r.result.outcome, r.result.layers, r.droplets, r.error.rms_mm * 1e3, r.node_s, r.decide_cpu_s, user.back(),
-               system.back());
+    fmt::print(
+        "{}: {} layers, {} droplets, true RMS {:.3f} um, {:.1f} s node time, decisions {:.3f} s, user {:.3f} "
+        "s, system {:.3f} s\n",
+        r.result.outcome, r.result.layers, r.droplets, r.error.rms_mm * 1e3, r.node_s, r.decide_cpu_s,
+        user.back(), system.back());
   }
   std::sort(user.begin(), user.end());
   std::sort(system.begin(), system.end());
-  fmt::print("median of {} prints: user {:.3f} s, system {:.3f} s\n", runs, user[user.size() / 2], system[system.size() / 2]);
+  fmt::print("median of {} prints: user {:.3f} s, system {:.3f} s\n", runs, user[user.size() / 2],
+             system[system.size() / 2]);
   return 0;
 }

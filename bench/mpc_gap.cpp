@@ -36,7 +36,8 @@ std::vector<Moment> record(const HeightMap& h, const control::Setup& setup) {
 }
 
 // Steps: a value holds until the next moment.
-std::string line(const std::vector<Moment>& moments, double Moment::*value, const replay::Axis& x, const replay::Axis& y, const char* look) {
+std::string line(const std::vector<Moment>& moments, double Moment::*value, const replay::Axis& x,
+                 const replay::Axis& y, const char* look) {
   std::string d;
   double before = 0.0;
   for (const Moment& m : moments) {
@@ -44,8 +45,10 @@ std::string line(const std::vector<Moment>& moments, double Moment::*value, cons
     const double px = x.px(std::clamp(1e3 * m.s, kFrom_ms, kTo_ms));
     const auto py = [&](double v) { return y.px(std::clamp(v, y.low(), y.high())); };
     char text[96];
-    if (d.empty()) std::snprintf(text, sizeof text, "M%.1f %.1f", px, py(m.*value));
-    else std::snprintf(text, sizeof text, "L%.1f %.1fL%.1f %.1f", px, py(before), px, py(m.*value));
+    if (d.empty())
+      std::snprintf(text, sizeof text, "M%.1f %.1f", px, py(m.*value));
+    else
+      std::snprintf(text, sizeof text, "L%.1f %.1fL%.1f %.1f", px, py(before), px, py(m.*value));
     d += text;
     before = m.*value;
   }
@@ -61,9 +64,11 @@ std::string panel(const std::string& name, const std::vector<Moment>& moments, d
   const replay::Axis y(0.99 * last.found_um, 1.012 * last.found_um, frame.bottom, frame.top, 4);
   std::string s = replay::draw_axes(frame, x, y, "processor time [ms]", "mean |error| [um]");
   s += line(moments, &Moment::found_um, x, y, "stroke=\"var(--c0)\" stroke-width=\"2\"");
-  s += line(moments, &Moment::bound_um, x, y, "stroke=\"var(--c1)\" stroke-width=\"2\" stroke-dasharray=\"6 3\"");
+  s += line(moments, &Moment::bound_um, x, y,
+            "stroke=\"var(--c1)\" stroke-width=\"2\" stroke-dasharray=\"6 3\"");
   char text[160];
-  std::snprintf(text, sizeof text, "%s: gap %.4f %%", name.c_str(), std::max(0.0, 100.0 * (last.found_um - last.bound_um) / last.found_um));
+  std::snprintf(text, sizeof text, "%s: gap %.4f %%", name.c_str(),
+                std::max(0.0, 100.0 * (last.found_um - last.bound_um) / last.found_um));
   s += replay::svg_text(frame.left, 24, "start", "head", text);
   std::snprintf(text, sizeof text, "<g transform=\"translate(%g %g)\">\n", left, top);
   return text + s + "</g>\n";
@@ -77,7 +82,8 @@ int draw_gap(const std::string& folder, const std::string& svg, const std::strin
   const double width = kColumns * kWidth, height = rows * kHeight + 40;
   std::string out = replay::svg_open(width, height, "Layers and bounds of six instances over processor time");
   out += "<style>" + std::string(replay::kReportStyle) +
-         "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; } .head { font-size: 14px; fill: var(--fg); }</style>\n";
+         "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; } .head { "
+         "font-size: 14px; fill: var(--fg); }</style>\n";
   std::string table = "instance,cpu_s,found_um,bound_um\n";
   for (std::size_t n = 0; n < kInstances.size(); ++n) {
     const auto moments = record(read_instance(folder, kInstances[n]), setup);
@@ -91,10 +97,13 @@ int draw_gap(const std::string& folder, const std::string& svg, const std::strin
   const double y = rows * kHeight + 18;
   char legend[256];
   std::snprintf(legend, sizeof legend,
-                "<path d=\"M62 %.0fh34\" stroke=\"var(--c0)\" stroke-width=\"2\"/><path d=\"M262 %.0fh34\" stroke=\"var(--c1)\" "
-                "stroke-width=\"2\" stroke-dasharray=\"6 3\"/>\n", y - 4, y - 4);
+                "<path d=\"M62 %.0fh34\" stroke=\"var(--c0)\" stroke-width=\"2\"/><path d=\"M262 %.0fh34\" "
+                "stroke=\"var(--c1)\" "
+                "stroke-width=\"2\" stroke-dasharray=\"6 3\"/>\n",
+                y - 4, y - 4);
   out += legend + replay::svg_text(102, y, "start", "head", "best layer so far") +
-         replay::svg_text(302, y, "start", "head", "lower bound for every layer (axes cut at 1 % below)") + "</svg>\n";
+         replay::svg_text(302, y, "start", "head", "lower bound for every layer (axes cut at 1 % below)") +
+         "</svg>\n";
   std::ofstream(svg) << out;
   if (!csv.empty()) std::ofstream(csv) << table;
   return 0;

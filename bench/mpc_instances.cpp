@@ -28,7 +28,8 @@ HeightMap printed(const control::Setup& setup, std::uint64_t seed) {
     RandomStream random(seed, Purpose::kInstance, std::uint32_t(layer));
     for (auto& d : droplets) {
       const double size = random.uniform(0.65, 1.35);
-      d = deposition::stencil_of({size * setup.model.h1_mm, size * setup.model.h2_mm, size * setup.model.h3_mm});
+      d = deposition::stencil_of(
+          {size * setup.model.h1_mm, size * setup.model.h2_mm, size * setup.model.h3_mm});
     }
     const control::Decision d = mpc.decide({height, layer, 0, 0.0});
     if (d.drops.total() == 0) return height;
@@ -52,12 +53,18 @@ HeightMap make_instance(const std::string& name, int n, std::uint64_t seed) {
   } else {
     for (std::size_t c = 0; c < h.size(); ++c) {
       double short_mm = 0.0;
-      if (name == "half3.8") short_mm = 0.0038;
-      else if (name == "half2.2") short_mm = 0.0022;
-      else if (name == "ramp") short_mm = 0.0076 * double(c % std::size_t(n)) / double(n - 1);
-      else if (name == "rough") short_mm = random.uniform(0.0028, 0.0048);
-      else if (name == "uniform") short_mm = random.uniform(0.0, 0.0076);
-      else throw std::invalid_argument("no instance '" + name + "'");
+      if (name == "half3.8")
+        short_mm = 0.0038;
+      else if (name == "half2.2")
+        short_mm = 0.0022;
+      else if (name == "ramp")
+        short_mm = 0.0076 * double(c % std::size_t(n)) / double(n - 1);
+      else if (name == "rough")
+        short_mm = random.uniform(0.0028, 0.0048);
+      else if (name == "uniform")
+        short_mm = random.uniform(0.0, 0.0076);
+      else
+        throw std::invalid_argument("no instance '" + name + "'");
       h.cells[c] = kTarget_mm - short_mm;
     }
   }
@@ -104,7 +111,8 @@ std::vector<std::byte> float32_npy(const HeightMap& map) {
 
 double mean_error_um(const control::Setup& setup, const HeightMap& height, const DropletPattern& drops) {
   HeightMap h = height;
-  deposition::HeightChange<1>(setup.grid, deposition::stencil_of(setup.model), setup.border).step(h.data(), drops.data(), 0);
+  deposition::HeightChange<1>(setup.grid, deposition::stencil_of(setup.model), setup.border)
+      .step(h.data(), drops.data(), 0);
   double sum = 0.0;
   for (std::size_t c = 0; c < h.size(); ++c) sum += std::abs(h.cells[c] - setup.target.cells[c]);
   return 1e3 * sum / double(h.size());

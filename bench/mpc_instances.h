@@ -1,5 +1,6 @@
-// The states on which the layer solvers are measured: 100 x 100 cells, Lu's Table I (4.4 / 0.6 / 0.2 um), the lost border,
-// target 50 um. bench/instances holds them as float32 NPY files, which are the definition; this generator made them.
+// The states on which the layer solvers are measured: 100 x 100 cells, Lu's Table I (4.4 / 0.6 / 0.2 um), the
+// lost border, target 50 um. bench/instances holds them as float32 NPY files, which are the definition; this
+// generator made them.
 #pragma once
 
 #include <array>
@@ -18,9 +19,10 @@ inline constexpr double kTarget_mm = 0.05;
 /// Setup of an n x n part with a flat target.
 control::Setup setup_of(int n);
 
-/// half3.8, half2.2: that many um short everywhere; ramp: 0 to 7.6 um short along x; rough: 3.8 um short, +- 1 um per cell;
-/// uniform: 0 to 7.6 um short, per cell; loop: the state before the last layers of a print of 50 um by the greedy MPC, whose
-/// droplets are 0.65 to 1.35 of the model's. Heights are rounded to float32. @throws std::invalid_argument: another name
+/// half3.8, half2.2: that many um short everywhere; ramp: 0 to 7.6 um short along x; rough: 3.8 um short, +-
+/// 1 um per cell; uniform: 0 to 7.6 um short, per cell; loop: the state before the last layers of a print of
+/// 50 um by the greedy MPC, whose droplets are 0.65 to 1.35 of the model's. Heights are rounded to float32.
+/// @throws std::invalid_argument: another name
 HeightMap make_instance(const std::string& name, int n = 100, std::uint64_t seed = 1);
 
 /// A shipped file. @throws std::runtime_error: not there

@@ -48,8 +48,11 @@ void uniform_layer(int n, const ParallelFor& parallel) {
   const DropletPattern u = problem.drops(g);
   const double wall_end = wall_s(), cpu_end = process_cpu_s();
   const double um = 1e3 * problem.total_mm() / double(problem.counted());
-  std::printf("%d x %d: %.5f um, %lld droplets, %d sweeps, %.2f s, %.2f s of processor time, %.1f bytes per cell at most\n", n, n,
-              um, static_cast<long long>(u.total()), r.sweeps, wall_end - wall, cpu_end - cpu, (peak_bytes() - before) / double(g.size()));
+  std::printf(
+      "%d x %d: %.5f um, %lld droplets, %d sweeps, %.2f s, %.2f s of processor time, %.1f bytes per cell at "
+      "most\n",
+      n, n, um, static_cast<long long>(u.total()), r.sweeps, wall_end - wall, cpu_end - cpu,
+      (peak_bytes() - before) / double(g.size()));
 }
 
 // Seconds for one change of one droplet in a plan of several layers, half of them full.
@@ -87,7 +90,8 @@ int print_forward() {
   RandomStream random(1, Purpose::kTest);
   HeightMap h(g);
   DropletPattern u(g);
-  for (std::size_t c = 0; c < g.size(); ++c) h.cells[c] = random.uniform(0.0, 0.01), u.cells[c] = std::uint8_t(random.below(2));
+  for (std::size_t c = 0; c < g.size(); ++c)
+    h.cells[c] = random.uniform(0.0, 0.01), u.cells[c] = std::uint8_t(random.below(2));
   control::Setup setup{g, HeightMap(g, 0.005), Mask(g, 1), {}, deposition::Border::kLose, 1};
   control::mpc::LayerProblem problem(setup, h, {});
   problem.set_drops(u);
@@ -95,16 +99,21 @@ int print_forward() {
   std::vector<float> gains(std::size_t(g.nx) * kRows);
   double sum = 0.0;
   const double flips = median_s(9, [&] {
-    for (int j = 0; j < g.ny; j += kRows) problem.flip_gains(j, kRows, gains.data()), sum += double(gains[std::size_t(j)]);
+    for (int j = 0; j < g.ny; j += kRows)
+      problem.flip_gains(j, kRows, gains.data()), sum += double(gains[std::size_t(j)]);
   });
   const double errors = median_s(9, [&] { problem.refresh(); });
   deposition::HeightChange<1> model(g, deposition::stencil_of({}), deposition::Border::kLose);
   const double step = median_s(9, [&] { model.step(h.data(), u.data(), 0); });
-  std::printf("forward model %.2f ns per cell as MPC's layer problem (single precision), %.2f ns as HeightChange (double);\n"
-              "gain of a droplet more or less %.2f ns (1000 x 1000 cells, checksum %.3g)\n",
-              1e9 * errors / double(g.size()), 1e9 * step / double(g.size()), 1e9 * flips / double(g.size()), sum);
-  std::printf("a droplet more or less in a plan of two layers %.0f ns, of three %.0f ns (100 x 100 cells, annealing)\n", 1e9 * change_s(2),
-              1e9 * change_s(3));
+  std::printf(
+      "forward model %.2f ns per cell as MPC's layer problem (single precision), %.2f ns as HeightChange "
+      "(double);\n"
+      "gain of a droplet more or less %.2f ns (1000 x 1000 cells, checksum %.3g)\n",
+      1e9 * errors / double(g.size()), 1e9 * step / double(g.size()), 1e9 * flips / double(g.size()), sum);
+  std::printf(
+      "a droplet more or less in a plan of two layers %.0f ns, of three %.0f ns (100 x 100 cells, "
+      "annealing)\n",
+      1e9 * change_s(2), 1e9 * change_s(3));
   return 0;
 }
 

@@ -1,4 +1,5 @@
-// Exact recovery [Lu 2015, IV-C]: a random layer is printed by the model; the solver is to find its droplets again.
+// Exact recovery [Lu 2015, IV-C]: a random layer is printed by the model; the solver is to find its droplets
+// again.
 #include <time.h>
 
 #include <algorithm>
@@ -37,7 +38,8 @@ Recovered recover(int n, double spread, int seeds) {
     for (std::size_t c = 0; c < g.size(); ++c)
       h.cells[c] = random.uniform(0.0, 0.05), printed.cells[c] = std::uint8_t(random.below(2));
     setup.target = h;
-    deposition::HeightChange<1>(g, deposition::stencil_of(setup.model), setup.border).deposit(setup.target, printed);
+    deposition::HeightChange<1>(g, deposition::stencil_of(setup.model), setup.border)
+        .deposit(setup.target, printed);
     const double start = thread_cpu_s();
     control::mpc::LayerProblem problem(setup, h, {});
     for (int rows = 2; rows <= 4; ++rows) {
@@ -56,7 +58,9 @@ Recovered recover(int n, double spread, int seeds) {
 
 double thread_cpu_s() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 double process_cpu_s() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
-double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double wall_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 int print_recovery() {
   struct Size {
@@ -66,7 +70,8 @@ int print_recovery() {
     std::printf("%d x %d, %d seeds\nh2 / h1  found   median ms  worst ms\n", size.n, size.n, size.seeds);
     for (const double spread : {0.136, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0}) {
       const Recovered r = recover(size.n, spread, size.seeds);
-      std::printf("%-7g  %2d/%d  %9.2f  %8.2f\n", spread, r.found, r.of, 1e3 * r.seconds[r.seconds.size() / 2], 1e3 * r.seconds.back());
+      std::printf("%-7g  %2d/%d  %9.2f  %8.2f\n", spread, r.found, r.of,
+                  1e3 * r.seconds[r.seconds.size() / 2], 1e3 * r.seconds.back());
     }
   }
   return 0;

@@ -11,7 +11,8 @@ namespace {
 using namespace firn;
 using namespace firn::deposition;
 
-// Arguments: paths, 1 = a bent frequency-flow table of 20 rows. Each path is 300 mm of boundary at up to 125 mm/s.
+// Arguments: paths, 1 = a bent frequency-flow table of 20 rows. Each path is 300 mm of boundary at up to 125
+// mm/s.
 void update_of_an_interval(benchmark::State& state) {
   RandomStream random(1, Purpose::kTest);
   std::vector<FlowDemand> nominal;
@@ -26,7 +27,8 @@ void update_of_an_interval(benchmark::State& state) {
   }
   HeightMap action(GridSpec{101, 101, 1.0, 1.0, 0.0, 0.0});
   for (double& u : action.cells) u = random.uniform(-0.3, 0.3);
-  const ValveSetting setting{0.00125, state.range(1) ? test::bent_curve(random) : FlowCurve::proportional(test::kFeedForward, 500.0)};
+  const ValveSetting setting{0.00125, state.range(1) ? test::bent_curve(random)
+                                                     : FlowCurve::proportional(test::kFeedForward, 500.0)};
   const ValveLimits limits;
   std::size_t pulses = 0;
   for (auto _ : state) {
@@ -37,7 +39,8 @@ void update_of_an_interval(benchmark::State& state) {
       FlowDemand demand = nominal[n];
       corrected_flow(nominal[n].flow_mm3_s, u, demand.flow_mm3_s);
       clip_flow(demand, max_flow_mm3_s(setting, limits));
-      for (const PulseTrain& train : plan_pulses(demand, setting, limits).trains) pulses += train.ticks.size();
+      for (const PulseTrain& train : plan_pulses(demand, setting, limits).trains)
+        pulses += train.ticks.size();
     }
   }
   state.counters["pulses"] = double(pulses);

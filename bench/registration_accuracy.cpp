@@ -1,5 +1,6 @@
-// How well `firn calibrate` finds planted offsets of the second nozzle, on the independent plant: rms error, bias, the
-// standard error that it reports, coverage of its 95 % intervals.   registration_accuracy [SEEDS] [KEY=VALUE ...]
+// How well `firn calibrate` finds planted offsets of the second nozzle, on the independent plant: rms error,
+// bias, the standard error that it reports, coverage of its 95 % intervals.   registration_accuracy [SEEDS]
+// [KEY=VALUE ...]
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -61,6 +62,9 @@ int main(int argc, char** argv) {
     }
   }
   const double n = 2.0 * seeds;
-  std::printf("%d seeds, two axes: rms error %.2f um, bias %.2f um, worst %.2f um, reported sigma %.2f um, coverage %.3f\n", seeds,
-              1e3 * std::sqrt(square / n), 1e3 * sum / n, 1e3 * worst, 1e3 * std::sqrt(variance / n), covered / n);
+  std::printf(
+      "%d seeds, two axes: rms error %.2f um, bias %.2f um, worst %.2f um, reported sigma %.2f um, coverage "
+      "%.3f\n",
+      seeds, 1e3 * std::sqrt(square / n), 1e3 * sum / n, 1e3 * worst, 1e3 * std::sqrt(variance / n),
+      covered / n);
 }

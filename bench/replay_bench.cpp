@@ -38,17 +38,22 @@ int main(int argc, char** argv) {
   int rounds = 9;
   for (int n = 1; n < argc; ++n) {
     const std::string a = argv[n];
-    if (a == "--rounds" && n + 1 < argc) rounds = std::atoi(argv[++n]);
-    else if (a == "--set" && n + 1 < argc) overrides.push_back(argv[++n]);
-    else file = a;
+    if (a == "--rounds" && n + 1 < argc)
+      rounds = std::atoi(argv[++n]);
+    else if (a == "--set" && n + 1 < argc)
+      overrides.push_back(argv[++n]);
+    else
+      file = a;
   }
   const Experiment e = load_experiment(file, overrides);
   const auto root = std::filesystem::temp_directory_path() / fmt::format("firn-replay-bench-{}", getpid());
-  const RunFolder run = RunFolder::create(root, e, make_inputs(e, std::filesystem::path(file).parent_path()), {"replay_bench"});
+  const RunFolder run =
+      RunFolder::create(root, e, make_inputs(e, std::filesystem::path(file).parent_path()), {"replay_bench"});
   const LabRunReport lab = run_in_lab(run, {});
-  const double mb = double(bytes_in(run.path() / "nodes") + std::filesystem::file_size(run.log_path())) * 1e-6;
-  fmt::print("{} after {} layers, {:.1f} s of node time, {:.1f} MB of write-ahead files and log\n", lab.result.outcome,
-             lab.result.layers, lab.node_seconds, mb);
+  const double mb =
+      double(bytes_in(run.path() / "nodes") + std::filesystem::file_size(run.log_path())) * 1e-6;
+  fmt::print("{} after {} layers, {:.1f} s of node time, {:.1f} MB of write-ahead files and log\n",
+             lab.result.outcome, lab.result.layers, lab.node_seconds, mb);
   int status = 0;
   for (const int threads : {1, 0}) {
     std::vector<double> walls, handlers;
@@ -73,9 +78,11 @@ int main(int argc, char** argv) {
       handlers.push_back(handler_s);
     }
     const double wall_s = median(walls), handler_s = median(handlers);
-    fmt::print("{}: wall {:.4f} s, handlers {:.4f} s (recorded {:.4f} s), ratio {:.2f}; {:.0f} messages/s, {:.0f} MB/s, {:.0f} x real time\n",
-               threads == 1 ? "one thread " : "all threads", wall_s, handler_s, lab.handler_seconds, wall_s / handler_s,
-               double(messages) / wall_s, mb / wall_s, lab.node_seconds / wall_s);
+    fmt::print(
+        "{}: wall {:.4f} s, handlers {:.4f} s (recorded {:.4f} s), ratio {:.2f}; {:.0f} messages/s, {:.0f} "
+        "MB/s, {:.0f} x real time\n",
+        threads == 1 ? "one thread " : "all threads", wall_s, handler_s, lab.handler_seconds,
+        wall_s / handler_s, double(messages) / wall_s, mb / wall_s, lab.node_seconds / wall_s);
   }
   std::filesystem::remove_all(root);
   return status;

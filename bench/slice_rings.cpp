@@ -1,8 +1,8 @@
 // What the rings of a concentric fill cost, four ways, on all layers of a mesh:
 //   build/bench/slice_rings MESH [CHORD_TOLERANCE_MM]
-// Firn's front from the original outline; Clipper's offset of the original outline for each ring; Clipper's offset of the
-// ring before (errors pile up); and, without any ring, the segment Voronoi diagram of Boost.Polygon, from which they could
-// be read off.
+// Firn's front from the original outline; Clipper's offset of the original outline for each ring; Clipper's
+// offset of the ring before (errors pile up); and, without any ring, the segment Voronoi diagram of
+// Boost.Polygon, from which they could be read off.
 #include <boost/polygon/voronoi.hpp>
 
 #include <cstdio>
@@ -74,7 +74,8 @@ int main(int argc, char** argv) try {
   const Sliced sliced = slice::slice(mesh.facets(), {}, options, serially);
   std::size_t points = 0;
   for (const Region& layer : sliced.layers) points += layer.points.size();
-  std::printf("%s: %zu layers, %zu points, chord tolerance %g mm\n", argv[1], sliced.layers.size(), points, tolerance_mm);
+  std::printf("%s: %zu layers, %zu points, chord tolerance %g mm\n", argv[1], sliced.layers.size(), points,
+              tolerance_mm);
   const RingPlan plan;
   time("front from the original", [&] {
     Tally tally;
@@ -91,8 +92,10 @@ int main(int argc, char** argv) try {
     Tally tally;
     for (Region ring : sliced.layers) {
       for (int level = 0; !ring.empty(); ++level) {
-        ring = thinned(clipper_offset(ring, plan.distance_mm(level) - (level ? plan.distance_mm(level - 1) : 0), tolerance_mm),
-                       tolerance_mm);
+        ring =
+            thinned(clipper_offset(ring, plan.distance_mm(level) - (level ? plan.distance_mm(level - 1) : 0),
+                                   tolerance_mm),
+                    tolerance_mm);
         tally.add(ring);
       }
     }

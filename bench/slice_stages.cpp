@@ -21,10 +21,12 @@ using namespace firn;
 double cpu_s() {
   rusage r{};
   getrusage(RUSAGE_SELF, &r);
-  return double(r.ru_utime.tv_sec + r.ru_stime.tv_sec) + 1e-6 * double(r.ru_utime.tv_usec + r.ru_stime.tv_usec);
+  return double(r.ru_utime.tv_sec + r.ru_stime.tv_sec) +
+         1e-6 * double(r.ru_utime.tv_usec + r.ru_stime.tv_usec);
 }
 
-constexpr std::array<const char*, 7> kStages = {"read", "place", "intersect", "link", "read to linked", "filter and repair", "all"};
+constexpr std::array<const char*, 7> kStages = {
+    "read", "place", "intersect", "link", "read to linked", "filter and repair", "all"};
 
 struct Outcome {
   std::array<double, kStages.size()> seconds{};
@@ -78,16 +80,21 @@ int run(int argc, char** argv) {
     volume_mm3 += slice::area_mm2(layer) * options.layer_height_mm;
     meeting += slice::first_contact(layer).has_value();
   }
-  std::printf("%s: %zu facets, chord tolerance %g mm, %d runs\n", argv[1], s.facts.facets, options.chord_tolerance_mm, repeats);
+  std::printf("%s: %zu facets, chord tolerance %g mm, %d runs\n", argv[1], s.facts.facets,
+              options.chord_tolerance_mm, repeats);
   for (std::size_t k = 0; k < kStages.size(); ++k) {
     std::sort(seconds[k].begin(), seconds[k].end());
-    std::printf("  %-18s median %.4f s, least %.4f s\n", kStages[k], seconds[k][seconds[k].size() / 2], seconds[k][0]);
+    std::printf("  %-18s median %.4f s, least %.4f s\n", kStages[k], seconds[k][seconds[k].size() / 2],
+                seconds[k][0]);
   }
-  std::printf("  %zu layers, %zu segments, %zu contours, %zu points linked, %zu kept; %zu layers merged, %zu with rings that meet\n",
-              s.layers.size(), s.counts.segments, s.counts.contours, s.counts.linked_points, s.counts.kept_points,
-              s.counts.repaired_layers, meeting);
-  std::printf("  volume %.3f mm3 of contours, %.3f by the divergence theorem (%+.4f %%)%s\n", volume_mm3, s.facts.volume_mm3,
-              100.0 * (volume_mm3 / s.facts.volume_mm3 - 1.0), s.facts.closed ? "" : ", surface not closed");
+  std::printf(
+      "  %zu layers, %zu segments, %zu contours, %zu points linked, %zu kept; %zu layers merged, %zu with "
+      "rings that meet\n",
+      s.layers.size(), s.counts.segments, s.counts.contours, s.counts.linked_points, s.counts.kept_points,
+      s.counts.repaired_layers, meeting);
+  std::printf("  volume %.3f mm3 of contours, %.3f by the divergence theorem (%+.4f %%)%s\n", volume_mm3,
+              s.facts.volume_mm3, 100.0 * (volume_mm3 / s.facts.volume_mm3 - 1.0),
+              s.facts.closed ? "" : ", surface not closed");
   rusage r{};
   getrusage(RUSAGE_SELF, &r);
   std::printf("  peak memory %.0f MiB\n", double(r.ru_maxrss) / 1024.0);
@@ -96,9 +103,7 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  return run(argc, argv);
-} catch (const std::exception& error) {
+int main(int argc, char** argv) try { return run(argc, argv); } catch (const std::exception& error) {
   std::fprintf(stderr, "slice_stages: %s\n", error.what());
   return 1;
 }

@@ -16,9 +16,12 @@ namespace {
 
 replay::Shot::Outcome outcome_of(plant::ShotOutcome outcome) {
   switch (outcome) {
-    case plant::ShotOutcome::kFired: return replay::Shot::Outcome::kFired;
-    case plant::ShotOutcome::kMissed: return replay::Shot::Outcome::kMissed;
-    default: return replay::Shot::Outcome::kIgnored;
+    case plant::ShotOutcome::kFired:
+      return replay::Shot::Outcome::kFired;
+    case plant::ShotOutcome::kMissed:
+      return replay::Shot::Outcome::kMissed;
+    default:
+      return replay::Shot::Outcome::kIgnored;
   }
 }
 
@@ -33,12 +36,15 @@ std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& 
   for (const plant::ShotRecord& s : history.shots) {
     plant::NearestCell cell{s.i, s.j};
     // Where the lab believed the second nozzle: what it is off by is nature's, and firn calibrate's to find.
-    if (s.nozzle == 1) cell = plant::nearest_cell(e.grid, s.x_mm + e.jet_b.offset_x_mm, s.y_mm + e.jet_b.offset_y_mm);
-    truth.shots.push_back({s.t_us, cell.i, cell.j, s.exposures, outcome_of(s.outcome), s.nozzle == 1 ? Material::kB : Material::kA});
+    if (s.nozzle == 1)
+      cell = plant::nearest_cell(e.grid, s.x_mm + e.jet_b.offset_x_mm, s.y_mm + e.jet_b.offset_y_mm);
+    truth.shots.push_back({s.t_us, cell.i, cell.j, s.exposures, outcome_of(s.outcome),
+                           s.nozzle == 1 ? Material::kB : Material::kA});
   }
   for (const plant::DeviceRecord& d : history.devices)
     if (d.event == plant::DeviceEvent::kJetArmed || d.event == plant::DeviceEvent::kJetDisarmed)
-      truth.jet.push_back({d.t_us, d.event == plant::DeviceEvent::kJetArmed, d.port == plant::Port::kJetB ? Material::kB : Material::kA});
+      truth.jet.push_back({d.t_us, d.event == plant::DeviceEvent::kJetArmed,
+                           d.port == plant::Port::kJetB ? Material::kB : Material::kA});
   return truth;
 }
 
@@ -60,7 +66,8 @@ replay::AuditVerdict path_verdict(const std::filesystem::path& run, const Experi
 replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
   try {
     const std::string config = recorded_config(run);
-    const Experiment e = config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
+    const Experiment e =
+        config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
     if (is_ice(e)) return path_verdict(run, e);
     const replay::AuditRecord record = replay::read_audit_record(run);
     const auto truth = read_world_truth(run, e);

@@ -16,7 +16,8 @@ struct AuditCommandOptions {
 };
 
 /// world.rec of a run of `experiment`; nothing where there is none (a real lab).
-std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& run, const Experiment& experiment);
+std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& run,
+                                                   const Experiment& experiment);
 
 /// @throws UsageError, ConfigError
 replay::AuditVerdict audit_verdict(const std::filesystem::path& run);

@@ -15,7 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSlice =
-    "[mesh]\nplace_x = \"cent\"\nplace_y = \"cent\"\nplace_z = \"number\"\nz_mm = [0.0]\n[part]\nfirst_offset_mm = 0.75\n[scaffold]\nfirst_offset_mm = 0.9\n[support]\nkind = \"full\"\nbuffer_mm = 3.3\n";
+    "[mesh]\nplace_x = \"cent\"\nplace_y = \"cent\"\nplace_z = \"number\"\nz_mm = "
+    "[0.0]\n[part]\nfirst_offset_mm = 0.75\n[scaffold]\nfirst_offset_mm = 0.9\n[support]\nkind = "
+    "\"full\"\nbuffer_mm = 3.3\n";
 
 // 5.3: SMF, MTTS and VFVC all online: valve frequency follows speed and feedback.
 Experiment experiment_of(double height_mm, std::uint64_t seed) {
@@ -66,8 +68,9 @@ MemoryPrintReport print_box(const BoxPart& part, std::uint64_t seed, const std::
   const IcePlantConfig& f = e.plant.ice;
   MemoryPrintOptions options;
   options.series = options.surface = options.ice_each = true;
-  options.ice_over = GridSpec{int(f.field_width_mm / f.cell_mm) - 2, int(f.field_depth_mm / f.cell_mm) - 2, f.cell_mm, f.cell_mm,
-                              f.field_x0_mm + 1.5 * f.cell_mm, f.field_y0_mm + 1.5 * f.cell_mm};
+  options.ice_over = GridSpec{
+      int(f.field_width_mm / f.cell_mm) - 2, int(f.field_depth_mm / f.cell_mm) - 2, f.cell_mm, f.cell_mm,
+      f.field_x0_mm + 1.5 * f.cell_mm,       f.field_y0_mm + 1.5 * f.cell_mm};
   options.tap = [&](std::string_view channel, std::span<const std::byte>) {
     if (layer && channel == "LAYER_METRICS") layer();
   };
@@ -85,7 +88,8 @@ std::vector<WallBand> wall_bands(const BoxPart& part, const MemoryPrintReport& p
   for (std::size_t n = 0; n < places; ++n) {
     const std::size_t below = first + n * intervals / places, top = first + (n + 1) * intervals / places;
     WallBand band{(after[top].layer - after[below].layer) * kBoxLayer_mm, print.ice_each[top]};
-    for (std::size_t c = 0; c < band.ice.cells.size(); ++c) band.ice.cells[c] -= print.ice_each[below].cells[c];
+    for (std::size_t c = 0; c < band.ice.cells.size(); ++c)
+      band.ice.cells[c] -= print.ice_each[below].cells[c];
     bands.push_back(std::move(band));
   }
   return bands;

@@ -25,12 +25,13 @@ class BoxFolder {
   std::filesystem::path path;
 };
 
-/// Plate below, 5 x 0.25 mm to an interval, SMF by valve frequency with the optimal gains: "SMF, MTTS and VFVC all online" (5.3). Its
-/// slicing offsets and the spacing of its measurement were chosen on seed 1.
+/// Plate below, 5 x 0.25 mm to an interval, SMF by valve frequency with the optimal gains: "SMF, MTTS and
+/// VFVC all online" (5.3). Its slicing offsets and the spacing of its measurement were chosen on seed 1.
 /// @param layer called after every measured layer; may be empty
 MemoryPrintReport print_box(const BoxPart& part, std::uint64_t seed, const std::function<void()>& layer = {});
 
-/// The wall of such a print in as many as four bands of whole intervals above the plate, where a caliper is held.
+/// The wall of such a print in as many as four bands of whole intervals above the plate, where a caliper is
+/// held.
 std::vector<WallBand> wall_bands(const BoxPart& part, const MemoryPrintReport& print);
 
 }  // namespace firn::barnett

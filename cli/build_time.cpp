@@ -30,21 +30,26 @@ Ends ends_of(const std::vector<Point2>& points, bool closed, double run_mm) {
   const auto beyond = [&](const Point2& end, const Point2& inside) {
     const double length = between(inside, end);
     if (length <= 0.0) return end;
-    return Point2{end.x_mm + run_mm * (end.x_mm - inside.x_mm) / length, end.y_mm + run_mm * (end.y_mm - inside.y_mm) / length};
+    return Point2{end.x_mm + run_mm * (end.x_mm - inside.x_mm) / length,
+                  end.y_mm + run_mm * (end.y_mm - inside.y_mm) / length};
   };
   if (closed) return {points.front(), points.front()};
   return {beyond(points.front(), points[1]), beyond(points.back(), points[points.size() - 2])};
 }
 
 // From rest to `speed`.
-double ramp_s(double speed, const motion::RateLimits& l) { return speed / l.acceleration + l.acceleration / l.jerk; }
+double ramp_s(double speed, const motion::RateLimits& l) {
+  return speed / l.acceleration + l.acceleration / l.jerk;
+}
 
 }  // namespace
 
 double rest_to_rest_s(double distance_mm, const motion::RateLimits& l) {
   const double knee_s = l.acceleration / l.jerk;
-  if (distance_mm <= 2.0 * l.acceleration * knee_s * knee_s) return 4.0 * std::cbrt(distance_mm / (2.0 * l.jerk));
-  const double reached = 0.5 * l.acceleration * (std::sqrt(knee_s * knee_s + 4.0 * distance_mm / l.acceleration) - knee_s);
+  if (distance_mm <= 2.0 * l.acceleration * knee_s * knee_s)
+    return 4.0 * std::cbrt(distance_mm / (2.0 * l.jerk));
+  const double reached =
+      0.5 * l.acceleration * (std::sqrt(knee_s * knee_s + 4.0 * distance_mm / l.acceleration) - knee_s);
   if (reached <= l.rate) return 2.0 * ramp_s(reached, l);
   return distance_mm / l.rate + ramp_s(l.rate, l);
 }
@@ -61,7 +66,8 @@ double BuildPaths::length_mm() const {
   return length;
 }
 
-BuildPaths build_paths(const BoxFolder& folder, const motion::RateLimits& limits, const std::vector<std::string>& overrides, int threads) {
+BuildPaths build_paths(const BoxFolder& folder, const motion::RateLimits& limits,
+                       const std::vector<std::string>& overrides, int threads) {
   const SliceSettings settings = load_slice_settings(folder.path / "slice.toml", overrides);
   const ParallelFor parallel = parallel_on(threads);
   const auto silent = [](double, const std::string&) {};
@@ -95,7 +101,8 @@ BuildPaths build_paths(const BoxFolder& folder, const motion::RateLimits& limits
     }
     double way_s[2]{};
     for (int k = 0; k < 2; ++k)
-      for (std::size_t n = 1; n < at_rest[k].size(); ++n) way_s[k] += rest_to_rest_s(between(at_rest[k][n - 1].last, at_rest[k][n].first), limits);
+      for (std::size_t n = 1; n < at_rest[k].size(); ++n)
+        way_s[k] += rest_to_rest_s(between(at_rest[k][n - 1].last, at_rest[k][n].first), limits);
     all.transit_s += way_s[0];
     all.run_up_s += way_s[1] - way_s[0];
   });
@@ -114,10 +121,12 @@ double motion_s(const BuildPaths& of, const std::function<double(const motion::P
   return sum;
 }
 
-double duration_s(Way way, const motion::PathInput& in, const motion::Arm& arm, const motion::MotionLimits& limits) {
+double duration_s(Way way, const motion::PathInput& in, const motion::Arm& arm,
+                  const motion::MotionLimits& limits) {
   motion::ConstantOptions constant;
   constant.fill_mm_s = way == Way::kStraightConstant ? 125.0 : 25.0;  // 4.4
-  const Trajectory t = way == Way::kVariable ? plan_thesis(in, arm, limits) : plan_constant(in, arm, limits, constant);
+  const Trajectory t =
+      way == Way::kVariable ? plan_thesis(in, arm, limits) : plan_constant(in, arm, limits, constant);
   return t.tick_s * double(t.samples() - 1);
 }
 

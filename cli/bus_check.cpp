@@ -12,7 +12,8 @@ namespace firn {
 
 std::string check_multicast(double within_s) {
   static constexpr const char* kMend =
-      "multicast has no route on loopback; mend: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo";
+      "multicast has no route on loopback; mend: ip link set lo multicast on; ip route add 224.0.0.0/4 dev "
+      "lo";
   try {
     LcmBus bus(default_bus_url(free_bus_port(monotonic_ns())));
     bus.subscribe("FIRN_DOCTOR");

@@ -39,14 +39,16 @@ void check_bus(const std::string& bus) {
   constexpr std::string_view kScheme = "udpm://";
   if (bus.empty() || bus == "in-process") return;
   const auto refuse = [&](const std::string& what) {
-    throw UsageError("--bus " + bus + ": " + what + "; in-process or udpm://239.255.76.67:21000?ttl=0 is wanted");
+    throw UsageError("--bus " + bus + ": " + what +
+                     "; in-process or udpm://239.255.76.67:21000?ttl=0 is wanted");
   };
   if (!bus.starts_with(kScheme)) refuse("is no bus of several processes");
   const std::string place = bus.substr(kScheme.size(), bus.find('?') - kScheme.size());
   const std::size_t colon = place.find(':');
   if (colon == std::string::npos) refuse("has no port");
   in_addr address{};
-  if (::inet_pton(AF_INET, place.substr(0, colon).c_str(), &address) != 1 || !IN_MULTICAST(ntohl(address.s_addr)))
+  if (::inet_pton(AF_INET, place.substr(0, colon).c_str(), &address) != 1 ||
+      !IN_MULTICAST(ntohl(address.s_addr)))
     refuse(place.substr(0, colon) + " is no multicast address (224.0.0.0 to 239.255.255.255)");
   const std::string text = place.substr(colon + 1);
   int port = 0;

@@ -45,7 +45,8 @@ std::vector<registration::MarkSite> sites(const DropletPattern& marks, const Mat
   std::vector<registration::MarkSite> out;
   for (int j = 0; j < marks.spec.ny; ++j)
     for (int i = 0; i < marks.spec.nx; ++i)
-      if (marks.at(i, j)) out.push_back({marks.spec.x_mm(i), marks.spec.y_mm(j), Material(materials.at(i, j))});
+      if (marks.at(i, j))
+        out.push_back({marks.spec.x_mm(i), marks.spec.y_mm(j), Material(materials.at(i, j))});
   return out;
 }
 
@@ -60,10 +61,12 @@ std::string number(double value, int digits) {
 Calibration calibrate(const std::filesystem::path& run) {
   try {
     const std::string config = recorded_config(run);
-    if (config.empty()) throw std::invalid_argument(run.string() + ": no configuration is recorded in nodes/");
+    if (config.empty())
+      throw std::invalid_argument(run.string() + ": no configuration is recorded in nodes/");
     const Experiment e = parse_experiment(config, "the recorded configuration");
     if (e.control.scheme != "registration")
-      throw std::invalid_argument(run.string() + " is no registration print: its control.scheme is \"" + e.control.scheme + "\"");
+      throw std::invalid_argument(run.string() + " is no registration print: its control.scheme is \"" +
+                                  e.control.scheme + "\"");
     const Seen seen = read(run);
     if (!seen.bare || !seen.last || !seen.marks || !seen.materials)
       throw std::invalid_argument(run.string() + " holds no printed and measured marks");
@@ -81,9 +84,10 @@ std::string proposal(const Calibration& c, const std::string& run_name) {
   const auto row = [](const char* key, double value, const registration::Interval& i) {
     return std::string(key) + " = " + number(value, 5) + "  # 95 %: +- " + number(i.half_95_mm, 5) + " mm\n";
   };
-  return "# Where nozzle B stands relative to nozzle A, measured by firn calibrate from " + std::to_string(c.off.marks_a) + " and " +
-         std::to_string(c.off.marks_b) + " marks of\n# run " + run_name + ".\n[jet_b]\n" +
-         row("offset_x_mm", c.offset_x_mm(), c.off.x) + row("offset_y_mm", c.offset_y_mm(), c.off.y);
+  return "# Where nozzle B stands relative to nozzle A, measured by firn calibrate from " +
+         std::to_string(c.off.marks_a) + " and " + std::to_string(c.off.marks_b) + " marks of\n# run " +
+         run_name + ".\n[jet_b]\n" + row("offset_x_mm", c.offset_x_mm(), c.off.x) +
+         row("offset_y_mm", c.offset_y_mm(), c.off.y);
 }
 
 int run_calibrate(const CalibrateOptions& options) {
@@ -94,7 +98,8 @@ int run_calibrate(const CalibrateOptions& options) {
   }
   if (!std::filesystem::is_directory(options.run)) {
     std::string names;
-    for (const std::string_view name : lab_calibration_names()) names += (names.empty() ? "" : ", ") + std::string(name);
+    for (const std::string_view name : lab_calibration_names())
+      names += (names.empty() ? "" : ", ") + std::string(name);
     throw UsageError(options.run + " is neither a run folder nor one of " + names);
   }
   const Calibration c = calibrate(options.run);
@@ -105,19 +110,25 @@ int run_calibrate(const CalibrateOptions& options) {
   if (!file.flush()) throw std::runtime_error("cannot write " + path);
   if (options.json) {
     const auto axis = [](double value, double believed, const registration::Interval& i) {
-      return nlohmann::ordered_json{{"offset_mm", value}, {"believed_mm", believed}, {"off_by_mm", i.value_mm},
-                                    {"sigma_mm", i.sigma_mm}, {"half_95_mm", i.half_95_mm}};
+      return nlohmann::ordered_json{{"offset_mm", value},
+                                    {"believed_mm", believed},
+                                    {"off_by_mm", i.value_mm},
+                                    {"sigma_mm", i.sigma_mm},
+                                    {"half_95_mm", i.half_95_mm}};
     };
     const nlohmann::ordered_json out = {{"x", axis(c.offset_x_mm(), c.believed_x_mm, c.off.x)},
                                         {"y", axis(c.offset_y_mm(), c.believed_y_mm, c.off.y)},
-                                        {"marks_a", c.off.marks_a}, {"marks_b", c.off.marks_b}, {"skipped", c.off.skipped},
+                                        {"marks_a", c.off.marks_a},
+                                        {"marks_b", c.off.marks_b},
+                                        {"skipped", c.off.skipped},
                                         {"proposal", path}};
     std::printf("%s\n", out.dump(2).c_str());
     return kOk;
   }
   const auto line = [](const char* axis, double value, double believed, const registration::Interval& i) {
-    std::printf("%s  %11s mm  +- %s (95 %%)   the lab believes %s: off by %s um\n", axis, number(value, 5).c_str(),
-                number(i.half_95_mm, 5).c_str(), number(believed, 5).c_str(), number(1000.0 * i.value_mm, 1).c_str());
+    std::printf("%s  %11s mm  +- %s (95 %%)   the lab believes %s: off by %s um\n", axis,
+                number(value, 5).c_str(), number(i.half_95_mm, 5).c_str(), number(believed, 5).c_str(),
+                number(1000.0 * i.value_mm, 1).c_str());
   };
   std::printf("nozzle B relative to nozzle A, from %d and %d marks%s\n", c.off.marks_a, c.off.marks_b,
               c.off.skipped ? (", " + std::to_string(c.off.skipped) + " not found").c_str() : "");

@@ -1,5 +1,5 @@
-// firn calibrate RUN: where the second nozzle stands, from a registration print; proposes the lab file's keys. With the name of a
-// calibration of the ice lab instead of a run: cli/calibrate_lab.h.
+// firn calibrate RUN: where the second nozzle stands, from a registration print; proposes the lab file's
+// keys. With the name of a calibration of the ice lab instead of a run: cli/calibrate_lab.h.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +26,8 @@ struct Calibration {
 };
 
 /// From the run's first plan (the marks), its map of the bare substrate and its last map.
-/// @throws UsageError: not a registration print, or one without a finished layer; what measure_offset() refuses
+/// @throws UsageError: not a registration print, or one without a finished layer; what measure_offset()
+/// refuses
 Calibration calibrate(const std::filesystem::path& run);
 
 /// [jet_b] offsets with their intervals, as TOML to be taken into a lab file.

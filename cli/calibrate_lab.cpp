@@ -36,7 +36,8 @@ constexpr Kind kKinds[] = {{"laser-offset", &calibrate_laser_offset},
 std::string joined(const std::vector<double>& values, int digits, bool list) {
   if (!list) return fmt::format("{:.{}f}", values.at(0), digits);
   std::string s = "[";
-  for (std::size_t n = 0; n < values.size(); ++n) s += (n ? ", " : "") + fmt::format("{:.{}f}", values[n], digits);
+  for (std::size_t n = 0; n < values.size(); ++n)
+    s += (n ? ", " : "") + fmt::format("{:.{}f}", values[n], digits);
   return s + "]";
 }
 
@@ -54,31 +55,51 @@ std::vector<LabKey> lab_keys(const LabCalibration& c) {
 nlohmann::ordered_json json_of(const LabCalibration& c) {
   nlohmann::ordered_json keys = nlohmann::ordered_json::array(), also = keys;
   for (const FoundKey& k : c.keys) {
-    const auto values = [&](const std::vector<double>& v) { return k.list ? nlohmann::ordered_json(v) : nlohmann::ordered_json(v.at(0)); };
-    keys.push_back({{"key", k.section + "." + k.key}, {"unit", k.unit}, {"value", values(k.value)}, {"half_95", values(k.half_95)}, {"believed", values(k.believed)}});
+    const auto values = [&](const std::vector<double>& v) {
+      return k.list ? nlohmann::ordered_json(v) : nlohmann::ordered_json(v.at(0));
+    };
+    keys.push_back({{"key", k.section + "." + k.key},
+                    {"unit", k.unit},
+                    {"value", values(k.value)},
+                    {"half_95", values(k.half_95)},
+                    {"believed", values(k.believed)}});
   }
-  for (const auto& [name, e] : c.also) also.push_back({{"what", name}, {"value", e.value}, {"std", e.std}, {"half_95", e.half_95}});
-  return {{"what", c.what}, {"keys", keys}, {"also", also}, {"lines", c.lines}, {"level", c.level}, {"data", c.data}, {"outliers", c.outliers},
-          {"residual_std", c.residual_std}, {"residual_unit", c.residual_unit}, {"lab_s", c.lab_s}};
+  for (const auto& [name, e] : c.also)
+    also.push_back({{"what", name}, {"value", e.value}, {"std", e.std}, {"half_95", e.half_95}});
+  return {{"what", c.what},
+          {"keys", keys},
+          {"also", also},
+          {"lines", c.lines},
+          {"level", c.level},
+          {"data", c.data},
+          {"outliers", c.outliers},
+          {"residual_std", c.residual_std},
+          {"residual_unit", c.residual_unit},
+          {"lab_s", c.lab_s}};
 }
 
 void print(const LabCalibration& c) {
   for (const FoundKey& k : c.keys) {
     const std::string name = k.section + "." + k.key;
     if (!k.list) {
-      fmt::print("{:<26} {:>12} {} +- {} (95 %)   the lab believes {}: off by {:+.{}f}\n", name, joined(k.value, k.digits, false), k.unit, joined(k.half_95, k.digits, false),
+      fmt::print("{:<26} {:>12} {} +- {} (95 %)   the lab believes {}: off by {:+.{}f}\n", name,
+                 joined(k.value, k.digits, false), k.unit, joined(k.half_95, k.digits, false),
                  joined(k.believed, k.digits, false), k.value[0] - k.believed[0], k.digits);
     } else if (std::any_of(k.half_95.begin(), k.half_95.end(), [](double h) { return h > 0.0; })) {
       for (std::size_t n = 0; n < k.value.size(); ++n)
-        fmt::print("{:<26} {:>10.3f} Hz {:>10.3f} {} +- {:.3f} (95 %)\n", n == 0 ? name : "", c.keys[0].value[n], k.value[n], k.unit, k.half_95[n]);
+        fmt::print("{:<26} {:>10.3f} Hz {:>10.3f} {} +- {:.3f} (95 %)\n", n == 0 ? name : "",
+                   c.keys[0].value[n], k.value[n], k.unit, k.half_95[n]);
     }
   }
   for (const auto& [name, e] : c.also) {
-    if (e.half_95 > 0.0) fmt::print("  {}: {:.6g} +- {:.2g} (95 %)\n", name, e.value, e.half_95);
-    else fmt::print("  {}: {:.6g}\n", name, e.value);
+    if (e.half_95 > 0.0)
+      fmt::print("  {}: {:.6g} +- {:.2g} (95 %)\n", name, e.value, e.half_95);
+    else
+      fmt::print("  {}: {:.6g}\n", name, e.value);
   }
   for (const std::string& line : c.lines) fmt::print("{}\n", line);
-  fmt::print("{} data, {} of them left out as outliers; residual {:.3g} {}; {:.0f} s of the lab's time\n", c.data, c.outliers, c.residual_std, c.residual_unit, c.lab_s);
+  fmt::print("{} data, {} of them left out as outliers; residual {:.3g} {}; {:.0f} s of the lab's time\n",
+             c.data, c.outliers, c.residual_std, c.residual_unit, c.lab_s);
 }
 
 std::string text_of(const std::filesystem::path& path) {
@@ -87,7 +108,8 @@ std::string text_of(const std::filesystem::path& path) {
 }
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
-  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path)) throw UsageError(path.string() + " is no regular file");
+  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+    throw UsageError(path.string() + " is no regular file");
   std::ofstream file(path, std::ios::trunc);
   file << text;
   if (!file.flush()) throw std::runtime_error("cannot write " + path.string());
@@ -111,7 +133,9 @@ Experiment ice_lab(const CalibrateLabOptions& o, const std::vector<std::string>&
 std::function<void(double)> shown(ProgressLine& line, const std::string& what) {
   return [&line, what, began = std::chrono::steady_clock::now()](double share) {
     const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-    if (s > 2.0 && share > 0.0) line.show(fmt::format("{} {:3.0f} %  ETA {:.0f} s", what, 100.0 * share, s * (1.0 - share) / share), share >= 1.0);
+    if (s > 2.0 && share > 0.0)
+      line.show(fmt::format("{} {:3.0f} %  ETA {:.0f} s", what, 100.0 * share, s * (1.0 - share) / share),
+                share >= 1.0);
   };
 }
 
@@ -130,21 +154,36 @@ bool is_lab_calibration(std::string_view name) {
 std::string residual_svg(const LabCalibration& c) {
   double x0 = 1e300, x1 = -1e300, most = 0.0;
   for (const auto& g : c.plot.groups)
-    for (std::size_t n = 0; n < g.x.size(); ++n) x0 = std::min(x0, g.x[n]), x1 = std::max(x1, g.x[n]), most = std::max(most, std::abs(g.y[n]));
+    for (std::size_t n = 0; n < g.x.size(); ++n)
+      x0 = std::min(x0, g.x[n]), x1 = std::max(x1, g.x[n]), most = std::max(most, std::abs(g.y[n]));
   const double pad = 0.05 * std::max(x1 - x0, 1e-9);
   const replay::Frame frame{78, 40, 620, 330};
-  const replay::Axis x(x0 - pad, x1 + pad, frame.left, frame.right, 7), y(-1.1 * most - 1e-9, 1.1 * most + 1e-9, frame.bottom, frame.top, 6);
+  const replay::Axis x(x0 - pad, x1 + pad, frame.left, frame.right, 7),
+      y(-1.1 * most - 1e-9, 1.1 * most + 1e-9, frame.bottom, frame.top, 6);
   std::string s = replay::svg_open(650, 420, "residuals of firn calibrate " + c.what);
-  s += replay::svg_text(0.5 * (frame.left + frame.right), 22, "middle", "name", fmt::format("{}: {} data, standard deviation {:.3g} {}", c.what, c.data, c.residual_std, c.residual_unit));
+  s += replay::svg_text(0.5 * (frame.left + frame.right), 22, "middle", "name",
+                        fmt::format("{}: {} data, standard deviation {:.3g} {}", c.what, c.data,
+                                    c.residual_std, c.residual_unit));
   s += replay::draw_axes(frame, x, y, c.plot.x_name, c.plot.y_name);
   s += fmt::format("<path class=\"axis\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>", frame.left, y.px(0.0), frame.right);
   double at = frame.left;
   for (std::size_t g = 0; g < c.plot.groups.size(); ++g) {
     const auto& group = c.plot.groups[g];
     const auto mark = [&](double px, double py) {  // told apart without colour too
-      if (g % 3 == 0) return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.2\" fill=\"none\" stroke=\"var(--c{})\" stroke-width=\"1.4\"/>", px, py, g % 6);
-      if (g % 3 == 1) return fmt::format("<path d=\"M{:.1f} {:.1f}l6 6m0 -6l-6 6\" fill=\"none\" stroke=\"var(--c{})\" stroke-width=\"1.4\"/>", px - 3, py - 3, g % 6);
-      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"6\" height=\"6\" fill=\"none\" stroke=\"var(--c{})\" stroke-width=\"1.4\"/>", px - 3, py - 3, g % 6);
+      if (g % 3 == 0)
+        return fmt::format(
+            "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.2\" fill=\"none\" stroke=\"var(--c{})\" "
+            "stroke-width=\"1.4\"/>",
+            px, py, g % 6);
+      if (g % 3 == 1)
+        return fmt::format(
+            "<path d=\"M{:.1f} {:.1f}l6 6m0 -6l-6 6\" fill=\"none\" stroke=\"var(--c{})\" "
+            "stroke-width=\"1.4\"/>",
+            px - 3, py - 3, g % 6);
+      return fmt::format(
+          "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"6\" height=\"6\" fill=\"none\" stroke=\"var(--c{})\" "
+          "stroke-width=\"1.4\"/>",
+          px - 3, py - 3, g % 6);
     };
     for (std::size_t n = 0; n < group.x.size(); ++n) s += mark(x.px(group.x[n]), y.px(group.y[n]));
     s += mark(at + 4, 394) + replay::svg_text(at + 14, 398, "start", "tick", group.label);
@@ -154,9 +193,11 @@ std::string residual_svg(const LabCalibration& c) {
 }
 
 int run_calibrate_lab(const CalibrateLabOptions& o) {
-  const auto kind = std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return k.name == o.what; });
+  const auto kind =
+      std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return k.name == o.what; });
   if (kind == std::end(kKinds)) throw UsageError("there is no calibration \"" + o.what + "\"");
-  if (o.write && !o.output.empty()) throw UsageError("--write writes into the lab file: -o has no place beside it");
+  if (o.write && !o.output.empty())
+    throw UsageError("--write writes into the lab file: -o has no place beside it");
   const std::filesystem::path lab = o.lab;
   std::vector<std::string> overrides{"ice.mesh=\"-\""};  // nothing is printed
   overrides.insert(overrides.end(), o.overrides.begin(), o.overrides.end());
@@ -171,8 +212,12 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
     c = kind->run(e, machine, run);
   } catch (const calibration::Uninformative& why) {
     line.done();
-    if (o.json) std::printf("%s\n", nlohmann::ordered_json{{"what", o.what}, {"uninformative", why.what()}}.dump(2).c_str());
-    else std::fprintf(stderr, "firn calibrate %s: uninformative, nothing is proposed: %s\n", o.what.c_str(), why.what());
+    if (o.json)
+      std::printf("%s\n",
+                  nlohmann::ordered_json{{"what", o.what}, {"uninformative", why.what()}}.dump(2).c_str());
+    else
+      std::fprintf(stderr, "firn calibrate %s: uninformative, nothing is proposed: %s\n", o.what.c_str(),
+                   why.what());
     return kFailed;
   }
   line.done();
@@ -182,7 +227,9 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   if (!c.keys.empty()) {
     const std::string before = text_of(lab), after = with_keys(before, lab_keys(c));
     changes = changed_lines(before, after);
-    proposal = o.write ? lab : !o.output.empty() ? std::filesystem::path(o.output) : std::filesystem::path(lab).replace_extension(".proposed.toml");
+    proposal = o.write             ? lab
+               : !o.output.empty() ? std::filesystem::path(o.output)
+                                   : std::filesystem::path(lab).replace_extension(".proposed.toml");
     write_text(proposal, after);
   }
   if (o.json) {
@@ -193,7 +240,8 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
     return kOk;
   }
   print(c);
-  if (!proposal.empty()) fmt::print("{} {}:\n{}", o.write ? "written into" : "proposed in", proposal.string(), changes);
+  if (!proposal.empty())
+    fmt::print("{} {}:\n{}", o.write ? "written into" : "proposed in", proposal.string(), changes);
   return kOk;
 }
 

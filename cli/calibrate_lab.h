@@ -1,5 +1,5 @@
-// firn calibrate laser-offset | laser-latency | level-table | valve-latency | flow-curve: runs one calibration in the simulated ice
-// lab and proposes what it has found for the lab file.
+// firn calibrate laser-offset | laser-latency | level-table | valve-latency | flow-curve: runs one
+// calibration in the simulated ice lab and proposes what it has found for the lab file.
 #pragma once
 
 #include <string>
@@ -28,7 +28,8 @@ bool is_lab_calibration(std::string_view name);
 
 std::string residual_svg(const LabCalibration& calibration);
 
-/// @returns 0; 1 when the data cannot tell (and why): nothing is written then. @throws UsageError, ConfigError
+/// @returns 0; 1 when the data cannot tell (and why): nothing is written then. @throws UsageError,
+/// ConfigError
 int run_calibrate_lab(const CalibrateLabOptions& options);
 
 }  // namespace firn

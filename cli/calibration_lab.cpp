@@ -37,14 +37,16 @@ namespace firn {
 namespace {
 
 constexpr double kReady_s = 120.0, kWarm_s = 3600.0, kAnswer_s = 60.0, kUpload_s = 60.0;
-// The arm comes down in steps until the laser, which sees 5 mm either way, sees something: the nozzles, at the height of its
-// reference distance, then still stand 1 mm above it or more.
+// The arm comes down in steps until the laser, which sees 5 mm either way, sees something: the nozzles, at
+// the height of its reference distance, then still stand 1 mm above it or more.
 constexpr double kFrom_mm = 16.0, kTo_mm = -11.0, kStep_mm = 3.0;
-constexpr double kSettle_s = 1.0;     // of the arm and of what hangs from it
+constexpr double kSettle_s = 1.0;      // of the arm and of what hangs from it
 constexpr double kMove_mm_s = 1000.0;  // between points, as fast as the approach to a path
 constexpr std::int64_t kRunId = 1;
-constexpr std::pair<NodeId, MakeNode> kNodes[] = {{NodeId::kRobot, &make_robot}, {NodeId::kValveA, &make_valve_a}, {NodeId::kValveB, &make_valve_b},
-                                                  {NodeId::kLaserPoint, &make_laser_point}, {NodeId::kHeater, &make_heater}, {NodeId::kSafety, &make_safety}};
+constexpr std::pair<NodeId, MakeNode> kNodes[] = {
+    {NodeId::kRobot, &make_robot},    {NodeId::kValveA, &make_valve_a},
+    {NodeId::kValveB, &make_valve_b}, {NodeId::kLaserPoint, &make_laser_point},
+    {NodeId::kHeater, &make_heater},  {NodeId::kSafety, &make_safety}};
 
 template <class Message>
 std::optional<Message> decoded(std::span<const std::byte> bytes) {
@@ -64,16 +66,21 @@ struct CalibrationLab::State {
         lab(&world),
         scheduler(NodeId::kScheduler, kRunId),
         planner(NodeId::kPathPlanner, kRunId) {
-    if (!is_ice(e)) throw std::invalid_argument("lab.kind = \"" + e.lab.kind + "\": only an ice lab has these calibrations");
+    if (!is_ice(e))
+      throw std::invalid_argument("lab.kind = \"" + e.lab.kind +
+                                  "\": only an ice lab has these calibrations");
     const std::string config = dump(e);
-    const Blobs inputs{{"machine", "", {reinterpret_cast<const std::byte*>(machine_toml.data()),
-                                        reinterpret_cast<const std::byte*>(machine_toml.data()) + machine_toml.size()}}};
+    const Blobs inputs{{"machine",
+                        "",
+                        {reinterpret_cast<const std::byte*>(machine_toml.data()),
+                         reinterpret_cast<const std::byte*>(machine_toml.data()) + machine_toml.size()}}};
     for (const auto& [id, make] : kNodes) {
       hosts.push_back(std::make_unique<NodeHost>(id, make(config, inputs), kRunId, nullptr));
       if (info(id).driver) drivers.push_back(id);
       lab.add(hosts.back().get());
     }
-    lab.set_tap([this](std::string_view channel, std::span<const std::byte> bytes, Time) { hear(channel, bytes); });
+    lab.set_tap(
+        [this](std::string_view channel, std::span<const std::byte> bytes, Time) { hear(channel, bytes); });
     lab.start(0, Time{});
   }
 
@@ -91,18 +98,22 @@ struct CalibrationLab::State {
       } else if (channel == channels::device_state(d).name) {
         if (const auto m = decoded<device_state_t>(bytes)) states[d] = DeviceState(m->state);
       } else if (channel == channels::fault(d).name) {
-        if (const auto m = decoded<fault_t>(bytes); m && Severity(m->severity) == Severity::kStop) stopped = m->node + ": " + m->text;
+        if (const auto m = decoded<fault_t>(bytes); m && Severity(m->severity) == Severity::kStop)
+          stopped = m->node + ": " + m->text;
       }
     }
   }
 
-  /// @throws std::runtime_error: `done` has not become true within `seconds`, or an instrument has stopped the lab
+  /// @throws std::runtime_error: `done` has not become true within `seconds`, or an instrument has stopped
+  /// the lab
   template <class Done>
   void until(Done&& done, double seconds, const std::string& what) {
     const Time limit = lab.now().after_s(seconds);
     while (!done()) {
       if (!stopped.empty()) throw std::runtime_error(what + ": " + stopped);
-      if (!lab.step(limit)) throw std::runtime_error(what + " is not done after " + std::to_string(int(seconds)) + " s of lab time");
+      if (!lab.step(limit))
+        throw std::runtime_error(what + " is not done after " + std::to_string(int(seconds)) +
+                                 " s of lab time");
     }
   }
 
@@ -113,7 +124,8 @@ struct CalibrationLab::State {
     for (std::size_t n = 0; n < out.size(); ++n) lab.publish(out.at(n).channel, out.at(n).bytes);
   }
 
-  /// Commands and waits for the answer. A refusal is tried again: the lease may have reached us before the driver.
+  /// Commands and waits for the answer. A refusal is tried again: the lease may have reached us before the
+  /// driver.
   template <class Command>
   answer_t command(const Channel<Command>& channel, Command c, double seconds, const std::string& what) {
     for (int attempt = 0; attempt < 5; ++attempt) {
@@ -171,7 +183,8 @@ struct CalibrationLab::State {
   std::string stopped;
 };
 
-CalibrationLab::CalibrationLab(const Experiment& e, const std::string& machine_toml) : state_(std::make_unique<State>(e, machine_toml)) {}
+CalibrationLab::CalibrationLab(const Experiment& e, const std::string& machine_toml)
+    : state_(std::make_unique<State>(e, machine_toml)) {}
 CalibrationLab::~CalibrationLab() = default;
 
 const Experiment& CalibrationLab::experiment() const { return state_->experiment; }
@@ -188,15 +201,20 @@ motion::Tool CalibrationLab::tool(const std::string& name) const {
 
 void CalibrationLab::get_ready() {
   State& s = *state_;
-  s.until([&] { return s.enabled && std::all_of(s.drivers.begin(), s.drivers.end(), [&](NodeId d) { return s.states[d] == DeviceState::kSafe; }); },
-          kReady_s, "getting ready");
+  s.until(
+      [&] {
+        return s.enabled && std::all_of(s.drivers.begin(), s.drivers.end(),
+                                        [&](NodeId d) { return s.states[d] == DeviceState::kSafe; });
+      },
+      kReady_s, "getting ready");
   heater_command_t h{};
   h.verb = std::int8_t(HeaterVerb::kSet);
   h.set_degC[0] = s.experiment.heater.tip_degC;
   h.set_degC[1] = s.experiment.heater.window_degC;
   h.set_degC[2] = s.experiment.heater.conduit_degC;
   s.command(channels::kHeaterCommand, h, kAnswer_s, "heating");
-  s.until([&] { return s.temperature && s.temperature->degC[0] >= s.experiment.heater.low_degC; }, kWarm_s, "warming the tip");
+  s.until([&] { return s.temperature && s.temperature->degC[0] >= s.experiment.heater.low_degC; }, kWarm_s,
+          "warming the tip");
   s.robot(RobotVerb::kHome, 0, kReady_s, "homing");
 }
 
@@ -237,7 +255,8 @@ Trajectory CalibrationLab::stand(const LabPass& pass, double seconds) const {
   t.axes = s.arm->joints();
   for (int a = 0; a < t.axes; ++a) t.axis_units.push_back(s.arm->joint_unit(a));
   const auto samples = std::size_t(std::ceil(seconds / t.tick_s)) + 1;
-  for (std::size_t n = 0; n < samples; ++n) t.positions.insert(t.positions.end(), q.begin(), q.begin() + t.axes);
+  for (std::size_t n = 0; n < samples; ++n)
+    t.positions.insert(t.positions.end(), q.begin(), q.begin() + t.axes);
   t.certificate.duration_s = double(samples - 1) * t.tick_s;
   return t;
 }
@@ -277,7 +296,8 @@ double CalibrationLab::reading(double x_mm, double y_mm, double z_mm) {
   l.samples = 1;
   l.period_s = 1.0 / s.experiment.laser_point.rate_hz;
   s.command(channels::kLaserCommand, l, kAnswer_s, "reading the laser");
-  return s.samples && s.samples->n > 0 ? double(s.samples->distance_mm[0]) : std::numeric_limits<double>::quiet_NaN();
+  return s.samples && s.samples->n > 0 ? double(s.samples->distance_mm[0])
+                                       : std::numeric_limits<double>::quiet_NaN();
 }
 
 bool CalibrationLab::reaches(double x_mm, double y_mm) const try {
@@ -289,11 +309,14 @@ bool CalibrationLab::reaches(double x_mm, double y_mm) const try {
 
 double CalibrationLab::surface_mm(double x_mm, double y_mm) {
   for (double z = kFrom_mm; z >= kTo_mm; z -= kStep_mm)
-    if (const double seen = reading(x_mm, y_mm, z); std::isfinite(seen)) return z + seen + state_->experiment.laser_point.offset_z_mm;
-  throw std::runtime_error("the laser sees nothing at (" + std::to_string(x_mm) + ", " + std::to_string(y_mm) + ") mm down to " + std::to_string(kTo_mm) + " mm");
+    if (const double seen = reading(x_mm, y_mm, z); std::isfinite(seen))
+      return z + seen + state_->experiment.laser_point.offset_z_mm;
+  throw std::runtime_error("the laser sees nothing at (" + std::to_string(x_mm) + ", " +
+                           std::to_string(y_mm) + ") mm down to " + std::to_string(kTo_mm) + " mm");
 }
 
-std::int64_t CalibrationLab::fire(const Trajectory& motion, int material, const std::vector<std::int32_t>& ticks) {
+std::int64_t CalibrationLab::fire(const Trajectory& motion, int material,
+                                  const std::vector<std::int32_t>& ticks) {
   State& s = *state_;
   const bool b = material == 1;
   const ValveLineConfig& valve = b ? s.experiment.valve_b : s.experiment.valve_a;
@@ -315,12 +338,17 @@ std::int64_t CalibrationLab::fire(const Trajectory& motion, int material, const 
     v.verb = std::int8_t(verb);
     s.command(channel, v, kUpload_s, "loading and arming the valve");
   }
-  s.robot(RobotVerb::kRun, b ? kSignalValveB : kSignalValveA, motion.certificate.duration_s + kUpload_s, "running a path with pulses");
+  s.robot(RobotVerb::kRun, b ? kSignalValveB : kSignalValveA, motion.certificate.duration_s + kUpload_s,
+          "running a path with pulses");
   v.verb = std::int8_t(ValveVerb::kDisarm);
   return s.command(channel, v, kAnswer_s, "disarming the valve").counted;
 }
 
-double CalibrationLab::tip_degC() const { return state_->temperature ? state_->temperature->degC[0] : std::numeric_limits<double>::quiet_NaN(); }
-double CalibrationLab::weigh_mg(int material) { return state_->world.world().ice()->weighed_mg(material, ++state_->weighings); }
+double CalibrationLab::tip_degC() const {
+  return state_->temperature ? state_->temperature->degC[0] : std::numeric_limits<double>::quiet_NaN();
+}
+double CalibrationLab::weigh_mg(int material) {
+  return state_->world.world().ice()->weighed_mg(material, ++state_->weighings);
+}
 
 }  // namespace firn

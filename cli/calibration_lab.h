@@ -1,5 +1,6 @@
-// The simulated ice lab under one operator's commands: the nodes of its instruments and of safety, their drivers and the
-// byte-level twins, one act after the other. What comes out is what the instruments have answered.
+// The simulated ice lab under one operator's commands: the nodes of its instruments and of safety, their
+// drivers and the byte-level twins, one act after the other. What comes out is what the instruments have
+// answered.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +18,11 @@ namespace firn {
 
 /// A straight pass of one tool, from rest to rest.
 struct LabPass {
-  std::vector<Point2> points;     ///< of the tool, part frame
-  motion::Tool tool;              ///< as the lab believes it to be
-  double z_mm = 0.0;              ///< of the tool, above the part's origin
+  std::vector<Point2> points;  ///< of the tool, part frame
+  motion::Tool tool;           ///< as the lab believes it to be
+  double z_mm = 0.0;           ///< of the tool, above the part's origin
   double speed_mm_s = 50.0;
-  double yaw_rad = 0.0;           ///< of the flange
+  double yaw_rad = 0.0;  ///< of the flange
 };
 
 class CalibrationLab {
@@ -33,11 +34,12 @@ class CalibrationLab {
 
   const Experiment& experiment() const;
   const Machine& machine() const;
-  /// The machine's, the laser with the offset of laser_point.*. @throws std::invalid_argument: there is none of this name
+  /// The machine's, the laser with the offset of laser_point.*. @throws std::invalid_argument: there is none
+  /// of this name
   motion::Tool tool(const std::string& name) const;
 
   // All acts throw std::runtime_error with what the instrument or safety has said when one fails.
-  void get_ready();               ///< heaters on, tip warm, arm at home: before any other act
+  void get_ready();  ///< heaters on, tip warm, arm at home: before any other act
   /// @throws std::runtime_error: out of reach, a limit
   Trajectory plan(const LabPass& pass) const;
   /// A trajectory that stands still for `seconds`, the tool at the pass's first point.
@@ -56,7 +58,7 @@ class CalibrationLab {
   double tip_degC() const;        ///< as its thermocouple said last
   double weigh_mg(int material);  ///< the cup beside the simulated surface, as the balance shows it
   void wait(double seconds);
-  double now_s() const;           ///< since the lab was started
+  double now_s() const;  ///< since the lab was started
 
  private:
   struct State;

@@ -26,11 +26,13 @@ struct FileActions {
 }  // namespace
 
 std::string to_text(const Ending& e) {
-  return e.code < 0 ? "was killed by signal " + std::to_string(e.signal) : "exited with code " + std::to_string(e.code);
+  return e.code < 0 ? "was killed by signal " + std::to_string(e.signal)
+                    : "exited with code " + std::to_string(e.code);
 }
 
 ChildProcess::ChildProcess(std::string name, const std::filesystem::path& program,
-                           const std::vector<std::string>& arguments, const std::filesystem::path& stderr_file)
+                           const std::vector<std::string>& arguments,
+                           const std::filesystem::path& stderr_file)
     : name_(std::move(name)), control_(-1) {
   int pair[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)
@@ -40,7 +42,8 @@ ChildProcess::ChildProcess(std::string name, const std::filesystem::path& progra
   argv.push_back(nullptr);
   FileActions files;
   posix_spawn_file_actions_addopen(&files.actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&files.actions, STDERR_FILENO, stderr_file.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+  posix_spawn_file_actions_addopen(&files.actions, STDERR_FILENO, stderr_file.c_str(),
+                                   O_WRONLY | O_CREAT | O_APPEND, 0644);
   posix_spawn_file_actions_adddup2(&files.actions, STDERR_FILENO, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&files.actions, pair[1], kControlFd);
   const int error = ::posix_spawn(&pid_, program.c_str(), &files.actions, nullptr, argv.data(), environ);

@@ -15,7 +15,7 @@ namespace firn {
 
 /// How a process ended.
 struct Ending {
-  int code = -1;    ///< exit code; -1 = killed
+  int code = -1;  ///< exit code; -1 = killed
   int signal = 0;
 };
 /// "was killed by signal 9", "exited with code 3"
@@ -23,10 +23,10 @@ std::string to_text(const Ending& ending);
 
 class ChildProcess {
  public:
-  /// Starts `program` with `arguments`; the control line is descriptor kControlFd there. stderr goes to the end of
-  /// `stderr_file`. @throws std::runtime_error naming the program
-  ChildProcess(std::string name, const std::filesystem::path& program, const std::vector<std::string>& arguments,
-               const std::filesystem::path& stderr_file);
+  /// Starts `program` with `arguments`; the control line is descriptor kControlFd there. stderr goes to the
+  /// end of `stderr_file`. @throws std::runtime_error naming the program
+  ChildProcess(std::string name, const std::filesystem::path& program,
+               const std::vector<std::string>& arguments, const std::filesystem::path& stderr_file);
   /// Kills the process if it still runs.
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;

@@ -22,10 +22,12 @@ namespace firn {
 namespace {
 
 std::filesystem::path make_folder(const std::string& output, const std::string& name) {
-  const std::filesystem::path folder = output.empty() ? std::filesystem::path("runs") / ("study-" + name) : std::filesystem::path(output);
+  const std::filesystem::path folder =
+      output.empty() ? std::filesystem::path("runs") / ("study-" + name) : std::filesystem::path(output);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) throw UsageError(folder.string() + ": no study folder can be made there");
+  if (error || !std::filesystem::is_directory(folder))
+    throw UsageError(folder.string() + ": no study folder can be made there");
   return folder;
 }
 
@@ -37,20 +39,24 @@ void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal) {
   for (const std::string& digest : wanted) found += journal.find(digest) != nullptr;
   if (found > 0) fmt::print(stderr, "{} of {} prints are on record\n", found, wanted.size());
   if (journal.size() > found)
-    fmt::print(stderr, "{} results in the folder are of other settings or of another build: kept, not used\n", journal.size() - found);
+    fmt::print(stderr, "{} results in the folder are of other settings or of another build: kept, not used\n",
+               journal.size() - found);
   if (journal.damaged() > 0)
-    fmt::print(stderr, "torn or damaged lines of the record: {}; these prints are made anew\n", journal.damaged());
+    fmt::print(stderr, "torn or damaged lines of the record: {}; these prints are made anew\n",
+               journal.damaged());
 }
 
 std::vector<std::pair<std::string, std::string>> provenance(const StudyPlan& plan) {
   const auto& seeds = plan.study.seeds;
   const auto [low, high] = std::minmax_element(seeds.begin(), seeds.end());
-  return {{"build", build_commit()},
-          {"platform", platform_description()},
-          {"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
-          {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)},
-          {"intervals", "BCa bootstrap, 10,000 resamples of seeds, keyed"},
-          {"tests", "sign-flip test of the paired differences, two-sided; Holm's adjustment over all pairs of schemes"}};
+  return {
+      {"build", build_commit()},
+      {"platform", platform_description()},
+      {"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
+      {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)},
+      {"intervals", "BCa bootstrap, 10,000 resamples of seeds, keyed"},
+      {"tests",
+       "sign-flip test of the paired differences, two-sided; Holm's adjustment over all pairs of schemes"}};
 }
 
 std::atomic<bool> interrupted{false};
@@ -82,28 +88,37 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   const StudyRunSummary made = run_study(plan, journal, run);
   progress.done();
   if (made.done < made.to_do) {
-    fmt::print(stderr, "interrupted after {} of {} prints; the same command goes on\n", made.done, made.to_do);
+    fmt::print(stderr, "interrupted after {} of {} prints; the same command goes on\n", made.done,
+               made.to_do);
     return kInterrupted;
   }
   if (made.done > 0)
-    fmt::print(stderr, "{} prints in {:.1f} s, {:.3f} s of processor time each\n", made.done, progress.elapsed_s(),
-               made.cpu_s / double(made.done));
+    fmt::print(stderr, "{} prints in {:.1f} s, {:.3f} s of processor time each\n", made.done,
+               progress.elapsed_s(), made.cpu_s / double(made.done));
 
   const replay::StudyTable table = study_table(plan, journal);
   const replay::StudyAnalysis analysis = replay::analyse(table);
   const std::string summary = study_json(table, analysis);
   write_file_atomically(folder / "runs.csv", replay::study_csv(table));
   write_file_atomically(folder / "summary.json", summary);
-  if (const auto rows = replay::profile_rows(table); !rows.empty()) write_file_atomically(folder / "profile.csv", replay::profile_csv(table, rows));
-  write_file_atomically(folder / "report.html",
-                        replay::study_page({table, analysis, differing_arms(plan), differing_parts(plan), provenance(plan)}));
-  if (options.json) std::fputs(summary.c_str(), stdout);
-  else std::fputs((study_text(table, analysis, differing_arms(plan)) + "\n" + (folder / "report.html").string() + "\n").c_str(), stdout);
+  if (const auto rows = replay::profile_rows(table); !rows.empty())
+    write_file_atomically(folder / "profile.csv", replay::profile_csv(table, rows));
+  write_file_atomically(
+      folder / "report.html",
+      replay::study_page({table, analysis, differing_arms(plan), differing_parts(plan), provenance(plan)}));
+  if (options.json)
+    std::fputs(summary.c_str(), stdout);
+  else
+    std::fputs(
+        (study_text(table, analysis, differing_arms(plan)) + "\n" + (folder / "report.html").string() + "\n")
+            .c_str(),
+        stdout);
   return analysis.ranking.empty() ? kFailed : kOk;
 }
 
 int run_compare(const CompareOptions& options) {
-  struct sigaction action {}, old_int {}, old_term {};
+  struct sigaction action {
+  }, old_int{}, old_term{};
   action.sa_handler = [](int) { interrupted = true; };
   sigaction(SIGINT, &action, &old_int);
   sigaction(SIGTERM, &action, &old_term);

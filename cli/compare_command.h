@@ -18,7 +18,8 @@ struct CompareOptions {
   bool json = false;
 };
 
-/// Runs what is not on record yet and writes runs.csv, summary.json, report.html and study.toml into the study folder.
+/// Runs what is not on record yet and writes runs.csv, summary.json, report.html and study.toml into the
+/// study folder.
 /// @param stop set while it runs: no new print is begun, and kInterrupted is returned.
 /// @returns kOk, kFailed where nothing can be compared, or kInterrupted
 int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop);

@@ -19,7 +19,9 @@ using Json = nlohmann::ordered_json;
 
 Json real(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
 
-std::string part_name(const StudyTable& t, int part) { return part == replay::kAllParts ? "" : t.parts[std::size_t(part)]; }
+std::string part_name(const StudyTable& t, int part) {
+  return part == replay::kAllParts ? "" : t.parts[std::size_t(part)];
+}
 
 std::size_t widest(const std::vector<std::string>& names, std::size_t least) {
   for (const std::string& n : names) least = std::max(least, n.size());
@@ -38,16 +40,19 @@ bool stopped(const StudyAnalysis& a) {
 
 }  // namespace
 
-std::string study_text(const StudyTable& t, const StudyAnalysis& a, const std::vector<replay::DifferingParameter>& settings) {
+std::string study_text(const StudyTable& t, const StudyAnalysis& a,
+                       const std::vector<replay::DifferingParameter>& settings) {
   const std::size_t w = widest(t.arms, 6);
-  std::string s = fmt::format("{}: {} schemes, {} parts, {} seeds; means over all parts with 95 % intervals, smaller is better{}\n", t.name,
-                              t.arms.size(), t.parts.size(), t.seeds.size(),
-                              stopped(a) ? ";\nof complete seeds where prints stopped" : "");
+  std::string s = fmt::format(
+      "{}: {} schemes, {} parts, {} seeds; means over all parts with 95 % intervals, smaller is better{}\n",
+      t.name, t.arms.size(), t.parts.size(), t.seeds.size(),
+      stopped(a) ? ";\nof complete seeds where prints stopped" : "");
   s += fmt::format("{:<{}} {:>5} {:>8}", "scheme", w, "seeds", "stopped");
   for (const auto& m : t.metrics) s += fmt::format("   {:<25}", m.name);
   s += "\n";
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
-    s += fmt::format("{:<{}} {:>5} {:>8}", t.arms[arm], w, a.summaries[arm].seeds, fmt::format("{}/{}", a.failed[arm], t.parts.size() * t.seeds.size()));
+    s += fmt::format("{:<{}} {:>5} {:>8}", t.arms[arm], w, a.summaries[arm].seeds,
+                     fmt::format("{}/{}", a.failed[arm], t.parts.size() * t.seeds.size()));
     for (const ArmSummary& one : a.summaries)
       if (one.arm == arm && one.part == replay::kAllParts)
         s += fmt::format("   {:<25}", interval(one.mean, one.interval, t.metrics[one.metric].decimals));
@@ -57,17 +62,22 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a, const std::v
     s += "\nsettings that differ:\n";
     for (const auto& p : settings) {
       s += fmt::format("  {:<32}", p.key);
-      for (std::size_t n = 0; n < p.values.size(); ++n) s += fmt::format(" {}: {}{}", t.arms[n], p.values[n], n + 1 < p.values.size() ? "," : "");
+      for (std::size_t n = 0; n < p.values.size(); ++n)
+        s += fmt::format(" {}: {}{}", t.arms[n], p.values[n], n + 1 < p.values.size() ? "," : "");
       s += "\n";
     }
   }
   if (t.arms.size() > 1) s += fmt::format("\n{}, pair by pair (first - second):\n", t.metrics[0].name);
   for (const ArmComparison& c : a.comparisons) {
     if (c.metric != 0 || c.part != replay::kAllParts) continue;
-    s += fmt::format("  {:<{}} - {:<{}} {:<26} effect d_z {:>7}   Holm p {:<8} {}{}\n", t.arms[c.a], w, t.arms[c.b], w,
-                     interval(c.values.difference, c.values.interval, t.metrics[0].decimals), c.values.pairs > 0 ? fmt::format("{:.2f}", c.values.effect) : "-", replay::p_text(c.holm_p),
-                     c.holm_p > replay::kAlpha ? "not distinguishable" : "",
-                     c.by_rank() ? fmt::format(" (prints stopped {} : {}; difference of {} complete of {} seeds)", c.stopped_a, c.stopped_b, c.values.pairs, c.tested) : "");
+    s += fmt::format("  {:<{}} - {:<{}} {:<26} effect d_z {:>7}   Holm p {:<8} {}{}\n", t.arms[c.a], w,
+                     t.arms[c.b], w, interval(c.values.difference, c.values.interval, t.metrics[0].decimals),
+                     c.values.pairs > 0 ? fmt::format("{:.2f}", c.values.effect) : "-",
+                     replay::p_text(c.holm_p), c.holm_p > replay::kAlpha ? "not distinguishable" : "",
+                     c.by_rank()
+                         ? fmt::format(" (prints stopped {} : {}; difference of {} complete of {} seeds)",
+                                       c.stopped_a, c.stopped_b, c.values.pairs, c.tested)
+                         : "");
   }
   s += replay::profile_text(t, replay::profile_rows(t)) + "\n";
   for (const std::string& n : a.notes) s += n + ".\n";
@@ -80,26 +90,62 @@ std::string study_json(const StudyTable& t, const StudyAnalysis& a) {
     Json metrics = Json::array();
     for (const ArmSummary& s : a.summaries)
       if (s.arm == arm)
-        metrics.push_back({{"metric", t.metrics[s.metric].name}, {"part", part_name(t, s.part)}, {"seeds", s.seeds}, {"mean", real(s.mean)},
-                           {"low", real(s.interval.low)}, {"high", real(s.interval.high)}});
-    schemes.push_back({{"name", t.arms[arm]}, {"failed_prints", a.failed[arm]}, {"prints", t.parts.size() * t.seeds.size()}, {"metrics", metrics}});
+        metrics.push_back({{"metric", t.metrics[s.metric].name},
+                           {"part", part_name(t, s.part)},
+                           {"seeds", s.seeds},
+                           {"mean", real(s.mean)},
+                           {"low", real(s.interval.low)},
+                           {"high", real(s.interval.high)}});
+    schemes.push_back({{"name", t.arms[arm]},
+                       {"failed_prints", a.failed[arm]},
+                       {"prints", t.parts.size() * t.seeds.size()},
+                       {"metrics", metrics}});
   }
   Json comparisons = Json::array();
   for (const ArmComparison& c : a.comparisons)
-    comparisons.push_back({{"a", t.arms[c.a]}, {"b", t.arms[c.b]}, {"metric", t.metrics[c.metric].name}, {"part", part_name(t, c.part)},
-                           {"primary", c.metric == 0 && c.part == replay::kAllParts}, {"seeds", c.tested}, {"seeds_complete", c.values.pairs}, {"left_out", c.left_out},
-                           {"stopped_a", c.stopped_a}, {"stopped_b", c.stopped_b}, {"test", c.by_rank() ? "signed ranks, a stopped print last" : "mean difference"},
-                           {"mean_a", real(c.values.mean_a)}, {"mean_b", real(c.values.mean_b)}, {"difference", real(c.values.difference)},
-                           {"low", real(c.values.interval.low)}, {"high", real(c.values.interval.high)}, {"effect_dz", real(c.values.effect)},
-                           {"a_smaller", real(c.values.a_below_b)}, {"p", c.values.p}, {"holm_p", c.holm_p},
-                           {"distinguishable", c.holm_p <= replay::kAlpha}, {"better", c.holm_p <= replay::kAlpha ? Json(t.arms[c.better()]) : Json(nullptr)}});
+    comparisons.push_back(
+        {{"a", t.arms[c.a]},
+         {"b", t.arms[c.b]},
+         {"metric", t.metrics[c.metric].name},
+         {"part", part_name(t, c.part)},
+         {"primary", c.metric == 0 && c.part == replay::kAllParts},
+         {"seeds", c.tested},
+         {"seeds_complete", c.values.pairs},
+         {"left_out", c.left_out},
+         {"stopped_a", c.stopped_a},
+         {"stopped_b", c.stopped_b},
+         {"test", c.by_rank() ? "signed ranks, a stopped print last" : "mean difference"},
+         {"mean_a", real(c.values.mean_a)},
+         {"mean_b", real(c.values.mean_b)},
+         {"difference", real(c.values.difference)},
+         {"low", real(c.values.interval.low)},
+         {"high", real(c.values.interval.high)},
+         {"effect_dz", real(c.values.effect)},
+         {"a_smaller", real(c.values.a_below_b)},
+         {"p", c.values.p},
+         {"holm_p", c.holm_p},
+         {"distinguishable", c.holm_p <= replay::kAlpha},
+         {"better", c.holm_p <= replay::kAlpha ? Json(t.arms[c.better()]) : Json(nullptr)}});
   Json profile = Json::array();
   for (const replay::ProfileRow& r : replay::profile_rows(t))
-    profile.push_back({{"scheme", t.arms[r.arm]}, {"part", t.parts[r.part]}, {t.profile.x_name, r.x}, {"seeds", r.seeds}, {"mean", real(r.mean)},
-                       {"low", real(r.interval.low)}, {"high", real(r.interval.high)}, {"least", real(r.least)}, {"largest", real(r.largest)}});
-  Json j = {{"study", t.name}, {"answer", a.answer}, {"notes", a.notes}, {"primary", t.metrics[0].name}, {"parts", t.parts},
-                  {"seeds", t.seeds.size()}, {"schemes", schemes}, {"comparisons", comparisons},
-                  {"files", {"runs.csv", "summary.json", "report.html", "study.toml", "results.journal"}}};
+    profile.push_back({{"scheme", t.arms[r.arm]},
+                       {"part", t.parts[r.part]},
+                       {t.profile.x_name, r.x},
+                       {"seeds", r.seeds},
+                       {"mean", real(r.mean)},
+                       {"low", real(r.interval.low)},
+                       {"high", real(r.interval.high)},
+                       {"least", real(r.least)},
+                       {"largest", real(r.largest)}});
+  Json j = {{"study", t.name},
+            {"answer", a.answer},
+            {"notes", a.notes},
+            {"primary", t.metrics[0].name},
+            {"parts", t.parts},
+            {"seeds", t.seeds.size()},
+            {"schemes", schemes},
+            {"comparisons", comparisons},
+            {"files", {"runs.csv", "summary.json", "report.html", "study.toml", "results.journal"}}};
   if (!profile.empty()) {
     j["profile"] = profile;
     j["files"].push_back("profile.csv");

@@ -9,7 +9,8 @@
 
 namespace firn {
 
-/// Table of the schemes, settings that differ, the pairs of the primary metric, and the answer as the last line.
+/// Table of the schemes, settings that differ, the pairs of the primary metric, and the answer as the last
+/// line.
 std::string study_text(const replay::StudyTable& table, const replay::StudyAnalysis& analysis,
                        const std::vector<replay::DifferingParameter>& settings);
 /// {study, answer, notes, primary, schemes, comparisons, files}; numbers that are not finite are null.

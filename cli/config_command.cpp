@@ -18,7 +18,8 @@ namespace {
 
 nlohmann::ordered_json as_json(Experiment experiment) {
   nlohmann::ordered_json out;
-  for (const Field& f : fields(experiment)) out[std::string(f.key)] = {{"value", value_text(f)}, {"unit", f.unit}};
+  for (const Field& f : fields(experiment))
+    out[std::string(f.key)] = {{"value", value_text(f)}, {"unit", f.unit}};
   return out;
 }
 
@@ -30,10 +31,14 @@ int check(const ConfigOptions& options) {
     make_inputs(experiment, std::filesystem::path(options.file).parent_path());
   } catch (const ConfigError& e) {
     if (!options.json) throw;
-    print(nlohmann::ordered_json{{"ok", false}, {"file", e.file}, {"line", e.line}, {"key", e.key}, {"problem", e.problem}}.dump(2) + "\n");
+    print(nlohmann::ordered_json{
+              {"ok", false}, {"file", e.file}, {"line", e.line}, {"key", e.key}, {"problem", e.problem}}
+              .dump(2) +
+          "\n");
     return kUsage;
   }
-  print(options.json ? nlohmann::ordered_json{{"ok", true}, {"file", options.file}}.dump(2) + "\n" : options.file + ": ok\n");
+  print(options.json ? nlohmann::ordered_json{{"ok", true}, {"file", options.file}}.dump(2) + "\n"
+                     : options.file + ": ok\n");
   return kOk;
 }
 
@@ -53,7 +58,10 @@ int run_config(const ConfigOptions& options) {
                       : options.machines      ? "docs/machines.md"
                       : options.slice         ? "docs/slice-settings.md"
                                               : "docs/configuration.md",
-                      options.machines ? machine_markdown() : options.slice ? slice_markdown() : configuration_markdown(), options.json);
+                      options.machines ? machine_markdown()
+                      : options.slice  ? slice_markdown()
+                                       : configuration_markdown(),
+                      options.json);
       return kOk;
   }
   return kUsage;

@@ -11,10 +11,10 @@ enum class ConfigAction { kCheck, kDump, kDocs };
 struct ConfigOptions {
   ConfigAction action = ConfigAction::kCheck;
   std::string file;
-  std::vector<std::string> overrides;              ///< "a.b=value"
-  std::string output;                              ///< of kDocs; "-" = stdout; empty = the file in docs/
-  bool machines = false;                           ///< of kDocs: the keys of machine files
-  bool slice = false;                              ///< of kDocs: the settings of firn slice
+  std::vector<std::string> overrides;  ///< "a.b=value"
+  std::string output;                  ///< of kDocs; "-" = stdout; empty = the file in docs/
+  bool machines = false;               ///< of kDocs: the keys of machine files
+  bool slice = false;                  ///< of kDocs: the settings of firn slice
   bool json = false;
 };
 

@@ -23,7 +23,9 @@ std::string lower(std::string_view text) {
 /// FAULT_STAGE, FAULT_JET, … are drawn and listed once, as FAULT_*; "" for a channel of its own.
 std::string family(const ChannelInfo& channel) {
   const std::string suffix = "_" + std::string(info(channel.publisher).name);
-  return lower(channel.name).ends_with(suffix) ? std::string(channel.name.substr(0, channel.name.size() - suffix.size())) + "_*" : "";
+  return lower(channel.name).ends_with(suffix)
+             ? std::string(channel.name.substr(0, channel.name.size() - suffix.size())) + "_*"
+             : "";
 }
 
 struct Row {
@@ -88,10 +90,13 @@ std::string graph(const std::vector<Row>& table) {
   }
   std::string out = "```mermaid\nflowchart LR\n  processes([every process])\n";
   for (const NodeInfo& n : nodes())
-    if (int(n.id) < kReplayedNodeCount) out += "  " + std::string(n.name) + (n.driver ? "[[" : "[") + std::string(n.name) + (n.driver ? "]]\n" : "]\n");
+    if (int(n.id) < kReplayedNodeCount)
+      out += "  " + std::string(n.name) + (n.driver ? "[[" : "[") + std::string(n.name) +
+             (n.driver ? "]]\n" : "]\n");
   for (const auto& [arrow, labels] : arrows) {
     const std::size_t bar = arrow.find('|');
-    out += "  " + arrow.substr(0, bar) + " -->|" + joined(labels, "<br/>") + "| " + arrow.substr(bar + 1) + "\n";
+    out +=
+        "  " + arrow.substr(0, bar) + " -->|" + joined(labels, "<br/>") + "| " + arrow.substr(bar + 1) + "\n";
   }
   return out + "```\n";
 }
@@ -102,16 +107,23 @@ std::string dataflow_markdown() {
   const std::vector<Row> table = rows();
   std::string out =
       "# Data flow\n\n"
-      "Written by `firn dataflow` from `lcmtypes/channels.cpp` and from what the nodes subscribe to; do not edit by\n"
-      "hand. Each node is a small process; `[[drivers]]` speak to one instrument each. The recorder takes every\n"
+      "Written by `firn dataflow` from `lcmtypes/channels.cpp` and from what the nodes subscribe to; do not "
+      "edit by\n"
+      "hand. Each node is a small process; `[[drivers]]` speak to one instrument each. The recorder takes "
+      "every\n"
       "channel that is logged; resend requests and tiles are handled below the nodes.\n\n";
   out += graph(table);
-  out += "\n| channel | type | publisher | subscribers | delivery | rate | queue | logged | meaning |\n|---|---|---|---|---|---|---|---|---|\n";
+  out +=
+      "\n| channel | type | publisher | subscribers | delivery | rate | queue | logged | meaning "
+      "|\n|---|---|---|---|---|---|---|---|---|\n";
   for (const Row& r : table)
-    out += "| " + r.name + " | `" + std::string(r.channel->type) + "` | " + publishers_text(r) + " | " + joined(r.subscribers, ", ") + " | " +
-           (r.channel->delivery == Delivery::kReliable ? "reliable" : "latest") + " | " + rate_text(r.channel->rate_hz) + " | " +
-           (r.channel->queue ? std::to_string(r.channel->queue) : "unlimited") + " | " + (r.channel->logged ? "yes" : "no") + " | " +
-           std::string(r.channel->meaning) + (r.channel->nodes_may_read ? "" : " (no node reads it)") + " |\n";
+    out += "| " + r.name + " | `" + std::string(r.channel->type) + "` | " + publishers_text(r) + " | " +
+           joined(r.subscribers, ", ") + " | " +
+           (r.channel->delivery == Delivery::kReliable ? "reliable" : "latest") + " | " +
+           rate_text(r.channel->rate_hz) + " | " +
+           (r.channel->queue ? std::to_string(r.channel->queue) : "unlimited") + " | " +
+           (r.channel->logged ? "yes" : "no") + " | " + std::string(r.channel->meaning) +
+           (r.channel->nodes_may_read ? "" : " (no node reads it)") + " |\n";
   return out;
 }
 
@@ -122,9 +134,15 @@ int run_dataflow(const DataflowOptions& options) {
   }
   nlohmann::ordered_json out = nlohmann::ordered_json::array();
   for (const Row& r : rows())
-    out.push_back({{"channel", r.name}, {"type", r.channel->type}, {"publishers", r.publishers}, {"subscribers", r.subscribers},
-                   {"delivery", r.channel->delivery == Delivery::kReliable ? "reliable" : "latest"}, {"rate_hz", r.channel->rate_hz},
-                   {"queue", r.channel->queue}, {"logged", r.channel->logged}, {"meaning", r.channel->meaning}});
+    out.push_back({{"channel", r.name},
+                   {"type", r.channel->type},
+                   {"publishers", r.publishers},
+                   {"subscribers", r.subscribers},
+                   {"delivery", r.channel->delivery == Delivery::kReliable ? "reliable" : "latest"},
+                   {"rate_hz", r.channel->rate_hz},
+                   {"queue", r.channel->queue},
+                   {"logged", r.channel->logged},
+                   {"meaning", r.channel->meaning}});
   std::fputs((out.dump(2) + "\n").c_str(), stdout);
   return kOk;
 }

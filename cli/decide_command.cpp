@@ -4,9 +4,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cstdio>
-#include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -48,7 +48,8 @@ Experiment experiment_of(const DecideOptions& o, const GridSpec& grid) {
   }
   Experiment e = parse_experiment(texts, settings);
   if (e.geometry.solid.kind != "none")
-    throw UsageError("--model: geometry.shape = \"" + e.geometry.solid.kind + "\": firn decide decides layers of one ink");
+    throw UsageError("--model: geometry.shape = \"" + e.geometry.solid.kind +
+                     "\": firn decide decides layers of one ink");
   e.grid.nx = grid.nx, e.grid.ny = grid.ny;
   return e;
 }
@@ -60,15 +61,20 @@ void write_npy(const std::string& path, const std::vector<std::byte>& bytes) {
 // What the multipliers prove of any layer, by the checker that shares nothing with the solver.
 std::string check_certificate(const DecideOptions& o, const control::Setup& setup, const HeightMap& height) {
   const int nx = setup.grid.nx, cuts = (setup.grid.ny + o.bound_rows - 1) / o.bound_rows - 1;
-  const std::vector<float> m = certificate_from(read_bytes(o.check_certificate, "--check-certificate"), nx, o.check_certificate);
+  const std::vector<float> m =
+      certificate_from(read_bytes(o.check_certificate, "--check-certificate"), nx, o.check_certificate);
   if (m.size() != std::size_t(cuts) * std::size_t(nx) * control::mpc::kSharedPatterns)
-    throw std::invalid_argument(o.check_certificate + ": strips of --bound-rows " + std::to_string(o.bound_rows) + " have " +
-                                std::to_string(cuts) + " cuts, the file others");
+    throw std::invalid_argument(o.check_certificate + ": strips of --bound-rows " +
+                                std::to_string(o.bound_rows) + " have " + std::to_string(cuts) +
+                                " cuts, the file others");
   double counted = 0.0;
   for (const auto in : setup.mask.cells) counted += in;
   const double bound_mm = control::mpc::certified_bound_mm(setup, height, {}, o.bound_rows, m) / counted;
-  if (o.json) return nlohmann::ordered_json{{"lower_bound_mm", bound_mm}, {"bound_rows", o.bound_rows}}.dump(2) + "\n";
-  return fmt::format("lower bound     {:.6f} um: no layer of at most one droplet per cell has a smaller mean error\n", 1e3 * bound_mm);
+  if (o.json)
+    return nlohmann::ordered_json{{"lower_bound_mm", bound_mm}, {"bound_rows", o.bound_rows}}.dump(2) + "\n";
+  return fmt::format(
+      "lower bound     {:.6f} um: no layer of at most one droplet per cell has a smaller mean error\n",
+      1e3 * bound_mm);
 }
 
 control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
@@ -80,11 +86,17 @@ control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
 void check_bound_options(const DecideOptions& o, const Experiment& e) {
   const MpcConfig& m = e.control.mpc;
   if (e.control.scheme != "mpc" || m.horizon != 1 || m.max_drops != 1 || m.error != "absolute")
-    throw UsageError("--bound, --check-certificate: a bound is proved for scheme mpc, error = absolute, horizon = 1 and one droplet per cell only");
+    throw UsageError(
+        "--bound, --check-certificate: a bound is proved for scheme mpc, error = absolute, horizon = 1 and "
+        "one droplet per cell only");
   if (m.alpha.front().alpha != 1.0 && !(o.certificate.empty() && o.check_certificate.empty()))
-    throw UsageError("--certificate, --check-certificate: multipliers prove a bound for alpha = 1 only; for alpha < 1 --bound adds up several proofs");
-  if (o.bound_rows < 1 || o.bound_rows > 4) throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
-  if (o.bound_sweeps < 0) throw UsageError("--bound-sweeps = " + std::to_string(o.bound_sweeps) + " must not be below 0");
+    throw UsageError(
+        "--certificate, --check-certificate: multipliers prove a bound for alpha = 1 only; for alpha < 1 "
+        "--bound adds up several proofs");
+  if (o.bound_rows < 1 || o.bound_rows > 4)
+    throw UsageError("--bound-rows = " + std::to_string(o.bound_rows) + " is outside 1..4");
+  if (o.bound_sweeps < 0)
+    throw UsageError("--bound-sweeps = " + std::to_string(o.bound_sweeps) + " must not be below 0");
 }
 
 double peak_bytes() {
@@ -93,8 +105,9 @@ double peak_bytes() {
   return 1024.0 * double(usage.ru_maxrss);
 }
 
-void add_bound(const DecideOptions& o, const Experiment& e, const HeightMap& height, const control::Decision& d, double objective_mm,
-               const ParallelFor& parallel, nlohmann::ordered_json& out) {
+void add_bound(const DecideOptions& o, const Experiment& e, const HeightMap& height,
+               const control::Decision& d, double objective_mm, const ParallelFor& parallel,
+               nlohmann::ordered_json& out) {
   const control::Setup setup = setup_of(o, e);
   const HeightMap known = control::known_heights({height, 0, 0, 0.0});
   double cells = 0.0, bound_mm = 0.0;
@@ -103,13 +116,18 @@ void add_bound(const DecideOptions& o, const Experiment& e, const HeightMap& hei
   int sweeps = 0, cuts = 0;
   if (const double alpha = e.control.mpc.alpha.front().alpha; alpha < 1.0) {
     control::mpc::WeightedBoundOptions options;
-    options.strips.rows = o.bound_rows, options.strips.sweeps = std::min(o.bound_sweeps, options.strips.sweeps);
-    const DropletPattern drops = d.kind == control::Decision::Kind::kPrint ? d.drops : DropletPattern(setup.grid);
+    options.strips.rows = o.bound_rows,
+    options.strips.sweeps = std::min(o.bound_sweeps, options.strips.sweeps);
+    const DropletPattern drops =
+        d.kind == control::Decision::Kind::kPrint ? d.drops : DropletPattern(setup.grid);
     const bool shown = isatty(STDERR_FILENO);
-    const auto b = control::mpc::weighted_bound(setup, known, {}, alpha, drops, options, parallel, [&](double now_mm) {
-      ++cuts;
-      if (shown) fmt::print(stderr, "\rcut {} of at most {}: at most {:.2f} % better ", cuts, options.cuts, 100.0 * (1.0 - now_mm / objective_mm));
-    });
+    const auto b =
+        control::mpc::weighted_bound(setup, known, {}, alpha, drops, options, parallel, [&](double now_mm) {
+          ++cuts;
+          if (shown)
+            fmt::print(stderr, "\rcut {} of at most {}: at most {:.2f} % better ", cuts, options.cuts,
+                       100.0 * (1.0 - now_mm / objective_mm));
+        });
     if (shown) fmt::print(stderr, "\n");
     bound_mm = b.objective_mm, sweeps = b.sweeps;
     out["bound_cuts"] = b.cuts;
@@ -135,8 +153,10 @@ std::string decided(const DecideOptions& o) {
   }
   const control::ControlOptions options = control_options(e);
   if (!o.check_certificate.empty() || o.bound) check_bound_options(o, e);
-  if (!o.certificate.empty() && !o.bound) throw UsageError("--certificate: only --bound has multipliers to write");
-  if (!o.check_certificate.empty()) return check_certificate(o, setup_of(o, e), control::known_heights({height, 0, 0, 0.0}));
+  if (!o.certificate.empty() && !o.bound)
+    throw UsageError("--certificate: only --bound has multipliers to write");
+  if (!o.check_certificate.empty())
+    return check_certificate(o, setup_of(o, e), control::known_heights({height, 0, 0, 0.0}));
   const ParallelFor parallel = parallel_on(thread_count(o.threads));
 
   // The controller has a copy of target and mask; on large grids there is no room for more.
@@ -148,7 +168,9 @@ std::string decided(const DecideOptions& o) {
   scheme.reset();
   const bool mpc = e.control.scheme == "mpc";
   const double objective = d.kind == control::Decision::Kind::kPrint ? d.objective_mm : d.objective_none_mm;
-  nlohmann::ordered_json out{{"decision", d.kind == control::Decision::Kind::kPrint ? "print" : d.kind == control::Decision::Kind::kEnd ? "end" : "stop"},
+  nlohmann::ordered_json out{{"decision", d.kind == control::Decision::Kind::kPrint ? "print"
+                                          : d.kind == control::Decision::Kind::kEnd ? "end"
+                                                                                    : "stop"},
                              {"reason", d.reason},
                              {"method", mpc ? e.control.mpc.method : e.control.scheme},
                              {"droplets", d.drops.total()},
@@ -167,13 +189,17 @@ std::string decided(const DecideOptions& o) {
   const int layers = mpc ? e.control.mpc.horizon : 1;
   std::string text = fmt::format("{}: {}\n", out["decision"].get<std::string>(), d.reason);
   text += fmt::format("objective       {:.6f} um, {} {} droplets\n", 1e3 * objective,
-                      layers == 1 ? "with" : fmt::format("after {} layers, the next with", layers), d.drops.total());
+                      layers == 1 ? "with" : fmt::format("after {} layers, the next with", layers),
+                      d.drops.total());
   text += fmt::format("printing none   {:.6f} um\n", 1e3 * d.objective_none_mm);
   if (o.bound)
-    text += fmt::format("lower bound     {:.6f} um: at most {:.3f} % better can be (strips of {} rows, {} sweeps, {:.2f} s)\n",
-                        1e3 * out["lower_bound_mm"].get<double>(), 100.0 * out["gap"].get<double>(), out["bound_rows"].get<int>(),
-                        out["bound_sweeps"].get<int>(), out["bound_cpu_s"].get<double>());
-  return text + fmt::format("{} iterations, {:.4f} s of processor time, {:.0f} MB at most\n", d.iterations, decide_s, 1e-6 * peak_bytes());
+    text += fmt::format(
+        "lower bound     {:.6f} um: at most {:.3f} % better can be (strips of {} rows, {} sweeps, {:.2f} "
+        "s)\n",
+        1e3 * out["lower_bound_mm"].get<double>(), 100.0 * out["gap"].get<double>(),
+        out["bound_rows"].get<int>(), out["bound_sweeps"].get<int>(), out["bound_cpu_s"].get<double>());
+  return text + fmt::format("{} iterations, {:.4f} s of processor time, {:.0f} MB at most\n", d.iterations,
+                            decide_s, 1e-6 * peak_bytes());
 }
 
 }  // namespace

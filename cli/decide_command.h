@@ -17,15 +17,15 @@ struct DecideOptions {
   bool bound = false;
   int bound_rows = 2;
   int bound_sweeps = 40;
-  std::string certificate;             ///< NPY of the bound's multipliers, written
-  std::string check_certificate;       ///< the same, read: prints what it proves, decides nothing
-  std::string output;                  ///< NPY of the droplets
-  int threads = 1;                     ///< 0: as many as the machine has; the answer is the same
+  std::string certificate;        ///< NPY of the bound's multipliers, written
+  std::string check_certificate;  ///< the same, read: prints what it proves, decides nothing
+  std::string output;             ///< NPY of the droplets
+  int threads = 1;                ///< 0: as many as the machine has; the answer is the same
   bool json = false;
 };
 
-/// Decides the next layer as the controller's process does. @returns what is to be printed: objective, that of printing
-/// nothing, and with `bound` a lower bound and the proved gap; JSON with `json`.
+/// Decides the next layer as the controller's process does. @returns what is to be printed: objective, that
+/// of printing nothing, and with `bound` a lower bound and the proved gap; JSON with `json`.
 /// @throws ConfigError, UsageError, std::invalid_argument: naming file, key, byte, shape or cell.
 std::string decide(const DecideOptions& options);
 int run_decide(const DecideOptions& options);

@@ -22,20 +22,24 @@ namespace firn {
 namespace {
 
 constexpr const char* kSchemes[] = {"mpc", "open_loop", "smf"};
-constexpr double kLayerNodeS = 12.0;  // node time that a layer of the demo takes: budget, docs/measurements.md
+constexpr double kLayerNodeS =
+    12.0;  // node time that a layer of the demo takes: budget, docs/measurements.md
 
 // What will happen and how long it takes, before it begins.
 void announce(const Experiment& e, const std::string& bus) {
   const ModelConfig& h = e.model;
   const int layers = int(std::ceil(e.part.shape.height_mm / (h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm)));
   if (bus == "in-process") {
-    fmt::print(stderr, "firn demo: a {} of {} layers or a few more under {} schemes, in one process and in simulated time\n",
-               e.part.shape.kind, layers, std::size(kSchemes));
+    fmt::print(
+        stderr,
+        "firn demo: a {} of {} layers or a few more under {} schemes, in one process and in simulated time\n",
+        e.part.shape.kind, layers, std::size(kSchemes));
     return;
   }
   const double layer_s = kLayerNodeS / e.run.time_scale;
   fmt::print(stderr,
-             "firn demo: a {} of {} layers or a few more under {} schemes, live; at {:g} times node time a layer takes about "
+             "firn demo: a {} of {} layers or a few more under {} schemes, live; at {:g} times node time a "
+             "layer takes about "
              "{:.1f} s, all together about {:.0f} s\n",
              e.part.shape.kind, layers, std::size(kSchemes), e.run.time_scale, layer_s,
              std::size(kSchemes) * layer_s * layers * 1.2);
@@ -47,12 +51,12 @@ struct Printed {
 };
 
 void show(const std::vector<Printed>& all) {
-  fmt::print("{:<10} {:>7} {:>9} {:>12} {:>10} {:>10} {:>9}  replay\n", "scheme", "layers", "droplets", "mean [um]", "RMS [um]",
-             "std [um]", "wall [s]");
+  fmt::print("{:<10} {:>7} {:>9} {:>12} {:>10} {:>10} {:>9}  replay\n", "scheme", "layers", "droplets",
+             "mean [um]", "RMS [um]", "std [um]", "wall [s]");
   for (const Printed& p : all)
-    fmt::print("{:<10} {:>7} {:>9} {:>+12.2f} {:>10.2f} {:>10.2f} {:>9.1f}  {}\n", p.print.scheme, p.print.result.layers,
-               p.print.droplets, p.print.mean_error_um, p.print.rms_um, p.print.std_um, p.print.wall_s,
-               p.replay.identical() ? "identical" : "DIFFERS");
+    fmt::print("{:<10} {:>7} {:>9} {:>+12.2f} {:>10.2f} {:>10.2f} {:>9.1f}  {}\n", p.print.scheme,
+               p.print.result.layers, p.print.droplets, p.print.mean_error_um, p.print.rms_um, p.print.std_um,
+               p.print.wall_s, p.replay.identical() ? "identical" : "DIFFERS");
 }
 
 }  // namespace
@@ -65,7 +69,8 @@ int run_demo(const DemoOptions& options) {
   print.runs = options.runs;
   if (print.bus.empty()) {
     if (const std::string why = check_multicast(); !why.empty()) {
-      fmt::print(stderr, "firn demo: no live bus on this machine, so the demo runs in one process: {}\n", why);
+      fmt::print(stderr, "firn demo: no live bus on this machine, so the demo runs in one process: {}\n",
+                 why);
       print.bus = "in-process";
     }
   }
@@ -80,7 +85,8 @@ int run_demo(const DemoOptions& options) {
     Printed p;
     p.print = print_experiment(e, make_inputs(e, file.parent_path()), print);
     if (p.print.result.status != 0) {
-      fmt::print(stderr, "firn demo: {}: {}: {}; run folder {}\n", scheme, p.print.result.outcome, p.print.result.reason, p.print.folder);
+      fmt::print(stderr, "firn demo: {}: {}: {}; run folder {}\n", scheme, p.print.result.outcome,
+                 p.print.result.reason, p.print.folder);
       return p.print.result.status;
     }
     folders.push_back(p.print.folder);
@@ -112,9 +118,14 @@ int run_demo(const DemoOptions& options) {
   if (options.json) {
     nlohmann::ordered_json j;
     for (const Printed& p : all)
-      j["runs"].push_back({{"run", p.print.folder}, {"scheme", p.print.scheme}, {"layers", p.print.result.layers},
-                           {"droplets", p.print.droplets}, {"mean_error_um", p.print.mean_error_um},
-                           {"rms_um", p.print.rms_um}, {"std_um", p.print.std_um}, {"wall_s", p.print.wall_s},
+      j["runs"].push_back({{"run", p.print.folder},
+                           {"scheme", p.print.scheme},
+                           {"layers", p.print.result.layers},
+                           {"droplets", p.print.droplets},
+                           {"mean_error_um", p.print.mean_error_um},
+                           {"rms_um", p.print.rms_um},
+                           {"std_um", p.print.std_um},
+                           {"wall_s", p.print.wall_s},
                            {"identical", p.replay.identical()}});
     j["replayed"] = {{"nodes", nodes}, {"steps", steps}, {"messages", messages}};
     j["report"] = report.output;
@@ -123,8 +134,8 @@ int run_demo(const DemoOptions& options) {
     return status;
   }
   show(all);
-  fmt::print("replayed {} nodes, {} steps, {} messages: {}\n", nodes, replay::grouped(steps), replay::grouped(messages),
-             status == kOk ? "identical" : "they DIFFER (see above)");
+  fmt::print("replayed {} nodes, {} steps, {} messages: {}\n", nodes, replay::grouped(steps),
+             replay::grouped(messages), status == kOk ? "identical" : "they DIFFER (see above)");
   fmt::print("report: {}\n{:.1f} s in all\n", report.output, wall_s);
   return status;
 }

@@ -30,12 +30,14 @@ Check multicast() {
   const std::string trouble = check_multicast();
   if (trouble.empty()) return {"multicast", true, "a datagram sent with ttl 0 came back", ""};
   const auto mend = trouble.find("; mend: ");  // told once for those who read the sentence alone
-  return {"multicast", false, trouble.substr(0, mend), trouble.substr(mend + 8) + " (or print with --bus in-process)"};
+  return {"multicast", false, trouble.substr(0, mend),
+          trouble.substr(mend + 8) + " (or print with --bus in-process)"};
 }
 
 Check receive_buffer() {
   const int granted = granted_receive_buffer();
-  const std::string found = std::to_string(granted) + " bytes granted, " + std::to_string(kWantedReceiveBuffer) + " wanted";
+  const std::string found =
+      std::to_string(granted) + " bytes granted, " + std::to_string(kWantedReceiveBuffer) + " wanted";
   if (granted >= kWantedReceiveBuffer) return {"receive buffer", true, found, ""};
   return {"receive buffer", false, found + ": messages get lost and are sent again",
           "sysctl -w net.core.rmem_max=" + std::to_string(kWantedReceiveBuffer)};
@@ -44,8 +46,10 @@ Check receive_buffer() {
 Check ports() {
   int free = 0;
   for (int n = 0; n < kBusPorts; n += 100) free += bus_port_is_free(kFirstBusPort + n);
-  const std::string found = std::to_string(free) + " of " + std::to_string(kBusPorts / 100) + " ports tried are free";
-  return {"ports", free > 0, found, free > 0 ? "" : "end the programs that hold UDP ports from " + std::to_string(kFirstBusPort)};
+  const std::string found =
+      std::to_string(free) + " of " + std::to_string(kBusPorts / 100) + " ports tried are free";
+  return {"ports", free > 0, found,
+          free > 0 ? "" : "end the programs that hold UDP ports from " + std::to_string(kFirstBusPort)};
 }
 
 Check disk() {
@@ -54,7 +58,8 @@ Check disk() {
   const auto space = fs::space(".", error);
   if (error) return {"disk", false, error.message(), "run from a folder that can be written"};
   const std::string found = std::to_string(space.available >> 20) + " MiB free here";
-  return {"disk", space.available >= kWanted, found, space.available >= kWanted ? "" : "a print needs up to 1 GiB: make room"};
+  return {"disk", space.available >= kWanted, found,
+          space.available >= kWanted ? "" : "a print needs up to 1 GiB: make room"};
 }
 
 Check programs() {
@@ -68,7 +73,8 @@ Check programs() {
   for (const NodeInfo& n : nodes())
     if (int(n.id) < kReplayedNodeCount) need(n.name);
   if (missing.empty()) return {"programs", true, "every process of a print lies beside this program", ""};
-  return {"programs", false, "missing beside this program: " + missing, "run ./firn doctor: it builds what is missing"};
+  return {"programs", false, "missing beside this program: " + missing,
+          "run ./firn doctor: it builds what is missing"};
 }
 
 }  // namespace
@@ -86,7 +92,9 @@ int run_doctor(const DoctorOptions& options) {
                   c.mend.empty() ? "" : ("\n                mend: " + c.mend).c_str());
   }
   if (options.json)
-    std::puts(nlohmann::ordered_json{{"well", well}, {"platform", platform_description()}, {"checks", list}}.dump(2).c_str());
+    std::puts(nlohmann::ordered_json{{"well", well}, {"platform", platform_description()}, {"checks", list}}
+                  .dump(2)
+                  .c_str());
   return well ? kOk : kFailed;
 }
 

@@ -7,10 +7,10 @@ namespace firn {
 
 enum ExitCode : int {
   kOk = 0,
-  kFailed = 1,        ///< the run failed, or the comparison differs
-  kUsage = 2,         ///< usage or configuration
-  kSafetyStop = 3,    ///< an instrument's fault or a safety stop
-  kInterrupted = 130, ///< Ctrl-C; the lab was made safe first
+  kFailed = 1,         ///< the run failed, or the comparison differs
+  kUsage = 2,          ///< usage or configuration
+  kSafetyStop = 3,     ///< an instrument's fault or a safety stop
+  kInterrupted = 130,  ///< Ctrl-C; the lab was made safe first
 };
 
 /// Anything wrong with what the user typed or handed in: exit code 2.

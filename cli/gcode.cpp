@@ -19,7 +19,8 @@ class Line {
     at_ = std::copy(w.begin(), w.end(), at_);
     return *this;
   }
-  // A number with `digits` decimals, given in units of the last; without trailing zeros, as G-code readers like it.
+  // A number with `digits` decimals, given in units of the last; without trailing zeros, as G-code readers
+  // like it.
   Line& fixed(std::int64_t value, int digits) {
     char back[24];
     char* at = back + sizeof back;
@@ -54,12 +55,23 @@ void append_lines(std::string& out, const std::string& lines) {
 class LayerText {
  public:
   explicit LayerText(const GcodeSettings& settings)
-      : g_(settings), x_(std::llround(settings.x_mm * slice::kUnitsPerMm)), y_(std::llround(settings.y_mm * slice::kUnitsPerMm)),
-        per_mm3_(settings.filament_mm > 0.0 ? 4.0 / (std::numbers::pi * settings.filament_mm * settings.filament_mm) : 1.0) {}
+      : g_(settings),
+        x_(std::llround(settings.x_mm * slice::kUnitsPerMm)),
+        y_(std::llround(settings.y_mm * slice::kUnitsPerMm)),
+        per_mm3_(settings.filament_mm > 0.0
+                     ? 4.0 / (std::numbers::pi * settings.filament_mm * settings.filament_mm)
+                     : 1.0) {}
 
   std::string layer(const slice::LayerPaths& l) {
     out_.reserve(200 + 60 * l.lines.size() + 34 * l.lines.points.size());
-    speed(Line(out_).word(";LAYER:").fixed(l.layer - 1, 0).word("\n;Z:").fixed(l.z, 4).word("\nG1 Z").fixed(l.z, 4), g_.travel_mm_s);
+    speed(Line(out_)
+              .word(";LAYER:")
+              .fixed(l.layer - 1, 0)
+              .word("\n;Z:")
+              .fixed(l.z, 4)
+              .word("\nG1 Z")
+              .fixed(l.z, 4),
+          g_.travel_mm_s);
     int tool = -1;
     for (std::size_t n = 0; n < l.lines.size(); ++n) {
       const slice::PathInfo& info = l.info[n];
@@ -80,7 +92,9 @@ class LayerText {
   }
 
  private:
-  static void speed(Line& line, double mm_s) { line.word(" F").fixed(std::llround(mm_s * 60.0 * 100.0), 2).word("\n"); }
+  static void speed(Line& line, double mm_s) {
+    line.word(" F").fixed(std::llround(mm_s * 60.0 * 100.0), 2).word("\n");
+  }
   Line& point(Line& line, const char* word, const slice::Point& p) const {
     return line.word(word).word("X").fixed(p.x + x_, 4).word(" Y").fixed(p.y + y_, 4);
   }
@@ -102,8 +116,10 @@ class LayerText {
       owed -= double(e);
       Line text(out_);
       point(text, "G1 ", to).word(" E").fixed(e, 5);
-      if (first) speed(text, info.kind == PathKind::kFill ? g_.fill_mm_s : g_.boundary_mm_s);
-      else text.word("\n");
+      if (first)
+        speed(text, info.kind == PathKind::kFill ? g_.fill_mm_s : g_.boundary_mm_s);
+      else
+        text.word("\n");
       first = false;
     };
     for (std::size_t n = 1; n < line.size(); ++n) move(line[n - 1], line[n]);
@@ -125,7 +141,9 @@ std::string gcode_start(const GcodeSettings& settings, const std::string& made_b
   return out;
 }
 
-std::string gcode_layer(const slice::LayerPaths& layer, const GcodeSettings& settings) { return LayerText(settings).layer(layer); }
+std::string gcode_layer(const slice::LayerPaths& layer, const GcodeSettings& settings) {
+  return LayerText(settings).layer(layer);
+}
 
 std::string gcode_end(const GcodeSettings& settings) {
   std::string out;

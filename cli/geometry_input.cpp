@@ -19,13 +19,15 @@ namespace {
 
 std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder) {
   std::error_code error;
-  if (!std::filesystem::is_directory(folder, error)) refuse(folder.string(), "geometry.images", "no such folder");
+  if (!std::filesystem::is_directory(folder, error))
+    refuse(folder.string(), "geometry.images", "no such folder");
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     if (entry.path().extension() == ".png") files.push_back(entry.path());
   if (files.empty()) refuse(folder.string(), "geometry.images", "no *.png in it");
   if (files.size() > std::size_t(kMaxGridSide))
-    refuse(folder.string(), "geometry.images", std::to_string(files.size()) + " images are above the limit of " + std::to_string(kMaxGridSide));
+    refuse(folder.string(), "geometry.images",
+           std::to_string(files.size()) + " images are above the limit of " + std::to_string(kMaxGridSide));
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -33,7 +35,8 @@ std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder
 ImageStack load_stack(const Experiment& e, const std::filesystem::path& folder) {
   std::vector<Mask> layers;
   for (const std::filesystem::path& file : images_in(folder)) {
-    const Grid<double> grey = grey_from_png(read_bytes(file, "geometry.images"), e.grid, file.string(), "geometry.images");
+    const Grid<double> grey =
+        grey_from_png(read_bytes(file, "geometry.images"), e.grid, file.string(), "geometry.images");
     Mask& layer = layers.emplace_back(e.grid);
     for (std::size_t c = 0; c < grey.size(); ++c) layer.cells[c] = grey.cells[c] >= 0.5;
   }
@@ -52,7 +55,8 @@ Geometry load_mesh(const Experiment& e, const std::filesystem::path& file, doubl
   slice::Placement placement;
   placement.unit_mm = mesh.data().mm_per_unit;
   placement.scale = {e.geometry.mesh_scale_xy, e.geometry.mesh_scale_xy, e.geometry.mesh_scale_z};
-  placement.translation = {{{Mode::kCentre, 0.0}, {Mode::kCentre, 0.0}, {Mode::kNumber, e.geometry.mesh_z_mm}}};
+  placement.translation = {
+      {{Mode::kCentre, 0.0}, {Mode::kCentre, 0.0}, {Mode::kNumber, e.geometry.mesh_z_mm}}};
   const slice::FacetView facets = mesh.facets();
   GridSpec about_middle = e.grid;  // the mesh is centred on 0, the grid stands where it likes
   about_middle.origin_x_mm = -0.5 * (e.grid.nx - 1) * e.grid.pitch_x_mm;
@@ -70,9 +74,11 @@ std::optional<Geometry> make_geometry(const Experiment& e, const HeightMap& targ
   const double height_mm = *std::max_element(target.cells.begin(), target.cells.end());
   const double step_mm = 0.25 * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm);
   try {
-    Geometry g = kind == "mesh"     ? load_mesh(e, folder / e.geometry.mesh, height_mm)
-                 : kind == "images" ? Geometry::sampled(load_stack(e, folder / e.geometry.images), e.grid, height_mm, step_mm)
-                                    : Geometry::sampled(*make_solid(e.geometry.solid, e.grid), e.grid, height_mm, step_mm);
+    Geometry g =
+        kind == "mesh" ? load_mesh(e, folder / e.geometry.mesh, height_mm)
+        : kind == "images"
+            ? Geometry::sampled(load_stack(e, folder / e.geometry.images), e.grid, height_mm, step_mm)
+            : Geometry::sampled(*make_solid(e.geometry.solid, e.grid), e.grid, height_mm, step_mm);
     bool any = false;
     for (std::size_t c = 0; c < e.grid.size(); ++c) any = any || !g.spans(c).empty();
     if (!any) refuse("geometry", "geometry.shape", "no part of the object lies in the block");

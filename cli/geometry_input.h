@@ -9,10 +9,11 @@
 
 namespace firn {
 
-/// M on the experiment's grid, as high as the block `target`; columns are sampled four times per layer of h1 + 4 h2 + 4
-/// h3; those of a mesh are exact. None for geometry.shape "none". @param folder of the experiment file, to which geometry.images is relative.
-/// @throws ConfigError: sizes that no solid has, a folder without PNGs, an image or mesh that cannot be read, no object in the
-/// block.
+/// M on the experiment's grid, as high as the block `target`; columns are sampled four times per layer of h1
+/// + 4 h2 + 4 h3; those of a mesh are exact. None for geometry.shape "none". @param folder of the experiment
+/// file, to which geometry.images is relative.
+/// @throws ConfigError: sizes that no solid has, a folder without PNGs, an image or mesh that cannot be read,
+/// no object in the block.
 std::optional<Geometry> make_geometry(const Experiment& experiment, const HeightMap& target,
                                       const std::filesystem::path& folder);
 

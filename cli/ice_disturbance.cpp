@@ -35,13 +35,14 @@ std::vector<double> ice_disturbance_of(const std::filesystem::path& folder) {
   if (!is_ice(e)) throw UsageError(folder.string() + ": not a run of the ice lab");
   const slice::PrintPaths paths = slice::decode_print_paths(blob(run.inputs(), "paths").bytes);
   const replay::RunMessages messages(folder);
-  std::map<int, height_map_t> maps;        // the last one of each layer that was good enough
+  std::map<int, height_map_t> maps;          // the last one of each layer that was good enough
   std::map<std::int64_t, HeightMap> action;  // by the map that it answers
-  std::set<int> doubted;                   // layers
+  std::set<int> doubted;                     // layers
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     if (m.measured_fraction >= e.process.min_measured_fraction) maps[m.layer] = m;
   });
-  messages.each<control_surface_t>(channels::kControlSurface.name, [&](const control_surface_t& m) { action[m.map_id] = action_of(m); });
+  messages.each<control_surface_t>(channels::kControlSurface.name,
+                                   [&](const control_surface_t& m) { action[m.map_id] = action_of(m); });
   messages.each<path_report_t>(channels::kPathReport.name, [&](const path_report_t& r) {
     if (Outcome(r.outcome) != Outcome::kDone) doubted.insert(r.layer);
   });
@@ -60,9 +61,11 @@ std::vector<double> ice_disturbance_of(const std::filesystem::path& folder) {
   }
   for (const auto& [layer, message] : maps) {
     const slice::LayerPaths* top = slice::find_layer(paths, layer);
-    if (!top || layer <= layer_below || doubted.lower_bound(layer_below + 1) != doubted.upper_bound(layer)) break;
+    if (!top || layer <= layer_below || doubted.lower_bound(layer_below + 1) != doubted.upper_bound(layer))
+      break;
     const HeightMap height = height_of(message);
-    const HeightMap before = below.size() ? resample(below, height.spec, kNotMeasured) : HeightMap(height.spec, 0.0);
+    const HeightMap before =
+        below.size() ? resample(below, height.spec, kNotMeasured) : HeightMap(height.spec, 0.0);
     const HeightMap commanded = u.size() ? resample(u, height.spec, 0.0) : HeightMap(height.spec, 0.0);
     const Mask inner = replay::judged_cells(*top, height.spec);
     const double interval_mm = (layer - layer_below) * e.ice.layer_height_mm;
@@ -80,7 +83,8 @@ std::vector<double> ice_disturbance_of(const std::filesystem::path& folder) {
     layer_below = layer;
   }
   if (d.size() < 3)
-    throw UsageError(fmt::format("the run holds {} measured intervals without a path in doubt; three are needed", d.size()));
+    throw UsageError(fmt::format(
+        "the run holds {} measured intervals without a path in doubt; three are needed", d.size()));
   return d;
 }
 

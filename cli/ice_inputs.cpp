@@ -20,7 +20,7 @@ namespace firn {
 namespace {
 
 constexpr double kFieldMargin_mm = 4.0;
-constexpr double kFieldStep_mm = 1.0;  // so that a slightly other part has the same field
+constexpr double kFieldStep_mm = 1.0;   // so that a slightly other part has the same field
 constexpr double kFieldShift_mm = 0.5;  // cells of the truth that is logged are those of maps of 1 mm
 
 Blob make_blob(std::string role, std::vector<std::byte> bytes) {
@@ -28,8 +28,10 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes) {
   return {std::move(role), std::move(name), std::move(bytes)};
 }
 
-/// Concentric paths of one material each, the part's first: long ones over a surface that reflects alike [5.2.1].
-void add_measurement(const slice::LayerRegions& regions, const slice::PathOptions& deposit, double spacing_mm, double offset_mm, slice::LayerPaths& out) {
+/// Concentric paths of one material each, the part's first: long ones over a surface that reflects alike
+/// [5.2.1].
+void add_measurement(const slice::LayerRegions& regions, const slice::PathOptions& deposit, double spacing_mm,
+                     double offset_mm, slice::LayerPaths& out) {
   slice::PathOptions options = deposit;
   options.hook.on = options.measure.on = false;
   for (slice::BeadOptions* bead : {&options.part, &options.scaffold}) {
@@ -50,8 +52,8 @@ void add_measurement(const slice::LayerRegions& regions, const slice::PathOption
     }
 }
 
-/// One boundary more: the fill lies half a bead aside. Beads that lie above each other in all layers leave grooves between
-/// them that only grow, too narrow for the maps to show.
+/// One boundary more: the fill lies half a bead aside. Beads that lie above each other in all layers leave
+/// grooves between them that only grow, too narrow for the maps to show.
 slice::PathOptions with_shifted_fill(slice::PathOptions options) {
   ++options.part.boundaries;
   ++options.scaffold.boundaries;
@@ -62,15 +64,20 @@ slice::PathOptions with_shifted_fill(slice::PathOptions options) {
 
 Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) {
   std::vector<std::byte> machine = read_bytes(folder / e.ice.machine, "ice.machine");
-  const Machine m = parse_machine({reinterpret_cast<const char*>(machine.data()), machine.size()}, e.ice.machine);
-  if (m.kind != "scara") throw ConfigError((folder / e.ice.machine).string(), 0, "ice.machine", "ice.machine: the ice lab has an arm (kind = \"scara\")");
-  const SliceSettings settings =
-      load_slice_settings(folder / e.ice.slice, {fmt::format("layer.height_mm={}", e.ice.layer_height_mm), "measure.on=0"});
+  const Machine m =
+      parse_machine({reinterpret_cast<const char*>(machine.data()), machine.size()}, e.ice.machine);
+  if (m.kind != "scara")
+    throw ConfigError((folder / e.ice.machine).string(), 0, "ice.machine",
+                      "ice.machine: the ice lab has an arm (kind = \"scara\")");
+  const SliceSettings settings = load_slice_settings(
+      folder / e.ice.slice, {fmt::format("layer.height_mm={}", e.ice.layer_height_mm), "measure.on=0"});
   const ParallelFor parallel = parallel_on(0);
   SlicedJob job = slice_meshes({folder / e.ice.mesh}, settings, parallel, [](double, const std::string&) {});
   if (e.ice.height_mm > 0.0)
-    job.layers.resize(std::min(job.layers.size(), std::size_t(std::floor(e.ice.height_mm / e.ice.layer_height_mm + 1e-9))));
-  if (job.layers.empty()) throw ConfigError((folder / e.ice.mesh).string(), 0, "ice.mesh", "ice.mesh: has no layer");
+    job.layers.resize(
+        std::min(job.layers.size(), std::size_t(std::floor(e.ice.height_mm / e.ice.layer_height_mm + 1e-9))));
+  if (job.layers.empty())
+    throw ConfigError((folder / e.ice.mesh).string(), 0, "ice.mesh", "ice.mesh: has no layer");
 
   slice::PrintPaths paths;
   paths.head.made_by = "firn " + build_commit();
@@ -81,12 +88,14 @@ Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) 
   const slice::PathOptions options = path_options(settings);
   const slice::PathOptions shifted = with_shifted_fill(options);
   const int last = paths.head.layers;
-  plan_layers(job, settings, parallel, [](double, const std::string&) {}, {}, [&](PlannedLayer&& l) {
-    if (l.paths.layer % 2 == 0) l.paths = slice::plan_layer(l.regions, shifted);
-    if (l.paths.layer % e.ice.interval_layers == 0 || l.paths.layer == last)
-      add_measurement(l.regions, options, e.ice.measure_spacing_mm, e.ice.measure_offset_mm, l.paths);
-    paths.layers.push_back(std::move(l.paths));
-  });
+  plan_layers(
+      job, settings, parallel, [](double, const std::string&) {}, {},
+      [&](PlannedLayer&& l) {
+        if (l.paths.layer % 2 == 0) l.paths = slice::plan_layer(l.regions, shifted);
+        if (l.paths.layer % e.ice.interval_layers == 0 || l.paths.layer == last)
+          add_measurement(l.regions, options, e.ice.measure_spacing_mm, e.ice.measure_offset_mm, l.paths);
+        paths.layers.push_back(std::move(l.paths));
+      });
   Blobs blobs;
   blobs.push_back(make_blob("paths", slice::encode(paths)));
   blobs.push_back(make_blob("machine", std::move(machine)));
@@ -104,7 +113,10 @@ void place_ice_field(Experiment& e, const Blobs& inputs) {
       y0 = std::min(y0, q.y);
       y1 = std::max(y1, q.y);
     }
-  const auto low = [](std::int32_t q) { return std::floor((q * slice::kMmPerUnit - kFieldMargin_mm) / kFieldStep_mm) * kFieldStep_mm - kFieldShift_mm; };
+  const auto low = [](std::int32_t q) {
+    return std::floor((q * slice::kMmPerUnit - kFieldMargin_mm) / kFieldStep_mm) * kFieldStep_mm -
+           kFieldShift_mm;
+  };
   p.field_x0_mm = low(x0);
   p.field_y0_mm = low(y0);
   p.field_width_mm = -low(-x1) - p.field_x0_mm;
@@ -115,15 +127,16 @@ void check_reach(const Experiment& e, const Blobs& inputs) {
   if (!is_ice(e)) return;
   const std::vector<std::byte>& text = blob(inputs, "machine").bytes;
   const slice::PrintPaths paths = slice::decode_print_paths(blob(inputs, "paths").bytes);
-  const planning::PlanningSetup setup = planning_setup(e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine));
+  const planning::PlanningSetup setup = planning_setup(
+      e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine));
   const planning::TaskPlanner planner(setup);
   for (const slice::LayerPaths& layer : paths.layers)
     for (const bool measurement : {false, true}) {
       const std::vector<planning::PathTask> tasks = planning::tasks_of(paths, layer, measurement, setup);
       for (std::size_t n = 0; n < tasks.size(); ++n)
         if (const std::string why = planner.unreachable(tasks[n]); !why.empty())
-          throw UsageError(fmt::format("a path is out of reach, nothing is printed: layer {}, {} path {}: {}", layer.layer,
-                                       measurement ? "measurement" : "deposition", n + 1, why));
+          throw UsageError(fmt::format("a path is out of reach, nothing is printed: layer {}, {} path {}: {}",
+                                       layer.layer, measurement ? "measurement" : "deposition", n + 1, why));
     }
 }
 

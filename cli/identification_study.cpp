@@ -22,20 +22,28 @@ ObservedRun observe_print(const std::string& file, const std::vector<std::string
   const Blobs inputs = make_inputs(e, std::filesystem::path(file).parent_path());
   ObservedRun run(e, mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
   MemoryPrintOptions options;
-  options.tap = [&](std::string_view channel, std::span<const std::byte> message) { run.take(channel, message); };
+  options.tap = [&](std::string_view channel, std::span<const std::byte> message) {
+    run.take(channel, message);
+  };
   const MemoryPrintReport report = print_in_memory(e, inputs, options);
-  if (report.result.status != 0) throw std::runtime_error(file + ": the print did not finish: " + report.result.reason);
+  if (report.result.status != 0)
+    throw std::runtime_error(file + ": the print did not finish: " + report.result.reason);
   return run;
 }
 
 PlantedTrial planted_trial(const std::string& file, std::uint64_t seed, double variation) {
   const std::string s = std::to_string(seed);
-  // What the plant prints with is Table I; what is believed before lies up to 20 % off, another way for every seed.
-  const auto off = [&](std::uint32_t n) { return 0.8 + 0.4 * random_uniform({seed, Purpose::kInstance, 0, 0, n}); };
-  const ObservedRun run = observe_print(
-      file, {"plant.model=lu2015", "plant.seed=" + s, "control.pattern.seed=" + s, "plant.variation=" + std::to_string(variation),
-             "estimator.droplets=off", "model.h1_mm=" + std::to_string(0.0044 * off(0)),
-             "model.h2_mm=" + std::to_string(0.0006 * off(1)), "model.h3_mm=" + std::to_string(0.0002 * off(2))});
+  // What the plant prints with is Table I; what is believed before lies up to 20 % off, another way for every
+  // seed.
+  const auto off = [&](std::uint32_t n) {
+    return 0.8 + 0.4 * random_uniform({seed, Purpose::kInstance, 0, 0, n});
+  };
+  const ObservedRun run =
+      observe_print(file, {"plant.model=lu2015", "plant.seed=" + s, "control.pattern.seed=" + s,
+                           "plant.variation=" + std::to_string(variation), "estimator.droplets=off",
+                           "model.h1_mm=" + std::to_string(0.0044 * off(0)),
+                           "model.h2_mm=" + std::to_string(0.0006 * off(1)),
+                           "model.h3_mm=" + std::to_string(0.0002 * off(2))});
   const droplet::Estimate e = run.learn();
   const double mean = 1.0 + 0.5 * variation;
   const deposition::DropletModel planted{0.0044 * mean, 0.0006 * mean, 0.0002 * mean};

@@ -37,9 +37,11 @@ Identification identify(const ObservedRun& run) {
     id.uninformative = "no droplet was fired";
   else if (id.fit.excitation < kLeastExcitation || id.h1.half_width_mm > 0.5 * m.h1_mm)
     id.uninformative = fmt::format(
-        "its layers are too much alike (excitation {:.4f}, {} is needed): they tell h1 + 4 h2 + 4 h3 = {:.3f} +- {:.3f} um, but not "
+        "its layers are too much alike (excitation {:.4f}, {} is needed): they tell h1 + 4 h2 + 4 h3 = "
+        "{:.3f} +- {:.3f} um, but not "
         "h1, h2 and h3 apart; print experiments/identification.toml or experiments/excitation.toml",
-        id.fit.excitation, kLeastExcitation, id.layer_height.mean_mm * 1e3, id.layer_height.half_width_mm * 1e3);
+        id.fit.excitation, kLeastExcitation, id.layer_height.mean_mm * 1e3,
+        id.layer_height.half_width_mm * 1e3);
   return id;
 }
 
@@ -50,7 +52,8 @@ droplet::SpacingResult spacing_of(const ObservedRun& run, double diameter_mm) {
     throw UsageError("a run of control.scheme = \"pattern\", control.pattern.kind = \"squares\" is wanted");
   const auto layers = run.printed();
   if (layers.empty()) throw UsageError("no layer was printed and measured");
-  // Squares are found by their droplets: a cell whose left and lower neighbours, a step away, hold none begins one.
+  // Squares are found by their droplets: a cell whose left and lower neighbours, a step away, hold none
+  // begins one.
   const droplet::PrintedLayer& l = layers.front();
   const int s = p.square_step;
   const auto fired = [&](int i, int j) { return l.fired.spec.contains(i, j) && l.fired.at(i, j) > 0; };
@@ -64,7 +67,8 @@ droplet::SpacingResult spacing_of(const ObservedRun& run, double diameter_mm) {
     }
   const double step_mm = s * 0.5 * (e.grid.pitch_x_mm + e.grid.pitch_y_mm);
   // A rise is the difference of two maps.
-  return droplet::judge_spacing(step_mm / diameter_mm, droplet::square_rises(l.before, l.after, l.use, squares),
+  return droplet::judge_spacing(step_mm / diameter_mm,
+                                droplet::square_rises(l.before, l.after, l.use, squares),
                                 1.41421356 * run.noise_std_mm());
 }
 

@@ -16,42 +16,66 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json json_of(const Known& k) { return {{"mean_um", k.mean_mm * 1e3}, {"half_width_um", k.half_width_mm * 1e3}}; }
+ordered_json json_of(const Known& k) {
+  return {{"mean_um", k.mean_mm * 1e3}, {"half_width_um", k.half_width_mm * 1e3}};
+}
 ordered_json json_of(const droplet::Repeats& r) {
   return {{"n", r.n}, {"mean_um", r.mean_mm * 1e3}, {"half_width_um", r.half_width_mm * 1e3}};
 }
 
-std::string text_of(double mean_mm, double half_mm) { return fmt::format("{:.3f} +- {:.3f}", mean_mm * 1e3, half_mm * 1e3); }
+std::string text_of(double mean_mm, double half_mm) {
+  return fmt::format("{:.3f} +- {:.3f}", mean_mm * 1e3, half_mm * 1e3);
+}
 
 void show(const Identification& id) {
   const auto& p = id.prints;
-  fmt::print("{} layers, {} droplets, noise {:.2f} um a cell; 95 % intervals, um\n", id.layers, id.droplets, id.noise_std_mm * 1e3);
+  fmt::print("{} layers, {} droplets, noise {:.2f} um a cell; 95 % intervals, um\n", id.layers, id.droplets,
+             id.noise_std_mm * 1e3);
   if (p.complete())
-    fmt::print("prints of V-C: {} single, {} with four sides, {} with one corner\n", p.single.size(), p.cross.size(), p.pair.size());
-  fmt::print("{:<18} {:>8} {:>18} {:>18} {:>18}\n", "", "Table I", "fit of (3)-(5)", "V-C: centre", "beside a single");
-  const auto line = [&](const char* name, double paper_um, const Known& fit, const droplet::Repeats& vc, const droplet::Repeats& beside) {
-    fmt::print("{:<18} {:>8.1f} {:>18} {:>18} {:>18}\n", name, paper_um, text_of(fit.mean_mm, fit.half_width_mm),
-               p.complete() ? text_of(vc.mean_mm, vc.half_width_mm) : "", p.complete() ? text_of(beside.mean_mm, beside.half_width_mm) : "");
+    fmt::print("prints of V-C: {} single, {} with four sides, {} with one corner\n", p.single.size(),
+               p.cross.size(), p.pair.size());
+  fmt::print("{:<18} {:>8} {:>18} {:>18} {:>18}\n", "", "Table I", "fit of (3)-(5)", "V-C: centre",
+             "beside a single");
+  const auto line = [&](const char* name, double paper_um, const Known& fit, const droplet::Repeats& vc,
+                        const droplet::Repeats& beside) {
+    fmt::print("{:<18} {:>8.1f} {:>18} {:>18} {:>18}\n", name, paper_um,
+               text_of(fit.mean_mm, fit.half_width_mm),
+               p.complete() ? text_of(vc.mean_mm, vc.half_width_mm) : "",
+               p.complete() ? text_of(beside.mean_mm, beside.half_width_mm) : "");
   };
   line("h1", 4.4, id.h1, p.h1, p.h1);
   line("h2", 0.6, id.h2, p.h2, p.side);
   line("h3", 0.2, id.h3, p.h3, p.corner);
-  fmt::print("{:<18} {:>8.1f} {:>18}\n", "h1 + 4 h2 + 4 h3", 7.6, text_of(id.layer_height.mean_mm, id.layer_height.half_width_mm));
-  fmt::print("excitation {:.3f}, droplet scatter {:.1f} %, fit {:.2f} (1 where the model explains the maps)\n", id.fit.excitation,
-             100 * id.fit.droplet_scatter, id.fit.fit);
+  fmt::print("{:<18} {:>8.1f} {:>18}\n", "h1 + 4 h2 + 4 h3", 7.6,
+             text_of(id.layer_height.mean_mm, id.layer_height.half_width_mm));
+  fmt::print(
+      "excitation {:.3f}, droplet scatter {:.1f} %, fit {:.2f} (1 where the model explains the maps)\n",
+      id.fit.excitation, 100 * id.fit.droplet_scatter, id.fit.fit);
 }
 
 int identify_one(const IdentifyOptions& options) {
   if (options.runs.size() != 1) throw UsageError("firn identify takes one run; several only with --spacing");
   const Identification id = identify(ObservedRun::read(options.runs.front()));
   if (options.json) {
-    ordered_json j = {{"run", options.runs.front()}, {"identified", id.uninformative.empty()}, {"reason", id.uninformative},
-                      {"layers", id.layers}, {"droplets", id.droplets}, {"noise_std_um", id.noise_std_mm * 1e3},
-                      {"h1", json_of(id.h1)}, {"h2", json_of(id.h2)}, {"h3", json_of(id.h3)}, {"layer_height", json_of(id.layer_height)},
-                      {"excitation", id.fit.excitation}, {"droplet_scatter", id.fit.droplet_scatter}, {"fit", id.fit.fit}};
+    ordered_json j = {{"run", options.runs.front()},
+                      {"identified", id.uninformative.empty()},
+                      {"reason", id.uninformative},
+                      {"layers", id.layers},
+                      {"droplets", id.droplets},
+                      {"noise_std_um", id.noise_std_mm * 1e3},
+                      {"h1", json_of(id.h1)},
+                      {"h2", json_of(id.h2)},
+                      {"h3", json_of(id.h3)},
+                      {"layer_height", json_of(id.layer_height)},
+                      {"excitation", id.fit.excitation},
+                      {"droplet_scatter", id.fit.droplet_scatter},
+                      {"fit", id.fit.fit}};
     if (id.prints.complete())
-      j["prints"] = {{"h1", json_of(id.prints.h1)}, {"h2", json_of(id.prints.h2)}, {"h3", json_of(id.prints.h3)},
-                     {"side", json_of(id.prints.side)}, {"corner", json_of(id.prints.corner)}};
+      j["prints"] = {{"h1", json_of(id.prints.h1)},
+                     {"h2", json_of(id.prints.h2)},
+                     {"h3", json_of(id.prints.h3)},
+                     {"side", json_of(id.prints.side)},
+                     {"corner", json_of(id.prints.corner)}};
     std::puts(j.dump(2).c_str());
   } else if (id.uninformative.empty()) {
     show(id);
@@ -61,7 +85,8 @@ int identify_one(const IdentifyOptions& options) {
     return kFailed;
   }
   if (!options.output.empty())
-    write_file_atomically(options.output, standalone_svg({"identification", "h1, h2, h3 identified", identification_svg(id)}));
+    write_file_atomically(
+        options.output, standalone_svg({"identification", "h1, h2, h3 identified", identification_svg(id)}));
   return kOk;
 }
 
@@ -85,26 +110,44 @@ int choose(const IdentifyOptions& options) {
   if (options.json) {
     ordered_json rows = ordered_json::array();
     for (const auto& r : results)
-      rows.push_back({{"gamma", r.gamma}, {"height_um", r.height_mm * 1e3}, {"between_sizes", r.between_sizes}, {"within", r.within},
-                      {"inconsistency", r.inconsistency}, {"std_error", r.std_error}, {"repeats", r.repeats}});
-    std::puts(ordered_json{{"gamma", choice.gamma}, {"std_error", choice.std_error}, {"inside", choice.inside}, {"spacings", rows}}.dump(2).c_str());
+      rows.push_back({{"gamma", r.gamma},
+                      {"height_um", r.height_mm * 1e3},
+                      {"between_sizes", r.between_sizes},
+                      {"within", r.within},
+                      {"inconsistency", r.inconsistency},
+                      {"std_error", r.std_error},
+                      {"repeats", r.repeats}});
+    std::puts(ordered_json{{"gamma", choice.gamma},
+                           {"std_error", choice.std_error},
+                           {"inside", choice.inside},
+                           {"spacings", rows}}
+                  .dump(2)
+                  .c_str());
   } else {
-    fmt::print("{:>7} {:>12} {:>15} {:>10} {:>20}\n", "gamma", "height [um]", "between sizes", "within", "inconsistency");
+    fmt::print("{:>7} {:>12} {:>15} {:>10} {:>20}\n", "gamma", "height [um]", "between sizes", "within",
+               "inconsistency");
     for (const auto& r : results)
-      fmt::print("{:>7.3f} {:>12.2f} {:>14.1f}% {:>9.1f}% {:>12.1f} +- {:.1f}%\n", r.gamma, r.height_mm * 1e3, 100 * r.between_sizes,
-                 100 * r.within, 100 * r.inconsistency, 100 * r.std_error);
+      fmt::print("{:>7.3f} {:>12.2f} {:>14.1f}% {:>9.1f}% {:>12.1f} +- {:.1f}%\n", r.gamma, r.height_mm * 1e3,
+                 100 * r.between_sizes, 100 * r.within, 100 * r.inconsistency, 100 * r.std_error);
     if (choice.inside)
-      fmt::print("chosen: gamma = {:.3f} +- {:.3f} (one standard error); the paper's: 0.627\n", choice.gamma, choice.std_error);
+      fmt::print("chosen: gamma = {:.3f} +- {:.3f} (one standard error); the paper's: 0.627\n", choice.gamma,
+                 choice.std_error);
     else
-      fmt::print("the smallest inconsistency lies at the end of the tried spacings, gamma = {:.3f}: try further ones\n", choice.gamma);
+      fmt::print(
+          "the smallest inconsistency lies at the end of the tried spacings, gamma = {:.3f}: try further "
+          "ones\n",
+          choice.gamma);
   }
   if (!options.output.empty())
-    write_file_atomically(options.output, standalone_svg({"spacing", "height of squares by spacing", spacing_svg(results, choice)}));
+    write_file_atomically(options.output, standalone_svg({"spacing", "height of squares by spacing",
+                                                          spacing_svg(results, choice)}));
   return kOk;
 }
 
 }  // namespace
 
-int run_identify(const IdentifyOptions& options) { return options.spacing ? choose(options) : identify_one(options); }
+int run_identify(const IdentifyOptions& options) {
+  return options.spacing ? choose(options) : identify_one(options);
+}
 
 }  // namespace firn

@@ -1,5 +1,6 @@
-// firn identify RUN: h1, h2, h3 of the height-change model with 95 % intervals, from what a run's devices reported and
-// its profiler measured. firn identify --spacing RUN...: the spacing of droplets from prints of squares.
+// firn identify RUN: h1, h2, h3 of the height-change model with 95 % intervals, from what a run's devices
+// reported and its profiler measured. firn identify --spacing RUN...: the spacing of droplets from prints of
+// squares.
 #pragma once
 
 #include <string>
@@ -33,7 +34,8 @@ std::string identification_svg(const Identification& id);
 
 /// One run of squares (control.pattern.kind = "squares").
 droplet::SpacingResult spacing_of(const ObservedRun& run, double droplet_diameter_mm);
-std::string spacing_svg(const std::vector<droplet::SpacingResult>& results, const droplet::SpacingChoice& choice);
+std::string spacing_svg(const std::vector<droplet::SpacingResult>& results,
+                        const droplet::SpacingChoice& choice);
 
 struct IdentifyOptions {
   std::vector<std::string> runs;
@@ -42,8 +44,8 @@ struct IdentifyOptions {
   std::string output;         ///< picture (SVG); empty = none
   bool json = false;
 };
-/// @returns 0, or 1 when the run cannot identify the model (and why). @throws UsageError: not a run; runs without
-/// squares with --spacing; fewer than three spacings.
+/// @returns 0, or 1 when the run cannot identify the model (and why). @throws UsageError: not a run; runs
+/// without squares with --spacing; fewer than three spacings.
 int run_identify(const IdentifyOptions& options);
 
 }  // namespace firn

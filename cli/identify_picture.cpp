@@ -19,16 +19,20 @@ struct Way {
 };
 
 // 5 x 5 cells with their rise in um, the fuller the higher.
-std::string stencil(double left, double top, const droplet::Rise& rise, double highest_mm, const std::string& title) {
+std::string stencil(double left, double top, const droplet::Rise& rise, double highest_mm,
+                    const std::string& title) {
   constexpr double kCell = 39;
   std::string s = svg_text(left + 2.5 * kCell, top - 10, "middle", "name", title);
   for (int y = 0; y < 5; ++y)
     for (int x = 0; x < 5; ++x) {
       const double z = rise.mean_mm[4 - y][x];
       const double share = std::clamp(z / highest_mm, 0.0, 1.0);
-      s += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"{}\" fill=\"var(--c0)\" fill-opacity=\"{:.3f}\" stroke=\"var(--grid)\"/>",
-                       left + x * kCell, top + y * kCell, kCell, kCell, 0.55 * share);
-      s += svg_text(left + (x + 0.5) * kCell, top + (y + 0.5) * kCell + 4, "middle", "tick", replay::number(z * 1e3, 2));
+      s += fmt::format(
+          "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"{}\" fill=\"var(--c0)\" "
+          "fill-opacity=\"{:.3f}\" stroke=\"var(--grid)\"/>",
+          left + x * kCell, top + y * kCell, kCell, kCell, 0.55 * share);
+      s += svg_text(left + (x + 0.5) * kCell, top + (y + 0.5) * kCell + 4, "middle", "tick",
+                    replay::number(z * 1e3, 2));
     }
   return s;
 }
@@ -58,9 +62,12 @@ std::string identification_svg(const Identification& id) {
     double highest = 0.0;
     for (const auto& row : id.prints.cross_rise.mean_mm)
       for (const double z : row) highest = std::max(highest, z);
-    s += stencil(15, 40, id.prints.single_rise, highest, fmt::format("alone, n = {} [um]", id.prints.single_rise.n));
-    s += stencil(230, 40, id.prints.cross_rise, highest, fmt::format("with four sides, n = {}", id.prints.cross_rise.n));
-    s += stencil(445, 40, id.prints.pair_rise, highest, fmt::format("with one corner, n = {}", id.prints.pair_rise.n));
+    s += stencil(15, 40, id.prints.single_rise, highest,
+                 fmt::format("alone, n = {} [um]", id.prints.single_rise.n));
+    s += stencil(230, 40, id.prints.cross_rise, highest,
+                 fmt::format("with four sides, n = {}", id.prints.cross_rise.n));
+    s += stencil(445, 40, id.prints.pair_rise, highest,
+                 fmt::format("with one corner, n = {}", id.prints.pair_rise.n));
   }
   for (int n = 0; n < 3; ++n) {
     double low = kPaper[n], high = kPaper[n];
@@ -72,12 +79,17 @@ std::string identification_svg(const Identification& id) {
     const replay::Axis x(low - pad, high + pad, left, left + 170, 3);
     const replay::Frame frame{left, top, left + 170, top + 100};
     for (const auto& t : x.ticks()) s += svg_text(x.px(t.value), frame.bottom + 17, "middle", "tick", t.text);
-    s += fmt::format("<path class=\"axis\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>", frame.left, frame.bottom, frame.right);
-    s += fmt::format("<path d=\"M{:.1f} {:.1f}V{:.1f}\" stroke=\"var(--soft)\" stroke-dasharray=\"4 3\"/>", x.px(kPaper[n]), frame.top, frame.bottom);
+    s += fmt::format("<path class=\"axis\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>", frame.left, frame.bottom,
+                     frame.right);
+    s += fmt::format("<path d=\"M{:.1f} {:.1f}V{:.1f}\" stroke=\"var(--soft)\" stroke-dasharray=\"4 3\"/>",
+                     x.px(kPaper[n]), frame.top, frame.bottom);
     for (std::size_t w = 0; w < ways.size(); ++w) {
-      const double y = frame.top + 20 + 28 * double(w), mean = ways[w].mean_um[std::size_t(n)], half = ways[w].half_um[std::size_t(n)];
-      s += fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"var(--c{})\" stroke-width=\"2\"/><circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"var(--c{})\"/>",
-                       x.px(mean - half), y, x.px(mean + half), w, x.px(mean), y, w);
+      const double y = frame.top + 20 + 28 * double(w), mean = ways[w].mean_um[std::size_t(n)],
+                   half = ways[w].half_um[std::size_t(n)];
+      s += fmt::format(
+          "<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"var(--c{})\" stroke-width=\"2\"/><circle cx=\"{:.1f}\" "
+          "cy=\"{:.1f}\" r=\"4\" fill=\"var(--c{})\"/>",
+          x.px(mean - half), y, x.px(mean + half), w, x.px(mean), y, w);
     }
     s += svg_text(left + 85, frame.bottom + 34, "middle", "name", fmt::format("h{} [um]", n + 1));
   }
@@ -91,8 +103,10 @@ std::string identification_svg(const Identification& id) {
   return s + "</svg>";
 }
 
-std::string spacing_svg(const std::vector<droplet::SpacingResult>& results, const droplet::SpacingChoice& choice) {
-  replay::Series all{"inconsistency", {}, {}, 0, true}, sizes{"between sizes of squares", {}, {}, 1, true}, inside{"within a square", {}, {}, 2, true};
+std::string spacing_svg(const std::vector<droplet::SpacingResult>& results,
+                        const droplet::SpacingChoice& choice) {
+  replay::Series all{"inconsistency", {}, {}, 0, true}, sizes{"between sizes of squares", {}, {}, 1, true},
+      inside{"within a square", {}, {}, 2, true};
   for (const auto& r : results) {
     for (auto* s : {&all, &sizes, &inside}) s->x.push_back(r.gamma);
     all.y.push_back(100 * r.inconsistency);

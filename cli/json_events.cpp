@@ -30,7 +30,9 @@ class Events {
   [[noreturn]] void fail(const std::string& what) const { throw JsonMistake{in_.position() + 1, what}; }
   [[noreturn]] void unexpected(int c, const char* expected) const {
     if (c == -1) fail(std::string("the end of the file, expected ") + expected);
-    fail("unexpected " + (c > 32 && c < 127 ? std::string("'") + char(c) + "'" : "byte " + std::to_string(c)) + ", expected " + expected);
+    fail("unexpected " +
+         (c > 32 && c < 127 ? std::string("'") + char(c) + "'" : "byte " + std::to_string(c)) +
+         ", expected " + expected);
   }
 
   /// The next byte that is not white space, which stays; -1 at the end.
@@ -110,14 +112,17 @@ class Events {
     }
   }
 
-  static bool in_number(int c) { return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.' || c == 'e' || c == 'E'; }
+  static bool in_number(int c) {
+    return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.' || c == 'e' || c == 'E';
+  }
 
   void number() {
     if (in_.size() < kNumberBytes) in_.more();
     const char *const from = in_.begin(), *end = nullptr;
     const bool zero_first = in_.size() > 1 && (*from == '0' || (*from == '-' && from[1] == '0'));
     double value = 0.0;
-    // shorter than what is there, so that its end is seen; a zero first must be followed by a point or nothing
+    // shorter than what is there, so that its end is seen; a zero first must be followed by a point or
+    // nothing
     if (in_.size() >= kNumberBytes && !zero_first) end = read_short_decimal(from, in_.end(), value);
     if (end && !in_number(*end)) {
       const bool whole = std::string_view(from, std::size_t(end - from)).find('.') == std::string_view::npos;
@@ -136,8 +141,10 @@ class Events {
     };
     bool whole = true;
     if (in_.peek() == '-') keep();
-    if (in_.peek() == '0') keep();
-    else digits();
+    if (in_.peek() == '0')
+      keep();
+    else
+      digits();
     if (in_.peek() == '.') whole = false, keep(), digits();
     if (in_.peek() == 'e' || in_.peek() == 'E') {
       whole = false;
@@ -147,7 +154,8 @@ class Events {
     }
     const char* from = text_.data();
     double value = 0.0;
-    if (std::from_chars(from, from + text_.size(), value).ec != std::errc()) value = std::strtod(from, nullptr);  // 0 or infinite
+    if (std::from_chars(from, from + text_.size(), value).ec != std::errc())
+      value = std::strtod(from, nullptr);  // 0 or infinite
     if (!std::isfinite(value)) fail("number overflow: " + text_.substr(0, 40));
     whole ? to_.integer(value) : to_.number(value);
   }
@@ -169,14 +177,19 @@ class Events {
       }
       in_.take(1);
       if (c == '"') return;
-      if (c == '\\') escape();
-      else text_ += char(c);
+      if (c == '\\')
+        escape();
+      else
+        text_ += char(c);
     }
   }
 
   /// A character of two to four bytes, well formed (Unicode 15, table 3-7).
   void several_bytes(int first) {
-    const int count = first >= 0xc2 && first <= 0xdf ? 1 : (first & 0xf0) == 0xe0 ? 2 : first >= 0xf0 && first <= 0xf4 ? 3 : 0;
+    const int count = first >= 0xc2 && first <= 0xdf   ? 1
+                      : (first & 0xf0) == 0xe0         ? 2
+                      : first >= 0xf0 && first <= 0xf4 ? 3
+                                                       : 0;
     if (count == 0) fail("not UTF-8");
     keep();
     for (int n = 0; n < count; ++n) {
@@ -192,7 +205,10 @@ class Events {
     unsigned value = 0;
     for (int n = 0; n < 4; ++n) {
       const int c = in_.peek();
-      const int digit = c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+      const int digit = c >= '0' && c <= '9'   ? c - '0'
+                        : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                        : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                               : -1;
       if (digit < 0) unexpected(c, "four hexadecimal digits");
       value = 16 * value + unsigned(digit);
       in_.take(1);

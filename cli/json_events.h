@@ -1,5 +1,6 @@
-// A JSON document as events, from a stream, with a block of it in memory (grammar: RFC 8259; a byte order mark is passed
-// over). Some five times as fast on lists of numbers as nlohmann's events, which tests/cli/json_events_test.cpp holds it to.
+// A JSON document as events, from a stream, with a block of it in memory (grammar: RFC 8259; a byte order
+// mark is passed over). Some five times as fast on lists of numbers as nlohmann's events, which
+// tests/cli/json_events_test.cpp holds it to.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,8 @@ Experiment with_field(Experiment e, double x_mm, double y_mm, double width_mm, d
 Experiment with_jig(Experiment e) {
   const CalibrationConfig& c = e.calibration;
   if (e.plant.ice.jig_mm.empty())
-    e.plant.ice.jig_mm = {c.jig_x_mm, c.jig_y_mm, c.jig_x_mm + c.jig_width_mm, c.jig_y_mm + c.jig_depth_mm, c.jig_height_mm};
+    e.plant.ice.jig_mm = {c.jig_x_mm, c.jig_y_mm, c.jig_x_mm + c.jig_width_mm, c.jig_y_mm + c.jig_depth_mm,
+                          c.jig_height_mm};
   return e;
 }
 
@@ -22,7 +23,9 @@ void check_intervals(const LabCalibration& c) {
   for (const FoundKey& k : c.keys)
     for (std::size_t n = 0; n < k.value.size(); ++n)
       if (k.tolerance > 0.0 && !(k.half_95[n] <= k.tolerance))
-        throw calibration::Uninformative(fmt::format("{}.{} is known to +- {:.{}f} {} only; {} {} is needed", k.section, k.key, k.half_95[n], k.digits, k.unit, k.tolerance, k.unit));
+        throw calibration::Uninformative(fmt::format("{}.{} is known to +- {:.{}f} {} only; {} {} is needed",
+                                                     k.section, k.key, k.half_95[n], k.digits, k.unit,
+                                                     k.tolerance, k.unit));
 }
 
 }  // namespace firn::lab_calibrations

@@ -13,7 +13,8 @@
 namespace firn {
 namespace {
 
-constexpr std::array<std::string_view, 11> kKinds{"drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip", "echo", "stray"};
+constexpr std::array<std::string_view, 11> kKinds{"drop",  "delay",  "split", "flip", "hang", "resume",
+                                                  "close", "reboot", "trip",  "echo", "stray"};
 
 }  // namespace
 
@@ -32,11 +33,16 @@ std::vector<LabFault> parse_lab_faults(const std::vector<std::string>& texts, co
       refuse(error.what());
     }
     if (f.fault.kind == plant::FaultKind::kTrip) f.fault.count = 1;
-    if (!words.eof() && (words >> std::ws, !words.eof()) && !(words >> f.fault.count)) refuse("COUNT is a whole number");
-    if (!words.eof() && (words >> std::ws, !words.eof()) && !(words >> f.fault.delay_us)) refuse("DELAY_US is a whole number");
+    if (!words.eof() && (words >> std::ws, !words.eof()) && !(words >> f.fault.count))
+      refuse("COUNT is a whole number");
+    if (!words.eof() && (words >> std::ws, !words.eof()) && !(words >> f.fault.delay_us))
+      refuse("DELAY_US is a whole number");
     if (words >> rest) refuse("\"" + rest + "\" is too much");
-    const auto has = [&](const auto& ports) { return std::find(ports.begin(), ports.end(), f.fault.port) != ports.end(); };
-    if (is_ice(e) ? !has(plant::kIcePortNames) : !has(plant::kPortNames)) refuse("the lab has no instrument \"" + f.fault.port + "\"");
+    const auto has = [&](const auto& ports) {
+      return std::find(ports.begin(), ports.end(), f.fault.port) != ports.end();
+    };
+    if (is_ice(e) ? !has(plant::kIcePortNames) : !has(plant::kPortNames))
+      refuse("the lab has no instrument \"" + f.fault.port + "\"");
     faults.push_back(f);
   }
   std::ranges::stable_sort(faults, {}, &LabFault::node_s);
@@ -44,7 +50,8 @@ std::vector<LabFault> parse_lab_faults(const std::vector<std::string>& texts, co
 }
 
 std::string simfault_line(const plant::SimFault& f) {
-  return "SIMFAULT " + f.port + " " + std::string(kKinds[std::size_t(f.kind)]) + " " + std::to_string(f.count) + " " + std::to_string(f.delay_us);
+  return "SIMFAULT " + f.port + " " + std::string(kKinds[std::size_t(f.kind)]) + " " +
+         std::to_string(f.count) + " " + std::to_string(f.delay_us);
 }
 
 }  // namespace firn

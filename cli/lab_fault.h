@@ -1,4 +1,5 @@
-// What a person does to a simulated instrument while a print runs: --fault "SECONDS PORT KIND [COUNT [DELAY_US]]".
+// What a person does to a simulated instrument while a print runs: --fault "SECONDS PORT KIND [COUNT
+// [DELAY_US]]".
 #pragma once
 
 #include <string>
@@ -15,7 +16,8 @@ struct LabFault {
   plant::SimFault fault;
 };
 
-/// "120 valve_a trip 1": at 120 s of node time the water tank is empty. Kinds: plant/twins/fault.h. In order of time.
+/// "120 valve_a trip 1": at 120 s of node time the water tank is empty. Kinds: plant/twins/fault.h. In order
+/// of time.
 /// @throws UsageError: not of that form, an unknown kind, an instrument that the lab has not
 std::vector<LabFault> parse_lab_faults(const std::vector<std::string>& texts, const Experiment& experiment);
 

@@ -29,7 +29,9 @@ std::string trimmed(const std::string& s) {
 
 std::string section_of(const std::string& line) {
   const std::string t = trimmed(without_comment(line));
-  return t.size() > 2 && t.front() == '[' && t.back() == ']' && t[1] != '[' ? trimmed(t.substr(1, t.size() - 2)) : "";
+  return t.size() > 2 && t.front() == '[' && t.back() == ']' && t[1] != '['
+             ? trimmed(t.substr(1, t.size() - 2))
+             : "";
 }
 
 std::string key_of(const std::string& line) {
@@ -40,12 +42,14 @@ std::string key_of(const std::string& line) {
 
 void put(std::vector<std::string>& lines, const LabKey& k) {
   const std::string row = k.key + " = " + k.value + (k.comment.empty() ? "" : "  # " + k.comment);
-  const auto begin = std::find_if(lines.begin(), lines.end(), [&](const std::string& l) { return section_of(l) == k.section; });
+  const auto begin = std::find_if(lines.begin(), lines.end(),
+                                  [&](const std::string& l) { return section_of(l) == k.section; });
   if (begin == lines.end()) {
     lines.insert(lines.end(), {"", "[" + k.section + "]", row});
     return;
   }
-  auto end = std::find_if(begin + 1, lines.end(), [](const std::string& l) { return !section_of(l).empty(); });
+  auto end =
+      std::find_if(begin + 1, lines.end(), [](const std::string& l) { return !section_of(l).empty(); });
   const auto at = std::find_if(begin + 1, end, [&](const std::string& l) { return key_of(l) == k.key; });
   if (at != end) {
     auto last = at;  // of an array
@@ -81,9 +85,12 @@ std::string changed_lines(const std::string& before, const std::string& after) {
       common[i][j] = a[i] == b[j] ? common[i + 1][j + 1] + 1 : std::max(common[i + 1][j], common[i][j + 1]);
   std::string out;
   for (std::size_t i = 0, j = 0; i < a.size() || j < b.size();) {
-    if (i < a.size() && j < b.size() && a[i] == b[j]) ++i, ++j;
-    else if (i < a.size() && (j == b.size() || common[i + 1][j] >= common[i][j + 1])) out += "- " + a[i++] + "\n";
-    else out += "+ " + b[j++] + "\n";
+    if (i < a.size() && j < b.size() && a[i] == b[j])
+      ++i, ++j;
+    else if (i < a.size() && (j == b.size() || common[i + 1][j] >= common[i][j + 1]))
+      out += "- " + a[i++] + "\n";
+    else
+      out += "+ " + b[j++] + "\n";
   }
   return out;
 }

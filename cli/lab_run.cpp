@@ -31,7 +31,9 @@ constexpr std::size_t kWalBuffer_bytes = 1 << 16;
 constexpr double kSafetyWall_s = 10.0;  // as the launcher waits for the end of a run
 
 std::int64_t stopwatch_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
 }
 
 plant::World make_world(const RunFolder& run, const Experiment& e, bool resume, plant::WorldRecord* record) {
@@ -59,13 +61,18 @@ struct Message {
 
 /// Each cell as 2 x 2: means over the map's cells stay exact.
 GridSpec halved(const GridSpec& g) {
-  return {2 * g.nx, 2 * g.ny, 0.5 * g.pitch_x_mm, 0.5 * g.pitch_y_mm, g.origin_x_mm - 0.25 * g.pitch_x_mm, g.origin_y_mm - 0.25 * g.pitch_y_mm};
+  return {2 * g.nx,
+          2 * g.ny,
+          0.5 * g.pitch_x_mm,
+          0.5 * g.pitch_y_mm,
+          g.origin_x_mm - 0.25 * g.pitch_x_mm,
+          g.origin_y_mm - 0.25 * g.pitch_y_mm};
 }
 
 // What the reliable channels had sent and what each node had received when everything died.
 struct Afterlife {
-  std::map<std::string_view, std::vector<std::vector<std::byte>>> sent;            // channel -> messages by seq
-  std::vector<std::map<std::string_view, std::size_t>> received;                   // per node: channel -> count
+  std::map<std::string_view, std::vector<std::vector<std::byte>>> sent;  // channel -> messages by seq
+  std::vector<std::map<std::string_view, std::size_t>> received;         // per node: channel -> count
   std::vector<Message> unsent;
 
   void hand_over(Lab& lab, const std::vector<std::unique_ptr<Member>>& members) {
@@ -83,7 +90,9 @@ void restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& mem
   for (std::size_t n = 0; n < members.size(); ++n) {
     RestoreSinks sinks;
     sinks.head = [](const WalHead&) {};
-    sinks.received = [&](std::string_view c, std::span<const std::byte>) { ++after.received[n][find_channel(c)->name]; };
+    sinks.received = [&](std::string_view c, std::span<const std::byte>) {
+      ++after.received[n][find_channel(c)->name];
+    };
     sinks.sent = [&](std::string_view c, std::span<const std::byte> b) {
       after.sent[find_channel(c)->name].emplace_back(b.begin(), b.end());
     };
@@ -133,7 +142,8 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   LabRunReport report;
   Outbox launcher(NodeId::kLauncher, run.run_id());
   const auto launcher_sends = [&] {
-    for (std::size_t n = 0; n < launcher.size(); ++n) lab.publish(launcher.at(n).channel, launcher.at(n).bytes);
+    for (std::size_t n = 0; n < launcher.size(); ++n)
+      lab.publish(launcher.at(n).channel, launcher.at(n).bytes);
   };
   run_end_t end{};
   bool truth_due = false;
@@ -144,7 +154,8 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     report.message_bytes += bytes.size();
     if (find_channel(channel)->logged) log.append(now.us, channel, bytes);
     if (channel == channels::kRunEnd.name) end.decode(bytes.data(), 0, int(bytes.size()));
-    if (height_map_t m; is_ice(e) && channel == channels::kHeightMap.name && m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
+    if (height_map_t m; is_ice(e) && channel == channels::kHeightMap.name &&
+                        m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
       map_grid = from_message(m.grid);
     if (channel == channels::kLayerMetrics.name) {
       truth_due = true;
@@ -187,13 +198,16 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   };
   std::size_t faults_done = 0;
   while (!over()) {
-    for (; faults_done < options.faults.size() && lab.now().s() >= options.faults[faults_done].node_s; ++faults_done)
+    for (; faults_done < options.faults.size() && lab.now().s() >= options.faults[faults_done].node_s;
+         ++faults_done)
       world.inject(options.faults[faults_done].fault, lab.now());
     if (options.crash_after_steps && lab.steps() >= options.crash_after_steps) {
       report.crashed = true;
       break;
     }
-    if (!lab.step(limit)) throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) + " s of node time");
+    if (!lab.step(limit))
+      throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) +
+                               " s of node time");
     if (truth_due) {
       truth_due = false;
       plant::Truth t = world.world().truth();

@@ -38,9 +38,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSafeWithinS = 2.0;      // after STOP: drivers have 1 s of their own
+constexpr double kSafeWithinS = 2.0;  // after STOP: drivers have 1 s of their own
 constexpr double kRecorderWithinS = 3.0;
-constexpr double kWorldWithinS = 10.0;    // saves its state
+constexpr double kWorldWithinS = 10.0;      // saves its state
 constexpr double kSchedulerWithinS = 10.0;  // to end the run after a safe stop
 constexpr double kTruthWithinS = 2.0;
 
@@ -62,7 +62,8 @@ class Signals {
   }
 
  private:
-  struct sigaction int_ {}, term_ {};
+  struct sigaction int_ {
+  }, term_{};
 };
 
 double wall_s() { return double(monotonic_us()) * 1e-6; }
@@ -70,8 +71,10 @@ double wall_s() { return double(monotonic_us()) * 1e-6; }
 class Launch {
  public:
   Launch(const RunFolder& folder, const LaunchOptions& options)
-      : folder_(folder), options_(options),
-        experiment_(parse_experiment(folder.experiment_toml(), (folder.path() / "experiment.toml").string())) {}
+      : folder_(folder),
+        options_(options),
+        experiment_(
+            parse_experiment(folder.experiment_toml(), (folder.path() / "experiment.toml").string())) {}
 
   LaunchReport run();
 
@@ -87,13 +90,19 @@ class Launch {
   /// @returns how many messages the log had lost
   std::size_t repair_log() const;
   ChildProcess* child(std::string_view name);
-  double node_s() const { return RunClock(args_.options.epoch_ns, args_.options.offset_us, args_.options.time_scale).at_ns(monotonic_ns()).s(); }
+  double node_s() const {
+    return RunClock(args_.options.epoch_ns, args_.options.offset_us, args_.options.time_scale)
+        .at_ns(monotonic_ns())
+        .s();
+  }
   /// Waits at most until `until_s` for something to happen and handles it.
   void turn(double until_s);
   void take_lines();
   void find_the_dead();
   void ask_truth();
-  void note(const std::string& text) const { options_.note ? options_.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str())); }
+  void note(const std::string& text) const {
+    options_.note ? options_.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
+  }
 
   const RunFolder& folder_;
   const LaunchOptions& options_;
@@ -106,8 +115,8 @@ class Launch {
   std::vector<std::unique_ptr<ChildProcess>> children_;  // world and recorder first: they end last
   std::map<std::string, std::string> said_;              // last ERROR or FAULT line of each
   std::map<std::string, bool> ready_;
-  std::optional<std::pair<int, std::string>> finish_;    // the scheduler's FINISH
-  std::string cause_;                                    // why the lab is stopped early
+  std::optional<std::pair<int, std::string>> finish_;  // the scheduler's FINISH
+  std::string cause_;                                  // why the lab is stopped early
   bool stopping_ = false;
   bool truth_asked_ = false;
   std::size_t faults_done_ = 0;
@@ -142,7 +151,8 @@ void Launch::prepare() {
   o.incarnation = point.incarnation;
   o.offset_us = point.offset_us;
   o.epoch_ns = monotonic_ns();
-  args_.bus_url = options_.bus_url.empty() ? default_bus_url(free_bus_port(folder_.run_id())) : options_.bus_url;
+  args_.bus_url =
+      options_.bus_url.empty() ? default_bus_url(free_bus_port(folder_.run_id())) : options_.bus_url;
   if (const std::string warning = receive_buffer_warning(); !warning.empty()) note(warning);
 
   o.node = NodeId::kLauncher;
@@ -150,7 +160,9 @@ void Launch::prepare() {
   own.faults = {};
   watch_.emplace(o.incarnation);
   bus_.emplace(args_.bus_url);
-  station_.emplace(own, *bus_, [this](const ChannelInfo& row, std::span<const std::byte> m) { watch_->on_message(row, m); });
+  station_.emplace(own, *bus_, [this](const ChannelInfo& row, std::span<const std::byte> m) {
+    watch_->on_message(row, m);
+  });
   for (const std::string_view channel : RunWatch::channels()) station_->subscribe(channel);
   for (const auto& [channel, message] : point.newest) {
     if (channel == channels::kRunEnd.name) watch_->on_earlier_end(message);
@@ -160,7 +172,8 @@ void Launch::prepare() {
 }
 
 void Launch::start_all() {
-  const fs::path programs = options_.programs.empty() ? fs::read_symlink("/proc/self/exe").parent_path() : options_.programs;
+  const fs::path programs =
+      options_.programs.empty() ? fs::read_symlink("/proc/self/exe").parent_path() : options_.programs;
   const auto start = [&](const std::string& name) {
     args_.options.node = name == "world" ? NodeId::kLauncher : find_node(name)->id;
     children_.push_back(std::make_unique<ChildProcess>(name, programs / name, to_arguments(args_),
@@ -170,7 +183,8 @@ void Launch::start_all() {
   for (const NamedMaker& n : taking_part(experiment_)) start(std::string(info(n.id).name));
   const ProcessOptions& o = args_.options;
   std::ofstream(folder_.path() / "clocks", std::ios::app)
-      << o.incarnation << " " << o.epoch_ns << " " << o.offset_us << " " << o.time_scale << " " << args_.bus_url << "\n";
+      << o.incarnation << " " << o.epoch_ns << " " << o.offset_us << " " << o.time_scale << " "
+      << args_.bus_url << "\n";
   std::ofstream pids(folder_.path() / "pids");
   pids << "launcher " << ::getpid() << "\n";
   for (const auto& c : children_) pids << c->name() << " " << c->pid() << "\n";
@@ -178,18 +192,25 @@ void Launch::start_all() {
 
 void Launch::await_ready() {
   const double until = wall_s() + options_.ready_within_s;
-  const auto all_ready = [&] { return std::all_of(children_.begin(), children_.end(), [&](const auto& c) { return ready_[c->name()]; }); };
+  const auto all_ready = [&] {
+    return std::all_of(children_.begin(), children_.end(), [&](const auto& c) { return ready_[c->name()]; });
+  };
   while (!all_ready()) {
     turn(until);
     std::string trouble;
     for (const auto& c : children_) {
       const auto& ending = c->poll_ending();
-      if (ending) trouble += (trouble.empty() ? "" : "; ") + c->name() + " " + to_text(*ending) + " before it was ready" +
-                             (said_[c->name()].empty() ? "" : ": " + said_[c->name()]);
+      if (ending)
+        trouble += (trouble.empty() ? "" : "; ") + c->name() + " " + to_text(*ending) +
+                   " before it was ready" + (said_[c->name()].empty() ? "" : ": " + said_[c->name()]);
     }
     if (trouble.empty() && wall_s() >= until) {
       for (const auto& c : children_)
-        if (!ready_[c->name()]) trouble += (trouble.empty() ? "not ready after " + std::to_string(int(options_.ready_within_s)) + " s: " : ", ") + c->name();
+        if (!ready_[c->name()])
+          trouble +=
+              (trouble.empty() ? "not ready after " + std::to_string(int(options_.ready_within_s)) + " s: "
+                               : ", ") +
+              c->name();
     }
     if (interrupted) trouble = "interrupted before the start";
     if (trouble.empty()) continue;
@@ -223,7 +244,8 @@ void Launch::watch() {
   double stop_seen_s = -1.0;
   while (cause_.empty() && !(watch_->end() && finish_)) {
     turn(wall_s() + 0.2);
-    for (; faults_done_ < options_.faults.size() && node_s() >= options_.faults[faults_done_].node_s; ++faults_done_)
+    for (; faults_done_ < options_.faults.size() && node_s() >= options_.faults[faults_done_].node_s;
+         ++faults_done_)
       child("world")->control().say(simfault_line(options_.faults[faults_done_].fault));
     if (auto metrics = watch_->take_metrics()) {
       if (options_.progress) options_.progress(*metrics);
@@ -240,7 +262,9 @@ void Launch::watch() {
   }
   if (!cause_.empty()) return;
   ask_truth();  // the finished part
-  for (const double until = wall_s() + kTruthWithinS; truth_asked_ && wall_s() < until && child("world")->running();) turn(until);
+  for (const double until = wall_s() + kTruthWithinS;
+       truth_asked_ && wall_s() < until && child("world")->running();)
+    turn(until);
 }
 
 void Launch::find_the_dead() {
@@ -264,11 +288,15 @@ void Launch::end_all(const std::string& cause) {
   }
   const auto stop = [&](std::size_t from, std::size_t to, double within_s) {
     for (std::size_t n = from; n < to; ++n) children_[n]->control().say("STOP " + cause);
-    const auto gone = [&] { return std::all_of(children_.begin() + long(from), children_.begin() + long(to), [](const auto& c) { return !c->running(); }); };
+    const auto gone = [&] {
+      return std::all_of(children_.begin() + long(from), children_.begin() + long(to),
+                         [](const auto& c) { return !c->running(); });
+    };
     for (const double until = wall_s() + within_s; !gone() && wall_s() < until;) turn(until);
     for (std::size_t n = from; n < to; ++n)
       if (children_[n]->running()) {
-        note(children_[n]->name() + " did not end within " + std::to_string(int(within_s)) + " s and was killed");
+        note(children_[n]->name() + " did not end within " + std::to_string(int(within_s)) +
+             " s and was killed");
         children_[n]->kill();
       }
   };
@@ -292,7 +320,9 @@ LaunchReport Launch::report() {
   const run_end_t& end = *watch_->end();
   r = result_of(end.outcome, end.layers, end.reason);
   if (finish_) r.status = finish_->first;
-  if ((RunOutcome(end.outcome) == RunOutcome::kStoppedSafely || RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) && !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
+  if ((RunOutcome(end.outcome) == RunOutcome::kStoppedSafely ||
+       RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) &&
+      !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
     r.reason += " (" + watch_->fault() + ")";
   report.ended = true;
   folder_.write_result(r);
@@ -305,7 +335,8 @@ std::size_t Launch::repair_log() const {
   if (repair.gaps.size() <= 3)
     for (const std::string& line : describe(repair)) note(line);
   else
-    note("recording gap, repaired: " + std::to_string(lost) + " messages of " + std::to_string(repair.gaps.size()) + " channels");
+    note("recording gap, repaired: " + std::to_string(lost) + " messages of " +
+         std::to_string(repair.gaps.size()) + " channels");
   return lost;
 }
 
@@ -342,7 +373,8 @@ void Launch::take_lines() {
         std::getline(words, rest);
         finish_ = {status, rest};
       }
-      if (verb == "ERROR" || verb == "FAULT") said_[c->name()] = line->substr(std::min(line->size(), verb.size() + 1));
+      if (verb == "ERROR" || verb == "FAULT")
+        said_[c->name()] = line->substr(std::min(line->size(), verb.size() + 1));
       if (verb == "TRUTH") {
         truth_asked_ = false;
         if (const auto truth = parse_truth_line(*line)) station_->send(channels::kSimTruth, *truth);
@@ -358,6 +390,8 @@ void Launch::ask_truth() {
 
 }  // namespace
 
-LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) { return Launch(folder, options).run(); }
+LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) {
+  return Launch(folder, options).run();
+}
 
 }  // namespace firn

@@ -24,7 +24,8 @@ LayerWriter::LayerWriter(const fs::path& file, const slice::PathFileHead& head) 
   out_.records().append(std::uint16_t(PathRecord::kHead), slice::encode(head));
 }
 
-void LayerWriter::add(std::span<const std::byte> encoded, const LayerPaths& layer, const std::vector<slice::MaterialUse>& use) {
+void LayerWriter::add(std::span<const std::byte> encoded, const LayerPaths& layer,
+                      const std::vector<slice::MaterialUse>& use) {
   out_.records().append(std::uint16_t(PathRecord::kLayer), encoded);
   ++totals_.layers;
   totals_.paths += std::int64_t(layer.lines.size());
@@ -48,7 +49,8 @@ LayerReader::LayerReader(std::span<const std::byte> bytes) : bytes_(bytes) { beg
 void LayerReader::begin() {
   in_.emplace(bytes_);
   const auto first = record();
-  if (!first || PathRecord(first->kind) != PathRecord::kHead) throw FormatError(0, "is no path file: it has no head");
+  if (!first || PathRecord(first->kind) != PathRecord::kHead)
+    throw FormatError(0, "is no path file: it has no head");
   head_ = decoded(*first, [&] { return slice::decode_path_head(first->payload); });
 }
 
@@ -62,7 +64,9 @@ std::optional<Record> LayerReader::record() {
   return r;
 }
 
-double LayerReader::fraction() const { return bytes_.empty() ? 1.0 : double(in_->valid_end()) / double(bytes_.size()); }
+double LayerReader::fraction() const {
+  return bytes_.empty() ? 1.0 : double(in_->valid_end()) / double(bytes_.size());
+}
 
 void LayerReader::finish(const Record& r) {
   const slice::PathFileTotals totals = decoded(r, [&] { return slice::decode_path_totals(r.payload); });
@@ -81,10 +85,12 @@ std::optional<LayerPaths> LayerReader::next() {
     finish(*r);
     return std::nullopt;
   }
-  if (PathRecord(r->kind) != PathRecord::kLayer) throw FormatError(r->offset, "a record of the unknown kind " + std::to_string(r->kind));
+  if (PathRecord(r->kind) != PathRecord::kLayer)
+    throw FormatError(r->offset, "a record of the unknown kind " + std::to_string(r->kind));
   LayerPaths layer = decoded(*r, [&] { return slice::decode_layer_paths(r->payload, head_); });
   if (layer.layer <= last_layer_)
-    throw FormatError(r->offset, "layer " + std::to_string(layer.layer) + " behind layer " + std::to_string(last_layer_));
+    throw FormatError(
+        r->offset, "layer " + std::to_string(layer.layer) + " behind layer " + std::to_string(last_layer_));
   last_layer_ = layer.layer;
   ++seen_.layers;
   seen_.paths += std::int64_t(layer.lines.size());

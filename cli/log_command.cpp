@@ -52,7 +52,8 @@ bool is_record_file(const std::filesystem::path& path, std::span<const std::byte
 // A file of paths that ends between two records is whole to its records, but not to a printer.
 void read_layers(Verdict& v, std::span<const std::byte> bytes) try {
   LayerReader layers(bytes);
-  while (layers.next()) {}
+  while (layers.next()) {
+  }
 } catch (const FormatError& e) {
   v.problem("byte " + std::to_string(e.offset) + ": " + e.problem);
 }
@@ -64,7 +65,8 @@ void count_message(Verdict& v, const Event& e) {
   ++c.messages;
   const ChannelInfo* info = find_channel(e.channel);
   if (!info || e.damaged) return;
-  if (const auto wrong = validate(*info, e.data)) v.problem("event " + std::to_string(e.eventnum) + ": " + *wrong);
+  if (const auto wrong = validate(*info, e.data))
+    v.problem("event " + std::to_string(e.eventnum) + ": " + *wrong);
   const auto header = wire::read_header(e.data);
   if (!header || info->delivery != Delivery::kReliable) return;
   if (header->seq > c.last_seq + 1) c.missing += std::uint64_t(header->seq - c.last_seq - 1);
@@ -87,7 +89,9 @@ Verdict verify_events(const std::filesystem::path& path) {
     count_message(v, *e);
   }
   for (const auto& [name, c] : v.channels)
-    if (c.missing) v.problem("recording gap: " + std::to_string(c.missing) + " messages of " + name + "; `firn log repair` fills it from the write-ahead files");
+    if (c.missing)
+      v.problem("recording gap: " + std::to_string(c.missing) + " messages of " + name +
+                "; `firn log repair` fills it from the write-ahead files");
   for (const Damage& d : file.index().damage().list())
     v.problem("index: byte " + std::to_string(d.offset) + ": " + std::string(d.reason));
   v.damage = reader.damage();
@@ -105,7 +109,8 @@ Verdict verify_records(const std::filesystem::path& path) {
     ++v.pieces;
     v.checked += !r->damaged;
     const RecordLine line = record_line(*r, path.extension() == ".wal", {});
-    if (!line.error.empty() && !r->damaged) v.problem("record " + std::to_string(r->index) + ": " + line.error);
+    if (!line.error.empty() && !r->damaged)
+      v.problem("record " + std::to_string(r->index) + ": " + line.error);
   }
   v.damage = reader.damage();
   if (paths && v.damage.count() == 0) read_layers(v, file.bytes());
@@ -113,20 +118,22 @@ Verdict verify_records(const std::filesystem::path& path) {
 }
 
 void print_json(const LogOptions& o, const Verdict& v, std::ostream& out) {
-  out << "{\"ok\":" << (v.ok() ? "true" : "false") << ",\"file\":" << json_string(o.file) << ",\"kind\":" << json_string(v.kind)
-      << ",\"bytes\":" << v.bytes << ",\"read\":" << v.pieces << ",\"checked\":" << v.checked << ",\"lost\":" << v.damage.lost()
+  out << "{\"ok\":" << (v.ok() ? "true" : "false") << ",\"file\":" << json_string(o.file)
+      << ",\"kind\":" << json_string(v.kind) << ",\"bytes\":" << v.bytes << ",\"read\":" << v.pieces
+      << ",\"checked\":" << v.checked << ",\"lost\":" << v.damage.lost()
       << ",\"damage_count\":" << v.damage.count() << ",\"damage\":[";
   for (std::size_t i = 0; i < v.damage.list().size(); ++i) {
     const Damage& d = v.damage.list()[i];
-    out << (i ? "," : "") << "{\"offset\":" << d.offset << ",\"bytes\":" << d.bytes << ",\"reason\":" << json_string(d.reason)
-        << ",\"lost\":" << d.lost << "}";
+    out << (i ? "," : "") << "{\"offset\":" << d.offset << ",\"bytes\":" << d.bytes
+        << ",\"reason\":" << json_string(d.reason) << ",\"lost\":" << d.lost << "}";
   }
   out << "],\"problem_count\":" << v.problem_count << ",\"problems\":[";
   for (std::size_t i = 0; i < v.problems.size(); ++i) out << (i ? "," : "") << json_string(v.problems[i]);
   out << "],\"channels\":{";
   const char* comma = "";
   for (const auto& [name, c] : v.channels) {
-    out << comma << json_string(name) << ":{\"messages\":" << c.messages << ",\"missing\":" << c.missing << "}";
+    out << comma << json_string(name) << ":{\"messages\":" << c.messages << ",\"missing\":" << c.missing
+        << "}";
     comma = ",";
   }
   out << "}}\n";
@@ -149,7 +156,9 @@ void print_text(const LogOptions& o, const Verdict& v, std::ostream& out) {
 bool wanted(const LogOptions& o, std::string_view channel) {
   return o.channels.empty() || std::find(o.channels.begin(), o.channels.end(), channel) != o.channels.end();
 }
-bool wanted(const LogOptions& o, std::int64_t us) { return double(us) * 1e-6 >= o.from_s && double(us) * 1e-6 <= o.to_s; }
+bool wanted(const LogOptions& o, std::int64_t us) {
+  return double(us) * 1e-6 >= o.from_s && double(us) * 1e-6 <= o.to_s;
+}
 
 template <class Piece>
 int finish_cat(const LogOptions& o, const DamageList& damage, Piece what, std::ostream& err) {
@@ -184,7 +193,8 @@ int cat_records(const LogOptions& o, std::ostream& out, std::ostream& err) {
     if (!r) break;
     const RecordLine line = record_line(*r, std::filesystem::path(o.file).extension() == ".wal", json);
     now_us = line.now_us.value_or(now_us);
-    const bool on_channel = o.channels.empty() || std::any_of(line.channels.begin(), line.channels.end(), [&](const auto& c) { return wanted(o, c); });
+    const bool on_channel = o.channels.empty() || std::any_of(line.channels.begin(), line.channels.end(),
+                                                              [&](const auto& c) { return wanted(o, c); });
     if (!on_channel || !wanted(o, now_us)) continue;
     out << line.json << '\n';
     if (!out) return kFailed;
@@ -211,26 +221,32 @@ int log_cat(const LogOptions& o, std::ostream& out, std::ostream& err) {
 
 int log_repair(const LogOptions& o, std::ostream& out) {
   const std::filesystem::path log = o.file;
-  // A run whose recorder died early has no log yet: it is made. Any other name is more likely a slip of the pen.
+  // A run whose recorder died early has no log yet: it is made. Any other name is more likely a slip of the
+  // pen.
   const bool there = std::filesystem::exists(log);
   if (!there && log.filename() != "log.lcm") throw UsageError(o.file + ": no such file");
   if (there && is_records(o))
     throw UsageError(o.file + ": a write-ahead file is the record itself; only an event log can be repaired");
-  const std::filesystem::path sources = o.sources.empty() ? log.parent_path() / "nodes" : std::filesystem::path(o.sources);
-  if (!std::filesystem::is_directory(sources)) throw UsageError(sources.string() + ": no folder of write-ahead files to repair from");
+  const std::filesystem::path sources =
+      o.sources.empty() ? log.parent_path() / "nodes" : std::filesystem::path(o.sources);
+  if (!std::filesystem::is_directory(sources))
+    throw UsageError(sources.string() + ": no folder of write-ahead files to repair from");
   const RepairReport r = repair_from_write_ahead(log, sources);
   if (o.json) {
-    out << "{\"rewritten\":" << (r.rewritten ? "true" : "false") << ",\"events\":" << r.events << ",\"inserted\":" << r.inserted
-        << ",\"replaced\":" << r.replaced << ",\"repeated\":" << r.repeated << ",\"left_out\":" << r.left_out
-        << ",\"kept\":" << json_string(r.kept_path.string()) << ",\"gaps\":[";
+    out << "{\"rewritten\":" << (r.rewritten ? "true" : "false") << ",\"events\":" << r.events
+        << ",\"inserted\":" << r.inserted << ",\"replaced\":" << r.replaced << ",\"repeated\":" << r.repeated
+        << ",\"left_out\":" << r.left_out << ",\"kept\":" << json_string(r.kept_path.string())
+        << ",\"gaps\":[";
     for (std::size_t i = 0; i < r.gaps.size(); ++i)
-      out << (i ? "," : "") << "{\"channel\":" << json_string(r.gaps[i].channel) << ",\"inserted\":" << r.gaps[i].inserted
-          << ",\"replaced\":" << r.gaps[i].replaced << ",\"first_utime_us\":" << r.gaps[i].first_utime_us
+      out << (i ? "," : "") << "{\"channel\":" << json_string(r.gaps[i].channel)
+          << ",\"inserted\":" << r.gaps[i].inserted << ",\"replaced\":" << r.gaps[i].replaced
+          << ",\"first_utime_us\":" << r.gaps[i].first_utime_us
           << ",\"last_utime_us\":" << r.gaps[i].last_utime_us << "}";
     out << "]}\n";
   } else {
     for (const std::string& line : describe(r)) out << line << "\n";
-    out << o.file << ": " << r.events << " events, " << (r.rewritten ? "repaired" : "nothing to repair") << "\n";
+    out << o.file << ": " << r.events << " events, " << (r.rewritten ? "repaired" : "nothing to repair")
+        << "\n";
   }
   return r.left_out ? kFailed : kOk;
 }
@@ -239,9 +255,12 @@ int run_log(const LogOptions& o) try {
   if (std::filesystem::is_directory(o.file))
     throw UsageError(o.file + ": is a folder; give a file in it: log.lcm, nodes/<node>.wal or world.rec");
   switch (o.action) {
-    case LogAction::kVerify: return log_verify(o, std::cout);
-    case LogAction::kCat: return log_cat(o, std::cout, std::cerr);
-    case LogAction::kRepair: return log_repair(o, std::cout);
+    case LogAction::kVerify:
+      return log_verify(o, std::cout);
+    case LogAction::kCat:
+      return log_cat(o, std::cout, std::cerr);
+    case LogAction::kRepair:
+      return log_repair(o, std::cout);
   }
   return kUsage;
 } catch (const FileError& e) {

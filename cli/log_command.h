@@ -1,4 +1,5 @@
-// firn log verify|cat|repair LOG: event logs (log.lcm), write-ahead files (nodes/<node>.wal), record files (world.rec).
+// firn log verify|cat|repair LOG: event logs (log.lcm), write-ahead files (nodes/<node>.wal), record files
+// (world.rec).
 #pragma once
 
 #include <cstdint>
@@ -14,17 +15,17 @@ enum class LogAction { kVerify, kCat, kRepair };
 struct LogOptions {
   LogAction action = LogAction::kVerify;
   std::string file;
-  bool json = false;                    ///< verify, repair: one JSON object; cat always prints JSON lines
-  std::vector<std::string> channels;    ///< cat: only these; empty = all
+  bool json = false;                  ///< verify, repair: one JSON object; cat always prints JSON lines
+  std::vector<std::string> channels;  ///< cat: only these; empty = all
   double from_s = -std::numeric_limits<double>::infinity();  ///< cat: node time, first
   double to_s = std::numeric_limits<double>::infinity();     ///< cat: node time, last
-  std::int64_t count = -1;              ///< cat: at most so many lines; -1 = all
-  bool full = false;                    ///< cat: whole arrays
-  std::string sources;                  ///< repair: folder of write-ahead files; "" = nodes/ beside the log
+  std::int64_t count = -1;                                   ///< cat: at most so many lines; -1 = all
+  bool full = false;                                         ///< cat: whole arrays
+  std::string sources;  ///< repair: folder of write-ahead files; "" = nodes/ beside the log
 };
 
-/// Uses stdout and stderr. @returns kOk; kFailed if damage was found (verify, cat) or stays (repair); kUsage if the
-/// file cannot be read.
+/// Uses stdout and stderr. @returns kOk; kFailed if damage was found (verify, cat) or stays (repair); kUsage
+/// if the file cannot be read.
 int run_log(const LogOptions& options);
 
 int log_verify(const LogOptions& options, std::ostream& out);

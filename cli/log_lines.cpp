@@ -46,7 +46,8 @@ void add_message(Line& line, std::span<const std::byte> message, const JsonOptio
   if (const schema::Type* type = Schema::builtin().type_of(message))
     line.text("type", type->name).add("message", to_json(*type, message, options));
   else
-    line.number("bytes", std::int64_t(message.size())).text("unknown_fingerprint", hex(message.first(std::min<std::size_t>(8, message.size()))));
+    line.number("bytes", std::int64_t(message.size()))
+        .text("unknown_fingerprint", hex(message.first(std::min<std::size_t>(8, message.size()))));
 }
 
 constexpr const char* kEventNames[] = {"?", "start", "message", "wake", "io", "link", "local_stop"};
@@ -60,21 +61,31 @@ const char* name_of(const char* const (&names)[N], Kind kind) {
 void add_event(RecordLine& to, Line& line, std::span<const std::byte> payload, const JsonOptions& options) {
   const WalEvent e = decode_event(payload);
   to.now_us = e.event.now.us;
-  line.number("step", std::int64_t(e.step)).number("now_us", e.event.now.us).text("event", name_of(kEventNames, e.event.kind));
+  line.number("step", std::int64_t(e.step))
+      .number("now_us", e.event.now.us)
+      .text("event", name_of(kEventNames, e.event.kind));
   switch (e.event.kind) {
-    case EventKind::kStart: line.number("incarnation", e.event.incarnation); break;
+    case EventKind::kStart:
+      line.number("incarnation", e.event.incarnation);
+      break;
     case EventKind::kMessage:
       to.channels.emplace_back(e.event.channel);
       line.text("channel", e.event.channel);
       add_message(line, e.event.bytes, options);
       break;
-    case EventKind::kWake: line.number("timer", e.event.id).number("due_us", e.event.due.us); break;
+    case EventKind::kWake:
+      line.number("timer", e.event.id).number("due_us", e.event.due.us);
+      break;
     case EventKind::kIo:
       line.number("port", e.event.id);
       add_bytes(line, e.event.bytes, options);
       break;
-    case EventKind::kLink: line.number("port", e.event.id).number("open", e.event.link == LinkState::kOpen); break;
-    case EventKind::kLocalStop: add_bytes(line, e.event.bytes, options); break;
+    case EventKind::kLink:
+      line.number("port", e.event.id).number("open", e.event.link == LinkState::kOpen);
+      break;
+    case EventKind::kLocalStop:
+      add_bytes(line, e.event.bytes, options);
+      break;
   }
 }
 
@@ -87,14 +98,20 @@ std::string output_json(RecordLine& to, const Output& o, const JsonOptions& opti
       line.text("channel", o.channel);
       add_message(line, o.bytes, options);
       break;
-    case OutputKind::kArm: line.number("timer", o.id).number("at_us", o.at.us); break;
-    case OutputKind::kCancel: line.number("timer", o.id); break;
+    case OutputKind::kArm:
+      line.number("timer", o.id).number("at_us", o.at.us);
+      break;
+    case OutputKind::kCancel:
+      line.number("timer", o.id);
+      break;
     case OutputKind::kWrite:
     case OutputKind::kFinish:
       line.number(o.kind == OutputKind::kWrite ? "port" : "status", o.id);
       add_bytes(line, o.bytes, options);
       break;
-    case OutputKind::kReopen: line.number("port", o.id); break;
+    case OutputKind::kReopen:
+      line.number("port", o.id);
+      break;
   }
   return line.end();
 }
@@ -103,7 +120,8 @@ void add_outputs(RecordLine& to, Line& line, std::span<const std::byte> payload,
   const WalOutputs outputs = decode_outputs(payload);
   line.number("step", std::int64_t(outputs.step)).number("handler_ns", outputs.handler_ns);
   std::string list;
-  for (const Output& o : decode_output_list(outputs.body)) list += (list.empty() ? "" : ",") + output_json(to, o, options);
+  for (const Output& o : decode_output_list(outputs.body))
+    list += (list.empty() ? "" : ",") + output_json(to, o, options);
   line.add("outputs", "[" + list + "]");
 }
 
@@ -147,7 +165,8 @@ RecordLine record_line(const logfile::Record& record, bool write_ahead, const Js
         line.text("kind", "outputs");
         add_outputs(to, line, record.payload, options);
         break;
-      default: line.number("kind", record.kind).number("bytes", std::int64_t(record.payload.size()));
+      default:
+        line.number("kind", record.kind).number("bytes", std::int64_t(record.payload.size()));
     }
   } catch (const std::runtime_error& e) {
     to.error = e.what();

@@ -15,13 +15,15 @@ namespace {
 using logfile::MessageSource;
 using logfile::SourceMessage;
 
-// The messages that were put out, file after file: nodes/*.wal of the nodes, nodes/*.sent of launcher and recorder.
+// The messages that were put out, file after file: nodes/*.wal of the nodes, nodes/*.sent of launcher and
+// recorder.
 class SentMessages {
  public:
   explicit SentMessages(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> paths;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
-      if (entry.path().extension() == ".wal" || entry.path().extension() == ".sent") paths.push_back(entry.path());
+      if (entry.path().extension() == ".wal" || entry.path().extension() == ".sent")
+        paths.push_back(entry.path());
     std::sort(paths.begin(), paths.end());
     for (const auto& path : paths) files_.emplace_back(path);
   }
@@ -46,7 +48,8 @@ class SentMessages {
     return SourceMessage{header->utime_us, channel->name, *message_key(o.channel, o.bytes), o.bytes};
   }
 
-  // Takes the outputs of the next whole record that has some; damaged ones and what cannot be decoded are left alone.
+  // Takes the outputs of the next whole record that has some; damaged ones and what cannot be decoded are
+  // left alone.
   bool next_outputs() {
     outputs_.clear();
     output_ = 0;
@@ -56,8 +59,10 @@ class SentMessages {
         reader_.emplace(files_[file_++].bytes());
       }
       const auto record = reader_->next();
-      if (!record) reader_.reset();
-      else if (!record->damaged) take(*record);
+      if (!record)
+        reader_.reset();
+      else if (!record->damaged)
+        take(*record);
     }
     return true;
   }
@@ -66,7 +71,8 @@ class SentMessages {
     if (WalKind(record.kind) == WalKind::kOutputs) {
       outputs_ = decode_output_list(decode_outputs(record.payload).body);
     } else if (WalKind(record.kind) == WalKind::kHead) {
-      // A node's CONFIG_ message goes out before its first step and is no output of one: the head holds its content.
+      // A node's CONFIG_ message goes out before its first step and is no output of one: the head holds its
+      // content.
       const WalHead head = decode_head(record.payload);
       const NodeInfo* node = find_node(head.node);
       if (!node) return;
@@ -98,9 +104,11 @@ std::optional<logfile::MessageKey> message_key(std::string_view channel, std::sp
   return logfile::MessageKey{std::uint64_t(header->incarnation), std::uint64_t(header->seq)};
 }
 
-logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log, const std::filesystem::path& nodes_folder) {
+logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log,
+                                              const std::filesystem::path& nodes_folder) {
   SentMessages source(nodes_folder);
-  return logfile::repair(log, [&source] { return source.next(); }, message_key);
+  return logfile::repair(
+      log, [&source] { return source.next(); }, message_key);
 }
 
 }  // namespace firn

@@ -46,7 +46,8 @@ bool decode(std::span<const std::byte> bytes, Message& m) {
   return m.decode(bytes.data(), 0, int(bytes.size())) >= 0;
 }
 
-/// The true error after a layer: of droplets about the final target, of paths about the nominal height so far.
+/// The true error after a layer: of droplets about the final target, of paths about the nominal height so
+/// far.
 class Judge {
  public:
   Judge(const Experiment& e, const Blobs& inputs) : pitch_mm_(e.ice.pitch_mm) {
@@ -81,7 +82,8 @@ class Judge {
 
 }  // namespace
 
-MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, const MemoryPrintOptions& options) {
+MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
+                                  const MemoryPrintOptions& options) {
   const Judge judge(e, inputs);
   PlantWorld world(plant::World(plant::world_config(e), nullptr));
   Lab lab(&world);
@@ -95,7 +97,8 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
     if (options.tap) options.tap(channel, bytes);
     if (channel == channels::kRunEnd.name) decode(bytes, end);
     if (layer_metrics_t m; channel == channels::kLayerMetrics.name && decode(bytes, m)) measured = m;
-    if (layer_plan_t plan; channel == channels::kLayerPlan.name && decode(bytes, plan)) report.iterations += plan.iterations;
+    if (layer_plan_t plan; channel == channels::kLayerPlan.name && decode(bytes, plan))
+      report.iterations += plan.iterations;
   });
   Outbox launcher(NodeId::kLauncher, kRunId);
   launcher.begin(Time{}, 0);
@@ -111,18 +114,24 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
     bool all = true;
     for (const auto& host : hosts) {
       if (host->id() == NodeId::kScheduler && host->finished() && !scheduler_done) scheduler_done = lab.now();
-      if ((host->id() == NodeId::kScheduler || host->id() == NodeId::kSafety) && !host->finished()) all = false;
+      if ((host->id() == NodeId::kScheduler || host->id() == NodeId::kSafety) && !host->finished())
+        all = false;
     }
-    return all || (scheduler_done && seconds_between(*scheduler_done, lab.now()) > kSafetyWall_s * e.run.time_scale);
+    return all ||
+           (scheduler_done && seconds_between(*scheduler_done, lab.now()) > kSafetyWall_s * e.run.time_scale);
   };
   const Time limit = Time{}.after_s(kLongestPrint_s);
   while (!over()) {
-    if (!lab.step(limit)) throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) + " s of node time");
-    if (!options.series || measured.layer <= (report.series.empty() ? 0 : report.series.back().layer)) continue;
+    if (!lab.step(limit))
+      throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) +
+                               " s of node time");
+    if (!options.series || measured.layer <= (report.series.empty() ? 0 : report.series.back().layer))
+      continue;
     report.series.push_back(judge.truth(world.world(), measured.layer, lab.now()));
     report.series.back().deposit_s = measured.deposit_s;
     report.series.back().measure_s = measured.scan_s;
-    if (options.ice_each && options.ice_over && world.world().ice()) report.ice_each.push_back(world.world().ice()->thickness_over(*options.ice_over, 0));
+    if (options.ice_each && options.ice_over && world.world().ice())
+      report.ice_each.push_back(world.world().ice()->thickness_over(*options.ice_over, 0));
   }
 
   plant::Truth truth = world.world().truth();
@@ -134,7 +143,8 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs, cons
   report.node_s = lab.now().s();
   for (const auto& host : hosts) report.decide_cpu_s += double(host->handler_ns()) * 1e-9;
   if (options.materials) report.materials = world.world().materials();
-  if (options.ice_over && world.world().ice()) report.ice = world.world().ice()->thickness_over(*options.ice_over, 0);
+  if (options.ice_over && world.world().ice())
+    report.ice = world.world().ice()->thickness_over(*options.ice_over, 0);
   if (options.surface) report.surface = std::move(truth.height);
   return report;
 }

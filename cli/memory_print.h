@@ -1,6 +1,6 @@
-// A whole print in this process and in simulated time that leaves nothing behind: no run folder, no write-ahead files,
-// no log. The same nodes and the same world as `firn print`, so the printed part is the same to the last bit. For
-// studies, tests and the papers' tables, which print thousands of parts.
+// A whole print in this process and in simulated time that leaves nothing behind: no run folder, no
+// write-ahead files, no log. The same nodes and the same world as `firn print`, so the printed part is the
+// same to the last bit. For studies, tests and the papers' tables, which print thousands of parts.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@
 namespace firn {
 
 struct MemoryPrintOptions {
-  bool series = false;     ///< fill `series`
-  bool surface = false;    ///< fill `surface`
-  bool materials = false;  ///< fill `materials`
+  bool series = false;                    ///< fill `series`
+  bool surface = false;                   ///< fill `surface`
+  bool materials = false;                 ///< fill `materials`
   std::optional<GridSpec> ice_over = {};  ///< ice lab: fill `ice` over this grid
-  bool ice_each = false;   ///< with series and ice_over: fill `ice_each`
+  bool ice_each = false;                  ///< with series and ice_over: fill `ice_each`
   /// Sees every message when it is sent.
   std::function<void(std::string_view channel, std::span<const std::byte> bytes)> tap = {};
 };
@@ -39,23 +39,25 @@ struct LayerTruth {
 };
 
 struct MemoryPrintReport {
-  RunResult result;                  ///< status 0 = the scheme finished the part; all else is a print that failed
-  ErrorStats error;                  ///< of the true final surface about the target, over the mask
-  std::int64_t droplets = 0;         ///< triggers that the jet obeyed
+  RunResult result;           ///< status 0 = the scheme finished the part; all else is a print that failed
+  ErrorStats error;           ///< of the true final surface about the target, over the mask
+  std::int64_t droplets = 0;  ///< triggers that the jet obeyed
   std::int64_t droplets_missed = 0;  ///< of these, triggers without a droplet
   double volume_mm3 = 0.0;           ///< on the field
   double node_s = 0.0;               ///< simulated duration of the print
   std::int64_t iterations = 0;       ///< of the controller's search, summed over all decisions
   double decide_cpu_s = 0.0;         ///< processor time in the controller; differs from run to run
   std::vector<LayerTruth> series;
-  HeightMap surface;                 ///< noise-free mean over each cell [mm]
-  MaterialColumns materials;         ///< two inks: what the block is made of
-  HeightMap ice;                     ///< ice lab: thickness of the ice, without scaffold; NaN off the field
-  std::vector<HeightMap> ice_each;   ///< the same after each layer of `series`
+  HeightMap surface;                ///< noise-free mean over each cell [mm]
+  MaterialColumns materials;        ///< two inks: what the block is made of
+  HeightMap ice;                    ///< ice lab: thickness of the ice, without scaffold; NaN off the field
+  std::vector<HeightMap> ice_each;  ///< the same after each layer of `series`
 };
 
 /// Prints `experiment` with `inputs` (make_inputs). Thread-safe: any number of prints may run at once.
-/// @throws std::invalid_argument, ConfigError: inputs or plant that cannot be; std::runtime_error: the lab stands still.
-MemoryPrintReport print_in_memory(const Experiment& experiment, const Blobs& inputs, const MemoryPrintOptions& options = {});
+/// @throws std::invalid_argument, ConfigError: inputs or plant that cannot be; std::runtime_error: the lab
+/// stands still.
+MemoryPrintReport print_in_memory(const Experiment& experiment, const Blobs& inputs,
+                                  const MemoryPrintOptions& options = {});
 
 }  // namespace firn

@@ -1,6 +1,6 @@
 // 3MF by lib3mf 1.8: every mesh of the build items, at its place.
-#include <lib3mf/Model/COM/NMR_DLLInterfaces.h>
 #include <fmt/core.h>
+#include <lib3mf/Model/COM/NMR_DLLInterfaces.h>
 
 #include <memory>
 
@@ -47,7 +47,8 @@ class Reader {
 
   MeshData read() {
     model_ = get([](Handle* out) { return lib3mf_createmodel(out); }, nullptr);
-    Owned reader = get([&](Handle* out) { return lib3mf_model_queryreader(model_.get(), "3mf", out); }, model_.get());
+    Owned reader =
+        get([&](Handle* out) { return lib3mf_model_queryreader(model_.get(), "3mf", out); }, model_.get());
     // lib3mf reads only, though its argument is not const.
     auto* data = reinterpret_cast<BYTE*>(const_cast<std::byte*>(bytes_.data()));
     check(lib3mf_reader_readfrombuffer(reader.get(), data, bytes_.size()), reader.get());
@@ -71,7 +72,8 @@ class Reader {
     DWORD code = 0;
     LPCSTR text = nullptr;
     const bool told = of && lib3mf_getlasterror(of, &code, &text) == LIB3MF_OK && text;
-    fail(fmt::format("is no 3MF file that lib3mf can read: {} (0x{:x})", told ? text : "no reason given", told ? code : DWORD(result)));
+    fail(fmt::format("is no 3MF file that lib3mf can read: {} (0x{:x})", told ? text : "no reason given",
+                     told ? code : DWORD(result)));
   }
   template <class Call>
   Owned get(const Call& call, Handle of) const {
@@ -81,10 +83,14 @@ class Reader {
   }
 
   void items() {
-    Owned iterator = get([&](Handle* out) { return lib3mf_model_getbuilditems(model_.get(), out); }, model_.get());
-    for (BOOL more = 0; check(lib3mf_builditemiterator_movenext(iterator.get(), &more), iterator.get()), more;) {
-      Owned item = get([&](Handle* out) { return lib3mf_builditemiterator_getcurrent(iterator.get(), out); }, iterator.get());
-      Owned object = get([&](Handle* out) { return lib3mf_builditem_getobjectresource(item.get(), out); }, item.get());
+    Owned iterator =
+        get([&](Handle* out) { return lib3mf_model_getbuilditems(model_.get(), out); }, model_.get());
+    for (BOOL more = 0;
+         check(lib3mf_builditemiterator_movenext(iterator.get(), &more), iterator.get()), more;) {
+      Owned item = get([&](Handle* out) { return lib3mf_builditemiterator_getcurrent(iterator.get(), out); },
+                       iterator.get());
+      Owned object =
+          get([&](Handle* out) { return lib3mf_builditem_getobjectresource(item.get(), out); }, item.get());
       MODELTRANSFORM t{};
       BOOL moved = 0;
       check(lib3mf_builditem_hasobjecttransform(item.get(), &moved), item.get());
@@ -104,8 +110,10 @@ class Reader {
     DWORD count = 0;
     check(lib3mf_componentsobject_getcomponentcount(object, &count), object);
     for (DWORD n = 0; n < count; ++n) {
-      Owned component = get([&](Handle* out) { return lib3mf_componentsobject_getcomponent(object, n, out); }, object);
-      Owned inner = get([&](Handle* out) { return lib3mf_component_getobjectresource(component.get(), out); }, component.get());
+      Owned component =
+          get([&](Handle* out) { return lib3mf_componentsobject_getcomponent(object, n, out); }, object);
+      Owned inner = get([&](Handle* out) { return lib3mf_component_getobjectresource(component.get(), out); },
+                        component.get());
       MODELTRANSFORM t{};
       check(lib3mf_component_gettransform(component.get(), &t), component.get());
       place(inner.get(), at * from(t), depth + 1);
@@ -117,20 +125,29 @@ class Reader {
     check(lib3mf_meshobject_getvertexcount(mesh, &vertices), mesh);
     check(lib3mf_meshobject_gettrianglecount(mesh, &triangles), mesh);
     const std::size_t v0 = data_.vertices.size(), t0 = data_.triangles.size();
-    if (v0 + vertices > 0xffffffffu || t0 + triangles > kMaxFacets) fail(fmt::format("more facets than the limit of {}", kMaxFacets));
+    if (v0 + vertices > 0xffffffffu || t0 + triangles > kMaxFacets)
+      fail(fmt::format("more facets than the limit of {}", kMaxFacets));
     static_assert(sizeof(MODELMESHVERTEX) == sizeof(slice::Corner) && sizeof(MODELMESHTRIANGLE) == 12);
     data_.vertices.resize(v0 + vertices);
     data_.triangles.resize(t0 + triangles);
-    if (vertices) check(lib3mf_meshobject_getvertices(mesh, reinterpret_cast<MODELMESHVERTEX*>(&data_.vertices[v0]), vertices, nullptr), mesh);
-    if (triangles) check(lib3mf_meshobject_gettriangleindices(mesh, reinterpret_cast<MODELMESHTRIANGLE*>(&data_.triangles[t0]), triangles, nullptr), mesh);
+    if (vertices)
+      check(lib3mf_meshobject_getvertices(mesh, reinterpret_cast<MODELMESHVERTEX*>(&data_.vertices[v0]),
+                                          vertices, nullptr),
+            mesh);
+    if (triangles)
+      check(lib3mf_meshobject_gettriangleindices(
+                mesh, reinterpret_cast<MODELMESHTRIANGLE*>(&data_.triangles[t0]), triangles, nullptr),
+            mesh);
     for (std::size_t v = v0; v < data_.vertices.size(); ++v) {
       const slice::Corner p = data_.vertices[v];
       for (std::size_t r = 0; r < 3; ++r)
-        data_.vertices[v][r] = float(at[r][0] * double(p[0]) + at[r][1] * double(p[1]) + at[r][2] * double(p[2]) + at[r][3]);
+        data_.vertices[v][r] =
+            float(at[r][0] * double(p[0]) + at[r][1] * double(p[1]) + at[r][2] * double(p[2]) + at[r][3]);
     }
     for (std::size_t t = t0; t < data_.triangles.size(); ++t)
       for (std::uint32_t& corner : data_.triangles[t]) {
-        if (corner >= vertices) fail(fmt::format("a triangle names vertex {}; its mesh has {}", corner, vertices));
+        if (corner >= vertices)
+          fail(fmt::format("a triangle names vertex {}; its mesh has {}", corner, vertices));
         corner += std::uint32_t(v0);
       }
   }

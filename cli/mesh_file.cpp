@@ -18,7 +18,8 @@ void fail_at_byte(const std::string& name, std::size_t byte, const std::string& 
 }
 
 void check_count(const std::string& name, std::size_t byte, std::size_t facets) {
-  if (facets > kMaxFacets) fail_at_byte(name, byte, fmt::format("{} facets are more than the limit of {}", facets, kMaxFacets));
+  if (facets > kMaxFacets)
+    fail_at_byte(name, byte, fmt::format("{} facets are more than the limit of {}", facets, kMaxFacets));
 }
 
 void TextCursor::fail(const std::string& problem) const {
@@ -93,16 +94,22 @@ MeshData read_mesh(std::span<const std::byte> bytes, const std::string& name) {
     if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
   MeshData data;
   if (bytes.empty()) throw UsageError(name + ": is empty");
-  if (ending == ".stl") data = mesh::read_stl(bytes, name);
-  else if (ending == ".ply") data = mesh::read_ply(bytes, name);
-  else if (ending == ".obj") data = mesh::read_obj(bytes, name);
-  else if (ending == ".3mf") data = mesh::read_3mf(bytes, name);
-  else throw UsageError(name + ": must end in .stl, .ply, .obj or .3mf");
+  if (ending == ".stl")
+    data = mesh::read_stl(bytes, name);
+  else if (ending == ".ply")
+    data = mesh::read_ply(bytes, name);
+  else if (ending == ".obj")
+    data = mesh::read_obj(bytes, name);
+  else if (ending == ".3mf")
+    data = mesh::read_3mf(bytes, name);
+  else
+    throw UsageError(name + ": must end in .stl, .ply, .obj or .3mf");
   if (data.facets().size() == 0) throw UsageError(name + ": holds no facet");
   return data;
 }
 
-MeshFile::MeshFile(const std::filesystem::path& file) : map_(mapped(file)), data_(read_mesh(map_.bytes(), file.string())) {}
+MeshFile::MeshFile(const std::filesystem::path& file)
+    : map_(mapped(file)), data_(read_mesh(map_.bytes(), file.string())) {}
 
 slice::FacetView MeshFile::facets() const {
   slice::FacetView view = data_.facets();

@@ -41,7 +41,8 @@ class TextCursor {
     while (at_ != end_ && *at_ != '\n') ++at_;
     if (at_ != end_) ++at_;
   }
-  /// A word as a number; nan and inf are numbers, and what is too large for a float is infinite. @throws UsageError
+  /// A word as a number; nan and inf are numbers, and what is too large for a float is infinite. @throws
+  /// UsageError
   float number(std::string_view word, const char* what) const;
   /// A word as a whole number within 64 bits. @throws UsageError
   std::int64_t whole(std::string_view word, const char* what) const;
@@ -63,6 +64,8 @@ class TextCursor {
   std::size_t first_line_;
 };
 
-inline std::string_view as_text(Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+inline std::string_view as_text(Bytes bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 }  // namespace firn::mesh

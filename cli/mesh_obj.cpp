@@ -24,12 +24,16 @@ class ObjReader {
   MeshData read() {
     while (!at_.ended()) {
       const std::string_view word = at_.word();
-      if (word == "v") vertex();
-      else if (word == "f") face();
-      else at_.skip_line();
+      if (word == "v")
+        vertex();
+      else if (word == "f")
+        face();
+      else
+        at_.skip_line();
     }
     if (needed_ > data_.vertices.size())
-      throw UsageError(fmt::format("{}:{}: a face names vertex {}, but the file has {}", name_, needed_line(), needed_, data_.vertices.size()));
+      throw UsageError(fmt::format("{}:{}: a face names vertex {}, but the file has {}", name_, needed_line(),
+                                   needed_, data_.vertices.size()));
     check_count(name_, 0, data_.triangles.size());
     if (thin_) data_.defects.push_back(fmt::format("{} faces have fewer than 3 corners", thin_));
     return std::move(data_);
@@ -40,7 +44,8 @@ class ObjReader {
     slice::Corner p{};
     for (float& c : p) c = at_.number(at_.word_in_line(), "a coordinate");
     data_.vertices.push_back(p);
-    if (std::int64_t(data_.vertices.size()) > kMaxVertices) at_.fail(fmt::format("more vertices than the limit of {}", kMaxVertices));
+    if (std::int64_t(data_.vertices.size()) > kMaxVertices)
+      at_.fail(fmt::format("more vertices than the limit of {}", kMaxVertices));
     at_.skip_line();
   }
 
@@ -57,12 +62,14 @@ class ObjReader {
       const std::int64_t index = number > 0 ? number - 1 : std::int64_t(data_.vertices.size()) + number;
       if (number == 0 || index < 0 || index > kMaxVertices)
         at_.fail(fmt::format("a face names vertex {}; {} are known here", number, data_.vertices.size()));
-      if (std::size_t(index) >= std::max(needed_, data_.vertices.size())) needed_ = std::size_t(index) + 1, needed_at_ = at_.offset();
+      if (std::size_t(index) >= std::max(needed_, data_.vertices.size()))
+        needed_ = std::size_t(index) + 1, needed_at_ = at_.offset();
       corners_.push_back(std::uint32_t(index));
     }
     at_.skip_line();
     if (corners_.size() < 3) ++thin_;
-    for (std::size_t c = 2; c < corners_.size(); ++c) data_.triangles.push_back({corners_[0], corners_[c - 1], corners_[c]});
+    for (std::size_t c = 2; c < corners_.size(); ++c)
+      data_.triangles.push_back({corners_[0], corners_[c - 1], corners_[c]});
   }
 
   std::size_t needed_line() const {

@@ -1,4 +1,5 @@
-// PLY: a text header that declares elements and their properties, then text or binary rows of either byte order.
+// PLY: a text header that declares elements and their properties, then text or binary rows of either byte
+// order.
 #include "cli/mesh_ply.h"
 
 #include <fmt/core.h>
@@ -25,15 +26,30 @@ T load(const std::byte* at, bool swap) {
 template <class Value>
 Value load_as(PlyType type, const std::byte* at, bool swap) {
   switch (type) {
-    case PlyType::kInt8: return Value(load<std::int8_t>(at, swap));
-    case PlyType::kUint8: return Value(load<std::uint8_t>(at, swap));
-    case PlyType::kInt16: return Value(load<std::int16_t>(at, swap));
-    case PlyType::kUint16: return Value(load<std::uint16_t>(at, swap));
-    case PlyType::kInt32: return Value(load<std::int32_t>(at, swap));
-    case PlyType::kUint32: return Value(load<std::uint32_t>(at, swap));
-    case PlyType::kFloat: if constexpr (std::floating_point<Value>) return Value(load<float>(at, swap)); else return Value{};
-    case PlyType::kDouble: if constexpr (std::floating_point<Value>) return Value(load<double>(at, swap)); else return Value{};
-    case PlyType::kNone: break;
+    case PlyType::kInt8:
+      return Value(load<std::int8_t>(at, swap));
+    case PlyType::kUint8:
+      return Value(load<std::uint8_t>(at, swap));
+    case PlyType::kInt16:
+      return Value(load<std::int16_t>(at, swap));
+    case PlyType::kUint16:
+      return Value(load<std::uint16_t>(at, swap));
+    case PlyType::kInt32:
+      return Value(load<std::int32_t>(at, swap));
+    case PlyType::kUint32:
+      return Value(load<std::uint32_t>(at, swap));
+    case PlyType::kFloat:
+      if constexpr (std::floating_point<Value>)
+        return Value(load<float>(at, swap));
+      else
+        return Value{};
+    case PlyType::kDouble:
+      if constexpr (std::floating_point<Value>)
+        return Value(load<double>(at, swap));
+      else
+        return Value{};
+    case PlyType::kNone:
+      break;
   }
   return Value{};
 }
@@ -58,8 +74,10 @@ class BinaryRows {
     sink_.vertices.resize(element.count);
     for (slice::Corner& p : sink_.vertices) {
       const std::byte* row = bytes_.data() + at_;
-      if (plain) std::memcpy(p.data(), row + offset[0], sizeof p);
-      else for (std::size_t a = 0; a < 3; ++a) p[a] = load_as<float>(type[a], row + offset[a], swap_);
+      if (plain)
+        std::memcpy(p.data(), row + offset[0], sizeof p);
+      else
+        for (std::size_t a = 0; a < 3; ++a) p[a] = load_as<float>(type[a], row + offset[a], swap_);
       at_ += stride;
     }
   }
@@ -67,10 +85,12 @@ class BinaryRows {
   void faces(const PlyElement& element, std::size_t list) {
     const PlyProperty& p = element.properties[list];
     const std::size_t width = size_of(p.type);
-    const bool plain = !swap_ && element.properties.size() == 1 && p.count_type == PlyType::kUint8 && width == 4;
+    const bool plain =
+        !swap_ && element.properties.size() == 1 && p.count_type == PlyType::kUint8 && width == 4;
     sink_.begin_faces(element.count);
     for (std::size_t n = 0; n < element.count; ++n) {
-      if (plain && bytes_.size() - at_ >= 13 && bytes_[at_] == std::byte(3)) {  // nearly every face of nearly every file
+      if (plain && bytes_.size() - at_ >= 13 &&
+          bytes_[at_] == std::byte(3)) {  // nearly every face of nearly every file
         std::array<std::uint32_t, 3> t;
         std::memcpy(t.data(), bytes_.data() + at_ + 1, sizeof t);
         if (!sink_.add(t)) fail_face(n, t);
@@ -104,11 +124,12 @@ class BinaryRows {
     const std::size_t least = least_bytes(element);
     if (least == 0 && element.count > 0) fail(fmt::format("element {} has rows without bytes", element.name));
     if (least > 0 && element.count > (bytes_.size() - at_) / least)
-      fail(fmt::format("the header claims {} rows of {}, which take {} bytes or more each; {} bytes are left", element.count, element.name,
-                       least, bytes_.size() - at_));
+      fail(fmt::format("the header claims {} rows of {}, which take {} bytes or more each; {} bytes are left",
+                       element.count, element.name, least, bytes_.size() - at_));
   }
   void end() const {
-    if (at_ < bytes_.size()) sink_.defects.push_back(fmt::format("{} bytes stand behind the last element", bytes_.size() - at_));
+    if (at_ < bytes_.size())
+      sink_.defects.push_back(fmt::format("{} bytes stand behind the last element", bytes_.size() - at_));
   }
 
  private:
@@ -126,13 +147,16 @@ class BinaryRows {
     const auto n = load_as<std::int64_t>(p.count_type, bytes_.data() + at_, swap_);
     if (n < 0) fail(fmt::format("a list of {} entries", n));
     at_ += size_of(p.count_type);
-    if (std::size_t(n) > (bytes_.size() - at_) / size_of(p.type)) fail(fmt::format("ends within a list of {} entries", n));
+    if (std::size_t(n) > (bytes_.size() - at_) / size_of(p.type))
+      fail(fmt::format("ends within a list of {} entries", n));
     return std::size_t(n);
   }
   void skip(const PlyProperty& p) {
     std::size_t n = 1;
-    if (p.is_list()) n = list_length(p);
-    else need(size_of(p.type));
+    if (p.is_list())
+      n = list_length(p);
+    else
+      need(size_of(p.type));
     at_ += n * size_of(p.type);
   }
   void need(std::size_t bytes) const {
@@ -155,9 +179,12 @@ class TextRows {
     sink_.vertices.resize(element.count);
     for (slice::Corner& v : sink_.vertices)
       for (const PlyProperty& p : element.properties) {
-        if (p.is_list()) skip(p);
-        else if (p.axis >= 0) v[std::size_t(p.axis)] = at_.number(at_.word(), "a coordinate");
-        else value();
+        if (p.is_list())
+          skip(p);
+        else if (p.axis >= 0)
+          v[std::size_t(p.axis)] = at_.number(at_.word(), "a coordinate");
+        else
+          value();
       }
   }
 
@@ -186,9 +213,11 @@ class TextRows {
   }
 
   void check(const PlyElement& element) const {
-    const std::size_t least = 2 * element.properties.size();  // a digit and a blank each, but for the last of the file
+    const std::size_t least =
+        2 * element.properties.size();  // a digit and a blank each, but for the last of the file
     if (element.count > 0 && (least == 0 || element.count > (at_.left() + 1) / least))
-      at_.fail(fmt::format("the header claims {} rows of {}; {} bytes are left for them", element.count, element.name, at_.left()));
+      at_.fail(fmt::format("the header claims {} rows of {}; {} bytes are left for them", element.count,
+                           element.name, at_.left()));
   }
   void end() {
     if (!at_.word().empty()) sink_.defects.push_back("text stands behind the last element");
@@ -200,7 +229,8 @@ class TextRows {
   }
   std::size_t list_length() {
     const std::int64_t n = at_.whole(at_.word(), "the length of a list");
-    if (n < 0 || std::size_t(n) > at_.left()) at_.fail(fmt::format("a list of {} entries; {} bytes are left for them", n, at_.left()));
+    if (n < 0 || std::size_t(n) > at_.left())
+      at_.fail(fmt::format("a list of {} entries; {} bytes are left for them", n, at_.left()));
     return std::size_t(n);
   }
   void skip(const PlyProperty& p) {
@@ -216,9 +246,12 @@ template <class Rows>
 void read_rows(Rows& rows, const PlyHeader& header) {
   for (const PlyElement& element : header.elements) {
     rows.check(element);
-    if (element.name == "vertex") rows.vertices(element);
-    else if (element.name == "face") rows.faces(element, *header.face_list);
-    else rows.pass_over(element);
+    if (element.name == "vertex")
+      rows.vertices(element);
+    else if (element.name == "face")
+      rows.faces(element, *header.face_list);
+    else
+      rows.pass_over(element);
   }
   rows.end();
 }
@@ -241,7 +274,8 @@ MeshData read_ply(Bytes bytes, const std::string& name) {
   data.vertices = std::move(sink.vertices);
   data.triangles = std::move(sink.triangles);
   data.defects = std::move(sink.defects);
-  if (sink.thin_faces) data.defects.push_back(fmt::format("{} faces have fewer than 3 corners", sink.thin_faces));
+  if (sink.thin_faces)
+    data.defects.push_back(fmt::format("{} faces have fewer than 3 corners", sink.thin_faces));
   return data;
 }
 

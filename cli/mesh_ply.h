@@ -35,9 +35,9 @@ std::size_t least_bytes(const PlyElement& element);
 
 struct PlyHeader {
   bool text = false, big_endian = false;
-  std::vector<PlyElement> elements;       ///< "vertex" stands before "face", each once
-  std::optional<std::size_t> face_list;   ///< the property of "face" that names vertices
-  std::size_t bytes = 0, lines = 0;       ///< of the header with its end
+  std::vector<PlyElement> elements;      ///< "vertex" stands before "face", each once
+  std::optional<std::size_t> face_list;  ///< the property of "face" that names vertices
+  std::size_t bytes = 0, lines = 0;      ///< of the header with its end
 };
 
 /// @throws UsageError naming the line
@@ -60,7 +60,8 @@ struct PlySink {
   }
   void add_polygon() {
     if (polygon.size() < 3) ++thin_faces;
-    for (std::size_t c = 2; c < polygon.size(); ++c) triangles.push_back({polygon[0], polygon[c - 1], polygon[c]});
+    for (std::size_t c = 2; c < polygon.size(); ++c)
+      triangles.push_back({polygon[0], polygon[c - 1], polygon[c]});
   }
 };
 

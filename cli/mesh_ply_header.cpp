@@ -12,10 +12,12 @@ constexpr std::size_t kMaxHeaderBytes = 100'000, kMaxElements = 100, kMaxPropert
 
 PlyType type_named(std::string_view word) {
   static constexpr std::pair<std::string_view, PlyType> kNames[] = {
-      {"char", PlyType::kInt8},     {"int8", PlyType::kInt8},     {"uchar", PlyType::kUint8},   {"uint8", PlyType::kUint8},
-      {"short", PlyType::kInt16},   {"int16", PlyType::kInt16},   {"ushort", PlyType::kUint16}, {"uint16", PlyType::kUint16},
-      {"int", PlyType::kInt32},     {"int32", PlyType::kInt32},   {"uint", PlyType::kUint32},   {"uint32", PlyType::kUint32},
-      {"float", PlyType::kFloat},   {"float32", PlyType::kFloat}, {"double", PlyType::kDouble}, {"float64", PlyType::kDouble}};
+      {"char", PlyType::kInt8},     {"int8", PlyType::kInt8},     {"uchar", PlyType::kUint8},
+      {"uint8", PlyType::kUint8},   {"short", PlyType::kInt16},   {"int16", PlyType::kInt16},
+      {"ushort", PlyType::kUint16}, {"uint16", PlyType::kUint16}, {"int", PlyType::kInt32},
+      {"int32", PlyType::kInt32},   {"uint", PlyType::kUint32},   {"uint32", PlyType::kUint32},
+      {"float", PlyType::kFloat},   {"float32", PlyType::kFloat}, {"double", PlyType::kDouble},
+      {"float64", PlyType::kDouble}};
   for (const auto& [name, type] : kNames)
     if (word == name) return type;
   return PlyType::kNone;
@@ -31,11 +33,16 @@ class HeaderReader {
     for (;;) {
       const std::string_view word = at_.word_in_line();
       if (word == "end_header") break;
-      if (word == "format") format();
-      else if (word == "element") element();
-      else if (word == "property") property();
-      else if (word.empty() && at_.ended()) at_.fail("the header has no end_header");
-      else if (!word.empty() && word != "comment" && word != "obj_info") at_.fail(fmt::format("unknown word \"{}\" in the header", word.substr(0, 40)));
+      if (word == "format")
+        format();
+      else if (word == "element")
+        element();
+      else if (word == "property")
+        property();
+      else if (word.empty() && at_.ended())
+        at_.fail("the header has no end_header");
+      else if (!word.empty() && word != "comment" && word != "obj_info")
+        at_.fail(fmt::format("unknown word \"{}\" in the header", word.substr(0, 40)));
       next_line();
     }
     next_line();
@@ -52,9 +59,13 @@ class HeaderReader {
 
   void format() {
     const std::string_view word = at_.word_in_line();
-    if (word == "ascii") header_.text = true;
-    else if (word == "binary_big_endian") header_.big_endian = true;
-    else if (word != "binary_little_endian") at_.fail(fmt::format("format {}: must be ascii, binary_little_endian or binary_big_endian", word.substr(0, 40)));
+    if (word == "ascii")
+      header_.text = true;
+    else if (word == "binary_big_endian")
+      header_.big_endian = true;
+    else if (word != "binary_little_endian")
+      at_.fail(fmt::format("format {}: must be ascii, binary_little_endian or binary_big_endian",
+                           word.substr(0, 40)));
     if (has_format_) at_.fail("a second format");
     has_format_ = true;
   }
@@ -74,14 +85,16 @@ class HeaderReader {
   PlyType type() {
     const std::string_view word = at_.word_in_line();
     const PlyType type = type_named(word);
-    if (type == PlyType::kNone) at_.fail(fmt::format("unknown type \"{}\" of a property", word.substr(0, 40)));
+    if (type == PlyType::kNone)
+      at_.fail(fmt::format("unknown type \"{}\" of a property", word.substr(0, 40)));
     return type;
   }
 
   void property() {
     if (header_.elements.empty()) at_.fail("a property before the first element");
     PlyElement& e = header_.elements.back();
-    if (e.properties.size() == kMaxProperties) at_.fail(fmt::format("more than {} properties", kMaxProperties));
+    if (e.properties.size() == kMaxProperties)
+      at_.fail(fmt::format("more than {} properties", kMaxProperties));
     PlyProperty p;
     const std::string_view word = at_.word_in_line();
     if (word == "list") {
@@ -90,10 +103,12 @@ class HeaderReader {
       p.type = type();
     } else {
       p.type = type_named(word);
-      if (p.type == PlyType::kNone) at_.fail(fmt::format("unknown type \"{}\" of a property", word.substr(0, 40)));
+      if (p.type == PlyType::kNone)
+        at_.fail(fmt::format("unknown type \"{}\" of a property", word.substr(0, 40)));
     }
     p.name = at_.word_in_line();
-    if (e.name == "vertex" && !p.is_list() && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z') p.axis = p.name[0] - 'x';
+    if (e.name == "vertex" && !p.is_list() && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z')
+      p.axis = p.name[0] - 'x';
     if (e.name == "face" && p.is_list() && (p.name == "vertex_indices" || p.name == "vertex_index")) {
       if (p.type >= PlyType::kFloat) at_.fail(p.name + " must be whole numbers");
       if (header_.face_list) at_.fail("a second list of vertices of a face");
@@ -131,11 +146,20 @@ class HeaderReader {
 
 std::size_t size_of(PlyType type) {
   switch (type) {
-    case PlyType::kInt8: case PlyType::kUint8: return 1;
-    case PlyType::kInt16: case PlyType::kUint16: return 2;
-    case PlyType::kInt32: case PlyType::kUint32: case PlyType::kFloat: return 4;
-    case PlyType::kDouble: return 8;
-    case PlyType::kNone: break;
+    case PlyType::kInt8:
+    case PlyType::kUint8:
+      return 1;
+    case PlyType::kInt16:
+    case PlyType::kUint16:
+      return 2;
+    case PlyType::kInt32:
+    case PlyType::kUint32:
+    case PlyType::kFloat:
+      return 4;
+    case PlyType::kDouble:
+      return 8;
+    case PlyType::kNone:
+      break;
   }
   return 0;
 }
@@ -146,6 +170,8 @@ std::size_t least_bytes(const PlyElement& element) {
   return sum;
 }
 
-PlyHeader read_ply_header(std::string_view text, const std::string& name) { return HeaderReader(text, name).read(); }
+PlyHeader read_ply_header(std::string_view text, const std::string& name) {
+  return HeaderReader(text, name).read();
+}
 
 }  // namespace firn::mesh

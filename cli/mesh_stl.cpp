@@ -13,8 +13,8 @@ constexpr std::size_t kHeader = 84, kRecord = 50;
 
 // Letters of keywords in any case.
 bool is(std::string_view word, std::string_view keyword) {
-  return word.size() == keyword.size() &&
-         std::equal(word.begin(), word.end(), keyword.begin(), [](char a, char b) { return (a | 0x20) == b; });
+  return word.size() == keyword.size() && std::equal(word.begin(), word.end(), keyword.begin(),
+                                                     [](char a, char b) { return (a | 0x20) == b; });
 }
 
 // Binary files may begin with "solid" too, but then hold control characters.
@@ -49,7 +49,8 @@ MeshData read_text(std::string_view text, const std::string& name) {
     } else if (is(word, "endloop")) {
       if (corners != 3) at.fail(fmt::format("a facet with {} vertices instead of 3", corners));
     } else if (is(word, "endfacet")) {
-      if (!in_facet || corners != 3) at.fail(fmt::format("a facet with {} vertices instead of 3", in_facet ? corners : 0));
+      if (!in_facet || corners != 3)
+        at.fail(fmt::format("a facet with {} vertices instead of 3", in_facet ? corners : 0));
       in_facet = false;
     } else if (is(word, "solid") || is(word, "endsolid")) {
       if (in_facet) at.fail("ends within a facet");
@@ -75,13 +76,16 @@ MeshData read_stl(Bytes bytes, const std::string& name) {
     if (looks_like_text(as_text(bytes))) return read_text(as_text(bytes), name);
     if (bytes.size() < kHeader) fail_at_byte(name, bytes.size(), "ends within the header of 84 bytes");
     if (bytes.size() < wanted)
-      fail_at_byte(name, 80, fmt::format("the header claims {} facets, which take {} bytes; the file has {}", count, wanted, bytes.size()));
+      fail_at_byte(name, 80,
+                   fmt::format("the header claims {} facets, which take {} bytes; the file has {}", count,
+                               wanted, bytes.size()));
   }
   check_count(name, 80, count);
   MeshData data;
   data.format = "binary STL";
   data.records = bytes.subspan(kHeader, wanted - kHeader);
-  if (bytes.size() > wanted) data.defects.push_back(fmt::format("{} bytes stand behind the last facet", bytes.size() - wanted));
+  if (bytes.size() > wanted)
+    data.defects.push_back(fmt::format("{} bytes stand behind the last facet", bytes.size() - wanted));
   return data;
 }
 

@@ -57,7 +57,8 @@ std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
   } catch (const std::exception&) {  // replay says what is wrong with it
     std::vector<NamedMaker> out = taking_part(Experiment{});
     for (const NamedMaker& m : node_makers())
-      if (!takes_part(Experiment{}, info(m.id).name) && std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal")))
+      if (!takes_part(Experiment{}, info(m.id).name) &&
+          std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal")))
         out.push_back(m);
     return out;
   }
@@ -104,7 +105,8 @@ void add_subscriptions(const Experiment& e, const Blobs& inputs, Subscriptions& 
   for (const NamedMaker& maker : node_makers()) {
     if (!takes_part(e, info(maker.id).name) && maker.id != NodeId::kJetB) continue;
     const std::unique_ptr<Node> node = maker.make(config, inputs);
-    for (const Node::Route& route : node->routes()) out[std::string(route.channel)].emplace(info(maker.id).name);
+    for (const Node::Route& route : node->routes())
+      out[std::string(route.channel)].emplace(info(maker.id).name);
   }
 }
 

@@ -1,4 +1,5 @@
-// Every node of the house, by name: what replay rebuilds, the in-process lab runs and the data flow is drawn from.
+// Every node of the house, by name: what replay rebuilds, the in-process lab runs and the data flow is drawn
+// from.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +27,8 @@ std::vector<NamedMaker> taking_part(const Experiment& experiment);
 /// files that are there.
 std::vector<NamedMaker> taking_part(const std::filesystem::path& run);
 
-/// Channel -> names of the nodes that subscribe to it, from the nodes themselves, built from the default experiment.
+/// Channel -> names of the nodes that subscribe to it, from the nodes themselves, built from the default
+/// experiment.
 using Subscriptions = std::map<std::string, std::set<std::string>>;
 Subscriptions all_subscriptions();
 

@@ -22,12 +22,14 @@ double noise_of(const height_map_t& m) { return m.noise_std_mm > 0.0 ? m.noise_s
 
 }  // namespace
 
-ObservedRun::ObservedRun(const Experiment& experiment, Mask mask) : experiment_(experiment), mask_(std::move(mask)) {}
+ObservedRun::ObservedRun(const Experiment& experiment, Mask mask)
+    : experiment_(experiment), mask_(std::move(mask)) {}
 
 ObservedRun ObservedRun::read(const std::filesystem::path& path) {
   const RunFolder folder = RunFolder::open(path);
   const Experiment e = parse_experiment(recorded_config(path), path.string() + ": recorded configuration");
-  if (has_two_jets(e)) throw UsageError(path.string() + ": this run printed two inks; h1, h2, h3 are those of one");
+  if (has_two_jets(e))
+    throw UsageError(path.string() + ": this run printed two inks; h1, h2, h3 are those of one");
   ObservedRun run(e, mask_from_npy(blob(folder.inputs(), "mask").bytes, e.grid, "mask"));
   try {
     const replay::RunMessages messages(path);
@@ -71,7 +73,8 @@ std::int64_t ObservedRun::droplets() const {
   return n;
 }
 
-std::vector<droplet::Use> ObservedRun::use_of(const droplet::LayerDrops& drops, const height_map_t& map) const {
+std::vector<droplet::Use> ObservedRun::use_of(const droplet::LayerDrops& drops,
+                                              const height_map_t& map) const {
   return drops.use_of(height_of(map), map.quality, mask_);
 }
 
@@ -93,7 +96,8 @@ std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
 
 droplet::Estimate ObservedRun::learn() const {
   if (layers() == 0)
-    throw std::invalid_argument(maps_.contains(0) ? "no layer was printed and measured" : "there is no map of the bare ground");
+    throw std::invalid_argument(maps_.contains(0) ? "no layer was printed and measured"
+                                                  : "there is no map of the bare ground");
   droplet::EstimatorOptions o;
   o.prior = {experiment_.model.h1_mm, experiment_.model.h2_mm, experiment_.model.h3_mm};
   o.prior_std = kWidePrior;
@@ -102,7 +106,8 @@ droplet::Estimate ObservedRun::learn() const {
   droplet::DropletEstimator estimator(experiment_.grid, o);
   estimator.set_ground(height_of(maps_.at(0)), use_of({}, maps_.at(0)), noise_of(maps_.at(0)));
   for (int k = 1; k <= layers(); ++k)
-    estimator.add_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)), noise_of(maps_.at(k)));
+    estimator.add_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)),
+                        noise_of(maps_.at(k)));
   return estimator.estimate();
 }
 

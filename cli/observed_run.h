@@ -1,5 +1,5 @@
-// What a lab could see of a print: the drops of each layer and the maps between. From a run folder, or from the messages
-// of a print in memory; never from what the simulated world knows.
+// What a lab could see of a print: the drops of each layer and the maps between. From a run folder, or from
+// the messages of a print in memory; never from what the simulated world knows.
 #pragma once
 
 #include <cstddef>
@@ -21,18 +21,19 @@ namespace firn {
 class ObservedRun {
  public:
   ObservedRun(const Experiment& experiment, Mask mask);
-  /// From the write-ahead files of a run. @throws UsageError: not a run folder; two inks; a configuration that cannot
-  /// be read.
+  /// From the write-ahead files of a run. @throws UsageError: not a run folder; two inks; a configuration
+  /// that cannot be read.
   static ObservedRun read(const std::filesystem::path& run);
 
-  /// Takes in HEIGHT_MAP and DEPOSITION_REPORT; others are passed over. A later attempt at a layer replaces its map.
+  /// Takes in HEIGHT_MAP and DEPOSITION_REPORT; others are passed over. A later attempt at a layer replaces
+  /// its map.
   void take(std::string_view channel, std::span<const std::byte> message);
 
   const Experiment& experiment() const { return experiment_; }
   const Mask& mask() const { return mask_; }
-  int layers() const;              ///< with their map and that of the layer before
-  double noise_std_mm() const;     ///< mean of the maps, of one cell
-  std::int64_t droplets() const;   ///< in these layers
+  int layers() const;             ///< with their map and that of the layer before
+  double noise_std_mm() const;    ///< mean of the maps, of one cell
+  std::int64_t droplets() const;  ///< in these layers
   std::vector<droplet::PrintedLayer> printed() const;
   /// All layers through the estimator, from a prior so wide that it says next to nothing.
   /// @throws std::invalid_argument: no map of the bare ground, no layer.

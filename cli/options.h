@@ -11,8 +11,8 @@ struct Call {
   std::function<int()> run;  ///< returns an ExitCode; throws UsageError, ConfigError, std::exception
 };
 
-/// --help and --version print to stdout and give a call that returns 0; a usage error gives a call that throws
-/// UsageError naming the argument and, for an unknown command, the nearest known one.
+/// --help and --version print to stdout and give a call that returns 0; a usage error gives a call that
+/// throws UsageError naming the argument and, for an unknown command, the nearest known one.
 Call parse_command_line(int argc, const char* const* argv);
 
 }  // namespace firn

@@ -43,7 +43,9 @@ class CsvReader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& problem) const { throw UsageError(fmt::format("{}:{}: {}", name_, line_, problem)); }
+  [[noreturn]] void fail(const std::string& problem) const {
+    throw UsageError(fmt::format("{}:{}: {}", name_, line_, problem));
+  }
 
   /// The next line, valid until the one after it.
   bool next_line(std::string_view& text) {
@@ -63,7 +65,8 @@ class CsvReader {
     if (length > kMaxLineBytes) fail(fmt::format("a line longer than the limit of {} bytes", kMaxLineBytes));
     text = std::string_view(in_.begin(), length);
     if (line_ == 1 && text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // as spreadsheets write it
-    while (!text.empty() && (text.back() == '\r' || text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+    while (!text.empty() && (text.back() == '\r' || text.back() == ' ' || text.back() == '\t'))
+      text.remove_suffix(1);
     return true;
   }
 
@@ -77,7 +80,8 @@ class CsvReader {
     known = known && text.empty();
     if (known) return;
     std::string shown(all.substr(0, 60));
-    std::replace_if(shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    std::replace_if(
+        shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
     fail(std::string("the header must be ") + kHeaders + ", not " + shown);
   }
 
@@ -98,15 +102,18 @@ class CsvReader {
     int found = 0;
     for (std::size_t from = 0; from != text.npos; ++found) {
       const std::size_t comma = text.find(',', from);
-      if (found < kMostColumns) column[std::size_t(found)] = text.substr(from, comma == text.npos ? comma : comma - from);
+      if (found < kMostColumns)
+        column[std::size_t(found)] = text.substr(from, comma == text.npos ? comma : comma - from);
       from = comma == text.npos ? comma : comma + 1;
     }
     if (found != columns_) fail(fmt::format("{} columns, the header has {}", found, columns_));
     const Point2 p{number(column[0], "x_mm"), number(column[1], "y_mm")};
     for (double v : {p.x_mm, p.y_mm})
-      if (std::abs(v) > kMaxCoordinate_mm) fail(fmt::format("{} mm is beyond the limit of +-{} mm", v, kMaxCoordinate_mm));
+      if (std::abs(v) > kMaxCoordinate_mm)
+        fail(fmt::format("{} mm is beyond the limit of +-{} mm", v, kMaxCoordinate_mm));
     if (path_.path.points.empty()) path_.place = fmt::format("{}:{}", name_, line_);
-    if (path_.path.points.size() == kMaxPathPoints) fail(fmt::format("more than {} points in one path", kMaxPathPoints));
+    if (path_.path.points.size() == kMaxPathPoints)
+      fail(fmt::format("more than {} points in one path", kMaxPathPoints));
     path_.path.points.push_back(p);
     if (speed_ > 0) {
       const std::string_view speed = column[std::size_t(speed_)];
@@ -115,7 +122,8 @@ class CsvReader {
     }
     if (yaw_ > 0) {
       const double yaw = number(column[std::size_t(yaw_)], "yaw_deg");
-      if (std::abs(yaw) > kMaxYaw_deg) fail(fmt::format("yaw_deg = {} is beyond the limit of +-{}", yaw, kMaxYaw_deg));
+      if (std::abs(yaw) > kMaxYaw_deg)
+        fail(fmt::format("yaw_deg = {} is beyond the limit of +-{}", yaw, kMaxYaw_deg));
       path_.yaw_point_rad.push_back(yaw * std::numbers::pi / 180.0);
     }
   }
@@ -134,7 +142,7 @@ class CsvReader {
   const PathSink& sink_;
   InputPath path_;
   std::int64_t number_ = 0;
-  std::size_t used_ = 0;  // bytes of the line that was handed out
+  std::size_t used_ = 0;                              // bytes of the line that was handed out
   int line_ = 0, columns_ = 0, speed_ = 0, yaw_ = 0;  // which column, 0 = none
 };
 
@@ -146,7 +154,8 @@ void read_paths_csv(std::istream& in, const std::string& name, double size, cons
 
 void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   std::error_code error;
-  if (std::filesystem::is_directory(file, error)) throw UsageError(file.string() + ": is a folder, not a file");
+  if (std::filesystem::is_directory(file, error))
+    throw UsageError(file.string() + ": is a folder, not a file");
   if (!std::filesystem::is_regular_file(file, error)) throw UsageError(file.string() + ": no such file");
   if (file.extension() == ".paths") return read_paths_layers(file, sink);
   std::ifstream in(file, std::ios::binary);

@@ -1,5 +1,5 @@
-// Paths to plan, read one after another from a CSV or JSON file (docs/plan.md) or from a sliced job (docs/path-format.md):
-// memory holds one path, or one layer, not the job.
+// Paths to plan, read one after another from a CSV or JSON file (docs/plan.md) or from a sliced job
+// (docs/path-format.md): memory holds one path, or one layer, not the job.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@ namespace firn {
 
 /// One path of a file with what the planner needs besides its points.
 struct InputPath {
-  std::int64_t number = 0;     ///< in the file, from 1
-  std::string place;           ///< for messages: "job.csv:17" or "job.json: paths[3]"
+  std::int64_t number = 0;  ///< in the file, from 1
+  std::string place;        ///< for messages: "job.csv:17" or "job.json: paths[3]"
   Path path;
   std::string tool = "flange";
-  double yaw_rad = 0.0;        ///< of the tool, constant along the path
+  double yaw_rad = 0.0;               ///< of the tool, constant along the path
   std::vector<double> yaw_point_rad;  ///< instead: one per point; empty = yaw_rad
   motion::SpeedCeiling ceiling;
-  double fraction = 0.0;       ///< of the file that has been read with it, 0 to 1
+  double fraction = 0.0;  ///< of the file that has been read with it, 0 to 1
 };
 
 /// Handed each path in order.
 using PathSink = std::function<void(InputPath&&)>;
 
-/// Reads a *.csv, *.json or *.paths file. @throws UsageError naming the file, line or key (for an unknown one the nearest known),
-/// and the limit: coordinates within +-100 m, yaws within +-20 turns, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line;
-/// of a *.paths file the byte
+/// Reads a *.csv, *.json or *.paths file. @throws UsageError naming the file, line or key (for an unknown one
+/// the nearest known), and the limit: coordinates within +-100 m, yaws within +-20 turns, speeds above 0, 4
+/// million points in one path, 1000 bytes in one CSV line; of a *.paths file the byte
 void read_paths(const std::filesystem::path& file, const PathSink& sink);
 
 /// The same of any stream; `size` in bytes (for the fraction), `name` stands in messages.

@@ -11,7 +11,8 @@ namespace {
 InputPath input_path(const slice::LayerPaths& layer, std::size_t n, const slice::PathFileHead& head) {
   InputPath out;
   out.path = slice::to_path(layer, n);
-  const std::string& tool = out.path.kind == PathKind::kMeasurement ? head.laser : head.materials[out.path.material].tool;
+  const std::string& tool =
+      out.path.kind == PathKind::kMeasurement ? head.laser : head.materials[out.path.material].tool;
   if (!tool.empty()) out.tool = tool;
   return out;
 }
@@ -29,7 +30,8 @@ void read_paths_layers(const std::filesystem::path& file, const PathSink& sink) 
         path.number = ++number;
         path.place = fmt::format("{}: layer {}, path {}", name, layer->layer, n + 1);
         path.fraction = in.fraction();
-        if (path.path.points.size() > kMaxPathPoints) throw UsageError(path.place + fmt::format(": more than {} points in one path", kMaxPathPoints));
+        if (path.path.points.size() > kMaxPathPoints)
+          throw UsageError(path.place + fmt::format(": more than {} points in one path", kMaxPathPoints));
         sink(std::move(path));
       }
   } catch (const FormatError& e) {

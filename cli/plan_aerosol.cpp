@@ -97,15 +97,21 @@ std::string csv(const AerosolPlan& plan, const motion::AerosolMachine& machine) 
   return text;
 }
 
-void write_stage(const std::string& file, const AerosolPlan& plan, const motion::AerosolMachine& machine, const Machine& config,
-                 const AerosolPlanOptions& o) {
+void write_stage(const std::string& file, const AerosolPlan& plan, const motion::AerosolMachine& machine,
+                 const Machine& config, const AerosolPlanOptions& o) {
   PlannedPath path;
   path.trajectory = motion::sample_stage(plan, machine);
   path.trajectory.id = 1;
   for (std::size_t n = 2; n + 1 < path.trajectory.positions.size(); n += 2)
     path.path_mm += std::hypot(path.trajectory.positions[n] - path.trajectory.positions[n - 2],
                                path.trajectory.positions[n + 1] - path.trajectory.positions[n - 1]);
-  TrajectoryWriter out(file, {config.name, o.corner, "firn " + build_commit(), path.trajectory.tick_s, o.origin_mm, {"x", "y"}, {"mm", "mm"}});
+  TrajectoryWriter out(file, {config.name,
+                              o.corner,
+                              "firn " + build_commit(),
+                              path.trajectory.tick_s,
+                              o.origin_mm,
+                              {"x", "y"},
+                              {"mm", "mm"}});
   out.add(path);
   out.finish();
   std::fprintf(stderr, "wrote %s\n", file.c_str());

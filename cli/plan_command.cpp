@@ -40,7 +40,13 @@ class PlanRun {
     if (!o_.output.empty()) trajectories_.emplace(o_.output, head);
     if (!o_.csv.empty()) csv_.emplace(o_.csv), csv_->write(csv_header(head.axis_units));
     if (!o_.pulses.empty()) pulses_.emplace(o_.pulses), pulses_->write("path,list,start_s,tick\n");
-    PlanJobOptions job{plan, origin(), threads(), 0, false, pulses_.has_value(), [this](PlannedItem& item) { describe(item); }};
+    PlanJobOptions job{plan,
+                       origin(),
+                       threads(),
+                       0,
+                       false,
+                       pulses_.has_value(),
+                       [this](PlannedItem& item) { describe(item); }};
     if (!o_.plot.empty()) {
       job.traced = o_.plot_path;
       job.plan.trace_step_s = machine.tick_s / 16.0;
@@ -84,7 +90,9 @@ class PlanRun {
 
  private:
   Point2 origin() const { return o_.origin_mm.empty() ? Point2{} : Point2{o_.origin_mm[0], o_.origin_mm[1]}; }
-  int threads() const { return o_.threads > 0 ? o_.threads : int(std::max(1u, std::thread::hardware_concurrency())); }
+  int threads() const {
+    return o_.threads > 0 ? o_.threads : int(std::max(1u, std::thread::hardware_concurrency()));
+  }
 
   void fault(const std::string& what) {
     faults_.push_back(what);
@@ -107,8 +115,10 @@ class PlanRun {
     if (csv_) csv_->write((paths_ > 1 ? "\n" : "") + item.csv);
     if (pulses_) pulses_->write(item.pulses);
     if (!o_.plot.empty() && item.input.number == o_.plot_path) draw(item);
-    if (o_.json) std::fputs(((paths_ > 1 ? ",\n  " : "\n  ") + item.json).c_str(), stdout);
-    else if (paths_ <= std::int64_t(kShownPaths)) print(item);
+    if (o_.json)
+      std::fputs(((paths_ > 1 ? ",\n  " : "\n  ") + item.json).c_str(), stdout);
+    else if (paths_ <= std::int64_t(kShownPaths))
+      print(item);
     progress_.show(item.input.fraction, fmt::format("{} paths", paths_));
   }
 
@@ -134,7 +144,8 @@ class PlanRun {
     plot.title = fmt::format("Path {}: {:.1f} mm in {:.3f} s, {}", item.input.number, item.length_mm,
                              item.result.trajectory.certificate.duration_s, o_.method);
     const std::vector<motion::TraceSample> all =
-        item.result.trace.empty() ? trace_of_samples(item.result.trajectory, item.result.tool) : item.result.trace;
+        item.result.trace.empty() ? trace_of_samples(item.result.trajectory, item.result.tool)
+                                  : item.result.trace;
     const std::size_t step = std::max<std::size_t>(1, all.size() / kTraceSamples);
     for (std::size_t n = 0; n < all.size(); n += step) plot.trace.push_back(all[n]);
     if (!all.empty() && plot.trace.back().t_s < all.back().t_s) plot.trace.push_back(all.back());
@@ -150,13 +161,17 @@ class PlanRun {
   void print(const PlannedItem& item) const {
     const motion::PlanResult& r = item.result;
     const Certificate& c = r.trajectory.certificate;
-    if (paths_ == 1) std::printf("%6s %8s %10s %9s %9s %7s %6s %11s\n", "path", "points", "length mm", "time s", "bound s", "ratio", "stops", "off path um");
+    if (paths_ == 1)
+      std::printf("%6s %8s %10s %9s %9s %7s %6s %11s\n", "path", "points", "length mm", "time s", "bound s",
+                  "ratio", "stops", "off path um");
     double largest = 0.0;
     for (const LimitRatio& l : c.limits) largest = std::max(largest, l.ratio);
-    std::printf("%6lld %8zu %10.2f %9.3f %9.3f %7.4f %6zu %11.2f\n", static_cast<long long>(item.input.number), item.input.path.points.size(),
-                item.length_mm, c.duration_s, c.lower_bound_s, largest, r.stops, 1e3 * r.deviation_mm);
+    std::printf("%6lld %8zu %10.2f %9.3f %9.3f %7.4f %6zu %11.2f\n",
+                static_cast<long long>(item.input.number), item.input.path.points.size(), item.length_mm,
+                c.duration_s, c.lower_bound_s, largest, r.stops, 1e3 * r.deviation_mm);
     for (const AddedStop& stop : item.added_stops)
-      std::printf("       rests at %.2f mm (%s): its pulses need %zu lists\n", stop.along_mm, stop.corner ? "corner" : "no corner near", item.pulse_plan.trains.size());
+      std::printf("       rests at %.2f mm (%s): its pulses need %zu lists\n", stop.along_mm,
+                  stop.corner ? "corner" : "no corner near", item.pulse_plan.trains.size());
     if (paths_ == std::int64_t(kShownPaths)) std::puts("   ...  (--json lists every path)");
   }
 
@@ -164,20 +179,29 @@ class PlanRun {
     if (o_.json) {
       nlohmann::ordered_json limits = nlohmann::ordered_json::array();
       for (const WorstRatio& w : worst_)
-        limits.push_back({{"limit", w.ratio.limit}, {"ratio", w.ratio.ratio}, {"path", w.path}, {"time_s", w.ratio.time_s}});
-      const nlohmann::ordered_json j{{"machine", machine_.name}, {"method", o_.method}, {"paths", paths_}, {"points", points_},
-                                     {"samples", samples_}, {"added_stops", added_stops_}, {"tick_s", machine_.tick_s}, {"duration_s", duration_s_},
-                                     {"lower_bound_s", lower_bound_s_}, {"limits", limits}, {"output", o_.output}};
+        limits.push_back({{"limit", w.ratio.limit},
+                          {"ratio", w.ratio.ratio},
+                          {"path", w.path},
+                          {"time_s", w.ratio.time_s}});
+      const nlohmann::ordered_json j{
+          {"machine", machine_.name},  {"method", o_.method},       {"paths", paths_},
+          {"points", points_},         {"samples", samples_},       {"added_stops", added_stops_},
+          {"tick_s", machine_.tick_s}, {"duration_s", duration_s_}, {"lower_bound_s", lower_bound_s_},
+          {"limits", limits},          {"output", o_.output}};
       std::fputs(("\n], " + j.dump().substr(1) + "\n").c_str(), stdout);
       return;
     }
-    std::printf("\n%lld paths, %lld points, %.3f s, %lld samples at %g s", static_cast<long long>(paths_), static_cast<long long>(points_),
-                duration_s_, static_cast<long long>(samples_), machine_.tick_s);
+    std::printf("\n%lld paths, %lld points, %.3f s, %lld samples at %g s", static_cast<long long>(paths_),
+                static_cast<long long>(points_), duration_s_, static_cast<long long>(samples_),
+                machine_.tick_s);
     if (lower_bound_s_ > 0.0) std::printf(", %.3f x the lower bound", duration_s_ / lower_bound_s_);
-    if (added_stops_ > 0) std::printf("\n%lld rests added so that the pulses fit the valve controller's lists", static_cast<long long>(added_stops_));
+    if (added_stops_ > 0)
+      std::printf("\n%lld rests added so that the pulses fit the valve controller's lists",
+                  static_cast<long long>(added_stops_));
     std::printf("\n\n%-24s %8s %6s %9s\n", "limit", "ratio", "path", "at s");
     for (const WorstRatio& w : worst_)
-      std::printf("%-24s %8.5f %6lld %9.3f\n", w.ratio.limit.c_str(), w.ratio.ratio, static_cast<long long>(w.path), w.ratio.time_s);
+      std::printf("%-24s %8.5f %6lld %9.3f\n", w.ratio.limit.c_str(), w.ratio.ratio,
+                  static_cast<long long>(w.path), w.ratio.time_s);
     for (const std::string& file : {o_.output, o_.csv, o_.pulses, o_.plot})
       if (!file.empty()) std::fprintf(stderr, "wrote %s\n", file.c_str());
   }
@@ -198,13 +222,17 @@ class PlanRun {
 
 motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& machine) {
   const auto method = motion::method_named(o.method);
-  if (!method) throw UsageError("--method " + o.method + ": must be one of certified, optimal, thesis, constant, default");
-  if (!(o.curvature_ramp_mm > 0.0 && o.curvature_ramp_mm <= 10.0)) throw UsageError(fmt::format("--ramp {}: must lie in (0, 10] mm", o.curvature_ramp_mm));
+  if (!method)
+    throw UsageError("--method " + o.method +
+                     ": must be one of certified, optimal, thesis, constant, default");
+  if (!(o.curvature_ramp_mm > 0.0 && o.curvature_ramp_mm <= 10.0))
+    throw UsageError(fmt::format("--ramp {}: must lie in (0, 10] mm", o.curvature_ramp_mm));
   if (o.plot_path < 1) throw UsageError("--plot-path: paths are counted from 1");
   motion::PlanOptions plan;
   plan.method = *method;
   plan.tolerance_mm = o.tolerance_mm.value_or(0.0);
-  if (!(o.fill_mm_s > 0.0 && o.fill_mm_s <= 1e6)) throw UsageError(fmt::format("--fill-speed {}: must lie in (0, 1e6] mm/s", o.fill_mm_s));
+  if (!(o.fill_mm_s > 0.0 && o.fill_mm_s <= 1e6))
+    throw UsageError(fmt::format("--fill-speed {}: must lie in (0, 1e6] mm/s", o.fill_mm_s));
   plan.constant_fill_mm_s = o.fill_mm_s;
   plan.tick_s = machine.tick_s;
   plan.curvature_ramp_mm = o.curvature_ramp_mm;
@@ -213,14 +241,18 @@ motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& mac
 
 void check_common(const PlanCommandOptions& o) {
   const double tolerance_mm = o.tolerance_mm.value_or(0.0);
-  if (!(tolerance_mm >= 0.0 && tolerance_mm <= 10.0)) throw UsageError(fmt::format("--tolerance {}: must lie in [0, 10] mm", tolerance_mm));
+  if (!(tolerance_mm >= 0.0 && tolerance_mm <= 10.0))
+    throw UsageError(fmt::format("--tolerance {}: must lie in [0, 10] mm", tolerance_mm));
   for (double v : o.origin_mm)
-    if (!(v >= -kMaxCoordinate_mm && v <= kMaxCoordinate_mm)) throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
+    if (!(v >= -kMaxCoordinate_mm && v <= kMaxCoordinate_mm))
+      throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
 }
 
 int run_aerosol(const PlanCommandOptions& o, const Machine& machine) {
-  if (o.method != "certified") throw UsageError("--method: not for an aerosol machine; it has --corner paper, loop or hybrid");
-  if (!o.pulses.empty()) throw UsageError("--pulses: not for an aerosol machine, whose shutter stands in the CSV");
+  if (o.method != "certified")
+    throw UsageError("--method: not for an aerosol machine; it has --corner paper, loop or hybrid");
+  if (!o.pulses.empty())
+    throw UsageError("--pulses: not for an aerosol machine, whose shutter stands in the CSV");
   AerosolPlanOptions a;
   a.job = o.paths;
   if (!o.corner.empty()) a.corner = o.corner;
@@ -236,7 +268,9 @@ int run_plan(const PlanCommandOptions& o) {
   check_common(o);
   const Machine machine = load_machine(o.machine);
   if (machine.kind == "aerosol") return run_aerosol(o, machine);
-  if (!o.corner.empty()) throw UsageError("--corner: only for an aerosol machine; " + o.machine + " is of kind \"" + machine.kind + "\"");
+  if (!o.corner.empty())
+    throw UsageError("--corner: only for an aerosol machine; " + o.machine + " is of kind \"" + machine.kind +
+                     "\"");
   const motion::PlanOptions plan = plan_options(o, machine);
   InterruptGuard guard;
   PlanRun run(o, machine, plan);

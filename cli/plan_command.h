@@ -9,18 +9,18 @@
 namespace firn {
 
 struct PlanCommandOptions {
-  std::string paths;                 ///< *.csv, *.json or *.paths
-  std::string output;                ///< trajectory file; empty = none
-  std::string machine;               ///< TOML
-  std::vector<double> origin_mm;     ///< x, y of the part's frame in the machine's; empty = 0, 0
+  std::string paths;              ///< *.csv, *.json or *.paths
+  std::string output;             ///< trajectory file; empty = none
+  std::string machine;            ///< TOML
+  std::vector<double> origin_mm;  ///< x, y of the part's frame in the machine's; empty = 0, 0
   std::string method = "certified";
-  double fill_mm_s = 100.0;         ///< straight fill of method constant
+  double fill_mm_s = 100.0;            ///< straight fill of method constant
   std::optional<double> tolerance_mm;  ///< not given: 0, or 0.05 for an aerosol machine
   double curvature_ramp_mm = 0.4;
-  std::string corner;                ///< of an aerosol machine; empty = loop
-  std::string csv, plot, pulses;     ///< further files; empty = none
+  std::string corner;             ///< of an aerosol machine; empty = loop
+  std::string csv, plot, pulses;  ///< further files; empty = none
   std::int64_t plot_path = 1;
-  int threads = 0;                   ///< 0 = as many as the machine has
+  int threads = 0;  ///< 0 = as many as the machine has
   bool json = false;
 };
 

@@ -18,8 +18,10 @@ constexpr std::size_t kBatchPoints = 100000, kBatchPaths = 4096;
 double length_of(const Path& path) {
   double length = 0.0;
   const std::vector<Point2>& p = path.points;
-  for (std::size_t i = 1; i < p.size(); ++i) length += std::hypot(p[i].x_mm - p[i - 1].x_mm, p[i].y_mm - p[i - 1].y_mm);
-  if (path.closed && p.size() > 1) length += std::hypot(p.front().x_mm - p.back().x_mm, p.front().y_mm - p.back().y_mm);
+  for (std::size_t i = 1; i < p.size(); ++i)
+    length += std::hypot(p[i].x_mm - p[i - 1].x_mm, p[i].y_mm - p[i - 1].y_mm);
+  if (path.closed && p.size() > 1)
+    length += std::hypot(p.front().x_mm - p.back().x_mm, p.front().y_mm - p.back().y_mm);
   return length;
 }
 
@@ -27,11 +29,18 @@ double length_of(const Path& path) {
 
 struct PlanJob::State {
   State(const Machine& machine, const PlanJobOptions& o, PlannedSink s)
-      : options(o), sink(std::move(s)), arm(make_arm(machine)), limits(motion_limits(machine)),
-        posture(preferred_posture(machine)), all_tools(tools(machine)), valve(machine.valve), workspaces(std::size_t(std::max(1, o.threads))) {}
+      : options(o),
+        sink(std::move(s)),
+        arm(make_arm(machine)),
+        limits(motion_limits(machine)),
+        posture(preferred_posture(machine)),
+        all_tools(tools(machine)),
+        valve(machine.valve),
+        workspaces(std::size_t(std::max(1, o.threads))) {}
 
   const motion::Tool& tool(const InputPath& path) const {
-    const auto found = std::find_if(all_tools.begin(), all_tools.end(), [&](const motion::Tool& t) { return t.name == path.tool; });
+    const auto found = std::find_if(all_tools.begin(), all_tools.end(),
+                                    [&](const motion::Tool& t) { return t.name == path.tool; });
     if (found != all_tools.end()) return *found;
     std::vector<std::string_view> names;
     for (const motion::Tool& t : all_tools) names.push_back(t.name);
@@ -59,7 +68,8 @@ struct PlanJob::State {
     item.result = motion::plan(path, *arm, limits, how, work);
     if (item.result.ok() && options.pulses) plan_pulses(item, path, how, work);
     if (!item.result.ok()) return;
-    PlannedPath planned{in.path.layer, in.path.material, in.path.kind, item.length_mm, std::move(item.result.trajectory)};
+    PlannedPath planned{in.path.layer, in.path.material, in.path.kind, item.length_mm,
+                        std::move(item.result.trajectory)};
     planned.trajectory.id = in.number;
     item.encoded = encode(planned);
     item.result.trajectory = std::move(planned.trajectory);
@@ -68,7 +78,8 @@ struct PlanJob::State {
   }
 
   // Plans again with more rests until the pulses fit the controller's lists.
-  void plan_pulses(PlannedItem& item, motion::PathInput& path, const motion::PlanOptions& how, motion::PlanWorkspace& work) const {
+  void plan_pulses(PlannedItem& item, motion::PathInput& path, const motion::PlanOptions& how,
+                   motion::PlanWorkspace& work) const {
     constexpr int kMostTries = 100;
     for (int tries = 0; item.result.ok(); ++tries) {
       try {
@@ -80,7 +91,8 @@ struct PlanJob::State {
       if (item.pulse_plan.problem.empty()) return;
       std::vector<AddedStop> added;
       if (how.method != motion::Method::kDefault && tries < kMostTries)
-        added = add_stops(item.input, nominal_demand(item.input.path, item.result), item.pulse_plan, path.stops);
+        added =
+            add_stops(item.input, nominal_demand(item.input.path, item.result), item.pulse_plan, path.stops);
       if (added.empty()) {
         item.problem = item.input.place + ": " + item.pulse_plan.problem;
         return;

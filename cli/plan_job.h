@@ -16,12 +16,13 @@ namespace firn {
 
 struct PlanJobOptions {
   motion::PlanOptions plan;
-  Point2 origin;                ///< of the part's frame in the machine's
+  Point2 origin;  ///< of the part's frame in the machine's
   int threads = 1;
-  std::int64_t traced = 0;      ///< the number of the path whose trace is kept (for a plot), 0 = none
-  bool keep_tool = false;       ///< keep PlanResult::tool
-  bool pulses = false;          ///< plan the valve's pulses too; paths get rests where its lists need them
-  std::function<void(struct PlannedItem&)> describe;  ///< run for each planned path by the thread that planned it
+  std::int64_t traced = 0;  ///< the number of the path whose trace is kept (for a plot), 0 = none
+  bool keep_tool = false;   ///< keep PlanResult::tool
+  bool pulses = false;      ///< plan the valve's pulses too; paths get rests where its lists need them
+  std::function<void(struct PlannedItem&)>
+      describe;  ///< run for each planned path by the thread that planned it
 };
 
 struct PlannedItem {
@@ -31,18 +32,20 @@ struct PlannedItem {
   std::vector<std::byte> encoded;  ///< of the trajectory file; empty with a fault
   deposition::PulsePlan pulse_plan;
   std::vector<AddedStop> added_stops;
-  std::string csv, json, pulses;   ///< what PlanJobOptions::describe writes there
-  std::string problem;             ///< and why the path is refused after all
+  std::string csv, json, pulses;  ///< what PlanJobOptions::describe writes there
+  std::string problem;            ///< and why the path is refused after all
 };
 using PlannedSink = std::function<void(PlannedItem&&)>;
 
-/// A path is planned from itself alone (every one prefers the machine's posture), so the results do not depend on the
-/// number of threads. Memory: two batches of some 100,000 points, or two paths if these are longer.
+/// A path is planned from itself alone (every one prefers the machine's posture), so the results do not
+/// depend on the number of threads. Memory: two batches of some 100,000 points, or two paths if these are
+/// longer.
 class PlanJob {
  public:
   PlanJob(const Machine& machine, const PlanJobOptions& options, PlannedSink sink);
   ~PlanJob();
-  void add(InputPath&& path);  ///< @throws what the sink throws; UsageError naming an unknown tool and the nearest known
+  void add(InputPath&& path);  ///< @throws what the sink throws; UsageError naming an unknown tool and the
+                               ///< nearest known
   void finish();               ///< hands on what is left
 
  private:

@@ -34,7 +34,8 @@ TextOutput::~TextOutput() {
 }
 
 void TextOutput::write(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), out_) != text.size()) throw std::runtime_error(file_.string() + ": " + std::strerror(errno));
+  if (std::fwrite(text.data(), 1, text.size(), out_) != text.size())
+    throw std::runtime_error(file_.string() + ": " + std::strerror(errno));
 }
 
 void TextOutput::finish() {
@@ -61,16 +62,20 @@ std::string csv_lines(const PlannedItem& item) {
   for (std::size_t n = 0; n < t.samples(); ++n) {
     const Point2& p = item.result.tool[n];
     const double* q = t.positions.data() + n * std::size_t(t.axes);
-    fmt::format_to(std::back_inserter(lines), "{:.9g},{},{},{},{}\n", double(n) * t.tick_s, p.x_mm, p.y_mm, q[0], q[1]);
+    fmt::format_to(std::back_inserter(lines), "{:.9g},{},{},{},{}\n", double(n) * t.tick_s, p.x_mm, p.y_mm,
+                   q[0], q[1]);
   }
   return fmt::to_string(lines);
 }
 
 void take_worst(std::vector<WorstRatio>& worst, const Certificate& certificate, std::int64_t path) {
   for (const LimitRatio& l : certificate.limits) {
-    const auto known = std::find_if(worst.begin(), worst.end(), [&](const WorstRatio& w) { return w.ratio.limit == l.limit; });
-    if (known == worst.end()) worst.push_back({l, path});
-    else if (l.ratio > known->ratio.ratio) *known = {l, path};
+    const auto known = std::find_if(worst.begin(), worst.end(),
+                                    [&](const WorstRatio& w) { return w.ratio.limit == l.limit; });
+    if (known == worst.end())
+      worst.push_back({l, path});
+    else if (l.ratio > known->ratio.ratio)
+      *known = {l, path};
   }
 }
 
@@ -78,20 +83,24 @@ std::string item_json(const PlannedItem& item) {
   const motion::PlanResult& r = item.result;
   const Certificate& c = r.trajectory.certificate;
   std::string j = fmt::format(
-      "{{\"path\":{},\"layer\":{},\"points\":{},\"length_mm\":{},\"samples\":{},\"duration_s\":{},\"continuous_s\":{},"
-      "\"lower_bound_s\":{},\"over_lower_bound\":{},\"deviation_mm\":{},\"stops\":{},\"curvature_ramp_mm\":{},\"limits\":[",
-      item.input.number, item.input.path.layer, item.input.path.points.size(), item.length_mm, r.trajectory.samples(), c.duration_s,
-      r.continuous_s, c.lower_bound_s, c.lower_bound_s > 0.0 ? fmt::format("{}", c.duration_s / c.lower_bound_s) : "null",
-      r.deviation_mm, r.stops, c.curvature_ramp_mm);
+      "{{\"path\":{},\"layer\":{},\"points\":{},\"length_mm\":{},\"samples\":{},\"duration_s\":{},"
+      "\"continuous_s\":{},"
+      "\"lower_bound_s\":{},\"over_lower_bound\":{},\"deviation_mm\":{},\"stops\":{},\"curvature_ramp_mm\":{}"
+      ",\"limits\":[",
+      item.input.number, item.input.path.layer, item.input.path.points.size(), item.length_mm,
+      r.trajectory.samples(), c.duration_s, r.continuous_s, c.lower_bound_s,
+      c.lower_bound_s > 0.0 ? fmt::format("{}", c.duration_s / c.lower_bound_s) : "null", r.deviation_mm,
+      r.stops, c.curvature_ramp_mm);
   for (const LimitRatio& l : c.limits)
-    fmt::format_to(std::back_inserter(j), "{}{{\"limit\":\"{}\",\"ratio\":{},\"time_s\":{}}}", &l == c.limits.data() ? "" : ",",
-                   l.limit, l.ratio, l.time_s);
+    fmt::format_to(std::back_inserter(j), "{}{{\"limit\":\"{}\",\"ratio\":{},\"time_s\":{}}}",
+                   &l == c.limits.data() ? "" : ",", l.limit, l.ratio, l.time_s);
   j += "]";
   if (!item.pulse_plan.trains.empty()) {
-    fmt::format_to(std::back_inserter(j), ",\"pulse_lists\":{},\"added_stops\":[", item.pulse_plan.trains.size());
+    fmt::format_to(std::back_inserter(j), ",\"pulse_lists\":{},\"added_stops\":[",
+                   item.pulse_plan.trains.size());
     for (const AddedStop& s : item.added_stops)
-      fmt::format_to(std::back_inserter(j), "{}{{\"along_mm\":{},\"x_mm\":{},\"y_mm\":{},\"corner\":{}}}", &s == item.added_stops.data() ? "" : ",",
-                     s.along_mm, s.at.x_mm, s.at.y_mm, s.corner);
+      fmt::format_to(std::back_inserter(j), "{}{{\"along_mm\":{},\"x_mm\":{},\"y_mm\":{},\"corner\":{}}}",
+                     &s == item.added_stops.data() ? "" : ",", s.along_mm, s.at.x_mm, s.at.y_mm, s.corner);
     j += "]";
   }
   return j + "}";

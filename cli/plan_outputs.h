@@ -25,7 +25,8 @@ class TextOutput {
 
 /// Header of the trajectory CSV: "t_s,x_mm,y_mm,joint_1_rad,joint_2_rad"; a stage's columns end in _mm.
 std::string csv_header(const std::vector<std::string>& axis_units);
-/// One line per tick; x, y in the frame of the paths, the first two axes. Shortest digits that read back the same.
+/// One line per tick; x, y in the frame of the paths, the first two axes. Shortest digits that read back the
+/// same.
 std::string csv_lines(const PlannedItem& item);
 
 /// Largest ratio of each limit over all paths.

@@ -32,7 +32,8 @@ void JobProgress::show(double fraction, const std::string& done) {
     const int filled = int(fraction * 20.0);
     bar = "[" + std::string(std::size_t(filled), '#') + std::string(std::size_t(20 - filled), '.') + "] ";
   }
-  std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", fmt::format("{} {}{:5.1f} %  {}{}", title_, bar, 100.0 * fraction, done, eta).c_str());
+  std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n",
+               fmt::format("{} {}{:5.1f} %  {}{}", title_, bar, 100.0 * fraction, done, eta).c_str());
   std::fflush(stderr);
 }
 

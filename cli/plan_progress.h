@@ -1,5 +1,5 @@
-// Progress of a long job with the time that is left: a line that is rewritten on a terminal, a plain line every two
-// seconds elsewhere, nothing within the first two seconds. On stderr.
+// Progress of a long job with the time that is left: a line that is rewritten on a terminal, a plain line
+// every two seconds elsewhere, nothing within the first two seconds. On stderr.
 #pragma once
 
 #include <chrono>

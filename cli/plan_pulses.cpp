@@ -18,18 +18,21 @@ deposition::FlowDemand nominal_demand(const Path& path, const motion::PlanResult
   return demand;
 }
 
-deposition::PulsePlan nominal_pulses(const InputPath& input, const motion::PlanResult& result, const ValveConfig& valve) {
+deposition::PulsePlan nominal_pulses(const InputPath& input, const motion::PlanResult& result,
+                                     const ValveConfig& valve) {
   try {
-    return deposition::plan_pulses(nominal_demand(input.path, result), valve_setting(valve), valve_limits(valve));
+    return deposition::plan_pulses(nominal_demand(input.path, result), valve_setting(valve),
+                                   valve_limits(valve));
   } catch (const std::invalid_argument& e) {
     throw std::runtime_error(input.place + ": " + e.what());
   }
 }
 
-std::vector<AddedStop> add_stops(InputPath& input, const deposition::FlowDemand& demand, const deposition::PulsePlan& pulses,
-                                 std::vector<std::size_t>& stops) {
-  return motion::add_rests(input.path.points, input.path.closed, input.ceiling, input.yaw_point_rad,
-                           {demand.speed_mm_s, demand.step_s, pulses.problem_from, pulses.problem_to, pulses.problem_fits}, stops);
+std::vector<AddedStop> add_stops(InputPath& input, const deposition::FlowDemand& demand,
+                                 const deposition::PulsePlan& pulses, std::vector<std::size_t>& stops) {
+  return motion::add_rests(
+      input.path.points, input.path.closed, input.ceiling, input.yaw_point_rad,
+      {demand.speed_mm_s, demand.step_s, pulses.problem_from, pulses.problem_to, pulses.problem_fits}, stops);
 }
 
 }  // namespace firn

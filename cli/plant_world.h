@@ -18,7 +18,8 @@ class PlantWorld : public LabWorld {
   }
   Time next_event() const override { return {world_.next_event_us()}; }
   void advance(Time now, const Send& send) override {
-    world_.advance(now.us, [&](const plant::World::Sent& s) { send(s.port, s.bytes, Time{s.t_us}, s.close); });
+    world_.advance(now.us,
+                   [&](const plant::World::Sent& s) { send(s.port, s.bytes, Time{s.t_us}, s.close); });
   }
   void inject(const plant::SimFault& fault, Time now) { world_.inject(fault, now.us); }
   const plant::World& world() const { return world_; }

@@ -10,14 +10,14 @@
 namespace firn {
 
 struct PrintOptions {
-  std::string experiment;               ///< file; empty with `resume`
-  std::string resume;                   ///< run folder
-  std::string bus;                      ///< "" = live on the run's own port, "in-process", or an LCM URL
-  std::vector<std::string> overrides;   ///< --set KEY=VALUE
-  double speedup = 0.0;                 ///< node time runs so many times faster than the clock; 0 = run.time_scale
-  std::vector<std::string> faults;      ///< --fault
-  std::string runs = "runs";            ///< where run folders go
-  double tolerance_um = 0.0;            ///< --tolerance: RMS above it is no success; 0 = one nominal layer, only told
+  std::string experiment;              ///< file; empty with `resume`
+  std::string resume;                  ///< run folder
+  std::string bus;                     ///< "" = live on the run's own port, "in-process", or an LCM URL
+  std::vector<std::string> overrides;  ///< --set KEY=VALUE
+  double speedup = 0.0;  ///< node time runs so many times faster than the clock; 0 = run.time_scale
+  std::vector<std::string> faults;  ///< --fault
+  std::string runs = "runs";        ///< where run folders go
+  double tolerance_um = 0.0;  ///< --tolerance: RMS above it is no success; 0 = one nominal layer, only told
   bool accept_doubt = false;
   bool json = false;
 };
@@ -31,14 +31,15 @@ struct PrintSummary {
   double node_s = 0.0;
   bool measured = false;  ///< a map was measured in this incarnation; then, of the last one:
   double mean_error_um = 0.0, rms_um = 0.0, std_um = 0.0;
-  std::int64_t droplets = 0;   ///< in the ice lab pulses of the valves
+  std::int64_t droplets = 0;  ///< in the ice lab pulses of the valves
   bool ice = false;
-  double tolerance_um = 0.0;   ///< that the last map's RMS is judged by; 0 = the scheme prints towards no target
+  double tolerance_um =
+      0.0;  ///< that the last map's RMS is judged by; 0 = the scheme prints towards no target
   bool tolerance_asked = false;  ///< by --tolerance: it decides the exit code too
 };
 
-/// What an experiment asks of the simulated world and of the bus beyond its keys' ranges. @throws UsageError naming what
-/// is outside which limit
+/// What an experiment asks of the simulated world and of the bus beyond its keys' ranges. @throws UsageError
+/// naming what is outside which limit
 void check_print(const Experiment& experiment, const std::string& bus);
 
 /// Prints `experiment`; `bus` as in PrintOptions. Shows progress on stderr.

@@ -1,4 +1,5 @@
-// What a print tells when it is over: its verdict against the tolerance, the words, the exit code (docs/print.md).
+// What a print tells when it is over: its verdict against the tolerance, the words, the exit code
+// (docs/print.md).
 #pragma once
 
 #include <optional>
@@ -8,7 +9,8 @@
 
 namespace firn {
 
-/// One nominal layer [um]; 0 where a scheme prints towards no target: patterns, registration marks, a given number of full layers.
+/// One nominal layer [um]; 0 where a scheme prints towards no target: patterns, registration marks, a given
+/// number of full layers.
 double usual_tolerance_um(const Experiment& experiment);
 
 /// Nothing of a print that has not run to its end, was not measured or has no tolerance.

@@ -41,18 +41,21 @@ void PrintProgress::layer(const layer_metrics_t& m) {
     const int filled = int(fraction * 20.0);
     bar = "[" + std::string(std::size_t(filled), '#') + std::string(std::size_t(20 - filled), '.') + "] ";
   }
-  line_.show(fmt::format("{:<10} {}layer {:>3}/{:<3}  height {:7.2f} um  RMS {:6.2f} um{}", title_, bar, m.layer, all,
-                        m.mean_height_mm * 1e3, m.rms_mm * 1e3, eta),
+  line_.show(fmt::format("{:<10} {}layer {:>3}/{:<3}  height {:7.2f} um  RMS {:6.2f} um{}", title_, bar,
+                         m.layer, all, m.mean_height_mm * 1e3, m.rms_mm * 1e3, eta),
              m.layer == all);
 }
 
-double StudyProgress::elapsed_s() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
+double StudyProgress::elapsed_s() const {
+  return std::chrono::duration<double>(Clock::now() - began_).count();
+}
 
 void StudyProgress::printed(std::size_t done, std::size_t failed) {
   const double elapsed = elapsed_s();
   const double eta = done > 0 ? elapsed / double(done) * double(all_ - done) : 0.0;
   line_.show(fmt::format("{}/{} prints{}, {:.1f} prints/s  ETA {:.0f} s", done, all_,
-                         failed ? fmt::format(", {} failed", failed) : std::string(), double(done) / std::max(elapsed, 1e-3), eta),
+                         failed ? fmt::format(", {} failed", failed) : std::string(),
+                         double(done) / std::max(elapsed, 1e-3), eta),
              done == all_);
 }
 

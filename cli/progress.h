@@ -1,5 +1,5 @@
-// What a person sees while something takes more than two seconds: a line that is rewritten on a terminal, plain lines
-// elsewhere. Always on stderr.
+// What a person sees while something takes more than two seconds: a line that is rewritten on a terminal,
+// plain lines elsewhere. Always on stderr.
 #pragma once
 
 #include <chrono>

@@ -17,7 +17,8 @@ replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
   if (!std::isfinite(options.tolerance) || options.tolerance < 0)
     throw UsageError("--tolerance: a finite number >= 0 is wanted");
   std::vector<replay::NodeMaker> makers;
-  for (const NamedMaker& m : taking_part(std::filesystem::path(options.run))) makers.push_back({info(m.id).name, m.make});
+  for (const NamedMaker& m : taking_part(std::filesystem::path(options.run)))
+    makers.push_back({info(m.id).name, m.make});
   replay::ReplayOptions r;
   r.makers = makers;
   r.only_node = options.node;

@@ -27,7 +27,8 @@ std::string verdict_of(const std::string& run, bool no_replay) {
 
 std::vector<Experiment> recorded_experiments(const std::vector<std::string>& runs) {
   std::vector<Experiment> experiments;
-  for (const std::string& run : runs) experiments.push_back(parse_experiment(recorded_config(run), run + ": recorded configuration"));
+  for (const std::string& run : runs)
+    experiments.push_back(parse_experiment(recorded_config(run), run + ": recorded configuration"));
   return experiments;
 }
 
@@ -40,10 +41,13 @@ void write_report(const ReportOptions& options) {
   try {
     for (std::size_t n = 0; n < options.runs.size(); ++n) {
       const std::string& run = options.runs[n];
-      runs.push_back({replay::read_run_data(run), options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n]});
-      write_file_atomically(std::filesystem::path(run) / "metrics.csv", replay::metrics_csv(runs.back().data));
+      runs.push_back({replay::read_run_data(run),
+                      options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n]});
+      write_file_atomically(std::filesystem::path(run) / "metrics.csv",
+                            replay::metrics_csv(runs.back().data));
     }
-    write_file_atomically(options.output, replay::report_page(runs, differing_parameters(recorded_experiments(options.runs))));
+    write_file_atomically(
+        options.output, replay::report_page(runs, differing_parameters(recorded_experiments(options.runs))));
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());
   }

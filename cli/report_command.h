@@ -7,14 +7,16 @@
 namespace firn {
 
 struct ReportOptions {
-  std::vector<std::string> runs;      ///< run folders
+  std::vector<std::string> runs;  ///< run folders
   std::string output = "report.html";
   std::vector<std::string> verdicts;  ///< of replay, by run; empty = each run is replayed for the report
-  bool no_replay = false;             ///< no verdict then: a long run is replayed for minutes, its figures read in seconds
+  bool no_replay =
+      false;  ///< no verdict then: a long run is replayed for minutes, its figures read in seconds
   bool json = false;
 };
 
-/// Writes the page whole or not at all, and metrics.csv into each run folder. @throws UsageError, std::runtime_error
+/// Writes the page whole or not at all, and metrics.csv into each run folder. @throws UsageError,
+/// std::runtime_error
 void write_report(const ReportOptions& options);
 
 /// @returns 0 written, 2 usage

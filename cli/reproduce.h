@@ -92,7 +92,7 @@ struct ReproduceOptions {
   std::string out;  ///< folder for pictures and index.html; empty = none
   bool json = false;
   bool quick = false;
-  int threads = 0;  ///< 0 = as many as the machine has
+  int threads = 0;   ///< 0 = as many as the machine has
   std::string mesh;  ///< of barnett.slicing, instead of the one made in code
 };
 

@@ -1,5 +1,6 @@
-// [Lu 2015, V-A, Figs. 13-15]: the junction of two pipes, printed of object ink in a block of support, open loop against
-// closed loop. The paper shows pictures and prints no numbers; Firn counts the voxels of the wrong ink.
+// [Lu 2015, V-A, Figs. 13-15]: the junction of two pipes, printed of object ink in a block of support, open
+// loop against closed loop. The paper shows pictures and prints no numbers; Firn counts the voxels of the
+// wrong ink.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -25,7 +26,7 @@ constexpr const char* kId = "lu.figs-13-15.";
 struct Outcome {
   replay::WrongVoxels wrong;
   replay::Washed washed;
-  ErrorStats top;  ///< of the block's surface about h_d
+  ErrorStats top;                      ///< of the block's surface about h_d
   replay::VoxelBlock printed, wanted;  ///< of the first seed
 };
 
@@ -37,12 +38,11 @@ struct Case {
 };
 
 Case load_case() {
-  const std::filesystem::path file = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments" / "pipe-junction.toml";
+  const std::filesystem::path file =
+      std::filesystem::path(FIRN_SOURCE_DIR) / "experiments" / "pipe-junction.toml";
   const Experiment e = load_experiment(file);
   const Blobs in = make_inputs(e, file.parent_path());
-  return {e,
-          in,
-          geometry_from_bytes(blob(in, "geometry").bytes, e.grid, "geometry"),
+  return {e, in, geometry_from_bytes(blob(in, "geometry").bytes, e.grid, "geometry"),
           e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm};
 }
 
@@ -55,7 +55,8 @@ Outcome print(const Case& c, const std::string& plant, const std::string& scheme
   options.surface = options.materials = true;
   const MemoryPrintReport report = print_in_memory(e, c.inputs, options);
   if (report.result.status != 0)
-    throw std::runtime_error("the " + scheme + " print of seed " + std::to_string(seed) + " did not finish: " + report.result.reason);
+    throw std::runtime_error("the " + scheme + " print of seed " + std::to_string(seed) +
+                             " did not finish: " + report.result.reason);
   Outcome o;
   const int nz = replay::slices_for(report.materials, c.geometry, c.slice_mm);
   o.printed = replay::voxels_of(report.materials, c.slice_mm, nz);
@@ -118,8 +119,9 @@ void count_rows(std::span<const Outcome> open, std::span<const Outcome> closed, 
   const auto row = [&](const char* name, const char* what, const char* paper, auto value) {
     const double a = mean(open, value), b = mean(closed, value);
     to.row(row_at_most(kId + std::string(name),
-                       std::string(what) + ": closed loop, at most half of open loop's " + replay::number(a, 1) +
-                           " (worst seed " + replay::number(worst_share(open, closed, value), 2) + ")",
+                       std::string(what) + ": closed loop, at most half of open loop's " +
+                           replay::number(a, 1) + " (worst seed " +
+                           replay::number(worst_share(open, closed, value), 2) + ")",
                        "voxels", paper, b, 0.5 * a));
   };
   const char* deformed = "open: visible deformation near the edge; closed: none";
@@ -141,7 +143,8 @@ void wash_rows(std::span<const Outcome> closed, Reproduction& to) {
   const double shut = mean(closed, [](const Outcome& o) {
     return 100.0 * double(o.washed.support_shut_in) / double(o.washed.support);
   });
-  to.row(row_at_most(kId + std::string("one-piece"), "Object ink that is not part of the one piece left (closed loop)", "%",
+  to.row(row_at_most(kId + std::string("one-piece"),
+                     "Object ink that is not part of the one piece left (closed loop)", "%",
                      "the object part is obtained", loose, 0.1, RowKind::kProperty));
   to.row(row_at_most(kId + std::string("washed-away"), "Support that washing cannot reach (closed loop)", "%",
                      "sacrificial material should be washed away", shut, 0.1, RowKind::kProperty));
@@ -151,7 +154,8 @@ void wash_rows(std::span<const Outcome> closed, Reproduction& to) {
 void own_plant_rows(const Case& c, Reproduction& to) {
   const int seeds = to.quick() ? kPlantSeedsQuick : kPlantSeeds;
   const std::vector<Outcome> all = print_all(c, "droplets", seeds, to);
-  const std::span<const Outcome> open(all.data(), std::size_t(seeds)), closed(all.data() + seeds, std::size_t(seeds));
+  const std::span<const Outcome> open(all.data(), std::size_t(seeds)),
+      closed(all.data() + seeds, std::size_t(seeds));
   const auto row = [&](const char* name, const char* what, auto value) {
     const double a = mean(open, value);
     to.row(row_at_most(kId + std::string(name),
@@ -160,22 +164,28 @@ void own_plant_rows(const Case& c, Reproduction& to) {
                        "voxels", std::string(), mean(closed, value), 0.5 * a, RowKind::kProperty));
   };
   row("own-plant", "inside and outside M", [](const Outcome& o) { return o.wrong.wrong(); });
-  row("own-plant-boundary", "in the boundary layer", [](const Outcome& o) { return o.wrong.boundary_wrong(); });
+  row("own-plant-boundary", "in the boundary layer",
+      [](const Outcome& o) { return o.wrong.boundary_wrong(); });
 }
 
 void pictures(const Outcome& open, const Outcome& closed, Reproduction& to) {
-  const std::string stretch = " z is drawn " + replay::number(replay::z_stretch(open.wanted), 0) + " times as high.";
+  const std::string stretch =
+      " z is drawn " + replay::number(replay::z_stretch(open.wanted), 0) + " times as high.";
   const replay::VoxelBlock& tall = open.wanted.nz > closed.wanted.nz ? open.wanted : closed.wanted;
   const int section_i = int(0.85 * tall.grid.nx);
   to.picture({"fig-13-open-loop", "Fig. 13: open loop, the object after washing, seed 1." + stretch,
               replay::block_view(open.wanted, open.printed, {}, "Pipe junction printed in open loop")});
   to.picture({"fig-14-closed-loop", "Fig. 14: closed loop, the object after washing, seed 1." + stretch,
               replay::block_view(closed.wanted, closed.printed, {}, "Pipe junction printed in closed loop")});
-  to.picture({"fig-15-block", "Fig. 15: the whole block as printed in closed loop, its support opened at one quarter." + stretch,
-              replay::block_view(closed.wanted, closed.printed, {true}, "Pipe junction in its support")});
-  to.picture({"figs-13-14-sections", "Cross-sections of Figs. 13 and 14: as wanted, open loop, closed loop, seed 1." + stretch,
-              replay::section_view(tall, {{"wanted", &tall}, {"open loop", &open.printed}, {"closed loop", &closed.printed}},
-                                   section_i, "Cross-sections of the pipe junction")});
+  to.picture(
+      {"fig-15-block",
+       "Fig. 15: the whole block as printed in closed loop, its support opened at one quarter." + stretch,
+       replay::block_view(closed.wanted, closed.printed, {true}, "Pipe junction in its support")});
+  to.picture({"figs-13-14-sections",
+              "Cross-sections of Figs. 13 and 14: as wanted, open loop, closed loop, seed 1." + stretch,
+              replay::section_view(
+                  tall, {{"wanted", &tall}, {"open loop", &open.printed}, {"closed loop", &closed.printed}},
+                  section_i, "Cross-sections of the pipe junction")});
 }
 
 }  // namespace
@@ -183,12 +193,17 @@ void pictures(const Outcome& open, const Outcome& closed, Reproduction& to) {
 void reproduce_lu_materials(Reproduction& to) {
   const Case c = load_case();
   const int seeds = to.quick() ? kSeedsQuick : kSeeds;
-  to.note("Figs. 13-15 print no sizes and no numbers: geometry, g1..g3, alpha and h_d are chosen and stated in "
-          "experiments/pipe-junction.toml. Each print is one of the whole lab with two jets, in simulated time; its plant is the paper's simulation (7) with 20 % variation; open loop takes each "
-          "layer's inks from layers of fixed height, closed loop is (8) with the inks of the measured heights. Voxels are a "
-          "cell wide and a nominal layer high and are counted in the plant's truth; means of " + std::to_string(seeds) + " seeds.");
+  to.note(
+      "Figs. 13-15 print no sizes and no numbers: geometry, g1..g3, alpha and h_d are chosen and stated in "
+      "experiments/pipe-junction.toml. Each print is one of the whole lab with two jets, in simulated time; "
+      "its plant is the paper's simulation (7) with 20 % variation; open loop takes each "
+      "layer's inks from layers of fixed height, closed loop is (8) with the inks of the measured heights. "
+      "Voxels are a "
+      "cell wide and a nominal layer high and are counted in the plant's truth; means of " +
+      std::to_string(seeds) + " seeds.");
   const std::vector<Outcome> all = print_all(c, "lu2015", seeds, to);
-  const std::span<const Outcome> open(all.data(), std::size_t(seeds)), closed(all.data() + seeds, std::size_t(seeds));
+  const std::span<const Outcome> open(all.data(), std::size_t(seeds)),
+      closed(all.data() + seeds, std::size_t(seeds));
   count_rows(open, closed, to);
   wash_rows(closed, to);
   own_plant_rows(c, to);

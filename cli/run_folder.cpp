@@ -28,7 +28,9 @@ namespace {
   throw std::runtime_error(path.string() + ": " + what);
 }
 
-[[noreturn]] void refuse(const fs::path& path, const std::string& what) { throw UsageError(path.string() + ": " + what); }
+[[noreturn]] void refuse(const fs::path& path, const std::string& what) {
+  throw UsageError(path.string() + ": " + what);
+}
 
 std::string utc_now(const char* format) {
   const std::time_t t = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
@@ -54,7 +56,8 @@ nlohmann::ordered_json provenance(const Experiment& e, std::int64_t run_id, cons
   j["scheme"] = e.control.scheme;
   j["plant_model"] = e.plant.model;
   j["seeds"] = {{"plant", e.plant.seed}, {"control", e.control.mpc.seed}};
-  for (const Blob& b : inputs) j["inputs"].push_back({{"role", b.role}, {"sha256", b.sha256}, {"bytes", b.bytes.size()}});
+  for (const Blob& b : inputs)
+    j["inputs"].push_back({{"role", b.role}, {"sha256", b.sha256}, {"bytes", b.bytes.size()}});
   return j;
 }
 
@@ -63,9 +66,12 @@ nlohmann::ordered_json provenance(const Experiment& e, std::int64_t run_id, cons
 bool can_go_on(const RunResult& r) { return r.status != kOk && r.outcome != "out of tolerance"; }
 
 RunResult result_of(int outcome, int layers, std::string reason) {
-  static constexpr const char* kOutcomes[] = {"finished", "ended early", "stopped safely", "waits for operator", "out of tolerance"};
+  static constexpr const char* kOutcomes[] = {"finished", "ended early", "stopped safely",
+                                              "waits for operator", "out of tolerance"};
   const int known = std::clamp(outcome, 0, 4);
-  const int status = known == int(RunOutcome::kFinished) ? kOk : known == int(RunOutcome::kOutOfTolerance) ? kFailed : kSafetyStop;
+  const int status = known == int(RunOutcome::kFinished)         ? kOk
+                     : known == int(RunOutcome::kOutOfTolerance) ? kFailed
+                                                                 : kSafetyStop;
   return {kOutcomes[known], status, layers, std::move(reason)};
 }
 
@@ -110,7 +116,8 @@ void write_file_atomically(const fs::path& named, std::string_view content) {
 std::vector<std::string> own_command_line() {
   const std::string text = read_file("/proc/self/cmdline");  // arguments, each ended by a zero byte
   std::vector<std::string> arguments;
-  for (std::size_t at = 0; at < text.size(); at += arguments.back().size() + 1) arguments.emplace_back(text.c_str() + at);
+  for (std::size_t at = 0; at < text.size(); at += arguments.back().size() + 1)
+    arguments.emplace_back(text.c_str() + at);
   return arguments;
 }
 
@@ -124,10 +131,12 @@ RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blo
   for (int n = 0;; ++n) {
     run.path_ = root / (n ? stem + "-" + std::to_string(n + 1) : stem);
     if (fs::create_directory(run.path_, error)) break;
-    if (error) refuse(run.path_, "cannot be made: " + error.message() + "; choose another folder with --runs");
+    if (error)
+      refuse(run.path_, "cannot be made: " + error.message() + "; choose another folder with --runs");
   }
   run.run_id_ = std::chrono::duration_cast<std::chrono::microseconds>(
-                    std::chrono::system_clock::now().time_since_epoch()).count();
+                    std::chrono::system_clock::now().time_since_epoch())
+                    .count();
   for (const char* sub : {"inputs", "nodes", "io", "world"}) fs::create_directory(run.path_ / sub);
   for (const Blob& b : inputs) {
     write_file_atomically(run.path_ / "inputs" / b.sha256,
@@ -136,7 +145,8 @@ RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blo
   }
   run.experiment_toml_ = dump(e);
   write_file_atomically(run.path_ / "experiment.toml", run.experiment_toml_);
-  write_file_atomically(run.path_ / "provenance.json", provenance(e, run.run_id_, inputs, command_line).dump(2) + "\n");
+  write_file_atomically(run.path_ / "provenance.json",
+                        provenance(e, run.run_id_, inputs, command_line).dump(2) + "\n");
   return run;
 }
 
@@ -158,7 +168,9 @@ RunFolder RunFolder::open(const fs::path& path) {
   return run;
 }
 
-fs::path RunFolder::wal_path(std::string_view node) const { return nodes_path() / (std::string(node) + ".wal"); }
+fs::path RunFolder::wal_path(std::string_view node) const {
+  return nodes_path() / (std::string(node) + ".wal");
+}
 
 Blobs RunFolder::inputs() const {
   Blobs blobs;
@@ -166,7 +178,8 @@ Blobs RunFolder::inputs() const {
     const fs::path file = path_ / "inputs" / sha;
     const std::string text = read_file(file);
     const auto bytes = std::as_bytes(std::span(text));
-    if (sha256_hex(bytes) != sha) fail(file, "content does not have the SHA-256 of its name (input '" + role + "' was changed)");
+    if (sha256_hex(bytes) != sha)
+      fail(file, "content does not have the SHA-256 of its name (input '" + role + "' was changed)");
     blobs.push_back({role, sha, {bytes.begin(), bytes.end()}});
   }
   return blobs;
@@ -197,7 +210,8 @@ std::optional<RunResult> RunFolder::result() const {
 }
 
 void RunFolder::write_result(const RunResult& r) const {
-  const nlohmann::ordered_json j = {{"outcome", r.outcome}, {"status", r.status}, {"layers", r.layers}, {"reason", r.reason}};
+  const nlohmann::ordered_json j = {
+      {"outcome", r.outcome}, {"status", r.status}, {"layers", r.layers}, {"reason", r.reason}};
   write_file_atomically(path_ / "result.json", j.dump(2) + "\n");
 }
 

@@ -14,8 +14,9 @@
 namespace firn {
 
 struct RunResult {
-  std::string outcome;  ///< "finished", "ended early", "stopped safely", "waits for operator", "out of tolerance"
-  int status = 0;       ///< exit status of the print
+  std::string
+      outcome;     ///< "finished", "ended early", "stopped safely", "waits for operator", "out of tolerance"
+  int status = 0;  ///< exit status of the print
   int layers = 0;
   std::string reason;
 };
@@ -27,11 +28,11 @@ RunResult result_of(int outcome, int layers, std::string reason);
 
 class RunFolder {
  public:
-  /// Makes `<root>/<utc>-<name>` (a number is appended while it exists) with the resolved experiment, the inputs and
-  /// the provenance. @throws UsageError if no folder can be made there; std::runtime_error naming the path and the
-  /// system's reason.
-  static RunFolder create(const std::filesystem::path& root, const Experiment& experiment, const Blobs& inputs,
-                          const std::vector<std::string>& command_line);
+  /// Makes `<root>/<utc>-<name>` (a number is appended while it exists) with the resolved experiment, the
+  /// inputs and the provenance. @throws UsageError if no folder can be made there; std::runtime_error naming
+  /// the path and the system's reason.
+  static RunFolder create(const std::filesystem::path& root, const Experiment& experiment,
+                          const Blobs& inputs, const std::vector<std::string>& command_line);
   /// @throws UsageError: not a run folder, what is missing; std::runtime_error: what cannot be read.
   static RunFolder open(const std::filesystem::path& path);
 
@@ -48,9 +49,9 @@ class RunFolder {
   /// First record of a node's write-ahead file.
   WalHead wal_head(std::string_view node, std::int32_t incarnation) const;
 
-  std::optional<RunResult> result() const;          ///< nothing = the run has not ended
-  void write_result(const RunResult& result) const; ///< atomically
-  void clear_result() const;                        ///< a resume begins
+  std::optional<RunResult> result() const;           ///< nothing = the run has not ended
+  void write_result(const RunResult& result) const;  ///< atomically
+  void clear_result() const;                         ///< a resume begins
 
  private:
   std::filesystem::path path_;

@@ -45,12 +45,15 @@ ResumePoint read_resume_point(const fs::path& run_dir, const std::vector<std::st
         last_us = std::max(last_us, decode_event(record->payload).event.now.us);
       } else if (record->kind == std::uint16_t(WalKind::kOutputs)) {
         for (const Output& o : decode_output_list(decode_outputs(record->payload).body))
-          if (o.kind == OutputKind::kSend && std::find(channels.begin(), channels.end(), o.channel) != channels.end())
+          if (o.kind == OutputKind::kSend &&
+              std::find(channels.begin(), channels.end(), o.channel) != channels.end())
             point.newest[std::string(o.channel)].assign(o.bytes.begin(), o.bytes.end());
       }
     }
   }
-  if (incarnation < 0) throw std::runtime_error(run_dir.string() + ": no node of this run has begun, there is nothing to go on with");
+  if (incarnation < 0)
+    throw std::runtime_error(run_dir.string() +
+                             ": no node of this run has begun, there is nothing to go on with");
   point.incarnation = incarnation + 1;
   point.offset_us = last_us + 1;
   return point;

@@ -18,6 +18,7 @@ struct ResumePoint {
 };
 
 /// @throws std::runtime_error naming what is missing or damaged
-ResumePoint read_resume_point(const std::filesystem::path& run_dir, const std::vector<std::string_view>& channels);
+ResumePoint read_resume_point(const std::filesystem::path& run_dir,
+                              const std::vector<std::string_view>& channels);
 
 }  // namespace firn

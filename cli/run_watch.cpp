@@ -18,8 +18,8 @@ std::optional<Message> decode(std::span<const std::byte> bytes) {
 }  // namespace
 
 std::vector<std::string_view> RunWatch::channels() {
-  std::vector<std::string_view> names{channels::kStageCommand.name, channels::kLayerMetrics.name, channels::kRunEnd.name,
-                                      channels::kSafeStop.name};
+  std::vector<std::string_view> names{channels::kStageCommand.name, channels::kLayerMetrics.name,
+                                      channels::kRunEnd.name, channels::kSafeStop.name};
   for (const NodeInfo& n : nodes())
     if (n.id != NodeId::kLauncher) names.push_back(channels::fault(n.id).name);
   return names;
@@ -43,14 +43,17 @@ void RunWatch::on_message(const ChannelInfo& row, std::span<const std::byte> byt
     safe_stop_ = true;
     if (fault_.empty()) fault_ = m->cause;
   } else if (const auto m = decode<fault_t>(bytes)) {
-    if (m->header.incarnation == incarnation_ && m->severity == std::int8_t(Severity::kStop) && fault_.empty())
+    if (m->header.incarnation == incarnation_ && m->severity == std::int8_t(Severity::kStop) &&
+        fault_.empty())
       fault_ = m->node + ": " + m->text;
   }
 }
 
 void RunWatch::on_earlier_end(std::span<const std::byte> message) {
   const auto m = decode<run_end_t>(message);
-  if (m && (RunOutcome(m->outcome) == RunOutcome::kFinished || RunOutcome(m->outcome) == RunOutcome::kOutOfTolerance)) end_ = *m;
+  if (m && (RunOutcome(m->outcome) == RunOutcome::kFinished ||
+            RunOutcome(m->outcome) == RunOutcome::kOutOfTolerance))
+    end_ = *m;
 }
 
 std::string RunWatch::place() const {

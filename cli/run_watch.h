@@ -20,7 +20,8 @@ class RunWatch {
   static std::vector<std::string_view> channels();
   void on_message(const ChannelInfo& row, std::span<const std::byte> message);
 
-  /// A RUN_END of an earlier incarnation, which its launcher did not live to see: it counts if the part was finished.
+  /// A RUN_END of an earlier incarnation, which its launcher did not live to see: it counts if the part was
+  /// finished.
   void on_earlier_end(std::span<const std::byte> message);
 
   /// "during layer 7, pass 0", or "before the first layer"

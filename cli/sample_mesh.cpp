@@ -13,14 +13,19 @@ namespace {
 
 constexpr double kHeight_mm = 172.75;
 
-double bell(double z, double centre, double width) { return std::exp(-(z - centre) * (z - centre) / (width * width)); }
+double bell(double z, double centre, double width) {
+  return std::exp(-(z - centre) * (z - centre) / (width * width));
+}
 
 // Radius of the figure at the fraction z of its height.
 double radius_mm(double angle, double z) {
   const double robe = 42.0 * std::sqrt(1.0 - 0.55 * z) + 9.0 * bell(z, 0.62, 0.12);
-  const double neck = 1.0 - 0.62 * bell(z, 0.80, 0.055), crown = std::sqrt(std::max(0.0, 1.0 - std::pow(std::max(0.0, (z - 0.86) / 0.14), 3.0)));
-  const double folds = 2.4 * (1.0 - z) * std::sin(9.0 * angle + 5.0 * z) + 1.1 * std::sin(23.0 * angle - 11.0 * z) * bell(z, 0.35, 0.3);
-  const double arms = 11.0 * bell(z, 0.55, 0.13) * (std::pow(std::cos(angle), 6.0) + 0.4 * std::pow(std::sin(angle), 8.0));
+  const double neck = 1.0 - 0.62 * bell(z, 0.80, 0.055),
+               crown = std::sqrt(std::max(0.0, 1.0 - std::pow(std::max(0.0, (z - 0.86) / 0.14), 3.0)));
+  const double folds = 2.4 * (1.0 - z) * std::sin(9.0 * angle + 5.0 * z) +
+                       1.1 * std::sin(23.0 * angle - 11.0 * z) * bell(z, 0.35, 0.3);
+  const double arms =
+      11.0 * bell(z, 0.55, 0.13) * (std::pow(std::cos(angle), 6.0) + 0.4 * std::pow(std::sin(angle), 8.0));
   const double grain = 0.08 * std::sin(140.0 * angle) * std::sin(400.0 * z);
   return std::max(0.5, (robe + folds + arms) * neck * crown * 0.9 + grain);
 }
@@ -31,8 +36,11 @@ void put(std::string& out, const T& value) {
 }
 
 std::string ply_header(const SampleMesh& m, const char* format) {
-  return fmt::format("ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n"
-                     "property list uchar int vertex_indices\nend_header\n", format, m.vertices.size(), m.triangles.size());
+  return fmt::format(
+      "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement "
+      "face {}\n"
+      "property list uchar int vertex_indices\nend_header\n",
+      format, m.vertices.size(), m.triangles.size());
 }
 
 }  // namespace
@@ -44,7 +52,8 @@ SampleMesh statue(std::uint32_t around, std::uint32_t up) {
     const double z = double(j) / (up - 1);
     for (std::uint32_t i = 0; i < around; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / around, r = radius_mm(angle, z);
-      m.vertices.push_back({float(60.0 + r * std::cos(angle)), float(50.0 + 0.8 * r * std::sin(angle)), float(kHeight_mm * z)});
+      m.vertices.push_back({float(60.0 + r * std::cos(angle)), float(50.0 + 0.8 * r * std::sin(angle)),
+                            float(kHeight_mm * z)});
     }
   }
   const auto at = [&](std::uint32_t i, std::uint32_t j) { return j * around + i % around; };
@@ -57,8 +66,10 @@ SampleMesh statue(std::uint32_t around, std::uint32_t up) {
     const auto centre = std::uint32_t(m.vertices.size());
     m.vertices.push_back({60.0f, 50.0f, float(kHeight_mm * j / (up - 1))});
     for (std::uint32_t i = 0; i < around; ++i) {
-      if (j) m.triangles.push_back({centre, at(i, j), at(i + 1, j)});
-      else m.triangles.push_back({centre, at(i + 1, j), at(i, j)});
+      if (j)
+        m.triangles.push_back({centre, at(i, j), at(i + 1, j)});
+      else
+        m.triangles.push_back({centre, at(i + 1, j), at(i, j)});
     }
   }
   return m;
@@ -78,7 +89,8 @@ std::string mesh_bytes(const SampleMesh& m, MeshFormat format) {
     case MeshFormat::kAsciiPly:
       out = ply_header(m, "ascii");
       for (const slice::Corner& v : m.vertices) line("", v);
-      for (const auto& t : m.triangles) fmt::format_to(std::back_inserter(out), "3 {} {} {}\n", t[0], t[1], t[2]);
+      for (const auto& t : m.triangles)
+        fmt::format_to(std::back_inserter(out), "3 {} {} {}\n", t[0], t[1], t[2]);
       break;
     case MeshFormat::kBinaryStl:
       out.assign(80, '\0');

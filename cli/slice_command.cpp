@@ -25,8 +25,8 @@ namespace {
 
 struct Interrupted {};
 
-// Layers ask for the same few MiB again and again: handing them back to the system each time costs a detailed part some
-// hundredths of its time in page faults.
+// Layers ask for the same few MiB again and again: handing them back to the system each time costs a detailed
+// part some hundredths of its time in page faults.
 void keep_freed_memory() {
   ::mallopt(M_TRIM_THRESHOLD, 256 << 20);
   ::mallopt(M_MMAP_THRESHOLD, 32 << 20);
@@ -50,7 +50,8 @@ SliceSettings settings_of(SliceCommandOptions& o) {
   if (!o.support.empty()) {
     overrides.push_back("support.kind=" + o.support);
     if (o.support == "overhang")
-      if (const auto angle = take_angle(o.meshes)) overrides.push_back(fmt::format("support.overhang_deg={}", *angle));
+      if (const auto angle = take_angle(o.meshes))
+        overrides.push_back(fmt::format("support.overhang_deg={}", *angle));
   }
   if (o.tolerance_mm) overrides.push_back(fmt::format("contour.tolerance_mm={}", *o.tolerance_mm));
   return load_slice_settings(o.config, overrides);
@@ -64,7 +65,8 @@ void check_outputs(const SliceCommandOptions& o) {
     if (file.empty()) continue;
     for (const std::filesystem::path& other : taken) {
       std::error_code error;
-      if (other.lexically_normal() == std::filesystem::path(file).lexically_normal() || std::filesystem::equivalent(file, other, error))
+      if (other.lexically_normal() == std::filesystem::path(file).lexically_normal() ||
+          std::filesystem::equivalent(file, other, error))
         throw UsageError(file + ": would take the place of " + other.string());
     }
     taken.push_back(file);
@@ -81,7 +83,8 @@ void check(const SliceCommandOptions& o) {
   if (o.layers.size() > 100) throw UsageError("--layer: at most 100");
   for (int k : o.layers)
     if (k < 1) throw UsageError(fmt::format("--layer {}: layers count from 1", k));
-  if (o.png_width < 100 || o.png_width > 10'000) throw UsageError(fmt::format("--png-width {}: must lie in [100, 10000]", o.png_width));
+  if (o.png_width < 100 || o.png_width > 10'000)
+    throw UsageError(fmt::format("--png-width {}: must lie in [100, 10000]", o.png_width));
 }
 
 std::vector<std::string> tools_of(const SliceSettings& s, std::size_t materials) {
@@ -115,7 +118,10 @@ void write_text(const std::string& file, const std::string& text, std::vector<Sl
 class SliceRun {
  public:
   SliceRun(const SliceCommandOptions& options, const SliceSettings& settings)
-      : o_(options), s_(settings), threads_(thread_count(options.threads)), parallel_(parallel_on(threads_)) {}
+      : o_(options),
+        s_(settings),
+        threads_(thread_count(options.threads)),
+        parallel_(parallel_on(threads_)) {}
 
   void run() {
     const SliceProgress progress = [this](double fraction, const std::string& doing) {
@@ -124,7 +130,8 @@ class SliceRun {
     };
     job_ = slice_meshes({o_.meshes.begin(), o_.meshes.end()}, s_, parallel_, progress);
     for (int k : o_.layers)
-      if (std::size_t(k) > job_.layers.size()) throw UsageError(fmt::format("--layer {}: the job has {} layers", k, job_.layers.size()));
+      if (std::size_t(k) > job_.layers.size())
+        throw UsageError(fmt::format("--layer {}: the job has {} layers", k, job_.layers.size()));
     const slice::PathFileHead head = head_of(job_, s_);
     if (!o_.output.empty()) paths_.emplace(o_.output, head);
     LayerBytes bytes;
@@ -165,13 +172,15 @@ class SliceRun {
     }
     if (!o_.svg.empty()) write_text(o_.svg, layers_svg(pictured_), outputs_);
     if (!o_.png.empty()) write_text(o_.png, layers_png(pictured_, o_.png_width), outputs_);
-    if (!o_.layer_json.empty()) write_text(o_.layer_json, layer_json(pictured_[0].paths, tools_of(s_, 256)), outputs_);
+    if (!o_.layer_json.empty())
+      write_text(o_.layer_json, layer_json(pictured_[0].paths, tools_of(s_, 256)), outputs_);
     if (o_.json) {
       std::fputs(slice_json(job_, s_, sums_, outputs_, threads_).c_str(), stdout);
       return;
     }
     std::fputs(slice_text(job_, s_, sums_).c_str(), stdout);
-    for (const SliceOutput& f : outputs_) std::fprintf(stderr, "wrote %s (%.2f MB)\n", f.file.c_str(), double(f.bytes) / 1e6);
+    for (const SliceOutput& f : outputs_)
+      std::fprintf(stderr, "wrote %s (%.2f MB)\n", f.file.c_str(), double(f.bytes) / 1e6);
   }
 
   const SliceCommandOptions& o_;

@@ -8,17 +8,18 @@
 namespace firn {
 
 struct SliceCommandOptions {
-  std::vector<std::string> meshes;     ///< *.stl, *.ply, *.obj, *.3mf; behind "--support overhang" also the angle
-  std::string output;                  ///< path file; empty = none
-  std::string config;                  ///< TOML; empty = the defaults
+  std::vector<std::string>
+      meshes;          ///< *.stl, *.ply, *.obj, *.3mf; behind "--support overhang" also the angle
+  std::string output;  ///< path file; empty = none
+  std::string config;  ///< TOML; empty = the defaults
   std::vector<std::string> overrides;  ///< KEY=VALUE
   std::string support;                 ///< full, overhang, none; empty = as the settings say
   std::optional<double> tolerance_mm;  ///< not given: as the settings say
   std::string gcode;
-  std::vector<int> layers;             ///< to be pictured
+  std::vector<int> layers;  ///< to be pictured
   std::string svg, png, layer_json;
   int png_width = 1200;
-  int threads = 0;                     ///< 0 = as many as the machine has
+  int threads = 0;  ///< 0 = as many as the machine has
   bool json = false;
 };
 

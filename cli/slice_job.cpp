@@ -26,7 +26,9 @@ using slice::Rings;
 // Layers. Their text may be ten times as large as their paths: fewer are written at once.
 constexpr std::size_t kPlannedAtOnce = 64, kWrittenAtOnce = 16;
 
-double wall_now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double wall_now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 double cpu_now_s() {
   timespec t{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -39,8 +41,8 @@ StageTime& stage_of(std::vector<StageTime>& times, const std::string& stage) {
   return times.emplace_back(StageTime{stage, 0.0, 0.0});
 }
 
-slice::Sliced slice_part(const std::filesystem::path& file, std::size_t number, const SliceSettings& settings, const ParallelFor& parallel,
-                               SlicedJob& job) {
+slice::Sliced slice_part(const std::filesystem::path& file, std::size_t number, const SliceSettings& settings,
+                         const ParallelFor& parallel, SlicedJob& job) {
   PartReport report;
   std::optional<MeshFile> mesh;
   {
@@ -84,13 +86,15 @@ slice::Sliced slice_part(const std::filesystem::path& file, std::size_t number, 
 void append(std::vector<Rings>&& more, std::vector<Rings>& to) {
   to.resize(std::max(to.size(), more.size()));
   for (std::size_t k = 0; k < more.size(); ++k)
-    if (to[k].empty()) to[k] = std::move(more[k]);
+    if (to[k].empty())
+      to[k] = std::move(more[k]);
     else
       for (std::size_t r = 0; r < more[k].size(); ++r) to[k].add(more[k][r]);
 }
 
 // Meshes of one material become one region; a later material gives way to the earlier ones.
-std::vector<std::vector<Region>> by_material(std::vector<std::vector<Region>>& parts, const SlicedJob& job, const ParallelFor& parallel) {
+std::vector<std::vector<Region>> by_material(std::vector<std::vector<Region>>& parts, const SlicedJob& job,
+                                             const ParallelFor& parallel) {
   if (parts.size() > 1) {
     std::vector<std::vector<Region>*> all;
     for (auto& p : parts) all.push_back(&p);
@@ -110,14 +114,16 @@ std::vector<std::vector<Region>> by_material(std::vector<std::vector<Region>>& p
     }
     parallel(int(parts[n].size()), [&](int k) {
       Region& region = to[std::size_t(k)];
-      region = region.empty() ? std::move(parts[n][std::size_t(k)]) : slice::unite(region, parts[n][std::size_t(k)]);
+      region = region.empty() ? std::move(parts[n][std::size_t(k)])
+                              : slice::unite(region, parts[n][std::size_t(k)]);
     });
   }
   for (auto& m : out) m.resize(layers);
   return out;
 }
 
-std::vector<Region> all_materials(const std::vector<std::vector<Region>>& materials, const ParallelFor& parallel) {
+std::vector<Region> all_materials(const std::vector<std::vector<Region>>& materials,
+                                  const ParallelFor& parallel) {
   std::vector<Region> all = materials[0];
   for (std::size_t m = slice::kScaffoldMaterial + 1; m < materials.size(); ++m)
     parallel(int(all.size()), [&](int k) {
@@ -144,8 +150,8 @@ slice::SliceOptions contour_options(const SliceSettings& settings) {
   return options;
 }
 
-SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const SliceSettings& settings, const ParallelFor& parallel,
-                       const SliceProgress& progress) {
+SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const SliceSettings& settings,
+                       const ParallelFor& parallel, const SliceProgress& progress) {
   SlicedJob job;
   job.times.reserve(16);
   std::vector<std::vector<Region>> parts;
@@ -169,7 +175,8 @@ SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const Sl
     const StageTimer timer(job.times, "scaffold");
     const bool one = materials.size() == slice::kScaffoldMaterial + 1;
     const std::vector<Region> merged = one ? std::vector<Region>() : all_materials(materials, parallel);
-    materials[slice::kScaffoldMaterial] = slice::scaffold_regions(one ? materials[0] : merged, height, options.support, options.chord_tolerance_mm, parallel);
+    materials[slice::kScaffoldMaterial] = slice::scaffold_regions(
+        one ? materials[0] : merged, height, options.support, options.chord_tolerance_mm, parallel);
   }
   const std::size_t layers = materials[0].size();
   job.layers.resize(layers);
@@ -186,8 +193,9 @@ SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const Sl
   return job;
 }
 
-void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFor& parallel, const SliceProgress& progress,
-                 const LayerBytes& bytes, const std::function<void(PlannedLayer&&)>& sink) {
+void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFor& parallel,
+                 const SliceProgress& progress, const LayerBytes& bytes,
+                 const std::function<void(PlannedLayer&&)>& sink) {
   const slice::PathOptions options = path_options(settings);
   const std::size_t layers = job.layers.size();
   tbb::enumerable_thread_specific<slice::PathWork> work;
@@ -218,7 +226,8 @@ void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFo
     }
     const StageTimer timer(job.times, "output");
     for (std::size_t first = 0; first < batch.size(); first += kWrittenAtOnce) {
-      const std::span<PlannedLayer> some = std::span(batch).subspan(first, std::min(kWrittenAtOnce, batch.size() - first));
+      const std::span<PlannedLayer> some =
+          std::span(batch).subspan(first, std::min(kWrittenAtOnce, batch.size() - first));
       parallel(1 + int(some.size()), [&](int n) {
         if (n == 0) return hand_on();
         PlannedLayer& l = some[std::size_t(n) - 1];

@@ -56,8 +56,8 @@ using SliceProgress = std::function<void(double fraction, const std::string& doi
 slice::SliceOptions contour_options(const SliceSettings& settings);
 
 /// Reads, places, slices and supports. @throws UsageError: a file, or settings that the meshes do not fit
-SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const SliceSettings& settings, const ParallelFor& parallel,
-                       const SliceProgress& progress);
+SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const SliceSettings& settings,
+                       const ParallelFor& parallel, const SliceProgress& progress);
 
 struct PlannedLayer {
   slice::LayerRegions regions;
@@ -71,13 +71,14 @@ struct PlannedLayer {
 
 /// What is to be made of each layer, in any thread.
 struct LayerBytes {
-  bool encoded = false;                                         ///< PlannedLayer::encoded
+  bool encoded = false;                                        ///< PlannedLayer::encoded
   std::function<std::string(const slice::LayerPaths&)> gcode;  ///< PlannedLayer::gcode; may be empty
 };
 
-/// Plans every layer and hands them on in order, one at a time, in any thread; at most some dozens are in memory. Takes the
-/// job's regions.
-void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFor& parallel, const SliceProgress& progress,
-                 const LayerBytes& bytes, const std::function<void(PlannedLayer&&)>& sink);
+/// Plans every layer and hands them on in order, one at a time, in any thread; at most some dozens are in
+/// memory. Takes the job's regions.
+void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFor& parallel,
+                 const SliceProgress& progress, const LayerBytes& bytes,
+                 const std::function<void(PlannedLayer&&)>& sink);
 
 }  // namespace firn

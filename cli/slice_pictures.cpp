@@ -20,12 +20,15 @@ struct Colour {
   int r, g, b;
 };
 // Area, boundary, fill; by material, the last for all further ones.
-constexpr std::array<std::array<Colour, 3>, 3> kColours{{{{{222, 236, 247}, {16, 78, 139}, {74, 144, 201}}},
-                                                         {{{252, 236, 216}, {176, 88, 12}, {226, 150, 72}}},
-                                                         {{{226, 242, 222}, {40, 110, 40}, {110, 176, 100}}}}};
+constexpr std::array<std::array<Colour, 3>, 3> kColours{
+    {{{{222, 236, 247}, {16, 78, 139}, {74, 144, 201}}},
+     {{{252, 236, 216}, {176, 88, 12}, {226, 150, 72}}},
+     {{{226, 242, 222}, {40, 110, 40}, {110, 176, 100}}}}};
 constexpr Colour kHook{120, 40, 150}, kMeasurement{40, 40, 40};
 
-const std::array<Colour, 3>& of_material(std::size_t material) { return kColours[std::min(material, kColours.size() - 1)]; }
+const std::array<Colour, 3>& of_material(std::size_t material) {
+  return kColours[std::min(material, kColours.size() - 1)];
+}
 
 Colour of_path(const slice::PathInfo& info) {
   if (info.kind == PathKind::kHook) return kHook;
@@ -33,7 +36,9 @@ Colour of_path(const slice::PathInfo& info) {
   return of_material(info.material)[info.kind == PathKind::kBoundary ? 1 : 2];
 }
 
-std::string label(const slice::LayerPaths& l) { return fmt::format("layer {}, {:g} mm", l.layer, l.z * slice::kMmPerUnit); }
+std::string label(const slice::LayerPaths& l) {
+  return fmt::format("layer {}, {:g} mm", l.layer, l.z * slice::kMmPerUnit);
+}
 
 // Where each layer stands on the sheet; mm, y downwards.
 struct Sheet {
@@ -53,7 +58,8 @@ struct Sheet {
     double best = std::numeric_limits<double>::max();
     for (std::size_t c = 1; c <= all; ++c) {
       const std::size_t r = (all + c - 1) / c;
-      const double cost = std::abs(std::log(double(c) * cell_width() / (1.5 * double(r) * cell_height()))) + double(r * c - all) / double(all);
+      const double cost = std::abs(std::log(double(c) * cell_width() / (1.5 * double(r) * cell_height()))) +
+                          double(r * c - all) / double(all);
       if (cost < best) best = cost, columns = c;
     }
     rows = (layers.size() + columns - 1) / columns;
@@ -68,14 +74,17 @@ struct Sheet {
   double cell_height() const { return y1 - y0 + 2 * margin + text; }
   double width() const { return double(columns) * cell_width(); }
   double height() const { return double(rows) * cell_height(); }
-  double left(std::size_t n) const { return double(n % columns) * cell_width() + margin - x0; }   // add to x
-  double bottom(std::size_t n) const { return double(n / columns) * cell_height() + text + margin + y1; }  // subtract y
+  double left(std::size_t n) const { return double(n % columns) * cell_width() + margin - x0; }  // add to x
+  double bottom(std::size_t n) const {
+    return double(n / columns) * cell_height() + text + margin + y1;
+  }  // subtract y
 };
 
 void append_data(std::string& out, std::span<const slice::Point> line, bool closed) {
   char word = 'M';
   for (const slice::Point& p : line) {
-    fmt::format_to(std::back_inserter(out), "{}{:.2f} {:.2f}", word, p.x * slice::kMmPerUnit, -(p.y * slice::kMmPerUnit));
+    fmt::format_to(std::back_inserter(out), "{}{:.2f} {:.2f}", word, p.x * slice::kMmPerUnit,
+                   -(p.y * slice::kMmPerUnit));
     word = 'L';
   }
   if (closed) out += 'Z';
@@ -89,12 +98,16 @@ std::string layers_svg(std::span<const PicturedLayer> layers) {
   const Sheet sheet(layers);
   const double line = std::max(sheet.width(), sheet.height()) / 1600.0;
   std::string out = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.3f} {:.3f}\" width=\"{:.0f}\" font-family=\"sans-serif\">\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.3f} {:.3f}\" width=\"{:.0f}\" "
+      "font-family=\"sans-serif\">\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
       sheet.width(), sheet.height(), 1200.0);
   for (std::size_t n = 0; n < layers.size(); ++n) {
     const PicturedLayer& l = layers[n];
-    out += fmt::format("<g transform=\"translate({:.3f} {:.3f})\" fill=\"none\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n", sheet.left(n), sheet.bottom(n));
+    out += fmt::format(
+        "<g transform=\"translate({:.3f} {:.3f})\" fill=\"none\" stroke-linejoin=\"round\" "
+        "stroke-linecap=\"round\">\n",
+        sheet.left(n), sheet.bottom(n));
     for (std::size_t m = 0; m < l.regions.by_material.size(); ++m) {
       const slice::Region& r = l.regions.by_material[m];
       if (r.empty()) continue;
@@ -105,12 +118,14 @@ std::string layers_svg(std::span<const PicturedLayer> layers) {
     for (std::size_t k = 0; k < l.paths.lines.size(); ++k) {
       const slice::PathInfo& info = l.paths.info[k];
       const bool boundary = info.kind == PathKind::kBoundary || info.kind == PathKind::kHook;
-      out += fmt::format("<path stroke=\"{}\" stroke-width=\"{:.3f}\" d=\"", hex(of_path(info)), boundary ? 1.6 * line : line);
+      out += fmt::format("<path stroke=\"{}\" stroke-width=\"{:.3f}\" d=\"", hex(of_path(info)),
+                         boundary ? 1.6 * line : line);
       append_data(out, l.paths.lines[k], info.closed);
       out += "\"/>\n";
     }
-    out += fmt::format("</g>\n<text x=\"{:.3f}\" y=\"{:.3f}\" font-size=\"{:.3f}\" fill=\"#333\">{}</text>\n", sheet.left(n) + sheet.x0,
-                       sheet.bottom(n) - sheet.y1 - 0.4 * sheet.margin, 0.75 * sheet.text, label(l.paths));
+    out += fmt::format("</g>\n<text x=\"{:.3f}\" y=\"{:.3f}\" font-size=\"{:.3f}\" fill=\"#333\">{}</text>\n",
+                       sheet.left(n) + sheet.x0, sheet.bottom(n) - sheet.y1 - 0.4 * sheet.margin,
+                       0.75 * sheet.text, label(l.paths));
   }
   return out + "</svg>\n";
 }
@@ -126,8 +141,9 @@ std::string layers_png(std::span<const PicturedLayer> layers, int width_px) {
     const auto place = [&](std::span<const slice::Point> line) {
       std::vector<cv::Point> out;
       for (const slice::Point& p : line)
-        out.emplace_back(int(std::lround((sheet.left(n) + p.x * slice::kMmPerUnit) * scale * (1 << kShift))),
-                         int(std::lround((sheet.bottom(n) - p.y * slice::kMmPerUnit) * scale * (1 << kShift))));
+        out.emplace_back(
+            int(std::lround((sheet.left(n) + p.x * slice::kMmPerUnit) * scale * (1 << kShift))),
+            int(std::lround((sheet.bottom(n) - p.y * slice::kMmPerUnit) * scale * (1 << kShift))));
       return out;
     };
     for (std::size_t m = 0; m < l.regions.by_material.size(); ++m) {
@@ -139,11 +155,14 @@ std::string layers_png(std::span<const PicturedLayer> layers, int width_px) {
     for (std::size_t k = 0; k < l.paths.lines.size(); ++k) {
       const slice::PathInfo& info = l.paths.info[k];
       const bool boundary = info.kind == PathKind::kBoundary || info.kind == PathKind::kHook;
-      cv::polylines(image, std::vector{place(l.paths.lines[k])}, info.closed, paint(of_path(info)), boundary && width_px >= 1000 ? 2 : 1, cv::LINE_AA, kShift);
+      cv::polylines(image, std::vector{place(l.paths.lines[k])}, info.closed, paint(of_path(info)),
+                    boundary && width_px >= 1000 ? 2 : 1, cv::LINE_AA, kShift);
     }
     const double font = 0.75 * sheet.text * scale / 30.0;  // Hershey letters are some 30 pixels high at 1
-    const cv::Point at(int((sheet.left(n) + sheet.x0) * scale), int((sheet.bottom(n) - sheet.y1 - 0.4 * sheet.margin) * scale));
-    cv::putText(image, label(l.paths), at, cv::FONT_HERSHEY_SIMPLEX, font, cv::Scalar(50, 50, 50), 1, cv::LINE_AA);
+    const cv::Point at(int((sheet.left(n) + sheet.x0) * scale),
+                       int((sheet.bottom(n) - sheet.y1 - 0.4 * sheet.margin) * scale));
+    cv::putText(image, label(l.paths), at, cv::FONT_HERSHEY_SIMPLEX, font, cv::Scalar(50, 50, 50), 1,
+                cv::LINE_AA);
   }
   const std::vector<std::byte> bytes = write_png(image.cols, image.rows, 3, {image.data, image.total() * 3});
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -155,9 +174,13 @@ std::string layer_json(const slice::LayerPaths& layer, std::span<const std::stri
   std::string out = "{\"version\": 1, \"paths\": [";
   for (std::size_t n = 0; n < layer.lines.size(); ++n) {
     const slice::PathInfo& i = layer.info[n];
-    out += fmt::format("{}\n  {{\"layer\": {}, \"material\": {}, \"kind\": \"{}\", \"closed\": {}, \"width_mm\": {}, \"layer_height_mm\": {}, \"z_mm\": {}",
-                       n ? "," : "", layer.layer, i.material, kKinds[std::size_t(i.kind)], i.closed, mm(i.width), mm(layer.height), mm(layer.z));
-    if (i.material < tools.size() && !tools[i.material].empty()) out += ", \"tool\": \"" + tools[i.material] + "\"";
+    out += fmt::format(
+        "{}\n  {{\"layer\": {}, \"material\": {}, \"kind\": \"{}\", \"closed\": {}, \"width_mm\": {}, "
+        "\"layer_height_mm\": {}, \"z_mm\": {}",
+        n ? "," : "", layer.layer, i.material, kKinds[std::size_t(i.kind)], i.closed, mm(i.width),
+        mm(layer.height), mm(layer.z));
+    if (i.material < tools.size() && !tools[i.material].empty())
+      out += ", \"tool\": \"" + tools[i.material] + "\"";
     out += ", \"points\": [";
     const char* comma = "";
     for (const slice::Point& p : layer.lines[n]) {

@@ -1,4 +1,5 @@
-// Layers as pictures: outlines, and paths coloured by material and kind; several side by side as a contact sheet.
+// Layers as pictures: outlines, and paths coloured by material and kind; several side by side as a contact
+// sheet.
 #pragma once
 
 #include <span>

@@ -41,8 +41,14 @@ Json json_of(const PartReport& p) {
 }
 
 Json json_of(const slice::Coverage& c, std::size_t material) {
-  return {{"material", material}, {"wanted_mm2", c.wanted_mm2},   {"swept_mm2", c.swept_mm2},          {"gap_mm2", c.gap_mm2},
-          {"beyond_mm2", c.beyond_mm2}, {"overlap_mm2", c.overlap_mm2}, {"widest_gap_mm", c.widest_gap_mm}, {"pitch_mm", c.pitch_mm}};
+  return {{"material", material},
+          {"wanted_mm2", c.wanted_mm2},
+          {"swept_mm2", c.swept_mm2},
+          {"gap_mm2", c.gap_mm2},
+          {"beyond_mm2", c.beyond_mm2},
+          {"overlap_mm2", c.overlap_mm2},
+          {"widest_gap_mm", c.widest_gap_mm},
+          {"pitch_mm", c.pitch_mm}};
 }
 
 StageTime total(const std::vector<StageTime>& times) {
@@ -66,8 +72,10 @@ std::vector<std::string> warnings(const SlicedJob& job, double height_mm) {
   for (const PartReport& p : job.parts) {
     if (p.facts.facets == p.facts.not_finite || p.counts.segments > 0) continue;
     const double low = mm(p.facts.low.z), high = mm(p.facts.high.z);
-    list.push_back(fmt::format("{}: in no layer: it reaches from z = {:g} to {:g} mm ({:g} mm high), and layers are cut at {:g} + n x {:g} mm (layer.height_mm)",
-                               p.file, low, high, high - low, 0.5 * height_mm, height_mm));
+    list.push_back(
+        fmt::format("{}: in no layer: it reaches from z = {:g} to {:g} mm ({:g} mm high), and layers are cut "
+                    "at {:g} + n x {:g} mm (layer.height_mm)",
+                    p.file, low, high, high - low, 0.5 * height_mm, height_mm));
   }
   if (job.layers.empty() && list.empty()) list.push_back("no layers: the meshes hold no facets");
   return list;
@@ -76,7 +84,9 @@ std::vector<std::string> warnings(const SlicedJob& job, double height_mm) {
 }  // namespace
 
 std::string material_name(std::size_t material) {
-  return material == slice::kPartMaterial ? "part" : material == slice::kScaffoldMaterial ? "scaffold" : fmt::format("material {}", material);
+  return material == slice::kPartMaterial       ? "part"
+         : material == slice::kScaffoldMaterial ? "scaffold"
+                                                : fmt::format("material {}", material);
 }
 
 void SliceSums::add(const PlannedLayer& l) {
@@ -93,9 +103,10 @@ void SliceSums::add(const PlannedLayer& l) {
   if (!l.coverage.empty()) coverage.push_back({l.paths.layer, l.coverage});
 }
 
-std::string slice_json(const SlicedJob& job, const SliceSettings& settings, const SliceSums& sums, const std::vector<SliceOutput>& outputs,
-                       int threads) {
-  Json parts = Json::array(), stages = Json::array(), defects = Json::array(), materials = Json::array(), files = Json::array();
+std::string slice_json(const SlicedJob& job, const SliceSettings& settings, const SliceSums& sums,
+                       const std::vector<SliceOutput>& outputs, int threads) {
+  Json parts = Json::array(), stages = Json::array(), defects = Json::array(), materials = Json::array(),
+       files = Json::array();
   std::size_t contours = 0;
   for (std::size_t n = 0; n < job.parts.size(); ++n) {
     parts.push_back(json_of(job.parts[n]));
@@ -104,11 +115,15 @@ std::string slice_json(const SlicedJob& job, const SliceSettings& settings, cons
   }
   std::vector<StageTime> times = job.times;
   times.push_back(total(job.times));
-  for (const StageTime& t : times) stages.push_back({{"stage", t.stage}, {"wall_s", t.wall_s}, {"cpu_s", t.cpu_s}});
+  for (const StageTime& t : times)
+    stages.push_back({{"stage", t.stage}, {"wall_s", t.wall_s}, {"cpu_s", t.cpu_s}});
   double metres = 0.0;
   for (std::size_t m = 0; m < sums.totals.use.size(); ++m) {
     const slice::MaterialUse& u = sums.totals.use[m];
-    materials.push_back({{"material", m}, {"name", material_name(m)}, {"metres", u.length_mm / 1000.0}, {"volume_mm3", u.volume_mm3}});
+    materials.push_back({{"material", m},
+                         {"name", material_name(m)},
+                         {"metres", u.length_mm / 1000.0},
+                         {"volume_mm3", u.volume_mm3}});
     metres += u.length_mm / 1000.0;
   }
   for (const SliceOutput& o : outputs) files.push_back({{"file", o.file}, {"bytes", o.bytes}});
@@ -144,40 +159,51 @@ std::string slice_text(const SlicedJob& job, const SliceSettings& settings, cons
   std::string out;
   std::size_t defects = 0;
   for (const PartReport& p : job.parts) {
-    out += fmt::format("{}: {}, {} facets, {}, {:.0f} mm^3; {} segments, {} contours, {} points of {} kept\n", p.file, p.format, p.facts.facets,
-                       p.facts.closed ? "closed" : "not closed", p.facts.volume_mm3, p.counts.segments, p.counts.contours, p.counts.kept_points,
+    out += fmt::format("{}: {}, {} facets, {}, {:.0f} mm^3; {} segments, {} contours, {} points of {} kept\n",
+                       p.file, p.format, p.facts.facets, p.facts.closed ? "closed" : "not closed",
+                       p.facts.volume_mm3, p.counts.segments, p.counts.contours, p.counts.kept_points,
                        p.counts.linked_points);
     for (const std::string& d : p.file_defects) out += p.file + ": " + d + "\n";
     for (const slice::Defect& d : p.defects)
       if (++defects <= kShownDefects) out += shown(d, p);
   }
-  if (defects > kShownDefects) out += fmt::format("... and {} more defects (--json lists all)\n", defects - kShownDefects);
+  if (defects > kShownDefects)
+    out += fmt::format("... and {} more defects (--json lists all)\n", defects - kShownDefects);
   for (const std::string& w : warnings(job, settings.contour.layer_height_mm)) out += "warning: " + w + "\n";
-  out += fmt::format("\n{} layers of {:g} mm, {} paths, {} points, {:.1f} m between paths; tolerance {:g} mm\n\n{:<12} {:>12} {:>12}\n", sums.totals.layers,
-                     settings.contour.layer_height_mm, sums.totals.paths, sums.totals.points, sums.transit_mm / 1000.0,
-                     settings.contour.chord_tolerance_mm, "material", "metres", "cm^3");
+  out += fmt::format(
+      "\n{} layers of {:g} mm, {} paths, {} points, {:.1f} m between paths; tolerance {:g} mm\n\n{:<12} "
+      "{:>12} {:>12}\n",
+      sums.totals.layers, settings.contour.layer_height_mm, sums.totals.paths, sums.totals.points,
+      sums.transit_mm / 1000.0, settings.contour.chord_tolerance_mm, "material", "metres", "cm^3");
   for (std::size_t m = 0; m < sums.totals.use.size(); ++m)
-    out += fmt::format("{:<12} {:>12.2f} {:>12.3f}\n", material_name(m), sums.totals.use[m].length_mm / 1000.0, sums.totals.use[m].volume_mm3 / 1000.0);
+    out += fmt::format("{:<12} {:>12.2f} {:>12.3f}\n", material_name(m),
+                       sums.totals.use[m].length_mm / 1000.0, sums.totals.use[m].volume_mm3 / 1000.0);
   if (settings.coverage) {
     std::vector<slice::Coverage> all;
     for (const SliceSums::Layer& l : sums.coverage) {
       all.resize(std::max(all.size(), l.coverage.size()));
       for (std::size_t m = 0; m < l.coverage.size(); ++m) {
-        all[m].wanted_mm2 += l.coverage[m].wanted_mm2, all[m].gap_mm2 += l.coverage[m].gap_mm2, all[m].overlap_mm2 += l.coverage[m].overlap_mm2;
-        all[m].widest_gap_mm = std::max(all[m].widest_gap_mm, l.coverage[m].widest_gap_mm), all[m].pitch_mm = std::max(all[m].pitch_mm, l.coverage[m].pitch_mm);
+        all[m].wanted_mm2 += l.coverage[m].wanted_mm2, all[m].gap_mm2 += l.coverage[m].gap_mm2,
+            all[m].overlap_mm2 += l.coverage[m].overlap_mm2;
+        all[m].widest_gap_mm = std::max(all[m].widest_gap_mm, l.coverage[m].widest_gap_mm),
+        all[m].pitch_mm = std::max(all[m].pitch_mm, l.coverage[m].pitch_mm);
       }
     }
     out += fmt::format("\n{:<12} {:>10} {:>10} {:>14}\n", "coverage", "gaps %", "twice %", "widest gap mm");
     for (std::size_t m = 0; m < all.size(); ++m)
       if (all[m].wanted_mm2 > 0.0)
-        out += fmt::format("{:<12} {:>10.2f} {:>10.2f} {:>14.2f}\n", material_name(m), 100 * all[m].gap_mm2 / all[m].wanted_mm2,
+        out += fmt::format("{:<12} {:>10.2f} {:>10.2f} {:>14.2f}\n", material_name(m),
+                           100 * all[m].gap_mm2 / all[m].wanted_mm2,
                            100 * all[m].overlap_mm2 / all[m].wanted_mm2, all[m].widest_gap_mm) +
-               (all[m].pitch_mm > settings.coverage_pitch_mm ? fmt::format("{:<12} on lines {:.2f} mm apart, not coverage.pitch_mm = {:g}: the layer has too many metres\n", "",
-                                                                           all[m].pitch_mm, settings.coverage_pitch_mm)
-                                                            : "");
+               (all[m].pitch_mm > settings.coverage_pitch_mm
+                    ? fmt::format("{:<12} on lines {:.2f} mm apart, not coverage.pitch_mm = {:g}: the layer "
+                                  "has too many metres\n",
+                                  "", all[m].pitch_mm, settings.coverage_pitch_mm)
+                    : "");
   }
   out += fmt::format("\n{:<12} {:>10} {:>10}\n", "stage", "wall s", "CPU s");
-  for (const StageTime& t : job.times) out += fmt::format("{:<12} {:>10.3f} {:>10.3f}\n", t.stage, t.wall_s, t.cpu_s);
+  for (const StageTime& t : job.times)
+    out += fmt::format("{:<12} {:>10.3f} {:>10.3f}\n", t.stage, t.wall_s, t.cpu_s);
   const StageTime sum = total(job.times);
   return out + fmt::format("{:<12} {:>10.3f} {:>10.3f}\n", sum.stage, sum.wall_s, sum.cpu_s);
 }

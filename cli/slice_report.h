@@ -19,7 +19,7 @@ struct SliceSums {
     std::int32_t layer = 0;
     std::vector<slice::Coverage> coverage;
   };
-  std::vector<Layer> coverage;        ///< of each layer, if the settings ask for it
+  std::vector<Layer> coverage;  ///< of each layer, if the settings ask for it
 
   void add(const PlannedLayer& layer);
 };
@@ -29,8 +29,8 @@ struct SliceOutput {
   std::uint64_t bytes = 0;
 };
 
-std::string slice_json(const SlicedJob& job, const SliceSettings& settings, const SliceSums& sums, const std::vector<SliceOutput>& outputs,
-                       int threads);
+std::string slice_json(const SlicedJob& job, const SliceSettings& settings, const SliceSums& sums,
+                       const std::vector<SliceOutput>& outputs, int threads);
 std::string slice_text(const SlicedJob& job, const SliceSettings& settings, const SliceSums& sums);
 
 /// "part", "scaffold", "material 2", …

@@ -40,11 +40,13 @@ bool launcher_runs(const fs::path& run) {
   return pids >> name >> pid && name == "launcher" && (::kill(pid, 0) == 0 || errno == EPERM);
 }
 
-// The bus of a run that goes on: last word of the last line of `clocks`, which the launcher writes at each start.
+// The bus of a run that goes on: last word of the last line of `clocks`, which the launcher writes at each
+// start.
 std::string bus_of(const fs::path& run) {
   const RunFolder folder = RunFolder::open(run);
   if (folder.result() || !launcher_runs(run))
-    throw UsageError(run.string() + ": does not print now; firn report " + run.string() + " shows what was printed");
+    throw UsageError(run.string() + ": does not print now; firn report " + run.string() +
+                     " shows what was printed");
   std::ifstream clocks(run / "clocks");
   std::string url;
   for (std::string line, word; std::getline(clocks, line);)
@@ -53,8 +55,8 @@ std::string bus_of(const fs::path& run) {
   return url;
 }
 
-// The newest print that goes on: folder names begin with the time of their start. One that has just been started is
-// waited for.
+// The newest print that goes on: folder names begin with the time of their start. One that has just been
+// started is waited for.
 fs::path newest_live_run(const fs::path& runs) {
   for (int tries = 0; tries < kRunWithinS * kLooksPerS; ++tries) {
     fs::path newest;
@@ -65,7 +67,8 @@ fs::path newest_live_run(const fs::path& runs) {
     if (tries == 0) std::fprintf(stderr, "firn: waiting for a print in %s\n", runs.c_str());
     ::usleep(1'000'000 / kLooksPerS);
   }
-  throw UsageError("no print goes on in " + runs.string() + "; name a RUN folder, or start one: ./firn print experiments/demo.toml");
+  throw UsageError("no print goes on in " + runs.string() +
+                   "; name a RUN folder, or start one: ./firn print experiments/demo.toml");
 }
 
 std::string class_path() {
@@ -73,7 +76,8 @@ std::string class_path() {
   if (!fs::exists(path)) throw UsageError(path + ": is missing; ./firn spy builds it");
   for (const char* library : {"lcm", "jchart2d", "xmlgraphics-commons", "commons-io"}) {
     const std::string jar = kJavaFolder + std::string(library) + ".jar";
-    if (!fs::exists(jar)) throw UsageError(jar + ": is missing; ./firn spy installs the packages of scripts/packages.txt");
+    if (!fs::exists(jar))
+      throw UsageError(jar + ": is missing; ./firn spy installs the packages of scripts/packages.txt");
     path += ":" + jar;
   }
   return path;
@@ -83,13 +87,16 @@ std::string class_path() {
 std::unique_ptr<ChildProcess> virtual_display() {
   auto server = std::make_unique<ChildProcess>(
       "Xvfb", "/usr/bin/Xvfb",
-      std::vector<std::string>{"-displayfd", std::to_string(ChildProcess::kControlFd), "-screen", "0", kVirtualScreen,
-                               "-nolisten", "tcp", "-terminate"},
+      std::vector<std::string>{"-displayfd", std::to_string(ChildProcess::kControlFd), "-screen", "0",
+                               kVirtualScreen, "-nolisten", "tcp", "-terminate"},
       "/dev/null");
   pollfd ready{server->control().fd(), POLLIN, 0};
   std::optional<std::string> number;
-  while (!number && ::poll(&ready, 1, kDisplayWithinMs) > 0 && !server->control().closed()) number = server->control().next();
-  if (!number) throw std::runtime_error("Xvfb: gave no display within " + std::to_string(kDisplayWithinMs / 1000) + " s");
+  while (!number && ::poll(&ready, 1, kDisplayWithinMs) > 0 && !server->control().closed())
+    number = server->control().next();
+  if (!number)
+    throw std::runtime_error("Xvfb: gave no display within " + std::to_string(kDisplayWithinMs / 1000) +
+                             " s");
   ::setenv("DISPLAY", (":" + *number).c_str(), 1);
   return server;
 }
@@ -111,14 +118,18 @@ int run_java(std::vector<std::string> arguments) {
 
 int run_spy(const SpyOptions& o) {
   check_bus(o.bus);
-  if (o.bus == "in-process") throw UsageError("--bus in-process: a print in one process sends nothing that could be watched");
-  const std::string bus = !o.bus.empty() ? o.bus : bus_of(!o.run.empty() ? fs::path(o.run) : newest_live_run(o.runs));
+  if (o.bus == "in-process")
+    throw UsageError("--bus in-process: a print in one process sends nothing that could be watched");
+  const std::string bus =
+      !o.bus.empty() ? o.bus : bus_of(!o.run.empty() ? fs::path(o.run) : newest_live_run(o.runs));
   if (o.layers < 1) throw UsageError("--layers " + std::to_string(o.layers) + ": must be at least 1");
-  std::vector<std::string> java{"java", "-Djava.net.preferIPv4Stack=true", "-cp", class_path(), "firn.spy.Main"};
+  std::vector<std::string> java{"java", "-Djava.net.preferIPv4Stack=true", "-cp", class_path(),
+                                "firn.spy.Main"};
   std::unique_ptr<ChildProcess> display;
   if (const char* d = ::getenv("DISPLAY"); !d || !*d) {
     if (o.screenshot.empty())
-      throw UsageError("no display: set DISPLAY, or take a picture on a virtual screen with --screenshot FILE");
+      throw UsageError(
+          "no display: set DISPLAY, or take a picture on a virtual screen with --screenshot FILE");
     display = virtual_display();
   }
   if (!o.screenshot.empty()) java.insert(java.end(), {o.screenshot, std::to_string(o.layers)});

@@ -24,13 +24,15 @@ using Json = nlohmann::ordered_json;
 
 std::string checksum_of(std::string_view text) {
   char hex[17];
-  std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(logfile::checksum64(std::as_bytes(std::span(text)))));
+  std::snprintf(hex, sizeof hex, "%016llx",
+                static_cast<unsigned long long>(logfile::checksum64(std::as_bytes(std::span(text)))));
   return hex;
 }
 
 // "<checksum of the rest> <JSON>"; nothing if the line is not that, or of a lab without these metrics.
 std::optional<std::pair<std::string, StudyPrint>> parse_line(std::string_view line, const StudyLab& lab) {
-  if (line.size() < 18 || line[16] != ' ' || checksum_of(line.substr(17)) != line.substr(0, 16)) return std::nullopt;
+  if (line.size() < 18 || line[16] != ' ' || checksum_of(line.substr(17)) != line.substr(0, 16))
+    return std::nullopt;
   try {
     const Json j = Json::parse(line.substr(17));
     StudyPrint p;
@@ -43,7 +45,8 @@ std::optional<std::pair<std::string, StudyPrint>> parse_line(std::string_view li
       p.metrics.push_back(v.is_null() ? std::numeric_limits<double>::quiet_NaN() : v.get<double>());
     }
     if (const auto profile = j.find("profile"); profile != j.end())
-      for (const Json& point : *profile) p.profile.push_back({point.at(0).get<double>(), point.at(1).get<double>()});
+      for (const Json& point : *profile)
+        p.profile.push_back({point.at(0).get<double>(), point.at(1).get<double>()});
     return std::pair(j.at("digest").get<std::string>(), std::move(p));
   } catch (const Json::exception&) {
     return std::nullopt;
@@ -72,8 +75,10 @@ void StudyJournal::read_all() {
     const std::string_view line = std::string_view(text).substr(at, end - at);
     at = end + 1;
     if (line.empty()) continue;
-    if (auto parsed = parse_line(line, lab_)) prints_.insert_or_assign(std::move(parsed->first), std::move(parsed->second));
-    else ++damaged_;
+    if (auto parsed = parse_line(line, lab_))
+      prints_.insert_or_assign(std::move(parsed->first), std::move(parsed->second));
+    else
+      ++damaged_;
   }
 }
 
@@ -82,15 +87,18 @@ const StudyPrint* StudyJournal::find(const std::string& digest) const {
   return it == prints_.end() ? nullptr : &it->second;
 }
 
-void StudyJournal::append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed,
-                          const StudyPrint& p) {
+void StudyJournal::append(const std::string& digest, std::string_view arm, std::string_view part,
+                          std::uint64_t seed, const StudyPrint& p) {
   Json metrics = Json::object();
   for (std::size_t m = 0; m < lab_.metrics.size(); ++m) {
-    if (std::isfinite(p.metrics[m])) metrics[lab_.metrics[m].name] = p.metrics[m];
-    else metrics[lab_.metrics[m].name] = nullptr;
+    if (std::isfinite(p.metrics[m]))
+      metrics[lab_.metrics[m].name] = p.metrics[m];
+    else
+      metrics[lab_.metrics[m].name] = nullptr;
   }
-  Json record{{"digest", digest}, {"scheme", arm}, {"part", part}, {"seed", seed}, {"finished", p.finished},
-              {"outcome", p.outcome}, {"reason", p.reason}, {"cpu_s", p.cpu_s}, {"metrics", metrics}};
+  Json record{{"digest", digest},   {"scheme", arm},          {"part", part},
+              {"seed", seed},       {"finished", p.finished}, {"outcome", p.outcome},
+              {"reason", p.reason}, {"cpu_s", p.cpu_s},       {"metrics", metrics}};
   for (const replay::StudyProfilePoint& point : p.profile)
     if (std::isfinite(point.y)) record["profile"].push_back({point.x, point.y});
   const std::string json = record.dump(-1, ' ', true, Json::error_handler_t::replace);
@@ -104,7 +112,8 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
     done += std::size_t(n);
   }
   // What is read back is what a later call reads.
-  if (auto parsed = parse_line(std::string_view(line).substr(line[0] == '\n' ? 1 : 0, line.size() - 1 - (line[0] == '\n')), lab_))
+  if (auto parsed = parse_line(
+          std::string_view(line).substr(line[0] == '\n' ? 1 : 0, line.size() - 1 - (line[0] == '\n')), lab_))
     prints_.insert_or_assign(std::move(parsed->first), std::move(parsed->second));
 }
 

@@ -1,5 +1,5 @@
-// results.journal of a study folder: one line for each print, appended when it is over. A line that was torn by a crash,
-// or damaged, is noticed by its checksum and printed anew; the others count.
+// results.journal of a study folder: one line for each print, appended when it is over. A line that was torn
+// by a crash, or damaged, is noticed by its checksum and printed anew; the others count.
 #pragma once
 
 #include <filesystem>
@@ -28,10 +28,11 @@ class StudyJournal {
   StudyJournal& operator=(const StudyJournal&) = delete;
 
   const StudyPrint* find(const std::string& digest) const;
-  std::size_t size() const { return prints_.size(); }     ///< prints on record, of any settings
-  std::size_t damaged() const { return damaged_; }        ///< lines that do not count
+  std::size_t size() const { return prints_.size(); }  ///< prints on record, of any settings
+  std::size_t damaged() const { return damaged_; }     ///< lines that do not count
   /// Appends with one write(), so that a line is whole or torn, never mixed with another.
-  void append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed, const StudyPrint& print);
+  void append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed,
+              const StudyPrint& print);
 
  private:
   void read_all();

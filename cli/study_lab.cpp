@@ -56,9 +56,16 @@ const std::vector<replay::StudyMetric>& ice_metric_table() {
 
 std::vector<double> metrics_of(const MemoryPrintReport& r) {
   const ErrorStats& e = r.error;
-  if (e.cells == 0) return std::vector<double>(metric_table().size(), std::numeric_limits<double>::quiet_NaN());
-  return {e.rms_mm * kUm, e.std_mm * kUm, std::abs(e.mean_mm) * kUm, e.mean_abs_mm * kUm,
-          std::max(std::abs(e.min_mm), std::abs(e.max_mm)) * kUm, double(r.result.layers), double(r.droplets), r.node_s,
+  if (e.cells == 0)
+    return std::vector<double>(metric_table().size(), std::numeric_limits<double>::quiet_NaN());
+  return {e.rms_mm * kUm,
+          e.std_mm * kUm,
+          std::abs(e.mean_mm) * kUm,
+          e.mean_abs_mm * kUm,
+          std::max(std::abs(e.min_mm), std::abs(e.max_mm)) * kUm,
+          double(r.result.layers),
+          double(r.droplets),
+          r.node_s,
           double(r.iterations)};
 }
 
@@ -71,7 +78,9 @@ std::vector<double> ice_metrics_of(const MemoryPrintReport& r) {
     deposit_s += l.deposit_s;
     measure_s += l.measure_s;
   }
-  for (const double v : {worst * kUm, deposit_s / kSecondsPerHour, measure_s / kSecondsPerHour, (deposit_s + measure_s) / kSecondsPerHour}) m.push_back(v);
+  for (const double v : {worst * kUm, deposit_s / kSecondsPerHour, measure_s / kSecondsPerHour,
+                         (deposit_s + measure_s) / kSecondsPerHour})
+    m.push_back(v);
   return m;
 }
 
@@ -93,13 +102,15 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
     p.reason = r.result.reason;
     p.metrics = ice ? ice_metrics_of(r) : metrics_of(r);
     if (ice)
-      for (const LayerTruth& l : r.series) p.profile.push_back({l.layer * e.ice.layer_height_mm, l.error.rms_mm * kUm});
+      for (const LayerTruth& l : r.series)
+        p.profile.push_back({l.layer * e.ice.layer_height_mm, l.error.rms_mm * kUm});
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
     p.outcome = "error";
     p.reason = error.what();
-    p.metrics.assign((ice ? ice_metric_table() : metric_table()).size(), std::numeric_limits<double>::quiet_NaN());
+    p.metrics.assign((ice ? ice_metric_table() : metric_table()).size(),
+                     std::numeric_limits<double>::quiet_NaN());
   }
   p.cpu_s = thread_cpu_s() - began;
   return p;
@@ -108,15 +119,19 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
 }  // namespace
 
 const StudyLab& inkjet_study_lab() {
-  static const StudyLab lab{metric_table(), {"rms_um", "std_um", "abs_mean_um", "layers", "droplets"}, &seed_all,
-                            [](const Experiment& e) { check_print(e, "in-process"); }, &print_once};
+  static const StudyLab lab{metric_table(),
+                            {"rms_um", "std_um", "abs_mean_um", "layers", "droplets"},
+                            &seed_all,
+                            [](const Experiment& e) { check_print(e, "in-process"); },
+                            &print_once};
   return lab;
 }
 
 const StudyLab& ice_study_lab() {
-  static const StudyLab lab{ice_metric_table(), {"rms_um", "worst_rms_um", "abs_mean_um", "max_um", "deposit_h", "measure_h"}, &seed_all,
-                            [](const Experiment& e) { check_print(e, "in-process"); }, &print_once,
-                            {"True RMS against height", "height_mm", "rms_um"}};
+  static const StudyLab lab{
+      ice_metric_table(), {"rms_um", "worst_rms_um", "abs_mean_um", "max_um", "deposit_h", "measure_h"},
+      &seed_all,          [](const Experiment& e) { check_print(e, "in-process"); },
+      &print_once,        {"True RMS against height", "height_mm", "rms_um"}};
   return lab;
 }
 

@@ -1,5 +1,5 @@
-// All that `firn compare` knows of the labs: what they measure, what a seed is, and how to print once. A study of another
-// lab needs another of these, and nothing else.
+// All that `firn compare` knows of the labs: what they measure, what a seed is, and how to print once. A
+// study of another lab needs another of these, and nothing else.
 #pragma once
 
 #include <cstdint>
@@ -19,16 +19,18 @@ struct StudyPrint {
   bool finished = false;  ///< ran to its end, within tolerance or not
   std::string outcome, reason;
   std::vector<double> metrics;
-  double cpu_s = 0.0;  ///< differs from run to run
+  double cpu_s = 0.0;                                   ///< differs from run to run
   std::vector<replay::StudyProfilePoint> profile = {};  ///< of labs that have one
 };
 
 struct StudyLab {
-  std::vector<replay::StudyMetric> metrics;   ///< smaller is better in each; the first is primary unless a study says else
-  std::vector<std::string> usual;             ///< metrics of a study that names none
+  std::vector<replay::StudyMetric>
+      metrics;  ///< smaller is better in each; the first is primary unless a study says else
+  std::vector<std::string> usual;  ///< metrics of a study that names none
   void (*set_seed)(Experiment&, std::uint64_t seed);
-  void (*check)(const Experiment&);           ///< throws where this lab cannot print the experiment
-  StudyPrint (*print)(const Experiment&, const Blobs& inputs);  ///< thread-safe; throws nothing but std::bad_alloc
+  void (*check)(const Experiment&);  ///< throws where this lab cannot print the experiment
+  StudyPrint (*print)(const Experiment&,
+                      const Blobs& inputs);  ///< thread-safe; throws nothing but std::bad_alloc
   replay::StudyProfileNames profile = {};
 };
 

@@ -33,17 +33,20 @@ std::size_t metric_index(const StudyLab& lab, const std::string& name, const std
     known += (known.empty() ? "" : ", ") + lab.metrics[m].name;
   }
   const std::string near = nearest(name, names);
-  throw ConfigError(file, 0, "metrics",
-                    "metrics: '" + name + "' is not one of " + known + (near.empty() ? "" : "; the nearest is " + near));
+  throw ConfigError(
+      file, 0, "metrics",
+      "metrics: '" + name + "' is not one of " + known + (near.empty() ? "" : "; the nearest is " + near));
 }
 
 }  // namespace
 
-StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab, const std::string& file) {
+StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
+                     const std::string& file) {
   StudyPlan plan;
   plan.lab = &lab;
   plan.experiments = study_experiments(study, folder);
-  for (const std::string& name : study.metrics.empty() ? lab.usual : study.metrics) plan.metrics.push_back(metric_index(lab, name, file));
+  for (const std::string& name : study.metrics.empty() ? lab.usual : study.metrics)
+    plan.metrics.push_back(metric_index(lab, name, file));
   // An image's path is relative to the experiment file.
   const std::filesystem::path beside = (folder / study.experiment).parent_path();
   std::map<std::string, std::shared_ptr<const Blobs>> known;
@@ -93,7 +96,8 @@ StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const St
         plan.lab->set_seed(e, plan.study.seeds[c.seed]);
         const StudyPrint print = plan.lab->print(e, *plan.inputs[plan.at(c.arm, c.part)]);
         const std::lock_guard lock(mutex);
-        journal.append(c.digest, plan.study.arms[c.arm].name, plan.study.parts[c.part].name, plan.study.seeds[c.seed], print);
+        journal.append(c.digest, plan.study.arms[c.arm].name, plan.study.parts[c.part].name,
+                       plan.study.seeds[c.seed], print);
         ++summary.done;
         summary.cpu_s += print.cpu_s;
         failed += !print.finished;
@@ -105,7 +109,8 @@ StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const St
       broken = true;
     }
   };
-  const std::size_t wanted = options.threads > 0 ? std::size_t(options.threads) : std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t wanted =
+      options.threads > 0 ? std::size_t(options.threads) : std::max(1u, std::thread::hardware_concurrency());
   {
     std::vector<std::jthread> threads;
     for (std::size_t t = 1; t < std::min(wanted, to_do.size()); ++t) threads.emplace_back(work);
@@ -140,13 +145,15 @@ replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journa
 
 std::vector<replay::DifferingParameter> differing_arms(const StudyPlan& plan) {
   std::vector<Experiment> experiments;
-  for (std::size_t a = 0; a < plan.study.arms.size(); ++a) experiments.push_back(plan.experiments[plan.at(a, 0)]);
+  for (std::size_t a = 0; a < plan.study.arms.size(); ++a)
+    experiments.push_back(plan.experiments[plan.at(a, 0)]);
   return differing_parameters(std::move(experiments));
 }
 
 std::vector<replay::DifferingParameter> differing_parts(const StudyPlan& plan) {
   std::vector<Experiment> experiments;
-  for (std::size_t p = 0; p < plan.study.parts.size(); ++p) experiments.push_back(plan.experiments[plan.at(0, p)]);
+  for (std::size_t p = 0; p < plan.study.parts.size(); ++p)
+    experiments.push_back(plan.experiments[plan.at(0, p)]);
   return differing_parameters(std::move(experiments));
 }
 

@@ -17,20 +17,21 @@ namespace firn {
 struct StudyPlan {
   Study study;
   const StudyLab* lab = nullptr;
-  std::vector<Experiment> experiments;                ///< [arm * parts + part], seed not set
-  std::vector<std::shared_ptr<const Blobs>> inputs;   ///< likewise; equal ones are one object
-  std::vector<StudyCell> cells;                       ///< seed by seed, so that whatever is done is balanced
-  std::vector<std::size_t> metrics;                   ///< of the lab, the study's primary one first
+  std::vector<Experiment> experiments;               ///< [arm * parts + part], seed not set
+  std::vector<std::shared_ptr<const Blobs>> inputs;  ///< likewise; equal ones are one object
+  std::vector<StudyCell> cells;                      ///< seed by seed, so that whatever is done is balanced
+  std::vector<std::size_t> metrics;                  ///< of the lab, the study's primary one first
 
   std::size_t at(std::size_t arm, std::size_t part) const { return arm * study.parts.size() + part; }
 };
 
 /// @param folder of the study file. @throws ConfigError, UsageError naming file, key and limit
-StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab, const std::string& study_file);
+StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
+                     const std::string& study_file);
 
 struct StudyRunOptions {
-  int threads = 0;                                               ///< 0 = as many as the machine has
-  const std::atomic<bool>* stop = nullptr;                       ///< set: no new print is begun
+  int threads = 0;                                                     ///< 0 = as many as the machine has
+  const std::atomic<bool>* stop = nullptr;                             ///< set: no new print is begun
   std::function<void(std::size_t done, std::size_t failed)> progress;  ///< of the prints that were to do
 };
 

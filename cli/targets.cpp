@@ -29,11 +29,15 @@ struct ImageName {
 
 /// Checking the header first keeps a forged one from asking for gigabytes.
 void check_png_header(std::span<const std::byte> png, const ImageName& name) {
-  if (png.size() > kMaxPngBytes) refuse(name, std::to_string(png.size()) + " bytes is above the limit of " + std::to_string(kMaxPngBytes));
+  if (png.size() > kMaxPngBytes)
+    refuse(name, std::to_string(png.size()) + " bytes is above the limit of " + std::to_string(kMaxPngBytes));
   const auto [width, height, colour] = png_header(png);
   if (width < 1 || height < 1 || width > std::uint32_t(kMaxGridSide) || height > std::uint32_t(kMaxGridSide))
-    refuse(name, std::to_string(width) + " x " + std::to_string(height) + " pixels: each side must lie in [1, " + std::to_string(kMaxGridSide) + "]");
-  if (colour != 0) refuse(name, "must be grey without alpha or palette (PNG colour type 0, this is " + std::to_string(colour) + ")");
+    refuse(name, std::to_string(width) + " x " + std::to_string(height) +
+                     " pixels: each side must lie in [1, " + std::to_string(kMaxGridSide) + "]");
+  if (colour != 0)
+    refuse(name, "must be grey without alpha or palette (PNG colour type 0, this is " +
+                     std::to_string(colour) + ")");
 }
 
 /// Overlap of [a0, a1) with pixels along one axis: first pixel and weights that sum to a1 - a0.
@@ -99,11 +103,13 @@ Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid,
   const std::vector<Coverage> columns = coverage(grid.nx, grey.width), rows = coverage(grid.ny, grey.height);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i)
-      out.at(i, j) = cell_average(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]) / grey.white;
+      out.at(i, j) =
+          cell_average(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]) / grey.white;
   return out;
 }
 
-Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm, const std::string& name) {
+Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm,
+                       const std::string& name) {
   const std::string key = "part.image";
   const Grid<double> grey = grey_from_png(png, grid, name, key);
   Target target{HeightMap(grid), Mask(grid)};
@@ -132,7 +138,8 @@ Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& fol
       throw ConfigError("part", 0, "part.shape", e.what());
     }
   }
-  blobs.insert(blobs.begin(), {make_blob("target", to_npy(target.height)), make_blob("mask", to_npy(target.mask))});
+  blobs.insert(blobs.begin(),
+               {make_blob("target", to_npy(target.height)), make_blob("mask", to_npy(target.mask))});
   if (const auto geometry = make_geometry(experiment, target.height, folder))
     blobs.push_back(make_blob("geometry", to_bytes(*geometry)));
   return blobs;

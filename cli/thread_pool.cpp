@@ -16,12 +16,14 @@
 
 namespace firn {
 
-int thread_count(int wanted) { return wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency())); }
+int thread_count(int wanted) {
+  return wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
+}
 
 #ifdef __SANITIZE_THREAD__
 
-// Debian's oneTBB is not built for ThreadSanitizer, which then takes its handing over of work for races. Plain threads let
-// it see what the bodies share.
+// Debian's oneTBB is not built for ThreadSanitizer, which then takes its handing over of work for races.
+// Plain threads let it see what the bodies share.
 ParallelFor parallel_on(int threads) {
   if (threads <= 1) return serially;
   return [threads](int n, const std::function<void(int)>& body) {
@@ -52,11 +54,15 @@ ParallelFor parallel_on(int threads) {
   struct Pool {
     tbb::global_control limit;  // more threads than cores are allowed: tests ask for them
     tbb::task_arena arena;
-    explicit Pool(int threads) : limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads)), arena(threads) {}
+    explicit Pool(int threads)
+        : limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads)), arena(threads) {}
   };
   const auto pool = std::make_shared<Pool>(threads);
   return [pool](int n, const std::function<void(int)>& body) {
-    pool->arena.execute([&] { tbb::parallel_for(0, n, [&](int i) { body(i); }, tbb::simple_partitioner()); });
+    pool->arena.execute([&] {
+      tbb::parallel_for(
+          0, n, [&](int i) { body(i); }, tbb::simple_partitioner());
+    });
   };
 }
 

@@ -8,8 +8,8 @@ namespace firn {
 /// What --threads N means: N, or all cores for N <= 0.
 int thread_count(int wanted);
 
-/// A ParallelFor on that many threads (oneTBB), of which the caller is one; 1 = serially. An exception of a body reaches
-/// the caller. Calls may be nested.
+/// A ParallelFor on that many threads (oneTBB), of which the caller is one; 1 = serially. An exception of a
+/// body reaches the caller. Calls may be nested.
 ParallelFor parallel_on(int threads);
 
 }  // namespace firn

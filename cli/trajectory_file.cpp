@@ -30,7 +30,8 @@ TrajectoryReader::TrajectoryReader(std::span<const std::byte> bytes) : in_(bytes
 
 void TrajectoryReader::begin() {
   const auto first = record();
-  if (!first || TrajectoryRecord(first->kind) != TrajectoryRecord::kHead) throw TrajectoryFormatError(0, "is no trajectory file: it has no head");
+  if (!first || TrajectoryRecord(first->kind) != TrajectoryRecord::kHead)
+    throw TrajectoryFormatError(0, "is no trajectory file: it has no head");
   head_ = decode_trajectory_head(first->payload);
 }
 
@@ -48,9 +49,12 @@ std::optional<PlannedPath> TrajectoryReader::next() {
   if (ended_) return std::nullopt;
   const auto r = record();
   if (!r) throw TrajectoryFormatError(in_->valid_end(), "the file is incomplete: it has no totals");
-  const auto place = [&](const TrajectoryFormatError& e) { return TrajectoryFormatError(r->offset + logfile::kRecordHeaderBytes + e.offset, e.problem); };
+  const auto place = [&](const TrajectoryFormatError& e) {
+    return TrajectoryFormatError(r->offset + logfile::kRecordHeaderBytes + e.offset, e.problem);
+  };
   switch (TrajectoryRecord(r->kind)) {
-    case TrajectoryRecord::kPath: try {
+    case TrajectoryRecord::kPath:
+      try {
         PlannedPath path = decode_trajectory(r->payload, head_);
         ++seen_.paths;
         seen_.samples += std::int64_t(path.trajectory.samples());
@@ -61,7 +65,8 @@ std::optional<PlannedPath> TrajectoryReader::next() {
       }
     case TrajectoryRecord::kTotals: {
       const TrajectoryTotals totals = decode_trajectory_totals(r->payload);
-      if (!(totals == seen_)) throw TrajectoryFormatError(r->offset, "the totals differ from the trajectories before them");
+      if (!(totals == seen_))
+        throw TrajectoryFormatError(r->offset, "the totals differ from the trajectories before them");
       if (record()) throw TrajectoryFormatError(r->offset, "records behind the totals");
       ended_ = true;
       return std::nullopt;

@@ -39,9 +39,15 @@ struct Judged {
 ordered_json json_of(const Judged& j) {
   ordered_json z = ordered_json::array();
   for (const auto& pole : poles(j.gains)) z.push_back({pole.real(), pole.imag()});
-  return {{"what", j.what}, {"kp", j.gains.kp}, {"ki_star", j.gains.ki_star}, {"kd_star", j.gains.kd_star},
-          {"rms_intervals", j.rms}, {"stable", stable(j.gains)}, {"margin", stability_margin(j.gains)},
-          {"largest_pole", largest_pole(j.gains)}, {"poles", z}};
+  return {{"what", j.what},
+          {"kp", j.gains.kp},
+          {"ki_star", j.gains.ki_star},
+          {"kd_star", j.gains.kd_star},
+          {"rms_intervals", j.rms},
+          {"stable", stable(j.gains)},
+          {"margin", stability_margin(j.gains)},
+          {"largest_pole", largest_pole(j.gains)},
+          {"poles", z}};
 }
 
 // Error and action over the intervals, tuned gains and those they are compared with.
@@ -58,9 +64,11 @@ std::string picture(const std::vector<Judged>& all, const std::vector<double>& d
   replay::ChartOptions a, b;
   a.title = "error e", a.x_name = "measurement interval k", a.y_name = "e [intervals]", a.whole_x = true;
   b.title = "action u", b.x_name = "measurement interval k", b.y_name = "u [of nominal]", b.whole_x = true;
-  return "<svg viewBox=\"0 0 900 330\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\"><title>SMF under its disturbance</title>\n"
-         "<svg x=\"0\" y=\"0\" width=\"440\" height=\"330\">" + replay::line_chart(errors, a) +
-         "</svg><svg x=\"450\" y=\"0\" width=\"440\" height=\"330\">" + replay::line_chart(actions, b) + "</svg></svg>\n";
+  return "<svg viewBox=\"0 0 900 330\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\"><title>SMF under "
+         "its disturbance</title>\n"
+         "<svg x=\"0\" y=\"0\" width=\"440\" height=\"330\">" +
+         replay::line_chart(errors, a) + "</svg><svg x=\"450\" y=\"0\" width=\"440\" height=\"330\">" +
+         replay::line_chart(actions, b) + "</svg></svg>\n";
 }
 
 }  // namespace
@@ -80,10 +88,12 @@ std::vector<double> disturbance_of(const ObservedRun& run) {
       added += rise, ++cells;
     }
     // A layer of less than half a droplet per cell tells of its edges more than of the process.
-    if (cells && droplets >= 0.5 * double(cells)) d.push_back((added - droplets * worth) / (worth * double(cells)));
+    if (cells && droplets >= 0.5 * double(cells))
+      d.push_back((added - droplets * worth) / (worth * double(cells)));
   }
   if (d.size() < 3)
-    throw UsageError("the run holds " + std::to_string(d.size()) + " layers of half a droplet per cell or more with their maps; three are needed");
+    throw UsageError("the run holds " + std::to_string(d.size()) +
+                     " layers of half a droplet per cell or more with their maps; three are needed");
   return d;
 }
 
@@ -97,7 +107,8 @@ int run_tune_smf(const TuneCommandOptions& o) {
       d = disturbance(o.model);
     } else {
       const std::string config = recorded_config(RunFolder::open(o.run).path());
-      const Experiment e = config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
+      const Experiment e =
+          config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
       d = is_ice(e) ? ice_disturbance_of(o.run) : disturbance_of(ObservedRun::read(o.run));
       const auto& smf = e.control.smf;
       all.push_back({"the run's", {smf.kp, smf.ki_star, smf.kd_star}});
@@ -107,24 +118,37 @@ int run_tune_smf(const TuneCommandOptions& o) {
     all.push_back({"thesis, 5.7", {1.0, 0.33, 0.03}});
     for (Judged& j : all) j.rms = spread(j.gains, d).rms;
     if (!o.output.empty())
-      write_file_atomically(o.output, standalone_svg({"tune-smf", "SMF gains under their disturbance", picture(all, d)}));
+      write_file_atomically(
+          o.output, standalone_svg({"tune-smf", "SMF gains under their disturbance", picture(all, d)}));
     if (o.json) {
       ordered_json rows = ordered_json::array();
       for (const Judged& j : all) rows.push_back(json_of(j));
-      std::puts(ordered_json{{"algorithm", gains::name(tune.algorithm)}, {"evaluations", t.evaluations}, {"optimality", t.optimality},
-                             {"intervals", d.size()}, {"disturbance", d}, {"gains", rows}}.dump(2).c_str());
+      std::puts(ordered_json{{"algorithm", gains::name(tune.algorithm)},
+                             {"evaluations", t.evaluations},
+                             {"optimality", t.optimality},
+                             {"intervals", d.size()},
+                             {"disturbance", d},
+                             {"gains", rows}}
+                    .dump(2)
+                    .c_str());
       return kOk;
     }
-    fmt::print("{} intervals; {} after {} evaluations, gradient left {:.1e}\n", d.size(), gains::name(tune.algorithm), t.evaluations, t.optimality);
+    fmt::print("{} intervals; {} after {} evaluations, gradient left {:.1e}\n", d.size(),
+               gains::name(tune.algorithm), t.evaluations, t.optimality);
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
   }
-  fmt::print("{:<14} {:>9} {:>9} {:>9} {:>16} {:>8} {:>14}\n", "", "K_p", "K_i*", "K_d*", "RMS [intervals]", "stable", "largest pole");
+  fmt::print("{:<14} {:>9} {:>9} {:>9} {:>16} {:>8} {:>14}\n", "", "K_p", "K_i*", "K_d*", "RMS [intervals]",
+             "stable", "largest pole");
   for (const Judged& j : all)
-    fmt::print("{:<14} {:>9.5f} {:>9.5f} {:>9.5f} {:>16.6f} {:>8} {:>14.4f}\n", j.what, j.gains.kp, j.gains.ki_star, j.gains.kd_star, j.rms,
-               stable(j.gains) ? "yes" : "no", largest_pole(j.gains));
+    fmt::print("{:<14} {:>9.5f} {:>9.5f} {:>9.5f} {:>16.6f} {:>8} {:>14.4f}\n", j.what, j.gains.kp,
+               j.gains.ki_star, j.gains.kd_star, j.rms, stable(j.gains) ? "yes" : "no",
+               largest_pole(j.gains));
   if (!o.run.empty() && d.size() < 30)
-    fmt::print("these gains fit {} intervals of one print: try them on others before they are trusted (firn compare)\n", d.size());
+    fmt::print(
+        "these gains fit {} intervals of one print: try them on others before they are trusted (firn "
+        "compare)\n",
+        d.size());
   return kOk;
 }
 

@@ -1,4 +1,5 @@
-// firn tune smf: gains of surface-mapping feedback for a disturbance that is given, or found in a run [Barnett 2012, 5.6].
+// firn tune smf: gains of surface-mapping feedback for a disturbance that is given, or found in a run
+// [Barnett 2012, 5.6].
 #pragma once
 
 #include <string>
@@ -9,18 +10,18 @@
 
 namespace firn {
 
-/// d_k of a run's layers, in nominal layers: what was added over the mask on average, less what its droplets were to add
-/// (n h1 + 4 n h2 + 4 n h3), over that height. Whatever scheme printed it.
+/// d_k of a run's layers, in nominal layers: what was added over the mask on average, less what its droplets
+/// were to add (n h1 + 4 n h2 + 4 n h3), over that height. Whatever scheme printed it.
 /// @throws UsageError: fewer than three layers with their maps
 std::vector<double> disturbance_of(const ObservedRun& run);
 
 struct TuneCommandOptions {
-  std::string run;                            ///< empty: the disturbance is `model`
+  std::string run;  ///< empty: the disturbance is `model`
   control::smf_line::DisturbanceModel model;
-  std::string algorithm = "slsqp";            ///< slsqp, lbfgs, cobyla
-  std::vector<double> start{1.0, 1.0, 0.0};   ///< K_p, K_i*, K_d*
-  bool derivative_only = false;               ///< (5.39)
-  std::string output;                         ///< picture (SVG); empty = none
+  std::string algorithm = "slsqp";           ///< slsqp, lbfgs, cobyla
+  std::vector<double> start{1.0, 1.0, 0.0};  ///< K_p, K_i*, K_d*
+  bool derivative_only = false;              ///< (5.39)
+  std::string output;                        ///< picture (SVG); empty = none
   bool json = false;
 };
 /// @throws UsageError: an unknown algorithm, a start that is not three numbers, a run without layers

@@ -20,7 +20,8 @@ class Rules {
   Experiment& experiment() { return experiment_; }
 
   std::string value(const std::string& key) const {
-    const auto f = std::find_if(table_.begin(), table_.end(), [&](const Field& field) { return field.key == key; });
+    const auto f =
+        std::find_if(table_.begin(), table_.end(), [&](const Field& field) { return field.key == key; });
     return value_text(*f) + (f->unit.empty() ? "" : " " + std::string(f->unit));
   }
 
@@ -38,7 +39,8 @@ class Rules {
   }
 
   void at_most(const char* key, double actual, const char* limit_key, double limit) const {
-    require(actual <= limit, {key, limit_key}, std::string("must not exceed ") + limit_key + " = " + value(limit_key));
+    require(actual <= limit, {key, limit_key},
+            std::string("must not exceed ") + limit_key + " = " + value(limit_key));
   }
 
  private:
@@ -63,7 +65,8 @@ void check_run(Rules& r) {
                      });
   r.require(plain, {"run.name"}, "must be 1 to 100 letters, digits, '_', '-' or '.', and not begin with '.'");
   r.require(2.0 * e.run.safety_period_s <= e.run.lease_s, {"run.safety_period_s", "run.lease_s"},
-            "must be at most half of run.lease_s = " + r.value("run.lease_s") + ", so that one lost lease stops nothing");
+            "must be at most half of run.lease_s = " + r.value("run.lease_s") +
+                ", so that one lost lease stops nothing");
 }
 
 void check_extent(Rules& r, const char* key, double size_mm, double limit_mm, const char* pitch_key) {
@@ -75,8 +78,9 @@ void check_part(Rules& r) {
   const Experiment& e = r.experiment();
   const ShapeSpec& s = e.part.shape;
   const bool from_image = s.kind == "height_map";
-  r.require(from_image == !e.part.image.empty(), {"part.image", "part.shape"},
-            from_image ? "part.shape \"height_map\" needs a PNG" : "only part.shape \"height_map\" takes a PNG");
+  r.require(
+      from_image == !e.part.image.empty(), {"part.image", "part.shape"},
+      from_image ? "part.shape \"height_map\" needs a PNG" : "only part.shape \"height_map\" takes a PNG");
   if (from_image) return;
   const double x_mm = e.grid.nx * e.grid.pitch_x_mm, y_mm = e.grid.ny * e.grid.pitch_y_mm;
   if (s.kind == "cuboid" || s.kind == "wedge") {
@@ -89,16 +93,19 @@ void check_part(Rules& r) {
     check_extent(r, "part.diameter_mm", s.diameter_mm, std::min(x_mm, y_mm), "grid.pitch_x_mm");
   }
   if (s.kind == "pipe")
-    r.require(s.inner_diameter_mm > 0.0 && s.inner_diameter_mm < s.diameter_mm, {"part.inner_diameter_mm", "part.diameter_mm"},
+    r.require(s.inner_diameter_mm > 0.0 && s.inner_diameter_mm < s.diameter_mm,
+              {"part.inner_diameter_mm", "part.diameter_mm"},
               "must lie between 0 and part.diameter_mm = " + r.value("part.diameter_mm"));
-  if (s.kind == "wedge" || s.kind == "cone") r.at_most("part.low_height_mm", s.low_height_mm, "part.height_mm", s.height_mm);
+  if (s.kind == "wedge" || s.kind == "cone")
+    r.at_most("part.low_height_mm", s.low_height_mm, "part.height_mm", s.height_mm);
 }
 
 void check_geometry(Rules& r) {
   const GeometryConfig& g = r.experiment().geometry;
   const bool from_images = g.solid.kind == "images";
   r.require(from_images == !g.images.empty(), {"geometry.images", "geometry.shape"},
-            from_images ? "geometry.shape \"images\" needs a folder of PNGs" : "only geometry.shape \"images\" takes PNGs");
+            from_images ? "geometry.shape \"images\" needs a folder of PNGs"
+                        : "only geometry.shape \"images\" takes PNGs");
   const bool from_mesh = g.solid.kind == "mesh";
   r.require(from_mesh == !g.mesh.empty(), {"geometry.mesh", "geometry.shape"},
             from_mesh ? "geometry.shape \"mesh\" needs a file" : "only geometry.shape \"mesh\" takes a mesh");
@@ -117,12 +124,15 @@ void check_passes(Rules& r) {
   const int s = e.process.sub_patterns;
   r.require(s != 3, {"process.sub_patterns"}, "a layer has 1, 2 or 4 sub-patterns");
   // A pass has a number of seven bits (lcmtypes/limits.cpp).
-  const int drops = e.control.scheme == "mpc" ? e.control.mpc.max_drops : e.control.scheme == "smf" ? e.control.smf.max_drops : 1;
+  const int drops = e.control.scheme == "mpc"   ? e.control.mpc.max_drops
+                    : e.control.scheme == "smf" ? e.control.smf.max_drops
+                                                : 1;
   const int inks = has_two_jets(e) ? 2 : 1;
   if (s * inks > 1)
-    r.require(drops * s * inks <= 127, {"process.sub_patterns", "control.mpc.max_drops", "control.smf.max_drops"},
-              std::to_string(drops) + " droplets per cell in so many sub-patterns of " + std::to_string(inks) +
-                  (inks > 1 ? " inks" : " ink") + " are more than 127 passes per layer");
+    r.require(
+        drops * s * inks <= 127, {"process.sub_patterns", "control.mpc.max_drops", "control.smf.max_drops"},
+        std::to_string(drops) + " droplets per cell in so many sub-patterns of " + std::to_string(inks) +
+            (inks > 1 ? " inks" : " ink") + " are more than 127 passes per layer");
 }
 
 void check_estimator(Rules& r) {
@@ -134,22 +144,26 @@ void check_estimator(Rules& r) {
   r.require(!on || e.control.smoothing == 0.0, {"estimator.droplets", "control.smoothing"},
             "needs the raw map: control.smoothing = 0 (a smoothed one hides what a single droplet does)");
   const bool kalman = e.control.height_estimate == "kalman";
-  r.require(!kalman || !has_two_jets(e), {"control.height_estimate"}, "knows one ink; this experiment prints two");
+  r.require(!kalman || !has_two_jets(e), {"control.height_estimate"},
+            "knows one ink; this experiment prints two");
   r.require(!kalman || e.control.smoothing == 0.0, {"control.height_estimate", "control.smoothing"},
             "needs the raw map, whose noise differs from cell to cell: control.smoothing = 0");
   const bool factors = e.control.droplet_factors != "off";
-  r.require(!factors || kalman, {"control.droplet_factors", "control.height_estimate"}, "needs control.height_estimate = \"kalman\"");
+  r.require(!factors || kalman, {"control.droplet_factors", "control.height_estimate"},
+            "needs control.height_estimate = \"kalman\"");
   r.require(!factors || e.control.adapt_model == "off", {"control.droplet_factors", "control.adapt_model"},
             "and control.adapt_model learn the same: one of them only");
   const double memory = e.estimator.memory_layers;
-  r.require(memory == 0.0 || memory >= 2.0, {"estimator.memory_layers"}, "must be 0 (nothing is forgotten) or at least 2");
+  r.require(memory == 0.0 || memory >= 2.0, {"estimator.memory_layers"},
+            "must be 0 (nothing is forgotten) or at least 2");
 }
 
-void check_axis(Rules& r, double low_mm, double high_mm, const char* what, std::initializer_list<const char*> keys,
-                const char* min_key, double min_mm, const char* max_key, double max_mm) {
+void check_axis(Rules& r, double low_mm, double high_mm, const char* what,
+                std::initializer_list<const char*> keys, const char* min_key, double min_mm,
+                const char* max_key, double max_mm) {
   r.require(low_mm >= min_mm && high_mm <= max_mm, keys,
-            std::string(what) + " needs " + mm(low_mm) + " to " + mm(high_mm) + ", outside " + min_key + " = " +
-                r.value(min_key) + " to " + max_key + " = " + r.value(max_key));
+            std::string(what) + " needs " + mm(low_mm) + " to " + mm(high_mm) + ", outside " + min_key +
+                " = " + r.value(min_key) + " to " + max_key + " = " + r.value(max_key));
 }
 
 void check_stage(Rules& r) {
@@ -169,45 +183,56 @@ void check_stage(Rules& r) {
   // Nozzle B stands above a cell when the stage is short of it by the offset.
   const bool two = has_two_jets(e);
   const double bx_mm = two ? e.jet_b.offset_x_mm : 0.0, by_mm = two ? e.jet_b.offset_y_mm : 0.0;
-  // A row is run up to its speed outside the part: v^2 / 2a on either side, and one pitch for the arming point.
-  const double run_x_mm = p.pass_speed_mm_s * p.pass_speed_mm_s / (2.0 * s.acceleration_mm_s2) + e.grid.pitch_x_mm;
-  const double run_y_mm = p.scan_speed_mm_s * p.scan_speed_mm_s / (2.0 * s.acceleration_mm_s2) + e.grid.pitch_y_mm;
+  // A row is run up to its speed outside the part: v^2 / 2a on either side, and one pitch for the arming
+  // point.
+  const double run_x_mm =
+      p.pass_speed_mm_s * p.pass_speed_mm_s / (2.0 * s.acceleration_mm_s2) + e.grid.pitch_x_mm;
+  const double run_y_mm =
+      p.scan_speed_mm_s * p.scan_speed_mm_s / (2.0 * s.acceleration_mm_s2) + e.grid.pitch_y_mm;
   const double offset_mm = e.laser_profiler.offset_y_mm;
-  check_axis(r, e.grid.x_mm(0) - run_x_mm - std::max(0.0, bx_mm), e.grid.x_mm(e.grid.nx - 1) + run_x_mm - std::min(0.0, bx_mm),
+  check_axis(r, e.grid.x_mm(0) - run_x_mm - std::max(0.0, bx_mm),
+             e.grid.x_mm(e.grid.nx - 1) + run_x_mm - std::min(0.0, bx_mm),
              two ? "the grid with its run-up and the offset of nozzle B" : "the grid with its run-up",
-             {"grid.origin_x_mm", "grid.nx", "grid.pitch_x_mm", "jet_b.offset_x_mm", "stage.x_min_mm", "stage.x_max_mm"},
+             {"grid.origin_x_mm", "grid.nx", "grid.pitch_x_mm", "jet_b.offset_x_mm", "stage.x_min_mm",
+              "stage.x_max_mm"},
              "stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
   check_axis(r, e.grid.y_mm(0) - run_y_mm + std::min({0.0, -offset_mm, -by_mm}),
-             e.grid.y_mm(e.grid.ny - 1) + run_y_mm + std::max({0.0, -offset_mm, -by_mm}), "the grid with its run-up and scan",
-             {"grid.origin_y_mm", "grid.ny", "grid.pitch_y_mm", "laser_profiler.offset_y_mm", "jet_b.offset_y_mm",
-              "stage.y_min_mm", "stage.y_max_mm"},
+             e.grid.y_mm(e.grid.ny - 1) + run_y_mm + std::max({0.0, -offset_mm, -by_mm}),
+             "the grid with its run-up and scan",
+             {"grid.origin_y_mm", "grid.ny", "grid.pitch_y_mm", "laser_profiler.offset_y_mm",
+              "jet_b.offset_y_mm", "stage.y_min_mm", "stage.y_max_mm"},
              "stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
   const double gap_mm = p.nozzle_gap_mm + (two ? std::max(0.0, e.jet_b.offset_z_mm) : 0.0);
   if (two)
     check_axis(r, p.nozzle_gap_mm + std::min(0.0, e.jet_b.offset_z_mm), gap_mm, "the gap of nozzle B",
-               {"jet_b.offset_z_mm", "process.nozzle_gap_mm", "stage.z_min_mm", "stage.z_max_mm"}, "stage.z_min_mm",
-               s.z_min_mm, "stage.z_max_mm", s.z_max_mm);
-  check_axis(r, p.park_x_mm, p.park_x_mm, "parking", {"process.park_x_mm", "stage.x_min_mm", "stage.x_max_mm"},
-             "stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
-  check_axis(r, p.park_y_mm, p.park_y_mm, "parking", {"process.park_y_mm", "stage.y_min_mm", "stage.y_max_mm"},
-             "stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
+               {"jet_b.offset_z_mm", "process.nozzle_gap_mm", "stage.z_min_mm", "stage.z_max_mm"},
+               "stage.z_min_mm", s.z_min_mm, "stage.z_max_mm", s.z_max_mm);
+  check_axis(r, p.park_x_mm, p.park_x_mm, "parking",
+             {"process.park_x_mm", "stage.x_min_mm", "stage.x_max_mm"}, "stage.x_min_mm", s.x_min_mm,
+             "stage.x_max_mm", s.x_max_mm);
+  check_axis(r, p.park_y_mm, p.park_y_mm, "parking",
+             {"process.park_y_mm", "stage.y_min_mm", "stage.y_max_mm"}, "stage.y_min_mm", s.y_min_mm,
+             "stage.y_max_mm", s.y_max_mm);
 }
 
 void check_instruments(Rules& r) {
   const Experiment& e = r.experiment();
   r.require(e.process.pass_speed_mm_s / e.grid.pitch_x_mm <= e.jet.max_rate_hz,
             {"process.pass_speed_mm_s", "grid.pitch_x_mm", "jet.max_rate_hz"},
-            "fires faster than jet.max_rate_hz = " + r.value("jet.max_rate_hz") + " at grid.pitch_x_mm = " + r.value("grid.pitch_x_mm"));
+            "fires faster than jet.max_rate_hz = " + r.value("jet.max_rate_hz") +
+                " at grid.pitch_x_mm = " + r.value("grid.pitch_x_mm"));
   if (has_two_jets(e))
     r.require(e.process.pass_speed_mm_s / e.grid.pitch_x_mm <= e.jet_b.drive.max_rate_hz,
               {"process.pass_speed_mm_s", "grid.pitch_x_mm", "jet_b.max_rate_hz"},
-              "fires faster than jet_b.max_rate_hz = " + r.value("jet_b.max_rate_hz") + " at grid.pitch_x_mm = " + r.value("grid.pitch_x_mm"));
+              "fires faster than jet_b.max_rate_hz = " + r.value("jet_b.max_rate_hz") +
+                  " at grid.pitch_x_mm = " + r.value("grid.pitch_x_mm"));
   r.at_most("process.exposure_s", e.process.exposure_s, "lamp.max_on_s", e.lamp.max_on_s);
   const LaserProfilerConfig& l = e.laser_profiler;
   const double width_mm = (e.grid.nx - 1) * e.grid.pitch_x_mm;
   r.require(l.dx_mm == 0.0 || l.dx_mm * (l.points - 1) >= width_mm * (1.0 - 1e-9),
             {"laser_profiler.dx_mm", "laser_profiler.points", "grid.nx", "grid.pitch_x_mm"},
-            "a line of laser_profiler.points = " + r.value("laser_profiler.points") + " does not cover the grid of " + mm(width_mm));
+            "a line of laser_profiler.points = " + r.value("laser_profiler.points") +
+                " does not cover the grid of " + mm(width_mm));
 }
 
 void check_valve(Rules& r, const char* table_hz, const ValveLineConfig& v) {
@@ -232,7 +257,8 @@ void check_scheme(Rules& r, std::span<const Scheme> schemes) {
 void check_ice(Rules& r) {
   const Experiment& e = r.experiment();
   check_scheme<control::SurfaceScheme>(r, control::surface_schemes());
-  for (const auto& [key, file] : {std::pair{"ice.mesh", &e.ice.mesh}, {"ice.slice", &e.ice.slice}, {"ice.machine", &e.ice.machine}})
+  for (const auto& [key, file] :
+       {std::pair{"ice.mesh", &e.ice.mesh}, {"ice.slice", &e.ice.slice}, {"ice.machine", &e.ice.machine}})
     r.require(!file->empty(), {key, "lab.kind"}, "an ice lab needs this file");
   r.require(e.ice.nozzle_gap_mm > e.ice.clearance_mm, {"ice.nozzle_gap_mm", "ice.clearance_mm"},
             "must be above ice.clearance_mm = " + r.value("ice.clearance_mm"));
@@ -241,12 +267,15 @@ void check_ice(Rules& r) {
   const IcePlantConfig& p = e.plant.ice;
   r.require(p.foot_mm.empty() || p.foot_mm.size() == 4, {"plant.ice.foot_mm"}, "needs four heights");
   r.require(p.screw_mm.empty() || p.screw_mm.size() == 9, {"plant.ice.screw_mm"}, "needs nine heights");
-  r.require(p.jig_mm.size() % 5 == 0 && p.jig_mm.size() <= 80, {"plant.ice.jig_mm"}, "needs five numbers of each of at most 16 blocks");
-  r.require((p.field_width_mm > 0.0) == (p.field_depth_mm > 0.0), {"plant.ice.field_width_mm", "plant.ice.field_depth_mm"},
+  r.require(p.jig_mm.size() % 5 == 0 && p.jig_mm.size() <= 80, {"plant.ice.jig_mm"},
+            "needs five numbers of each of at most 16 blocks");
+  r.require((p.field_width_mm > 0.0) == (p.field_depth_mm > 0.0),
+            {"plant.ice.field_width_mm", "plant.ice.field_depth_mm"},
             "must be 0 together with plant.ice.field_depth_mm = " + r.value("plant.ice.field_depth_mm"));
   r.require(e.heater.low_degC < e.heater.tip_degC && e.heater.tip_degC < e.heater.high_degC,
             {"heater.tip_degC", "heater.low_degC", "heater.high_degC"},
-            "must lie between heater.low_degC = " + r.value("heater.low_degC") + " and heater.high_degC = " + r.value("heater.high_degC"));
+            "must lie between heater.low_degC = " + r.value("heater.low_degC") +
+                " and heater.high_degC = " + r.value("heater.high_degC"));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// What no single field can tell: whether the part fits the grid, the grid the stage, the speeds the instruments.
+// What no single field can tell: whether the part fits the grid, the grid the stage, the speeds the
+// instruments.
 #pragma once
 
 #include <map>
@@ -15,8 +16,8 @@ struct Origin {
 /// Where each key that is not at its default was set.
 using Origins = std::map<std::string, Origin>;
 
-/// @throws ConfigError at the first rule that is broken, naming the key set last among those concerned, its value
-/// and the limit. `file` is named where all keys concerned stand at their defaults.
+/// @throws ConfigError at the first rule that is broken, naming the key set last among those concerned, its
+/// value and the limit. `file` is named where all keys concerned stand at their defaults.
 void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file);
 
 }  // namespace firn

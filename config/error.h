@@ -8,11 +8,12 @@ namespace firn {
 
 /// what() = "file:line: key = value: what is wrong, with unit and limit", as far as these are known.
 struct ConfigError : std::runtime_error {
-  ConfigError(const std::string& file_name, int line_number, const std::string& key_name, const std::string& what_is_wrong);
+  ConfigError(const std::string& file_name, int line_number, const std::string& key_name,
+              const std::string& what_is_wrong);
 
   std::string file;
-  int line = 0;     ///< 1-based; 0 = unknown or not from a file
-  std::string key;  ///< "" when the file as a whole is wrong
+  int line = 0;         ///< 1-based; 0 = unknown or not from a file
+  std::string key;      ///< "" when the file as a whole is wrong
   std::string problem;  ///< what() without the place
 };
 

@@ -1,5 +1,5 @@
-// The one table of configuration fields. Parser, resolved dump, docs/configuration.md, the nearest known key and
-// the list of differences all come from it.
+// The one table of configuration fields. Parser, resolved dump, docs/configuration.md, the nearest known key
+// and the list of differences all come from it.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ struct Limits {
   std::vector<std::string_view> choices;  ///< of a string; empty = any printable text
 };
 
-using FieldValue =
-    std::variant<double*, std::int32_t*, std::int64_t*, std::uint64_t*, std::string*, std::vector<AlphaStep>*, std::vector<double>*>;
+using FieldValue = std::variant<double*, std::int32_t*, std::int64_t*, std::uint64_t*, std::string*,
+                                std::vector<AlphaStep>*, std::vector<double>*>;
 
 struct Field {
   std::string_view key;   ///< "grid.pitch_x_mm": section, dot, name
@@ -56,7 +56,8 @@ std::string limits_text(const Field& field);
 /// "number", "integer", "text", "number or schedule" or "list of numbers".
 std::string_view type_text(const Field& field);
 
-/// The candidate with the smallest edit distance to `word`; "" when none comes near (more than half is wrong).
+/// The candidate with the smallest edit distance to `word`; "" when none comes near (more than half is
+/// wrong).
 std::string nearest(std::string_view word, const std::vector<std::string_view>& candidates);
 
 }  // namespace firn

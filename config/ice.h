@@ -1,5 +1,5 @@
-// The ice printer: a robot arm with two valves, a point laser and heaters [Barnett 2012, ch. 2, 5]. Used where lab.kind
-// is "ice". Defaults are the thesis's Cobra 600.
+// The ice printer: a robot arm with two valves, a point laser and heaters [Barnett 2012, ch. 2, 5]. Used
+// where lab.kind is "ice". Defaults are the thesis's Cobra 600.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace firn {
 
 struct LabConfig {
-  std::string kind = "inkjet";     ///< "inkjet" or "ice"
+  std::string kind = "inkjet";  ///< "inkjet" or "ice"
 };
 
 /// How one material is deposited and measured. Nominal speeds: those of u = 0, before the motion limits.
@@ -21,119 +21,125 @@ struct IceMaterialConfig {
 
 struct IceConfig {
   // What is printed; paths relative to the experiment file.
-  std::string mesh;                ///< STL, PLY, OBJ or 3MF
-  std::string slice;               ///< settings of firn slice
-  std::string machine;             ///< machine of firn plan
-  double height_mm = 0.0;          ///< layers above are left out; 0 = the whole mesh
+  std::string mesh;        ///< STL, PLY, OBJ or 3MF
+  std::string slice;       ///< settings of firn slice
+  std::string machine;     ///< machine of firn plan
+  double height_mm = 0.0;  ///< layers above are left out; 0 = the whole mesh
 
-  double origin_x_mm = 260.0, origin_y_mm = -100.0, origin_z_mm = 20.0;  ///< of the part frame in the robot's base frame
-  int interval_layers = 5;         ///< n_d
-  double layer_height_mm = 0.24;   ///< Delta h_d
-  double pitch_mm = 1.0;           ///< of the interval's maps
-  double measure_spacing_mm = 4.0; ///< between measurement paths
-  double measure_offset_mm = 0.0;  ///< of measurement paths from the edge of their material; 0 = as its first bead
-  int map_samples = 1;             ///< a cell's height is the mean of n x n places of it; 1 = its centre
-  std::string map_table = "off";   ///< "on": the bare table is measured before the first layer; the first interval answers its map
-  std::string coverage = "window"; ///< flows make up for beads that overlap or leave spots, by means over 5 mm; "off": they do not
+  double origin_x_mm = 260.0, origin_y_mm = -100.0,
+         origin_z_mm = 20.0;        ///< of the part frame in the robot's base frame
+  int interval_layers = 5;          ///< n_d
+  double layer_height_mm = 0.24;    ///< Delta h_d
+  double pitch_mm = 1.0;            ///< of the interval's maps
+  double measure_spacing_mm = 4.0;  ///< between measurement paths
+  double measure_offset_mm =
+      0.0;              ///< of measurement paths from the edge of their material; 0 = as its first bead
+  int map_samples = 1;  ///< a cell's height is the mean of n x n places of it; 1 = its centre
+  std::string map_table =
+      "off";  ///< "on": the bare table is measured before the first layer; the first interval answers its map
+  std::string coverage = "window";  ///< flows make up for beads that overlap or leave spots, by means over 5
+                                    ///< mm; "off": they do not
   IceMaterialConfig water, scaffold{25.0, 25.0, 125.0};
 
-  double nozzle_gap_mm = 3.0;      ///< nozzle above the nominal surface
-  double clearance_mm = 0.5;       ///< interlock I6: least gap between the nozzle and the newest map
-  double hop_mm = 5.0;             ///< z of travel moves above the nozzle's height
-  int max_saturated_intervals = 3; ///< so many intervals saturated in a row stop the print
-  double saturated_share = 0.5;    ///< of the part's cells, above which an interval counts as saturated
-  double least_rise_share = 0.3;   ///< of the nominal rise of an interval; a material with less had no flow
-  double max_time_slip_s = 0.016;  ///< interlock I7
-  int max_pulses = 16384;          ///< of one list, else the path is split
+  double nozzle_gap_mm = 3.0;       ///< nozzle above the nominal surface
+  double clearance_mm = 0.5;        ///< interlock I6: least gap between the nozzle and the newest map
+  double hop_mm = 5.0;              ///< z of travel moves above the nozzle's height
+  int max_saturated_intervals = 3;  ///< so many intervals saturated in a row stop the print
+  double saturated_share = 0.5;     ///< of the part's cells, above which an interval counts as saturated
+  double least_rise_share = 0.3;    ///< of the nominal rise of an interval; a material with less had no flow
+  double max_time_slip_s = 0.016;   ///< interlock I7
+  int max_pulses = 16384;           ///< of one list, else the path is split
 };
 
 struct RobotConfig {
-  double travel_mm_s = 200.0;      ///< between paths
-  double hb_s = 0.2;               ///< heartbeat of the link
-  double poll_moving_s = 0.1;      ///< between status questions while it moves
-  int block_lines = 64;            ///< path lines sent without waiting for an answer
-  double approach_hop_mm = 2.0;    ///< raised so far above the higher end on the way to a path's first point
+  double travel_mm_s = 200.0;    ///< between paths
+  double hb_s = 0.2;             ///< heartbeat of the link
+  double poll_moving_s = 0.1;    ///< between status questions while it moves
+  int block_lines = 64;          ///< path lines sent without waiting for an answer
+  double approach_hop_mm = 2.0;  ///< raised so far above the higher end on the way to a path's first point
   double approach_speed_percent = 30.0;
   double raise_on_stop_mm = 10.0;
-  double home_z_mm = 150.0;        ///< joint 3 at rest
-  double motion_margin_s = 2.0;    ///< a motion may last so much longer than planned before it has failed (I5)
+  double home_z_mm = 150.0;      ///< joint 3 at rest
+  double motion_margin_s = 2.0;  ///< a motion may last so much longer than planned before it has failed (I5)
 };
 
 /// One micro-solenoid valve with its line, as the lab believes it to be.
 struct ValveLineConfig {
   double pulse_us = 1250.0;
-  double guard_us = 100.0;         ///< least time between two pulses
-  double poll_firing_s = 0.5;      ///< between status questions while it fires
-  double latency_s = 0.01;         ///< from a pulse's tick to liquid at the surface
-  double hz_per_mm3_s = 4.0;       ///< c_ff of (5.14); used while the table is empty
-  std::vector<double> table_hz;    ///< the calibrated flow curve's rows, ascending
+  double guard_us = 100.0;       ///< least time between two pulses
+  double poll_firing_s = 0.5;    ///< between status questions while it fires
+  double latency_s = 0.01;       ///< from a pulse's tick to liquid at the surface
+  double hz_per_mm3_s = 4.0;     ///< c_ff of (5.14); used while the table is empty
+  std::vector<double> table_hz;  ///< the calibrated flow curve's rows, ascending
   std::vector<double> table_mm3_s;
 };
 
 struct LaserPointConfig {
-  double rate_hz = 100.0;          ///< of stored samples
-  double latency_s = 0.03;         ///< from the start of the motion to the first stored sample
-  double offset_x_mm = 0.0;        ///< of the spot, beyond the machine's tool_laser
+  double rate_hz = 100.0;    ///< of stored samples
+  double latency_s = 0.03;   ///< from the start of the motion to the first stored sample
+  double offset_x_mm = 0.0;  ///< of the spot, beyond the machine's tool_laser
   double offset_y_mm = 0.0;
-  double offset_z_mm = 0.0;        ///< added to every height
-  int program_part = 0, program_scaffold = 1;   ///< the controller's stored settings
-  int surface_part = 1, surface_scaffold = 0;   ///< its kinds of surfaces
+  double offset_z_mm = 0.0;                    ///< added to every height
+  int program_part = 0, program_scaffold = 1;  ///< the controller's stored settings
+  int surface_part = 1, surface_scaffold = 0;  ///< its kinds of surfaces
   int sampling_us = 200;
-  int averaging = 2;               ///< 4^n readings; they blur the path by their time
+  int averaging = 2;  ///< 4^n readings; they blur the path by their time
   double poll_s = 0.5;
 };
 
 struct HeaterConfig {
-  double tip_degC = 20.0;          ///< (a) end effector's tip
-  double window_degC = 22.0;       ///< (b) laser window
-  double conduit_degC = 20.0;      ///< (c) flexible conduit
+  double tip_degC = 20.0;      ///< (a) end effector's tip
+  double window_degC = 22.0;   ///< (b) laser window
+  double conduit_degC = 20.0;  ///< (c) flexible conduit
   double poll_s = 1.0;
-  double low_degC = 5.0;           ///< below it the valves freeze: nothing is deposited
+  double low_degC = 5.0;  ///< below it the valves freeze: nothing is deposited
   double high_degC = 45.0;
-  double no_rise_s = 60.0;         ///< a heater that is on and does not warm in so long has failed
-  double frozen_s = 40.0;          ///< a reading that does not move at all in so long has failed
+  double no_rise_s = 60.0;  ///< a heater that is on and does not warm in so long has failed
+  double frozen_s = 40.0;   ///< a reading that does not move at all in so long has failed
 };
 
-struct FlowConfig {                ///< flow_estimator and what is done with it
+struct FlowConfig {                  ///< flow_estimator and what is done with it
   std::string feed_forward = "off";  ///< "on": Q(nu) as learned takes the place of the calibrated curve
 };
 
 /// Truth of the simulated ice lab, which no controller reads.
 struct IcePlantConfig {
-  double field_x0_mm = 0.0, field_y0_mm = 0.0;           ///< part frame: low corner of the simulated surface
-  double field_width_mm = 0.0, field_depth_mm = 0.0;     ///< 0 = round all paths
+  double field_x0_mm = 0.0, field_y0_mm = 0.0;        ///< part frame: low corner of the simulated surface
+  double field_width_mm = 0.0, field_depth_mm = 0.0;  ///< 0 = round all paths
   double cell_mm = 0.3;
-  double drift_water = 0.0, drift_sme = 0.0;             ///< relative change of the flow in the end
-  double drift_spread = 0.0;                             ///< and one more, of either sign, by seed and valve
+  double drift_water = 0.0, drift_sme = 0.0;  ///< relative change of the flow in the end
+  double drift_spread = 0.0;                  ///< and one more, of either sign, by seed and valve
   double origin_dx_mm = 0.0, origin_dy_mm = 0.0, origin_dz_mm = 0.0;  ///< true origin beyond ice.origin
-  double laser_dx_mm = 0.0, laser_dy_mm = 0.0, laser_dz_mm = 0.0;     ///< true spot beyond the machine's tool_laser
-  double valve_a_dx_mm = 0.0, valve_a_dy_mm = 0.0;       ///< true nozzle beyond the machine's tool_water
-  double valve_b_dx_mm = 0.0, valve_b_dy_mm = 0.0;       ///< and tool_scaffold
+  double laser_dx_mm = 0.0, laser_dy_mm = 0.0,
+         laser_dz_mm = 0.0;                         ///< true spot beyond the machine's tool_laser
+  double valve_a_dx_mm = 0.0, valve_a_dy_mm = 0.0;  ///< true nozzle beyond the machine's tool_water
+  double valve_b_dx_mm = 0.0, valve_b_dy_mm = 0.0;  ///< and tool_scaffold
   double tank_water_mm3 = 2e6, tank_sme_mm3 = 2e6;
   double debris_per_h = 0.4;
-  std::vector<double> foot_mm, screw_mm;                 ///< table: heights of 4 feet and 9 screws; empty = level
-  double table_x_mm = 0.0, table_y_mm = 0.0;             ///< part frame: the table's middle
-  double table_width_mm = 900.0, table_depth_mm = 400.0; ///< along x and y
-  double table_roughness_mm = 0.05;                      ///< its fixed unevenness, standard deviation
-  std::vector<double> jig_mm;                            ///< blocks on it: x0, y0, x1, y1, height of each
-  double start_delay_s = 0.012;                          ///< from the robot's signal to its motion
-  double laser_delay_s = 0.0008;                         ///< from the signal to the first stored reading
-  double valve_a_delay_s = 0.0011, valve_b_delay_s = 0.0011;   ///< from a pulse's tick to the middle of its liquid
-  double flow_water_mm3_s = 200.0, flow_sme_mm3_s = 200.0;     ///< through the open valve
-  double recovery_water = 0.4, recovery_sme = 0.4;       ///< a pulse right after another is shorter by this share
-  double balance_std_mg = 1.0;                           ///< of a weighing
+  std::vector<double> foot_mm, screw_mm;      ///< table: heights of 4 feet and 9 screws; empty = level
+  double table_x_mm = 0.0, table_y_mm = 0.0;  ///< part frame: the table's middle
+  double table_width_mm = 900.0, table_depth_mm = 400.0;  ///< along x and y
+  double table_roughness_mm = 0.05;                       ///< its fixed unevenness, standard deviation
+  std::vector<double> jig_mm;                             ///< blocks on it: x0, y0, x1, y1, height of each
+  double start_delay_s = 0.012;                           ///< from the robot's signal to its motion
+  double laser_delay_s = 0.0008;                          ///< from the signal to the first stored reading
+  double valve_a_delay_s = 0.0011,
+         valve_b_delay_s = 0.0011;  ///< from a pulse's tick to the middle of its liquid
+  double flow_water_mm3_s = 200.0, flow_sme_mm3_s = 200.0;  ///< through the open valve
+  double recovery_water = 0.4, recovery_sme = 0.4;  ///< a pulse right after another is shorter by this share
+  double balance_std_mg = 1.0;                      ///< of a weighing
 };
 
-/// What the lab's calibrations use and know beforehand: where feet and screws of the table stand, a block that is laid
-/// on it, a cup and a balance.
+/// What the lab's calibrations use and know beforehand: where feet and screws of the table stand, a block
+/// that is laid on it, a cup and a balance.
 struct CalibrationConfig {
-  double jig_x_mm = 0.0, jig_y_mm = 0.0;                 ///< the block's low corner, part frame
+  double jig_x_mm = 0.0, jig_y_mm = 0.0;  ///< the block's low corner, part frame
   double jig_width_mm = 30.0, jig_depth_mm = 20.0, jig_height_mm = 2.0;
-  double table_x_mm = 0.0, table_y_mm = 0.0;             ///< the table's middle; feet at its corners, screws 3 x 3
+  double table_x_mm = 0.0, table_y_mm = 0.0;  ///< the table's middle; feet at its corners, screws 3 x 3
   double table_width_mm = 900.0, table_depth_mm = 400.0;
-  double foot_pitch_mm = 1.5, screw_pitch_mm = 0.8;      ///< lift per turn, clockwise
-  std::vector<double> level_x_mm, level_y_mm;            ///< columns and rows of the levelling points; three each
-  double cup_x_mm = 0.0, cup_y_mm = 0.0;                 ///< part frame; must lie beside the simulated surface
+  double foot_pitch_mm = 1.5, screw_pitch_mm = 0.8;  ///< lift per turn, clockwise
+  std::vector<double> level_x_mm, level_y_mm;        ///< columns and rows of the levelling points; three each
+  double cup_x_mm = 0.0, cup_y_mm = 0.0;             ///< part frame; must lie beside the simulated surface
   double density_water_mg_mm3 = 0.917, density_sme_mg_mm3 = 0.875;  ///< of a printed volume
 };
 

@@ -12,7 +12,8 @@ constexpr double kLatest_s = 0.2;  // pulses may come so much later than planned
 
 motion::Tool laser_tool(const Machine& machine, const Experiment& e) {
   const LaserPointConfig& l = e.laser_point;
-  return {"laser", machine.laser.x_mm + l.offset_x_mm, machine.laser.y_mm + l.offset_y_mm, machine.laser.z_mm + l.offset_z_mm};
+  return {"laser", machine.laser.x_mm + l.offset_x_mm, machine.laser.y_mm + l.offset_y_mm,
+          machine.laser.z_mm + l.offset_z_mm};
 }
 
 deposition::ValveSetting valve_setting(const ValveLineConfig& v) {
@@ -36,7 +37,8 @@ control::SurfaceOptions surface_options(const Experiment& e, int last_layer) {
   control::SurfaceOptions o;
   o.scheme = e.control.scheme;
   o.interval_mm = e.ice.interval_layers * e.ice.layer_height_mm;
-  o.version = s.version == "frequency" ? control::SurfaceVersion::kValveFrequency : control::SurfaceVersion::kPathSpeed;
+  o.version = s.version == "frequency" ? control::SurfaceVersion::kValveFrequency
+                                       : control::SurfaceVersion::kPathSpeed;
   o.speed_range = s.speed_range;
   o.output_limit = std::min(s.output_limit, 1.0);
   o.feed_forward = e.flow.feed_forward == "on";

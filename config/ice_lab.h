@@ -7,14 +7,15 @@
 
 namespace firn {
 
-/// The machine's tool_laser moved by what calibration found (laser_point.offset_*): its point is the middle of the range.
-/// Heights are higher by laser_point.offset_z_mm, so the tool stands higher by as much.
+/// The machine's tool_laser moved by what calibration found (laser_point.offset_*): its point is the middle
+/// of the range. Heights are higher by laser_point.offset_z_mm, so the tool stands higher by as much.
 motion::Tool laser_tool(const Machine& machine, const Experiment& experiment);
 
 /// One valve as the lab believes it to be. @throws std::invalid_argument: a flow curve that is none
 deposition::ValveSetting valve_setting(const ValveLineConfig& valve);
 
-/// The machine's, with lists of at most ice.max_pulses, and 0.2 s shorter than a slot of the robot (8192 points).
+/// The machine's, with lists of at most ice.max_pulses, and 0.2 s shorter than a slot of the robot (8192
+/// points).
 deposition::ValveLimits list_limits(const Machine& machine, const Experiment& experiment);
 
 /// @param last_layer of the print

@@ -16,8 +16,10 @@ constexpr std::size_t kMaxLevels = 8;
 std::string read_config_text(const std::filesystem::path& path, const std::string& included_by) {
   const std::string from = included_by.empty() ? "" : " (included by " + included_by + ")";
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) throw ConfigError(path.string(), 0, "", "is a folder, not a file" + from);
-  if (!std::filesystem::is_regular_file(path, error)) throw ConfigError(path.string(), 0, "", "no such file" + from);
+  if (std::filesystem::is_directory(path, error))
+    throw ConfigError(path.string(), 0, "", "is a folder, not a file" + from);
+  if (!std::filesystem::is_regular_file(path, error))
+    throw ConfigError(path.string(), 0, "", "no such file" + from);
   std::ifstream in(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), {}};
   if (!in) throw ConfigError(path.string(), 0, "", "cannot be read" + from);

@@ -1,4 +1,5 @@
-// `include = "../labs/x.toml"` at the head of an experiment: the lab's fields first, then the experiment's own.
+// `include = "../labs/x.toml"` at the head of an experiment: the lab's fields first, then the experiment's
+// own.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +14,10 @@ namespace firn {
 /// Path that the text includes, as written; "" if none. @throws ConfigError
 std::string include_of(const std::string& toml_text, const std::string& file_name);
 
-/// The file and all it includes, from base to leaf, as {name, text}; names are the paths as reached from `path`.
-/// @throws ConfigError: unreadable file, an include that comes back to a file already open, more than 8 levels.
+/// The file and all it includes, from base to leaf, as {name, text}; names are the paths as reached from
+/// `path`.
+/// @throws ConfigError: unreadable file, an include that comes back to a file already open, more than 8
+/// levels.
 std::vector<std::pair<std::string, std::string>> read_with_includes(const std::filesystem::path& path);
 
 /// Bytes of a file. @throws ConfigError naming it: not a file, cannot be read.

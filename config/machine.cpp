@@ -22,15 +22,18 @@ bool belongs(std::string_view section, std::string_view kind) {
 }
 
 bool ascends(const std::vector<double>& numbers) {
-  return std::adjacent_find(numbers.begin(), numbers.end(), [](double a, double b) { return !(b > a); }) == numbers.end();
+  return std::adjacent_find(numbers.begin(), numbers.end(), [](double a, double b) { return !(b > a); }) ==
+         numbers.end();
 }
 
 void check_valve(const ValveConfig& v, const FieldRules& rules) {
-  rules.require(v.table_hz.size() == v.table_mm3_s.size(), "valve.table_mm3_s", "must have as many entries as valve.table_hz");
+  rules.require(v.table_hz.size() == v.table_mm3_s.size(), "valve.table_mm3_s",
+                "must have as many entries as valve.table_hz");
   rules.require(ascends(v.table_hz), "valve.table_hz", "must ascend");
   rules.require(ascends(v.table_mm3_s), "valve.table_mm3_s", "must ascend");
   rules.require(v.pulse_s >= v.min_pulse_s, "valve.pulse_s", "must not be below valve.min_pulse_s");
-  rules.require(v.max_duration_s / v.tick_s < 65536.5, "valve.max_duration_s", "must be at most 65,536 of valve.tick_s: entries have 16 bits");
+  rules.require(v.max_duration_s / v.tick_s < 65536.5, "valve.max_duration_s",
+                "must be at most 65,536 of valve.tick_s: entries have 16 bits");
 }
 
 }  // namespace
@@ -41,28 +44,34 @@ Machine parse_machine(const std::string& toml_text, const std::string& file_name
   const FieldRules rules(machine_fields(machine), origins, file_name);
   for (const auto& [key, origin] : origins) {
     const std::string section = key.substr(0, key.find('.'));
-    rules.require(belongs(section, machine.kind), key, "does not belong to a machine of kind \"" + machine.kind + "\"");
+    rules.require(belongs(section, machine.kind), key,
+                  "does not belong to a machine of kind \"" + machine.kind + "\"");
   }
   rules.require(machine.elbow != 0, "scara.elbow", "must be 1 or -1");
   for (std::size_t n = 0; n < machine.joint.size(); ++n)
-    rules.require(machine.joint[n].low < machine.joint[n].high, "joint_" + std::to_string(n + 1) + (n == 2 ? ".high_mm" : ".high_deg"),
+    rules.require(machine.joint[n].low < machine.joint[n].high,
+                  "joint_" + std::to_string(n + 1) + (n == 2 ? ".high_mm" : ".high_deg"),
                   "must be above the other end of the range");
   for (std::size_t n = 0; n < machine.axis.size(); ++n)
-    rules.require(machine.axis[n].low < machine.axis[n].high, "axis_" + std::to_string(n + 1) + ".high_mm", "must be above the other end of the range");
+    rules.require(machine.axis[n].low < machine.axis[n].high, "axis_" + std::to_string(n + 1) + ".high_mm",
+                  "must be above the other end of the range");
   check_valve(machine.valve, rules);
   return machine;
 }
 
-Machine load_machine(const std::filesystem::path& path) { return parse_machine(read_config_text(path), path.string()); }
+Machine load_machine(const std::filesystem::path& path) {
+  return parse_machine(read_config_text(path), path.string());
+}
 
 std::string machine_markdown() {
   Machine defaults;
-  return
-      "# Machines\n\n"
-      "Written by `firn config docs --machines`; do not edit by hand. A machine file (`labs/cobra600.toml`) is TOML; every\n"
-      "key has the default shown here, which is the Cobra 600's. `machine.kind` says which sections count; a key of another\n"
-      "kind is refused.\n" +
-      fields_markdown(machine_fields(defaults));
+  return "# Machines\n\n"
+         "Written by `firn config docs --machines`; do not edit by hand. A machine file "
+         "(`labs/cobra600.toml`) is TOML; every\n"
+         "key has the default shown here, which is the Cobra 600's. `machine.kind` says which sections "
+         "count; a key of another\n"
+         "kind is refused.\n" +
+         fields_markdown(machine_fields(defaults));
 }
 
 }  // namespace firn

@@ -1,5 +1,5 @@
-// A positioning machine as a file describes it: arm or stage, limits, tools, valve (labs/cobra600.toml). The planners'
-// types are made from it. Keys: docs/machines.md, written from the table in machine_fields.cpp.
+// A positioning machine as a file describes it: arm or stage, limits, tools, valve (labs/cobra600.toml). The
+// planners' types are made from it. Keys: docs/machines.md, written from the table in machine_fields.cpp.
 #pragma once
 
 #include <array>
@@ -30,8 +30,8 @@ struct ToolConfig {
 /// Micro-solenoid valve and its controller [Barnett 2012, 2.3.1, 6.1].
 struct ValveConfig {
   double pulse_s = 0.00125;
-  double hz_per_mm3_s = 4.0;          ///< c_ff of (5.14); used while the table is empty
-  std::vector<double> table_hz;       ///< the calibration's rows, ascending
+  double hz_per_mm3_s = 4.0;     ///< c_ff of (5.14); used while the table is empty
+  std::vector<double> table_hz;  ///< the calibration's rows, ascending
   std::vector<double> table_mm3_s;
   double tick_s = 0.002;
   double max_duration_s = 131.072;
@@ -48,21 +48,23 @@ struct AerosolConfig {
   double shutter_delay_s = 0.0;
   double flow_mm3_s = 0.001;
   double tick_s = 0.001;
-  std::int32_t substrate_moves = 1;   ///< 1 = the stage carries the substrate: it moves by minus the path
+  std::int32_t substrate_moves = 1;  ///< 1 = the stage carries the substrate: it moves by minus the path
   double stage_origin_x_mm = 0.0, stage_origin_y_mm = 0.0;
 };
 
 /// Defaults are the Cobra 600 of the ice printer [Barnett 2012, Tables 2-1, 2-2, 3-1, (4.10)].
 struct Machine {
   std::string name = "cobra600";
-  std::string kind = "scara";         ///< scara | stage | aerosol
-  double tick_s = 0.016;              ///< of the emitted trajectory
+  std::string kind = "scara";                                                  ///< scara | stage | aerosol
+  double tick_s = 0.016;                                                       ///< of the emitted trajectory
   double speed_mm_s = 125.0, acceleration_mm_s2 = 500.0, jerk_mm_s3 = 4000.0;  ///< total Cartesian
-  double orientation_rate_deg_s = 0.0, orientation_acceleration_deg_s2 = 0.0, orientation_jerk_deg_s3 = 0.0;  ///< yaw; 0 = not limited
+  double orientation_rate_deg_s = 0.0, orientation_acceleration_deg_s2 = 0.0,
+         orientation_jerk_deg_s3 = 0.0;  ///< yaw; 0 = not limited
   double link_1_mm = 325.0, link_2_mm = 275.0;
-  std::int32_t elbow = 1;             ///< preferred: +1 = theta_2 > 0, -1 = theta_2 < 0
-  std::array<AxisConfig, 4> joint{{{-105, 105, 33, 165, 1320}, {-150, 150, 39, 195, 1560}, {0, 210, 0, 0, 0}, {-360, 360, 0, 0, 0}}};
-  std::int32_t axes = 2;              ///< of a stage: 2 or 3
+  std::int32_t elbow = 1;  ///< preferred: +1 = theta_2 > 0, -1 = theta_2 < 0
+  std::array<AxisConfig, 4> joint{
+      {{-105, 105, 33, 165, 1320}, {-150, 150, 39, 195, 1560}, {0, 210, 0, 0, 0}, {-360, 360, 0, 0, 0}}};
+  std::int32_t axes = 2;  ///< of a stage: 2 or 3
   std::array<AxisConfig, 3> axis{{{0, 300, 0, 0, 0}, {0, 300, 0, 0, 0}, {0, 100, 0, 0, 0}}};
   ToolConfig water{0.1, 0.3, 0.0}, scaffold{-0.2, -8.2, 0.0}, laser{30.0, -19.0, 0.0};
   ValveConfig valve;
@@ -72,8 +74,9 @@ struct Machine {
 /// Every field, in the order of the documentation.
 std::vector<Field> machine_fields(Machine& machine);
 
-/// @throws ConfigError naming file, line, key, value and limit: unknown keys (with the nearest known one), keys of
-/// another kind of machine, ranges that are empty, a valve table whose columns differ or do not ascend
+/// @throws ConfigError naming file, line, key, value and limit: unknown keys (with the nearest known one),
+/// keys of another kind of machine, ranges that are empty, a valve table whose columns differ or do not
+/// ascend
 Machine parse_machine(const std::string& toml_text, const std::string& file_name);
 Machine load_machine(const std::filesystem::path& path);
 

@@ -20,11 +20,13 @@ double unit_of_joint(std::size_t n) { return n == 2 ? 1.0 : kDegree; }  // J3 is
 std::unique_ptr<motion::Arm> make_arm(const Machine& m) {
   if (m.kind == "scara") {
     motion::ScaraSpec spec{m.link_1_mm, m.link_2_mm, {}};
-    for (std::size_t n = 0; n < 4; ++n) spec.ranges[n] = {m.joint[n].low * unit_of_joint(n), m.joint[n].high * unit_of_joint(n)};
+    for (std::size_t n = 0; n < 4; ++n)
+      spec.ranges[n] = {m.joint[n].low * unit_of_joint(n), m.joint[n].high * unit_of_joint(n)};
     return motion::make_scara(spec);
   }
   motion::StageSpec spec;
-  for (std::size_t n = 0; n < std::size_t(m.axes); ++n) spec.ranges.push_back({m.axis[n].low, m.axis[n].high});
+  for (std::size_t n = 0; n < std::size_t(m.axes); ++n)
+    spec.ranges.push_back({m.axis[n].low, m.axis[n].high});
   return motion::make_stage(spec);
 }
 
@@ -32,7 +34,9 @@ motion::MotionLimits motion_limits(const Machine& m) {
   motion::MotionLimits limits;
   limits.position = {m.speed_mm_s, m.acceleration_mm_s2, m.jerk_mm_s3};
   if (m.kind == "scara")
-    limits.orientation = rates({0.0, 0.0, m.orientation_rate_deg_s, m.orientation_acceleration_deg_s2, m.orientation_jerk_deg_s3}, unit_of_joint(0));
+    limits.orientation = rates(
+        {0.0, 0.0, m.orientation_rate_deg_s, m.orientation_acceleration_deg_s2, m.orientation_jerk_deg_s3},
+        unit_of_joint(0));
   if (m.kind == "scara")
     for (std::size_t n = 0; n < 4; ++n) limits.joint[n] = rates(m.joint[n], unit_of_joint(n));
   else
@@ -56,7 +60,8 @@ deposition::ValveLimits valve_limits(const ValveConfig& v) {
 }
 
 deposition::ValveSetting valve_setting(const ValveConfig& v) {
-  if (v.table_hz.empty()) return {v.pulse_s, deposition::FlowCurve::proportional(v.hz_per_mm3_s, v.max_frequency_hz)};
+  if (v.table_hz.empty())
+    return {v.pulse_s, deposition::FlowCurve::proportional(v.hz_per_mm3_s, v.max_frequency_hz)};
   std::vector<deposition::FlowCurve::Row> rows;
   for (std::size_t n = 0; n < v.table_hz.size(); ++n) rows.push_back({v.table_hz[n], v.table_mm3_s[n]});
   return {v.pulse_s, deposition::FlowCurve(rows)};

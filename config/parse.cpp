@@ -22,29 +22,34 @@ toml::table parse_text(std::string_view text, const std::string& file) {
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& e) {
-    throw ConfigError(file, int(e.source().begin.line), "",
-                      "column " + std::to_string(e.source().begin.column) + ": " + std::string(e.description()));
+    throw ConfigError(
+        file, int(e.source().begin.line), "",
+        "column " + std::to_string(e.source().begin.column) + ": " + std::string(e.description()));
   }
 }
 
 std::string shown(const toml::node& node) {
   std::ostringstream out;
   node.visit([&](const auto& n) {
-    if constexpr (toml::is_table<decltype(n)>) out << "{...}";
-    else if constexpr (toml::is_array<decltype(n)>) out << "[...]";
-    else out << n;
+    if constexpr (toml::is_table<decltype(n)>)
+      out << "{...}";
+    else if constexpr (toml::is_array<decltype(n)>)
+      out << "[...]";
+    else
+      out << n;
   });
   std::string text = out.str();
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
-// A word needs no quotes on a command line, be it a text like 007 or what an unknown key is to be: the key is then the mistake
-// to tell.
+// A word needs no quotes on a command line, be it a text like 007 or what an unknown key is to be: the key is
+// then the mistake to tell.
 toml::table assignment_of(const std::string& assignment, const std::vector<Field>& table) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0)
-    throw ConfigError(kSet, 0, "", "'" + assignment.substr(0, 100) + "': must read KEY=VALUE, as in " + std::string(table.front().key) + "=" +
-                                       value_text(table.front()));
+    throw ConfigError(kSet, 0, "",
+                      "'" + assignment.substr(0, 100) + "': must read KEY=VALUE, as in " +
+                          std::string(table.front().key) + "=" + value_text(table.front()));
   for (unsigned char c : assignment)
     if (c < 0x20 || c == 0x7f) throw ConfigError(kSet, 0, "", "must not contain control characters");
   const std::string key = assignment.substr(0, equals), value = assignment.substr(equals + 1);
@@ -53,7 +58,8 @@ toml::table assignment_of(const std::string& assignment, const std::vector<Field
     for (char c : value) quoted += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
     return parse_text(key + "=\"" + quoted + "\"", kSet);
   };
-  const bool text = std::any_of(table.begin(), table.end(), [&](const Field& f) { return f.key == key && type_text(f) == "text"; });
+  const bool text = std::any_of(table.begin(), table.end(),
+                                [&](const Field& f) { return f.key == key && type_text(f) == "text"; });
   if (text && !value.starts_with('"') && !value.starts_with('\'')) return as_word();
   try {
     return parse_text(assignment, kSet);
@@ -73,12 +79,14 @@ class Reader {
       const std::string full = prefix + std::string(key.str());
       const int line = int(key.source().begin.line);
       if (full == "include" && file != kSet) continue;
-      const auto field = std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
+      const auto field =
+          std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
       if (field != fields_.end()) {
         assign(*field, node, file, line);
       } else if (is_section(full)) {
         if (!node.is_table())
-          throw ConfigError(file, line, full, full + " = " + shown(node) + ": is a section of keys, not a value");
+          throw ConfigError(file, line, full,
+                            full + " = " + shown(node) + ": is a section of keys, not a value");
         read(*node.as_table(), file, full + ".");
       } else {
         unknown(full, file, line);
@@ -99,7 +107,8 @@ class Reader {
 
  private:
   bool is_section(const std::string& key) const {
-    return std::any_of(keys_.begin(), keys_.end(), [&](std::string_view k) { return k.starts_with(key + "."); });
+    return std::any_of(keys_.begin(), keys_.end(),
+                       [&](std::string_view k) { return k.starts_with(key + "."); });
   }
 
   [[noreturn]] void unknown(const std::string& key, const std::string& file, int line) const {
@@ -109,8 +118,9 @@ class Reader {
     std::string near = nearest(key, known);
     if (near.empty()) near = nearest_name(key);
     std::string shown_key = key.substr(0, 100);
-    throw ConfigError(file, line, key,
-                      shown_key + ": unknown key" + (near.empty() ? "" : "; the nearest known one is " + near));
+    throw ConfigError(
+        file, line, key,
+        shown_key + ": unknown key" + (near.empty() ? "" : "; the nearest known one is " + near));
   }
 
   // A right name in a wrong section.
@@ -129,8 +139,13 @@ class Reader {
       throw ConfigError(file, line, key, key + " = " + shown(node) + ": " + problem);
     };
     const bool ok = std::visit([&](auto* target) { return take(node, *target); }, field.value);
-    if (!ok) fail("must be " + std::string(type_text(field) == "integer" ? "an " : type_text(field) == "text" ? "" : "a ") +
-                  std::string(type_text(field)) + (field.unit.empty() ? "" : " [" + std::string(field.unit) + "]") + wanted(field));
+    if (!ok)
+      fail("must be " +
+           std::string(type_text(field) == "integer" ? "an "
+                       : type_text(field) == "text"  ? ""
+                                                     : "a ") +
+           std::string(type_text(field)) + (field.unit.empty() ? "" : " [" + std::string(field.unit) + "]") +
+           wanted(field));
     if (const std::string problem = broken_limit(field); !problem.empty()) fail(problem);
     origins_[key] = {file, file == kSet ? 0 : line};
   }
@@ -188,7 +203,8 @@ class Reader {
     for (const toml::node& entry : *steps) {
       const toml::table* step = entry.as_table();
       AlphaStep s;
-      if (!step || step->size() != 2 || !step->contains("from_layer") || !step->contains("alpha")) return false;
+      if (!step || step->size() != 2 || !step->contains("from_layer") || !step->contains("alpha"))
+        return false;
       if (!take(*step->get("from_layer"), s.from_layer) || !take(*step->get("alpha"), s.alpha)) return false;
       out.push_back(s);
     }
@@ -200,21 +216,25 @@ class Reader {
   Origins origins_;
 };
 
-// What the other kind of lab alone knows would be lost in silence. (A lab.kind = "inkjet" says what is so anyway.)
+// What the other kind of lab alone knows would be lost in silence. (A lab.kind = "inkjet" says what is so
+// anyway.)
 void check_kind(const Reader& reader, const std::string& kind) {
   for (const Field& f : reader.fields())
     if (const auto origin = reader.origins().find(std::string(f.key));
         origin != reader.origins().end() && f.key != "lab.kind" && !belongs(f, kind))
-      throw ConfigError(origin->second.file, origin->second.line, std::string(f.key),
-                        std::string(f.key) + " = " + value_text(f) + ": lab.kind = \"" + kind + "\" has no such key");
+      throw ConfigError(
+          origin->second.file, origin->second.line, std::string(f.key),
+          std::string(f.key) + " = " + value_text(f) + ": lab.kind = \"" + kind + "\" has no such key");
 }
 
 }  // namespace
 
-Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name, const std::vector<std::string>& overrides) {
+Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name,
+                    const std::vector<std::string>& overrides) {
   const toml::table parsed = parse_text(toml_text, file_name);
   if (const toml::node* include = parsed.get("include"))
-    throw ConfigError(file_name, int(include->source().begin.line), "include", "include: only experiments may include a file");
+    throw ConfigError(file_name, int(include->source().begin.line), "include",
+                      "include: only experiments may include a file");
   Reader reader(std::move(table));
   reader.read(parsed, file_name);
   reader.override_with(overrides);
@@ -226,8 +246,9 @@ std::string include_of(const std::string& toml_text, const std::string& file_nam
   const toml::node* include = table.get("include");
   if (!include) return "";
   if (!include->is_string() || include->as_string()->get().empty())
-    throw ConfigError(file_name, int(include->source().begin.line), "include",
-                      "include = " + shown(*include) + ": must be the path of a TOML file, relative to this one");
+    throw ConfigError(
+        file_name, int(include->source().begin.line), "include",
+        "include = " + shown(*include) + ": must be the path of a TOML file, relative to this one");
   return include->as_string()->get();
 }
 
@@ -239,14 +260,16 @@ Experiment parse_experiment(const std::vector<std::pair<std::string, std::string
   for (const auto& [file, text] : named_texts) {
     const toml::table table = parse_text(text, file);
     if (const toml::node* include = table.get("include"); include && first)
-      throw ConfigError(file, int(include->source().begin.line), "include",
-                        "include = " + shown(*include) + ": the included text was not handed in before this one");
+      throw ConfigError(
+          file, int(include->source().begin.line), "include",
+          "include = " + shown(*include) + ": the included text was not handed in before this one");
     first = false;
     reader.read(table, file);
   }
   reader.override_with(overrides);
   check_kind(reader, experiment.lab.kind);
-  check_experiment(experiment, reader.origins(), named_texts.empty() ? "(defaults)" : named_texts.back().first);
+  check_experiment(experiment, reader.origins(),
+                   named_texts.empty() ? "(defaults)" : named_texts.back().first);
   return experiment;
 }
 

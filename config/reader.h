@@ -13,6 +13,7 @@ namespace firn {
 /// @param overrides KEY=VALUE of --set; words need no quotes
 /// @returns where each key was set
 /// @throws ConfigError naming file, line, key, value and limit; for an unknown key the nearest known one
-Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name, const std::vector<std::string>& overrides = {});
+Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name,
+                    const std::vector<std::string>& overrides = {});
 
 }  // namespace firn

@@ -15,7 +15,12 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 double unit_mm(const std::string& unit) {
-  return unit == "um" ? 0.001 : unit == "cm" ? 10.0 : unit == "m" ? 1000.0 : unit == "inch" ? 25.4 : unit == "foot" ? 304.8 : 1.0;
+  return unit == "um"     ? 0.001
+         : unit == "cm"   ? 10.0
+         : unit == "m"    ? 1000.0
+         : unit == "inch" ? 25.4
+         : unit == "foot" ? 304.8
+                          : 1.0;
 }
 
 template <class T>
@@ -27,7 +32,8 @@ void check(SliceSettings& s, const Origins& origins, const std::string& file) {
   const FieldRules rules(slice_fields(s), origins, file);
   const auto& order = s.rotation_order;
   const auto has = [&](double axis) { return std::count(order.begin(), order.end(), axis) == 1; };
-  rules.require(order.size() == 3 && has(1) && has(2) && has(3), "mesh.rotation_order", "must be 1, 2, 3 in some order");
+  rules.require(order.size() == 3 && has(1) && has(2) && has(3), "mesh.rotation_order",
+                "must be 1, 2, 3 in some order");
   rules.require(s.rotation_deg.size() == 3, "mesh.rotation_deg", "must have three entries");
   rules.require(s.scale.size() == 3, "mesh.scale", "must have three entries");
   rules.require(std::count(s.scale.begin(), s.scale.end(), 0.0) == 0, "mesh.scale", "must not be 0");
@@ -35,35 +41,38 @@ void check(SliceSettings& s, const Origins& origins, const std::string& file) {
   rules.require(!s.place_mm[1].empty(), "mesh.y_mm", "must have an entry");
   rules.require(!s.place_mm[2].empty(), "mesh.z_mm", "must have an entry");
   rules.require(!s.materials.empty(), "mesh.material", "must have an entry");
-  rules.require(std::all_of(s.materials.begin(), s.materials.end(), [](double m) { return m == double(int(m)) && m != slice::kScaffoldMaterial; }),
+  rules.require(std::all_of(s.materials.begin(), s.materials.end(),
+                            [](double m) { return m == double(int(m)) && m != slice::kScaffoldMaterial; }),
                 "mesh.material", "must be whole numbers but 1, which is the scaffold's");
 }
 
 }  // namespace
 
-SliceSettings parse_slice_settings(const std::string& toml_text, const std::string& file_name, const std::vector<std::string>& overrides) {
+SliceSettings parse_slice_settings(const std::string& toml_text, const std::string& file_name,
+                                   const std::vector<std::string>& overrides) {
   SliceSettings s;
   const Origins origins = read_fields(slice_fields(s), toml_text, file_name, overrides);
   check(s, origins, file_name);
   return s;
 }
 
-SliceSettings load_slice_settings(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
-  return path.empty() ? parse_slice_settings("", "", overrides) : parse_slice_settings(read_config_text(path), path.string(), overrides);
+SliceSettings load_slice_settings(const std::filesystem::path& path,
+                                  const std::vector<std::string>& overrides) {
+  return path.empty() ? parse_slice_settings("", "", overrides)
+                      : parse_slice_settings(read_config_text(path), path.string(), overrides);
 }
 
-std::string dump(SliceSettings settings) {
-  return fields_toml(slice_fields(settings));
-}
+std::string dump(SliceSettings settings) { return fields_toml(slice_fields(settings)); }
 
 std::string slice_markdown() {
   SliceSettings defaults;
-  return
-      "# Settings of firn slice\n\n"
-      "Written by `firn config docs --slice`; do not edit by hand. A settings file (`experiments/slicing/gear.toml`) is TOML; every\n"
-      "key has the default shown here, which is the Cobra 600's rapid freeze prototyping [Barnett 2012, ch. 3]. An unknown key\n"
-      "is refused with the nearest known one.\n" +
-      fields_markdown(slice_fields(defaults));
+  return "# Settings of firn slice\n\n"
+         "Written by `firn config docs --slice`; do not edit by hand. A settings file "
+         "(`experiments/slicing/gear.toml`) is TOML; every\n"
+         "key has the default shown here, which is the Cobra 600's rapid freeze prototyping [Barnett 2012, "
+         "ch. 3]. An unknown key\n"
+         "is refused with the nearest known one.\n" +
+         fields_markdown(slice_fields(defaults));
 }
 
 slice::Placement placement(const SliceSettings& s, std::size_t mesh, double file_unit_mm) {
@@ -75,34 +84,46 @@ slice::Placement placement(const SliceSettings& s, std::size_t mesh, double file
     p.order[a] = int(s.rotation_order[a]) - 1;
     using Mode = slice::AxisPlace::Mode;
     const std::string& word = s.place[a];
-    p.translation[a].mode = word == "number" ? Mode::kNumber : word == "cent" ? Mode::kCentre : word == "orig" ? Mode::kOriginal : Mode::kAsIs;
+    p.translation[a].mode = word == "number" ? Mode::kNumber
+                            : word == "cent" ? Mode::kCentre
+                            : word == "orig" ? Mode::kOriginal
+                                             : Mode::kAsIs;
     p.translation[a].value_mm = per_mesh(s.place_mm[a], mesh);
   }
   return p;
 }
 
-std::uint8_t material_of(const SliceSettings& s, std::size_t mesh) { return std::uint8_t(per_mesh(s.materials, mesh)); }
+std::uint8_t material_of(const SliceSettings& s, std::size_t mesh) {
+  return std::uint8_t(per_mesh(s.materials, mesh));
+}
 
 slice::PathOptions path_options(const SliceSettings& s) {
   slice::PathOptions p = s.paths;
   const auto bead = [](const BeadSettings& b) {
     slice::BeadOptions o = b.bead;
     using enum slice::FillPattern;
-    o.pattern = b.fill == "lines" ? kLines : b.fill == "zigzag" ? kZigzag : b.fill == "none" ? kNone : kConcentric;
+    o.pattern = b.fill == "lines"    ? kLines
+                : b.fill == "zigzag" ? kZigzag
+                : b.fill == "none"   ? kNone
+                                     : kConcentric;
     o.fill_angle_rad = b.angle_deg * kDegree;
     o.fill_turn_rad = b.turn_deg * kDegree;
     return o;
   };
   p.part = bead(s.part);
   p.scaffold = bead(s.scaffold);
-  p.support.kind = s.support == "none" ? slice::Support::kNone : s.support == "overhang" ? slice::Support::kOverhang : slice::Support::kFull;
+  p.support.kind = s.support == "none"       ? slice::Support::kNone
+                   : s.support == "overhang" ? slice::Support::kOverhang
+                                             : slice::Support::kFull;
   p.support.overhang_rad = s.overhang_deg * kDegree;
   p.hook.on = s.hook != 0;
   p.measure.on = s.measure != 0;
   p.measure.material = std::uint8_t(s.measured_material);
   p.measure.angle_rad = s.measure_angle_deg * kDegree;
   p.chord_tolerance_mm = slice::kRingShare * s.contour.chord_tolerance_mm;
-  p.seam = s.seam == "aligned" ? slice::SeamPlacement::kAligned : s.seam == "random" ? slice::SeamPlacement::kRandom : slice::SeamPlacement::kNearest;
+  p.seam = s.seam == "aligned"  ? slice::SeamPlacement::kAligned
+           : s.seam == "random" ? slice::SeamPlacement::kRandom
+                                : slice::SeamPlacement::kNearest;
   return p;
 }
 

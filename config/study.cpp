@@ -30,16 +30,27 @@ class StudyReader {
     for (const auto& [key, node] : table) {
       const std::string k(key.str());
       const int line = int(key.source().begin.line);
-      if (k == "name") study_.name = name_of(node, k, line);
-      else if (k == "experiment") study_.experiment = text_of(node, k, line);
-      else if (k == "set") study_.overrides = overrides_of(node, k, line);
-      else if (k == "seeds") seeds(node, line);
-      else if (k == "metrics") metrics(node, line);
-      else if (k == "baseline") study_.baseline = text_of(node, k, line), baseline_line_ = line;
-      else if (k == "scheme") entries(node, k, line, schemes_);
-      else if (k == "part") entries(node, k, line, study_.parts);
-      else if (k == "vary") vary(node, "", line);
-      else unknown(k, line, {"name", "experiment", "set", "seeds", "metrics", "baseline", "scheme", "part", "vary"});
+      if (k == "name")
+        study_.name = name_of(node, k, line);
+      else if (k == "experiment")
+        study_.experiment = text_of(node, k, line);
+      else if (k == "set")
+        study_.overrides = overrides_of(node, k, line);
+      else if (k == "seeds")
+        seeds(node, line);
+      else if (k == "metrics")
+        metrics(node, line);
+      else if (k == "baseline")
+        study_.baseline = text_of(node, k, line), baseline_line_ = line;
+      else if (k == "scheme")
+        entries(node, k, line, schemes_);
+      else if (k == "part")
+        entries(node, k, line, study_.parts);
+      else if (k == "vary")
+        vary(node, "", line);
+      else
+        unknown(k, line,
+                {"name", "experiment", "set", "seeds", "metrics", "baseline", "scheme", "part", "vary"});
     }
     if (study_.seeds.empty()) fail(0, "seeds", "is missing: a count, as in seeds = 100, or a list");
     if (study_.parts.empty()) study_.parts.push_back({"part", {}, 0});
@@ -53,9 +64,11 @@ class StudyReader {
     throw ConfigError(file_, line, key, key + ": " + problem);
   }
 
-  [[noreturn]] void unknown(const std::string& key, int line, const std::vector<std::string_view>& known) const {
+  [[noreturn]] void unknown(const std::string& key, int line,
+                            const std::vector<std::string_view>& known) const {
     const std::string near = nearest(key, known);
-    fail(line, key.substr(0, 100), "unknown key" + (near.empty() ? "" : "; the nearest known one is " + near));
+    fail(line, key.substr(0, 100),
+         "unknown key" + (near.empty() ? "" : "; the nearest known one is " + near));
   }
 
   std::string text_of(const toml::node& node, const std::string& key, int line) const {
@@ -70,24 +83,28 @@ class StudyReader {
   std::string name_of(const toml::node& node, const std::string& key, int line) const {
     const std::string name = text_of(node, key, line);
     const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-      return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' || c == '_' || c == '-' ||
-             c == ' ' || c == '+';
+      return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' ||
+             c == '_' || c == '-' || c == ' ' || c == '+';
     });
     if (!plain || name.size() > kMaxName || name.front() == '.' || name.front() == ' ')
-      fail(line, key, "must be 1 to 60 letters, digits, '.', '_', '-', '+' or blanks, and not begin with '.' or a blank");
+      fail(
+          line, key,
+          "must be 1 to 60 letters, digits, '.', '_', '-', '+' or blanks, and not begin with '.' or a blank");
     return name;
   }
 
   std::vector<std::string> overrides_of(const toml::node& node, const std::string& key, int line) const {
     const toml::array* list = node.as_array();
-    if (!list || list->size() > kMaxOverrides) fail(line, key, "must be a list of at most 200 texts \"KEY=VALUE\"");
+    if (!list || list->size() > kMaxOverrides)
+      fail(line, key, "must be a list of at most 200 texts \"KEY=VALUE\"");
     std::vector<std::string> out;
     for (const toml::node& entry : *list) out.push_back(text_of(entry, key, line));
     return out;
   }
 
   void seeds(const toml::node& node, int line) {
-    const std::string limits = "must be a count from 1 to " + std::to_string(kMostSeeds) + ", or a list of different seeds of 0 or more";
+    const std::string limits = "must be a count from 1 to " + std::to_string(kMostSeeds) +
+                               ", or a list of different seeds of 0 or more";
     if (node.is_integer()) {
       const std::int64_t count = node.as_integer()->get();
       if (count < 1 || count > std::int64_t(kMostSeeds)) fail(line, "seeds", limits);
@@ -100,31 +117,38 @@ class StudyReader {
       if (!entry.is_integer() || entry.as_integer()->get() < 0) fail(line, "seeds", limits);
       study_.seeds.push_back(std::uint64_t(entry.as_integer()->get()));
     }
-    if (std::set(study_.seeds.begin(), study_.seeds.end()).size() != study_.seeds.size()) fail(line, "seeds", limits);
+    if (std::set(study_.seeds.begin(), study_.seeds.end()).size() != study_.seeds.size())
+      fail(line, "seeds", limits);
   }
 
   void metrics(const toml::node& node, int line) {
     const toml::array* list = node.as_array();
-    if (!list || list->empty() || list->size() > 20) fail(line, "metrics", "must be a list of 1 to 20 names, the primary one first");
+    if (!list || list->empty() || list->size() > 20)
+      fail(line, "metrics", "must be a list of 1 to 20 names, the primary one first");
     for (const toml::node& entry : *list) {
       const std::string name = name_of(entry, "metrics", line);
-      if (std::ranges::find(study_.metrics, name) != study_.metrics.end()) fail(line, "metrics", "names " + name + " twice");
+      if (std::ranges::find(study_.metrics, name) != study_.metrics.end())
+        fail(line, "metrics", "names " + name + " twice");
       study_.metrics.push_back(name);
     }
   }
 
   void entries(const toml::node& node, const std::string& kind, int line, std::vector<StudyEntry>& out) {
     const toml::array* list = node.as_array();
-    if (!list || !list->is_array_of_tables()) fail(line, kind, "must be written as [[" + kind + "]] with name and set");
+    if (!list || !list->is_array_of_tables())
+      fail(line, kind, "must be written as [[" + kind + "]] with name and set");
     for (const toml::node& entry : *list) {
       StudyEntry e;
       e.line = int(entry.source().begin.line);
       for (const auto& [key, value] : *entry.as_table()) {
         const std::string k(key.str());
         const int at = int(key.source().begin.line);
-        if (k == "name") e.name = name_of(value, kind + ".name", at);
-        else if (k == "set") e.overrides = overrides_of(value, kind + ".set", at);
-        else unknown(kind + "." + k, at, {"name", "set"});
+        if (k == "name")
+          e.name = name_of(value, kind + ".name", at);
+        else if (k == "set")
+          e.overrides = overrides_of(value, kind + ".set", at);
+        else
+          unknown(kind + "." + k, at, {"name", "set"});
       }
       if (e.name.empty()) fail(e.line, kind, "has no name");
       out.push_back(std::move(e));
@@ -142,7 +166,8 @@ class StudyReader {
         continue;
       }
       const toml::array* list = value.as_array();
-      if (!list || list->empty() || list->size() > kMostArms) fail(at, "vary", full + " must be a list of 1 to 64 values");
+      if (!list || list->empty() || list->size() > kMostArms)
+        fail(at, "vary", full + " must be a list of 1 to 64 values");
       Vary v{full, {}};
       for (const toml::node& entry : *list) {
         if (!entry.is_value()) fail(at, "vary", full + " must hold numbers and texts only");
@@ -165,7 +190,8 @@ class StudyReader {
     for (const Vary& v : vary_) {
       std::vector<StudyEntry> wider;
       const std::string shown = v.key.substr(v.key.rfind('.') + 1);
-      if (study_.arms.size() * v.values.size() > kMostArms) fail(0, "vary", "gives more than 64 combinations");
+      if (study_.arms.size() * v.values.size() > kMostArms)
+        fail(0, "vary", "gives more than 64 combinations");
       for (const StudyEntry& arm : study_.arms)
         for (const std::string& value : v.values) {
           StudyEntry e = arm;
@@ -187,8 +213,9 @@ class StudyReader {
     if (study_.arms.size() * study_.parts.size() * study_.seeds.size() > kMostPrints)
       fail(0, "seeds", "asks for more than " + std::to_string(kMostPrints) + " prints");
     const auto& arms = study_.arms;
-    if (!study_.baseline.empty() &&
-        std::none_of(arms.begin(), arms.end(), [&](const StudyEntry& a) { return a.name == study_.baseline; })) {
+    if (!study_.baseline.empty() && std::none_of(arms.begin(), arms.end(), [&](const StudyEntry& a) {
+          return a.name == study_.baseline;
+        })) {
       std::string known;
       for (const StudyEntry& a : arms) known += (known.empty() ? "" : ", ") + a.name;
       fail(baseline_line_, "baseline", "'" + study_.baseline.substr(0, 100) + "' is not one of " + known);
@@ -215,8 +242,9 @@ Study parse_study(std::string_view text, const std::string& file) {
   try {
     return StudyReader(file).read(toml::parse(text, file));
   } catch (const toml::parse_error& e) {
-    throw ConfigError(file, int(e.source().begin.line), "",
-                      "column " + std::to_string(e.source().begin.column) + ": " + std::string(e.description()));
+    throw ConfigError(
+        file, int(e.source().begin.line), "",
+        "column " + std::to_string(e.source().begin.column) + ": " + std::string(e.description()));
   }
 }
 
@@ -238,7 +266,8 @@ std::vector<Experiment> study_experiments(const Study& study, const std::filesys
       try {
         out.push_back(parse_experiment(texts, overrides));
       } catch (const ConfigError& e) {
-        throw ConfigError(e.file, e.line, e.key, "scheme '" + arm.name + "' on part '" + part.name + "': " + e.problem);
+        throw ConfigError(e.file, e.line, e.key,
+                          "scheme '" + arm.name + "' on part '" + part.name + "': " + e.problem);
       }
     }
   return out;

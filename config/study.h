@@ -1,4 +1,5 @@
-// A study: which prints to compare. Read from TOML; every override goes through the table of configuration fields.
+// A study: which prints to compare. Read from TOML; every override goes through the table of configuration
+// fields.
 #pragma once
 
 #include <cstdint>
@@ -18,28 +19,31 @@ struct StudyEntry {
   int line = 0;                        ///< in the study file; 0 = not written there
 };
 
-/// What is compared are the schemes, each under every combination of what varies; where are the parts; the seeds repeat.
+/// What is compared are the schemes, each under every combination of what varies; where are the parts; the
+/// seeds repeat.
 struct Study {
-  std::string name;                     ///< of the study folder
-  std::string experiment;               ///< path as written, relative to the study file; "" = the defaults
-  std::vector<std::string> overrides;   ///< for every print
-  std::vector<StudyEntry> arms;         ///< schemes x vary, in order
-  std::vector<StudyEntry> parts;        ///< one unnamed part if the file lists none
+  std::string name;                    ///< of the study folder
+  std::string experiment;              ///< path as written, relative to the study file; "" = the defaults
+  std::vector<std::string> overrides;  ///< for every print
+  std::vector<StudyEntry> arms;        ///< schemes x vary, in order
+  std::vector<StudyEntry> parts;       ///< one unnamed part if the file lists none
   std::vector<std::uint64_t> seeds;
-  std::vector<std::string> metrics;     ///< the first is the primary one; "" = the lab's own
-  std::string baseline;                 ///< an arm's name, or ""
+  std::vector<std::string> metrics;  ///< the first is the primary one; "" = the lab's own
+  std::string baseline;              ///< an arm's name, or ""
 };
 
 inline constexpr std::size_t kMostArms = 64, kMostParts = 64, kMostSeeds = 100'000, kMostPrints = 1'000'000;
 
-/// Keys: name, experiment, set, seeds (a count n = 1..n, or a list), metrics, baseline; [[scheme]] and [[part]] with name
-/// and set; [vary] with "key" = [values]. @throws ConfigError naming file, line, key and limit.
+/// Keys: name, experiment, set, seeds (a count n = 1..n, or a list), metrics, baseline; [[scheme]] and
+/// [[part]] with name and set; [vary] with "key" = [values]. @throws ConfigError naming file, line, key and
+/// limit.
 Study parse_study(std::string_view toml_text, const std::string& file_name);
 
 /// parse_study of the file at `path`. @throws ConfigError, also if it cannot be read
 Study load_study(const std::filesystem::path& path);
 
-/// The experiments of every arm on every part (arm-major), seeds left as they are. `folder` = of the study file.
+/// The experiments of every arm on every part (arm-major), seeds left as they are. `folder` = of the study
+/// file.
 /// @throws ConfigError: what load_experiment says, led by the names of arm and part.
 std::vector<Experiment> study_experiments(const Study& study, const std::filesystem::path& folder);
 

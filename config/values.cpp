@@ -112,7 +112,8 @@ std::string broken_limit(const Field& field) {
                  },
                  [&](const std::vector<AlphaStep>* v) { return broken_schedule(*v, field.limits); },
                  [&](const std::vector<double>* v) {
-                   const bool ok = std::all_of(v->begin(), v->end(), [&](double x) { return inside(x, field.limits); });
+                   const bool ok =
+                       std::all_of(v->begin(), v->end(), [&](double x) { return inside(x, field.limits); });
                    return ok ? std::string() : "every entry must lie in " + limits_text(field) + unit;
                  },
                  [&](const auto* v) { return interval(double(*v)); }},
@@ -120,11 +121,12 @@ std::string broken_limit(const Field& field) {
 }
 
 std::string_view type_text(const Field& field) {
-  return std::visit(Overloaded{[](const double*) { return "number"; }, [](const std::string*) { return "text"; },
-                               [](const std::vector<AlphaStep>*) { return "number or schedule"; },
-                               [](const std::vector<double>*) { return "list of numbers"; },
-                               [](const auto*) { return "integer"; }},
-                    field.value);
+  return std::visit(
+      Overloaded{[](const double*) { return "number"; }, [](const std::string*) { return "text"; },
+                 [](const std::vector<AlphaStep>*) { return "number or schedule"; },
+                 [](const std::vector<double>*) { return "list of numbers"; },
+                 [](const auto*) { return "integer"; }},
+      field.value);
 }
 
 std::string nearest(std::string_view word, const std::vector<std::string_view>& candidates) {

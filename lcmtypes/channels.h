@@ -1,5 +1,5 @@
-// The one table of nodes and channels. Everything that needs to know a channel reads it here: senders and receivers
-// (typed), transport, recorder, replay, `firn log`, docs/dataflow.md.
+// The one table of nodes and channels. Everything that needs to know a channel reads it here: senders and
+// receivers (typed), transport, recorder, replay, `firn log`, docs/dataflow.md.
 #pragma once
 
 #include <array>
@@ -9,29 +9,75 @@
 
 namespace firn {
 
-class height_map_t; class height_profile_t; class scan_done_t; class layer_plan_t; class stage_command_t;
-class jet_command_t; class profiler_command_t; class lamp_command_t; class answer_t; class device_state_t;
-class deposition_report_t; class layer_metrics_t; class fault_t; class safe_stop_t; class enable_t;
-class run_start_t; class run_end_t; class config_t; class heartbeat_t; class resend_request_t; class journal_t;
-class preview_t; class sim_truth_t; class operator_command_t; class material_map_t; class pass_detail_t;
-class height_model_t; class trajectory_t; class path_job_t; class pulse_list_t; class path_report_t;
-class robot_command_t; class valve_command_t; class laser_command_t; class laser_samples_t; class heater_command_t;
-class temperature_t; class control_surface_t; class flow_model_t;
+class height_map_t;
+class height_profile_t;
+class scan_done_t;
+class layer_plan_t;
+class stage_command_t;
+class jet_command_t;
+class profiler_command_t;
+class lamp_command_t;
+class answer_t;
+class device_state_t;
+class deposition_report_t;
+class layer_metrics_t;
+class fault_t;
+class safe_stop_t;
+class enable_t;
+class run_start_t;
+class run_end_t;
+class config_t;
+class heartbeat_t;
+class resend_request_t;
+class journal_t;
+class preview_t;
+class sim_truth_t;
+class operator_command_t;
+class material_map_t;
+class pass_detail_t;
+class height_model_t;
+class trajectory_t;
+class path_job_t;
+class pulse_list_t;
+class path_report_t;
+class robot_command_t;
+class valve_command_t;
+class laser_command_t;
+class laser_samples_t;
+class heater_command_t;
+class temperature_t;
+class control_surface_t;
+class flow_model_t;
 
 enum class NodeId : std::uint8_t {
-  kScheduler, kSurfaceMapper, kController, kStage, kJet, kLaserProfiler, kLamp, kJetB,  // nodes: replayed
-  kSafety, kDropletEstimator,
-  kRobot, kValveA, kValveB, kLaserPoint, kHeater, kPathPlanner, kFlowEstimator,         // of a path printer
-  kRecorder, kLauncher,                                                                 // outside replay
+  kScheduler,
+  kSurfaceMapper,
+  kController,
+  kStage,
+  kJet,
+  kLaserProfiler,
+  kLamp,
+  kJetB,  // nodes: replayed
+  kSafety,
+  kDropletEstimator,
+  kRobot,
+  kValveA,
+  kValveB,
+  kLaserPoint,
+  kHeater,
+  kPathPlanner,
+  kFlowEstimator,  // of a path printer
+  kRecorder,
+  kLauncher,  // outside replay
 };
 inline constexpr int kNodeCount = 19;
 inline constexpr int kReplayedNodeCount = 17;
 
 struct NodeInfo {
   NodeId id;
-  std::string_view name;      ///< process, write-ahead file and CONFIG_/FAULT_/HEARTBEAT_ suffix (upper case)
-  double longest_step_s;      ///< wall time that one step may take before safety calls the node dead
-  bool driver;                ///< talks to an instrument and honours the lease
+  std::string_view name;  ///< process, write-ahead file and CONFIG_/FAULT_/HEARTBEAT_ suffix (upper case)
+  double longest_step_s;  ///< wall time that one step may take before safety calls the node dead
+  bool driver;            ///< talks to an instrument and honours the lease
 };
 std::span<const NodeInfo> nodes();
 const NodeInfo& info(NodeId id);
@@ -48,8 +94,8 @@ struct ChannelInfo {
   std::string_view type;
   NodeId publisher;
   Delivery delivery;
-  double rate_hz;             ///< typical; 0 = on event
-  int queue;                  ///< receive queue [messages]; 0 = unlimited
+  double rate_hz;  ///< typical; 0 = on event
+  int queue;       ///< receive queue [messages]; 0 = unlimited
   bool logged;
   std::string_view meaning;
   /// False for what only tests, audit and reports may read (SIM_TRUTH) and for what no node reads.
@@ -108,7 +154,7 @@ Channel<fault_t> fault(NodeId node);
 Channel<config_t> config(NodeId node);
 Channel<heartbeat_t> heartbeat(NodeId node);
 Channel<resend_request_t> resend_request(NodeId node);
-Channel<journal_t> journal(NodeId node);            ///< replayed nodes only
+Channel<journal_t> journal(NodeId node);  ///< replayed nodes only
 }  // namespace channels
 
 }  // namespace firn

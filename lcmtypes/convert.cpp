@@ -101,7 +101,8 @@ PlannedPath from_message(const trajectory_t& m) {
   t.certificate.duration_s = m.duration_s;
   t.certificate.lower_bound_s = m.lower_bound_s;
   t.certificate.curvature_ramp_mm = m.curvature_ramp_mm;
-  for (std::size_t n = 0; n < m.limit.size(); ++n) t.certificate.limits.push_back({m.limit[n], m.ratio[n], m.time_s[n]});
+  for (std::size_t n = 0; n < m.limit.size(); ++n)
+    t.certificate.limits.push_back({m.limit[n], m.ratio[n], m.time_s[n]});
   return p;
 }
 

@@ -5,21 +5,21 @@
 #include <string>
 
 #include "core/grid/grid.h"
-#include "core/path/trajectory_codec.h"
 #include "core/grid/material.h"
+#include "core/path/trajectory_codec.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/grid_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
-#include "firn/trajectory_t.hpp"
 #include "firn/material_map_t.hpp"
+#include "firn/trajectory_t.hpp"
 
 namespace firn {
 
 grid_t to_message(const GridSpec& spec);
 GridSpec from_message(const grid_t& grid);
 
-HeightMap height_of(const height_map_t& map);              ///< NaN where not measured
+HeightMap height_of(const height_map_t& map);  ///< NaN where not measured
 void set_height(height_map_t& map, const HeightMap& height);
 DropletPattern drops_of(const layer_plan_t& plan);
 DropletPattern drops_of(const deposition_report_t& report);  ///< what the pass commanded

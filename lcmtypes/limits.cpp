@@ -5,12 +5,12 @@
 namespace firn {
 namespace {
 
-constexpr double kAny = std::numeric_limits<double>::max();       // finite
-constexpr double kCount = 9007199254740992.0;                     // 2^53
+constexpr double kAny = std::numeric_limits<double>::max();  // finite
+constexpr double kCount = 9007199254740992.0;                // 2^53
 constexpr double kCells = 4096.0 * 4096.0;
 constexpr double kDrops = kCells * 127;
 constexpr double kLayers = 1e6;
-constexpr double kMm = 1e5;                                       // 100 m: no machine is larger
+constexpr double kMm = 1e5;  // 100 m: no machine is larger
 constexpr double kSeconds = 1e9;
 
 constexpr Limit kLimits[] = {

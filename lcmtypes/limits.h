@@ -1,4 +1,5 @@
-// The limits of message members, by type and path. For validate.cpp; what each member means stands in the .lcm files.
+// The limits of message members, by type and path. For validate.cpp; what each member means stands in the
+// .lcm files.
 #pragma once
 
 #include <span>
@@ -10,8 +11,8 @@ struct Limit {
   std::string_view type;  ///< "*" = every type that has the path
   std::string_view path;
   double low, high;
-  bool above_low = false;  ///< low itself is refused
-  bool nan_ok = false;     ///< arrays: NaN means not measured
+  bool above_low = false;      ///< low itself is refused
+  bool nan_ok = false;         ///< arrays: NaN means not measured
   std::string_view when = {};  ///< the row holds only while this member lies in [when_low, when_high]
   double when_low = 0, when_high = 0;
 };

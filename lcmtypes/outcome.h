@@ -6,19 +6,41 @@
 namespace firn {
 
 /// answer_t.outcome, deposition_report_t.outcome
-enum class Outcome : std::int8_t { kReady = 0, kDone = 1, kNone = 2, kUnknown = 3, kRefused = 4, kFailed = 5 };
+enum class Outcome : std::int8_t {
+  kReady = 0,
+  kDone = 1,
+  kNone = 2,
+  kUnknown = 3,
+  kRefused = 4,
+  kFailed = 5
+};
 
 /// device_state_t.state
 enum class DeviceState : std::int8_t {
-  kDisconnected = 0, kConnecting = 1, kIdentifying = 2, kSafe = 3, kStaged = 4, kArmed = 5, kActive = 6,
-  kSuspect = 7, kFault = 8, kEstop = 9,
+  kDisconnected = 0,
+  kConnecting = 1,
+  kIdentifying = 2,
+  kSafe = 3,
+  kStaged = 4,
+  kArmed = 5,
+  kActive = 6,
+  kSuspect = 7,
+  kFault = 8,
+  kEstop = 9,
 };
 
 /// layer_plan_t.decision
 enum class PlanDecision : std::int8_t { kPrint = 0, kEnd = 1, kStop = 2 };
 
-/// run_end_t.outcome. kOutOfTolerance: all layers are printed, and the last map says that the part is not what was wanted.
-enum class RunOutcome : std::int8_t { kFinished = 0, kEndedEarly = 1, kStoppedSafely = 2, kWaitsForOperator = 3, kOutOfTolerance = 4 };
+/// run_end_t.outcome. kOutOfTolerance: all layers are printed, and the last map says that the part is not
+/// what was wanted.
+enum class RunOutcome : std::int8_t {
+  kFinished = 0,
+  kEndedEarly = 1,
+  kStoppedSafely = 2,
+  kWaitsForOperator = 3,
+  kOutOfTolerance = 4
+};
 
 /// fault_t.severity
 enum class Severity : std::int8_t { kNotice = 0, kWarning = 1, kStop = 2 };

@@ -29,7 +29,8 @@ struct PlaceSink : NullSink {
 Leaf number_leaf(std::string_view path, Kind kind, std::span<const std::byte> m, std::size_t offset) {
   const std::byte* p = m.data() + offset;
   const bool real = kind == Kind::kFloat || kind == Kind::kDouble;
-  return {path, kind, offset, kSizes[std::size_t(kind)], real ? LeafValue(real_at(kind, p)) : LeafValue(integer_at(kind, p))};
+  return {path, kind, offset, kSizes[std::size_t(kind)],
+          real ? LeafValue(real_at(kind, p)) : LeafValue(integer_at(kind, p))};
 }
 
 // Every leaf in turn, or only the one that holds byte `wanted`.
@@ -102,7 +103,8 @@ std::optional<SizeError> check(const Type& type, std::span<const std::byte> mess
   return walk_message(type, message, sink);
 }
 
-std::optional<SizeError> check(const Type& type, std::span<const std::byte> message, std::span<FieldPlace> places) {
+std::optional<SizeError> check(const Type& type, std::span<const std::byte> message,
+                               std::span<FieldPlace> places) {
   PlaceSink sink;
   sink.places = places;
   return walk_message(type, message, sink);
@@ -116,20 +118,26 @@ std::optional<SizeError> for_each_leaf(const Type& type, std::span<const std::by
   return walk_message(type, message, sink);
 }
 
-std::optional<FieldDifference> first_difference(const Type& type, std::span<const std::byte> a, std::span<const std::byte> b) {
+std::optional<FieldDifference> first_difference(const Type& type, std::span<const std::byte> a,
+                                                std::span<const std::byte> b) {
   const auto [pa, pb] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
   const std::size_t at = std::size_t(pa - a.begin());
   if (pa == a.end() && pb == b.end()) return {};
   if (at < 8) {
     const auto name = [](std::span<const std::byte> m) {
       const Type* t = Schema::builtin().type_of(m);
-      return t ? t->name : m.size() < 8 ? std::string("(missing)") : "unknown fingerprint " + std::to_string(std::int64_t(big_endian(m.data(), 8)));
+      return t              ? t->name
+             : m.size() < 8 ? std::string("(missing)")
+                            : "unknown fingerprint " + std::to_string(std::int64_t(big_endian(m.data(), 8)));
     };
     return FieldDifference{"(fingerprint)", name(a), name(b), at};
   }
   const auto in_a = leaf_at(type, a, at), in_b = leaf_at(type, b, at);
-  if (!in_a && !in_b) return FieldDifference{"(length)", std::to_string(a.size()) + " bytes", std::to_string(b.size()) + " bytes", at};
-  return FieldDifference{in_a ? in_a->path : in_b->path, in_a ? in_a->text : "(missing)", in_b ? in_b->text : "(missing)", at};
+  if (!in_a && !in_b)
+    return FieldDifference{"(length)", std::to_string(a.size()) + " bytes",
+                           std::to_string(b.size()) + " bytes", at};
+  return FieldDifference{in_a ? in_a->path : in_b->path, in_a ? in_a->text : "(missing)",
+                         in_b ? in_b->text : "(missing)", at};
 }
 
 std::string to_text(const Leaf& leaf) {
@@ -141,7 +149,8 @@ std::string to_text(const Leaf& leaf) {
     char* end = std::to_chars(text, text + sizeof text, std::bit_cast<std::uint64_t>(v), 16).ptr;
     return "nan (0x" + std::string(text, end) + ")";
   }
-  const auto r = leaf.kind == Kind::kFloat ? std::to_chars(text, text + sizeof text, float(v)) : std::to_chars(text, text + sizeof text, v);
+  const auto r = leaf.kind == Kind::kFloat ? std::to_chars(text, text + sizeof text, float(v))
+                                           : std::to_chars(text, text + sizeof text, v);
   return {text, r.ptr};
 }
 

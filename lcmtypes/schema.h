@@ -1,7 +1,7 @@
-// Reflection over LCM types at run time, read from the .lcm texts: sizes and bounds before a decode, leaves by path,
-// the first difference of two messages, JSON. LCM's own decoders resize arrays to whatever the bytes claim; nothing
-// here allocates in proportion to a claimed size.
-// Encoding: https://lcm-proj.github.io/lcm/content/lcm-type-ref.html (fingerprint, then big-endian members).
+// Reflection over LCM types at run time, read from the .lcm texts: sizes and bounds before a decode, leaves
+// by path, the first difference of two messages, JSON. LCM's own decoders resize arrays to whatever the bytes
+// claim; nothing here allocates in proportion to a claimed size. Encoding:
+// https://lcm-proj.github.io/lcm/content/lcm-type-ref.html (fingerprint, then big-endian members).
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,24 @@
 
 namespace firn {
 
-/// All .lcm files of the house, one after another; what logs and write-ahead files carry to explain themselves.
+/// All .lcm files of the house, one after another; what logs and write-ahead files carry to explain
+/// themselves.
 std::string_view lcm_type_texts();
 
 namespace schema {
 
-enum class Kind : std::uint8_t { kInt8, kInt16, kInt32, kInt64, kByte, kBoolean, kFloat, kDouble, kString, kStruct };
+enum class Kind : std::uint8_t {
+  kInt8,
+  kInt16,
+  kInt32,
+  kInt64,
+  kByte,
+  kBoolean,
+  kFloat,
+  kDouble,
+  kString,
+  kStruct
+};
 /// Encoded bytes of a number; 0 for strings and structs.
 std::size_t size_of(Kind kind);
 
@@ -101,13 +113,15 @@ class Schema {
  public:
   /// Of lcm_type_texts(), parsed once.
   static const Schema& builtin();
-  /// @throws std::invalid_argument with line and cause: syntax, unknown type, recursion, more than 4 dimensions
+  /// @throws std::invalid_argument with line and cause: syntax, unknown type, recursion, more than 4
+  /// dimensions
   static Schema parse(std::string_view texts);
 
   /// By "height_map_t" or "firn.height_map_t". @returns nullptr if unknown.
   const schema::Type* find(std::string_view name) const;
   const schema::Type* find_fingerprint(std::int64_t fingerprint) const;
-  /// The type whose fingerprint an encoded message begins with. @returns nullptr if unknown or shorter than 8 bytes.
+  /// The type whose fingerprint an encoded message begins with. @returns nullptr if unknown or shorter than 8
+  /// bytes.
   const schema::Type* type_of(std::span<const std::byte> message) const;
   const std::deque<schema::Type>& types() const { return types_; }
 
@@ -122,8 +136,8 @@ class Schema {
   std::map<std::int64_t, const schema::Type*> by_fingerprint_;
 };
 
-/// Would LCM decode exactly these bytes, with every count, string and array inside them? Trailing bytes are an error.
-/// Arrays of numbers cost O(1).
+/// Would LCM decode exactly these bytes, with every count, string and array inside them? Trailing bytes are
+/// an error. Arrays of numbers cost O(1).
 std::optional<SizeError> check(const schema::Type& type, std::span<const std::byte> message);
 
 /// Where a field of a checked message stands.
@@ -132,7 +146,8 @@ struct FieldPlace {
   std::size_t count;   ///< elements; 1 for a single value
 };
 /// As check(), and fills places[i] for type.fields[i]; places.size() >= type.fields.size().
-std::optional<SizeError> check(const schema::Type& type, std::span<const std::byte> message, std::span<FieldPlace> places);
+std::optional<SizeError> check(const schema::Type& type, std::span<const std::byte> message,
+                               std::span<FieldPlace> places);
 
 /// Calls `visit` for every number and string in encoded order until it returns false.
 /// @returns what stopped the walk if the message is damaged (leaves before it were visited).
@@ -143,9 +158,10 @@ std::optional<SizeError> for_each_leaf(const schema::Type& type, std::span<const
 std::optional<FieldDifference> first_difference(const schema::Type& type, std::span<const std::byte> a,
                                                 std::span<const std::byte> b);
 
-/// One JSON object, no spaces; NaN and infinities are null, "Infinity", "-Infinity". A damaged message gets the members
-/// before the damage and "_error".
-std::string to_json(const schema::Type& type, std::span<const std::byte> message, const JsonOptions& options = {});
+/// One JSON object, no spaces; NaN and infinities are null, "Infinity", "-Infinity". A damaged message gets
+/// the members before the damage and "_error".
+std::string to_json(const schema::Type& type, std::span<const std::byte> message,
+                    const JsonOptions& options = {});
 
 /// `text` as a JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
 std::string json_string(std::string_view text);

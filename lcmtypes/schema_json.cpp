@@ -21,7 +21,9 @@ std::size_t utf8_length(std::string_view s) {
   if (b >= 0xe0 && b < 0xf0)
     return tail(1) && tail(2) && !(b == 0xe0 && byte(1) < 0xa0) && !(b == 0xed && byte(1) >= 0xa0) ? 3 : 0;
   if (b >= 0xf0 && b < 0xf5)
-    return tail(1) && tail(2) && tail(3) && !(b == 0xf0 && byte(1) < 0x90) && !(b == 0xf4 && byte(1) >= 0x90) ? 4 : 0;
+    return tail(1) && tail(2) && tail(3) && !(b == 0xf0 && byte(1) < 0x90) && !(b == 0xf4 && byte(1) >= 0x90)
+               ? 4
+               : 0;
   return 0;
 }
 
@@ -34,7 +36,8 @@ void append_number(std::string& out, Kind kind, const std::byte* p) {
       out += std::isnan(v) ? "null" : v > 0 ? "\"Infinity\"" : "\"-Infinity\"";
       return;
     }
-    r = kind == Kind::kFloat ? std::to_chars(text, text + sizeof text, float(v)) : std::to_chars(text, text + sizeof text, v);
+    r = kind == Kind::kFloat ? std::to_chars(text, text + sizeof text, float(v))
+                             : std::to_chars(text, text + sizeof text, v);
   } else {
     r = std::to_chars(text, text + sizeof text, integer_at(kind, p));
   }
@@ -71,8 +74,12 @@ struct JsonSink : NullSink {
     comma();
     out += json_string(path) + ":";
   }
-  std::size_t shown(std::size_t n) const { return options.full || n <= options.array_limit ? n : kShownOfLong; }
-  void open_array(std::size_t n) { out += shown(n) == n ? "[" : "{\"count\":" + std::to_string(n) + ",\"first\":["; }
+  std::size_t shown(std::size_t n) const {
+    return options.full || n <= options.array_limit ? n : kShownOfLong;
+  }
+  void open_array(std::size_t n) {
+    out += shown(n) == n ? "[" : "{\"count\":" + std::to_string(n) + ",\"first\":[";
+  }
   void close_array(std::size_t n) { out += array_end_of(n); }
   std::string_view array_end_of(std::size_t n) const { return shown(n) == n ? "]" : "]}"; }
 
@@ -161,7 +168,7 @@ std::string to_json(const Type& type, std::span<const std::byte> message, const 
     }
     sink.comma();
     sink.out += "\"_error\":" + json_string((error->path.empty() ? "" : error->path + ": ") + "byte " +
-                                           std::to_string(error->offset) + ": " + error->message);
+                                            std::to_string(error->offset) + ": " + error->message);
   } else {
     sink.close_to(0);
   }

@@ -15,9 +15,9 @@ struct Primitive {
   std::size_t size;
 };
 constexpr Primitive kPrimitives[] = {
-    {"int8_t", Kind::kInt8, 1},   {"int16_t", Kind::kInt16, 2},  {"int32_t", Kind::kInt32, 4},
-    {"int64_t", Kind::kInt64, 8}, {"byte", Kind::kByte, 1},      {"boolean", Kind::kBoolean, 1},
-    {"float", Kind::kFloat, 4},   {"double", Kind::kDouble, 8},  {"string", Kind::kString, 0},
+    {"int8_t", Kind::kInt8, 1},   {"int16_t", Kind::kInt16, 2}, {"int32_t", Kind::kInt32, 4},
+    {"int64_t", Kind::kInt64, 8}, {"byte", Kind::kByte, 1},     {"boolean", Kind::kBoolean, 1},
+    {"float", Kind::kFloat, 4},   {"double", Kind::kDouble, 8}, {"string", Kind::kString, 0},
 };
 
 const Primitive* primitive(std::string_view name) {
@@ -26,7 +26,8 @@ const Primitive* primitive(std::string_view name) {
   return nullptr;
 }
 
-// lcm-gen's hash [lcmgen.c: hash_update, hash_string_update, lcm_struct_hash]; the type's own name is not in it.
+// lcm-gen's hash [lcmgen.c: hash_update, hash_string_update, lcm_struct_hash]; the type's own name is not in
+// it.
 std::uint64_t hash_byte(std::uint64_t v, std::uint8_t c) {
   const std::int64_t s = std::int64_t(v);
   return ((v << 8) ^ std::uint64_t(s >> 55)) + std::uint64_t(std::int64_t(std::int8_t(c)));
@@ -93,7 +94,9 @@ class Parser {
 
   void advance() {
     skip_blanks();
-    const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' || c == '-' || c == '+'; };
+    const auto is_word = [](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' || c == '-' || c == '+';
+    };
     std::size_t n = 0;
     while (n < rest_.size() && is_word(rest_[n])) ++n;
     if (n == 0 && !rest_.empty()) n = 1;
@@ -152,7 +155,8 @@ class Parser {
       expect("]");
       m.dimensions.push_back(std::move(d));
     }
-    if (m.dimensions.size() > kMaxDimensions) fail(m.name + ": more than " + std::to_string(kMaxDimensions) + " dimensions");
+    if (m.dimensions.size() > kMaxDimensions)
+      fail(m.name + ": more than " + std::to_string(kMaxDimensions) + " dimensions");
     return m;
   }
 
@@ -174,14 +178,16 @@ const Type* resolve(const Names& names, const Type& user, const std::string& nam
   throw std::invalid_argument("LCM types: " + user.name + ": unknown type '" + name + "'");
 }
 
-// Resolves structs that stand alone into fields of `out`, sums hashes. A type that contains itself is refused.
+// Resolves structs that stand alone into fields of `out`, sums hashes. A type that contains itself is
+// refused.
 struct Nesting {
   std::vector<const Type*> parents;
   std::size_t structs = 0;  // resolved so far: doubling at each level must not run away
 };
 constexpr std::size_t kMostNested = 32, kMostStructs = 10000;
 
-std::uint64_t flatten(const Names& names, const Type& type, const std::string& prefix, Type& out, Nesting& nesting) {
+std::uint64_t flatten(const Names& names, const Type& type, const std::string& prefix, Type& out,
+                      Nesting& nesting) {
   std::vector<const Type*>& parents = nesting.parents;
   if (std::find(parents.begin(), parents.end(), &type) != parents.end())
     throw std::invalid_argument("LCM types: " + type.name + " contains itself");
@@ -193,7 +199,8 @@ std::uint64_t flatten(const Names& names, const Type& type, const std::string& p
   for (const Member& m : type.members)
     for (const Dimension& d : m.dimensions)
       if (d.variable && counters.emplace(d.text, int(out.slots)).second) ++out.slots;
-  if (out.slots > kMaxSlots) throw std::invalid_argument("LCM types: " + out.name + " counts too many arrays");
+  if (out.slots > kMaxSlots)
+    throw std::invalid_argument("LCM types: " + out.name + " counts too many arrays");
   for (const Member& m : type.members) {
     Field f{prefix + m.name, m.kind, m.dimensions, -1, nullptr};
     for (Dimension& d : f.dimensions)
@@ -206,7 +213,9 @@ std::uint64_t flatten(const Names& names, const Type& type, const std::string& p
       Type& into = f.dimensions.empty() ? out : whole;
       hash += flatten(names, *f.element, f.dimensions.empty() ? f.path + "." : "", into, nesting);
       if (f.dimensions.empty()) continue;
-      if (whole.smallest_bytes == 0) throw std::invalid_argument("LCM types: " + type.name + "." + m.name + " is an array of an empty type");
+      if (whole.smallest_bytes == 0)
+        throw std::invalid_argument("LCM types: " + type.name + "." + m.name +
+                                    " is an array of an empty type");
     }
     std::size_t smallest = m.kind == Kind::kString ? 5 : m.kind == Kind::kStruct ? 1 : size_of(m.kind);
     for (const Dimension& d : f.dimensions) smallest *= d.variable ? 0 : std::size_t(d.size);

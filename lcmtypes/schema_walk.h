@@ -13,20 +13,36 @@ namespace firn::schema {
 inline std::uint64_t big_endian(const std::byte* p, std::size_t bytes) {
   std::uint64_t v = 0;
   switch (bytes) {
-    case 1: return std::uint64_t(*p);
-    case 2: { std::uint16_t x; std::memcpy(&x, p, 2); return __builtin_bswap16(x); }
-    case 4: { std::uint32_t x; std::memcpy(&x, p, 4); return __builtin_bswap32(x); }
-    default: std::memcpy(&v, p, 8); return __builtin_bswap64(v);
+    case 1:
+      return std::uint64_t(*p);
+    case 2: {
+      std::uint16_t x;
+      std::memcpy(&x, p, 2);
+      return __builtin_bswap16(x);
+    }
+    case 4: {
+      std::uint32_t x;
+      std::memcpy(&x, p, 4);
+      return __builtin_bswap32(x);
+    }
+    default:
+      std::memcpy(&v, p, 8);
+      return __builtin_bswap64(v);
   }
 }
 
 inline std::int64_t integer_at(Kind kind, const std::byte* p) {
   switch (kind) {
-    case Kind::kByte: return std::int64_t(std::uint8_t(*p));
-    case Kind::kInt16: return std::int16_t(big_endian(p, 2));
-    case Kind::kInt32: return std::int32_t(big_endian(p, 4));
-    case Kind::kInt64: return std::int64_t(big_endian(p, 8));
-    default: return std::int8_t(*p);
+    case Kind::kByte:
+      return std::int64_t(std::uint8_t(*p));
+    case Kind::kInt16:
+      return std::int16_t(big_endian(p, 2));
+    case Kind::kInt32:
+      return std::int32_t(big_endian(p, 4));
+    case Kind::kInt64:
+      return std::int64_t(big_endian(p, 8));
+    default:
+      return std::int8_t(*p);
   }
 }
 
@@ -72,12 +88,14 @@ inline SizeError cut(std::size_t offset, const std::string& path, std::size_t ne
 }
 
 // A string: i32 length with the final NUL, text, NUL. nullopt sets `text` and moves `at`.
-inline std::optional<SizeError> read_string(const std::string& path, std::span<const std::byte> m, std::size_t& at,
-                                            std::string_view& text) {
+inline std::optional<SizeError> read_string(const std::string& path, std::span<const std::byte> m,
+                                            std::size_t& at, std::string_view& text) {
   if (m.size() - at < 5) return cut(at, path, 5, m.size() - at);
   const std::int32_t length = std::int32_t(big_endian(m.data() + at, 4));
   if (length < 1 || std::size_t(length) > m.size() - at - 4)
-    return SizeError{at, path, "string length " + std::to_string(length) + " is outside 1.." + std::to_string(m.size() - at - 4)};
+    return SizeError{
+        at, path,
+        "string length " + std::to_string(length) + " is outside 1.." + std::to_string(m.size() - at - 4)};
   text = {reinterpret_cast<const char*>(m.data() + at + 4), std::size_t(length) - 1};
   if (m[at + 3 + std::size_t(length)] != std::byte{0})
     return SizeError{at + 3 + std::size_t(length), path, "string does not end with a zero byte"};
@@ -89,21 +107,24 @@ inline std::optional<SizeError> read_string(const std::string& path, std::span<c
 }
 
 // The element count of an array; each element takes at least `least` bytes.
-inline std::optional<SizeError> count_elements(const Field& f, std::span<const std::int64_t> slots, std::size_t least,
-                                               std::size_t at, std::size_t left, Counts& counts) {
+inline std::optional<SizeError> count_elements(const Field& f, std::span<const std::int64_t> slots,
+                                               std::size_t least, std::size_t at, std::size_t left,
+                                               Counts& counts) {
   counts.rank = f.dimensions.size();
   const std::size_t most = left / least;
   for (std::size_t d = 0; d < counts.rank; ++d) {
     const Dimension& dim = f.dimensions[d];
     const std::int64_t n = dim.variable ? slots[std::size_t(dim.slot)] : dim.size;
-    if (n < 0) return SizeError{at, f.path, "array size " + dim.text + " = " + std::to_string(n) + " is negative"};
+    if (n < 0)
+      return SizeError{at, f.path, "array size " + dim.text + " = " + std::to_string(n) + " is negative"};
     counts.n[d] = std::size_t(n);
     // Also a dimension beside a zero one makes the decoder allocate: none may claim more than could be there.
     const bool overflow = __builtin_mul_overflow(counts.total, counts.n[d], &counts.total);
     const bool last = d + 1 == counts.rank;
     if (overflow || counts.n[d] > std::max<std::size_t>(most, 4096) || (last && counts.total > most))
-      return SizeError{at, f.path, "array size " + dim.text + " = " + std::to_string(n) + " needs more than the " +
-                                       std::to_string(left) + " bytes that are left"};
+      return SizeError{at, f.path,
+                       "array size " + dim.text + " = " + std::to_string(n) + " needs more than the " +
+                           std::to_string(left) + " bytes that are left"};
   }
   return {};
 }
@@ -133,7 +154,9 @@ std::optional<SizeError> walk(const Type& type, std::span<const std::byte> m, st
       continue;
     }
     Counts counts;
-    const std::size_t least = size ? size : f.kind == Kind::kString ? 5 : std::max<std::size_t>(f.element->smallest_bytes, 1);
+    const std::size_t least = size                      ? size
+                              : f.kind == Kind::kString ? 5
+                                                        : std::max<std::size_t>(f.element->smallest_bytes, 1);
     if (auto e = count_elements(f, slots, least, at, m.size() - at, counts)) return e;
     if (size) {
       sink.numbers(f, i, at, counts);
@@ -169,7 +192,8 @@ inline std::optional<SizeError> check_fingerprint(const Type& type, std::span<co
   if (m.size() < 8) return SizeError{0, "", std::to_string(m.size()) + " bytes are no message"};
   if (std::int64_t(big_endian(m.data(), 8)) == type.fingerprint) return {};
   const Type* other = Schema::builtin().type_of(m);
-  return SizeError{0, "", "fingerprint is not " + type.name + "'s" + (other ? " but " + other->name + "'s" : "")};
+  return SizeError{0, "",
+                   "fingerprint is not " + type.name + "'s" + (other ? " but " + other->name + "'s" : "")};
 }
 
 /// Fingerprint, members, nothing behind.

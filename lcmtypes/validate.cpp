@@ -55,7 +55,8 @@ const Limit* general_limit(const Type& type, const Field& field) {
 
 Plan plan_for(const Type& type) {
   Plan plan{&type, {}, {}};
-  if (type.fields.size() > kMostFields) throw std::logic_error(type.name + " has more members than validate() can hold");
+  if (type.fields.size() > kMostFields)
+    throw std::logic_error(type.name + " has more members than validate() can hold");
   for (std::size_t i = 0; i < type.fields.size(); ++i) {
     const Field& f = type.fields[i];
     if (f.kind == Kind::kStruct) continue;
@@ -74,9 +75,11 @@ Plan plan_for(const Type& type) {
   }
   for (const Relation& r : relations()) {
     if (r.type != type.name) continue;
-    const int a = field_index(type, r.a), b = field_index(type, r.b), c = r.c.empty() ? 0 : field_index(type, r.c);
+    const int a = field_index(type, r.a), b = field_index(type, r.b),
+              c = r.c.empty() ? 0 : field_index(type, r.c);
     if (a < 0 || b < 0 || c < 0) continue;  // unmatched_limits() says so
-    plan.relations.push_back({r, std::size_t(a), std::size_t(b), std::size_t(c), r.when.empty() ? -1 : field_index(type, r.when)});
+    plan.relations.push_back(
+        {r, std::size_t(a), std::size_t(b), std::size_t(c), r.when.empty() ? -1 : field_index(type, r.when)});
   }
   return plan;
 }
@@ -90,7 +93,9 @@ const std::map<std::int64_t, Plan>& plans() {
   return all;
 }
 
-double number_at(Kind kind, const std::byte* p) { return is_real(kind) ? real_at(kind, p) : double(integer_at(kind, p)); }
+double number_at(Kind kind, const std::byte* p) {
+  return is_real(kind) ? real_at(kind, p) : double(integer_at(kind, p));
+}
 
 bool inside(const Limit& l, double v) {
   if (std::isnan(v)) return l.nan_ok;
@@ -129,7 +134,8 @@ std::size_t first_outside(const Check& c, const std::byte* p, std::size_t n) {
   const std::size_t size = kSizes[std::size_t(c.kind)];
   if (n > 1) {
     const Limit& l = c.limit;
-    if (c.kind == Kind::kInt8 && l.low == 0 && l.high <= 127 && !any_outside(p, n, unsigned(l.high))) return n;
+    if (c.kind == Kind::kInt8 && l.low == 0 && l.high <= 127 && !any_outside(p, n, unsigned(l.high)))
+      return n;
     if (c.kind == Kind::kFloat && l.nan_ok && l.low == -l.high && !any_outside(p, n, float(l.high))) return n;
   }
   for (std::size_t k = 0; k < n; ++k)
@@ -140,7 +146,8 @@ std::size_t first_outside(const Check& c, const std::byte* p, std::size_t n) {
 std::string text_of(double v) {
   char text[40];
   const bool whole = std::abs(v) < 1e16 && v == std::trunc(v);
-  return std::string(text, whole ? std::to_chars(text, text + sizeof text, std::int64_t(v)).ptr : std::to_chars(text, text + sizeof text, v).ptr);
+  return std::string(text, whole ? std::to_chars(text, text + sizeof text, std::int64_t(v)).ptr
+                                 : std::to_chars(text, text + sizeof text, v).ptr);
 }
 
 struct Message {
@@ -160,16 +167,22 @@ struct Message {
     return f.dimensions.empty() ? f.path : f.path + "[" + std::to_string(k) + "]";
   }
   std::string at(std::size_t field, std::size_t k) const {
-    return "byte " + std::to_string(places[field].offset + k * kSizes[std::size_t(type->fields[field].kind)]) + ": ";
+    return "byte " +
+           std::to_string(places[field].offset + k * kSizes[std::size_t(type->fields[field].kind)]) + ": ";
   }
 };
 
 std::string describe(const Message& m, const Check& c, std::size_t k) {
   const Limit& l = c.limit;
-  std::string range = l.high == std::numeric_limits<double>::max() ? "finite" : (l.above_low ? "above " + text_of(l.low) + " up to " : text_of(l.low) + "..") + text_of(l.high);
+  std::string range =
+      l.high == std::numeric_limits<double>::max()
+          ? "finite"
+          : (l.above_low ? "above " + text_of(l.low) + " up to " : text_of(l.low) + "..") + text_of(l.high);
   std::string value = text_of(m.number(c.field, k));
-  std::string said = m.at(c.field, k) + m.name(c.field, k) + " = " + value + (range == "finite" ? " is not finite" : " is outside " + range);
-  if (c.when >= 0) said += " (while " + std::string(l.when) + " = " + text_of(m.number(std::size_t(c.when))) + ")";
+  std::string said = m.at(c.field, k) + m.name(c.field, k) + " = " + value +
+                     (range == "finite" ? " is not finite" : " is outside " + range);
+  if (c.when >= 0)
+    said += " (while " + std::string(l.when) + " = " + text_of(m.number(std::size_t(c.when))) + ")";
   return said;
 }
 
@@ -181,7 +194,8 @@ std::optional<std::string> broken_limit(const Message& m, const Plan& plan) {
     if (c.kind == Kind::kString) {
       // An array of strings is bounded by the message itself.
       if (plan.type->fields[c.field].dimensions.empty() && big_endian(p, 4) > kMaxTextBytes)
-        return m.at(c.field, 0) + m.name(c.field, 0) + " is a text of " + std::to_string(big_endian(p, 4)) + " bytes, the limit is " + std::to_string(kMaxTextBytes);
+        return m.at(c.field, 0) + m.name(c.field, 0) + " is a text of " + std::to_string(big_endian(p, 4)) +
+               " bytes, the limit is " + std::to_string(kMaxTextBytes);
       continue;
     }
     if (const std::size_t k = first_outside(c, p, place.count); k < place.count) return describe(m, c, k);
@@ -209,11 +223,13 @@ std::optional<std::string> broken_relation(const Message& m, const Plan& plan) {
         return say(0, " is not below " + b_name + " = " + text_of(m.number(r.b)));
       case K::kNotAbove:
         for (std::size_t k = 0; k < m.places[r.a].count; ++k)
-          if (m.number(r.a, k) > m.number(r.b, k)) return say(k, " is above " + m.name(r.b, k) + " = " + text_of(m.number(r.b, k)));
+          if (m.number(r.a, k) > m.number(r.b, k))
+            return say(k, " is above " + m.name(r.b, k) + " = " + text_of(m.number(r.b, k)));
         break;
       case K::kAllNotAbove: {
         const Check all{r.a, m.type->fields[r.a].kind, {"", "", 0, m.number(r.b)}};
-        const std::size_t n = m.places[r.a].count, k = first_outside(all, m.bytes.data() + m.places[r.a].offset, n);
+        const std::size_t n = m.places[r.a].count,
+                          k = first_outside(all, m.bytes.data() + m.places[r.a].offset, n);
         if (k < n) return say(k, " is above " + b_name + " = " + text_of(m.number(r.b)));
         break;
       }
@@ -224,7 +240,8 @@ std::optional<std::string> broken_relation(const Message& m, const Plan& plan) {
 
 }  // namespace
 
-std::optional<std::string> validate(std::string_view channel, std::string_view type_name, std::span<const std::byte> message) {
+std::optional<std::string> validate(std::string_view channel, std::string_view type_name,
+                                    std::span<const std::byte> message) {
   const auto say = [&](const std::string& what) { return std::string(channel) + ": " + what; };
   const auto& all = plans();
   const auto found = message.size() < 8 ? all.end() : all.find(std::int64_t(big_endian(message.data(), 8)));
@@ -238,7 +255,8 @@ std::optional<std::string> validate(std::string_view channel, std::string_view t
   m.bytes = message;
   m.type = plan.type;
   if (const auto e = check(*plan.type, message, m.places))
-    return say("byte " + std::to_string(e->offset) + ": " + (e->path.empty() ? "" : e->path + ": ") + e->message);
+    return say("byte " + std::to_string(e->offset) + ": " + (e->path.empty() ? "" : e->path + ": ") +
+               e->message);
   if (const auto e = broken_limit(m, plan)) return say(*e);
   if (const auto e = broken_relation(m, plan)) return say(*e);
   return {};

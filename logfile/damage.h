@@ -9,9 +9,11 @@ namespace firn::logfile {
 
 struct Damage {
   std::uint64_t offset = 0;  ///< first byte in the file
-  std::uint64_t bytes = 0;   ///< bytes that could not be used, or that cannot be trusted; 0 = something is missing here
-  std::string_view reason;   ///< static text
-  std::uint64_t lost = 0;    ///< records or events that the reader could not return (0 = none, e.g. a duplicate)
+  std::uint64_t bytes =
+      0;  ///< bytes that could not be used, or that cannot be trusted; 0 = something is missing here
+  std::string_view reason;  ///< static text
+  std::uint64_t lost =
+      0;  ///< records or events that the reader could not return (0 = none, e.g. a duplicate)
 };
 
 class DamageList {

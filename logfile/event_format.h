@@ -1,5 +1,5 @@
-// Bytes of one event of an LCM log, big endian: u32 sync word, i64 eventnum, i64 utime, i32 channel length, i32 data
-// length, channel, data. https://lcm-proj.github.io/lcm/content/log-file-format.html
+// Bytes of one event of an LCM log, big endian: u32 sync word, i64 eventnum, i64 utime, i32 channel length,
+// i32 data length, channel, data. https://lcm-proj.github.io/lcm/content/log-file-format.html
 #pragma once
 
 #include <array>
@@ -42,7 +42,9 @@ struct EventHeader {
   std::int32_t channel_bytes = 0;
   std::int32_t data_bytes = 0;
 
-  std::uint64_t bytes() const { return kEventHeaderBytes + std::uint64_t(channel_bytes) + std::uint64_t(data_bytes); }
+  std::uint64_t bytes() const {
+    return kEventHeaderBytes + std::uint64_t(channel_bytes) + std::uint64_t(data_bytes);
+  }
   std::uint64_t end() const { return at + bytes(); }
 };
 
@@ -64,12 +66,13 @@ inline bool plausible_channel(std::string_view name) {
   return !name.empty() && name.size() <= std::size_t(kMaxEventChannelBytes);
 }
 
-/// Fills `h` from the bytes at `at`. @returns false unless a whole event could stand there: sync word, lengths within
-/// the file, a channel of printable characters, a number that an event counter can reach.
+/// Fills `h` from the bytes at `at`. @returns false unless a whole event could stand there: sync word,
+/// lengths within the file, a channel of printable characters, a number that an event counter can reach.
 inline bool plausible_event(std::span<const std::byte> log, std::uint64_t at, EventHeader& h) {
   if (at > log.size() || log.size() - at < kEventHeaderBytes + 1) return false;
   const std::byte* p = log.data() + at;
-  h = {at, big64(p + 4), std::int64_t(big64(p + 12)), std::int32_t(big32(p + 20)), std::int32_t(big32(p + 24))};
+  h = {at, big64(p + 4), std::int64_t(big64(p + 12)), std::int32_t(big32(p + 20)),
+       std::int32_t(big32(p + 24))};
   return big32(p) == kEventSync && h.channel_bytes > 0 && h.channel_bytes <= kMaxEventChannelBytes &&
          h.data_bytes >= 0 && h.bytes() <= log.size() - at && h.eventnum >> 56 == 0 &&
          plausible_channel(event_channel(log, h));

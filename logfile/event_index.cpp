@@ -16,7 +16,8 @@ EventIndex::EventIndex(std::span<const std::byte> file) {
     if (record->kind == kIndexChannelRecord && payload.size() > 4) {
       std::uint32_t id;
       std::memcpy(&id, payload.data(), 4);
-      channels_.insert_or_assign(id, std::string(reinterpret_cast<const char*>(payload.data()) + 4, payload.size() - 4));
+      channels_.insert_or_assign(
+          id, std::string(reinterpret_cast<const char*>(payload.data()) + 4, payload.size() - 4));
     } else if (record->kind == kIndexEntriesRecord) {
       const std::size_t n = payload.size() / sizeof(IndexEntry), before = entries_.size();
       entries_.resize(before + n);
@@ -42,7 +43,8 @@ std::string_view EventIndex::channel(std::uint32_t id) const {
   return it == channels_.end() ? std::string_view{} : std::string_view(it->second);
 }
 
-EventIndexWriter::EventIndexWriter(const std::filesystem::path& path, RecordWriter::Mode mode) : file_(path, mode) {
+EventIndexWriter::EventIndexWriter(const std::filesystem::path& path, RecordWriter::Mode mode)
+    : file_(path, mode) {
   if (mode != RecordWriter::Mode::kAppend) return;
   const MappedFile mapped(path);
   RecordReader reader(mapped.bytes());
@@ -50,7 +52,8 @@ EventIndexWriter::EventIndexWriter(const std::filesystem::path& path, RecordWrit
     if (!record->damaged && record->kind == kIndexChannelRecord && record->payload.size() > 4) {
       std::uint32_t id;
       std::memcpy(&id, record->payload.data(), 4);
-      ids_[std::string(reinterpret_cast<const char*>(record->payload.data()) + 4, record->payload.size() - 4)] = id;
+      ids_[std::string(reinterpret_cast<const char*>(record->payload.data()) + 4,
+                       record->payload.size() - 4)] = id;
     }
 }
 
@@ -66,7 +69,8 @@ std::uint32_t EventIndexWriter::channel_id(std::string_view name) {
 void EventIndexWriter::append(std::vector<IndexEntry>& entries) {
   while (!new_channels_.empty()) {
     const auto& [id, name] = new_channels_.front();
-    const std::array<std::span<const std::byte>, 2> parts{std::as_bytes(std::span(&id, 1)), std::as_bytes(std::span(name))};
+    const std::array<std::span<const std::byte>, 2> parts{std::as_bytes(std::span(&id, 1)),
+                                                          std::as_bytes(std::span(name))};
     file_.append(kIndexChannelRecord, parts);
     new_channels_.erase(new_channels_.begin());
   }

@@ -1,5 +1,6 @@
-// log.lcm.idx: where each event of log.lcm stands and the checksum of its bytes. A record file (record_file.h): blocks
-// that check themselves, only ever appended to, usable when cut. Format: docs/log-format.md.
+// log.lcm.idx: where each event of log.lcm stands and the checksum of its bytes. A record file
+// (record_file.h): blocks that check themselves, only ever appended to, usable when cut. Format:
+// docs/log-format.md.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,7 @@ namespace firn::logfile {
 
 inline constexpr std::uint16_t kIndexChannelRecord = 1;  ///< u32 id, then the name
 inline constexpr std::uint16_t kIndexEntriesRecord = 2;  ///< IndexEntry after IndexEntry
-inline constexpr std::size_t kIndexBlockEntries = 512;   ///< most of one record: what one flipped bit can cost
+inline constexpr std::size_t kIndexBlockEntries = 512;  ///< most of one record: what one flipped bit can cost
 
 struct IndexEntry {
   std::uint64_t eventnum = 0;
@@ -57,8 +58,8 @@ class EventIndexWriter {
   EventIndexWriter(const std::filesystem::path& path, RecordWriter::Mode mode);  ///< @throws FileError
   /// The id of a channel; a new one is written out with the next append().
   std::uint32_t channel_id(std::string_view name);
-  /// Writes new channels, then entries from the front of `entries`; removes those that were written, also when it
-  /// throws FileError.
+  /// Writes new channels, then entries from the front of `entries`; removes those that were written, also
+  /// when it throws FileError.
   void append(std::vector<IndexEntry>& entries);
   void sync() { file_.sync(); }
   void close() { file_.close(); }

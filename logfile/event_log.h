@@ -1,5 +1,5 @@
-// LCM event logs that survive damage: written in large pieces with an index of checksums beside them, read behind any
-// damage. The files are valid for lcm-logplayer. Knows no message. Format: docs/log-format.md.
+// LCM event logs that survive damage: written in large pieces with an index of checksums beside them, read
+// behind any damage. The files are valid for lcm-logplayer. Knows no message. Format: docs/log-format.md.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,9 @@
 
 namespace firn::logfile {
 
-/// Writes `path` and `path`.idx. Events gather in memory and go out in one write of at least flush_bytes, or when the
-/// caller says that they have waited long enough. The index never claims an event that is not whole in the log.
+/// Writes `path` and `path`.idx. Events gather in memory and go out in one write of at least flush_bytes, or
+/// when the caller says that they have waited long enough. The index never claims an event that is not whole
+/// in the log.
 class EventLogWriter {
  public:
   using Mode = File::Mode;
@@ -26,17 +27,21 @@ class EventLogWriter {
     std::size_t flush_bytes = std::size_t(1) << 20;
     std::size_t most_pending_bytes = std::size_t(256) << 20;  ///< kept while the disk refuses
   };
-  /// kAppend goes on behind the last whole event; a torn one is first copied to "<path>.torn-<n>"; an index that lags,
-  /// is damaged or is missing is written anew. @throws FileError, std::runtime_error (not an LCM log)
+  /// kAppend goes on behind the last whole event; a torn one is first copied to "<path>.torn-<n>"; an index
+  /// that lags, is damaged or is missing is written anew. @throws FileError, std::runtime_error (not an LCM
+  /// log)
   EventLogWriter(const std::filesystem::path& path, const Options& options);
   explicit EventLogWriter(const std::filesystem::path& path) : EventLogWriter(path, Options{}) {}
 
-  /// @param utime_us time stamp of the event. @param channel 1 to 63 printable bytes. @param data below 2^31 bytes
-  /// @throws FileError when the buffer was full and could not be written. The event is kept (see pending_bytes)
+  /// @param utime_us time stamp of the event. @param channel 1 to 63 printable bytes. @param data below 2^31
+  /// bytes
+  /// @throws FileError when the buffer was full and could not be written. The event is kept (see
+  /// pending_bytes)
   ///         unless most_pending_bytes would be exceeded; append() and flush() may be tried again.
   ///         std::invalid_argument for a channel or data that the format cannot hold.
   void append(std::int64_t utime_us, std::string_view channel, std::span<const std::byte> data);
-  /// Writes what is pending. @throws FileError: whole events that went out are in log and index, the rest is pending.
+  /// Writes what is pending. @throws FileError: whole events that went out are in log and index, the rest is
+  /// pending.
   void flush();
   /// Flushes if the oldest pending event has utime_us <= `utime_us`. @throws FileError
   void flush_up_to(std::int64_t utime_us);
@@ -75,16 +80,17 @@ struct Event {
   bool checked = false;      ///< the checksum of the index holds
 };
 
-/// Reads events from the bytes of a log (see MappedFile). Takes any bytes: never crashes, linear time; allocates the
-/// damage list and, once something is missing, 32 bytes per event. With an index, flipped payload bits are found and
-/// damaged headers are restored.
+/// Reads events from the bytes of a log (see MappedFile). Takes any bytes: never crashes, linear time;
+/// allocates the damage list and, once something is missing, 32 bytes per event. With an index, flipped
+/// payload bits are found and damaged headers are restored.
 class EventLogReader {
  public:
-  /// @param index of this log, or nullptr; must outlive the reader. An index that belongs to another log is ignored.
+  /// @param index of this log, or nullptr; must outlive the reader. An index that belongs to another log is
+  /// ignored.
   explicit EventLogReader(std::span<const std::byte> log, const EventIndex* index = nullptr);
 
-  /// The next event, or nothing at the end. After damage it goes on at the next credible event; repeated events are
-  /// dropped. Each of these is in damage().
+  /// The next event, or nothing at the end. After damage it goes on at the next credible event; repeated
+  /// events are dropped. Each of these is in damage().
   std::optional<Event> next();
   const DamageList& damage() const { return damage_; }
   bool index_ignored() const { return index_ignored_; }

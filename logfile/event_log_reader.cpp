@@ -7,7 +7,8 @@
 
 namespace firn::logfile {
 
-EventLogReader::EventLogReader(std::span<const std::byte> log, const EventIndex* index) : log_(log), index_(index) {
+EventLogReader::EventLogReader(std::span<const std::byte> log, const EventIndex* index)
+    : log_(log), index_(index) {
   if (index_ && !index_belongs()) {
     index_ = nullptr;
     index_ignored_ = true;
@@ -62,19 +63,23 @@ bool EventLogReader::swallows_events(const EventHeader& h) {
   return false;
 }
 
-// At the place where an event is due: its neighbour, or else its number and the lack of a contradiction, speak for it.
+// At the place where an event is due: its neighbour, or else its number and the lack of a contradiction,
+// speak for it.
 bool EventLogReader::credible_in_place(const EventHeader& h) {
   if (successor_follows(h)) return true;
   EventHeader next;
-  const bool bounded = h.end() == log_.size() || plausible_event(log_, h.end(), next) || h.eventnum == expected_;
+  const bool bounded =
+      h.end() == log_.size() || plausible_event(log_, h.end(), next) || h.eventnum == expected_;
   return bounded && !swallows_events(h);
 }
 
 bool EventLogReader::credible_after_damage(const EventHeader& h) {
   if (certain(h)) return true;
-  if (const IndexEntry* e = index_ ? index_->find(h.eventnum) : nullptr; e && e->bytes != h.bytes()) return false;
+  if (const IndexEntry* e = index_ ? index_->find(h.eventnum) : nullptr; e && e->bytes != h.bytes())
+    return false;
   if (successor_follows(h)) return true;
-  const std::uint64_t room = (h.at - at_) / (kEventHeaderBytes + 1) + 1;  // events that the damage can have held
+  const std::uint64_t room =
+      (h.at - at_) / (kEventHeaderBytes + 1) + 1;  // events that the damage can have held
   const bool likely = h.eventnum <= expected_ + room || h.end() == log_.size();
   return h.eventnum >= expected_ && likely && !swallows_events(h);
 }
@@ -87,7 +92,8 @@ std::optional<Event> EventLogReader::restored_by_index() {
   if (channel.empty() || e->bytes < kEventHeaderBytes + channel.size()) return {};
   EventHeader next;
   const std::uint64_t end = at_ + e->bytes;
-  const bool neighbour = end == log_.size() || (plausible_event(log_, end, next) && next.eventnum == expected_ + 1);
+  const bool neighbour =
+      end == log_.size() || (plausible_event(log_, end, next) && next.eventnum == expected_ + 1);
   const EventHeader h{at_, expected_, e->utime_us, std::int32_t(channel.size()),
                       std::int32_t(e->bytes - kEventHeaderBytes - channel.size())};
   std::array<std::byte, kEventHeaderBytes> head;
@@ -96,7 +102,9 @@ std::optional<Event> EventLogReader::restored_by_index() {
   const std::array<std::span<const std::byte>, 2> rest{std::as_bytes(std::span(channel)), data};
   const bool data_holds = checksum64(head, rest) == e->checksum;
   if (!neighbour && !data_holds) return {};
-  damage_.add({at_, e->bytes, data_holds ? "event header is damaged, restored from the index" : "checksum does not hold", 0});
+  damage_.add({at_, e->bytes,
+               data_holds ? "event header is damaged, restored from the index" : "checksum does not hold",
+               0});
   Event event = accept(h, expected_, !data_holds, data_holds);
   event.channel = channel;
   event.data = data;
@@ -123,7 +131,8 @@ bool EventLogReader::is_stray(std::uint64_t eventnum, std::uint64_t at) {
 // LCM's append mode and `cat a.log b.log` count from 0 again.
 bool EventLogReader::starts_anew(const EventHeader& h) const {
   return h.eventnum == 0 && first_ && expected_ > 0 && successor_follows(h) &&
-         (first_->bytes() != h.bytes() || !std::ranges::equal(log_.subspan(first_->at, h.bytes()), log_.subspan(h.at, h.bytes())));
+         (first_->bytes() != h.bytes() ||
+          !std::ranges::equal(log_.subspan(first_->at, h.bytes()), log_.subspan(h.at, h.bytes())));
 }
 
 Event EventLogReader::accept(const EventHeader& h, std::uint64_t eventnum, bool damaged, bool checked) {
@@ -165,7 +174,8 @@ std::optional<Event> EventLogReader::in_place() {
       at_ = h.end();
       continue;
     }
-    if (h.eventnum > expected_) damage_.add({at_, 0, "events are missing before this byte", h.eventnum - expected_});
+    if (h.eventnum > expected_)
+      damage_.add({at_, 0, "events are missing before this byte", h.eventnum - expected_});
     if (damaged) damage_.add({at_, h.bytes(), "checksum does not hold, or no event follows", 0});
     if (sure) shift_ = std::int64_t(at_) - std::int64_t(index_->find(h.eventnum)->offset);
     return accept(h, h.eventnum, damaged, sure);
@@ -190,8 +200,10 @@ void EventLogReader::skip_damage() {
   const std::uint64_t next = find_credible(at_ + 1);
   EventHeader h;
   if (next == log_.size()) {
-    const std::uint64_t known = index_ && !index_->entries().empty() ? index_->entries().back().eventnum + 1 : 0;
-    damage_.add({at_, next - at_, "event is cut or overwritten", std::max<std::uint64_t>(known, expected_ + 1) - expected_});
+    const std::uint64_t known =
+        index_ && !index_->entries().empty() ? index_->entries().back().eventnum + 1 : 0;
+    damage_.add({at_, next - at_, "event is cut or overwritten",
+                 std::max<std::uint64_t>(known, expected_ + 1) - expected_});
     expected_ = std::max(expected_ + 1, known);
   } else {
     plausible_event(log_, next, h);
@@ -207,7 +219,8 @@ std::optional<Event> EventLogReader::next() {
     if (auto event = in_place()) return event;
     if (at_ < log_.size()) skip_damage();
   }
-  const std::uint64_t known = index_ && !index_->entries().empty() ? index_->entries().back().eventnum + 1 : 0;
+  const std::uint64_t known =
+      index_ && !index_->entries().empty() ? index_->entries().back().eventnum + 1 : 0;
   if (known > expected_) {
     damage_.add({log_.size(), 0, "log is cut: the index knows more events", known - expected_});
     expected_ = known;

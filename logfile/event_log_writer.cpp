@@ -60,15 +60,17 @@ void EventLogWriter::continue_log() {
   }
 }
 
-void EventLogWriter::append(std::int64_t utime_us, std::string_view channel, std::span<const std::byte> data) {
+void EventLogWriter::append(std::int64_t utime_us, std::string_view channel,
+                            std::span<const std::byte> data) {
   if (channel.size() > kMaxChannelBytes || !plausible_channel(channel))
     throw std::invalid_argument(path().string() + ": channel '" + std::string(channel.substr(0, 80)) +
                                 "' is not 1 to 63 printable bytes");
   if (data.size() > 0x7fffffffu)
-    throw std::invalid_argument(path().string() + ": channel " + std::string(channel) + ": " + std::to_string(data.size()) +
+    throw std::invalid_argument(path().string() + ": channel " + std::string(channel) + ": " +
+                                std::to_string(data.size()) +
                                 " bytes of data, an event holds at most 2147483647");
-  const EventHeader header{log_.position() + buffer_.size(), next_eventnum_, utime_us, std::int32_t(channel.size()),
-                           std::int32_t(data.size())};
+  const EventHeader header{log_.position() + buffer_.size(), next_eventnum_, utime_us,
+                           std::int32_t(channel.size()), std::int32_t(data.size())};
   if (!buffer_.empty() && buffer_.size() + header.bytes() > options_.most_pending_bytes) {
     try {
       flush();
@@ -101,7 +103,8 @@ void EventLogWriter::flush() {
     } catch (const FileError&) {
       // Keep the whole events that fitted, take back the half one, remember the rest.
       std::size_t whole = 0;
-      while (whole < pending_.size() && pending_[whole].offset + pending_[whole].bytes <= log_.position()) ++whole;
+      while (whole < pending_.size() && pending_[whole].offset + pending_[whole].bytes <= log_.position())
+        ++whole;
       const std::uint64_t end = whole < pending_.size() ? pending_[whole].offset : log_.position();
       if (log_.position() != end) log_.truncate(end);
       buffer_.erase(buffer_.begin(), buffer_.begin() + std::ptrdiff_t(end - start));

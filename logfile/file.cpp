@@ -17,7 +17,9 @@ namespace firn::logfile {
 FileError::FileError(const std::filesystem::path& p, std::uint64_t at, const std::string& what, int e)
     : std::runtime_error(p.string() + ": byte " + std::to_string(at) + ": " + what + ": " +
                          std::generic_category().message(e)),
-      path(p), offset(at), error(e) {}
+      path(p),
+      offset(at),
+      error(e) {}
 
 bool FileError::disk_full() const { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
 
@@ -83,7 +85,7 @@ void File::close() {
 MappedFile::MappedFile(const std::filesystem::path& path) {
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) throw FileError(path, 0, "cannot open", errno);
-  struct stat status{};
+  struct stat status {};
   int e = ::fstat(fd, &status) == 0 ? 0 : errno;
   if (!e && !S_ISREG(status.st_mode)) e = S_ISDIR(status.st_mode) ? EISDIR : EINVAL;
   if (!e && status.st_size > 0) {

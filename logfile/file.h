@@ -39,8 +39,8 @@ class File {
   /// @throws FileError; position() then stands after what was written.
   void write(std::span<iovec> parts);
   void truncate(std::uint64_t size);  ///< and moves the position there. @throws FileError
-  void sync();                        ///< fdatasync, the first time of a new file its folder too. @throws FileError
-  void close();                       ///< @throws FileError
+  void sync();   ///< fdatasync, the first time of a new file its folder too. @throws FileError
+  void close();  ///< @throws FileError
   std::uint64_t position() const { return position_; }
   const std::filesystem::path& path() const { return path_; }
 
@@ -51,8 +51,8 @@ class File {
   bool folder_synced_ = false;
 };
 
-/// The bytes of a file, read only. The mapping shows the size at opening; a file that others cut meanwhile must not
-/// be read on.
+/// The bytes of a file, read only. The mapping shows the size at opening; a file that others cut meanwhile
+/// must not be read on.
 class MappedFile {
  public:
   explicit MappedFile(const std::filesystem::path& path);  ///< @throws FileError

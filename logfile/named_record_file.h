@@ -8,7 +8,8 @@
 
 namespace firn::logfile {
 
-/// Writes under a temporary name beside `file`; finish() syncs and gives it its name. What is not finished is removed.
+/// Writes under a temporary name beside `file`; finish() syncs and gives it its name. What is not finished is
+/// removed.
 class NamedRecordFile {
  public:
   explicit NamedRecordFile(const std::filesystem::path& file);  ///< @throws FileError
@@ -16,8 +17,8 @@ class NamedRecordFile {
   NamedRecordFile(const NamedRecordFile&) = delete;
   NamedRecordFile& operator=(const NamedRecordFile&) = delete;
 
-  RecordWriter& records() { return *out_; }  ///< until finish()
-  void finish();                             ///< @throws FileError
+  RecordWriter& records() { return *out_; }       ///< until finish()
+  void finish();                                  ///< @throws FileError
   std::uint64_t bytes() const { return bytes_; }  ///< of the finished file
 
  private:

@@ -1,5 +1,6 @@
-// Framing of write-ahead files and of the world's own record: records that survive kill -9, are found again behind
-// any damage, and know their place. Knows nothing of what the payloads mean. Format: docs/write-ahead-format.md.
+// Framing of write-ahead files and of the world's own record: records that survive kill -9, are found again
+// behind any damage, and know their place. Knows nothing of what the payloads mean. Format:
+// docs/write-ahead-format.md.
 //
 //   file header, 16 bytes:  "FIRNREC1", u32 version = 1, u32 zero
 //   record, little endian:  8-byte sync marker, u16 kind, u16 header check, u32 payload length, u64 index,
@@ -23,26 +24,30 @@ inline constexpr std::size_t kRecordHeaderBytes = 32;
 inline constexpr std::size_t kRecordFileHeaderBytes = 16;
 inline constexpr std::size_t kMaxRecordPayloadBytes = std::size_t(1) << 30;
 
-/// Appends records. One writev() each, no allocation, so that a record is in the kernel when append() returns; with a buffer
-/// records reach the kernel when so many bytes have come together, and a killed process loses those that wait.
+/// Appends records. One writev() each, no allocation, so that a record is in the kernel when append()
+/// returns; with a buffer records reach the kernel when so many bytes have come together, and a killed
+/// process loses those that wait.
 class RecordWriter {
  public:
   using Mode = File::Mode;
-  /// kCreate: a new file, refused if one exists. kAppend: goes on behind the last valid record; what stands behind it
-  /// (a torn record) is first copied to "<path>.torn-<n>". A file that holds neither header nor record of ours is
-  /// refused. @throws FileError, std::runtime_error
+  /// kCreate: a new file, refused if one exists. kAppend: goes on behind the last valid record; what stands
+  /// behind it (a torn record) is first copied to "<path>.torn-<n>". A file that holds neither header nor
+  /// record of ours is refused. @throws FileError, std::runtime_error
   RecordWriter(const std::filesystem::path& path, Mode mode, std::size_t buffer_bytes = 0);
   ~RecordWriter();  ///< flushes; what then fails is lost: flush() tells
 
   /// @param kind the caller's; @param parts the payload in pieces, at most 14
   /// @returns the index of the record
-  /// @throws FileError (path, byte, errno text) when the record could not be written whole; the file then ends with
+  /// @throws FileError (path, byte, errno text) when the record could not be written whole; the file then
+  /// ends with
   ///         the record before (with a buffer: before the buffer's first), and append() may be tried again.
   ///         std::invalid_argument: too many parts, too long.
   std::uint64_t append(std::uint16_t kind, std::span<const std::span<const std::byte>> parts);
-  std::uint64_t append(std::uint16_t kind, std::span<const std::byte> payload) { return append(kind, {&payload, 1}); }
+  std::uint64_t append(std::uint16_t kind, std::span<const std::byte> payload) {
+    return append(kind, {&payload, 1});
+  }
 
-  void flush();  ///< the buffer goes to the kernel. @throws FileError
+  void flush();                             ///< the buffer goes to the kernel. @throws FileError
   void sync() { flush(), file_.sync(); }    ///< fdatasync: survives a power cut. @throws FileError
   void close() { flush(), file_.close(); }  ///< @throws FileError
   std::uint64_t next_index() const { return next_index_; }
@@ -66,20 +71,22 @@ struct Record {
   std::uint16_t kind = 0;
   std::uint64_t offset = 0;  ///< of the sync marker
   std::span<const std::byte> payload;
-  bool damaged = false;      ///< the checksum fails though the framing holds: kind and payload may be wrong
+  bool damaged = false;  ///< the checksum fails though the framing holds: kind and payload may be wrong
 };
 
-/// Reads records from the bytes of a file (see MappedFile). Takes any bytes: never crashes, linear time; allocates the
-/// damage list and, once something is missing, 32 bytes per record.
+/// Reads records from the bytes of a file (see MappedFile). Takes any bytes: never crashes, linear time;
+/// allocates the damage list and, once something is missing, 32 bytes per record.
 class RecordReader {
  public:
   explicit RecordReader(std::span<const std::byte> file);
 
-  /// The next record in increasing index, or nothing at the end. After damage it goes on at the next record whose
-  /// header and checksum hold; a record whose index was seen before is dropped. Each of these is in damage().
+  /// The next record in increasing index, or nothing at the end. After damage it goes on at the next record
+  /// whose header and checksum hold; a record whose index was seen before is dropped. Each of these is in
+  /// damage().
   std::optional<Record> next();
   const DamageList& damage() const { return damage_; }
-  /// Byte behind the last valid (undamaged) record returned so far; a file without records: behind its header, or 0.
+  /// Byte behind the last valid (undamaged) record returned so far; a file without records: behind its
+  /// header, or 0.
   std::uint64_t valid_end() const { return valid_end_; }
   /// The index that follows the last valid record.
   std::uint64_t valid_next_index() const { return valid_next_index_; }

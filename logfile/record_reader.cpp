@@ -29,15 +29,16 @@ std::optional<RecordReader::Header> RecordReader::header_at(std::uint64_t at) co
   if (at > file_.size() || file_.size() - at < kRecordHeaderBytes) return {};
   Header h;
   std::memcpy(static_cast<RecordLayout*>(&h), file_.data() + at, kRecordHeaderBytes);
-  if (h.length > kMaxRecordPayloadBytes || padded(h.length) > file_.size() - at - kRecordHeaderBytes) return {};
+  if (h.length > kMaxRecordPayloadBytes || padded(h.length) > file_.size() - at - kRecordHeaderBytes)
+    return {};
   h.at = at;
   h.sync_ok = h.sync == kSyncMarker;
   h.check_ok = h.check == h.expected_check();
   return h;
 }
 
-// Hashing long candidates that turn out to be none would be quadratic on hostile input: beyond a few times the
-// file's size only short ones are still tried.
+// Hashing long candidates that turn out to be none would be quadratic on hostile input: beyond a few times
+// the file's size only short ones are still tried.
 bool RecordReader::may_spend(std::uint64_t bytes) {
   return bytes <= 1024 || spent_in_vain_ <= 4 * file_.size();
 }
@@ -66,7 +67,8 @@ bool RecordReader::framing_holds(const Header& h) {
 // The next place from `from` on where a record's marker, header and checksum hold; the file's size if none.
 std::uint64_t RecordReader::resync(std::uint64_t from) {
   while (from < file_.size()) {
-    const void* found = ::memmem(file_.data() + from, file_.size() - from, kSyncMarker.data(), kSyncMarker.size());
+    const void* found =
+        ::memmem(file_.data() + from, file_.size() - from, kSyncMarker.data(), kSyncMarker.size());
     if (!found) break;
     const std::uint64_t at = std::uint64_t(static_cast<const std::byte*>(found) - file_.data());
     if (const auto h = header_at(at); h && h->check_ok && checksum_holds(*h)) return at;
@@ -116,12 +118,14 @@ std::optional<Record> RecordReader::next() {
         at_ = h->end();
         continue;
       }
-      if (index > expected_) damage_.add({h->at, 0, "records are missing before this byte", index - expected_});
+      if (index > expected_)
+        damage_.add({h->at, 0, "records are missing before this byte", index - expected_});
       if (!whole)
         damage_.add({h->at, bytes, h->check_ok ? "checksum does not hold" : "record header is damaged", 0});
       else if (!h->sync_ok)
         damage_.add({h->at, kSyncMarker.size(), "sync marker is damaged", 0});
-      else if (const auto pad = file_.subspan(h->at + kRecordHeaderBytes + h->length, padded(h->length) - h->length);
+      else if (const auto pad =
+                   file_.subspan(h->at + kRecordHeaderBytes + h->length, padded(h->length) - h->length);
                std::any_of(pad.begin(), pad.end(), [](std::byte b) { return b != std::byte{0}; }))
         damage_.add({h->end() - pad.size(), pad.size(), "padding is not zero", 0});
       return accept(*h, index, !whole);

@@ -13,7 +13,8 @@ iovec io(const void* data, std::size_t bytes) { return {const_cast<void*>(data),
 
 }  // namespace
 
-RecordWriter::RecordWriter(const std::filesystem::path& path, Mode mode, std::size_t buffer_bytes) : file_(path, mode), buffer_bytes_(buffer_bytes) {
+RecordWriter::RecordWriter(const std::filesystem::path& path, Mode mode, std::size_t buffer_bytes)
+    : file_(path, mode), buffer_bytes_(buffer_bytes) {
   if (mode == Mode::kAppend && file_.position() > 0) {
     const MappedFile mapped(path);
     const auto bytes = mapped.bytes();
@@ -21,9 +22,10 @@ RecordWriter::RecordWriter(const std::filesystem::path& path, Mode mode, std::si
     while (reader.next()) {
     }
     const std::uint64_t end = reader.valid_end();
-    const bool cut_header = bytes.size() < kFileHeader.size() &&
-                            std::memcmp(bytes.data(), kFileHeader.data(), bytes.size()) == 0;
-    if (end == 0 && !cut_header) throw std::runtime_error(path.string() + ": byte 0: not a record file of Firn");
+    const bool cut_header =
+        bytes.size() < kFileHeader.size() && std::memcmp(bytes.data(), kFileHeader.data(), bytes.size()) == 0;
+    if (end == 0 && !cut_header)
+      throw std::runtime_error(path.string() + ": byte 0: not a record file of Firn");
     if (end < bytes.size()) {
       torn_path_ = save_torn_tail(path, bytes.subspan(end));
       file_.truncate(end);
@@ -45,13 +47,14 @@ RecordWriter::~RecordWriter() {
 
 std::uint64_t RecordWriter::append(std::uint16_t kind, std::span<const std::span<const std::byte>> parts) {
   if (parts.size() > kMaxParts)
-    throw std::invalid_argument(path().string() + ": a record has at most " + std::to_string(kMaxParts) + " parts, not " +
-                                std::to_string(parts.size()));
+    throw std::invalid_argument(path().string() + ": a record has at most " + std::to_string(kMaxParts) +
+                                " parts, not " + std::to_string(parts.size()));
   std::size_t length = 0;
   for (const auto& part : parts) length += part.size();
   if (length > kMaxRecordPayloadBytes)
-    throw std::invalid_argument(path().string() + ": a record has at most " + std::to_string(kMaxRecordPayloadBytes) +
-                                " bytes, not " + std::to_string(length));
+    throw std::invalid_argument(path().string() + ": a record has at most " +
+                                std::to_string(kMaxRecordPayloadBytes) + " bytes, not " +
+                                std::to_string(length));
 
   RecordLayout header{kSyncMarker, kind, 0, std::uint32_t(length), next_index_, 0};
   header.check = header.expected_check();

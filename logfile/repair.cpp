@@ -14,8 +14,8 @@ namespace {
 // One event of the new log. Old ones keep their order; an inserted one follows its predecessor's rank.
 struct Piece {
   std::int64_t utime_us = 0;
-  std::uint64_t rank = 0;      // order in the old log, of itself or of the one that it follows
-  std::uint64_t insertion = 0; // 0 = from the old log
+  std::uint64_t rank = 0;       // order in the old log, of itself or of the one that it follows
+  std::uint64_t insertion = 0;  // 0 = from the old log
   std::string_view channel;
   std::span<const std::byte> data;
 };
@@ -49,7 +49,8 @@ void read_log(const EventLogFile& file, const KeyOf& key_of, Plan& plan) {
       continue;
     }
     if (key) {
-      auto [known, fresh] = plan.keys[e->channel].try_emplace(*key, Known{e->utime_us, rank, true, plan.pieces.size()});
+      auto [known, fresh] =
+          plan.keys[e->channel].try_emplace(*key, Known{e->utime_us, rank, true, plan.pieces.size()});
       if (!fresh && known->second.whole) {
         ++plan.report.repeated;
         continue;
@@ -77,7 +78,9 @@ void insert_missing(const MessageSource& source, Plan& plan) {
   while (const auto m = source()) {
     const auto channel = plan.keys.find(m->channel);
     if (channel != plan.keys.end())
-      if (const auto known = channel->second.find(m->key); known != channel->second.end() && known->second.whole) continue;
+      if (const auto known = channel->second.find(m->key);
+          known != channel->second.end() && known->second.whole)
+        continue;
     missing[m->channel].try_emplace(m->key, *m);
   }
   std::uint64_t insertion = 0;
@@ -139,7 +142,8 @@ RepairReport repair(const std::filesystem::path& log, const MessageSource& sourc
   report.events = plan.pieces.size();
   const bool damaged = report.damage.count() > 0 || report.left_out > 0;
   const bool index_whole = old && old->has_index() && old->index().damage().count() == 0;
-  report.rewritten = damaged || report.inserted + report.replaced + report.repeated > 0 || !plan.in_order || !index_whole;
+  report.rewritten =
+      damaged || report.inserted + report.replaced + report.repeated > 0 || !plan.in_order || !index_whole;
   if (!report.rewritten) return report;
 
   std::sort(plan.pieces.begin(), plan.pieces.end(), [](const Piece& a, const Piece& b) {
@@ -160,7 +164,8 @@ RepairReport repair(const std::filesystem::path& log, const MessageSource& sourc
     std::filesystem::remove(index_path(fresh), ignored);
     throw;
   }
-  // A stop between these leaves a log without an index, which reads as well; never a log with a foreign index.
+  // A stop between these leaves a log without an index, which reads as well; never a log with a foreign
+  // index.
   std::filesystem::remove(index_path(log));
   std::filesystem::rename(fresh, log);
   std::filesystem::rename(index_path(fresh), index_path(log));
@@ -171,11 +176,12 @@ RepairReport repair(const std::filesystem::path& log, const MessageSource& sourc
 std::vector<std::string> describe(const RepairReport& report) {
   std::vector<std::string> lines;
   for (const ChannelGap& g : report.gaps)
-    lines.push_back("recording gap, repaired: " + std::to_string(g.inserted + g.replaced) + " messages of " + g.channel +
-                    " between " + seconds(g.first_utime_us) + " and " + seconds(g.last_utime_us) +
+    lines.push_back("recording gap, repaired: " + std::to_string(g.inserted + g.replaced) + " messages of " +
+                    g.channel + " between " + seconds(g.first_utime_us) + " and " + seconds(g.last_utime_us) +
                     (g.replaced ? ", " + std::to_string(g.replaced) + " of them damaged before" : ""));
   if (report.left_out)
-    lines.push_back(std::to_string(report.left_out) + " damaged events that no write-ahead file holds were left out; they stay in " +
+    lines.push_back(std::to_string(report.left_out) +
+                    " damaged events that no write-ahead file holds were left out; they stay in " +
                     report.kept_path.string());
   if (report.repeated) lines.push_back(std::to_string(report.repeated) + " repeated events dropped");
   return lines;

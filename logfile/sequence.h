@@ -1,4 +1,5 @@
-// Where the numbered pieces of a damaged file stand: tells a gap (pieces lost) from a stray copy of a later block.
+// Where the numbered pieces of a damaged file stand: tells a gap (pieces lost) from a stray copy of a later
+// block.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +21,13 @@ class SequenceMap {
     for (std::size_t i = n; i-- > 1;) farthest_[i] = std::max(farthest_[2 * i], farthest_[2 * i + 1]);
     built_ = true;
   }
-  /// Does any of the numbers [from, to) stand behind `offset`? Then what stands at `offset` with number `to` is early.
+  /// Does any of the numbers [from, to) stand behind `offset`? Then what stands at `offset` with number `to`
+  /// is early.
   bool any_behind(std::uint64_t from, std::uint64_t to, std::uint64_t offset) const {
     const auto at = [&](std::uint64_t number) {
-      return std::size_t(std::lower_bound(places_.begin(), places_.end(), std::pair{number, std::uint64_t{0}}) - places_.begin());
+      return std::size_t(
+          std::lower_bound(places_.begin(), places_.end(), std::pair{number, std::uint64_t{0}}) -
+          places_.begin());
     };
     const std::size_t n = places_.size();
     for (std::size_t l = at(from) + n, r = at(to) + n; l < r; l /= 2, r /= 2) {

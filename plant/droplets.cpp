@@ -36,7 +36,8 @@ class DropletModel : public Model {
     };
     if (stack_ && shot.ink != wet_ink_) account();
     wet_ink_ = shot.ink;
-    const double factor = shot.ink == Material::kB ? ratio_b_ * nozzle_b_.fire(shot.t_us) : nozzle_.fire(shot.t_us);
+    const double factor =
+        shot.ink == Material::kB ? ratio_b_ * nozzle_b_.fire(shot.t_us) : nozzle_.fire(shot.t_us);
     Landing out;
     out.x_mm = shot.x_mm + shot.vx_mm_s * params_.flight_time_s;
     out.y_mm = shot.y_mm + shot.vy_mm_s * params_.flight_time_s;

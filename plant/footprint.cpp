@@ -112,8 +112,8 @@ FIRN_INLINE void land_in(const FieldWindow& w, const DropletParams& p, double de
   for (int n = 0; n < p.levelling_steps; ++n) level(w, work, p.levelling, p.run_share);
 }
 
-FIRN_INLINE void land_body(const FieldWindow& w, const DropletParams& p, double depth_cells, double u, double v,
-                           double dx, double dy) {
+FIRN_INLINE void land_body(const FieldWindow& w, const DropletParams& p, double depth_cells, double u,
+                           double v, double dx, double dy) {
   if (w.nx <= 16 && w.ny <= 16)
     land_in<16>(w, p, depth_cells, u, v, dx, dy);
   else
@@ -126,8 +126,8 @@ void land_portable(const FieldWindow& w, const DropletParams& p, double depth_ce
 }
 
 #if defined(__x86_64__)
-__attribute__((target("avx2"))) void land_avx2(const FieldWindow& w, const DropletParams& p, double depth_cells,
-                                               double u, double v, double dx, double dy) {
+__attribute__((target("avx2"))) void land_avx2(const FieldWindow& w, const DropletParams& p,
+                                               double depth_cells, double u, double v, double dx, double dy) {
   land_body(w, p, depth_cells, u, v, dx, dy);
 }
 #endif

@@ -1,4 +1,5 @@
-// Which ink lies where on the fine field, from what each ink added to the cells' mean heights between two cures.
+// Which ink lies where on the fine field, from what each ink added to the cells' mean heights between two
+// cures.
 #pragma once
 
 #include <array>
@@ -9,10 +10,10 @@
 
 namespace firn::plant {
 
-/// Every cell's column grows by one segment per ink and cure: what the cell's mean height has gained since the last
-/// cure, shared in proportion to what each ink brought while it was fired, A under B. Ink that a neighbour's droplet
-/// spilt over counts where it came to lie. Levelling and shrinking are in the gain, so a column's top is its cell's
-/// mean height.
+/// Every cell's column grows by one segment per ink and cure: what the cell's mean height has gained since
+/// the last cure, shared in proportion to what each ink brought while it was fired, A under B. Ink that a
+/// neighbour's droplet spilt over counts where it came to lie. Levelling and shrinking are in the gain, so a
+/// column's top is its cell's mean height.
 class InkStack {
  public:
   explicit InkStack(const GridSpec& grid)
@@ -47,9 +48,9 @@ class InkStack {
 
  private:
   MaterialColumns columns_;
-  std::vector<double> cured_mm_;                    ///< means at the last cure
-  std::vector<double> seen_mm_;                     ///< means at the last account
-  std::array<std::vector<double>, 2> brought_mm_;   ///< by ink, since the last cure
+  std::vector<double> cured_mm_;                   ///< means at the last cure
+  std::vector<double> seen_mm_;                    ///< means at the last account
+  std::array<std::vector<double>, 2> brought_mm_;  ///< by ink, since the last cure
 };
 
 }  // namespace firn::plant

@@ -29,7 +29,8 @@ class InkjetLab final : public WorldLab, private Wires {
   std::uint32_t milestones() const override { return model->layers().exposures(); }
   std::int64_t begun_with() const override { return fired; }
   Truth truth() const override {
-    return {model->layers().exposures(), fired, missed, gated, model->volume_mm3(), model->ledger(), model->cell_means()};
+    return {model->layers().exposures(), fired, missed, gated, model->volume_mm3(), model->ledger(),
+            model->cell_means()};
   }
   MaterialColumns materials() const override { return model->materials(); }
   void io_plant(Archive& a) override {
@@ -68,8 +69,12 @@ class InkjetLab final : public WorldLab, private Wires {
   };
   Shot shot_of(std::int64_t t_us, const Stage& at, Material ink) const {
     const bool b = ink == Material::kB;
-    return {t_us, at.x_mm + (b ? config.nozzle_b_x_mm : 0.0), at.y_mm + (b ? config.nozzle_b_y_mm : 0.0),
-            at.vx_mm_s, at.vy_mm_s, ink};
+    return {t_us,
+            at.x_mm + (b ? config.nozzle_b_x_mm : 0.0),
+            at.y_mm + (b ? config.nozzle_b_y_mm : 0.0),
+            at.vx_mm_s,
+            at.vy_mm_s,
+            ink};
   }
 
   void fire(std::int64_t t_us, const Stage& at, Material ink, int droplets) {
@@ -116,7 +121,8 @@ class InkjetLab final : public WorldLab, private Wires {
       model->expose(t_us);
       scans_of_layer = 0;
     }
-    write(RecordKind::kLamp, LampRecord{t_us, dose_s, model->layers().exposures(), event, std::uint8_t(cured), {}});
+    write(RecordKind::kLamp,
+          LampRecord{t_us, dose_s, model->layers().exposures(), event, std::uint8_t(cured), {}});
   }
 
   void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) override {

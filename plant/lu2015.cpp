@@ -2,8 +2,8 @@
 // U[0,1]), drawn per droplet and layer (errata, FIT). Droplets arrive one by one; (4) takes a whole pass, and
 // is linear in the pattern for the height at its start, so a pass is collected and applied at once when it
 // ends: at the jet's disarming, a second droplet on one cell, an exposure or a measurement, whichever comes
-// first. With two inks (Eqs. (6), (7)) the jets take turns, and a layer's pass is over only when both have fired:
-// disarming ends nothing there. The support's constants are ratio_b times the object's.
+// first. With two inks (Eqs. (6), (7)) the jets take turns, and a layer's pass is over only when both have
+// fired: disarming ends nothing there. The support's constants are ratio_b times the object's.
 #include <algorithm>
 
 #include "core/deposition/two_materials.h"

@@ -35,9 +35,9 @@ struct Landing {
   double x_mm = 0.0, y_mm = 0.0;
 };
 
-/// Nature's count of layers: a layer is over when what was cured is measured. Draws are keyed by it, not by the
-/// exposures, so that prints with one cure per layer and with several see the same disturbances. Equal to the
-/// exposures where every layer is cured once and measured.
+/// Nature's count of layers: a layer is over when what was cured is measured. Draws are keyed by it, not by
+/// the exposures, so that prints with one cure per layer and with several see the same disturbances. Equal to
+/// the exposures where every layer is cured once and measured.
 class LayerCount {
  public:
   /// @returns whether this is the layer's first exposure.
@@ -72,7 +72,8 @@ class Model {
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
   virtual const LayerCount& layers() const = 0;
-  /// Where which ink lies: settled (lu2015), or as last cured (droplets). No cells unless WorldConfig::two_inks.
+  /// Where which ink lies: settled (lu2015), or as last cured (droplets). No cells unless
+  /// WorldConfig::two_inks.
   virtual MaterialColumns materials() const = 0;
   virtual void io(Archive& a) = 0;
 };

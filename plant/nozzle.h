@@ -13,9 +13,8 @@ namespace firn::plant {
 /// d wander. With f = droplets per second, held constant over a step:
 ///   dp/dt = -p / tau_p - k_p f        dw/dt = k_w f (1 - w) - w / tau_w
 ///   dT/dt = k_T f - T / tau_T         dd/dt = (D_k - d) / tau_d
-/// D_k after the first cure of layer k: D_0 = 0, D_k = m D_{k-1} + sqrt(1 - m^2) sigma n_k, n_k ~ N(0,1) keyed by k and
-/// the nozzle.
-/// Volume of a droplet = nominal x (1 + p + c_w w + c_T T + d).
+/// D_k after the first cure of layer k: D_0 = 0, D_k = m D_{k-1} + sqrt(1 - m^2) sigma n_k, n_k ~ N(0,1)
+/// keyed by k and the nozzle. Volume of a droplet = nominal x (1 + p + c_w w + c_T T + d).
 struct NozzleState {
   double pressure = 0.0, wetting = 0.0, heating_K = 0.0, wander = 0.0;
 };

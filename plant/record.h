@@ -25,8 +25,18 @@ enum class RecordKind : std::uint16_t {
   kFiring = 8,       ///< FiringRecord: a valve has fired a list, to its end or not
 };
 
-enum class Port : std::uint8_t { kStage = 0, kJet = 1, kProfiler = 2, kLamp = 3, kJetB = 4, kRobot = 5, kValveA = 6, kValveB = 7,
-                                 kLaserPoint = 8, kHeater = 9 };
+enum class Port : std::uint8_t {
+  kStage = 0,
+  kJet = 1,
+  kProfiler = 2,
+  kLamp = 3,
+  kJetB = 4,
+  kRobot = 5,
+  kValveA = 6,
+  kValveB = 7,
+  kLaserPoint = 8,
+  kHeater = 9
+};
 
 /// What became of a trigger.
 enum class ShotOutcome : std::uint8_t {
@@ -46,13 +56,14 @@ struct BeginRecord {
 };
 struct ShotRecord {
   std::int64_t t_us = 0;
-  double x_mm = 0.0, y_mm = 0.0;  ///< stage; the nozzle of ink B stands elsewhere (WorldConfig::nozzle_b_x_mm)
+  double x_mm = 0.0,
+         y_mm = 0.0;  ///< stage; the nozzle of ink B stands elsewhere (WorldConfig::nozzle_b_x_mm)
   double landed_x_mm = 0.0, landed_y_mm = 0.0;
   double volume_mm3 = 0.0;      ///< 0 unless fired
   std::int32_t i = 0, j = 0;    ///< cell nearest to the nozzle, may be off the grid
   std::uint32_t exposures = 0;  ///< cures before
   ShotOutcome outcome = ShotOutcome::kFired;
-  std::uint8_t nozzle = 0;      ///< 0: jet, ink A; 1: jet_b, ink B
+  std::uint8_t nozzle = 0;  ///< 0: jet, ink A; 1: jet_b, ink B
   std::uint8_t reserved[2] = {};
 };
 struct ScanRecord {
@@ -87,30 +98,37 @@ enum class DeviceEvent : std::uint8_t {
   kJetAbused = 3,    ///< PULSE while droplets were being fired; value = microseconds since the last droplet
   kStageMoving = 4,
   kStageStopped = 5,
-  kStageAborted = 6,   ///< by command
-  kStageWatchdog = 7,  ///< link lost while moving: decelerated, PSO off
-  kStageFault = 8,     ///< value = axis fault bits
-  kPsoArmed = 9,       ///< value = axis
-  kPsoOff = 10,        ///< value = axis
-  kRebooted = 11,      ///< value = boot count
-  kRobotMotion = 12,   ///< a motion begins; value = path, 0 = another move
-  kRobotRest = 13,     ///< it ended as planned; value = path
-  kRobotBraked = 14,   ///< it was stopped; value = path
-  kRobotWatchdog = 15, ///< no sign of life while a path ran
-  kRobotError = 16,    ///< value = error
-  kSignals = 17,       ///< value = mask that stands
-  kValveArmed = 18,    ///< value = path
-  kScraped = 19,       ///< a nozzle went through the surface; value = depth so far, um
-  kHeaterSet = 20,     ///< value = channel x 100000 + 0.01 degC + 10000
+  kStageAborted = 6,    ///< by command
+  kStageWatchdog = 7,   ///< link lost while moving: decelerated, PSO off
+  kStageFault = 8,      ///< value = axis fault bits
+  kPsoArmed = 9,        ///< value = axis
+  kPsoOff = 10,         ///< value = axis
+  kRebooted = 11,       ///< value = boot count
+  kRobotMotion = 12,    ///< a motion begins; value = path, 0 = another move
+  kRobotRest = 13,      ///< it ended as planned; value = path
+  kRobotBraked = 14,    ///< it was stopped; value = path
+  kRobotWatchdog = 15,  ///< no sign of life while a path ran
+  kRobotError = 16,     ///< value = error
+  kSignals = 17,        ///< value = mask that stands
+  kValveArmed = 18,     ///< value = path
+  kScraped = 19,        ///< a nozzle went through the surface; value = depth so far, um
+  kHeaterSet = 20,      ///< value = channel x 100000 + 0.01 degC + 10000
 };
 /// Why a valve's list ended.
-enum class FiringEnd : std::uint8_t { kThrough = 0, kDisarmed = 1, kAborted = 2, kWatchdog = 3, kReboot = 4, kReplaced = 5,
-                                      kDisabled = 6 };  ///< kDisabled: by the robot's enable line
+enum class FiringEnd : std::uint8_t {
+  kThrough = 0,
+  kDisarmed = 1,
+  kAborted = 2,
+  kWatchdog = 3,
+  kReboot = 4,
+  kReplaced = 5,
+  kDisabled = 6
+};  ///< kDisabled: by the robot's enable line
 struct FiringRecord {
   std::int64_t trigger_us = 0, first_us = 0, last_us = 0, end_us = 0;  ///< first, last: pulses; 0 = none
-  double volume_mm3 = 0.0;   ///< that left the nozzle
+  double volume_mm3 = 0.0;                                             ///< that left the nozzle
   std::uint32_t path = 0, listed = 0, fired = 0;
-  std::uint8_t valve = 0;    ///< 0 water, 1 SME
+  std::uint8_t valve = 0;  ///< 0 water, 1 SME
   FiringEnd end = FiringEnd::kThrough;
   std::uint8_t reserved[2] = {};
 };

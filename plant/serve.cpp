@@ -67,7 +67,8 @@ int listen_on(const std::filesystem::path& path) {
   const std::string text = path.string();
   std::string name = text;
   int folder = -1;
-  if (name.size() >= sizeof address.sun_path) {  // an address holds 107 bytes: by way of the open folder, then
+  if (name.size() >=
+      sizeof address.sun_path) {  // an address holds 107 bytes: by way of the open folder, then
     folder = ::open(path.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0) throw failure("cannot open " + path.parent_path().string());
     name = "/proc/self/fd/" + std::to_string(folder) + "/" + path.filename().string();
@@ -76,7 +77,8 @@ int listen_on(const std::filesystem::path& path) {
   ::unlink(text.c_str());
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) throw failure("socket");
-  const bool bound = ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 && ::listen(fd, 4) == 0;
+  const bool bound =
+      ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 && ::listen(fd, 4) == 0;
   const auto error = failure("cannot listen on " + text);
   if (folder >= 0) ::close(folder);
   if (bound) return fd;
@@ -126,7 +128,6 @@ class Server {
   }
 
  private:
-
   std::int64_t now_us() const {
     const std::int64_t since_ns = std::max<std::int64_t>(0, monotonic_ns() - options_.epoch_ns);
     return std::int64_t(double(since_ns) * options_.time_scale * 1e-3) + options_.offset_us;
@@ -136,8 +137,9 @@ class Server {
            1;
   }
 
-  // A launcher that dies takes its end of every control line with it: the drivers then make their instruments safe,
-  // and those must still be there to obey. Nature stays until the last driver has gone, though not for ever.
+  // A launcher that dies takes its end of every control line with it: the drivers then make their instruments
+  // safe, and those must still be there to obey. Nature stays until the last driver has gone, though not for
+  // ever.
   bool goes_on() {
     constexpr std::int64_t kLinger_ns = 2'000'000'000;
     if (!stopping_ && !stop_requested) return true;

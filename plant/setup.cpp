@@ -16,7 +16,8 @@ constexpr std::uint32_t kDriftDraw = 3;  // 1, 2 and 7 are debris and the table
 
 double drift_of(const Experiment& e, std::uint32_t valve) {
   const IcePlantConfig& p = e.plant.ice;
-  const double share = 2.0 * random_uniform({e.plant.seed, Purpose::kDisturbance, kDriftDraw, valve, 0}) - 1.0;
+  const double share =
+      2.0 * random_uniform({e.plant.seed, Purpose::kDisturbance, kDriftDraw, valve, 0}) - 1.0;
   return std::clamp((valve == 0 ? p.drift_water : p.drift_sme) + p.drift_spread * share, -0.3, 0.3);
 }
 
@@ -48,7 +49,8 @@ IceWorldConfig ice_config(const Experiment& e) {
   for (std::size_t n = 0; n + 5 <= p.jig_mm.size(); n += 5)
     c.table.jigs.push_back({p.jig_mm[n], p.jig_mm[n + 1], p.jig_mm[n + 2], p.jig_mm[n + 3], p.jig_mm[n + 4]});
   std::copy_n(p.foot_mm.begin(), std::min(p.foot_mm.size(), c.table.foot_mm.size()), c.table.foot_mm.begin());
-  std::copy_n(p.screw_mm.begin(), std::min(p.screw_mm.size(), c.table.screw_mm.size()), c.table.screw_mm.begin());
+  std::copy_n(p.screw_mm.begin(), std::min(p.screw_mm.size(), c.table.screw_mm.size()),
+              c.table.screw_mm.begin());
   return c;
 }
 

@@ -2,10 +2,10 @@
 // bytes go out; nothing here reads a clock or a file except save() and restore().
 //
 // Two labs (WorldConfig::kind): ink-jet, as told here, and ice (docs/plant-ice.md).
-// Wires: stage PSO on X -> trigger of both jets -> droplet of each jet that is set to external triggers, at its
-// nozzle's position of that instant; PSO on Y -> profiler trigger; lamp shutter -> curing. Frames: part = stage (the
-// nozzle of ink A stands above part point (x, y) when X = x, Y = y, that of ink B above (x + nozzle_b_x, y +
-// nozzle_b_y)). A world without two inks has no second jet on its wires.
+// Wires: stage PSO on X -> trigger of both jets -> droplet of each jet that is set to external triggers, at
+// its nozzle's position of that instant; PSO on Y -> profiler trigger; lamp shutter -> curing. Frames: part =
+// stage (the nozzle of ink A stands above part point (x, y) when X = x, Y = y, that of ink B above (x +
+// nozzle_b_x, y + nozzle_b_y)). A world without two inks has no second jet on its wires.
 #pragma once
 
 #include <array>
@@ -30,21 +30,23 @@ namespace firn::plant {
 inline constexpr std::string_view kStagePort = "stage", kJetPort = "jet", kProfilerPort = "laser_profiler",
                                   kLampPort = "lamp", kJetBPort = "jet_b";
 /// Those of the ink-jet lab, in the order of Port.
-inline constexpr std::array<std::string_view, 5> kPortNames{kStagePort, kJetPort, kProfilerPort, kLampPort, kJetBPort};
+inline constexpr std::array<std::string_view, 5> kPortNames{kStagePort, kJetPort, kProfilerPort, kLampPort,
+                                                            kJetBPort};
 inline constexpr std::string_view kRobotPort = "robot", kValveAPort = "valve_a", kValveBPort = "valve_b",
                                   kLaserPointPort = "laser_point", kHeaterPort = "heater";
 /// Those of the ice lab.
-inline constexpr std::array<std::string_view, 5> kIcePortNames{kRobotPort, kValveAPort, kValveBPort, kLaserPointPort,
-                                                               kHeaterPort};
+inline constexpr std::array<std::string_view, 5> kIcePortNames{kRobotPort, kValveAPort, kValveBPort,
+                                                               kLaserPointPort, kHeaterPort};
 /// All, in the order of Port.
-inline constexpr std::array<std::string_view, 10> kEveryPort{kStagePort,  kJetPort,    kProfilerPort,   kLampPort,  kJetBPort,
-                                                             kRobotPort, kValveAPort, kValveBPort, kLaserPointPort, kHeaterPort};
+inline constexpr std::array<std::string_view, 10> kEveryPort{
+    kStagePort, kJetPort,    kProfilerPort, kLampPort,       kJetBPort,
+    kRobotPort, kValveAPort, kValveBPort,   kLaserPointPort, kHeaterPort};
 
 class WorldLab;
 class IceLab;
 
-/// What no node may know. In the ice lab: firings of a valve that are over, pulses, pulses that gave nothing; heights
-/// over the whole simulated surface on 1 mm cells. Its own truth: World::ice(), plant/ice/ice_lab.h.
+/// What no node may know. In the ice lab: firings of a valve that are over, pulses, pulses that gave nothing;
+/// heights over the whole simulated surface on 1 mm cells. Its own truth: World::ice(), plant/ice/ice_lab.h.
 struct Truth {
   std::uint32_t exposures = 0;      ///< layers cured
   std::int64_t droplets_fired = 0;  ///< triggers that the jet obeyed, missed droplets included

@@ -105,12 +105,13 @@ struct WorldConfig {
   std::string kind = "inkjet";  ///< or "ice": then only the seed and `ice` count
   GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
   std::uint64_t seed = 1;
-  double host_scale = 1.0;      ///< world seconds per second of the host's clock, in which watchdogs against a dead host run
+  double host_scale =
+      1.0;  ///< world seconds per second of the host's clock, in which watchdogs against a dead host run
   std::string model = "droplets";  ///< or "lu2015"
   bool two_inks = false;           ///< a block of object and support ink is printed, with two jets
   double nozzle_b_x_mm = 20.0;     ///< where the second nozzle truly stands, relative to the first
   double nozzle_b_y_mm = 0.0;
-  double ratio_b = 1.0;            ///< volume of a droplet of the support's ink, in droplets of the object's
+  double ratio_b = 1.0;  ///< volume of a droplet of the support's ink, in droplets of the object's
   DropletParams droplet;
   NozzleParams nozzle;
   Lu2015Params lu2015;

@@ -14,12 +14,13 @@ std::string fingerprint(const WorldConfig& c) {
   const GridSpec& g = c.grid;
   std::snprintf(text, sizeof text, "%s %llu %d %d %a %a %a %a %d %d %d %d", c.model.c_str(),
                 static_cast<unsigned long long>(c.seed), g.nx, g.ny, g.pitch_x_mm, g.pitch_y_mm,
-                g.origin_x_mm, g.origin_y_mm, c.droplet.fine_cells, c.droplet.margin_cells,
-                c.profiler.points, int(c.two_inks));
+                g.origin_x_mm, g.origin_y_mm, c.droplet.fine_cells, c.droplet.margin_cells, c.profiler.points,
+                int(c.two_inks));
   if (c.kind == "inkjet") return text;
   const IceFieldParams& f = c.ice.field;
   char more[200];
-  std::snprintf(more, sizeof more, " %s %a %a %a %a %a", c.kind.c_str(), f.cell_mm, f.x0_mm, f.y0_mm, f.width_mm, f.height_mm);
+  std::snprintf(more, sizeof more, " %s %a %a %a %a %a", c.kind.c_str(), f.cell_mm, f.x0_mm, f.y0_mm,
+                f.width_mm, f.height_mm);
   return std::string(text) + more;
 }
 
@@ -61,7 +62,8 @@ void WorldLab::io(Archive& a) {
   std::string print = fingerprint(config);
   a(print);
   if (print != fingerprint(config))
-    throw std::runtime_error("world state: of another configuration: \"" + print + "\", not \"" + fingerprint(config) + "\"");
+    throw std::runtime_error("world state: of another configuration: \"" + print + "\", not \"" +
+                             fingerprint(config) + "\"");
   a(now_us);
   io_plant(a);
   for (std::size_t n = 0; n < twins.size(); ++n) {

@@ -52,7 +52,8 @@ class Audit {
     return nullptr;
   }
 
-  // The stage refused the command, as before its lease, and was given it again: the report is the later one's.
+  // The stage refused the command, as before its lease, and was given it again: the report is the later
+  // one's.
   bool given_again(std::size_t n) const {
     if (n + 1 >= record_.orders.size()) return false;
     const PassOrder &o = record_.orders[n], &next = record_.orders[n + 1];
@@ -91,7 +92,8 @@ class Audit {
     for (const std::uint32_t c : firing_order(plan.drops, part->round)) {
       const int i = int(c) % plan.drops.spec.nx, j = int(c) / plan.drops.spec.nx;
       const Material ink = plan.materials.cells.empty() ? Material::kA : plan.materials.of(c);
-      if (sub_pattern_of(i, j, part->sub_patterns) == part->sub_pattern && ink == part->material) cells.push_back(c);
+      if (sub_pattern_of(i, j, part->sub_patterns) == part->sub_pattern && ink == part->material)
+        cells.push_back(c);
     }
     return cells;
   }
@@ -107,12 +109,14 @@ class Audit {
     for (const PassOrder& o : record_.orders) {
       if (o.layer == last) continue;
       if (begun.contains(o.layer))
-        add(ViolationKind::kLayerTwice, "layer " + std::to_string(o.layer) + " was deposited again after layer " +
-                                            std::to_string(last) + at(o.t_us));
+        add(ViolationKind::kLayerTwice, "layer " + std::to_string(o.layer) +
+                                            " was deposited again after layer " + std::to_string(last) +
+                                            at(o.t_us));
       else
         for (std::int32_t skipped = last + 1; skipped < o.layer; ++skipped)
           add(ViolationKind::kSkippedLayer, "layer " + std::to_string(skipped) + " was skipped: layer " +
-                                                std::to_string(o.layer) + " follows layer " + std::to_string(last));
+                                                std::to_string(o.layer) + " follows layer " +
+                                                std::to_string(last));
       begun.insert(o.layer);
       last = o.layer;
     }
@@ -136,22 +140,25 @@ class Audit {
     }
     v_.passes += std::int64_t(passes.size());
     if (map_ids.size() > 1)
-      add(ViolationKind::kLayerTwice, "layer " + std::to_string(layer) + " was deposited by plans of two maps, " +
-                                          std::to_string(*map_ids.begin()) + " and " + std::to_string(*map_ids.rbegin()));
+      add(ViolationKind::kLayerTwice,
+          "layer " + std::to_string(layer) + " was deposited by plans of two maps, " +
+              std::to_string(*map_ids.begin()) + " and " + std::to_string(*map_ids.rbegin()));
     const PlannedLayer* plan = plan_of(*last);
     const bool cut_short = is_last(*last) && !record_.finished;
     if (!plan || in_doubt || cut_short) return;  // a missing plan is told by check_order
     const std::int32_t wanted = passes_of(*plan);
     for (std::int32_t pass = 0; pass < wanted; ++pass)
       if (!passes.contains(pass))
-        add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": pass " + std::to_string(pass) + " of " +
-                                             std::to_string(wanted) + " was skipped");
+        add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": pass " + std::to_string(pass) +
+                                             " of " + std::to_string(wanted) + " was skipped");
     std::int64_t commanded = 0;
     for (const PassOrder& o : record_.orders)
-      if (o.layer == layer && o.attempt == 0) commanded += std::int64_t(o.cells.size()) * !given_again(std::size_t(&o - record_.orders.data()));
+      if (o.layer == layer && o.attempt == 0)
+        commanded += std::int64_t(o.cells.size()) * !given_again(std::size_t(&o - record_.orders.data()));
     if (commanded != plan->drops.total())
-      add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": its passes fire " + std::to_string(commanded) +
-                                           " droplets, the plan has " + std::to_string(plan->drops.total()));
+      add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": its passes fire " +
+                                           std::to_string(commanded) + " droplets, the plan has " +
+                                           std::to_string(plan->drops.total()));
   }
 
   void check_order(std::size_t n) {
@@ -165,18 +172,21 @@ class Audit {
     if (given_again(n)) return;
     const PassReport* r = report_of(o);
     if (!r) {
-      if (!is_last(o) || record_.finished) add(ViolationKind::kNoReport, of(o) + ": no report, and the print went on");
+      if (!is_last(o) || record_.finished)
+        add(ViolationKind::kNoReport, of(o) + ": no report, and the print went on");
       return;
     }
     const std::int64_t cells = std::int64_t(o.cells.size());
     if (r->unknown_to > r->unknown_from)
       v_.unknowns.push_back({o.layer, o.attempt, o.pass, r->unknown_from, r->unknown_to, r->t_us, {}});
     else if (r->unknown_from < cells && !is_last(o) && record_.orders[n + 1].pass != o.pass)
-      add(ViolationKind::kSkippedPass, of(o) + ": " + std::to_string(cells - r->unknown_from) + " droplets were left out");
+      add(ViolationKind::kSkippedPass,
+          of(o) + ": " + std::to_string(cells - r->unknown_from) + " droplets were left out");
   }
 
   static bool within(const PlannedLayer& plan, const PassOrder& o) {
-    return std::ranges::all_of(o.cells, [&](std::uint32_t c) { return c < plan.drops.size() && plan.drops.cells[c] > 0; });
+    return std::ranges::all_of(
+        o.cells, [&](std::uint32_t c) { return c < plan.drops.size() && plan.drops.cells[c] > 0; });
   }
 
   // Droplets in doubt must be seen by a scan before the next ones are planned.
@@ -184,11 +194,14 @@ class Audit {
     for (Unknown& u : v_.unknowns) {
       for (const MeasuredMap& m : record_.maps)
         if (m.sample_us > u.t_us && !u.resolved_by) u.resolved_by = m.map_id;
-      const std::string what = "layer " + std::to_string(u.layer) + ", pass " + std::to_string(u.pass) + ", droplets " +
-                               std::to_string(u.from) + " to " + std::to_string(u.to) + " in doubt: ";
-      const auto next = std::ranges::find_if(record_.orders, [&](const PassOrder& o) { return o.t_us > u.t_us; });
+      const std::string what = "layer " + std::to_string(u.layer) + ", pass " + std::to_string(u.pass) +
+                               ", droplets " + std::to_string(u.from) + " to " + std::to_string(u.to) +
+                               " in doubt: ";
+      const auto next =
+          std::ranges::find_if(record_.orders, [&](const PassOrder& o) { return o.t_us > u.t_us; });
       if (next == record_.orders.end()) {
-        if (record_.finished && !u.resolved_by) add(ViolationKind::kUnresolved, what + "the print ended without a scan");
+        if (record_.finished && !u.resolved_by)
+          add(ViolationKind::kUnresolved, what + "the print ended without a scan");
         continue;
       }
       const PlannedLayer* plan = plan_of(*next);
@@ -204,10 +217,13 @@ class Audit {
 
   void check_world() {
     if (world_->damaged)
-      add(ViolationKind::kDamaged, "the world's own record is damaged in " + std::to_string(world_->damaged) + " places");
+      add(ViolationKind::kDamaged,
+          "the world's own record is damaged in " + std::to_string(world_->damaged) + " places");
     assign_shots();
-    std::map<std::pair<std::int32_t, std::int32_t>, std::map<std::uint32_t, int>> fired;  // layer, pass -> cell -> times
-    for (std::size_t n = 0; n < record_.orders.size(); ++n) check_shots(n, fired[{record_.orders[n].layer, record_.orders[n].pass}]);
+    std::map<std::pair<std::int32_t, std::int32_t>, std::map<std::uint32_t, int>>
+        fired;  // layer, pass -> cell -> times
+    for (std::size_t n = 0; n < record_.orders.size(); ++n)
+      check_shots(n, fired[{record_.orders[n].layer, record_.orders[n].pass}]);
     check_stops();
     check_leases();
     check_disarmed();
@@ -230,7 +246,9 @@ class Audit {
         shots_[next - 1].push_back(&s);
       }
     }
-    if (strays) add(ViolationKind::kNotCommanded, std::to_string(strays) + " droplets before any pass was commanded, the first" + at(first));
+    if (strays)
+      add(ViolationKind::kNotCommanded,
+          std::to_string(strays) + " droplets before any pass was commanded, the first" + at(first));
   }
 
   void check_shots(std::size_t n, std::map<std::uint32_t, int>& fired) {
@@ -243,30 +261,35 @@ class Audit {
       const std::uint32_t c = on_grid ? std::uint32_t(o.grid.index(s->i, s->j)) : 0;
       if (!on_grid || !place.contains(c)) {
         add(ViolationKind::kCellNotCommanded, of(o) + ": a droplet on cell (" + std::to_string(s->i) + ", " +
-                                                  std::to_string(s->j) + "), which was not commanded" + at(s->t_us));
+                                                  std::to_string(s->j) + "), which was not commanded" +
+                                                  at(s->t_us));
         continue;
       }
       triggered[std::size_t(place[c])] = true;
-      if (++fired[c] > 1) add(ViolationKind::kCellTwice, of(o) + ": a second droplet on " + cell(o.grid, c) + at(s->t_us));
+      if (++fired[c] > 1)
+        add(ViolationKind::kCellTwice, of(o) + ": a second droplet on " + cell(o.grid, c) + at(s->t_us));
       check_ink(o, *s, c);
       check_wet(o, *s, c);
       if (std::int64_t(s->exposures) < o.layer - 1)
-        add(ViolationKind::kNotCured, of(o) + ": a droplet on " + cell(o.grid, c) + " after " + std::to_string(s->exposures) +
-                                          " exposures" + at(s->t_us));
+        add(ViolationKind::kNotCured, of(o) + ": a droplet on " + cell(o.grid, c) + " after " +
+                                          std::to_string(s->exposures) + " exposures" + at(s->t_us));
     }
     const PassReport* r = report_of(o);
     if (given_again(n)) {
       if (!shots_[n].empty())
-        add(ViolationKind::kCellNotReported, of(o) + ": " + std::to_string(shots_[n].size()) +
-                                                 " droplets of a command that was given again as if it had been refused");
+        add(ViolationKind::kCellNotReported,
+            of(o) + ": " + std::to_string(shots_[n].size()) +
+                " droplets of a command that was given again as if it had been refused");
       return;
     }
     if (!r) return;
     for (std::size_t k = 0; k < o.cells.size(); ++k) {
       if (std::int64_t(k) < r->unknown_from && !triggered[k])
-        add(ViolationKind::kCellNotTriggered, of(o) + ": " + cell(o.grid, o.cells[k]) + " is reported as done but was not triggered");
+        add(ViolationKind::kCellNotTriggered,
+            of(o) + ": " + cell(o.grid, o.cells[k]) + " is reported as done but was not triggered");
       if (std::int64_t(k) >= r->unknown_to && triggered[k])
-        add(ViolationKind::kCellNotReported, of(o) + ": " + cell(o.grid, o.cells[k]) + " was triggered but is reported as not done");
+        add(ViolationKind::kCellNotReported,
+            of(o) + ": " + cell(o.grid, o.cells[k]) + " was triggered but is reported as not done");
     }
   }
 
@@ -274,7 +297,8 @@ class Audit {
     const PlannedLayer* plan = plan_of(o);
     const Material wanted = plan && c < plan->materials.size() ? plan->materials.of(c) : Material::kA;
     if (s.ink != wanted)
-      add(ViolationKind::kWrongInk, of(o) + ": " + cell(o.grid, c) + " got a droplet of the other ink" + at(s.t_us));
+      add(ViolationKind::kWrongInk,
+          of(o) + ": " + cell(o.grid, c) + " got a droplet of the other ink" + at(s.t_us));
   }
 
   // Between two cures all droplets of a layer lie in one sub-pattern.
@@ -296,7 +320,8 @@ class Audit {
     for (std::size_t n = 0; n < std::max<std::size_t>(1, record_.starts.size()); ++n) {
       const std::int64_t from = n < record_.starts.size() ? record_.starts[n] : 0;
       const std::int64_t to = n + 1 < record_.starts.size() ? record_.starts[n + 1] : kNever;
-      const auto stop = std::ranges::find_if(record_.stops, [&](const Stop& s) { return s.t_us >= from && s.t_us < to; });
+      const auto stop =
+          std::ranges::find_if(record_.stops, [&](const Stop& s) { return s.t_us >= from && s.t_us < to; });
       if (stop == record_.stops.end()) continue;
       v_.stops += stop->t_us < record_.end_us;
       std::int64_t late = 0;
@@ -308,8 +333,9 @@ class Audit {
       }
       v_.longest_stop_s = std::max(v_.longest_stop_s, latest_s);
       if (late)
-        add(ViolationKind::kAfterStop, std::to_string(late) + " droplets later than " + std::to_string(options_.stop_limit_s) +
-                                           " s after the stop" + at(stop->t_us) + " (" + stop->cause + "), the last after " +
+        add(ViolationKind::kAfterStop, std::to_string(late) + " droplets later than " +
+                                           std::to_string(options_.stop_limit_s) + " s after the stop" +
+                                           at(stop->t_us) + " (" + stop->cause + "), the last after " +
                                            std::to_string(latest_s) + " s");
     }
   }
@@ -320,10 +346,13 @@ class Audit {
     for (const Shot& s : world_->shots) {
       while (next < record_.leases.size() && record_.leases[next].t_us <= s.t_us) ++next;
       if (!obeyed(s)) continue;
-      const bool late = next == 0 || wall_s(s.t_us - record_.leases[next - 1].until_us) > options_.stop_limit_s;
+      const bool late =
+          next == 0 || wall_s(s.t_us - record_.leases[next - 1].until_us) > options_.stop_limit_s;
       if (late && count++ == 0) first = s.t_us;
     }
-    if (count) add(ViolationKind::kOutsideLease, std::to_string(count) + " droplets without a lease, the first" + at(first));
+    if (count)
+      add(ViolationKind::kOutsideLease,
+          std::to_string(count) + " droplets without a lease, the first" + at(first));
   }
 
   void check_disarmed() {
@@ -332,14 +361,17 @@ class Audit {
     std::int64_t count = 0, first = 0;
     for (const Shot& s : world_->shots) {
       for (; next < world_->jet.size() && (world_->jet[next].t_us < s.t_us ||
-                                           (world_->jet[next].t_us == s.t_us && world_->jet[next].armed)); ++next) {
+                                           (world_->jet[next].t_us == s.t_us && world_->jet[next].armed));
+           ++next) {
         armed[world_->jet[next].ink == Material::kB] = world_->jet[next].armed;
         if (armed[0] && armed[1] && !std::exchange(told, true))
           add(ViolationKind::kBothArmed, "both jets were armed" + at(world_->jet[next].t_us));
       }
       if (obeyed(s) && !armed[s.ink == Material::kB] && count++ == 0) first = s.t_us;
     }
-    if (count) add(ViolationKind::kDisarmed, std::to_string(count) + " droplets from a jet that was not armed, the first" + at(first));
+    if (count)
+      add(ViolationKind::kDisarmed,
+          std::to_string(count) + " droplets from a jet that was not armed, the first" + at(first));
   }
 
   void count_commanded() {
@@ -352,7 +384,8 @@ class Audit {
   const WorldTruth* world_;
   const AuditOptions& options_;
   std::vector<std::vector<const Shot*>> shots_;  // by order
-  std::map<std::uint32_t, std::pair<std::int32_t, int>> wet_;  // cures before -> layer and sub-pattern that is wet
+  std::map<std::uint32_t, std::pair<std::int32_t, int>>
+      wet_;  // cures before -> layer and sub-pattern that is wet
   AuditVerdict v_;
 };
 

@@ -1,6 +1,6 @@
-// Did the lab deposit what was planned, each droplet at most once, and nothing after a stop? Compares what the nodes
-// recorded with what truly happened in the simulated world. Reads no file: see audit_record.h and, for the world's own
-// record, cli/audit_command.cpp, which alone may know the world's format.
+// Did the lab deposit what was planned, each droplet at most once, and nothing after a stop? Compares what
+// the nodes recorded with what truly happened in the simulated world. Reads no file: see audit_record.h and,
+// for the world's own record, cli/audit_command.cpp, which alone may know the world's format.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ struct Shot {
     kIgnored,  ///< the jet did not obey
   };
   std::int64_t t_us = 0;
-  std::int32_t i = 0, j = 0;     ///< cell over which the lab believed the nozzle
-  std::uint32_t exposures = 0;   ///< cures before
+  std::int32_t i = 0, j = 0;    ///< cell over which the lab believed the nozzle
+  std::uint32_t exposures = 0;  ///< cures before
   Outcome outcome = Outcome::kFired;
-  Material ink = Material::kA;   ///< of the jet that was triggered
+  Material ink = Material::kA;  ///< of the jet that was triggered
 };
 
 /// The world's own record, in order of time.
@@ -34,22 +34,23 @@ struct WorldTruth {
     Material ink = Material::kA;
   };
   std::vector<Shot> shots;
-  std::vector<Switch> jet;       ///< external triggers of a jet on, off
-  std::uint64_t damaged = 0;     ///< places where the record is damaged
+  std::vector<Switch> jet;    ///< external triggers of a jet on, off
+  std::uint64_t damaged = 0;  ///< places where the record is damaged
 };
 
 struct AuditOptions {
-  double time_scale = 1.0;       ///< node seconds per second of wall time
-  double stop_limit_s = 1.0;     ///< wall time from the first fault, or the end of the lease, to the last droplet
+  double time_scale = 1.0;  ///< node seconds per second of wall time
+  double stop_limit_s =
+      1.0;  ///< wall time from the first fault, or the end of the lease, to the last droplet
 };
 
 enum class ViolationKind : std::uint8_t {
-  kSkippedLayer,      ///< layers are not 1, 2, 3, …
-  kLayerTwice,        ///< a layer was begun again, or planned from two maps
-  kSkippedPass,       ///< left out or left incomplete, though nothing was in doubt
-  kOtherCells,        ///< the stage was sent to other cells than planned
-  kNoReport,          ///< the print went on without a report of the pass
-  kUnresolved,        ///< droplets in doubt, and no scan before the next ones
+  kSkippedLayer,  ///< layers are not 1, 2, 3, …
+  kLayerTwice,    ///< a layer was begun again, or planned from two maps
+  kSkippedPass,   ///< left out or left incomplete, though nothing was in doubt
+  kOtherCells,    ///< the stage was sent to other cells than planned
+  kNoReport,      ///< the print went on without a report of the pass
+  kUnresolved,    ///< droplets in doubt, and no scan before the next ones
   kCellTwice,
   kCellNotCommanded,
   kCellNotTriggered,  ///< though reported as done
@@ -58,46 +59,47 @@ enum class ViolationKind : std::uint8_t {
   kAfterStop,
   kOutsideLease,
   kDisarmed,
-  kNotCured,          ///< fired on a layer that was not cured
-  kWetNeighbour,      ///< two sub-patterns of a layer without a cure between
-  kWrongInk,          ///< another jet than that of the cell's ink
-  kBothArmed,         ///< two jets at a time
-  kPathTwice,         ///< a path was run twice, or reported twice
-  kDamaged,           ///< a record cannot be trusted
+  kNotCured,      ///< fired on a layer that was not cured
+  kWetNeighbour,  ///< two sub-patterns of a layer without a cure between
+  kWrongInk,      ///< another jet than that of the cell's ink
+  kBothArmed,     ///< two jets at a time
+  kPathTwice,     ///< a path was run twice, or reported twice
+  kDamaged,       ///< a record cannot be trusted
 };
 const char* word(ViolationKind kind);
 
 struct Violation {
   ViolationKind kind{};
-  std::string what;              ///< one sentence with layer, pass, cell, time
+  std::string what;  ///< one sentence with layer, pass, cell, time
 };
 
 /// Droplets of which nobody can know whether they were fired.
 struct Unknown {
   std::int32_t layer = 0, attempt = 0, pass = 0;
-  std::int64_t from = 0, to = 0; ///< in firing order
+  std::int64_t from = 0, to = 0;  ///< in firing order
   std::int64_t t_us = 0;
   std::optional<std::int64_t> resolved_by;  ///< map_id of the scan after it; none = the run ended before
 };
 
 struct AuditVerdict {
   std::int64_t layers = 0, passes = 0;
-  std::int64_t commanded = 0;    ///< droplets, once per layer, pass and cell
+  std::int64_t commanded = 0;  ///< droplets, once per layer, pass and cell
   std::int64_t triggered = 0, fired = 0, missed = 0, ignored = 0;
-  std::int64_t stops = 0;        ///< incarnations that ended in a stop
-  double longest_stop_s = 0.0;   ///< wall time from a first fault to the last droplet after it; 0 = none came
-  bool finished = false;         ///< RUN_END says so
+  std::int64_t stops = 0;       ///< incarnations that ended in a stop
+  double longest_stop_s = 0.0;  ///< wall time from a first fault to the last droplet after it; 0 = none came
+  bool finished = false;        ///< RUN_END says so
   bool with_world = false;
-  bool paths = false;            ///< of a path printer: passes are paths, droplets are pulses
+  bool paths = false;  ///< of a path printer: passes are paths, droplets are pulses
   std::vector<Unknown> unknowns;
-  std::vector<Violation> violations;      ///< at most kKept
+  std::vector<Violation> violations;  ///< at most kKept
   std::uint64_t violations_total = 0;
   static constexpr std::size_t kKept = 100;
 
   bool clean() const { return violations_total == 0; }
 };
 
-/// @param world nullptr where there is no record of the truth (a real lab): the nodes' own records are checked alone
+/// @param world nullptr where there is no record of the truth (a real lab): the nodes' own records are
+/// checked alone
 AuditVerdict audit(const AuditRecord& record, const WorldTruth* world, const AuditOptions& options);
 
 std::string to_text(const AuditVerdict& verdict);

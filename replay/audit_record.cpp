@@ -31,13 +31,16 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
     if (StageVerb(m.verb) != StageVerb::kPass) return;
     const DropletPattern drops = pattern(m.grid, m.drops);
-    r.orders.push_back({m.header.utime_us, m.layer, m.attempt, m.pass, drops.spec, firing_order(drops, m.pass)});
+    r.orders.push_back(
+        {m.header.utime_us, m.layer, m.attempt, m.pass, drops.spec, firing_order(drops, m.pass)});
   });
   messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
-    r.reports.push_back({m.header.utime_us, m.layer, m.attempt, m.pass, m.map_id, m.unknown_from, m.unknown_to});
+    r.reports.push_back(
+        {m.header.utime_us, m.layer, m.attempt, m.pass, m.map_id, m.unknown_from, m.unknown_to});
   });
   messages.each<pass_detail_t>(channels::kPassDetail.name, [&](const pass_detail_t& m) {
-    r.parts.push_back({m.layer, m.attempt, m.pass, m.passes, m.round, m.sub_pattern, m.sub_patterns, Material(m.material)});
+    r.parts.push_back(
+        {m.layer, m.attempt, m.pass, m.passes, m.round, m.sub_pattern, m.sub_patterns, Material(m.material)});
   });
   messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
     if (PlanDecision(m.decision) == PlanDecision::kPrint)
@@ -45,7 +48,8 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   });
   messages.each<material_map_t>(channels::kMaterialMap.name, [&](const material_map_t& m) {
     for (PlannedLayer& plan : r.plans)
-      if (plan.layer == m.layer && plan.map_id == m.map_id && from_message(m.grid) == plan.drops.spec) plan.materials = materials_of(m);
+      if (plan.layer == m.layer && plan.map_id == m.map_id && from_message(m.grid) == plan.drops.spec)
+        plan.materials = materials_of(m);
   });
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     r.maps.push_back({m.header.utime_us, m.layer, m.map_id, m.sample_utime_us});
@@ -55,14 +59,16 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   });
   for (const NodeInfo& node : nodes())
     messages.each<fault_t>(channels::fault(node.id).name, [&](const fault_t& m) {
-      if (Severity(m.severity) == Severity::kStop) r.stops.push_back({m.header.utime_us, m.node + ": " + m.text});
+      if (Severity(m.severity) == Severity::kStop)
+        r.stops.push_back({m.header.utime_us, m.node + ": " + m.text});
     });
   messages.each<enable_t>(channels::kEnable.name, [&](const enable_t& m) {
     const std::int64_t t = m.header.utime_us;
     r.leases.push_back({t, m.enabled ? Time{t}.after_s(m.lease_s).us : t});
   });
   messages.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& m) {
-    r.finished = RunOutcome(m.outcome) == RunOutcome::kFinished || RunOutcome(m.outcome) == RunOutcome::kEndedEarly;
+    r.finished =
+        RunOutcome(m.outcome) == RunOutcome::kFinished || RunOutcome(m.outcome) == RunOutcome::kEndedEarly;
     if (r.finished) r.end_us = m.header.utime_us;
   });
   std::ranges::stable_sort(r.stops, {}, &Stop::t_us);

@@ -42,7 +42,7 @@ struct PlannedLayer {
   std::int32_t passes = 0;
   std::int64_t map_id = 0;
   DropletPattern drops;
-  MaterialMap materials;         ///< MATERIAL_MAP of the same map; no cells with one ink
+  MaterialMap materials;  ///< MATERIAL_MAP of the same map; no cells with one ink
 };
 
 struct MeasuredMap {
@@ -59,21 +59,22 @@ struct Stop {
 
 struct Lease {
   std::int64_t t_us = 0;
-  std::int64_t until_us = 0;   ///< = t_us where the lease was taken back
+  std::int64_t until_us = 0;  ///< = t_us where the lease was taken back
 };
 
 struct AuditRecord {
-  std::vector<PassOrder> orders;      // each list in order of time
+  std::vector<PassOrder> orders;  // each list in order of time
   std::vector<PassReport> reports;
-  std::vector<PassPart> parts;        ///< none where a layer is one pattern of one ink
+  std::vector<PassPart> parts;  ///< none where a layer is one pattern of one ink
   std::vector<PlannedLayer> plans;
   std::vector<MeasuredMap> maps;
-  std::vector<Stop> stops;            ///< SAFE_STOP, and FAULT_* that stop the print
-  std::vector<Lease> leases;          ///< ENABLE
-  std::vector<std::int64_t> starts;   ///< of each incarnation
-  bool finished = false;              ///< RUN_END with outcome finished or ended early
-  std::int64_t end_us = std::numeric_limits<std::int64_t>::max();  ///< of that RUN_END; the stop after it is the orderly one
-  std::vector<std::string> damage;    ///< "nodes/jet.wal, byte 12: checksum does not hold"
+  std::vector<Stop> stops;           ///< SAFE_STOP, and FAULT_* that stop the print
+  std::vector<Lease> leases;         ///< ENABLE
+  std::vector<std::int64_t> starts;  ///< of each incarnation
+  bool finished = false;             ///< RUN_END with outcome finished or ended early
+  std::int64_t end_us =
+      std::numeric_limits<std::int64_t>::max();  ///< of that RUN_END; the stop after it is the orderly one
+  std::vector<std::string> damage;               ///< "nodes/jet.wal, byte 12: checksum does not hold"
 };
 
 /// A message counts if any write-ahead file holds it, its publisher's or a receiver's.

@@ -19,11 +19,16 @@ enum class Look { kObject, kSupport, kOutside, kMissing, kAir };
 // Okabe and Ito's hues: told apart by all.
 Rgba color(Look look) {
   switch (look) {
-    case Look::kObject: return {58, 128, 186, 255};
-    case Look::kSupport: return {233, 222, 190, 255};
-    case Look::kOutside: return {213, 94, 0, 255};
-    case Look::kMissing: return {150, 20, 110, 255};
-    case Look::kAir: return {0, 0, 0, 0};
+    case Look::kObject:
+      return {58, 128, 186, 255};
+    case Look::kSupport:
+      return {233, 222, 190, 255};
+    case Look::kOutside:
+      return {213, 94, 0, 255};
+    case Look::kMissing:
+      return {150, 20, 110, 255};
+    case Look::kAir:
+      return {0, 0, 0, 0};
   }
   return {0, 0, 0, 0};
 }
@@ -46,15 +51,17 @@ struct Eye {
   }
 };
 
-// Walks a ray from voxel to voxel [Amanatides and Woo 1987]: solid(i, j, k) says where it stops. Returns the axis of the
-// face that is hit, or -1; `cell` is the voxel.
+// Walks a ray from voxel to voxel [Amanatides and Woo 1987]: solid(i, j, k) says where it stops. Returns the
+// axis of the face that is hit, or -1; `cell` is the voxel.
 template <class Solid>
-int first_hit(Vec at, const Vec& way, const std::array<int, 3>& size, const Solid& solid, std::array<int, 3>& cell) {
+int first_hit(Vec at, const Vec& way, const std::array<int, 3>& size, const Solid& solid,
+              std::array<int, 3>& cell) {
   double enter = 0.0, leave = std::numeric_limits<double>::infinity();
   int axis = -1;
   for (int a = 0; a < 3; ++a) {
     if (way[std::size_t(a)] == 0.0) continue;
-    double t0 = -at[std::size_t(a)] / way[std::size_t(a)], t1 = (size[std::size_t(a)] - at[std::size_t(a)]) / way[std::size_t(a)];
+    double t0 = -at[std::size_t(a)] / way[std::size_t(a)],
+           t1 = (size[std::size_t(a)] - at[std::size_t(a)]) / way[std::size_t(a)];
     if (t0 > t1) std::swap(t0, t1);
     if (t0 > enter) enter = t0, axis = a;
     leave = std::min(leave, t1);
@@ -65,7 +72,9 @@ int first_hit(Vec at, const Vec& way, const std::array<int, 3>& size, const Soli
     at[a] += enter * way[a];
     cell[a] = std::clamp(int(std::floor(at[a])), 0, size[a] - 1);
     step[a] = way[a] != 0.0 ? std::abs(1.0 / way[a]) : std::numeric_limits<double>::infinity();
-    next[a] = way[a] > 0.0 ? (cell[a] + 1 - at[a]) / way[a] : way[a] < 0.0 ? (cell[a] - at[a]) / way[a] : step[a];
+    next[a] = way[a] > 0.0   ? (cell[a] + 1 - at[a]) / way[a]
+              : way[a] < 0.0 ? (cell[a] - at[a]) / way[a]
+                             : step[a];
   }
   for (;;) {
     if (solid(cell[0], cell[1], cell[2])) return axis;
@@ -88,7 +97,8 @@ Raster cropped(Raster& raster) {
   for (int y = 0; y < raster.height; ++y)
     for (int x = 0; x < raster.width; ++x)
       if (raster.at(x, y)[3] != 0)
-        left = std::min(left, x), right = std::max(right, x + 1), top = std::min(top, y), bottom = std::max(bottom, y + 1);
+        left = std::min(left, x), right = std::max(right, x + 1), top = std::min(top, y),
+        bottom = std::max(bottom, y + 1);
   Raster out(std::max(1, right - left), std::max(1, bottom - top));
   for (int y = top; y < bottom; ++y)
     for (int x = left; x < right; ++x) out.at(x - left, y - top) = raster.at(x, y);
@@ -104,7 +114,9 @@ std::string legend(double x, double y, std::initializer_list<Look> looks) {
                        : look == Look::kOutside ? "object ink outside M"
                                                 : "no object ink inside M";
     char box[120];
-    std::snprintf(box, sizeof box, "<rect x=\"%.1f\" y=\"%.1f\" width=\"12\" height=\"12\" fill=\"#%02x%02x%02x\"/>\n", x, y - 10, c[0], c[1], c[2]);
+    std::snprintf(box, sizeof box,
+                  "<rect x=\"%.1f\" y=\"%.1f\" width=\"12\" height=\"12\" fill=\"#%02x%02x%02x\"/>\n", x,
+                  y - 10, c[0], c[1], c[2]);
     s += box + svg_text(x + 17, y, "start", "tick", name);
     x += 30 + 7.0 * double(std::char_traits<char>::length(name));
   }
@@ -129,14 +141,17 @@ std::string section_view(const VoxelBlock& wanted, const std::vector<NamedBlock>
     Raster along(g.nx, wanted.nz), across(g.ny, wanted.nz);
     for (int k = 0; k < wanted.nz; ++k) {
       for (int i = 0; i < g.nx; ++i)
-        along.at(i, wanted.nz - 1 - k) = color(look_of(wanted.at(i, g.ny / 2, k), b.at_or_none(i, g.ny / 2, k)));
+        along.at(i, wanted.nz - 1 - k) =
+            color(look_of(wanted.at(i, g.ny / 2, k), b.at_or_none(i, g.ny / 2, k)));
       for (int j = 0; j < g.ny; ++j)
-        across.at(j, wanted.nz - 1 - k) = color(look_of(wanted.at(section_i, j, k), b.at_or_none(section_i, j, k)));
+        across.at(j, wanted.nz - 1 - k) =
+            color(look_of(wanted.at(section_i, j, k), b.at_or_none(section_i, j, k)));
     }
     s += svg_text(kLeft, top - 7, "start", "name", blocks[n].name);
     s += svg_image(along, kLeft, top, wide, high) + svg_image(across, right, top, deep, high);
     char line[200];
-    for (const double um : {0.0, 0.5 * wanted.nz * wanted.slice_mm * 1e3, wanted.nz * wanted.slice_mm * 1e3}) {
+    for (const double um :
+         {0.0, 0.5 * wanted.nz * wanted.slice_mm * 1e3, wanted.nz * wanted.slice_mm * 1e3}) {
       const double y = top + high - um * 1e-3 / wanted.slice_mm * kCell;
       std::snprintf(line, sizeof line, "<path class=\"axis\" d=\"M%.1f %.1fh-4\"/>", kLeft, y);
       s += line + svg_text(kLeft - 6, y + 4, "end", "tick", number(um, 0));
@@ -150,8 +165,10 @@ std::string section_view(const VoxelBlock& wanted, const std::vector<NamedBlock>
     s += svg_text(right + at, bottom + 15, "middle", "tick", number(tenth, 0));
   }
   s += svg_text(kLeft + wide / 2, bottom + 32, "middle", "name", "x [mm], in the middle of y; z [um]");
-  s += svg_text(right + deep / 2, bottom + 32, "middle", "name", "y [mm], at x = " + number(g.x_mm(section_i), 1) + " mm");
-  return s + legend(kLeft, bottom + 56, {Look::kObject, Look::kSupport, Look::kOutside, Look::kMissing}) + "</svg>\n";
+  s += svg_text(right + deep / 2, bottom + 32, "middle", "name",
+                "y [mm], at x = " + number(g.x_mm(section_i), 1) + " mm");
+  return s + legend(kLeft, bottom + 56, {Look::kObject, Look::kSupport, Look::kOutside, Look::kMissing}) +
+         "</svg>\n";
 }
 
 std::string block_view(const VoxelBlock& wanted, const VoxelBlock& printed, const BlockViewOptions& options,
@@ -178,22 +195,28 @@ std::string block_view(const VoxelBlock& wanted, const VoxelBlock& printed, cons
   Raster raster(kWidth, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < kWidth; ++x) {
-      const double a = (x + 0.5 - 0.5 * kWidth) * px, b = (0.5 * height - y - 0.5) * px, far = -2.0 * (g.nx + g.ny + printed.nz);
+      const double a = (x + 0.5 - 0.5 * kWidth) * px, b = (0.5 * height - y - 0.5) * px,
+                   far = -2.0 * (g.nx + g.ny + printed.nz);
       Vec at{};
-      for (std::size_t n = 0; n < 3; ++n) at[n] = middle[n] + a * eye.right[n] + b * eye.up[n] + far * eye.ahead[n];
+      for (std::size_t n = 0; n < 3; ++n)
+        at[n] = middle[n] + a * eye.right[n] + b * eye.up[n] + far * eye.ahead[n];
       std::array<int, 3> cell{};
       const int axis = first_hit(at, eye.ahead, size, shown, cell);
       if (axis < 0) continue;
       const auto [i, j, k] = cell;
       constexpr double kLight[3] = {0.82, 0.62, 1.0};
-      const double relief = axis == 2 ? 0.84 + 0.16 * (k + 1.0) / printed.nz : 1.0;  // higher tops are lighter
-      raster.at(x, y) = shaded(color(look_of(wanted.at_or_none(i, j, k), printed.at(i, j, k))), kLight[axis] * relief);
+      const double relief =
+          axis == 2 ? 0.84 + 0.16 * (k + 1.0) / printed.nz : 1.0;  // higher tops are lighter
+      raster.at(x, y) =
+          shaded(color(look_of(wanted.at_or_none(i, j, k), printed.at(i, j, k))), kLight[axis] * relief);
     }
   const Raster seen = cropped(raster);
   const double wide = std::max(kDrawn * seen.width, 400.0), high = kDrawn * seen.height;
-  const std::string s = svg_open(wide, high + 34, title) + svg_image(seen, 0.5 * (wide - kDrawn * seen.width), 0, kDrawn * seen.width, high);
-  const std::string names = options.support ? legend(12, high + 24, {Look::kObject, Look::kSupport, Look::kOutside, Look::kMissing})
-                                            : legend(12, high + 24, {Look::kObject, Look::kOutside});
+  const std::string s = svg_open(wide, high + 34, title) +
+                        svg_image(seen, 0.5 * (wide - kDrawn * seen.width), 0, kDrawn * seen.width, high);
+  const std::string names =
+      options.support ? legend(12, high + 24, {Look::kObject, Look::kSupport, Look::kOutside, Look::kMissing})
+                      : legend(12, high + 24, {Look::kObject, Look::kOutside});
   return s + names + "</svg>\n";
 }
 

@@ -1,5 +1,6 @@
-// Pictures of a printed block of two inks: cross-sections, the object as it stands when the support is gone, the whole
-// block [Lu 2015, Figs. 13-15]. Drawn with a slice as high as a cell is wide; the captions say by how much that stretches z.
+// Pictures of a printed block of two inks: cross-sections, the object as it stands when the support is gone,
+// the whole block [Lu 2015, Figs. 13-15]. Drawn with a slice as high as a cell is wide; the captions say by
+// how much that stretches z.
 #pragma once
 
 #include <string>
@@ -9,8 +10,8 @@
 
 namespace firn::replay {
 
-/// Object and support in the block's middle along y (x-z) and near its +x side (y-z), one row for each block; what is
-/// wrong against `wanted` stands out.
+/// Object and support in the block's middle along y (x-z) and near its +x side (y-z), one row for each block;
+/// what is wrong against `wanted` stands out.
 struct NamedBlock {
   std::string name;
   const VoxelBlock* block;

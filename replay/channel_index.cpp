@@ -30,7 +30,8 @@ bool sent_by_node(const ChannelInfo& channel) {
 std::optional<Stamp> stamp_of(std::span<const std::byte> m) {
   // 8 bytes of fingerprint, then header_t without one of its own
   if (m.size() < 36) return {};
-  return Stamp{std::int64_t(big_endian(m.subspan(8, 8))), std::int32_t(std::uint32_t(big_endian(m.subspan(16, 4)))),
+  return Stamp{std::int64_t(big_endian(m.subspan(8, 8))),
+               std::int32_t(std::uint32_t(big_endian(m.subspan(16, 4)))),
                std::int64_t(big_endian(m.subspan(20, 8))), std::int64_t(big_endian(m.subspan(28, 8)))};
 }
 

@@ -23,8 +23,8 @@ class ChannelIndex {
   std::unordered_map<std::string_view, int> numbers_;
 };
 
-/// Whether replay knows what the publisher sent there: not for launcher and recorder, which stand outside replay,
-/// nor for what the runner sends on its own (CONFIG_, HEARTBEAT_, RESEND_, JOURNAL_).
+/// Whether replay knows what the publisher sent there: not for launcher and recorder, which stand outside
+/// replay, nor for what the runner sends on its own (CONFIG_, HEARTBEAT_, RESEND_, JOURNAL_).
 bool sent_by_node(const ChannelInfo& channel);
 
 /// header_t of an encoded message.

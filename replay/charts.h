@@ -1,5 +1,5 @@
-// Line charts and stacked bars as SVG. Lines differ by colour, dashes and marks, so that they are told apart without
-// colour too.
+// Line charts and stacked bars as SVG. Lines differ by colour, dashes and marks, so that they are told apart
+// without colour too.
 #pragma once
 
 #include <optional>
@@ -11,18 +11,19 @@ namespace firn::replay {
 
 struct Series {
   std::string label;
-  std::vector<double> x, y;   ///< NaN breaks the line
-  int style = 0;              ///< colour and dashes of run n; kReference = the target
+  std::vector<double> x, y;  ///< NaN breaks the line
+  int style = 0;             ///< colour and dashes of run n; kReference = the target
   bool marks = false;
-  std::vector<double> low = {}, high = {};  ///< of a band about the line; empty, or as many as x; NaN: none there
+  std::vector<double> low = {},
+                      high = {};  ///< of a band about the line; empty, or as many as x; NaN: none there
   static constexpr int kReference = -1;
 };
 
 struct ChartOptions {
-  std::string title, x_name, y_name;   ///< names with units
-  bool logarithmic = false;            ///< y
+  std::string title, x_name, y_name;  ///< names with units
+  bool logarithmic = false;           ///< y
   bool whole_x = false;
-  bool from_zero = false;              ///< y starts at 0
+  bool from_zero = false;  ///< y starts at 0
   std::optional<std::pair<double, double>> y_range = {};
   std::vector<std::pair<double, double>> shaded = {};  ///< spans of x
   std::string shaded_label = {};                       ///< in the legend; empty = none

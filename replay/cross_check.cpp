@@ -12,7 +12,8 @@ SentIndex::SentIndex(const std::vector<NodeOutcome>& nodes) : publishers_(Channe
     if (node.replayed)
       for (std::size_t n = 0; n < publishers_.size(); ++n) {
         const ChannelInfo& channel = channel_table()[n];
-        if (sent_by_node(channel) && info(channel.publisher).name == node.verdict.name) publishers_[n] = &node;
+        if (sent_by_node(channel) && info(channel.publisher).name == node.verdict.name)
+          publishers_[n] = &node;
       }
 }
 
@@ -25,7 +26,8 @@ const std::vector<Sent>& SentIndex::all(int channel) const {
 // Sequence numbers count from 1 without gaps, unless the file is damaged.
 const Sent* SentIndex::find(int channel, std::int64_t seq) const {
   const std::vector<Sent>& list = all(channel);
-  if (seq >= 1 && seq <= std::int64_t(list.size()) && list[std::size_t(seq - 1)].seq == seq) return &list[std::size_t(seq - 1)];
+  if (seq >= 1 && seq <= std::int64_t(list.size()) && list[std::size_t(seq - 1)].seq == seq)
+    return &list[std::size_t(seq - 1)];
   const auto it = std::ranges::find(list, seq, &Sent::seq);
   return it == list.end() ? nullptr : &*it;
 }
@@ -62,8 +64,8 @@ void check_delivery(const SentIndex& sent, NodeOutcome& node, const Delivered& d
     f.kind = FindingKind::kMissing;
     f.node = publisher;
     f.step = sent.step_after(d.channel, d.seq);
-    f.what = "the file lacks what led to this message before this step; " + node.verdict.name + " was given it in its step " +
-             std::to_string(d.step);
+    f.what = "the file lacks what led to this message before this step; " + node.verdict.name +
+             " was given it in its step " + std::to_string(d.step);
   } else {
     const auto difference = comparer.compare(channel, s->bytes, d.bytes);
     if (!difference) return;

@@ -16,7 +16,8 @@ class SentIndex {
   /// Whether the file of the channel's publisher was read.
   bool knows(int channel) const { return publishers_[std::size_t(channel)] != nullptr; }
   const std::vector<Sent>& all(int channel) const;
-  /// The step of the publisher's file before which the message `seq`, which the file lacks, must have been sent.
+  /// The step of the publisher's file before which the message `seq`, which the file lacks, must have been
+  /// sent.
   std::uint64_t step_after(int channel, std::int64_t seq) const;
 
  private:

@@ -25,24 +25,33 @@ std::string seconds(Time t) {
 
 std::string place_of(const Event& e, const std::vector<std::string>& ports) {
   switch (e.kind) {
-    case EventKind::kStart: return "start";
-    case EventKind::kMessage: return std::string(e.channel);
-    case EventKind::kWake: return "timer " + std::to_string(e.id);
+    case EventKind::kStart:
+      return "start";
+    case EventKind::kMessage:
+      return std::string(e.channel);
+    case EventKind::kWake:
+      return "timer " + std::to_string(e.id);
     case EventKind::kIo:
-    case EventKind::kLink: return port_name(e.id, ports);
-    case EventKind::kLocalStop: return "local stop";
+    case EventKind::kLink:
+      return port_name(e.id, ports);
+    case EventKind::kLocalStop:
+      return "local stop";
   }
   return "";
 }
 
 std::string place_of(const Output& o, const std::vector<std::string>& ports) {
   switch (o.kind) {
-    case OutputKind::kSend: return std::string(o.channel);
+    case OutputKind::kSend:
+      return std::string(o.channel);
     case OutputKind::kArm:
-    case OutputKind::kCancel: return "timer " + std::to_string(o.id);
+    case OutputKind::kCancel:
+      return "timer " + std::to_string(o.id);
     case OutputKind::kWrite:
-    case OutputKind::kReopen: return port_name(o.id, ports);
-    case OutputKind::kFinish: return "finish";
+    case OutputKind::kReopen:
+      return port_name(o.id, ports);
+    case OutputKind::kFinish:
+      return "finish";
   }
   return "";
 }
@@ -53,11 +62,16 @@ std::string in_words(const Output& o) {
       const auto stamp = stamp_of(o.bytes);
       return "send " + std::string(o.channel) + (stamp ? " " + std::to_string(stamp->seq) : "");
     }
-    case OutputKind::kArm: return "arm timer " + std::to_string(o.id) + " for " + seconds(o.at);
-    case OutputKind::kCancel: return "cancel timer " + std::to_string(o.id);
-    case OutputKind::kWrite: return "write '" + escaped(o.bytes, kBytesTold) + "' to port " + std::to_string(o.id);
-    case OutputKind::kReopen: return "reopen port " + std::to_string(o.id);
-    case OutputKind::kFinish: return "finish with status " + std::to_string(o.id);
+    case OutputKind::kArm:
+      return "arm timer " + std::to_string(o.id) + " for " + seconds(o.at);
+    case OutputKind::kCancel:
+      return "cancel timer " + std::to_string(o.id);
+    case OutputKind::kWrite:
+      return "write '" + escaped(o.bytes, kBytesTold) + "' to port " + std::to_string(o.id);
+    case OutputKind::kReopen:
+      return "reopen port " + std::to_string(o.id);
+    case OutputKind::kFinish:
+      return "finish with status " + std::to_string(o.id);
   }
   return "";
 }
@@ -79,7 +93,8 @@ std::string as_json(std::uint64_t step, const Event& e, const std::vector<std::s
       s += ",\"due_us\":" + std::to_string(e.due.us);
       break;
     case EventKind::kIo:
-      s += ",\"size\":" + std::to_string(e.bytes.size()) + ",\"bytes\":" + json_string(escaped(e.bytes, kBytesTold));
+      s += ",\"size\":" + std::to_string(e.bytes.size()) +
+           ",\"bytes\":" + json_string(escaped(e.bytes, kBytesTold));
       break;
     case EventKind::kLink:
       s += std::string(",\"link\":") + (e.link == LinkState::kOpen ? "\"open\"" : "\"closed\"");
@@ -95,9 +110,12 @@ std::string escaped(std::span<const std::byte> bytes, std::size_t at_most) {
   std::string s;
   for (std::byte b : bytes.first(std::min(bytes.size(), at_most))) {
     const auto c = static_cast<unsigned char>(b);
-    if (c == '\r') s += "\\r";
-    else if (c == '\n') s += "\\n";
-    else if (c >= 0x20 && c < 0x7f && c != '\\') s += char(c);
+    if (c == '\r')
+      s += "\\r";
+    else if (c == '\n')
+      s += "\\n";
+    else if (c >= 0x20 && c < 0x7f && c != '\\')
+      s += char(c);
     else {
       char hex[8];
       std::snprintf(hex, sizeof hex, "\\x%02x", c);

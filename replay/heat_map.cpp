@@ -62,7 +62,8 @@ std::string heat_map(const HeightMap& height, const HeatScale& scale, const std:
       const cv::Vec3b c = colors(0, int(std::lround(share * 255)));
       pixels.at(i, g.ny - 1 - j) = {c[2], c[1], c[0], 255};  // y upwards
     }
-  const double width_mm = g.nx * g.pitch_x_mm, height_mm = g.ny * g.pitch_y_mm, longer = std::max(width_mm, height_mm);
+  const double width_mm = g.nx * g.pitch_x_mm, height_mm = g.ny * g.pitch_y_mm,
+               longer = std::max(width_mm, height_mm);
   Frame f;
   f.left = 46;
   f.top = 8;
@@ -86,14 +87,16 @@ std::string heat_map(const HeightMap& height, const HeatScale& scale, const std:
     std::snprintf(line, sizeof line, "<path class=\"axis\" d=\"M%.1f %.1fh-4\"/>", f.left, at);
     s += line + svg_text(f.left - 7, at + 4, "end", "tick", t.text);
   }
-  std::snprintf(line, sizeof line, "<g transform=\"translate(13 %.1f) rotate(-90)\">", (f.top + f.bottom) / 2);
+  std::snprintf(line, sizeof line, "<g transform=\"translate(13 %.1f) rotate(-90)\">",
+                (f.top + f.bottom) / 2);
   return s + svg_text((f.left + f.right) / 2, f.bottom + 36, "middle", "name", "x [mm]") + line +
          svg_text(0, 0, "middle", "name", "y [mm]") + "</g>\n</svg>\n";
 }
 
 std::string color_bar(const HeatScale& scale, const std::string& name) {
   constexpr double kLeft = 12, kTop = 4, kWidth = 420, kHeight = 14;
-  std::string s = svg_open(kLeft * 2 + kWidth + 20, 56, name) + image(palette(scale.colors), kLeft, kTop, kWidth, kHeight);
+  std::string s = svg_open(kLeft * 2 + kWidth + 20, 56, name) +
+                  image(palette(scale.colors), kLeft, kTop, kWidth, kHeight);
   char line[160];
   const Axis axis(scale.low_um, scale.high_um, 0, 1, 6);
   for (const Axis::Tick& t : axis.ticks()) {

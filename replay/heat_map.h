@@ -1,5 +1,5 @@
-// Surfaces as heat maps: one common colour scale, mm axes, a colour bar in um. Of any grid size: the cells are one
-// embedded PNG.
+// Surfaces as heat maps: one common colour scale, mm axes, a colour bar in um. Of any grid size: the cells
+// are one embedded PNG.
 #pragma once
 
 #include <string>

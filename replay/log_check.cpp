@@ -10,7 +10,8 @@ namespace {
 
 class LogCheck {
  public:
-  LogCheck(const SentIndex& sent, const ChannelIndex& channels, MessageComparer& comparer, RunVerdict& verdict)
+  LogCheck(const SentIndex& sent, const ChannelIndex& channels, MessageComparer& comparer,
+           RunVerdict& verdict)
       : sent_(sent), channels_(channels), comparer_(comparer), verdict_(verdict), seen_(channels.size()) {
     for (std::size_t c = 0; c < seen_.size(); ++c) seen_[c].resize(sent.all(int(c)).size());
   }
@@ -24,8 +25,9 @@ class LogCheck {
     const Sent* s = stamp ? sent_.find(number, stamp->seq) : nullptr;
     ++verdict_.log_messages;
     if (!s) {
-      Finding f = finding(channel, nullptr, "log.lcm, byte " + std::to_string(e.offset) +
-                                                ", holds a message that the publisher's write-ahead file lacks");
+      Finding f = finding(channel, nullptr,
+                          "log.lcm, byte " + std::to_string(e.offset) +
+                              ", holds a message that the publisher's write-ahead file lacks");
       if (stamp) {
         f.seq = stamp->seq;
         f.at = Time{stamp->utime_us};
@@ -38,8 +40,9 @@ class LogCheck {
     if (s->differs || same_bytes(s->bytes, e.data)) return;
     const auto difference = comparer_.compare(channel, s->bytes, e.data);
     if (!difference) return;
-    Finding f = finding(channel, s, "the message in log.lcm, byte " + std::to_string(e.offset) +
-                                        ", is not what the publisher's write-ahead file holds");
+    Finding f = finding(channel, s,
+                        "the message in log.lcm, byte " + std::to_string(e.offset) +
+                            ", is not what the publisher's write-ahead file holds");
     f.field = difference->path;
     f.recorded = difference->a;
     f.replayed = difference->b;
@@ -59,8 +62,9 @@ class LogCheck {
           ++gaps;
         }
       if (!first) continue;
-      add(finding(channel, first, "log.lcm lacks this" + (gaps > 1 ? " and " + std::to_string(gaps - 1) + " more" : "") +
-                                      " (`firn log repair` fills it from the write-ahead files)"));
+      add(finding(channel, first,
+                  "log.lcm lacks this" + (gaps > 1 ? " and " + std::to_string(gaps - 1) + " more" : "") +
+                      " (`firn log repair` fills it from the write-ahead files)"));
     }
   }
 

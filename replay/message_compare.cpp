@@ -19,7 +19,8 @@ std::string hex(std::byte b) {
 Ignore parse_ignore(const std::string& text) {
   const std::size_t at = text.find('=');
   if (at == std::string::npos || at == 0 || at + 1 == text.size())
-    throw std::invalid_argument("--ignore " + text + ": FIELD=reason is wanted, and the reason must be given");
+    throw std::invalid_argument("--ignore " + text +
+                                ": FIELD=reason is wanted, and the reason must be given");
   return {text.substr(0, at), text.substr(at + 1)};
 }
 
@@ -36,8 +37,9 @@ MessageComparer::MessageComparer(const ReplayOptions& options) : tolerance_(opti
 bool MessageComparer::ignores(std::string_view channel, std::string_view path) {
   const std::string_view field = path.substr(0, path.find('['));
   for (Ignored& i : ignored_)
-    if (i.field == field || (i.field.size() == channel.size() + 1 + field.size() && i.field.starts_with(channel) &&
-                             i.field[channel.size()] == '.' && i.field.ends_with(field))) {
+    if (i.field == field ||
+        (i.field.size() == channel.size() + 1 + field.size() && i.field.starts_with(channel) &&
+         i.field[channel.size()] == '.' && i.field.ends_with(field))) {
       ++i.times;
       return true;
     }
@@ -45,7 +47,8 @@ bool MessageComparer::ignores(std::string_view channel, std::string_view path) {
 }
 
 bool MessageComparer::within_tolerance(std::string_view channel, const Leaf& a, const LeafValue& b) {
-  if (tolerance_ <= 0 || a.value.index() != b.index() || std::holds_alternative<std::string_view>(b)) return false;
+  if (tolerance_ <= 0 || a.value.index() != b.index() || std::holds_alternative<std::string_view>(b))
+    return false;
   const auto number = [](const LeafValue& v) {
     return std::holds_alternative<double>(v) ? std::get<double>(v) : double(std::get<std::int64_t>(v));
   };
@@ -58,7 +61,8 @@ bool MessageComparer::within_tolerance(std::string_view channel, const Leaf& a, 
   return true;
 }
 
-std::optional<FieldDifference> MessageComparer::compare(const ChannelInfo& channel, std::span<const std::byte> a,
+std::optional<FieldDifference> MessageComparer::compare(const ChannelInfo& channel,
+                                                        std::span<const std::byte> a,
                                                         std::span<const std::byte> b) {
   const schema::Type* type = Schema::builtin().find(channel.type);
   if (!type) return byte_difference(a, b);
@@ -67,7 +71,9 @@ std::optional<FieldDifference> MessageComparer::compare(const ChannelInfo& chann
 
   // Leaf by leaf. Where arrays have other lengths the leaves do not match, and the first difference stands.
   values_.clear();
-  const auto keep = [this](const Leaf& leaf) { return values_.push_back({leaf.value, leaf.offset, leaf.bytes}), true; };
+  const auto keep = [this](const Leaf& leaf) {
+    return values_.push_back({leaf.value, leaf.offset, leaf.bytes}), true;
+  };
   if (for_each_leaf(*type, b, keep)) return first;
   std::optional<FieldDifference> found;
   std::size_t n = 0;

@@ -7,8 +7,8 @@
 
 namespace firn::replay {
 
-/// Header and rows. Heights and errors in um, as printed beside the papers' tables; the true_ columns are empty where
-/// no simulated world told the truth.
+/// Header and rows. Heights and errors in um, as printed beside the papers' tables; the true_ columns are
+/// empty where no simulated world told the truth.
 std::string metrics_csv(const RunData& run);
 
 }  // namespace firn::replay

@@ -37,8 +37,14 @@ Blobs load_blobs(const fs::path& run, const WalHead& head) {
 
 class NodeReplay {
  public:
-  NodeReplay(const fs::path& run, const NodeMaker& maker, const ChannelIndex& channels, const ReplayOptions& options)
-      : run_(run), maker_(maker), channels_(channels), options_(options), comparer_(options), last_(channels.size()) {
+  NodeReplay(const fs::path& run, const NodeMaker& maker, const ChannelIndex& channels,
+             const ReplayOptions& options)
+      : run_(run),
+        maker_(maker),
+        channels_(channels),
+        options_(options),
+        comparer_(options),
+        last_(channels.size()) {
     out_.verdict.name = maker.name;
     out_.sent.resize(channels.size());
   }
@@ -76,8 +82,9 @@ class NodeReplay {
           break;
         case WalFile::Item::kStep:
           if (!host_) {
-            tell(FindingKind::kUnreadable, "byte " + std::to_string(out_.file->offset()) + " of " + file_name() +
-                                               ": an event stands where the head must be, so the node cannot be built");
+            tell(FindingKind::kUnreadable,
+                 "byte " + std::to_string(out_.file->offset()) + " of " + file_name() +
+                     ": an event stands where the head must be, so the node cannot be built");
             return;
           }
           if (!step(out_.file->step())) return;
@@ -86,8 +93,8 @@ class NodeReplay {
           stray(out_.file->step());
           break;
         case WalFile::Item::kUnknown:
-          tell(FindingKind::kMissing, "byte " + std::to_string(out_.file->offset()) + " of " + file_name() + ": " +
-                                          out_.file->trouble());
+          tell(FindingKind::kMissing, "byte " + std::to_string(out_.file->offset()) + " of " + file_name() +
+                                          ": " + out_.file->trouble());
           break;
       }
   }
@@ -103,23 +110,27 @@ class NodeReplay {
     note_provenance("platform", head.platform, options_.platform);
     if (out_.head) {
       if (head.run_id != out_.head->run_id) {
-        tell(FindingKind::kForeign, "a later head of " + file_name() + " is of run " + std::to_string(head.run_id) +
-                                        ", the first one of run " + std::to_string(out_.head->run_id));
+        tell(FindingKind::kForeign, "a later head of " + file_name() + " is of run " +
+                                        std::to_string(head.run_id) + ", the first one of run " +
+                                        std::to_string(out_.head->run_id));
         return false;
       }
       if (head.incarnation <= incarnation_)
-        tell(FindingKind::kOrder, "incarnation " + std::to_string(head.incarnation) + " begins after incarnation " +
-                                      std::to_string(incarnation_));
+        tell(FindingKind::kOrder, "incarnation " + std::to_string(head.incarnation) +
+                                      " begins after incarnation " + std::to_string(incarnation_));
       if (head.config_toml != out_.head->config_toml || head.blobs != out_.head->blobs)
-        tell(FindingKind::kForeign, "incarnation " + std::to_string(head.incarnation) +
-                                        " was started with another configuration or other inputs than the first one");
+        tell(FindingKind::kForeign,
+             "incarnation " + std::to_string(head.incarnation) +
+                 " was started with another configuration or other inputs than the first one");
       incarnation_ = head.incarnation;
       return true;
     }
     out_.head = head;
     incarnation_ = head.incarnation;
-    const std::string config = options_.change_config ? options_.change_config(head.config_toml) : head.config_toml;
-    host_.emplace(find_node(maker_.name)->id, maker_.make(config, load_blobs(run_, head)), head.run_id, nullptr);
+    const std::string config =
+        options_.change_config ? options_.change_config(head.config_toml) : head.config_toml;
+    host_.emplace(find_node(maker_.name)->id, maker_.make(config, load_blobs(run_, head)), head.run_id,
+                  nullptr);
     ports_ = host_->ports();
     out_.replayed = true;
     return true;
@@ -127,7 +138,8 @@ class NodeReplay {
 
   void note_provenance(const char* what, const std::string& recorded, const std::string& here) {
     if (!here.empty() && recorded != here)
-      out_.provenance.push_back(std::string(what) + ": recorded with " + recorded + ", replayed with " + here);
+      out_.provenance.push_back(std::string(what) + ": recorded with " + recorded + ", replayed with " +
+                                here);
   }
 
   // @returns false when the node cannot go on.
@@ -145,7 +157,8 @@ class NodeReplay {
     try {
       outbox = &host_->replay_step(e);
     } catch (const std::exception& error) {
-      const std::string why = "step " + std::to_string(s.step) + ", " + place_of(e, ports_) + ": " + error.what();
+      const std::string why =
+          "step " + std::to_string(s.step) + ", " + place_of(e, ports_) + ": " + error.what();
       if (s.last && !s.has_outputs)
         out_.verdict.crash = why;
       else
@@ -167,17 +180,19 @@ class NodeReplay {
                                       : "the events of steps " + std::to_string(next_step_) + " to " +
                                             std::to_string(s.step - 1) + " are missing");
     if (s.step < next_step_)
-      tell(FindingKind::kOrder, "step " + std::to_string(s.step) + " stands behind step " + std::to_string(next_step_ - 1));
+      tell(FindingKind::kOrder,
+           "step " + std::to_string(s.step) + " stands behind step " + std::to_string(next_step_ - 1));
     next_step_ = s.step + 1;
     if (e.now.us < out_.verdict.last_us)
       tell(FindingKind::kOrder, "time goes back from " + std::to_string(out_.verdict.last_us) + " us to " +
                                     std::to_string(e.now.us) + " us");
     out_.verdict.last_us = std::max(out_.verdict.last_us, e.now.us);
     if (!started_ && e.kind != EventKind::kStart)
-      tell(FindingKind::kMissing, "the start event of incarnation " + std::to_string(incarnation_) + " is missing");
+      tell(FindingKind::kMissing,
+           "the start event of incarnation " + std::to_string(incarnation_) + " is missing");
     if (e.kind == EventKind::kStart && (started_ || e.incarnation != incarnation_))
-      tell(FindingKind::kOrder, "a start event of incarnation " + std::to_string(e.incarnation) + " stands in incarnation " +
-                                    std::to_string(incarnation_));
+      tell(FindingKind::kOrder, "a start event of incarnation " + std::to_string(e.incarnation) +
+                                    " stands in incarnation " + std::to_string(incarnation_));
     started_ = true;
   }
 
@@ -185,7 +200,8 @@ class NodeReplay {
     if (!host_->is_armed(TimerId(e.id), e.due))
       tell(FindingKind::kTimer, "the node did not ask to be woken at " + std::to_string(e.due.us) + " us");
     else if (e.due > e.now)
-      tell(FindingKind::kTimer, "woken at " + std::to_string(e.now.us) + " us, before " + std::to_string(e.due.us) + " us");
+      tell(FindingKind::kTimer,
+           "woken at " + std::to_string(e.now.us) + " us, before " + std::to_string(e.due.us) + " us");
   }
 
   void check_delivery(const RecordedStep& s) {
@@ -210,14 +226,15 @@ class NodeReplay {
     if (channel.delivery == Delivery::kReliable && !restarted) {
       if (stamp->seq > last.seq + 1)
         out_.gaps.push_back({number, last.seq + 1, stamp->seq - 1,
-                             finding(FindingKind::kMissing, "the delivery of " + range(channel.name, last.seq + 1, stamp->seq - 1) +
-                                                                " is missing before this step")});
+                             finding(FindingKind::kMissing,
+                                     "the delivery of " + range(channel.name, last.seq + 1, stamp->seq - 1) +
+                                         " is missing before this step")});
       if (stamp->seq <= last.seq)
         tell(FindingKind::kOrder, range(channel.name, stamp->seq, stamp->seq) + " was delivered after " +
                                       std::to_string(last.seq));
     } else if (!restarted && stamp->seq <= last.seq) {
-      tell(FindingKind::kOrder, "stale: " + range(channel.name, stamp->seq, stamp->seq) + " was delivered after " +
-                                    std::to_string(last.seq));
+      tell(FindingKind::kOrder, "stale: " + range(channel.name, stamp->seq, stamp->seq) +
+                                    " was delivered after " + std::to_string(last.seq));
     }
     last = {stamp->seq, stamp->incarnation};
     if (sent_by_node(channel)) out_.delivered.push_back({number, stamp->seq, e.bytes, s.step, e.now});
@@ -256,7 +273,8 @@ class NodeReplay {
            same_bytes(a->bytes, b->bytes);
   }
 
-  // Tells the first difference of a step. @returns false if tolerance and ignored fields make the outputs equal.
+  // Tells the first difference of a step. @returns false if tolerance and ignored fields make the outputs
+  // equal.
   bool tell_output(std::size_t n, const std::optional<Output>& a, const std::optional<Output>& b, bool told) {
     FieldDifference difference;
     const bool same_place = a && b && a->kind == b->kind && a->channel == b->channel && a->id == b->id;
@@ -269,7 +287,8 @@ class NodeReplay {
     } else if (same_place) {
       difference = byte_difference(a->bytes, b->bytes);
     } else {
-      difference = {"output " + std::to_string(n), a ? in_words(*a) : "nothing", b ? in_words(*b) : "nothing", 0};
+      difference = {"output " + std::to_string(n), a ? in_words(*a) : "nothing", b ? in_words(*b) : "nothing",
+                    0};
     }
     if (told) return true;
     Finding f = finding(FindingKind::kOutput, "the node puts out something else than was recorded");
@@ -302,13 +321,15 @@ class NodeReplay {
       if (o.kind != OutputKind::kSend) continue;
       const auto& bytes = out_.cut_bytes.emplace_back(o.bytes.begin(), o.bytes.end());
       const std::optional<Stamp> stamp = stamp_of(bytes);
-      out_.sent[std::size_t(channels_.find(o.channel))].push_back({stamp->seq, bytes, s.step, s.event.now, true, false});
+      out_.sent[std::size_t(channels_.find(o.channel))].push_back(
+          {stamp->seq, bytes, s.step, s.event.now, true, false});
     }
   }
 
   void stray(const RecordedStep& s) {
     current_ = nullptr;
-    Finding f = finding(FindingKind::kMissing, "outputs of step " + std::to_string(s.step) + " stand without their event, byte " +
+    Finding f = finding(FindingKind::kMissing, "outputs of step " + std::to_string(s.step) +
+                                                   " stand without their event, byte " +
                                                    std::to_string(s.offset) + " of " + file_name());
     f.step = s.step;
     f.at = Time{out_.verdict.last_us};
@@ -330,7 +351,8 @@ class NodeReplay {
     if (out_.findings.size() >= RunVerdict::kKeptWithInputs) return f;
     const std::uint64_t steps = out_.verdict.steps;
     for (std::uint64_t n = steps - std::min<std::uint64_t>(steps, recent_.size()); n < steps; ++n)
-      f.inputs.push_back(as_json(recent_[n % recent_.size()].step, recent_[n % recent_.size()].event, ports_));
+      f.inputs.push_back(
+          as_json(recent_[n % recent_.size()].step, recent_[n % recent_.size()].event, ports_));
     return f;
   }
 
@@ -353,8 +375,8 @@ class NodeReplay {
   NodeOutcome out_;
   std::optional<NodeHost> host_;
   std::vector<std::string> ports_;
-  std::vector<Last> last_;                    // by ChannelIndex
-  std::vector<Output> recorded_;              // of the step; storage used again
+  std::vector<Last> last_;        // by ChannelIndex
+  std::vector<Output> recorded_;  // of the step; storage used again
   std::array<RecordedStep, kInputsTold> recent_;
   const RecordedStep* current_ = nullptr;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> damaged_steps_;  // byte, step

@@ -1,5 +1,5 @@
-// Replays one node from its own write-ahead file and collects what it sent and what it was given, for the checks
-// between nodes.
+// Replays one node from its own write-ahead file and collects what it sent and what it was given, for the
+// checks between nodes.
 #pragma once
 
 #include <deque>
@@ -28,7 +28,7 @@ struct Sent {
 
 /// A message as a node was given it.
 struct Delivered {
-  int channel = 0;       ///< ChannelIndex
+  int channel = 0;  ///< ChannelIndex
   std::int64_t seq = 0;
   std::span<const std::byte> bytes;
   std::uint64_t step = 0;
@@ -44,27 +44,28 @@ struct Gap {
 
 struct NodeOutcome {
   NodeVerdict verdict;
-  std::optional<WalHead> head;            ///< of the first incarnation
-  bool replayed = false;                  ///< the node could be built
-  std::vector<Finding> findings;          ///< the first RunVerdict::kKeptPerNode
+  std::optional<WalHead> head;    ///< of the first incarnation
+  bool replayed = false;          ///< the node could be built
+  std::vector<Finding> findings;  ///< the first RunVerdict::kKeptPerNode
   std::uint64_t findings_total = 0;
   std::vector<DamagedPlace> damage;
   std::vector<std::string> provenance;
-  std::vector<std::vector<Sent>> sent;    ///< by ChannelIndex, in the order of sending
+  std::vector<std::vector<Sent>> sent;  ///< by ChannelIndex, in the order of sending
   std::vector<Delivered> delivered;
-  std::vector<Gap> gaps;                  ///< told by check_deliveries, which knows when the messages were sent
+  std::vector<Gap> gaps;  ///< told by check_deliveries, which knows when the messages were sent
   std::vector<Ignored> ignored;
   double largest_difference = 0.0;
   std::string largest_difference_field;
 
-  std::unique_ptr<WalFile> file;          ///< keeps the views above alive
+  std::unique_ptr<WalFile> file;  ///< keeps the views above alive
   std::deque<std::vector<std::byte>> cut_bytes;
 
   void add(Finding finding);
 };
 
-/// @param run the run folder; nodes/<name>.wal and inputs/ are read. Never throws for what stands in the files.
-NodeOutcome replay_node(const std::filesystem::path& run, const NodeMaker& maker, const ChannelIndex& channels,
-                        const ReplayOptions& options);
+/// @param run the run folder; nodes/<name>.wal and inputs/ are read. Never throws for what stands in the
+/// files.
+NodeOutcome replay_node(const std::filesystem::path& run, const NodeMaker& maker,
+                        const ChannelIndex& channels, const ReplayOptions& options);
 
 }  // namespace firn::replay

@@ -18,23 +18,23 @@ struct NodeMaker {
 
 /// A field that may differ, and why.
 struct Ignore {
-  std::string field;   ///< "LAYER_PLAN.iterations", or "iterations" on every channel; no array indices
+  std::string field;  ///< "LAYER_PLAN.iterations", or "iterations" on every channel; no array indices
   std::string reason;
 };
 /// Of "FIELD=reason". @throws std::invalid_argument if either is empty.
 Ignore parse_ignore(const std::string& text);
 
 struct ReplayOptions {
-  std::span<const NodeMaker> makers;      ///< of all nodes to replay
-  std::string only_node;                  ///< empty = all
-  double tolerance = 0.0;                 ///< numeric fields that differ by no more are equal
+  std::span<const NodeMaker> makers;  ///< of all nodes to replay
+  std::string only_node;              ///< empty = all
+  double tolerance = 0.0;             ///< numeric fields that differ by no more are equal
   std::vector<Ignore> ignores;
   /// The configuration to build a node from, given the recorded one; empty = as recorded.
   std::function<std::string(const std::string& recorded_toml)> change_config;
-  std::string commit;                     ///< of this program; empty = not compared
-  std::string platform;                   ///< as WalHead::platform; empty = not compared
-  int threads = 0;                        ///< 0 = as many as the machine has
-  bool stopwatch = false;                 ///< fills NodeVerdict::handler_ns
+  std::string commit;      ///< of this program; empty = not compared
+  std::string platform;    ///< as WalHead::platform; empty = not compared
+  int threads = 0;         ///< 0 = as many as the machine has
+  bool stopwatch = false;  ///< fills NodeVerdict::handler_ns
 };
 
 }  // namespace firn::replay

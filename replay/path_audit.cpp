@@ -23,7 +23,9 @@ struct PathHistory {
   std::int64_t firings = 0, fired = 0;  ///< lists with a pulse; pulses
 };
 
-std::string of(const path_job_t& j) { return "path " + std::to_string(j.path) + " of layer " + std::to_string(j.layer); }
+std::string of(const path_job_t& j) {
+  return "path " + std::to_string(j.path) + " of layer " + std::to_string(j.layer);
+}
 
 class PathAudit {
  public:
@@ -60,19 +62,24 @@ class PathAudit {
       ++v_.passes;
       v_.commanded += r.pulses_commanded;
     });
-    messages_.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) { maps_.push_back({m.header.utime_us, m.map_id}); });
+    messages_.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
+      maps_.push_back({m.header.utime_us, m.map_id});
+    });
     messages_.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& e) {
-      if (RunOutcome(e.outcome) == RunOutcome::kFinished || RunOutcome(e.outcome) == RunOutcome::kOutOfTolerance) {
+      if (RunOutcome(e.outcome) == RunOutcome::kFinished ||
+          RunOutcome(e.outcome) == RunOutcome::kOutOfTolerance) {
         v_.finished = true;
         end_us_ = e.header.utime_us;
       }
     });
-    for (const auto& [channel, valve] : {std::pair{channels::kValveACommand, 1}, {channels::kValveBCommand, 2}})
+    for (const auto& [channel, valve] :
+         {std::pair{channels::kValveACommand, 1}, {channels::kValveBCommand, 2}})
       messages_.each<valve_command_t>(channel.name, [&, valve = valve](const valve_command_t& c) {
         if (ValveVerb(c.verb) == ValveVerb::kArm) armings_.push_back({c.header.utime_us, c.path, valve});
       });
     std::ranges::stable_sort(armings_, {}, &Arming::t_us);
-    messages_.each<safe_stop_t>(channels::kSafeStop.name, [&](const safe_stop_t& s) { stops_.push_back(s.header.utime_us); });
+    messages_.each<safe_stop_t>(channels::kSafeStop.name,
+                                [&](const safe_stop_t& s) { stops_.push_back(s.header.utime_us); });
     for (const NodeInfo& n : nodes())
       messages_.each<fault_t>(channels::fault(n.id).name, [&](const fault_t& f) {
         if (Severity(f.severity) == Severity::kStop) stops_.push_back(f.header.utime_us);
@@ -95,8 +102,9 @@ class PathAudit {
       const std::int64_t number = path_of(f);
       const auto path = paths_.find(number);
       if (path == paths_.end() || path->second.job.path == 0) {
-        add(ViolationKind::kNotCommanded, "valve " + std::to_string(f.valve) + " at " + std::to_string(f.trigger_us) + " us: " + std::to_string(f.fired) +
-                                              " pulses that no armed path tells of");
+        add(ViolationKind::kNotCommanded,
+            "valve " + std::to_string(f.valve) + " at " + std::to_string(f.trigger_us) +
+                " us: " + std::to_string(f.fired) + " pulses that no armed path tells of");
         continue;
       }
       path->second.fired += f.fired;
@@ -107,12 +115,17 @@ class PathAudit {
   }
 
   void check_path(const PathHistory& p) {
-    if (p.job.path == 0) return add(ViolationKind::kNotCommanded, "path " + std::to_string(p.reports.front().path) + ": reported, never planned");
-    if (p.reports.size() > 1) add(ViolationKind::kPathTwice, of(p.job) + ": reported " + std::to_string(p.reports.size()) + " times");
+    if (p.job.path == 0)
+      return add(ViolationKind::kNotCommanded,
+                 "path " + std::to_string(p.reports.front().path) + ": reported, never planned");
+    if (p.reports.size() > 1)
+      add(ViolationKind::kPathTwice, of(p.job) + ": reported " + std::to_string(p.reports.size()) + " times");
     if (p.reports.empty()) {
       // Paths run in the order of their numbers; a batch may be replaced before it is begun.
-      if (p.job.path < last_reported_ && batch_begun(p.job.batch)) add(ViolationKind::kSkippedPass, of(p.job) + ": left out");
-      if (p.fired > 0 && v_.finished) add(ViolationKind::kNoReport, of(p.job) + ": " + std::to_string(p.fired) + " pulses, no report");
+      if (p.job.path < last_reported_ && batch_begun(p.job.batch))
+        add(ViolationKind::kSkippedPass, of(p.job) + ": left out");
+      if (p.fired > 0 && v_.finished)
+        add(ViolationKind::kNoReport, of(p.job) + ": " + std::to_string(p.fired) + " pulses, no report");
       return;
     }
     const path_report_t& r = p.reports.front();
@@ -126,14 +139,21 @@ class PathAudit {
       v_.unknowns.push_back(u);
     }
     if (!world_) return;
-    if (p.firings > p.job.lists) add(ViolationKind::kPathTwice, of(p.job) + ": " + std::to_string(p.firings) + " lists were fired of " + std::to_string(p.job.lists));
-    if (p.fired > r.pulses_commanded) add(ViolationKind::kPathTwice, of(p.job) + ": " + std::to_string(p.fired) + " pulses of " + std::to_string(r.pulses_commanded));
+    if (p.firings > p.job.lists)
+      add(ViolationKind::kPathTwice, of(p.job) + ": " + std::to_string(p.firings) + " lists were fired of " +
+                                         std::to_string(p.job.lists));
+    if (p.fired > r.pulses_commanded)
+      add(ViolationKind::kPathTwice,
+          of(p.job) + ": " + std::to_string(p.fired) + " pulses of " + std::to_string(r.pulses_commanded));
     if (done && r.pulses_counted >= 0 && r.pulses_counted != p.fired)
-      add(ViolationKind::kCellNotTriggered, of(p.job) + ": the valve counted " + std::to_string(r.pulses_counted) + " pulses, " + std::to_string(p.fired) + " were fired");
+      add(ViolationKind::kCellNotTriggered, of(p.job) + ": the valve counted " +
+                                                std::to_string(r.pulses_counted) + " pulses, " +
+                                                std::to_string(p.fired) + " were fired");
   }
 
   bool batch_begun(std::int64_t batch) const {
-    return std::ranges::any_of(paths_, [&](const auto& p) { return p.second.job.batch == batch && !p.second.reports.empty(); });
+    return std::ranges::any_of(
+        paths_, [&](const auto& p) { return p.second.job.batch == batch && !p.second.reports.empty(); });
   }
 
   void check_doubts() {
@@ -141,7 +161,8 @@ class PathAudit {
       for (const auto& [t_us, map_id] : maps_)
         if (t_us > u.t_us && !u.resolved_by) u.resolved_by = map_id;
     for (const Unknown& u : v_.unknowns)
-      if (!u.resolved_by && v_.finished) add(ViolationKind::kUnresolved, "path " + std::to_string(u.pass) + ": in doubt, and no map after it");
+      if (!u.resolved_by && v_.finished)
+        add(ViolationKind::kUnresolved, "path " + std::to_string(u.pass) + ": in doubt, and no map after it");
   }
 
   void check_stops() {
@@ -149,7 +170,8 @@ class PathAudit {
     for (const std::int64_t stop : stops_) {
       if (stop >= end_us_) continue;
       const auto next_start = std::ranges::upper_bound(messages_.starts(), stop);
-      const std::int64_t until = next_start == messages_.starts().end() ? std::numeric_limits<std::int64_t>::max() : *next_start;
+      const std::int64_t until =
+          next_start == messages_.starts().end() ? std::numeric_limits<std::int64_t>::max() : *next_start;
       if (counted_us != until) ++v_.stops;  // several causes of one stop
       counted_us = until;
       for (const TrueFiring& f : *world_) {
@@ -157,7 +179,8 @@ class PathAudit {
         const double late_s = double(f.last_us - stop) * 1e-6 / options_.time_scale;
         v_.longest_stop_s = std::max(v_.longest_stop_s, late_s);
         if (late_s > options_.stop_limit_s)
-          add(ViolationKind::kAfterStop, "path " + std::to_string(path_of(f)) + ": a pulse " + std::to_string(late_s) + " s after the stop");
+          add(ViolationKind::kAfterStop, "path " + std::to_string(path_of(f)) + ": a pulse " +
+                                             std::to_string(late_s) + " s after the stop");
       }
     }
   }
@@ -181,7 +204,8 @@ class PathAudit {
 
 }  // namespace
 
-AuditVerdict audit_paths(const RunMessages& messages, const std::vector<TrueFiring>* world, const AuditOptions& options) {
+AuditVerdict audit_paths(const RunMessages& messages, const std::vector<TrueFiring>* world,
+                         const AuditOptions& options) {
   return PathAudit(messages, world, options).go();
 }
 

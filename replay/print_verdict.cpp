@@ -28,9 +28,12 @@ std::string place(const Finding& f) {
 std::string values(const Finding& f) {
   if (f.field.empty()) return "";
   switch (f.kind) {
-    case FindingKind::kDelivery: return "sent " + f.recorded + ", delivered " + f.replayed;
-    case FindingKind::kLog: return "write-ahead file " + f.recorded + ", log.lcm " + f.replayed;
-    default: return "recorded " + f.recorded + ", replayed " + f.replayed;
+    case FindingKind::kDelivery:
+      return "sent " + f.recorded + ", delivered " + f.replayed;
+    case FindingKind::kLog:
+      return "write-ahead file " + f.recorded + ", log.lcm " + f.replayed;
+    default:
+      return "recorded " + f.recorded + ", replayed " + f.replayed;
   }
 }
 
@@ -56,8 +59,8 @@ std::string counts(const RunVerdict& v) {
     messages += n.messages;
     bytes += n.bytes;
   }
-  return std::to_string(v.nodes.size()) + (v.nodes.size() == 1 ? " node, " : " nodes, ") + grouped(steps) + " steps, " +
-         grouped(messages) + " messages (" + grouped(bytes) + " bytes)";
+  return std::to_string(v.nodes.size()) + (v.nodes.size() == 1 ? " node, " : " nodes, ") + grouped(steps) +
+         " steps, " + grouped(messages) + " messages (" + grouped(bytes) + " bytes)";
 }
 
 Json as_json(const Finding& f) {
@@ -78,9 +81,15 @@ Json as_json(const Finding& f) {
 }
 
 Json as_json(const NodeVerdict& n) {
-  Json j{{"node", n.name},         {"incarnations", n.incarnations}, {"steps", n.steps},
-         {"messages_in", n.events_in}, {"messages", n.messages},     {"bytes", n.bytes},
-         {"cut", n.cut},           {"differing_steps", n.differing_steps}, {"recorded_handler_s", double(n.recorded_handler_ns) * 1e-9}};
+  Json j{{"node", n.name},
+         {"incarnations", n.incarnations},
+         {"steps", n.steps},
+         {"messages_in", n.events_in},
+         {"messages", n.messages},
+         {"bytes", n.bytes},
+         {"cut", n.cut},
+         {"differing_steps", n.differing_steps},
+         {"recorded_handler_s", double(n.recorded_handler_ns) * 1e-9}};
   if (!n.crash.empty()) j["crash"] = n.crash;
   return j;
 }
@@ -100,7 +109,9 @@ std::string to_text(const RunVerdict& v) {
   for (const Ignored& i : v.ignored)
     s += "ignored: " + i.field + " (" + i.reason + "), " + grouped(i.times) + " differences\n";
   for (const NodeVerdict& n : v.nodes) {
-    if (n.cut) s += n.name + ": outputs of " + std::to_string(n.cut) + " steps were cut off by a kill and not compared\n";
+    if (n.cut)
+      s += n.name + ": outputs of " + std::to_string(n.cut) +
+           " steps were cut off by a kill and not compared\n";
     if (!n.crash.empty()) s += n.name + ": the handler throws where the run ended, " + n.crash + "\n";
   }
   for (std::size_t n = 0; n < v.damage.size() && n < kPlacesTold; ++n) {
@@ -108,7 +119,8 @@ std::string to_text(const RunVerdict& v) {
     s += "damaged: " + d.file + ", byte " + std::to_string(d.offset) + ": " + d.reason +
          (d.step ? ", step " + std::to_string(*d.step) : "") + "\n";
   }
-  if (v.damage.size() > kPlacesTold) s += "damaged: " + grouped(v.damage.size() - kPlacesTold) + " more places\n";
+  if (v.damage.size() > kPlacesTold)
+    s += "damaged: " + grouped(v.damage.size() - kPlacesTold) + " more places\n";
 
   if (v.tolerance > 0) {
     char text[64];
@@ -129,9 +141,10 @@ std::string to_text(const RunVerdict& v) {
 }
 
 std::string to_json(const RunVerdict& v) {
-  Json j{{"identical", v.identical()}, {"wall_s", double(v.wall_ns) * 1e-9}, {"tolerance", v.tolerance},
-         {"largest_difference", v.largest_difference}, {"log_messages", v.log_messages},
-         {"findings_total", v.findings_total}, {"provenance", v.provenance}, {"changed_settings", v.changed_settings}};
+  Json j{{"identical", v.identical()},     {"wall_s", double(v.wall_ns) * 1e-9},
+         {"tolerance", v.tolerance},       {"largest_difference", v.largest_difference},
+         {"log_messages", v.log_messages}, {"findings_total", v.findings_total},
+         {"provenance", v.provenance},     {"changed_settings", v.changed_settings}};
   if (v.largest_difference > 0) j["largest_difference_field"] = v.largest_difference_field;
   j["nodes"] = Json::array();
   for (const NodeVerdict& n : v.nodes) j["nodes"].push_back(as_json(n));
@@ -141,7 +154,8 @@ std::string to_json(const RunVerdict& v) {
     if (d.step) j["damage"].back()["step"] = *d.step;
   }
   j["ignored"] = Json::array();
-  for (const Ignored& i : v.ignored) j["ignored"].push_back({{"field", i.field}, {"reason", i.reason}, {"times", i.times}});
+  for (const Ignored& i : v.ignored)
+    j["ignored"].push_back({{"field", i.field}, {"reason", i.reason}, {"times", i.times}});
   j["findings"] = Json::array();
   for (const Finding& f : v.findings) j["findings"].push_back(as_json(f));
   return j.dump(1, ' ', false, Json::error_handler_t::replace);

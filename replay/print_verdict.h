@@ -7,8 +7,8 @@
 
 namespace firn::replay {
 
-/// "identical: 8 nodes, 12,345 steps, 6,789 messages (1,234,567 bytes)", or what differs, the first divergence first
-/// and in full. Provenance and changed settings stand before it.
+/// "identical: 8 nodes, 12,345 steps, 6,789 messages (1,234,567 bytes)", or what differs, the first
+/// divergence first and in full. Provenance and changed settings stand before it.
 std::string to_text(const RunVerdict& verdict);
 std::string to_json(const RunVerdict& verdict);
 /// 1234567 -> "1,234,567".

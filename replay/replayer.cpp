@@ -28,14 +28,16 @@ std::vector<NodeMaker> chosen(const ReplayOptions& options) {
 }
 
 // Each node alone; nodes do not see each other, so they run on as many threads as there are.
-std::vector<NodeOutcome> replay_nodes(const fs::path& run, const std::vector<NodeMaker>& makers, const ChannelIndex& channels,
-                                      const ReplayOptions& options) {
+std::vector<NodeOutcome> replay_nodes(const fs::path& run, const std::vector<NodeMaker>& makers,
+                                      const ChannelIndex& channels, const ReplayOptions& options) {
   std::vector<NodeOutcome> nodes(makers.size());
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
-    for (std::size_t n = next++; n < makers.size(); n = next++) nodes[n] = replay_node(run, makers[n], channels, options);
+    for (std::size_t n = next++; n < makers.size(); n = next++)
+      nodes[n] = replay_node(run, makers[n], channels, options);
   };
-  const std::size_t wanted = options.threads > 0 ? std::size_t(options.threads) : std::thread::hardware_concurrency();
+  const std::size_t wanted =
+      options.threads > 0 ? std::size_t(options.threads) : std::thread::hardware_concurrency();
   std::vector<std::jthread> threads;
   for (std::size_t t = 1; t < std::min(wanted, makers.size()); ++t) threads.emplace_back(work);
   work();
@@ -58,8 +60,8 @@ void check_run_ids(std::vector<NodeOutcome>& nodes) {
     Finding f;
     f.kind = FindingKind::kForeign;
     f.node = n.verdict.name;
-    f.what = "nodes/" + n.verdict.name + ".wal is a file of run " + std::to_string(n.head->run_id) + ", the run is " +
-             std::to_string(run);
+    f.what = "nodes/" + n.verdict.name + ".wal is a file of run " + std::to_string(n.head->run_id) +
+             ", the run is " + std::to_string(run);
     n.add(std::move(f));
   }
 }

@@ -62,8 +62,8 @@ std::vector<std::byte> read_input(const fs::path& run, const Json& provenance, c
   throw std::invalid_argument(run.string() + ": provenance.json names no input '" + role + "'");
 }
 
-// SIM_TRUTH comes from the launcher, which has no write-ahead file: the log holds it, behind the LAYER_METRICS that it
-// belongs to.
+// SIM_TRUTH comes from the launcher, which has no write-ahead file: the log holds it, behind the
+// LAYER_METRICS that it belongs to.
 void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   if (!fs::exists(run / "log.lcm")) return;
   const logfile::EventLogFile log(run / "log.lcm");
@@ -71,13 +71,15 @@ void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, Layer
   layer_metrics_t metrics{};
   sim_truth_t m;
   while (const auto event = reader.next()) {
-    if (event->channel == channels::kLayerMetrics.name) metrics.decode(event->data.data(), 0, int(event->data.size()));
+    if (event->channel == channels::kLayerMetrics.name)
+      metrics.decode(event->data.data(), 0, int(event->data.size()));
     if (event->channel != channels::kSimTruth.name || event->damaged) continue;
     if (m.decode(event->data.data(), 0, int(event->data.size())) != int(event->data.size())) continue;
     HeightMap height(from_message(m.grid));
     if (height.size() != m.height_mm.size() || height.spec != data.target.spec) continue;
     std::ranges::copy(m.height_mm, height.cells.begin());
-    if (const auto row = rows.find(metrics.layer); row != rows.end()) row->second.truth = error_stats(height, data.target, data.mask);
+    if (const auto row = rows.find(metrics.layer); row != rows.end())
+      row->second.truth = error_stats(height, data.target, data.mask);
     data.truth = std::move(height);
   }
 }
@@ -88,15 +90,16 @@ void read_provenance(const fs::path& run, const Json& p, RunData& data) {
     return v.is_string() ? v.get<std::string>() : v.is_null() ? "" : v.dump();
   };
   std::string command;
-  for (const Json& word : p.value("command_line", Json::array())) command += (command.empty() ? "" : " ") + word.get<std::string>();
+  for (const Json& word : p.value("command_line", Json::array()))
+    command += (command.empty() ? "" : " ") + word.get<std::string>();
   const std::string config = read_text(run / "experiment.toml");
   char digest[20];
   std::snprintf(digest, sizeof digest, "%016llx",
                 static_cast<unsigned long long>(logfile::checksum64(std::as_bytes(std::span(config)))));
-  data.provenance = {{"run id", text("run_id")},         {"started", text("started_utc")},
-                     {"commit", text("commit")},         {"platform", text("platform")},
-                     {"kernel", text("kernel")},         {"plant model", text("plant_model")},
-                     {"seeds", text("seeds")},           {"configuration digest (XXH64)", digest},
+  data.provenance = {{"run id", text("run_id")}, {"started", text("started_utc")},
+                     {"commit", text("commit")}, {"platform", text("platform")},
+                     {"kernel", text("kernel")}, {"plant model", text("plant_model")},
+                     {"seeds", text("seeds")},   {"configuration digest (XXH64)", digest},
                      {"command line", command}};
 }
 
@@ -120,7 +123,8 @@ void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
     data.target = HeightMap(i.height.spec, i.nominal_mm);
     data.mask = i.footprint;
     data.truth = i.truth;
-    if (const auto row = rows.find(i.layer); row != rows.end() && i.truth) row->second.truth = error_stats(*i.truth, data.target, data.mask);
+    if (const auto row = rows.find(i.layer); row != rows.end() && i.truth)
+      row->second.truth = error_stats(*i.truth, data.target, data.mask);
   }
 }
 
@@ -129,7 +133,8 @@ void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
 RunData read_run_data(const fs::path& run) {
   const RunMessages messages(run);
   const Json provenance = Json::parse(read_text(run / "provenance.json"), nullptr, false);
-  if (!provenance.is_object()) throw std::invalid_argument(run.string() + ": provenance.json is missing or damaged");
+  if (!provenance.is_object())
+    throw std::invalid_argument(run.string() + ": provenance.json is missing or damaged");
   RunData data;
   data.folder = fs::weakly_canonical(run).filename().string();
   data.scheme = provenance.value("scheme", "");
@@ -139,10 +144,12 @@ RunData read_run_data(const fs::path& run) {
     data.reason = result.value("reason", "");
   }
 
-  messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) { data.height = height_of(m); });
+  messages.each<height_map_t>(channels::kHeightMap.name,
+                              [&](const height_map_t& m) { data.height = height_of(m); });
   std::map<std::int32_t, LayerRow> rows;
-  messages.each<layer_metrics_t>(channels::kLayerMetrics.name,
-                                 [&](const layer_metrics_t& m) { rows.insert_or_assign(m.layer, row_of(m)); });
+  messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) {
+    rows.insert_or_assign(m.layer, row_of(m));
+  });
   read_provenance(run, provenance, data);
   if (has_input(provenance, "paths")) {
     data.ice = read_ice_data(run, messages, read_input(run, provenance, "paths"));
@@ -150,7 +157,8 @@ RunData read_run_data(const fs::path& run) {
     for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
     return data;
   }
-  const std::vector<std::byte> target = read_input(run, provenance, "target"), mask = read_input(run, provenance, "mask");
+  const std::vector<std::byte> target = read_input(run, provenance, "target"),
+                               mask = read_input(run, provenance, "mask");
   GridSpec grid = data.height.spec;
   if (grid.size() == 0) {
     const NpyShape shape = npy_shape(target, "target");
@@ -158,7 +166,8 @@ RunData read_run_data(const fs::path& run) {
   }
   data.target = height_map_from_npy(target, grid, "target");
   data.mask = mask_from_npy(mask, grid, "mask");
-  if (has_input(provenance, "geometry")) data.inks = read_ink_data(messages, read_input(run, provenance, "geometry"), data.mask);
+  if (has_input(provenance, "geometry"))
+    data.inks = read_ink_data(messages, read_input(run, provenance, "geometry"), data.mask);
   read_truth(run, data, rows);
   for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
   return data;

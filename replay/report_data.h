@@ -24,21 +24,22 @@ struct LayerRow {
   double objective_mm = 0;
   std::int64_t iterations = 0;
   double deposit_s = 0, cure_s = 0, scan_s = 0, decide_s = 0;
-  double end_s = 0;                  ///< node time
-  std::optional<ErrorStats> truth;   ///< of the true surface about the target
+  double end_s = 0;                 ///< node time
+  std::optional<ErrorStats> truth;  ///< of the true surface about the target
 };
 
 struct RunData {
-  std::string folder;                ///< name of the run folder
+  std::string folder;  ///< name of the run folder
   std::string scheme;
-  std::string outcome, reason;       ///< empty outcome = the run has not ended
-  std::vector<LayerRow> layers;      ///< by layer
-  HeightMap height;                  ///< last measured map; size 0 = none
-  std::optional<HeightMap> truth;    ///< last true surface
+  std::string outcome, reason;     ///< empty outcome = the run has not ended
+  std::vector<LayerRow> layers;    ///< by layer
+  HeightMap height;                ///< last measured map; size 0 = none
+  std::optional<HeightMap> truth;  ///< last true surface
   HeightMap target;
   Mask mask;
-  std::optional<IceData> ice;        ///< of a run of the ice lab; height, target and mask are its last interval's then
-  std::optional<InkData> inks;       ///< of a print with two inks
+  std::optional<IceData>
+      ice;  ///< of a run of the ice lab; height, target and mask are its last interval's then
+  std::optional<InkData> inks;                                  ///< of a print with two inks
   std::vector<std::pair<std::string, std::string>> provenance;  ///< name, value; in reading order
 };
 

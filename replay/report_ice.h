@@ -1,5 +1,5 @@
-// The report's sections for runs of the ice lab: part as built, error maps per interval, RMS against height, speed and
-// frequency along one path [Barnett 2012, Figs. 5-8, 5-9, 6-2, 6-3].
+// The report's sections for runs of the ice lab: part as built, error maps per interval, RMS against height,
+// speed and frequency along one path [Barnett 2012, Figs. 5-8, 5-9, 6-2, 6-3].
 #pragma once
 
 #include <string>

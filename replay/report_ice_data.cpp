@@ -32,7 +32,8 @@ IcePathCurve curve_of(const path_job_t& job, const trajectory_t& t, const std::v
   double x0 = 0, y0 = 0;
   for (int n = 0; n < t.samples && t.axes >= 2; ++n) {
     const double a = t.position[std::size_t(n * t.axes)], b = a + t.position[std::size_t(n * t.axes + 1)];
-    const double x = kLink1_mm * std::cos(a) + kLink2_mm * std::cos(b), y = kLink1_mm * std::sin(a) + kLink2_mm * std::sin(b);
+    const double x = kLink1_mm * std::cos(a) + kLink2_mm * std::cos(b),
+                 y = kLink1_mm * std::sin(a) + kLink2_mm * std::sin(b);
     if (n > 0) {
       c.time_s.push_back((n - 0.5) * t.tick_s);
       c.speed_mm_s.push_back(std::hypot(x - x0, y - y0) / t.tick_s);
@@ -73,7 +74,8 @@ void read_truth(const std::filesystem::path& run, IceData& data) {
   layer_metrics_t metrics{};
   sim_truth_t m;
   while (const auto event = reader.next()) {
-    if (event->channel == channels::kLayerMetrics.name) metrics.decode(event->data.data(), 0, int(event->data.size()));
+    if (event->channel == channels::kLayerMetrics.name)
+      metrics.decode(event->data.data(), 0, int(event->data.size()));
     if (event->channel != channels::kSimTruth.name || event->damaged) continue;
     if (m.decode(event->data.data(), 0, int(event->data.size())) != int(event->data.size())) continue;
     HeightMap field(from_message(m.grid));
@@ -98,12 +100,14 @@ HeightMap cell_means(const HeightMap& field, const GridSpec& grid) {
       sum.at(a, b) += field.at(i, j);
       count.at(a, b) += 1.0;
     }
-  for (std::size_t c = 0; c < sum.size(); ++c) sum.cells[c] = count.cells[c] > 0.0 ? sum.cells[c] / count.cells[c] : kNotMeasured;
+  for (std::size_t c = 0; c < sum.size(); ++c)
+    sum.cells[c] = count.cells[c] > 0.0 ? sum.cells[c] / count.cells[c] : kNotMeasured;
   return sum;
 }
 
 Mask judged_cells(const slice::LayerPaths& layer, const GridSpec& g) {
-  const Mask footprint = slice::without_narrow_holes(slice::footprint_mask(slice::footprint_materials(layer, g)), kWidestSpot_mm);
+  const Mask footprint = slice::without_narrow_holes(
+      slice::footprint_mask(slice::footprint_materials(layer, g)), kWidestSpot_mm);
   Mask inner(g);
   for (int j = 1; j + 1 < g.ny; ++j)
     for (int i = 1; i + 1 < g.nx; ++i) {
@@ -120,7 +124,8 @@ ErrorStats ice_error(const HeightMap& field, const slice::LayerPaths& layer, dou
   return error_stats(cell_means(field, grid), HeightMap(grid, nominal_mm(layer)), judged_cells(layer, grid));
 }
 
-IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messages, std::span<const std::byte> bytes) {
+IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messages,
+                      std::span<const std::byte> bytes) {
   const slice::PrintPaths paths = slice::decode_print_paths(bytes);
   IceData data;
   std::map<std::int32_t, IceInterval> intervals;
@@ -135,7 +140,8 @@ IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messa
     intervals.insert_or_assign(m.layer, std::move(i));
   });
   messages.each<control_surface_t>(channels::kControlSurface.name, [&](const control_surface_t& m) {
-    if (const auto i = intervals.find(m.layer); i != intervals.end()) i->second.saturated_fraction = m.saturated_fraction;
+    if (const auto i = intervals.find(m.layer); i != intervals.end())
+      i->second.saturated_fraction = m.saturated_fraction;
   });
   for (auto& [layer, interval] : intervals) data.intervals.push_back(std::move(interval));
   read_curve(messages, data);

@@ -1,5 +1,5 @@
-// The report's section for prints with two inks: which ink was wanted and planned where, layer by layer, and the block that
-// came of it [Lu 2015, IV-B, Figs. 13-15].
+// The report's section for prints with two inks: which ink was wanted and planned where, layer by layer, and
+// the block that came of it [Lu 2015, IV-B, Figs. 13-15].
 #pragma once
 
 #include <cstddef>
@@ -14,23 +14,26 @@
 
 namespace firn::replay {
 
-/// One printed layer: the inks of its cells as the controller planned them, and the surface that was measured after it.
+/// One printed layer: the inks of its cells as the controller planned them, and the surface that was measured
+/// after it.
 struct InkLayer {
   std::int32_t layer = 0;
-  double height_mm = 0.0;        ///< mean of that surface where ink was printed
+  double height_mm = 0.0;  ///< mean of that surface where ink was printed
   MaterialMap planned;
-  MaterialMap wanted;            ///< the object's mask at the surface before the layer, cell by cell
+  MaterialMap wanted;  ///< the object's mask at the surface before the layer, cell by cell
 };
 
 struct InkData {
   Geometry geometry;
-  MaterialColumns printed;       ///< from the record: planned ink, as thick as the measured surface rose
+  MaterialColumns printed;  ///< from the record: planned ink, as thick as the measured surface rose
   std::vector<InkLayer> layers;
 };
 
-/// @param geometry the run's input of that name. @param block cells that are printed. @throws std::invalid_argument: damaged geometry
+/// @param geometry the run's input of that name. @param block cells that are printed. @throws
+/// std::invalid_argument: damaged geometry
 /// @return none if no layer with two inks was printed and measured
-std::optional<InkData> read_ink_data(const RunMessages& messages, std::span<const std::byte> geometry, const Mask& block);
+std::optional<InkData> read_ink_data(const RunMessages& messages, std::span<const std::byte> geometry,
+                                     const Mask& block);
 
 struct NamedInks {
   std::string name;

@@ -30,7 +30,8 @@ std::vector<std::string> labels(const std::vector<ReportRun>& runs) {
 }
 
 std::string figure(const std::string& caption, const std::string& body, const std::string& cls = "") {
-  return "<figure" + (cls.empty() ? "" : " class=\"" + cls + "\"") + "><figcaption>" + caption + "</figcaption>\n" + body + "</figure>\n";
+  return "<figure" + (cls.empty() ? "" : " class=\"" + cls + "\"") + "><figcaption>" + caption +
+         "</figcaption>\n" + body + "</figure>\n";
 }
 
 std::string table_row(const std::vector<std::string>& cells, const char* tag = "td") {
@@ -43,9 +44,12 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
   double best = std::numeric_limits<double>::infinity();
   for (const ReportRun& r : runs)
     if (last(r.data)) best = std::min(best, last(r.data)->rms_mm);
-  std::string s = "<div class=\"scroll\"><table><thead>\n" +
-                  table_row({"run", "layers", "droplets", "mean error [µm]", "RMS [µm]", "std [µm]", "min, max [µm]", "volume [mm³]",
-                             "true RMS [µm]", "print time [s]", "outcome", "replay"}, "th") + "</thead><tbody>\n";
+  std::string s =
+      "<div class=\"scroll\"><table><thead>\n" +
+      table_row({"run", "layers", "droplets", "mean error [µm]", "RMS [µm]", "std [µm]", "min, max [µm]",
+                 "volume [mm³]", "true RMS [µm]", "print time [s]", "outcome", "replay"},
+                "th") +
+      "</thead><tbody>\n";
   for (std::size_t n = 0; n < runs.size(); ++n) {
     const RunData& r = runs[n].data;
     const LayerRow* l = last(r);
@@ -54,13 +58,18 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
     const LayerRow& v = l ? *l : none;
     const std::string& verdict = runs[n].verdict;
     const std::string outcome = r.outcome.empty() ? "not ended" : r.outcome;
-    s += table_row({"<span class=\"swatch\" style=\"background:var(--c" + std::to_string(n % 6) + ")\"></span>" + escape_html(names[n]),
-                    l ? std::to_string(v.layer) : "–", l ? std::to_string(v.drops_total) : "–", um(v.mean_error_mm),
-                    l && v.rms_mm == best && runs.size() > 1 ? "<span class=\"best\">" + um(v.rms_mm) + "</span>" : um(v.rms_mm),
-                    um(v.std_mm), um(v.min_error_mm) + ", " + um(v.max_error_mm), l ? number(v.volume_mm3, 3) : "–",
-                    v.truth ? number(v.truth->rms_mm * kUm, 2) : "–", l ? number(v.end_s, 1) : "–",
-                    "<span title=\"" + escape_html(r.reason) + "\">" + escape_html(outcome) + "</span>",
-                    verdict.empty() ? "–" : "<span class=\"" + std::string(verdict == "identical" ? "good" : "bad") + "\">" + escape_html(verdict) + "</span>"});
+    s += table_row(
+        {"<span class=\"swatch\" style=\"background:var(--c" + std::to_string(n % 6) + ")\"></span>" +
+             escape_html(names[n]),
+         l ? std::to_string(v.layer) : "–", l ? std::to_string(v.drops_total) : "–", um(v.mean_error_mm),
+         l && v.rms_mm == best && runs.size() > 1 ? "<span class=\"best\">" + um(v.rms_mm) + "</span>"
+                                                  : um(v.rms_mm),
+         um(v.std_mm), um(v.min_error_mm) + ", " + um(v.max_error_mm), l ? number(v.volume_mm3, 3) : "–",
+         v.truth ? number(v.truth->rms_mm * kUm, 2) : "–", l ? number(v.end_s, 1) : "–",
+         "<span title=\"" + escape_html(r.reason) + "\">" + escape_html(outcome) + "</span>",
+         verdict.empty() ? "–"
+                         : "<span class=\"" + std::string(verdict == "identical" ? "good" : "bad") + "\">" +
+                               escape_html(verdict) + "</span>"});
   }
   return s + "</tbody></table></div>\n";
 }
@@ -79,8 +88,8 @@ std::string summary(const std::vector<ReportRun>& runs, const std::vector<std::s
   };
   std::string s = "<p>Final RMS error about the target, measured: " + told(best);
   if (worst != best)
-    s += "; the largest, " + told(worst) + ", is " + number(last(runs[worst].data)->rms_mm / last(runs[best].data)->rms_mm, 1) +
-         " times as large";
+    s += "; the largest, " + told(worst) + ", is " +
+         number(last(runs[worst].data)->rms_mm / last(runs[best].data)->rms_mm, 1) + " times as large";
   return s + ".</p>\n";
 }
 
@@ -92,7 +101,8 @@ HeightMap error_map(const RunData& r) {
 }
 
 std::string maps(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
-  HeatScale height{std::numeric_limits<double>::infinity(), 0, ColorMap::kSequential}, error{0, 0, ColorMap::kDiverging};
+  HeatScale height{std::numeric_limits<double>::infinity(), 0, ColorMap::kSequential},
+      error{0, 0, ColorMap::kDiverging};
   for (const ReportRun& r : runs) {
     if (!has_map(r.data)) continue;
     for (double h : r.data.height.cells)
@@ -106,17 +116,22 @@ std::string maps(const std::vector<ReportRun>& runs, const std::vector<std::stri
   if (!(height.low_um < height.high_um)) return "";
   error.high_um = std::max(error.high_um, 1e-3);
   error.low_um = -error.high_um;
-  std::string tops = "<h2>Final surfaces</h2>\n<p class=\"soft\">Measured height after the last layer, all on one scale.</p>\n<div class=\"row\">\n";
-  std::string errors = "<h2>Error of the final surfaces</h2>\n<p class=\"soft\">Measured height minus target inside the part: orange is too "
-                       "high, blue too low.</p>\n<div class=\"row\">\n";
+  std::string tops =
+      "<h2>Final surfaces</h2>\n<p class=\"soft\">Measured height after the last layer, all on one "
+      "scale.</p>\n<div class=\"row\">\n";
+  std::string errors =
+      "<h2>Error of the final surfaces</h2>\n<p class=\"soft\">Measured height minus target inside the part: "
+      "orange is too "
+      "high, blue too low.</p>\n<div class=\"row\">\n";
   for (std::size_t n = 0; n < runs.size(); ++n) {
     if (!has_map(runs[n].data)) continue;
-    const std::string caption = "<b>" + escape_html(names[n]) + "</b>, layer " + (last(runs[n].data) ? std::to_string(last(runs[n].data)->layer) : "–");
+    const std::string caption = "<b>" + escape_html(names[n]) + "</b>, layer " +
+                                (last(runs[n].data) ? std::to_string(last(runs[n].data)->layer) : "–");
     tops += figure(caption, heat_map(runs[n].data.height, height, "height of " + names[n]), "map");
     errors += figure(caption, heat_map(error_map(runs[n].data), error, "error of " + names[n]), "map");
   }
-  return tops + "</div><div class=\"bar\">" + color_bar(height, "height [µm]") + "</div>\n" + errors + "</div><div class=\"bar\">" +
-         color_bar(error, "height − target [µm]") + "</div>\n";
+  return tops + "</div><div class=\"bar\">" + color_bar(height, "height [µm]") + "</div>\n" + errors +
+         "</div><div class=\"bar\">" + color_bar(error, "height − target [µm]") + "</div>\n";
 }
 
 // Heights along x through the middle row.
@@ -150,7 +165,8 @@ std::string sections(const std::vector<ReportRun>& runs, const std::vector<std::
   if (measured.empty()) return "";
   const std::string x = "x [mm], through the middle row";
   std::string s = "<h2>Cross-sections</h2>\n<div class=\"row\">\n" +
-                  figure("Measured surface and target", line_chart(measured, {"cross-sections", x, "height [µm]", false, false, true, {}}));
+                  figure("Measured surface and target",
+                         line_chart(measured, {"cross-sections", x, "height [µm]", false, false, true, {}}));
   if (target_top > 0)
     s += figure("The same, the upper part enlarged",
                 line_chart(measured, {"cross-sections, enlarged", x, "height [µm]", false, false, false,
@@ -185,9 +201,13 @@ std::string by_layer(const std::vector<ReportRun>& runs, const std::vector<std::
     drops.push_back(per_layer(r, names[n], int(n), [](const LayerRow& l) { return double(l.drops); }));
   }
   return "<h2>Layer by layer</h2>\n<div class=\"row\">\n" +
-         figure("RMS error about the final target", line_chart(rms, {"RMS per layer", "layer", "RMS [µm], logarithmic", true, true, false, {}})) +
-         figure("Roughness: standard deviation of the error", line_chart(std_um, {"std per layer", "layer", "std [µm]", false, true, true, {}})) +
-         figure("Droplets", line_chart(drops, {"droplets per layer", "layer", "droplets", false, true, true, {}})) + "</div>\n";
+         figure("RMS error about the final target",
+                line_chart(rms, {"RMS per layer", "layer", "RMS [µm], logarithmic", true, true, false, {}})) +
+         figure("Roughness: standard deviation of the error",
+                line_chart(std_um, {"std per layer", "layer", "std [µm]", false, true, true, {}})) +
+         figure("Droplets",
+                line_chart(drops, {"droplets per layer", "layer", "droplets", false, true, true, {}})) +
+         "</div>\n";
 }
 
 std::string times(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
@@ -206,15 +226,20 @@ std::string times(const std::vector<ReportRun>& runs, const std::vector<std::str
     all.push_back(std::move(b));
   }
   if (!(top > 0)) return "";
-  std::string s = "<h2>Time per layer</h2>\n<p class=\"soft\">Node time by phase, all on one scale; layer 0 is the scan of the bare "
-                  "substrate.</p>\n<div class=\"row\">\n";
+  std::string s =
+      "<h2>Time per layer</h2>\n<p class=\"soft\">Node time by phase, all on one scale; layer 0 is the scan "
+      "of the bare "
+      "substrate.</p>\n<div class=\"row\">\n";
   for (std::size_t n = 0; n < runs.size(); ++n)
     if (!all[n].x.empty())
-      s += figure("<b>" + escape_html(names[n]) + "</b>", bar_chart(all[n], top, {"time per layer of " + names[n], "layer", "time [s]", false, true, true, {}}));
+      s += figure("<b>" + escape_html(names[n]) + "</b>",
+                  bar_chart(all[n], top,
+                            {"time per layer of " + names[n], "layer", "time [s]", false, true, true, {}}));
   return s + "</div>\n";
 }
 
-std::string differing(const std::vector<DifferingParameter>& parameters, const std::vector<std::string>& names) {
+std::string differing(const std::vector<DifferingParameter>& parameters,
+                      const std::vector<std::string>& names) {
   if (names.size() < 2) return "";
   std::string s = "<h2>Settings that differ</h2>\n";
   if (parameters.empty()) return s + "<p>None: all runs were configured alike.</p>\n";
@@ -222,7 +247,8 @@ std::string differing(const std::vector<DifferingParameter>& parameters, const s
   for (const std::string& n : names) head.push_back(escape_html(n));
   s += "<div class=\"scroll\"><table><thead>\n" + table_row(head, "th") + "</thead><tbody>\n";
   for (const DifferingParameter& p : parameters) {
-    std::vector<std::string> cells{"<code>" + escape_html(p.key) + "</code>" + (p.unit.empty() ? "" : " [" + escape_html(p.unit) + "]")};
+    std::vector<std::string> cells{"<code>" + escape_html(p.key) + "</code>" +
+                                   (p.unit.empty() ? "" : " [" + escape_html(p.unit) + "]")};
     for (const std::string& v : p.values) cells.push_back(escape_html(v));
     s += table_row(cells);
   }
@@ -232,7 +258,8 @@ std::string differing(const std::vector<DifferingParameter>& parameters, const s
 std::string provenance(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
   std::vector<std::string> head{""};
   for (const std::string& n : names) head.push_back(escape_html(n));
-  std::string s = "<h2>Provenance</h2>\n<div class=\"scroll\"><table class=\"text\"><thead>\n" + table_row(head, "th") + "</thead><tbody>\n";
+  std::string s = "<h2>Provenance</h2>\n<div class=\"scroll\"><table class=\"text\"><thead>\n" +
+                  table_row(head, "th") + "</thead><tbody>\n";
   std::vector<std::string> cells{"run folder"};
   for (const ReportRun& r : runs) cells.push_back("<code>" + escape_html(r.data.folder) + "</code>");
   s += table_row(cells);
@@ -248,9 +275,12 @@ std::string provenance(const std::vector<ReportRun>& runs, const std::vector<std
 
 }  // namespace
 
-std::string report_page(const std::vector<ReportRun>& runs, const std::vector<DifferingParameter>& parameters) {
-  std::string s = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-                  "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Firn: print report</title>\n<style>";
+std::string report_page(const std::vector<ReportRun>& runs,
+                        const std::vector<DifferingParameter>& parameters) {
+  std::string s =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Firn: print "
+      "report</title>\n<style>";
   s += kReportStyle;
   s += "</style></head><body>\n<h1>Print report</h1>\n";
   if (runs.empty()) return s + "<p>No runs.</p></body></html>\n";
@@ -261,8 +291,9 @@ std::string report_page(const std::vector<ReportRun>& runs, const std::vector<Di
   std::vector<NamedInks> inks;
   for (std::size_t n = 0; n < runs.size(); ++n)
     if (runs[n].data.inks) inks.push_back({names[n], &*runs[n].data.inks});
-  s += summary(runs, names) + result_table(runs, names) + ice_sections(ice) + maps(runs, names) + sections(runs, names) + ink_sections(inks) + by_layer(runs, names) +
-       times(runs, names) + differing(parameters, names) + provenance(runs, names);
+  s += summary(runs, names) + result_table(runs, names) + ice_sections(ice) + maps(runs, names) +
+       sections(runs, names) + ink_sections(inks) + by_layer(runs, names) + times(runs, names) +
+       differing(parameters, names) + provenance(runs, names);
   return s + "</body></html>\n";
 }
 

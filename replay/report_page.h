@@ -10,16 +10,17 @@ namespace firn::replay {
 
 struct ReportRun {
   RunData data;
-  std::string verdict;               ///< of replay: "identical", "differs"; empty = not replayed
+  std::string verdict;  ///< of replay: "identical", "differs"; empty = not replayed
 };
 
 /// A setting that is not the same in all runs.
 struct DifferingParameter {
   std::string key, unit;
-  std::vector<std::string> values;   ///< by run
+  std::vector<std::string> values;  ///< by run
 };
 
-std::string report_page(const std::vector<ReportRun>& runs, const std::vector<DifferingParameter>& parameters);
+std::string report_page(const std::vector<ReportRun>& runs,
+                        const std::vector<DifferingParameter>& parameters);
 
 /// The page's style sheet.
 extern const char* const kReportStyle;

@@ -8,7 +8,8 @@ namespace firn::replay {
 namespace fs = std::filesystem;
 
 RunMessages::RunMessages(const fs::path& run) : found_(channels_.size()), by_channel_(channels_.size()) {
-  if (!fs::is_directory(run / "nodes")) throw std::invalid_argument(run.string() + " is no run folder: it has no nodes/");
+  if (!fs::is_directory(run / "nodes"))
+    throw std::invalid_argument(run.string() + " is no run folder: it has no nodes/");
   for (const NodeInfo& node : nodes()) {
     const std::string name = "nodes/" + std::string(node.name) + ".wal";
     if (!fs::exists(run / name)) continue;
@@ -23,7 +24,8 @@ RunMessages::RunMessages(const fs::path& run) : found_(channels_.size()), by_cha
 void RunMessages::read(WalFile& file, const std::string& name) {
   std::vector<Output> outputs;
   for (WalFile::Item item = file.next(); item != WalFile::Item::kEnd; item = file.next()) {
-    if (item == WalFile::Item::kUnknown) damage_.push_back(name + ", byte " + std::to_string(file.offset()) + ": " + file.trouble());
+    if (item == WalFile::Item::kUnknown)
+      damage_.push_back(name + ", byte " + std::to_string(file.offset()) + ": " + file.trouble());
     if (item != WalFile::Item::kStep && item != WalFile::Item::kStray) continue;
     const RecordedStep& step = file.step();
     if (item == WalFile::Item::kStep) {

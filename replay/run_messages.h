@@ -1,5 +1,5 @@
-// Every message of a run, once, from all of its write-ahead files: sent ones and delivered ones, so that nothing is
-// lacking where a kill cut a file.
+// Every message of a run, once, from all of its write-ahead files: sent ones and delivered ones, so that
+// nothing is lacking where a kill cut a file.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,8 @@ class RunMessages {
   void each(std::string_view channel, Use use) const {
     Message m{};
     for (const auto bytes : on(channel))
-      if (m.decode(bytes.data(), 0, int(bytes.size())) == int(bytes.size())) use(static_cast<const Message&>(m));
+      if (m.decode(bytes.data(), 0, int(bytes.size())) == int(bytes.size()))
+        use(static_cast<const Message&>(m));
   }
 
   /// Times of the start events, one for each incarnation, by the node that started first [us].

@@ -16,10 +16,13 @@ namespace {
 
 using statistics::PairedComparison;
 
-// The metric of an arm for one seed: on one part, or the mean over all parts. Nothing where a print did not finish.
-std::optional<double> value_of(const StudyTable& t, std::size_t arm, int part, std::size_t seed, std::size_t metric) {
+// The metric of an arm for one seed: on one part, or the mean over all parts. Nothing where a print did not
+// finish.
+std::optional<double> value_of(const StudyTable& t, std::size_t arm, int part, std::size_t seed,
+                               std::size_t metric) {
   double sum = 0.0;
-  const std::size_t first = part == kAllParts ? 0 : std::size_t(part), last = part == kAllParts ? t.parts.size() : first + 1;
+  const std::size_t first = part == kAllParts ? 0 : std::size_t(part),
+                    last = part == kAllParts ? t.parts.size() : first + 1;
   for (std::size_t p = first; p < last; ++p) {
     const StudyRun& r = t.run(arm, p, seed);
     if (!r.finished || !std::isfinite(r.metrics[metric])) return std::nullopt;
@@ -43,14 +46,18 @@ struct SeedOutcome {
   std::size_t stopped_a = 0, stopped_b = 0;
 };
 
-SeedOutcome outcome_of(const StudyTable& t, std::size_t a, std::size_t b, int part, std::size_t seed, std::size_t metric) {
-  const std::size_t first = part == kAllParts ? 0 : std::size_t(part), last = part == kAllParts ? t.parts.size() : first + 1;
+SeedOutcome outcome_of(const StudyTable& t, std::size_t a, std::size_t b, int part, std::size_t seed,
+                       std::size_t metric) {
+  const std::size_t first = part == kAllParts ? 0 : std::size_t(part),
+                    last = part == kAllParts ? t.parts.size() : first + 1;
   SeedOutcome o;
   double both = 0.0;
   for (std::size_t p = first; p < last; ++p) {
     const StudyRun &ra = t.run(a, p, seed), &rb = t.run(b, p, seed);
     o.stopped_a += !ra.finished, o.stopped_b += !rb.finished;
-    if ((ra.finished && !std::isfinite(ra.metrics[metric])) || (rb.finished && !std::isfinite(rb.metrics[metric]))) o.known = false;
+    if ((ra.finished && !std::isfinite(ra.metrics[metric])) ||
+        (rb.finished && !std::isfinite(rb.metrics[metric])))
+      o.known = false;
     if (!ra.finished || !rb.finished) continue;
     o.value_a += ra.metrics[metric], o.value_b += rb.metrics[metric];
     both += 1.0;
@@ -98,9 +105,11 @@ void compare_family(const StudyTable& t, int part, std::size_t metric, std::vect
   for (std::size_t n = 0; n < adjusted.size(); ++n) out[first + n].holm_p = adjusted[n];
 }
 
-// Without stops: by the mean. With them: by the pairs that an arm leads, since means are of what did not stop.
+// Without stops: by the mean. With them: by the pairs that an arm leads, since means are of what did not
+// stop.
 void rank(const StudyTable& t, StudyAnalysis& a) {
-  if (std::ranges::none_of(a.ranking, [&](std::size_t arm) { return a.summaries[arm].seeds > 0; })) return a.ranking.clear();
+  if (std::ranges::none_of(a.ranking, [&](std::size_t arm) { return a.summaries[arm].seeds > 0; }))
+    return a.ranking.clear();
   std::vector<double> led(t.arms.size(), 0.0);
   for (const ArmComparison& c : a.comparisons) {
     if (c.metric != 0 || c.part != kAllParts) continue;
@@ -108,7 +117,9 @@ void rank(const StudyTable& t, StudyAnalysis& a) {
     led[c.b] += c.lead > 0.0 ? 1.0 : c.lead == 0.0 ? 0.5 : 0.0;
   }
   const bool stops = std::ranges::any_of(a.failed, [](int n) { return n > 0; });
-  const auto mean = [&](std::size_t arm) { return a.summaries[arm].seeds > 0 ? a.summaries[arm].mean : std::numeric_limits<double>::infinity(); };
+  const auto mean = [&](std::size_t arm) {
+    return a.summaries[arm].seeds > 0 ? a.summaries[arm].mean : std::numeric_limits<double>::infinity();
+  };
   std::stable_sort(a.ranking.begin(), a.ranking.end(), [&](std::size_t x, std::size_t y) {
     if (stops && led[x] != led[y]) return led[x] > led[y];
     return mean(x) < mean(y);

@@ -1,5 +1,6 @@
-// What a study says: paired comparisons of its arms (schemes) over parts and seeds, and the sentence that answers "which
-// is better, by how much, how sure". Knows no lab: metrics are columns of numbers, smaller is better in each.
+// What a study says: paired comparisons of its arms (schemes) over parts and seeds, and the sentence that
+// answers "which is better, by how much, how sure". Knows no lab: metrics are columns of numbers, smaller is
+// better in each.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +27,10 @@ struct StudyProfileNames {
 };
 
 struct StudyRun {
-  bool finished = false;        ///< ran to its end, however good it is; else it stopped
+  bool finished = false;  ///< ran to its end, however good it is; else it stopped
   std::string outcome, reason;
-  std::vector<double> metrics;  ///< one for each metric; also of a print that stopped, where it left a surface
+  std::vector<double>
+      metrics;  ///< one for each metric; also of a print that stopped, where it left a surface
   std::vector<StudyProfilePoint> profile = {};
 };
 
@@ -56,11 +58,12 @@ struct ArmSummary {
   statistics::Interval interval;
 };
 
-/// Two arms under common random numbers. The unit is the seed: its pairs on the several parts share one nature, so over
-/// all parts each seed gives one difference, the mean of those on the parts. A print that stopped is an outcome, worse than
-/// any complete one: where prints of the pair stopped, the test is that of signed ranks (core/statistics/worst_rank.h) over all
-/// seeds, first by the number of prints that stopped, then by the metric on the parts that both completed. Means, interval
-/// and effect are of the seeds that both completed. Which test it is does not change when the two are exchanged.
+/// Two arms under common random numbers. The unit is the seed: its pairs on the several parts share one
+/// nature, so over all parts each seed gives one difference, the mean of those on the parts. A print that
+/// stopped is an outcome, worse than any complete one: where prints of the pair stopped, the test is that of
+/// signed ranks (core/statistics/worst_rank.h) over all seeds, first by the number of prints that stopped,
+/// then by the metric on the parts that both completed. Means, interval and effect are of the seeds that both
+/// completed. Which test it is does not change when the two are exchanged.
 struct ArmComparison {
   std::size_t a = 0, b = 0, metric = 0;
   int part = kAllParts;
@@ -78,10 +81,10 @@ struct StudyAnalysis {
   std::vector<ArmSummary> summaries;       ///< metric-major, then all parts and each part, then arm
   std::vector<ArmComparison> comparisons;  ///< likewise, then pairs; first the primary family
   std::vector<int> failed;                 ///< prints of each arm that stopped before their end
-  std::vector<std::size_t> ranking;        ///< arms by the primary metric, best first, by how many others each one leads; empty if
-                                           ///< no arm has a complete seed
-  std::string answer;                      ///< one line
-  std::vector<std::string> notes;          ///< what limits the answer: failures, few seeds
+  std::vector<std::size_t> ranking;  ///< arms by the primary metric, best first, by how many others each one
+                                     ///< leads; empty if no arm has a complete seed
+  std::string answer;              ///< one line
+  std::vector<std::string> notes;  ///< what limits the answer: failures, few seeds
   const ArmComparison& primary(std::size_t a, std::size_t b) const;  ///< of the pair in either order
 };
 

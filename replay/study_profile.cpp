@@ -42,17 +42,20 @@ std::vector<ProfileRow> profile_rows(const StudyTable& t) {
           if (std::isfinite(p.y)) at[p.x].push_back(p.y);
       for (const auto& [x, y] : at) {
         const auto [least, largest] = std::minmax_element(y.begin(), y.end());
-        rows.push_back({arm, part, x, y.size(), statistics::mean(y), statistics::bootstrap_interval(y), *least, *largest});
+        rows.push_back({arm, part, x, y.size(), statistics::mean(y), statistics::bootstrap_interval(y),
+                        *least, *largest});
       }
     }
   return rows;
 }
 
 std::string profile_csv(const StudyTable& t, const std::vector<ProfileRow>& rows) {
-  std::string s = "scheme,part," + t.profile.x_name + ",seeds,mean_" + t.profile.y_name + ",low,high,least,largest\n";
+  std::string s =
+      "scheme,part," + t.profile.x_name + ",seeds,mean_" + t.profile.y_name + ",low,high,least,largest\n";
   for (const ProfileRow& r : rows) {
     s += quoted(t.arms[r.arm]) + "," + quoted(t.parts[r.part]) + form(",%.6g,%zu,%.6g", r.x, r.seeds, r.mean);
-    s += std::isfinite(r.interval.low) ? form(",%.6g,%.6g", r.interval.low, r.interval.high) : std::string(",,");
+    s += std::isfinite(r.interval.low) ? form(",%.6g,%.6g", r.interval.low, r.interval.high)
+                                       : std::string(",,");
     s += form(",%.6g,%.6g\n", r.least, r.largest);
   }
   return s;
@@ -63,8 +66,10 @@ std::string profile_text(const StudyTable& t, const std::vector<ProfileRow>& row
   for (std::size_t part = 0; part < t.parts.size(); ++part) {
     const std::vector<ProfileRow> here = of_part(rows, part);
     if (here.empty()) continue;
-    s += "\n" + t.profile.y_name + " against " + t.profile.x_name + (t.parts[part].empty() ? "" : ", " + t.parts[part]) +
-         ": mean [95 % interval] largest of all seeds (n: of so many, the others had stopped)\n" + form("%9s", t.profile.x_name.c_str());
+    s += "\n" + t.profile.y_name + " against " + t.profile.x_name +
+         (t.parts[part].empty() ? "" : ", " + t.parts[part]) +
+         ": mean [95 % interval] largest of all seeds (n: of so many, the others had stopped)\n" +
+         form("%9s", t.profile.x_name.c_str());
     for (const std::string& arm : t.arms) s += form("   %-29.29s", arm.c_str());
     s += "\n";
     std::map<double, std::vector<std::string>> lines;
@@ -72,7 +77,9 @@ std::string profile_text(const StudyTable& t, const std::vector<ProfileRow>& row
       std::vector<std::string>& line = lines[r.x];
       line.resize(t.arms.size(), "-");
       const std::string of = r.seeds < t.seeds.size() ? form(" (%zu)", r.seeds) : "";
-      line[r.arm] = std::isfinite(r.interval.low) ? form("%.1f [%.1f, %.1f] %.1f", r.mean, r.interval.low, r.interval.high, r.largest) : form("%.1f", r.mean);
+      line[r.arm] = std::isfinite(r.interval.low)
+                        ? form("%.1f [%.1f, %.1f] %.1f", r.mean, r.interval.low, r.interval.high, r.largest)
+                        : form("%.1f", r.mean);
       line[r.arm] += of;
     }
     for (const auto& [x, line] : lines) {
@@ -86,8 +93,10 @@ std::string profile_text(const StudyTable& t, const std::vector<ProfileRow>& row
 
 std::string profile_section(const StudyTable& t, const std::vector<ProfileRow>& rows) {
   if (rows.empty()) return "";
-  std::string s = "<h2>" + escape_html(t.profile.title) + "</h2>\n<p class=\"soft\">Mean over the seeds, with its 95 % interval where there are several; "
-                  "profile.csv has the figures and the largest of all seeds.</p>\n<div class=\"row\">\n";
+  std::string s =
+      "<h2>" + escape_html(t.profile.title) +
+      "</h2>\n<p class=\"soft\">Mean over the seeds, with its 95 % interval where there are several; "
+      "profile.csv has the figures and the largest of all seeds.</p>\n<div class=\"row\">\n";
   for (std::size_t part = 0; part < t.parts.size(); ++part) {
     std::vector<Series> lines;
     for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
@@ -111,7 +120,8 @@ std::string profile_section(const StudyTable& t, const std::vector<ProfileRow>& 
     ChartOptions o;
     o.title = t.profile.title, o.x_name = t.profile.x_name, o.y_name = t.profile.y_name;
     o.from_zero = true;
-    s += "<figure><figcaption><b>" + escape_html(t.parts[part]) + "</b></figcaption>\n" + line_chart(lines, o) + "</figure>\n";
+    s += "<figure><figcaption><b>" + escape_html(t.parts[part]) + "</b></figcaption>\n" +
+         line_chart(lines, o) + "</figure>\n";
     if (!(largest > 4.0 * least)) continue;  // what is small is told apart on another axis
     o.from_zero = false;
     o.logarithmic = true;

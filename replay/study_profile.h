@@ -1,4 +1,5 @@
-// How an error goes along a print, e.g. the RMS against the height [Barnett 2012, Fig. 5-9], of all schemes of a study.
+// How an error goes along a print, e.g. the RMS against the height [Barnett 2012, Fig. 5-9], of all schemes
+// of a study.
 #pragma once
 
 #include <string>
@@ -8,13 +9,14 @@
 
 namespace firn::replay {
 
-/// One scheme on one part, at one place along the print, over all seeds that came so far (also those that stopped later).
+/// One scheme on one part, at one place along the print, over all seeds that came so far (also those that
+/// stopped later).
 struct ProfileRow {
   std::size_t arm = 0, part = 0;
   double x = 0.0;
   std::size_t seeds = 0;
   double mean = 0.0;
-  statistics::Interval interval;   ///< 95 % of the mean, BCa over seeds
+  statistics::Interval interval;  ///< 95 % of the mean, BCa over seeds
   double least = 0.0, largest = 0.0;
 };
 

@@ -1,5 +1,5 @@
-// Small pieces of SVG and HTML: escaped text, numbers, axes with round ticks. Colours are CSS variables of the page, so
-// that one drawing is legible on light and on dark.
+// Small pieces of SVG and HTML: escaped text, numbers, axes with round ticks. Colours are CSS variables of
+// the page, so that one drawing is legible on light and on dark.
 #pragma once
 
 #include <string>
@@ -16,7 +16,8 @@ std::string number(double value, int decimals);
 class Axis {
  public:
   enum class Kind { kLinear, kWhole, kLogarithmic };  ///< kWhole: ticks at whole numbers only
-  /// Exactly [low, high], about `wanted` ticks inside. An empty range becomes one around it. kLogarithmic: low > 0.
+  /// Exactly [low, high], about `wanted` ticks inside. An empty range becomes one around it. kLogarithmic:
+  /// low > 0.
   Axis(double low, double high, double from_px, double to_px, int wanted, Kind kind = Kind::kLinear);
   double px(double value) const;
   struct Tick {
@@ -38,9 +39,11 @@ struct Frame {
   double left = 54, top = 10, right = 414, bottom = 250;
 };
 /// Grid lines, tick texts, and the axes' names with units.
-std::string draw_axes(const Frame& frame, const Axis& x, const Axis& y, std::string_view x_name, std::string_view y_name);
+std::string draw_axes(const Frame& frame, const Axis& x, const Axis& y, std::string_view x_name,
+                      std::string_view y_name);
 /// <text class="cls" …>
-std::string svg_text(double x, double y, std::string_view anchor, std::string_view cls, std::string_view text);
+std::string svg_text(double x, double y, std::string_view anchor, std::string_view cls,
+                     std::string_view text);
 std::string svg_open(double width, double height, std::string_view title);
 
 }  // namespace firn::replay

@@ -6,15 +6,24 @@ namespace firn::replay {
 
 const char* word(FindingKind kind) {
   switch (kind) {
-    case FindingKind::kUnreadable: return "unreadable";
-    case FindingKind::kForeign: return "foreign";
-    case FindingKind::kMissing: return "missing";
-    case FindingKind::kOrder: return "order";
-    case FindingKind::kTimer: return "timer";
-    case FindingKind::kDelivery: return "delivery";
-    case FindingKind::kCrash: return "crash";
-    case FindingKind::kOutput: return "output";
-    case FindingKind::kLog: return "log";
+    case FindingKind::kUnreadable:
+      return "unreadable";
+    case FindingKind::kForeign:
+      return "foreign";
+    case FindingKind::kMissing:
+      return "missing";
+    case FindingKind::kOrder:
+      return "order";
+    case FindingKind::kTimer:
+      return "timer";
+    case FindingKind::kDelivery:
+      return "delivery";
+    case FindingKind::kCrash:
+      return "crash";
+    case FindingKind::kOutput:
+      return "output";
+    case FindingKind::kLog:
+      return "log";
   }
   return "";
 }

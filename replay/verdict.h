@@ -28,19 +28,20 @@ struct Finding {
   FindingKind kind = FindingKind::kOutput;
   std::string node;
   std::optional<std::uint64_t> step;
-  Time at;                          ///< of the event; Time{} where there is none
-  std::string channel;              ///< or "timer 3", "port stage"; empty where none is concerned
+  Time at;              ///< of the event; Time{} where there is none
+  std::string channel;  ///< or "timer 3", "port stage"; empty where none is concerned
   std::optional<std::int64_t> seq;
-  std::string field;                ///< "drops[17]", "byte 4", "at_us"; empty where none is concerned
-  std::string recorded, replayed;   ///< both values of the field; kDelivery: sent, delivered; kLog: recorded, logged
-  std::string what;                 ///< one sentence
+  std::string field;  ///< "drops[17]", "byte 4", "at_us"; empty where none is concerned
+  std::string recorded,
+      replayed;      ///< both values of the field; kDelivery: sent, delivered; kLog: recorded, logged
+  std::string what;  ///< one sentence
   std::vector<std::string> inputs;  ///< the node's last events up to here, oldest first, one JSON object each
 };
 
 /// A place in a file that cannot be trusted.
 struct DamagedPlace {
-  std::string file;                 ///< relative to the run folder
-  std::uint64_t offset = 0;         ///< byte
+  std::string file;          ///< relative to the run folder
+  std::uint64_t offset = 0;  ///< byte
   std::uint64_t bytes = 0;
   std::string reason;
   std::optional<std::uint64_t> step;
@@ -50,15 +51,15 @@ struct NodeVerdict {
   std::string name;
   std::int32_t incarnations = 0;
   std::uint64_t steps = 0;
-  std::uint64_t events_in = 0;      ///< messages delivered
-  std::uint64_t messages = 0;       ///< messages sent
-  std::uint64_t bytes = 0;          ///< of all outputs that were compared: messages and instrument bytes
-  std::uint64_t cut = 0;            ///< last steps of an incarnation whose outputs the kill cut off
+  std::uint64_t events_in = 0;  ///< messages delivered
+  std::uint64_t messages = 0;   ///< messages sent
+  std::uint64_t bytes = 0;      ///< of all outputs that were compared: messages and instrument bytes
+  std::uint64_t cut = 0;        ///< last steps of an incarnation whose outputs the kill cut off
   std::uint64_t differing_steps = 0;
   std::int64_t recorded_handler_ns = 0;
-  std::int64_t handler_ns = 0;      ///< of this replay, where the caller asked for it
-  std::int64_t last_us = 0;         ///< node time of the last event
-  std::string crash;                ///< "step 12: …": the handler throws at the cut event, as it did in the run
+  std::int64_t handler_ns = 0;  ///< of this replay, where the caller asked for it
+  std::int64_t last_us = 0;     ///< node time of the last event
+  std::string crash;            ///< "step 12: …": the handler throws at the cut event, as it did in the run
 };
 
 struct Ignored {
@@ -68,16 +69,16 @@ struct Ignored {
 
 struct RunVerdict {
   std::vector<NodeVerdict> nodes;
-  std::vector<std::string> provenance;       ///< mismatches, named before any divergence
-  std::vector<std::string> changed_settings; ///< "control.smf.kp: recorded 1, now 1.5"
+  std::vector<std::string> provenance;        ///< mismatches, named before any divergence
+  std::vector<std::string> changed_settings;  ///< "control.smf.kp: recorded 1, now 1.5"
   std::vector<DamagedPlace> damage;
-  std::vector<Finding> findings;             ///< at most kKeptPerNode a node; the first divergence first
+  std::vector<Finding> findings;  ///< at most kKeptPerNode a node; the first divergence first
   std::uint64_t findings_total = 0;
   std::vector<Ignored> ignored;
   double tolerance = 0.0;
-  double largest_difference = 0.0;           ///< within the tolerance
+  double largest_difference = 0.0;  ///< within the tolerance
   std::string largest_difference_field;
-  std::uint64_t log_messages = 0;            ///< of log.lcm, compared
+  std::uint64_t log_messages = 0;  ///< of log.lcm, compared
   bool log_present = false;
   std::int64_t wall_ns = 0;
 

@@ -58,7 +58,8 @@ WrongVoxels count_wrong(const VoxelBlock& wanted, const VoxelBlock& printed) {
 
 namespace {
 
-// Fills from voxel `from` over neighbours by face that may be entered, marking them in `seen`. Returns their number.
+// Fills from voxel `from` over neighbours by face that may be entered, marking them in `seen`. Returns their
+// number.
 template <class May>
 std::int64_t fill(const VoxelBlock& v, std::size_t from, const May& may, std::vector<std::uint8_t>& seen) {
   const std::size_t nx = std::size_t(v.grid.nx), layer = v.grid.size();
@@ -105,7 +106,8 @@ Washed wash(const VoxelBlock& v) {
   std::fill(seen.begin(), seen.end(), std::uint8_t{0});
   for (std::size_t n = 0; n < v.cells.size(); ++n)
     if (!seen[n] && passable(v.cells[n]) && on_surface(v, n)) fill(v, n, passable, seen);
-  for (std::size_t n = 0; n < v.cells.size(); ++n) w.support_shut_in += v.cells[n] == Material::kB && !seen[n];
+  for (std::size_t n = 0; n < v.cells.size(); ++n)
+    w.support_shut_in += v.cells[n] == Material::kB && !seen[n];
   return w;
 }
 

@@ -16,9 +16,7 @@ struct VoxelBlock {
   int nz = 0;
   std::vector<Material> cells;  ///< index (k * ny + j) * nx + i
 
-  Material at(int i, int j, int k) const {
-    return cells[std::size_t(k) * grid.size() + grid.index(i, j)];
-  }
+  Material at(int i, int j, int k) const { return cells[std::size_t(k) * grid.size() + grid.index(i, j)]; }
   /// As at(), kNone beside and above the block.
   Material at_or_none(int i, int j, int k) const {
     return grid.contains(i, j) && k >= 0 && k < nz ? at(i, j, k) : Material::kNone;
@@ -32,12 +30,12 @@ VoxelBlock voxels_of(const Geometry& geometry, double slice_mm, int nz);
 /// Slices of `slice_mm` that hold the printed block, the wanted one and air above it.
 int slices_for(const MaterialColumns& printed, const Geometry& geometry, double slice_mm);
 
-/// Voxels that are wrong once the support is gone: within M without object ink, and outside M with it. The boundary layer,
-/// voxels that touch (by face, edge or corner) one of the other kind, is counted apart: there the grid itself cannot
-/// follow M.
+/// Voxels that are wrong once the support is gone: within M without object ink, and outside M with it. The
+/// boundary layer, voxels that touch (by face, edge or corner) one of the other kind, is counted apart: there
+/// the grid itself cannot follow M.
 struct WrongVoxels {
-  std::int64_t object = 0, object_boundary = 0;    ///< wanted in M: away from the boundary layer, and in it
-  std::int64_t inside = 0, outside = 0;            ///< wrong, away from the boundary layer
+  std::int64_t object = 0, object_boundary = 0;  ///< wanted in M: away from the boundary layer, and in it
+  std::int64_t inside = 0, outside = 0;          ///< wrong, away from the boundary layer
   std::int64_t boundary_inside = 0, boundary_outside = 0;
   std::int64_t wrong() const { return inside + outside; }
   std::int64_t boundary_wrong() const { return boundary_inside + boundary_outside; }

@@ -1,4 +1,5 @@
-// One node's write-ahead file as replay reads it: heads, and steps with the outputs that were recorded for them.
+// One node's write-ahead file as replay reads it: heads, and steps with the outputs that were recorded for
+// them.
 #pragma once
 
 #include <cstdint>
@@ -19,23 +20,24 @@ struct RecordedStep {
   bool has_outputs = false;            ///< no record of outputs = the step put out nothing
   std::span<const std::byte> outputs;  ///< as write_ahead's encode_output_list
   std::int64_t handler_ns = 0;
-  bool last = false;                   ///< of its incarnation: its outputs may have been cut off by a kill
-  std::optional<std::uint64_t> damaged_at;  ///< byte of its record, event or outputs, whose checksum does not hold
-  std::uint64_t offset = 0;            ///< of the event's record
+  bool last = false;  ///< of its incarnation: its outputs may have been cut off by a kill
+  std::optional<std::uint64_t>
+      damaged_at;            ///< byte of its record, event or outputs, whose checksum does not hold
+  std::uint64_t offset = 0;  ///< of the event's record
 };
 
-/// Reads forward, allocates nothing per step. What was read leaves the process's memory (views into it stay valid: it comes
-/// back from the file when it is looked at), so that memory does not grow with the file.
+/// Reads forward, allocates nothing per step. What was read leaves the process's memory (views into it stay
+/// valid: it comes back from the file when it is looked at), so that memory does not grow with the file.
 class WalFile {
  public:
   /// @throws logfile::FileError
   explicit WalFile(const std::filesystem::path& path);
 
   enum class Item {
-    kHead,       ///< head() is the next incarnation's
-    kStep,       ///< step()
-    kStray,      ///< outputs without their event: step().step and .outputs
-    kUnknown,    ///< a record that does not decode: trouble(), offset()
+    kHead,     ///< head() is the next incarnation's
+    kStep,     ///< step()
+    kStray,    ///< outputs without their event: step().step and .outputs
+    kUnknown,  ///< a record that does not decode: trouble(), offset()
     kEnd,
   };
   Item next();

@@ -21,8 +21,8 @@ std::string platform_description() {
 #else
   cpu = " not x86-64";
 #endif
-  return std::string("glibc ") + gnu_get_libc_version() + "; OpenCV " + FIRN_OPENCV_VERSION + "; cpu" + cpu + "; compiler " +
-         __VERSION__;
+  return std::string("glibc ") + gnu_get_libc_version() + "; OpenCV " + FIRN_OPENCV_VERSION + "; cpu" + cpu +
+         "; compiler " + __VERSION__;
 }
 
 }  // namespace firn

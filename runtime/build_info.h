@@ -7,7 +7,8 @@ namespace firn {
 
 std::string build_commit();
 
-/// e.g. "glibc 2.36; OpenCV 4.6.0; cpu sse4.2 avx2 fma; g++ 12.2.0". Replay names a mismatch before any divergence.
+/// e.g. "glibc 2.36; OpenCV 4.6.0; cpu sse4.2 avx2 fma; g++ 12.2.0". Replay names a mismatch before any
+/// divergence.
 std::string platform_description();
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-// What a runner needs of a bus: datagrams out and in. LcmBus (procs/bus) is the real one; tests bring their own.
+// What a runner needs of a bus: datagrams out and in. LcmBus (procs/bus) is the real one; tests bring their
+// own.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +19,8 @@ class Bus {
   virtual int fd() const = 0;  ///< readable when a datagram waits
   /// Hands on what waits (bounded), without blocking.
   virtual void receive(const Sink& sink) = 0;
-  virtual void publish(std::string_view channel, std::span<const std::byte> datagram) = 0;  ///< from any thread
+  virtual void publish(std::string_view channel,
+                       std::span<const std::byte> datagram) = 0;  ///< from any thread
 };
 
 }  // namespace firn

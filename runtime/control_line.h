@@ -18,8 +18,8 @@ class ControlLine {
   void take(int fd);  ///< as in the constructor; the one held before is closed
 
   int fd() const { return fd_; }
-  void say(std::string_view line);       ///< line breaks in it become blanks; never blocks for long, never throws
-  std::optional<std::string> next();     ///< the next whole line; reads what is there
+  void say(std::string_view line);  ///< line breaks in it become blanks; never blocks for long, never throws
+  std::optional<std::string> next();       ///< the next whole line; reads what is there
   bool closed() const { return closed_; }  ///< the other side has closed and all lines were taken
 
  private:

@@ -23,10 +23,14 @@ void DeviceGuard::local_stop() {
 }
 
 std::string DeviceGuard::refusal(std::int64_t epoch, Time now) const {
-  if (epoch < epoch_) return "enable epoch " + std::to_string(epoch) + " is older than " + std::to_string(epoch_);
-  if (epoch > epoch_) return "enable epoch " + std::to_string(epoch) + " is not known yet (now " + std::to_string(epoch_) + ")";
+  if (epoch < epoch_)
+    return "enable epoch " + std::to_string(epoch) + " is older than " + std::to_string(epoch_);
+  if (epoch > epoch_)
+    return "enable epoch " + std::to_string(epoch) + " is not known yet (now " + std::to_string(epoch_) + ")";
   if (!enabled_) return "not enabled by safety in epoch " + std::to_string(epoch_);
-  if (now > lease_until_) return "the lease of epoch " + std::to_string(epoch_) + " ended " + std::to_string(seconds_between(lease_until_, now)) + " s ago";
+  if (now > lease_until_)
+    return "the lease of epoch " + std::to_string(epoch_) + " ended " +
+           std::to_string(seconds_between(lease_until_, now)) + " s ago";
   return {};
 }
 

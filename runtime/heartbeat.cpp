@@ -1,7 +1,7 @@
 #include "runtime/heartbeat.h"
 
-#include <csignal>
 #include <chrono>
+#include <csignal>
 
 #include "firn/heartbeat_t.hpp"
 #include "firn/journal_t.hpp"
@@ -13,7 +13,8 @@ constexpr std::chrono::milliseconds kPeriod{100};
 
 }  // namespace
 
-Heartbeat::Heartbeat(NodeId node, std::int64_t run_id, std::int32_t incarnation, const RunClock& clock, Bus& bus)
+Heartbeat::Heartbeat(NodeId node, std::int64_t run_id, std::int32_t incarnation, const RunClock& clock,
+                     Bus& bus)
     : node_(node), run_id_(run_id), incarnation_(incarnation), clock_(clock), bus_(bus) {
   sigset_t all, before;
   sigfillset(&all);
@@ -79,7 +80,8 @@ std::vector<std::byte> Heartbeat::encode() {
 }
 
 std::vector<std::byte> Heartbeat::encode_journal() {
-  static constexpr const char* kWords[] = {"", "start", "message", "wake-up", "instrument bytes", "link", "local stop"};
+  static constexpr const char* kWords[] = {"",     "start",     "message", "wake-up", "instrument bytes",
+                                           "link", "local stop"};
   journal_t m;
   m.header.run_id = run_id_;
   m.header.incarnation = incarnation_;

@@ -27,9 +27,9 @@ class Heartbeat {
   void set_busy(bool busy) { busy_since_us_ = busy ? clock_.now().us : 0; }
   /// The step that was handled last, for JOURNAL_<NODE>: at most one a beat goes out, for people who watch.
   struct Step {
-    std::uint64_t number = 0;      ///< steps handled; 0 = none yet
+    std::uint64_t number = 0;  ///< steps handled; 0 = none yet
     EventKind kind = EventKind::kStart;
-    std::string_view channel;      ///< in the channel table, or empty
+    std::string_view channel;  ///< in the channel table, or empty
     int outputs = 0;
     std::int64_t output_bytes = 0;
   };

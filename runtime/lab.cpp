@@ -37,7 +37,8 @@ void Lab::publish_to(NodeId node, std::string_view channel, std::span<const std:
 Lab::End Lab::run(std::span<const NodeId> must_finish, Time limit) {
   const auto finished = [&] {
     return std::all_of(must_finish.begin(), must_finish.end(), [&](NodeId id) {
-      return std::any_of(hosts_.begin(), hosts_.end(), [&](NodeHost* h) { return h->id() == id && h->finished(); });
+      return std::any_of(hosts_.begin(), hosts_.end(),
+                         [&](NodeHost* h) { return h->id() == id && h->finished(); });
     });
   };
   while (!finished())
@@ -51,7 +52,8 @@ bool Lab::step(Time limit) {
   int timer_node = -1;
   NodeHost::Armed timer{};
   for (int n = 0; n < int(hosts_.size()); ++n)
-    if (const auto armed = hosts_[std::size_t(n)]->next_timer(); armed && (timer_node < 0 || armed->at < timer.at)) {
+    if (const auto armed = hosts_[std::size_t(n)]->next_timer();
+        armed && (timer_node < 0 || armed->at < timer.at)) {
       timer_node = n;
       timer = *armed;
     }
@@ -141,7 +143,13 @@ void Lab::run_world() {
     for (PortOwner& p : ports_) {
       if (p.name != port) continue;
       if (close) p.open = false;
-      push({std::max(at, now_), p.node, 0, close ? EventKind::kLink : EventKind::kIo, p.port, LinkState::kClosed, {},
+      push({std::max(at, now_),
+            p.node,
+            0,
+            close ? EventKind::kLink : EventKind::kIo,
+            p.port,
+            LinkState::kClosed,
+            {},
             std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end())});
     }
   });

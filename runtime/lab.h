@@ -1,5 +1,5 @@
-// All nodes and the instruments' world in one process and in simulated time: same bytes, same write-ahead files,
-// thousands of times faster than the print.
+// All nodes and the instruments' world in one process and in simulated time: same bytes, same write-ahead
+// files, thousands of times faster than the print.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +15,18 @@
 
 namespace firn {
 
-/// What the Lab needs of nature: the instruments' ports, driven by simulated time. Implemented over plant/world.
+/// What the Lab needs of nature: the instruments' ports, driven by simulated time. Implemented over
+/// plant/world.
 class LabWorld {
  public:
   /// `close`: the instrument closes the port (bytes are empty then).
-  using Send = std::function<void(std::string_view port, std::span<const std::byte> bytes, Time at, bool close)>;
+  using Send =
+      std::function<void(std::string_view port, std::span<const std::byte> bytes, Time at, bool close)>;
   virtual ~LabWorld() = default;
   virtual void connect(std::string_view port, Time now) = 0;
   virtual void disconnect(std::string_view port, Time now) = 0;
   virtual void receive(std::string_view port, std::span<const std::byte> bytes, Time now) = 0;
-  virtual Time next_event() const = 0;  ///< Time::never() = nothing pending
+  virtual Time next_event() const = 0;                   ///< Time::never() = nothing pending
   virtual void advance(Time now, const Send& send) = 0;  ///< runs everything due up to now
 };
 

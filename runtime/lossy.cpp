@@ -21,7 +21,8 @@ LossyCounts parse_lossy_counts(std::string_view text) {
   std::istringstream in{std::string(text)};
   LossyCounts c;
   std::string passed, lost, duplicated, reordered, delayed;
-  in >> passed >> c.passed >> lost >> c.lost >> duplicated >> c.duplicated >> reordered >> c.reordered >> delayed >> c.delayed;
+  in >> passed >> c.passed >> lost >> c.lost >> duplicated >> c.duplicated >> reordered >> c.reordered >>
+      delayed >> c.delayed;
   if (!in || passed != "passed" || lost != "lost" || duplicated != "duplicated" || reordered != "reordered" ||
       delayed != "delayed")
     throw std::runtime_error("not a line of fault counts: '" + std::string(text.substr(0, 100)) + "'");
@@ -31,7 +32,8 @@ LossyCounts parse_lossy_counts(std::string_view text) {
 Lossy::Lossy(const LossyOptions& options)
     : options_(options), random_(options.seed, Purpose::kBusFault, options.node, options.incarnation) {}
 
-void Lossy::receive(std::string_view channel, std::span<const std::byte> datagram, std::int64_t wall_us, const Sink& sink) {
+void Lossy::receive(std::string_view channel, std::span<const std::byte> datagram, std::int64_t wall_us,
+                    const Sink& sink) {
   if (random_.uniform() < options_.loss) {
     ++counts_.lost;
     return;

@@ -1,5 +1,6 @@
-// A bad network, on purpose: loses, repeats, reorders and delays received datagrams, counts what it did. Random
-// numbers are keyed by (seed, node, incarnation), so that one node's luck does not depend on another's.
+// A bad network, on purpose: loses, repeats, reorders and delays received datagrams, counts what it did.
+// Random numbers are keyed by (seed, node, incarnation), so that one node's luck does not depend on
+// another's.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +44,8 @@ class Lossy {
   explicit Lossy(const LossyOptions& options);
 
   /// Hands the datagram on, or drops it, or keeps it for later.
-  void receive(std::string_view channel, std::span<const std::byte> datagram, std::int64_t wall_us, const Sink& sink);
+  void receive(std::string_view channel, std::span<const std::byte> datagram, std::int64_t wall_us,
+               const Sink& sink);
   /// Hands on what was kept long enough.
   void release(std::int64_t wall_us, const Sink& sink);
   std::int64_t due_us() const;  ///< INT64_MAX = nothing is kept

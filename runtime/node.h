@@ -1,5 +1,5 @@
-// A process is a node, and a node is a pure state machine: the same class runs live, in the in-process Lab and in
-// replay, and never knows in which. It never reads a clock, opens a file or starts a thread.
+// A process is a node, and a node is a pure state machine: the same class runs live, in the in-process Lab
+// and in replay, and never knows in which. It never reads a clock, opens a file or starts a thread.
 #pragma once
 
 #include <functional>
@@ -33,15 +33,15 @@ class Node {
   /// Drivers only: the port was opened or has closed.
   virtual void on_link(PortId, LinkState, Time /*now*/, Outbox&) {}
 
-  /// This process must become safe on its own (its launcher is gone or said so): a driver makes its instrument
-  /// safe, safety raises the epoch.
+  /// This process must become safe on its own (its launcher is gone or said so): a driver makes its
+  /// instrument safe, safety raises the epoch.
   virtual void local_stop(std::string_view /*cause*/, Time /*now*/, Outbox&) {}
 
   /// Names of the instrument ports, index = PortId. Empty for all but drivers.
   virtual std::vector<std::string> ports() const { return {}; }
 
-  /// One subscription: decodes, then calls `on(const Message&, Time, Outbox&)` of the node. Returns false when the
-  /// bytes do not decode.
+  /// One subscription: decodes, then calls `on(const Message&, Time, Outbox&)` of the node. Returns false
+  /// when the bytes do not decode.
   struct Route {
     std::string_view channel;
     std::function<bool(std::span<const std::byte>, Time, Outbox&)> deliver;
@@ -49,11 +49,14 @@ class Node {
   const std::vector<Route>& routes() const { return routes_; }
 
  protected:
-  /// In the constructor: `subscribe(channels::kHeightMap, this)`. A node without a matching `on` does not compile.
+  /// In the constructor: `subscribe(channels::kHeightMap, this)`. A node without a matching `on` does not
+  /// compile.
   template <class Message, class Self>
   void subscribe(const Channel<Message>& channel, Self* self) {
-    routes_.push_back({channel.name, [self, message = Message{}](std::span<const std::byte> bytes, Time now, Outbox& out) mutable {
-                         if (message.decode(bytes.data(), 0, int(bytes.size())) != int(bytes.size())) return false;
+    routes_.push_back({channel.name, [self, message = Message{}](std::span<const std::byte> bytes, Time now,
+                                                                 Outbox& out) mutable {
+                         if (message.decode(bytes.data(), 0, int(bytes.size())) != int(bytes.size()))
+                           return false;
                          self->on(static_cast<const Message&>(message), now, out);
                          return true;
                        }});

@@ -90,7 +90,8 @@ void NodeHost::run_handler(const Event& e) {
       if (it == routes_.end()) return;
       if (const auto why = validate(*it->second.channel, e.bytes)) return refuse(*why);
       for (const Node::Route* route : it->second.routes)
-        if (!route->deliver(e.bytes, e.now, outbox_)) return refuse(std::string(e.channel) + ": does not decode");
+        if (!route->deliver(e.bytes, e.now, outbox_))
+          return refuse(std::string(e.channel) + ": does not decode");
       break;
     }
   }

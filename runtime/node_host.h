@@ -1,5 +1,5 @@
-// Runs one node step by step: write-ahead, dispatch, timers. Knows no bus and no clock, so the live runner, the Lab,
-// resume and replay all drive nodes through it.
+// Runs one node step by step: write-ahead, dispatch, timers. Knows no bus and no clock, so the live runner,
+// the Lab, resume and replay all drive nodes through it.
 #pragma once
 
 #include <map>
@@ -18,12 +18,14 @@ class NodeHost {
   /// @param sink may be null (replay): nothing is written then.
   NodeHost(NodeId id, std::unique_ptr<Node> node, std::int64_t run_id, WalSink* sink);
 
-  /// Handles one event: writes it, runs the handler, writes the outputs, returns them (valid until the next step).
-  /// A message that does not decode, or breaks a limit of its type, becomes a FAULT of this node and the handler is
-  /// not called. @throws what the handler throws, after the event stands in the write-ahead file.
+  /// Handles one event: writes it, runs the handler, writes the outputs, returns them (valid until the next
+  /// step). A message that does not decode, or breaks a limit of its type, becomes a FAULT of this node and
+  /// the handler is not called. @throws what the handler throws, after the event stands in the write-ahead
+  /// file.
   const Outbox& step(const Event& event);
 
-  /// Replay of a written step: runs the handler without writing. After a resume the host continues from there.
+  /// Replay of a written step: runs the handler without writing. After a resume the host continues from
+  /// there.
   const Outbox& replay_step(const Event& event);
 
   bool subscribes(std::string_view channel) const { return routes_.count(channel) != 0; }

@@ -23,8 +23,8 @@ std::int64_t Outbox::next_seq(std::string_view channel) {
     const ChannelInfo* row = find_channel(channel);
     if (!row) throw std::logic_error("channel " + std::string(channel) + " is not in the channel table");
     if (row->publisher != node_)
-      throw std::logic_error(std::string(info(node_).name) + " must not publish " + std::string(channel) + ", which is " +
-                             std::string(info(row->publisher).name) + "'s");
+      throw std::logic_error(std::string(info(node_).name) + " must not publish " + std::string(channel) +
+                             ", which is " + std::string(info(row->publisher).name) + "'s");
     it = last_seq_.emplace(row->name, 0).first;
   }
   return ++it->second;
@@ -42,10 +42,12 @@ std::span<std::byte> Outbox::reserve(std::size_t size) {
 }
 
 void Outbox::push_send(std::string_view channel, std::size_t size) {
-  entries_.push_back({OutputKind::kSend, last_seq_.find(channel)->first, 0, Time{}, arena_.size() - size, size});
+  entries_.push_back(
+      {OutputKind::kSend, last_seq_.find(channel)->first, 0, Time{}, arena_.size() - size, size});
 }
 
-void Outbox::push(OutputKind kind, std::string_view channel, std::uint32_t id, Time at, std::span<const std::byte> bytes) {
+void Outbox::push(OutputKind kind, std::string_view channel, std::uint32_t id, Time at,
+                  std::span<const std::byte> bytes) {
   const std::span<std::byte> place = reserve(bytes.size());
   if (!bytes.empty()) std::memcpy(place.data(), bytes.data(), bytes.size());
   entries_.push_back({kind, channel, id, at, arena_.size() - bytes.size(), bytes.size()});
@@ -53,7 +55,9 @@ void Outbox::push(OutputKind kind, std::string_view channel, std::uint32_t id, T
 
 void Outbox::wake_at(TimerId t, Time at) { push(OutputKind::kArm, {}, std::uint32_t(t), at, {}); }
 void Outbox::cancel(TimerId t) { push(OutputKind::kCancel, {}, std::uint32_t(t), {}, {}); }
-void Outbox::write(PortId p, std::span<const std::byte> bytes) { push(OutputKind::kWrite, {}, std::uint32_t(p), {}, bytes); }
+void Outbox::write(PortId p, std::span<const std::byte> bytes) {
+  push(OutputKind::kWrite, {}, std::uint32_t(p), {}, bytes);
+}
 void Outbox::reopen(PortId p) { push(OutputKind::kReopen, {}, std::uint32_t(p), {}, {}); }
 void Outbox::finish(int status, std::string_view reason) {
   push(OutputKind::kFinish, {}, std::uint32_t(status), {}, std::as_bytes(std::span(reason)));

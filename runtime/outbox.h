@@ -27,16 +27,17 @@ class Outbox {
     stamp(channel.name, message.header);
     const int size = message.getEncodedSize();
     const std::span<std::byte> place = reserve(std::size_t(size));
-    if (message.encode(place.data(), 0, size) != size) throw std::logic_error("cannot encode " + std::string(channel.name));
+    if (message.encode(place.data(), 0, size) != size)
+      throw std::logic_error("cannot encode " + std::string(channel.name));
     push_send(channel.name, place.size());
   }
 
-  void wake_at(TimerId timer, Time at);              ///< arms or moves the timer
+  void wake_at(TimerId timer, Time at);  ///< arms or moves the timer
   void cancel(TimerId timer);
   void write(PortId port, std::span<const std::byte> bytes);  ///< bytes for an instrument; drivers only
-  void reopen(PortId port);                          ///< close the port and connect again
-  /// Everything of this step must be on the disk (fdatasync) before any of it leaves: call it where a physical act
-  /// depends on the record.
+  void reopen(PortId port);                                   ///< close the port and connect again
+  /// Everything of this step must be on the disk (fdatasync) before any of it leaves: call it where a
+  /// physical act depends on the record.
   void durable() { durable_ = true; }
   /// This node's work in the run is over; exit status and reason go to the launcher.
   void finish(int status, std::string_view reason);
@@ -72,7 +73,8 @@ class Outbox {
   std::int64_t next_seq(std::string_view channel);
   std::span<std::byte> reserve(std::size_t size);
   void push_send(std::string_view channel, std::size_t size);
-  void push(OutputKind kind, std::string_view channel, std::uint32_t id, Time at, std::span<const std::byte> bytes);
+  void push(OutputKind kind, std::string_view channel, std::uint32_t id, Time at,
+            std::span<const std::byte> bytes);
 
   NodeId node_;
   std::int64_t run_id_;

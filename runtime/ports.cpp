@@ -16,7 +16,8 @@ namespace firn {
 namespace {
 
 constexpr std::int64_t kRetryUs = 50'000;
-constexpr std::size_t kMostWaiting = std::size_t(4) << 20;  // an instrument that reads nothing is not worth more
+constexpr std::size_t kMostWaiting = std::size_t(4)
+                                     << 20;  // an instrument that reads nothing is not worth more
 
 /// The address of a Unix socket. It holds 107 bytes; a longer path is reached through its open folder.
 class SocketAddress {
@@ -28,7 +29,8 @@ class SocketAddress {
       folder_ = ::open(path.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
       text = "/proc/self/fd/" + std::to_string(folder_) + "/" + path.filename().string();
     }
-    if (text.size() >= sizeof address_.sun_path) throw std::runtime_error(path.string() + ": too long for the name of a Unix socket");
+    if (text.size() >= sizeof address_.sun_path)
+      throw std::runtime_error(path.string() + ": too long for the name of a Unix socket");
     std::memcpy(address_.sun_path, text.c_str(), text.size());
   }
   ~SocketAddress() {

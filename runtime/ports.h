@@ -1,5 +1,5 @@
-// The instrument ports of a driver process: nonblocking Unix sockets, what goes out is queued, what happens becomes
-// events. (Serial lines and TCP follow the same shape.)
+// The instrument ports of a driver process: nonblocking Unix sockets, what goes out is queued, what happens
+// becomes events. (Serial lines and TCP follow the same shape.)
 #pragma once
 
 #include <cstdint>

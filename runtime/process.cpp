@@ -42,11 +42,12 @@ class Runner {
         bus_(bus),
         wal_(folder_ / (name_ + ".wal"), options.incarnation > 0),
         host_(options.node, std::move(node), options.run_id, &wal_),
-        transport_({options.node, options.run_id, options.incarnation},
-                   [this](const ChannelInfo& row, std::span<const std::byte> b) { received(row, b); },
-                   [this](std::string_view c, std::int64_t s, std::vector<std::byte>& to) {
-                     return find_sent(wal_.path(), c, s, to);
-                   }),
+        transport_(
+            {options.node, options.run_id, options.incarnation},
+            [this](const ChannelInfo& row, std::span<const std::byte> b) { received(row, b); },
+            [this](std::string_view c, std::int64_t s, std::vector<std::byte>& to) {
+              return find_sent(wal_.path(), c, s, to);
+            }),
         lossy_(options.faults),
         faults_file_(folder_ / (name_ + ".faults"), options.faults.any()),
         ports_(port_paths()),
@@ -108,7 +109,8 @@ int Runner::run() {
   transport_.send(channels::config(options_.node).name, config_message(options_.head), monotonic_us());
   host_.set_stopwatch(monotonic_ns);
   for (const std::string& channel : transport_.wire_channels()) bus_.subscribe(channel);
-  heartbeat_ = std::make_unique<Heartbeat>(options_.node, options_.run_id, options_.incarnation, clock_, bus_);
+  heartbeat_ =
+      std::make_unique<Heartbeat>(options_.node, options_.run_id, options_.incarnation, clock_, bus_);
   heartbeat_->update(host_.steps(), transport_.stats(), transport_.last_sent());
   host_.set_busy_hook([this](bool busy) { heartbeat_->set_busy(busy); });
   control_.say("READY");
@@ -129,7 +131,9 @@ int Runner::run() {
 void Runner::come_back() {
   std::vector<std::pair<std::string, std::vector<std::byte>>> unsent;
   restore(host_, options_.run_id, wal_,
-          {[this](const WalHead& head) { transport_.restore_sent(channels::config(options_.node).name, config_message(head)); },
+          {[this](const WalHead& head) {
+             transport_.restore_sent(channels::config(options_.node).name, config_message(head));
+           },
            [this](std::string_view c, std::span<const std::byte> b) { transport_.restore_received(c, b); },
            [this](std::string_view c, std::span<const std::byte> b) { transport_.restore_sent(c, b); },
            [&](std::string_view c, std::span<const std::byte> b) {
@@ -140,7 +144,8 @@ void Runner::come_back() {
 
 void Runner::received(const ChannelInfo& row, std::span<const std::byte> bytes) {
   if (row.queue == 1)  // only the newest counts
-    std::erase_if(queue_, [&](const Pending& p) { return p.kind == EventKind::kMessage && p.channel == row.name; });
+    std::erase_if(queue_,
+                  [&](const Pending& p) { return p.kind == EventKind::kMessage && p.channel == row.name; });
   queue_.push_back({EventKind::kMessage, row.name, 0, LinkState::kClosed, {bytes.begin(), bytes.end()}});
 }
 
@@ -148,11 +153,13 @@ void Runner::step(const Event& event) {
   try {
     const Outbox& outbox = host_.step(event);
     Heartbeat::Step done{host_.steps(), event.kind, event.channel, int(outbox.size()), 0};
-    for (std::size_t n = 0; n < outbox.size(); ++n) done.output_bytes += std::int64_t(outbox.at(n).bytes.size());
+    for (std::size_t n = 0; n < outbox.size(); ++n)
+      done.output_bytes += std::int64_t(outbox.at(n).bytes.size());
     heartbeat_->note(done);
     carry_out(outbox);
   } catch (const std::exception& e) {
-    throw std::runtime_error("step " + std::to_string(host_.steps()) + " (" + describe(event) + "): " + e.what());
+    throw std::runtime_error("step " + std::to_string(host_.steps()) + " (" + describe(event) +
+                             "): " + e.what());
   }
 }
 
@@ -194,17 +201,23 @@ void Runner::carry_out(const Outbox& outbox) {
         if (!o.channel.starts_with("STATE_")) break;
         device_state_t state;
         if (state.decode(o.bytes.data(), 0, int(o.bytes.size())) > 0)
-          safe_ = state.state == std::int8_t(DeviceState::kSafe) || state.state == std::int8_t(DeviceState::kDisconnected);
+          safe_ = state.state == std::int8_t(DeviceState::kSafe) ||
+                  state.state == std::int8_t(DeviceState::kDisconnected);
         break;
       }
-      case OutputKind::kWrite: ports_.write(PortId(o.id), o.bytes); break;
-      case OutputKind::kReopen: ports_.reopen(PortId(o.id), wall); break;
+      case OutputKind::kWrite:
+        ports_.write(PortId(o.id), o.bytes);
+        break;
+      case OutputKind::kReopen:
+        ports_.reopen(PortId(o.id), wall);
+        break;
       case OutputKind::kFinish:
         if (!std::exchange(told_finish_, true))
           control_.say("FINISH " + std::to_string(*host_.finished()) + " " + host_.finish_reason());
         break;
       case OutputKind::kArm:
-      case OutputKind::kCancel: break;  // the host keeps the timers
+      case OutputKind::kCancel:
+        break;  // the host keeps the timers
     }
   }
   heartbeat_->update(host_.steps(), transport_.stats(), transport_.last_sent());
@@ -254,7 +267,8 @@ void Runner::wait() {
   const std::int64_t wall = monotonic_us();
   std::int64_t until = wall + kIdleUs;
   if (started_ && !queue_.empty()) until = wall;
-  if (const auto timer = host_.next_timer(); started_ && timer) until = std::min(until, clock_.wall_us(timer->at));
+  if (const auto timer = host_.next_timer(); started_ && timer)
+    until = std::min(until, clock_.wall_us(timer->at));
   until = std::min({until, transport_.due_us(wall), lossy_.due_us(), ports_.due_us(), stop_by_us_});
   std::vector<pollfd> fds;
   fds.push_back({bus_.fd(), POLLIN, 0});
@@ -265,7 +279,9 @@ void Runner::wait() {
   ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
 
   const std::int64_t now = monotonic_us();
-  const Lossy::Sink into = [&](std::string_view c, std::span<const std::byte> b) { transport_.receive(c, b, now); };
+  const Lossy::Sink into = [&](std::string_view c, std::span<const std::byte> b) {
+    transport_.receive(c, b, now);
+  };
   if (options_.faults.any()) {
     bus_.receive([&](std::string_view c, std::span<const std::byte> b) { lossy_.receive(c, b, now, into); });
     lossy_.release(now, into);
@@ -276,14 +292,17 @@ void Runner::wait() {
   transport_.tick(now);
   ports_.service(
       now,
-      [&](PortId id, LinkState link) { queue_.push_back({EventKind::kLink, {}, std::uint32_t(id), link, {}}); },
+      [&](PortId id, LinkState link) {
+        queue_.push_back({EventKind::kLink, {}, std::uint32_t(id), link, {}});
+      },
       [&](PortId id, std::span<const std::byte> b) {
         queue_.push_back({EventKind::kIo, {}, std::uint32_t(id), LinkState::kOpen, {b.begin(), b.end()}});
       });
 }
 
 void Runner::notices() {
-  for (const std::string& text : transport_.take_notices()) std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());
+  for (const std::string& text : transport_.take_notices())
+    std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());
 }
 
 }  // namespace

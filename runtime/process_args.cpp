@@ -56,27 +56,39 @@ ProcessArgs parse_process_args(const std::vector<std::string>& args) {
     const std::string& name = args[n];
     if (n + 1 == args.size()) refuse(name, "", "followed by its value");
     const std::string& value = args[n + 1];
-    if (name == "--run") o.run_dir = value;
-    else if (name == "--bus") a.bus_url = value;
-    else if (name == "--node") node = value;
-    else if (name == "--control-fd") o.control_fd = number<int>(name, value);
-    else if (name == "--epoch-ns") o.epoch_ns = number<std::int64_t>(name, value);
-    else if (name == "--offset-us") o.offset_us = number<std::int64_t>(name, value);
-    else if (name == "--time-scale") o.time_scale = number<double>(name, value);
-    else if (name == "--incarnation") o.incarnation = number<std::int32_t>(name, value);
-    else if (name == "--run-id") o.run_id = number<std::int64_t>(name, value);
-    else if (name == "--faults") fault_text = value;
+    if (name == "--run")
+      o.run_dir = value;
+    else if (name == "--bus")
+      a.bus_url = value;
+    else if (name == "--node")
+      node = value;
+    else if (name == "--control-fd")
+      o.control_fd = number<int>(name, value);
+    else if (name == "--epoch-ns")
+      o.epoch_ns = number<std::int64_t>(name, value);
+    else if (name == "--offset-us")
+      o.offset_us = number<std::int64_t>(name, value);
+    else if (name == "--time-scale")
+      o.time_scale = number<double>(name, value);
+    else if (name == "--incarnation")
+      o.incarnation = number<std::int32_t>(name, value);
+    else if (name == "--run-id")
+      o.run_id = number<std::int64_t>(name, value);
+    else if (name == "--faults")
+      fault_text = value;
     else if (name == "--blob") {
       const auto at = value.find('=');
       if (at == std::string::npos || at == 0) refuse(name, value, "ROLE=SHA256");
       a.blobs.emplace_back(value.substr(0, at), value.substr(at + 1));
-    } else refuse(name, value, "an argument of a process of Firn; firn print starts these");
+    } else
+      refuse(name, value, "an argument of a process of Firn; firn print starts these");
   }
   const NodeInfo* row = find_node(node);
   if (!row) refuse("--node", node, "a node of the channel table");
   o.node = row->id;
   if (o.run_dir.empty()) refuse("--run", "", "the run folder");
-  if (!(o.time_scale >= 0.01 && o.time_scale <= 1000.0)) refuse("--time-scale", exact(o.time_scale), "in [0.01, 1000]");
+  if (!(o.time_scale >= 0.01 && o.time_scale <= 1000.0))
+    refuse("--time-scale", exact(o.time_scale), "in [0.01, 1000]");
   if (o.incarnation < 0) refuse("--incarnation", std::to_string(o.incarnation), ">= 0");
   if (!fault_text.empty()) o.faults = faults(fault_text, o.node, o.incarnation);
   return a;
@@ -84,15 +96,20 @@ ProcessArgs parse_process_args(const std::vector<std::string>& args) {
 
 std::vector<std::string> to_arguments(const ProcessArgs& a) {
   const ProcessOptions& o = a.options;
-  std::vector<std::string> args{"--run", o.run_dir, "--bus", a.bus_url, "--node", std::string(info(o.node).name),
-                                "--control-fd", std::to_string(o.control_fd), "--epoch-ns", std::to_string(o.epoch_ns),
-                                "--offset-us", std::to_string(o.offset_us), "--time-scale", exact(o.time_scale),
-                                "--incarnation", std::to_string(o.incarnation), "--run-id", std::to_string(o.run_id)};
+  std::vector<std::string> args{"--run",         o.run_dir,
+                                "--bus",         a.bus_url,
+                                "--node",        std::string(info(o.node).name),
+                                "--control-fd",  std::to_string(o.control_fd),
+                                "--epoch-ns",    std::to_string(o.epoch_ns),
+                                "--offset-us",   std::to_string(o.offset_us),
+                                "--time-scale",  exact(o.time_scale),
+                                "--incarnation", std::to_string(o.incarnation),
+                                "--run-id",      std::to_string(o.run_id)};
   const LossyOptions& f = o.faults;
   if (f.any()) {
     args.push_back("--faults");
-    args.push_back(exact(f.loss) + "," + exact(f.duplicate) + "," + exact(f.reorder) + "," + exact(f.delay) + "," +
-                   exact(f.delay_s) + "," + std::to_string(f.seed));
+    args.push_back(exact(f.loss) + "," + exact(f.duplicate) + "," + exact(f.reorder) + "," + exact(f.delay) +
+                   "," + exact(f.delay_s) + "," + std::to_string(f.seed));
   }
   for (const auto& [role, sha] : a.blobs) {
     args.push_back("--blob");

@@ -10,7 +10,8 @@ namespace firn {
 std::int64_t monotonic_ns();
 inline std::int64_t monotonic_us() { return monotonic_ns() / 1000; }
 
-/// Node time = (monotonic - epoch) * scale + offset. After a resume the offset is behind everything that was recorded.
+/// Node time = (monotonic - epoch) * scale + offset. After a resume the offset is behind everything that was
+/// recorded.
 class RunClock {
  public:
   RunClock(std::int64_t epoch_ns, std::int64_t offset_us, double scale)

@@ -42,7 +42,8 @@ Station::Station(const ProcessOptions& options, Bus& bus, Transport::Deliver del
 
 void Station::join() {
   for (const std::string& channel : transport_.wire_channels()) bus_.subscribe(channel);
-  heartbeat_ = std::make_unique<Heartbeat>(options_.node, options_.run_id, options_.incarnation, clock_, bus_);
+  heartbeat_ =
+      std::make_unique<Heartbeat>(options_.node, options_.run_id, options_.incarnation, clock_, bus_);
   heartbeat_->update(steps_, transport_.stats(), transport_.last_sent());
 }
 
@@ -61,7 +62,9 @@ void Station::send_outbox() {
 
 void Station::service() {
   const std::int64_t now = monotonic_us();
-  const Lossy::Sink into = [&](std::string_view c, std::span<const std::byte> b) { transport_.receive(c, b, now); };
+  const Lossy::Sink into = [&](std::string_view c, std::span<const std::byte> b) {
+    transport_.receive(c, b, now);
+  };
   if (options_.faults.any()) {
     bus_.receive([&](std::string_view c, std::span<const std::byte> b) { lossy_.receive(c, b, now, into); });
     lossy_.release(now, into);

@@ -1,5 +1,6 @@
 // A member of the bus that is no replayed node: recorder and launcher. It numbers, keeps and resends what it
-// publishes as nodes do; its file nodes/<name>.sent holds its messages for a resume and for the repair of the log.
+// publishes as nodes do; its file nodes/<name>.sent holds its messages for a resume and for the repair of the
+// log.
 #pragma once
 
 #include <memory>
@@ -21,7 +22,9 @@ class Station {
 
   void subscribe(std::string_view channel) { transport_.subscribe(channel); }
   /// After a resume: `message` was handled before.
-  void restore_received(std::string_view channel, std::span<const std::byte> m) { transport_.restore_received(channel, m); }
+  void restore_received(std::string_view channel, std::span<const std::byte> m) {
+    transport_.restore_received(channel, m);
+  }
   /// Listens, and starts its heartbeat.
   void join();
   void set_state(Heartbeat::State state) { heartbeat_->set_state(state); }

@@ -38,10 +38,16 @@ std::vector<std::string> Transport::wire_channels() const {
   return {names.begin(), names.end()};
 }
 
-void Transport::restore_sent(std::string_view channel, std::span<const std::byte> m) { sender_->restore(channel, m); }
-void Transport::restore_received(std::string_view channel, std::span<const std::byte> m) { receiver_->restore(channel, m); }
+void Transport::restore_sent(std::string_view channel, std::span<const std::byte> m) {
+  sender_->restore(channel, m);
+}
+void Transport::restore_received(std::string_view channel, std::span<const std::byte> m) {
+  receiver_->restore(channel, m);
+}
 
-void Transport::send(std::string_view channel, std::span<const std::byte> m, std::int64_t) { sender_->send(channel, m); }
+void Transport::send(std::string_view channel, std::span<const std::byte> m, std::int64_t) {
+  sender_->send(channel, m);
+}
 
 bool Transport::next_datagram(std::int64_t wall_us, Datagram& out) { return sender_->next(wall_us, out); }
 std::size_t Transport::backlog_bytes() const { return sender_->backlog_bytes(); }
@@ -67,7 +73,8 @@ void Transport::receive(std::string_view channel, std::span<const std::byte> dat
       }
     }
   }
-  if (!in.receive(channel, datagram, wall_us) && !row) in.malformed(channel.substr(0, 64), "nobody subscribed to it");
+  if (!in.receive(channel, datagram, wall_us) && !row)
+    in.malformed(channel.substr(0, 64), "nobody subscribed to it");
 }
 
 void Transport::tick(std::int64_t wall_us) {
@@ -79,9 +86,13 @@ void Transport::tick(std::int64_t wall_us) {
   ++receiver_->stats.requests;
 }
 
-std::int64_t Transport::due_us(std::int64_t wall_us) const { return std::min(sender_->due_us(wall_us), receiver_->due_us()); }
+std::int64_t Transport::due_us(std::int64_t wall_us) const {
+  return std::min(sender_->due_us(wall_us), receiver_->due_us());
+}
 std::vector<Transport::Last> Transport::last_sent() const { return sender_->last_sent(); }
-std::int64_t Transport::last_delivered(std::string_view channel) const { return receiver_->last_delivered(channel); }
+std::int64_t Transport::last_delivered(std::string_view channel) const {
+  return receiver_->last_delivered(channel);
+}
 bool Transport::waiting() const { return receiver_->waiting(); }
 
 TransportStats Transport::stats() const {

@@ -2,8 +2,8 @@
 // Out: an encoded message -> datagrams. In: datagrams -> messages, in order, once, byte for byte as sent.
 //
 // Reliable channels: the sender keeps what it sent; a receiver sees a gap by header.seq, a lost tail by the
-// heartbeat's last_seq, and asks again by RESEND_<SELF> until it is filled. Latest channels: what is stale is dropped.
-// Messages above wire::kLargestWholeBytes travel as tile_t on "<CHANNEL>_TILES".
+// heartbeat's last_seq, and asks again by RESEND_<SELF> until it is filled. Latest channels: what is stale is
+// dropped. Messages above wire::kLargestWholeBytes travel as tile_t on "<CHANNEL>_TILES".
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,13 @@ struct TransportOptions {
   NodeId self = NodeId::kScheduler;
   std::int64_t run_id = 0;
   std::int32_t incarnation = 0;
-  std::size_t ring_bytes = std::size_t(64) << 20;    ///< sent messages kept in memory; older ones come from `fetch`
-  std::size_t window_bytes = std::size_t(64) << 20;  ///< received out of order or in pieces, over all channels
-  std::int64_t patience_us = 5'000;                  ///< a gap may be mere reordering for so long
-  std::int64_t ask_again_us = 20'000;                ///< doubles up to 16 times this while nothing comes
-  std::int64_t tile_gap_us = 200;                    ///< between full tiles
+  std::size_t ring_bytes = std::size_t(64)
+                           << 20;  ///< sent messages kept in memory; older ones come from `fetch`
+  std::size_t window_bytes = std::size_t(64)
+                             << 20;    ///< received out of order or in pieces, over all channels
+  std::int64_t patience_us = 5'000;    ///< a gap may be mere reordering for so long
+  std::int64_t ask_again_us = 20'000;  ///< doubles up to 16 times this while nothing comes
+  std::int64_t tile_gap_us = 200;      ///< between full tiles
 };
 
 struct TransportStats {
@@ -40,9 +42,9 @@ struct TransportStats {
   std::uint64_t stale = 0;       ///< latest: older than what was handed on
   std::uint64_t foreign = 0;     ///< another run's, or an incarnation that cannot be
   std::uint64_t malformed = 0;
-  std::uint64_t missing = 0;     ///< messages that were found missing
-  std::uint64_t requests = 0;    ///< RESEND messages sent
-  std::uint64_t resent = 0;      ///< messages sent again for others
+  std::uint64_t missing = 0;   ///< messages that were found missing
+  std::uint64_t requests = 0;  ///< RESEND messages sent
+  std::uint64_t resent = 0;    ///< messages sent again for others
 };
 
 class Transport {
@@ -64,7 +66,8 @@ class Transport {
   void restore_sent(std::string_view channel, std::span<const std::byte> message);
   void restore_received(std::string_view channel, std::span<const std::byte> message);
 
-  /// Takes an encoded message whose header carries the next seq of `channel`. @throws std::logic_error otherwise.
+  /// Takes an encoded message whose header carries the next seq of `channel`. @throws std::logic_error
+  /// otherwise.
   void send(std::string_view channel, std::span<const std::byte> message, std::int64_t wall_us);
 
   struct Datagram {

@@ -8,12 +8,12 @@
 namespace firn {
 namespace {
 
-constexpr std::int64_t kWindow = 1 << 16;          // messages kept ahead of the next one
-constexpr std::int64_t kPlausible = 1 << 22;       // a larger jump is no loss but nonsense
-constexpr std::size_t kMostPartials = 64;          // objects in pieces, per channel
+constexpr std::int64_t kWindow = 1 << 16;     // messages kept ahead of the next one
+constexpr std::int64_t kPlausible = 1 << 22;  // a larger jump is no loss but nonsense
+constexpr std::size_t kMostPartials = 64;     // objects in pieces, per channel
 constexpr std::size_t kMostNotices = 64;
-constexpr std::size_t kMostRanges = 16;            // asked for at once, per channel
-constexpr std::int64_t kMostAsked = 1024;          // messages, per channel
+constexpr std::size_t kMostRanges = 16;    // asked for at once, per channel
+constexpr std::int64_t kMostAsked = 1024;  // messages, per channel
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace
@@ -45,7 +45,8 @@ void TransportReceiver::restore(std::string_view channel, std::span<const std::b
   in.known = in.counted = in.delivered;
 }
 
-bool TransportReceiver::receive(std::string_view channel, std::span<const std::byte> datagram, std::int64_t wall_us) {
+bool TransportReceiver::receive(std::string_view channel, std::span<const std::byte> datagram,
+                                std::int64_t wall_us) {
   if (const auto it = in_.find(channel); it != in_.end()) {
     whole(it->second, datagram, wall_us);
     return true;
@@ -67,17 +68,20 @@ void TransportReceiver::whole(In& in, std::span<const std::byte> message, std::i
 void TransportReceiver::tile(In& in, std::span<const std::byte> datagram, std::int64_t wall_us) {
   const auto t = wire::read_tile(datagram);
   if (!t) return malformed(in.row->name, "a tile whose numbers do not fit");
-  if (foreign(t->run_id, t->incarnation, in.row->name) || !wanted(in, t->incarnation, t->seq, wall_us)) return;
+  if (foreign(t->run_id, t->incarnation, in.row->name) || !wanted(in, t->incarnation, t->seq, wall_us))
+    return;
 
   auto it = in.partial.find(t->seq);
-  if (it != in.partial.end() && (it->second.total_bytes != t->total_bytes || it->second.checksum != t->checksum ||
-                                 it->second.incarnation != t->incarnation)) {
+  if (it != in.partial.end() &&
+      (it->second.total_bytes != t->total_bytes || it->second.checksum != t->checksum ||
+       it->second.incarnation != t->incarnation)) {
     malformed(in.row->name, "tiles of one message disagree");
     forget_partial(in, it);
     it = in.partial.end();
   }
   const bool is_next = t->seq == in.delivered + 1 || !in.reliable;
-  while (is_next && held_bytes_ > options_.window_bytes && !in.partial.empty() && in.partial.rbegin()->first != t->seq)
+  while (is_next && held_bytes_ > options_.window_bytes && !in.partial.empty() &&
+         in.partial.rbegin()->first != t->seq)
     forget_partial(in, std::prev(in.partial.end()));
   if (!is_next && held_bytes_ > options_.window_bytes) return;  // it will be asked for again
   if (it == in.partial.end()) {
@@ -86,7 +90,8 @@ void TransportReceiver::tile(In& in, std::span<const std::byte> datagram, std::i
       if (furthest->first < t->seq) return;
       forget_partial(in, furthest);
     }
-    it = in.partial.emplace(t->seq, Partial{t->incarnation, t->total_bytes, t->checksum, wall_us, 0, {}}).first;
+    it = in.partial.emplace(t->seq, Partial{t->incarnation, t->total_bytes, t->checksum, wall_us, 0, {}})
+             .first;
     it->second.tiles.resize(std::size_t(t->count));
   }
   Partial& p = it->second;
@@ -106,7 +111,8 @@ void TransportReceiver::tile(In& in, std::span<const std::byte> datagram, std::i
   const bool sound = logfile::checksum64(message) == p.checksum;
   forget_partial(in, it);
   const auto header = wire::read_header(message);
-  if (!sound || !header || header->run_id != t->run_id || header->seq != t->seq || header->incarnation != t->incarnation)
+  if (!sound || !header || header->run_id != t->run_id || header->seq != t->seq ||
+      header->incarnation != t->incarnation)
     return malformed(in.row->name, "joined tiles are not the message that was announced");
   accept(in, *header, message, wall_us);
 }
@@ -141,10 +147,12 @@ void TransportReceiver::know(In& in, std::int64_t seq, std::int64_t wall_us) {
   in.known = std::max(in.known, seq);
 }
 
-void TransportReceiver::accept(In& in, const wire::Header& header, std::span<const std::byte> message, std::int64_t wall_us) {
+void TransportReceiver::accept(In& in, const wire::Header& header, std::span<const std::byte> message,
+                               std::int64_t wall_us) {
   if (!in.reliable) {
     if (message.size() > 0 && !in.partial.empty()) {  // pieces of older ones are worth nothing now
-      while (!in.partial.empty() && in.partial.begin()->first <= header.seq) forget_partial(in, in.partial.begin());
+      while (!in.partial.empty() && in.partial.begin()->first <= header.seq)
+        forget_partial(in, in.partial.begin());
     }
     in.delivered = header.seq;
     in.incarnation = header.incarnation;
@@ -159,7 +167,8 @@ void TransportReceiver::accept(In& in, const wire::Header& header, std::span<con
     return;
   }
   hand_on(in, header, message);
-  for (auto it = in.ahead.begin(); it != in.ahead.end() && it->first == in.delivered + 1; it = in.ahead.erase(it)) {
+  for (auto it = in.ahead.begin(); it != in.ahead.end() && it->first == in.delivered + 1;
+       it = in.ahead.erase(it)) {
     held_bytes_ -= it->second.size();
     hand_on(in, *wire::read_header(it->second), it->second);
   }
@@ -176,7 +185,8 @@ void TransportReceiver::hand_on(In& in, const wire::Header& header, std::span<co
   deliver_(*in.row, message);
 }
 
-void TransportReceiver::heartbeat(std::span<const std::byte> message, const NodeInfo& publisher, std::int64_t wall_us) {
+void TransportReceiver::heartbeat(std::span<const std::byte> message, const NodeInfo& publisher,
+                                  std::int64_t wall_us) {
   const auto list = wire::read_heartbeat(message);
   if (!list) return malformed("HEARTBEAT of " + std::string(publisher.name), "it does not decode");
   for (const wire::LastSeq& last : *list) {
@@ -187,7 +197,8 @@ void TransportReceiver::heartbeat(std::span<const std::byte> message, const Node
       malformed(in.row->name, "a heartbeat with a sequence number far ahead");
       continue;
     }
-    // The publisher knows best: a claim of more than it sent is forgotten here, at worst until its next message.
+    // The publisher knows best: a claim of more than it sent is forgotten here, at worst until its next
+    // message.
     in.known = std::max(in.delivered, in.ahead.empty() ? 0 : in.ahead.rbegin()->first);
     know(in, last.seq, wall_us);
   }
@@ -249,11 +260,13 @@ bool TransportReceiver::foreign(std::int64_t run_id, std::int32_t incarnation, s
   if (run_id == options_.run_id && incarnation <= options_.incarnation) return false;
   ++stats.foreign;
   if (run_id != options_.run_id)
-    notice_once("run " + std::to_string(run_id), std::string(channel) + ": messages of run " + std::to_string(run_id) +
-                                                     " on the port of run " + std::to_string(options_.run_id) + ", dropped");
+    notice_once("run " + std::to_string(run_id), std::string(channel) + ": messages of run " +
+                                                     std::to_string(run_id) + " on the port of run " +
+                                                     std::to_string(options_.run_id) + ", dropped");
   else
     notice_once("incarnation", std::string(channel) + ": incarnation " + std::to_string(incarnation) +
-                                   " of this run, which is at " + std::to_string(options_.incarnation) + ", dropped");
+                                   " of this run, which is at " + std::to_string(options_.incarnation) +
+                                   ", dropped");
   return true;
 }
 
@@ -264,7 +277,8 @@ void TransportReceiver::malformed(std::string_view channel, std::string_view why
 }
 
 void TransportReceiver::notice_once(std::string key, std::string text) {
-  if (noticed_.size() < kMostNotices && noticed_.insert(std::move(key)).second) notices.push_back(std::move(text));
+  if (noticed_.size() < kMostNotices && noticed_.insert(std::move(key)).second)
+    notices.push_back(std::move(text));
 }
 
 void TransportReceiver::forget_partial(In& in, std::map<std::int64_t, Partial>::iterator it) {
@@ -278,7 +292,8 @@ std::int64_t TransportReceiver::last_delivered(std::string_view channel) const {
 }
 
 bool TransportReceiver::waiting() const {
-  return std::any_of(in_.begin(), in_.end(), [](const auto& e) { return e.second.reliable && e.second.known > e.second.delivered; });
+  return std::any_of(in_.begin(), in_.end(),
+                     [](const auto& e) { return e.second.reliable && e.second.known > e.second.delivered; });
 }
 
 }  // namespace firn

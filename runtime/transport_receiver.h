@@ -45,12 +45,12 @@ class TransportReceiver {
     const ChannelInfo* row = nullptr;
     bool reliable = false;
     std::int64_t delivered = 0;
-    std::int32_t incarnation = 0;    // of the last delivered
-    std::int64_t known = 0;          // highest seq that is known to exist
-    std::int64_t counted = 0;        // missing ones up to here are in stats.missing
-    std::int64_t quiet_us = 0;       // since when the next one is awaited
+    std::int32_t incarnation = 0;  // of the last delivered
+    std::int64_t known = 0;        // highest seq that is known to exist
+    std::int64_t counted = 0;      // missing ones up to here are in stats.missing
+    std::int64_t quiet_us = 0;     // since when the next one is awaited
     std::int64_t asked_us = 0;
-    int asked_times = 0;             // since something came
+    int asked_times = 0;  // since something came
     std::map<std::int64_t, std::vector<std::byte>> ahead;
     std::map<std::int64_t, Partial> partial;
   };

@@ -8,9 +8,10 @@
 namespace firn {
 namespace {
 
-constexpr std::int64_t kResendGuardUs = 10'000;              // two askers, one answer
+constexpr std::int64_t kResendGuardUs = 10'000;  // two askers, one answer
 constexpr std::int64_t kMostPerRange = 1024;
-constexpr std::size_t kMostBacklogBytes = std::size_t(32) << 20;  // a request beyond this is asked again later
+constexpr std::size_t kMostBacklogBytes = std::size_t(32)
+                                          << 20;  // a request beyond this is asked again later
 
 }  // namespace
 
@@ -22,7 +23,8 @@ TransportSender::Ring& TransportSender::ring(std::string_view channel) {
   if (it == rings_.end()) {
     const ChannelInfo* row = find_channel(channel);
     if (!row || row->publisher != options_.self)
-      throw std::logic_error(std::string(info(options_.self).name) + " must not publish " + std::string(channel));
+      throw std::logic_error(std::string(info(options_.self).name) + " must not publish " +
+                             std::string(channel));
     it = rings_.emplace(row->name, Ring{}).first;
     it->second.name = row->name;
     it->second.tiles_name = std::string(row->name) + std::string(wire::kTilesSuffix);
@@ -36,8 +38,8 @@ TransportSender::Bytes TransportSender::keep(Ring& r, std::span<const std::byte>
   if (!header || header->run_id != options_.run_id)
     throw std::logic_error(std::string(r.name) + ": a message without a header of this run");
   if (message.size() > wire::kLargestObjectBytes)
-    throw std::logic_error(std::string(r.name) + ": a message of " + std::to_string(message.size()) + " bytes, at most " +
-                           std::to_string(wire::kLargestObjectBytes));
+    throw std::logic_error(std::string(r.name) + ": a message of " + std::to_string(message.size()) +
+                           " bytes, at most " + std::to_string(wire::kLargestObjectBytes));
   auto bytes = std::make_shared<const std::vector<std::byte>>(message.begin(), message.end());
   if (!r.reliable) return bytes;
   if (header->seq != r.last + 1)
@@ -56,7 +58,9 @@ TransportSender::Bytes TransportSender::keep(Ring& r, std::span<const std::byte>
   return bytes;
 }
 
-void TransportSender::restore(std::string_view channel, std::span<const std::byte> message) { keep(ring(channel), message); }
+void TransportSender::restore(std::string_view channel, std::span<const std::byte> message) {
+  keep(ring(channel), message);
+}
 
 void TransportSender::send(std::string_view channel, std::span<const std::byte> message) {
   Ring& r = ring(channel);
@@ -109,7 +113,8 @@ bool TransportSender::next(std::int64_t wall_us, Transport::Datagram& out) {
     paced_.pop_front();
     // Small messages that are sent again follow each other in proportion to their size.
     const auto size = std::min(current_.bytes->size(), wire::kTileDataBytes);
-    paced_ready_us_ = wall_us + options_.tile_gap_us * std::int64_t(size) / std::int64_t(wire::kTileDataBytes);
+    paced_ready_us_ =
+        wall_us + options_.tile_gap_us * std::int64_t(size) / std::int64_t(wire::kTileDataBytes);
   } else {
     return false;
   }
@@ -121,10 +126,12 @@ bool TransportSender::next(std::int64_t wall_us, Transport::Datagram& out) {
   }
   const auto header = wire::read_header(*w.bytes);
   const std::size_t begin = std::size_t(w.tile) * wire::kTileDataBytes;
-  const auto data = std::span(*w.bytes).subspan(begin, std::min(wire::kTileDataBytes, w.bytes->size() - begin));
+  const auto data =
+      std::span(*w.bytes).subspan(begin, std::min(wire::kTileDataBytes, w.bytes->size() - begin));
   backlog_bytes_ -= data.size();
-  current_tile_ = wire::encode_tile({header->run_id, header->incarnation, header->seq, w.tile,
-                                     wire::tile_count(w.bytes->size()), std::int64_t(w.bytes->size()), w.checksum, data});
+  current_tile_ =
+      wire::encode_tile({header->run_id, header->incarnation, header->seq, w.tile,
+                         wire::tile_count(w.bytes->size()), std::int64_t(w.bytes->size()), w.checksum, data});
   out = {w.ring->tiles_name, current_tile_};
   return true;
 }

@@ -28,7 +28,8 @@ class Reader {
     const auto length = number<std::int32_t>();  // includes the final zero byte
     if (length < 1) ok_ = false;
     const auto bytes = take(ok_ ? std::size_t(length) : 0);
-    return ok_ ? std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size() - 1) : std::string_view{};
+    return ok_ ? std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size() - 1)
+               : std::string_view{};
   }
   std::span<const std::byte> take(std::size_t n) {
     if (!ok_ || n > from_.size() - at_) {
@@ -48,7 +49,9 @@ class Reader {
   bool ok_ = true;
 };
 
-bool starts_with(Reader& r, std::int64_t fingerprint) { return r.number<std::int64_t>() == fingerprint && r.ok(); }
+bool starts_with(Reader& r, std::int64_t fingerprint) {
+  return r.number<std::int64_t>() == fingerprint && r.ok();
+}
 
 }  // namespace
 
@@ -64,7 +67,9 @@ std::optional<Header> read_header(std::span<const std::byte> message) {
   return h;
 }
 
-std::int32_t tile_count(std::size_t total) { return std::int32_t((total + kTileDataBytes - 1) / kTileDataBytes); }
+std::int32_t tile_count(std::size_t total) {
+  return std::int32_t((total + kTileDataBytes - 1) / kTileDataBytes);
+}
 
 std::optional<Tile> read_tile(std::span<const std::byte> datagram) {
   Reader r(datagram);
@@ -80,7 +85,8 @@ std::optional<Tile> read_tile(std::span<const std::byte> datagram) {
   t.checksum = r.number<std::uint64_t>();
   if (!r.ok() || size < 1 || t.incarnation < 0 || t.seq < 1) return std::nullopt;
   if (t.total_bytes < 1 || t.total_bytes > std::int64_t(kLargestObjectBytes)) return std::nullopt;
-  if (t.count != tile_count(std::size_t(t.total_bytes)) || t.index < 0 || t.index >= t.count) return std::nullopt;
+  if (t.count != tile_count(std::size_t(t.total_bytes)) || t.index < 0 || t.index >= t.count)
+    return std::nullopt;
   const std::size_t begin = std::size_t(t.index) * kTileDataBytes;
   if (std::size_t(size) != std::min(kTileDataBytes, std::size_t(t.total_bytes) - begin)) return std::nullopt;
   t.data = r.take(std::size_t(size));
@@ -92,7 +98,8 @@ std::vector<std::byte> encode_tile(const Tile& t) {
   std::vector<std::byte> out;
   out.reserve(kTileHeadBytes + t.data.size());
   const auto put = [&](auto v) {
-    for (int shift = int(sizeof v) * 8 - 8; shift >= 0; shift -= 8) out.push_back(std::byte(std::uint64_t(v) >> shift));
+    for (int shift = int(sizeof v) * 8 - 8; shift >= 0; shift -= 8)
+      out.push_back(std::byte(std::uint64_t(v) >> shift));
   };
   put(tile_t::getHash());
   put(std::int32_t(t.data.size()));
@@ -112,8 +119,8 @@ std::optional<std::vector<LastSeq>> read_heartbeat(std::span<const std::byte> me
   if (!starts_with(r, heartbeat_t::getHash())) return std::nullopt;
   r.take(kHeaderEnd - 8);
   const auto n = r.number<std::int32_t>();
-  r.text();             // node
-  r.take(1 + 4 * 8);    // state, busy_since_us, steps, lost, resent
+  r.text();                              // node
+  r.take(1 + 4 * 8);                     // state, busy_since_us, steps, lost, resent
   constexpr std::size_t kLeast = 5 + 8;  // an empty name and a number
   if (!r.ok() || n < 0 || std::size_t(n) > r.left() / kLeast) return std::nullopt;
   std::vector<LastSeq> list(std::size_t(n), LastSeq{});
@@ -139,7 +146,8 @@ std::optional<std::vector<SeqRange>> read_resend_request(std::span<const std::by
   return list;
 }
 
-std::vector<std::byte> encode_resend_request(const Header& h, std::string_view node, std::span<const SeqRange> ranges) {
+std::vector<std::byte> encode_resend_request(const Header& h, std::string_view node,
+                                             std::span<const SeqRange> ranges) {
   resend_request_t m;
   m.header.run_id = h.run_id;
   m.header.incarnation = h.incarnation;

@@ -1,5 +1,6 @@
-// How transport reads datagrams: with bounds on everything, without decoding whole messages. LCM encodes big endian;
-// every message starts with its fingerprint (8 bytes) and header_t. Bytes from the bus are not trusted.
+// How transport reads datagrams: with bounds on everything, without decoding whole messages. LCM encodes big
+// endian; every message starts with its fingerprint (8 bytes) and header_t. Bytes from the bus are not
+// trusted.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +13,11 @@
 
 namespace firn::wire {
 
-inline constexpr std::size_t kLargestWholeBytes = 60'000;    ///< larger messages go as tiles
-inline constexpr std::size_t kTileDataBytes = 59'904;        ///< of a full tile; with its 56 bytes of head below 60,000
+inline constexpr std::size_t kLargestWholeBytes = 60'000;  ///< larger messages go as tiles
+inline constexpr std::size_t kTileDataBytes =
+    59'904;  ///< of a full tile; with its 56 bytes of head below 60,000
 inline constexpr std::size_t kLargestObjectBytes = std::size_t(64) << 20;
-inline constexpr std::size_t kHeaderEnd = 36;                ///< fingerprint and header_t
+inline constexpr std::size_t kHeaderEnd = 36;  ///< fingerprint and header_t
 inline constexpr std::string_view kTilesSuffix = "_TILES";
 
 struct Header {
@@ -55,6 +57,7 @@ struct SeqRange {
 };
 /// The ranges of a resend_request_t; nothing if it is malformed.
 std::optional<std::vector<SeqRange>> read_resend_request(std::span<const std::byte> message);
-std::vector<std::byte> encode_resend_request(const Header& header, std::string_view node, std::span<const SeqRange> ranges);
+std::vector<std::byte> encode_resend_request(const Header& header, std::string_view node,
+                                             std::span<const SeqRange> ranges);
 
 }  // namespace firn::wire

@@ -18,7 +18,8 @@ std::string where(std::uint64_t step, const Event& event) {
   return "step " + std::to_string(step) + " (" + describe(event) + ")";
 }
 
-void each_send(std::span<const std::byte> body, const std::function<void(std::string_view, std::span<const std::byte>)>& sink) {
+void each_send(std::span<const std::byte> body,
+               const std::function<void(std::string_view, std::span<const std::byte>)>& sink) {
   for (const Output& o : decode_output_list(body))
     if (o.kind == OutputKind::kSend) sink(o.channel, o.bytes);
 }
@@ -33,23 +34,32 @@ struct Replayed {
 }  // namespace
 
 WalFile::WalFile(const std::filesystem::path& path, bool resume, std::size_t buffer_bytes)
-    : writer_(path, resume ? logfile::RecordWriter::Mode::kAppend : logfile::RecordWriter::Mode::kCreate, buffer_bytes), buffered_(buffer_bytes > 0) {}
+    : writer_(path, resume ? logfile::RecordWriter::Mode::kAppend : logfile::RecordWriter::Mode::kCreate,
+              buffer_bytes),
+      buffered_(buffer_bytes > 0) {}
 
 void WalFile::sync() { buffered_ ? writer_.flush() : writer_.sync(); }
 
-void WalFile::append(WalKind kind, std::span<const std::byte> payload) { writer_.append(std::uint16_t(kind), payload); }
+void WalFile::append(WalKind kind, std::span<const std::byte> payload) {
+  writer_.append(std::uint16_t(kind), payload);
+}
 
 std::string describe(const Event& e) {
   switch (e.kind) {
-    case EventKind::kStart: return "start of incarnation " + std::to_string(e.incarnation);
+    case EventKind::kStart:
+      return "start of incarnation " + std::to_string(e.incarnation);
     case EventKind::kMessage: {
       const auto header = wire::read_header(e.bytes);
       return std::string(e.channel) + (header ? " seq " + std::to_string(header->seq) : "");
     }
-    case EventKind::kWake: return "wake-up " + std::to_string(e.id);
-    case EventKind::kIo: return std::to_string(e.bytes.size()) + " bytes from port " + std::to_string(e.id);
-    case EventKind::kLink: return "port " + std::to_string(e.id) + (e.link == LinkState::kOpen ? " opened" : " closed");
-    case EventKind::kLocalStop: return "local stop";
+    case EventKind::kWake:
+      return "wake-up " + std::to_string(e.id);
+    case EventKind::kIo:
+      return std::to_string(e.bytes.size()) + " bytes from port " + std::to_string(e.id);
+    case EventKind::kLink:
+      return "port " + std::to_string(e.id) + (e.link == LinkState::kOpen ? " opened" : " closed");
+    case EventKind::kLocalStop:
+      return "local stop";
   }
   return "event";
 }
@@ -75,7 +85,9 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
   std::optional<Replayed> pending;
   const auto settle = [&](bool at_end) {
     if (pending && pending->put_out) {
-      if (!at_end) fail(file.path(), where(pending->event.step, pending->event.event) + ": the node puts something out, the record has nothing");
+      if (!at_end)
+        fail(file.path(), where(pending->event.step, pending->event.event) +
+                              ": the node puts something out, the record has nothing");
       std::vector<std::byte> payload(16);
       for (int k = 0; k < 8; ++k) payload[std::size_t(k)] = std::byte(pending->event.step >> (8 * k));
       payload.insert(payload.end(), pending->body.begin(), pending->body.end());
@@ -88,13 +100,14 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
 
   while (const auto record = reader.next()) {
     if (record->damaged || reader.damage().count() != 0)
-      fail(file.path(), "byte " + std::to_string(record->offset) + ": damaged, the node cannot be brought back from it");
+      fail(file.path(),
+           "byte " + std::to_string(record->offset) + ": damaged, the node cannot be brought back from it");
     switch (WalKind(record->kind)) {
       case WalKind::kHead: {
         const WalHead head = decode_head(record->payload);
         if (head.node != host.name() || head.run_id != run_id)
-          fail(file.path(), "is of node " + head.node + " in run " + std::to_string(head.run_id) + ", not " + host.name() +
-                                " in run " + std::to_string(run_id));
+          fail(file.path(), "is of node " + head.node + " in run " + std::to_string(head.run_id) + ", not " +
+                                host.name() + " in run " + std::to_string(run_id));
         sinks.head(head);
         break;
       }
@@ -103,7 +116,8 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
         Replayed now{decode_event(record->payload), {}, false};
         const Event& e = now.event.event;
         if (now.event.step != host.steps())
-          fail(file.path(), "step " + std::to_string(now.event.step) + " where step " + std::to_string(host.steps()) + " belongs");
+          fail(file.path(), "step " + std::to_string(now.event.step) + " where step " +
+                                std::to_string(host.steps()) + " belongs");
         try {
           const Outbox& out = host.replay_step(e);
           now.put_out = !out.empty();
@@ -121,7 +135,8 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
         if (!pending || recorded.step != pending->event.step)
           fail(file.path(), "outputs of step " + std::to_string(recorded.step) + " without its event");
         if (!std::ranges::equal(recorded.body, pending->body))
-          fail(file.path(), where(recorded.step, pending->event.event) + ": the outputs differ from the record");
+          fail(file.path(),
+               where(recorded.step, pending->event.event) + ": the outputs differ from the record");
         each_send(recorded.body, sinks.sent);
         pending.reset();
         break;
@@ -132,19 +147,21 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
   return last;
 }
 
-bool find_sent(const std::filesystem::path& path, std::string_view channel, std::int64_t seq, std::vector<std::byte>& to) {
+bool find_sent(const std::filesystem::path& path, std::string_view channel, std::int64_t seq,
+               std::vector<std::byte>& to) {
   const logfile::MappedFile mapped(path);
   logfile::RecordReader reader(mapped.bytes());
   bool found = false;
   while (const auto record = reader.next()) {
     if (record->damaged || record->kind != std::uint16_t(WalKind::kOutputs)) continue;
-    each_send(decode_outputs(record->payload).body, [&](std::string_view name, std::span<const std::byte> bytes) {
-      if (found || name != channel) return;
-      const auto header = wire::read_header(bytes);
-      if (!header || header->seq != seq) return;
-      to.assign(bytes.begin(), bytes.end());
-      found = true;
-    });
+    each_send(decode_outputs(record->payload).body,
+              [&](std::string_view name, std::span<const std::byte> bytes) {
+                if (found || name != channel) return;
+                const auto header = wire::read_header(bytes);
+                if (!header || header->seq != seq) return;
+                to.assign(bytes.begin(), bytes.end());
+                found = true;
+              });
     if (found) return true;
   }
   return false;
@@ -156,7 +173,8 @@ WalExtent wal_extent(const std::filesystem::path& path) {
   WalExtent extent;
   while (const auto record = reader.next()) {
     if (record->damaged) continue;
-    if (record->kind == std::uint16_t(WalKind::kHead)) extent.incarnation = decode_head(record->payload).incarnation;
+    if (record->kind == std::uint16_t(WalKind::kHead))
+      extent.incarnation = decode_head(record->payload).incarnation;
     if (record->kind == std::uint16_t(WalKind::kEvent))
       extent.last_now = std::max(extent.last_now, decode_event(record->payload).event.now);
   }

@@ -177,7 +177,8 @@ WalEvent decode_event(std::span<const std::byte> payload) {
       e.bytes = take.bytes();
       break;
     default:
-      throw std::runtime_error("write-ahead record: byte 8: event kind " + std::to_string(kind) + " is not known");
+      throw std::runtime_error("write-ahead record: byte 8: event kind " + std::to_string(kind) +
+                               " is not known");
   }
   return w;
 }
@@ -188,7 +189,8 @@ void encode_output_list(const Outbox& outbox, std::vector<std::byte>& to) {
   for (std::size_t n = 0; n < outbox.size(); ++n) put_output(put, outbox.at(n));
 }
 
-void encode_outputs(std::uint64_t step, std::int64_t handler_ns, const Outbox& outbox, std::vector<std::byte>& to) {
+void encode_outputs(std::uint64_t step, std::int64_t handler_ns, const Outbox& outbox,
+                    std::vector<std::byte>& to) {
   Put put(to);
   put.number(step);
   put.number(handler_ns);
@@ -241,7 +243,8 @@ void decode_output_list(std::span<const std::byte> body, std::vector<Output>& li
     }
     list.push_back(o);
   }
-  if (!take.done()) throw std::runtime_error("write-ahead record: byte " + std::to_string(take.at()) + ": bytes left over");
+  if (!take.done())
+    throw std::runtime_error("write-ahead record: byte " + std::to_string(take.at()) + ": bytes left over");
 }
 
 }  // namespace firn

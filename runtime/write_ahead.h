@@ -1,5 +1,6 @@
-// The write-ahead file of one node: each event before its handler runs, the outputs of the step before they leave.
-// Framing and checksums are logfile/record_file's; here is what the records mean (docs/write-ahead-format.md).
+// The write-ahead file of one node: each event before its handler runs, the outputs of the step before they
+// leave. Framing and checksums are logfile/record_file's; here is what the records mean
+// (docs/write-ahead-format.md).
 #pragma once
 
 #include <cstdint>
@@ -16,9 +17,9 @@ namespace firn {
 
 /// Record kinds in a write-ahead file.
 enum class WalKind : std::uint16_t {
-  kHead = 1,      ///< WalHead; first record of each incarnation
-  kEvent = 2,     ///< step number, Event
-  kOutputs = 3,   ///< step number, nanoseconds of the handler, the Outputs; missing = the step put out nothing
+  kHead = 1,     ///< WalHead; first record of each incarnation
+  kEvent = 2,    ///< step number, Event
+  kOutputs = 3,  ///< step number, nanoseconds of the handler, the Outputs; missing = the step put out nothing
 };
 
 /// Everything that is needed to build the node again.
@@ -27,9 +28,9 @@ struct WalHead {
   std::int64_t run_id = 0;
   std::int32_t incarnation = 0;
   std::string commit;
-  std::string platform;       ///< glibc, OpenCV, CPU dispatch: what "same bytes" is claimed for
+  std::string platform;  ///< glibc, OpenCV, CPU dispatch: what "same bytes" is claimed for
   std::string config_toml;
-  std::string type_texts;     ///< the .lcm files
+  std::string type_texts;                                  ///< the .lcm files
   std::vector<std::pair<std::string, std::string>> blobs;  ///< role, sha256
 };
 
@@ -49,14 +50,15 @@ WalHead decode_head(std::span<const std::byte> payload);
 void encode_event(std::uint64_t step, const Event& event, std::vector<std::byte>& to);
 struct WalEvent {
   std::uint64_t step = 0;
-  Event event;                ///< views into the payload
+  Event event;  ///< views into the payload
 };
 WalEvent decode_event(std::span<const std::byte> payload);
 
-void encode_outputs(std::uint64_t step, std::int64_t handler_ns, const Outbox& outbox, std::vector<std::byte>& to);
+void encode_outputs(std::uint64_t step, std::int64_t handler_ns, const Outbox& outbox,
+                    std::vector<std::byte>& to);
 struct WalOutputs {
   std::uint64_t step = 0;
-  std::int64_t handler_ns = 0;   ///< wall time of the handler as measured by the runner; not part of replay
+  std::int64_t handler_ns = 0;  ///< wall time of the handler as measured by the runner; not part of replay
   std::span<const std::byte> body;  ///< the outputs alone: what replay compares byte by byte
 };
 WalOutputs decode_outputs(std::span<const std::byte> payload);

@@ -32,9 +32,11 @@ void check(const Setup& s) {
   if (cells == 0) throw std::invalid_argument("controller: the mask has no cell");
   if (s.rim.size() != 0) {
     deposition::check(s.model_b);
-    if (s.geometry) throw std::invalid_argument("controller: a rim of its own model is known with one ink only");
+    if (s.geometry)
+      throw std::invalid_argument("controller: a rim of its own model is known with one ink only");
     if (s.rim.size() != s.grid.size())
-      throw std::invalid_argument("controller: the rim (" + std::to_string(s.rim.size()) + " cells) must have the grid's " + std::to_string(s.grid.size()));
+      throw std::invalid_argument("controller: the rim (" + std::to_string(s.rim.size()) +
+                                  " cells) must have the grid's " + std::to_string(s.grid.size()));
   }
   if (!s.geometry) return;
   deposition::check(s.model_b);

@@ -28,11 +28,11 @@ struct Setup {
   /// support's; null: one ink.
   std::shared_ptr<const Geometry> geometry = nullptr;
   deposition::DropletModel model_b = {};  ///< g1, g2, g3
-  /// A cell's ink is judged this much above its surface: 0 as in the paper; half a layer is the middle of what the
-  /// droplet will fill, and does not carry every interface half a layer too high.
+  /// A cell's ink is judged this much above its surface: 0 as in the paper; half a layer is the middle of
+  /// what the droplet will fill, and does not carry every interface half a layer too high.
   double judge_above_mm = 0.0;
-  /// Cells whose droplets add what model_b says although there is one ink only (MPC alone knows of them: ink runs off
-  /// the part at its rim); no cells: none. Not with a geometry.
+  /// Cells whose droplets add what model_b says although there is one ink only (MPC alone knows of them: ink
+  /// runs off the part at its rim); no cells: none. Not with a geometry.
   Mask rim = {};
 
   const deposition::DropletModel& model_of(Material m) const { return m == Material::kB ? model_b : model; }
@@ -53,7 +53,7 @@ struct Measurement {
 struct Decision {
   enum class Kind : std::int8_t { kPrint = 0, kEnd = 1, kStop = 2 };  ///< as layer_plan_t.decision
   Kind kind = Kind::kStop;
-  DropletPattern drops;       ///< on the setup's grid; all zero unless kPrint; zero outside the mask
+  DropletPattern drops;  ///< on the setup's grid; all zero unless kPrint; zero outside the mask
   /// Predicted objective [Lu 2015, Eq. (8)] of `drops` and of no droplet. Open loop and SMF: the mean |error|
   /// (alpha = 1) by the height-change model.
   double objective_mm = 0.0, objective_none_mm = 0.0;
@@ -69,13 +69,17 @@ class LayerController {
   virtual ~LayerController() = default;
   /// @throws std::invalid_argument when check(measurement, setup) does.
   virtual Decision decide(const Measurement& measurement) = 0;
-  /// From here on a droplet is believed to add this (learned while printing). A scheme that does not plan with the
-  /// height-change model has no use for it. @throws std::invalid_argument when deposition::check(model) does.
+  /// From here on a droplet is believed to add this (learned while printing). A scheme that does not plan
+  /// with the height-change model has no use for it. @throws std::invalid_argument when
+  /// deposition::check(model) does.
   virtual void use_model(const deposition::DropletModel& /*model*/) {}
-  /// What may run side by side does so on these threads, with the same bytes. A scheme without such work has no use for it.
+  /// What may run side by side does so on these threads, with the same bytes. A scheme without such work has
+  /// no use for it.
   virtual void use_threads(const ParallelFor& /*parallel*/) {}
   /// The same for the droplets of Setup::rim, `inside` for all others.
-  virtual void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& /*rim*/) { use_model(inside); }
+  virtual void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& /*rim*/) {
+    use_model(inside);
+  }
 };
 
 /// @throws std::invalid_argument: another grid, a layer or attempt below 0, a height on the mask that is not
@@ -85,8 +89,8 @@ void check(const Measurement& measurement, const Setup& setup);
 /// The measured heights with 0 mm where nothing was measured outside the mask.
 HeightMap known_heights(const Measurement& measurement);
 
-/// I_A and I_B [Lu 2015, IV-B]: each cell of the mask by whether its height (and judge_above_mm) lies in M, `rise_mm`
-/// higher if it is to be judged later. Without cells when the setup has one ink.
+/// I_A and I_B [Lu 2015, IV-B]: each cell of the mask by whether its height (and judge_above_mm) lies in M,
+/// `rise_mm` higher if it is to be judged later. Without cells when the setup has one ink.
 MaterialMap materials_at(const Setup& setup, const HeightMap& height, double rise_mm = 0.0);
 /// The same for a layer of fixed height, whatever was measured: all cells at height_mm.
 MaterialMap materials_at(const Setup& setup, double height_mm);

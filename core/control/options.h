@@ -46,9 +46,10 @@ struct AlphaStep {
 
 /// How MPC searches the layer.
 enum class MpcMethod : std::uint8_t {
-  kGreedy,   ///< the paper's stochastic greedy search [Lu 2015, IV-C]
-  kDescent,  ///< single droplets in raster order until none betters the objective
-  kStripDp,  ///< exact optima of overlapping strips; for several layers, strips of each, annealing and descent
+  kGreedy,     ///< the paper's stochastic greedy search [Lu 2015, IV-C]
+  kDescent,    ///< single droplets in raster order until none betters the objective
+  kStripDp,    ///< exact optima of overlapping strips; for several layers, strips of each, annealing and
+               ///< descent
   kCertified,  ///< one layer: strips that agree on windows (mpc/layer_solver.h); several layers: as kStripDp
 };
 
@@ -61,12 +62,12 @@ enum class ErrorKind : std::uint8_t {
 /// Model predictive control with stochastic greedy search [Lu 2015, Eq. (8), IV-C].
 struct MpcOptions {
   MpcMethod method = MpcMethod::kGreedy;
-  int strip_rows = 3;                         ///< kStripDp: widest strip, 1..6
+  int strip_rows = 3;  ///< kStripDp: widest strip, 1..6
   ErrorKind error = ErrorKind::kAbsolute;
-  double price_mm2 = 0.0;                     ///< kSquare: variance that a droplet adds, summed over cells
-  double mean_weight = 0.0;                   ///< kSquare: of the square of the mean error beside the mean of squares
-  int anneal_sweeps = 100;                    ///< kStripDp, N > 1: sweeps over all cells and layers; 0: none
-  int horizon = 1;                            ///< N
+  double price_mm2 = 0.0;    ///< kSquare: variance that a droplet adds, summed over cells
+  double mean_weight = 0.0;  ///< kSquare: of the square of the mean error beside the mean of squares
+  int anneal_sweeps = 100;   ///< kStripDp, N > 1: sweeps over all cells and layers; 0: none
+  int horizon = 1;           ///< N
   std::vector<AlphaStep> alpha = {{1, 1.0}};  ///< ascending from_layer; the first one must be 1
   int subset = 16;                            ///< M, points per random subset
   std::int64_t max_evaluations = 20'000'000;  ///< bound on single-droplet changes evaluated per decision
@@ -75,9 +76,9 @@ struct MpcOptions {
   /// asks for. Ones: every cell (the paper's); both take twice the time for an objective 0.1 % better.
   bool start_dithered = true;
   bool start_ones = false;
-  double min_improvement_mm = 0.0;            ///< end when the best layer betters printing nothing by no more
-  double finish_layers = 0.0;                 ///< K of mpc/finish.h; 0: one stage
-  double rim_lead_layers = 0.0;               ///< L of mpc/finish.h; 0: the inside does not wait for the rim
+  double min_improvement_mm = 0.0;  ///< end when the best layer betters printing nothing by no more
+  double finish_layers = 0.0;       ///< K of mpc/finish.h; 0: one stage
+  double rim_lead_layers = 0.0;     ///< L of mpc/finish.h; 0: the inside does not wait for the rim
 };
 
 /// What is printed to learn from (core/control/pattern.h).

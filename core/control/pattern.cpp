@@ -87,14 +87,16 @@ DropletPattern PatternPrint::pattern(int layer) const {
   DropletPattern drops(setup_.grid);
   if (options_.kind == PatternKind::kRandom)
     for (std::size_t c = 0; c < drops.size(); ++c)
-      drops.cells[c] = setup_.mask.cells[c] && random_uniform({options_.seed, Purpose::kPattern, std::uint32_t(layer), 0,
-                                                               std::uint32_t(c)}) < options_.fill;
+      drops.cells[c] =
+          setup_.mask.cells[c] && random_uniform({options_.seed, Purpose::kPattern, std::uint32_t(layer), 0,
+                                                  std::uint32_t(c)}) < options_.fill;
   for (const IdentificationSite& s : sites_) {
     if (s.layer != layer) continue;
     drops.at(s.i, s.j) = 1;
     if (s.kind == IdentificationSite::Kind::kSide)
       drops.at(s.i + 1, s.j) = drops.at(s.i - 1, s.j) = drops.at(s.i, s.j + 1) = drops.at(s.i, s.j - 1) = 1;
-    if (s.kind == IdentificationSite::Kind::kCorner) drops.at(s.i + kCornerX[s.corner], s.j + kCornerY[s.corner]) = 1;
+    if (s.kind == IdentificationSite::Kind::kCorner)
+      drops.at(s.i + kCornerX[s.corner], s.j + kCornerY[s.corner]) = 1;
   }
   for (const SquareSite& s : squares_)
     for (int y = 0; y < s.n; ++y)

@@ -1,5 +1,6 @@
-// Patterns that are printed to learn from, whatever is measured: random ones that excite the height-change model,
-// the identification prints [Lu 2015, V-C], and squares that show what the spacing of droplets does [III-A, V-C].
+// Patterns that are printed to learn from, whatever is measured: random ones that excite the height-change
+// model, the identification prints [Lu 2015, V-C], and squares that show what the spacing of droplets does
+// [III-A, V-C].
 #pragma once
 
 #include <vector>
@@ -9,8 +10,8 @@
 
 namespace firn::control {
 
-/// One experiment of [Lu 2015, V-C]: a centre droplet alone, with its four side neighbours, or with one corner
-/// neighbour.
+/// One experiment of [Lu 2015, V-C]: a centre droplet alone, with its four side neighbours, or with one
+/// corner neighbour.
 struct IdentificationSite {
   enum class Kind : std::uint8_t { kSingle, kSide, kCorner };
   int i = 0, j = 0;  ///< the centre cell
@@ -18,8 +19,8 @@ struct IdentificationSite {
   int corner = 0;  ///< kCorner: 0..3 for (+,+), (-,+), (-,-), (+,-)
   int layer = 1;   ///< in which it is printed (each site once, on bare ground)
 };
-/// Sites spacing_cells apart whose 3 x 3 cells lie on the mask, row by row; kinds and corners take turns, and so do
-/// the layers, three sites to each.
+/// Sites spacing_cells apart whose 3 x 3 cells lie on the mask, row by row; kinds and corners take turns, and
+/// so do the layers, three sites to each.
 std::vector<IdentificationSite> identification_sites(const Mask& mask, int spacing_cells, int layers);
 
 /// An n x n matrix of droplets, `step` cells apart, its lowest cell at (i, j).
@@ -27,12 +28,12 @@ struct SquareSite {
   int i = 0, j = 0, n = 1, step = 1;
   int side_cells() const { return (n - 1) * step + 1; }
 };
-/// 1 x 1, 2 x 2, ... largest x largest side by side, spacing_cells of bare ground between, again and again in bands
-/// over the mask.
+/// 1 x 1, 2 x 2, ... largest x largest side by side, spacing_cells of bare ground between, again and again in
+/// bands over the mask.
 std::vector<SquareSite> square_sites(const Mask& mask, int largest, int step, int spacing_cells);
 
-/// Prints PatternOptions::layers layers and ends. Random patterns are keyed (seed, kPattern, layer, cell), so a
-/// second decision for a layer is the first one again. Heights are only read to report the objective.
+/// Prints PatternOptions::layers layers and ends. Random patterns are keyed (seed, kPattern, layer, cell), so
+/// a second decision for a layer is the first one again. Heights are only read to report the objective.
 class PatternPrint final : public LayerController {
  public:
   /// @throws std::invalid_argument naming the option: layers below 0, fill outside (0, 1], spacing_cells or

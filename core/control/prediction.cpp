@@ -25,7 +25,8 @@ double objective_mm(const HeightMap& height, const HeightMap& target, const Mask
   return alpha * (sum_abs / n) + (1.0 - alpha) * std::sqrt(square / n);
 }
 
-bool beats_noise(const Decision& d, std::int64_t part_cells, double noise_std_mm, double gate, ErrorKind error) {
+bool beats_noise(const Decision& d, std::int64_t part_cells, double noise_std_mm, double gate,
+                 ErrorKind error) {
   const double none = d.objective_none_mm, with = d.objective_mm;
   const bool square = error == ErrorKind::kSquare;
   const double better = square ? none * none - with * with : none - with;
@@ -46,7 +47,8 @@ Predictor::Predictor(const Setup& s)
       model_(s.grid, deposition::stencil_of(s.model), s.border),
       two_inks_(s.grid, {s.model, s.model_b}, s.border) {}
 
-HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops, const MaterialMap& materials) {
+HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops,
+                           const MaterialMap& materials) {
   HeightMap h = height;
   if (materials.size() != 0)
     two_inks_.deposit(h, drops, materials);

@@ -6,14 +6,14 @@
 
 namespace firn::control {
 
-/// Objective of Eq. (8) [Lu 2015] over the mask: alpha avg|h_d - H| + (1 - alpha) std(H - h_d), std about the mean with
-/// divisor n, two passes in index order. h_d is a matrix (errata): for the flat h_d of (8) the second term is the
-/// printed std(H); for any other, the printed form would punish the part's own shape.
+/// Objective of Eq. (8) [Lu 2015] over the mask: alpha avg|h_d - H| + (1 - alpha) std(H - h_d), std about the
+/// mean with divisor n, two passes in index order. h_d is a matrix (errata): for the flat h_d of (8) the
+/// second term is the printed std(H); for any other, the printed form would punish the part's own shape.
 double objective_mm(const HeightMap& height, const HeightMap& target, const Mask& mask, double alpha);
 
 /// True when `decision` betters printing nothing by more than `gate` * noise_std_mm for each of its droplets
-/// (an objective is a mean over `part_cells` cells, so one droplet that mends h mm is worth h / part_cells). Squares: when
-/// it lessens the sum of squares by more than `gate` * noise_std_mm^2 for each.
+/// (an objective is a mean over `part_cells` cells, so one droplet that mends h mm is worth h / part_cells).
+/// Squares: when it lessens the sum of squares by more than `gate` * noise_std_mm^2 for each.
 bool beats_noise(const Decision& decision, std::int64_t part_cells, double noise_std_mm, double gate,
                  ErrorKind error = ErrorKind::kAbsolute);
 

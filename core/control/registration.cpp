@@ -23,7 +23,10 @@ std::vector<Mark> registration_marks(const Mask& mask, int spacing_cells) {
 }
 
 RegistrationPrint::RegistrationPrint(const Setup& setup, const ControlOptions& options)
-    : setup_(setup), layers_(options.registration.layers), predict_(setup), drops_(setup.grid),
+    : setup_(setup),
+      layers_(options.registration.layers),
+      predict_(setup),
+      drops_(setup.grid),
       materials_(setup.grid) {
   const RegistrationOptions& o = options.registration;
   require(!setup.geometry, "marks are printed without a geometry");
@@ -34,11 +37,13 @@ RegistrationPrint::RegistrationPrint(const Setup& setup, const ControlOptions& o
     drops_.at(m.i, m.j) = 1;
     ++(m.material == Material::kA ? of_a : of_b);
   }
-  require(of_a >= 3 && of_b >= 3, "the part has room for " + std::to_string(of_a) + " and " + std::to_string(of_b) +
+  require(of_a >= 3 && of_b >= 3, "the part has room for " + std::to_string(of_a) + " and " +
+                                      std::to_string(of_b) +
                                       " marks of the two nozzles; three of each are the least");
   for (std::size_t c = 0; c < drops_.size(); ++c)
     if (setup.mask.cells[c]) materials_.set(c, Material::kA);
-  for (const Mark& m : registration_marks(setup.mask, o.spacing_cells)) materials_.set(setup.grid.index(m.i, m.j), m.material);
+  for (const Mark& m : registration_marks(setup.mask, o.spacing_cells))
+    materials_.set(setup.grid.index(m.i, m.j), m.material);
 }
 
 Decision RegistrationPrint::decide(const Measurement& m) {
@@ -48,8 +53,9 @@ Decision RegistrationPrint::decide(const Measurement& m) {
   d.kind = more ? Decision::Kind::kPrint : Decision::Kind::kEnd;
   d.drops = more ? drops_ : DropletPattern(setup_.grid);
   d.materials = materials_;
-  d.reason = more ? "droplet " + std::to_string(m.layer + 1) + " of " + std::to_string(layers_) + " on each mark"
-                  : "each mark has its " + std::to_string(layers_) + " droplets";
+  d.reason =
+      more ? "droplet " + std::to_string(m.layer + 1) + " of " + std::to_string(layers_) + " on each mark"
+           : "each mark has its " + std::to_string(layers_) + " droplets";
   predict_.score(d, known_heights(m), 1.0);
   return d;
 }

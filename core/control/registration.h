@@ -15,15 +15,15 @@ struct Mark {
   Material material = Material::kA;
 };
 
-/// Marks `spacing_cells` apart, at least half of that from the grid's edge, where the mask has a cell; the nozzles
-/// alternate like a chessboard's squares, so that a tilt or bend of the map moves both alike.
+/// Marks `spacing_cells` apart, at least half of that from the grid's edge, where the mask has a cell; the
+/// nozzles alternate like a chessboard's squares, so that a tilt or bend of the map moves both alike.
 std::vector<Mark> registration_marks(const Mask& mask, int spacing_cells);
 
 /// Prints RegistrationOptions::layers droplets on each mark, one per layer, and ends. Heights decide nothing.
 class RegistrationPrint final : public LayerController {
  public:
-  /// @throws std::invalid_argument naming the option: layers below 1, spacing_cells below 4; room for fewer than
-  /// three marks of each nozzle.
+  /// @throws std::invalid_argument naming the option: layers below 1, spacing_cells below 4; room for fewer
+  /// than three marks of each nozzle.
   RegistrationPrint(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
 

@@ -19,17 +19,21 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
 }
 
 std::unique_ptr<LayerController> make_mpc(const Setup& setup, const ControlOptions& options) {
-  if (options.mpc.finish_layers == 0.0 && options.mpc.rim_lead_layers == 0.0) return std::make_unique<Mpc>(setup, options);
+  if (options.mpc.finish_layers == 0.0 && options.mpc.rim_lead_layers == 0.0)
+    return std::make_unique<Mpc>(setup, options);
   return std::make_unique<FinishTogether>(setup, options);
 }
 
 constexpr Scheme kSchemes[] = {
     {"open_loop", "every layer as sliced, whatever is measured", &make<OpenLoop>},
     {"smf", "surface-mapping feedback, PID per cell, drop on demand [Barnett 2012]", &make<Smf>},
-    {"threshold", "one droplet where the layer is short by more than a threshold [Cohen and Lipson 2010]", &make<Threshold>},
+    {"threshold", "one droplet where the layer is short by more than a threshold [Cohen and Lipson 2010]",
+     &make<Threshold>},
     {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make_mpc},
-    {"pattern", "patterns to learn from: random, identification prints, squares [Lu 2015, III-A, V-C]", &make<PatternPrint>},
-    {"registration", "marks of both nozzles, to measure the offset of the second (firn calibrate)", &make<RegistrationPrint>},
+    {"pattern", "patterns to learn from: random, identification prints, squares [Lu 2015, III-A, V-C]",
+     &make<PatternPrint>},
+    {"registration", "marks of both nozzles, to measure the offset of the second (firn calibrate)",
+     &make<RegistrationPrint>},
 };
 
 // Stops for the operator at ControlOptions::max_layers.
@@ -47,7 +51,9 @@ class LayerBound final : public LayerController {
     return d;
   }
   void use_model(const deposition::DropletModel& model) override { inner_->use_model(model); }
-  void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) override { inner_->use_models(inside, rim); }
+  void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) override {
+    inner_->use_models(inside, rim);
+  }
   void use_threads(const ParallelFor& parallel) override { inner_->use_threads(parallel); }
 
  private:

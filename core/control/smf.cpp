@@ -71,7 +71,8 @@ Decision Smf::decide(const Measurement& m) {
     after_.sum.cells[c] = sum;
     after_.error.cells[c] = e;
     const Material ink = materials.size() != 0 ? materials.of(c) : Material::kA;
-    wanted.cells[c] = (next - r + dh_mm_ * output_.cells[c]) / setup_.model_of(ink).layer_height_mm();  // 5.2.3
+    wanted.cells[c] =
+        (next - r + dh_mm_ * output_.cells[c]) / setup_.model_of(ink).layer_height_mm();  // 5.2.3
     at_target = at_target && next == r;
   }
   after_.layer = m.layer;

@@ -17,8 +17,10 @@ double checked(const char* name, double value_mm) {
 }  // namespace
 
 Threshold::Threshold(const Setup& setup, const ControlOptions& options)
-    : setup_(setup), dh_mm_(checked("layer_height_mm", options.threshold.layer_height_mm)),
-      threshold_mm_(checked("threshold_mm", options.threshold.threshold_mm)), predict_(setup) {
+    : setup_(setup),
+      dh_mm_(checked("layer_height_mm", options.threshold.layer_height_mm)),
+      threshold_mm_(checked("threshold_mm", options.threshold.threshold_mm)),
+      predict_(setup) {
   if (dh_mm_ == 0.0) dh_mm_ = setup.model.layer_height_mm();
   if (threshold_mm_ == 0.0) threshold_mm_ = 0.5 * dh_mm_;
 }

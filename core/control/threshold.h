@@ -6,14 +6,15 @@
 
 namespace firn::control {
 
-/// D. L. Cohen and H. Lipson, "Geometric feedback control of discrete-deposition SFF systems", Rapid Prototyping J. 16
-/// (2010) 377-393, as [Lu 2015, section I] tells it: model and measurement are compared, "locations with errors higher
-/// than threshold are tagged as future deposition candidates", so that "corrective action is taken only if the height
-/// has sufficiently large error"; neighbouring droplets do not interact, and each falls on flat ground. On the grid:
+/// D. L. Cohen and H. Lipson, "Geometric feedback control of discrete-deposition SFF systems", Rapid
+/// Prototyping J. 16 (2010) 377-393, as [Lu 2015, section I] tells it: model and measurement are compared,
+/// "locations with errors higher than threshold are tagged as future deposition candidates", so that
+/// "corrective action is taken only if the height has sufficiently large error"; neighbouring droplets do not
+/// interact, and each falls on flat ground. On the grid:
 ///   after layer k, cell c gets one droplet when  r_{k+1} - H_c > threshold,   r_k = min(k dh, target_c),
-/// dh the nominal layer. The footprint over which their error is an RMS is here the one cell of the droplet. The default
-/// threshold, dh / 2, is where one droplet of height dh begins to lessen |r - H|. The print ends when the reference has
-/// reached the target and no cell is tagged. Keeps no state.
+/// dh the nominal layer. The footprint over which their error is an RMS is here the one cell of the droplet.
+/// The default threshold, dh / 2, is where one droplet of height dh begins to lessen |r - H|. The print ends
+/// when the reference has reached the target and no cell is tagged. Keeps no state.
 class Threshold final : public LayerController {
  public:
   /// @throws std::invalid_argument: threshold_mm or layer_height_mm below 0 or not finite.

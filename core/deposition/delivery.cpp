@@ -21,19 +21,23 @@ Places places_of(std::span<const Drop> drops, const DemandIntegral& wanted) {
   return p;
 }
 
-// A window gains a drop only where an end meets one: it suffices to look at windows that begin or end at a drop, with
-// the drops on their ends counted (most) and left out (least).
+// A window gains a drop only where an end meets one: it suffices to look at windows that begin or end at a
+// drop, with the drops on their ends counted (most) and left out (least).
 void worst_window(const Places& p, const DemandIntegral& wanted, double window_mm, DeliveryError& error) {
   const double total = wanted.total_length_mm();
   if (!(window_mm > 0.0) || total < window_mm) return;
   const auto look = [&](double from) {
     if (from < 0.0 || from + window_mm > total) return;
     const double slack = 1e-9;
-    const auto index = [&](double s) { return std::size_t(std::lower_bound(p.at_mm.begin(), p.at_mm.end(), s) - p.at_mm.begin()); };
-    const double volume = wanted.volume_mm3(wanted.time_at_length_s(from + window_mm)) - wanted.volume_mm3(wanted.time_at_length_s(from));
+    const auto index = [&](double s) {
+      return std::size_t(std::lower_bound(p.at_mm.begin(), p.at_mm.end(), s) - p.at_mm.begin());
+    };
+    const double volume = wanted.volume_mm3(wanted.time_at_length_s(from + window_mm)) -
+                          wanted.volume_mm3(wanted.time_at_length_s(from));
     if (!(volume > 0.0)) return;
     const double most = p.delivered[index(from + window_mm + slack)] - p.delivered[index(from - slack)];
-    const double fewest = p.delivered[std::max(index(from + slack), index(from + window_mm - slack))] - p.delivered[index(from + slack)];
+    const double fewest = p.delivered[std::max(index(from + slack), index(from + window_mm - slack))] -
+                          p.delivered[index(from + slack)];
     const double ratio = std::max(most / volume - 1.0, 1.0 - fewest / volume);
     if (ratio > error.window_worst) error.window_worst = ratio, error.window_from_mm = from;
   };
@@ -50,7 +54,8 @@ Granted granted_by(const FlowDemand& demand, const FlowCurve& curve, double tick
   return g;
 }
 
-std::vector<Drop> drops_of(const PulsePlan& plan, const FlowDemand& demand, const FlowCurve& curve, double tick_s) {
+std::vector<Drop> drops_of(const PulsePlan& plan, const FlowDemand& demand, const FlowCurve& curve,
+                           double tick_s) {
   const DemandIntegral wanted(demand);
   std::vector<Drop> drops;
   for (const PulseTrain& train : plan.trains)
@@ -61,7 +66,8 @@ std::vector<Drop> drops_of(const PulsePlan& plan, const FlowDemand& demand, cons
   return drops;
 }
 
-DeliveryError count_delivery(const FlowDemand& demand, std::span<const Drop> drops, const Granted& granted, double window_mm) {
+DeliveryError count_delivery(const FlowDemand& demand, std::span<const Drop> drops, const Granted& granted,
+                             double window_mm) {
   const DemandIntegral wanted(demand);
   const Places p = places_of(drops, wanted);
   DeliveryError error;
@@ -71,7 +77,8 @@ DeliveryError count_delivery(const FlowDemand& demand, std::span<const Drop> dro
   const auto look = [&](double time_s, double delivered) {
     const double off = std::abs(delivered - wanted.volume_mm3(time_s));
     if (off > error.worst_mm3) error.worst_mm3 = off, error.worst_at_s = time_s;
-    const double tick_mm3 = wanted.volume_mm3(time_s + 0.5 * granted.tick_s) - wanted.volume_mm3(time_s - 0.5 * granted.tick_s);
+    const double tick_mm3 =
+        wanted.volume_mm3(time_s + 0.5 * granted.tick_s) - wanted.volume_mm3(time_s - 0.5 * granted.tick_s);
     error.worst_excess_mm3 = std::max(error.worst_excess_mm3, off - 0.5 * granted.drop_mm3 - tick_mm3);
   };
   for (std::size_t n = 0; n < drops.size(); ++n) {

@@ -14,8 +14,10 @@ struct Drop {
   double volume_mm3 = 0.0;
 };
 
-/// The drops of a plan: at their ticks, each with the volume that the valve's calibration gives at the flow wanted then.
-std::vector<Drop> drops_of(const PulsePlan& plan, const FlowDemand& demand, const FlowCurve& curve, double tick_s);
+/// The drops of a plan: at their ticks, each with the volume that the valve's calibration gives at the flow
+/// wanted then.
+std::vector<Drop> drops_of(const PulsePlan& plan, const FlowDemand& demand, const FlowCurve& curve,
+                           double tick_s);
 
 /// What cannot be helped: volume comes in drops, drops come at ticks.
 struct Granted {
@@ -28,17 +30,19 @@ Granted granted_by(const FlowDemand& demand, const FlowCurve& curve, double tick
 struct DeliveryError {
   double wanted_mm3 = 0.0;
   double delivered_mm3 = 0.0;
-  double worst_mm3 = 0.0;      ///< largest |delivered - wanted| up to any point of the path
+  double worst_mm3 = 0.0;  ///< largest |delivered - wanted| up to any point of the path
   double worst_at_s = 0.0;
-  /// Largest |delivered - wanted| less what is granted: half a drop, and what is wanted within the tick round that
-  /// point. Not above 0 when kept.
+  /// Largest |delivered - wanted| less what is granted: half a drop, and what is wanted within the tick round
+  /// that point. Not above 0 when kept.
   double worst_excess_mm3 = 0.0;
-  double window_worst = 0.0;   ///< over all windows of the length: |delivered / wanted - 1|; 0 for a shorter path
+  double window_worst =
+      0.0;  ///< over all windows of the length: |delivered / wanted - 1|; 0 for a shorter path
   double window_from_mm = 0.0;
   double widest_gap_mm = 0.0;  ///< between neighbouring drops, along the path
 };
 
 /// Exact suprema: drops are points, so extremes stand right at a drop. @pre drops ascending in time
-DeliveryError count_delivery(const FlowDemand& demand, std::span<const Drop> drops, const Granted& granted, double window_mm);
+DeliveryError count_delivery(const FlowDemand& demand, std::span<const Drop> drops, const Granted& granted,
+                             double window_mm);
 
 }  // namespace firn::deposition

@@ -17,12 +17,14 @@ std::vector<double> speeds_at_ticks(std::span<const Point2> tool, double tick_s)
   return speeds;
 }
 
-void nominal_flow(double width_mm, double layer_height_mm, std::span<const double> speed_mm_s, std::span<double> flow_mm3_s) {
+void nominal_flow(double width_mm, double layer_height_mm, std::span<const double> speed_mm_s,
+                  std::span<double> flow_mm3_s) {
   const double section_mm2 = width_mm * layer_height_mm;
   for (std::size_t i = 0; i < speed_mm_s.size(); ++i) flow_mm3_s[i] = section_mm2 * speed_mm_s[i];
 }
 
-void corrected_flow(std::span<const double> nominal_mm3_s, std::span<const double> action, std::span<double> flow_mm3_s) {
+void corrected_flow(std::span<const double> nominal_mm3_s, std::span<const double> action,
+                    std::span<double> flow_mm3_s) {
   for (std::size_t i = 0; i < nominal_mm3_s.size(); ++i)
     flow_mm3_s[i] = std::max(0.0, (action[i] + 1.0) * nominal_mm3_s[i]);
 }
@@ -41,13 +43,16 @@ double action_at(const HeightMap& surface, const Point2& at) {
 }
 
 void check(const FlowDemand& d) {
-  if (!std::isfinite(d.step_s) || !(d.step_s > 0.0)) throw std::invalid_argument("step_s must be finite and above 0");
-  if (d.flow_mm3_s.size() != d.speed_mm_s.size()) throw std::invalid_argument("flow and speed differ in length");
+  if (!std::isfinite(d.step_s) || !(d.step_s > 0.0))
+    throw std::invalid_argument("step_s must be finite and above 0");
+  if (d.flow_mm3_s.size() != d.speed_mm_s.size())
+    throw std::invalid_argument("flow and speed differ in length");
   if (d.flow_mm3_s.size() < 2) throw std::invalid_argument("a path needs at least two instants");
   for (std::size_t i = 0; i < d.flow_mm3_s.size(); ++i)
     for (double v : {d.flow_mm3_s[i], d.speed_mm_s[i]})
       if (!std::isfinite(v) || v < 0.0)
-        throw std::invalid_argument("flow or speed at instant " + std::to_string(i) + " is negative or not finite");
+        throw std::invalid_argument("flow or speed at instant " + std::to_string(i) +
+                                    " is negative or not finite");
   for (std::size_t n = 0; n < d.stops.size(); ++n)
     if (d.stops[n] == 0 || d.stops[n] + 1 >= d.flow_mm3_s.size() || (n > 0 && d.stops[n] <= d.stops[n - 1]))
       throw std::invalid_argument("stop " + std::to_string(n) + " is not inside the path or does not ascend");
@@ -76,7 +81,9 @@ std::vector<double> running_sum(const std::vector<double>& rate, double step_s) 
 }  // namespace
 
 DemandIntegral::DemandIntegral(const FlowDemand& demand)
-    : demand_(demand), volume_(running_sum(demand.flow_mm3_s, demand.step_s)), length_(running_sum(demand.speed_mm_s, demand.step_s)) {}
+    : demand_(demand),
+      volume_(running_sum(demand.flow_mm3_s, demand.step_s)),
+      length_(running_sum(demand.speed_mm_s, demand.step_s)) {}
 
 DemandIntegral::Place DemandIntegral::place(double time_s) const {
   const std::size_t last = volume_.size() - 2;
@@ -85,7 +92,8 @@ DemandIntegral::Place DemandIntegral::place(double time_s) const {
   return {i, std::min(time_s - double(i) * demand_.step_s, demand_.step_s)};
 }
 
-double DemandIntegral::value(const std::vector<double>& rate, const std::vector<double>& sum, double time_s) const {
+double DemandIntegral::value(const std::vector<double>& rate, const std::vector<double>& sum,
+                             double time_s) const {
   const auto [i, into] = place(time_s);
   return sum[i] + into * (rate[i] + 0.5 * (rate[i + 1] - rate[i]) * into / demand_.step_s);
 }
@@ -100,15 +108,17 @@ double DemandIntegral::time_at_length_s(double length_mm) const {
   const auto at = std::lower_bound(length_.begin(), length_.end(), length_mm);
   if (at == length_.end()) return demand_.duration_s();
   const std::size_t i = std::size_t(at - length_.begin()) - 1;
-  return double(i) * demand_.step_s +
-         time_to_deliver(demand_.speed_mm_s[i], demand_.speed_mm_s[i + 1], demand_.step_s, length_mm - length_[i]);
+  return double(i) * demand_.step_s + time_to_deliver(demand_.speed_mm_s[i], demand_.speed_mm_s[i + 1],
+                                                      demand_.step_s, length_mm - length_[i]);
 }
 
 double time_to_deliver(double rate0, double rate1, double step_s, double amount) {
   if (!(amount > 0.0)) return 0.0;
   const double change = (rate1 - rate0) / step_s;
   const double root = std::sqrt(std::max(0.0, rate0 * rate0 + 2.0 * change * amount));
-  return std::min(step_s, 2.0 * amount / (rate0 + root));  // the form that loses no digits and needs no case for change = 0
+  return std::min(
+      step_s,
+      2.0 * amount / (rate0 + root));  // the form that loses no digits and needs no case for change = 0
 }
 
 }  // namespace firn::deposition

@@ -1,6 +1,7 @@
-// A strictly increasing function through measured points: piecewise cubic Hermite interpolation whose slopes keep it
-// monotone [Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980); slopes by the weighted harmonic mean of Fritsch and
-// Butland (1984)]. Between two points it never leaves their range, so a calibration table cannot overshoot.
+// A strictly increasing function through measured points: piecewise cubic Hermite interpolation whose slopes
+// keep it monotone [Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980); slopes by the weighted harmonic mean
+// of Fritsch and Butland (1984)]. Between two points it never leaves their range, so a calibration table
+// cannot overshoot.
 #pragma once
 
 #include <span>
@@ -14,7 +15,8 @@ class MonotoneCurve {
     double x = 0.0;
     double y = 0.0;
   };
-  /// @throws std::invalid_argument naming the row: at least two points, all finite, x and y both strictly ascending.
+  /// @throws std::invalid_argument naming the row: at least two points, all finite, x and y both strictly
+  /// ascending.
   explicit MonotoneCurve(std::vector<Point> points);
 
   double at(double x) const;       ///< clamped to the first and last point

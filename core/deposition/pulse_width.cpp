@@ -8,19 +8,22 @@ namespace firn::deposition {
 
 WidthModulation ideal_width_modulation(double open_flow_mm3_s, double period_s, const ValveLimits& limits) {
   return {period_s,
-          MonotoneCurve({{limits.min_pulse_s, open_flow_mm3_s * limits.min_pulse_s}, {period_s, open_flow_mm3_s * period_s}}),
+          MonotoneCurve({{limits.min_pulse_s, open_flow_mm3_s * limits.min_pulse_s},
+                         {period_s, open_flow_mm3_s * period_s}}),
           false};
 }
 
 void check(const WidthModulation& m, const ValveLimits& limits) {
-  if (!std::isfinite(m.period_s) || m.period_s < limits.tick_s) throw std::invalid_argument("period_s must be at least one tick");
+  if (!std::isfinite(m.period_s) || m.period_s < limits.tick_s)
+    throw std::invalid_argument("period_s must be at least one tick");
   const MonotoneCurve::Point narrow = m.dose.points().front(), wide = m.dose.points().back();
   if (narrow.x < limits.min_pulse_s || wide.x > m.period_s * (1.0 + 1e-12))
     throw std::invalid_argument("the dose table must lie between min_pulse_s and period_s");
   if (!(narrow.y > 0.0)) throw std::invalid_argument("the narrowest pulse must deliver something");
 }
 
-std::vector<WidthPulse> plan_widths(const FlowDemand& demand, const WidthModulation& m, const ValveLimits& limits) {
+std::vector<WidthPulse> plan_widths(const FlowDemand& demand, const WidthModulation& m,
+                                    const ValveLimits& limits) {
   check(demand);
   check(m, limits);
   const DemandIntegral wanted(demand);

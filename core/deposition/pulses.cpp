@@ -22,9 +22,12 @@ class DropCounter {
   DropCounter(const FlowCurve& curve, double tick_s) : curve_(curve), tick_s_(tick_s) {}
 
   void advance(const Stretch& s) {
-    const double swelling = (s.drop1 - s.drop0) / s.length_s;  // the threshold moves with the size of the drop
+    const double swelling =
+        (s.drop1 - s.drop0) / s.length_s;  // the threshold moves with the size of the drop
     for (double into = 0.0;;) {
-      const auto lead = [&](double at) { return wanted_mm3_ + s.volume_until(at) - delivered_mm3_ - 0.5 * s.drop_at(at); };
+      const auto lead = [&](double at) {
+        return wanted_mm3_ + s.volume_until(at) - delivered_mm3_ - 0.5 * s.drop_at(at);
+      };
       if (!(lead(s.length_s) > 0.0)) break;
       const double rate = s.flow_at(into) - 0.5 * swelling, missing = -lead(into);
       if (missing > 0.0) {
@@ -55,7 +58,8 @@ std::vector<double> instants_of(const FlowDemand& d, const FlowCurve& curve, dou
   for (std::size_t i = 0; i + 1 < d.flow_mm3_s.size(); ++i) {
     const double first = d.flow_mm3_s[i], change = d.flow_mm3_s[i + 1] - first;
     for (int p = 1; p <= parts; ++p) {
-      const double flow1 = p == parts ? d.flow_mm3_s[i + 1] : first + change * p / parts, drop1 = curve.drop_mm3(flow1);
+      const double flow1 = p == parts ? d.flow_mm3_s[i + 1] : first + change * p / parts,
+                   drop1 = curve.drop_mm3(flow1);
       counter.advance({d.step_s * double(i) + part_s * (p - 1), part_s, flow0, flow1, drop0, drop1});
       flow0 = flow1, drop0 = drop1;
     }
@@ -107,8 +111,10 @@ std::vector<double> pulse_instants_s(std::span<const double> frequency_hz, doubl
   std::vector<double> instants;
   double needed = 0.0, next = 0.5;
   for (std::size_t i = 0; i + 1 < frequency_hz.size(); ++i) {
-    const double from = frequency_hz[i], to = frequency_hz[i + 1], after = needed + 0.5 * step_s * (from + to);
-    for (; next < after; next += 1.0) instants.push_back(step_s * double(i) + time_to_deliver(from, to, step_s, next - needed));
+    const double from = frequency_hz[i], to = frequency_hz[i + 1],
+                 after = needed + 0.5 * step_s * (from + to);
+    for (; next < after; next += 1.0)
+      instants.push_back(step_s * double(i) + time_to_deliver(from, to, step_s, next - needed));
     needed = after;
   }
   return instants;
@@ -134,13 +140,15 @@ double window_error_bound(const FlowDemand& d, const FlowCurve& curve, double ti
   const auto off = [&](double time_s) {
     const std::size_t i = std::min(std::size_t(time_s / d.step_s), d.flow_mm3_s.size() - 2);
     double most = 0.0;
-    for (const double flow : {d.flow_mm3_s[i], d.flow_mm3_s[i + 1]}) most = std::max(most, curve.drop_mm3(flow) + flow * tick_s);
+    for (const double flow : {d.flow_mm3_s[i], d.flow_mm3_s[i + 1]})
+      most = std::max(most, curve.drop_mm3(flow) + flow * tick_s);
     return 0.5 * most;
   };
   double worst = 0.0;
   const auto window = [&](double from_s, double to_s) {
     const double wanted = path.volume_mm3(to_s) - path.volume_mm3(from_s);
-    worst = std::max(worst, wanted > 0.0 ? (off(from_s) + off(to_s)) / wanted : std::numeric_limits<double>::infinity());
+    worst = std::max(
+        worst, wanted > 0.0 ? (off(from_s) + off(to_s)) / wanted : std::numeric_limits<double>::infinity());
   };
   for (std::size_t i = 0; i < d.flow_mm3_s.size(); ++i) {  // windows that start and that end at an instant
     const double at_s = d.step_s * double(i), at_mm = path.length_mm(at_s);
@@ -150,12 +158,15 @@ double window_error_bound(const FlowDemand& d, const FlowCurve& curve, double ti
   return worst;
 }
 
-std::size_t choose_setting(const FlowDemand& demand, std::span<const ValveSetting> settings, const ValveLimits& limits,
-                           double drops_per_mm, const WindowError& error) {
-  const double most = demand.flow_mm3_s.empty() ? 0.0 : *std::max_element(demand.flow_mm3_s.begin(), demand.flow_mm3_s.end());
+std::size_t choose_setting(const FlowDemand& demand, std::span<const ValveSetting> settings,
+                           const ValveLimits& limits, double drops_per_mm, const WindowError& error) {
+  const double most =
+      demand.flow_mm3_s.empty() ? 0.0 : *std::max_element(demand.flow_mm3_s.begin(), demand.flow_mm3_s.end());
   for (std::size_t n = settings.size(); n-- > 0;)
-    if (most <= max_flow_mm3_s(settings[n], limits) && least_drops_per_mm(demand, settings[n].curve) >= drops_per_mm &&
-        (error.window_mm <= 0.0 || window_error_bound(demand, settings[n].curve, limits.tick_s, error.window_mm) <= error.most))
+    if (most <= max_flow_mm3_s(settings[n], limits) &&
+        least_drops_per_mm(demand, settings[n].curve) >= drops_per_mm &&
+        (error.window_mm <= 0.0 ||
+         window_error_bound(demand, settings[n].curve, limits.tick_s, error.window_mm) <= error.most))
       return n;
   return settings.size();
 }
@@ -167,8 +178,9 @@ PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, con
   const double capacity = max_flow_mm3_s(setting, limits) * (1.0 + 1e-12);
   for (std::size_t i = 0; i < demand.flow_mm3_s.size(); ++i)
     if (demand.flow_mm3_s[i] > capacity)
-      throw std::invalid_argument("flow at instant " + std::to_string(i) + " is " + std::to_string(demand.flow_mm3_s[i]) +
-                                  " mm3/s, above the valve's " + std::to_string(capacity) + " mm3/s");
+      throw std::invalid_argument("flow at instant " + std::to_string(i) + " is " +
+                                  std::to_string(demand.flow_mm3_s[i]) + " mm3/s, above the valve's " +
+                                  std::to_string(capacity) + " mm3/s");
   PulsePlan plan;
   const double least = least_drops_per_mm(demand, setting.curve, &plan.least_drops_at);
   plan.least_drops_per_mm = std::isfinite(least) ? least : 0.0;
@@ -177,7 +189,8 @@ PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, con
   std::vector<std::size_t> ends = demand.stops;
   ends.push_back(demand.flow_mm3_s.size() - 1);
   const auto first_pulse_from = [&](std::size_t instant) {
-    return std::size_t(std::lower_bound(instants.begin(), instants.end(), demand.step_s * double(instant)) - instants.begin());
+    return std::size_t(std::lower_bound(instants.begin(), instants.end(), demand.step_s * double(instant)) -
+                       instants.begin());
   };
   const std::size_t longest = std::size_t(limits.max_duration_s / demand.step_s * (1.0 + 1e-12));  // in steps
   for (std::size_t begin = 0, e = 0; e < ends.size();) {
@@ -195,16 +208,19 @@ PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, con
       plan.trains.clear();
       plan.problem_from = begin, plan.problem_to = ends[e], plan.problem_fits = last;
       plan.stop_before_mm = length_at_mm(demand, last);
-      plan.problem = "the path does not stop between " + std::to_string(length_at_mm(demand, begin)) + " and " +
-                     std::to_string(length_at_mm(demand, ends[e])) + " mm: above the controller's limit of " +
-                     (ends[e] - begin > longest ? std::to_string(limits.max_duration_s) + " s" : std::to_string(limits.max_entries) + " entries") +
+      plan.problem = "the path does not stop between " + std::to_string(length_at_mm(demand, begin)) +
+                     " and " + std::to_string(length_at_mm(demand, ends[e])) +
+                     " mm: above the controller's limit of " +
+                     (ends[e] - begin > longest ? std::to_string(limits.max_duration_s) + " s"
+                                                : std::to_string(limits.max_entries) + " entries") +
                      "; it needs a stop before " + std::to_string(plan.stop_before_mm) + " mm";
       return plan;
     }
     while (e + 1 < ends.size() && fits(ends[e + 1])) ++e;
     const std::size_t behind = e + 1 == ends.size() ? instants.size() : first_pulse_from(ends[e]);
     plan.trains.push_back({begin, ends[e],
-                           to_ticks(std::span(instants).subspan(pulse, behind - pulse), demand.step_s * double(begin), limits.tick_s)});
+                           to_ticks(std::span(instants).subspan(pulse, behind - pulse),
+                                    demand.step_s * double(begin), limits.tick_s)});
     begin = ends[e++];
   }
   return plan;

@@ -16,9 +16,9 @@ FIRN_INLINE double net(double hc, double hn, double uc, double un, double w, dou
   return uc * give - un * take;
 }
 
-FIRN_INLINE void flow_apart(const double* __restrict hc, const double* __restrict hn, const double* __restrict uc,
-                            const double* __restrict un, double w, double slope, double* __restrict from,
-                            double* __restrict to, std::size_t n) {
+FIRN_INLINE void flow_apart(const double* __restrict hc, const double* __restrict hn,
+                            const double* __restrict uc, const double* __restrict un, double w, double slope,
+                            double* __restrict from, double* __restrict to, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     const double f = net(hc[i], hn[i], uc[i], un[i], w, slope);
     from[i] -= f;
@@ -27,8 +27,9 @@ FIRN_INLINE void flow_apart(const double* __restrict hc, const double* __restric
 }
 
 FIRN_INLINE void flow_overlapping(const double* __restrict hc, const double* __restrict hn,
-                                  const double* __restrict uc, const double* __restrict un, double w, double slope,
-                                  double* __restrict flow, double* __restrict from, std::size_t n) {
+                                  const double* __restrict uc, const double* __restrict un, double w,
+                                  double slope, double* __restrict flow, double* __restrict from,
+                                  std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     flow[i] = net(hc[i], hn[i], uc[i], un[i], w, slope);
     from[i] -= flow[i];
@@ -49,7 +50,8 @@ FIRN_INLINE void flow_body(const double* hc, const double* hn, const double* uc,
   add(flow, to, n);
 }
 
-FIRN_INLINE std::int64_t load_body(const std::uint8_t* __restrict drops, int pass, double* __restrict u, std::size_t n) {
+FIRN_INLINE std::int64_t load_body(const std::uint8_t* __restrict drops, int pass, double* __restrict u,
+                                   std::size_t n) {
   std::int32_t count = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const std::int32_t hit = drops[i] > pass ? 1 : 0;
@@ -68,17 +70,19 @@ FIRN_INLINE void settle_body(double* __restrict h, const double* __restrict u, d
 }
 
 // The same three functions for an instruction set.
-#define FIRN_KERNELS(suffix, attribute)                                                                               \
-  attribute void flow_##suffix(const double* hc, const double* hn, const double* uc, const double* un, double w,      \
-                               double slope, double* flow, double* from, double* to, std::size_t n) {                 \
-    flow_body(hc, hn, uc, un, w, slope, flow, from, to, n);                                                           \
-  }                                                                                                                   \
-  attribute std::int64_t load_##suffix(const std::uint8_t* drops, int pass, double* u, std::size_t n) {               \
-    return load_body(drops, pass, u, n);                                                                              \
-  }                                                                                                                   \
-  attribute void settle_##suffix(double* h, const double* u, double drop_mm, double* change, std::size_t n) {         \
-    settle_body(h, u, drop_mm, change, n);                                                                            \
-  }                                                                                                                   \
+#define FIRN_KERNELS(suffix, attribute)                                                                 \
+  attribute void flow_##suffix(const double* hc, const double* hn, const double* uc, const double* un,  \
+                               double w, double slope, double* flow, double* from, double* to,          \
+                               std::size_t n) {                                                         \
+    flow_body(hc, hn, uc, un, w, slope, flow, from, to, n);                                             \
+  }                                                                                                     \
+  attribute std::int64_t load_##suffix(const std::uint8_t* drops, int pass, double* u, std::size_t n) { \
+    return load_body(drops, pass, u, n);                                                                \
+  }                                                                                                     \
+  attribute void settle_##suffix(double* h, const double* u, double drop_mm, double* change,            \
+                                 std::size_t n) {                                                       \
+    settle_body(h, u, drop_mm, change, n);                                                              \
+  }                                                                                                     \
   constexpr RowKernels k_##suffix{&flow_##suffix, &load_##suffix, &settle_##suffix};
 
 FIRN_KERNELS(portable, )

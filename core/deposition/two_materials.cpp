@@ -56,8 +56,9 @@ Ledger TwoMaterialChange::deposit(HeightMap& height, const DropletPattern& drops
   return sum;
 }
 
-Ledger step_with_columns(HeightChange<1>& model, HeightMap& height, std::span<const std::uint8_t> drops, int pass,
-                         std::span<const Stencil<1>> stencils, const MaterialMap& inks, MaterialColumns& columns) {
+Ledger step_with_columns(HeightChange<1>& model, HeightMap& height, std::span<const std::uint8_t> drops,
+                         int pass, std::span<const Stencil<1>> stencils, const MaterialMap& inks,
+                         MaterialColumns& columns) {
   const HeightMap before = height;
   HeightMap only_a = height;
   std::vector<std::uint8_t> drops_a(drops.begin(), drops.end());

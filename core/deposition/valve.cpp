@@ -9,12 +9,14 @@ namespace firn::deposition {
 namespace {
 
 void above_zero(double value, const char* name) {
-  if (!std::isfinite(value) || !(value > 0.0)) throw std::invalid_argument(std::string(name) + " must be finite and above 0");
+  if (!std::isfinite(value) || !(value > 0.0))
+    throw std::invalid_argument(std::string(name) + " must be finite and above 0");
 }
 
 std::vector<MonotoneCurve::Point> flow_to_frequency(const std::vector<FlowCurve::Row>& rows) {
   std::vector<MonotoneCurve::Point> points;
-  if (rows.empty() || rows.front().frequency_hz != 0.0 || rows.front().flow_mm3_s != 0.0) points.push_back({0.0, 0.0});
+  if (rows.empty() || rows.front().frequency_hz != 0.0 || rows.front().flow_mm3_s != 0.0)
+    points.push_back({0.0, 0.0});
   for (const FlowCurve::Row& row : rows) points.push_back({row.flow_mm3_s, row.frequency_hz});
   return points;
 }
@@ -55,12 +57,14 @@ double flow_from_mass_mm3_s(double mass_g, double density_g_cm3, double duration
 void check(const ValveSetting& setting, const ValveLimits& limits) {
   above_zero(setting.pulse_s, "pulse_s");
   if (setting.pulse_s < limits.min_pulse_s)
-    throw std::invalid_argument("pulse_s = " + std::to_string(setting.pulse_s) + " is below the valve's minimum of " +
-                                std::to_string(limits.min_pulse_s) + " s");
+    throw std::invalid_argument("pulse_s = " + std::to_string(setting.pulse_s) +
+                                " is below the valve's minimum of " + std::to_string(limits.min_pulse_s) +
+                                " s");
 }
 
 double max_frequency_hz(const ValveSetting& setting, const ValveLimits& limits) {
-  return std::min({1.0 / setting.pulse_s, 1.0 / limits.tick_s, limits.max_frequency_hz, setting.curve.max_frequency_hz()});
+  return std::min({1.0 / setting.pulse_s, 1.0 / limits.tick_s, limits.max_frequency_hz,
+                   setting.curve.max_frequency_hz()});
 }
 
 double max_flow_mm3_s(const ValveSetting& setting, const ValveLimits& limits) {

@@ -1,4 +1,5 @@
-// A micro-solenoid valve and its controller: what it can do, and how much it lets through [Barnett 2012, 2.3.1, 6.1].
+// A micro-solenoid valve and its controller: what it can do, and how much it lets through [Barnett
+// 2012, 2.3.1, 6.1].
 #pragma once
 
 #include <cstdint>
@@ -17,11 +18,12 @@ struct ValveLimits {
   double max_frequency_hz = 1000.0;  ///< the valve's usable maximum [6.1]; a tick of 2 ms allows 500 Hz
   double max_flow_mm3_s = 200.0;     ///< Table 2-2
 };
-/// @throws std::invalid_argument naming the limit: all finite and above 0, at most 65,536 ticks, entries >= 1.
+/// @throws std::invalid_argument naming the limit: all finite and above 0, at most 65,536 ticks, entries
+/// >= 1.
 void check(const ValveLimits& limits);
 
-/// Frequency-flow relation nu = h(Q) of one material at one pulse width [6.1, Fig. 6-1, Eq. (6.4)]: the table of the
-/// calibration, interpolated monotonically (the thesis: linearly). The origin belongs to every table.
+/// Frequency-flow relation nu = h(Q) of one material at one pulse width [6.1, Fig. 6-1, Eq. (6.4)]: the table
+/// of the calibration, interpolated monotonically (the thesis: linearly). The origin belongs to every table.
 class FlowCurve {
  public:
   struct Row {
@@ -33,8 +35,8 @@ class FlowCurve {
   /// nu = c_ff Q, the constant of Eq. (5.14). @throws std::invalid_argument: both finite and above 0
   static FlowCurve proportional(double hz_per_mm3_s, double max_frequency_hz);
 
-  double frequency_hz(double flow_mm3_s) const { return h_.at(flow_mm3_s); }           ///< h(Q); clamped to the table
-  double flow_mm3_s(double frequency_hz) const { return h_.inverse(frequency_hz); }    ///< h^-1; clamped
+  double frequency_hz(double flow_mm3_s) const { return h_.at(flow_mm3_s); }  ///< h(Q); clamped to the table
+  double flow_mm3_s(double frequency_hz) const { return h_.inverse(frequency_hz); }  ///< h^-1; clamped
   double max_frequency_hz() const { return h_.points().back().y; }
   /// Volume of one drop while the valve delivers `flow`: Q / h(Q); for Q -> 0 its limit 1 / h'(0).
   double drop_mm3(double flow_mm3_s) const;

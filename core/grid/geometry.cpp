@@ -16,8 +16,8 @@ constexpr std::size_t kHead = 8 + 4 + 4 + 8;
 [[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("geometry: " + what); }
 
 std::string name_of(const GridSpec& g, std::size_t cell) {
-  return "cell (" + std::to_string(cell % std::size_t(g.nx)) + ", " + std::to_string(cell / std::size_t(g.nx)) +
-         ")";
+  return "cell (" + std::to_string(cell % std::size_t(g.nx)) + ", " +
+         std::to_string(cell / std::size_t(g.nx)) + ")";
 }
 
 // The height between `low` and `high` where the solid's answer changes from the one at `low`.
@@ -109,7 +109,8 @@ std::vector<std::byte> to_bytes(const Geometry& g) {
   return out;
 }
 
-Geometry geometry_from_bytes(std::span<const std::byte> bytes, const GridSpec& grid, const std::string& name) {
+Geometry geometry_from_bytes(std::span<const std::byte> bytes, const GridSpec& grid,
+                             const std::string& name) {
   std::size_t at = 0;
   const auto wrong = [&](const std::string& what) {
     return std::invalid_argument(name + ": byte " + std::to_string(at) + ": " + what);
@@ -119,14 +120,15 @@ Geometry geometry_from_bytes(std::span<const std::byte> bytes, const GridSpec& g
     std::memcpy(&value, bytes.data() + at, sizeof value);
     at += sizeof value;
   };
-  if (bytes.size() < kHead || std::memcmp(bytes.data(), kMagic, 8) != 0) throw wrong("no geometry (FIRNGEO1)");
+  if (bytes.size() < kHead || std::memcmp(bytes.data(), kMagic, 8) != 0)
+    throw wrong("no geometry (FIRNGEO1)");
   at = 8;
   std::int32_t nx = 0, ny = 0;
   double height_mm = 0.0;
   take(nx), take(ny), take(height_mm);
   if (nx != grid.nx || ny != grid.ny)
     throw wrong("a grid of " + std::to_string(nx) + " x " + std::to_string(ny) + " is not the experiment's " +
-          std::to_string(grid.nx) + " x " + std::to_string(grid.ny));
+                std::to_string(grid.nx) + " x " + std::to_string(grid.ny));
   std::vector<std::uint32_t> counts(grid.size());
   for (std::uint32_t& n : counts) take(n);
   std::size_t left = (bytes.size() - at) / (2 * sizeof(double));

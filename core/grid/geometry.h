@@ -1,4 +1,5 @@
-// The part inside a printed block of two inks: the set M of [Lu 2015, IV-B], as columns over the grid's cells.
+// The part inside a printed block of two inks: the set M of [Lu 2015, IV-B], as columns over the grid's
+// cells.
 #pragma once
 
 #include <cstddef>
@@ -33,9 +34,9 @@ class Geometry {
   /// height_mm]; another number of cells than the grid's.
   Geometry(const GridSpec& grid, double height_mm, const std::vector<std::vector<Span>>& spans);
 
-  /// Columns of a solid: each is looked at every `step_mm` (from step / 2 on) and each change is bisected down
-  /// to step / 2^20; what is thinner than a step may be missed. @throws std::invalid_argument: height or step
-  /// not above 0, more than a million steps.
+  /// Columns of a solid: each is looked at every `step_mm` (from step / 2 on) and each change is bisected
+  /// down to step / 2^20; what is thinner than a step may be missed. @throws std::invalid_argument: height or
+  /// step not above 0, more than a million steps.
   static Geometry sampled(const Solid& solid, const GridSpec& grid, double height_mm, double step_mm);
 
   /// I_A and I_B [Lu 2015, IV-B]: kA where (cell centre, z) lies in M, else kB. A height below the substrate
@@ -56,8 +57,8 @@ class Geometry {
   std::vector<Span> spans_;
 };
 
-/// How a geometry reaches the nodes: magic "FIRNGEO1", nx, ny (i32), height (f64), per cell a count (u32), then
-/// all spans (two f64 each); little-endian.
+/// How a geometry reaches the nodes: magic "FIRNGEO1", nx, ny (i32), height (f64), per cell a count (u32),
+/// then all spans (two f64 each); little-endian.
 std::vector<std::byte> to_bytes(const Geometry& geometry);
 /// @throws std::invalid_argument with `name`, the byte offset and what is wrong: magic, length, another grid
 /// than `grid`, spans as in the constructor.

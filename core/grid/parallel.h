@@ -1,12 +1,13 @@
-// How a pure core asks for threads without owning any: it says what may run side by side, the caller says on what.
+// How a pure core asks for threads without owning any: it says what may run side by side, the caller says on
+// what.
 #pragma once
 
 #include <functional>
 
 namespace firn {
 
-/// Calls body(i) once for each i in [0, n), in any order, perhaps at the same time, and returns when all are through.
-/// Bodies write to places of their own, so that the result is the same for any number of threads.
+/// Calls body(i) once for each i in [0, n), in any order, perhaps at the same time, and returns when all are
+/// through. Bodies write to places of their own, so that the result is the same for any number of threads.
 using ParallelFor = std::function<void(int n, const std::function<void(int)>& body)>;
 
 /// One after the other, on the caller's thread.

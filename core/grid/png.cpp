@@ -51,14 +51,16 @@ void give(png_structp png, png_bytep from, std::size_t bytes) {
 }
 
 std::uint32_t big_endian(std::span<const std::byte> b, std::size_t at) {
-  return std::uint32_t(b[at]) << 24 | std::uint32_t(b[at + 1]) << 16 | std::uint32_t(b[at + 2]) << 8 | std::uint32_t(b[at + 3]);
+  return std::uint32_t(b[at]) << 24 | std::uint32_t(b[at + 1]) << 16 | std::uint32_t(b[at + 2]) << 8 |
+         std::uint32_t(b[at + 3]);
 }
 
 }  // namespace
 
 PngHeader png_header(std::span<const std::byte> png) {
   const auto same = [](unsigned char m, std::byte b) { return std::byte{m} == b; };
-  if (png.size() < 33 || !std::equal(kMagic.begin(), kMagic.end(), png.begin(), same)) throw PngError("is not a PNG file");
+  if (png.size() < 33 || !std::equal(kMagic.begin(), kMagic.end(), png.begin(), same))
+    throw PngError("is not a PNG file");
   return {big_endian(png, 16), big_endian(png, 20), int(png[25])};
 }
 
@@ -91,13 +93,15 @@ GreyPicture read_grey_png(std::span<const std::byte> png) {
 
 std::vector<std::byte> write_png(int width, int height, int channels, std::span<const std::uint8_t> pixels) {
   const std::size_t stride = std::size_t(width) * std::size_t(channels);
-  if (width < 1 || height < 1 || pixels.size() != stride * std::size_t(height)) throw PngError("width, height and pixels disagree");
+  if (width < 1 || height < 1 || pixels.size() != stride * std::size_t(height))
+    throw PngError("width, height and pixels disagree");
   Writer w;
   if (!w.info) throw PngError("cannot be encoded");
   if (setjmp(png_jmpbuf(w.png))) throw PngError(std::string("cannot be encoded: ") + w.told.what.data());
   png_set_write_fn(w.png, &w.out, give, nullptr);
-  png_set_IHDR(w.png, w.info, png_uint_32(width), png_uint_32(height), 8, channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB,
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(w.png, w.info, png_uint_32(width), png_uint_32(height), 8,
+               channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(w.png, w.info);
   for (std::size_t y = 0; y < std::size_t(height); ++y) png_write_row(w.png, pixels.data() + y * stride);
   png_write_end(w.png, nullptr);

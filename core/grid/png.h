@@ -16,12 +16,13 @@ struct PngError : std::runtime_error {
 
 struct GreyPicture {
   int width = 0, height = 0;
-  double white = 1.0;          ///< value of a white pixel; black is 0
+  double white = 1.0;  ///< value of a white pixel; black is 0
   std::vector<double> pixels;
   double at(int x, int y) const { return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
 };
 
-/// Width, height and colour type stand at fixed places, so that a forged header is known before memory is taken.
+/// Width, height and colour type stand at fixed places, so that a forged header is known before memory is
+/// taken.
 struct PngHeader {
   std::uint32_t width = 0, height = 0;
   int colour = 0;  ///< 0 = grey without alpha or palette

@@ -16,8 +16,7 @@ void positive(double value, const char* field) {
 
 void smaller(double bore, double outside, const char* field, const char* than) {
   positive(bore, field);
-  if (!(bore < outside))
-    refuse(std::string(field) + " = " + std::to_string(bore) + " must be below " + than);
+  if (!(bore < outside)) refuse(std::string(field) + " = " + std::to_string(bore) + " must be below " + than);
 }
 
 struct Middle {
@@ -60,9 +59,11 @@ class PipeJunction final : public Solid {
   }
   bool contains(double x, double y, double z) const override {
     const bool ahead = pipe_.ahead(x);
-    if (pipe_.in_bore(x, y) || (ahead && section(y, z, s_.branch_bore_width_mm, s_.branch_bore_height_mm) < 1.0))
+    if (pipe_.in_bore(x, y) ||
+        (ahead && section(y, z, s_.branch_bore_width_mm, s_.branch_bore_height_mm) < 1.0))
       return false;
-    return pipe_.contains(x, y, z) || (ahead && section(y, z, s_.branch_width_mm, s_.branch_height_mm) <= 1.0);
+    return pipe_.contains(x, y, z) ||
+           (ahead && section(y, z, s_.branch_width_mm, s_.branch_height_mm) <= 1.0);
   }
 
  private:
@@ -94,7 +95,8 @@ class Ellipsoid final : public Solid {
 }  // namespace
 
 const std::vector<std::string>& solid_kinds() {
-  static const std::vector<std::string> kinds = {"none", "pipe", "pipe_junction", "ellipsoid", "images", "mesh"};
+  static const std::vector<std::string> kinds = {"none",      "pipe",   "pipe_junction",
+                                                 "ellipsoid", "images", "mesh"};
   return kinds;
 }
 
@@ -113,8 +115,8 @@ ImageStack::ImageStack(const GridSpec& grid, double pitch_z_mm, std::vector<Mask
   if (layers_.empty()) refuse("a stack of images needs one at least");
   for (std::size_t n = 0; n < layers_.size(); ++n)
     if (layers_[n].size() != grid.size())
-      refuse("image " + std::to_string(n) + " has " + std::to_string(layers_[n].size()) + " cells, the grid " +
-             std::to_string(grid.size()));
+      refuse("image " + std::to_string(n) + " has " + std::to_string(layers_[n].size()) +
+             " cells, the grid " + std::to_string(grid.size()));
 }
 
 bool ImageStack::contains(double x_mm, double y_mm, double z_mm) const {

@@ -25,10 +25,10 @@ struct SolidSpec {
 /// none, pipe, pipe_junction, ellipsoid, images, mesh.
 const std::vector<std::string>& solid_kinds();
 
-/// pipe: r_in <= r <= r_out, all heights [Lu 2015, IV-B]. pipe_junction: that pipe and a lying one of elliptic
-/// section from its axis towards +x, whose bores join [Figs. 13, 14; the paper prints no sizes]. ellipsoid:
-/// hangs in the support. @throws std::invalid_argument naming the field: an unknown kind, sizes not above 0, a
-/// bore not smaller than its pipe; "none", "images" and "mesh", which are no analytic shapes.
+/// pipe: r_in <= r <= r_out, all heights [Lu 2015, IV-B]. pipe_junction: that pipe and a lying one of
+/// elliptic section from its axis towards +x, whose bores join [Figs. 13, 14; the paper prints no sizes].
+/// ellipsoid: hangs in the support. @throws std::invalid_argument naming the field: an unknown kind, sizes
+/// not above 0, a bore not smaller than its pipe; "none", "images" and "mesh", which are no analytic shapes.
 std::unique_ptr<Solid> make_solid(const SolidSpec& spec, const GridSpec& grid);
 
 /// Layers of cells, bottom to top: layer n fills [n, n + 1) pitch_z. Nothing beside the grid or above.

@@ -1,18 +1,20 @@
-// Interlaced sub-patterns of a layer: printed one after the other with a cure between, wet droplets keep apart
-// [Lu 2015, V-D.2].
+// Interlaced sub-patterns of a layer: printed one after the other with a cure between, wet droplets keep
+// apart [Lu 2015, V-D.2].
 #pragma once
 
 #include "core/grid/grid.h"
 
 namespace firn {
 
-/// To which of `count` sub-patterns cell (i, j) belongs: 1: all to 0; 2: the squares of a chessboard, (i + j) mod 2;
-/// 4: by (i mod 2, j mod 2), in the order (0,0), (1,1), (1,0), (0,1), so that a sub-pattern begins far from the last.
+/// To which of `count` sub-patterns cell (i, j) belongs: 1: all to 0; 2: the squares of a chessboard, (i + j)
+/// mod 2; 4: by (i mod 2, j mod 2), in the order (0,0), (1,1), (1,0), (0,1), so that a sub-pattern begins far
+/// from the last.
 /// @pre count is 1, 2 or 4
 int sub_pattern_of(int i, int j, int count);
 
-/// The least distance [mm] of two cells' centres in one sub-pattern: the smaller pitch; the diagonal or two cells on;
-/// two cells on. Droplets of a smaller diameter do not touch before the cure (but for their scatter).
+/// The least distance [mm] of two cells' centres in one sub-pattern: the smaller pitch; the diagonal or two
+/// cells on; two cells on. Droplets of a smaller diameter do not touch before the cure (but for their
+/// scatter).
 double least_distance_mm(const GridSpec& grid, int count);
 
 }  // namespace firn

@@ -42,8 +42,10 @@ class Arm {
   /// there unspecified.
   virtual std::optional<Fault> inverse(const Jets& task, const Posture& posture, Jets& out) const = 0;
 
-  /// Only the derivatives of inverse (orders 1 to 3), without positions and their ranges, where that is cheaper.
-  virtual std::optional<Fault> inverse_derivatives(const Jets& task, const Posture& posture, Jets& out) const {
+  /// Only the derivatives of inverse (orders 1 to 3), without positions and their ranges, where that is
+  /// cheaper.
+  virtual std::optional<Fault> inverse_derivatives(const Jets& task, const Posture& posture,
+                                                   Jets& out) const {
     return inverse(task, posture, out);
   }
 

@@ -34,10 +34,11 @@ Effort effort(Method method, int attempt) {
 }
 
 constexpr double kSmoothShare = 0.9;  ///< of the tolerance, for moving the points of dense runs
-constexpr double kSlightly = 0.6;       ///< a curve that leaves the tolerance by less is first tried with less of it
-constexpr double kLessSagitta = 0.2;    ///< where interpolated vertices of uneven chords leave the tolerance
+constexpr double kSlightly =
+    0.6;  ///< a curve that leaves the tolerance by less is first tried with less of it
+constexpr double kLessSagitta = 0.2;  ///< where interpolated vertices of uneven chords leave the tolerance
 constexpr double kLeastShare = 0.1, kMostShare = 0.9;  ///< of the tolerance, from one try to the next
-constexpr int kShapes = 10;            ///< tries to bring the curve inside the tolerance
+constexpr int kShapes = 10;                            ///< tries to bring the curve inside the tolerance
 constexpr double kLeastRampMm = 0.01;
 constexpr int kAttempts = 4;
 constexpr double kCellFactor = 1.002;  ///< cells that need more are divided for the next attempt
@@ -80,8 +81,9 @@ BindingGroups binding_groups(const MotionRows& rows, const RowGroups& all) {
   BindingGroups order{all, 1};
   for (int g = 1; g < all.count; ++g) {
     const RateLimits& limit = all.group[g].limit;
-    const double least = std::min({kRateShare * limit.rate / tool.rate,
-                                   kShare * limit.acceleration / tool.acceleration, kShare * limit.jerk / tool.jerk});
+    const double least =
+        std::min({kRateShare * limit.rate / tool.rate, kShare * limit.acceleration / tool.acceleration,
+                  kShare * limit.jerk / tool.jerk});
     const std::vector<double>& slope = rows.of[all.group[g].first][0];
     double most = 0.0;
     for (const double d1 : slope) most = std::max(most, std::abs(d1));
@@ -103,14 +105,15 @@ void bound(const RowGroups& groups, int sure, CertifiedWork& work, Stretch& out)
 void solve(const CertifiedTask& task, RowGroups& groups, int sure, const Effort& effort, CertifiedWork& work,
            Stretch& out) {
   bound(groups, sure, work, out);
-  solve_profile(out.curve, work.rows, groups, sure, work.bound.limit, work.bound.b, effort.solver, work.solver,
-                work.profile);
+  solve_profile(out.curve, work.rows, groups, sure, work.bound.limit, work.bound.b, effort.solver,
+                work.solver, work.profile);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
 }
 
 /// Largest factor by which time must be stretched for the groups that did not take part.
-double left_out_factor(const RatioTable& ratios, const RowGroups& all, const RowGroups& order, int took_part) {
+double left_out_factor(const RatioTable& ratios, const RowGroups& all, const RowGroups& order,
+                       int took_part) {
   double factor = 0.0;
   for (int g = 0; g < all.count; ++g)
     for (int k = took_part; k < order.count; ++k)
@@ -126,7 +129,8 @@ bool solve(const CertifiedTask& task, const Effort& effort, bool all, CertifiedW
   const int count = order.groups.count, sure = all ? count : order.sure;
   solve(task, order.groups, sure, effort, work, out);
   const bool joined = work.profile.groups > sure;
-  if (left_out_factor(out.ratios, task.groups, order.groups, work.profile.groups) > kSlight)  // between the knots
+  if (left_out_factor(out.ratios, task.groups, order.groups, work.profile.groups) >
+      kSlight)  // between the knots
     solve(task, order.groups, count, effort, work, out);
   else if (joined && task.options.lower_bound)
     bound(order.groups, count, work, out);
@@ -134,7 +138,8 @@ bool solve(const CertifiedTask& task, const Effort& effort, bool all, CertifiedW
 }
 
 /// Speed along the segment from points[i] at which the tool turns as fast as it may.
-double turning_speed(std::span<const Point2> points, std::span<const double> yaw_rad, std::size_t i, const MotionLimits& limits) {
+double turning_speed(std::span<const Point2> points, std::span<const double> yaw_rad, std::size_t i,
+                     const MotionLimits& limits) {
   if (yaw_rad.empty()) return kUnlimited;
   const double dx = points[i + 1].x_mm - points[i].x_mm, dy = points[i + 1].y_mm - points[i].y_mm;
   const double turn = std::abs(yaw_rad[i + 1] - yaw_rad[i]);
@@ -150,18 +155,21 @@ double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
 
 }  // namespace
 
-void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad,
-                  Shape shape, double most_s, const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
+void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling,
+                  std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
+                  CertifiedWork& work, Stretch& out) {
   CellSizes sizes = effort(task.options.method, 0).sizes;
-  const double low_mm_s = std::max(std::min(ceiling.front(), turning_speed(points, yaw_rad, 0, task.limits)),
-                                   std::min(ceiling.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
+  const double low_mm_s =
+      std::max(std::min(ceiling.front(), turning_speed(points, yaw_rad, 0, task.limits)),
+               std::min(ceiling.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
   sizes.rest_mm = rest_cell(sizes.rest_mm, low_mm_s, task.limits.position);
-  CurveSpec spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm, 0.0, sizes, yaw_rad};
+  CurveSpec spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
+                 0.0, sizes, yaw_rad};
   const auto form = [&] {
     build_curve(points, spec, work.curve);
     if (shape != Shape::kSmoothed) return;
-    smooth_dense(points, work.curve.pieces, kDenseWidths * spec.ramp_mm, kSmoothShare * spec.tolerance_mm, work.smoothing,
-                 work.smoothed);
+    smooth_dense(points, work.curve.pieces, kDenseWidths * spec.ramp_mm, kSmoothShare * spec.tolerance_mm,
+                 work.smoothing, work.smoothed);
     build_curve(work.smoothed, spec, work.curve);
   };
   form();
@@ -169,7 +177,9 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   CurveSpec nearest = spec;
   double nearest_mm = kUnlimited;
   const PlanOptions& options = task.options;
-  const double allowed_mm = options.tolerance_mm > 0.0 ? (shape == Shape::kPlain ? kUnlimited : options.tolerance_mm) : farthest_mm(options);
+  const double allowed_mm = options.tolerance_mm > 0.0
+                                ? (shape == Shape::kPlain ? kUnlimited : options.tolerance_mm)
+                                : farthest_mm(options);
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
     out.deviation_mm = curve.straight ? 0.0 : deviation(curve, points, work.length);
@@ -191,7 +201,8 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
       double& less = held_tries == 0 ? spec.held_sagitta_mm : spec.tolerance_mm;
       less *= held_tries == 0 ? kLessSagitta : share;
       ++held_tries;
-      if (held_tries > 2) spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
+      if (held_tries > 2)
+        spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
     }
     form();
   }

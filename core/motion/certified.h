@@ -63,18 +63,22 @@ enum class Shape {
 
 /// Plans points (base frame) between two rests. Throws MotionError with Fault::at in the base frame.
 /// @param ceiling one per segment; @param yaw_rad one per point, empty = constant
-/// @param most_s a motion that is slower than this before it is stretched to keep all limits is not worked on further
-void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling, std::span<const double> yaw_rad, Shape shape,
-                  double most_s, const CertifiedTask& task, CertifiedWork& work, Stretch& out);
+/// @param most_s a motion that is slower than this before it is stretched to keep all limits is not worked on
+/// further
+void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling,
+                  std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
+                  CertifiedWork& work, Stretch& out);
 
 /// Splits a path and plans all its stretches into work.stretches[0 .. result - 1]; with a tolerance, corners
 /// are rolled where that is faster.
 std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
 
-/// How far ramps, rounded corners and interpolated vertices may lead a curve off its path: tolerance + w / 2 + the chords' sagitta.
+/// How far ramps, rounded corners and interpolated vertices may lead a curve off its path: tolerance + w / 2
+/// + the chords' sagitta.
 double farthest_mm(const PlanOptions& options);
 
-/// Throws MotionError (kAstray: value and bound in mm, index that of the clean path) for a curve that is further off. It gets no certificate.
+/// Throws MotionError (kAstray: value and bound in mm, index that of the clean path) for a curve that is
+/// further off. It gets no certificate.
 void keep_near(const Stretch& stretch, const PlanOptions& options);
 
 /// The whole of it: samples at the tick, certificate, trace.

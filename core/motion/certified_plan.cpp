@@ -66,8 +66,8 @@ void check_options(const PlanOptions& options) {
           options.split_angle_rad, 0.0);
 }
 
-/// A motion of more ticks than memory holds is refused before it is planned: it takes at least its length over
-/// its ceiling. Differences of samples closer than kLeastTickS show the rounding of their values.
+/// A motion of more ticks than memory holds is refused before it is planned: it takes at least its length
+/// over its ceiling. Differences of samples closer than kLeastTickS show the rounding of their values.
 void check_ticks(const CleanPath& path, const MotionLimits& limits, const PlanOptions& options) {
   constexpr double kLeastTickS = 1e-5;
   double least_s = 0.0;
@@ -263,7 +263,9 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
 
 }  // namespace
 
-double farthest_mm(const PlanOptions& options) { return options.tolerance_mm + 0.5 * options.curvature_ramp_mm + kSagittaMm; }
+double farthest_mm(const PlanOptions& options) {
+  return options.tolerance_mm + 0.5 * options.curvature_ramp_mm + kSagittaMm;
+}
 
 void keep_near(const Stretch& stretch, const PlanOptions& options) {
   if (stretch.deviation_mm <= farthest_mm(options)) return;

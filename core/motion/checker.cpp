@@ -67,8 +67,8 @@ void fill_certificate(const RatioTable& table, const RowGroups& groups, const Ar
     const double limits[3] = {limit.rate, limit.acceleration, limit.jerk};
     for (int k = 0; k < 3; ++k)
       if (limits[k] < kUnlimited)
-        certificate.limits.push_back(
-            {group.of == Quantity::kTotal ? total[k] : whose + other[k], table.ratio[g][k], table.time_s[g][k]});
+        certificate.limits.push_back({group.of == Quantity::kTotal ? total[k] : whose + other[k],
+                                      table.ratio[g][k], table.time_s[g][k]});
   }
   if (table.ceiling > 0.0) certificate.limits.push_back({"speed ceiling", table.ceiling, 0.0});
 }

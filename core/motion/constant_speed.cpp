@@ -121,7 +121,8 @@ Trajectory plan_constant(const PathInput& input, const Arm& arm, const MotionLim
   if (!path.yaw_rad.empty()) samples.yaw_rad.push_back(path.yaw_rad.front());
   for (std::size_t k = 0; k + 1 < stops.size(); ++k)
     emit(path, stops[k], stops[k + 1], speed, options, samples);
-  return trajectory_of(joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture), arm, options.tick_s);
+  return trajectory_of(joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture),
+                       arm, options.tick_s);
 }
 
 }  // namespace firn::motion

@@ -141,7 +141,8 @@ bool tangency(const CurvePiece& a, const CurvePiece& b, Point2& joint) {
     const Vec d = cb.centre - ca.centre;
     const double distance = norm(d), difference = ra - rb;
     if (std::abs(distance - std::abs(difference)) > slack || distance < 1e-6) return false;
-    // on a's circle, and within the slack on b's; divided by the difference it lies off both where they are nearly one circle
+    // on a's circle, and within the slack on b's; divided by the difference it lies off both where they are
+    // nearly one circle
     const double along = ra / std::copysign(distance, difference);
     joint = {ca.centre.x_mm + d.x * along, ca.centre.y_mm + d.y * along};
     return true;

@@ -92,7 +92,8 @@ void smooth_dense(std::span<const Point2> points, std::span<const CurvePiece> pi
       }
       whittaker(run, std::pow(10.0, low), held_first, held_last, work);
       if (farthest(run, work) <= tolerance_mm)
-        for (std::size_t i = held_first; i + held_last < run.size(); ++i) out[from + i] = {work.x[i], work.y[i]};
+        for (std::size_t i = held_first; i + held_last < run.size(); ++i)
+          out[from + i] = {work.x[i], work.y[i]};
     }
     k = end;
   }

@@ -12,7 +12,8 @@ constexpr double kToBoundary = 0.96;  ///< of the way that slacks and multiplier
 constexpr double kFirstCentring = 0.34, kLeastCentring = 0.065, kMostCentring = 0.9;
 /// The gap is not closed faster than the violation: gap >= this times violation, as shares of the duration.
 constexpr double kGapPerViolation = 0.023;
-/// What a share of a long duration would allow to be lost near a rest shows there: from here on the gap is absolute.
+/// What a share of a long duration would allow to be lost near a rest shows there: from here on the gap is
+/// absolute.
 constexpr double kLongS = 3.0;
 /// Groups that do not take part are looked at when gap and violation are first below kEarly, and at the end.
 constexpr double kEarly = 0.1, kEarlyRatio = 1.0, kLateRatio = 1.0;
@@ -28,12 +29,14 @@ void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups
   out.violation = 0.0;
   for (out.iterations = 0; out.iterations < options.most_iterations; ++out.iterations) {
     const double gap = problem.complementarity();
-    const double mu = 1.0 / double(problem.terms()) * std::max(centring * gap,
-                                            std::min(2.0 * gap, kGapPerViolation * out.violation * duration));
+    const double mu =
+        1.0 / double(problem.terms()) *
+        std::max(centring * gap, std::min(2.0 * gap, kGapPerViolation * out.violation * duration));
     out.violation = problem.assemble(mu);
     duration = problem.duration();
     out.gap = gap / duration;
-    const double left = out.gap + out.violation / 3.0, enough = options.gap * std::min(1.0, kLongS / duration);
+    const double left = out.gap + out.violation / 3.0,
+                 enough = options.gap * std::min(1.0, kLongS / duration);
     if (left < kEarly && (!looked || left < enough)) {
       const bool joined = problem.join(rows, left < enough ? kLateRatio : kEarlyRatio);
       looked = true;

@@ -11,7 +11,8 @@
 namespace firn::motion {
 
 struct ProfileOptions {
-  double gap = 0.008;  ///< stop when duality gap / duration plus violation / 3 is below this (less on long ones)
+  double gap =
+      0.008;  ///< stop when duality gap / duration plus violation / 3 is below this (less on long ones)
   int most_iterations = 40;
 };
 
@@ -50,9 +51,9 @@ class ProfileWork {
 };
 
 /// @param top largest b at each knot (rates and ceilings); @param bound the speed-and-acceleration optimum at
-/// the knots, from which the first guess is made. The first @p sure groups take part from the beginning, the others from when
-/// the profile exceeds them: without their limits the optimum can only be faster, so one that holds them is the optimum with
-/// all of them. On return those that took part stand first.
+/// the knots, from which the first guess is made. The first @p sure groups take part from the beginning, the
+/// others from when the profile exceeds them: without their limits the optimum can only be faster, so one
+/// that holds them is the optimum with all of them. On return those that took part stand first.
 /// @pre curve.cells() >= 4
 void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int sure,
                    const std::vector<double>& top, const std::vector<double>& bound,

@@ -49,7 +49,8 @@ std::optional<Fault> compute_rows(const Curve& curve, const Arm& arm, const Plac
       d3[2 * i] = d3[2 * i + 1] = (m[i + 1] - m[i]) * over;
     }
     for (int order = 1; order < 4; ++order)
-      rows.of[axis == kYaw ? 2 + joints : axis][order - 1].assign(task.of(axis, order), task.of(axis, order) + samples);
+      rows.of[axis == kYaw ? 2 + joints : axis][order - 1].assign(task.of(axis, order),
+                                                                  task.of(axis, order) + samples);
   }
   rows.joints.resize(std::max(joints, 1), samples);
   if (auto fault = arm.inverse_derivatives(flange_of(place, task, rows.flange), place.posture, rows.joints)) {

@@ -1,6 +1,7 @@
 // Derivatives of everything that is limited, at every cell's both ends: what the speed profile is subject to.
 //
-// Rows: 0, 1 = x, y of the tool; 2, 3, ... = the limited joints; last, where the tool turns, its yaw. With b = (ds/dt)^2, b' = db/ds:
+// Rows: 0, 1 = x, y of the tool; 2, 3, ... = the limited joints; last, where the tool turns, its yaw. With b
+// = (ds/dt)^2, b' = db/ds:
 //   rate = q' sqrt(b),   acceleration = q'' b + q' b' / 2,   jerk = sqrt(b) (q''' b + 3/2 q'' b' + q' b'' /
 //   2).
 #pragma once
@@ -36,14 +37,16 @@ struct RowGroup {
   int joint = -1;
 };
 
-/// Groups: the tool's total motion, then each limited joint, then the orientation where it is limited and turns.
+/// Groups: the tool's total motion, then each limited joint, then the orientation where it is limited and
+/// turns.
 struct RowGroups {
   RowGroup group[kMaxGroups];
   int count = 1;
 };
 RowGroups row_groups(const MotionLimits& limits, int joints, bool turning);
 
-/// A pose besides x and y, and the offset from the tool to the flange where the yaw does not change along the path.
+/// A pose besides x and y, and the offset from the tool to the flange where the yaw does not change along the
+/// path.
 struct Placement {
   double z_mm = 0.0, yaw_rad = 0.0;
   double flange_x_mm = 0.0, flange_y_mm = 0.0, flange_z_mm = 0.0;

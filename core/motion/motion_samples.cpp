@@ -6,7 +6,9 @@
 
 namespace firn::motion {
 
-double factor_of(const double* ratio) { return std::max({ratio[0], std::sqrt(ratio[1]), std::cbrt(ratio[2])}); }
+double factor_of(const double* ratio) {
+  return std::max({ratio[0], std::sqrt(ratio[1]), std::cbrt(ratio[2])});
+}
 
 double RatioTable::time_factor() const {
   double factor = ceiling;
@@ -37,8 +39,8 @@ void RatioTable::merge(const RatioTable& other, double shift) {
 }
 
 std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
-                                   const Placement& place, int joints, bool positions, Jets& tool, Jets& joint,
-                                   Jets& flange) {
+                                   const Placement& place, int joints, bool positions, Jets& tool,
+                                   Jets& joint, Jets& flange) {
   const std::size_t count = batch.size();
   tool.resize(kTaskAxes, count);
   for (int order = 0; order < 4; ++order) {
@@ -68,7 +70,8 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
   }
   joint.resize(std::max(joints, 1), count);
   const Jets& pose = flange_of(place, tool, flange);
-  auto fault = positions ? arm.inverse(pose, place.posture, joint) : arm.inverse_derivatives(pose, place.posture, joint);
+  auto fault = positions ? arm.inverse(pose, place.posture, joint)
+                         : arm.inverse_derivatives(pose, place.posture, joint);
   if (fault && place.turning) fault->at = {tool.of(kX, 0)[fault->index], tool.of(kY, 0)[fault->index]};
   return fault;
 }
@@ -76,7 +79,8 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
 namespace {
 
 /// The derivative that a group limits; the second coordinate of the total motion, else nullptr.
-std::pair<const double*, const double*> limited(const RowGroup& group, int order, const Jets& tool, const Jets& joint) {
+std::pair<const double*, const double*> limited(const RowGroup& group, int order, const Jets& tool,
+                                                const Jets& joint) {
   if (group.of == Quantity::kTotal) return {tool.of(kX, order), tool.of(kY, order)};
   return {group.of == Quantity::kJoint ? joint.of(group.joint, order) : tool.of(kYaw, order), nullptr};
 }

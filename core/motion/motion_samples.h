@@ -36,11 +36,11 @@ struct RatioTable {
 /// max(rate, acceleration^(1/2), jerk^(1/3)) of three ratios.
 double factor_of(const double* ratio);
 
-/// Per-instant states -> tool and joint derivatives with respect to time; joint positions (and the check of their
-/// ranges) if wanted. Fault: index = entry of the batch.
+/// Per-instant states -> tool and joint derivatives with respect to time; joint positions (and the check of
+/// their ranges) if wanted. Fault: index = entry of the batch.
 std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
-                                   const Placement& placement, int joints, bool positions, Jets& tool, Jets& joint,
-                                   Jets& flange);
+                                   const Placement& placement, int joints, bool positions, Jets& tool,
+                                   Jets& joint, Jets& flange);
 
 /// Adds a batch's ratios to `table`. @pre tool, joint as sample_motion leaves them
 void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,

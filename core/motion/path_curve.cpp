@@ -12,7 +12,9 @@ constexpr double kSmallTurn = 1e-9;
 
 double norm(double x, double y) { return std::sqrt(x * x + y * y); }
 
-double sagitta_mm(const CurveSpec& spec) { return spec.held_sagitta_mm > 0.0 ? spec.held_sagitta_mm : kSagittaMm; }
+double sagitta_mm(const CurveSpec& spec) {
+  return spec.held_sagitta_mm > 0.0 ? spec.held_sagitta_mm : kSagittaMm;
+}
 
 /// Half length of the ramp of a jump: w / 2, or what the tolerance allows, w = sqrt(24 R tolerance).
 double half_ramp(const CurveSpec& spec, double curvature) {
@@ -71,7 +73,8 @@ void set_joints(const CurveSpec& spec, CurveWork& work) {
     const double jump = b.curvature - a.curvature;
     if (jump == 0.0) joint.half_ramp = 0.0;
     if (turn > kSmallTurn) {
-      const double within = 6.0 * spec.tolerance_mm / turn, allowed = spec.held_sagitta_mm > 0.0 ? within : std::max(spec.ramp_mm, within);
+      const double within = 6.0 * spec.tolerance_mm / turn,
+                   allowed = spec.held_sagitta_mm > 0.0 ? within : std::max(spec.ramp_mm, within);
       joint.half_hat = std::min(allowed, 0.5 * room);
     }
   }

@@ -38,12 +38,12 @@ struct CellSizes {
 };
 
 struct Curve {
-  std::vector<double> s;        ///< knots [mm], s[0] = 0
-  std::vector<double> x, y;     ///< positions at the knots
-  std::vector<double> xx, yy;   ///< second derivatives at the knots
+  std::vector<double> s;          ///< knots [mm], s[0] = 0
+  std::vector<double> x, y;       ///< positions at the knots
+  std::vector<double> xx, yy;     ///< second derivatives at the knots
   std::vector<double> yaw, yaw2;  ///< of the tool at the knots and its second derivative; empty = constant
-  std::vector<double> ceiling;  ///< largest path speed in each cell (knots - 1), mm/s
-  bool straight = false;        ///< one line
+  std::vector<double> ceiling;    ///< largest path speed in each cell (knots - 1), mm/s
+  bool straight = false;          ///< one line
 
   std::size_t cells() const { return s.empty() ? 0 : s.size() - 1; }
   /// Position in cell i at s_mm.
@@ -77,7 +77,8 @@ struct CurveWork {
   };
   std::vector<CurvePiece> pieces;
   std::vector<double> offset, point_s;
-  std::vector<double> yaw_s, yaw_half;  ///< of each point: where it is, and half of the hat that rounds its kink
+  std::vector<double> yaw_s,
+      yaw_half;  ///< of each point: where it is, and half of the hat that rounds its kink
   std::vector<Joint> joints;
   std::vector<Mark> marks;
   std::vector<double> sweep;
@@ -87,9 +88,10 @@ struct CurveWork {
 /// The spline of one stretch between two stops, into work.coarse (without ceilings).
 void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work);
 
-/// Parts of build_curve (path_yaw.cpp): where the points are along the curve and how far each kink of the yaw is rounded;
-/// the yaw's C2 cubic spline at the knots. A kink is rounded by the hat of half width w, as corners of the path are: off by
-/// at most (jump of the slope) w / 6; points closer than 2 w are interpolated.
+/// Parts of build_curve (path_yaw.cpp): where the points are along the curve and how far each kink of the yaw
+/// is rounded; the yaw's C2 cubic spline at the knots. A kink is rounded by the hat of half width w, as
+/// corners of the path are: off by at most (jump of the slope) w / 6; points closer than 2 w are
+/// interpolated.
 void place_yaw(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work);
 void sample_yaw(const CurveSpec& spec, CurveWork& work, Curve& curve);
 

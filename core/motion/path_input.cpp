@@ -47,7 +47,8 @@ void require_stops(const PathInput& in) {
 
 namespace {
 
-[[noreturn]] void refuse_yaw(Reason reason, const PathInput& in, std::size_t index, double value, double bound) {
+[[noreturn]] void refuse_yaw(Reason reason, const PathInput& in, std::size_t index, double value,
+                             double bound) {
   Fault fault{reason};
   fault.index = index;
   fault.value = value;

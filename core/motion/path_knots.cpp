@@ -111,7 +111,8 @@ void place_knots(const CurveSpec& spec, CurveWork& work, std::vector<double>& kn
   double shortest = spec.ramp_mm;
   if (spec.held_sagitta_mm > 0.0)
     for (const Joint& joint : work.joints)
-      if (const double half = std::max(joint.half_ramp, joint.half_hat); half > 0.0) shortest = std::min(shortest, 2.0 * half);
+      if (const double half = std::max(joint.half_ramp, joint.half_hat); half > 0.0)
+        shortest = std::min(shortest, 2.0 * half);
   thin_marks(std::min(0.5 * shortest / spec.sizes.ramp_cells, 0.05 * total), work.marks);
   knots.assign(1, 0.0);
   const auto& joints = work.joints;
@@ -157,7 +158,8 @@ void resample(const Curve& coarse, Curve& fine) {
     while (i + 1 < coarse.cells() && s >= coarse.s[i + 1]) ++i;
     const double h = coarse.s[i + 1] - coarse.s[i], u = s - coarse.s[i], v = coarse.s[i + 1] - s;
     const double m = coarse.yaw2[i] / h, p = coarse.yaw2[i + 1] / h;
-    fine.yaw.push_back((v * coarse.yaw[i] + u * coarse.yaw[i + 1]) / h + (m * v * (v * v - h * h) + p * u * (u * u - h * h)) / 6.0);
+    fine.yaw.push_back((v * coarse.yaw[i] + u * coarse.yaw[i + 1]) / h +
+                       (m * v * (v * v - h * h) + p * u * (u * u - h * h)) / 6.0);
     fine.yaw2.push_back(m * v + p * u);
   }
 }
@@ -197,14 +199,17 @@ void refine(const CellSizes& sizes, CurveWork& work, Curve& fine) {
   const double wanted = std::min(sizes.rest_mm, 0.005 * total);
   const double first = std::min(wanted, coarse.s[1]),
                last = total - std::min(wanted, total - coarse.s[cells - 1]);
-  const auto curvature = [&](std::size_t k) { return std::sqrt(coarse.xx[k] * coarse.xx[k] + coarse.yy[k] * coarse.yy[k]); };
+  const auto curvature = [&](std::size_t k) {
+    return std::sqrt(coarse.xx[k] * coarse.xx[k] + coarse.yy[k] * coarse.yy[k]);
+  };
   // beside a rest, cells grow geometrically with the distance from it
   const auto wish = [&](double s) { return ratio * std::max(wanted, std::min(s, total - s)); };
   fine.s.assign({0.0, first});
   for (std::size_t i = 0; i < cells; ++i) {
     const double from = i == 0 ? first : coarse.s[i], to = i + 1 == cells ? last : coarse.s[i + 1];
     if (to <= from) continue;
-    const double parts = split * std::clamp(sizes.tight_mm * std::max(curvature(i), curvature(i + 1)), 1.0, 3.0);
+    const double parts =
+        split * std::clamp(sizes.tight_mm * std::max(curvature(i), curvature(i + 1)), 1.0, 3.0);
     fill({from, wish(from), from < 0.5 * total ? sizes.rest_growth : 1.0},
          {to, wish(to), to > 0.5 * total ? sizes.rest_growth : 1.0},
          std::min((coarse.s[i + 1] - coarse.s[i]) / parts, largest), work.sweep, fine.s);

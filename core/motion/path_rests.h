@@ -14,7 +14,7 @@ namespace firn::motion {
 struct AddedRest {
   double along_mm = 0.0;  ///< length of the path up to it
   Point2 at;
-  bool corner = false;    ///< a point where the path turns by 5 degrees or more; else none lay near enough
+  bool corner = false;  ///< a point where the path turns by 5 degrees or more; else none lay near enough
 };
 
 /// The part of a planned path that must be divided: instants are those of `speed_mm_s`, step_s apart.
@@ -25,11 +25,13 @@ struct UndividedSpan {
   std::size_t fits = 0;          ///< the last instant up to which a piece from `from` would reach
 };
 
-/// Divides the span into as few parts as fit with a tenth of room; each division moves to the slowest corner near it, else
-/// to the nearest point, else a new point is put on the path (into `points`, and `ceiling` and `yaw_rad` where they have one
-/// entry per point). @returns the places; their indices are added to `stops` (ascending), whose entries are moved for new
-/// points. @pre span.from < span.fits < span.to < span.speed_mm_s.size()
-std::vector<AddedRest> add_rests(std::vector<Point2>& points, bool closed, SpeedCeiling& ceiling, std::vector<double>& yaw_rad,
-                                 const UndividedSpan& span, std::vector<std::size_t>& stops);
+/// Divides the span into as few parts as fit with a tenth of room; each division moves to the slowest corner
+/// near it, else to the nearest point, else a new point is put on the path (into `points`, and `ceiling` and
+/// `yaw_rad` where they have one entry per point). @returns the places; their indices are added to `stops`
+/// (ascending), whose entries are moved for new points. @pre span.from < span.fits < span.to <
+/// span.speed_mm_s.size()
+std::vector<AddedRest> add_rests(std::vector<Point2>& points, bool closed, SpeedCeiling& ceiling,
+                                 std::vector<double>& yaw_rad, const UndividedSpan& span,
+                                 std::vector<std::size_t>& stops);
 
 }  // namespace firn::motion

@@ -1,4 +1,5 @@
-// The tool's yaw along a curve: linear between the points of the path, its kinks rounded, as a C2 cubic spline.
+// The tool's yaw along a curve: linear between the points of the path, its kinks rounded, as a C2 cubic
+// spline.
 #include <algorithm>
 #include <cmath>
 

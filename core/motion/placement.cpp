@@ -47,13 +47,15 @@ Posture posture_for(const CleanPath& path, const PathInput& input, const Arm& ar
     throw MotionError(fault);
   }
   Posture posture;
-  if (auto fault = arm.choose_posture(flange_poses(path.points, path.yaw_rad, input), input.preferred, posture))
+  if (auto fault =
+          arm.choose_posture(flange_poses(path.points, path.yaw_rad, input), input.preferred, posture))
     refuse(*fault, path.points[fault->index], path, input);
   return posture;
 }
 
-std::vector<std::vector<double>> joints_at(std::span<const Point2> points, std::span<const double> yaw_rad, int count,
-                                           const CleanPath& path, const PathInput& input, const Arm& arm, const Posture& posture) {
+std::vector<std::vector<double>> joints_at(std::span<const Point2> points, std::span<const double> yaw_rad,
+                                           int count, const CleanPath& path, const PathInput& input,
+                                           const Arm& arm, const Posture& posture) {
   Jets joints(count, points.size());
   if (auto fault = arm.inverse(flange_poses(points, yaw_rad, input), posture, joints))
     refuse(*fault, points[fault->index], path, input);

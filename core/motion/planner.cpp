@@ -45,8 +45,8 @@ Trajectory sampled(const PathInput& path, const Arm& arm, const MotionLimits& li
 }
 
 /// For each stop the sample nearest to it, one after another along the path.
-std::vector<std::size_t> samples_at(const std::vector<std::size_t>& stops, const CleanPath& path, Point2 origin,
-                                    const std::vector<Point2>& tool) {
+std::vector<std::size_t> samples_at(const std::vector<std::size_t>& stops, const CleanPath& path,
+                                    Point2 origin, const std::vector<Point2>& tool) {
   constexpr double kNearMm = 1.0;  // of path: what rounding corners and chords across arcs shorten
   const auto distance = [](Point2 a, Point2 b) {
     return std::sqrt((b.x_mm - a.x_mm) * (b.x_mm - a.x_mm) + (b.y_mm - a.y_mm) * (b.y_mm - a.y_mm));
@@ -100,7 +100,8 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
   for (Point2& p : clean_path.points) p = {p.x_mm - path.origin.x_mm, p.y_mm - path.origin.y_mm};
   result.deviation_mm = deviation(result.tool, clean_path.points);
   const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()), turning);
-  fill_certificate(difference_ratios(trajectory, result.tool, result.yaw_rad, groups), groups, arm, trajectory.certificate);
+  fill_certificate(difference_ratios(trajectory, result.tool, result.yaw_rad, groups), groups, arm,
+                   trajectory.certificate);
   if (options.trace_step_s > 0.0) result.trace = sampled_trace(trajectory, result.tool);
   result.continuous_s = trajectory.certificate.duration_s =
       count > 1 ? double(count - 1) * trajectory.tick_s : 0.0;

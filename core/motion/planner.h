@@ -34,14 +34,14 @@ std::optional<Method> method_named(std::string_view);  ///< nullopt: no such met
 struct PlanOptions {
   Method method = Method::kCertified;
   double tolerance_mm = 0.0;  ///< > 0: corners may be rolled and curvature ramped within this deviation
-  double slack = 0.0;         ///< certified: work ends where a motion is slower than it might be by about this share
-  double tick_s = 0.016;      ///< period of the emitted samples
+  double slack = 0.0;  ///< certified: work ends where a motion is slower than it might be by about this share
+  double tick_s = 0.016;  ///< period of the emitted samples
   double curvature_ramp_mm =
       0.4;  ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
   double split_angle_rad = 0.5235987755982988;  ///< sharper corners are stops (PATHSPLIT), 30 degrees
-  double trace_step_s = 0.0;  ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
+  double trace_step_s = 0.0;          ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
   double constant_fill_mm_s = 100.0;  ///< method constant: straight fill, 100 in 4.2 and 125 in 4.4
-  bool lower_bound = true;    ///< fill Certificate::lower_bound_s
+  bool lower_bound = true;            ///< fill Certificate::lower_bound_s
 };
 
 /// The continuous motion at one instant, for plots: norms of the Cartesian derivatives and joint derivatives.

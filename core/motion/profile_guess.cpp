@@ -1,5 +1,5 @@
-// The first guess of the speed profile: y = b^(3/4) of the speed-and-acceleration optimum, cut down to the slope that jerk
-// allows from a rest, and rounded where it bends.
+// The first guess of the speed profile: y = b^(3/4) of the speed-and-acceleration optimum, cut down to the
+// slope that jerk allows from a rest, and rounded where it bends.
 #include <algorithm>
 #include <cmath>
 
@@ -13,13 +13,14 @@ constexpr double kRestGrowth = 1.0606601717798212;
 constexpr double kGuessedShare = 0.8;  ///< of that growth
 constexpr double kGuessScale = 0.86;   ///< of b
 constexpr double kCapShare = 0.41;     ///< of the jerk limit, for v^3 q'''
-/// Half of the length over which y is averaged, in units of y / sqrt(jerk). Where speeding up turns into slowing down, the
-/// guess would otherwise ask for many times the jerk.
+/// Half of the length over which y is averaged, in units of y / sqrt(jerk). Where speeding up turns into
+/// slowing down, the guess would otherwise ask for many times the jerk.
 constexpr double kRounding = 0.35;
 
 double norm_of(const MotionRows& rows, const RowGroup& group, int order, std::size_t at) {
   double sum = 0.0;
-  for (int r = group.first; r < group.first + group.count; ++r) sum += rows.of[r][order - 1][at] * rows.of[r][order - 1][at];
+  for (int r = group.first; r < group.first + group.count; ++r)
+    sum += rows.of[r][order - 1][at] * rows.of[r][order - 1][at];
   return std::sqrt(sum);
 }
 
@@ -29,7 +30,8 @@ double power_four_thirds(double y) { return y * std::cbrt(y); }
 class Integral {
  public:
   /// @param sum the integral at the knots s[0 .. n]
-  Integral(const double* s, const double* y, const double* sum, std::size_t n) : s_(s), y_(y), sum_(sum), n_(n) {}
+  Integral(const double* s, const double* y, const double* sum, std::size_t n)
+      : s_(s), y_(y), sum_(sum), n_(n) {}
   double operator()(double at) {
     while (cell_ + 1 < n_ && s_[cell_ + 1] < at) ++cell_;
     while (cell_ > 0 && s_[cell_] > at) --cell_;
@@ -44,7 +46,8 @@ class Integral {
 
 }  // namespace
 
-void ProfileProblem::first_guess(const Curve& curve, const MotionRows& rows, const std::vector<double>& bound) {
+void ProfileProblem::first_guess(const Curve& curve, const MotionRows& rows,
+                                 const std::vector<double>& bound) {
   double *y = a_.root, *rate = a_.over_root, *sum = gradient_, *rounded = diagonal_;
   for (std::size_t i = 0; i <= n_; ++i) {
     const std::size_t right = i < n_ ? 2 * i : 2 * n_ - 1, left = i > 0 ? 2 * i - 1 : 0;
@@ -78,7 +81,8 @@ void ProfileProblem::first_guess(const Curve& curve, const MotionRows& rows, con
   for (std::size_t i = 1; i + 1 < n_; ++i) {
     a_.c[i] = kGuessScale * power_four_thirds(std::max(0.5 * (rounded[i] + rounded[i + 1]), 1e-9));
     // constant jerk: b'' ~ b^(-1/2), relative change over the cell -(1/2) b' h / b = -(2/3) (change of y) / y
-    bend_[i] = std::clamp(-4.0 / 3.0 * (rounded[i + 1] - rounded[i]) / (rounded[i + 1] + rounded[i] + 1e-12), -0.5, 0.5);
+    bend_[i] = std::clamp(-4.0 / 3.0 * (rounded[i + 1] - rounded[i]) / (rounded[i + 1] + rounded[i] + 1e-12),
+                          -0.5, 0.5);
   }
 }
 

@@ -18,8 +18,12 @@ double square(double v) { return v * v; }
 }  // namespace
 
 ProfileProblem::ProfileProblem(const Curve& curve, const MotionRows& rows, RowGroups& groups, int sure,
-                               const std::vector<double>& top, const std::vector<double>& bound, ProfileWork& work)
-    : n_(curve.cells()), rows_(std::size_t(rows.rows)), groups_(std::size_t(groups.count)), group_(groups.group) {
+                               const std::vector<double>& top, const std::vector<double>& bound,
+                               ProfileWork& work)
+    : n_(curve.cells()),
+      rows_(std::size_t(rows.rows)),
+      groups_(std::size_t(groups.count)),
+      group_(groups.group) {
   lay_out(work);
   a_.groups = std::size_t(sure);
   for (std::size_t i = 0; i < n_; ++i) a_.h[i] = curve.s[i + 1] - curve.s[i];
@@ -84,7 +88,8 @@ void ProfileProblem::set_nodes() {
 
 void ProfileProblem::set_speeds(const std::vector<double>& top) {
   const auto like_first = [&](double t) { return std::abs(t - top[1]) <= 1e-9 * top[1]; };
-  bool same = true;  // from the start: then c_{i-1} is below the same top and b_i, between c_{i-1} and c_i, is too
+  bool same =
+      true;  // from the start: then c_{i-1} is below the same top and b_i, between c_{i-1} and c_i, is too
   for (std::size_t i = 1; i < n_; ++i) {
     const double over = 1.0 / top[i];
     same = same && i < n_ - 1 && like_first(top[i]) && like_first(top[i + 1]);
@@ -146,7 +151,8 @@ void ProfileProblem::set_slacks(std::size_t g) {
   const int count = group_[g].count;
   for (std::size_t i = 1; i < n_; ++i) {
     double f = 1.0;
-    for (int row = 0; row < count; ++row) f -= square(a_.q[g][row][0][i] * c[i - 1] + a_.q[g][row][1][i] * c[i]);
+    for (int row = 0; row < count; ++row)
+      f -= square(a_.q[g][row][0][i] * c[i - 1] + a_.q[g][row][1][i] * c[i]);
     set_first(a_.acceleration[g], i, std::min(i, n_ - 2), f, 1.0);
   }
   for (std::size_t i = 1; i + 1 < n_; ++i)
@@ -168,7 +174,8 @@ double ProfileProblem::largest_ratio(const MotionRows& rows, const RowGroup& gro
     const double h = a_.h[i], curve = (slope(i + 1) - slope(i)) / h;
     double q = 0.0, p[2] = {0.0, 0.0};
     for (int r = group.first; r < group.first + group.count; ++r) {
-      const double *d1 = rows.of[r][0].data() + 2 * i, *d2 = rows.of[r][1].data() + 2 * i, *d3 = rows.of[r][2].data() + 2 * i;
+      const double *d1 = rows.of[r][0].data() + 2 * i, *d2 = rows.of[r][1].data() + 2 * i,
+                   *d3 = rows.of[r][2].data() + 2 * i;
       q += square(d2[0] * square_speed(i) + 0.5 * d1[0] * slope(i));
       for (std::size_t side = 0; side < 2; ++side)
         p[side] += square(d3[side] * square_speed(i + side) + 1.5 * d2[side] * slope(i + side) +
@@ -177,7 +184,8 @@ double ProfileProblem::largest_ratio(const MotionRows& rows, const RowGroup& gro
     acceleration = std::max(acceleration, q);
     jerk = std::max({jerk, p[0] * square_speed(i), p[1] * square_speed(i + 1)});
   }
-  return std::sqrt(std::max(acceleration / square(group.limit.acceleration), jerk / square(group.limit.jerk)));
+  return std::sqrt(
+      std::max(acceleration / square(group.limit.acceleration), jerk / square(group.limit.jerk)));
 }
 
 bool ProfileProblem::join(const MotionRows& rows, double least) {

@@ -6,7 +6,8 @@
 // of a cell's two ends meet at c_i). Beside a rest b'_1 = 4 b_1 / (3 h_0), so that c_1 alone decides b_1.
 //
 // Constraints f >= 0, all concave in c once 1/sqrt(b) is replaced by its tangent, which lies below it:
-//   speed         f = 1 - b / top, where top does not change f = 1 - c / top: c is where the tangents of b meet, so that
+//   speed         f = 1 - b / top, where top does not change f = 1 - c / top: c is where the tangents of b
+//   meet, so that
 //                 b does not exceed top between the knots either
 //   acceleration  f = 1 - |Q|^2,            Q = (q'' b + q' b' / 2) / limit
 //   jerk          f = R - |L|^2 / R,        L = (q''' b + 3/2 q'' b' + q' b'' / 2) / limit,  R = 1 / sqrt(b)
@@ -32,7 +33,7 @@ struct Loops {
   std::size_t n = 0, groups = 0;  ///< cells; groups of rows that take part
   bool pair[kMaxGroups] = {};
   double *h, *b0, *b1, *c, *step;
-  double *v0, *v1;  ///< speed forms: f = 1 - v0 c_{i-1} - v1 c_i
+  double *v0, *v1;                 ///< speed forms: f = 1 - v0 c_{i-1} - v1 c_i
   double* q[kMaxGroups][2][2];     ///< acceleration forms: [group][row][control value]
   double* p[2][kMaxGroups][2][3];  ///< jerk forms: [end of the cell][group][row][control value]
   Term speed, acceleration[kMaxGroups], jerk[2][kMaxGroups];
@@ -61,8 +62,8 @@ class ProfileProblem {
   Lengths step_lengths(double mu, double eta);
   void move(Lengths lengths);
 
-  /// Each group that does not take part yet joins if it exceeds `least` times its acceleration or jerk at a knot. Returns
-  /// whether one did.
+  /// Each group that does not take part yet joins if it exceeds `least` times its acceleration or jerk at a
+  /// knot. Returns whether one did.
   bool join(const MotionRows& rows, double least);
   int groups() const { return int(a_.groups); }  ///< that take part
 
@@ -80,7 +81,9 @@ class ProfileProblem {
   void set_first(profile::Term& term, std::size_t i, std::size_t cell, double f, double scale);
   void set_slacks(std::size_t group);
   double largest_ratio(const MotionRows& rows, const RowGroup& group) const;
-  double square_speed(std::size_t knot) const { return a_.b0[knot] * a_.c[knot - 1] + a_.b1[knot] * a_.c[knot]; }
+  double square_speed(std::size_t knot) const {
+    return a_.b0[knot] * a_.c[knot - 1] + a_.b1[knot] * a_.c[knot];
+  }
   double slope(std::size_t knot) const { return m0_[knot] * a_.c[knot - 1] + m1_[knot] * a_.c[knot]; }
 
   std::size_t n_, rows_, groups_;

@@ -30,7 +30,8 @@ class Scara final : public Arm {
   JointRange range(int joint) const override { return spec_.ranges[std::size_t(joint)]; }
 
   std::optional<Fault> inverse(const Jets& task, const Posture& posture, Jets& out) const override;
-  std::optional<Fault> inverse_derivatives(const Jets& task, const Posture& posture, Jets& out) const override;
+  std::optional<Fault> inverse_derivatives(const Jets& task, const Posture& posture,
+                                           Jets& out) const override;
   void forward(const Jets& joints, Jets& out) const override;
   Jacobian jacobian(const JointVector& q) const override;
   Jacobian jacobian_rate(const JointVector& q, const JointVector& rate) const override;

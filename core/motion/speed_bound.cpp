@@ -30,8 +30,8 @@ class Sample {
       }
       if (p < 1e-30) p = 1e-30, pq = 0.0;
       const double over = 1.0 / p, m = pq * over;
-      // near a reversal of the joint more b here would mean less b at the next knot, and the sweep forward would not be the
-      // fastest motion: without this limit the bound stays one
+      // near a reversal of the joint more b here would mean less b at the next knot, and the sweep forward
+      // would not be the fastest motion: without this limit the bound stays one
       if (group.count == 1 && 2.0 * h * std::abs(m) > 1.0) continue;
       limit_[count_++] = {m, (group.count > 1 ? std::max(0.0, q - pq * m) : 0.0) * over,
                           bound * bound * over};
@@ -90,7 +90,8 @@ double shortest_time(double b0, double b1, double h, double a, double top) {
 
 }  // namespace
 
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int sure, SpeedBound& bound) {
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int sure,
+                 SpeedBound& bound) {
   const std::size_t n = curve.cells();
   bound.limit.assign(n + 1, 1e300);
   for (int g = 0; g < groups.count; ++g) {
@@ -112,11 +113,11 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
   bound.b.assign(n + 1, 0.0);
   std::vector<Sample> samples;  // of the left ends, for both sweeps
   samples.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) samples.emplace_back(rows, groups, sure, 2 * i, curve.s[i + 1] - curve.s[i]);
+  for (std::size_t i = 0; i < n; ++i)
+    samples.emplace_back(rows, groups, sure, 2 * i, curve.s[i + 1] - curve.s[i]);
   for (std::size_t i = n; i-- > 0;) {
     const double h = curve.s[i + 1] - curve.s[i];
-    bound.b[i] =
-        i == 0 ? 0.0 : reach_back(samples[i], bound.limit[i], 2.0 * h, bound.b[i + 1]);
+    bound.b[i] = i == 0 ? 0.0 : reach_back(samples[i], bound.limit[i], 2.0 * h, bound.b[i + 1]);
   }
   bound.duration_s = 0.0;
   for (std::size_t i = 0; i < n; ++i) {

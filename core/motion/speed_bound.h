@@ -18,7 +18,9 @@ struct SpeedBound {
   double duration_s = 0.0;
 };
 
-/// @param sure so many groups' accelerations are looked at, from the first; the others' would make the bound tighter
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int sure, SpeedBound& bound);
+/// @param sure so many groups' accelerations are looked at, from the first; the others' would make the bound
+/// tighter
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int sure,
+                 SpeedBound& bound);
 
 }  // namespace firn::motion

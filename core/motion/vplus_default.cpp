@@ -23,11 +23,14 @@ double turn_at(const std::vector<Point2>& p, std::size_t i) {
   return std::abs(std::atan2(ax * by - ay * bx, ax * bx + ay * by));
 }
 
-/// How far the yaw bends at a point, as a direction would: the change of its slope over the mean of both segments.
+/// How far the yaw bends at a point, as a direction would: the change of its slope over the mean of both
+/// segments.
 double yaw_bend_at(const CleanPath& path, std::size_t i) {
   if (path.yaw_rad.empty()) return 0.0;
-  const double before = distance(path.points[i - 1], path.points[i]), after = distance(path.points[i], path.points[i + 1]);
-  const double slope = (path.yaw_rad[i] - path.yaw_rad[i - 1]) / before, next = (path.yaw_rad[i + 1] - path.yaw_rad[i]) / after;
+  const double before = distance(path.points[i - 1], path.points[i]),
+               after = distance(path.points[i], path.points[i + 1]);
+  const double slope = (path.yaw_rad[i] - path.yaw_rad[i - 1]) / before,
+               next = (path.yaw_rad[i + 1] - path.yaw_rad[i]) / after;
   return std::abs(next - slope) * 0.5 * (before + after);
 }
 
@@ -116,7 +119,8 @@ std::vector<std::size_t> supporting_points(const CleanPath& path, double spacing
     since += distance(p[i - 1], p[i]);
     const double turn = std::max(turn_at(p, i), yaw_bend_at(path, i));
     const bool bends = turn > kStraightRad,
-               ends_here = i + 2 < p.size() && std::max(turn_at(p, i + 1), yaw_bend_at(path, i + 1)) <= kStraightRad;
+               ends_here =
+                   i + 2 < p.size() && std::max(turn_at(p, i + 1), yaw_bend_at(path, i + 1)) <= kStraightRad;
     const bool first_of_bend = bends && straight;
     straight = !bends;
     if (!bends || !(first_of_bend || ends_here || turn > kCornerRad || since >= spacing * (1.0 - 1e-9)))
@@ -136,7 +140,8 @@ Trajectory plan_default(const PathInput& input, const Arm& arm, const MotionLimi
   const Posture posture = posture_for(path, input, arm);
   const Moves moves = moves_of(path, limits, options.support_spacing_mm);
   const auto samples = sample(moves, options.blend_s, options.tick_s);
-  return trajectory_of(joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture), arm, options.tick_s);
+  return trajectory_of(joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture),
+                       arm, options.tick_s);
 }
 
 double blend_for_duration(const PathInput& input, const MotionLimits& limits, const DefaultOptions& options,

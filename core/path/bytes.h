@@ -18,7 +18,9 @@ static_assert(std::endian::native == std::endian::little, "files are written lit
 /// What bytes are refused as: what() = "byte <offset>: <what is wrong, with the limit>".
 struct FormatError : std::runtime_error {
   FormatError(std::size_t at, const std::string& what_is_wrong)
-      : std::runtime_error("byte " + std::to_string(at) + ": " + what_is_wrong), offset(at), problem(what_is_wrong) {}
+      : std::runtime_error("byte " + std::to_string(at) + ": " + what_is_wrong),
+        offset(at),
+        problem(what_is_wrong) {}
   std::size_t offset;
   std::string problem;  ///< what() without the place
 };
@@ -48,13 +50,16 @@ class ByteWriter {
     bytes_.push_back(std::byte(value));
   }
   /// 0, -1, 1, -2 … become 0, 1, 2, 3 …
-  void put_signed(std::int64_t value) { put_varint((std::uint64_t(value) << 1) ^ std::uint64_t(value >> 63)); }
+  void put_signed(std::int64_t value) {
+    put_varint((std::uint64_t(value) << 1) ^ std::uint64_t(value >> 63));
+  }
   /// Every stride-th of n numbers.
   void put_numbers(const double* from, std::size_t n, std::size_t stride) {
     const std::size_t at = bytes_.size();
     bytes_.resize(at + n * sizeof(double));
     std::byte* to = bytes_.data() + at;
-    for (std::size_t i = 0; i < n; ++i) std::memcpy(to + i * sizeof(double), from + i * stride, sizeof(double));
+    for (std::size_t i = 0; i < n; ++i)
+      std::memcpy(to + i * sizeof(double), from + i * stride, sizeof(double));
   }
   void reserve(std::size_t bytes) { bytes_.reserve(bytes); }
   std::vector<std::byte> take() { return std::move(bytes_); }
@@ -82,7 +87,8 @@ class ByteReader {
     const double value = get<double>(what);
     if (!(value >= low && value <= high)) {
       at_ -= sizeof value;
-      fail(std::string(what) + " is not a number between " + std::to_string(low) + " and " + std::to_string(high));
+      fail(std::string(what) + " is not a number between " + std::to_string(low) + " and " +
+           std::to_string(high));
     }
     return value;
   }
@@ -94,7 +100,8 @@ class ByteReader {
   }
   std::string get_text(const char* what) {
     const std::size_t n = get<std::uint16_t>(what);
-    if (n > kMaxTextBytes) fail(std::string(what) + " is longer than the limit of " + std::to_string(kMaxTextBytes) + " bytes");
+    if (n > kMaxTextBytes)
+      fail(std::string(what) + " is longer than the limit of " + std::to_string(kMaxTextBytes) + " bytes");
     return get_bytes(n, what);
   }
   std::string get_bytes(std::size_t n, const char* what) {

@@ -1,4 +1,5 @@
-// Leaf types of everything that moves along a line: deposition paths and timed trajectories. Depends on nothing.
+// Leaf types of everything that moves along a line: deposition paths and timed trajectories. Depends on
+// nothing.
 #pragma once
 
 #include <cstddef>
@@ -19,13 +20,13 @@ enum class PathKind : std::uint8_t { kBoundary, kFill, kHook, kMeasurement };
 
 /// One uninterrupted deposition or measurement path of a layer, in the part's frame.
 struct Path {
-  std::int32_t layer = 0;       ///< deposition layer, 1-based
-  std::uint8_t material = 0;    ///< 0 = part, 1 = scaffold, further ones by job
+  std::int32_t layer = 0;     ///< deposition layer, 1-based
+  std::uint8_t material = 0;  ///< 0 = part, 1 = scaffold, further ones by job
   PathKind kind = PathKind::kFill;
-  bool closed = false;          ///< the last point joins the first, which is not repeated
-  double width_mm = 0.0;        ///< deposited line width; 0 for measurement
+  bool closed = false;    ///< the last point joins the first, which is not repeated
+  double width_mm = 0.0;  ///< deposited line width; 0 for measurement
   double layer_height_mm = 0.0;
-  double z_mm = 0.0;            ///< nominal height of the layer's top
+  double z_mm = 0.0;  ///< nominal height of the layer's top
   std::vector<Point2> points;
 };
 
@@ -36,8 +37,8 @@ struct PathSet {
 
 /// Largest ratio of one quantity to its limit over a trajectory, and where it occurs.
 struct LimitRatio {
-  std::string limit;            ///< e.g. "total acceleration", "J1 rate"
-  double ratio = 0.0;           ///< <= 1 when the limit holds
+  std::string limit;   ///< e.g. "total acceleration", "J1 rate"
+  double ratio = 0.0;  ///< <= 1 when the limit holds
   double time_s = 0.0;
 };
 
@@ -45,7 +46,7 @@ struct LimitRatio {
 struct Certificate {
   std::vector<LimitRatio> limits;
   double duration_s = 0.0;
-  double lower_bound_s = 0.0;   ///< 0 = no bound computed
+  double lower_bound_s = 0.0;      ///< 0 = no bound computed
   double curvature_ramp_mm = 0.0;  ///< length w over which the checker ramps curvature
 };
 

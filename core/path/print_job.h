@@ -1,5 +1,5 @@
-// What a shuttered printer prints: straight segments in order, each with its speed, and where the nozzle comes from and
-// goes to. [Thompson 2014, V-A]
+// What a shuttered printer prints: straight segments in order, each with its speed, and where the nozzle
+// comes from and goes to. [Thompson 2014, V-A]
 #pragma once
 
 #include <vector>
@@ -11,16 +11,18 @@ namespace firn {
 /// Deposited from `from` to `to`, in the frame of the part.
 struct PrintSegment {
   Point2 from, to;
-  double speed_mm_s = 0.0;   ///< v_desired
+  double speed_mm_s = 0.0;  ///< v_desired
 };
 
-/// n segments, 2n points, n speeds. Where one segment ends and the next begins at the same point the shutter may stay open.
+/// n segments, 2n points, n speeds. Where one segment ends and the next begins at the same point the shutter
+/// may stay open.
 struct PrintJob {
-  Point2 start, end;         ///< p_start, p_end: at rest, shutter closed
+  Point2 start, end;  ///< p_start, p_end: at rest, shutter closed
   std::vector<PrintSegment> segments;
 };
 
-/// The nozzle deposits from open_s to close_s; these are the times of the effect, not of the shutter's commands.
+/// The nozzle deposits from open_s to close_s; these are the times of the effect, not of the shutter's
+/// commands.
 struct ShutterSpan {
   double open_s = 0.0;
   double close_s = 0.0;

@@ -36,7 +36,8 @@ TrajectoryHead decode_trajectory_head(std::span<const std::byte> bytes) {
   ByteReader in(bytes);
   TrajectoryHead h;
   if (const auto version = in.get<std::uint32_t>("version"); version != kTrajectoryVersion)
-    in.fail("version " + std::to_string(version) + " is unknown; this program reads version " + std::to_string(kTrajectoryVersion));
+    in.fail("version " + std::to_string(version) + " is unknown; this program reads version " +
+            std::to_string(kTrajectoryVersion));
   h.tick_s = in.get_number("tick_s", 1e-9, 1e3);
   h.origin.x_mm = in.get_number("origin x");
   h.origin.y_mm = in.get_number("origin y");
@@ -47,7 +48,8 @@ TrajectoryHead decode_trajectory_head(std::span<const std::byte> bytes) {
   for (std::size_t a = 0; a < axes; ++a) {
     h.axis_names.push_back(in.get_text("axis name"));
     h.axis_units.push_back(in.get_text("axis unit"));
-    if (h.axis_units.back() != "rad" && h.axis_units.back() != "mm") in.fail("the unit of an axis is neither rad nor mm");
+    if (h.axis_units.back() != "rad" && h.axis_units.back() != "mm")
+      in.fail("the unit of an axis is neither rad nor mm");
   }
   in.end();
   return h;
@@ -124,7 +126,8 @@ PlannedPath decode_trajectory(std::span<const std::byte> bytes, const Trajectory
       t.positions.resize(axes * samples);
     }
     const double first = still && samples > 0 ? in.get_number("position") : 0.0;
-    for (std::size_t n = 0; n < samples; ++n) t.positions[n * axes + a] = still ? first : in.get_number("position");
+    for (std::size_t n = 0; n < samples; ++n)
+      t.positions[n * axes + a] = still ? first : in.get_number("position");
   }
   in.end();
   return p;

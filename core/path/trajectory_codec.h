@@ -18,13 +18,13 @@ inline constexpr std::uint32_t kTrajectoryVersion = 1;
 
 /// What all trajectories of a file have in common.
 struct TrajectoryHead {
-  std::string machine;                   ///< machine.name of its file
-  std::string method;                    ///< of the planner
-  std::string made_by;                   ///< program and commit
+  std::string machine;  ///< machine.name of its file
+  std::string method;   ///< of the planner
+  std::string made_by;  ///< program and commit
   double tick_s = 0.0;
-  Point2 origin;                         ///< of the part's frame in the machine's
-  std::vector<std::string> axis_names;   ///< "J1", …
-  std::vector<std::string> axis_units;   ///< "rad" or "mm"
+  Point2 origin;                        ///< of the part's frame in the machine's
+  std::vector<std::string> axis_names;  ///< "J1", …
+  std::vector<std::string> axis_units;  ///< "rad" or "mm"
   bool operator==(const TrajectoryHead&) const = default;
 };
 
@@ -33,8 +33,8 @@ struct PlannedPath {
   std::int32_t layer = 0;
   std::uint8_t material = 0;
   PathKind kind = PathKind::kFill;
-  double path_mm = 0.0;                  ///< length
-  Trajectory trajectory;                 ///< axis_units and tick_s as in the head; not written again
+  double path_mm = 0.0;   ///< length
+  Trajectory trajectory;  ///< axis_units and tick_s as in the head; not written again
 };
 
 /// What closes a complete file.
@@ -47,12 +47,14 @@ struct TrajectoryTotals {
 
 std::vector<std::byte> encode(const TrajectoryHead& head);
 std::vector<std::byte> encode(const TrajectoryTotals& totals);
-/// An axis that never moves is written once. Positions are written as they are: reading back gives equal bits.
+/// An axis that never moves is written once. Positions are written as they are: reading back gives equal
+/// bits.
 /// @throws std::invalid_argument: positions that are not whole samples of the axes
 std::vector<std::byte> encode(const PlannedPath& path);
 
-// Take any bytes. @throws TrajectoryFormatError: a version or kind unknown, a count above its limit (8 axes, 64 limits,
-// 16 million samples, texts of 200 bytes), a number that is not finite, bytes missing or left over.
+// Take any bytes. @throws TrajectoryFormatError: a version or kind unknown, a count above its limit (8 axes,
+// 64 limits, 16 million samples, texts of 200 bytes), a number that is not finite, bytes missing or left
+// over.
 TrajectoryHead decode_trajectory_head(std::span<const std::byte> bytes);
 PlannedPath decode_trajectory(std::span<const std::byte> bytes, const TrajectoryHead& head);
 TrajectoryTotals decode_trajectory_totals(std::span<const std::byte> bytes);

@@ -8,7 +8,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kNarrow = 4.0;  // of the way to the next level: half the width of strips that look narrow
+constexpr double kNarrow = 4.0;   // of the way to the next level: half the width of strips that look narrow
 constexpr std::size_t kFew = 64;  // pieces: many small components vanish, few large ones
 
 // Does it vanish on the way, because no disc of that radius fits into its box? Arcs bulge into it.
@@ -39,8 +39,8 @@ bool Advance::operator()(double to) {
   return true;
 }
 
-bool Advance::telling(double core, double to, const Rings& drawn, const GapLimits& limits, const GapLimits& core_limits,
-                      double sagitta, LevelGaps& gaps) {
+bool Advance::telling(double core, double to, const Rings& drawn, const GapLimits& limits,
+                      const GapLimits& core_limits, double sagitta, LevelGaps& gaps) {
   next_.clear(), cores_.clear();
   move_.list_peaks(to - thinned_);
   for (std::size_t c = 0, ring = 0; c < here_.size(); ++c) {
@@ -70,7 +70,8 @@ bool Advance::draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_
     }
     const double facing = tips && tips->asks() ? 2 * (tips->thinned() + tolerance) : 0;
     const Meeting meeting = meeting_(rings, facing);
-    if (facing > 0 && meeting == Meeting::kApart) doubt_areas(rings, meeting_, facing, move_.peaks(), at_, *tips);
+    if (facing > 0 && meeting == Meeting::kApart)
+      doubt_areas(rings, meeting_, facing, move_.peaks(), at_, *tips);
     finer += attempt > 0;
     touching_ = meeting == Meeting::kContact;
     if (meeting == Meeting::kApart || (attempt == 2 && meeting == Meeting::kContact)) return true;
@@ -80,10 +81,13 @@ bool Advance::draw(double tolerance, ExactTips* tips, Rings& rings, std::uint32_
 
 // Where rings meet with their tips in exact places, walls may have been closer than the thinning.
 void Advance::doubt_meeting(const Rings& rings, ExactTips& tips) const {
-  const Vec one = to_vec(rings.points[meeting_.met()]), other = to_vec(rings.points[meeting_.next(meeting_.met())]);
+  const Vec one = to_vec(rings.points[meeting_.met()]),
+            other = to_vec(rings.points[meeting_.next(meeting_.met())]);
   const Vec place = 0.5 * (one + other);
-  if (tips.doubts().settled(place, at_)) tips.fail();
-  else tips.doubts().add(place, at_);
+  if (tips.doubts().settled(place, at_))
+    tips.fail();
+  else
+    tips.doubts().add(place, at_);
 }
 
 std::size_t Advance::loops() {
@@ -98,12 +102,13 @@ bool Advance::move(wavefront::Component& component, double from, double to, wave
   return untangle_(component, to, out);
 }
 
-bool Advance::move_telling(wavefront::Component& component, double from, double to, const GapLimits& limits, double sagitta,
-                           Stretches& stretches) {
+bool Advance::move_telling(wavefront::Component& component, double from, double to, const GapLimits& limits,
+                           double sagitta, Stretches& stretches) {
   lacks_.keep(component, from);
   const std::size_t before = next_.size();
   if (!move(component, from, to, next_)) return false;
-  const wavefront::LackLimits near{limits.near, limits.far, limits.near_corner, limits.slack, 2 * limits.spot_at};
+  const wavefront::LackLimits near{limits.near, limits.far, limits.near_corner, limits.slack,
+                                   2 * limits.spot_at};
   lacks_.find(sources_, next_.all().subspan(before), near, sagitta, stretches);
   return true;
 }

@@ -1,4 +1,5 @@
-// All pairs of boxes that overlap, among boxes whose neighbours in the list lie near each other (pieces of outlines).
+// All pairs of boxes that overlap, among boxes whose neighbours in the list lie near each other (pieces of
+// outlines).
 #pragma once
 
 #include <algorithm>
@@ -29,7 +30,8 @@ struct BoxOf {
 
 /// The square about a place, rounded outward.
 inline BoxOf<std::int32_t> box_about(double x, double y, double reach) {
-  return {std::int32_t(x - reach) - 1, std::int32_t(y - reach) - 1, std::int32_t(x + reach) + 1, std::int32_t(y + reach) + 1};
+  return {std::int32_t(x - reach) - 1, std::int32_t(y - reach) - 1, std::int32_t(x + reach) + 1,
+          std::int32_t(y + reach) + 1};
 }
 
 /// A box as x0, y0, -x1, -y1, so that four comparisons are one.
@@ -38,7 +40,8 @@ inline Lanes4 packed(const BoxOf<std::int32_t>& b) { return Lanes4{b.x0, b.y0, -
 inline Lanes4 reach_of(Lanes4 packed) { return -__builtin_shufflevector(packed, packed, 2, 3, 0, 1); }
 inline bool within(Lanes4 packed, Lanes4 reach) { return signs(packed > reach) == 0; }
 
-/// A tree of boxes by position in the list: eight children to a box. Building and asking are linear in practice.
+/// A tree of boxes by position in the list: eight children to a box. Building and asking are linear in
+/// practice.
 class BoxTree {
  public:
   using Box = BoxOf<std::int32_t>;
@@ -124,8 +127,10 @@ class BoxTree {
   void down(std::size_t level, std::size_t begin, std::size_t end, Lanes reach, F& f) const {
     for (std::size_t i = begin; i < end; ++i) {
       if (!within(levels_[level][i].lanes, reach)) continue;
-      if (level) down(level - 1, i * kFan, end_of(level - 1, i), reach, f);
-      else f(i);
+      if (level)
+        down(level - 1, i * kFan, end_of(level - 1, i), reach, f);
+      else
+        f(i);
     }
   }
 

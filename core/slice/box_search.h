@@ -15,8 +15,8 @@
 
 namespace firn::slice {
 
-/// A tree as BoxTree, to be asked only: eight children to a box, whose numbers stand side by side, so that all eight are compared
-/// at once. Leaves are told in ascending order. Keeps its working memory.
+/// A tree as BoxTree, to be asked only: eight children to a box, whose numbers stand side by side, so that
+/// all eight are compared at once. Leaves are told in ascending order. Keeps its working memory.
 class BoxSearch {
  public:
   using Box = BoxOf<std::int32_t>;
@@ -37,9 +37,12 @@ class BoxSearch {
     resize(p.size());
     std::size_t i = 0;
     for (; i + 4 < p.size(); i += 4) {  // as if all were one line; what joins two rings is put right below
-      const Lanes a = two_points(&p[i]), b = two_points(&p[i + 2]), c = two_points(&p[i + 1]), d = two_points(&p[i + 3]);
-      const Lanes x = __builtin_shufflevector(a, b, 0, 2, 4, 6), y = __builtin_shufflevector(a, b, 1, 3, 5, 7);
-      const Lanes u = __builtin_shufflevector(c, d, 0, 2, 4, 6), v = __builtin_shufflevector(c, d, 1, 3, 5, 7);
+      const Lanes a = two_points(&p[i]), b = two_points(&p[i + 2]), c = two_points(&p[i + 1]),
+                  d = two_points(&p[i + 3]);
+      const Lanes x = __builtin_shufflevector(a, b, 0, 2, 4, 6),
+                  y = __builtin_shufflevector(a, b, 1, 3, 5, 7);
+      const Lanes u = __builtin_shufflevector(c, d, 0, 2, 4, 6),
+                  v = __builtin_shufflevector(c, d, 1, 3, 5, 7);
       Node& node = levels_[0][i / kFan];
       const std::size_t half = i % kFan / 4;
       node.lanes[0][half] = x < u ? x : u;
@@ -48,7 +51,8 @@ class BoxSearch {
       node.lanes[3][half] = -(y > v ? y : v);
     }
     const auto join = [&](std::size_t leaf, Point from, Point to) {
-      set(leaf, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x), std::max(from.y, to.y));
+      set(leaf, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x),
+          std::max(from.y, to.y));
     };
     for (; i + 1 < p.size(); ++i) join(i, p[i], p[i + 1]);
     std::size_t begin = 0;
@@ -65,7 +69,8 @@ class BoxSearch {
       const std::vector<Node>& below = levels_[depth_ - 1];
       std::vector<Node>& here = levels_[depth_++];
       here.resize((below.size() + kFan - 1) / kFan);
-      for (std::size_t i = 0; i < here.size() * kFan; ++i) put(here, i, i < below.size() ? least(below[i]) : kNowhere);
+      for (std::size_t i = 0; i < here.size() * kFan; ++i)
+        put(here, i, i < below.size() ? least(below[i]) : kNowhere);
     }
   }
 
@@ -82,8 +87,10 @@ class BoxSearch {
   void eights_touching(const Box& b, F&& f) const {
     if (leaves_ == 0) return;
     const Query query(b);
-    if (depth_ > 1) down_to_eights(depth_ - 1, 0, query, f);
-    else if (const unsigned met = meeting(levels_[0][0], query)) f(0, met);
+    if (depth_ > 1)
+      down_to_eights(depth_ - 1, 0, query, f);
+    else if (const unsigned met = meeting(levels_[0][0], query))
+      f(0, met);
   }
   /// touching() until f(i) is true. @return whether it was
   template <class F>
@@ -121,7 +128,8 @@ class BoxSearch {
     Numbers box;
     for (std::size_t k = 0; k < 4; ++k) {
       const Lanes a = node.lanes[k][0], b = node.lanes[k][1], four = a < b ? a : b;
-      const Lanes turned = __builtin_shufflevector(four, four, 2, 3, 0, 1), two = four < turned ? four : turned;
+      const Lanes turned = __builtin_shufflevector(four, four, 2, 3, 0, 1),
+                  two = four < turned ? four : turned;
       box[k] = std::min(two[0], two[1]);
     }
     return box;
@@ -149,8 +157,10 @@ class BoxSearch {
   void down_to_eights(std::size_t level, std::size_t node, const Query& query, F& f) const {
     for (unsigned rest = meeting(levels_[level][node], query); rest; rest &= rest - 1) {
       const std::size_t child = node * kFan + std::size_t(std::countr_zero(rest));
-      if (level > 1) down_to_eights(level - 1, child, query, f);
-      else if (const unsigned met = meeting(levels_[0][child], query)) f(child * kFan, met);
+      if (level > 1)
+        down_to_eights(level - 1, child, query, f);
+      else if (const unsigned met = meeting(levels_[0][child], query))
+        f(child * kFan, met);
     }
   }
 
@@ -159,7 +169,8 @@ class BoxSearch {
     Query box;
     bool meets(const Node& node, std::size_t child) const {
       const auto number = [&](std::size_t k) { return double(node.lanes[k][child / 4][child % 4]); };
-      const double dx = std::max(std::max(number(0) - x, x + number(2)), 0.0), dy = std::max(std::max(number(1) - y, y + number(3)), 0.0);
+      const double dx = std::max(std::max(number(0) - x, x + number(2)), 0.0),
+                   dy = std::max(std::max(number(1) - y, y + number(3)), 0.0);
       return dx * dx + dy * dy < radius * radius;
     }
   };

@@ -26,9 +26,7 @@ struct PairBox {
   }
   PairBox with(const PairBox& o) const { return {low < o.low ? low : o.low, high > o.high ? high : o.high}; }
   PairBox grown(double by) const { return {low - Pair{by, by}, high + Pair{by, by}}; }
-  bool meets(const PairBox& o) const {
-    return lanes_of((low > o.high) | (o.low > high)) == 0;
-  }
+  bool meets(const PairBox& o) const { return lanes_of((low > o.high) | (o.low > high)) == 0; }
   /// In whole units, outward.
   BoxOf<std::int32_t> whole() const {
     const auto unit = [](double v) { return std::int32_t(std::min(2.1e9, std::max(-2.1e9, v))); };
@@ -36,13 +34,21 @@ struct PairBox {
   }
 };
 
-/// Edges, one after the other, cut into chains along which x only rises or only falls, and y as well. Edges of a chain do not
-/// meet but at their ends, and what lies between two places of a chain lies in the box of the two: no tree is needed within
-/// it, and a smooth line is a few chains. Nor do chains meet between which x only rises or only falls, or y.
+/// Edges, one after the other, cut into chains along which x only rises or only falls, and y as well. Edges
+/// of a chain do not meet but at their ends, and what lies between two places of a chain lies in the box of
+/// the two: no tree is needed within it, and a smooth line is a few chains. Nor do chains meet between which
+/// x only rises or only falls, or y.
 class Chains {
  public:
   /// How an edge runs, the sum of: x falls, y falls (else they rise), x turns on the way, y turns on the way.
-  enum Run : int { kXFalls = 1, kYFalls = 2, kXTurns = 4, kYTurns = 8, kBent = kXTurns | kYTurns, kNone = -1 };
+  enum Run : int {
+    kXFalls = 1,
+    kYFalls = 2,
+    kXTurns = 4,
+    kYTurns = 8,
+    kBent = kXTurns | kYTurns,
+    kNone = -1
+  };
 
   /// Of a straight edge.
   static int run_of(Vec way) {
@@ -58,8 +64,10 @@ class Chains {
     Chain chain{edge, edge, here, here, run >= kXTurns};
     if (here > 0) {
       chains_.back().end = edge;
-      if (last != kNone && !(run & kXTurns) && !((run ^ last) & (kXFalls | kXTurns))) chain.x_since = chains_.back().x_since;
-      if (last != kNone && !(run & kYTurns) && !((run ^ last) & (kYFalls | kYTurns))) chain.y_since = chains_.back().y_since;
+      if (last != kNone && !(run & kXTurns) && !((run ^ last) & (kXFalls | kXTurns)))
+        chain.x_since = chains_.back().x_since;
+      if (last != kNone && !(run & kYTurns) && !((run ^ last) & (kYFalls | kYTurns)))
+        chain.y_since = chains_.back().y_since;
     }
     chains_.push_back(chain);
   }
@@ -67,14 +75,16 @@ class Chains {
     if (!chains_.empty()) chains_.back().end = edges;
   }
 
-  /// f(i, j), i < j, for all edges of different chains whose boxes meet, but for those of which it is known that they do not
-  /// meet; for neighbours of different chains in any case.
-  /// @param edges with from(i), to(i): places; bent(i): box of an edge that turns; grown, if all boxes are to be wider by that
+  /// f(i, j), i < j, for all edges of different chains whose boxes meet, but for those of which it is known
+  /// that they do not meet; for neighbours of different chains in any case.
+  /// @param edges with from(i), to(i): places; bent(i): box of an edge that turns; grown, if all boxes are to
+  /// be wider by that
   template <class Edges, class F>
   void pairs(const Edges& edges, F&& f) {
     const auto part = [&](const Chain& c) {
       const PairBox::Pair from = PairBox::pair(edges.from(c.begin)), to = PairBox::pair(edges.to(c.end - 1));
-      return Part{c.begin, c.end, from, to, c.bent ? grown(edges, edges.bent(c.begin)) : box_of(edges, from, to)};
+      return Part{c.begin, c.end, from, to,
+                  c.bent ? grown(edges, edges.bent(c.begin)) : box_of(edges, from, to)};
     };
     tree_.resize(chains_.size());
     for (std::size_t c = 0; c < chains_.size(); ++c) tree_.set(c, part(chains_[c]).box.whole());
@@ -105,8 +115,10 @@ class Chains {
   };
   template <class Edges>
   static PairBox grown(const Edges& edges, const PairBox& box) {
-    if constexpr (requires { edges.grown; }) return box.grown(edges.grown);
-    else return box;
+    if constexpr (requires { edges.grown; })
+      return box.grown(edges.grown);
+    else
+      return box;
   }
   template <class Edges>
   static PairBox box_of(const Edges& edges, PairBox::Pair from, PairBox::Pair to) {

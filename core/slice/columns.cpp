@@ -14,12 +14,13 @@ struct Line {
 
 std::int64_t half_units(double mm) { return 2 * std::int64_t(std::floor(mm * kUnitsPerMm)) + 1; }
 
-/// Where a facet meets vertical lines. Seen from above its corners are put counter-clockwise; a line through the edge of
-/// two facets belongs to one of them: the one for which the edge runs down, or level to the left.
+/// Where a facet meets vertical lines. Seen from above its corners are put counter-clockwise; a line through
+/// the edge of two facets belongs to one of them: the one for which the edge runs down, or level to the left.
 class Shadow {
  public:
   Shadow(const Vertex& a, Vertex b, Vertex c) : a_(a) {
-    area_ = (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) - (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
+    area_ = (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
+            (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
     if (area_ < 0) std::swap(b, c);
     b_ = b;
     c_ = c;
@@ -28,10 +29,13 @@ class Shadow {
   int side() const { return (area_ > 0) - (area_ < 0); }
 
   bool meets(const Line& line, double& z) const {
-    const __int128 over_a = beside(b_, c_, line), over_b = beside(c_, a_, line), over_c = beside(a_, b_, line);
+    const __int128 over_a = beside(b_, c_, line), over_b = beside(c_, a_, line),
+                   over_c = beside(a_, b_, line);
     if (over_a < 0 || over_b < 0 || over_c < 0) return false;
-    if ((over_a == 0 && !owns(b_, c_)) || (over_b == 0 && !owns(c_, a_)) || (over_c == 0 && !owns(a_, b_))) return false;
-    z = (double(over_a) * a_.z + double(over_b) * b_.z + double(over_c) * c_.z) / double(over_a + over_b + over_c);
+    if ((over_a == 0 && !owns(b_, c_)) || (over_b == 0 && !owns(c_, a_)) || (over_c == 0 && !owns(a_, b_)))
+      return false;
+    z = (double(over_a) * a_.z + double(over_b) * b_.z + double(over_c) * c_.z) /
+        double(over_a + over_b + over_c);
     return true;
   }
 
@@ -52,7 +56,9 @@ struct Crossing {
 };
 
 std::vector<Span> inside(std::vector<Crossing>& crossings, double height_mm) {
-  std::sort(crossings.begin(), crossings.end(), [](const Crossing& p, const Crossing& q) { return std::pair(p.z, p.side) < std::pair(q.z, q.side); });
+  std::sort(crossings.begin(), crossings.end(), [](const Crossing& p, const Crossing& q) {
+    return std::pair(p.z, p.side) < std::pair(q.z, q.side);
+  });
   std::vector<Span> spans;
   int turns = 0;
   double from = 0.0;
@@ -74,17 +80,23 @@ std::vector<Span> inside(std::vector<Crossing>& crossings, double height_mm) {
 
 std::vector<std::vector<Span>> columns(const Mesh& mesh, const GridSpec& grid, double height_mm) {
   std::vector<std::vector<Crossing>> crossings(grid.size());
-  const auto first = [](double mm, double origin, double pitch) { return std::int64_t(std::ceil((mm - origin) / pitch)) - 1; };
+  const auto first = [](double mm, double origin, double pitch) {
+    return std::int64_t(std::ceil((mm - origin) / pitch)) - 1;
+  };
   for (const auto& t : mesh.triangles) {
     const Vertex &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
     const Shadow shadow(a, b, c);
     if (shadow.side() == 0) continue;
     const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
     const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
-    const std::int64_t i0 = std::max<std::int64_t>(0, first(x0 * kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm));
-    const std::int64_t i1 = std::min<std::int64_t>(grid.nx - 1, first(x1 * kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm) + 1);
-    const std::int64_t j0 = std::max<std::int64_t>(0, first(y0 * kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm));
-    const std::int64_t j1 = std::min<std::int64_t>(grid.ny - 1, first(y1 * kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm) + 1);
+    const std::int64_t i0 =
+        std::max<std::int64_t>(0, first(x0 * kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm));
+    const std::int64_t i1 =
+        std::min<std::int64_t>(grid.nx - 1, first(x1 * kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm) + 1);
+    const std::int64_t j0 =
+        std::max<std::int64_t>(0, first(y0 * kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm));
+    const std::int64_t j1 =
+        std::min<std::int64_t>(grid.ny - 1, first(y1 * kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm) + 1);
     for (std::int64_t j = j0; j <= j1; ++j)
       for (std::int64_t i = i0; i <= i1; ++i) {
         double z;
@@ -122,8 +134,12 @@ MeshSolid::MeshSolid(Mesh mesh) : mesh_(std::move(mesh)) {
   pass([&](std::size_t cell, std::uint32_t n) { facets_[--first_[cell]] = n; });
 }
 
-std::int64_t MeshSolid::cell_x(std::int64_t x) const { return (x - low_.x) * side_ / (std::int64_t(high_.x) - low_.x + 1); }
-std::int64_t MeshSolid::cell_y(std::int64_t y) const { return (y - low_.y) * side_ / (std::int64_t(high_.y) - low_.y + 1); }
+std::int64_t MeshSolid::cell_x(std::int64_t x) const {
+  return (x - low_.x) * side_ / (std::int64_t(high_.x) - low_.x + 1);
+}
+std::int64_t MeshSolid::cell_y(std::int64_t y) const {
+  return (y - low_.y) * side_ / (std::int64_t(high_.y) - low_.y + 1);
+}
 
 bool MeshSolid::contains(double x_mm, double y_mm, double z_mm) const {
   if (first_.empty() || !(std::abs(x_mm) < 1e5 && std::abs(y_mm) < 1e5)) return false;

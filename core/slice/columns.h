@@ -9,10 +9,10 @@
 
 namespace firn::slice {
 
-/// Per cell of `grid` the heights within [0, height_mm] at which the cell's centre lies inside the mesh: where the
-/// winding number is positive. Exact: one line per cell, at most a unit of the grid beside its centre so that it meets no
-/// vertex, meets each facet by integer orientation tests, and the ends of the spans are the facets' own heights there.
-/// Linear in facets and crossings.
+/// Per cell of `grid` the heights within [0, height_mm] at which the cell's centre lies inside the mesh:
+/// where the winding number is positive. Exact: one line per cell, at most a unit of the grid beside its
+/// centre so that it meets no vertex, meets each facet by integer orientation tests, and the ends of the
+/// spans are the facets' own heights there. Linear in facets and crossings.
 std::vector<std::vector<Span>> columns(const Mesh& mesh, const GridSpec& grid, double height_mm);
 
 /// The same question for any point, for whoever asks one by one.

@@ -8,12 +8,13 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kUpright = 1e6;     // slope of a line that nothing bounds yet
-constexpr double kWhole = 0.95;      // of a gate
-constexpr double kSharpest = 0.7;    // cosine of a turn: a gate across the one way is none across the other
-constexpr double kStraightOn = 0.95; // the same: a gate across the one way will do
+constexpr double kUpright = 1e6;      // slope of a line that nothing bounds yet
+constexpr double kWhole = 0.95;       // of a gate
+constexpr double kSharpest = 0.7;     // cosine of a turn: a gate across the one way is none across the other
+constexpr double kStraightOn = 0.95;  // the same: a gate across the one way will do
 
-// Units: a place no further along than this is beside the one before; it may then lie a little nearer to a line turned furthest.
+// Units: a place no further along than this is beside the one before; it may then lie a little nearer to a
+// line turned furthest.
 constexpr double kBeside = 1e-3, kLittle = 0.5;
 
 constexpr unsigned kLooked = 3;  // ends of a wall that are looked at with every gate, needed or not
@@ -66,7 +67,8 @@ void Corridor::Wall::begin(Vec end) {
   aim(end, kUpright);
 }
 
-// The line turned furthest to the other side comes to pass the end of a gate there: it now touches this wall before.
+// The line turned furthest to the other side comes to pass the end of a gate there: it now touches this wall
+// before.
 inline void Corridor::Wall::move_support(Vec end) {
   const Vec to = turned_over(end);
   for (Vec way = to - *support; support + 1 < behind; ++support) {
@@ -76,7 +78,8 @@ inline void Corridor::Wall::move_support(Vec end) {
   }
 }
 
-// What bounds no line to come goes: at least as many of the last kLooked ends as are hidden, if there are so many that may go.
+// What bounds no line to come goes: at least as many of the last kLooked ends as are hidden, if there are so
+// many that may go.
 inline void Corridor::Wall::add(Vec end, bool touched, unsigned hidden) {
   Vec* const least = (touched || !contact ? support : std::max(support, contact)) + 1;
   behind = std::max(behind - hidden, least);
@@ -86,15 +89,15 @@ inline void Corridor::Wall::add(Vec end, bool touched, unsigned hidden) {
   *behind++ = end;
 }
 
-// Hardly anything here can be foretold from gate to gate, so that branches are dear: both sides are dealt with side by side, and what is
-// seldom needed has the only ones.
+// Hardly anything here can be foretold from gate to gate, so that branches are dear: both sides are dealt
+// with side by side, and what is seldom needed has the only ones.
 Corridor::Turn Corridor::take(std::span<const Vec> places, std::size_t& i, Width width) {
   Wall left = walls_[0], right = walls_[1];
   const Pair origin{origin_.x, origin_.y}, along{along_.x, along_.x}, across{along_.y, -along_.y};
   const Pair near{width.left, width.right}, far{width.right, width.left};
   Pair slope{left.slope, right.slope}, offset{left.offset, right.offset};
   Places support(*right.support, *left.support);  // of the line turned furthest to the left, to the right
-  Places b1(left.behind[-1], right.behind[-1]);  // the last ends; b2 is what comes before them
+  Places b1(left.behind[-1], right.behind[-1]);   // the last ends; b2 is what comes before them
   double reach = reach_, last_place = last_place_;
   Turn turn = Turn::kNone;
   std::size_t n = i;
@@ -105,13 +108,18 @@ Corridor::Turn Corridor::take(std::span<const Vec> places, std::size_t& i, Width
     const Pair end = near + y, line = offset + slope * x;
     const int missed = lanes_of(y - far > line);
     if (at[0] - reach < kBeside || missed) {
-      if (at[0] < reach) turn = Turn::kBack;
-      else if (missed) turn = missed & 1 ? Turn::kLeft : Turn::kRight;
-      else if (lanes_of(end > line - kLittle) == 3) continue;
-      else turn = Turn::kBack;
+      if (at[0] < reach)
+        turn = Turn::kBack;
+      else if (missed)
+        turn = missed & 1 ? Turn::kLeft : Turn::kRight;
+      else if (lanes_of(end > line - kLittle) == 3)
+        continue;
+      else
+        turn = Turn::kBack;
       break;
     }
-    // The end of a gate that is nearer than the line turned furthest to its side bounds that: it now passes there.
+    // The end of a gate that is nearer than the line turned furthest to its side bounds that: it now passes
+    // there.
     const Held2 nearer = end < line;
     const int touched = lanes_of(nearer);
     const Places to(x, -end), next = to - Places(right.support[1], left.support[1]);
@@ -127,7 +135,8 @@ Corridor::Turn Corridor::take(std::span<const Vec> places, std::size_t& i, Width
     offset = nearer ? to_offset : offset;
     const auto before = [&](int k) { return Places(left.behind[-k], right.behind[-k]); };
     const Places ends(x, end), b2 = before(2), b3 = before(3), b4 = before(4);
-    const unsigned one = lanes_of(cross(b1 - b2, ends - b1) <= 0.0), two = one & lanes_of(cross(b2 - b3, ends - b2) <= 0.0);
+    const unsigned one = lanes_of(cross(b1 - b2, ends - b1) <= 0.0),
+                   two = one & lanes_of(cross(b2 - b3, ends - b2) <= 0.0);
     const unsigned three = two & lanes_of(cross(b3 - b4, ends - b3) <= 0.0);
     left.add({at[0], end[0]}, touched & 1, (one & 1) + (two & 1) + (three & 1));
     right.add({at[0], end[1]}, touched >> 1, (one >> 1) + (two >> 1) + (three >> 1));
@@ -150,8 +159,10 @@ bool Corridor::last_is_whole() const {
 Corridor::End Corridor::end() const {
   const Wall &left = walls_[0], &right = walls_[1];
   const double below = right.at(reach_), width = left.at(reach_) + below;
-  const double share = last_is_whole() && width > 0 ? std::clamp((last_place_ + below) / width, 0.0, 1.0) : 0.5;
-  const double slope = share * left.slope - (1 - share) * right.slope, offset = share * left.offset - (1 - share) * right.offset;
+  const double share =
+      last_is_whole() && width > 0 ? std::clamp((last_place_ + below) / width, 0.0, 1.0) : 0.5;
+  const double slope = share * left.slope - (1 - share) * right.slope,
+               offset = share * left.offset - (1 - share) * right.offset;
   return {{place({0, offset}), along_ + slope * left_of(along_)}, place({reach_, offset + slope * reach_})};
 }
 
@@ -198,15 +209,16 @@ bool Corridor::pass_on(Turn turn, Window& window, Vec toward, Vec missed) {
     far.begin({});
     origin_ = exit;
     along_ = (1 / l) * way;
-    // The ends' gates stand across the way that led there. Where they reach beyond the next gate, all that is behind the
-    // last one keeps to the line that led there.
+    // The ends' gates stand across the way that led there. Where they reach beyond the next gate, all that is
+    // behind the last one keeps to the line that led there.
     if (frame(missed).x < reach) {
       window.first = reach_;
       near.ends[0] = last;
       near.behind = near.ends + 1;
     }
   }
-  // Lines through the exit, the far wall's only end: past the near wall's ends behind it and past those ahead of it.
+  // Lines through the exit, the far wall's only end: past the near wall's ends behind it and past those ahead
+  // of it.
   const Vec from = far.ends[0];
   reach_ = from.x;
   near.support = near.ends, near.contact = nullptr;

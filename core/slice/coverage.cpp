@@ -113,8 +113,10 @@ class Scan {
         if (beads > 0 && wanted <= 0) c.beyond_mm2 += area;
         if (wanted > 0 && beads <= 0) {
           c.gap_mm2 += area;
-          if (!gaps[r].empty() && gaps[r].back().to == row[i].x) gaps[r].back().to = row[i + 1].x;
-          else if (row[i + 1].x > row[i].x) gaps[r].push_back({row[i].x, row[i + 1].x});
+          if (!gaps[r].empty() && gaps[r].back().to == row[i].x)
+            gaps[r].back().to = row[i + 1].x;
+          else if (row[i + 1].x > row[i].x)
+            gaps[r].push_back({row[i].x, row[i + 1].x});
         }
       }
     }
@@ -124,7 +126,9 @@ class Scan {
 
  private:
   // The first row at or above y.
-  std::size_t row_of(double y) const { return std::size_t(std::max(0.0, std::ceil((y - low_) / pitch_ - 0.5))); }
+  std::size_t row_of(double y) const {
+    return std::size_t(std::max(0.0, std::ceil((y - low_) / pitch_ - 0.5)));
+  }
 
   template <class F>
   void each_row(double from, double to, F&& f) {
@@ -135,12 +139,14 @@ class Scan {
     }
   }
 
-  // Diameter of the largest circle about a scan line's gap middles and ends that stays in gaps, found by growing.
+  // Diameter of the largest circle about a scan line's gap middles and ends that stays in gaps, found by
+  // growing.
   double widest(const std::vector<std::vector<Stretch>>& gaps) const {
     const auto inside = [&](std::ptrdiff_t r, double from, double to) {
       if (r < 0 || r >= std::ptrdiff_t(gaps.size())) return false;
       const std::vector<Stretch>& row = gaps[std::size_t(r)];
-      const auto behind = std::upper_bound(row.begin(), row.end(), from, [](double x, const Stretch& s) { return x < s.from; });
+      const auto behind = std::upper_bound(row.begin(), row.end(), from,
+                                           [](double x, const Stretch& s) { return x < s.from; });
       return behind != row.begin() && to <= std::prev(behind)->to;
     };
     double best = 0;
@@ -153,7 +159,8 @@ class Scan {
             bool fits = true;
             for (std::ptrdiff_t k = 0; fits && double(k) * pitch_ <= radius; ++k) {
               const double half = std::sqrt(std::max(0.0, radius * radius - double(k * k) * pitch_ * pitch_));
-              fits = inside(std::ptrdiff_t(r) + k, x - half, x + half) && inside(std::ptrdiff_t(r) - k, x - half, x + half);
+              fits = inside(std::ptrdiff_t(r) + k, x - half, x + half) &&
+                     inside(std::ptrdiff_t(r) - k, x - half, x + half);
             }
             if (!fits) break;
             best = radius;
@@ -190,8 +197,8 @@ double pitch_for(const LayerPaths& paths, std::size_t material, double asked) {
 
 }  // namespace
 
-std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& paths, const PathOptions& options,
-                               double pitch_mm) {
+std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& paths,
+                               const PathOptions& options, double pitch_mm) {
   std::vector<Coverage> result;
   for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
     const BeadOptions& bead = m == kScaffoldMaterial ? options.scaffold : options.part;
@@ -200,7 +207,8 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
     if (inset_mm < 0) {
       wanted = grow(wanted, -inset_mm, 0);
     } else if (inset_mm > 0) {
-      const RingLevels inside = offset_rings(wanted, {.first_mm = inset_mm, .boundaries = 0, .max_rings = 1}, 0);
+      const RingLevels inside =
+          offset_rings(wanted, {.first_mm = inset_mm, .boundaries = 0, .max_rings = 1}, 0);
       wanted = inside.levels.empty() ? Region{} : inside.levels[0];
     }
     BoxOf<double> box;

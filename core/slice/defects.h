@@ -11,16 +11,16 @@
 namespace firn::slice {
 
 enum class DefectKind : std::uint8_t {
-  kNotFinite,     ///< facets with a corner that is no number; left out
-  kDegenerate,    ///< facets without area on the grid; they bound nothing
-  kNotClosed,     ///< the surface has a border or facets wound against each other (whole mesh)
-  kBelow,         ///< part of the mesh lies below z = 0; not printed
-  kInsideOut,     ///< the volume is negative: all facets were turned (whole mesh)
-  kBranching,     ///< more than two facets met on an edge; size = number of such crossings
-  kTurned,        ///< contours with facets wound against the rest, or inside out; turned
-  kGapClosed,     ///< contour closed over a gap of size_mm
-  kOpenDropped,   ///< open contour of length size_mm left out
-  kOverlap,       ///< contours crossed or touched; replaced by the area whose winding number is positive
+  kNotFinite,    ///< facets with a corner that is no number; left out
+  kDegenerate,   ///< facets without area on the grid; they bound nothing
+  kNotClosed,    ///< the surface has a border or facets wound against each other (whole mesh)
+  kBelow,        ///< part of the mesh lies below z = 0; not printed
+  kInsideOut,    ///< the volume is negative: all facets were turned (whole mesh)
+  kBranching,    ///< more than two facets met on an edge; size = number of such crossings
+  kTurned,       ///< contours with facets wound against the rest, or inside out; turned
+  kGapClosed,    ///< contour closed over a gap of size_mm
+  kOpenDropped,  ///< open contour of length size_mm left out
+  kOverlap,      ///< contours crossed or touched; replaced by the area whose winding number is positive
 };
 
 /// One finding; several of a kind in a layer that have no size of their own are counted together.

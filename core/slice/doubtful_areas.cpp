@@ -25,7 +25,8 @@ class Straits {
     for (int s = 0; s <= steps; ++s) {
       const Vec p = c + (double(s) / steps) * way, off = p - a;
       const Vec across = a + (std::clamp(dot(off, along), 0.0, square) / square) * along - p;
-      if (cross(along, off) > 0 && dot(across, across) <= facing_ * facing_ && !open(p, across)) tips_.doubts().add(p, d_);
+      if (cross(along, off) > 0 && dot(across, across) <= facing_ * facing_ && !open(p, across))
+        tips_.doubts().add(p, d_);
     }
   }
 
@@ -42,7 +43,8 @@ class Straits {
     middle = (1.0 / double(ring.size())) * middle;
     const auto is_open = [&](Vec p) { return tips_.within(p, d_); };
     if (tips_.doubts().settled(middle, d_) || is_open(middle)) return;
-    if (std::none_of(ring.begin(), ring.end(), [&](Point p) { return is_open(0.5 * (middle + to_vec(p))); })) tips_.doubts().add(middle, d_);
+    if (std::none_of(ring.begin(), ring.end(), [&](Point p) { return is_open(0.5 * (middle + to_vec(p))); }))
+      tips_.doubts().add(middle, d_);
   }
 
  private:
@@ -68,7 +70,8 @@ class Straits {
 
 }  // namespace
 
-void doubt_areas(const Rings& rings, const MeetingCheck& checked, double facing, std::span<const Vec> peaks, double d, ExactTips& tips) {
+void doubt_areas(const Rings& rings, const MeetingCheck& checked, double facing, std::span<const Vec> peaks,
+                 double d, ExactTips& tips) {
   for (const Vec p : peaks)
     if (!tips.doubts().settled(p, d) && tips.within(p, d - tips.thinned())) tips.doubts().add(p, d);
   const Straits straits(rings, checked, facing, d, tips);

@@ -10,8 +10,9 @@
 
 namespace firn::slice {
 
-/// What can be about a place at distance d depends on the contours within d of it, and a little more. So where there is a doubt, those
-/// are kept as they are when the outline is thinned again, and then there is none. Units.
+/// What can be about a place at distance d depends on the contours within d of it, and a little more. So
+/// where there is a doubt, those are kept as they are when the outline is thinned again, and then there is
+/// none. Units.
 class Doubts {
  public:
   struct Doubt {

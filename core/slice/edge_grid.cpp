@@ -12,8 +12,10 @@ void EdgeGrid::pass(const Edge& e, std::int32_t margin, const Visit& visit) cons
   const auto row = [&](std::int64_t y) {
     return std::size_t(std::clamp<std::int64_t>((y - low_y_) >> shift_, 0, std::int64_t(along_) - 1));
   };
-  const std::int64_t left = std::min(e.a.x, e.b.x) - std::int64_t(margin), right = std::max(e.a.x, e.b.x) + std::int64_t(margin);
-  const std::int64_t low = std::min(e.a.y, e.b.y) - std::int64_t(margin), high = std::max(e.a.y, e.b.y) + std::int64_t(margin);
+  const std::int64_t left = std::min(e.a.x, e.b.x) - std::int64_t(margin),
+                     right = std::max(e.a.x, e.b.x) + std::int64_t(margin);
+  const std::int64_t low = std::min(e.a.y, e.b.y) - std::int64_t(margin),
+                     high = std::max(e.a.y, e.b.y) + std::int64_t(margin);
   const std::size_t c0 = column(left), c1 = column(right), r0 = row(low), r1 = row(high);
   if (c0 == c1 || r0 == r1 || e.a.y == e.b.y) {
     for (std::size_t r = r0; r <= r1; ++r)

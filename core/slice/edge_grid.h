@@ -15,10 +15,13 @@ class EdgeGrid {
   void build(std::span<const Edge> edges, std::int32_t margin);
 
   std::size_t cells() const { return first_.empty() ? 0 : first_.size() - 1; }
-  std::span<const std::uint32_t> cell(std::size_t n) const { return {edges_.data() + first_[n], first_[n + 1] - first_[n]}; }
+  std::span<const std::uint32_t> cell(std::size_t n) const {
+    return {edges_.data() + first_[n], first_[n + 1] - first_[n]};
+  }
   /// The cell of a point within the box of the edges.
   std::size_t cell_of(const Point& p) const {
-    return std::size_t((std::int64_t(p.y) - low_y_) >> shift_) * across_ + std::size_t((std::int64_t(p.x) - low_x_) >> shift_);
+    return std::size_t((std::int64_t(p.y) - low_y_) >> shift_) * across_ +
+           std::size_t((std::int64_t(p.x) - low_x_) >> shift_);
   }
 
  private:

@@ -8,12 +8,13 @@ namespace firn::slice {
 namespace {
 
 constexpr double kFurthest = 3.0 * kUnitsPerMm;  // tips that would move by more stay
-constexpr double kFarOff = 16;                   // thinnings: walls so nearly parallel may close, or part, nearby
-constexpr double kNarrow = -0.95;                // cosine of the turn at a tip of nearly parallel walls
-constexpr double kEvery = 2;                     // thinnings
-constexpr double kFound = 0.5;                   // units
+constexpr double kFarOff = 16;     // thinnings: walls so nearly parallel may close, or part, nearby
+constexpr double kNarrow = -0.95;  // cosine of the turn at a tip of nearly parallel walls
+constexpr double kEvery = 2;       // thinnings
+constexpr double kFound = 0.5;     // units
 constexpr int kSteps = 24;
-// Feet move by more than the tip where a wall bends about it: so much of the distance is looked at to either side.
+// Feet move by more than the tip where a wall bends about it: so much of the distance is looked at to either
+// side.
 constexpr double kAround = 0.1;
 
 }  // namespace
@@ -60,7 +61,8 @@ bool ExactTips::move(Vec& tip, const Wall& before, const Wall& after, double d) 
   return found;
 }
 
-// Beyond a tip walls so nearly parallel may open again, if only by what the thinning took, and before it they may close.
+// Beyond a tip walls so nearly parallel may open again, if only by what the thinning took, and before it they
+// may close.
 // @param closes +1: beyond it, -1: before it
 void ExactTips::look_along(Vec tip, Vec direction, double far, double closes, double d) {
   if (edges_[0].empty() || edges_[1].empty()) return;
@@ -132,7 +134,8 @@ bool ExactTips::find(Vec& tip, const Wall& before, const Wall& after, double d) 
     }
     const double det = cross(up[0], up[1]);
     if (std::abs(det) < 1e-4) return false;
-    p = p + Vec{(lacks[0] * up[1].y - lacks[1] * up[0].y) / det, (lacks[1] * up[0].x - lacks[0] * up[1].x) / det};
+    p = p +
+        Vec{(lacks[0] * up[1].y - lacks[1] * up[0].y) / det, (lacks[1] * up[0].x - lacks[0] * up[1].x) / det};
     if (dot(p - tip, p - tip) > furthest * furthest) return false;
   }
   return false;

@@ -1,4 +1,5 @@
-// Facets in pieces: side by side within a wave, wave after wave, so that a mapped file need not stay in memory.
+// Facets in pieces: side by side within a wave, wave after wave, so that a mapped file need not stay in
+// memory.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +13,17 @@ namespace firn::slice {
 inline constexpr std::size_t kChunkFacets = 1 << 16;
 inline constexpr int kWaveChunks = 8;
 
-inline int chunk_count(const FacetView& facets) { return int((facets.size() + kChunkFacets - 1) / kChunkFacets); }
+inline int chunk_count(const FacetView& facets) {
+  return int((facets.size() + kChunkFacets - 1) / kChunkFacets);
+}
 
 enum class Pass {
   kFirst,  ///< from the first wave to the last; others follow
   kLast,   ///< from the last wave to the first: what was read last is still in memory
 };
 
-/// body(chunk, first facet, end) for all chunks; chunks of the same `lane` (chunk % kWaveChunks) never run at once.
+/// body(chunk, first facet, end) for all chunks; chunks of the same `lane` (chunk % kWaveChunks) never run at
+/// once.
 template <class Body>
 void for_chunks(const FacetView& facets, Pass pass, const ParallelFor& parallel, const Body& body) {
   const int chunks = chunk_count(facets), waves = (chunks + kWaveChunks - 1) / kWaveChunks;
@@ -31,7 +35,8 @@ void for_chunks(const FacetView& facets, Pass pass, const ParallelFor& parallel,
       body(wave + lane, first, std::min(first + kChunkFacets, facets.size()));
     });
     if (facets.done_with)
-      facets.done_with(std::size_t(wave) * kChunkFacets, std::min(std::size_t(behind) * kChunkFacets, facets.size()), pass != Pass::kLast);
+      facets.done_with(std::size_t(wave) * kChunkFacets,
+                       std::min(std::size_t(behind) * kChunkFacets, facets.size()), pass != Pass::kLast);
   }
 }
 

@@ -15,7 +15,8 @@ class Feet {
  public:
   explicit Feet(NextLevel& next) : next_(next) {}
 
-  /// A foot's spot of the least radius, where it touches what is covered, has its centre `spot_at` inward of it.
+  /// A foot's spot of the least radius, where it touches what is covered, has its centre `spot_at` inward of
+  /// it.
   /// @param limit how far apart the levels run, and what they are drawn
   /// @param enough spots whose centre is no further from the next level are none
   /// @param cores whether the stretches are of cores: in their tips only a foot beside them sees what is left
@@ -42,7 +43,7 @@ class Feet {
   std::size_t first_wall_ = 0;  // of the stretch
   const Stretches::Stretch* stretch_ = nullptr;
   std::int32_t run_ = 0;
-  double way_ = 0;            // along all walls
+  double way_ = 0;  // along all walls
 };
 
 }  // namespace firn::slice

@@ -8,7 +8,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kAhead = 5;     // tolerances
+constexpr double kAhead = 5;       // tolerances
 constexpr double kOneSided = 0.1;  // tolerances
 
 double twice_area(std::span<const Vec> line) {
@@ -30,7 +30,8 @@ double length(std::span<const Point> ring) {
 
 }  // namespace
 
-bool FewCorners::operator()(std::span<const Vec> line, double tolerance, Rings& rings, std::span<const std::size_t> stay) {
+bool FewCorners::operator()(std::span<const Vec> line, double tolerance, Rings& rings,
+                            std::span<const std::size_t> stay) {
   RingWriter out(rings, 2 * line.size() + 2 * stay.size() + 2);
   const auto drawn = [&](Corridor::Width width) {
     out.clear();
@@ -46,8 +47,8 @@ bool FewCorners::operator()(std::span<const Vec> line, double tolerance, Rings& 
   };
   const double area = drawn({tolerance, tolerance});
   if (area == 0) return false;
-  // Edges of a smooth bend touch the wall on its inner side and end at the other: a third of the tolerance too far in. Where that
-  // does not even out over the ring, half the width on the inner side makes it even.
+  // Edges of a smooth bend touch the wall on its inner side and end at the other: a third of the tolerance
+  // too far in. Where that does not even out over the ring, half the width on the inner side makes it even.
   const double to_left = (twice_area(line) - area) / (2 * length(out.ring()));
   const double width = std::max(0.5, 1 - 1.5 * std::abs(to_left) / tolerance) * tolerance;
   if (to_left > kOneSided * tolerance) return drawn({width, tolerance}) != 0;

@@ -11,7 +11,8 @@
 
 namespace firn::slice {
 
-/// Numbers are floats relative to the first wall: some 0.01 um on a stretch of 100 mm. Keeps its working memory.
+/// Numbers are floats relative to the first wall: some 0.01 um on a stretch of 100 mm. Keeps its working
+/// memory.
 class FewWalls {
  public:
   static constexpr std::size_t kMost = 64;
@@ -30,7 +31,8 @@ class FewWalls {
     }
   }
 
-  /// The wall that bounds the disc which touches the outline in the foot and, opposite, it or the corner where it begins.
+  /// The wall that bounds the disc which touches the outline in the foot and, opposite, it or the corner
+  /// where it begins.
   /// @param facing cosine of the angle between two normals beyond which walls do not face each other
   /// @param limit larger discs are none. @return as many as there are walls: none
   std::size_t opposite(const Foot& foot, double facing, double limit) const {
@@ -43,10 +45,12 @@ class FewWalls {
       const Lanes ox = b.x - fx, oy = b.y - fy;
       const Lanes ahead = ox * nx + oy * ny, square = ox * ox + oy * oy, twice = ahead + ahead;
       const Lanes to_corner = (ahead > zero) & (square * open <= twice * ahead) ? square / twice : none;
-      const Lanes height = -(ox * b.nx + oy * b.ny), opening = 1 - (nx * b.nx + ny * b.ny), radius = height / opening;
+      const Lanes height = -(ox * b.nx + oy * b.ny), opening = 1 - (nx * b.nx + ny * b.ny),
+                  radius = height / opening;
       // From the wall's first point to the disc's centre, along the wall: its normal turned to the right.
       const Lanes along = (radius * nx - ox) * b.ny - (radius * ny - oy) * b.nx;
-      const Lanes to_wall = (opening >= open) & (height >= zero) & (along >= zero) & (along <= b.length) ? radius : none;
+      const Lanes to_wall =
+          (opening >= open) & (height >= zero) & (along >= zero) & (along <= b.length) ? radius : none;
       const Lanes nearer = to_corner < to_wall ? to_corner : to_wall;
       at = nearer < best ? here : at;
       best = nearer < best ? nearer : best;
@@ -65,7 +69,8 @@ class FewWalls {
     Lanes best = all(std::numeric_limits<float>::max());
     for (const Block& b : blocks_) {
       const Lanes ox = px - b.x, oy = py - b.y;
-      const Lanes way = ox * b.ny - oy * b.nx, ahead = way > zero ? way : zero, along = ahead < b.length ? ahead : b.length;
+      const Lanes way = ox * b.ny - oy * b.nx, ahead = way > zero ? way : zero,
+                  along = ahead < b.length ? ahead : b.length;
       const Lanes x = ox - along * b.ny, y = oy + along * b.nx, square = x * x + y * y;
       best = square < best ? square : best;
     }

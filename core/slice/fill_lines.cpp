@@ -11,12 +11,12 @@ namespace {
 
 // Where a line meets the outline.
 struct Cut {
-  std::int64_t line = 0;      // number of the line
-  double along = 0;           // place on it
-  std::uint32_t edge = 0;     // edge of the outline: index of its first point
+  std::int64_t line = 0;   // number of the line
+  double along = 0;        // place on it
+  std::uint32_t edge = 0;  // edge of the outline: index of its first point
   Vec at;
   bool enters = false;
-  std::uint32_t mate = 0;     // other end of the stretch inside
+  std::uint32_t mate = 0;               // other end of the stretch inside
   std::uint32_t before = 0, after = 0;  // neighbours along the outline
   std::uint32_t ring = 0;
 };
@@ -32,7 +32,8 @@ std::vector<Cut> cuts_of(const Region& region, double spacing, Vec along) {
       const Vec a = to_vec(region.points[i]), b = to_vec(region.points[i + 1 < end ? i + 1 : begin]);
       const double ya = dot(a, across) / spacing, yb = dot(b, across) / spacing;
       // Lines with lower <= k < upper: each corner belongs to one of its edges.
-      const std::int64_t low = std::int64_t(std::ceil(std::min(ya, yb))), high = std::int64_t(std::ceil(std::max(ya, yb)));
+      const std::int64_t low = std::int64_t(std::ceil(std::min(ya, yb))),
+                         high = std::int64_t(std::ceil(std::max(ya, yb)));
       const bool rises = yb > ya;
       for (std::int64_t step = 0; step < high - low; ++step) {
         const std::int64_t k = rises ? low + step : high - 1 - step;
@@ -74,8 +75,10 @@ void push(Rings& lines, std::size_t begin, Vec v) {
 }
 
 void finish(Rings& lines, std::size_t begin) {
-  if (lines.points.size() - begin < 2) lines.points.resize(begin);
-  else lines.ends.push_back(std::uint32_t(lines.points.size()));
+  if (lines.points.size() - begin < 2)
+    lines.points.resize(begin);
+  else
+    lines.ends.push_back(std::uint32_t(lines.points.size()));
 }
 
 }  // namespace
@@ -123,7 +126,8 @@ Region swept_by(const Rings& lines, double half_mm) {
 Rings fill_zigzag(const Region& region, double spacing_mm, double angle_rad) {
   std::vector<Cut> cuts = cuts_of(region, spacing_mm * kUnitsPerMm, direction_at(angle_rad));
   const std::vector<std::uint32_t> entering = pair_up(cuts);
-  // The cut that the outline leads to from this one, on the line to which the zigzag goes from here; itself if none.
+  // The cut that the outline leads to from this one, on the line to which the zigzag goes from here; itself
+  // if none.
   const auto linked = [&](std::uint32_t c, bool& forward) {
     const bool upward = (cuts[c].line % 2 == 0) != cuts[c].enters;  // even lines go on at their far end
     const std::int64_t line = cuts[c].line + (upward ? 1 : -1);

@@ -21,7 +21,8 @@ void each_segment(const LayerPaths& layer, const Visit& visit) {
     if (info.kind == PathKind::kMeasurement) continue;
     const auto line = layer.lines[n];
     const std::size_t segments = line.size() < 2 ? line.size() : line.size() - (info.closed ? 0 : 1);
-    for (std::size_t k = 0; k < segments; ++k) visit(in_mm(line[k]), in_mm(line[(k + 1) % line.size()]), info);
+    for (std::size_t k = 0; k < segments; ++k)
+      visit(in_mm(line[k]), in_mm(line[(k + 1) % line.size()]), info);
   }
 }
 
@@ -35,7 +36,9 @@ double distance2(const At& a, const At& b, double x, double y) {
 }  // namespace
 
 GridSpec footprint_grid(const LayerPaths& layer, double pitch_mm) {
-  if (!(pitch_mm > 0.0 && pitch_mm <= 100.0)) throw std::invalid_argument("a grid's pitch of " + std::to_string(pitch_mm) + " mm is not within (0, 100]");
+  if (!(pitch_mm > 0.0 && pitch_mm <= 100.0))
+    throw std::invalid_argument("a grid's pitch of " + std::to_string(pitch_mm) +
+                                " mm is not within (0, 100]");
   double x0 = std::numeric_limits<double>::max(), y0 = x0, x1 = -x0, y1 = -x0;
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
     const double r = 0.5 * info.width * kMmPerUnit;
@@ -43,9 +46,11 @@ GridSpec footprint_grid(const LayerPaths& layer, double pitch_mm) {
     y0 = std::min({y0, a.y - r, b.y - r}), y1 = std::max({y1, a.y + r, b.y + r});
   });
   if (x1 < x0) throw std::invalid_argument("layer " + std::to_string(layer.layer) + " deposits nothing");
-  const double i0 = std::floor(x0 / pitch_mm), i1 = std::ceil(x1 / pitch_mm), j0 = std::floor(y0 / pitch_mm), j1 = std::ceil(y1 / pitch_mm);
+  const double i0 = std::floor(x0 / pitch_mm), i1 = std::ceil(x1 / pitch_mm), j0 = std::floor(y0 / pitch_mm),
+               j1 = std::ceil(y1 / pitch_mm);
   if (i1 - i0 + 2.0 > kMaxGridSide || j1 - j0 + 2.0 > kMaxGridSide)
-    throw std::invalid_argument("layer " + std::to_string(layer.layer) + " needs more than " + std::to_string(kMaxGridSide) + " cells a side");
+    throw std::invalid_argument("layer " + std::to_string(layer.layer) + " needs more than " +
+                                std::to_string(kMaxGridSide) + " cells a side");
   const auto even = [](double cells) { return (int(cells) + 2) / 2 * 2; };
   return {even(i1 - i0), even(j1 - j0), pitch_mm, pitch_mm, i0 * pitch_mm, j0 * pitch_mm};
 }
@@ -57,7 +62,8 @@ Grid<std::uint8_t> footprint_materials(const LayerPaths& layer, const GridSpec& 
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
     const double r = 0.5 * info.width * kMmPerUnit, r2 = r * r * (1.0 + 1e-12);
     const auto cells = [&](double low, double high, double origin, double pitch, int n) {
-      return std::pair(std::max(0, int(std::ceil((low - r - origin) / pitch))), std::min(n - 1, int(std::floor((high + r - origin) / pitch))));
+      return std::pair(std::max(0, int(std::ceil((low - r - origin) / pitch))),
+                       std::min(n - 1, int(std::floor((high + r - origin) / pitch))));
     };
     const auto [i0, i1] = cells(std::min(a.x, b.x), std::max(a.x, b.x), g.origin_x_mm, g.pitch_x_mm, g.nx);
     const auto [j0, j1] = cells(std::min(a.y, b.y), std::max(a.y, b.y), g.origin_y_mm, g.pitch_y_mm, g.ny);
@@ -129,15 +135,18 @@ constexpr double kSample_mm = 0.25;
 HeightMap laid_area(const LayerPaths& layer, const GridSpec& g) {
   HeightMap area(g, 0.0);
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
-    const double dx = b.x - a.x, dy = b.y - a.y, length = std::sqrt(dx * dx + dy * dy), width = info.width * kMmPerUnit;
+    const double dx = b.x - a.x, dy = b.y - a.y, length = std::sqrt(dx * dx + dy * dy),
+                 width = info.width * kMmPerUnit;
     if (!(length > 0.0 && width > 0.0)) return;
-    const int along = std::max(1, int(std::ceil(length / kSample_mm))), across = std::max(1, int(std::ceil(width / kSample_mm)));
+    const int along = std::max(1, int(std::ceil(length / kSample_mm))),
+              across = std::max(1, int(std::ceil(width / kSample_mm)));
     const double share = length * width / (double(along) * double(across));
     for (int n = 0; n < along; ++n)
       for (int m = 0; m < across; ++m) {
         const double s = (n + 0.5) / along, t = ((m + 0.5) / across - 0.5) * width / length;
         const double x = a.x + s * dx - t * dy, y = a.y + s * dy + t * dx;
-        const int i = int(std::floor((x - g.origin_x_mm) / g.pitch_x_mm + 0.5)), j = int(std::floor((y - g.origin_y_mm) / g.pitch_y_mm + 0.5));
+        const int i = int(std::floor((x - g.origin_x_mm) / g.pitch_x_mm + 0.5)),
+                  j = int(std::floor((y - g.origin_y_mm) / g.pitch_y_mm + 0.5));
         if (g.contains(i, j)) area.at(i, j) += share;
       }
   });
@@ -155,7 +164,8 @@ HeightMap bead_coverage(const LayerPaths& layer, const GridSpec& g, double windo
     for (int i = 0; i < g.nx; ++i) {
       double laid = 0.0, needed = 0.0;
       for (int y = std::max(j - ry, 0); y <= std::min(j + ry, g.ny - 1); ++y)
-        for (int x = std::max(i - rx, 0); x <= std::min(i + rx, g.nx - 1); ++x) laid += area.at(x, y), needed += needs.at(x, y);
+        for (int x = std::max(i - rx, 0); x <= std::min(i + rx, g.nx - 1); ++x)
+          laid += area.at(x, y), needed += needs.at(x, y);
       if (needed > 0.0 && needs.at(i, j)) out.at(i, j) = laid / (needed * g.pitch_x_mm * g.pitch_y_mm);
     }
   return out;

@@ -21,10 +21,12 @@ GapBand core_band(const RingPlan& plan, int level, double spot_mm) {
 }
 
 GapLimits gap_limits(const GapBand& band, double spot_mm, double tolerance_mm) {
-  const double narrowest = 0.5 * spot_mm * kUnitsPerMm, tolerance = std::max(100.0, tolerance_mm * kUnitsPerMm);
+  const double narrowest = 0.5 * spot_mm * kUnitsPerMm,
+               tolerance = std::max(100.0, tolerance_mm * kUnitsPerMm);
   const double drawn = 2.2 * tolerance + 200;  // both levels are drawn within the tolerance
   GapLimits limits;
-  limits.axis = {band.covered_mm * kUnitsPerMm, band.next_mm * kUnitsPerMm, narrowest, drawn, band.inside_mm * kUnitsPerMm};
+  limits.axis = {band.covered_mm * kUnitsPerMm, band.next_mm * kUnitsPerMm, narrowest, drawn,
+                 band.inside_mm * kUnitsPerMm};
   limits.near = limits.near_corner = limits.axis.next + drawn;
   limits.far = std::max(limits.near, limits.axis.next + 2 * narrowest - drawn);
   limits.spot_at = limits.axis.covered + narrowest;
@@ -34,7 +36,8 @@ GapLimits gap_limits(const GapBand& band, double spot_mm, double tolerance_mm) {
   const double least = std::sqrt(std::min(d * d, (n - c) * (n - c) + d * d * c / n));
   limits.enough = least - drawn - kFootStep;
   limits.slack = 0.02 * d;
-  limits.near_corner = std::max(limits.near, (least - 2 * limits.slack) * limits.axis.next / (limits.axis.next - limits.spot_at));
+  limits.near_corner = std::max(
+      limits.near, (least - 2 * limits.slack) * limits.axis.next / (limits.axis.next - limits.spot_at));
   return limits;
 }
 

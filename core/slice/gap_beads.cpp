@@ -11,7 +11,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kLook = 0.6 * kUnitsPerMm;  // rings are asked at least so often how far the next level is
+constexpr double kLook = 0.6 * kUnitsPerMm;   // rings are asked at least so often how far the next level is
 constexpr double kMoved = 0.5 * kUnitsPerMm;  // furthest that a corner is drawn from where the front has it
 constexpr double kTaper = 1.4;                // widest to narrowest place of one bead
 
@@ -92,10 +92,12 @@ class Lacking {
 
   static void add_all(std::span<const Point> ring, Stretches& stretches) {
     for (const Point p : ring) stretches.points.push_back(to_vec(p));
-    stretches.all.push_back({std::uint32_t(stretches.points.size()), 0, std::uint32_t(ring.size()), true, false, {}, false});
+    stretches.all.push_back(
+        {std::uint32_t(stretches.points.size()), 0, std::uint32_t(ring.size()), true, false, {}, false});
   }
 
-  static void add_stretch(std::span<const Point> ring, const Look& from, const Look& to, Stretches& stretches) {
+  static void add_stretch(std::span<const Point> ring, const Look& from, const Look& to,
+                          Stretches& stretches) {
     std::vector<Vec>& points = stretches.points;
     const std::size_t n = ring.size(), begin = points.size();
     const auto add = [&](Vec p) {
@@ -111,7 +113,13 @@ class Lacking {
     std::uint32_t last = add(to.at);
     add(corner((to.edge + 1) % n));
     const std::uint32_t behind = add(corner((to.edge + 2) % n));
-    stretches.all.push_back({std::uint32_t(points.size()), first, std::max(last, std::min(first + 1, behind)), false, false, {}, false});
+    stretches.all.push_back({std::uint32_t(points.size()),
+                             first,
+                             std::max(last, std::min(first + 1, behind)),
+                             false,
+                             false,
+                             {},
+                             false});
   }
 
   NextLevel& next_;
@@ -132,7 +140,8 @@ class OneCorner : public AxisField {
 };
 
 // Douglas and Peucker's, of the places from `begin` to `last`; appends all kept but the last.
-void thin(std::span<const MedialPlace> places, std::size_t begin, std::size_t last, double tolerance, std::vector<Point>& out) {
+void thin(std::span<const MedialPlace> places, std::size_t begin, std::size_t last, double tolerance,
+          std::vector<Point>& out) {
   double worst = tolerance * tolerance;
   std::size_t at = begin;
   for (std::size_t i = begin + 1; i < last; ++i) {
@@ -173,17 +182,20 @@ void add_chain(std::span<const MedialPlace> chain, double tolerance, std::vector
 
 class GapFinder::Work {
  public:
-  void find(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm, Beads& beads) {
+  void find(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm,
+            double tolerance_mm, Beads& beads) {
     const GapLimits limits = gap_limits(band, narrowest_mm, tolerance_mm);
     next_.take(next, limits.axis.next - limits.axis.covered);
     stretches_.clear();
     for (std::size_t r = 0; r < outer.size(); ++r)
-      if (outer[r].size() > 2 && !(too_small(outer[r], limits.axis.covered + limits.axis.narrowest) && twice_area(outer[r]) > 0))
+      if (outer[r].size() > 2 &&
+          !(too_small(outer[r], limits.axis.covered + limits.axis.narrowest) && twice_area(outer[r]) > 0))
         lacking_.add(outer[r], limits.near, stretches_);
     lay(stretches_, limits, tolerance_mm, beads);
   }
 
-  void find(Stretches& stretches, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm, Beads& beads) {
+  void find(Stretches& stretches, const Rings& next, const GapBand& band, double narrowest_mm,
+            double tolerance_mm, Beads& beads) {
     if (stretches.empty()) return;
     const GapLimits limits = gap_limits(band, narrowest_mm, tolerance_mm);
     next_.take(next, limits.axis.next - limits.axis.covered);
@@ -215,8 +227,10 @@ class GapFinder::Work {
       if (!open) continue;
       feet_.clear();
       for (std::size_t k = i; k < end; ++k) {
-        if (all[k].cornered) feet_.add_walls(points_of(stretches, k), all[k]);
-        else feet_.add(points_of(stretches, k), all[k]);
+        if (all[k].cornered)
+          feet_.add_walls(points_of(stretches, k), all[k]);
+        else
+          feet_.add(points_of(stretches, k), all[k]);
       }
       add_lines(next_);
     }
@@ -238,14 +252,14 @@ class GapFinder::Work {
 GapFinder::GapFinder() : work_(std::make_unique<Work>()) {}
 GapFinder::~GapFinder() = default;
 
-void GapFinder::operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
-                           bool touching, Beads& beads) {
+void GapFinder::operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm,
+                           double tolerance_mm, bool touching, Beads& beads) {
   if (outer.empty() || narrowest_mm <= 0) return;
   work_->find(touching ? region_of(outer) : outer, next, band, narrowest_mm, tolerance_mm, beads);
 }
 
-void GapFinder::operator()(Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
-                           Beads& beads) {
+void GapFinder::operator()(Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm,
+                           double tolerance_mm, Beads& beads) {
   work_->find(lacking, next, band, narrowest_mm, tolerance_mm, beads);
 }
 

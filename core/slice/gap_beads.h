@@ -1,4 +1,5 @@
-// Beads for what the rings of a concentric fill leave uncovered: their middle lines, as wide as the gap is there.
+// Beads for what the rings of a concentric fill leave uncovered: their middle lines, as wide as the gap is
+// there.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +17,11 @@ struct Beads {
   std::vector<std::int32_t> widths;
 };
 
-/// Beads on the medial axis of the area between two levels, where it is narrower than the next level's bead is wide, or
-/// where that bead does not reach. Let rho be the axis' distance from the covered edge: all of a spot that is uncovered lies
-/// in a disc of radius rho about some place of the axis, and a bead 2 rho wide covers it. Sections of an axis whose rho
-/// differs by less than a third are one bead, as wide as the widest of it.
+/// Beads on the medial axis of the area between two levels, where it is narrower than the next level's bead
+/// is wide, or where that bead does not reach. Let rho be the axis' distance from the covered edge: all of a
+/// spot that is uncovered lies in a disc of radius rho about some place of the axis, and a bead 2 rho wide
+/// covers it. Sections of an axis whose rho differs by less than a third are one bead, as wide as the widest
+/// of it.
 ///
 /// Spots that no circle of diameter `narrowest_mm` fits into stay: tips of corners, mostly.
 /// @param outer, next the rings of both levels; `next` may be empty
@@ -29,11 +31,11 @@ class GapFinder {
  public:
   GapFinder();
   ~GapFinder();
-  void operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
-                  bool touching, Beads& beads);
+  void operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm,
+                  double tolerance_mm, bool touching, Beads& beads);
   /// @param lacking what of the outer level lacks the next one (RingLevels::gaps); used up
-  void operator()(Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm, double tolerance_mm,
-                  Beads& beads);
+  void operator()(Stretches& lacking, const Rings& next, const GapBand& band, double narrowest_mm,
+                  double tolerance_mm, Beads& beads);
 
  private:
   class Work;

@@ -32,8 +32,10 @@ std::vector<std::vector<std::uint32_t>> nested_groups(const Region& region) {
   }
   if (groups.size() == region.size()) return groups;
   std::vector<Outer> outers;
-  for (std::size_t g = 0; g < groups.size(); ++g) outers.push_back({areas[groups[g][0]], g, box_of(region[groups[g][0]])});
-  std::stable_sort(outers.begin(), outers.end(), [](const Outer& a, const Outer& b) { return a.area < b.area; });
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    outers.push_back({areas[groups[g][0]], g, box_of(region[groups[g][0]])});
+  std::stable_sort(outers.begin(), outers.end(),
+                   [](const Outer& a, const Outer& b) { return a.area < b.area; });
   for (std::uint32_t r = 0; r < region.size(); ++r) {
     if (areas[r] >= 0) continue;
     const BoxOf<std::int32_t> box = box_of(region[r]);
@@ -41,9 +43,11 @@ std::vector<std::vector<std::uint32_t>> nested_groups(const Region& region) {
       if (outer.area <= -areas[r] || !outer.box.meets(box)) continue;
       const auto ring = region[groups[outer.group][0]];
       // A hole may touch its outer ring at a point: most of its corners decide.
-      const std::size_t step = std::max<std::size_t>(1, region[r].size() / 5), asked = (region[r].size() + step - 1) / step;
+      const std::size_t step = std::max<std::size_t>(1, region[r].size() / 5),
+                        asked = (region[r].size() + step - 1) / step;
       std::size_t inside = 0;
-      for (std::size_t i = 0; i < asked && 2 * inside <= asked; ++i) inside += winding(ring, region[r][i * step]) != 0;
+      for (std::size_t i = 0; i < asked && 2 * inside <= asked; ++i)
+        inside += winding(ring, region[r][i * step]) != 0;
       if (2 * inside > asked) {
         groups[outer.group].push_back(r);
         break;

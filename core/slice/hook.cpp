@@ -36,7 +36,8 @@ bool runs_round_everything(std::span<const Point> ring, const Region& part) {
   return true;
 }
 
-// Does each of the part's outer rings lie inside one of the hooks? Else hooks run along the part and not round it.
+// Does each of the part's outer rings lie inside one of the hooks? Else hooks run along the part and not
+// round it.
 bool encloses(const Rings& hooks, const Region& part) {
   for (std::size_t r = 0; r < part.size(); ++r) {
     if (doubled_area(part[r]) <= 0) continue;
@@ -54,7 +55,8 @@ double distance_mm(const Rings& a, const Rings& b) {
     for (const Point p : corners.points)
       for (std::size_t r = 0; r < edges.size(); ++r)
         for (std::size_t i = 0; i < edges[r].size(); ++i)
-          best = std::min(best, square_distance(to_vec(p), to_vec(edges[r][i]), to_vec(edges[r][(i + 1) % edges[r].size()])));
+          best = std::min(best, square_distance(to_vec(p), to_vec(edges[r][i]),
+                                                to_vec(edges[r][(i + 1) % edges[r].size()])));
   };
   corners_to_edges(a, b);
   corners_to_edges(b, a);
@@ -81,11 +83,12 @@ Region room_for_hook(const Region& scaffold, const Region& part, int hooks, cons
   if (part.empty()) return scaffold;
   const Rings everything = unite(scaffold, part);
   Region wider = scaffold;
-  // The innermost hook of contours that reach out_mm beyond everything runs out_mm less its own distance from the part: so
-  // many contours are enough for any part.
-  const RingPlan hook_rings{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
-  const double enough_mm = hook_rings.distance_mm(hooks - 1) + 0.5 * hook_rings.width_mm(hooks - 1) + options.hook.clearance_mm +
-                           2 * options.chord_tolerance_mm;
+  // The innermost hook of contours that reach out_mm beyond everything runs out_mm less its own distance from
+  // the part: so many contours are enough for any part.
+  const RingPlan hook_rings{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm,
+                            bead.fill_width_mm};
+  const double enough_mm = hook_rings.distance_mm(hooks - 1) + 0.5 * hook_rings.width_mm(hooks - 1) +
+                           options.hook.clearance_mm + 2 * options.chord_tolerance_mm;
   const int most = int(std::ceil(enough_mm / bead.boundary_width_mm));
   for (int contours = 0; contours <= most; ++contours) {
     if (contours > 0) {

@@ -1,5 +1,6 @@
-// INTERSECTFACET [Barnett, 3.2], some hundred facets at a time: each is read once, measured, and leaves a segment in every
-// plane that it crosses. What follows from a facet's place is looked up, so that nothing has to be guessed in advance.
+// INTERSECTFACET [Barnett, 3.2], some hundred facets at a time: each is read once, measured, and leaves a
+// segment in every plane that it crosses. What follows from a facet's place is looked up, so that nothing has
+// to be guessed in advance.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -25,7 +26,8 @@ std::uint64_t hash(std::int64_t x, std::int64_t y, std::int64_t z) {
 
 struct Sums {
   std::size_t not_finite = 0, degenerate = 0;
-  std::uint64_t border = 0;  // 0 exactly when the edges cancel (docs/algorithms-slicing.md), but for chance 2^-60
+  std::uint64_t border =
+      0;  // 0 exactly when the edges cancel (docs/algorithms-slicing.md), but for chance 2^-60
   __int128 six_volumes = 0;
   void add(const Sums& s) {
     not_finite += s.not_finite;
@@ -38,16 +40,18 @@ struct Sums {
 using Grid = const std::int32_t*;  // a corner's x, y, z
 
 bool no_area(Grid a, Grid b, Grid c) {
-  const std::int64_t bx = std::int64_t(b[0]) - a[0], by = std::int64_t(b[1]) - a[1], bz = std::int64_t(b[2]) - a[2];
-  const std::int64_t cx = std::int64_t(c[0]) - a[0], cy = std::int64_t(c[1]) - a[1], cz = std::int64_t(c[2]) - a[2];
+  const std::int64_t bx = std::int64_t(b[0]) - a[0], by = std::int64_t(b[1]) - a[1],
+                     bz = std::int64_t(b[2]) - a[2];
+  const std::int64_t cx = std::int64_t(c[0]) - a[0], cy = std::int64_t(c[1]) - a[1],
+                     cz = std::int64_t(c[2]) - a[2];
   return bx * cy == by * cx && by * cz == bz * cy && bx * cz == bz * cx;
 }
 
 bool equal(Grid a, Grid b) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
 
-/// Which corners bound the edges on which a facet's segments begin and end, by the order of its corners' heights. Seen from
-/// outside with z up, the middle corner of a facet whose corners run low, middle, high lies on the right, and material to the
-/// left of a segment means that the segment runs to the right.
+/// Which corners bound the edges on which a facet's segments begin and end, by the order of its corners'
+/// heights. Seen from outside with z up, the middle corner of a facet whose corners run low, middle, high
+/// lies on the right, and material to the left of a segment means that the segment runs to the right.
 struct Way {
   std::uint8_t from_low, from_high, to_low, to_high, middle, high;
 };
@@ -87,7 +91,8 @@ Point crossing(Grid low, Grid high, double plane) {
 
 class Cutter {
  public:
-  Cutter(const PlaneFinder& planes, SegmentLane& lane, Sums& sums) : planes_(planes), lane_(lane), sums_(sums) {}
+  Cutter(const PlaneFinder& planes, SegmentLane& lane, Sums& sums)
+      : planes_(planes), lane_(lane), sums_(sums) {}
 
   static constexpr std::size_t kFacets = 128;  // with all that is kept of them they fit the nearest cache
   std::int32_t* grid() { return grid_; }
@@ -110,7 +115,8 @@ class Cutter {
     __int128 six_volumes = 0;
     for (std::size_t n = 0; n < facets; ++n) {
       const Grid a = grid_ + 9 * n, b = a + 3, c = a + 6;
-      const std::int64_t ax = a[0], ay = a[1], az = a[2], bx = b[0], by = b[1], bz = b[2], cx = c[0], cy = c[1], cz = c[2];
+      const std::int64_t ax = a[0], ay = a[1], az = a[2], bx = b[0], by = b[1], bz = b[2], cx = c[0],
+                         cy = c[1], cz = c[2];
       const std::uint64_t ha = hash(ax, ay, az), hb = hash(bx, by, bz), hc = hash(cx, cy, cz);
       hashes_[3 * n] = std::uint32_t(ha >> 32);
       hashes_[3 * n + 1] = std::uint32_t(hb >> 32);
@@ -121,10 +127,12 @@ class Cutter {
       six_volumes += __int128(twice_shadow) * (az + bz + cz);
       if (twice_shadow == 0 && no_area(a, b, c)) {
         ++sums_.degenerate;
-        if (equal(a, b) || equal(b, c) || equal(c, a)) continue;  // its two crossed edges are one: no way between them
+        if (equal(a, b) || equal(b, c) || equal(c, a))
+          continue;  // its two crossed edges are one: no way between them
       }
       const std::uint32_t k = planes_.at_or_above(std::min({a[2], b[2], c[2]}));
-      hits_[hits] = {k, std::uint16_t(n), std::uint16_t(unsigned(bz < az) | unsigned(cz < az) << 1 | unsigned(cz < bz) << 2)};
+      hits_[hits] = {k, std::uint16_t(n),
+                     std::uint16_t(unsigned(bz < az) | unsigned(cz < az) << 1 | unsigned(cz < bz) << 2)};
       hits += planes_[k] < std::max({a[2], b[2], c[2]});
     }
     sums_.border += border;
@@ -159,7 +167,8 @@ class Cutter {
 };
 
 template <class Snap>
-void cut_chunk(const FacetView& facets, const Affine& affine, std::size_t first, std::size_t end, Cutter& cutter, Sums& sums) {
+void cut_chunk(const FacetView& facets, const Affine& affine, std::size_t first, std::size_t end,
+               Cutter& cutter, Sums& sums) {
   const Snap snap(affine);
   for (std::size_t n = first; n < end; n += Cutter::kFacets) {
     const std::size_t behind = std::min(end, n + Cutter::kFacets);
@@ -174,10 +183,12 @@ void cut_chunk(const FacetView& facets, const Affine& affine, std::size_t first,
 std::vector<std::int32_t> layer_planes(double layer_height_mm, std::int32_t top) {
   const double height = layer_height_mm * kUnitsPerMm;
   if (!(std::isfinite(height) && height >= 10.0))
-    throw std::invalid_argument("layer_height_mm = " + std::to_string(layer_height_mm) + " must be 0.001 or more");
+    throw std::invalid_argument("layer_height_mm = " + std::to_string(layer_height_mm) +
+                                " must be 0.001 or more");
   constexpr int kMost = 1'000'000;
   if (double(top) / height > kMost)
-    throw std::invalid_argument("layer_height_mm = " + std::to_string(layer_height_mm) + " makes more than a million layers");
+    throw std::invalid_argument("layer_height_mm = " + std::to_string(layer_height_mm) +
+                                " makes more than a million layers");
   std::vector<std::int32_t> planes;
   for (int n = 1;; ++n) {
     const double middle = std::floor((n - 0.5) * height);

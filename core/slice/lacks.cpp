@@ -7,7 +7,8 @@
 namespace firn::slice::wavefront {
 namespace {
 
-// Appends places of the arc strictly between a and b (from the centre, of length d), halved until chords are near it.
+// Appends places of the arc strictly between a and b (from the centre, of length d), halved until chords are
+// near it.
 void halve(Vec centre, double d, Vec a, Vec b, double least, std::vector<Vec>& points) {
   const Vec sum = a + b;
   const double l = length(sum);
@@ -28,12 +29,13 @@ void add_place(Vec p, std::size_t begin, std::vector<Vec>& points) {
 void Lacks::keep(const Component& component, double d) {
   d_ = d;
   kept_.resize(component.pieces.size());
-  for (std::size_t i = 0; i < kept_.size(); ++i) kept_[i] = {component.pieces[i].source, component.pieces[i].from};
+  for (std::size_t i = 0; i < kept_.size(); ++i)
+    kept_[i] = {component.pieces[i].source, component.pieces[i].from};
   ends_ = component.ends;
 }
 
-void Lacks::find(std::span<const Source> sources, std::span<const Component> out, const LackLimits& limits, double sagitta,
-                 Stretches& stretches) {
+void Lacks::find(std::span<const Source> sources, std::span<const Component> out, const LackLimits& limits,
+                 double sagitta, Stretches& stretches) {
   sources_ = sources;
   at_.resize(sources.size(), kGone);
   std::size_t pieces = 0;
@@ -70,7 +72,8 @@ void Lacks::find(std::span<const Source> sources, std::span<const Component> out
   for (const Ahead& piece : ahead_) at_[std::size_t(piece.source)] = kGone;
 }
 
-void Lacks::find_in(std::span<const Kept> loop, const LackLimits& limits, double sagitta, Stretches& stretches) {
+void Lacks::find_in(std::span<const Kept> loop, const LackLimits& limits, double sagitta,
+                    Stretches& stretches) {
   const std::size_t n = loop.size();
   std::size_t first = 0;
   while (first < n && at_[std::size_t(loop[first].source)] < 0) ++first;
@@ -99,8 +102,10 @@ void Lacks::find_in(std::span<const Kept> loop, const LackLimits& limits, double
   }
 }
 
-// Is what lies between piece i and the one `steps` further, both alive, near the corner in which they meet now?
-bool Lacks::served(std::span<const Kept> loop, std::size_t i, std::size_t steps, const LackLimits& limits) const {
+// Is what lies between piece i and the one `steps` further, both alive, near the corner in which they meet
+// now?
+bool Lacks::served(std::span<const Kept> loop, std::size_t i, std::size_t steps,
+                   const LackLimits& limits) const {
   const std::size_t n = loop.size(), j = i + steps < n ? i + steps : i + steps - n;
   const std::int32_t a = at_[std::size_t(loop[i].source)], b = at_[std::size_t(loop[j].source)];
   if (ahead_[std::size_t(a)].next != b) return false;
@@ -118,8 +123,10 @@ bool Lacks::served(std::span<const Kept> loop, std::size_t i, std::size_t steps,
   return all_near || blunt(loop, i, steps, corner, limits);
 }
 
-// Does all that lies between the two lie within the corner that they would make, and is that one too blunt for a spot?
-bool Lacks::blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, Vec corner, const LackLimits& limits) const {
+// Does all that lies between the two lie within the corner that they would make, and is that one too blunt
+// for a spot?
+bool Lacks::blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, Vec corner,
+                  const LackLimits& limits) const {
   const std::size_t n = loop.size(), j = i + steps < n ? i + steps : i + steps - n;
   const Vec to_a = corner - beside(loop[i], corner), to_c = corner - beside(loop[j], corner);
   const double way = length(to_a), sum = length(to_a + to_c);
@@ -129,7 +136,8 @@ bool Lacks::blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, 
   for (std::size_t k = i, s = 0; s < steps; ++s) {
     k = k + 1 < n ? k + 1 : 0;
     const Vec off = loop[k].from - corner;
-    if (dot(off, to_a) < outside || dot(off, to_c) < outside || dot(off, off) > furthest * furthest) return false;
+    if (dot(off, to_a) < outside || dot(off, to_c) < outside || dot(off, off) > furthest * furthest)
+      return false;
   }
   return true;
 }
@@ -156,10 +164,12 @@ Vec Lacks::beside(const Kept& piece, Vec ahead) const {
 
 void Lacks::add_arc(const Kept& piece, Vec a, Vec b, double sagitta, std::vector<Vec>& points) const {
   const Source& source = sources_[std::size_t(piece.source)];
-  if (source.corner() && d_ > sagitta) halve(source.at, d_, a - source.at, b - source.at, d_ - sagitta, points);
+  if (source.corner() && d_ > sagitta)
+    halve(source.at, d_, a - source.at, b - source.at, d_ - sagitta, points);
 }
 
-void Lacks::add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t steps, double sagitta, Stretches& stretches) {
+void Lacks::add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t steps, double sagitta,
+                        Stretches& stretches) {
   const std::size_t n = loop.size(), begin = stretches.points.size();
   const auto after = [&](std::size_t k) { return k + 1 < n ? k + 1 : 0; };
   const std::size_t j = i + steps < n ? i + steps : i + steps - n;
@@ -182,11 +192,15 @@ void Lacks::add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t s
   add_place(to, begin, points);
   const std::uint32_t last = std::uint32_t(points.size() - 1 - begin);
   add_place(loop[after(j)].from, begin, points);
-  if (last == first) points.resize(begin);
-  else stretches.all.push_back({std::uint32_t(points.size()), first, last, false, cornered(loop, i, steps), ahead_[std::size_t(b)].from, false});
+  if (last == first)
+    points.resize(begin);
+  else
+    stretches.all.push_back({std::uint32_t(points.size()), first, last, false, cornered(loop, i, steps),
+                             ahead_[std::size_t(b)].from, false});
 }
 
-void Lacks::add_all(std::span<const Kept> loop, const LackLimits& limits, double sagitta, Stretches& stretches) const {
+void Lacks::add_all(std::span<const Kept> loop, const LackLimits& limits, double sagitta,
+                    Stretches& stretches) const {
   const std::size_t n = loop.size(), begin = stretches.points.size();
   BoxOf<double> box;
   double twice_area = 0;
@@ -202,9 +216,13 @@ void Lacks::add_all(std::span<const Kept> loop, const LackLimits& limits, double
     add_place(loop[i].from, begin, points);
     add_arc(loop[i], loop[i].from, end, sagitta, points);
   }
-  while (points.size() > begin + 1 && dot(points.back() - points[begin], points.back() - points[begin]) < 1) points.pop_back();
-  if (points.size() < begin + 3) points.resize(begin);
-  else stretches.all.push_back({std::uint32_t(points.size()), 0, std::uint32_t(points.size() - begin), true, false, {}, false});
+  while (points.size() > begin + 1 && dot(points.back() - points[begin], points.back() - points[begin]) < 1)
+    points.pop_back();
+  if (points.size() < begin + 3)
+    points.resize(begin);
+  else
+    stretches.all.push_back(
+        {std::uint32_t(points.size()), 0, std::uint32_t(points.size() - begin), true, false, {}, false});
 }
 
 }  // namespace firn::slice::wavefront

@@ -19,15 +19,16 @@ struct LackLimits {
   double narrowest = 0;    ///< loops round an area no wider than this lack nothing
 };
 
-/// Pieces that live on stand beside what they stood at before; what died between two of them, and the ways of their ends, lie
-/// about one corner of the next front. If all its corners are near that one, all of it is: the distance from a place is convex
-/// along a line, and arcs bulge towards it.
+/// Pieces that live on stand beside what they stood at before; what died between two of them, and the ways of
+/// their ends, lie about one corner of the next front. If all its corners are near that one, all of it is:
+/// the distance from a place is convex along a line, and arcs bulge towards it.
 ///
-/// A stretch whose two living neighbours are neighbours still is cornered. Both ways from the corner P in which these meet back to
-/// their pieces run through what the two passed over. What lies between the ways was passed by the stretch's pieces alone,
-/// unless a hole died there, loop and all; and any way from there to the next front either crosses one of the two in a place z, from
-/// which no place of the next front is nearer than P (z is as much less deep as it is far from P), or leaves the area: P is the
-/// nearest place of the next front. Keeps its working memory.
+/// A stretch whose two living neighbours are neighbours still is cornered. Both ways from the corner P in
+/// which these meet back to their pieces run through what the two passed over. What lies between the ways was
+/// passed by the stretch's pieces alone, unless a hole died there, loop and all; and any way from there to
+/// the next front either crosses one of the two in a place z, from which no place of the next front is nearer
+/// than P (z is as much less deep as it is far from P), or leaves the area: P is the nearest place of the
+/// next front. Keeps its working memory.
 class Lacks {
  public:
   /// Before a component moves on from distance `d`.
@@ -35,8 +36,8 @@ class Lacks {
   /// After it has: appends stretches of what was kept.
   /// @param out the components that it has become
   /// @param sagitta of the chords of arcs
-  void find(std::span<const Source> sources, std::span<const Component> out, const LackLimits& limits, double sagitta,
-            Stretches& stretches);
+  void find(std::span<const Source> sources, std::span<const Component> out, const LackLimits& limits,
+            double sagitta, Stretches& stretches);
 
  private:
   struct Kept {
@@ -52,9 +53,12 @@ class Lacks {
   void find_in(std::span<const Kept> loop, const LackLimits& limits, double sagitta, Stretches& stretches);
   bool served(std::span<const Kept> loop, std::size_t i, std::size_t steps, const LackLimits& limits) const;
   bool cornered(std::span<const Kept> loop, std::size_t i, std::size_t steps) const;
-  bool blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, Vec corner, const LackLimits& limits) const;
-  void add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t steps, double sagitta, Stretches& stretches);
-  void add_all(std::span<const Kept> loop, const LackLimits& limits, double sagitta, Stretches& stretches) const;
+  bool blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, Vec corner,
+             const LackLimits& limits) const;
+  void add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t steps, double sagitta,
+                   Stretches& stretches);
+  void add_all(std::span<const Kept> loop, const LackLimits& limits, double sagitta,
+               Stretches& stretches) const;
   Vec beside(const Kept& piece, Vec ahead) const;
   void add_arc(const Kept& piece, Vec a, Vec b, double sagitta, std::vector<Vec>& points) const;
 

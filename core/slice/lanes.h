@@ -1,5 +1,5 @@
-// Two doubles or four whole numbers side by side, and what comparing them tells: where the compiler takes lanes out one by one,
-// a processor with SSE2 tells all of them at once.
+// Two doubles or four whole numbers side by side, and what comparing them tells: where the compiler takes
+// lanes out one by one, a processor with SSE2 tells all of them at once.
 #pragma once
 
 #include <bit>

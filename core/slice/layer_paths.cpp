@@ -50,8 +50,14 @@ double transit_mm(const LayerPaths& paths) {
 
 Path to_path(const LayerPaths& paths, std::size_t line) {
   const PathInfo& info = paths.info[line];
-  Path path{paths.layer, info.material, info.kind, info.closed, info.width * kMmPerUnit, paths.height * kMmPerUnit,
-            paths.z * kMmPerUnit, {}};
+  Path path{paths.layer,
+            info.material,
+            info.kind,
+            info.closed,
+            info.width * kMmPerUnit,
+            paths.height * kMmPerUnit,
+            paths.z * kMmPerUnit,
+            {}};
   path.points.reserve(paths.lines[line].size());
   for (const Point p : paths.lines[line]) path.points.push_back({p.x * kMmPerUnit, p.y * kMmPerUnit});
   return path;

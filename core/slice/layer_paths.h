@@ -1,4 +1,5 @@
-// What the slicer makes of one layer: deposition and measurement paths in printing order, and what they cover.
+// What the slicer makes of one layer: deposition and measurement paths in printing order, and what they
+// cover.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +26,13 @@ struct LayerPaths {
   std::int32_t height = 0;  ///< units
   Rings lines;
   std::vector<PathInfo> info;
-  std::uint32_t clipper_rings = 0;  ///< rings taken from Clipper because the wavefront could not answer for them
+  std::uint32_t clipper_rings =
+      0;  ///< rings taken from Clipper because the wavefront could not answer for them
   bool operator==(const LayerPaths&) const = default;
 };
 
-/// Length and volume (width x height x length, overlaps counted twice) of one material's deposition paths in a layer.
+/// Length and volume (width x height x length, overlaps counted twice) of one material's deposition paths in
+/// a layer.
 struct MaterialUse {
   double length_mm = 0.0;
   double volume_mm3 = 0.0;

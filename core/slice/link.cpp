@@ -41,7 +41,8 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
     for (;; at = (at + 1) & mask) {
       Bucket& bucket = work.table[at];
       for (unsigned same = where(bucket.edge, mine.from_edge); same; same &= same - 1)
-        if (const std::uint32_t behind = bucket.behind[std::size_t(std::countr_zero(same))]; behind && segments[behind - 1].from == mine.from)
+        if (const std::uint32_t behind = bucket.behind[std::size_t(std::countr_zero(same))];
+            behind && segments[behind - 1].from == mine.from)
           return std::nullopt;
       const unsigned free = where(bucket.behind, 0);
       if (!free) continue;
@@ -51,7 +52,8 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
       break;
     }
   }
-  // By the edge alone, which needs only the table; the point is compared below, where the segments are read in their order.
+  // By the edge alone, which needs only the table; the point is compared below, where the segments are read
+  // in their order.
   work.next.resize(n);
   for (std::uint32_t s = 0; s < n; ++s) {
     const std::uint32_t edge = segments[s].to_edge;
@@ -73,7 +75,8 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
     if (work.next[first] == kDone) continue;
     const Point* const begin = end;
     for (std::uint32_t s = first;;) {
-      if (end == begin || end[-1] != segments[s].from) *end++ = segments[s].from;  // repeated, it would cost canonical() a copy
+      if (end == begin || end[-1] != segments[s].from)
+        *end++ = segments[s].from;  // repeated, it would cost canonical() a copy
       const std::uint32_t following = work.next[s];
       if (segments[following].from != segments[s].to) return std::nullopt;  // another edge with the same hash
       work.next[s] = kDone;

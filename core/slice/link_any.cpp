@@ -38,7 +38,9 @@ class Linker {
   }
 
  private:
-  const Point& point(std::uint32_t end) const { return begins(end) ? segments_[end / 2].from : segments_[end / 2].to; }
+  const Point& point(std::uint32_t end) const {
+    return begins(end) ? segments_[end / 2].from : segments_[end / 2].to;
+  }
   std::uint32_t edge(std::uint32_t end) const {
     return begins(end) ? segments_[end / 2].from_edge : segments_[end / 2].to_edge;
   }
@@ -47,21 +49,23 @@ class Linker {
     mate_[b] = a;
   }
 
-  // Where one segment ends another begins; then what is left of a kind, two by two. Any pairing within one point of one
-  // edge has the same winding numbers.
+  // Where one segment ends another begins; then what is left of a kind, two by two. Any pairing within one
+  // point of one edge has the same winding numbers.
   void join_on_edges() {
     std::vector<std::uint32_t> ends(mate_.size());
     for (std::uint32_t e = 0; e < ends.size(); ++e) ends[e] = e;
-    join_equal(ends, [&](std::uint32_t e) { return std::tuple(edge(e), point(e)); },
-               [&](std::size_t met, const Point& at) {
-                 if (met > 2) count(branching_, at);
-               });
+    join_equal(
+        ends, [&](std::uint32_t e) { return std::tuple(edge(e), point(e)); },
+        [&](std::size_t met, const Point& at) {
+          if (met > 2) count(branching_, at);
+        });
   }
 
   template <class Key, class Met>
   void join_equal(std::vector<std::uint32_t>& ends, const Key& key, const Met& met) {
     const auto full_key = [&](std::uint32_t e) { return std::tuple(key(e), !begins(e), e); };
-    std::sort(ends.begin(), ends.end(), [&](std::uint32_t a, std::uint32_t b) { return full_key(a) < full_key(b); });
+    std::sort(ends.begin(), ends.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return full_key(a) < full_key(b); });
     for (std::size_t i = 0; i < ends.size();) {
       std::size_t j = i, middle = i;
       for (; j < ends.size() && key(ends[j]) == key(ends[i]); ++j)
@@ -99,11 +103,13 @@ class Linker {
     return chains;
   }
 
-  // Nearest first, by rounds of growing reach: after each round the ends that are left lie farther apart than its reach.
+  // Nearest first, by rounds of growing reach: after each round the ends that are left lie farther apart than
+  // its reach.
   void join_near(double closing_gap) {
     std::vector<std::uint32_t> open;
     for (const Chain& chain : open_chains()) open.insert(open.end(), {chain.begin, chain.end});
-    join_equal(open, [&](std::uint32_t e) { return point(e); }, [](std::size_t, const Point&) {});
+    join_equal(
+        open, [&](std::uint32_t e) { return point(e); }, [](std::size_t, const Point&) {});
     std::erase_if(open, [&](std::uint32_t e) { return mate_[e] != kNone; });
     struct Gap {
       double length;
@@ -112,15 +118,19 @@ class Linker {
     };
     std::vector<Gap> gaps;
     for (double reach = std::min(4.0, closing_gap); !open.empty();) {
-      std::sort(open.begin(), open.end(),
-                [&](std::uint32_t a, std::uint32_t b) { return std::tuple(point(a), a) < std::tuple(point(b), b); });
+      std::sort(open.begin(), open.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return std::tuple(point(a), a) < std::tuple(point(b), b);
+      });
       gaps.clear();
       for (std::size_t i = 0; i < open.size(); ++i)
-        for (std::size_t j = i + 1; j < open.size() && double(point(open[j]).x) - point(open[i]).x <= reach; ++j) {
+        for (std::size_t j = i + 1; j < open.size() && double(point(open[j]).x) - point(open[i]).x <= reach;
+             ++j) {
           const double d = distance(point(open[i]), point(open[j]));
           if (d <= reach) gaps.push_back({d, begins(open[i]) == begins(open[j]), open[i], open[j]});
         }
-      const auto key = [&](const Gap& g) { return std::tuple(g.length, g.against, point(g.a), point(g.b), g.a, g.b); };
+      const auto key = [&](const Gap& g) {
+        return std::tuple(g.length, g.against, point(g.a), point(g.b), g.a, g.b);
+      };
       std::sort(gaps.begin(), gaps.end(), [&](const Gap& a, const Gap& b) { return key(a) < key(b); });
       for (const Gap& g : gaps)
         if (mate_[g.a] == kNone && mate_[g.b] == kNone) {
@@ -155,8 +165,8 @@ class Linker {
   void drop_open() {
     done_.assign(segments_.size(), false);
     for (const Chain& chain : open_chains())
-      out_.defects.push_back({DefectKind::kOpenDropped, layer_, std::min(point(chain.begin), point(chain.end)),
-                              chain.length * kMmPerUnit, 1});
+      out_.defects.push_back({DefectKind::kOpenDropped, layer_,
+                              std::min(point(chain.begin), point(chain.end)), chain.length * kMmPerUnit, 1});
     for (std::uint32_t e = 0; e < mate_.size(); ++e)
       for (std::uint32_t at = e; mate_[e] == kNone && !done_[at / 2]; at = mate_[other(at)]) {
         done_[at / 2] = true;
@@ -176,10 +186,12 @@ class Linker {
         const Point &p = point(entry), &q = point(other(entry));
         ring.push_back(p);
         ring.push_back(q);
-        (begins(entry) ? along : against) += std::abs(std::int64_t(q.x) - p.x) + std::abs(std::int64_t(q.y) - p.y);
+        (begins(entry) ? along : against) +=
+            std::abs(std::int64_t(q.x) - p.x) + std::abs(std::int64_t(q.y) - p.y);
       }
       if (along > 0 && against > 0) count(turned_, *std::min_element(ring.begin(), ring.end()));
-      if (against > along || (against == along && twice_area(ring) < 0)) std::reverse(ring.begin(), ring.end());
+      if (against > along || (against == along && twice_area(ring) < 0))
+        std::reverse(ring.begin(), ring.end());
       append_canonical(ring, out_.rings);
     }
     out_.rings = sorted(std::move(out_.rings));

@@ -24,8 +24,8 @@ struct LinkWork {
   Rings rings;
 };
 
-/// The layer of an orderly mesh: on every crossed edge one segment ends and one begins. One look-up per segment. None
-/// if the layer is not so.
+/// The layer of an orderly mesh: on every crossed edge one segment ends and one begins. One look-up per
+/// segment. None if the layer is not so.
 std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& work);
 
 /// Any layer: see docs/algorithms-slicing.md, "Linking". Sorts the segments.

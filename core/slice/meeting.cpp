@@ -13,7 +13,8 @@ int side(Point a, Point b, Point p) {
 }
 
 bool within(Point a, Point b, Point p) {  // p on the line through a and b
-  return std::min(a.x, b.x) <= p.x && p.x <= std::max(a.x, b.x) && std::min(a.y, b.y) <= p.y && p.y <= std::max(a.y, b.y);
+  return std::min(a.x, b.x) <= p.x && p.x <= std::max(a.x, b.x) && std::min(a.y, b.y) <= p.y &&
+         p.y <= std::max(a.y, b.y);
 }
 
 Meeting meeting(Point a, Point b, Point c, Point d) {
@@ -22,8 +23,8 @@ Meeting meeting(Point a, Point b, Point c, Point d) {
   const int a_side = side(c, d, a), b_side = side(c, d, b);
   if (a_side * b_side > 0) return Meeting::kApart;
   if (c_side * d_side < 0 && a_side * b_side < 0) return Meeting::kCrossing;
-  const bool touch = (!c_side && within(a, b, c)) || (!d_side && within(a, b, d)) || (!a_side && within(c, d, a)) ||
-                     (!b_side && within(c, d, b));
+  const bool touch = (!c_side && within(a, b, c)) || (!d_side && within(a, b, d)) ||
+                     (!a_side && within(c, d, a)) || (!b_side && within(c, d, b));
   return touch ? Meeting::kContact : Meeting::kApart;
 }
 
@@ -54,7 +55,8 @@ void MeetingCheck::add_chains(const Point* points, std::uint32_t begin, std::uin
   };
   add_one();
   for (; i + 4 < end; i += 4) {
-    const unsigned runs = signs(two_points(points + i + 1) < two_points(points + i)) | signs(two_points(points + i + 3) < two_points(points + i + 2)) << 4;
+    const unsigned runs = signs(two_points(points + i + 1) < two_points(points + i)) |
+                          signs(two_points(points + i + 3) < two_points(points + i + 2)) << 4;
     const unsigned turns = runs ^ (runs << 2 | unsigned(last));
     for (unsigned turned = (turns | turns >> 1) & 0x55; turned; turned &= turned - 1) {
       const int k = std::countr_zero(turned);
@@ -80,18 +82,22 @@ Meeting MeetingCheck::operator()(const Rings& rings, double within) {
   chains_.end(std::uint32_t(rings.points.size()));
   Meeting worst = Meeting::kApart;
   chains_.pairs(Edges{rings.points.data(), next, 0.5 * within}, [&](std::size_t i, std::size_t j) {
-    const Point a = rings.points[i], b = rings.points[next[i]], c = rings.points[j], d = rings.points[next[j]];
+    const Point a = rings.points[i], b = rings.points[next[i]], c = rings.points[j],
+                d = rings.points[next[j]];
     if (next[i] == j || next[j] == i) {
       // Neighbours share a corner; more only if one runs back along the other.
       const Point p = next[i] == j ? a : c, corner = next[i] == j ? b : d, q = next[i] == j ? d : b;
       const bool back = (std::int64_t(p.x) - corner.x) * (std::int64_t(q.x) - corner.x) +
-                            (std::int64_t(p.y) - corner.y) * (std::int64_t(q.y) - corner.y) > 0 && side(p, corner, q) == 0;
+                                (std::int64_t(p.y) - corner.y) * (std::int64_t(q.y) - corner.y) >
+                            0 &&
+                        side(p, corner, q) == 0;
       if (back && worst == Meeting::kApart) worst = Meeting::kContact, met_ = std::uint32_t(i);
       return;
     }
     const Meeting m = meeting(a, b, c, d);
     if (int(m) > int(worst)) worst = m, met_ = std::uint32_t(i);
-    if (within > 0 && dot(to_vec(b) - to_vec(a), to_vec(d) - to_vec(c)) < 0) facing_.push_back({std::uint32_t(i), std::uint32_t(j)});
+    if (within > 0 && dot(to_vec(b) - to_vec(a), to_vec(d) - to_vec(c)) < 0)
+      facing_.push_back({std::uint32_t(i), std::uint32_t(j)});
   });
   return worst;
 }

@@ -24,7 +24,8 @@ struct Outline {
   std::vector<std::uint32_t> next, ring;
   std::vector<BoxOf<std::int32_t>> boxes;  // of rings
 
-  explicit Outline(const Region& r) : region(r), next(r.points.size()), ring(r.points.size()), boxes(r.size()) {
+  explicit Outline(const Region& r)
+      : region(r), next(r.points.size()), ring(r.points.size()), boxes(r.size()) {
     std::size_t begin = 0;
     for (std::uint32_t k = 0; k < r.size(); ++k) {
       for (std::size_t i = begin; i < r.ends[k]; ++i) {
@@ -62,11 +63,13 @@ int winding_about(const Outline& o, Point p, int step) {
     const auto ring = o.region[k];
     Point a = ring.back();
     for (const Point b : ring) {
-      const bool a_below = step > 0 ? a.y <= p.y : a.y < p.y, b_below = step > 0 ? b.y <= p.y : b.y < p.y;
+      const bool a_below = step > 0 ? a.y <= p.y : a.y<p.y, b_below = step> 0 ? b.y <= p.y : b.y < p.y;
       if (a_below != b_below) {
         const int s = side(a, b, p, step);
-        if (a_below) turns += s > 0;
-        else turns -= s < 0;
+        if (a_below)
+          turns += s > 0;
+        else
+          turns -= s < 0;
       }
       a = b;
     }
@@ -90,17 +93,18 @@ Place place(Wide value, Wide first, Wide second, Wide scale) {
 }
 
 struct Crossing {
-  std::uint32_t edge[2];   // above, layer
+  std::uint32_t edge[2];  // above, layer
   Place place[2];
   Point at;
-  bool leaves = false;     // the layer's outline leaves `above` here
+  bool leaves = false;  // the layer's outline leaves `above` here
   bool active = true, visited = false;
   std::uint32_t following[2] = {0, 0};  // next crossing along each outline's ring
 };
 
 class Merge {
  public:
-  Merge(const Region& above, const Region& layer, std::int32_t slack) : above_(above), layer_(layer), slack_(slack) {
+  Merge(const Region& above, const Region& layer, std::int32_t slack)
+      : above_(above), layer_(layer), slack_(slack) {
     tree_.set_rings(above);
     tree_.build();
   }
@@ -115,7 +119,8 @@ class Merge {
  private:
   const Outline& outline(int o) const { return o ? layer_ : above_; }
 
-  // Edges of the layer are asked for some at a time: what the edges of `above` near them all are is looked up once.
+  // Edges of the layer are asked for some at a time: what the edges of `above` near them all are is looked up
+  // once.
   void find_crossings() {
     constexpr std::uint32_t kAtOnce = 8;
     constexpr std::size_t kMostNear = 32;
@@ -149,7 +154,8 @@ class Merge {
   }
 
   void cross(std::uint32_t i, std::uint32_t j) {
-    const Point a = above_.at(i), b = above_.at(above_.next[i]), c = layer_.at(j), d = layer_.at(layer_.next[j]);
+    const Point a = above_.at(i), b = above_.at(above_.next[i]), c = layer_.at(j),
+                d = layer_.at(layer_.next[j]);
     const int c_side = side(a, b, c, 1), d_side = side(a, b, d, 1);
     if (c_side == d_side || side(c, d, a, -1) == side(c, d, b, -1)) return;
     const Int ax = Int(b.x) - a.x, ay = Int(b.y) - a.y, lx = Int(d.x) - c.x, ly = Int(d.y) - c.y;
@@ -180,16 +186,19 @@ class Merge {
     const std::vector<std::uint32_t>& ring = outline(o).ring;
     std::size_t begin = 0;
     for (std::size_t i = 0; i < order.size(); ++i) {
-      const bool last = i + 1 == order.size() || ring[crossings_[order[i + 1]].edge[o]] != ring[crossings_[order[i]].edge[o]];
+      const bool last = i + 1 == order.size() ||
+                        ring[crossings_[order[i + 1]].edge[o]] != ring[crossings_[order[i]].edge[o]];
       crossings_[order[i]].following[o] = order[last ? begin : i + 1];
       if (last) begin = i + 1;
     }
   }
 
-  // Is the segment within the slack of one edge of `above` that runs its way, or each half of it of such an edge?
+  // Is the segment within the slack of one edge of `above` that runs its way, or each half of it of such an
+  // edge?
   bool hugs(Vec p, Vec q, int depth) const {
     BoxOf<std::int32_t> box;
-    const Point lo = to_point({std::min(p.x, q.x), std::min(p.y, q.y)}), hi = to_point({std::max(p.x, q.x), std::max(p.y, q.y)});
+    const Point lo = to_point({std::min(p.x, q.x), std::min(p.y, q.y)}),
+                hi = to_point({std::max(p.x, q.x), std::max(p.y, q.y)});
     box.add(lo.x - slack_, lo.y - slack_);
     box.add(hi.x + slack_, hi.y + slack_);
     const auto alongside = [&](std::size_t i) {
@@ -214,8 +223,8 @@ class Merge {
     return hugs(p, m, depth - 1) && hugs(m, q, depth - 1);
   }
 
-  // A stretch of the layer that leaves `above` and comes back at the next crossing of both outlines, and is near all the
-  // way, is taken as if it had stayed inside.
+  // A stretch of the layer that leaves `above` and comes back at the next crossing of both outlines, and is
+  // near all the way, is taken as if it had stayed inside.
   void drop_slight() {
     for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
       Crossing& out = crossings_[c];
@@ -366,7 +375,8 @@ Region without(const Region& region, const Region& taken, std::int32_t slack) {
 Region within_both(const Region& region, const Region& bound, std::int32_t slack) {
   if (region.empty() || bound.empty()) return {};
   const BoxOf<std::int32_t> box = box_of(region, bound);
-  return inverted_back(merge_protruding(inverted(region, box, 2 * kFrame), inverted(bound, box, kFrame), slack), box);
+  return inverted_back(
+      merge_protruding(inverted(region, box, 2 * kFrame), inverted(bound, box, kFrame), slack), box);
 }
 
 }  // namespace firn::slice

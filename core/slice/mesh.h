@@ -14,8 +14,8 @@ struct Vertex {
   bool operator==(const Vertex&) const = default;
 };
 
-/// Indexed triangles; seen from outside their corners run counter-clockwise. Whether the surface is closed, simple or
-/// oriented is not promised: slicing defines what a broken mesh means.
+/// Indexed triangles; seen from outside their corners run counter-clockwise. Whether the surface is closed,
+/// simple or oriented is not promised: slicing defines what a broken mesh means.
 struct Mesh {
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;

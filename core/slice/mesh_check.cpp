@@ -23,7 +23,8 @@ void count_edges(const Mesh& mesh, MeshCheck& out) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
       sides.push_back({std::min(a, b), std::max(a, b), a < b});
     }
-  std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) { return p.low != q.low ? p.low < q.low : p.high < q.high; });
+  std::sort(sides.begin(), sides.end(),
+            [](const Side& p, const Side& q) { return p.low != q.low ? p.low < q.low : p.high < q.high; });
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t j = i;
     while (j < sides.size() && sides[j].same_edge(sides[i])) ++j;

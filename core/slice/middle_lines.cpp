@@ -9,20 +9,22 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kFacing = -0.174;          // cosine of 100 degrees: walls turned further from each other face each other
-constexpr double kNear = 0.1 * kUnitsPerMm; // places closer together are one
-constexpr double kFar = 2.0 * kUnitsPerMm;  // places further apart do not follow each other
-constexpr double kBeyond = 1.3;             // a disc may be so much too large, since walls beside its foot do not count
-constexpr double kCentred = 0.8;            // least depth of a chain's place over its disc's radius
-constexpr std::size_t kShort = 12;          // places of a line that may echo another
-constexpr double kTrue = 0.98;              // least depth of a disc's centre over its radius if no other wall is nearer
-constexpr double kSeen = 1.2 * kUnitsPerMm; // longest way between places opposite two feet that hides nothing
-constexpr double kFirstAsk = 0.4;           // of the furthest: where a wall is looked for first
+constexpr double kFacing =
+    -0.174;  // cosine of 100 degrees: walls turned further from each other face each other
+constexpr double kNear = 0.1 * kUnitsPerMm;  // places closer together are one
+constexpr double kFar = 2.0 * kUnitsPerMm;   // places further apart do not follow each other
+constexpr double kBeyond = 1.3;   // a disc may be so much too large, since walls beside its foot do not count
+constexpr double kCentred = 0.8;  // least depth of a chain's place over its disc's radius
+constexpr std::size_t kShort = 12;  // places of a line that may echo another
+constexpr double kTrue = 0.98;  // least depth of a disc's centre over its radius if no other wall is nearer
+constexpr double kSeen =
+    1.2 * kUnitsPerMm;             // longest way between places opposite two feet that hides nothing
+constexpr double kFirstAsk = 0.4;  // of the furthest: where a wall is looked for first
 
 // The disc that touches the outline in a foot and, opposite, a wall or corner that faces it.
 struct Disc {
   double radius = 0;
-  double order = 0;      // of the place opposite, as a foot's
+  double order = 0;  // of the place opposite, as a foot's
   bool sampled = false;
 };
 
@@ -37,7 +39,8 @@ class Discs {
     tree_.resize(walls.size());
     for (std::size_t i = 0; i < walls.size(); ++i) {
       const Point from = to_point(walls[i].from), to = to_point(walls[i].to);
-      tree_.set(i, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x), std::max(from.y, to.y));
+      tree_.set(i, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x),
+                std::max(from.y, to.y));
     }
     tree_.build();
   }
@@ -57,7 +60,8 @@ class Discs {
     };
     const auto ask = [&](double reach) {
       const Vec centre = foot.at + reach * foot.normal;
-      return tree_.any_touching(box_about(centre.x, centre.y, reach), [&](std::size_t i) { return offer(i) && disc.radius < least; });
+      return tree_.any_touching(box_about(centre.x, centre.y, reach),
+                                [&](std::size_t i) { return offer(i) && disc.radius < least; });
     };
     each_guess(offer);
     bool shallow = disc.radius < least;
@@ -81,7 +85,9 @@ class Discs {
       const double along = dot(off, way), square = dot(way, way);
       const Vec to_end = place - w.to;
       const double height = dot(off, w.normal);
-      best = std::min(best, along <= 0 ? dot(off, off) : along >= square ? dot(to_end, to_end) : height * height);
+      best = std::min(best, along <= 0        ? dot(off, off)
+                            : along >= square ? dot(to_end, to_end)
+                                              : height * height);
     });
     return std::sqrt(best);
   }
@@ -109,14 +115,15 @@ class Discs {
     disc.order = w.begin + (at_corner ? 0.0 : dot(centre - w.from, w.to - w.from) / w.length);
   }
 
-  // Radius of the disc that touches the outline in the foot and wall i or the corner where it begins, if they face the
-  // foot and it is smaller than `limit`.
+  // Radius of the disc that touches the outline in the foot and wall i or the corner where it begins, if they
+  // face the foot and it is smaller than `limit`.
   double radius_to(const Foot& foot, std::size_t i, double limit, bool& at_corner) const {
     const Wall& w = walls_[i];
     const Vec off = w.from - foot.at;
     const double ahead = dot(off, foot.normal), square = dot(off, off);
     double best = limit;
-    if (square < 2 * best * ahead && square * (1 - kFacing) <= 2 * ahead * ahead) best = square / (2 * ahead), at_corner = true;
+    if (square < 2 * best * ahead && square * (1 - kFacing) <= 2 * ahead * ahead)
+      best = square / (2 * ahead), at_corner = true;
     const double height = -dot(off, w.normal), opening = 1 - dot(foot.normal, w.normal);
     if (opening < 1 - kFacing || height < 0 || height >= best * opening) return best;
     const double radius = height / opening;
@@ -148,14 +155,18 @@ class Discs {
   std::size_t guess_ = 0;
 };
 
-// Leaves out of the chain's beginning what sticks out of a disc further on by less than the least radius: arms that run
-// into corners.
+// Leaves out of the chain's beginning what sticks out of a disc further on by less than the least radius:
+// arms that run into corners.
 template <class Place>
 std::size_t arm(Place first, std::size_t size, double narrowest) {
   std::size_t end = 0;
   for (std::size_t j = 1; j < size; ++j)
-    if (length(first[0].at - first[std::ptrdiff_t(j)].at) + first[0].radius - first[std::ptrdiff_t(j)].radius <= narrowest) end = j;
-    else break;
+    if (length(first[0].at - first[std::ptrdiff_t(j)].at) + first[0].radius -
+            first[std::ptrdiff_t(j)].radius <=
+        narrowest)
+      end = j;
+    else
+      break;
   return end;
 }
 
@@ -249,8 +260,8 @@ void drop_echoes(std::vector<std::vector<MedialPlace>>& lines, Laid& laid) {
 
 class MiddleLines::Work {
  public:
-  std::span<const std::vector<MedialPlace>> find(std::span<const Wall> walls, std::span<const Foot> feet, const AxisLimits& limits,
-                                               AxisField& field) {
+  std::span<const std::vector<MedialPlace>> find(std::span<const Wall> walls, std::span<const Foot> feet,
+                                                 const AxisLimits& limits, AxisField& field) {
     limits_ = limits, field_ = &field;
     discs_.take(walls);
     lines_.clear();
@@ -271,7 +282,9 @@ class MiddleLines::Work {
     const double inside = limits_.inside;
     if (is_seen(foot.order)) return;
     Disc disc;
-    if (!discs_.find(foot, limits_.covered + limits_.narrowest, kBeyond * (limits_.next + inside) - inside, disc)) return;
+    if (!discs_.find(foot, limits_.covered + limits_.narrowest, kBeyond * (limits_.next + inside) - inside,
+                     disc))
+      return;
     const Vec at = foot.at + disc.radius * foot.normal;
     // Each line is found from both of its walls: the first one's is taken.
     if (disc.sampled && disc.order < foot.order) {
@@ -315,13 +328,16 @@ class MiddleLines::Work {
     return !seen_.empty() && seen_.back().from <= order;
   }
 
-  // Would the chain turn by more than a right angle? Behind the end of an axis feet see it once more from its other wall.
+  // Would the chain turn by more than a right angle? Behind the end of an axis feet see it once more from its
+  // other wall.
   bool turns_back(Vec at) const {
     const std::size_t n = chain_.size();
     return n > 1 && dot(at - chain_[n - 1].at, chain_[n - 1].at - chain_[n - 2].at) < 0;
   }
   bool echoes(const MedialPlace& place) const {
-    const auto covers = [&](const MedialPlace& p) { return length(place.at - p.at) + place.radius - p.radius <= limits_.narrowest; };
+    const auto covers = [&](const MedialPlace& p) {
+      return length(place.at - p.at) + place.radius - p.radius <= limits_.narrowest;
+    };
     return std::any_of(chain_.begin(), chain_.end(), covers);
   }
 
@@ -380,17 +396,19 @@ class MiddleLines::Work {
   struct Seen {
     double from, to;  // orders
   };
-  std::vector<Seen> seen_;   // the nearest last
-  bool last_true_ = false;   // does the last foot's disc touch no other wall?
-  double last_order_ = 0;    // and what it touched
-  bool worth_ = false;  // would a spot of the least radius stay without the chain?
+  std::vector<Seen> seen_;  // the nearest last
+  bool last_true_ = false;  // does the last foot's disc touch no other wall?
+  double last_order_ = 0;   // and what it touched
+  bool worth_ = false;      // would a spot of the least radius stay without the chain?
 };
 
 MiddleLines::MiddleLines() : work_(std::make_unique<Work>()) {}
 MiddleLines::~MiddleLines() = default;
 
-std::span<const std::vector<MedialPlace>> MiddleLines::operator()(std::span<const Wall> walls, std::span<const Foot> feet,
-                                                                const AxisLimits& limits, AxisField& field) {
+std::span<const std::vector<MedialPlace>> MiddleLines::operator()(std::span<const Wall> walls,
+                                                                  std::span<const Foot> feet,
+                                                                  const AxisLimits& limits,
+                                                                  AxisField& field) {
   return work_->find(walls, feet, limits, field);
 }
 

@@ -1,4 +1,5 @@
-// The medial axis between walls, sampled by the largest discs that touch them, and what of it is worth a bead.
+// The medial axis between walls, sampled by the largest discs that touch them, and what of it is worth a
+// bead.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +22,14 @@ struct Wall {
 /// A place of an outline that asks for the disc which touches the outline there.
 struct Foot {
   Vec at, normal;
-  double order = 0;       ///< way along the walls
-  std::int32_t run = 0;   ///< feet of one run follow each other without a break
+  double order = 0;      ///< way along the walls
+  std::int32_t run = 0;  ///< feet of one run follow each other without a break
 };
 
 /// A place of the medial axis.
 struct MedialPlace {
   Vec at;
-  double radius = 0;      ///< of the disc about it that touches what is covered already, units
+  double radius = 0;  ///< of the disc about it that touches what is covered already, units
 };
 
 /// What a medial axis is asked with.
@@ -47,19 +48,20 @@ struct AxisLimits {
   double inside = 0;     ///< so far the walls stand inward of those that shape the discs
 };
 
-/// Lines of places on the medial axis between `walls`, each with radius and clearance > 0, such that about no foot's disc
-/// a spot of the least radius stays uncovered once each place's disc is: chains where two walls face each other by more
-/// than 100 degrees, and single discs (chains of two places) for what is left then, widest first.
-/// The centre of the largest disc that touches the outline in a foot lies on the medial axis: the "shrinking ball" of
-/// J. Ma, S. Bae, S. Choi, "3D medial axis point approximation using nearest neighbors and the normal field" (2012).
-/// Keeps its working memory.
+/// Lines of places on the medial axis between `walls`, each with radius and clearance > 0, such that about no
+/// foot's disc a spot of the least radius stays uncovered once each place's disc is: chains where two walls
+/// face each other by more than 100 degrees, and single discs (chains of two places) for what is left then,
+/// widest first. The centre of the largest disc that touches the outline in a foot lies on the medial axis:
+/// the "shrinking ball" of J. Ma, S. Bae, S. Choi, "3D medial axis point approximation using nearest
+/// neighbors and the normal field" (2012). Keeps its working memory.
 class MiddleLines {
  public:
   MiddleLines();
   ~MiddleLines();
   /// @return valid until the next call
-  std::span<const std::vector<MedialPlace>> operator()(std::span<const Wall> walls, std::span<const Foot> feet,
-                                                     const AxisLimits& limits, AxisField& field);
+  std::span<const std::vector<MedialPlace>> operator()(std::span<const Wall> walls,
+                                                       std::span<const Foot> feet, const AxisLimits& limits,
+                                                       AxisField& field);
 
  private:
   class Work;

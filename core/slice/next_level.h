@@ -20,10 +20,12 @@ class NextLevel : public AxisField {
   void take(const Rings& rings, double reach);
   bool empty() const { return points_.empty(); }
 
-  /// Is the level no further than this? Rings run side by side: the edge that was near the last place is a guess.
+  /// Is the level no further than this? Rings run side by side: the edge that was near the last place is a
+  /// guess.
   bool within(Vec p, double limit);
-  /// Is it so all the way from a, which is within the limit of the edge found last, to b? The distance from a segment is convex
-  /// along a line: an edge that is near a and a corner's foot on the way is near all between, and the corner's next edge goes on.
+  /// Is it so all the way from a, which is within the limit of the edge found last, to b? The distance from a
+  /// segment is convex along a line: an edge that is near a and a corner's foot on the way is near all
+  /// between, and the corner's next edge goes on.
   bool way_within(Vec a, Vec b, double limit);
   double clearance(Vec p, double limit) override;
   /// Moves a place to the level's nearest one. @return false if that is further than the limit
@@ -49,8 +51,8 @@ class NextLevel : public AxisField {
 
   double reach_ = 0;
   const Rings* rings_ = nullptr;
-  std::span<const Point> points_;            // edge i begins at point i
-  std::vector<std::uint32_t> following_;     // in its ring
+  std::span<const Point> points_;         // edge i begins at point i
+  std::vector<std::uint32_t> following_;  // in its ring
   std::size_t last_ = 0;
   Vec lonely_;  // nothing is within the limit of places nearer to it than the root of
   double lonely_square_ = 0;

@@ -21,8 +21,9 @@ struct OffsetWork::State {
 
 namespace {
 
-// Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at this distance.
-// Where the front of one distance cannot tell which of its places coincide, that of another can.
+// Parallel walls a whole number of units apart would make fronts meet along their lengths; no wall does at
+// this distance. Where the front of one distance cannot tell which of its places coincide, that of another
+// can.
 constexpr double kOdd[] = {0.2973, 1.6131, 3.1429};
 constexpr int kAgain = 4;  // times that an area is thinned again before it is not thinned at all
 
@@ -101,8 +102,10 @@ void append(RingLevels&& from, RingLevels& to) {
   if (to.gaps.size() < from.gaps.size()) to.gaps.resize(from.gaps.size(), LevelGaps{true, {}, {}});
   to.touching.resize(to.levels.size());
   for (std::size_t k = 0; k < from.levels.size(); ++k) {
-    if (to.levels[k].empty()) std::swap(to.levels[k], from.levels[k]);
-    else for (std::size_t r = 0; r < from.levels[k].size(); ++r) to.levels[k].add(from.levels[k][r]);
+    if (to.levels[k].empty())
+      std::swap(to.levels[k], from.levels[k]);
+    else
+      for (std::size_t r = 0; r < from.levels[k].size(); ++r) to.levels[k].add(from.levels[k][r]);
     to.touching[k] = to.touching[k] || from.touching[k];
   }
   for (std::size_t k = 0; k < from.gaps.size(); ++k) {
@@ -114,8 +117,13 @@ void append(RingLevels&& from, RingLevels& to) {
 
 class RingMaker {
  public:
-  RingMaker(const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned, OffsetWork::State& work)
-      : plan_(plan), tolerance_mm_(tolerance_mm), spot_mm_(spot_mm), thinned_(thinned), advance_(work.advance) {
+  RingMaker(const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned,
+            OffsetWork::State& work)
+      : plan_(plan),
+        tolerance_mm_(tolerance_mm),
+        spot_mm_(spot_mm),
+        thinned_(thinned),
+        advance_(work.advance) {
     if (!thinned.from || thinned.from->empty()) return;
     tips_ = &work.tips;
     tips_->take(*thinned.from);
@@ -128,21 +136,25 @@ class RingMaker {
   }
 
  private:
-  // @param contours of the region @param again how many times they have been thinned again; more than kAgain: not thinned
+  // @param contours of the region @param again how many times they have been thinned again; more than kAgain:
+  // not thinned
   RingLevels of_region(const Region& region, Numbers contours, int again) {
     const double thinned_mm = again > kAgain ? 0 : thinned_.by_mm;
     const bool asks = thinned_.whole && again <= kAgain;
     const std::vector<std::vector<std::uint32_t>> areas = nested_groups(region);
-    // Rings of different areas are too far apart to meet, however they are drawn; or they are all made at once.
+    // Rings of different areas are too far apart to meet, however they are drawn; or they are all made at
+    // once.
     const bool apart = plan_.distance_mm(0) > 2 * (tolerance_mm_ + thinned_mm);
     RingLevels result;
     for (std::size_t a = 0; a < areas.size(); a = apart ? a + 1 : areas.size()) {
       const Advance::Areas some = std::span(areas).subspan(a, apart ? 1 : areas.size());
       if (tips_ && again == 0) tips_->doubts().forget();
       RingLevels made = of_areas(region, some, thinned_mm, asks);
-      // An area that may come or go with the thinning: again, from contours that are kept as they are where it may.
+      // An area that may come or go with the thinning: again, from contours that are kept as they are where
+      // it may.
       if (asks && tips_ && (tips_->failed() || tips_->doubts().any())) {
-        const Numbers its_own = apart && areas.size() > 1 ? contours_of(region[areas[a][0]], thinned_mm) : Numbers();
+        const Numbers its_own =
+            apart && areas.size() > 1 ? contours_of(region[areas[a][0]], thinned_mm) : Numbers();
         const Numbers from = its_own.empty() ? contours : its_own;
         const int next = tips_->failed() ? kAgain + 1 : again + 1;
         made = of_region(next > kAgain ? as_they_are(from) : keeping_doubts(from), from, next);
@@ -153,7 +165,9 @@ class RingMaker {
     return result;
   }
 
-  Region as_they_are(Numbers contours) const { return region_of(canonical(rings_of(*thinned_.from, std::span(&contours, 1)))); }
+  Region as_they_are(Numbers contours) const {
+    return region_of(canonical(rings_of(*thinned_.from, std::span(&contours, 1))));
+  }
 
   Region keeping_doubts(Numbers contours) {
     tips_->doubts().keep();
@@ -238,11 +252,13 @@ OffsetWork::~OffsetWork() = default;
 OffsetWork::OffsetWork(OffsetWork&&) noexcept = default;
 OffsetWork& OffsetWork::operator=(OffsetWork&&) noexcept = default;
 
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned, OffsetWork& work) {
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm,
+                        const Thinned& thinned, OffsetWork& work) {
   return RingMaker(plan, tolerance_mm, spot_mm, thinned, work.state())(region);
 }
 
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm, const Thinned& thinned) {
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm,
+                        const Thinned& thinned) {
   OffsetWork work;
   return offset_rings(region, plan, tolerance_mm, spot_mm, thinned, work);
 }
@@ -255,7 +271,9 @@ Region grow(const Region& region, double outward_mm, double tolerance_mm) {
   for (const Point p : region.points) box.add(p.x, p.y);
   const std::int32_t far = std::int32_t(3 * d) + 10 * kUnitsPerMm;
   Region around;
-  const Point frame[] = {{box.x0 - far, box.y0 - far}, {box.x1 + far, box.y0 - far}, {box.x1 + far, box.y1 + far},
+  const Point frame[] = {{box.x0 - far, box.y0 - far},
+                         {box.x1 + far, box.y0 - far},
+                         {box.x1 + far, box.y1 + far},
                          {box.x0 - far, box.y1 + far}};
   around.add(frame);
   std::vector<Point> ring;
@@ -269,7 +287,8 @@ Region grow(const Region& region, double outward_mm, double tolerance_mm) {
   const auto by_front = [&](double odd) {
     std::uint32_t finer = 0;
     advance.begin(around, areas);
-    return advance(outward_mm * kUnitsPerMm + odd) && advance.draw(tolerance_mm * kUnitsPerMm, nullptr, rings, finer);
+    return advance(outward_mm * kUnitsPerMm + odd) &&
+           advance.draw(tolerance_mm * kUnitsPerMm, nullptr, rings, finer);
   };
   if (std::none_of(std::begin(kOdd), std::end(kOdd), by_front))
     return clipper_offset(region, -outward_mm, tolerance_mm);

@@ -40,14 +40,14 @@ std::uint32_t fixed_seam(std::span<const Point> ring, const PathOptions& options
     const DrawKey key{options.seed, Purpose::kSeam, std::uint32_t(layer), 0, number};
     return random_below(key, std::uint32_t(ring.size()));
   }
-  const auto lowest = std::min_element(ring.begin(), ring.end(), [](Point a, Point b) {
-    return a.y != b.y ? a.y < b.y : a.x < b.x;
-  });
+  const auto lowest = std::min_element(ring.begin(), ring.end(),
+                                       [](Point a, Point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; });
   return std::uint32_t(lowest - ring.begin());
 }
 
 // Of closed lines, each of which may begin at any of its points, or at its seam.
-std::vector<Stop> nearest_rings(const Rings& lines, const PathOptions& options, std::int32_t layer, std::uint32_t number, Point at) {
+std::vector<Stop> nearest_rings(const Rings& lines, const PathOptions& options, std::int32_t layer,
+                                std::uint32_t number, Point at) {
   struct Candidate {
     std::uint32_t line;
     BoxOf<std::int32_t> box;
@@ -129,9 +129,11 @@ std::vector<Stop> nearest_ends(const Rings& lines, Point at) {
     const std::size_t chosen = end / 2;
     const auto line = lines[left[chosen]];
     const bool reversed = end % 2 == 1;
-    stops.push_back({left[chosen], 0, reversed, reversed ? line.back() : line.front(), reversed ? line.front() : line.back()});
+    stops.push_back({left[chosen], 0, reversed, reversed ? line.back() : line.front(),
+                     reversed ? line.front() : line.back()});
     at = stops.back().exit;
-    for (std::vector<double>* v : {&x, &y}) v->erase(v->begin() + std::ptrdiff_t(2 * chosen), v->begin() + std::ptrdiff_t(2 * chosen + 2));
+    for (std::vector<double>* v : {&x, &y})
+      v->erase(v->begin() + std::ptrdiff_t(2 * chosen), v->begin() + std::ptrdiff_t(2 * chosen + 2));
     left.erase(left.begin() + std::ptrdiff_t(chosen));
     end = chosen < left.size() ? 2 * chosen : 0;
   }
@@ -151,7 +153,8 @@ void two_opt(std::vector<Stop>& stops, Point at, int passes) {
     ways[k] = float(link[k]);
     exit_x[k] = float(stops[k].exit.x), exit_y[k] = float(stops[k].exit.y);
   };
-  // What is won by going from `before` to the exit of j is less than both ways that go. Of some stops: may any win?
+  // What is won by going from `before` to the exit of j is less than both ways that go. Of some stops: may
+  // any win?
   const auto may_win = [&](Point before, double there, std::size_t j) {
     constexpr float kSlack = 8.0f, kMore = 1.0f + 1e-5f;
     Four x, y, most;
@@ -195,8 +198,9 @@ void two_opt(std::vector<Stop>& stops, Point at, int passes) {
 
 void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at,
                      LayerPaths& paths, std::span<const std::int32_t> widths) {
-  std::vector<Stop> stops = info.closed ? nearest_rings(lines, options, paths.layer, std::uint32_t(paths.info.size()), at)
-                                        : nearest_ends(lines, at);
+  std::vector<Stop> stops =
+      info.closed ? nearest_rings(lines, options, paths.layer, std::uint32_t(paths.info.size()), at)
+                  : nearest_ends(lines, at);
   two_opt(stops, at, options.two_opt_passes);
   for (const Stop& stop : stops) {
     const auto line = lines[stop.line];

@@ -11,7 +11,9 @@ namespace {
 
 constexpr std::size_t kLayersAtOnce = 32;
 
-Region grown(const Region& region, double mm, double tolerance_mm) { return mm > 0 ? grow(region, mm, tolerance_mm) : region; }
+Region grown(const Region& region, double mm, double tolerance_mm) {
+  return mm > 0 ? grow(region, mm, tolerance_mm) : region;
+}
 
 class Steps {
  public:
@@ -25,8 +27,9 @@ class Steps {
   Region begins(std::size_t k) const {
     const Region out = without(part_[k], grown(part_[k - 1], o_.lean_mm, lean_tolerance_mm_), 0);
     if (out.empty()) return out;
-    // Back to what carries it, within the layer; only then the seam is added. Taken in one step (lean and seam, within the seam
-    // of the layer) a greater lean would reach round the corners of what leans out, and bring more than a smaller one.
+    // Back to what carries it, within the layer; only then the seam is added. Taken in one step (lean and
+    // seam, within the seam of the layer) a greater lean would reach round the corners of what leans out, and
+    // bring more than a smaller one.
     return grown(within_both(grown(out, o_.lean_mm, lean_tolerance_mm_), part_[k], 0), o_.seam_mm, fine_mm_);
   }
 
@@ -44,13 +47,15 @@ class Steps {
 
 }  // namespace
 
-void for_overhanging(std::span<const Region> part, const OverhangOptions& options, const ParallelFor& parallel,
+void for_overhanging(std::span<const Region> part, const OverhangOptions& options,
+                     const ParallelFor& parallel,
                      const std::function<void(std::size_t k, const Region& need)>& use) {
   const Steps steps(part, options);
   const std::size_t layers = part.empty() ? 0 : part.size() - 1;  // nothing is above the top one
   std::vector<Region> ahead, here, needs, before;
   Region need;
-  // Three blocks at a time: one whose overhangs are found, one through which the need comes down, one that is used.
+  // Three blocks at a time: one whose overhangs are found, one through which the need comes down, one that is
+  // used.
   const auto in_block = [&](std::size_t block) { return std::min(layers, block * kLayersAtOnce); };
   for (std::size_t block = 0; block < layers / kLayersAtOnce + 3; ++block) {
     std::swap(ahead, here);
@@ -62,7 +67,8 @@ void for_overhanging(std::span<const Region> part, const OverhangOptions& option
     parallel(1 + int(ahead.size() + before.size()), [&](int n) {
       if (n == 0) {
         needs.clear();
-        for (std::size_t i = 0; i < here.size(); ++i) needs.push_back(need = steps.below(need, above - i, here[i]));
+        for (std::size_t i = 0; i < here.size(); ++i)
+          needs.push_back(need = steps.below(need, above - i, here[i]));
       } else if (std::size_t(n) <= ahead.size()) {
         ahead[std::size_t(n) - 1] = steps.begins(layers - (first + std::size_t(n) - 1));
       } else {

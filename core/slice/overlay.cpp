@@ -18,8 +18,10 @@ struct Directed {
   Point from, to;  // the area lies on the left
 };
 
-// Of the ways out of `edge.to`, the one that bounds the same wedge of the area: the first clockwise from the way back.
-std::size_t next_out(const std::vector<Directed>& edges, std::size_t first, std::size_t end, const Directed& edge) {
+// Of the ways out of `edge.to`, the one that bounds the same wedge of the area: the first clockwise from the
+// way back.
+std::size_t next_out(const std::vector<Directed>& edges, std::size_t first, std::size_t end,
+                     const Directed& edge) {
   if (end - first == 1) return first;
   const Point &v = edge.to, &back = edge.from;
   // Clockwise angle from `back`: below 180 degrees comes first.
@@ -66,14 +68,17 @@ void number_sides(std::vector<Piece>& pieces) {
   std::vector<std::uint32_t> open, fresh;  // pieces that the sweep line meets, from below
   std::size_t following = 0;
   for (const Point& at : events) {
-    auto here = std::partition_point(open.begin(), open.end(),
-                                     [&](std::uint32_t p) { return orientation(pieces[p].a, pieces[p].b, at) > 0; });
+    auto here = std::partition_point(open.begin(), open.end(), [&](std::uint32_t p) {
+      return orientation(pieces[p].a, pieces[p].b, at) > 0;
+    });
     auto end = here;
     while (end != open.end() && pieces[*end].b == at) ++end;
     here = open.erase(here, end);
     fresh.clear();
-    for (; following < pieces.size() && pieces[following].a == at; ++following) fresh.push_back(std::uint32_t(following));
-    std::sort(fresh.begin(), fresh.end(), [&](std::uint32_t p, std::uint32_t q) { return lower_direction(pieces[p], pieces[q]); });
+    for (; following < pieces.size() && pieces[following].a == at; ++following)
+      fresh.push_back(std::uint32_t(following));
+    std::sort(fresh.begin(), fresh.end(),
+              [&](std::uint32_t p, std::uint32_t q) { return lower_direction(pieces[p], pieces[q]); });
     std::array<std::int32_t, 2> sides{};
     if (here != open.begin()) {
       const Piece& under = pieces[*(here - 1)];
@@ -93,7 +98,9 @@ Region bounded(const std::vector<Piece>& pieces, bool (*inside)(std::int32_t, st
     const bool above = inside(p.above(0), p.above(1)), below = inside(p.below[0], p.below[1]);
     if (above != below) edges.push_back(above ? Directed{p.a, p.b} : Directed{p.b, p.a});
   }
-  const auto by_start = [](const Directed& p, const Directed& q) { return std::tie(p.from, p.to) < std::tie(q.from, q.to); };
+  const auto by_start = [](const Directed& p, const Directed& q) {
+    return std::tie(p.from, p.to) < std::tie(q.from, q.to);
+  };
   std::sort(edges.begin(), edges.end(), by_start);
   std::vector<bool> done(edges.size());
   Rings rings;
@@ -104,9 +111,11 @@ Region bounded(const std::vector<Piece>& pieces, bool (*inside)(std::int32_t, st
     for (std::size_t e = start; !done[e];) {
       done[e] = true;
       way.push_back(edges[e].from);
-      const auto outs = std::equal_range(edges.begin(), edges.end(), Directed{edges[e].to, {}},
-                                         [](const Directed& p, const Directed& q) { return p.from < q.from; });
-      e = next_out(edges, std::size_t(outs.first - edges.begin()), std::size_t(outs.second - edges.begin()), edges[e]);
+      const auto outs =
+          std::equal_range(edges.begin(), edges.end(), Directed{edges[e].to, {}},
+                           [](const Directed& p, const Directed& q) { return p.from < q.from; });
+      e = next_out(edges, std::size_t(outs.first - edges.begin()), std::size_t(outs.second - edges.begin()),
+                   edges[e]);
     }
     append_simple(way, rings);
   }

@@ -34,22 +34,26 @@ void find_gaps(const Region& region, RingLevels& rings, const RingPlan& plan, co
       find(lacking.of_rings, level(k + 1), band, bead.gap_mm, tolerance_mm, beads);
       find(lacking.of_cores, level(k + 1), core_band(plan, k, bead.gap_mm), bead.gap_mm, tolerance_mm, beads);
     } else {
-      find(level(k), level(k + 1), band, bead.gap_mm, tolerance_mm, k >= 0 && rings.touching[std::size_t(k)], beads);
+      find(level(k), level(k + 1), band, bead.gap_mm, tolerance_mm, k >= 0 && rings.touching[std::size_t(k)],
+           beads);
     }
   }
 }
 
-// Boundaries and fill of one material, with the outermost paths that are hooks taken out by their owner before.
-void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks, Point& at,
-                   LayerPaths& paths, const Region& part, const Thinned& thinned, PathWork& work) {
+// Boundaries and fill of one material, with the outermost paths that are hooks taken out by their owner
+// before.
+void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks,
+                   Point& at, LayerPaths& paths, const Region& part, const Thinned& thinned, PathWork& work) {
   const BeadOptions& bead = bead_of(material, options);
   const bool rings_only = bead.pattern == FillPattern::kConcentric;
   RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
   if (!rings_only) plan.max_rings = bead.boundaries;
-  RingLevels rings = offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm, thinned, work.offsets);
+  RingLevels rings =
+      offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm, thinned, work.offsets);
   paths.clipper_rings += rings.from_clipper;
   Beads thin_parts, gaps;
-  if (bead.gap_mm > 0) find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, work.find, thin_parts, gaps);
+  if (bead.gap_mm > 0)
+    find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, work.find, thin_parts, gaps);
   PathInfo info{PathKind::kHook, kPartMaterial, true, 0};
   for (int level = 0; level < int(rings.levels.size()) && level < hooks; ++level) {
     info.width = units(level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm);
@@ -63,29 +67,34 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
   };
   const std::size_t boundaries = std::size_t(bead.boundaries);
   append_levels(0, boundaries, PathKind::kBoundary, bead.boundary_width_mm);
-  append_in_order(thin_parts.lines, {PathKind::kBoundary, material, false, 0}, options, at, paths, thin_parts.widths);
+  append_in_order(thin_parts.lines, {PathKind::kBoundary, material, false, 0}, options, at, paths,
+                  thin_parts.widths);
   if (rings_only) append_levels(boundaries, rings.levels.size(), PathKind::kFill, bead.fill_width_mm);
   append_in_order(gaps.lines, {PathKind::kFill, material, false, 0}, options, at, paths, gaps.widths);
   if (rings_only) {
     return;
   } else if (bead.pattern != FillPattern::kNone) {
-    // Lines run up to the innermost boundary's bead: were they to end before it by half their width, strips of up to two
-    // widths could go without a line.
-    const double inside_mm = plan.distance_mm(plan.boundaries) - (plan.boundaries ? 0.5 * bead.fill_width_mm : 0.0);
+    // Lines run up to the innermost boundary's bead: were they to end before it by half their width, strips
+    // of up to two widths could go without a line.
+    const double inside_mm =
+        plan.distance_mm(plan.boundaries) - (plan.boundaries ? 0.5 * bead.fill_width_mm : 0.0);
     const RingPlan inside{.first_mm = inside_mm, .boundaries = 0, .max_rings = 1};
-    const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm, 0, thinned, work.offsets);
+    const RingLevels area =
+        offset_rings(region, inside, options.chord_tolerance_mm, 0, thinned, work.offsets);
     paths.clipper_rings += area.from_clipper;
     if (area.levels.empty()) return;
     const double angle = bead.fill_angle_rad + (paths.layer % 2 ? 0.0 : bead.fill_turn_rad);
-    const Rings lines = bead.pattern == FillPattern::kLines ? fill_lines(area.levels[0], bead.fill_width_mm, angle)
-                                                            : fill_zigzag(area.levels[0], bead.fill_width_mm, angle);
+    const Rings lines = bead.pattern == FillPattern::kLines
+                            ? fill_lines(area.levels[0], bead.fill_width_mm, angle)
+                            : fill_zigzag(area.levels[0], bead.fill_width_mm, angle);
     append_in_order(lines, {PathKind::kFill, material, false, units(bead.fill_width_mm)}, options, at, paths);
     if (bead.gap_mm == 0) return;
     // Fingers that no line meets, and corners beside the lines' ends.
     const Region open = subtract(area.levels[0], swept_by(lines, 0.5 * bead.fill_width_mm));
     if (open.empty()) return;
     Beads fingers;
-    work.find(open, {}, {0.0, 0.5 * bead.fill_width_mm}, bead.gap_mm, options.chord_tolerance_mm, true, fingers);
+    work.find(open, {}, {0.0, 0.5 * bead.fill_width_mm}, bead.gap_mm, options.chord_tolerance_mm, true,
+              fingers);
     append_in_order(fingers.lines, {PathKind::kFill, material, false, 0}, options, at, paths, fingers.widths);
   }
 }
@@ -120,9 +129,11 @@ LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, P
     const Region& region = regions.by_material[m];
     if (region.empty()) continue;
     if (m == kScaffoldMaterial && hooks > 0) {
-      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths, part, {}, work);
+      plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths,
+                    part, {}, work);
     } else {
-      plan_material(region, std::uint8_t(m), options, 0, at, paths, part, m == kScaffoldMaterial ? Thinned{} : thinned, work);
+      plan_material(region, std::uint8_t(m), options, 0, at, paths, part,
+                    m == kScaffoldMaterial ? Thinned{} : thinned, work);
     }
   }
   if (options.measure.on && options.measure.material < regions.by_material.size())

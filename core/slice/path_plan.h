@@ -12,15 +12,15 @@
 
 namespace firn::slice {
 
-/// Areas to be filled in one layer: by_material[0] the part, [1] its scaffold, further parts as the job says. Regions of
-/// different materials do not overlap (the caller subtracts).
+/// Areas to be filled in one layer: by_material[0] the part, [1] its scaffold, further parts as the job says.
+/// Regions of different materials do not overlap (the caller subtracts).
 struct LayerRegions {
   std::int32_t layer = 0;   ///< 1-based
   std::int32_t z = 0;       ///< units, height of the layer's top
   std::int32_t height = 0;  ///< units
   std::vector<Region> by_material;
-  Rings contours = {};     ///< that all but the scaffold was thinned from; empty: not known
-  double thinned_mm = 0;   ///< by no more than this
+  Rings contours = {};          ///< that all but the scaffold was thinned from; empty: not known
+  double thinned_mm = 0;        ///< by no more than this
   bool contours_alone = false;  ///< bound them: no other part gave way or took it
 };
 

@@ -85,8 +85,8 @@ Lanes lesser(Lanes a, Lanes b) { return a < b ? a : b; }
 Lanes greater(Lanes a, Lanes b) { return a > b ? a : b; }
 #endif
 
-// Most chunks hold only numbers: one pass of minima and maxima, four numbers at a time, with a sum that is NaN when one is
-// none. A facet's nine numbers are read as 0..3, 4..7 and 5..8.
+// Most chunks hold only numbers: one pass of minima and maxima, four numbers at a time, with a sum that is
+// NaN when one is none. A facet's nine numbers are read as 0..3, 4..7 and 5..8.
 bool plain_box(const FacetView& facets, std::size_t first, std::size_t end, Box& box) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   constexpr std::size_t kBegin[3] = {0, 4, 5};
@@ -158,12 +158,15 @@ bool diagonal(const Matrix& m) {
 }
 
 Matrix linear(const Placement& p) {
-  if (!(std::isfinite(p.unit_mm) && p.unit_mm > 0.0)) refuse("unit of " + std::to_string(p.unit_mm) + " mm must be above 0");
+  if (!(std::isfinite(p.unit_mm) && p.unit_mm > 0.0))
+    refuse("unit of " + std::to_string(p.unit_mm) + " mm must be above 0");
   Matrix m = kIdentity;
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(p.scale[axis]) || p.scale[axis] == 0.0)
-      refuse("scale[" + std::to_string(axis) + "] = " + std::to_string(p.scale[axis]) + " must be a number other than 0");
-    if (!std::isfinite(p.rotation_deg[axis])) refuse("rotation_deg[" + std::to_string(axis) + "] is no number");
+      refuse("scale[" + std::to_string(axis) + "] = " + std::to_string(p.scale[axis]) +
+             " must be a number other than 0");
+    if (!std::isfinite(p.rotation_deg[axis]))
+      refuse("rotation_deg[" + std::to_string(axis) + "] is no number");
     m[4 * axis] = p.scale[axis] * (p.unit_mm * kUnitsPerMm);
   }
   std::array<int, 3> sorted = p.order;
@@ -174,7 +177,8 @@ Matrix linear(const Placement& p) {
 }
 
 std::array<double, 3> translation(const Placement& p, const Matrix& m, const Box& raw, const Box& box) {
-  const bool as_in_file = p.scale == std::array<double, 3>{1, 1, 1} && p.rotation_deg == std::array<double, 3>{0, 0, 0};
+  const bool as_in_file =
+      p.scale == std::array<double, 3>{1, 1, 1} && p.rotation_deg == std::array<double, 3>{0, 0, 0};
   std::array<double, 3> shift{};
   for (int axis = 0; axis < 3; ++axis) {
     const AxisPlace& place = p.translation[axis];
@@ -212,9 +216,9 @@ Affine place(const FacetView& facets, const Placement& placement, const Parallel
   for (int axis = 0; axis < 3; ++axis) {
     const double l = box.low[axis] + a.shift[axis], h = box.high[axis] + a.shift[axis];
     if (!(l >= -double(kMaxUnits) && h <= double(kMaxUnits)))
-      refuse("the part reaches from " + std::to_string(l / kUnitsPerMm) + " to " + std::to_string(h / kUnitsPerMm) +
-             " mm on axis " + std::string(1, "xyz"[axis]) + ", beyond the limit of " +
-             std::to_string(kMaxUnits / kUnitsPerMm) + " mm (is the unit right?)");
+      refuse("the part reaches from " + std::to_string(l / kUnitsPerMm) + " to " +
+             std::to_string(h / kUnitsPerMm) + " mm on axis " + std::string(1, "xyz"[axis]) +
+             ", beyond the limit of " + std::to_string(kMaxUnits / kUnitsPerMm) + " mm (is the unit right?)");
     low[axis] = to_grid(l);
     high[axis] = to_grid(h);
   }

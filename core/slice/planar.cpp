@@ -11,9 +11,11 @@ namespace firn::slice {
 
 std::int64_t twice_area(std::span<const Point> ring) {
   if (ring.empty()) return 0;
-  const Point o = ring[0];  // terms of 63 bits may wrap; the sum, below 2^63 for any ring within kMaxUnits, does not
+  const Point o =
+      ring[0];  // terms of 63 bits may wrap; the sum, below 2^63 for any ring within kMaxUnits, does not
   std::uint64_t sum = 0;
-  for (std::size_t i = 1; i + 1 < ring.size(); ++i) sum += std::uint64_t(orientation(o, ring[i], ring[i + 1]));
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i)
+    sum += std::uint64_t(orientation(o, ring[i], ring[i + 1]));
   return std::int64_t(sum);
 }
 
@@ -67,7 +69,8 @@ std::vector<std::vector<std::uint32_t>> Boxes::around_first_points(const Rings& 
     const Point at = rings[r][0];
     std::erase_if(open, [&](std::uint32_t o) { return boxes_[o].high.x < boxes_[r].low.x; });
     for (const std::uint32_t o : open)
-      if (boxes_[o].low.y <= at.y && at.y <= boxes_[o].high.y && boxes_[o].high.x >= at.x) around[r].push_back(o);
+      if (boxes_[o].low.y <= at.y && at.y <= boxes_[o].high.y && boxes_[o].high.x >= at.x)
+        around[r].push_back(o);
     open.push_back(r);
   }
   return around;
@@ -92,7 +95,8 @@ std::vector<Nest> nesting(const Rings& region) {
     for (const std::uint32_t o : around[r])
       if (winding(region[o], region[r][0]) != 0) {
         ++nests[r].depth;
-        if (nests[r].parent < 0 || size[o] < size[std::size_t(nests[r].parent)]) nests[r].parent = std::int32_t(o);
+        if (nests[r].parent < 0 || size[o] < size[std::size_t(nests[r].parent)])
+          nests[r].parent = std::int32_t(o);
       }
   return nests;
 }

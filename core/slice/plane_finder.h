@@ -1,4 +1,5 @@
-// First plane at or above a height, without a search: a table over z, then a step that is seldom more than one.
+// First plane at or above a height, without a search: a table over z, then a step that is seldom more than
+// one.
 #pragma once
 
 #include <algorithm>

@@ -31,7 +31,8 @@ std::vector<std::byte> encode(const PrintPaths& p) {
   put_record(out, encode(p.head));
   for (std::size_t n = 0; n < p.layers.size(); ++n) {
     if (n > 0 && p.layers[n].layer <= p.layers[n - 1].layer)
-      throw std::invalid_argument("layer " + std::to_string(p.layers[n].layer) + " stands behind layer " + std::to_string(p.layers[n - 1].layer));
+      throw std::invalid_argument("layer " + std::to_string(p.layers[n].layer) + " stands behind layer " +
+                                  std::to_string(p.layers[n - 1].layer));
     put_record(out, encode(p.layers[n]));
   }
   return out.take();
@@ -50,7 +51,8 @@ PrintPaths decode_print_paths(std::span<const std::byte> bytes) {
     return n;
   };
   need(kMagicBytes, "the signature");
-  if (std::memcmp(bytes.data(), kMagic, kMagicBytes) != 0) throw FormatError(0, "not the paths of a print (FIRNPTH1)");
+  if (std::memcmp(bytes.data(), kMagic, kMagicBytes) != 0)
+    throw FormatError(0, "not the paths of a print (FIRNPTH1)");
   at = kMagicBytes;
   const std::uint32_t records = number("the number of records");
   if (records < 1) throw FormatError(kMagicBytes, "no head");
@@ -63,7 +65,8 @@ PrintPaths decode_print_paths(std::span<const std::byte> bytes) {
       p.head = at_byte(at, [&] { return decode_path_head(payload); });
     } else {
       p.layers.push_back(at_byte(at, [&] { return decode_layer_paths(payload, p.head); }));
-      if (n > 1 && p.layers[n - 1].layer <= p.layers[n - 2].layer) throw FormatError(at, "layers do not ascend");
+      if (n > 1 && p.layers[n - 1].layer <= p.layers[n - 2].layer)
+        throw FormatError(at, "layers do not ascend");
     }
     at += length;
   }
@@ -73,12 +76,15 @@ PrintPaths decode_print_paths(std::span<const std::byte> bytes) {
 
 LayerPaths table_layer(const PrintPaths& p) {
   for (const LayerPaths& layer : p.layers) {
-    if (std::none_of(layer.info.begin(), layer.info.end(), [](const PathInfo& i) { return i.kind == PathKind::kMeasurement; })) continue;
+    if (std::none_of(layer.info.begin(), layer.info.end(),
+                     [](const PathInfo& i) { return i.kind == PathKind::kMeasurement; }))
+      continue;
     LayerPaths table = layer;
     table.layer = table.z = 0;
     return table;
   }
-  throw std::invalid_argument("paths: no layer has measurement paths, along which the table could be measured");
+  throw std::invalid_argument(
+      "paths: no layer has measurement paths, along which the table could be measured");
 }
 
 PrintPaths with_table(PrintPaths p) {
@@ -88,7 +94,8 @@ PrintPaths with_table(PrintPaths p) {
 }
 
 const LayerPaths* find_layer(const PrintPaths& p, std::int32_t layer) {
-  const auto found = std::lower_bound(p.layers.begin(), p.layers.end(), layer, [](const LayerPaths& l, std::int32_t n) { return l.layer < n; });
+  const auto found = std::lower_bound(p.layers.begin(), p.layers.end(), layer,
+                                      [](const LayerPaths& l, std::int32_t n) { return l.layer < n; });
   return found != p.layers.end() && found->layer == layer ? &*found : nullptr;
 }
 

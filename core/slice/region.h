@@ -8,7 +8,8 @@
 
 namespace firn::slice {
 
-/// Coordinates are whole units of 0.1 um: 32 bits reach 214 m, and products of differences of 400 m fit 64 bits twice over.
+/// Coordinates are whole units of 0.1 um: 32 bits reach 214 m, and products of differences of 400 m fit 64
+/// bits twice over.
 inline constexpr std::int32_t kUnitsPerMm = 10'000;
 inline constexpr double kMmPerUnit = 1.0 / kUnitsPerMm;
 
@@ -20,8 +21,8 @@ struct Point {
 
 /// Any number of rings (the last point joins the first, which is not repeated) or of open lines.
 struct Rings {
-  std::vector<Point> points;               ///< of all rings, one after the other
-  std::vector<std::uint32_t> ends;         ///< ends[r] = index behind the last point of ring r
+  std::vector<Point> points;        ///< of all rings, one after the other
+  std::vector<std::uint32_t> ends;  ///< ends[r] = index behind the last point of ring r
 
   std::size_t size() const { return ends.size(); }
   bool empty() const { return ends.empty(); }
@@ -40,8 +41,9 @@ struct Rings {
   bool operator==(const Rings&) const = default;
 };
 
-/// Rings that bound an area: none crosses itself or another, outer ones run counter-clockwise, holes clockwise, so that
-/// the area lies left of each. Canonical: each ring begins at its smallest point, and rings are in the order of it.
+/// Rings that bound an area: none crosses itself or another, outer ones run counter-clockwise, holes
+/// clockwise, so that the area lies left of each. Canonical: each ring begins at its smallest point, and
+/// rings are in the order of it.
 using Region = Rings;
 
 }  // namespace firn::slice

@@ -5,19 +5,22 @@ namespace firn::slice {
 
 /// Distances of the rings from the outline: boundaries first, then fill until nothing is left.
 struct RingPlan {
-  double first_mm = 0.6;           ///< outline to the outermost ring
+  double first_mm = 0.6;  ///< outline to the outermost ring
   int boundaries = 1;
   double boundary_width_mm = 1.5;
   double fill_width_mm = 3.0;
-  int max_rings = 1 << 20;         ///< levels, from the outside
+  int max_rings = 1 << 20;  ///< levels, from the outside
   double distance_mm(int level) const {
     if (level < boundaries) return first_mm + level * boundary_width_mm;
-    const double inside = boundaries ? first_mm + (boundaries - 0.5) * boundary_width_mm + 0.5 * fill_width_mm : first_mm;
+    const double inside =
+        boundaries ? first_mm + (boundaries - 0.5) * boundary_width_mm + 0.5 * fill_width_mm : first_mm;
     return inside + (level - boundaries) * fill_width_mm;
   }
   double width_mm(int level) const { return level < boundaries ? boundary_width_mm : fill_width_mm; }
   /// There discs of a diameter have their centres that touch the inner edge of a level's beads.
-  double core_mm(int level, double spot_mm) const { return distance_mm(level) + 0.5 * width_mm(level) + 0.5 * spot_mm; }
+  double core_mm(int level, double spot_mm) const {
+    return distance_mm(level) + 0.5 * width_mm(level) + 0.5 * spot_mm;
+  }
 };
 
 }  // namespace firn::slice

@@ -19,10 +19,12 @@ bool smaller_from(std::span<const Point> ring, std::size_t i, std::size_t j) {
 }
 
 // A number that orders as points do.
-std::uint64_t rank(const Point& p) { return (std::uint64_t(std::uint32_t(p.x)) << 32 | std::uint32_t(p.y)) ^ 0x8000000080000000u; }
+std::uint64_t rank(const Point& p) {
+  return (std::uint64_t(std::uint32_t(p.x)) << 32 | std::uint32_t(p.y)) ^ 0x8000000080000000u;
+}
 
-// Where a ring begins: at its smallest point; if that comes twice, at the occurrence after which it reads smallest. Tells
-// whether neighbours are equal.
+// Where a ring begins: at its smallest point; if that comes twice, at the occurrence after which it reads
+// smallest. Tells whether neighbours are equal.
 std::size_t beginning(std::span<const Point> ring, bool& repeats) {
   std::size_t first = 0;
   std::uint64_t before = rank(ring.back()), least = ~std::uint64_t(0);
@@ -56,7 +58,9 @@ struct Begun {
   std::size_t first;
   std::span<const Point> head() const { return ring.subspan(first); }
   std::span<const Point> tail() const { return ring.first(first); }
-  const Point& operator[](std::size_t i) const { return ring[first + i < ring.size() ? first + i : first + i - ring.size()]; }
+  const Point& operator[](std::size_t i) const {
+    return ring[first + i < ring.size() ? first + i : first + i - ring.size()];
+  }
   bool operator<(const Begun& o) const {
     const std::size_t common = std::min(ring.size(), o.ring.size());
     for (std::size_t i = 0; i < common; ++i)

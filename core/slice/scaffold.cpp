@@ -15,17 +15,20 @@ namespace {
 
 constexpr std::size_t kLayersAtOnce = 32;
 
-// Calls use(first, behind, union) for all layers, from the top in blocks: layers [first, behind) have this same union of a layer and
-// all above, but for a rim of `slack` units. The union runs downward through one block while the one above it is used.
+// Calls use(first, behind, union) for all layers, from the top in blocks: layers [first, behind) have this
+// same union of a layer and all above, but for a rim of `slack` units. The union runs downward through one
+// block while the one above it is used.
 template <class Use>
-void for_merged_above(std::span<const Region> part, std::int32_t slack, const ParallelFor& parallel, const Use& use) {
+void for_merged_above(std::span<const Region> part, std::int32_t slack, const ParallelFor& parallel,
+                      const Use& use) {
   struct Merged {
     std::size_t first, behind;
     Region above;
   };
   std::vector<Merged> merged, before;  // from the top
   Region last;
-  for (std::size_t begin = 0, used = 0; used < part.size(); used = begin, begin = std::min(part.size(), begin + kLayersAtOnce)) {
+  for (std::size_t begin = 0, used = 0; used < part.size();
+       used = begin, begin = std::min(part.size(), begin + kLayersAtOnce)) {
     const std::size_t end = std::min(part.size(), begin + kLayersAtOnce);
     std::swap(merged, before);
     parallel(1 + int(before.size()), [&](int n) {
@@ -37,8 +40,10 @@ void for_merged_above(std::span<const Region> part, std::int32_t slack, const Pa
       for (std::size_t down = begin; down < end; ++down) {
         const std::size_t k = part.size() - 1 - down;
         Region next = down ? merge_protruding(last, part[k], slack) : part[k];
-        if (!merged.empty() && next == last) merged.back().first = k;
-        else merged.push_back({k, k + 1, next});
+        if (!merged.empty() && next == last)
+          merged.back().first = k;
+        else
+          merged.push_back({k, k + 1, next});
         last = std::move(next);
       }
     });
@@ -70,8 +75,9 @@ Region between(const Region& outer, const Region& inner) {
 
 }  // namespace
 
-std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t height, const SupportOptions& options,
-                                     double chord_tolerance_mm, const ParallelFor& parallel) {
+std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t height,
+                                     const SupportOptions& options, double chord_tolerance_mm,
+                                     const ParallelFor& parallel) {
   std::vector<Region> scaffold(part.size());
   if (options.kind == Support::kNone || part.empty()) return scaffold;
   const double lean_mm = height * kMmPerUnit * std::tan(options.overhang_rad);
@@ -83,17 +89,19 @@ std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t 
       const Region grown = grow(thinned(above, chord_tolerance_mm), grow_mm, chord_tolerance_mm);
       // Rings of the layer and of what is far outside it do not meet.
       for (std::size_t k = first; k < behind; ++k)
-        scaffold[k] = grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);
+        scaffold[k] =
+            grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);
     });
     return scaffold;
   }
   const double seam_mm = 0.3 * std::min(options.buffer_mm, 3.3);
   const double around_mm = std::max(0.0, grow_mm - seam_mm);
-  for_overhanging(part, {lean_mm, seam_mm, chord_tolerance_mm}, parallel, [&](std::size_t k, const Region& above) {
-    if (above.empty()) return;
-    const Region under = around_mm > 0 ? grow(above, around_mm, chord_tolerance_mm) : above;
-    scaffold[k] = subtract(under, part[k]);
-  });
+  for_overhanging(part, {lean_mm, seam_mm, chord_tolerance_mm}, parallel,
+                  [&](std::size_t k, const Region& above) {
+                    if (above.empty()) return;
+                    const Region under = around_mm > 0 ? grow(above, around_mm, chord_tolerance_mm) : above;
+                    scaffold[k] = subtract(under, part[k]);
+                  });
   return scaffold;
 }
 

@@ -1,4 +1,5 @@
-// The store between intersect() and link(): per layer, in no order, the segments that facets leave in its plane.
+// The store between intersect() and link(): per layer, in no order, the segments that facets leave in its
+// plane.
 #pragma once
 
 #include <array>
@@ -12,8 +13,9 @@
 
 namespace firn::slice {
 
-/// From one mesh edge to another, material on the left. Two segments meet where edge and point are equal: the point is
-/// computed from the edge alone, so a chance agreement of two edges' hashes can only join what lies in one place.
+/// From one mesh edge to another, material on the left. Two segments meet where edge and point are equal: the
+/// point is computed from the edge alone, so a chance agreement of two edges' hashes can only join what lies
+/// in one place.
 struct Segment {
   std::uint32_t from_edge = 0, to_edge = 0;  ///< hashes of the edges' end points
   Point from, to;
@@ -31,7 +33,9 @@ class SegmentLane {
     if (tail.next == tail.end) grow(layer);
     return *tail.next++;
   }
-  std::size_t count(std::size_t layer) const { return chains_[layer].room - std::size_t(tails_[layer].end - tails_[layer].next); }
+  std::size_t count(std::size_t layer) const {
+    return chains_[layer].room - std::size_t(tails_[layer].end - tails_[layer].next);
+  }
   /// Copies the layer's segments to `out` and returns its new end.
   Segment* copy(std::size_t layer, Segment* out) const;
 

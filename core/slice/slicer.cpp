@@ -87,7 +87,8 @@ Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const S
     PathFilter filter(options.min_spacing_mm * kUnitsPerMm, options.chord_tolerance_mm * kUnitsPerMm);
     const std::size_t first = std::size_t(group) * kLayersAtOnce;
     for (std::size_t n = first; n < std::min(first + kLayersAtOnce, contours.size()); ++n)
-      layers[n] = settle(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points, options.min_spacing_mm > 0.0);
+      layers[n] = settle(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points,
+                         options.min_spacing_mm > 0.0);
   });
   Sliced out;
   out.facts = facts;
@@ -106,7 +107,8 @@ Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const S
   return out;
 }
 
-Sliced slice(const FacetView& facets, const Placement& placement, const SliceOptions& options, const ParallelFor& parallel) {
+Sliced slice(const FacetView& facets, const Placement& placement, const SliceOptions& options,
+             const ParallelFor& parallel) {
   check(options);
   const Affine affine = place(facets, placement, parallel);
   const std::vector<std::int32_t> planes = layer_planes(options.layer_height_mm, affine.high.z);

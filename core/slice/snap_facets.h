@@ -66,8 +66,8 @@ class Turning {
 
 /// Facets [first, end), those that are not finite left out. @returns how many there are in `grid`
 template <class Snap>
-std::size_t snap_facets(const FacetView& facets, const Affine& affine, const Snap& snap, std::size_t first, std::size_t end,
-                        std::int32_t* grid) {
+std::size_t snap_facets(const FacetView& facets, const Affine& affine, const Snap& snap, std::size_t first,
+                        std::size_t end, std::int32_t* grid) {
   const std::int32_t* const begin = grid;
   const auto add = [&](const std::byte* corners) {
     snap(corners, grid);

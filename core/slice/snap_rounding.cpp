@@ -13,7 +13,8 @@ std::int64_t floor_divided(__int128 n, __int128 d) {  // d > 0
   return std::int64_t(q);
 }
 
-// a + (b - a) n / d to the nearest grid point, halves upward: the middle of the square [x - 1/2, x + 1/2) that holds it.
+// a + (b - a) n / d to the nearest grid point, halves upward: the middle of the square [x - 1/2, x + 1/2)
+// that holds it.
 Point along(const Edge& e, std::int64_t n, std::int64_t d) {
   if (d < 0) {
     n = -n;
@@ -30,7 +31,8 @@ bool crossing(const Edge& e, const Edge& f, Point& at) {
   const std::int64_t fa = orientation(e.a, e.b, f.a), fb = orientation(e.a, e.b, f.b);
   const std::int64_t ea = orientation(f.a, f.b, e.a), eb = orientation(f.a, f.b, e.b);
   if (sign(fa) * sign(fb) >= 0 || sign(ea) * sign(eb) >= 0) return false;
-  // ea and eb have opposite signs: halving keeps their difference within 64 bits and moves the ratio by 2^-60.
+  // ea and eb have opposite signs: halving keeps their difference within 64 bits and moves the ratio by
+  // 2^-60.
   const __int128 d = __int128(ea) - eb;
   if (d > INT64_MAX || d < INT64_MIN)
     at = along(e, ea / 2, ea / 2 - eb / 2);
@@ -39,10 +41,11 @@ bool crossing(const Edge& e, const Edge& f, Point& at) {
   return true;
 }
 
-// Does the edge pass the square [x - 1/2, x + 1/2) x [y - 1/2, y + 1/2)? Separating axes x, y and the edge's normal; a
-// line that touches a corner only meets the half-open square at its lower left.
+// Does the edge pass the square [x - 1/2, x + 1/2) x [y - 1/2, y + 1/2)? Separating axes x, y and the edge's
+// normal; a line that touches a corner only meets the half-open square at its lower left.
 bool passes(const Edge& e, const Point& p) {
-  if (p.x < std::min(e.a.x, e.b.x) || p.x > std::max(e.a.x, e.b.x) || p.y < std::min(e.a.y, e.b.y) || p.y > std::max(e.a.y, e.b.y))
+  if (p.x < std::min(e.a.x, e.b.x) || p.x > std::max(e.a.x, e.b.x) || p.y < std::min(e.a.y, e.b.y) ||
+      p.y > std::max(e.a.y, e.b.y))
     return false;
   const std::int64_t dx = std::int64_t(e.b.x) - e.a.x, dy = std::int64_t(e.b.y) - e.a.y;
   const std::int64_t reach = std::abs(dx) + std::abs(dy), side = orientation(e.a, e.b, p);
@@ -77,14 +80,15 @@ std::vector<Point> hot_points(const std::vector<Edge>& edges, const EdgeGrid& gr
     for (std::size_t a = 0; a + 1 < cell.size(); ++a)
       for (std::size_t b = a + 1; b < cell.size(); ++b) {
         Point at;
-        if (boxes_meet(edges[cell[a]], edges[cell[b]]) && crossing(edges[cell[a]], edges[cell[b]], at)) hot.push_back(at);
+        if (boxes_meet(edges[cell[a]], edges[cell[b]]) && crossing(edges[cell[a]], edges[cell[b]], at))
+          hot.push_back(at);
       }
   }
   return hot;
 }
 
-// Edge after edge, without the two that it joins. Along an edge the hot squares come in the order of their middles, by x and then y in
-// the edge's direction.
+// Edge after edge, without the two that it joins. Along an edge the hot squares come in the order of their
+// middles, by x and then y in the edge's direction.
 std::vector<Stop> stops(const std::vector<Edge>& edges, const EdgeGrid& grid, const std::vector<Point>& hot) {
   std::vector<Stop> stops;
   for (const Point& p : hot)
@@ -125,7 +129,8 @@ std::vector<Piece> snap_rounded(const Rings& first, const Rings& second) {
     for (; stop != way.end() && stop->edge == e; ++stop) lead(stop->at);
     lead(edges[e].b);
   }
-  std::sort(pieces.begin(), pieces.end(), [](const Piece& p, const Piece& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); });
+  std::sort(pieces.begin(), pieces.end(),
+            [](const Piece& p, const Piece& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); });
   std::size_t kept = 0;
   for (std::size_t i = 0; i < pieces.size();) {
     Piece sum = pieces[i];

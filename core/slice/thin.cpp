@@ -8,9 +8,9 @@
 namespace firn::slice {
 namespace {
 
-// An edge that grows from an anchor along a line of places: the slopes, seen in the direction in which it set out, at which
-// it passes all of them within the tolerance. Lengths are seen in that of the way by which it set out, whatever it is: a root
-// for each edge, and no quotient before there is a slope.
+// An edge that grows from an anchor along a line of places: the slopes, seen in the direction in which it set
+// out, at which it passes all of them within the tolerance. Lengths are seen in that of the way by which it
+// set out, whatever it is: a root for each edge, and no quotient before there is a slope.
 class Edge {
  public:
   explicit Edge(double tolerance) : tolerance_(tolerance) {}
@@ -28,7 +28,9 @@ class Edge {
   // Ends at a place, or before it has set out.
   bool closes(Vec place) { return (reach_ == kNoWay && !sets_out(place)) || reaches(place, 0.0); }
   // Beside the place taken last: as far from either side as it may be.
-  Vec end() const { return anchor_ + (reach_ / square_) * (along_ + 0.5 * (left_ - right_) * left_of(along_)); }
+  Vec end() const {
+    return anchor_ + (reach_ / square_) * (along_ + 0.5 * (left_ - right_) * left_of(along_));
+  }
   bool empty() const { return reach_ <= kNothing; }
 
  private:
@@ -55,7 +57,7 @@ class Edge {
   double tolerance_, reach_ = kNoWay;  // kNothing: no place taken yet
   double left_ = 0, right_ = 0;        // the highest, and minus the lowest
   Vec anchor_, place_, along_;
-  double square_ = 0, width_ = 0;      // of along_; the tolerance
+  double square_ = 0, width_ = 0;  // of along_; the tolerance
 };
 
 }  // namespace

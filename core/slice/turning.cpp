@@ -42,7 +42,8 @@ std::vector<std::size_t> turn_inside_out(Rings& rings) {
   for (std::size_t r = 0; r < rings.size(); ++r)
     if (reversed[r]) {
       const std::size_t begin = r ? rings.ends[r - 1] : 0;
-      std::reverse(rings.points.begin() + std::ptrdiff_t(begin) + 1, rings.points.begin() + std::ptrdiff_t(rings.ends[r]));
+      std::reverse(rings.points.begin() + std::ptrdiff_t(begin) + 1,
+                   rings.points.begin() + std::ptrdiff_t(rings.ends[r]));
       turned.push_back(r);
     }
   return turned;

@@ -18,18 +18,21 @@ class WallEdges {
  public:
   void clear() { count_ = 0; }
   bool empty() const { return count_ == 0; }
-  /// Those of eight edges from points [first, first + 8) to the `next` ones of which `which` has a bit and that run along one
-  /// direction, and rather so than along another.
-  void add(std::span<const Point> points, const std::uint32_t* next, std::size_t first, unsigned which, Vec along, Vec other) {
+  /// Those of eight edges from points [first, first + 8) to the `next` ones of which `which` has a bit and
+  /// that run along one direction, and rather so than along another.
+  void add(std::span<const Point> points, const std::uint32_t* next, std::size_t first, unsigned which,
+           Vec along, Vec other) {
     if (pairs_.size() < count_ + 4) pairs_.resize(2 * count_ + 4);
     Pair* pair = pairs_.data() + count_;
     for (; which; which >>= 2, first += 2) {
       if (!(which & 3)) continue;
       const std::size_t second = std::min(first + 1, points.size() - 1);
-      const Point from[] = {points[first], points[second]}, to[] = {points[next[first]], points[next[second]]};
+      const Point from[] = {points[first], points[second]},
+                  to[] = {points[next[first]], points[next[second]]};
       const Lanes2 x = x_of(from), y = y_of(from), way_x = x_of(to) - x, way_y = y_of(to) - y;
       const Lanes2 ahead = way_x * along.x + way_y * along.y;
-      const unsigned taken = which & unsigned(lanes_of(ahead > Lanes2{}) & lanes_of(ahead > way_x * other.x + way_y * other.y));
+      const unsigned taken =
+          which & unsigned(lanes_of(ahead > Lanes2{}) & lanes_of(ahead > way_x * other.x + way_y * other.y));
       if (!taken) continue;
       *pair = {x, y, way_x, way_y, 1 / (way_x * way_x + way_y * way_y)};
       if (!(taken & 1)) pair->x[0] = kNowhere;
@@ -73,7 +76,7 @@ class WallEdges {
   static Lanes2 x_of(const Point (&p)[2]) { return Lanes2{double(p[0].x), double(p[1].x)}; }
   static Lanes2 y_of(const Point (&p)[2]) { return Lanes2{double(p[0].y), double(p[1].y)}; }
   static constexpr double kNowhere = 1e200, kFurthest = 1e300;  // of what is nowhere no square is below that
-  std::vector<Pair> pairs_;  // the first count_
+  std::vector<Pair> pairs_;                                     // the first count_
   std::size_t count_ = 0;
 };
 

@@ -3,8 +3,9 @@
 namespace firn::slice::wavefront {
 namespace {
 
-constexpr double kSmoothTurn = 1e-3;  // sine of a turn below which two segments need no arc: d * turn^2 / 8 is < 0.01 um
-constexpr double kSlack = 0.5;        // units by which a place of meeting may be off its curve
+constexpr double kSmoothTurn =
+    1e-3;  // sine of a turn below which two segments need no arc: d * turn^2 / 8 is < 0.01 um
+constexpr double kSlack = 0.5;  // units by which a place of meeting may be off its curve
 
 bool two_lines(const Source& a, const Source& b, Vec place, double d, Junction& junction) {
   const double sine = cross(a.along, b.along), cosine = dot(a.along, b.along);
@@ -13,8 +14,10 @@ bool two_lines(const Source& a, const Source& b, Vec place, double d, Junction& 
   const Vec velocity = (1 / (1 + cosine)) * (left_of(a.along) + left_of(b.along));
   junction = {place, velocity};
   if (d == 0) return true;
-  if (sine > kSmoothTurn) junction.base = a.at + (cross(b.at - a.at, b.along) / sine) * a.along;
-  else junction.base = place - d * velocity;
+  if (sine > kSmoothTurn)
+    junction.base = a.at + (cross(b.at - a.at, b.along) / sine) * a.along;
+  else
+    junction.base = place - d * velocity;
   return true;
 }
 
@@ -24,8 +27,10 @@ bool line_and_corner(const Source& line, const Source& corner, double side, Vec 
   const Vec normal = left_of(line.along);
   const double height = dot(corner.at - line.at, normal);
   const auto bow = side > 0 ? Junction::Kind::kParabolaAhead : Junction::Kind::kParabolaBack;
-  if (height < 1e-3) junction = {corner.at, normal};
-  else junction = {bow, corner.at - height * normal, side * line.along, height};
+  if (height < 1e-3)
+    junction = {corner.at, normal};
+  else
+    junction = {bow, corner.at - height * normal, side * line.along, height};
   return true;
 }
 
@@ -33,11 +38,13 @@ bool two_corners(const Source& a, const Source& b, Vec place, Junction& junction
   const Vec between = b.at - a.at;
   const double distance = length(between);
   if (distance == 0) return false;
-  junction = {Junction::Kind::kTwoCorners, 0.5 * (a.at + b.at), (1 / distance) * left_of(between), 0.25 * distance * distance};
+  junction = {Junction::Kind::kTwoCorners, 0.5 * (a.at + b.at), (1 / distance) * left_of(between),
+              0.25 * distance * distance};
   return dot(place - junction.base, junction.direction) > -kSlack;
 }
 
-void add_loop(std::span<const Point> ring, std::vector<Source>& sides, std::vector<Source>& sources, Component& component) {
+void add_loop(std::span<const Point> ring, std::vector<Source>& sides, std::vector<Source>& sources,
+              Component& component) {
   if (ring.size() < 3) return;
   sides.clear();
   Vec at = to_vec(ring[0]);
@@ -53,7 +60,8 @@ void add_loop(std::span<const Point> ring, std::vector<Source>& sides, std::vect
     const Source& before = *std::exchange(last, &here);
     Junction junction;
     if (!two_lines(before, here, here.at, 0, junction)) {
-      // Half of the turn: the arc's middle looks along the sum of the normals, or back if the outline turns round.
+      // Half of the turn: the arc's middle looks along the sum of the normals, or back if the outline turns
+      // round.
       Vec middle = before.along + here.along;
       const double l = length(middle);
       middle = l > 1e-9 ? (1 / l) * middle : right_of(before.along);
@@ -69,7 +77,8 @@ void add_loop(std::span<const Point> ring, std::vector<Source>& sides, std::vect
 
 }  // namespace
 
-void front_of(const Region& region, std::span<const std::uint32_t> area, std::vector<Source>& sources, Components& components) {
+void front_of(const Region& region, std::span<const std::uint32_t> area, std::vector<Source>& sources,
+              Components& components) {
   std::size_t points = 0;
   for (const std::uint32_t ring : area) points += region[ring].size();
   std::vector<Source> sides;

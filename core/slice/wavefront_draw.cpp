@@ -8,19 +8,21 @@ namespace firn::slice::wavefront {
 namespace {
 
 constexpr double kStraight = 0.02;  // sine of a bend that is none
-constexpr double kThin = 2;  // width of an area, in the distances within which bends are one tip, below which its tips are looked at
+constexpr double kThin = 2;  // width of an area, in the distances within which bends are one tip, below which
+                             // its tips are looked at
 constexpr double kFar = 1.5;  // thinnings: no tip that moves by less is 0.05 mm too near to a third wall
 constexpr int kDeepest = 12;  // an arc becomes 4096 chords at most
 
-// Does a front turn to its left from one direction to another, or to and fro? Its turns to the right are arcs.
+// Does a front turn to its left from one direction to another, or to and fro? Its turns to the right are
+// arcs.
 bool turns_by(Vec from, Vec to, double cosine, double sine = 0) {
   const double ahead = dot(from, to);
   return ahead < 0 || (ahead <= cosine && cross(from, to) > sine);
 }
 
-// Places strictly between a and b (directions from the centre of length d). They stand outside the arc by two thirds of what
-// the chords between them bulge: those run as far inside it as outside, and the first and last one too far inside by two
-// thirds as well. All halves of a level are alike, so that one root serves a level.
+// Places strictly between a and b (directions from the centre of length d). They stand outside the arc by two
+// thirds of what the chords between them bulge: those run as far inside it as outside, and the first and last
+// one too far inside by two thirds as well. All halves of a level are alike, so that one root serves a level.
 class Arcs {
  public:
   Arcs(double d, double within, std::vector<Vec>& line)
@@ -60,8 +62,8 @@ class Arcs {
 
 }  // namespace
 
-void Drawer::operator()(std::span<const Source> sources, const Component& component, double d, double tolerance, Rings& rings,
-                        ExactTips* tips) {
+void Drawer::operator()(std::span<const Source> sources, const Component& component, double d,
+                        double tolerance, Rings& rings, ExactTips* tips) {
   // One fifth of the tolerance for the arcs' chords, the rest for leaving points out; never finer than 1 um.
   const double within = std::max(10.0, 0.2 * tolerance), thinning = 0.8 * tolerance;
   const double near = tips ? tips->near() * tips->near() : 0, inverse = 1 / d;
@@ -106,7 +108,8 @@ void Drawer::operator()(std::span<const Source> sources, const Component& compon
 }
 
 // At the start of a piece. @param first piece of those whose starts are one tip with it
-void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t first, std::size_t piece, double d, ExactTips& tips) {
+void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t first,
+                    std::size_t piece, double d, ExactTips& tips) {
   const Vec at = loop[piece].from;
   const auto wall = [&](std::size_t p) -> ExactTips::Wall {
     const Source& s = sources[std::size_t(loop[p].source)];
@@ -117,7 +120,8 @@ void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop
   if (!turns_by(before.along, after.along, 1, kStraight)) return;
   Vec to = at;
   if (!tips.move(to, before, after, d)) return;
-  tips_.push_back({places_[piece], at, to, right_of(before.along) + right_of(after.along), before, std::uint32_t(piece)});
+  tips_.push_back(
+      {places_[piece], at, to, right_of(before.along) + right_of(after.along), before, std::uint32_t(piece)});
   for (std::size_t last = tips_.size() - 1; last > 0; --last) {
     const Tip &one = tips_[last - 1], &other = tips_[last];
     if (one.piece < first || dot(other.to - one.to, other.before.along) >= 0) return;
@@ -132,7 +136,8 @@ void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop
 void Drawer::list_third_walls(ExactTips& tips, double d) const {
   const double far = looks_thin(kThin * tips.near()) ? 0 : kFar * tips.thinned();
   for (const Tip& tip : tips_)
-    if (const Vec way = tip.to - tip.from; dot(way, way) >= far * far && !tips.doubts().settled(tip.to, d) && !tips.clear(tip.to, d))
+    if (const Vec way = tip.to - tip.from;
+        dot(way, way) >= far * far && !tips.doubts().settled(tip.to, d) && !tips.clear(tip.to, d))
       tips.doubts().add(tip.to, d);
 }
 
@@ -190,7 +195,8 @@ bool Drawer::looks_thin(double width) const {
 
 double Drawer::twice_area() const {
   double sum = 0;
-  for (std::size_t i = 1; i + 1 < line_.size(); ++i) sum += cross(line_[i] - line_[0], line_[i + 1] - line_[0]);
+  for (std::size_t i = 1; i + 1 < line_.size(); ++i)
+    sum += cross(line_[i] - line_[0], line_[i + 1] - line_[0]);
   return sum;
 }
 

@@ -1,5 +1,6 @@
-// Local deaths: a piece that shrinks to nothing leaves the front. Deaths change what follows only beside them, so that each may
-// come as soon as neither neighbour dies before: what follows is the same as in the order of distances, and no queue is needed.
+// Local deaths: a piece that shrinks to nothing leaves the front. Deaths change what follows only beside
+// them, so that each may come as soon as neither neighbour dies before: what follows is the same as in the
+// order of distances, and no queue is needed.
 #include <algorithm>
 
 #include "core/slice/wavefront.h"
@@ -17,7 +18,9 @@ struct Reach {
   Reach(const Junction& j, Vec along) : a(dot(j.base, along)) {
     const double ahead = dot(j.direction, along);
     switch (j.kind) {
-      case Junction::Kind::kStraight: b = ahead; return;
+      case Junction::Kind::kStraight:
+        b = ahead;
+        return;
       case Junction::Kind::kParabolaAhead:
       case Junction::Kind::kParabolaBack:
         b = dot(j.normal(), along), c = ahead;
@@ -36,11 +39,12 @@ struct Reach {
   double slope(double d, double root) const { return root > 0 ? c * (q2 * d + 0.5 * q1) / root : 0.0; }
 };
 
-// Where start meets end: the extent between them falls from above 0 at `low` to `at_high` below it at `high`. Newton's steps
-// within the bracket, halves where they leave it.
+// Where start meets end: the extent between them falls from above 0 at `low` to `at_high` below it at `high`.
+// Newton's steps within the bracket, halves where they leave it.
 double death(const Junction& from, const Junction& to, Vec along, double low, double high, double at_high) {
   if (from.kind == Junction::Kind::kStraight && to.kind == Junction::Kind::kStraight) {  // mostly
-    const double a = dot(to.base, along) - dot(from.base, along), b = dot(to.direction, along) - dot(from.direction, along);
+    const double a = dot(to.base, along) - dot(from.base, along),
+                 b = dot(to.direction, along) - dot(from.direction, along);
     return b < 0 ? std::min(std::max(-a / b, low), high) : low;
   }
   const Reach start(from, along), end(to, along);
@@ -49,7 +53,8 @@ double death(const Junction& from, const Junction& to, Vec along, double low, do
   if (start.c == 0 || end.c == 0) {  // a square's root
     const Reach& bent = start.c == 0 ? end : start;
     const double c = start.c == 0 ? end.c : -start.c, square = c * c;
-    const double two = b * b - square * bent.q2, one = a * b - 0.5 * square * bent.q1, none = a * a - square * bent.q0;
+    const double two = b * b - square * bent.q2, one = a * b - 0.5 * square * bent.q1,
+                 none = a * a - square * bent.q0;
     const double under = one * one - two * none;
     const double sum = -one - std::copysign(std::sqrt(std::max(under, 0.0)), one);
     for (const double d : {sum / two, none / sum})
@@ -62,8 +67,10 @@ double death(const Junction& from, const Junction& to, Vec along, double low, do
   for (int step = 0; step < 60; ++step) {
     r_start = start.root(d), r_end = end.root(d);
     value = a + b * d + end.c * r_end - start.c * r_start;
-    if (value > 0) low = d;
-    else high = d;
+    if (value > 0)
+      low = d;
+    else
+      high = d;
     if (std::abs(value) < kMeets || high - low <= kClose) return d;
     const double slope = b + end.slope(d, r_end) - start.slope(d, r_start);
     const double next = d - value / slope;
@@ -89,8 +96,7 @@ void Mover::expect_death(std::int32_t i, double since) {
 Junction Mover::radial(std::int32_t i, Vec place) const {
   const Source& source = sources_[pieces_[i].source];
   const Vec away = place - source.at;
-  if (!source.corner())
-    return {source.at + dot(away, source.along) * source.along, left_of(source.along)};
+  if (!source.corner()) return {source.at + dot(away, source.along) * source.along, left_of(source.along)};
   const double l = length(away);
   return {source.at, l > 0 ? (1 / l) * away : left_of(source.along)};
 }
@@ -118,7 +124,8 @@ void Mover::die(std::int32_t i, double d) {
   Junction junction;
   links_[i].death = kNever;
   --alive_;
-  if (a != c && !pivots && meet(sources_[pieces_[a].source], sources_[pieces_[c].source], place, d, junction)) {
+  if (a != c && !pivots &&
+      meet(sources_[pieces_[a].source], sources_[pieces_[c].source], place, d, junction)) {
     links_[a].next = c;
     links_[c].prev = a;
     links_[i].next = -1;
@@ -144,14 +151,16 @@ void Mover::list_inverted() {
   Vec from = first->from = first->start(to_);
   for (Piece* piece = first; piece != stop; ++piece) {
     const Vec end = piece + 1 != stop ? piece[1].from = piece[1].start(to_) : first->from;
-    if (dot(end - from, sources_[std::size_t(piece->source)].along) < 0) inverted_.push_back(std::int32_t(piece - first));
+    if (dot(end - from, sources_[std::size_t(piece->source)].along) < 0)
+      inverted_.push_back(std::int32_t(piece - first));
     from = end;
   }
 }
 
 void Mover::link() {
   const std::size_t n = pieces_.size();
-  for (std::size_t i = links_.size(); i < n; ++i) links_.push_back({std::int32_t(i) - 1, std::int32_t(i) + 1, kNever});
+  for (std::size_t i = links_.size(); i < n; ++i)
+    links_.push_back({std::int32_t(i) - 1, std::int32_t(i) + 1, kNever});
   links_[0].prev = std::int32_t(n) - 1;
   links_[n - 1].next = 0;
   linked_anew_.assign({0, std::int32_t(n) - 1});
@@ -178,9 +187,12 @@ void Mover::die_about(std::int32_t i) {
     }
     for (;;) {
       const std::int32_t prev = links_[first].prev, next = links_[first].next;
-      if (sooner(prev, first)) first = prev;
-      else if (sooner(next, first)) first = next;
-      else break;
+      if (sooner(prev, first))
+        first = prev;
+      else if (sooner(next, first))
+        first = next;
+      else
+        break;
     }
     const std::int32_t prev = links_[first].prev, next = links_[first].next;
     die(first, links_[first].death);
@@ -203,8 +215,10 @@ Piece* Mover::close_up(Piece* to) const {
   Piece *const begin = pieces_.data(), *const end = begin + pieces_.size();
   for (Piece* piece = begin; piece != end;) {
     Piece* stop = piece;
-    if (!any_dead_) stop = end;
-    else while (stop != end && links_[std::size_t(stop - begin)].next >= 0) ++stop;
+    if (!any_dead_)
+      stop = end;
+    else
+      while (stop != end && links_[std::size_t(stop - begin)].next >= 0) ++stop;
     to = to == piece ? stop : std::copy(piece, stop, to);
     piece = stop == end ? end : stop + 1;
   }

@@ -16,8 +16,8 @@ inline double square_distance(Vec place, const Source& source) {
   return dot(away, away);
 }
 
-/// Looks for sources near places: in the boxes of blocks of those that follow each other along the outline, and of blocks of
-/// blocks. Keeps its working memory.
+/// Looks for sources near places: in the boxes of blocks of those that follow each other along the outline,
+/// and of blocks of blocks. Keeps its working memory.
 class PassedBy {
  public:
   void begin(std::span<const Source> sources) {
@@ -46,7 +46,8 @@ class PassedBy {
       x1 = std::max(x1, o.x1), y1 = std::max(y1, o.y1);
     }
     double square_distance(Vec p) const {
-      const double x = std::max(std::max(x0 - p.x, p.x - x1), 0.0), y = std::max(std::max(y0 - p.y, p.y - y1), 0.0);
+      const double x = std::max(std::max(x0 - p.x, p.x - x1), 0.0),
+                   y = std::max(std::max(y0 - p.y, p.y - y1), 0.0);
       return x * x + y * y;
     }
   };
@@ -57,7 +58,8 @@ class PassedBy {
       for (std::size_t i = first; i < std::min(sources_.size(), first + kBlock); ++i) {
         const Source& s = sources_[i];
         const Vec end = s.at + std::max(s.length, 0.0) * s.along;  // a corner's length is below 0
-        box.add({std::min(s.at.x, end.x), std::min(s.at.y, end.y), std::max(s.at.x, end.x), std::max(s.at.y, end.y)});
+        box.add({std::min(s.at.x, end.x), std::min(s.at.y, end.y), std::max(s.at.x, end.x),
+                 std::max(s.at.y, end.y)});
       }
       if (blocks_.size() % kBlock == 0) high_.emplace_back();
       high_.back().add(box);
@@ -66,8 +68,10 @@ class PassedBy {
   }
   bool near(std::size_t block, Vec place, double square) const {
     const std::size_t first = block * kBlock;
-    const std::span<const Source> sources = sources_.subspan(first, std::min(kBlock, sources_.size() - first));
-    return std::any_of(sources.begin(), sources.end(), [&](const Source& s) { return wavefront::square_distance(place, s) < square; });
+    const std::span<const Source> sources =
+        sources_.subspan(first, std::min(kBlock, sources_.size() - first));
+    return std::any_of(sources.begin(), sources.end(),
+                       [&](const Source& s) { return wavefront::square_distance(place, s) < square; });
   }
 
   std::span<const Source> sources_;

@@ -80,7 +80,8 @@ void Regroup::operator()(std::span<const Source> sources, Components& loops, dou
 // Each with the smallest of the outer loops that it lies in.
 void Regroup::list_holes(std::span<const Source> sources, std::span<const Component> loops, double d) {
   outer_of_.assign(loops.size(), kNone);
-  std::stable_sort(outers_.begin(), outers_.end(), [&](std::size_t a, std::size_t b) { return areas_[a] < areas_[b]; });
+  std::stable_sort(outers_.begin(), outers_.end(),
+                   [&](std::size_t a, std::size_t b) { return areas_[a] < areas_[b]; });
   corners_.resize(std::max(corners_.size(), outers_.size()));
   if (outers_.size() > 1)
     for (std::size_t o = 0; o < outers_.size(); ++o) {
@@ -90,7 +91,8 @@ void Regroup::list_holes(std::span<const Source> sources, std::span<const Compon
   for (std::size_t hole = 0; hole < loops.size(); ++hole) {
     if (areas_[hole] > 0) continue;
     for (std::size_t o = 0; o < outers_.size() && outer_of_[hole] == kNone; ++o)
-      if (outers_.size() == 1 || inside(corners_[o], loops[hole].pieces[0].from)) outer_of_[hole] = outers_[o];
+      if (outers_.size() == 1 || inside(corners_[o], loops[hole].pieces[0].from))
+        outer_of_[hole] = outers_[o];
   }
 }
 

@@ -11,9 +11,9 @@ inline constexpr std::int32_t kPivot = -1;  // instead of a source: a way to or 
 // A stretch of curve: a piece, or one of the two straight ways to and from a pivot.
 struct Strand {
   Vec a, b;
-  std::int32_t piece = 0;   // index into the component's pieces
+  std::int32_t piece = 0;  // index into the component's pieces
   std::int32_t source = 0;
-  std::uint32_t next = 0;   // in its loop
+  std::uint32_t next = 0;  // in its loop
 };
 
 inline bool is_arc(std::span<const Source> sources, const Strand& s) {
@@ -27,13 +27,15 @@ struct Crossing {
   double place[2];  // along each strand
 };
 
-// How the piece of a source runs at distance d. An arc of at most half a turn whose ends go the same way goes that way all
-// along, and one of less than a quarter turns along one axis at most; one that has died may not end on its circle.
+// How the piece of a source runs at distance d. An arc of at most half a turn whose ends go the same way goes
+// that way all along, and one of less than a quarter turns along one axis at most; one that has died may not
+// end on its circle.
 inline int run_of(const Source& source, Vec from, Vec to, double d) {
   if (!source.corner()) return Chains::run_of(to - from);
   const Vec a = from - source.at, b = to - source.at;
   const double square = d * d;
-  if (std::abs(dot(a, a) - square) >= d || std::abs(dot(b, b) - square) >= d || cross(a, b) > 0) return Chains::kBent;
+  if (std::abs(dot(a, a) - square) >= d || std::abs(dot(b, b) - square) >= d || cross(a, b) > 0)
+    return Chains::kBent;
   const int run = Chains::run_of(right_of(a)), turned = run ^ Chains::run_of(right_of(b));
   if (turned == 0) return run;
   return dot(a, b) > 0 ? run | turned << 2 : int(Chains::kBent);
@@ -43,8 +45,8 @@ inline int run_of(const Source& source, Vec from, Vec to, double d) {
 inline BoxOf<double> box_of(std::span<const Source> sources, const Strand& s, double d) {
   // An arc of at most half a turn bulges by less than its squared chord over 4 d.
   const double bulge = is_arc(sources, s) ? dot(s.b - s.a, s.b - s.a) / (4 * d) : 0.0;
-  return {std::min(s.a.x, s.b.x) - bulge, std::min(s.a.y, s.b.y) - bulge,
-          std::max(s.a.x, s.b.x) + bulge, std::max(s.a.y, s.b.y) + bulge};
+  return {std::min(s.a.x, s.b.x) - bulge, std::min(s.a.y, s.b.y) - bulge, std::max(s.a.x, s.b.x) + bulge,
+          std::max(s.a.y, s.b.y) + bulge};
 }
 
 inline PairBox bent_box(std::span<const Source> sources, const Strand& strand, double d) {
@@ -74,11 +76,13 @@ struct PieceEdges {
   Vec to(std::size_t i) const { return pieces[next(i)].from; }
   PairBox bent(std::size_t i) const { return bent_box(sources, strand(i), d); }
   std::size_t next(std::size_t i) const { return after ? after[i] : i + 1 < pieces.size() ? i + 1 : 0; }
-  Strand strand(std::size_t i) const { return {from(i), to(i), std::int32_t(i), pieces[i].source, std::uint32_t(next(i))}; }
+  Strand strand(std::size_t i) const {
+    return {from(i), to(i), std::int32_t(i), pieces[i].source, std::uint32_t(next(i))};
+  }
 };
 
-// Calls found(place, along a, along b) for each place where two strands of the front at distance d cross; what is told
-// along a strand grows from its a to its b, which is not part of it.
+// Calls found(place, along a, along b) for each place where two strands of the front at distance d cross;
+// what is told along a strand grows from its a to its b, which is not part of it.
 template <class F>
 void intersect(std::span<const Source> sources, double d, const Strand& a, const Strand& b, F&& found) {
   const auto along = [&](const Strand& s, Vec p, double& place) {

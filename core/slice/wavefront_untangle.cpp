@@ -1,8 +1,8 @@
 // Global deaths: where parts of the front that are no neighbours have run through each other.
 //
-// At every crossing the two strands change partners (Seifert's smoothing), which leaves closed loops that do not cross.
-// Each loop lies wholly on the true offset or wholly in what the front has passed over, so the distance of one of its
-// places from the sources decides for all of it.
+// At every crossing the two strands change partners (Seifert's smoothing), which leaves closed loops that do
+// not cross. Each loop lies wholly on the true offset or wholly in what the front has passed over, so the
+// distance of one of its places from the sources decides for all of it.
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kTiny = 10.0;    // units: loops shorter than 1 um are dropped
 constexpr double kPassed = 0.05;  // units: a place nearer than d - kPassed to a source has been passed
-constexpr int kAbout = 4;         // strands on either side of a crossing that are asked first whether they have passed
+constexpr int kAbout =
+    4;  // strands on either side of a crossing that are asked first whether they have passed
 constexpr std::size_t kSmall = 64;  // strands
 
 // Of a loop of strands: from one cut, or where it begins, to the next, or where it ends.
@@ -76,12 +77,15 @@ class Untangler::Tangle {
     Strand best;
     double longest = -1;
     const auto add = [&](Vec a, Vec b, std::int32_t source) {
-      if (const double square = dot(b - a, b - a); square > longest) longest = square, best.a = a, best.b = b, best.source = source;
+      if (const double square = dot(b - a, b - a); square > longest)
+        longest = square, best.a = a, best.b = b, best.source = source;
     };
     for (std::size_t i = begin; i < end; ++i) {
       const Vec a = pieces[i].from, b = pieces[i + 1 < end ? i + 1 : begin].from;
-      if (pieces[i].pivot()) add(a, component_->place_of(pieces[i]), kPivot), add(component_->place_of(pieces[i]), b, kPivot);
-      else add(a, b, pieces[i].source);
+      if (pieces[i].pivot())
+        add(a, component_->place_of(pieces[i]), kPivot), add(component_->place_of(pieces[i]), b, kPivot);
+      else
+        add(a, b, pieces[i].source);
     }
     return best.source == kPivot || passed(middle(best));
   }
@@ -99,22 +103,27 @@ class Untangler::Tangle {
     });
   }
   Vec middle(const Strand& strand) const {
-    return strand.source == kPivot ? 0.5 * (strand.a + strand.b)
-                                   : wavefront::middle(sources_[std::size_t(strand.source)], strand.a, strand.b, d_);
+    return strand.source == kPivot
+               ? 0.5 * (strand.a + strand.b)
+               : wavefront::middle(sources_[std::size_t(strand.source)], strand.a, strand.b, d_);
   }
   double limit() const { return std::max(0.0, d_ - kPassed); }
   bool passed(Vec place) { return passed_by_(place, limit()); }
-  // What has passed over a loop mostly comes from beside one of its crossings; small loops mostly have been passed.
+  // What has passed over a loop mostly comes from beside one of its crossings; small loops mostly have been
+  // passed.
   bool passed_beside(Vec place) const {
     return std::any_of(loop_.begin(), loop_.end(), [&](std::uint32_t p) {
-      return parts_[p].crossed && (passed_about(place, parts_[p].first) || passed_about(place, parts_[p].before));
+      return parts_[p].crossed &&
+             (passed_about(place, parts_[p].first) || passed_about(place, parts_[p].before));
     });
   }
   bool passed_about(Vec place, std::uint32_t strand) const {
     const double square = limit() * limit();
     const std::uint32_t end = std::uint32_t(std::min<std::size_t>(strands_.size(), strand + kAbout + 1));
     for (std::uint32_t s = strand > kAbout ? strand - kAbout : 0; s < end; ++s)
-      if (strands_[s].source != kPivot && square_distance(place, sources_[std::size_t(strands_[s].source)]) < square) return true;
+      if (strands_[s].source != kPivot &&
+          square_distance(place, sources_[std::size_t(strands_[s].source)]) < square)
+        return true;
     return false;
   }
   Vec travel(const Strand& s, Vec at) const {  // direction at a place of the strand
@@ -129,11 +138,11 @@ class Untangler::Tangle {
   const Component* component_ = nullptr;
   double d_ = 0;
   Chains chains_;
-  bool simple_ = false;  // a single loop without pivots
+  bool simple_ = false;    // a single loop without pivots
   double twice_area_ = 0;  // then: by chords; arcs bulge into the area, which does not change its sign
   std::unique_ptr<Strand[]> room_;
   std::size_t room_size_ = 0;
-  std::span<Strand> strands_;  // in it
+  std::span<Strand> strands_;             // in it
   std::vector<std::uint32_t> after_;      // each piece, if no piece is a pivot and there are several loops
   std::vector<std::uint32_t> loop_ends_;  // strands
   std::vector<Crossing> crossings_;
@@ -240,7 +249,8 @@ void Untangler::Tangle::list_strands() {
 void Untangler::Tangle::cut() {
   cuts_.clear();
   for (std::uint32_t c = 0; c < crossings_.size(); ++c)
-    for (int side = 0; side < 2; ++side) cuts_.push_back({crossings_[c].strand[side], c, side, crossings_[c].place[side]});
+    for (int side = 0; side < 2; ++side)
+      cuts_.push_back({crossings_[c].strand[side], c, side, crossings_[c].place[side]});
   std::sort(cuts_.begin(), cuts_.end(), [](const Cut& a, const Cut& b) {
     if (a.strand != b.strand) return a.strand < b.strand;
     return a.place != b.place ? a.place < b.place : a.crossing < b.crossing;
@@ -308,7 +318,8 @@ bool Untangler::Tangle::judge(bool& keep) {
   if (total < kTiny) return true;
   for (int i = 0; i < (corners_wrong ? 1 : 2) && longest[i] > 0.0625 * longest[0]; ++i) {
     const Vec place = middle(best[i]);
-    const bool lives = best[i].source != kPivot && !(strands <= kSmall && passed_beside(place)) && !passed(place);
+    const bool lives =
+        best[i].source != kPivot && !(strands <= kSmall && passed_beside(place)) && !passed(place);
     if (i && lives != keep) return false;
     keep = lives;
   }
@@ -335,7 +346,8 @@ bool Untangler::Tangle::smooth() {
       loop.pieces.insert(loop.pieces.end(), pieces, pieces + (part.last - part.first + 1));
       Piece& piece = loop.pieces[first];
       piece.from = part.from;
-      if (part.crossed && !meet(sources_[std::size_t(strands_[part.before].source)], sources_[std::size_t(piece.source)], part.from, d_, piece.start))
+      if (part.crossed && !meet(sources_[std::size_t(strands_[part.before].source)],
+                                sources_[std::size_t(piece.source)], part.from, d_, piece.start))
         return false;
     }
     loop.ends.push_back(std::uint32_t(loop.pieces.size()));
@@ -365,8 +377,10 @@ bool Untangler::Tangle::drop_passed(Component& component, Components& out) {
     loop.ends.push_back(std::uint32_t(loop.pieces.size()));
   });
   if (pivots) return false;
-  if (loop_.size() == component.ends.size()) out.take(component);
-  else regroup_(sources_, kept_, d_, out);
+  if (loop_.size() == component.ends.size())
+    out.take(component);
+  else
+    regroup_(sources_, kept_, d_, out);
   return true;
 }
 

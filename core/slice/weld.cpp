@@ -23,7 +23,8 @@ class PointTable {
 
  private:
   std::size_t place(const Vertex& v) const {
-    std::uint64_t h = std::uint64_t(std::uint32_t(v.x)) * 0x9e3779b97f4a7c15ull + std::uint64_t(std::uint32_t(v.y)) * 0xc2b2ae3d27d4eb4full +
+    std::uint64_t h = std::uint64_t(std::uint32_t(v.x)) * 0x9e3779b97f4a7c15ull +
+                      std::uint64_t(std::uint32_t(v.y)) * 0xc2b2ae3d27d4eb4full +
                       std::uint64_t(std::uint32_t(v.z)) * 0x165667b19e3779f9ull;
     h ^= h >> 32;
     h *= 0xd6e8feb86659fd93ull;
@@ -49,7 +50,8 @@ Mesh weld(const FacetView& facets, const Affine& affine) {
   for (std::size_t n = 0; n < facets.size(); ++n) {
     const std::array<Corner, 3> f = facets.facet(n);
     if (!finite(f)) continue;
-    const std::array<Vertex, 3> v = {to_grid(affine, f[0]), to_grid(affine, f[affine.mirrors ? 2 : 1]), to_grid(affine, f[affine.mirrors ? 1 : 2])};
+    const std::array<Vertex, 3> v = {to_grid(affine, f[0]), to_grid(affine, f[affine.mirrors ? 2 : 1]),
+                                     to_grid(affine, f[affine.mirrors ? 1 : 2])};
     if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
     std::array<std::uint32_t, 3> t{};
     for (std::size_t c = 0; c < 3; ++c) t[c] = table.number(v[c], mesh.vertices);

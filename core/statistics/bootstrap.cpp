@@ -59,9 +59,11 @@ Interval bootstrap_interval(std::span<const double> x, const BootstrapOptions& o
   const double m = mean(x), n = double(x.size()), resamples = double(o.resamples);
   const std::vector<double> means = resampled_means(x, o);
 
-  const auto below = std::lower_bound(means.begin(), means.end(), m), above = std::upper_bound(means.begin(), means.end(), m);
+  const auto below = std::lower_bound(means.begin(), means.end(), m),
+             above = std::upper_bound(means.begin(), means.end(), m);
   const double share = (double(below - means.begin()) + 0.5 * double(above - below)) / resamples;
-  const double bias = normal_quantile(std::clamp(share, 1.0 / (resamples + 1.0), resamples / (resamples + 1.0)));
+  const double bias =
+      normal_quantile(std::clamp(share, 1.0 / (resamples + 1.0), resamples / (resamples + 1.0)));
   double square = 0.0, cube = 0.0;
   for (const double v : x) square += (v - m) * (v - m), cube += (v - m) * (v - m) * (v - m);
   const double acceleration = cube / (6.0 * square * std::sqrt(square));

@@ -7,7 +7,8 @@
 
 namespace firn::statistics {
 
-PairedComparison compare_pairs(std::span<const double> a, std::span<const double> b, const BootstrapOptions& options) {
+PairedComparison compare_pairs(std::span<const double> a, std::span<const double> b,
+                               const BootstrapOptions& options) {
   PairedComparison c;
   c.pairs = a.size();
   c.mean_a = mean(a);
@@ -26,7 +27,7 @@ PairedComparison compare_pairs(std::span<const double> a, std::span<const double
   const double deviation = standard_deviation(d);
   c.effect = c.difference == 0.0 ? 0.0
              : deviation > 0.0   ? c.difference / deviation
-                                 : (c.difference > 0.0 ? 1.0 : -1.0) * std::numeric_limits<double>::infinity();
+                               : (c.difference > 0.0 ? 1.0 : -1.0) * std::numeric_limits<double>::infinity();
   if (!a.empty()) c.a_below_b = below / double(a.size());
   return c;
 }

@@ -28,8 +28,8 @@ double beta_fraction(double a, double b, double x) {
 }
 
 double log_gamma(double x) {  // std::lgamma writes a global; Lanczos' series [Numerical Recipes, 6.1]
-  constexpr double kTerms[] = {76.18009172947146, -86.50532032941677, 24.01409824083091, -1.231739572450155,
-                               0.1208650973866179e-2, -0.5395239384953e-5};
+  constexpr double kTerms[] = {76.18009172947146,  -86.50532032941677,    24.01409824083091,
+                               -1.231739572450155, 0.1208650973866179e-2, -0.5395239384953e-5};
   double sum = 1.000000000190015, y = x;
   for (const double term : kTerms) sum += term / ++y;
   return std::log(2.5066282746310005 * sum / x) - (x + 5.5) + (x + 0.5) * std::log(x + 5.5);
@@ -38,8 +38,10 @@ double log_gamma(double x) {  // std::lgamma writes a global; Lanczos' series [N
 double incomplete_beta(double a, double b, double x) {
   if (x <= 0.0) return 0.0;
   if (x >= 1.0) return 1.0;
-  const double front = std::exp(log_gamma(a + b) - log_gamma(a) - log_gamma(b) + a * std::log(x) + b * std::log1p(-x));
-  return x < (a + 1.0) / (a + b + 2.0) ? front * beta_fraction(a, b, x) / a : 1.0 - front * beta_fraction(b, a, 1.0 - x) / b;
+  const double front =
+      std::exp(log_gamma(a + b) - log_gamma(a) - log_gamma(b) + a * std::log(x) + b * std::log1p(-x));
+  return x < (a + 1.0) / (a + b + 2.0) ? front * beta_fraction(a, b, x) / a
+                                       : 1.0 - front * beta_fraction(b, a, 1.0 - x) / b;
 }
 
 }  // namespace
@@ -53,7 +55,8 @@ double normal_quantile(double p) {
   if (p > 0.5) return -normal_quantile(1.0 - p);
   // A rough start [Abramowitz and Stegun 26.2.23], then Halley's steps on the distribution function.
   const double t = std::sqrt(-2.0 * std::log(p));
-  double z = -(t - (2.515517 + t * (0.802853 + t * 0.010328)) / (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308))));
+  double z = -(t - (2.515517 + t * (0.802853 + t * 0.010328)) /
+                       (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308))));
   for (int n = 0; n < 4; ++n) {
     const double density = std::exp(-0.5 * z * z) * 0.39894228040143267794;
     if (!(density > 0.0)) break;

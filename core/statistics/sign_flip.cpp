@@ -35,8 +35,10 @@ double sign_flip_p(std::span<const double> d, const SignFlipOptions& o) {
   for (int n = 0; n < o.draws; ++n) {
     double s = 0.0;
     for (std::size_t k = 0; k < d.size(); k += 128) {
-      const PhiloxBlock bits = philox4x32({std::uint32_t(k), 1, std::uint32_t(n), std::uint32_t(Purpose::kBootstrap)}, key);
-      for (std::size_t q = k; q < std::min(d.size(), k + 128); ++q) s += bits[(q - k) / 32] >> (q % 32) & 1u ? d[q] : -d[q];
+      const PhiloxBlock bits =
+          philox4x32({std::uint32_t(k), 1, std::uint32_t(n), std::uint32_t(Purpose::kBootstrap)}, key);
+      for (std::size_t q = k; q < std::min(d.size(), k + 128); ++q)
+        s += bits[(q - k) / 32] >> (q % 32) & 1u ? d[q] : -d[q];
     }
     hits += std::abs(s) >= reach;
   }

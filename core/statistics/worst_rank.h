@@ -1,5 +1,5 @@
-// Paired outcomes of which some have no value because what was to be measured stopped before its end. That is an outcome
-// too, and worse than any value: leaving such pairs out would favour whatever stops most.
+// Paired outcomes of which some have no value because what was to be measured stopped before its end. That is
+// an outcome too, and worse than any value: leaving such pairs out would favour whatever stops most.
 #pragma once
 
 #include <span>
@@ -12,10 +12,10 @@ struct PairOutcome {
   double difference = 0.0;  ///< a - b of what both completed; does not count where `stops` is not 0
 };
 
-/// Wilcoxon's signed ranks with worst-rank scores [Lachin, Control. Clin. Trials 20 (1999) 408]: pairs that differ in stops
-/// rank above all others, by their number; the others by |difference|; ties share their mean rank, pairs without any
-/// difference have none (0). Above 0: a is worse. Their sign-flip test (sign_flip_p) is valid whatever stops, and when: the two
-/// of a pair could be exchanged with their stops.
+/// Wilcoxon's signed ranks with worst-rank scores [Lachin, Control. Clin. Trials 20 (1999) 408]: pairs that
+/// differ in stops rank above all others, by their number; the others by |difference|; ties share their mean
+/// rank, pairs without any difference have none (0). Above 0: a is worse. Their sign-flip test (sign_flip_p)
+/// is valid whatever stops, and when: the two of a pair could be exchanged with their stops.
 std::vector<double> signed_worst_ranks(std::span<const PairOutcome> pairs);
 
 }  // namespace firn::statistics

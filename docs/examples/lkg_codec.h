@@ -15,7 +15,7 @@ enum class Status { kOk, kNoValue, kAbove, kBelow, kRefused };
 struct Reading {
   double height_mm = std::numeric_limits<double>::quiet_NaN();  ///< a number only where status is kOk
   Status status = Status::kNoValue;
-  int error = 0;                                                ///< of "ER,<command>,<nn>"
+  int error = 0;  ///< of "ER,<command>,<nn>"
 };
 
 /// Asks for the measured value of one head. Asking moves nothing, so it may be asked again.
@@ -26,7 +26,8 @@ inline Request measure(int head) {
   return r;
 }
 
-/// A reply without its CR. "XXXXXXXX" (no value) and "+FFFFFFF", "-FFFFFFF" (out of range) are never read as numbers.
+/// A reply without its CR. "XXXXXXXX" (no value) and "+FFFFFFF", "-FFFFFFF" (out of range) are never read as
+/// numbers.
 inline Reading parse(std::string_view reply) {
   Reading out;
   if (reply.starts_with("ER,")) {
@@ -68,9 +69,13 @@ class LkgDialect final : public Dialect {
     }
     const std::string_view line = text.substr(0, end);
     const bool timing = line.starts_with("TG,");
-    const bool answers = awaited && (line.starts_with(awaited->text().substr(0, 2)) ||
-                                     (line.starts_with("ER,") && line.substr(3).starts_with(awaited->text().substr(0, 2))));
-    return {timing ? Frame::Kind::kUnsolicited : answers ? Frame::Kind::kReply : Frame::Kind::kCorrupt, end + 1};
+    const bool answers =
+        awaited && (line.starts_with(awaited->text().substr(0, 2)) ||
+                    (line.starts_with("ER,") && line.substr(3).starts_with(awaited->text().substr(0, 2))));
+    return {timing    ? Frame::Kind::kUnsolicited
+            : answers ? Frame::Kind::kReply
+                      : Frame::Kind::kCorrupt,
+            end + 1};
   }
 
   Request probe() const override {

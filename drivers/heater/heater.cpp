@@ -25,14 +25,15 @@ TemperatureFault HeaterWatch::judge(double celsius, double set_celsius, bool hea
   if (fault_ != kHeaterWell) return fault_;
   const std::int64_t step_us = last_us_ == 0 ? 0 : now_us - last_us_;
   last_us_ = now_us;
-  if (std::isnan(celsius)) return fault_ = ++open_ >= 2 ? kOpenThermocouple : kHeaterWell;  // one may be a glitch
+  if (std::isnan(celsius))
+    return fault_ = ++open_ >= 2 ? kOpenThermocouple : kHeaterWell;  // one may be a glitch
   open_ = 0;
   if (celsius > config_.high_degC) return fault_ = kTooHot;
   was_warm_ = was_warm_ || celsius >= config_.low_degC + 1.0;
   if (was_warm_ && celsius < config_.low_degC) return fault_ = kTooCold;
 
-  if (!heating || off(set_celsius) || on_since_us_ == 0 || celsius >= on_from_degC_ + config_.least_rise_degC ||
-      celsius >= set_celsius - 1.0) {
+  if (!heating || off(set_celsius) || on_since_us_ == 0 ||
+      celsius >= on_from_degC_ + config_.least_rise_degC || celsius >= set_celsius - 1.0) {
     on_since_us_ = heating ? now_us : 0;  // it rises, or need not: the watch begins anew
     on_from_degC_ = celsius;
   } else if (double(now_us - on_since_us_) >= config_.no_rise_s * 1e6) {
@@ -53,7 +54,9 @@ TemperatureFault HeaterWatch::judge(double celsius, double set_celsius, bool hea
 }
 
 Heater::Heater(HeaterConfig config)
-    : Driver(dialect_), config_(config), watch_{HeaterWatch(config), HeaterWatch(config), HeaterWatch(config)} {
+    : Driver(dialect_),
+      config_(config),
+      watch_{HeaterWatch(config), HeaterWatch(config), HeaterWatch(config)} {
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "three ON/OFF temperature controllers";
   set_celsius_.fill(kOff_degC);
@@ -81,12 +84,13 @@ void Heater::set(const std::array<double, 3>& celsius, std::int64_t now_us, Effe
   for (std::size_t c = 0; c < 3; ++c)
     if (!(celsius[c] <= config_.high_degC)) {
       char text[120];
-      std::snprintf(text, sizeof text, "heater %s: a set point of %g degC is not below %g degC", kNames[c], celsius[c],
-                    config_.high_degC);
+      std::snprintf(text, sizeof text, "heater %s: a set point of %g degC is not below %g degC", kNames[c],
+                    celsius[c], config_.high_degC);
       why = text;
     }
   if (busy() || phase_ != Phase::kReady) {
-    why = busy() ? "the heater is busy with another command" : std::string("the heater is ") + drivers::name(state());
+    why = busy() ? "the heater is busy with another command"
+                 : std::string("the heater is ") + drivers::name(state());
     code = kNoCode;
   }
   if (!why.empty()) {
@@ -110,7 +114,8 @@ void Heater::connected(std::int64_t, Effects& fx) {
   if (commanded_) push_set_points();
 }
 
-// The heat stays on: freezing destroys the valves [interlocks 2, 5, 7]. What failed has been switched off already.
+// The heat stays on: freezing destroys the valves [interlocks 2, 5, 7]. What failed has been switched off
+// already.
 void Heater::stop(std::int64_t, Effects& fx) {
   if (setting_) finish(Outcome::kDone, kNoCode, "safe stop; the heat stays on", fx);
 }
@@ -121,7 +126,9 @@ void Heater::lost(std::int64_t, Effects& fx) {
   fault(1, kLinkLost, "heater: link lost; the set points stay in force", fx);
 }
 
-void Heater::failed(const Request&, std::int64_t now_us, Effects& fx) { reconnect(now_us, fx, "no good reply"); }
+void Heater::failed(const Request&, std::int64_t now_us, Effects& fx) {
+  reconnect(now_us, fx, "no good reply");
+}
 
 void Heater::tell(int channel, Effects& fx) {
   const auto c = std::size_t(channel);
@@ -153,11 +160,13 @@ void Heater::judge(const thermostat::Reading& r, std::int64_t now_us, Effects& f
   fx.events.emplace_back(t);
 }
 
-void Heater::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+void Heater::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+                   Effects& fx) {
   const std::string_view line(reinterpret_cast<const char*>(frame.data()), frame.size());
   const std::string_view text = checked_text(line, 0).value_or(std::string_view());
   if (text.starts_with("E,")) {
-    fault(1, kCommandRejected, "heater: it refuses '" + std::string(checked_text(request.text(), 0).value()) + "'", fx);
+    fault(1, kCommandRejected,
+          "heater: it refuses '" + std::string(checked_text(request.text(), 0).value()) + "'", fx);
     if (request.tag == kSet && setting_) {
       link_.clear_queue();
       finish(Outcome::kFailed, kCommandRejected, "a set point was refused", fx);

@@ -1,5 +1,6 @@
-// The end effector's three heaters: set points, temperatures once a second, and interlock 10. Heater (b) alone keeps the
-// valves from freezing when (a) fails [Barnett 2012, 2.3.3]; without both nothing may be deposited.
+// The end effector's three heaters: set points, temperatures once a second, and interlock 10. Heater (b)
+// alone keeps the valves from freezing when (a) fails [Barnett 2012, 2.3.3]; without both nothing may be
+// deposited.
 #pragma once
 
 #include <array>
@@ -14,19 +15,27 @@ namespace firn::drivers {
 
 struct HeaterConfig {
   double poll_s = 1.0;
-  double low_degC = 5.0;      ///< a channel that was warmer and falls below it is too cold
-  double high_degC = 45.0;    ///< too hot: it is switched off
-  double no_rise_s = 60.0;    ///< on all the time, below its set point, and not 2 degC warmer
+  double low_degC = 5.0;    ///< a channel that was warmer and falls below it is too cold
+  double high_degC = 45.0;  ///< too hot: it is switched off
+  double no_rise_s = 60.0;  ///< on all the time, below its set point, and not 2 degC warmer
   double least_rise_degC = 2.0;
-  double frozen_s = 40.0;     ///< the reading does not move at all while the heater works
+  double frozen_s = 40.0;       ///< the reading does not move at all while the heater works
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
 /// Of Temperatures::fault and temperature_t.
-enum TemperatureFault : std::int8_t { kHeaterWell, kOpenThermocouple, kNoRise, kTooHot, kTooCold, kFrozenReading };
+enum TemperatureFault : std::int8_t {
+  kHeaterWell,
+  kOpenThermocouple,
+  kNoRise,
+  kTooHot,
+  kTooCold,
+  kFrozenReading
+};
 const char* name(TemperatureFault fault);
 
-/// Judges one channel's readings. Once found, a fault stays until reset(): a heater that has failed is not trusted again.
+/// Judges one channel's readings. Once found, a fault stays until reset(): a heater that has failed is not
+/// trusted again.
 class HeaterWatch {
  public:
   explicit HeaterWatch(const HeaterConfig& config) : config_(config) {}
@@ -50,8 +59,9 @@ class Heater final : public Driver {
 
   explicit Heater(HeaterConfig config);
 
-  /// Set points [degC]; at or below -50 = off. They are sent again after a lost link. Refused above high_degC. Done when
-  /// the controllers have confirmed them. A channel that has failed stays off; a new command judges it anew.
+  /// Set points [degC]; at or below -50 = off. They are sent again after a lost link. Refused above
+  /// high_degC. Done when the controllers have confirmed them. A channel that has failed stays off; a new
+  /// command judges it anew.
   void set(const std::array<double, 3>& celsius, std::int64_t now_us, Effects& fx);
 
   bool busy() const override { return setting_; }
@@ -63,7 +73,8 @@ class Heater final : public Driver {
   enum Tag : std::uint16_t { kRead, kSet };
 
   void connected(std::int64_t now_us, Effects& fx) override;
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
   void stop(std::int64_t now_us, Effects& fx) override;

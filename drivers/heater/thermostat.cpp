@@ -46,7 +46,8 @@ std::optional<Reading> parse_reading(std::string_view text) {
       celsius = std::numeric_limits<double>::quiet_NaN();
       words.word();
     } else {
-      celsius = double(words.number(std::int64_t(kLowest_degC * 100), std::int64_t(kHighest_degC * 100))) / 100.0;
+      celsius =
+          double(words.number(std::int64_t(kLowest_degC * 100), std::int64_t(kHighest_degC * 100))) / 100.0;
     }
   }
   const std::int64_t relays = words.number(0, (1 << kChannels) - 1);
@@ -96,7 +97,8 @@ Frame ThermostatDialect::frame(std::span<const std::byte> buffer, const Request*
   if (!text) return {Frame::Kind::kCorrupt, size};
   if (!awaited) return {Frame::Kind::kUnsolicited, size};
   const std::optional<std::string_view> asked = checked_text(awaited->text(), 0);
-  const bool answers = text->starts_with("E,") || (*asked == kAsk ? parse_reading(*text).has_value() : *text == *asked);
+  const bool answers =
+      text->starts_with("E,") || (*asked == kAsk ? parse_reading(*text).has_value() : *text == *asked);
   return {answers ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
 }
 

@@ -55,7 +55,8 @@ void LaserPoint::refuse(std::int32_t code, std::string text, Effects& fx) {
   fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text)});
 }
 
-void LaserPoint::finish(Outcome outcome, std::int64_t counted, std::int32_t code, std::string text, Effects& fx) {
+void LaserPoint::finish(Outcome outcome, std::int64_t counted, std::int32_t code, std::string text,
+                        Effects& fx) {
   op_ = Op::kNone;
   ending_.clear();
   ending_code_ = kNoCode;
@@ -77,7 +78,9 @@ void LaserPoint::arm(int material, int samples, double period_s, std::int64_t no
       refuse(kLimit, "material " + std::to_string(material) + " is neither 0 nor 1", fx);
     } else if (samples < 1 || samples > config_.table.most_stored) {
       refuse(kLimit,
-             std::to_string(samples) + " samples are outside [1, " + std::to_string(config_.table.most_stored) + "]", fx);
+             std::to_string(samples) + " samples are outside [1, " +
+                 std::to_string(config_.table.most_stored) + "]",
+             fx);
     } else if (code < 0 || std::abs(cycle - std::round(cycle)) > 1e-6) {
       refuse(kLimit,
              "a period of " + std::to_string(period_s) + " s is none of 1, 2, 5, 10 ... times " +
@@ -187,7 +190,8 @@ void LaserPoint::refused(const Request& request, int error, std::int64_t now_us,
     measuring_ = request.text().starts_with(config_.table.leave);
     return;
   }
-  give_up(request, "the laser answers " + command_of(request) + " with error " + std::to_string(error), now_us, fx);
+  give_up(request, "the laser answers " + command_of(request) + " with error " + std::to_string(error),
+          now_us, fx);
 }
 
 void LaserPoint::give_up(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx) {
@@ -203,7 +207,8 @@ void LaserPoint::give_up(const Request& request, const std::string& why, std::in
   finish(collecting ? Outcome::kFailed : Outcome::kNone, -1, kCommandRejected, why, fx);
 }
 
-void LaserPoint::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+void LaserPoint::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+                       Effects& fx) {
   const lkg::Reply r = lkg::parse(line_of(frame), request.text().substr(0, request.size - 1u));
   if (r.kind == lkg::Reply::Kind::kError) return refused(request, r.error, now_us, fx);
   switch (request.tag) {
@@ -212,14 +217,18 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
       return;
     case kProgram:
       if (phase_ == Phase::kSetting && request.argument != kAny && r.rest != std::to_string(request.argument))
-        return give_up(request, "the laser is in program " + std::string(r.rest) + ", not in " + std::to_string(request.argument), now_us, fx);
+        return give_up(
+            request,
+            "the laser is in program " + std::string(r.rest) + ", not in " + std::to_string(request.argument),
+            now_us, fx);
       identity_ = "Keyence LK-G3001P, program " + std::string(r.rest);
       return;
     case kStored: {
       if (op_ != Op::kCollect) return;  // a stop came between
       const auto s = lkg::parse_stored(r.rest);
       if (!s || s->values > config_.table.most_stored)
-        return give_up(request, "the laser says that '" + std::string(r.rest) + "' is what it has stored", now_us, fx);
+        return give_up(request, "the laser says that '" + std::string(r.rest) + "' is what it has stored",
+                       now_us, fx);
       stored_ = s->values;
       mm_.clear();
       if (stored_ > 0) ask_dump();
@@ -231,11 +240,13 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
       if (damaged && mm_.size() == std::size_t(stored_)) {
         fx.events.emplace_back(Samples{material_, expected_, *damaged, period_s_, mm_});
         if (*damaged > 0)
-          fault(1, kInstrument, "laser_point: " + std::to_string(*damaged) + " values of a dump are damaged", fx);
+          fault(1, kInstrument, "laser_point: " + std::to_string(*damaged) + " values of a dump are damaged",
+                fx);
         return;
       }
       fault(0, kInstrument,
-            "laser_point: a dump of " + std::to_string(mm_.size()) + " values, " + std::to_string(stored_) + " stored",
+            "laser_point: a dump of " + std::to_string(mm_.size()) + " values, " + std::to_string(stored_) +
+                " stored",
             fx);
       mm_.clear();
       if (dumps_ < kMostDumps) return ask_dump();
@@ -260,7 +271,8 @@ bool LaserPoint::idle(std::int64_t now_us, Effects& fx) {
       identified();
       phase_ = Phase::kReady;
       set_state(DriverState::kSafe, "measuring", fx);
-      if (busy()) finish(op_ == Op::kCollect ? Outcome::kFailed : Outcome::kNone, -1, ending_code_, ending_, fx);
+      if (busy())
+        finish(op_ == Op::kCollect ? Outcome::kFailed : Outcome::kNone, -1, ending_code_, ending_, fx);
       return false;
     case Phase::kSetting:
       in_force_ = InForce{material_, cycle_};

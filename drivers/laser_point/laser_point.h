@@ -1,5 +1,6 @@
-// The point laser: Keyence LK-G3001P. Settings per material, storage that starts with the robot's signal, dump of what
-// was stored. It moves and fires nothing; its lines carry no checksum, so the link drains and probes after any doubt.
+// The point laser: Keyence LK-G3001P. Settings per material, storage that starts with the robot's signal,
+// dump of what was stored. It moves and fires nothing; its lines carry no checksum, so the link drains and
+// probes after any doubt.
 #pragma once
 
 #include <array>
@@ -20,18 +21,21 @@ struct LaserPointConfig {
   int sampling_us = 1000;            ///< one of lkg::kSampling_us
   int averaging = 1;                 ///< k: mean over 4^k samples
   double poll_idle_s = 5.0;
-  double host_latency_s = 0.0;       ///< see Dialect::allow_host_latency
+  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
 class LaserPoint final : public Driver {
  public:
-  /// @throws std::invalid_argument naming the field: a sampling time or averaging that the instrument has not.
+  /// @throws std::invalid_argument naming the field: a sampling time or averaging that the instrument has
+  /// not.
   explicit LaserPoint(LaserPointConfig config);
 
-  /// Settings of the material, if others are in force, then an empty storage that waits for the signal. Ready when armed.
-  /// Refused: more samples than the storage holds, a period that is no cycle of the sampling time.
+  /// Settings of the material, if others are in force, then an empty storage that waits for the signal. Ready
+  /// when armed. Refused: more samples than the storage holds, a period that is no cycle of the sampling
+  /// time.
   void arm(int material, int samples, double period_s, std::int64_t now_us, Effects& fx);
-  /// Ends the storage and reads it out: Samples, then Result{kDone} with counted = values. Also after a lost link.
+  /// Ends the storage and reads it out: Samples, then Result{kDone} with counted = values. Also after a lost
+  /// link.
   void collect(std::int64_t now_us, Effects& fx);
   /// One reading now: Samples of one value, then Result{kDone}.
   void reading(std::int64_t now_us, Effects& fx);
@@ -41,11 +45,21 @@ class LaserPoint final : public Driver {
 
  private:
   enum class Op : std::uint8_t { kNone, kArm, kCollect, kReading };
-  enum class Phase : std::uint8_t { kDown, kIdentifying, kReady, kSetting, kArming, kArmed, kCollecting, kReading };
+  enum class Phase : std::uint8_t {
+    kDown,
+    kIdentifying,
+    kReady,
+    kSetting,
+    kArming,
+    kArmed,
+    kCollecting,
+    kReading
+  };
   enum Tag : std::uint16_t { kPlain, kMode, kProgram, kStored, kDump, kValue };
 
   void connected(std::int64_t now_us, Effects& fx) override;
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void unsolicited(std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;

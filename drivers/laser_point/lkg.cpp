@@ -133,7 +133,8 @@ Frame LkgDialect::frame(std::span<const std::byte> buffer, const Request* awaite
   const std::string_view all = text_of(buffer);
   const std::size_t end = all.find('\r');
   const bool dump = awaited && awaited->text().starts_with(table.dump.substr(0, 2));
-  const std::size_t longest = dump ? std::size_t(table.most_stored) * std::size_t(table.value_bytes) + 16 : 64;
+  const std::size_t longest =
+      dump ? std::size_t(table.most_stored) * std::size_t(table.value_bytes) + 16 : 64;
   if (std::min(end, all.size()) > longest) return {Frame::Kind::kCorrupt, std::min(end, all.size())};
   if (end == std::string_view::npos) return {};
   const std::size_t size = end + 1;

@@ -1,5 +1,5 @@
-// Keyence LK-G3001P, RS-232: lines that end with CR, one command and then its reply, which begins with the command's
-// name (docs/devices/laser_point.md). No checksum. Both sides use this codec.
+// Keyence LK-G3001P, RS-232: lines that end with CR, one command and then its reply, which begins with the
+// command's name (docs/devices/laser_point.md). No checksum. Both sides use this codec.
 #pragma once
 
 #include <cstddef>
@@ -33,20 +33,21 @@ Value parse_value(std::string_view text);
 /// `+01.2345`, `-00.0120`: four decimals; NaN gives `XXXXXXXX`, beyond +-99.9999 `+FFFFFFF`, `-FFFFFFF`.
 void put_value(double mm, char (&to)[kValueChars]);
 
-/// Texts and codes that differ between models or are not certain: a table, not code. [C] certain, [S] one source, [P] ours.
+/// Texts and codes that differ between models or are not certain: a table, not code. [C] certain, [S] one
+/// source, [P] ours.
 struct Table {
-  std::string measure = "M1";                             ///< [C] `M1,+01.2345`
-  std::string enter = "Q0", leave = "R0";                 ///< communication mode, in which nothing is measured [C]
-  std::string select = "PW", selected = "PR";             ///< program [S]
-  std::string clear = "AQ", start = "AS", stop = "AP";    ///< storage [C names]
-  std::string stored = "AN";                              ///< `AN,<0 stopped, 1 storing>,<values>` [P]
-  std::string dump = "AO,1";                              ///< `AO,1,<value>,<value>,…` [P]
-  std::string sampling = "SW,CA,";                        ///< code: 0 20 us, 1 50, 2 100, 3 200, 4 500, 5 1000 [S]
-  std::string averaging = "SW,OC,1,0,";                   ///< k: 4^k values [S]
-  std::string material = "SW,HB,1,";                      ///< 0 normal, 1 translucent, 2 transparent, 3, 4 multi-reflective [S]
-  std::string storage = "SW,CI,1,";                       ///< `nnnnn,c`: values, and every how many samples one is stored [S, P]
-  int most_stored = 65536;                                ///< Table 2-3 of the thesis
-  int value_bytes = 9;                                    ///< of a value in the dump, with its comma
+  std::string measure = "M1";                  ///< [C] `M1,+01.2345`
+  std::string enter = "Q0", leave = "R0";      ///< communication mode, in which nothing is measured [C]
+  std::string select = "PW", selected = "PR";  ///< program [S]
+  std::string clear = "AQ", start = "AS", stop = "AP";  ///< storage [C names]
+  std::string stored = "AN";                            ///< `AN,<0 stopped, 1 storing>,<values>` [P]
+  std::string dump = "AO,1";                            ///< `AO,1,<value>,<value>,…` [P]
+  std::string sampling = "SW,CA,";       ///< code: 0 20 us, 1 50, 2 100, 3 200, 4 500, 5 1000 [S]
+  std::string averaging = "SW,OC,1,0,";  ///< k: 4^k values [S]
+  std::string material = "SW,HB,1,";  ///< 0 normal, 1 translucent, 2 transparent, 3, 4 multi-reflective [S]
+  std::string storage = "SW,CI,1,";   ///< `nnnnn,c`: values, and every how many samples one is stored [S, P]
+  int most_stored = 65536;            ///< Table 2-3 of the thesis
+  int value_bytes = 9;                ///< of a value in the dump, with its comma
   double byte_s = 10.0 / 115200.0;
 };
 /// Sampling codes of Table::sampling [us].
@@ -64,7 +65,8 @@ struct Reply {
   enum class Kind : std::uint8_t {
     kForeign,  ///< of another command, or damaged
     kDone,     ///< `rest` follows the command's name, without the comma
-    kError,    ///< `ER,<command>,<nn>`: 00 command, 01 status, 20 length, 21 count, 22 parameter, 88 timeout, 99 other
+    kError,    ///< `ER,<command>,<nn>`: 00 command, 01 status, 20 length, 21 count, 22 parameter, 88 timeout,
+               ///< 99 other
     kTiming    ///< `TG,…`: came by itself
   };
   Kind kind = Kind::kForeign;
@@ -78,8 +80,8 @@ struct Stored {
   int values = 0;
 };
 std::optional<Stored> parse_stored(std::string_view rest);
-/// Values of a dump as floats, NaN where there is none; reuses the storage of `mm`. @returns the damaged ones, which are
-/// NaN too, or nothing when the line is no list of values.
+/// Values of a dump as floats, NaN where there is none; reuses the storage of `mm`. @returns the damaged
+/// ones, which are NaN too, or nothing when the line is no list of values.
 std::optional<int> parse_dump(std::string_view rest, std::vector<float>& mm);
 
 class LkgDialect : public Dialect {

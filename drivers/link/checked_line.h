@@ -1,4 +1,5 @@
-// Lines of words that end with `*`, a CRC-16 in four hex digits and CR LF: written into a fixed buffer, read in place.
+// Lines of words that end with `*`, a CRC-16 in four hex digits and CR LF: written into a fixed buffer, read
+// in place.
 #pragma once
 
 #include <array>
@@ -10,7 +11,8 @@
 
 namespace firn::drivers {
 
-/// Writes one line. What does not fit is noticed, not written: overflow() then holds and the line is of no use.
+/// Writes one line. What does not fit is noticed, not written: overflow() then holds and the line is of no
+/// use.
 class LineWriter {
  public:
   static constexpr std::size_t kLongest = 120;  ///< characters with CR LF

@@ -79,7 +79,8 @@ class Dialect {
   virtual Frame frame(std::span<const std::byte> buffer, const Request* awaited) const = 0;
   /// A harmless question with a recognisable answer.
   virtual Request probe() const = 0;
-  /// Adds the bytes of a request to `tx`. Bulk data need not be copied into requests: a dialect may write them here.
+  /// Adds the bytes of a request to `tx`. Bulk data need not be copied into requests: a dialect may write
+  /// them here.
   virtual void write(const Request& request, std::vector<std::byte>& tx) const {
     tx.insert(tx.end(), request.data().begin(), request.data().end());
   }
@@ -95,8 +96,9 @@ class Dialect {
 
   Timeouts timeouts;
   int max_attempts = 3;  ///< of requests that may be repeated
-  /// Replies name their request, and the instrument executes a request once however often it comes: a request without a
-  /// reply is sent again at once, whatever it does, and after max_attempts the link is lost. Damaged frames are dropped.
+  /// Replies name their request, and the instrument executes a request once however often it comes: a request
+  /// without a reply is sent again at once, whatever it does, and after max_attempts the link is lost.
+  /// Damaged frames are dropped.
   bool numbered = false;
 };
 

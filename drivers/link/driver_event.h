@@ -102,21 +102,22 @@ struct ScanDone {
 /// What the point laser stored, or one reading.
 struct Samples {
   std::int32_t material = 0;
-  std::int32_t expected = 0;   ///< asked for; 1 = a single reading
-  std::int32_t damaged = 0;    ///< of the values, for a reason that the instrument does not give
+  std::int32_t expected = 0;  ///< asked for; 1 = a single reading
+  std::int32_t damaged = 0;   ///< of the values, for a reason that the instrument does not give
   double period_s = 0.0;
-  std::vector<float> z_mm;     ///< from the reference distance, up positive; NaN = no value
+  std::vector<float> z_mm;  ///< from the reference distance, up positive; NaN = no value
 };
 
 /// The heater's temperatures and what is wrong with them.
 struct Temperatures {
-  std::array<double, 3> celsius{};      ///< NaN = open thermocouple
+  std::array<double, 3> celsius{};  ///< NaN = open thermocouple
   std::array<double, 3> set_celsius{};
-  std::array<std::int8_t, 3> fault{};   ///< numbers of temperature_t
+  std::array<std::int8_t, 3> fault{};  ///< numbers of temperature_t
   std::array<bool, 3> heating{};
 };
 
-using DriverEvent = std::variant<StateChange, Result, Progress, Fault, Profile, ScanDone, Samples, Temperatures>;
+using DriverEvent =
+    std::variant<StateChange, Result, Progress, Fault, Profile, ScanDone, Samples, Temperatures>;
 
 /// Filled by every call of a driver; the caller clears it and hands it in again, so that a steady state
 /// allocates nothing.

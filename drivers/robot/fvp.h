@@ -1,6 +1,6 @@
-// FVP/1, the line protocol between Firn and a V+ program on the robot's controller (docs/devices/robot.md; no public
-// protocol of the C40 exists). `@<seq> <VERB> <args>*<CRC4>\r\n`, at most 120 characters; the CRC is that of the text
-// between `@` and `*`. Both sides use this codec. Nothing here allocates.
+// FVP/1, the line protocol between Firn and a V+ program on the robot's controller (docs/devices/robot.md; no
+// public protocol of the C40 exists). `@<seq> <VERB> <args>*<CRC4>\r\n`, at most 120 characters; the CRC is
+// that of the text between `@` and `*`. Both sides use this codec. Nothing here allocates.
 #pragma once
 
 #include <array>
@@ -15,16 +15,18 @@
 
 namespace firn::drivers::fvp {
 
-inline constexpr int kMostPoints = 8192;       ///< 131.072 s at 16 ms
-inline constexpr int kPointsPerLine = 3;       ///< at most; fewer where 120 characters end
-inline constexpr int kSlots = 2;               ///< paths that the controller holds
+inline constexpr int kMostPoints = 8192;  ///< 131.072 s at 16 ms
+inline constexpr int kPointsPerLine = 3;  ///< at most; fewer where 120 characters end
+inline constexpr int kSlots = 2;          ///< paths that the controller holds
 inline constexpr std::int64_t kMostSeq = 65535;
-inline constexpr std::int64_t kMostId = 9'999'999;  ///< path numbers stay exact in the controller's 32-bit reals
+inline constexpr std::int64_t kMostId =
+    9'999'999;  ///< path numbers stay exact in the controller's 32-bit reals
 
 /// A request of number 0 is not answered and not remembered: path lines within a block.
 inline constexpr std::int64_t kUnanswered = 0;
 inline constexpr std::int64_t next_seq(std::int64_t seq) { return seq >= kMostSeq ? 1 : seq + 1; }
-/// The robot executes what is newer, repeats its last reply to what is equal and answers NAK 11 to what is older.
+/// The robot executes what is newer, repeats its last reply to what is equal and answers NAK 11 to what is
+/// older.
 inline constexpr bool newer(std::int64_t seq, std::int64_t last) {
   const std::int64_t ahead = (seq - last + kMostSeq) % kMostSeq;
   return ahead > 0 && ahead <= kMostSeq / 2;
@@ -58,18 +60,18 @@ Joints joints_of(const Counts& counts);
 /// Answer to STAT.
 struct Status {
   State state = State::kBoot;
-  int state1 = 0;               ///< V+ STATE(1): 2 wait for power, 5 calibrating, 7 program control, 8 not calibrated …
-  int state2 = 0;               ///< V+ STATE(2): 1 moving, 2 stopped as planned, 7, 8 stopped by an error …
+  int state1 = 0;  ///< V+ STATE(1): 2 wait for power, 5 calibrating, 7 program control, 8 not calibrated …
+  int state2 = 0;  ///< V+ STATE(2): 1 moving, 2 stopped as planned, 7, 8 stopped by an error …
   std::int32_t boot_count = 0;  ///< of the V+ program
   bool power = false;
   bool calibrated = false;
-  int speed_percent = 100;      ///< monitor SPEED
-  int error = 0;                ///< Nak or V+ error that led to FAULT, 0 = none
-  std::int32_t running = 0;     ///< path under way, 0 = none
-  int at = 0;                   ///< points that it, or the last one, has passed
-  std::int32_t last = 0;        ///< path that was started last and has ended, 0 = none since the boot
-  bool last_done = false;       ///< it reached its end; false: it was stopped at point `at`
-  std::int32_t last_ms = 0;     ///< from its motion's start to its end
+  int speed_percent = 100;   ///< monitor SPEED
+  int error = 0;             ///< Nak or V+ error that led to FAULT, 0 = none
+  std::int32_t running = 0;  ///< path under way, 0 = none
+  int at = 0;                ///< points that it, or the last one, has passed
+  std::int32_t last = 0;     ///< path that was started last and has ended, 0 = none since the boot
+  bool last_done = false;    ///< it reached its end; false: it was stopped at point `at`
+  std::int32_t last_ms = 0;  ///< from its motion's start to its end
   std::array<std::int32_t, kSlots> held{};  ///< paths that are complete and verified, 0 = slot free
   bool operator==(const Status&) const = default;
 };
@@ -86,7 +88,8 @@ LineWriter event(std::int64_t number, std::string_view kind);
 /// Adds ` <first> j1 j2 j3 j4 …` to `@<seq> PATH P`: as many of `points`, at most three, as one line holds.
 /// @returns how many it took; the line still lacks finish(1).
 std::size_t put_points(LineWriter& line, std::size_t first, std::span<const Counts> points);
-/// CRC of PATH END: of the numbers of all points in order with one space between any two, however the lines were cut.
+/// CRC of PATH END: of the numbers of all points in order with one space between any two, however the lines
+/// were cut.
 class PointsCrc {
  public:
   /// @param numbers of one line, as parse() and WordReader::rest() leave them: `j1 j2 j3 j4 j1 …`
@@ -112,8 +115,8 @@ enum Format : std::uint8_t { kLine, kBlock };
 
 /// A request of one line; `finish` is done here. The number is kept in Request::argument.
 Request to_request(LineWriter& line, std::int64_t seq, Repeat repeat, std::uint16_t tag);
-/// Points [first, first + count) of FvpDialect::points as unanswered path lines and a last one that is answered with the
-/// number of points that the robot then holds.
+/// Points [first, first + count) of FvpDialect::points as unanswered path lines and a last one that is
+/// answered with the number of points that the robot then holds.
 Request path_block(std::int64_t seq, std::size_t first, std::size_t count, std::uint16_t tag);
 
 /// The host's side. Replies name their request, so a lost one is asked for again without draining the link.

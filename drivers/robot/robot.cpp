@@ -42,7 +42,8 @@ std::string broken_limit(const RobotConfig& c, double tick_s, int axes, std::spa
 
 }  // namespace
 
-// Ranges and rates: Table 2-1. What a path may use is less (4.10); the planner's certificate holds it to that.
+// Ranges and rates: Table 2-1. What a path may use is less (4.10); the planner's certificate holds it to
+// that.
 RobotConfig::RobotConfig()
     : limits{{{-105.0 * kDegree, 105.0 * kDegree, 360.0 * kDegree, 360.0 * kDegree},
               {-150.0 * kDegree, 150.0 * kDegree, 672.0 * kDegree, 672.0 * kDegree},
@@ -97,11 +98,14 @@ void Robot::add_path(std::int64_t path, double tick_s, int axes, std::span<const
 bool Robot::accept(Op op, Effects& fx) {
   if (busy()) return refuse(kNoCode, "the robot is busy with another command", fx), false;
   if (op == Op::kHome && phase_ == Phase::kDead && link_.idle()) return true;  // the operator's reset
-  if (phase_ != Phase::kReady) return refuse(kNoCode, std::string("the robot is ") + name(state()), fx), false;
+  if (phase_ != Phase::kReady)
+    return refuse(kNoCode, std::string("the robot is ") + name(state()), fx), false;
   if ((op == Op::kRun || op == Op::kMove) && !(status_.power && status_.calibrated))
-    return refuse(kLimit, status_.power ? "the robot is not calibrated" : "the robot has no arm power", fx), false;
+    return refuse(kLimit, status_.power ? "the robot is not calibrated" : "the robot has no arm power", fx),
+           false;
   if (op == Op::kRun && status_.speed_percent != 100)
-    return refuse(kTimeSlip, "monitor SPEED is " + std::to_string(status_.speed_percent) + ", not 100", fx), false;
+    return refuse(kTimeSlip, "monitor SPEED is " + std::to_string(status_.speed_percent) + ", not 100", fx),
+           false;
   return true;
 }
 
@@ -109,7 +113,8 @@ const Robot::Kept* Robot::runnable(const PathPart& part, Effects& fx) {
   const std::string which = "path " + std::to_string(part.path);
   const auto at = paths_.find(part.path);
   if (at == paths_.end()) return refuse(kNoCode, which + " has not been received", fx), nullptr;
-  if (!at->second.refusal.empty()) return refuse(kUnreachable, which + ": " + at->second.refusal, fx), nullptr;
+  if (!at->second.refusal.empty())
+    return refuse(kUnreachable, which + ": " + at->second.refusal, fx), nullptr;
   const auto n = std::int64_t(at->second.points->size());
   const std::int64_t last = part.to == 0 ? n - 1 : part.to;
   if (part.from < 0 || last >= n || last <= part.from)
@@ -171,7 +176,8 @@ void Robot::move_to(const fvp::Joints& target, int percent, std::int64_t now_us,
       if (!(target[j] >= config_.limits[j].low && target[j] <= config_.limits[j].high))
         why = "J" + std::to_string(j + 1) + " = " + joint_text(j, target[j]) + " is outside [" +
               joint_text(j, config_.limits[j].low) + ", " + joint_text(j, config_.limits[j].high) + "]";
-    if (percent < 0 || percent > 100) why = "a speed of " + std::to_string(percent) + " % is outside [0, 100]";
+    if (percent < 0 || percent > 100)
+      why = "a speed of " + std::to_string(percent) + " % is outside [0, 100]";
     if (!where_) why = "where the robot stands is not known";
     if (!why.empty()) {
       refuse(kUnreachable, why, fx);

@@ -1,6 +1,6 @@
-// The robot: Cobra 600 behind FVP/1. Holds trajectories, uploads them ahead of time into the controller's two slots,
-// goes to a path's first point, runs it with signals for valves and laser, and says how long it took. Joints only:
-// rad, rad, mm (up), rad; who plans knows the tool.
+// The robot: Cobra 600 behind FVP/1. Holds trajectories, uploads them ahead of time into the controller's two
+// slots, goes to a path's first point, runs it with signals for valves and laser, and says how long it took.
+// Joints only: rad, rad, mm (up), rad; who plans knows the tool.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@
 namespace firn::drivers {
 
 struct JointLimit {
-  double low = 0.0;        ///< rad or mm
+  double low = 0.0;  ///< rad or mm
   double high = 0.0;
   double most_rate = 0.0;  ///< of a path, from one point to the next [rad/s, mm/s]
   double move_rate = 0.0;  ///< of a move at 100 percent
@@ -29,20 +29,20 @@ struct JointLimit {
 struct RobotConfig {
   std::array<JointLimit, 4> limits;  ///< default: Table 2-1 of the thesis
   double tick_s = 0.016;
-  double approach_hop_mm = 2.0;      ///< above the higher end of a way to a path's first point
+  double approach_hop_mm = 2.0;  ///< above the higher end of a way to a path's first point
   int approach_percent = 30;
-  double raise_on_stop_mm = 10.0;    ///< after a stop, if the tool was at work
-  double home_z_mm = 150.0;          ///< axis 3 after homing, at least
-  double hb_s = 0.2;                 ///< the watchdog of the V+ program is 1.0 s
-  double poll_moving_s = 0.5;        ///< events say it sooner
+  double raise_on_stop_mm = 10.0;  ///< after a stop, if the tool was at work
+  double home_z_mm = 150.0;        ///< axis 3 after homing, at least
+  double hb_s = 0.2;               ///< the watchdog of the V+ program is 1.0 s
+  double poll_moving_s = 0.5;      ///< events say it sooner
   double poll_idle_s = 1.0;
-  int block_lines = 64;              ///< path lines sent at once; 1 on a serial line
+  int block_lines = 64;  ///< path lines sent at once; 1 on a serial line
   bool upload_ahead = true;
-  double slip_s = 0.016;             ///< interlock 7
+  double slip_s = 0.016;                     ///< interlock 7
   double stall_factor = 1.1, stall_s = 0.5;  ///< interlock 5
   double move_grace_s = 3.0;
   double power_s = 10.0, calibration_s = 90.0;
-  double host_latency_s = 0.0;       ///< see Dialect::allow_host_latency
+  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
   RobotConfig();
 };
 
@@ -61,21 +61,23 @@ class Robot final : public Driver {
  public:
   explicit Robot(RobotConfig config);
 
-  /// Keeps a trajectory: row-major, 4 axes. One that breaks a joint limit, a rate or the tick is kept only as a refusal,
-  /// which every command for it gets (interlock 8); the fault says so at once. A known number is left as it is.
+  /// Keeps a trajectory: row-major, 4 axes. One that breaks a joint limit, a rate or the tick is kept only as
+  /// a refusal, which every command for it gets (interlock 8); the fault says so at once. A known number is
+  /// left as it is.
   void add_path(std::int64_t path, double tick_s, int axes, std::span<const double> positions,
                 std::int64_t now_us, Effects& fx);
 
-  /// The operator's resume: a fault or an emergency stop that is found at the next look round, which a new connection begins,
-  /// is cleared, once, if its cause is gone; arm power stays as it is and nothing moves. Any later one latches again.
+  /// The operator's resume: a fault or an emergency stop that is found at the next look round, which a new
+  /// connection begins, is cleared, once, if its cause is gone; arm power stays as it is and nothing moves.
+  /// Any later one latches again.
   void permit_reset() { reset_permitted_ = true; }
 
   // Commands, accepted or refused as those of Stage.
   /// Done when the robot holds the part, verified. Most often it does already.
   void load(const PathPart& part, std::int64_t now_us, Effects& fx);
-  /// Goes to the first point, then runs. Result: done, counted = measured, expected = planned microseconds; failed:
-  /// counted = how far it came; none: nothing of the path was run; unknown: [from, to) microseconds of it may have been.
-  /// A part that was started with a valve's signal is never started again.
+  /// Goes to the first point, then runs. Result: done, counted = measured, expected = planned microseconds;
+  /// failed: counted = how far it came; none: nothing of the path was run; unknown: [from, to) microseconds
+  /// of it may have been. A part that was started with a valve's signal is never started again.
   void run(const PathPart& part, int signals, std::int64_t now_us, Effects& fx);
   /// Raises, turns, lowers. Percent of full speed, 0 = approach_percent.
   void move_to(const fvp::Joints& target, int percent, std::int64_t now_us, Effects& fx);
@@ -98,15 +100,28 @@ class Robot final : public Driver {
     kHello,
     kStopping,  // until it stands; evidence; raise
     kReady,
-    kLoading,   // the part that a command waits for
-    kMoving,    // the moves of a list: approach, move, homing's last
+    kLoading,  // the part that a command waits for
+    kMoving,   // the moves of a list: approach, move, homing's last
     kStarting,
     kRunning,
     kHoming,
-    kDead,      // fault or emergency stop: until home() or a new connection
+    kDead,  // fault or emergency stop: until home() or a new connection
   };
   enum Tag : std::uint16_t {
-    kPlain, kHello, kStat, kWhere, kBeat, kSpeed, kMove, kRunPath, kBegin, kPoints, kEnd, kDropSlot, kClear, kHarmless
+    kPlain,
+    kHello,
+    kStat,
+    kWhere,
+    kBeat,
+    kSpeed,
+    kMove,
+    kRunPath,
+    kBegin,
+    kPoints,
+    kEnd,
+    kDropSlot,
+    kClear,
+    kHarmless
   };
   enum class Motion : std::uint8_t { kAsked, kWaiting, kOver };
   using Points = std::shared_ptr<const std::vector<fvp::Counts>>;
@@ -140,7 +155,8 @@ class Robot final : public Driver {
   };
 
   void connected(std::int64_t now_us, Effects& fx) override;
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void unsolicited(std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
@@ -189,7 +205,9 @@ class Robot final : public Driver {
   std::int64_t seq() { return seq_ = fvp::next_seq(seq_); }
   void push(LineWriter line, Repeat repeat, Tag tag) { link_.push(fvp::to_request(line, seq_, repeat, tag)); }
   void ask(std::string_view verb, Tag tag) { push(fvp::request(seq(), verb), Repeat::kRead, tag); }
-  void order(std::string_view verb, Tag tag = kPlain) { push(fvp::request(seq(), verb), Repeat::kSetup, tag); }
+  void order(std::string_view verb, Tag tag = kPlain) {
+    push(fvp::request(seq(), verb), Repeat::kSetup, tag);
+  }
 
   RobotConfig config_;
   fvp::FvpDialect dialect_;
@@ -227,10 +245,10 @@ class Robot final : public Driver {
   bool reset_permitted_ = false;
   std::optional<fvp::Counts> where_;
   std::optional<fvp::Counts> commanded_;  // where it was sent last, as long as it stands there
-  bool low_ = false;       // the tool may be at the part
+  bool low_ = false;                      // the tool may be at the part
   bool move_over_ = false;
-  int slips_ = 0;          // in a row
-  int step_ = 0;           // of stopping and homing
+  int slips_ = 0;  // in a row
+  int step_ = 0;   // of stopping and homing
   std::int64_t poll_at_us_ = 0;
   std::int64_t limit_us_ = 0;  // of the motion under way
 };

@@ -82,7 +82,8 @@ void Robot::failed(const Request& request, std::int64_t, Effects& fx) {
     fault(0, kLinkLost, "robot: no reply to " + verb_of(request), fx);
 }
 
-void Robot::refused(const Request& request, int code, std::string_view text, std::int64_t now_us, Effects& fx) {
+void Robot::refused(const Request& request, int code, std::string_view text, std::int64_t now_us,
+                    Effects& fx) {
   const std::string why =
       "the robot refuses " + verb_of(request) + ": " + std::to_string(code) + " " + std::string(text);
   switch (request.tag) {
@@ -114,14 +115,14 @@ void Robot::refused(const Request& request, int code, std::string_view text, std
   begin_stop(now_us, fx, why, code == int(fvp::Nak::kMonitorSpeed) ? kTimeSlip : kCommandRejected);
 }
 
-// What ends it until the operator's reset. The watchdog is none: it is known as the lost link, and is cleared when the robot is
-// heard again.
+// What ends it until the operator's reset. The watchdog is none: it is known as the lost link, and is cleared
+// when the robot is heard again.
 std::optional<Robot::Doom> Robot::latched() const {
   if (status_.state == fvp::State::kEstop) return Doom{DriverState::kEstop, kEstop, "emergency stop"};
   if (status_.state != fvp::State::kFault || status_.error == kWatchdog) return std::nullopt;
   return Doom{DriverState::kFault, kAxisFault,
-              "motion error " + std::to_string(status_.error) + ", STATE(1) = " + std::to_string(status_.state1) +
-                  ", STATE(2) = " + std::to_string(status_.state2)};
+              "motion error " + std::to_string(status_.error) + ", STATE(1) = " +
+                  std::to_string(status_.state1) + ", STATE(2) = " + std::to_string(status_.state2)};
 }
 
 void Robot::take_status(const fvp::Status& s, std::int64_t now_us, Effects& fx) {
@@ -151,7 +152,8 @@ void Robot::take_status(const fvp::Status& s, std::int64_t now_us, Effects& fx) 
   }
 }
 
-void Robot::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+void Robot::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+                  Effects& fx) {
   WordReader words(fvp::parse(text_of(frame)).text);
   const bool good = words.word() == "ACK";
   if (!good) {
@@ -236,16 +238,20 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
         step_ = 0;
         return true;
       }
-      if (reset_permitted_ && latched() && now_us >= limit_us_) {  // refused until now: not because it is still braking
+      if (reset_permitted_ && latched() &&
+          now_us >= limit_us_) {  // refused until now: not because it is still braking
         reset_permitted_ = false;
         doom_ = latched();
-        doom_->text = doom_->state == DriverState::kEstop ? "the emergency stop is still pressed" : "the fault cannot be cleared";
+        doom_->text = doom_->state == DriverState::kEstop ? "the emergency stop is still pressed"
+                                                          : "the fault cannot be cleared";
       }
       if (latched()) low_ = false;  // what has failed is not raised by itself: homing does that
-      if (!doom_ && (status_.state == fvp::State::kHold || status_.state == fvp::State::kFault || status_.state == fvp::State::kEstop))
+      if (!doom_ && (status_.state == fvp::State::kHold || status_.state == fvp::State::kFault ||
+                     status_.state == fvp::State::kEstop))
         order("CLEAR", kClear);
       for (const std::int32_t id : status_.held)
-        if (id != 0 && std::none_of(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.id == id; })) {
+        if (id != 0 &&
+            std::none_of(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.id == id; })) {
           push(fvp::request(seq(), "PATH DROP").word(id), Repeat::kSetup, kDropSlot);
         }
       ask("STAT", kStat);
@@ -302,8 +308,8 @@ void Robot::die(Effects& fx) {
   doom_.reset();
 }
 
-// What the command has done, from the robot's own status: the path it started last and how far it came. Without that
-// (it was started anew) a path that was launched is in doubt.
+// What the command has done, from the robot's own status: the path it started last and how far it came.
+// Without that (it was started anew) a path that was launched is in doubt.
 void Robot::conclude(Effects& fx) {
   if (!busy()) return;
   Result r;

@@ -19,7 +19,8 @@ void Robot::begin_way() {
 
 void Robot::plan_way(const fvp::Counts& to, int percent) {
   begin_way();
-  // Encoders are coarser than what a path's first point asks for: where it was sent counts, not where it says it is.
+  // Encoders are coarser than what a path's first point asks for: where it was sent counts, not where it says
+  // it is.
   const fvp::Counts from = commanded_.value_or(*where_);
   const bool turns = !commanded_ || from[0] != to[0] || from[1] != to[1] || from[3] != to[3];
   if (turns) {
@@ -51,8 +52,10 @@ void Robot::start_move(const Target& target, std::int64_t now_us) {
   push(line, Repeat::kNever, kMove);
   move_over_ = false;
   poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
-  limit_us_ = now_us + std::int64_t((longest_s * config_.stall_factor + config_.move_grace_s +
-                                     2.0 * config_.host_latency_s) * 1e6);
+  limit_us_ =
+      now_us +
+      std::int64_t((longest_s * config_.stall_factor + config_.move_grace_s + 2.0 * config_.host_latency_s) *
+                   1e6);
 }
 
 // Of the move that was started last: an event says that it is over, or the status does.
@@ -111,8 +114,8 @@ void Robot::complete_run(Effects& fx) {
   if (std::abs(took_us - planned) > std::llround(config_.slip_s * 1e6)) {
     ++slips_;
     r.code = kTimeSlip;
-    r.text = "path " + std::to_string(part_.path) + " took " + std::to_string(took_us / 1000) + " ms, planned " +
-             std::to_string(planned / 1000) + " ms";
+    r.text = "path " + std::to_string(part_.path) + " took " + std::to_string(took_us / 1000) +
+             " ms, planned " + std::to_string(planned / 1000) + " ms";
     fault(slips_ > 1 ? 2 : 1, kTimeSlip, "robot: " + r.text, fx);
   } else {
     slips_ = 0;
@@ -167,7 +170,8 @@ bool Robot::homing_step(std::int64_t now_us, Effects& fx) {
         return fail(doom_->text, doom_->code);
       }
       if (status_.speed_percent != 100)
-        return fail("monitor SPEED stays at " + std::to_string(status_.speed_percent) + ", not 100", kTimeSlip);
+        return fail("monitor SPEED stays at " + std::to_string(status_.speed_percent) + ", not 100",
+                    kTimeSlip);
       if (!status_.power) order("POWER 1");
       limit_us_ = now_us + std::int64_t(config_.power_s * 1e6);
       poll_at_us_ = now_us;
@@ -220,7 +224,8 @@ bool Robot::idle(std::int64_t now_us, Effects& fx) {
     case Phase::kLoading:
       if (!holds(part_)) return upload_step();
       if (op_ == Op::kLoad) {
-        finish({Outcome::kDone, std::int64_t(part_points_), std::int64_t(part_points_), 0, 0, kNoCode, {}}, fx);
+        finish({Outcome::kDone, std::int64_t(part_points_), std::int64_t(part_points_), 0, 0, kNoCode, {}},
+               fx);
         ready("path held", fx);
       } else if (!where_) {
         ask("STAT J", kWhere);

@@ -49,7 +49,11 @@ void Robot::begin_upload(const PathPart& part, const Points& points, Slot& slot)
   for (const fvp::Counts& p : dialect_.points) crc.add(p);
   upload_.crc = crc.value();
   if (old_id != 0) push(fvp::request(seq(), "PATH DROP").word(old_id), Repeat::kSetup, kDropSlot);
-  push(fvp::request(seq(), "PATH BEGIN").word(last_id_).text(" N=").number(std::int64_t(upload_.count)).text(" DT=0.016"),
+  push(fvp::request(seq(), "PATH BEGIN")
+           .word(last_id_)
+           .text(" N=")
+           .number(std::int64_t(upload_.count))
+           .text(" DT=0.016"),
        Repeat::kSetup, kBegin);
 }
 
@@ -60,8 +64,8 @@ bool Robot::choose_upload() {
   Slot* free = nullptr;
   for (Slot& s : slots_) {
     if (running && s.part == part_ && s.id != 0) continue;
-    const bool useless = s.id == 0 || !s.verified || !paths_.contains(s.part.path) || spent_.contains(s.part) ||
-                         s.part.path < last_path_;
+    const bool useless = s.id == 0 || !s.verified || !paths_.contains(s.part.path) ||
+                         spent_.contains(s.part) || s.part.path < last_path_;
     if (useless || (wanted && !free)) free = &s;
     if (useless) break;
   }
@@ -121,10 +125,12 @@ void Robot::upload_refused(std::string_view why, Effects& fx) {
   const Upload was = upload_;
   const bool wanted = phase_ == Phase::kLoading && was.slot->part == part_;
   if (was.tries < kMostTries) {
-    fault(0, kCommandRejected, "robot: path " + std::to_string(was.slot->part.path) + " again: " + std::string(why), fx);
+    fault(0, kCommandRejected,
+          "robot: path " + std::to_string(was.slot->part.path) + " again: " + std::string(why), fx);
     return begin_upload(PathPart(was.slot->part), was.points, *was.slot);
   }
-  fault(1, kCommandRejected, "robot: path " + std::to_string(was.slot->part.path) + " does not load: " + std::string(why), fx);
+  fault(1, kCommandRejected,
+        "robot: path " + std::to_string(was.slot->part.path) + " does not load: " + std::string(why), fx);
   const std::int64_t path = was.slot->part.path;
   abandon_upload();
   paths_[path] = {nullptr, "the robot does not take it: " + std::string(why)};

@@ -35,7 +35,7 @@ struct StageConfig {
   double poll_end_s = 0.01;          ///< after the move should be over
   double poll_idle_s = 1.0;          ///< the controller closes an idle socket
   double move_timeout_factor = 1.1;  ///< I5: a move takes longer than factor x plan + 0.5 s
-  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
+  double host_latency_s = 0.0;       ///< see Dialect::allow_host_latency
 };
 
 /// Where a raster pass stands. Its drops are numbered in firing order.

@@ -78,11 +78,12 @@ std::string_view name(State state) {
 }
 
 void encode(Type type, std::uint8_t seq, std::span<const std::byte> payload, std::vector<std::byte>& out) {
-  if (payload.size() > kMostPayload) throw std::length_error("a valve frame's payload is longer than 512 bytes");
+  if (payload.size() > kMostPayload)
+    throw std::length_error("a valve frame's payload is longer than 512 bytes");
   const std::size_t start = out.size();
   const auto n = std::uint16_t(payload.size());
-  const std::array<std::byte, kHead> head{kMagic0,          kMagic1,           std::byte(type),
-                                          std::byte(seq), std::byte(n & 255), std::byte(n >> 8)};
+  const std::array<std::byte, kHead> head{
+      kMagic0, kMagic1, std::byte(type), std::byte(seq), std::byte(n & 255), std::byte(n >> 8)};
   out.insert(out.end(), head.begin(), head.end());
   out.insert(out.end(), payload.begin(), payload.end());
   const std::uint16_t crc = crc16(std::span(out).subspan(start + 2));
@@ -99,7 +100,8 @@ void encode(std::uint8_t seq, const Begin& b, std::vector<std::byte>& out) {
 }
 
 void encode(std::uint8_t seq, const Status& s, std::vector<std::byte>& out) {
-  const Fields f = Fields().add(s.boot_count).add(s.state).add(s.path).add(s.next).add(s.since_us).add(s.late_us);
+  const Fields f =
+      Fields().add(s.boot_count).add(s.state).add(s.path).add(s.next).add(s.since_us).add(s.late_us);
   encode(Type::kStatus, seq, f.bytes(), out);
 }
 
@@ -134,7 +136,8 @@ Found find(std::span<const std::byte> buffer) {
   if (n > kMostPayload || !known(type)) return noise;
   if (buffer.size() < kHead + n + kTail) return f;
   if (crc16(buffer.subspan(2, kHead - 2 + n)) != read<std::uint16_t>(buffer, kHead + n)) return noise;
-  return {Found::Kind::kFrame, kHead + n + kTail, Type(type), std::uint8_t(buffer[3]), buffer.subspan(kHead, n)};
+  return {Found::Kind::kFrame, kHead + n + kTail, Type(type), std::uint8_t(buffer[3]),
+          buffer.subspan(kHead, n)};
 }
 
 std::optional<Hello> parse_hello(std::span<const std::byte> p) {
@@ -228,9 +231,10 @@ Frame FvbDialect::frame(std::span<const std::byte> buffer, const Request* awaite
     return too_long ? Frame{Frame::Kind::kCorrupt, 1} : Frame{};
   }
   if (f.kind == Found::Kind::kNoise || !parse_reply(f)) return {Frame::Kind::kCorrupt, f.size};
-  const bool answers = f.type == Type::kNak || f.type == Type::kAck ||
-                       (awaited && f.type == Type(awaited->tag));
-  return {awaited && answers && f.seq == awaited->argument ? Frame::Kind::kReply : Frame::Kind::kIgnore, f.size};
+  const bool answers =
+      f.type == Type::kNak || f.type == Type::kAck || (awaited && f.type == Type(awaited->tag));
+  return {awaited && answers && f.seq == awaited->argument ? Frame::Kind::kReply : Frame::Kind::kIgnore,
+          f.size};
 }
 
 Request FvbDialect::probe() const { return request(Type::kStatus, 1, {}, Repeat::kRead); }

@@ -1,6 +1,6 @@
-// FVB/1, the binary protocol between Firn and the firmware of a valve's microcontroller (docs/devices/valve.md; the
-// thesis's bytes are not public). `A5 5A | type | seq | length u16 | payload | CRC-16`, little endian, the CRC over
-// type .. payload. Both sides use this codec. Nothing here allocates.
+// FVB/1, the binary protocol between Firn and the firmware of a valve's microcontroller
+// (docs/devices/valve.md; the thesis's bytes are not public). `A5 5A | type | seq | length u16 | payload |
+// CRC-16`, little endian, the CRC over type .. payload. Both sides use this codec. Nothing here allocates.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,12 @@
 namespace firn::drivers::fvb {
 
 inline constexpr std::size_t kHead = 6, kTail = 2, kMostPayload = 512;
-inline constexpr std::size_t kMostEntries = 16384;                       ///< of a list: 32 KB [Barnett 2012, 2.3.1]
+inline constexpr std::size_t kMostEntries = 16384;  ///< of a list: 32 KB [Barnett 2012, 2.3.1]
 inline constexpr std::size_t kEntriesPerFrame = (kMostPayload - 2) / 2;  ///< 255
 inline constexpr int kMinPulse_us = 500;                                 ///< the valve's manufacturer
 
-/// Requests have the sequence numbers 1 .. 255; as in fvp.h: newer = executed, equal = the reply again, older = NAK 11.
-/// HELLO is always executed and begins the count anew.
+/// Requests have the sequence numbers 1 .. 255; as in fvp.h: newer = executed, equal = the reply again, older
+/// = NAK 11. HELLO is always executed and begins the count anew.
 inline constexpr std::uint8_t next_seq(std::uint8_t seq) { return seq == 255 ? 1 : std::uint8_t(seq + 1); }
 inline constexpr bool newer(std::uint8_t seq, std::uint8_t last) {
   const int ahead = (int(seq) - int(last) + 255) % 255;
@@ -28,11 +28,12 @@ inline constexpr bool newer(std::uint8_t seq, std::uint8_t last) {
 }
 
 enum class Type : std::uint8_t {
-  kHello = 0x01,   ///< request empty; reply Hello
-  kBegin = 0x02,   ///< Begin: forgets the list it had
-  kData = 0x03,    ///< u16 offset, u16 ticks …: refused with kOrder unless the offset is the entries held so far or less
-  kEnd = 0x04,     ///< u16 CRC of all ticks, little endian bytes
-  kArm = 0x05,     ///< u32 longest wait for the trigger, ms; 0 = for ever
+  kHello = 0x01,  ///< request empty; reply Hello
+  kBegin = 0x02,  ///< Begin: forgets the list it had
+  kData = 0x03,   ///< u16 offset, u16 ticks …: refused with kOrder unless the offset is the entries held so
+                  ///< far or less
+  kEnd = 0x04,    ///< u16 CRC of all ticks, little endian bytes
+  kArm = 0x05,    ///< u32 longest wait for the trigger, ms; 0 = for ever
   kDisarm = 0x06,  ///< valve closed; a list that was not used up stays loaded, one that was is done
   kStatus = 0x07,  ///< request empty; reply Status
   kAbort = 0x08,   ///< valve closed at once, list forgotten
@@ -60,7 +61,7 @@ struct Hello {
 };
 struct Begin {
   std::uint32_t path = 0;
-  std::uint8_t valve = 1;       ///< 1 valve_a, 2 valve_b
+  std::uint8_t valve = 1;  ///< 1 valve_a, 2 valve_b
   std::uint16_t entries = 0;
   std::uint16_t tick_us = 2000;
   std::uint16_t pulse_us = 1250;
@@ -68,10 +69,10 @@ struct Begin {
 struct Status {
   std::uint16_t boot_count = 0;
   State state = State::kIdle;
-  std::uint32_t path = 0;        ///< of the list held or done
-  std::uint16_t next = 0;        ///< pulses fired of it
-  std::uint32_t since_us = 0;    ///< since the trigger
-  std::uint16_t late_us = 0;     ///< latest pulse against its tick
+  std::uint32_t path = 0;      ///< of the list held or done
+  std::uint16_t next = 0;      ///< pulses fired of it
+  std::uint32_t since_us = 0;  ///< since the trigger
+  std::uint16_t late_us = 0;   ///< latest pulse against its tick
   bool operator==(const Status&) const = default;
 };
 struct Reply {  ///< of any type

@@ -10,13 +10,15 @@ using fvb::Type;
 namespace {
 
 // Why a list is not for this valve and its microcontroller; empty = it is.
-std::string broken_limit(const ValveConfig& c, double tick_s, double pulse_s, std::span<const std::int32_t> ticks) {
+std::string broken_limit(const ValveConfig& c, double tick_s, double pulse_s,
+                         std::span<const std::int32_t> ticks) {
   const double tick_us = std::round(tick_s * 1e6), pulse_us = std::round(pulse_s * 1e6);
   if (!(tick_us >= 1.0 && tick_us <= 65'535.0)) return "a tick of " + std::to_string(tick_s) + " s";
   if (!(pulse_us >= fvb::kMinPulse_us && pulse_us <= 65'535.0))
     return "a pulse of " + std::to_string(pulse_s * 1e3) + " ms is outside [0.5, 65.535] ms";
   if (ticks.empty() || ticks.size() > fvb::kMostEntries)
-    return std::to_string(ticks.size()) + " pulses are outside [1, " + std::to_string(fvb::kMostEntries) + "]";
+    return std::to_string(ticks.size()) + " pulses are outside [1, " + std::to_string(fvb::kMostEntries) +
+           "]";
   for (std::size_t n = 0; n < ticks.size(); ++n) {
     if (ticks[n] < 0 || ticks[n] > 65'535)
       return "pulse " + std::to_string(n) + ": tick " + std::to_string(ticks[n]) + " is outside [0, 65535]";
@@ -80,9 +82,13 @@ bool Valve::accept(std::initializer_list<Phase> phases, Effects& fx) {
 const Valve::Kept* Valve::usable(const ListName& name, Effects& fx) {
   const auto at = lists_.find(name);
   if (at == lists_.end())
-    return refuse(kNoCode, name.text() + (name <= last_ ? " was armed before and is never armed again"
-                                                          : " has not been received"), fx), nullptr;
-  if (!at->second.refusal.empty()) return refuse(kLimit, name.text() + ": " + at->second.refusal, fx), nullptr;
+    return refuse(kNoCode,
+                  name.text() + (name <= last_ ? " was armed before and is never armed again"
+                                               : " has not been received"),
+                  fx),
+           nullptr;
+  if (!at->second.refusal.empty())
+    return refuse(kLimit, name.text() + ": " + at->second.refusal, fx), nullptr;
   return &at->second;
 }
 
@@ -138,7 +144,14 @@ void Valve::disarm(std::int64_t now_us, Effects& fx) {
 void Valve::tell_count(std::int32_t code, std::string text, Effects& fx) {
   const Armed a = *armed_;
   const bool all = a.fired == a.entries;
-  Result r{all ? Outcome::kDone : a.fired > 0 ? Outcome::kFailed : Outcome::kNone, a.fired, a.entries, 0, 0, code,
+  Result r{all           ? Outcome::kDone
+           : a.fired > 0 ? Outcome::kFailed
+                         : Outcome::kNone,
+           a.fired,
+           a.entries,
+           0,
+           0,
+           code,
            std::move(text)};
   if (a.doubt && !all) {
     r.outcome = Outcome::kUnknown;

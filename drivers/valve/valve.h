@@ -1,5 +1,6 @@
-// A micro-solenoid valve behind FVB/1. Holds pulse lists, loads one, arms it for the robot's signal, watches it fire and
-// says how many pulses it gave. The microcontroller holds one list; the next one goes over as soon as it is free.
+// A micro-solenoid valve behind FVB/1. Holds pulse lists, loads one, arms it for the robot's signal, watches
+// it fire and says how many pulses it gave. The microcontroller holds one list; the next one goes over as
+// soon as it is free.
 #pragma once
 
 #include <compare>
@@ -17,14 +18,14 @@
 namespace firn::drivers {
 
 struct ValveConfig {
-  int valve = 1;                 ///< 1 valve_a (water), 2 valve_b (scaffold)
-  int guard_us = 100;            ///< least time closed between two pulses
-  double arm_wait_s = 60.0;      ///< the firmware gives up waiting for the trigger after it
-  double poll_firing_s = 0.5;    ///< also the sign of life that keeps the firmware's 2 s from running out
+  int valve = 1;               ///< 1 valve_a (water), 2 valve_b (scaffold)
+  int guard_us = 100;          ///< least time closed between two pulses
+  double arm_wait_s = 60.0;    ///< the firmware gives up waiting for the trigger after it
+  double poll_firing_s = 0.5;  ///< also the sign of life that keeps the firmware's 2 s from running out
   double poll_idle_s = 2.0;
-  double finish_s = 0.5;         ///< a list that should be over may take so much longer before it is cut
+  double finish_s = 0.5;  ///< a list that should be over may take so much longer before it is cut
   bool upload_ahead = true;
-  double host_latency_s = 0.0;   ///< see Dialect::allow_host_latency
+  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
 /// List `list` of path `path`.
@@ -39,8 +40,9 @@ class Valve final : public Driver {
  public:
   explicit Valve(ValveConfig config);
 
-  /// Keeps a list. One outside the data type or the valve (16,384 entries, ticks below 65,536 and ascending, pulse and
-  /// guard between them, pulses from 0.5 ms) is kept as a refusal, as in Robot::add_path. Ticks in units of tick_s.
+  /// Keeps a list. One outside the data type or the valve (16,384 entries, ticks below 65,536 and ascending,
+  /// pulse and guard between them, pulses from 0.5 ms) is kept as a refusal, as in Robot::add_path. Ticks in
+  /// units of tick_s.
   void add_list(const ListName& name, double tick_s, double pulse_s, std::span<const std::int32_t> ticks,
                 std::int64_t now_us, Effects& fx);
 
@@ -48,8 +50,8 @@ class Valve final : public Driver {
   void load(const ListName& name, std::int64_t now_us, Effects& fx);
   /// Ready when it waits for the robot's signal. A list that has fired is never armed again.
   void arm(const ListName& name, std::int64_t now_us, Effects& fx);
-  /// Ends it. counted = pulses fired of expected: done = all, failed = a prefix, none; unknown [from, to) if the
-  /// microcontroller has forgotten. Also after a stop or a lost link: of the list that was armed last.
+  /// Ends it. counted = pulses fired of expected: done = all, failed = a prefix, none; unknown [from, to) if
+  /// the microcontroller has forgotten. Also after a stop or a lost link: of the list that was armed last.
   void disarm(std::int64_t now_us, Effects& fx);
 
   bool busy() const override { return op_ != Op::kNone; }
@@ -60,7 +62,7 @@ class Valve final : public Driver {
   enum class Op : std::uint8_t { kNone, kLoad, kArm, kDisarm };
   enum class Phase : std::uint8_t {
     kDown,
-    kHello,    // valve closed, count read, list thrown away
+    kHello,  // valve closed, count read, list thrown away
     kReady,
     kLoading,
     kArming,
@@ -86,7 +88,8 @@ class Valve final : public Driver {
   };
 
   void connected(std::int64_t now_us, Effects& fx) override;
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
   void stop(std::int64_t now_us, Effects& fx) override;
@@ -129,8 +132,8 @@ class Valve final : public Driver {
 
   // What the microcontroller holds.
   std::optional<ListName> held_;
-  Ticks ticks_;                // of held_: the dialect writes from it
-  std::uint32_t id_ = 0;       // of held_, on the wire
+  Ticks ticks_;           // of held_: the dialect writes from it
+  std::uint32_t id_ = 0;  // of held_, on the wire
   std::uint32_t last_id_ = 0;
   std::size_t sent_ = 0;
   bool begun_ = false, verified_ = false;

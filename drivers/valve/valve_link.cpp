@@ -87,7 +87,8 @@ void Valve::take_status(const fvb::Status& s, Effects& fx) {
   status_ = s;
   if (!armed_ || armed_->over || s.path != armed_->id) return;
   armed_->fired = std::min<std::int64_t>(s.next, armed_->entries);
-  if (phase_ == Phase::kArmed && s.state == fvb::State::kFiring) set_state(DriverState::kActive, "firing", fx);
+  if (phase_ == Phase::kArmed && s.state == fvb::State::kFiring)
+    set_state(DriverState::kActive, "firing", fx);
 }
 
 void Valve::upload_refused(std::string_view why, bool again, Effects& fx) {
@@ -108,7 +109,8 @@ void Valve::upload_refused(std::string_view why, bool again, Effects& fx) {
   finish(Outcome::kNone, kCommandRejected, std::string(why), fx);
 }
 
-void Valve::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+void Valve::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+                  Effects& fx) {
   const fvb::Found found = fvb::find(frame);
   const fvb::Reply r = *fvb::parse_reply(found);
   const bool first = boot_count_ < 0;
@@ -171,8 +173,8 @@ bool Valve::choose_upload() {
   begun_ = verified_ = false;
   sent_ = 0;
   id_ = ++last_id_;
-  link_.push(fvb::begin(seq(), {id_, std::uint8_t(config_.valve), std::uint16_t(ticks_->size()), at->second.tick_us,
-                                at->second.pulse_us}));
+  link_.push(fvb::begin(seq(), {id_, std::uint8_t(config_.valve), std::uint16_t(ticks_->size()),
+                                at->second.tick_us, at->second.pulse_us}));
   return true;
 }
 
@@ -215,7 +217,8 @@ bool Valve::idle(std::int64_t now_us, Effects& fx) {
       identified();
       [[fallthrough]];
     case Phase::kClosing:
-      if (phase_ == Phase::kClosing && (status_.state == fvb::State::kFiring || status_.state == fvb::State::kArmed)) {
+      if (phase_ == Phase::kClosing &&
+          (status_.state == fvb::State::kFiring || status_.state == fvb::State::kArmed)) {
         fault(2, kInstrument, name_ + ": it is not closed after DISARM", fx);
         link_.push(fvb::request(Type::kAbort, seq(), {}, Repeat::kSetup));
         ask_status();

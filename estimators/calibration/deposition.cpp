@@ -13,7 +13,8 @@ ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks) {
     return m.commanded_mm + m.speed_mm_s * x[0] + x[1] - m.measured_mm;
   };
   ValveLatency v;
-  v.fit = robust_fit(unknowns, marks.size(), residual, 0.005, Scatter::kEach);  // a start that jitters and an arm that rings move fast marks more
+  v.fit = robust_fit(unknowns, marks.size(), residual, 0.005,
+                     Scatter::kEach);  // a start that jitters and an arm that rings move fast marks more
   v.latency_s = v.fit.unknowns[0], v.offset_mm = v.fit.unknowns[1];
   const double x[] = {v.latency_s.value, v.offset_mm.value};
   double g[2];
@@ -25,10 +26,11 @@ namespace {
 
 constexpr double kLeastFlowShare = 0.1;  // of the scatter, that it cannot all be the balance's
 
-/// The mean drop: a sum of terms, less what its flow takes of the pressure, times what a warmer coil and warmer liquid make of it.
+/// The mean drop: a sum of terms, less what its flow takes of the pressure, times what a warmer coil and
+/// warmer liquid make of it.
 struct DropModel {
   bool by_gap = false, warm = false, tempered = false;
-  std::size_t gaps = 0, linear = 0, terms = 0;   ///< unknowns of the sum, with the pressure's; all
+  std::size_t gaps = 0, linear = 0, terms = 0;  ///< unknowns of the sum, with the pressure's; all
   double top_hz = 1.0, usual_mm3 = 1.0, mean_warmth = 0.0;
   std::vector<std::size_t> joined;  ///< class of each entry of gap_share
 
@@ -75,19 +77,23 @@ struct DropModel {
   }
 };
 
-DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequencies, double top_hz, double mean_drop) {
+DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequencies, double top_hz,
+                   double mean_drop) {
   DropModel m;
   m.top_hz = top_hz, m.usual_mm3 = mean_drop;
   const std::size_t classes = weighings.empty() ? 0 : weighings[0].gap_share.size();
   for (const FlowWeighing& w : weighings) {
-    if (w.gap_share.size() != classes) throw std::invalid_argument("some weighings tell the gaps of their pulses and some do not");
+    if (w.gap_share.size() != classes)
+      throw std::invalid_argument("some weighings tell the gaps of their pulses and some do not");
     m.warm = m.warm || w.warmth != 0.0;
     m.tempered = m.tempered || w.warmer_K != 0.0;
     m.mean_warmth += w.warmth / double(weighings.size());
   }
   m.by_gap = classes > 0;
-  if (!m.by_gap) m.linear = frequencies > 7 ? 4 : 3;
-  else m.join_gaps(weighings);
+  if (!m.by_gap)
+    m.linear = frequencies > 7 ? 4 : 3;
+  else
+    m.join_gaps(weighings);
   m.terms = m.linear + (m.warm ? 2 : 0) + (m.tempered ? 1 : 0);
   return m;
 }
@@ -98,27 +104,35 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   std::vector<const FlowWeighing*> rows;  // one of each frequency
   for (const FlowWeighing& w : weighings) {
     for (const double v : {w.frequency_hz, w.volume_mm3, w.duration_s})
-      if (!(std::isfinite(v) && v > 0.0)) throw std::invalid_argument("a weighing has a number that is not above 0");
+      if (!(std::isfinite(v) && v > 0.0))
+        throw std::invalid_argument("a weighing has a number that is not above 0");
     rows.push_back(&w);
   }
-  std::stable_sort(rows.begin(), rows.end(), [](auto a, auto b) { return a->frequency_hz < b->frequency_hz; });
-  rows.erase(std::unique(rows.begin(), rows.end(), [](auto a, auto b) { return a->frequency_hz == b->frequency_hz; }), rows.end());
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](auto a, auto b) { return a->frequency_hz < b->frequency_hz; });
+  rows.erase(std::unique(rows.begin(), rows.end(),
+                         [](auto a, auto b) { return a->frequency_hz == b->frequency_hz; }),
+             rows.end());
   if (rows.size() < 5 || rows.back()->frequency_hz < 2.0 * rows.front()->frequency_hz)
-    throw Uninformative("a flow curve needs five frequencies over more than a factor of two; there are " + std::to_string(rows.size()));
+    throw Uninformative("a flow curve needs five frequencies over more than a factor of two; there are " +
+                        std::to_string(rows.size()));
   double mean_drop = 0.0, mean_s = 0.0;
   for (const FlowWeighing& w : weighings) mean_s += w.duration_s / double(weighings.size());
-  for (const FlowWeighing& w : weighings) mean_drop += w.volume_mm3 / (w.frequency_hz * w.duration_s) / double(weighings.size());
+  for (const FlowWeighing& w : weighings)
+    mean_drop += w.volume_mm3 / (w.frequency_hz * w.duration_s) / double(weighings.size());
   const DropModel model = model_of(weighings, rows.size(), rows.back()->frequency_hz, mean_drop);
   const std::size_t terms = model.terms;
   std::vector<Unknown> unknowns;
   for (std::size_t k = 0; k < terms; ++k) {
     const bool level = model.by_gap ? k < model.gaps : k == 0;
     const double size = k >= model.linear ? 1.0 : mean_drop;
-    unknowns.push_back({"the curve's coefficient " + std::to_string(k), level ? mean_drop : 0.0, 0.01 * size, 20.0 * size});
+    unknowns.push_back(
+        {"the curve's coefficient " + std::to_string(k), level ? mean_drop : 0.0, 0.01 * size, 20.0 * size});
   }
   std::vector<double> weight;
   for (const FlowWeighing& w : weighings) weight.push_back(std::sqrt(w.duration_s / mean_s));
-  const Residual residual = [&](std::size_t i, const double* x, double* g) {  // logarithms: a ratio the other way up would be biased
+  const Residual residual = [&](std::size_t i, const double* x,
+                                double* g) {  // logarithms: a ratio the other way up would be biased
     const FlowWeighing& w = weighings[i];
     const double drop = w.volume_mm3 / (w.frequency_hz * w.duration_s);
     const double fitted = std::max(model.drop(w, x, g), 1e-3 * mean_drop);
@@ -128,7 +142,9 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   FlowCurveFit out;
   out.fit = robust_fit(unknowns, weighings.size(), residual, 1e-4);
   // The balance's share of the scatter is known, the flow's is the rest; once more with both.
-  const auto balance = [&](std::size_t i) { return std::pow(weighings[i].balance_mm3 / weighings[i].volume_mm3, 2); };
+  const auto balance = [&](std::size_t i) {
+    return std::pow(weighings[i].balance_mm3 / weighings[i].volume_mm3, 2);
+  };
   double flows = 0.0, balances = 0.0;
   for (std::size_t n = 0; n < out.fit.used.size(); ++n) {
     const std::size_t i = out.fit.used[n];
@@ -136,13 +152,15 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   }
   if (balances > 0.0) {
     const double flow = std::max(flows - balances, kLeastFlowShare * flows) / double(out.fit.used.size());
-    for (std::size_t i = 0; i < weighings.size(); ++i) weight[i] = 1.0 / std::sqrt(mean_s / weighings[i].duration_s + balance(i) / flow);
+    for (std::size_t i = 0; i < weighings.size(); ++i)
+      weight[i] = 1.0 / std::sqrt(mean_s / weighings[i].duration_s + balance(i) / flow);
     out.fit = robust_fit(unknowns, weighings.size(), residual, 1e-4);
   }
   out.warmth = model.mean_warmth;
   std::vector<double> row(terms), x(terms);
   for (std::size_t k = 0; k < terms; ++k) x[k] = out.fit.unknowns[k].value;
-  for (std::size_t i = 0; i < weighings.size(); ++i) out.relative.push_back(residual(i, x.data(), row.data()));
+  for (std::size_t i = 0; i < weighings.size(); ++i)
+    out.relative.push_back(residual(i, x.data(), row.data()));
   double before = 0.0;
   for (const FlowWeighing* w : rows) {
     FlowWeighing usual = *w;
@@ -151,7 +169,9 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
     for (double& by : row) by *= hz;
     const Estimate e = out.fit.estimate(flow, row);
     if (!(flow > before)) throw Uninformative("the flow does not increase at " + std::to_string(hz) + " Hz");
-    if (e.std > 0.05 * flow) throw Uninformative("the flow at " + std::to_string(hz) + " Hz is known to " + std::to_string(100.0 * e.std / flow) + " % only");
+    if (e.std > 0.05 * flow)
+      throw Uninformative("the flow at " + std::to_string(hz) + " Hz is known to " +
+                          std::to_string(100.0 * e.std / flow) + " % only");
     before = flow;
     out.rows.push_back({hz, e});
   }

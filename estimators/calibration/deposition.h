@@ -15,10 +15,10 @@ struct LaidMark {
   double speed_mm_s = 0.0;    ///< signed
 };
 struct ValveLatency {
-  Estimate latency_s;         ///< measured = commanded + speed latency + offset
-  Estimate offset_mm;         ///< of the nozzle and the map, the same both ways
+  Estimate latency_s;  ///< measured = commanded + speed latency + offset
+  Estimate offset_mm;  ///< of the nozzle and the map, the same both ways
   FitResult fit;
-  std::vector<double> off_mm; ///< each mark's residual
+  std::vector<double> off_mm;  ///< each mark's residual
 };
 /// @throws Uninformative: fewer than four marks; one speed only (a latency is an offset then)
 ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks);
@@ -28,12 +28,15 @@ struct FlowWeighing {
   double frequency_hz = 0.0;
   double volume_mm3 = 0.0;
   double duration_s = 0.0;
-  /// Entry k: share of the pulses that come k + 1 ticks after the one before, the last entry: or later. All weighings or none.
+  /// Entry k: share of the pulses that come k + 1 ticks after the one before, the last entry: or later. All
+  /// weighings or none.
   std::vector<double> gap_share = {};
   double warmth = 0.0;       ///< of the coil, of any unit: mean pulse rate of the minutes before
-  double warmth_lag = 0.0;   ///< that of a coil which takes longer to warm, less `warmth`: how long the true one takes is not known
+  double warmth_lag = 0.0;   ///< that of a coil which takes longer to warm, less `warmth`: how long the true
+                             ///< one takes is not known
   double warmer_K = 0.0;     ///< the tip beyond its set point
-  double balance_mm3 = 0.0;  ///< standard deviation of the volume from weighing it; what the flow's noise gives besides falls off with the root of the duration
+  double balance_mm3 = 0.0;  ///< standard deviation of the volume from weighing it; what the flow's noise
+                             ///< gives besides falls off with the root of the duration
 };
 struct FlowCurveRow {
   double frequency_hz = 0.0;
@@ -45,14 +48,16 @@ struct FlowCurveFit {
   std::vector<double> relative;    ///< each weighing's
   double warmth = 0.0;             ///< that the rows hold for
 };
-/// With gap shares: a list on a raster of ticks has whole gaps only, and a drop's volume depends on the gap before it; so the mean
-/// drop is S = sum_g share_g V_g, times 1 + k_p nu S (pressure that the flow takes), times 1 + k_w warmth + k_l warmth_lag + k_T warmer_K (a warm coil opens
-/// longer, warm liquid flows more easily; left out where all are 0); the rows are those of a coil that has long been as warm as the weighings' mean, and the
-/// set point: a cold coil would be an extrapolation. A gap class of less than half a per cent of all pulses joins the next longer.
-/// Without: the volume of a drop is a polynomial of third degree in the frequency, fitted to relative differences, which count by the
-/// root of their duration (pulsation averages out); for up to seven frequencies of second degree. @throws Uninformative: fewer than five frequencies, or all within a
-/// factor of two; a flow that does not increase; a standard deviation above 5 % at a weighed frequency. std::invalid_argument:
-/// a number not above 0
+/// With gap shares: a list on a raster of ticks has whole gaps only, and a drop's volume depends on the gap
+/// before it; so the mean drop is S = sum_g share_g V_g, times 1 + k_p nu S (pressure that the flow takes),
+/// times 1 + k_w warmth + k_l warmth_lag + k_T warmer_K (a warm coil opens longer, warm liquid flows more
+/// easily; left out where all are 0); the rows are those of a coil that has long been as warm as the
+/// weighings' mean, and the set point: a cold coil would be an extrapolation. A gap class of less than half a
+/// per cent of all pulses joins the next longer. Without: the volume of a drop is a polynomial of third
+/// degree in the frequency, fitted to relative differences, which count by the root of their duration
+/// (pulsation averages out); for up to seven frequencies of second degree. @throws Uninformative: fewer than
+/// five frequencies, or all within a factor of two; a flow that does not increase; a standard deviation above
+/// 5 % at a weighed frequency. std::invalid_argument: a number not above 0
 FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings);
 
 }  // namespace firn::calibration

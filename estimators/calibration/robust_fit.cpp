@@ -10,7 +10,8 @@
 namespace firn::calibration {
 namespace {
 
-constexpr double kClip = 3.0, kReject = 4.0, kMadToStd = 1.4826, kConfounded = 1e-4, kBlind = 1e-10, kOwn = 1e-9;
+constexpr double kClip = 3.0, kReject = 4.0, kMadToStd = 1.4826, kConfounded = 1e-4, kBlind = 1e-10,
+                 kOwn = 1e-9;
 constexpr int kRounds = 4, kMostEvaluations = 1000;
 
 using Matrix = std::vector<std::vector<double>>;
@@ -20,11 +21,11 @@ struct Problem {
   std::size_t data;
   const Residual& residual;
   double sigma = 1.0;
-  bool reject = false;   ///< what lies beyond the clip pulls no more
+  bool reject = false;  ///< what lies beyond the clip pulls no more
   long evaluations = 0;
-  std::vector<double> x, row;      // of the caller's unknowns
-  std::vector<double> base, slope; // (x - start) / scale where the round began; the gradient by it
-  Matrix axes;                     // NLopt's y: (x - start) / scale = base + axes y, about isotropic in y
+  std::vector<double> x, row;       // of the caller's unknowns
+  std::vector<double> base, slope;  // (x - start) / scale where the round began; the gradient by it
+  Matrix axes;                      // NLopt's y: (x - start) / scale = base + axes y, about isotropic in y
 
   void go_to(const double* y) {
     const std::size_t n = unknowns.size();
@@ -57,7 +58,9 @@ struct Problem {
   }
 };
 
-double objective(unsigned, const double* x, double* gradient, void* problem) { return static_cast<Problem*>(problem)->at(x, gradient); }
+double objective(unsigned, const double* x, double* gradient, void* problem) {
+  return static_cast<Problem*>(problem)->at(x, gradient);
+}
 
 double median(std::vector<double> v) {
   const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
@@ -65,8 +68,8 @@ double median(std::vector<double> v) {
   return *middle;
 }
 
-/// L^-T of information = L L^T: the axes in which the cost of a linear problem is round. Where data say nothing of an unknown, its own
-/// scale stays.
+/// L^-T of information = L L^T: the axes in which the cost of a linear problem is round. Where data say
+/// nothing of an unknown, its own scale stays.
 Matrix round_axes(Matrix information, double sigma) {
   const std::size_t n = information.size();
   Matrix lower(n, std::vector<double>(n, 0.0)), axes = lower;
@@ -74,10 +77,14 @@ Matrix round_axes(Matrix information, double sigma) {
     for (std::size_t b = 0; b <= a; ++b) {
       double sum = information[a][b];
       for (std::size_t k = 0; k < b; ++k) sum -= lower[a][k] * lower[b][k];
-      if (a != b) lower[a][b] = sum / lower[b][b];
-      else lower[a][a] = sum > kBlind * information[a][a] && sum > 0.0 ? std::sqrt(sum) : std::max(std::sqrt(information[a][a]), sigma);
+      if (a != b)
+        lower[a][b] = sum / lower[b][b];
+      else
+        lower[a][a] = sum > kBlind * information[a][a] && sum > 0.0
+                          ? std::sqrt(sum)
+                          : std::max(std::sqrt(information[a][a]), sigma);
     }
-  for (std::size_t m = 0; m < n; ++m)   // column m of L^-T is row m of L^-1
+  for (std::size_t m = 0; m < n; ++m)  // column m of L^-T is row m of L^-1
     for (std::size_t a = n; a-- > 0;) {
       double sum = a == m ? sigma : 0.0;
       for (std::size_t k = a + 1; k < n; ++k) sum -= lower[k][a] * axes[k][m];
@@ -92,15 +99,28 @@ double student_95(double f) {
   constexpr double kExact[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
   if (f < 1.5) return kExact[0];
   if (f <= 10.0) return kExact[std::size_t(f + 0.5) - 1];
-  const double z = 1.959964, z3 = z * z * z, z5 = z3 * z * z;  // Cornish and Fisher [Abramowitz and Stegun, 26.7.5]
+  const double z = 1.959964, z3 = z * z * z,
+               z5 = z3 * z * z;  // Cornish and Fisher [Abramowitz and Stegun, 26.7.5]
   return z + (z3 + z) / (4.0 * f) + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * f * f);
 }
 
-FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, const Residual& residual, double least_std, Scatter scatter) {
+FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, const Residual& residual,
+                     double least_std, Scatter scatter) {
   const std::size_t n = unknowns.size();
   if (data < n + 2)
-    throw Uninformative(std::to_string(data) + " data are too few for " + unknowns.front().name + " and " + std::to_string(n - 1) + " further unknowns");
-  Problem p{unknowns, data, residual, 1.0, false, 0, std::vector<double>(n), std::vector<double>(n), std::vector<double>(n, 0.0), {}, {}};
+    throw Uninformative(std::to_string(data) + " data are too few for " + unknowns.front().name + " and " +
+                        std::to_string(n - 1) + " further unknowns");
+  Problem p{unknowns,
+            data,
+            residual,
+            1.0,
+            false,
+            0,
+            std::vector<double>(n),
+            std::vector<double>(n),
+            std::vector<double>(n, 0.0),
+            {},
+            {}};
   std::vector<double> y(n, 0.0);
   for (std::size_t k = 0; k < n; ++k) p.x[k] = unknowns[k].start;
   const auto residuals = [&] {
@@ -111,7 +131,8 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> off = residuals();
     for (double& r : off) r = std::abs(r);
-    // Of few data about a fit the median is too small: n - 0.8 and the degrees of freedom [Croux and Rousseeuw 1992].
+    // Of few data about a fit the median is too small: n - 0.8 and the degrees of freedom [Croux and
+    // Rousseeuw 1992].
     const double few = double(data) / (double(data) - 0.8) * std::sqrt(double(data) / double(data - n));
     p.sigma = std::max(least_std, kMadToStd * few * median(off));
     p.reject = round + 1 == kRounds;
@@ -120,11 +141,14 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
       residual(i, p.x.data(), p.row.data());
       if (p.reject && off[i] > kReject * p.sigma) continue;
       for (std::size_t a = 0; a < n; ++a)
-        for (std::size_t b = 0; b < n; ++b) information[a][b] += p.row[a] * p.row[b] * unknowns[a].scale * unknowns[b].scale;
+        for (std::size_t b = 0; b < n; ++b)
+          information[a][b] += p.row[a] * p.row[b] * unknowns[a].scale * unknowns[b].scale;
     }
     p.axes = round_axes(std::move(information), p.sigma);
-    for (std::size_t k = 0; k < n; ++k) p.base[k] = (p.x[k] - unknowns[k].start) / unknowns[k].scale, y[k] = 0.0;
-    const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(NLOPT_LD_LBFGS, unsigned(n)), nlopt_destroy);
+    for (std::size_t k = 0; k < n; ++k)
+      p.base[k] = (p.x[k] - unknowns[k].start) / unknowns[k].scale, y[k] = 0.0;
+    const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(NLOPT_LD_LBFGS, unsigned(n)),
+                                                                nlopt_destroy);
     nlopt_set_min_objective(opt.get(), objective, &p);
     nlopt_set_xtol_abs1(opt.get(), 1e-6);
     nlopt_set_maxeval(opt.get(), kMostEvaluations / kRounds);
@@ -147,14 +171,17 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
     squares += r[i] * r[i];
     residual(i, p.x.data(), p.row.data());
     for (std::size_t a = 0; a < n; ++a)
-      for (std::size_t b = 0; b < n; ++b) information[a][b] += p.row[a] * p.row[b] * unknowns[a].scale * unknowns[b].scale;
+      for (std::size_t b = 0; b < n; ++b)
+        information[a][b] += p.row[a] * p.row[b] * unknowns[a].scale * unknowns[b].scale;
     f.rows.push_back(p.row), f.residuals.push_back(r[i]), f.used.push_back(i);
   }
   const double freedom = double(data) - f.outliers - double(n);
-  if (freedom < 1.0) throw Uninformative("too many of the data for " + unknowns.front().name + " are outliers");
+  if (freedom < 1.0)
+    throw Uninformative("too many of the data for " + unknowns.front().name + " are outliers");
   f.least_std = least_std, f.scatter = scatter;
   f.residual_std = std::max(least_std, std::sqrt(squares / freedom));
-  // Inverse by Gauss and Jordan; what is left of a diagonal entry tells how far the unknowns before it can make up for it.
+  // Inverse by Gauss and Jordan; what is left of a diagonal entry tells how far the unknowns before it can
+  // make up for it.
   Matrix& inverse = f.inverse;
   inverse.assign(n, std::vector<double>(n, 0.0));
   for (std::size_t k = 0; k < n; ++k) inverse[k][k] = 1.0;
@@ -163,19 +190,22 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
   for (std::size_t k = 0; k < n; ++k) {
     const double pivot = information[k][k];
     if (!(pivot > kConfounded * whole[k]) || !(whole[k] > 0.0))
-      throw Uninformative("these data cannot tell " + unknowns[k].name + (k > 0 ? " from " + unknowns[0].name : ""));
+      throw Uninformative("these data cannot tell " + unknowns[k].name +
+                          (k > 0 ? " from " + unknowns[0].name : ""));
     for (std::size_t b = 0; b < n; ++b) information[k][b] /= pivot, inverse[k][b] /= pivot;
     for (std::size_t a = 0; a < n; ++a) {
       if (a == k) continue;
       const double by = information[a][k];
-      for (std::size_t b = 0; b < n; ++b) information[a][b] -= by * information[k][b], inverse[a][b] -= by * inverse[k][b];
+      for (std::size_t b = 0; b < n; ++b)
+        information[a][b] -= by * information[k][b], inverse[a][b] -= by * inverse[k][b];
     }
   }
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = 0; b < n; ++b) inverse[a][b] *= unknowns[a].scale * unknowns[b].scale;
   for (std::size_t k = 0; k < n; ++k) {
     if (!(std::abs(p.x[k] - unknowns[k].start) < unknowns[k].reach))
-      throw Uninformative(unknowns[k].name + " lies at or beyond the end of its reach, " + std::to_string(p.x[k]));
+      throw Uninformative(unknowns[k].name + " lies at or beyond the end of its reach, " +
+                          std::to_string(p.x[k]));
     std::vector<double> itself(n, 0.0);
     itself[k] = 1.0;
     f.unknowns.push_back(f.estimate(p.x[k], itself));
@@ -185,7 +215,9 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
 
 Estimate FitResult::estimate(double value, const std::vector<double>& by_unknown) const {
   const std::size_t n = by_unknown.size(), m = rows.size();
-  const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); };
+  const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
   const auto solve = [&](const std::vector<double>& v) {
     std::vector<double> out(n);
     for (std::size_t a = 0; a < n; ++a) out[a] = dot(inverse[a], v);
@@ -201,9 +233,11 @@ Estimate FitResult::estimate(double value, const std::vector<double>& by_unknown
   double variance = 0.0, least = 0.0;
   for (std::size_t i = 0; i < m; ++i) {
     solved[i] = solve(rows[i]);
-    const double share = dot(pull, rows[i]), left = 1.0 - dot(rows[i], solved[i]);  // what the fit leaves of a datum's own error
+    const double share = dot(pull, rows[i]),
+                 left = 1.0 - dot(rows[i], solved[i]);  // what the fit leaves of a datum's own error
     if (left > kOwn) weight[i] = share * share / left;
-    variance += left > kOwn ? weight[i] * residuals[i] * residuals[i] : share * share * residual_std * residual_std;
+    variance +=
+        left > kOwn ? weight[i] * residuals[i] * residuals[i] : share * share * residual_std * residual_std;
     least += share * share * least_std * least_std;
   }
   double trace = 0.0, squares = 0.0;

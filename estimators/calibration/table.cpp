@@ -25,22 +25,36 @@ constexpr double kLeast_mm = 1e-4, kBentBeforehand = 1.0 / 300.0;
 void set(TableLevel& t, const std::vector<Estimate>& e) {
   t.height_mm = e[0], t.slope_x = e[1], t.slope_y = e[2];
   if (e.size() > 3) t.twist = e[3];
-  if (e.size() > 4) t.bend_x = e[4], t.bend_y = e[5], t.bend_xxy = e[6].value, t.bend_xyy = e[7].value, t.bend_xxyy = e[8].value;
+  if (e.size() > 4)
+    t.bend_x = e[4], t.bend_y = e[5], t.bend_xxy = e[6].value, t.bend_xyy = e[7].value,
+    t.bend_xxyy = e[8].value;
 }
 
-TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm, bool twisted, std::optional<TablePoint> about = {}, bool bent = false) {
+TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm, bool twisted,
+                    std::optional<TablePoint> about = {}, bool bent = false) {
   TableLevel t;
-  if (about) t.middle_x_mm = about->x_mm, t.middle_y_mm = about->y_mm;
-  else for (const TablePoint& p : points) t.middle_x_mm += p.x_mm / double(points.size()), t.middle_y_mm += p.y_mm / double(points.size());
-  std::vector<Unknown> unknowns{{"height", points.empty() ? 0.0 : points[0].z_mm, 0.1, 100.0}, {"slope along x", 0.0, 1e-3, 0.5}, {"slope along y", 0.0, 1e-3, 0.5}};
+  if (about)
+    t.middle_x_mm = about->x_mm, t.middle_y_mm = about->y_mm;
+  else
+    for (const TablePoint& p : points)
+      t.middle_x_mm += p.x_mm / double(points.size()), t.middle_y_mm += p.y_mm / double(points.size());
+  std::vector<Unknown> unknowns{{"height", points.empty() ? 0.0 : points[0].z_mm, 0.1, 100.0},
+                                {"slope along x", 0.0, 1e-3, 0.5},
+                                {"slope along y", 0.0, 1e-3, 0.5}};
   if (twisted) unknowns.push_back({"twist", 0.0, 1e-5, 1e-2});
-  if (bent) unknowns.insert(unknowns.end(), {{"bend along x", 0.0, 1e-5, 1e-2}, {"bend along y", 0.0, 1e-5, 1e-2}, {"bend xxy", 0.0, 1e-7, 1e-4}, {"bend xyy", 0.0, 1e-7, 1e-4}, {"bend xxyy", 0.0, 1e-9, 1e-6}});
+  if (bent)
+    unknowns.insert(unknowns.end(), {{"bend along x", 0.0, 1e-5, 1e-2},
+                                     {"bend along y", 0.0, 1e-5, 1e-2},
+                                     {"bend xxy", 0.0, 1e-7, 1e-4},
+                                     {"bend xyy", 0.0, 1e-7, 1e-4},
+                                     {"bend xxyy", 0.0, 1e-9, 1e-6}});
   const Residual residual = [&](std::size_t i, const double* x, double* g) {
     const TablePoint& p = points[i];
     g[0] = 1.0, g[1] = p.x_mm - t.middle_x_mm, g[2] = p.y_mm - t.middle_y_mm;
     double z = x[0] + x[1] * g[1] + x[2] * g[2];
     if (twisted) g[3] = g[1] * g[2], z += x[3] * g[3];
-    if (bent) g[4] = g[1] * g[1], g[5] = g[2] * g[2], g[6] = g[4] * g[2], g[7] = g[1] * g[5], g[8] = g[4] * g[5];
+    if (bent)
+      g[4] = g[1] * g[1], g[5] = g[2] * g[2], g[6] = g[4] * g[2], g[7] = g[1] * g[5], g[8] = g[4] * g[5];
     for (std::size_t k = 4; bent && k < 9; ++k) z += x[k] * g[k];
     return z - p.z_mm;
   };
@@ -68,7 +82,8 @@ double TableLevel::twisted_mm(double x_mm, double y_mm) const {
          (bend_xxy * dx + bend_xyy * dy + bend_xxyy * dx * dy) * dx * dy;
 }
 
-TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet, double tolerance_mm, double least_mm) {
+TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet,
+                         double tolerance_mm, double least_mm) {
   TableLevel t = plane_of(points, tolerance_mm, points.size() >= kPointsOfTwist);
   if (t.level || feet.empty()) return t;
   double mean = 0.0;
@@ -81,7 +96,10 @@ TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lif
 }
 
 TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y_mm, bool bent) {
-  const auto fitted = [&](bool bend) { return plane_of(points, std::numeric_limits<double>::max(), points.size() >= kPointsOfTwist, TablePoint{x_mm, y_mm, 0.0}, bend); };
+  const auto fitted = [&](bool bend) {
+    return plane_of(points, std::numeric_limits<double>::max(), points.size() >= kPointsOfTwist,
+                    TablePoint{x_mm, y_mm, 0.0}, bend);
+  };
   TableLevel t = fitted(false);
   const std::size_t flat = t.fit.unknowns.size();
   try {
@@ -102,7 +120,9 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
   if (!bent || all == flat) beliefs.push_back({fit_uneven(data, flat, kLeast_mm)});
   if (all > flat) beliefs.push_back({fit_uneven(data, all, kLeast_mm)});
   if (beliefs.size() > 1) {
-    const double flat_per_bent = std::exp(std::min(beliefs[0].fit.log_evidence - beliefs[1].fit.log_evidence, 700.0)) / kBentBeforehand;
+    const double flat_per_bent =
+        std::exp(std::min(beliefs[0].fit.log_evidence - beliefs[1].fit.log_evidence, 700.0)) /
+        kBentBeforehand;
     beliefs[1].share = 1.0 / (1.0 + flat_per_bent), beliefs[0].share = 1.0 - beliefs[1].share;
   }
   std::vector<Estimate> mixed(all);
@@ -111,19 +131,24 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
     const auto value = [&](const Belief& b) { return k < b.fit.value.size() ? b.fit.value[k] : 0.0; };
     for (const Belief& b : beliefs) mixed[k].value += b.share * value(b);
     for (const Belief& b : beliefs) {
-      const double off = value(b) - mixed[k].value, own = (k < b.fit.value.size() ? b.fit.variance[k] : 0.0) + off * off, factor = student_95(b.fit.freedom);
+      const double off = value(b) - mixed[k].value,
+                   own = (k < b.fit.value.size() ? b.fit.variance[k] : 0.0) + off * off,
+                   factor = student_95(b.fit.freedom);
       variance += b.share * own, half += b.share * factor * factor * own;
     }
     mixed[k].std = std::sqrt(variance), mixed[k].half_95 = std::sqrt(half);
   }
   set(t, mixed);
-  for (std::size_t i = 0; i < points.size(); ++i) t.off_mm[i] = points[i].z_mm - t.twisted_mm(points[i].x_mm, points[i].y_mm);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    t.off_mm[i] = points[i].z_mm - t.twisted_mm(points[i].x_mm, points[i].y_mm);
   return t;
 }
 
-TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws, double tolerance_mm, double least_mm) {
+TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws,
+                           double tolerance_mm, double least_mm) {
   if (points.size() < screws.size())
-    throw Uninformative(std::to_string(points.size()) + " points cannot tell the lifts of " + std::to_string(screws.size()) + " screws");
+    throw Uninformative(std::to_string(points.size()) + " points cannot tell the lifts of " +
+                        std::to_string(screws.size()) + " screws");
   TableLevel t = plane_of(points, tolerance_mm, false);
   if (t.level || screws.empty()) return t;
   double reach_x = std::numeric_limits<double>::max(), reach_y = reach_x, mean = 0.0;
@@ -134,9 +159,11 @@ TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const L
     }
   for (const TablePoint& p : points) mean += p.z_mm / double(points.size());
   const auto share = [&](const Lifter& s, const TablePoint& p) {
-    return std::max(0.0, 1.0 - std::abs(s.x_mm - p.x_mm) / reach_x) * std::max(0.0, 1.0 - std::abs(s.y_mm - p.y_mm) / reach_y);
+    return std::max(0.0, 1.0 - std::abs(s.x_mm - p.x_mm) / reach_x) *
+           std::max(0.0, 1.0 - std::abs(s.y_mm - p.y_mm) / reach_y);
   };
-  // Gauss and Seidel on the screws' own points: the share of a screw at its nearest point is the largest of its column.
+  // Gauss and Seidel on the screws' own points: the share of a screw at its nearest point is the largest of
+  // its column.
   std::vector<double> lift(screws.size(), 0.0), at(points.size(), 0.0);
   for (int sweep = 0; sweep < 200; ++sweep)
     for (std::size_t s = 0; s < screws.size(); ++s) {

@@ -12,16 +12,21 @@ constexpr int kLengths = 6;
 constexpr double kNugget = 1e-9;  // keeps a correlation of near places positive definite
 
 /// log |m| / 2
-double half_log_det(const Eigen::LLT<Eigen::MatrixXd>& m) { return m.matrixLLT().diagonal().array().log().sum(); }
+double half_log_det(const Eigen::LLT<Eigen::MatrixXd>& m) {
+  return m.matrixLLT().diagonal().array().log().sum();
+}
 
-double distance(const UnevenDatum& a, const UnevenDatum& b) { return std::hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm); }
+double distance(const UnevenDatum& a, const UnevenDatum& b) {
+  return std::hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm);
+}
 
 struct AtLength {
   Eigen::VectorXd value, variance;
   double log_restricted = 0.0, log_profile = 0.0;
 };
 
-AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index unknowns, double length_mm, double least_mm) {
+AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index unknowns, double length_mm,
+                double least_mm) {
   const Eigen::Index n = Eigen::Index(data.size());
   Eigen::MatrixXd correlation(n, n), columns(n, unknowns);
   Eigen::VectorXd z(n);
@@ -30,7 +35,8 @@ AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index unknowns, dou
     z[a] = d.z_mm;
     for (Eigen::Index k = 0; k < unknowns; ++k) columns(a, k) = d.row[k];
     for (Eigen::Index b = 0; b < n; ++b) {
-      const double share = length_mm > 0.0 ? distance(d, data[b]) / length_mm : std::numeric_limits<double>::infinity();
+      const double share =
+          length_mm > 0.0 ? distance(d, data[b]) / length_mm : std::numeric_limits<double>::infinity();
       correlation(a, b) = a == b ? 1.0 + kNugget : std::exp(-share * share);
     }
   }
@@ -66,15 +72,20 @@ UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t unknowns,
   double likeliest = -std::numeric_limits<double>::infinity(), profile = likeliest, sum = 0.0, mean = 0.0;
   for (int k = 0; k < kLengths; ++k) {
     fits.push_back(fit_at(data, Eigen::Index(unknowns), apart_mm * k / (kLengths - 1), least_mm));
-    likeliest = std::max(likeliest, fits.back().log_restricted), profile = std::max(profile, fits.back().log_profile);
+    likeliest = std::max(likeliest, fits.back().log_restricted),
+    profile = std::max(profile, fits.back().log_profile);
   }
-  for (const AtLength& f : fits) sum += std::exp(f.log_restricted - likeliest), mean += std::exp(f.log_profile - profile) / kLengths;
-  UnevenFit out{std::vector<double>(unknowns, 0.0), std::vector<double>(unknowns, 0.0), double(data.size() - unknowns),
+  for (const AtLength& f : fits)
+    sum += std::exp(f.log_restricted - likeliest), mean += std::exp(f.log_profile - profile) / kLengths;
+  UnevenFit out{std::vector<double>(unknowns, 0.0), std::vector<double>(unknowns, 0.0),
+                double(data.size() - unknowns),
                 profile + std::log(mean) - 0.5 * double(unknowns) * std::log(double(data.size()))};
   const auto share = [&](const AtLength& f) { return std::exp(f.log_restricted - likeliest) / sum; };
   for (std::size_t k = 0; k < unknowns; ++k) {
     for (const AtLength& f : fits) out.value[k] += share(f) * f.value[k];
-    for (const AtLength& f : fits) out.variance[k] += share(f) * (f.variance[k] + (f.value[k] - out.value[k]) * (f.value[k] - out.value[k]));
+    for (const AtLength& f : fits)
+      out.variance[k] +=
+          share(f) * (f.variance[k] + (f.value[k] - out.value[k]) * (f.value[k] - out.value[k]));
   }
   return out;
 }

@@ -14,8 +14,8 @@ namespace {
 
 using deposition::DropletModel;
 
-constexpr int kReach = 2;        // cells up to so far apart may share a droplet
-constexpr double kStep = 1e-3;   // of the derivatives, relative
+constexpr int kReach = 2;       // cells up to so far apart may share a droplet
+constexpr double kStep = 1e-3;  // of the derivatives, relative
 constexpr double kMostScatter = 0.5;
 constexpr double kGroundShift_mm = 1e-3;  // for the derivative by the ground's height
 
@@ -38,25 +38,35 @@ void require(bool ok, const std::string& what) {
 }  // namespace
 
 double Estimate::std_mm(int n) const { return std::sqrt(std::max(0.0, covariance_mm2.at(n, n))); }
-double Estimate::layer_height_std_mm() const { return std::sqrt(std::max(0.0, covariance_mm2.form({1.0, 4.0, 4.0}))); }
+double Estimate::layer_height_std_mm() const {
+  return std::sqrt(std::max(0.0, covariance_mm2.form({1.0, 4.0, 4.0})));
+}
 
 struct DropletEstimator::Work {
   std::vector<double> height, difference;
-  std::vector<std::vector<double>> at_best;                  // differences per layer
-  std::array<std::vector<std::vector<double>>, 3> slope;     // d predicted / d h, per layer
+  std::vector<std::vector<double>> at_best;               // differences per layer
+  std::array<std::vector<std::vector<double>>, 3> slope;  // d predicted / d h, per layer
   std::vector<CellTerms> cell;
 };
 
 DropletEstimator::DropletEstimator(const GridSpec& grid, const EstimatorOptions& options)
-    : grid_(grid), options_(options), filter_(grid, options.border), model_(options.prior), old_(grid.size()),
+    : grid_(grid),
+      options_(options),
+      filter_(grid, options.border),
+      model_(options.prior),
+      old_(grid.size()),
       work_(std::make_unique<Work>()) {
   firn::check(grid);
   deposition::check(options.prior);
-  require(options.prior_std > 0.0 && options.prior_std <= 10.0, "prior_std = " + std::to_string(options.prior_std) + " is outside (0, 10]");
-  require(options.window_layers >= 1, "window_layers = " + std::to_string(options.window_layers) + " must be 1 or more");
-  require(options.max_evaluations >= 10, "max_evaluations = " + std::to_string(options.max_evaluations) + " must be 10 or more");
-  require(options.memory_layers == 0.0 || (std::isfinite(options.memory_layers) && options.memory_layers >= 2.0),
-          "memory_layers = " + std::to_string(options.memory_layers) + " must be 0 or at least 2");
+  require(options.prior_std > 0.0 && options.prior_std <= 10.0,
+          "prior_std = " + std::to_string(options.prior_std) + " is outside (0, 10]");
+  require(options.window_layers >= 1,
+          "window_layers = " + std::to_string(options.window_layers) + " must be 1 or more");
+  require(options.max_evaluations >= 10,
+          "max_evaluations = " + std::to_string(options.max_evaluations) + " must be 10 or more");
+  require(
+      options.memory_layers == 0.0 || (std::isfinite(options.memory_layers) && options.memory_layers >= 2.0),
+      "memory_layers = " + std::to_string(options.memory_layers) + " must be 0 or at least 2");
   if (options.memory_layers > 0.0) keep_ = 1.0 - 1.0 / options.memory_layers;
   const auto scale = scales(options.prior);
   for (int n = 0; n < 3; ++n) {
@@ -69,11 +79,15 @@ DropletEstimator::DropletEstimator(const GridSpec& grid, const EstimatorOptions&
 
 DropletEstimator::~DropletEstimator() = default;
 
-void DropletEstimator::check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const {
-  require(height.size() == grid_.size() && use.size() == grid_.size(), "the map does not have the grid's size");
-  require(noise_std_mm > 0.0 && std::isfinite(noise_std_mm), "noise_std_mm = " + std::to_string(noise_std_mm) + " must be above 0");
+void DropletEstimator::check(const HeightMap& height, const std::vector<Use>& use,
+                             double noise_std_mm) const {
+  require(height.size() == grid_.size() && use.size() == grid_.size(),
+          "the map does not have the grid's size");
+  require(noise_std_mm > 0.0 && std::isfinite(noise_std_mm),
+          "noise_std_mm = " + std::to_string(noise_std_mm) + " must be above 0");
   for (std::size_t c = 0; c < use.size(); ++c)
-    require(use[c] == Use::kNothing || std::isfinite(height.cells[c]), "cell " + std::to_string(c) + " has no height and is not marked so");
+    require(use[c] == Use::kNothing || std::isfinite(height.cells[c]),
+            "cell " + std::to_string(c) + " has no height and is not marked so");
 }
 
 // What single maps tell jumps with the sensor's resolution; all of them are of one sensor.
@@ -98,8 +112,8 @@ void DropletEstimator::set_ground(const HeightMap& height, const std::vector<Use
   has_ground_ = true;
 }
 
-Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
-                                     double noise_std_mm) {
+Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& height,
+                                     const std::vector<Use>& use, double noise_std_mm) {
   require(has_ground_, "a layer came before the map of the bare ground");
   check(height, use, noise_std_mm);
   for (const Pass& p : passes) {
@@ -138,7 +152,8 @@ double DropletEstimator::weight_of(std::size_t k) const {
   return weight;
 }
 
-Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
+Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vector<Use>& use,
+                                       double noise_std_mm) {
   check(height, use, noise_std_mm);
   if (window_.empty()) {
     require(layers_ == 0, "there is no layer whose map could be replaced");
@@ -160,7 +175,8 @@ Estimate DropletEstimator::update() {
     fix_references();
     minimise();
     fit_scatter();
-    if (std::abs(model_.h1_mm - before.h1_mm) < kSettled * scale[0] && std::abs(model_.h2_mm - before.h2_mm) < kSettled * scale[1] &&
+    if (std::abs(model_.h1_mm - before.h1_mm) < kSettled * scale[0] &&
+        std::abs(model_.h2_mm - before.h2_mm) < kSettled * scale[1] &&
         std::abs(model_.h3_mm - before.h3_mm) < kSettled * scale[2])
       break;
   }
@@ -170,16 +186,20 @@ Estimate DropletEstimator::update() {
 }
 
 // The surface before the window, had the layers before it been filtered with `m`: to first order.
-void DropletEstimator::start_at(const DropletModel& m, double ground_shift_mm, std::vector<double>& height_mm) const {
+void DropletEstimator::start_at(const DropletModel& m, double ground_shift_mm,
+                                std::vector<double>& height_mm) const {
   height_mm = start_.height_mm;
-  const double d1 = m.h1_mm - start_model_.h1_mm, d2 = m.h2_mm - start_model_.h2_mm, d3 = m.h3_mm - start_model_.h3_mm;
+  const double d1 = m.h1_mm - start_model_.h1_mm, d2 = m.h2_mm - start_model_.h2_mm,
+               d3 = m.h3_mm - start_model_.h3_mm;
   if (d1 == 0.0 && d2 == 0.0 && d3 == 0.0 && ground_shift_mm == 0.0) return;
   for (std::size_t c = 0; c < height_mm.size(); ++c)
-    height_mm[c] += start_slope_[0][c] * d1 + start_slope_[1][c] * d2 + start_slope_[2][c] * d3 + start_by_ground_[c] * ground_shift_mm;
+    height_mm[c] += start_slope_[0][c] * d1 + start_slope_[1][c] * d2 + start_slope_[2][c] * d3 +
+                    start_by_ground_[c] * ground_shift_mm;
 }
 
 void DropletEstimator::fix_references() {
-  if (layers_ == int(window_.size())) start_ = filter_.ground(ground_.height_mm, ground_.use, noise_variance_mm2());
+  if (layers_ == int(window_.size()))
+    start_ = filter_.ground(ground_.height_mm, ground_.use, noise_variance_mm2());
   Surface s{{}, start_.variance_mm2};
   start_at(model_, 0.0, s.height_mm);
   for (Layer& l : window_) {
@@ -188,7 +208,8 @@ void DropletEstimator::fix_references() {
   }
 }
 
-void DropletEstimator::differences_at(const DropletModel& m, double ground_shift_mm, std::vector<std::vector<double>>& out) {
+void DropletEstimator::differences_at(const DropletModel& m, double ground_shift_mm,
+                                      std::vector<std::vector<double>>& out) {
   out.resize(window_.size());
   start_at(m, ground_shift_mm, work_->height);
   for (std::size_t k = 0; k < window_.size(); ++k) {
@@ -197,9 +218,9 @@ void DropletEstimator::differences_at(const DropletModel& m, double ground_shift
   }
 }
 
-// Relative scatter of droplets and the scale of the maps' noise by moments: what the squares of the differences are
-// beyond the surface's own variance, in the weighting that is best for normal ones. (Told from differences of
-// neighbouring samples, a map's noise includes steps of the surface.)
+// Relative scatter of droplets and the scale of the maps' noise by moments: what the squares of the
+// differences are beyond the surface's own variance, in the weighting that is best for normal ones. (Told
+// from differences of neighbouring samples, a map's noise includes steps of the surface.)
 void DropletEstimator::fit_scatter() {
   differences_at(model_, 0.0, work_->at_best);
   double gg = 0.0, gr = 0.0, rr = 0.0, ge = 0.0, re = 0.0;
@@ -208,9 +229,12 @@ void DropletEstimator::fit_scatter() {
     const double r = told_variance_mm2_;
     for (std::size_t c = 0; c < grid_.size(); ++c) {
       if (l.weight[c] == 0.0) continue;
-      const double e = clipped(work_->at_best[k][c], l.weight[c]), g = l.scatter_mm2[c], w2 = l.weight[c] * l.weight[c];
-      const double beyond_surface = e * e / kClippedSquare - 1.0 / l.weight[c] + scatter_ * scatter_ * g + noise_scale_ * r;
-      gg += w2 * g * g, gr += w2 * g * r, rr += w2 * r * r, ge += w2 * g * beyond_surface, re += w2 * r * beyond_surface;
+      const double e = clipped(work_->at_best[k][c], l.weight[c]), g = l.scatter_mm2[c],
+                   w2 = l.weight[c] * l.weight[c];
+      const double beyond_surface =
+          e * e / kClippedSquare - 1.0 / l.weight[c] + scatter_ * scatter_ * g + noise_scale_ * r;
+      gg += w2 * g * g, gr += w2 * g * r, rr += w2 * r * r, ge += w2 * g * beyond_surface,
+          re += w2 * r * beyond_surface;
     }
   }
   const double det = gg * rr - gr * gr;
@@ -235,12 +259,14 @@ double DropletEstimator::objective(const double* h) {
   }
   const std::array<double, 3> at{h[0], h[1], h[2]}, prior = values(options_.prior);
   const std::array<double, 3> off{h[0] - prior[0], h[1] - prior[1], h[2] - prior[2]};
-  return 0.5 * (sum + information_.form(at) + prior_information_.form(off)) - pull_[0] * h[0] - pull_[1] * h[1] - pull_[2] * h[2];
+  return 0.5 * (sum + information_.form(at) + prior_information_.form(off)) - pull_[0] * h[0] -
+         pull_[1] * h[1] - pull_[2] * h[2];
 }
 
 void DropletEstimator::minimise() {
   const auto scale = scales(options_.prior);
-  std::array<double, 3> low{0.02 * scale[0], 0.0, 0.0}, high{50.0 * scale[0], 50.0 * scale[0], 50.0 * scale[0]};
+  std::array<double, 3> low{0.02 * scale[0], 0.0, 0.0},
+      high{50.0 * scale[0], 50.0 * scale[0], 50.0 * scale[0]};
   std::array<double, 3> h = values(model_), step{};
   for (std::size_t n = 0; n < 3; ++n) {
     h[n] = std::clamp(h[n], low[n], high[n]);
@@ -299,7 +325,8 @@ void DropletEstimator::judge() {
       const auto& own = score[grid_.index(i, j)];
       for (int r = 0; r < 3; ++r)
         for (int q = 0; q < 3; ++q)
-          spread.at(r, q) += 0.5 * (own[std::size_t(r)] * near[std::size_t(q)] + own[std::size_t(q)] * near[std::size_t(r)]);
+          spread.at(r, q) +=
+              0.5 * (own[std::size_t(r)] * near[std::size_t(q)] + own[std::size_t(q)] * near[std::size_t(r)]);
     }
   estimate_.excitation = separation(information);
   estimate_.fit = count > 0.0 ? squares / count : 0.0;
@@ -341,21 +368,24 @@ double DropletEstimator::add_layer_terms(std::size_t k, std::vector<CellTerms>& 
       for (std::size_t q = 0; q < 3; ++q)
         information.at(int(r), int(q)) = fading * work_->slope[r][k][c] * l.weight[c] * work_->slope[q][k][c];
     const auto known = information.times(at);
-    for (std::size_t r = 0; r < 3; ++r) terms[c].pull[r] += fading * work_->slope[r][k][c] * l.weight[c] * e + known[r];
+    for (std::size_t r = 0; r < 3; ++r)
+      terms[c].pull[r] += fading * work_->slope[r][k][c] * l.weight[c] * e + known[r];
     terms[c].information += information;
   }
   return squares;
 }
 
-void DropletEstimator::add_ground_terms(std::size_t k, const std::vector<double>& shifted, std::array<double, 3>& sum) const {
+void DropletEstimator::add_ground_terms(std::size_t k, const std::vector<double>& shifted,
+                                        std::array<double, 3>& sum) const {
   const double fading = weight_of(k);
   for (std::size_t c = 0; c < grid_.size(); ++c)
     for (std::size_t r = 0; r < 3; ++r)
-      sum[r] += fading * work_->slope[r][k][c] * window_[k].weight[c] * (shifted[c] - work_->at_best[k][c]) / kGroundShift_mm;
+      sum[r] += fading * work_->slope[r][k][c] * window_[k].weight[c] * (shifted[c] - work_->at_best[k][c]) /
+                kGroundShift_mm;
 }
 
-// The surface after the oldest layer becomes the start, and its derivatives with it, so that nothing of what the layer
-// has to say through later ones is lost.
+// The surface after the oldest layer becomes the start, and its derivatives with it, so that nothing of what
+// the layer has to say through later ones is lost.
 void DropletEstimator::forget_oldest() {
   Layer& oldest = window_.front();
   double count = 0.0;
@@ -376,9 +406,11 @@ void DropletEstimator::forget_oldest() {
     auto h = values(model_);
     h[n] += kStep * scale[n];
     slope[n] = after(model_of(h.data()), 0.0);
-    for (std::size_t c = 0; c < grid_.size(); ++c) slope[n][c] = keep_ * ((slope[n][c] - height[c]) / (kStep * scale[n]));
+    for (std::size_t c = 0; c < grid_.size(); ++c)
+      slope[n][c] = keep_ * ((slope[n][c] - height[c]) / (kStep * scale[n]));
   }
-  for (std::size_t c = 0; c < grid_.size(); ++c) start_by_ground_[c] = (shifted[c] - height[c]) / kGroundShift_mm;
+  for (std::size_t c = 0; c < grid_.size(); ++c)
+    start_by_ground_[c] = (shifted[c] - height[c]) / kGroundShift_mm;
   Surface s{{}, start_.variance_mm2};
   start_at(model_, 0.0, s.height_mm);
   filter_.reference(oldest, s, model_, scatter_);

@@ -1,20 +1,23 @@
-// h1, h2, h3 of the height-change model [Lu 2015, Eqs. (3)-(5)] from what was fired and what was measured, layer by
-// layer, with their uncertainty.
+// h1, h2, h3 of the height-change model [Lu 2015, Eqs. (3)-(5)] from what was fired and what was measured,
+// layer by layer, with their uncertainty.
 //
-// Objective: sum over cells and layers of Huber's loss of (measured - predicted) / standard deviation (a square up to
-// 3, so that a droplet that did not come counts as one far off, not as nine), where each prediction is made from the
-// surface that all earlier maps and the model give (SurfaceFilter). So
-//  - the noise of one map, which enters two successive differences of maps with opposite signs, enters here once;
-//  - the surface inside sat() is not one noisy map but the filtered surface, and sat() is averaged over what is left
+// Objective: sum over cells and layers of Huber's loss of (measured - predicted) / standard deviation (a
+// square up to 3, so that a droplet that did not come counts as one far off, not as nine), where each
+// prediction is made from the surface that all earlier maps and the model give (SurfaceFilter). So
+//  - the noise of one map, which enters two successive differences of maps with opposite signs, enters here
+//  once;
+//  - the surface inside sat() is not one noisy map but the filtered surface, and sat() is averaged over what
+//  is left
 //    of its error, so that noise does not pass for spreading (errors in variables);
-// Minimised by NLopt (BOBYQA, bounded, ends on its count of evaluations). Intervals come from the spread of what the
-// cells say (sandwich): a cell's differences of all layers are taken together, since the filter leaves them correlated,
-// and with those of cells up to two apart, which may share a droplet. The assumed variances only weigh.
+// Minimised by NLopt (BOBYQA, bounded, ends on its count of evaluations). Intervals come from the spread of
+// what the cells say (sandwich): a cell's differences of all layers are taken together, since the filter
+// leaves them correlated, and with those of cells up to two apart, which may share a droplet. The assumed
+// variances only weigh.
 //
 // With a memory of M layers all that a layer says counts (1 - 1/M)^age: exponential forgetting.
 //
-// Layers older than the window are kept as a quadratic in h1..h3, and the surface after them to first order in h1..h3, so
-// that the work per layer does not grow.
+// Layers older than the window are kept as a quadratic in h1..h3, and the surface after them to first order
+// in h1..h3, so that the work per layer does not grow.
 #pragma once
 
 #include <array>
@@ -35,24 +38,24 @@ struct EstimatorOptions {
   deposition::Border border = deposition::Border::kLose;
   int window_layers = 10;
   int max_evaluations = 60;  ///< of the objective, per layer and round
-  /// M: a layer that is a layers old has the weight (1 - 1/M)^a, so that a drifting jet is followed; 0: nothing is
-  /// forgotten. The prior keeps its own.
+  /// M: a layer that is a layers old has the weight (1 - 1/M)^a, so that a drifting jet is followed; 0:
+  /// nothing is forgotten. The prior keeps its own.
   double memory_layers = 0.0;
 };
 
 struct Estimate {
   deposition::DropletModel model;
   Symmetric3 covariance_mm2;  ///< of h1, h2, h3
-  /// Smallest eigenvalue of the correlation matrix of what the layers say of h1, h2, h3 (without the prior): 0 = some
-  /// combination of them has left no trace in the maps, 1 = each left its own.
+  /// Smallest eigenvalue of the correlation matrix of what the layers say of h1, h2, h3 (without the prior):
+  /// 0 = some combination of them has left no trace in the maps, 1 = each left its own.
   double excitation = 0.0;
   double droplet_scatter = 0.0;  ///< relative standard deviation of a droplet, by the differences
-  double fit = 0.0;              ///< mean of difference^2 / variance; about 1 where the model explains the maps
-  int layers = 0;                ///< learned from
+  double fit = 0.0;  ///< mean of difference^2 / variance; about 1 where the model explains the maps
+  int layers = 0;    ///< learned from
   std::int64_t droplets = 0;
   std::int64_t evaluations = 0;  ///< of the objective, for this estimate
 
-  double std_mm(int n) const;  ///< n = 0, 1, 2 for h1, h2, h3
+  double std_mm(int n) const;          ///< n = 0, 1, 2 for h1, h2, h3
   double layer_height_std_mm() const;  ///< of h1 + 4 h2 + 4 h3
 };
 
@@ -62,13 +65,14 @@ class DropletEstimator {
   DropletEstimator(const GridSpec& grid, const EstimatorOptions& options);
   ~DropletEstimator();
 
-  /// The map of the bare ground. @param noise_std_mm of one cell, above 0: pooled over all maps, and its scale is
-  /// estimated as well
+  /// The map of the bare ground. @param noise_std_mm of one cell, above 0: pooled over all maps, and its
+  /// scale is estimated as well
   /// @throws std::invalid_argument: sizes, noise, as for add_layer.
   void set_ground(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
-  /// The next layer: its passes in the order of firing, and the map after it. kLearn and kAnchor cells must have
-  /// finite heights. @returns the estimate after it
-  Estimate add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
+  /// The next layer: its passes in the order of firing, and the map after it. kLearn and kAnchor cells must
+  /// have finite heights. @returns the estimate after it
+  Estimate add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
+                     double noise_std_mm);
   /// The last layer was measured again: its map is replaced.
   Estimate replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
 
@@ -92,8 +96,10 @@ class DropletEstimator {
   void fit_scatter();
   double objective(const double* h_mm);
   void minimise();
-  void start_at(const deposition::DropletModel& model, double ground_shift_mm, std::vector<double>& height_mm) const;
-  void differences_at(const deposition::DropletModel& model, double ground_shift_mm, std::vector<std::vector<double>>& out);
+  void start_at(const deposition::DropletModel& model, double ground_shift_mm,
+                std::vector<double>& height_mm) const;
+  void differences_at(const deposition::DropletModel& model, double ground_shift_mm,
+                      std::vector<std::vector<double>>& out);
   void add_ground_terms(std::size_t k, const std::vector<double>& shifted, std::array<double, 3>& sum) const;
   void judge();
   void forget_oldest();
@@ -103,17 +109,18 @@ class DropletEstimator {
   EstimatorOptions options_;
   SurfaceFilter filter_;
   bool has_ground_ = false;
-  Layer ground_;                                     ///< its map
-  Surface start_;                                    ///< before the window's first layer,
-  deposition::DropletModel start_model_;             ///< as filtered with this,
-  std::array<std::vector<double>, 3> start_slope_;   ///< and its derivatives by h1..h3
-  std::vector<double> start_by_ground_;              ///< and by the bare ground's height
-  double ground_variance_mm2_ = 0.0;                 ///< of the bare ground's mean height
+  Layer ground_;                                    ///< its map
+  Surface start_;                                   ///< before the window's first layer,
+  deposition::DropletModel start_model_;            ///< as filtered with this,
+  std::array<std::vector<double>, 3> start_slope_;  ///< and its derivatives by h1..h3
+  std::vector<double> start_by_ground_;             ///< and by the bare ground's height
+  double ground_variance_mm2_ = 0.0;                ///< of the bare ground's mean height
   std::vector<Layer> window_;
   deposition::DropletModel model_;
   double keep_ = 1.0;  ///< 1 - 1/M
   double scatter_ = 0.05;
-  double told_variance_mm2_ = 0.0, noise_scale_ = 1.0;  ///< of the maps' noise: mean of what they tell, and how far off it is
+  double told_variance_mm2_ = 0.0,
+         noise_scale_ = 1.0;  ///< of the maps' noise: mean of what they tell, and how far off it is
   int told_ = 0;
   int layers_ = 0;
   std::int64_t droplets_ = 0, evaluations_ = 0;

@@ -25,10 +25,12 @@ Grid<Place> places_of(const Mask& mask) {
       for (int y = j - kDepth; y <= j + kDepth; ++y)
         for (int x = i - kDepth; x <= i + kDepth; ++x) {
           const int apart = std::max(std::abs(x - i), std::abs(y - j)) - 1;
-          if (apart >= 0 && apart < int(depth.at(i, j)) && !(g.contains(x, y) && mask.at(x, y))) depth.at(i, j) = std::uint8_t(apart);
+          if (apart >= 0 && apart < int(depth.at(i, j)) && !(g.contains(x, y) && mask.at(x, y)))
+            depth.at(i, j) = std::uint8_t(apart);
         }
   bool has_inside = false;
-  for (std::size_t c = 0; c < mask.size(); ++c) has_inside = has_inside || (mask.cells[c] && depth.cells[c] == kDepth);
+  for (std::size_t c = 0; c < mask.size(); ++c)
+    has_inside = has_inside || (mask.cells[c] && depth.cells[c] == kDepth);
   Grid<Place> place(g, Place::kInside);
   for (std::size_t c = 0; c < mask.size(); ++c)
     if (mask.cells[c] && depth.cells[c] < kDepth)
@@ -37,20 +39,27 @@ Grid<Place> places_of(const Mask& mask) {
 }
 
 DropletFactors::DropletFactors(const GridSpec& grid, const Mask& mask, const DropletFactorOptions& o)
-    : grid_(grid), options_(o), place_(places_of(mask)), model_(grid, deposition::stencil_of(o.model), o.border),
-      rise_{Grid<double>(grid), Grid<double>(grid), Grid<double>(grid)}, height_(grid), changed_(grid), drops_(grid) {
+    : grid_(grid),
+      options_(o),
+      place_(places_of(mask)),
+      model_(grid, deposition::stencil_of(o.model), o.border),
+      rise_{Grid<double>(grid), Grid<double>(grid), Grid<double>(grid)},
+      height_(grid),
+      changed_(grid),
+      drops_(grid) {
   deposition::check(o.model);
   require(mask.size() == grid.size(), "the mask does not have the grid's size");
   require(o.prior_std > 0.0 && o.cell_std_mm > 0.0, "prior_std and cell_std_mm must be above 0");
-  for (const double walk : o.walk_std) require(std::isfinite(walk) && walk >= 0.0, "a walk_std must not be below 0");
+  for (const double walk : o.walk_std)
+    require(std::isfinite(walk) && walk >= 0.0, "a walk_std must not be below 0");
   require(std::isfinite(o.sparse_std) && o.sparse_std >= 0.0, "sparse_std must not be below 0");
   variance_.fill(o.prior_std * o.prior_std);
   for (std::size_t c = 0; c < mask.size(); ++c)
     if (mask.cells[c]) cells_[std::size_t(place_.cells[c])] += 1.0;
 }
 
-void DropletFactors::add_layer(std::span<const double> before, std::span<const Pass> passes, std::span<const double> after,
-                               std::span<const Use> use) {
+void DropletFactors::add_layer(std::span<const double> before, std::span<const Pass> passes,
+                               std::span<const double> after, std::span<const Use> use) {
   std::copy(before.begin(), before.end(), height_.cells.begin());
   for (auto& rise : rise_) std::fill(rise.cells.begin(), rise.cells.end(), 0.0);
   for (const Pass& pass : passes) {
@@ -82,11 +91,13 @@ void DropletFactors::add_layer(std::span<const double> before, std::span<const P
   }
   for (std::size_t k = 0; k < kPlaces; ++k) {
     variance_[k] += options_.walk_std[k] * options_.walk_std[k];
-    if (variance_[k] > options_.prior_std * options_.prior_std) variance_[k] = options_.prior_std * options_.prior_std;
+    if (variance_[k] > options_.prior_std * options_.prior_std)
+      variance_[k] = options_.prior_std * options_.prior_std;
     if (!(model[k] > 0.0)) continue;
     double noise = options_.cell_std_mm * options_.cell_std_mm * cells[k] / (model[k] * model[k]);
     if (options_.sparse_std > 0.0 && Place(k) != Place::kRim) {
-      const double bare = 1.0 - std::min(1.0, fired[k] / cells_[k]), std = kFullStd + options_.sparse_std * bare * bare;
+      const double bare = 1.0 - std::min(1.0, fired[k] / cells_[k]),
+                   std = kFullStd + options_.sparse_std * bare * bare;
       noise = std * std;
     }
     const double gain = variance_[k] / (variance_[k] + noise);

@@ -29,10 +29,13 @@ void HeightFilter::use_model(const deposition::DropletModel& model, double dropl
 }
 
 void HeightFilter::check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const {
-  require(height.size() == grid_.size() && use.size() == grid_.size(), "the map does not have the grid's size");
-  require(noise_std_mm > 0.0 && std::isfinite(noise_std_mm), "noise_std_mm = " + std::to_string(noise_std_mm) + " must be above 0");
+  require(height.size() == grid_.size() && use.size() == grid_.size(),
+          "the map does not have the grid's size");
+  require(noise_std_mm > 0.0 && std::isfinite(noise_std_mm),
+          "noise_std_mm = " + std::to_string(noise_std_mm) + " must be above 0");
   for (std::size_t c = 0; c < use.size(); ++c)
-    require(use[c] == Use::kNothing || std::isfinite(height.cells[c]), "cell " + std::to_string(c) + " has no height and is not marked so");
+    require(use[c] == Use::kNothing || std::isfinite(height.cells[c]),
+            "cell " + std::to_string(c) + " has no height and is not marked so");
 }
 
 void HeightFilter::hear_noise(double std_mm) {
@@ -46,7 +49,8 @@ void HeightFilter::set_ground(const HeightMap& height, const std::vector<Use>& u
   has_ground_ = on_ground_ = true;
 }
 
-void HeightFilter::add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
+void HeightFilter::add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
+                             double noise_std_mm) {
   require(has_ground_, "a layer came before the map of the bare ground");
   check(height, use, noise_std_mm);
   for (const Pass& p : passes) {

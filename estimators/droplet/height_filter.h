@@ -1,10 +1,10 @@
-// The surface as the droplets and the maps tell it together: a Kalman filter with one height and one variance per cell.
+// The surface as the droplets and the maps tell it together: a Kalman filter with one height and one variance
+// per cell.
 //   H- = f(H+, U; h)              the executed droplets by the height-change model [Lu 2015, Eqs. (3)-(5)],
-//   P- = J P+ J' + rho^2 G        what is left of the error before, and what droplets of relative scatter rho add,
-//   K  = P- / (P- + R)            R: the map's noise,
-//   H+ = H- + K (Z - H-),  P+ = (1 - K) P-.
-// So the noise of one map does not reach the next layer; with noise R large against q = rho^2 G, P settles near
-// sqrt(q R). Covariances between cells are left out (SurfaceFilter). Only + - * / sqrt.
+//   P- = J P+ J' + rho^2 G        what is left of the error before, and what droplets of relative scatter rho
+//   add, K  = P- / (P- + R)            R: the map's noise, H+ = H- + K (Z - H-),  P+ = (1 - K) P-.
+// So the noise of one map does not reach the next layer; with noise R large against q = rho^2 G, P settles
+// near sqrt(q R). Covariances between cells are left out (SurfaceFilter). Only + - * / sqrt.
 #pragma once
 
 #include <vector>
@@ -28,13 +28,15 @@ class HeightFilter {
   void use_model(const deposition::DropletModel& model, double droplet_scatter);
 
   /// The bare ground: a plane plus what the map's spread leaves beyond its noise.
-  /// @param noise_std_mm of one cell, above 0; pooled over all maps, for what single maps tell jumps with the sensor's
-  /// resolution
-  /// @throws std::invalid_argument: sizes, noise, a cell to be used without a height; nothing is changed then.
+  /// @param noise_std_mm of one cell, above 0; pooled over all maps, for what single maps tell jumps with the
+  /// sensor's resolution
+  /// @throws std::invalid_argument: sizes, noise, a cell to be used without a height; nothing is changed
+  /// then.
   void set_ground(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
-  /// The next layer's passes in the order of firing, and the map after it. A cell that differs from what is expected
-  /// by more than kOutlier standard deviations (a droplet that did not come) is taken from the map.
-  void add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
+  /// The next layer's passes in the order of firing, and the map after it. A cell that differs from what is
+  /// expected by more than kOutlier standard deviations (a droplet that did not come) is taken from the map.
+  void add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
+                 double noise_std_mm);
   /// The last layer (or the ground) was measured again: its map is replaced.
   void replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
   /// What was fired since the last map is not known: the map alone counts.

@@ -1,5 +1,5 @@
-// Huber's loss: a square up to kClip standard deviations, then a straight line, so that one droplet that did not come
-// pulls no harder than kClip.
+// Huber's loss: a square up to kClip standard deviations, then a straight line, so that one droplet that did
+// not come pulls no harder than kClip.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,9 @@ inline double loss(double difference, double weight) {
   const double z2 = weight * difference * difference;
   return z2 <= kClip * kClip ? z2 : 2.0 * kClip * std::sqrt(z2) - kClip * kClip;
 }
-inline bool beyond(double difference, double weight) { return weight * difference * difference > kClip * kClip; }
+inline bool beyond(double difference, double weight) {
+  return weight * difference * difference > kClip * kClip;
+}
 inline double clipped(double difference, double weight) {
   if (!beyond(difference, weight)) return difference;
   return (difference > 0.0 ? kClip : -kClip) / std::sqrt(weight);

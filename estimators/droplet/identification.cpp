@@ -10,8 +10,8 @@ struct Offset {
   int x, y;
 };
 
-// True when exactly `droplets` of the window of half width `half` about (i, j) hold a droplet in `fired`, and none in
-// `earlier`, and the window lies on the grid.
+// True when exactly `droplets` of the window of half width `half` about (i, j) hold a droplet in `fired`, and
+// none in `earlier`, and the window lies on the grid.
 bool only(const DropletPattern& fired, const DropletPattern& earlier, int i, int j, int half, int droplets) {
   int found = 0;
   for (int y = j - half; y <= j + half; ++y)
@@ -85,8 +85,10 @@ IdentificationPrints find_identification_prints(const std::vector<PrintedLayer>&
         if (u.at(i, j) != 1 || !measured(l, i, j)) continue;
         if (only(u, earlier, i, j, bare, 1)) {
           p.single.push_back(rise(l, i, j));
-          p.beside.push_back(0.25 * (rise(l, i + 1, j) + rise(l, i - 1, j) + rise(l, i, j + 1) + rise(l, i, j - 1)));
-          p.at_corner.push_back(0.25 * (rise(l, i + 1, j + 1) + rise(l, i - 1, j + 1) + rise(l, i + 1, j - 1) + rise(l, i - 1, j - 1)));
+          p.beside.push_back(0.25 *
+                             (rise(l, i + 1, j) + rise(l, i - 1, j) + rise(l, i, j + 1) + rise(l, i, j - 1)));
+          p.at_corner.push_back(0.25 * (rise(l, i + 1, j + 1) + rise(l, i - 1, j + 1) +
+                                        rise(l, i + 1, j - 1) + rise(l, i - 1, j - 1)));
           add_rise(p.single_rise, l, i, j, {1, 1});
         } else if (u.at(i + 1, j) == 1 && u.at(i - 1, j) == 1 && u.at(i, j + 1) == 1 && u.at(i, j - 1) == 1 &&
                    only(u, earlier, i, j, bare + 1, 5)) {
@@ -94,7 +96,9 @@ IdentificationPrints find_identification_prints(const std::vector<PrintedLayer>&
           add_rise(p.cross_rise, l, i, j, {1, 1});
         } else if (j + 1 < u.spec.ny && only(u, earlier, i, j, bare, 2)) {
           for (const int side : {1, -1}) {
-            if (u.at(i + side, j + 1) != 1 || !measured(l, i + side, j + 1) || !only(u, earlier, i + side, j + 1, bare, 2)) continue;
+            if (u.at(i + side, j + 1) != 1 || !measured(l, i + side, j + 1) ||
+                !only(u, earlier, i + side, j + 1, bare, 2))
+              continue;
             p.pair.push_back(0.5 * (rise(l, i, j) + rise(l, i + side, j + 1)));
             add_rise(p.pair_rise, l, i, j, {side, 1});
           }

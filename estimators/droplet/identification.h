@@ -1,5 +1,6 @@
-// The three experiments of [Lu 2015, V-C] found in what was printed: a droplet alone, with its four side neighbours, with
-// one corner neighbour, each on bare ground; and h1, h2, h3 from the height of the centre, as the paper takes them.
+// The three experiments of [Lu 2015, V-C] found in what was printed: a droplet alone, with its four side
+// neighbours, with one corner neighbour, each on bare ground; and h1, h2, h3 from the height of the centre,
+// as the paper takes them.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,8 @@ struct Repeats {
   double half_width_mm = 0.0;  ///< of the interval
 };
 Repeats repeats_of(const std::vector<double>& values_mm);
-/// 97.5 % point of Student's t (Cornish-Fisher, error below 0.5 % from 3 degrees of freedom on). @pre freedom > 0
+/// 97.5 % point of Student's t (Cornish-Fisher, error below 0.5 % from 3 degrees of freedom on). @pre freedom
+/// > 0
 double t_975(double freedom);
 
 /// One layer as it was printed and measured.
@@ -35,17 +37,19 @@ struct Rise {
 };
 
 struct IdentificationPrints {
-  std::vector<double> single, cross, pair;  ///< rise of the centre [mm], one per repeat (pair: mean of its two droplets)
-  std::vector<double> beside, at_corner;    ///< rise beside and at the corners of the singles, mean of four per repeat
+  std::vector<double> single, cross,
+      pair;  ///< rise of the centre [mm], one per repeat (pair: mean of its two droplets)
+  std::vector<double> beside,
+      at_corner;  ///< rise beside and at the corners of the singles, mean of four per repeat
   Rise single_rise, cross_rise, pair_rise;  ///< pairs turned so that the second droplet lies at +x, +y
 
-  Repeats h1, h2, h3;  ///< [V-C]: single; (cross - single) / 4; pair - single
+  Repeats h1, h2, h3;    ///< [V-C]: single; (cross - single) / 4; pair - single
   Repeats side, corner;  ///< what a single droplet leaves beside it: the same constants in model (2)
   bool complete() const { return h1.n >= 2 && h2.n >= 2 && h3.n >= 2; }
 };
 
-/// Sites are found by their droplets: nothing else fired within `bare_cells` of the site's droplets in this layer or
-/// any before it. Sites with a cell that was not measured are left out.
+/// Sites are found by their droplets: nothing else fired within `bare_cells` of the site's droplets in this
+/// layer or any before it. Sites with a cell that was not measured are left out.
 IdentificationPrints find_identification_prints(const std::vector<PrintedLayer>& layers, int bare_cells = 3);
 
 }  // namespace firn::droplet

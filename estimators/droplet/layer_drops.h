@@ -14,21 +14,23 @@ namespace firn::droplet {
 struct PassReport {
   DropletPattern commanded;  ///< 1 where this pass commanded a droplet
   int pass = 0, passes = 1;
-  std::int64_t triggered_jet = -1;                 ///< droplets counted by the jet, -1 = not counted
-  std::int64_t unknown_from = 0, unknown_to = 0;   ///< in firing order; equal = nothing unknown
+  std::int64_t triggered_jet = -1;                ///< droplets counted by the jet, -1 = not counted
+  std::int64_t unknown_from = 0, unknown_to = 0;  ///< in firing order; equal = nothing unknown
 };
 
 class LayerDrops {
  public:
-  /// Takes in one report. The droplets before unknown_from have been fired; where the jet counted fewer than the
-  /// stage commanded, each of them counts as that share of a droplet. Cells whose droplet is in doubt, and the cells
-  /// around them, teach nothing.
+  /// Takes in one report. The droplets before unknown_from have been fired; where the jet counted fewer than
+  /// the stage commanded, each of them counts as that share of a droplet. Cells whose droplet is in doubt,
+  /// and the cells around them, teach nothing.
   void add(const PassReport& report);
   bool complete() const { return complete_; }  ///< nothing of this layer is still to come
   std::vector<Pass> passes() const { return passes_; }
-  /// What the map's cells are good for: those off the part are bare ground and walls, from which nothing is learned.
+  /// What the map's cells are good for: those off the part are bare ground and walls, from which nothing is
+  /// learned.
   /// @param quality 0 where the cell was measured (height_map_t.quality)
-  std::vector<Use> use_of(const HeightMap& height, std::span<const std::int8_t> quality, const Mask& mask) const;
+  std::vector<Use> use_of(const HeightMap& height, std::span<const std::int8_t> quality,
+                          const Mask& mask) const;
 
  private:
   std::vector<Pass> passes_;

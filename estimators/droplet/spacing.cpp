@@ -30,7 +30,8 @@ SpacingResult judge(double gamma, const std::vector<const SquareRise*>& squares,
     means.push_back(mean / count);
     within += inner / count;
   }
-  if (means.size() < 2) throw std::invalid_argument("spacing: squares of at least two sizes (2 x 2 and more) are needed");
+  if (means.size() < 2)
+    throw std::invalid_argument("spacing: squares of at least two sizes (2 x 2 and more) are needed");
   for (const double m : means) r.height_mm += m / double(means.size());
   if (!(r.height_mm > 0.0)) throw std::invalid_argument("spacing: the squares have not risen");
   for (const double m : means) spread += (m - r.height_mm) * (m - r.height_mm) / double(means.size() - 1);
@@ -51,8 +52,8 @@ double vertex(const double (&x)[3], const double (&y)[3]) {
 
 }  // namespace
 
-std::vector<SquareRise> square_rises(const HeightMap& before, const HeightMap& after, const std::vector<Use>& use,
-                                     const std::vector<Square>& squares) {
+std::vector<SquareRise> square_rises(const HeightMap& before, const HeightMap& after,
+                                     const std::vector<Use>& use, const std::vector<Square>& squares) {
   std::vector<SquareRise> out;
   for (const Square& s : squares) {
     const int side = (s.n - 1) * s.step + 1;
@@ -62,7 +63,8 @@ std::vector<SquareRise> square_rises(const HeightMap& before, const HeightMap& a
     bool whole = true;
     for (int y = 0; y < side && whole; ++y)
       for (int x = 0; x < side; ++x) {
-        if (!before.spec.contains(s.i + x, s.j + y) || use[before.spec.index(s.i + x, s.j + y)] != Use::kLearn) {
+        if (!before.spec.contains(s.i + x, s.j + y) ||
+            use[before.spec.index(s.i + x, s.j + y)] != Use::kLearn) {
           whole = false;
           break;
         }
@@ -105,9 +107,11 @@ SpacingResult judge_spacing(double gamma, const std::vector<SquareRise>& squares
 
 SpacingChoice choose_spacing(const std::vector<SpacingResult>& results) {
   if (results.size() < 3)
-    throw std::invalid_argument("spacing: runs at three spacings or more are needed, here are " + std::to_string(results.size()));
+    throw std::invalid_argument("spacing: runs at three spacings or more are needed, here are " +
+                                std::to_string(results.size()));
   for (std::size_t n = 1; n < results.size(); ++n)
-    if (!(results[n].gamma > results[n - 1].gamma)) throw std::invalid_argument("spacing: two runs have the same spacing");
+    if (!(results[n].gamma > results[n - 1].gamma))
+      throw std::invalid_argument("spacing: two runs have the same spacing");
   SpacingChoice c;
   for (std::size_t n = 1; n < results.size(); ++n)
     if (results[n].inconsistency < results[c.best].inconsistency) c.best = n;
@@ -115,7 +119,8 @@ SpacingChoice choose_spacing(const std::vector<SpacingResult>& results) {
   c.gamma = results[c.best].gamma;
   if (!c.inside) return c;
   double x[3], y[3], variance = 0.0;
-  for (std::size_t k = 0; k < 3; ++k) x[k] = results[c.best - 1 + k].gamma, y[k] = results[c.best - 1 + k].inconsistency;
+  for (std::size_t k = 0; k < 3; ++k)
+    x[k] = results[c.best - 1 + k].gamma, y[k] = results[c.best - 1 + k].inconsistency;
   c.gamma = vertex(x, y);
   for (std::size_t k = 0; k < 3; ++k) {
     double moved[3] = {y[0], y[1], y[2]};

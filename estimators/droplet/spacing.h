@@ -1,5 +1,5 @@
-// The spacing of droplets, L = gamma d [Lu 2015, Eq. (1)], chosen from prints: "consistent height for any n x n matrix
-// droplet layout" [V-C], smooth without much overlap [III-A].
+// The spacing of droplets, L = gamma d [Lu 2015, Eq. (1)], chosen from prints: "consistent height for any n x
+// n matrix droplet layout" [V-C], smooth without much overlap [III-A].
 #pragma once
 
 #include <vector>
@@ -22,8 +22,8 @@ struct SquareRise {
   double ripple_mm = 0.0;   ///< mean under droplets less mean half way between them; 0 for n = 1 or step 1
 };
 /// Squares with a cell that was not measured are left out.
-std::vector<SquareRise> square_rises(const HeightMap& before, const HeightMap& after, const std::vector<Use>& use,
-                                     const std::vector<Square>& squares);
+std::vector<SquareRise> square_rises(const HeightMap& before, const HeightMap& after,
+                                     const std::vector<Use>& use, const std::vector<Square>& squares);
 
 /// What one spacing gives.
 struct SpacingResult {
@@ -36,15 +36,17 @@ struct SpacingResult {
   double inconsistency = 0.0;   ///< root of the sum of both squares: what is to be smallest
   double std_error = 0.0;       ///< of inconsistency, by leaving out one repeat after the other (jackknife)
 };
-/// @param noise_std_mm of one rise; squares of one droplet are left out, for they have nothing to be consistent with.
-/// @throws std::invalid_argument: fewer than two sizes of two droplets or more, or a height that is not above 0.
+/// @param noise_std_mm of one rise; squares of one droplet are left out, for they have nothing to be
+/// consistent with.
+/// @throws std::invalid_argument: fewer than two sizes of two droplets or more, or a height that is not above
+/// 0.
 SpacingResult judge_spacing(double gamma, const std::vector<SquareRise>& squares, double noise_std_mm);
 
 struct SpacingChoice {
-  double gamma = 0.0;       ///< vertex of the parabola through the smallest and its neighbours
-  double std_error = 0.0;   ///< from those of the three
-  std::size_t best = 0;     ///< index of the smallest
-  bool inside = false;      ///< not at an end of the tried spacings
+  double gamma = 0.0;      ///< vertex of the parabola through the smallest and its neighbours
+  double std_error = 0.0;  ///< from those of the three
+  std::size_t best = 0;    ///< index of the smallest
+  bool inside = false;     ///< not at an end of the tried spacings
 };
 /// @param results ascending in gamma, at least three. @throws std::invalid_argument
 SpacingChoice choose_spacing(const std::vector<SpacingResult>& results);

@@ -13,16 +13,21 @@ constexpr int kDy[8] = {0, 0, 1, -1, 1, 1, -1, -1};
 }  // namespace
 
 SurfaceFilter::SurfaceFilter(const GridSpec& grid, deposition::Border border)
-    : grid_(grid), border_(border), inner_(grid.size(), 0), change_(grid.size(), 0.0), own_(grid.size(), 0.0),
+    : grid_(grid),
+      border_(border),
+      inner_(grid.size(), 0),
+      change_(grid.size(), 0.0),
+      own_(grid.size(), 0.0),
       from_(grid.size(), 0.0) {
   for (int j = 1; j + 1 < grid.ny; ++j)
     for (int i = 1; i + 1 < grid.nx; ++i) inner_[grid.index(i, j)] = 1;
   for (int n = 0; n < 8; ++n) offset_[std::size_t(n)] = std::ptrdiff_t(kDy[n]) * grid.nx + kDx[n];
 }
 
-Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> use, double noise_variance) const {
-  // Plane a + b x + c y about the grid's middle: on a full grid its normal equations are diagonal, and with a few
-  // cells missing nearly so; three rounds of the diagonal solution bring the rest.
+Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> use,
+                              double noise_variance) const {
+  // Plane a + b x + c y about the grid's middle: on a full grid its normal equations are diagonal, and with a
+  // few cells missing nearly so; three rounds of the diagonal solution bring the rest.
   const double mid_x = 0.5 * (grid_.nx - 1), mid_y = 0.5 * (grid_.ny - 1);
   double a = 0.0, b = 0.0, c = 0.0, spread = 0.0, n = 0.0;
   for (int round = 0; round < 4; ++round) {
@@ -30,7 +35,8 @@ Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> us
     n = spread = 0.0;
     for (std::size_t cell = 0; cell < z.size(); ++cell) {
       if (use[cell] == Use::kNothing) continue;
-      const double x = double(cell % std::size_t(grid_.nx)) - mid_x, y = double(cell / std::size_t(grid_.nx)) - mid_y;
+      const double x = double(cell % std::size_t(grid_.nx)) - mid_x,
+                   y = double(cell / std::size_t(grid_.nx)) - mid_y;
       const double r = z[cell] - (a + b * x + c * y);
       n += 1.0, s1 += r, sx += r * x, sy += r * y, xx += x * x, yy += y * y, spread += r * r;
     }
@@ -41,11 +47,14 @@ Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> us
   }
   // Hills are believed in only where the spread is beyond what noise alone can have (three standard errors).
   const double variance = n > 3.0 ? spread / (n - 3.0) : 0.0;
-  const double rough = n > 3.0 && variance > noise_variance * (1.0 + 3.0 * std::sqrt(2.0 / n)) ? variance - noise_variance : 0.0;
+  const double rough = n > 3.0 && variance > noise_variance * (1.0 + 3.0 * std::sqrt(2.0 / n))
+                           ? variance - noise_variance
+                           : 0.0;
   const double gain = rough > 0.0 ? rough / (rough + noise_variance) : 0.0;
   Surface s{std::vector<double>(z.size()), std::vector<double>(z.size())};
   for (std::size_t cell = 0; cell < z.size(); ++cell) {
-    const double x = double(cell % std::size_t(grid_.nx)) - mid_x, y = double(cell / std::size_t(grid_.nx)) - mid_y;
+    const double x = double(cell % std::size_t(grid_.nx)) - mid_x,
+                 y = double(cell / std::size_t(grid_.nx)) - mid_y;
     const double plane = a + b * x + c * y;
     const double g = use[cell] == Use::kNothing ? 0.0 : gain;
     s.height_mm[cell] = plane + (use[cell] == Use::kNothing ? 0.0 : g * (z[cell] - plane));
@@ -71,8 +80,8 @@ std::uint32_t SurfaceFilter::neighbour(std::uint32_t cell, int n) const {
   return std::uint32_t(std::ptrdiff_t(cell) + offset_[std::size_t(n)]);
 }
 
-void SurfaceFilter::exchange(const Pass& pass, std::span<const double> h, std::span<const double> variance, const Links& links,
-                             bool sensitive) {
+void SurfaceFilter::exchange(const Pass& pass, std::span<const double> h, std::span<const double> variance,
+                             const Links& links, bool sensitive) {
   const std::size_t count = pass.cells.size();
   droplets_ = count + count % 2;
   give_mm_.resize(8 * droplets_);
@@ -86,7 +95,8 @@ void SurfaceFilter::exchange(const Pass& pass, std::span<const double> h, std::s
       const std::uint32_t a = pass.cells[at], b = pass.cells[at + 1 < count ? at + 1 : at];
       const std::size_t to_a = inner_[a] ? std::size_t(a) + std::size_t(offset) : neighbour(a, n);
       const std::size_t to_b = inner_[b] ? std::size_t(b) + std::size_t(offset) : neighbour(b, n);
-      const Two d{h[a] - h[to_a], h[b] - h[to_b]}, v{variance[a] + variance[to_a], variance[b] + variance[to_b]};
+      const Two d{h[a] - h[to_a], h[b] - h[to_b]},
+          v{variance[a] + variance[to_a], variance[b] + variance[to_b]};
       _mm_storeu_pd(give + at, link.spread_mm(d, v));
       if (sensitive) _mm_storeu_pd(k + at, link.sensitivity(d, v));
     }
@@ -130,7 +140,8 @@ void SurfaceFilter::predict(Layer& layer, Surface& s, const deposition::DropletM
   for (std::size_t p = 0; p < layer.passes.size(); ++p) {
     const Pass& pass = layer.passes[p];
     layer.variance_mm2[p] = s.variance_mm2;
-    // own_: the cell's own share of its error that is left; from_: variance that its neighbours' errors bring.
+    // own_: the cell's own share of its error that is left; from_: variance that its neighbours' errors
+    // bring.
     std::fill(own_.begin(), own_.end(), 1.0);
     std::fill(from_.begin(), from_.end(), 0.0);
     exchange(pass, s.height_mm, s.variance_mm2, links, true);
@@ -156,10 +167,12 @@ void SurfaceFilter::predict(Layer& layer, Surface& s, const deposition::DropletM
     for (std::size_t c = 0; c < grid_.size(); ++c)
       s.variance_mm2[c] = own_[c] * own_[c] * s.variance_mm2[c] + from_[c];
   }
-  for (std::size_t c = 0; c < grid_.size(); ++c) s.variance_mm2[c] += scatter * scatter * layer.scatter_mm2[c];
+  for (std::size_t c = 0; c < grid_.size(); ++c)
+    s.variance_mm2[c] += scatter * scatter * layer.scatter_mm2[c];
 }
 
-void SurfaceFilter::reference(Layer& layer, Surface& s, const deposition::DropletModel& model, double scatter) {
+void SurfaceFilter::reference(Layer& layer, Surface& s, const deposition::DropletModel& model,
+                              double scatter) {
   predict(layer, s, model, scatter);
   layer.gain.assign(grid_.size(), 0.0);
   layer.weight.assign(grid_.size(), 0.0);
@@ -179,8 +192,9 @@ void SurfaceFilter::reference(Layer& layer, Surface& s, const deposition::Drople
   }
 }
 
-void SurfaceFilter::differences(const Layer& layer, std::vector<double>& h, const deposition::DropletModel& model,
-                                double scatter, std::span<double> difference) {
+void SurfaceFilter::differences(const Layer& layer, std::vector<double>& h,
+                                const deposition::DropletModel& model, double scatter,
+                                std::span<double> difference) {
   const Links links = links_of(model, scatter);
   const double drop_mm = model.layer_height_mm();
   for (std::size_t p = 0; p < layer.passes.size(); ++p) {

@@ -24,8 +24,8 @@ Symmetric3 inverse(const Symmetric3& a);
 /// A B A
 Symmetric3 sandwich(const Symmetric3& a, const Symmetric3& b);
 bool positive_definite(const Symmetric3& a);
-/// Smallest eigenvalue of the correlation matrix a_rc / sqrt(a_rr a_cc): 1 = the three directions are seen apart,
-/// 0 = one of them is not seen at all.
+/// Smallest eigenvalue of the correlation matrix a_rc / sqrt(a_rr a_cc): 1 = the three directions are seen
+/// apart, 0 = one of them is not seen at all.
 double separation(const Symmetric3& a);
 
 }  // namespace firn::droplet

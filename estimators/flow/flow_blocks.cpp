@@ -8,8 +8,8 @@
 namespace firn::flow {
 namespace {
 
-constexpr double kBare = 0.3;     // of the usual volume: what has less lies beside the beads
-constexpr int kLeastShare = 7;    // one part in so many of a square
+constexpr double kBare = 0.3;   // of the usual volume: what has less lies beside the beads
+constexpr int kLeastShare = 7;  // one part in so many of a square
 
 cv::Mat spread(const HeightMap& map, int reach) {
   const cv::Mat from(map.spec.ny, map.spec.nx, CV_64F, const_cast<double*>(map.cells.data()));
@@ -21,12 +21,14 @@ cv::Mat spread(const HeightMap& map, int reach) {
 // Cells that beads have covered, and all about them; nothing lies beside the grid.
 cv::Mat inside(const cv::Mat& laid, int rim) {
   std::vector<double> some;
-  std::copy_if(laid.begin<double>(), laid.end<double>(), std::back_inserter(some), [](double v) { return v > 0.0; });
+  std::copy_if(laid.begin<double>(), laid.end<double>(), std::back_inserter(some),
+               [](double v) { return v > 0.0; });
   if (some.empty()) return cv::Mat(laid.size(), CV_8U, cv::Scalar(0));
   const auto usual = some.begin() + std::ptrdiff_t(some.size() / 2);
   std::nth_element(some.begin(), usual, some.end());
   cv::Mat in;
-  cv::erode(laid >= kBare * *usual, in, cv::Mat::ones(2 * rim + 1, 2 * rim + 1, CV_8U), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::erode(laid >= kBare * *usual, in, cv::Mat::ones(2 * rim + 1, 2 * rim + 1, CV_8U), {-1, -1}, 1,
+            cv::BORDER_CONSTANT, cv::Scalar(0));
   return in;
 }
 
@@ -34,7 +36,8 @@ cv::Mat inside(const cv::Mat& laid, int rim) {
 
 std::vector<FlowBlock> flow_blocks(const FlowInterval& interval, const BlockOptions& o) {
   const GridSpec& g = interval.rise_mm.spec;
-  const cv::Mat nominal[2] = {spread(interval.nominal_mm[0], o.spread), spread(interval.nominal_mm[1], o.spread)};
+  const cv::Mat nominal[2] = {spread(interval.nominal_mm[0], o.spread),
+                              spread(interval.nominal_mm[1], o.spread)};
   const cv::Mat in = inside(nominal[0] + nominal[1], o.rim);
   std::vector<FlowBlock> blocks;
   for (int j = 0; j < g.ny; j += o.side)

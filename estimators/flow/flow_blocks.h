@@ -10,27 +10,28 @@ namespace firn::flow {
 
 /// What happened between two maps.
 struct FlowInterval {
-  int layer = 0;                           ///< deposition layers at its end
-  HeightMap rise_mm;                       ///< after - before; NaN = not known
-  std::array<HeightMap, 2> nominal_mm;     ///< what the calibrated flow of each valve would have laid there: volume over area
+  int layer = 0;      ///< deposition layers at its end
+  HeightMap rise_mm;  ///< after - before; NaN = not known
+  std::array<HeightMap, 2>
+      nominal_mm;  ///< what the calibrated flow of each valve would have laid there: volume over area
 };
 
 /// In cells of the maps.
 struct BlockOptions {
-  int side = 7;      ///< of a square over which volumes are compared
-  int spread = 1;    ///< liquid spreads so far about where it falls
-  int rim = 2;       ///< cells nearer than that to what is bare do not count: liquid flows over a rim
+  int side = 7;    ///< of a square over which volumes are compared
+  int spread = 1;  ///< liquid spreads so far about where it falls
+  int rim = 2;     ///< cells nearer than that to what is bare do not count: liquid flows over a rim
 };
 
 /// Means over the cells of one square that count.
 struct FlowBlock {
   double rise_mm = 0.0;
   double nominal_mm[2] = {};
-  double share = 0.0;        ///< of the square's cells that count
+  double share = 0.0;  ///< of the square's cells that count
 };
 
-/// Cells count whose rise is known and that lie inside what beads have covered; squares with less than a seventh of such cells
-/// are left out. Maps on one grid.
+/// Cells count whose rise is known and that lie inside what beads have covered; squares with less than a
+/// seventh of such cells are left out. Maps on one grid.
 std::vector<FlowBlock> flow_blocks(const FlowInterval& interval, const BlockOptions& options);
 
 }  // namespace firn::flow

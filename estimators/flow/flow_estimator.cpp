@@ -22,7 +22,8 @@ struct Aged {
 };
 
 double predicted(const Aged& a, const double* x) {
-  return (x[0] - x[2] * a.age_layers) * a.block.nominal_mm[0] + (x[1] - x[3] * a.age_layers) * a.block.nominal_mm[1];
+  return (x[0] - x[2] * a.age_layers) * a.block.nominal_mm[0] +
+         (x[1] - x[3] * a.age_layers) * a.block.nominal_mm[1];
 }
 
 /// Unknowns: f_a, f_b at the newest layer, and their drift per layer.
@@ -45,7 +46,8 @@ struct Problem {
         g[v + 2] -= slope * b.block.nominal_mm[v] * b.age_layers;
       }
     }
-    const double prior = 1.0 / (options.prior_std * options.prior_std), drift = 1.0 / (options.drift_prior_std * options.drift_prior_std);
+    const double prior = 1.0 / (options.prior_std * options.prior_std),
+                 drift = 1.0 / (options.drift_prior_std * options.drift_prior_std);
     for (unsigned v = 0; v < 2; ++v) {
       cost += prior * (x[v] - 1.0) * (x[v] - 1.0) + drift * x[v + 2] * x[v + 2];
       g[v] += 2.0 * prior * (x[v] - 1.0);
@@ -56,7 +58,9 @@ struct Problem {
   }
 };
 
-double objective(unsigned, const double* x, double* gradient, void* problem) { return static_cast<Problem*>(problem)->value(x, gradient); }
+double objective(unsigned, const double* x, double* gradient, void* problem) {
+  return static_cast<Problem*>(problem)->value(x, gradient);
+}
 
 double median(std::vector<double> v) {
   const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
@@ -84,9 +88,12 @@ FlowEstimator::FlowEstimator(const FlowOptions& o) : options_(o) {
 
 void FlowEstimator::add(const FlowInterval& interval) {
   for (const HeightMap& n : interval.nominal_mm)
-    if (n.spec != interval.rise_mm.spec) throw std::invalid_argument("flow estimator: the maps of layer " + std::to_string(interval.layer) + " have different grids");
+    if (n.spec != interval.rise_mm.spec)
+      throw std::invalid_argument("flow estimator: the maps of layer " + std::to_string(interval.layer) +
+                                  " have different grids");
   if (!kept_.empty() && interval.layer < kept_.back().layer)
-    throw std::invalid_argument("flow estimator: layer " + std::to_string(interval.layer) + " after layer " + std::to_string(kept_.back().layer));
+    throw std::invalid_argument("flow estimator: layer " + std::to_string(interval.layer) + " after layer " +
+                                std::to_string(kept_.back().layer));
   if (!kept_.empty() && interval.layer == kept_.back().layer) kept_.pop_back();
   kept_.push_back({interval.layer, flow_blocks(interval, options_.blocks)});
   while (int(kept_.size()) > options_.window_intervals) kept_.pop_front();
@@ -97,20 +104,24 @@ void FlowEstimator::fit() {
   std::vector<Aged> blocks;
   for (const Kept& k : kept_) {
     const double age_layers = kept_.back().layer - k.layer, age = age_layers / options_.memory_layers;
-    for (const FlowBlock& b : k.blocks) blocks.push_back({b, age_layers, b.share / (1.0 + age + 0.5 * age * age)});
+    for (const FlowBlock& b : k.blocks)
+      blocks.push_back({b, age_layers, b.share / (1.0 + age + 0.5 * age * age)});
   }
   estimate_.intervals = int(kept_.size());
   if (blocks.empty()) return;
 
-  std::array<double, kUnknowns> x{estimate_.factor[0], estimate_.factor[1], estimate_.drift_per_layer[0], estimate_.drift_per_layer[1]};
-  const std::array<double, kUnknowns> low{kLeastFactor, kLeastFactor, -1.0, -1.0}, high{kMostFactor, kMostFactor, 1.0, 1.0};
+  std::array<double, kUnknowns> x{estimate_.factor[0], estimate_.factor[1], estimate_.drift_per_layer[0],
+                                  estimate_.drift_per_layer[1]};
+  const std::array<double, kUnknowns> low{kLeastFactor, kLeastFactor, -1.0, -1.0},
+      high{kMostFactor, kMostFactor, 1.0, 1.0};
   Problem problem{blocks, options_, 0.0};
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> off;
     for (const Aged& b : blocks) off.push_back(std::abs(predicted(b, x.data()) - b.block.rise_mm));
     problem.noise_mm = std::max(options_.least_noise_mm, kMadToStd * median(off));
     for (unsigned i = 0; i < kUnknowns; ++i) x[i] = std::clamp(x[i], low[i], high[i]);
-    const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(NLOPT_LD_LBFGS, kUnknowns), nlopt_destroy);
+    const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(NLOPT_LD_LBFGS, kUnknowns),
+                                                                nlopt_destroy);
     nlopt_set_lower_bounds(opt.get(), low.data());
     nlopt_set_upper_bounds(opt.get(), high.data());
     nlopt_set_min_objective(opt.get(), objective, &problem);

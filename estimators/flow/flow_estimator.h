@@ -1,5 +1,6 @@
-// What the valves give against their calibrated curve Q(nu), and how that drifts: from what was commanded where, and by how
-// much the surface rose there. Coil heat alone raises the flow by up to 20 % [Barnett 2012, 5.4, 6.1].
+// What the valves give against their calibrated curve Q(nu), and how that drifts: from what was commanded
+// where, and by how much the surface rose there. Coil heat alone raises the flow by up to 20 % [Barnett
+// 2012, 5.4, 6.1].
 #pragma once
 
 #include <array>
@@ -12,28 +13,28 @@
 namespace firn::flow {
 
 struct FlowOptions {
-  double prior_std = 0.2;            ///< of a valve's factor about 1
-  double drift_prior_std = 0.01;     ///< of its change per layer
-  double memory_layers = 30.0;       ///< an interval's weight falls by 1 / e in so many
-  int window_intervals = 12;         ///< older ones are forgotten
+  double prior_std = 0.2;         ///< of a valve's factor about 1
+  double drift_prior_std = 0.01;  ///< of its change per layer
+  double memory_layers = 30.0;    ///< an interval's weight falls by 1 / e in so many
+  int window_intervals = 12;      ///< older ones are forgotten
   BlockOptions blocks;
-  double least_noise_mm = 0.01;      ///< of a block's rise
-  int max_evaluations = 300;         ///< of the objective, per estimate
+  double least_noise_mm = 0.01;  ///< of a block's rise
+  int max_evaluations = 300;     ///< of the objective, per estimate
 };
 
 struct FlowEstimate {
-  std::array<double, 2> factor{1.0, 1.0};      ///< flow over what the calibrated curve says, at the newest layer
+  std::array<double, 2> factor{1.0, 1.0};  ///< flow over what the calibrated curve says, at the newest layer
   std::array<double, 2> factor_std{0.2, 0.2};  ///< standard deviation
   std::array<double, 2> drift_per_layer{};
-  double fit = 0.0;                            ///< mean square of what is left over its expected variance; 0 = no data
+  double fit = 0.0;  ///< mean square of what is left over its expected variance; 0 = no data
   int intervals = 0;
-  std::int64_t evaluations = 0;                ///< of the objective, since the start
+  std::int64_t evaluations = 0;  ///< of the objective, since the start
 };
 
-/// rise = sum_v (f_v + b_v (layer - newest)) nominal_v + noise, in every block, weighted by its cells; f_v, b_v maximise the
-/// posterior with Huber's loss (3 standard deviations), by NLopt's L-BFGS with the exact gradient. The noise is the residuals'
-/// own (by their median deviation), at least least_noise_mm. Standard deviations from the curvature at the optimum times
-/// sqrt(fit) where that is above 1.
+/// rise = sum_v (f_v + b_v (layer - newest)) nominal_v + noise, in every block, weighted by its cells; f_v,
+/// b_v maximise the posterior with Huber's loss (3 standard deviations), by NLopt's L-BFGS with the exact
+/// gradient. The noise is the residuals' own (by their median deviation), at least least_noise_mm. Standard
+/// deviations from the curvature at the optimum times sqrt(fit) where that is above 1.
 class FlowEstimator {
  public:
   /// @throws std::invalid_argument naming the option

@@ -13,10 +13,10 @@ namespace firn::flow {
 /// One list of a path, and where its arm was.
 struct FiredList {
   const Trajectory& motion;
-  double start_s = 0.0;        ///< of the trajectory where the list's clock starts
+  double start_s = 0.0;  ///< of the trajectory where the list's clock starts
   double tick_s = 0.002;
-  double latency_s = 0.0;      ///< from a tick to liquid on the surface
-  double volume_mm3 = 0.0;     ///< wanted of these pulses, together
+  double latency_s = 0.0;   ///< from a tick to liquid on the surface
+  double volume_mm3 = 0.0;  ///< wanted of these pulses, together
   std::span<const std::int32_t> ticks;
 };
 
@@ -24,11 +24,12 @@ struct FiredList {
 struct NozzleFrame {
   const motion::Arm& arm;
   motion::Tool tool;
-  Point2 origin;               ///< of the part's frame in the arm's [mm]
+  Point2 origin;  ///< of the part's frame in the arm's [mm]
 };
 
-/// Adds height [mm] = volume over area to the cells nearest to where the pulses fell, an equal share of the volume each. What
-/// falls beside the grid is left out. @throws std::invalid_argument: fewer axes than the arm has joints
+/// Adds height [mm] = volume over area to the cells nearest to where the pulses fell, an equal share of the
+/// volume each. What falls beside the grid is left out. @throws std::invalid_argument: fewer axes than the
+/// arm has joints
 void add_laid(const FiredList& list, const NozzleFrame& frame, HeightMap& nominal_mm);
 
 }  // namespace firn::flow

@@ -12,7 +12,7 @@ namespace firn::gains {
 namespace {
 
 constexpr std::array<double, 3> kHigh{2.0, 4.0, 1.0};  // where the plane of (5.25) meets the axes
-constexpr double kTolerance = 1e-9;                    // of the gains; the optimum is flat: sigma moves by its square
+constexpr double kTolerance = 1e-9;  // of the gains; the optimum is flat: sigma moves by its square
 
 Gains gains_of(const double* x) { return {x[0], x[1], x[2]}; }
 
@@ -22,7 +22,9 @@ struct Problem {
   bool derivative_only;
   int evaluations = 0;
 
-  Gains at(const double* x) const { return derivative_only ? Gains{fixed.kp, fixed.ki_star, x[0]} : gains_of(x); }
+  Gains at(const double* x) const {
+    return derivative_only ? Gains{fixed.kp, fixed.ki_star, x[0]} : gains_of(x);
+  }
 };
 
 // An unstable loop may overflow: a large finite value turns every search back.
@@ -61,9 +63,12 @@ double optimality(const Problem& p, const Gains& g) {
 
 nlopt_algorithm code(Algorithm a) {
   switch (a) {
-    case Algorithm::kLbfgs: return NLOPT_LD_LBFGS;
-    case Algorithm::kCobyla: return NLOPT_LN_COBYLA;
-    default: return NLOPT_LD_SLSQP;
+    case Algorithm::kLbfgs:
+      return NLOPT_LD_LBFGS;
+    case Algorithm::kCobyla:
+      return NLOPT_LN_COBYLA;
+    default:
+      return NLOPT_LD_SLSQP;
   }
 }
 
@@ -71,16 +76,20 @@ nlopt_algorithm code(Algorithm a) {
 
 std::string_view name(Algorithm a) {
   switch (a) {
-    case Algorithm::kLbfgs: return "L-BFGS";
-    case Algorithm::kCobyla: return "COBYLA";
-    default: return "SLSQP";
+    case Algorithm::kLbfgs:
+      return "L-BFGS";
+    case Algorithm::kCobyla:
+      return "COBYLA";
+    default:
+      return "SLSQP";
   }
 }
 
 TunedGains tune_smf(std::span<const double> d, const TuneOptions& o) {
   if (d.empty() || !std::all_of(d.begin(), d.end(), [](double v) { return std::isfinite(v); }))
     throw std::invalid_argument("the disturbance is empty or not finite");
-  if (o.max_evaluations < 1) throw std::invalid_argument("max_evaluations = " + std::to_string(o.max_evaluations) + " is below 1");
+  if (o.max_evaluations < 1)
+    throw std::invalid_argument("max_evaluations = " + std::to_string(o.max_evaluations) + " is below 1");
   Problem problem{d, o.start, o.derivative_only};
   const unsigned n = o.derivative_only ? 1 : 3;
   std::array<double, 3> x{o.start.kp, o.start.ki_star, o.start.kd_star}, high = kHigh;
@@ -88,7 +97,8 @@ TunedGains tune_smf(std::span<const double> d, const TuneOptions& o) {
   if (o.derivative_only) x[0] = x[2], high[0] = high[2];
   for (unsigned i = 0; i < n; ++i) x[i] = std::clamp(x[i], low[i], high[i]);
 
-  const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(code(o.algorithm), n), nlopt_destroy);
+  const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(code(o.algorithm), n),
+                                                              nlopt_destroy);
   nlopt_set_lower_bounds(opt.get(), low.data());
   nlopt_set_upper_bounds(opt.get(), high.data());
   nlopt_set_min_objective(opt.get(), objective, &problem);

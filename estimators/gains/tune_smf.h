@@ -26,14 +26,15 @@ struct TuneOptions {
 
 struct TunedGains {
   Gains gains;
-  double rms = 0.0;              ///< sigma_p* of (5.27), in intervals
-  double optimality = 0.0;       ///< largest entry of the gradient, less what the bounds hold back (5.36), (5.37)
+  double rms = 0.0;         ///< sigma_p* of (5.27), in intervals
+  double optimality = 0.0;  ///< largest entry of the gradient, less what the bounds hold back (5.36), (5.37)
   int evaluations = 0;
 };
 
-/// Searches 0 <= K_p <= 2, 0 <= K_i* <= 4, 0 <= K_d* <= 1 (the box around (5.25)) from options.start, which is moved into
-/// it. Deterministic: stops by tolerance or max_evaluations, never by time.
-/// @throws std::invalid_argument: an empty disturbance or one with a number that is not finite; max_evaluations below 1
+/// Searches 0 <= K_p <= 2, 0 <= K_i* <= 4, 0 <= K_d* <= 1 (the box around (5.25)) from options.start, which
+/// is moved into it. Deterministic: stops by tolerance or max_evaluations, never by time.
+/// @throws std::invalid_argument: an empty disturbance or one with a number that is not finite;
+/// max_evaluations below 1
 TunedGains tune_smf(std::span<const double> disturbance, const TuneOptions& options);
 
 }  // namespace firn::gains

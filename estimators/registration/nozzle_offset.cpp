@@ -20,11 +20,13 @@ int nearest_index(double u) { return int(std::floor(u + 0.5)); }
 /// What rose between two maps, above the ground.
 class Rise {
  public:
-  Rise(const HeightMap& before, const HeightMap& after, const std::vector<MarkSite>& marks) : rise_(after.spec, 0.0) {
+  Rise(const HeightMap& before, const HeightMap& after, const std::vector<MarkSite>& marks)
+      : rise_(after.spec, 0.0) {
     distance_mm_ = std::numeric_limits<double>::max();
     for (std::size_t a = 0; a < marks.size(); ++a)
       for (std::size_t b = 0; b < a; ++b)
-        distance_mm_ = std::min(distance_mm_, std::hypot(marks[a].x_mm - marks[b].x_mm, marks[a].y_mm - marks[b].y_mm));
+        distance_mm_ =
+            std::min(distance_mm_, std::hypot(marks[a].x_mm - marks[b].x_mm, marks[a].y_mm - marks[b].y_mm));
     for (std::size_t c = 0; c < rise_.size(); ++c) {
       const double h = after.cells[c] - before.cells[c];
       rise_.cells[c] = std::isfinite(h) ? h : 0.0;
@@ -43,8 +45,12 @@ class Rise {
   double distance_mm() const { return distance_mm_; }
   int cells_x(double mm) const { return int(mm / grid().pitch_x_mm); }
   int cells_y(double mm) const { return int(mm / grid().pitch_y_mm); }
-  int column(const MarkSite& m) const { return nearest_index((m.x_mm - grid().origin_x_mm) / grid().pitch_x_mm); }
-  int row(const MarkSite& m) const { return nearest_index((m.y_mm - grid().origin_y_mm) / grid().pitch_y_mm); }
+  int column(const MarkSite& m) const {
+    return nearest_index((m.x_mm - grid().origin_x_mm) / grid().pitch_x_mm);
+  }
+  int row(const MarkSite& m) const {
+    return nearest_index((m.y_mm - grid().origin_y_mm) / grid().pitch_y_mm);
+  }
   double at(int i, int j) const { return grid().contains(i, j) ? rise_.at(i, j) : 0.0; }
 
   double block(int i, int j) const {
@@ -67,14 +73,15 @@ class Rise {
         if (sum > most) most = sum, best = {i, j};
       }
     if (most <= 0.0 || std::abs(best.i) == far_x || std::abs(best.j) == far_y)
-      throw std::invalid_argument(std::string("registration: the marks of nozzle ") + (material == Material::kB ? "B" : "A") +
-                                  " are not within " + std::to_string(kSearch * distance_mm_) +
+      throw std::invalid_argument(std::string("registration: the marks of nozzle ") +
+                                  (material == Material::kB ? "B" : "A") + " are not within " +
+                                  std::to_string(kSearch * distance_mm_) +
                                   " mm of where they were meant: measure the offset roughly by hand first");
     return best;
   }
 
-  /// Takes the mean of the ground off: of all that lies in no mark's window. A ground that is off by a little would
-  /// pull every centre towards the middle of its window.
+  /// Takes the mean of the ground off: of all that lies in no mark's window. A ground that is off by a little
+  /// would pull every centre towards the middle of its window.
   void level(const std::vector<MarkSite>& marks, CellShift of_a, CellShift of_b) {
     Mask free(grid(), 1);
     const int wide = cells_x(kWindow * distance_mm_), high = cells_y(kWindow * distance_mm_);
@@ -92,7 +99,8 @@ class Rise {
   }
 
   struct Centre {
-    double volume = 0.0, x_mm = 0.0, y_mm = 0.0;  ///< volume in mm of height; displacement from the mark's site
+    double volume = 0.0, x_mm = 0.0,
+           y_mm = 0.0;  ///< volume in mm of height; displacement from the mark's site
   };
   Centre centre(const MarkSite& m, CellShift shift) const {
     const int wide = cells_x(kWindow * distance_mm_), high = cells_y(kWindow * distance_mm_);
@@ -120,7 +128,8 @@ struct Sample {
   int skipped = 0;
 };
 
-Sample displacements(const Rise& rise, const std::vector<MarkSite>& marks, Material material, CellShift shift) {
+Sample displacements(const Rise& rise, const std::vector<MarkSite>& marks, Material material,
+                     CellShift shift) {
   std::vector<Rise::Centre> centres;
   for (const MarkSite& m : marks)
     if (m.material == material) centres.push_back(rise.centre(m, shift));
@@ -137,7 +146,8 @@ Sample displacements(const Rise& rise, const std::vector<MarkSite>& marks, Mater
     s.y_mm.push_back(c.y_mm);
   }
   if (s.x_mm.size() < 4)
-    throw std::invalid_argument("registration: " + std::to_string(s.x_mm.size()) + " marks of a nozzle can be measured; four are the least");
+    throw std::invalid_argument("registration: " + std::to_string(s.x_mm.size()) +
+                                " marks of a nozzle can be measured; four are the least");
   return s;
 }
 
@@ -160,7 +170,8 @@ Interval difference(const std::vector<double>& b, const std::vector<double>& a) 
   Interval r;
   r.value_mm = mean_of(b) - mean_of(a);
   r.sigma_mm = std::sqrt(both);
-  const double freedom = both > 0.0 ? both * both / (va * va / double(a.size() - 1) + vb * vb / double(b.size() - 1)) : 3.0;
+  const double freedom =
+      both > 0.0 ? both * both / (va * va / double(a.size() - 1) + vb * vb / double(b.size() - 1)) : 3.0;
   r.half_95_mm = student_t_95(freedom) * r.sigma_mm;
   return r;
 }
@@ -173,16 +184,19 @@ double student_t_95(double n) {
          (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * n * n * n);
 }
 
-NozzleOffset measure_offset(const HeightMap& before, const HeightMap& after, const std::vector<MarkSite>& marks) {
+NozzleOffset measure_offset(const HeightMap& before, const HeightMap& after,
+                            const std::vector<MarkSite>& marks) {
   if (before.spec != after.spec || before.size() != after.size())
     throw std::invalid_argument("registration: the two height maps are of different grids");
   const auto count = [&](Material m) { return std::ranges::count(marks, m, &MarkSite::material); };
   if (count(Material::kA) < 4 || count(Material::kB) < 4)
     throw std::invalid_argument("registration: four marks of each nozzle are the least");
   Rise rise(before, after, marks);
-  const CellShift of_a = rise.common_shift(marks, Material::kA), of_b = rise.common_shift(marks, Material::kB);
+  const CellShift of_a = rise.common_shift(marks, Material::kA),
+                  of_b = rise.common_shift(marks, Material::kB);
   rise.level(marks, of_a, of_b);
-  const Sample a = displacements(rise, marks, Material::kA, of_a), b = displacements(rise, marks, Material::kB, of_b);
+  const Sample a = displacements(rise, marks, Material::kA, of_a),
+               b = displacements(rise, marks, Material::kB, of_b);
   NozzleOffset r;
   r.x = difference(b.x_mm, a.x_mm);
   r.y = difference(b.y_mm, a.y_mm);

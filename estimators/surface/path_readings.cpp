@@ -50,12 +50,14 @@ std::int64_t drop_spikes(std::vector<SurfacePoint>& points, std::size_t first) {
 
 }  // namespace
 
-ReadingCounts add_readings(const Trajectory& t, const LaserFrame& frame, double period_s, std::span<const float> reading_mm,
-                           std::vector<SurfacePoint>& points) {
+ReadingCounts add_readings(const Trajectory& t, const LaserFrame& frame, double period_s,
+                           std::span<const float> reading_mm, std::vector<SurfacePoint>& points) {
   const int joints = frame.arm.joints();
   if (t.axes < joints || !(t.tick_s > 0.0))
-    throw std::invalid_argument("trajectory " + std::to_string(t.id) + " has " + std::to_string(t.axes) + " axes, the arm " + std::to_string(joints));
-  if (!(std::isfinite(period_s) && period_s > 0.0)) throw std::invalid_argument("the period of the readings must be above 0");
+    throw std::invalid_argument("trajectory " + std::to_string(t.id) + " has " + std::to_string(t.axes) +
+                                " axes, the arm " + std::to_string(joints));
+  if (!(std::isfinite(period_s) && period_s > 0.0))
+    throw std::invalid_argument("the period of the readings must be above 0");
   ReadingCounts counts;
   const std::size_t samples = t.samples(), first = points.size();
   if (samples < 2) return counts;
@@ -69,15 +71,19 @@ ReadingCounts add_readings(const Trajectory& t, const LaserFrame& frame, double 
     const double at_s = frame.latency_s + double(k) * period_s;
     if (at_s < 0.0 || at_s > end_s) continue;
     ++counts.taken;
-    if (std::isfinite(reading_mm[k])) valid.push_back({at_s / t.tick_s, double(reading_mm[k])});
-    else ++counts.invalid;
+    if (std::isfinite(reading_mm[k]))
+      valid.push_back({at_s / t.tick_s, double(reading_mm[k])});
+    else
+      ++counts.invalid;
   }
-  motion::Jets q(motion::kMaxJoints, valid.size()), flange(motion::kTaskAxes, valid.size()), focus(motion::kTaskAxes, valid.size());
+  motion::Jets q(motion::kMaxJoints, valid.size()), flange(motion::kTaskAxes, valid.size()),
+      focus(motion::kTaskAxes, valid.size());
   for (std::size_t n = 0; n < valid.size(); ++n) {
     const std::size_t i = std::min(std::size_t(valid[n].ticks), samples - 2);
     const double share = valid[n].ticks - double(i);
     for (int a = 0; a < joints; ++a) {
-      const double p0 = t.positions[i * std::size_t(t.axes) + std::size_t(a)], p1 = t.positions[(i + 1) * std::size_t(t.axes) + std::size_t(a)];
+      const double p0 = t.positions[i * std::size_t(t.axes) + std::size_t(a)],
+                   p1 = t.positions[(i + 1) * std::size_t(t.axes) + std::size_t(a)];
       q.of(a, 0)[n] = p0 + share * (p1 - p0);
       for (int order = 1; order < 4; ++order) q.of(a, order)[n] = 0.0;
     }
@@ -85,7 +91,8 @@ ReadingCounts add_readings(const Trajectory& t, const LaserFrame& frame, double 
   frame.arm.forward(q, flange);
   motion::flange_to_tool(frame.laser, flange, focus);
   for (std::size_t n = 0; n < valid.size(); ++n)
-    points.push_back({focus.of(motion::kX, 0)[n] - frame.origin.x_mm, focus.of(motion::kY, 0)[n] - frame.origin.y_mm,
+    points.push_back({focus.of(motion::kX, 0)[n] - frame.origin.x_mm,
+                      focus.of(motion::kY, 0)[n] - frame.origin.y_mm,
                       focus.of(motion::kZ, 0)[n] - frame.origin_z_mm + valid[n].reading_mm});
   counts.spikes = drop_spikes(points, first);
   return counts;
@@ -94,14 +101,16 @@ ReadingCounts add_readings(const Trajectory& t, const LaserFrame& frame, double 
 double noise_of_readings(std::span<const SurfacePoint> p) {
   if (p.size() < 18) return 0.0;
   std::vector<double> bend;
-  for (std::size_t n = 2; n < p.size(); n += 2) bend.push_back(std::abs(p[n].z_mm - 2.0 * p[n - 1].z_mm + p[n - 2].z_mm));
+  for (std::size_t n = 2; n < p.size(); n += 2)
+    bend.push_back(std::abs(p[n].z_mm - 2.0 * p[n - 1].z_mm + p[n - 2].z_mm));
   return kMadToStd * median(bend) / std::sqrt(6.0);
 }
 
-ScatterEstimate estimate_surface(const GridSpec& grid, const Mask& footprint, std::span<const SurfacePoint> points,
-                                 const ScatterOptions& options) {
+ScatterEstimate estimate_surface(const GridSpec& grid, const Mask& footprint,
+                                 std::span<const SurfacePoint> points, const ScatterOptions& options) {
   if (footprint.spec != grid) throw std::invalid_argument("the footprint is not on the map's grid");
-  ScatterEstimate e{HeightMap(grid, kNotMeasured), Grid<std::uint8_t>(grid, std::uint8_t(Quality::kInFilled))};
+  ScatterEstimate e{HeightMap(grid, kNotMeasured),
+                    Grid<std::uint8_t>(grid, std::uint8_t(Quality::kInFilled))};
   e.noise_std_mm = noise_of_readings(points);
   ScatteredSurface net(points);
   const HeightMap through = net.on(grid, options.samples);
@@ -110,7 +119,8 @@ ScatterEstimate estimate_surface(const GridSpec& grid, const Mask& footprint, st
   const int rx = int(options.reach_mm / grid.pitch_x_mm), ry = int(options.reach_mm / grid.pitch_y_mm);
   std::vector<std::uint8_t> hit(grid.size());
   for (const SurfacePoint& p : points) {
-    const double i = std::floor((p.x_mm - grid.origin_x_mm) / grid.pitch_x_mm + 0.5), j = std::floor((p.y_mm - grid.origin_y_mm) / grid.pitch_y_mm + 0.5);
+    const double i = std::floor((p.x_mm - grid.origin_x_mm) / grid.pitch_x_mm + 0.5),
+                 j = std::floor((p.y_mm - grid.origin_y_mm) / grid.pitch_y_mm + 0.5);
     if (i >= 0.0 && j >= 0.0 && i < grid.nx && j < grid.ny) hit[grid.index(int(i), int(j))] = 1;
   }
   for (int j = 0; j < grid.ny; ++j)
@@ -137,7 +147,8 @@ ScatterEstimate estimate_surface(const GridSpec& grid, const Mask& footprint, st
     for (std::size_t c = 0; c < grid.size(); ++c)
       if (weights.cells[c] == 0.0) data.cells[c] = kNotMeasured;
     const Smoothed s = RobustSmoother(grid).smooth(data, &weights, {});
-    for (std::size_t c = 0; c < grid.size(); ++c) e.height.cells[c] = weights.cells[c] > 0.0 ? s.height.cells[c] : kNotMeasured;
+    for (std::size_t c = 0; c < grid.size(); ++c)
+      e.height.cells[c] = weights.cells[c] > 0.0 ? s.height.cells[c] : kNotMeasured;
   }
   fill_from_nearest(e.height);
   return e;

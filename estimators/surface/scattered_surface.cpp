@@ -10,7 +10,8 @@
 namespace firn::surface {
 namespace {
 
-constexpr float kHalfPlane_mm = 1e5F;  // the outer triangle is so far away that it takes nothing from the hull
+constexpr float kHalfPlane_mm =
+    1e5F;  // the outer triangle is so far away that it takes nothing from the hull
 constexpr double kFarthest_mm = 1e4;
 constexpr int kFirstVertex = 4;  // of ours: 0 is not used, 1 to 3 are the outer triangle's
 
@@ -21,12 +22,14 @@ struct ScatteredSurface::State {
   double x0_mm = 0.0, y0_mm = 0.0;
   std::vector<double> x, y, sum, count;  // by vertex
 
-  // Where Subdiv2D can insert the point: there, or beside it. Its search walks from edge to edge in rounded arithmetic, and where
-  // triangles are needles it may go round in circles for ever; a point some micrometres aside is another way.
+  // Where Subdiv2D can insert the point: there, or beside it. Its search walks from edge to edge in rounded
+  // arithmetic, and where triangles are needles it may go round in circles for ever; a point some micrometres
+  // aside is another way.
   std::optional<cv::Point2f> place_of(double px, double py) {
     constexpr double kAside_mm = 0.004;
     int edge = 0, vertex = 0;
-    for (const auto& [dx, dy] : {std::pair(0.0, 0.0), std::pair(1.0, 0.3), std::pair(-0.3, 1.0), std::pair(-1.0, -0.3), std::pair(0.3, -1.0)}) {
+    for (const auto& [dx, dy] : {std::pair(0.0, 0.0), std::pair(1.0, 0.3), std::pair(-0.3, 1.0),
+                                 std::pair(-1.0, -0.3), std::pair(0.3, -1.0)}) {
       const cv::Point2f p(float(px + kAside_mm * dx), float(py + kAside_mm * dy));
       if (net.locate(p, edge, vertex) != cv::Subdiv2D::PTLOC_ERROR) return p;
     }
@@ -39,7 +42,8 @@ struct ScatteredSurface::State {
   double along(int a, int b, double px, double py) const {
     const std::size_t i = std::size_t(a), j = std::size_t(b);
     const double dx = x[j] - x[i], dy = y[j] - y[i], length2 = dx * dx + dy * dy;
-    const double t = length2 > 0.0 ? std::clamp(((px - x[i]) * dx + (py - y[i]) * dy) / length2, 0.0, 1.0) : 0.0;
+    const double t =
+        length2 > 0.0 ? std::clamp(((px - x[i]) * dx + (py - y[i]) * dy) / length2, 0.0, 1.0) : 0.0;
     return z(a) + t * (z(b) - z(a));
   }
 
@@ -48,7 +52,8 @@ struct ScatteredSurface::State {
     const int a = net.edgeOrg(edge), b = net.edgeDst(edge), c = net.edgeDst(next);
     if (!real(a) || !real(b) || !real(c)) return kNotMeasured;
     const std::size_t i = std::size_t(a), j = std::size_t(b), k = std::size_t(c);
-    const double ux = x[j] - x[i], uy = y[j] - y[i], vx = x[k] - x[i], vy = y[k] - y[i], wx = px - x[i], wy = py - y[i];
+    const double ux = x[j] - x[i], uy = y[j] - y[i], vx = x[k] - x[i], vy = y[k] - y[i], wx = px - x[i],
+                 wy = py - y[i];
     const double area = ux * vy - uy * vx;
     if (area == 0.0) return along(a, b, px, py);
     const double s = (wx * vy - wy * vx) / area, t = (ux * wy - uy * wx) / area;
@@ -58,7 +63,8 @@ struct ScatteredSurface::State {
 
 ScatteredSurface::ScatteredSurface(std::span<const SurfacePoint> points) : state_(std::make_unique<State>()) {
   State& s = *state_;
-  s.net.initDelaunay(cv::Rect(int(-kHalfPlane_mm), int(-kHalfPlane_mm), int(2 * kHalfPlane_mm), int(2 * kHalfPlane_mm)));
+  s.net.initDelaunay(
+      cv::Rect(int(-kHalfPlane_mm), int(-kHalfPlane_mm), int(2 * kHalfPlane_mm), int(2 * kHalfPlane_mm)));
   s.x.assign(kFirstVertex, 0.0), s.y = s.sum = s.count = s.x;
   bool first = true;
   for (const SurfacePoint& p : points) {
@@ -89,23 +95,31 @@ double ScatteredSurface::at(double x_mm, double y_mm) {
   if (!(std::abs(x) < kHalfPlane_mm && std::abs(y) < kHalfPlane_mm)) return kNotMeasured;
   int edge = 0, vertex = 0;
   switch (s.net.locate(cv::Point2f(float(x), float(y)), edge, vertex)) {
-    case cv::Subdiv2D::PTLOC_INSIDE: return s.inside(edge, x, y);
-    case cv::Subdiv2D::PTLOC_VERTEX: return s.real(vertex) ? s.z(vertex) : kNotMeasured;
+    case cv::Subdiv2D::PTLOC_INSIDE:
+      return s.inside(edge, x, y);
+    case cv::Subdiv2D::PTLOC_VERTEX:
+      return s.real(vertex) ? s.z(vertex) : kNotMeasured;
     case cv::Subdiv2D::PTLOC_ON_EDGE: {
       const int a = s.net.edgeOrg(edge), b = s.net.edgeDst(edge);
       return s.real(a) && s.real(b) ? s.along(a, b, x, y) : kNotMeasured;
     }
-    default: return kNotMeasured;
+    default:
+      return kNotMeasured;
   }
 }
 
 HeightMap ScatteredSurface::on(const GridSpec& grid, int samples) {
   check(grid);
-  if (samples < 1) throw std::invalid_argument("a cell's mean over " + std::to_string(samples) + " places a side");
+  if (samples < 1)
+    throw std::invalid_argument("a cell's mean over " + std::to_string(samples) + " places a side");
   HeightMap h(grid, kNotMeasured);
   if (samples > 1) {
     const double dx = grid.pitch_x_mm / samples, dy = grid.pitch_y_mm / samples;
-    const GridSpec parts{grid.nx * samples, grid.ny * samples, dx, dy, grid.origin_x_mm + 0.5 * (dx - grid.pitch_x_mm),
+    const GridSpec parts{grid.nx * samples,
+                         grid.ny * samples,
+                         dx,
+                         dy,
+                         grid.origin_x_mm + 0.5 * (dx - grid.pitch_x_mm),
                          grid.origin_y_mm + 0.5 * (dy - grid.pitch_y_mm)};
     const HeightMap fine = on(parts);
     for (int j = 0; j < grid.ny; ++j)

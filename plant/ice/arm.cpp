@@ -80,8 +80,9 @@ void TrueArm::take_sample() {
   }
   for (std::size_t n = 0; n < 4; ++n) joint_[n] = servo_.next(joint_[n], before[n], reference_[n]);
   const double alpha = joint_[0].x, beta = joint_[0].x + joint_[1].x;
-  const std::array<double, 2> flange{params_.link_1_mm * std::cos(alpha) + params_.link_2_mm * std::cos(beta),
-                                     params_.link_1_mm * std::sin(alpha) + params_.link_2_mm * std::sin(beta)};
+  const std::array<double, 2> flange{
+      params_.link_1_mm * std::cos(alpha) + params_.link_2_mm * std::cos(beta),
+      params_.link_1_mm * std::sin(alpha) + params_.link_2_mm * std::sin(beta)};
   for (std::size_t n = 0; n < 2; ++n) tip_[n] = flex_.next(tip_[n], flange_[n], flange[n]);
   flange_ = flange;
   pose_[0] = pose_[1];
@@ -117,7 +118,8 @@ ArmPose TrueArm::at(double t_s, const Seen& seen) {
   const double f = std::clamp(1.0 - (newest_s() - t_s) / step_s_, 0.0, 1.0);
   ArmPose p = pose_[1];
   const auto mix = [f](double a, double b) { return a + f * (b - a); };
-  p.x_mm = mix(pose_[0].x_mm, p.x_mm), p.y_mm = mix(pose_[0].y_mm, p.y_mm), p.z_mm = mix(pose_[0].z_mm, p.z_mm);
+  p.x_mm = mix(pose_[0].x_mm, p.x_mm), p.y_mm = mix(pose_[0].y_mm, p.y_mm),
+  p.z_mm = mix(pose_[0].z_mm, p.z_mm);
   p.cos_yaw = mix(pose_[0].cos_yaw, p.cos_yaw), p.sin_yaw = mix(pose_[0].sin_yaw, p.sin_yaw);
   p.vx_mm_s = mix(pose_[0].vx_mm_s, p.vx_mm_s), p.vy_mm_s = mix(pose_[0].vy_mm_s, p.vy_mm_s);
   return p;
@@ -133,8 +135,8 @@ Joints TrueArm::encoders() const {
 }
 
 void TrueArm::io(Archive& a) {
-  a.all(joint_, tip_, reference_, flange_, pose_, points_, tick_s_, path_s_, rate_, brake_per_s_, start_s_, settle_s_,
-        sample_, still_);
+  a.all(joint_, tip_, reference_, flange_, pose_, points_, tick_s_, path_s_, rate_, brake_per_s_, start_s_,
+        settle_s_, sample_, still_);
 }
 
 }  // namespace firn::plant

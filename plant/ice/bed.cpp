@@ -38,12 +38,14 @@ Bed::Bed(const IceWorldConfig& config, std::uint64_t seed)
       table_[std::size_t(j) * std::size_t(nx_) + std::size_t(i)] = table_mm(centre_x_mm(i), centre_y_mm(j));
   z_ = table_;
   highest_mm_ = *std::max_element(z_.begin(), z_.end());
-  add_lattice_noise({seed_, Purpose::kPattern, 0}, config_.disturbance.pattern_mm, config_.disturbance.pattern, cell_,
-                    nx_, ny_, pattern_);
+  add_lattice_noise({seed_, Purpose::kPattern, 0}, config_.disturbance.pattern_mm,
+                    config_.disturbance.pattern, cell_, nx_, ny_, pattern_);
   renew_gain();
 }
 
-double Bed::table_mm(double x_mm, double y_mm) const { return table_height_mm(config_.table, seed_, x_mm, y_mm); }
+double Bed::table_mm(double x_mm, double y_mm) const {
+  return table_height_mm(config_.table, seed_, x_mm, y_mm);
+}
 
 bool Bed::inside(double x_mm, double y_mm) const {
   return x_mm >= x0_ && y_mm >= y0_ && x_mm < x0_ + nx_ * cell_ && y_mm < y0_ + ny_ * cell_;
@@ -59,8 +61,8 @@ void Bed::set_nozzle_height(double z_mm) {
 void Bed::renew_gain() {
   const IceDisturbanceParams& d = config_.disturbance;
   for (std::size_t n = 0; n < gain_.size(); ++n) gain_[n] = 1.0f + pattern_[n];
-  add_lattice_noise({seed_, Purpose::kSurface, std::uint32_t(layer_)}, d.roughness_mm, d.roughness, cell_, nx_, ny_,
-                    gain_);
+  add_lattice_noise({seed_, Purpose::kSurface, std::uint32_t(layer_)}, d.roughness_mm, d.roughness, cell_,
+                    nx_, ny_, gain_);
   for (float& g : gain_) g = std::max(g, 0.1f);
 }
 
@@ -77,10 +79,13 @@ bool Bed::land(const Drop& drop) {
   const IceBeadParams& p = config_.bead[std::size_t(drop.material)];
   ledger_.landed[drop.material] += drop.volume_mm3;
   const double alone_mm = std::sqrt(drop.volume_mm3 / (std::numbers::pi * p.pool_mm));
-  const double radius = std::clamp(std::max(alone_mm, drop.per_length_mm2 / (std::numbers::sqrt3 * p.pool_mm)),
-                                   1.3 * cell_, kLargestRadius_mm);
-  const int i0 = int(std::floor((drop.x_mm - radius - x0_) / cell_)), i1 = int(std::floor((drop.x_mm + radius - x0_) / cell_));
-  const int j0 = int(std::floor((drop.y_mm - radius - y0_) / cell_)), j1 = int(std::floor((drop.y_mm + radius - y0_) / cell_));
+  const double radius =
+      std::clamp(std::max(alone_mm, drop.per_length_mm2 / (std::numbers::sqrt3 * p.pool_mm)), 1.3 * cell_,
+                 kLargestRadius_mm);
+  const int i0 = int(std::floor((drop.x_mm - radius - x0_) / cell_)),
+            i1 = int(std::floor((drop.x_mm + radius - x0_) / cell_));
+  const int j0 = int(std::floor((drop.y_mm - radius - y0_) / cell_)),
+            j1 = int(std::floor((drop.y_mm + radius - y0_) / cell_));
   if (i0 < 0 || j0 < 0 || i1 >= nx_ || j1 >= ny_) {
     ledger_.lost += drop.volume_mm3;
     return false;
@@ -88,7 +93,8 @@ bool Bed::land(const Drop& drop) {
   const int w = i1 - i0 + 1, h = j1 - j0 + 1;
   std::array<double, kWindow * kWindow> k, z, cap;
 
-  // What the liquid stands on: the second highest of five places under it (one may be debris, others beyond an edge).
+  // What the liquid stands on: the second highest of five places under it (one may be debris, others beyond
+  // an edge).
   std::array<double, 5> under{};
   constexpr double kPlaces[5][2] = {{0, 0}, {0.4, 0}, {-0.4, 0}, {0, 0.4}, {0, -0.4}};
   for (std::size_t n = 0; n < 5; ++n)
@@ -117,7 +123,8 @@ bool Bed::land(const Drop& drop) {
   }
   const int n = w * h;
   const double all = drop.volume_mm3 / (cell_ * cell_);
-  // On a rim little goes over; from a spire narrower than the pool the liquid slides, and faster than it would stay.
+  // On a rim little goes over; from a spire narrower than the pool the liquid slides, and faster than it
+  // would stay.
   const double low_share = sum_low > 0.0 ? sum_low / (sum_k + sum_low) : 0.0;
   const double slide = std::min(1.0, 2.0 * low_share), held_back = p.spill + (kSlide - p.spill) * slide;
   const double over = all * std::min(1.0, low_share * held_back);
@@ -183,7 +190,8 @@ double Bed::height_mm(double x_mm, double y_mm) const {
 
 Ground Bed::ground(double x_mm, double y_mm) const {
   if (!inside(x_mm, y_mm)) return Ground::kTable;
-  return Ground(top_[std::size_t((y_mm - y0_) / cell_) * std::size_t(nx_) + std::size_t((x_mm - x0_) / cell_)]);
+  return Ground(
+      top_[std::size_t((y_mm - y0_) / cell_) * std::size_t(nx_) + std::size_t((x_mm - x0_) / cell_)]);
 }
 
 double Bed::slope(double x_mm, double y_mm) const {
@@ -208,7 +216,8 @@ HeightMap Bed::mean_of(const std::vector<double>& values, const GridSpec& grid) 
     for (int i = 0; i < grid.nx; ++i) {
       const double left = grid.origin_x_mm + (i - 0.5) * grid.pitch_x_mm, right = left + grid.pitch_x_mm;
       const double low = grid.origin_y_mm + (j - 0.5) * grid.pitch_y_mm, high = low + grid.pitch_y_mm;
-      const double a0 = (left - x0_) / cell_, a1 = (right - x0_) / cell_, b0 = (low - y0_) / cell_, b1 = (high - y0_) / cell_;
+      const double a0 = (left - x0_) / cell_, a1 = (right - x0_) / cell_, b0 = (low - y0_) / cell_,
+                   b1 = (high - y0_) / cell_;
       if (a0 < -1e-9 || b0 < -1e-9 || a1 > nx_ + 1e-9 || b1 > ny_ + 1e-9) continue;
       double sum = 0.0, area = 0.0;
       for (int b = std::max(0, int(b0)); b < std::min(ny_, int(std::ceil(b1))); ++b)

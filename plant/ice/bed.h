@@ -1,15 +1,16 @@
-// The surface under the nozzles as a fine height field: table, frozen water, frozen SME, debris. A drop becomes a pool
-// before it freezes: liquid of even surface within the pool's radius, so that low ground gets more.
+// The surface under the nozzles as a fine height field: table, frozen water, frozen SME, debris. A drop
+// becomes a pool before it freezes: liquid of even surface within the pool's radius, so that low ground gets
+// more.
 //
-// Radius: R = V' / (sqrt(3) h) with V' the volume per length of path (from the distance to the valve's last drop) and h
-// the thickness at which liquid on level ground stops [Barnett 2012, 4.2.1: at most 0.25 mm]; a drop alone has
-// pi R^2 h = V. A row of such pools whose neighbours stand V' / h apart adds up nearly level: 1.5 mm at 0.36 mm^2, 3 mm
-// at 0.72 mm^2, the thesis's two widths.
-// Inside: dz = k(r) clamp(s - z, 0, deepest), s such that the volume is V; k is 1 up to sqrt(2/3) R and falls to 0 at R.
-// Ground that lies edge_mm or more under the liquid, there and 1.5 mm further out, is over an edge: of what would lie
-// there by k alone, the share `spill` falls down, the rest hangs on; from a spire narrower than the pool all of it slides
-// and a little more. That is the fall-off at edges without scaffold around them. Then dz is
-// multiplied by what freezing makes of it at this place: 1 + pattern(x, y) + roughness(x, y, layer).
+// Radius: R = V' / (sqrt(3) h) with V' the volume per length of path (from the distance to the valve's last
+// drop) and h the thickness at which liquid on level ground stops [Barnett 2012, 4.2.1: at most 0.25 mm]; a
+// drop alone has pi R^2 h = V. A row of such pools whose neighbours stand V' / h apart adds up nearly
+// level: 1.5 mm at 0.36 mm^2, 3 mm at 0.72 mm^2, the thesis's two widths. Inside: dz = k(r) clamp(s - z, 0,
+// deepest), s such that the volume is V; k is 1 up to sqrt(2/3) R and falls to 0 at R. Ground that lies
+// edge_mm or more under the liquid, there and 1.5 mm further out, is over an edge: of what would lie there by
+// k alone, the share `spill` falls down, the rest hangs on; from a spire narrower than the pool all of it
+// slides and a little more. That is the fall-off at edges without scaffold around them. Then dz is multiplied
+// by what freezing makes of it at this place: 1 + pattern(x, y) + roughness(x, y, layer).
 #pragma once
 
 #include <cstdint>

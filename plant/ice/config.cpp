@@ -88,8 +88,10 @@ void check_laser(const IceLaserParams& l) {
   range("laser.linearity", l.linearity, 0.0, 0.1);
   range("laser.trigger_delay_s", l.trigger_delay_s, 0.0, 0.1);
   range("laser.clock_ppm", l.clock_ppm, -1000.0, 1000.0);
-  for (const double noise : {l.ice_noise_mm, l.scaffold_noise_mm, l.wrong_noise_mm}) range("laser.noise_mm", noise, 0.0, 5.0);
-  for (const double share : {l.ice_dropout, l.scaffold_dropout, l.wrong_dropout}) range("laser.dropout", share, 0.0, 1.0);
+  for (const double noise : {l.ice_noise_mm, l.scaffold_noise_mm, l.wrong_noise_mm})
+    range("laser.noise_mm", noise, 0.0, 5.0);
+  for (const double share : {l.ice_dropout, l.scaffold_dropout, l.wrong_dropout})
+    range("laser.dropout", share, 0.0, 1.0);
   range("laser.speed_power", l.speed_power, 0.0, 5.0);
   range("laser.slope_dropout", l.slope_dropout, 0.0, 10.0);
 }

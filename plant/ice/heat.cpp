@@ -48,7 +48,8 @@ int roots(realtype, N_Vector y_vector, realtype* g, void* user) {
 }
 
 void require(int flag, const char* call) {
-  if (flag < 0) throw std::runtime_error(std::string("heat: ") + call + " failed, flag " + std::to_string(flag));
+  if (flag < 0)
+    throw std::runtime_error(std::string("heat: ") + call + " failed, flag " + std::to_string(flag));
 }
 
 }  // namespace
@@ -201,7 +202,8 @@ void Heat::step(double span_s) {
 }
 
 void Heat::io(Archive& a) {
-  a.all(state_, relay_, broken_, open_, stuck_, frozen_, frozen_degC_, set_degC_, pulses_, flown_mm3_, at_us_, switchings_);
+  a.all(state_, relay_, broken_, open_, stuck_, frozen_, frozen_degC_, set_degC_, pulses_, flown_mm3_, at_us_,
+        switchings_);
 }
 
 }  // namespace firn::plant

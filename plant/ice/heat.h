@@ -1,13 +1,14 @@
-// The slow states of the end effector as one ODE (CVODE with root finding): temperatures of its three sections under
-// three ON/OFF thermostats, how much each valve's coil has raised its flow, what is left in the tanks.
+// The slow states of the end effector as one ODE (CVODE with root finding): temperatures of its three
+// sections under three ON/OFF thermostats, how much each valve's coil has raised its flow, what is left in
+// the tanks.
 //
 //   C_n T_n' = P_n relay_n + J f [n = a] - G_n (T_n - T_amb) - sum over neighbours L (T_n - T_m)
 //   g_v'     = (coil_gain f_v / 500 Hz - g_v) / tau_v          flow factor 1 + g_v
 //   tank_v'  = -Q_v
-// f_v, Q_v: mean pulse rate and flow since the last step, constant within it. Roots: the thresholds of the thermostats
-// (on below set - h, off above set + h) and the empty tanks; at each the integrator stops, switches and goes on from
-// there. A step is at most kStep_s long; what a pulse needs is read at its beginning, so that nothing is integrated per
-// pulse (line.h has what changes from pulse to pulse).
+// f_v, Q_v: mean pulse rate and flow since the last step, constant within it. Roots: the thresholds of the
+// thermostats (on below set - h, off above set + h) and the empty tanks; at each the integrator stops,
+// switches and goes on from there. A step is at most kStep_s long; what a pulse needs is read at its
+// beginning, so that nothing is integrated per pulse (line.h has what changes from pulse to pulse).
 #pragma once
 
 #include <array>
@@ -21,7 +22,7 @@ namespace firn::plant {
 
 struct HeatState {
   std::array<double, 3> section_degC{};
-  std::array<double, 2> coil{};       ///< flow gained
+  std::array<double, 2> coil{};  ///< flow gained
   std::array<double, 2> tank_mm3{};
 };
 
@@ -57,7 +58,8 @@ class Heat {
   void break_heater(int n, bool broken) { broken_[std::size_t(n)] = broken; }
   void open_thermocouple(int n, bool open);
   void stick_relay(int n, bool stuck);
-  void freeze_reading(int n, bool frozen);  ///< the thermocouple shows what it shows now, and its thermostat believes it
+  void freeze_reading(
+      int n, bool frozen);  ///< the thermocouple shows what it shows now, and its thermostat believes it
   void empty_tank(int valve) { state_.tank_mm3[std::size_t(valve)] = 0.0; }
   void fill_tank(int valve, double mm3) { state_.tank_mm3[std::size_t(valve)] = mm3; }
   void io(Archive& a);

@@ -42,9 +42,15 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
     const IceLedger& l = nature_.bed().ledger();
     const IceFieldParams& f = config.ice.field;
     const int nx = int(f.width_mm), ny = int(f.height_mm);  // whole cells of 1 mm, centred
-    const GridSpec grid{nx, ny, 1.0, 1.0, f.x0_mm + 0.5 * (f.width_mm - nx) + 0.5, f.y0_mm + 0.5 * (f.height_mm - ny) + 0.5};
-    return {firings_, nature_.pulses(0) + nature_.pulses(1), nature_.dead_pulses(), 0, nature_.bed().volume_mm3(),
-            {l.landed[0] + l.landed[1], l.lost, -l.grown}, height_over(grid)};
+    const GridSpec grid{
+        nx, ny, 1.0, 1.0, f.x0_mm + 0.5 * (f.width_mm - nx) + 0.5, f.y0_mm + 0.5 * (f.height_mm - ny) + 0.5};
+    return {firings_,
+            nature_.pulses(0) + nature_.pulses(1),
+            nature_.dead_pulses(),
+            0,
+            nature_.bed().volume_mm3(),
+            {l.landed[0] + l.landed[1], l.lost, -l.grown},
+            height_over(grid)};
   }
   IceTruth ice_truth() const override {
     IceTruth t;

@@ -9,10 +9,10 @@
 namespace firn::plant {
 
 struct IceTruth {
-  std::uint32_t firings = 0;                       ///< lists that are over
-  std::array<std::int64_t, 2> pulses{};            ///< by valve
+  std::uint32_t firings = 0;             ///< lists that are over
+  std::array<std::int64_t, 2> pulses{};  ///< by valve
   std::array<std::int64_t, 2> last_pulse_us{-1, -1};
-  std::int64_t dead_pulses = 0;                    ///< that gave nothing
+  std::int64_t dead_pulses = 0;  ///< that gave nothing
   Collisions collisions;
   IceLedger ledger;
   HeatState heat;
@@ -24,13 +24,16 @@ class IceLab {
   virtual ~IceLab() = default;
   virtual const IceNature& nature() const = 0;
   virtual IceTruth ice_truth() const = 0;
-  /// No truth, an instrument: what the balance shows for the cup of what fell beside the field, all of it of one material.
+  /// No truth, an instrument: what the balance shows for the cup of what fell beside the field, all of it of
+  /// one material.
   /// @param weighing number of this weighing, which keys its error
   virtual double weighed_mg(int material, std::uint32_t weighing) const = 0;
   /// Noise-free mean height over each cell [mm above the part frame's z = 0]; NaN off the simulated surface.
   HeightMap height_over(const GridSpec& grid) const { return nature().bed().mean_over(grid); }
   /// Thickness of one material in each cell [mm]: 0 ice, 1 scaffold.
-  HeightMap thickness_over(const GridSpec& grid, int material) const { return nature().bed().thickness_over(grid, material); }
+  HeightMap thickness_over(const GridSpec& grid, int material) const {
+    return nature().bed().thickness_over(grid, material);
+  }
 };
 
 }  // namespace firn::plant

@@ -1,11 +1,12 @@
 // From tank to drop: what one pulse of a micro-solenoid valve gives [mm^3].
 //
-// Open valve: p = a Q^2 + b nu(T) Q, orifice of the nozzle (a = rho / (2 Cd^2 A^2)) and laminar loss before it; b is
-// what makes Q the stated full flow at the tank's pressure and 20 degC. nu(T) = nu_40 exp(B (1/T - 1/313.15 K)).
-// Tubing: the line's pressure is p_tank (1 - s); s' = -s / tau + line_drop Q / (full flow tau), solved in closed form
-// between pulses, so that at full flow s = line_drop. Valve: a pulse that follows another after `gap` opens it for
-// t_pulse (1 - alpha exp(-gap / tau_r)). Volume = Q t_open (1 + coil) (1 + drift) (1 + pulsation).
-// Low frequencies give Q(nu) = nu Q_0 t_pulse, high ones less [Barnett 2012, Fig. 6-1].
+// Open valve: p = a Q^2 + b nu(T) Q, orifice of the nozzle (a = rho / (2 Cd^2 A^2)) and laminar loss before
+// it; b is what makes Q the stated full flow at the tank's pressure and 20 degC. nu(T) = nu_40 exp(B (1/T -
+// 1/313.15 K)). Tubing: the line's pressure is p_tank (1 - s); s' = -s / tau + line_drop Q / (full flow tau),
+// solved in closed form between pulses, so that at full flow s = line_drop. Valve: a pulse that follows
+// another after `gap` opens it for t_pulse (1 - alpha exp(-gap / tau_r)). Volume = Q t_open (1 + coil) (1 +
+// drift) (1 + pulsation). Low frequencies give Q(nu) = nu Q_0 t_pulse, high ones less [Barnett 2012, Fig.
+// 6-1].
 #pragma once
 
 #include <cstdint>

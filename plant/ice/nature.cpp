@@ -97,7 +97,9 @@ void IceNature::pulse(int valve) {
     jet.per_length_mm2 = 0.0;
   } else {
     const double now_mm2 = volume_mm3 / std::max(spacing_mm, 0.05);
-    jet.per_length_mm2 = jet.per_length_mm2 == 0.0 ? now_mm2 : jet.per_length_mm2 + kSmoothing * (now_mm2 - jet.per_length_mm2);
+    jet.per_length_mm2 = jet.per_length_mm2 == 0.0
+                             ? now_mm2
+                             : jet.per_length_mm2 + kSmoothing * (now_mm2 - jet.per_length_mm2);
   }
   jet.x_mm = nozzle.x_mm, jet.y_mm = nozzle.y_mm, jet.t_s = leaves_s;
   const auto number = std::uint64_t(line_[v].pulses());
@@ -108,11 +110,12 @@ void IceNature::pulse(int valve) {
   const double keep = std::exp(-std::max(0.0, since_s) / bead.wander_tau_s);
   jet.wander_x.step(keep, draw(0));
   jet.wander_y.step(keep, draw(1));
-  const double scatter_mm = bead.scatter_mm * gap_mm / config_.disturbance.gap_mm, lean_mm = bead.wander_rad * gap_mm;
+  const double scatter_mm = bead.scatter_mm * gap_mm / config_.disturbance.gap_mm,
+               lean_mm = bead.wander_rad * gap_mm;
   const double flight_s = gap_mm / line_[v].jet_speed_mm_s();
   bed_.land({nozzle.x_mm + pose.vx_mm_s * flight_s + scatter_mm * draw(2) + lean_mm * jet.wander_x.value,
-             nozzle.y_mm + pose.vy_mm_s * flight_s + scatter_mm * draw(3) + lean_mm * jet.wander_y.value, volume_mm3,
-             jet.per_length_mm2, valve});
+             nozzle.y_mm + pose.vy_mm_s * flight_s + scatter_mm * draw(3) + lean_mm * jet.wander_y.value,
+             volume_mm3, jet.per_length_mm2, valve});
 }
 
 void IceNature::trigger_valve(int valve, double t_s, Firing list) {
@@ -137,7 +140,8 @@ void IceNature::begin_storage(double t_s, double period_s, std::uint32_t most, L
 
 double IceNature::look(double t_s, LaserSettings settings, const LaserKey& key) {
   if (dark_) return std::numeric_limits<double>::quiet_NaN();
-  if (!stuck_) shown_mm_ = laser_reading_mm(config_.laser, bed_, config_.arm.laser, pose_at(t_s), settings, key);
+  if (!stuck_)
+    shown_mm_ = laser_reading_mm(config_.laser, bed_, config_.arm.laser, pose_at(t_s), settings, key);
   return shown_mm_;
 }
 
@@ -159,7 +163,9 @@ double IceNature::next_debris_s() const {
 
 void IceNature::fall() {
   debris_s_ = next_debris_s();
-  const auto draw = [&](std::uint32_t which) { return random_uniform({seed_, Purpose::kDisturbance, 2, which, debris_}); };
+  const auto draw = [&](std::uint32_t which) {
+    return random_uniform({seed_, Purpose::kDisturbance, 2, which, debris_});
+  };
   const IceDisturbanceParams& d = config_.disturbance;
   const double x = config_.field.x0_mm + config_.field.width_mm * draw(0);
   const double y = config_.field.y0_mm + config_.field.height_mm * draw(1);
@@ -188,8 +194,9 @@ bool IceNature::touch(double t_s, const ArmPose::Point& nozzle) {
 }
 
 void IceNature::io(Archive& a) {
-  a.all(arm_, heat_, line_[0], line_[1], bed_, firing_[0], firing_[1], jet_[0], jet_[1], storage_, collisions_, broken_,
-        last_pulse_us_, dead_, readings_, slow_us_, debris_, debris_s_, now_s_, shown_mm_, dark_, stuck_, touching_);
+  a.all(arm_, heat_, line_[0], line_[1], bed_, firing_[0], firing_[1], jet_[0], jet_[1], storage_,
+        collisions_, broken_, last_pulse_us_, dead_, readings_, slow_us_, debris_, debris_s_, now_s_,
+        shown_mm_, dark_, stuck_, touching_);
 }
 
 }  // namespace firn::plant

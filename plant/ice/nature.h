@@ -1,6 +1,6 @@
-// Nature of the ice lab: what the arm, the lines, the bed and the laser do together, in order of time. The instruments'
-// twins tell it what they were told; it knows no protocol. Nothing happens in it by being asked: results do not depend
-// on how often catch_up() is called.
+// Nature of the ice lab: what the arm, the lines, the bed and the laser do together, in order of time. The
+// instruments' twins tell it what they were told; it knows no protocol. Nothing happens in it by being asked:
+// results do not depend on how often catch_up() is called.
 #pragma once
 
 #include <array>
@@ -23,11 +23,13 @@ struct Firing {
   double tick_s = 0.002;   ///< in world time
   double pulse_s = 0.00125;
   std::vector<std::uint16_t> ticks;
-  std::uint64_t next = 0;     ///< pulses given so far
+  std::uint64_t next = 0;  ///< pulses given so far
   std::int64_t first_us = 0, last_us = 0;
-  double volume_mm3 = 0.0;    ///< of what left the nozzle
+  double volume_mm3 = 0.0;  ///< of what left the nozzle
   double next_s() const { return trigger_s + double(ticks[next]) * tick_s; }
-  void io(Archive& a) { a.all(active, path, trigger_s, tick_s, pulse_s, ticks, next, first_us, last_us, volume_mm3); }
+  void io(Archive& a) {
+    a.all(active, path, trigger_s, tick_s, pulse_s, ticks, next, first_us, last_us, volume_mm3);
+  }
 };
 
 /// The laser controller's memory.
@@ -37,7 +39,7 @@ struct Storage {
   std::uint32_t number = 0;  ///< storages begun before
   std::uint32_t most = 65536;
   LaserSettings settings = LaserSettings::kOther;
-  std::vector<float> mm;     ///< NaN, +-infinity: no value, out of range
+  std::vector<float> mm;  ///< NaN, +-infinity: no value, out of range
   double next_s() const { return trigger_s + double(mm.size()) * period_s; }
   void io(Archive& a) { a.all(active, trigger_s, period_s, number, most, settings, mm); }
 };
@@ -80,7 +82,7 @@ class IceNature {
   std::int64_t pulses(int valve) const { return line_[std::size_t(valve)].pulses(); }
   std::int64_t last_pulse_us(int valve) const { return last_pulse_us_[std::size_t(valve)]; }
   std::int64_t dead_pulses() const { return dead_; }  ///< that gave nothing: frozen, broken, beside the field
-  void refresh() { renew_slow(); }  ///< after a tank or a line was changed from outside
+  void refresh() { renew_slow(); }                    ///< after a tank or a line was changed from outside
   double now_s() const { return now_s_; }
   void io(Archive& a);
 

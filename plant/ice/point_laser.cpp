@@ -10,7 +10,8 @@ namespace firn::plant {
 namespace {
 
 constexpr double kIceSpeed_mm_s = 50.0, kScaffoldSpeed_mm_s = 125.0, kSteep = 0.5;
-constexpr double kOutlierShare = 0.01, kOutlierFactor = 8.0;  ///< of the readings on ice, mirror images of the spot
+constexpr double kOutlierShare = 0.01,
+                 kOutlierFactor = 8.0;  ///< of the readings on ice, mirror images of the spot
 
 }  // namespace
 
@@ -37,7 +38,8 @@ double laser_reading_mm(const IceLaserParams& p, const Bed& bed, const IceTool& 
   if (ground != Ground::kTable)
     dropout += p.slope_dropout * std::max(0.0, bed.slope(spot.x_mm, spot.y_mm) - kSteep);
   const auto draw = [&](std::uint32_t which) {
-    return DrawKey{key.seed, which < 2 ? Purpose::kDropout : Purpose::kSensorNoise, 2000 + key.storage, which, key.sample};
+    return DrawKey{key.seed, which < 2 ? Purpose::kDropout : Purpose::kSensorNoise, 2000 + key.storage, which,
+                   key.sample};
   };
   if (random_uniform(draw(0)) < std::min(dropout, 0.98)) return std::numeric_limits<double>::quiet_NaN();
   const bool outlier = ground == Ground::kWater && random_uniform(draw(1)) < kOutlierShare;

@@ -33,8 +33,8 @@ Matrix exponential(Matrix m) {
 
 }  // namespace
 
-// With q = x' - b u: x' = q + b u, q' = -w^2 x - 2 zeta w q + (w^2 - 2 zeta w b) u. Augmented by u and its increment
-// over the step, so that one exponential holds the response to both ends of a straight input.
+// With q = x' - b u: x' = q + b u, q' = -w^2 x - 2 zeta w q + (w^2 - 2 zeta w b) u. Augmented by u and its
+// increment over the step, so that one exponential holds the response to both ends of a straight input.
 SecondOrder::SecondOrder(double hz, double damping, bool rate_input, double step_s) {
   const double w = 2.0 * std::numbers::pi * hz, d = 2.0 * damping * w;
   b_ = rate_input ? d : 0.0;

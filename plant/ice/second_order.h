@@ -1,5 +1,5 @@
-// x'' + 2 zeta w x' + w^2 x = w^2 u + b u' sampled exactly for an input that is straight between samples: the servo of a
-// joint (b = 0) and a mass on a moving, damped spring (b = 2 zeta w).
+// x'' + 2 zeta w x' + w^2 x = w^2 u + b u' sampled exactly for an input that is straight between samples: the
+// servo of a joint (b = 0) and a mass on a moving, damped spring (b = 2 zeta w).
 #pragma once
 
 #include <array>
@@ -18,7 +18,8 @@ class SecondOrder {
   State at_rest(double u) const { return {u, -b_ * u}; }
   /// One step with the input going from u0 to u1.
   State next(const State& s, double u0, double u1) const {
-    return {a_[0] * s.x + a_[1] * s.q + b0_[0] * u0 + b1_[0] * u1, a_[2] * s.x + a_[3] * s.q + b0_[1] * u0 + b1_[1] * u1};
+    return {a_[0] * s.x + a_[1] * s.q + b0_[0] * u0 + b1_[0] * u1,
+            a_[2] * s.x + a_[3] * s.q + b0_[1] * u0 + b1_[1] * u1};
   }
   double velocity(const State& s, double u) const { return s.q + b_ * u; }
 

@@ -10,13 +10,16 @@ namespace {
 constexpr double kUnevenness_mm = 80.0;
 
 // Weights of three neighbours of a lattice at a fraction -0.5 .. 0.5 from the middle one.
-std::array<double, 3> spline(double f) { return {0.5 * (0.5 - f) * (0.5 - f), 0.75 - f * f, 0.5 * (0.5 + f) * (0.5 + f)}; }
+std::array<double, 3> spline(double f) {
+  return {0.5 * (0.5 - f) * (0.5 - f), 0.75 - f * f, 0.5 * (0.5 + f) * (0.5 + f)};
+}
 
 // Mean over all places of the sum of the squared weights, in one dimension.
 constexpr double kVariance = 0.55;
 
 double lattice(const PatternKey& key, std::int64_t a, std::int64_t b) {
-  return random_normal({key.seed, key.purpose, key.layer, std::uint32_t(a + (1 << 20)), std::uint32_t(b + (1 << 20))});
+  return random_normal(
+      {key.seed, key.purpose, key.layer, std::uint32_t(a + (1 << 20)), std::uint32_t(b + (1 << 20))});
 }
 
 // Lagrange through -1, 0, 1.
@@ -39,11 +42,13 @@ double table_height_mm(const IceTableParams& p, std::uint64_t seed, double x_mm,
     double sum = 0.0;
     for (std::int64_t n = 0; n < 3; ++n)
       for (std::int64_t m = 0; m < 3; ++m)
-        sum += ws[std::size_t(m)] * wt[std::size_t(n)] * lattice({seed, Purpose::kDisturbance, 7}, a + m - 1, b + n - 1);
+        sum += ws[std::size_t(m)] * wt[std::size_t(n)] *
+               lattice({seed, Purpose::kDisturbance, 7}, a + m - 1, b + n - 1);
     z += p.roughness_mm / kVariance * sum;
   }
   for (const IceJig& jig : p.jigs)
-    if (x_mm >= jig.x0_mm && x_mm <= jig.x1_mm && y_mm >= jig.y0_mm && y_mm <= jig.y1_mm) return z + jig.top_mm;
+    if (x_mm >= jig.x0_mm && x_mm <= jig.x1_mm && y_mm >= jig.y0_mm && y_mm <= jig.y1_mm)
+      return z + jig.top_mm;
   return z;
 }
 
@@ -54,7 +59,8 @@ void add_lattice_noise(const PatternKey& key, double length_mm, double sigma, do
   std::vector<float> nodes(std::size_t(la) * std::size_t(lb));
   for (int b = 0; b < lb; ++b)
     for (int a = 0; a < la; ++a)
-      nodes[std::size_t(b) * std::size_t(la) + std::size_t(a)] = float(sigma / kVariance * lattice(key, a, b));
+      nodes[std::size_t(b) * std::size_t(la) + std::size_t(a)] =
+          float(sigma / kVariance * lattice(key, a, b));
   std::vector<float> row(static_cast<std::size_t>(la));
   for (int j = 0; j < ny; ++j) {
     const double t = (j + 0.5) * cell_mm / length_mm + 1.0;

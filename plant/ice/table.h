@@ -9,8 +9,9 @@
 
 namespace firn::plant {
 
-/// Height of the bare table and of the jigs on it [mm]: feet bilinear between the corners, screws biquadratic between
-/// nine places (both zero for a level table), a fixed unevenness of 80 mm length. Beyond the table: -1000.
+/// Height of the bare table and of the jigs on it [mm]: feet bilinear between the corners, screws biquadratic
+/// between nine places (both zero for a level table), a fixed unevenness of 80 mm length. Beyond the table:
+/// -1000.
 double table_height_mm(const IceTableParams& p, std::uint64_t seed, double x_mm, double y_mm);
 
 /// Which pattern of a seed.

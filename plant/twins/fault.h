@@ -16,9 +16,9 @@ enum class FaultKind : std::uint8_t {
   kResume,      ///< ends kHang
   kClose,       ///< the instrument closes its port
   kReboot,      ///< state lost, boot count + 1, port closed
-  kTrip,        ///< the device's own fault: stage ESTOP bit, lamp alarm, jet and profiler none; docs/plant-ice.md
-  kEcho,        ///< the next `count` pieces that the host sends come back as they are
-  kStray,       ///< the next `count` replies come after a copy of the reply before them
+  kTrip,   ///< the device's own fault: stage ESTOP bit, lamp alarm, jet and profiler none; docs/plant-ice.md
+  kEcho,   ///< the next `count` pieces that the host sends come back as they are
+  kStray,  ///< the next `count` replies come after a copy of the reply before them
 };
 
 struct SimFault {

@@ -28,7 +28,8 @@ void HeaterTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
     } else if (set && set->c100 <= 4500) {
       heat.advance(now_us);
       heat.set(set->channel - 1, set->c100 * 0.01);
-      wires_.note(now_us, port_, DeviceEvent::kHeaterSet, std::int64_t(set->channel) * 100'000 + set->c100 + 10'000);
+      wires_.note(now_us, port_, DeviceEvent::kHeaterSet,
+                  std::int64_t(set->channel) * 100'000 + set->c100 + 10'000);
       put(out, *set);
     } else {
       out.text(text->starts_with("S,") ? "E,3" : "E,2");

@@ -1,5 +1,5 @@
-// Twin of the box that reads the three thermostats (docs/devices/heater.md). The thermostats themselves are in
-// plant/ice/heat.h.
+// Twin of the box that reads the three thermostats (docs/devices/heater.md). The thermostats themselves are
+// in plant/ice/heat.h.
 #pragma once
 
 #include <string>
@@ -11,7 +11,8 @@ namespace firn::plant {
 
 class HeaterTwin : public Twin {
  public:
-  explicit HeaterTwin(IceWires& wires) : Twin(Port::kHeater, TwinLink(10.0e6 / 9600.0, 2000)), wires_(wires) {}
+  explicit HeaterTwin(IceWires& wires)
+      : Twin(Port::kHeater, TwinLink(10.0e6 / 9600.0, 2000)), wires_(wires) {}
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
   void disconnected(std::int64_t) override { line_.clear(); }
   std::int64_t next_device_us() const override { return kNever; }

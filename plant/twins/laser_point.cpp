@@ -61,7 +61,8 @@ double LaserPointTwin::period_s() const {
   return kSampling_us[p.sampling] * 1e-6 * kCycles[p.cycle] * (1.0 + params_.clock_ppm * 1e-6);
 }
 
-// Ice lets the beam in: settings for translucent or transparent targets see its surface, those for a plain one do not.
+// Ice lets the beam in: settings for translucent or transparent targets see its surface, those for a plain
+// one do not.
 LaserSettings LaserPointTwin::settings() const {
   const int m = state_.programs[std::size_t(state_.selected)].material;
   return m == 0 ? LaserSettings::kScaffold : m <= 3 ? LaserSettings::kIce : LaserSettings::kOther;
@@ -106,7 +107,8 @@ std::string LaserPointTwin::execute(std::string_view command, std::int64_t now_u
   }
   if (command == table_.selected) return name + "," + std::to_string(state_.selected);
   if (command.starts_with(table_.select + ",")) {
-    if (!number(command.substr(table_.select.size() + 1), 0, 7, state_.selected)) return error(command, kParameter);
+    if (!number(command.substr(table_.select.size() + 1), 0, 7, state_.selected))
+      return error(command, kParameter);
     state_.busy_until_us = now_us + kSelect_us;
     return table_.select;
   }

@@ -9,9 +9,8 @@
 namespace firn::plant {
 
 FaultKind fault_kind(std::string_view name) {
-  static constexpr std::array<std::string_view, 11> kNames{"drop",   "delay", "split",  "flip", "hang",
-                                                          "resume", "close", "reboot", "trip", "echo",
-                                                           "stray"};
+  static constexpr std::array<std::string_view, 11> kNames{
+      "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip", "echo", "stray"};
   for (std::size_t n = 0; n < kNames.size(); ++n)
     if (kNames[n] == name) return FaultKind(n);
   throw std::invalid_argument("world: unknown fault \"" + std::string(name) +
@@ -54,7 +53,8 @@ void TwinLink::reply(std::string_view bytes, std::int64_t now_us) {
   if (!connected_ || hung_) return;
   Chunk chunk{0, std::string(bytes), 0};
   std::int64_t extra_us = 0;
-  const std::string before = std::exchange(last_reply_, chunk.bytes.size() <= 256 ? chunk.bytes : std::string());
+  const std::string before =
+      std::exchange(last_reply_, chunk.bytes.size() <= 256 ? chunk.bytes : std::string());
   if (!faults_.empty()) {
     const Pending fault = faults_.front();
     if (--faults_.front().count <= 0 || fault.kind == FaultKind::kFlipBit) faults_.erase(faults_.begin());
@@ -78,7 +78,8 @@ void TwinLink::reply(std::string_view bytes, std::int64_t now_us) {
 }
 
 void TwinLink::send(std::string bytes, std::int64_t now_us, std::int64_t extra_us) {
-  tx_free_us_ = std::max(tx_free_us_, double(now_us + latency_us_ + extra_us)) + byte_us_ * double(bytes.size());
+  tx_free_us_ =
+      std::max(tx_free_us_, double(now_us + latency_us_ + extra_us)) + byte_us_ * double(bytes.size());
   tx_.push_back({std::int64_t(std::ceil(tx_free_us_)), std::move(bytes), 0});
 }
 
@@ -120,6 +121,8 @@ bool TwinLink::inject(const SimFault& fault, std::int64_t now_us) {
   }
 }
 
-void TwinLink::io(Archive& a) { a.all(connected_, hung_, rx_free_us_, tx_free_us_, rx_, tx_, faults_, echoes_, last_reply_); }
+void TwinLink::io(Archive& a) {
+  a.all(connected_, hung_, rx_free_us_, tx_free_us_, rx_, tx_, faults_, echoes_, last_reply_);
+}
 
 }  // namespace firn::plant

@@ -17,10 +17,10 @@ namespace {
 constexpr double kRad = std::numbers::pi / 180.0, kTick_s = 0.016;
 constexpr std::int64_t kPower_us = 3'000'000, kCalibrate_us = 8'000'000, kBoot_us = 2'000'000;
 constexpr std::int64_t kInterpret_us = 20'000;  ///< from a command to the motion that it starts
-constexpr double kWatchdog_us = 1e6;  ///< of the host's time
+constexpr double kWatchdog_us = 1e6;            ///< of the host's time
 constexpr std::array<double, 4> kFullRate{360.0 * kRad, 672.0 * kRad, 1100.0, 1200.0 * kRad};  ///< Table 2-1
-constexpr double kFullAccel_s = 0.25;   ///< from rest to full rate
-constexpr double kStopPower_s = 0.06;   ///< brakes
+constexpr double kFullAccel_s = 0.25;  ///< from rest to full rate
+constexpr double kStopPower_s = 0.06;  ///< brakes
 constexpr int kMotionError = -1016;
 
 }  // namespace
@@ -35,7 +35,8 @@ RobotTwin::RobotTwin(const IceArmParams& params, std::uint64_t seed, double host
 // A socket that closes says that nobody is there: no need to wait for the watchdog.
 void RobotTwin::disconnected(std::int64_t now_us) {
   line_.clear();
-  if (state_.motion == Motion::kMove || state_.motion == Motion::kPath) fail(int(Nak::kWatchdog), now_us, DeviceEvent::kRobotWatchdog);
+  if (state_.motion == Motion::kMove || state_.motion == Motion::kPath)
+    fail(int(Nak::kWatchdog), now_us, DeviceEvent::kRobotWatchdog);
 }
 
 void RobotTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
@@ -84,7 +85,8 @@ State RobotTwin::shown() const {
   if (state_.motion != Motion::kNone && state_.motion != Motion::kBraking) return S::kRunning;
   if (state_.held) return S::kHold;
   if (state_.loading >= 0) return S::kLoading;
-  const bool path_held = std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.verified != 0; });
+  const bool path_held =
+      std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.verified != 0; });
   return state_.power && state_.calibrated && path_held ? S::kReady : S::kIdle;
 }
 
@@ -211,7 +213,8 @@ std::string RobotTwin::move(const Joints& to, double percent, std::int64_t now_u
   state_.motion = Motion::kMove;
   state_.running = 0;
   state_.begins_us = now_us + kInterpret_us;
-  state_.ends_us = state_.begins_us + std::int64_t(std::ceil(ticks * kTick_s * 1e6 * (1.0 + params_.clock_ppm * 1e-6)));
+  state_.ends_us =
+      state_.begins_us + std::int64_t(std::ceil(ticks * kTick_s * 1e6 * (1.0 + params_.clock_ppm * 1e-6)));
   arm.follow(std::move(points), kTick_s, double(state_.begins_us) * 1e-6);
   wires_.note(now_us, port_, DeviceEvent::kRobotMotion, 0);
   return "ACK";
@@ -241,21 +244,24 @@ std::string RobotTwin::run(std::int32_t id, int mask, std::int64_t now_us) {
   const double span_s = double(points.size() - 1);
   if (random_uniform({seed_, Purpose::kInstrument, 5, 0, number}) < params_.slip_probability)
     tick_s += params_.slip_s / span_s;
-  const double delay_s = params_.start_delay_s + params_.start_jitter_s * random_uniform({seed_, Purpose::kInstrument, 5, 1, number});
+  const double delay_s = params_.start_delay_s +
+                         params_.start_jitter_s * random_uniform({seed_, Purpose::kInstrument, 5, 1, number});
   state_.motion = Motion::kPath;
   state_.running = id;
   state_.at = 0;
   state_.wanted_mask = mask;
   state_.signal_us = now_us + kInterpret_us;
   state_.begins_us = state_.signal_us + std::int64_t(std::llround(delay_s * 1e6));
-  state_.ends_us = state_.begins_us + std::int64_t(std::ceil(span_s * tick_s * 1e6 * (1.0 + params_.clock_ppm * 1e-6)));
+  state_.ends_us =
+      state_.begins_us + std::int64_t(std::ceil(span_s * tick_s * 1e6 * (1.0 + params_.clock_ppm * 1e-6)));
   arm.follow(std::move(points), tick_s, double(state_.begins_us) * 1e-6);
   wires_.note(now_us, port_, DeviceEvent::kRobotMotion, id);
   return "ACK";
 }
 
 std::int64_t RobotTwin::next_device_us() const {
-  std::int64_t next = std::min({state_.power_at_us, state_.calibrated_at_us, state_.signal_us, state_.ends_us});
+  std::int64_t next =
+      std::min({state_.power_at_us, state_.calibrated_at_us, state_.signal_us, state_.ends_us});
   if (state_.boot_until_us > 0) next = std::min(next, state_.boot_until_us);
   if (state_.motion == Motion::kPath) next = std::min(next, state_.seen_us + watchdog_us_);
   return next;
@@ -291,7 +297,8 @@ void RobotTwin::event(std::string_view kind, std::int64_t now_us) {
 void RobotTwin::finish(std::int64_t now_us, bool done) {
   const bool was_path = state_.motion == Motion::kPath;
   const double clock = 1.0 + params_.clock_ppm * 1e-6;
-  const auto ms = std::int32_t(std::lround(double(std::max<std::int64_t>(0, now_us - state_.begins_us)) * 1e-3 / clock));
+  const auto ms =
+      std::int32_t(std::lround(double(std::max<std::int64_t>(0, now_us - state_.begins_us)) * 1e-3 / clock));
   state_.motion = done ? Motion::kNone : Motion::kBraking;
   state_.ends_us = state_.signal_us = kNever;
   state_.state2 = done ? 2 : 3;
@@ -307,7 +314,8 @@ void RobotTwin::finish(std::int64_t now_us, bool done) {
   wires_.note(now_us, port_, DeviceEvent::kRobotRest, state_.running);
   LineWriter joints;
   put(joints, counts_of(wires_.nature().arm().encoders()));
-  event((was_path ? "PATH_DONE " + std::to_string(state_.running) + " " + std::to_string(ms) : std::string("MOVE_DONE")) +
+  event((was_path ? "PATH_DONE " + std::to_string(state_.running) + " " + std::to_string(ms)
+                  : std::string("MOVE_DONE")) +
             std::string(joints.so_far()),
         now_us);
   state_.running = 0;

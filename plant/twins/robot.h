@@ -1,5 +1,5 @@
-// Twin of the robot's controller: the V+ program of docs/devices/robot.md (FVP/1) on a C40, its trajectory generator and
-// its own watchdog. Where the arm truly is, is plant/ice/arm.h's.
+// Twin of the robot's controller: the V+ program of docs/devices/robot.md (FVP/1) on a C40, its trajectory
+// generator and its own watchdog. Where the arm truly is, is plant/ice/arm.h's.
 #pragma once
 
 #include <array>
@@ -23,7 +23,8 @@ class RobotTwin : public Twin {
   void device_event(std::int64_t now_us) override;
   bool device_event_replies() const override { return true; }  ///< events come by themselves
   void reboot(std::int64_t now_us) override;
-  void trip(std::int64_t now_us, std::int64_t code) override;  ///< 1 emergency stop pressed, 2 motion error, 3 power does not come
+  void trip(std::int64_t now_us,
+            std::int64_t code) override;  ///< 1 emergency stop pressed, 2 motion error, 3 power does not come
   void io(Archive& a) override;
 
  private:
@@ -40,7 +41,8 @@ class RobotTwin : public Twin {
     std::uint8_t power = 0, calibrated = 0, held = 0, fault = 0, estop = 0, pressed = 0, powerless = 0;
     std::uint8_t last_done = 0, state2 = 0;
     Motion motion = Motion::kNone;
-    std::int32_t speed = 100, error = 0, running = 0, at = 0, last = 0, last_ms = 0, mask = 0, wanted_mask = 0;
+    std::int32_t speed = 100, error = 0, running = 0, at = 0, last = 0, last_ms = 0, mask = 0,
+                 wanted_mask = 0;
     std::int32_t loading = -1;  ///< slot between BEGIN and END
     std::int64_t boot_until_us = 0, power_at_us = kNever, calibrated_at_us = kNever, seen_us = 0;
     std::int64_t signal_us = kNever, begins_us = 0, ends_us = kNever, event = 0, paths = 0;

@@ -21,18 +21,21 @@ std::string RobotTwin::path(WordReader& words, std::int64_t now_us) {
     const std::string_view text = words.word();
     std::uint16_t crc = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), crc, 16);
-    if (read.ec != std::errc() || read.ptr != text.data() + text.size()) return nak(Nak::kRange, "CRC of four hex digits");
+    if (read.ec != std::errc() || read.ptr != text.data() + text.size())
+      return nak(Nak::kRange, "CRC of four hex digits");
     if (state_.loading < 0) return nak(Nak::kWrongState, "no path is being loaded");
     Slot& slot = slots_[std::size_t(state_.loading)];
     state_.loading = -1;
     PointsCrc sum;
     bool reachable = true;
-    for (const Counts& point : slot.points) sum.add(point), reachable &= in_range(drivers::fvp::joints_of(point));
+    for (const Counts& point : slot.points)
+      sum.add(point), reachable &= in_range(drivers::fvp::joints_of(point));
     const bool whole = slot.points.size() == slot.wanted;
     if (!whole || sum.value() != crc || !reachable) {
       slot = {};
       if (!whole) return nak(Nak::kRange, "number of points");
-      return reachable ? nak(Nak::kBadCrc, "points") : nak(Nak::kJointLimit, "a point is beyond a joint's range");
+      return reachable ? nak(Nak::kBadCrc, "points")
+                       : nak(Nak::kJointLimit, "a point is beyond a joint's range");
     }
     slot.verified = 1;
     return "ACK " + std::to_string(slot.points.size());
@@ -58,7 +61,9 @@ std::string RobotTwin::path(WordReader& words, std::int64_t now_us) {
   const auto n = std::uint32_t(number.number(2, kMostPoints));
   if (!number.good() || words.word() != "DT=0.016") return nak(Nak::kRange, "N=2..8192 DT=0.016");
   Slot* slot = find(id);
-  const auto is_running = [&](const Slot& s) { return state_.motion == Motion::kPath && s.id == state_.running; };
+  const auto is_running = [&](const Slot& s) {
+    return state_.motion == Motion::kPath && s.id == state_.running;
+  };
   if (slot && is_running(*slot)) return nak(Nak::kWrongState, "running");
   if (state_.loading >= 0 && slot != &slots_[std::size_t(state_.loading)]) {
     if (slot) *slot = {};

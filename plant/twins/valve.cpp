@@ -24,7 +24,8 @@ ValveTwin::ValveTwin(int valve, const IceValveParams& params, double host_scale,
       wires_(wires) {}
 
 void ValveTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
-  if (now_us > heard_byte_us_ + pause_us_) buffer_.clear();  // a UART does not tell that the host's process has died
+  if (now_us > heard_byte_us_ + pause_us_)
+    buffer_.clear();  // a UART does not tell that the host's process has died
   heard_byte_us_ = now_us;
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   std::size_t begin = 0;
@@ -58,8 +59,11 @@ void ValveTwin::execute(const Found& frame, std::int64_t now_us) {
     const bool triggered = device_.state == State::kFiring || device_.state == State::kDone;
     if (device_.state == State::kFiring) device_.fired = wires_.nature().firing(valve_).next;
     encode(frame.seq,
-           Status{boots, device_.state, device_.begin.path, std::uint16_t(std::min<std::uint64_t>(device_.fired, 65535)),
-                  triggered ? std::uint32_t(std::clamp<std::int64_t>(now_us - device_.triggered_us, 0, 0xFFFFFFFF)) : 0,
+           Status{boots, device_.state, device_.begin.path,
+                  std::uint16_t(std::min<std::uint64_t>(device_.fired, 65535)),
+                  triggered
+                      ? std::uint32_t(std::clamp<std::int64_t>(now_us - device_.triggered_us, 0, 0xFFFFFFFF))
+                      : 0,
                   std::uint16_t(triggered ? 12 : 0)},
            reply);
   } else if (const std::uint8_t refusal = obey(frame, now_us)) {
@@ -80,7 +84,8 @@ std::uint8_t ValveTwin::obey(const Found& frame, std::int64_t now_us) {
     case Type::kBegin: {
       if (device_.state == State::kFiring || device_.state == State::kArmed) return kState;
       const auto begin = parse_begin(frame.payload);
-      if (!begin || begin->entries > kMostEntries || begin->pulse_us < kMinPulse_us || begin->tick_us == 0) return kRange;
+      if (!begin || begin->entries > kMostEntries || begin->pulse_us < kMinPulse_us || begin->tick_us == 0)
+        return kRange;
       device_.begin = *begin;
       device_.fired = 0;
       device_.state = State::kLoading;
@@ -98,7 +103,8 @@ std::uint8_t ValveTwin::obey(const Found& frame, std::int64_t now_us) {
       for (std::size_t n = 0; n < data->entries; ++n) {
         const std::uint16_t tick = data->tick(n);
         const int least_us = device_.begin.pulse_us + kGuard_us;
-        if (!ticks_.empty() && (tick <= ticks_.back() || (tick - ticks_.back()) * int(device_.begin.tick_us) < least_us))
+        if (!ticks_.empty() &&
+            (tick <= ticks_.back() || (tick - ticks_.back()) * int(device_.begin.tick_us) < least_us))
           return kOrder;
         ticks_.push_back(tick);
       }
@@ -166,8 +172,17 @@ void ValveTwin::stop(std::int64_t now_us, FiringEnd why) {
   const Firing f = wires_.nature().close_valve(valve_);
   device_.fired = f.next;
   device_.state = State::kDone;
-  wires_.fired({device_.triggered_us, f.first_us, f.last_us, now_us, f.volume_mm3, f.path, std::uint32_t(f.ticks.size()),
-                std::uint32_t(f.next), std::uint8_t(valve_), why, {}});
+  wires_.fired({device_.triggered_us,
+                f.first_us,
+                f.last_us,
+                now_us,
+                f.volume_mm3,
+                f.path,
+                std::uint32_t(f.ticks.size()),
+                std::uint32_t(f.next),
+                std::uint8_t(valve_),
+                why,
+                {}});
 }
 
 std::int64_t ValveTwin::next_device_us() const {
@@ -206,6 +221,8 @@ void ValveTwin::reboot(std::int64_t now_us) {
   wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
 }
 
-void ValveTwin::io(Archive& a) { a.all(boot_count_, device_, ticks_, heard_byte_us_, buffer_, reply_, link_); }
+void ValveTwin::io(Archive& a) {
+  a.all(boot_count_, device_, ticks_, heard_byte_us_, buffer_, reply_, link_);
+}
 
 }  // namespace firn::plant

@@ -1,5 +1,5 @@
-// Twin of a valve's microcontroller (FVB/1, docs/devices/valve.md): one list of pulse times, fired at the robot's signal
-// when it is armed. What the pulses give is plant/ice/line.h's.
+// Twin of a valve's microcontroller (FVB/1, docs/devices/valve.md): one list of pulse times, fired at the
+// robot's signal when it is armed. What the pulses give is plant/ice/line.h's.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ class ValveTwin : public Twin {
   void trip(std::int64_t now_us, std::int64_t code) override;  ///< 1 tank empty, 2 line blocked, 3 coil dead
   void io(Archive& a) override;
 
-  void signal(std::int64_t t_us);  ///< the robot's line rises
+  void signal(std::int64_t t_us);   ///< the robot's line rises
   void disable(std::int64_t t_us);  ///< its enable line falls: what fires is closed
 
  private:

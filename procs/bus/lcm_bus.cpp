@@ -16,7 +16,8 @@ constexpr int kMostAtOnce = 512;  // datagrams per receive(), so that a flood do
 }  // namespace
 
 std::string default_bus_url(int port) {
-  return "udpm://239.255.76.67:" + std::to_string(port) + "?ttl=0&recv_buf_size=" + std::to_string(kWantedReceiveBuffer);
+  return "udpm://239.255.76.67:" + std::to_string(port) +
+         "?ttl=0&recv_buf_size=" + std::to_string(kWantedReceiveBuffer);
 }
 
 LcmBus::LcmBus(const std::string& url) : lcm_(lcm_create(url.c_str())) {
@@ -28,7 +29,8 @@ LcmBus::~LcmBus() { lcm_destroy(lcm_); }
 void LcmBus::subscribe(const std::string& channel) {
   lcm_subscription_t* s = lcm_subscribe(lcm_, channel.c_str(), &LcmBus::on_message, this);
   if (!s) throw std::runtime_error("LCM cannot subscribe to " + channel);
-  lcm_subscription_set_queue_capacity(s, 0);  // no limit here: the transport and the runner decide what is stale
+  lcm_subscription_set_queue_capacity(s,
+                                      0);  // no limit here: the transport and the runner decide what is stale
 }
 
 int LcmBus::fd() const { return lcm_get_fileno(lcm_); }
@@ -70,7 +72,8 @@ int granted_receive_buffer() {
 std::string receive_buffer_warning() {
   const int granted = granted_receive_buffer();
   if (granted >= kWantedReceiveBuffer) return {};
-  return "the kernel grants " + std::to_string(granted) + " bytes of receive buffer, " + std::to_string(kWantedReceiveBuffer) +
+  return "the kernel grants " + std::to_string(granted) + " bytes of receive buffer, " +
+         std::to_string(kWantedReceiveBuffer) +
          " are wanted: messages will be lost and sent again; sysctl -w net.core.rmem_max=" +
          std::to_string(kWantedReceiveBuffer);
 }

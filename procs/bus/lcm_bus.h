@@ -32,12 +32,12 @@ class LcmBus : public Bus {
  private:
   static void on_message(const _lcm_recv_buf_t* buffer, const char* channel, void* self);
   _lcm_t* lcm_;
-  const Sink* sink_ = nullptr;   // during receive()
-  std::exception_ptr thrown_;    // nothing may pass through LCM's C frames
+  const Sink* sink_ = nullptr;  // during receive()
+  std::exception_ptr thrown_;   // nothing may pass through LCM's C frames
 };
 
-/// The receive buffer in bytes that the kernel grants to one who asks for kWantedReceiveBuffer (asked with a socket
-/// of its own: LCM hides its).
+/// The receive buffer in bytes that the kernel grants to one who asks for kWantedReceiveBuffer (asked with a
+/// socket of its own: LCM hides its).
 int granted_receive_buffer();
 /// Empty, or one sentence: what was granted, what was wanted, how to change it.
 std::string receive_buffer_warning();

@@ -20,7 +20,8 @@ int node_main(int argc, char** argv, NodeId node, MakeNode make) {
   ProcessArgs args;
   try {
     args = parse_process_args({argv + 1, argv + argc});
-    if (args.options.node != node) throw std::invalid_argument(std::string("--node: this program is ") + name);
+    if (args.options.node != node)
+      throw std::invalid_argument(std::string("--node: this program is ") + name);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s: %s\n", name, e.what());
     return 2;
@@ -29,8 +30,14 @@ int node_main(int argc, char** argv, NodeId node, MakeNode make) {
     ProcessOptions& o = args.options;
     const std::string config = read_text_file(o.run_dir + "/experiment.toml");
     auto made = make(config, read_blobs(args));
-    o.head = {name,   o.run_id, o.incarnation, build_commit(), platform_description(),
-              config, std::string(lcm_type_texts()), args.blobs};
+    o.head = {name,
+              o.run_id,
+              o.incarnation,
+              build_commit(),
+              platform_description(),
+              config,
+              std::string(lcm_type_texts()),
+              args.blobs};
     LcmBus bus(args.bus_url);
     return run_process(o, std::move(made), bus);
   } catch (const std::exception& e) {

@@ -24,9 +24,13 @@ droplet::HeightFilterOptions options_of(const Experiment& e) {
 }  // namespace
 
 HeightEstimate::HeightEstimate(const Experiment& e, Mask mask)
-    : mask_(std::move(mask)), grid_(e.grid), model_(options_of(e).model), droplet_scatter_(e.control.droplet_scatter),
+    : mask_(std::move(mask)),
+      grid_(e.grid),
+      model_(options_of(e).model),
+      droplet_scatter_(e.control.droplet_scatter),
       filter_(e.grid, options_of(e)) {
-  if (mask_.size() != grid_.size()) throw std::invalid_argument("height estimate: the mask does not have the grid's size");
+  if (mask_.size() != grid_.size())
+    throw std::invalid_argument("height estimate: the mask does not have the grid's size");
   if (e.control.droplet_factors == "off") return;
   droplet::DropletFactorOptions o;
   o.model = model_;
@@ -36,7 +40,9 @@ HeightEstimate::HeightEstimate(const Experiment& e, Mask mask)
 }
 
 void HeightEstimate::take(const deposition_report_t& r) {
-  if (from_message(r.grid) != grid_ || r.drops.size() != grid_.size() || r.layer < layer_ || r.layer <= taken_) return;
+  if (from_message(r.grid) != grid_ || r.drops.size() != grid_.size() || r.layer < layer_ ||
+      r.layer <= taken_)
+    return;
   if (r.layer > layer_) {
     layer_ = r.layer;
     drops_ = {};
@@ -49,7 +55,8 @@ void HeightEstimate::use_model(const deposition::DropletModel& model, double dro
 }
 
 // The layer's passes, after what they tell of the droplets: place by place, since they add other shares.
-std::vector<droplet::Pass> HeightEstimate::learned_from(const HeightMap& height, const std::vector<droplet::Use>& use) {
+std::vector<droplet::Pass> HeightEstimate::learned_from(const HeightMap& height,
+                                                        const std::vector<droplet::Use>& use) {
   std::vector<droplet::Pass> passes = drops_.passes();
   if (!factors_) return passes;
   factors_->add_layer(filter_.surface().height_mm, passes, height.cells, use);
@@ -57,7 +64,8 @@ std::vector<droplet::Pass> HeightEstimate::learned_from(const HeightMap& height,
   filter_.use_model(model_.times(inside), droplet_scatter_);
   std::vector<droplet::Pass> apart;
   for (const droplet::Pass& pass : passes)
-    for (const droplet::Place place : {droplet::Place::kInside, droplet::Place::kBetween, droplet::Place::kRim}) {
+    for (const droplet::Place place :
+         {droplet::Place::kInside, droplet::Place::kBetween, droplet::Place::kRim}) {
       droplet::Pass there{{}, pass.share * std::min(1.0, factors_->at(place) / inside)};
       for (const std::uint32_t c : pass.cells)
         if (factors_->places().cells[c] == place) there.cells.push_back(c);
@@ -71,11 +79,14 @@ bool HeightEstimate::ready(const height_map_t& m) const {
 }
 
 void HeightEstimate::take(const height_map_t& m) {
-  if (m.layer < taken_) throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": layer " + std::to_string(m.layer) +
-                                                    " came after layer " + std::to_string(taken_));
-  if (m.quality.size() != grid_.size()) throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": no quality of each cell");
+  if (m.layer < taken_)
+    throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": layer " +
+                                std::to_string(m.layer) + " came after layer " + std::to_string(taken_));
+  if (m.quality.size() != grid_.size())
+    throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": no quality of each cell");
   const HeightMap height = height_of(m);
-  const double noise = std::isfinite(m.noise_std_mm) ? std::max(m.noise_std_mm, kLeastNoise_mm) : kLeastNoise_mm;
+  const double noise =
+      std::isfinite(m.noise_std_mm) ? std::max(m.noise_std_mm, kLeastNoise_mm) : kLeastNoise_mm;
   const droplet::LayerDrops drops = m.layer == layer_ ? drops_ : droplet::LayerDrops{};
   const auto use = drops.use_of(height, m.quality, mask_);
   if (m.layer == taken_)

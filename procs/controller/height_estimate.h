@@ -1,5 +1,5 @@
-// What the controller takes for the surface with control.height_estimate = "kalman": the map blended with what the
-// executed droplets must have added (estimators/droplet/height_filter.h).
+// What the controller takes for the surface with control.height_estimate = "kalman": the map blended with
+// what the executed droplets must have added (estimators/droplet/height_filter.h).
 #pragma once
 
 #include <optional>
@@ -25,12 +25,14 @@ class HeightEstimate {
 
   /// Whether all reports of the map's layer have come (they travel on another channel than the map).
   bool ready(const height_map_t& map) const;
-  /// Takes the map in. Where the layer's reports have not come, or layers lie between this map and the last one, the
-  /// map alone counts. @throws std::invalid_argument: a map that cannot be used; nothing is changed then.
+  /// Takes the map in. Where the layer's reports have not come, or layers lie between this map and the last
+  /// one, the map alone counts. @throws std::invalid_argument: a map that cannot be used; nothing is changed
+  /// then.
   void take(const height_map_t& map);
 
   HeightMap height() const;  ///< as the newest map and the droplets before it tell; finite
-  /// control.droplet_factors: what droplets were found to add, as shares of the configured model's; null: not asked for.
+  /// control.droplet_factors: what droplets were found to add, as shares of the configured model's; null: not
+  /// asked for.
   const droplet::DropletFactors* factors() const { return factors_ ? &*factors_ : nullptr; }
   double std_mm() const { return filter_.std_mm(mask_); }  ///< of one cell of the part
 

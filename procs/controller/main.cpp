@@ -5,7 +5,8 @@
 #include "procs/bus/node_main.h"
 
 int main(int argc, char** argv) {
-  return firn::node_main(argc, argv, firn::NodeId::kController, [](const std::string& config, const firn::Blobs& blobs) {
-    return firn::make_controller_node_on(firn::parallel_on(firn::thread_count(0)), config, blobs);
-  });
+  return firn::node_main(
+      argc, argv, firn::NodeId::kController, [](const std::string& config, const firn::Blobs& blobs) {
+        return firn::make_controller_node_on(firn::parallel_on(firn::thread_count(0)), config, blobs);
+      });
 }

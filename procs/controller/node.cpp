@@ -54,7 +54,8 @@ control::ControlOptions control_options(const Experiment& e) {
   if (c.mpc.error != "absolute") {
     const ModelConfig& h = e.model;
     o.mpc.error = control::ErrorKind::kSquare;
-    o.mpc.price_mm2 = c.droplet_scatter * c.droplet_scatter * (h.h1_mm * h.h1_mm + 4.0 * h.h2_mm * h.h2_mm + 4.0 * h.h3_mm * h.h3_mm);
+    o.mpc.price_mm2 = c.droplet_scatter * c.droplet_scatter *
+                      (h.h1_mm * h.h1_mm + 4.0 * h.h2_mm * h.h2_mm + 4.0 * h.h3_mm * h.h3_mm);
     if (c.mpc.error == "square_mean") o.mpc.mean_weight = kMeanWeight;
   }
   o.mpc.alpha.clear();
@@ -70,7 +71,12 @@ control::ControlOptions control_options(const Experiment& e) {
   o.pattern = {p.kind == "identification" ? control::PatternKind::kIdentification
                : p.kind == "squares"      ? control::PatternKind::kSquares
                                           : control::PatternKind::kRandom,
-               p.layers, p.fill, p.spacing_cells, p.largest_square, p.square_step, p.seed};
+               p.layers,
+               p.fill,
+               p.spacing_cells,
+               p.largest_square,
+               p.square_step,
+               p.seed};
   return o;
 }
 
@@ -131,7 +137,8 @@ void ControllerNode::wake(TimerId timer, Time, Outbox& out) {
   fault_t fault{};
   fault.severity = std::int8_t(Severity::kWarning);
   fault.node = info(NodeId::kController).name;
-  fault.text = "what was fired for layer " + std::to_string(map.layer) + " has not been reported; its map counts alone";
+  fault.text = "what was fired for layer " + std::to_string(map.layer) +
+               " has not been reported; its map counts alone";
   out.send(channels::fault(NodeId::kController), fault);
   answer(map, out);
 }
@@ -145,7 +152,8 @@ control::Decision ControllerNode::decide(const height_map_t& m) {
   if (estimate_) {
     estimate_->take(m);
     if (const auto* factors = estimate_->factors())
-      scheme_->use_models(model_.times(factors->at(droplet::Place::kInside)), model_.times(factors->at(droplet::Place::kRim)));
+      scheme_->use_models(model_.times(factors->at(droplet::Place::kInside)),
+                          model_.times(factors->at(droplet::Place::kRim)));
     return scheme_->decide({estimate_->height(), m.layer, m.attempt, estimate_->std_mm()});
   }
   const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
@@ -197,9 +205,11 @@ std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const
   return make_controller_node_on(serially, config_toml, blobs);
 }
 
-std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const std::string& config_toml, const Blobs& blobs) {
+std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const std::string& config_toml,
+                                              const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
-  if (is_ice(e)) return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes));
+  if (is_ice(e))
+    return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes));
   std::shared_ptr<const Geometry> geometry;
   if (e.geometry.solid.kind != "none")
     geometry = std::make_shared<const Geometry>(

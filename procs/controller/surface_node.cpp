@@ -14,7 +14,9 @@
 namespace firn {
 
 SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPaths paths)
-    : paths_(e.ice.map_table == "on" ? slice::with_table(std::move(paths)) : std::move(paths)), pitch_mm_(e.ice.pitch_mm), min_measured_fraction_(e.process.min_measured_fraction) {
+    : paths_(e.ice.map_table == "on" ? slice::with_table(std::move(paths)) : std::move(paths)),
+      pitch_mm_(e.ice.pitch_mm),
+      min_measured_fraction_(e.process.min_measured_fraction) {
   if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
   const control::SurfaceOptions options = surface_options(e, paths_.layers.back().layer);
   version_ = options.version;
@@ -26,14 +28,18 @@ SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPa
 
 control::SurfaceDecision SurfaceControllerNode::decide(const height_map_t& m) {
   const slice::LayerPaths* layer = slice::find_layer(paths_, m.layer);
-  if (!layer) throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": the print has no layer " + std::to_string(m.layer));
+  if (!layer)
+    throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": the print has no layer " +
+                                std::to_string(m.layer));
   const GridSpec grid = slice::footprint_grid(*layer, pitch_mm_);
   if (from_message(m.grid) != grid || m.height_mm.size() != grid.size())
-    throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": its grid of " + std::to_string(m.grid.nx) + " x " +
-                                std::to_string(m.grid.ny) + " cells is not layer " + std::to_string(m.layer) + "'s of " + std::to_string(grid.nx) +
-                                " x " + std::to_string(grid.ny));
+    throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": its grid of " +
+                                std::to_string(m.grid.nx) + " x " + std::to_string(m.grid.ny) +
+                                " cells is not layer " + std::to_string(m.layer) + "'s of " +
+                                std::to_string(grid.nx) + " x " + std::to_string(grid.ny));
   const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
-  return scheme_->decide({height_of(m), slice::footprint_materials(*layer, grid), layer->z * slice::kMmPerUnit, m.layer, m.attempt, noise});
+  return scheme_->decide({height_of(m), slice::footprint_materials(*layer, grid),
+                          layer->z * slice::kMmPerUnit, m.layer, m.attempt, noise});
 }
 
 void SurfaceControllerNode::start(const Start& start, Time, Outbox&) {
@@ -43,8 +49,10 @@ void SurfaceControllerNode::start(const Start& start, Time, Outbox&) {
 void SurfaceControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   if (!(m.measured_fraction >= min_measured_fraction_)) return;
   // The bare table tells nothing of the valves.
-  if (feed_forward_ && m.layer > 0 && m.map_id != told_) waiting_ = m;
-  else answer(m, out);
+  if (feed_forward_ && m.layer > 0 && m.map_id != told_)
+    waiting_ = m;
+  else
+    answer(m, out);
 }
 
 void SurfaceControllerNode::answer(const height_map_t& m, Outbox& out) {
@@ -52,7 +60,9 @@ void SurfaceControllerNode::answer(const height_map_t& m, Outbox& out) {
   answer.layer = m.layer;
   answer.attempt = m.attempt;
   answer.map_id = m.map_id;
-  answer.version = std::int8_t(version_ == control::SurfaceVersion::kPathSpeed ? ControlVersion::kPathSpeed : ControlVersion::kValveFrequency);
+  answer.version =
+      std::int8_t(version_ == control::SurfaceVersion::kPathSpeed ? ControlVersion::kPathSpeed
+                                                                  : ControlVersion::kValveFrequency);
   answer.grid = m.grid;
   control::SurfaceDecision d;
   try {

@@ -13,9 +13,10 @@
 
 namespace firn {
 
-/// Answers every height map of a layer of the print with the action for the layers above it, echoing map_id and attempt. A
-/// map below process.min_measured_fraction is not answered: whoever asked for it measures again or stops (I13). A map that
-/// cannot be used is answered with a fault and a decision to stop; it leaves the scheme's state as it was.
+/// Answers every height map of a layer of the print with the action for the layers above it, echoing map_id
+/// and attempt. A map below process.min_measured_fraction is not answered: whoever asked for it measures
+/// again or stops (I13). A map that cannot be used is answered with a fault and a decision to stop; it leaves
+/// the scheme's state as it was.
 class SurfaceControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the option that the scheme refuses; paths without a layer

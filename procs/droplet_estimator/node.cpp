@@ -31,14 +31,16 @@ droplet::EstimatorOptions options_of(const Experiment& e) {
 
 DropletEstimatorNode::DropletEstimatorNode(const Experiment& e, Mask mask)
     : grid_(e.grid), mask_(std::move(mask)), estimator_(e.grid, options_of(e)) {
-  if (mask_.size() != grid_.size()) throw std::invalid_argument("droplet_estimator: the mask does not have the grid's size");
+  if (mask_.size() != grid_.size())
+    throw std::invalid_argument("droplet_estimator: the mask does not have the grid's size");
   subscribe(channels::kDepositionReport, this);
   subscribe(channels::kHeightMap, this);
 }
 
 void DropletEstimatorNode::on(const deposition_report_t& r, Time, Outbox& out) {
   if (from_message(r.grid) != grid_ || r.drops.size() != grid_.size())
-    return warn("DEPOSITION_REPORT of layer " + std::to_string(r.layer) + ": its grid is not the experiment's", out);
+    return warn(
+        "DEPOSITION_REPORT of layer " + std::to_string(r.layer) + ": its grid is not the experiment's", out);
   if (r.layer < layer_ || r.layer <= learned_) return;  // of a layer that has been taken in without it
   if (r.layer > layer_) {
     layer_ = r.layer;
@@ -68,7 +70,8 @@ void DropletEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
 
 void DropletEstimatorNode::learn(const height_map_t& m, Outbox& out) {
   if (m.layer < learned_) return;
-  const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : kNoiseIfUnknown_mm;
+  const double noise =
+      std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : kNoiseIfUnknown_mm;
   const droplet::LayerDrops drops = m.layer == layer_ ? drops_ : droplet::LayerDrops{};
   const auto use = drops.use_of(height_of(m), m.quality, mask_);
   if (std::count(use.begin(), use.end(), droplet::Use::kNothing) == std::ptrdiff_t(use.size()))

@@ -22,7 +22,8 @@ GridSpec union_of(const slice::PrintPaths& paths, double pitch_mm) {
   bool first = true;
   for (const slice::LayerPaths& layer : paths.layers) {
     const GridSpec g = slice::footprint_grid(layer, pitch_mm);
-    const double i = std::floor(g.origin_x_mm / pitch_mm + 0.5), j = std::floor(g.origin_y_mm / pitch_mm + 0.5);
+    const double i = std::floor(g.origin_x_mm / pitch_mm + 0.5),
+                 j = std::floor(g.origin_y_mm / pitch_mm + 0.5);
     i0 = first ? i : std::min(i0, i), j0 = first ? j : std::min(j0, j);
     i1 = first ? i + g.nx : std::max(i1, i + g.nx), j1 = first ? j + g.ny : std::max(j1, j + g.ny);
     first = false;
@@ -31,7 +32,8 @@ GridSpec union_of(const slice::PrintPaths& paths, double pitch_mm) {
 }
 
 motion::Tool tool_of(const slice::PrintPaths& paths, const Machine& machine, std::size_t material) {
-  const std::string name = material < paths.head.materials.size() ? paths.head.materials[material].tool : "scaffold";
+  const std::string name =
+      material < paths.head.materials.size() ? paths.head.materials[material].tool : "scaffold";
   for (const motion::Tool& t : tools(machine))
     if (t.name == name) return t;
   throw std::invalid_argument("paths: tool \"" + name + "\" is not one of the machine's");
@@ -47,7 +49,8 @@ void warn(const std::string& text, Outbox& out) {
 
 }  // namespace
 
-FlowEstimatorNode::FlowEstimatorNode(const Experiment& e, const Machine& machine, const slice::PrintPaths& paths)
+FlowEstimatorNode::FlowEstimatorNode(const Experiment& e, const Machine& machine,
+                                     const slice::PrintPaths& paths)
     : grid_(union_of(paths, e.ice.pitch_mm)),
       arm_(make_arm(machine)),
       tools_{tool_of(paths, machine, 0), tool_of(paths, machine, 1)},
@@ -83,16 +86,22 @@ void FlowEstimatorNode::on(const path_report_t& m, Time, Outbox&) {
 void FlowEstimatorNode::add(const path_report_t& m) {
   const auto motion = motions_.find(m.path);
   const auto lists = lists_.find(m.path);
-  if (motion == motions_.end() || lists == lists_.end() || std::int32_t(lists->second.size()) < lists->second.front().lists) {
+  if (motion == motions_.end() || lists == lists_.end() ||
+      std::int32_t(lists->second.size()) < lists->second.front().lists) {
     early_[m.path] = m;  // they travel on other channels
     return;
   }
   const std::size_t valve = m.material == 0 ? 0 : 1;
-  const bool nothing_ran = m.outcome == std::int8_t(Outcome::kNone) || m.outcome == std::int8_t(Outcome::kRefused);
+  const bool nothing_ran =
+      m.outcome == std::int8_t(Outcome::kNone) || m.outcome == std::int8_t(Outcome::kRefused);
   HeightMap path(grid_, 0.0);
   for (const pulse_list_t& l : lists->second)
-    if (!nothing_ran) flow::add_laid({motion->second, l.start_s, l.tick_s, latency_s_[valve], l.volume_mm3, l.tick}, {*arm_, tools_[valve], origin_}, path);
-  const double fired = m.pulses_counted >= 0 && m.pulses_commanded > 0 ? double(m.pulses_counted) / double(m.pulses_commanded) : 1.0;
+    if (!nothing_ran)
+      flow::add_laid({motion->second, l.start_s, l.tick_s, latency_s_[valve], l.volume_mm3, l.tick},
+                     {*arm_, tools_[valve], origin_}, path);
+  const double fired = m.pulses_counted >= 0 && m.pulses_commanded > 0
+                           ? double(m.pulses_counted) / double(m.pulses_commanded)
+                           : 1.0;
   const bool doubt = m.outcome != std::int8_t(Outcome::kDone);
   const int reach = int(kDoubtReach_cells);
   for (int j = 0; j < grid_.ny; ++j)
@@ -103,14 +112,16 @@ void FlowEstimatorNode::add(const path_report_t& m) {
         continue;
       }
       for (int y = std::max(0, j - reach); y <= std::min(grid_.ny - 1, j + reach); ++y)
-        for (int x = std::max(0, i - reach); x <= std::min(grid_.nx - 1, i + reach); ++x) laid_[valve].at(x, y) = kNotMeasured;
+        for (int x = std::max(0, i - reach); x <= std::min(grid_.nx - 1, i + reach); ++x)
+          laid_[valve].at(x, y) = kNotMeasured;
     }
   motions_.erase(m.path), lists_.erase(m.path), early_.erase(m.path);
 }
 
 void FlowEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
   if (!(m.measured_fraction >= min_measured_fraction_) || m.layer < layer_) return;
-  if (m.height_mm.size() != m.quality.size()) return warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no quality of each cell", out);
+  if (m.height_mm.size() != m.quality.size())
+    return warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no quality of each cell", out);
   HeightMap known = height_of(m);
   for (std::size_t c = 0; c < known.size(); ++c)
     if (m.quality[c] != std::int8_t(CellQuality::kMeasured)) known.cells[c] = kNotMeasured;
@@ -151,8 +162,9 @@ void FlowEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
 std::unique_ptr<Node> make_flow_estimator(const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
   const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
-  return std::make_unique<FlowEstimatorNode>(e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
-                                             slice::decode_print_paths(blob(blobs, "paths").bytes));
+  return std::make_unique<FlowEstimatorNode>(
+      e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
+      slice::decode_print_paths(blob(blobs, "paths").bytes));
 }
 
 }  // namespace firn

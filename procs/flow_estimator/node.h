@@ -19,10 +19,10 @@
 
 namespace firn {
 
-/// Keeps what each path was to lay where, takes what its report says was fired, and after each height map (of at least
-/// process.min_measured_fraction) tells what the valves give against their calibrated curves. The table counts as flat before
-/// the first map. A path whose outcome is in doubt makes the places it passes unknown for its interval. A map that comes again
-/// for the same layer replaces the first.
+/// Keeps what each path was to lay where, takes what its report says was fired, and after each height map (of
+/// at least process.min_measured_fraction) tells what the valves give against their calibrated curves. The
+/// table counts as flat before the first map. A path whose outcome is in doubt makes the places it passes
+/// unknown for its interval. A map that comes again for the same layer replaces the first.
 class FlowEstimatorNode final : public Node {
  public:
   /// @throws std::invalid_argument: paths without a layer, materials whose tools the machine has not
@@ -37,7 +37,7 @@ class FlowEstimatorNode final : public Node {
   Laid nothing() const { return {HeightMap(grid_, 0.0), HeightMap(grid_, 0.0)}; }
   void add(const path_report_t& report);
 
-  GridSpec grid_;                               ///< holds every layer's footprint
+  GridSpec grid_;  ///< holds every layer's footprint
   std::unique_ptr<motion::Arm> arm_;
   std::array<motion::Tool, 2> tools_;
   std::array<double, 2> latency_s_;
@@ -46,10 +46,10 @@ class FlowEstimatorNode final : public Node {
   flow::FlowEstimator estimator_;
   std::map<std::int64_t, Trajectory> motions_;  ///< of paths not yet reported
   std::map<std::int64_t, std::vector<pulse_list_t>> lists_;
-  std::map<std::int64_t, path_report_t> early_; ///< reports that overtook their path
-  Laid laid_, laid_before_;                     ///< since the newest map, and in the interval that it ended
-  HeightMap newest_, before_;                   ///< maps; NaN = not measured
-  int layer_ = 0;                               ///< of the newest map
+  std::map<std::int64_t, path_report_t> early_;  ///< reports that overtook their path
+  Laid laid_, laid_before_;                      ///< since the newest map, and in the interval that it ended
+  HeightMap newest_, before_;                    ///< maps; NaN = not measured
+  int layer_ = 0;                                ///< of the newest map
 };
 
 std::unique_ptr<Node> make_flow_estimator(const std::string& config_toml, const Blobs& blobs);

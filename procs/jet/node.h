@@ -1,4 +1,5 @@
-// jet, jet_b: JET_COMMAND, JET_B_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_JET, STATE_JET, FAULT_JET, …
+// jet, jet_b: JET_COMMAND, JET_B_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_JET, STATE_JET, FAULT_JET,
+// …
 #pragma once
 
 #include <memory>
@@ -11,7 +12,8 @@
 
 namespace firn {
 
-/// Thin shell round drivers/jet: arm for external triggers, disarm. The jet of ink A (kJet) or that of ink B (kJetB).
+/// Thin shell round drivers/jet: arm for external triggers, disarm. The jet of ink A (kJet) or that of ink B
+/// (kJetB).
 class JetNode final : public DriverNode<JetNode, drivers::Jet, drivers::Effects> {
  public:
   /// @throws std::invalid_argument for a waveform beyond the limits.

@@ -1,5 +1,5 @@
-// laser_point: LASER_COMMAND, ENABLE, SAFE_STOP, instrument -> LASER_SAMPLES, ANSWER_LASER_POINT, STATE_LASER_POINT,
-// FAULT_LASER_POINT.
+// laser_point: LASER_COMMAND, ENABLE, SAFE_STOP, instrument -> LASER_SAMPLES, ANSWER_LASER_POINT,
+// STATE_LASER_POINT, FAULT_LASER_POINT.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,8 @@
 
 namespace firn {
 
-/// Thin shell round drivers/laser_point. LASER_SAMPLES of a collect carries the path of the command that armed the storage.
+/// Thin shell round drivers/laser_point. LASER_SAMPLES of a collect carries the path of the command that
+/// armed the storage.
 class LaserPointNode final : public DriverNode<LaserPointNode, drivers::LaserPoint, drivers::Effects> {
  public:
   /// @throws std::invalid_argument: a sampling time or averaging that the instrument has not

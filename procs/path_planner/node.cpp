@@ -39,8 +39,10 @@ path_job_t job_of(const planning::PathTask& t) {
 
 void set_reach(path_job_t& job, const std::vector<Point2>& points) {
   if (points.empty()) return;
-  const auto [x0, x1] = std::minmax_element(points.begin(), points.end(), [](const Point2& a, const Point2& b) { return a.x_mm < b.x_mm; });
-  const auto [y0, y1] = std::minmax_element(points.begin(), points.end(), [](const Point2& a, const Point2& b) { return a.y_mm < b.y_mm; });
+  const auto [x0, x1] = std::minmax_element(points.begin(), points.end(),
+                                            [](const Point2& a, const Point2& b) { return a.x_mm < b.x_mm; });
+  const auto [y0, y1] = std::minmax_element(points.begin(), points.end(),
+                                            [](const Point2& a, const Point2& b) { return a.y_mm < b.y_mm; });
   job.x_min_mm = x0->x_mm, job.x_max_mm = x1->x_mm;
   job.y_min_mm = y0->y_mm, job.y_max_mm = y1->y_mm;
 }
@@ -54,9 +56,12 @@ planning::PlanningSetup planning_setup(const Experiment& e, const Machine& machi
   s.origin = {e.ice.origin_x_mm, e.ice.origin_y_mm};
   s.origin_z_mm = e.ice.origin_z_mm;
   s.nozzle_gap_mm = e.ice.nozzle_gap_mm;
-  const auto speeds = [](const IceMaterialConfig& m) { return planning::MaterialSpeeds{m.boundary_mm_s, m.fill_mm_s, m.measure_mm_s}; };
+  const auto speeds = [](const IceMaterialConfig& m) {
+    return planning::MaterialSpeeds{m.boundary_mm_s, m.fill_mm_s, m.measure_mm_s};
+  };
   s.speeds = {speeds(e.ice.water), speeds(e.ice.scaffold)};
-  s.valves = {{valve_setting(e.valve_a), e.valve_a.latency_s}, {valve_setting(e.valve_b), e.valve_b.latency_s}};
+  s.valves = {{valve_setting(e.valve_a), e.valve_a.latency_s},
+              {valve_setting(e.valve_b), e.valve_b.latency_s}};
   s.valve_limits = list_limits(machine, e);
   if (e.ice.coverage == "off") s.coverage_window_mm = 0.0;
   s.version = surface_options(e, 0).version;
@@ -69,7 +74,8 @@ PathPlannerNode::PathPlannerNode(const Experiment& e, const Machine& machine, sl
       planner_(std::make_unique<planning::TaskPlanner>(setup_)),
       interval_layers_(e.ice.interval_layers),
       map_table_(e.ice.map_table == "on"),
-      motions_keep_(setup_.version == control::SurfaceVersion::kValveFrequency || e.control.scheme == "open_loop") {
+      motions_keep_(setup_.version == control::SurfaceVersion::kValveFrequency ||
+                    e.control.scheme == "open_loop") {
   if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
   subscribe(channels::kControlSurface, this);
 }
@@ -90,7 +96,9 @@ PathPlannerNode::Batch PathPlannerNode::batch_after(int layers_below) const {
   return b;
 }
 
-PathPlannerNode::Batch PathPlannerNode::table_batch() const { return {planning::tasks_of(paths_, slice::table_layer(paths_), true, setup_)}; }
+PathPlannerNode::Batch PathPlannerNode::table_batch() const {
+  return {planning::tasks_of(paths_, slice::table_layer(paths_), true, setup_)};
+}
 
 bool PathPlannerNode::refuse_unreachable(Outbox& out) {
   int refused = 0;
@@ -107,7 +115,9 @@ bool PathPlannerNode::refuse_unreachable(Outbox& out) {
         job.index = refused++;
         job.count = kMostRefusals;
         set_reach(job, tasks[n].points);
-        job.text = "layer " + std::to_string(layer.layer) + ", " + (measurement ? "measurement" : "deposition") + " path " + std::to_string(n + 1) + ": " + why;
+        job.text = "layer " + std::to_string(layer.layer) + ", " +
+                   (measurement ? "measurement" : "deposition") + " path " + std::to_string(n + 1) + ": " +
+                   why;
         if (first.empty()) first = job.text;
         out.send(channels::kPathJob, std::move(job));
       }
@@ -133,7 +143,8 @@ void PathPlannerNode::on(const control_surface_t& m, Time, Outbox& out) {
   send_batch(batch_after(m.layer), m.layer + interval_layers_, m.map_id, &action, out);
 }
 
-void PathPlannerNode::send_batch(const Batch& batch, int next_below, std::int64_t map_id, const HeightMap* action, Outbox& out) {
+void PathPlannerNode::send_batch(const Batch& batch, int next_below, std::int64_t map_id,
+                                 const HeightMap* action, Outbox& out) {
   planner_->next_batch();
   if (batch.tasks.empty()) return;
   ++batch_;
@@ -145,15 +156,18 @@ void PathPlannerNode::send_batch(const Batch& batch, int next_below, std::int64_
     send_path(batch.tasks[n], planned, int(n), int(batch.tasks.size()), map_id, out);
   }
   if (missing_mm3 > kMissingShare * wanted_mm3)
-    tell(Severity::kWarning, "batch " + std::to_string(batch_) + " wants " + std::to_string(missing_mm3) + " mm3 more than the valves give at its speeds", out);
+    tell(Severity::kWarning,
+         "batch " + std::to_string(batch_) + " wants " + std::to_string(missing_mm3) +
+             " mm3 more than the valves give at its speeds",
+         out);
   ahead_ = batch_after(next_below);
   if (!motions_keep_) std::erase_if(ahead_.tasks, [](const planning::PathTask& t) { return t.deposits(); });
   ahead_next_ = 0;
   out.wake_at(kAhead, out.now().after_s(kAheadAfter_s));
 }
 
-void PathPlannerNode::send_path(const planning::PathTask& task, const planning::PlannedTask& planned, int index, int count, std::int64_t map_id,
-                                Outbox& out) {
+void PathPlannerNode::send_path(const planning::PathTask& task, const planning::PlannedTask& planned,
+                                int index, int count, std::int64_t map_id, Outbox& out) {
   path_job_t job = job_of(task);
   job.path = ++path_;
   job.batch = batch_;
@@ -203,11 +217,13 @@ std::unique_ptr<Node> make_path_planner(const std::string& config_toml, const Bl
   return make_path_planner_on(serially, config_toml, blobs);
 }
 
-std::unique_ptr<Node> make_path_planner_on(const ParallelFor& parallel, const std::string& config_toml, const Blobs& blobs) {
+std::unique_ptr<Node> make_path_planner_on(const ParallelFor& parallel, const std::string& config_toml,
+                                           const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
   const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
-  auto node = std::make_unique<PathPlannerNode>(e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
-                                                slice::decode_print_paths(blob(blobs, "paths").bytes));
+  auto node = std::make_unique<PathPlannerNode>(
+      e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
+      slice::decode_print_paths(blob(blobs, "paths").bytes));
   node->use_threads(parallel);
   return node;
 }

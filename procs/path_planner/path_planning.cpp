@@ -31,7 +31,10 @@ std::int64_t PlannedTask::pulses() const {
 
 struct TaskPlanner::State {
   explicit State(PlanningSetup s)
-      : setup(std::move(s)), arm(make_arm(setup.machine)), limits(motion_limits(setup.machine)), tools(firn::tools(setup.machine)) {
+      : setup(std::move(s)),
+        arm(make_arm(setup.machine)),
+        limits(motion_limits(setup.machine)),
+        tools(firn::tools(setup.machine)) {
     options.tolerance_mm = setup.tolerance_mm;
     options.tick_s = setup.machine.tick_s;
     options.lower_bound = false;
@@ -55,8 +58,10 @@ struct TaskPlanner::State {
     if (t.tool == "laser") {
       in.tool = setup.laser;
     } else {
-      const auto found = std::find_if(tools.begin(), tools.end(), [&](const motion::Tool& tool) { return tool.name == t.tool; });
-      if (found == tools.end()) throw std::invalid_argument("tool \"" + t.tool + "\" is not one of the machine's");
+      const auto found = std::find_if(tools.begin(), tools.end(),
+                                      [&](const motion::Tool& tool) { return tool.name == t.tool; });
+      if (found == tools.end())
+        throw std::invalid_argument("tool \"" + t.tool + "\" is not one of the machine's");
       in.tool = *found;
     }
     return in;
@@ -64,7 +69,7 @@ struct TaskPlanner::State {
 
   /// What motion is first tried for a task.
   struct FirstTry {
-    std::string problem;   ///< why there is none
+    std::string problem;  ///< why there is none
     std::vector<Point2> points;
     motion::PathInput in;  ///< of `points`
     std::string key;
@@ -72,7 +77,8 @@ struct TaskPlanner::State {
 
   static std::string key_of(const PathTask& t, const motion::PathInput& in) {
     std::string key;
-    put(key, t.kind), put(key, t.closed), put(key, in.tool.x_mm), put(key, in.tool.y_mm), put(key, in.ceiling.path_mm_s);
+    put(key, t.kind), put(key, t.closed), put(key, in.tool.x_mm), put(key, in.tool.y_mm),
+        put(key, in.ceiling.path_mm_s);
     put(key, in.points.size());
     for (const Point2& p : in.points) put(key, p);
     for (const double c : in.ceiling.point_mm_s) put(key, c);
@@ -84,7 +90,8 @@ struct TaskPlanner::State {
     FirstTry out;
     out.points = t.points;
     motion::SpeedCeiling ceiling{nominal_speed(t), {}};
-    if (t.deposits() && action && setup.version == control::SurfaceVersion::kPathSpeed) follow(*action, t, out.points, ceiling);
+    if (t.deposits() && action && setup.version == control::SurfaceVersion::kPathSpeed)
+      follow(*action, t, out.points, ceiling);
     try {
       out.in = input(t, out.points);
       out.in.ceiling = std::move(ceiling);
@@ -95,7 +102,8 @@ struct TaskPlanner::State {
     return out;
   }
 
-  /// Plans the motions that are not remembered, side by side: what comes of one does not depend on the others.
+  /// Plans the motions that are not remembered, side by side: what comes of one does not depend on the
+  /// others.
   void plan_motions(const std::vector<FirstTry>& tries, const ParallelFor& parallel) {
     std::vector<std::pair<const FirstTry*, Motion*>> fresh;
     for (const FirstTry& t : tries) {
@@ -121,17 +129,20 @@ struct TaskPlanner::State {
     const double rise_mm = in.z_mm - in.tool.z_mm - m.flange_z_mm;
     Trajectory& trajectory = m.result.trajectory;
     if (rise_mm != 0.0)
-      for (std::size_t n = 0; n < trajectory.samples(); ++n) trajectory.positions[n * std::size_t(trajectory.axes) + kHeightJoint] += rise_mm;
+      for (std::size_t n = 0; n < trajectory.samples(); ++n)
+        trajectory.positions[n * std::size_t(trajectory.axes) + kHeightJoint] += rise_mm;
     m.flange_z_mm += rise_mm;
     return m.result;
   }
 
   double nominal_speed(const PathTask& t) const {
-    return std::min(setup.speeds.at(std::min<std::size_t>(t.material, 1)).of(t.kind), setup.machine.speed_mm_s);
+    return std::min(setup.speeds.at(std::min<std::size_t>(t.material, 1)).of(t.kind),
+                    setup.machine.speed_mm_s);
   }
 
   /// What the path asks of its valve at the ticks of its motion.
-  deposition::FlowDemand demand(const PathTask& t, const PlannedTask& p, const std::vector<std::size_t>& rests, const HeightMap* action) const {
+  deposition::FlowDemand demand(const PathTask& t, const PlannedTask& p,
+                                const std::vector<std::size_t>& rests, const HeightMap* action) const {
     deposition::FlowDemand d;
     d.step_s = p.trajectory.tick_s;
     d.speed_mm_s = deposition::speeds_at_ticks(p.tool, d.step_s);
@@ -144,7 +155,8 @@ struct TaskPlanner::State {
     }
     if (t.excess)
       for (std::size_t n = 0; n < d.flow_mm3_s.size(); ++n)
-        d.flow_mm3_s[n] /= std::clamp(1.0 + deposition::action_at(*t.excess, p.tool[n]), kLeastCoverage, kMostCoverage);
+        d.flow_mm3_s[n] /=
+            std::clamp(1.0 + deposition::action_at(*t.excess, p.tool[n]), kLeastCoverage, kMostCoverage);
     d.stops = rests;
     d.stops.erase(std::unique(d.stops.begin(), d.stops.end()), d.stops.end());
     std::erase_if(d.stops, [&](std::size_t n) { return n == 0 || n + 1 >= d.speed_mm_s.size(); });
@@ -152,7 +164,8 @@ struct TaskPlanner::State {
   }
 
   /// Ceilings c_i = A(x_i, y_i) of the speed version (5.9).
-  void follow(const HeightMap& action, const PathTask& t, std::vector<Point2>& points, motion::SpeedCeiling& ceiling) const {
+  void follow(const HeightMap& action, const PathTask& t, std::vector<Point2>& points,
+              motion::SpeedCeiling& ceiling) const {
     std::vector<Point2> fine = subdivided(t.points, t.closed, setup.action_step_mm);
     std::vector<double> speed;
     bool acts = false;
@@ -166,16 +179,19 @@ struct TaskPlanner::State {
     ceiling = {motion::kUnlimited, std::move(speed)};
   }
 
-  std::vector<PlannedList> lists(const deposition::PulsePlan& plan, const deposition::FlowDemand& d, const ValveSetup& valve) const {
+  std::vector<PlannedList> lists(const deposition::PulsePlan& plan, const deposition::FlowDemand& d,
+                                 const ValveSetup& valve) const {
     const deposition::DemandIntegral integral(d);
     const auto earlier = std::int32_t(std::floor(valve.latency_s / setup.valve_limits.tick_s + 0.5));
     std::vector<PlannedList> out;
     for (const deposition::PulseTrain& train : plan.trains) {
       PlannedList l;
       l.start_s = d.step_s * double(train.first_instant);
-      l.volume_mm3 = integral.volume_mm3(d.step_s * double(train.last_instant)) - integral.volume_mm3(l.start_s);
+      l.volume_mm3 =
+          integral.volume_mm3(d.step_s * double(train.last_instant)) - integral.volume_mm3(l.start_s);
       std::int32_t before = -1;
-      for (const std::uint16_t tick : train.ticks) l.ticks.push_back(before = std::max(before + 1, std::int32_t(tick) - earlier));
+      for (const std::uint16_t tick : train.ticks)
+        l.ticks.push_back(before = std::max(before + 1, std::int32_t(tick) - earlier));
       out.push_back(std::move(l));
     }
     return out;
@@ -196,12 +212,17 @@ struct TaskPlanner::State {
   };
 
   /// The pulses of a planned motion.
-  Undivided lay(const PathTask& t, const std::vector<std::size_t>& rests, const HeightMap* action, PlannedTask& out) const {
+  Undivided lay(const PathTask& t, const std::vector<std::size_t>& rests, const HeightMap* action,
+                PlannedTask& out) const {
     const ValveSetup& valve = setup.valves.at(std::min<std::size_t>(t.material, setup.valves.size() - 1));
     deposition::FlowDemand d = demand(t, out, rests, action);
-    out.clipped_mm3 = deposition::clip_flow(d, deposition::max_flow_mm3_s(valve.setting, setup.valve_limits)).volume_mm3;
+    out.clipped_mm3 =
+        deposition::clip_flow(d, deposition::max_flow_mm3_s(valve.setting, setup.valve_limits)).volume_mm3;
     const deposition::PulsePlan pulses = deposition::plan_pulses(d, valve.setting, setup.valve_limits);
-    if (!pulses.problem.empty()) return {pulses.problem, {{}, d.step_s, pulses.problem_from, pulses.problem_to, pulses.problem_fits}, std::move(d.speed_mm_s)};
+    if (!pulses.problem.empty())
+      return {pulses.problem,
+              {{}, d.step_s, pulses.problem_from, pulses.problem_to, pulses.problem_fits},
+              std::move(d.speed_mm_s)};
     out.volume_mm3 = deposition::DemandIntegral(d).total_volume_mm3();
     out.lists = lists(pulses, d, valve);
     return {};
@@ -230,7 +251,9 @@ struct TaskPlanner::State {
       if (left.fits()) return out;
       problem = std::move(left.problem);
       left.span.speed_mm_s = left.speed_mm_s;
-      if (left.span.fits <= left.span.from || motion::add_rests(points, t.closed, in.ceiling, no_yaw, left.span, in.stops).empty()) break;
+      if (left.span.fits <= left.span.from ||
+          motion::add_rests(points, t.closed, in.ceiling, no_yaw, left.span, in.stops).empty())
+        break;
       problem.clear();
     }
     if (problem.empty()) problem = "its pulses do not fit the lists of the valve's controller";
@@ -250,7 +273,9 @@ struct TaskPlanner::State {
 };
 
 TaskPlanner::TaskPlanner(PlanningSetup setup) {
-  if (setup.machine.kind != "scara") throw std::invalid_argument("machine.kind = \"" + setup.machine.kind + "\": paths are planned for an arm, \"scara\"");
+  if (setup.machine.kind != "scara")
+    throw std::invalid_argument("machine.kind = \"" + setup.machine.kind +
+                                "\": paths are planned for an arm, \"scara\"");
   if (setup.valves.size() < 2) throw std::invalid_argument("two valves are needed, for part and scaffold");
   deposition::check(setup.valve_limits);
   for (const ValveSetup& v : setup.valves) deposition::check(v.setting, setup.valve_limits);
@@ -284,9 +309,12 @@ void TaskPlanner::prepare(std::span<const PathTask> tasks, const ParallelFor& pa
   state_->plan_motions(tries, parallel);
 }
 
-PlannedTask TaskPlanner::plan(const PathTask& task, const HeightMap* action) { return std::move(plan({&task, 1}, action, serially).front()); }
+PlannedTask TaskPlanner::plan(const PathTask& task, const HeightMap* action) {
+  return std::move(plan({&task, 1}, action, serially).front());
+}
 
-std::vector<PlannedTask> TaskPlanner::plan(std::span<const PathTask> tasks, const HeightMap* action, const ParallelFor& parallel) {
+std::vector<PlannedTask> TaskPlanner::plan(std::span<const PathTask> tasks, const HeightMap* action,
+                                           const ParallelFor& parallel) {
   State& s = *state_;
   const auto each = [&](const auto& body) {
     parallel(State::kStrands, [&](int strand) {
@@ -298,16 +326,20 @@ std::vector<PlannedTask> TaskPlanner::plan(std::span<const PathTask> tasks, cons
   s.plan_motions(tries, parallel);
   std::vector<PlannedTask> out(tasks.size());
   std::vector<std::vector<std::size_t>> rests(tasks.size());
-  for (std::size_t n = 0; n < tasks.size(); ++n) {  // in order: a remembered motion is raised from task to task
+  for (std::size_t n = 0; n < tasks.size();
+       ++n) {  // in order: a remembered motion is raised from task to task
     out[n].problem = tries[n].problem;
     if (!tries[n].problem.empty()) continue;
     const motion::PlanResult& r = s.remembered(tries[n]);
-    if (r.ok()) rests[n] = r.rests, s.take(tasks[n], r, out[n]);
-    else out[n].problem = motion::describe(*r.fault);
+    if (r.ok())
+      rests[n] = r.rests, s.take(tasks[n], r, out[n]);
+    else
+      out[n].problem = motion::describe(*r.fault);
   }
   std::vector<char> divided(tasks.size(), 0);
   each([&](std::size_t n) {
-    if (out[n].problem.empty() && tasks[n].deposits()) divided[n] = !s.lay(tasks[n], rests[n], action, out[n]).fits();
+    if (out[n].problem.empty() && tasks[n].deposits())
+      divided[n] = !s.lay(tasks[n], rests[n], action, out[n]).fits();
   });
   for (std::size_t n = 0; n < tasks.size(); ++n)
     if (divided[n]) out[n] = s.with_rests(tasks[n], action, std::move(tries[n]));

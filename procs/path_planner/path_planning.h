@@ -22,82 +22,91 @@ struct MaterialSpeeds {
   double fill_mm_s = 25.0;
   double measure_mm_s = 50.0;
   double of(PathKind kind) const {
-    return kind == PathKind::kMeasurement ? measure_mm_s : kind == PathKind::kFill ? fill_mm_s : boundary_mm_s;
+    return kind == PathKind::kMeasurement ? measure_mm_s
+           : kind == PathKind::kFill      ? fill_mm_s
+                                          : boundary_mm_s;
   }
 };
 
 /// A valve as the lab believes it to be.
 struct ValveSetup {
   deposition::ValveSetting setting;
-  double latency_s = 0.0;        ///< from a pulse's tick to liquid on the surface: pulses come so much earlier
+  double latency_s = 0.0;  ///< from a pulse's tick to liquid on the surface: pulses come so much earlier
 };
 
 struct PlanningSetup {
   Machine machine;
-  motion::Tool laser;            ///< as calibrated, its point in the middle of the range
-  Point2 origin;                 ///< of the part's frame in the arm's [mm]
+  motion::Tool laser;  ///< as calibrated, its point in the middle of the range
+  Point2 origin;       ///< of the part's frame in the arm's [mm]
   double origin_z_mm = 0.0;
-  double nozzle_gap_mm = 3.0;    ///< nozzle above the layer's nominal top
-  double tolerance_mm = 0.05;    ///< PlanOptions::tolerance_mm
-  double coverage_window_mm = 5.0;  ///< some beads' widths; 0: beads that overlap or leave spots are laid as they are
-  double action_step_mm = 2.0;   ///< a path that follows an action of the speed has a point at least so often
+  double nozzle_gap_mm = 3.0;  ///< nozzle above the layer's nominal top
+  double tolerance_mm = 0.05;  ///< PlanOptions::tolerance_mm
+  double coverage_window_mm =
+      5.0;  ///< some beads' widths; 0: beads that overlap or leave spots are laid as they are
+  double action_step_mm = 2.0;  ///< a path that follows an action of the speed has a point at least so often
   std::array<MaterialSpeeds, 2> speeds;
-  std::vector<ValveSetup> valves;            ///< by material
+  std::vector<ValveSetup> valves;  ///< by material
   deposition::ValveLimits valve_limits;
   control::SurfaceVersion version = control::SurfaceVersion::kPathSpeed;
 };
 
-/// What is to be planned: a line of a layer, or a piece of it, at the height of the tool in use above the part's origin.
+/// What is to be planned: a line of a layer, or a piece of it, at the height of the tool in use above the
+/// part's origin.
 struct PathTask : Path {
-  std::string tool;              ///< of the machine; "laser": the setup's
-  std::shared_ptr<const HeightMap> excess;  ///< coverage of its layer's beads less 1 (core/slice/footprint.h): less flows where they overlap; null: as they are
+  std::string tool;  ///< of the machine; "laser": the setup's
+  std::shared_ptr<const HeightMap>
+      excess;  ///< coverage of its layer's beads less 1 (core/slice/footprint.h): less flows where they
+               ///< overlap; null: as they are
   bool deposits() const { return kind != PathKind::kMeasurement; }
 };
 
 /// One list for the valve's controller.
 struct PlannedList {
-  double start_s = 0.0;          ///< of the trajectory; the arm rests there
-  double volume_mm3 = 0.0;       ///< wanted until the next list
+  double start_s = 0.0;     ///< of the trajectory; the arm rests there
+  double volume_mm3 = 0.0;  ///< wanted until the next list
   std::vector<std::int32_t> ticks;
 };
 
 struct PlannedTask {
-  std::string problem;           ///< why there is none: reason, point, value and limit; the rest is empty then
-  Trajectory trajectory;         ///< of all joints
-  std::vector<Point2> tool;      ///< in the part's frame, at the ticks
+  std::string problem;       ///< why there is none: reason, point, value and limit; the rest is empty then
+  Trajectory trajectory;     ///< of all joints
+  std::vector<Point2> tool;  ///< in the part's frame, at the ticks
   std::vector<PlannedList> lists;
   double length_mm = 0.0, volume_mm3 = 0.0;
-  double clipped_mm3 = 0.0;      ///< wanted beyond what the valve gives, and left out
+  double clipped_mm3 = 0.0;  ///< wanted beyond what the valve gives, and left out
   std::int64_t pulses() const;
 };
 
-/// The paths of a layer that deposit (with their layer's excess), or those that measure it, in their order, without lines shorter than 0.05 mm.
-/// A measurement path that takes longer than
-/// one list of the robot (max_duration_s of the valves) is divided into equal pieces.
-std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, bool measurement, const PlanningSetup& setup);
+/// The paths of a layer that deposit (with their layer's excess), or those that measure it, in their order,
+/// without lines shorter than 0.05 mm. A measurement path that takes longer than one list of the robot
+/// (max_duration_s of the valves) is divided into equal pieces.
+std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer,
+                               bool measurement, const PlanningSetup& setup);
 
-/// Plans any number of tasks; keeps the planner's memory, and the motions of the tasks of the last two batches: a path that
-/// is met again in another layer, at the same speed, is not planned again.
+/// Plans any number of tasks; keeps the planner's memory, and the motions of the tasks of the last two
+/// batches: a path that is met again in another layer, at the same speed, is not planned again.
 class TaskPlanner {
  public:
-  /// @throws std::invalid_argument: a machine that is no arm, fewer valves than two, what deposition::check refuses
+  /// @throws std::invalid_argument: a machine that is no arm, fewer valves than two, what deposition::check
+  /// refuses
   explicit TaskPlanner(PlanningSetup setup);
   ~TaskPlanner();
 
   /// "" or why the arm cannot follow the task: cheap, without planning it.
   std::string unreachable(const PathTask& task) const;
 
-  /// `action`: U' over the interval's grid, nullptr = none. Both versions lay (1 + u_i) w dh per length: q_i = (1 + u_i) w dh c_i,
-  /// frequency h(q_i) (6.2)-(6.6). Speed version: the ceiling at point i is c_i = c_nom / (1 + u_i) (5.7)-(5.9), so that the
-  /// flow is the constant w dh c_nom wherever the arm reaches its ceiling, and falls with the speed where it cannot (ends,
-  /// corners). Frequency version: the speeds are nominal.
-  /// A path whose pulses do not fit one list is given rests. The same for any number of threads.
-  std::vector<PlannedTask> plan(std::span<const PathTask> tasks, const HeightMap* action, const ParallelFor& parallel);
+  /// `action`: U' over the interval's grid, nullptr = none. Both versions lay (1 + u_i) w dh per length: q_i
+  /// = (1 + u_i) w dh c_i, frequency h(q_i) (6.2)-(6.6). Speed version: the ceiling at point i is c_i = c_nom
+  /// / (1 + u_i) (5.7)-(5.9), so that the flow is the constant w dh c_nom wherever the arm reaches its
+  /// ceiling, and falls with the speed where it cannot (ends, corners). Frequency version: the speeds are
+  /// nominal. A path whose pulses do not fit one list is given rests. The same for any number of threads.
+  std::vector<PlannedTask> plan(std::span<const PathTask> tasks, const HeightMap* action,
+                                const ParallelFor& parallel);
   PlannedTask plan(const PathTask& task, const HeightMap* action);
 
   /// Plans the motions alone, without an action, so that plan() finds them.
   void prepare(std::span<const PathTask> tasks, const ParallelFor& parallel);
-  void next_batch();             ///< motions that were not met since the last call but one are forgotten
+  void next_batch();  ///< motions that were not met since the last call but one are forgotten
   std::size_t motions_planned() const;  ///< calls of the motion planner so far
 
  private:

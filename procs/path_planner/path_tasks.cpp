@@ -16,7 +16,8 @@ double distance(const Point2& a, const Point2& b) {
   return std::sqrt(dx * dx + dy * dy);
 }
 
-PathTask task_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, std::size_t n, const PlanningSetup& setup) {
+PathTask task_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, std::size_t n,
+                 const PlanningSetup& setup) {
   PathTask t{slice::to_path(layer, n), "laser", nullptr};
   if (t.deposits()) {
     t.z_mm += setup.nozzle_gap_mm;
@@ -39,7 +40,8 @@ void divide(PathTask task, double most_mm, std::vector<PathTask>& out) {
     const double step = distance(points[i - 1], points[i]), end = length * double(piece) / pieces;
     if (int(piece) < pieces && done + step > end) {
       const double share = (end - done) / step;
-      const Point2 cut{points[i - 1].x_mm + share * (points[i].x_mm - points[i - 1].x_mm), points[i - 1].y_mm + share * (points[i].y_mm - points[i - 1].y_mm)};
+      const Point2 cut{points[i - 1].x_mm + share * (points[i].x_mm - points[i - 1].x_mm),
+                       points[i - 1].y_mm + share * (points[i].y_mm - points[i - 1].y_mm)};
       task.points.push_back(cut);
       out.push_back(task);
       task.points = {cut};
@@ -77,11 +79,13 @@ std::vector<Point2> subdivided(const std::vector<Point2>& p, bool closed, double
   return out;
 }
 
-std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer, bool measurement, const PlanningSetup& setup) {
+std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer,
+                               bool measurement, const PlanningSetup& setup) {
   std::vector<PathTask> tasks;
   std::shared_ptr<HeightMap> excess;
   if (!measurement && setup.coverage_window_mm > 0.0) {
-    excess = std::make_shared<HeightMap>(slice::bead_coverage(layer, slice::footprint_grid(layer, kCoverageCell_mm), setup.coverage_window_mm, kWidestSpot_mm));
+    excess = std::make_shared<HeightMap>(slice::bead_coverage(
+        layer, slice::footprint_grid(layer, kCoverageCell_mm), setup.coverage_window_mm, kWidestSpot_mm));
     for (double& c : excess->cells) c -= 1.0;
   }
   for (std::size_t n = 0; n < layer.info.size(); ++n) {
@@ -93,7 +97,8 @@ std::vector<PathTask> tasks_of(const slice::PrintPaths& paths, const slice::Laye
       tasks.push_back(std::move(task));
       continue;
     }
-    const double speed = std::min(setup.speeds.at(std::min<std::size_t>(task.material, 1)).measure_mm_s, setup.machine.speed_mm_s);
+    const double speed = std::min(setup.speeds.at(std::min<std::size_t>(task.material, 1)).measure_mm_s,
+                                  setup.machine.speed_mm_s);
     divide(std::move(task), 0.8 * speed * setup.valve_limits.max_duration_s, tasks);
   }
   return tasks;

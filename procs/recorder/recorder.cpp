@@ -19,7 +19,9 @@ constexpr std::int64_t kRetryUs = 1'000'000;  // when the disk refuses
 constexpr std::int64_t kLingerUs = 500'000;   // after STOP, for what is still to come
 constexpr std::int64_t kQuietUs = 60'000;     // nothing has come for so long: done
 
-std::filesystem::path log_path(const ProcessOptions& o) { return std::filesystem::path(o.run_dir) / "log.lcm"; }
+std::filesystem::path log_path(const ProcessOptions& o) {
+  return std::filesystem::path(o.run_dir) / "log.lcm";
+}
 
 logfile::EventLogWriter::Options log_options(const ProcessOptions& o) {
   logfile::EventLogWriter::Options w;
@@ -32,7 +34,8 @@ logfile::EventLogWriter::Options log_options(const ProcessOptions& o) {
 Recorder::Recorder(const ProcessOptions& options, Bus& bus)
     : options_(options),
       log_(log_path(options), log_options(options)),
-      station_(options, bus, [this](const ChannelInfo& row, std::span<const std::byte> m) { record(row, m); }) {
+      station_(options, bus,
+               [this](const ChannelInfo& row, std::span<const std::byte> m) { record(row, m); }) {
   for (const ChannelInfo& row : channel_table())
     if (row.logged) station_.subscribe(row.name);
   if (options.incarnation > 0) {
@@ -68,7 +71,9 @@ int Recorder::run() {
       delivered = n;
       last_us = now;
     }
-    if (now >= stop_at_us || (stop_at_us != INT64_MAX && now - last_us > kQuietUs && !station_.transport().waiting())) break;
+    if (now >= stop_at_us ||
+        (stop_at_us != INT64_MAX && now - last_us > kQuietUs && !station_.transport().waiting()))
+      break;
   }
   try {
     log_.sync();

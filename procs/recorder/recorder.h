@@ -11,8 +11,8 @@
 
 namespace firn {
 
-/// Outside replay: it may lose what the write-ahead files still have (the log is then filled from them), but it loses
-/// nothing that it can ask for again, and it says when the disk is full.
+/// Outside replay: it may lose what the write-ahead files still have (the log is then filled from them), but
+/// it loses nothing that it can ask for again, and it says when the disk is full.
 class Recorder {
  public:
   Recorder(const ProcessOptions& options, Bus& bus);

@@ -9,8 +9,10 @@
 namespace firn {
 namespace {
 
-constexpr double kRateSlack = 1.02;           // of the machine's joint rates: a trajectory is certified between its samples
-constexpr double kFullSpeed_mm_s = 3770.0;    // J1 at 360 deg/s with the arm stretched: what 100 percent may reach
+constexpr double kRateSlack =
+    1.02;  // of the machine's joint rates: a trajectory is certified between its samples
+constexpr double kFullSpeed_mm_s =
+    3770.0;  // J1 at 360 deg/s with the arm stretched: what 100 percent may reach
 
 drivers::RobotConfig robot_config(const Experiment& e, const Machine& machine) {
   const RobotConfig& r = e.robot;
@@ -81,14 +83,16 @@ void RobotNode::on(const robot_command_t& c, Time now, Outbox& out) {
   const drivers::PathPart part{c.path, c.from_sample, c.to_sample};
   switch (RobotVerb(c.verb)) {
     case RobotVerb::kHome:
-      return perform(c, false, now, out, [](Robot& robot, std::int64_t now_us, Effects& fx) { robot.home(now_us, fx); });
+      return perform(c, false, now, out,
+                     [](Robot& robot, std::int64_t now_us, Effects& fx) { robot.home(now_us, fx); });
     case RobotVerb::kLoad:
       return perform(c, false, now, out,
                      [&](Robot& robot, std::int64_t now_us, Effects& fx) { robot.load(part, now_us, fx); });
     case RobotVerb::kRun: {
       const bool deposits = c.signals & (kSignalValveA | kSignalValveB);
-      return perform(c, deposits, now, out,
-                     [&](Robot& robot, std::int64_t now_us, Effects& fx) { robot.run(part, c.signals, now_us, fx); });
+      return perform(c, deposits, now, out, [&](Robot& robot, std::int64_t now_us, Effects& fx) {
+        robot.run(part, c.signals, now_us, fx);
+      });
     }
     case RobotVerb::kMove:
       return perform(c, false, now, out, [&](Robot& robot, std::int64_t now_us, Effects& fx) {
@@ -106,10 +110,12 @@ void RobotNode::on(const robot_command_t& c, Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_robot(const std::string& config_toml, const Blobs& blobs) {
-  const auto machine = std::find_if(blobs.begin(), blobs.end(), [](const Blob& b) { return b.role == "machine"; });
+  const auto machine =
+      std::find_if(blobs.begin(), blobs.end(), [](const Blob& b) { return b.role == "machine"; });
   const Machine arm = machine == blobs.end()
                           ? Machine{}
-                          : parse_machine(std::string(reinterpret_cast<const char*>(machine->bytes.data()), machine->bytes.size()),
+                          : parse_machine(std::string(reinterpret_cast<const char*>(machine->bytes.data()),
+                                                      machine->bytes.size()),
                                           "machine");
   return std::make_unique<RobotNode>(parse_experiment(config_toml, "experiment.toml"), arm);
 }

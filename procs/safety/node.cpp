@@ -9,7 +9,8 @@ namespace {
 
 constexpr TimerId kTick{1};
 constexpr int kStateSafe = 3;
-constexpr int kSilentTicks = 10;  // own ticks without a heartbeat; own ticks, so that a late safety accuses nobody
+constexpr int kSilentTicks =
+    10;  // own ticks without a heartbeat; own ticks, so that a late safety accuses nobody
 
 }  // namespace
 
@@ -79,7 +80,8 @@ void Safety::on(const heartbeat_t& h, Time, Outbox&) {
 }
 
 void Safety::on(const run_end_t& end, Time, Outbox& out) {
-  if (phase_ == Phase::kStopping || phase_ == Phase::kStopped || end.header.incarnation < incarnation_) return;
+  if (phase_ == Phase::kStopping || phase_ == Phase::kStopped || end.header.incarnation < incarnation_)
+    return;
   phase_ = Phase::kOver;
   send_enable(out);  // not enabled: the lease ends now
   out.cancel(kTick);
@@ -112,8 +114,8 @@ void Safety::send_stop(Outbox& out) {
   out.send(channels::kSafeStop, m);
 }
 
-// A driver with no link cannot answer SAFE; its instrument's own watchdog is what is left then, and the link loss
-// stands in its FAULT. SUSPECT or FAULT states count as not safe.
+// A driver with no link cannot answer SAFE; its instrument's own watchdog is what is left then, and the link
+// loss stands in its FAULT. SUSPECT or FAULT states count as not safe.
 bool Safety::all_safe(std::int64_t epoch) const {
   for (const NodeInfo& n : nodes()) {
     if (!driver_[std::size_t(n.id)]) continue;
@@ -127,7 +129,9 @@ bool Safety::all_safe(std::int64_t epoch) const {
 bool Safety::both_jets_armed() const {
   for (const NodeId jet : {NodeId::kJet, NodeId::kJetB}) {
     const DriverState& d = drivers_[std::size_t(jet)];
-    if (!d.heard || (DeviceState(d.state) != DeviceState::kArmed && DeviceState(d.state) != DeviceState::kActive)) return false;
+    if (!d.heard ||
+        (DeviceState(d.state) != DeviceState::kArmed && DeviceState(d.state) != DeviceState::kActive))
+      return false;
   }
   return true;
 }
@@ -137,12 +141,15 @@ void Safety::check_heartbeats(Time now, Outbox& out) {
     int& silent = silent_ticks_[std::size_t(n.id)];
     if (silent < 0) continue;  // none heard yet: the launcher watches processes that never came up
     if (++silent > kSilentTicks)
-      return stop(std::string(n.name) + " has sent no heartbeat for " + std::to_string(kSilentTicks) + " periods", now, out);
+      return stop(
+          std::string(n.name) + " has sent no heartbeat for " + std::to_string(kSilentTicks) + " periods",
+          now, out);
     const std::int64_t since = busy_since_us_[std::size_t(n.id)];
     const double busy_s = since ? seconds_between(Time{since}, now) / config_.time_scale : 0.0;
     if (busy_s > n.longest_step_s)
-      return stop(std::string(n.name) + " has been busy with one step for " + std::to_string(busy_s) + " s; " +
-                      std::to_string(n.longest_step_s) + " s are allowed", now, out);
+      return stop(std::string(n.name) + " has been busy with one step for " + std::to_string(busy_s) +
+                      " s; " + std::to_string(n.longest_step_s) + " s are allowed",
+                  now, out);
   }
 }
 

@@ -13,10 +13,10 @@
 
 namespace firn {
 
-/// Grants the lease once every driver has answered SAFE in this incarnation, renews it every period, and takes it
-/// back for good on the first fault of severity 2, a missing heartbeat or a step that takes too long: the epoch is
-/// raised and SAFE_STOP repeated until every driver honours it. There is no way back inside an incarnation: the
-/// reset edge is a new start by the operator (latch, docs/safety.md).
+/// Grants the lease once every driver has answered SAFE in this incarnation, renews it every period, and
+/// takes it back for good on the first fault of severity 2, a missing heartbeat or a step that takes too
+/// long: the epoch is raised and SAFE_STOP repeated until every driver honours it. There is no way back
+/// inside an incarnation: the reset edge is a new start by the operator (latch, docs/safety.md).
 class Safety : public Node {
  public:
   explicit Safety(const Experiment& experiment);

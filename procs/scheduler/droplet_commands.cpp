@@ -38,21 +38,30 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
       plan_.reset();
       materials_.reset();
       return send_profiler(ProfilerVerb::kArm, now, out);
-    case Phase::kScan: return send_scan(now, out);
-    case Phase::kEndScan: return send_profiler(ProfilerVerb::kEnd, now, out);
+    case Phase::kScan:
+      return send_scan(now, out);
+    case Phase::kEndScan:
+      return send_profiler(ProfilerVerb::kEnd, now, out);
     case Phase::kAwaitMap:
       out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment_.run.time_scale));
       return act_on_map(now, out);
     case Phase::kAwaitPlan:
-      out.wake_at(kDeadline, now.after_s(info(NodeId::kController).longest_step_s * 2.0 * experiment_.run.time_scale));
+      out.wake_at(kDeadline,
+                  now.after_s(info(NodeId::kController).longest_step_s * 2.0 * experiment_.run.time_scale));
       if (waits_for_operator()) out.wake_at(kOperator, now.after_s(2.0 * experiment_.run.time_scale));
       return act_on_plan(now, out);
-    case Phase::kArmJet: return send_jet(JetVerb::kArm, now, out);
-    case Phase::kPass: return send_pass(now, out);
-    case Phase::kDisarmJet: return send_jet(JetVerb::kDisarm, now, out);
-    case Phase::kPark: return send_park(now, out);
-    case Phase::kCure: return send_exposure(now, out);
-    default: return;
+    case Phase::kArmJet:
+      return send_jet(JetVerb::kArm, now, out);
+    case Phase::kPass:
+      return send_pass(now, out);
+    case Phase::kDisarmJet:
+      return send_jet(JetVerb::kDisarm, now, out);
+    case Phase::kPark:
+      return send_park(now, out);
+    case Phase::kCure:
+      return send_exposure(now, out);
+    default:
+      return;
   }
 }
 
@@ -168,9 +177,11 @@ void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
   m.cure_s = cure_s_;
   m.scan_s = scan_s_;
   m.decide_s = decide_s_;
-  // What one layer has added so far tells how many the target needs; before the first, the nominal layer does.
+  // What one layer has added so far tells how many the target needs; before the first, the nominal layer
+  // does.
   const ModelConfig& h = experiment_.model;
-  const double per_layer = map.layer > 0 && m.mean_height_mm > 0 ? m.mean_height_mm / map.layer : h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm;
+  const double per_layer = map.layer > 0 && m.mean_height_mm > 0 ? m.mean_height_mm / map.layer
+                                                                 : h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm;
   m.layers_expected = std::int32_t(std::min(1e6, std::ceil(m.target_mean_mm / per_layer)));
   out.send(channels::kLayerMetrics, m);
 }

@@ -5,7 +5,10 @@
 namespace firn {
 
 DropletLoop::DropletLoop(const Experiment& experiment, HeightMap target, Mask mask)
-    : Scheduler(experiment, Phase::kPass), two_jets_(has_two_jets(experiment)), target_(std::move(target)), mask_(std::move(mask)) {
+    : Scheduler(experiment, Phase::kPass),
+      two_jets_(has_two_jets(experiment)),
+      target_(std::move(target)),
+      mask_(std::move(mask)) {
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kLayerPlan, this);
   subscribe(channels::kMaterialMap, this);
@@ -17,7 +20,8 @@ void DropletLoop::operator_accepted(Time now, Outbox& out) {
 
 std::string DropletLoop::doubt() const {
   return "droplets of layer " + std::to_string(job_.layer()) +
-         " are in doubt and the open loop cannot correct them: look at the part, then resume with --accept-doubt";
+         " are in doubt and the open loop cannot correct them: look at the part, then resume with "
+         "--accept-doubt";
 }
 
 std::string DropletLoop::awaited() const {
@@ -46,18 +50,27 @@ void DropletLoop::after_resume(Time now, Outbox& out) {
 
 void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
   switch (phase_) {
-    case Phase::kHoming: return proceed(Phase::kArmProfiler, now, out);
-    case Phase::kArmProfiler: return proceed(Phase::kScan, now, out);
-    case Phase::kScan: return proceed(Phase::kEndScan, now, out);
-    case Phase::kEndScan: return proceed(Phase::kAwaitMap, now, out);
-    case Phase::kArmJet: return proceed(Phase::kPass, now, out);
-    case Phase::kPass: return proceed(Phase::kDisarmJet, now, out);
+    case Phase::kHoming:
+      return proceed(Phase::kArmProfiler, now, out);
+    case Phase::kArmProfiler:
+      return proceed(Phase::kScan, now, out);
+    case Phase::kScan:
+      return proceed(Phase::kEndScan, now, out);
+    case Phase::kEndScan:
+      return proceed(Phase::kAwaitMap, now, out);
+    case Phase::kArmJet:
+      return proceed(Phase::kPass, now, out);
+    case Phase::kPass:
+      return proceed(Phase::kDisarmJet, now, out);
     case Phase::kDisarmJet:
       settle_pass(m.counted, out);
       return proceed(job_.cure_due() ? Phase::kPark : Phase::kArmJet, now, out);
-    case Phase::kPark: return proceed(Phase::kCure, now, out);
-    case Phase::kCure: return proceed(Phase::kArmJet, now, out);  // which scans when no pass is left
-    default: return;
+    case Phase::kPark:
+      return proceed(Phase::kCure, now, out);
+    case Phase::kCure:
+      return proceed(Phase::kArmJet, now, out);  // which scans when no pass is left
+    default:
+      return;
   }
 }
 
@@ -71,7 +84,8 @@ void DropletLoop::settle_pass(std::int64_t jet_counted, Outbox& out) {
   out.send(channels::kDepositionReport, report);
 }
 
-// A map can overtake the profiler's last answer, or arrive while the lab gets ready again: it is kept until its turn.
+// A map can overtake the profiler's last answer, or arrive while the lab gets ready again: it is kept until
+// its turn.
 void DropletLoop::on(const height_map_t& m, Time now, Outbox& out) {
   if (m.layer != layers_done_ || m.attempt != scan_attempt_ || m.map_id == map_id_) return;
   map_ = m;
@@ -83,11 +97,13 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
   const height_map_t m = std::move(*map_);
   map_.reset();
   out.cancel(kDeadline);
-  if (from_message(m.grid) != experiment_.grid) return fail(0, "HEIGHT_MAP: grid is not the experiment's", now, out);
+  if (from_message(m.grid) != experiment_.grid)
+    return fail(0, "HEIGHT_MAP: grid is not the experiment's", now, out);
   const double needed = experiment_.process.min_measured_fraction;
   if (m.measured_fraction < needed) {
     const std::string what = "height map of layer " + std::to_string(m.layer) + " measures " +
-                             std::to_string(m.measured_fraction) + " of the grid; " + std::to_string(needed) + " is needed";
+                             std::to_string(m.measured_fraction) + " of the grid; " + std::to_string(needed) +
+                             " is needed";
     if (scan_attempt_ >= experiment_.process.max_rescans) return fail(13, what, now, out);
     send_fault(Severity::kWarning, 13, what + "; measuring again", out);
     ++scan_attempt_;
@@ -113,24 +129,31 @@ void DropletLoop::on(const material_map_t& m, Time now, Outbox& out) {
   if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
 }
 
-bool DropletLoop::materials_known() const { return !two_jets_ || (materials_ && materials_->map_id == map_id_); }
+bool DropletLoop::materials_known() const {
+  return !two_jets_ || (materials_ && materials_->map_id == map_id_);
+}
 
 void DropletLoop::act_on_plan(Time now, Outbox& out) {
   if (!plan_ || plan_->map_id != map_id_ || waits_for_operator()) return;
   if (PlanDecision(plan_->decision) == PlanDecision::kPrint && !materials_known()) return;
   const layer_plan_t m = *plan_;
   out.cancel(kDeadline);
-  if (PlanDecision(m.decision) == PlanDecision::kEnd) return finish_run(RunOutcome::kFinished, 0, m.reason, out);
-  if (PlanDecision(m.decision) == PlanDecision::kStop) return finish_run(RunOutcome::kWaitsForOperator, 3, m.reason, out);
-  if (from_message(m.grid) != experiment_.grid) return fail(0, "LAYER_PLAN: grid is not the experiment's", now, out);
+  if (PlanDecision(m.decision) == PlanDecision::kEnd)
+    return finish_run(RunOutcome::kFinished, 0, m.reason, out);
+  if (PlanDecision(m.decision) == PlanDecision::kStop)
+    return finish_run(RunOutcome::kWaitsForOperator, 3, m.reason, out);
+  if (from_message(m.grid) != experiment_.grid)
+    return fail(0, "LAYER_PLAN: grid is not the experiment's", now, out);
   if (m.layer > experiment_.control.max_layers)
-    return finish_run(RunOutcome::kWaitsForOperator, 3,
-                      "control.max_layers = " + std::to_string(experiment_.control.max_layers) + " is reached", out);
+    return finish_run(
+        RunOutcome::kWaitsForOperator, 3,
+        "control.max_layers = " + std::to_string(experiment_.control.max_layers) + " is reached", out);
   plan_.reset();
   objective_mm_ = m.objective_mm;
   iterations_ = m.iterations;
   try {
-    job_ = LayerJob(m, two_jets_ ? materials_of(*materials_) : MaterialMap{}, experiment_.process.sub_patterns);
+    job_ =
+        LayerJob(m, two_jets_ ? materials_of(*materials_) : MaterialMap{}, experiment_.process.sub_patterns);
   } catch (const std::invalid_argument& problem) {
     return fail(0, std::string("LAYER_PLAN: ") + problem.what(), now, out);
   }

@@ -1,5 +1,6 @@
-// scheduler, droplets: HEIGHT_MAP, LAYER_PLAN, MATERIAL_MAP, ANSWER_*, STATE_*, ENABLE, SAFE_STOP -> STAGE_COMMAND,
-// JET_COMMAND, JET_B_COMMAND, PROFILER_COMMAND, LAMP_COMMAND, DEPOSITION_REPORT, PASS_DETAIL, LAYER_METRICS, RUN_END.
+// scheduler, droplets: HEIGHT_MAP, LAYER_PLAN, MATERIAL_MAP, ANSWER_*, STATE_*, ENABLE, SAFE_STOP ->
+// STAGE_COMMAND, JET_COMMAND, JET_B_COMMAND, PROFILER_COMMAND, LAMP_COMMAND, DEPOSITION_REPORT, PASS_DETAIL,
+// LAYER_METRICS, RUN_END.
 #pragma once
 
 #include <optional>
@@ -14,9 +15,10 @@
 
 namespace firn {
 
-/// Coordinates one print of droplets: scan, ask for a plan, then for each pass arm the jet of its ink, run the stage,
-/// disarm and count, report, cure; then scan again. The passes of a layer and which of them share a cure: pass_list.h. A jet
-/// is armed only when the pass before has disarmed its own, so that two jets never are.
+/// Coordinates one print of droplets: scan, ask for a plan, then for each pass arm the jet of its ink, run
+/// the stage, disarm and count, report, cure; then scan again. The passes of a layer and which of them share
+/// a cure: pass_list.h. A jet is armed only when the pass before has disarmed its own, so that two jets never
+/// are.
 class DropletLoop final : public Scheduler {
  public:
   DropletLoop(const Experiment& experiment, HeightMap target, Mask mask);
@@ -41,8 +43,8 @@ class DropletLoop final : public Scheduler {
   void act_on_plan(Time now, Outbox&);
   void settle_pass(std::int64_t jet_counted, Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
-  bool materials_known() const;                 ///< with two inks: of the map that is to be answered
-  bool waits_for_operator() const;              ///< the open loop has droplets in doubt that nobody has accepted
+  bool materials_known() const;     ///< with two inks: of the map that is to be answered
+  bool waits_for_operator() const;  ///< the open loop has droplets in doubt that nobody has accepted
   void send_pass(Time now, Outbox&);
   void send_park(Time now, Outbox&);
   void send_scan(Time now, Outbox&);
@@ -53,7 +55,7 @@ class DropletLoop final : public Scheduler {
   bool two_jets_;
   HeightMap target_;
   Mask mask_;
-  std::optional<height_map_t> map_;      ///< arrived, not acted on yet
+  std::optional<height_map_t> map_;  ///< arrived, not acted on yet
   std::optional<layer_plan_t> plan_;
   std::optional<material_map_t> materials_;
 

@@ -12,12 +12,16 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t kMostPasses = 127;  // layer_plan_t counts so many droplets of a cell, a pass so many passes
+constexpr std::size_t kMostPasses =
+    127;  // layer_plan_t counts so many droplets of a cell, a pass so many passes
 
 }  // namespace
 
 LayerJob::LayerJob(const layer_plan_t& plan, MaterialMap materials, int sub_patterns)
-    : layer_(plan.layer), map_id_(plan.map_id), sub_patterns_(sub_patterns), plan_(drops_of(plan)),
+    : layer_(plan.layer),
+      map_id_(plan.map_id),
+      sub_patterns_(sub_patterns),
+      plan_(drops_of(plan)),
       materials_(std::move(materials)) {
   const std::string what = "layer " + std::to_string(layer_) + ": ";
   if (!materials_.cells.empty() && materials_.spec != plan_.spec)
@@ -27,8 +31,8 @@ LayerJob::LayerJob(const layer_plan_t& plan, MaterialMap materials, int sub_patt
       throw std::invalid_argument(what + "cell " + std::to_string(c) + " is to get droplets of no ink");
   passes_ = passes_of(plan_, materials_, sub_patterns_);
   if (passes_.size() > kMostPasses)
-    throw std::invalid_argument(what + std::to_string(passes_.size()) + " passes; a pass has a number of at most " +
-                                std::to_string(kMostPasses));
+    throw std::invalid_argument(what + std::to_string(passes_.size()) +
+                                " passes; a pass has a number of at most " + std::to_string(kMostPasses));
   begin_pass();
 }
 
@@ -37,7 +41,9 @@ void LayerJob::begin_pass() {
   if (!detailed() || finished()) return;
   for (int j = 0; j < plan_.spec.ny; ++j)
     for (int i = 0; i < plan_.spec.nx; ++i)
-      drops_.at(i, j) = fires(passes_[std::size_t(pass_)], plan_, materials_, sub_patterns_, i, j) ? std::uint8_t(pass_ + 1) : 0;
+      drops_.at(i, j) = fires(passes_[std::size_t(pass_)], plan_, materials_, sub_patterns_, i, j)
+                            ? std::uint8_t(pass_ + 1)
+                            : 0;
 }
 
 pass_detail_t LayerJob::detail() const {

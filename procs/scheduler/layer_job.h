@@ -18,7 +18,8 @@ class LayerJob {
  public:
   LayerJob() = default;
   /// @param materials without cells: one ink. @param sub_patterns 1, 2 or 4
-  /// @throws std::invalid_argument: more than 127 passes; a cell with droplets and no ink, or a map of another size.
+  /// @throws std::invalid_argument: more than 127 passes; a cell with droplets and no ink, or a map of
+  /// another size.
   explicit LayerJob(const layer_plan_t& plan, MaterialMap materials = {}, int sub_patterns = 1);
 
   int layer() const { return layer_; }
@@ -32,22 +33,25 @@ class LayerJob {
 
   /// Of the current pass. @pre not finished
   Material material() const { return passes_[std::size_t(pass_)].material; }
-  /// Whether what lies wet is cured before anything else is fired: always, but between the inks of one sub-pattern.
-  bool cure_due() const { return finished() || attempt_ > 0 || pass_ == 0 || passes_[std::size_t(pass_) - 1].cure; }
+  /// Whether what lies wet is cured before anything else is fired: always, but between the inks of one
+  /// sub-pattern.
+  bool cure_due() const {
+    return finished() || attempt_ > 0 || pass_ == 0 || passes_[std::size_t(pass_) - 1].cure;
+  }
   /// Whether passes need a detail_: a layer of several sub-patterns or two inks.
   bool detailed() const { return sub_patterns_ > 1 || !materials_.cells.empty(); }
 
-  /// Droplet counts to send for the current pass, which fires the cells with more than pass() of them: cells that
-  /// this pass has already fired are lowered, so that they are not fired again.
+  /// Droplet counts to send for the current pass, which fires the cells with more than pass() of them: cells
+  /// that this pass has already fired are lowered, so that they are not fired again.
   const DropletPattern& drops() const { return drops_; }
   std::int64_t remaining() const;  ///< droplets that the current pass still has to fire
 
   /// What the current pass is, for its report's companion. @pre not finished
   pass_detail_t detail() const;
 
-  /// The stage's answer to the current pass. What was fired is never fired again. Everything fired: the next pass
-  /// is current. A known prefix: the rest stays to do, as the next attempt. Doubt: the layer is closed, and only a
-  /// scan tells. The jet's own count may narrow nothing, so it is only reported.
+  /// The stage's answer to the current pass. What was fired is never fired again. Everything fired: the next
+  /// pass is current. A known prefix: the rest stays to do, as the next attempt. Doubt: the layer is closed,
+  /// and only a scan tells. The jet's own count may narrow nothing, so it is only reported.
   deposition_report_t settle(const answer_t& stage, std::int64_t jet_counted);
 
  private:

@@ -3,4 +3,6 @@
 
 #include "procs/bus/node_main.h"
 
-int main(int argc, char** argv) { return firn::node_main(argc, argv, firn::NodeId::kScheduler, firn::make_scheduler); }
+int main(int argc, char** argv) {
+  return firn::node_main(argc, argv, firn::NodeId::kScheduler, firn::make_scheduler);
+}

@@ -7,7 +7,8 @@
 
 namespace firn {
 
-bool fires(const Pass& p, const DropletPattern& plan, const MaterialMap& materials, int sub_patterns, int i, int j) {
+bool fires(const Pass& p, const DropletPattern& plan, const MaterialMap& materials, int sub_patterns, int i,
+           int j) {
   const std::size_t cell = plan.spec.index(i, j);
   return plan.cells[cell] > p.round && sub_pattern_of(i, j, sub_patterns) == p.sub_pattern &&
          (materials.cells.empty() ? Material::kA : materials.of(cell)) == p.material;

@@ -11,19 +11,20 @@ namespace firn {
 
 /// One raster pass of one ink.
 struct Pass {
-  int round = 0;                   ///< fires the (round + 1)-th droplet of each of its cells
+  int round = 0;  ///< fires the (round + 1)-th droplet of each of its cells
   int sub_pattern = 0;
   Material material = Material::kA;
-  bool cure = true;                ///< the lamp cures after it; else the next pass joins it while it is wet
+  bool cure = true;  ///< the lamp cures after it; else the next pass joins it while it is wet
 };
 
-/// The passes of a layer in the order in which they are printed: for each round, for each of `sub_patterns` interlaced
-/// sub-patterns (core/grid/sub_patterns.h), ink A, then ink B, then one cure. Passes without a droplet are left out.
-/// With one sub-pattern and one ink this is one pass per round, each cured.
+/// The passes of a layer in the order in which they are printed: for each round, for each of `sub_patterns`
+/// interlaced sub-patterns (core/grid/sub_patterns.h), ink A, then ink B, then one cure. Passes without a
+/// droplet are left out. With one sub-pattern and one ink this is one pass per round, each cured.
 /// @param materials without cells: all is ink A. @pre sub_patterns is 1, 2 or 4; sizes agree
 std::vector<Pass> passes_of(const DropletPattern& plan, const MaterialMap& materials, int sub_patterns);
 
 /// Whether a pass fires a droplet on a cell.
-bool fires(const Pass& pass, const DropletPattern& plan, const MaterialMap& materials, int sub_patterns, int i, int j);
+bool fires(const Pass& pass, const DropletPattern& plan, const MaterialMap& materials, int sub_patterns,
+           int i, int j);
 
 }  // namespace firn

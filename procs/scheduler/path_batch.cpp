@@ -14,7 +14,9 @@ constexpr std::size_t kMostEarly = 100'000;
 bool is_here(const PathTask& t) { return t.job.count > 0; }
 
 bool take(PathTask& task, const pulse_list_t& list) {
-  if (!is_here(task) || task.job.path != list.path || list.list < 0 || std::size_t(list.list) >= task.list_start_s.size()) return false;
+  if (!is_here(task) || task.job.path != list.path || list.list < 0 ||
+      std::size_t(list.list) >= task.list_start_s.size())
+    return false;
   task.list_start_s[std::size_t(list.list)] = list.start_s;
   task.list_pulses[std::size_t(list.list)] = list.n;
   return true;
@@ -51,14 +53,16 @@ void PathBatch::add(const pulse_list_t& list) {
 
 bool PathBatch::complete() const {
   return number_ > 0 && missing_ == 0 && std::ranges::all_of(tasks_, [](const PathTask& t) {
-           return !t.job.text.empty() || std::ranges::all_of(t.list_start_s, [](double s) { return s >= 0.0; });
+           return !t.job.text.empty() ||
+                  std::ranges::all_of(t.list_start_s, [](double s) { return s >= 0.0; });
          });
 }
 
 std::string PathBatch::refusal() const {
   for (const PathTask& t : tasks_)
     if (is_here(t) && !t.job.text.empty())
-      return "path " + std::to_string(t.job.path) + " of layer " + std::to_string(t.job.layer) + ": " + t.job.text;
+      return "path " + std::to_string(t.job.path) + " of layer " + std::to_string(t.job.layer) + ": " +
+             t.job.text;
   return "";
 }
 

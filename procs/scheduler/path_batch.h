@@ -13,7 +13,7 @@ namespace firn {
 /// A path with the samples where its pulse lists begin: it is run list by list, from rest to rest.
 struct PathTask {
   path_job_t job;
-  std::vector<double> list_start_s;      ///< one per list; empty for a measurement
+  std::vector<double> list_start_s;  ///< one per list; empty for a measurement
   std::vector<std::int64_t> list_pulses;
 };
 
@@ -24,7 +24,7 @@ class PathBatch {
   void add(const pulse_list_t& list);
 
   std::int64_t number() const { return number_; }
-  std::int64_t map_id() const { return map_id_; }      ///< of the map that it answers
+  std::int64_t map_id() const { return map_id_; }  ///< of the map that it answers
   /// Whether all jobs and all their lists are here.
   bool complete() const;
   /// Why the first refused path was refused, with its number; empty = none.
@@ -38,9 +38,9 @@ class PathBatch {
   std::vector<PathTask> of_kind(bool measurement) const;
 
   std::int64_t number_ = 0, map_id_ = 0;
-  int missing_ = 0;                      ///< jobs
+  int missing_ = 0;  ///< jobs
   std::vector<PathTask> tasks_;
-  std::vector<pulse_list_t> early_;      ///< lists whose job is not here yet, without their ticks
+  std::vector<pulse_list_t> early_;  ///< lists whose job is not here yet, without their ticks
 };
 
 /// I6: the map's highest cell under the box that the tool sweeps, plus the margin, must not reach the tool.

@@ -29,29 +29,38 @@ void PathLoop::proceed(Phase next, Time now, Outbox& out) {
   const PathTask* deposit = depositing() ? &task() : nullptr;
   const PathTask* scan = scan_at_ < scan_.size() ? &scan_[scan_at_] : nullptr;
   switch (next) {
-    case Phase::kHeat: return send_heater(now, out);
+    case Phase::kHeat:
+      return send_heater(now, out);
     case Phase::kWarmUp:
       out.wake_at(kDeadline, now.after_s(kWarmUp_s));
       return act_on_temperature(now, out);
-    case Phase::kHoming: return send_robot(RobotVerb::kHome, nullptr, 0, 0, 60.0, now, out);
+    case Phase::kHoming:
+      return send_robot(RobotVerb::kHome, nullptr, 0, 0, 60.0, now, out);
     case Phase::kAwaitPaths:
-      out.wake_at(kDeadline, now.after_s((2.0 * info(NodeId::kPathPlanner).longest_step_s + kSlackWall_s) * scale));
+      out.wake_at(kDeadline,
+                  now.after_s((2.0 * info(NodeId::kPathPlanner).longest_step_s + kSlackWall_s) * scale));
       return act_on_batch(now, out);
-    case Phase::kLoadPath: return send_robot(RobotVerb::kLoad, deposit, list_, 0, kUpload_s, now, out);
-    case Phase::kLoadPulses: return send_valve(ValveVerb::kLoad, now, out);
-    case Phase::kArmValve: return send_valve(ValveVerb::kArm, now, out);
+    case Phase::kLoadPath:
+      return send_robot(RobotVerb::kLoad, deposit, list_, 0, kUpload_s, now, out);
+    case Phase::kLoadPulses:
+      return send_valve(ValveVerb::kLoad, now, out);
+    case Phase::kArmValve:
+      return send_valve(ValveVerb::kArm, now, out);
     case Phase::kRunPath: {
       begun_ = list_ == 0 ? now : begun_;
       const int signal = Valve(deposit->job.valve) == Valve::kB ? kSignalValveB : kSignalValveA;
-      return send_robot(RobotVerb::kRun, deposit, list_, signal, deposit->job.duration_s + kUpload_s, now, out);
+      return send_robot(RobotVerb::kRun, deposit, list_, signal, deposit->job.duration_s + kUpload_s, now,
+                        out);
     }
     case Phase::kDisarmValve:
       if (late_count_) return settle_list(answer_t(*late_count_), now, out);
       return send_valve(ValveVerb::kDisarm, now, out);
     case Phase::kAwaitOperator:
-      if (!waits_for_operator()) return next_path(now, out);  // the operator's word has come before the arm was home
+      if (!waits_for_operator())
+        return next_path(now, out);  // the operator's word has come before the arm was home
       return out.wake_at(kOperator, now.after_s(2.0 * scale));
-    case Phase::kRaise: return send_robot(RobotVerb::kHome, nullptr, 0, 0, 60.0, now, out);
+    case Phase::kRaise:
+      return send_robot(RobotVerb::kHome, nullptr, 0, 0, 60.0, now, out);
     case Phase::kLoadScan:
       if (scan_at_ == 0) {
         ++scan_id_;
@@ -59,21 +68,26 @@ void PathLoop::proceed(Phase next, Time now, Outbox& out) {
         surface_.reset();
       }
       return send_robot(RobotVerb::kLoad, scan, 0, 0, kUpload_s, now, out);
-    case Phase::kArmLaser: return send_laser(LaserVerb::kArm, now, out);
+    case Phase::kArmLaser:
+      return send_laser(LaserVerb::kArm, now, out);
     case Phase::kRunScan:
       return send_robot(RobotVerb::kRun, scan, 0, kSignalLaser, scan->job.duration_s + kUpload_s, now, out);
-    case Phase::kCollect: return send_laser(LaserVerb::kCollect, now, out);
+    case Phase::kCollect:
+      return send_laser(LaserVerb::kCollect, now, out);
     case Phase::kAwaitMap:
-      out.wake_at(kDeadline, now.after_s((info(NodeId::kSurfaceMapper).longest_step_s + kSlackWall_s) * scale));
+      out.wake_at(kDeadline,
+                  now.after_s((info(NodeId::kSurfaceMapper).longest_step_s + kSlackWall_s) * scale));
       return act_on_map(now, out);
     case Phase::kAwaitSurface:
       out.wake_at(kDeadline, now.after_s(info(NodeId::kController).longest_step_s * 2.0 * scale));
       return act_on_surface(now, out);
-    default: return;
+    default:
+      return;
   }
 }
 
-void PathLoop::send_robot(RobotVerb verb, const PathTask* task, int list, int signals, double allowed_s, Time now, Outbox& out) {
+void PathLoop::send_robot(RobotVerb verb, const PathTask* task, int list, int signals, double allowed_s,
+                          Time now, Outbox& out) {
   robot_command_t c{};
   c.verb = std::int8_t(verb);
   if (task) {
@@ -81,7 +95,8 @@ void PathLoop::send_robot(RobotVerb verb, const PathTask* task, int list, int si
     c.attempt = attempt_;
     if (task->job.lists > 1) {
       c.from_sample = sample_at(task->list_start_s[std::size_t(list)], tick_s_);
-      c.to_sample = list + 1 < task->job.lists ? sample_at(task->list_start_s[std::size_t(list) + 1], tick_s_) : 0;
+      c.to_sample =
+          list + 1 < task->job.lists ? sample_at(task->list_start_s[std::size_t(list) + 1], tick_s_) : 0;
     }
   }
   c.signals = signals;

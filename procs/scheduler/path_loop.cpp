@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMostAttempts = 3;
 constexpr int kMostSlips = 2;
-constexpr int kFewCells = 10;        // of one material: too few to tell
+constexpr int kFewCells = 10;  // of one material: too few to tell
 
 }  // namespace
 
@@ -29,22 +29,29 @@ PathLoop::PathLoop(const Experiment& experiment, slice::PrintPaths paths, double
   subscribe(channels::kTemperature, this);
 }
 
-std::int64_t PathLoop::act_size() const { return depositing() ? std::int64_t(task().job.duration_s * 1e6) : 0; }
+std::int64_t PathLoop::act_size() const {
+  return depositing() ? std::int64_t(task().job.duration_s * 1e6) : 0;
+}
 
 int PathLoop::command_layer() const { return depositing() ? task().job.layer : layers_done_; }
 
 std::string PathLoop::awaited() const {
   switch (phase_) {
-    case Phase::kWarmUp: return "the end effector's tip is not above heater.low_degC";
-    case Phase::kAwaitMap: return "no height map for scan " + std::to_string(scan_id_);
-    case Phase::kAwaitSurface: return "no control surface for map " + std::to_string(map_id_);
-    default: return "no paths that answer map " + std::to_string(map_id_);
+    case Phase::kWarmUp:
+      return "the end effector's tip is not above heater.low_degC";
+    case Phase::kAwaitMap:
+      return "no height map for scan " + std::to_string(scan_id_);
+    case Phase::kAwaitSurface:
+      return "no control surface for map " + std::to_string(map_id_);
+    default:
+      return "no paths that answer map " + std::to_string(map_id_);
   }
 }
 
 std::string PathLoop::doubt() const {
   return "a path of layer " + std::to_string(depositing() ? task().job.layer : layers_done_) +
-         " is in doubt and the open loop cannot correct it: look at the part, then resume with --accept-doubt";
+         " is in doubt and the open loop cannot correct it: look at the part, then resume with "
+         "--accept-doubt";
 }
 
 bool PathLoop::waits_for_operator() const {
@@ -55,16 +62,21 @@ void PathLoop::operator_accepted(Time now, Outbox& out) {
   if (phase_ == Phase::kAwaitOperator) next_path(now, out);
 }
 
-// A crash may have left the arm anywhere, and without power: it goes home first. What could deposit twice is settled,
-// anything else is begun again.
+// A crash may have left the arm anywhere, and without power: it goes home first. What could deposit twice is
+// settled, anything else is begun again.
 void PathLoop::after_resume(Time now, Outbox& out) {
   switch (interrupted_) {
     case Phase::kHeat:
     case Phase::kWarmUp:
-    case Phase::kHoming: return proceed(Phase::kHeat, now, out);  // with the goal that homing had
+    case Phase::kHoming:
+      return proceed(Phase::kHeat, now, out);  // with the goal that homing had
     case Phase::kLoadPulses:
-    case Phase::kArmValve: after_homing_ = Phase::kLoadPath; break;
-    case Phase::kRunPath: after_homing_ = Phase::kDisarmValve; break;
+    case Phase::kArmValve:
+      after_homing_ = Phase::kLoadPath;
+      break;
+    case Phase::kRunPath:
+      after_homing_ = Phase::kDisarmValve;
+      break;
     case Phase::kLoadScan:
     case Phase::kArmLaser:
     case Phase::kRunScan:
@@ -73,7 +85,8 @@ void PathLoop::after_resume(Time now, Outbox& out) {
       scan_at_ = 0;
       after_homing_ = Phase::kLoadScan;
       break;
-    default: after_homing_ = interrupted_;
+    default:
+      after_homing_ = interrupted_;
   }
   proceed(Phase::kHeat, now, out);
 }
@@ -84,40 +97,54 @@ void PathLoop::answered_late(const answer_t& m) {
 
 void PathLoop::answered(const answer_t& m, Time now, Outbox& out) {
   switch (phase_) {
-    case Phase::kHeat: return proceed(Phase::kWarmUp, now, out);
-    case Phase::kHoming: return proceed(after_homing_, now, out);
-    case Phase::kLoadPath: return proceed(Phase::kLoadPulses, now, out);
-    case Phase::kLoadPulses: return proceed(Phase::kArmValve, now, out);
-    case Phase::kArmValve: return proceed(Phase::kRunPath, now, out);
-    case Phase::kRunPath: return proceed(Phase::kDisarmValve, now, out);
-    case Phase::kDisarmValve: return settle_list(m, now, out);
-    case Phase::kRaise: return measure_again(now, out);
-    case Phase::kLoadScan: return proceed(Phase::kArmLaser, now, out);
-    case Phase::kArmLaser: return proceed(Phase::kRunScan, now, out);
-    case Phase::kRunScan: return proceed(Phase::kCollect, now, out);
+    case Phase::kHeat:
+      return proceed(Phase::kWarmUp, now, out);
+    case Phase::kHoming:
+      return proceed(after_homing_, now, out);
+    case Phase::kLoadPath:
+      return proceed(Phase::kLoadPulses, now, out);
+    case Phase::kLoadPulses:
+      return proceed(Phase::kArmValve, now, out);
+    case Phase::kArmValve:
+      return proceed(Phase::kRunPath, now, out);
+    case Phase::kRunPath:
+      return proceed(Phase::kDisarmValve, now, out);
+    case Phase::kDisarmValve:
+      return settle_list(m, now, out);
+    case Phase::kRaise:
+      return measure_again(now, out);
+    case Phase::kLoadScan:
+      return proceed(Phase::kArmLaser, now, out);
+    case Phase::kArmLaser:
+      return proceed(Phase::kRunScan, now, out);
+    case Phase::kRunScan:
+      return proceed(Phase::kCollect, now, out);
     case Phase::kCollect:
       ++scan_at_;
       return next_scan_path(now, out);
-    default: return;
+    default:
+      return;
   }
 }
 
-// A list was run, or was not, or nobody knows. The valve's answer is its count, whatever it calls the outcome; refused: it
-// knows of no list that it was armed for.
+// A list was run, or was not, or nobody knows. The valve's answer is its count, whatever it calls the
+// outcome; refused: it knows of no list that it was armed for.
 void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
   late_count_.reset();
   if (!act_answer_) return next_path(now, out);
   const answer_t m = *act_answer_;
   act_answer_.reset();
   const Outcome outcome = Outcome(m.outcome);
-  const bool known = Outcome(count.outcome) != Outcome::kUnknown && Outcome(count.outcome) != Outcome::kRefused && count.counted >= 0;
+  const bool known = Outcome(count.outcome) != Outcome::kUnknown &&
+                     Outcome(count.outcome) != Outcome::kRefused && count.counted >= 0;
   const std::int64_t pulses = known ? count.counted : -1;
   const std::string path = "path " + std::to_string(task().job.path);
-  // Refused and none: the arm has not moved, so the valve has had no signal; if it counted pulses all the same, something
-  // was deposited somewhere.
+  // Refused and none: the arm has not moved, so the valve has had no signal; if it counted pulses all the
+  // same, something was deposited somewhere.
   const bool nothing = (outcome == Outcome::kNone || outcome == Outcome::kRefused) && pulses <= 0;
   if (nothing && ++attempt_ < kMostAttempts) return proceed(Phase::kLoadPath, now, out);
-  if (nothing) return fail(5, path + " did not begin in " + std::to_string(kMostAttempts) + " attempts", now, out);
+  if (nothing)
+    return fail(5, path + " did not begin in " + std::to_string(kMostAttempts) + " attempts", now, out);
   outcome_ = m.outcome;
   attempt_ = 0;
   pulses_counted_ = pulses < 0 || pulses_counted_ < 0 ? -1 : pulses_counted_ + pulses;
@@ -130,14 +157,20 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
     const std::int64_t listed = task().list_pulses[std::size_t(list_)];
     if (pulses < listed) {
       outcome_ = int(Outcome::kFailed);
-      send_fault(Severity::kWarning, 3, path + ": the valve fired " + std::to_string(pulses) + " of " + std::to_string(listed) + " pulses", out);
+      send_fault(
+          Severity::kWarning, 3,
+          path + ": the valve fired " + std::to_string(pulses) + " of " + std::to_string(listed) + " pulses",
+          out);
     }
     measured_s_ += double(m.counted) * 1e-6;
     const double slip_s = std::abs(double(m.counted - m.expected)) * 1e-6;
     slips_ = slip_s > experiment_.ice.max_time_slip_s ? slips_ + 1 : 0;
     if (slips_ >= kMostSlips)
-      return fail(7, path + " took " + std::to_string(double(m.counted) * 1e-6) + " s instead of " + std::to_string(double(m.expected) * 1e-6) +
-                         " s, as the one before: its pulses lie elsewhere", now, out);
+      return fail(7,
+                  path + " took " + std::to_string(double(m.counted) * 1e-6) + " s instead of " +
+                      std::to_string(double(m.expected) * 1e-6) +
+                      " s, as the one before: its pulses lie elsewhere",
+                  now, out);
   }
   ++list_;
   next_list(now, out);
@@ -220,12 +253,17 @@ void PathLoop::act_on_batch(Time now, Outbox& out) {
   const std::string what = "batch " + std::to_string(batch_.number());
   const bool of_table = table_first_ && map_id_ == 0;
   if (deposition.empty() != of_table || measurement.empty())
-    return fail(8, what + (measurement.empty() ? " is not measured" : of_table ? " deposits before the table is measured" : " deposits nothing"), now, out);
+    return fail(8,
+                what + (measurement.empty() ? " is not measured"
+                        : of_table          ? " deposits before the table is measured"
+                                            : " deposits nothing"),
+                now, out);
   for (const PathTask& t : newest_.size() ? deposition : std::vector<PathTask>()) {
     const double scrape = scrape_mm(t.job, newest_, experiment_.ice.clearance_mm);
     if (scrape <= 0.0) continue;
-    const std::string text = "path " + std::to_string(t.job.path) + " of layer " + std::to_string(t.job.layer) + ": the map reaches " +
-                             std::to_string(scrape) + " mm into the clearance of " + std::to_string(experiment_.ice.clearance_mm) +
+    const std::string text = "path " + std::to_string(t.job.path) + " of layer " +
+                             std::to_string(t.job.layer) + ": the map reaches " + std::to_string(scrape) +
+                             " mm into the clearance of " + std::to_string(experiment_.ice.clearance_mm) +
                              " mm under the nozzle";
     if (raised_) return fail(6, text, now, out);
     raised_ = true;
@@ -241,7 +279,8 @@ void PathLoop::act_on_batch(Time now, Outbox& out) {
   next_path(now, out);
 }
 
-// A map can overtake the laser's last answer, or arrive while the lab gets ready again: it is kept until its turn.
+// A map can overtake the laser's last answer, or arrive while the lab gets ready again: it is kept until its
+// turn.
 void PathLoop::on(const height_map_t& m, Time now, Outbox& out) {
   if (m.layer != layers_done_ || m.attempt != scan_attempt_ || m.map_id == map_id_) return;
   map_ = m;
@@ -256,7 +295,8 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
   const double needed = experiment_.process.min_measured_fraction;
   if (m.measured_fraction < needed) {
     const std::string what = "height map of layer " + std::to_string(m.layer) + ": the laser has measured " +
-                             std::to_string(m.measured_fraction) + " of it; " + std::to_string(needed) + " is needed";
+                             std::to_string(m.measured_fraction) + " of it; " + std::to_string(needed) +
+                             " is needed";
     if (scan_attempt_ >= experiment_.process.max_rescans) {
       phase_ = Phase::kLoadScan;  // where a resume goes on
       return fail(13, what, now, out);
@@ -293,19 +333,22 @@ void PathLoop::act_on_surface(Time now, Outbox& out) {
   if (PlanDecision(m.decision) == PlanDecision::kEnd) {
     std::string missed = dry_;
     if (missed.empty() && m.saturated_fraction > experiment_.ice.saturated_share)
-      missed = "the last map asks for more correction than there is on " + std::to_string(m.saturated_fraction) + " of its cells: mean error " +
+      missed = "the last map asks for more correction than there is on " +
+               std::to_string(m.saturated_fraction) + " of its cells: mean error " +
                std::to_string(m.mean_error_mm) + " mm, RMS " + std::to_string(m.rms_mm) + " mm";
     if (missed.empty()) return finish_run(RunOutcome::kFinished, 0, m.reason, out);
     send_fault(Severity::kWarning, 12, missed, out);
-    return finish_run(RunOutcome::kOutOfTolerance, 1, m.reason + ", but it is not what was wanted: " + missed, out);
+    return finish_run(RunOutcome::kOutOfTolerance, 1, m.reason + ", but it is not what was wanted: " + missed,
+                      out);
   }
-  if (PlanDecision(m.decision) == PlanDecision::kStop) return stop_for_operator("controller: ", m.reason, out);
+  if (PlanDecision(m.decision) == PlanDecision::kStop)
+    return stop_for_operator("controller: ", m.reason, out);
   if (!dry_.empty()) return stop_for_operator("", dry_, out);
   proceed(Phase::kAwaitPaths, now, out);
 }
 
-// An empty tank or a blocked line shows in one interval; the saturation of the action, which also knows slower failures,
-// takes several.
+// An empty tank or a blocked line shows in one interval; the saturation of the action, which also knows
+// slower failures, takes several.
 std::string PathLoop::dry_valve(int layer) const {
   const slice::LayerPaths* top = slice::find_layer(paths_, layer);
   int layers = 0;
@@ -313,7 +356,8 @@ std::string PathLoop::dry_valve(int layer) const {
   if (!top || layers == 0) return "";
   const double nominal_mm = layers * experiment_.ice.layer_height_mm;
   const auto material = slice::footprint_materials(*top, newest_.spec);
-  const HeightMap below = below_.size() ? resample(below_, newest_.spec, kNotMeasured) : HeightMap(newest_.spec, 0.0);
+  const HeightMap below =
+      below_.size() ? resample(below_, newest_.spec, kNotMeasured) : HeightMap(newest_.spec, 0.0);
   double rise_mm[2] = {}, cells[2] = {};  // part, scaffold
   for (std::size_t c = 0; c < newest_.size(); ++c) {
     const double rise = newest_.cells[c] - below.cells[c];
@@ -322,10 +366,12 @@ std::string PathLoop::dry_valve(int layer) const {
     rise_mm[which] += rise, cells[which] += 1.0;
   }
   for (const int which : {0, 1})
-    if (cells[which] >= kFewCells && rise_mm[which] < experiment_.ice.least_rise_share * nominal_mm * cells[which])
-      return std::string(which ? "valve_b gives nothing: the scaffold" : "valve_a gives nothing: the part") + " rose by " +
-             std::to_string(rise_mm[which] / cells[which]) + " mm in layers " + std::to_string(layer - layers + 1) + " to " +
-             std::to_string(layer) + " instead of " + std::to_string(nominal_mm) + " mm; tank empty or line blocked";
+    if (cells[which] >= kFewCells &&
+        rise_mm[which] < experiment_.ice.least_rise_share * nominal_mm * cells[which])
+      return std::string(which ? "valve_b gives nothing: the scaffold" : "valve_a gives nothing: the part") +
+             " rose by " + std::to_string(rise_mm[which] / cells[which]) + " mm in layers " +
+             std::to_string(layer - layers + 1) + " to " + std::to_string(layer) + " instead of " +
+             std::to_string(nominal_mm) + " mm; tank empty or line blocked";
   return "";
 }
 
@@ -341,12 +387,15 @@ void PathLoop::on(const temperature_t& m, Time now, Outbox& out) {
   act_on_temperature(now, out);
 }
 
-// (b) alone keeps the valves from freezing when (a) fails [2.3.3]; what counts is what the tip's thermocouple says.
+// (b) alone keeps the valves from freezing when (a) fails [2.3.3]; what counts is what the tip's thermocouple
+// says.
 void PathLoop::act_on_temperature(Time now, Outbox& out) {
-  if (!temperature_ || phase_ == Phase::kGetReady || phase_ == Phase::kStopped || phase_ == Phase::kOver) return;
+  if (!temperature_ || phase_ == Phase::kGetReady || phase_ == Phase::kStopped || phase_ == Phase::kOver)
+    return;
   const temperature_t& t = *temperature_;
   const bool tip_failed = t.fault[0] != 0, window_failed = t.fault[1] != 0;
-  if (tip_failed && window_failed) return fail(10, "heaters (a) and (b) have both failed: the valves freeze", now, out);
+  if (tip_failed && window_failed)
+    return fail(10, "heaters (a) and (b) have both failed: the valves freeze", now, out);
   const bool warm = std::isfinite(t.degC[0]) ? t.degC[0] >= experiment_.heater.low_degC : !window_failed;
   if (phase_ == Phase::kWarmUp) {
     if (!warm) return;
@@ -354,9 +403,13 @@ void PathLoop::act_on_temperature(Time now, Outbox& out) {
     return proceed(Phase::kHoming, now, out);
   }
   if (!warm && phase_ != Phase::kHeat)
-    return fail(10, "the end effector's tip is at " + std::to_string(t.degC[0]) + " degC, below heater.low_degC = " +
-                        std::to_string(experiment_.heater.low_degC) + ": the valves freeze", now, out);
-  if (tip_failed && !one_heater_) send_fault(Severity::kWarning, 10, "heater (a) has failed; (b) alone keeps the valves warm", out);
+    return fail(10,
+                "the end effector's tip is at " + std::to_string(t.degC[0]) +
+                    " degC, below heater.low_degC = " + std::to_string(experiment_.heater.low_degC) +
+                    ": the valves freeze",
+                now, out);
+  if (tip_failed && !one_heater_)
+    send_fault(Severity::kWarning, 10, "heater (a) has failed; (b) alone keeps the valves warm", out);
   one_heater_ = tip_failed;
 }
 

@@ -1,5 +1,6 @@
-// scheduler, paths: PATH_JOB, PULSE_LIST, HEIGHT_MAP, CONTROL_SURFACE, TEMPERATURE, ANSWER_*, STATE_*, ENABLE, SAFE_STOP ->
-// ROBOT_COMMAND, VALVE_A_COMMAND, VALVE_B_COMMAND, LASER_COMMAND, HEATER_COMMAND, PATH_REPORT, LAYER_METRICS, RUN_END.
+// scheduler, paths: PATH_JOB, PULSE_LIST, HEIGHT_MAP, CONTROL_SURFACE, TEMPERATURE, ANSWER_*, STATE_*,
+// ENABLE, SAFE_STOP -> ROBOT_COMMAND, VALVE_A_COMMAND, VALVE_B_COMMAND, LASER_COMMAND, HEATER_COMMAND,
+// PATH_REPORT, LAYER_METRICS, RUN_END.
 #pragma once
 
 #include <optional>
@@ -15,13 +16,14 @@
 
 namespace firn {
 
-/// Coordinates one print along paths [Barnett 2012, ch. 2, 5]: heaters, home, then for each interval its deposition paths
-/// (load trajectory and pulses, arm the valve, run the arm, disarm and count, report), its measurement paths (load, arm the
-/// laser's storage, run, collect), the height map, the control surface, the next paths.
+/// Coordinates one print along paths [Barnett 2012, ch. 2, 5]: heaters, home, then for each interval its
+/// deposition paths (load trajectory and pulses, arm the valve, run the arm, disarm and count, report), its
+/// measurement paths (load, arm the laser's storage, run, collect), the height map, the control surface, the
+/// next paths.
 ///
-/// A path whose run is in doubt after a crash is never run again: the next map shows what lies there, and the open loop,
-/// which would not look, asks the operator. Interlocks by their numbers: I6 nozzle would scrape, I7 time slip, I8 path
-/// refused, I10 too cold, I13 map rejected.
+/// A path whose run is in doubt after a crash is never run again: the next map shows what lies there, and the
+/// open loop, which would not look, asks the operator. Interlocks by their numbers: I6 nozzle would scrape,
+/// I7 time slip, I8 path refused, I10 too cold, I13 map rejected.
 class PathLoop final : public Scheduler {
  public:
   /// @param tick_s of the trajectories
@@ -49,63 +51,66 @@ class PathLoop final : public Scheduler {
   bool depositing() const { return at_ < deposition_.size(); }
   const PathTask& task() const { return deposition_[at_]; }
   bool waits_for_operator() const;
-  void next_path(Time now, Outbox&);                 ///< the next deposition path, or the measurement
+  void next_path(Time now, Outbox&);  ///< the next deposition path, or the measurement
   void next_scan_path(Time now, Outbox&);
   void measure_again(Time now, Outbox&);
   void act_on_batch(Time now, Outbox&);
   void act_on_map(Time now, Outbox&);
   void act_on_surface(Time now, Outbox&);
   void act_on_temperature(Time now, Outbox&);
-  /// Why a valve seems to give nothing, from the newest two maps; empty = all well. @param layer that was measured
+  /// Why a valve seems to give nothing, from the newest two maps; empty = all well. @param layer that was
+  /// measured
   std::string dry_valve(int layer) const;
-  void stop_for_operator(const std::string& who, const std::string& reason, Outbox&);  ///< a resume measures again first
+  void stop_for_operator(const std::string& who, const std::string& reason,
+                         Outbox&);  ///< a resume measures again first
   void settle_list(const answer_t& count, Time now, Outbox&);
   void next_list(Time now, Outbox&);
   void report(Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
 
-  void send_robot(RobotVerb verb, const PathTask* task, int list, int signals, double allowed_s, Time now, Outbox&);
+  void send_robot(RobotVerb verb, const PathTask* task, int list, int signals, double allowed_s, Time now,
+                  Outbox&);
   void send_valve(ValveVerb verb, Time now, Outbox&);
   void send_laser(LaserVerb verb, Time now, Outbox&);
   void send_heater(Time now, Outbox&);
 
-  bool table_first_;                     ///< the bare table is measured before the first layer: ice.map_table
-  slice::PrintPaths paths_;              ///< with the table as layer 0 then
+  bool table_first_;         ///< the bare table is measured before the first layer: ice.map_table
+  slice::PrintPaths paths_;  ///< with the table as layer 0 then
   double tick_s_;
 
-  PathBatch batch_;                      ///< as it arrives
-  std::int64_t batch_done_ = 0;          ///< number of the batch that was taken last
-  std::vector<PathTask> deposition_;     ///< of the batch in hand
-  std::vector<PathTask> scan_;           ///< measurement paths of the last layer that was measured or is to be
-  std::vector<PathTask> next_scan_;      ///< of the batch in hand, until its deposition is done
-  std::size_t at_ = 0;                   ///< in deposition_
-  int list_ = 0;                         ///< of that path
+  PathBatch batch_;                   ///< as it arrives
+  std::int64_t batch_done_ = 0;       ///< number of the batch that was taken last
+  std::vector<PathTask> deposition_;  ///< of the batch in hand
+  std::vector<PathTask> scan_;        ///< measurement paths of the last layer that was measured or is to be
+  std::vector<PathTask> next_scan_;   ///< of the batch in hand, until its deposition is done
+  std::size_t at_ = 0;                ///< in deposition_
+  int list_ = 0;                      ///< of that path
   std::size_t scan_at_ = 0;
 
-  std::optional<answer_t> late_count_;   ///< the valve's count, told after a crash
-  int attempt_ = 0;                      ///< times that the path has been begun in vain
-  bool closed_ = false;                  ///< in doubt: what is left of the path stays undone
-  bool in_doubt_ = false;                ///< something since the last map
-  std::int64_t pulses_counted_ = 0;      ///< of the path
+  std::optional<answer_t> late_count_;  ///< the valve's count, told after a crash
+  int attempt_ = 0;                     ///< times that the path has been begun in vain
+  bool closed_ = false;                 ///< in doubt: what is left of the path stays undone
+  bool in_doubt_ = false;               ///< something since the last map
+  std::int64_t pulses_counted_ = 0;     ///< of the path
   double measured_s_ = 0.0;
-  int outcome_ = 0;                      ///< of the path, as answer_t
+  int outcome_ = 0;  ///< of the path, as answer_t
   Time begun_;
 
-  std::optional<height_map_t> map_;      ///< arrived, not acted on yet
+  std::optional<height_map_t> map_;  ///< arrived, not acted on yet
   std::optional<control_surface_t> surface_;
   std::optional<temperature_t> temperature_;
-  HeightMap newest_;                     ///< the map that was accepted last
-  HeightMap below_;                      ///< that of the interval before; empty = the table
-  int mapped_layers_ = 0;                ///< deposition layers in newest_
-  std::string dry_;                      ///< a valve that gives nothing, by newest_
-  int dry_told_ = 0;                     ///< deposition layers when that stopped the print last
+  HeightMap newest_;       ///< the map that was accepted last
+  HeightMap below_;        ///< that of the interval before; empty = the table
+  int mapped_layers_ = 0;  ///< deposition layers in newest_
+  std::string dry_;        ///< a valve that gives nothing, by newest_
+  int dry_told_ = 0;       ///< deposition layers when that stopped the print last
   int scan_attempt_ = 0;
   std::int64_t scan_id_ = 0;
   std::int64_t map_id_ = 0;
   std::int64_t pulses_interval_ = 0, pulses_total_ = 0;
-  int slips_ = 0;                        ///< paths in a row that took longer or shorter than planned
-  bool raised_ = false;                  ///< for a path that would scrape: the map has been measured anew once
-  bool one_heater_ = false;              ///< (a) has failed and that was said
+  int slips_ = 0;            ///< paths in a row that took longer or shorter than planned
+  bool raised_ = false;      ///< for a path that would scrape: the map has been measured anew once
+  bool one_heater_ = false;  ///< (a) has failed and that was said
   Phase after_homing_ = Phase::kAwaitPaths;
 };
 

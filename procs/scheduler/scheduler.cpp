@@ -80,7 +80,8 @@ void Scheduler::wake(TimerId timer, Time now, Outbox& out) {
   if (timer == kAgain) return phase_ == Phase::kGetReady || pending_ ? void() : proceed(phase_, now, out);
   if (timer == kOperator) return finish_run(RunOutcome::kWaitsForOperator, 3, doubt(), out);
   if (phase_ == Phase::kGetReady && pending_ && safe_drivers_ == all_drivers_) {
-    // The driver is back and says nothing of the command: of an act, all is in doubt; anything else is begun again.
+    // The driver is back and says nothing of the command: of an act, all is in doubt; anything else is begun
+    // again.
     if (interrupted_ == act_) {
       answer_t nothing;
       nothing.outcome = std::int8_t(Outcome::kUnknown);
@@ -100,11 +101,13 @@ std::string Scheduler::overdue() const {
   if (phase_ == Phase::kGetReady) {
     std::string missing;
     for (const NodeInfo& n : nodes())
-      if ((all_drivers_ & ~safe_drivers_) & bit(n.id)) missing += (missing.empty() ? "" : ", ") + std::string(n.name);
+      if ((all_drivers_ & ~safe_drivers_) & bit(n.id))
+        missing += (missing.empty() ? "" : ", ") + std::string(n.name);
     return missing.empty() ? "safety has not granted the lease" : missing + " not SAFE";
   }
   if (pending_)
-    return std::string(info(pending_->driver).name) + " has not answered command " + std::to_string(pending_->command_id);
+    return std::string(info(pending_->driver).name) + " has not answered command " +
+           std::to_string(pending_->command_id);
   return awaited();
 }
 
@@ -122,14 +125,16 @@ void Scheduler::on(const answer_t& m, Time now, Outbox& out) {
 
 void Scheduler::take_answer(const answer_t& m, Time now, Outbox& out) {
   const Outcome outcome = Outcome(m.outcome);
-  // Refused is not begun. The lease can reach the scheduler before it reaches the driver, so it is tried again.
+  // Refused is not begun. The lease can reach the scheduler before it reaches the driver, so it is tried
+  // again.
   if (outcome == Outcome::kRefused && refused_ < kMostRefusals) {
     ++refused_;
     return out.wake_at(kAgain, now.after_s(kAgainWall_s * experiment_.run.time_scale));
   }
   refused_ = 0;
   if (phase_ == act_) act_answer_ = m;
-  if (outcome != Outcome::kDone && outcome != Outcome::kReady && !only_counts()) return fail(m.code, m.node + ": " + m.text, now, out);
+  if (outcome != Outcome::kDone && outcome != Outcome::kReady && !only_counts())
+    return fail(m.code, m.node + ": " + m.text, now, out);
   answered(m, now, out);
 }
 
@@ -144,10 +149,14 @@ void Scheduler::count_phase_time(Time now) {
     case Phase::kLoadScan:
     case Phase::kArmLaser:
     case Phase::kRunScan:
-    case Phase::kCollect: scan_s_ += s; return;
+    case Phase::kCollect:
+      scan_s_ += s;
+      return;
     case Phase::kAwaitPlan:
     case Phase::kAwaitSurface:
-    case Phase::kAwaitPaths: decide_s_ += s; return;
+    case Phase::kAwaitPaths:
+      decide_s_ += s;
+      return;
     case Phase::kArmJet:
     case Phase::kPass:
     case Phase::kDisarmJet:
@@ -155,10 +164,15 @@ void Scheduler::count_phase_time(Time now) {
     case Phase::kLoadPulses:
     case Phase::kArmValve:
     case Phase::kRunPath:
-    case Phase::kDisarmValve: deposit_s_ += s; return;
+    case Phase::kDisarmValve:
+      deposit_s_ += s;
+      return;
     case Phase::kPark:
-    case Phase::kCure: cure_s_ += s; return;
-    default: return;
+    case Phase::kCure:
+      cure_s_ += s;
+      return;
+    default:
+      return;
   }
 }
 

@@ -1,5 +1,5 @@
-// What the loops of all kinds of labs share: getting ready under the lease, one command at a time, answers that are late,
-// refused or never come, faults, resume, the end of the run.
+// What the loops of all kinds of labs share: getting ready under the lease, one command at a time, answers
+// that are late, refused or never come, faults, resume, the end of the run.
 #pragma once
 
 #include <optional>
@@ -17,8 +17,9 @@
 
 namespace firn {
 
-/// At most one command is outstanding, so after a crash at most one act is in doubt. A loop says in proceed() what each
-/// phase commands and in answered() what follows it; the phase whose repetition could deposit twice is its act.
+/// At most one command is outstanding, so after a crash at most one act is in doubt. A loop says in proceed()
+/// what each phase commands and in answered() what follows it; the phase whose repetition could deposit twice
+/// is its act.
 class Scheduler : public Node {
  public:
   void start(const Start&, Time now, Outbox&) override;
@@ -32,14 +33,35 @@ class Scheduler : public Node {
  protected:
   /// What the print is doing; each is left by exactly one kind of message.
   enum class Phase {
-    kGetReady,      // all drivers SAFE and the lease granted
+    kGetReady,  // all drivers SAFE and the lease granted
     kHoming,
-    kArmProfiler, kScan, kEndScan, kAwaitMap, kAwaitPlan,       // droplets
-    kArmJet, kPass, kDisarmJet, kPark, kCure,
-    kHeat, kWarmUp, kAwaitPaths, kAwaitSurface,                 // paths
-    kLoadPath, kLoadPulses, kArmValve, kRunPath, kDisarmValve, kAwaitOperator, kRaise,
-    kLoadScan, kArmLaser, kRunScan, kCollect,
-    kStopped, kOver,
+    kArmProfiler,
+    kScan,
+    kEndScan,
+    kAwaitMap,
+    kAwaitPlan,  // droplets
+    kArmJet,
+    kPass,
+    kDisarmJet,
+    kPark,
+    kCure,
+    kHeat,
+    kWarmUp,
+    kAwaitPaths,
+    kAwaitSurface,  // paths
+    kLoadPath,
+    kLoadPulses,
+    kArmValve,
+    kRunPath,
+    kDisarmValve,
+    kAwaitOperator,
+    kRaise,
+    kLoadScan,
+    kArmLaser,
+    kRunScan,
+    kCollect,
+    kStopped,
+    kOver,
   };
   struct Pending {
     std::int64_t command_id = 0;
@@ -49,23 +71,28 @@ class Scheduler : public Node {
   /// @param act the phase that deposits
   Scheduler(const Experiment& experiment, Phase act);
 
-  virtual void proceed(Phase next, Time now, Outbox&) = 0;             ///< enters a phase: sends its command, arms its deadline
-  virtual void answered(const answer_t&, Time now, Outbox&) = 0;       ///< what the phase commanded is done
-  virtual void answered_late(const answer_t&) {}                       ///< the same of the interrupted phase, before the print goes on
-  virtual bool only_counts() const { return false; }                   ///< whatever its outcome, the answer to this phase is a count
-  virtual void after_resume(Time now, Outbox&) = 0;                    ///< picks up the phase that the crash interrupted
+  virtual void proceed(Phase next, Time now,
+                       Outbox&) = 0;  ///< enters a phase: sends its command, arms its deadline
+  virtual void answered(const answer_t&, Time now, Outbox&) = 0;  ///< what the phase commanded is done
+  virtual void answered_late(const answer_t&) {
+  }  ///< the same of the interrupted phase, before the print goes on
+  virtual bool only_counts() const {
+    return false;
+  }  ///< whatever its outcome, the answer to this phase is a count
+  virtual void after_resume(Time now, Outbox&) = 0;  ///< picks up the phase that the crash interrupted
   virtual void operator_accepted(Time now, Outbox&) = 0;
-  virtual std::int64_t act_size() const = 0;                           ///< all of it is in doubt when the driver knows nothing of it
+  virtual std::int64_t act_size() const = 0;  ///< all of it is in doubt when the driver knows nothing of it
   virtual int command_layer() const = 0;
-  virtual std::string awaited() const = 0;                             ///< what is late where no command is outstanding
-  virtual std::string doubt() const = 0;                               ///< what the operator is asked
+  virtual std::string awaited() const = 0;  ///< what is late where no command is outstanding
+  virtual std::string doubt() const = 0;    ///< what the operator is asked
 
   void try_ready(Time now, Outbox&);
   void finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox&);
   void send_fault(Severity severity, int code, const std::string& text, Outbox&);
-  void fail(int code, const std::string& text, Time now, Outbox&);     ///< FAULT that stops the print
+  void fail(int code, const std::string& text, Time now, Outbox&);  ///< FAULT that stops the print
   void count_phase_time(Time now);
-  /// Fills in id, epoch and layer, and arms the deadline: allowed_s of node time, longer where wall time matters.
+  /// Fills in id, epoch and layer, and arms the deadline: allowed_s of node time, longer where wall time
+  /// matters.
   template <class Command>
   void stamp(Command& command, NodeId driver, double allowed_s, Time now, Outbox& out) {
     command.command_id = ++last_command_id_;
@@ -89,16 +116,16 @@ class Scheduler : public Node {
 
  private:
   void take_answer(const answer_t&, Time now, Outbox&);
-  std::string overdue() const;          ///< who is late, for the fault's text
+  std::string overdue() const;  ///< who is late, for the fault's text
 
-  int all_drivers_ = 0;                 ///< bit per NodeId that takes part
+  int all_drivers_ = 0;  ///< bit per NodeId that takes part
   std::int32_t incarnation_ = 0;
-  int refused_ = 0;                     ///< times in a row that the command of this phase was refused
+  int refused_ = 0;  ///< times in a row that the command of this phase was refused
   std::optional<Pending> pending_;
   std::int64_t last_command_id_ = 0;
   std::int64_t epoch_ = 0;
   bool enabled_ = false;
-  int safe_drivers_ = 0;                ///< bit per NodeId
+  int safe_drivers_ = 0;  ///< bit per NodeId
   Time phase_since_;
 };
 

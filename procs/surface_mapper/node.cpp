@@ -141,8 +141,10 @@ std::unique_ptr<Node> make_surface_mapper(const std::string& config_toml, const 
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
   if (is_ice(e)) {
     const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
-    return std::make_unique<PathMapper>(e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
-                                        slice::decode_print_paths(blob(blobs, "paths").bytes));
+    return std::make_unique<PathMapper>(
+        e,
+        parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),
+        slice::decode_print_paths(blob(blobs, "paths").bytes));
   }
   return std::make_unique<SurfaceMapper>(e, mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
 }

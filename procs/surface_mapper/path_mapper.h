@@ -15,12 +15,12 @@
 
 namespace firn {
 
-/// Gathers the readings of one scan, path by path in any order, and answers the last with the map of the layer's own grid
-/// (core/slice/footprint.h): readings stand where the laser was on the path's trajectory, laser_point.latency_s after the
-/// storage began; the surface is linear between them and, with control.smoothing, smoothed. quality: measured = on the
-/// footprint and near a reading, else filled from the nearest. measured_fraction = valid readings over those that the
-/// paths' durations should have given. A path that comes twice, or of an older scan, changes nothing; a newer scan_id drops the
-/// unfinished scan.
+/// Gathers the readings of one scan, path by path in any order, and answers the last with the map of the
+/// layer's own grid (core/slice/footprint.h): readings stand where the laser was on the path's trajectory,
+/// laser_point.latency_s after the storage began; the surface is linear between them and, with
+/// control.smoothing, smoothed. quality: measured = on the footprint and near a reading, else filled from the
+/// nearest. measured_fraction = valid readings over those that the paths' durations should have given. A path
+/// that comes twice, or of an older scan, changes nothing; a newer scan_id drops the unfinished scan.
 class PathMapper final : public Node {
  public:
   PathMapper(const Experiment& experiment, const Machine& machine, slice::PrintPaths paths);
@@ -36,8 +36,8 @@ class PathMapper final : public Node {
   surface::LaserFrame frame_;
   double pitch_mm_;
   surface::ScatterOptions options_;
-  std::map<std::int64_t, Trajectory> motions_;   ///< of measurement paths, by path
-  std::map<std::int32_t, laser_samples_t> scan_; ///< by index
+  std::map<std::int64_t, Trajectory> motions_;    ///< of measurement paths, by path
+  std::map<std::int32_t, laser_samples_t> scan_;  ///< by index
   std::int64_t scan_id_ = -1;
   bool mapped_ = true;
   std::int64_t maps_ = 0;

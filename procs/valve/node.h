@@ -1,5 +1,5 @@
-// valve_a, valve_b: VALVE_A_COMMAND, VALVE_B_COMMAND, PULSE_LIST, ENABLE, SAFE_STOP, instrument -> ANSWER_VALVE_A,
-// STATE_VALVE_A, FAULT_VALVE_A, …
+// valve_a, valve_b: VALVE_A_COMMAND, VALVE_B_COMMAND, PULSE_LIST, ENABLE, SAFE_STOP, instrument ->
+// ANSWER_VALVE_A, STATE_VALVE_A, FAULT_VALVE_A, …
 #pragma once
 
 #include <memory>
@@ -13,8 +13,9 @@
 
 namespace firn {
 
-/// Thin shell round drivers/valve: the water's valve (kValveA) or the scaffold's (kValveB). Lists go into the controller as
-/// they come. ANSWER of a disarm: counted = pulses fired of expected, also after a stop or a lost link.
+/// Thin shell round drivers/valve: the water's valve (kValveA) or the scaffold's (kValveB). Lists go into the
+/// controller as they come. ANSWER of a disarm: counted = pulses fired of expected, also after a stop or a
+/// lost link.
 class ValveNode final : public DriverNode<ValveNode, drivers::Valve, drivers::Effects> {
  public:
   ValveNode(NodeId id, const Experiment& experiment);

@@ -21,7 +21,8 @@ bool within(const BoxPart& b, double x, double y, double outward) {
   const double half = 0.5 * b.side_mm + outward;
   if (std::abs(x) > half || std::abs(y) > half) return false;
   const std::size_t corner = y < 0.0 ? (x < 0.0 ? 0 : 1) : x > 0.0 ? 2 : 3;
-  const double r = std::max(0.0, b.round_mm[corner] + outward), dx = std::abs(x) - (half - r), dy = std::abs(y) - (half - r);
+  const double r = std::max(0.0, b.round_mm[corner] + outward), dx = std::abs(x) - (half - r),
+               dy = std::abs(y) - (half - r);
   return dx <= 0.0 || dy <= 0.0 || std::hypot(dx, dy) <= r;
 }
 
@@ -30,7 +31,8 @@ HeightMap ice_of(const BoxPart& b, double grown_mm) {
   for (int j = 0; j < 500; ++j)
     for (int i = 0; i < 500; ++i) {
       const double x = h.spec.x_mm(i), y = h.spec.y_mm(j);
-      const bool plate = within(b, x, y, b.ledge_mm + grown_mm), wall = within(b, x, y, grown_mm) && !within(b, x, y, -b.wall_mm - grown_mm);
+      const bool plate = within(b, x, y, b.ledge_mm + grown_mm),
+                 wall = within(b, x, y, grown_mm) && !within(b, x, y, -b.wall_mm - grown_mm);
       h.at(i, j) = wall ? b.height_mm : plate ? b.plate_mm : 0.0;
     }
   return h;
@@ -54,8 +56,10 @@ TEST_CASE("The box on its plate is a closed surface with the nominal dimensions 
     for (const auto& t : m.triangles) {
       const slice::Corner &a = m.vertices[t[0]], &b = m.vertices[t[1]], &c = m.vertices[t[2]];
       ++edges[{a, b}], ++edges[{b, c}], ++edges[{c, a}];
-      volume += (double(a[0]) * (double(b[1]) * c[2] - double(b[2]) * c[1]) - double(a[1]) * (double(b[0]) * c[2] - double(b[2]) * c[0]) +
-                 double(a[2]) * (double(b[0]) * c[1] - double(b[1]) * c[0])) / 6.0;
+      volume += (double(a[0]) * (double(b[1]) * c[2] - double(b[2]) * c[1]) -
+                 double(a[1]) * (double(b[0]) * c[2] - double(b[2]) * c[0]) +
+                 double(a[2]) * (double(b[0]) * c[1] - double(b[1]) * c[0])) /
+                6.0;
     }
     int open = 0;
     for (const auto& [edge, n] : edges) {
@@ -68,7 +72,8 @@ TEST_CASE("The box on its plate is a closed surface with the nominal dimensions 
   }
 }
 
-TEST_CASE("The caliper reads a perfect part's dimensions, and outside dimensions larger by what the outline grew") {
+TEST_CASE(
+    "The caliper reads a perfect part's dimensions, and outside dimensions larger by what the outline grew") {
   const BoxPart part;
   for (const double grown : {0.0, 0.15, 0.4}) {
     const std::vector<WallBand> bands(4, band_of(part, grown, 4.75));
@@ -86,11 +91,13 @@ TEST_CASE("The caliper reads a perfect part's dimensions, and outside dimensions
 TEST_CASE("Jaws that come to rest over 1 mm crush a sharp corner by half a millimetre, and nothing flat") {
   const BoxPart part;
   const std::vector<WallBand> bands(4, band_of(part, 0.0, 4.75));
-  const auto sharp = measured(part, ice_of(part, 0.0), bands, {3.0, 0.0}), crushed = measured(part, ice_of(part, 0.0), bands);
+  const auto sharp = measured(part, ice_of(part, 0.0), bands, {3.0, 0.0}),
+             crushed = measured(part, ice_of(part, 0.0), bands);
   for (std::size_t n = 0; n < sharp.size(); ++n)
     for (std::size_t k = 0; k < 4; ++k) {
       INFO(sharp[n].name);
-      CHECK(sharp[n].measured_mm[k] - crushed[n].measured_mm[k] == Approx(sharp[n].name == "l3" ? 0.5 : 0.0).margin(sharp[n].name == "l3" ? 0.15 : 0.02));
+      CHECK(sharp[n].measured_mm[k] - crushed[n].measured_mm[k] ==
+            Approx(sharp[n].name == "l3" ? 0.5 : 0.0).margin(sharp[n].name == "l3" ? 0.15 : 0.02));
     }
 }
 
@@ -107,12 +114,17 @@ TEST_CASE("The edge of a rough wall is where half of its layers reach, at whatev
     }
     const Dimension l3 = measured(part, ice_of(part, 0.0), bands, {3.0, 0.0})[2];
     REQUIRE(l3.measured_mm.size() == 4);
-    for (const double v : l3.measured_mm) CHECK(v - l3.nominal_mm == Approx(share > 0.5 ? 1.6 : 0.0).margin(0.35));
-    CHECK(*std::max_element(l3.measured_mm.begin(), l3.measured_mm.end()) - *std::min_element(l3.measured_mm.begin(), l3.measured_mm.end()) < 0.01);
+    for (const double v : l3.measured_mm)
+      CHECK(v - l3.nominal_mm == Approx(share > 0.5 ? 1.6 : 0.0).margin(0.35));
+    CHECK(*std::max_element(l3.measured_mm.begin(), l3.measured_mm.end()) -
+              *std::min_element(l3.measured_mm.begin(), l3.measured_mm.end()) <
+          0.01);
   }
 }
 
-TEST_CASE("A way from rest to rest takes as long as the certified planner's motion along it, and its phases cover it") {
+TEST_CASE(
+    "A way from rest to rest takes as long as the certified planner's motion along it, and its phases cover "
+    "it") {
   const Machine machine = parse_machine(kBoxMachine, "the Cobra 600");
   const auto arm = make_arm(machine);
   motion::MotionLimits limits = motion_limits(machine);
@@ -129,10 +141,14 @@ TEST_CASE("A way from rest to rest takes as long as the certified planner's moti
     CHECK(planned.continuous_s == Approx(whole).epsilon(0.03));
     // Jerk, acceleration and speed as they are driven: half of the way in half of the time, no limit passed.
     const double dt = whole / 40000.0, knee = l.acceleration / l.jerk;
-    const double peak_s = std::min({0.25 * whole, knee}), hold_s = std::min(0.5 * whole, l.rate / l.acceleration + knee) - 2.0 * peak_s;
+    const double peak_s = std::min({0.25 * whole, knee}),
+                 hold_s = std::min(0.5 * whole, l.rate / l.acceleration + knee) - 2.0 * peak_s;
     double a = 0.0, v = 0.0, s = 0.0;
     for (double t = 0.5 * dt; t < 0.5 * whole; t += dt) {
-      const double jerk = t < peak_s ? l.jerk : t < peak_s + hold_s ? 0.0 : t < 2.0 * peak_s + hold_s ? -l.jerk : 0.0;
+      const double jerk = t < peak_s                  ? l.jerk
+                          : t < peak_s + hold_s       ? 0.0
+                          : t < 2.0 * peak_s + hold_s ? -l.jerk
+                                                      : 0.0;
       a += jerk * dt, v += a * dt, s += v * dt;
     }
     CHECK(v <= l.rate * 1.001);
@@ -141,19 +157,24 @@ TEST_CASE("A way from rest to rest takes as long as the certified planner's moti
   CHECK(rest_to_rest_s(0.0, l) == 0.0);
 }
 
-TEST_CASE("The paths of a built part are each planned once and counted, and lines at their whole speed take ramps beside them") {
+TEST_CASE(
+    "The paths of a built part are each planned once and counted, and lines at their whole speed take ramps "
+    "beside them") {
   BoxPart part;
   part.side_mm = 32.0, part.height_mm = 5.0, part.plate_mm = 2.5, part.round_mm = {0.0, 6.0, 5.0, 4.0};
   const motion::RateLimits l = motion_limits(parse_machine(kBoxMachine, "the Cobra 600")).position;
   const BoxFolder folder(part, false);
-  const BuildPaths rings = build_paths(folder, l, {"layer.height_mm=0.25", "measure.on=0", "part.gap_mm=0", "scaffold.gap_mm=0"}, 1);
+  const BuildPaths rings = build_paths(
+      folder, l, {"layer.height_mm=0.25", "measure.on=0", "part.gap_mm=0", "scaffold.gap_mm=0"}, 1);
   CHECK(rings.layers == 20);
   CHECK(rings.count() > std::int64_t(rings.paths.size()));
   double sum = 0.0;
-  CHECK(motion_s(rings, [&](const motion::PathInput& in) { return sum += double(in.points.size()), 1.0; }) == Approx(double(rings.count())));
+  CHECK(motion_s(rings, [&](const motion::PathInput& in) { return sum += double(in.points.size()), 1.0; }) ==
+        Approx(double(rings.count())));
   CHECK(rings.run_up_s == 0.0);
   CHECK(rings.transit_s > 0.0);
-  const BuildPaths lines = build_paths(folder, l, {"layer.height_mm=0.25", "measure.on=0", "part.fill=lines", "scaffold.fill=lines"}, 1);
+  const BuildPaths lines = build_paths(
+      folder, l, {"layer.height_mm=0.25", "measure.on=0", "part.fill=lines", "scaffold.fill=lines"}, 1);
   CHECK(lines.run_up_s > 0.1 * double(lines.count()));
   // Boundaries are 1.5 mm wide and fill 3.0 mm, layers 0.25 mm high.
   CHECK(rings.volume_mm3 < rings.length_mm() * 3.0 * 0.25);
@@ -165,7 +186,8 @@ TEST_CASE("A small part like that of Fig. 4-15 is printed and measured, and thre
   options.paper = "barnett";
   options.quick = true;
   options.threads = 1;
-  const auto results = reproduce(options, {{"barnett", "build-time", "4.4", 1, &reproduce_barnett_build_time}, {"barnett", "part", "5.3", 1, &reproduce_barnett_part}});
+  const auto results = reproduce(options, {{"barnett", "build-time", "4.4", 1, &reproduce_barnett_build_time},
+                                           {"barnett", "part", "5.3", 1, &reproduce_barnett_part}});
   REQUIRE(results.size() == 2);
   for (const auto& result : results)
     for (const ReproduceRow& row : result.rows) {
@@ -175,7 +197,8 @@ TEST_CASE("A small part like that of Fig. 4-15 is printed and measured, and thre
   CHECK(results[0].rows.size() == 19);
   std::map<std::string, double> h;
   for (const ReproduceRow& row : results[0].rows)
-    if (const double* v = std::get_if<double>(&row.ours)) h[row.id.substr(std::string("barnett.build-time.").size())] = *v;
+    if (const double* v = std::get_if<double>(&row.ours))
+      h[row.id.substr(std::string("barnett.build-time.").size())] = *v;
   CHECK(h.at("straight") > 0.0);
   CHECK(h.at("concentric") > h.at("variable"));
   // Beads in gaps and coarse rounds cost time, and each limit that is lifted gives some back.

@@ -1,5 +1,6 @@
-// The calibrations of the ice lab through their whole path: nodes, drivers, byte-level twins, readings, fit. Planted cases must come
-// out within the thesis's tolerances [Barnett 2012, 2.2, 5.2.1]; runs that cannot tell are refused by name.
+// The calibrations of the ice lab through their whole path: nodes, drivers, byte-level twins, readings, fit.
+// Planted cases must come out within the thesis's tolerances [Barnett 2012, 2.2, 5.2.1]; runs that cannot
+// tell are refused by name.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
@@ -45,7 +46,9 @@ struct Tally {
     }
   }
   /// A binomial 95 % within four standard deviations; over 100 cases and more: at least 90 %, as asked for.
-  bool covered() const { return inside >= 0.95 * all - 4.0 * std::sqrt(0.0475 * all) && (all < 100 || inside >= 0.9 * all); }
+  bool covered() const {
+    return inside >= 0.95 * all - 4.0 * std::sqrt(0.0475 * all) && (all < 100 || inside >= 0.9 * all);
+  }
 };
 
 }  // namespace
@@ -56,7 +59,8 @@ TEST_CASE("laser-offset finds an offset wrong by up to 3 mm within 0.2 mm, where
     Experiment e = ready_case(std::uint64_t(n), false);
     const CalibrationConfig& c = e.calibration;
     const double shift = n % 2 ? 0.8 : 0.0;  // the block lies elsewhere than the lab believes
-    e.plant.ice.jig_mm = {c.jig_x_mm + shift, c.jig_y_mm - shift, c.jig_x_mm + shift + c.jig_width_mm, c.jig_y_mm - shift + c.jig_depth_mm, c.jig_height_mm};
+    e.plant.ice.jig_mm = {c.jig_x_mm + shift, c.jig_y_mm - shift, c.jig_x_mm + shift + c.jig_width_mm,
+                          c.jig_y_mm - shift + c.jig_depth_mm, c.jig_height_mm};
     const LabCalibration found = calibrate_laser_offset(e, shipped().machine_toml, options(std::uint64_t(n)));
     t.add(planted::judge_offset(e, found), 0.2);
     CHECK(found.also.at(1).second.value == Approx(shift).margin(0.1));
@@ -68,7 +72,9 @@ TEST_CASE("laser-latency is found within 2 ms, the block's place and the laser's
   Tally t;
   for (int n = 1; n <= cases(6); ++n) {
     const Experiment e = ready_case(std::uint64_t(n), false);
-    t.add(planted::judge_laser_latency(e, calibrate_laser_latency(e, shipped().machine_toml, options(std::uint64_t(n)))), 0.002);
+    t.add(planted::judge_laser_latency(
+              e, calibrate_laser_latency(e, shipped().machine_toml, options(std::uint64_t(n)))),
+          0.002);
   }
   CHECK(t.covered());
 }
@@ -78,7 +84,8 @@ TEST_CASE("level-table finds the table's height within 0.05 mm and its slopes wi
   for (int n = 1; n <= cases(20); ++n) {
     Experiment e = planted::plant_case(shipped(), std::uint64_t(n));
     e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0;
-    const std::vector<Judged> judged = planted::judge_table(e, calibrate_table(e, shipped().machine_toml, options(std::uint64_t(n))));
+    const std::vector<Judged> judged =
+        planted::judge_table(e, calibrate_table(e, shipped().machine_toml, options(std::uint64_t(n))));
     t.add({judged[0]}, 0.05);
     slopes.add({judged[1], judged[2]}, 0.1);
   }
@@ -86,7 +93,9 @@ TEST_CASE("level-table finds the table's height within 0.05 mm and its slopes wi
   CHECK(slopes.covered());
 }
 
-TEST_CASE("Turned as level-table says, feet and then screws, any table comes within 0.2 mm, its height within its interval though screws bend it") {
+TEST_CASE(
+    "Turned as level-table says, feet and then screws, any table comes within 0.2 mm, its height within its "
+    "interval though screws bend it") {
   int feet = 0;
   Tally t;
   for (int n = 1; n <= cases(4); ++n) {
@@ -100,7 +109,8 @@ TEST_CASE("Turned as level-table says, feet and then screws, any table comes wit
     CHECK(c.level);
     REQUIRE(c.keys.size() == 1);
     CHECK(c.keys[0].key == "origin_z_mm");
-    // Where all nine lie within 0.5 mm at the start (one table in a hundred of these) the feet have nothing to do.
+    // Where all nine lie within 0.5 mm at the start (one table in a hundred of these) the feet have nothing
+    // to do.
     const bool coarse = c.lines[0].find("; 0.5 mm is wanted") != std::string::npos;
     CHECK(coarse == (c.lines[0].find("turn the feet") != std::string::npos));
     CHECK(coarse == (c.lines[1].find("turn foot") != std::string::npos));
@@ -112,7 +122,8 @@ TEST_CASE("Turned as level-table says, feet and then screws, any table comes wit
 }
 
 TEST_CASE("level-table goes on with the screws where the feet can do no more") {
-  // A plate that four feet leave 0.53 mm of: they would be told to turn nothing, and the table would never become level.
+  // A plate that four feet leave 0.53 mm of: they would be told to turn nothing, and the table would never
+  // become level.
   Experiment e = planted::plant_case(shipped(), 25);
   e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0;
   planted::plant_screws(e, 25);
@@ -123,7 +134,9 @@ TEST_CASE("level-table goes on with the screws where the feet can do no more") {
   CHECK(c.keys.size() == 1);
 }
 
-TEST_CASE("level-table reads what the arm reaches of the table, no places nearer to each other than the nine points nearly are") {
+TEST_CASE(
+    "level-table reads what the arm reaches of the table, no places nearer to each other than the nine "
+    "points nearly are") {
   Experiment e = planted::plant_case(shipped(), 7);
   e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0;
   const LabCalibration c = calibrate_table(e, shipped().machine_toml, options(7));
@@ -136,7 +149,8 @@ TEST_CASE("level-table reads what the arm reaches of the table, no places nearer
   for (const Point2& p : places) {
     CHECK(std::abs(p.x_mm - k.table_x_mm) < 0.5 * k.table_width_mm);
     CHECK(std::abs(p.y_mm - k.table_y_mm) < 0.5 * k.table_depth_mm);
-    beyond_mm = std::max({beyond_mm, k.level_x_mm.front() - p.x_mm, p.x_mm - k.level_x_mm.back(), k.level_y_mm.front() - p.y_mm, p.y_mm - k.level_y_mm.back()});
+    beyond_mm = std::max({beyond_mm, k.level_x_mm.front() - p.x_mm, p.x_mm - k.level_x_mm.back(),
+                          k.level_y_mm.front() - p.y_mm, p.y_mm - k.level_y_mm.back()});
     for (const Point2& q : places)
       if (&p != &q) CHECK(std::hypot(p.x_mm - q.x_mm, p.y_mm - q.y_mm) > 80.0);
   }
@@ -149,12 +163,16 @@ TEST_CASE("valve-latency is found within 2 ms from drops that the laser finds ag
     const Experiment e = ready_case(std::uint64_t(n), true);
     LabCalibrationOptions o = options(std::uint64_t(n));
     o.material = n % 2;
-    t.add(planted::judge_valve_latency(e, calibrate_valve_latency(e, shipped().machine_toml, o), o.material, 2.0), 0.002);
+    t.add(planted::judge_valve_latency(e, calibrate_valve_latency(e, shipped().machine_toml, o), o.material,
+                                       2.0),
+          0.002);
   }
   CHECK(t.covered());
 }
 
-TEST_CASE("flow-curve is found within 2 % from weighed drops, a coil that warms and liquid that does notwithstanding") {
+TEST_CASE(
+    "flow-curve is found within 2 % from weighed drops, a coil that warms and liquid that does "
+    "notwithstanding") {
   int inside = 0;  // the rows of a case share their weighings: twenty are not twenty cases
   for (int n = 1; n <= cases(2); ++n) {
     const Experiment e = ready_case(std::uint64_t(n), true);
@@ -176,13 +194,16 @@ TEST_CASE("Runs that cannot tell are refused by name") {
   const Experiment e = ready_case(1, true);
   Experiment no_block = e;
   no_block.plant.ice.jig_mm = {-100, -100, -90, -90, 2.0};
-  CHECK_THROWS_WITH(calibrate_laser_offset(no_block, machine, options(1, 1)), Catch::Contains("no reading steps"));
+  CHECK_THROWS_WITH(calibrate_laser_offset(no_block, machine, options(1, 1)),
+                    Catch::Contains("no reading steps"));
   CHECK_THROWS_AS(calibrate_laser_latency(no_block, machine, options(1, 1)), Uninformative);
-  CHECK_THROWS_WITH(calibrate_laser_latency(e, machine, options(1, 1)), Catch::Contains("latency"));  // four steps
+  CHECK_THROWS_WITH(calibrate_laser_latency(e, machine, options(1, 1)),
+                    Catch::Contains("latency"));  // four steps
 
   Experiment along_edge = e;  // passes run beside the block, or along its sides
   const CalibrationConfig& c = e.calibration;
-  along_edge.plant.ice.jig_mm = {c.jig_x_mm - 200, c.jig_y_mm + 0.5 * c.jig_depth_mm, c.jig_x_mm + 200, c.jig_y_mm + 2.0 * c.jig_depth_mm, 2.0};
+  along_edge.plant.ice.jig_mm = {c.jig_x_mm - 200, c.jig_y_mm + 0.5 * c.jig_depth_mm, c.jig_x_mm + 200,
+                                 c.jig_y_mm + 2.0 * c.jig_depth_mm, 2.0};
   CHECK_THROWS_AS(calibrate_laser_latency(along_edge, machine, options(1, 3)), Uninformative);
 
   Experiment on_a_line = e;
@@ -201,7 +222,8 @@ TEST_CASE("Runs that cannot tell are refused by name") {
   Experiment empty_tank = e;
   empty_tank.plant.ice.tank_water_mm3 = 0.0;
   CHECK_THROWS_WITH(calibrate_flow_curve(empty_tank, machine, {}), Catch::Contains("nothing in the cup"));
-  CHECK_THROWS_WITH(calibrate_valve_latency(empty_tank, machine, options(1, 1)), Catch::Contains("only 0 were found"));
+  CHECK_THROWS_WITH(calibrate_valve_latency(empty_tank, machine, options(1, 1)),
+                    Catch::Contains("only 0 were found"));
   Experiment inkjet;
   CHECK_THROWS_WITH(calibrate_table(inkjet, machine, {}), Catch::Contains("only an ice lab"));
 }

@@ -1,7 +1,7 @@
 #include "cli/compare_command.h"
 
-#include <catch2/catch.hpp>
 #include <atomic>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 
@@ -24,14 +24,25 @@ void set_seed(Experiment& e, std::uint64_t seed) { e.plant.seed = seed; }
 // A lab whose prints take no time: an RMS of the seed's own plus what the gain kp says.
 StudyPrint imagine(const Experiment& e, const Blobs&) {
   if (++prints == stop_after) stop = true;
-  const double day = random_uniform({e.plant.seed, Purpose::kTest, 0, 0, 0}), own = random_uniform({e.plant.seed, Purpose::kTest, 1, 0, std::uint32_t(e.control.smf.kp * 1000)});
-  StudyPrint p{true, "finished", "as \"imagined\"", {1.0 + day + 0.1 * own + e.control.smf.kp, 1.0 / 3.0 + day}, 0.001 * double(prints)};
+  const double day = random_uniform({e.plant.seed, Purpose::kTest, 0, 0, 0}),
+               own = random_uniform(
+                   {e.plant.seed, Purpose::kTest, 1, 0, std::uint32_t(e.control.smf.kp * 1000)});
+  StudyPrint p{true,
+               "finished",
+               "as \"imagined\"",
+               {1.0 + day + 0.1 * own + e.control.smf.kp, 1.0 / 3.0 + day},
+               0.001 * double(prints)};
   p.profile = {{1.2, day}, {2.4, day + own}};
   if (e.control.smf.kp > 2.5 && e.plant.seed % 7 == 0) p = {false, "error", "kp too large", {NAN, NAN}, 0.0};
   return p;
 }
 
-const StudyLab kLab{{{"rms_um", "um", "RMS", 2}, {"other", "", "other", 3}}, {"rms_um", "other"}, &set_seed, [](const Experiment&) {}, &imagine, {"Along the print", "height_mm", "rms_um"}};
+const StudyLab kLab{{{"rms_um", "um", "RMS", 2}, {"other", "", "other", 3}},
+                    {"rms_um", "other"},
+                    &set_seed,
+                    [](const Experiment&) {},
+                    &imagine,
+                    {"Along the print", "height_mm", "rms_um"}};
 
 const char* const kStudy = R"(name = "imagined"
 seeds = 21
@@ -82,7 +93,8 @@ TEST_CASE("a study gives the same bytes for one thread and for several") {
   REQUIRE(two.run(3) == kOk);
   CHECK(one.results() == two.results());
   CHECK(one.file("summary.json").find("low is better") != std::string::npos);
-  CHECK(one.file("summary.json").find("6 of 42 prints of too high stopped before their end") != std::string::npos);
+  CHECK(one.file("summary.json").find("6 of 42 prints of too high stopped before their end") !=
+        std::string::npos);
 }
 
 TEST_CASE("an interrupted study goes on where it stopped, to the same result") {
@@ -114,8 +126,10 @@ TEST_CASE("a record torn or damaged anywhere costs the prints of those lines and
     Bench b("torn");
     std::filesystem::create_directories(b.scratch / "out");
     std::string text = record;
-    if (n % 2 == 0) text.resize(random.below(std::uint32_t(text.size())));
-    else text[random.below(std::uint32_t(text.size()))] ^= 0x10;
+    if (n % 2 == 0)
+      text.resize(random.below(std::uint32_t(text.size())));
+    else
+      text[random.below(std::uint32_t(text.size()))] ^= 0x10;
     std::ofstream(b.scratch / "out" / "results.journal", std::ios::binary) << text;
     REQUIRE(b.run() == kOk);
     CHECK(b.results() == whole.results());
@@ -163,7 +177,8 @@ TEST_CASE("two studies cannot write one folder at the same time") {
 TEST_CASE("an unknown metric is answered with the known ones and the nearest") {
   Bench b("metric");
   b.write(std::string("metrics = [\"rmsum\"]\n") + kStudy);
-  CHECK_THROWS_WITH(b.run(), Catch::Contains("rmsum") && Catch::Contains("rms_um, other") && Catch::Contains("nearest is rms_um"));
+  CHECK_THROWS_WITH(b.run(), Catch::Contains("rmsum") && Catch::Contains("rms_um, other") &&
+                                 Catch::Contains("nearest is rms_um"));
 }
 
 TEST_CASE("the ink-jet lab: a real study on two threads, a null pair, and the same bytes on one") {

@@ -30,13 +30,15 @@ struct States {
     o.height = put("height.npy", to_npy(height));
     o.target = put("target.npy", to_npy(HeightMap(g, 0.1)));
     o.json = true;
-    const std::string header = "\x93NUMPY\x01" + std::string(1, 0) + "\x76" + std::string(1, 0) + "{'descr': '<f4', 'fortran_order': False, 'shape': (9, 12), }";
+    const std::string header = "\x93NUMPY\x01" + std::string(1, 0) + "\x76" + std::string(1, 0) +
+                               "{'descr': '<f4', 'fortran_order': False, 'shape': (9, 12), }";
     std::string text = header + std::string(128 - header.size() - 1, ' ') + "\n";
     for (const double h : height.cells) {
       const float single = float(h);
       text.append(reinterpret_cast<const char*>(&single), sizeof single);
     }
-    single = put("single.npy", {reinterpret_cast<const std::byte*>(text.data()), reinterpret_cast<const std::byte*>(text.data()) + text.size()});
+    single = put("single.npy", {reinterpret_cast<const std::byte*>(text.data()),
+                                reinterpret_cast<const std::byte*>(text.data()) + text.size()});
   }
   std::string put(const char* name, const std::vector<std::byte>& bytes) {
     write_file(scratch / name, bytes);
@@ -49,7 +51,9 @@ struct States {
 
 }  // namespace
 
-TEST_CASE("firn decide tells the same of float32 and float64 surfaces, and better methods and longer horizons find better layers") {
+TEST_CASE(
+    "firn decide tells the same of float32 and float64 surfaces, and better methods and longer horizons find "
+    "better layers") {
   States s("decide-methods");
   double last = 1.0;
   for (const char* method : {"greedy", "descent", "strip-dp"}) {
@@ -77,7 +81,9 @@ TEST_CASE("firn decide tells the same of float32 and float64 surfaces, and bette
   CHECK(mask_from_npy(read_bytes(s.o.output, "u"), GridSpec{12, 9}, "u").size() == 108);
 }
 
-TEST_CASE("firn decide proves a bound for one layer at any alpha and says that it cannot for several layers or droplets") {
+TEST_CASE(
+    "firn decide proves a bound for one layer at any alpha and says that it cannot for several layers or "
+    "droplets") {
   States s("decide-bound");
   s.o.method = "strip-dp";
   s.o.bound = true;
@@ -90,7 +96,8 @@ TEST_CASE("firn decide proves a bound for one layer at any alpha and says that i
   }
   for (const auto& change : std::vector<std::function<void(DecideOptions&)>>{
            [](DecideOptions& o) { o.horizon = 2; },
-           [](DecideOptions& o) { o.overrides = {"control.scheme=smf"}; }, [](DecideOptions& o) { o.overrides = {"control.mpc.max_drops=2"}; }}) {
+           [](DecideOptions& o) { o.overrides = {"control.scheme=smf"}; },
+           [](DecideOptions& o) { o.overrides = {"control.mpc.max_drops=2"}; }}) {
     DecideOptions o = s.o;
     change(o);
     CHECK_THROWS_WITH(decide(o), Contains("horizon = 1 and one droplet per cell only"));
@@ -100,7 +107,9 @@ TEST_CASE("firn decide proves a bound for one layer at any alpha and says that i
   CHECK_THROWS_WITH(decide(s.o), Contains("--certificate"));
 }
 
-TEST_CASE("firn decide gives the same answer and bound on any number of threads, and tells its memory, and squares have no bound") {
+TEST_CASE(
+    "firn decide gives the same answer and bound on any number of threads, and tells its memory, and squares "
+    "have no bound") {
   States s("decide-threads");
   s.o.method = "certified";
   s.o.bound = true;
@@ -109,13 +118,16 @@ TEST_CASE("firn decide gives the same answer and bound on any number of threads,
   for (const int threads : {0, 2, 5}) {
     s.o.threads = threads;
     const auto other = nlohmann::json::parse(decide(s.o));
-    for (const char* key : {"objective_mm", "droplets", "lower_bound_mm", "iterations"}) CHECK(other[key] == one[key]);
+    for (const char* key : {"objective_mm", "droplets", "lower_bound_mm", "iterations"})
+      CHECK(other[key] == one[key]);
   }
   s.o.overrides = {"control.mpc.error=square"};
   CHECK_THROWS_WITH(decide(s.o), Contains("error = absolute"));
 }
 
-TEST_CASE("firn decide refuses what is no state by name: shapes, kinds of numbers, cells that are not finite, values out of range") {
+TEST_CASE(
+    "firn decide refuses what is no state by name: shapes, kinds of numbers, cells that are not finite, "
+    "values out of range") {
   States s("decide-bad");
   const auto refuses = [&](const char* what, const std::function<void(DecideOptions&)>& change) {
     DecideOptions o = s.o;
@@ -131,8 +143,10 @@ TEST_CASE("firn decide refuses what is no state by name: shapes, kinds of number
   const GridSpec g{12, 9};
   HeightMap holes(g, 0.09);
   holes.at(3, 2) = std::numeric_limits<double>::quiet_NaN();
-  const std::string hole = s.put("hole.npy", to_npy(holes)), other = s.put("other.npy", to_npy(HeightMap(GridSpec{9, 12}, 0.1)));
-  const std::string nothing = s.put("nothing.npy", to_npy(Mask(g, 0))), text = s.put("text.npy", std::vector<std::byte>(50));
+  const std::string hole = s.put("hole.npy", to_npy(holes)),
+                    other = s.put("other.npy", to_npy(HeightMap(GridSpec{9, 12}, 0.1)));
+  const std::string nothing = s.put("nothing.npy", to_npy(Mask(g, 0))),
+                    text = s.put("text.npy", std::vector<std::byte>(50));
   refuses("no such file", [](DecideOptions& o) { o.height = "nowhere.npy"; });
   refuses("text.npy", [&](DecideOptions& o) { o.height = text; });
   refuses("text.npy", [&](DecideOptions& o) { o.check_certificate = text; });
@@ -149,7 +163,8 @@ TEST_CASE("firn decide refuses what is no state by name: shapes, kinds of number
   refuses("strip_dp", [](DecideOptions& o) { o.method = "strips"; });
   refuses("--bound-rows", [](DecideOptions& o) { o.bound = true, o.bound_rows = 9; });
   refuses("horizon = 1", [](DecideOptions& o) { o.bound = true, o.horizon = 2; });
-  refuses("alpha = 1 only", [](DecideOptions& o) { o.bound = true, o.alpha = 0.5, o.certificate = "out.npy"; });
+  refuses("alpha = 1 only",
+          [](DecideOptions& o) { o.bound = true, o.alpha = 0.5, o.certificate = "out.npy"; });
   refuses("geometry.shape", [](DecideOptions& o) { o.overrides = {"geometry.shape=pipe_junction"}; });
 
   Mask mask(g, 1);  // a hole off the part is bare ground

@@ -51,10 +51,11 @@ TEST_CASE("Every shipped study resolves, and each of its parts covers cells of t
   int count = 0;
   for (const auto& entry : fs::directory_iterator(kFolder / "studies")) {
     INFO(entry.path().string());
-    const StudyPlan plan = plan_study(load_study(entry.path()), entry.path().parent_path(), study_lab_of(load_study(entry.path()), entry.path().parent_path()), entry.path().string());
+    const StudyPlan plan =
+        plan_study(load_study(entry.path()), entry.path().parent_path(),
+                   study_lab_of(load_study(entry.path()), entry.path().parent_path()), entry.path().string());
     CHECK(plan.study.name == entry.path().stem().string());
-    for (std::size_t n = 0; n < plan.inputs.size(); ++n)
-      check_part(plan.experiments[n], *plan.inputs[n]);
+    for (std::size_t n = 0; n < plan.inputs.size(); ++n) check_part(plan.experiments[n], *plan.inputs[n]);
     ++count;
   }
   CHECK(count >= 1);
@@ -62,7 +63,8 @@ TEST_CASE("Every shipped study resolves, and each of its parts covers cells of t
 
 TEST_CASE("The shipped height map is what scripts/make_height_map.py writes") {
   const fs::path written = fs::path(FIRN_BINARY_DIR) / "test-height-map.png";
-  const std::string command = "python3 '" + std::string(FIRN_SOURCE_DIR) + "/scripts/make_height_map.py' '" + written.string() + "'";
+  const std::string command =
+      "python3 '" + std::string(FIRN_SOURCE_DIR) + "/scripts/make_height_map.py' '" + written.string() + "'";
   REQUIRE(std::system(command.c_str()) == 0);
   CHECK(bytes_of(written) == bytes_of(kFolder / "height_map.png"));
   fs::remove(written);

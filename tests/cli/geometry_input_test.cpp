@@ -62,7 +62,8 @@ TEST_CASE("A folder of pictures becomes layers in the order of their names, whit
   e.geometry.solid.kind = "images";
   e.geometry.images = "test-geometry-images";
   e.geometry.image_pitch_z_mm = 0.02;
-  const Geometry g = geometry_from_bytes(blob(make_inputs(e, folder.parent_path()), "geometry").bytes, e.grid, "geometry");
+  const Geometry g =
+      geometry_from_bytes(blob(make_inputs(e, folder.parent_path()), "geometry").bytes, e.grid, "geometry");
   for (int i = 0; i < 3; ++i) {
     REQUIRE(g.spans(grid.index(i, 0)).size() == 1);
     CHECK(g.spans(grid.index(i, 0))[0].from_mm == Approx(0.02 * i).margin(1e-7));
@@ -75,8 +76,10 @@ TEST_CASE("A folder of pictures becomes layers in the order of their names, whit
 
 TEST_CASE("A mesh in a file becomes the columns inside it, in the middle of the grid") {
   const fs::path folder = fresh_folder("test-geometry-mesh");
-  const auto bytes = test::mesh_bytes::binary_stl(test::prism(4, 1.0f, 7.0f, 7.0f, [](std::uint32_t) { return std::sqrt(0.5); }));  // 1 mm square on its tip
-  std::ofstream(folder / "square.stl", std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  const auto bytes = test::mesh_bytes::binary_stl(test::prism(
+      4, 1.0f, 7.0f, 7.0f, [](std::uint32_t) { return std::sqrt(0.5); }));  // 1 mm square on its tip
+  std::ofstream(folder / "square.stl", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
   Experiment e = block();
   e.geometry.solid.kind = "mesh";
   e.geometry.mesh = "square.stl";
@@ -85,7 +88,8 @@ TEST_CASE("A mesh in a file becomes the columns inside it, in the middle of the 
   const Geometry g = geometry_from_bytes(blob(make_inputs(e, folder), "geometry").bytes, e.grid, "geometry");
   std::size_t inside = 0;
   for (std::size_t c = 0; c < e.grid.size(); ++c) {
-    const double x = std::abs(e.grid.x_mm(int(c) % e.grid.nx) - 1.375), y = std::abs(e.grid.y_mm(int(c) / e.grid.nx) - 1.125);
+    const double x = std::abs(e.grid.x_mm(int(c) % e.grid.nx) - 1.375),
+                 y = std::abs(e.grid.y_mm(int(c) / e.grid.nx) - 1.125);
     REQUIRE(g.spans(c).size() == (x + y < std::sqrt(0.5) ? 1u : 0u));
     if (g.spans(c).empty()) continue;
     ++inside;
@@ -105,11 +109,13 @@ TEST_CASE("A geometry that cannot be made is refused by file and key") {
   CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("inner_diameter_mm"));
   e.geometry.solid = {};
   e.geometry.solid.kind = "ellipsoid";
-  e.geometry.solid.outer_diameter_mm = 2.0, e.geometry.solid.height_mm = 0.02, e.geometry.solid.centre_z_mm = 5.0;
+  e.geometry.solid.outer_diameter_mm = 2.0, e.geometry.solid.height_mm = 0.02,
+  e.geometry.solid.centre_z_mm = 5.0;
   CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("no part of the object"));
   e.geometry.solid.kind = "images";
   e.geometry.images = "no-such-folder";
-  CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("geometry.images") && Catch::Contains("no such folder"));
+  CHECK_THROWS_WITH(make_inputs(e, ""),
+                    Catch::Contains("geometry.images") && Catch::Contains("no such folder"));
   const fs::path folder = fresh_folder("test-geometry-empty");
   e.geometry.images = folder.string();
   CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("no *.png"));

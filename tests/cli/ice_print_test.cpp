@@ -33,21 +33,26 @@ TEST_CASE("A small ice print finishes in process, replays bit for bit, passes th
   REQUIRE(data.ice->curve);
   CHECK(data.layers.back().truth);
   bool shown_where_laid = true;
-  for (std::size_t c = 0; c < data.height.size(); ++c) shown_where_laid &= data.mask.cells[c] || !std::isfinite(data.height.cells[c]);
+  for (std::size_t c = 0; c < data.height.size(); ++c)
+    shown_where_laid &= data.mask.cells[c] || !std::isfinite(data.height.cells[c]);
   CHECK(shown_where_laid);
   const std::string page = replay::report_page({{data, "identical"}}, {});
   const std::vector<double> d = ice_disturbance_of(run.path());  // of a plant without drift
   REQUIRE(d.size() == 3);
   for (const double each : d) CHECK(std::abs(each) < 0.2);
-  for (const char* section : {"Part as built", "Error per interval", "RMS deviation against height", "Along one path"})
+  for (const char* section :
+       {"Part as built", "Error per interval", "RMS deviation against height", "Along one path"})
     CHECK(page.find(section) != std::string::npos);
 }
 
-TEST_CASE("With the bare table measured the first interval is nearer to its height on an uneven table, and report and tune take the run") {
+TEST_CASE(
+    "With the bare table measured the first interval is nearer to its height on an uneven table, and report "
+    "and tune take the run") {
   double first_mm[2];
   for (const bool on : {false, true}) {
     const Scratch scratch("ice-table");
-    const SmallIce s = small_ice_part({std::string("ice.map_table=") + (on ? "on" : "off"), "plant.ice.table_roughness_mm=0.2"});
+    const SmallIce s = small_ice_part(
+        {std::string("ice.map_table=") + (on ? "on" : "off"), "plant.ice.table_roughness_mm=0.2"});
     const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
     const LabRunReport report = run_in_lab(run, {});
     INFO(report.result.reason);
@@ -63,9 +68,12 @@ TEST_CASE("With the bare table measured the first interval is nearer to its heig
   CHECK(first_mm[1] < 0.8 * first_mm[0]);
 }
 
-TEST_CASE("Feedback brings the true surface nearer to the nominal height than the open loop, whichever way the valves drift") {
+TEST_CASE(
+    "Feedback brings the true surface nearer to the nominal height than the open loop, whichever way the "
+    "valves drift") {
   for (const char* drift : {"-0.2", "0.2"}) {
-    const std::vector<std::string> off = {std::string("plant.ice.drift_water=") + drift, std::string("plant.ice.drift_sme=") + drift};
+    const std::vector<std::string> off = {std::string("plant.ice.drift_water=") + drift,
+                                          std::string("plant.ice.drift_sme=") + drift};
     double rms_mm[2];
     for (const bool feedback : {false, true}) {
       std::vector<std::string> overrides = off;
@@ -81,11 +89,13 @@ TEST_CASE("Feedback brings the true surface nearer to the nominal height than th
   }
 }
 
-TEST_CASE("An ice print that dies at any step and resumes is finished, replays identical and runs no path twice") {
+TEST_CASE(
+    "An ice print that dies at any step and resumes is finished, replays identical and runs no path twice") {
   const Scratch scratch("ice-resume");
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     CAPTURE(seed);
-    const SmallIce s = small_ice_part(seed % 2 ? std::vector<std::string>{} : std::vector<std::string>{"ice.map_table=on"});
+    const SmallIce s =
+        small_ice_part(seed % 2 ? std::vector<std::string>{} : std::vector<std::string>{"ice.map_table=on"});
     const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
     RandomStream random(seed, Purpose::kKill);
     LabRunReport report;

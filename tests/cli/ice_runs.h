@@ -1,4 +1,5 @@
-// Whole prints of a small ice part in process, and what must hold after any of them. Catch is the including test's.
+// Whole prints of a small ice part in process, and what must hold after any of them. Catch is the including
+// test's.
 #pragma once
 
 #include <algorithm>
@@ -59,7 +60,8 @@ inline replay::AuditVerdict check_audit(const std::filesystem::path& run) {
 class IceRun {
  public:
   explicit IceRun(const std::vector<std::string>& overrides = {})
-      : scratch_("ice-run-" + std::to_string(++made())), small_(small_ice_part(overrides)),
+      : scratch_("ice-run-" + std::to_string(++made())),
+        small_(small_ice_part(overrides)),
         folder_(RunFolder::create(scratch_ / "runs", small_.experiment, small_.inputs, {"test"})) {}
 
   /// @param faults as of --fault; a resume goes on in node time where the print stopped
@@ -77,7 +79,8 @@ class IceRun {
     std::string all;
     const replay::RunMessages messages(path());
     for (const NodeInfo& n : nodes())
-      messages.each<fault_t>(channels::fault(n.id).name, [&](const fault_t& f) { all += f.node + ": " + f.text + "\n"; });
+      messages.each<fault_t>(channels::fault(n.id).name,
+                             [&](const fault_t& f) { all += f.node + ": " + f.text + "\n"; });
     return all;
   }
 
@@ -90,7 +93,8 @@ class IceRun {
     });
     const plant::WorldHistory world = plant::read_history(world_record());
     if (stop_us >= 0)
-      for (const plant::FiringRecord& f : world.firings) CHECK(f.last_us <= stop_us + std::int64_t(within_s * 1e6));
+      for (const plant::FiringRecord& f : world.firings)
+        CHECK(f.last_us <= stop_us + std::int64_t(within_s * 1e6));
     check_rest(world);
     CHECK_FALSE(world_at_end().ice()->nature().arm().commanded());
   }
@@ -103,12 +107,17 @@ class IceRun {
   static void check_rest(const plant::WorldHistory& world) {
     bool moving = false;
     for (const plant::DeviceRecord& d : world.devices) switch (d.event) {
-        case plant::DeviceEvent::kRobotMotion: moving = true; break;
+        case plant::DeviceEvent::kRobotMotion:
+          moving = true;
+          break;
         case plant::DeviceEvent::kRobotRest:
         case plant::DeviceEvent::kRobotBraked:
         case plant::DeviceEvent::kRobotWatchdog:
-        case plant::DeviceEvent::kRobotError: moving = false; break;
-        default: break;
+        case plant::DeviceEvent::kRobotError:
+          moving = false;
+          break;
+        default:
+          break;
       }
     CHECK_FALSE(moving);
   }
@@ -116,9 +125,10 @@ class IceRun {
   /// RUN commands of the first incarnation, in order.
   std::vector<robot_command_t> runs(int signals) const {
     std::vector<robot_command_t> all;
-    replay::RunMessages(path()).each<robot_command_t>(channels::kRobotCommand.name, [&](const robot_command_t& c) {
-      if (RobotVerb(c.verb) == RobotVerb::kRun && (c.signals & signals) != 0) all.push_back(c);
-    });
+    replay::RunMessages(path()).each<robot_command_t>(
+        channels::kRobotCommand.name, [&](const robot_command_t& c) {
+          if (RobotVerb(c.verb) == RobotVerb::kRun && (c.signals & signals) != 0) all.push_back(c);
+        });
     return all;
   }
 

@@ -51,7 +51,8 @@ TEST_CASE("Half-filled layers identify planted values, and they believe what the
 
 TEST_CASE("A run of full layers is refused with what it does tell") {
   const Identification id = identify(observe_print(
-      kExperiments + "cuboid.toml", {"plant.model=lu2015", "control.scheme=open_loop", "control.open_loop.layers=3", "part.width_mm=10", "part.depth_mm=10"}));
+      kExperiments + "cuboid.toml", {"plant.model=lu2015", "control.scheme=open_loop",
+                                     "control.open_loop.layers=3", "part.width_mm=10", "part.depth_mm=10"}));
   CHECK(id.uninformative.find("h1 + 4 h2 + 4 h3") != std::string::npos);
   CHECK(id.layer_height.mean_mm == Approx(1.1 * 0.0076).epsilon(0.03));
 }
@@ -72,10 +73,12 @@ TEST_CASE("Squares at three spacings: too narrow piles up by size, too wide leav
   for (const double gamma : {0.45, 0.65, 0.95}) {
     const double pitch = 0.5 * gamma * 0.42;
     results.push_back(spacing_of(
-        observe_print(kExperiments + "spacing.toml",
-                      {"grid.nx=90", "grid.ny=60", "grid.pitch_x_mm=" + std::to_string(pitch), "grid.pitch_y_mm=" + std::to_string(pitch),
-                       "part.width_mm=" + std::to_string(88 * pitch), "part.depth_mm=" + std::to_string(58 * pitch),
-                       "control.pattern.largest_square=4", "control.pattern.spacing_cells=7"}),
+        observe_print(
+            kExperiments + "spacing.toml",
+            {"grid.nx=90", "grid.ny=60", "grid.pitch_x_mm=" + std::to_string(pitch),
+             "grid.pitch_y_mm=" + std::to_string(pitch), "part.width_mm=" + std::to_string(88 * pitch),
+             "part.depth_mm=" + std::to_string(58 * pitch), "control.pattern.largest_square=4",
+             "control.pattern.spacing_cells=7"}),
         0.42));
     CHECK(results.back().gamma == Approx(gamma).epsilon(1e-4));
     CHECK(results.back().height_mm > 0.002);

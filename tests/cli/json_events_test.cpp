@@ -12,7 +12,8 @@ namespace {
 
 std::string digits_of(double value) {
   char text[40];
-  std::snprintf(text, sizeof text, "%.17g", value == 0.0 ? 0.0 : value);  // nlohmann reads the integer -0 as 0
+  std::snprintf(text, sizeof text, "%.17g",
+                value == 0.0 ? 0.0 : value);  // nlohmann reads the integer -0 as 0
   return text;
 }
 
@@ -51,7 +52,9 @@ class Theirs : public nlohmann::json_sax<nlohmann::json> {
   bool end_object() override { return to_.end_object(), true; }
   bool start_array(std::size_t) override { return to_.start_list(), true; }
   bool end_array() override { return to_.end_list(), true; }
-  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override { return false; }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override {
+    return false;
+  }
 
  private:
   Ours& to_;
@@ -83,10 +86,12 @@ Outcome theirs(const std::string& text) {
 }  // namespace
 
 TEST_CASE("JSON events: the same as nlohmann's on documents with every kind of value") {
-  for (const std::string text :
-       {R"({"a": [1, -2, 3.5, -0, 0.0, 1e3, 1E-3, 12345678901234567890, -9223372036854775808, 0.1, 123456789012345.6]})",
-        R"([[], {}, [[]], {"k": {}}, true, false, null, "", "text", 0])", R"("\"\\\/\b\f\n\r\t\u00e9\u20ac\ud83d\ude00 é€😀")",
-        "\xef\xbb\xbf [1]\n", " \t\r\n{ \"x\" : 1 } \n", "3", "-1.25e+2", "1e-400", "[0.000001, 98765.432101, 1.7976931348623157e308]"}) {
+  for (
+      const std::string text :
+      {R"({"a": [1, -2, 3.5, -0, 0.0, 1e3, 1E-3, 12345678901234567890, -9223372036854775808, 0.1, 123456789012345.6]})",
+       R"([[], {}, [[]], {"k": {}}, true, false, null, "", "text", 0])",
+       R"("\"\\\/\b\f\n\r\t\u00e9\u20ac\ud83d\ude00 é€😀")", "\xef\xbb\xbf [1]\n", " \t\r\n{ \"x\" : 1 } \n",
+       "3", "-1.25e+2", "1e-400", "[0.000001, 98765.432101, 1.7976931348623157e308]"}) {
     INFO(text);
     const Outcome a = ours(text), b = theirs(text);
     CHECK(a.good);
@@ -96,10 +101,42 @@ TEST_CASE("JSON events: the same as nlohmann's on documents with every kind of v
 }
 
 TEST_CASE("JSON events: what nlohmann's grammar refuses is refused, at a byte of the document") {
-  for (const std::string text :
-       {"", " ", "[", "{", "[1", "[1,", "[1,]", "{\"a\"}", "{\"a\":}", "{\"a\":1,}", "{a:1}", "[1 2]", "01", "-", "1.", ".5", "+1", "1e", "1e+",
-        "tru", "nulll", "[1]]", "\"", "\"\\x\"", "\"\\u12g4\"", "\"\\ud800\"", "\"\\udc00\"", "\"\x01\"", "\"\xc0\x80\"", "\"\xed\xa0\x80\"",
-        "\"\xf5\x80\x80\x80\"", "1e999", "-1e999", "[1,,2]", "{,}", "// 1"}) {
+  for (const std::string text : {"",
+                                 " ",
+                                 "[",
+                                 "{",
+                                 "[1",
+                                 "[1,",
+                                 "[1,]",
+                                 "{\"a\"}",
+                                 "{\"a\":}",
+                                 "{\"a\":1,}",
+                                 "{a:1}",
+                                 "[1 2]",
+                                 "01",
+                                 "-",
+                                 "1.",
+                                 ".5",
+                                 "+1",
+                                 "1e",
+                                 "1e+",
+                                 "tru",
+                                 "nulll",
+                                 "[1]]",
+                                 "\"",
+                                 "\"\\x\"",
+                                 "\"\\u12g4\"",
+                                 "\"\\ud800\"",
+                                 "\"\\udc00\"",
+                                 "\"\x01\"",
+                                 "\"\xc0\x80\"",
+                                 "\"\xed\xa0\x80\"",
+                                 "\"\xf5\x80\x80\x80\"",
+                                 "1e999",
+                                 "-1e999",
+                                 "[1,,2]",
+                                 "{,}",
+                                 "// 1"}) {
     INFO(text);
     CHECK_FALSE(theirs(text).good);
     const Outcome a = ours(text);
@@ -109,7 +146,9 @@ TEST_CASE("JSON events: what nlohmann's grammar refuses is refused, at a byte of
   }
 }
 
-TEST_CASE("JSON events: damaged documents are read or refused as by nlohmann, whatever the length of their numbers") {
+TEST_CASE(
+    "JSON events: damaged documents are read or refused as by nlohmann, whatever the length of their "
+    "numbers") {
   RandomStream random(2201, Purpose::kTest);
   const std::string alphabet = "[]{},:\"0123456789.-+eE\n \\ntrufalsx\xff\xc3\xa9";
   for (int trial = 0; trial < 6000; ++trial) {
@@ -121,13 +160,17 @@ TEST_CASE("JSON events: damaged documents are read or refused as by nlohmann, wh
       if (random.below(5) == 0) number += "e" + std::to_string(int(random.below(50)) - 25);
       text += "[" + number + "," + number + "],";
     }
-    text += R"([0,0],[1,2,50]],"kind":"fi\u006cl","closed":false,"layer":3}]})" + std::string(random.below(200), ' ');
+    text += R"([0,0],[1,2,50]],"kind":"fi\u006cl","closed":false,"layer":3}]})" +
+            std::string(random.below(200), ' ');
     for (std::uint32_t n = random.below(4); n > 0; --n) {
       const std::size_t at = random.below(std::uint32_t(text.size()));
       const char c = alphabet[random.below(std::uint32_t(alphabet.size()))];
-      if (random.below(3) == 0) text.erase(at, 1 + random.below(4));
-      else if (random.below(2)) text[at] = c;
-      else text.insert(at, 1, c);
+      if (random.below(3) == 0)
+        text.erase(at, 1 + random.below(4));
+      else if (random.below(2))
+        text[at] = c;
+      else
+        text.insert(at, 1, c);
     }
     INFO(text);
     const Outcome a = ours(text), b = theirs(text);

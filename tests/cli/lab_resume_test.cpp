@@ -1,4 +1,5 @@
-// Prints that die again and again at any step and are resumed: in simulated time, so that many fit into a second.
+// Prints that die again and again at any step and are resumed: in simulated time, so that many fit into a
+// second.
 #include <catch2/catch.hpp>
 
 #include <unistd.h>
@@ -31,7 +32,8 @@ Experiment tiny(const std::string& scheme, std::uint64_t seed) {
 }
 
 struct TemporaryRuns {
-  TemporaryRuns() : root(std::filesystem::temp_directory_path() / ("firn-resume-" + std::to_string(getpid()))) {}
+  TemporaryRuns()
+      : root(std::filesystem::temp_directory_path() / ("firn-resume-" + std::to_string(getpid()))) {}
   ~TemporaryRuns() { std::filesystem::remove_all(root); }
   std::filesystem::path root;
 };
@@ -42,7 +44,8 @@ struct Story {
   std::filesystem::path path;
 };
 
-Story print_with_crashes(const std::filesystem::path& root, const Experiment& e, std::uint64_t seed, int most_crashes) {
+Story print_with_crashes(const std::filesystem::path& root, const Experiment& e, std::uint64_t seed,
+                         int most_crashes) {
   const RunFolder run = RunFolder::create(root, e, make_inputs(e, ""), {"test"});
   RandomStream random(seed, Purpose::kKill);
   Story s;
@@ -66,7 +69,8 @@ TEST_CASE("a print that dies at any step and resumes is finished, replays identi
     const char* scheme = seed % 3 == 0 ? "open_loop" : seed % 3 == 1 ? "mpc" : "smf";
     CAPTURE(seed, scheme);
     Experiment e = tiny(scheme, seed);
-    if (seed % 2 == 0) e.estimator.droplets = e.control.adapt_model = "on";  // what it has learned goes on as well
+    if (seed % 2 == 0)
+      e.estimator.droplets = e.control.adapt_model = "on";  // what it has learned goes on as well
     const Story s = print_with_crashes(runs.root, e, seed, 4);
     crashes += s.crashes;
     INFO(s.report.result.reason);
@@ -87,7 +91,9 @@ TEST_CASE("a print that dies at any step and resumes is finished, replays identi
   REQUIRE(crashes > int(2 * seeds));
 }
 
-TEST_CASE("a print of two inks in four sub-patterns dies at any step, resumes, replays identical and passes the audit") {
+TEST_CASE(
+    "a print of two inks in four sub-patterns dies at any step, resumes, replays identical and passes the "
+    "audit") {
   const TemporaryRuns runs;
   const std::uint64_t seeds = std::getenv("FIRN_FULL") ? 100 : 6;
   int crashes = 0;

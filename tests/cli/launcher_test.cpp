@@ -88,7 +88,8 @@ TEST_CASE("the watch names the place and the first stop, and ignores what an ear
 }
 
 TEST_CASE("a child process that cannot start is named, and one that ends says how") {
-  CHECK_THROWS_WITH(ChildProcess("x", "/nowhere/x", {}, "/dev/null"), Catch::Contains("/nowhere/x: cannot be started"));
+  CHECK_THROWS_WITH(ChildProcess("x", "/nowhere/x", {}, "/dev/null"),
+                    Catch::Contains("/nowhere/x: cannot be started"));
   ChildProcess three("sh", "/bin/sh", {"-c", "echo READY >&3; read line <&3; exit 3"}, "/dev/null");
   while (!three.control().next()) ::usleep(1000);
   CHECK(three.running());

@@ -31,15 +31,18 @@ LayerPaths some_layer(std::int32_t layer, std::uint64_t seed, int paths) {
   l.clipper_rings = std::uint32_t(layer) % 3;
   for (int p = 0; p < paths; ++p) {
     std::vector<slice::Point> line;
-    const double span = p % 3 == 0 ? slice::kMaxPathUnits : 5e5;  // also steps from one end of the range to the other
-    for (int n = 0; n <= p * 7 % 20; ++n) line.push_back({std::int32_t(random.uniform(-span, span)), std::int32_t(random.uniform(-span, span))});
+    const double span =
+        p % 3 == 0 ? slice::kMaxPathUnits : 5e5;  // also steps from one end of the range to the other
+    for (int n = 0; n <= p * 7 % 20; ++n)
+      line.push_back({std::int32_t(random.uniform(-span, span)), std::int32_t(random.uniform(-span, span))});
     l.lines.add(line);
     l.info.push_back({PathKind(p % 4), std::uint8_t(p % 2), p % 5 == 0, p % 4 == 3 ? 0 : 15'000});
   }
   return l;
 }
 
-const slice::PathFileHead kHead{"firn test", 4, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", "[layer]\nheight_mm = 0.25\n"};
+const slice::PathFileHead kHead{
+    "firn test", 4, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", "[layer]\nheight_mm = 0.25\n"};
 
 std::vector<std::byte> file_bytes(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -50,7 +53,8 @@ std::vector<std::byte> file_bytes(const fs::path& file) {
 
 std::vector<LayerPaths> layers(int paths = 9) {
   std::vector<LayerPaths> all;
-  for (std::int32_t n = 1; n <= 4; ++n) all.push_back(some_layer(n, std::uint64_t(n), n == 3 ? 0 : paths));  // one is empty
+  for (std::int32_t n = 1; n <= 4; ++n)
+    all.push_back(some_layer(n, std::uint64_t(n), n == 3 ? 0 : paths));  // one is empty
   return all;
 }
 
@@ -114,7 +118,8 @@ TEST_CASE("A path file cut at any byte, or with any byte changed, is refused") {
 TEST_CASE("Layers must ascend and the totals must agree") {
   std::vector<LayerPaths> all = layers();
   std::swap(all[1], all[2]);
-  CHECK_THROWS_WITH(read_all(written(scratch("order.paths"), all)), Catch::Contains("layer 2 behind layer 3"));
+  CHECK_THROWS_WITH(read_all(written(scratch("order.paths"), all)),
+                    Catch::Contains("layer 2 behind layer 3"));
 }
 
 TEST_CASE("Decoders name the byte and the limit of what they refuse") {
@@ -127,9 +132,12 @@ TEST_CASE("Decoders name the byte and the limit of what they refuse") {
   };
   CHECK(slice::decode_layer_paths(good, kHead) == l);
   CHECK_THROWS_WITH(slice::decode_layer_paths(with(0, 0), kHead), "byte 4: layer 0; layers count from 1");
-  CHECK_THROWS_WITH(slice::decode_layer_paths(with(8, 0), kHead), Catch::Contains("a layer height that is not above 0"));
-  CHECK_THROWS_WITH(slice::decode_layer_paths(with(16, 0xffffffffu), kHead), Catch::Contains("4294967295 paths of"));
-  CHECK_THROWS_WITH(slice::decode_layer_paths(with(24, 0xffu), kHead), Catch::Contains("has the unknown kind 255"));
+  CHECK_THROWS_WITH(slice::decode_layer_paths(with(8, 0), kHead),
+                    Catch::Contains("a layer height that is not above 0"));
+  CHECK_THROWS_WITH(slice::decode_layer_paths(with(16, 0xffffffffu), kHead),
+                    Catch::Contains("4294967295 paths of"));
+  CHECK_THROWS_WITH(slice::decode_layer_paths(with(24, 0xffu), kHead),
+                    Catch::Contains("has the unknown kind 255"));
   std::vector<std::byte> longer = good;
   longer.push_back(std::byte(0));
   CHECK_THROWS_WITH(slice::decode_layer_paths(longer, kHead), Catch::Contains("1 bytes are left over"));
@@ -171,7 +179,9 @@ TEST_CASE("firn plan takes the paths of a path file with material, kind, height 
   REQUIRE(p.path.points.size() == all[1].lines[1].size());
   CHECK(p.path.points[0].x_mm == all[1].lines[1][0].x * slice::kMmPerUnit);
 
-  std::ofstream(scratch("torn.paths"), std::ios::binary).write(reinterpret_cast<const char*>(whole.data()), std::streamsize(whole.size() / 2));
-  CHECK_THROWS_WITH(read_paths(scratch("torn.paths"), [](InputPath&&) {}), Catch::Contains("torn.paths: byte "));
+  std::ofstream(scratch("torn.paths"), std::ios::binary)
+      .write(reinterpret_cast<const char*>(whole.data()), std::streamsize(whole.size() / 2));
+  CHECK_THROWS_WITH(read_paths(scratch("torn.paths"), [](InputPath&&) {}),
+                    Catch::Contains("torn.paths: byte "));
   CHECK_THROWS_AS(read_paths(scratch("none.paths"), [](InputPath&&) {}), UsageError);
 }

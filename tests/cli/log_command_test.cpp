@@ -58,7 +58,8 @@ struct RunFiles {
       encode_outputs(std::uint64_t(layer), 1234, outbox, bytes);
       records.append(std::uint16_t(WalKind::kOutputs), bytes);
       events.append(now_us, "HEIGHT_MAP", map);
-      if (std::find(lost.begin(), lost.end(), layer) == lost.end()) events.append(now_us + 500, "LAYER_PLAN", outbox.at(0).bytes);
+      if (std::find(lost.begin(), lost.end(), layer) == lost.end())
+        events.append(now_us + 500, "LAYER_PLAN", outbox.at(0).bytes);
     }
     records.close();
     events.close();
@@ -110,10 +111,12 @@ TEST_CASE("firn log verify says ok of a whole log and of a whole write-ahead fil
   CHECK(wal["read"] == 21);
   std::ostringstream text;
   CHECK(log_verify(run.options(run.log), text) == kOk);
-  CHECK_THAT(text.str(), Contains("log.lcm: event log") && Contains("21 read, 21 with checksum, 0 lost") && Contains("ok\n"));
+  CHECK_THAT(text.str(), Contains("log.lcm: event log") && Contains("21 read, 21 with checksum, 0 lost") &&
+                             Contains("ok\n"));
 }
 
-TEST_CASE("firn log verify exits 1 and names byte, reason and loss of damage, in log and write-ahead file alike") {
+TEST_CASE(
+    "firn log verify exits 1 and names byte, reason and loss of damage, in log and write-ahead file alike") {
   const RunFiles run;
   for (const auto& path : {run.log, run.wal}) {
     auto bytes = read_file(path);
@@ -197,7 +200,10 @@ TEST_CASE("firn log repair fills the log from the write-ahead files beside it") 
   const RunFiles run({3, 4, 7});
   std::ostringstream text;
   CHECK(log_repair(run.options(run.log), text) == kOk);
-  CHECK_THAT(text.str(), Contains("recording gap, repaired: 3 messages of LAYER_PLAN between 4.000000 s and 8.000000 s") && Contains("21 events, repaired"));
+  CHECK_THAT(
+      text.str(),
+      Contains("recording gap, repaired: 3 messages of LAYER_PLAN between 4.000000 s and 8.000000 s") &&
+          Contains("21 events, repaired"));
   const Json found = verify(run.options(run.log), kOk);
   CHECK(found["channels"]["LAYER_PLAN"]["missing"] == 0);
   LogOptions o = run.options(run.log);
@@ -209,11 +215,14 @@ TEST_CASE("firn log repair fills the log from the write-ahead files beside it") 
   CHECK_THAT(again.str(), Contains("nothing to repair"));
 }
 
-TEST_CASE("firn log repair makes the whole log, configuration and the launcher's messages too, where there is none or an empty one") {
+TEST_CASE(
+    "firn log repair makes the whole log, configuration and the launcher's messages too, where there is none "
+    "or an empty one") {
   for (const bool empty : {false, true}) {
     const RunFiles run;
     {
-      logfile::RecordWriter sent(run.scratch / "nodes" / "launcher.sent", logfile::RecordWriter::Mode::kCreate);
+      logfile::RecordWriter sent(run.scratch / "nodes" / "launcher.sent",
+                                 logfile::RecordWriter::Mode::kCreate);
       Outbox launcher(NodeId::kLauncher, 7);
       launcher.begin({5}, 0);
       launcher.send(channels::kRunStart, run_start_t{});
@@ -254,13 +263,15 @@ TEST_CASE("A log that somebody is writing is not repaired under his hands") {
   logfile::EventLogWriter::Options appending;
   appending.mode = logfile::File::Mode::kAppend;
   const logfile::EventLogWriter recorder(run.log, appending);
-  CHECK_THROWS_WITH(repair_from_write_ahead(run.log, run.wal.parent_path()), Contains("is being written by another process"));
+  CHECK_THROWS_WITH(repair_from_write_ahead(run.log, run.wal.parent_path()),
+                    Contains("is being written by another process"));
   CHECK(read_file(run.log) == before);
 }
 
 TEST_CASE("A file that is not there, or a folder without write-ahead files, is a usage error that names it") {
   const RunFiles run;
-  CHECK_THROWS_WITH(run_log(run.options(run.scratch / "none.lcm")), Contains("none.lcm") && Contains("No such file"));
+  CHECK_THROWS_WITH(run_log(run.options(run.scratch / "none.lcm")),
+                    Contains("none.lcm") && Contains("No such file"));
   CHECK_THROWS_AS(run_log(run.options(run.scratch / "none.lcm")), UsageError);
   LogOptions o = run.options(run.log);
   o.sources = (run.scratch / "elsewhere").string();

@@ -46,11 +46,13 @@ TEST_CASE("the series of a print in memory holds every layer and ends at the fin
   REQUIRE(m.result.status == 0);
   REQUIRE(int(m.series.size()) == m.result.layers);
   for (std::size_t n = 0; n < m.series.size(); ++n) CHECK(m.series[n].layer == int(n) + 1);
-  for (std::size_t n = 1; n < m.series.size(); ++n) CHECK(m.series[n].droplets_total >= m.series[n - 1].droplets_total);
+  for (std::size_t n = 1; n < m.series.size(); ++n)
+    CHECK(m.series[n].droplets_total >= m.series[n - 1].droplets_total);
   CHECK(m.series.back().droplets_total == m.droplets);
   CHECK(m.series.back().error.rms_mm == m.error.rms_mm);
-  const ErrorStats s = error_stats(m.surface, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"),
-                                   mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
+  const ErrorStats s =
+      error_stats(m.surface, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"),
+                  mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
   CHECK(s.rms_mm == m.error.rms_mm);
 }
 

@@ -1,8 +1,8 @@
 // Readers of STL, PLY, OBJ and 3MF: the same mesh from every format, and what is said of files that are none.
 #include "cli/mesh_file.h"
 
-#include <catch2/catch.hpp>
 #include <unistd.h>
+#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <fstream>
@@ -32,7 +32,9 @@ std::vector<Facet> facets_of(const SampleMesh& m) {
 }
 
 MeshData read(const std::vector<std::byte>& bytes, const std::string& name) { return read_mesh(bytes, name); }
-MeshData read(const std::string& text, const std::string& name) { return read_mesh(std::as_bytes(std::span(text)), name); }
+MeshData read(const std::string& text, const std::string& name) {
+  return read_mesh(std::as_bytes(std::span(text)), name);
+}
 
 std::string refusal(const std::string& text, const std::string& name) {
   try {
@@ -43,15 +45,18 @@ std::string refusal(const std::string& text, const std::string& name) {
   return "nothing was refused";
 }
 
-const std::string kPly = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                         "property list uchar int vertex_indices\nend_header\n";
+const std::string kPly =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement "
+    "face 1\n"
+    "property list uchar int vertex_indices\nend_header\n";
 
 }  // namespace
 
 TEST_CASE("Every format gives the same facets") {
   const SampleMesh m = gear();
   const std::vector<Facet> want = facets_of(m);
-  const auto same = [&](const std::vector<std::byte>& bytes, const std::string& name, const std::string& format) {
+  const auto same = [&](const std::vector<std::byte>& bytes, const std::string& name,
+                        const std::string& format) {
     const MeshData data = read(bytes, name);
     INFO(format);
     CHECK(data.format == format);
@@ -98,7 +103,8 @@ TEST_CASE("OBJ files have no end mark: a cut one is refused where a face or numb
   CHECK(refusal("v 0 0\n", "a.obj").find("a.obj:1: ends where a coordinate is expected") == 0);
   CHECK(refusal("v 0 0 0\nf 1 2 -2\n", "a.obj").find("a.obj:2: a face names vertex -2") == 0);
   CHECK(refusal("v 0 0 0\n", "a.obj") == "a.obj: holds no facet");
-  CHECK(facets_of(read("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", "a.obj")).size() == 1);  // vertices may come later
+  CHECK(facets_of(read("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", "a.obj")).size() ==
+        1);  // vertices may come later
   CHECK(read("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 4\nf 1 2\n", "a.obj").defects.size() == 1);
 }
 
@@ -106,37 +112,56 @@ TEST_CASE("Polygons become fans") {
   const MeshData quad = read("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", "a.obj");
   REQUIRE(quad.triangles.size() == 2);
   CHECK(quad.triangles[1] == std::array<std::uint32_t, 3>{0, 2, 3});
-  CHECK(read("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list "
-             "uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n2 0 1\n", "a.ply").triangles.size() == 2);
+  CHECK(read("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+             "z\nelement face 2\nproperty list "
+             "uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n2 0 1\n",
+             "a.ply")
+            .triangles.size() == 2);
 }
 
 TEST_CASE("Headers that claim more than the file holds are refused before memory is taken") {
   std::vector<std::byte> stl(84 + 50);
   const std::uint32_t claim = 42'949'672;  // 2 GiB of facets
   std::memcpy(stl.data() + 80, &claim, 4);
-  CHECK_THROWS_WITH(read(stl, "a.stl"), "a.stl: byte 80: the header claims 42949672 facets, which take 2147483684 bytes; the file has 134");
+  CHECK_THROWS_WITH(
+      read(stl, "a.stl"),
+      "a.stl: byte 80: the header claims 42949672 facets, which take 2147483684 bytes; the file has 134");
   for (const char* format : {"binary_little_endian", "binary_big_endian", "ascii"}) {
     INFO(format);
     const std::string head = std::string("ply\nformat ") + format + " 1.0\nelement vertex ";
-    const std::string rest = "\nproperty float x\nproperty float y\nproperty float z\nelement face 2000000000\nproperty list uchar int "
-                             "vertex_indices\nend_header\n";
-    CHECK(refusal(head + "178956970" + rest + "0 0 0\n", "a.ply").find("the header claims 178956970 rows of vertex") != std::string::npos);
-    CHECK(refusal(head + "0" + rest + "0 0 0\n", "a.ply").find("the header claims 2000000000 rows of face") != std::string::npos);
-    CHECK(refusal(head + "99999999999999999999" + rest, "a.ply").find("is not a whole number") != std::string::npos);
+    const std::string rest =
+        "\nproperty float x\nproperty float y\nproperty float z\nelement face 2000000000\nproperty list "
+        "uchar int "
+        "vertex_indices\nend_header\n";
+    CHECK(refusal(head + "178956970" + rest + "0 0 0\n", "a.ply")
+              .find("the header claims 178956970 rows of vertex") != std::string::npos);
+    CHECK(refusal(head + "0" + rest + "0 0 0\n", "a.ply").find("the header claims 2000000000 rows of face") !=
+          std::string::npos);
+    CHECK(refusal(head + "99999999999999999999" + rest, "a.ply").find("is not a whole number") !=
+          std::string::npos);
   }
-  CHECK(refusal(kPly + "0 0 0 1 0 0 0 1 0\n2000000000 0 1 2\n", "a.ply").find("a list of 2000000000 entries") != std::string::npos);
+  CHECK(
+      refusal(kPly + "0 0 0 1 0 0 0 1 0\n2000000000 0 1 2\n", "a.ply").find("a list of 2000000000 entries") !=
+      std::string::npos);
 }
 
 TEST_CASE("Errors name line or byte and what is wrong there") {
-  CHECK(refusal(kPly + "0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n", "a.ply") == "a.ply:11: a coordinate = x: is not a number");
-  CHECK(refusal(kPly + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "a.ply") == "a.ply:13: face 0 names vertex 3; there are 3");
-  CHECK(refusal("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "a.stl") == "a.stl:5: ends where a coordinate is expected");
-  CHECK(refusal("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n", "a.stl") == "a.stl:5: a facet with 1 vertices instead of 3");
+  CHECK(refusal(kPly + "0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n", "a.ply") ==
+        "a.ply:11: a coordinate = x: is not a number");
+  CHECK(refusal(kPly + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "a.ply") ==
+        "a.ply:13: face 0 names vertex 3; there are 3");
+  CHECK(refusal("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "a.stl") ==
+        "a.stl:5: ends where a coordinate is expected");
+  CHECK(refusal("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n", "a.stl") ==
+        "a.stl:5: a facet with 1 vertices instead of 3");
   CHECK(refusal("PK nothing", "a.3mf").find("a.3mf: is no 3MF file") == 0);
   CHECK(refusal("x", "a.step") == "a.step: must end in .stl, .ply, .obj or .3mf");
   CHECK(refusal("", "a.stl") == "a.stl: is empty");
-  CHECK(refusal("ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement vertex 1\nproperty float x\nproperty "
-                "float y\nproperty float z\nend_header\n", "a.ply").find("the faces stand before the vertices") != std::string::npos);
+  CHECK(refusal("ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement "
+                "vertex 1\nproperty float x\nproperty "
+                "float y\nproperty float z\nend_header\n",
+                "a.ply")
+            .find("the faces stand before the vertices") != std::string::npos);
 }
 
 TEST_CASE("NaN and infinite vertices are handed on for the slicer to report") {
@@ -151,8 +176,10 @@ TEST_CASE("Odd but readable files give defects") {
   std::vector<std::byte> stl = mb::binary_stl(gear(2));
   stl.resize(stl.size() + 7);
   CHECK(read(stl, "a.stl").defects == std::vector<std::string>{"7 bytes stand behind the last facet"});
-  CHECK(read("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n", "a.stl").defects ==
-        std::vector<std::string>{"the file ends without endsolid"});
+  CHECK(read("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+             "0\nendloop\nendfacet\n",
+             "a.stl")
+            .defects == std::vector<std::string>{"the file ends without endsolid"});
   // A binary file may begin with "solid".
   stl = mb::binary_stl(gear(2));
   std::memcpy(stl.data(), "solid facet", 11);
@@ -161,7 +188,11 @@ TEST_CASE("Odd but readable files give defects") {
 
 TEST_CASE("3MF: build items place their objects, and the model names its unit") {
   const SampleMesh m = gear(3);
-  const MeshData moved = read(mb::threemf(m, "<item objectid=\"1\" transform=\"0 1 0 -1 0 0 0 0 1 100 200 300\"/><item objectid=\"1\"/>", "inch"), "a.3mf");
+  const MeshData moved =
+      read(mb::threemf(
+               m, "<item objectid=\"1\" transform=\"0 1 0 -1 0 0 0 0 1 100 200 300\"/><item objectid=\"1\"/>",
+               "inch"),
+           "a.3mf");
   CHECK(moved.mm_per_unit == 25.4);
   REQUIRE(moved.vertices.size() == 2 * m.vertices.size());
   for (std::size_t v = 0; v < m.vertices.size(); ++v) {  // rows of the matrix are what x, y, z become
@@ -172,10 +203,12 @@ TEST_CASE("3MF: build items place their objects, and the model names its unit") 
 }
 
 TEST_CASE("A mapped STL may leave memory behind the slicer and still reads the same") {
-  const std::filesystem::path file = std::filesystem::temp_directory_path() / ("firn-mesh-" + std::to_string(getpid()) + ".stl");
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("firn-mesh-" + std::to_string(getpid()) + ".stl");
   const SampleMesh m = gear(10'000);
   const std::vector<std::byte> bytes = mb::binary_stl(m);
-  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
   {
     const MeshFile mesh(file);
     const slice::FacetView view = mesh.facets();

@@ -36,7 +36,8 @@ double volume_mm3(const Experiment& e) {
   slice::SliceOptions thin;
   thin.layer_height_mm = 0.1;
   double file_mm3 = 0.0;
-  for (const slice::Region& layer : slice::slice(mesh.facets(), {}, thin, serially).layers) file_mm3 += slice::area_mm2(layer) * thin.layer_height_mm;
+  for (const slice::Region& layer : slice::slice(mesh.facets(), {}, thin, serially).layers)
+    file_mm3 += slice::area_mm2(layer) * thin.layer_height_mm;
   return file_mm3 * e.geometry.mesh_scale_xy * e.geometry.mesh_scale_xy * e.geometry.mesh_scale_z;
 }
 
@@ -45,12 +46,15 @@ double volume_mm3(const Experiment& e) {
 TEST_CASE("The shipped gear is what scripts/make_mesh.py writes") {
   const test::Scratch scratch("gear");
   const fs::path written = scratch / "gear.stl";
-  const std::string command = "python3 '" + std::string(FIRN_SOURCE_DIR) + "/scripts/make_mesh.py' '" + written.string() + "' 8";
+  const std::string command =
+      "python3 '" + std::string(FIRN_SOURCE_DIR) + "/scripts/make_mesh.py' '" + written.string() + "' 8";
   REQUIRE(std::system(command.c_str()) == 0);
   CHECK(bytes_of(written) == bytes_of(kFolder / "gear.stl"));
 }
 
-TEST_CASE("A two-ink print of a mesh finishes, replays identical and passes the audit, on the paper's plant and on Firn's own") {
+TEST_CASE(
+    "A two-ink print of a mesh finishes, replays identical and passes the audit, on the paper's plant and on "
+    "Firn's own") {
   const test::Scratch scratch("mesh-print");
   for (const char* plant : {"lu2015", "droplets"}) {
     CAPTURE(plant);
@@ -75,7 +79,8 @@ TEST_CASE("The printed object has the mesh's volume and shape and is one piece t
   const Geometry geometry = geometry_from_bytes(blob(inputs, "geometry").bytes, e.grid, "geometry");
   double wanted_mm3 = 0.0;
   for (std::size_t c = 0; c < e.grid.size(); ++c)
-    for (const Span& s : geometry.spans(c)) wanted_mm3 += (s.to_mm - s.from_mm) * e.grid.pitch_x_mm * e.grid.pitch_y_mm;
+    for (const Span& s : geometry.spans(c))
+      wanted_mm3 += (s.to_mm - s.from_mm) * e.grid.pitch_x_mm * e.grid.pitch_y_mm;
   CHECK(wanted_mm3 == Approx(volume_mm3(e)).epsilon(0.02));  // cells at the rim are in or out
 
   MemoryPrintOptions options;
@@ -84,7 +89,8 @@ TEST_CASE("The printed object has the mesh's volume and shape and is one piece t
   REQUIRE(report.result.status == 0);
   const double slice_mm = e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm;
   const int nz = replay::slices_for(report.materials, geometry, slice_mm);
-  const replay::VoxelBlock wanted = replay::voxels_of(geometry, slice_mm, nz), printed = replay::voxels_of(report.materials, slice_mm, nz);
+  const replay::VoxelBlock wanted = replay::voxels_of(geometry, slice_mm, nz),
+                           printed = replay::voxels_of(report.materials, slice_mm, nz);
   const replay::WrongVoxels wrong = replay::count_wrong(wanted, printed);
   CHECK(double(wrong.wrong()) <= 0.01 * double(wrong.object));
   const replay::Washed washed = replay::wash(printed);

@@ -24,7 +24,8 @@ TEST_CASE("Strips, layers and bounds are the same bytes on one, two and five thr
     for (int rows = 2; rows <= 3; ++rows) sweep_strips(a, {rows, 50}, parallel);
     solve_layer(b, {2, 1, 2, 0.0}, parallel);
     LowerBound bound = lower_bound(in.setup, in.height, in.materials, 0.0, {2, 3, 0.0}, parallel);
-    return Answer{a.drops(in.setup.grid), b.drops(in.setup.grid), std::move(bound.multipliers), bound.total_mm};
+    return Answer{a.drops(in.setup.grid), b.drops(in.setup.grid), std::move(bound.multipliers),
+                  bound.total_mm};
   };
   const Answer one = answer(1);
   for (const int threads : {2, 5}) {
@@ -43,8 +44,9 @@ TEST_CASE("A decision is the same bytes on one, two and five threads, for one la
     int horizon;
     double alpha;
   };
-  for (const Case& c : {Case{control::MpcMethod::kStripDp, 1, 1.0}, Case{control::MpcMethod::kCertified, 1, 1.0},
-                        Case{control::MpcMethod::kCertified, 1, 0.7}, Case{control::MpcMethod::kStripDp, 2, 1.0}}) {
+  for (const Case& c :
+       {Case{control::MpcMethod::kStripDp, 1, 1.0}, Case{control::MpcMethod::kCertified, 1, 1.0},
+        Case{control::MpcMethod::kCertified, 1, 0.7}, Case{control::MpcMethod::kStripDp, 2, 1.0}}) {
     control::ControlOptions o;
     o.mpc.method = c.method;
     o.mpc.horizon = c.horizon;

@@ -23,7 +23,8 @@ TEST_CASE("A subcommand is found with its name and something to run") {
 }
 
 TEST_CASE("Usage errors name the command and the argument and are raised by run, not before") {
-  CHECK_THROWS_WITH(parse({"confg"}).run(), Catch::Contains("unknown command 'confg'; the nearest known one is config"));
+  CHECK_THROWS_WITH(parse({"confg"}).run(),
+                    Catch::Contains("unknown command 'confg'; the nearest known one is config"));
   CHECK_THROWS_WITH(parse({"config", "check"}).run(), Catch::Contains("FILE is required"));
   CHECK_THROWS_WITH(parse({"dataflow", "--jsn"}).run(), Catch::Contains("--jsn"));
   CHECK_THROWS_AS(parse({}).run(), UsageError);
@@ -33,10 +34,14 @@ TEST_CASE("Usage errors name the command and the argument and are raised by run,
 }
 
 TEST_CASE("A number that cannot be is refused with the option and the number, before anything runs") {
-  CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "-1"}).run(), Catch::Contains("--tolerance: -1 is not a number above 0"));
-  CHECK_THROWS_WITH(parse({"print", "x.toml", "--speedup", "inf"}).run(), Catch::Contains("--speedup: inf is not a number above 0"));
-  CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "two"}).run(), Catch::Contains("two is not a number above 0"));
-  CHECK_THROWS_WITH(parse({"compare", "x.toml", "--seeds", "0"}).run(), Catch::Contains("--seeds") && Catch::Contains("0"));
+  CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "-1"}).run(),
+                    Catch::Contains("--tolerance: -1 is not a number above 0"));
+  CHECK_THROWS_WITH(parse({"print", "x.toml", "--speedup", "inf"}).run(),
+                    Catch::Contains("--speedup: inf is not a number above 0"));
+  CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "two"}).run(),
+                    Catch::Contains("two is not a number above 0"));
+  CHECK_THROWS_WITH(parse({"compare", "x.toml", "--seeds", "0"}).run(),
+                    Catch::Contains("--seeds") && Catch::Contains("0"));
 }
 
 TEST_CASE("An unreadable experiment is a configuration error that names the file") {

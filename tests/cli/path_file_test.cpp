@@ -40,7 +40,8 @@ std::string json(const std::string& text) { return mistake(read_paths_json, text
 }  // namespace
 
 TEST_CASE("CSV: a header, a point per line, a blank line between paths, a speed where there is one") {
-  const auto paths = paths_of(read_paths_csv, "\xef\xbb\xbfx_mm,y_mm,speed_mm_s\r\n0,0,\r\n1.5, -2e1,50\r\n\r\n\r\n3,4,10\r\n5,6,20");
+  const auto paths = paths_of(
+      read_paths_csv, "\xef\xbb\xbfx_mm,y_mm,speed_mm_s\r\n0,0,\r\n1.5, -2e1,50\r\n\r\n\r\n3,4,10\r\n5,6,20");
   REQUIRE(paths.size() == 2);
   CHECK(paths[0].path.points == std::vector<Point2>{{0, 0}, {1.5, -20}});
   CHECK(std::isinf(paths[0].ceiling.point_mm_s[0]));
@@ -54,28 +55,34 @@ TEST_CASE("CSV: a header, a point per line, a blank line between paths, a speed 
 
 TEST_CASE("CSV: every mistake names the line and the limit") {
   CHECK_THAT(csv(""), Contains("job:1") && Contains("x_mm,y_mm"));
-  CHECK_THAT(csv("x\x1b[2J\xff\n1,2\n"), Contains("header must be") && Contains("not x?[2J?"));  // a terminal may show it
+  CHECK_THAT(csv("x\x1b[2J\xff\n1,2\n"),
+             Contains("header must be") && Contains("not x?[2J?"));  // a terminal may show it
   CHECK_THAT(csv("x,y\n1,2\n"), Contains("job:1") && Contains("header must be"));
   CHECK_THAT(csv("x_mm,y_mm\n"), Contains("holds no points"));
   CHECK_THAT(csv("x_mm,y_mm\n1,2\n1\n"), Contains("job:3") && Contains("1 columns, the header has 2"));
   CHECK_THAT(csv("x_mm,y_mm\n1,2,3,4,5\n"), Contains("job:2") && Contains("5 columns, the header has 2"));
-  CHECK_THAT(csv("x_mm,y_mm\n1,zwei\n"), Contains("job:2") && Contains("y_mm = zwei") && Contains("finite number"));
+  CHECK_THAT(csv("x_mm,y_mm\n1,zwei\n"),
+             Contains("job:2") && Contains("y_mm = zwei") && Contains("finite number"));
   CHECK_THAT(csv("x_mm,y_mm\nnan,0\n"), Contains("x_mm = nan"));
   CHECK_THAT(csv("x_mm,y_mm\n1e6,0\n"), Contains("beyond the limit of +-100000 mm"));
   CHECK_THAT(csv("x_mm,y_mm,speed_mm_s\n1,0,-5\n"), Contains("speed_mm_s must be above 0"));
-  CHECK_THAT(csv("x_mm,y_mm\n" + std::string(2000, '1')), Contains("job:2") && Contains("limit of 1000 bytes"));
+  CHECK_THAT(csv("x_mm,y_mm\n" + std::string(2000, '1')),
+             Contains("job:2") && Contains("limit of 1000 bytes"));
 }
 
 TEST_CASE("CSV: a column yaw_deg turns the tool, behind the speed or without it") {
-  const auto with_speed = paths_of(read_paths_csv, "x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1,0,50,-180\n\n3,3,,0\n");
+  const auto with_speed =
+      paths_of(read_paths_csv, "x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1,0,50,-180\n\n3,3,,0\n");
   REQUIRE(with_speed.size() == 2);
-  CHECK(with_speed[0].yaw_point_rad == std::vector<double>{90 * std::numbers::pi / 180.0, -180 * std::numbers::pi / 180.0});
+  CHECK(with_speed[0].yaw_point_rad ==
+        std::vector<double>{90 * std::numbers::pi / 180.0, -180 * std::numbers::pi / 180.0});
   CHECK(with_speed[0].ceiling.point_mm_s[1] == 50.0);
   CHECK(with_speed[1].yaw_point_rad.size() == 1);
   const auto alone = paths_of(read_paths_csv, "x_mm,y_mm,yaw_deg\n0,0,1\n1,0,2\n");
   CHECK(alone[0].ceiling.point_mm_s.empty());
   CHECK(alone[0].yaw_point_rad.size() == 2);
-  CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,\n"), Contains("job:2") && Contains("yaw_deg = : is not a finite number"));
+  CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,\n"),
+             Contains("job:2") && Contains("yaw_deg = : is not a finite number"));
   CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,1e9\n"), Contains("beyond the limit of +-7200"));
   CHECK_THAT(csv("x_mm,y_mm,yaw_deg,speed_mm_s\n0,0,1,1\n"), Contains("header must be"));
 }
@@ -88,10 +95,13 @@ TEST_CASE("JSON: yaw_deg is a number for the path or a list with one per point, 
   CHECK(paths[1].yaw_point_rad.size() == 3);
   CHECK(paths[2].yaw_point_rad.empty());
   CHECK(paths[2].yaw_rad == Approx(-0.25 * std::numbers::pi));
-  const auto in_path = [](const std::string& body) { return json("{\"paths\": [{\"points\": [[0,0],[1,1]], " + body + "}]}"); };
+  const auto in_path = [](const std::string& body) {
+    return json("{\"paths\": [{\"points\": [[0,0],[1,1]], " + body + "}]}");
+  };
   CHECK_THAT(in_path("\"yaw_deg\": [1]"), Contains("paths[0]: yaw_deg has 1 entries, points 2"));
   CHECK_THAT(in_path("\"yaw_deg\": [1, null]"), Contains("paths[0].yaw_deg[1]: must be a number, not null"));
-  CHECK_THAT(in_path("\"yaw_deg\": [1, 1e9]"), Contains("paths[0].yaw_deg[1]") && Contains("must lie in [-7200"));
+  CHECK_THAT(in_path("\"yaw_deg\": [1, 1e9]"),
+             Contains("paths[0].yaw_deg[1]") && Contains("must lie in [-7200"));
   CHECK_THAT(in_path("\"yaw_deg\": \"a\""), Contains("a number, or one list"));
 }
 
@@ -129,15 +139,20 @@ TEST_CASE("JSON: every mistake names the key or byte, the limit and the nearest 
   CHECK_THAT(json("{\"paths\": []}"), Contains("holds no path"));
   CHECK_THAT(json("{\"version\": 2}"), Contains("version: 2 is unknown"));
   CHECK_THAT(json("{\"path\": []}"), Contains("path: unknown key; the nearest known one is paths"));
-  const auto in_path = [](const std::string& body) { return json("{\"paths\": [{\"points\": [[0,0]]}, {" + body + "}]}"); };
-  CHECK_THAT(in_path("\"point\": [[1, 2]]"), Contains("paths[1]") && Contains("the nearest known one is points"));
+  const auto in_path = [](const std::string& body) {
+    return json("{\"paths\": [{\"points\": [[0,0]]}, {" + body + "}]}");
+  };
+  CHECK_THAT(in_path("\"point\": [[1, 2]]"),
+             Contains("paths[1]") && Contains("the nearest known one is points"));
   CHECK_THAT(in_path("\"closed\": 1"), Contains("paths[1].closed: must be true or false"));
-  CHECK_THAT(in_path("\"kind\": \"fil\""), Contains("did you mean \"fill\"?") && Contains("one of boundary, fill"));
+  CHECK_THAT(in_path("\"kind\": \"fil\""),
+             Contains("did you mean \"fill\"?") && Contains("one of boundary, fill"));
   CHECK_THAT(in_path("\"layer\": 1.5"), Contains("paths[1].layer: must be a whole number"));
   CHECK_THAT(in_path("\"layer\": -1"), Contains("paths[1].layer: -1 must lie in [0, "));
   CHECK_THAT(in_path("\"speed_mm_s\": 0"), Contains("paths[1].speed_mm_s: 0 must lie in (0, "));
   CHECK_THAT(in_path("\"points\": [[1, 2], [3]]"), Contains("paths[1].points[1]: must be [x_mm, y_mm]"));
-  CHECK_THAT(in_path("\"points\": [[1, 2, 3, 4]]"), Contains("paths[1].points[0]") && Contains("more numbers"));
+  CHECK_THAT(in_path("\"points\": [[1, 2, 3, 4]]"),
+             Contains("paths[1].points[0]") && Contains("more numbers"));
   CHECK_THAT(in_path("\"points\": [[1, \"a\"]]"), Contains("not a text"));
   CHECK_THAT(in_path("\"points\": [[1, 1e9]]"), Contains("must lie in [-100000"));
   CHECK_THAT(in_path("\"points\": [[[1]]]"), Contains("not a list"));
@@ -146,7 +161,8 @@ TEST_CASE("JSON: every mistake names the key or byte, the limit and the nearest 
 }
 
 TEST_CASE("Any bytes are read or refused, never worse") {
-  const std::string good_json = R"({"version":1,"paths":[{"points":[[0,0],[1,2,50]],"kind":"fill","closed":false,"layer":3}]})";
+  const std::string good_json =
+      R"({"version":1,"paths":[{"points":[[0,0],[1,2,50]],"kind":"fill","closed":false,"layer":3}]})";
   const std::string good_csv = "x_mm,y_mm,speed_mm_s\n1,2,3\n4,5,\n\n6,7,8\n";
   RandomStream random(84, Purpose::kTest);
   const std::string alphabet = "[]{},:\"0123456789.-+eE\n \\ntrufalsx\xff";
@@ -155,9 +171,12 @@ TEST_CASE("Any bytes are read or refused, never worse") {
     for (std::uint32_t n = 1 + random.below(5); n > 0; --n) {
       const std::size_t at = random.below(std::uint32_t(text.size()));
       const char c = alphabet[random.below(std::uint32_t(alphabet.size()))];
-      if (random.below(3) == 0) text.erase(at, 1 + random.below(4));
-      else if (random.below(2)) text[at] = c;
-      else text.insert(at, 1, c);
+      if (random.below(3) == 0)
+        text.erase(at, 1 + random.below(4));
+      else if (random.below(2))
+        text[at] = c;
+      else
+        text.insert(at, 1, c);
       if (text.empty()) text = "x";
     }
     try {

@@ -20,11 +20,14 @@ planning::PlanningSetup setup_of(const std::string& version, int max_pulses) {
 }
 
 bool equal(const planning::PlannedTask& a, const planning::PlannedTask& b) {
-  bool same = a.problem == b.problem && a.trajectory.positions == b.trajectory.positions && a.length_mm == b.length_mm && a.volume_mm3 == b.volume_mm3 &&
-              a.clipped_mm3 == b.clipped_mm3 && a.lists.size() == b.lists.size() && a.tool.size() == b.tool.size();
-  for (std::size_t n = 0; same && n < a.tool.size(); ++n) same = a.tool[n].x_mm == b.tool[n].x_mm && a.tool[n].y_mm == b.tool[n].y_mm;
+  bool same = a.problem == b.problem && a.trajectory.positions == b.trajectory.positions &&
+              a.length_mm == b.length_mm && a.volume_mm3 == b.volume_mm3 && a.clipped_mm3 == b.clipped_mm3 &&
+              a.lists.size() == b.lists.size() && a.tool.size() == b.tool.size();
+  for (std::size_t n = 0; same && n < a.tool.size(); ++n)
+    same = a.tool[n].x_mm == b.tool[n].x_mm && a.tool[n].y_mm == b.tool[n].y_mm;
   for (std::size_t n = 0; same && n < a.lists.size(); ++n)
-    same = a.lists[n].start_s == b.lists[n].start_s && a.lists[n].volume_mm3 == b.lists[n].volume_mm3 && a.lists[n].ticks == b.lists[n].ticks;
+    same = a.lists[n].start_s == b.lists[n].start_s && a.lists[n].volume_mm3 == b.lists[n].volume_mm3 &&
+           a.lists[n].ticks == b.lists[n].ticks;
   return same;
 }
 
@@ -33,7 +36,8 @@ bool equal(const planning::PlannedTask& a, const planning::PlannedTask& b) {
 TEST_CASE("The paths of a batch are the same bytes on one, two and five threads, and planned one by one") {
   const slice::PrintPaths paths = test::ice_print();
   HeightMap action({40, 40, 1.0, 1.0, -20.0, -20.0});
-  for (std::size_t c = 0; c < action.size(); ++c) action.cells[c] = 0.2 * std::sin(0.3 * double(c % 40)) * std::cos(0.2 * double(c / 40));
+  for (std::size_t c = 0; c < action.size(); ++c)
+    action.cells[c] = 0.2 * std::sin(0.3 * double(c % 40)) * std::cos(0.2 * double(c / 40));
   for (const char* version : {"speed", "frequency"})
     for (const int max_pulses : {16384, 60}) {  // of 60 many a path is divided
       CAPTURE(version, max_pulses);
@@ -41,7 +45,9 @@ TEST_CASE("The paths of a batch are the same bytes on one, two and five threads,
       std::vector<planning::PathTask> tasks;
       for (int n = 1; n <= 5; ++n)  // some come again in other layers
         for (const bool measurement : {false, true})
-          for (planning::PathTask& t : planning::tasks_of(paths, paths.layers[std::size_t(n - 1)], measurement, setup)) tasks.push_back(std::move(t));
+          for (planning::PathTask& t :
+               planning::tasks_of(paths, paths.layers[std::size_t(n - 1)], measurement, setup))
+            tasks.push_back(std::move(t));
       planning::TaskPlanner one(setup);
       std::vector<planning::PlannedTask> expected;
       for (const planning::PathTask& t : tasks) expected.push_back(one.plan(t, &action));
@@ -54,14 +60,18 @@ TEST_CASE("The paths of a batch are the same bytes on one, two and five threads,
         REQUIRE(got.size() == expected.size());
         CHECK(batch.motions_planned() == one.motions_planned());
         for (std::size_t n = 0; n < got.size(); ++n) REQUIRE(equal(got[n], expected[n]));
-        const std::vector<planning::PlannedTask> again = batch.plan(tasks, &action, parallel_on(threads));  // all remembered
+        const std::vector<planning::PlannedTask> again =
+            batch.plan(tasks, &action, parallel_on(threads));  // all remembered
         CHECK(batch.motions_planned() == one.motions_planned());
-        for (std::size_t n = 0; n < again.size(); ++n) REQUIRE(again[n].trajectory.samples() == got[n].trajectory.samples());
+        for (std::size_t n = 0; n < again.size(); ++n)
+          REQUIRE(again[n].trajectory.samples() == got[n].trajectory.samples());
       }
     }
 }
 
-TEST_CASE("The path planner's node sends the same bytes whatever threads it is given, motions planned ahead or not") {
+TEST_CASE(
+    "The path planner's node sends the same bytes whatever threads it is given, motions planned ahead or "
+    "not") {
   for (const char* version : {"speed", "frequency"}) {
     Experiment e = test::ice_experiment();
     e.control.smf.version = version;

@@ -49,11 +49,15 @@ std::vector<Row> rows_of(const fs::path& csv) {
   std::getline(in, line);
   REQUIRE(line == "t_s,x_mm,y_mm,joint_1_rad,joint_2_rad");
   std::vector<Row> rows;
-  for (Row r; std::getline(in, line) && std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &r.t, &r.x, &r.y, &r.q1, &r.q2) == 5;) rows.push_back(r);
+  for (Row r; std::getline(in, line) &&
+              std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &r.t, &r.x, &r.y, &r.q1, &r.q2) == 5;)
+    rows.push_back(r);
   return rows;
 }
 
-std::size_t files_in(const fs::path& f) { return std::size_t(std::distance(fs::directory_iterator(f), fs::directory_iterator())); }
+std::size_t files_in(const fs::path& f) {
+  return std::size_t(std::distance(fs::directory_iterator(f), fs::directory_iterator()));
+}
 
 }  // namespace
 
@@ -71,17 +75,22 @@ TEST_CASE("The CSV of the test path keeps every limit, stays on the path and mov
   CHECK(std::hypot(rows.front().x - 46.0, rows.front().y) < 1e-6);
   CHECK(std::hypot(rows.back().x - 46.0, rows.back().y) < 1e-6);
   for (const Row& r : rows) {  // the arm's own geometry, written out
-    const double x = 325.0 * std::cos(r.q1) + 275.0 * std::cos(r.q1 + r.q2), y = 325.0 * std::sin(r.q1) + 275.0 * std::sin(r.q1 + r.q2);
+    const double x = 325.0 * std::cos(r.q1) + 275.0 * std::cos(r.q1 + r.q2),
+                 y = 325.0 * std::sin(r.q1) + 275.0 * std::sin(r.q1 + r.q2);
     REQUIRE(std::hypot(x - 354.0 - r.x, y + 46.0 - r.y) < 1e-6);
   }
   // Rates, accelerations and jerks by differences of neighbouring rows: speed has the largest norm of (x, y).
   using Value = double Row::*;
   const auto difference = [&](Value v, std::size_t n, int order) {
     const auto d = [&](std::size_t k) { return rows[n - k].*v; };
-    return (order == 1 ? d(0) - d(1) : order == 2 ? d(0) - 2 * d(1) + d(2) : d(0) - 3 * d(1) + 3 * d(2) - d(3)) / std::pow(h, order);
+    return (order == 1   ? d(0) - d(1)
+            : order == 2 ? d(0) - 2 * d(1) + d(2)
+                         : d(0) - 3 * d(1) + 3 * d(2) - d(3)) /
+           std::pow(h, order);
   };
   const double degree = std::acos(-1.0) / 180.0;
-  for (const auto& [order, total, j1, j2] : {std::tuple{1, 125.0, 33.0, 39.0}, {2, 500.0, 165.0, 195.0}, {3, 4000.0, 1320.0, 1560.0}})
+  for (const auto& [order, total, j1, j2] :
+       {std::tuple{1, 125.0, 33.0, 39.0}, {2, 500.0, 165.0, 195.0}, {3, 4000.0, 1320.0, 1560.0}})
     for (std::size_t n = 3; n < rows.size(); ++n) {
       REQUIRE(std::hypot(difference(&Row::x, n, order), difference(&Row::y, n, order)) <= 1.001 * total);
       REQUIRE(std::abs(difference(&Row::q1, n, order)) <= 1.001 * j1 * degree);
@@ -99,7 +108,8 @@ TEST_CASE("The CSV of the test path keeps every limit, stays on the path and mov
   CHECK(text_of(o.plot).starts_with("<svg"));
 }
 
-TEST_CASE("JSON paths with tools, ceilings and pulses are planned, and one and two threads write the same bytes") {
+TEST_CASE(
+    "JSON paths with tools, ceilings and pulses are planned, and one and two threads write the same bytes") {
   PlanCommandOptions o = fig42();
   o.paths = kSource + "/experiments/measure-square.json";
   o.output = folder() / "one.traj";
@@ -116,14 +126,16 @@ TEST_CASE("JSON paths with tools, ceilings and pulses are planned, and one and t
     ++paths;
     CHECK(p->layer == 4);
     CHECK(p->kind == std::array{PathKind::kBoundary, PathKind::kFill, PathKind::kMeasurement}[paths - 1]);
-    if (p->kind == PathKind::kMeasurement) CHECK(p->trajectory.certificate.duration_s > 20.0 / 25.0 + 20.0 / 50.0);
+    if (p->kind == PathKind::kMeasurement)
+      CHECK(p->trajectory.certificate.duration_s > 20.0 / 25.0 + 20.0 / 50.0);
   }
   CHECK(paths == 3);
 }
 
 TEST_CASE("Pulses stand in a list per path and count the volume") {
   const fs::path file = folder() / "line.json";
-  std::ofstream(file) << R"({"paths": [{"width_mm": 1.5, "layer_height_mm": 0.25, "points": [[0, 0], [100, 0]]},
+  std::ofstream(file)
+      << R"({"paths": [{"width_mm": 1.5, "layer_height_mm": 0.25, "points": [[0, 0], [100, 0]]},
     {"width_mm": 3, "layer_height_mm": 0.25, "points": [[0, 5], [100, 5]]}]})";
   PlanCommandOptions o = fig42();
   o.paths = file;
@@ -179,17 +191,24 @@ TEST_CASE("Options that do not fit are refused by name before anything is writte
     return std::string();
   };
   CHECK_THAT(refused([](auto& o) { o.method = "fast"; }), Contains("--method fast") && Contains("certified"));
-  CHECK_THAT(refused([](auto& o) { o.tolerance_mm = -1; }), Contains("--tolerance -1") && Contains("[0, 10] mm"));
-  CHECK_THAT(refused([](auto& o) { o.tolerance_mm = 99; }), Contains("--tolerance 99") && Contains("[0, 10] mm"));
+  CHECK_THAT(refused([](auto& o) { o.tolerance_mm = -1; }),
+             Contains("--tolerance -1") && Contains("[0, 10] mm"));
+  CHECK_THAT(refused([](auto& o) { o.tolerance_mm = 99; }),
+             Contains("--tolerance 99") && Contains("[0, 10] mm"));
   CHECK_THAT(refused([](auto& o) { o.fill_mm_s = 0; }), Contains("--fill-speed 0"));
   CHECK_THAT(refused([](auto& o) { o.curvature_ramp_mm = 0; }), Contains("--ramp 0"));
   CHECK_THAT(refused([](auto& o) { o.origin_mm = {1e9, 0}; }), Contains("--origin"));
   CHECK_THAT(refused([](auto& o) { o.corner = "loop"; }), Contains("--corner") && Contains("aerosol"));
   CHECK_THAT(refused([](auto& o) { o.machine = "none.toml"; }), Contains("none.toml"));
   CHECK_THAT(refused([](auto& o) { o.csv = "no/such/folder/x.csv"; }), Contains("no/such/folder/x.csv"));
-  CHECK_THAT(refused([](auto& o) { o.plot = folder() / "x.svg", o.plot_path = 7; }), Contains("--plot-path 7") && Contains("1 path"));
-  const auto aerosol = [](PlanCommandOptions& o) { o.machine = kSource + "/labs/aerosol.toml", o.paths = kSource + "/experiments/thompson-fig7.json", o.origin_mm.clear(); };
-  CHECK_THAT(refused([&](auto& o) { aerosol(o), o.method = "thesis"; }), Contains("--method") && Contains("aerosol"));
+  CHECK_THAT(refused([](auto& o) { o.plot = folder() / "x.svg", o.plot_path = 7; }),
+             Contains("--plot-path 7") && Contains("1 path"));
+  const auto aerosol = [](PlanCommandOptions& o) {
+    o.machine = kSource + "/labs/aerosol.toml", o.paths = kSource + "/experiments/thompson-fig7.json",
+    o.origin_mm.clear();
+  };
+  CHECK_THAT(refused([&](auto& o) { aerosol(o), o.method = "thesis"; }),
+             Contains("--method") && Contains("aerosol"));
   CHECK_THAT(refused([&](auto& o) { aerosol(o), o.pulses = "x"; }), Contains("--pulses"));
 }
 

@@ -29,7 +29,8 @@ InputPath some_path(std::int64_t number, RandomStream& random) {
   return p;
 }
 
-std::vector<PlannedItem> planned(const std::vector<InputPath>& paths, int threads, const PlanJobOptions& how = {}) {
+std::vector<PlannedItem> planned(const std::vector<InputPath>& paths, int threads,
+                                 const PlanJobOptions& how = {}) {
   PlanJobOptions options = how;
   options.threads = threads;
   options.origin = {380.0, -20.0};
@@ -59,7 +60,9 @@ TEST_CASE("Results come in the order of the paths, with the same bytes for any n
   CHECK_THAT(motion::describe(*one[17].result.fault), Contains("reach"));
 }
 
-TEST_CASE("A tool that the machine lacks is refused with the nearest known one, and what the sink throws comes out") {
+TEST_CASE(
+    "A tool that the machine lacks is refused with the nearest known one, and what the sink throws comes "
+    "out") {
   RandomStream random(87, Purpose::kTest);
   PlanJob job(kCobra, {}, [](PlannedItem&&) { throw std::runtime_error("disk full"); });
   InputPath bad = some_path(1, random);
@@ -69,7 +72,9 @@ TEST_CASE("A tool that the machine lacks is refused with the nearest known one, 
   CHECK_THROWS_WITH(job.finish(), Contains("disk full"));
 }
 
-TEST_CASE("The CSV has a line per tick that reads back to the same numbers, and speeds from it are those of the path") {
+TEST_CASE(
+    "The CSV has a line per tick that reads back to the same numbers, and speeds from it are those of the "
+    "path") {
   InputPath line;
   line.number = 1;
   line.path.points = {{0, 0}, {50, 0}, {100, 0}};
@@ -123,7 +128,8 @@ TEST_CASE("A path longer than the controller's list is cut at its corners, witho
   turns.path.width_mm = 3.0;
   turns.path.layer_height_mm = 0.25;
   turns.ceiling.path_mm_s = 1.0;
-  for (int n = 0; n < 14; ++n) turns.path.points.push_back({n % 4 == 1 || n % 4 == 2 ? 30.0 : 0.0, 2.0 * (n / 2)});
+  for (int n = 0; n < 14; ++n)
+    turns.path.points.push_back({n % 4 == 1 || n % 4 == 2 ? 30.0 : 0.0, 2.0 * (n / 2)});
   PlanJobOptions how;
   how.keep_tool = how.pulses = true;
   const auto items = planned({turns}, 1, how);
@@ -136,11 +142,13 @@ TEST_CASE("A path longer than the controller's list is cut at its corners, witho
   CHECK(items[0].added_stops.empty());
 }
 
-TEST_CASE("A path that never stops is given rests where its pulses need another list, at the slowest corner near") {
+TEST_CASE(
+    "A path that never stops is given rests where its pulses need another list, at the slowest corner near") {
   const auto arc = [](double radius, double angle, double from) {
     std::vector<Point2> points;
     const int n = int(radius * angle / 0.4);
-    for (int i = 0; i <= n; ++i) points.push_back({radius * std::cos(from + angle * i / n), radius * std::sin(from + angle * i / n)});
+    for (int i = 0; i <= n; ++i)
+      points.push_back({radius * std::cos(from + angle * i / n), radius * std::sin(from + angle * i / n)});
     return points;
   };
   InputPath straight, round, bent, dense;
@@ -176,17 +184,21 @@ TEST_CASE("A path that never stops is given rests where its pulses need another 
     for (const auto& train : trains) {
       CHECK(double(train.last_instant - train.first_instant) * demand.step_s <= limits.max_duration_s);
       CHECK(train.ticks.size() <= std::size_t(limits.max_entries));
-      CHECK((train.first_instant == 0 || demand.speed_mm_s[train.first_instant] < 0.6 * demand.speed_mm_s[train.first_instant + 8]));
+      CHECK((train.first_instant == 0 ||
+             demand.speed_mm_s[train.first_instant] < 0.6 * demand.speed_mm_s[train.first_instant + 8]));
     }
     // no volume is lost between the lists, and the half drop stays the bound
     const auto drops = deposition::drops_of(items[n].pulse_plan, demand, setting.curve, limits.tick_s);
-    const auto error = deposition::count_delivery(demand, drops, deposition::granted_by(demand, setting.curve, limits.tick_s), 0.0);
+    const auto error = deposition::count_delivery(
+        demand, drops, deposition::granted_by(demand, setting.curve, limits.tick_s), 0.0);
     CHECK(error.worst_excess_mm3 <= 1e-9);
     const Path& path = items[n].input.path;
-    CHECK(error.wanted_mm3 == Approx(items[n].length_mm * path.width_mm * path.layer_height_mm).epsilon(1e-3));
+    CHECK(error.wanted_mm3 ==
+          Approx(items[n].length_mm * path.width_mm * path.layer_height_mm).epsilon(1e-3));
     CHECK(std::abs(error.delivered_mm3 - error.wanted_mm3) <= 0.5 / 4.0 + 1e-9);
     for (const LimitRatio& limit : r.trajectory.certificate.limits) CHECK(limit.ratio <= 1.001);
-    CHECK_THAT(item_json(items[n]), Contains("\"pulse_lists\":" + std::to_string(trains.size())) && Contains("\"along_mm\":"));
+    CHECK_THAT(item_json(items[n]),
+               Contains("\"pulse_lists\":" + std::to_string(trains.size())) && Contains("\"along_mm\":"));
   }
   CHECK(items[0].input.path.points.size() == 4);
   CHECK_FALSE(items[0].added_stops[0].corner);
@@ -197,10 +209,12 @@ TEST_CASE("A path that never stops is given rests where its pulses need another 
   how.plan.method = motion::Method::kThesis;
   CHECK(planned({paths[1]}, 1, how)[0].problem == "");
   how.plan.method = motion::Method::kDefault;  // which stops nowhere
-  CHECK_THAT(planned({paths[0]}, 1, how)[0].problem, Contains("job:0") && Contains("131.07") && Contains("stop before"));
+  CHECK_THAT(planned({paths[0]}, 1, how)[0].problem,
+             Contains("job:0") && Contains("131.07") && Contains("stop before"));
 }
 
-TEST_CASE("A path with a yaw per point is planned with its orientation limits, also where a rest adds a point") {
+TEST_CASE(
+    "A path with a yaw per point is planned with its orientation limits, also where a rest adds a point") {
   Machine machine;
   machine.orientation_rate_deg_s = 0.5;
   InputPath line;
@@ -224,7 +238,8 @@ TEST_CASE("A path with a yaw per point is planned with its orientation limits, a
   CHECK(items[0].result.yaw_rad.back() == Approx(2.0));
   const Certificate& c = items[0].result.trajectory.certificate;
   CHECK(c.duration_s == Approx(2.0 / (0.5 * 3.141592653589793 / 180.0)).epsilon(0.01));
-  const auto rate = std::find_if(c.limits.begin(), c.limits.end(), [](const LimitRatio& l) { return l.limit == "orientation rate"; });
+  const auto rate = std::find_if(c.limits.begin(), c.limits.end(),
+                                 [](const LimitRatio& l) { return l.limit == "orientation rate"; });
   REQUIRE(rate != c.limits.end());
   CHECK(rate->ratio == Approx(1.0).margin(0.002));
 }

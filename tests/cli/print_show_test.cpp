@@ -25,12 +25,14 @@ PrintSummary over(RunResult result, double rms_um, double tolerance_um, bool ask
   return s;
 }
 
-const RunResult kDone{"finished", kOk, 30, "the last layer is printed"}, kDry{"out of tolerance", kFailed, 30, "valve_a gives nothing"},
+const RunResult kDone{"finished", kOk, 30, "the last layer is printed"},
+    kDry{"out of tolerance", kFailed, 30, "valve_a gives nothing"},
     kStopped{"stopped safely", kSafetyStop, 12, "robot: link lost"};
 
 std::string last_line(const std::string& text) { return text.substr(text.rfind('\n', text.size() - 2) + 1); }
 
-PrintSummary printed(Experiment e, const Blobs& inputs, const std::filesystem::path& runs, double tolerance_um) {
+PrintSummary printed(Experiment e, const Blobs& inputs, const std::filesystem::path& runs,
+                     double tolerance_um) {
   PrintOptions o;
   o.bus = "in-process";
   o.runs = runs.string();
@@ -57,7 +59,9 @@ TEST_CASE("The usual tolerance is one nominal layer, in both labs, and none wher
   CHECK(usual_tolerance_um(ice) == Approx(240.0));
 }
 
-TEST_CASE("The last line of a print gives its verdict, and only a tolerance that was asked for decides the exit code") {
+TEST_CASE(
+    "The last line of a print gives its verdict, and only a tolerance that was asked for decides the exit "
+    "code") {
   struct Case {
     PrintSummary summary;
     std::optional<bool> within;
@@ -65,9 +69,12 @@ TEST_CASE("The last line of a print gives its verdict, and only a tolerance that
     std::string line;
   };
   const Case cases[] = {
-      {over(kDone, 7.0, 7.6), true, 0, "within tolerance: RMS 7.00 um of the last map, at most 7.60 um, one layer"},
-      {over(kDone, 80.0, 7.6), false, 0, "OUT OF TOLERANCE: RMS 80.00 um of the last map, more than 7.60 um, one layer"},
-      {over(kDone, 80.0, 7.6, true), false, 1, "OUT OF TOLERANCE: RMS 80.00 um of the last map, more than 7.60 um\n"},
+      {over(kDone, 7.0, 7.6), true, 0,
+       "within tolerance: RMS 7.00 um of the last map, at most 7.60 um, one layer"},
+      {over(kDone, 80.0, 7.6), false, 0,
+       "OUT OF TOLERANCE: RMS 80.00 um of the last map, more than 7.60 um, one layer"},
+      {over(kDone, 80.0, 7.6, true), false, 1,
+       "OUT OF TOLERANCE: RMS 80.00 um of the last map, more than 7.60 um\n"},
       {over(kDone, 7.0, 7.6, true), true, 0, "within tolerance"},
       {over(kDry, 7.0, 7.6), true, 1, "within tolerance"},
       {over(kStopped, 7.0, 7.6, true), std::nullopt, 3, "to go on: firn print --resume"},
@@ -86,9 +93,12 @@ TEST_CASE("The last line of a print gives its verdict, and only a tolerance that
   }
 }
 
-TEST_CASE("Prints of both labs are judged by the same rule: feedback is within a layer, valves that give too little leave the open loop far out") {
+TEST_CASE(
+    "Prints of both labs are judged by the same rule: feedback is within a layer, valves that give too "
+    "little leave the open loop far out") {
   const firn::test::Scratch scratch("print-show");
-  const auto small = firn::test::small_ice_part({"control.scheme=open_loop", "plant.ice.flow_water_mm3_s=150", "plant.ice.flow_sme_mm3_s=150"});
+  const auto small = firn::test::small_ice_part(
+      {"control.scheme=open_loop", "plant.ice.flow_water_mm3_s=150", "plant.ice.flow_sme_mm3_s=150"});
   const PrintSummary open = printed(small.experiment, small.inputs, scratch / "runs", 0.0);
   CHECK(open.result.status == kOk);
   CHECK(open.tolerance_um == Approx(240.0));
@@ -101,7 +111,8 @@ TEST_CASE("Prints of both labs are judged by the same rule: feedback is within a
   CHECK(exit_code(smf) == kFailed);
 
   const std::filesystem::path file = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/cylinder.toml";
-  const Experiment inkjet = load_experiment(file, {"part.height_mm=0.08", "grid.nx=24", "grid.ny=24", "part.diameter_mm=5"});
+  const Experiment inkjet =
+      load_experiment(file, {"part.height_mm=0.08", "grid.nx=24", "grid.ny=24", "part.diameter_mm=5"});
   const PrintSummary mpc = printed(inkjet, make_inputs(inkjet, file.parent_path()), scratch / "runs", 0.0);
   CHECK(within_tolerance(mpc) == true);
   CHECK(exit_code(mpc) == kOk);

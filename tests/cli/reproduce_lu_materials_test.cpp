@@ -17,7 +17,9 @@ std::vector<PartResult> few_seeds(int threads) {
 
 }  // namespace
 
-TEST_CASE("Figs. 13-15: closed loop has at most half of open loop's wrong voxels, inside, outside and at the boundary") {
+TEST_CASE(
+    "Figs. 13-15: closed loop has at most half of open loop's wrong voxels, inside, outside and at the "
+    "boundary") {
   const std::vector<PartResult> one = few_seeds(1);
   REQUIRE(one.size() == 1);
   for (const ReproduceRow& row : one[0].rows) {

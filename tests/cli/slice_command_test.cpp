@@ -40,7 +40,8 @@ fs::path scratch(const std::string& name) {
 
 std::string write_mesh(const std::string& name, const std::vector<std::byte>& bytes) {
   const fs::path f = scratch(name);
-  std::ofstream(f, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  std::ofstream(f, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
   return f.string();
 }
 
@@ -86,7 +87,8 @@ GcodeSums read_gcode(const std::string& text) {
       if (w[0] == 'Y') to_y = std::stod(w.substr(1));
       if (w[0] == 'E') e = std::stod(w.substr(1));
     }
-    if (line.starts_with("G1") && e > 0) sums.length_mm[tool] += std::hypot(to_x - x, to_y - y), sums.e[tool] += e;
+    if (line.starts_with("G1") && e > 0)
+      sums.length_mm[tool] += std::hypot(to_x - x, to_y - y), sums.e[tool] += e;
     x = to_x, y = to_y;
   }
   return sums;
@@ -123,7 +125,9 @@ TEST_CASE("firn slice writes paths that read back to the totals it reports") {
   CHECK(text_of(again.output) == text_of(o.output));
 }
 
-TEST_CASE("Beads read back from the path file, overlaps taken off, have the volume of what they fill, layer by layer") {
+TEST_CASE(
+    "Beads read back from the path file, overlaps taken off, have the volume of what they fill, layer by "
+    "layer") {
   const SliceCommandOptions o = run_options("read_back");
   REQUIRE(run_slice(o) == kOk);
   const SliceSettings s = load_slice_settings({}, {});
@@ -144,10 +148,12 @@ TEST_CASE("Beads read back from the path file, overlaps taken off, have the volu
       CHECK(c.beyond_mm2 <= 0.05 * c.wanted_mm2);
       CHECK(c.swept_mm2 == Approx(c.wanted_mm2).epsilon(0.05));
     }
-    // What is deposited is what is covered and what is covered twice: width x height x length, but for round ends.
+    // What is deposited is what is covered and what is covered twice: width x height x length, but for round
+    // ends.
     const auto use = slice::material_use(*layer);
     for (std::size_t m = 0; m < use.size(); ++m)
-      CHECK(use[m].volume_mm3 / (layer->height * slice::kMmPerUnit) <= 1.03 * (covered[m].swept_mm2 + 2.0 * covered[m].overlap_mm2) + 1.0);
+      CHECK(use[m].volume_mm3 / (layer->height * slice::kMmPerUnit) <=
+            1.03 * (covered[m].swept_mm2 + 2.0 * covered[m].overlap_mm2) + 1.0);
   }
   CHECK_FALSE(reader.next().has_value());
   for (int m = 0; m < 2; ++m) {
@@ -159,8 +165,12 @@ TEST_CASE("Beads read back from the path file, overlaps taken off, have the volu
 TEST_CASE("Every mesh format gives the same path file") {
   const SampleMesh m = mushroom();
   std::string first;
-  for (const auto& [name, bytes] : {std::pair{"f.stl", mb::binary_stl(m)}, {"f-ascii.stl", mb::ascii_stl(m)}, {"f.ply", mb::binary_ply(m, true)},
-                                    {"f-ascii.ply", mb::ascii_ply(m)}, {"f.obj", mb::obj(m)}, {"f.3mf", mb::threemf(m)}}) {
+  for (const auto& [name, bytes] : {std::pair{"f.stl", mb::binary_stl(m)},
+                                    {"f-ascii.stl", mb::ascii_stl(m)},
+                                    {"f.ply", mb::binary_ply(m, true)},
+                                    {"f-ascii.ply", mb::ascii_ply(m)},
+                                    {"f.obj", mb::obj(m)},
+                                    {"f.3mf", mb::threemf(m)}}) {
     SliceCommandOptions o;
     o.meshes = {write_mesh(name, bytes)};
     o.output = scratch("format.paths").string();
@@ -222,8 +232,10 @@ TEST_CASE("One layer goes into JSON that firn plan reads, SVG and PNG") {
 
 TEST_CASE("Two parts of two materials: the first has its way, and both are filled") {
   const SampleMesh a = gear(8, 2.0f), b = prism(4, 2.0f, 20.0f, 20.0f, [](std::uint32_t) { return 25.0; });
-  const std::vector<fs::path> files{write_mesh("gear.stl", mb::binary_stl(a)), write_mesh("block.ply", mb::binary_ply(b, false))};
-  const SliceSettings s = parse_slice_settings("[mesh]\nmaterial = [0, 2]\n[support]\nkind = \"none\"\n", "s.toml");
+  const std::vector<fs::path> files{write_mesh("gear.stl", mb::binary_stl(a)),
+                                    write_mesh("block.ply", mb::binary_ply(b, false))};
+  const SliceSettings s =
+      parse_slice_settings("[mesh]\nmaterial = [0, 2]\n[support]\nkind = \"none\"\n", "s.toml");
   SlicedJob job = slice_meshes(files, s, serially, kQuiet);
   REQUIRE(job.layers.size() == 8);
   REQUIRE(job.layers[3].by_material.size() == 3);
@@ -255,7 +267,8 @@ TEST_CASE("Of a part with many layers the texts of 32 at most are in memory at o
     most = std::max(most, ++made - handed_on);
     return std::string();
   };
-  plan_layers(job, s, serially, kQuiet, {false, text}, [&](PlannedLayer&& l) { handed_on += l.paths.layer == handed_on + 1; });
+  plan_layers(job, s, serially, kQuiet, {false, text},
+              [&](PlannedLayer&& l) { handed_on += l.paths.layer == handed_on + 1; });
   REQUIRE(handed_on == 200);
   CHECK(most <= 32);
 }
@@ -285,7 +298,8 @@ TEST_CASE("The report is JSON with stages, layers, lengths, volumes and defects 
 TEST_CASE("A part that no layer's plane meets is told of, with its heights, in text and JSON") {
   const auto report = [](const std::vector<SampleMesh>& meshes, bool json) {
     std::vector<fs::path> files;
-    for (const SampleMesh& m : meshes) files.push_back(write_mesh("thin" + std::to_string(files.size()) + ".stl", mb::binary_stl(m)));
+    for (const SampleMesh& m : meshes)
+      files.push_back(write_mesh("thin" + std::to_string(files.size()) + ".stl", mb::binary_stl(m)));
     const SliceSettings s = parse_slice_settings("", "s.toml");
     SlicedJob job = slice_meshes(files, s, serially, kQuiet);
     SliceSums sums;
@@ -293,7 +307,10 @@ TEST_CASE("A part that no layer's plane meets is told of, with its heights, in t
     return json ? slice_json(job, s, sums, {}, 1) : slice_text(job, s, sums);
   };
   const SampleMesh thin = gear(8, 0.1f), thick = gear(8, 2.0f);
-  CHECK_THAT(report({thin}, false), Contains("warning: ") && Contains("thin0.stl: in no layer: it reaches from z = 0 to 0.1 mm (0.1 mm high)") && Contains("0.125 + n x 0.25 mm"));
+  CHECK_THAT(report({thin}, false),
+             Contains("warning: ") &&
+                 Contains("thin0.stl: in no layer: it reaches from z = 0 to 0.1 mm (0.1 mm high)") &&
+                 Contains("0.125 + n x 0.25 mm"));
   const auto j = nlohmann::json::parse(report({thick, thin}, true));
   REQUIRE(j["warnings"].size() == 1);
   CHECK_THAT(j["warnings"][0].get<std::string>(), Contains("thin1.stl: in no layer"));
@@ -303,7 +320,9 @@ TEST_CASE("A part that no layer's plane meets is told of, with its heights, in t
 TEST_CASE("firn slice refuses what it cannot do, and leaves nothing behind") {
   SliceCommandOptions o = run_options("refused");
   fs::remove(o.output);
-  const auto refused = [](const SliceCommandOptions& options, const std::string& why) { CHECK_THROWS_WITH(run_slice(options), Contains(why)); };
+  const auto refused = [](const SliceCommandOptions& options, const std::string& why) {
+    CHECK_THROWS_WITH(run_slice(options), Contains(why));
+  };
   const auto with = [&](auto change) {
     SliceCommandOptions c = o;
     change(c);
@@ -326,10 +345,12 @@ TEST_CASE("firn slice refuses what it cannot do, and leaves nothing behind") {
 
 TEST_CASE("An output replaces regular files only, and what a link points to, not the link") {
   SliceCommandOptions o = run_options("target");
-  const fs::path folder = fs::path(o.output).parent_path(), pipe = folder / "pipe", link = folder / "link.paths";
+  const fs::path folder = fs::path(o.output).parent_path(), pipe = folder / "pipe",
+                 link = folder / "link.paths";
   fs::remove(pipe), fs::remove(link), fs::remove(o.output);
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-  for (const auto member : {&SliceCommandOptions::output, &SliceCommandOptions::gcode, &SliceCommandOptions::svg}) {
+  for (const auto member :
+       {&SliceCommandOptions::output, &SliceCommandOptions::gcode, &SliceCommandOptions::svg}) {
     SliceCommandOptions c = o;
     c.output = "";
     c.*member = pipe.string();
@@ -353,7 +374,8 @@ TEST_CASE("An output replaces regular files only, and what a link points to, not
 
 TEST_CASE("A disk without room ends firn slice and leaves nothing behind") {
   SliceCommandOptions o = run_options("room");
-  const fs::path folder = fs::path(o.output).parent_path() / "small-disk";  // of its own: other tests run beside it
+  const fs::path folder =
+      fs::path(o.output).parent_path() / "small-disk";  // of its own: other tests run beside it
   fs::create_directory(folder);
   rlimit limit{};
   REQUIRE(::getrlimit(RLIMIT_FSIZE, &limit) == 0);
@@ -390,10 +412,12 @@ TEST_CASE("Option --support overhang takes its angle, and less support than full
     LayerReader reader{fs::path(c.output)};
     while (reader.next()) {
     }
-    CHECK(reader.head().settings.find("overhang_deg = " + std::string(angle ? "30.0" : "45.0")) != std::string::npos);
+    CHECK(reader.head().settings.find("overhang_deg = " + std::string(angle ? "30.0" : "45.0")) !=
+          std::string::npos);
     return reader.totals().use.size() > 1 ? reader.totals().use[1].length_mm : 0.0;
   };
-  const double full = scaffold_mm("full", false), overhang = scaffold_mm("overhang", true), none = scaffold_mm("none", false);
+  const double full = scaffold_mm("full", false), overhang = scaffold_mm("overhang", true),
+               none = scaffold_mm("none", false);
   CHECK(none == 0.0);
   CHECK(overhang > 0.0);
   CHECK(full > overhang);

@@ -29,24 +29,31 @@ GridSpec grid(int nx, int ny) { return {nx, ny, 0.25, 0.25, 0.0, 0.0}; }
 TEST_CASE("SHA-256 of the empty and the standard's example message are those of FIPS 180-4") {
   CHECK(sha256_hex({}) == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   const char* abc = "abc";
-  CHECK(sha256_hex({reinterpret_cast<const std::byte*>(abc), 3}) == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  CHECK(sha256_hex({reinterpret_cast<const std::byte*>(abc), 3}) ==
+        "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-TEST_CASE("An 8 and a 16 bit picture of the grid's size give every cell its own pixel, top row at largest y") {
+TEST_CASE(
+    "An 8 and a 16 bit picture of the grid's size give every cell its own pixel, top row at largest y") {
   RandomStream random(1, Purpose::kTest);
   for (const int depth : {CV_8U, CV_16U}) {
     cv::Mat image(3, 4, depth);
     for (int row = 0; row < 3; ++row)
       for (int col = 0; col < 4; ++col) {
-        if (depth == CV_8U) image.at<std::uint8_t>(row, col) = std::uint8_t(random.below(256));
-        else image.at<std::uint16_t>(row, col) = std::uint16_t(random.below(65536));
+        if (depth == CV_8U)
+          image.at<std::uint8_t>(row, col) = std::uint8_t(random.below(256));
+        else
+          image.at<std::uint16_t>(row, col) = std::uint16_t(random.below(65536));
       }
-    if (depth == CV_8U) image.at<std::uint8_t>(2, 0) = 0;
-    else image.at<std::uint16_t>(2, 0) = 0;
+    if (depth == CV_8U)
+      image.at<std::uint8_t>(2, 0) = 0;
+    else
+      image.at<std::uint16_t>(2, 0) = 0;
     const Target t = target_from_png(png(image), grid(4, 3), 0.5, "x.png");
     for (int row = 0; row < 3; ++row)
       for (int col = 0; col < 4; ++col) {
-        const double grey = depth == CV_8U ? image.at<std::uint8_t>(row, col) / 255.0 : image.at<std::uint16_t>(row, col) / 65535.0;
+        const double grey = depth == CV_8U ? image.at<std::uint8_t>(row, col) / 255.0
+                                           : image.at<std::uint16_t>(row, col) / 65535.0;
         CHECK(t.height.at(col, 2 - row) == Approx(0.5 * grey).margin(1e-15));
         CHECK(int(t.mask.at(col, 2 - row)) == int(grey > 0.0));
       }
@@ -61,7 +68,8 @@ TEST_CASE("A picture of another size keeps its volume: cells are averages over t
     cv::Mat image(rows, cols, CV_8U);
     double sum = 0.0;
     for (int r = 0; r < rows; ++r)
-      for (int c = 0; c < cols; ++c) sum += image.at<std::uint8_t>(r, c) = std::uint8_t(1 + random.below(255));
+      for (int c = 0; c < cols; ++c)
+        sum += image.at<std::uint8_t>(r, c) = std::uint8_t(1 + random.below(255));
     const GridSpec spec = grid(1 + int(random.below(50)), 1 + int(random.below(50)));
     const Target t = target_from_png(png(image), spec, 1.0, "x.png");
     double cells = 0.0;
@@ -78,7 +86,8 @@ TEST_CASE("A uniformly white picture of any size is a flat block of the white he
 
 TEST_CASE("A wrong picture is refused with its name and the reason") {
   const auto refused = [](std::vector<std::byte> bytes, const char* why) {
-    CHECK_THROWS_WITH(target_from_png(bytes, grid(4, 4), 0.4, "x.png"), Catch::StartsWith("x.png: part.image: ") && Catch::Contains(why));
+    CHECK_THROWS_WITH(target_from_png(bytes, grid(4, 4), 0.4, "x.png"),
+                      Catch::StartsWith("x.png: part.image: ") && Catch::Contains(why));
   };
   refused({}, "not a PNG");
   refused(png(cv::Mat(4, 4, CV_8UC3, cv::Scalar(1, 2, 3))), "must be grey");
@@ -96,7 +105,8 @@ TEST_CASE("What Firn writes as PNG another library reads to the same pixels") {
     std::vector<std::uint8_t> pixels(std::size_t(7 * 5 * channels));
     for (std::uint8_t& p : pixels) p = std::uint8_t(random.below(256));
     std::vector<std::byte> bytes = write_png(7, 5, channels, pixels);
-    const cv::Mat image = cv::imdecode(cv::Mat(1, int(bytes.size()), CV_8U, bytes.data()), cv::IMREAD_UNCHANGED);
+    const cv::Mat image =
+        cv::imdecode(cv::Mat(1, int(bytes.size()), CV_8U, bytes.data()), cv::IMREAD_UNCHANGED);
     REQUIRE(image.size() == cv::Size(7, 5));
     REQUIRE(image.channels() == channels);
     for (int n = 0; n < 35; ++n)
@@ -116,10 +126,13 @@ TEST_CASE("Any byte of a picture may be wrong: a target or a ConfigError, never 
   int refused = 0;
   for (int n = 0; n < 400; ++n) {
     std::vector<std::byte> bytes = good;
-    if (n % 3 == 0) bytes.resize(random.below(std::uint32_t(bytes.size())));
-    else bytes[random.below(std::uint32_t(bytes.size()))] = std::byte(random.below(256));
+    if (n % 3 == 0)
+      bytes.resize(random.below(std::uint32_t(bytes.size())));
+    else
+      bytes[random.below(std::uint32_t(bytes.size()))] = std::byte(random.below(256));
     try {
-      for (double h : target_from_png(bytes, grid(10, 10), 0.4, "x.png").height.cells) REQUIRE((h >= 0.0 && h <= 0.4 + 1e-12));
+      for (double h : target_from_png(bytes, grid(10, 10), 0.4, "x.png").height.cells)
+        REQUIRE((h >= 0.0 && h <= 0.4 + 1e-12));
     } catch (const ConfigError&) {
       ++refused;
     }
@@ -145,5 +158,6 @@ TEST_CASE("A part that covers no cell centre, and a picture that is not there, a
   CHECK_THROWS_AS(make_inputs(e, ""), ConfigError);
   e.part.shape.kind = "height_map";
   e.part.image = "nowhere.png";
-  CHECK_THROWS_WITH(make_inputs(e, "folder"), Catch::Contains("folder/nowhere.png") && Catch::Contains("no such file"));
+  CHECK_THROWS_WITH(make_inputs(e, "folder"),
+                    Catch::Contains("folder/nowhere.png") && Catch::Contains("no such file"));
 }

@@ -17,7 +17,11 @@ TEST_CASE("Every body runs once, on one thread or on many, nested too") {
 
 TEST_CASE("What a body throws reaches the caller") {
   for (const int threads : {1, 2, 8})
-    CHECK_THROWS_AS(parallel_on(threads)(50, [](int i) { if (i == 17) throw std::out_of_range("17"); }), std::out_of_range);
+    CHECK_THROWS_AS(parallel_on(threads)(50,
+                                         [](int i) {
+                                           if (i == 17) throw std::out_of_range("17");
+                                         }),
+                    std::out_of_range);
 }
 
 TEST_CASE("No threads wanted means all cores") {

@@ -22,7 +22,8 @@ fs::path folder() {
 PlannedPath some_path(std::int64_t id, std::size_t samples) {
   RandomStream random(std::uint64_t(id), Purpose::kTest);
   PlannedPath p{1, 0, PathKind::kFill, 10.0, {}};
-  p.trajectory = {id, 0.016, 2, {"rad", "rad"}, {}, {{{"total speed", 0.9, 0.1}}, double(samples) * 0.016, 0.0, 0.4}};
+  p.trajectory = {
+      id, 0.016, 2, {"rad", "rad"}, {}, {{{"total speed", 0.9, 0.1}}, double(samples) * 0.016, 0.0, 0.4}};
   for (std::size_t n = 0; n < 2 * samples; ++n) p.trajectory.positions.push_back(random.uniform(-1, 1));
   return p;
 }
@@ -68,7 +69,9 @@ TEST_CASE("A trajectory file reads back path by path, to the same bits, with its
   CHECK(reader.totals().samples == 450);
 }
 
-TEST_CASE("A file that is not finished never has its name, and one that is cut anywhere is called damaged or incomplete") {
+TEST_CASE(
+    "A file that is not finished never has its name, and one that is cut anywhere is called damaged or "
+    "incomplete") {
   const fs::path file = folder() / "cut.traj";
   fs::remove(file);
   {
@@ -76,7 +79,8 @@ TEST_CASE("A file that is not finished never has its name, and one that is cut a
     out.add(some_path(1, 10));
   }
   CHECK_FALSE(fs::exists(file));
-  for (const auto& entry : fs::directory_iterator(folder())) CHECK(entry.path().string().find(".part") == std::string::npos);
+  for (const auto& entry : fs::directory_iterator(folder()))
+    CHECK(entry.path().string().find(".part") == std::string::npos);
   const std::vector<std::byte> bytes = written(file);
   CHECK(read_all(TrajectoryReader(bytes)) == 5);
   for (std::size_t n = 0; n < bytes.size(); n += 7)

@@ -12,16 +12,20 @@ using namespace firn;
 
 namespace {
 
-// A plate printed by full layers on the paper's own plant, whose droplets are worth 7.6 um; `believed` is what the model says.
+// A plate printed by full layers on the paper's own plant, whose droplets are worth 7.6 um; `believed` is
+// what the model says.
 std::vector<double> found(double believed) {
   const auto um = [&](double h) { return std::to_string(h * believed * 1e-3); };
-  return disturbance_of(observe_print(std::string(FIRN_SOURCE_DIR) + "/experiments/demo.toml",
-                                      {"plant.model=lu2015", "plant.variation=0", "control.scheme=open_loop", "control.open_loop.layers=8",
-                                       "part.shape=cuboid", "part.width_mm=8", "part.depth_mm=8", "estimator.droplets=off", "model.h1_mm=" + um(4.4), "model.h2_mm=" + um(0.6),
-                                       "model.h3_mm=" + um(0.2)}));
+  return disturbance_of(observe_print(
+      std::string(FIRN_SOURCE_DIR) + "/experiments/demo.toml",
+      {"plant.model=lu2015", "plant.variation=0", "control.scheme=open_loop", "control.open_loop.layers=8",
+       "part.shape=cuboid", "part.width_mm=8", "part.depth_mm=8", "estimator.droplets=off",
+       "model.h1_mm=" + um(4.4), "model.h2_mm=" + um(0.6), "model.h3_mm=" + um(0.2)}));
 }
 
-double mean(const std::vector<double>& d) { return std::accumulate(d.begin(), d.end(), 0.0) / double(d.size()); }
+double mean(const std::vector<double>& d) {
+  return std::accumulate(d.begin(), d.end(), 0.0) / double(d.size());
+}
 
 }  // namespace
 

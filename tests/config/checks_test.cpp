@@ -31,12 +31,18 @@ TEST_CASE("The defaults and the smallest grid pass every check") {
 }
 
 TEST_CASE("A part that does not fit the grid is named with the key, its line and the room there is") {
-  CHECK(says("[part]\n\ndiameter_mm = 20.0", "x.toml:3: part.diameter_mm = 20.0 mm: the part does not fit the grid, which is 10.530 mm wide"));
+  CHECK(
+      says("[part]\n\ndiameter_mm = 20.0",
+           "x.toml:3: part.diameter_mm = 20.0 mm: the part does not fit the grid, which is 10.530 mm wide"));
   CHECK(says("[grid]\nnx = 20", "part.diameter_mm = 10.0 mm"));
-  CHECK(says("part = {shape = \"cuboid\", width_mm = 5, depth_mm = 30}", "part.depth_mm = 30.0 mm: the part does not fit"));
-  CHECK(says("part = {shape = \"cuboid\", width_mm = 5}", "part.depth_mm = 0.0 mm: must be above 0 mm for a cuboid"));
-  CHECK(says("part = {shape = \"pipe\", inner_diameter_mm = 10.0}", "must lie between 0 and part.diameter_mm = 10.0 mm"));
-  CHECK(says("part = {shape = \"wedge\", width_mm = 5, depth_mm = 5, low_height_mm = 0.5}", "must not exceed part.height_mm = 0.4 mm"));
+  CHECK(says("part = {shape = \"cuboid\", width_mm = 5, depth_mm = 30}",
+             "part.depth_mm = 30.0 mm: the part does not fit"));
+  CHECK(says("part = {shape = \"cuboid\", width_mm = 5}",
+             "part.depth_mm = 0.0 mm: must be above 0 mm for a cuboid"));
+  CHECK(says("part = {shape = \"pipe\", inner_diameter_mm = 10.0}",
+             "must lie between 0 and part.diameter_mm = 10.0 mm"));
+  CHECK(says("part = {shape = \"wedge\", width_mm = 5, depth_mm = 5, low_height_mm = 0.5}",
+             "must not exceed part.height_mm = 0.4 mm"));
 }
 
 TEST_CASE("A height map needs its image, and only a height map takes one") {
@@ -45,7 +51,9 @@ TEST_CASE("A height map needs its image, and only a height map takes one") {
   CHECK(what_of("part = {shape = \"height_map\", image = \"a.png\"}") == "no error");
 }
 
-TEST_CASE("Two inks: a folder of pictures goes with geometry.shape images, and the support's sides stay below its centre") {
+TEST_CASE(
+    "Two inks: a folder of pictures goes with geometry.shape images, and the support's sides stay below its "
+    "centre") {
   CHECK(says("geometry.shape = \"images\"", "needs a folder of PNGs"));
   CHECK(says("geometry.images = \"layers\"", "only geometry.shape \"images\" takes PNGs"));
   CHECK(says("geometry.shape = \"torus\"", "pipe_junction"));
@@ -55,7 +63,8 @@ TEST_CASE("Two inks: a folder of pictures goes with geometry.shape images, and t
 
 TEST_CASE("Speeds stay within the stage's and the jet's") {
   CHECK(says("process.pass_speed_mm_s = 301.0", "must not exceed stage.max_speed_mm_s = 300.0 mm/s"));
-  CHECK(says("stage.max_speed_mm_s = 10.0", "x.toml:1: process.pass_speed_mm_s = 150.0 mm/s: must not exceed stage.max_speed_mm_s"));
+  CHECK(says("stage.max_speed_mm_s = 10.0",
+             "x.toml:1: process.pass_speed_mm_s = 150.0 mm/s: must not exceed stage.max_speed_mm_s"));
   CHECK(says("jet.max_rate_hz = 500", "fires faster than jet.max_rate_hz = 500 Hz"));
 }
 
@@ -74,5 +83,6 @@ TEST_CASE("Lamp, lease, profiler line, model and run name are checked against ea
   CHECK(says("run.safety_period_s = 0.2", "at most half of run.lease_s = 0.3 s"));
   CHECK(says("laser_profiler.dx_mm = 0.01", "does not cover the grid of 10.266 mm"));
   CHECK(says("model.h2_mm = 0.005", "must not exceed model.h1_mm"));
-  for (const char* bad : {"", "../x", ".hidden", "a b", "a/b"}) CHECK(says("run.name = \"" + std::string(bad) + "\"", "run.name"));
+  for (const char* bad : {"", "../x", ".hidden", "a b", "a/b"})
+    CHECK(says("run.name = \"" + std::string(bad) + "\"", "run.name"));
 }

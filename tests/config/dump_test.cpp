@@ -22,7 +22,8 @@ Experiment random_experiment(std::uint64_t seed) {
   RandomStream random(seed, Purpose::kTest);
   for (Field& f : fields(e)) {
     const double u = f.limits.min + (f.limits.max - f.limits.min) * random.uniform();
-    if (auto* d = std::get_if<double*>(&f.value)) **d = f.limits.min_excluded && u == f.limits.min ? f.limits.max : u;
+    if (auto* d = std::get_if<double*>(&f.value))
+      **d = f.limits.min_excluded && u == f.limits.min ? f.limits.max : u;
     if (auto* i = std::get_if<std::int32_t*>(&f.value)) **i = std::int32_t(u);
     if (auto* i = std::get_if<std::int64_t*>(&f.value)) **i = std::int64_t(u);
     if (auto* i = std::get_if<std::uint64_t*>(&f.value)) **i = random.bits() >> 2;
@@ -150,7 +151,8 @@ TEST_CASE("Includes are read from base to leaf, relative to the file that names 
   write("labs/loop.toml", "include = \"loop.toml\"");
   CHECK_THROWS_WITH(load_experiment(root / "labs/loop.toml"), Catch::Contains("comes back to itself"));
   write("labs/lost.toml", "include = \"nowhere.toml\"");
-  CHECK_THROWS_WITH(load_experiment(root / "labs/lost.toml"), Catch::Contains("nowhere.toml: no such file (included by"));
+  CHECK_THROWS_WITH(load_experiment(root / "labs/lost.toml"),
+                    Catch::Contains("nowhere.toml: no such file (included by"));
   CHECK_THROWS_AS(load_experiment(root / "labs"), ConfigError);
   fs::remove_all(root);
 }

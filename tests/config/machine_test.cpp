@@ -1,8 +1,8 @@
 #include "config/machine.h"
 
 #include <catch2/catch.hpp>
-#include <numbers>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 #include "config/error.h"
@@ -51,12 +51,16 @@ TEST_CASE("labs/cobra600.toml says what the defaults say, and both are the thesi
 
 TEST_CASE("A mistake in a machine file names file, line, key, value and limit, or the nearest key") {
   CHECK_THAT(mistake("[machine]\nkindd = \"scara\"\n"), Contains("m.toml:2") && Contains("machine.kind"));
-  CHECK_THAT(mistake("[machine]\nkind = \"scarab\"\n"), Contains("m.toml:2") && Contains("did you mean \"scara\"?"));
+  CHECK_THAT(mistake("[machine]\nkind = \"scarab\"\n"),
+             Contains("m.toml:2") && Contains("did you mean \"scara\"?"));
   CHECK_THAT(mistake("[total]\njerk_mm_s3 = 0\n"), Contains("m.toml:2") && Contains("(0, 1e+09] mm/s^3"));
   CHECK_THAT(mistake("[total]\nspeed_mm_s = nan\n"), Contains("total.speed_mm_s"));
-  CHECK_THAT(mistake("[joint_1]\nlow_deg = 120.0\n"), Contains("joint_1.high_deg") && Contains("above the other end"));
-  CHECK_THAT(mistake("[machine]\nkind = \"stage\"\n[scara]\nlink_1_mm = 3.0\n"), Contains("m.toml:4") && Contains("kind \"stage\""));
-  CHECK_THAT(mistake("[aerosol]\nv_max_mm_s = 3.0\n"), Contains("aerosol.v_max_mm_s") && Contains("kind \"scara\""));
+  CHECK_THAT(mistake("[joint_1]\nlow_deg = 120.0\n"),
+             Contains("joint_1.high_deg") && Contains("above the other end"));
+  CHECK_THAT(mistake("[machine]\nkind = \"stage\"\n[scara]\nlink_1_mm = 3.0\n"),
+             Contains("m.toml:4") && Contains("kind \"stage\""));
+  CHECK_THAT(mistake("[aerosol]\nv_max_mm_s = 3.0\n"),
+             Contains("aerosol.v_max_mm_s") && Contains("kind \"scara\""));
   CHECK_THAT(mistake("[scara]\nelbow = 0\n"), Contains("1 or -1"));
   CHECK_THAT(mistake("[valve]\ntable_hz = [1.0, 2.0]\n"), Contains("as many entries"));
   CHECK_THAT(mistake("[valve]\ntable_hz = [1.0, 2.0]\ntable_mm3_s = [2.0, 1.0]\n"), Contains("must ascend"));

@@ -57,7 +57,9 @@ TEST_CASE("A value beyond its limit is reported with file, line, key, value, lim
   CHECK(r.key == "grid.pitch_x_mm");
   CHECK(r.line == 3);
   CHECK(what_of("grid.nx = 0") == "x.toml:1: grid.nx = 0: must lie in [1, 4096]");
-  CHECK(what_of("grid.nx = 9223372036854775807").find("grid.nx = 9223372036854775807: must lie in [1, 4096]") != std::string::npos);
+  CHECK(
+      what_of("grid.nx = 9223372036854775807").find("grid.nx = 9223372036854775807: must lie in [1, 4096]") !=
+      std::string::npos);
   CHECK(what_of("plant.seed = -1").find("plant.seed = -1: must lie in [0, 9e+18]") != std::string::npos);
 }
 
@@ -90,7 +92,8 @@ TEST_CASE("Every field refuses a value of the wrong type and says which it wants
 }
 
 TEST_CASE("An unknown key is reported with the nearest known one") {
-  CHECK(what_of("[grid]\n\npich_x_mm = 1.0") == "x.toml:3: grid.pich_x_mm: unknown key; the nearest known one is grid.pitch_x_mm");
+  CHECK(what_of("[grid]\n\npich_x_mm = 1.0") ==
+        "x.toml:3: grid.pich_x_mm: unknown key; the nearest known one is grid.pitch_x_mm");
   CHECK(what_of("[controll]\nscheme = \"mpc\"").find("nearest known one is control") != std::string::npos);
   CHECK(what_of("horizon = 2").find("nearest known one is control.mpc.horizon") != std::string::npos);
   CHECK(what_of("xyzzy_plugh_quux = 1").find("unknown key") != std::string::npos);
@@ -112,33 +115,39 @@ TEST_CASE("A section given as a value, and a broken file, are reported with thei
 }
 
 TEST_CASE("An alpha schedule begins at layer 1 and ascends") {
-  CHECK(what_of("control.mpc.alpha = [{from_layer = 2, alpha = 1.0}]").find("from_layer = 1") != std::string::npos);
+  CHECK(what_of("control.mpc.alpha = [{from_layer = 2, alpha = 1.0}]").find("from_layer = 1") !=
+        std::string::npos);
   CHECK(what_of("control.mpc.alpha = []").find("from_layer = 1") != std::string::npos);
-  CHECK(what_of("control.mpc.alpha = [{from_layer = 1, alpha = 1.0}, {from_layer = 1, alpha = 0.5}]").find("ascending") != std::string::npos);
+  CHECK(what_of("control.mpc.alpha = [{from_layer = 1, alpha = 1.0}, {from_layer = 1, alpha = 0.5}]")
+            .find("ascending") != std::string::npos);
   CHECK(what_of("control.mpc.alpha = [{from_layer = 1, alpha = 1.5}]").find("[0, 1]") != std::string::npos);
   CHECK(what_of("control.mpc.alpha = [{from_layer = 1, alhpa = 1.0}]") != "no error");
 }
 
 TEST_CASE("Overrides come last, in order, and need no quotes round words") {
-  const Experiment e = parse_experiment({{"x.toml", test::kExperiment}},
-                                        {"control.scheme=smf", "control.mpc.horizon=3", "control.mpc.horizon=4", "control.mpc.alpha=0.25"});
+  const Experiment e = parse_experiment(
+      {{"x.toml", test::kExperiment}},
+      {"control.scheme=smf", "control.mpc.horizon=3", "control.mpc.horizon=4", "control.mpc.alpha=0.25"});
   CHECK(e.control.scheme == "smf");
   CHECK(e.control.mpc.horizon == 4);
   CHECK(e.control.mpc.alpha.size() == 1);
-  for (const char* bad : {"control.mpc.horizon", "=3", "control.mpc.horizn=3", "control.mpc.horizon=three", "a b=1", "run.name=x\ngrid.nx=3", "include=lab.toml"}) {
+  for (const char* bad : {"control.mpc.horizon", "=3", "control.mpc.horizn=3", "control.mpc.horizon=three",
+                          "a b=1", "run.name=x\ngrid.nx=3", "include=lab.toml"}) {
     INFO(bad);
     CHECK_THROWS_AS(parse_experiment({{"x.toml", ""}}, {bad}), ConfigError);
     CHECK_THROWS_WITH(parse_experiment({{"x.toml", ""}}, {bad}), Catch::StartsWith("--set: "));
   }
   for (const char* assignment : {"control.shceme=mpc", "control.shceme=1", "control.shceme=[1"})
-    CHECK_THROWS_WITH(parse_experiment({{"x.toml", ""}}, {assignment}),
-                      Catch::Equals("--set: control.shceme: unknown key; the nearest known one is control.scheme"));
+    CHECK_THROWS_WITH(
+        parse_experiment({{"x.toml", ""}}, {assignment}),
+        Catch::Equals("--set: control.shceme: unknown key; the nearest known one is control.scheme"));
   for (const char* assignment : {"run.name=007", "run.name=\"007\"", "run.name='007'"})
     CHECK(parse_experiment({{"x.toml", ""}}, {assignment}).run.name == "007");
 }
 
 TEST_CASE("Later texts override earlier ones, and an include without its text is an error") {
-  const Experiment e = parse_experiment({{"lab.toml", "[grid]\nnx = 50\nny = 45"}, {"x.toml", "include = \"lab.toml\"\ngrid.nx = 60"}}, {});
+  const Experiment e = parse_experiment(
+      {{"lab.toml", "[grid]\nnx = 50\nny = 45"}, {"x.toml", "include = \"lab.toml\"\ngrid.nx = 60"}}, {});
   CHECK(e.grid.nx == 60);
   CHECK(e.grid.ny == 45);
   CHECK(what_of("\ninclude = \"lab.toml\"").find("x.toml:2: include = ") == 0);

@@ -12,20 +12,26 @@ using Catch::Contains;
 
 namespace {
 
-SliceSettings settings(const std::string& text, const std::vector<std::string>& overrides = {}) { return parse_slice_settings(text, "s.toml", overrides); }
+SliceSettings settings(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  return parse_slice_settings(text, "s.toml", overrides);
+}
 
 }  // namespace
 
 TEST_CASE("The dump of settings reads back to the same settings") {
-  const SliceSettings s = settings("[mesh]\nscale = [2, 2, 0.5]\nplace_x = \"cent\"\nmaterial = [0, 2]\n[support]\nkind = \"overhang\"\n[gcode]\nstart = \"G28|M104 S200\"\n");
+  const SliceSettings s = settings(
+      "[mesh]\nscale = [2, 2, 0.5]\nplace_x = \"cent\"\nmaterial = [0, 2]\n[support]\nkind = "
+      "\"overhang\"\n[gcode]\nstart = \"G28|M104 S200\"\n");
   CHECK(dump(settings(dump(s))) == dump(s));
   CHECK(dump(SliceSettings{}) == dump(settings("")));
 }
 
 TEST_CASE("Settings become what the slicer takes: Table 3-1, degrees, words, one value per mesh") {
   const SliceSettings s = settings(
-      "[mesh]\nunit = \"inch\"\nrotation_deg = [-85, 0, 10]\nrotation_order = [3, 1, 2]\nplace_y = \"orig\"\nplace_x = \"number\"\nx_mm = [5, -40]\n"
-      "material = [0, 2]\n[scaffold]\nfill = \"zigzag\"\nangle_deg = 90\n[support]\nkind = \"overhang\"\noverhang_deg = 60\n[order]\nseam = \"random\"\n[measure]\non = 1\n");
+      "[mesh]\nunit = \"inch\"\nrotation_deg = [-85, 0, 10]\nrotation_order = [3, 1, 2]\nplace_y = "
+      "\"orig\"\nplace_x = \"number\"\nx_mm = [5, -40]\n"
+      "material = [0, 2]\n[scaffold]\nfill = \"zigzag\"\nangle_deg = 90\n[support]\nkind = "
+      "\"overhang\"\noverhang_deg = 60\n[order]\nseam = \"random\"\n[measure]\non = 1\n");
   const slice::Placement first = placement(s, 0), third = placement(s, 2);
   CHECK(first.unit_mm == 25.4);
   CHECK(placement(s, 0, 0.001).unit_mm == 0.001);  // a file that names its unit
@@ -49,7 +55,8 @@ TEST_CASE("Settings become what the slicer takes: Table 3-1, degrees, words, one
 }
 
 TEST_CASE("Overrides come after the file, and words need no quotation marks") {
-  const SliceSettings s = settings("[layer]\nheight_mm = 0.5\n", {"layer.height_mm=0.1", "support.kind=none", "part.boundaries=2", "mesh.material=[2]"});
+  const SliceSettings s = settings("[layer]\nheight_mm = 0.5\n", {"layer.height_mm=0.1", "support.kind=none",
+                                                                  "part.boundaries=2", "mesh.material=[2]"});
   CHECK(s.contour.layer_height_mm == 0.1);
   CHECK(s.support == "none");
   CHECK(s.part.bead.boundaries == 2);
@@ -57,17 +64,23 @@ TEST_CASE("Overrides come after the file, and words need no quotation marks") {
 }
 
 TEST_CASE("Settings that make no sense are refused with key, value and limit") {
-  CHECK_THROWS_WITH(settings("[layer]\nhight_mm = 1\n"), Contains("s.toml:2: layer.hight_mm: unknown key; the nearest known one is layer.height_mm"));
+  CHECK_THROWS_WITH(
+      settings("[layer]\nhight_mm = 1\n"),
+      Contains("s.toml:2: layer.hight_mm: unknown key; the nearest known one is layer.height_mm"));
   CHECK_THROWS_WITH(settings("[layer]\nheight_mm = 0\n"), Contains("must lie in (0.001, 100] mm"));
   CHECK_THROWS_WITH(settings("[support]\nkind = \"ful\"\n"), Contains("one of full, overhang, none"));
-  CHECK_THROWS_WITH(settings("[mesh]\nrotation_order = [1, 1, 2]\n"), Contains("s.toml:2: mesh.rotation_order"));
+  CHECK_THROWS_WITH(settings("[mesh]\nrotation_order = [1, 1, 2]\n"),
+                    Contains("s.toml:2: mesh.rotation_order"));
   CHECK_THROWS_WITH(settings("[mesh]\nscale = [1, 0, 1]\n"), Contains("must not be 0"));
   CHECK_THROWS_WITH(settings("[mesh]\nmaterial = [1]\n"), Contains("which is the scaffold's"));
   CHECK_THROWS_WITH(settings("[mesh]\nx_mm = []\n"), Contains("must have an entry"));
   CHECK_THROWS_WITH(settings("", {"layer.height_mm"}), Contains("must read KEY=VALUE"));
-  CHECK_THROWS_WITH(settings("", {"part.fil=lines"}), Catch::Equals("--set: part.fil: unknown key; the nearest known one is part.fill"));
-  CHECK_THROWS_WITH(settings("", {"part.fill=line"}), Catch::StartsWith("--set: part.fill = 'line': ") && Contains("did you mean \"lines\"?"));
-  CHECK_THROWS_WITH(settings("", {"layer.height_mm=thin"}), Contains("--set: layer.height_mm = 'thin': must be a number"));
+  CHECK_THROWS_WITH(settings("", {"part.fil=lines"}),
+                    Catch::Equals("--set: part.fil: unknown key; the nearest known one is part.fill"));
+  CHECK_THROWS_WITH(settings("", {"part.fill=line"}),
+                    Catch::StartsWith("--set: part.fill = 'line': ") && Contains("did you mean \"lines\"?"));
+  CHECK_THROWS_WITH(settings("", {"layer.height_mm=thin"}),
+                    Contains("--set: layer.height_mm = 'thin': must be a number"));
   CHECK_THROWS_WITH(settings("", {"part.fill=lines\nhook.on = 1"}), Contains("control characters"));
   CHECK_THROWS_WITH(settings("", {"layers.height_mm=1"}), Contains("the nearest known one is layer"));
   CHECK_THROWS_AS(load_slice_settings("no/such.toml"), ConfigError);

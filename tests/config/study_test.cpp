@@ -40,7 +40,9 @@ std::string refusal(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("A study names schemes, parts, seeds and metrics, and resolves to an experiment for each scheme on each part") {
+TEST_CASE(
+    "A study names schemes, parts, seeds and metrics, and resolves to an experiment for each scheme on each "
+    "part") {
   const Study s = parse_study(kStudy, "s.toml");
   CHECK(s.name == "three");
   CHECK(s.seeds == std::vector<std::uint64_t>{1, 2, 3, 4});
@@ -55,8 +57,10 @@ TEST_CASE("A study names schemes, parts, seeds and metrics, and resolves to an e
 }
 
 TEST_CASE("vary gives every scheme under every combination, or arms of its own without schemes") {
-  const Study s = parse_study("seeds = [7, 3]\n[[scheme]]\nname = \"mpc\"\n[vary]\n\"control.mpc.horizon\" = [1, 2]\n"
-                              "control.mpc.alpha = [1.0, 0.5, 0.25]\n", "s.toml");
+  const Study s = parse_study(
+      "seeds = [7, 3]\n[[scheme]]\nname = \"mpc\"\n[vary]\n\"control.mpc.horizon\" = [1, 2]\n"
+      "control.mpc.alpha = [1.0, 0.5, 0.25]\n",
+      "s.toml");
   REQUIRE(s.arms.size() == 6);
   CHECK(s.seeds == std::vector<std::uint64_t>{7, 3});
   const auto e = study_experiments(s, "");
@@ -90,30 +94,46 @@ TEST_CASE("A mistake in a study is told with file, line, key and limit") {
   holds("seeds = 3\n[[scheme]]\nset = []\n", {"s.toml:2", "no name"});
   holds("seeds = 3\n[[scheme]]\nname = \"../a\"\n", {"scheme.name", "letters"});
   holds("seeds = 3\nbaseline = \"b\"\n[[scheme]]\nname = \"a\"\n", {"s.toml:2", "baseline", "not one of a"});
-  holds("seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.scheme=mcp\"]\n", {"scheme 'a' on part 'part'", "control.scheme", "mpc"});
+  holds("seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.scheme=mcp\"]\n",
+        {"scheme 'a' on part 'part'", "control.scheme", "mpc"});
   holds("seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.kp=1\"]\n", {"scheme 'a'", "control.kp"});
-  holds("seeds = 3\n[vary]\n\"control.mpc.horizon\" = [[1]]\n", {"vary", "control.mpc.horizon", "numbers and texts"});
+  holds("seeds = 3\n[vary]\n\"control.mpc.horizon\" = [[1]]\n",
+        {"vary", "control.mpc.horizon", "numbers and texts"});
   holds("seeds = 3\nmetrics = [\"a\", \"a\"]\n[[scheme]]\nname = \"a\"\n", {"s.toml:2", "metrics", "twice"});
-  holds("seeds = 100000\n[vary]\n\"plant.drift\" = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.91, 0.92]\n", {"1000000 prints"});
+  holds(
+      "seeds = 100000\n[vary]\n\"plant.drift\" = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.91, 0.92]\n",
+      {"1000000 prints"});
   holds("seeds = 3\n[[scheme]\n", {"s.toml:2", "column"});
 }
 
 TEST_CASE("Random damage to a valid study gives a study within its limits or a ConfigError, nothing else") {
   static const std::string kAlphabet = "\"'[]{}=.,#\n\\-+0123456789eE_naif\0\xff\x80\xc3\r\t xu";
   RandomStream random(77, Purpose::kTest);
-  const std::string varied = "seeds = [3, 4]\n[[scheme]]\nname = \"mpc\"\n[vary]\n\"control.mpc.horizon\" = [1, 2]\ncontrol.scheme = [\"mpc\", \"smf\"]\n";
+  const std::string varied =
+      "seeds = [3, 4]\n[[scheme]]\nname = \"mpc\"\n[vary]\n\"control.mpc.horizon\" = [1, 2]\ncontrol.scheme "
+      "= [\"mpc\", \"smf\"]\n";
   int accepted = 0, refused = 0;
   for (int n = 0; n < 4000; ++n) {
     std::string text = n % 2 ? kStudy : varied;
     for (std::uint32_t edits = 1 + random.below(2); edits > 0 && !text.empty(); --edits) {
       const std::size_t at = random.below(std::uint32_t(text.size()));
-      const char byte = random.below(4) ? kAlphabet[random.below(std::uint32_t(kAlphabet.size()))] : char(random.below(256));
+      const char byte = random.below(4) ? kAlphabet[random.below(std::uint32_t(kAlphabet.size()))]
+                                        : char(random.below(256));
       switch (random.below(5)) {
-        case 0: text[at] = byte; break;
-        case 1: text.insert(at, 1, byte); break;
-        case 2: text.erase(at, 1 + random.below(8)); break;
-        case 3: text.insert(at, text.substr(random.below(std::uint32_t(text.size())), random.below(60))); break;
-        default: text.resize(at + 1);
+        case 0:
+          text[at] = byte;
+          break;
+        case 1:
+          text.insert(at, 1, byte);
+          break;
+        case 2:
+          text.erase(at, 1 + random.below(8));
+          break;
+        case 3:
+          text.insert(at, text.substr(random.below(std::uint32_t(text.size())), random.below(60)));
+          break;
+        default:
+          text.resize(at + 1);
       }
     }
     try {

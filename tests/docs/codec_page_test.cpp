@@ -25,7 +25,10 @@ struct Bench {
   std::int64_t now_us = 0;
   std::vector<std::string> replies, unsolicited;
 
-  Bench() { link.opened(now_us); poll(); }
+  Bench() {
+    link.opened(now_us);
+    poll();
+  }
   void poll() {
     while (const auto e = link.poll(now_us, fx)) {
       const std::string text(reinterpret_cast<const char*>(e->frame.data()), e->frame.size());
@@ -53,8 +56,9 @@ TEST_CASE("the page's codec reads the manual's replies") {
   REQUIRE(parse("M1,+01.2345").height_mm == Approx(1.2345).epsilon(1e-12));
   REQUIRE(parse("M1,-00.0120").height_mm == Approx(-0.0120).epsilon(1e-12));
   REQUIRE(parse("M1,-00001.2").height_mm == Approx(-1.2).epsilon(1e-12));
-  for (const auto& [reply, status] : {std::pair("M1,-FFFFFFF", Status::kBelow), std::pair("M1,+FFFFFFF", Status::kAbove),
-                                      std::pair("M1,XXXXXXXX", Status::kNoValue)}) {
+  for (const auto& [reply, status] :
+       {std::pair("M1,-FFFFFFF", Status::kBelow), std::pair("M1,+FFFFFFF", Status::kAbove),
+        std::pair("M1,XXXXXXXX", Status::kNoValue)}) {
     REQUIRE(std::isnan(parse(reply).height_mm));
     REQUIRE(parse(reply).status == status);
   }
@@ -62,7 +66,9 @@ TEST_CASE("the page's codec reads the manual's replies") {
   REQUIRE(parse("ER,M1,01").error == 1);
 }
 
-TEST_CASE("a reply cut at any place reads the same, and a timing event between question and answer is not the answer") {
+TEST_CASE(
+    "a reply cut at any place reads the same, and a timing event between question and answer is not the "
+    "answer") {
   const std::string bytes = "TG,1,+00.5000\rM1,+01.2345\r";
   for (std::size_t cut = 0; cut <= bytes.size(); ++cut) {
     Bench b;

@@ -83,7 +83,8 @@ std::string describe(const DriverEvent& event) {
     std::string operator()(const Temperatures& t) const {
       std::string text = "temperatures";
       for (std::size_t c = 0; c < 3; ++c)
-        text += " " + std::to_string(t.celsius[c]) + (t.fault[c] ? "!" + std::to_string(int(t.fault[c])) : "");
+        text +=
+            " " + std::to_string(t.celsius[c]) + (t.fault[c] ? "!" + std::to_string(int(t.fault[c])) : "");
       return text;
     }
   };

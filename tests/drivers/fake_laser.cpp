@@ -24,7 +24,8 @@ void FakeLaser::reboot() {
 
 void FakeLaser::count(std::int64_t now_us) {
   if (trigger_us_ == 0) return;
-  const std::int64_t period_us = cycle < 0 ? 10'000 : std::int64_t(lkg::kSampling_us[sampling]) * lkg::kCycles[cycle];
+  const std::int64_t period_us =
+      cycle < 0 ? 10'000 : std::int64_t(lkg::kSampling_us[sampling]) * lkg::kCycles[cycle];
   stored = std::min(heights.size(), std::size_t((now_us - trigger_us_) / period_us) + 1);
 }
 

@@ -20,10 +20,10 @@ class FakeLaser {
   bool communication = false, armed = false;
   int program = 5, surface = -1, sampling = -1, averaging = -1, cycle = -1;
   std::vector<std::string> commands;
-  std::vector<double> heights;        ///< what it would measure, sample by sample (NaN = nothing)
-  double now_mm = 1.5;                ///< of M1
-  int refuse_next = -1;               ///< error of the next command
-  bool timing_before_reply = false;   ///< a TG line comes before every reply
+  std::vector<double> heights;       ///< what it would measure, sample by sample (NaN = nothing)
+  double now_mm = 1.5;               ///< of M1
+  int refuse_next = -1;              ///< error of the next command
+  bool timing_before_reply = false;  ///< a TG line comes before every reply
   std::size_t stored = 0;
 
  private:

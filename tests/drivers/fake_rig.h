@@ -1,5 +1,5 @@
-// A driver wired to a fake instrument in simulated time, with a line between them that can lose, delay, cut and damage
-// what the instrument says, and ports that close.
+// A driver wired to a fake instrument in simulated time, with a line between them that can lose, delay, cut
+// and damage what the instrument says, and ports that close.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +20,11 @@ class FakeRig {
  public:
   FakeRig(DriverType& driver, Fake& fake) : driver_(driver), fake_(fake) {}
 
-  /// Called with each thing said by the instrument: change it, empty it, or @return how much later it comes [us].
+  /// Called with each thing said by the instrument: change it, empty it, or @return how much later it comes
+  /// [us].
   std::function<std::int64_t(std::string&)> line = [](std::string&) { return 0; };
   std::int64_t latency_us = 500;
-  bool hung = false;     ///< the instrument takes bytes and does nothing
+  bool hung = false;  ///< the instrument takes bytes and does nothing
   bool unplugged = false;
   std::int64_t now_us = 1'000'000;
   std::vector<DriverEvent> events;

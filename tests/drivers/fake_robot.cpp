@@ -18,10 +18,10 @@ void FakeRobot::settle() {
       if (slot < status.held.size()) status.held[slot++] = std::int32_t(id);
     }
   if (status.state == State::kHold || status.state == State::kFault || status.state == State::kEstop) return;
-  status.state = moving || status.running            ? State::kRunning
-                 : loading_                          ? State::kLoading
-                 : ready && status.calibrated        ? State::kReady
-                                                     : State::kIdle;
+  status.state = moving || status.running     ? State::kRunning
+                 : loading_                   ? State::kLoading
+                 : ready && status.calibrated ? State::kReady
+                                              : State::kIdle;
   status.state2 = status.state == State::kRunning ? 1 : 2;
 }
 

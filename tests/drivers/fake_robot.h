@@ -1,5 +1,5 @@
-// The V+ program of docs/devices/robot.md as a test needs it: executes lines, moves at once or after a while, and can
-// lose, damage and delay what it says.
+// The V+ program of docs/devices/robot.md as a test needs it: executes lines, moves at once or after a while,
+// and can lose, damage and delay what it says.
 #pragma once
 
 #include <cstdint>
@@ -25,9 +25,9 @@ class FakeRobot {
   fvp::Status status{fvp::State::kIdle, 8, 2, 1, false, false, 100, 0, 0, 0, 0, false, 0, {0, 0}};
   fvp::Counts at{0, 0, 150'000, 0};
   std::int64_t move_us = 300'000;
-  std::int64_t slip_us = 0;      ///< a path takes this much longer
+  std::int64_t slip_us = 0;  ///< a path takes this much longer
   bool silent_events = false;
-  bool pressed = false;          ///< the emergency stop's button
+  bool pressed = false;  ///< the emergency stop's button
   int signals = 0;
   bool moving = false;
   std::int64_t end_us = 0;

@@ -89,7 +89,8 @@ void FakeValve::execute(const fvb::Found& f, std::int64_t now_us) {
       break;
     }
     case Type::kEnd:
-      if (list.size() != begin_.entries || fvb::parse_number(f.payload) != fvb::list_crc(list) || corrupt_ends-- > 0)
+      if (list.size() != begin_.entries || fvb::parse_number(f.payload) != fvb::list_crc(list) ||
+          corrupt_ends-- > 0)
         refusal = 23;
       else
         status.state = State::kLoaded;

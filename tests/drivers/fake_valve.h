@@ -24,7 +24,7 @@ class FakeValve {
   std::vector<std::int64_t> shots_us;  ///< every pulse that was ever given
   std::vector<std::uint16_t> list;
   std::vector<fvb::Type> requests;
-  int corrupt_ends = 0;                ///< so many ENDs are refused
+  int corrupt_ends = 0;  ///< so many ENDs are refused
 
  private:
   void execute(const fvb::Found& f, std::int64_t now_us);

@@ -82,7 +82,9 @@ struct Lab {
     CHECK(rig.all<Fault>().empty());
     rig.events.clear();
   }
-  std::int8_t fault_of(int channel) const { return rig.all<Temperatures>().back().fault[std::size_t(channel)]; }
+  std::int8_t fault_of(int channel) const {
+    return rig.all<Temperatures>().back().fault[std::size_t(channel)];
+  }
 };
 
 }  // namespace
@@ -92,7 +94,10 @@ TEST_CASE("the heaters' driver speaks as its card says, whatever the split of th
     Heater heater{HeaterConfig{}};
     test::play(
         heater, kTranscripts + "heater_set.txt",
-        [&](const std::string&, std::int64_t t, Effects& fx) { heater.set({20, 22.5, -60}, t, fx); }, split);
+        [&](const std::string&, std::int64_t t, Effects& fx) {
+          heater.set({20, 22.5, -60}, t, fx);
+        },
+        split);
   }
 }
 
@@ -108,7 +113,8 @@ TEST_CASE("temperatures come once a second and settle at the set points without 
     CHECK(std::abs(all.back().celsius[c] - all.back().set_celsius[c]) < 1.5);
 }
 
-TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and both, and the print stops", "[heater]") {
+TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and both, and the print stops",
+          "[heater]") {
   for (const int way : {0, 1, 2})
     for (const int first : {Heater::kTip, Heater::kWindow}) {
       const auto fail = [&](FakeHeaters& f, int channel) {
@@ -183,7 +189,8 @@ TEST_CASE("a still reading proves nothing while nothing heats", "[heater]") {
   for (int s = 1; s < 500; ++s) CHECK(watch.judge(-20.0, -50.0, false, s * 1'000'000LL) == kHeaterWell);
 }
 
-TEST_CASE("a set point above the limit is refused, and the heat stays on through stops and lost links", "[heater]") {
+TEST_CASE("a set point above the limit is refused, and the heat stays on through stops and lost links",
+          "[heater]") {
   Lab lab;
   lab.start();
   CHECK(lab.set(20, 50, 20).outcome == Outcome::kRefused);

@@ -19,14 +19,16 @@ std::span<const std::byte> bytes_of(std::string_view s) {
   return std::as_bytes(std::span(s.data(), s.size()));
 }
 
-std::string text_of(std::span<const std::byte> b) { return {reinterpret_cast<const char*>(b.data()), b.size()}; }
+std::string text_of(std::span<const std::byte> b) {
+  return {reinterpret_cast<const char*>(b.data()), b.size()};
+}
 
 fvp::Counts some_point(std::uint64_t& seed, bool far) {
   const auto within = [&](std::int32_t low, std::int32_t high) {
     return far ? low : std::int32_t(low + std::int64_t(next(seed) % std::uint64_t(high - low + 1)));
   };
-  return {within(-1'050'000, 1'050'000), within(-1'500'000, 1'500'000), within(0, 210'000) + (far ? 210'000 : 0),
-          within(-3'600'000, 3'600'000)};
+  return {within(-1'050'000, 1'050'000), within(-1'500'000, 1'500'000),
+          within(0, 210'000) + (far ? 210'000 : 0), within(-3'600'000, 3'600'000)};
 }
 
 // Every frame of `frames` arrives whole however the bytes are cut, and nothing else does.
@@ -94,8 +96,9 @@ TEST_CASE("joints go over the wire within half a count and come back to the same
   CHECK(fvp::counts_of({std::acos(-1.0) / 2, 0.0, 209.9996, 0.0}) == fvp::Counts{900'000, 0, 210'000, 0});
 }
 
-TEST_CASE("path blocks carry every point once, in lines of at most 120 characters, and only the last is answered",
-          "[robot]") {
+TEST_CASE(
+    "path blocks carry every point once, in lines of at most 120 characters, and only the last is answered",
+    "[robot]") {
   std::uint64_t seed = 9;
   for (int round = 0; round < 200; ++round) {
     std::vector<fvp::Counts> points;
@@ -150,8 +153,9 @@ TEST_CASE("the robot's status survives the longest values and refuses what is ou
   WordReader words(fvp::parse(text).text);
   CHECK(words.word() == "ACK");
   CHECK(fvp::parse_status(words) == s);
-  for (const char* bad : {"RUNNING", "NAPPING 7 1 1 1 1 100 0 0 0 0 0 0 0 0", "IDLE 7 1 1 2 1 100 0 0 0 0 0 0 0 0",
-                          "IDLE 7 1 1 1 1 100 0 0 9000 0 0 0 0 0", "IDLE 7 1 1 1 1 100 0 0 0 0 0 0 0 0 0"}) {
+  for (const char* bad :
+       {"RUNNING", "NAPPING 7 1 1 1 1 100 0 0 0 0 0 0 0 0", "IDLE 7 1 1 2 1 100 0 0 0 0 0 0 0 0",
+        "IDLE 7 1 1 1 1 100 0 0 9000 0 0 0 0 0", "IDLE 7 1 1 1 1 100 0 0 0 0 0 0 0 0 0"}) {
     WordReader w(bad);
     CHECK_FALSE(fvp::parse_status(w));
   }
@@ -167,7 +171,8 @@ TEST_CASE("of two sequence numbers exactly one is newer, over the wrap too", "[r
   for (int a = 1; a <= 255; ++a)
     for (int b = 1; b <= 255; ++b) {
       CHECK(fvb::newer(fvb::next_seq(std::uint8_t(a)), std::uint8_t(a)));
-      if (a != b) CHECK(fvb::newer(std::uint8_t(a), std::uint8_t(b)) != fvb::newer(std::uint8_t(b), std::uint8_t(a)));
+      if (a != b)
+        CHECK(fvb::newer(std::uint8_t(a), std::uint8_t(b)) != fvb::newer(std::uint8_t(b), std::uint8_t(a)));
     }
 }
 
@@ -249,8 +254,9 @@ TEST_CASE("laser values are numbers only where the manual says so", "[laser_poin
   CHECK(status("XXXXXXXX") == Status::kNoValue);
   CHECK(status("+FFFFFFF") == Status::kAbove);
   CHECK(status("-FFFFFFF") == Status::kBelow);
-  for (const char* bad : {"", "+01.234", "+01.23456", "01.23456", "+1.2e+03", "+-1.2345", "+1234567", "+.123456",
-                          "+123456.", "+01,2345", "+0x1.234", "+    1.2", "+inf0000", "+FFFFFF0", "XXXXXXX0"}) {
+  for (const char* bad :
+       {"", "+01.234", "+01.23456", "01.23456", "+1.2e+03", "+-1.2345", "+1234567", "+.123456", "+123456.",
+        "+01,2345", "+0x1.234", "+    1.2", "+inf0000", "+FFFFFF0", "XXXXXXX0"}) {
     INFO(bad);
     CHECK(status(bad) == Status::kDamaged);
     CHECK(std::isnan(lkg::parse_value(bad).mm));
@@ -270,7 +276,8 @@ TEST_CASE("laser values are numbers only where the manual says so", "[laser_poin
   CHECK(status({text, sizeof text}) == Status::kBelow);
 }
 
-TEST_CASE("a laser reply belongs to its command, and timing values and errors are told apart", "[laser_point]") {
+TEST_CASE("a laser reply belongs to its command, and timing values and errors are told apart",
+          "[laser_point]") {
   using Kind = lkg::Reply::Kind;
   CHECK(lkg::parse("M1,+01.2345", "M1").rest == "+01.2345");
   CHECK(lkg::parse("R0", "R0").kind == Kind::kDone);
@@ -306,7 +313,8 @@ TEST_CASE("heater lines carry temperatures to 0.01 degC, and an open thermocoupl
   CHECK(back->celsius[0] == 21.37);
   CHECK(std::isnan(back->celsius[1]));
   CHECK(back->heating == r.heating);
-  for (const char* bad : {"T,1,2,3", "T,1,2,3,8", "T,1,2,99999,0", "T,1,OPENED,3,0", "T,1,2,3,0,0", "U,1,2,3,0"})
+  for (const char* bad :
+       {"T,1,2,3", "T,1,2,3,8", "T,1,2,99999,0", "T,1,OPENED,3,0", "T,1,2,3,0,0", "U,1,2,3,0"})
     CHECK_FALSE(thermostat::parse_reading(bad));
   CHECK(thermostat::parse_set_point("S,2,2500") == thermostat::SetPoint{2, 2500});
   CHECK_FALSE(thermostat::parse_set_point("S,4,2500"));

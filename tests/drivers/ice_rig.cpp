@@ -35,7 +35,8 @@ IceRig::IceRig(const plant::IceWorldConfig& ice, std::uint64_t seed)
       valve_b(valve_config(2)),
       laser(laser_config()),
       heater(HeaterConfig{}) {
-  add("robot", robot), add("valve_a", valve_a), add("valve_b", valve_b), add("laser_point", laser), add("heater", heater);
+  add("robot", robot), add("valve_a", valve_a), add("valve_b", valve_b), add("laser_point", laser),
+      add("heater", heater);
 }
 
 Result IceRig::command(std::string_view name, const Act& f, double limit_s) {
@@ -46,7 +47,8 @@ Result IceRig::command(std::string_view name, const Act& f, double limit_s) {
 
 void IceRig::start() {
   connect_all();
-  REQUIRE(command("robot", [&](std::int64_t t, Effects& fx) { robot.home(t, fx); }).outcome == Outcome::kDone);
+  REQUIRE(command("robot", [&](std::int64_t t, Effects& fx) { robot.home(t, fx); }).outcome ==
+          Outcome::kDone);
 }
 
 void IceRig::fault(std::string_view name, plant::FaultKind kind, std::int64_t count, std::int64_t delay_us) {

@@ -1,5 +1,5 @@
-// The drivers of the path printer against the simulated world: motion, pulses and readings go together, and whatever is
-// lost or breaks, nothing is deposited twice and no count is wrong.
+// The drivers of the path printer against the simulated world: motion, pulses and readings go together, and
+// whatever is lost or breaks, nothing is deposited twice and no count is wrong.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -84,12 +84,14 @@ TEST_CASE("the laser stores along the path and gives one value per period", "[ic
   rig.start();
   give(rig, 1, 600, 1);
   for (const int material : {0, 1}) {
-    REQUIRE(rig.command("laser_point", [&](std::int64_t t, Effects& fx) { rig.laser.arm(material, 1000, 0.01, t, fx); })
+    REQUIRE(rig.command("laser_point",
+                        [&](std::int64_t t, Effects& fx) { rig.laser.arm(material, 1000, 0.01, t, fx); })
                 .outcome == Outcome::kReady);
     begin_run(rig, 1, kSignalLaser);
     REQUIRE(rig.run([&] { return !rig.robot.busy(); }, 60));
     CHECK(rig.all<Result>("robot").back().outcome == Outcome::kDone);
-    const Result r = rig.command("laser_point", [&](std::int64_t t, Effects& fx) { rig.laser.collect(t, fx); });
+    const Result r =
+        rig.command("laser_point", [&](std::int64_t t, Effects& fx) { rig.laser.collect(t, fx); });
     CHECK(r.outcome == Outcome::kDone);
     CHECK(std::abs(double(r.counted) - 599 * 0.016 / 0.01) <= 2.0);
     CHECK(rig.all<Samples>("laser_point").back().z_mm.size() == std::size_t(r.counted));
@@ -99,8 +101,11 @@ TEST_CASE("the laser stores along the path and gives one value per period", "[ic
 TEST_CASE("the heaters hold their set points, and (a) breaks and (b) goes on alone", "[ice_world]") {
   IceRig rig;
   rig.start();
-  CHECK(rig.command("heater", [&](std::int64_t t, Effects& fx) { rig.heater.set({20, 22, 20}, t, fx); }).outcome ==
-        Outcome::kDone);
+  CHECK(rig.command("heater",
+                    [&](std::int64_t t, Effects& fx) {
+                      rig.heater.set({20, 22, 20}, t, fx);
+                    })
+            .outcome == Outcome::kDone);
   rig.run_for(600);
   for (std::size_t c = 0; c < 3; ++c)
     CHECK(std::abs(rig.all<Temperatures>("heater").back().celsius[c] - (c == 1 ? 22 : 20)) < 4.0);
@@ -164,15 +169,17 @@ TEST_CASE("killed drivers come back and tell what the world has done", "[ice_wor
     CHECK(disarm(rig).counted == fired(rig));
     const std::int64_t before = fired(rig);
     CHECK((rig.all<Result>("robot").back().outcome == Outcome::kNone ||
-           rig.command("robot", [&](std::int64_t t, Effects& fx) { rig.robot.run({1, 0, 0}, kSignalValveA, t, fx); })
-                   .outcome == Outcome::kRefused));
+           rig.command("robot", [&](std::int64_t t, Effects& fx) {
+                rig.robot.run({1, 0, 0}, kSignalValveA, t, fx);
+              }).outcome == Outcome::kRefused));
     rig.run_for(5.0);
     CHECK(fired(rig) == before);
   }
   CHECK(cut > 2);
 }
 
-TEST_CASE("a valve's driver that dies in the middle of a frame is answered as soon as it is back", "[ice_world]") {
+TEST_CASE("a valve's driver that dies in the middle of a frame is answered as soon as it is back",
+          "[ice_world]") {
   for (int round = 0; round < 8; ++round) {
     IceRig rig;
     rig.start();
@@ -188,7 +195,8 @@ TEST_CASE("a valve's driver that dies in the middle of a frame is answered as so
   }
 }
 
-TEST_CASE("under lost, late, cut and damaged replies, closed ports and reboots nothing is deposited twice", "[ice_world]") {
+TEST_CASE("under lost, late, cut and damaged replies, closed ports and reboots nothing is deposited twice",
+          "[ice_world]") {
   std::uint64_t seed = 25;
   int done = 0;
   for (int round = 0; round < 16; ++round) {
@@ -212,13 +220,19 @@ TEST_CASE("under lost, late, cut and damaged replies, closed ports and reboots n
       begin_run(rig, path, kSignalValveA);
       rig.run_for(double(next(seed) % 3000) * 1e-3);
       trouble();
-      REQUIRE(rig.run([&] { return !rig.robot.busy() && rig.robot.state() != DriverState::kDisconnected; }, 60));
+      REQUIRE(
+          rig.run([&] { return !rig.robot.busy() && rig.robot.state() != DriverState::kDisconnected; }, 60));
       const Result run = rig.all<Result>("robot").back();
-      REQUIRE(rig.run([&] { return rig.valve_a.state() != DriverState::kDisconnected &&
-                                   rig.valve_a.state() != DriverState::kConnecting &&
-                                   rig.valve_a.state() != DriverState::kIdentifying; }, 30));
+      REQUIRE(rig.run(
+          [&] {
+            return rig.valve_a.state() != DriverState::kDisconnected &&
+                   rig.valve_a.state() != DriverState::kConnecting &&
+                   rig.valve_a.state() != DriverState::kIdentifying;
+          },
+          30));
       const Result count = disarm(rig);
-      INFO("round " << round << " path " << path << " " << test::describe(run) << " | " << test::describe(count));
+      INFO("round " << round << " path " << path << " " << test::describe(run) << " | "
+                    << test::describe(count));
       if (count.outcome == Outcome::kUnknown)
         doubt += count.unknown_to - count.counted;
       else
@@ -245,8 +259,10 @@ TEST_CASE("an emergency stop in the middle of a path stops arm and flow, and nee
   rig.fault("robot", FaultKind::kTrip, 1);
   REQUIRE(rig.run([&] { return rig.robot.state() == DriverState::kEstop; }, 10));
   CHECK(rig.all<Result>("robot").back().outcome == Outcome::kFailed);
-  CHECK(rig.command("robot", [&](std::int64_t t, Effects& fx) { rig.robot.home(t, fx); }).outcome == Outcome::kFailed);
+  CHECK(rig.command("robot", [&](std::int64_t t, Effects& fx) { rig.robot.home(t, fx); }).outcome ==
+        Outcome::kFailed);
   CHECK(rig.robot.state() == DriverState::kEstop);
   rig.fault("robot", FaultKind::kTrip, 0);
-  CHECK(rig.command("robot", [&](std::int64_t t, Effects& fx) { rig.robot.home(t, fx); }).outcome == Outcome::kDone);
+  CHECK(rig.command("robot", [&](std::int64_t t, Effects& fx) { rig.robot.home(t, fx); }).outcome ==
+        Outcome::kDone);
 }

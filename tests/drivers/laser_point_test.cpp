@@ -22,7 +22,9 @@ struct Lab {
   LaserPoint laser;
   Rig rig;
 
-  explicit Lab(LaserPointConfig config = {}) : laser(std::move(config)), rig(laser, fake) { rig.lines = false; }
+  explicit Lab(LaserPointConfig config = {}) : laser(std::move(config)), rig(laser, fake) {
+    rig.lines = false;
+  }
 
   void start() {
     rig.open();
@@ -54,7 +56,8 @@ std::vector<double> some_heights(std::size_t n, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("the point laser's driver speaks as its card says, whatever the split of the replies", "[laser_point]") {
+TEST_CASE("the point laser's driver speaks as its card says, whatever the split of the replies",
+          "[laser_point]") {
   for (const std::size_t split : {0, 1, 2, 5}) {
     LaserPoint laser{LaserPointConfig{}};
     test::play(
@@ -103,7 +106,8 @@ TEST_CASE("what was stored comes back value by value, and what is no number is N
   }
 }
 
-TEST_CASE("settings are sent when the material changes, and only then, always between Q0 and R0", "[laser_point]") {
+TEST_CASE("settings are sent when the material changes, and only then, always between Q0 and R0",
+          "[laser_point]") {
   Lab lab;
   lab.start();
   const auto count = [&](std::string_view front) {
@@ -144,7 +148,8 @@ TEST_CASE("values that come by themselves are never taken for the answer", "[las
   CHECK(lab.laser.timing_values() > 20);
 }
 
-TEST_CASE("an error in the settings leaves the laser measuring, the storage not armed, and is told", "[laser_point]") {
+TEST_CASE("an error in the settings leaves the laser measuring, the storage not armed, and is told",
+          "[laser_point]") {
   for (int at = 0; at < 8; ++at) {
     Lab lab;
     lab.start();
@@ -169,7 +174,8 @@ TEST_CASE("an error in the settings leaves the laser measuring, the storage not 
   }
 }
 
-TEST_CASE("settings of the other material are made whatever the idle laser has just been asked", "[laser_point]") {
+TEST_CASE("settings of the other material are made whatever the idle laser has just been asked",
+          "[laser_point]") {
   for (std::int64_t delay_us = 0; delay_us < 3'000; delay_us += 100) {
     Lab lab;
     lab.start();
@@ -207,8 +213,10 @@ TEST_CASE("of what a stop interrupts no value is told", "[laser_point]") {
       lab.rig.run_for(1.0);
       if (!collecting) REQUIRE(lab.collect().outcome == Outcome::kDone);
       lab.rig.act([&](std::int64_t t, Effects& fx) {
-        if (collecting) lab.laser.collect(t, fx);
-        else lab.laser.reading(t, fx);
+        if (collecting)
+          lab.laser.collect(t, fx);
+        else
+          lab.laser.reading(t, fx);
       });
       lab.rig.run_for(double(delay_us) * 1e-6);
       if (!lab.laser.busy()) break;
@@ -240,7 +248,8 @@ TEST_CASE("what the storage or the sampling time cannot do is refused by name", 
   CHECK_THROWS_WITH(LaserPoint(bad), Catch::Contains("sampling_us = 300"));
 }
 
-TEST_CASE("a lost link while storing: the values are still collected, and a reset laser is set up anew", "[laser_point]") {
+TEST_CASE("a lost link while storing: the values are still collected, and a reset laser is set up anew",
+          "[laser_point]") {
   for (const bool reset : {false, true}) {
     Lab lab;
     lab.start();
@@ -260,8 +269,10 @@ TEST_CASE("a lost link while storing: the values are still collected, and a rese
   }
 }
 
-TEST_CASE("lost, late, cut and damaged replies give no value that was not measured at its place", "[laser_point]") {
-  // Without a checksum a damaged digit cannot be seen; all else can. Bits are therefore flipped in letters and signs only.
+TEST_CASE("lost, late, cut and damaged replies give no value that was not measured at its place",
+          "[laser_point]") {
+  // Without a checksum a damaged digit cannot be seen; all else can. Bits are therefore flipped in letters
+  // and signs only.
   std::uint64_t seed = 44;
   int done = 0;
   for (int round = 0; round < 60; ++round) {
@@ -272,7 +283,8 @@ TEST_CASE("lost, late, cut and damaged replies give no value that was not measur
     if (lab.arm(round % 2, 50).outcome != Outcome::kReady) continue;
     lab.fake.trigger(lab.rig.now_us);
     lab.rig.run_for(1.0);
-    if (!lab.rig.run([&] { return lab.laser.safe() || lab.laser.state() == DriverState::kArmed; }, 60)) continue;
+    if (!lab.rig.run([&] { return lab.laser.safe() || lab.laser.state() == DriverState::kArmed; }, 60))
+      continue;
     const Result r = lab.collect();
     if (r.outcome != Outcome::kDone || r.counted == 0) continue;
     const Samples s = lab.rig.all<Samples>().back();

@@ -111,8 +111,10 @@ TEST_CASE("a request that acts is sent once whatever becomes of its reply, and a
   }
 }
 
-TEST_CASE("where replies name their request, it is sent again with the same bytes, three times, then the link is lost",
-          "[link]") {
+TEST_CASE(
+    "where replies name their request, it is sent again with the same bytes, three times, then the link is "
+    "lost",
+    "[link]") {
   fvp::FvpDialect dialect;
   Link link(dialect);
   Effects fx;
@@ -232,8 +234,9 @@ struct Kind {
 }  // namespace
 
 TEMPLATE_TEST_CASE("random bytes never crash a driver, never make it spin, and never make it SAFE", "[link]",
-                   (Kind<Stage, StageConfig>), (Kind<Jet, JetConfig>), (Kind<LaserProfiler, LaserProfilerConfig>),
-                   (Kind<Lamp, LampConfig>), (Kind<Robot, RobotConfig>), (Kind<Valve, ValveConfig>),
+                   (Kind<Stage, StageConfig>), (Kind<Jet, JetConfig>),
+                   (Kind<LaserProfiler, LaserProfilerConfig>), (Kind<Lamp, LampConfig>),
+                   (Kind<Robot, RobotConfig>), (Kind<Valve, ValveConfig>),
                    (Kind<LaserPoint, LaserPointConfig>), (Kind<Heater, HeaterConfig>)) {
   std::uint64_t seed = 99;
   for (int round = 0; round < 40; ++round) {

@@ -12,9 +12,10 @@ inline std::uint64_t next(std::uint64_t& seed) {
   return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
 }
 
-/// FakeRig::line: of `percent` in a hundred things said, a third is lost, one in three has a bit turned, and the rest comes up
-/// to `latest_us` late. @param head turns a bit of the first so many bytes only
-inline std::function<std::int64_t(std::string&)> lossy_line(std::uint64_t& seed, std::uint64_t percent, std::uint64_t latest_us,
+/// FakeRig::line: of `percent` in a hundred things said, a third is lost, one in three has a bit turned, and
+/// the rest comes up to `latest_us` late. @param head turns a bit of the first so many bytes only
+inline std::function<std::int64_t(std::string&)> lossy_line(std::uint64_t& seed, std::uint64_t percent,
+                                                            std::uint64_t latest_us,
                                                             std::size_t head = std::string::npos) {
   return [&seed, percent, latest_us, head](std::string& said) -> std::int64_t {
     if (next(seed) % 100 >= percent) return 0;

@@ -1,5 +1,5 @@
-// Drivers wired to the simulated world at byte level, in simulated time: two sides written independently from the same
-// cards. What the rigs of both labs share; each names its drivers.
+// Drivers wired to the simulated world at byte level, in simulated time: two sides written independently from
+// the same cards. What the rigs of both labs share; each names its drivers.
 #pragma once
 
 #include <cstdint>

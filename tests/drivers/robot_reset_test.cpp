@@ -29,7 +29,10 @@ TEST_CASE("an emergency stop latches until it is homed with the button released"
   CHECK(lab.run(2).outcome == Outcome::kDone);
 }
 
-TEST_CASE("what latched is cleared at the first look round after the operator's resume, at no other, and not with the button pressed", "[robot]") {
+TEST_CASE(
+    "what latched is cleared at the first look round after the operator's resume, at no other, and not with "
+    "the button pressed",
+    "[robot]") {
   for (const fvp::State latched : {fvp::State::kEstop, fvp::State::kFault}) {
     const auto cleared = [&](bool resumed, bool pressed) {
       Lab lab;

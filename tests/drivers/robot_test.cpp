@@ -73,7 +73,8 @@ TEST_CASE("every point of every path arrives, once, and is run with its signals"
     for (std::size_t n = 0; n < run.points.size(); ++n) {
       const fvp::Joints back = fvp::joints_of(run.points[n]);
       for (std::size_t j = 0; j < 4; ++j)
-        CHECK(std::abs(back[j] - q[4 * n + j]) <= (j == 2 ? 0.0005 : 0.5e-4 * std::numbers::pi / 180) * 1.0001);
+        CHECK(std::abs(back[j] - q[4 * n + j]) <=
+              (j == 2 ? 0.0005 : 0.5e-4 * std::numbers::pi / 180) * 1.0001);
     }
   }
 }
@@ -117,9 +118,10 @@ TEST_CASE("interlock 8: what a joint cannot do is refused by name before anythin
     double value;
     const char* text;
   };
-  for (const Case& c : {Case{4 * 5 + 0, 1.9, "sample 5: J1 = 108.8620 deg is outside"},
-                        Case{4 * 7 + 1, -2.7, "sample 7: J2"}, Case{4 * 2 + 2, -0.1, "sample 2: J3 = -0.100 mm"},
-                        Case{4 * 3 + 3, std::nan(""), "sample 3: J4"}, Case{4 * 9 + 0, 0.9, "J1 would turn at"}}) {
+  for (const Case& c :
+       {Case{4 * 5 + 0, 1.9, "sample 5: J1 = 108.8620 deg is outside"}, Case{4 * 7 + 1, -2.7, "sample 7: J2"},
+        Case{4 * 2 + 2, -0.1, "sample 2: J3 = -0.100 mm"}, Case{4 * 3 + 3, std::nan(""), "sample 3: J4"},
+        Case{4 * 9 + 0, 0.9, "J1 would turn at"}}) {
     Lab lab;
     lab.start();
     std::vector<double> q = sweep(20);
@@ -141,8 +143,9 @@ TEST_CASE("interlock 8: what a joint cannot do is refused by name before anythin
   CHECK(lab.run(2).text.find("has not been received") != std::string::npos);
 }
 
-TEST_CASE("interlock 7: a path that takes a tick more than planned is told, and stops the print the second time",
-          "[robot]") {
+TEST_CASE(
+    "interlock 7: a path that takes a tick more than planned is told, and stops the print the second time",
+    "[robot]") {
   for (const std::int64_t slip_us : {-15'000, 15'000, 17'000, 40'000}) {
     Lab lab;
     lab.start();
@@ -159,7 +162,8 @@ TEST_CASE("interlock 7: a path that takes a tick more than planned is told, and 
   }
 }
 
-TEST_CASE("interlock 7: a monitor speed other than 100 is put right by homing, else nothing runs", "[robot]") {
+TEST_CASE("interlock 7: a monitor speed other than 100 is put right by homing, else nothing runs",
+          "[robot]") {
   Lab lab;
   lab.start();
   lab.give(1, sweep(100));
@@ -186,7 +190,8 @@ TEST_CASE("interlock 5: a path that does not end is stopped, with what it has do
   CHECK(lab.run(1).outcome == Outcome::kRefused);
 }
 
-TEST_CASE("a safe stop drops the signals first, then stops, raises the tool and tells the prefix", "[robot]") {
+TEST_CASE("a safe stop drops the signals first, then stops, raises the tool and tells the prefix",
+          "[robot]") {
   std::uint64_t seed = 8;
   for (int round = 0; round < 30; ++round) {
     Lab lab;
@@ -209,8 +214,8 @@ TEST_CASE("a safe stop drops the signals first, then stops, raises the tool and 
     CHECK(r.outcome == (lab.fake.runs.empty() ? Outcome::kNone : Outcome::kFailed));
     // what has begun is never begun again; what has not, may be
     const Result again = lab.run(1);
-    CHECK(again.outcome == (lab.fake.runs.size() == 1 && r.outcome == Outcome::kFailed ? Outcome::kRefused
-                                                                                        : Outcome::kDone));
+    CHECK(again.outcome ==
+          (lab.fake.runs.size() == 1 && r.outcome == Outcome::kFailed ? Outcome::kRefused : Outcome::kDone));
     CHECK(lab.fake.runs.size() == 1);
   }
 }
@@ -225,7 +230,8 @@ TEST_CASE("no reply three times with the same number is a lost link, and 0.75 s 
   CHECK(lab.rig.now_us - quiet_us <= 1'000'000 + 750'000);
 }
 
-TEST_CASE("lost, late, cut and damaged replies lose no point, run nothing twice and shift no answer", "[robot]") {
+TEST_CASE("lost, late, cut and damaged replies lose no point, run nothing twice and shift no answer",
+          "[robot]") {
   std::uint64_t seed = 21;
   int done = 0;
   for (int round = 0; round < 40; ++round) {
@@ -243,8 +249,9 @@ TEST_CASE("lost, late, cut and damaged replies lose no point, run nothing twice 
         REQUIRE(lab.fake.runs.back().points.size() == 300);
         CHECK(lab.fake.runs.back().points.front() == fvp::counts_of({0.1 * p, -0.5, 20.0, 0.4}));
       }
-      if (r.outcome == Outcome::kNone) CHECK((lab.fake.runs.empty() || lab.fake.runs.back().points.front() !=
-                                                                            fvp::counts_of({0.1 * p, -0.5, 20.0, 0.4})));
+      if (r.outcome == Outcome::kNone)
+        CHECK((lab.fake.runs.empty() ||
+               lab.fake.runs.back().points.front() != fvp::counts_of({0.1 * p, -0.5, 20.0, 0.4})));
       REQUIRE(lab.rig.run([&] { return lab.robot.safe(); }, 60));
       if (!lab.fake.status.calibrated) break;
     }
@@ -256,8 +263,9 @@ TEST_CASE("lost, late, cut and damaged replies lose no point, run nothing twice 
   CHECK(done > 100);
 }
 
-TEST_CASE("a driver that was killed says on its return what the robot has truly done, and never runs it again",
-          "[robot]") {
+TEST_CASE(
+    "a driver that was killed says on its return what the robot has truly done, and never runs it again",
+    "[robot]") {
   std::uint64_t seed = 33;
   int finished = 0, cut = 0, none = 0, unknown = 0;
   for (int round = 0; round < 60; ++round) {

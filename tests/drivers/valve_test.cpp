@@ -161,10 +161,11 @@ TEST_CASE("what the data type or the valve cannot do is refused by name and noth
     double pulse_s;
     const char* text;
   };
-  for (const Case& c : {Case{every(16'385, 1), 0.0005, "16385 pulses are outside [1, 16384]"}, Case{{}, 0.00125, "0 pulses"},
-                        Case{{0, 65'536}, 0.00125, "tick 65536"}, Case{{5, 4}, 0.00125, "pulse 1 begins -2000 us"},
-                        Case{{4, 4}, 0.00125, "pulse 1 begins 0 us"}, Case{{0, 1}, 0.00195, "2050 us"},
-                        Case{{0, 4}, 0.0004, "a pulse of 0.4"}, Case{{-1, 4}, 0.00125, "tick -1"}}) {
+  for (const Case& c :
+       {Case{every(16'385, 1), 0.0005, "16385 pulses are outside [1, 16384]"}, Case{{}, 0.00125, "0 pulses"},
+        Case{{0, 65'536}, 0.00125, "tick 65536"}, Case{{5, 4}, 0.00125, "pulse 1 begins -2000 us"},
+        Case{{4, 4}, 0.00125, "pulse 1 begins 0 us"}, Case{{0, 1}, 0.00195, "2050 us"},
+        Case{{0, 4}, 0.0004, "a pulse of 0.4"}, Case{{-1, 4}, 0.00125, "tick -1"}}) {
     Lab lab;
     lab.start();
     const std::int64_t sent = lab.rig.bytes_sent;
@@ -178,7 +179,8 @@ TEST_CASE("what the data type or the valve cannot do is refused by name and noth
   }
 }
 
-TEST_CASE("interlock 3: a controller that was reset has lost its list, and what it fired is in doubt", "[valve]") {
+TEST_CASE("interlock 3: a controller that was reset has lost its list, and what it fired is in doubt",
+          "[valve]") {
   for (const double after_s : {0.0, 1.0, 5.0}) {
     Lab lab;
     lab.start();
@@ -191,7 +193,8 @@ TEST_CASE("interlock 3: a controller that was reset has lost its list, and what 
     lab.fake.reboot();
     REQUIRE(lab.rig.run([&] { return lab.rig.faulted(kValveLost); }, 1.0));
     const std::vector<StateChange> states = lab.rig.all<StateChange>();
-    CHECK(std::any_of(states.begin(), states.end(), [](const StateChange& s) { return s.state == DriverState::kFault; }));
+    CHECK(std::any_of(states.begin(), states.end(),
+                      [](const StateChange& s) { return s.state == DriverState::kFault; }));
     REQUIRE(lab.rig.run([&] { return lab.valve.safe(); }, 10));
     const Result r = lab.disarm();
     CHECK(r.outcome == Outcome::kUnknown);
@@ -254,7 +257,8 @@ TEST_CASE("a lost link while it fires: the firmware closes it, and the count is 
   }
 }
 
-TEST_CASE("lost, late, cut and damaged replies lose no pulse, fire nothing twice and falsify no count", "[valve]") {
+TEST_CASE("lost, late, cut and damaged replies lose no pulse, fire nothing twice and falsify no count",
+          "[valve]") {
   std::uint64_t seed = 26;
   int done = 0;
   for (int round = 0; round < 40; ++round) {
@@ -269,9 +273,13 @@ TEST_CASE("lost, late, cut and damaged replies lose no pulse, fire nothing twice
       if (lab.arm(p).outcome != Outcome::kReady) break;
       lab.fake.trigger(lab.rig.now_us);
       lab.rig.run_for(600 * 0.008 + 0.1);
-      REQUIRE(lab.rig.run([&] { return lab.valve.state() != DriverState::kDisconnected &&
-                                       lab.valve.state() != DriverState::kConnecting &&
-                                       lab.valve.state() != DriverState::kIdentifying; }, 60));
+      REQUIRE(lab.rig.run(
+          [&] {
+            return lab.valve.state() != DriverState::kDisconnected &&
+                   lab.valve.state() != DriverState::kConnecting &&
+                   lab.valve.state() != DriverState::kIdentifying;
+          },
+          60));
       const Result r = lab.disarm();
       INFO("round " << round << " list " << p << ": " << test::describe(r));
       if (r.outcome == Outcome::kRefused) break;  // the link was just lost

@@ -20,7 +20,11 @@ plant::WorldConfig WorldRig::small_world(int nx, int ny) {
 }
 
 WorldRig::WorldRig(const plant::WorldConfig& config, StageConfig stage_config)
-    : PortRig(config), stage(std::move(stage_config)), jet(JetConfig{}), profiler(LaserProfilerConfig{}), lamp(LampConfig{}) {
+    : PortRig(config),
+      stage(std::move(stage_config)),
+      jet(JetConfig{}),
+      profiler(LaserProfilerConfig{}),
+      lamp(LampConfig{}) {
   add("stage", stage), add("jet", jet), add("laser_profiler", profiler), add("lamp", lamp);
 }
 

@@ -11,8 +11,8 @@
 
 using namespace firn;
 using namespace firn::drivers;
-using firn::drivers::test::WorldRig;
 using firn::drivers::test::next;
+using firn::drivers::test::WorldRig;
 
 namespace {
 

@@ -1,6 +1,7 @@
-// Planted cases: what was put in must come out within the thesis's tolerances, inside the 95 % intervals 90 to 98 times in 100.
-#include <catch2/catch.hpp>
+// Planted cases: what was put in must come out within the thesis's tolerances, inside the 95 % intervals 90
+// to 98 times in 100.
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/grid/random.h"
@@ -20,8 +21,8 @@ struct Truth {
 };
 
 /// Passes over the block at one speed, run as planned with the believed laser, read with the true one.
-std::vector<LaserPass> passes(const motion::Arm& arm, const motion::Tool& believed, const Truth& truth, RandomStream& random,
-                              bool both_ways, bool across_y, double speed_mm_s = 60.0) {
+std::vector<LaserPass> passes(const motion::Arm& arm, const motion::Tool& believed, const Truth& truth,
+                              RandomStream& random, bool both_ways, bool across_y, double speed_mm_s = 60.0) {
   std::vector<LaserPass> out;
   const auto pass = [&](Point2 a, Point2 b) {
     const std::vector<Point2> line{a, b};
@@ -46,7 +47,9 @@ std::vector<LaserPass> passes(const motion::Arm& arm, const motion::Tool& believ
     out.push_back(std::move(p));
   };
   for (double y = -2.0; y <= 2.1; y += 1.0) {
-    const double a = random.uniform(-2.0, 2.0), b = random.uniform(-2.0, 2.0);  // where it begins, so that readings fall differently on the sides
+    const double a = random.uniform(-2.0, 2.0),
+                 b = random.uniform(-2.0,
+                                    2.0);  // where it begins, so that readings fall differently on the sides
     pass({-30.0 + a, y}, {30.0, y});
     if (both_ways) pass({30.0 + b, y}, {-30.0, y});
     if (!across_y) continue;
@@ -60,19 +63,23 @@ bool inside(const Estimate& e, double truth) { return std::abs(e.value - truth) 
 
 }  // namespace
 
-TEST_CASE("Laser offset: within 0.2 mm and the latency within 2 ms over 100 planted cases, offsets wrong by up to 3 mm at first") {
+TEST_CASE(
+    "Laser offset: within 0.2 mm and the latency within 2 ms over 100 planted cases, offsets wrong by up to "
+    "3 mm at first") {
   const auto arm = motion::make_scara(motion::cobra600());
   const motion::Tool believed = motion::cobra600_tools()[3];
   int covered = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     RandomStream random(seed, Purpose::kTest);
     const Truth truth{random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), random.uniform(-0.05, 0.05)};
-    const LaserCalibration c = calibrate_laser(passes(*arm, believed, truth, random, true, true), kJig, {*arm, believed, kOrigin}, LaserUnknowns::kOffset);
+    const LaserCalibration c = calibrate_laser(passes(*arm, believed, truth, random, true, true), kJig,
+                                               {*arm, believed, kOrigin}, LaserUnknowns::kOffset);
     CHECK(std::abs(c.x_mm.value - believed.x_mm - truth.dx_mm) < 0.2);
     CHECK(std::abs(c.y_mm.value - believed.y_mm - truth.dy_mm) < 0.2);
     CHECK(std::abs(c.latency_s.value - truth.latency_s) < 0.002);
     CHECK(c.edges >= 30);
-    covered += inside(c.x_mm, believed.x_mm + truth.dx_mm) + inside(c.y_mm, believed.y_mm + truth.dy_mm) + inside(c.latency_s, truth.latency_s);
+    covered += inside(c.x_mm, believed.x_mm + truth.dx_mm) + inside(c.y_mm, believed.y_mm + truth.dy_mm) +
+               inside(c.latency_s, truth.latency_s);
   }
   CHECK(covered >= 270);
   CHECK(covered <= 297);
@@ -85,7 +92,8 @@ TEST_CASE("Laser latency: passes both ways in one direction suffice, wherever th
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     RandomStream random(seed, Purpose::kTest, 1);
     const Truth truth{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.05, 0.05)};
-    const LaserCalibration c = calibrate_laser(passes(*arm, believed, truth, random, true, false, 120.0), kJig, {*arm, believed, kOrigin}, LaserUnknowns::kLatency);
+    const LaserCalibration c = calibrate_laser(passes(*arm, believed, truth, random, true, false, 120.0),
+                                               kJig, {*arm, believed, kOrigin}, LaserUnknowns::kLatency);
     CHECK(std::abs(c.latency_s.value - truth.latency_s) < 0.002);
     covered += inside(c.latency_s, truth.latency_s);
   }
@@ -93,13 +101,18 @@ TEST_CASE("Laser latency: passes both ways in one direction suffice, wherever th
   CHECK(covered <= 99);
 }
 
-TEST_CASE("Passes one way only, over sides of one direction only, or over no block at all are refused by name") {
+TEST_CASE(
+    "Passes one way only, over sides of one direction only, or over no block at all are refused by name") {
   const auto arm = motion::make_scara(motion::cobra600());
   const motion::Tool believed = motion::cobra600_tools()[3];
   const LaserBelief belief{*arm, believed, kOrigin};
   RandomStream random(1, Purpose::kTest);
-  CHECK_THROWS_WITH(calibrate_laser(passes(*arm, believed, {}, random, false, true), kJig, belief, LaserUnknowns::kOffset), Catch::Contains("both ways"));
-  CHECK_THROWS_WITH(calibrate_laser(passes(*arm, believed, {}, random, true, false), kJig, belief, LaserUnknowns::kOffset), Catch::Contains("no side across y"));
+  CHECK_THROWS_WITH(
+      calibrate_laser(passes(*arm, believed, {}, random, false, true), kJig, belief, LaserUnknowns::kOffset),
+      Catch::Contains("both ways"));
+  CHECK_THROWS_WITH(
+      calibrate_laser(passes(*arm, believed, {}, random, true, false), kJig, belief, LaserUnknowns::kOffset),
+      Catch::Contains("no side across y"));
   CHECK_THROWS_AS(calibrate_laser({}, kJig, belief, LaserUnknowns::kLatency), Uninformative);
   std::vector<LaserPass> flat = passes(*arm, believed, {}, random, true, true);
   for (LaserPass& p : flat) std::fill(p.reading_mm.begin(), p.reading_mm.end(), 0.0F);
@@ -109,7 +122,9 @@ TEST_CASE("Passes one way only, over sides of one direction only, or over no blo
   CHECK_THROWS_AS(calibrate_laser(few, kJig, belief, LaserUnknowns::kOffset), Uninformative);
 }
 
-TEST_CASE("Valve latency: within 2 ms over 100 planted cases, a mark in ten badly found, and one speed alone is refused") {
+TEST_CASE(
+    "Valve latency: within 2 ms over 100 planted cases, a mark in ten badly found, and one speed alone is "
+    "refused") {
   int covered = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     RandomStream random(seed, Purpose::kTest, 2);
@@ -133,14 +148,20 @@ TEST_CASE("Valve latency: within 2 ms over 100 planted cases, a mark in ten badl
   CHECK(covered <= 99);
 }
 
-TEST_CASE("Flow curve: within 2 % over 100 planted curves that bend as Fig. 6-1's, and too few or useless weighings are refused") {
+TEST_CASE(
+    "Flow curve: within 2 % over 100 planted curves that bend as Fig. 6-1's, and too few or useless "
+    "weighings are refused") {
   int covered = 0, rows = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     RandomStream random(seed, Purpose::kTest, 3);
-    const double drop = random.uniform(0.2, 0.3), sag = random.uniform(0.0, 0.25), share = random.uniform(0.0, 0.15);
-    const auto volume = [&](double hz) { return drop * (1.0 - sag * hz / 500.0) * (1.0 - share * (hz / 500.0) * (hz / 500.0)); };
+    const double drop = random.uniform(0.2, 0.3), sag = random.uniform(0.0, 0.25),
+                 share = random.uniform(0.0, 0.15);
+    const auto volume = [&](double hz) {
+      return drop * (1.0 - sag * hz / 500.0) * (1.0 - share * (hz / 500.0) * (hz / 500.0));
+    };
     std::vector<FlowWeighing> w;
-    for (int k = 1; k <= 20; ++k) w.push_back({25.0 * k, 25.0 * k * 10.0 * volume(25.0 * k) * (1.0 + 0.01 * random.normal()), 10.0});
+    for (int k = 1; k <= 20; ++k)
+      w.push_back({25.0 * k, 25.0 * k * 10.0 * volume(25.0 * k) * (1.0 + 0.01 * random.normal()), 10.0});
     const FlowCurveFit c = calibrate_flow_curve(w);
     REQUIRE(c.rows.size() == 20);
     for (const FlowCurveRow& r : c.rows) {
@@ -152,7 +173,8 @@ TEST_CASE("Flow curve: within 2 % over 100 planted curves that bend as Fig. 6-1'
   CHECK(covered <= 0.98 * rows);
   std::vector<FlowWeighing> w{{100, 250, 10}, {110, 275, 10}, {120, 300, 10}, {130, 325, 10}};
   CHECK_THROWS_WITH(calibrate_flow_curve(w), Catch::Contains("five frequencies"));
-  w = {{100, 250, 10}, {200, 500, 10}, {300, 100, 10}, {400, 100, 10}, {500, 900, 10}, {450, 100, 10}, {350, 700, 10}};
+  w = {{100, 250, 10}, {200, 500, 10}, {300, 100, 10}, {400, 100, 10},
+       {500, 900, 10}, {450, 100, 10}, {350, 700, 10}};
   CHECK_THROWS_AS(calibrate_flow_curve(w), Uninformative);
   w[0].duration_s = 0.0;
   CHECK_THROWS_WITH(calibrate_flow_curve(w), Catch::Contains("not above 0"));
@@ -162,13 +184,19 @@ TEST_CASE("Level table: the plane within 0.05 mm over 100 planted tables, and th
   int covered = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     RandomStream random(seed, Purpose::kTest, 4);
-    const double bx = random.uniform(-0.004, 0.004), by = random.uniform(-0.008, 0.008), h = random.uniform(-2.0, 2.0);
+    const double bx = random.uniform(-0.004, 0.004), by = random.uniform(-0.008, 0.008),
+                 h = random.uniform(-2.0, 2.0);
     std::vector<TablePoint> points;
     for (const double x : {-300.0, 0.0, 300.0})
-      for (const double y : {-120.0, 0.0, 120.0}) points.push_back({x, y, h + bx * x + by * y + 0.03 * random.normal()});
-    const std::vector<Lifter> feet{{"foot 1", -430, -180, 1.5}, {"foot 2", 430, -180, 1.5}, {"foot 3", -430, 180, 1.5}, {"foot 4", 430, 180, 1.5}};
+      for (const double y : {-120.0, 0.0, 120.0})
+        points.push_back({x, y, h + bx * x + by * y + 0.03 * random.normal()});
+    const std::vector<Lifter> feet{{"foot 1", -430, -180, 1.5},
+                                   {"foot 2", 430, -180, 1.5},
+                                   {"foot 3", -430, 180, 1.5},
+                                   {"foot 4", 430, 180, 1.5}};
     const TableLevel t = level_by_feet(points, feet);
-    for (const TablePoint& p : points) CHECK(std::abs(t.plane_mm(p.x_mm, p.y_mm) - (h + bx * p.x_mm + by * p.y_mm)) < 0.08);
+    for (const TablePoint& p : points)
+      CHECK(std::abs(t.plane_mm(p.x_mm, p.y_mm) - (h + bx * p.x_mm + by * p.y_mm)) < 0.08);
     CHECK(std::abs(t.height_mm.value - h) < 0.05);
     covered += inside(t.height_mm, h) + inside(t.slope_x, bx) + inside(t.slope_y, by);
     if (t.level) continue;
@@ -182,7 +210,8 @@ TEST_CASE("Level table: the plane within 0.05 mm over 100 planted tables, and th
     double low = 1e9, high = -1e9;
     for (const TablePoint& p : points) {  // feet at the corners, bilinear between
       const double u = (p.x_mm + 430) / 860, v = (p.y_mm + 180) / 360;
-      const double z = p.z_mm + (1 - u) * (1 - v) * lift[0] + u * (1 - v) * lift[1] + (1 - u) * v * lift[2] + u * v * lift[3];
+      const double z = p.z_mm + (1 - u) * (1 - v) * lift[0] + u * (1 - v) * lift[1] + (1 - u) * v * lift[2] +
+                       u * v * lift[3];
       low = std::min(low, z), high = std::max(high, z);
     }
     CHECK(high - low < 0.5);
@@ -192,7 +221,9 @@ TEST_CASE("Level table: the plane within 0.05 mm over 100 planted tables, and th
   CHECK(covered <= 297);
 }
 
-TEST_CASE("Level table: nine screws take out what no foot can, and a level table is left alone, and points on a line are refused") {
+TEST_CASE(
+    "Level table: nine screws take out what no foot can, and a level table is left alone, and points on a "
+    "line are refused") {
   RandomStream random(9, Purpose::kTest);
   std::vector<TablePoint> points;
   std::vector<Lifter> screws;
@@ -224,7 +255,9 @@ TEST_CASE("Student's factor for 95 %") {
   CHECK(student_95(1e6) == Approx(1.96).epsilon(0.001));
 }
 
-TEST_CASE("A table is told about any place: plane and twist whatever the points' middle, and its bend where that is asked for") {
+TEST_CASE(
+    "A table is told about any place: plane and twist whatever the points' middle, and its bend where that "
+    "is asked for") {
   for (const bool bent : {false, true}) {
     std::vector<TablePoint> points;
     const auto z = [&](double x, double y) {
@@ -233,7 +266,8 @@ TEST_CASE("A table is told about any place: plane and twist whatever the points'
     };
     for (const double y : {-230.0, -65.0, 100.0, 265.0, 430.0})
       for (const double x : {-35.0, 90.0, 215.0}) points.push_back({x, y, z(x, y)});
-    for (const auto& [x, y] : {std::pair{300.0, 20.0}, {300.0, 180.0}, {30.0, 530.0}}) points.push_back({x, y, z(x, y)});  // to one side
+    for (const auto& [x, y] : {std::pair{300.0, 20.0}, {300.0, 180.0}, {30.0, 530.0}})
+      points.push_back({x, y, z(x, y)});  // to one side
     const TableLevel t = table_about(points, 90.0, 100.0, bent);
     CHECK(t.height_mm.value == Approx(1.5).margin(1e-6));
     CHECK(t.slope_x.value == Approx(2e-3).margin(1e-8));
@@ -254,7 +288,8 @@ bool covers(int inside, int all) { return inside >= 0.92 * all && inside <= 0.97
 
 }  // namespace
 
-TEST_CASE("Valve latency: marks that scatter more the faster they were laid do not make its interval too narrow") {
+TEST_CASE(
+    "Valve latency: marks that scatter more the faster they were laid do not make its interval too narrow") {
   int covered = 0;
   for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
     RandomStream random(seed, Purpose::kTest, 5);
@@ -268,7 +303,9 @@ TEST_CASE("Valve latency: marks that scatter more the faster they were laid do n
   CHECK(covers(covered, 1000));
 }
 
-TEST_CASE("Flow curve: a flow that takes of its own pressure and a coil slower than thought leave the rows where they are") {
+TEST_CASE(
+    "Flow curve: a flow that takes of its own pressure and a coil slower than thought leave the rows where "
+    "they are") {
   int covered = 0, rows = 0;
   double bias = 0.0;
   constexpr int kCurves = 200;
@@ -284,7 +321,8 @@ TEST_CASE("Flow curve: a flow that takes of its own pressure and a coil slower t
       Frequency f{25.0 * k, 0.0, std::vector<double>(6, 0.0)};
       const double gap = 500.0 / f.hz, longer = gap - std::floor(gap);
       double sum = 0.0;
-      for (const auto& [ticks, share] : {std::pair{std::floor(gap), 1.0 - longer}, {std::floor(gap) + 1.0, longer}}) {
+      for (const auto& [ticks, share] :
+           {std::pair{std::floor(gap), 1.0 - longer}, {std::floor(gap) + 1.0, longer}}) {
         f.share[std::size_t(std::min(ticks, 6.0)) - 1] += share;
         sum += share * full * (1.0 - recovery * std::exp(-(2.0 * ticks - 1.0) / 1.6));
       }
@@ -305,12 +343,14 @@ TEST_CASE("Flow curve: a flow that takes of its own pressure and a coil slower t
           mean[c] = 1e-3 * (all[k].hz + above * tau_s[c] / seconds * (1.0 - keep));
           warmth[c] = (all[k].hz + above * keep) * std::exp(-10.0 / tau_s[c]);
         }
-        const double volume = all[k].hz * seconds * all[k].drop * (1.0 + 0.4 * mean[2]) * (1.0 + 0.0424 / std::sqrt(seconds) * random.normal());
+        const double volume = all[k].hz * seconds * all[k].drop * (1.0 + 0.4 * mean[2]) *
+                              (1.0 + 0.0424 / std::sqrt(seconds) * random.normal());
         w.push_back({all[k].hz, volume, seconds, all[k].share, mean[0], mean[1] - mean[0], 0.0});
       }
     const FlowCurveFit c = calibrate_flow_curve(w);
     for (const FlowCurveRow& r : c.rows) {
-      const auto f = std::find_if(all.begin(), all.end(), [&](const Frequency& x) { return x.hz == r.frequency_hz; });
+      const auto f =
+          std::find_if(all.begin(), all.end(), [&](const Frequency& x) { return x.hz == r.frequency_hz; });
       const double truth = f->hz * f->drop * (1.0 + 0.4 * c.warmth);
       CHECK(r.flow_mm3_s.value == Approx(truth).epsilon(0.03));
       ++rows, covered += inside(r.flow_mm3_s, truth), bias += r.flow_mm3_s.value / truth - 1.0;
@@ -330,12 +370,15 @@ TEST_CASE("A table's interval holds where near places share their unevenness, fl
         double x, y, phase;
       };
       std::vector<Wave> waves;  // a normal field whose correlation is exp(-(d / 90 mm)^2)
-      for (int n = 0; n < 60; ++n) waves.push_back({random.normal() * std::sqrt(2.0) / 90.0, random.normal() * std::sqrt(2.0) / 90.0, random.uniform(0.0, 6.283185307)});
+      for (int n = 0; n < 60; ++n)
+        waves.push_back({random.normal() * std::sqrt(2.0) / 90.0, random.normal() * std::sqrt(2.0) / 90.0,
+                         random.uniform(0.0, 6.283185307)});
       double screw[9];
       for (double& s : screw) s = bent ? random.uniform(-0.4, 0.4) : 0.0;
       const auto plate = [&](double x, double y) {
         const double u = (x - 120.0) / 200.0, v = (y - 100.0) / 450.0;
-        const double a[] = {0.5 * u * (u - 1.0), 1.0 - u * u, 0.5 * u * (u + 1.0)}, b[] = {0.5 * v * (v - 1.0), 1.0 - v * v, 0.5 * v * (v + 1.0)};
+        const double a[] = {0.5 * u * (u - 1.0), 1.0 - u * u, 0.5 * u * (u + 1.0)},
+                     b[] = {0.5 * v * (v - 1.0), 1.0 - v * v, 0.5 * v * (v + 1.0)};
         double z = 0.2 + 1e-3 * x - 5e-4 * y;
         for (int s = 0; s < 9; ++s) z += screw[s] * a[s % 3] * b[s / 3];
         return z;
@@ -343,15 +386,26 @@ TEST_CASE("A table's interval holds where near places share their unevenness, fl
       std::vector<TablePoint> points;
       const auto read = [&](double x, double y) {
         double rough = 0.0;
-        for (const Wave& w : waves) rough += 0.05 * std::sqrt(2.0 / 60.0) * std::cos(w.x * x + w.y * y + w.phase);
+        for (const Wave& w : waves)
+          rough += 0.05 * std::sqrt(2.0 / 60.0) * std::cos(w.x * x + w.y * y + w.phase);
         points.push_back({x, y, plate(x, y) + rough});
       };
       for (const double y : {-230.0, -65.0, 100.0, 265.0, 430.0})
         for (const double x : {-35.0, 90.0, 215.0}) read(x, y);
-      for (const auto& [x, y] : {std::pair{30.0, -340.0}, {160.0, -340.0}, {310.0, -150.0}, {310.0, 20.0}, {310.0, 180.0}, {310.0, 340.0}, {30.0, 540.0}, {150.0, 540.0}}) read(x, y);
+      for (const auto& [x, y] : {std::pair{30.0, -340.0},
+                                 {160.0, -340.0},
+                                 {310.0, -150.0},
+                                 {310.0, 20.0},
+                                 {310.0, 180.0},
+                                 {310.0, 340.0},
+                                 {30.0, 540.0},
+                                 {150.0, 540.0}})
+        read(x, y);
       const TableLevel t = table_about(points, 90.0, 100.0, bent);
       CHECK(std::abs(t.height_mm.value - plate(90.0, 100.0)) < (bent ? 0.1 : 0.07));
-      covered += inside(t.height_mm, plate(90.0, 100.0)) + inside(t.slope_x, (plate(91.0, 100.0) - plate(89.0, 100.0)) / 2.0) + inside(t.slope_y, (plate(90.0, 101.0) - plate(90.0, 99.0)) / 2.0);
+      covered += inside(t.height_mm, plate(90.0, 100.0)) +
+                 inside(t.slope_x, (plate(91.0, 100.0) - plate(89.0, 100.0)) / 2.0) +
+                 inside(t.slope_y, (plate(90.0, 101.0) - plate(90.0, 99.0)) / 2.0);
     }
     CHECK(covers(covered, 3 * kTables));
   }

@@ -39,7 +39,8 @@ TEST_CASE("The mean ramp is the mean of max(0, x + e) by summation, and its deri
 TEST_CASE("(5): on a surface that is known exactly a soft link is w sat(d)") {
   const double h1 = 4.4e-3, w = 0.6e-3;
   const SoftLink link{w, w / (h1 + w), h1 + w, 0.0};
-  for (double d = -0.01; d < 0.01; d += 0.0003) CHECK(link.spread_mm(d, 0.0) == Approx(w * deposition::sat(h1 + w, d)).margin(1e-15));
+  for (double d = -0.01; d < 0.01; d += 0.0003)
+    CHECK(link.spread_mm(d, 0.0) == Approx(w * deposition::sat(h1 + w, d)).margin(1e-15));
 }
 
 TEST_CASE("What two droplets give, computed side by side, is to the bit what each gives alone") {
@@ -52,7 +53,8 @@ TEST_CASE("What two droplets give, computed side by side, is to the bit what eac
       v[k] = random.below(4) == 0 ? 0.0 : 1e-6 * random.uniform(0.0, 4.0);
     }
     const SoftLink& link = links[trial % 2];
-    const Two give = link.spread_mm(Two{d[0], d[1]}, Two{v[0], v[1]}), k = link.sensitivity(Two{d[0], d[1]}, Two{v[0], v[1]});
+    const Two give = link.spread_mm(Two{d[0], d[1]}, Two{v[0], v[1]}),
+              k = link.sensitivity(Two{d[0], d[1]}, Two{v[0], v[1]});
     for (int n = 0; n < 2; ++n) {
       REQUIRE(give[n] == link.spread_mm(d[n], v[n]));
       REQUIRE(k[n] == link.sensitivity(d[n], v[n]));
@@ -72,9 +74,11 @@ TEST_CASE("3 x 3 inverse, determinant, sandwich and least eigenvalue agree with 
       for (int c = 0; c < 3; ++c) sa.at(r, c) = a(r, c), sb.at(r, c) = b(r, c);
     const Symmetric3 i = inverse(sa), s = sandwich(sa, sb);
     const Eigen::Matrix3d ei = a.inverse(), es = a * b * a;
-    const Eigen::Matrix3d scaled = a.diagonal().cwiseSqrt().cwiseInverse().asDiagonal() * a * a.diagonal().cwiseSqrt().cwiseInverse().asDiagonal();
+    const Eigen::Matrix3d scaled = a.diagonal().cwiseSqrt().cwiseInverse().asDiagonal() * a *
+                                   a.diagonal().cwiseSqrt().cwiseInverse().asDiagonal();
     CHECK(determinant(sa) == Approx(a.determinant()));
-    CHECK(separation(sa) == Approx(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scaled).eigenvalues()(0)).margin(1e-12));
+    CHECK(separation(sa) ==
+          Approx(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scaled).eigenvalues()(0)).margin(1e-12));
     CHECK(positive_definite(sa));
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) {
@@ -143,11 +147,14 @@ TEST_CASE("Taking sat() at the measured difference is wrong by many sigma where 
       deposition::DropletModel at = p.model;
       (n == 0 ? at.h1_mm : n == 1 ? at.h2_mm : at.h3_mm) *= 1.001;
       HeightMap up = before, base = before;
-      deposition::HeightChange<1>(p.grid, deposition::stencil_of(at), deposition::Border::kLose).deposit(up, drops);
-      deposition::HeightChange<1>(p.grid, deposition::stencil_of(p.model), deposition::Border::kLose).deposit(base, drops);
+      deposition::HeightChange<1>(p.grid, deposition::stencil_of(at), deposition::Border::kLose)
+          .deposit(up, drops);
+      deposition::HeightChange<1>(p.grid, deposition::stencil_of(p.model), deposition::Border::kLose)
+          .deposit(base, drops);
       column[std::size_t(n)] = HeightMap(p.grid);
       const double step = 0.001 * (n == 0 ? p.model.h1_mm : n == 1 ? p.model.h2_mm : p.model.h3_mm);
-      for (std::size_t c = 0; c < up.size(); ++c) column[std::size_t(n)].cells[c] = (up.cells[c] - base.cells[c]) / step;
+      for (std::size_t c = 0; c < up.size(); ++c)
+        column[std::size_t(n)].cells[c] = (up.cells[c] - base.cells[c]) / step;
     }
     for (std::size_t c = 0; c < after.size(); ++c) {
       const Eigen::Vector3d g(column[0].cells[c], column[1].cells[c], column[2].cells[c]);
@@ -176,7 +183,8 @@ TEST_CASE("Full layers tell h1 + 4 h2 + 4 h3 and hardly anything else, and the e
   CHECK(full.excitation < 0.2 * half.excitation);
   CHECK(full.std_mm(0) > 5.0 * half.std_mm(0));
   CHECK(full.layer_height_std_mm() < 0.01 * p.model.layer_height_mm());
-  CHECK(std::abs(full.model.layer_height_mm() - p.model.layer_height_mm()) < 3.0 * full.layer_height_std_mm());
+  CHECK(std::abs(full.model.layer_height_mm() - p.model.layer_height_mm()) <
+        3.0 * full.layer_height_std_mm());
   CHECK(std::abs(full.model.h1_mm - p.model.h1_mm) < 3.0 * full.std_mm(0));
 }
 
@@ -191,7 +199,8 @@ TEST_CASE("Layers behind the window still count, and what was learned does not g
   CHECK(late.std_mm(0) < 0.8 * early.std_mm(0));
   CHECK(late.layer_height_std_mm() < 0.8 * early.layer_height_std_mm());
   CHECK(std::abs(late.model.h1_mm - p.model.h1_mm) < 3.0 * late.std_mm(0));
-  CHECK(std::abs(late.model.layer_height_mm() - p.model.layer_height_mm()) < 3.0 * late.layer_height_std_mm());
+  CHECK(std::abs(late.model.layer_height_mm() - p.model.layer_height_mm()) <
+        3.0 * late.layer_height_std_mm());
 }
 
 TEST_CASE("Missed droplets, cells without a reading and a pass in doubt do not spoil the estimate") {
@@ -214,12 +223,14 @@ TEST_CASE("Missed droplets, cells without a reading and a pass in doubt do not s
           for (int n = -1; n <= 1; ++n)
             for (int m = -1; m <= 1; ++m) {
               const std::int64_t at = std::int64_t(c) + m * p.grid.nx + n;
-              if (at >= 0 && at < std::int64_t(y.size()) && use[std::size_t(at)] == Use::kLearn) use[std::size_t(at)] = Use::kAnchor;
+              if (at >= 0 && at < std::int64_t(y.size()) && use[std::size_t(at)] == Use::kLearn)
+                use[std::size_t(at)] = Use::kAnchor;
             }
       std::erase_if(pass.cells, [&](std::uint32_t c) { return c < p.grid.size() / 2; });
     }
     // Three droplets per layer that were counted but are not there: reported as fired, landed nowhere.
-    for (std::uint32_t n = 0; n < 3; ++n) pass.cells.push_back(random_below({2, Purpose::kMissedDroplet, std::uint32_t(k), 0, n}, 1600));
+    for (std::uint32_t n = 0; n < 3; ++n)
+      pass.cells.push_back(random_below({2, Purpose::kMissedDroplet, std::uint32_t(k), 0, n}, 1600));
     std::sort(pass.cells.begin(), pass.cells.end());
     pass.cells.erase(std::unique(pass.cells.begin(), pass.cells.end()), pass.cells.end());
     estimator.add_layer({pass}, y, use, p.noise_mm);
@@ -264,9 +275,11 @@ TEST_CASE("Wrong options and maps are named") {
   const std::vector<Use> use(16, Use::kLearn);
   CHECK_THROWS_WITH(e.add_layer({}, HeightMap(g, 0.0), use, 0.001), Catch::Contains("bare ground"));
   CHECK_THROWS_WITH(e.set_ground(HeightMap(g, 0.0), use, 0.0), Catch::Contains("noise"));
-  CHECK_THROWS_WITH(e.set_ground(HeightMap(g, std::numeric_limits<double>::quiet_NaN()), use, 0.001), Catch::Contains("cell 0"));
+  CHECK_THROWS_WITH(e.set_ground(HeightMap(g, std::numeric_limits<double>::quiet_NaN()), use, 0.001),
+                    Catch::Contains("cell 0"));
   e.set_ground(HeightMap(g, 0.0), use, 0.001);
-  CHECK_THROWS_WITH(e.add_layer({{{99}, 1.0}}, HeightMap(g, 0.0), use, 0.001), Catch::Contains("off the grid"));
+  CHECK_THROWS_WITH(e.add_layer({{{99}, 1.0}}, HeightMap(g, 0.0), use, 0.001),
+                    Catch::Contains("off the grid"));
 }
 
 TEST_CASE("With a memory the estimate follows a jet that drifts, and without one it lags behind") {
@@ -280,15 +293,19 @@ TEST_CASE("With a memory the estimate follows a jet that drifts, and without one
     DropletEstimator all(world.grid, options);
     options.memory_layers = 6.0;
     DropletEstimator fading(world.grid, options);
-    for (DropletEstimator* e : {&all, &fading}) e->set_ground(world.measure(), world.everywhere(), world.noise_mm);
+    for (DropletEstimator* e : {&all, &fading})
+      e->set_ground(world.measure(), world.everywhere(), world.noise_mm);
     const deposition::DropletModel first = world.model;
     for (int k = 0; k < 30; ++k) {  // a third less in thirty layers
       const double s = 1.0 - 0.011 * k;
       world.model = {s * first.h1_mm, s * first.h2_mm, s * first.h3_mm};
       const Pass pass = world.print();
-      for (DropletEstimator* e : {&all, &fading}) e->add_layer({pass}, world.measure(), world.everywhere(), world.noise_mm);
+      for (DropletEstimator* e : {&all, &fading})
+        e->add_layer({pass}, world.measure(), world.everywhere(), world.noise_mm);
     }
-    const auto off = [&](const DropletEstimator& e) { return e.estimate().model.h1_mm / world.model.h1_mm - 1.0; };
+    const auto off = [&](const DropletEstimator& e) {
+      return e.estimate().model.h1_mm / world.model.h1_mm - 1.0;
+    };
     INFO("off by " << off(all) << " without and " << off(fading) << " with a memory");
     CHECK(off(all) > 0.10);
     CHECK(std::abs(off(fading)) < 0.09);  // five layers' lag

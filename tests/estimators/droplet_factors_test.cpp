@@ -39,14 +39,16 @@ struct Print {
     for (std::uint32_t c = 0; c < u.size(); ++c)
       if (mask.cells[c] && random.uniform(0.0, 1.0) < fill) u.cells[c] = 1, pass.cells.push_back(c);
     const HeightMap before = height;
-    deposition::HeightChange<1>(grid, deposition::stencil_of(nature.times(factor)), deposition::Border::kLose).step(height.data(), u.data(), 0);
+    deposition::HeightChange<1>(grid, deposition::stencil_of(nature.times(factor)), deposition::Border::kLose)
+        .step(height.data(), u.data(), 0);
     HeightMap map = height;
     for (double& h : map.cells) h += random.uniform(-1.7, 1.7) * noise_mm;
     factors.add_layer(before.cells, std::vector<Pass>{pass}, map.cells, use);
   }
 };
 
-/// Full layers of a jet whose flow wanders by 2 % a layer. @return how far the factor inside is off at most, after `settled` layers
+/// Full layers of a jet whose flow wanders by 2 % a layer. @return how far the factor inside is off at most,
+/// after `settled` layers
 double worst_lag(Print& p, double& factor, int layers, int settled, double noise_mm) {
   double worst = 0.0;
   for (int layer = 1; layer <= layers; ++layer) {
@@ -77,7 +79,8 @@ TEST_CASE("A part's cells are rim, two rows between and inside, and a narrow par
   CHECK(places_of(Mask(GridSpec{15, 15}, 1)).at(7, 7) == Place::kInside);
 }
 
-TEST_CASE("A jet whose flow wanders by 2 % a layer is followed to 3 %, from full layers under 1 um of noise") {
+TEST_CASE(
+    "A jet whose flow wanders by 2 % a layer is followed to 3 %, from full layers under 1 um of noise") {
   Print p;
   double factor = 0.9;
   CHECK(worst_lag(p, factor, 40, 5, 1e-3) < 0.03);
@@ -93,7 +96,9 @@ TEST_CASE("Layers of few droplets hardly move what full layers have told") {
   CHECK(std::abs(p.factors.at(Place::kInside) - told) < 0.02);
 }
 
-TEST_CASE("Weighed by fill, a full layer tells the flow to 1 % at once, and what half-filled ones tell too much is not believed") {
+TEST_CASE(
+    "Weighed by fill, a full layer tells the flow to 1 % at once, and what half-filled ones tell too much is "
+    "not believed") {
   DropletFactorOptions o;
   o.sparse_std = 0.4;
   Print p;
@@ -117,8 +122,10 @@ TEST_CASE("A rim whose droplets run off is not believed to take less than most o
   HeightMap flat(p.grid, 0.5), after = flat;
   Pass rim;
   for (std::uint32_t c = 0; c < p.grid.size(); ++c)
-    if (p.mask.cells[c] && p.factors.places().cells[c] == Place::kRim) rim.cells.push_back(c), after.cells[c] += 2.5e-3;
-  for (int layer = 1; layer <= 30; ++layer) p.factors.add_layer(flat.cells, std::vector<Pass>{rim}, after.cells, p.use);
+    if (p.mask.cells[c] && p.factors.places().cells[c] == Place::kRim)
+      rim.cells.push_back(c), after.cells[c] += 2.5e-3;
+  for (int layer = 1; layer <= 30; ++layer)
+    p.factors.add_layer(flat.cells, std::vector<Pass>{rim}, after.cells, p.use);
   CHECK(p.factors.at(Place::kRim) == Approx(DropletFactors::kLeastRim * p.factors.at(Place::kInside)));
 }
 

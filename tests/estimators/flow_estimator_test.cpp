@@ -21,16 +21,20 @@ FlowInterval interval(int k, double factor_a, double factor_b, double noise_mm, 
       const double x = kGrid.x_mm(i), y = kGrid.y_mm(j), r = std::sqrt(x * x + y * y);
       const std::size_t c = kGrid.index(i, j);
       const double wanted = 1.2 * (1.0 + 0.1 * std::sin(0.1 * x * k) + 0.1 * random.uniform());
-      if (r < 26.0) f.nominal_mm[0].cells[c] = wanted;
-      else if (r < 34.0) f.nominal_mm[1].cells[c] = wanted;
-      f.rise_mm.cells[c] = factor_a * f.nominal_mm[0].cells[c] + factor_b * f.nominal_mm[1].cells[c] + noise_mm * random.normal();
+      if (r < 26.0)
+        f.nominal_mm[0].cells[c] = wanted;
+      else if (r < 34.0)
+        f.nominal_mm[1].cells[c] = wanted;
+      f.rise_mm.cells[c] = factor_a * f.nominal_mm[0].cells[c] + factor_b * f.nominal_mm[1].cells[c] +
+                           noise_mm * random.normal();
       if (random.uniform() < 0.0005) f.rise_mm.cells[c] += 30.0;  // debris
     }
   return f;
 }
 
-/// Beads 1.5 mm apart, ice in a ring of scaffold as wide as its buffer. Liquid falls on the beads' middles and spreads over three cells; two
-/// fifths of the outer half of the last bead flow over the rim, and between the materials every third cell is not known.
+/// Beads 1.5 mm apart, ice in a ring of scaffold as wide as its buffer. Liquid falls on the beads' middles
+/// and spreads over three cells; two fifths of the outer half of the last bead flow over the rim, and between
+/// the materials every third cell is not known.
 FlowInterval narrow_ring(double factor_a, double factor_b, std::uint64_t seed) {
   FlowInterval f{5, HeightMap(kGrid, 0.0), {HeightMap(kGrid, 0.0), HeightMap(kGrid, 0.0)}};
   RandomStream random(seed, Purpose::kTest);
@@ -38,11 +42,13 @@ FlowInterval narrow_ring(double factor_a, double factor_b, std::uint64_t seed) {
     const int drops = int(60 * r);
     for (int k = 0; k < drops; ++k) {
       const double angle = 2.0 * M_PI * k / drops, height = 1.2 * 1.5 * 2.0 * M_PI * r / drops;
-      const int i = int(std::floor(r * std::cos(angle) + 42.5)), j = int(std::floor(r * std::sin(angle) + 35.5));
+      const int i = int(std::floor(r * std::cos(angle) + 42.5)),
+                j = int(std::floor(r * std::sin(angle) + 35.5));
       const std::size_t valve = r < 28.0 ? 0 : 1;
       f.nominal_mm[valve].at(i, j) += height;
       for (int y = j - 1; y <= j + 1; ++y)
-        for (int x = i - 1; x <= i + 1; ++x) f.rise_mm.at(x, y) += (valve ? factor_b : factor_a) * height / 9.0;
+        for (int x = i - 1; x <= i + 1; ++x)
+          f.rise_mm.at(x, y) += (valve ? factor_b : factor_a) * height / 9.0;
     }
   }
   for (int j = 0; j < kGrid.ny; ++j)
@@ -57,7 +63,8 @@ FlowInterval narrow_ring(double factor_a, double factor_b, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("The factor of each valve is found from one interval, and its standard deviation covers the error") {
+TEST_CASE(
+    "The factor of each valve is found from one interval, and its standard deviation covers the error") {
   int covered = 0, cases = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     RandomStream random(seed, Purpose::kTest);
@@ -67,13 +74,16 @@ TEST_CASE("The factor of each valve is found from one interval, and its standard
     const FlowEstimate& f = e.estimate();
     CHECK(f.factor[0] == Approx(a).epsilon(0.02));
     CHECK(f.factor[1] == Approx(b).epsilon(0.03));
-    for (int v = 0; v < 2; ++v) ++cases, covered += std::abs(f.factor[std::size_t(v)] - (v ? b : a)) < 1.96 * f.factor_std[std::size_t(v)];
+    for (int v = 0; v < 2; ++v)
+      ++cases,
+          covered += std::abs(f.factor[std::size_t(v)] - (v ? b : a)) < 1.96 * f.factor_std[std::size_t(v)];
   }
   CHECK(covered >= 0.88 * cases);
   CHECK(covered < cases);
 }
 
-TEST_CASE("A ring of scaffold narrower than a block tells the factor of its valve, whatever flows over its rim") {
+TEST_CASE(
+    "A ring of scaffold narrower than a block tells the factor of its valve, whatever flows over its rim") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     RandomStream random(seed, Purpose::kTest, 1);
     const double a = random.uniform(0.8, 1.2), b = random.uniform(0.8, 1.2);
@@ -88,7 +98,8 @@ TEST_CASE("A ring of scaffold narrower than a block tells the factor of its valv
 TEST_CASE("A drift of either sign is followed, and told per layer") {
   for (const double drift : {-0.2, 0.2}) {
     FlowEstimator e({});
-    for (int k = 1; k <= 20; ++k) e.add(interval(k, 1.0 + drift * k / 20.0, 1.0 - 0.5 * drift * k / 20.0, 0.15, 3));
+    for (int k = 1; k <= 20; ++k)
+      e.add(interval(k, 1.0 + drift * k / 20.0, 1.0 - 0.5 * drift * k / 20.0, 0.15, 3));
     const FlowEstimate& f = e.estimate();
     CHECK(f.factor[0] == Approx(1.0 + drift).margin(0.01));
     CHECK(f.factor[1] == Approx(1.0 - 0.5 * drift).margin(0.015));
@@ -106,7 +117,8 @@ TEST_CASE("A blocked line shows as a factor near zero within two intervals") {
   quick.memory_layers = 5.0;
   FlowEstimator forgets(quick);
   for (int k = 1; k <= 4; ++k) forgets.add(interval(k, 1.0, 1.0, 0.1, 5));
-  for (int k = 5; k <= 6; ++k) e.add(interval(k, 0.0, 1.0, 0.1, 5)), forgets.add(interval(k, 0.0, 1.0, 0.1, 5));
+  for (int k = 5; k <= 6; ++k)
+    e.add(interval(k, 0.0, 1.0, 0.1, 5)), forgets.add(interval(k, 0.0, 1.0, 0.1, 5));
   CHECK(e.estimate().factor[0] < 0.7);
   CHECK(forgets.estimate().factor[0] < 0.5);
   CHECK(e.estimate().factor[1] == Approx(1.0).margin(0.02));
@@ -164,7 +176,8 @@ TEST_CASE("Laid volume stands where the nozzle was when the pulses arrived, and 
   const motion::PlanResult r = motion::plan(in, *arm, motion::cobra600_limits());
   REQUIRE(r.ok());
   std::vector<std::int32_t> ticks;
-  for (std::int32_t k = 0; k < std::int32_t(r.trajectory.certificate.duration_s / 0.002); k += 10) ticks.push_back(k);
+  for (std::int32_t k = 0; k < std::int32_t(r.trajectory.certificate.duration_s / 0.002); k += 10)
+    ticks.push_back(k);
   for (const double latency : {0.0, -0.03, 0.05}) {
     HeightMap laid({84, 70, 1.0, 1.0, -42.0, -35.0});
     add_laid({r.trajectory, 0.0, 0.002, latency, 25.0, ticks}, {*arm, nozzle, in.origin}, laid);

@@ -37,7 +37,8 @@ struct Dense {
     HeightMap out = h;
     std::vector<std::uint8_t> drops(grid.size(), 0);
     for (const auto c : cells) drops[c] = 1;
-    deposition::HeightChange<1>(grid, deposition::stencil_of(model), deposition::Border::kLose).step(out.data(), drops.data(), 0);
+    deposition::HeightChange<1>(grid, deposition::stencil_of(model), deposition::Border::kLose)
+        .step(out.data(), drops.data(), 0);
     return out;
   }
   Eigen::VectorXd rise(const Eigen::VectorXd& at, const std::vector<std::uint32_t>& cells) const {
@@ -51,7 +52,8 @@ struct Dense {
   void layer(const std::vector<std::uint32_t>& cells, const HeightMap& map) {
     const Eigen::Index n = x.size();
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Identity(n, n), q = Eigen::MatrixXd::Zero(n, n);
-    const double d = std::max(2.0 * std::sqrt(p.diagonal().mean()), 1e-7);  // about as far as the surface is uncertain
+    const double d =
+        std::max(2.0 * std::sqrt(p.diagonal().mean()), 1e-7);  // about as far as the surface is uncertain
     for (Eigen::Index c = 0; c < n; ++c) {
       Eigen::VectorXd up = x, down = x;
       up[c] += d, down[c] -= d;
@@ -86,7 +88,8 @@ TEST_CASE("Variances and heights stay near those of the Kalman filter with all c
       HeightFilter filter = filter_for(world, scatter);
       filter.set_ground(HeightMap(world.grid, 0.0), world.everywhere(), noise);
       const auto n = Eigen::Index(world.grid.size());
-      Dense dense{world.grid, world.model, scatter, noise, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
+      Dense dense{
+          world.grid, world.model, scatter, noise, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
       for (int k = 1; k <= 12; ++k) {
         const Pass pass = world.print();
         const HeightMap map = world.measure();
@@ -98,8 +101,10 @@ TEST_CASE("Variances and heights stay near those of the Kalman filter with all c
         const double ours = filter.surface().variance_mm2[std::size_t(c)];
         sum += ours;
         CHECK(ours > 0.8 * dense.p(c, c));
-        CHECK(ours < 2.2 * dense.p(c, c));  // a cell walled in by its neighbours: what they know of it is left out
-        off += (filter.surface().height_mm[std::size_t(c)] - dense.x[c]) * (filter.surface().height_mm[std::size_t(c)] - dense.x[c]);
+        CHECK(ours <
+              2.2 * dense.p(c, c));  // a cell walled in by its neighbours: what they know of it is left out
+        off += (filter.surface().height_mm[std::size_t(c)] - dense.x[c]) *
+               (filter.surface().height_mm[std::size_t(c)] - dense.x[c]);
       }
       CHECK(sum == Approx(dense.p.trace()).epsilon(0.07));
       CHECK(std::sqrt(off / double(n)) < 0.4 * std::sqrt(dense.p.trace() / double(n)));
@@ -127,14 +132,17 @@ TEST_CASE("The estimate errs less than the map and less than the droplets alone,
       of_droplets += rms(blind.surface().height_mm, world.height.cells) / 4;
       said += filter.std_mm(Mask(world.grid, 1)) / 4;
     }
-    INFO("variation " << variation << ": filter " << of_filter << ", map " << of_map << ", droplets " << of_droplets);
+    INFO("variation " << variation << ": filter " << of_filter << ", map " << of_map << ", droplets "
+                      << of_droplets);
     CHECK(of_filter < (variation < 0.3 ? 0.55 : 0.7) * of_map);
     CHECK(of_filter < 0.8 * of_droplets);
     CHECK(said == Approx(of_filter).epsilon(0.15));
   }
 }
 
-TEST_CASE("A droplet that did not come is taken from the map at once, and a cell without a reading from the droplets") {
+TEST_CASE(
+    "A droplet that did not come is taken from the map at once, and a cell without a reading from the "
+    "droplets") {
   Planted world;
   world.grid = {12, 12, 0.25, 0.25, 0.0, 0.0};
   world.height = HeightMap(world.grid, 0.0);
@@ -158,7 +166,9 @@ TEST_CASE("A droplet that did not come is taken from the map at once, and a cell
   CHECK(filter.surface().variance_mm2[unseen] > 2.0 * filter.surface().variance_mm2[world.grid.index(3, 8)]);
 }
 
-TEST_CASE("A second map of a layer takes the first one's place, bytes and all, and unknown droplets leave the map alone") {
+TEST_CASE(
+    "A second map of a layer takes the first one's place, bytes and all, and unknown droplets leave the map "
+    "alone") {
   Planted world;
   HeightFilter twice = filter_for(world, 0.06), once = twice;
   const HeightMap ground = world.measure();
@@ -182,12 +192,15 @@ TEST_CASE("Bad layers are refused by name and leave the height filter as it was"
   Planted world;
   HeightFilter filter = filter_for(world, 0.06);
   const HeightMap map = world.measure();
-  CHECK_THROWS_WITH(filter.add_layer({}, map, world.everywhere(), 0.001), Catch::Contains("before the map of the bare ground"));
+  CHECK_THROWS_WITH(filter.add_layer({}, map, world.everywhere(), 0.001),
+                    Catch::Contains("before the map of the bare ground"));
   filter.set_ground(map, world.everywhere(), world.noise_mm);
   const auto before = filter.surface().height_mm;
   CHECK_THROWS_WITH(filter.add_layer({}, map, world.everywhere(), 0.0), Catch::Contains("noise_std_mm"));
-  CHECK_THROWS_WITH(filter.add_layer({Pass{{99999}, 1.0}}, map, world.everywhere(), 0.001), Catch::Contains("off the grid"));
-  CHECK_THROWS_WITH(filter.add_layer({Pass{{1}, 1.5}}, map, world.everywhere(), 0.001), Catch::Contains("share"));
+  CHECK_THROWS_WITH(filter.add_layer({Pass{{99999}, 1.0}}, map, world.everywhere(), 0.001),
+                    Catch::Contains("off the grid"));
+  CHECK_THROWS_WITH(filter.add_layer({Pass{{1}, 1.5}}, map, world.everywhere(), 0.001),
+                    Catch::Contains("share"));
   CHECK_THROWS_WITH(filter.add_layer({}, HeightMap(GridSpec{2, 2}), {}, 0.001), Catch::Contains("size"));
   HeightMap hole = map;
   hole.cells[7] = kNotMeasured;

@@ -14,16 +14,21 @@ namespace {
 
 // One layer of the model (4) on bare ground.
 PrintedLayer printed(const DropletPattern& drops, const deposition::DropletModel& model) {
-  PrintedLayer l{drops, HeightMap(drops.spec, 0.0), HeightMap(drops.spec, 0.0), std::vector<Use>(drops.size(), Use::kLearn)};
-  deposition::HeightChange<1>(drops.spec, deposition::stencil_of(model), deposition::Border::kLose).deposit(l.after, drops);
+  PrintedLayer l{drops, HeightMap(drops.spec, 0.0), HeightMap(drops.spec, 0.0),
+                 std::vector<Use>(drops.size(), Use::kLearn)};
+  deposition::HeightChange<1>(drops.spec, deposition::stencil_of(model), deposition::Border::kLose)
+      .deposit(l.after, drops);
   return l;
 }
 
-void cross(DropletPattern& u, int i, int j) { u.at(i, j) = u.at(i + 1, j) = u.at(i - 1, j) = u.at(i, j + 1) = u.at(i, j - 1) = 1; }
+void cross(DropletPattern& u, int i, int j) {
+  u.at(i, j) = u.at(i + 1, j) = u.at(i - 1, j) = u.at(i, j + 1) = u.at(i, j - 1) = 1;
+}
 
 }  // namespace
 
-TEST_CASE("V-C: h1, h2, h3 come out of single droplets, crosses and corner pairs on bare ground, exactly, by (4)") {
+TEST_CASE(
+    "V-C: h1, h2, h3 come out of single droplets, crosses and corner pairs on bare ground, exactly, by (4)") {
   const deposition::DropletModel m{4.7e-3, 0.55e-3, 0.18e-3};
   DropletPattern u(GridSpec{60, 24, 0.25, 0.25, 0.0, 0.0});
   for (int n = 0; n < 2; ++n) {
@@ -58,11 +63,13 @@ TEST_CASE("V-C by the model: neighbours that are cured after the centre add only
   deposition::HeightChange<1> change(centre.spec, deposition::stencil_of(m), deposition::Border::kLose);
   change.deposit(h, centre);
   change.deposit(h, sides);
-  CHECK(h.at(4, 4) - m.h1_mm == Approx(4.0 * m.h2_mm * deposition::sat(m.h1_mm + m.h2_mm, m.h2_mm - m.h1_mm)));
+  CHECK(h.at(4, 4) - m.h1_mm ==
+        Approx(4.0 * m.h2_mm * deposition::sat(m.h1_mm + m.h2_mm, m.h2_mm - m.h1_mm)));
   CHECK(h.at(4, 4) - m.h1_mm < 0.25 * 4.0 * m.h2_mm);
 }
 
-TEST_CASE("Sites on printed ground, near others, at unmeasured cells or at the edge are no identification prints") {
+TEST_CASE(
+    "Sites on printed ground, near others, at unmeasured cells or at the edge are no identification prints") {
   const deposition::DropletModel m;
   const GridSpec g{40, 12, 0.25, 0.25, 0.0, 0.0};
   DropletPattern first(g), second(g);
@@ -94,7 +101,9 @@ TEST_CASE("Student's t and its interval: table values, and repeats that cover th
   CHECK(covered < 1930);
 }
 
-TEST_CASE("Squares that rise alike are consistent, and domes and ribs are not, and the choice is the vertex between") {
+TEST_CASE(
+    "Squares that rise alike are consistent, and domes and ribs are not, and the choice is the vertex "
+    "between") {
   const GridSpec g{60, 60, 0.1, 0.1, 0.0, 0.0};
   const std::vector<Use> use(g.size(), Use::kLearn);
   const HeightMap bare(g, 0.0);

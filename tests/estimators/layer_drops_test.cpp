@@ -5,7 +5,8 @@
 using namespace firn;
 using namespace firn::droplet;
 
-TEST_CASE("Several passes are several steps of (4), and a count of the jet below the stage's scales the droplets") {
+TEST_CASE(
+    "Several passes are several steps of (4), and a count of the jet below the stage's scales the droplets") {
   LayerDrops drops;
   PassReport r{DropletPattern(GridSpec{4, 3, 0.25, 0.25, 0.0, 0.0}, 1), 0, 2, 11, 12, 12};
   drops.add(r);
@@ -38,9 +39,9 @@ TEST_CASE("Droplets in doubt are not taken as fired, and the cells about them te
   const auto use = drops.use_of(HeightMap(g, 0.0), quality, mask);
   for (int j = 0; j < 4; ++j)
     for (int i = 0; i < 6; ++i) {
-      const Use expected = i == 5 && j == 3                             ? Use::kNothing
-                                    : (i >= 1 && i <= 3 && j <= 1) || (i == 0 && j == 3) ? Use::kAnchor
-                                                                                 : Use::kLearn;
+      const Use expected = i == 5 && j == 3                                     ? Use::kNothing
+                           : (i >= 1 && i <= 3 && j <= 1) || (i == 0 && j == 3) ? Use::kAnchor
+                                                                                : Use::kLearn;
       CHECK(use[g.index(i, j)] == expected);
     }
 }

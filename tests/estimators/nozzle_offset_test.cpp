@@ -14,11 +14,13 @@ struct Scene {
   std::vector<MarkSite> marks;
   HeightMap before{grid, 0.0}, after{grid, 0.0};
 
-  Scene(std::uint64_t seed, double dx_mm, double dy_mm, double common_mm, double noise_mm, double scatter_mm) {
+  Scene(std::uint64_t seed, double dx_mm, double dy_mm, double common_mm, double noise_mm,
+        double scatter_mm) {
     RandomStream random(seed, Purpose::kTest);
     for (int row = 0; row < 6; ++row)
       for (int column = 0; column < 6; ++column)
-        marks.push_back({grid.x_mm(8 + 16 * column), grid.y_mm(8 + 16 * row), (row + column) % 2 ? Material::kB : Material::kA});
+        marks.push_back({grid.x_mm(8 + 16 * column), grid.y_mm(8 + 16 * row),
+                         (row + column) % 2 ? Material::kB : Material::kA});
     for (std::size_t c = 0; c < grid.size(); ++c) {
       before.cells[c] = 0.02 + noise_mm * random.normal();
       after.cells[c] = 0.02 + noise_mm * random.normal();
@@ -38,14 +40,17 @@ struct Scene {
 };
 
 TEST_CASE("Student's t by the Cornish-Fisher expansion agrees with the table within 1 %") {
-  const std::pair<double, double> table[] = {{3, 3.182}, {4, 2.776}, {5, 2.571}, {10, 2.228}, {30, 2.042}, {1000, 1.962}};
+  const std::pair<double, double> table[] = {{3, 3.182},  {4, 2.776},  {5, 2.571},
+                                             {10, 2.228}, {30, 2.042}, {1000, 1.962}};
   for (const auto& [freedom, t] : table) CHECK(student_t_95(freedom) == Approx(t).epsilon(0.01));
 }
 
-TEST_CASE("the offset of noise-free marks is found to three micrometres, wherever they lie between the cells") {
+TEST_CASE(
+    "the offset of noise-free marks is found to three micrometres, wherever they lie between the cells") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     RandomStream random(seed, Purpose::kTest);
-    const double dx = 0.8 * (random.uniform() - 0.5), dy = 0.8 * (random.uniform() - 0.5), common = 0.2 * (random.uniform() - 0.5);
+    const double dx = 0.8 * (random.uniform() - 0.5), dy = 0.8 * (random.uniform() - 0.5),
+                 common = 0.2 * (random.uniform() - 0.5);
     CAPTURE(seed, dx, dy, common);
     const Scene s(seed, dx, dy, common, 0.0, 0.0);
     const NozzleOffset o = measure_offset(s.before, s.after, s.marks);
@@ -94,7 +99,8 @@ TEST_CASE("a registration that cannot be read is refused by name") {
   CHECK_THROWS_WITH(measure_offset(none.before, none.before, none.marks), Catch::Contains("not within"));
   const Scene far(7, 0.75, 0.0, 0.0, 0.0, 0.0);
   CHECK_THROWS_WITH(measure_offset(far.before, far.after, far.marks), Catch::Contains("nozzle B"));
-  CHECK_THROWS_WITH(measure_offset(far.before, HeightMap(GridSpec{3, 3}, 0.0), far.marks), Catch::Contains("different grids"));
+  CHECK_THROWS_WITH(measure_offset(far.before, HeightMap(GridSpec{3, 3}, 0.0), far.marks),
+                    Catch::Contains("different grids"));
   auto few = far.marks;
   few.resize(5);
   CHECK_THROWS_WITH(measure_offset(far.before, far.after, few), Catch::Contains("four marks"));

@@ -31,19 +31,23 @@ struct Bench {
   }
 };
 
-/// Where the laser is at time t of a planned path, in the part's frame: linear between the emitted tool points.
+/// Where the laser is at time t of a planned path, in the part's frame: linear between the emitted tool
+/// points.
 Point2 place(const motion::PlanResult& r, double t_s) {
   const double ticks = std::clamp(t_s / r.trajectory.tick_s, 0.0, double(r.tool.size() - 1));
   const std::size_t i = std::min(std::size_t(ticks), r.tool.size() - 2);
   const double f = ticks - double(i);
-  return {r.tool[i].x_mm + f * (r.tool[i + 1].x_mm - r.tool[i].x_mm), r.tool[i].y_mm + f * (r.tool[i + 1].y_mm - r.tool[i].y_mm)};
+  return {r.tool[i].x_mm + f * (r.tool[i + 1].x_mm - r.tool[i].x_mm),
+          r.tool[i].y_mm + f * (r.tool[i + 1].y_mm - r.tool[i].y_mm)};
 }
 
 double bumpy(const Point2& p) { return 1.2 + 0.1 * std::sin(0.2 * p.x_mm) * std::cos(0.15 * p.y_mm); }
 
 }  // namespace
 
-TEST_CASE("Readings land where the laser was, whatever the latency: a surface is found again from both directions") {
+TEST_CASE(
+    "Readings land where the laser was, whatever the latency: a surface is found again from both "
+    "directions") {
   const Bench b;
   for (const double latency : {0.0, 0.013, 0.05}) {
     std::vector<SurfacePoint> points;
@@ -52,7 +56,8 @@ TEST_CASE("Readings land where the laser was, whatever the latency: a surface is
       if (back) std::swap(line[0], line[1]);
       const motion::PlanResult r = b.run(line, 125.0, 1.2);
       std::vector<float> z;
-      for (int k = 0; k < int(r.trajectory.certificate.duration_s / 0.01) + 20; ++k) z.push_back(float(bumpy(place(r, latency + 0.01 * k)) - 1.2));
+      for (int k = 0; k < int(r.trajectory.certificate.duration_s / 0.01) + 20; ++k)
+        z.push_back(float(bumpy(place(r, latency + 0.01 * k)) - 1.2));
       const ReadingCounts n = add_readings(r.trajectory, b.frame(latency), 0.01, z, points);
       CHECK(n.taken > 20);
       CHECK(n.taken <= std::int64_t(r.trajectory.certificate.duration_s / 0.01) + 1);
@@ -74,7 +79,8 @@ TEST_CASE("A latency that is wrong by 2 ms moves readings by 0.25 mm at 125 mm/s
   add_readings(r.trajectory, b.frame(0.010), 0.01, z, right);
   add_readings(r.trajectory, b.frame(0.012), 0.01, z, late);
   double most = 0.0;
-  for (std::size_t k = 0; k < std::min(right.size(), late.size()); ++k) most = std::max(most, std::abs(late[k].x_mm - right[k].x_mm));
+  for (std::size_t k = 0; k < std::min(right.size(), late.size()); ++k)
+    most = std::max(most, std::abs(late[k].x_mm - right[k].x_mm));
   CHECK(most == Approx(0.25).margin(0.01));
 }
 
@@ -98,19 +104,24 @@ TEST_CASE("Values that are missing and values off their neighbours are left out 
 TEST_CASE("The noise of one reading comes from its neighbours, on slopes and bends too") {
   RandomStream random(5, Purpose::kTest);
   std::vector<SurfacePoint> p;
-  for (int k = 0; k < 4000; ++k) p.push_back({0.5 * k, 0.0, 0.01 * k + 0.2 * std::sin(0.02 * k) + 0.02 * random.normal()});
+  for (int k = 0; k < 4000; ++k)
+    p.push_back({0.5 * k, 0.0, 0.01 * k + 0.2 * std::sin(0.02 * k) + 0.02 * random.normal()});
   CHECK(noise_of_readings(p) == Approx(0.02).epsilon(0.06));
   CHECK(noise_of_readings(std::span(p).first(10)) == 0.0);
 }
 
-TEST_CASE("The map of a noisy surface with drop-outs and outliers is within the noise, and cells without readings near are marked") {
+TEST_CASE(
+    "The map of a noisy surface with drop-outs and outliers is within the noise, and cells without readings "
+    "near are marked") {
   RandomStream random(6, Purpose::kTest);
   std::vector<SurfacePoint> p;
   for (int j = 0; j < 34; ++j)
     for (int i = 0; i < 130; ++i) {
       const double x = 0.5 * (j % 2 ? 129 - i : i), y = 1.5 * j;
       const double roll = random.uniform(), bad = random.uniform(-0.6, 0.6);
-      p.push_back({x, y, roll < 0.1 ? kNotMeasured : bumpy({x, y}) + 0.02 * random.normal() + (roll > 0.98 ? bad : 0.0)});
+      p.push_back(
+          {x, y,
+           roll < 0.1 ? kNotMeasured : bumpy({x, y}) + 0.02 * random.normal() + (roll > 0.98 ? bad : 0.0)});
     }
   const GridSpec g{80, 51, 1.0, 1.0, 0.0, 0.0};
   Mask part(g);

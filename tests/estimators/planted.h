@@ -1,4 +1,5 @@
-// Layers printed by the paper's own model [Lu 2015, Eqs. (3)-(5)] with planted h1..h3, droplet scatter and noise.
+// Layers printed by the paper's own model [Lu 2015, Eqs. (3)-(5)] with planted h1..h3, droplet scatter and
+// noise.
 #pragma once
 
 #include <vector>
@@ -29,7 +30,8 @@ struct Planted {
     std::vector<std::uint8_t> drops(grid.size(), 0);
     for (std::uint32_t c = 0; c < grid.size(); ++c) {
       if (random_uniform({seed, Purpose::kPattern, k(), 0, c}) >= fill) continue;
-      const double factor = (1.0 + variation * random_uniform({seed, Purpose::kModelVariation, k(), 0, c})) / (1.0 + 0.5 * variation);
+      const double factor = (1.0 + variation * random_uniform({seed, Purpose::kModelVariation, k(), 0, c})) /
+                            (1.0 + 0.5 * variation);
       drops[c] = 1;
       pass.cells.push_back(c);
       stencils[c].centre_mm *= factor;
@@ -44,7 +46,9 @@ struct Planted {
       y.cells[c] += noise_mm * random_normal({seed, Purpose::kSensorNoise, k(), 0, c});
     return y;
   }
-  std::vector<droplet::Use> everywhere() const { return std::vector<droplet::Use>(grid.size(), droplet::Use::kLearn); }
+  std::vector<droplet::Use> everywhere() const {
+    return std::vector<droplet::Use>(grid.size(), droplet::Use::kLearn);
+  }
   droplet::EstimatorOptions options() const {
     droplet::EstimatorOptions o;
     o.prior = {};  // Lu's Table I

@@ -11,13 +11,17 @@ namespace {
 std::vector<SurfacePoint> scattered(std::uint64_t seed, int n, double size_mm) {
   RandomStream random(seed, Purpose::kTest);
   std::vector<SurfacePoint> p;
-  for (int k = 0; k < n; ++k) p.push_back({random.uniform(-size_mm, size_mm), random.uniform(-size_mm, size_mm), random.uniform(-1.0, 1.0)});
+  for (int k = 0; k < n; ++k)
+    p.push_back(
+        {random.uniform(-size_mm, size_mm), random.uniform(-size_mm, size_mm), random.uniform(-1.0, 1.0)});
   return p;
 }
 
 /// Andrew's monotone chain.
 std::vector<SurfacePoint> hull_of(std::vector<SurfacePoint> p) {
-  std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a.x_mm != b.x_mm ? a.x_mm < b.x_mm : a.y_mm < b.y_mm; });
+  std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) {
+    return a.x_mm != b.x_mm ? a.x_mm < b.x_mm : a.y_mm < b.y_mm;
+  });
   const auto turn = [](const SurfacePoint& a, const SurfacePoint& b, const SurfacePoint& c) {
     return (b.x_mm - a.x_mm) * (c.y_mm - a.y_mm) - (b.y_mm - a.y_mm) * (c.x_mm - a.x_mm);
   };
@@ -47,7 +51,9 @@ double depth(const std::vector<SurfacePoint>& hull, double x, double y) {
 
 }  // namespace
 
-TEST_CASE("A plane through scattered points is reproduced everywhere inside their hull, and there is nothing outside it") {
+TEST_CASE(
+    "A plane through scattered points is reproduced everywhere inside their hull, and there is nothing "
+    "outside it") {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     std::vector<SurfacePoint> p = scattered(seed, 2000, 60.0);
     const auto plane = [](double x, double y) { return 3.0 + 0.01 * x - 0.02 * y; };
@@ -65,7 +71,8 @@ TEST_CASE("A plane through scattered points is reproduced everywhere inside thei
   }
 }
 
-TEST_CASE("The surface holds every point's height at the point, and between them stays within the points' range") {
+TEST_CASE(
+    "The surface holds every point's height at the point, and between them stays within the points' range") {
   const std::vector<SurfacePoint> p = scattered(7, 3000, 50.0);
   ScatteredSurface s(p);
   for (const SurfacePoint& q : p) REQUIRE(s.at(q.x_mm, q.y_mm) == Approx(q.z_mm).margin(1e-4));
@@ -74,7 +81,9 @@ TEST_CASE("The surface holds every point's height at the point, and between them
     if (std::isfinite(z)) REQUIRE(std::abs(z) <= 1.0 + 1e-9);
 }
 
-TEST_CASE("The triangles are Delaunay's: the height equals that of the triangle whose circle holds no other point") {
+TEST_CASE(
+    "The triangles are Delaunay's: the height equals that of the triangle whose circle holds no other "
+    "point") {
   const std::vector<SurfacePoint> p = scattered(11, 40, 10.0);
   ScatteredSurface s(p);
   RandomStream random(12, Purpose::kTest);
@@ -84,12 +93,14 @@ TEST_CASE("The triangles are Delaunay's: the height equals that of the triangle 
     for (std::size_t a = 0; a < p.size(); ++a)
       for (std::size_t b = a + 1; b < p.size(); ++b)
         for (std::size_t c = b + 1; c < p.size(); ++c) {
-          const double ux = p[b].x_mm - p[a].x_mm, uy = p[b].y_mm - p[a].y_mm, vx = p[c].x_mm - p[a].x_mm, vy = p[c].y_mm - p[a].y_mm;
+          const double ux = p[b].x_mm - p[a].x_mm, uy = p[b].y_mm - p[a].y_mm, vx = p[c].x_mm - p[a].x_mm,
+                       vy = p[c].y_mm - p[a].y_mm;
           const double area = ux * vy - uy * vx, wx = x - p[a].x_mm, wy = y - p[a].y_mm;
           const double t = (wx * vy - wy * vx) / area, r = (ux * wy - uy * wx) / area;
           if (!(t > 1e-6 && r > 1e-6 && t + r < 1.0 - 1e-6)) continue;
           const double u2 = ux * ux + uy * uy, v2 = vx * vx + vy * vy;
-          const double cx = (vy * u2 - uy * v2) / (2 * area), cy = (ux * v2 - vx * u2) / (2 * area), r2 = cx * cx + cy * cy;
+          const double cx = (vy * u2 - uy * v2) / (2 * area), cy = (ux * v2 - vx * u2) / (2 * area),
+                       r2 = cx * cx + cy * cy;
           bool empty = true;
           for (std::size_t k = 0; k < p.size() && empty; ++k) {
             const double dx = p[k].x_mm - p[a].x_mm - cx, dy = p[k].y_mm - p[a].y_mm - cy;
@@ -97,7 +108,8 @@ TEST_CASE("The triangles are Delaunay's: the height equals that of the triangle 
           }
           if (!empty) continue;
           ++checked;
-          REQUIRE(s.at(x, y) == Approx(p[a].z_mm + t * (p[b].z_mm - p[a].z_mm) + r * (p[c].z_mm - p[a].z_mm)).margin(1e-4));
+          REQUIRE(s.at(x, y) ==
+                  Approx(p[a].z_mm + t * (p[b].z_mm - p[a].z_mm) + r * (p[c].z_mm - p[a].z_mm)).margin(1e-4));
         }
   }
   CHECK(checked > 40);
@@ -107,14 +119,17 @@ TEST_CASE("Rows of equally spaced points, repeated and crossing ones, on lines a
   std::vector<SurfacePoint> p;
   for (int j = 0; j < 40; ++j)
     for (int i = 0; i < 200; ++i) p.push_back({0.5 * (j % 2 ? 199 - i : i), 2.0 * j, 0.001 * i});
-  for (int k = 0; k < 2000; ++k) p.push_back({50 + 30 * std::cos(0.01 * k), 40 + 30 * std::sin(0.01 * k), 0.0});
+  for (int k = 0; k < 2000; ++k)
+    p.push_back({50 + 30 * std::cos(0.01 * k), 40 + 30 * std::sin(0.01 * k), 0.0});
   for (int k = 0; k < 300; ++k) p.push_back({0.5 * k, 0.0, 1.0});
   ScatteredSurface s(p);
   for (int i = 0; i < 199; ++i) CHECK(std::isfinite(s.at(0.5 * i + 0.25, 1.0)));
   CHECK(s.at(10.0, 0.0) == Approx(0.5 * (1.0 + 0.02)).margin(1e-6));  // twice there: the mean
 }
 
-TEST_CASE("Fewer than three points, points on one line, and numbers that are not finite give no surface and no crash") {
+TEST_CASE(
+    "Fewer than three points, points on one line, and numbers that are not finite give no surface and no "
+    "crash") {
   CHECK(std::isnan(ScatteredSurface(std::vector<SurfacePoint>{}).at(0, 0)));
   CHECK(std::isnan(ScatteredSurface(std::vector<SurfacePoint>{{0, 0, 1}, {1, 1, 1}}).at(0.2, 0.8)));
   std::vector<SurfacePoint> line;
@@ -127,7 +142,9 @@ TEST_CASE("Fewer than three points, points on one line, and numbers that are not
   CHECK_THROWS_WITH(ScatteredSurface(holes), Catch::Contains("10 m apart"));
 }
 
-TEST_CASE("A cell's mean over equal parts is exact on planes, and nearer than its centre to the mean of a curved surface") {
+TEST_CASE(
+    "A cell's mean over equal parts is exact on planes, and nearer than its centre to the mean of a curved "
+    "surface") {
   RandomStream random(11, Purpose::kTest);
   std::vector<SurfacePoint> plane, bowl;
   for (int n = 0; n < 20000; ++n) {
@@ -158,17 +175,22 @@ TEST_CASE("Cells without a value take their nearest one's") {
   CHECK(h.at(3, 0) == 2.0);
 }
 
-TEST_CASE("Points in needles, where the triangulation's rounded search goes round in circles, are taken beside their place") {
-  // Passes to and fro over one ring, some micrometres or less apart, as measurement paths of a thin wall have them.
+TEST_CASE(
+    "Points in needles, where the triangulation's rounded search goes round in circles, are taken beside "
+    "their place") {
+  // Passes to and fro over one ring, some micrometres or less apart, as measurement paths of a thin wall have
+  // them.
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     RandomStream random(seed, Purpose::kTest, 5);
     const double apart = std::pow(10.0, -6.0 + 4.0 * random.uniform());
     std::vector<SurfacePoint> points;
     for (int pass = 0; pass < 6; ++pass)
       for (int n = 0; n < 120; ++n) {
-        const double along = (pass % 2 ? 119 - n : n) * 1.25 * (seed % 3 == 0 ? 0.01 : 1.0), aside = apart * (pass + 0.3 * random.uniform());
+        const double along = (pass % 2 ? 119 - n : n) * 1.25 * (seed % 3 == 0 ? 0.01 : 1.0),
+                     aside = apart * (pass + 0.3 * random.uniform());
         const double turn = seed % 4 == 0 ? 0.0 : 0.7;
-        points.push_back({along * std::cos(turn) - aside * std::sin(turn), along * std::sin(turn) + aside * std::cos(turn), 1.0 + 0.01 * along});
+        points.push_back({along * std::cos(turn) - aside * std::sin(turn),
+                          along * std::sin(turn) + aside * std::cos(turn), 1.0 + 0.01 * along});
       }
     for (int n = 0; n < 60; ++n) points.push_back({-20.0 + 3.0 * n, 40.0 - n, 1.0});
     CAPTURE(seed);

@@ -17,7 +17,9 @@ constexpr Gains kStarts[] = {{1.0, 1.0, 0.0}, {0.0, 0.0, 0.5}};
 
 }  // namespace
 
-TEST_CASE("Table 5-2, errata: every algorithm finds K = [0.99990, 0.32798, 0.00005], sigma 0.060990, from both starts") {
+TEST_CASE(
+    "Table 5-2, errata: every algorithm finds K = [0.99990, 0.32798, 0.00005], sigma 0.060990, from both "
+    "starts") {
   const auto d = disturbance({100, 0.5, 60, 0.2, 30});
   for (const Algorithm a : kAll)
     for (const Gains& start : kStarts) {
@@ -45,11 +47,13 @@ TEST_CASE("Table 5-3: K_d* and sigma for each pulse, from both starts and by eve
   struct Row {
     double pulse, kd, sigma;
   };
-  for (const Row row : {Row{0.5, 0.0, 0.061}, Row{0.25, 0.023, 0.038}, Row{0.0, 0.126, 0.027}, Row{-0.5, 0.0, 0.061}})
+  for (const Row row :
+       {Row{0.5, 0.0, 0.061}, Row{0.25, 0.023, 0.038}, Row{0.0, 0.126, 0.027}, Row{-0.5, 0.0, 0.061}})
     for (const double start : {0.0, 0.2})
       for (const Algorithm a : kAll) {
         INFO(name(a) << ", d_p = " << row.pulse << " from " << start);
-        const TunedGains t = tune_smf(disturbance({100, row.pulse, 60, 0.2, 30}), {a, {1.0, 0.33, start}, true});
+        const TunedGains t =
+            tune_smf(disturbance({100, row.pulse, 60, 0.2, 30}), {a, {1.0, 0.33, start}, true});
         CHECK(t.gains.kp == 1.0);
         CHECK(t.gains.ki_star == 0.33);
         CHECK(std::abs(t.gains.kd_star - row.kd) < 1e-3);

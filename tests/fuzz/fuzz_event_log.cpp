@@ -20,7 +20,8 @@ void read_all(std::span<const std::byte> log, const EventIndex* index) {
     require(!(e->checked && e->damaged), "a checked event is not damaged");
   }
   require(reader.valid_end() <= log.size(), "valid end lies in the log");
-  for (const Damage& d : reader.damage().list()) require(d.offset + d.bytes <= log.size(), "damage lies in the log");
+  for (const Damage& d : reader.damage().list())
+    require(d.offset + d.bytes <= log.size(), "damage lies in the log");
 }
 
 }  // namespace

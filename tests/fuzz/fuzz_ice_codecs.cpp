@@ -1,5 +1,5 @@
-// Any bytes to the codecs of the path printer's instruments: what they take for good says again what it was made of, and
-// where frames end does not depend on how the bytes arrive.
+// Any bytes to the codecs of the path printer's instruments: what they take for good says again what it was
+// made of, and where frames end does not depend on how the bytes arrive.
 #include <cmath>
 #include <cstring>
 
@@ -20,8 +20,8 @@ std::string_view text_of(std::span<const std::byte> bytes) {
 }
 
 // Kinds and sizes of the frames, when `step` bytes arrive at a time.
-std::vector<std::size_t> frames(const Dialect& dialect, const Request* awaited, std::span<const std::byte> bytes,
-                                std::size_t step) {
+std::vector<std::size_t> frames(const Dialect& dialect, const Request* awaited,
+                                std::span<const std::byte> bytes, std::size_t step) {
   std::vector<std::byte> held;
   std::vector<std::size_t> found;
   for (std::size_t at = 0; at < bytes.size(); at += step) {
@@ -59,7 +59,8 @@ void valve(std::span<const std::byte> bytes) {
   if (f.kind != fvb::Found::Kind::kFrame) return;
   std::vector<std::byte> again;
   fvb::encode(f.type, f.seq, f.payload, again);
-  require(again.size() == f.size && std::equal(again.begin(), again.end(), bytes.begin()), "a frame is written as it was read");
+  require(again.size() == f.size && std::equal(again.begin(), again.end(), bytes.begin()),
+          "a frame is written as it was read");
   if (const auto s = fvb::parse_status(f.payload)) {
     again.clear();
     fvb::encode(1, *s, again);
@@ -73,10 +74,12 @@ void valve(std::span<const std::byte> bytes) {
 void laser(std::span<const std::byte> bytes) {
   const std::string_view text = text_of(bytes);
   const lkg::Value v = lkg::parse_value(text);
-  require((v.status == lkg::Status::kOk) == std::isfinite(v.mm), "a value is a number exactly where it is good");
+  require((v.status == lkg::Status::kOk) == std::isfinite(v.mm),
+          "a value is a number exactly where it is good");
   std::vector<float> mm;
   const auto damaged = lkg::parse_dump(text, mm);
-  if (damaged) require(*damaged >= 0 && mm.size() == text.size() / 9, "a dump has as many values as its bytes say");
+  if (damaged)
+    require(*damaged >= 0 && mm.size() == text.size() / 9, "a dump has as many values as its bytes say");
   (void)lkg::parse_stored(text);
   for (const char* command : {"M1", "SW,CA,5", "AO,1", "R0"}) (void)lkg::parse(text, command);
 }

@@ -72,7 +72,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 4: {
       Robot robot{RobotConfig{}};
       play(robot, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
-        static const std::vector<double> path{0.1, 0.2, 20.0, 0.0, 0.11, 0.21, 20.0, 0.0, 0.12, 0.22, 20.0, 0.0};
+        static const std::vector<double> path{0.1,  0.2, 20.0, 0.0,  0.11, 0.21,
+                                              20.0, 0.0, 0.12, 0.22, 20.0, 0.0};
         if (n == 0) robot.home(now_us, fx);
         if (n == 1) robot.add_path(1, 0.016, 4, path, now_us, fx);
         if (n == 2) robot.run({1, 0, 0}, kSignalValveA, now_us, fx);

@@ -18,7 +18,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(std::string(e.what()).find("fuzz.toml") == 0, "an error names the file");
     return 0;
   }
-  for (const Field& f : machine_fields(machine)) require(broken_limit(f).empty(), "a machine that was read keeps every limit");
+  for (const Field& f : machine_fields(machine))
+    require(broken_limit(f).empty(), "a machine that was read keeps every limit");
   deposition::check(valve_limits(machine.valve));
   require(std::isfinite(valve_setting(machine.valve).curve.frequency_hz(1.0)), "the valve has a curve");
   if (machine.kind == "aerosol") return 0;

@@ -1,5 +1,6 @@
-// Any bytes as a message of each type: what check() passes, LCM's decoder takes whole and encodes back to the same
-// bytes; walking, printing, comparing and judging never crash. Input: u8 type, message without fingerprint.
+// Any bytes as a message of each type: what check() passes, LCM's decoder takes whole and encodes back to the
+// same bytes; walking, printing, comparing and judging never crash. Input: u8 type, message without
+// fingerprint.
 #include <cmath>
 #include <cstring>
 
@@ -35,14 +36,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto& types = Schema::builtin().types();
   const schema::Type& type = types[data[0] % types.size()];
   std::vector<std::byte> message(8 + size - 1);
-  for (int i = 0; i < 8; ++i) message[std::size_t(i)] = std::byte(std::uint64_t(type.fingerprint) >> (56 - 8 * i));
+  for (int i = 0; i < 8; ++i)
+    message[std::size_t(i)] = std::byte(std::uint64_t(type.fingerprint) >> (56 - 8 * i));
   if (size > 1) std::memcpy(message.data() + 8, data + 1, size - 1);
 
   const bool sound = !check(type, message);
   if (sound) require(decode_as_one_of(AllTypes{}, type, message), "each type of the schema has a decoder");
   std::size_t leaves = 0, reached = 8;
   const auto stopped = for_each_leaf(type, message, [&](const Leaf& leaf) {
-    require(leaf.offset >= reached && leaf.offset + leaf.bytes <= message.size(), "leaves follow each other in the message");
+    require(leaf.offset >= reached && leaf.offset + leaf.bytes <= message.size(),
+            "leaves follow each other in the message");
     reached = leaf.offset + leaf.bytes;
     require(!to_text(leaf).empty(), "a leaf has a text");
     return ++leaves < 5000;
@@ -53,6 +56,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(sound || !valid, "what is damaged is not valid");
   auto other = message;
   if (other.size() > 8) other[8 + data[0] % (other.size() - 8)] ^= std::byte{1};
-  require(first_difference(type, message, other).has_value() == (other != message), "a changed byte is a difference");
+  require(first_difference(type, message, other).has_value() == (other != message),
+          "a changed byte is a difference");
   return 0;
 }

@@ -15,6 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(lies_in(r->payload, file), "payload lies in the file");
   }
   require(reader.valid_end() <= size, "valid end lies in the file");
-  for (const Damage& d : reader.damage().list()) require(d.offset + d.bytes <= size, "damage lies in the file");
+  for (const Damage& d : reader.damage().list())
+    require(d.offset + d.bytes <= size, "damage lies in the file");
   return 0;
 }

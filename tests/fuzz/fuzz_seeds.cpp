@@ -65,14 +65,26 @@ std::vector<std::byte> behind(std::uint8_t choice, std::span<const std::byte> by
 }
 
 void seed_plans() {
-  seed("fuzz_machine", "stage", as_span("[machine]\nkind = \"stage\"\n[axis_1]\nlow_mm = -10\nhigh_mm = 20\n[valve]\ntable_hz = [100, 200]\ntable_mm3_s = [20, 50]\n"));
-  seed("fuzz_machine", "scara", as_span("[total]\njerk_mm_s3 = 4000.0\n[joint_1]\nlow_deg = -105.0\nrate_deg_s = 33.0\n"));
+  seed("fuzz_machine", "stage",
+       as_span("[machine]\nkind = \"stage\"\n[axis_1]\nlow_mm = -10\nhigh_mm = 20\n[valve]\ntable_hz = [100, "
+               "200]\ntable_mm3_s = [20, 50]\n"));
+  seed("fuzz_machine", "scara",
+       as_span("[total]\njerk_mm_s3 = 4000.0\n[joint_1]\nlow_deg = -105.0\nrate_deg_s = 33.0\n"));
   seed("fuzz_paths", "csv", behind(0, as_span("x_mm,y_mm,speed_mm_s\n0,0,\n1.5,-2e1,50\n\n3,4,10\n")));
-  seed("fuzz_paths", "csv-yaw", behind(0, as_span("x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1.5,-2e1,50,-45\n")));
-  seed("fuzz_paths", "json-yaw", behind(1, as_span("{\"paths\":[{\"yaw_deg\":[1,2],\"points\":[[0,0],[1,2]]}]}")));
-  seed("fuzz_paths", "json", behind(1, as_span("{\"version\":1,\"paths\":[{\"kind\":\"fill\",\"closed\":true,\"points\":[[0,0],[1,2,50],[3,4,null]]}]}")));
+  seed("fuzz_paths", "csv-yaw",
+       behind(0, as_span("x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1.5,-2e1,50,-45\n")));
+  seed("fuzz_paths", "json-yaw",
+       behind(1, as_span("{\"paths\":[{\"yaw_deg\":[1,2],\"points\":[[0,0],[1,2]]}]}")));
+  seed("fuzz_paths", "json",
+       behind(1, as_span("{\"version\":1,\"paths\":[{\"kind\":\"fill\",\"closed\":true,\"points\":[[0,0],[1,"
+                         "2,50],[3,4,null]]}]}")));
   PlannedPath path{1, 0, PathKind::kFill, 10.0, {}};
-  path.trajectory = {1, 0.016, 2, {"rad", "rad"}, {0.1, 0.2, 0.1, 0.3, 0.1, 0.4}, {{{"total speed", 0.9, 0.1}}, 0.032, 0.0, 0.4}};
+  path.trajectory = {1,
+                     0.016,
+                     2,
+                     {"rad", "rad"},
+                     {0.1, 0.2, 0.1, 0.3, 0.1, 0.4},
+                     {{{"total speed", 0.9, 0.1}}, 0.032, 0.0, 0.4}};
   seed("fuzz_trajectory", "path", behind(1, firn::encode(path)));
   const std::filesystem::path file = folder / "fuzz_trajectory" / "file.traj";
   TrajectoryWriter out(file, {"m", "certified", "fuzz", 0.016, {}, {"J1", "J2"}, {"rad", "rad"}});
@@ -86,7 +98,8 @@ void seed_slices() {
   namespace mb = mesh_bytes;
   const SampleMesh m = gear(2);
   seed("fuzz_mesh", "binary-stl", behind(0, mb::binary_stl(m)));
-  seed("fuzz_mesh", "ascii-stl", behind(0, mb::ascii_stl(prism(3, 1.0f, 0.0f, 0.0f, [](std::uint32_t) { return 1.0; }))));
+  seed("fuzz_mesh", "ascii-stl",
+       behind(0, mb::ascii_stl(prism(3, 1.0f, 0.0f, 0.0f, [](std::uint32_t) { return 1.0; }))));
   seed("fuzz_mesh", "ply", behind(1, mb::binary_ply(m, false, true)));
   seed("fuzz_mesh", "big-endian-ply", behind(1, mb::binary_ply(m, true)));
   seed("fuzz_mesh", "ascii-ply", behind(1, mb::ascii_ply(m)));
@@ -101,7 +114,8 @@ void seed_slices() {
   out.finish();
   const logfile::MappedFile whole(file);
   seed("fuzz_path_file", "file", behind(0, whole.bytes()));
-  seed("fuzz_path_file", "print", behind(2, slice::encode(slice::PrintPaths{{"fuzz", 1, {{"part", "water"}}, "laser", ""}, {layer}})));
+  seed("fuzz_path_file", "print",
+       behind(2, slice::encode(slice::PrintPaths{{"fuzz", 1, {{"part", "water"}}, "laser", ""}, {layer}})));
   seed("fuzz_slice", "stl", mb::binary_stl(m));
   std::vector<std::uint8_t> lattice;
   for (std::uint32_t n = 0; n < 20 * 9; ++n) lattice.push_back(std::uint8_t(n * n / 7));
@@ -144,7 +158,9 @@ int main(int argc, char** argv) {
   for (const std::size_t n : {1u, 3u, 12u}) seed_logs(n, 40);
   const std::string experiment = dump(Experiment{});
   seed("fuzz_experiment", "default", std::as_bytes(std::span(experiment)));
-  const std::string study = "seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.scheme=smf\"]\n[vary]\n\"control.mpc.horizon\" = [1, 2]\n";
+  const std::string study =
+      "seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.scheme=smf\"]\n[vary]\n\"control.mpc.horizon\" "
+      "= [1, 2]\n";
   seed("fuzz_study", "small", std::as_bytes(std::span(study)));
   const Bytes map = encode(some_height_map(3, 2));
   Bytes datagram{std::byte(0), std::byte(std::min<std::size_t>(map.size(), 255))};
@@ -152,9 +168,10 @@ int main(int argc, char** argv) {
   seed("fuzz_transport", "map", datagram);
   // {driver, bytes at once, pause, bytes…}: stage, jet, profiler, lamp, robot, valve, point laser, heater
   using namespace std::string_view_literals;
-  static constexpr std::string_view kTalk[] = {"\x00\x02\x01%\n\x03\x01%0\n"sv, "\x01\x01\x01>\x04\x01\x06\x01\x00\x01"sv,
-                                               "\x02\x04\x01\x0c\x00\x00\x00"sv, "\x03\x09\x01READY0A\r\x0c\x01Received42\r"sv,
-                                               "\x06\x03\x01R0\r\x05\x01PR,0\r\x00\xfa"sv};
+  static constexpr std::string_view kTalk[] = {
+      "\x00\x02\x01%\n\x03\x01%0\n"sv, "\x01\x01\x01>\x04\x01\x06\x01\x00\x01"sv,
+      "\x02\x04\x01\x0c\x00\x00\x00"sv, "\x03\x09\x01READY0A\r\x0c\x01Received42\r"sv,
+      "\x06\x03\x01R0\r\x05\x01PR,0\r\x00\xfa"sv};
   for (std::size_t n = 0; n < std::size(kTalk); ++n)
     seed("fuzz_instruments", std::to_string(n), std::as_bytes(std::span(kTalk[n])));
   seed_ice();
@@ -167,7 +184,9 @@ int main(int argc, char** argv) {
   seed_message("heartbeat", encode(some_heartbeat()));
   const std::string_view texts = lcm_type_texts();
   seed("fuzz_type_texts", "header", as_span(texts.substr(0, texts.find("package", 10))));
-  seed("fuzz_type_texts", "nested", as_span("package a; struct b_t { int8_t n; } struct c_t { int16_t m; b_t b; b_t c[m][2]; string s[m]; }"));
+  seed("fuzz_type_texts", "nested",
+       as_span(
+           "package a; struct b_t { int8_t n; } struct c_t { int16_t m; b_t b; b_t c[m][2]; string s[m]; }"));
   GridSpec grid;
   grid.nx = 3;
   grid.ny = 2;

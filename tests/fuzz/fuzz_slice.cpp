@@ -1,5 +1,6 @@
-// Any facets at all: the first bytes choose options, the rest are corners on a coarse lattice (where nearly everything
-// meets) or floats as they come. What comes out crosses nowhere and does not depend on the order of the facets.
+// Any facets at all: the first bytes choose options, the rest are corners on a coarse lattice (where nearly
+// everything meets) or floats as they come. What comes out crosses nowhere and does not depend on the order
+// of the facets.
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -21,7 +22,8 @@ std::vector<float> corners(const std::uint8_t* data, std::size_t size, bool as_f
     out.resize(size / 4);
     if (!out.empty()) std::memcpy(out.data(), data, 4 * out.size());
   } else {
-    for (std::size_t n = 0; n < size; ++n) out.push_back(float(data[n] % 16) * (n % 3 == 2 ? 0.37f : 0.0003f));
+    for (std::size_t n = 0; n < size; ++n)
+      out.push_back(float(data[n] % 16) * (n % 3 == 2 ? 0.37f : 0.0003f));
   }
   out.resize(std::min<std::size_t>(out.size() / 9, 60) * 9);
   return out;
@@ -53,7 +55,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(slice::canonical(layer) == layer, "rings begin at their smallest point, in order");
     }
     for (std::size_t n = 0, m = soup.size() - 9; n < m; n += 9, m -= 9)  // the other way round
-      std::swap_ranges(soup.begin() + std::ptrdiff_t(n), soup.begin() + std::ptrdiff_t(n) + 9, soup.begin() + std::ptrdiff_t(m));
+      std::swap_ranges(soup.begin() + std::ptrdiff_t(n), soup.begin() + std::ptrdiff_t(n) + 9,
+                       soup.begin() + std::ptrdiff_t(m));
     require(sliced(soup, options).layers == once.layers, "the order of facets changes nothing");
   } catch (const std::invalid_argument&) {  // a part larger than the grid, too many layers
   }

@@ -12,7 +12,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(!s.arms.empty() && s.arms.size() <= kMostArms, "arms within their limit");
     require(!s.parts.empty() && !s.seeds.empty(), "a part and a seed");
     s.experiment.clear();  // no files here
-    require(study_experiments(s, "").size() == s.arms.size() * s.parts.size(), "an experiment for each arm on each part");
+    require(study_experiments(s, "").size() == s.arms.size() * s.parts.size(),
+            "an experiment for each arm on each part");
   } catch (const ConfigError&) {
   }
   return 0;

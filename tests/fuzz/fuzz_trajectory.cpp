@@ -10,7 +10,8 @@ using namespace firn::fuzz;
 namespace {
 
 void check(const PlannedPath& path) {
-  require(path.trajectory.positions.size() == path.trajectory.samples() * std::size_t(path.trajectory.axes), "whole samples");
+  require(path.trajectory.positions.size() == path.trajectory.samples() * std::size_t(path.trajectory.axes),
+          "whole samples");
   for (double v : path.trajectory.positions) require(std::isfinite(v), "positions are finite");
 }
 

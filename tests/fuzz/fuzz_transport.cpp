@@ -6,8 +6,9 @@ using namespace firn;
 using namespace firn::fuzz;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static constexpr const char* kChannels[] = {"HEIGHT_MAP", "HEIGHT_MAP_TILES", "HEARTBEAT_SURFACE_MAPPER", "RESEND_STAGE",
-                                              "LAYER_PLAN", "ENABLE", "NO_SUCH_CHANNEL"};
+  static constexpr const char* kChannels[] = {
+      "HEIGHT_MAP", "HEIGHT_MAP_TILES", "HEARTBEAT_SURFACE_MAPPER", "RESEND_STAGE",
+      "LAYER_PLAN", "ENABLE",           "NO_SUCH_CHANNEL"};
   TransportOptions options;
   options.self = NodeId::kScheduler;
   options.run_id = 1;

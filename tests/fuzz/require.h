@@ -20,7 +20,8 @@ inline std::span<const std::byte> as_bytes(const std::uint8_t* data, std::size_t
 }
 
 inline bool lies_in(std::span<const std::byte> part, std::span<const std::byte> whole) {
-  return part.empty() || (part.data() >= whole.data() && part.data() + part.size() <= whole.data() + whole.size());
+  return part.empty() ||
+         (part.data() >= whole.data() && part.data() + part.size() <= whole.data() + whole.size());
 }
 
 }  // namespace firn::fuzz

@@ -14,7 +14,8 @@ namespace {
 PlannedPath some_path() {
   RandomStream random(91, Purpose::kTest);
   PlannedPath p{12, 1, PathKind::kMeasurement, 0.0, {}};
-  p.trajectory = {3, 0.016, 2, {"rad", "mm"}, {}, {{{"total jerk", 0.999, 1.5}, {"J1 rate", 0.5, 0.25}}, 1.6, 1.5, 0.4}};
+  p.trajectory = {
+      3, 0.016, 2, {"rad", "mm"}, {}, {{{"total jerk", 0.999, 1.5}, {"J1 rate", 0.5, 0.25}}, 1.6, 1.5, 0.4}};
   for (int n = 0; n < 200; ++n) p.trajectory.positions.push_back(random.uniform(-3, 3));
   return p;
 }

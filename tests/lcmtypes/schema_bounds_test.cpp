@@ -1,7 +1,7 @@
-// Schema::check against lcm-gen's decoders: what it passes they decode, what they cannot hold it refuses without
-// allocating what the bytes claim.
-#include <catch2/catch.hpp>
+// Schema::check against lcm-gen's decoders: what it passes they decode, what they cannot hold it refuses
+// without allocating what the bytes claim.
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cstring>
 
 #include "lcmtypes/schema.h"
@@ -36,8 +36,7 @@ void try_damaged(const M& message) {
   const auto whole = encode(message);
   const schema::Type& t = type(M::getTypeName());
   REQUIRE_FALSE(check(t, whole));
-  for (std::size_t size = 0; size < whole.size(); ++size)
-    REQUIRE(check(t, std::span(whole).first(size)));
+  for (std::size_t size = 0; size < whole.size(); ++size) REQUIRE(check(t, std::span(whole).first(size)));
   auto longer = whole;
   longer.push_back(std::byte{0});
   const auto error = check(t, longer);
@@ -66,10 +65,11 @@ TEST_CASE("Messages cut anywhere, lengthened or flipped are refused or decode to
   try_damaged(tile);
 }
 
-TEST_CASE("Absurd array sizes and string lengths are refused at their byte, without allocating what they claim") {
+TEST_CASE(
+    "Absurd array sizes and string lengths are refused at their byte, without allocating what they claim") {
   const auto whole = encode(some_layer_plan(5, 4));
-  REQUIRE_FALSE(check(type("layer_plan_t"), whole));        // the first use parses the schema, which allocates
-  const std::size_t n_at = 8 + 28;                          // fingerprint, header
+  REQUIRE_FALSE(check(type("layer_plan_t"), whole));  // the first use parses the schema, which allocates
+  const std::size_t n_at = 8 + 28;                    // fingerprint, header
   const std::size_t reason_at = n_at + 4 + 4 + 4 + 8 + 1 + 4 + 40 + 8 + 8 + 8;
   for (const std::uint32_t v : {0x7fffffffu, 0xffffffffu, 0x80000000u, 0x40000000u, 100000u}) {
     auto bytes = whole;
@@ -97,7 +97,8 @@ TEST_CASE("Absurd array sizes and string lengths are refused at their byte, with
 
 TEST_CASE("A string with a zero byte inside is refused: LCM's encoder would cut it there") {
   auto bytes = encode(some_heartbeat());
-  const auto at = std::search(bytes.begin(), bytes.end(), reinterpret_cast<const std::byte*>("STATE_JET"), reinterpret_cast<const std::byte*>("STATE_JET") + 9);
+  const auto at = std::search(bytes.begin(), bytes.end(), reinterpret_cast<const std::byte*>("STATE_JET"),
+                              reinterpret_cast<const std::byte*>("STATE_JET") + 9);
   REQUIRE(at != bytes.end());
   at[2] = std::byte{0};
   const auto error = check(type("heartbeat_t"), bytes);

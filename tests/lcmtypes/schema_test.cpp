@@ -50,20 +50,26 @@ TEST_CASE("Every channel's type is in the schema") {
   }
 }
 
-TEST_CASE("The .lcm language is read with comments, constants, lists and packages, and errors name the line") {
-  const Schema s = Schema::parse("/* two\nlines */ package a;\nstruct one_t { const int32_t K = 3, L = 4; double x, y[2]; // end\n}\n"
-                                 "package b; struct two_t { int16_t n; a.one_t ones[n][3]; string s; }");
+TEST_CASE(
+    "The .lcm language is read with comments, constants, lists and packages, and errors name the line") {
+  const Schema s = Schema::parse(
+      "/* two\nlines */ package a;\nstruct one_t { const int32_t K = 3, L = 4; double x, y[2]; // end\n}\n"
+      "package b; struct two_t { int16_t n; a.one_t ones[n][3]; string s; }");
   REQUIRE(s.find("a.one_t"));
   CHECK(s.find("one_t")->members.size() == 2);
   CHECK(s.find("b.two_t")->fields.at(1).path == "ones");
   CHECK(s.find("two_t")->fields.at(1).element == s.find("one_t"));
   CHECK_FALSE(s.find("c.two_t"));
-  CHECK_THROWS_WITH(Schema::parse("package a;\nstruct x_t {\n int32_t }"), Contains("line 3") && Contains("name expected"));
-  CHECK_THROWS_WITH(Schema::parse("struct x_t { double v[n]; }"), Contains("'n' is no integer member before"));
+  CHECK_THROWS_WITH(Schema::parse("package a;\nstruct x_t {\n int32_t }"),
+                    Contains("line 3") && Contains("name expected"));
+  CHECK_THROWS_WITH(Schema::parse("struct x_t { double v[n]; }"),
+                    Contains("'n' is no integer member before"));
   CHECK_THROWS_WITH(Schema::parse("struct x_t { double v[0]; }"), Contains("not positive"));
   CHECK_THROWS_WITH(Schema::parse("struct x_t { y_t v; }"), Contains("unknown type 'y_t'"));
-  CHECK_THROWS_WITH(Schema::parse("struct x_t { y_t v; } struct y_t { x_t w; }"), Contains("contains itself"));
-  CHECK_THROWS_WITH(Schema::parse("struct x_t { int8_t v; } struct x_t { int8_t v; }"), Contains("defined twice"));
+  CHECK_THROWS_WITH(Schema::parse("struct x_t { y_t v; } struct y_t { x_t w; }"),
+                    Contains("contains itself"));
+  CHECK_THROWS_WITH(Schema::parse("struct x_t { int8_t v; } struct x_t { int8_t v; }"),
+                    Contains("defined twice"));
   std::string doubling = "struct t0_t { int8_t v; }";
   for (int i = 1; i < 30; ++i) {
     const std::string inner = "t" + std::to_string(i - 1) + "_t";
@@ -81,12 +87,31 @@ TEST_CASE("Leaves come with their path, value and byte, in encoded order") {
     return true;
   });
   CHECK_FALSE(error);
-  const std::vector<std::string> expected{
-      "header.run_id=81985529216486895", "header.incarnation=2", "header.seq=41", "header.utime_us=7000000", "n=4", "layer=7",
-      "attempt=0", "map_id=9", "sample_utime_us=6900000", "grid.nx=2", "grid.ny=2", "grid.pitch_x_mm=0.263256",
-      "grid.pitch_y_mm=0.263256", "grid.origin_x_mm=-5", "grid.origin_y_mm=3", "noise_std_mm=0.001", "measured_fraction=0.98",
-      "height_mm[0]=0", "height_mm[1]=0.01", "height_mm[2]=0.02", "height_mm[3]=nan (0x7ff8000000000000)", "quality[0]=0",
-      "quality[1]=1", "quality[2]=2", "quality[3]=0"};
+  const std::vector<std::string> expected{"header.run_id=81985529216486895",
+                                          "header.incarnation=2",
+                                          "header.seq=41",
+                                          "header.utime_us=7000000",
+                                          "n=4",
+                                          "layer=7",
+                                          "attempt=0",
+                                          "map_id=9",
+                                          "sample_utime_us=6900000",
+                                          "grid.nx=2",
+                                          "grid.ny=2",
+                                          "grid.pitch_x_mm=0.263256",
+                                          "grid.pitch_y_mm=0.263256",
+                                          "grid.origin_x_mm=-5",
+                                          "grid.origin_y_mm=3",
+                                          "noise_std_mm=0.001",
+                                          "measured_fraction=0.98",
+                                          "height_mm[0]=0",
+                                          "height_mm[1]=0.01",
+                                          "height_mm[2]=0.02",
+                                          "height_mm[3]=nan (0x7ff8000000000000)",
+                                          "quality[0]=0",
+                                          "quality[1]=1",
+                                          "quality[2]=2",
+                                          "quality[3]=0"};
   CHECK(seen == expected);
   int calls = 0;
   for_each_leaf(type("height_map_t"), bytes, [&](const Leaf&) { return ++calls < 3; });
@@ -129,7 +154,8 @@ TEST_CASE("The first difference of two messages names the leaf and both values")
   CHECK(d->b == "0");
 }
 
-TEST_CASE("The first difference is told for other types, cut and lengthened messages, and strings in arrays") {
+TEST_CASE(
+    "The first difference is told for other types, cut and lengthened messages, and strings in arrays") {
   const auto a = encode(some_layer_plan(8, 4));
   auto d = first_difference(type("layer_plan_t"), a, encode(some_height_map(8, 4)));
   CHECK(d->path == "(fingerprint)");
@@ -153,21 +179,28 @@ TEST_CASE("The first difference is told for other types, cut and lengthened mess
 
 TEST_CASE("JSON nests structs, escapes texts, writes NaN as null and shortens long arrays") {
   const auto map = encode(some_height_map(2, 2));
-  CHECK(to_json(type("height_map_t"), map) ==
-        R"({"header":{"run_id":81985529216486895,"incarnation":2,"seq":41,"utime_us":7000000},"n":4,"layer":7,"attempt":0,)"
-        R"("map_id":9,"sample_utime_us":6900000,"grid":{"nx":2,"ny":2,"pitch_x_mm":0.263256,"pitch_y_mm":0.263256,)"
-        R"("origin_x_mm":-5,"origin_y_mm":3},"noise_std_mm":0.001,"measured_fraction":0.98,"height_mm":[0,0.01,0.02,null],)"
-        R"("quality":[0,1,2,0]})");
+  CHECK(
+      to_json(type("height_map_t"), map) ==
+      R"({"header":{"run_id":81985529216486895,"incarnation":2,"seq":41,"utime_us":7000000},"n":4,"layer":7,"attempt":0,)"
+      R"("map_id":9,"sample_utime_us":6900000,"grid":{"nx":2,"ny":2,"pitch_x_mm":0.263256,"pitch_y_mm":0.263256,)"
+      R"("origin_x_mm":-5,"origin_y_mm":3},"noise_std_mm":0.001,"measured_fraction":0.98,"height_mm":[0,0.01,0.02,null],)"
+      R"("quality":[0,1,2,0]})");
   const auto plan = encode(some_layer_plan(8, 4));
-  CHECK_THAT(to_json(type("layer_plan_t"), plan), Contains(R"("reason":"the surface is \"low\" at x > 3 µm","drops":{"count":32,"first":[0,1,2,3,0,1,2,3]}})"));
+  CHECK_THAT(
+      to_json(type("layer_plan_t"), plan),
+      Contains(
+          R"("reason":"the surface is \"low\" at x > 3 µm","drops":{"count":32,"first":[0,1,2,3,0,1,2,3]}})"));
   JsonOptions full;
   full.full = true;
   CHECK_THAT(to_json(type("layer_plan_t"), plan, full), !Contains("count"));
-  CHECK_THAT(to_json(type("heartbeat_t"), encode(some_heartbeat())), Contains(R"("channel":["ANSWER_JET","STATE_JET","FAULT_JET"],"last_seq":[4,5,0])"));
-  CHECK(json_string("a\x01\n\xff\xc3\xa9\xed\xa0\x80") == "\"a\\u0001\\n\xef\xbf\xbd\xc3\xa9\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\"");
+  CHECK_THAT(to_json(type("heartbeat_t"), encode(some_heartbeat())),
+             Contains(R"("channel":["ANSWER_JET","STATE_JET","FAULT_JET"],"last_seq":[4,5,0])"));
+  CHECK(json_string("a\x01\n\xff\xc3\xa9\xed\xa0\x80") ==
+        "\"a\\u0001\\n\xef\xbf\xbd\xc3\xa9\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\"");
 }
 
-TEST_CASE("JSON of a damaged message has the members before the damage, closes what it opened, and says where") {
+TEST_CASE(
+    "JSON of a damaged message has the members before the damage, closes what it opened, and says where") {
   const auto whole = encode(some_heartbeat());
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const std::string json = to_json(type("heartbeat_t"), std::span(whole).first(size));
@@ -179,16 +212,20 @@ TEST_CASE("JSON of a damaged message has the members before the damage, closes w
 }
 
 TEST_CASE("Arrays of structs and of several dimensions have paths, JSON and differences") {
-  const Schema s = Schema::parse("struct p_t { int8_t x; string s; } struct q_t { int32_t n; p_t p[n][2]; int16_t m[2][2]; }");
+  const Schema s = Schema::parse(
+      "struct p_t { int8_t x; string s; } struct q_t { int32_t n; p_t p[n][2]; int16_t m[2][2]; }");
   const schema::Type& q = *s.find("q_t");
   std::vector<std::byte> bytes(8);
   for (int i = 0; i < 8; ++i) bytes[std::size_t(i)] = std::byte(std::uint64_t(q.fingerprint) >> (56 - 8 * i));
-  const auto put = [&](std::initializer_list<int> values) { for (int v : values) bytes.push_back(std::byte(v)); };
+  const auto put = [&](std::initializer_list<int> values) {
+    for (int v : values) bytes.push_back(std::byte(v));
+  };
   put({0, 0, 0, 2});
   for (int k = 0; k < 4; ++k) put({k, 0, 0, 0, 2, 'a' + k, 0});
   put({0, 1, 0, 2, 0, 3, 0xff, 0xff});
   CHECK_FALSE(check(q, bytes));
-  CHECK(to_json(q, bytes) == R"({"n":2,"p":[{"x":0,"s":"a"},{"x":1,"s":"b"},{"x":2,"s":"c"},{"x":3,"s":"d"}],"m":[1,2,3,-1]})");
+  CHECK(to_json(q, bytes) ==
+        R"({"n":2,"p":[{"x":0,"s":"a"},{"x":1,"s":"b"},{"x":2,"s":"c"},{"x":3,"s":"d"}],"m":[1,2,3,-1]})");
   auto other = bytes;
   other[12 + 2 * 7 + 5] = std::byte{'z'};
   const auto d = first_difference(q, bytes, other);

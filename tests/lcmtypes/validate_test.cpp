@@ -54,26 +54,42 @@ TEST_CASE("Messages within their limits pass") {
 
 TEST_CASE("A value outside its limit is refused with channel, byte, member, value and limit") {
   const auto map = some_height_map(5, 4);
-  CHECK(refused("HEIGHT_MAP", map, [](auto& m) { m.grid.nx = 4; }) == "HEIGHT_MAP: byte 36: n = 20 is not grid.nx * grid.ny = 16");
-  CHECK(refused("HEIGHT_MAP", map, [](auto& m) { m.layer = -1; }) == "HEIGHT_MAP: byte 40: layer = -1 is outside 0..1000000");
-  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.grid.pitch_y_mm = 0; }), Contains("grid.pitch_y_mm = 0 is outside above 0 up to 100"));
-  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.grid.pitch_x_mm = NAN; }), Contains("grid.pitch_x_mm = nan"));
-  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.height_mm[17] = INFINITY; }), Contains("height_mm[17] = inf is outside"));
-  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.height_mm[2] = -2e5F; }), Contains("height_mm[2] = -200000"));
-  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.quality[19] = 3; }), Contains("quality[19] = 3 is outside 0..2"));
-  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.header.seq = 0; }), Contains("header.seq = 0 is outside 1.."));
+  CHECK(refused("HEIGHT_MAP", map, [](auto& m) { m.grid.nx = 4; }) ==
+        "HEIGHT_MAP: byte 36: n = 20 is not grid.nx * grid.ny = 16");
+  CHECK(refused("HEIGHT_MAP", map, [](auto& m) { m.layer = -1; }) ==
+        "HEIGHT_MAP: byte 40: layer = -1 is outside 0..1000000");
+  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.grid.pitch_y_mm = 0; }),
+             Contains("grid.pitch_y_mm = 0 is outside above 0 up to 100"));
+  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.grid.pitch_x_mm = NAN; }),
+             Contains("grid.pitch_x_mm = nan"));
+  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.height_mm[17] = INFINITY; }),
+             Contains("height_mm[17] = inf is outside"));
+  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.height_mm[2] = -2e5F; }),
+             Contains("height_mm[2] = -200000"));
+  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.quality[19] = 3; }),
+             Contains("quality[19] = 3 is outside 0..2"));
+  CHECK_THAT(refused("HEIGHT_MAP", map, [](auto& m) { m.header.seq = 0; }),
+             Contains("header.seq = 0 is outside 1.."));
 
   const auto plan = some_layer_plan(5, 4);
-  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.drops[11] = -1; }), Contains("drops[11] = -1 is outside 0..127"));
-  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.drops[11] = 4; }), Contains("drops[11] = 4 is above passes = 3"));
-  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.decision = 3; }), Contains("decision = 3 is outside 0..2"));
-  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.objective_mm = NAN; }), Contains("objective_mm = nan is not finite"));
-  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.reason.assign(2'000'000, 'x'); }), Contains("reason is a text of 2000001 bytes"));
+  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.drops[11] = -1; }),
+             Contains("drops[11] = -1 is outside 0..127"));
+  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.drops[11] = 4; }),
+             Contains("drops[11] = 4 is above passes = 3"));
+  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.decision = 3; }),
+             Contains("decision = 3 is outside 0..2"));
+  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.objective_mm = NAN; }),
+             Contains("objective_mm = nan is not finite"));
+  CHECK_THAT(refused("LAYER_PLAN", plan, [](auto& m) { m.reason.assign(2'000'000, 'x'); }),
+             Contains("reason is a text of 2000001 bytes"));
 
   const auto pass = some_pass(5, 4);
-  CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.verb = 5; }), Contains("verb = 5 is outside 1..4"));
-  CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.speed_mm_s = 0; }), Contains("speed_mm_s = 0 is outside above 0 up to 1000 (while verb = 1)"));
-  CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.verb = 3; }), Contains("n = 20 is outside 0..0 (while verb = 3)"));
+  CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.verb = 5; }),
+             Contains("verb = 5 is outside 1..4"));
+  CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.speed_mm_s = 0; }),
+             Contains("speed_mm_s = 0 is outside above 0 up to 1000 (while verb = 1)"));
+  CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.verb = 3; }),
+             Contains("n = 20 is outside 0..0 (while verb = 3)"));
   CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.grid.ny = 5; }), Contains("n = 20 is not"));
 
   lamp_command_t lamp{};
@@ -82,8 +98,10 @@ TEST_CASE("A value outside its limit is refused with channel, byte, member, valu
   lamp.iris_percent = 50;
   lamp.exposure_s = 1;
   CHECK_FALSE(judge("LAMP_COMMAND", lamp));
-  CHECK_THAT(refused("LAMP_COMMAND", lamp, [](auto& m) { m.exposure_s = 3601; }), Contains("exposure_s = 3601 is outside 0..3600"));
-  CHECK_THAT(refused("LAMP_COMMAND", lamp, [](auto& m) { m.iris_percent = 0; }), Contains("iris_percent = 0 is outside 1..100"));
+  CHECK_THAT(refused("LAMP_COMMAND", lamp, [](auto& m) { m.exposure_s = 3601; }),
+             Contains("exposure_s = 3601 is outside 0..3600"));
+  CHECK_THAT(refused("LAMP_COMMAND", lamp, [](auto& m) { m.iris_percent = 0; }),
+             Contains("iris_percent = 0 is outside 1..100"));
 
   answer_t answer{};
   answer.header = some_header();
@@ -93,19 +111,23 @@ TEST_CASE("A value outside its limit is refused with channel, byte, member, valu
 }
 
 TEST_CASE("A message of another type, or none, is refused by name") {
-  CHECK(*judge("HEIGHT_MAP", some_layer_plan(2, 2)) == "HEIGHT_MAP: byte 0: fingerprint is not height_map_t's but layer_plan_t's");
+  CHECK(*judge("HEIGHT_MAP", some_layer_plan(2, 2)) ==
+        "HEIGHT_MAP: byte 0: fingerprint is not height_map_t's but layer_plan_t's");
   const ChannelInfo& map = *find_channel("HEIGHT_MAP");
   CHECK(*validate(map, {}) == "HEIGHT_MAP: byte 0: 0 bytes are no message");
   const std::vector<std::byte> noise(100, std::byte{0x5a});
   CHECK_THAT(*validate(map, noise), Contains("fingerprint is not height_map_t's"));
   CHECK_THAT(*validate("X", "no_such_t", noise), Contains("type 'no_such_t' is unknown"));
   const auto whole = encode(some_height_map(5, 4));
-  CHECK_THAT(*validate(map, std::span(whole).first(whole.size() - 1)), Contains("HEIGHT_MAP: byte ") && Contains("quality: array size n = 20"));
+  CHECK_THAT(*validate(map, std::span(whole).first(whole.size() - 1)),
+             Contains("HEIGHT_MAP: byte ") && Contains("quality: array size n = 20"));
 }
 
 TEST_CASE("The fast checks of whole arrays agree with each element's own limit") {
   height_map_t map = some_height_map(13, 7);
-  const float tests[] = {0, -0.0F, 1e5F, -1e5F, std::nextafterf(1e5F, 2e5F), -std::nextafterf(1e5F, 2e5F), NAN, -NAN, INFINITY, -INFINITY, 1e-40F};
+  const float tests[] = {
+      0,    -0.0F,    1e5F,      -1e5F, std::nextafterf(1e5F, 2e5F), -std::nextafterf(1e5F, 2e5F), NAN,
+      -NAN, INFINITY, -INFINITY, 1e-40F};
   for (std::size_t at = 0; at < 91; at += 9)
     for (const float v : tests) {
       map.height_mm[at] = v;
@@ -120,7 +142,8 @@ TEST_CASE("The fast checks of whole arrays agree with each element's own limit")
     for (std::size_t at = 0; at < 91; at += 5)
       for (int v = -128; v < 128; ++v) {
         plan.drops[at] = std::int8_t(v);
-        if (judge("LAYER_PLAN", plan).has_value() != (v < 0 || v > passes)) FAIL("drops[" << at << "] = " << v << " passes " << passes);
+        if (judge("LAYER_PLAN", plan).has_value() != (v < 0 || v > passes))
+          FAIL("drops[" << at << "] = " << v << " passes " << passes);
         plan.drops[at] = 0;
       }
   }

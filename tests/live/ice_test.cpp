@@ -1,5 +1,6 @@
-// Live prints of the ice lab at ten times the speed of the clock: one to its end, and kill -9 of its processes one by one:
-// robot, path_planner and scheduler, with FIRN_FULL every one of them. FIRN_ICE_VICTIM names a single one.
+// Live prints of the ice lab at ten times the speed of the clock: one to its end, and kill -9 of its
+// processes one by one: robot, path_planner and scheduler, with FIRN_FULL every one of them. FIRN_ICE_VICTIM
+// names a single one.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <string>
@@ -16,7 +17,8 @@ std::vector<std::string> victims() {
   if (const char* one = std::getenv("FIRN_ICE_VICTIM")) return {one};
   std::vector<std::string> names{"robot", "path_planner", "scheduler"};
   if (std::getenv("FIRN_FULL"))
-    for (const char* name : {"valve_a", "valve_b", "laser_point", "heater", "surface_mapper", "controller", "flow_estimator", "recorder", "safety", "launcher"})
+    for (const char* name : {"valve_a", "valve_b", "laser_point", "heater", "surface_mapper", "controller",
+                             "flow_estimator", "recorder", "safety", "launcher"})
       names.push_back(name);
   return names;
 }

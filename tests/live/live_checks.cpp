@@ -43,7 +43,9 @@ void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
   for (const auto& list : world.firings) CHECK(list.last_us <= limit_us);
   std::int64_t moves_since_us = -1;
   for (const auto& d : world.devices) switch (d.event) {
-      case plant::DeviceEvent::kRobotMotion: moves_since_us = d.t_us; break;
+      case plant::DeviceEvent::kRobotMotion:
+        moves_since_us = d.t_us;
+        break;
       case plant::DeviceEvent::kRobotRest:
       case plant::DeviceEvent::kRobotBraked:
       case plant::DeviceEvent::kRobotWatchdog:
@@ -51,7 +53,8 @@ void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
         moves_since_us = -1;
         CHECK(d.t_us <= limit_us);
         break;
-      default: break;
+      default:
+        break;
     }
   CHECK(moves_since_us == -1);
 }
@@ -64,8 +67,8 @@ int status_of(LiveRun& run) {
   return status;
 }
 
-void kill_and_resume(const Experiment& experiment, const std::string& victim, const std::string& witness, std::uint64_t seed,
-                     std::uint64_t earliest_us, std::uint64_t latest_us) {
+void kill_and_resume(const Experiment& experiment, const std::string& victim, const std::string& witness,
+                     std::uint64_t seed, std::uint64_t earliest_us, std::uint64_t latest_us) {
   RandomStream random(seed, Purpose::kKill);
   LiveRun run(experiment);
   run.start(false);
@@ -80,8 +83,10 @@ void kill_and_resume(const Experiment& experiment, const std::string& victim, co
   CHECK(status == (victim == "launcher" ? -1 : 3));
   CHECK_FALSE(run.folder().result());
   check_safe_after(run, at);
-  if (victim != "launcher") CHECK_THAT(run.said(), Catch::Contains(victim + " was killed by signal 9"));
-  else CHECK(local_stop_cause(run, witness) == "the launcher is gone");
+  if (victim != "launcher")
+    CHECK_THAT(run.said(), Catch::Contains(victim + " was killed by signal 9"));
+  else
+    CHECK(local_stop_cause(run, witness) == "the launcher is gone");
 
   run.start(true);
   const int resumed = run.wait();
@@ -96,13 +101,16 @@ void check_finished_run(const LiveRun& run) {
   replay::ReplayOptions options;
   options.makers = makers;
   const replay::RunVerdict verdict = replay::replay_run(run.path(), options);
-  for (const auto& f : verdict.findings) UNSCOPED_INFO(f.node << " step " << f.step.value_or(0) << " " << f.channel << " " << f.field << ": " << f.what);
+  for (const auto& f : verdict.findings)
+    UNSCOPED_INFO(f.node << " step " << f.step.value_or(0) << " " << f.channel << " " << f.field << ": "
+                         << f.what);
   for (const auto& d : verdict.damage) UNSCOPED_INFO(d.file << " byte " << d.offset << ": " << d.reason);
   CHECK(verdict.identical());
   CHECK(verdict.nodes.size() == makers.size());
   CHECK(verdict.log_present);
   CHECK(verdict.log_messages > 0);
-  CHECK_FALSE(repair_from_write_ahead(run.path() / "log.lcm", run.path() / "nodes").rewritten);  // it is whole already
+  CHECK_FALSE(repair_from_write_ahead(run.path() / "log.lcm", run.path() / "nodes")
+                  .rewritten);  // it is whole already
   const replay::AuditVerdict audit = audit_verdict(run.path());
   for (const auto& v : audit.violations) UNSCOPED_INFO(v.what);
   CHECK(audit.clean());
@@ -117,7 +125,8 @@ std::string local_stop_cause(const LiveRun& run, const std::string& node) {
   while (const auto record = reader.next()) {
     if (record->damaged || record->kind != std::uint16_t(WalKind::kEvent)) continue;
     const Event e = decode_event(record->payload).event;
-    if (e.kind == EventKind::kLocalStop) cause.assign(reinterpret_cast<const char*>(e.bytes.data()), e.bytes.size());
+    if (e.kind == EventKind::kLocalStop)
+      cause.assign(reinterpret_cast<const char*>(e.bytes.data()), e.bytes.size());
   }
   return cause;
 }

@@ -11,16 +11,19 @@ namespace firn::test {
 /// Says so and returns true where multicast is refused.
 bool skipped();
 
-/// By the world's own record: nothing fires, no lamp is open and no arm moves later than 1 s of wall time after `mono_ns`.
+/// By the world's own record: nothing fires, no lamp is open and no arm moves later than 1 s of wall time
+/// after `mono_ns`.
 void check_safe_after(const LiveRun& run, std::int64_t mono_ns);
 
-/// Waits until the run has started and ended. @returns its status; what it said is told with a failure that follows
+/// Waits until the run has started and ended. @returns its status; what it said is told with a failure that
+/// follows
 int status_of(LiveRun& run);
 
-/// Starts the print, kills `victim` from `earliest_us` to `latest_us` of wall time after its start, and resumes: safe within a second, the
-/// cause named, finished, identical. @param witness node that says why it stopped when the launcher was the victim
-void kill_and_resume(const Experiment& experiment, const std::string& victim, const std::string& witness, std::uint64_t seed,
-                     std::uint64_t earliest_us, std::uint64_t latest_us);
+/// Starts the print, kills `victim` from `earliest_us` to `latest_us` of wall time after its start, and
+/// resumes: safe within a second, the cause named, finished, identical. @param witness node that says why it
+/// stopped when the launcher was the victim
+void kill_and_resume(const Experiment& experiment, const std::string& victim, const std::string& witness,
+                     std::uint64_t seed, std::uint64_t earliest_us, std::uint64_t latest_us);
 
 /// Replay identical, log whole, audit clean.
 void check_finished_run(const LiveRun& run);

@@ -16,8 +16,8 @@
 #include "cli/targets.h"
 #include "config/include.h"
 #include "runtime/lossy.h"
-#include "tests/support/mesh_samples.h"
 #include "runtime/run_clock.h"
+#include "tests/support/mesh_samples.h"
 
 namespace firn::test {
 namespace {
@@ -61,7 +61,8 @@ Experiment tiny_part_of_two_inks(std::uint64_t seed) {
 
 Experiment tiny_ice(std::uint64_t seed) {
   const std::filesystem::path lab = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments" / "ice-small.toml";
-  Experiment e = load_experiment(lab, {"run.time_scale=10", "ice.interval_layers=3", "ice.measure_spacing_mm=3"});
+  Experiment e =
+      load_experiment(lab, {"run.time_scale=10", "ice.interval_layers=3", "ice.measure_spacing_mm=3"});
   e.plant.seed = seed;
   return e;
 }
@@ -69,7 +70,8 @@ Experiment tiny_ice(std::uint64_t seed) {
 Blobs tiny_ice_inputs(Experiment& e, const std::filesystem::path& scratch) {
   const std::filesystem::path folder = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
   const auto stl = mesh_bytes::binary_stl(prism(4, 1.44f, 0.0f, 0.0f, [](std::uint32_t) { return 6.5; }));
-  std::ofstream(scratch / "block.stl", std::ios::binary).write(reinterpret_cast<const char*>(stl.data()), std::streamsize(stl.size()));
+  std::ofstream(scratch / "block.stl", std::ios::binary)
+      .write(reinterpret_cast<const char*>(stl.data()), std::streamsize(stl.size()));
   e.ice.mesh = (scratch / "block.stl").string();
   Blobs inputs = make_inputs(e, folder);
   place_ice_field(e, inputs);
@@ -113,7 +115,9 @@ void LiveRun::start(bool resume, const std::filesystem::path& programs) {
     LaunchOptions options;
     options.resume = resume;
     options.programs = programs;
-    options.on_start = [&](const std::map<std::string, int>&) { std::ofstream(root_ / ("started" + std::to_string(incarnation_))) << "x"; };
+    options.on_start = [&](const std::map<std::string, int>&) {
+      std::ofstream(root_ / ("started" + std::to_string(incarnation_))) << "x";
+    };
     const LaunchReport report = launch(RunFolder::open(path()), options);
     std::fprintf(stderr, "%s: %s\n", report.result.outcome.c_str(), report.result.reason.c_str());
     ::_exit(report.result.status);

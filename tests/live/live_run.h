@@ -1,4 +1,5 @@
-// A live print of a tiny part in a process of its own, so that a test can kill any process of it, also the launcher.
+// A live print of a tiny part in a process of its own, so that a test can kill any process of it, also the
+// launcher.
 #pragma once
 
 #include <filesystem>
@@ -17,9 +18,11 @@ Experiment tiny_part(std::uint64_t seed);
 /// A pipe inside a block of support, in four sub-patterns.
 Experiment tiny_part_of_two_inks(std::uint64_t seed);
 
-/// The ice printer's: a block of about 9 x 9 mm in six layers, two intervals, node time ten times faster than the wall clock.
+/// The ice printer's: a block of about 9 x 9 mm in six layers, two intervals, node time ten times faster than
+/// the wall clock.
 Experiment tiny_ice(std::uint64_t seed);
-/// What RunFolder::create() wants of it: mesh, slicing settings and machine come from the source tree and `scratch`.
+/// What RunFolder::create() wants of it: mesh, slicing settings and machine come from the source tree and
+/// `scratch`.
 Blobs tiny_ice_inputs(Experiment& experiment, const std::filesystem::path& scratch);
 
 /// Empty, or why live tests cannot run here.

@@ -1,4 +1,5 @@
-// Randomised prints over a bad network, some with a kill: 10, with `./firn test --full` 200; FIRN_LIVE_RUNS sets it.
+// Randomised prints over a bad network, some with a kill: 10, with `./firn test --full` 200; FIRN_LIVE_RUNS
+// sets it.
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -37,10 +38,13 @@ Experiment bad_network(std::uint64_t seed, RandomStream& random) {
 
 }  // namespace
 
-TEST_CASE("prints over a network that loses, repeats, reorders and delays replay identical, with kills and without") {
+TEST_CASE(
+    "prints over a network that loses, repeats, reorders and delays replay identical, with kills and "
+    "without") {
   if (skipped()) return;
-  static constexpr const char* kVictims[] = {"scheduler", "surface_mapper", "controller", "stage", "jet",
-                                             "laser_profiler", "lamp", "recorder", "safety", "launcher"};
+  static constexpr const char* kVictims[] = {"scheduler", "surface_mapper", "controller", "stage",
+                                             "jet",       "laser_profiler", "lamp",       "recorder",
+                                             "safety",    "launcher"};
   int kills = 0;
   for (int n = first(); n < first() + runs(); ++n) {
     const std::uint64_t seed = 1000 + std::uint64_t(n);

@@ -23,7 +23,9 @@ TEST_CASE("a live print of small processes finishes, leaves a whole log, and rep
   check_finished_run(run);
 }
 
-TEST_CASE("a live print of two inks in four sub-patterns finishes, replays, and the audit knows every droplet's ink") {
+TEST_CASE(
+    "a live print of two inks in four sub-patterns finishes, replays, and the audit knows every droplet's "
+    "ink") {
   if (skipped()) return;
   LiveRun run(tiny_part_of_two_inks(5));
   run.start(false);
@@ -43,13 +45,15 @@ TEST_CASE("a live print with droplet_estimator learns after every layer, and rep
   check_finished_run(run);
   const auto result = run.folder().result();
   REQUIRE(result);
-  int last = -1;  // a busy machine may make the profiler miss rows: the layer is measured, and told, once more
-  replay::RunMessages(run.path()).each<height_model_t>(channels::kHeightModel.name, [&](const height_model_t& m) {
-    CHECK(m.layer >= last);
-    CHECK(m.layer <= last + 1);
-    CHECK(m.layers_used == m.layer);
-    last = m.layer;
-  });
+  int last =
+      -1;  // a busy machine may make the profiler miss rows: the layer is measured, and told, once more
+  replay::RunMessages(run.path())
+      .each<height_model_t>(channels::kHeightModel.name, [&](const height_model_t& m) {
+        CHECK(m.layer >= last);
+        CHECK(m.layer <= last + 1);
+        CHECK(m.layers_used == m.layer);
+        last = m.layer;
+      });
   CHECK(last == result->layers);
 }
 
@@ -60,8 +64,10 @@ TEST_CASE("a full disk stops the print by name, and a resume fills the log again
   const std::filesystem::path programs = run.path().parent_path() / "programs", real = FIRN_BINARY_DIR "/bin";
   std::filesystem::create_directory(programs);
   for (const auto& entry : std::filesystem::directory_iterator(real))
-    if (entry.path().filename() != "recorder") std::filesystem::create_symlink(entry.path(), programs / entry.path().filename());
-  std::ofstream(programs / "recorder") << "#!/bin/sh\nulimit -f 128\nexec " << (real / "recorder").string() << " \"$@\"\n";
+    if (entry.path().filename() != "recorder")
+      std::filesystem::create_symlink(entry.path(), programs / entry.path().filename());
+  std::ofstream(programs / "recorder")
+      << "#!/bin/sh\nulimit -f 128\nexec " << (real / "recorder").string() << " \"$@\"\n";
   std::filesystem::permissions(programs / "recorder", std::filesystem::perms::owner_all);
   run.start(false, programs);
   const int stopped = run.wait();

@@ -65,7 +65,7 @@ TEST_CASE("lcm-spy shows the height map and the layer error of a live print, on 
   const cv::Mat picture = cv::imread(png);
   REQUIRE(picture.cols == 1600);
   REQUIRE(picture.rows == 1000);
-  CHECK(colours(picture, 0.6, 0.05, 0.94, 0.6) >= 20);                  // the heat map: 81 cells of different height
+  CHECK(colours(picture, 0.6, 0.05, 0.94, 0.6) >= 20);  // the heat map: 81 cells of different height
   CHECK(has_colour(picture(cv::Rect(0, 600, 880, 380)), {40, 39, 214}));  // the curve of the RMS, 0xd62728
   CHECK(has_colour(picture(cv::Rect(0, 600, 880, 380)), {44, 160, 44}));  // the curve of the unevenness
   CHECK(run.wait() == 0);

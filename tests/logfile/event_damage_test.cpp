@@ -1,4 +1,5 @@
-// The event log reader under damage, with the index and without: every byte of a small log, random places of a large one.
+// The event log reader under damage, with the index and without: every byte of a small log, random places of
+// a large one.
 #include <catch2/catch.hpp>
 
 #include <cstring>
@@ -36,7 +37,7 @@ struct Original {
 struct Outcome {
   std::set<std::uint64_t> intact;  // numbers of events that came back byte for byte, not marked
   std::size_t marked = 0;
-  std::size_t changed = 0;         // came back changed and not marked: only a reader without index may do this
+  std::size_t changed = 0;  // came back changed and not marked: only a reader without index may do this
   DamageList damage;
 };
 
@@ -65,17 +66,20 @@ bool reported_near(const Outcome& o, std::uint64_t at, std::uint64_t slack) {
 }  // namespace
 
 TEST_CASE("A bit flipped anywhere in a log costs at most its event, and with the index it is always found") {
-  for (const std::size_t fixed : {0u, 32u}) {  // equal sizes of 64 bytes: a wrong length may end on another sync word
+  for (const std::size_t fixed :
+       {0u, 32u}) {  // equal sizes of 64 bytes: a wrong length may end on another sync word
     const Original original(24, 90, 21, fixed);
     for (std::size_t byte = 0; byte < original.log.size(); ++byte)
       for (int bit = 0; bit < 8; ++bit) {
         Bytes log = original.log;
         log[byte] ^= std::byte(1 << bit);
         const Outcome with = read_all(original, log, true);
-        if (with.intact.size() + 1 < 24) FAIL("byte " << byte << " bit " << bit << ": " << with.intact.size() << " left");
+        if (with.intact.size() + 1 < 24)
+          FAIL("byte " << byte << " bit " << bit << ": " << with.intact.size() << " left");
         if (!reported_near(with, byte, 0)) FAIL("byte " << byte << " bit " << bit << " not reported");
         const Outcome without = read_all(original, log, false);
-        if (without.intact.size() + 2 < 24) FAIL("byte " << byte << " bit " << bit << ": " << without.intact.size() << " left without index");
+        if (without.intact.size() + 2 < 24)
+          FAIL("byte " << byte << " bit " << bit << ": " << without.intact.size() << " left without index");
       }
   }
   SUCCEED();
@@ -97,11 +101,13 @@ TEST_CASE("A log cut anywhere keeps every event before the cut, and the index te
   const Original original(30, 90, 23);
   for (std::size_t size = 0; size <= original.log.size(); ++size) {
     const Bytes log(original.log.begin(), original.log.begin() + std::ptrdiff_t(size));
-    const auto whole = std::size_t(std::upper_bound(original.at.begin(), original.at.end(), size) - original.at.begin()) - 1;
+    const auto whole =
+        std::size_t(std::upper_bound(original.at.begin(), original.at.end(), size) - original.at.begin()) - 1;
     for (const bool with_index : {true, false}) {
       const Outcome o = read_all(original, log, with_index);
       if (o.intact.size() != whole) FAIL("cut at " << size << ": " << o.intact.size() << " of " << whole);
-      if (with_index && o.damage.lost() != 30 - whole) FAIL("cut at " << size << ": " << o.damage.lost() << " said lost");
+      if (with_index && o.damage.lost() != 30 - whole)
+        FAIL("cut at " << size << ": " << o.damage.lost() << " said lost");
       if (!with_index && (o.damage.count() > 0) != (original.at[whole] != size)) FAIL("cut at " << size);
     }
   }
@@ -115,7 +121,8 @@ TEST_CASE("Bytes taken out of a log cost the events they touched and at most one
       for (const bool with_index : {true, false}) {
         const Outcome o = read_all(original, cut_from(original.log, at, n), with_index);
         const std::size_t lost = 40 - o.intact.size();
-        if (lost > original.touched(at, at + n) + 1) FAIL("cut " << n << " at " << at << ": " << lost << " lost, index " << with_index);
+        if (lost > original.touched(at, at + n) + 1)
+          FAIL("cut " << n << " at " << at << ": " << lost << " lost, index " << with_index);
         if (with_index && !reported_near(o, at, 130)) FAIL("cut " << n << " at " << at << " silent");
       }
   SUCCEED();
@@ -129,7 +136,8 @@ TEST_CASE("A 4 KiB hole of zeros costs the events it touched and at most one nei
     for (const bool with_index : {true, false}) {
       const Outcome o = read_all(original, with_zeros(original.log, at, 4096), with_index);
       const std::size_t lost = 3000 - o.intact.size();
-      if (lost > original.touched(at, at + 4096) + (with_index ? 0 : 1)) FAIL("hole at " << at << ": " << lost << " lost");
+      if (lost > original.touched(at, at + 4096) + (with_index ? 0 : 1))
+        FAIL("hole at " << at << ": " << lost << " lost");
       if (!reported_near(o, at, 250)) FAIL("hole at " << at << " not reported");
     }
   }
@@ -147,8 +155,10 @@ TEST_CASE("A repeated block is dropped and reported, and costs at most the event
       for (const bool with_index : {true, false}) {
         const Outcome o = read_all(original, with_copy(original.log, from, n, at), with_index);
         const std::size_t lost = 400 - o.intact.size();
-        if (lost > 2) FAIL("block " << from << "+" << n << " at " << at << ": " << lost << " lost, index " << with_index);
-        if (with_index && o.damage.count() == 0) FAIL("block " << from << "+" << n << " at " << at << " silent");
+        if (lost > 2)
+          FAIL("block " << from << "+" << n << " at " << at << ": " << lost << " lost, index " << with_index);
+        if (with_index && o.damage.count() == 0)
+          FAIL("block " << from << "+" << n << " at " << at << " silent");
       }
     }
   }
@@ -163,8 +173,10 @@ TEST_CASE("An absurd length costs its event at most") {
         Bytes log = original.log;
         put_big32(log.data() + original.at[i] + field, length);
         const Outcome with = read_all(original, log, true), without = read_all(original, log, false);
-        if (with.intact.size() < 39) FAIL("event " << i << " length " << length << ": " << with.intact.size());
-        if (without.intact.size() < 38) FAIL("event " << i << " length " << length << ": " << without.intact.size() << " without index");
+        if (with.intact.size() < 39)
+          FAIL("event " << i << " length " << length << ": " << with.intact.size());
+        if (without.intact.size() < 38)
+          FAIL("event " << i << " length " << length << ": " << without.intact.size() << " without index");
         REQUIRE(with.damage.list().at(0).offset == original.at[i]);
       }
 }
@@ -178,11 +190,14 @@ TEST_CASE("Damage at many random places costs no more than the events touched an
     for (int i = 0; i < 60; ++i) {
       const std::size_t byte = random.below(log.size());
       log[byte] = std::byte(random());
-      touched.insert(std::size_t(std::upper_bound(original.at.begin(), original.at.end(), byte) - original.at.begin()));
+      touched.insert(
+          std::size_t(std::upper_bound(original.at.begin(), original.at.end(), byte) - original.at.begin()));
     }
     const Outcome with = read_all(original, log, true), without = read_all(original, log, false);
-    if (4000 - with.intact.size() > touched.size()) FAIL(4000 - with.intact.size() << " lost, touched " << touched.size());
-    if (4000 - without.intact.size() > 2 * touched.size()) FAIL(4000 - without.intact.size() << " lost without index");
+    if (4000 - with.intact.size() > touched.size())
+      FAIL(4000 - with.intact.size() << " lost, touched " << touched.size());
+    if (4000 - without.intact.size() > 2 * touched.size())
+      FAIL(4000 - without.intact.size() << " lost without index");
   }
   SUCCEED();
 }

@@ -124,18 +124,22 @@ TEST_CASE("Channels and data that the format cannot hold are refused by name") {
   expect_all(scratch / "log.lcm", {{0, std::string(63, 'A'), {}}}, true);
 }
 
-TEST_CASE("When the disk is full the log and its index hold whole events only, and the rest is kept and can follow") {
+TEST_CASE(
+    "When the disk is full the log and its index hold whole events only, and the rest is kept and can "
+    "follow") {
   for (const std::uint64_t room : {0u, 10u, 5'000u, 30'000u, 77'777u}) {
     const Scratch scratch("full");
     const auto path = scratch / "log.lcm";
     const auto samples = some_events(400, 1000, 4);
     EventLogWriter writer(path);
-    for (std::size_t i = 0; i < 100; ++i) writer.append(samples[i].utime_us, samples[i].channel, samples[i].data);
+    for (std::size_t i = 0; i < 100; ++i)
+      writer.append(samples[i].utime_us, samples[i].channel, samples[i].data);
     writer.flush();
-    for (std::size_t i = 100; i < 400; ++i) writer.append(samples[i].utime_us, samples[i].channel, samples[i].data);
+    for (std::size_t i = 100; i < 400; ++i)
+      writer.append(samples[i].utime_us, samples[i].channel, samples[i].data);
     const std::uint64_t due = writer.bytes() + writer.pending_bytes();
 
-    struct rlimit before{};
+    struct rlimit before {};
     REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
     const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
     struct rlimit tight = before;
@@ -175,7 +179,7 @@ TEST_CASE("A writer that may keep no more names what it does not take") {
   options.flush_bytes = 1000;
   options.most_pending_bytes = 2000;
   EventLogWriter writer(scratch / "log.lcm", options);
-  struct rlimit before{};
+  struct rlimit before {};
   REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
   const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
   struct rlimit tight = before;
@@ -203,7 +207,8 @@ TEST_CASE("Appending goes on behind the last whole event, wherever log and index
   for (std::size_t size = 0; size <= log.size(); size += 1 + random.below(4)) {
     const auto path = scratch / "log.lcm";
     write_file(path, std::span(log).first(size));
-    write_file(scratch / "log.lcm.idx", std::span(index).first(random.below(2) ? index.size() : random.below(index.size())));
+    write_file(scratch / "log.lcm.idx",
+               std::span(index).first(random.below(2) ? index.size() : random.below(index.size())));
     std::vector<Sample> expected;
     std::uint64_t end = 0;
     while (expected.size() < samples.size()) {

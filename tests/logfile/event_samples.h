@@ -14,7 +14,8 @@ struct Sample {
   Bytes data;
 };
 
-inline std::vector<Sample> some_events(std::size_t n, std::size_t longest, std::uint64_t seed, std::size_t fixed = 0) {
+inline std::vector<Sample> some_events(std::size_t n, std::size_t longest, std::uint64_t seed,
+                                       std::size_t fixed = 0) {
   static const char* const kChannels[] = {"HEIGHT_MAP", "LAYER_PLAN", "STATE_JET", "JETS"};
   Random random{seed};
   std::vector<Sample> samples;

@@ -77,14 +77,16 @@ bool reported_near(const Original& original, const Outcome& o, std::uint64_t at,
 }  // namespace
 
 TEST_CASE("A bit flipped anywhere costs at most the record that holds it, and is reported there") {
-  for (const std::size_t fixed : {0u, 32u}) {  // equal sizes: a wrong length may end on another record's marker
+  for (const std::size_t fixed :
+       {0u, 32u}) {  // equal sizes: a wrong length may end on another record's marker
     const Original original(24, fixed, 90, 11);
     for (std::size_t byte = 0; byte < original.file.size(); ++byte)
       for (int bit = 0; bit < 8; ++bit) {
         Bytes file = original.file;
         file[byte] ^= std::byte(1 << bit);
         const Outcome o = read_all(original, file);
-        if (o.intact + 1 < original.payloads.size()) FAIL("byte " << byte << " bit " << bit << ": " << o.intact << " left");
+        if (o.intact + 1 < original.payloads.size())
+          FAIL("byte " << byte << " bit " << bit << ": " << o.intact << " left");
         if (!reported_near(original, o, byte, 0)) FAIL("byte " << byte << " bit " << bit << " not reported");
       }
   }
@@ -109,10 +111,11 @@ TEST_CASE("A file cut anywhere keeps every record before the cut") {
   for (std::size_t size = 0; size <= original.file.size(); ++size) {
     const Bytes file(original.file.begin(), original.file.begin() + std::ptrdiff_t(size));
     const Outcome o = read_all(original, file);
-    const std::size_t whole =
-        std::size_t(std::count_if(original.at.begin() + 1, original.at.end(), [&](auto end) { return end <= size; }));
+    const std::size_t whole = std::size_t(
+        std::count_if(original.at.begin() + 1, original.at.end(), [&](auto end) { return end <= size; }));
     if (o.intact != whole) FAIL("cut at " << size << ": " << o.intact << " of " << whole);
-    const bool torn = size > kRecordFileHeaderBytes ? original.at[whole] != size : size != 0 && size != kRecordFileHeaderBytes;
+    const bool torn = size > kRecordFileHeaderBytes ? original.at[whole] != size
+                                                    : size != 0 && size != kRecordFileHeaderBytes;
     if (torn != (o.damage.count() > 0)) FAIL("cut at " << size << " damage " << o.damage.count());
   }
   SUCCEED();
@@ -124,8 +127,10 @@ TEST_CASE("Bytes taken out of the middle cost what they touched, at most one rec
     for (const std::size_t n : {1u, 8u, 64u, 333u}) {
       const Outcome o = read_all(original, cut_from(original.file, at, n));
       const std::size_t lost = original.payloads.size() - o.intact;
-      if (lost > original.touched(at, at + n) + 1) FAIL("cut " << n << " at " << at << ": " << lost << " lost");
-      if (lost > 0 && o.damage.count() == 0 && at + n < original.at.back()) FAIL("cut " << n << " at " << at << " silent");
+      if (lost > original.touched(at, at + n) + 1)
+        FAIL("cut " << n << " at " << at << ": " << lost << " lost");
+      if (lost > 0 && o.damage.count() == 0 && at + n < original.at.back())
+        FAIL("cut " << n << " at " << at << " silent");
     }
   SUCCEED();
 }
@@ -168,7 +173,8 @@ TEST_CASE("An absurd length costs the record that claims it") {
       Bytes file = original.file;
       std::memcpy(file.data() + original.at[i] + 12, &length, 4);
       const Outcome o = read_all(original, file);
-      if (o.intact + 1 < original.payloads.size()) FAIL("record " << i << " length " << length << ": " << o.intact);
+      if (o.intact + 1 < original.payloads.size())
+        FAIL("record " << i << " length " << length << ": " << o.intact);
       REQUIRE(o.damage.list().at(0).offset == original.at[i]);
     }
 }
@@ -182,7 +188,8 @@ TEST_CASE("Many damages at random places cost no more than the records they touc
     for (int i = 0; i < 100; ++i) {
       const std::size_t byte = kRecordFileHeaderBytes + random.below(file.size() - kRecordFileHeaderBytes);
       file[byte] = std::byte(random());
-      const auto record = std::upper_bound(original.at.begin(), original.at.end(), byte) - original.at.begin() - 1;
+      const auto record =
+          std::upper_bound(original.at.begin(), original.at.end(), byte) - original.at.begin() - 1;
       ++touched[std::size_t(record)];
     }
     const Outcome o = read_all(original, file);
@@ -193,7 +200,8 @@ TEST_CASE("Many damages at random places cost no more than the records they touc
 }
 
 TEST_CASE("Hostile bytes made of markers and headers are read in linear work and bounded memory") {
-  // Headers whose own check holds and that each claim the whole rest of the file: hashing each would be quadratic.
+  // Headers whose own check holds and that each claim the whole rest of the file: hashing each would be
+  // quadratic.
   const Original one(2, 64, 0, 19);
   RecordLayout header;
   std::memcpy(&header, one.file.data() + one.at[1], sizeof header);

@@ -52,7 +52,8 @@ TEST_CASE("A record given in parts reads as the parts joined") {
   const Scratch scratch("parts");
   {
     RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
-    const std::array<std::span<const std::byte>, 4> parts{as_span("deposit"), as_span(""), as_span(" at "), as_span("most once")};
+    const std::array<std::span<const std::byte>, 4> parts{as_span("deposit"), as_span(""), as_span(" at "),
+                                                          as_span("most once")};
     writer.append(9, parts);
     const std::vector<std::span<const std::byte>> many(15, as_span("x"));
     CHECK_THROWS_WITH(writer.append(9, many), Contains("at most 14 parts"));
@@ -81,9 +82,11 @@ TEST_CASE("A written record stands in the file before the writer is closed, as a
 TEST_CASE("A buffered writer leaves the same bytes, once it is flushed or gone") {
   const Scratch scratch("buffered");
   for (const std::size_t buffer_bytes : {std::size_t(1), std::size_t(200), std::size_t(1) << 20}) {
-    const auto plain = scratch / ("plain" + std::to_string(buffer_bytes)), buffered = scratch / ("buffered" + std::to_string(buffer_bytes));
+    const auto plain = scratch / ("plain" + std::to_string(buffer_bytes)),
+               buffered = scratch / ("buffered" + std::to_string(buffer_bytes));
     {
-      RecordWriter a(plain, RecordWriter::Mode::kCreate), b(buffered, RecordWriter::Mode::kCreate, buffer_bytes);
+      RecordWriter a(plain, RecordWriter::Mode::kCreate),
+          b(buffered, RecordWriter::Mode::kCreate, buffer_bytes);
       for (int n = 0; n < 40; ++n) {
         const std::string text(std::size_t(n * 7 % 50), char('a' + n % 26));
         CHECK(a.append(std::uint16_t(n), as_span(text)) == b.append(std::uint16_t(n), as_span(text)));
@@ -100,11 +103,14 @@ TEST_CASE("A buffered writer leaves the same bytes, once it is flushed or gone")
 TEST_CASE("Creating over an existing record file is refused, and so are two writers of one file") {
   const Scratch scratch("exists");
   RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
-  CHECK_THROWS_WITH(RecordWriter(scratch / "a.wal", RecordWriter::Mode::kCreate), Contains("a.wal") && Contains("exists"));
-  CHECK_THROWS_WITH(RecordWriter(scratch / "a.wal", RecordWriter::Mode::kAppend), Contains("another process"));
+  CHECK_THROWS_WITH(RecordWriter(scratch / "a.wal", RecordWriter::Mode::kCreate),
+                    Contains("a.wal") && Contains("exists"));
+  CHECK_THROWS_WITH(RecordWriter(scratch / "a.wal", RecordWriter::Mode::kAppend),
+                    Contains("another process"));
 }
 
-TEST_CASE("Appending goes on behind the last whole record, wherever the file was cut, and keeps the torn bytes") {
+TEST_CASE(
+    "Appending goes on behind the last whole record, wherever the file was cut, and keeps the torn bytes") {
   const Scratch scratch("torn");
   const auto payloads = write_some(scratch / "whole.wal", 12, 2);
   const Bytes whole = read_file(scratch / "whole.wal");
@@ -152,7 +158,8 @@ TEST_CASE("A second torn tail does not overwrite the first") {
 TEST_CASE("Appending to a file that is no record file is refused and leaves it alone") {
   const Scratch scratch("foreign");
   write_file(scratch / "thesis.tex", as_span("\\documentclass{article}, years of work"));
-  CHECK_THROWS_WITH(RecordWriter(scratch / "thesis.tex", RecordWriter::Mode::kAppend), Contains("not a record file"));
+  CHECK_THROWS_WITH(RecordWriter(scratch / "thesis.tex", RecordWriter::Mode::kAppend),
+                    Contains("not a record file"));
   CHECK(read_file(scratch / "thesis.tex").size() == 38);
 }
 
@@ -163,7 +170,7 @@ TEST_CASE("When the disk is full the error names file, byte and cause, and no ha
   writer.append(1, as_span("first"));
   const std::uint64_t end = writer.bytes();
 
-  struct rlimit before{};
+  struct rlimit before {};
   REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
   const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
   struct rlimit tight = before;

@@ -60,7 +60,8 @@ std::vector<Event> read(const EventLogFile& file) {
 }
 
 // In time order, per channel in key order, each message once and unchanged.
-void expect_complete(const std::filesystem::path& log, const std::vector<Message>& messages, std::size_t extra) {
+void expect_complete(const std::filesystem::path& log, const std::vector<Message>& messages,
+                     std::size_t extra) {
   const EventLogFile file(log);
   const auto events = read(file);
   REQUIRE(events.size() == messages.size() + extra);
@@ -131,8 +132,9 @@ TEST_CASE("The report gives count and times per channel") {
   CHECK(report.gaps[0].inserted == 3);
   CHECK(report.gaps[0].first_utime_us == 400'000);
   CHECK(report.gaps[0].last_utime_us == 600'000);
-  CHECK(describe(report) == std::vector<std::string>{
-      "recording gap, repaired: 3 messages of HEIGHT_PROFILE between 0.400000 s and 0.600000 s"});
+  CHECK(describe(report) ==
+        std::vector<std::string>{
+            "recording gap, repaired: 3 messages of HEIGHT_PROFILE between 0.400000 s and 0.600000 s"});
 }
 
 TEST_CASE("An inserted message never stands before its predecessor, though the recorder stamped that later") {
@@ -148,7 +150,8 @@ TEST_CASE("An inserted message never stands before its predecessor, though the r
   expect_complete(scratch / "log.lcm", messages, 0);
 }
 
-TEST_CASE("Damaged events are replaced from a source, and what no source holds is left out and the old log kept") {
+TEST_CASE(
+    "Damaged events are replaced from a source, and what no source holds is left out and the old log kept") {
   const Scratch scratch("repair-damage");
   const auto messages = some_messages(300, 6);
   {
@@ -182,7 +185,8 @@ TEST_CASE("A log without an index gets one, in order, without repeats") {
     writer.close();
   }
   std::filesystem::remove(scratch / "log.lcm.idx");
-  const RepairReport report = repair(scratch / "log.lcm", [] { return std::optional<SourceMessage>(); }, key_of);
+  const RepairReport report = repair(
+      scratch / "log.lcm", [] { return std::optional<SourceMessage>(); }, key_of);
   CHECK(report.repeated == 50);
   expect_complete(scratch / "log.lcm", messages, 0);
 }

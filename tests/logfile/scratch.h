@@ -19,7 +19,8 @@ using Bytes = std::vector<std::byte>;
 class Scratch {
  public:
   explicit Scratch(const std::string& name)
-      : folder_(std::filesystem::temp_directory_path() / ("firn-" + name + "-" + std::to_string(::getpid()))) {
+      : folder_(std::filesystem::temp_directory_path() /
+                ("firn-" + name + "-" + std::to_string(::getpid()))) {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }
@@ -79,7 +80,8 @@ inline Bytes with_zeros(Bytes b, std::size_t at, std::size_t n) {
 /// The block [from, from + n) once more, inserted at `at`.
 inline Bytes with_copy(const Bytes& b, std::size_t from, std::size_t n, std::size_t at) {
   Bytes out(b.begin(), b.begin() + std::ptrdiff_t(at));
-  out.insert(out.end(), b.begin() + std::ptrdiff_t(from), b.begin() + std::ptrdiff_t(std::min(from + n, b.size())));
+  out.insert(out.end(), b.begin() + std::ptrdiff_t(from),
+             b.begin() + std::ptrdiff_t(std::min(from + n, b.size())));
   out.insert(out.end(), b.begin() + std::ptrdiff_t(at), b.end());
   return out;
 }

@@ -51,7 +51,8 @@ class DriverRig {
         gone.push_back(std::string(s.port));
       });
       for (const auto& [port, bytes] : due)
-        call(port, [&](drivers::Driver& driver, drivers::Effects& fx) { driver.received(bytes, now_us, fx); });
+        call(port,
+             [&](drivers::Driver& driver, drivers::Effects& fx) { driver.received(bytes, now_us, fx); });
       for (auto& [port, part] : parts_)
         if (part.wake_us != 0 && part.wake_us <= now_us) {
           part.wake_us = 0;
@@ -62,7 +63,8 @@ class DriverRig {
   }
 
   bool all_safe() const {
-    return std::ranges::all_of(parts_, [](const auto& p) { return p.second.driver->state() == drivers::DriverState::kSafe; });
+    return std::ranges::all_of(
+        parts_, [](const auto& p) { return p.second.driver->state() == drivers::DriverState::kSafe; });
   }
 
   /// Runs a command and returns its result.

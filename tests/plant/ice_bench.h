@@ -17,7 +17,10 @@
 namespace firn::plant {
 
 struct IceBench {
-  explicit IceBench(const IceWorldConfig& ice, double host_scale = 1.0) : world(config_of(ice, host_scale), &record) { connect(); }
+  explicit IceBench(const IceWorldConfig& ice, double host_scale = 1.0)
+      : world(config_of(ice, host_scale), &record) {
+    connect();
+  }
   static WorldConfig config_of(const IceWorldConfig& ice, double host_scale) {
     WorldConfig c;
     c.kind = "ice";
@@ -37,11 +40,13 @@ struct IceBench {
       closed[std::string(s.port)] |= s.close;
     });
   }
-  std::string ask(std::string_view port, std::span<const std::byte> bytes, std::int64_t limit_us = 5'000'000) {
+  std::string ask(std::string_view port, std::span<const std::byte> bytes,
+                  std::int64_t limit_us = 5'000'000) {
     heard[std::string(port)].clear();
     send(port, bytes);
     const std::int64_t until_us = now_us + limit_us;
-    while (heard[std::string(port)].empty() && world.next_event_us() <= until_us) run(std::max<std::int64_t>(0, world.next_event_us() - now_us));
+    while (heard[std::string(port)].empty() && world.next_event_us() <= until_us)
+      run(std::max<std::int64_t>(0, world.next_event_us() - now_us));
     return heard[std::string(port)];
   }
   std::string ask(std::string_view port, std::string_view text, std::int64_t limit_us = 5'000'000) {
@@ -122,11 +127,14 @@ struct IceBench {
   int load_list(std::string_view port, std::uint32_t path, const std::vector<std::uint16_t>& ticks) {
     using namespace drivers::fvb;
     std::vector<std::byte> bytes;
-    encode(next(), Begin{path, std::uint8_t(port == kValveAPort ? 1 : 2), std::uint16_t(ticks.size()), 2000, 1250}, bytes);
+    encode(next(),
+           Begin{path, std::uint8_t(port == kValveAPort ? 1 : 2), std::uint16_t(ticks.size()), 2000, 1250},
+           bytes);
     if (parse_reply(valve(port, bytes))->type != Type::kAck) return -2;
     for (std::size_t at = 0; at < ticks.size(); at += kEntriesPerFrame) {
       bytes.clear();
-      encode_data(next(), std::uint16_t(at), std::span(ticks).subspan(at, std::min(kEntriesPerFrame, ticks.size() - at)), bytes);
+      encode_data(next(), std::uint16_t(at),
+                  std::span(ticks).subspan(at, std::min(kEntriesPerFrame, ticks.size() - at)), bytes);
       const auto reply = parse_reply(valve(port, bytes));
       if (reply->type != Type::kAck) return reply->refusal;
     }
@@ -145,7 +153,9 @@ struct IceBench {
     valve(port, bytes);
   }
   IceTruth truth() const { return world.ice()->ice_truth(); }
-  std::string laser(std::string_view command) { return ask(kLaserPointPort, std::string(command) + "\r", 20'000'000); }
+  std::string laser(std::string_view command) {
+    return ask(kLaserPointPort, std::string(command) + "\r", 20'000'000);
+  }
 
   MemoryRecord record;
   World world;
@@ -163,9 +173,11 @@ inline IceWorldConfig small() {
   return c;
 }
 
-inline ice_paths::Run line_of(const IceWorldConfig& c, double y_mm = 0.0, double z_mm = 3.24, double speed = 60.0) {
-  return ice_paths::along(c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, z_mm, speed, 1.5, [](double) { return 0.25; },
-                          ice_paths::calibrated_late_s(c, 0) - c.valve[0].trigger_delay_s);
+inline ice_paths::Run line_of(const IceWorldConfig& c, double y_mm = 0.0, double z_mm = 3.24,
+                              double speed = 60.0) {
+  return ice_paths::along(
+      c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, z_mm, speed, 1.5, [](double) { return 0.25; },
+      ice_paths::calibrated_late_s(c, 0) - c.valve[0].trigger_delay_s);
 }
 
 /// Ready to run path 7 with valve_a's list armed.
@@ -174,7 +186,8 @@ inline void prepare(IceBench& b, const ice_paths::Run& run) {
   b.hello(kValveAPort);
   if (b.load_list(kValveAPort, 7, run.ticks) != 0) throw std::logic_error("the valve does not take the list");
   b.load(7, run.points);
-  if (b.end_reply != "ACK " + std::to_string(run.points.size())) throw std::logic_error("the robot does not take the path");
+  if (b.end_reply != "ACK " + std::to_string(run.points.size()))
+    throw std::logic_error("the robot does not take the path");
   b.move_to(run.points.front());
   if (b.arm(kValveAPort) != 0) throw std::logic_error("the valve does not arm");
 }

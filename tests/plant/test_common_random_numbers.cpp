@@ -1,5 +1,5 @@
-// What lets two prints be compared pair by pair: the n-th droplet of layer k on cell c meets the same nature in both,
-// whatever either has printed before or beside it, in whatever order, in how many passes and cures.
+// What lets two prints be compared pair by pair: the n-th droplet of layer k on cell c meets the same nature
+// in both, whatever either has printed before or beside it, in whatever order, in how many passes and cures.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -35,7 +35,8 @@ WorldConfig world(const char* model, std::uint64_t seed) {
   return c;
 }
 
-// Layers of a random strategy: how many droplets, in which order, cured after every n-th one, scanned once or more.
+// Layers of a random strategy: how many droplets, in which order, cured after every n-th one, scanned once or
+// more.
 Fates print(const WorldConfig& c, std::uint64_t strategy, int layers) {
   const auto model = make_model(c);
   RandomStream random(strategy, Purpose::kTest);
@@ -46,7 +47,8 @@ Fates print(const WorldConfig& c, std::uint64_t strategy, int layers) {
     std::vector<std::size_t> order;
     for (std::size_t cell = 0; cell < c.grid.size(); ++cell)
       for (std::uint32_t n = random.below(4); n > 0; --n) order.push_back(cell);
-    for (std::size_t n = order.size(); n > 1; --n) std::swap(order[n - 1], order[random.below(std::uint32_t(n))]);
+    for (std::size_t n = order.size(); n > 1; --n)
+      std::swap(order[n - 1], order[random.below(std::uint32_t(n))]);
     const std::size_t cure_every = 1 + random.below(std::uint32_t(order.size()));
     std::vector<int> count(c.grid.size(), 0);
     for (std::size_t n = 0; n < order.size(); ++n) {
@@ -93,7 +95,8 @@ TEST_CASE("fates differ between seeds, layers, cells and droplets of one cell") 
   }
 }
 
-TEST_CASE("the wander of the nozzle and the noise of a scan belong to the layer, however often it was cured") {
+TEST_CASE(
+    "the wander of the nozzle and the noise of a scan belong to the layer, however often it was cured") {
   WorldConfig c = world("droplets", 4);
   c.nozzle.drift = true;
   c.droplet.size_scatter = c.droplet.missed_probability = 0.0;

@@ -54,8 +54,10 @@ TEST_CASE("The end effector deflects by a / w^2 under the acceleration limit of 
   int count = 0;
   const double w = 2.0 * std::numbers::pi * p.servo_hz, late_s = 2.0 * p.servo_damping / w;
   arm.run_until(0.48, [&](double t_s, const ArmPose& pose) {
-    if (t_s < 0.2 || t_s > 0.45) return;  // the servo is late by 2 zeta / w, and by a / w^2 (4 zeta^2 - 1) less
-    const double behind = 250.0 * (t_s - late_s) * (t_s - late_s) + 500.0 * (2.0 * p.servo_damping * p.servo_damping - 1.0) / (w * w);
+    if (t_s < 0.2 || t_s > 0.45)
+      return;  // the servo is late by 2 zeta / w, and by a / w^2 (4 zeta^2 - 1) less
+    const double behind = 250.0 * (t_s - late_s) * (t_s - late_s) +
+                          500.0 * (2.0 * p.servo_damping * p.servo_damping - 1.0) / (w * w);
     sum += pose.x_mm - behind, ++count;
   });
   const double flex = 2.0 * std::numbers::pi * p.cantilever_hz;
@@ -85,7 +87,8 @@ TEST_CASE("Encoders show whole counts of Table 2-1") {
 TEST_CASE("Braking brings the arm to rest on its path within the stated time") {
   IceArmParams p;
   TrueArm arm(p);
-  const auto run = ice_paths::along(p, {}, {{-40.0, 0.0}, {40.0, 0.0}}, 50.0, 100.0, 1.5, [](double) { return 0.25; }, 0.0);
+  const auto run = ice_paths::along(
+      p, {}, {{-40.0, 0.0}, {40.0, 0.0}}, 50.0, 100.0, 1.5, [](double) { return 0.25; }, 0.0);
   arm.place(run.points.front());
   arm.follow(run.points, 0.016, 0.0);
   arm.run_until(0.5, nullptr);

@@ -42,8 +42,8 @@ TEST_CASE("What leaves the nozzle is on the field, beside it or grown by freezin
   for (int k = 0; k < 20000; ++k) {
     if (k % 500 == 0) bed.set_nozzle_height(0.1 * k / 500);
     if (k % 3000 == 7) bed.add_debris(random.uniform(-15, 15), random.uniform(-15, 15), 0.5, 1.5);
-    bed.land({random.uniform(-21.0, 21.0), random.uniform(-21.0, 21.0), random.uniform(0.01, 0.6), random.uniform(0.0, 1.2),
-              int(random.below(2))});
+    bed.land({random.uniform(-21.0, 21.0), random.uniform(-21.0, 21.0), random.uniform(0.01, 0.6),
+              random.uniform(0.0, 1.2), int(random.below(2))});
   }
   CHECK(bed.ledger().lost > 0.0);
   CHECK(std::abs(balance(bed)) < 1e-10);
@@ -187,17 +187,21 @@ TEST_CASE("The laser reads well with the right settings at the thesis's speeds a
   CHECK(sme_missing < 0.02);
 }
 
-TEST_CASE("The laser is straight to 0.05 % of its range, repeats to 0.05 um and says when it is out of range") {
+TEST_CASE(
+    "The laser is straight to 0.05 % of its range, repeats to 0.05 um and says when it is out of range") {
   const IceWorldConfig c = still();
   const Bed bed(c, 1);
   ArmPose pose;
   for (double z = -4.9; z <= 4.9; z += 0.1) {
     pose.z_mm = z;
-    const double read = laser_reading_mm(c.laser, bed, {}, pose, LaserSettings::kIce, {1, 1, std::uint32_t((z + 5.0) * 10)});
+    const double read =
+        laser_reading_mm(c.laser, bed, {}, pose, LaserSettings::kIce, {1, 1, std::uint32_t((z + 5.0) * 10)});
     CHECK(std::abs(read + z) < 0.0005 * 10.0 + 5 * 0.00005);
   }
   pose.z_mm = 5.5;
-  CHECK(laser_reading_mm(c.laser, bed, {}, pose, LaserSettings::kIce, {}) == -std::numeric_limits<double>::infinity());
+  CHECK(laser_reading_mm(c.laser, bed, {}, pose, LaserSettings::kIce, {}) ==
+        -std::numeric_limits<double>::infinity());
   pose.z_mm = -5.5;
-  CHECK(laser_reading_mm(c.laser, bed, {}, pose, LaserSettings::kIce, {}) == std::numeric_limits<double>::infinity());
+  CHECK(laser_reading_mm(c.laser, bed, {}, pose, LaserSettings::kIce, {}) ==
+        std::numeric_limits<double>::infinity());
 }

@@ -47,13 +47,16 @@ TEST_CASE("The lines of Table 2-2: viscosity at 40 degC, 200 mm3/s through the o
   const IceWorldConfig c;
   CHECK(viscosity_mm2_s(c.line[0], 40.0) == Approx(0.685));
   CHECK(viscosity_mm2_s(c.line[1], 40.0) == Approx(4.7));
-  CHECK(viscosity_mm2_s(c.line[0], 20.0) == Approx(1.045).epsilon(0.02));  // water: 1.004 at 20, 0.658 at 40 degC
+  CHECK(viscosity_mm2_s(c.line[0], 20.0) ==
+        Approx(1.045).epsilon(0.02));  // water: 1.004 at 20, 0.658 at 40 degC
   for (const IceLineParams& line : c.line) {
     CHECK(open_flow_mm3_s(line, line.tank_pressure_kpa, 20.0) == Approx(200.0));
     CHECK(open_flow_mm3_s(line, line.tank_pressure_kpa, 30.0) > 200.0);
     CHECK(open_flow_mm3_s(line, 0.0, 20.0) == 0.0);
   }
-  const auto ratio = [&](int n) { return open_flow_mm3_s(c.line[std::size_t(n)], c.line[std::size_t(n)].tank_pressure_kpa, 30.0) / 200.0; };
+  const auto ratio = [&](int n) {
+    return open_flow_mm3_s(c.line[std::size_t(n)], c.line[std::size_t(n)].tank_pressure_kpa, 30.0) / 200.0;
+  };
   CHECK(ratio(1) > ratio(0));  // the viscous one gains more
 }
 
@@ -116,7 +119,8 @@ TEST_CASE("Drift goes to either side and comes in the end to what was planted") 
     Line line(c.line[0], 1, 0);
     const double at_first = line.steady_pulse_mm3(20.0, 0.00125);
     line.set_slow({}, c.line[0].drift_tau_s);
-    CHECK(line.steady_pulse_mm3(20.0, 0.00125) == Approx(at_first * (1.0 + drift * (1.0 - std::exp(-1.0)))).epsilon(2e-4));
+    CHECK(line.steady_pulse_mm3(20.0, 0.00125) ==
+          Approx(at_first * (1.0 + drift * (1.0 - std::exp(-1.0)))).epsilon(2e-4));
     line.set_slow({}, 1e7);
     CHECK(line.steady_pulse_mm3(20.0, 0.00125) == Approx(at_first * (1.0 + drift)).epsilon(2e-4));
   }
@@ -151,7 +155,8 @@ TEST_CASE("A thermostat switches with the period of the closed form") {
   c.heat.link_W_K = {0.0, 0.0};
   Heat heat(c);
   const double tau_s = c.heat.capacity_J_K[1] / c.heat.loss_W_K[1];
-  const double low = c.heat.set_degC[1] - c.heat.hysteresis_K, high = c.heat.set_degC[1] + c.heat.hysteresis_K;
+  const double low = c.heat.set_degC[1] - c.heat.hysteresis_K,
+               high = c.heat.set_degC[1] + c.heat.hysteresis_K;
   const double hot = c.heat.ambient_degC + c.heat.heater_W[1] / c.heat.loss_W_K[1];
   const double on_s = tau_s * std::log((hot - low) / (hot - high));
   const double off_s = tau_s * std::log((high - c.heat.ambient_degC) / (low - c.heat.ambient_degC));
@@ -200,7 +205,8 @@ TEST_CASE("A tank runs empty at its time and stays empty") {
   CHECK(heat.state().tank_mm3[0] == c.line[0].tank_mm3);
 }
 
-TEST_CASE("Without heater (a) the laser's heater keeps the valves from freezing, and without both they freeze") {
+TEST_CASE(
+    "Without heater (a) the laser's heater keeps the valves from freezing, and without both they freeze") {
   const IceWorldConfig c;
   Heat one(c), none(c);
   one.break_heater(0, true);

@@ -18,8 +18,9 @@ IceWorldConfig small() {
 }
 
 ice_paths::Run line_of(const IceWorldConfig& c, double y_mm, double z_mm, double speed = 60.0) {
-  return ice_paths::along(c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, z_mm, speed, 1.5, [](double) { return 0.25; },
-                          ice_paths::calibrated_late_s(c, 0));
+  return ice_paths::along(
+      c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, z_mm, speed, 1.5, [](double) { return 0.25; },
+      ice_paths::calibrated_late_s(c, 0));
 }
 
 std::vector<std::byte> bytes_of(IceNature& nature) {
@@ -47,7 +48,8 @@ TEST_CASE("A straight bead lies where its path was, with the volume per length o
       volume += v, moment_x += v * bed.centre_x_mm(i), moment_y += v * bed.centre_y_mm(j);
       if (std::abs(bed.centre_x_mm(i)) < 10.0) section += v;
     }
-  CHECK(moment_x / volume == Approx(0.0).margin(0.35));  // a drop on the end of its bead runs a little ahead of it
+  CHECK(moment_x / volume ==
+        Approx(0.0).margin(0.35));  // a drop on the end of its bead runs a little ahead of it
   CHECK(moment_y / volume == Approx(4.0).margin(0.1));
   CHECK(section * bed.cell_mm() * bed.cell_mm() / 20.0 == Approx(0.36).epsilon(0.04));
 }
@@ -122,15 +124,18 @@ TEST_CASE("A valve that is closed in the middle of a list fires no more, and the
   CHECK(nature.last_pulse_us(1) == -1);
 }
 
-TEST_CASE("A nozzle that goes through what was printed is recorded as a collision, one that clears it is not") {
+TEST_CASE(
+    "A nozzle that goes through what was printed is recorded as a collision, one that clears it is not") {
   IceWorldConfig c = small();
   IceNature nature(c, 1);
   std::int64_t t_us = 1'000'000;
-  for (int layer = 0; layer < 6; ++layer) t_us = ice_paths::print(nature, c, line_of(c, 0.0, 3.24 + 0.24 * layer), 0, t_us) + 100'000;
+  for (int layer = 0; layer < 6; ++layer)
+    t_us = ice_paths::print(nature, c, line_of(c, 0.0, 3.24 + 0.24 * layer), 0, t_us) + 100'000;
   CHECK(nature.collisions().contacts == 0);
   const double top_mm = nature.bed().highest_mm();
   for (const double z_mm : {top_mm + 0.2, 0.5 * top_mm}) {
-    auto across = ice_paths::along(c.arm, c.arm.valve_a, {{0.0, -10.0}, {0.0, 10.0}}, z_mm, 40.0, 1.5, [](double) { return 0.25; }, 0.0);
+    auto across = ice_paths::along(
+        c.arm, c.arm.valve_a, {{0.0, -10.0}, {0.0, 10.0}}, z_mm, 40.0, 1.5, [](double) { return 0.25; }, 0.0);
     across.ticks.clear();
     t_us = ice_paths::print(nature, c, across, 0, t_us) + 100'000;
     CHECK((nature.collisions().contacts > 0) == (z_mm < top_mm));  // both nozzles pass, one after the other
@@ -150,7 +155,8 @@ TEST_CASE("The jet scatters more the higher the nozzle stands above the surface"
     const Bed& bed = nature.bed();
     for (int j = 0; j < bed.height(); ++j)
       for (int i = 0; i < bed.width(); ++i)
-        if (std::abs(bed.centre_x_mm(i)) < 12.0) volume += bed.z_mm(i, j), square += bed.z_mm(i, j) * bed.centre_y_mm(j) * bed.centre_y_mm(j);
+        if (std::abs(bed.centre_x_mm(i)) < 12.0)
+          volume += bed.z_mm(i, j), square += bed.z_mm(i, j) * bed.centre_y_mm(j) * bed.centre_y_mm(j);
     return std::sqrt(square / volume);
   };
   CHECK(spread(12.0) > 1.3 * spread(2.0));
@@ -175,7 +181,8 @@ TEST_CASE("The laser's storage is what single readings along the motion would be
   c.laser.ice_noise_mm = c.laser.scaffold_noise_mm = c.laser.repeatability_mm = 0.0;
   c.table.jigs.push_back({-5.0, -25.0, 5.0, 25.0, 2.0});
   IceNature nature(c, 1);
-  const auto run = ice_paths::along(c.arm, c.arm.laser, {{-20.0, 0.0}, {20.0, 0.0}}, 1.0, 50.0, 1.5, [](double) { return 0.25; }, 0.0);
+  const auto run = ice_paths::along(
+      c.arm, c.arm.laser, {{-20.0, 0.0}, {20.0, 0.0}}, 1.0, 50.0, 1.5, [](double) { return 0.25; }, 0.0);
   nature.arm().place(run.points.front());
   nature.arm().follow(run.points, 0.016, 0.0125);
   nature.begin_storage(0.0008, 0.01, 70, LaserSettings::kIce);
@@ -188,6 +195,7 @@ TEST_CASE("The laser's storage is what single readings along the motion would be
     if (s.mm[n] > 0.0 && s.mm[n - 1] < 0.0) up = int(n);
   REQUIRE(up > 0);
   // The laser passes x = -5 when the reference did, plus start delay and servo lag.
-  const double ramp_s = 0.1, at_s = ramp_s + (15.0 - 0.5 * 50.0 * ramp_s) / 50.0 + 0.0125 + 2.0 / (2.0 * 3.14159265 * 20.0);
+  const double ramp_s = 0.1,
+               at_s = ramp_s + (15.0 - 0.5 * 50.0 * ramp_s) / 50.0 + 0.0125 + 2.0 / (2.0 * 3.14159265 * 20.0);
   CHECK(s.trigger_s + up * s.period_s == Approx(at_s + 0.5 * s.period_s).margin(0.5 * s.period_s + 0.003));
 }

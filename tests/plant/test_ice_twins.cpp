@@ -49,7 +49,9 @@ TEST_CASE("The robot's twin wants power, calibration and a verified path at whos
   CHECK(b.heard[std::string(kRobotPort)].size() > 0);
 }
 
-TEST_CASE("A repeated number gets the reply again without a second motion, an old one is refused, a damaged line is dropped") {
+TEST_CASE(
+    "A repeated number gets the reply again without a second motion, an old one is refused, a damaged line "
+    "is dropped") {
   IceBench b(small());
   b.home();
   drivers::LineWriter line;
@@ -70,7 +72,8 @@ TEST_CASE("A repeated number gets the reply again without a second motion, an ol
   CHECK(motions == 1);
 }
 
-TEST_CASE("A path printed through the instruments lies where and as much as the list said, and is summed up") {
+TEST_CASE(
+    "A path printed through the instruments lies where and as much as the list said, and is summed up") {
   IceWorldConfig c = small();
   c.disturbance.debris_per_h = 0.0;
   IceBench b(c);
@@ -177,8 +180,9 @@ TEST_CASE("A robot whose socket closes brakes whatever moves and closes the valv
   b.world.disconnect(kRobotPort, gone_us);
   b.run(2'000'000);
   CHECK(b.truth().last_pulse_us[0] <= gone_us);
-  const auto braked = std::find_if(b.record.history.devices.begin(), b.record.history.devices.end(),
-                                   [](const DeviceRecord& d) { return d.event == DeviceEvent::kRobotWatchdog; });
+  const auto braked =
+      std::find_if(b.record.history.devices.begin(), b.record.history.devices.end(),
+                   [](const DeviceRecord& d) { return d.event == DeviceEvent::kRobotWatchdog; });
   REQUIRE(braked != b.record.history.devices.end());
   CHECK(braked->t_us == gone_us);
 }
@@ -207,7 +211,9 @@ TEST_CASE("A robot that hears nothing for a second while a path runs ends it and
   CHECK(b.robot("CLEAR") == "ACK");
 }
 
-TEST_CASE("The emergency stop cuts power and stays until it is released and cleared, and a motion error is a fault") {
+TEST_CASE(
+    "The emergency stop cuts power and stays until it is released and cleared, and a motion error is a "
+    "fault") {
   const IceWorldConfig c = small();
   IceBench b(c);
   const auto run = line_of(c);
@@ -260,11 +266,13 @@ TEST_CASE("Reboot loses paths and lists, closes the port and counts, and the val
   CHECK(b.valve_status(kValveAPort).state == fvb::State::kIdle);
 }
 
-TEST_CASE("The laser stores while the robot's line is up, in its material's program, and dumps at the baud rate") {
+TEST_CASE(
+    "The laser stores while the robot's line is up, in its material's program, and dumps at the baud rate") {
   IceWorldConfig c = small();
   c.table.jigs.push_back({-5.0, -25.0, 5.0, 25.0, 2.0});
   IceBench b(c);
-  const auto run = ice_paths::along(c.arm, c.arm.laser, {{-20.0, 0.0}, {20.0, 0.0}}, 1.0, 50.0, 1.5, [](double) { return 0.25; }, 0.0);
+  const auto run = ice_paths::along(
+      c.arm, c.arm.laser, {{-20.0, 0.0}, {20.0, 0.0}}, 1.0, 50.0, 1.5, [](double) { return 0.25; }, 0.0);
   b.home();
   b.load(3, run.points);
   b.move_to(run.points.front());
@@ -330,7 +338,9 @@ TEST_CASE("The heater box shows temperatures and relays, takes set points, and i
   CHECK(b.ask(kHeaterPort, "nonsense\n").starts_with("E,1*"));
 }
 
-TEST_CASE("A tank that runs empty, a blocked line and a dead coil give pulses without liquid until they are mended") {
+TEST_CASE(
+    "A tank that runs empty, a blocked line and a dead coil give pulses without liquid until they are "
+    "mended") {
   for (const std::int64_t code : {1, 2, 3}) {
     const IceWorldConfig c = small();
     IceBench b(c);
@@ -355,7 +365,8 @@ TEST_CASE("A tank that runs empty, a blocked line and a dead coil give pulses wi
   }
 }
 
-TEST_CASE("Frozen thermocouples, stuck laser values, refused power, echoes and stray replies are what they say") {
+TEST_CASE(
+    "Frozen thermocouples, stuck laser values, refused power, echoes and stray replies are what they say") {
   IceBench b(small());
   b.world.inject({"robot", FaultKind::kTrip, 3, 0}, b.now_us);
   b.robot("HELLO FIRN 1");

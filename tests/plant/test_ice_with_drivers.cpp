@@ -1,4 +1,5 @@
-// Drivers and twins of the ice lab were written apart, each from the protocol cards: here they meet, byte for byte.
+// Drivers and twins of the ice lab were written apart, each from the protocol cards: here they meet, byte for
+// byte.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -35,26 +36,37 @@ struct Rig : DriverRig {
         valve_a(drivers::ValveConfig{}),
         laser(drivers::LaserPointConfig{}),
         heater(drivers::HeaterConfig{}) {
-    connect({{kRobotPort, &robot}, {kValveAPort, &valve_a}, {kLaserPointPort, &laser}, {kHeaterPort, &heater}});
+    connect(
+        {{kRobotPort, &robot}, {kValveAPort, &valve_a}, {kLaserPointPort, &laser}, {kHeaterPort, &heater}});
   }
   void add(std::int64_t path, const ice_paths::Run& run) {
     std::vector<double> rows;
     for (const Joints& q : run.points) rows.insert(rows.end(), q.begin(), q.end());
-    call(kRobotPort, [&](drivers::Driver&, drivers::Effects& fx) { robot.add_path(path, 0.016, 4, rows, now_us, fx); });
+    call(kRobotPort,
+         [&](drivers::Driver&, drivers::Effects& fx) { robot.add_path(path, 0.016, 4, rows, now_us, fx); });
     if (run.ticks.empty()) return;
     const std::vector<std::int32_t> ticks(run.ticks.begin(), run.ticks.end());
-    call(kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) { valve_a.add_list({path, 0}, 0.002, 0.00125, ticks, now_us, fx); });
+    call(kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) {
+      valve_a.add_list({path, 0}, 0.002, 0.00125, ticks, now_us, fx);
+    });
   }
   drivers::Result arm(std::int64_t path) {
-    const auto loaded = command(kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) { valve_a.load({path, 0}, now_us, fx); });
+    const auto loaded = command(kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) {
+      valve_a.load({path, 0}, now_us, fx);
+    });
     CHECK(loaded.outcome == Outcome::kDone);
-    return command(kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) { valve_a.arm({path, 0}, now_us, fx); });
+    return command(kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) {
+      valve_a.arm({path, 0}, now_us, fx);
+    });
   }
   void start() {
     REQUIRE(until([&] { return all_safe(); }));
-    CHECK(command(kRobotPort, [&](drivers::Driver&, drivers::Effects& fx) { robot.home(now_us, fx); }).outcome == Outcome::kDone);
-    CHECK(command(kHeaterPort, [&](drivers::Driver&, drivers::Effects& fx) { heater.set({20.0, 22.0, 20.0}, now_us, fx); }).outcome ==
-          Outcome::kDone);
+    CHECK(command(kRobotPort, [&](drivers::Driver&, drivers::Effects& fx) {
+            robot.home(now_us, fx);
+          }).outcome == Outcome::kDone);
+    CHECK(command(kHeaterPort, [&](drivers::Driver&, drivers::Effects& fx) {
+            heater.set({20.0, 22.0, 20.0}, now_us, fx);
+          }).outcome == Outcome::kDone);
   }
 
   drivers::Robot robot;
@@ -64,8 +76,9 @@ struct Rig : DriverRig {
 };
 
 ice_paths::Run deposition(const IceWorldConfig& c, double y_mm, double speed = 60.0) {
-  return ice_paths::along(c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, 3.24, speed, 1.5, [](double) { return 0.25; },
-                          ice_paths::calibrated_late_s(c, 0) - c.valve[0].trigger_delay_s);
+  return ice_paths::along(
+      c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, 3.24, speed, 1.5, [](double) { return 0.25; },
+      ice_paths::calibrated_late_s(c, 0) - c.valve[0].trigger_delay_s);
 }
 
 }  // namespace
@@ -85,22 +98,30 @@ TEST_CASE("The drivers home the robot, print a bead, count its pulses and measur
   INFO(ran.text);
   REQUIRE(ran.outcome == Outcome::kDone);
   CHECK(std::abs(ran.counted - ran.expected) < 16'000);
-  const auto fired = rig.command(kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.valve_a.disarm(rig.now_us, fx); });
+  const auto fired = rig.command(
+      kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.valve_a.disarm(rig.now_us, fx); });
   CHECK(fired.outcome == Outcome::kDone);
   CHECK(fired.counted == std::int64_t(run.ticks.size()));
   CHECK(rig.world.ice()->ice_truth().pulses[0] == std::int64_t(run.ticks.size()));
 
-  auto look = ice_paths::along(config.ice.arm, config.ice.arm.laser, {{-20.0, 2.0}, {20.0, 2.0}}, 0.24, 50.0, 1.5,
-                               [](double) { return 0.25; }, 0.0);
+  auto look = ice_paths::along(
+      config.ice.arm, config.ice.arm.laser, {{-20.0, 2.0}, {20.0, 2.0}}, 0.24, 50.0, 1.5,
+      [](double) { return 0.25; }, 0.0);
   look.ticks.clear();
   rig.add(2, look);
   const int samples = int(100.0 * look.duration_s);
-  CHECK(rig.command(kLaserPointPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.laser.arm(0, samples, 0.01, rig.now_us, fx); }).outcome ==
-        Outcome::kReady);
-  CHECK(rig.command(kRobotPort, [&](drivers::Driver&, drivers::Effects& fx) {
-             rig.robot.run({2, 0, 0}, drivers::kSignalLaser, rig.now_us, fx);
-           }).outcome == Outcome::kDone);
-  const auto collected = rig.command(kLaserPointPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.laser.collect(rig.now_us, fx); });
+  CHECK(rig.command(kLaserPointPort,
+                    [&](drivers::Driver&, drivers::Effects& fx) {
+                      rig.laser.arm(0, samples, 0.01, rig.now_us, fx);
+                    })
+            .outcome == Outcome::kReady);
+  CHECK(rig.command(kRobotPort,
+                    [&](drivers::Driver&, drivers::Effects& fx) {
+                      rig.robot.run({2, 0, 0}, drivers::kSignalLaser, rig.now_us, fx);
+                    })
+            .outcome == Outcome::kDone);
+  const auto collected = rig.command(
+      kLaserPointPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.laser.collect(rig.now_us, fx); });
   CHECK(collected.outcome == Outcome::kDone);
   REQUIRE(rig.all<drivers::Samples>().size() == 1);
   const std::vector<float> z = rig.all<drivers::Samples>()[0].z_mm;
@@ -119,14 +140,18 @@ TEST_CASE("The drivers home the robot, print a bead, count its pulses and measur
   CHECK(rig.world.ice()->ice_truth().collisions.contacts == 0);
 }
 
-TEST_CASE("A stop in the middle of a path: the arm rests, the valve is closed, both say how far they came, and nature agrees") {
+TEST_CASE(
+    "A stop in the middle of a path: the arm rests, the valve is closed, both say how far they came, and "
+    "nature agrees") {
   const WorldConfig config = ice_world();
   Rig rig(config);
   rig.start();
   const auto run = deposition(config.ice, -4.0, 10.0);
   rig.add(1, run);
   REQUIRE(rig.arm(1).outcome == Outcome::kReady);
-  rig.call(kRobotPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.robot.run({1, 0, 0}, drivers::kSignalValveA, rig.now_us, fx); });
+  rig.call(kRobotPort, [&](drivers::Driver&, drivers::Effects& fx) {
+    rig.robot.run({1, 0, 0}, drivers::kSignalValveA, rig.now_us, fx);
+  });
   REQUIRE(rig.until([&] { return rig.world.ice()->ice_truth().pulses[0] > 10; }));
   const std::int64_t stop_us = rig.now_us;
   for (const auto port : {kRobotPort, kValveAPort})
@@ -135,7 +160,8 @@ TEST_CASE("A stop in the middle of a path: the arm rests, the valve is closed, b
   CHECK(rig.world.ice()->ice_truth().last_pulse_us[0] < stop_us + 100'000);
   REQUIRE(rig.results["robot"].size() >= 2);
   CHECK(rig.results["robot"].back().outcome == Outcome::kFailed);
-  const auto count = rig.command(kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.valve_a.disarm(rig.now_us, fx); });
+  const auto count = rig.command(
+      kValveAPort, [&](drivers::Driver&, drivers::Effects& fx) { rig.valve_a.disarm(rig.now_us, fx); });
   CHECK(count.outcome == Outcome::kFailed);
   CHECK(count.counted == rig.world.ice()->ice_truth().pulses[0]);
 }

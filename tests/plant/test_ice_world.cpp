@@ -35,14 +35,22 @@ TEST_CASE("A world saved in the middle of a path goes on bit for bit, and one of
   };
   CHECK(bytes("a") == bytes("b"));
   CHECK(bytes("a").size() > 100'000);
-  CHECK_THROWS_WITH(World::restore(folder / "a", WorldConfig{}, nullptr), Catch::Contains("of another configuration"));
+  CHECK_THROWS_WITH(World::restore(folder / "a", WorldConfig{}, nullptr),
+                    Catch::Contains("of another configuration"));
   std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("Whatever bytes arrive at the ice lab's ports, nothing fires and nothing breaks") {
   IceBench b(small());
   RandomStream random(4, Purpose::kTest);
-  const char* words[] = {"@1 HELLO FIRN 1*E003\r\n", "@2 PATH P 0 1 2 3 4", "PATH RUN 1 7*", "\xA5\x5A\x02\x01", "AS\r", "SW,HB,1,9\r", "T?*", "S,9,99999*"};
+  const char* words[] = {"@1 HELLO FIRN 1*E003\r\n",
+                         "@2 PATH P 0 1 2 3 4",
+                         "PATH RUN 1 7*",
+                         "\xA5\x5A\x02\x01",
+                         "AS\r",
+                         "SW,HB,1,9\r",
+                         "T?*",
+                         "S,9,99999*"};
   for (int n = 0; n < 4000; ++n) {
     std::string bytes;
     if (random.below(3) == 0) bytes = words[random.below(8)];

@@ -152,7 +152,9 @@ TEST_CASE("World and drivers meet on a socket whose path is longer than the addr
           const std::string_view ask = "ENABLE @0\nAXISSTATUS(@0)\n";
           ports.write(port, std::as_bytes(std::span(ask)));
         },
-        [&](PortId, std::span<const std::byte> bytes) { text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size()); });
+        [&](PortId, std::span<const std::byte> bytes) {
+          text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+        });
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   CHECK(text == "%\n%5\n");

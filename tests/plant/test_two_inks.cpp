@@ -44,7 +44,8 @@ void print(Model& model, const Layer& layer, const GridSpec& g) {
 
 }  // namespace
 
-TEST_CASE("lu2015 with two inks and without variation is Eq. (7): both jets' droplets meet the same surface") {
+TEST_CASE(
+    "lu2015 with two inks and without variation is Eq. (7): both jets' droplets meet the same surface") {
   const WorldConfig c = two_inks(0.0);
   const auto model = make_model(c);
   const deposition::DropletModel a, b{0.9 * a.h1_mm, 0.9 * a.h2_mm, 0.9 * a.h3_mm};
@@ -57,7 +58,8 @@ TEST_CASE("lu2015 with two inks and without variation is Eq. (7): both jets' dro
     print(*model, l, c.grid);
     eq7.deposit(expected, l.drops, l.inks, columns);
     const HeightMap wet = model->cell_means();
-    for (std::size_t n = 0; n < wet.size(); ++n) CHECK(wet.cells[n] == Approx(expected.cells[n]).margin(1e-15));
+    for (std::size_t n = 0; n < wet.size(); ++n)
+      CHECK(wet.cells[n] == Approx(expected.cells[n]).margin(1e-15));
     const MaterialColumns pending = model->materials();
     model->expose(layer);
     model->measured();

@@ -39,9 +39,9 @@ Experiment with_estimator(Experiment e) {
 
 struct Bench : test::NodeBench {
   explicit Bench(const std::string& scheme, bool adapt = false)
-      : NodeBench(NodeId::kController,
-                  std::make_unique<ControllerNode>(adapt ? with_estimator(small(scheme)) : small(scheme), HeightMap(small(scheme).grid, 0.05),
-                                                   disc(small(scheme).grid))) {
+      : NodeBench(NodeId::kController, std::make_unique<ControllerNode>(
+                                           adapt ? with_estimator(small(scheme)) : small(scheme),
+                                           HeightMap(small(scheme).grid, 0.05), disc(small(scheme).grid))) {
     start();
   }
   layer_plan_t ask(const HeightMap& h, int layer, std::int64_t map_id, int attempt = 0) {
@@ -129,11 +129,14 @@ TEST_CASE(
                     Catch::Contains("target"));
 }
 
-TEST_CASE("With control.adapt_model MPC plans with the newest HEIGHT_MODEL, and without it the node does not even listen") {
+TEST_CASE(
+    "With control.adapt_model MPC plans with the newest HEIGHT_MODEL, and without it the node does not even "
+    "listen") {
   Experiment e = small("mpc");
   const HeightMap target(e.grid, 0.05);
   const auto listens = [](const Node& node) {
-    return std::ranges::any_of(node.routes(), [](const Node::Route& r) { return r.channel == channels::kHeightModel.name; });
+    return std::ranges::any_of(node.routes(),
+                               [](const Node::Route& r) { return r.channel == channels::kHeightModel.name; });
   };
   CHECK_FALSE(listens(ControllerNode(e, target, disc(e.grid))));
   CHECK(listens(ControllerNode(with_estimator(e), target, disc(e.grid))));
@@ -164,7 +167,8 @@ Experiment with_filter(Experiment e) {
 // The node that blends maps and droplets, on a part that is far from done.
 struct FilterBench : test::NodeBench {
   explicit FilterBench(const Experiment& e = with_filter(small("mpc")))
-      : NodeBench(NodeId::kController, std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), disc(e.grid))) {
+      : NodeBench(NodeId::kController,
+                  std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), disc(e.grid))) {
     start();
   }
   void map(const HeightMap& h, int layer, int attempt = 0) {
@@ -185,7 +189,8 @@ struct FilterBench : test::NodeBench {
     r.grid = plan.grid;
     r.n = plan.n;
     r.drops = plan.drops;
-    r.commanded = r.triggered_stage = r.triggered_jet = r.unknown_from = r.unknown_to = drops_of(plan).total();
+    r.commanded = r.triggered_stage = r.triggered_jet = r.unknown_from = r.unknown_to =
+        drops_of(plan).total();
     r.confirmed = -1;
     return r;
   }
@@ -207,12 +212,14 @@ TEST_CASE("With height_estimate = kalman noise of one map moves the plan less th
   b.map(truth, 0);
   for (int layer = 1; layer <= 5; ++layer) {
     const layer_plan_t plan = b.last(channels::kLayerPlan);
-    deposition::HeightChange<1>(g, deposition::stencil_of(model), deposition::Border::kLose).deposit(truth, drops_of(plan));
+    deposition::HeightChange<1>(g, deposition::stencil_of(model), deposition::Border::kLose)
+        .deposit(truth, drops_of(plan));
     HeightMap noisy = truth;
     for (double& v : noisy.cells) v += random.uniform(-0.0017, 0.0017);  // 1 um
     b.give(channels::kDepositionReport, b.report_of(plan));
     b.map(noisy, layer);
-    const double none_filter = b.last(channels::kLayerPlan).objective_none_mm, none_map = plain.ask(noisy, layer, layer).objective_none_mm;
+    const double none_filter = b.last(channels::kLayerPlan).objective_none_mm,
+                 none_map = plain.ask(noisy, layer, layer).objective_none_mm;
     const double none = plain.ask(truth, layer, layer).objective_none_mm;
     off_filter += std::abs(none_filter - none), off_map += std::abs(none_map - none);
   }
@@ -221,7 +228,9 @@ TEST_CASE("With height_estimate = kalman noise of one map moves the plan less th
   CHECK(off_filter < 0.7 * off_map);
 }
 
-TEST_CASE("With droplet_factors a jet that gives a sixth less is planned with, and without, the plan still believes the model") {
+TEST_CASE(
+    "With droplet_factors a jet that gives a sixth less is planned with, and without, the plan still "
+    "believes the model") {
   const deposition::DropletModel model;
   const auto believed = [&](const std::string& factors) {
     Experiment e = with_filter(small("mpc"));
@@ -232,7 +241,9 @@ TEST_CASE("With droplet_factors a jet that gives a sixth less is planned with, a
     b.map(truth, 0);
     for (int layer = 1; layer <= 4; ++layer) {
       const layer_plan_t plan = b.last(channels::kLayerPlan);
-      deposition::HeightChange<1>(g, deposition::stencil_of(model.times(5.0 / 6.0)), deposition::Border::kLose).deposit(truth, drops_of(plan));
+      deposition::HeightChange<1>(g, deposition::stencil_of(model.times(5.0 / 6.0)),
+                                  deposition::Border::kLose)
+          .deposit(truth, drops_of(plan));
       b.give(channels::kDepositionReport, b.report_of(plan));
       b.map(truth, layer);
     }
@@ -244,7 +255,9 @@ TEST_CASE("With droplet_factors a jet that gives a sixth less is planned with, a
   CHECK(believed("together") / believed("off") == Approx(5.0 / 6.0).epsilon(0.03));
 }
 
-TEST_CASE("A map that overtakes the reports of its layer waits for them, and without any it counts alone, and a warning says so") {
+TEST_CASE(
+    "A map that overtakes the reports of its layer waits for them, and without any it counts alone, and a "
+    "warning says so") {
   const GridSpec g = small("mpc").grid;
   FilterBench in_order, late, never;
   for (FilterBench* b : {&in_order, &late, &never}) b->map(HeightMap(g, 0.0), 0);
@@ -268,7 +281,8 @@ TEST_CASE("A map that overtakes the reports of its layer waits for them, and wit
   CHECK(never.faults() == 1);
   CHECK(Severity(never.last(channels::fault(NodeId::kController)).severity) == Severity::kWarning);
   Bench plain("mpc");
-  CHECK(never.last(channels::kLayerPlan).objective_none_mm == Approx(plain.ask(first, 1, 2).objective_none_mm).epsilon(1e-6));
+  CHECK(never.last(channels::kLayerPlan).objective_none_mm ==
+        Approx(plain.ask(first, 1, 2).objective_none_mm).epsilon(1e-6));
   never.give(channels::kDepositionReport, report);  // too late: nothing is counted twice
   CHECK(never.plans() == 2);
 }
@@ -285,13 +299,16 @@ TEST_CASE("A second map of a layer replaces the first, and one of a layer long p
   twice.map(wrong, 1, 0);
   twice.map(at_layer(g, 1), 1, 1);
   once.map(at_layer(g, 1), 1);
-  CHECK(twice.last(channels::kLayerPlan).objective_none_mm == once.last(channels::kLayerPlan).objective_none_mm);
+  CHECK(twice.last(channels::kLayerPlan).objective_none_mm ==
+        once.last(channels::kLayerPlan).objective_none_mm);
   twice.map(HeightMap(g, 0.0), 0, 2);
   CHECK(PlanDecision(twice.last(channels::kLayerPlan).decision) == PlanDecision::kStop);
   CHECK_THAT(twice.last(channels::fault(NodeId::kController)).text, Catch::Contains("came after layer 1"));
 }
 
-TEST_CASE("control.mpc.error = square and square_mean reach the scheme: objectives are roots of mean squares, and the mean's square counts eight times") {
+TEST_CASE(
+    "control.mpc.error = square and square_mean reach the scheme: objectives are roots of mean squares, and "
+    "the mean's square counts eight times") {
   const std::string error = GENERATE("square", "square_mean");
   Experiment e = small("mpc");
   e.control.mpc.method = "strip_dp";
@@ -306,7 +323,8 @@ TEST_CASE("control.mpc.error = square and square_mean reach the scheme: objectiv
   double squares = 0.0, sum = 0.0, cells = 0.0;
   for (std::size_t c = 0; c < h.size(); ++c) {
     h.cells[c] -= random.uniform(0.0, 0.0076);
-    if (mask.cells[c]) squares += (0.05 - h.cells[c]) * (0.05 - h.cells[c]), sum += 0.05 - h.cells[c], cells += 1.0;
+    if (mask.cells[c])
+      squares += (0.05 - h.cells[c]) * (0.05 - h.cells[c]), sum += 0.05 - h.cells[c], cells += 1.0;
   }
   set_height(m, h);
   m.quality.assign(h.size(), 0);
@@ -321,7 +339,8 @@ TEST_CASE("A plan is the same bytes on whatever threads the process hands its no
   Experiment e = small("mpc");
   e.control.mpc.method = "strip_dp";
   e.grid.nx = 40, e.grid.ny = 60;
-  const Blobs blobs = {{"target", "", to_npy(HeightMap(e.grid, 0.05))}, {"mask", "", to_npy(Mask(e.grid, 1))}};
+  const Blobs blobs = {{"target", "", to_npy(HeightMap(e.grid, 0.05))},
+                       {"mask", "", to_npy(Mask(e.grid, 1))}};
   int calls = 0;
   const ParallelFor backwards = [&](int n, const std::function<void(int)>& body) {
     ++calls;
@@ -346,7 +365,9 @@ TEST_CASE("A plan is the same bytes on whatever threads the process hands its no
   CHECK(plans[0].objective_mm == plans[1].objective_mm);
 }
 
-TEST_CASE("Two inks by strips through the node: each cell's ink is sent, and no droplet search finds a better layer") {
+TEST_CASE(
+    "Two inks by strips through the node: each cell's ink is sent, and no droplet search finds a better "
+    "layer") {
   Experiment e = small("mpc");
   e.grid.nx = 24, e.grid.ny = 18;
   const Mask mask(e.grid, 1);
@@ -364,7 +385,8 @@ TEST_CASE("Two inks by strips through the node: each cell's ink is sent, and no 
   double last = 1.0;
   for (const char* method : {"greedy", "strip_dp", "certified"}) {
     e.control.mpc.method = method;
-    test::NodeBench b(NodeId::kController, std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), mask, geometry));
+    test::NodeBench b(NodeId::kController,
+                      std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), mask, geometry));
     b.start();
     b.give(channels::kHeightMap, m);
     const auto inks = b.last(channels::kMaterialMap);

@@ -24,7 +24,9 @@ Experiment small() {
 
 // The node and a planted world that prints and measures for it.
 struct Bench : test::NodeBench {
-  Bench() : NodeBench(NodeId::kDropletEstimator, std::make_unique<DropletEstimatorNode>(small(), Mask(small().grid, 1))) {
+  Bench()
+      : NodeBench(NodeId::kDropletEstimator,
+                  std::make_unique<DropletEstimatorNode>(small(), Mask(small().grid, 1))) {
     world.grid = small().grid;
     world.height = HeightMap(world.grid, 0.0);
     world.model = {4.8e-3, 0.5e-3, 0.25e-3};
@@ -52,7 +54,8 @@ struct Bench : test::NodeBench {
     r.n = std::int32_t(world.grid.size());
     r.drops.assign(world.grid.size(), 0);
     for (const auto c : pass.cells) r.drops[c] = 1;
-    r.commanded = r.triggered_stage = r.triggered_jet = r.unknown_from = r.unknown_to = std::int64_t(pass.cells.size());
+    r.commanded = r.triggered_stage = r.triggered_jet = r.unknown_from = r.unknown_to =
+        std::int64_t(pass.cells.size());
     r.confirmed = -1;
     return r;
   }
@@ -92,7 +95,9 @@ TEST_CASE("A model follows every map, names it, and comes near the planted one w
   for (const auto& s : b.sent) CHECK_FALSE(validate(*find_channel(s.channel), s.bytes));
 }
 
-TEST_CASE("A map that overtakes the report of its layer waits for it, and the result is the same to the last byte") {
+TEST_CASE(
+    "A map that overtakes the report of its layer waits for it, and the result is the same to the last "
+    "byte") {
   Bench in_order, overtaken;
   in_order.map(0), overtaken.map(0);
   for (int k = 1; k <= 3; ++k) {
@@ -117,7 +122,8 @@ TEST_CASE("A layer that is measured again replaces what its first map taught") {
   clean.layer();
   CHECK(b.last(channels::kHeightModel).attempt == 1);
   CHECK(b.last(channels::kHeightModel).layers_used == 2);
-  CHECK(b.last(channels::kHeightModel).h1_mm == Approx(clean.last(channels::kHeightModel).h1_mm).epsilon(0.01));
+  CHECK(b.last(channels::kHeightModel).h1_mm ==
+        Approx(clean.last(channels::kHeightModel).h1_mm).epsilon(0.01));
 }
 
 TEST_CASE("Messages of another grid, maps without a reading and late reports change nothing but a warning") {

@@ -1,5 +1,5 @@
-// An ice lab for the scheduler's tests, without instruments: it plans, answers commands truthfully, counts every pulse, and
-// can crash in the middle of any command.
+// An ice lab for the scheduler's tests, without instruments: it plans, answers commands truthfully, counts
+// every pulse, and can crash in the middle of any command.
 #pragma once
 
 #include <algorithm>
@@ -58,8 +58,10 @@ inline slice::PrintPaths square_paths(int layers) {
 
 struct FakeIceLab : NodeBench {
   FakeIceLab(std::uint64_t seed, const Experiment& e, int layers = 6)
-      : NodeBench(NodeId::kScheduler, std::make_unique<PathLoop>(e, square_paths(layers), 0.016)), random(seed, Purpose::kTest),
-        experiment(e), layers(layers) {}
+      : NodeBench(NodeId::kScheduler, std::make_unique<PathLoop>(e, square_paths(layers), 0.016)),
+        random(seed, Purpose::kTest),
+        experiment(e),
+        layers(layers) {}
 
   void begin(std::int32_t incarnation) {
     start(incarnation);
@@ -69,7 +71,8 @@ struct FakeIceLab : NodeBench {
       unanswered.reset();
       give(channels::answer(late_driver), late);
     }
-    for (NodeId d : {NodeId::kRobot, NodeId::kValveA, NodeId::kValveB, NodeId::kLaserPoint, NodeId::kHeater}) {
+    for (NodeId d :
+         {NodeId::kRobot, NodeId::kValveA, NodeId::kValveB, NodeId::kLaserPoint, NodeId::kHeater}) {
       device_state_t s{};
       s.node = info(d).name;
       s.state = std::int8_t(DeviceState::kSafe);
@@ -95,7 +98,8 @@ struct FakeIceLab : NodeBench {
   // The paths of the next interval, jobs and lists in any order.
   void plan(std::int64_t map_id) {
     const bool table = map_id == 0 && experiment.ice.map_table == "on";
-    const int first = done_layers + 1, last = table ? 0 : std::min(layers, done_layers + experiment.ice.interval_layers);
+    const int first = done_layers + 1,
+              last = table ? 0 : std::min(layers, done_layers + experiment.ice.interval_layers);
     std::vector<path_job_t> jobs;
     ++batch;
     const auto job = [&](int layer, int kind, int material, int lists) {
@@ -116,7 +120,8 @@ struct FakeIceLab : NodeBench {
       jobs.push_back(j);
     };
     for (int layer = first; layer <= last; ++layer)
-      for (int n = 0, count = 1 + int(random.below(3)); n < count; ++n) job(layer, n == 0 ? 0 : 1, int(random.below(2)), 1 + int(random.below(8) == 0));
+      for (int n = 0, count = 1 + int(random.below(3)); n < count; ++n)
+        job(layer, n == 0 ? 0 : 1, int(random.below(2)), 1 + int(random.below(8) == 0));
     for (int n = 0; n < 2; ++n) job(last, 3, n, 0);
     if (refuse_path) jobs[0].text = "point 3 is out of reach";
     std::vector<std::pair<int, int>> order;  // index, list; -1 = the job
@@ -125,7 +130,8 @@ struct FakeIceLab : NodeBench {
       commanded[j.path] = j;
       for (int list = -1; list < j.lists; ++list) order.push_back({j.index, list});
     }
-    for (std::size_t k = order.size(); k > 1; --k) std::swap(order[k - 1], order[random.below(std::uint32_t(k))]);
+    for (std::size_t k = order.size(); k > 1; --k)
+      std::swap(order[k - 1], order[random.below(std::uint32_t(k))]);
     for (const auto& [index, list] : order) {
       const path_job_t& j = jobs[std::size_t(index)];
       if (list < 0) {
@@ -146,16 +152,20 @@ struct FakeIceLab : NodeBench {
     }
   }
 
-  // Carries out the newest command that has not been seen. @returns false when there is none, or it was cut by a crash.
+  // Carries out the newest command that has not been seen. @returns false when there is none, or it was cut
+  // by a crash.
   bool serve(double crash_probability) {
     while (seen < sent.size()) {
       const Sent s = sent[seen++];
       if (s.channel == "RUN_END") return false;
       if (s.channel == "ROBOT_COMMAND") return robot(decode<robot_command_t>(s), crash_probability);
-      if (s.channel == "VALVE_A_COMMAND") return valve(NodeId::kValveA, decode<valve_command_t>(s), crash_probability);
-      if (s.channel == "VALVE_B_COMMAND") return valve(NodeId::kValveB, decode<valve_command_t>(s), crash_probability);
+      if (s.channel == "VALVE_A_COMMAND")
+        return valve(NodeId::kValveA, decode<valve_command_t>(s), crash_probability);
+      if (s.channel == "VALVE_B_COMMAND")
+        return valve(NodeId::kValveB, decode<valve_command_t>(s), crash_probability);
       if (s.channel == "HEATER_COMMAND") {
-        const bool alive = answer(NodeId::kHeater, decode<heater_command_t>(s).command_id, crash_probability, 0);
+        const bool alive =
+            answer(NodeId::kHeater, decode<heater_command_t>(s).command_id, crash_probability, 0);
         if (alive) warm(20.0);
         return alive;
       }
@@ -170,7 +180,8 @@ struct FakeIceLab : NodeBench {
     return false;
   }
 
-  bool answer(NodeId driver, std::int64_t command, double crash_probability, std::int64_t counted, Outcome outcome = Outcome::kDone) {
+  bool answer(NodeId driver, std::int64_t command, double crash_probability, std::int64_t counted,
+              Outcome outcome = Outcome::kDone) {
     answer_t a{};
     a.node = info(driver).name;
     a.command_id = command;
@@ -183,7 +194,9 @@ struct FakeIceLab : NodeBench {
       return true;
     }
     if (random.uniform() < crash_probability) {
-      if (outcome == Outcome::kDone && driver != NodeId::kValveA && driver != NodeId::kValveB && random.below(2)) a.outcome = std::int8_t(Outcome::kNone);
+      if (outcome == Outcome::kDone && driver != NodeId::kValveA && driver != NodeId::kValveB &&
+          random.below(2))
+        a.outcome = std::int8_t(Outcome::kNone);
       if (random.below(2)) keep(driver, a);
       crash();
       return false;
@@ -209,18 +222,23 @@ struct FakeIceLab : NodeBench {
     if (ValveVerb(c.verb) != ValveVerb::kDisarm) return answer(id, c.command_id, crash_probability, -1);
     armed.reset();
     // As the driver tells it: all, some, none, or that its controller came back without its memory.
-    const Outcome outcome = !known_count ? Outcome::kUnknown : fired == c.expected ? Outcome::kDone : fired > 0 ? Outcome::kFailed : Outcome::kNone;
+    const Outcome outcome = !known_count          ? Outcome::kUnknown
+                            : fired == c.expected ? Outcome::kDone
+                            : fired > 0           ? Outcome::kFailed
+                                                  : Outcome::kNone;
     return answer(id, c.command_id, crash_probability, known_count ? fired : 0, outcome);
   }
 
   bool robot(const robot_command_t& c, double crash_probability) {
     if (RobotVerb(c.verb) == RobotVerb::kLoad) loaded_path = c.path;
-    if (RobotVerb(c.verb) != RobotVerb::kRun) return answer(NodeId::kRobot, c.command_id, crash_probability, 0);
+    if (RobotVerb(c.verb) != RobotVerb::kRun)
+      return answer(NodeId::kRobot, c.command_id, crash_probability, 0);
     if (commanded[c.path].kind == 3) {
       wrong_signal = wrong_signal || c.signals != kSignalLaser;
       return answer(NodeId::kRobot, c.command_id, crash_probability, 1'600'000);
     }
-    wrong_signal = wrong_signal || !armed || c.signals != (*armed == NodeId::kValveB ? kSignalValveB : kSignalValveA);
+    wrong_signal =
+        wrong_signal || !armed || c.signals != (*armed == NodeId::kValveB ? kSignalValveB : kSignalValveA);
     unloaded = unloaded || loaded_path != c.path || loaded_list.first != c.path;
     const int list = loaded_list.second;
     answer_t a{};
@@ -276,7 +294,8 @@ struct FakeIceLab : NodeBench {
     m.map_id = ++map_id;
     const bool dark = maps <= dark_maps;
     m.measured_fraction = dark ? 0.5 : 1.0;
-    set_height(m, HeightMap(GridSpec{11, 11, 1.0, 1.0, 0.0, 0.0}, 0.24 * c.layer * rise + (maps <= high_maps ? 2.9 : 0.0)));
+    set_height(m, HeightMap(GridSpec{11, 11, 1.0, 1.0, 0.0, 0.0},
+                            0.24 * c.layer * rise + (maps <= high_maps ? 2.9 : 0.0)));
     m.quality.assign(m.height_mm.size(), 0);
     give(channels::kHeightMap, m);
     if (m.layer > 0 || dark) return;  // of a layer the metrics tell that the map was taken
@@ -307,7 +326,8 @@ struct FakeIceLab : NodeBench {
   }
 
   bool over() const {
-    return !sent.empty() && sent.back().channel == "RUN_END" && RunOutcome(decode<run_end_t>(sent.back()).outcome) == RunOutcome::kFinished;
+    return !sent.empty() && sent.back().channel == "RUN_END" &&
+           RunOutcome(decode<run_end_t>(sent.back()).outcome) == RunOutcome::kFinished;
   }
   bool is_stopped() const {
     const auto ends = all(channels::kRunEnd);
@@ -347,7 +367,8 @@ struct FakeIceLab : NodeBench {
   std::int64_t epoch = 0, map_id = 0, batch = 0, paths_planned = 0, fired = 0, slip_us = 0;
   int done_layers = 0, maps = 0, table_maps = 0, dark_maps = 0, high_maps = 0, refusals = 0;
   double rise = 1.0;  ///< of the surface, over nominal
-  bool empty_path = false, refuse_path = false, stop_controller = false, known_count = true, accept_doubt = false;
+  bool empty_path = false, refuse_path = false, stop_controller = false, known_count = true,
+       accept_doubt = false;
   std::optional<answer_t> unanswered;
   NodeId late_driver = NodeId::kRobot;
   std::optional<NodeId> armed;

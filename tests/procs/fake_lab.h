@@ -1,6 +1,6 @@
-// A lab for the scheduler's tests, without instruments: it answers commands and can crash in the middle of any.
+// A lab for the scheduler's tests, without instruments: it answers commands and can crash in the middle of
+// any.
 #pragma once
-
 
 #include <map>
 #include <optional>
@@ -32,11 +32,14 @@ inline Experiment small() {
   return e;
 }
 
-// A lab that answers commands truthfully, counts every droplet it fires, and can crash in the middle of any command.
+// A lab that answers commands truthfully, counts every droplet it fires, and can crash in the middle of any
+// command.
 struct FakeLab : NodeBench {
   explicit FakeLab(std::uint64_t seed, const Experiment& e = small())
-      : NodeBench(NodeId::kScheduler, std::make_unique<DropletLoop>(e, HeightMap(e.grid, 0.05), Mask(e.grid, 1))),
-        random(seed, Purpose::kTest), experiment(e) {}
+      : NodeBench(NodeId::kScheduler,
+                  std::make_unique<DropletLoop>(e, HeightMap(e.grid, 0.05), Mask(e.grid, 1))),
+        random(seed, Purpose::kTest),
+        experiment(e) {}
 
   void begin(std::int32_t incarnation) {
     start(incarnation);
@@ -74,7 +77,8 @@ struct FakeLab : NodeBench {
       if (s.channel == "RUN_END") return false;
       if (s.channel == "STAGE_COMMAND") return stage(decode<stage_command_t>(s), crash_probability);
       if (s.channel == "JET_COMMAND") return jet(NodeId::kJet, decode<jet_command_t>(s), crash_probability);
-      if (s.channel == "JET_B_COMMAND") return jet(NodeId::kJetB, decode<jet_command_t>(s), crash_probability);
+      if (s.channel == "JET_B_COMMAND")
+        return jet(NodeId::kJetB, decode<jet_command_t>(s), crash_probability);
       if (s.channel == "LAMP_COMMAND") {
         wet.clear();
         return plain(NodeId::kLamp, decode<lamp_command_t>(s), crash_probability);
@@ -216,7 +220,8 @@ struct FakeLab : NodeBench {
     m.attempt = p.attempt;
     m.map_id = p.map_id;
     MaterialMap materials(experiment.grid);
-    for (std::size_t c = 0; c < drops.size(); ++c) materials.set(c, random.below(2) ? Material::kA : Material::kB);
+    for (std::size_t c = 0; c < drops.size(); ++c)
+      materials.set(c, random.below(2) ? Material::kA : Material::kB);
     set_materials(m, materials);
     const bool two = has_two_jets(experiment), first = random.below(2);  // either may overtake the other
     if (two && drops.passes()) inks[p.layer] = materials;
@@ -230,10 +235,13 @@ struct FakeLab : NodeBench {
     int incarnation = 0;
     begin(0);
     for (int guard = 0; guard < 20000; ++guard) {
-      if (host.finished() == 0 || (!all(channels::kRunEnd).empty() && RunOutcome(last(channels::kRunEnd).outcome) == RunOutcome::kFinished))
+      if (host.finished() == 0 || (!all(channels::kRunEnd).empty() &&
+                                   RunOutcome(last(channels::kRunEnd).outcome) == RunOutcome::kFinished))
         return incarnation;
       if (serve(crash_probability)) continue;
-      if (!all(channels::kRunEnd).empty() && RunOutcome(last(channels::kRunEnd).outcome) == RunOutcome::kFinished) return incarnation;
+      if (!all(channels::kRunEnd).empty() &&
+          RunOutcome(last(channels::kRunEnd).outcome) == RunOutcome::kFinished)
+        return incarnation;
       if (seen < sent.size()) continue;
       if (is_stopped()) {
         begin(++incarnation);
@@ -262,8 +270,9 @@ struct FakeLab : NodeBench {
   NodeId late_driver = NodeId::kStage;
   std::map<int, DropletPattern> planned;
   std::map<int, MaterialMap> inks;
-  std::map<int, std::map<std::uint32_t, std::vector<Material>>> droplets;  // layer -> cell -> jets that fired on it
-  std::vector<std::uint32_t> wet;                                         // cells fired since the last cure
+  std::map<int, std::map<std::uint32_t, std::vector<Material>>>
+      droplets;                    // layer -> cell -> jets that fired on it
+  std::vector<std::uint32_t> wet;  // cells fired since the last cure
   Material armed = Material::kNone;
   bool both_armed = false, wet_contact = false, wrong_place = false;
   std::map<std::pair<int, int>, std::map<std::uint32_t, int>> fired;  // (layer, pass) -> cell -> triggers

@@ -118,7 +118,8 @@ class Rig {
       }
       std::vector<std::pair<std::string, std::string>> arrived;
       world_.advance(now_us, [&](const plant::World::Sent& s) {
-        arrived.emplace_back(s.port, std::string(reinterpret_cast<const char*>(s.bytes.data()), s.bytes.size()));
+        arrived.emplace_back(s.port,
+                             std::string(reinterpret_cast<const char*>(s.bytes.data()), s.bytes.size()));
       });
       for (const auto& [port, bytes] : arrived) {
         Event e;
@@ -159,7 +160,8 @@ class Rig {
     const Outbox& out = hosts_.at(id)->step(e);
     for (std::size_t n = 0; n < out.size(); ++n) {
       const Output o = out.at(n);
-      if (o.kind == OutputKind::kSend) sent_[std::string(o.channel)].emplace_back(o.bytes.begin(), o.bytes.end());
+      if (o.kind == OutputKind::kSend)
+        sent_[std::string(o.channel)].emplace_back(o.bytes.begin(), o.bytes.end());
       if (o.kind == OutputKind::kWrite) world_.receive(info(id).name, o.bytes, now_us);
       reopen = reopen || o.kind == OutputKind::kReopen;
     }
@@ -202,7 +204,8 @@ TEST_CASE("a move puts the tool's point over the part's, as the simulated arm tr
   Rig rig;
   REQUIRE(rig.robot(verb(RobotVerb::kHome)).outcome == std::int8_t(Outcome::kDone));
   const Machine machine;
-  for (const RobotTool tool : {RobotTool::kFlange, RobotTool::kNozzleA, RobotTool::kNozzleB, RobotTool::kLaser}) {
+  for (const RobotTool tool :
+       {RobotTool::kFlange, RobotTool::kNozzleA, RobotTool::kNozzleB, RobotTool::kLaser}) {
     robot_command_t c = verb(RobotVerb::kMove);
     c.tool = std::int8_t(tool);
     c.x_mm = 12.0;
@@ -230,7 +233,9 @@ TEST_CASE("a move puts the tool's point over the part's, as the simulated arm tr
   CHECK_FALSE(refused.text.empty());
 }
 
-TEST_CASE("a deposition run: list and trajectory go ahead, the run stands on the disk first, the counts come back", "[ice]") {
+TEST_CASE(
+    "a deposition run: list and trajectory go ahead, the run stands on the disk first, the counts come back",
+    "[ice]") {
   Rig rig;
   REQUIRE(rig.robot(verb(RobotVerb::kHome)).outcome == std::int8_t(Outcome::kDone));
   pulse_list_t list{};
@@ -250,7 +255,8 @@ TEST_CASE("a deposition run: list and trajectory go ahead, the run stands on the
   v.expected = 300;
   v.verb = std::int8_t(ValveVerb::kLoad);
   CHECK(rig.valve(v).outcome == std::int8_t(Outcome::kDone));
-  CHECK(rig.command(NodeId::kValveB, channels::kValveBCommand, v).outcome == std::int8_t(Outcome::kRefused));  // not its list
+  CHECK(rig.command(NodeId::kValveB, channels::kValveBCommand, v).outcome ==
+        std::int8_t(Outcome::kRefused));  // not its list
   v.verb = std::int8_t(ValveVerb::kArm);
   const int before = rig.sink.syncs;
   CHECK(rig.valve(v).outcome == std::int8_t(Outcome::kReady));

@@ -6,9 +6,9 @@
 #include "core/slice/footprint.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/fault_t.hpp"
+#include "firn/flow_model_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/laser_samples_t.hpp"
-#include "firn/flow_model_t.hpp"
 #include "firn/path_job_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "firn/preview_t.hpp"
@@ -71,7 +71,9 @@ double hill(double x, double y) { return 1.2 + 0.1 * std::sin(0.15 * x) + 0.002 
 
 }  // namespace
 
-TEST_CASE("path_planner: at the start the first interval, layer by layer, then the paths that measure its last layer") {
+TEST_CASE(
+    "path_planner: at the start the first interval, layer by layer, then the paths that measure its last "
+    "layer") {
   NodeBench b = planner();
   b.start();
   const auto jobs = b.all(channels::kPathJob);
@@ -106,7 +108,9 @@ TEST_CASE("path_planner: at the start the first interval, layer by layer, then t
   CHECK(layer == 5);
 }
 
-TEST_CASE("path_planner: a surface brings the next interval, planned with it, and again for another attempt, never for an old one") {
+TEST_CASE(
+    "path_planner: a surface brings the next interval, planned with it, and again for another attempt, never "
+    "for an old one") {
   Experiment e = test::ice_experiment();
   e.control.smf.version = "frequency";
   NodeBench b = planner(e);
@@ -138,7 +142,9 @@ TEST_CASE("path_planner: a surface brings the next interval, planned with it, an
   CHECK(b.all(channels::kPathJob).size() == 3 * first);
 }
 
-TEST_CASE("with ice.map_table the table comes first: its paths alone, its map on the first interval's grid, its action, and no lesson for the flow") {
+TEST_CASE(
+    "with ice.map_table the table comes first: its paths alone, its map on the first interval's grid, its "
+    "action, and no lesson for the flow") {
   Experiment e = test::ice_experiment();
   e.ice.map_table = "on";
   NodeBench plan = planner(e);
@@ -159,7 +165,9 @@ TEST_CASE("with ice.map_table the table comes first: its paths alone, its map on
   for (std::size_t n = 0; n < motions.size(); ++n) {
     map.give(channels::kTrajectory, motions[n]);
     map.give(channels::kLaserSamples,
-             readings(motions[n], test::ice_experiment().laser_point.latency_s, [](double x, double y) { return 0.02 * x - 0.01 * y; }, int(n), int(motions.size()), 1));
+             readings(
+                 motions[n], test::ice_experiment().laser_point.latency_s,
+                 [](double x, double y) { return 0.02 * x - 0.01 * y; }, int(n), int(motions.size()), 1));
   }
   REQUIRE(map.all(channels::kHeightMap).size() == 1);
   const height_map_t bare = map.last(channels::kHeightMap);
@@ -188,13 +196,16 @@ TEST_CASE("with ice.map_table the table comes first: its paths alone, its map on
   CHECK(jobs[table.size()].map_id == bare.map_id);
   CHECK(jobs.back().layer == 5);
 
-  NodeBench flow(NodeId::kFlowEstimator, std::make_unique<FlowEstimatorNode>(e, test::cobra(), test::ice_print()));
+  NodeBench flow(NodeId::kFlowEstimator,
+                 std::make_unique<FlowEstimatorNode>(e, test::cobra(), test::ice_print()));
   flow.start();
   flow.give(channels::kHeightMap, bare);
   CHECK(flow.all(channels::kFlowModel).empty());
 }
 
-TEST_CASE("path_planner: in the speed version more material means slower paths, as long as the arm reaches their speed") {
+TEST_CASE(
+    "path_planner: in the speed version more material means slower paths, as long as the arm reaches their "
+    "speed") {
   NodeBench b = planner();
   b.start();
   const std::size_t first = b.all(channels::kPathJob).size();
@@ -205,11 +216,13 @@ TEST_CASE("path_planner: in the speed version more material means slower paths, 
     CHECK(jobs[first + n].volume_mm3 == Approx(1.4 * jobs[n].volume_mm3).epsilon(1e-3));
     if (jobs[n].length_mm < 60.0) continue;
     CHECK(jobs[first + n].duration_s > 1.2 * jobs[n].duration_s);
-    CHECK(double(jobs[first + n].pulses) / jobs[first + n].duration_s == Approx(double(jobs[n].pulses) / jobs[n].duration_s).epsilon(0.1));
+    CHECK(double(jobs[first + n].pulses) / jobs[first + n].duration_s ==
+          Approx(double(jobs[n].pulses) / jobs[n].duration_s).epsilon(0.1));
   }
 }
 
-TEST_CASE("path_planner: a path out of reach anywhere in the print is refused by name before anything is planned") {
+TEST_CASE(
+    "path_planner: a path out of reach anywhere in the print is refused by name before anything is planned") {
   slice::PrintPaths paths = test::ice_print();
   test::add_rings(paths.layers[8], 700.0, 698.0, 2.0, PathKind::kBoundary, 0);
   NodeBench b = planner(test::ice_experiment(), paths);
@@ -229,7 +242,8 @@ TEST_CASE("path_planner: after a resume nothing of what was sent is sent again")
   CHECK(b.sent.empty());
 }
 
-TEST_CASE("surface_mapper: the readings of all paths become the map of the layer's own grid, in any order, once") {
+TEST_CASE(
+    "surface_mapper: the readings of all paths become the map of the layer's own grid, in any order, once") {
   NodeBench plan = planner();
   plan.start();
   std::vector<trajectory_t> motions;
@@ -269,7 +283,9 @@ TEST_CASE("surface_mapper: the readings of all paths become the map of the layer
   }
 }
 
-TEST_CASE("surface_mapper: values that are missing show in measured_fraction, and an older scan is dropped for a newer one") {
+TEST_CASE(
+    "surface_mapper: values that are missing show in measured_fraction, and an older scan is dropped for a "
+    "newer one") {
   NodeBench plan = planner();
   plan.start();
   std::vector<trajectory_t> motions;
@@ -315,7 +331,9 @@ TEST_CASE("controller: a map is answered with the action on its grid, and the la
   CHECK(b.last(channels::kControlSurface).decision == 1);
 }
 
-TEST_CASE("controller: a map with too few readings is not answered, one that cannot be used stops the print by name") {
+TEST_CASE(
+    "controller: a map with too few readings is not answered, one that cannot be used stops the print by "
+    "name") {
   NodeBench b = controller();
   b.start();
   b.give(channels::kHeightMap, flat_map(5, 0.0, 0.79));
@@ -333,7 +351,9 @@ TEST_CASE("controller: a map with too few readings is not answered, one that can
   CHECK(b.last(channels::kControlSurface).decision == 0);
 }
 
-TEST_CASE("controller: with feed-forward the learned flow of each valve is divided out, and a map waits for what it taught of them") {
+TEST_CASE(
+    "controller: with feed-forward the learned flow of each valve is divided out, and a map waits for what "
+    "it taught of them") {
   Experiment e = test::ice_experiment();
   e.flow.feed_forward = "on";
   flow_model_t f{}, older{};
@@ -360,11 +380,14 @@ TEST_CASE("controller: with feed-forward the learned flow of each valve is divid
   }
 }
 
-TEST_CASE("flow_estimator: what was laid against what rose gives each valve's factor, and paths in doubt do not count") {
+TEST_CASE(
+    "flow_estimator: what was laid against what rose gives each valve's factor, and paths in doubt do not "
+    "count") {
   NodeBench plan = planner();
   plan.start();
   for (const bool doubt : {false, true}) {
-    NodeBench b{NodeId::kFlowEstimator, std::make_unique<FlowEstimatorNode>(test::ice_experiment(), test::cobra(), test::ice_print())};
+    NodeBench b{NodeId::kFlowEstimator, std::make_unique<FlowEstimatorNode>(
+                                            test::ice_experiment(), test::cobra(), test::ice_print())};
     b.start();
     const auto motions = plan.all(channels::kTrajectory);
     const auto jobs = plan.all(channels::kPathJob);

@@ -10,7 +10,8 @@
 namespace firn::test {
 
 /// Readings of a surface along a sent trajectory, as a laser with the configured latency takes them.
-inline laser_samples_t readings(const trajectory_t& t, double latency_s, double (*height)(double, double), int index, int count, std::int64_t scan) {
+inline laser_samples_t readings(const trajectory_t& t, double latency_s, double (*height)(double, double),
+                                int index, int count, std::int64_t scan) {
   const Experiment e = ice_experiment();
   const Machine machine = cobra();
   const auto arm = make_arm(machine);
@@ -27,7 +28,8 @@ inline laser_samples_t readings(const trajectory_t& t, double latency_s, double 
     const std::size_t i = std::min(std::size_t(ticks), std::size_t(t.samples - 2));
     motion::JointVector q{};
     for (std::size_t a = 0; a < 4; ++a)
-      q[a] = t.position[4 * i + a] + (ticks - double(i)) * (t.position[4 * i + 4 + a] - t.position[4 * i + a]);
+      q[a] =
+          t.position[4 * i + a] + (ticks - double(i)) * (t.position[4 * i + 4 + a] - t.position[4 * i + a]);
     const motion::TaskVector flange = arm->forward(q);
     const double c = std::cos(flange[3]), n = std::sin(flange[3]);
     const double x = flange[0] + c * machine.laser.x_mm - n * machine.laser.y_mm - e.ice.origin_x_mm;

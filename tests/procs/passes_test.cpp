@@ -33,16 +33,21 @@ void check_print(const FakeLab& lab, bool two_inks) {
     CAPTURE(layer);
     const auto cells = lab.droplets.find(layer);
     for (std::size_t c = 0; c < lab.planned.at(layer).size(); ++c) {
-      const auto fired = cells == lab.droplets.end() ? std::vector<Material>{}
-                         : cells->second.count(std::uint32_t(c)) ? cells->second.at(std::uint32_t(c)) : std::vector<Material>{};
-      if (doubtful.count(layer)) REQUIRE(int(fired.size()) <= lab.planned.at(layer).cells[c]);
-      else REQUIRE(int(fired.size()) == lab.planned.at(layer).cells[c]);
+      const auto fired = cells == lab.droplets.end()             ? std::vector<Material>{}
+                         : cells->second.count(std::uint32_t(c)) ? cells->second.at(std::uint32_t(c))
+                                                                 : std::vector<Material>{};
+      if (doubtful.count(layer))
+        REQUIRE(int(fired.size()) <= lab.planned.at(layer).cells[c]);
+      else
+        REQUIRE(int(fired.size()) == lab.planned.at(layer).cells[c]);
       for (const Material ink : fired) REQUIRE(ink == (two_inks ? lab.inks.at(layer).of(c) : Material::kA));
     }
   }
 }
 
-TEST_CASE("the passes of a layer fire its plan, each droplet once, by the jet of its ink, no sub-pattern on a wet one") {
+TEST_CASE(
+    "the passes of a layer fire its plan, each droplet once, by the jet of its ink, no sub-pattern on a wet "
+    "one") {
   for (const int sub_patterns : {1, 2, 4})
     for (const bool two_inks : {false, true})
       for (std::uint64_t seed = 1; seed <= 10; ++seed) {
@@ -68,7 +73,9 @@ TEST_CASE("however often it crashes, no sub-pattern of either ink fires a drople
   CHECK(doubts > 10);
 }
 
-TEST_CASE("each report of an interlaced layer is preceded by what pass it was, and one cure follows each sub-pattern") {
+TEST_CASE(
+    "each report of an interlaced layer is preceded by what pass it was, and one cure follows each "
+    "sub-pattern") {
   FakeLab lab(3, interlaced(4, true));
   REQUIRE(lab.print(0.0) == 0);
   const auto details = lab.all(channels::kPassDetail);
@@ -104,21 +111,24 @@ TEST_CASE("one pattern of one ink is told as ever: no pass details, nothing for 
 TEST_CASE("a plan of two inks waits for its materials, and the fault says so when they do not come") {
   FakeLab lab(5, interlaced(1, true));
   lab.begin(0);
-  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {}
+  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {
+  }
   layer_plan_t p{};
   p.layer = 1;
   p.map_id = lab.map_id;
   set_drops(p, DropletPattern(lab.experiment.grid, 1));
   lab.give(channels::kLayerPlan, p);
   CHECK(lab.all(channels::kJetCommand).empty());
-  while (lab.all(channels::fault(NodeId::kScheduler)).empty() && lab.wake()) {}
+  while (lab.all(channels::fault(NodeId::kScheduler)).empty() && lab.wake()) {
+  }
   CHECK(lab.last(channels::fault(NodeId::kScheduler)).text.find("no materials for map") != std::string::npos);
 }
 
 TEST_CASE("a cell with droplets and no ink stops the print") {
   FakeLab lab(5, interlaced(1, true));
   lab.begin(0);
-  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {}
+  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {
+  }
   material_map_t m{};
   m.layer = 1;
   m.map_id = lab.map_id;

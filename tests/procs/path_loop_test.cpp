@@ -56,7 +56,9 @@ TEST_CASE("a path that is shorter than a drop is reported and not run") {
   CHECK(empty > 0);
 }
 
-TEST_CASE("however often an ice print crashes and resumes, no path is run twice and none is left out but in doubt") {
+TEST_CASE(
+    "however often an ice print crashes and resumes, no path is run twice and none is left out but in "
+    "doubt") {
   int crashes = 0, doubts = 0;
   for (std::uint64_t seed = 1; seed <= 120; ++seed) {
     CAPTURE(seed);
@@ -83,7 +85,9 @@ TEST_CASE("however often an ice print crashes and resumes, no path is run twice 
   CHECK(doubts > 30);
 }
 
-TEST_CASE("with ice.map_table the bare table is measured before anything is deposited, however often the print crashes") {
+TEST_CASE(
+    "with ice.map_table the bare table is measured before anything is deposited, however often the print "
+    "crashes") {
   int resumes = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
@@ -116,7 +120,9 @@ TEST_CASE("with ice.map_table the bare table is measured before anything is depo
   CHECK(dark.runs.empty());
 }
 
-TEST_CASE("a path in doubt stops the open loop for the operator, whose word lets it go on, and feedback needs no word") {
+TEST_CASE(
+    "a path in doubt stops the open loop for the operator, whose word lets it go on, and feedback needs no "
+    "word") {
   int asked = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
@@ -145,7 +151,8 @@ TEST_CASE("a path in doubt stops the open loop for the operator, whose word lets
   CHECK(asked > 10);
 }
 
-TEST_CASE("I13: a map of which the laser saw too little is measured once more, then the print stops and says so") {
+TEST_CASE(
+    "I13: a map of which the laser saw too little is measured once more, then the print stops and says so") {
   FakeIceLab once(3, small_ice());
   once.dark_maps = 1;
   REQUIRE(once.print(0.0) == 0);
@@ -159,7 +166,9 @@ TEST_CASE("I13: a map of which the laser saw too little is measured once more, t
   CHECK(dark.last(channels::fault(NodeId::kScheduler)).code == 13);
 }
 
-TEST_CASE("I6: a nozzle that would scrape is raised and the surface measured anew, and if it still would, the print stops") {
+TEST_CASE(
+    "I6: a nozzle that would scrape is raised and the surface measured anew, and if it still would, the "
+    "print stops") {
   FakeIceLab debris(5, small_ice());
   debris.high_maps = 1;
   REQUIRE(debris.print(0.0) == 0);
@@ -170,7 +179,8 @@ TEST_CASE("I6: a nozzle that would scrape is raised and the surface measured ane
   high.high_maps = 1000;
   REQUIRE(high.print(0.0, false) == -1);
   CHECK(last_fault(high).find("under the nozzle") != std::string::npos);
-  for (const path_report_t& r : high.all(channels::kPathReport)) CHECK(r.layer <= 2);  // nothing above the first interval
+  for (const path_report_t& r : high.all(channels::kPathReport))
+    CHECK(r.layer <= 2);  // nothing above the first interval
 }
 
 TEST_CASE("I7: two paths in a row that take longer than planned stop the print") {
@@ -205,7 +215,9 @@ TEST_CASE("I10: one heater may fail, both may not, nor may the tip be cold") {
   CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kStoppedSafely);
 }
 
-TEST_CASE("A material that rose by less than ice.least_rise_share of its interval stops the print by its valve's name") {
+TEST_CASE(
+    "A material that rose by less than ice.least_rise_share of its interval stops the print by its valve's "
+    "name") {
   const auto stopped = [](double share, double rise) {
     Experiment e = small_ice();
     e.ice.least_rise_share = share;

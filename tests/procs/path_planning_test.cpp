@@ -27,7 +27,9 @@ PathTask circle(double radius_mm, double width_mm = 1.5) {
   t.layer_height_mm = 0.24;
   t.z_mm = 3.24;
   t.tool = "water";
-  for (int n = 0; n < 60; ++n) t.points.push_back({radius_mm * std::cos(n * 6.283185307179586 / 60), radius_mm * std::sin(n * 6.283185307179586 / 60)});
+  for (int n = 0; n < 60; ++n)
+    t.points.push_back(
+        {radius_mm * std::cos(n * 6.283185307179586 / 60), radius_mm * std::sin(n * 6.283185307179586 / 60)});
   return t;
 }
 
@@ -46,17 +48,23 @@ HeightMap surface(double (*u)(double, double)) {
 }
 
 /// Where the tool of the arm is at a sample, in the part's frame.
-motion::TaskVector tool_at(const PlanningSetup& s, const motion::Arm& arm, const motion::Tool& tool, const Trajectory& t, std::size_t sample) {
+motion::TaskVector tool_at(const PlanningSetup& s, const motion::Arm& arm, const motion::Tool& tool,
+                           const Trajectory& t, std::size_t sample) {
   motion::JointVector q{};
-  for (int a = 0; a < t.axes; ++a) q[std::size_t(a)] = t.positions[sample * std::size_t(t.axes) + std::size_t(a)];
+  for (int a = 0; a < t.axes; ++a)
+    q[std::size_t(a)] = t.positions[sample * std::size_t(t.axes) + std::size_t(a)];
   const motion::TaskVector flange = arm.forward(q);
   const double c = std::cos(flange[3]), n = std::sin(flange[3]);
-  return {flange[0] + c * tool.x_mm - n * tool.y_mm - s.origin.x_mm, flange[1] + n * tool.x_mm + c * tool.y_mm - s.origin.y_mm, flange[2] + tool.z_mm - s.origin_z_mm, flange[3]};
+  return {flange[0] + c * tool.x_mm - n * tool.y_mm - s.origin.x_mm,
+          flange[1] + n * tool.x_mm + c * tool.y_mm - s.origin.y_mm, flange[2] + tool.z_mm - s.origin_z_mm,
+          flange[3]};
 }
 
 }  // namespace
 
-TEST_CASE("(5.7)-(5.9): in the speed version the arm follows c_nom / (1 + u), never faster, at constant frequency where it does") {
+TEST_CASE(
+    "(5.7)-(5.9): in the speed version the arm follows c_nom / (1 + u), never faster, at constant frequency "
+    "where it does") {
   const PlanningSetup s = setup(control::SurfaceVersion::kPathSpeed);
   TaskPlanner planner(s);
   const HeightMap action = surface([](double x, double) { return 0.2 * std::sin(0.1 * x); });
@@ -89,10 +97,13 @@ TEST_CASE("(5.7)-(5.9): in the speed version the arm follows c_nom / (1 + u), ne
   for (const LimitRatio& r : p.trajectory.certificate.limits) CHECK(r.ratio <= 1.0 + 1e-9);
 }
 
-TEST_CASE("(6.2)-(6.6): in the frequency version every stretch of path gets (1 + u) w dh per length, at any speed") {
+TEST_CASE(
+    "(6.2)-(6.6): in the frequency version every stretch of path gets (1 + u) w dh per length, at any "
+    "speed") {
   const PlanningSetup s = setup(control::SurfaceVersion::kValveFrequency);
   TaskPlanner planner(s);
-  const HeightMap action = surface([](double x, double y) { return 0.3 * std::sin(0.1 * x) + 0.1 * std::cos(0.07 * y); });
+  const HeightMap action =
+      surface([](double x, double y) { return 0.3 * std::sin(0.1 * x) + 0.1 * std::cos(0.07 * y); });
   const PlannedTask plain = planner.plan(circle(30.0), nullptr), p = planner.plan(circle(30.0), &action);
   REQUIRE(p.problem.empty());
   CHECK(plain.trajectory.positions == p.trajectory.positions);
@@ -102,7 +113,8 @@ TEST_CASE("(6.2)-(6.6): in the frequency version every stretch of path gets (1 +
   std::size_t next = 0, drops = 0;
   const std::vector<std::int32_t>& ticks = p.lists[0].ticks;
   for (std::size_t n = 0; n + 1 < p.tool.size(); ++n) {
-    const double u = 0.5 * (deposition::action_at(action, p.tool[n]) + deposition::action_at(action, p.tool[n + 1]));
+    const double u =
+        0.5 * (deposition::action_at(action, p.tool[n]) + deposition::action_at(action, p.tool[n + 1]));
     const double step = std::hypot(p.tool[n + 1].x_mm - p.tool[n].x_mm, p.tool[n + 1].y_mm - p.tool[n].y_mm);
     wanted += (1.0 + u) * 1.5 * 0.24 * step;
     for (; next < ticks.size() && 0.002 * ticks[next] <= p.trajectory.tick_s * double(n + 1); ++next) ++drops;
@@ -146,7 +158,8 @@ TEST_CASE("A path that is met again in another layer is not planned again, and o
   const PlannedTask high = planner.plan(t, nullptr);
   CHECK(planner.motions_planned() == 1);
   for (std::size_t k = 0; k < low.trajectory.positions.size(); ++k)
-    CHECK(high.trajectory.positions[k] == Approx(low.trajectory.positions[k] + (k % 4 == 2 ? 1.2 : 0.0)).margin(1e-12));
+    CHECK(high.trajectory.positions[k] ==
+          Approx(low.trajectory.positions[k] + (k % 4 == 2 ? 1.2 : 0.0)).margin(1e-12));
   planner.next_batch();
   planner.next_batch();
   planner.plan(t, nullptr);
@@ -166,7 +179,9 @@ TEST_CASE("Pulses come earlier by the valve's latency, in order and not before t
   }
 }
 
-TEST_CASE("A path with more pulses than a list holds is given rests and cut there, and no volume is lost between lists") {
+TEST_CASE(
+    "A path with more pulses than a list holds is given rests and cut there, and no volume is lost between "
+    "lists") {
   PlanningSetup s = setup(control::SurfaceVersion::kValveFrequency);
   const PlannedTask whole = TaskPlanner(s).plan(circle(35.0), nullptr);
   s.valve_limits.max_entries = 100;
@@ -182,7 +197,8 @@ TEST_CASE("A path with more pulses than a list holds is given rests and cut ther
     CHECK(sample == Approx(std::round(sample)).margin(1e-9));
     if (n == 0) continue;
     const std::size_t at = std::size_t(std::llround(sample));  // the arm rests there
-    CHECK(std::hypot(cut.tool[at + 1].x_mm - cut.tool[at].x_mm, cut.tool[at + 1].y_mm - cut.tool[at].y_mm) < 0.02);
+    CHECK(std::hypot(cut.tool[at + 1].x_mm - cut.tool[at].x_mm, cut.tool[at + 1].y_mm - cut.tool[at].y_mm) <
+          0.02);
   }
   CHECK(volume == Approx(cut.volume_mm3));
   s.valve_limits.max_duration_s = 0.05;
@@ -192,7 +208,8 @@ TEST_CASE("A path with more pulses than a list holds is given rests and cut ther
 TEST_CASE("More flow than the valve gives is left out and told") {
   PlanningSetup s = setup(control::SurfaceVersion::kValveFrequency);
   s.speeds[0] = {125.0, 125.0, 50.0};
-  const PlannedTask p = TaskPlanner(s).plan(circle(35.0, 8.0), nullptr);  // some 80 mm^3/s fit, twice as much does not
+  const PlannedTask p =
+      TaskPlanner(s).plan(circle(35.0, 8.0), nullptr);  // some 80 mm^3/s fit, twice as much does not
   CHECK(p.clipped_mm3 == 0.0);
   const HeightMap more = surface([](double, double) { return 1.0; });
   const PlannedTask q = TaskPlanner(s).plan(circle(35.0, 8.0), &more);
@@ -200,7 +217,8 @@ TEST_CASE("More flow than the valve gives is left out and told") {
   CHECK(q.clipped_mm3 > 0.0);
 }
 
-TEST_CASE("A path out of the arm's reach is refused by name and place, and so is a tool that the machine has not") {
+TEST_CASE(
+    "A path out of the arm's reach is refused by name and place, and so is a tool that the machine has not") {
   const PlanningSetup s = setup(control::SurfaceVersion::kValveFrequency);
   TaskPlanner planner(s);
   PathTask far = circle(20.0);
@@ -219,7 +237,8 @@ TEST_CASE("A path out of the arm's reach is refused by name and place, and so is
   CHECK(planner.plan(unknown, nullptr).problem.find("syrup") != std::string::npos);
 }
 
-TEST_CASE("A long measurement path is divided into equal pieces that join, and lines without length are left out") {
+TEST_CASE(
+    "A long measurement path is divided into equal pieces that join, and lines without length are left out") {
   PlanningSetup s = setup(control::SurfaceVersion::kPathSpeed);
   s.speeds[0].measure_mm_s = 0.5;
   slice::PrintPaths paths = test::ice_print(5);
@@ -233,8 +252,11 @@ TEST_CASE("A long measurement path is divided into equal pieces that join, and l
   for (const PathTask& t : tasks) {
     if (t.material != 0) continue;
     double mm = 0.0;
-    for (std::size_t n = 1; n < t.points.size(); ++n) mm += std::hypot(t.points[n].x_mm - t.points[n - 1].x_mm, t.points[n].y_mm - t.points[n - 1].y_mm);
-    if (t.closed) mm += std::hypot(t.points.front().x_mm - t.points.back().x_mm, t.points.front().y_mm - t.points.back().y_mm);
+    for (std::size_t n = 1; n < t.points.size(); ++n)
+      mm += std::hypot(t.points[n].x_mm - t.points[n - 1].x_mm, t.points[n].y_mm - t.points[n - 1].y_mm);
+    if (t.closed)
+      mm += std::hypot(t.points.front().x_mm - t.points.back().x_mm,
+                       t.points.front().y_mm - t.points.back().y_mm);
     CHECK(mm <= 0.8 * s.valve_limits.max_duration_s);
     CHECK(mm > 0.01);
     length += mm;

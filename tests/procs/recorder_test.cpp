@@ -87,7 +87,8 @@ TEST_CASE("the recorder writes what a sender publishes over a bad network, each 
   while (!control.next()) std::this_thread::yield();
   {
     Hub::Member bus(hub);
-    Station station(options(dir, NodeId::kLauncher), bus, [](const ChannelInfo&, std::span<const std::byte>) {});
+    Station station(options(dir, NodeId::kLauncher), bus,
+                    [](const ChannelInfo&, std::span<const std::byte>) {});
     station.join();
     for (int n = 0; n < 300; ++n) {
       fault_t f{};
@@ -95,7 +96,8 @@ TEST_CASE("the recorder writes what a sender publishes over a bad network, each 
       station.send(channels::fault(NodeId::kLauncher), f);
       station.service();
     }
-    for (const std::int64_t until = monotonic_us() + 1'500'000; monotonic_us() < until; ::usleep(200)) station.service();
+    for (const std::int64_t until = monotonic_us() + 1'500'000; monotonic_us() < until; ::usleep(200))
+      station.service();
   }
   control.say("STOP");
   recorder.join();

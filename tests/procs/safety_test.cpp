@@ -18,7 +18,10 @@ Experiment lab(bool two_jets) {
 }
 
 struct Bench : test::NodeBench {
-  explicit Bench(bool two_jets = false) : NodeBench(NodeId::kSafety, std::make_unique<Safety>(lab(two_jets))) { start(); }
+  explicit Bench(bool two_jets = false)
+      : NodeBench(NodeId::kSafety, std::make_unique<Safety>(lab(two_jets))) {
+    start();
+  }
   void state(NodeId driver, DeviceState state, std::int64_t epoch) {
     device_state_t m{};
     m.node = info(driver).name;
@@ -109,7 +112,10 @@ TEST_CASE("SAFE_STOP is repeated until every driver honours the new epoch, and n
   b.all_safe(epoch);
   REQUIRE(b.host.finished() == 3);
   REQUIRE(b.host.finish_reason() == "jet: nozzle blocked");
-  REQUIRE_FALSE([&] { b.wake(); return b.wake(); }());
+  REQUIRE_FALSE([&] {
+    b.wake();
+    return b.wake();
+  }());
 }
 
 TEST_CASE("a heartbeat that stops is a safe stop that names the node") {

@@ -10,7 +10,8 @@ namespace {
 using test::FakeLab;
 using test::small;
 
-TEST_CASE("an undisturbed print fires every planned droplet exactly once, in as many passes as a cell has drops") {
+TEST_CASE(
+    "an undisturbed print fires every planned droplet exactly once, in as many passes as a cell has drops") {
   FakeLab lab(7);
   REQUIRE(lab.print(0.0) == 0);
   for (int layer = 1; layer <= lab.layers; ++layer)
@@ -61,7 +62,8 @@ TEST_CASE("a doubtful pass is followed by a scan before the next plan is carried
         doubt = doubt || r.unknown_to > r.unknown_from;
       }
       if (s.channel == "LAYER_METRICS") doubt = false;  // a scan has been made and accepted
-      if (s.channel == "STAGE_COMMAND" && StageVerb(test::NodeBench::decode<stage_command_t>(s).verb) == StageVerb::kPass) {
+      if (s.channel == "STAGE_COMMAND" &&
+          StageVerb(test::NodeBench::decode<stage_command_t>(s).verb) == StageVerb::kPass) {
         CAPTURE(seed);
         REQUIRE_FALSE(doubt);
       }
@@ -69,7 +71,8 @@ TEST_CASE("a doubtful pass is followed by a scan before the next plan is carried
   }
 }
 
-TEST_CASE("the open loop stops for the operator when droplets are in doubt, and goes on when they are accepted") {
+TEST_CASE(
+    "the open loop stops for the operator when droplets are in doubt, and goes on when they are accepted") {
   Experiment e = small();
   e.control.scheme = "open_loop";
   FakeLab lab(3, e);
@@ -90,7 +93,8 @@ TEST_CASE("the open loop stops for the operator when droplets are in doubt, and 
     lab.give(channels::answer(NodeId::kStage), doubt);
     break;
   }
-  while (lab.serve(0.0)) {}
+  while (lab.serve(0.0)) {
+  }
   REQUIRE(lab.wake());
   REQUIRE(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kWaitsForOperator);
   REQUIRE(lab.last(channels::kRunEnd).reason.find("--accept-doubt") != std::string::npos);
@@ -101,7 +105,8 @@ TEST_CASE("the open loop stops for the operator when droplets are in doubt, and 
   operator_command_t accept{};
   accept.verb = std::int8_t(OperatorVerb::kAcceptDoubt);
   lab.give(channels::kOperatorCommand, accept);
-  while (lab.serve(0.0)) {}
+  while (lab.serve(0.0)) {
+  }
   REQUIRE(lab.all(channels::kDepositionReport).size() > passes);
   REQUIRE(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kFinished);
 }
@@ -114,7 +119,8 @@ TEST_CASE("a map that measures too little is taken again, then stops the print b
   int maps = 0;
   while (lab.seen < lab.sent.size()) {
     const auto s = lab.sent[lab.seen];
-    if (s.channel == "PROFILER_COMMAND" && ProfilerVerb(test::NodeBench::decode<profiler_command_t>(s).verb) == ProfilerVerb::kEnd) {
+    if (s.channel == "PROFILER_COMMAND" &&
+        ProfilerVerb(test::NodeBench::decode<profiler_command_t>(s).verb) == ProfilerVerb::kEnd) {
       ++lab.seen;
       const auto c = test::NodeBench::decode<profiler_command_t>(s);
       lab.plain(NodeId::kLaserProfiler, c, 0.0);
@@ -148,7 +154,8 @@ TEST_CASE("a command that is not answered in time stops the print and names driv
 TEST_CASE("a plan for another map is not carried out") {
   FakeLab lab(5);
   lab.begin(0);
-  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {}
+  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {
+  }
   layer_plan_t p{};
   p.layer = 1;
   p.map_id = lab.map_id + 1;
@@ -173,7 +180,8 @@ TEST_CASE("a map that arrived before a crash cut its scan off does not stand in 
     if (!lab.all(channels::kLayerMetrics).empty()) break;
   }
   REQUIRE(lab.last(channels::kLayerMetrics).attempt == 1);
-  while (lab.all(channels::kJetCommand).empty() && lab.serve(0.0)) {}
+  while (lab.all(channels::kJetCommand).empty() && lab.serve(0.0)) {
+  }
   REQUIRE_FALSE(lab.all(channels::kJetCommand).empty());
 }
 

@@ -43,7 +43,8 @@ struct Print {
         record.orders.push_back({t, layer, 0, pass, grid, firing_order(drops, pass)});
         for (const std::uint32_t c : record.orders.back().cells) {
           t += 1000;
-          world.shots.push_back({t, std::int32_t(c) % grid.nx, std::int32_t(c) / grid.nx, std::uint32_t(layer - 1),
+          world.shots.push_back({t, std::int32_t(c) % grid.nx, std::int32_t(c) / grid.nx,
+                                 std::uint32_t(layer - 1),
                                  random.below(50) ? Shot::Outcome::kFired : Shot::Outcome::kMissed});
         }
         world.jet.push_back({t + 500, false});
@@ -105,7 +106,8 @@ TEST_CASE("a skipped layer is found") {
   const std::size_t from = p.first_shot(2), to = p.first_shot(4);
   std::erase_if(p.record.orders, gone);
   std::erase_if(p.record.reports, gone);
-  p.world.shots.erase(p.world.shots.begin() + std::ptrdiff_t(from), p.world.shots.begin() + std::ptrdiff_t(to));
+  p.world.shots.erase(p.world.shots.begin() + std::ptrdiff_t(from),
+                      p.world.shots.begin() + std::ptrdiff_t(to));
   CHECK(found(p.verdict(), ViolationKind::kSkippedLayer));
 }
 
@@ -114,7 +116,8 @@ TEST_CASE("a layer that is deposited twice is found, in the record and in the wo
   const auto order = p.record.orders[2];
   const auto report = p.record.reports[2];
   const std::size_t from = p.first_shot(2), to = p.first_shot(3);
-  std::vector<Shot> again(p.world.shots.begin() + std::ptrdiff_t(from), p.world.shots.begin() + std::ptrdiff_t(to));
+  std::vector<Shot> again(p.world.shots.begin() + std::ptrdiff_t(from),
+                          p.world.shots.begin() + std::ptrdiff_t(to));
   const std::int64_t later = 60 * kSecond;
   for (Shot& s : again) s.t_us += later;
   p.world.shots.insert(p.world.shots.end(), again.begin(), again.end());
@@ -136,7 +139,8 @@ TEST_CASE("a pass that is left out or left incomplete is found") {
   Print q;
   q.record.reports[2].unknown_from -= 2;
   q.record.reports[2].unknown_to -= 2;
-  q.world.shots.erase(q.world.shots.begin() + std::ptrdiff_t(q.first_shot(3)) - 2, q.world.shots.begin() + std::ptrdiff_t(q.first_shot(3)));
+  q.world.shots.erase(q.world.shots.begin() + std::ptrdiff_t(q.first_shot(3)) - 2,
+                      q.world.shots.begin() + std::ptrdiff_t(q.first_shot(3)));
   CHECK(found(q.verdict(), ViolationKind::kSkippedPass));
 }
 
@@ -184,7 +188,8 @@ TEST_CASE("droplets in doubt are listed with the scan that resolved them") {
   p.record.reports[2].unknown_from = 3;
   p.record.reports[2].unknown_to = n;
   const std::size_t from = p.first_shot(3), to = p.first_shot(4);
-  p.world.shots.erase(p.world.shots.begin() + std::ptrdiff_t(from - 2), p.world.shots.begin() + std::ptrdiff_t(to));
+  p.world.shots.erase(p.world.shots.begin() + std::ptrdiff_t(from - 2),
+                      p.world.shots.begin() + std::ptrdiff_t(to));
   p.record.orders.erase(p.record.orders.begin() + 3);
   p.record.reports.erase(p.record.reports.begin() + 3);
   AuditVerdict v = p.verdict();
@@ -265,7 +270,8 @@ struct Interlaced : Print {
     for (int layer = 1; layer <= 2; ++layer) {
       record.maps.push_back({t, layer - 1, 100 + layer, t - 1000});
       MaterialMap inks(grid);
-      for (std::size_t c = 0; c < inks.size(); ++c) inks.set(c, random.below(2) ? Material::kA : Material::kB);
+      for (std::size_t c = 0; c < inks.size(); ++c)
+        inks.set(c, random.below(2) ? Material::kA : Material::kB);
       record.plans.push_back({t + 1000, layer, 1, 100 + layer, DropletPattern(grid, 1), inks});
       std::vector<replay::PassPart> parts;
       std::vector<std::vector<std::uint32_t>> cells;
@@ -273,7 +279,8 @@ struct Interlaced : Print {
         for (const Material ink : {Material::kA, Material::kB}) {
           std::vector<std::uint32_t> mine;
           for (const std::uint32_t c : firing_order(DropletPattern(grid, 1), 0))
-            if (sub_pattern_of(int(c) % grid.nx, int(c) / grid.nx, 4) == s && inks.of(c) == ink) mine.push_back(c);
+            if (sub_pattern_of(int(c) % grid.nx, int(c) / grid.nx, 4) == s && inks.of(c) == ink)
+              mine.push_back(c);
           if (mine.empty()) continue;
           parts.push_back({layer, 0, int(parts.size()), 0, 0, s, 4, ink});
           cells.push_back(mine);
@@ -288,7 +295,8 @@ struct Interlaced : Print {
         record.orders.push_back({t, layer, 0, int(n), grid, cells[n]});
         for (const std::uint32_t c : cells[n]) {
           t += 1000;
-          world.shots.push_back({t, std::int32_t(c) % grid.nx, std::int32_t(c) / grid.nx, cures, Shot::Outcome::kFired, ink});
+          world.shots.push_back(
+              {t, std::int32_t(c) % grid.nx, std::int32_t(c) / grid.nx, cures, Shot::Outcome::kFired, ink});
         }
         world.jet.push_back({t + 500, false, ink});
         const std::int64_t all = std::int64_t(cells[n].size());
@@ -302,7 +310,8 @@ struct Interlaced : Print {
   }
 };
 
-TEST_CASE("a layer of two inks in four sub-patterns is clean, and each way in which it can go wrong is found") {
+TEST_CASE(
+    "a layer of two inks in four sub-patterns is clean, and each way in which it can go wrong is found") {
   const Interlaced right;
   const AuditVerdict v = right.verdict();
   INFO(to_text(v));
@@ -332,7 +341,8 @@ TEST_CASE("a layer of two inks in four sub-patterns is clean, and each way in wh
     if (last(o)) n = o.cells.size();
     if (n == 0) from += o.cells.size();
   }
-  gone.world.shots.erase(gone.world.shots.begin() + std::ptrdiff_t(from), gone.world.shots.begin() + std::ptrdiff_t(from + n));
+  gone.world.shots.erase(gone.world.shots.begin() + std::ptrdiff_t(from),
+                         gone.world.shots.begin() + std::ptrdiff_t(from + n));
   std::erase_if(gone.record.orders, last);
   std::erase_if(gone.record.reports, last);
   CHECK(found(gone.verdict(), ViolationKind::kSkippedPass));

@@ -34,7 +34,8 @@ void edit_records(const std::filesystem::path& file, const std::function<void(Re
 
 std::size_t find_record(const Records& records, std::uint16_t kind, std::string_view text, int n) {
   for (std::size_t k = 0; k < records.size(); ++k) {
-    const std::string_view payload(reinterpret_cast<const char*>(records[k].payload.data()), records[k].payload.size());
+    const std::string_view payload(reinterpret_cast<const char*>(records[k].payload.data()),
+                                   records[k].payload.size());
     if (records[k].kind == kind && payload.find(text) != payload.npos && n-- == 0) return k;
   }
   throw std::runtime_error("no such record: " + std::string(text));
@@ -54,8 +55,10 @@ void write_bytes(const std::filesystem::path& file, const std::vector<std::byte>
 
 void flip(std::vector<std::byte>& bytes, std::size_t at, int bit) { bytes.at(at) ^= std::byte(1 << bit); }
 
-std::size_t find_bytes(const std::vector<std::byte>& bytes, const std::vector<std::byte>& needle, std::size_t from) {
-  const auto it = std::search(bytes.begin() + std::ptrdiff_t(from), bytes.end(), needle.begin(), needle.end());
+std::size_t find_bytes(const std::vector<std::byte>& bytes, const std::vector<std::byte>& needle,
+                       std::size_t from) {
+  const auto it =
+      std::search(bytes.begin() + std::ptrdiff_t(from), bytes.end(), needle.begin(), needle.end());
   if (it == bytes.end()) throw std::runtime_error("no such bytes");
   return std::size_t(it - bytes.begin());
 }

@@ -22,16 +22,18 @@ void write_records(const std::filesystem::path& file, const Records& records);
 /// write_records(edit(read_records))
 void edit_records(const std::filesystem::path& file, const std::function<void(Records&)>& edit);
 
-/// Position in `records` of the n-th (0-based) one of that kind in whose payload `text` stands; outputs are searched
-/// for the channel they send on. @throws std::runtime_error if there is none
+/// Position in `records` of the n-th (0-based) one of that kind in whose payload `text` stands; outputs are
+/// searched for the channel they send on. @throws std::runtime_error if there is none
 std::size_t find_record(const Records& records, std::uint16_t kind, std::string_view text, int n);
 
 std::vector<std::byte> read_bytes(const std::filesystem::path& file);
 void write_bytes(const std::filesystem::path& file, const std::vector<std::byte>& bytes);
-/// Flips bit `bit` of the byte that stands `from_end` bytes before the end of the n-th occurrence's record or event.
+/// Flips bit `bit` of the byte that stands `from_end` bytes before the end of the n-th occurrence's record or
+/// event.
 void flip(std::vector<std::byte>& bytes, std::size_t at, int bit = 0);
 /// First place of `needle` in `bytes` from `from` on. @throws std::runtime_error if there is none
-std::size_t find_bytes(const std::vector<std::byte>& bytes, const std::vector<std::byte>& needle, std::size_t from = 0);
+std::size_t find_bytes(const std::vector<std::byte>& bytes, const std::vector<std::byte>& needle,
+                       std::size_t from = 0);
 
 /// Adds `by` to the step number of an event or outputs record.
 void renumber(RawRecord& record, std::int64_t by);

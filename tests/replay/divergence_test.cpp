@@ -1,5 +1,5 @@
-// Replay must be able to fail: each change of a recorded run gives exit 1 (or 2 for what cannot be read) and names
-// node, step, channel, field and both values.
+// Replay must be able to fail: each change of a recorded run gives exit 1 (or 2 for what cannot be read) and
+// names node, step, channel, field and both values.
 #include <catch2/catch.hpp>
 
 #include <fstream>
@@ -35,8 +35,8 @@ fs::path recorded(const std::string& name, const TinyOptions& options = {}) {
 
 fs::path wal(const fs::path& run, const std::string& node) { return run / "nodes" / (node + ".wal"); }
 
-// Flips the lowest bit of the last byte of the n-th such record - the last droplet count of a LAYER_PLAN - in the
-// file as it stands, so that the checksum no longer holds.
+// Flips the lowest bit of the last byte of the n-th such record - the last droplet count of a LAYER_PLAN - in
+// the file as it stands, so that the checksum no longer holds.
 void flip_last_byte(const fs::path& file, std::uint16_t kind, std::string_view channel, int n) {
   const Records records = read_records(file);
   const auto& payload = records[find_record(records, kind, channel, n)].payload;
@@ -169,9 +169,10 @@ void remove_event(const fs::path& file, const char* text, int n, bool renumber_r
 }
 
 TEST_CASE("a missing event is named by node and step, even when the rest was numbered anew") {
-  for (const Removal& removal : {Removal{"surface_mapper", "HEIGHT_PROFILE", 5}, Removal{"controller", "HEIGHT_MAP", 2},
-                                 Removal{"scheduler", "LAYER_PLAN", 1}, Removal{"laser_profiler", "PROFILER_COMMAND", 2},
-                                 Removal{"scheduler", "ANSWER_LASER_PROFILER", 2}})
+  for (const Removal& removal :
+       {Removal{"surface_mapper", "HEIGHT_PROFILE", 5}, Removal{"controller", "HEIGHT_MAP", 2},
+        Removal{"scheduler", "LAYER_PLAN", 1}, Removal{"laser_profiler", "PROFILER_COMMAND", 2},
+        Removal{"scheduler", "ANSWER_LASER_PROFILER", 2}})
     for (const bool renumbered : {false, true}) {
       const fs::path run = recorded("missing-event");
       remove_event(wal(run, removal.node), removal.text, removal.n, renumbered);
@@ -184,8 +185,8 @@ TEST_CASE("a missing event is named by node and step, even when the rest was num
       CHECK(f.step);
       const std::string all = replay::to_text(v);
       if (!renumbered) CHECK(all.find("the event of step ") != std::string::npos);
-      CHECK(all.find(std::string("the delivery of ") + removal.text + " " + std::to_string(removal.n + 1) + " is missing") !=
-            std::string::npos);
+      CHECK(all.find(std::string("the delivery of ") + removal.text + " " + std::to_string(removal.n + 1) +
+                     " is missing") != std::string::npos);
     }
 }
 
@@ -213,7 +214,8 @@ TEST_CASE("missing instrument bytes and missing wake-ups are found too") {
 TEST_CASE("events in another order are found") {
   const fs::path run = recorded("reordered");
   edit_records(wal(run, "surface_mapper"), [](Records& r) {
-    const std::size_t a = find_record(r, kEvent, "HEIGHT_PROFILE", 4), b = find_record(r, kEvent, "HEIGHT_PROFILE", 5);
+    const std::size_t a = find_record(r, kEvent, "HEIGHT_PROFILE", 4),
+                      b = find_record(r, kEvent, "HEIGHT_PROFILE", 5);
     std::swap(r[a], r[b]);
     renumber(r[a], -1);
     renumber(r[b], +1);

@@ -30,7 +30,10 @@ TEST_CASE("an untouched run replays identical and says how much was compared") {
 TEST_CASE("one thread and many replay to the same verdict") {
   const auto run = scratch_folder("threads");
   record_tiny_run(run);
-  edit_records(run / "nodes" / "controller.wal", [](Records& r) { r.pop_back(); r.pop_back(); });
+  edit_records(run / "nodes" / "controller.wal", [](Records& r) {
+    r.pop_back();
+    r.pop_back();
+  });
   replay::ReplayOptions one, many;
   one.threads = 1;
   many.threads = 8;
@@ -87,8 +90,9 @@ TEST_CASE("another commit or platform is named before the verdict and is no dive
   options.platform = "glibc 3";
   const auto v = replay_tiny(run, options);
   CHECK(v.identical());
-  CHECK(replay::to_text(v).starts_with("provenance differs: commit: recorded with 0123abc, replayed with fff\n"
-                                       "provenance differs: platform: recorded with test, replayed with glibc 3\n"));
+  CHECK(replay::to_text(v).starts_with(
+      "provenance differs: commit: recorded with 0123abc, replayed with fff\n"
+      "provenance differs: platform: recorded with test, replayed with glibc 3\n"));
 }
 
 TEST_CASE("a run without a log is judged by its write-ahead files alone") {
@@ -102,7 +106,8 @@ TEST_CASE("a run without a log is judged by its write-ahead files alone") {
 }
 
 TEST_CASE("a folder that is no run is refused by name") {
-  CHECK_THROWS_WITH(replay_tiny(scratch_folder("no-run")), Catch::Contains("is no run folder: it has no nodes/"));
+  CHECK_THROWS_WITH(replay_tiny(scratch_folder("no-run")),
+                    Catch::Contains("is no run folder: it has no nodes/"));
 }
 
 // The objective is the 8 bytes before the message's last ones; its lowest bit is 1e-17 mm or so.
@@ -137,7 +142,8 @@ TEST_CASE("an ignored field may differ, and the reason is told") {
   record_tiny_run(run);
   std::filesystem::remove(run / "log.lcm");
   change_objective(run);
-  for (const char* text : {"LAYER_PLAN.objective_mm=the solver was changed", "objective_mm=the solver was changed"}) {
+  for (const char* text :
+       {"LAYER_PLAN.objective_mm=the solver was changed", "objective_mm=the solver was changed"}) {
     replay::ReplayOptions options;
     options.ignores = {replay::parse_ignore(text)};
     const auto v = replay_tiny(run, options);

@@ -14,8 +14,10 @@ namespace {
 std::vector<slice::Point> wheel(double radius_mm, double tooth_mm, int teeth) {
   std::vector<slice::Point> ring;
   for (int n = 0; n < 480; ++n) {
-    const double a = 2.0 * 3.14159265358979 * n / 480, r = radius_mm + 0.5 * tooth_mm * std::tanh(2.0 * std::cos(teeth * a));
-    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * slice::kUnitsPerMm)), std::int32_t(std::lround(r * std::sin(a) * slice::kUnitsPerMm))});
+    const double a = 2.0 * 3.14159265358979 * n / 480,
+                 r = radius_mm + 0.5 * tooth_mm * std::tanh(2.0 * std::cos(teeth * a));
+    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * slice::kUnitsPerMm)),
+                    std::int32_t(std::lround(r * std::sin(a) * slice::kUnitsPerMm))});
   }
   return ring;
 }
@@ -40,12 +42,14 @@ slice::LayerRegions layer_regions() {
 
 }  // namespace
 
-TEST_CASE("A layer is judged everywhere but for two millimetres at its border: no spot between beads is left out") {
+TEST_CASE(
+    "A layer is judged everywhere but for two millimetres at its border: no spot between beads is left out") {
   slice::PathOptions options;
   const slice::LayerPaths layer = plan_layer(layer_regions(), options);
   for (const double pitch : {1.0, 0.5}) {
     const GridSpec g = slice::footprint_grid(layer, pitch);
-    const Mask footprint = slice::footprint_mask(slice::footprint_materials(layer, g)), judged = replay::judged_cells(layer, g);
+    const Mask footprint = slice::footprint_mask(slice::footprint_materials(layer, g)),
+               judged = replay::judged_cells(layer, g);
     int inside = 0, left_out = 0, outside = 0, spots = 0;
     for (int j = 0; j < g.ny; ++j)
       for (int i = 0; i < g.nx; ++i) {
@@ -70,7 +74,8 @@ TEST_CASE("The true error of a layer counts what lies in a spot between beads") 
   const GridSpec g = slice::footprint_grid(layer, 1.0);
   HeightMap field({10 * g.nx, 10 * g.ny, 0.1, 0.1, g.origin_x_mm - 0.45, g.origin_y_mm - 0.45}, 1.2);
   CHECK(replay::ice_error(field, layer, 1.0).rms_mm == Approx(0.0).margin(1e-12));
-  const Mask footprint = slice::footprint_mask(slice::footprint_materials(layer, g)), judged = replay::judged_cells(layer, g);
+  const Mask footprint = slice::footprint_mask(slice::footprint_materials(layer, g)),
+             judged = replay::judged_cells(layer, g);
   std::int64_t spots = 0, cells = 0;
   for (int j = 0; j < field.spec.ny; ++j)
     for (int i = 0; i < field.spec.nx; ++i) {
@@ -80,5 +85,6 @@ TEST_CASE("The true error of a layer counts what lies in a spot between beads") 
       if (spot) field.at(i, j) -= 0.5;
     }
   REQUIRE(spots > 0);
-  CHECK(replay::ice_error(field, layer, 1.0).rms_mm == Approx(0.5 * std::sqrt(double(spots) / double(cells))));
+  CHECK(replay::ice_error(field, layer, 1.0).rms_mm ==
+        Approx(0.5 * std::sqrt(double(spots) / double(cells))));
 }

@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 std::string print_part(const std::string& name, const std::string& scheme, std::uint64_t crash_after = 0) {
   const fs::path file = fs::path(FIRN_SOURCE_DIR) / "experiments" / "demo.toml";
   const Experiment e = load_experiment(file, {"control.scheme=" + scheme, "part.height_mm=0.02"});
-  const RunFolder run = RunFolder::create(scratch_folder(name), e, make_inputs(e, file.parent_path()), {"firn", "print"});
+  const RunFolder run =
+      RunFolder::create(scratch_folder(name), e, make_inputs(e, file.parent_path()), {"firn", "print"});
   LabRunOptions options;
   options.crash_after_steps = crash_after;
   for (LabRunReport r = run_in_lab(run, options); r.crashed; r = run_in_lab(run, options)) {
@@ -46,7 +47,8 @@ std::size_t count(const std::string& text, const std::string& what) {
   return n;
 }
 
-TEST_CASE("a report of two prints is one page without outside references, and metrics.csv holds every layer") {
+TEST_CASE(
+    "a report of two prints is one page without outside references, and metrics.csv holds every layer") {
   ReportOptions options;
   options.runs = {print_part("report-mpc", "mpc"), print_part("report-open", "open_loop")};
   options.output = (scratch_folder("report") / "report.html").string();
@@ -59,7 +61,8 @@ TEST_CASE("a report of two prints is one page without outside references, and me
   CHECK(count(page, "data:image/png;base64,") == 2 * 2 + 2);  // height and error of both, two colour bars
   CHECK(count(page, ">identical<") == 2);
   CHECK(page.find("control.scheme") != page.npos);
-  for (const char* no_number : {" nan", "\"nan", ">nan", " inf", "\"inf", ">inf"}) CHECK(page.find(no_number) == page.npos);
+  for (const char* no_number : {" nan", "\"nan", ">nan", " inf", "\"inf", ">inf"})
+    CHECK(page.find(no_number) == page.npos);
 
   const replay::RunData run = replay::read_run_data(options.runs[0]);
   CHECK(run.layers.size() >= 3);
@@ -73,10 +76,13 @@ TEST_CASE("a report of two prints is one page without outside references, and me
   CHECK(count(csv, ",") == columns * (run.layers.size() + 1));
 }
 
-TEST_CASE("a report of a print with two inks shows the wanted and the printed ink of its layers and the block they make") {
+TEST_CASE(
+    "a report of a print with two inks shows the wanted and the printed ink of its layers and the block they "
+    "make") {
   const fs::path file = fs::path(FIRN_SOURCE_DIR) / "experiments" / "gear.toml";
   const Experiment e = load_experiment(file);
-  const RunFolder run = RunFolder::create(scratch_folder("report-inks"), e, make_inputs(e, file.parent_path()), {"firn", "print"});
+  const RunFolder run = RunFolder::create(scratch_folder("report-inks"), e,
+                                          make_inputs(e, file.parent_path()), {"firn", "print"});
   REQUIRE(run_in_lab(run, {}).result.status == 0);
   const replay::RunData data = replay::read_run_data(run.path());
   REQUIRE(data.inks);
@@ -128,7 +134,8 @@ TEST_CASE("a print that died and was resumed replays identical and its audit is 
 }
 
 TEST_CASE("axes have round ticks inside their range, for any range") {
-  for (const auto& [low, high] : {std::pair{0.0, 105.0}, {-0.13, 10.4}, {3.0, 3.0}, {-2e-5, 7e-5}, {1e6, 4e9}}) {
+  for (const auto& [low, high] :
+       {std::pair{0.0, 105.0}, {-0.13, 10.4}, {3.0, 3.0}, {-2e-5, 7e-5}, {1e6, 4e9}}) {
     const replay::Axis axis(low, high, 0, 400, 6);
     INFO(low << " to " << high);
     CHECK(axis.ticks().size() >= 2);

@@ -19,7 +19,8 @@ using firn::statistics::smallest_p;
 namespace {
 
 // Each seed has a day of its own that all arms share; `shift` is what an arm adds to it.
-StudyTable made(const std::vector<double>& shift, std::size_t seeds, double own_noise, std::uint64_t key = 1, std::size_t parts = 2) {
+StudyTable made(const std::vector<double>& shift, std::size_t seeds, double own_noise, std::uint64_t key = 1,
+                std::size_t parts = 2) {
   StudyTable t;
   t.name = "made";
   t.metrics = {{"rms_um", "um", "RMS error", 2}, {"layers", "", "layers", 1}};
@@ -32,11 +33,14 @@ StudyTable made(const std::vector<double>& shift, std::size_t seeds, double own_
   for (std::size_t a = 0; a < shift.size(); ++a)
     for (std::size_t p = 0; p < parts; ++p)
       for (std::size_t s = 0; s < seeds; ++s)
-        t.runs.push_back({true, "finished", "", {day[s] + double(p) + shift[a] + own_noise * random.normal(), 50.0}});
+        t.runs.push_back(
+            {true, "finished", "", {day[s] + double(p) + shift[a] + own_noise * random.normal(), 50.0}});
   return t;
 }
 
-bool says(const StudyAnalysis& a, const std::string& words) { return a.answer.find(words) != std::string::npos; }
+bool says(const StudyAnalysis& a, const std::string& words) {
+  return a.answer.find(words) != std::string::npos;
+}
 
 }  // namespace
 
@@ -51,7 +55,8 @@ TEST_CASE("the same scheme under two names is not distinguishable") {
 
 TEST_CASE("schemes of equal quality are not distinguishable, whatever their noise") {
   int wrong = 0;
-  for (std::uint64_t key = 1; key <= 20; ++key) wrong += !says(analyse(made({0.0, 0.0}, 20, 1.0, key, 1)), "not distinguishable");
+  for (std::uint64_t key = 1; key <= 20; ++key)
+    wrong += !says(analyse(made({0.0, 0.0}, 20, 1.0, key, 1)), "not distinguishable");
   CHECK(wrong <= 3);  // 1 of 20 is expected; 4 or more has a chance of 2 %
 }
 
@@ -101,14 +106,16 @@ TEST_CASE("parts that go opposite ways are told, though their mean shows nothing
   REQUIRE(a.notes.size() == 1);
   CHECK(a.notes[0].find("The parts disagree") != std::string::npos);
   const bool first = a.ranking[0] == 0;  // the note begins with the one of smaller mean
-  CHECK(a.notes[0].find(first ? "arm0 is better on part0 by" : "arm1 is better on part1 by") != std::string::npos);
+  CHECK(a.notes[0].find(first ? "arm0 is better on part0 by" : "arm1 is better on part1 by") !=
+        std::string::npos);
   CHECK(a.notes[0].find(first ? "arm1 on part1 by" : "arm0 on part0 by") != std::string::npos);
   CHECK(analyse(made({0.0, 1.0}, 30, 0.05)).notes.empty());
 }
 
 TEST_CASE("Prints that stopped are counted and told, rank behind every complete one, and are in no mean") {
   StudyTable t = made({1.0, 0.0}, 30, 0.1);
-  for (std::size_t s = 0; s < 4; ++s) t.runs[s] = {false, "waits for operator", "max_layers", {0.001, 1.0}};  // would flatter arm0
+  for (std::size_t s = 0; s < 4; ++s)
+    t.runs[s] = {false, "waits for operator", "max_layers", {0.001, 1.0}};  // would flatter arm0
   const StudyAnalysis a = analyse(t);
   CAPTURE(a.answer);
   CHECK(a.failed == std::vector<int>{4, 0});
@@ -132,10 +139,13 @@ TEST_CASE("Prints that stopped are counted and told, rank behind every complete 
   CHECK(page.find(">4 stopped<") != std::string::npos);
 }
 
-TEST_CASE("Four schemes on eight seeds: an arm that is far behind and stops on three is told apart, though five seeds alone could not") {
+TEST_CASE(
+    "Four schemes on eight seeds: an arm that is far behind and stops on three is told apart, though five "
+    "seeds alone could not") {
   StudyTable t = made({0.0, 0.02, 0.03, 6.0}, 8, 0.1);
   t.baseline = "arm3";
-  for (std::size_t s = 0; s < 3; ++s) t.runs[(3 * 2 + 1) * 8 + s] = {false, "stopped safely", "nozzle", {0.2, 1.0}};  // young: still small
+  for (std::size_t s = 0; s < 3; ++s)
+    t.runs[(3 * 2 + 1) * 8 + s] = {false, "stopped safely", "nozzle", {0.2, 1.0}};  // young: still small
   const StudyAnalysis a = analyse(t);
   CAPTURE(a.answer);
   for (std::size_t arm = 0; arm < 3; ++arm) {
@@ -159,7 +169,9 @@ TEST_CASE("A scheme whose errors are small where it does not stop is not the bet
   CHECK(study_page({t, a, {}, {}, {}}).find("arm1 is better") != std::string::npos);
 }
 
-TEST_CASE("Stops of either scheme alike tell nothing, and a test with stops is the same when the two change places") {
+TEST_CASE(
+    "Stops of either scheme alike tell nothing, and a test with stops is the same when the two change "
+    "places") {
   StudyTable t = made({0.0, 0.0}, 20, 1.0, 4, 1);
   for (std::size_t s = 0; s < 5; ++s) t.runs[s].finished = t.runs[20 + 5 + s].finished = false;
   const StudyAnalysis a = analyse(t);

@@ -127,7 +127,9 @@ class TinyMapper : public Node {
 // Fires where the gain times the error, summed over the layers, is above a threshold.
 class TinyController : public Node {
  public:
-  TinyController(double kp, float target_mm) : kp_(kp), target_mm_(target_mm) { subscribe(channels::kHeightMap, this); }
+  TinyController(double kp, float target_mm) : kp_(kp), target_mm_(target_mm) {
+    subscribe(channels::kHeightMap, this);
+  }
   void on(const height_map_t& m, Time, Outbox& out) {
     layer_plan_t p{};
     p.n = m.n;
@@ -178,8 +180,11 @@ class TinyWorld : public LabWorld {
 
 class FileSink : public WalSink {
  public:
-  explicit FileSink(const std::filesystem::path& path) : writer_(path, logfile::RecordWriter::Mode::kCreate) {}
-  void append(WalKind kind, std::span<const std::byte> payload) override { writer_.append(std::uint16_t(kind), payload); }
+  explicit FileSink(const std::filesystem::path& path)
+      : writer_(path, logfile::RecordWriter::Mode::kCreate) {}
+  void append(WalKind kind, std::span<const std::byte> payload) override {
+    writer_.append(std::uint16_t(kind), payload);
+  }
   void sync() override {}
 
  private:
@@ -192,7 +197,9 @@ std::unique_ptr<Node> make_scheduler(const std::string& config, const Blobs&) {
   return std::make_unique<TinyScheduler>(read(config).control.max_layers);
 }
 std::unique_ptr<Node> make_mapper(const std::string&, const Blobs&) { return std::make_unique<TinyMapper>(); }
-std::unique_ptr<Node> make_profiler(const std::string&, const Blobs&) { return std::make_unique<TinyProfiler>(); }
+std::unique_ptr<Node> make_profiler(const std::string&, const Blobs&) {
+  return std::make_unique<TinyProfiler>();
+}
 std::unique_ptr<Node> make_controller(const std::string& config, const Blobs& blobs) {
   float target_mm = 0;
   std::memcpy(&target_mm, blob(blobs, "target").bytes.data(), sizeof target_mm);
@@ -229,7 +236,8 @@ void record_tiny_run(const std::filesystem::path& run, const TinyOptions& option
   head.blobs = {{"target", "aa11"}};
   std::ofstream(run / "experiment.toml") << head.config_toml;
   const float target_mm = 0.02F;
-  std::ofstream(run / "inputs" / "aa11", std::ios::binary).write(reinterpret_cast<const char*>(&target_mm), sizeof target_mm);
+  std::ofstream(run / "inputs" / "aa11", std::ios::binary)
+      .write(reinterpret_cast<const char*>(&target_mm), sizeof target_mm);
   const auto target = std::as_bytes(std::span(&target_mm, 1));
   const Blobs blobs{{"target", "aa11", {target.begin(), target.end()}}};
 
@@ -239,8 +247,8 @@ void record_tiny_run(const std::filesystem::path& run, const TinyOptions& option
   std::vector<std::unique_ptr<NodeHost>> hosts;
   for (const replay::NodeMaker& m : kMakers) {
     sinks.push_back(std::make_unique<FileSink>(run / "nodes" / (std::string(m.name) + ".wal")));
-    hosts.push_back(std::make_unique<NodeHost>(find_node(m.name)->id, m.make(head.config_toml, blobs), options.run_id,
-                                               sinks.back().get()));
+    hosts.push_back(std::make_unique<NodeHost>(find_node(m.name)->id, m.make(head.config_toml, blobs),
+                                               options.run_id, sinks.back().get()));
     lab.add(hosts.back().get());
   }
   std::optional<logfile::EventLogWriter> log;

@@ -1,5 +1,5 @@
-// A small closed loop of four nodes and an instrument, recorded by the Lab into a run folder: what the tests of
-// replay damage and change.
+// A small closed loop of four nodes and an instrument, recorded by the Lab into a run folder: what the tests
+// of replay damage and change.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct TinyOptions {
   double kp = 1.0;
   std::int64_t run_id = 77;
   bool log = true;
-  int resumes = 0;             ///< incarnations after the first; each ends at a quiet moment
+  int resumes = 0;  ///< incarnations after the first; each ends at a quiet moment
 };
 
 inline constexpr int kTinyColumns = 6;  // of the grid

@@ -27,7 +27,9 @@ MaterialColumns print_of(const Geometry& g, double raised_mm) {
 
 }  // namespace
 
-TEST_CASE("A block printed as wanted has no wrong voxel, and its boundary layer is the voxels that touch the other kind") {
+TEST_CASE(
+    "A block printed as wanted has no wrong voxel, and its boundary layer is the voxels that touch the other "
+    "kind") {
   const Geometry g = box();
   const MaterialColumns m = print_of(g, 0.0);
   const int nz = slices_for(m, g, kSlice);
@@ -59,7 +61,8 @@ TEST_CASE("Washing frees what support can reach from outside and leaves the obje
     const int i = int(c) % 9, j = int(c) / 9;
     const bool shell = i >= 2 && i <= 6 && j >= 2 && j <= 6, core = i >= 3 && i <= 5 && j >= 3 && j <= 5;
     for (int k = 0; k < 7; ++k) {
-      const bool walled = shell && (!core || k == 0 || k == 4);  // a closed box of 5 x 5 x 5 round 3 x 3 x 3 of support
+      const bool walled =
+          shell && (!core || k == 0 || k == 4);  // a closed box of 5 x 5 x 5 round 3 x 3 x 3 of support
       m.add(c, kSlice, walled && k < 5 ? Material::kA : Material::kB);
     }
   }
@@ -82,7 +85,8 @@ TEST_CASE("Air inside M and object ink above the block are wrong, and missing su
   const int nz = slices_for(m, g, kSlice);
   CHECK(nz == 11);
   CHECK(count_wrong(voxels_of(g, kSlice, nz), voxels_of(m, kSlice, nz)).outside == 2);
-  const WrongVoxels nothing = count_wrong(voxels_of(g, kSlice, 9), voxels_of(MaterialColumns(kGrid), kSlice, 9));
+  const WrongVoxels nothing =
+      count_wrong(voxels_of(g, kSlice, 9), voxels_of(MaterialColumns(kGrid), kSlice, 9));
   CHECK(nothing.inside + nothing.boundary_inside == 125);
   CHECK(nothing.outside + nothing.boundary_outside == 0);
   CHECK_THROWS_AS(count_wrong(voxels_of(g, kSlice, 9), voxels_of(m, kSlice, 8)), std::invalid_argument);

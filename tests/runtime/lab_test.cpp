@@ -87,7 +87,8 @@ TEST_CASE("the Lab delivers messages in simulated time, in order, without waitin
   lab.start(0, Time{0});
   const NodeId wait[] = {NodeId::kSafety};
   REQUIRE(lab.run(wait, Time{}.after_s(10)) == Lab::End::kFinished);
-  while (lab.step(lab.now())) {}
+  while (lab.step(lab.now())) {
+  }
   REQUIRE(listener->seqs.size() == 10);
   for (int n = 0; n < 10; ++n) {
     REQUIRE(listener->seqs[std::size_t(n)] == n + 1);
@@ -124,14 +125,16 @@ TEST_CASE("a message handed to one node reaches no other") {
   Lab lab(nullptr);
   auto a_node = std::make_unique<Listener>(), b_node = std::make_unique<Listener>();
   Listener *a = a_node.get(), *b = b_node.get();
-  NodeHost first(NodeId::kStage, std::move(a_node), 1, nullptr), second(NodeId::kJet, std::move(b_node), 1, nullptr);
+  NodeHost first(NodeId::kStage, std::move(a_node), 1, nullptr),
+      second(NodeId::kJet, std::move(b_node), 1, nullptr);
   lab.add(&first);
   lab.add(&second);
   const enable_t m = lease();
   std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
   m.encode(bytes.data(), 0, int(bytes.size()));
   lab.publish_to(NodeId::kJet, "ENABLE", bytes);
-  while (lab.step(Time{}.after_s(1))) {}
+  while (lab.step(Time{}.after_s(1))) {
+  }
   REQUIRE(a->seqs.empty());
   REQUIRE(b->seqs.size() == 1);
 }

@@ -75,7 +75,8 @@ safe_stop_t epoch_one() {
   return m;
 }
 
-TEST_CASE("an event stands in the write-ahead file before its handler runs, its outputs before they are returned") {
+TEST_CASE(
+    "an event stands in the write-ahead file before its handler runs, its outputs before they are returned") {
   MemorySink sink;
   auto node = std::make_unique<Probe>();
   Probe* probe = node.get();
@@ -157,12 +158,15 @@ TEST_CASE("a node that subscribes to the simulated world's truth is refused") {
     Cheat() { subscribe(Channel<run_end_t>{"SIM_TRUTH"}, this); }
     void on(const run_end_t&, Time, Outbox&) {}
   };
-  REQUIRE_THROWS_WITH(NodeHost(NodeId::kController, std::make_unique<Cheat>(), 1, nullptr), Catch::Contains("SIM_TRUTH"));
+  REQUIRE_THROWS_WITH(NodeHost(NodeId::kController, std::make_unique<Cheat>(), 1, nullptr),
+                      Catch::Contains("SIM_TRUTH"));
 }
 
 TEST_CASE("replaying a step gives the bytes of the step") {
-  NodeHost live(NodeId::kSafety, std::make_unique<Probe>(), 1, nullptr), again(NodeId::kSafety, std::make_unique<Probe>(), 1, nullptr);
-  const Event events[] = {start_event(), wake_event(2, Time{500000}), wake_event(1, Time{1000000}), start_event(1)};
+  NodeHost live(NodeId::kSafety, std::make_unique<Probe>(), 1, nullptr),
+      again(NodeId::kSafety, std::make_unique<Probe>(), 1, nullptr);
+  const Event events[] = {start_event(), wake_event(2, Time{500000}), wake_event(1, Time{1000000}),
+                          start_event(1)};
   for (const Event& e : events) {
     std::vector<std::byte> a, b;
     encode_output_list(live.step(e), a);

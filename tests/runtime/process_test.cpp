@@ -120,8 +120,10 @@ TEST_CASE("two processes and an instrument finish their work over a bad network,
   for (const NodeId id : {NodeId::kScheduler, NodeId::kJet}) {
     const std::string name(info(id).name);
     std::unique_ptr<Node> node;
-    if (id == NodeId::kJet) node = std::make_unique<Echo>();
-    else node = std::make_unique<Commander>(200);
+    if (id == NodeId::kJet)
+      node = std::make_unique<Echo>();
+    else
+      node = std::make_unique<Commander>(200);
     WalFile file(dir.path / "nodes" / (name + ".wal"), true);
     NodeHost host(id, std::move(node), 5, nullptr);
     std::map<std::string, std::int64_t> last;
@@ -129,7 +131,8 @@ TEST_CASE("two processes and an instrument finish their work over a bad network,
     restore(host, 5, file,
             {[](const WalHead&) {},
              [&](std::string_view c, std::span<const std::byte> m) {
-               if (find_channel(c)->delivery == Delivery::kReliable) CHECK(wire::read_header(m)->seq == ++last[std::string(c)]);
+               if (find_channel(c)->delivery == Delivery::kReliable)
+                 CHECK(wire::read_header(m)->seq == ++last[std::string(c)]);
              },
              [&](std::string_view c, std::span<const std::byte> m) {
                device_state_t s;
@@ -161,7 +164,8 @@ TEST_CASE("a running process tells on its journal channel which step it handled 
   journal_t last{};
   for (int n = 0; n < 500 && last.step == 0; ++n) {
     ::usleep(10'000);
-    watcher.receive([&](std::string_view, std::span<const std::byte> b) { last.decode(b.data(), 0, int(b.size())); });
+    watcher.receive(
+        [&](std::string_view, std::span<const std::byte> b) { last.decode(b.data(), 0, int(b.size())); });
   }
   control.say("STOP done");
   one.join();
@@ -182,7 +186,8 @@ TEST_CASE("killed at any moment, a process comes back where it was and repeats n
       ::close(pair.fd[0]);
       Hub hub;
       Hub::Member bus(hub);
-      ::_exit(run_process(options(dir, NodeId::kScheduler, pair.fd[1], incarnation), std::make_unique<Commander>(kMessages), bus));
+      ::_exit(run_process(options(dir, NodeId::kScheduler, pair.fd[1], incarnation),
+                          std::make_unique<Commander>(kMessages), bus));
     }
     ::close(pair.fd[1]);
     ControlLine control(pair.fd[0]);
@@ -197,8 +202,11 @@ TEST_CASE("killed at any moment, a process comes back where it was and repeats n
     std::int64_t seq = 0;
     WalFile file(dir.path / "nodes" / "scheduler.wal", true);
     NodeHost host(NodeId::kScheduler, std::make_unique<Commander>(kMessages), 5, nullptr);
-    const auto in_order = [&](std::string_view, std::span<const std::byte> m) { REQUIRE(wire::read_header(m)->seq == ++seq); };
-    restore(host, 5, file, {[](const WalHead&) {}, [](std::string_view, std::span<const std::byte>) {}, in_order, in_order});
+    const auto in_order = [&](std::string_view, std::span<const std::byte> m) {
+      REQUIRE(wire::read_header(m)->seq == ++seq);
+    };
+    restore(host, 5, file,
+            {[](const WalHead&) {}, [](std::string_view, std::span<const std::byte>) {}, in_order, in_order});
     finished = seq == kMessages;
     std::vector<std::byte> found;
     if (seq > 0) CHECK(find_sent(file.path(), "JET_COMMAND", seq, found));
@@ -234,8 +242,10 @@ TEST_CASE("an event that crashes the node is named, and named again when the res
   Pair again;
   ControlLine second(again.fd[0]);
   Hub::Member bus(hub);
-  CHECK(run_process(options(dir, NodeId::kScheduler, again.fd[1], 1), std::make_unique<Commander>(1000), bus) == kExitResume);
-  CHECK_THAT(await(second, "ERROR"), Catch::Contains("(ANSWER_JET seq 1) crashes the node again: the commander cannot take this"));
+  CHECK(run_process(options(dir, NodeId::kScheduler, again.fd[1], 1), std::make_unique<Commander>(1000),
+                    bus) == kExitResume);
+  CHECK_THAT(await(second, "ERROR"),
+             Catch::Contains("(ANSWER_JET seq 1) crashes the node again: the commander cannot take this"));
 }
 
 TEST_CASE("a node that would answer otherwise than its file says does not come back") {
@@ -252,8 +262,10 @@ TEST_CASE("a node that would answer otherwise than its file says does not come b
   {
     WalFile file(path, true);
     NodeHost host(NodeId::kScheduler, std::make_unique<Echo>(), 5, nullptr);
-    CHECK_THROWS_WITH(restore(host, 5, file, {[](const WalHead&) {}, nothing, nothing, nothing}),
-                      Catch::Contains("scheduler.wal: step 0 (start of incarnation 0): the outputs differ from the record"));
+    CHECK_THROWS_WITH(
+        restore(host, 5, file, {[](const WalHead&) {}, nothing, nothing, nothing}),
+        Catch::Contains(
+            "scheduler.wal: step 0 (start of incarnation 0): the outputs differ from the record"));
   }
   {
     WalFile file(path, true);
@@ -261,7 +273,8 @@ TEST_CASE("a node that would answer otherwise than its file says does not come b
     encode_head({"jet", 5, 0, "", "", "", "", {}}, head);
     file.append(WalKind::kHead, head);
     NodeHost host(NodeId::kScheduler, std::make_unique<Commander>(5), 5, nullptr);
-    CHECK_THROWS_WITH(restore(host, 5, file, {[](const WalHead&) {}, nothing, nothing, nothing}), Catch::Contains("is of node jet in run 5, not scheduler in run 5"));
+    CHECK_THROWS_WITH(restore(host, 5, file, {[](const WalHead&) {}, nothing, nothing, nothing}),
+                      Catch::Contains("is of node jet in run 5, not scheduler in run 5"));
   }
 }
 
@@ -286,8 +299,10 @@ TEST_CASE("arguments of a process survive the way through the command line, bad 
   CHECK(b.options.faults.incarnation == 2);
   CHECK(b.options.time_scale == 0.1);
   CHECK_THROWS_WITH(parse_process_args({"--run", "x", "--node", "jett"}), Catch::Contains("--node 'jett'"));
-  CHECK_THROWS_WITH(parse_process_args({"--run", "x", "--node", "jet", "--epoch-ns", "3x"}), Catch::Contains("--epoch-ns '3x': must be a number"));
+  CHECK_THROWS_WITH(parse_process_args({"--run", "x", "--node", "jet", "--epoch-ns", "3x"}),
+                    Catch::Contains("--epoch-ns '3x': must be a number"));
   CHECK_THROWS_WITH(parse_process_args({"--node", "jet"}), Catch::Contains("--run"));
-  CHECK_THROWS_WITH(parse_process_args({"--run", "x", "--node", "jet", "--faults", "1,0,0,0,0,0"}), Catch::Contains("in [0, 1)"));
+  CHECK_THROWS_WITH(parse_process_args({"--run", "x", "--node", "jet", "--faults", "1,0,0,0,0,0"}),
+                    Catch::Contains("in [0, 1)"));
   CHECK_THROWS_WITH(parse_process_args({"--run"}), Catch::Contains("--run"));
 }

@@ -24,7 +24,8 @@ struct Receiver {
   }
 };
 
-Bytes tile(std::int32_t index, std::int32_t count, std::int64_t total, std::size_t data, std::int64_t seq = 1) {
+Bytes tile(std::int32_t index, std::int32_t count, std::int64_t total, std::size_t data,
+           std::int64_t seq = 1) {
   const Bytes body(data);
   return wire::encode_tile({kRun, 0, seq, index, count, total, 0, body});
 }
@@ -52,7 +53,8 @@ TEST_CASE("our tiles are the bytes that LCM's own encoder makes of tile_t") {
 TEST_CASE("another run's messages are dropped, counted and named once") {
   RandomStream random(2, Purpose::kTest);
   Receiver r;
-  for (std::int64_t seq = 1; seq <= 5; ++seq) r.transport.receive("STAGE_COMMAND", message(seq, 10, random, 0, 12), 0);
+  for (std::int64_t seq = 1; seq <= 5; ++seq)
+    r.transport.receive("STAGE_COMMAND", message(seq, 10, random, 0, 12), 0);
   CHECK(r.got.empty());
   CHECK(r.transport.stats().foreign == 5);
   const auto notices = r.transport.take_notices();
@@ -65,7 +67,8 @@ TEST_CASE("an incarnation never goes back, and one that is yet to come is foreig
   std::vector<Bytes> got;
   TransportOptions o{NodeId::kStage, kRun};
   o.incarnation = 2;
-  Transport t(o, [&](const ChannelInfo&, std::span<const std::byte> b) { got.emplace_back(b.begin(), b.end()); });
+  Transport t(
+      o, [&](const ChannelInfo&, std::span<const std::byte> b) { got.emplace_back(b.begin(), b.end()); });
   t.subscribe("STAGE_COMMAND");
   t.receive("STAGE_COMMAND", message(1, 10, random, 0), 0);
   t.receive("STAGE_COMMAND", message(2, 10, random, 2), 0);
@@ -80,17 +83,19 @@ TEST_CASE("tiles with wrong lengths, indices or sizes are named and dropped") {
   Receiver r;
   const std::int64_t two = std::int64_t(wire::kTileDataBytes) + 10;
   const std::vector<Bytes> bad{
-      tile(2, 2, two, 10),                       // index beyond the end
+      tile(2, 2, two, 10),  // index beyond the end
       tile(-1, 2, two, 10),
-      tile(0, 3, two, wire::kTileDataBytes),     // count that does not fit the total
-      tile(1, 2, two, 11),                       // too much data
-      tile(1, 2, two, 9),                        // too little
+      tile(0, 3, two, wire::kTileDataBytes),  // count that does not fit the total
+      tile(1, 2, two, 11),                    // too much data
+      tile(1, 2, two, 9),                     // too little
       tile(0, 1, 0, 0),
       tile(0, 2, std::int64_t(1) << 62, wire::kTileDataBytes),
       tile(0, 1200, std::int64_t(wire::kLargestObjectBytes) + 1, wire::kTileDataBytes),
       tile(0, 2, -two, wire::kTileDataBytes),
       tile(0, 2, two, wire::kTileDataBytes, -4),
-      Bytes(56), Bytes(3), {}};
+      Bytes(56),
+      Bytes(3),
+      {}};
   for (const Bytes& b : bad) r.transport.receive("STAGE_COMMAND_TILES", b, 0);
   CHECK(r.transport.stats().malformed == bad.size());
   CHECK(r.noticed("STAGE_COMMAND: a tile whose numbers do not fit"));
@@ -102,8 +107,8 @@ TEST_CASE("tiles that disagree or do not give what was announced do not block th
   const Bytes truth = message(1, 100'000, random);
   Transport sender({NodeId::kScheduler, kRun}, [](const ChannelInfo&, std::span<const std::byte>) {});
   Receiver r;
-  r.transport.receive("STAGE_COMMAND_TILES", tile(0, 2, 100'036, wire::kTileDataBytes), 0);    // other checksum
-  r.transport.receive("STAGE_COMMAND_TILES", tile(0, 1, 50'000, 50'000), 0);                   // complete, but not a message
+  r.transport.receive("STAGE_COMMAND_TILES", tile(0, 2, 100'036, wire::kTileDataBytes), 0);  // other checksum
+  r.transport.receive("STAGE_COMMAND_TILES", tile(0, 1, 50'000, 50'000), 0);  // complete, but not a message
   sender.send("STAGE_COMMAND", truth, 0);
   Transport::Datagram d;
   for (std::int64_t now = 0; now < 1000; ++now)
@@ -117,7 +122,8 @@ TEST_CASE("a sequence number far ahead is no reason to wait or to allocate") {
   RandomStream random(5, Purpose::kTest);
   Receiver r;
   r.transport.receive("STAGE_COMMAND", message(std::int64_t(1) << 60, 10, random), 0);
-  r.transport.receive("STAGE_COMMAND_TILES", tile(0, 2, 100'000, wire::kTileDataBytes, std::int64_t(1) << 40), 0);
+  r.transport.receive("STAGE_COMMAND_TILES", tile(0, 2, 100'000, wire::kTileDataBytes, std::int64_t(1) << 40),
+                      0);
   CHECK_FALSE(r.transport.waiting());
   CHECK(r.noticed("STAGE_COMMAND: a sequence number far ahead"));
   r.transport.receive("STAGE_COMMAND", message(1, 10, random), 0);
@@ -131,7 +137,8 @@ TEST_CASE("a claim of messages that do not exist is forgotten at the publisher's
   Peer& stage = net.add(NodeId::kStage, {"STAGE_COMMAND"});
   net.send(scheduler, "STAGE_COMMAND", message(1, 10, random));
   net.run(1000);
-  stage.transport->receive("STAGE_COMMAND_TILES", tile(0, 2, 100'000, wire::kTileDataBytes, 4000), net.now_us);
+  stage.transport->receive("STAGE_COMMAND_TILES", tile(0, 2, 100'000, wire::kTileDataBytes, 4000),
+                           net.now_us);
   CHECK(stage.transport->waiting());
   net.run(300'000);
   CHECK_FALSE(stage.transport->waiting());
@@ -169,12 +176,14 @@ TEST_CASE("any bit flipped, any cut, any noise: no crash, and the stream goes on
       for (std::uint32_t flips = random.below(4); flips > 0; --flips)
         b[random.below(std::uint32_t(b.size()))] ^= std::byte(1u << random.below(8));
       if (random.below(3) == 0) b.resize(random.below(std::uint32_t(b.size())));
-      // Noise that is a sound message of this run is a message: here it stands on channels that are not compared.
+      // Noise that is a sound message of this run is a message: here it stands on channels that are not
+      // compared.
       const std::string& channel = wire[random.below(std::uint32_t(wire.size()))];
       if (channel == "STAGE_COMMAND") continue;
       stage.transport->receive(channel, b, net.now_us);
     }
-    for (std::int64_t seq = 1; seq <= 20; ++seq) net.send(scheduler, "STAGE_COMMAND", message(seq, 5000 * seq, random));
+    for (std::int64_t seq = 1; seq <= 20; ++seq)
+      net.send(scheduler, "STAGE_COMMAND", message(seq, 5000 * seq, random));
     net.run(2'000'000);
     CHECK(stage.got["STAGE_COMMAND"] == scheduler.sent["STAGE_COMMAND"]);
     CHECK(stage.transport->stats().malformed > 100);

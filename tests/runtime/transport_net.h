@@ -141,7 +141,9 @@ class Net {
     return listens_.at(p.id).count(std::string(channel)) != 0;
   }
   Lossy::Sink sink(Peer& p) {
-    return [this, &p](std::string_view channel, std::span<const std::byte> b) { p.transport->receive(channel, b, now_us); };
+    return [this, &p](std::string_view channel, std::span<const std::byte> b) {
+      p.transport->receive(channel, b, now_us);
+    };
   }
   void beat(Peer& p) {
     p.next_beat_us = now_us + 100'000;

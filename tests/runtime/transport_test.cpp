@@ -9,7 +9,8 @@ using namespace firn::test;
 
 namespace {
 
-constexpr std::size_t kSizes[] = {0, 1, 8, 200, 3000, 20'000, 59'964, 60'000, 61'000, 119'000, 300'000, 700'000};
+constexpr std::size_t kSizes[] = {0,      1,      8,      200,     3000,    20'000,
+                                  59'964, 60'000, 61'000, 119'000, 300'000, 700'000};
 
 void finish(Net& net, std::int64_t limit_us = 60'000'000) {
   net.run(1'500'000);  // of the heartbeats after the last message, which tell of a lost tail, one arrives
@@ -22,10 +23,11 @@ TEST_CASE("every reliable message arrives once, in order, byte for byte, whateve
   std::uint64_t injected = 0, resent = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     RandomStream random(seed, Purpose::kTest);
-    LossyOptions faults{random.uniform(0.0, 0.3), random.uniform(0.0, 0.3), random.uniform(0.0, 0.4),
+    LossyOptions faults{random.uniform(0.0, 0.3), random.uniform(0.0, 0.3),  random.uniform(0.0, 0.4),
                         random.uniform(0.0, 0.2), random.uniform(0.0, 0.05), seed};
     Net net(faults, {});
-    const std::string commands = "STAGE_COMMAND", jets = "JET_COMMAND", maps = "HEIGHT_MAP", answers = "ANSWER_STAGE";
+    const std::string commands = "STAGE_COMMAND", jets = "JET_COMMAND", maps = "HEIGHT_MAP",
+                      answers = "ANSWER_STAGE";
     Peer& scheduler = net.add(NodeId::kScheduler, {answers, maps});
     Peer& stage = net.add(NodeId::kStage, {commands});
     Peer& mapper = net.add(NodeId::kSurfaceMapper, {});
@@ -51,7 +53,8 @@ TEST_CASE("every reliable message arrives once, in order, byte for byte, whateve
     CHECK(net.injected() > 0);
     CHECK(net.largest <= 65'499);
     injected += net.injected();
-    resent += scheduler.transport->stats().resent + stage.transport->stats().resent + mapper.transport->stats().resent;
+    resent += scheduler.transport->stats().resent + stage.transport->stats().resent +
+              mapper.transport->stats().resent;
   }
   CHECK(injected > 1000);
   CHECK(resent > 100);
@@ -157,7 +160,9 @@ TEST_CASE("requests are few: a dead publisher is asked with growing pauses") {
 TEST_CASE("a sender that skips a number or does not own the channel is a bug that is named") {
   RandomStream random(9, Purpose::kTest);
   Transport t({NodeId::kScheduler, kRun}, [](const ChannelInfo&, std::span<const std::byte>) {});
-  CHECK_THROWS_WITH(t.send("STAGE_COMMAND", message(2, 10, random), 0), Catch::Contains("STAGE_COMMAND: seq 2 after 0"));
-  CHECK_THROWS_WITH(t.send("HEIGHT_MAP", message(1, 10, random), 0), Catch::Contains("scheduler must not publish HEIGHT_MAP"));
+  CHECK_THROWS_WITH(t.send("STAGE_COMMAND", message(2, 10, random), 0),
+                    Catch::Contains("STAGE_COMMAND: seq 2 after 0"));
+  CHECK_THROWS_WITH(t.send("HEIGHT_MAP", message(1, 10, random), 0),
+                    Catch::Contains("scheduler must not publish HEIGHT_MAP"));
   CHECK_THROWS_WITH(t.subscribe("HIGHT_MAP"), Catch::Contains("HIGHT_MAP"));
 }

@@ -22,10 +22,12 @@ TEST_CASE("an event reads back from its write-ahead record as it was") {
     e.now = Time{std::int64_t(r.bits())};
     if (e.kind == EventKind::kStart) e.incarnation = std::int32_t(r.below(100));
     if (e.kind == EventKind::kMessage) e.channel = "HEIGHT_MAP";
-    if (e.kind == EventKind::kWake || e.kind == EventKind::kIo || e.kind == EventKind::kLink) e.id = r.below(1000);
+    if (e.kind == EventKind::kWake || e.kind == EventKind::kIo || e.kind == EventKind::kLink)
+      e.id = r.below(1000);
     if (e.kind == EventKind::kWake) e.due = Time{std::int64_t(r.bits())};
     if (e.kind == EventKind::kLink) e.link = LinkState(r.below(2));
-    if (e.kind == EventKind::kMessage || e.kind == EventKind::kIo || e.kind == EventKind::kLocalStop) e.bytes = bytes;
+    if (e.kind == EventKind::kMessage || e.kind == EventKind::kIo || e.kind == EventKind::kLocalStop)
+      e.bytes = bytes;
     std::vector<std::byte> record;
     encode_event(77, e, record);
     const WalEvent back = decode_event(record);
@@ -68,7 +70,8 @@ TEST_CASE("outputs read back in the order in which the node put them out") {
   REQUIRE(list[1].at == Time{456});
   REQUIRE(list[2].id == 4);
   REQUIRE(list[3].id == 3);
-  REQUIRE(std::string(reinterpret_cast<const char*>(list[3].bytes.data()), list[3].bytes.size()) == "because");
+  REQUIRE(std::string(reinterpret_cast<const char*>(list[3].bytes.data()), list[3].bytes.size()) ==
+          "because");
 }
 
 TEST_CASE("cut or random records are refused with the byte, never read past their end") {

@@ -1,4 +1,5 @@
-// Every table and figure of the papers that firn reproduce shows, with few repeats; the full counts are the command's.
+// Every table and figure of the papers that firn reproduce shows, with few repeats; the full counts are the
+// command's.
 #include <catch2/catch.hpp>
 #include <set>
 
@@ -24,7 +25,7 @@ void check_paper(const std::string& paper, std::size_t least_rows) {
                   << text_of(row.ours, row.decimals, row.unit) << ", tolerance " << tolerance_of(row));
       CHECK(row.pass.value_or(true));
       CHECK(ids.insert(row.id).second);
-      CHECK((row.pass || row.kind != RowKind::kProperty));   // a property has a verdict
+      CHECK((row.pass || row.kind != RowKind::kProperty));  // a property has a verdict
       with_verdict += row.pass.has_value();
     }
     for (const ReproducePicture& picture : part.pictures) {
@@ -38,6 +39,10 @@ void check_paper(const std::string& paper, std::size_t least_rows) {
 
 }  // namespace
 
-TEST_CASE("Every row of firn reproduce thompson with a tolerance passes", "[seeds]") { check_paper("thompson", 25); }
-TEST_CASE("Every row of firn reproduce barnett with a tolerance passes", "[seeds]") { check_paper("barnett", 10); }
+TEST_CASE("Every row of firn reproduce thompson with a tolerance passes", "[seeds]") {
+  check_paper("thompson", 25);
+}
+TEST_CASE("Every row of firn reproduce barnett with a tolerance passes", "[seeds]") {
+  check_paper("barnett", 10);
+}
 TEST_CASE("Every row of firn reproduce lu with a tolerance passes", "[seeds]") { check_paper("lu", 25); }

@@ -1,5 +1,5 @@
-// Paths for the ice plant apart from slicer and planner: polylines at one speed as joint points and pulse lists, with the
-// arm's inverse kinematics and the pulse rule written out again.
+// Paths for the ice plant apart from slicer and planner: polylines at one speed as joint points and pulse
+// lists, with the arm's inverse kinematics and the pulse rule written out again.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,8 @@ inline Joints joints_of(const IceArmParams& arm, const IceTool& tool, const At& 
   const double x = at.x_mm - tool.x_mm + arm.origin_mm[0], y = at.y_mm - tool.y_mm + arm.origin_mm[1];
   const double c = (x * x + y * y - arm.link_1_mm * arm.link_1_mm - arm.link_2_mm * arm.link_2_mm) /
                    (2.0 * arm.link_1_mm * arm.link_2_mm);
-  const double q2 = std::acos(c), q1 = std::atan2(y, x) - std::atan2(arm.link_2_mm * std::sin(q2), arm.link_1_mm + arm.link_2_mm * c);
+  const double q2 = std::acos(c), q1 = std::atan2(y, x) - std::atan2(arm.link_2_mm * std::sin(q2),
+                                                                     arm.link_1_mm + arm.link_2_mm * c);
   return {q1, q2, z_mm - tool.z_mm + arm.origin_mm[2], -q1 - q2};
 }
 
@@ -32,10 +33,12 @@ struct Run {
   double length_mm = 0.0, duration_s = 0.0;
 };
 
-/// Along `line` from rest to rest with 500 mm/s^2; `width_mm` x 0.24 mm of volume per length at `mm3_per_pulse`.
+/// Along `line` from rest to rest with 500 mm/s^2; `width_mm` x 0.24 mm of volume per length at
+/// `mm3_per_pulse`.
 /// @param early_s how much sooner than the reference the pulses come
-inline Run along(const IceArmParams& arm, const IceTool& tool, const std::vector<At>& line, double z_mm, double speed_mm_s,
-                 double width_mm, const std::function<double(double hz)>& mm3_per_pulse, double late_s) {
+inline Run along(const IceArmParams& arm, const IceTool& tool, const std::vector<At>& line, double z_mm,
+                 double speed_mm_s, double width_mm, const std::function<double(double hz)>& mm3_per_pulse,
+                 double late_s) {
   Run run;
   std::vector<double> s{0.0};
   for (std::size_t n = 1; n < line.size(); ++n)
@@ -59,17 +62,21 @@ inline Run along(const IceArmParams& arm, const IceTool& tool, const std::vector
     const double at = std::min(travelled(n * kTick_s), run.length_mm);
     while (k + 2 < s.size() && s[k + 1] < at) ++k;
     const double f = s[k + 1] > s[k] ? (at - s[k]) / (s[k + 1] - s[k]) : 0.0;
-    run.points.push_back(joints_of(arm, tool, {line[k].x_mm + f * (line[k + 1].x_mm - line[k].x_mm),
-                                               line[k].y_mm + f * (line[k + 1].y_mm - line[k].y_mm)}, z_mm));
+    run.points.push_back(joints_of(arm, tool,
+                                   {line[k].x_mm + f * (line[k + 1].x_mm - line[k].x_mm),
+                                    line[k].y_mm + f * (line[k + 1].y_mm - line[k].y_mm)},
+                                   z_mm));
   }
   double pulses = 0.0;
   for (double t = 0.0; t < total_s; t += 0.002) {
-    const double speed = (travelled(t + 0.001) - travelled(t - 0.001)) / 0.002, flow = speed * width_mm * 0.24;
+    const double speed = (travelled(t + 0.001) - travelled(t - 0.001)) / 0.002,
+                 flow = speed * width_mm * 0.24;
     double hz = flow / 0.25;
     for (int n = 0; n < 20; ++n) hz = hz > 0.0 ? flow / mm3_per_pulse(hz) : 0.0;
     const double before = pulses;
     pulses += hz * 0.002;
-    if (std::floor(pulses + 0.5) > std::floor(before + 0.5)) run.ticks.push_back(std::uint16_t(std::lround((t + late_s) / 0.002)));
+    if (std::floor(pulses + 0.5) > std::floor(before + 0.5))
+      run.ticks.push_back(std::uint16_t(std::lround((t + late_s) / 0.002)));
   }
   return run;
 }
@@ -90,7 +97,8 @@ inline double calibrated_late_s(const IceWorldConfig& c, int valve) {
          0.5 * c.arm.start_jitter_s - c.line[std::size_t(valve)].open_delay_s;
 }
 
-/// Runs one path in nature: signal at t_us, motion after the arm's start delay. Returns when the list is through.
+/// Runs one path in nature: signal at t_us, motion after the arm's start delay. Returns when the list is
+/// through.
 inline std::int64_t print(IceNature& nature, const IceWorldConfig& c, Run run, int valve, std::int64_t t_us) {
   nature.catch_up(t_us);
   nature.arm().place(run.points.front());

@@ -24,24 +24,32 @@ inline Experiment ice_experiment() {
 }
 
 inline slice::Point ice_point(double x_mm, double y_mm) {
-  return {std::int32_t(std::lround(x_mm * slice::kUnitsPerMm)), std::int32_t(std::lround(y_mm * slice::kUnitsPerMm))};
+  return {std::int32_t(std::lround(x_mm * slice::kUnitsPerMm)),
+          std::int32_t(std::lround(y_mm * slice::kUnitsPerMm))};
 }
 
 /// Square rings about the origin, `spacing` apart, from half a spacing inside `half` down to `inner`.
-inline void add_rings(slice::LayerPaths& l, double half_mm, double inner_mm, double spacing_mm, PathKind kind, std::uint8_t material) {
+inline void add_rings(slice::LayerPaths& l, double half_mm, double inner_mm, double spacing_mm, PathKind kind,
+                      std::uint8_t material) {
   for (double r = half_mm - 0.5 * spacing_mm; r > inner_mm; r -= spacing_mm) {
     std::vector<slice::Point> ring;
     for (int side = 0; side < 4; ++side)
       for (int k = 0; k < 8; ++k) {
         const double t = -r + 2.0 * r * k / 8.0;
-        ring.push_back(side == 0 ? ice_point(t, -r) : side == 1 ? ice_point(r, t) : side == 2 ? ice_point(-t, r) : ice_point(-r, -t));
+        ring.push_back(side == 0   ? ice_point(t, -r)
+                       : side == 1 ? ice_point(r, t)
+                       : side == 2 ? ice_point(-t, r)
+                                   : ice_point(-r, -t));
       }
     l.lines.add(ring);
-    l.info.push_back({kind, material, true, kind == PathKind::kMeasurement ? 0 : std::int32_t(std::lround(spacing_mm * slice::kUnitsPerMm))});
+    l.info.push_back(
+        {kind, material, true,
+         kind == PathKind::kMeasurement ? 0 : std::int32_t(std::lround(spacing_mm * slice::kUnitsPerMm))});
   }
 }
 
-/// `layers` of 0.24 mm: ice within +-12 mm, scaffold to +-15 mm; measured every `every` layers on rings 3 mm apart.
+/// `layers` of 0.24 mm: ice within +-12 mm, scaffold to +-15 mm; measured every `every` layers on rings 3 mm
+/// apart.
 inline slice::PrintPaths ice_print(int layers = 10, int every = 5) {
   slice::PrintPaths p;
   p.head = {"test", layers, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", ""};

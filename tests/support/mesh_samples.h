@@ -27,7 +27,8 @@ SampleMesh prism(std::uint32_t corners, float height, float cx, float cy, Radius
   SampleMesh m;
   for (std::uint32_t n = 0; n < corners; ++n) {
     const double a = 2 * std::numbers::pi * n / corners, r = radius(n);
-    for (float z : {0.0f, height}) m.vertices.push_back({cx + float(r * std::cos(a)), cy + float(r * std::sin(a)), z});
+    for (float z : {0.0f, height})
+      m.vertices.push_back({cx + float(r * std::cos(a)), cy + float(r * std::sin(a)), z});
   }
   const std::uint32_t bottom = 2 * corners, top = bottom + 1;
   m.vertices.push_back({cx, cy, 0.0f});
@@ -43,7 +44,8 @@ SampleMesh prism(std::uint32_t corners, float height, float cx, float cy, Radius
 }
 
 /// A gear wheel: `teeth` teeth of four corners each.
-inline SampleMesh gear(std::uint32_t teeth = 12, float height = 5.0f, double outer = 15.0, double inner = 12.0) {
+inline SampleMesh gear(std::uint32_t teeth = 12, float height = 5.0f, double outer = 15.0,
+                       double inner = 12.0) {
   return prism(4 * teeth, height, 20.0f, 20.0f, [=](std::uint32_t n) { return n % 4 < 2 ? outer : inner; });
 }
 
@@ -85,7 +87,8 @@ inline Bytes ascii_stl(const SampleMesh& m) {
   for (const auto& t : m.triangles) {
     text(out, "facet normal 0 0 0\n outer loop\n");
     for (std::uint32_t v : t)
-      text(out, "  vertex " + digits(m.vertices[v][0]) + " " + digits(m.vertices[v][1]) + " " + digits(m.vertices[v][2]) + "\n");
+      text(out, "  vertex " + digits(m.vertices[v][0]) + " " + digits(m.vertices[v][1]) + " " +
+                    digits(m.vertices[v][2]) + "\n");
     text(out, " endloop\nendfacet\n");
   }
   text(out, "endsolid sample\n");
@@ -95,9 +98,11 @@ inline Bytes ascii_stl(const SampleMesh& m) {
 /// With a colour per vertex and a quality per face, which readers must pass over.
 inline Bytes binary_ply(const SampleMesh& m, bool big_endian, bool extras = false) {
   Bytes out;
-  text(out, std::string("ply\nformat ") + (big_endian ? "binary_big_endian" : "binary_little_endian") + " 1.0\ncomment sample\nelement vertex " +
-                std::to_string(m.vertices.size()) + "\nproperty float x\nproperty float y\n" + (extras ? "property uchar red\n" : "") +
-                "property float z\nelement face " + std::to_string(m.triangles.size()) + "\n" + (extras ? "property double quality\n" : "") +
+  text(out, std::string("ply\nformat ") + (big_endian ? "binary_big_endian" : "binary_little_endian") +
+                " 1.0\ncomment sample\nelement vertex " + std::to_string(m.vertices.size()) +
+                "\nproperty float x\nproperty float y\n" + (extras ? "property uchar red\n" : "") +
+                "property float z\nelement face " + std::to_string(m.triangles.size()) + "\n" +
+                (extras ? "property double quality\n" : "") +
                 "property list uchar int vertex_indices\nend_header\n");
   for (const auto& v : m.vertices) {
     put(out, v[0], big_endian);
@@ -116,22 +121,27 @@ inline Bytes binary_ply(const SampleMesh& m, bool big_endian, bool extras = fals
 inline Bytes ascii_ply(const SampleMesh& m) {
   Bytes out;
   text(out, "ply\r\nformat ascii 1.0\r\nelement vertex " + std::to_string(m.vertices.size()) +
-                "\r\nproperty double x\r\nproperty double y\r\nproperty double z\r\nelement face " + std::to_string(m.triangles.size()) +
+                "\r\nproperty double x\r\nproperty double y\r\nproperty double z\r\nelement face " +
+                std::to_string(m.triangles.size()) +
                 "\r\nproperty list uchar int vertex_index\r\nend_header\r\n");
   for (const auto& v : m.vertices) text(out, digits(v[0]) + " " + digits(v[1]) + " " + digits(v[2]) + "\r\n");
-  for (const auto& t : m.triangles) text(out, "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + "\r\n");
+  for (const auto& t : m.triangles)
+    text(out, "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + "\r\n");
   return out;
 }
 
 inline Bytes obj(const SampleMesh& m) {
   Bytes out;
   text(out, "# sample\no part\n");
-  for (const auto& v : m.vertices) text(out, "v " + digits(v[0]) + " " + digits(v[1]) + " " + digits(v[2]) + "\n");
+  for (const auto& v : m.vertices)
+    text(out, "v " + digits(v[0]) + " " + digits(v[1]) + " " + digits(v[2]) + "\n");
   text(out, "vn 0 0 1\nusemtl grey\n");
   bool relative = false;
   for (const auto& t : m.triangles) {
     text(out, "f");
-    for (std::uint32_t v : t) text(out, relative ? " " + std::to_string(std::int64_t(v) - std::int64_t(m.vertices.size())) : " " + std::to_string(v + 1) + "//1");
+    for (std::uint32_t v : t)
+      text(out, relative ? " " + std::to_string(std::int64_t(v) - std::int64_t(m.vertices.size()))
+                         : " " + std::to_string(v + 1) + "//1");
     text(out, "\n");
     relative = !relative;
   }
@@ -148,35 +158,46 @@ inline std::uint32_t crc32(const std::string& s) {
 }
 
 /// A ZIP archive without compression. @param item the <item …/> of the build
-inline Bytes threemf(const SampleMesh& m, const std::string& item = "<item objectid=\"1\"/>", const std::string& unit = "millimeter") {
-  std::string model = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"" + unit +
-                      "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources><object id=\"1\" type=\"model\"><mesh><vertices>";
-  for (const auto& v : m.vertices) model += "<vertex x=\"" + digits(v[0]) + "\" y=\"" + digits(v[1]) + "\" z=\"" + digits(v[2]) + "\"/>";
+inline Bytes threemf(const SampleMesh& m, const std::string& item = "<item objectid=\"1\"/>",
+                     const std::string& unit = "millimeter") {
+  std::string model =
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"" + unit +
+      "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources><object id=\"1\" "
+      "type=\"model\"><mesh><vertices>";
+  for (const auto& v : m.vertices)
+    model += "<vertex x=\"" + digits(v[0]) + "\" y=\"" + digits(v[1]) + "\" z=\"" + digits(v[2]) + "\"/>";
   model += "</vertices><triangles>";
   for (const auto& t : m.triangles)
-    model += "<triangle v1=\"" + std::to_string(t[0]) + "\" v2=\"" + std::to_string(t[1]) + "\" v3=\"" + std::to_string(t[2]) + "\"/>";
+    model += "<triangle v1=\"" + std::to_string(t[0]) + "\" v2=\"" + std::to_string(t[1]) + "\" v3=\"" +
+             std::to_string(t[2]) + "\"/>";
   model += "</triangles></mesh></object></resources><build>" + item + "</build></model>";
   const std::pair<std::string, std::string> files[] = {
       {"[Content_Types].xml",
-       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default "
-       "Extension=\"rels\" ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default Extension=\"model\" "
+       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Types "
+       "xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default "
+       "Extension=\"rels\" "
+       "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default "
+       "Extension=\"model\" "
        "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>"},
       {"_rels/.rels",
-       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
-       "Target=\"/3D/3dmodel.model\" Id=\"rel0\" Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
+       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Relationships "
+       "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
+       "Target=\"/3D/3dmodel.model\" Id=\"rel0\" "
+       "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
       {"3D/3dmodel.model", model}};
   Bytes out, directory;
   for (const auto& file : files) {
     const std::string &name = file.first, &content = file.second;
     const auto offset = std::uint32_t(out.size());
-    const auto common = [&](Bytes& to) {  // version, flags, stored, time, date, checksum, sizes, name, no extra field
-      for (std::uint16_t v : {20, 0, 0, 0, 0x21}) put(to, v);
-      put(to, crc32(content));
-      put(to, std::uint32_t(content.size()));
-      put(to, std::uint32_t(content.size()));
-      put(to, std::uint16_t(name.size()));
-      put(to, std::uint16_t(0));
-    };
+    const auto common =
+        [&](Bytes& to) {  // version, flags, stored, time, date, checksum, sizes, name, no extra field
+          for (std::uint16_t v : {20, 0, 0, 0, 0x21}) put(to, v);
+          put(to, crc32(content));
+          put(to, std::uint32_t(content.size()));
+          put(to, std::uint32_t(content.size()));
+          put(to, std::uint16_t(name.size()));
+          put(to, std::uint16_t(0));
+        };
     put(out, std::uint32_t(0x04034b50));
     common(out);
     text(out, name + content);

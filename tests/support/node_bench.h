@@ -88,7 +88,8 @@ class NodeBench {
   template <class Message>
   static Message decode(const Sent& s) {
     Message m;
-    if (m.decode(s.bytes.data(), 0, int(s.bytes.size())) < 0) throw std::runtime_error("sent bytes do not decode");
+    if (m.decode(s.bytes.data(), 0, int(s.bytes.size())) < 0)
+      throw std::runtime_error("sent bytes do not decode");
     return m;
   }
 
@@ -103,7 +104,8 @@ class NodeBench {
     const Outbox& out = host.step(e);
     for (std::size_t n = 0; n < out.size(); ++n) {
       const Output o = out.at(n);
-      if (o.kind == OutputKind::kSend) sent.push_back({std::string(o.channel), {o.bytes.begin(), o.bytes.end()}});
+      if (o.kind == OutputKind::kSend)
+        sent.push_back({std::string(o.channel), {o.bytes.begin(), o.bytes.end()}});
       if (o.kind == OutputKind::kWrite) written.insert(written.end(), o.bytes.begin(), o.bytes.end());
     }
   }

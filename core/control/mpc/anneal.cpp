@@ -68,7 +68,10 @@ struct Root {
 // What a flip costs, by the sums of the field that it would change.
 class FlipCost {
  public:
-  FlipCost(const PlanField& field, const PlanCost& cost) : field_(field), cost_(cost), per_cell_(1.0 / field.cells) { note(); }
+  FlipCost(const PlanField& field, const PlanCost& cost)
+      : field_(field), cost_(cost), per_cell_(1.0 / field.cells) {
+    note();
+  }
   static FlipTable::Wanted wanted(const PlanCost& cost) {
     if (cost.error == ErrorKind::kSquare) return FlipTable::Wanted::kSquares;
     return cost.alpha < 1.0 ? FlipTable::Wanted::kBoth : FlipTable::Wanted::kAbsolute;
@@ -83,10 +86,12 @@ class FlipCost {
   double worse_mm(const FlipSums& s, double sign) const {
     double worse = cost_.alpha * s.abs_error_mm;
     if (cost_.error == ErrorKind::kSquare)
-      worse = cost_.alpha * field_.cells * error_.rise_to((squares_ + s.second_mm2 + cost_.price_mm2 * sign + mean_part(s)) * per_cell_);
+      worse = cost_.alpha * field_.cells *
+              error_.rise_to((squares_ + s.second_mm2 + cost_.price_mm2 * sign + mean_part(s)) * per_cell_);
     if (cost_.alpha < 1.0) {
       const double mean = (field_.first_mm + s.first_mm) * per_cell_;
-      worse += (1.0 - cost_.alpha) * field_.cells * deviation_.rise_to((field_.second_mm2 + s.second_mm2) * per_cell_ - mean * mean);
+      worse += (1.0 - cost_.alpha) * field_.cells *
+               deviation_.rise_to((field_.second_mm2 + s.second_mm2) * per_cell_ - mean * mean);
     }
     return worse;
   }
@@ -104,8 +109,8 @@ class FlipCost {
 };
 
 // One sweep; false when the evaluations are used up.
-bool sweep_field(const PlanField& f, FlipTable& flips, FlipCost& cost, std::span<const std::uint32_t> cells, int layers, double temperature,
-                 std::int64_t most, Draws& draws, SearchResult& result) {
+bool sweep_field(const PlanField& f, FlipTable& flips, FlipCost& cost, std::span<const std::uint32_t> cells,
+                 int layers, double temperature, std::int64_t most, Draws& draws, SearchResult& result) {
   for (const std::uint32_t cell : cells) {
     const std::size_t p = f.at(cell);
     for (int layer = 0; layer < layers; ++layer) {
@@ -123,14 +128,17 @@ bool sweep_field(const PlanField& f, FlipTable& flips, FlipCost& cost, std::span
 
 }  // namespace
 
-SearchResult anneal(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells, const AnnealOptions& o, RandomStream& random) {
+SearchResult anneal(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells,
+                    const AnnealOptions& o, RandomStream& random) {
   SearchResult result;
   Draws draws(random);
   FlipTable flips(f, FlipCost::wanted(cost));
   FlipCost of_flip(f, cost);
   for (int n = 0; n < o.sweeps; ++n) {
     if (n % kSweepsPerRefresh == 0) flips.refresh(), of_flip.note();
-    if (!sweep_field(f, flips, of_flip, cells, o.layers, temperature_mm(o, n), o.max_evaluations, draws, result)) break;
+    if (!sweep_field(f, flips, of_flip, cells, o.layers, temperature_mm(o, n), o.max_evaluations, draws,
+                     result))
+      break;
   }
   f.refresh();
   return result;

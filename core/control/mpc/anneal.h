@@ -1,5 +1,6 @@
-// Simulated annealing over a horizon: layers are coupled through sat(), so that two of them can reach almost any height
-// where one cannot, but only by droplets that pay together [Kirkpatrick, Gelatt, Vecchi 1983; Metropolis et al. 1953].
+// Simulated annealing over a horizon: layers are coupled through sat(), so that two of them can reach almost
+// any height where one cannot, but only by droplets that pay together [Kirkpatrick, Gelatt, Vecchi 1983;
+// Metropolis et al. 1953].
 #pragma once
 
 #include <cstdint>
@@ -20,14 +21,15 @@ struct AnnealOptions {
   std::int64_t max_evaluations = 0;
 };
 
-/// Changes the plan in `objective` by single droplets on `cells`, in raster order, layer by layer: one that worsens the
-/// objective by d is kept with probability exp(-d / T) (T falls as a parabola of the sweeps; the logarithm comes from a
-/// table of 1024, computed with + - * / alone: same bytes everywhere). May end worse than it began: keep a copy.
-SearchResult anneal(HorizonObjective& objective, std::span<const std::uint32_t> cells, const AnnealOptions& options,
-                    RandomStream& random);
+/// Changes the plan in `objective` by single droplets on `cells`, in raster order, layer by layer: one that
+/// worsens the objective by d is kept with probability exp(-d / T) (T falls as a parabola of the sweeps; the
+/// logarithm comes from a table of 1024, computed with + - * / alone: same bytes everywhere). May end worse
+/// than it began: keep a copy.
+SearchResult anneal(HorizonObjective& objective, std::span<const std::uint32_t> cells,
+                    const AnnealOptions& options, RandomStream& random);
 
 /// The same on a plan in single precision, several times faster.
-SearchResult anneal(PlanField& field, const PlanCost& cost, std::span<const std::uint32_t> cells, const AnnealOptions& options,
-                    RandomStream& random);
+SearchResult anneal(PlanField& field, const PlanCost& cost, std::span<const std::uint32_t> cells,
+                    const AnnealOptions& options, RandomStream& random);
 
 }  // namespace firn::control::mpc

@@ -6,8 +6,8 @@
 
 namespace firn::control::mpc {
 
-std::vector<double> raise_bound(Decomposition& split, double known_mm, const BoundOptions& o, const ParallelFor& parallel,
-                                const std::function<void(double)>& watch) {
+std::vector<double> raise_bound(Decomposition& split, double known_mm, const BoundOptions& o,
+                                const ParallelFor& parallel, const std::function<void(double)>& watch) {
   constexpr std::size_t kPatience = 10;
   std::vector<double> history_mm;
   while (int(history_mm.size()) < o.sweeps) {
@@ -15,13 +15,16 @@ std::vector<double> raise_bound(Decomposition& split, double known_mm, const Bou
     history_mm.push_back(now);
     if (watch) watch(now);
     if (known_mm > 0.0 && known_mm - now <= o.gap * known_mm) break;
-    if (const std::size_t n = history_mm.size(); n > kPatience && now - history_mm[n - 1 - kPatience] < o.stall * std::abs(now)) break;
+    if (const std::size_t n = history_mm.size();
+        n > kPatience && now - history_mm[n - 1 - kPatience] < o.stall * std::abs(now))
+      break;
   }
   return history_mm;
 }
 
-LowerBound lower_bound(const Setup& setup, const HeightMap& height, const MaterialMap& materials, double known_mm,
-                       const BoundOptions& o, const ParallelFor& parallel, const std::function<void(double)>& watch) {
+LowerBound lower_bound(const Setup& setup, const HeightMap& height, const MaterialMap& materials,
+                       double known_mm, const BoundOptions& o, const ParallelFor& parallel,
+                       const std::function<void(double)>& watch) {
   const LayerProblem problem(setup, height, materials);
   Decomposition split(problem, o.rows);
   LowerBound found;

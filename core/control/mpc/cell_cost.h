@@ -1,5 +1,5 @@
-// What a cell costs by its error. Lu's objective is the sum of |e| (alpha = 1); linear and square terms carry what majorises
-// a deviation (weighted_layer.h).
+// What a cell costs by its error. Lu's objective is the sum of |e| (alpha = 1); linear and square terms carry
+// what majorises a deviation (weighted_layer.h).
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,9 @@ inline bool is_plain(const CellCost& c) { return c.absolute == 1.0f && c.linear 
 
 /// In double precision: what sums and gains are judged by.
 inline double cost_of(const CellCost& c, double error_mm) {
-  return is_plain(c) ? std::abs(error_mm) : double(c.absolute) * std::abs(error_mm) + (double(c.linear) + double(c.square) * error_mm) * error_mm;
+  return is_plain(c) ? std::abs(error_mm)
+                     : double(c.absolute) * std::abs(error_mm) +
+                           (double(c.linear) + double(c.square) * error_mm) * error_mm;
 }
 
 }  // namespace firn::control::mpc

@@ -11,21 +11,32 @@ constexpr int kGroup = 64;  // strips that one thread visits one after the other
 
 }  // namespace
 
-// Tables of every step from cell to cell, one column beyond the strip's last so that its windows are complete too.
+// Tables of every step from cell to cell, one column beyond the strip's last so that its windows are complete
+// too.
 struct Decomposition::Work {
   Work(int nx, int high)
-      : high(high), steps((nx + 1) * high), effects(std::size_t(nx) * 9 * std::size_t(high)),
+      : high(high),
+        steps((nx + 1) * high),
+        effects(std::size_t(nx) * 9 * std::size_t(high)),
         tables(std::size_t(steps) * kWindowPatterns) {}
   float* table(int x, int b) { return tables.data() + std::size_t(x * high + b) * kWindowPatterns; }
-  float* states(std::vector<float>& of, int step) const { return of.data() + std::size_t(step) * profile_states(high); }
+  float* states(std::vector<float>& of, int step) const {
+    return of.data() + std::size_t(step) * profile_states(high);
+  }
 
   int high, steps;
   std::vector<float> effects, tables, after, before;
 };
 
 Decomposition::Decomposition(const LayerProblem& problem, int rows, const CellCost& cost)
-    : bare_(problem), rows_(rows), nx_(problem.nx()), ny_(problem.ny()), strips_((problem.ny() + rows - 1) / std::max(1, rows)), cost_(cost) {
-  if (rows < 1 || rows > 4) throw std::invalid_argument("bound rows = " + std::to_string(rows) + " is outside 1..4");
+    : bare_(problem),
+      rows_(rows),
+      nx_(problem.nx()),
+      ny_(problem.ny()),
+      strips_((problem.ny() + rows - 1) / std::max(1, rows)),
+      cost_(cost) {
+  if (rows < 1 || rows > 4)
+    throw std::invalid_argument("bound rows = " + std::to_string(rows) + " is outside 1..4");
   bare_.clear();
   shared_.assign(std::size_t(strips_ - 1) * std::size_t(nx_) * kSharedPatterns, 0.0f);
 }
@@ -36,8 +47,10 @@ void Decomposition::fill_tables(int s, Work& work) const {
   const auto inside = [&](int j) { return j >= 0 && j < ny_; };
   for (int b = 0; b < K; ++b) {
     float* of_row = work.effects.data() + std::size_t(b) * 9 * n;
-    if (inside(first_row(s) + b)) bare_.effects(first_row(s) + b, of_row);
-    else std::fill(of_row, of_row + 9 * n, 0.0f);
+    if (inside(first_row(s) + b))
+      bare_.effects(first_row(s) + b, of_row);
+    else
+      std::fill(of_row, of_row + 9 * n, 0.0f);
   }
   for (int x = 0; x <= nx_; ++x)
     for (int b = 0; b < K; ++b) {
@@ -50,7 +63,8 @@ void Decomposition::fill_tables(int s, Work& work) const {
             const int from = x - 2 + column;  // rows b, b - 1, b - 2 lie +1, 0, -1 from the middle
             if (from < 0 || from >= nx_) continue;
             const std::size_t q = std::size_t(bit * 3 + 2 - column);
-            adds[std::size_t(3 * column + bit)] = work.effects[(std::size_t(b - bit) * 9 + q) * n + std::size_t(from)];
+            adds[std::size_t(3 * column + bit)] =
+                work.effects[(std::size_t(b - bit) * 9 + q) * n + std::size_t(from)];
           }
         cost_table(bare_.error_mm(middle, j), adds, cost_, table);
       } else {

@@ -10,7 +10,10 @@ namespace {
 class Descent {
  public:
   Descent(HorizonObjective& objective, int layers, std::int64_t most, FlipTable* flips)
-      : objective_(objective), layers_(layers), most_(most), flips_(objective.alpha() == 1.0 ? flips : nullptr) {
+      : objective_(objective),
+        layers_(layers),
+        most_(most),
+        flips_(objective.alpha() == 1.0 ? flips : nullptr) {
     stale_.assign(objective.grid().size(), 1);
     if (flips_ != nullptr) set_margins();
   }
@@ -81,7 +84,8 @@ class Descent {
     const GridSpec& g = objective_.grid();
     const int ci = int(cell) % g.nx, cj = int(cell) / g.nx, reach = objective_.reach();
     for (int j = std::max(cj - reach, 0); j <= std::min(cj + reach, g.ny - 1); ++j)
-      for (int i = std::max(ci - reach, 0); i <= std::min(ci + reach, g.nx - 1); ++i) stale_[g.index(i, j)] = 1;
+      for (int i = std::max(ci - reach, 0); i <= std::min(ci + reach, g.nx - 1); ++i)
+        stale_[g.index(i, j)] = 1;
   }
 
   HorizonObjective& objective_;
@@ -95,7 +99,8 @@ class Descent {
 
 }  // namespace
 
-SearchResult descend(HorizonObjective& objective, int layers, std::int64_t max_evaluations, FlipTable* flips) {
+SearchResult descend(HorizonObjective& objective, int layers, std::int64_t max_evaluations,
+                     FlipTable* flips) {
   return Descent(objective, layers, max_evaluations, flips).run();
 }
 

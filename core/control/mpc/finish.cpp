@@ -13,9 +13,11 @@ namespace firn::control {
 FinishTogether::FinishTogether(const Setup& setup, const ControlOptions& options)
     : setup_(setup), options_(options), layer_mm_(setup.model.layer_height_mm()) {
   const double k = options.mpc.finish_layers;
-  if (!(std::isfinite(k) && k >= 0.0)) throw std::invalid_argument("mpc: finish_layers = " + std::to_string(k) + " must not be below 0");
+  if (!(std::isfinite(k) && k >= 0.0))
+    throw std::invalid_argument("mpc: finish_layers = " + std::to_string(k) + " must not be below 0");
   const double lead = options.mpc.rim_lead_layers;
-  if (!(std::isfinite(lead) && lead >= 0.0)) throw std::invalid_argument("mpc: rim_lead_layers = " + std::to_string(lead) + " must not be below 0");
+  if (!(std::isfinite(lead) && lead >= 0.0))
+    throw std::invalid_argument("mpc: rim_lead_layers = " + std::to_string(lead) + " must not be below 0");
   Mpc(setup, options);  // refuses what MPC refuses
 }
 
@@ -28,8 +30,10 @@ HeightMap FinishTogether::first_target() const {
   HeightMap h = setup_.target;
   const double inside_mm = options_.mpc.finish_layers * layer_mm_;
   const bool has_rim = setup_.rim.size() != 0;
-  const double rim_mm = has_rim ? inside_mm * setup_.model_b.layer_height_mm() / setup_.model.layer_height_mm() : 0.0;
-  for (std::size_t c = 0; c < h.size(); ++c) h.cells[c] = std::max(0.0, h.cells[c] - (has_rim && setup_.rim.cells[c] ? rim_mm : inside_mm));
+  const double rim_mm =
+      has_rim ? inside_mm * setup_.model_b.layer_height_mm() / setup_.model.layer_height_mm() : 0.0;
+  for (std::size_t c = 0; c < h.size(); ++c)
+    h.cells[c] = std::max(0.0, h.cells[c] - (has_rim && setup_.rim.cells[c] ? rim_mm : inside_mm));
   return h;
 }
 
@@ -50,7 +54,8 @@ HeightMap FinishTogether::held_target(const HeightMap& height) const {
 
 // With L > 0: a lean layer takes as long as a full one.
 bool FinishTogether::worth_its_time(const Decision& d) const {
-  const double wander_mm = kWander * layer_mm_, better_mm2 = d.objective_none_mm * d.objective_none_mm - d.objective_mm * d.objective_mm;
+  const double wander_mm = kWander * layer_mm_,
+               better_mm2 = d.objective_none_mm * d.objective_none_mm - d.objective_mm * d.objective_mm;
   return !together() || d.kind != Decision::Kind::kPrint || better_mm2 > kWorth * wander_mm * wander_mm;
 }
 
@@ -59,7 +64,8 @@ bool FinishTogether::only_rim(const HeightMap& height) const {
   if (!together() || setup_.rim.size() == 0) return false;
   double cells = 0.0, missing_mm = 0.0;
   for (std::size_t c = 0; c < height.size(); ++c)
-    if (setup_.mask.cells[c] && !setup_.rim.cells[c]) cells += 1.0, missing_mm += setup_.target.cells[c] - height.cells[c];
+    if (setup_.mask.cells[c] && !setup_.rim.cells[c])
+      cells += 1.0, missing_mm += setup_.target.cells[c] - height.cells[c];
   return missing_mm < 0.5 * cells * setup_.model.layer_height_mm();
 }
 
@@ -78,7 +84,8 @@ Decision FinishTogether::decide(const Measurement& m) {
   }
   Setup setup = setup_;
   if (only_rim(m.height)) setup.model_b = setup.model.times(kLoneShare);
-  return best_of_horizons(setup, m, together() ? std::min(kLastHorizon, options_.mpc.horizon) : options_.mpc.horizon);
+  return best_of_horizons(setup, m,
+                          together() ? std::min(kLastHorizon, options_.mpc.horizon) : options_.mpc.horizon);
 }
 
 Decision FinishTogether::plan(const Setup& setup, const ControlOptions& options, const Measurement& m) const {

@@ -1,5 +1,5 @@
-// What one droplet more or less does to all later heights, rows of eight lanes at a time. For the inside of loops that are
-// compiled once for any processor and once for AVX2; the same bytes from both.
+// What one droplet more or less does to all later heights, rows of eight lanes at a time. For the inside of
+// loops that are compiled once for any processor and once for AVX2; the same bytes from both.
 #pragma once
 
 #include <cmath>
@@ -41,9 +41,11 @@ FIRN_INLINE void given(const Lanes& gives, const Lanes& lean, Lanes& out) {
 
 // Adds to `next` what the pairs of cells (p, p + (DX, DY)) exchange otherwise than before, p in row y.
 template <int DX, int DY>
-FIRN_INLINE void exchange(const PlanField& f, const PlanField::Layer& l, std::size_t centre, int y, const Lanes* d, Lanes* next) {
+FIRN_INLINE void exchange(const PlanField& f, const PlanField::Layer& l, std::size_t centre, int y,
+                          const Lanes* d, Lanes* next) {
   constexpr int corner = DX != 0 && DY != 0;
-  const std::ptrdiff_t p = std::ptrdiff_t(centre) + y * std::ptrdiff_t(f.row) - Flip::kLane, q = p + DY * std::ptrdiff_t(f.row) + DX;
+  const std::ptrdiff_t p = std::ptrdiff_t(centre) + y * std::ptrdiff_t(f.row) - Flip::kLane,
+                       q = p + DY * std::ptrdiff_t(f.row) + DX;
   Lanes hp, hq, give_p, give_q, lean_p, lean_q, dq;
   load(l.height_mm.data() + p, hp), load(l.height_mm.data() + q, hq);
   load(l.gives_mm[corner].data() + p, give_p), load(l.gives_mm[corner].data() + q, give_q);
@@ -61,7 +63,8 @@ FIRN_INLINE void exchange(const PlanField& f, const PlanField::Layer& l, std::si
 
 // Changes before a layer, within R cells -> changes after it, within R + 1.
 template <int R>
-FIRN_INLINE void widen(const PlanField& f, const PlanField::Layer& l, std::size_t centre, const Lanes* d, Lanes* next) {
+FIRN_INLINE void widen(const PlanField& f, const PlanField::Layer& l, std::size_t centre, const Lanes* d,
+                       Lanes* next) {
   for (int y = 0; y < Flip::kRows; ++y) next[y] = d[y];
   for (int y = -R; y <= R; ++y) exchange<1, 0>(f, l, centre, y, d, next);
   for (int y = -R - 1; y <= R; ++y) {
@@ -80,7 +83,10 @@ FIRN_INLINE void first_change(const PlanField& f, int layer, std::size_t p, Flip
     const int corner = q % 2 == 0;
     const float gives = ink.gives_mm[corner];
     const float* h = l.height_mm.data();
-    float x = gives + ink.slope[corner] * (h[p] - h[std::size_t(std::ptrdiff_t(p) + (q / 3 - 1) * std::ptrdiff_t(f.row) + q % 3 - 1)]);
+    float x =
+        gives +
+        ink.slope[corner] *
+            (h[p] - h[std::size_t(std::ptrdiff_t(p) + (q / 3 - 1) * std::ptrdiff_t(f.row) + q % 3 - 1)]);
     x = x < gives ? x : gives;
     x = x > 0.0f ? x : 0.0f;
     near[q] = flip.sign * x;
@@ -89,7 +95,8 @@ FIRN_INLINE void first_change(const PlanField& f, int layer, std::size_t p, Flip
   near[4] = flip.sign * own;
   Lanes* d = flip.change[0];
   for (int y = 0; y < Flip::kRows; ++y) d[y] = Lanes{};
-  for (int y = 0; y < 3; ++y) d[Flip::kMiddle - 1 + y] = Lanes{0, 0, 0, near[3 * y], near[3 * y + 1], near[3 * y + 2], 0, 0};
+  for (int y = 0; y < 3; ++y)
+    d[Flip::kMiddle - 1 + y] = Lanes{0, 0, 0, near[3 * y], near[3 * y + 1], near[3 * y + 2], 0, 0};
 }
 
 // What a flip of the droplet on p does, up to the last layer.

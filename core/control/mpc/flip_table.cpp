@@ -30,7 +30,8 @@ struct PairFlows {
 
 // Eight pairs from p on, with their heights as they are.
 template <int LINK>
-FIRN_INLINE void note_pairs(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows, std::size_t p) {
+FIRN_INLINE void note_pairs(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows,
+                            std::size_t p) {
   constexpr int corner = kDx[LINK] != 0 && kDy[LINK] != 0;
   const std::size_t q = std::size_t(std::ptrdiff_t(p) + kDy[LINK] * std::ptrdiff_t(f.row) + kDx[LINK]);
   Lanes hp, hq, give_p, give_q, lean_p, lean_q, out, back;
@@ -41,7 +42,8 @@ FIRN_INLINE void note_pairs(const PlanField& f, const PlanField::Layer& l, const
   clamped(give_p, lean_p * drop, zero, out), clamped(give_q, -(lean_q * drop), zero, back);
   put(out, flows.gives[LINK] + p), put(back, flows.gets[LINK] + p);
 }
-FIRN_INLINE void note_all_pairs(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows, std::size_t p) {
+FIRN_INLINE void note_all_pairs(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows,
+                                std::size_t p) {
   note_pairs<0>(f, l, flows, p);
   note_pairs<1>(f, l, flows, p);
   note_pairs<2>(f, l, flows, p);
@@ -58,8 +60,9 @@ struct Window {
 
 // What a pair exchanges otherwise than before goes from `next` of its first cell to that of the second.
 template <int LINK>
-FIRN_INLINE void exchange_pair(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows, std::size_t centre, int x, int y,
-                               const Lanes& zero, const Window& d, Window& next) {
+FIRN_INLINE void exchange_pair(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows,
+                               std::size_t centre, int x, int y, const Lanes& zero, const Window& d,
+                               Window& next) {
   constexpr int corner = kDx[LINK] != 0 && kDy[LINK] != 0;
   const std::size_t p = std::size_t(std::ptrdiff_t(centre) + y * std::ptrdiff_t(f.row) + x);
   const std::size_t q = std::size_t(std::ptrdiff_t(p) + kDy[LINK] * std::ptrdiff_t(f.row) + kDx[LINK]);
@@ -75,21 +78,23 @@ FIRN_INLINE void exchange_pair(const PlanField& f, const PlanField::Layer& l, co
   *next.at(x + kDx[LINK], y + kDy[LINK]) += change;
 }
 
-// The pairs of one kind whose first cell is in row y, of which one cell at least is within R. From the east, as flip_kernel.h adds
-// them up: what a cell gives east before what it gets from the west.
+// The pairs of one kind whose first cell is in row y, of which one cell at least is within R. From the east,
+// as flip_kernel.h adds them up: what a cell gives east before what it gets from the west.
 template <int LINK, int R>
-FIRN_INLINE void exchange_row(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows, std::size_t centre, int y,
-                              const Lanes& zero, const Window& d, Window& next) {
+FIRN_INLINE void exchange_row(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows,
+                              std::size_t centre, int y, const Lanes& zero, const Window& d, Window& next) {
   int first = -R, last = R;  // where the first cell is within R,
-  if (y < -R) first -= kDx[LINK], last -= kDx[LINK];  // the second,
-  else if (y + kDy[LINK] <= R) first -= kDx[LINK] > 0, last += kDx[LINK] < 0;  // either
+  if (y < -R)
+    first -= kDx[LINK], last -= kDx[LINK];  // the second,
+  else if (y + kDy[LINK] <= R)
+    first -= kDx[LINK] > 0, last += kDx[LINK] < 0;  // either
   for (int x = last; x >= first; --x) exchange_pair<LINK>(f, l, flows, centre, x, y, zero, d, next);
 }
 
 // Changes before a layer, within R cells -> changes after it, within R + 1.
 template <int R>
-FIRN_INLINE void widen_all(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows, std::size_t centre, const Lanes& zero,
-                           const Window& d, Window& next) {
+FIRN_INLINE void widen_all(const PlanField& f, const PlanField::Layer& l, const PairFlows& flows,
+                           std::size_t centre, const Lanes& zero, const Window& d, Window& next) {
   for (int n = 0; n < Window::kSide * Window::kSide; ++n) next.cells[n] = d.cells[n];
   for (int y = -R; y <= R; ++y) exchange_row<0, R>(f, l, flows, centre, y, zero, d, next);
   for (int y = -R - 1; y <= R; ++y) {
@@ -100,7 +105,8 @@ FIRN_INLINE void widen_all(const PlanField& f, const PlanField::Layer& l, const 
 }
 
 // The droplets of eight cells more or less.
-FIRN_INLINE void first_changes(const PlanField& f, const PlanField::Layer& l, std::size_t p, Lanes& zero, Window& d) {
+FIRN_INLINE void first_changes(const PlanField& f, const PlanField::Layer& l, std::size_t p, Lanes& zero,
+                               Window& d) {
   float sign[kLanes], drop[kLanes], gives[2][kLanes], slope[2][kLanes];
   for (std::size_t n = 0; n < kLanes; ++n) {
     const PlanField::Ink& ink = f.ink[l.inks[p + n]];
@@ -124,9 +130,11 @@ FIRN_INLINE void first_changes(const PlanField& f, const PlanField::Layer& l, st
   *d.at(0, 0) = signs * own;
 }
 
-// The sums of a window, column by column: as flip_kernel.h has them in eight lanes, of which the first is empty.
+// The sums of a window, column by column: as flip_kernel.h has them in eight lanes, of which the first is
+// empty.
 template <int REACH, bool kAbsolute, bool kSquares>
-FIRN_INLINE void sums_of_all(const PlanField& f, std::size_t p, const Lanes& zero, const Window& d, float* const (&halves)[6]) {
+FIRN_INLINE void sums_of_all(const PlanField& f, std::size_t p, const Lanes& zero, const Window& d,
+                             float* const (&halves)[6]) {
   Lanes worse[8], first[8], second[8];
   for (int x = 0; x < 8; ++x) worse[x] = first[x] = second[x] = zero;
   for (int y = -REACH; y <= REACH; ++y)
@@ -151,7 +159,8 @@ FIRN_INLINE void sums_of_all(const PlanField& f, std::size_t p, const Lanes& zer
 }
 
 template <bool kAbsolute, bool kSquares>
-FIRN_INLINE void look_at(const PlanField& f, int layer, std::size_t p, const PairFlows* flows, float* const (&halves)[6]) {
+FIRN_INLINE void look_at(const PlanField& f, int layer, std::size_t p, const PairFlows* flows,
+                         float* const (&halves)[6]) {
   Window a, b;
   Lanes zero;
   const auto of = [&](int n) -> const PlanField::Layer& { return f.layers[std::size_t(layer + n)]; };
@@ -164,11 +173,14 @@ FIRN_INLINE void look_at(const PlanField& f, int layer, std::size_t p, const Pai
   sums_of_all<3, kAbsolute, kSquares>(f, p, zero, a, halves);
 }
 
-FIRN_INLINE void look_at_either(const PlanField& f, int layer, std::size_t p, const PairFlows* flows, bool absolute, bool squares,
-                                float* const (&halves)[6]) {
-  if (absolute && squares) look_at<true, true>(f, layer, p, flows, halves);
-  else if (absolute) look_at<true, false>(f, layer, p, flows, halves);
-  else look_at<false, true>(f, layer, p, flows, halves);
+FIRN_INLINE void look_at_either(const PlanField& f, int layer, std::size_t p, const PairFlows* flows,
+                                bool absolute, bool squares, float* const (&halves)[6]) {
+  if (absolute && squares)
+    look_at<true, true>(f, layer, p, flows, halves);
+  else if (absolute)
+    look_at<true, false>(f, layer, p, flows, halves);
+  else
+    look_at<false, true>(f, layer, p, flows, halves);
 }
 
 FIRN_INLINE void do_flip(PlanField& f, int layer, std::size_t p, const PairFlows* flows) {
@@ -177,10 +189,12 @@ FIRN_INLINE void do_flip(PlanField& f, int layer, std::size_t p, const PairFlows
   FlipSums s;
   sums_of(f, layer, p, flip, s);
   keep_flip(f, layer, p, flip, s);
-  for (int m = std::max(layer, 1); m < f.horizon(); ++m) {  // where the heights before layer m, or its droplets, have changed
+  for (int m = std::max(layer, 1); m < f.horizon();
+       ++m) {  // where the heights before layer m, or its droplets, have changed
     const int reach = m - layer;
     for (int y = -reach - 1; y <= reach; ++y)
-      note_all_pairs(f, f.layers[std::size_t(m)], flows[m - layer], std::size_t(std::ptrdiff_t(p) + y * std::ptrdiff_t(f.row) - Flip::kLane));
+      note_all_pairs(f, f.layers[std::size_t(m)], flows[m - layer],
+                     std::size_t(std::ptrdiff_t(p) + y * std::ptrdiff_t(f.row) - Flip::kLane));
   }
 }
 
@@ -192,19 +206,24 @@ FIRN_INLINE void note_layer(const PlanField& f, int layer, const PairFlows& flow
 }  // namespace
 
 struct FlipTable::Kernels {
-  void (*look)(const PlanField& f, int layer, std::size_t p, const PairFlows* flows, bool absolute, bool squares, float* const (&halves)[6]);
+  void (*look)(const PlanField& f, int layer, std::size_t p, const PairFlows* flows, bool absolute,
+               bool squares, float* const (&halves)[6]);
   void (*flip)(PlanField& f, int layer, std::size_t p, const PairFlows* flows);  // flows: from `layer` on
   void (*note)(const PlanField& f, int layer, const PairFlows& flows);
 };
 
 namespace {
-#define FIRN_FLIPS(suffix, attribute)                                                                                          \
-  attribute void look_##suffix(const PlanField& f, int layer, std::size_t p, const PairFlows* flows, bool absolute, bool squares, \
-                               float* const (&halves)[6]) {                                                                    \
-    look_at_either(f, layer, p, flows, absolute, squares, halves);                                                             \
-  }                                                                                                                            \
-  attribute void flip_##suffix(PlanField& f, int layer, std::size_t p, const PairFlows* flows) { do_flip(f, layer, p, flows); } \
-  attribute void note_##suffix(const PlanField& f, int layer, const PairFlows& flows) { note_layer(f, layer, flows); }
+#define FIRN_FLIPS(suffix, attribute)                                                                \
+  attribute void look_##suffix(const PlanField& f, int layer, std::size_t p, const PairFlows* flows, \
+                               bool absolute, bool squares, float* const(&halves)[6]) {              \
+    look_at_either(f, layer, p, flows, absolute, squares, halves);                                   \
+  }                                                                                                  \
+  attribute void flip_##suffix(PlanField& f, int layer, std::size_t p, const PairFlows* flows) {     \
+    do_flip(f, layer, p, flows);                                                                     \
+  }                                                                                                  \
+  attribute void note_##suffix(const PlanField& f, int layer, const PairFlows& flows) {              \
+    note_layer(f, layer, flows);                                                                     \
+  }
 FIRN_FLIPS(portable, )
 #if defined(__x86_64__)
 FIRN_FLIPS(avx2, __attribute__((target("avx2"))))
@@ -213,14 +232,18 @@ FIRN_FLIPS(avx2, __attribute__((target("avx2"))))
 template <class Layer>
 PairFlows pairs_of(Layer& layer) {
   PairFlows flows;
-  for (std::size_t k = 0; k < kLinks; ++k) flows.gives[k] = layer.gives[k].data(), flows.gets[k] = layer.gets[k].data();
+  for (std::size_t k = 0; k < kLinks; ++k)
+    flows.gives[k] = layer.gives[k].data(), flows.gets[k] = layer.gets[k].data();
   return flows;
 }
 
 }  // namespace
 
 FlipTable::FlipTable(PlanField& field, Wanted wanted, Kernel kernel)
-    : field_(field), wanted_(wanted), layers_(std::size_t(field.horizon())), kernels_([kernel]() -> const Kernels& {
+    : field_(field),
+      wanted_(wanted),
+      layers_(std::size_t(field.horizon())),
+      kernels_([kernel]() -> const Kernels& {
         static const Kernels portable{&look_portable, &flip_portable, &note_portable};
 #if defined(__x86_64__)
         static const Kernels avx2{&look_avx2, &flip_avx2, &note_avx2};
@@ -250,7 +273,8 @@ void FlipTable::refresh() {
 void FlipTable::look(int layer, std::size_t p) {
   Layer& l = layers_[std::size_t(layer)];
   std::array<PairFlows, PlanField::kMostLayers> flows;
-  for (std::size_t k = std::size_t(layer); k < layers_.size(); ++k) flows[k - std::size_t(layer)] = pairs_of(layers_[k]);
+  for (std::size_t k = std::size_t(layer); k < layers_.size(); ++k)
+    flows[k - std::size_t(layer)] = pairs_of(layers_[k]);
   float* halves[6];
   for (std::size_t n = 0; n < 6; ++n) halves[n] = l.halves[n].data();
   kernels_.look(field_, layer, p, flows.data(), absolute(), squares(), halves);
@@ -259,14 +283,18 @@ void FlipTable::look(int layer, std::size_t p) {
 
 void FlipTable::flip(int layer, std::size_t p) {
   std::array<PairFlows, PlanField::kMostLayers> flows;
-  for (std::size_t k = std::size_t(layer); k < layers_.size(); ++k) flows[k - std::size_t(layer)] = pairs_of(layers_[k]);
+  for (std::size_t k = std::size_t(layer); k < layers_.size(); ++k)
+    flows[k - std::size_t(layer)] = pairs_of(layers_[k]);
   kernels_.flip(field_, layer, p, flows.data());
-  // A flip changes errors within N - layer cells of its own, and reads them within N - its layer; of heights and droplets it is less.
+  // A flip changes errors within N - layer cells of its own, and reads them within N - its layer; of heights
+  // and droplets it is less.
   const int layers = field_.horizon();
   for (int other = 0; other < layers; ++other) {
     const int reach = 2 * layers - layer - other;
     for (int y = -reach; y <= reach; ++y)
-      std::fill_n(layers_[std::size_t(other)].fresh.begin() + (std::ptrdiff_t(p) + y * std::ptrdiff_t(field_.row) - reach), 2 * reach + 1, std::uint8_t{0});
+      std::fill_n(layers_[std::size_t(other)].fresh.begin() +
+                      (std::ptrdiff_t(p) + y * std::ptrdiff_t(field_.row) - reach),
+                  2 * reach + 1, std::uint8_t{0});
   }
 }
 

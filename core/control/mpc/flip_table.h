@@ -1,5 +1,5 @@
-// What every single flip would do to the sums of a plan, computed eight neighbouring cells at a time and kept until something near
-// changes: most flips that annealing and descent try are refused, and change nothing.
+// What every single flip would do to the sums of a plan, computed eight neighbouring cells at a time and kept
+// until something near changes: most flips that annealing and descent try are refused, and change nothing.
 #pragma once
 
 #include <array>
@@ -27,7 +27,9 @@ class FlipTable {
   FlipSums sums(int layer, std::size_t p) {
     Layer& l = layers_[std::size_t(layer)];
     if (!l.fresh[p]) look(layer, p);
-    const auto sum = [&l, p](std::size_t n) { return double(l.halves[2 * n][p]) + double(l.halves[2 * n + 1][p]); };
+    const auto sum = [&l, p](std::size_t n) {
+      return double(l.halves[2 * n][p]) + double(l.halves[2 * n + 1][p]);
+    };
     return {absolute() ? sum(0) : 0.0, squares() ? sum(1) : 0.0, squares() ? sum(2) : 0.0};
   }
   void flip(int layer, std::size_t p);  ///< does it
@@ -36,7 +38,8 @@ class FlipTable {
   struct Layer {
     std::vector<std::uint8_t> fresh;
     std::array<std::vector<float>, 6> halves;  // of each sum, western columns of the window and eastern
-    // What cell p would give to its neighbours east, south west, south and south east, and get from them, as they are.
+    // What cell p would give to its neighbours east, south west, south and south east, and get from them, as
+    // they are.
     std::array<std::vector<float>, 4> gives, gets;
   };
   bool absolute() const { return wanted_ != Wanted::kSquares; }

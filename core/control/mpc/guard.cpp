@@ -6,7 +6,8 @@
 
 namespace firn::control::mpc {
 
-double useful_share(const Setup& s, const HeightMap& height, const DropletPattern& drops, const MaterialMap& materials) {
+double useful_share(const Setup& s, const HeightMap& height, const DropletPattern& drops,
+                    const MaterialMap& materials) {
   const HeightMap after = Predictor(s).after(height, drops, materials);
   double fallen = 0.0, risen = 0.0;
   for (std::size_t c = 0; c < height.size(); ++c) {

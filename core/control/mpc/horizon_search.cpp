@@ -39,8 +39,9 @@ void spread(Mask& marks, int reach) {
   }
 }
 
-// Cells where a droplet more or less is a question: near a cell that is short now and one that would be too high if every
-// layer were full. (Elsewhere every droplet pays, or none; descent finds those.) For alpha < 1 the deviation asks for all.
+// Cells where a droplet more or less is a question: near a cell that is short now and one that would be too
+// high if every layer were full. (Elsewhere every droplet pays, or none; descent finds those.) For alpha < 1
+// the deviation asks for all.
 std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const HorizonState& s, int layers) {
   const GridSpec& g = s.setup.grid;
   std::vector<std::uint32_t> open;
@@ -52,7 +53,8 @@ std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const H
   HeightMap full = s.height;
   DropletPattern all(g);
   Predictor predict(s.setup);
-  for (std::size_t c = 0; c < all.size(); ++c) all.cells[c] = s.setup.mask.cells[c] ? std::uint8_t(objective.max_drops()) : 0;
+  for (std::size_t c = 0; c < all.size(); ++c)
+    all.cells[c] = s.setup.mask.cells[c] ? std::uint8_t(objective.max_drops()) : 0;
   for (int n = 0; n < layers; ++n)
     full = predict.after(full, all, s.materials.empty() ? MaterialMap{} : s.materials[std::size_t(n)]);
   for (const std::uint32_t c : objective.part_cells()) {
@@ -68,22 +70,28 @@ std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const H
 }
 
 // Descent that looks in single precision first.
-SearchResult descend_sieved(HorizonObjective& objective, const HorizonState& s, int layers, std::int64_t most) {
+SearchResult descend_sieved(HorizonObjective& objective, const HorizonState& s, int layers,
+                            std::int64_t most) {
   PlanField field(s.setup, s.height, s.materials, layers);
   field.set_drops(plan_of(objective));
-  FlipTable flips(field, objective.error() == ErrorKind::kSquare ? FlipTable::Wanted::kSquares : FlipTable::Wanted::kAbsolute);
+  FlipTable flips(field, objective.error() == ErrorKind::kSquare ? FlipTable::Wanted::kSquares
+                                                                 : FlipTable::Wanted::kAbsolute);
   return descend(objective, layers, most, &flips);
 }
 
 }  // namespace
 
-StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& s, int rows, const ParallelFor& parallel) {
+StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& s, int rows,
+                            const ParallelFor& parallel) {
   constexpr int kMostSweeps = 200;
-  const auto materials = [&s](int layer) { return s.materials.empty() ? MaterialMap{} : s.materials[std::size_t(layer)]; };
+  const auto materials = [&s](int layer) {
+    return s.materials.empty() ? MaterialMap{} : s.materials[std::size_t(layer)];
+  };
   HeightMap height = s.height;
   if (n > 0) {
     Predictor predict(s.setup);
-    for (int before = 0; before < n; ++before) height = predict.after(height, plan[std::size_t(before)], materials(before));
+    for (int before = 0; before < n; ++before)
+      height = predict.after(height, plan[std::size_t(before)], materials(before));
   }
   LayerProblem problem(s.setup, height, materials(n));
   problem.set_drops(plan[std::size_t(n)]);
@@ -118,12 +126,14 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
   std::vector<DropletPattern> best = plan_of(objective);
   double best_mm = objective.value_mm();
   const auto left = [&] { return o.max_evaluations - result.evaluations; };
-  const bool sieved = objective.max_drops() == 1 && objective.horizon() > 1 && objective.horizon() <= PlanField::kMostLayers && objective.alpha() == 1.0;
+  const bool sieved = objective.max_drops() == 1 && objective.horizon() > 1 &&
+                      objective.horizon() <= PlanField::kMostLayers && objective.alpha() == 1.0;
   const auto descend_from = [&](std::span<const DropletPattern> start, int layers) {
     std::vector<DropletPattern> plan(best.size(), DropletPattern(s.setup.grid));
     std::ranges::copy(start, plan.begin());
     objective.set_plan(plan);
-    const SearchResult r = sieved ? descend_sieved(objective, s, layers, left()) : descend(objective, layers, left());
+    const SearchResult r =
+        sieved ? descend_sieved(objective, s, layers, left()) : descend(objective, layers, left());
     result.evaluations += r.evaluations, result.moves += r.moves;
     if (objective.value_mm() > best_mm) return;
     best = plan_of(objective), best_mm = objective.value_mm(), result.optimal = r.optimal;
@@ -137,7 +147,8 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
   const bool strips_end = strips_do && objective.error() == ErrorKind::kAbsolute;
   for (int layers = 1; layers <= objective.horizon(); ++layers) {
     std::vector<DropletPattern> plan = best;
-    if (layers > 1 && single) result.evaluations += strips_of_layer(plan, layers - 1, s, o.strip_rows, o.parallel).strips;
+    if (layers > 1 && single)
+      result.evaluations += strips_of_layer(plan, layers - 1, s, o.strip_rows, o.parallel).strips;
     const std::vector<std::uint32_t> open = open_cells(objective, s, layers);
     if ((strips_end && layers == 1) || (strips_do && open.empty())) {
       take(plan);

@@ -13,20 +13,21 @@ namespace firn::control::mpc {
 
 struct HorizonOptions {
   int strip_rows = 3;
-  int anneal_sweeps = 100;             ///< 0: none
-  std::int64_t max_evaluations = 0;    ///< of single-droplet changes, together
-  ParallelFor parallel = serially;     ///< for the strips
+  int anneal_sweeps = 100;           ///< 0: none
+  std::int64_t max_evaluations = 0;  ///< of single-droplet changes, together
+  ParallelFor parallel = serially;   ///< for the strips
 };
 
 /// The state that a search over layers starts from.
 struct HorizonState {
   const Setup& setup;
-  const HeightMap& height;                ///< finite everywhere
-  std::span<const MaterialMap> materials; ///< per layer of the horizon; maps without cells: one ink
+  const HeightMap& height;                 ///< finite everywhere
+  std::span<const MaterialMap> materials;  ///< per layer of the horizon; maps without cells: one ink
 };
 
-/// As many droplets as the missing height asks for in `layers` layers, by error diffusion, the layer that is not full
-/// first: the full ones after it level what it leaves, so this is a far better start than the reverse.
+/// As many droplets as the missing height asks for in `layers` layers, by error diffusion, the layer that is
+/// not full first: the full ones after it level what it leaves, so this is a far better start than the
+/// reverse.
 std::vector<DropletPattern> partial_layer_first(const HorizonState& state, int layers);
 
 /// Layer `n` of the plan on the surface that those before it leave, by strips of 2 .. rows rows (alpha = 1
@@ -34,12 +35,12 @@ std::vector<DropletPattern> partial_layer_first(const HorizonState& state, int l
 StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& state, int rows,
                             const ParallelFor& parallel = serially);
 
-/// Betters the plan in `objective`, whose surface is the state's and whose layers after the first are empty. First over
-/// its first layer, then over two, up to the horizon: of the best plan so far and strips of the new layer, and the layers with
-/// the partial one first, each after descent, the best is annealed where anything may be gained, descends again and goes on
-/// if it is better. The objective never rises, and with the same numbers a longer horizon ends no worse than a shorter one,
-/// whose work it repeats before its own.
-SearchResult search_horizon(HorizonObjective& objective, const HorizonState& state, const HorizonOptions& options,
-                            RandomStream& random);
+/// Betters the plan in `objective`, whose surface is the state's and whose layers after the first are empty.
+/// First over its first layer, then over two, up to the horizon: of the best plan so far and strips of the
+/// new layer, and the layers with the partial one first, each after descent, the best is annealed where
+/// anything may be gained, descends again and goes on if it is better. The objective never rises, and with
+/// the same numbers a longer horizon ends no worse than a shorter one, whose work it repeats before its own.
+SearchResult search_horizon(HorizonObjective& objective, const HorizonState& state,
+                            const HorizonOptions& options, RandomStream& random);
 
 }  // namespace firn::control::mpc

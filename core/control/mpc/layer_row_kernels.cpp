@@ -20,7 +20,9 @@ FIRN_INLINE void spread(float x, Lanes& v) { v = Lanes{x, x, x, x, x, x, x, x}; 
 
 FIRN_INLINE void get(const float* from, Lanes& v) { v = *reinterpret_cast<const LooseLanes*>(from); }
 FIRN_INLINE void put(const Lanes& v, float* to) { *reinterpret_cast<LooseLanes*>(to) = v; }
-FIRN_INLINE void load_marks(const std::int32_t* from, LaneMarks& v) { v = *reinterpret_cast<const LooseMarks*>(from); }
+FIRN_INLINE void load_marks(const std::int32_t* from, LaneMarks& v) {
+  v = *reinterpret_cast<const LooseMarks*>(from);
+}
 FIRN_INLINE void mask(Lanes& v, const LaneMarks& marks) { v = Lanes(LaneMarks(v) & marks); }
 FIRN_INLINE void at_most(const Lanes& most, Lanes& v) { v = v < most ? v : most; }
 FIRN_INLINE void at_least(const Lanes& least, Lanes& v) { v = v > least ? v : least; }
@@ -66,24 +68,29 @@ FIRN_INLINE void ask_for(const RowCells& r, const float* of_errors, std::ptrdiff
 }
 
 // All bits where a droplet is, of a row and a cell more at each end.
-FIRN_INLINE void widen_marks(const std::uint8_t* __restrict drops, std::size_t n, std::int32_t* __restrict marks) {
+FIRN_INLINE void widen_marks(const std::uint8_t* __restrict drops, std::size_t n,
+                             std::int32_t* __restrict marks) {
   for (std::size_t i = 0; i < n; ++i) marks[i] = -std::int32_t(drops[i]);
 }
 
 // Rows of four bytes a cell, so far apart that the same cells of many rows are not of one set of the cache.
-constexpr std::size_t kept_apart(std::size_t cells) { return cells % 1024 >= 112 && cells % 1024 <= 912 ? cells : (cells + 111) / 1024 * 1024 + 112; }
+constexpr std::size_t kept_apart(std::size_t cells) {
+  return cells % 1024 >= 112 && cells % 1024 <= 912 ? cells : (cells + 111) / 1024 * 1024 + 112;
+}
 
-// Each pair of neighbours once: a row keeps what its cells exchange with those of the row below, by the upper cell; `out` only where
-// there is a droplet. All rows from a cell before the first on.
+// Each pair of neighbours once: a row keeps what its cells exchange with those of the row below, by the upper
+// cell; `out` only where there is a droplet. All rows from a cell before the first on.
 struct Exchange {
   enum { kSouthWest, kSouth, kSouthEast };
   float *out[3], *back[3];
   std::int32_t *here, *below;
 };
 
-FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrdiff_t nx, const Exchange& x, float* error_mm) {
+FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrdiff_t nx, const Exchange& x,
+                               float* error_mm) {
   Lanes north_west_out, north_west_back, east_out_before = {}, east_back_before = ink.beyond;
-  get(x.out[Exchange::kSouthEast] - 1, north_west_out), get(x.back[Exchange::kSouthEast] - 1, north_west_back);
+  get(x.out[Exchange::kSouthEast] - 1, north_west_out),
+      get(x.back[Exchange::kSouthEast] - 1, north_west_back);
   for (std::ptrdiff_t i = 0; i < nx; i += std::ptrdiff_t(kBlock)) {
     Lanes h, error, own = ink.drop, flow, moved;
     LaneMarks fired, marks;
@@ -101,7 +108,8 @@ FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrd
     get(x.back[Exchange::kSouthWest] + i + 1, flow), own -= flow;
     ask_for(r, r.bare_mm, i, 2);
     const std::ptrdiff_t last = i + std::ptrdiff_t(kBlock) - 1;
-    get(x.out[Exchange::kSouthEast] + last, north_west_out), get(x.back[Exchange::kSouthEast] + last, north_west_back);
+    get(x.out[Exchange::kSouthEast] + last, north_west_out),
+        get(x.back[Exchange::kSouthEast] + last, north_west_back);
     // Beside: west, the cell itself, east.
     flow = east.out, mask(flow, fired);
     moved_on(east_out_before, flow, moved), error += moved;
@@ -130,7 +138,8 @@ FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrd
   }
 }
 
-FIRN_INLINE void errors_of_rows(RowCells r, const RowInk& plain, std::size_t nx, std::size_t rows, float* error_mm) {
+FIRN_INLINE void errors_of_rows(RowCells r, const RowInk& plain, std::size_t nx, std::size_t rows,
+                                float* error_mm) {
   InkLanes ink;
   lanes_of(plain, ink);
   const std::size_t width = whole_blocks(nx) + 2;
@@ -140,7 +149,9 @@ FIRN_INLINE void errors_of_rows(RowCells r, const RowInk& plain, std::size_t nx,
   Exchange x;
   for (std::size_t k = 0; k < 3; ++k) {
     x.out[k] = flows.data() + k * apart + 1, x.back[k] = flows.data() + (3 + k) * apart + 1;
-    std::fill_n(x.back[k] - 1, width, plain.beyond_mm[k != Exchange::kSouth]);  // beyond the border no droplets; what those here give to it
+    std::fill_n(
+        x.back[k] - 1, width,
+        plain.beyond_mm[k != Exchange::kSouth]);  // beyond the border no droplets; what those here give to it
   }
   x.here = marks.data() + 1, x.below = x.here + apart;
   widen_marks(r.drops - 1, width, x.here - 1);
@@ -152,8 +163,8 @@ FIRN_INLINE void errors_of_rows(RowCells r, const RowInk& plain, std::size_t nx,
   }
 }
 
-// Of the cells of a part of a row and one more at each end: what their heights take from a flow to them, slope H, and which of them have
-// a droplet and which count.
+// Of the cells of a part of a row and one more at each end: what their heights take from a flow to them,
+// slope H, and which of them have a droplet and which count.
 struct PartOfRow {
   static constexpr std::size_t kCells = kPart + 112;
   float leans[2][kCells];
@@ -171,7 +182,8 @@ struct PartOfRow {
 };
 
 template <bool kAllCount>
-FIRN_INLINE void gains_of_block(const PartOfRow* const (&rows)[3], const InkLanes& ink, std::size_t i, float* gains) {
+FIRN_INLINE void gains_of_block(const PartOfRow* const (&rows)[3], const InkLanes& ink, std::size_t i,
+                                float* gains) {
   Lanes given = ink.drop, own = ink.drop, sum = {}, from[2], most, flow, there;
   LaneMarks fired, counted;
   load_marks(rows[1]->fired + i + 1, fired);
@@ -214,12 +226,14 @@ FIRN_INLINE bool all_count(const RowCells& r, std::ptrdiff_t first) {
   return all == kAllOnes;
 }
 
-FIRN_INLINE void gains_of_part(RowCells r, const RowInk& plain, std::size_t first, std::size_t n, std::size_t nx, std::size_t rows, float* gains_mm) {
+FIRN_INLINE void gains_of_part(RowCells r, const RowInk& plain, std::size_t first, std::size_t n,
+                               std::size_t nx, std::size_t rows, float* gains_mm) {
   InkLanes ink;
   lanes_of(plain, ink);
   PartOfRow parts[3];
   const std::size_t width = whole_blocks(n) + 2, whole = n / kBlock * kBlock;
-  for (std::ptrdiff_t j = -1; j < 1; ++j) parts[j + 1].prepare(rows_on(r, j), std::ptrdiff_t(first), width, plain);
+  for (std::ptrdiff_t j = -1; j < 1; ++j)
+    parts[j + 1].prepare(rows_on(r, j), std::ptrdiff_t(first), width, plain);
   for (std::size_t j = 0; j < rows; ++j) {
     const RowCells here = rows_on(r, std::ptrdiff_t(j));
     const PartOfRow* const about[3] = {&parts[j % 3], &parts[(j + 1) % 3], &parts[(j + 2) % 3]};
@@ -228,13 +242,15 @@ FIRN_INLINE void gains_of_part(RowCells r, const RowInk& plain, std::size_t firs
       ask_for(here, here.error_mm, std::ptrdiff_t(first + i), 2);
       float last[kBlock];
       float* to = i < whole ? gains_mm + j * nx + first + i : last;
-      all_count(here, std::ptrdiff_t(first + i)) ? gains_of_block<true>(about, ink, i, to) : gains_of_block<false>(about, ink, i, to);
+      all_count(here, std::ptrdiff_t(first + i)) ? gains_of_block<true>(about, ink, i, to)
+                                                 : gains_of_block<false>(about, ink, i, to);
       if (i == whole) std::memcpy(gains_mm + j * nx + first + i, last, (n - whole) * sizeof(float));
     }
   }
 }
 
-FIRN_INLINE void gains_of_rows(RowCells r, const RowInk& ink, std::size_t nx, std::size_t rows, float* gains_mm) {
+FIRN_INLINE void gains_of_rows(RowCells r, const RowInk& ink, std::size_t nx, std::size_t rows,
+                               float* gains_mm) {
   for (std::size_t j = 0; j < rows; j += kBand) {
     const std::size_t here = rows - j < kBand ? rows - j : kBand;
     for (std::size_t first = 0; first < nx; first += kPart)
@@ -244,12 +260,14 @@ FIRN_INLINE void gains_of_rows(RowCells r, const RowInk& ink, std::size_t nx, st
 }
 
 // Both functions for an instruction set.
-#define FIRN_ROWS(suffix, attribute)                                                                                        \
-  attribute void errors_##suffix(const RowCells& r, const RowInk& ink, std::size_t nx, std::size_t rows, float* out) {       \
-    errors_of_rows(r, ink, nx, rows, out);                                                                                  \
-  }                                                                                                                         \
-  attribute void gains_##suffix(const RowCells& r, const RowInk& ink, std::size_t nx, std::size_t rows, float* out) {        \
-    gains_of_rows(r, ink, nx, rows, out);                                                                                   \
+#define FIRN_ROWS(suffix, attribute)                                                                     \
+  attribute void errors_##suffix(const RowCells& r, const RowInk& ink, std::size_t nx, std::size_t rows, \
+                                 float* out) {                                                           \
+    errors_of_rows(r, ink, nx, rows, out);                                                               \
+  }                                                                                                      \
+  attribute void gains_##suffix(const RowCells& r, const RowInk& ink, std::size_t nx, std::size_t rows,  \
+                                float* out) {                                                            \
+    gains_of_rows(r, ink, nx, rows, out);                                                                \
   }
 
 FIRN_ROWS(portable, )

@@ -9,7 +9,8 @@ namespace firn::control::mpc {
 
 RowCells LayerProblem::row_at(int j) const {
   const std::size_t p = at(0, j);
-  return {height_.data() + p, bare_.data() + p, error_.data() + p, counts_.data() + p, drops_.data() + p, std::ptrdiff_t(row_)};
+  return {height_.data() + p, bare_.data() + p,  error_.data() + p,
+          counts_.data() + p, drops_.data() + p, std::ptrdiff_t(row_)};
 }
 
 RowInk LayerProblem::row_ink() const {
@@ -41,7 +42,8 @@ void LayerProblem::flip_gains(int first, int rows, float* gains) const {
 
 void LayerProblem::refresh() {
   if (inks_of_.empty()) {
-    layer_row_kernels().back().errors(row_at(0), row_ink(), std::size_t(nx_), std::size_t(ny_), error_.data() + at(0, 0));
+    layer_row_kernels().back().errors(row_at(0), row_ink(), std::size_t(nx_), std::size_t(ny_),
+                                      error_.data() + at(0, 0));
     return;
   }
   for (int j = 0; j < ny_; ++j)

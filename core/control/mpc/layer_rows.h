@@ -1,5 +1,6 @@
-// Whole rows of a layer at a time: the errors that droplets leave and the gain of every single droplet, eight cells in registers.
-// Element by element, no fused operations: the same bytes from every processor, and those of the plain loops in the tests.
+// Whole rows of a layer at a time: the errors that droplets leave and the gain of every single droplet, eight
+// cells in registers. Element by element, no fused operations: the same bytes from every processor, and those
+// of the plain loops in the tests.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +9,12 @@
 
 namespace firn::control::mpc {
 
-/// Rows are read in blocks of kRowBlock cells: what follows the last cell of a row, up to a whole block, is readable, does not
-/// count and holds no droplet.
+/// Rows are read in blocks of kRowBlock cells: what follows the last cell of a row, up to a whole block, is
+/// readable, does not count and holds no droplet.
 inline constexpr std::size_t kRowBlock = 8;
-constexpr std::size_t whole_blocks(std::size_t cells) { return (cells + kRowBlock - 1) / kRowBlock * kRowBlock; }
+constexpr std::size_t whole_blocks(std::size_t cells) {
+  return (cells + kRowBlock - 1) / kRowBlock * kRowBlock;
+}
 
 /// A droplet of one ink [Lu 2015, Eqs. (3)-(5)]: 0 sides, 1 corners.
 struct RowInk {
@@ -19,22 +22,24 @@ struct RowInk {
   float beyond_mm[2];  ///< what it gives to cells beyond the border: w (lost) or 0
 };
 
-/// One row of cells; `stride` leads to its neighbours in the rows above and below, which lie in the same memory.
+/// One row of cells; `stride` leads to its neighbours in the rows above and below, which lie in the same
+/// memory.
 struct RowCells {
   const float* height_mm;
-  const float* bare_mm;            ///< error without droplets
-  const float* error_mm;           ///< 0 on cells that do not count
+  const float* bare_mm;                ///< error without droplets
+  const float* error_mm;               ///< 0 on cells that do not count
   const std::uint8_t *counts, *drops;  ///< 0 or 1
   std::ptrdiff_t stride;
 };
 
 struct LayerRowKernels {
   const char* name;
-  /// The errors that the droplets leave, of rows from the first of the grid on: bare + what the droplets of the nine cells bring, in
-  /// the raster order of the droplets, as one after the other would.
+  /// The errors that the droplets leave, of rows from the first of the grid on: bare + what the droplets of
+  /// the nine cells bring, in the raster order of the droplets, as one after the other would.
   void (*errors)(const RowCells& first, const RowInk& ink, std::size_t nx, std::size_t rows, float* error_mm);
-  /// What the sum of |error| changes by when a cell of the rows gets its droplet or loses it; gains[j * nx + i]. Of a droplet that
-  /// gives f to a cell of error e, |e + f| - |e| = f - 2 min(f, max(-e, 0)), and the f of one droplet add up to drop_mm.
+  /// What the sum of |error| changes by when a cell of the rows gets its droplet or loses it; gains[j * nx +
+  /// i]. Of a droplet that gives f to a cell of error e, |e + f| - |e| = f - 2 min(f, max(-e, 0)), and the f
+  /// of one droplet add up to drop_mm.
   void (*gains)(const RowCells& first, const RowInk& ink, std::size_t nx, std::size_t rows, float* gains_mm);
 };
 

@@ -13,7 +13,8 @@ constexpr double kLeastGain_mm = 1e-8;
 
 std::int64_t polish(LayerProblem& problem, const LayerSolverOptions& o, const ParallelFor& parallel) {
   std::int64_t strips = 0;
-  for (int k = 2; k <= std::max(2, o.polish_rows); ++k) strips += sweep_strips(problem, {k, kMostSweeps, o.cost}, parallel).strips;
+  for (int k = 2; k <= std::max(2, o.polish_rows); ++k)
+    strips += sweep_strips(problem, {k, kMostSweeps, o.cost}, parallel).strips;
   problem.refresh();
   return strips;
 }
@@ -44,7 +45,8 @@ int take_better_patches(LayerProblem& layer, const LayerProblem& other, const Ce
         for (int j = std::max(0, c.j - reach); j <= std::min(ny - 1, c.j + reach); ++j)
           for (int i = std::max(0, c.i - reach); i <= std::min(nx - 1, c.i + reach); ++i) body(i, j);
       };
-      for (std::size_t n = 0; n < patch.size(); ++n) around(patch[n], 2, visit);  // cells of one error belong together
+      for (std::size_t n = 0; n < patch.size(); ++n)
+        around(patch[n], 2, visit);  // cells of one error belong together
       double gain = 0.0;
       for (const Cell c : patch)
         around(c, 1, [&](int i, int j) {

@@ -19,17 +19,19 @@ struct LayerSolverOptions {
 
 struct LayerSolution {
   double found_mm = 0.0;        ///< sum of |error|, or of the cells' costs, of the problem's droplets now
-  double lower_bound_mm = 0.0;  ///< of the sum of any layer, up to rounding in single precision (bound.h proves); 0 without sweeps
+  double lower_bound_mm = 0.0;  ///< of the sum of any layer, up to rounding in single precision (bound.h
+                                ///< proves); 0 without sweeps
   int sweeps = 0;
-  std::int64_t strips = 0;      ///< solved by sweep_strips
+  std::int64_t strips = 0;  ///< solved by sweep_strips
 };
 
-/// Betters the droplets that the problem holds. Each sweep of the decomposition is followed by a decision of all strips the
-/// other way; strips polish it, and where it differs from the best layer so far, every patch of differing cells that do not
-/// touch others' errors is judged by itself.
-/// The objective never rises. Same bytes for any number of threads. @throws std::invalid_argument: rows
+/// Betters the droplets that the problem holds. Each sweep of the decomposition is followed by a decision of
+/// all strips the other way; strips polish it, and where it differs from the best layer so far, every patch
+/// of differing cells that do not touch others' errors is judged by itself. The objective never rises. Same
+/// bytes for any number of threads. @throws std::invalid_argument: rows
 /// @param watch called after the first strips, each sweep and each decision; may be empty
-LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& options, const ParallelFor& parallel,
+LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& options,
+                          const ParallelFor& parallel,
                           const std::function<void(const LayerSolution&)>& watch = {});
 
 /// Gives `layer` the droplets of `other`, patch by patch, where these are better. @returns patches taken

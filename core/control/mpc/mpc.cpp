@@ -24,10 +24,12 @@ const MpcOptions& checked(const MpcOptions& o) {
   require(o.horizon >= 1 && o.horizon <= 8, "horizon = " + std::to_string(o.horizon) + " is outside 1..8");
   require(o.max_drops >= 1 && o.max_drops <= 8,
           "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
-  require(o.strip_rows >= 1 && o.strip_rows <= 6, "strip_rows = " + std::to_string(o.strip_rows) + " is outside 1..6");
+  require(o.strip_rows >= 1 && o.strip_rows <= 6,
+          "strip_rows = " + std::to_string(o.strip_rows) + " is outside 1..6");
   require(o.price_mm2 >= 0.0, "price_mm2 = " + std::to_string(o.price_mm2) + " must not be below 0");
   require(o.mean_weight >= 0.0, "mean_weight = " + std::to_string(o.mean_weight) + " must not be below 0");
-  require(o.anneal_sweeps >= 0, "anneal_sweeps = " + std::to_string(o.anneal_sweeps) + " must not be below 0");
+  require(o.anneal_sweeps >= 0,
+          "anneal_sweeps = " + std::to_string(o.anneal_sweeps) + " must not be below 0");
   require(o.subset >= 1, "subset = " + std::to_string(o.subset) + " must be 1 or more");
   require(o.max_evaluations >= 1,
           "max_evaluations = " + std::to_string(o.max_evaluations) + " must be 1 or more");
@@ -49,12 +51,12 @@ const MpcOptions& checked(const MpcOptions& o) {
 }  // namespace
 
 Mpc::Mpc(const Setup& setup, const ControlOptions& options)
-    : setup_(setup),
-      options_(checked(options.mpc)),
-      noise_gate_(options.noise_gate) {}
+    : setup_(setup), options_(checked(options.mpc)), noise_gate_(options.noise_gate) {}
 
 mpc::HorizonObjective& Mpc::objective() {
-  if (!objective_) objective_.emplace(setup_, options_.horizon, options_.max_drops, options_.error, options_.price_mm2, options_.mean_weight);
+  if (!objective_)
+    objective_.emplace(setup_, options_.horizon, options_.max_drops, options_.error, options_.price_mm2,
+                       options_.mean_weight);
   return *objective_;
 }
 
@@ -83,7 +85,8 @@ double Mpc::alpha_at(int layer) const {
 std::vector<MaterialMap> Mpc::materials_of(const HeightMap& height) const {
   if (setup_.rim.size() != 0) {
     MaterialMap models(setup_.grid);
-    for (std::size_t c = 0; c < models.size(); ++c) models.set(c, setup_.rim.cells[c] ? Material::kB : Material::kA);
+    for (std::size_t c = 0; c < models.size(); ++c)
+      models.set(c, setup_.rim.cells[c] ? Material::kB : Material::kA);
     return std::vector<MaterialMap>(std::size_t(options_.horizon), models);
   }
   std::vector<MaterialMap> inks;
@@ -119,7 +122,11 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
     mpc::LayerProblem problem(setup_, height, materials.front());
     problem.set_drops(guess.front());
     if (alpha == 1.0)
-      found.evaluations = mpc::solve_layer(problem, {2, 2, std::size_t(problem.counted()) <= mpc::kMostSplitCells ? 1 : 0, 1e-6}, parallel_).strips;
+      found.evaluations =
+          mpc::solve_layer(problem,
+                           {2, 2, std::size_t(problem.counted()) <= mpc::kMostSplitCells ? 1 : 0, 1e-6},
+                           parallel_)
+              .strips;
     else
       mpc::weighted_layer(problem, alpha, {options_.strip_rows}, parallel_);
     guess.front() = problem.drops(setup_.grid);
@@ -136,7 +143,8 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
     }
     objective.set_plan(guess);
     if (alpha == 1.0 && one_layer()) return found;
-    const auto r = mpc::search_horizon(objective, state, {options_.strip_rows, options_.anneal_sweeps, evaluations, parallel_}, random);
+    const auto r = mpc::search_horizon(
+        objective, state, {options_.strip_rows, options_.anneal_sweeps, evaluations, parallel_}, random);
     found.evaluations += r.evaluations;
     found.optimal = r.optimal;
     return found;
@@ -168,7 +176,8 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
     } else {
       guess = std::move(first_guess(height, {}, dithered).front());
     }
-    mpc::OneLayer found = mpc::decide_one_layer(setup_, height, guess, options_.method, options_.strip_rows, parallel_);
+    mpc::OneLayer found =
+        mpc::decide_one_layer(setup_, height, guess, options_.method, options_.strip_rows, parallel_);
     d.iterations += found.strips;
     if (!(found.objective_mm < d.objective_mm) || found.drops.passes() == 0) continue;
     d.drops = std::move(found.drops);
@@ -182,10 +191,13 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
     end_print(d, "no layer betters printing nothing");
   else if (!beats_noise(d, cells, m.noise_std_mm, noise_gate_, options_.error))
     end_print(d, "the best layer would only answer the measurement's noise");
-  else  // more than half of its height goes where height is missing, or it would not better the mean error (guard.h)
-    d.reason = options_.method == MpcMethod::kCertified ? "the best layer of strips that agree on windows of droplets"
-               : settled ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
-                         : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
+  else  // more than half of its height goes where height is missing, or it would not better the mean error
+        // (guard.h)
+    d.reason = options_.method == MpcMethod::kCertified
+                   ? "the best layer of strips that agree on windows of droplets"
+               : settled
+                   ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
+                   : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
   return d;
 }
 
@@ -196,7 +208,8 @@ Decision Mpc::decide(const Measurement& m) {
   const HeightMap& height = whole ? m.height : filled;
   const int layer = m.layer + 1;
   const double alpha = alpha_at(layer);
-  if (one_layer() && strips() && alpha == 1.0 && !setup_.geometry && setup_.rim.size() == 0) return decide_lean(m, height);
+  if (one_layer() && strips() && alpha == 1.0 && !setup_.geometry && setup_.rim.size() == 0)
+    return decide_lean(m, height);
   mpc::HorizonObjective& objective = this->objective();
   Decision d;
   d.drops = DropletPattern(setup_.grid);
@@ -225,14 +238,17 @@ Decision Mpc::decide(const Measurement& m) {
   }
   if (d.kind == Decision::Kind::kEnd) {
     end_print(d, "no layer betters printing nothing");
-  } else if (!beats_noise(d, std::int64_t(objective.part_cells().size()), m.noise_std_mm, noise_gate_, options_.error)) {
+  } else if (!beats_noise(d, std::int64_t(objective.part_cells().size()), m.noise_std_mm, noise_gate_,
+                          options_.error)) {
     end_print(d, "the best layer would only answer the measurement's noise");
   } else if (options_.method != MpcMethod::kGreedy &&
              mpc::useful_share(setup_, height, d.drops, materials.front()) < mpc::kLeastUseful) {
     end_print(d, "the best layer would build where little is missing");
   } else {
-    d.reason = options_.method == MpcMethod::kCertified && one_layer() ? "the best layer of strips that agree on windows of droplets"
-               : optimal && options_.method == MpcMethod::kStripDp && alpha == 1.0 && options_.horizon == 1 && options_.max_drops == 1
+    d.reason = options_.method == MpcMethod::kCertified && one_layer()
+                   ? "the best layer of strips that agree on windows of droplets"
+               : optimal && options_.method == MpcMethod::kStripDp && alpha == 1.0 && options_.horizon == 1 &&
+                       options_.max_drops == 1
                    ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
                : optimal
                    ? "no single droplet more or less betters this layer"

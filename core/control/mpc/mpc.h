@@ -9,12 +9,13 @@
 
 namespace firn::control {
 
-/// Minimises alpha avg|h_d - H| + (1 - alpha) std(H - h_d) after N layers over 0..max_drops droplets per cell and
-/// layer (Lu: 0 or 1), by greedy search from up to two first guesses, and prints the first layer of the best
-/// plan. method kStripDp: the first layer of the guess is first made optimal in every strip of strip_rows rows by
-/// dynamic programming (strip_dp.h), which is all there is to do for alpha = 1 and N = 1. The mean and deviation run over the mask; cells outside it take their neighbours' flow in the model
-/// but get no droplets. Empty layers of a plan go to its end (the heights after N layers stay the same).
-/// Two inks: the layer's materials are those of M at the measured heights, later layers of the horizon are judged
+/// Minimises alpha avg|h_d - H| + (1 - alpha) std(H - h_d) after N layers over 0..max_drops droplets per cell
+/// and layer (Lu: 0 or 1), by greedy search from up to two first guesses, and prints the first layer of the
+/// best plan. method kStripDp: the first layer of the guess is first made optimal in every strip of
+/// strip_rows rows by dynamic programming (strip_dp.h), which is all there is to do for alpha = 1 and N = 1.
+/// The mean and deviation run over the mask; cells outside it take their neighbours' flow in the model but
+/// get no droplets. Empty layers of a plan go to its end (the heights after N layers stay the same). Two
+/// inks: the layer's materials are those of M at the measured heights, later layers of the horizon are judged
 /// whole layers of the object's ink higher.
 /// Guard (errata on (8)): std has infinite slope on a flat surface, so that both all and nothing can be
 /// traps; a plan is printed only when it betters printing nothing over the same horizon by more than
@@ -23,8 +24,8 @@ namespace firn::control {
 class Mpc final : public LayerController {
  public:
   /// @throws std::invalid_argument naming the option: horizon 1..8, subset and max_evaluations 1 or more,
-  /// max_drops 1..8, strip_rows 1..6, alpha in (0, 1] with ascending layers from 1, min_improvement_mm not negative, at least
-  /// one first guess.
+  /// max_drops 1..8, strip_rows 1..6, alpha in (0, 1] with ascending layers from 1, min_improvement_mm not
+  /// negative, at least one first guess.
   Mpc(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
   void use_model(const deposition::DropletModel& model) override;
@@ -46,12 +47,16 @@ class Mpc final : public LayerController {
   }
   // Betters the plan that objective_ is to hold, from a first guess.
   Found search(std::vector<DropletPattern> guess, const HeightMap& height,
-               std::span<const MaterialMap> materials, double alpha, std::int64_t evaluations, RandomStream& random);
+               std::span<const MaterialMap> materials, double alpha, std::int64_t evaluations,
+               RandomStream& random);
 
-  // The best of both first guesses without HorizonObjective (mpc/one_layer.h). @pre one_layer(), strips, one ink, alpha 1
+  // The best of both first guesses without HorizonObjective (mpc/one_layer.h). @pre one_layer(), strips, one
+  // ink, alpha 1
   Decision decide_lean(const Measurement& m, const HeightMap& height) const;
   mpc::HorizonObjective& objective();  // built when first asked for: it takes 160 bytes per cell
-  bool strips() const { return options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified; }
+  bool strips() const {
+    return options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified;
+  }
 
   Setup setup_;
   MpcOptions options_;

@@ -7,7 +7,8 @@
 
 namespace firn::control::mpc {
 
-HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, ErrorKind error, double price_mm2, double mean_weight)
+HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, ErrorKind error,
+                                   double price_mm2, double mean_weight)
     : grid_(s.grid),
       model_(s.grid, deposition::stencil_of(s.model), s.border),
       surface_(s.grid),
@@ -47,7 +48,8 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, E
   if (steps == 1) table_.resize(s.grid.size()), error_.assign(n + 1, 0.0), deviation_.assign(n + 1, 0.0);
 }
 
-void HorizonObjective::set_surface(const HeightMap& height, double alpha, std::span<const MaterialMap> materials) {
+void HorizonObjective::set_surface(const HeightMap& height, double alpha,
+                                   std::span<const MaterialMap> materials) {
   cost_.alpha = alpha;
   set_materials(materials);
   surface_ = height;
@@ -135,7 +137,8 @@ void HorizonObjective::refresh() {
   variance_ = std::max(0.0, sums_.second / count_ - mean * mean);
   root_ = std::sqrt(variance_);
   for (const DropletPattern& layer : plan_) sums_.droplets += double(layer.total());
-  const double error = cost_.error == ErrorKind::kSquare ? std::sqrt(square_of(sums_)) : sums_.abs_error / count_;
+  const double error =
+      cost_.error == ErrorKind::kSquare ? std::sqrt(square_of(sums_)) : sums_.abs_error / count_;
   value_mm_ = cost_.alpha * error + (1.0 - cost_.alpha) * root_;
 }
 
@@ -223,7 +226,8 @@ void HorizonObjective::note_height(std::size_t p) {
 double HorizonObjective::square_of(const Sums& s) const {
   const double mean = reference_mm_ + s.first * per_cell_;
   return std::max(0.0, (s.second + cost_.price_mm2 * s.droplets) * per_cell_ +
-                           reference_mm_ * (2.0 * s.first * per_cell_ + reference_mm_) + cost_.mean_weight * mean * mean);
+                           reference_mm_ * (2.0 * s.first * per_cell_ + reference_mm_) +
+                           cost_.mean_weight * mean * mean);
 }
 
 // The difference of two roots by their squares: no cancellation, however many cells share one droplet.
@@ -232,8 +236,9 @@ double HorizonObjective::gain_of(const Sums& c) const {
   if (cost_.error == ErrorKind::kSquare) {
     const double before = square_of(sums_);
     const double mean = reference_mm_ + sums_.first * per_cell_, mean_rise = c.first * per_cell_;
-    const double rise = (c.second + cost_.price_mm2 * c.droplets + 2.0 * reference_mm_ * c.first) * per_cell_ +
-                        cost_.mean_weight * mean_rise * (2.0 * mean + mean_rise);
+    const double rise =
+        (c.second + cost_.price_mm2 * c.droplets + 2.0 * reference_mm_ * c.first) * per_cell_ +
+        cost_.mean_weight * mean_rise * (2.0 * mean + mean_rise);
     const double now = std::max(0.0, before + rise), roots = std::sqrt(now) + std::sqrt(before);
     error_part = roots > 0.0 ? cost_.alpha * ((now - before) / roots) : 0.0;
   }

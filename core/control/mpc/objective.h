@@ -97,12 +97,12 @@ class HorizonObjective {
   std::array<Ink, 2> inks_;                           // A, B
   std::vector<std::vector<std::uint8_t>> materials_;  // per step, padded: 0 A, 1 B; empty with one ink
   std::vector<deposition::Stencil<1>> stencils_;      // scratch: of one step's droplets
-  std::size_t row_;                      // padded row length
-  double count_ = 0.0;                   // cells of the mask,
-  double per_cell_ = 0.0;                // and 1 / count_
-  double reference_mm_ = 0.0;            // heights are summed relative to this
-  double variance_ = 0.0;                // of the last heights on the mask,
-  double root_ = 0.0;                    // and its root
+  std::size_t row_;                                   // padded row length
+  double count_ = 0.0;                                // cells of the mask,
+  double per_cell_ = 0.0;                             // and 1 / count_
+  double reference_mm_ = 0.0;                         // heights are summed relative to this
+  double variance_ = 0.0;                             // of the last heights on the mask,
+  double root_ = 0.0;                                 // and its root
   double value_mm_ = 0.0;
   Sums sums_;
   std::vector<std::uint32_t> part_;

@@ -1,5 +1,5 @@
-// One layer of at most one droplet per cell and one ink, alpha = 1: decided and judged with little memory, so that grids of
-// 4096 x 4096 cells fit (LayerProblem's 14 bytes per cell; HorizonObjective takes 160).
+// One layer of at most one droplet per cell and one ink, alpha = 1: decided and judged with little memory, so
+// that grids of 4096 x 4096 cells fit (LayerProblem's 14 bytes per cell; HorizonObjective takes 160).
 #pragma once
 
 #include "core/control/controller.h"
@@ -7,23 +7,25 @@
 
 namespace firn::control::mpc {
 
-/// Above that many cells strips alone decide, from the full layer: the split takes 128 bytes per cell, error diffusion 16.
+/// Above that many cells strips alone decide, from the full layer: the split takes 128 bytes per cell, error
+/// diffusion 16.
 inline constexpr std::size_t kMostSplitCells = 1'000'000;
 
-/// avg|h_d - H| over the mask after one layer [Lu 2015, Eqs. (4), (8)], by the height-change model in double precision, a
-/// few rows at a time: the same bytes as the model on the whole grid.
+/// avg|h_d - H| over the mask after one layer [Lu 2015, Eqs. (4), (8)], by the height-change model in double
+/// precision, a few rows at a time: the same bytes as the model on the whole grid.
 double mean_error_mm(const Setup& setup, const HeightMap& height, const DropletPattern& drops);
 
 struct OneLayer {
   DropletPattern drops;
   double objective_mm = 0.0;
-  std::int64_t strips = 0;   ///< solved
-  bool settled = false;      ///< no strip of the widest kind betters it
+  std::int64_t strips = 0;  ///< solved
+  bool settled = false;     ///< no strip of the widest kind betters it
 };
 
-/// Betters `guess` by strips of 2 up to strip_rows rows (kStripDp) or strips that agree on windows (kCertified).
+/// Betters `guess` by strips of 2 up to strip_rows rows (kStripDp) or strips that agree on windows
+/// (kCertified).
 /// @param height finite everywhere
-OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const DropletPattern& guess, MpcMethod method,
-                          int strip_rows, const ParallelFor& parallel);
+OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const DropletPattern& guess,
+                          MpcMethod method, int strip_rows, const ParallelFor& parallel);
 
 }  // namespace firn::control::mpc

@@ -5,10 +5,11 @@
 
 namespace firn::control::mpc {
 
-/// alpha E + (1 - alpha) std(e) over the part after the last layer. E is avg|e| (kAbsolute, the paper's) or the root of
-/// avg(e^2 + droplets price_mm2 / cells) (kSquare). Droplets vary in size independently of each other, so that the
-/// expected e^2 is linear in the droplets: price_mm2 is the sum over cells of the variance that one of them adds. To it
-/// comes mean_weight times the square of the mean error, which a part's volume and thickness show and single cells do not.
+/// alpha E + (1 - alpha) std(e) over the part after the last layer. E is avg|e| (kAbsolute, the paper's) or
+/// the root of avg(e^2 + droplets price_mm2 / cells) (kSquare). Droplets vary in size independently of each
+/// other, so that the expected e^2 is linear in the droplets: price_mm2 is the sum over cells of the variance
+/// that one of them adds. To it comes mean_weight times the square of the mean error, which a part's volume
+/// and thickness show and single cells do not.
 struct PlanCost {
   double alpha = 1.0;
   ErrorKind error = ErrorKind::kAbsolute;

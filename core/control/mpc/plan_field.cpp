@@ -5,8 +5,8 @@
 namespace firn::control::mpc {
 namespace {
 
-// Ground beyond the border, so low that it takes every share or so high that it takes none; finite, so that differences
-// stay numbers.
+// Ground beyond the border, so low that it takes every share or so high that it takes none; finite, so that
+// differences stay numbers.
 constexpr float kFar_mm = 1e3f;
 
 float given(float gives, float slope, float drop) {
@@ -16,8 +16,8 @@ float given(float gives, float slope, float drop) {
 }
 
 // What the cells of a row give to their neighbours of one side and get from them.
-void exchange(const float* height, const float* gives, const float* slope, std::size_t here, std::size_t there, std::size_t n,
-              float* __restrict own, float* __restrict in) {
+void exchange(const float* height, const float* gives, const float* slope, std::size_t here,
+              std::size_t there, std::size_t n, float* __restrict own, float* __restrict in) {
   for (std::size_t i = 0; i < n; ++i) {
     own[i] -= given(gives[here + i], slope[here + i], height[here + i] - height[there + i]);
     in[i] += given(gives[there + i], slope[there + i], height[there + i] - height[here + i]);
@@ -26,8 +26,12 @@ void exchange(const float* height, const float* gives, const float* slope, std::
 
 }  // namespace
 
-PlanField::PlanField(const Setup& s, const HeightMap& height, std::span<const MaterialMap> materials, int horizon)
-    : nx(std::uint32_t(s.grid.nx)), ny(std::uint32_t(s.grid.ny)), row(nx + 2 * kMargin), layers(std::size_t(horizon)) {
+PlanField::PlanField(const Setup& s, const HeightMap& height, std::span<const MaterialMap> materials,
+                     int horizon)
+    : nx(std::uint32_t(s.grid.nx)),
+      ny(std::uint32_t(s.grid.ny)),
+      row(nx + 2 * kMargin),
+      layers(std::size_t(horizon)) {
   const std::size_t n = row * (ny + 2 * kMargin);
   for (const Material m : {Material::kA, Material::kB}) {
     const deposition::DropletModel& d = s.model_of(m);
@@ -86,12 +90,15 @@ void PlanField::refresh() {
     const bool last = k + 1 == layers.size();
     for (std::uint32_t j = 0; j < ny; ++j) {
       const std::size_t first = at(j * nx);
-      for (std::uint32_t i = 0; i < nx; ++i) own[i] = l.drops[first + i] ? ink[l.inks[first + i]].drop_mm : 0.0f, in[i] = 0.0f;
+      for (std::uint32_t i = 0; i < nx; ++i)
+        own[i] = l.drops[first + i] ? ink[l.inks[first + i]].drop_mm : 0.0f, in[i] = 0.0f;
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
           if (dx == 0 && dy == 0) continue;
-          const std::size_t corner = dx != 0 && dy != 0, there = std::size_t(std::ptrdiff_t(first) + dy * std::ptrdiff_t(row) + dx);
-          exchange(l.height_mm.data(), l.gives_mm[corner].data(), l.slope[corner].data(), first, there, nx, own.data(), in.data());
+          const std::size_t corner = dx != 0 && dy != 0,
+                            there = std::size_t(std::ptrdiff_t(first) + dy * std::ptrdiff_t(row) + dx);
+          exchange(l.height_mm.data(), l.gives_mm[corner].data(), l.slope[corner].data(), first, there, nx,
+                   own.data(), in.data());
         }
       const float* h = l.height_mm.data() + first;
       if (!last) {

@@ -1,5 +1,6 @@
-// A plan of one to three layers, at most one droplet per cell, in single precision: what annealing needs to try a droplet
-// in well under a microsecond. Same model and objective as HorizonObjective, which judges the result in double precision.
+// A plan of one to three layers, at most one droplet per cell, in single precision: what annealing needs to
+// try a droplet in well under a microsecond. Same model and objective as HorizonObjective, which judges the
+// result in double precision.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +17,10 @@ struct FlipSums {
   double abs_error_mm = 0.0, first_mm = 0.0, second_mm2 = 0.0;
 };
 
-/// Heights before and after each layer, and what the droplets of each layer give to their neighbours, on a grid padded by
-/// kMargin cells: a droplet of layer k changes heights within N - k cells, rows of eight lanes at a time.
-/// A droplet on cell p gives a neighbour q clamp(gives_p + slope_p (H_p - H_q), 0, gives_p) [Lu 2015, Eqs. (4), (5), (7)];
-/// where there is none, gives = slope = 0.
+/// Heights before and after each layer, and what the droplets of each layer give to their neighbours, on a
+/// grid padded by kMargin cells: a droplet of layer k changes heights within N - k cells, rows of eight lanes
+/// at a time. A droplet on cell p gives a neighbour q clamp(gives_p + slope_p (H_p - H_q), 0, gives_p) [Lu
+/// 2015, Eqs. (4), (5), (7)]; where there is none, gives = slope = 0.
 struct PlanField {
   static constexpr int kMostLayers = 3, kMargin = 8;
 
@@ -35,20 +36,22 @@ struct PlanField {
   /// @param materials per layer; none, or maps without cells: one ink. @pre horizon 1..kMostLayers
   PlanField(const Setup& setup, const HeightMap& height, std::span<const MaterialMap> materials, int horizon);
 
-  std::size_t at(std::uint32_t cell) const { return std::size_t(cell / nx + kMargin) * row + cell % nx + kMargin; }
+  std::size_t at(std::uint32_t cell) const {
+    return std::size_t(cell / nx + kMargin) * row + cell % nx + kMargin;
+  }
   int horizon() const { return int(layers.size()); }
   void set_plan(std::span<const DropletPattern> plan);   ///< its first horizon() layers
   void set_drops(std::span<const DropletPattern> plan);  ///< without the heights
   std::vector<DropletPattern> plan(const GridSpec& grid) const;
   void set_drop(int layer, std::size_t p, std::uint8_t drop);  ///< without the heights
-  void refresh();                                              ///< heights after each layer, errors and sums anew
+  void refresh();  ///< heights after each layer, errors and sums anew
 
   std::uint32_t nx, ny;
   std::size_t row;
   Ink ink[2];
   std::vector<Layer> layers;
-  std::vector<float> error_mm;  // after the last layer; 0 where it does not count
-  std::vector<float> counts;    // 1 on the mask
+  std::vector<float> error_mm;                           // after the last layer; 0 where it does not count
+  std::vector<float> counts;                             // 1 on the mask
   double cells = 0.0, first_mm = 0.0, second_mm2 = 0.0;  // number, sum and sum of squares of the errors
   double droplets = 0.0;                                 // in all layers
  private:

@@ -21,8 +21,11 @@ class Strip {
   static constexpr int R = K + 2;  // rows that the strip's droplets reach
   using Column = StripColumn<K, R>;
   explicit Strip(int nx)
-      : columns_(std::size_t(nx) + 2), effects_(std::size_t(nx) * 9 * K), choice_(std::size_t(nx) << (2 * K)),
-        pattern_(std::size_t(nx)), present_(std::size_t(nx) + 2) {}
+      : columns_(std::size_t(nx) + 2),
+        effects_(std::size_t(nx) * 9 * K),
+        choice_(std::size_t(nx) << (2 * K)),
+        pattern_(std::size_t(nx)),
+        present_(std::size_t(nx) + 2) {}
 
   // @returns whether the objective fell; the problem has the better droplets then.
   bool improve(LayerProblem& problem, int first, const CellCost& cost) {
@@ -35,17 +38,18 @@ class Strip {
   void load(const LayerProblem& problem, int first);
   bool apply(LayerProblem& problem, int first, const CellCost& cost);
 
-  std::vector<Column> columns_;        // one empty column at each end
-  std::vector<float> effects_;         // of the strip's rows
+  std::vector<Column> columns_;  // one empty column at each end
+  std::vector<float> effects_;   // of the strip's rows
   std::vector<std::uint8_t> choice_;
-  std::vector<int> pattern_;           // found
-  std::vector<int> present_;           // before; one 0 at each end
+  std::vector<int> pattern_;  // found
+  std::vector<int> present_;  // before; one 0 at each end
 };
 
 template <int K>
 void Strip<K>::load(const LayerProblem& problem, int first) {
   const int nx = problem.nx();
-  for (int b = 0; b < K; ++b) problem.effects(first + b, effects_.data() + std::size_t(b) * 9 * std::size_t(nx));
+  for (int b = 0; b < K; ++b)
+    problem.effects(first + b, effects_.data() + std::size_t(b) * 9 * std::size_t(nx));
   for (int x = 0; x < nx; ++x) {
     int barred = 0, present = 0;
     for (int b = 0; b < K; ++b) {
@@ -62,7 +66,8 @@ void Strip<K>::load(const LayerProblem& problem, int first) {
   for (int x = 0; x < nx; ++x) {  // errors with the strip empty
     Column* c = &columns_[std::size_t(x) + 1];
     const int* u = &present_[std::size_t(x) + 1];
-    for (int r = 0; r < R; ++r) c->error[r] -= c[-1].adds[2][r][u[-1]] + c->adds[1][r][u[0]] + c[1].adds[0][r][u[1]];
+    for (int r = 0; r < R; ++r)
+      c->error[r] -= c[-1].adds[2][r][u[-1]] + c->adds[1][r][u[0]] + c[1].adds[0][r][u[1]];
   }
 }
 
@@ -77,8 +82,10 @@ bool Strip<K>::apply(LayerProblem& problem, int first, const CellCost& cost) {
     const int* u = &present_[std::size_t(x) + 1];
     differs = differs || pattern(x) != u[0];
     for (int r = 0; r < R; ++r) {
-      const double before = double(c->error[r]) + c[-1].adds[2][r][u[-1]] + c->adds[1][r][u[0]] + c[1].adds[0][r][u[1]];
-      const double after = double(c->error[r]) + c[-1].adds[2][r][pattern(x - 1)] + c->adds[1][r][pattern(x)] + c[1].adds[0][r][pattern(x + 1)];
+      const double before =
+          double(c->error[r]) + c[-1].adds[2][r][u[-1]] + c->adds[1][r][u[0]] + c[1].adds[0][r][u[1]];
+      const double after = double(c->error[r]) + c[-1].adds[2][r][pattern(x - 1)] +
+                           c->adds[1][r][pattern(x)] + c[1].adds[0][r][pattern(x + 1)];
       gain += cost_of(cost, before) - cost_of(cost, after);
     }
   }
@@ -106,7 +113,8 @@ StripResult sweep(LayerProblem& problem, const StripOptions& options, const Para
       parallel((int(due.size()) + kBatch - 1) / kBatch, [&](int batch) {
         Strip<K> strip(problem.nx());
         for (int n = batch * kBatch; n < std::min(int(due.size()), (batch + 1) * kBatch); ++n)
-          improved[std::size_t(due[std::size_t(n)])] = strip.improve(problem, due[std::size_t(n)], options.cost);
+          improved[std::size_t(due[std::size_t(n)])] =
+              strip.improve(problem, due[std::size_t(n)], options.cost);
       });
       for (const int first : due) {
         ++result.strips;
@@ -129,15 +137,22 @@ StripResult sweep(LayerProblem& problem, const StripOptions& options, const Para
 }  // namespace
 
 StripResult sweep_strips(LayerProblem& problem, const StripOptions& o, const ParallelFor& parallel) {
-  if (o.rows < 1 || o.rows > 6) throw std::invalid_argument("strip rows = " + std::to_string(o.rows) + " is outside 1..6");
+  if (o.rows < 1 || o.rows > 6)
+    throw std::invalid_argument("strip rows = " + std::to_string(o.rows) + " is outside 1..6");
   const StripOptions fitted{std::min(o.rows, problem.ny()), o.max_sweeps, o.cost};
   switch (fitted.rows) {
-    case 1: return sweep<1>(problem, fitted, parallel);
-    case 2: return sweep<2>(problem, fitted, parallel);
-    case 3: return sweep<3>(problem, fitted, parallel);
-    case 4: return sweep<4>(problem, fitted, parallel);
-    case 5: return sweep<5>(problem, fitted, parallel);
-    default: return sweep<6>(problem, fitted, parallel);
+    case 1:
+      return sweep<1>(problem, fitted, parallel);
+    case 2:
+      return sweep<2>(problem, fitted, parallel);
+    case 3:
+      return sweep<3>(problem, fitted, parallel);
+    case 4:
+      return sweep<4>(problem, fitted, parallel);
+    case 5:
+      return sweep<5>(problem, fitted, parallel);
+    default:
+      return sweep<6>(problem, fitted, parallel);
   }
 }
 

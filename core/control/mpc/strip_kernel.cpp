@@ -14,12 +14,14 @@ using Marks = std::int32_t __attribute__((vector_size(32)));
 constexpr int kLanes = 8;
 // As a macro, since a function that returns a vector has no fixed ABI without AVX.
 #define FIRN_ABSOLUTE(v) Lanes(Marks(v) & (Marks{} + 0x7fffffff))
-#define FIRN_COST(v) (Plain ? FIRN_ABSOLUTE(v) : cost.absolute * FIRN_ABSOLUTE(v) + (cost.linear + cost.square * (v)) * (v))
+#define FIRN_COST(v) \
+  (Plain ? FIRN_ABSOLUTE(v) : cost.absolute * FIRN_ABSOLUTE(v) + (cost.linear + cost.square * (v)) * (v))
 
-// Forward pass: after column x, best[b][n] is the least cost up to column x with patterns b on x and n on x + 1, and
-// choice[x][b][n] the pattern of x - 1 that gives it. columns[0] stands before the first.
+// Forward pass: after column x, best[b][n] is the least cost up to column x with patterns b on x and n on x +
+// 1, and choice[x][b][n] the pattern of x - 1 that gives it. columns[0] stands before the first.
 template <int K, int R, bool Plain>
-FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, const CellCost& of_cell, std::uint8_t* choice, float* last) {
+FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, const CellCost& of_cell,
+                              std::uint8_t* choice, float* last) {
   const CellCost cost = of_cell;
   constexpr int S = StripColumn<K, R>::S, N = (S * S + kLanes - 1) / kLanes;
   constexpr int repeats = S < kLanes ? kLanes / S : 1;  // patterns b in eight lanes
@@ -37,7 +39,8 @@ FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, const Ce
     const StripColumn<K, R>& after = columns[x + 2];
     for (int a = 0; a < S; ++a)
       for (int b = 0; b < S; b += repeats)
-        for (int l = 0; l < kLanes; ++l) old[a][b / repeats][l] = best.at[a * S + (repeats == 1 ? b : (b + l / S) % S)];
+        for (int l = 0; l < kLanes; ++l)
+          old[a][b / repeats][l] = best.at[a * S + (repeats == 1 ? b : (b + l / S) % S)];
     for (int r = 0; r < R; ++r)
       for (int b = 0; b < S; ++b) {
         const float e = own.error[r] + own.adds[1][r][b];
@@ -73,24 +76,28 @@ FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, const Ce
 }
 
 template <int K, int R>
-FIRN_INLINE double solve_either(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, float* last) {
+FIRN_INLINE double solve_either(const StripColumn<K, R>* columns, int nx, const CellCost& cost,
+                                std::uint8_t* choice, float* last) {
   if (is_plain(cost)) return solve_body<K, R, true>(columns, nx, cost, choice, last);
   return solve_body<K, R, false>(columns, nx, cost, choice, last);
 }
 
 template <int K, int R>
-double solve_portable(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, float* last) {
+double solve_portable(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice,
+                      float* last) {
   return solve_either<K, R>(columns, nx, cost, choice, last);
 }
 #if defined(__x86_64__)
 template <int K, int R>
-__attribute__((target("avx2"))) double solve_avx2(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, float* last) {
+__attribute__((target("avx2"))) double solve_avx2(const StripColumn<K, R>* columns, int nx,
+                                                  const CellCost& cost, std::uint8_t* choice, float* last) {
   return solve_either<K, R>(columns, nx, cost, choice, last);
 }
 #endif
 
 template <int K, int R>
-double forward(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, float* last) {
+double forward(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice,
+               float* last) {
 #if defined(__x86_64__)
   static const bool avx2 = __builtin_cpu_supports("avx2");
   if (avx2) return solve_avx2<K, R>(columns, nx, cost, choice, last);
@@ -101,7 +108,8 @@ double forward(const StripColumn<K, R>* columns, int nx, const CellCost& cost, s
 }  // namespace
 
 template <int K, int R>
-double solve_strip(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice, int* patterns) {
+double solve_strip(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice,
+                   int* patterns) {
   constexpr int S = StripColumn<K, R>::S;
   float last[S];
   const double total = forward<K, R>(columns, nx, cost, choice, last);
@@ -114,7 +122,8 @@ double solve_strip(const StripColumn<K, R>* columns, int nx, const CellCost& cos
   return total + double(*best);
 }
 
-#define FIRN_MAKE(K, R) template double solve_strip<K, R>(const StripColumn<K, R>*, int, const CellCost&, std::uint8_t*, int*);
+#define FIRN_MAKE(K, R) \
+  template double solve_strip<K, R>(const StripColumn<K, R>*, int, const CellCost&, std::uint8_t*, int*);
 FIRN_MAKE(1, 3)
 FIRN_MAKE(2, 4)
 FIRN_MAKE(3, 5)

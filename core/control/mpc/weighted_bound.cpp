@@ -41,7 +41,8 @@ double least_in(const std::vector<MomentCut>& cuts, double alpha, const Rectangl
 
 }  // namespace
 
-CutsMinimum minimum_of_cuts(const std::vector<MomentCut>& cuts, double alpha, double known_mm, double tolerance_mm) {
+CutsMinimum minimum_of_cuts(const std::vector<MomentCut>& cuts, double alpha, double known_mm,
+                            double tolerance_mm) {
   const double most_m = known_mm / alpha, most_s = known_mm / (1.0 - alpha);
   std::priority_queue<Rectangle> open;
   const auto add = [&](double m0, double m1, double s0, double s1) {
@@ -53,7 +54,8 @@ CutsMinimum minimum_of_cuts(const std::vector<MomentCut>& cuts, double alpha, do
   for (int n = 0;; ++n) {
     const Rectangle r = open.top();
     const double m = 0.5 * (r.m0 + r.m1), s = 0.5 * (r.s0 + r.s1);
-    if (n >= kMostRectangles || largest(cuts, alpha, m, s) - r.bound <= tolerance_mm) return {std::min(known_mm, r.bound), m, s};
+    if (n >= kMostRectangles || largest(cuts, alpha, m, s) - r.bound <= tolerance_mm)
+      return {std::min(known_mm, r.bound), m, s};
     open.pop();
     if (r.m1 - r.m0 > r.s1 - r.s0) {
       add(r.m0, m, r.s0, r.s1), add(m, r.m1, r.s0, r.s1);
@@ -63,9 +65,9 @@ CutsMinimum minimum_of_cuts(const std::vector<MomentCut>& cuts, double alpha, do
   }
 }
 
-WeightedBound weighted_bound(const Setup& setup, const HeightMap& height, const MaterialMap& materials, double alpha,
-                             const DropletPattern& known, const WeightedBoundOptions& o, const ParallelFor& parallel,
-                             const std::function<void(double)>& watch) {
+WeightedBound weighted_bound(const Setup& setup, const HeightMap& height, const MaterialMap& materials,
+                             double alpha, const DropletPattern& known, const WeightedBoundOptions& o,
+                             const ParallelFor& parallel, const std::function<void(double)>& watch) {
   LayerProblem problem(setup, height, materials);
   problem.set_drops(known);
   problem.refresh();
@@ -83,10 +85,12 @@ WeightedBound weighted_bound(const Setup& setup, const HeightMap& height, const 
     const CellCost cost{absolute, float(-2.0 * square * least.mean_mm), float(square)};
     split.set_cost(cost);
     found.sweeps += int(raise_bound(split, 0.0, o.strips, parallel).size());
-    const double sum_mm = certified_bound_mm(setup, height, materials, o.strips.rows, split.multipliers(), cost);
+    const double sum_mm =
+        certified_bound_mm(setup, height, materials, o.strips.rows, split.multipliers(), cost);
     cuts.push_back({sum_mm / cells, -double(cost.linear), double(cost.square)});
     ++found.cuts;
-    const bool useless = found.cuts > 1 && value(cuts.back(), alpha, least.mean_mm, least.deviation_mm) <= least.bound_mm + 2.0 * tolerance_mm;
+    const bool useless = found.cuts > 1 && value(cuts.back(), alpha, least.mean_mm, least.deviation_mm) <=
+                                               least.bound_mm + 2.0 * tolerance_mm;
     least = minimum_of_cuts(cuts, alpha, found.known_mm, tolerance_mm);
     found.history_mm.push_back(least.bound_mm);
     if (watch) watch(least.bound_mm);

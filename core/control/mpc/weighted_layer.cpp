@@ -12,7 +12,9 @@ namespace {
 constexpr double kLeastDeviation_mm = 1e-6;  // the majoriser's slope at a flat surface
 constexpr double kLeastGain_mm = 1e-10;
 
-double objective(const ErrorMoments& m, double alpha) { return alpha * m.absolute_mm + (1.0 - alpha) * m.deviation_mm; }
+double objective(const ErrorMoments& m, double alpha) {
+  return alpha * m.absolute_mm + (1.0 - alpha) * m.deviation_mm;
+}
 
 // Lowers the objective from the present droplets.
 double lower(LayerProblem& p, double alpha, const WeightedOptions& o, const ParallelFor& parallel) {
@@ -21,7 +23,8 @@ double lower(LayerProblem& p, double alpha, const WeightedOptions& o, const Para
     const double square = 0.5 * (1.0 - alpha) / std::max(now.deviation_mm, kLeastDeviation_mm);
     const CellCost cost{float(alpha), float(-2.0 * square * now.mean_mm), float(square)};
     LayerProblem next = p;
-    for (int rows = 2; rows <= std::max(2, o.strip_rows); ++rows) sweep_strips(next, {rows, 100, cost}, parallel);
+    for (int rows = 2; rows <= std::max(2, o.strip_rows); ++rows)
+      sweep_strips(next, {rows, 100, cost}, parallel);
     next.refresh();
     const ErrorMoments then = error_moments(next);
     if (!(objective(then, alpha) < objective(now, alpha) - kLeastGain_mm)) break;
@@ -38,7 +41,8 @@ ErrorMoments error_moments(const LayerProblem& p) {
   double sum = 0.0, square = 0.0;
   for (int j = 0; j < p.ny(); ++j)
     for (int i = 0; i < p.nx(); ++i)
-      if (p.printable(i, j)) m.absolute_mm += std::abs(double(p.error_mm(i, j))), sum += double(p.error_mm(i, j));
+      if (p.printable(i, j))
+        m.absolute_mm += std::abs(double(p.error_mm(i, j))), sum += double(p.error_mm(i, j));
   m.mean_mm = sum / n;
   for (int j = 0; j < p.ny(); ++j)
     for (int i = 0; i < p.nx(); ++i)
@@ -51,9 +55,12 @@ ErrorMoments error_moments(const LayerProblem& p) {
   return m;
 }
 
-double weighted_objective_mm(const LayerProblem& problem, double alpha) { return objective(error_moments(problem), alpha); }
+double weighted_objective_mm(const LayerProblem& problem, double alpha) {
+  return objective(error_moments(problem), alpha);
+}
 
-double weighted_layer(LayerProblem& problem, double alpha, const WeightedOptions& o, const ParallelFor& parallel) {
+double weighted_layer(LayerProblem& problem, double alpha, const WeightedOptions& o,
+                      const ParallelFor& parallel) {
   LayerProblem none = problem, all = problem, absolute = problem;
   none.clear();
   for (int j = 0; j < all.ny(); ++j)

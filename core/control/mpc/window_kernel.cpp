@@ -18,7 +18,8 @@ FIRN_INLINE Lanes& lanes(float* at) { return *reinterpret_cast<Lanes*>(at); }
 #define FIRN_LESS(a, b) ((a) < (b) ? (a) : (b))
 #define FIRN_TWICE(at) (Lanes{(at)[0], (at)[0], (at)[1], (at)[1], (at)[2], (at)[2], (at)[3], (at)[3]})
 
-// Of the window whose latest 2 K + 2 cells are state n, n a multiple of eight, and whose first cell is `first`.
+// Of the window whose latest 2 K + 2 cells are state n, n a multiple of eight, and whose first cell is
+// `first`.
 FIRN_INLINE const float* entries(int rows, const float* table, int n, int first) {
   return table + ((first << 2 | (n >> (2 * rows) & 3)) * 8 + (n >> rows & 7)) * 8;
 }
@@ -26,12 +27,15 @@ FIRN_INLINE const float* entries(int rows, const float* table, int n, int first)
 struct Plain {
   FIRN_INLINE static void cost(float error, const float* adds, const CellCost& c, float* table) {
     float east[8];
-    for (int l = 0; l < 8; ++l) east[l] = (l & 1 ? adds[6] : 0.0f) + (l & 2 ? adds[7] : 0.0f) + (l & 4 ? adds[8] : 0.0f);
+    for (int l = 0; l < 8; ++l)
+      east[l] = (l & 1 ? adds[6] : 0.0f) + (l & 2 ? adds[7] : 0.0f) + (l & 4 ? adds[8] : 0.0f);
     const Lanes of_east = lanes(east);
     for (int w = 0; w < 8; ++w) {
-      const float west = error + ((w & 1 ? adds[0] : 0.0f) + (w & 2 ? adds[1] : 0.0f) + (w & 4 ? adds[2] : 0.0f));
+      const float west =
+          error + ((w & 1 ? adds[0] : 0.0f) + (w & 2 ? adds[1] : 0.0f) + (w & 4 ? adds[2] : 0.0f));
       for (int m = 0; m < 8; ++m) {
-        const float both = west + ((m & 1 ? adds[3] : 0.0f) + (m & 2 ? adds[4] : 0.0f) + (m & 4 ? adds[5] : 0.0f));
+        const float both =
+            west + ((m & 1 ? adds[3] : 0.0f) + (m & 2 ? adds[4] : 0.0f) + (m & 4 ? adds[5] : 0.0f));
         const Lanes e = of_east + both;
         const Lanes size = Lanes(Marks(e) & (Marks{} + 0x7fffffff));
         lanes(table + (w * 8 + m) * 8) = c.absolute * size + (c.linear + c.square * e) * e;
@@ -65,7 +69,8 @@ struct Plain {
         lanes(before + first * half + n / 2) = FIRN_LESS(without, with);
       }
   }
-  FIRN_INLINE static void by_pattern(int rows, const float* before, const float* table, const float* after, float* least) {
+  FIRN_INLINE static void by_pattern(int rows, const float* before, const float* table, const float* after,
+                                     float* least) {
     const int states = int(profile_states(rows)), half = states / 2;
     float of_window[kWindowPatterns];
     std::fill(of_window, of_window + kWindowPatterns, 2.0f * kBarred);
@@ -99,15 +104,20 @@ struct Plain {
 #if defined(__x86_64__)
 #define FIRN_WIDE __attribute__((target("avx2")))
 struct Wide {
-  FIRN_WIDE static void cost(float error, const float* adds, const CellCost& c, float* table) { Plain::cost(error, adds, c, table); }
-  FIRN_WIDE static void shared(float* table, const float* values, float factor) { Plain::shared(table, values, factor); }
+  FIRN_WIDE static void cost(float error, const float* adds, const CellCost& c, float* table) {
+    Plain::cost(error, adds, c, table);
+  }
+  FIRN_WIDE static void shared(float* table, const float* values, float factor) {
+    Plain::shared(table, values, factor);
+  }
   FIRN_WIDE static void forward(int rows, const float* before, const float* table, float* after) {
     Plain::forward(rows, before, table, after);
   }
   FIRN_WIDE static void backward(int rows, const float* after, const float* table, float* before) {
     Plain::backward(rows, after, table, before);
   }
-  FIRN_WIDE static void by_pattern(int rows, const float* before, const float* table, const float* after, float* least) {
+  FIRN_WIDE static void by_pattern(int rows, const float* before, const float* table, const float* after,
+                                   float* least) {
     Plain::by_pattern(rows, before, table, after, least);
   }
   FIRN_WIDE static float off(int rows, float* values) { return Plain::off(rows, values); }
@@ -133,7 +143,9 @@ void bar_latest(float* table) {
 void set_latest(float* table, bool drop) {
   for (int i = !drop; i < kWindowPatterns; i += 2) table[i] = kBarred;
 }
-void add_shared(float* table, const float* shared_values, float factor) { FIRN_DISPATCH(shared(table, shared_values, factor)); }
+void add_shared(float* table, const float* shared_values, float factor) {
+  FIRN_DISPATCH(shared(table, shared_values, factor));
+}
 void step_forward(int rows, const float* before, const float* table, float* after) {
   FIRN_DISPATCH(forward(rows, before, table, after));
 }

@@ -10,7 +10,8 @@
 namespace firn::control::smf_line {
 
 std::vector<double> disturbance(const DisturbanceModel& m) {
-  if (m.intervals < 1) throw std::invalid_argument("intervals = " + std::to_string(m.intervals) + " is below 1");
+  if (m.intervals < 1)
+    throw std::invalid_argument("intervals = " + std::to_string(m.intervals) + " is below 1");
   for (const double part : {m.pulse, m.step, m.random})
     if (!std::isfinite(part)) throw std::invalid_argument("a part of the disturbance is not finite");
   std::vector<double> d(std::size_t(m.intervals), 0.0);
@@ -24,7 +25,8 @@ std::vector<double> disturbance(const DisturbanceModel& m) {
   return d;
 }
 
-void simulate(const Gains& g, std::span<const double> d, std::span<double> errors, std::span<double> actions) {
+void simulate(const Gains& g, std::span<const double> d, std::span<double> errors,
+              std::span<double> actions) {
   double e = 0.0, before = 0.0, sum = 0.0;
   for (std::size_t k = 0; k < d.size(); ++k) {
     errors[k] = e;
@@ -49,7 +51,8 @@ Spread spread(const Gains& g, std::span<const double> d) {
     for (std::size_t i = 0; i < 3; ++i) {
       product[i] += e * de[i];
       de_sum[i] += de[i];
-      const double du = direct[i] + g.kp * de[i] + g.ki_star * de_sum[i] + (k ? g.kd_star * (de[i] - de_before[i]) : 0.0);
+      const double du =
+          direct[i] + g.kp * de[i] + g.ki_star * de_sum[i] + (k ? g.kd_star * (de[i] - de_before[i]) : 0.0);
       de_before[i] = de[i];
       de[i] -= du;
     }
@@ -102,16 +105,17 @@ double largest_pole(const Gains& gains) { return std::abs(poles(gains)[0]); }
 
 double stability_margin(const Gains& g) {
   const double cross = g.kd_star * (g.kp + g.ki_star);
-  return std::min({g.ki_star, 1.0 - 0.5 * g.kp - 0.25 * g.ki_star - g.kd_star, 1.0 - std::abs(g.kd_star), g.kp + cross,
-                   2.0 - g.kp - cross - 2.0 * g.kd_star * g.kd_star});
+  return std::min({g.ki_star, 1.0 - 0.5 * g.kp - 0.25 * g.ki_star - g.kd_star, 1.0 - std::abs(g.kd_star),
+                   g.kp + cross, 2.0 - g.kp - cross - 2.0 * g.kd_star * g.kd_star});
 }
 
 bool stable(const Gains& gains) { return stability_margin(gains) > 0.0; }
 
 std::vector<double> disturbance_of(std::span<const double> errors, std::span<const double> actions) {
   if (errors.size() < 2 || actions.size() + 1 < errors.size())
-    throw std::invalid_argument("a disturbance needs two errors and an action before each but the first; there are " +
-                                std::to_string(errors.size()) + " errors and " + std::to_string(actions.size()) + " actions");
+    throw std::invalid_argument(
+        "a disturbance needs two errors and an action before each but the first; there are " +
+        std::to_string(errors.size()) + " errors and " + std::to_string(actions.size()) + " actions");
   std::vector<double> d(errors.size() - 1);
   for (std::size_t k = 0; k < d.size(); ++k) d[k] = errors[k] - actions[k] - errors[k + 1];
   return d;

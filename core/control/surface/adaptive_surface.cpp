@@ -18,11 +18,13 @@ HeightMap AdaptiveSurface::control_law(const SurfaceMeasurement& m, const Height
   if (!again) before_ = after_;
   const bool first = before_.error.size() == 0 && m.layer > 0;
   const SurfaceAdaptiveOptions& o = options_.adaptive;
-  const HeightMap last = moved(before_.error, e.spec), done = moved(before_.executed, e.spec), old_d = moved(before_.disturbance, e.spec),
-                  old_gain = moved(before_.gain, e.spec), old_innovation = moved(before_.innovation, e.spec);
+  const HeightMap last = moved(before_.error, e.spec), done = moved(before_.executed, e.spec),
+                  old_d = moved(before_.disturbance, e.spec), old_gain = moved(before_.gain, e.spec),
+                  old_innovation = moved(before_.innovation, e.spec);
   HeightMap innovation(e.spec, kNotMeasured);
   for (std::size_t c = 0; c < e.size(); ++c)
-    innovation.cells[c] = last.cells[c] - done.cells[c] - old_d.cells[c] - e.cells[c];  // NaN where one of them is not known
+    innovation.cells[c] =
+        last.cells[c] - done.cells[c] - old_d.cells[c] - e.cells[c];  // NaN where one of them is not known
   after_ = {e, e, e, window_mean(innovation, o.window_cells, o.window_cells), HeightMap()};
   HeightMap u(e.spec, kNotMeasured);
   for (std::size_t c = 0; c < e.size(); ++c) {
@@ -32,7 +34,8 @@ HeightMap AdaptiveSurface::control_law(const SurfaceMeasurement& m, const Height
     if (std::isfinite(innovation.cells[c])) {
       const double now = after_.innovation.cells[c], before = old_innovation.cells[c];
       const double largest = std::max(now * now, before * before);
-      if (std::isfinite(before) && largest > 0.0) gain = std::clamp(gain + o.gain_rate * now * before / largest, o.gain_min, o.gain_max);
+      if (std::isfinite(before) && largest > 0.0)
+        gain = std::clamp(gain + o.gain_rate * now * before / largest, o.gain_min, o.gain_max);
       d += gain * innovation.cells[c];
     } else if (first) {
       d = -gain * e.cells[c];  // the first interval was laid on the bare table, at u = 0

@@ -10,8 +10,10 @@ namespace {
 
 constexpr double kSlopeKept = 0.8, kSlopeShare = 0.4;  // phi, beta: a drift goes on, and dies away
 constexpr double kFirstShare = 0.3;   // of the first map, where the table's shape is not known
-constexpr double kStartShare = 1.2;   // beta of the first map where it is: a drift has begun at nothing, and its mean so far is a third of the next
-constexpr double kBorderLack = 0.05;  // intervals that cells at a border lack in the first one, and half of it behind them: beads round off there
+constexpr double kStartShare = 1.2;   // beta of the first map where it is: a drift has begun at nothing, and
+                                      // its mean so far is a third of the next
+constexpr double kBorderLack = 0.05;  // intervals that cells at a border lack in the first one, and half of
+                                      // it behind them: beads round off there
 
 struct Nearest {
   double mm2 = std::numeric_limits<double>::infinity();
@@ -25,14 +27,16 @@ template <std::size_t N, class Class>
 std::array<double, N> class_means(const HeightMap& v, const Class& class_of) {
   std::array<double, N> sum{}, cells{};
   for (std::size_t c = 0; c < v.size(); ++c)
-    if (std::isfinite(v.cells[c])) sum[std::size_t(class_of(c))] += v.cells[c], cells[std::size_t(class_of(c))] += 1.0;
+    if (std::isfinite(v.cells[c]))
+      sum[std::size_t(class_of(c))] += v.cells[c], cells[std::size_t(class_of(c))] += 1.0;
   for (std::size_t n = 0; n < N; ++n) sum[n] = cells[n] > 0.0 ? sum[n] / cells[n] : 0.0;
   return sum;
 }
 
 std::array<double, kZones> lack_at_borders() {
   std::array<double, kZones> d{};
-  for (std::size_t z = 0; z < d.size(); ++z) d[z] = z % kZoneBands < 2 ? -kBorderLack : z % kZoneBands == 2 ? -0.5 * kBorderLack : 0.0;
+  for (std::size_t z = 0; z < d.size(); ++z)
+    d[z] = z % kZoneBands < 2 ? -kBorderLack : z % kZoneBands == 2 ? -0.5 * kBorderLack : 0.0;
   return d;
 }
 
@@ -57,14 +61,16 @@ Grid<std::int8_t> zones(const Grid<std::uint8_t>& material, double band_mm) {
         }
       const bool far = !(nearest.mm2 < far_mm * far_mm);
       const int band = far ? kZoneBands - 1 : int(std::sqrt(nearest.mm2) / band_mm);
-      out.at(i, j) = std::int8_t((int(material_of(own)) * 2 + (nearest.bare && !far ? 1 : 0)) * kZoneBands + band);
+      out.at(i, j) =
+          std::int8_t((int(material_of(own)) * 2 + (nearest.bare && !far ? 1 : 0)) * kZoneBands + band);
     }
   return out;
 }
 
 HeightMap square_mean(const HeightMap& values, double side_mm) {
   const GridSpec& g = values.spec;
-  return window_mean(values, int(0.5 * side_mm / g.pitch_x_mm + 1e-9), int(0.5 * side_mm / g.pitch_y_mm + 1e-9));
+  return window_mean(values, int(0.5 * side_mm / g.pitch_x_mm + 1e-9),
+                     int(0.5 * side_mm / g.pitch_y_mm + 1e-9));
 }
 
 HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightMap& e, bool again) {
@@ -72,7 +78,9 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   const SurfaceForeseeOptions& o = options_.foresee;
   const bool first = before_.error.size() == 0;
   const bool of_table = before_.of_table;
-  const auto moved = [&](const HeightMap& from) { return first ? HeightMap(e.spec, 0.0) : resample(from, e.spec, kNotMeasured); };
+  const auto moved = [&](const HeightMap& from) {
+    return first ? HeightMap(e.spec, 0.0) : resample(from, e.spec, kNotMeasured);
+  };
   const HeightMap last = moved(before_.error), done = moved(before_.executed);
   const Grid<std::int8_t> zone = zones(m.material, o.zone_mm);
   const auto material = [&](std::size_t c) { return material_of(m.material.cells[c]); };
@@ -87,7 +95,8 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
     if (std::isfinite(e.cells[c]) && m.layer == 0)
       v.cells[c] = 0.0;  // the bare table tells nothing of what will be laid
     else if (std::isfinite(e.cells[c]))
-      v.cells[c] = last.cells[c] - done.cells[c] - e.cells[c] - foreseen[material(c)] - after_.zone[std::size_t(zone.cells[c])] - after_.wide.cells[c];
+      v.cells[c] = last.cells[c] - done.cells[c] - e.cells[c] - foreseen[material(c)] -
+                   after_.zone[std::size_t(zone.cells[c])] - after_.wide.cells[c];
   const auto of_material = class_means<2>(v, material);
   for (std::size_t c = 0; c < v.size(); ++c)
     if (std::isfinite(v.cells[c])) v.cells[c] -= of_material[material(c)];
@@ -99,7 +108,8 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   for (std::size_t n = 0; n < of_material.size(); ++n) {
     // The first map holds the table's own shape, which is answered but does not last.
     const double learned = (first ? kFirstShare : 1.0) * o.flow_gain * of_material[n];
-    after_.slope[n] = kSlopeKept * after_.slope[n] + (first ? 0.0 : (of_table ? kStartShare : kSlopeShare) * learned);
+    after_.slope[n] =
+        kSlopeKept * after_.slope[n] + (first ? 0.0 : (of_table ? kStartShare : kSlopeShare) * learned);
     after_.material[n] += learned;
   }
   for (std::size_t n = 0; n < of_zone.size(); ++n) after_.zone[n] += o.zone_gain * of_zone[n];
@@ -111,7 +121,8 @@ HeightMap ForeseeSurface::control_law(const SurfaceMeasurement& m, const HeightM
   for (std::size_t c = 0; c < e.size(); ++c) {
     if (!std::isfinite(e.cells[c])) continue;
     if (!first && std::isfinite(wide.cells[c])) after_.wide.cells[c] += o.wide_gain * wide.cells[c];
-    const double d = after_.material[material(c)] + kSlopeKept * after_.slope[material(c)] + after_.zone[std::size_t(zone.cells[c])] + after_.wide.cells[c];
+    const double d = after_.material[material(c)] + kSlopeKept * after_.slope[material(c)] +
+                     after_.zone[std::size_t(zone.cells[c])] + after_.wide.cells[c];
     after_.disturbance.cells[c] = d;
     u.cells[c] = o.kp * (about.cells[c] + o.narrow_gain * (e.cells[c] - about.cells[c])) - d;
   }

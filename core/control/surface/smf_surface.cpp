@@ -13,7 +13,8 @@ HeightMap SmfSurface::control_law(const SurfaceMeasurement&, const HeightMap& e,
   if (!again) before_ = after_;
   const SurfaceSmfOptions& o = options_.smf;
   const HeightMap sum = carried_over(before_.sum, e.spec);
-  const HeightMap last = before_.error.size() ? resample(before_.error, e.spec, kNotMeasured) : HeightMap(e.spec, kNotMeasured);
+  const HeightMap last =
+      before_.error.size() ? resample(before_.error, e.spec, kNotMeasured) : HeightMap(e.spec, kNotMeasured);
   const double limit = o.ki_star > 0.0 ? o.integral_limit / o.ki_star : 0.0;
   HeightMap u(e.spec, kNotMeasured);
   after_ = {u, e};

@@ -1,4 +1,5 @@
-// Surface-mapping feedback for continuous deposition: a PID law whose signals are surfaces [Barnett 2012, 5.1.2, 5.2.2].
+// Surface-mapping feedback for continuous deposition: a PID law whose signals are surfaces [Barnett
+// 2012, 5.1.2, 5.2.2].
 #pragma once
 
 #include "core/control/surface/surface_memory.h"
@@ -15,9 +16,9 @@ class OpenLoopSurface final : public SurfaceScheduler {
 };
 
 /// U_k = K_p E_k + K_i* sum_{i<=k} E_i + K_d* (E_k - E_{k-1})      (5.1), (5.2)
-/// E normalised by the interval. The grid changes from interval to interval: sum and E_{k-1} are resampled onto the new one
-/// first. A cell that had none starts with the sum at zero and without a derivative, as every cell does at k = 1. The sum is
-/// held where |K_i* sum| reaches its limit (5.2.2).
+/// E normalised by the interval. The grid changes from interval to interval: sum and E_{k-1} are resampled
+/// onto the new one first. A cell that had none starts with the sum at zero and without a derivative, as
+/// every cell does at k = 1. The sum is held where |K_i* sum| reaches its limit (5.2.2).
 class SmfSurface final : public SurfaceScheduler {
  public:
   explicit SmfSurface(const SurfaceOptions& options) : SurfaceScheduler(options) {}

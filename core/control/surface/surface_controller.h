@@ -1,6 +1,6 @@
-// Feedback for continuous deposition along paths: a height map on the interval's own grid in, the control action U' of the
-// next interval out, over the same grid [Barnett 2012, 5.1, 5.2, 6.2]. A new scheme is one class and one row in the table of
-// surface_schemes.cpp.
+// Feedback for continuous deposition along paths: a height map on the interval's own grid in, the control
+// action U' of the next interval out, over the same grid [Barnett 2012, 5.1, 5.2, 6.2]. A new scheme is one
+// class and one row in the table of surface_schemes.cpp.
 #pragma once
 
 #include <array>
@@ -29,33 +29,35 @@ struct SurfaceSmfOptions {
 
 struct SurfaceAdaptiveOptions {
   double kp = 1.0;
-  double gain = 0.33;           ///< share of an unforeseen error that is taken for lasting, at first
+  double gain = 0.33;  ///< share of an unforeseen error that is taken for lasting, at first
   double gain_min = 0.05, gain_max = 0.8;
-  double gain_rate = 0.15;      ///< what an innovation that comes again as it was adds to the gain
-  int window_cells = 3;         ///< innovations are compared over a square of 2 n + 1 cells
+  double gain_rate = 0.15;  ///< what an innovation that comes again as it was adds to the gain
+  int window_cells = 3;     ///< innovations are compared over a square of 2 n + 1 cells
 };
 
 struct SurfaceForeseeOptions {
   double kp = 1.0;
-  double flow_gain = 0.7;       ///< share of a material's unforeseen mean error that is taken for lasting
-  double zone_gain = 0.3;       ///< the same of a zone's mean, beyond its material's
-  double zone_mm = 1.0;         ///< width of a zone's band of distances to a border
-  double wide_gain = 0.1;       ///< the same of means over squares of wide_mm, beyond the zones
+  double flow_gain = 0.7;  ///< share of a material's unforeseen mean error that is taken for lasting
+  double zone_gain = 0.3;  ///< the same of a zone's mean, beyond its material's
+  double zone_mm = 1.0;    ///< width of a zone's band of distances to a border
+  double wide_gain = 0.1;  ///< the same of means over squares of wide_mm, beyond the zones
   double wide_mm = 9.0;
-  double narrow_gain = 1.0;     ///< share of an error narrower than narrow_mm that is answered
+  double narrow_gain = 1.0;  ///< share of an error narrower than narrow_mm that is answered
   double narrow_mm = 5.0;
 };
 
 struct SurfaceOptions {
   std::string scheme = "smf";
-  double interval_mm = 1.2;     ///< dh_m = n_d dh_d
+  double interval_mm = 1.2;  ///< dh_m = n_d dh_d
   SurfaceVersion version = SurfaceVersion::kPathSpeed;
-  double speed_range = 0.3;     ///< speed version: c stays within (1 +- this) c_nom (5.2.2)
-  double output_limit = 1.0;    ///< frequency version: |U'| stays within this, at most 1
-  bool feed_forward = false;    ///< of use_flow(): the action is divided by what a valve gives against its calibration
-  int last_layer = 0;           ///< of the part: its map is answered with "end"; 0 = there is none
-  int stop_after = 0;           ///< stop when so many maps running one material's cells ask for all there is; 0 = never
-  double stop_share = 0.5;      ///< of them, above which a map counts
+  double speed_range = 0.3;   ///< speed version: c stays within (1 +- this) c_nom (5.2.2)
+  double output_limit = 1.0;  ///< frequency version: |U'| stays within this, at most 1
+  bool feed_forward =
+      false;           ///< of use_flow(): the action is divided by what a valve gives against its calibration
+  int last_layer = 0;  ///< of the part: its map is answered with "end"; 0 = there is none
+  int stop_after =
+      0;  ///< stop when so many maps running one material's cells ask for all there is; 0 = never
+  double stop_share = 0.5;  ///< of them, above which a map counts
   SurfaceSmfOptions smf;
   SurfaceAdaptiveOptions adaptive;
   SurfaceForeseeOptions foresee;
@@ -66,19 +68,20 @@ enum class CellMaterial : std::uint8_t { kNone = 0, kPart = 1, kScaffold = 2 };
 
 /// The surface at one measurement plane.
 struct SurfaceMeasurement {
-  const HeightMap& height;                   ///< [mm], finite where `material` is not kNone
-  const Grid<std::uint8_t>& material;        ///< CellMaterial of each cell of the same grid
-  double nominal_mm = 0.0;                   ///< h_k, what the height should be
-  int layer = 0;                             ///< deposition layers so far
+  const HeightMap& height;             ///< [mm], finite where `material` is not kNone
+  const Grid<std::uint8_t>& material;  ///< CellMaterial of each cell of the same grid
+  double nominal_mm = 0.0;             ///< h_k, what the height should be
+  int layer = 0;                       ///< deposition layers so far
   int attempt = 0;
-  double noise_std_mm = 0.0;                 ///< of a cell; 0 = unknown
+  double noise_std_mm = 0.0;  ///< of a cell; 0 = unknown
 };
 
 /// Largest and smallest action: c = c_nom / (1 + u').
 struct ActionBounds {
   double low = 0.0, high = 0.0;
 };
-/// Speed: [1 / (1 + range) - 1, 1 / (1 - range) - 1], so that c stays within (1 +- range) c_nom. Frequency: +-output_limit.
+/// Speed: [1 / (1 + range) - 1, 1 / (1 - range) - 1], so that c stays within (1 +- range) c_nom. Frequency:
+/// +-output_limit.
 ActionBounds action_bounds(const SurfaceOptions& options);
 
 struct SurfaceDecision {
@@ -92,15 +95,16 @@ struct SurfaceDecision {
   std::string reason;
 };
 
-/// State is a pure function of the measurements and flow factors handed in. A second call for the same layer replaces
-/// the first.
+/// State is a pure function of the measurements and flow factors handed in. A second call for the same layer
+/// replaces the first.
 class SurfaceController {
  public:
   virtual ~SurfaceController() = default;
-  /// @throws std::invalid_argument: sizes differ, an empty footprint, a height on it that is not finite, a layer that
-  /// came before the last one.
+  /// @throws std::invalid_argument: sizes differ, an empty footprint, a height on it that is not finite, a
+  /// layer that came before the last one.
   virtual SurfaceDecision decide(const SurfaceMeasurement& measurement) = 0;
-  /// What each material's valve gives over what its calibration says. @throws std::invalid_argument unless above 0
+  /// What each material's valve gives over what its calibration says. @throws std::invalid_argument unless
+  /// above 0
   virtual void use_flow(const std::array<double, 2>& /*factor*/) {}
   /// Somebody has looked at the lab: maps in a row that asked for all there is are counted anew.
   virtual void looked_after() {}
@@ -112,7 +116,8 @@ struct SurfaceScheme {
   std::unique_ptr<SurfaceController> (*make)(const SurfaceOptions&);
 };
 std::span<const SurfaceScheme> surface_schemes();
-/// @throws std::invalid_argument: an unknown scheme (lists the known ones), an option out of its range (names it).
+/// @throws std::invalid_argument: an unknown scheme (lists the known ones), an option out of its range (names
+/// it).
 std::unique_ptr<SurfaceController> make_surface_controller(const SurfaceOptions& options);
 
 /// (5.7), (5.8): the path speed that lays (1 + u) times as much per length at constant flow. @pre u > -1

@@ -10,7 +10,9 @@ namespace {
 constexpr int kBeyond_cells = 2;
 
 void require(bool ok, const char* name, double value, const char* limit) {
-  if (!ok) throw std::invalid_argument(std::string("surface control: ") + name + " = " + std::to_string(value) + " must be " + limit);
+  if (!ok)
+    throw std::invalid_argument(std::string("surface control: ") + name + " = " + std::to_string(value) +
+                                " must be " + limit);
 }
 
 // Cells next to known ones take the mean of their known neighbours, ring by ring; the rest is 0.
@@ -39,7 +41,8 @@ void extend(HeightMap& u) {
 void check(const SurfaceOptions& o) {
   require(std::isfinite(o.interval_mm) && o.interval_mm > 0.0, "interval_mm", o.interval_mm, "above 0");
   require(o.speed_range > 0.0 && o.speed_range < 1.0, "speed_range", o.speed_range, "above 0 and below 1");
-  require(o.output_limit > 0.0 && o.output_limit <= 1.0, "output_limit", o.output_limit, "above 0 and at most 1");
+  require(o.output_limit > 0.0 && o.output_limit <= 1.0, "output_limit", o.output_limit,
+          "above 0 and at most 1");
   require(o.stop_after >= 0, "stop_after", o.stop_after, "0 or more");
   require(o.stop_share > 0.0 && o.stop_share <= 1.0, "stop_share", o.stop_share, "above 0 and at most 1");
   require(std::isfinite(o.smf.kp) && o.smf.kp > 0.0, "kp", o.smf.kp, "above 0");
@@ -48,33 +51,45 @@ void check(const SurfaceOptions& o) {
   require(o.smf.integral_limit > 0.0, "integral_limit", o.smf.integral_limit, "above 0");
   const SurfaceAdaptiveOptions& a = o.adaptive;
   require(std::isfinite(a.kp) && a.kp > 0.0, "adaptive.kp", a.kp, "above 0");
-  require(a.gain_min > 0.0 && a.gain_min <= a.gain, "adaptive.gain_min", a.gain_min, "above 0 and at most adaptive.gain");
-  require(a.gain_max >= a.gain && a.gain_max <= 1.0, "adaptive.gain_max", a.gain_max, "at least adaptive.gain and at most 1");
+  require(a.gain_min > 0.0 && a.gain_min <= a.gain, "adaptive.gain_min", a.gain_min,
+          "above 0 and at most adaptive.gain");
+  require(a.gain_max >= a.gain && a.gain_max <= 1.0, "adaptive.gain_max", a.gain_max,
+          "at least adaptive.gain and at most 1");
   require(a.gain_rate >= 0.0 && a.gain_rate <= 1.0, "adaptive.gain_rate", a.gain_rate, "between 0 and 1");
   const SurfaceForeseeOptions& f = o.foresee;
   require(std::isfinite(f.kp) && f.kp > 0.0, "foresee.kp", f.kp, "above 0");
-  for (const auto& [name, gain] : {std::pair{"foresee.flow_gain", f.flow_gain}, {"foresee.zone_gain", f.zone_gain}, {"foresee.wide_gain", f.wide_gain}})
+  for (const auto& [name, gain] : {std::pair{"foresee.flow_gain", f.flow_gain},
+                                   {"foresee.zone_gain", f.zone_gain},
+                                   {"foresee.wide_gain", f.wide_gain}})
     require(gain >= 0.0 && gain <= 1.0, name, gain, "between 0 and 1");
-  require(f.narrow_gain >= 0.0 && f.narrow_gain <= 2.0, "foresee.narrow_gain", f.narrow_gain, "between 0 and 2");
-  for (const auto& [name, length] : {std::pair{"foresee.zone_mm", f.zone_mm}, {"foresee.wide_mm", f.wide_mm}, {"foresee.narrow_mm", f.narrow_mm}})
+  require(f.narrow_gain >= 0.0 && f.narrow_gain <= 2.0, "foresee.narrow_gain", f.narrow_gain,
+          "between 0 and 2");
+  for (const auto& [name, length] : {std::pair{"foresee.zone_mm", f.zone_mm},
+                                     {"foresee.wide_mm", f.wide_mm},
+                                     {"foresee.narrow_mm", f.narrow_mm}})
     require(std::isfinite(length) && length > 0.0, name, length, "above 0");
-  require(a.window_cells >= 0 && a.window_cells <= 100, "adaptive.window_cells", a.window_cells, "between 0 and 100");
+  require(a.window_cells >= 0 && a.window_cells <= 100, "adaptive.window_cells", a.window_cells,
+          "between 0 and 100");
 }
 
 void check(const SurfaceMeasurement& m, int last_layer_seen) {
   firn::check(m.height.spec);
-  if (m.material.spec != m.height.spec || m.height.size() != m.height.spec.size() || m.material.size() != m.height.size())
+  if (m.material.spec != m.height.spec || m.height.size() != m.height.spec.size() ||
+      m.material.size() != m.height.size())
     throw std::invalid_argument("height map: the footprint is not on the same grid");
-  if (!std::isfinite(m.nominal_mm)) throw std::invalid_argument("height map: the nominal height is not finite");
+  if (!std::isfinite(m.nominal_mm))
+    throw std::invalid_argument("height map: the nominal height is not finite");
   if (m.layer < 0 || m.attempt < 0 || m.layer < last_layer_seen)
-    throw std::invalid_argument("height map: layer " + std::to_string(m.layer) + " after layer " + std::to_string(last_layer_seen));
+    throw std::invalid_argument("height map: layer " + std::to_string(m.layer) + " after layer " +
+                                std::to_string(last_layer_seen));
   bool any = false;
   for (std::size_t c = 0; c < m.height.size(); ++c) {
     if (!m.material.cells[c]) continue;
     any = true;
     if (!std::isfinite(m.height.cells[c]))
-      throw std::invalid_argument("height map: cell (" + std::to_string(c % std::size_t(m.height.spec.nx)) + ", " +
-                                  std::to_string(c / std::size_t(m.height.spec.nx)) + ") of the part has no finite height");
+      throw std::invalid_argument("height map: cell (" + std::to_string(c % std::size_t(m.height.spec.nx)) +
+                                  ", " + std::to_string(c / std::size_t(m.height.spec.nx)) +
+                                  ") of the part has no finite height");
   }
   if (!any) throw std::invalid_argument("height map: layer " + std::to_string(m.layer) + " has no footprint");
 }
@@ -110,7 +125,8 @@ SurfaceScheduler::SurfaceScheduler(const SurfaceOptions& options) : options_(opt
 
 void SurfaceScheduler::use_flow(const std::array<double, 2>& factor) {
   for (const double f : factor)
-    if (!(std::isfinite(f) && f > 0.0)) throw std::invalid_argument("flow factor " + std::to_string(f) + " must be above 0");
+    if (!(std::isfinite(f) && f > 0.0))
+      throw std::invalid_argument("flow factor " + std::to_string(f) + " must be above 0");
   if (options_.feed_forward) factor_ = factor;
 }
 
@@ -147,7 +163,9 @@ SurfaceDecision SurfaceScheduler::decide(const SurfaceMeasurement& m) {
   d.mean_error_mm = sum / cells;
   d.feed_forward = {1.0 / factor_[0], 1.0 / factor_[1]};
   const auto counted = [&](int before, std::size_t material) {
-    return of_material[material] > 0.0 ? (wants_all[material] > options_.stop_share * of_material[material] ? before + 1 : 0) : before;
+    return of_material[material] > 0.0
+               ? (wants_all[material] > options_.stop_share * of_material[material] ? before + 1 : 0)
+               : before;
   };
   after_ = {counted(before_.part, 0), counted(before_.scaffold, 1)};
 
@@ -158,8 +176,10 @@ SurfaceDecision SurfaceScheduler::decide(const SurfaceMeasurement& m) {
     d.reason = "the last layer is printed";
   } else if (options_.stop_after > 0 && std::max(after_.part, after_.scaffold) >= options_.stop_after) {
     d.kind = SurfaceDecision::Kind::kStop;
-    d.reason = std::string(after_.part >= after_.scaffold ? "the part" : "the scaffold") + " asks for all the material there is for " +
-               std::to_string(std::max(after_.part, after_.scaffold)) + " height maps running: tank empty, line blocked, or a part that cannot be built";
+    d.reason = std::string(after_.part >= after_.scaffold ? "the part" : "the scaffold") +
+               " asks for all the material there is for " +
+               std::to_string(std::max(after_.part, after_.scaffold)) +
+               " height maps running: tank empty, line blocked, or a part that cannot be built";
   }
   return d;
 }

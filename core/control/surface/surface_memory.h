@@ -1,5 +1,5 @@
-// What every surface scheme does around its control law: checks, statistics, resampling from interval to interval,
-// saturation, what lies beyond the footprint.
+// What every surface scheme does around its control law: checks, statistics, resampling from interval to
+// interval, saturation, what lies beyond the footprint.
 #pragma once
 
 #include "core/control/surface/surface_controller.h"
@@ -30,7 +30,8 @@ class SurfaceScheduler : public SurfaceController {
  protected:
   /// U of (5.1), not saturated, NaN beyond the footprint. `again`: the layer
   /// was answered before, and what was remembered then does not count.
-  virtual HeightMap control_law(const SurfaceMeasurement& measurement, const HeightMap& error, bool again) = 0;
+  virtual HeightMap control_law(const SurfaceMeasurement& measurement, const HeightMap& error,
+                                bool again) = 0;
   /// The saturated U' as the printer will execute it, relative to what the believed flow lays at u = 0.
   virtual void executed(const HeightMap& /*u*/) {}
 
@@ -38,7 +39,8 @@ class SurfaceScheduler : public SurfaceController {
 
  private:
   struct Count {
-    int part = 0, scaffold = 0;  ///< maps running in which more than stop_share of its cells asked for all there is
+    int part = 0,
+        scaffold = 0;  ///< maps running in which more than stop_share of its cells asked for all there is
   };
   std::array<double, 2> factor_{1.0, 1.0};
   int layer_ = -1;

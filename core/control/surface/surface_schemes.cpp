@@ -16,8 +16,11 @@ std::unique_ptr<SurfaceController> make(const SurfaceOptions& options) {
 constexpr SurfaceScheme kSchemes[] = {
     {"open_loop", "nominal deposition, whatever is measured", &make<OpenLoopSurface>},
     {"smf", "surface-mapping feedback, PID on the error surface [Barnett 2012]", &make<SmfSurface>},
-    {"smf_adaptive", "foresees what each place will be short of; its gain adapts from place to place", &make<AdaptiveSurface>},
-    {"smf_foresee", "foresees what each material, zone and neighbourhood will be short of, from means over many cells", &make<ForeseeSurface>},
+    {"smf_adaptive", "foresees what each place will be short of; its gain adapts from place to place",
+     &make<AdaptiveSurface>},
+    {"smf_foresee",
+     "foresees what each material, zone and neighbourhood will be short of, from means over many cells",
+     &make<ForeseeSurface>},
 };
 
 }  // namespace

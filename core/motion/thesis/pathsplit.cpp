@@ -73,7 +73,7 @@ Profile redistribute(const CleanPath& path, std::size_t first, std::size_t last,
     const double f = k == intervals ? 1.0 : (at - s[segment]) / (s[segment + 1] - s[segment]);
     out.points.push_back({a.x_mm + f * (b.x_mm - a.x_mm), a.y_mm + f * (b.y_mm - a.y_mm)});
     if (!path.yaw_rad.empty()) {
-      const double *yaw = &path.yaw_rad[first + segment];
+      const double* yaw = &path.yaw_rad[first + segment];
       out.yaw_rad.push_back(yaw[0] + f * (yaw[1] - yaw[0]));
     }
     out.s_mm.push_back(at);

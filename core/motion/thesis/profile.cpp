@@ -35,13 +35,15 @@ Point2 point_at(const Profile& profile, Place place) {
 
 }  // namespace
 
-Point2 point_at(const Profile& profile, double s_mm) { return point_at(profile, place_at(profile.s_mm, s_mm)); }
+Point2 point_at(const Profile& profile, double s_mm) {
+  return point_at(profile, place_at(profile.s_mm, s_mm));
+}
 
 void append_at(const Profile& profile, double s_mm, Profile& out) {
   const Place place = place_at(profile.s_mm, s_mm);
   out.points.push_back(point_at(profile, place));
   if (profile.yaw_rad.empty()) return;
-  const double *yaw = &profile.yaw_rad[place.interval];
+  const double* yaw = &profile.yaw_rad[place.interval];
   out.yaw_rad.push_back(between(yaw[0], yaw[1], place.share));
 }
 

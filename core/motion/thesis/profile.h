@@ -12,11 +12,12 @@ namespace firn::motion::thesis {
 /// n points. The steps VCON, ACON and JCON leave the points alone and only raise entries of dt.
 struct Profile {
   std::vector<Point2> points;
-  std::vector<double> yaw_rad;              ///< n; empty where the tool does not turn
-  std::vector<double> s_mm;                 ///< n, travelled distance, strictly increasing
-  std::vector<std::vector<double>> joints;  ///< [joint][n]: the joints that have limits; then the yaw, which is shaped alike
-  std::vector<double> ceiling_mm_s;         ///< n - 1, speed ceiling of each interval
-  std::vector<double> dt_s;                 ///< n - 1, point-to-point durations
+  std::vector<double> yaw_rad;  ///< n; empty where the tool does not turn
+  std::vector<double> s_mm;     ///< n, travelled distance, strictly increasing
+  std::vector<std::vector<double>>
+      joints;  ///< [joint][n]: the joints that have limits; then the yaw, which is shaped alike
+  std::vector<double> ceiling_mm_s;  ///< n - 1, speed ceiling of each interval
+  std::vector<double> dt_s;          ///< n - 1, point-to-point durations
 
   std::size_t size() const { return points.size(); }
   double duration_s() const;
@@ -25,7 +26,8 @@ struct Profile {
 /// Position of the subpath's polyline at distance s (linear interpolation, ends clamped).
 Point2 point_at(const Profile& profile, double s_mm);
 
-/// Appends that position, and the yaw there, to the points of `out`; s_mm, durations and ceilings are the caller's.
+/// Appends that position, and the yaw there, to the points of `out`; s_mm, durations and ceilings are the
+/// caller's.
 void append_at(const Profile& profile, double s_mm, Profile& out);
 
 /// Radius of the circle through each point and its two neighbours [mm]; infinite on straights and at the

@@ -92,10 +92,12 @@ ThesisResult plan_thesis_steps(const PathInput& input, const Arm& arm, const Mot
     ticked.joints = joints(ticked);
     if (ticked.size() >= 4) thesis::jcon(ticked, shaped, options.margins);
     steps.final = thesis::at_tick(profile, ticked, options.tick_s);
-    const std::ptrdiff_t skip = samples.points.empty() ? 0 : 1;  // the end of one subpath is the start of the next
+    const std::ptrdiff_t skip =
+        samples.points.empty() ? 0 : 1;  // the end of one subpath is the start of the next
     samples.points.insert(samples.points.end(), steps.final.points.begin() + skip, steps.final.points.end());
     if (turning)
-      samples.yaw_rad.insert(samples.yaw_rad.end(), steps.final.yaw_rad.begin() + skip, steps.final.yaw_rad.end());
+      samples.yaw_rad.insert(samples.yaw_rad.end(), steps.final.yaw_rad.begin() + skip,
+                             steps.final.yaw_rad.end());
     result.steps.push_back(std::move(steps));
   }
   auto all = joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture);

@@ -20,7 +20,8 @@ void backwards(int n, const std::function<void(int)>& body) {
 
 }  // namespace
 
-TEST_CASE("no layer of a 4 x 4 part beats the bound, by brute force over 2^16, and the solver finds the best one") {
+TEST_CASE(
+    "no layer of a 4 x 4 part beats the bound, by brute force over 2^16, and the solver finds the best one") {
   int proved = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const StripInstance in = random_instance(seed, 4, 4, seed % 3 == 0);
@@ -53,7 +54,9 @@ TEST_CASE("any multipliers prove a bound: random ones too stay below the best la
   }
 }
 
-TEST_CASE("the bound of a larger part never falls from sweep to sweep and stays below the layer found, within half a percent") {
+TEST_CASE(
+    "the bound of a larger part never falls from sweep to sweep and stays below the layer found, within half "
+    "a percent") {
   for (std::uint64_t seed = 21; seed <= 24; ++seed) {
     const StripInstance in = random_instance(seed, 20, 17, seed % 2 == 0);
     LayerProblem problem(in.setup, in.height, in.materials);
@@ -63,18 +66,22 @@ TEST_CASE("the bound of a larger part never falls from sweep to sweep and stays 
     const LowerBound b = lower_bound(in.setup, in.height, in.materials, known, {2, 12, 0.0}, serially);
     CHECK(b.total_mm <= known + 1e-12);
     CHECK(b.total_mm > 0.995 * known);
-    for (std::size_t i = 1; i < b.history_mm.size(); ++i) CHECK(b.history_mm[i] >= b.history_mm[i - 1] - 1e-6);
+    for (std::size_t i = 1; i < b.history_mm.size(); ++i)
+      CHECK(b.history_mm[i] >= b.history_mm[i - 1] - 1e-6);
   }
 }
 
-TEST_CASE("patches of another layer are taken where they are better: never worse than either, and equal where alike") {
+TEST_CASE(
+    "patches of another layer are taken where they are better: never worse than either, and equal where "
+    "alike") {
   const StripInstance in = random_instance(31, 40, 40, false);
   RandomStream random(31, Purpose::kInstance);
   LayerProblem a(in.setup, in.height, in.materials), b = a;
   a.set_drops(random_drops(in, random));
   sweep_strips(a, {1, 100}, serially);
   DropletPattern u = a.drops(in.setup.grid);
-  for (const int cell : {205, 830, 1411}) u.cells[std::size_t(cell)] ^= in.setup.mask.cells[std::size_t(cell)];
+  for (const int cell : {205, 830, 1411})
+    u.cells[std::size_t(cell)] ^= in.setup.mask.cells[std::size_t(cell)];
   b.set_drops(u);
   sweep_strips(b, {2, 100}, serially);
   const double best = std::min(a.total_mm(), b.total_mm());
@@ -86,7 +93,9 @@ TEST_CASE("patches of another layer are taken where they are better: never worse
   CHECK(take_better_patches(a, a) == 0);
 }
 
-TEST_CASE("bound and layer are the same in whatever order strips that run together are solved, and other rows are refused") {
+TEST_CASE(
+    "bound and layer are the same in whatever order strips that run together are solved, and other rows are "
+    "refused") {
   const StripInstance in = random_instance(22, 9, 200, true);  // several groups of strips
   const LowerBound a = lower_bound(in.setup, in.height, in.materials, 0.0, {1, 4, 0.0}, serially);
   const LowerBound b = lower_bound(in.setup, in.height, in.materials, 0.0, {1, 4, 0.0}, backwards);

@@ -37,7 +37,8 @@ TEST_CASE("A setup with an empty mask, a bad target or other sizes is refused by
 }
 
 TEST_CASE(
-    "NaN outside the mask is the bare substrate, and NaN on it, another grid or a negative layer is an error, "
+    "NaN outside the mask is the bare substrate, and NaN on it, another grid or a negative layer is an "
+    "error, "
     "for every scheme") {
   const Setup s = cylinder_setup();
   HeightMap holes(s.grid, 0.1), zeros(s.grid, 0.1);

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
-#include "tests/core/control/closed_loop.h"
 #include "core/control/prediction.h"
 #include "core/grid/random.h"
+#include "tests/core/control/closed_loop.h"
 #include "tests/core/control/guard_cases.h"
 
 namespace firn::control {
@@ -52,12 +52,15 @@ double lowest(const Setup& s, const HeightMap& h, bool rim) {
 }
 
 bool same(const Decision& a, const Decision& b) {
-  return a.kind == b.kind && a.drops == b.drops && a.objective_mm == b.objective_mm && a.objective_none_mm == b.objective_none_mm;
+  return a.kind == b.kind && a.drops == b.drops && a.objective_mm == b.objective_mm &&
+         a.objective_none_mm == b.objective_none_mm;
 }
 
 }  // namespace
 
-TEST_CASE("The first target lies K layers of the first model under the last, on the rim the rim's share of that, and never under the ground") {
+TEST_CASE(
+    "The first target lies K layers of the first model under the last, on the rim the rim's share of that, "
+    "and never under the ground") {
   Setup s = small_disc(0.04, 0.8);
   s.target.at(6, 6) = 0.005;
   FinishTogether mpc(s, options_of(2.5, 1));
@@ -71,7 +74,9 @@ TEST_CASE("The first target lies K layers of the first model under the last, on 
   }
 }
 
-TEST_CASE("While a layer betters the first target the decision is that of MPC on it, and afterwards the plan whose J^2 + n (w l)^2 is least") {
+TEST_CASE(
+    "While a layer betters the first target the decision is that of MPC on it, and afterwards the plan whose "
+    "J^2 + n (w l)^2 is least") {
   int first_stage = 0, last_stage = 0, shorter = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     RandomStream random(seed, Purpose::kTest);
@@ -79,7 +84,8 @@ TEST_CASE("While a layer betters the first target the decision is that of MPC on
     const ControlOptions o = options_of(2.0, 3);
     HeightMap h(s.grid);
     const double deep = random.uniform(0.0, 0.03);
-    for (std::size_t c = 0; c < h.size(); ++c) h.cells[c] = s.mask.cells[c] ? 0.05 - deep - random.uniform(0.0, 0.003) : 0.0;
+    for (std::size_t c = 0; c < h.size(); ++c)
+      h.cells[c] = s.mask.cells[c] ? 0.05 - deep - random.uniform(0.0, 0.003) : 0.0;
     const Measurement m{h, 5, 0, 1e-4};
     const Decision d = FinishTogether(s, o).decide(m);
     Setup lower = s;
@@ -97,18 +103,23 @@ TEST_CASE("While a layer betters the first target the decision is that of MPC on
       ControlOptions one = o;
       one.mpc.horizon = n;
       const Decision plan = Mpc(s, one).decide(m);
-      const double cost = plan.objective_mm * plan.objective_mm + n * std::pow(FinishTogether::kWander * 7.6e-3, 2);
+      const double cost =
+          plan.objective_mm * plan.objective_mm + n * std::pow(FinishTogether::kWander * 7.6e-3, 2);
       if (plan.kind == Decision::Kind::kPrint && cost < least) best = plan, least = cost, shorter += n < 3;
     }
-    if (best) CHECK(same(d, *best));
-    else CHECK(d.kind == Decision::Kind::kEnd);
+    if (best)
+      CHECK(same(d, *best));
+    else
+      CHECK(d.kind == Decision::Kind::kEnd);
   }
   CHECK(first_stage > 5);
   CHECK(last_stage > 5);
   CHECK(shorter > 0);
 }
 
-TEST_CASE("Where droplets at the rim add less, no inside is finished before the rim is within K layers, and the print ends with both at the target") {
+TEST_CASE(
+    "Where droplets at the rim add less, no inside is finished before the rim is within K layers, and the "
+    "print ends with both at the target") {
   const Setup s = small_disc(0.06, 0.5);
   const double k = 2.0, layer_mm = s.model.layer_height_mm();
   for (const double layers : {0.0, k}) {
@@ -128,31 +139,39 @@ TEST_CASE("Where droplets at the rim add less, no inside is finished before the 
     }
     CHECK(ended);
     CHECK(error_stats(h, s.target, s.mask).rms_mm < 1.5e-3);
-    if (layers > 0.0) CHECK_FALSE(early);
-    else CHECK(early);  // without it the inside is finished first
+    if (layers > 0.0)
+      CHECK_FALSE(early);
+    else
+      CHECK(early);  // without it the inside is finished first
   }
 }
 
-TEST_CASE("While the rim is behind by more than L layers the target is the first one lowered by what the rest misses, else the first one") {
+TEST_CASE(
+    "While the rim is behind by more than L layers the target is the first one lowered by what the rest "
+    "misses, else the first one") {
   int waiting = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     RandomStream random(seed, Purpose::kTest);
     Setup s = small_disc(0.05, 0.8);
-    for (std::size_t c = 0; c < s.target.size(); ++c) s.target.cells[c] += s.mask.cells[c] ? random.uniform(0.0, 0.02) : 0.0;
+    for (std::size_t c = 0; c < s.target.size(); ++c)
+      s.target.cells[c] += s.mask.cells[c] ? random.uniform(0.0, 0.02) : 0.0;
     ControlOptions o = options_of(double(seed % 3), 1);
     o.mpc.rim_lead_layers = random.uniform(0.5, 3.0);
     FinishTogether mpc(s, o);
     HeightMap h(s.grid);
     const double behind = random.uniform(0.0, 0.03);
-    for (std::size_t c = 0; c < h.size(); ++c) h.cells[c] = random.uniform(0.03, 0.06) - (s.rim.cells[c] ? behind : 0.0);
+    for (std::size_t c = 0; c < h.size(); ++c)
+      h.cells[c] = random.uniform(0.03, 0.06) - (s.rim.cells[c] ? behind : 0.0);
     const HeightMap first = mpc.first_target(), held = mpc.held_target(h);
     double missing[2] = {}, cells[2] = {};
     for (std::size_t c = 0; c < h.size(); ++c)
-      if (s.mask.cells[c]) missing[s.rim.cells[c]] += first.cells[c] - h.cells[c], cells[s.rim.cells[c]] += 1.0;
+      if (s.mask.cells[c])
+        missing[s.rim.cells[c]] += first.cells[c] - h.cells[c], cells[s.rim.cells[c]] += 1.0;
     const double rest = missing[0] / cells[0], rim = missing[1] / cells[1];
     const double back = rest > 0.0 && rim - rest > o.mpc.rim_lead_layers * 7.6e-3 ? rest : 0.0;
     waiting += back > 0.0;
-    for (std::size_t c = 0; c < h.size(); ++c) CHECK(held.cells[c] == Approx(std::max(0.0, first.cells[c] - back)).margin(1e-12));
+    for (std::size_t c = 0; c < h.size(); ++c)
+      CHECK(held.cells[c] == Approx(std::max(0.0, first.cells[c] - back)).margin(1e-12));
     s.rim = Mask(s.grid);  // no rim: nothing to wait for
     CHECK(FinishTogether(s, o).held_target(h) == FinishTogether(s, o).first_target());
   }
@@ -160,7 +179,9 @@ TEST_CASE("While the rim is behind by more than L layers the target is the first
   CHECK(waiting < 40);
 }
 
-TEST_CASE("The inside stays within L layers of a rim where droplets add less, with a number of last layers or without, and the print ends at the target") {
+TEST_CASE(
+    "The inside stays within L layers of a rim where droplets add less, with a number of last layers or "
+    "without, and the print ends at the target") {
   const Setup s = small_disc(0.06, 0.5);
   const double layer_mm = s.model.layer_height_mm();
   const auto mean = [&s](const HeightMap& h, bool rim) {
@@ -187,12 +208,16 @@ TEST_CASE("The inside stays within L layers of a rim where droplets add less, wi
       INFO("L = " << lead << ", K = " << last);
       CHECK(ended);
       CHECK(error_stats(h, s.target, s.mask).rms_mm < 2e-3);
-      if (lead > 0.0) CHECK(ahead < (lead + 1.0) * layer_mm);
-      else CHECK(ahead > 2.2 * layer_mm);
+      if (lead > 0.0)
+        CHECK(ahead < (lead + 1.0) * layer_mm);
+      else
+        CHECK(ahead > 2.2 * layer_mm);
     }
 }
 
-TEST_CASE("Rising together, the last stage prints full layers while more than two are missing, and no lean one before they are worth their time") {
+TEST_CASE(
+    "Rising together, the last stage prints full layers while more than two are missing, and no lean one "
+    "before they are worth their time") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     RandomStream random(seed, Purpose::kTest);
     const Setup s = small_disc(0.05, 0.85);
@@ -200,7 +225,8 @@ TEST_CASE("Rising together, the last stage prints full layers while more than tw
     o.mpc.rim_lead_layers = 1.5;
     HeightMap h(s.grid);
     const double missing = random.uniform(2.1, 2.9) * s.model.layer_height_mm();
-    for (std::size_t c = 0; c < h.size(); ++c) h.cells[c] = s.mask.cells[c] ? 0.05 - missing * (s.rim.cells[c] ? 0.85 : 1.0) : 0.0;
+    for (std::size_t c = 0; c < h.size(); ++c)
+      h.cells[c] = s.mask.cells[c] ? 0.05 - missing * (s.rim.cells[c] ? 0.85 : 1.0) : 0.0;
     const Decision full = FinishTogether(s, o).decide({h, 5, 0, 1e-4});
     REQUIRE(full.kind == Decision::Kind::kPrint);
     CHECK(full.drops.total() > 0.97 * double(std::count(s.mask.cells.begin(), s.mask.cells.end(), 1)));
@@ -212,7 +238,8 @@ TEST_CASE("Rising together, the last stage prints full layers while more than tw
       if (s.rim.cells[c] && c % 3 == seed % 3) near.cells[c] -= 2.6e-3, ++low;
     Setup lower = s;
     lower.target = first;
-    const Decision lean = Mpc(lower, o).decide({near, 5, 0, 1e-4}), next = FinishTogether(s, o).decide({near, 5, 0, 1e-4});
+    const Decision lean = Mpc(lower, o).decide({near, 5, 0, 1e-4}),
+                   next = FinishTogether(s, o).decide({near, 5, 0, 1e-4});
     CHECK(lean.drops.total() <= 4);
     CHECK(next.drops.total() > 50);
   }
@@ -233,7 +260,8 @@ TEST_CASE("Two stages end every print, whatever the part, the inks, alpha and th
 
 TEST_CASE("A number of last layers that is none is refused by name") {
   for (const double bad : {-1.0, std::nan("")}) {
-    CHECK_THROWS_WITH(FinishTogether(small_disc(0.04, 0.8), options_of(bad, 1)), Catch::Contains("finish_layers"));
+    CHECK_THROWS_WITH(FinishTogether(small_disc(0.04, 0.8), options_of(bad, 1)),
+                      Catch::Contains("finish_layers"));
     ControlOptions o = options_of(1.0, 1);
     o.mpc.rim_lead_layers = bad;
     CHECK_THROWS_WITH(FinishTogether(small_disc(0.04, 0.8), o), Catch::Contains("rim_lead_layers"));

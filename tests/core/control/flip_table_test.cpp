@@ -31,13 +31,17 @@ PlanField random_field(const StripInstance& in, int layers, RandomStream& random
 
 }  // namespace
 
-TEST_CASE("a table of flips holds the bytes of every flip tried by itself, whatever was flipped before, with vectors of any kind") {
+TEST_CASE(
+    "a table of flips holds the bytes of every flip tried by itself, whatever was flipped before, with "
+    "vectors of any kind") {
   using Wanted = FlipTable::Wanted;
   for (std::uint64_t seed = 1; seed <= 36; ++seed) {
     RandomStream random(seed, Purpose::kInstance);
     const int nx = 1 + int(random.below(24)), ny = 1 + int(random.below(14)), layers = 1 + int(seed % 3);
     const StripInstance in = random_instance(seed, nx, ny, seed % 2);
-    const Wanted wanted = seed % 4 == 0 ? Wanted::kAbsolute : seed % 4 == 1 ? Wanted::kSquares : Wanted::kBoth;
+    const Wanted wanted = seed % 4 == 0   ? Wanted::kAbsolute
+                          : seed % 4 == 1 ? Wanted::kSquares
+                                          : Wanted::kBoth;
     PlanField field = random_field(in, layers, random), same = field, plain = field;
     FlipTable widest(field, wanted), portable(same, wanted, FlipTable::Kernel::kPortable);
     INFO("seed " << seed << ", " << nx << " x " << ny << ", " << layers << " layers");

@@ -25,8 +25,15 @@ inline GuardCase random_case(std::uint64_t seed) {
   RandomStream random(seed, Purpose::kTest);
   const GridSpec g{4 + int(random.below(11)), 4 + int(random.below(11))};
   const double target_mm = random.uniform(0.02, 0.06);
-  GuardCase c{{g, HeightMap(g, target_mm), Mask(g, 1), {}, random.below(2) ? deposition::Border::kLose : deposition::Border::kKeep, seed},
-         HeightMap(g), {}, {}};
+  GuardCase c{{g,
+               HeightMap(g, target_mm),
+               Mask(g, 1),
+               {},
+               random.below(2) ? deposition::Border::kLose : deposition::Border::kKeep,
+               seed},
+              HeightMap(g),
+              {},
+              {}};
   for (auto& m : c.setup.mask.cells) m = random.below(6) != 0;
   c.setup.mask.cells[0] = 1;
   if (random.below(3) == 0)  // a relief
@@ -41,19 +48,23 @@ inline GuardCase random_case(std::uint64_t seed) {
     c.setup.model_b = {0.8 * c.setup.model.h1_mm, 0.9 * c.setup.model.h2_mm, 0.9 * c.setup.model.h3_mm};
   }
   const double deep = random.uniform(-0.004, 0.02), rough = random.uniform(0.0, 0.012);
-  for (std::size_t n = 0; n < g.size(); ++n) c.height.cells[n] = c.setup.target.cells[n] - deep - random.uniform(0.0, rough);
+  for (std::size_t n = 0; n < g.size(); ++n)
+    c.height.cells[n] = c.setup.target.cells[n] - deep - random.uniform(0.0, rough);
   c.alpha = random.below(4) == 0 ? 1.0 : random.uniform(0.02, 1.0);
   c.options.mpc.alpha = {{1, c.alpha}};
   c.options.mpc.horizon = 1 + int(random.below(3));
   c.options.mpc.anneal_sweeps = 30;
   const int method = int(random.below(3));
   c.method = method == 0 ? "greedy" : method == 1 ? "descent" : "strip_dp";
-  c.options.mpc.method = method == 0 ? MpcMethod::kGreedy : method == 1 ? MpcMethod::kDescent : MpcMethod::kStripDp;
+  c.options.mpc.method = method == 0   ? MpcMethod::kGreedy
+                         : method == 1 ? MpcMethod::kDescent
+                                       : MpcMethod::kStripDp;
   c.options.mpc.start_ones = random.below(2);
   return c;
 }
 
-/// The objectives that a decision tells are the model's, and its layer is better than none (for N = 1 by the model itself).
+/// The objectives that a decision tells are the model's, and its layer is better than none (for N = 1 by the
+/// model itself).
 inline bool right(const GuardCase& c, const Decision& d) {
   const double none = objective_mm(c.height, c.setup.target, c.setup.mask, c.alpha);
   if (std::abs(none - d.objective_none_mm) > 1e-12) return false;
@@ -62,7 +73,8 @@ inline bool right(const GuardCase& c, const Decision& d) {
   for (std::size_t n = 0; n < d.drops.size(); ++n)
     if (d.drops.cells[n] && !c.setup.mask.cells[n]) return false;
   if (c.options.mpc.horizon > 1) return true;
-  const double after = objective_mm(Predictor(c.setup).after(c.height, d.drops, d.materials), c.setup.target, c.setup.mask, c.alpha);
+  const double after = objective_mm(Predictor(c.setup).after(c.height, d.drops, d.materials), c.setup.target,
+                                    c.setup.mask, c.alpha);
   return after < none && std::abs(after - d.objective_mm) < 1e-12;
 }
 

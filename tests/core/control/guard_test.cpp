@@ -7,7 +7,9 @@
 using namespace firn;
 using namespace firn::control;
 
-TEST_CASE("No decision is worse than printing nothing, whatever alpha, horizon, method, mask and inks, and each tells the model's objectives") {
+TEST_CASE(
+    "No decision is worse than printing nothing, whatever alpha, horizon, method, mask and inks, and each "
+    "tells the model's objectives") {
   int printed = 0;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     const GuardCase c = random_case(seed);
@@ -19,7 +21,9 @@ TEST_CASE("No decision is worse than printing nothing, whatever alpha, horizon, 
   CHECK(printed > 200);
 }
 
-TEST_CASE("Erratum (8), for ever: even with alpha below 0.1 and a noisy sensor that nobody told about, strips and descent end every print") {
+TEST_CASE(
+    "Erratum (8), for ever: even with alpha below 0.1 and a noisy sensor that nobody told about, strips and "
+    "descent end every print") {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     GuardCase c = random_case(seed);
     if (c.options.mpc.method == MpcMethod::kGreedy) c.options.mpc.method = MpcMethod::kDescent;

@@ -66,7 +66,8 @@ double found_mm(const Setup& s, const HeightMap& h, double alpha, int horizon) {
 
 }  // namespace
 
-TEST_CASE("Two layers on 3 x 2 cells: strips and annealing find the best of all plans, with one ink and two") {
+TEST_CASE(
+    "Two layers on 3 x 2 cells: strips and annealing find the best of all plans, with one ink and two") {
   int exact = 0, tried = 0;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
     Setup s = small_setup(seed, 3, seed % 2);
@@ -80,7 +81,9 @@ TEST_CASE("Two layers on 3 x 2 cells: strips and annealing find the best of all 
   CHECK(exact >= tried - 1);
 }
 
-TEST_CASE("One layer on 4 x 4 cells with two inks: strips find the best of all, at alpha = 1 and nearly always below") {
+TEST_CASE(
+    "One layer on 4 x 4 cells with two inks: strips find the best of all, at alpha = 1 and nearly always "
+    "below") {
   int exact = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const Setup s = small_setup(seed, 4, true);

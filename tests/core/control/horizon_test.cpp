@@ -46,7 +46,9 @@ std::vector<DropletPattern> plan_of(const mpc::HorizonObjective& objective) {
 
 }  // namespace
 
-TEST_CASE("Descent in raster order leaves no single droplet more or less that improves, by brute force, and needs no luck") {
+TEST_CASE(
+    "Descent in raster order leaves no single droplet more or less that improves, by brute force, and needs "
+    "no luck") {
   for (std::uint64_t seed = 1; seed <= 18; ++seed) {
     const int horizon = 1 + int(seed % 3), max_drops = 1 + int(seed / 3 % 2);
     const double alpha = seed % 2 ? 1.0 : 0.6;
@@ -79,7 +81,8 @@ TEST_CASE("Strips of one layer after the other never raise the objective") {
     const StripInstance in = deep_instance(seed, 11, 9, 2.5);
     const mpc::HorizonState state{in.setup, in.height, {}};
     RandomStream random(seed, Purpose::kTest);
-    std::vector<DropletPattern> plan{random_drops(in, random), DropletPattern(in.setup.grid), DropletPattern(in.setup.grid)};
+    std::vector<DropletPattern> plan{random_drops(in, random), DropletPattern(in.setup.grid),
+                                     DropletPattern(in.setup.grid)};
     double last = by_model_mm(in, plan, 1.0);
     for (int n = 0; n < 3; ++n) {
       mpc::strips_of_layer(plan, n, state, 3);
@@ -90,7 +93,9 @@ TEST_CASE("Strips of one layer after the other never raise the objective") {
   }
 }
 
-TEST_CASE("A longer horizon by strips and annealing is never worse than a shorter one on the same state, and better on the average than the greedy search") {
+TEST_CASE(
+    "A longer horizon by strips and annealing is never worse than a shorter one on the same state, and "
+    "better on the average than the greedy search") {
   double greedy = 0.0, strips = 0.0;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
     const StripInstance in = deep_instance(seed, 14, 12, 0.5 + double(seed % 4));
@@ -106,7 +111,8 @@ TEST_CASE("A longer horizon by strips and annealing is never worse than a shorte
   CHECK(strips < 0.9 * greedy);
 }
 
-TEST_CASE("A decision over several layers depends on seed, layer and attempt alone, and its value is the model's") {
+TEST_CASE(
+    "A decision over several layers depends on seed, layer and attempt alone, and its value is the model's") {
   const StripInstance in = deep_instance(5, 13, 12, 2.0);
   Mpc fresh(in.setup, options(MpcMethod::kStripDp, 2)), used(in.setup, options(MpcMethod::kStripDp, 2));
   const StripInstance other = deep_instance(6, 13, 12, 3.0);
@@ -128,10 +134,13 @@ TEST_CASE("Annealing stops at its bound of evaluations") {
   objective.set_surface(in.height, 1.0);
   objective.set_plan(std::vector<DropletPattern>(2, DropletPattern(in.setup.grid)));
   RandomStream random(1, Purpose::kGreedySearch);
-  CHECK(mpc::anneal(objective, objective.part_cells(), {2, 1000, 1e-3, 1e-5, 777}, random).evaluations == 777);
+  CHECK(mpc::anneal(objective, objective.part_cells(), {2, 1000, 1e-3, 1e-5, 777}, random).evaluations ==
+        777);
 }
 
-TEST_CASE("The single-precision field anneals to plans whose heights are the model's, with one ink and two, either border") {
+TEST_CASE(
+    "The single-precision field anneals to plans whose heights are the model's, with one ink and two, either "
+    "border") {
   for (std::uint64_t seed = 1; seed <= 18; ++seed) {
     const int horizon = 1 + int(seed % 3);
     StripInstance in = deep_instance(seed, 11, 9, double(horizon), seed % 2);
@@ -144,7 +153,8 @@ TEST_CASE("The single-precision field anneals to plans whose heights are the mod
     mpc::PlanField field(in.setup, in.height, materials, horizon);
     field.set_plan(plan_of(objective));
     for (const int sweeps : {1, 7}) {
-      mpc::anneal(field, objective.cost(), objective.part_cells(), {horizon, sweeps, 1e-3, 1e-4, 1'000'000}, random);
+      mpc::anneal(field, objective.cost(), objective.part_cells(), {horizon, sweeps, 1e-3, 1e-4, 1'000'000},
+                  random);
       const auto plan = field.plan(in.setup.grid);
       for (const auto& layer : plan)
         for (std::size_t c = 0; c < layer.size(); ++c) REQUIRE((in.setup.mask.cells[c] || !layer.cells[c]));
@@ -175,11 +185,14 @@ TEST_CASE("The single-precision field anneals to plans whose heights are the mod
   }
 }
 
-TEST_CASE("Squares: the objective is the root of the mean square with each droplet's price and the mean's weight, move by move and in the field") {
+TEST_CASE(
+    "Squares: the objective is the root of the mean square with each droplet's price and the mean's weight, "
+    "move by move and in the field") {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const int horizon = 1 + int(seed % 3);
     const StripInstance in = deep_instance(seed, 9, 8, double(horizon));
-    const double alpha = seed % 2 ? 1.0 : 0.7, price_mm2 = 2e-7 * double(seed % 4), weight = 2.0 * double(seed % 3);
+    const double alpha = seed % 2 ? 1.0 : 0.7, price_mm2 = 2e-7 * double(seed % 4),
+                 weight = 2.0 * double(seed % 3);
     mpc::HorizonObjective objective(in.setup, horizon, 1, ErrorKind::kSquare, price_mm2, weight);
     objective.set_surface(in.height, alpha);
     RandomStream random(seed, Purpose::kTest);
@@ -189,13 +202,15 @@ TEST_CASE("Squares: the objective is the root of the mean square with each dropl
       Predictor predict(in.setup);
       HeightMap h = in.height;
       double droplets = 0.0, squares = 0.0, sum = 0.0;
-      for (const DropletPattern& u : plan_of(objective)) h = predict.after(h, u), droplets += double(u.total());
+      for (const DropletPattern& u : plan_of(objective))
+        h = predict.after(h, u), droplets += double(u.total());
       for (const std::uint32_t c : cells) {
         const double e = h.cells[c] - in.setup.target.cells[c];
         squares += e * e, sum += e;
       }
       const double mean = sum / double(cells.size());
-      return alpha * std::sqrt((squares + price_mm2 * droplets) / double(cells.size()) + weight * mean * mean) +
+      return alpha *
+                 std::sqrt((squares + price_mm2 * droplets) / double(cells.size()) + weight * mean * mean) +
              (1.0 - alpha) * objective_mm(h, in.setup.target, in.setup.mask, 1e-300);
     };
     for (int n = 0; n < 30; ++n) {
@@ -238,7 +253,8 @@ TEST_CASE("The mean's weight brings the mean of what MPC plans nearer to zero, a
       mean_mm[weighted] = e.mean_mm, square_mm2[weighted] = e.rms_mm * e.rms_mm;
       CHECK(d.objective_mm <= d.objective_none_mm);
     }
-    without_mm += std::abs(mean_mm[0]), with_mm += std::abs(mean_mm[1]), more_mm2 += square_mm2[1] - square_mm2[0];
+    without_mm += std::abs(mean_mm[0]), with_mm += std::abs(mean_mm[1]),
+        more_mm2 += square_mm2[1] - square_mm2[0];
   }
   INFO(with_mm << " instead of " << without_mm << ", squares " << more_mm2 << " more");
   CHECK(with_mm < 0.7 * without_mm);

@@ -29,7 +29,8 @@ struct Plain {
     ink.drop_mm = float(in.setup.model.layer_height_mm());
     for (const deposition::Link& link : deposition::links_of(deposition::stencil_of(in.setup.model))) {
       const std::size_t k = link.dx != 0 && link.dy != 0;
-      ink.w_mm[k] = float(link.w_mm), ink.slope[k] = float(link.slope), ink.beyond_mm[k] = lose ? ink.w_mm[k] : 0.0f;
+      ink.w_mm[k] = float(link.w_mm), ink.slope[k] = float(link.slope),
+      ink.beyond_mm[k] = lose ? ink.w_mm[k] : 0.0f;
     }
     for (std::size_t j = 0; j < ny; ++j)
       for (std::size_t i = 0; i < nx; ++i) {
@@ -101,12 +102,17 @@ Plain random_rows(std::uint64_t seed, int nx, int ny) {
 
 }  // namespace
 
-TEST_CASE("rows by vectors give the bytes of plain loops, whatever instructions the processor has, for any size, mask and border") {
+TEST_CASE(
+    "rows by vectors give the bytes of plain loops, whatever instructions the processor has, for any size, "
+    "mask and border") {
   REQUIRE(!layer_row_kernels().empty());
   for (std::uint64_t seed = 1; seed <= 120; ++seed) {
     RandomStream random(seed, Purpose::kTest);
     const bool wide = seed % 40 == 0;
-    const Plain rows = random_rows(seed, seed == 1 ? 1 : wide ? 1000 + int(random.below(100)) : 1 + int(random.below(41)),
+    const Plain rows = random_rows(seed,
+                                   seed == 1 ? 1
+                                   : wide    ? 1000 + int(random.below(100))
+                                             : 1 + int(random.below(41)),
                                    seed == 1 ? 1 : 1 + int(random.below(wide ? 4 : 40)));
     for (const LayerRowKernels& kernels : layer_row_kernels()) {
       INFO(kernels.name << ", " << rows.nx << " x " << rows.ny << ", seed " << seed);

@@ -1,7 +1,8 @@
-// The solver against a mixed integer linear program: minimise the sum of t_c, t_c >= e_c, t_c >= -e_c, e = bare + A u, u
-// binary, A column by column from the height-change model. CBC (Debian: coinor-cbc) proves its optimum. The relaxation knows
-// nothing of |e| as long as droplets may be halved, so the states are printed layers with errors of up to 0.6 to 3 um on them, and
-// each t_c is at least what it is for the best neighbours with and without the cell's own droplet.
+// The solver against a mixed integer linear program: minimise the sum of t_c, t_c >= e_c, t_c >= -e_c, e =
+// bare + A u, u binary, A column by column from the height-change model. CBC (Debian: coinor-cbc) proves its
+// optimum. The relaxation knows nothing of |e| as long as droplets may be halved, so the states are printed
+// layers with errors of up to 0.6 to 3 um on them, and each t_c is at least what it is for the best
+// neighbours with and without the cell's own droplet.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
@@ -26,7 +27,8 @@ HeightMap column_um(const StripInstance& in, std::size_t cell) {
   HeightMap h = in.height;
   DropletPattern u(in.setup.grid);
   u.cells[cell] = 1;
-  deposition::HeightChange<1>(in.setup.grid, deposition::stencil_of(in.setup.model), in.setup.border).step(h.data(), u.data(), 0);
+  deposition::HeightChange<1>(in.setup.grid, deposition::stencil_of(in.setup.model), in.setup.border)
+      .step(h.data(), u.data(), 0);
   for (std::size_t c = 0; c < h.size(); ++c) h.cells[c] = 1e3 * (h.cells[c] - in.height.cells[c]);
   return h;
 }
@@ -38,7 +40,8 @@ StripInstance noisy_layer(std::uint64_t seed, double error_mm) {
   in.setup.model = {};
   in.setup.target = in.height;
   const DropletPattern u = random_drops(in, random);
-  deposition::HeightChange<1>(in.setup.grid, deposition::stencil_of(in.setup.model), in.setup.border).step(in.setup.target.data(), u.data(), 0);
+  deposition::HeightChange<1>(in.setup.grid, deposition::stencil_of(in.setup.model), in.setup.border)
+      .step(in.setup.target.data(), u.data(), 0);
   for (double& t : in.setup.target.cells) t += random.uniform(-error_mm, error_mm);
   return in;
 }
@@ -70,14 +73,17 @@ void write_program(const StripInstance& in, const fs::path& file) {
     for (const int sign : {1, -1}) {
       out << (sign > 0 ? " over" : " under") << c << ": t" << c;
       for (std::size_t d = 0; d < n; ++d)
-        if (const double a = columns[d].cells[c]; in.setup.mask.cells[d] && a != 0.0) out << (sign * a > 0.0 ? " - " : " + ") << std::abs(a) << " u" << d;
+        if (const double a = columns[d].cells[c]; in.setup.mask.cells[d] && a != 0.0)
+          out << (sign * a > 0.0 ? " - " : " + ") << std::abs(a) << " u" << d;
       out << " >= " << sign * bare_um << "\n";
     }
     std::vector<double> others;
     for (std::size_t d = 0; d < n; ++d)
-      if (d != c && in.setup.mask.cells[d] && columns[d].cells[c] != 0.0) others.push_back(columns[d].cells[c]);
+      if (d != c && in.setup.mask.cells[d] && columns[d].cells[c] != 0.0)
+        others.push_back(columns[d].cells[c]);
     const double without = least_um(bare_um, others), with = least_um(bare_um + columns[c].cells[c], others);
-    out << " own" << c << ": t" << c << (without > with ? " + " : " - ") << std::abs(without - with) << " u" << c << " >= " << without << "\n";
+    out << " own" << c << ": t" << c << (without > with ? " + " : " - ") << std::abs(without - with) << " u"
+        << c << " >= " << without << "\n";
   }
   out << "Binary\n";
   for (std::size_t c = 0; c < n; ++c)
@@ -89,7 +95,8 @@ void write_program(const StripInstance& in, const fs::path& file) {
 double optimum_um(const fs::path& program, int seconds) {
   const fs::path answer = program.string() + ".txt";
   fs::remove(answer);
-  const std::string command = "cbc '" + program.string() + "' -sec " + std::to_string(seconds) + " -ratio 0 -allow 0 -solve -solu '" + answer.string() + "' >/dev/null 2>&1";
+  const std::string command = "cbc '" + program.string() + "' -sec " + std::to_string(seconds) +
+                              " -ratio 0 -allow 0 -solve -solu '" + answer.string() + "' >/dev/null 2>&1";
   if (std::system(command.c_str()) != 0) return -1.0;
   std::ifstream in(answer);
   std::string word, dash, objective, value;
@@ -117,7 +124,8 @@ TEST_CASE("a MILP solver proves the same optimum on 12 x 12, and no bound is abo
     LayerProblem problem(in.setup, in.height, in.materials);
     solve_layer(problem, {4, 2, 20, 0.0}, serially);
     const double found = 1e3 * by_model_mm(in, problem.drops(in.setup.grid));
-    const double bound = 1e3 * lower_bound(in.setup, in.height, in.materials, 0.0, {4, 40, 0.0}, serially).total_mm;
+    const double bound =
+        1e3 * lower_bound(in.setup, in.height, in.materials, 0.0, {4, 40, 0.0}, serially).total_mm;
     INFO("seed " << seed << ": CBC " << optimum << " um, found " << found << " um, bound " << bound << " um");
     CHECK(bound <= found + 1e-6);
     if (optimum < 0.0) continue;

@@ -10,16 +10,19 @@ using namespace firn;
 using namespace firn::control;
 using namespace firn::test;
 
-TEST_CASE("The mean error a few rows at a time is the whole model's to the last bit, wherever the bands are cut") {
+TEST_CASE(
+    "The mean error a few rows at a time is the whole model's to the last bit, wherever the bands are cut") {
   for (const int ny : {1, 2, 63, 64, 65, 66, 129}) {
     const StripInstance in = random_instance(std::uint64_t(ny), 11, ny, false);
     RandomStream random(7, Purpose::kTest);
     const DropletPattern u = random_drops(in, random);
-    CHECK(mpc::mean_error_mm(in.setup, in.height, u) == objective_mm(Predictor(in.setup).after(in.height, u), in.setup.target, in.setup.mask, 1.0));
+    CHECK(mpc::mean_error_mm(in.setup, in.height, u) ==
+          objective_mm(Predictor(in.setup).after(in.height, u), in.setup.target, in.setup.mask, 1.0));
   }
 }
 
-TEST_CASE("One layer by strips tells the model's objectives, whether the surface off the part is known or not") {
+TEST_CASE(
+    "One layer by strips tells the model's objectives, whether the surface off the part is known or not") {
   for (const MpcMethod method : {MpcMethod::kStripDp, MpcMethod::kCertified}) {
     StripInstance in = random_instance(3, 30, 70, false);
     ControlOptions o;
@@ -28,7 +31,8 @@ TEST_CASE("One layer by strips tells the model's objectives, whether the surface
       if (!in.setup.mask.cells[c]) in.height.cells[c] = 0.0;
     const Decision d = Mpc(in.setup, o).decide({in.height, 0});
     REQUIRE(d.kind == Decision::Kind::kPrint);
-    CHECK(d.objective_mm == objective_mm(Predictor(in.setup).after(in.height, d.drops), in.setup.target, in.setup.mask, 1.0));
+    CHECK(d.objective_mm ==
+          objective_mm(Predictor(in.setup).after(in.height, d.drops), in.setup.target, in.setup.mask, 1.0));
     CHECK(d.objective_none_mm == objective_mm(in.height, in.setup.target, in.setup.mask, 1.0));
     HeightMap unknown = in.height;
     for (std::size_t c = 0; c < unknown.size(); ++c)
@@ -37,7 +41,9 @@ TEST_CASE("One layer by strips tells the model's objectives, whether the surface
   }
 }
 
-TEST_CASE("A rim whose droplets add as much as all others changes no decision, and one that takes less is planned with that") {
+TEST_CASE(
+    "A rim whose droplets add as much as all others changes no decision, and one that takes less is planned "
+    "with that") {
   StripInstance in = random_instance(12, 16, 14, false);
   ControlOptions o;
   o.mpc.method = MpcMethod::kStripDp;
@@ -55,14 +61,18 @@ TEST_CASE("A rim whose droplets add as much as all others changes no decision, a
   Setup known = rim;
   known.model_b = rim.model.times(0.4);
   MaterialMap models(in.setup.grid);
-  for (std::size_t c = 0; c < models.size(); ++c) models.set(c, rim.rim.cells[c] ? Material::kB : Material::kA);
-  CHECK(d.objective_mm == Approx(objective_mm(Predictor(known).after(in.height, d.drops, models), known.target, known.mask, 1.0)).epsilon(1e-12));
+  for (std::size_t c = 0; c < models.size(); ++c)
+    models.set(c, rim.rim.cells[c] ? Material::kB : Material::kA);
+  CHECK(d.objective_mm == Approx(objective_mm(Predictor(known).after(in.height, d.drops, models),
+                                              known.target, known.mask, 1.0))
+                              .epsilon(1e-12));
   CHECK(d.drops != plain.drops);
   rim.rim = Mask(GridSpec{3, 3});
   CHECK_THROWS_WITH(check(rim), Catch::Matchers::Contains("rim"));
 }
 
-TEST_CASE("A grid above a million cells is decided by strips from the full layer, near what smaller ones reach") {
+TEST_CASE(
+    "A grid above a million cells is decided by strips from the full layer, near what smaller ones reach") {
   const GridSpec g{1001, 1000};
   Setup s{g, HeightMap(g, 0.05), Mask(g, 1), {}, deposition::Border::kLose, 1};
   HeightMap h(g);

@@ -33,10 +33,12 @@ DropletPattern layer_of(LayerController& c, const Setup& s, int layer) {
 
 }  // namespace
 
-TEST_CASE("A random pattern fills the wanted share of the mask, differently in each layer, the same for one seed") {
+TEST_CASE(
+    "A random pattern fills the wanted share of the mask, differently in each layer, the same for one seed") {
   Setup s = whole_grid(60, 50);
   for (int j = 0; j < 50; ++j) s.mask.at(3, j) = 0;
-  const auto a = make_controller(s, pattern(PatternKind::kRandom, 10)), b = make_controller(s, pattern(PatternKind::kRandom, 10));
+  const auto a = make_controller(s, pattern(PatternKind::kRandom, 10)),
+             b = make_controller(s, pattern(PatternKind::kRandom, 10));
   ControlOptions other = pattern(PatternKind::kRandom, 10);
   other.pattern.seed = 2;
   const auto c = make_controller(s, other);
@@ -55,7 +57,9 @@ TEST_CASE("A random pattern fills the wanted share of the mask, differently in e
   CHECK(a->decide({flat, 9, 0, 0.0}).kind == Decision::Kind::kPrint);
 }
 
-TEST_CASE("V-C: identification prints are single droplets, crosses of five and corner pairs, each on bare ground, once") {
+TEST_CASE(
+    "V-C: identification prints are single droplets, crosses of five and corner pairs, each on bare ground, "
+    "once") {
   const Setup s = whole_grid(36, 60);
   const auto controller = make_controller(s, pattern(PatternKind::kIdentification, 4));
   const auto sites = identification_sites(s.mask, 6, 4);
@@ -69,7 +73,9 @@ TEST_CASE("V-C: identification prints are single droplets, crosses of five and c
     std::int64_t wanted = 0;
     for (const auto& site : sites)
       if (site.layer == layer)
-        wanted += site.kind == IdentificationSite::Kind::kSingle ? 1 : site.kind == IdentificationSite::Kind::kSide ? 5 : 2;
+        wanted += site.kind == IdentificationSite::Kind::kSingle ? 1
+                  : site.kind == IdentificationSite::Kind::kSide ? 5
+                                                                 : 2;
     CHECK(d.total() == wanted);
     CHECK(wanted > 0);
     for (std::size_t c = 0; c < d.size(); ++c) sum.cells[c] = std::uint8_t(sum.cells[c] + d.cells[c]);
@@ -78,12 +84,15 @@ TEST_CASE("V-C: identification prints are single droplets, crosses of five and c
   for (const auto& site : sites) {  // at least two bare cells between what belongs to two sites
     for (int y = -3; y <= 3; ++y)
       for (int x = -3; x <= 3; ++x)
-        if ((std::abs(x) > 1 || std::abs(y) > 1) && std::abs(x) < 4 && std::abs(y) < 4 && s.grid.contains(site.i + x, site.j + y))
+        if ((std::abs(x) > 1 || std::abs(y) > 1) && std::abs(x) < 4 && std::abs(y) < 4 &&
+            s.grid.contains(site.i + x, site.j + y))
           CHECK(sum.at(site.i + x, site.j + y) == 0);
     int drops = 0;
     for (int y = -1; y <= 1; ++y)
       for (int x = -1; x <= 1; ++x) drops += sum.at(site.i + x, site.j + y);
-    CHECK(drops == (site.kind == IdentificationSite::Kind::kSingle ? 1 : site.kind == IdentificationSite::Kind::kSide ? 5 : 2));
+    CHECK(drops == (site.kind == IdentificationSite::Kind::kSingle ? 1
+                    : site.kind == IdentificationSite::Kind::kSide ? 5
+                                                                   : 2));
   }
 }
 
@@ -116,6 +125,8 @@ TEST_CASE("Pattern options out of range and parts too small are named") {
   CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("fill"));
   o.pattern.fill = 0.5, o.pattern.largest_square = 65;
   CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("largest_square = 65"));
-  CHECK_THROWS_WITH(make_controller(whole_grid(2, 2), pattern(PatternKind::kIdentification, 1)), Catch::Contains("no room"));
-  CHECK_THROWS_WITH(make_controller(whole_grid(4, 4), pattern(PatternKind::kSquares, 1)), Catch::Contains("no room"));
+  CHECK_THROWS_WITH(make_controller(whole_grid(2, 2), pattern(PatternKind::kIdentification, 1)),
+                    Catch::Contains("no room"));
+  CHECK_THROWS_WITH(make_controller(whole_grid(4, 4), pattern(PatternKind::kSquares, 1)),
+                    Catch::Contains("no room"));
 }

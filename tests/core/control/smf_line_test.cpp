@@ -22,12 +22,14 @@ std::vector<double> run(const Gains& g, const std::vector<double>& d) {
   return e;
 }
 
-// Growth of the free loop (5.20) from three independent states at once: the largest state of the last fifth against that
-// of the second fifth, after 5,000 steps, or ten and a hundred times as many where that is not decided by a factor of
-// e^6 (a growing part may start small beside one that dies out slowly). No pole is computed.
+// Growth of the free loop (5.20) from three independent states at once: the largest state of the last fifth
+// against that of the second fifth, after 5,000 steps, or ten and a hundred times as many where that is not
+// decided by a factor of e^6 (a growing part may start small beside one that dies out slowly). No pole is
+// computed.
 bool dies_out(const Gains& g) {
   const double c1 = -g.kd_star, c2 = g.kp + 2.0 * g.kd_star - 1.0, c3 = 2.0 - g.kp - g.ki_star - g.kd_star;
-  double a[3] = {1, 0, 0}, b[3] = {0, 1, 0}, c[3] = {0, 0, 1};  // oldest, middle and newest error of each state
+  double a[3] = {1, 0, 0}, b[3] = {0, 1, 0},
+         c[3] = {0, 0, 1};  // oldest, middle and newest error of each state
   double scale_log = 0.0, second = 0.0, last = 0.0;
   int k = 0;
   for (const int steps : {5'000, 50'000, 500'000}) {
@@ -62,13 +64,15 @@ double largest_eigenvalue(const Gains& g) {
   return a.eigenvalues().cwiseAbs().maxCoeff();
 }
 
-// Gains at `distance` (in gain space, either side) from a point of the boundary, found by bisection along a random ray
-// from inside the stable set.
+// Gains at `distance` (in gain space, either side) from a point of the boundary, found by bisection along a
+// random ray from inside the stable set.
 Gains near_boundary(RandomStream& random, double distance) {
   const Gains inside{0.3 + 0.9 * random.uniform(), 0.05 + 0.4 * random.uniform(), 0.15 * random.uniform()};
   const double a = random.uniform() - 0.5, b = random.uniform() - 0.5, c = random.uniform() - 0.5;
   const double norm = std::sqrt(a * a + b * b + c * c) + 1e-12;
-  const auto at = [&](double t) { return Gains{inside.kp + t * a / norm, inside.ki_star + t * b / norm, inside.kd_star + t * c / norm}; };
+  const auto at = [&](double t) {
+    return Gains{inside.kp + t * a / norm, inside.ki_star + t * b / norm, inside.kd_star + t * c / norm};
+  };
   double low = 0.0, high = 10.0;
   for (int n = 0; n < 80; ++n) {
     const double middle = 0.5 * (low + high);
@@ -100,7 +104,8 @@ TEST_CASE("(5.19): the errors satisfy the difference equation driven by d_{k+1} 
     for (double& v : d) v = random.uniform() - 0.5;
     const auto e = run(g, d);
     for (std::size_t k = 0; k + 3 < e.size(); ++k) {
-      const double left = e[k + 3] + (g.kp + g.ki_star + g.kd_star - 2) * e[k + 2] + (1 - g.kp - 2 * g.kd_star) * e[k + 1] + g.kd_star * e[k];
+      const double left = e[k + 3] + (g.kp + g.ki_star + g.kd_star - 2) * e[k + 2] +
+                          (1 - g.kp - 2 * g.kd_star) * e[k + 1] + g.kd_star * e[k];
       // The derivative left out at k = 1 shows in the first equation: e_0 does not exist.
       CHECK(left == Approx(d[k + 1] - d[k + 2]).margin(1e-12));
     }
@@ -115,11 +120,16 @@ TEST_CASE("(5.34), (5.35) as corrected: the gradient is that of central differen
     for (double& v : d) v = random.uniform() - 0.5;
     const Spread s = spread(g, d);
     const double h = 1e-6;
-    const auto rms = [&](double p, double i, double dd) { return spread({g.kp + p, g.ki_star + i, g.kd_star + dd}, d).rms; };
+    const auto rms = [&](double p, double i, double dd) {
+      return spread({g.kp + p, g.ki_star + i, g.kd_star + dd}, d).rms;
+    };
     const double scale = 1.0 + s.rms;
-    CHECK(s.gradient[0] == Approx((rms(h, 0, 0) - rms(-h, 0, 0)) / (2 * h)).epsilon(1e-4).margin(1e-5 * scale));
-    CHECK(s.gradient[1] == Approx((rms(0, h, 0) - rms(0, -h, 0)) / (2 * h)).epsilon(1e-4).margin(1e-5 * scale));
-    CHECK(s.gradient[2] == Approx((rms(0, 0, h) - rms(0, 0, -h)) / (2 * h)).epsilon(1e-4).margin(1e-5 * scale));
+    CHECK(s.gradient[0] ==
+          Approx((rms(h, 0, 0) - rms(-h, 0, 0)) / (2 * h)).epsilon(1e-4).margin(1e-5 * scale));
+    CHECK(s.gradient[1] ==
+          Approx((rms(0, h, 0) - rms(0, -h, 0)) / (2 * h)).epsilon(1e-4).margin(1e-5 * scale));
+    CHECK(s.gradient[2] ==
+          Approx((rms(0, 0, h) - rms(0, 0, -h)) / (2 * h)).epsilon(1e-4).margin(1e-5 * scale));
   }
 }
 
@@ -131,7 +141,9 @@ TEST_CASE("(5.22): the poles are the eigenvalues of the matrix of (5.20)") {
   }
 }
 
-TEST_CASE("Errata: gains [1, 0.33, 0.45] have poles -1.0482 and 0.634 +- 0.165 i, and [1, 1, 0] a triple pole at 0") {
+TEST_CASE(
+    "Errata: gains [1, 0.33, 0.45] have poles -1.0482 and 0.634 +- 0.165 i, and [1, 1, 0] a triple pole at "
+    "0") {
   const auto z = poles({1.0, 0.33, 0.45});
   CHECK(z[0].real() == Approx(-1.0482).margin(5e-5));
   CHECK(z[1].real() == Approx(0.634).margin(5e-4));
@@ -141,17 +153,21 @@ TEST_CASE("Errata: gains [1, 0.33, 0.45] have poles -1.0482 and 0.634 +- 0.165 i
   CHECK(largest_pole({1.0, 1.0, 0.0}) == Approx(0.0).margin(1e-6));
 }
 
-TEST_CASE("Errata: (5.25) is sufficient, not necessary: the thesis's optimum with K_d = 0 is stable, so is a negative K_d") {
+TEST_CASE(
+    "Errata: (5.25) is sufficient, not necessary: the thesis's optimum with K_d = 0 is stable, so is a "
+    "negative K_d") {
   CHECK(stable({0.99990, 0.32798, 0.0}));
   CHECK(stable({1.0, 0.3, -0.1}));
   RandomStream random(14, Purpose::kTest);
   for (int trial = 0; trial < 20000; ++trial) {
     const Gains g{2.0 * random.uniform(), 4.0 * random.uniform(), random.uniform()};
-    if (g.kp > 0 && g.ki_star > 0 && g.kd_star > 0 && 0.5 * g.kp + 0.25 * g.ki_star + g.kd_star < 1) CHECK(stable(g));
+    if (g.kp > 0 && g.ki_star > 0 && g.kd_star > 0 && 0.5 * g.kp + 0.25 * g.ki_star + g.kd_star < 1)
+      CHECK(stable(g));
   }
 }
 
-TEST_CASE("The exact stable set is what a simulation of 5,000 steps finds, half of the gains near the boundary") {
+TEST_CASE(
+    "The exact stable set is what a simulation of 5,000 steps finds, half of the gains near the boundary") {
   const int triples = std::getenv("FIRN_FULL") ? 200'000 : 2'000;
   RandomStream random(15, Purpose::kTest);
   int mismatches = 0, inside = 0;

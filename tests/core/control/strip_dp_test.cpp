@@ -1,6 +1,5 @@
 #include "core/control/mpc/strip_dp.h"
 
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -15,7 +14,8 @@ using namespace firn::control;
 using namespace firn::control::mpc;
 using namespace firn::test;
 
-TEST_CASE("the layer problem's errors are those of the height-change model, droplet by droplet and all at once") {
+TEST_CASE(
+    "the layer problem's errors are those of the height-change model, droplet by droplet and all at once") {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const StripInstance in = random_instance(seed, 7, 6, seed % 2);
     RandomStream random(seed, Purpose::kInstance);
@@ -42,7 +42,9 @@ TEST_CASE("a row of effects holds each cell's effect") {
   }
 }
 
-TEST_CASE("the gain of every single droplet is what the height-change model says, with holes, borders and two inks") {
+TEST_CASE(
+    "the gain of every single droplet is what the height-change model says, with holes, borders and two "
+    "inks") {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const StripInstance in = random_instance(seed, 21, 5, seed % 3 == 0);
     RandomStream random(seed, Purpose::kInstance);
@@ -122,7 +124,8 @@ TEST_CASE("two-row strips recover a printed layer exactly, however far droplets 
       for (std::size_t c = 0; c < g.size(); ++c)
         in.height.cells[c] = random.uniform(0.0, 0.05), printed.cells[c] = std::uint8_t(random.below(2));
       in.setup.target = in.height;
-      deposition::HeightChange<1>(g, deposition::stencil_of(in.setup.model), in.setup.border).deposit(in.setup.target, printed);
+      deposition::HeightChange<1>(g, deposition::stencil_of(in.setup.model), in.setup.border)
+          .deposit(in.setup.target, printed);
       LayerProblem problem(in.setup, in.height, {});
       sweep_strips(problem, {2, 100}, serially);
       INFO("h2/h1 = " << spread << ", seed " << seed);
@@ -133,12 +136,15 @@ TEST_CASE("two-row strips recover a printed layer exactly, however far droplets 
 TEST_CASE("strips of 0 or 7 rows are refused, and a grid lower than a strip is one strip") {
   const StripInstance in = random_instance(8, 5, 3, false);
   LayerProblem problem(in.setup, in.height, in.materials);
-  CHECK_THROWS_WITH(sweep_strips(problem, {0, 1}, serially), Catch::Contains("strip rows = 0 is outside 1..6"));
+  CHECK_THROWS_WITH(sweep_strips(problem, {0, 1}, serially),
+                    Catch::Contains("strip rows = 0 is outside 1..6"));
   CHECK_THROWS_AS(sweep_strips(problem, {7, 1}, serially), std::invalid_argument);
   CHECK(sweep_strips(problem, {6, 1}, serially).strips == 1);
 }
 
-TEST_CASE("MPC by strips: never worse than printing nothing for any alpha and horizon, and at alpha = 1 better than greedy on the average") {
+TEST_CASE(
+    "MPC by strips: never worse than printing nothing for any alpha and horizon, and at alpha = 1 better "
+    "than greedy on the average") {
   double greedy_sum = 0.0, strips_sum = 0.0;
   RandomStream random(11, Purpose::kTest);
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {

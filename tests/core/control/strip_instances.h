@@ -20,8 +20,14 @@ struct StripInstance {
 inline StripInstance random_instance(std::uint64_t seed, int nx, int ny, bool two_inks) {
   RandomStream random(seed, Purpose::kTest);
   const GridSpec g{nx, ny};
-  StripInstance in{{g, HeightMap(g, 0.1), Mask(g, 1), {}, random.below(2) ? deposition::Border::kLose : deposition::Border::kKeep, seed},
-              HeightMap(g), {}};
+  StripInstance in{{g,
+                    HeightMap(g, 0.1),
+                    Mask(g, 1),
+                    {},
+                    random.below(2) ? deposition::Border::kLose : deposition::Border::kKeep,
+                    seed},
+                   HeightMap(g),
+                   {}};
   in.setup.model.h2_mm = in.setup.model.h1_mm * random.uniform(0.0, 1.0);
   in.setup.model.h3_mm = in.setup.model.h2_mm / 3.0;
   in.setup.model_b = in.setup.model;
@@ -43,7 +49,8 @@ inline double by_model_mm(const StripInstance& in, const DropletPattern& u) {
   HeightMap h = in.height;
   std::vector<deposition::Stencil<1>> stencils(h.size());
   for (std::size_t c = 0; c < h.size(); ++c)
-    stencils[c] = deposition::stencil_of(in.setup.model_of(in.materials.size() ? in.materials.of(c) : Material::kA));
+    stencils[c] =
+        deposition::stencil_of(in.setup.model_of(in.materials.size() ? in.materials.of(c) : Material::kA));
   deposition::HeightChange<1> model(in.setup.grid, stencils[0], in.setup.border);
   model.step(h.data(), u.data(), 0, stencils);
   double sum = 0.0;

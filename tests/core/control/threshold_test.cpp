@@ -20,7 +20,9 @@ ControlOptions threshold(double threshold_mm = 0.0, double layer_height_mm = 0.0
 
 }  // namespace
 
-TEST_CASE("[7] as Lu 2015, section I tells it: a droplet exactly where the layer is short by more than the threshold") {
+TEST_CASE(
+    "[7] as Lu 2015, section I tells it: a droplet exactly where the layer is short by more than the "
+    "threshold") {
   const Setup s = cylinder_setup();
   const double dh = s.model.layer_height_mm();
   RandomStream random(7, Purpose::kTest);
@@ -32,7 +34,8 @@ TEST_CASE("[7] as Lu 2015, section I tells it: a droplet exactly where the layer
     for (double& v : h.cells) v = layer * dh + random.uniform(-0.03, 0.03);
     const Decision d = controller->decide({h, layer, 0, 0.001});
     for (std::size_t c = 0; c < h.size(); ++c) {
-      const bool tagged = s.mask.cells[c] && std::min((layer + 1) * dh, s.target.cells[c]) - h.cells[c] > limit;
+      const bool tagged =
+          s.mask.cells[c] && std::min((layer + 1) * dh, s.target.cells[c]) - h.cells[c] > limit;
       CHECK(int(d.drops.cells[c]) == int(tagged));
     }
   }
@@ -81,6 +84,7 @@ TEST_CASE("threshold feedback keeps no state: a decision depends on the measurem
 
 TEST_CASE("threshold feedback refuses a threshold or a layer below zero and names it") {
   const Setup s = cylinder_setup();
-  CHECK_THROWS_WITH(make_controller(s, threshold(-0.001)), Catch::Contains("threshold_mm") && Catch::Contains("-0.001"));
+  CHECK_THROWS_WITH(make_controller(s, threshold(-0.001)),
+                    Catch::Contains("threshold_mm") && Catch::Contains("-0.001"));
   CHECK_THROWS_WITH(make_controller(s, threshold(0.0, std::nan(""))), Catch::Contains("layer_height_mm"));
 }

@@ -1,4 +1,5 @@
-// Printing a block of two inks: who decides which ink where, and whether MPC's fast objective is Eq. (8) with Eq. (7).
+// Printing a block of two inks: who decides which ink where, and whether MPC's fast objective is Eq. (8) with
+// Eq. (7).
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -21,7 +22,8 @@ std::shared_ptr<const Geometry> random_geometry(const GridSpec& g, double height
   for (auto& column : spans) {
     double z = 0.0;
     for (std::uint32_t n = random.below(3); n > 0; --n) {
-      const double from = z + random.uniform(0.01, 0.3) * height_mm, to = from + random.uniform(0.01, 0.3) * height_mm;
+      const double from = z + random.uniform(0.01, 0.3) * height_mm,
+                   to = from + random.uniform(0.01, 0.3) * height_mm;
       if (to > height_mm) break;
       column.push_back({from, to});
       z = to;
@@ -79,7 +81,8 @@ Setup block_setup(int n, double height_mm) {
 
 }  // namespace
 
-TEST_CASE("I_A and I_B follow the measured height: a cell is object where its surface lies in M (Lu 2015, IV-B)") {
+TEST_CASE(
+    "I_A and I_B follow the measured height: a cell is object where its surface lies in M (Lu 2015, IV-B)") {
   RandomStream random(201, Purpose::kTest);
   for (int trial = 0; trial < 20; ++trial) {
     Setup s = random_setup(random, 9, 7);
@@ -109,7 +112,8 @@ TEST_CASE("Open loop assumes layers of a fixed height: its inks ignore what was 
   for (int layer = 0; layer < 10; ++layer) {
     const Decision a = open.decide({low, layer, 0, 0.0}), b = open.decide({high, layer, 0, 0.0});
     CHECK(a.materials == b.materials);
-    for (std::size_t c = 0; c < s.grid.size(); ++c) CHECK(a.materials.of(c) == s.geometry->at(c, layer * 0.0076));
+    for (std::size_t c = 0; c < s.grid.size(); ++c)
+      CHECK(a.materials.of(c) == s.geometry->at(c, layer * 0.0076));
   }
 }
 
@@ -142,7 +146,8 @@ TEST_CASE("One ink: decisions carry no materials") {
   }
 }
 
-TEST_CASE("Eq. (8) with Eq. (7): the incremental objective of two inks is the full model's, for every horizon") {
+TEST_CASE(
+    "Eq. (8) with Eq. (7): the incremental objective of two inks is the full model's, for every horizon") {
   RandomStream random(202, Purpose::kTest);
   for (int trial = 0; trial < 40; ++trial) {
     const int horizon = 1 + int(random.below(3)), max_drops = 1 + int(random.below(2));
@@ -162,8 +167,8 @@ TEST_CASE("Eq. (8) with Eq. (7): the incremental objective of two inks is the fu
     CHECK(objective.value_mm() == Approx(full_objective(s, h, plan, inks, alpha)).margin(1e-14));
     for (int n = 0; n < 30; ++n) {
       const auto cells = objective.part_cells();
-      const mpc::Move move{int(random.below(std::uint32_t(horizon))), cells[random.below(std::uint32_t(cells.size()))],
-                           random.below(2) ? 1 : -1};
+      const mpc::Move move{int(random.below(std::uint32_t(horizon))),
+                           cells[random.below(std::uint32_t(cells.size()))], random.below(2) ? 1 : -1};
       if (!objective.allowed(move)) continue;
       const double before = objective.value_mm(), gain = objective.gain_mm(move);
       auto& count = plan[std::size_t(move.layer)].cells[move.cell];
@@ -192,7 +197,8 @@ TEST_CASE("MPC of two inks with the same constants prints what MPC of one ink pr
   }
 }
 
-TEST_CASE("MPC's decision for two inks scores as predicted, is optimal droplet by droplet, and is reproducible") {
+TEST_CASE(
+    "MPC's decision for two inks scores as predicted, is optimal droplet by droplet, and is reproducible") {
   RandomStream random(204, Purpose::kTest);
   const Setup s = random_setup(random, 20, 17);
   const HeightMap h = random_surface(s.grid, random);

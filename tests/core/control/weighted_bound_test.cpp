@@ -46,7 +46,9 @@ TEST_CASE("the least of the largest cuts agrees with a fine raster over mean and
   }
 }
 
-TEST_CASE("no layer of a 4 x 4 part has a smaller objective than the bound for its alpha, by brute force over 2^16") {
+TEST_CASE(
+    "no layer of a 4 x 4 part has a smaller objective than the bound for its alpha, by brute force over "
+    "2^16") {
   double proved = 0.0, best_of_all = 0.0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const StripInstance in = random_instance(seed, 4, 4, seed % 3 == 0);
@@ -57,32 +59,41 @@ TEST_CASE("no layer of a 4 x 4 part has a smaller objective than the bound for i
     DropletPattern known(in.setup.grid);
     for (std::uint32_t bits = 0; bits < 1u << 16; ++bits) {  // Gray code: one droplet at a time
       const int c = bits ? __builtin_ctz(bits) : 0;
-      if (bits && tried.printable(c % 4, c / 4)) tried.set_drop(c % 4, c / 4, std::uint8_t(1 - tried.drop(c % 4, c / 4)));
-      if (const double value = weighted_objective_mm(tried, alpha); value < best) best = value, known = tried.drops(in.setup.grid);
+      if (bits && tried.printable(c % 4, c / 4))
+        tried.set_drop(c % 4, c / 4, std::uint8_t(1 - tried.drop(c % 4, c / 4)));
+      if (const double value = weighted_objective_mm(tried, alpha); value < best)
+        best = value, known = tried.drops(in.setup.grid);
     }
     for (const bool good : {true, false}) {  // from the best layer, and from none
-      const WeightedBound b = weighted_bound(in.setup, in.height, in.materials, alpha, good ? known : DropletPattern(in.setup.grid), {}, serially);
+      const WeightedBound b = weighted_bound(in.setup, in.height, in.materials, alpha,
+                                             good ? known : DropletPattern(in.setup.grid), {}, serially);
       INFO("seed " << seed << ", alpha " << alpha << (good ? "" : ", from none"));
       CHECK(b.objective_mm <= best + kSinglePrecision_mm);
       CHECK(b.objective_mm <= b.known_mm);
       if (good) proved += b.objective_mm, best_of_all += best;
     }
   }
-  CHECK(proved > 0.9 * best_of_all);  // sixteen droplets have few means and deviations: the relaxation costs most here
+  CHECK(proved >
+        0.9 * best_of_all);  // sixteen droplets have few means and deviations: the relaxation costs most here
 }
 
-TEST_CASE("the bound for alpha < 1 proves the layer found on a larger part to within two percent, and never falls") {
+TEST_CASE(
+    "the bound for alpha < 1 proves the layer found on a larger part to within two percent, and never "
+    "falls") {
   for (std::uint64_t seed = 31; seed <= 33; ++seed) {
     const StripInstance in = random_instance(seed, 24, 20, false);
     RandomStream random(seed, Purpose::kInstance);
     const double alpha = random.uniform(0.3, 0.9);
     LayerProblem problem(in.setup, in.height, in.materials);
     const double found = weighted_layer(problem, alpha, {}, serially);
-    const WeightedBound b = weighted_bound(in.setup, in.height, in.materials, alpha, problem.drops(in.setup.grid), {}, serially);
-    INFO("seed " << seed << ", alpha " << alpha << ": " << b.objective_mm << " to " << found << ", " << b.cuts << " cuts");
+    const WeightedBound b =
+        weighted_bound(in.setup, in.height, in.materials, alpha, problem.drops(in.setup.grid), {}, serially);
+    INFO("seed " << seed << ", alpha " << alpha << ": " << b.objective_mm << " to " << found << ", " << b.cuts
+                 << " cuts");
     CHECK(b.known_mm == Approx(found).margin(1e-9));
     CHECK(b.objective_mm <= found);
     CHECK(b.objective_mm > 0.98 * found);
-    for (std::size_t n = 1; n < b.history_mm.size(); ++n) CHECK(b.history_mm[n] >= b.history_mm[n - 1] - 1e-4 * found);
+    for (std::size_t n = 1; n < b.history_mm.size(); ++n)
+      CHECK(b.history_mm[n] >= b.history_mm[n - 1] - 1e-4 * found);
   }
 }

@@ -10,12 +10,14 @@
 
 namespace firn::deposition::test {
 
-constexpr double kStep = 0.016;      // the planner's tick
+constexpr double kStep = 0.016;                                         // the planner's tick
 constexpr double kBoundary_mm = 1.5, kFill_mm = 3.0, kLayer_mm = 0.25;  // Barnett 2012, 3.8 and 4.1.5
-constexpr double kFeedForward = 4.0;  // c_ff [Hz / (mm^3/s)], 5.7
+constexpr double kFeedForward = 4.0;                                    // c_ff [Hz / (mm^3/s)], 5.7
 
-/// Speeds at the planner's tick: from rest through random targets up to `top` and back to rest, at most `acceleration`.
-inline std::vector<double> random_speeds(RandomStream& random, double length_mm, double top_mm_s, double acceleration_mm_s2 = 500.0) {
+/// Speeds at the planner's tick: from rest through random targets up to `top` and back to rest, at most
+/// `acceleration`.
+inline std::vector<double> random_speeds(RandomStream& random, double length_mm, double top_mm_s,
+                                         double acceleration_mm_s2 = 500.0) {
   std::vector<double> c{0.0};
   const double change = acceleration_mm_s2 * kStep;
   double done = 0.0, target = 0.0;

@@ -18,7 +18,8 @@ ValveSetting proportional(double pulse_s = 0.00125, double hz_per_mm3_s = kFeedF
 }
 
 // Pieces from rest to rest, one behind the other, with a stop between them.
-FlowDemand with_stops(RandomStream& random, int pieces, double length_mm, double width_mm, double top_mm_s = 125.0) {
+FlowDemand with_stops(RandomStream& random, int pieces, double length_mm, double width_mm,
+                      double top_mm_s = 125.0) {
   std::vector<double> speeds{0.0};
   std::vector<std::size_t> stops;
   for (int n = 0; n < pieces; ++n) {
@@ -34,7 +35,8 @@ FlowDemand with_stops(RandomStream& random, int pieces, double length_mm, double
 std::vector<double> absolute_times(const PulsePlan& plan, const FlowDemand& d) {
   std::vector<double> times;
   for (const PulseTrain& t : plan.trains)
-    for (std::uint16_t tick : t.ticks) times.push_back(d.step_s * double(t.first_instant) + kLimits.tick_s * tick);
+    for (std::uint16_t tick : t.ticks)
+      times.push_back(d.step_s * double(t.first_instant) + kLimits.tick_s * tick);
   return times;
 }
 
@@ -42,8 +44,10 @@ std::vector<double> absolute_times(const PulsePlan& plan, const FlowDemand& d) {
 
 TEST_CASE("A path of more than 131.072 s or 16,384 entries is cut at its stops and loses no drop") {
   RandomStream random(71, Purpose::kTest);
-  for (const auto& [pieces, length, width, top] :
-       {std::tuple{8, 1000.0, 1.5, 20.0}, {12, 2000.0, 3.0, 125.0}, {60, 100.0, 3.0, 90.0}, {400, 8.0, 1.5, 20.0}}) {
+  for (const auto& [pieces, length, width, top] : {std::tuple{8, 1000.0, 1.5, 20.0},
+                                                   {12, 2000.0, 3.0, 125.0},
+                                                   {60, 100.0, 3.0, 90.0},
+                                                   {400, 8.0, 1.5, 20.0}}) {
     const FlowDemand d = with_stops(random, pieces, length, width, top);
     const PulsePlan plan = plan_pulses(d, proportional(), kLimits);
     REQUIRE(plan.problem.empty());
@@ -51,7 +55,8 @@ TEST_CASE("A path of more than 131.072 s or 16,384 entries is cut at its stops a
     std::size_t entries = 0, behind = 0;
     for (const PulseTrain& t : plan.trains) {
       CHECK(t.first_instant == behind);
-      CHECK((t.first_instant == 0 || std::find(d.stops.begin(), d.stops.end(), t.first_instant) != d.stops.end()));
+      CHECK((t.first_instant == 0 ||
+             std::find(d.stops.begin(), d.stops.end(), t.first_instant) != d.stops.end()));
       CHECK(double(t.last_instant - t.first_instant) * d.step_s <= kLimits.max_duration_s + 1e-9);
       CHECK(t.ticks.size() <= std::size_t(kLimits.max_entries));
       CHECK(std::adjacent_find(t.ticks.begin(), t.ticks.end(), std::greater_equal<>()) == t.ticks.end());
@@ -61,7 +66,8 @@ TEST_CASE("A path of more than 131.072 s or 16,384 entries is cut at its stops a
     CHECK(behind == d.flow_mm3_s.size() - 1);
     const double wanted = DemandIntegral(d).total_volume_mm3();
     CHECK(double(entries) == double(pulse_count(kFeedForward * wanted)));
-    const DeliveryError error = count_delivery(d, drops_of(plan, d, proportional().curve, kLimits.tick_s), granted_by(d, proportional().curve, kLimits.tick_s), 0.0);
+    const DeliveryError error = count_delivery(d, drops_of(plan, d, proportional().curve, kLimits.tick_s),
+                                               granted_by(d, proportional().curve, kLimits.tick_s), 0.0);
     CHECK(error.worst_excess_mm3 <= 1e-9);
   }
 }
@@ -77,7 +83,8 @@ TEST_CASE("Each list is as long as the limits let it be: one more piece would no
     const auto next = std::upper_bound(d.stops.begin(), d.stops.end(), t.last_instant);
     const std::size_t end = next == d.stops.end() ? d.flow_mm3_s.size() - 1 : *next;
     const double from = d.step_s * double(t.first_instant), to = d.step_s * double(end);
-    const auto entries = std::count_if(times.begin(), times.end(), [&](double s) { return s >= from && s < to; });
+    const auto entries =
+        std::count_if(times.begin(), times.end(), [&](double s) { return s >= from && s < to; });
     CHECK((to - from > kLimits.max_duration_s || entries > kLimits.max_entries));
   }
 }
@@ -107,7 +114,8 @@ TEST_CASE("Without material the list is empty") {
 TEST_CASE("The widest pulse is chosen that still lays a drop per mm and delivers the flow") {
   // Ideal valve, 200 mm^3/s while open: drops of 0.1, 0.18, 0.25, 0.36 mm^3.
   std::vector<ValveSetting> settings;
-  for (double pulse_s : {0.0005, 0.0009, 0.00125, 0.0018}) settings.push_back(proportional(pulse_s, 1.0 / (200.0 * pulse_s)));
+  for (double pulse_s : {0.0005, 0.0009, 0.00125, 0.0018})
+    settings.push_back(proportional(pulse_s, 1.0 / (200.0 * pulse_s)));
   RandomStream random(74, Purpose::kTest);
   for (const auto& [width, chosen] : {std::pair{kBoundary_mm, 1u}, {kFill_mm, 3u}}) {
     for (int trial = 0; trial < 20; ++trial) {
@@ -119,7 +127,8 @@ TEST_CASE("The widest pulse is chosen that still lays a drop per mm and delivers
       REQUIRE(n == chosen);
       const PulsePlan plan = plan_pulses(d, settings[n], kLimits);
       CHECK(plan.least_drops_per_mm >= 1.0);
-      const DeliveryError error = count_delivery(d, drops_of(plan, d, settings[n].curve, kLimits.tick_s), granted_by(d, settings[n].curve, kLimits.tick_s), 0.0);
+      const DeliveryError error = count_delivery(d, drops_of(plan, d, settings[n].curve, kLimits.tick_s),
+                                                 granted_by(d, settings[n].curve, kLimits.tick_s), 0.0);
       CHECK(error.widest_gap_mm <= 1.0 + 2.0 * 125.0 * 0.5 * kLimits.tick_s);  // and two half ticks
     }
   }
@@ -151,8 +160,10 @@ TEST_CASE("The counter itself: windows and running error against brute force ove
       if (s + window > path.total_length_mm()) continue;
       const double t1 = path.time_at_length_s(s + window), volume = path.volume_mm3(t1) - path.volume_mm3(t);
       at_least = std::max(at_least, std::abs((delivered(t1) - delivered(t)) / volume - 1.0));
-      const double more = delivered(path.time_at_length_s(s + window + fine)) - delivered(path.time_at_length_s(s - fine) - 1e-9);
-      const double fewer = delivered(path.time_at_length_s(s + window - fine)) - delivered(path.time_at_length_s(s + fine));
+      const double more = delivered(path.time_at_length_s(s + window + fine)) -
+                          delivered(path.time_at_length_s(s - fine) - 1e-9);
+      const double fewer =
+          delivered(path.time_at_length_s(s + window - fine)) - delivered(path.time_at_length_s(s + fine));
       at_most = std::max({at_most, more / volume - 1.0, 1.0 - fewer / volume});
     }
     CHECK(error.worst_mm3 >= worst - 1e-12);
@@ -162,7 +173,9 @@ TEST_CASE("The counter itself: windows and running error against brute force ove
   }
 }
 
-TEST_CASE("Width modulation delivers each period's dose between its narrowest and widest pulse and misses what is below") {
+TEST_CASE(
+    "Width modulation delivers each period's dose between its narrowest and widest pulse and misses what is "
+    "below") {
   const WidthModulation pwm = ideal_width_modulation(200.0, 0.008, kLimits);
   FlowDemand d{kStep, std::vector<double>(101, 40.0), std::vector<double>(101, 50.0), {}};
   std::vector<WidthPulse> pulses = plan_widths(d, pwm, kLimits);
@@ -172,7 +185,8 @@ TEST_CASE("Width modulation delivers each period's dose between its narrowest an
   CHECK(plan_widths(d, pwm, kLimits).empty());
   WidthModulation carry = pwm;
   carry.carry = true;
-  const DeliveryError error = count_delivery(d, drops_of(plan_widths(d, carry, kLimits)), {0.1, pwm.period_s}, 0.0);
+  const DeliveryError error =
+      count_delivery(d, drops_of(plan_widths(d, carry, kLimits)), {0.1, pwm.period_s}, 0.0);
   CHECK(std::abs(error.delivered_mm3 - error.wanted_mm3) <= 0.06);
   CHECK_THROWS_WITH(plan_widths(d, {0.001, pwm.dose, false}, kLimits), Catch::Contains("period_s"));
   CHECK_THROWS_WITH(plan_widths(d, {0.004, pwm.dose, false}, kLimits), Catch::Contains("dose table"));
@@ -184,8 +198,14 @@ TEST_CASE("6.1: from rest, frequency modulation follows the flow where width mod
   for (int trial = 0; trial < 30; ++trial) {
     const FlowDemand d = demand_of(random_speeds(random, 100.0, 125.0), kBoundary_mm);
     const ValveSetting setting = proportional();
-    fm = std::max(fm, count_delivery(d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s), {}, 0.0).worst_mm3);
-    pwm = std::max(pwm, count_delivery(d, drops_of(plan_widths(d, ideal_width_modulation(200.0, 0.008, kLimits), kLimits)), {}, 0.0).worst_mm3);
+    fm = std::max(
+        fm, count_delivery(d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s),
+                           {}, 0.0)
+                .worst_mm3);
+    pwm = std::max(
+        pwm, count_delivery(
+                 d, drops_of(plan_widths(d, ideal_width_modulation(200.0, 0.008, kLimits), kLimits)), {}, 0.0)
+                 .worst_mm3);
   }
   CHECK(fm < 0.25);
   CHECK(pwm > 2.0 * fm);

@@ -12,30 +12,44 @@ using namespace firn::deposition::test;
 namespace {
 
 const ValveLimits kLimits;
-ValveSetting proportional(double pulse_s = 0.00125) { return {pulse_s, FlowCurve::proportional(kFeedForward, 500.0)}; }
+ValveSetting proportional(double pulse_s = 0.00125) {
+  return {pulse_s, FlowCurve::proportional(kFeedForward, 500.0)};
+}
 
-// A closed form to count by: with nu = c_ff Q and Q = A c, drop k lies where the path is (k - 1/2) / (c_ff A) long.
+// A closed form to count by: with nu = c_ff Q and Q = A c, drop k lies where the path is (k - 1/2) / (c_ff A)
+// long.
 double drops_per_mm(double width_mm) { return kFeedForward * width_mm * kLayer_mm; }
 
 }  // namespace
 
-TEST_CASE("Eq. (6.5) as printed sums rectangles, and the integral lags it by half a step of the last frequency") {
+TEST_CASE(
+    "Eq. (6.5) as printed sums rectangles, and the integral lags it by half a step of the last frequency") {
   const std::vector<double> nu{0.0, 100.0, 200.0, 200.0, 0.0};
   CHECK(pulses_needed_as_printed(nu, 0.01) == std::vector<double>{0.0, 1.0, 3.0, 5.0, 5.0});
   CHECK(pulses_needed(nu, 0.01) == std::vector<double>{0.0, 0.5, 2.0, 4.0, 5.0});
   // At steady frequency that lead is delta / 2 of time: 8 ms, 1 mm of path at 125 mm/s.
   const std::vector<double> steady(100, 50.0);
-  CHECK(pulses_needed_as_printed(steady, kStep)[99] - pulses_needed(steady, kStep)[99] == Approx(50.0 * kStep));
+  CHECK(pulses_needed_as_printed(steady, kStep)[99] - pulses_needed(steady, kStep)[99] ==
+        Approx(50.0 * kStep));
   CHECK(pulses_needed_as_printed(nu, 0.01)[3] - pulses_needed(nu, 0.01)[3] == Approx(0.5 * 0.01 * 200.0));
 }
 
 TEST_CASE("Erratum (6.6): pulses stand at 0.5, 1.5, ... ceil(max - 0.5) - 0.5") {
-  for (const auto& [needed, count] : {std::pair{0.0, 0}, {0.5, 0}, {0.51, 1}, {1.0, 1}, {1.5, 1}, {1.6, 2}, {10.2, 10}, {10.5, 10}, {10.6, 11}})
+  for (const auto& [needed, count] : {std::pair{0.0, 0},
+                                      {0.5, 0},
+                                      {0.51, 1},
+                                      {1.0, 1},
+                                      {1.5, 1},
+                                      {1.6, 2},
+                                      {10.2, 10},
+                                      {10.5, 10},
+                                      {10.6, 11}})
     CHECK(pulse_count(needed) == count);
   RandomStream random(63, Purpose::kTest);
   for (int trial = 0; trial < 200; ++trial) {
     std::vector<double> nu;
-    for (std::uint32_t n = 2 + random.below(60); n > 0; --n) nu.push_back(random.below(5) == 0 ? 0.0 : random.uniform(0.0, 400.0));
+    for (std::uint32_t n = 2 + random.below(60); n > 0; --n)
+      nu.push_back(random.below(5) == 0 ? 0.0 : random.uniform(0.0, 400.0));
     const std::vector<double> instants = pulse_instants_s(nu, kStep), needed = pulses_needed(nu, kStep);
     REQUIRE(std::int64_t(instants.size()) == pulse_count(needed.back()));
     for (std::size_t k = 0; k < instants.size(); ++k) {  // brute force: fine sums up to the instant
@@ -72,13 +86,18 @@ TEST_CASE("With a proportional valve each drop lands where counting says, to hal
     }
 }
 
-TEST_CASE("Delivered volume is within half a drop and one tick of what is wanted, at every point of every path") {
+TEST_CASE(
+    "Delivered volume is within half a drop and one tick of what is wanted, at every point of every path") {
   RandomStream random(65, Purpose::kTest);
   double worst_drops = 0.0;
   for (int trial = 0; trial < 300; ++trial) {
-    FlowDemand d = demand_of(random_speeds(random, trial % 50 < 2 ? 5000.0 : random.uniform(1, 300), random.uniform(60, 125)), random.uniform(0.8, 3.0));
-    corrected_flow(std::vector<double>(d.flow_mm3_s), random_action(random, d.flow_mm3_s.size(), random.uniform(0, 1.2)), d.flow_mm3_s);
-    const ValveSetting setting{0.00125, trial % 2 ? bent_curve(random) : FlowCurve::proportional(kFeedForward, 500.0)};
+    FlowDemand d = demand_of(
+        random_speeds(random, trial % 50 < 2 ? 5000.0 : random.uniform(1, 300), random.uniform(60, 125)),
+        random.uniform(0.8, 3.0));
+    corrected_flow(std::vector<double>(d.flow_mm3_s),
+                   random_action(random, d.flow_mm3_s.size(), random.uniform(0, 1.2)), d.flow_mm3_s);
+    const ValveSetting setting{0.00125,
+                               trial % 2 ? bent_curve(random) : FlowCurve::proportional(kFeedForward, 500.0)};
     clip_flow(d, max_flow_mm3_s(setting, kLimits));
     const PulsePlan plan = plan_pulses(d, setting, kLimits);
     const std::vector<Drop> drops = drops_of(plan, d, setting.curve, kLimits.tick_s);
@@ -99,7 +118,8 @@ TEST_CASE("Over any 70 mm of boundary and any 35 mm of fill the volume is right 
     for (int trial = 0; trial < 100; ++trial) {
       const FlowDemand d = demand_of(random_speeds(random, 300.0, random.uniform(15, 125)), width);
       const ValveSetting setting = proportional();
-      const DeliveryError error = count_delivery(d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s), {}, window);
+      const DeliveryError error = count_delivery(
+          d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s), {}, window);
       worst = std::max(worst, error.window_worst);
     }
     INFO("width " << width);
@@ -108,23 +128,30 @@ TEST_CASE("Over any 70 mm of boundary and any 35 mm of fill the volume is right 
   }
 }
 
-TEST_CASE("Over every window at any control action the volume is right to one drop and the flow of one tick") {
-  // u != 0: a window's volume is no whole number of drops. Every window of the length is counted, wherever it starts.
+TEST_CASE(
+    "Over every window at any control action the volume is right to one drop and the flow of one tick") {
+  // u != 0: a window's volume is no whole number of drops. Every window of the length is counted, wherever it
+  // starts.
   RandomStream random(68, Purpose::kTest);
   int below_one_percent = 0;
   for (const auto& [width, window] : {std::pair{kBoundary_mm, 70.0}, {kFill_mm, 35.0}})
     for (int trial = 0; trial < 60; ++trial) {
       const double u = trial % 3 == 0 ? 0.0 : random.uniform(-0.5, 0.5), hz = trial % 2 ? kFeedForward : 12.0;
       const double fastest = std::min(125.0, 450.0 / (hz * width * kLayer_mm * (1.0 + u)));
-      FlowDemand d = demand_of(random_speeds(random, 300.0, random.uniform(std::min(15.0, 0.9 * fastest), fastest)), width);
+      FlowDemand d = demand_of(
+          random_speeds(random, 300.0, random.uniform(std::min(15.0, 0.9 * fastest), fastest)), width);
       const double top = *std::max_element(d.speed_mm_s.begin(), d.speed_mm_s.end());
-      corrected_flow(std::vector<double>(d.flow_mm3_s), std::vector<double>(d.flow_mm3_s.size(), u), d.flow_mm3_s);
+      corrected_flow(std::vector<double>(d.flow_mm3_s), std::vector<double>(d.flow_mm3_s.size(), u),
+                     d.flow_mm3_s);
       const ValveSetting setting{0.0005, FlowCurve::proportional(hz, 500.0)};
-      const DeliveryError error = count_delivery(d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s), {}, window);
+      const DeliveryError error = count_delivery(
+          d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s), {}, window);
       const double bound = window_error_bound(d, setting.curve, kLimits.tick_s, window);
       INFO("width " << width << " u " << u << " hz " << hz << " top " << top);
       CHECK(error.window_worst <= bound + 1e-9);
-      CHECK(bound <= (1.0 / hz + top * width * kLayer_mm * (1.0 + u) * kLimits.tick_s) / (window * width * kLayer_mm * (1.0 + u)) + 1e-9);  // closed form
+      CHECK(bound <= (1.0 / hz + top * width * kLayer_mm * (1.0 + u) * kLimits.tick_s) /
+                             (window * width * kLayer_mm * (1.0 + u)) +
+                         1e-9);  // closed form
       if (bound <= 0.01) ++below_one_percent;
     }
   CHECK(below_one_percent > 20);
@@ -132,7 +159,8 @@ TEST_CASE("Over every window at any control action the volume is right to one dr
 
 TEST_CASE("The widest pulse is chosen that keeps 1 % over 70 mm at any action within +-0.5, where one does") {
   std::vector<ValveSetting> settings;  // drops of 0.05, 0.1, 0.25 mm^3
-  for (double hz : {20.0, 10.0, 4.0}) settings.push_back({0.0005 * 20.0 / hz, FlowCurve::proportional(hz, 500.0)});
+  for (double hz : {20.0, 10.0, 4.0})
+    settings.push_back({0.0005 * 20.0 / hz, FlowCurve::proportional(hz, 500.0)});
   RandomStream random(69, Purpose::kTest);
   for (int trial = 0; trial < 20; ++trial) {
     FlowDemand d = demand_of(random_speeds(random, 300.0, 40.0), kBoundary_mm);
@@ -141,9 +169,11 @@ TEST_CASE("The widest pulse is chosen that keeps 1 % over 70 mm at any action wi
     const std::size_t n = choose_setting(d, settings, kLimits, 1.0, {70.0, 0.01});
     REQUIRE(n < settings.size());
     CHECK(window_error_bound(d, settings[n].curve, kLimits.tick_s, 70.0) <= 0.01);
-    const DeliveryError error = count_delivery(d, drops_of(plan_pulses(d, settings[n], kLimits), d, settings[n].curve, kLimits.tick_s), {}, 70.0);
+    const DeliveryError error = count_delivery(
+        d, drops_of(plan_pulses(d, settings[n], kLimits), d, settings[n].curve, kLimits.tick_s), {}, 70.0);
     CHECK(error.window_worst <= 0.01);
-    if (n + 1 < settings.size()) CHECK(window_error_bound(d, settings[n + 1].curve, kLimits.tick_s, 70.0) > 0.01);
+    if (n + 1 < settings.size())
+      CHECK(window_error_bound(d, settings[n + 1].curve, kLimits.tick_s, 70.0) > 0.01);
   }
 }
 
@@ -151,7 +181,8 @@ TEST_CASE("Erratum chapter 6: the frequency that is drawn as nominal is the corr
   RandomStream random(67, Purpose::kTest);
   FlowDemand d = demand_of(random_speeds(random, 200.0, 100.0), kBoundary_mm);
   const std::size_t nominal = plan_pulses(d, proportional(), kLimits).trains[0].ticks.size();
-  corrected_flow(std::vector<double>(d.flow_mm3_s), std::vector<double>(d.flow_mm3_s.size(), 0.3), d.flow_mm3_s);
+  corrected_flow(std::vector<double>(d.flow_mm3_s), std::vector<double>(d.flow_mm3_s.size(), 0.3),
+                 d.flow_mm3_s);
   const std::size_t corrected = plan_pulses(d, proportional(), kLimits).trains[0].ticks.size();
   CHECK(double(corrected) == Approx(1.3 * double(nominal)).margin(1.0));
 }
@@ -162,7 +193,8 @@ TEST_CASE("At the limit of 500 Hz every tick has one pulse") {
   REQUIRE(ticks.size() == 800);
   for (std::size_t k = 1; k < ticks.size(); ++k) REQUIRE(ticks[k] == ticks[k - 1] + 1);
   d.flow_mm3_s[50] = 125.1;
-  CHECK_THROWS_WITH(plan_pulses(d, proportional(), kLimits), Catch::Contains("instant 50") && Catch::Contains("above the valve"));
+  CHECK_THROWS_WITH(plan_pulses(d, proportional(), kLimits),
+                    Catch::Contains("instant 50") && Catch::Contains("above the valve"));
   const Shortfall short_of = clip_flow(d, max_flow_mm3_s(proportional(), kLimits));
   CHECK(short_of.instants == 1);
   CHECK(short_of.first == 50);

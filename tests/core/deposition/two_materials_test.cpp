@@ -43,8 +43,8 @@ double sum(const HeightMap& h) {
   return s;
 }
 
-// Eq. (7) with the errata, term by term as printed: a gather at cell (i, j), off-grid ground taken as the border
-// says. Shares nothing with the code under test but sat().
+// Eq. (7) with the errata, term by term as printed: a gather at cell (i, j), off-grid ground taken as the
+// border says. Shares nothing with the code under test but sat().
 struct Oracle {
   const HeightMap& h;
   const DropletPattern& u;
@@ -115,8 +115,8 @@ struct Nine {
 
 TEST_CASE("Eq. (7), Erratum (7): the step equals the corrected nine-term sum on random surfaces and inks") {
   RandomStream random(101, Purpose::kTest);
-  for (const GridSpec g : {GridSpec{1, 1}, GridSpec{1, 6}, GridSpec{7, 1}, GridSpec{2, 2}, GridSpec{13, 9},
-                           GridSpec{40, 33}})
+  for (const GridSpec g :
+       {GridSpec{1, 1}, GridSpec{1, 6}, GridSpec{7, 1}, GridSpec{2, 2}, GridSpec{13, 9}, GridSpec{40, 33}})
     for (const Border border : {Border::kLose, Border::kKeep})
       for (const double range : {0.0, 2e-3, 10e-3, 0.05}) {
         const HeightMap h = rough(g, random, range);
@@ -152,8 +152,8 @@ TEST_CASE("Erratum (6): on flat ground (6) is the new height, the old one plus b
 }
 
 TEST_CASE("Erratum (7), C1: the first corner's threshold is (h1 + h3) of the droplet's own ink") {
-  // A support droplet beside a first corner 1.7 um higher: g3 sat_{g1+g3}(-1.7) = 0.4 (1 - 1.7 / 3.4); with the
-  // object's h1 in the threshold, as printed, it would be 0.4 (1 - 1.7 / 4.8).
+  // A support droplet beside a first corner 1.7 um higher: g3 sat_{g1+g3}(-1.7) = 0.4 (1 - 1.7 / 3.4); with
+  // the object's h1 in the threshold, as printed, it would be 0.4 (1 - 1.7 / 4.8).
   const Nine n(Material::kB, 2, 2, 11.7e-3);
   CHECK(n.rise.at(2, 2) == Approx(0.2e-3).epsilon(1e-9));
   CHECK(n.rise.at(2, 2) != Approx(0.4e-3 * (1.0 - 1.7 / 4.8)).epsilon(1e-3));
@@ -171,7 +171,8 @@ TEST_CASE("Erratum (7), C1: the last corner compares the droplet's cell with cel
   }
 }
 
-TEST_CASE("Erratum (7), C2: a side's threshold is (h1 + h2) of the ink that flows in, not a factor outside sat") {
+TEST_CASE(
+    "Erratum (7), C2: a side's threshold is (h1 + h2) of the ink that flows in, not a factor outside sat") {
   for (const auto& [i, j] : {std::pair{2, 1}, {0, 1}, {1, 2}, {1, 0}}) {
     const Nine of_b(Material::kB, i, j, 12e-3, Material::kA), of_a(Material::kA, i, j, 12e-3, Material::kB);
     CHECK(of_b.rise.at(i, j) == Approx(0.9e-3 * (1.0 - 2.0 / 3.9)).epsilon(1e-9));
@@ -203,7 +204,8 @@ TEST_CASE("Two materials with the same constants are Eq. (4), to the last bit of
   }
 }
 
-TEST_CASE("Two materials: every droplet's height is on the grid or in the ledger, and nothing is lost inside") {
+TEST_CASE(
+    "Two materials: every droplet's height is on the grid or in the ledger, and nothing is lost inside") {
   RandomStream random(104, Purpose::kTest);
   for (int trial = 0; trial < 20; ++trial) {
     const GridSpec g{std::int32_t(3 + random.below(20)), std::int32_t(3 + random.below(20))};

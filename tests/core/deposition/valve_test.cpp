@@ -15,7 +15,8 @@ TEST_CASE("A monotone curve goes through its points, stays between neighbours an
     std::vector<MonotoneCurve::Point> points{{random.uniform(-5, 5), random.uniform(-5, 5)}};
     for (std::uint32_t n = 1 + random.below(20); n > 0; --n) {
       const double steep = random.below(4) == 0 ? 100.0 : 1.0;
-      points.push_back({points.back().x + random.uniform(1e-3, 2.0), points.back().y + steep * random.uniform(1e-3, 1.0)});
+      points.push_back(
+          {points.back().x + random.uniform(1e-3, 2.0), points.back().y + steep * random.uniform(1e-3, 1.0)});
     }
     const MonotoneCurve curve(points);
     double before = points.front().y;
@@ -39,8 +40,10 @@ TEST_CASE("A monotone curve reproduces a straight line and reports a bad table b
   const MonotoneCurve line({{0, 1}, {1, 3}, {4, 9}, {5, 11}});
   for (double x = 0.0; x <= 5.0; x += 0.01) CHECK(line.at(x) == Approx(1.0 + 2.0 * x).epsilon(1e-14));
   CHECK_THROWS_WITH(MonotoneCurve({{0, 0}}), Catch::Contains("at least two points"));
-  CHECK_THROWS_WITH(MonotoneCurve({{0, 0}, {1, 2}, {2, 2}}), Catch::Contains("row 3") && Catch::Contains("ascend"));
-  CHECK_THROWS_WITH(MonotoneCurve({{0, 0}, {1, std::numeric_limits<double>::quiet_NaN()}}), Catch::Contains("row 2"));
+  CHECK_THROWS_WITH(MonotoneCurve({{0, 0}, {1, 2}, {2, 2}}),
+                    Catch::Contains("row 3") && Catch::Contains("ascend"));
+  CHECK_THROWS_WITH(MonotoneCurve({{0, 0}, {1, std::numeric_limits<double>::quiet_NaN()}}),
+                    Catch::Contains("row 2"));
 }
 
 TEST_CASE("Eq. (6.4): h gives each calibrated row back, starts at the origin and inverts") {
@@ -69,9 +72,13 @@ TEST_CASE("A calibration row is mass over density and time") {
   CHECK_THROWS_WITH(flow_from_mass_mm3_s(1.0, 0.0, 1.0), Catch::Contains("density_g_cm3"));
 }
 
-TEST_CASE("The highest frequency is one pulse per pulse width, per tick, of the valve or of the table, whichever is lowest") {
+TEST_CASE(
+    "The highest frequency is one pulse per pulse width, per tick, of the valve or of the table, whichever "
+    "is lowest") {
   const ValveLimits limits;
-  const auto setting = [](double pulse_s, double table_hz) { return ValveSetting{pulse_s, FlowCurve::proportional(4.0, table_hz)}; };
+  const auto setting = [](double pulse_s, double table_hz) {
+    return ValveSetting{pulse_s, FlowCurve::proportional(4.0, table_hz)};
+  };
   CHECK(max_frequency_hz(setting(0.002, 1000.0), limits) == 500.0);
   CHECK(max_frequency_hz(setting(0.0005, 1000.0), limits) == 500.0);  // the 2 ms tick
   CHECK(max_frequency_hz(setting(0.008, 1000.0), limits) == 125.0);
@@ -89,7 +96,8 @@ TEST_CASE("Table 2-2: no setting gives more than 200 uL/s") {
 }
 
 TEST_CASE("A pulse below 0.5 ms and a list of more than 65,536 ticks are refused by name") {
-  CHECK_THROWS_WITH(check(ValveSetting{0.0004, FlowCurve::proportional(4.0, 500.0)}, ValveLimits{}), Catch::Contains("minimum"));
+  CHECK_THROWS_WITH(check(ValveSetting{0.0004, FlowCurve::proportional(4.0, 500.0)}, ValveLimits{}),
+                    Catch::Contains("minimum"));
   CHECK_NOTHROW(check(ValveSetting{0.0005, FlowCurve::proportional(4.0, 500.0)}, ValveLimits{}));
   CHECK_NOTHROW(check(ValveLimits{}));
   ValveLimits limits;
@@ -106,7 +114,9 @@ TEST_CASE("Eqs. (6.2), (6.3): flow is w dh c (1 + u), and none below u = -1") {
   CHECK(corrected == std::vector<double>{0.0, 3.75, 70.3125, 23.4375, 0.0});
 }
 
-TEST_CASE("The control action surface is read bilinearly, and outside it and beside unmeasured cells there is no correction") {
+TEST_CASE(
+    "The control action surface is read bilinearly, and outside it and beside unmeasured cells there is no "
+    "correction") {
   HeightMap a(GridSpec{4, 3, 2.0, 1.0, 10.0, 20.0});
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 4; ++i) a.at(i, j) = 0.1 * i + 0.05 * j;

@@ -72,20 +72,21 @@ TEST_CASE("Span ends of an ellipsoid are those of its equation") {
 TEST_CASE("The pipe junction is two pipes whose bores join, and stands on support where it overhangs") {
   const Geometry g = Geometry::sampled(*make_solid(junction(), kGrid), kGrid, 0.4, 0.002);
   const auto cell = [](double x, double y) {  // relative to the middle
-    return kGrid.index(int(std::lround((x + 0.5 * 59 * 0.25) / 0.25)), int(std::lround((y + 0.5 * 39 * 0.3) / 0.3)));
+    return kGrid.index(int(std::lround((x + 0.5 * 59 * 0.25) / 0.25)),
+                       int(std::lround((y + 0.5 * 39 * 0.3) / 0.3)));
   };
-  CHECK(g.spans(cell(0.1, 0.1)).empty());                      // the bore of the standing pipe
-  REQUIRE(g.spans(cell(-2.6, 0.1)).size() == 1);               // its wall, all the way up
+  CHECK(g.spans(cell(0.1, 0.1)).empty());         // the bore of the standing pipe
+  REQUIRE(g.spans(cell(-2.6, 0.1)).size() == 1);  // its wall, all the way up
   CHECK(g.spans(cell(-2.6, 0.1))[0] == Span{0.0, 0.4});
-  CHECK(g.spans(cell(2.6, 0.1)).size() == 2);                  // its wall, pierced by the lying pipe's bore
-  const auto out = g.spans(cell(5.6, 0.1));                    // the lying pipe: wall, bore, wall
+  CHECK(g.spans(cell(2.6, 0.1)).size() == 2);  // its wall, pierced by the lying pipe's bore
+  const auto out = g.spans(cell(5.6, 0.1));    // the lying pipe: wall, bore, wall
   REQUIRE(out.size() == 2);
   CHECK(out[0].from_mm == Approx(0.05).margin(1e-3));
   CHECK(out[0].to_mm == Approx(0.12).margin(1e-3));
   CHECK(out[1].to_mm == Approx(0.35).margin(1e-3));
-  CHECK(g.at(cell(5.6, 0.1), 0.01) == Material::kB);           // support below
-  CHECK(g.at(cell(5.6, 0.1), 0.2) == Material::kB);            // and in the bore
-  CHECK(g.spans(cell(-5.6, 0.1)).empty());                     // no pipe on the other side
+  CHECK(g.at(cell(5.6, 0.1), 0.01) == Material::kB);  // support below
+  CHECK(g.at(cell(5.6, 0.1), 0.2) == Material::kB);   // and in the bore
+  CHECK(g.spans(cell(-5.6, 0.1)).empty());            // no pipe on the other side
 }
 
 TEST_CASE("Heights below the substrate and above the block count as its lowest and highest") {

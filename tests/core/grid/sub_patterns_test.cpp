@@ -6,8 +6,10 @@
 namespace firn {
 namespace {
 
-TEST_CASE("V-D.2: within a sub-pattern no two cells are nearer than its least distance, and some are as near") {
-  const GridSpec grids[] = {{9, 8, 0.25, 0.25, 0.0, 0.0}, {7, 11, 0.2, 0.3, 1.0, -2.0}, {10, 6, 0.5, 0.1, 0.0, 0.0}};
+TEST_CASE(
+    "V-D.2: within a sub-pattern no two cells are nearer than its least distance, and some are as near") {
+  const GridSpec grids[] = {
+      {9, 8, 0.25, 0.25, 0.0, 0.0}, {7, 11, 0.2, 0.3, 1.0, -2.0}, {10, 6, 0.5, 0.1, 0.0, 0.0}};
   for (const GridSpec& g : grids)
     for (const int count : {1, 2, 4}) {
       CAPTURE(g.nx, count);

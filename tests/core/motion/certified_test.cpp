@@ -165,7 +165,8 @@ TEST_CASE("With a tolerance no random path leaves it, and none that keeps it any
   CHECK(within_s < 0.97 * exact_s);
 }
 
-TEST_CASE("More tolerance never slows a gear's rings down, and 0.01 mm costs little beside ramps that leave it") {
+TEST_CASE(
+    "More tolerance never slows a gear's rings down, and 0.01 mm costs little beside ramps that leave it") {
   const auto arm = make_scara(cobra600());
   PlanWorkspace work;
   double exact_s = 0.0, hundredth_s = 0.0;
@@ -173,7 +174,8 @@ TEST_CASE("More tolerance never slows a gear's rings down, and 0.01 mm costs lit
     std::vector<Point2> ring;  // uneven chords, as the slicer's: close together on the flanks of the teeth
     const int n = int(60.0 + 4.0 * radius_mm);
     for (int i = 0; i < n; ++i) {
-      const double a = 2.0 * std::numbers::pi * i / n, r = radius_mm + 0.06 * radius_mm * std::tanh(1.5 * std::cos(12.0 * a));
+      const double a = 2.0 * std::numbers::pi * i / n,
+                   r = radius_mm + 0.06 * radius_mm * std::tanh(1.5 * std::cos(12.0 * a));
       ring.push_back({r * std::cos(a), r * std::sin(a)});
     }
     PathInput input;
@@ -184,8 +186,10 @@ TEST_CASE("More tolerance never slows a gear's rings down, and 0.01 mm costs lit
     REQUIRE(exact.ok());
     double before_s = 1e300;
     for (const double tolerance_mm : {0.002, 0.005, 0.01, 0.02, 0.05, 0.1}) {
-      const PlanResult within = plan(input, *arm, cobra600_limits(), with(Method::kCertified, tolerance_mm), work);
-      INFO("radius " << radius_mm << " mm, tolerance " << tolerance_mm << " mm; without " << exact.continuous_s << " s, " << exact.deviation_mm << " mm");
+      const PlanResult within =
+          plan(input, *arm, cobra600_limits(), with(Method::kCertified, tolerance_mm), work);
+      INFO("radius " << radius_mm << " mm, tolerance " << tolerance_mm << " mm; without "
+                     << exact.continuous_s << " s, " << exact.deviation_mm << " mm");
       REQUIRE(within.ok());
       CHECK(within.deviation_mm <= tolerance_mm);
       CHECK(within.continuous_s <= 1.01 * before_s);
@@ -200,21 +204,26 @@ TEST_CASE("More tolerance never slows a gear's rings down, and 0.01 mm costs lit
   CHECK(hundredth_s < 1.2 * exact_s);
 }
 
-TEST_CASE("Vertices that scatter by micrometres are smoothed within the tolerance, and the path takes half the time") {
+TEST_CASE(
+    "Vertices that scatter by micrometres are smoothed within the tolerance, and the path takes half the "
+    "time") {
   RandomStream draw(77, Purpose::kTest);
   const auto flower = [&](double noise_mm, int n) {
     std::vector<Point2> points;
     for (int i = 0; i <= n; ++i) {
       const double a = 2.0 * std::numbers::pi * i / n, r = 30.0 + 2.0 * std::sin(5.0 * a);
-      points.push_back({r * std::cos(a) + noise_mm * draw.uniform(-1.0, 1.0), r * std::sin(a) + noise_mm * draw.uniform(-1.0, 1.0)});
+      points.push_back({r * std::cos(a) + noise_mm * draw.uniform(-1.0, 1.0),
+                        r * std::sin(a) + noise_mm * draw.uniform(-1.0, 1.0)});
     }
     return points;
   };
   const double clean_s = plan_at(flower(0.0, 500), {380, 0}).continuous_s;
   for (const double noise_mm : {0.002, 0.005, 0.02}) {
     const std::vector<Point2> points = flower(noise_mm, 500);
-    const PlanResult exact = plan_at(points, {380, 0}), smooth = plan_at(points, {380, 0}, with(Method::kCertified, 0.05));
-    INFO("noise " << noise_mm << ": " << exact.continuous_s << " and " << smooth.continuous_s << " s, without noise " << clean_s);
+    const PlanResult exact = plan_at(points, {380, 0}),
+                     smooth = plan_at(points, {380, 0}, with(Method::kCertified, 0.05));
+    INFO("noise " << noise_mm << ": " << exact.continuous_s << " and " << smooth.continuous_s
+                  << " s, without noise " << clean_s);
     REQUIRE(smooth.ok());
     CHECK(smooth.continuous_s < 0.6 * exact.continuous_s);
     CHECK(smooth.continuous_s < 1.35 * clean_s);
@@ -225,9 +234,12 @@ TEST_CASE("Vertices that scatter by micrometres are smoothed within the toleranc
   }
   // a run between two lines: the lines stay
   std::vector<Point2> mixed = line(20.0, 40);
-  for (int i = 1; i < 60; ++i) mixed.push_back({20.0 + 0.4 * i, 2.0 * std::pow(std::sin(0.5 * std::numbers::pi * i / 60), 4) + draw.uniform(-0.003, 0.003)});
+  for (int i = 1; i < 60; ++i)
+    mixed.push_back({20.0 + 0.4 * i, 2.0 * std::pow(std::sin(0.5 * std::numbers::pi * i / 60), 4) +
+                                         draw.uniform(-0.003, 0.003)});
   for (int i = 0; i <= 40; ++i) mixed.push_back({44.0 + 0.5 * i, 2.0});
-  const PlanResult exact = plan_at(mixed, {350, 0}), smooth = plan_at(mixed, {350, 0}, with(Method::kCertified, 0.05));
+  const PlanResult exact = plan_at(mixed, {350, 0}),
+                   smooth = plan_at(mixed, {350, 0}, with(Method::kCertified, 0.05));
   REQUIRE(smooth.ok());
   CHECK(smooth.continuous_s < exact.continuous_s);
   CHECK(smooth.deviation_mm <= 0.05);
@@ -264,14 +276,18 @@ TEST_CASE(
   CHECK(planned > 350);
 }
 
-TEST_CASE("Near full reach, where joints join while the profile is being solved, the fast tier stays near the slow one") {
+TEST_CASE(
+    "Near full reach, where joints join while the profile is being solved, the fast tier stays near the slow "
+    "one") {
   for (const double reach : {540.0, 560.0, 570.0}) {
     std::vector<Point2> points;
     for (int i = 0; i <= 320; ++i) {
-      const double a = 2.0 * std::numbers::pi * i / 320, r = 18.0 + 2.0 * std::cos(3.0 * a) + std::cos(5.0 * a);
+      const double a = 2.0 * std::numbers::pi * i / 320,
+                   r = 18.0 + 2.0 * std::cos(3.0 * a) + std::cos(5.0 * a);
       points.push_back({r * std::cos(a), r * std::sin(a)});
     }
-    const PlanResult fast = plan_at(points, {reach, 0}), slow = plan_at(points, {reach, 0}, with(Method::kOptimal));
+    const PlanResult fast = plan_at(points, {reach, 0}),
+                     slow = plan_at(points, {reach, 0}, with(Method::kOptimal));
     REQUIRE(fast.ok());
     REQUIRE(slow.ok());
     INFO(reach << " mm: " << fast.continuous_s << " and " << slow.continuous_s << " s");
@@ -297,7 +313,9 @@ TEST_CASE("At a very low ceiling the speed is steady between the knots too, and 
   const double h = result.trajectory.tick_s;
   std::size_t slow = 0;
   for (std::size_t n = 0; n + 1 < result.tool.size(); ++n) {
-    const double speed = std::hypot(result.tool[n + 1].x_mm - result.tool[n].x_mm, result.tool[n + 1].y_mm - result.tool[n].y_mm) / h;
+    const double speed = std::hypot(result.tool[n + 1].x_mm - result.tool[n].x_mm,
+                                    result.tool[n + 1].y_mm - result.tool[n].y_mm) /
+                         h;
     CHECK(speed <= 0.6 * 1.001);
     if (speed < 0.59) ++slow;
   }

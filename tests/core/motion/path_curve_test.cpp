@@ -22,7 +22,8 @@ std::vector<Point2> first_part() {
   return points;
 }
 
-/// A closed ring of even chords as a path file holds it: places in steps of 1e-4 mm, off the circle by more than recognition allows.
+/// A closed ring of even chords as a path file holds it: places in steps of 1e-4 mm, off the circle by more
+/// than recognition allows.
 std::vector<Point2> rounded_ring(RandomStream& draw) {
   constexpr double kStep = 1e-4;
   const double radius = draw.uniform(3.0, 80.0), start = draw.uniform(0.0, 2.0 * std::numbers::pi);
@@ -107,7 +108,8 @@ TEST_CASE("Knots lie on the path, also where its ramps are longer than it") {
   const Point2 joint = arcs.back();
   for (int i = 1; i < 8; ++i) {
     const double from = 0.35, to = from + 0.08 * i;
-    arcs.push_back({joint.x_mm + 1.14 * (std::sin(to) - std::sin(from)), joint.y_mm - 1.14 * (std::cos(to) - std::cos(from))});
+    arcs.push_back({joint.x_mm + 1.14 * (std::sin(to) - std::sin(from)),
+                    joint.y_mm - 1.14 * (std::cos(to) - std::cos(from))});
   }
   CurveSpec spec;
   spec.tolerance_mm = 0.2;

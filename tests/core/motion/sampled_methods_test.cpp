@@ -44,8 +44,8 @@ TEST_CASE("4.3: the checker finds the thesis method's jerk violations and says h
   CHECK(r.trajectory.certificate.limits.size() == 9);
   CHECK(r.stops == 1);
   CHECK(r.deviation_mm < 0.02);
-  CHECK(r.trajectory.certificate.lower_bound_s <= 3.7251);  // velocity and acceleration alone
-  CHECK(r.trajectory.certificate.lower_bound_s > 3.725 * 0.99);   // its grid costs less than a hundredth
+  CHECK(r.trajectory.certificate.lower_bound_s <= 3.7251);       // velocity and acceleration alone
+  CHECK(r.trajectory.certificate.lower_bound_s > 3.725 * 0.99);  // its grid costs less than a hundredth
   CHECK(plan_fig_4_2(Method::kDefault).trajectory.certificate.lower_bound_s == 0);  // it cuts the corner
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("A trajectory of more samples than memory holds is refused before it i
     const PlanResult fine = plan({.points = line}, *arm, cobra600_limits(), options);
     REQUIRE(fine.fault);
     CHECK(fine.fault->reason == Reason::kTooLong);
- 
+
     options.tick_s = 0.016;
     options.trace_step_s = 1e-12;
     const PlanResult traced = plan({.points = line}, *arm, cobra600_limits(), options);
@@ -143,10 +143,13 @@ TEST_CASE("A trajectory of more samples than memory holds is refused before it i
   }
 }
 
-TEST_CASE("A stop that is asked for is a rest of the motion at that point, with every method that stops at corners") {
+TEST_CASE(
+    "A stop that is asked for is a rest of the motion at that point, with every method that stops at "
+    "corners") {
   const auto arm = make_scara(cobra600());
   std::vector<Point2> arc;
-  for (int i = 0; i <= 150; ++i) arc.push_back({380.0 + 40.0 * std::cos(0.01 * i), 40.0 * std::sin(0.01 * i)});
+  for (int i = 0; i <= 150; ++i)
+    arc.push_back({380.0 + 40.0 * std::cos(0.01 * i), 40.0 * std::sin(0.01 * i)});
   arc.push_back({arc.back().x_mm - 20.0, arc.back().y_mm - 5.0});  // and a corner of some 76 degrees
   arc.insert(arc.begin() + 20, arc[20]);                           // a point twice
   for (const Method method : {Method::kCertified, Method::kOptimal, Method::kThesis, Method::kConstant}) {
@@ -164,7 +167,8 @@ TEST_CASE("A stop that is asked for is a rest of the motion at that point, with 
     CHECK(asked.trajectory.certificate.duration_s > plain.trajectory.certificate.duration_s);
     for (const std::size_t k : {0, 1}) {
       const Point2 at = asked.tool[asked.rests[k]], wanted = arc[k == 0 ? 21 : 100];
-      CHECK(std::hypot(at.x_mm - wanted.x_mm, at.y_mm - wanted.y_mm) < 0.2);  // within half a tick of the rest
+      CHECK(std::hypot(at.x_mm - wanted.x_mm, at.y_mm - wanted.y_mm) <
+            0.2);  // within half a tick of the rest
     }
     if (method != Method::kCertified) continue;
     options.tolerance_mm = 0.5;  // corners may be rolled, the stops not

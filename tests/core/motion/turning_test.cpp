@@ -12,7 +12,8 @@ namespace firn::motion {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr Method kEveryMethod[] = {Method::kCertified, Method::kOptimal, Method::kThesis, Method::kConstant, Method::kDefault};
+constexpr Method kEveryMethod[] = {Method::kCertified, Method::kOptimal, Method::kThesis, Method::kConstant,
+                                   Method::kDefault};
 
 double largest_ratio(const PlanResult& result) {
   double most = 0.0;
@@ -59,7 +60,9 @@ PathInput tangent_arc(std::vector<Point2>& points, double angle) {
 
 }  // namespace
 
-TEST_CASE("A tool that turns with its path: J4 = phi - theta_1 - theta_2, and the arm's own kinematics give tool and yaw back") {
+TEST_CASE(
+    "A tool that turns with its path: J4 = phi - theta_1 - theta_2, and the arm's own kinematics give tool "
+    "and yaw back") {
   const auto arm = make_scara(cobra600());
   std::vector<Point2> points;
   for (const Method method : {Method::kCertified, Method::kOptimal})
@@ -117,7 +120,8 @@ TEST_CASE("Limits of orientation and wrist bind, hold by differences, and the ce
     }
     CHECK(std::max(orientation, wrist) > 0.98);
     const MotionLimits limits = turning_limits();
-    for (const auto& [series, limit] : {std::pair{r.yaw_rad, limits.orientation}, {joint(r, 3), limits.joint[3]}}) {
+    for (const auto& [series, limit] :
+         {std::pair{r.yaw_rad, limits.orientation}, {joint(r, 3), limits.joint[3]}}) {
       const auto most = differences(series, r.trajectory.tick_s);
       CHECK(most[0] <= 1.001 * limit.rate);
       CHECK(most[1] <= 1.001 * limit.acceleration);
@@ -125,7 +129,8 @@ TEST_CASE("Limits of orientation and wrist bind, hold by differences, and the ce
     }
     // the kink is rounded by at most (jump of the slope) w / 6, the rest is followed
     for (std::size_t n = 0; n < r.tool.size(); ++n) {
-      const double s = r.tool[n].y_mm + 40.0, given = s < 40.0 ? 0.5 * s / 40.0 : 0.5 + 2.5 * (s - 40.0) / 40.0;
+      const double s = r.tool[n].y_mm + 40.0,
+                   given = s < 40.0 ? 0.5 * s / 40.0 : 0.5 + 2.5 * (s - 40.0) / 40.0;
       CHECK(std::abs(r.yaw_rad[n] - given) <= 2.0 / 40.0 * 0.4 / 6.0 + 1e-4);
     }
   }
@@ -146,7 +151,9 @@ TEST_CASE("Equal yaws at all points are the constant yaw: the same bytes") {
   }
 }
 
-TEST_CASE("No limit is exceeded on random paths with random yaws, by differences of samples 16 times finer than the tick") {
+TEST_CASE(
+    "No limit is exceeded on random paths with random yaws, by differences of samples 16 times finer than "
+    "the tick") {
   const auto arm = make_scara(cobra600());
   RandomPathMaker maker(20260);
   RandomStream draw(20261, Purpose::kTest);
@@ -160,16 +167,19 @@ TEST_CASE("No limit is exceeded on random paths with random yaws, by differences
     PathInput in{.points = path.points};
     double yaw = draw.uniform(-1.0, 1.0), slope = 0.0;
     for (std::size_t i = 0; i < path.points.size(); ++i) {
-      if (i > 0) yaw += slope * std::hypot(path.points[i].x_mm - path.points[i - 1].x_mm, path.points[i].y_mm - path.points[i - 1].y_mm);
+      if (i > 0)
+        yaw += slope * std::hypot(path.points[i].x_mm - path.points[i - 1].x_mm,
+                                  path.points[i].y_mm - path.points[i - 1].y_mm);
       if (draw.below(10) == 0) slope = std::abs(yaw) > 2.0 ? -0.02 * yaw : draw.uniform(-0.1, 0.1);
       in.yaw_point_rad.push_back(yaw);
     }
     in.tool = cobra600_tools()[draw.below(4)];
     const PlanResult r = plan(in, *arm, limits, options, work);
-    INFO("path " << k << " (" << path.kind << ", " << path.points.size() << " points) " << (r.fault ? describe(*r.fault) : ""));
+    INFO("path " << k << " (" << path.kind << ", " << path.points.size() << " points) "
+                 << (r.fault ? describe(*r.fault) : ""));
     if (!r.ok()) {
-      CHECK((r.fault->reason == Reason::kReachFar || r.fault->reason == Reason::kJointLow || r.fault->reason == Reason::kJointHigh ||
-             r.fault->reason == Reason::kDespin));
+      CHECK((r.fault->reason == Reason::kReachFar || r.fault->reason == Reason::kJointLow ||
+             r.fault->reason == Reason::kJointHigh || r.fault->reason == Reason::kDespin));
       continue;
     }
     ++planned;
@@ -213,7 +223,9 @@ TEST_CASE("Yaws that cannot be followed are refused by name") {
   }
 }
 
-TEST_CASE("The methods of samples turn the tool with their points, by the arm's own kinematics, and their certificates say what it costs") {
+TEST_CASE(
+    "The methods of samples turn the tool with their points, by the arm's own kinematics, and their "
+    "certificates say what it costs") {
   const auto arm = make_scara(cobra600());
   std::vector<Point2> points;
   for (const Method method : {Method::kThesis, Method::kConstant, Method::kDefault}) {
@@ -236,7 +248,8 @@ TEST_CASE("The methods of samples turn the tool with their points, by the arm's 
   }
 }
 
-TEST_CASE("4.1: VCON, ACON, JCON and AREST keep the orientation's rate and acceleration as they keep a joint's") {
+TEST_CASE(
+    "4.1: VCON, ACON, JCON and AREST keep the orientation's rate and acceleration as they keep a joint's") {
   const auto arm = make_scara(cobra600());
   const std::vector<Point2> line{{380, -40}, {380, 0}, {380, 40}};
   PathInput in{.points = line};
@@ -255,19 +268,22 @@ TEST_CASE("4.1: VCON, ACON, JCON and AREST keep the orientation's rate and accel
   for (const LimitRatio& l : turning.trajectory.certificate.limits) {
     INFO(l.limit << " " << l.ratio);
     if (l.limit.ends_with("rate") || l.limit.ends_with("speed")) CHECK(l.ratio <= 1.001);
-    if (l.limit.ends_with("acceleration")) CHECK(l.ratio <= 1.25);  // 4.2.4 has a margin of 10 %, and the yaw a kink
+    if (l.limit.ends_with("acceleration"))
+      CHECK(l.ratio <= 1.25);  // 4.2.4 has a margin of 10 %, and the yaw a kink
     if (l.limit == "orientation rate" || l.limit == "J4 rate") most = std::max(most, l.ratio);
   }
   CHECK(most > 0.97);
   const auto rate = differences(turning.yaw_rad, turning.trajectory.tick_s);
   CHECK(rate[0] <= 1.001 * turning_limits().orientation.rate);
   for (std::size_t n = 0; n < turning.tool.size(); ++n) {
-    const double s = turning.tool[n].y_mm + 40.0, given = s < 40.0 ? 0.5 * s / 40.0 : 0.5 + 2.5 * (s - 40.0) / 40.0;
+    const double s = turning.tool[n].y_mm + 40.0,
+                 given = s < 40.0 ? 0.5 * s / 40.0 : 0.5 + 2.5 * (s - 40.0) / 40.0;
     CHECK(std::abs(turning.yaw_rad[n] - given) <= 0.02);
   }
 }
 
-TEST_CASE("A straight along which the tool turns unevenly keeps its bends as points of the default technique") {
+TEST_CASE(
+    "A straight along which the tool turns unevenly keeps its bends as points of the default technique") {
   const auto arm = make_scara(cobra600());
   const std::vector<Point2> line{{380, -60}, {380, -20}, {380, 0}, {380, 60}};
   PathInput in{.points = line};

@@ -12,13 +12,19 @@ using Catch::Contains;
 
 namespace {
 
-TrajectoryHead some_head() { return {"cobra600", "certified", "firn test", 0.016, {354.0, -46.0}, {"J1", "J2", "J3"}, {"rad", "rad", "mm"}}; }
+TrajectoryHead some_head() {
+  return {"cobra600",     "certified",        "firn test",         0.016,
+          {354.0, -46.0}, {"J1", "J2", "J3"}, {"rad", "rad", "mm"}};
+}
 
 PlannedPath some_path(RandomStream& random, std::size_t samples) {
   PlannedPath p{7, 1, PathKind::kBoundary, 12.5, {}};
-  p.trajectory = {42, 0.016, 3, {"rad", "rad", "mm"}, {}, {{{"total speed", 0.98, 1.25}, {"J1 jerk", 1.0, 0.5}}, 1.25, 1.2, 0.4}};
+  p.trajectory = {42, 0.016,
+                  3,  {"rad", "rad", "mm"},
+                  {}, {{{"total speed", 0.98, 1.25}, {"J1 jerk", 1.0, 0.5}}, 1.25, 1.2, 0.4}};
   for (std::size_t n = 0; n < samples; ++n)
-    for (double v : {random.uniform(-2, 2), random.normal() * 1e-7, 31.25}) p.trajectory.positions.push_back(v);
+    for (double v : {random.uniform(-2, 2), random.normal() * 1e-7, 31.25})
+      p.trajectory.positions.push_back(v);
   return p;
 }
 
@@ -57,7 +63,9 @@ std::string refusal(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-TEST_CASE("Head, trajectories and totals read back to the same bits, and an axis that stands still takes one number") {
+TEST_CASE(
+    "Head, trajectories and totals read back to the same bits, and an axis that stands still takes one "
+    "number") {
   RandomStream random(81, Purpose::kTest);
   const TrajectoryHead head = some_head();
   CHECK(decode_trajectory_head(encode(head)) == head);
@@ -74,13 +82,15 @@ TEST_CASE("Head, trajectories and totals read back to the same bits, and an axis
 TEST_CASE("Bytes that are cut, changed or too many are refused with the offset, and nothing crashes") {
   RandomStream random(82, Purpose::kTest);
   const std::vector<std::byte> good = encode(some_path(random, 20));
-  for (std::size_t n = 0; n < good.size(); ++n) CHECK_THAT(refusal(std::span(good).first(n)), Contains("byte "));
+  for (std::size_t n = 0; n < good.size(); ++n)
+    CHECK_THAT(refusal(std::span(good).first(n)), Contains("byte "));
   std::vector<std::byte> longer = good;
   longer.push_back(std::byte{0});
   CHECK_THAT(refusal(longer), Contains("1 bytes are left over"));
   for (int trial = 0; trial < 20000; ++trial) {
     std::vector<std::byte> changed = good;
-    for (std::uint32_t n = 1 + random.below(4); n > 0; --n) changed[random.below(std::uint32_t(changed.size()))] = std::byte(random.below(256));
+    for (std::uint32_t n = 1 + random.below(4); n > 0; --n)
+      changed[random.below(std::uint32_t(changed.size()))] = std::byte(random.below(256));
     try {
       const PlannedPath p = decode_trajectory(changed, some_head());
       for (double v : p.trajectory.positions) REQUIRE(std::isfinite(v));

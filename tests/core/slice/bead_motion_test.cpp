@@ -14,7 +14,11 @@ TEST_CASE("The motion along a bead in a gap takes a stop at each corner and its 
   motion::PlanWorkspace work;
   int planned = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    LayerRegions regions{1, 2500, 2500, {seed % 2 ? outlines::random_star(seed, 10 + int(seed), 4, 22) : outlines::blob(seed)}};
+    LayerRegions regions{
+        1,
+        2500,
+        2500,
+        {seed % 2 ? outlines::random_star(seed, 10 + int(seed), 4, 22) : outlines::blob(seed)}};
     const LayerPaths paths = plan_layer(regions, {});
     for (std::size_t i = 0; i < paths.lines.size(); ++i) {
       const Path path = to_path(paths, i);

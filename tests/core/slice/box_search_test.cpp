@@ -26,7 +26,8 @@ std::vector<std::size_t> all_that_meet(const std::vector<Box>& boxes, const Box&
   return found;
 }
 
-void require_same(const BoxSearch& search, const std::vector<Box>& boxes, RandomStream& random, std::int32_t room) {
+void require_same(const BoxSearch& search, const std::vector<Box>& boxes, RandomStream& random,
+                  std::int32_t room) {
   for (int n = 0; n < 50; ++n) {
     const Box asked = random_box(random, room, n % 2 ? room / 8 : room / 2);
     const std::vector<std::size_t> expected = all_that_meet(boxes, asked);
@@ -40,7 +41,8 @@ void require_same(const BoxSearch& search, const std::vector<Box>& boxes, Random
     });
     REQUIRE(found == expected);
     std::size_t asked_for = 0;
-    const bool any = search.any_touching(asked, [&](std::size_t i) { return ++asked_for == 2 && i == expected[1]; });
+    const bool any =
+        search.any_touching(asked, [&](std::size_t i) { return ++asked_for == 2 && i == expected[1]; });
     REQUIRE(any == (expected.size() > 1));
     REQUIRE(asked_for == std::min<std::size_t>(expected.size(), 2));
   }
@@ -48,7 +50,9 @@ void require_same(const BoxSearch& search, const std::vector<Box>& boxes, Random
 
 }  // namespace
 
-TEST_CASE("A search among boxes finds all that meet, in ascending order, and stops when told, whatever was in it before") {
+TEST_CASE(
+    "A search among boxes finds all that meet, in ascending order, and stops when told, whatever was in it "
+    "before") {
   BoxSearch search;  // kept: grows and shrinks
   RandomStream random(1, Purpose::kTest);
   for (const std::size_t count : {0, 1, 7, 8, 9, 64, 65, 700, 3, 520, 0, 17}) {

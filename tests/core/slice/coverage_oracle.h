@@ -1,5 +1,6 @@
-// What beads leave uncovered, by brute force: a raster of places each of which is asked for its distance from every edge of
-// the outline and every bead nearby, and an exact Euclidean distance transform of those that lack a bead.
+// What beads leave uncovered, by brute force: a raster of places each of which is asked for its distance from
+// every edge of the outline and every bead nearby, and an exact Euclidean distance transform of those that
+// lack a bead.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +14,8 @@
 namespace firn::slice::oracle {
 
 struct Spot {
-  double widest_mm = 0;   ///< diameter of the largest circle of places without a bead
-  Vec at_mm;              ///< its middle
+  double widest_mm = 0;  ///< diameter of the largest circle of places without a bead
+  Vec at_mm;             ///< its middle
   double gap_mm2 = 0, wanted_mm2 = 0;
 };
 
@@ -61,9 +62,11 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
   low = low - Vec{margin, margin}, high = high + Vec{margin, margin};
   const int nx = int((high.x - low.x) / pitch) + 1, ny = int((high.y - low.y) / pitch) + 1;
   const auto index = [&](int x, int y) { return std::size_t(y) * std::size_t(nx) + std::size_t(x); };
-  std::vector<std::uint8_t> wanted(std::size_t(nx) * std::size_t(ny), 0), covered(wanted.size(), 0), near(wanted.size(), 0);
+  std::vector<std::uint8_t> wanted(std::size_t(nx) * std::size_t(ny), 0), covered(wanted.size(), 0),
+      near(wanted.size(), 0);
   const auto each_within = [&](Vec a, Vec b, double reach, auto&& f) {
-    const int x0 = std::max(0, int((std::min(a.x, b.x) - reach - low.x) / pitch)), y0 = std::max(0, int((std::min(a.y, b.y) - reach - low.y) / pitch));
+    const int x0 = std::max(0, int((std::min(a.x, b.x) - reach - low.x) / pitch)),
+              y0 = std::max(0, int((std::min(a.y, b.y) - reach - low.y) / pitch));
     const int x1 = std::min(nx - 1, int((std::max(a.x, b.x) + reach - low.x) / pitch) + 1);
     const int y1 = std::min(ny - 1, int((std::max(a.y, b.y) + reach - low.y) / pitch) + 1);
     for (int y = y0; y <= y1; ++y)
@@ -75,7 +78,8 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
     std::vector<double> cuts;
     const double at = low.y + y * pitch + 0.37;
     for (const Segment& s : outline)
-      if ((s.a.y <= at) != (s.b.y <= at)) cuts.push_back(s.a.x + (at - s.a.y) / (s.b.y - s.a.y) * (s.b.x - s.a.x));
+      if ((s.a.y <= at) != (s.b.y <= at))
+        cuts.push_back(s.a.x + (at - s.a.y) / (s.b.y - s.a.y) * (s.b.x - s.a.x));
     std::sort(cuts.begin(), cuts.end());
     std::size_t passed = 0;
     for (int x = 0; x < nx; ++x) {
@@ -98,7 +102,8 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
   }
   std::vector<double> row;
   for (int y = 0; y < ny; ++y) {
-    row.assign(square.begin() + std::ptrdiff_t(index(0, y)), square.begin() + std::ptrdiff_t(index(0, y)) + nx);
+    row.assign(square.begin() + std::ptrdiff_t(index(0, y)),
+               square.begin() + std::ptrdiff_t(index(0, y)) + nx);
     transform_row(row);
     std::copy(row.begin(), row.end(), square.begin() + std::ptrdiff_t(index(0, y)));
   }
@@ -107,7 +112,8 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
     for (int y = 0; y < ny; ++y) row[std::size_t(y)] = square[index(x, y)];
     transform_row(row);
     for (int y = 0; y < ny; ++y)
-      if (row[std::size_t(y)] > spot.widest_mm) spot.widest_mm = row[std::size_t(y)], spot.at_mm = kMmPerUnit * (low + Vec{x * pitch, y * pitch});
+      if (row[std::size_t(y)] > spot.widest_mm)
+        spot.widest_mm = row[std::size_t(y)], spot.at_mm = kMmPerUnit * (low + Vec{x * pitch, y * pitch});
   }
   // To the first place that has a bead: half a pitch too far on average.
   spot.widest_mm = 2 * std::sqrt(spot.widest_mm) * pitch_mm;
@@ -115,12 +121,14 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
 }
 
 /// Of one material of a planned layer; hooks stand in the scaffold's place.
-inline Spot widest_spot(const Region& region, double inset_mm, const LayerPaths& paths, std::uint8_t material, double pitch_mm) {
+inline Spot widest_spot(const Region& region, double inset_mm, const LayerPaths& paths, std::uint8_t material,
+                        double pitch_mm) {
   std::vector<std::vector<Vec>> lines;
   std::vector<double> widths;
   for (std::size_t i = 0; i < paths.info.size(); ++i) {
     const PathInfo& info = paths.info[i];
-    if (info.kind == PathKind::kMeasurement || (info.kind == PathKind::kHook ? 1 : info.material) != material) continue;
+    if (info.kind == PathKind::kMeasurement || (info.kind == PathKind::kHook ? 1 : info.material) != material)
+      continue;
     std::vector<Vec> line;
     for (const Point p : paths.lines[i]) line.push_back(to_vec(p));
     if (info.closed) line.push_back(line[0]);

@@ -86,13 +86,16 @@ TEST_CASE("Walls without a contour near by leave no doubt that has no place") {
   CHECK(tips.doubts().kept()[0].at.x == 0);
 }
 
-TEST_CASE("Walls that close or open beside a tip by less than the thinning are in doubt, straight ones are not") {
+TEST_CASE(
+    "Walls that close or open beside a tip by less than the thinning are in doubt, straight ones are not") {
   // Two walls 2 d apart to within the thinning, a narrow wedge whose half width is d at x = 0.
   const double d = 15'000, slope = 0.01;
   const auto doubts_of = [&](double bump, double at_x) {
     Rings contours;
     std::vector<Point> ring;
-    const auto half = [&](double x) { return d - slope * x + bump * std::exp(-(x - at_x) * (x - at_x) / 4e6); };
+    const auto half = [&](double x) {
+      return d - slope * x + bump * std::exp(-(x - at_x) * (x - at_x) / 4e6);
+    };
     for (int x = -60'000; x <= 60'000; x += 500) ring.push_back(to_point({double(x), -half(x)}));
     for (int x = 60'000; x >= -60'000; x -= 500) ring.push_back(to_point({double(x), half(x)}));
     contours.add(ring);

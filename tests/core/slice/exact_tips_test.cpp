@@ -15,15 +15,18 @@
 namespace firn::slice {
 namespace {
 
-// A closed wavy line with sharp tips: r(a) in mm between the points of a star, walls bent so that they take many points.
+// A closed wavy line with sharp tips: r(a) in mm between the points of a star, walls bent so that they take
+// many points.
 Rings star(int tips, double inner_mm, double outer_mm, double bend, double wobble_mm, RandomStream& random) {
   Rings rings;
   std::vector<Point> ring;
   const int n = 400 * tips;
   const double phase = random.uniform(0, 6);
   for (int i = 0; i < n; ++i) {
-    const double a = 2 * M_PI * i / n, s = std::abs(std::remainder(tips * a / (2 * M_PI), 1.0)) * 2;  // 0 at tips, 1 between
-    const double r = outer_mm + (inner_mm - outer_mm) * std::pow(s, bend) + wobble_mm * std::sin(37 * a + phase) + random.uniform(-0.01, 0.01);
+    const double a = 2 * M_PI * i / n,
+                 s = std::abs(std::remainder(tips * a / (2 * M_PI), 1.0)) * 2;  // 0 at tips, 1 between
+    const double r = outer_mm + (inner_mm - outer_mm) * std::pow(s, bend) +
+                     wobble_mm * std::sin(37 * a + phase) + random.uniform(-0.01, 0.01);
     ring.push_back(to_point({1e4 * r * std::cos(a), 1e4 * r * std::sin(a)}));
   }
   rings.add(ring);
@@ -39,18 +42,22 @@ Rings thinned(const Rings& contours, double mm) {
 
 }  // namespace
 
-TEST_CASE("Rings of thinned stars, gears and needles lie within 0.05 mm of the exact offset of their own contours, both ways") {
+TEST_CASE(
+    "Rings of thinned stars, gears and needles lie within 0.05 mm of the exact offset of their own contours, "
+    "both ways") {
   RandomStream random(71, Purpose::kTest);
   const double filter_mm = kOutlineShare * 0.05, ring_mm = kRingShare * 0.05;
   for (int trial = 0; trial < 12; ++trial) {
-    const Rings contours = star(3 + trial, random.uniform(6, 14), random.uniform(25, 60), 0.4 + 0.15 * (trial % 6), 0.02 * (trial % 3), random);
+    const Rings contours = star(3 + trial, random.uniform(6, 14), random.uniform(25, 60),
+                                0.4 + 0.15 * (trial % 6), 0.02 * (trial % 3), random);
     const Rings outline = thinned(contours, filter_mm);
     const RingPlan plan;
     const RingLevels rings = offset_rings(outline, plan, ring_mm, 0, {&contours, filter_mm, true});
     for (int level = 0; level < int(rings.levels.size()); ++level) {
       INFO("trial " << trial << ", level " << level);
       const double step = 250, d = plan.distance_mm(level) * kUnitsPerMm;
-      const oracle::Hausdorff h = oracle::hausdorff(contours, rings.levels[std::size_t(level)], d, step, 6000);
+      const oracle::Hausdorff h =
+          oracle::hausdorff(contours, rings.levels[std::size_t(level)], d, step, 6000);
       CHECK(h.exact_to_ring <= 500);
       CHECK(h.ring_to_exact <= std::hypot(500, 0.5 * step));
     }
@@ -60,7 +67,8 @@ TEST_CASE("Rings of thinned stars, gears and needles lie within 0.05 mm of the e
 TEST_CASE("Without contours rings are those of the outline alone") {
   RandomStream random(72, Purpose::kTest);
   const Rings contours = star(5, 8, 30, 0.7, 0, random), outline = thinned(contours, 0.02), none;
-  const RingLevels alone = offset_rings(outline, {}, 0.03), asked = offset_rings(outline, {}, 0.03, 0, {&none, 0.02, true});
+  const RingLevels alone = offset_rings(outline, {}, 0.03),
+                   asked = offset_rings(outline, {}, 0.03, 0, {&none, 0.02, true});
   CHECK(alone.levels == asked.levels);
 }
 
@@ -77,20 +85,24 @@ bool exact(const Rings& contours, const RingLevels& rings, const RingPlan& plan)
   bool all = true;
   for (std::size_t k = 0; k < rings.levels.size(); ++k) {
     const double step = 250;
-    const oracle::Hausdorff h = oracle::hausdorff(contours, rings.levels[k], plan.distance_mm(int(k)) * kUnitsPerMm, step, 6000);
+    const oracle::Hausdorff h =
+        oracle::hausdorff(contours, rings.levels[k], plan.distance_mm(int(k)) * kUnitsPerMm, step, 6000);
     all = all && h.exact_to_ring <= 500 && h.ring_to_exact <= std::hypot(500, 0.5 * step);
   }
   return all;
 }
 
-TEST_CASE("A strait about as wide as two sides of a ring is open in the rings of its thinned outline where it is in its contours") {
+TEST_CASE(
+    "A strait about as wide as two sides of a ring is open in the rings of its thinned outline where it is "
+    "in its contours") {
   RandomStream random(74, Purpose::kTest);
   const double filter_mm = kOutlineShare * 0.05, ring_mm = kRingShare * 0.05;
   for (int trial = 0; trial < 30; ++trial) {
     const RingPlan plan;
     const int narrow = trial % 3;
     const Rings contours = outlines::hourglass(plan.distance_mm(narrow), random);
-    const RingLevels rings = offset_rings(thinned(contours, filter_mm), plan, ring_mm, 0, {&contours, filter_mm, true});
+    const RingLevels rings =
+        offset_rings(thinned(contours, filter_mm), plan, ring_mm, 0, {&contours, filter_mm, true});
     INFO("trial " << trial << ", level " << narrow);
     REQUIRE(int(rings.levels.size()) > narrow);
     const double step = 250, d = plan.distance_mm(narrow) * kUnitsPerMm;
@@ -106,7 +118,9 @@ TEST_CASE("Areas do not change each other's rings, whichever of them are made ag
   std::vector<Rings> shapes;
   int again = 0;
   for (int i = 0; i < 8; ++i) {
-    Rings one = i % 2 ? lobes(RingPlan().distance_mm(1), 0.003 * i, random) : star(3 + 2 * i, random.uniform(6, 14), random.uniform(25, 60), 0.4 + 0.15 * (i % 6), 0, random);
+    Rings one = i % 2 ? lobes(RingPlan().distance_mm(1), 0.003 * i, random)
+                      : star(3 + 2 * i, random.uniform(6, 14), random.uniform(25, 60), 0.4 + 0.15 * (i % 6),
+                             0, random);
     for (Point& p : one.points) p.x += 1'500'000 * i;
     shapes.push_back(std::move(one));
   }

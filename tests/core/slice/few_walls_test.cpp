@@ -27,14 +27,16 @@ std::vector<Wall> crooked(RandomStream& random, std::size_t count) {
   return walls;
 }
 
-// Radius of the disc that touches the foot and the wall, or the corner where it begins; -1: they do not face each other.
+// Radius of the disc that touches the foot and the wall, or the corner where it begins; -1: they do not face
+// each other.
 double radius_of(const Foot& foot, const Wall& w) {
   double best = -1;
   const auto offer = [&](double radius) { best = best < 0 ? radius : std::min(best, radius); };
   const Vec off = w.from - foot.at;
   const double ahead = dot(off, foot.normal), distance = length(off);
   // The corner's normal points from it to the disc's centre.
-  if (ahead > 0 && 1 - 2 * (ahead / distance) * (ahead / distance) <= kFacing) offer(dot(off, off) / (2 * ahead));
+  if (ahead > 0 && 1 - 2 * (ahead / distance) * (ahead / distance) <= kFacing)
+    offer(dot(off, off) / (2 * ahead));
   const double opening = 1 - dot(foot.normal, w.normal), height = -dot(off, w.normal);
   if (opening >= 1 - kFacing && height >= 0) {
     const Vec centre = foot.at + (height / opening) * foot.normal;
@@ -44,7 +46,9 @@ double radius_of(const Foot& foot, const Wall& w) {
   return best;
 }
 
-TEST_CASE("Few walls, asked four at a time, tell the wall opposite a foot and the nearest one as one by one, to 0.1 um") {
+TEST_CASE(
+    "Few walls, asked four at a time, tell the wall opposite a foot and the nearest one as one by one, to "
+    "0.1 um") {
   RandomStream random(20261122, Purpose::kTest);
   int found = 0;
   for (int round = 0; round < 400; ++round) {
@@ -64,7 +68,8 @@ TEST_CASE("Few walls, asked four at a time, tell the wall opposite a foot and th
       if (told > 1) CHECK(std::abs(told - least) <= 1);
       found += told > 1 && told < limit;
       double nearest = 1e12;
-      for (const Wall& w : walls) nearest = std::min(nearest, square_distance(foot.at + limit * foot.normal, w.from, w.to));
+      for (const Wall& w : walls)
+        nearest = std::min(nearest, square_distance(foot.at + limit * foot.normal, w.from, w.to));
       CHECK(std::abs(std::sqrt(few.square_depth(foot.at + limit * foot.normal)) - std::sqrt(nearest)) <= 1);
     }
   }

@@ -43,14 +43,17 @@ TEST_CASE("A concentric fill leaves no spot as wide as its narrower path, by a r
   for (const outlines::Named& shape : outlines::all()) {
     for (const std::uint8_t material : {0, 1}) {
       INFO(shape.name << ", material " << int(material));
-      const oracle::Spot spot = oracle::widest_spot(shape.region, inset_mm(material), paths_of(shape.region, material, {}), material, 0.06);
+      const oracle::Spot spot = oracle::widest_spot(shape.region, inset_mm(material),
+                                                    paths_of(shape.region, material, {}), material, 0.06);
       CHECK(spot.widest_mm <= 1.5);
       CHECK(spot.gap_mm2 <= 0.1 * spot.wanted_mm2);
     }
   }
 }
 
-TEST_CASE("Lines and zigzags leave no spot as wide as the narrower path either: fingers that no line meets have beads") {
+TEST_CASE(
+    "Lines and zigzags leave no spot as wide as the narrower path either: fingers that no line meets have "
+    "beads") {
   for (const FillPattern pattern : {FillPattern::kLines, FillPattern::kZigzag}) {
     for (const double angle : {0.0, 0.4}) {
       PathOptions options;
@@ -58,9 +61,11 @@ TEST_CASE("Lines and zigzags leave no spot as wide as the narrower path either: 
       options.part.fill_angle_rad = options.scaffold.fill_angle_rad = angle;
       for (const outlines::Named& shape : outlines::all()) {
         for (const std::uint8_t material : {0, 1}) {
-          INFO(shape.name << ", material " << int(material) << ", pattern " << int(pattern) << ", angle " << angle);
+          INFO(shape.name << ", material " << int(material) << ", pattern " << int(pattern) << ", angle "
+                          << angle);
           const LayerPaths paths = paths_of(shape.region, material, options);
-          const oracle::Spot spot = oracle::widest_spot(shape.region, inset_mm(material), paths, material, 0.1);
+          const oracle::Spot spot =
+              oracle::widest_spot(shape.region, inset_mm(material), paths, material, 0.1);
           CHECK(spot.widest_mm <= 1.5);
           CHECK(spot.gap_mm2 <= 0.1 * spot.wanted_mm2);
         }
@@ -80,7 +85,8 @@ TEST_CASE("Random outlines at random widths: no spot wider than the narrower pat
     options.part.boundaries = 1 + int(random.below(3));
     options.part.gap_mm = 0.5 * options.part.boundary_width_mm;
     const double inset = options.part.first_offset_mm - 0.5 * options.part.boundary_width_mm;
-    const Region region = seed % 2 ? outlines::random_star(seed, 10 + int(seed), 4, 22) : outlines::blob(seed);
+    const Region region =
+        seed % 2 ? outlines::random_star(seed, 10 + int(seed), 4, 22) : outlines::blob(seed);
     const oracle::Spot spot = oracle::widest_spot(region, inset, paths_of(region, 0, options), 0, 0.08);
     CHECK(spot.widest_mm <= options.part.boundary_width_mm);
   }
@@ -132,11 +138,12 @@ TEST_CASE("A wedge gets beads that narrow with it, and a disc between rings a be
   }
 }
 
-// A long wall whose half width varies by less than rings are drawn about the depth at which the second ring runs: it runs
-// only here and there, and what is drawn says something else.
+// A long wall whose half width varies by less than rings are drawn about the depth at which the second ring
+// runs: it runs only here and there, and what is drawn says something else.
 Region doubtful_wall(std::uint64_t seed) {
   RandomStream random(seed, Purpose::kTest);
-  const double mean = 2.85 + random.uniform(-0.012, 0.004), wave = random.uniform(0.002, 0.02), step = random.uniform(1.0, 6.0);
+  const double mean = 2.85 + random.uniform(-0.012, 0.004), wave = random.uniform(0.002, 0.02),
+               step = random.uniform(1.0, 6.0);
   std::vector<std::pair<double, double>> points;
   for (double x = 0; x < 60; x += step) points.push_back({x, -mean - wave * random.uniform(-1, 1)});
   for (double x = 60; x > 0; x -= step) points.push_back({x, mean + wave * random.uniform(-1, 1)});
@@ -172,7 +179,8 @@ double sharpest_turn_rad(const LayerPaths& paths, double within_mm) {
   return sharpest;
 }
 
-TEST_CASE("Beads in gaps neither turn back nor zigzag: no more than a right angle within twice the tolerance") {
+TEST_CASE(
+    "Beads in gaps neither turn back nor zigzag: no more than a right angle within twice the tolerance") {
   for (const double tolerance : {0.05, 0.01, 0.0}) {
     PathOptions options;
     options.chord_tolerance_mm = tolerance;
@@ -183,7 +191,8 @@ TEST_CASE("Beads in gaps neither turn back nor zigzag: no more than a right angl
       }
       for (std::uint64_t seed = 1; seed <= 40; ++seed) {
         INFO("seed " << seed << ", material " << int(material) << ", tolerance " << tolerance);
-        const Region region = seed % 2 ? outlines::random_star(seed, 10 + int(seed), 4, 22) : outlines::blob(seed);
+        const Region region =
+            seed % 2 ? outlines::random_star(seed, 10 + int(seed), 4, 22) : outlines::blob(seed);
         CHECK(sharpest_turn_rad(paths_of(region, material, options), 0.1) < 0.5 * outlines::kPi + 1e-3);
       }
     }

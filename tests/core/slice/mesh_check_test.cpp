@@ -35,7 +35,8 @@ TEST_CASE("Borders, branches, facets against the rest and doubles are counted") 
   m.triangles.push_back(m.triangles[3]);
   CHECK(checked(m).duplicate_facets == 1);
   CHECK(checked(m).branching_edges == 3);
-  CHECK(checked(both(box(0, 0, 0, 4, 4, 4), box(4, 0, 0, 8, 4, 4))).branching_edges == 5);  // a wall in common: four sides and its diagonal
+  CHECK(checked(both(box(0, 0, 0, 4, 4, 4), box(4, 0, 0, 8, 4, 4))).branching_edges ==
+        5);  // a wall in common: four sides and its diagonal
   const MeshCheck strip = checked(moebius());
   CHECK(strip.border_edges == 240);
   CHECK(strip.vertices - strip.edges + strip.facets == 0);

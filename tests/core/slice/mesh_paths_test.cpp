@@ -19,12 +19,9 @@ struct NamedMesh {
 };
 
 std::vector<NamedMesh> meshes() {
-  return {{"torus", test::torus(22, 7, 60, 24)},
-          {"gear", test::gear(12, 12.0f, 22.0, 17.0)},
-          {"nested shells", test::nested_shells()},
-          {"44 spheres that run into each other", test::spheres()},
-          {"Moebius strip", test::moebius()},
-          {"T-junctions", test::t_junctions()}};
+  return {{"torus", test::torus(22, 7, 60, 24)},    {"gear", test::gear(12, 12.0f, 22.0, 17.0)},
+          {"nested shells", test::nested_shells()}, {"44 spheres that run into each other", test::spheres()},
+          {"Moebius strip", test::moebius()},       {"T-junctions", test::t_junctions()}};
 }
 
 TEST_CASE("Meshes made in code, broken ones too: no uncovered spot wider than a path, in part and scaffold") {
@@ -33,12 +30,14 @@ TEST_CASE("Meshes made in code, broken ones too: no uncovered spot wider than a 
     const std::vector<Region> scaffold = scaffold_regions(part, 2500, {}, 0.05);
     std::size_t seen = 0;
     for (std::size_t k = 1; k < part.size(); k += 11) {
-      const LayerRegions regions{std::int32_t(k + 1), std::int32_t(k + 1) * 2500, 2500, {part[k], scaffold[k]}};
+      const LayerRegions regions{
+          std::int32_t(k + 1), std::int32_t(k + 1) * 2500, 2500, {part[k], scaffold[k]}};
       const LayerPaths paths = plan_layer(regions, {});
       const std::vector<Coverage> covered = coverage(regions, paths, {}, 0.1);
       for (std::uint8_t material : {std::uint8_t{0}, std::uint8_t{1}}) {
         INFO(m.name << ", layer " << k + 1 << ", material " << int(material));
-        const oracle::Spot spot = oracle::widest_spot(regions.by_material[material], material ? 0.45 : -0.15, paths, material, 0.1);
+        const oracle::Spot spot =
+            oracle::widest_spot(regions.by_material[material], material ? 0.45 : -0.15, paths, material, 0.1);
         INFO("at " << spot.at_mm.x << ", " << spot.at_mm.y);
         CHECK(spot.widest_mm <= 1.5);
         CHECK(covered[material].widest_gap_mm <= 1.5);
@@ -51,7 +50,9 @@ TEST_CASE("Meshes made in code, broken ones too: no uncovered spot wider than a 
   }
 }
 
-TEST_CASE("A plate of five metres has four points to a ring and no bead between: straight edges cost nothing by their length") {
+TEST_CASE(
+    "A plate of five metres has four points to a ring and no bead between: straight edges cost nothing by "
+    "their length") {
   Region plate;
   outlines::add_box(plate, 0, 0, 5000, 400);
   const LayerRegions regions{1, 2500, 2500, {plate}};

@@ -52,8 +52,10 @@ inline SampleMesh torus(float big, float small, std::uint32_t around, std::uint3
   SampleMesh m;
   for (std::uint32_t i = 0; i < around; ++i)
     for (std::uint32_t j = 0; j < across; ++j) {
-      const double u = 2 * std::numbers::pi * i / around, v = 2 * std::numbers::pi * j / across, r = big + small * std::cos(v);
-      m.vertices.push_back({float(r * std::cos(u)), float(r * std::sin(u)), float(small + small * std::sin(v))});
+      const double u = 2 * std::numbers::pi * i / around, v = 2 * std::numbers::pi * j / across,
+                   r = big + small * std::cos(v);
+      m.vertices.push_back(
+          {float(r * std::cos(u)), float(r * std::sin(u)), float(small + small * std::sin(v))});
     }
   const auto at = [&](std::uint32_t i, std::uint32_t j) { return (i % around) * across + j % across; };
   for (std::uint32_t i = 0; i < around; ++i)
@@ -64,13 +66,14 @@ inline SampleMesh torus(float big, float small, std::uint32_t around, std::uint3
   return m;
 }
 
-inline SampleMesh sphere(float x, float y, float z, float r, std::uint32_t around = 48, std::uint32_t bands = 24) {
+inline SampleMesh sphere(float x, float y, float z, float r, std::uint32_t around = 48,
+                         std::uint32_t bands = 24) {
   SampleMesh m;
   for (std::uint32_t b = 1; b < bands; ++b)
     for (std::uint32_t i = 0; i < around; ++i) {
       const double v = std::numbers::pi * b / bands, u = 2 * std::numbers::pi * i / around;
-      m.vertices.push_back({float(x + r * std::sin(v) * std::cos(u)), float(y + r * std::sin(v) * std::sin(u)),
-                            float(z - r * std::cos(v))});
+      m.vertices.push_back({float(x + r * std::sin(v) * std::cos(u)),
+                            float(y + r * std::sin(v) * std::sin(u)), float(z - r * std::cos(v))});
     }
   const auto south = std::uint32_t(m.vertices.size()), north = south + 1;
   m.vertices.push_back({x, y, z - r});
@@ -93,7 +96,8 @@ inline SampleMesh spheres(std::uint32_t count = 44, std::uint64_t seed = 1) {
   SampleMesh m;
   for (std::uint32_t n = 0; n < count; ++n) {
     const float r = float(random.uniform(2.0, 5.0));
-    m = both(std::move(m), sphere(float(random.uniform(6, 24)), float(random.uniform(6, 24)), float(random.uniform(r, 20)), r));
+    m = both(std::move(m), sphere(float(random.uniform(6, 24)), float(random.uniform(6, 24)),
+                                  float(random.uniform(r, 20)), r));
   }
   return m;
 }
@@ -130,9 +134,7 @@ inline SampleMesh t_junctions() {
   return m;
 }
 
-inline SampleMesh single_triangle() {
-  return {{{0, 0, 0}, {10, 0, 5}, {0, 10, 5}}, {{0, 1, 2}}};
-}
+inline SampleMesh single_triangle() { return {{{0, 0, 0}, {10, 0, 5}, {0, 10, 5}}, {{0, 1, 2}}}; }
 
 /// The box with facets that have corners at no place.
 inline SampleMesh with_nan() {
@@ -150,7 +152,8 @@ inline SampleMesh with_nan() {
 /// Facets in another order, each begun at another corner.
 inline SampleMesh shuffled(SampleMesh m, std::uint64_t seed) {
   RandomStream random(seed, Purpose::kTest);
-  for (std::size_t n = m.triangles.size(); n > 1; --n) std::swap(m.triangles[n - 1], m.triangles[random.below(std::uint32_t(n))]);
+  for (std::size_t n = m.triangles.size(); n > 1; --n)
+    std::swap(m.triangles[n - 1], m.triangles[random.below(std::uint32_t(n))]);
   for (auto& t : m.triangles) std::rotate(t.begin(), t.begin() + random.below(3), t.end());
   return m;
 }

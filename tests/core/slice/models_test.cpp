@@ -36,7 +36,8 @@ Sliced sliced(const std::filesystem::path& file, double tolerance_mm) {
 }  // namespace
 
 TEST_CASE("Every real model slices into rings that cross nowhere, at tolerance 0.05 mm and with all points") {
-  for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
+  for (const char* name :
+       {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
     const auto file = model(name);
     if (!file) continue;
     for (const double tolerance : {0.0, 0.05}) {
@@ -50,7 +51,8 @@ TEST_CASE("Every real model slices into rings that cross nowhere, at tolerance 0
         INFO("layer " << n + 1);
         volume += 0.25 * area_mm2(s.layers[n]);
         if (s.facts.closed) CHECK_FALSE(s.layers[n].empty());
-        if (n % 97 == looked_at && tolerance > 0.0) CHECK(firn::test::crossing_by_all_pairs(s.layers[n]) == "");
+        if (n % 97 == looked_at && tolerance > 0.0)
+          CHECK(firn::test::crossing_by_all_pairs(s.layers[n]) == "");
         CHECK(region_of(s.layers[n]).points.size() >= s.layers[n].points.size());
       }
       if (s.facts.closed) {
@@ -61,7 +63,8 @@ TEST_CASE("Every real model slices into rings that cross nowhere, at tolerance 0
   }
 }
 
-TEST_CASE("Areas of random layers of the real models agree with rows of 0.025 mm over the facets themselves") {
+TEST_CASE(
+    "Areas of random layers of the real models agree with rows of 0.025 mm over the facets themselves") {
   RandomStream random(32, Purpose::kTest);
   for (const char* name : {"rocker_20k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
     const auto file = model(name);

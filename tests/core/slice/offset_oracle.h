@@ -1,5 +1,5 @@
-// What an offset is by definition, without any of the slicer's machinery: the places whose distance from the outline,
-// measured to every segment, is d.
+// What an offset is by definition, without any of the slicer's machinery: the places whose distance from the
+// outline, measured to every segment, is d.
 #pragma once
 
 #include <algorithm>
@@ -37,8 +37,10 @@ class Nearby {
   Nearby(const std::vector<Segment>& segments, double reach) : segments_(segments), reach_(reach) {
     for (std::size_t i = 0; i < segments.size(); ++i) {
       const Segment& s = segments[i];
-      for (std::int64_t x = cell(std::min(s.a.x, s.b.x) - reach); x <= cell(std::max(s.a.x, s.b.x) + reach); ++x)
-        for (std::int64_t y = cell(std::min(s.a.y, s.b.y) - reach); y <= cell(std::max(s.a.y, s.b.y) + reach); ++y)
+      for (std::int64_t x = cell(std::min(s.a.x, s.b.x) - reach); x <= cell(std::max(s.a.x, s.b.x) + reach);
+           ++x)
+        for (std::int64_t y = cell(std::min(s.a.y, s.b.y) - reach); y <= cell(std::max(s.a.y, s.b.y) + reach);
+             ++y)
           buckets_[key(x, y)].push_back(std::uint32_t(i));
     }
   }
@@ -65,8 +67,8 @@ inline double distance_to_all(Vec p, const std::vector<Segment>& segments) {
   return best;
 }
 
-/// Places of the exact inward offset at distance d, at most `step` apart: candidates lie d away from one segment or
-/// corner; those that no other segment is nearer to are on the offset.
+/// Places of the exact inward offset at distance d, at most `step` apart: candidates lie d away from one
+/// segment or corner; those that no other segment is nearer to are on the offset.
 inline std::vector<Vec> exact_offset(const Region& region, double d, double step) {
   const std::vector<Segment> segments = segments_of(region);
   std::vector<Vec> places;
@@ -109,14 +111,16 @@ inline std::vector<Vec> along(const Rings& rings, double step) {
   return places;
 }
 
-/// How far a place is from one at distance d from the outline, up to `reach`, by places about it: where the distance passes d on the
-/// way from one to the other, or is d to within the grid. Finds what is too small for samples along the offset.
+/// How far a place is from one at distance d from the outline, up to `reach`, by places about it: where the
+/// distance passes d on the way from one to the other, or is d to within the grid. Finds what is too small
+/// for samples along the offset.
 inline double to_offset(const Nearby& outline, Vec p, double d, double reach) {
   const double here = outline.distance_to(p) - d;
   if (std::abs(here) <= 1) return 0;
   for (double r = 20; r < reach; r += 20)
     for (int k = 0; k < 32; ++k) {
-      const double a = 2 * M_PI * k / 32, there = outline.distance_to(p + r * Vec{std::cos(a), std::sin(a)}) - d;
+      const double a = 2 * M_PI * k / 32,
+                   there = outline.distance_to(p + r * Vec{std::cos(a), std::sin(a)}) - d;
       if ((there < 0) != (here < 0) || std::abs(there) <= 1) return r;
     }
   return std::numeric_limits<double>::infinity();
@@ -132,10 +136,12 @@ inline Hausdorff hausdorff(const Region& region, const Rings& rings, double d, d
   const std::vector<Vec> exact = exact_offset(region, d, step);
   std::vector<Segment> points;
   for (const Vec p : exact) points.push_back({p, p});
-  const Nearby exact_near(points, reach), rings_near(segments_of(rings), reach), outline(segments_of(region), d + 2);
+  const Nearby exact_near(points, reach), rings_near(segments_of(rings), reach),
+      outline(segments_of(region), d + 2);
   for (const Vec p : along(rings, step)) {
     const double sampled = exact_near.distance_to(p);
-    h.ring_to_exact = std::max(h.ring_to_exact, sampled <= step ? sampled : std::min(sampled, to_offset(outline, p, d, reach)));
+    h.ring_to_exact = std::max(
+        h.ring_to_exact, sampled <= step ? sampled : std::min(sampled, to_offset(outline, p, d, reach)));
   }
   for (const Vec p : exact) h.exact_to_ring = std::max(h.exact_to_ring, rings_near.distance_to(p));
   return h;

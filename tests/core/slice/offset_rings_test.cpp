@@ -14,7 +14,8 @@ double area_of(const Rings& rings) {
   return sum * kMmPerUnit * kMmPerUnit;
 }
 
-TEST_CASE("Every ring lies within the chord tolerance of the exact offset of the original outline, both ways") {
+TEST_CASE(
+    "Every ring lies within the chord tolerance of the exact offset of the original outline, both ways") {
   const double tolerance_mm = GENERATE(0.05, 0.01, 0.0);
   for (const outlines::Named& shape : outlines::all()) {
     const RingPlan plan;
@@ -23,7 +24,8 @@ TEST_CASE("Every ring lies within the chord tolerance of the exact offset of the
     for (int level = 0; level < int(rings.levels.size()); ++level) {
       INFO(shape.name << ", tolerance " << tolerance_mm << " mm, level " << level);
       const double step = 200, d = plan.distance_mm(level) * kUnitsPerMm;
-      const oracle::Hausdorff h = oracle::hausdorff(shape.region, rings.levels[std::size_t(level)], d, step, 3000);
+      const oracle::Hausdorff h =
+          oracle::hausdorff(shape.region, rings.levels[std::size_t(level)], d, step, 3000);
       // The exact offset is sampled: the one next to a corner is up to a step from it.
       const double allowed = tolerance_mm * kUnitsPerMm + 12;
       CHECK(h.exact_to_ring <= allowed);
@@ -38,7 +40,8 @@ TEST_CASE("Rings go on until nothing is left") {
     const RingPlan plan;
     const RingLevels rings = offset_rings(shape.region, plan, 0.05);
     REQUIRE_FALSE(rings.levels.empty());
-    CHECK(oracle::exact_offset(shape.region, plan.distance_mm(int(rings.levels.size())) * kUnitsPerMm, 100).empty());
+    CHECK(oracle::exact_offset(shape.region, plan.distance_mm(int(rings.levels.size())) * kUnitsPerMm, 100)
+              .empty());
   }
 }
 
@@ -47,7 +50,8 @@ TEST_CASE("No ring crosses or touches itself or another of its level") {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     INFO("star " << seed);
     const Region star = outlines::random_star(seed, 12 + int(seed) * 3, 3, 30);
-    const RingLevels rings = offset_rings(star, {.first_mm = 0.3, .boundary_width_mm = 0.7, .fill_width_mm = 0.9}, tolerance_mm);
+    const RingLevels rings =
+        offset_rings(star, {.first_mm = 0.3, .boundary_width_mm = 0.7, .fill_width_mm = 0.9}, tolerance_mm);
     CHECK(rings.from_clipper == 0);
     for (const Rings& level : rings.levels) CHECK(meeting_of(level) == Meeting::kApart);
   }
@@ -134,7 +138,8 @@ TEST_CASE("Growing reaches exactly as far as asked and closes what it reaches ac
     const Region grown = grow(shape.region, 3.3, 0.01);
     CHECK(meeting_of(grown) == Meeting::kApart);
     const std::vector<oracle::Segment> outline = oracle::segments_of(shape.region);
-    for (const Vec p : oracle::along(grown, 3000)) CHECK(std::abs(oracle::distance_to_all(p, outline) - 33000) < 120);
+    for (const Vec p : oracle::along(grown, 3000))
+      CHECK(std::abs(oracle::distance_to_all(p, outline) - 33000) < 120);
     CHECK(area_of(grown) == Approx(area_of(clipper_offset(shape.region, -3.3, 0.001))).epsilon(1e-3));
   }
   CHECK(grow({}, 3.3, 0.05).empty());

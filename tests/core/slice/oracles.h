@@ -15,8 +15,8 @@
 
 namespace firn::test {
 
-/// Every pair of edges, in 128 bits. Rings of a Region may meet in single points that are corners of both; everything
-/// else is named. Empty: in order.
+/// Every pair of edges, in 128 bits. Rings of a Region may meet in single points that are corners of both;
+/// everything else is named. Empty: in order.
 inline std::string crossing_by_all_pairs(const slice::Rings& rings) {
   struct E {
     __int128 ax, ay, bx, by;
@@ -38,18 +38,21 @@ inline std::string crossing_by_all_pairs(const slice::Rings& rings) {
     return (v > 0) - (v < 0);
   };
   const auto within = [](const E& e, __int128 x, __int128 y) {
-    return std::min(e.ax, e.bx) <= x && x <= std::max(e.ax, e.bx) && std::min(e.ay, e.by) <= y && y <= std::max(e.ay, e.by);
+    return std::min(e.ax, e.bx) <= x && x <= std::max(e.ax, e.bx) && std::min(e.ay, e.by) <= y &&
+           y <= std::max(e.ay, e.by);
   };
   for (std::size_t i = 0; i < edges.size(); ++i)
     for (std::size_t j = i + 1; j < edges.size(); ++j) {
       const E &e = edges[i], &f = edges[j];
       const std::string where = " (rings " + std::to_string(e.ring) + " and " + std::to_string(f.ring) + ")";
-      const int a = side(e, f.ax, f.ay), b = side(e, f.bx, f.by), c = side(f, e.ax, e.ay), d = side(f, e.bx, e.by);
+      const int a = side(e, f.ax, f.ay), b = side(e, f.bx, f.by), c = side(f, e.ax, e.ay),
+                d = side(f, e.bx, e.by);
       if (a * b < 0 && c * d < 0) return "edges cross" + where;
       const auto inner = [&](const E& g, int s, __int128 x, __int128 y) {  // a corner within the other edge
         return s == 0 && within(g, x, y) && !(x == g.ax && y == g.ay) && !(x == g.bx && y == g.by);
       };
-      if (inner(e, a, f.ax, f.ay) || inner(e, b, f.bx, f.by) || inner(f, c, e.ax, e.ay) || inner(f, d, e.bx, e.by))
+      if (inner(e, a, f.ax, f.ay) || inner(e, b, f.bx, f.by) || inner(f, c, e.ax, e.ay) ||
+          inner(f, d, e.bx, e.by))
         return "a corner lies on an edge" + where;
       if ((e.ax == f.ax && e.ay == f.ay && e.bx == f.bx && e.by == f.by) ||
           (e.ax == f.bx && e.ay == f.by && e.bx == f.ax && e.by == f.ay))
@@ -93,12 +96,14 @@ class Section {
       low = std::min({low, y0, y1});
       high = std::max({high, y0, y1});
     }
-    std::vector<std::vector<std::pair<double, int>>> rows(ways_.empty() ? 0 : std::size_t((high - low) / row_mm) + 1);
+    std::vector<std::vector<std::pair<double, int>>> rows(
+        ways_.empty() ? 0 : std::size_t((high - low) / row_mm) + 1);
     for (const auto& [x0, y0, x1, y1] : ways_)
       for (std::size_t r = std::size_t((std::min(y0, y1) - low) / row_mm); r < rows.size(); ++r) {
         const double y = low + (double(r) + 0.5) * row_mm;
         if (y >= std::max(y0, y1)) break;
-        if (y >= std::min(y0, y1)) rows[r].push_back({x0 + (y - y0) / (y1 - y0) * (x1 - x0), y1 > y0 ? -1 : 1});
+        if (y >= std::min(y0, y1))
+          rows[r].push_back({x0 + (y - y0) / (y1 - y0) * (x1 - x0), y1 > y0 ? -1 : 1});
       }
     for (auto& row : rows) {
       std::sort(row.begin(), row.end());
@@ -119,7 +124,8 @@ inline double volume_by_tetrahedra(const SampleMesh& m) {
   double sum = 0.0;
   for (const auto& t : m.triangles) {
     const auto &a = m.vertices[t[0]], &b = m.vertices[t[1]], &c = m.vertices[t[2]];
-    sum += double(a[0]) * (double(b[1]) * c[2] - double(b[2]) * c[1]) - double(a[1]) * (double(b[0]) * c[2] - double(b[2]) * c[0]) +
+    sum += double(a[0]) * (double(b[1]) * c[2] - double(b[2]) * c[1]) -
+           double(a[1]) * (double(b[0]) * c[2] - double(b[2]) * c[0]) +
            double(a[2]) * (double(b[0]) * c[1] - double(b[1]) * c[0]);
   }
   return sum / 6.0;

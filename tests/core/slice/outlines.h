@@ -15,11 +15,10 @@ namespace firn::slice::outlines {
 
 inline constexpr double kPi = 3.14159265358979323846;
 
-inline Point at_mm(double x, double y) {
-  return to_point({x * kUnitsPerMm, y * kUnitsPerMm});
-}
+inline Point at_mm(double x, double y) { return to_point({x * kUnitsPerMm, y * kUnitsPerMm}); }
 
-inline void add_circle(Region& region, double x, double y, double r, int n, bool hole = false, double phase = 0) {
+inline void add_circle(Region& region, double x, double y, double r, int n, bool hole = false,
+                       double phase = 0) {
   std::vector<Point> ring;
   for (int i = 0; i < n; ++i) {
     const double a = phase + 2 * kPi * (hole ? n - i : i) / n;
@@ -35,8 +34,10 @@ inline void add_polygon(Region& region, const std::vector<std::pair<double, doub
 }
 
 inline void add_box(Region& region, double x0, double y0, double x1, double y1, bool hole = false) {
-  if (hole) add_polygon(region, {{x0, y0}, {x0, y1}, {x1, y1}, {x1, y0}});
-  else add_polygon(region, {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}});
+  if (hole)
+    add_polygon(region, {{x0, y0}, {x0, y1}, {x1, y1}, {x1, y0}});
+  else
+    add_polygon(region, {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}});
 }
 
 inline Region gear() {
@@ -60,7 +61,8 @@ inline Region torus_slice() {
 
 inline Region nested_shells() {
   Region region;
-  for (int shell = 0; shell < 5; ++shell) add_circle(region, 0.3 * shell, 0, 30 - 5.3 * shell, 90 - 11 * shell, shell % 2);
+  for (int shell = 0; shell < 5; ++shell)
+    add_circle(region, 0.3 * shell, 0, 30 - 5.3 * shell, 90 - 11 * shell, shell % 2);
   return region;
 }
 
@@ -122,13 +124,16 @@ struct Named {
   Region region;
 };
 inline std::vector<Named> all() {
-  std::vector<Named> list{{"gear", gear()}, {"torus", torus_slice()}, {"shells", nested_shells()}, {"comb", comb()}};
-  for (std::uint64_t s = 1; s <= 6; ++s) list.push_back({"star " + std::to_string(s), random_star(s, int(20 + 15 * s))});
+  std::vector<Named> list{
+      {"gear", gear()}, {"torus", torus_slice()}, {"shells", nested_shells()}, {"comb", comb()}};
+  for (std::uint64_t s = 1; s <= 6; ++s)
+    list.push_back({"star " + std::to_string(s), random_star(s, int(20 + 15 * s))});
   for (std::uint64_t s = 1; s <= 3; ++s) list.push_back({"blob " + std::to_string(s), blob(s)});
   return list;
 }
 
-// An area along the x axis between two rough walls, n steps from `end_mm` to - `end_mm`. @param half_mm (x) half its width in mm
+// An area along the x axis between two rough walls, n steps from `end_mm` to - `end_mm`. @param half_mm (x)
+// half its width in mm
 template <class Half>
 Region between_walls(double end_mm, int n, RandomStream& random, const Half& half_mm) {
   std::vector<Point> ring;
@@ -143,11 +148,12 @@ Region between_walls(double end_mm, int n, RandomStream& random, const Half& hal
   return region_of(rings);
 }
 
-// Two wide areas and between them a strait, narrowest in its middle, where half its width is about `half_mm`; its walls bend in a radius
-// of 5 to 80 mm and are rough by 0.01 mm.
+// Two wide areas and between them a strait, narrowest in its middle, where half its width is about `half_mm`;
+// its walls bend in a radius of 5 to 80 mm and are rough by 0.01 mm.
 inline Region hourglass(double half_mm, RandomStream& random) {
   const double half = half_mm + random.uniform(-0.02, 0.03), radius_mm = random.uniform(5, 80);
-  return between_walls(30, 300, random, [=](double x) { return half + std::min(x * x / (2 * radius_mm), 6.0); });
+  return between_walls(30, 300, random,
+                       [=](double x) { return half + std::min(x * x / (2 * radius_mm), 6.0); });
 }
 
 }  // namespace firn::slice::outlines

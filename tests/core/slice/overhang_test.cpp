@@ -23,17 +23,22 @@ std::vector<Region> stack(int layers, const std::function<void(Region&, double z
 
 // A cone that stands on its tip, walls leaning out by `lean_deg` from the vertical.
 std::vector<Region> cone(double lean_deg) {
-  return stack(40, [&](Region& r, double z) { outlines::add_circle(r, 0, 0, 3 + z * std::tan(lean_deg * outlines::kPi / 180), 240); });
+  return stack(40, [&](Region& r, double z) {
+    outlines::add_circle(r, 0, 0, 3 + z * std::tan(lean_deg * outlines::kPi / 180), 240);
+  });
 }
 
 std::vector<Region> ball(double radius) {
   return stack(int(2 * radius / kHeightMm), [&](Region& r, double z) {
-    outlines::add_circle(r, 0, 0, std::sqrt(std::max(0.01, radius * radius - (z - radius) * (z - radius))), 240);
+    outlines::add_circle(r, 0, 0, std::sqrt(std::max(0.01, radius * radius - (z - radius) * (z - radius))),
+                         240);
   });
 }
 
 std::vector<Region> t_beam() {
-  return stack(24, [](Region& r, double z) { z < 4 ? outlines::add_box(r, -3, 0, 3, 30) : outlines::add_box(r, -12, 0, 12, 30); });
+  return stack(24, [](Region& r, double z) {
+    z < 4 ? outlines::add_box(r, -3, 0, 3, 30) : outlines::add_box(r, -12, 0, 12, 30);
+  });
 }
 
 // A star that grows upward by `rate` per mm.
@@ -45,7 +50,10 @@ std::vector<Region> leaning_star(std::uint64_t seed, double rate) {
 }
 
 std::vector<Region> overhang(const std::vector<Region>& part, double deg, double buffer_mm = 3.3) {
-  return scaffold_regions(part, kHeight, {.kind = Support::kOverhang, .buffer_mm = buffer_mm, .overhang_rad = deg * outlines::kPi / 180}, kTolerance);
+  return scaffold_regions(
+      part, kHeight,
+      {.kind = Support::kOverhang, .buffer_mm = buffer_mm, .overhang_rad = deg * outlines::kPi / 180},
+      kTolerance);
 }
 
 double volume_mm3(const std::vector<Region>& layers) {
@@ -88,8 +96,10 @@ TEST_CASE("What overhangs has scaffold or part below it, all the way down to par
         const std::vector<oracle::Segment> below = oracle::segments_of(part[k - 1]);
         for (const Vec p : oracle::along(part[k], 9000)) {
           const Vec inside = 0.9995 * p;  // all of these are round the origin or the beam's middle
-          if (stands(part[k - 1], inside) || oracle::distance_to_all(inside, below) <= 1.15 * lean + 60) continue;
-          INFO("layer " << k + 1 << " at " << p.x * kMmPerUnit << ", " << p.y * kMmPerUnit << ", angle " << deg);
+          if (stands(part[k - 1], inside) || oracle::distance_to_all(inside, below) <= 1.15 * lean + 60)
+            continue;
+          INFO("layer " << k + 1 << " at " << p.x * kMmPerUnit << ", " << p.y * kMmPerUnit << ", angle "
+                        << deg);
           for (std::size_t j = k; j-- > 0;) {
             if (stands(part[j], inside)) break;
             CHECK(stands(scaffold[j], inside));
@@ -115,7 +125,9 @@ TEST_CASE("Overhang scaffold stays within the buffer of what lies above it, and 
   }
 }
 
-TEST_CASE("The steeper the angle asked for, the less scaffold, and none at all is full support of whatever leans out") {
+TEST_CASE(
+    "The steeper the angle asked for, the less scaffold, and none at all is full support of whatever leans "
+    "out") {
   for (const auto& part : {cone(50), ball(8), t_beam(), leaning_star(2, 0.3), leaning_star(4, 1.0)}) {
     double before = 1e300;
     for (const double deg : {0.0, 5.0, 20.0, 40.0, 60.0, 70.0, 80.0, 85.0, 87.0, 89.0}) {
@@ -124,7 +136,8 @@ TEST_CASE("The steeper the angle asked for, the less scaffold, and none at all i
       before = volume;
     }
   }
-  CHECK(volume_mm3(overhang(t_beam(), 89.0)) == 0.0);  // 9 mm to each side is less than a layer's 14.3 mm at 89 degrees
+  CHECK(volume_mm3(overhang(t_beam(), 89.0)) ==
+        0.0);  // 9 mm to each side is less than a layer's 14.3 mm at 89 degrees
   CHECK(volume_mm3(overhang(t_beam(), 60.0)) > 4.0 * 2 * 9 * 30 * 0.9);
   CHECK(volume_mm3(overhang(ball(8), 0.0)) < volume_mm3(scaffold_regions(ball(8), kHeight, {}, kTolerance)));
 }

@@ -14,7 +14,8 @@ namespace {
 
 double from_segment(const Point& p, const Point& a, const Point& b) {
   const double ex = double(b.x) - a.x, ey = double(b.y) - a.y, l2 = ex * ex + ey * ey;
-  const double t = l2 == 0 ? 0 : std::clamp(((double(p.x) - a.x) * ex + (double(p.y) - a.y) * ey) / l2, 0.0, 1.0);
+  const double t =
+      l2 == 0 ? 0 : std::clamp(((double(p.x) - a.x) * ex + (double(p.y) - a.y) * ey) / l2, 0.0, 1.0);
   return std::hypot(p.x - (a.x + t * ex), p.y - (a.y + t * ey));
 }
 
@@ -30,7 +31,9 @@ std::vector<Point> wavy(RandomStream& random, int n) {
 
 }  // namespace
 
-TEST_CASE("A contour and what PATHFILTER makes of it lie within the chord tolerance of each other [Barnett, PATHFILTER]") {
+TEST_CASE(
+    "A contour and what PATHFILTER makes of it lie within the chord tolerance of each other [Barnett, "
+    "PATHFILTER]") {
   RandomStream random(21, Purpose::kTest);
   for (const double tolerance : {50.0, 500.0, 5'000.0}) {
     const std::vector<Point> ring = wavy(random, 3'000);
@@ -46,7 +49,8 @@ TEST_CASE("A contour and what PATHFILTER makes of it lie within the chord tolera
         for (const double share : {0.0, 0.3, 0.7}) {
           const Point p{std::int32_t(a.x + share * (b.x - a.x)), std::int32_t(a.y + share * (b.y - a.y))};
           double nearest = 1e300;
-          for (std::size_t k = 0; k < to.size(); ++k) nearest = std::min(nearest, from_segment(p, to[k], to[k + 1 < to.size() ? k + 1 : 0]));
+          for (std::size_t k = 0; k < to.size(); ++k)
+            nearest = std::min(nearest, from_segment(p, to[k], to[k + 1 < to.size() ? k + 1 : 0]));
           worst = std::max(worst, nearest);
         }
       }

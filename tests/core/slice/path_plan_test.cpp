@@ -25,14 +25,17 @@ std::multiset<std::vector<Point>> shapes_of(const LayerPaths& paths) {
   std::multiset<std::vector<Point>> shapes;
   for (std::size_t i = 0; i < paths.info.size(); ++i) {
     std::vector<Point> line(paths.lines[i].begin(), paths.lines[i].end());
-    if (paths.info[i].closed) std::rotate(line.begin(), std::min_element(line.begin(), line.end()), line.end());
-    else if (line.back() < line.front()) std::reverse(line.begin(), line.end());
+    if (paths.info[i].closed)
+      std::rotate(line.begin(), std::min_element(line.begin(), line.end()), line.end());
+    else if (line.back() < line.front())
+      std::reverse(line.begin(), line.end());
     shapes.insert(line);
   }
   return shapes;
 }
 
-TEST_CASE("A layer's paths: boundary of 1.5 mm at the material's own offset, then fill of 3 mm [Barnett, 3.7]") {
+TEST_CASE(
+    "A layer's paths: boundary of 1.5 mm at the material's own offset, then fill of 3 mm [Barnett, 3.7]") {
   Region box;
   outlines::add_box(box, 0, 0, 30, 30);
   LayerRegions regions = layer_of(box);
@@ -40,7 +43,8 @@ TEST_CASE("A layer's paths: boundary of 1.5 mm at the material's own offset, the
   outlines::add_box(scaffold, 40, 0, 70, 30);
   regions.by_material.push_back(scaffold);
   const LayerPaths paths = plan_layer(regions, {});
-  REQUIRE(paths.info.size() == 12);  // 0.6, 2.85 ... 14.85 and 1.2, 3.45 ... 12.45, which leaves 2.1 mm in the middle
+  REQUIRE(paths.info.size() ==
+          12);  // 0.6, 2.85 ... 14.85 and 1.2, 3.45 ... 12.45, which leaves 2.1 mm in the middle
   CHECK_FALSE(paths.info[11].closed);
   CHECK(std::abs(paths.info[11].width - 21000) < 30);
   const double first[] = {0.6, 1.2};
@@ -55,7 +59,8 @@ TEST_CASE("A layer's paths: boundary of 1.5 mm at the material's own offset, the
     if (boundary) {
       const Region& outline = regions.by_material[m];
       for (const Point p : paths.lines[i])
-        CHECK(oracle::distance_to_all(to_vec(p), oracle::segments_of(outline)) == Approx(first[m] * kUnitsPerMm).margin(2));
+        CHECK(oracle::distance_to_all(to_vec(p), oracle::segments_of(outline)) ==
+              Approx(first[m] * kUnitsPerMm).margin(2));
     }
   }
   const std::vector<MaterialUse> use = material_use(paths);
@@ -106,7 +111,8 @@ TEST_CASE("Coverage of one square path is what geometry says") {
   CHECK(c.beyond_mm2 == Approx(0).margin(0.05));
 }
 
-TEST_CASE("Parallel lines: all stretches inside, their length times the spacing is the area, at any angle [3.5]") {
+TEST_CASE(
+    "Parallel lines: all stretches inside, their length times the spacing is the area, at any angle [3.5]") {
   for (const double angle : {0.0, 0.4, 1.5707963267948966, 2.2}) {
     for (const outlines::Named& shape : outlines::all()) {
       INFO(shape.name << ", angle " << angle);
@@ -133,18 +139,20 @@ TEST_CASE("A zigzag runs along the same lines and links them along the outline o
   for (const outlines::Named& shape : outlines::all()) {
     INFO(shape.name);
     const double spacing = 3.0, angle = 0.3;
-    const Rings lines = fill_lines(shape.region, spacing, angle), linked = fill_zigzag(shape.region, spacing, angle);
+    const Rings lines = fill_lines(shape.region, spacing, angle),
+                linked = fill_zigzag(shape.region, spacing, angle);
     CHECK(linked.size() <= lines.size());
     std::multiset<std::pair<Point, Point>> stretches, found;
-    for (std::size_t i = 0; i < lines.size(); ++i)
-      stretches.insert(std::minmax(lines[i][0], lines[i][1]));
+    for (std::size_t i = 0; i < lines.size(); ++i) stretches.insert(std::minmax(lines[i][0], lines[i][1]));
     const std::vector<oracle::Segment> outline = oracle::segments_of(shape.region);
     for (std::size_t i = 0; i < linked.size(); ++i) {
       for (std::size_t p = 1; p < linked[i].size(); ++p) {
         const Point a = linked[i][p - 1], b = linked[i][p];
         const std::pair<Point, Point> key = std::minmax(a, b);
-        if (stretches.count(key)) found.insert(key);
-        else CHECK(oracle::distance_to_all(0.5 * (to_vec(a) + to_vec(b)), outline) < 2);
+        if (stretches.count(key))
+          found.insert(key);
+        else
+          CHECK(oracle::distance_to_all(0.5 * (to_vec(a) + to_vec(b)), outline) < 2);
       }
     }
     CHECK(found == stretches);
@@ -174,7 +182,8 @@ TEST_CASE("Order and seams change neither paths nor their number, and 2-opt neve
       options.part.pattern = pattern;
       options.two_opt_passes = 0;
       const LayerPaths greedy = plan_layer(layer_of(shape.region), options);
-      for (const SeamPlacement seam : {SeamPlacement::kNearest, SeamPlacement::kAligned, SeamPlacement::kRandom}) {
+      for (const SeamPlacement seam :
+           {SeamPlacement::kNearest, SeamPlacement::kAligned, SeamPlacement::kRandom}) {
         options.seam = seam;
         options.two_opt_passes = 0;
         const LayerPaths before = plan_layer(layer_of(shape.region), options);
@@ -204,7 +213,8 @@ TEST_CASE("Order and seams change neither paths nor their number, and 2-opt neve
   CHECK(transit_mm(paths) == Approx(290));
 }
 
-TEST_CASE("Seams: nearest shortens the way, aligned stands at the front of every ring, random follows its seed") {
+TEST_CASE(
+    "Seams: nearest shortens the way, aligned stands at the front of every ring, random follows its seed") {
   const Region blob = outlines::blob(3);
   PathOptions options;
   const LayerPaths nearest = plan_layer(layer_of(blob), options);
@@ -222,7 +232,9 @@ TEST_CASE("Seams: nearest shortens the way, aligned stands at the front of every
   CHECK_FALSE(plan_layer(layer_of(blob), options) == random);
 }
 
-TEST_CASE("The hook wall: the outermost scaffold path of layers 1 to 10 is ice, the two outermost of 11 to 20 [3.7]") {
+TEST_CASE(
+    "The hook wall: the outermost scaffold path of layers 1 to 10 is ice, the two outermost of 11 to 20 "
+    "[3.7]") {
   Region part;
   outlines::add_circle(part, 0, 0, 12, 90);
   const std::vector<Region> parts(30, part);
@@ -241,7 +253,8 @@ TEST_CASE("The hook wall: the outermost scaffold path of layers 1 to 10 is ice, 
     double furthest_scaffold = 0, nearest_hook = 1e9;
     for (std::size_t p = 0; p < paths.info.size(); ++p) {
       double low = 1e9, high = 0;
-      for (const Point q : paths.lines[p]) low = std::min(low, length(to_vec(q))), high = std::max(high, length(to_vec(q)));
+      for (const Point q : paths.lines[p])
+        low = std::min(low, length(to_vec(q))), high = std::max(high, length(to_vec(q)));
       if (paths.info[p].kind == PathKind::kHook) {
         ++hooks;
         CHECK(paths.info[p].material == kPartMaterial);
@@ -253,7 +266,7 @@ TEST_CASE("The hook wall: the outermost scaffold path of layers 1 to 10 is ice, 
     CHECK(hooks == expected[i]);
     if (!hooks) continue;
     CHECK(nearest_hook * kMmPerUnit >= 12 + options.hook.clearance_mm - 0.06);  // ice and hook do not merge
-    CHECK(nearest_hook > furthest_scaffold - 30000);                            // and it runs round the scaffold
+    CHECK(nearest_hook > furthest_scaffold - 30000);  // and it runs round the scaffold
   }
 }
 
@@ -298,7 +311,8 @@ TEST_CASE("Hooks keep their clearance however wide it is, round islands and nook
         if (paths.info[i].kind != PathKind::kHook) continue;
         ++hooks;
         for (const Point p : paths.lines[i])
-          CHECK(oracle::distance_to_all(to_vec(p), outline) >= 0.5 * paths.info[i].width + clearance_mm * kUnitsPerMm - 1100);
+          CHECK(oracle::distance_to_all(to_vec(p), outline) >=
+                0.5 * paths.info[i].width + clearance_mm * kUnitsPerMm - 1100);
       }
       CHECK(hooks >= 2);
     }
@@ -345,7 +359,8 @@ TEST_CASE("Measurement paths: lines of their own spacing inside one material, se
 TEST_CASE("Empty layers, slivers and grains of sand give no paths and no harm") {
   CHECK(plan_layer({1, 2500, 2500, {}}, {}).info.empty());
   CHECK(plan_layer(layer_of({}), {}).info.empty());
-  for (const FillPattern pattern : {FillPattern::kConcentric, FillPattern::kLines, FillPattern::kZigzag, FillPattern::kNone}) {
+  for (const FillPattern pattern :
+       {FillPattern::kConcentric, FillPattern::kLines, FillPattern::kZigzag, FillPattern::kNone}) {
     PathOptions options;
     options.part.pattern = pattern;
     options.measure.on = true;
@@ -363,7 +378,8 @@ TEST_CASE("Empty layers, slivers and grains of sand give no paths and no harm") 
     }
     CHECK(beads == 1);
     options.part.gap_mm = 0;
-    for (const PathInfo& info : plan_layer(layer_of(sliver), options).info) CHECK(info.kind == PathKind::kMeasurement);
+    for (const PathInfo& info : plan_layer(layer_of(sliver), options).info)
+      CHECK(info.kind == PathKind::kMeasurement);
     CHECK(coverage(layer_of(sand), {}, options).size() == 1);
     CHECK(coverage(layer_of({}), {}, options)[0].wanted_mm2 == 0);
   }

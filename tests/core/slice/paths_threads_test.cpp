@@ -14,7 +14,8 @@ TEST_CASE("Scaffold is the same for any number of threads") {
   for (const Support kind : {Support::kFull, Support::kOverhang}) {
     const SupportOptions options{.kind = kind};
     const std::vector<Region> one = scaffold_regions(part, 2500, options, 0.05);
-    for (const int threads : {2, 8}) CHECK(scaffold_regions(part, 2500, options, 0.05, parallel_on(threads)) == one);
+    for (const int threads : {2, 8})
+      CHECK(scaffold_regions(part, 2500, options, 0.05, parallel_on(threads)) == one);
   }
 }
 
@@ -23,7 +24,8 @@ TEST_CASE("Paths are the same for any number of threads") {
   for (const int threads : {1, 2, 8}) {
     std::vector<LayerPaths> layers(12);
     parallel_on(threads)(12, [&](int k) {
-      const LayerRegions regions{k + 1, (k + 1) * 2500, 2500, {outlines::blob(std::uint64_t(k)), outlines::gear()}};
+      const LayerRegions regions{
+          k + 1, (k + 1) * 2500, 2500, {outlines::blob(std::uint64_t(k)), outlines::gear()}};
       layers[std::size_t(k)] = plan_layer(regions, {});
     });
     if (threads == 1) one = layers;

@@ -24,7 +24,8 @@ TEST_CASE("Without scale, rotation and translation a part stays where the file h
   CHECK(a.high == Vertex{140'000, 260'000, 380'000});
 }
 
-TEST_CASE("A number is the smallest coordinate, cent centres, orig keeps the middle [Barnett, Table 3-1, note b]") {
+TEST_CASE(
+    "A number is the smallest coordinate, cent centres, orig keeps the middle [Barnett, Table 3-1, note b]") {
   Placement p;
   p.scale = {2, 2, 2};
   p.translation[0] = {Mode::kNumber, 5.0};

@@ -17,7 +17,8 @@ Rings tangle(RandomStream& random, int rings, int points, std::uint32_t span) {
   Rings out;
   for (int r = 0; r < rings; ++r) {
     std::vector<Point> ring;
-    for (int i = 0; i < points; ++i) ring.push_back({std::int32_t(random.below(span)), std::int32_t(random.below(span))});
+    for (int i = 0; i < points; ++i)
+      ring.push_back({std::int32_t(random.below(span)), std::int32_t(random.below(span))});
     out.add(ring);
   }
   return out;
@@ -29,11 +30,14 @@ Rings one(std::initializer_list<Point> ring) {
   return out;
 }
 
-// Points of a fine lattice, off the grid's lines by an odd fraction, each judged against the rings as they came.
-std::size_t differing(const Rings& before, const Region& after, std::int32_t span, int n, RandomStream& random) {
+// Points of a fine lattice, off the grid's lines by an odd fraction, each judged against the rings as they
+// came.
+std::size_t differing(const Rings& before, const Region& after, std::int32_t span, int n,
+                      RandomStream& random) {
   std::size_t differ = 0;
   for (int k = 0; k < n; ++k) {
-    const Point at{std::int32_t(random.below(std::uint32_t(span))), std::int32_t(random.below(std::uint32_t(span)))};
+    const Point at{std::int32_t(random.below(std::uint32_t(span))),
+                   std::int32_t(random.below(std::uint32_t(span)))};
     differ += (winding(before, at) > 0) != (winding(after, at) > 0);
   }
   return differ;
@@ -52,7 +56,8 @@ TEST_CASE("Tangled rings become rings that cross nowhere round the points of pos
     REQUIRE(canonical(region) == region);
     REQUIRE(crossing_by_all_pairs(region_of(region)) == "");
     for (std::size_t r = 0; r < region.size(); ++r) REQUIRE(twice_area(region[r]) != 0);
-    if (span > 4'000) REQUIRE(differing(rings, region, std::int32_t(span), 300, random) <= (span < 10'000 ? 3u : 0u));
+    if (span > 4'000)
+      REQUIRE(differing(rings, region, std::int32_t(span), 300, random) <= (span < 10'000 ? 3u : 0u));
   }
 }
 
@@ -61,7 +66,8 @@ TEST_CASE("Winding numbers in a Region are 0 and 1 only") {
   for (int round = 0; round < 20; ++round) {
     const Region region = region_of(tangle(random, 3, 20, 100'000));
     for (int k = 0; k < 200; ++k) {
-      const int w = winding(region, {std::int32_t(random.below(100'000)), std::int32_t(random.below(100'000))});
+      const int w =
+          winding(region, {std::int32_t(random.below(100'000)), std::int32_t(random.below(100'000))});
       REQUIRE((w == 0 || w == 1));
     }
   }
@@ -84,7 +90,8 @@ TEST_CASE("The order of rings and where they begin change nothing") {
 TEST_CASE("Unions and differences agree in area with Clipper, within the rounding of corners") {
   RandomStream random(14, Purpose::kTest);
   for (int round = 0; round < 25; ++round) {
-    const Region a = region_of(tangle(random, 2, 12, 2'000'000)), b = region_of(tangle(random, 2, 12, 2'000'000));
+    const Region a = region_of(tangle(random, 2, 12, 2'000'000)),
+                 b = region_of(tangle(random, 2, 12, 2'000'000));
     CHECK(area_mm2(unite(a, b)) == Approx(area_mm2(clipper_unite(a, b))).margin(1e-4));
     CHECK(area_mm2(subtract(a, b)) == Approx(area_mm2(clipper_subtract(a, b))).margin(1e-4));
     CHECK(area_mm2(unite(a, b)) + area_mm2(common(a, b)) == Approx(area_mm2(a) + area_mm2(b)).margin(1e-4));
@@ -131,7 +138,9 @@ TEST_CASE("first_contact finds what comparing all pairs finds") {
       const double a = 2 * M_PI * i / n, r = random.uniform(500, 1000);
       ring.push_back({std::int32_t(r * std::cos(a)), std::int32_t(r * std::sin(a))});
     }
-    if (random.below(2)) ring[random.below(std::uint32_t(n))] = {std::int32_t(random.below(1000)), std::int32_t(random.below(1000))};
+    if (random.below(2))
+      ring[random.below(std::uint32_t(n))] = {std::int32_t(random.below(1000)),
+                                              std::int32_t(random.below(1000))};
     Rings rings;
     rings.add(ring);
     const bool apart = simple_and_apart(rings), in_order = crossing_by_all_pairs(rings) == "";

@@ -17,9 +17,11 @@ LayerPaths layer(std::int32_t number, RandomStream& random) {
   l.height = 2400;
   for (int n = 0; n < 6; ++n) {
     std::vector<Point> line;
-    for (int k = 0; k < 12; ++k) line.push_back({std::int32_t(random.below(400'000)), std::int32_t(random.below(300'000))});
+    for (int k = 0; k < 12; ++k)
+      line.push_back({std::int32_t(random.below(400'000)), std::int32_t(random.below(300'000))});
     l.lines.add(line);
-    l.info.push_back({PathKind(random.below(4)), std::uint8_t(random.below(2)), random.below(2) == 1, 15'000});
+    l.info.push_back(
+        {PathKind(random.below(4)), std::uint8_t(random.below(2)), random.below(2) == 1, 15'000});
     if (l.info.back().kind == PathKind::kMeasurement) l.info.back().width = 0;
   }
   l.info[0].kind = PathKind::kBoundary, l.info[0].width = 15'000;
@@ -47,10 +49,13 @@ TEST_CASE("The paths of a print come back as they were, and a layer is found by 
   CHECK(find_layer(back, 6) == nullptr);
 }
 
-TEST_CASE("The bare table is layer 0 at height 0, with the lines of the first layer that is measured, before all others") {
+TEST_CASE(
+    "The bare table is layer 0 at height 0, with the lines of the first layer that is measured, before all "
+    "others") {
   PrintPaths p = print();
   for (std::size_t n = 0; n < p.layers.size(); ++n)
-    for (PathInfo& i : p.layers[n].info) i.kind = n > 0 ? i.kind : PathKind::kBoundary, i.width = i.width ? i.width : 15'000;
+    for (PathInfo& i : p.layers[n].info)
+      i.kind = n > 0 ? i.kind : PathKind::kBoundary, i.width = i.width ? i.width : 15'000;
   p.layers[1].info[3].kind = PathKind::kMeasurement, p.layers[1].info[3].width = 0;
   const LayerPaths table = table_layer(p);
   CHECK(table.layer == 0);
@@ -67,9 +72,11 @@ TEST_CASE("The bare table is layer 0 at height 0, with the lines of the first la
   CHECK_THROWS_WITH(with_table(p), Catch::Contains("no layer has measurement paths"));
 }
 
-TEST_CASE("Bytes that are cut or changed in their frame are refused with the byte, and nothing crashes on any") {
+TEST_CASE(
+    "Bytes that are cut or changed in their frame are refused with the byte, and nothing crashes on any") {
   const std::vector<std::byte> good = encode(print());
-  for (std::size_t n = 0; n < good.size(); n += 7) CHECK_THROWS_AS(decode_print_paths(std::span(good).first(n)), FormatError);
+  for (std::size_t n = 0; n < good.size(); n += 7)
+    CHECK_THROWS_AS(decode_print_paths(std::span(good).first(n)), FormatError);
   CHECK_THROWS_WITH(decode_print_paths(std::span(good).first(3)), Catch::Contains("signature"));
   std::vector<std::byte> more = good;
   more.push_back(std::byte(0));
@@ -88,7 +95,9 @@ TEST_CASE("Bytes that are cut or changed in their frame are refused with the byt
   CHECK_THROWS_WITH(encode(twice), Catch::Contains("layer 1 stands behind layer 1"));
 }
 
-TEST_CASE("The footprint's grid holds every bead, with centres at multiples of the pitch, and its cells are those near a line") {
+TEST_CASE(
+    "The footprint's grid holds every bead, with centres at multiples of the pitch, and its cells are those "
+    "near a line") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     RandomStream random(seed, Purpose::kTest);
     const LayerPaths l = layer(1, random);
@@ -107,7 +116,8 @@ TEST_CASE("The footprint's grid holds every bead, with centres at multiples of t
           for (std::size_t k = 0; k + 1 < line.size() + (l.info[n].closed ? 1 : 0); ++k) {
             const Point a = line[k], b = line[(k + 1) % line.size()];
             for (double t = 0.0; t <= 1.0; t += 0.001) {
-              const double x = (a.x + t * (b.x - a.x)) * kMmPerUnit - g.x_mm(i), y = (a.y + t * (b.y - a.y)) * kMmPerUnit - g.y_mm(j);
+              const double x = (a.x + t * (b.x - a.x)) * kMmPerUnit - g.x_mm(i),
+                           y = (a.y + t * (b.y - a.y)) * kMmPerUnit - g.y_mm(j);
               if (x * x + y * y < best) best = x * x + y * y;
             }
           }
@@ -127,7 +137,8 @@ TEST_CASE("The footprint's grid holds every bead, with centres at multiples of t
   }
 }
 
-TEST_CASE("Each cell is of the material of its nearest line, and a layer that deposits nothing has no footprint") {
+TEST_CASE(
+    "Each cell is of the material of its nearest line, and a layer that deposits nothing has no footprint") {
   LayerPaths l;
   l.layer = 3;
   l.lines.add(std::vector<Point>{{0, 0}, {100'000, 0}});
@@ -145,25 +156,28 @@ TEST_CASE("Each cell is of the material of its nearest line, and a layer that de
   CHECK_THROWS_WITH(footprint_grid(l, 0.0), Catch::Contains("pitch"));
 }
 
-TEST_CASE("Spots between beads belong to what a layer should cover, and a bore and a notch in the border do not") {
+TEST_CASE(
+    "Spots between beads belong to what a layer should cover, and a bore and a notch in the border do not") {
   Mask m({30, 20, 1.0, 1.0, 0.0, 0.0});
   for (int j = 2; j < 18; ++j)
     for (int i = 2; i < 28; ++i) m.at(i, j) = 1;
   const Mask whole = m;
   CHECK(without_narrow_holes(whole, 2.0) == whole);
-  m.at(5, 5) = 0;                                    // a spot
+  m.at(5, 5) = 0;                                             // a spot
   for (int i = 10; i < 20; ++i) m.at(i, 4) = m.at(i, 5) = 0;  // a long one, two cells wide
   CHECK(without_narrow_holes(m, 2.0) == whole);
   Mask expected = whole;
   for (int j = 9; j < 13; ++j)
     for (int i = 9; i < 13; ++i) m.at(i, j) = expected.at(i, j) = 0;  // a bore
-  for (int j = 0; j < 8; ++j) m.at(24, j) = expected.at(24, j) = 0;    // a notch
-  m.at(25, 8) = 0;                                                     // touches it at a corner only
+  for (int j = 0; j < 8; ++j) m.at(24, j) = expected.at(24, j) = 0;   // a notch
+  m.at(25, 8) = 0;                                                    // touches it at a corner only
   CHECK(without_narrow_holes(m, 2.0) == expected);
   CHECK(without_narrow_holes(m, 0.5) == m);
 }
 
-TEST_CASE("Coverage is width over distance: 1 where beads touch, more where they overlap, less where they leave a slit") {
+TEST_CASE(
+    "Coverage is width over distance: 1 where beads touch, more where they overlap, less where they leave a "
+    "slit") {
   for (const double apart_mm : {2.5, 3.0, 3.5}) {
     LayerPaths l;
     l.layer = 1;
@@ -174,7 +188,8 @@ TEST_CASE("Coverage is width over distance: 1 where beads touch, more where they
       l.info.push_back({PathKind::kFill, 0, false, 3 * kUnitsPerMm});
     }
     for (const std::int32_t x : {0, 40}) {  // so that slits are enclosed
-      l.lines.add(std::vector<Point>{{x * kUnitsPerMm, 0}, {x * kUnitsPerMm, std::int32_t(std::lround(19 * apart_mm * kUnitsPerMm))}});
+      l.lines.add(std::vector<Point>{
+          {x * kUnitsPerMm, 0}, {x * kUnitsPerMm, std::int32_t(std::lround(19 * apart_mm * kUnitsPerMm))}});
       l.info.push_back({PathKind::kBoundary, 0, false, 3 * kUnitsPerMm});
     }
     const GridSpec g = footprint_grid(l, 1.0);

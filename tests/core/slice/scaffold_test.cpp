@@ -71,7 +71,9 @@ double distance_above_mm(std::span<const Region> layers, std::size_t from, Point
   return best * kMmPerUnit;
 }
 
-TEST_CASE("Full scaffold: within 3.3 mm of ice at its height or above, everywhere up to there, and nowhere in ice") {
+TEST_CASE(
+    "Full scaffold: within 3.3 mm of ice at its height or above, everywhere up to there, and nowhere in "
+    "ice") {
   for (const Part& part : {ball(), steps(), wobble(), prism()}) {
     INFO(part.name);
     const std::vector<Region> scaffold = scaffold_regions(part.layers, kHeight, {}, kTolerance);
@@ -89,12 +91,15 @@ TEST_CASE("Full scaffold: within 3.3 mm of ice at its height or above, everywher
         }
       }
       // No place of its outline is further than the buffer either.
-      for (const Vec p : oracle::along(scaffold[k], 5000)) CHECK(distance_above_mm(part.layers, k, to_point(p)) <= 3.3);
+      for (const Vec p : oracle::along(scaffold[k], 5000))
+        CHECK(distance_above_mm(part.layers, k, to_point(p)) <= 3.3);
     }
   }
 }
 
-TEST_CASE("With full scaffold every ice boundary has scaffold beside it, and what overhangs stands on ice or scaffold") {
+TEST_CASE(
+    "With full scaffold every ice boundary has scaffold beside it, and what overhangs stands on ice or "
+    "scaffold") {
   for (const Part& part : {ball(), steps(), wobble(), prism()}) {
     INFO(part.name);
     const std::vector<Region> scaffold = scaffold_regions(part.layers, kHeight, {}, kTolerance);
@@ -112,11 +117,14 @@ TEST_CASE("With full scaffold every ice boundary has scaffold beside it, and wha
   }
 }
 
-TEST_CASE("Overhang scaffold carries what leans out further than its angle, down to ice or ground, and nothing else") {
+TEST_CASE(
+    "Overhang scaffold carries what leans out further than its angle, down to ice or ground, and nothing "
+    "else") {
   const Part part = steps();
   SupportOptions options{.kind = Support::kOverhang, .buffer_mm = 1.0};
   const std::vector<Region> scaffold = scaffold_regions(part.layers, kHeight, options, kTolerance);
-  const Point under_arm = outlines::at_mm(25, 0), over_plate = outlines::at_mm(14, 0), beside = outlines::at_mm(-15, 0);
+  const Point under_arm = outlines::at_mm(25, 0), over_plate = outlines::at_mm(14, 0),
+              beside = outlines::at_mm(-15, 0);
   CHECK(winding(scaffold[15], under_arm) > 0);
   CHECK(winding(scaffold[0], under_arm) > 0);
   CHECK(winding(scaffold[15], over_plate) > 0);
@@ -124,13 +132,15 @@ TEST_CASE("Overhang scaffold carries what leans out further than its angle, down
   CHECK(winding(scaffold[7], over_plate) == 0);
   CHECK(winding(scaffold[3], outlines::at_mm(0, 0)) > 0);  // the lid over the hole
   CHECK(winding(scaffold[10], beside) == 0);
-  for (const Region& layer : scaffold_regions(ball().layers, kHeight, {.kind = Support::kOverhang, .overhang_rad = 1.5}, 0.05))
+  for (const Region& layer :
+       scaffold_regions(ball().layers, kHeight, {.kind = Support::kOverhang, .overhang_rad = 1.5}, 0.05))
     CHECK(area_mm2(layer) < 500);
 }
 
 TEST_CASE("No support, no part: no scaffold") {
   CHECK(scaffold_regions({}, kHeight, {}, kTolerance).empty());
-  for (const Region& layer : scaffold_regions(ball().layers, kHeight, {.kind = Support::kNone}, kTolerance)) CHECK(layer.empty());
+  for (const Region& layer : scaffold_regions(ball().layers, kHeight, {.kind = Support::kNone}, kTolerance))
+    CHECK(layer.empty());
 }
 
 TEST_CASE("Merging with no slack is the union") {
@@ -159,7 +169,9 @@ TEST_CASE("Merging with no slack is the union") {
   CHECK(area_mm2(merge_protruding(box, {}, 0)) == Approx(400));
 }
 
-TEST_CASE("What a layer sticks out by less than the slack comes later: errors do not pile up over a thousand layers") {
+TEST_CASE(
+    "What a layer sticks out by less than the slack comes later: errors do not pile up over a thousand "
+    "layers") {
   const std::int32_t slack = 250;
   Region merged, plug_hole;
   double radius = 10;

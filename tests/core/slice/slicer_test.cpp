@@ -69,12 +69,14 @@ void check_by_raster(const SampleMesh& m, const Region& region, double z_mm, dou
       differ += in_mesh != (winding(region, at) > 0);
     }
   CHECK(double(differ) <= 1.0 + 1e-4 * double(inside));  // points on the outline may be judged either way
-  CHECK(std::abs(double(inside) * step_mm * step_mm - area_mm2(region)) <= 0.01 * area_mm2(region) + 8 * step_mm * step_mm);
+  CHECK(std::abs(double(inside) * step_mm * step_mm - area_mm2(region)) <=
+        0.01 * area_mm2(region) + 8 * step_mm * step_mm);
 }
 
 }  // namespace
 
-TEST_CASE("Layers are cut at their middles, half a unit above the grid, while the middle lies below the top") {
+TEST_CASE(
+    "Layers are cut at their middles, half a unit above the grid, while the middle lies below the top") {
   CHECK(layer_planes(0.25, 2500) == std::vector<std::int32_t>{1250});
   CHECK(layer_planes(0.25, 1250).empty());
   CHECK(layer_planes(0.25, 1251) == std::vector<std::int32_t>{1250});
@@ -100,7 +102,8 @@ TEST_CASE("A box becomes its outline in every layer, counter-clockwise from the 
 }
 
 TEST_CASE("The contours of closed meshes enclose the volume of the divergence theorem within 0.1 %") {
-  for (const SampleMesh& m : {torus(20, 7, 180, 90), moved(gear(24, 12.0f), 0, 0, 0), nested_shells(), sphere(0, 0, 10, 10)}) {
+  for (const SampleMesh& m :
+       {torus(20, 7, 180, 90), moved(gear(24, 12.0f), 0, 0, 0), nested_shells(), sphere(0, 0, 10, 10)}) {
     const Sliced s = sliced(m), coarse = sliced(m, options(0.05));
     const double volume = volume_by_tetrahedra(m);
     CHECK(s.facts.closed);
@@ -135,7 +138,8 @@ TEST_CASE("44 spheres that run into each other become one area per layer, never 
 }
 
 TEST_CASE("The order of facets and of their corners changes no byte") {
-  for (const SampleMesh& m : {torus(15, 5, 60, 30), spheres(20, 3), moebius(), t_junctions(), with_nan(), both(box(0, 0, 0, 9, 9, 9), box(0, 0, 0, 9, 9, 9))}) {
+  for (const SampleMesh& m : {torus(15, 5, 60, 30), spheres(20, 3), moebius(), t_junctions(), with_nan(),
+                              both(box(0, 0, 0, 9, 9, 9), box(0, 0, 0, 9, 9, 9))}) {
     const Sliced s = sliced(m, options(0.02));
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       const Sliced other = sliced(unwelded(shuffled(m, seed)), options(0.02));
@@ -151,7 +155,8 @@ TEST_CASE("A mesh that is inside out is turned, and so is a body inside out besi
   CHECK(turned.layers == good.layers);
   CHECK(total(turned, DefectKind::kInsideOut) == 1);
   const SampleMesh hollow = both(sphere(60, 0, 12, 6), inside_out(sphere(60, 0, 12, 3)));
-  const Sliced mixed = sliced(both(nested_shells(), inside_out(hollow))), right = sliced(both(nested_shells(), hollow));
+  const Sliced mixed = sliced(both(nested_shells(), inside_out(hollow))),
+               right = sliced(both(nested_shells(), hollow));
   CHECK(mixed.layers == right.layers);
   CHECK(total(mixed, DefectKind::kTurned) > 0);
 }
@@ -191,7 +196,9 @@ TEST_CASE("T-junctions leave no gap") {
   for (const Region& layer : s.layers) CHECK(area_mm2(layer) == Approx(400.0).epsilon(1e-4));
 }
 
-TEST_CASE("Contours over a hole in the mesh are closed within the tolerances and dropped beyond, each with its place") {
+TEST_CASE(
+    "Contours over a hole in the mesh are closed within the tolerances and dropped beyond, each with its "
+    "place") {
   SampleMesh m = box(0, 0, 0, 10, 10, 10);
   m.triangles.resize(10);  // the wall x = 10 is missing
   SliceOptions o = options();
@@ -201,7 +208,8 @@ TEST_CASE("Contours over a hole in the mesh are closed within the tolerances and
   CHECK(s.layers.size() == 40);
   for (const Region& layer : s.layers) CHECK(layer.empty());
   CHECK(total(s, DefectKind::kOpenDropped) == 40);
-  const auto dropped = std::find_if(s.defects.begin(), s.defects.end(), [](const Defect& d) { return d.kind == DefectKind::kOpenDropped; });
+  const auto dropped = std::find_if(s.defects.begin(), s.defects.end(),
+                                    [](const Defect& d) { return d.kind == DefectKind::kOpenDropped; });
   CHECK(dropped->layer == 1);
   CHECK(dropped->at == Point{100'000, 0});
   CHECK(dropped->size_mm == Approx(30.0));
@@ -226,7 +234,8 @@ TEST_CASE("What bounds nothing leaves empty layers and says so") {
   const Sliced one = sliced(single_triangle());
   CHECK(one.layers.size() == 20);
   for (const Region& layer : one.layers) CHECK(layer.empty());
-  CHECK(total(one, DefectKind::kOpenDropped) + total(one, DefectKind::kGapClosed) == 20);  // short ones fold on themselves
+  CHECK(total(one, DefectKind::kOpenDropped) + total(one, DefectKind::kGapClosed) ==
+        20);  // short ones fold on themselves
   const Sliced none = sliced(SampleMesh{});
   CHECK(none.layers.empty());
   CHECK(none.defects.empty());
@@ -237,9 +246,11 @@ TEST_CASE("Facets without any order become regions that cross nowhere, whatever 
   for (int round = 0; round < 12; ++round) {
     SampleMesh soup;
     const auto corners = 4 + random.below(20);
-    for (std::uint32_t n = 0; n < corners; ++n)  // few places, so that edges branch and facets lie in each other
+    for (std::uint32_t n = 0; n < corners;
+         ++n)  // few places, so that edges branch and facets lie in each other
       soup.vertices.push_back({float(random.below(8)), float(random.below(8)), float(random.uniform(0, 8))});
-    for (int n = 0; n < 60; ++n) soup.triangles.push_back({random.below(corners), random.below(corners), random.below(corners)});
+    for (int n = 0; n < 60; ++n)
+      soup.triangles.push_back({random.below(corners), random.below(corners), random.below(corners)});
     const Sliced s = sliced(soup, options(round % 2 ? 0.05 : 0.0, 0.5));
     check_in_order(s);
     CHECK(sliced(shuffled(soup, 3), options(round % 2 ? 0.05 : 0.0, 0.5)).layers == s.layers);
@@ -260,7 +271,8 @@ TEST_CASE("What lies below the platform is told and not printed") {
 }
 
 TEST_CASE("Later parts give way to earlier ones") {
-  std::vector<Region> water = sliced(box(0, 0, 0, 10, 10, 5)).layers, wax = sliced(box(5, 5, 0, 20, 20, 8)).layers;
+  std::vector<Region> water = sliced(box(0, 0, 0, 10, 10, 5)).layers,
+                      wax = sliced(box(5, 5, 0, 20, 20, 8)).layers;
   std::vector<std::vector<Region>*> parts = {&water, &wax};
   give_way(parts, serially);
   CHECK(area_mm2(water[3]) == Approx(100.0));

@@ -10,7 +10,9 @@
 using namespace firn;
 using namespace firn::slice;
 
-TEST_CASE("The way from a wall is that from the nearest of its edges that run along it, whatever was known before") {
+TEST_CASE(
+    "The way from a wall is that from the nearest of its edges that run along it, whatever was known "
+    "before") {
   RandomStream random(1, Purpose::kTest);
   WallEdges edges;  // kept: grows and shrinks
   int none = 0;
@@ -33,7 +35,8 @@ TEST_CASE("The way from a wall is that from the nearest of its edges that run al
       for (std::size_t k = 0; k < 8; ++k) {
         if (!(which >> k & 1)) continue;
         const Vec from = to_vec(points[first + k]), to = to_vec(points[next[first + k]]);
-        if (dot(to - from, along) > 0 && dot(to - from, along) > dot(to - from, other)) nearest = std::min(nearest, square_distance(p, from, to));
+        if (dot(to - from, along) > 0 && dot(to - from, along) > dot(to - from, other))
+          nearest = std::min(nearest, square_distance(p, from, to));
       }
     }
     REQUIRE(edges.empty() == (nearest == std::numeric_limits<double>::infinity()));

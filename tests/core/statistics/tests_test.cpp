@@ -51,9 +51,10 @@ TEST_CASE("with all hypotheses true, Holm's family errs in no more than 5 % of s
 }
 
 TEST_CASE("the sign-flip test counts patterns as the definition does") {
-  CHECK(sign_flip_p(std::vector{1.0, 2.0, 3.0}) == 2.0 / 8.0);        // only +++ and --- reach 6
-  CHECK(sign_flip_p(std::vector{1.0, 2.0, -3.0}) == 1.0);             // the sum is 0
-  CHECK(sign_flip_p(std::vector{-1.0, 2.0, 3.0, 4.0}) == 4.0 / 16.0);  // 8 is reached by all + (10), this, and mirrored
+  CHECK(sign_flip_p(std::vector{1.0, 2.0, 3.0}) == 2.0 / 8.0);  // only +++ and --- reach 6
+  CHECK(sign_flip_p(std::vector{1.0, 2.0, -3.0}) == 1.0);       // the sum is 0
+  CHECK(sign_flip_p(std::vector{-1.0, 2.0, 3.0, 4.0}) ==
+        4.0 / 16.0);  // 8 is reached by all + (10), this, and mirrored
   CHECK(sign_flip_p(std::vector{0.0, 0.0}) == 1.0);
   CHECK(sign_flip_p(std::vector<double>{}) == 1.0);
   CHECK(smallest_p(5) == 2.0 / 32.0);
@@ -102,7 +103,7 @@ TEST_CASE("the sign-flip test rejects a true null in 5 % of cases, and finds a p
     found += sign_flip_p(shifted, quick) <= 0.05;
   }
   CHECK(false_alarms / double(studies) == Approx(0.05).margin(0.018));  // 3 sigma
-  CHECK(found / double(studies) > 0.93);                               // power of the t test here: 0.96
+  CHECK(found / double(studies) > 0.93);                                // power of the t test here: 0.96
 }
 
 TEST_CASE("a paired comparison sees through what the pairs have in common") {
@@ -124,7 +125,8 @@ TEST_CASE("a paired comparison sees through what the pairs have in common") {
   CHECK(paired.difference == Approx(paired.mean_a - paired.mean_b));
 }
 
-TEST_CASE("a sample compared with itself, and one shifted by a constant, are told without a division by zero") {
+TEST_CASE(
+    "a sample compared with itself, and one shifted by a constant, are told without a division by zero") {
   const std::vector<double> a{1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
   std::vector<double> b = a;
   const PairedComparison same = compare_pairs(a, b);

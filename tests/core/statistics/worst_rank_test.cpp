@@ -1,4 +1,5 @@
-// Pairs of which some stopped: against ranks by counting, the exact distribution of the rank sum, and printed tables.
+// Pairs of which some stopped: against ranks by counting, the exact distribution of the rank sum, and printed
+// tables.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -36,7 +37,8 @@ std::vector<double> ranks_by_counting(const std::vector<PairOutcome>& pairs) {
   return ranks;
 }
 
-// The distribution of the sum of the positive ranks under the null hypothesis, rank by rank (no pattern is drawn).
+// The distribution of the sum of the positive ranks under the null hypothesis, rank by rank (no pattern is
+// drawn).
 double p_by_convolution(const std::vector<double>& ranks) {
   std::map<long, double> chance{{0, 1.0}};
   long found = 0, total = 0;  // doubled: mean ranks are halves
@@ -63,13 +65,15 @@ std::vector<PairOutcome> plain(const std::vector<double>& differences) {
 
 }  // namespace
 
-TEST_CASE("worst-rank scores are those of counting, and their test that of the rank sum's exact distribution") {
+TEST_CASE(
+    "worst-rank scores are those of counting, and their test that of the rank sum's exact distribution") {
   RandomStream random(21, Purpose::kTest);
   for (int round = 0; round < 200; ++round) {
     std::vector<PairOutcome> pairs;
     for (std::uint32_t k = 0, n = 1 + random.below(14); k < n; ++k) {
       const double stops = random.below(3) == 0 ? double(random.below(5)) - 2.0 : 0.0;
-      pairs.push_back({stops, random.below(4) == 0 ? double(random.below(3)) - 1.0 : random.normal()});  // with ties and zeros
+      pairs.push_back({stops, random.below(4) == 0 ? double(random.below(3)) - 1.0
+                                                   : random.normal()});  // with ties and zeros
     }
     const std::vector<double> ranks = signed_worst_ranks(pairs);
     REQUIRE(ranks == ranks_by_counting(pairs));
@@ -84,10 +88,12 @@ TEST_CASE("without stops it is Wilcoxon's signed-rank test: its printed critical
   // Two-sided 5 %: n = 8: rank sum 3 (P = 10/256), n = 10: 8 (50/1024), n = 12: 13 (174/4096).
   CHECK(sign_flip_p(signed_worst_ranks(plain({1, 2, -3, 4, 5, 6, 7, 8}))) == Approx(10.0 / 256.0));
   CHECK(sign_flip_p(signed_worst_ranks(plain({1, 2, 3, 4, 5, 6, 7, -8, 9, 10}))) == Approx(50.0 / 1024.0));
-  CHECK(sign_flip_p(signed_worst_ranks(plain({-1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, -12}))) == Approx(174.0 / 4096.0));
+  CHECK(sign_flip_p(signed_worst_ranks(plain({-1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, -12}))) ==
+        Approx(174.0 / 4096.0));
 }
 
-TEST_CASE("stops count: eight seeds of which three stopped tell as much as eight, the complete five alone cannot") {
+TEST_CASE(
+    "stops count: eight seeds of which three stopped tell as much as eight, the complete five alone cannot") {
   std::vector<PairOutcome> pairs = plain({0.7, 0.5, 0.9, 0.6, 0.8});
   CHECK(sign_flip_p(signed_worst_ranks(pairs)) == 2.0 / 32.0);
   for (int k = 0; k < 3; ++k) pairs.push_back({1.0, 0.0});
@@ -98,7 +104,8 @@ TEST_CASE("stops count: eight seeds of which three stopped tell as much as eight
   CHECK(signed_worst_ranks({}).empty());
 }
 
-TEST_CASE("the test of worst ranks rejects a true null in 5 % of cases, though stops and errors go together") {
+TEST_CASE(
+    "the test of worst ranks rejects a true null in 5 % of cases, though stops and errors go together") {
   RandomStream random(33, Purpose::kTest);
   SignFlipOptions quick;
   quick.draws = 999;

@@ -22,14 +22,18 @@ SurfaceOptions options(const char* scheme) {
   return o;
 }
 
-/// RMS error [intervals] over the last third of `n` intervals of e_{k+1} = e_k - u_k - d_k(c), measured with noise.
-double rms(SurfaceController& s, int n, double noise, std::uint64_t seed, const std::function<double(int, std::size_t)>& d) {
+/// RMS error [intervals] over the last third of `n` intervals of e_{k+1} = e_k - u_k - d_k(c), measured with
+/// noise.
+double rms(SurfaceController& s, int n, double noise, std::uint64_t seed,
+           const std::function<double(int, std::size_t)>& d) {
   const Grid<std::uint8_t> part(kGrid, 1);
   HeightMap e(kGrid, 0.0), h(kGrid);
   double squares = 0.0, count = 0.0;
   for (int k = 1; k <= n; ++k) {
     for (std::size_t c = 0; c < e.size(); ++c)
-      h.cells[c] = kInterval_mm * (k - e.cells[c] + noise * random_normal({seed, Purpose::kTest, std::uint32_t(k), 1, std::uint32_t(c)}));
+      h.cells[c] = kInterval_mm *
+                   (k - e.cells[c] +
+                    noise * random_normal({seed, Purpose::kTest, std::uint32_t(k), 1, std::uint32_t(c)}));
     const SurfaceDecision a = s.decide({h, part, k * kInterval_mm, 5 * k, 0, 0.0});
     for (std::size_t c = 0; c < e.size(); ++c) {
       e.cells[c] -= a.u.cells[c] + d(k, c);
@@ -45,7 +49,8 @@ TEST_CASE("At a constant gain and without saturation the adaptive scheme is the 
   SurfaceOptions a = options("smf_adaptive"), b = options("smf");
   a.adaptive.gain = a.adaptive.gain_min = a.adaptive.gain_max = 0.33;
   b.smf.integral_limit = 1e9;
-  // With D_k = D_{k-1} + g (e_{k-1} - u_{k-1} - D_{k-1} - e_k) and u = e - D the innovation is -e_k: D = -g sum e.
+  // With D_k = D_{k-1} + g (e_{k-1} - u_{k-1} - D_{k-1} - e_k) and u = e - D the innovation is -e_k: D = -g
+  // sum e.
   AdaptiveSurface adaptive(a);
   SmfSurface pi(b);
   const Grid<std::uint8_t> part(kGrid, 1);
@@ -56,16 +61,20 @@ TEST_CASE("At a constant gain and without saturation the adaptive scheme is the 
     const SurfaceDecision x = adaptive.decide(m), y = pi.decide(m);
     for (std::size_t c = 0; c < e.size(); ++c) {
       REQUIRE(x.u.cells[c] == Approx(y.u.cells[c]).margin(1e-9));
-      e.cells[c] -= x.u.cells[c] + 0.1 * (random_uniform({3, Purpose::kTest, 0, std::uint32_t(k), std::uint32_t(c)}) - 0.5);
+      e.cells[c] -= x.u.cells[c] +
+                    0.1 * (random_uniform({3, Purpose::kTest, 0, std::uint32_t(k), std::uint32_t(c)}) - 0.5);
     }
   }
 }
 
-TEST_CASE("A lasting pattern of places that get too little is learned place by place, and saturation does not wind it up") {
+TEST_CASE(
+    "A lasting pattern of places that get too little is learned place by place, and saturation does not wind "
+    "it up") {
   const auto pattern = [](int, std::size_t c) { return 0.15 * std::sin(0.4 * double(c % 16)); };
   AdaptiveSurface s(options("smf_adaptive"));
   CHECK(rms(s, 60, 0.0, 1, pattern) < 1e-3);
-  for (std::size_t c = 0; c < kGrid.size(); ++c) CHECK(s.disturbance().cells[c] == Approx(pattern(0, c)).margin(5e-3));
+  for (std::size_t c = 0; c < kGrid.size(); ++c)
+    CHECK(s.disturbance().cells[c] == Approx(pattern(0, c)).margin(5e-3));
 
   SurfaceOptions o = options("smf_adaptive");
   AdaptiveSurface t(o);
@@ -98,7 +107,9 @@ TEST_CASE("The gain falls where maps only scatter and rises where the disturbanc
   CHECK(s.gain().at(14, 6) > 0.33);
 }
 
-TEST_CASE("With noisy maps of a lasting pattern the adaptive scheme ends nearer than the thesis's gains, over 20 seeds") {
+TEST_CASE(
+    "With noisy maps of a lasting pattern the adaptive scheme ends nearer than the thesis's gains, over 20 "
+    "seeds") {
   int better = 0;
   double adaptive = 0.0, thesis = 0.0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {

@@ -113,7 +113,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "A hairpin's loop is braking and coming back, 2 v / alpha, and a mirrored axis needs the whole 4 v / alpha",
+    "A hairpin's loop is braking and coming back, 2 v / alpha, and a mirrored axis needs the whole 4 v / "
+    "alpha",
     "[aerosol]") {
   const auto corner_s = [](double angle, double heading) {
     return plan_aerosol(corner(angle, heading), kMachine, kLoop).report.corner_s.value;
@@ -164,7 +165,8 @@ TEST_CASE("The shutter's spans are the printed segments, and its commands come o
   }
 }
 
-TEST_CASE("Slight turns round within 1 um with the shutter open, and a change of speed never does", "[aerosol]") {
+TEST_CASE("Slight turns round within 1 um with the shutter open, and a change of speed never does",
+          "[aerosol]") {
   const AerosolPlan slight = plan_aerosol(corner(175, 20), kMachine, kLoop);
   CHECK(slight.report.loops == 0);
   CHECK(slight.report.rounded == 1);

@@ -82,7 +82,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Erratum (9), (15), (16): t1 - t0 makes the solution independent of when the move starts, and the printed t1 "
+    "Erratum (9), (15), (16): t1 - t0 makes the solution independent of when the move starts, and the "
+    "printed t1 "
     "+ t0 does not",
     "[aerosol]") {
   Numbers next(3);

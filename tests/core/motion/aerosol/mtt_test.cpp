@@ -74,7 +74,8 @@ TEST_CASE("The possible durations are those of the oracle, gap included", "[aero
 }
 
 TEST_CASE(
-    "Erratum (22), (24), (26): the peak's square has the sum of the squares, and as printed the end is missed in "
+    "Erratum (22), (24), (26): the peak's square has the sum of the squares, and as printed the end is "
+    "missed in "
     "most moves",
     "[aerosol]") {
   Numbers next(14);
@@ -97,7 +98,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Erratum (37): a long move backwards takes as long as one forwards, and 0 to -10 mm takes 2.633 s, not 2.367 "
+    "Erratum (37): a long move backwards takes as long as one forwards, and 0 to -10 mm takes 2.633 s, not "
+    "2.367 "
     "s",
     "[aerosol]") {
   const AxisProfile back = mtt({0, -10, 0, 0}, 0.0, kLimits), ahead = mtt({0, 10, 0, 0}, 0.0, kLimits);
@@ -116,7 +118,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Erratum Fig. 5: the first valid candidate is not the minimum, and v0 = v1 = -3, dq = -0.2 takes 0.058 s, "
+    "Erratum Fig. 5: the first valid candidate is not the minimum, and v0 = v1 = -3, dq = -0.2 takes 0.058 "
+    "s, "
     "not 0.315 s",
     "[aerosol]") {
   const AxisEnds e{0.0, -0.2, -3.0, -3.0};

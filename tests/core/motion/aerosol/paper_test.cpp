@@ -143,7 +143,8 @@ TEST_CASE("Isolated segments are printed without any error (48), (49)", "[aeroso
 }
 
 TEST_CASE(
-    "Erratum hairpins: below 1.6 mm the stage is too slow, below 1.2 mm there is no solution, and segment and "
+    "Erratum hairpins: below 1.6 mm the stage is too slow, below 1.2 mm there is no solution, and segment "
+    "and "
     "reason are told",
     "[aerosol]") {
   const auto hairpin = [](double length) { return through({{0, 0}, {5, 0}, {5 - length, 0}, {10, 0}}); };

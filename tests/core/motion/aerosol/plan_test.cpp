@@ -21,7 +21,8 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
 TEST_CASE(
-    "II-B: the stage carries the substrate, so it moves minus the path, and the sign is taken when the stage is "
+    "II-B: the stage carries the substrate, so it moves minus the path, and the sign is taken when the stage "
+    "is "
     "sampled",
     "[aerosol]") {
   AerosolMachine machine;
