@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "cli/exit_codes.h"
-#include "cli/run_config.h"
+#include "files/exit_codes.h"
+#include "print/folder/run_config.h"
 #include "config/experiment.h"
 #include "plant/model.h"
 #include "plant/record.h"

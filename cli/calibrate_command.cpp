@@ -6,8 +6,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "cli/exit_codes.h"
-#include "cli/run_config.h"
+#include "files/exit_codes.h"
+#include "print/folder/run_config.h"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "firn/material_map_t.hpp"

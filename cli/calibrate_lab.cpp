@@ -11,13 +11,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "cli/exit_codes.h"
-#include "cli/lab_file.h"
-#include "cli/progress.h"
-#include "cli/reproduce.h"
+#include "files/exit_codes.h"
+#include "files/lab_file.h"
+#include "print/progress.h"
+#include "studies/reproduce/reproduce.h"
 #include "config/error.h"
 #include "config/include.h"
-#include "replay/svg.h"
+#include "report/draw/svg.h"
 
 namespace firn {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/lab_calibrations.h"
+#include "studies/calibrate/lab_calibrations.h"
 
 namespace firn {
 

@@ -9,13 +9,13 @@
 #include <set>
 
 #include "cli/compare_show.h"
-#include "cli/exit_codes.h"
-#include "cli/progress.h"
-#include "cli/run_folder.h"
-#include "cli/study_runner.h"
+#include "files/exit_codes.h"
+#include "print/progress.h"
+#include "print/folder/run_folder.h"
+#include "studies/compare/study_runner.h"
 #include "config/include.h"
-#include "replay/study_page.h"
-#include "replay/study_profile.h"
+#include "report/study/study_page.h"
+#include "report/study/study_profile.h"
 #include "runtime/build_info.h"
 
 namespace firn {

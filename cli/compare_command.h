@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/study_lab.h"
+#include "studies/compare/study_lab.h"
 
 namespace firn {
 

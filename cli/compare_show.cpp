@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "replay/study_profile.h"
+#include "report/study/study_profile.h"
 
 namespace firn {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "replay/report_page.h"
-#include "replay/study_analysis.h"
+#include "report/run/report_page.h"
+#include "report/study/study_analysis.h"
 
 namespace firn {
 

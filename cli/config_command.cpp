@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "cli/exit_codes.h"
-#include "cli/targets.h"
+#include "files/exit_codes.h"
+#include "print/inputs/targets.h"
 #include "cli/text_file.h"
 #include "config/error.h"
 #include "config/fields.h"

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "cli/exit_codes.h"
-#include "cli/node_makers.h"
-#include "cli/targets.h"
+#include "files/exit_codes.h"
+#include "print/folder/node_makers.h"
+#include "print/inputs/targets.h"
 #include "cli/text_file.h"
 #include "lcmtypes/channels.h"
 

@@ -10,16 +10,16 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/certificate_file.h"
-#include "cli/exit_codes.h"
-#include "cli/run_folder.h"
-#include "cli/targets.h"
-#include "cli/thread_pool.h"
+#include "files/certificate_file.h"
+#include "files/exit_codes.h"
+#include "print/folder/run_folder.h"
+#include "print/inputs/targets.h"
+#include "runtime/thread_pool.h"
 #include "config/experiment.h"
-#include "core/control/mpc/bound.h"
-#include "core/control/mpc/bound_checker.h"
-#include "core/control/mpc/weighted_bound.h"
-#include "core/control/mpc/window_kernel.h"
+#include "core/control/mpc/bound/bound.h"
+#include "core/control/mpc/bound/bound_checker.h"
+#include "core/control/mpc/bound/weighted_bound.h"
+#include "core/control/mpc/layer/window_kernel.h"
 #include "core/grid/npy.h"
 #include "procs/controller/node.h"
 

@@ -9,12 +9,12 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "cli/bus_check.h"
-#include "cli/exit_codes.h"
+#include "print/live/bus_check.h"
+#include "files/exit_codes.h"
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
-#include "cli/targets.h"
+#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "replay/print_verdict.h"
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "cli/bus_check.h"
-#include "cli/bus_port.h"
-#include "cli/exit_codes.h"
+#include "print/live/bus_check.h"
+#include "print/live/bus_port.h"
+#include "files/exit_codes.h"
 #include "lcmtypes/channels.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/build_info.h"

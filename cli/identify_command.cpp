@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "cli/exit_codes.h"
-#include "cli/reproduce.h"
-#include "cli/run_folder.h"
+#include "files/exit_codes.h"
+#include "studies/reproduce/reproduce.h"
+#include "print/folder/run_folder.h"
 
 namespace firn {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/observed_run.h"
+#include "print/folder/observed_run.h"
 #include "estimators/droplet/spacing.h"
 
 namespace firn {

@@ -5,14 +5,14 @@
 #include <map>
 #include <ostream>
 
-#include "cli/exit_codes.h"
-#include "cli/layer_file.h"
+#include "files/exit_codes.h"
+#include "files/path/layer_file.h"
 #include "cli/log_lines.h"
-#include "cli/log_repair.h"
+#include "print/folder/log_repair.h"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/validate.h"
-#include "logfile/event_log.h"
-#include "logfile/record_file.h"
+#include "files/record/event_log.h"
+#include "files/record/record_file.h"
 #include "runtime/transport_wire.h"
 
 namespace firn {

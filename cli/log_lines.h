@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "lcmtypes/schema.h"
-#include "logfile/event_log.h"
-#include "logfile/record_file.h"
+#include "files/record/event_log.h"
+#include "files/record/record_file.h"
 
 namespace firn {
 

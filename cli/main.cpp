@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "cli/exit_codes.h"
+#include "files/exit_codes.h"
 #include "cli/options.h"
 #include "config/error.h"
 

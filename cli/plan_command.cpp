@@ -8,14 +8,14 @@
 #include <optional>
 #include <thread>
 
-#include "cli/exit_codes.h"
-#include "cli/interrupt.h"
-#include "cli/plan_aerosol.h"
-#include "cli/plan_job.h"
-#include "cli/plan_outputs.h"
-#include "cli/plan_plot.h"
-#include "cli/plan_progress.h"
-#include "cli/trajectory_file.h"
+#include "files/exit_codes.h"
+#include "print/interrupt.h"
+#include "print/prepare/plan_aerosol.h"
+#include "print/prepare/plan_job.h"
+#include "print/prepare/plan_outputs.h"
+#include "report/paths/plan_plot.h"
+#include "print/plan_progress.h"
+#include "files/path/trajectory_file.h"
 #include "config/error.h"
 #include "runtime/build_info.h"
 

@@ -9,14 +9,14 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "cli/bus_port.h"
-#include "cli/exit_codes.h"
-#include "cli/ice_inputs.h"
-#include "cli/lab_run.h"
-#include "cli/launcher.h"
+#include "print/live/bus_port.h"
+#include "files/exit_codes.h"
+#include "print/inputs/ice_inputs.h"
+#include "print/simulated/lab_run.h"
+#include "print/live/launcher.h"
 #include "cli/print_show.h"
-#include "cli/progress.h"
-#include "cli/targets.h"
+#include "print/progress.h"
+#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "firn/height_map_t.hpp"
 #include "plant/setup.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/run_folder.h"
+#include "print/folder/run_folder.h"
 #include "config/experiment.h"
 
 namespace firn {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/exit_codes.h"
+#include "files/exit_codes.h"
 
 namespace firn {
 namespace {

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "cli/exit_codes.h"
-#include "cli/node_makers.h"
-#include "cli/run_config.h"
+#include "files/exit_codes.h"
+#include "print/folder/node_makers.h"
+#include "print/folder/run_config.h"
 #include "replay/print_verdict.h"
 #include "replay/replayer.h"
 #include "runtime/build_info.h"

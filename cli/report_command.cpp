@@ -6,14 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "cli/differing_parameters.h"
-#include "cli/exit_codes.h"
+#include "report/run/differing_parameters.h"
+#include "files/exit_codes.h"
 #include "cli/replay_command.h"
-#include "cli/run_config.h"
-#include "cli/run_folder.h"
+#include "print/folder/run_config.h"
+#include "print/folder/run_folder.h"
 #include "config/fields.h"
-#include "replay/metrics.h"
-#include "replay/report_page.h"
+#include "report/run/metrics.h"
+#include "report/run/report_page.h"
 
 namespace firn {
 namespace {

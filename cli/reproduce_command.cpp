@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <thread>
 
-#include "cli/exit_codes.h"
-#include "cli/mesh_file.h"
-#include "cli/reproduce.h"
-#include "cli/run_folder.h"
+#include "files/exit_codes.h"
+#include "files/mesh/mesh_file.h"
+#include "studies/reproduce/reproduce.h"
+#include "print/folder/run_folder.h"
 #include "config/fields.h"
 
 namespace firn {

@@ -8,16 +8,16 @@
 #include <cstdio>
 #include <optional>
 
-#include "cli/exit_codes.h"
-#include "cli/gcode.h"
-#include "cli/interrupt.h"
-#include "cli/layer_file.h"
-#include "cli/plan_outputs.h"
-#include "cli/plan_progress.h"
-#include "cli/slice_job.h"
-#include "cli/slice_pictures.h"
-#include "cli/slice_report.h"
-#include "cli/thread_pool.h"
+#include "files/exit_codes.h"
+#include "print/prepare/gcode.h"
+#include "print/interrupt.h"
+#include "files/path/layer_file.h"
+#include "print/prepare/plan_outputs.h"
+#include "print/plan_progress.h"
+#include "print/prepare/slice_job.h"
+#include "report/paths/slice_pictures.h"
+#include "print/prepare/slice_report.h"
+#include "runtime/thread_pool.h"
 #include "runtime/build_info.h"
 
 namespace firn {

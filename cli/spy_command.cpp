@@ -16,10 +16,10 @@
 #include <sstream>
 #include <vector>
 
-#include "cli/bus_port.h"
-#include "cli/child_process.h"
-#include "cli/exit_codes.h"
-#include "cli/run_folder.h"
+#include "print/live/bus_port.h"
+#include "print/live/child_process.h"
+#include "files/exit_codes.h"
+#include "print/folder/run_folder.h"
 
 extern char** environ;
 

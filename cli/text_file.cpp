@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "cli/run_folder.h"
+#include "print/folder/run_folder.h"
 
 namespace firn {
 

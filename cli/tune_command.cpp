@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "cli/exit_codes.h"
-#include "cli/ice_disturbance.h"
-#include "cli/reproduce.h"
-#include "cli/run_config.h"
-#include "cli/run_folder.h"
+#include "files/exit_codes.h"
+#include "studies/tune/ice_disturbance.h"
+#include "studies/reproduce/reproduce.h"
+#include "print/folder/run_config.h"
+#include "print/folder/run_folder.h"
 #include "estimators/gains/tune_smf.h"
-#include "replay/charts.h"
+#include "report/draw/charts.h"
 
 namespace firn {
 namespace {

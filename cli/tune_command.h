@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/observed_run.h"
+#include "print/folder/observed_run.h"
 #include "core/control/smf_line/smf_line.h"
 
 namespace firn {

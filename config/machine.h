@@ -11,9 +11,9 @@
 
 #include "config/fields.h"
 #include "core/deposition/valve.h"
-#include "core/motion/arm.h"
-#include "core/motion/limits.h"
-#include "core/motion/tool.h"
+#include "core/motion/kinematics/arm.h"
+#include "core/motion/kinematics/limits.h"
+#include "core/motion/kinematics/tool.h"
 
 namespace firn {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "config/fields.h"
-#include "core/slice/path_options.h"
-#include "core/slice/placement.h"
-#include "core/slice/slicer.h"
+#include "core/slice/paths/path_options.h"
+#include "core/slice/mesh/placement.h"
+#include "core/slice/mesh/slicer.h"
 
 namespace firn {
 

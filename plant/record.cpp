@@ -3,7 +3,7 @@
 #include <array>
 #include <cstring>
 
-#include "logfile/record_file.h"
+#include "files/record/record_file.h"
 
 namespace firn::plant {
 namespace {

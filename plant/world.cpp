@@ -8,7 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "logfile/checksum.h"
+#include "files/record/checksum.h"
 #include "plant/world_lab.h"
 
 namespace firn::plant {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "logfile/event_log.h"
+#include "files/record/event_log.h"
 #include "replay/bytes.h"
 
 namespace firn::replay {

@@ -8,8 +8,8 @@
 #include <span>
 #include <string>
 
-#include "logfile/file.h"
-#include "logfile/record_file.h"
+#include "files/record/file.h"
+#include "files/record/record_file.h"
 #include "runtime/write_ahead.h"
 
 namespace firn::replay {

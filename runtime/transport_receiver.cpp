@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "logfile/checksum.h"
+#include "files/record/checksum.h"
 
 namespace firn {
 namespace {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "logfile/checksum.h"
+#include "files/record/checksum.h"
 
 namespace firn {
 namespace {

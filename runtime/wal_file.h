@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "logfile/record_file.h"
+#include "files/record/record_file.h"
 #include "runtime/node_host.h"
 #include "runtime/write_ahead.h"
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "core/motion/arm.h"
-#include "core/motion/limits.h"
-#include "core/motion/motion_samples.h"
+#include "core/motion/kinematics/arm.h"
+#include "core/motion/kinematics/limits.h"
+#include "core/motion/time_optimal/motion_samples.h"
 #include "core/path/path.h"
 
 namespace firn::motion {

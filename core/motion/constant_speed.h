@@ -2,7 +2,7 @@
 // higher one with a stop between lines.
 #pragma once
 
-#include "core/motion/path_input.h"
+#include "core/motion/kinematics/path_input.h"
 
 namespace firn::motion {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/motion/limits.h"
+#include "core/motion/kinematics/limits.h"
 #include "core/path/path.h"
 
 namespace firn::motion {

@@ -5,11 +5,11 @@
 #include <numbers>
 #include <utility>
 
-#include "core/motion/certified.h"
+#include "core/motion/time_optimal/certified.h"
 #include "core/motion/checker.h"
 #include "core/motion/constant_speed.h"
-#include "core/motion/deviation.h"
-#include "core/motion/placement.h"
+#include "core/motion/curve/deviation.h"
+#include "core/motion/kinematics/placement.h"
 #include "core/motion/sampled_trace.h"
 #include "core/motion/thesis/thesis.h"
 #include "core/motion/vplus_default.h"

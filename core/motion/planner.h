@@ -12,10 +12,10 @@
 #include <string_view>
 #include <vector>
 
-#include "core/motion/arm.h"
-#include "core/motion/fault.h"
-#include "core/motion/limits.h"
-#include "core/motion/path_input.h"
+#include "core/motion/kinematics/arm.h"
+#include "core/motion/kinematics/fault.h"
+#include "core/motion/kinematics/limits.h"
+#include "core/motion/kinematics/path_input.h"
 #include "core/path/path.h"
 
 namespace firn::motion {

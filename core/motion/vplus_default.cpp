@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/motion/placement.h"
+#include "core/motion/kinematics/placement.h"
 #include "core/motion/thesis/profile.h"
 
 namespace firn::motion {

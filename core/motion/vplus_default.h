@@ -12,7 +12,7 @@
 
 #include <vector>
 
-#include "core/motion/path_input.h"
+#include "core/motion/kinematics/path_input.h"
 
 namespace firn::motion {
 

@@ -5,8 +5,8 @@
 #include <optional>
 #include <span>
 
-#include "core/motion/arm.h"
-#include "core/motion/tool.h"
+#include "core/motion/kinematics/arm.h"
+#include "core/motion/kinematics/tool.h"
 #include "core/path/path.h"
 #include "estimators/calibration/robust_fit.h"
 

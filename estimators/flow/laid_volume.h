@@ -4,8 +4,8 @@
 #include <span>
 
 #include "core/grid/grid.h"
-#include "core/motion/arm.h"
-#include "core/motion/tool.h"
+#include "core/motion/kinematics/arm.h"
+#include "core/motion/kinematics/tool.h"
 #include "core/path/path.h"
 
 namespace firn::flow {

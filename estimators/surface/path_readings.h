@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "core/motion/arm.h"
-#include "core/motion/tool.h"
+#include "core/motion/kinematics/arm.h"
+#include "core/motion/kinematics/tool.h"
 #include "core/path/path.h"
 #include "estimators/surface/scattered_surface.h"
 

@@ -1,7 +1,7 @@
 // The process `controller`: its node on the bus, with the process's threads. See procs/controller/node.h.
 #include "procs/controller/node.h"
 
-#include "cli/thread_pool.h"
+#include "runtime/thread_pool.h"
 #include "procs/bus/node_main.h"
 
 int main(int argc, char** argv) {

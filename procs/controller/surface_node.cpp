@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "config/ice_lab.h"
-#include "core/slice/footprint.h"
+#include "core/slice/coverage/footprint.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/fault_t.hpp"
 #include "lcmtypes/convert.h"

@@ -6,7 +6,7 @@
 
 #include "config/experiment.h"
 #include "core/control/surface/surface_controller.h"
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 #include "firn/flow_model_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "runtime/node.h"

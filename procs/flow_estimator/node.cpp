@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "config/ice_lab.h"
-#include "core/slice/footprint.h"
+#include "core/slice/coverage/footprint.h"
 #include "firn/fault_t.hpp"
 #include "firn/flow_model_t.hpp"
 #include "lcmtypes/convert.h"

@@ -8,7 +8,7 @@
 
 #include "config/experiment.h"
 #include "config/machine.h"
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 #include "estimators/flow/flow_estimator.h"
 #include "estimators/flow/laid_volume.h"
 #include "firn/height_map_t.hpp"

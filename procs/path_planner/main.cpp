@@ -1,7 +1,7 @@
 // The process `path_planner`: its node on the bus, with the process's threads. See procs/path_planner/node.h.
 #include "procs/path_planner/node.h"
 
-#include "cli/thread_pool.h"
+#include "runtime/thread_pool.h"
 #include "procs/bus/node_main.h"
 
 int main(int argc, char** argv) {

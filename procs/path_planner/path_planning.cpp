@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "core/motion/path_rests.h"
-#include "core/motion/placement.h"
+#include "core/motion/kinematics/placement.h"
 
 namespace firn::planning {
 namespace {

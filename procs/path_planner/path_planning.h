@@ -12,7 +12,7 @@
 #include "core/deposition/pulses.h"
 #include "core/grid/parallel.h"
 #include "core/motion/planner.h"
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 
 namespace firn::planning {
 

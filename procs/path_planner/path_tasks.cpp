@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/footprint.h"
+#include "core/slice/coverage/footprint.h"
 #include "procs/path_planner/path_planning.h"
 
 namespace firn::planning {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "logfile/event_log.h"
+#include "files/record/event_log.h"
 #include "runtime/process.h"
 #include "runtime/station.h"
 

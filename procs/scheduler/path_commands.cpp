@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/footprint.h"
+#include "core/slice/coverage/footprint.h"
 #include "firn/heater_command_t.hpp"
 #include "firn/laser_command_t.hpp"
 #include "firn/layer_metrics_t.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/footprint.h"
+#include "core/slice/coverage/footprint.h"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
 

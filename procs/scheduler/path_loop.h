@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/temperature_t.hpp"

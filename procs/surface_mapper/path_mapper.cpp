@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "config/ice_lab.h"
-#include "core/slice/footprint.h"
+#include "core/slice/coverage/footprint.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/preview_t.hpp"

@@ -7,7 +7,7 @@
 
 #include "config/experiment.h"
 #include "config/machine.h"
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 #include "estimators/surface/path_readings.h"
 #include "firn/laser_samples_t.hpp"
 #include "firn/trajectory_t.hpp"

@@ -4,11 +4,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "cli/bus_port.h"
-#include "cli/exit_codes.h"
+#include "print/live/bus_port.h"
+#include "files/exit_codes.h"
 #include "cli/log_command.h"
 #include "cli/print_command.h"
-#include "cli/run_folder.h"
+#include "print/folder/run_folder.h"
 #include "config/include.h"
 #include "tests/logfile/scratch.h"
 

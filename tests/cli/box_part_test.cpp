@@ -1,14 +1,14 @@
 // The part of Fig. 4-15 and the caliper that measures it.
-#include "cli/box_part.h"
+#include "studies/reproduce/barnett/box_part.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 
-#include "cli/build_time.h"
-#include "cli/reproduce.h"
-#include "cli/reproduce_parts.h"
+#include "studies/reproduce/barnett/build_time.h"
+#include "studies/reproduce/reproduce.h"
+#include "studies/reproduce/reproduce_parts.h"
 #include "core/motion/planner.h"
 
 using namespace firn;

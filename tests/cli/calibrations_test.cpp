@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "cli/lab_calibrations.h"
+#include "studies/calibrate/lab_calibrations.h"
 #include "core/path/path.h"
 #include "tests/support/planted_ice.h"
 

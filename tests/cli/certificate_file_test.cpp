@@ -1,4 +1,4 @@
-#include "cli/certificate_file.h"
+#include "files/certificate_file.h"
 
 #include <catch2/catch.hpp>
 #include <limits>

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "cli/exit_codes.h"
-#include "cli/run_folder.h"
-#include "cli/study_journal.h"
+#include "files/exit_codes.h"
+#include "print/folder/run_folder.h"
+#include "studies/compare/study_journal.h"
 #include "core/grid/random.h"
 #include "tests/logfile/scratch.h"
 

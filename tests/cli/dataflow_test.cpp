@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "cli/dataflow_command.h"
-#include "cli/node_makers.h"
+#include "print/folder/node_makers.h"
 #include "lcmtypes/channels.h"
 
 using namespace firn;

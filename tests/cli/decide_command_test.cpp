@@ -5,9 +5,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "cli/exit_codes.h"
-#include "cli/run_folder.h"
-#include "cli/targets.h"
+#include "files/exit_codes.h"
+#include "print/folder/run_folder.h"
+#include "print/inputs/targets.h"
 #include "config/error.h"
 #include "config/include.h"
 #include "core/grid/npy.h"

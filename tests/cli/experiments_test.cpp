@@ -6,11 +6,11 @@
 #include <fstream>
 #include <iterator>
 
-#include "cli/study_runner.h"
-#include "cli/targets.h"
+#include "studies/compare/study_runner.h"
+#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 
 using namespace firn;
 namespace fs = std::filesystem;

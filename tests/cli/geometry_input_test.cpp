@@ -6,8 +6,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "cli/geometry_input.h"
-#include "cli/targets.h"
+#include "print/inputs/geometry_input.h"
+#include "print/inputs/targets.h"
 #include "config/error.h"
 #include "config/include.h"
 #include "tests/support/mesh_samples.h"

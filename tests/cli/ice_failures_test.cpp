@@ -6,7 +6,7 @@
 #include <iterator>
 #include <optional>
 
-#include "cli/exit_codes.h"
+#include "files/exit_codes.h"
 #include "cli/print_command.h"
 #include "firn/laser_command_t.hpp"
 #include "firn/path_job_t.hpp"

@@ -1,12 +1,12 @@
 // What keys of [ice] do to the paths that a print is given, and to what is laid along them.
-#include "cli/ice_inputs.h"
+#include "print/inputs/ice_inputs.h"
 
 #include <fmt/core.h>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "cli/slice_job.h"
-#include "core/slice/path_codec.h"
+#include "print/prepare/slice_job.h"
+#include "core/slice/paths/path_codec.h"
 #include "procs/path_planner/node.h"
 #include "tests/cli/ice_runs.h"
 

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <filesystem>
 
-#include "cli/ice_disturbance.h"
-#include "cli/memory_print.h"
+#include "studies/tune/ice_disturbance.h"
+#include "print/simulated/memory_print.h"
 #include "core/grid/random.h"
-#include "replay/report_data.h"
-#include "replay/report_page.h"
+#include "report/run/report_data.h"
+#include "report/run/report_page.h"
 #include "tests/cli/ice_runs.h"
 
 using namespace firn;

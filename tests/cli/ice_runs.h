@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "cli/audit_command.h"
-#include "cli/ice_inputs.h"
-#include "cli/lab_run.h"
+#include "print/inputs/ice_inputs.h"
+#include "print/simulated/lab_run.h"
 #include "cli/replay_command.h"
-#include "cli/targets.h"
+#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "firn/fault_t.hpp"
 #include "firn/robot_command_t.hpp"

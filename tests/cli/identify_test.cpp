@@ -4,8 +4,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "cli/exit_codes.h"
-#include "cli/identification_study.h"
+#include "files/exit_codes.h"
+#include "studies/identify/identification_study.h"
 
 using namespace firn;
 

@@ -1,5 +1,5 @@
 // Firn's JSON reader against nlohmann's, event by event.
-#include "cli/json_events.h"
+#include "files/json_events.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

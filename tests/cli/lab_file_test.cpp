@@ -1,7 +1,7 @@
 // A lab file with keys changed keeps all its other lines.
 #include <catch2/catch.hpp>
 
-#include "cli/lab_file.h"
+#include "files/lab_file.h"
 
 namespace firn {
 

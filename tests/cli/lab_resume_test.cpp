@@ -8,10 +8,10 @@
 #include <filesystem>
 
 #include "cli/audit_command.h"
-#include "cli/lab_run.h"
-#include "cli/node_makers.h"
+#include "print/simulated/lab_run.h"
+#include "print/folder/node_makers.h"
 #include "cli/replay_command.h"
-#include "cli/targets.h"
+#include "print/inputs/targets.h"
 #include "core/grid/random.h"
 #include "replay/print_verdict.h"
 

@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "cli/bus_port.h"
-#include "cli/child_process.h"
-#include "cli/run_watch.h"
-#include "cli/sim_truth.h"
+#include "print/live/bus_port.h"
+#include "print/live/child_process.h"
+#include "print/live/run_watch.h"
+#include "print/simulated/sim_truth.h"
 #include "firn/fault_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/outcome.h"

@@ -1,12 +1,12 @@
 // Path files: written layer by layer, read back to the same numbers, and never read past damage.
-#include "cli/layer_file.h"
+#include "files/path/layer_file.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <iterator>
 
-#include "cli/exit_codes.h"
-#include "cli/path_file.h"
+#include "files/exit_codes.h"
+#include "files/path/path_file.h"
 #include "core/grid/random.h"
 
 using namespace firn;

@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "cli/exit_codes.h"
-#include "cli/layer_file.h"
-#include "cli/log_repair.h"
+#include "files/exit_codes.h"
+#include "files/path/layer_file.h"
+#include "print/folder/log_repair.h"
 #include "firn/run_start_t.hpp"
-#include "logfile/event_log.h"
+#include "files/record/event_log.h"
 #include "runtime/wal_file.h"
 #include "runtime/write_ahead.h"
 #include "tests/lcmtypes/samples.h"

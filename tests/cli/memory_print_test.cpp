@@ -1,9 +1,9 @@
-#include "cli/memory_print.h"
+#include "print/simulated/memory_print.h"
 
 #include <catch2/catch.hpp>
 
-#include "cli/lab_run.h"
-#include "cli/targets.h"
+#include "print/simulated/lab_run.h"
+#include "print/inputs/targets.h"
 #include "core/grid/npy.h"
 #include "tests/logfile/scratch.h"
 

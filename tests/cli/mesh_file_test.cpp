@@ -1,5 +1,5 @@
 // Readers of STL, PLY, OBJ and 3MF: the same mesh from every format, and what is said of files that are none.
-#include "cli/mesh_file.h"
+#include "files/mesh/mesh_file.h"
 
 #include <unistd.h>
 #include <catch2/catch.hpp>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <utility>
 
-#include "cli/exit_codes.h"
+#include "files/exit_codes.h"
 #include "tests/support/mesh_samples.h"
 
 using namespace firn;

@@ -6,16 +6,16 @@
 #include <iterator>
 
 #include "cli/audit_command.h"
-#include "cli/lab_run.h"
-#include "cli/memory_print.h"
-#include "cli/mesh_file.h"
+#include "print/simulated/lab_run.h"
+#include "print/simulated/memory_print.h"
+#include "files/mesh/mesh_file.h"
 #include "cli/replay_command.h"
-#include "cli/targets.h"
+#include "print/inputs/targets.h"
 #include "config/include.h"
-#include "core/slice/planar.h"
-#include "core/slice/slicer.h"
+#include "core/geometry/planar.h"
+#include "core/slice/mesh/slicer.h"
 #include "replay/print_verdict.h"
-#include "replay/voxels.h"
+#include "report/run/voxels.h"
 #include "tests/logfile/scratch.h"
 
 using namespace firn;

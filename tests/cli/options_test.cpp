@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "cli/exit_codes.h"
+#include "files/exit_codes.h"
 #include "cli/options.h"
 
 using namespace firn;

@@ -1,4 +1,4 @@
-#include "cli/path_file.h"
+#include "files/path/path_file.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "cli/exit_codes.h"
+#include "files/exit_codes.h"
 #include "core/grid/random.h"
 
 using namespace firn;

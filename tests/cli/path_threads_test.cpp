@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "cli/thread_pool.h"
+#include "runtime/thread_pool.h"
 #include "lcmtypes/convert.h"
 #include "procs/path_planner/node.h"
 #include "tests/support/ice_print.h"

@@ -1,12 +1,12 @@
-#include "cli/plan_aerosol.h"
+#include "print/prepare/plan_aerosol.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
-#include "cli/exit_codes.h"
-#include "cli/print_job_file.h"
+#include "files/exit_codes.h"
+#include "files/path/print_job_file.h"
 #include "core/motion/aerosol/paper_jobs.h"
 #include "tests/logfile/scratch.h"
 

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "cli/exit_codes.h"
-#include "cli/trajectory_file.h"
+#include "files/exit_codes.h"
+#include "files/path/trajectory_file.h"
 #include "config/error.h"
 
 using namespace firn;

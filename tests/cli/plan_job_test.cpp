@@ -1,12 +1,12 @@
-#include "cli/plan_job.h"
+#include "print/prepare/plan_job.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <sstream>
 
-#include "cli/exit_codes.h"
-#include "cli/plan_outputs.h"
-#include "cli/plan_plot.h"
+#include "files/exit_codes.h"
+#include "print/prepare/plan_outputs.h"
+#include "report/paths/plan_plot.h"
 #include "core/deposition/delivery.h"
 #include "core/grid/random.h"
 

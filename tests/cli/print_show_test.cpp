@@ -3,9 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/exit_codes.h"
+#include "files/exit_codes.h"
 #include "cli/print_show.h"
-#include "cli/targets.h"
+#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "tests/cli/ice_runs.h"
 

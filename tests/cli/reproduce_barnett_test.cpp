@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "cli/reproduce.h"
-#include "cli/reproduce_parts.h"
+#include "studies/reproduce/reproduce.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 using namespace firn;
 

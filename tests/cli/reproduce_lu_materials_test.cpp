@@ -1,7 +1,7 @@
 // Figs. 13-15 with a few seeds; `firn reproduce lu` prints all twenty.
 #include <catch2/catch.hpp>
 
-#include "cli/reproduce.h"
+#include "studies/reproduce/reproduce.h"
 
 using namespace firn;
 

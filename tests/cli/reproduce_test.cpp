@@ -1,4 +1,4 @@
-#include "cli/reproduce.h"
+#include "studies/reproduce/reproduce.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "cli/exit_codes.h"
+#include "files/exit_codes.h"
 
 using namespace firn;
 using Catch::Matchers::Contains;

@@ -15,12 +15,12 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "cli/exit_codes.h"
-#include "cli/gcode.h"
-#include "cli/layer_file.h"
-#include "cli/path_file.h"
-#include "cli/slice_job.h"
-#include "cli/slice_report.h"
+#include "files/exit_codes.h"
+#include "print/prepare/gcode.h"
+#include "files/path/layer_file.h"
+#include "files/path/path_file.h"
+#include "print/prepare/slice_job.h"
+#include "print/prepare/slice_report.h"
 #include "config/error.h"
 #include "tests/support/mesh_samples.h"
 

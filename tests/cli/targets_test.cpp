@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "cli/digest.h"
-#include "cli/targets.h"
+#include "files/digest.h"
+#include "print/inputs/targets.h"
 #include "config/error.h"
 #include "core/grid/npy.h"
 #include "core/grid/png.h"

@@ -1,4 +1,4 @@
-#include "cli/thread_pool.h"
+#include "runtime/thread_pool.h"
 
 #include <catch2/catch.hpp>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "cli/trajectory_file.h"
+#include "files/path/trajectory_file.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <numeric>
 
-#include "cli/exit_codes.h"
-#include "cli/identification_study.h"
+#include "files/exit_codes.h"
+#include "studies/identify/identification_study.h"
 
 using namespace firn;
 

@@ -1,7 +1,7 @@
 // Any bytes as an event log and as its index. Input: u32 bytes of the log, the log, the index.
 #include <cstring>
 
-#include "logfile/event_log.h"
+#include "files/record/event_log.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn::fuzz;

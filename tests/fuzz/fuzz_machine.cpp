@@ -4,7 +4,7 @@
 
 #include "config/error.h"
 #include "config/machine.h"
-#include "core/motion/fault.h"
+#include "core/motion/kinematics/fault.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;

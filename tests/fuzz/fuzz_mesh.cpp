@@ -1,6 +1,6 @@
 // Any bytes as a mesh: the first byte chooses STL, PLY or OBJ. (3MF is lib3mf's to read.)
-#include "cli/exit_codes.h"
-#include "cli/mesh_file.h"
+#include "files/exit_codes.h"
+#include "files/mesh/mesh_file.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;

@@ -1,5 +1,5 @@
 // Any bytes as a record file: indices rise, payloads lie inside, the valid end too.
-#include "logfile/record_file.h"
+#include "files/record/record_file.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn::fuzz;

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/slice/planar.h"
-#include "core/slice/slicer.h"
+#include "core/geometry/planar.h"
+#include "core/slice/mesh/slicer.h"
 #include "tests/core/slice/oracles.h"
 #include "tests/fuzz/require.h"
 

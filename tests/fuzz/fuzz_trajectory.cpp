@@ -1,7 +1,7 @@
 // Any bytes as a trajectory file, and as one record of it: the first byte chooses.
 #include <cmath>
 
-#include "cli/trajectory_file.h"
+#include "files/path/trajectory_file.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;

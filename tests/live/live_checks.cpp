@@ -7,8 +7,8 @@
 #include <cstdio>
 
 #include "cli/audit_command.h"
-#include "cli/log_repair.h"
-#include "cli/node_makers.h"
+#include "print/folder/log_repair.h"
+#include "print/folder/node_makers.h"
 #include "core/grid/random.h"
 #include "plant/record.h"
 #include "replay/replayer.h"

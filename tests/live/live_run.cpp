@@ -11,9 +11,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "cli/bus_check.h"
-#include "cli/ice_inputs.h"
-#include "cli/targets.h"
+#include "print/live/bus_check.h"
+#include "print/inputs/ice_inputs.h"
+#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "runtime/lossy.h"
 #include "runtime/run_clock.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "cli/launcher.h"
+#include "print/live/launcher.h"
 #include "config/experiment.h"
 
 namespace firn::test {

@@ -1,4 +1,4 @@
-#include "logfile/event_log.h"
+#include "files/record/event_log.h"
 
 #include <lcm/lcm.h>
 #include <sys/resource.h>

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "logfile/event_log.h"
+#include "files/record/event_log.h"
 #include "tests/logfile/scratch.h"
 
 namespace firn::test {

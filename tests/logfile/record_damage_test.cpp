@@ -5,7 +5,7 @@
 #include <cstring>
 #include <map>
 
-#include "logfile/record_layout.h"
+#include "files/record/record_layout.h"
 #include "tests/logfile/scratch.h"
 
 using namespace firn::logfile;

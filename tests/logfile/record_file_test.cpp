@@ -1,4 +1,4 @@
-#include "logfile/record_file.h"
+#include "files/record/record_file.h"
 
 #include <sys/resource.h>
 

@@ -1,4 +1,4 @@
-#include "logfile/repair.h"
+#include "files/record/repair.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "logfile/sequence.h"
+#include "files/record/sequence.h"
 
 #include <catch2/catch.hpp>
 

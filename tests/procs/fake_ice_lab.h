@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/grid/random.h"
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 #include "firn/fault_t.hpp"
 #include "firn/heater_command_t.hpp"
 #include "firn/laser_command_t.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/slice/footprint.h"
+#include "core/slice/coverage/footprint.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/fault_t.hpp"
 #include "firn/flow_model_t.hpp"

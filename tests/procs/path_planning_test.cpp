@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/deposition/delivery.h"
-#include "core/motion/jets.h"
+#include "core/motion/kinematics/jets.h"
 #include "procs/path_planner/node.h"
 #include "tests/support/ice_print.h"
 

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
-#include "cli/log_repair.h"
+#include "print/folder/log_repair.h"
 #include "firn/fault_t.hpp"
 #include "procs/recorder/recorder.h"
 #include "runtime/control_line.h"

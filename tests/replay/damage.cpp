@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "logfile/record_file.h"
+#include "files/record/record_file.h"
 
 namespace firn::test {
 

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "cli/run_config.h"
+#include "print/folder/run_config.h"
 #include "core/grid/random.h"
 #include "replay/print_verdict.h"
 #include "replay/replayer.h"

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "core/slice/footprint.h"
-#include "core/slice/path_plan.h"
-#include "replay/report_ice_data.h"
+#include "core/slice/coverage/footprint.h"
+#include "core/slice/paths/path_plan.h"
+#include "report/run/report_ice_data.h"
 
 using namespace firn;
 

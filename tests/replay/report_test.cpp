@@ -6,15 +6,15 @@
 #include <iterator>
 
 #include "cli/audit_command.h"
-#include "cli/lab_run.h"
+#include "print/simulated/lab_run.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
-#include "cli/targets.h"
+#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "core/grid/random.h"
-#include "replay/metrics.h"
+#include "report/run/metrics.h"
 #include "replay/print_verdict.h"
-#include "replay/svg.h"
+#include "report/draw/svg.h"
 #include "tests/replay/tiny_run.h"
 
 namespace firn::test {

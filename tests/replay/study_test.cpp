@@ -7,10 +7,10 @@
 
 #include "core/grid/random.h"
 #include "core/statistics/sign_flip.h"
-#include "replay/study_analysis.h"
-#include "replay/study_page.h"
-#include "replay/study_plots.h"
-#include "replay/study_profile.h"
+#include "report/study/study_analysis.h"
+#include "report/study/study_page.h"
+#include "report/study/study_plots.h"
+#include "report/study/study_profile.h"
 
 using namespace firn;
 using namespace firn::replay;

@@ -14,8 +14,8 @@
 #include "firn/profiler_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "lcmtypes/convert.h"
-#include "logfile/event_log.h"
-#include "logfile/record_file.h"
+#include "files/record/event_log.h"
+#include "files/record/record_file.h"
 #include "runtime/lab.h"
 
 namespace firn::test {

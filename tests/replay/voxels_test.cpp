@@ -1,4 +1,4 @@
-#include "replay/voxels.h"
+#include "report/run/voxels.h"
 
 #include <catch2/catch.hpp>
 

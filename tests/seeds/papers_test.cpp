@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "cli/reproduce.h"
+#include "studies/reproduce/reproduce.h"
 
 using namespace firn;
 

@@ -5,7 +5,7 @@
 
 #include "config/experiment.h"
 #include "config/machine.h"
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 
 namespace firn::test {
 

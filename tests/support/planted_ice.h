@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/lab_calibrations.h"
+#include "studies/calibrate/lab_calibrations.h"
 #include "config/include.h"
 #include "core/grid/random.h"
 #include "plant/ice/line.h"

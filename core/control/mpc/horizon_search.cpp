@@ -5,7 +5,7 @@
 #include "core/control/halftone.h"
 #include "core/control/mpc/anneal.h"
 #include "core/control/mpc/descent.h"
-#include "core/control/mpc/layer_problem.h"
+#include "core/control/mpc/layer/layer_problem.h"
 #include "core/control/prediction.h"
 
 namespace firn::control::mpc {

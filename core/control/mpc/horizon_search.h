@@ -7,7 +7,7 @@
 
 #include "core/control/mpc/greedy.h"
 #include "core/control/mpc/objective.h"
-#include "core/control/mpc/strip_dp.h"
+#include "core/control/mpc/layer/strip_dp.h"
 
 namespace firn::control::mpc {
 

@@ -8,9 +8,9 @@
 #include "core/control/mpc/descent.h"
 #include "core/control/mpc/guard.h"
 #include "core/control/mpc/horizon_search.h"
-#include "core/control/mpc/layer_solver.h"
-#include "core/control/mpc/one_layer.h"
-#include "core/control/mpc/weighted_layer.h"
+#include "core/control/mpc/layer/layer_solver.h"
+#include "core/control/mpc/layer/one_layer.h"
+#include "core/control/mpc/layer/weighted_layer.h"
 #include "core/control/prediction.h"
 
 namespace firn::control {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/motion/fault.h"
+#include "core/motion/kinematics/fault.h"
 
 namespace firn::motion {
 namespace {

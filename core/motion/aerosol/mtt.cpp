@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "core/motion/aerosol/lspb.h"
-#include "core/motion/fault.h"
+#include "core/motion/kinematics/fault.h"
 
 namespace firn::motion {
 namespace {

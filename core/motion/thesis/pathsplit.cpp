@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/motion/placement.h"
+#include "core/motion/kinematics/placement.h"
 #include "core/motion/thesis/savitzky_golay.h"
 
 namespace firn::motion::thesis {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/motion/path_input.h"
+#include "core/motion/kinematics/path_input.h"
 
 namespace firn::motion::thesis {
 

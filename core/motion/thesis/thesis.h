@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "core/motion/path_input.h"
+#include "core/motion/kinematics/path_input.h"
 #include "core/motion/thesis/acon.h"
 #include "core/motion/thesis/arest.h"
 #include "core/motion/thesis/pathsplit.h"

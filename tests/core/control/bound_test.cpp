@@ -1,10 +1,10 @@
-#include "core/control/mpc/bound.h"
+#include "core/control/mpc/bound/bound.h"
 
 #include <catch2/catch.hpp>
 
-#include "core/control/mpc/bound_checker.h"
-#include "core/control/mpc/layer_solver.h"
-#include "core/control/mpc/strip_dp.h"
+#include "core/control/mpc/bound/bound_checker.h"
+#include "core/control/mpc/layer/layer_solver.h"
+#include "core/control/mpc/layer/strip_dp.h"
 #include "tests/core/control/strip_instances.h"
 
 using namespace firn;

@@ -1,4 +1,4 @@
-#include "core/control/mpc/layer_rows.h"
+#include "core/control/mpc/layer/layer_rows.h"
 
 #include <catch2/catch.hpp>
 #include <limits>

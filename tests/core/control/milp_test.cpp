@@ -10,8 +10,8 @@
 #include <iterator>
 #include <string>
 
-#include "core/control/mpc/bound.h"
-#include "core/control/mpc/layer_solver.h"
+#include "core/control/mpc/bound/bound.h"
+#include "core/control/mpc/layer/layer_solver.h"
 #include "tests/core/control/strip_instances.h"
 
 using namespace firn;

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "core/control/mpc/mpc.h"
-#include "core/control/mpc/one_layer.h"
+#include "core/control/mpc/layer/one_layer.h"
 #include "core/control/prediction.h"
 #include "tests/core/control/strip_instances.h"
 

@@ -1,4 +1,4 @@
-#include "core/control/mpc/strip_dp.h"
+#include "core/control/mpc/layer/strip_dp.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/control/mpc/layer_problem.h"
+#include "core/control/mpc/layer/layer_problem.h"
 #include "core/grid/random.h"
 
 namespace firn::test {

@@ -1,9 +1,9 @@
-#include "core/control/mpc/weighted_bound.h"
+#include "core/control/mpc/bound/weighted_bound.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/control/mpc/weighted_layer.h"
+#include "core/control/mpc/layer/weighted_layer.h"
 #include "tests/core/control/strip_instances.h"
 
 using namespace firn;

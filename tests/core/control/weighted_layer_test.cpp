@@ -1,12 +1,12 @@
-#include "core/control/mpc/weighted_layer.h"
+#include "core/control/mpc/layer/weighted_layer.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/control/mpc/greedy.h"
-#include "core/control/mpc/layer_solver.h"
+#include "core/control/mpc/layer/layer_solver.h"
 #include "core/control/mpc/mpc.h"
-#include "core/control/mpc/strip_dp.h"
+#include "core/control/mpc/layer/strip_dp.h"
 #include "core/control/prediction.h"
 #include "tests/core/control/strip_instances.h"
 

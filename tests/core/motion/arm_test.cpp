@@ -1,4 +1,4 @@
-#include "core/motion/arm.h"
+#include "core/motion/kinematics/arm.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/grid/random.h"
-#include "core/motion/limits.h"
+#include "core/motion/kinematics/limits.h"
 
 using namespace firn;
 using namespace firn::motion;

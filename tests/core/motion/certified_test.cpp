@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/grid/random.h"
-#include "core/motion/deviation.h"
+#include "core/motion/curve/deviation.h"
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "tests/core/motion/random_paths.h"

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "core/grid/random.h"
-#include "core/motion/certified.h"
-#include "core/motion/deviation.h"
+#include "core/motion/time_optimal/certified.h"
+#include "core/motion/curve/deviation.h"
 #include "core/motion/thesis/test_path.h"
 
 namespace firn::motion {

@@ -1,4 +1,4 @@
-#include "core/motion/path_input.h"
+#include "core/motion/kinematics/path_input.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/grid/random.h"
-#include "core/motion/deviation.h"
+#include "core/motion/curve/deviation.h"
 #include "core/motion/planner.h"
 #include "core/motion/sampled_trace.h"
 #include "core/motion/thesis/test_path.h"

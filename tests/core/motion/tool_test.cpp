@@ -1,4 +1,4 @@
-#include "core/motion/tool.h"
+#include "core/motion/kinematics/tool.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -5,7 +5,7 @@
 
 #include "core/grid/random.h"
 #include "core/motion/planner.h"
-#include "core/motion/tool.h"
+#include "core/motion/kinematics/tool.h"
 #include "tests/core/motion/random_paths.h"
 
 namespace firn::motion {

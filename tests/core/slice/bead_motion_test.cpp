@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "core/motion/planner.h"
-#include "core/slice/path_plan.h"
-#include "core/slice/vec.h"
+#include "core/slice/paths/path_plan.h"
+#include "core/geometry/vec.h"
 #include "tests/core/slice/outlines.h"
 
 namespace firn::slice {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/grid/random.h"
-#include "core/slice/box_search.h"
+#include "core/geometry/box_search.h"
 
 using namespace firn;
 using namespace firn::slice;

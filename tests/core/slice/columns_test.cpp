@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "core/slice/columns.h"
-#include "core/slice/placement.h"
+#include "core/slice/mesh/columns.h"
+#include "core/slice/mesh/placement.h"
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/slice/layer_paths.h"
-#include "core/slice/planar.h"
+#include "core/slice/paths/layer_paths.h"
+#include "core/geometry/planar.h"
 #include "tests/core/slice/offset_oracle.h"
 
 namespace firn::slice::oracle {

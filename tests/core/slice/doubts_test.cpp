@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/grid/random.h"
-#include "core/slice/exact_tips.h"
+#include "core/slice/offset/exact_tips.h"
 #include "tests/core/slice/oracles.h"
 
 namespace firn::slice {

@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "core/slice/offset_rings.h"
-#include "core/slice/path_filter.h"
-#include "core/slice/path_options.h"
-#include "core/slice/planar.h"
-#include "core/slice/rings.h"
+#include "core/slice/offset/offset_rings.h"
+#include "core/slice/mesh/path_filter.h"
+#include "core/slice/paths/path_options.h"
+#include "core/geometry/planar.h"
+#include "core/geometry/rings.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/oracles.h"
 #include "tests/core/slice/outlines.h"

@@ -1,4 +1,4 @@
-#include "core/slice/few_walls.h"
+#include "core/slice/medial/few_walls.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-#include "core/slice/gap_beads.h"
+#include "core/slice/medial/gap_beads.h"
 
 #include <catch2/catch.hpp>
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/grid/random.h"
-#include "core/slice/path_plan.h"
+#include "core/slice/paths/path_plan.h"
 #include "tests/core/slice/coverage_oracle.h"
 #include "tests/core/slice/outlines.h"
 

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "core/slice/mesh_check.h"
-#include "core/slice/placement.h"
+#include "core/slice/mesh/mesh_check.h"
+#include "core/slice/mesh/placement.h"
 #include "tests/core/slice/meshes.h"
 
 using namespace firn;

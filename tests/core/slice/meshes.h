@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/grid/random.h"
-#include "core/slice/facets.h"
+#include "core/slice/mesh/facets.h"
 #include "tests/support/mesh_samples.h"
 
 namespace firn::test {

@@ -7,13 +7,13 @@
 #include <filesystem>
 #include <optional>
 
-#include "cli/mesh_file.h"
-#include "core/slice/coverage.h"
-#include "core/slice/offset_rings.h"
-#include "core/slice/path_plan.h"
-#include "core/slice/planar.h"
-#include "core/slice/scaffold.h"
-#include "core/slice/slicer.h"
+#include "files/mesh/mesh_file.h"
+#include "core/slice/coverage/coverage.h"
+#include "core/slice/offset/offset_rings.h"
+#include "core/slice/paths/path_plan.h"
+#include "core/geometry/planar.h"
+#include "core/slice/support/scaffold.h"
+#include "core/slice/mesh/slicer.h"
 #include "tests/core/slice/coverage_oracle.h"
 #include "tests/core/slice/offset_oracle.h"
 

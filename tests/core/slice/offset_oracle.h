@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "core/slice/region.h"
-#include "core/slice/vec.h"
+#include "core/geometry/region.h"
+#include "core/geometry/vec.h"
 
 namespace firn::slice::oracle {
 

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "core/slice/clipper.h"
-#include "core/slice/offset_rings.h"
+#include "core/geometry/clipper.h"
+#include "core/slice/offset/offset_rings.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
 

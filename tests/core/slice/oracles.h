@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/slice/region.h"
+#include "core/geometry/region.h"
 #include "tests/core/slice/meshes.h"
 
 namespace firn::test {

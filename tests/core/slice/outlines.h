@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/grid/random.h"
-#include "core/slice/planar.h"
-#include "core/slice/region.h"
-#include "core/slice/vec.h"
+#include "core/geometry/planar.h"
+#include "core/geometry/region.h"
+#include "core/geometry/vec.h"
 
 namespace firn::slice::outlines {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <functional>
 
-#include "core/slice/planar.h"
-#include "core/slice/scaffold.h"
+#include "core/geometry/planar.h"
+#include "core/slice/support/scaffold.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
 

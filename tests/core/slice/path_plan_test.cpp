@@ -2,14 +2,14 @@
 
 #include <set>
 
-#include "core/slice/coverage.h"
-#include "core/slice/fill_lines.h"
-#include "core/slice/hook.h"
-#include "core/slice/offset_rings.h"
-#include "core/slice/order.h"
-#include "core/slice/path_plan.h"
-#include "core/slice/planar.h"
-#include "core/slice/scaffold.h"
+#include "core/slice/coverage/coverage.h"
+#include "core/slice/paths/fill_lines.h"
+#include "core/slice/paths/hook.h"
+#include "core/slice/offset/offset_rings.h"
+#include "core/slice/paths/order.h"
+#include "core/slice/paths/path_plan.h"
+#include "core/geometry/planar.h"
+#include "core/slice/support/scaffold.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
 

@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 
-#include "cli/thread_pool.h"
-#include "core/slice/path_plan.h"
-#include "core/slice/scaffold.h"
+#include "runtime/thread_pool.h"
+#include "core/slice/paths/path_plan.h"
+#include "core/slice/support/scaffold.h"
 #include "tests/core/slice/outlines.h"
 
 namespace firn::slice {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/slice/placement.h"
+#include "core/slice/mesh/placement.h"
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;

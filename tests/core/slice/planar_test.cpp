@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/clipper.h"
-#include "core/slice/planar.h"
+#include "core/geometry/clipper.h"
+#include "core/geometry/planar.h"
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;

@@ -1,11 +1,11 @@
-#include "core/slice/print_paths.h"
+#include "core/slice/paths/print_paths.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/grid/random.h"
-#include "core/slice/footprint.h"
+#include "core/slice/coverage/footprint.h"
 
 namespace firn::slice {
 namespace {

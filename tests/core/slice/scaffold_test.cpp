@@ -1,9 +1,9 @@
 #include <catch2/catch.hpp>
 
-#include "core/slice/merge.h"
-#include "core/slice/offset_rings.h"
-#include "core/slice/planar.h"
-#include "core/slice/scaffold.h"
+#include "core/geometry/merge.h"
+#include "core/slice/offset/offset_rings.h"
+#include "core/geometry/planar.h"
+#include "core/slice/support/scaffold.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
 

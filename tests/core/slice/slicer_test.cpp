@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/planar.h"
-#include "core/slice/slicer.h"
+#include "core/geometry/planar.h"
+#include "core/slice/mesh/slicer.h"
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;

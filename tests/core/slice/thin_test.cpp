@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/slice/few_corners.h"
-#include "core/slice/thin.h"
+#include "core/geometry/few_corners.h"
+#include "core/geometry/thin.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/oracles.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/grid/random.h"
-#include "core/slice/wall_edges.h"
+#include "core/slice/offset/wall_edges.h"
 
 using namespace firn;
 using namespace firn::slice;

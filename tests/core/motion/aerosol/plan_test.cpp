@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/motion/fault.h"
+#include "core/motion/kinematics/fault.h"
 #include "tests/core/motion/aerosol/jobs.h"
 
 using namespace firn::motion;

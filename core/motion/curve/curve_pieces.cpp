@@ -1,0 +1,253 @@
+#include "core/motion/curve/curve_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn::motion {
+namespace {
+
+struct Vec {
+  double x, y;
+};
+Vec operator-(Point2 a, Point2 b) { return {a.x_mm - b.x_mm, a.y_mm - b.y_mm}; }
+double norm(Vec v) { return std::sqrt(v.x * v.x + v.y * v.y); }
+double cross(Vec a, Vec b) { return a.x * b.y - a.y * b.x; }
+double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y; }
+
+constexpr double kCertainTurn = 0.5;  ///< of an arc of four points, rad
+constexpr double kCertainMm = 2.0;    ///< of a line of three points
+
+/// Last point of the longest run from i that lies on one line: the sleeve of directions that pass every
+/// point.
+std::size_t line_run(std::span<const Point2> p, std::size_t i) {
+  const Vec base = p[i + 1] - p[i];
+  const double length = norm(base);
+  const Vec t{base.x / length, base.y / length};
+  double low = -kRecogniseMm / length, high = kRecogniseMm / length, before = length;
+  std::size_t last = i + 1;
+  for (std::size_t k = i + 2; k < p.size(); ++k) {
+    const Vec v = p[k] - p[i];
+    const double along = dot(t, v), aside = cross(t, v);
+    if (along <= before) break;
+    const double slope = aside / along, width = kRecogniseMm / along;
+    if (slope < low || slope > high) break;
+    low = std::max(low, slope - width);
+    high = std::min(high, slope + width);
+    before = along;
+    last = k;
+  }
+  return last;
+}
+
+struct Circle {
+  Point2 centre;
+  double curvature = 0.0;  ///< 0: no circle
+};
+
+Circle circle_through(Point2 a, Point2 b, Point2 c) {
+  const Vec u = b - a, v = c - a;
+  const double twice_area = cross(u, v), uu = dot(u, u), vv = dot(v, v);
+  Circle circle;
+  if (twice_area * twice_area < 1e-24 * uu * vv) return circle;
+  const double x = (v.y * uu - u.y * vv) / (2.0 * twice_area), y = (u.x * vv - v.x * uu) / (2.0 * twice_area);
+  const double radius = std::sqrt(x * x + y * y);
+  if (radius > 1e5) return circle;
+  circle.centre = {a.x_mm + x, a.y_mm + y};
+  circle.curvature = (twice_area > 0.0 ? 1.0 : -1.0) / radius;
+  return circle;
+}
+
+/// Whether the points i..j lie on the circle through i, the middle and j, going round one way in short
+/// chords.
+bool on_circle(std::span<const Point2> p, std::size_t i, std::size_t j, double sagitta_mm, Circle& circle) {
+  circle = circle_through(p[i], p[(i + j) / 2], p[j]);
+  if (circle.curvature == 0.0) return false;
+  const double radius = 1.0 / std::abs(circle.curvature), turn = circle.curvature > 0.0 ? 1.0 : -1.0;
+  const double low = (radius - kRecogniseMm) * std::abs(radius - kRecogniseMm),
+               high = (radius + kRecogniseMm) * (radius + kRecogniseMm);
+  const double longest = 8.0 * sagitta_mm * radius;  // chord^2 = 8 R sagitta
+  Vec before = p[i] - circle.centre;
+  double turned = 0.0;
+  for (std::size_t k = i; k <= j; ++k) {
+    const Vec r = p[k] - circle.centre;
+    const double rr = dot(r, r);
+    if (rr < low || rr > high) return false;
+    if (k == i) continue;
+    const Vec chord = p[k] - p[k - 1];
+    if (dot(chord, chord) > longest || turn * cross(before, r) <= 0.0 || dot(before, r) <= 0.0) return false;
+    turned += std::abs(cross(before, r)) / (radius * radius);
+    before = r;
+  }
+  return turned < 6.2;  // less than one round, so that start and end stay apart
+}
+
+/// Last point of the longest run from i on one circle (at least 4 points), or i.
+std::size_t arc_run(std::span<const Point2> p, std::size_t i, double sagitta_mm, Circle& circle) {
+  if (i + 3 >= p.size()) return i;
+  Circle trial;
+  std::size_t good = i, step = 3;
+  while (i + step < p.size() && on_circle(p, i, i + step, sagitta_mm, trial)) {
+    good = i + step;
+    circle = trial;
+    step *= 2;
+  }
+  if (good == i) return i;
+  std::size_t bad = std::min(i + step, p.size());
+  while (bad - good > 1) {
+    const std::size_t middle = good + (bad - good) / 2;
+    if (on_circle(p, i, middle, sagitta_mm, trial))
+      good = middle, circle = trial;
+    else
+      bad = middle;
+  }
+  return good;
+}
+
+/// Sets start, tangent and length of an arc between two points near its circle.
+void set_arc(CurvePiece& piece, const Circle& circle, Point2 from, Point2 to) {
+  const Vec a = from - circle.centre, b = to - circle.centre;
+  const double turn = circle.curvature > 0.0 ? 1.0 : -1.0, ra = norm(a);
+  piece.start = from;
+  piece.tx = -turn * a.y / ra;
+  piece.ty = turn * a.x / ra;
+  piece.curvature = circle.curvature;
+  double angle = turn * std::atan2(cross(a, b), dot(a, b));
+  if (angle < 0.0) angle += 6.283185307179586;
+  piece.length_mm = angle / std::abs(circle.curvature);
+}
+
+void set_line(CurvePiece& piece, Point2 from, Point2 to) {
+  const Vec v = to - from;
+  piece.length_mm = norm(v);
+  piece.start = from;
+  if (piece.length_mm > 0.0) piece.tx = v.x / piece.length_mm, piece.ty = v.y / piece.length_mm;
+  piece.curvature = 0.0;
+}
+
+Circle circle_of(const CurvePiece& arc) {
+  const double r = 1.0 / arc.curvature;
+  return {{arc.start.x_mm - r * arc.ty, arc.start.y_mm + r * arc.tx}, arc.curvature};
+}
+
+Point2 end_of(const CurvePiece& piece) { return piece.at(piece.length_mm); }
+
+/// The point where two recognised pieces are tangent, if they are.
+bool tangency(const CurvePiece& a, const CurvePiece& b, Point2& joint) {
+  constexpr double slack = 3.0 * kRecogniseMm;
+  if (a.curvature == 0.0 && b.curvature == 0.0) return false;
+  if (a.curvature != 0.0 && b.curvature != 0.0) {
+    const Circle ca = circle_of(a), cb = circle_of(b);
+    const double ra = 1.0 / a.curvature, rb = 1.0 / b.curvature;  // signed: centres on the left are positive
+    const Vec d = cb.centre - ca.centre;
+    const double distance = norm(d), difference = ra - rb;
+    if (std::abs(distance - std::abs(difference)) > slack || distance < 1e-6) return false;
+    // on a's circle, and within the slack on b's; divided by the difference it lies off both where they are
+    // nearly one circle
+    const double along = ra / std::copysign(distance, difference);
+    joint = {ca.centre.x_mm + d.x * along, ca.centre.y_mm + d.y * along};
+    return true;
+  }
+  const CurvePiece& line = a.curvature == 0.0 ? a : b;
+  const Circle circle = circle_of(a.curvature == 0.0 ? b : a);
+  const Vec t{line.tx, line.ty}, v = circle.centre - line.start;
+  if (std::abs(cross(t, v) - 1.0 / circle.curvature) > slack) return false;
+  const double along = dot(t, v);
+  joint = {line.start.x_mm + along * t.x, line.start.y_mm + along * t.y};
+  return true;
+}
+
+/// Moves the border between two pieces to `joint`. False if it lies further from their present ends than
+/// `reach`.
+bool join(CurvePiece& a, CurvePiece& b, Point2 joint, double reach) {
+  if (norm(joint - end_of(a)) > reach || norm(joint - b.start) > reach) return false;
+  CurvePiece left = a, right = b;
+  const Point2 end = end_of(b);
+  if (a.curvature == 0.0)
+    left.length_mm = dot({a.tx, a.ty}, joint - a.start);
+  else
+    set_arc(left, circle_of(a), a.start, joint);
+  if (b.curvature == 0.0)
+    set_line(right, joint, end);
+  else
+    set_arc(right, circle_of(b), joint, end);
+  if (left.length_mm < 0.25 * a.length_mm || right.length_mm < 0.25 * b.length_mm ||
+      left.length_mm > 2.0 * a.length_mm || right.length_mm > 2.0 * b.length_mm)
+    return false;
+  a = left;
+  b = right;
+  return true;
+}
+
+/// Joins tangent neighbours; drops a chord between two recognised pieces when these are tangent across it.
+void join_tangent(std::span<const Point2> points, std::vector<CurvePiece>& pieces) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    CurvePiece piece = pieces[k];
+    Point2 joint;
+    const auto chord_at = [&](const CurvePiece& p) { return norm(points[p.first + 1] - points[p.first]); };
+    if (!piece.chord && kept > 0) {
+      if (!pieces[kept - 1].chord) {
+        if (tangency(pieces[kept - 1], piece, joint))
+          join(pieces[kept - 1], piece, joint, 1.01 * chord_at(piece));
+      } else if (kept > 1 && !pieces[kept - 2].chord && tangency(pieces[kept - 2], piece, joint)) {
+        CurvePiece left = pieces[kept - 2];
+        if (join(left, piece, joint, 1.01 * pieces[kept - 1].length_mm)) pieces[--kept - 1] = left;
+      }
+    }
+    pieces[kept++] = piece;
+  }
+  pieces.resize(kept);
+}
+
+}  // namespace
+
+Point2 CurvePiece::at(double s) const {
+  if (curvature == 0.0) return {start.x_mm + s * tx, start.y_mm + s * ty};
+  const double angle = s * curvature, r = 1.0 / curvature;
+  const double along = std::sin(angle) * r, half = std::sin(0.5 * angle), aside = 2.0 * half * half * r;
+  return {start.x_mm + along * tx - aside * ty, start.y_mm + along * ty + aside * tx};
+}
+
+Point2 CurvePiece::tangent(double s) const {
+  if (curvature == 0.0) return {tx, ty};
+  const double c = std::cos(s * curvature), n = std::sin(s * curvature);
+  return {c * tx - n * ty, c * ty + n * tx};
+}
+
+void recognise(std::span<const Point2> p, double sagitta_mm, std::vector<CurvePiece>& pieces) {
+  pieces.clear();
+  for (std::size_t i = 0; i + 1 < p.size();) {
+    CurvePiece piece;
+    piece.first = i;
+    Circle circle;
+    const std::size_t line = line_run(p, i);
+    const std::size_t arc = line + 1 < p.size() ? arc_run(p, i, sagitta_mm, circle) : i;
+    if (arc > line && arc >= i + 3) set_arc(piece, circle, p[i], p[arc]);
+    // four points of a smooth curve may lie on one circle, three on one line, by chance
+    if (arc > line &&
+        (arc >= i + 4 || (arc == i + 3 && piece.length_mm * std::abs(piece.curvature) > kCertainTurn))) {
+      piece.last = arc;
+    } else {
+      set_line(piece, p[i], p[line]);
+      const bool certain =
+          line >= i + 3 || (line == i + 2 && (piece.length_mm > kCertainMm || p.size() == 3));
+      if (!certain && line > i + 1) set_line(piece, p[i], p[i + 1]);
+      piece.last = certain ? line : i + 1;
+      piece.chord = !certain;
+    }
+    i = piece.last;
+    pieces.push_back(piece);
+  }
+  join_tangent(p, pieces);
+}
+
+void split_points(std::span<const Point2> p, double cos_split, std::vector<std::size_t>& splits) {
+  splits.assign(1, 0);
+  for (std::size_t i = 1; i + 1 < p.size(); ++i) {
+    const Vec a = p[i] - p[i - 1], b = p[i + 1] - p[i];
+    if (dot(a, b) < cos_split * std::sqrt(dot(a, a) * dot(b, b))) splits.push_back(i);
+  }
+  splits.push_back(p.size() - 1);
+}
+
+}  // namespace firn::motion

@@ -1,0 +1,193 @@
+#include "core/motion/curve/path_curve.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn::motion {
+namespace {
+
+using Joint = CurveWork::Joint;
+
+constexpr double kSmallTurn = 1e-9;
+
+double norm(double x, double y) { return std::sqrt(x * x + y * y); }
+
+double sagitta_mm(const CurveSpec& spec) {
+  return spec.held_sagitta_mm > 0.0 ? spec.held_sagitta_mm : kSagittaMm;
+}
+
+/// Half length of the ramp of a jump: w / 2, or what the tolerance allows, w = sqrt(24 R tolerance).
+double half_ramp(const CurveSpec& spec, double curvature) {
+  if (spec.tolerance_mm <= 0.0 || curvature <= 0.0) return 0.5 * spec.ramp_mm;
+  const double allowed = std::sqrt(24.0 * spec.tolerance_mm / curvature);
+  return 0.5 * (spec.held_sagitta_mm > 0.0 ? allowed : std::max(spec.ramp_mm, allowed));
+}
+
+/// Pieces between two long lines share one ramp length, the smallest that any of them asks for: the
+/// convolution has one width wherever it moves the base.
+void set_ramps(const CurveSpec& spec, CurveWork& work) {
+  const auto& pieces = work.pieces;
+  for (std::size_t from = 0; from < pieces.size();) {
+    if (pieces[from].curvature == 0.0) {
+      ++from;
+      continue;
+    }
+    std::size_t to = from;
+    double half = half_ramp(spec, std::abs(pieces[from].curvature));
+    while (to + 1 < pieces.size() && pieces[to + 1].curvature != 0.0)
+      half = std::min(half, half_ramp(spec, std::abs(pieces[++to].curvature)));
+    // half of the lines on both sides, so that the ramps of two groups never meet
+    if (from > 0) half = std::min(half, std::max(0.5 * pieces[from - 1].length_mm, 1e-3));
+    if (to + 1 < pieces.size()) half = std::min(half, std::max(0.5 * pieces[to + 1].length_mm, 1e-3));
+    for (std::size_t k = from; k <= to + 1; ++k) work.joints[k].half_ramp = half;
+    from = to + 1;
+  }
+}
+
+/// Joint k is where piece k starts; joints 0 and n are the ends.
+void set_joints(const CurveSpec& spec, CurveWork& work) {
+  const auto& pieces = work.pieces;
+  const std::size_t n = pieces.size();
+  work.joints.assign(n + 1, {});
+  work.offset.resize(n + 1);
+  work.offset[0] = 0.0;
+  for (std::size_t k = 0; k < n; ++k) work.offset[k + 1] = work.offset[k] + pieces[k].length_mm;
+  set_ramps(spec, work);
+  for (std::size_t k = 0; k <= n; ++k) {
+    Joint& joint = work.joints[k];
+    joint.s = work.offset[k];
+    if (k == 0 || k == n) {
+      joint.interpolate = true;
+      continue;
+    }
+    const CurvePiece &a = pieces[k - 1], &b = pieces[k];
+    const Point2 t = a.tangent(a.length_mm);
+    joint.turn_x = b.tx - t.x_mm;
+    joint.turn_y = b.ty - t.y_mm;
+    const double turn = norm(joint.turn_x, joint.turn_y), room = std::min(a.length_mm, b.length_mm);
+    if ((a.chord || b.chord) && room < kDenseWidths * spec.ramp_mm && turn * room < 8.0 * sagitta_mm(spec)) {
+      joint = {joint.s};
+      joint.interpolate = true;
+      continue;
+    }
+    const double jump = b.curvature - a.curvature;
+    if (jump == 0.0) joint.half_ramp = 0.0;
+    if (turn > kSmallTurn) {
+      const double within = 6.0 * spec.tolerance_mm / turn,
+                   allowed = spec.held_sagitta_mm > 0.0 ? within : std::max(spec.ramp_mm, within);
+      joint.half_hat = std::min(allowed, 0.5 * room);
+    }
+  }
+}
+
+/// Mean position of the base over [s - half, s + half]: Gauss's rule of four points on the part of each piece
+/// in it.
+Point2 mean_position(const CurveWork& work, std::size_t k, double s, double half) {
+  static constexpr double at[4] = {0.069431844202973714, 0.33000947820757187, 0.66999052179242813,
+                                   0.93056815579702629};
+  static constexpr double weight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                                       0.17392742256872693};
+  const double from = s - half, to = s + half;
+  std::size_t first = k;
+  while (first > 0 && work.offset[first] > from) --first;
+  Point2 sum;
+  for (std::size_t p = first; p < work.pieces.size() && work.offset[p] < to; ++p) {
+    // the first and last piece go on beyond the ends of the path
+    const double low = p == 0 ? from : std::max(from, work.offset[p]);
+    const double high = p + 1 == work.pieces.size() ? to : std::min(to, work.offset[p + 1]);
+    if (high <= low) continue;
+    const double share = (high - low) / (to - from);
+    for (int g = 0; g < 4; ++g) {
+      const Point2 q = work.pieces[p].at(low + at[g] * (high - low) - work.offset[p]);
+      sum.x_mm += share * weight[g] * q.x_mm;
+      sum.y_mm += share * weight[g] * q.y_mm;
+    }
+  }
+  return sum;
+}
+
+/// Position of the ramped curve at s in piece k.
+Point2 ramped(const CurveWork& work, std::size_t k, double s) {
+  const CurvePiece& piece = work.pieces[k];
+  const Joint &a = work.joints[k], &b = work.joints[k + 1];
+  const double local = s - work.offset[k], rest = work.offset[k + 1] - s;
+  Point2 p = piece.at(local);
+  double half = 0.0;
+  if (piece.curvature != 0.0)
+    half = std::max(a.half_ramp, b.half_ramp);
+  else if (local < a.half_ramp)
+    half = a.half_ramp;
+  else if (rest < b.half_ramp)
+    half = b.half_ramp;
+  if (half > 0.0) {
+    // the shift of an arc is gone where the path ends and at interpolated vertices
+    const double left = a.interpolate ? 0.0 : 1.0, right = b.interpolate ? 0.0 : 1.0;
+    const double fade = piece.curvature == 0.0 ? 1.0 : left + (right - left) * (local / piece.length_mm);
+    if (local >= half && rest >= half) {
+      const double angle = half * piece.curvature, r = 1.0 / piece.curvature;
+      const double shift = fade * r * (1.0 - std::sin(angle) / angle);  // kappa w^2 / 24 to first order
+      const Point2 t = piece.tangent(local);
+      p = {p.x_mm - shift * t.y_mm, p.y_mm + shift * t.x_mm};
+    } else {
+      const Point2 mean = mean_position(work, k, s, half);
+      p = {p.x_mm + fade * (mean.x_mm - p.x_mm), p.y_mm + fade * (mean.y_mm - p.y_mm)};
+    }
+  }
+  for (std::size_t j = k < 2 ? 0 : k - 2; j < work.joints.size() && j < k + 4; ++j) {
+    const Joint& joint = work.joints[j];
+    if (!(joint.half_hat > 0.0)) continue;
+    const double e = hat_shift(s - joint.s, joint.half_hat);
+    p.x_mm += e * joint.turn_x;
+    p.y_mm += e * joint.turn_y;
+  }
+  return p;
+}
+
+}  // namespace
+
+double hat_shift(double x, double half) {
+  const double y = half - std::abs(x);
+  return y > 0.0 ? y * y * y / (6.0 * half * half) : 0.0;
+}
+
+void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work) {
+  recognise(points, sagitta_mm(spec), work.pieces);
+  set_joints(spec, work);
+  Curve& coarse = work.coarse;
+  place_yaw(points, spec, work);
+  place_knots(spec, work, coarse.s);
+  const std::size_t n = coarse.s.size();
+  coarse.x.resize(n);
+  coarse.y.resize(n);
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    while (k + 1 < work.pieces.size() && coarse.s[i] >= work.offset[k + 1]) ++k;
+    const Point2 p = ramped(work, k, coarse.s[i]);
+    coarse.x[i] = p.x_mm;
+    coarse.y[i] = p.y_mm;
+  }
+  coarse.x[0] = points.front().x_mm;
+  coarse.y[0] = points.front().y_mm;
+  coarse.x[n - 1] = points.back().x_mm;
+  coarse.y[n - 1] = points.back().y_mm;
+  const CurvePiece &a = work.pieces.front(), &b = work.pieces.back();
+  const Point2 t = b.tangent(b.length_mm);
+  spline(coarse.s, coarse.x, -a.curvature * a.ty, -b.curvature * t.y_mm, coarse.xx, work.sweep);
+  spline(coarse.s, coarse.y, a.curvature * a.tx, b.curvature * t.x_mm, coarse.yy, work.sweep);
+  sample_yaw(spec, work, coarse);
+  coarse.straight = work.pieces.size() == 1 && a.curvature == 0.0;
+  if (coarse.straight) {
+    std::fill(coarse.xx.begin(), coarse.xx.end(), 0.0);
+    std::fill(coarse.yy.begin(), coarse.yy.end(), 0.0);
+  }
+}
+
+Point2 Curve::at(std::size_t i, double at_mm) const {
+  const double h = s[i + 1] - s[i], u = at_mm - s[i], v = s[i + 1] - at_mm, over = 1.0 / h;
+  // cubic with second derivatives xx at both ends: linear interpolation less the two bows
+  const double bow_left = v * (v * v * over - h) / 6.0, bow_right = u * (u * u * over - h) / 6.0;
+  return {(v * x[i] + u * x[i + 1]) * over + bow_left * xx[i] + bow_right * xx[i + 1],
+          (v * y[i] + u * y[i + 1]) * over + bow_left * yy[i] + bow_right * yy[i + 1]};
+}
+
+}  // namespace firn::motion

@@ -1,0 +1,87 @@
+// Kinematics of positioning systems. The planners see only `Arm`; SCARA and Cartesian stage are two of its
+// kinds. All work is done in batches (one virtual call per batch). Angles rad, lengths mm, base frame of the
+// arm.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/motion/kinematics/fault.h"
+#include "core/motion/kinematics/jets.h"
+
+namespace firn::motion {
+
+struct JointRange {
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Which of the inverse solutions: chosen once per path and kept, so that the joints are continuous.
+struct Posture {
+  int elbow = 1;      ///< SCARA: +1 = theta_2 > 0, -1 = theta_2 < 0
+  int yaw_turns = 0;  ///< whole turns added to the yaw, which unwinds the wrist joint
+  bool operator==(const Posture&) const = default;
+};
+
+class Arm {
+ public:
+  virtual ~Arm() = default;
+  virtual int joints() const = 0;
+  virtual std::string joint_name(int joint) const = 0;  ///< "J1", "x"
+  virtual std::string joint_unit(int joint) const = 0;  ///< "rad" or "mm"
+  virtual JointRange range(int joint) const = 0;
+  virtual bool turns() const = 0;  ///< the tool's yaw can change along a path
+
+  /// Joint positions and derivatives of poses (axes kTaskAxes: x, y, z, yaw with derivatives with respect to
+  /// one parameter). Fills out.axes() joints, the first ones; out has been resized by the caller. The ranges
+  /// of all joints are checked in any case. Returns the first fault along the batch (index = sample), joints
+  /// there unspecified.
+  virtual std::optional<Fault> inverse(const Jets& task, const Posture& posture, Jets& out) const = 0;
+
+  /// Only the derivatives of inverse (orders 1 to 3), without positions and their ranges, where that is
+  /// cheaper.
+  virtual std::optional<Fault> inverse_derivatives(const Jets& task, const Posture& posture,
+                                                   Jets& out) const {
+    return inverse(task, posture, out);
+  }
+
+  /// Poses of joint motions (all joints, derivatives with respect to one parameter). @pre out is kTaskAxes x
+  /// samples
+  virtual void forward(const Jets& joints, Jets& out) const = 0;
+
+  /// d(x, y, z, yaw)/d(joint), and its derivative in time at joint rates `rate`. Row = task axis.
+  using Jacobian = std::array<JointVector, kTaskAxes>;
+  virtual Jacobian jacobian(const JointVector& q) const = 0;
+  virtual Jacobian jacobian_rate(const JointVector& q, const JointVector& rate) const = 0;
+
+  /// The posture that keeps every joint in range along the whole batch: `preferred` (the posture of the path
+  /// before) if it does, else the first other that does. Fault of the preferred elbow if none does.
+  virtual std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred,
+                                              Posture& chosen) const = 0;
+
+  /// One pose; throws MotionError (index 0).
+  JointVector inverse(const TaskVector& pose, const Posture& posture) const;
+  TaskVector forward(const JointVector& q) const;
+};
+
+/// Serial SCARA, RRPR [Barnett 2012, 2 and Table 2-1]: J1, J2 turn, J3 is the vertical stroke, J4 turns the
+/// tool: theta_4 = phi - theta_1 - theta_2 (4.11).
+struct ScaraSpec {
+  double link_1_mm = 325.0;
+  double link_2_mm = 275.0;
+  std::array<JointRange, 4> ranges;  ///< rad, rad, mm, rad
+};
+ScaraSpec cobra600();  ///< 325 / 275 mm, +-105, +-150 deg, 0..210 mm, +-360 deg (720 deg of wrist in all)
+std::unique_ptr<Arm> make_scara(const ScaraSpec& spec);  ///< throws MotionError (kLimitNotPositive, kOption)
+
+/// Stage with 2 (x, y) or 3 (x, y, z) axes; yaw is not an axis and must stay constant.
+struct StageSpec {
+  std::vector<JointRange> ranges;  ///< mm, 2 or 3 entries
+};
+std::unique_ptr<Arm> make_stage(const StageSpec& spec);
+
+}  // namespace firn::motion

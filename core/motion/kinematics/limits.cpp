@@ -1,0 +1,75 @@
+#include "core/motion/kinematics/limits.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace firn::motion {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+void require(double value, const std::string& what, bool finite, int axis) {
+  if (value > 0.0 && (!finite || std::isfinite(value))) return;
+  Fault fault{Reason::kLimitNotPositive};
+  fault.axis = axis;
+  fault.value = value;
+  fault.what = what;
+  throw MotionError(fault);
+}
+
+void require(const RateLimits& limits, const std::string& what, bool finite, int axis = -1) {
+  require(limits.rate, what + " rate", finite, axis);
+  require(limits.acceleration, what + " acceleration", finite, axis);
+  require(limits.jerk, what + " jerk", finite, axis);
+}
+
+bool limited(const RateLimits& l) {
+  return l.rate < kUnlimited || l.acceleration < kUnlimited || l.jerk < kUnlimited;
+}
+
+}  // namespace
+
+MotionLimits cobra600_limits() {
+  MotionLimits limits;
+  limits.position = {125.0, 500.0, 4000.0};
+  limits.joint[0] = {33.0 * kDegree, 165.0 * kDegree, 1320.0 * kDegree};
+  limits.joint[1] = {39.0 * kDegree, 195.0 * kDegree, 1560.0 * kDegree};
+  return limits;
+}
+
+int limited_joints(const MotionLimits& limits, int joints) {
+  int last = 0;
+  for (int j = 0; j < joints; ++j)
+    if (limited(limits.joint[std::size_t(j)])) last = j + 1;
+  return last;
+}
+
+void check_limits(const MotionLimits& limits, int joints) {
+  require(limits.position, "total position", true);
+  require(limits.orientation, "orientation", false);
+  for (int j = 0; j < joints; ++j) require(limits.joint[std::size_t(j)], "joint", false, j);
+}
+
+void check_ceiling(const SpeedCeiling& ceiling, std::size_t points) {
+  Fault fault{Reason::kCeilingNotPositive};
+  if (!(ceiling.path_mm_s > 0.0)) {
+    fault.value = ceiling.path_mm_s;
+    throw MotionError(fault);
+  }
+  if (ceiling.point_mm_s.empty()) return;
+  if (ceiling.point_mm_s.size() != points) {
+    fault.reason = Reason::kCeilingSize;
+    fault.value = double(ceiling.point_mm_s.size());
+    fault.bound = double(points);
+    throw MotionError(fault);
+  }
+  for (std::size_t i = 0; i < points; ++i) {
+    if (ceiling.point_mm_s[i] > 0.0) continue;
+    fault.index = i;
+    fault.value = ceiling.point_mm_s[i];
+    throw MotionError(fault);
+  }
+}
+
+}  // namespace firn::motion

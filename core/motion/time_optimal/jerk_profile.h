@@ -1,0 +1,62 @@
+// The fastest speed profile within the limits of speed, acceleration and jerk on a fixed curve: a primal-dual
+// interior-point method with one banded Newton step per iteration. Derivation:
+// docs/algorithms-certified-motion.md.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/motion/time_optimal/motion_rows.h"
+
+namespace firn::motion {
+
+struct ProfileOptions {
+  double gap =
+      0.008;  ///< stop when duality gap / duration plus violation / 3 is below this (less on long ones)
+  int most_iterations = 40;
+};
+
+/// b(s) = (ds/dt)^2, continuous with its slope b'. In cell i, b'' = curve (1 + bend (x - 1/2)) with x from 0
+/// to 1 across the cell and a fixed bend, so that constant jerk (b'' proportional to 1 / sqrt(b)) is within
+/// reach of one unknown per cell. In the first and last cell b is proportional to y^(4/3), y = distance from
+/// the rest: constant jerk from v = a = 0.
+struct Profile {
+  std::vector<double> b;      ///< at the knots [mm^2/s^2]
+  std::vector<double> slope;  ///< b' at the knots [mm/s^2], twice the path acceleration
+  std::vector<double> bend;   ///< of each cell
+  int iterations = 0;
+  int groups = 0;          ///< of rows, that took part in the end
+  double gap = 0.0;        ///< relative duality gap at the end
+  double violation = 0.0;  ///< largest relative excess over a limit at the end
+
+  /// b'' at the left (side 0) or right end of an inner cell of length h.
+  double second(std::size_t cell, int side, double h) const {
+    return (slope[cell + 1] - slope[cell]) / h * (1.0 + (side ? 0.5 : -0.5) * bend[cell]);
+  }
+};
+
+/// Buffers of the solver, kept between paths: arrays of one double per cell or knot.
+class ProfileWork {
+ public:
+  /// Makes room for `arrays` arrays of `length` doubles each, all zero.
+  void resize(std::size_t arrays, std::size_t length) {
+    stride_ = (length + 7) / 8 * 8;
+    memory_.assign(arrays * stride_, 0.0);
+  }
+  double* array(std::size_t i) { return memory_.data() + i * stride_; }
+
+ private:
+  std::vector<double> memory_;
+  std::size_t stride_ = 0;
+};
+
+/// @param top largest b at each knot (rates and ceilings); @param bound the speed-and-acceleration optimum at
+/// the knots, from which the first guess is made. The first @p sure groups take part from the beginning, the
+/// others from when the profile exceeds them: without their limits the optimum can only be faster, so one
+/// that holds them is the optimum with all of them. On return those that took part stand first.
+/// @pre curve.cells() >= 4
+void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int sure,
+                   const std::vector<double>& top, const std::vector<double>& bound,
+                   const ProfileOptions& options, ProfileWork& work, Profile& out);
+
+}  // namespace firn::motion

@@ -1,0 +1,152 @@
+#include "core/motion/time_optimal/motion_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace firn::motion {
+
+double factor_of(const double* ratio) {
+  return std::max({ratio[0], std::sqrt(ratio[1]), std::cbrt(ratio[2])});
+}
+
+double RatioTable::time_factor() const {
+  double factor = ceiling;
+  for (const auto& group : ratio) factor = std::max(factor, factor_of(group));
+  return factor;
+}
+
+void RatioTable::stretch(double factor) {
+  const double over = 1.0 / factor;
+  ceiling *= over;
+  for (auto& group : ratio) {
+    group[0] *= over;
+    group[1] *= over * over;
+    group[2] *= over * over * over;
+  }
+  for (auto& group : time_s)
+    for (double& t : group) t *= factor;
+}
+
+void RatioTable::merge(const RatioTable& other, double shift) {
+  ceiling = std::max(ceiling, other.ceiling);
+  for (int g = 0; g < kMaxGroups; ++g)
+    for (int k = 0; k < 3; ++k)
+      if (other.ratio[g][k] > ratio[g][k]) {
+        ratio[g][k] = other.ratio[g][k];
+        time_s[g][k] = other.time_s[g][k] + shift;
+      }
+}
+
+std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
+                                   const Placement& place, int joints, bool positions, Jets& tool,
+                                   Jets& joint, Jets& flange) {
+  const std::size_t count = batch.size();
+  tool.resize(kTaskAxes, count);
+  for (int order = 0; order < 4; ++order) {
+    std::fill_n(tool.of(kZ, order), count, order == 0 ? place.z_mm + place.flange_z_mm : 0.0);
+    std::fill_n(tool.of(kYaw, order), count, order == 0 ? place.yaw_rad : 0.0);
+  }
+  for (const int axis : {int(kX), int(kY), int(kYaw)}) {
+    if (axis == kYaw && !place.turning) continue;
+    const double* f = axis == kX ? curve.x.data() : axis == kY ? curve.y.data() : curve.yaw.data();
+    const double* m = axis == kX ? curve.xx.data() : axis == kY ? curve.yy.data() : curve.yaw2.data();
+    const double shift = axis == kX ? place.flange_x_mm : axis == kY ? place.flange_y_mm : 0.0;
+    double *p = tool.of(axis, 0), *d1 = tool.of(axis, 1), *d2 = tool.of(axis, 2), *d3 = tool.of(axis, 3);
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::size_t i = batch.cell[n];
+      const PathState& q = batch.state[n];
+      const double h = curve.s[i + 1] - curve.s[i], over = 1.0 / h, u = q.s - curve.s[i], w = h - u;
+      const double left = m[i] * over, right = m[i + 1] * over;  // r'' = left w + right u
+      const double r1 =
+          (f[i + 1] - f[i]) * over + (left * (h * h - 3.0 * w * w) + right * (3.0 * u * u - h * h)) / 6.0;
+      const double r2 = left * w + right * u, r3 = right - left;
+      p[n] = (w * f[i] + u * f[i + 1]) * over +
+             (left * w * (w * w - h * h) + right * u * (u * u - h * h)) / 6.0 + shift;
+      d1[n] = r1 * q.v;
+      d2[n] = r2 * q.v * q.v + r1 * q.a;
+      d3[n] = r3 * q.v * q.v * q.v + 3.0 * r2 * q.v * q.a + r1 * q.j;
+    }
+  }
+  joint.resize(std::max(joints, 1), count);
+  const Jets& pose = flange_of(place, tool, flange);
+  auto fault = positions ? arm.inverse(pose, place.posture, joint)
+                         : arm.inverse_derivatives(pose, place.posture, joint);
+  if (fault && place.turning) fault->at = {tool.of(kX, 0)[fault->index], tool.of(kY, 0)[fault->index]};
+  return fault;
+}
+
+namespace {
+
+/// The derivative that a group limits; the second coordinate of the total motion, else nullptr.
+std::pair<const double*, const double*> limited(const RowGroup& group, int order, const Jets& tool,
+                                                const Jets& joint) {
+  if (group.of == Quantity::kTotal) return {tool.of(kX, order), tool.of(kY, order)};
+  return {group.of == Quantity::kJoint ? joint.of(group.joint, order) : tool.of(kYaw, order), nullptr};
+}
+
+}  // namespace
+
+void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
+                const RowGroups& groups, RatioTable& table) {
+  const std::size_t count = batch.size();
+  for (int g = 0; g < groups.count; ++g) {
+    const RowGroup& group = groups.group[g];
+    const double limit[3] = {group.limit.rate, group.limit.acceleration, group.limit.jerk};
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = limited(group, k + 1, tool, joint);
+      double most = 0.0;
+      std::size_t where = 0;
+      for (std::size_t n = 0; n < count; ++n) {
+        const double square = a[n] * a[n] + (b ? b[n] * b[n] : 0.0);
+        if (square > most) most = square, where = n;
+      }
+      const double ratio = std::sqrt(most) / limit[k];
+      if (ratio > table.ratio[g][k]) table.ratio[g][k] = ratio, table.time_s[g][k] = batch.time[where];
+    }
+  }
+  for (std::size_t n = 0; n < count; ++n)
+    if (batch.state[n].v > table.ceiling * curve.ceiling[batch.cell[n]])
+      table.ceiling = batch.state[n].v / curve.ceiling[batch.cell[n]];
+}
+
+void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
+                  const RowGroups& groups, std::vector<double>& factor) {
+  factor.assign(curve.cells(), 0.0);
+  for (std::size_t n = 0; n < batch.size(); ++n) {
+    double& most = factor[batch.cell[n]];
+    most = std::max(most, batch.state[n].v / curve.ceiling[batch.cell[n]]);
+    for (int g = 0; g < groups.count; ++g) {
+      double size[3];
+      for (int k = 0; k < 3; ++k) {
+        const auto [a, b] = limited(groups.group[g], k + 1, tool, joint);
+        size[k] = b ? std::sqrt(a[n] * a[n] + b[n] * b[n]) : std::abs(a[n]);
+      }
+      const RateLimits& limit = groups.group[g].limit;
+      most = std::max({most, size[0] / limit.rate, std::sqrt(size[1] / limit.acceleration),
+                       std::cbrt(size[2] / limit.jerk)});
+    }
+  }
+}
+
+void check_states(const Curve& curve, const TimedMotion& motion, int inner, StateBatch& batch) {
+  batch.clear();
+  std::size_t cell = 0;
+  for (std::size_t k = 0; k < motion.pieces(); ++k) {
+    const double from = motion.t[k], span = motion.t[k + 1] - from;
+    for (int i = 0; i <= inner + 1; ++i) {
+      const double at = i > inner ? motion.t[k + 1] : from + span * i / (inner + 1);
+      PathState q = motion.state(k, at);
+      // from the left, the state at a knot belongs to the cell after it; from the right, to the cell before
+      if (i == 0)
+        while (cell + 1 < curve.cells() && q.s >= curve.s[cell + 1]) ++cell;
+      if (i > 0)
+        while (cell + 1 < curve.cells() && q.s > curve.s[cell + 1] && i <= inner) ++cell;
+      batch.state.push_back(q);
+      batch.cell.push_back(cell);
+      batch.time.push_back(at);
+    }
+  }
+}
+
+}  // namespace firn::motion

@@ -1,0 +1,56 @@
+// The emitted motion evaluated at chosen instants: tool and joints with their derivatives in time, and the
+// ratios of everything that is limited to its limit.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/motion/time_optimal/motion_rows.h"
+#include "core/motion/time_optimal/timed_motion.h"
+
+namespace firn::motion {
+
+/// Path states and where they are: cell of the curve for each (a state on a knot belongs to either side).
+struct StateBatch {
+  std::vector<PathState> state;
+  std::vector<std::size_t> cell;
+  std::vector<double> time;
+  void clear() { state.clear(), cell.clear(), time.clear(); }
+  std::size_t size() const { return state.size(); }
+};
+
+/// Largest ratios so far: [group][rate, acceleration, jerk], and when.
+struct RatioTable {
+  double ratio[kMaxGroups][3] = {};
+  double time_s[kMaxGroups][3] = {};
+  double ceiling = 0.0;  ///< of the path speed to its ceiling
+
+  /// The factor by which time must be stretched (< 1: may be shortened) so that no ratio exceeds 1.
+  double time_factor() const;
+  /// As if time were stretched by `factor`.
+  void stretch(double factor);
+  void merge(const RatioTable& other, double time_shift_s);
+};
+
+/// max(rate, acceleration^(1/2), jerk^(1/3)) of three ratios.
+double factor_of(const double* ratio);
+
+/// Per-instant states -> tool and joint derivatives with respect to time; joint positions (and the check of
+/// their ranges) if wanted. Fault: index = entry of the batch.
+std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
+                                   const Placement& placement, int joints, bool positions, Jets& tool,
+                                   Jets& joint, Jets& flange);
+
+/// Adds a batch's ratios to `table`. @pre tool, joint as sample_motion leaves them
+void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
+                const RowGroups& groups, RatioTable& table);
+
+/// Of each cell of the curve the factor by which time would have to be stretched for the states in it.
+void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
+                  const RowGroups& groups, std::vector<double>& factor);
+
+/// States at both ends (from inside) and at `inner` equally spaced instants inside every piece of the motion.
+void check_states(const Curve& curve, const TimedMotion& motion, int inner, StateBatch& batch);
+
+}  // namespace firn::motion

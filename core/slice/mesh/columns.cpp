@@ -1,0 +1,160 @@
+#include "core/slice/mesh/columns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace firn::slice {
+namespace {
+
+// A line along z through (x, y) in half units: odd numbers, so that it meets no vertex.
+struct Line {
+  std::int64_t x, y;
+};
+
+std::int64_t half_units(double mm) { return 2 * std::int64_t(std::floor(mm * kUnitsPerMm)) + 1; }
+
+/// Where a facet meets vertical lines. Seen from above its corners are put counter-clockwise; a line through
+/// the edge of two facets belongs to one of them: the one for which the edge runs down, or level to the left.
+class Shadow {
+ public:
+  Shadow(const Vertex& a, Vertex b, Vertex c) : a_(a) {
+    area_ = (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
+            (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
+    if (area_ < 0) std::swap(b, c);
+    b_ = b;
+    c_ = c;
+  }
+  /// +1: seen from above (the way up leaves the body), -1: from below, 0: edge on.
+  int side() const { return (area_ > 0) - (area_ < 0); }
+
+  bool meets(const Line& line, double& z) const {
+    const __int128 over_a = beside(b_, c_, line), over_b = beside(c_, a_, line),
+                   over_c = beside(a_, b_, line);
+    if (over_a < 0 || over_b < 0 || over_c < 0) return false;
+    if ((over_a == 0 && !owns(b_, c_)) || (over_b == 0 && !owns(c_, a_)) || (over_c == 0 && !owns(a_, b_)))
+      return false;
+    z = (double(over_a) * a_.z + double(over_b) * b_.z + double(over_c) * c_.z) /
+        double(over_a + over_b + over_c);
+    return true;
+  }
+
+ private:
+  static __int128 beside(const Vertex& p, const Vertex& q, const Line& line) {
+    return __int128(2 * (std::int64_t(q.x) - p.x)) * (line.y - 2 * std::int64_t(p.y)) -
+           __int128(2 * (std::int64_t(q.y) - p.y)) * (line.x - 2 * std::int64_t(p.x));
+  }
+  static bool owns(const Vertex& p, const Vertex& q) { return q.y < p.y || (q.y == p.y && q.x < p.x); }
+
+  Vertex a_, b_, c_;
+  std::int64_t area_;
+};
+
+struct Crossing {
+  double z;
+  int side;
+};
+
+std::vector<Span> inside(std::vector<Crossing>& crossings, double height_mm) {
+  std::sort(crossings.begin(), crossings.end(), [](const Crossing& p, const Crossing& q) {
+    return std::pair(p.z, p.side) < std::pair(q.z, q.side);
+  });
+  std::vector<Span> spans;
+  int turns = 0;
+  double from = 0.0;
+  for (const Crossing& c : crossings) {
+    const int before = std::exchange(turns, turns - c.side);  // from below into the body: +1
+    const double z = std::clamp(c.z * kMmPerUnit, 0.0, height_mm);
+    if (before <= 0 && turns > 0) from = z;
+    if (before > 0 && turns <= 0 && from < z) {
+      if (!spans.empty() && spans.back().to_mm == from)
+        spans.back().to_mm = z;
+      else
+        spans.push_back({from, z});
+    }
+  }
+  return spans;
+}
+
+}  // namespace
+
+std::vector<std::vector<Span>> columns(const Mesh& mesh, const GridSpec& grid, double height_mm) {
+  std::vector<std::vector<Crossing>> crossings(grid.size());
+  const auto first = [](double mm, double origin, double pitch) {
+    return std::int64_t(std::ceil((mm - origin) / pitch)) - 1;
+  };
+  for (const auto& t : mesh.triangles) {
+    const Vertex &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    const Shadow shadow(a, b, c);
+    if (shadow.side() == 0) continue;
+    const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
+    const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
+    const std::int64_t i0 =
+        std::max<std::int64_t>(0, first(x0 * kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm));
+    const std::int64_t i1 =
+        std::min<std::int64_t>(grid.nx - 1, first(x1 * kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm) + 1);
+    const std::int64_t j0 =
+        std::max<std::int64_t>(0, first(y0 * kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm));
+    const std::int64_t j1 =
+        std::min<std::int64_t>(grid.ny - 1, first(y1 * kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm) + 1);
+    for (std::int64_t j = j0; j <= j1; ++j)
+      for (std::int64_t i = i0; i <= i1; ++i) {
+        double z;
+        if (shadow.meets({half_units(grid.x_mm(int(i))), half_units(grid.y_mm(int(j)))}, z))
+          crossings[std::size_t(j) * std::size_t(grid.nx) + std::size_t(i)].push_back({z, shadow.side()});
+      }
+  }
+  std::vector<std::vector<Span>> spans;
+  spans.reserve(crossings.size());
+  for (std::vector<Crossing>& column : crossings) spans.push_back(inside(column, height_mm));
+  return spans;
+}
+
+MeshSolid::MeshSolid(Mesh mesh) : mesh_(std::move(mesh)) {
+  if (mesh_.triangles.empty()) return;
+  low_ = high_ = mesh_.vertices[mesh_.triangles[0][0]];
+  for (const Vertex& v : mesh_.vertices) {
+    low_ = {std::min(low_.x, v.x), std::min(low_.y, v.y), std::min(low_.z, v.z)};
+    high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
+  }
+  side_ = std::int64_t(std::ceil(std::sqrt(double(mesh_.triangles.size())))) + 1;
+  const auto pass = [&](const auto& visit) {
+    for (std::uint32_t n = 0; n < mesh_.triangles.size(); ++n) {
+      const auto& t = mesh_.triangles[n];
+      const Vertex &a = mesh_.vertices[t[0]], &b = mesh_.vertices[t[1]], &c = mesh_.vertices[t[2]];
+      for (std::int64_t r = cell_y(std::min({a.y, b.y, c.y})); r <= cell_y(std::max({a.y, b.y, c.y})); ++r)
+        for (std::int64_t k = cell_x(std::min({a.x, b.x, c.x})); k <= cell_x(std::max({a.x, b.x, c.x})); ++k)
+          visit(std::size_t(r * side_ + k), n);
+    }
+  };
+  first_.assign(std::size_t(side_ * side_) + 1, 0);
+  pass([&](std::size_t cell, std::uint32_t) { ++first_[cell]; });
+  for (std::size_t n = 1; n < first_.size(); ++n) first_[n] += first_[n - 1];
+  facets_.resize(first_.back());
+  pass([&](std::size_t cell, std::uint32_t n) { facets_[--first_[cell]] = n; });
+}
+
+std::int64_t MeshSolid::cell_x(std::int64_t x) const {
+  return (x - low_.x) * side_ / (std::int64_t(high_.x) - low_.x + 1);
+}
+std::int64_t MeshSolid::cell_y(std::int64_t y) const {
+  return (y - low_.y) * side_ / (std::int64_t(high_.y) - low_.y + 1);
+}
+
+bool MeshSolid::contains(double x_mm, double y_mm, double z_mm) const {
+  if (first_.empty() || !(std::abs(x_mm) < 1e5 && std::abs(y_mm) < 1e5)) return false;
+  const Line line{half_units(x_mm), half_units(y_mm)};
+  const std::int64_t x = line.x >> 1, y = line.y >> 1;
+  if (x < low_.x || x >= high_.x || y < low_.y || y >= high_.y) return false;
+  const std::size_t cell = std::size_t(cell_y(y) * side_ + cell_x(x));
+  int turns = 0;
+  for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
+    const auto& t = mesh_.triangles[facets_[k]];
+    const Shadow shadow(mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]);
+    double z;
+    if (shadow.side() != 0 && shadow.meets(line, z) && z > z_mm * kUnitsPerMm) turns += shadow.side();
+  }
+  return turns > 0;
+}
+
+}  // namespace firn::slice

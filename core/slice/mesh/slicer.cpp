@@ -1,0 +1,135 @@
+#include "core/slice/mesh/slicer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "core/slice/mesh/path_filter.h"
+#include "core/geometry/planar.h"
+#include "core/geometry/rings.h"
+#include "core/geometry/turning.h"
+
+namespace firn::slice {
+namespace {
+
+constexpr int kLayersAtOnce = 4;
+
+void check(double value, const char* name) {
+  if (!(std::isfinite(value) && value >= 0.0))
+    throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) + " must be 0 or more");
+}
+
+void check(const SliceOptions& o) {
+  check(o.chord_tolerance_mm, "chord_tolerance_mm");
+  check(o.min_spacing_mm, "min_spacing_mm");
+  check(o.closing_gap_mm, "closing_gap_mm");
+  check(o.closing_share, "closing_share");
+}
+
+Rings filtered(const Rings& rings, PathFilter& filter) {
+  Rings out;
+  for (std::size_t r = 0; r < rings.size(); ++r) filter.append(rings[r], out);
+  return canonical(out);
+}
+
+struct Layer {
+  Region region;
+  Rings from;
+  std::vector<Defect> defects;
+  std::size_t contours = 0, linked = 0, kept = 0;
+  bool repaired = false;
+};
+
+Layer settle(Contours&& contours, std::int32_t number, PathFilter& filter, bool all_points, bool spaced) {
+  Layer layer;
+  layer.defects = std::move(contours.defects);
+  layer.contours = contours.rings.size();
+  layer.linked = contours.rings.points.size();
+  Rings rings = all_points ? std::move(contours.rings) : filtered(contours.rings, filter);
+  layer.kept = rings.points.size();
+  if (!all_points && !spaced) layer.from = std::move(contours.rings);
+  if (const std::vector<std::size_t> turned = turn_inside_out(rings); !turned.empty()) {
+    layer.defects.push_back({DefectKind::kTurned, number, rings[turned[0]][0], 0.0, turned.size()});
+    rings = sorted(std::move(rings));
+    layer.from.clear();
+  }
+  std::optional<Contact> contact;
+  layer.region = region_of(rings, &contact);
+  if (contact) {
+    layer.repaired = true;
+    layer.from.clear();
+    layer.defects.push_back({DefectKind::kOverlap, number, contact->at, 0.0, 1});
+  }
+  return layer;
+}
+
+void mesh_defects(const MeshFacts& facts, std::vector<Defect>& defects) {
+  const auto add = [&](DefectKind kind, std::size_t count) {
+    if (count) defects.push_back({kind, 0, {}, 0.0, count});
+  };
+  add(DefectKind::kNotFinite, facts.not_finite);
+  add(DefectKind::kDegenerate, facts.degenerate);
+  if (facts.facets) add(DefectKind::kNotClosed, !facts.closed);
+  add(DefectKind::kBelow, facts.low.z <= facts.high.z && facts.low.z < 0);
+  add(DefectKind::kInsideOut, facts.closed && facts.volume_mm3 < 0.0);
+}
+
+}  // namespace
+
+Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const SliceOptions& options,
+               const ParallelFor& parallel) {
+  check(options);
+  std::vector<Layer> layers(contours.size());
+  const bool all_points = options.chord_tolerance_mm == 0.0 && options.min_spacing_mm == 0.0;
+  const int groups = int((contours.size() + kLayersAtOnce - 1) / kLayersAtOnce);
+  parallel(groups, [&](int group) {
+    PathFilter filter(options.min_spacing_mm * kUnitsPerMm, options.chord_tolerance_mm * kUnitsPerMm);
+    const std::size_t first = std::size_t(group) * kLayersAtOnce;
+    for (std::size_t n = first; n < std::min(first + kLayersAtOnce, contours.size()); ++n)
+      layers[n] = settle(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points,
+                         options.min_spacing_mm > 0.0);
+  });
+  Sliced out;
+  out.facts = facts;
+  mesh_defects(facts, out.defects);
+  for (std::size_t n = 0; n < layers.size(); ++n) {
+    Layer& layer = layers[n];
+    out.counts.segments += contours[n].segments;
+    out.counts.contours += layer.contours;
+    out.counts.linked_points += layer.linked;
+    out.counts.kept_points += layer.kept;
+    out.counts.repaired_layers += layer.repaired;
+    out.defects.insert(out.defects.end(), layer.defects.begin(), layer.defects.end());
+    out.layers.push_back(std::move(layer.region));
+    out.contours.push_back(std::move(layer.from));
+  }
+  return out;
+}
+
+Sliced slice(const FacetView& facets, const Placement& placement, const SliceOptions& options,
+             const ParallelFor& parallel) {
+  check(options);
+  const Affine affine = place(facets, placement, parallel);
+  const std::vector<std::int32_t> planes = layer_planes(options.layer_height_mm, affine.high.z);
+  Segments segments = intersect(facets, affine, planes, parallel);
+  const MeshFacts facts = segments.facts;
+  return regions(link(std::move(segments), options, parallel), facts, options, parallel);
+}
+
+void give_way(std::span<std::vector<Region>*> parts, const ParallelFor& parallel) {
+  std::size_t layers = 0;
+  for (const std::vector<Region>* part : parts) layers = std::max(layers, part->size());
+  parallel(int(layers), [&](int n) {
+    Region before;  // what the earlier parts take
+    for (std::vector<Region>* part : parts) {
+      if (std::size_t(n) >= part->size()) continue;
+      Region& mine = (*part)[std::size_t(n)];
+      if (mine.empty()) continue;
+      if (!before.empty()) mine = subtract(mine, before);
+      before = before.empty() ? mine : unite(before, mine);
+    }
+  });
+}
+
+}  // namespace firn::slice

@@ -1,0 +1,105 @@
+// FACETSLICE [Barnett, 3.2]: facets -> segments -> linked contours -> a Region per layer.
+//
+// Layers are 1-based: layer n fills (n - 1) h <= z <= n h and is cut once, at its middle (n - 0.5) h, rounded
+// down to a half unit of the grid (0.05 um), so that no vertex lies on a plane. A layer exists while its
+// plane is below the top.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/grid/parallel.h"
+#include "core/slice/mesh/defects.h"
+#include "core/slice/mesh/facets.h"
+#include "core/slice/mesh/placement.h"
+#include "core/geometry/region.h"
+
+namespace firn::slice {
+
+struct SliceOptions {
+  double layer_height_mm = 0.25;
+  double chord_tolerance_mm =
+      0.05;  ///< contours are thinned to lines that lie so near to them, both ways; 0 keeps all points
+  double min_spacing_mm =
+      0.0;  ///< PATHFILTER: points closer than this to the last kept one go first; 0 keeps all
+  double closing_gap_mm = 2.0;  ///< ends of open contours at most this far apart are joined
+  double closing_share =
+      0.5;  ///< then a contour whose own ends lie within this share of its length is closed
+};
+
+/// What the facets as a whole are; exact, and the same for any order of them.
+struct MeshFacts {
+  std::size_t facets = 0;
+  std::size_t not_finite = 0;
+  std::size_t degenerate = 0;
+  bool closed =
+      false;  ///< every edge is run through as often one way as the other (border and winding in order)
+  double volume_mm3 = 0.0;  ///< divergence theorem; of a surface that is not closed it depends on the origin
+  Vertex low, high;
+};
+
+struct SliceCounts {
+  std::size_t segments = 0;         ///< facet-plane intersections
+  std::size_t contours = 0;         ///< after linking
+  std::size_t linked_points = 0;    ///< before PATHFILTER [Table 3-3]
+  std::size_t kept_points = 0;      ///< after it
+  std::size_t repaired_layers = 0;  ///< whose contours crossed or touched
+};
+
+/// Heights of the planes of all layers below `top` (units), each half a unit above the value given.
+/// @throws std::invalid_argument: height not above 1 um or not finite, more than a million layers.
+std::vector<std::int32_t> layer_planes(double layer_height_mm, std::int32_t top);
+
+/// Where facets meet planes. Filled once, emptied by link().
+class Segments {
+ public:
+  Segments();
+  ~Segments();
+  Segments(Segments&&) noexcept;
+  Segments& operator=(Segments&&) noexcept;
+  struct Store;
+  std::unique_ptr<Store> store;
+  MeshFacts facts;
+};
+
+/// INTERSECTFACET: one pass over the facets. @param planes ascending, from layer_planes or heights of one's
+/// own.
+Segments intersect(const FacetView& facets, const Affine& affine, std::span<const std::int32_t> planes,
+                   const ParallelFor& parallel);
+
+/// Closed contours of a layer, directed so that material lies left, each from its smallest point, sorted.
+struct Contours {
+  Rings rings;
+  std::vector<Defect> defects;
+  std::size_t segments = 0;
+};
+
+/// SEGMERGE: links segments by the mesh edges on which they end, in linear time.
+std::vector<Contours> link(Segments&& segments, const SliceOptions& options, const ParallelFor& parallel);
+
+struct Sliced {
+  std::vector<Region> layers;   ///< [n - 1] = layer n
+  std::vector<Rings> contours;  ///< [n - 1]: what layers[n - 1] was thinned from; empty where more or less
+                                ///< than that was done
+  std::vector<Defect> defects;  ///< whole mesh first, then by layer
+  MeshFacts facts;
+  SliceCounts counts;
+};
+
+/// PATHFILTER, then the area where the winding number of the contours is positive.
+Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const SliceOptions& options,
+               const ParallelFor& parallel);
+
+/// All stages. @throws std::invalid_argument as place() and layer_planes(), or an option below 0 or not
+/// finite.
+Sliced slice(const FacetView& facets, const Placement& placement, const SliceOptions& options,
+             const ParallelFor& parallel);
+
+/// Several parts in one job: each layer of a later part gives way to the earlier ones. The parts' lists of
+/// layers may differ in length.
+void give_way(std::span<std::vector<Region>*> parts_by_priority, const ParallelFor& parallel);
+
+}  // namespace firn::slice

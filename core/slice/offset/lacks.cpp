@@ -1,0 +1,228 @@
+#include "core/slice/offset/lacks.h"
+
+#include <algorithm>
+
+#include "core/geometry/box_pairs.h"
+
+namespace firn::slice::wavefront {
+namespace {
+
+// Appends places of the arc strictly between a and b (from the centre, of length d), halved until chords are
+// near it.
+void halve(Vec centre, double d, Vec a, Vec b, double least, std::vector<Vec>& points) {
+  const Vec sum = a + b;
+  const double l = length(sum);
+  if (l >= 2 * least || l <= 0) return;
+  const Vec middle = (d / l) * sum;
+  halve(centre, d, a, middle, least, points);
+  points.push_back(centre + middle);
+  halve(centre, d, middle, b, least, points);
+}
+
+void add_place(Vec p, std::size_t begin, std::vector<Vec>& points) {
+  const double same = 1e-6;  // units
+  if (points.size() == begin || dot(p - points.back(), p - points.back()) > same) points.push_back(p);
+}
+
+}  // namespace
+
+void Lacks::keep(const Component& component, double d) {
+  d_ = d;
+  kept_.resize(component.pieces.size());
+  for (std::size_t i = 0; i < kept_.size(); ++i)
+    kept_[i] = {component.pieces[i].source, component.pieces[i].from};
+  ends_ = component.ends;
+}
+
+void Lacks::find(std::span<const Source> sources, std::span<const Component> out, const LackLimits& limits,
+                 double sagitta, Stretches& stretches) {
+  sources_ = sources;
+  at_.resize(sources.size(), kGone);
+  std::size_t pieces = 0;
+  for (const Component& component : out) pieces += component.pieces.size();
+  ahead_.resize(pieces);
+  std::size_t here = 0;
+  for (const Component& component : out) {
+    std::size_t i = 0;
+    for (const std::uint32_t end : component.ends) {
+      const std::size_t first = here;
+      for (; i < end; ++i, ++here) {
+        const Piece& piece = component.pieces[i];
+        ahead_[here] = {piece.from, piece.source, std::int32_t(here + 1)};
+        std::int32_t& at = at_[std::size_t(piece.source)];
+        at = at == kGone ? std::int32_t(here) : kSeveral;
+      }
+      if (here > first) ahead_[here - 1].next = std::int32_t(first);
+    }
+  }
+  const std::size_t before = stretches.all.size();
+  std::size_t begin = 0;
+  loop_died_ = false;
+  for (const std::uint32_t end : ends_) {
+    const auto lives = [&](const Kept& piece) { return at_[std::size_t(piece.source)] >= 0; };
+    loop_died_ = loop_died_ || std::none_of(kept_.begin() + begin, kept_.begin() + end, lives);
+    begin = end;
+  }
+  begin = 0;
+  for (const std::uint32_t end : ends_) {
+    find_in(std::span(kept_).subspan(begin, end - begin), limits, sagitta, stretches);
+    begin = end;
+  }
+  if (stretches.all.size() > before) stretches.all[before].leads = true;
+  for (const Ahead& piece : ahead_) at_[std::size_t(piece.source)] = kGone;
+}
+
+void Lacks::find_in(std::span<const Kept> loop, const LackLimits& limits, double sagitta,
+                    Stretches& stretches) {
+  const std::size_t n = loop.size();
+  std::size_t first = 0;
+  while (first < n && at_[std::size_t(loop[first].source)] < 0) ++first;
+  if (first == n) {
+    add_all(loop, limits, sagitta, stretches);
+    return;
+  }
+  const double near = loop_died_ ? limits.near : limits.far, square = near * near;
+  std::int32_t a = at_[std::size_t(loop[first].source)];
+  for (std::size_t i = first, walked = 0; walked < n;) {
+    std::size_t j = i + 1 < n ? i + 1 : 0, steps = 1;
+    std::int32_t b = at_[std::size_t(loop[j].source)];
+    if (b >= 0 && ahead_[std::size_t(a)].next == b) {  // nearly all
+      const Vec off = loop[j].from - ahead_[std::size_t(b)].from;
+      if (dot(off, off) <= square) {
+        i = j, a = b, ++walked;
+        continue;
+      }
+    }
+    for (; b < 0; ++steps) {
+      j = j + 1 < n ? j + 1 : 0;
+      b = at_[std::size_t(loop[j].source)];
+    }
+    if (!served(loop, i, steps, limits)) add_stretch(loop, i, steps, sagitta, stretches);
+    i = j, a = b, walked += steps;
+  }
+}
+
+// Is what lies between piece i and the one `steps` further, both alive, near the corner in which they meet
+// now?
+bool Lacks::served(std::span<const Kept> loop, std::size_t i, std::size_t steps,
+                   const LackLimits& limits) const {
+  const std::size_t n = loop.size(), j = i + steps < n ? i + steps : i + steps - n;
+  const std::int32_t a = at_[std::size_t(loop[i].source)], b = at_[std::size_t(loop[j].source)];
+  if (ahead_[std::size_t(a)].next != b) return false;
+  const Vec corner = ahead_[std::size_t(b)].from;
+  const double near = cornered(loop, i, steps) ? limits.far : limits.near;
+  bool all_near = true;
+  for (std::size_t k = i, s = 0; s < steps && all_near; ++s) {
+    k = k + 1 < n ? k + 1 : 0;
+    const Vec off = loop[k].from - corner;
+    const Source& source = sources_[std::size_t(loop[k].source)];
+    // An arc that bulges away may reach further than its ends.
+    all_near = dot(off, off) <= near * near &&
+               (s + 1 == steps || !source.corner() || dot(corner - source.at, source.along) >= 0);
+  }
+  return all_near || blunt(loop, i, steps, corner, limits);
+}
+
+// Does all that lies between the two lie within the corner that they would make, and is that one too blunt
+// for a spot?
+bool Lacks::blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, Vec corner,
+                  const LackLimits& limits) const {
+  const std::size_t n = loop.size(), j = i + steps < n ? i + steps : i + steps - n;
+  const Vec to_a = corner - beside(loop[i], corner), to_c = corner - beside(loop[j], corner);
+  const double way = length(to_a), sum = length(to_a + to_c);
+  // From the corner that two walls make to the corner `way` from both it is way / sin(half their angle).
+  if (cross(to_a, to_c) <= 0 || 2 * way * way > sum * limits.near_corner) return false;
+  const double outside = -(way + limits.slack) * way, furthest = limits.near_corner + limits.slack;
+  for (std::size_t k = i, s = 0; s < steps; ++s) {
+    k = k + 1 < n ? k + 1 : 0;
+    const Vec off = loop[k].from - corner;
+    if (dot(off, to_a) < outside || dot(off, to_c) < outside || dot(off, off) > furthest * furthest)
+      return false;
+  }
+  return true;
+}
+
+bool Lacks::cornered(std::span<const Kept> loop, std::size_t i, std::size_t steps) const {
+  const std::size_t n = loop.size(), j = i + steps < n ? i + steps : i + steps - n;
+  const std::int32_t a = at_[std::size_t(loop[i].source)], b = at_[std::size_t(loop[j].source)];
+  if (loop_died_ || a == b || ahead_[std::size_t(a)].next != b) return false;
+  for (std::size_t k = i, s = 1; s < steps; ++s) {
+    k = k + 1 < n ? k + 1 : 0;
+    if (at_[std::size_t(loop[k].source)] != kGone) return false;
+  }
+  return true;
+}
+
+// The place of a kept piece that a place of the same source's next piece stands beside.
+Vec Lacks::beside(const Kept& piece, Vec ahead) const {
+  const Source& source = sources_[std::size_t(piece.source)];
+  const Vec off = ahead - source.at;
+  if (!source.corner()) return source.at + dot(off, source.along) * source.along + d_ * left_of(source.along);
+  const double l = length(off);
+  return l > 0 ? source.at + (d_ / l) * off : piece.from;
+}
+
+void Lacks::add_arc(const Kept& piece, Vec a, Vec b, double sagitta, std::vector<Vec>& points) const {
+  const Source& source = sources_[std::size_t(piece.source)];
+  if (source.corner() && d_ > sagitta)
+    halve(source.at, d_, a - source.at, b - source.at, d_ - sagitta, points);
+}
+
+void Lacks::add_stretch(std::span<const Kept> loop, std::size_t i, std::size_t steps, double sagitta,
+                        Stretches& stretches) {
+  const std::size_t n = loop.size(), begin = stretches.points.size();
+  const auto after = [&](std::size_t k) { return k + 1 < n ? k + 1 : 0; };
+  const std::size_t j = i + steps < n ? i + steps : i + steps - n;
+  const std::int32_t a = at_[std::size_t(loop[i].source)], b = at_[std::size_t(loop[j].source)];
+  const Vec from = beside(loop[i], ahead_[std::size_t(ahead_[std::size_t(a)].next)].from);
+  const Vec to = beside(loop[j], ahead_[std::size_t(b)].from);
+  std::vector<Vec>& points = stretches.points;
+  if (points.capacity() == 0) points.reserve(256), stretches.all.reserve(32);
+  add_place(loop[i].from, begin, points);
+  add_place(from, begin, points);
+  const std::uint32_t first = std::uint32_t(points.size() - 1 - begin);
+  Vec at = from;
+  for (std::size_t k = i, s = 0; s < steps; ++s) {
+    const Vec end = loop[after(k)].from;
+    add_arc(loop[k], at, end, sagitta, points);
+    add_place(end, begin, points);
+    k = after(k), at = end;
+  }
+  add_arc(loop[j], at, to, sagitta, points);
+  add_place(to, begin, points);
+  const std::uint32_t last = std::uint32_t(points.size() - 1 - begin);
+  add_place(loop[after(j)].from, begin, points);
+  if (last == first)
+    points.resize(begin);
+  else
+    stretches.all.push_back({std::uint32_t(points.size()), first, last, false, cornered(loop, i, steps),
+                             ahead_[std::size_t(b)].from, false});
+}
+
+void Lacks::add_all(std::span<const Kept> loop, const LackLimits& limits, double sagitta,
+                    Stretches& stretches) const {
+  const std::size_t n = loop.size(), begin = stretches.points.size();
+  BoxOf<double> box;
+  double twice_area = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    box.add(loop[i].from.x, loop[i].from.y);
+    twice_area += cross(loop[i].from - loop[0].from, loop[i + 1 < n ? i + 1 : 0].from - loop[0].from);
+  }
+  // Arcs bulge inward, and no disc of the least size fits into a loop this small.
+  if (twice_area > 0 && std::min(box.x1 - box.x0, box.y1 - box.y0) < limits.narrowest) return;
+  std::vector<Vec>& points = stretches.points;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec end = loop[i + 1 < n ? i + 1 : 0].from;
+    add_place(loop[i].from, begin, points);
+    add_arc(loop[i], loop[i].from, end, sagitta, points);
+  }
+  while (points.size() > begin + 1 && dot(points.back() - points[begin], points.back() - points[begin]) < 1)
+    points.pop_back();
+  if (points.size() < begin + 3)
+    points.resize(begin);
+  else
+    stretches.all.push_back(
+        {std::uint32_t(points.size()), 0, std::uint32_t(points.size() - begin), true, false, {}, false});
+}
+
+}  // namespace firn::slice::wavefront

@@ -1,0 +1,180 @@
+#include "core/slice/paths/fill_lines.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/geometry/planar.h"
+
+namespace firn::slice {
+namespace {
+
+// Where a line meets the outline.
+struct Cut {
+  std::int64_t line = 0;   // number of the line
+  double along = 0;        // place on it
+  std::uint32_t edge = 0;  // edge of the outline: index of its first point
+  Vec at;
+  bool enters = false;
+  std::uint32_t mate = 0;               // other end of the stretch inside
+  std::uint32_t before = 0, after = 0;  // neighbours along the outline
+  std::uint32_t ring = 0;
+};
+
+// All cuts, along each ring in the outline's direction.
+std::vector<Cut> cuts_of(const Region& region, double spacing, Vec along) {
+  const Vec across = left_of(along);
+  std::vector<Cut> cuts;
+  std::size_t begin = 0;
+  for (std::uint32_t r = 0; r < region.size(); ++r) {
+    const std::size_t end = region.ends[r], first_cut = cuts.size();
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec a = to_vec(region.points[i]), b = to_vec(region.points[i + 1 < end ? i + 1 : begin]);
+      const double ya = dot(a, across) / spacing, yb = dot(b, across) / spacing;
+      // Lines with lower <= k < upper: each corner belongs to one of its edges.
+      const std::int64_t low = std::int64_t(std::ceil(std::min(ya, yb))),
+                         high = std::int64_t(std::ceil(std::max(ya, yb)));
+      const bool rises = yb > ya;
+      for (std::int64_t step = 0; step < high - low; ++step) {
+        const std::int64_t k = rises ? low + step : high - 1 - step;
+        const Vec at = a + std::clamp((double(k) - ya) / (yb - ya), 0.0, 1.0) * (b - a);
+        // Material lies left of the outline: it rises on the right of the stretch inside.
+        cuts.push_back({k, dot(at, along), std::uint32_t(i), at, !rises, 0, 0, 0, r});
+      }
+    }
+    for (std::size_t c = first_cut; c < cuts.size(); ++c) {
+      cuts[c].before = std::uint32_t(c > first_cut ? c - 1 : cuts.size() - 1);
+      cuts[c].after = std::uint32_t(c + 1 < cuts.size() ? c + 1 : first_cut);
+    }
+    begin = end;
+  }
+  return cuts;
+}
+
+// Pairs the cuts of each line. @return the entering ones, by line and place
+std::vector<std::uint32_t> pair_up(std::vector<Cut>& cuts) {
+  std::vector<std::uint32_t> order(cuts.size()), entering;
+  for (std::uint32_t c = 0; c < cuts.size(); ++c) order[c] = c, cuts[c].mate = c;
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    if (cuts[a].line != cuts[b].line) return cuts[a].line < cuts[b].line;
+    return cuts[a].along != cuts[b].along ? cuts[a].along < cuts[b].along : a < b;
+  });
+  for (std::size_t i = 0; i + 1 < order.size(); ++i) {
+    Cut &a = cuts[order[i]], &b = cuts[order[i + 1]];
+    if (a.line != b.line || !a.enters || b.enters) continue;
+    a.mate = order[i + 1], b.mate = order[i];
+    entering.push_back(order[i]);
+    ++i;
+  }
+  return entering;
+}
+
+void push(Rings& lines, std::size_t begin, Vec v) {
+  const Point p = to_point(v);
+  if (lines.points.size() == begin || lines.points.back() != p) lines.points.push_back(p);
+}
+
+void finish(Rings& lines, std::size_t begin) {
+  if (lines.points.size() - begin < 2)
+    lines.points.resize(begin);
+  else
+    lines.ends.push_back(std::uint32_t(lines.points.size()));
+}
+
+}  // namespace
+
+Vec direction_at(double angle_rad) {
+  constexpr double kSteps = 1 << 30;
+  const Vec v{std::nearbyint(std::cos(angle_rad) * kSteps), std::nearbyint(std::sin(angle_rad) * kSteps)};
+  return (1 / length(v)) * v;
+}
+
+Rings fill_lines(const Region& region, double spacing_mm, double angle_rad) {
+  std::vector<Cut> cuts = cuts_of(region, spacing_mm * kUnitsPerMm, direction_at(angle_rad));
+  Rings lines;
+  for (const std::uint32_t c : pair_up(cuts)) {
+    const std::size_t begin = lines.points.size();
+    push(lines, begin, cuts[c].at);
+    push(lines, begin, cuts[cuts[c].mate].at);
+    finish(lines, begin);
+  }
+  return lines;
+}
+
+Region swept_by(const Rings& lines, double half_mm) {
+  constexpr int kEnd = 6;  // chords of a round end
+  Vec turn[kEnd + 1];
+  for (int i = 0; i <= kEnd; ++i) turn[i] = direction_at(std::numbers::pi * i / kEnd);
+  Rings beads;
+  std::vector<Point> bead;
+  for (std::size_t l = 0; l < lines.size(); ++l) {
+    for (std::size_t p = 1; p < lines[l].size(); ++p) {
+      const Vec a = to_vec(lines[l][p - 1]), b = to_vec(lines[l][p]);
+      const Vec across = (half_mm * kUnitsPerMm / length(b - a)) * left_of(b - a);
+      const auto end = [&](Vec at, Vec from) {
+        for (const Vec t : turn) bead.push_back(to_point(at + t.x * from + t.y * left_of(from)));
+      };
+      bead.clear();
+      end(b, Vec{} - across);
+      end(a, across);
+      beads.add(bead);
+    }
+  }
+  return region_of(beads);
+}
+
+Rings fill_zigzag(const Region& region, double spacing_mm, double angle_rad) {
+  std::vector<Cut> cuts = cuts_of(region, spacing_mm * kUnitsPerMm, direction_at(angle_rad));
+  const std::vector<std::uint32_t> entering = pair_up(cuts);
+  // The cut that the outline leads to from this one, on the line to which the zigzag goes from here; itself
+  // if none.
+  const auto linked = [&](std::uint32_t c, bool& forward) {
+    const bool upward = (cuts[c].line % 2 == 0) != cuts[c].enters;  // even lines go on at their far end
+    const std::int64_t line = cuts[c].line + (upward ? 1 : -1);
+    forward = upward != cuts[c].enters;  // the outline rises where the stretch ends
+    const std::uint32_t to = forward ? cuts[c].after : cuts[c].before;
+    const bool fits = cuts[to].line == line && cuts[to].enters == cuts[c].enters && cuts[to].mate != to;
+    return fits ? to : c;
+  };
+  Rings lines;
+  std::vector<bool> done(cuts.size(), false);
+  for (const std::uint32_t start : entering) {
+    if (done[start]) continue;
+    // To the lowest line of this zigzag, then upward.
+    std::uint32_t in = start;
+    bool forward = false;
+    for (;;) {
+      const bool even = cuts[in].line % 2 == 0;
+      const std::uint32_t from = cuts[in].enters == even ? in : cuts[in].mate;  // the end that leads downward
+      const std::uint32_t to = linked(from, forward);
+      if (to == from) {
+        in = from;
+        break;
+      }
+      in = to;
+    }
+    const std::size_t begin = lines.points.size();
+    for (std::uint32_t c = in;;) {
+      const std::uint32_t out = cuts[c].mate;
+      done[c] = done[out] = true;
+      push(lines, begin, cuts[c].at);
+      push(lines, begin, cuts[out].at);
+      const std::uint32_t to = linked(out, forward);
+      if (to == out) break;
+      // Corners of the outline between the two cuts.
+      const std::size_t ring_begin = cuts[out].ring ? region.ends[cuts[out].ring - 1] : 0;
+      const std::size_t ring_end = region.ends[cuts[out].ring];
+      for (std::uint32_t e = cuts[out].edge; e != cuts[to].edge;) {
+        const std::uint32_t next = std::uint32_t(e + 1 < ring_end ? e + 1 : ring_begin);
+        const std::uint32_t last = std::uint32_t(e > ring_begin ? e - 1 : ring_end - 1);
+        push(lines, begin, to_vec(region.points[forward ? next : e]));
+        e = forward ? next : last;
+      }
+      c = to;
+    }
+    finish(lines, begin);
+  }
+  return lines;
+}
+
+}  // namespace firn::slice

@@ -1,0 +1,111 @@
+#include "core/slice/paths/hook.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/slice/offset/offset_rings.h"
+#include "core/geometry/planar.h"
+#include "core/geometry/vec.h"
+
+namespace firn::slice {
+namespace {
+
+double doubled_area(std::span<const Point> ring) {
+  double sum = 0;
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i)
+    sum += cross(to_vec(ring[i]) - to_vec(ring[0]), to_vec(ring[i + 1]) - to_vec(ring[0]));
+  return sum;
+}
+
+bool inside(std::span<const Point> ring, Point p) {
+  bool in = false;
+  Vec a = to_vec(ring.back());
+  for (const Point corner : ring) {
+    const Vec b = to_vec(corner);
+    if ((a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x) in = !in;
+    a = b;
+  }
+  return in;
+}
+
+bool runs_round_everything(std::span<const Point> ring, const Region& part) {
+  if (doubled_area(ring) <= 0) return false;
+  for (std::size_t r = 0; r < part.size(); ++r)
+    if (doubled_area(part[r]) > 0 && inside(part[r], ring[0])) return false;
+  return true;
+}
+
+// Does each of the part's outer rings lie inside one of the hooks? Else hooks run along the part and not
+// round it.
+bool encloses(const Rings& hooks, const Region& part) {
+  for (std::size_t r = 0; r < part.size(); ++r) {
+    if (doubled_area(part[r]) <= 0) continue;
+    bool enclosed = false;
+    for (std::size_t h = 0; h < hooks.size() && !enclosed; ++h) enclosed = inside(hooks[h], part[r][0]);
+    if (!enclosed) return false;
+  }
+  return true;
+}
+
+// Between rings that do not cross: from the corners of each to the edges of the other.
+double distance_mm(const Rings& a, const Rings& b) {
+  double best = std::numeric_limits<double>::infinity();
+  const auto corners_to_edges = [&](const Rings& corners, const Rings& edges) {
+    for (const Point p : corners.points)
+      for (std::size_t r = 0; r < edges.size(); ++r)
+        for (std::size_t i = 0; i < edges[r].size(); ++i)
+          best = std::min(best, square_distance(to_vec(p), to_vec(edges[r][i]),
+                                                to_vec(edges[r][(i + 1) % edges[r].size()])));
+  };
+  corners_to_edges(a, b);
+  corners_to_edges(b, a);
+  return std::sqrt(best) * kMmPerUnit;
+}
+
+}  // namespace
+
+int hooks_in(std::int32_t layer, const HookOptions& options) {
+  if (!options.on || layer < 1 || layer > options.last_layer) return 0;
+  return layer <= options.two_from_layer ? 1 : 2;
+}
+
+Rings take_outermost(Rings& rings, const Region& part) {
+  Rings taken, left;
+  for (std::size_t r = 0; r < rings.size(); ++r)
+    (runs_round_everything(rings[r], part) ? taken : left).add(rings[r]);
+  rings = std::move(left);
+  return taken;
+}
+
+Region room_for_hook(const Region& scaffold, const Region& part, int hooks, const PathOptions& options) {
+  const BeadOptions& bead = options.scaffold;
+  if (part.empty()) return scaffold;
+  const Rings everything = unite(scaffold, part);
+  Region wider = scaffold;
+  // The innermost hook of contours that reach out_mm beyond everything runs out_mm less its own distance from
+  // the part: so many contours are enough for any part.
+  const RingPlan hook_rings{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm,
+                            bead.fill_width_mm};
+  const double enough_mm = hook_rings.distance_mm(hooks - 1) + 0.5 * hook_rings.width_mm(hooks - 1) +
+                           options.hook.clearance_mm + 2 * options.chord_tolerance_mm;
+  const int most = int(std::ceil(enough_mm / bead.boundary_width_mm));
+  for (int contours = 0; contours <= most; ++contours) {
+    if (contours > 0) {
+      const double out_mm = contours * bead.boundary_width_mm;
+      wider = subtract(grow(everything, out_mm, options.chord_tolerance_mm), part);
+    }
+    RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm, hooks};
+    RingLevels rings = offset_rings(wider, plan, options.chord_tolerance_mm);
+    bool clear = int(rings.levels.size()) == hooks;
+    for (int level = 0; clear && level < hooks; ++level) {
+      const Rings hook = take_outermost(rings.levels[std::size_t(level)], part);
+      const double width = level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm;
+      clear = encloses(hook, part) && distance_mm(hook, part) >= 0.5 * width + options.hook.clearance_mm;
+    }
+    if (clear) break;
+  }
+  return wider;
+}
+
+}  // namespace firn::slice

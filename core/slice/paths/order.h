@@ -1,0 +1,20 @@
+// In which order the paths of a layer are printed, and where closed ones begin.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/slice/paths/layer_paths.h"
+#include "core/slice/paths/path_options.h"
+
+namespace firn::slice {
+
+/// Appends `lines` (all of one kind) to `paths`, beginning near `at`: nearest neighbour, then at most
+/// options.two_opt_passes passes of 2-opt over windows of at most 400 paths, which never lengthen the way.
+/// Closed lines are turned to begin at their seam, open ones may be reversed.
+/// @param at where the nozzle is; afterwards where it ends
+/// @param widths of each line, in place of the info's; may be empty
+void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at,
+                     LayerPaths& paths, std::span<const std::int32_t> widths = {});
+
+}  // namespace firn::slice

@@ -1,0 +1,94 @@
+// How a layer's regions become paths. Defaults: the Cobra 600's [Barnett, 3.3, 3.5, 3.7, Table 3-1].
+#pragma once
+
+#include <cstdint>
+
+#include "core/geometry/region.h"
+
+namespace firn::slice {
+
+enum class FillPattern : std::uint8_t {
+  kConcentric,  ///< rings at growing distances inside the outline, until nothing is left [3.5, Fig. 3-7b]
+  kLines,       ///< ZZFILL: parallel lines, not linked [3.5]
+  kZigzag,      ///< parallel lines, linked along the outline where neighbours allow it [3.5, Fig. 3-7a]
+  kNone,        ///< boundaries only
+};
+
+/// Where a closed path begins.
+enum class SeamPlacement : std::uint8_t {
+  kNearest,  ///< at the point nearest to where the nozzle comes from
+  kAligned,  ///< at the point furthest towards -y (then -x), above each other in all layers
+  kRandom,   ///< by seed, layer and path
+};
+
+/// What one material's nozzle does.
+struct BeadOptions {
+  double first_offset_mm = 0.6;    ///< outline to the centre of the outermost path: 0.6 water, 1.2 SME [3.7]
+  double boundary_width_mm = 1.5;  ///< [3.7]
+  double fill_width_mm = 3.0;      ///< fill spreads and may be wider [3.7]
+  double gap_mm = 0.75;  ///< spots wider than this that rings would leave get beads of their own; 0: none do
+  int boundaries = 1;    ///< boundary paths side by side, boundary_width apart
+  FillPattern pattern = FillPattern::kConcentric;
+  double fill_angle_rad = 0.0;                ///< direction of lines and zigzags in odd layers
+  double fill_turn_rad = 1.5707963267948966;  ///< added in even layers
+};
+inline constexpr BeadOptions kWater{};
+inline constexpr BeadOptions kSme{.first_offset_mm = 1.2};
+
+enum class Support : std::uint8_t {
+  kNone,
+  kFull,      ///< below everything and around everything [3.3]
+  kOverhang,  ///< below surfaces that lean outward by more than an angle, and around nothing else
+};
+
+struct SupportOptions {
+  Support kind = Support::kFull;
+  double buffer_mm = 3.3;                    ///< outward growth of what lies above [Table 3-1]
+  double overhang_rad = 0.7853981633974483;  ///< kOverhang: from the vertical; steeper walls carry themselves
+};
+
+/// Ice paths that hold the scaffold down [3.7, Fig. 3-8].
+struct HookOptions {
+  bool on = false;
+  int two_from_layer = 10;  ///< layers 1..10: the outermost scaffold path is ice; 11..20: the two outermost
+  int last_layer = 20;
+  double clearance_mm = 1.5;  ///< extra scaffold outward until hook and part are this far apart, bead to bead
+};
+
+/// Paths of the laser above the finished layer [Table 3-1, M frame].
+struct MeasureOptions {
+  bool on = false;
+  std::uint8_t material = 0;
+  double spacing_mm = 2.0;  ///< between scan lines
+  double angle_rad = 0.0;
+  double inset_mm = 0.6;    ///< stay this far inside the outline
+  double laser_x_mm = 0.0;  ///< laser spot seen from the nozzle; paths are moved by its opposite
+  double laser_y_mm = 0.0;
+};
+
+struct PathOptions {
+  BeadOptions part = kWater;  ///< every material but the scaffold
+  BeadOptions scaffold = kSme;
+  SupportOptions support;
+  HookOptions hook;
+  MeasureOptions measure;
+  /// No path leaves its exact place (arc, offset of the region given) by more than this. 0: by no more than
+  /// the grid's rounding, arcs by 1 um.
+  double chord_tolerance_mm = 0.05;
+  SeamPlacement seam = SeamPlacement::kNearest;
+  std::uint64_t seed = 1;   ///< random seams
+  int two_opt_passes = 2;   ///< over a layer's order; 0 = nearest neighbour only
+  double start_x_mm = 0.0;  ///< where the nozzle waits before each layer
+  double start_y_mm = 0.0;
+};
+
+/// PATHFILTER's share of a job's chord tolerance; rings drawn from its outlines have the rest, so that they
+/// keep the tolerance against the mesh's own contours: what is blunt moves by at most 1.06 of what the
+/// outline does, what is sharper is put in its exact place (exact_tips.h).
+inline constexpr double kOutlineShare = 0.4;
+inline constexpr double kRingShare = 1.0 - 1.06 * kOutlineShare;
+
+inline constexpr std::uint8_t kPartMaterial = 0;
+inline constexpr std::uint8_t kScaffoldMaterial = 1;
+
+}  // namespace firn::slice

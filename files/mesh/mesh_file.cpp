@@ -1,0 +1,129 @@
+#include "files/mesh/mesh_file.h"
+
+#include <fmt/core.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+
+#include "files/exit_codes.h"
+#include "files/mesh/mesh_formats.h"
+
+namespace firn {
+namespace mesh {
+
+void fail_at_byte(const std::string& name, std::size_t byte, const std::string& problem) {
+  throw UsageError(fmt::format("{}: byte {}: {}", name, byte, problem));
+}
+
+void check_count(const std::string& name, std::size_t byte, std::size_t facets) {
+  if (facets > kMaxFacets)
+    fail_at_byte(name, byte, fmt::format("{} facets are more than the limit of {}", facets, kMaxFacets));
+}
+
+void TextCursor::fail(const std::string& problem) const {
+  const std::size_t line = first_line_ + std::size_t(std::count(begin_, word_, '\n'));
+  throw UsageError(fmt::format("{}:{}: {}", name_, line, problem));
+}
+
+float TextCursor::number(std::string_view word, const char* what) const {
+  const char* first = word.data();
+  const char* last = first + word.size();
+  if (word.size() > 1 && *first == '+') ++first;
+  float value = 0.0f;
+  const auto [end, error] = std::from_chars(first, last, value);
+  if (end != last || (error != std::errc() && error != std::errc::result_out_of_range)) {
+    if (word.empty()) fail(fmt::format("ends where {} is expected", what));
+    fail(fmt::format("{} = {}: is not a number", what, word.substr(0, 40)));
+  }
+  if (error != std::errc()) {  // beyond a float: tiny or huge, which only the exponent tells
+    const std::size_t e = word.find_first_of("eE");
+    const bool tiny = e != word.npos && e + 1 < word.size() && word[e + 1] == '-';
+    return tiny ? 0.0f : std::numeric_limits<float>::infinity();
+  }
+  return value;
+}
+
+std::int64_t TextCursor::whole(std::string_view word, const char* what) const {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) {
+    if (word.empty()) fail(fmt::format("ends where {} is expected", what));
+    fail(fmt::format("{} = {}: is not a whole number", what, word.substr(0, 40)));
+  }
+  return value;
+}
+
+}  // namespace mesh
+
+namespace {
+
+logfile::MappedFile mapped(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) throw UsageError(file.string() + ": no such file");
+  try {
+    return logfile::MappedFile(file);
+  } catch (const logfile::FileError& e) {
+    throw UsageError(e.what());
+  }
+}
+
+}  // namespace
+
+slice::FacetView MeshData::facets() const {
+  slice::FacetView view;
+  if (!records.empty()) {
+    view.soup = records.data() + 12;  // behind the normal
+    view.stride = 50;
+    view.soup_facets = records.size() / 50;
+  } else if (!soup.empty()) {
+    view.soup = reinterpret_cast<const std::byte*>(soup.data());
+    view.stride = 36;
+    view.soup_facets = soup.size() / 9;
+  } else {
+    view.vertices = vertices;
+    view.triangles = triangles;
+  }
+  return view;
+}
+
+MeshData read_mesh(std::span<const std::byte> bytes, const std::string& name) {
+  std::string ending = std::filesystem::path(name).extension().string();
+  for (char& c : ending)
+    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+  MeshData data;
+  if (bytes.empty()) throw UsageError(name + ": is empty");
+  if (ending == ".stl")
+    data = mesh::read_stl(bytes, name);
+  else if (ending == ".ply")
+    data = mesh::read_ply(bytes, name);
+  else if (ending == ".obj")
+    data = mesh::read_obj(bytes, name);
+  else if (ending == ".3mf")
+    data = mesh::read_3mf(bytes, name);
+  else
+    throw UsageError(name + ": must end in .stl, .ply, .obj or .3mf");
+  if (data.facets().size() == 0) throw UsageError(name + ": holds no facet");
+  return data;
+}
+
+MeshFile::MeshFile(const std::filesystem::path& file)
+    : map_(mapped(file)), data_(read_mesh(map_.bytes(), file.string())) {}
+
+slice::FacetView MeshFile::facets() const {
+  slice::FacetView view = data_.facets();
+  if (data_.records.empty()) return view;
+  // Kept between passes: files of 8 million facets are mapped once. Page cache, not memory of our own.
+  static constexpr std::size_t kPage = 4096, kHeader = 84, kKept = std::size_t(400) << 20;
+  const std::span<const std::byte> all = map_.bytes();
+  view.done_with = [all](std::size_t first, std::size_t end, bool follows) {
+    const std::size_t kept = follows ? std::min(all.size(), kKept) : 0;  // where the next pass begins
+    const std::size_t from = (kHeader + 50 * first + kPage - 1) / kPage * kPage;
+    const std::size_t until = std::min(all.size() - kept, kHeader + 50 * end) / kPage * kPage;
+    if (from < until) ::madvise(const_cast<std::byte*>(all.data()) + from, until - from, MADV_DONTNEED);
+  };
+  return view;
+}
+
+}  // namespace firn

@@ -1,0 +1,55 @@
+// Meshes from STL (binary, ASCII), PLY (binary of both byte orders, ASCII), OBJ and 3MF, read in one pass
+// over the mapped file. What is wrong with the file itself is an error; what is odd but readable is a defect.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/slice/mesh/facets.h"
+#include "files/record/file.h"
+
+namespace firn {
+
+/// Triangles of one file, as numbers of the file.
+struct MeshData {
+  std::string format;                   ///< "binary STL", "ASCII PLY", …
+  double mm_per_unit = 1.0;             ///< 3MF names its unit; the others are taken as millimetres
+  std::vector<slice::Corner> vertices;  ///< indexed formats
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<float> soup;             ///< ASCII STL: nine numbers a facet
+  std::span<const std::byte> records;  ///< binary STL: its records of 50 bytes, in the bytes that were read
+  std::vector<std::string> defects;    ///< "17 faces have fewer than 3 corners"
+
+  slice::FacetView facets() const;  ///< valid as long as this and the bytes that were read
+};
+
+inline constexpr std::size_t kMaxFacets = std::size_t(1) << 30;
+
+/// Reads bytes of the format that `name` ends with: .stl, .ply, .obj, .3mf, in any case. Polygons become
+/// fans.
+/// @throws UsageError naming `name`, byte or line, and what is wrong with the limit: an unknown ending or
+/// header, counts that the file is too short for, an index without its vertex, a number that is none, an end
+/// in the middle, no facet.
+MeshData read_mesh(std::span<const std::byte> bytes, const std::string& name);
+
+/// A mapped file and what it holds.
+class MeshFile {
+ public:
+  explicit MeshFile(const std::filesystem::path& file);  ///< @throws UsageError: as read_mesh; no such file
+  const MeshData& data() const { return data_; }
+  std::uint64_t bytes() const { return map_.bytes().size(); }
+  /// The view of data(); pages that the slicer is done with leave memory.
+  slice::FacetView facets() const;
+
+ private:
+  logfile::MappedFile map_;
+  MeshData data_;
+};
+
+}  // namespace firn

@@ -1,0 +1,68 @@
+// What a PLY header declares, and where its rows go.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/slice/mesh/facets.h"
+
+namespace firn::mesh {
+
+enum class PlyType { kNone, kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
+std::size_t size_of(PlyType type);
+
+struct PlyProperty {
+  std::string name;
+  PlyType type = PlyType::kNone;        ///< of each entry, if a list
+  PlyType count_type = PlyType::kNone;  ///< of a list's length
+  int axis = -1;                        ///< 0, 1, 2 = x, y, z of a vertex
+  bool is_list() const { return count_type != PlyType::kNone; }
+};
+
+struct PlyElement {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<PlyProperty> properties;
+  bool has_list() const { return std::ranges::any_of(properties, &PlyProperty::is_list); }
+};
+/// Bytes that a binary row has at least: lists may be empty.
+std::size_t least_bytes(const PlyElement& element);
+
+struct PlyHeader {
+  bool text = false, big_endian = false;
+  std::vector<PlyElement> elements;      ///< "vertex" stands before "face", each once
+  std::optional<std::size_t> face_list;  ///< the property of "face" that names vertices
+  std::size_t bytes = 0, lines = 0;      ///< of the header with its end
+};
+
+/// @throws UsageError naming the line
+PlyHeader read_ply_header(std::string_view text, const std::string& name);
+
+/// Vertices and triangles as they come.
+struct PlySink {
+  std::vector<slice::Corner> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> polygon;  ///< the face being read
+  std::vector<std::string> defects;
+  std::size_t thin_faces = 0;
+
+  void begin_faces(std::size_t count) { triangles.reserve(count); }
+  /// False if a corner has no vertex.
+  bool add(const std::array<std::uint32_t, 3>& t) {
+    if (std::max({t[0], t[1], t[2]}) >= vertices.size()) return false;
+    triangles.push_back(t);
+    return true;
+  }
+  void add_polygon() {
+    if (polygon.size() < 3) ++thin_faces;
+    for (std::size_t c = 2; c < polygon.size(); ++c)
+      triangles.push_back({polygon[0], polygon[c - 1], polygon[c]});
+  }
+};
+
+}  // namespace firn::mesh

@@ -1,0 +1,92 @@
+// STL: 80 bytes, a u32 count and records of 50 bytes; or text that begins with "solid".
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "files/exit_codes.h"
+#include "files/mesh/mesh_formats.h"
+
+namespace firn::mesh {
+namespace {
+
+constexpr std::size_t kHeader = 84, kRecord = 50;
+
+// Letters of keywords in any case.
+bool is(std::string_view word, std::string_view keyword) {
+  return word.size() == keyword.size() && std::equal(word.begin(), word.end(), keyword.begin(),
+                                                     [](char a, char b) { return (a | 0x20) == b; });
+}
+
+// Binary files may begin with "solid" too, but then hold control characters.
+bool looks_like_text(std::string_view text) {
+  const std::string_view front = text.substr(0, 4096);
+  const std::size_t word = front.find_first_not_of(" \t\r\n");
+  if (word == front.npos || !is(front.substr(word, 5), "solid")) return false;
+  return std::all_of(front.begin(), front.end(), [](char c) { return static_cast<unsigned char>(c) >= 9; });
+}
+
+MeshData read_text(std::string_view text, const std::string& name) {
+  MeshData data;
+  data.format = "ASCII STL";
+  data.soup.reserve(text.size() / 25 + 9);  // nine numbers take some 250 bytes with their words
+  TextCursor at(text, name);
+  bool in_solid = false, in_facet = false;
+  std::size_t corners = 0;
+  for (std::string_view word = at.word(); !word.empty(); word = at.word()) {
+    if (is(word, "vertex")) {
+      if (!in_facet) at.fail("a vertex outside a facet");
+      if (++corners > 3) at.fail("a facet with more than 3 vertices");
+      for (int axis = 0; axis < 3; ++axis) data.soup.push_back(at.number(at.word(), "a coordinate"));
+    } else if (is(word, "facet")) {
+      if (in_facet) at.fail("a facet within a facet");
+      in_facet = true;
+      corners = 0;
+      if (!is(at.word(), "normal")) at.fail("\"facet\" without \"normal\"");
+      for (int axis = 0; axis < 3; ++axis)
+        if (at.word().empty()) at.fail("ends within a normal");
+    } else if (is(word, "outer")) {
+      if (!is(at.word(), "loop")) at.fail("\"outer\" without \"loop\"");
+    } else if (is(word, "endloop")) {
+      if (corners != 3) at.fail(fmt::format("a facet with {} vertices instead of 3", corners));
+    } else if (is(word, "endfacet")) {
+      if (!in_facet || corners != 3)
+        at.fail(fmt::format("a facet with {} vertices instead of 3", in_facet ? corners : 0));
+      in_facet = false;
+    } else if (is(word, "solid") || is(word, "endsolid")) {
+      if (in_facet) at.fail("ends within a facet");
+      in_solid = is(word, "solid");
+      at.skip_line();
+    } else {
+      at.fail(fmt::format("unknown word \"{}\"", word.substr(0, 40)));
+    }
+  }
+  if (in_facet) at.fail("the file ends within a facet");
+  if (in_solid) data.defects.push_back("the file ends without endsolid");
+  check_count(name, 0, data.soup.size() / 9);
+  return data;
+}
+
+}  // namespace
+
+MeshData read_stl(Bytes bytes, const std::string& name) {
+  std::uint32_t count = 0;
+  if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
+  const std::size_t wanted = kHeader + kRecord * std::size_t(count);
+  if (bytes.size() < kHeader || bytes.size() != wanted) {
+    if (looks_like_text(as_text(bytes))) return read_text(as_text(bytes), name);
+    if (bytes.size() < kHeader) fail_at_byte(name, bytes.size(), "ends within the header of 84 bytes");
+    if (bytes.size() < wanted)
+      fail_at_byte(name, 80,
+                   fmt::format("the header claims {} facets, which take {} bytes; the file has {}", count,
+                               wanted, bytes.size()));
+  }
+  check_count(name, 80, count);
+  MeshData data;
+  data.format = "binary STL";
+  data.records = bytes.subspan(kHeader, wanted - kHeader);
+  if (bytes.size() > wanted)
+    data.defects.push_back(fmt::format("{} bytes stand behind the last facet", bytes.size() - wanted));
+  return data;
+}
+
+}  // namespace firn::mesh

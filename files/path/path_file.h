@@ -1,0 +1,46 @@
+// Paths to plan, read one after another from a CSV or JSON file (docs/plan.md) or from a sliced job
+// (docs/path-format.md): memory holds one path, or one layer, not the job.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "core/motion/kinematics/limits.h"
+#include "core/path/path.h"
+
+namespace firn {
+
+/// One path of a file with what the planner needs besides its points.
+struct InputPath {
+  std::int64_t number = 0;  ///< in the file, from 1
+  std::string place;        ///< for messages: "job.csv:17" or "job.json: paths[3]"
+  Path path;
+  std::string tool = "flange";
+  double yaw_rad = 0.0;               ///< of the tool, constant along the path
+  std::vector<double> yaw_point_rad;  ///< instead: one per point; empty = yaw_rad
+  motion::SpeedCeiling ceiling;
+  double fraction = 0.0;  ///< of the file that has been read with it, 0 to 1
+};
+
+/// Handed each path in order.
+using PathSink = std::function<void(InputPath&&)>;
+
+/// Reads a *.csv, *.json or *.paths file. @throws UsageError naming the file, line or key (for an unknown one
+/// the nearest known), and the limit: coordinates within +-100 m, yaws within +-20 turns, speeds above 0, 4
+/// million points in one path, 1000 bytes in one CSV line; of a *.paths file the byte
+void read_paths(const std::filesystem::path& file, const PathSink& sink);
+
+/// The same of any stream; `size` in bytes (for the fraction), `name` stands in messages.
+void read_paths_csv(std::istream& in, const std::string& name, double size, const PathSink& sink);
+void read_paths_json(std::istream& in, const std::string& name, double size, const PathSink& sink);
+/// The paths of a sliced job, each with its material's tool.
+void read_paths_layers(const std::filesystem::path& file, const PathSink& sink);
+
+inline constexpr double kMaxCoordinate_mm = 1e5, kMaxYaw_deg = 7200.0;
+inline constexpr std::size_t kMaxPathPoints = 4000000;
+
+}  // namespace firn

@@ -1,0 +1,254 @@
+// JSON paths by events: the document is never held as a whole.
+#include <fmt/core.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "files/byte_blocks.h"
+#include "files/exit_codes.h"
+#include "files/json_events.h"
+#include "files/path/path_file.h"
+#include "config/fields.h"
+
+namespace firn {
+namespace {
+
+const std::vector<std::string_view> kTopKeys{"version", "paths"};
+const std::vector<std::string_view> kPathKeys{"layer",    "material",        "kind",  "closed",
+                                              "width_mm", "layer_height_mm", "z_mm",  "yaw_deg",
+                                              "tool",     "speed_mm_s",      "points"};
+const std::vector<std::string_view> kKinds{"boundary", "fill", "hook",
+                                           "measurement"};  // in the order of PathKind
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+class Handler : public JsonHandler {
+ public:
+  Handler(const ByteBlocks& in, const std::string& name, double size, const PathSink& sink)
+      : in_(in), name_(name), size_(size), sink_(sink) {}
+
+  void null() override {
+    if (at_ == At::kPoint && coordinates_.size() == 2) return number(motion::kUnlimited);
+    wrong("null");
+  }
+  void boolean(bool value) override {
+    if (at_ != At::kPath || key_ != "closed") wrong(value ? "true" : "false");
+    path_.path.closed = value;
+  }
+  void integer(double value) override {
+    if (at_ == At::kTop && key_ == "version") {
+      if (value != 1.0) fail(fmt::format("{} is unknown; this program reads version 1", value));
+    } else if (at_ == At::kPath && key_ == "layer") {
+      path_.path.layer = std::int32_t(between(value, 0, 1e6));
+    } else if (at_ == At::kPath && key_ == "material") {
+      path_.path.material = std::uint8_t(between(value, 0, 255));
+    } else {
+      number(value);
+    }
+  }
+  void number(double value) override {
+    if (at_ == At::kPoint) {
+      if (coordinates_.size() == 3) wrong("more numbers");
+      coordinates_.push_back(value);
+      return;
+    }
+    if (at_ == At::kYaws) {
+      if (path_.yaw_point_rad.size() == kMaxPathPoints)
+        fail(fmt::format("more than {} entries", kMaxPathPoints));
+      path_.yaw_point_rad.push_back(between(value, -kMaxYaw_deg, kMaxYaw_deg) * kDegree);
+      return;
+    }
+    if (at_ != At::kPath) wrong("a number");
+    if (key_ == "width_mm")
+      path_.path.width_mm = between(value, 0, 1000);
+    else if (key_ == "layer_height_mm")
+      path_.path.layer_height_mm = between(value, 0, 1000);
+    else if (key_ == "z_mm")
+      path_.path.z_mm = between(value, -kMaxCoordinate_mm, kMaxCoordinate_mm);
+    else if (key_ == "yaw_deg")
+      path_.yaw_rad = between(value, -360, 360) * kDegree;
+    else if (key_ == "speed_mm_s")
+      path_.ceiling.path_mm_s = between(value, 0, 1e6, true);
+    else if (key_ == "layer" || key_ == "material")
+      fail("must be a whole number");
+    else
+      wrong("a number");
+  }
+  void text(const std::string& value) override {
+    if (at_ == At::kPath && key_ == "tool") {
+      if (value.empty() || value.size() > 40) fail("must be a name of 1 to 40 bytes");
+      path_.tool = value;
+    } else if (at_ == At::kPath && key_ == "kind") {
+      const auto found = std::find(kKinds.begin(), kKinds.end(), value);
+      if (found == kKinds.end()) {
+        const std::string near = nearest(value, kKinds);
+        fail(fmt::format("\"{}\"{} must be one of {}", value.substr(0, 40),
+                         near.empty() ? "" : " (did you mean \"" + near + "\"?)", list(kKinds)));
+      }
+      path_.path.kind = PathKind(found - kKinds.begin());
+    } else {
+      wrong("a text");
+    }
+  }
+
+  void start_object() override {
+    if (at_ == At::kRoot)
+      at_ = At::kTop;
+    else if (at_ == At::kPaths)
+      begin_path();
+    else
+      wrong("an object");
+  }
+  void key(const std::string& value) override {
+    const auto& known = at_ == At::kTop ? kTopKeys : kPathKeys;
+    if (std::find(known.begin(), known.end(), value) == known.end()) {
+      const std::string near = nearest(value, known);
+      fail(fmt::format("{}: unknown key{}", value.substr(0, 60),
+                       near.empty() ? "; known: " + list(known) : "; the nearest known one is " + near));
+    }
+    key_ = value;
+  }
+  void end_object() override {
+    if (at_ == At::kPath)
+      finish_path();
+    else if (!saw_paths_)
+      fail("has no key \"paths\"");
+    else
+      key_.clear();
+  }
+  void start_list() override {
+    if (at_ == At::kTop && key_ == "paths" && !saw_paths_)
+      at_ = At::kPaths, saw_paths_ = true;
+    else if (at_ == At::kPath && key_ == "points" && path_.path.points.empty())
+      at_ = At::kPoints;
+    else if (at_ == At::kPoints)
+      at_ = At::kPoint, coordinates_.clear();
+    else if (at_ == At::kPath && key_ == "yaw_deg" && path_.yaw_point_rad.empty())
+      at_ = At::kYaws;
+    else
+      wrong("a list");
+  }
+  void end_list() override {
+    if (at_ == At::kPoint)
+      finish_point(), at_ = At::kPoints;
+    else if (at_ == At::kPoints || at_ == At::kYaws)
+      at_ = At::kPath, key_.clear();
+    else
+      at_ = At::kTop, key_.clear();
+  }
+  void finish() const {
+    if (number_ == 0) throw UsageError(name_ + ": paths: holds no path");
+  }
+
+ private:
+  enum class At { kRoot, kTop, kPaths, kPath, kPoints, kPoint, kYaws };
+
+  static std::string list(const std::vector<std::string_view>& words) {
+    std::string out;
+    for (std::string_view w : words) out += (out.empty() ? "" : ", ") + std::string(w);
+    return out;
+  }
+
+  std::string where() const {
+    switch (at_) {
+      case At::kRoot:
+        return "";
+      case At::kTop:
+        return key_;
+      case At::kPaths:
+        return "paths";
+      case At::kPath:
+        return fmt::format("paths[{}]{}{}", number_, key_.empty() ? "" : ".", key_);
+      case At::kYaws:
+        return fmt::format("paths[{}].yaw_deg[{}]", number_, path_.yaw_point_rad.size());
+      default:
+        return fmt::format("paths[{}].points[{}]", number_, path_.path.points.size());
+    }
+  }
+  [[noreturn]] void fail(const std::string& problem) const {
+    const std::string place = where();
+    throw UsageError(name_ + ": " + (place.empty() ? "" : place + ": ") + problem);
+  }
+  const char* expected() const {
+    switch (at_) {
+      case At::kRoot:
+        return "the file must be an object {\"version\": 1, \"paths\": [...]}";
+      case At::kTop:
+        return key_ == "version" ? "must be 1" : "must be one list of paths";
+      case At::kPaths:
+        return "must be an object";
+      case At::kPath:
+        if (key_ == "closed") return "must be true or false";
+        if (key_ == "tool" || key_ == "kind") return "must be a text";
+        if (key_ == "yaw_deg") return "must be a number, or one list with a number per point";
+        return key_ == "points" ? "must be one list of points" : "must be a number";
+      case At::kYaws:
+        return "must be a number";
+      default:
+        return "must be [x_mm, y_mm] or [x_mm, y_mm, speed_mm_s]";
+    }
+  }
+  [[noreturn]] void wrong(const char* found) const { fail(fmt::format("{}, not {}", expected(), found)); }
+
+  double between(double value, double low, double high, bool above_low = false) const {
+    if (value <= high && (above_low ? value > low : value >= low)) return value;
+    fail(fmt::format("{} must lie in {}{}, {}]", value, above_low ? "(" : "[", low, high));
+  }
+
+  void begin_path() {
+    at_ = At::kPath;
+    path_ = InputPath();
+    path_.place = fmt::format("{}: paths[{}]", name_, number_);
+    any_speed_ = false;
+    key_.clear();
+  }
+  void finish_point() {
+    if (coordinates_.size() < 2) wrong("fewer numbers");
+    for (std::size_t n = 0; n < 2; ++n) between(coordinates_[n], -kMaxCoordinate_mm, kMaxCoordinate_mm);
+    const double speed = coordinates_.size() == 3 ? coordinates_[2] : motion::kUnlimited;
+    if (std::isfinite(speed)) between(speed, 0, 1e6, true), any_speed_ = true;
+    if (path_.path.points.size() == kMaxPathPoints)
+      fail(fmt::format("more than {} points in one path", kMaxPathPoints));
+    path_.path.points.push_back({coordinates_[0], coordinates_[1]});
+    path_.ceiling.point_mm_s.push_back(speed);
+  }
+  void finish_path() {
+    key_.clear();
+    if (path_.path.points.empty()) fail("has no points");
+    if (const std::size_t yaws = path_.yaw_point_rad.size(); yaws > 0 && yaws != path_.path.points.size())
+      fail(fmt::format("yaw_deg has {} entries, points {}", yaws, path_.path.points.size()));
+    if (!any_speed_) path_.ceiling.point_mm_s.clear();
+    path_.number = ++number_;
+    path_.fraction = size_ > 0.0 ? double(in_.position()) / size_ : 0.0;
+    sink_(std::move(path_));
+    at_ = At::kPaths;
+  }
+
+  const ByteBlocks& in_;
+  const std::string& name_;
+  double size_;
+  const PathSink& sink_;
+  At at_ = At::kRoot;
+  std::string key_;
+  InputPath path_;
+  std::vector<double> coordinates_;
+  bool any_speed_ = false, saw_paths_ = false;
+  std::int64_t number_ = 0;  // finished paths = index of the one being read
+};
+
+}  // namespace
+
+void read_paths_json(std::istream& in, const std::string& name, double size, const PathSink& sink) {
+  ByteBlocks bytes(in);
+  Handler handler(bytes, name, size, sink);
+  try {
+    read_json_events(bytes, handler);
+  } catch (const JsonMistake& mistake) {
+    throw UsageError(fmt::format("{}: byte {}: {}", name, mistake.byte, mistake.what));
+  }
+  handler.finish();
+}
+
+}  // namespace firn

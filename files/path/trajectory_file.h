@@ -1,0 +1,61 @@
+// Trajectories on disk: one record per path in the framing of logfile/record_file.h, so that a file is
+// streamed, found intact or named damaged, and read with one path in memory. Format:
+// docs/trajectory-format.md.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "core/path/trajectory_codec.h"
+#include "files/record/named_record_file.h"
+
+namespace firn {
+
+/// Kinds of records.
+enum class TrajectoryRecord : std::uint16_t { kHead = 32, kPath = 33, kTotals = 34 };
+
+/// Writes under a temporary name beside the file; finish() gives it its name. What is not finished is
+/// removed.
+class TrajectoryWriter {
+ public:
+  TrajectoryWriter(const std::filesystem::path& file,
+                   const TrajectoryHead& head);  ///< @throws logfile::FileError
+  void add(const PlannedPath& path) {
+    add(encode(path), path.trajectory.samples(), path.trajectory.certificate.duration_s);
+  }
+  /// The same, encoded elsewhere (by another thread).
+  void add(std::span<const std::byte> encoded, std::size_t samples, double duration_s);
+  void finish();  ///< @throws logfile::FileError
+  const TrajectoryTotals& totals() const { return totals_; }
+  std::uint64_t bytes() const { return out_.bytes(); }
+
+ private:
+  logfile::NamedRecordFile out_;
+  TrajectoryTotals totals_;
+};
+
+/// Reads what TrajectoryWriter wrote. @throws TrajectoryFormatError, logfile::FileError: no such file, no
+/// head, damage (with the byte), a record of an unknown kind, trajectories behind the totals or totals that
+/// differ.
+class TrajectoryReader {
+ public:
+  explicit TrajectoryReader(const std::filesystem::path& file);
+  explicit TrajectoryReader(std::span<const std::byte> bytes);
+  const TrajectoryHead& head() const { return head_; }
+  /// The next trajectory, or nothing behind the last. A file without totals is incomplete: the last call
+  /// throws.
+  std::optional<PlannedPath> next();
+  const TrajectoryTotals& totals() const { return seen_; }  ///< of what was read so far
+
+ private:
+  std::optional<logfile::Record> record();
+  void begin();
+
+  std::optional<logfile::MappedFile> mapped_;
+  std::optional<logfile::RecordReader> in_;
+  TrajectoryHead head_;
+  TrajectoryTotals seen_;
+  bool ended_ = false;
+};
+
+}  // namespace firn

@@ -1,0 +1,92 @@
+#include "files/record/event_index.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace firn::logfile {
+
+std::filesystem::path index_path(const std::filesystem::path& log) { return log.string() + ".idx"; }
+
+EventIndex::EventIndex(std::span<const std::byte> file) {
+  RecordReader reader(file);
+  while (const auto record = reader.next()) {
+    if (record->damaged) continue;
+    const auto payload = record->payload;
+    if (record->kind == kIndexChannelRecord && payload.size() > 4) {
+      std::uint32_t id;
+      std::memcpy(&id, payload.data(), 4);
+      channels_.insert_or_assign(
+          id, std::string(reinterpret_cast<const char*>(payload.data()) + 4, payload.size() - 4));
+    } else if (record->kind == kIndexEntriesRecord) {
+      const std::size_t n = payload.size() / sizeof(IndexEntry), before = entries_.size();
+      entries_.resize(before + n);
+      if (n) std::memcpy(entries_.data() + before, payload.data(), n * sizeof(IndexEntry));
+    }
+  }
+  const auto by_number = [](const IndexEntry& a, const IndexEntry& b) { return a.eventnum < b.eventnum; };
+  if (!std::is_sorted(entries_.begin(), entries_.end(), by_number))
+    std::stable_sort(entries_.begin(), entries_.end(), by_number);
+  damage_ = reader.damage();
+}
+
+const IndexEntry* EventIndex::find(std::uint64_t eventnum) const {
+  // Numbers count from 0 without gaps unless a block is lost.
+  if (eventnum < entries_.size() && entries_[eventnum].eventnum == eventnum) return &entries_[eventnum];
+  const auto it = std::lower_bound(entries_.begin(), entries_.end(), eventnum,
+                                   [](const IndexEntry& e, std::uint64_t n) { return e.eventnum < n; });
+  return it != entries_.end() && it->eventnum == eventnum ? &*it : nullptr;
+}
+
+std::string_view EventIndex::channel(std::uint32_t id) const {
+  const auto it = channels_.find(id);
+  return it == channels_.end() ? std::string_view{} : std::string_view(it->second);
+}
+
+EventIndexWriter::EventIndexWriter(const std::filesystem::path& path, RecordWriter::Mode mode)
+    : file_(path, mode) {
+  if (mode != RecordWriter::Mode::kAppend) return;
+  const MappedFile mapped(path);
+  RecordReader reader(mapped.bytes());
+  while (const auto record = reader.next())
+    if (!record->damaged && record->kind == kIndexChannelRecord && record->payload.size() > 4) {
+      std::uint32_t id;
+      std::memcpy(&id, record->payload.data(), 4);
+      ids_[std::string(reinterpret_cast<const char*>(record->payload.data()) + 4,
+                       record->payload.size() - 4)] = id;
+    }
+}
+
+std::uint32_t EventIndexWriter::channel_id(std::string_view name) {
+  if (const auto it = ids_.find(name); it != ids_.end()) return it->second;
+  std::uint32_t id = 0;
+  for (const auto& [_, used] : ids_) id = std::max(id, used + 1);
+  ids_.emplace(name, id);
+  new_channels_.emplace_back(id, name);
+  return id;
+}
+
+void EventIndexWriter::append(std::vector<IndexEntry>& entries) {
+  while (!new_channels_.empty()) {
+    const auto& [id, name] = new_channels_.front();
+    const std::array<std::span<const std::byte>, 2> parts{std::as_bytes(std::span(&id, 1)),
+                                                          std::as_bytes(std::span(name))};
+    file_.append(kIndexChannelRecord, parts);
+    new_channels_.erase(new_channels_.begin());
+  }
+  std::size_t done = 0;
+  const auto forget = [&] { entries.erase(entries.begin(), entries.begin() + std::ptrdiff_t(done)); };
+  try {
+    while (done < entries.size()) {
+      const std::size_t n = std::min(kIndexBlockEntries, entries.size() - done);
+      file_.append(kIndexEntriesRecord, std::as_bytes(std::span(entries).subspan(done, n)));
+      done += n;
+    }
+  } catch (const FileError&) {
+    forget();
+    throw;
+  }
+  forget();
+}
+
+}  // namespace firn::logfile

@@ -1,0 +1,77 @@
+// log.lcm.idx: where each event of log.lcm stands and the checksum of its bytes. A record file
+// (record_file.h): blocks that check themselves, only ever appended to, usable when cut. Format:
+// docs/log-format.md.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "files/record/record_file.h"
+
+namespace firn::logfile {
+
+inline constexpr std::uint16_t kIndexChannelRecord = 1;  ///< u32 id, then the name
+inline constexpr std::uint16_t kIndexEntriesRecord = 2;  ///< IndexEntry after IndexEntry
+inline constexpr std::size_t kIndexBlockEntries = 512;  ///< most of one record: what one flipped bit can cost
+
+struct IndexEntry {
+  std::uint64_t eventnum = 0;
+  std::uint64_t offset = 0;
+  std::int64_t utime_us = 0;
+  std::uint64_t checksum = 0;  ///< XXH64 of the event's bytes from its sync word
+  std::uint32_t bytes = 0;     ///< of the whole event
+  std::uint32_t channel = 0;
+};
+static_assert(sizeof(IndexEntry) == 40);
+
+/// "<log>.idx"
+std::filesystem::path index_path(const std::filesystem::path& log);
+
+/// The index in memory: 40 bytes per event.
+class EventIndex {
+ public:
+  EventIndex() = default;
+  /// Takes any bytes; blocks that are damaged are left out (see damage()).
+  explicit EventIndex(std::span<const std::byte> index_file);
+
+  /// @returns nullptr when the index does not know the event.
+  const IndexEntry* find(std::uint64_t eventnum) const;
+  /// @returns an empty view for an unknown id.
+  std::string_view channel(std::uint32_t id) const;
+  std::span<const IndexEntry> entries() const { return entries_; }  ///< by increasing eventnum
+  const DamageList& damage() const { return damage_; }
+
+ private:
+  std::vector<IndexEntry> entries_;
+  std::unordered_map<std::uint32_t, std::string> channels_;
+  DamageList damage_;
+};
+
+/// Appends to an index file.
+class EventIndexWriter {
+ public:
+  EventIndexWriter(const std::filesystem::path& path, RecordWriter::Mode mode);  ///< @throws FileError
+  /// The id of a channel; a new one is written out with the next append().
+  std::uint32_t channel_id(std::string_view name);
+  /// Writes new channels, then entries from the front of `entries`; removes those that were written, also
+  /// when it throws FileError.
+  void append(std::vector<IndexEntry>& entries);
+  void sync() { file_.sync(); }
+  void close() { file_.close(); }
+
+ private:
+  struct Hash {
+    using is_transparent = void;
+    std::size_t operator()(std::string_view s) const { return std::hash<std::string_view>{}(s); }
+  };
+  RecordWriter file_;
+  std::unordered_map<std::string, std::uint32_t, Hash, std::equal_to<>> ids_;
+  std::vector<std::pair<std::uint32_t, std::string>> new_channels_;
+};
+
+}  // namespace firn::logfile

@@ -1,0 +1,147 @@
+// LCM event logs that survive damage: written in large pieces with an index of checksums beside them, read
+// behind any damage. The files are valid for lcm-logplayer. Knows no message. Format: docs/log-format.md.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "files/record/damage.h"
+#include "files/record/event_format.h"
+#include "files/record/event_index.h"
+#include "files/record/file.h"
+
+namespace firn::logfile {
+
+/// Writes `path` and `path`.idx. Events gather in memory and go out in one write of at least flush_bytes, or
+/// when the caller says that they have waited long enough. The index never claims an event that is not whole
+/// in the log.
+class EventLogWriter {
+ public:
+  using Mode = File::Mode;
+  struct Options {
+    Mode mode = Mode::kCreate;
+    std::size_t flush_bytes = std::size_t(1) << 20;
+    std::size_t most_pending_bytes = std::size_t(256) << 20;  ///< kept while the disk refuses
+  };
+  /// kAppend goes on behind the last whole event; a torn one is first copied to "<path>.torn-<n>"; an index
+  /// that lags, is damaged or is missing is written anew. @throws FileError, std::runtime_error (not an LCM
+  /// log)
+  EventLogWriter(const std::filesystem::path& path, const Options& options);
+  explicit EventLogWriter(const std::filesystem::path& path) : EventLogWriter(path, Options{}) {}
+
+  /// @param utime_us time stamp of the event. @param channel 1 to 63 printable bytes. @param data below 2^31
+  /// bytes
+  /// @throws FileError when the buffer was full and could not be written. The event is kept (see
+  /// pending_bytes)
+  ///         unless most_pending_bytes would be exceeded; append() and flush() may be tried again.
+  ///         std::invalid_argument for a channel or data that the format cannot hold.
+  void append(std::int64_t utime_us, std::string_view channel, std::span<const std::byte> data);
+  /// Writes what is pending. @throws FileError: whole events that went out are in log and index, the rest is
+  /// pending.
+  void flush();
+  /// Flushes if the oldest pending event has utime_us <= `utime_us`. @throws FileError
+  void flush_up_to(std::int64_t utime_us);
+  void sync();   ///< flush(), then fdatasync of log and index. @throws FileError
+  void close();  ///< flush(), then close. Without it the destructor drops what is pending. @throws FileError
+
+  std::uint64_t events() const { return next_eventnum_; }  ///< number of the next event
+  std::size_t pending_bytes() const { return buffer_.size(); }
+  std::size_t pending_events() const { return pending_.size(); }
+  std::uint64_t dropped_events() const { return dropped_; }  ///< not taken: most_pending_bytes
+  std::uint64_t bytes() const { return log_.position(); }    ///< written so far
+  const std::filesystem::path& path() const { return log_.path(); }
+  const std::filesystem::path& torn_path() const { return torn_path_; }
+
+ private:
+  void continue_log();
+
+  File log_;
+  Options options_;
+  std::optional<EventIndexWriter> index_;
+  std::vector<std::byte> buffer_;    // whole events, not yet in the log
+  std::vector<IndexEntry> pending_;  // of the events in buffer_
+  std::vector<IndexEntry> written_;  // in the log, not yet in the index
+  std::uint64_t next_eventnum_ = 0;
+  std::uint64_t dropped_ = 0;
+  std::filesystem::path torn_path_;
+};
+
+struct Event {
+  std::uint64_t eventnum = 0;
+  std::int64_t utime_us = 0;
+  std::string_view channel;
+  std::span<const std::byte> data;
+  std::uint64_t offset = 0;  ///< of the sync word in the log
+  bool damaged = false;      ///< something in it is known to be wrong
+  bool checked = false;      ///< the checksum of the index holds
+};
+
+/// Reads events from the bytes of a log (see MappedFile). Takes any bytes: never crashes, linear time;
+/// allocates the damage list and, once something is missing, 32 bytes per event. With an index, flipped
+/// payload bits are found and damaged headers are restored.
+class EventLogReader {
+ public:
+  /// @param index of this log, or nullptr; must outlive the reader. An index that belongs to another log is
+  /// ignored.
+  explicit EventLogReader(std::span<const std::byte> log, const EventIndex* index = nullptr);
+
+  /// The next event, or nothing at the end. After damage it goes on at the next credible event; repeated
+  /// events are dropped. Each of these is in damage().
+  std::optional<Event> next();
+  const DamageList& damage() const { return damage_; }
+  bool index_ignored() const { return index_ignored_; }
+  /// Byte behind the last undamaged event returned so far, and the number that follows it.
+  std::uint64_t valid_end() const { return valid_end_; }
+  std::uint64_t valid_next_eventnum() const { return valid_next_; }
+
+ private:
+  bool may_spend(std::uint64_t bytes) const { return bytes <= 1024 || spent_in_vain_ <= 4 * log_.size(); }
+  bool index_belongs() const;
+  bool certain(const EventHeader& h);
+  bool successor_follows(const EventHeader& h) const;
+  bool sync_follows(const EventHeader& h) const;
+  bool swallows_events(const EventHeader& h);
+  bool credible_in_place(const EventHeader& h);
+  bool credible_after_damage(const EventHeader& h);
+  std::optional<Event> restored_by_index();
+  std::uint64_t find_credible(std::uint64_t from);
+  std::optional<Event> in_place();
+  void skip_damage();
+  bool is_stray(std::uint64_t eventnum, std::uint64_t at);
+  bool starts_anew(const EventHeader& h) const;
+  Event accept(const EventHeader& h, std::uint64_t eventnum, bool damaged, bool checked);
+
+  std::span<const std::byte> log_;
+  const EventIndex* index_;
+  std::uint64_t at_ = 0;
+  std::uint64_t expected_ = 0;  // number of the next event
+  std::int64_t shift_ = 0;      // place in the file - place in the index, of the last certain event
+  std::uint64_t valid_end_ = 0;
+  std::uint64_t valid_next_ = 0;
+  std::uint64_t spent_in_vain_ = 0;
+  std::optional<EventHeader> first_;
+  bool index_ignored_ = false;
+  DamageList damage_;
+  SequenceMap places_;
+};
+
+/// A log with the index beside it, mapped.
+class EventLogFile {
+ public:
+  explicit EventLogFile(const std::filesystem::path& path);  ///< @throws FileError; a missing index is none
+  EventLogReader reader() const { return EventLogReader(log_.bytes(), has_index_ ? &index_ : nullptr); }
+  std::span<const std::byte> bytes() const { return log_.bytes(); }
+  bool has_index() const { return has_index_; }
+  const EventIndex& index() const { return index_; }
+
+ private:
+  MappedFile log_;
+  EventIndex index_;
+  bool has_index_ = false;
+};
+
+}  // namespace firn::logfile

@@ -1,0 +1,133 @@
+#include "files/record/file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+namespace firn::logfile {
+
+FileError::FileError(const std::filesystem::path& p, std::uint64_t at, const std::string& what, int e)
+    : std::runtime_error(p.string() + ": byte " + std::to_string(at) + ": " + what + ": " +
+                         std::generic_category().message(e)),
+      path(p),
+      offset(at),
+      error(e) {}
+
+bool FileError::disk_full() const { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
+
+File::File(const std::filesystem::path& path, Mode mode) : path_(path) {
+  const int flags = O_RDWR | O_CREAT | O_CLOEXEC | (mode == Mode::kCreate ? O_EXCL : 0);
+  fd_ = ::open(path.c_str(), flags, 0644);
+  if (fd_ < 0) throw FileError(path, 0, mode == Mode::kCreate ? "cannot create" : "cannot open", errno);
+  if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+    const int e = errno;
+    ::close(fd_);
+    throw FileError(path, 0, "is being written by another process", e);
+  }
+  const off_t end = ::lseek(fd_, 0, SEEK_END);
+  position_ = end < 0 ? 0 : std::uint64_t(end);
+}
+
+File::~File() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+void File::write(std::span<iovec> parts) {
+  std::size_t first = 0;
+  while (true) {
+    while (first < parts.size() && parts[first].iov_len == 0) ++first;
+    if (first == parts.size()) return;
+    const ssize_t n = ::pwritev(fd_, parts.data() + first, int(parts.size() - first), off_t(position_));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) {
+      const int e = n < 0 ? errno : ENOSPC;
+      std::size_t left = 0;
+      for (std::size_t i = first; i < parts.size(); ++i) left += parts[i].iov_len;
+      throw FileError(path_, position_, "cannot write " + std::to_string(left) + " bytes", e);
+    }
+    position_ += std::uint64_t(n);
+    std::size_t done = std::size_t(n);
+    while (done > 0) {  // the kernel may take fewer bytes than offered
+      const std::size_t part = std::min(done, parts[first].iov_len);
+      parts[first].iov_base = static_cast<char*>(parts[first].iov_base) + part;
+      parts[first].iov_len -= part;
+      done -= part;
+      if (parts[first].iov_len == 0) ++first;
+    }
+  }
+}
+
+void File::truncate(std::uint64_t size) {
+  if (::ftruncate(fd_, off_t(size)) != 0) throw FileError(path_, size, "cannot truncate", errno);
+  position_ = size;
+}
+
+void File::sync() {
+  if (::fdatasync(fd_) != 0) throw FileError(path_, position_, "cannot sync", errno);
+  if (!folder_synced_) sync_folder(path_.has_parent_path() ? path_.parent_path() : ".");
+  folder_synced_ = true;
+}
+
+void File::close() {
+  if (fd_ < 0) return;
+  const int fd = std::exchange(fd_, -1);
+  if (::close(fd) != 0 && errno != EINTR) throw FileError(path_, position_, "cannot close", errno);
+}
+
+MappedFile::MappedFile(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) throw FileError(path, 0, "cannot open", errno);
+  struct stat status {};
+  int e = ::fstat(fd, &status) == 0 ? 0 : errno;
+  if (!e && !S_ISREG(status.st_mode)) e = S_ISDIR(status.st_mode) ? EISDIR : EINVAL;
+  if (!e && status.st_size > 0) {
+    void* at = ::mmap(nullptr, std::size_t(status.st_size), PROT_READ, MAP_PRIVATE, fd, 0);
+    if (at == MAP_FAILED)
+      e = errno;
+    else
+      bytes_ = {static_cast<const std::byte*>(at), std::size_t(status.st_size)};
+  }
+  ::close(fd);
+  if (e) throw FileError(path, 0, "cannot map", e);
+}
+
+MappedFile::~MappedFile() {
+  if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+}
+
+MappedFile::MappedFile(MappedFile&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
+
+MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
+  std::swap(bytes_, other.bytes_);
+  return *this;
+}
+
+std::filesystem::path save_torn_tail(const std::filesystem::path& path, std::span<const std::byte> tail) {
+  for (int n = 1;; ++n) {
+    const std::filesystem::path torn = path.string() + ".torn-" + std::to_string(n);
+    if (std::filesystem::exists(torn)) continue;
+    File copy(torn, File::Mode::kCreate);
+    iovec part{const_cast<std::byte*>(tail.data()), tail.size()};
+    copy.write({&part, 1});
+    copy.sync();
+    return torn;
+  }
+}
+
+void sync_folder(const std::filesystem::path& folder) {
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) throw FileError(folder, 0, "cannot open folder", errno);
+  const int e = ::fsync(fd) == 0 ? 0 : errno;
+  ::close(fd);
+  if (e) throw FileError(folder, 0, "cannot sync folder", e);
+}
+
+}  // namespace firn::logfile

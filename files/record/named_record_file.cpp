@@ -1,0 +1,35 @@
+#include "files/record/named_record_file.h"
+
+#include <unistd.h>
+
+#include <string>
+#include <system_error>
+
+#include "files/record/output_target.h"
+
+namespace firn::logfile {
+
+namespace fs = std::filesystem;
+
+NamedRecordFile::NamedRecordFile(const fs::path& file)
+    : file_(output_target(file)),
+      part_(file_.string() + ".part-" + std::to_string(getpid())),
+      out_(std::make_unique<RecordWriter>(part_, RecordWriter::Mode::kCreate)) {}
+
+NamedRecordFile::~NamedRecordFile() {
+  if (!out_) return;
+  std::error_code ignored;
+  fs::remove(part_, ignored);
+}
+
+void NamedRecordFile::finish() {
+  out_->sync();
+  bytes_ = out_->bytes();
+  out_->close();
+  std::error_code error;
+  fs::rename(part_, file_, error);
+  if (error) throw FileError(file_, 0, "cannot be given its name", error.value());
+  out_.reset();
+}
+
+}  // namespace firn::logfile

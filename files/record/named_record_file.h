@@ -1,0 +1,30 @@
+// A file of records that has its name only when it is whole.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "files/record/record_file.h"
+
+namespace firn::logfile {
+
+/// Writes under a temporary name beside `file`; finish() syncs and gives it its name. What is not finished is
+/// removed.
+class NamedRecordFile {
+ public:
+  explicit NamedRecordFile(const std::filesystem::path& file);  ///< @throws FileError
+  ~NamedRecordFile();
+  NamedRecordFile(const NamedRecordFile&) = delete;
+  NamedRecordFile& operator=(const NamedRecordFile&) = delete;
+
+  RecordWriter& records() { return *out_; }       ///< until finish()
+  void finish();                                  ///< @throws FileError
+  std::uint64_t bytes() const { return bytes_; }  ///< of the finished file
+
+ private:
+  std::filesystem::path file_, part_;
+  std::unique_ptr<RecordWriter> out_;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace firn::logfile

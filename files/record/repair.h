@@ -1,0 +1,68 @@
+// Fills the gaps of an event log from other records of the same messages (the write-ahead files), and leaves
+// damage behind: a new log in time order, put in place of the old one at once. Knows no message: keys come
+// from the caller.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "files/record/damage.h"
+
+namespace firn::logfile {
+
+/// Identity of a message within its channel, in sending order: (incarnation, seq).
+struct MessageKey {
+  std::uint64_t high = 0, low = 0;
+  auto operator<=>(const MessageKey&) const = default;
+};
+
+/// A message that must be in the log. Views stay valid until repair() returns.
+struct SourceMessage {
+  std::int64_t utime_us = 0;
+  std::string_view channel;
+  MessageKey key;
+  std::span<const std::byte> data;
+};
+
+/// The next message that must be in the log, in any order, repeats allowed; nothing at the end.
+using MessageSource = std::function<std::optional<SourceMessage>()>;
+/// The key of an event of the log; nothing for events that no source names (they are kept as they are).
+using KeyOf =
+    std::function<std::optional<MessageKey>(std::string_view channel, std::span<const std::byte> data)>;
+
+struct ChannelGap {
+  std::string channel;
+  std::uint64_t inserted = 0;
+  std::uint64_t replaced = 0;  ///< damaged in the log, whole in a source
+  std::int64_t first_utime_us = 0;
+  std::int64_t last_utime_us = 0;
+};
+
+struct RepairReport {
+  bool rewritten = false;        ///< false: nothing was wrong, the log is untouched
+  std::uint64_t events = 0;      ///< in the log now
+  std::vector<ChannelGap> gaps;  ///< by channel name
+  std::uint64_t inserted = 0, replaced = 0;
+  std::uint64_t repeated = 0;       ///< events of one key that stood twice: the first whole one is kept
+  std::uint64_t left_out = 0;       ///< damaged events that no source holds; they stay in kept_path
+  DamageList damage;                ///< of the old log
+  std::filesystem::path kept_path;  ///< the old log, kept if it was damaged: "<log>.before-repair-<n>"
+};
+
+/// "recording gap, repaired: 12 messages of HEIGHT_PROFILE between 3.200000 s and 3.900000 s", one line per
+/// channel.
+std::vector<std::string> describe(const RepairReport& report);
+
+/// Repairs `log` and its index; makes them if there is no log. An inserted message stands where its time
+/// says, but never before its predecessor on the same channel. Needs space for a second log.
+/// @throws FileError, also when somebody is writing the log; the old log is then untouched
+RepairReport repair(const std::filesystem::path& log, const MessageSource& source, const KeyOf& key_of);
+
+}  // namespace firn::logfile

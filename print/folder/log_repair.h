@@ -1,0 +1,21 @@
+// Fills a run's log from its write-ahead files: at the end of a print, at a resume, and by `firn log repair`.
+#pragma once
+
+#include <filesystem>
+
+#include "files/record/repair.h"
+
+namespace firn {
+
+/// @param log log.lcm of the run; made if there is none. @param nodes_folder its nodes/: every message of a
+/// reliable,
+///        logged channel among the outputs of *.wal and *.sent, and the CONFIG_ message of every head, must
+///        be in the log. Nobody may be writing the log. @throws logfile::FileError; the old log is then
+///        untouched
+logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log,
+                                              const std::filesystem::path& nodes_folder);
+
+/// The (incarnation, seq) of a message with a header; nothing for others.
+std::optional<logfile::MessageKey> message_key(std::string_view channel, std::span<const std::byte> message);
+
+}  // namespace firn

@@ -1,0 +1,123 @@
+#include "print/folder/node_makers.h"
+
+#include "print/folder/run_config.h"
+#include "print/inputs/targets.h"
+#include "core/slice/paths/print_paths.h"
+#include "procs/controller/node.h"
+#include "procs/droplet_estimator/node.h"
+#include "procs/flow_estimator/node.h"
+#include "procs/heater/node.h"
+#include "procs/jet/node.h"
+#include "procs/lamp/node.h"
+#include "procs/laser_point/node.h"
+#include "procs/laser_profiler/node.h"
+#include "procs/path_planner/node.h"
+#include "procs/robot/node.h"
+#include "procs/safety/node.h"
+#include "procs/scheduler/scheduler.h"
+#include "procs/stage/node.h"
+#include "procs/surface_mapper/node.h"
+#include "procs/valve/node.h"
+
+namespace firn {
+
+std::span<const NamedMaker> node_makers() {
+  static constexpr NamedMaker kMakers[] = {
+      {NodeId::kScheduler, &make_scheduler},
+      {NodeId::kSurfaceMapper, &make_surface_mapper},
+      {NodeId::kController, &make_controller_node},
+      {NodeId::kStage, &make_stage},
+      {NodeId::kJet, &make_jet},
+      {NodeId::kLaserProfiler, &make_laser_profiler},
+      {NodeId::kLamp, &make_lamp},
+      {NodeId::kJetB, &make_jet_b},
+      {NodeId::kSafety, &make_safety},
+      {NodeId::kDropletEstimator, &make_droplet_estimator},
+      {NodeId::kRobot, &make_robot},
+      {NodeId::kValveA, &make_valve_a},
+      {NodeId::kValveB, &make_valve_b},
+      {NodeId::kLaserPoint, &make_laser_point},
+      {NodeId::kHeater, &make_heater},
+      {NodeId::kPathPlanner, &make_path_planner},
+      {NodeId::kFlowEstimator, &make_flow_estimator},
+  };
+  return kMakers;
+}
+
+std::vector<NamedMaker> taking_part(const Experiment& e) {
+  std::vector<NamedMaker> out;
+  for (const NamedMaker& m : node_makers())
+    if (takes_part(e, info(m.id).name)) out.push_back(m);
+  return out;
+}
+
+std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
+  try {
+    return taking_part(parse_experiment(recorded_config(run), "the recorded configuration"));
+  } catch (const std::exception&) {  // replay says what is wrong with it
+    std::vector<NamedMaker> out = taking_part(Experiment{});
+    for (const NamedMaker& m : node_makers())
+      if (!takes_part(Experiment{}, info(m.id).name) &&
+          std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal")))
+        out.push_back(m);
+    return out;
+  }
+}
+
+namespace {
+
+/// An ink-jet lab with all it may have.
+Experiment fullest_inkjet() {
+  Experiment e;
+  e.estimator.droplets = e.control.adapt_model = "on";
+  e.control.height_estimate = "kalman";
+  return e;
+}
+
+/// An ice lab with all it may have.
+Experiment fullest_ice() {
+  Experiment e;
+  e.lab.kind = "ice";
+  e.control.scheme = "smf";
+  e.flow.feed_forward = "on";
+  e.ice.mesh = e.ice.slice = e.ice.machine = "-";
+  return e;
+}
+
+/// One square layer; the machine of the defaults.
+Blobs some_ice_inputs() {
+  slice::PrintPaths paths;
+  paths.head.layers = 1;
+  paths.head.materials = {{"part", "water"}, {"scaffold", "scaffold"}};
+  paths.head.laser = "laser";
+  slice::LayerPaths layer;
+  layer.layer = 1;
+  layer.z = layer.height = 2400;
+  const slice::Point corners[] = {{0, 0}, {100000, 0}, {100000, 100000}, {0, 100000}};
+  layer.lines.add(corners);
+  layer.info.push_back({PathKind::kBoundary, 0, true, 15000});
+  paths.layers.push_back(std::move(layer));
+  return {{"paths", "", slice::encode(paths)}, {"machine", "", {}}};
+}
+
+void add_subscriptions(const Experiment& e, const Blobs& inputs, Subscriptions& out) {
+  const std::string config = dump(e);
+  for (const NamedMaker& maker : node_makers()) {
+    if (!takes_part(e, info(maker.id).name) && maker.id != NodeId::kJetB) continue;
+    const std::unique_ptr<Node> node = maker.make(config, inputs);
+    for (const Node::Route& route : node->routes())
+      out[std::string(route.channel)].emplace(info(maker.id).name);
+  }
+}
+
+}  // namespace
+
+Subscriptions all_subscriptions() {
+  Subscriptions out;
+  const Experiment inkjet = fullest_inkjet();
+  add_subscriptions(inkjet, make_inputs(inkjet, ""), out);
+  add_subscriptions(fullest_ice(), some_ice_inputs(), out);
+  return out;
+}
+
+}  // namespace firn

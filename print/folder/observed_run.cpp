@@ -1,0 +1,114 @@
+#include "print/folder/observed_run.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "files/exit_codes.h"
+#include "print/folder/run_config.h"
+#include "print/folder/run_folder.h"
+#include "core/grid/npy.h"
+#include "firn/deposition_report_t.hpp"
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "replay/run_messages.h"
+
+namespace firn {
+namespace {
+
+constexpr double kWidePrior = 2.0;
+constexpr double kNoiseIfUnknown_mm = 0.001;
+
+double noise_of(const height_map_t& m) { return m.noise_std_mm > 0.0 ? m.noise_std_mm : kNoiseIfUnknown_mm; }
+
+}  // namespace
+
+ObservedRun::ObservedRun(const Experiment& experiment, Mask mask)
+    : experiment_(experiment), mask_(std::move(mask)) {}
+
+ObservedRun ObservedRun::read(const std::filesystem::path& path) {
+  const RunFolder folder = RunFolder::open(path);
+  const Experiment e = parse_experiment(recorded_config(path), path.string() + ": recorded configuration");
+  if (has_two_jets(e))
+    throw UsageError(path.string() + ": this run printed two inks; h1, h2, h3 are those of one");
+  ObservedRun run(e, mask_from_npy(blob(folder.inputs(), "mask").bytes, e.grid, "mask"));
+  try {
+    const replay::RunMessages messages(path);
+    for (const std::string_view channel : {channels::kDepositionReport.name, channels::kHeightMap.name})
+      for (const auto bytes : messages.on(channel)) run.take(channel, bytes);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+  return run;
+}
+
+void ObservedRun::take(std::string_view channel, std::span<const std::byte> bytes) {
+  if (channel == channels::kHeightMap.name) {
+    height_map_t m;
+    if (m.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(m.grid) != experiment_.grid) return;
+    const auto known = maps_.find(m.layer);
+    if (known == maps_.end() || known->second.attempt <= m.attempt) maps_[m.layer] = std::move(m);
+  } else if (channel == channels::kDepositionReport.name) {
+    deposition_report_t r;
+    if (r.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(r.grid) != experiment_.grid) return;
+    drops_[r.layer].add({drops_of(r), r.pass, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
+  }
+}
+
+int ObservedRun::layers() const {
+  int n = 0;
+  while (maps_.contains(n) && maps_.contains(n + 1) && drops_.contains(n + 1)) ++n;
+  return n;
+}
+
+double ObservedRun::noise_std_mm() const {
+  double sum = 0.0;
+  for (const auto& [layer, m] : maps_) sum += noise_of(m);
+  return maps_.empty() ? 0.0 : sum / double(maps_.size());
+}
+
+std::int64_t ObservedRun::droplets() const {
+  std::int64_t n = 0;
+  for (int k = 1; k <= layers(); ++k)
+    for (const droplet::Pass& p : drops_.at(k).passes()) n += std::int64_t(p.cells.size());
+  return n;
+}
+
+std::vector<droplet::Use> ObservedRun::use_of(const droplet::LayerDrops& drops,
+                                              const height_map_t& map) const {
+  return drops.use_of(height_of(map), map.quality, mask_);
+}
+
+std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
+  std::vector<droplet::PrintedLayer> out;
+  for (int k = 1; k <= layers(); ++k) {
+    const height_map_t &before = maps_.at(k - 1), &after = maps_.at(k);
+    droplet::PrintedLayer l{DropletPattern(experiment_.grid), height_of(before), height_of(after), {}};
+    for (const droplet::Pass& p : drops_.at(k).passes())
+      for (const auto c : p.cells) ++l.fired.cells[c];
+    l.use = use_of(drops_.at(k), after);
+    const auto first = use_of({}, before);
+    for (std::size_t c = 0; c < l.use.size(); ++c)
+      if (first[c] == droplet::Use::kNothing) l.use[c] = droplet::Use::kNothing;
+    out.push_back(std::move(l));
+  }
+  return out;
+}
+
+droplet::Estimate ObservedRun::learn() const {
+  if (layers() == 0)
+    throw std::invalid_argument(maps_.contains(0) ? "no layer was printed and measured"
+                                                  : "there is no map of the bare ground");
+  droplet::EstimatorOptions o;
+  o.prior = {experiment_.model.h1_mm, experiment_.model.h2_mm, experiment_.model.h3_mm};
+  o.prior_std = kWidePrior;
+  o.window_layers = experiment_.estimator.window_layers;
+  o.border = experiment_.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
+  droplet::DropletEstimator estimator(experiment_.grid, o);
+  estimator.set_ground(height_of(maps_.at(0)), use_of({}, maps_.at(0)), noise_of(maps_.at(0)));
+  for (int k = 1; k <= layers(); ++k)
+    estimator.add_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)),
+                        noise_of(maps_.at(k)));
+  return estimator.estimate();
+}
+
+}  // namespace firn

@@ -1,0 +1,45 @@
+#include "print/folder/run_config.h"
+
+#include <algorithm>
+
+#include "config/experiment.h"
+#include "config/include.h"
+#include "replay/wal_file.h"
+
+namespace firn {
+
+namespace fs = std::filesystem;
+
+ConfigChange config_change(const fs::path& run, const std::string& recorded_toml,
+                           const std::vector<std::string>& overrides) {
+  ConfigChange result;
+  if (recorded_toml.empty()) return result;
+  const Experiment recorded = parse_experiment(recorded_toml, "the recorded configuration");
+  const fs::path file = run / "experiment.toml";
+  const Experiment now = fs::exists(file)
+                             ? load_experiment(file, overrides)
+                             : parse_experiment({{"the recorded configuration", recorded_toml}}, overrides);
+  for (const ConfigDifference& d : differences(recorded, now))
+    result.settings.push_back(d.key + ": recorded " + d.a + ", now " + d.b);
+  if (!result.settings.empty()) result.change = [text = dump(now)](const std::string&) { return text; };
+  return result;
+}
+
+std::string recorded_config(const fs::path& run) {
+  std::vector<fs::path> files;
+  if (fs::is_directory(run / "nodes"))
+    for (const auto& entry : fs::directory_iterator(run / "nodes"))
+      if (entry.path().extension() == ".wal") files.push_back(entry.path());
+  std::ranges::sort(files);
+  for (const fs::path& path : files) {
+    try {
+      replay::WalFile file(path);
+      if (file.next() == replay::WalFile::Item::kHead) return file.head().config_toml;
+    } catch (const std::exception&) {
+      // replay names a file that cannot be read
+    }
+  }
+  return "";
+}
+
+}  // namespace firn

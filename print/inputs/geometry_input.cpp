@@ -1,0 +1,91 @@
+#include "print/inputs/geometry_input.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "files/exit_codes.h"
+#include "files/mesh/mesh_file.h"
+#include "print/inputs/targets.h"
+#include "config/error.h"
+#include "core/slice/mesh/columns.h"
+#include "core/slice/mesh/placement.h"
+
+namespace firn {
+namespace {
+
+[[noreturn]] void refuse(const std::string& file, const std::string& key, const std::string& problem) {
+  throw ConfigError(file, 0, key, key + ": " + problem);
+}
+
+std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error))
+    refuse(folder.string(), "geometry.images", "no such folder");
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().extension() == ".png") files.push_back(entry.path());
+  if (files.empty()) refuse(folder.string(), "geometry.images", "no *.png in it");
+  if (files.size() > std::size_t(kMaxGridSide))
+    refuse(folder.string(), "geometry.images",
+           std::to_string(files.size()) + " images are above the limit of " + std::to_string(kMaxGridSide));
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+ImageStack load_stack(const Experiment& e, const std::filesystem::path& folder) {
+  std::vector<Mask> layers;
+  for (const std::filesystem::path& file : images_in(folder)) {
+    const Grid<double> grey =
+        grey_from_png(read_bytes(file, "geometry.images"), e.grid, file.string(), "geometry.images");
+    Mask& layer = layers.emplace_back(e.grid);
+    for (std::size_t c = 0; c < grey.size(); ++c) layer.cells[c] = grey.cells[c] >= 0.5;
+  }
+  return ImageStack(e.grid, e.geometry.image_pitch_z_mm, std::move(layers));
+}
+
+Geometry load_mesh(const Experiment& e, const std::filesystem::path& file, double height_mm) {
+  using Mode = slice::AxisPlace::Mode;
+  const MeshFile mesh = [&] {
+    try {
+      return MeshFile(file);
+    } catch (const UsageError& error) {
+      refuse(file.string(), "geometry.mesh", error.what());
+    }
+  }();
+  slice::Placement placement;
+  placement.unit_mm = mesh.data().mm_per_unit;
+  placement.scale = {e.geometry.mesh_scale_xy, e.geometry.mesh_scale_xy, e.geometry.mesh_scale_z};
+  placement.translation = {
+      {{Mode::kCentre, 0.0}, {Mode::kCentre, 0.0}, {Mode::kNumber, e.geometry.mesh_z_mm}}};
+  const slice::FacetView facets = mesh.facets();
+  GridSpec about_middle = e.grid;  // the mesh is centred on 0, the grid stands where it likes
+  about_middle.origin_x_mm = -0.5 * (e.grid.nx - 1) * e.grid.pitch_x_mm;
+  about_middle.origin_y_mm = -0.5 * (e.grid.ny - 1) * e.grid.pitch_y_mm;
+  const slice::Mesh welded = slice::weld(facets, slice::place(facets, placement, serially));
+  return Geometry(e.grid, height_mm, slice::columns(welded, about_middle, height_mm));
+}
+
+}  // namespace
+
+std::optional<Geometry> make_geometry(const Experiment& e, const HeightMap& target,
+                                      const std::filesystem::path& folder) {
+  const std::string& kind = e.geometry.solid.kind;
+  if (kind == "none") return std::nullopt;
+  const double height_mm = *std::max_element(target.cells.begin(), target.cells.end());
+  const double step_mm = 0.25 * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm);
+  try {
+    Geometry g =
+        kind == "mesh" ? load_mesh(e, folder / e.geometry.mesh, height_mm)
+        : kind == "images"
+            ? Geometry::sampled(load_stack(e, folder / e.geometry.images), e.grid, height_mm, step_mm)
+            : Geometry::sampled(*make_solid(e.geometry.solid, e.grid), e.grid, height_mm, step_mm);
+    bool any = false;
+    for (std::size_t c = 0; c < e.grid.size(); ++c) any = any || !g.spans(c).empty();
+    if (!any) refuse("geometry", "geometry.shape", "no part of the object lies in the block");
+    return g;
+  } catch (const std::invalid_argument& error) {
+    refuse("geometry", "geometry.shape", error.what());
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,397 @@
+#include "print/live/launcher.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "print/live/bus_port.h"
+#include "print/live/child_process.h"
+#include "files/exit_codes.h"
+#include "print/folder/log_repair.h"
+#include "print/folder/node_makers.h"
+#include "print/folder/run_resume.h"
+#include "print/live/run_watch.h"
+#include "print/simulated/sim_truth.h"
+#include "config/experiment.h"
+#include "firn/fault_t.hpp"
+#include "firn/operator_command_t.hpp"
+#include "firn/run_start_t.hpp"
+#include "firn/sim_truth_t.hpp"
+#include "lcmtypes/outcome.h"
+#include "procs/bus/lcm_bus.h"
+#include "runtime/build_info.h"
+#include "runtime/process_args.h"
+#include "runtime/station.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kSafeWithinS = 2.0;  // after STOP: drivers have 1 s of their own
+constexpr double kRecorderWithinS = 3.0;
+constexpr double kWorldWithinS = 10.0;      // saves its state
+constexpr double kSchedulerWithinS = 10.0;  // to end the run after a safe stop
+constexpr double kTruthWithinS = 2.0;
+
+volatile sig_atomic_t interrupted = 0;
+
+/// Ctrl-C and SIGTERM set a flag while this lives.
+class Signals {
+ public:
+  Signals() {
+    interrupted = 0;
+    struct sigaction a {};
+    a.sa_handler = [](int) { interrupted = 1; };
+    ::sigaction(SIGINT, &a, &int_);
+    ::sigaction(SIGTERM, &a, &term_);
+  }
+  ~Signals() {
+    ::sigaction(SIGINT, &int_, nullptr);
+    ::sigaction(SIGTERM, &term_, nullptr);
+  }
+
+ private:
+  struct sigaction int_ {
+  }, term_{};
+};
+
+double wall_s() { return double(monotonic_us()) * 1e-6; }
+
+class Launch {
+ public:
+  Launch(const RunFolder& folder, const LaunchOptions& options)
+      : folder_(folder),
+        options_(options),
+        experiment_(
+            parse_experiment(folder.experiment_toml(), (folder.path() / "experiment.toml").string())) {}
+
+  LaunchReport run();
+
+ private:
+  void prepare();
+  void start_all();
+  void await_ready();
+  void begin();
+  void watch();
+  void end_all(const std::string& cause);
+  LaunchReport report();
+
+  /// @returns how many messages the log had lost
+  std::size_t repair_log() const;
+  ChildProcess* child(std::string_view name);
+  double node_s() const {
+    return RunClock(args_.options.epoch_ns, args_.options.offset_us, args_.options.time_scale)
+        .at_ns(monotonic_ns())
+        .s();
+  }
+  /// Waits at most until `until_s` for something to happen and handles it.
+  void turn(double until_s);
+  void take_lines();
+  void find_the_dead();
+  void ask_truth();
+  void note(const std::string& text) const {
+    options_.note ? options_.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
+  }
+
+  const RunFolder& folder_;
+  const LaunchOptions& options_;
+  Experiment experiment_;
+  Signals signals_;
+  ProcessArgs args_;
+  std::optional<LcmBus> bus_;
+  std::optional<Station> station_;
+  std::optional<RunWatch> watch_;
+  std::vector<std::unique_ptr<ChildProcess>> children_;  // world and recorder first: they end last
+  std::map<std::string, std::string> said_;              // last ERROR or FAULT line of each
+  std::map<std::string, bool> ready_;
+  std::optional<std::pair<int, std::string>> finish_;  // the scheduler's FINISH
+  std::string cause_;                                  // why the lab is stopped early
+  bool stopping_ = false;
+  bool truth_asked_ = false;
+  std::size_t faults_done_ = 0;
+};
+
+LaunchReport Launch::run() {
+  prepare();
+  if (watch_->end()) return report();
+  start_all();
+  await_ready();
+  begin();
+  watch();
+  end_all(cause_.empty() ? "the run is over" : cause_);
+  return report();
+}
+
+void Launch::prepare() {
+  ProcessOptions& o = args_.options;
+  o.run_dir = folder_.path().string();
+  o.run_id = folder_.run_id();
+  o.time_scale = experiment_.run.time_scale;
+  o.control_fd = ChildProcess::kControlFd;
+  const BusConfig& b = experiment_.bus;
+  o.faults = {b.loss, b.duplicate, b.reorder, b.delay, b.delay_s, b.seed, 0, 0};
+  for (const Blob& blob : folder_.inputs()) args_.blobs.emplace_back(blob.role, blob.sha256);
+  ResumePoint point;
+  if (options_.resume) {
+    point = read_resume_point(folder_.path(), RunWatch::channels());
+    repair_log();
+    folder_.clear_result();
+  }
+  o.incarnation = point.incarnation;
+  o.offset_us = point.offset_us;
+  o.epoch_ns = monotonic_ns();
+  args_.bus_url =
+      options_.bus_url.empty() ? default_bus_url(free_bus_port(folder_.run_id())) : options_.bus_url;
+  if (const std::string warning = receive_buffer_warning(); !warning.empty()) note(warning);
+
+  o.node = NodeId::kLauncher;
+  ProcessOptions own = o;
+  own.faults = {};
+  watch_.emplace(o.incarnation);
+  bus_.emplace(args_.bus_url);
+  station_.emplace(own, *bus_, [this](const ChannelInfo& row, std::span<const std::byte> m) {
+    watch_->on_message(row, m);
+  });
+  for (const std::string_view channel : RunWatch::channels()) station_->subscribe(channel);
+  for (const auto& [channel, message] : point.newest) {
+    if (channel == channels::kRunEnd.name) watch_->on_earlier_end(message);
+    station_->restore_received(channel, message);
+  }
+  station_->join();
+}
+
+void Launch::start_all() {
+  const fs::path programs =
+      options_.programs.empty() ? fs::read_symlink("/proc/self/exe").parent_path() : options_.programs;
+  const auto start = [&](const std::string& name) {
+    args_.options.node = name == "world" ? NodeId::kLauncher : find_node(name)->id;
+    children_.push_back(std::make_unique<ChildProcess>(name, programs / name, to_arguments(args_),
+                                                       folder_.path() / "nodes" / (name + ".err")));
+  };
+  for (const char* name : {"world", "recorder"}) start(name);
+  for (const NamedMaker& n : taking_part(experiment_)) start(std::string(info(n.id).name));
+  const ProcessOptions& o = args_.options;
+  std::ofstream(folder_.path() / "clocks", std::ios::app)
+      << o.incarnation << " " << o.epoch_ns << " " << o.offset_us << " " << o.time_scale << " "
+      << args_.bus_url << "\n";
+  std::ofstream pids(folder_.path() / "pids");
+  pids << "launcher " << ::getpid() << "\n";
+  for (const auto& c : children_) pids << c->name() << " " << c->pid() << "\n";
+}
+
+void Launch::await_ready() {
+  const double until = wall_s() + options_.ready_within_s;
+  const auto all_ready = [&] {
+    return std::all_of(children_.begin(), children_.end(), [&](const auto& c) { return ready_[c->name()]; });
+  };
+  while (!all_ready()) {
+    turn(until);
+    std::string trouble;
+    for (const auto& c : children_) {
+      const auto& ending = c->poll_ending();
+      if (ending)
+        trouble += (trouble.empty() ? "" : "; ") + c->name() + " " + to_text(*ending) +
+                   " before it was ready" + (said_[c->name()].empty() ? "" : ": " + said_[c->name()]);
+    }
+    if (trouble.empty() && wall_s() >= until) {
+      for (const auto& c : children_)
+        if (!ready_[c->name()])
+          trouble +=
+              (trouble.empty() ? "not ready after " + std::to_string(int(options_.ready_within_s)) + " s: "
+                               : ", ") +
+              c->name();
+    }
+    if (interrupted) trouble = "interrupted before the start";
+    if (trouble.empty()) continue;
+    end_all(trouble);
+    throw std::runtime_error(trouble);
+  }
+}
+
+void Launch::begin() {
+  station_->set_state(Heartbeat::kRunning);
+  for (const auto& c : children_) c->control().say("START");
+  run_start_t start{};
+  start.name = experiment_.run.name;
+  start.commit = build_commit();
+  start.scheme = experiment_.control.scheme;
+  station_->send(channels::kRunStart, start);
+  if (options_.accept_doubt) {
+    operator_command_t command{};
+    command.verb = std::int8_t(OperatorVerb::kAcceptDoubt);
+    command.text = "firn print --resume --accept-doubt";
+    station_->send(channels::kOperatorCommand, command);
+  }
+  if (options_.on_start) {
+    std::map<std::string, int> pids;
+    for (const auto& c : children_) pids[c->name()] = int(c->pid());
+    options_.on_start(pids);
+  }
+}
+
+void Launch::watch() {
+  double stop_seen_s = -1.0;
+  while (cause_.empty() && !(watch_->end() && finish_)) {
+    turn(wall_s() + 0.2);
+    for (; faults_done_ < options_.faults.size() && node_s() >= options_.faults[faults_done_].node_s;
+         ++faults_done_)
+      child("world")->control().say(simfault_line(options_.faults[faults_done_].fault));
+    if (auto metrics = watch_->take_metrics()) {
+      if (options_.progress) options_.progress(*metrics);
+      ask_truth();
+    }
+    find_the_dead();
+    if (interrupted && cause_.empty()) cause_ = "interrupted by the operator " + watch_->place();
+    const bool ending = watch_->safe_stop() || watch_->end() || finish_;
+    if (ending && stop_seen_s < 0.0) stop_seen_s = wall_s();
+    if (ending && wall_s() > stop_seen_s + kSchedulerWithinS && cause_.empty()) {
+      if (watch_->end() || finish_) break;
+      cause_ = watch_->fault() + "; the scheduler did not end the run";
+    }
+  }
+  if (!cause_.empty()) return;
+  ask_truth();  // the finished part
+  for (const double until = wall_s() + kTruthWithinS;
+       truth_asked_ && wall_s() < until && child("world")->running();)
+    turn(until);
+}
+
+void Launch::find_the_dead() {
+  for (const auto& c : children_) {
+    const auto& ending = c->poll_ending();
+    if (!ending || !cause_.empty()) continue;
+    cause_ = c->name() + " " + to_text(*ending) + " " + watch_->place();
+    if (!said_[c->name()].empty()) cause_ += ": " + said_[c->name()];
+  }
+}
+
+void Launch::end_all(const std::string& cause) {
+  stopping_ = true;
+  if (!cause_.empty()) {
+    note(cause_ + "; making the lab safe");
+    fault_t fault{};
+    fault.severity = std::int8_t(Severity::kStop);
+    fault.node = "launcher";
+    fault.text = cause_;
+    station_->send(channels::fault(NodeId::kLauncher), fault);
+  }
+  const auto stop = [&](std::size_t from, std::size_t to, double within_s) {
+    for (std::size_t n = from; n < to; ++n) children_[n]->control().say("STOP " + cause);
+    const auto gone = [&] {
+      return std::all_of(children_.begin() + long(from), children_.begin() + long(to),
+                         [](const auto& c) { return !c->running(); });
+    };
+    for (const double until = wall_s() + within_s; !gone() && wall_s() < until;) turn(until);
+    for (std::size_t n = from; n < to; ++n)
+      if (children_[n]->running()) {
+        note(children_[n]->name() + " did not end within " + std::to_string(int(within_s)) +
+             " s and was killed");
+        children_[n]->kill();
+      }
+  };
+  stop(2, children_.size(), kSafeWithinS);  // nodes
+  stop(1, 2, kRecorderWithinS);
+  stop(0, 1, kWorldWithinS);
+  std::error_code ignored;
+  fs::remove(folder_.path() / "pids", ignored);
+}
+
+LaunchReport Launch::report() {
+  LaunchReport report;
+  report.log_repaired = repair_log();
+  RunResult& r = report.result;
+  if (!cause_.empty() || !watch_->end()) {
+    r.outcome = interrupted ? "interrupted" : "stopped safely";
+    r.status = interrupted ? kInterrupted : kSafetyStop;
+    r.reason = !cause_.empty() ? cause_ : finish_ ? finish_->second : "the scheduler said nothing";
+    return report;
+  }
+  const run_end_t& end = *watch_->end();
+  r = result_of(end.outcome, end.layers, end.reason);
+  if (finish_) r.status = finish_->first;
+  if ((RunOutcome(end.outcome) == RunOutcome::kStoppedSafely ||
+       RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) &&
+      !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
+    r.reason += " (" + watch_->fault() + ")";
+  report.ended = true;
+  folder_.write_result(r);
+  return report;
+}
+
+std::size_t Launch::repair_log() const {
+  const logfile::RepairReport repair = repair_from_write_ahead(folder_.log_path(), folder_.nodes_path());
+  const std::size_t lost = repair.inserted + repair.replaced;
+  if (repair.gaps.size() <= 3)
+    for (const std::string& line : describe(repair)) note(line);
+  else
+    note("recording gap, repaired: " + std::to_string(lost) + " messages of " +
+         std::to_string(repair.gaps.size()) + " channels");
+  return lost;
+}
+
+ChildProcess* Launch::child(std::string_view name) {
+  for (const auto& c : children_)
+    if (c->name() == name) return c.get();
+  return nullptr;
+}
+
+void Launch::turn(double until_s) {
+  const std::int64_t now = monotonic_us();
+  const std::int64_t until = std::min(std::int64_t(until_s * 1e6), station_->due_us());
+  const int left_ms = int(std::clamp<std::int64_t>((until - now + 999) / 1000, 0, 200));
+  std::vector<pollfd> fds{{station_->fd(), POLLIN, 0}};
+  for (const auto& c : children_) {
+    if (!c->control().closed()) fds.push_back({c->control().fd(), POLLIN, 0});
+    if (c->running()) fds.push_back({c->pidfd(), POLLIN, 0});
+  }
+  ::poll(fds.data(), nfds_t(fds.size()), left_ms);
+  station_->service();
+  take_lines();
+}
+
+void Launch::take_lines() {
+  for (const auto& c : children_)
+    while (const auto line = c->control().next()) {
+      std::istringstream words(*line);
+      std::string verb, rest;
+      words >> verb;
+      if (verb == "READY") ready_[c->name()] = true;
+      if (verb == "FINISH" && c->name() == "scheduler") {
+        int status = 1;
+        words >> status >> std::ws;
+        std::getline(words, rest);
+        finish_ = {status, rest};
+      }
+      if (verb == "ERROR" || verb == "FAULT")
+        said_[c->name()] = line->substr(std::min(line->size(), verb.size() + 1));
+      if (verb == "TRUTH") {
+        truth_asked_ = false;
+        if (const auto truth = parse_truth_line(*line)) station_->send(channels::kSimTruth, *truth);
+      }
+    }
+}
+
+void Launch::ask_truth() {
+  if (truth_asked_) return;
+  child("world")->control().say("TRUTH");
+  truth_asked_ = true;
+}
+
+}  // namespace
+
+LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) {
+  return Launch(folder, options).run();
+}
+
+}  // namespace firn

@@ -1,0 +1,184 @@
+#include "print/prepare/plan_aerosol.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "report/paths/aerosol_pictures.h"
+#include "files/exit_codes.h"
+#include "files/path/print_job_file.h"
+#include "print/folder/run_folder.h"
+#include "files/path/trajectory_file.h"
+#include "core/motion/kinematics/fault.h"
+#include "runtime/build_info.h"
+
+namespace firn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using motion::AerosolPlan;
+using motion::AerosolReport;
+using motion::CornerMode;
+
+constexpr CornerMode kModes[] = {CornerMode::kPaper, CornerMode::kLoop, CornerMode::kHybrid};
+
+CornerMode mode_named(const std::string& word) {
+  for (const CornerMode mode : kModes)
+    if (word == name(mode)) return mode;
+  throw UsageError("--corner " + word + ": must be one of paper, loop, hybrid");
+}
+
+void shift(PrintJob& job, const Point2& by) {
+  const auto move = [&](Point2& p) { p = {p.x_mm + by.x_mm, p.y_mm + by.y_mm}; };
+  move(job.start);
+  move(job.end);
+  for (PrintSegment& s : job.segments) move(s.from), move(s.to);
+}
+
+std::string refusal(const std::string& file, const motion::Refusal& r) {
+  return fmt::format("{}: segments[{}]: {}", file, r.segment, r.reason);
+}
+
+Json json_of(const motion::Extreme& e) {
+  return {{"value", e.value}, {"t_s", e.t_s}, {"segment", e.segment}};
+}
+
+Json json_of(const AerosolPlan& plan, CornerMode mode) {
+  Json json{{"corner", name(mode)}, {"refused", Json::array()}};
+  for (const motion::Refusal& r : plan.refused)
+    json["refused"].push_back({{"segment", r.segment}, {"reason", r.reason}});
+  if (!plan.ok()) return json;
+  const AerosolReport& r = plan.report;
+  json.update({{"total_s", r.total_s},
+               {"print_s", r.print_s},
+               {"transit_s", r.transit_s},
+               {"wasted_mm3", r.wasted_mm3},
+               {"lower_bound_s", r.lower_bound_s},
+               {"loops", r.loops},
+               {"rounded", r.rounded},
+               {"transits", r.transits},
+               {"speed_error", json_of(r.speed_error)},
+               {"position_error_mm", json_of(r.position_error_mm)},
+               {"path_error_mm", json_of(r.path_error_mm)},
+               {"longest_corner_s", json_of(r.corner_s)},
+               {"axis_speed_ratio", json_of(r.axis_speed_ratio)},
+               {"axis_acceleration_ratio", json_of(r.axis_acceleration_ratio)}});
+  return json;
+}
+
+std::string report_line(const AerosolPlan& plan, CornerMode mode, bool chosen) {
+  const std::string front = fmt::format("{} {:<7}", chosen ? '*' : ' ', name(mode));
+  if (!plan.ok())
+    return front + fmt::format(" refused: {} segments, the first: segments[{}]: {}\n", plan.refused.size(),
+                               plan.refused[0].segment, plan.refused[0].reason);
+  const AerosolReport& r = plan.report;
+  return front + fmt::format(" {:9.3f} {:9.3f} {:9.3f} {:11.5f} {:8.3f} {:11.3f} {:10.3f} {:6} {:8}\n",
+                             r.total_s, r.print_s, r.transit_s, r.wasted_mm3, 100 * r.speed_error.value,
+                             1e3 * r.position_error_mm.value, 1e3 * r.path_error_mm.value, r.loops,
+                             r.rounded);
+}
+
+// Shortest digits that read back the same.
+std::string csv(const AerosolPlan& plan, const motion::AerosolMachine& machine) {
+  const Trajectory stage = motion::sample_stage(plan, machine);
+  const std::vector<motion::ShutterCommand> commands = motion::shutter_commands(plan, machine);
+  std::string text = "t_s,x_mm,y_mm,joint_1_mm,joint_2_mm,shutter_command\n";
+  std::size_t next = 0;
+  for (std::size_t n = 0; n < stage.samples(); ++n) {
+    const double t = double(n) * stage.tick_s;
+    while (next < commands.size() && commands[next].t_s <= t + 1e-12) ++next;
+    const Point2 p = motion::state_at(plan, std::min(t, plan.duration_s())).p_mm;
+    text += fmt::format("{},{},{},{},{},{}\n", t, p.x_mm, p.y_mm, stage.positions[2 * n],
+                        stage.positions[2 * n + 1], next > 0 && commands[next - 1].open ? 1 : 0);
+  }
+  return text;
+}
+
+void write_stage(const std::string& file, const AerosolPlan& plan, const motion::AerosolMachine& machine,
+                 const Machine& config, const AerosolPlanOptions& o) {
+  PlannedPath path;
+  path.trajectory = motion::sample_stage(plan, machine);
+  path.trajectory.id = 1;
+  for (std::size_t n = 2; n + 1 < path.trajectory.positions.size(); n += 2)
+    path.path_mm += std::hypot(path.trajectory.positions[n] - path.trajectory.positions[n - 2],
+                               path.trajectory.positions[n + 1] - path.trajectory.positions[n - 1]);
+  TrajectoryWriter out(file, {config.name,
+                              o.corner,
+                              "firn " + build_commit(),
+                              path.trajectory.tick_s,
+                              o.origin_mm,
+                              {"x", "y"},
+                              {"mm", "mm"}});
+  out.add(path);
+  out.finish();
+  std::fprintf(stderr, "wrote %s\n", file.c_str());
+}
+
+}  // namespace
+
+motion::AerosolMachine aerosol_machine(const Machine& machine) {
+  const AerosolConfig& a = machine.aerosol;
+  motion::AerosolMachine m;
+  m.axis = {a.v_max_mm_s, a.acceleration_mm_s2};
+  m.shutter_delay_s = a.shutter_delay_s;
+  m.flow_mm3_s = a.flow_mm3_s;
+  m.tick_s = a.tick_s;
+  m.substrate_moves = a.substrate_moves != 0;
+  m.stage_origin = {a.stage_origin_x_mm, a.stage_origin_y_mm};
+  m.stage_low = {machine.axis[0].low, machine.axis[1].low};
+  m.stage_high = {machine.axis[0].high, machine.axis[1].high};
+  return m;
+}
+
+int run_plan_aerosol(const Machine& config, const AerosolPlanOptions& o) {
+  const CornerMode chosen = mode_named(o.corner);
+  const motion::AerosolMachine machine = aerosol_machine(config);
+  PrintJob job = read_print_job(o.job);
+  shift(job, o.origin_mm);
+  std::vector<AerosolPlan> plans;
+  try {
+    for (const CornerMode mode : kModes)
+      plans.push_back(motion::plan_aerosol(job, machine, {mode, o.tolerance_mm}));
+  } catch (const motion::MotionError& e) {
+    throw UsageError(e.what());
+  }
+  const AerosolPlan& plan = plans[std::size_t(chosen)];
+  if (o.json) {
+    Json json{{"machine", config.name},
+              {"job", o.job},
+              {"corner", o.corner},
+              {"modes", Json::array()},
+              {"shutter_commands", Json::array()}};
+    for (const CornerMode mode : kModes) json["modes"].push_back(json_of(plans[std::size_t(mode)], mode));
+    for (const motion::ShutterCommand& c : motion::shutter_commands(plan, machine))
+      json["shutter_commands"].push_back({{"t_s", c.t_s}, {"open", c.open}});
+    std::printf("%s\n", json.dump(2).c_str());
+  } else {
+    std::printf("%-9s %9s %9s %9s %11s %8s %11s %10s %6s %8s\n", "  corner", "total s", "print s",
+                "transit s", "wasted mm3", "speed %", "position um", "path um", "loops", "rounded");
+    for (const CornerMode mode : kModes)
+      std::fputs(report_line(plans[std::size_t(mode)], mode, mode == chosen).c_str(), stdout);
+  }
+  if (!plan.ok()) {
+    for (const motion::Refusal& r : plan.refused)
+      std::fprintf(stderr, "firn plan: %s\n", refusal(o.job, r).c_str());
+    std::fputs("firn plan: nothing was written\n", stderr);
+    return kFailed;
+  }
+  const auto write = [](const std::string& file, const std::string& text) {
+    if (file.empty()) return;
+    write_file_atomically(file, text);
+    std::fprintf(stderr, "wrote %s\n", file.c_str());
+  };
+  if (!o.trajectory.empty()) write_stage(o.trajectory, plan, machine, config, o);
+  write(o.csv, o.csv.empty() ? "" : csv(plan, machine));
+  write(o.plot, o.plot.empty()
+                    ? ""
+                    : aerosol_plot(job, plan, machine, fmt::format("{}, --corner {}", o.job, o.corner)));
+  return kOk;
+}
+
+}  // namespace firn

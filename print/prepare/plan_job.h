@@ -1,0 +1,56 @@
+// Plans every path of a stream, some threads at a time, and hands the results on in the paths' order.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "files/path/path_file.h"
+#include "print/prepare/plan_pulses.h"
+#include "config/machine.h"
+#include "core/motion/planner.h"
+
+namespace firn {
+
+struct PlanJobOptions {
+  motion::PlanOptions plan;
+  Point2 origin;  ///< of the part's frame in the machine's
+  int threads = 1;
+  std::int64_t traced = 0;  ///< the number of the path whose trace is kept (for a plot), 0 = none
+  bool keep_tool = false;   ///< keep PlanResult::tool
+  bool pulses = false;      ///< plan the valve's pulses too; paths get rests where its lists need them
+  std::function<void(struct PlannedItem&)>
+      describe;  ///< run for each planned path by the thread that planned it
+};
+
+struct PlannedItem {
+  InputPath input;
+  double length_mm = 0.0;
+  motion::PlanResult result;
+  std::vector<std::byte> encoded;  ///< of the trajectory file; empty with a fault
+  deposition::PulsePlan pulse_plan;
+  std::vector<AddedStop> added_stops;
+  std::string csv, json, pulses;  ///< what PlanJobOptions::describe writes there
+  std::string problem;            ///< and why the path is refused after all
+};
+using PlannedSink = std::function<void(PlannedItem&&)>;
+
+/// A path is planned from itself alone (every one prefers the machine's posture), so the results do not
+/// depend on the number of threads. Memory: two batches of some 100,000 points, or two paths if these are
+/// longer.
+class PlanJob {
+ public:
+  PlanJob(const Machine& machine, const PlanJobOptions& options, PlannedSink sink);
+  ~PlanJob();
+  void add(InputPath&& path);  ///< @throws what the sink throws; UsageError naming an unknown tool and the
+                               ///< nearest known
+  void finish();               ///< hands on what is left
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace firn

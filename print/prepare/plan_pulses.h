@@ -1,0 +1,31 @@
+// Valve pulses of planned paths, and the rests that a path needs so that they fit the valve controller's
+// lists.
+#pragma once
+
+#include <vector>
+
+#include "files/path/path_file.h"
+#include "config/machine.h"
+#include "core/deposition/pulses.h"
+#include "core/motion/path_rests.h"
+#include "core/motion/planner.h"
+
+namespace firn {
+
+/// What a planned path asks of its valve: nominal flow (6.2) at the ticks, and the rests.
+deposition::FlowDemand nominal_demand(const Path& path, const motion::PlanResult& result);
+
+/// Nominal pulses of a planned path (6.2), (6.4)-(6.6), cut at its stops where the controller's limits need
+/// it.
+/// @throws std::runtime_error: more flow than the valve gives, or no stop where one is needed
+deposition::PulsePlan nominal_pulses(const InputPath& input, const motion::PlanResult& result,
+                                     const ValveConfig& valve);
+
+using AddedStop = motion::AddedRest;
+
+/// Points at which the path of `demand` (with pulses.problem) should rest as well, in the input's order of
+/// points (core/motion/path_rests.h).
+std::vector<AddedStop> add_stops(InputPath& input, const deposition::FlowDemand& demand,
+                                 const deposition::PulsePlan& pulses, std::vector<std::size_t>& stops);
+
+}  // namespace firn

@@ -1,0 +1,243 @@
+#include "print/simulated/lab_run.h"
+
+#include <chrono>
+#include <map>
+#include <optional>
+
+#include "print/folder/log_repair.h"
+#include "print/folder/node_makers.h"
+#include "print/simulated/plant_world.h"
+#include "print/folder/run_resume.h"
+#include "config/experiment.h"
+#include "firn/height_map_t.hpp"
+#include "firn/operator_command_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "firn/run_start_t.hpp"
+#include "firn/sim_truth_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+#include "files/record/event_log.h"
+#include "plant/ice/ice_lab.h"
+#include "plant/setup.h"
+#include "plant/world.h"
+#include "runtime/build_info.h"
+#include "runtime/lab.h"
+#include "runtime/wal_file.h"
+
+namespace firn {
+namespace {
+
+constexpr std::size_t kWalBuffer_bytes = 1 << 16;
+constexpr double kSafetyWall_s = 10.0;  // as the launcher waits for the end of a run
+
+std::int64_t stopwatch_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+plant::World make_world(const RunFolder& run, const Experiment& e, bool resume, plant::WorldRecord* record) {
+  const plant::WorldConfig config = plant::world_config(e);
+  const auto state = run.path() / "world" / "state";
+  if (resume && std::filesystem::exists(state)) return plant::World::restore(state, config, record);
+  return plant::World(config, record);
+}
+
+// A node with its write-ahead file.
+struct Member {
+  Member(const RunFolder& run, const NamedMaker& maker, const Blobs& inputs, bool resume)
+      : wal(run.wal_path(info(maker.id).name), resume, kWalBuffer_bytes),
+        host(maker.id, maker.make(run.experiment_toml(), inputs), run.run_id(), &wal) {
+    host.set_stopwatch(stopwatch_ns);
+  }
+  WalFile wal;
+  NodeHost host;
+};
+
+struct Message {
+  std::string_view channel;
+  std::vector<std::byte> bytes;
+};
+
+/// Each cell as 2 x 2: means over the map's cells stay exact.
+GridSpec halved(const GridSpec& g) {
+  return {2 * g.nx,
+          2 * g.ny,
+          0.5 * g.pitch_x_mm,
+          0.5 * g.pitch_y_mm,
+          g.origin_x_mm - 0.25 * g.pitch_x_mm,
+          g.origin_y_mm - 0.25 * g.pitch_y_mm};
+}
+
+// What the reliable channels had sent and what each node had received when everything died.
+struct Afterlife {
+  std::map<std::string_view, std::vector<std::vector<std::byte>>> sent;  // channel -> messages by seq
+  std::vector<std::map<std::string_view, std::size_t>> received;         // per node: channel -> count
+  std::vector<Message> unsent;
+
+  void hand_over(Lab& lab, const std::vector<std::unique_ptr<Member>>& members) {
+    for (const Message& m : unsent) sent[m.channel].push_back(m.bytes);
+    for (std::size_t n = 0; n < members.size(); ++n)
+      for (const auto& [channel, messages] : sent)
+        if (find_channel(channel)->delivery == Delivery::kReliable)
+          for (std::size_t k = received[n][channel]; k < messages.size(); ++k)
+            lab.publish_to(members[n]->host.id(), channel, messages[k]);
+  }
+};
+
+void restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& members, Afterlife& after) {
+  after.received.resize(members.size());
+  for (std::size_t n = 0; n < members.size(); ++n) {
+    RestoreSinks sinks;
+    sinks.head = [](const WalHead&) {};
+    sinks.received = [&](std::string_view c, std::span<const std::byte>) {
+      ++after.received[n][find_channel(c)->name];
+    };
+    sinks.sent = [&](std::string_view c, std::span<const std::byte> b) {
+      after.sent[find_channel(c)->name].emplace_back(b.begin(), b.end());
+    };
+    sinks.unsent = [&](std::string_view c, std::span<const std::byte> b) {
+      after.unsent.push_back({find_channel(c)->name, {b.begin(), b.end()}});
+    };
+    restore(members[n]->host, run.run_id(), members[n]->wal, sinks);
+  }
+}
+
+}  // namespace
+
+LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
+  const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
+  const Blobs inputs = run.inputs();
+  const auto record = plant::make_record_file(run.world_record_path());
+  PlantWorld world(make_world(run, e, options.resume, record.get()));
+  Lab lab(&world);
+  std::vector<std::unique_ptr<Member>> members;
+  for (const NamedMaker& maker : taking_part(e)) {
+    members.push_back(std::make_unique<Member>(run, maker, inputs, options.resume));
+    lab.add(&members.back()->host);
+  }
+  Afterlife after;
+  Time begin;
+  std::int32_t incarnation = 0;
+  if (options.resume) {
+    const ResumePoint point = read_resume_point(run.path(), {});
+    restore_all(run, members, after);
+    begin = Time{point.offset_us};
+    incarnation = point.incarnation;
+    repair_from_write_ahead(run.log_path(), run.nodes_path());
+    run.clear_result();
+  }
+
+  logfile::EventLogWriter::Options log_options;
+  log_options.mode = options.resume ? logfile::File::Mode::kAppend : logfile::File::Mode::kCreate;
+  logfile::EventLogWriter log(run.log_path(), log_options);
+  std::vector<std::byte> bytes;
+  for (const auto& m : members) {
+    const WalHead head = run.wal_head(m->host.name(), incarnation);
+    bytes.clear();
+    encode_head(head, bytes);
+    m->wal.append(WalKind::kHead, bytes);
+    log.append(begin.us, channels::config(m->host.id()).name, config_message(head));
+  }
+  LabRunReport report;
+  Outbox launcher(NodeId::kLauncher, run.run_id());
+  const auto launcher_sends = [&] {
+    for (std::size_t n = 0; n < launcher.size(); ++n)
+      lab.publish(launcher.at(n).channel, launcher.at(n).bytes);
+  };
+  run_end_t end{};
+  bool truth_due = false;
+  std::int32_t measured_layer = 0;
+  GridSpec map_grid;
+  lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time now) {
+    ++report.messages;
+    report.message_bytes += bytes.size();
+    if (find_channel(channel)->logged) log.append(now.us, channel, bytes);
+    if (channel == channels::kRunEnd.name) end.decode(bytes.data(), 0, int(bytes.size()));
+    if (height_map_t m; is_ice(e) && channel == channels::kHeightMap.name &&
+                        m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
+      map_grid = from_message(m.grid);
+    if (channel == channels::kLayerMetrics.name) {
+      truth_due = true;
+      layer_metrics_t m;
+      if (m.decode(bytes.data(), 0, int(bytes.size())) < 0) return;
+      measured_layer = m.layer;
+      if (options.progress) options.progress(m);
+    }
+  });
+
+  launcher.begin(begin, incarnation);
+  run_start_t started;
+  started.name = e.run.name;
+  started.commit = build_commit();
+  started.scheme = e.control.scheme;
+  launcher.send(channels::kRunStart, started);
+  launcher_sends();
+  after.hand_over(lab, members);
+  lab.start(incarnation, begin);
+  if (options.accept_doubt) {
+    launcher.begin(begin, incarnation);
+    operator_command_t c;
+    c.verb = std::int8_t(OperatorVerb::kAcceptDoubt);
+    launcher.send(channels::kOperatorCommand, c);
+    launcher_sends();
+  }
+
+  const Time limit = begin.after_s(3600.0 * 24 * 30);
+  // An instrument that says nothing more is never reported safe: safety is not waited for without end.
+  const double patience_s = kSafetyWall_s * e.run.time_scale;
+  std::optional<Time> scheduler_done;
+  const auto over = [&] {
+    bool all = true;
+    for (const auto& m : members) {
+      const NodeId id = m->host.id();
+      if (id == NodeId::kScheduler && m->host.finished() && !scheduler_done) scheduler_done = lab.now();
+      if ((id == NodeId::kScheduler || id == NodeId::kSafety) && !m->host.finished()) all = false;
+    }
+    return all || (scheduler_done && seconds_between(*scheduler_done, lab.now()) > patience_s);
+  };
+  std::size_t faults_done = 0;
+  while (!over()) {
+    for (; faults_done < options.faults.size() && lab.now().s() >= options.faults[faults_done].node_s;
+         ++faults_done)
+      world.inject(options.faults[faults_done].fault, lab.now());
+    if (options.crash_after_steps && lab.steps() >= options.crash_after_steps) {
+      report.crashed = true;
+      break;
+    }
+    if (!lab.step(limit))
+      throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) +
+                               " s of node time");
+    if (truth_due) {
+      truth_due = false;
+      plant::Truth t = world.world().truth();
+      if (world.world().ice()) t.height = world.world().ice()->height_over(halved(map_grid));
+      launcher.begin(lab.now(), incarnation);
+      sim_truth_t m;
+      m.layer = is_ice(e) ? measured_layer : std::int32_t(t.exposures);
+      m.droplets_fired = t.droplets_fired;
+      m.volume_mm3 = t.volume_mm3;
+      m.grid = to_message(t.height.spec);
+      m.n = std::int32_t(t.height.size());
+      m.height_mm.assign(t.height.cells.begin(), t.height.cells.end());
+      launcher.send(channels::kSimTruth, m);
+      launcher_sends();
+    }
+  }
+  record->flush();
+  for (const auto& m : members) m->wal.flush();
+  world.world().save(run.path() / "world" / "state");
+  log.close();
+
+  report.node_seconds = seconds_between(begin, lab.now());
+  report.now_us = lab.now().us;
+  report.steps = lab.steps();
+  report.truth = world.world().truth().height;
+  for (const auto& m : members) report.handler_seconds += double(m->host.handler_ns()) * 1e-9;
+  if (report.crashed) return report;
+  report.result = result_of(end.outcome, end.layers, end.reason);
+  run.write_result(report.result);
+  return report;
+}
+
+}  // namespace firn

@@ -1,0 +1,42 @@
+// A print with all nodes and the simulated world in this process and in simulated time. Leaves the same run
+// folder as a live print: write-ahead files, log.lcm, world.rec.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "print/simulated/lab_fault.h"
+#include "print/folder/run_folder.h"
+#include "core/grid/grid.h"
+#include "firn/layer_metrics_t.hpp"
+
+namespace firn {
+
+using ProgressFn = std::function<void(const layer_metrics_t&)>;
+
+struct LabRunOptions {
+  bool resume = false;
+  bool accept_doubt = false;            ///< the operator's word, for the open loop
+  std::uint64_t crash_after_steps = 0;  ///< fault injection: everything dies after this many steps; 0 = never
+  std::vector<LabFault> faults = {};    ///< in order of time
+  ProgressFn progress;
+};
+
+struct LabRunReport {
+  RunResult result;
+  bool crashed = false;
+  double node_seconds = 0.0;  ///< simulated duration
+  std::uint64_t steps = 0;
+  std::uint64_t messages = 0;
+  std::uint64_t message_bytes = 0;
+  double handler_seconds = 0.0;  ///< wall time inside the nodes' handlers
+  std::int64_t now_us = 0;       ///< node time at the end
+  HeightMap truth;               ///< noise-free final surface, which no node knows
+};
+
+/// Prints (or goes on printing) into `run`. Writes result.json unless it crashed.
+/// @throws std::runtime_error naming file and reason: unreadable inputs, a write-ahead file that does not
+/// replay.
+LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options);
+
+}  // namespace firn

@@ -1,0 +1,27 @@
+// Layers as pictures: outlines, and paths coloured by material and kind; several side by side as a contact
+// sheet.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/slice/paths/layer_paths.h"
+#include "core/slice/paths/path_plan.h"
+
+namespace firn {
+
+struct PicturedLayer {
+  slice::LayerRegions regions;
+  slice::LayerPaths paths;
+};
+
+/// One scale for all layers, each with its number and height above it.
+std::string layers_svg(std::span<const PicturedLayer> layers);
+/// The same as PNG. @param width_px of the sheet, 100 to 10,000
+std::string layers_png(std::span<const PicturedLayer> layers, int width_px);
+
+/// One layer's paths in the JSON format that firn plan reads. @param tools by material
+std::string layer_json(const slice::LayerPaths& layer, std::span<const std::string> tools);
+
+}  // namespace firn

@@ -1,0 +1,37 @@
+#include "report/run/metrics.h"
+
+#include <cstdio>
+
+namespace firn::replay {
+
+std::string metrics_csv(const RunData& run) {
+  std::string s =
+      "layer,attempt,map_id,target_mean_um,mean_height_um,mean_error_um,rms_um,std_um,min_error_um,max_error_"
+      "um,volume_mm3,"
+      "drops,drops_total,objective_um,iterations,deposit_s,cure_s,scan_s,decide_s,end_s,true_mean_error_um,"
+      "true_rms_um,"
+      "true_std_um\n";
+  for (const LayerRow& r : run.layers) {
+    char line[512];
+    std::snprintf(
+        line, sizeof line,
+        "%d,%d,%lld,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.6f,%lld,%lld,%.6f,%lld,%.3f,%.3f,%.3f,%.3f,%.3f,",
+        r.layer, r.attempt, static_cast<long long>(r.map_id), r.target_mean_mm * 1e3, r.mean_height_mm * 1e3,
+        r.mean_error_mm * 1e3, r.rms_mm * 1e3, r.std_mm * 1e3, r.min_error_mm * 1e3, r.max_error_mm * 1e3,
+        r.volume_mm3, static_cast<long long>(r.drops), static_cast<long long>(r.drops_total),
+        r.objective_mm * 1e3, static_cast<long long>(r.iterations), r.deposit_s, r.cure_s, r.scan_s,
+        r.decide_s, r.end_s);
+    s += line;
+    if (r.truth) {
+      std::snprintf(line, sizeof line, "%.3f,%.3f,%.3f", r.truth->mean_mm * 1e3, r.truth->rms_mm * 1e3,
+                    r.truth->std_mm * 1e3);
+      s += line;
+    } else {
+      s += ",,";
+    }
+    s += '\n';
+  }
+  return s;
+}
+
+}  // namespace firn::replay

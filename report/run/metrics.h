@@ -1,0 +1,14 @@
+// metrics.csv of a run: one row a layer.
+#pragma once
+
+#include <string>
+
+#include "report/run/report_data.h"
+
+namespace firn::replay {
+
+/// Header and rows. Heights and errors in um, as printed beside the papers' tables; the true_ columns are
+/// empty where no simulated world told the truth.
+std::string metrics_csv(const RunData& run);
+
+}  // namespace firn::replay

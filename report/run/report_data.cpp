@@ -1,0 +1,176 @@
+#include "report/run/report_data.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "core/grid/npy.h"
+#include "firn/layer_metrics_t.hpp"
+#include "firn/sim_truth_t.hpp"
+#include "lcmtypes/convert.h"
+#include "files/record/checksum.h"
+#include "files/record/event_log.h"
+#include "replay/run_messages.h"
+
+namespace firn::replay {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+std::string read_text(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+LayerRow row_of(const layer_metrics_t& m) {
+  LayerRow r;
+  r.layer = m.layer;
+  r.attempt = m.attempt;
+  r.map_id = m.map_id;
+  r.target_mean_mm = m.target_mean_mm;
+  r.mean_height_mm = m.mean_height_mm;
+  r.mean_error_mm = m.mean_error_mm;
+  r.rms_mm = m.rms_mm;
+  r.std_mm = m.std_mm;
+  r.min_error_mm = m.min_error_mm;
+  r.max_error_mm = m.max_error_mm;
+  r.volume_mm3 = m.volume_mm3;
+  r.drops = m.drops;
+  r.drops_total = m.drops_total;
+  r.objective_mm = m.objective_mm;
+  r.iterations = m.iterations;
+  r.deposit_s = m.deposit_s;
+  r.cure_s = m.cure_s;
+  r.scan_s = m.scan_s;
+  r.decide_s = m.decide_s;
+  r.end_s = double(m.header.utime_us) * 1e-6;
+  return r;
+}
+
+std::vector<std::byte> read_input(const fs::path& run, const Json& provenance, const std::string& role) {
+  for (const Json& input : provenance.value("inputs", Json::array()))
+    if (input.value("role", "") == role) {
+      const std::string text = read_text(run / "inputs" / input.value("sha256", ""));
+      const auto bytes = std::as_bytes(std::span(text));
+      return {bytes.begin(), bytes.end()};
+    }
+  throw std::invalid_argument(run.string() + ": provenance.json names no input '" + role + "'");
+}
+
+// SIM_TRUTH comes from the launcher, which has no write-ahead file: the log holds it, behind the
+// LAYER_METRICS that it belongs to.
+void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+  if (!fs::exists(run / "log.lcm")) return;
+  const logfile::EventLogFile log(run / "log.lcm");
+  logfile::EventLogReader reader = log.reader();
+  layer_metrics_t metrics{};
+  sim_truth_t m;
+  while (const auto event = reader.next()) {
+    if (event->channel == channels::kLayerMetrics.name)
+      metrics.decode(event->data.data(), 0, int(event->data.size()));
+    if (event->channel != channels::kSimTruth.name || event->damaged) continue;
+    if (m.decode(event->data.data(), 0, int(event->data.size())) != int(event->data.size())) continue;
+    HeightMap height(from_message(m.grid));
+    if (height.size() != m.height_mm.size() || height.spec != data.target.spec) continue;
+    std::ranges::copy(m.height_mm, height.cells.begin());
+    if (const auto row = rows.find(metrics.layer); row != rows.end())
+      row->second.truth = error_stats(height, data.target, data.mask);
+    data.truth = std::move(height);
+  }
+}
+
+void read_provenance(const fs::path& run, const Json& p, RunData& data) {
+  const auto text = [&](const char* key) {
+    const Json v = p.value(key, Json());
+    return v.is_string() ? v.get<std::string>() : v.is_null() ? "" : v.dump();
+  };
+  std::string command;
+  for (const Json& word : p.value("command_line", Json::array()))
+    command += (command.empty() ? "" : " ") + word.get<std::string>();
+  const std::string config = read_text(run / "experiment.toml");
+  char digest[20];
+  std::snprintf(digest, sizeof digest, "%016llx",
+                static_cast<unsigned long long>(logfile::checksum64(std::as_bytes(std::span(config)))));
+  data.provenance = {{"run id", text("run_id")}, {"started", text("started_utc")},
+                     {"commit", text("commit")}, {"platform", text("platform")},
+                     {"kernel", text("kernel")}, {"plant model", text("plant_model")},
+                     {"seeds", text("seeds")},   {"configuration digest (XXH64)", digest},
+                     {"command line", command}};
+}
+
+bool has_input(const Json& provenance, const std::string& role) {
+  for (const Json& input : provenance.value("inputs", Json::array()))
+    if (input.value("role", "") == role) return true;
+  return false;
+}
+
+// Beyond the paths a map of scattered readings is interpolation: nothing was laid there, nothing is shown.
+HeightMap within(const HeightMap& height, const Mask& footprint) {
+  HeightMap shown(height.spec, kNotMeasured);
+  for (std::size_t c = 0; c < shown.size(); ++c)
+    if (footprint.cells[c]) shown.cells[c] = height.cells[c];
+  return shown;
+}
+
+void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+  for (const IceInterval& i : data.ice->intervals) {
+    data.height = within(i.height, i.footprint);
+    data.target = HeightMap(i.height.spec, i.nominal_mm);
+    data.mask = i.footprint;
+    data.truth = i.truth;
+    if (const auto row = rows.find(i.layer); row != rows.end() && i.truth)
+      row->second.truth = error_stats(*i.truth, data.target, data.mask);
+  }
+}
+
+}  // namespace
+
+RunData read_run_data(const fs::path& run) {
+  const RunMessages messages(run);
+  const Json provenance = Json::parse(read_text(run / "provenance.json"), nullptr, false);
+  if (!provenance.is_object())
+    throw std::invalid_argument(run.string() + ": provenance.json is missing or damaged");
+  RunData data;
+  data.folder = fs::weakly_canonical(run).filename().string();
+  data.scheme = provenance.value("scheme", "");
+  const Json result = Json::parse(read_text(run / "result.json"), nullptr, false);
+  if (result.is_object()) {
+    data.outcome = result.value("outcome", "");
+    data.reason = result.value("reason", "");
+  }
+
+  messages.each<height_map_t>(channels::kHeightMap.name,
+                              [&](const height_map_t& m) { data.height = height_of(m); });
+  std::map<std::int32_t, LayerRow> rows;
+  messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) {
+    rows.insert_or_assign(m.layer, row_of(m));
+  });
+  read_provenance(run, provenance, data);
+  if (has_input(provenance, "paths")) {
+    data.ice = read_ice_data(run, messages, read_input(run, provenance, "paths"));
+    show_last_interval(data, rows);
+    for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
+    return data;
+  }
+  const std::vector<std::byte> target = read_input(run, provenance, "target"),
+                               mask = read_input(run, provenance, "mask");
+  GridSpec grid = data.height.spec;
+  if (grid.size() == 0) {
+    const NpyShape shape = npy_shape(target, "target");
+    grid = {shape.nx, shape.ny, 1.0, 1.0, 0.0, 0.0};
+  }
+  data.target = height_map_from_npy(target, grid, "target");
+  data.mask = mask_from_npy(mask, grid, "mask");
+  if (has_input(provenance, "geometry"))
+    data.inks = read_ink_data(messages, read_input(run, provenance, "geometry"), data.mask);
+  read_truth(run, data, rows);
+  for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
+  return data;
+}
+
+}  // namespace firn::replay

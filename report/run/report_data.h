@@ -1,0 +1,49 @@
+// What a report and metrics.csv need of one recorded run.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/grid/grid.h"
+#include "report/run/report_ice_data.h"
+#include "report/run/report_inks.h"
+
+namespace firn::replay {
+
+/// LAYER_METRICS of the last attempt at a layer; the truth from SIM_TRUTH where a simulated world told it.
+struct LayerRow {
+  std::int32_t layer = 0, attempt = 0;
+  std::int64_t map_id = 0;
+  double target_mean_mm = 0, mean_height_mm = 0, mean_error_mm = 0, rms_mm = 0, std_mm = 0;
+  double min_error_mm = 0, max_error_mm = 0, volume_mm3 = 0;
+  std::int64_t drops = 0, drops_total = 0;
+  double objective_mm = 0;
+  std::int64_t iterations = 0;
+  double deposit_s = 0, cure_s = 0, scan_s = 0, decide_s = 0;
+  double end_s = 0;                 ///< node time
+  std::optional<ErrorStats> truth;  ///< of the true surface about the target
+};
+
+struct RunData {
+  std::string folder;  ///< name of the run folder
+  std::string scheme;
+  std::string outcome, reason;     ///< empty outcome = the run has not ended
+  std::vector<LayerRow> layers;    ///< by layer
+  HeightMap height;                ///< last measured map; size 0 = none
+  std::optional<HeightMap> truth;  ///< last true surface
+  HeightMap target;
+  Mask mask;
+  std::optional<IceData>
+      ice;  ///< of a run of the ice lab; height, target and mask are its last interval's then
+  std::optional<InkData> inks;                                  ///< of a print with two inks
+  std::vector<std::pair<std::string, std::string>> provenance;  ///< name, value; in reading order
+};
+
+/// @throws std::invalid_argument for a folder that is no run or lacks its target; logfile::FileError
+RunData read_run_data(const std::filesystem::path& run);
+
+}  // namespace firn::replay

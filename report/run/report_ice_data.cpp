@@ -1,0 +1,152 @@
+#include "report/run/report_ice_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/slice/coverage/footprint.h"
+#include "firn/control_surface_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "firn/layer_metrics_t.hpp"
+#include "firn/path_job_t.hpp"
+#include "firn/pulse_list_t.hpp"
+#include "firn/sim_truth_t.hpp"
+#include "firn/trajectory_t.hpp"
+#include "lcmtypes/convert.h"
+#include "files/record/event_log.h"
+
+namespace firn::replay {
+namespace {
+
+constexpr int kMeasurement = 3;
+constexpr double kLongestCurve_s = 8.0;  // more than some hundred pulses are a blur
+// The arm of the lab; speeds in a picture need no better [Table 2-1].
+constexpr double kLink1_mm = 325.0, kLink2_mm = 275.0;
+
+double nominal_mm(const slice::LayerPaths& l) { return l.z * slice::kMmPerUnit; }
+
+IcePathCurve curve_of(const path_job_t& job, const trajectory_t& t, const std::vector<pulse_list_t>& lists) {
+  IcePathCurve c;
+  c.path = job.path;
+  c.layer = job.layer;
+  double x0 = 0, y0 = 0;
+  for (int n = 0; n < t.samples && t.axes >= 2; ++n) {
+    const double a = t.position[std::size_t(n * t.axes)], b = a + t.position[std::size_t(n * t.axes + 1)];
+    const double x = kLink1_mm * std::cos(a) + kLink2_mm * std::cos(b),
+                 y = kLink1_mm * std::sin(a) + kLink2_mm * std::sin(b);
+    if (n > 0) {
+      c.time_s.push_back((n - 0.5) * t.tick_s);
+      c.speed_mm_s.push_back(std::hypot(x - x0, y - y0) / t.tick_s);
+    }
+    x0 = x;
+    y0 = y;
+  }
+  for (const pulse_list_t& l : lists)
+    for (std::size_t k = 1; k < l.tick.size(); ++k) {
+      const double gap_s = (l.tick[k] - l.tick[k - 1]) * l.tick_s;
+      c.pulse_s.push_back(l.start_s + 0.5 * (l.tick[k] + l.tick[k - 1]) * l.tick_s);
+      c.frequency_hz.push_back(gap_s > 0.0 ? 1.0 / gap_s : 0.0);
+    }
+  return c;
+}
+
+void read_curve(const RunMessages& messages, IceData& data) {
+  path_job_t best{};
+  messages.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {
+    if (j.kind == kMeasurement || j.material != 0 || j.pulses < 2 || j.duration_s > kLongestCurve_s) return;
+    if (j.layer > best.layer || (j.layer == best.layer && j.length_mm > best.length_mm)) best = j;
+  });
+  if (best.path == 0) return;
+  std::vector<pulse_list_t> lists;
+  messages.each<pulse_list_t>(channels::kPulseList.name, [&](const pulse_list_t& l) {
+    if (l.path == best.path) lists.push_back(l);
+  });
+  messages.each<trajectory_t>(channels::kTrajectory.name, [&](const trajectory_t& t) {
+    if (t.path == best.path) data.curve = curve_of(best, t, lists);
+  });
+}
+
+// SIM_TRUTH stands in the log behind the LAYER_METRICS that it belongs to.
+void read_truth(const std::filesystem::path& run, IceData& data) {
+  if (!std::filesystem::exists(run / "log.lcm")) return;
+  const logfile::EventLogFile log(run / "log.lcm");
+  logfile::EventLogReader reader = log.reader();
+  layer_metrics_t metrics{};
+  sim_truth_t m;
+  while (const auto event = reader.next()) {
+    if (event->channel == channels::kLayerMetrics.name)
+      metrics.decode(event->data.data(), 0, int(event->data.size()));
+    if (event->channel != channels::kSimTruth.name || event->damaged) continue;
+    if (m.decode(event->data.data(), 0, int(event->data.size())) != int(event->data.size())) continue;
+    HeightMap field(from_message(m.grid));
+    if (field.size() != m.height_mm.size()) continue;
+    std::ranges::copy(m.height_mm, field.cells.begin());
+    for (IceInterval& i : data.intervals)
+      if (i.layer == metrics.layer) i.truth = cell_means(field, i.height.spec);
+    data.field = std::move(field);
+  }
+}
+
+}  // namespace
+
+HeightMap cell_means(const HeightMap& field, const GridSpec& grid) {
+  HeightMap sum(grid, 0.0);
+  Grid<double> count(grid);
+  for (int j = 0; j < field.spec.ny; ++j)
+    for (int i = 0; i < field.spec.nx; ++i) {
+      const int a = int(std::floor((field.spec.x_mm(i) - grid.origin_x_mm) / grid.pitch_x_mm + 0.5));
+      const int b = int(std::floor((field.spec.y_mm(j) - grid.origin_y_mm) / grid.pitch_y_mm + 0.5));
+      if (a < 0 || b < 0 || a >= grid.nx || b >= grid.ny) continue;
+      sum.at(a, b) += field.at(i, j);
+      count.at(a, b) += 1.0;
+    }
+  for (std::size_t c = 0; c < sum.size(); ++c)
+    sum.cells[c] = count.cells[c] > 0.0 ? sum.cells[c] / count.cells[c] : kNotMeasured;
+  return sum;
+}
+
+Mask judged_cells(const slice::LayerPaths& layer, const GridSpec& g) {
+  const Mask footprint = slice::without_narrow_holes(
+      slice::footprint_mask(slice::footprint_materials(layer, g)), kWidestSpot_mm);
+  Mask inner(g);
+  for (int j = 1; j + 1 < g.ny; ++j)
+    for (int i = 1; i + 1 < g.nx; ++i) {
+      bool in = true;
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di) in = in && footprint.at(i + di, j + dj) != 0;
+      inner.at(i, j) = in;
+    }
+  return inner;
+}
+
+ErrorStats ice_error(const HeightMap& field, const slice::LayerPaths& layer, double pitch_mm) {
+  const GridSpec grid = slice::footprint_grid(layer, pitch_mm);
+  return error_stats(cell_means(field, grid), HeightMap(grid, nominal_mm(layer)), judged_cells(layer, grid));
+}
+
+IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messages,
+                      std::span<const std::byte> bytes) {
+  const slice::PrintPaths paths = slice::decode_print_paths(bytes);
+  IceData data;
+  std::map<std::int32_t, IceInterval> intervals;
+  messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
+    const slice::LayerPaths* layer = slice::find_layer(paths, m.layer);
+    if (!layer) return;
+    IceInterval i;
+    i.layer = m.layer;
+    i.nominal_mm = nominal_mm(*layer);
+    i.height = height_of(m);
+    i.footprint = judged_cells(*layer, i.height.spec);
+    intervals.insert_or_assign(m.layer, std::move(i));
+  });
+  messages.each<control_surface_t>(channels::kControlSurface.name, [&](const control_surface_t& m) {
+    if (const auto i = intervals.find(m.layer); i != intervals.end())
+      i->second.saturated_fraction = m.saturated_fraction;
+  });
+  for (auto& [layer, interval] : intervals) data.intervals.push_back(std::move(interval));
+  read_curve(messages, data);
+  read_truth(run, data);
+  return data;
+}
+
+}  // namespace firn::replay

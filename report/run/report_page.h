@@ -1,0 +1,28 @@
+// One self-contained HTML page for any number of runs: no network, no script; light and dark.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/run/report_data.h"
+
+namespace firn::replay {
+
+struct ReportRun {
+  RunData data;
+  std::string verdict;  ///< of replay: "identical", "differs"; empty = not replayed
+};
+
+/// A setting that is not the same in all runs.
+struct DifferingParameter {
+  std::string key, unit;
+  std::vector<std::string> values;  ///< by run
+};
+
+std::string report_page(const std::vector<ReportRun>& runs,
+                        const std::vector<DifferingParameter>& parameters);
+
+/// The page's style sheet.
+extern const char* const kReportStyle;
+
+}  // namespace firn::replay

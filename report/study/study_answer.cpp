@@ -1,0 +1,187 @@
+#include "report/study/study_answer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/statistics/sign_flip.h"
+
+namespace firn::replay {
+namespace {
+
+std::string fixed(double v, int decimals) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", decimals, v);
+  return text;
+}
+
+std::string with_interval(double by, double low, double high, const StudyMetric& m) {
+  if (low > high) std::swap(low, high);
+  return fixed(by, m.decimals) + " " + m.unit +
+         (std::isfinite(low) ? " [" + fixed(low, m.decimals) + ", " + fixed(high, m.decimals) + "]" : "");
+}
+
+std::string seeds_text(std::size_t n) { return std::to_string(n) + (n == 1 ? " seed" : " seeds"); }
+
+// "3 of 16 prints stopped"
+std::string stops_text(const StudyTable& t, const StudyAnalysis& a, std::size_t arm) {
+  const std::size_t planned = t.parts.size() * t.seeds.size();
+  return (std::size_t(a.failed[arm]) == planned ? "all " : std::to_string(a.failed[arm]) + " of ") +
+         std::to_string(planned) + " prints stopped";
+}
+
+// The pair seen from `better`: how much smaller its metric is than that of `other`.
+std::string lead_text(const StudyTable& t, const StudyAnalysis& a, std::size_t better, std::size_t other) {
+  const ArmComparison& c = a.primary(better, other);
+  const double sign = c.a == better ? -1.0 : 1.0;
+  const double by = sign * c.values.difference,
+               mean_other = c.a == better ? c.values.mean_b : c.values.mean_a;
+  std::string s =
+      with_interval(by, sign * c.values.interval.low, sign * c.values.interval.high, t.metrics[0]);
+  if (mean_other > 0.0 && by >= 0.0) s += " (" + fixed(100.0 * by / mean_other, 0) + " %)";
+  return s;
+}
+
+std::string both_text(const ArmComparison& c) {
+  return "over the " + seeds_text(c.values.pairs) + " that both completed ";
+}
+
+// "0.53 um below open loop", or "open loop: 3 of 16 prints stopped; over the 5 seeds that both completed 0.53
+// um below it"
+std::string below_text(const StudyTable& t, const StudyAnalysis& a, std::size_t better, std::size_t other,
+                       const std::string& which) {
+  const ArmComparison& c = a.primary(better, other);
+  if (!c.by_rank()) return lead_text(t, a, better, other) + " below " + t.arms[other] + which;
+  std::string s = t.arms[other] + which + ": " + stops_text(t, a, other);
+  if (c.values.pairs > 0) s += "; " + both_text(c) + lead_text(t, a, better, other) + " below it";
+  return s;
+}
+
+// "arm is better than open loop by 0.53 um (Holm p = 0.02)", or "... than open loop (3 of 16 prints stopped;
+// over ... by ...; Holm p = 0.02)"
+std::string better_text(const StudyTable& t, const StudyAnalysis& a, std::size_t better, std::size_t other,
+                        const std::string& which) {
+  const ArmComparison& c = a.primary(better, other);
+  const std::string s = t.arms[better] + " is better than " + which + t.arms[other],
+                    p = "Holm p " + p_text(c.holm_p) + ")";
+  if (!c.by_rank()) return s + " by " + lead_text(t, a, better, other) + " (" + p;
+  return s + " (" + stops_text(t, a, other) + "; " +
+         (c.values.pairs > 0 ? both_text(c) + "by " + lead_text(t, a, better, other) + "; " : "") + p;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string s;
+  for (std::size_t n = 0; n < names.size(); ++n)
+    s += (n == 0 ? "" : n + 1 == names.size() ? " and " : ", ") + names[n];
+  return s;
+}
+
+bool told_apart(const StudyAnalysis& a, std::size_t x, std::size_t y) {
+  return a.primary(x, y).holm_p <= kAlpha;
+}
+
+std::string sure_text(const ArmComparison& c, std::size_t family) {
+  return "Holm p " + p_text(c.holm_p) +
+         (family > 1 ? " among " + std::to_string(family) + " pairs of schemes" : "") + ", " +
+         seeds_text(c.tested) + (c.by_rank() ? ", a stopped print ranked last" : "");
+}
+
+// Part by part, a pair may go either way where the mean over all parts shows nothing.
+void note_disagreement(const StudyTable& t, const StudyAnalysis& a, std::size_t x, std::size_t y,
+                       std::vector<std::string>& notes) {
+  std::string sides[2];  // where x is better, where y is
+  for (const ArmComparison& c : a.comparisons) {
+    if (c.metric != 0 || c.part == kAllParts || c.holm_p > kAlpha ||
+        !((c.a == x && c.b == y) || (c.a == y && c.b == x)))
+      continue;
+    std::string& side = sides[c.better() == x ? 0 : 1];
+    side += (side.empty() ? "" : ", ") + t.parts[std::size_t(c.part)] + " by " +
+            (c.stopped_a != c.stopped_b || c.values.pairs == 0
+                 ? "prints that stopped"
+                 : fixed(std::abs(c.values.difference), t.metrics[0].decimals) + " " + t.metrics[0].unit);
+  }
+  if (!sides[0].empty() && !sides[1].empty())
+    notes.push_back("The parts disagree: " + t.arms[x] + " is better on " + sides[0] + "; " + t.arms[y] +
+                    " on " + sides[1]);
+}
+
+}  // namespace
+
+std::string p_text(double p) {
+  if (p < 0.001) return "< 0.001";
+  return "= " + fixed(p, p < 0.1 ? 3 : 2);
+}
+
+std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
+  if (a.ranking.empty()) return "No scheme finished every part of any seed: nothing can be compared.";
+  const std::size_t best = a.ranking.front();
+  const StudyMetric& m = t.metrics[0];
+  const ArmSummary& summary = a.summaries[best];
+  const std::string mean =
+      summary.seeds == 0 ? "nowhere complete" : fixed(summary.mean, m.decimals) + " " + m.unit;
+  const std::string of_best = m.name + " " + mean +
+                              (a.failed[best] > 0 ? " over its " + seeds_text(summary.seeds) +
+                                                        " without a stop (" + stops_text(t, a, best) + ")"
+                                                  : "");
+  if (a.ranking.size() == 1)
+    return t.arms[best] + " has " + of_best + "; there is no other scheme to compare it with.";
+  const std::size_t family = t.arms.size() * (t.arms.size() - 1) / 2;
+
+  std::vector<std::size_t> equals, behind;
+  for (const std::size_t arm : a.ranking)
+    if (arm != best) (told_apart(a, best, arm) ? behind : equals).push_back(arm);
+  std::string s;
+  if (equals.empty()) {
+    const std::size_t next = a.ranking[1];
+    s = t.arms[best] + " is better: " + of_best + ", " +
+        below_text(t, a, best, next, a.ranking.size() > 2 ? ", the next best" : "") + " (" +
+        sure_text(a.primary(best, next), family) + ")";
+  } else {
+    std::vector<std::string> names{t.arms[best]};
+    for (const std::size_t arm : equals) names.push_back(t.arms[arm]);
+    const std::size_t farthest = equals.back();
+    const ArmComparison& c = a.primary(best, farthest);
+    s = joined(names) + " are not distinguishable in " + m.name + ": ";
+    if (equals.size() == 1 && !c.by_rank() && c.values.difference == 0.0 && c.values.interval.low == 0.0 &&
+        c.values.interval.high == 0.0)
+      s += mean + ", equal for all " + seeds_text(c.values.pairs);
+    else
+      s += of_best.substr(m.name.size() + 1) + " with " + t.arms[best] + ", " +
+           (c.values.pairs == 0 ? "no seed that " + t.arms[farthest] + " completed too"
+                                : (equals.size() > 1 ? "at most " : "") + (c.by_rank() ? both_text(c) : "") +
+                                      lead_text(t, a, best, farthest) + " more with " + t.arms[farthest]) +
+           (a.failed[farthest] > 0 ? ": " + stops_text(t, a, farthest) : "") + " (" + sure_text(c, family) +
+           ")";
+    if (!behind.empty()) s += "; " + better_text(t, a, best, behind.front(), "");
+  }
+  const auto base = std::find(t.arms.begin(), t.arms.end(), t.baseline);
+  const std::size_t b = std::size_t(base - t.arms.begin());
+  const bool said =
+      b == best || (equals.empty() ? b == a.ranking[1] : !behind.empty() && b == behind.front());
+  if (base != t.arms.end() && !said && told_apart(a, best, b))
+    s += "; " + better_text(t, a, best, b, "the baseline ");
+  return s + ".";
+}
+
+std::vector<std::string> study_notes(const StudyTable& t, const StudyAnalysis& a) {
+  std::vector<std::string> notes;
+  const std::size_t planned = t.parts.size() * t.seeds.size();
+  for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
+    if (a.failed[arm] > 0)
+      notes.push_back(std::to_string(a.failed[arm]) + " of " + std::to_string(planned) + " prints of " +
+                      t.arms[arm] +
+                      " stopped before their end: its tests rank them behind every complete print; its "
+                      "means, intervals and differences are of complete seeds");
+  for (std::size_t n = 1; n < a.ranking.size(); ++n)
+    note_disagreement(t, a, a.ranking[0], a.ranking[n], notes);
+  const std::size_t family = t.arms.size() * (t.arms.size() - 1) / 2;
+  const double smallest = double(family) * statistics::smallest_p(t.seeds.size());
+  if (t.arms.size() > 1 && smallest > kAlpha)
+    notes.push_back(seeds_text(t.seeds.size()) + " cannot tell " + std::to_string(family) +
+                    (family == 1 ? " pair" : " pairs") +
+                    " apart at 5 %: even the clearest result would have Holm p " +
+                    p_text(std::min(1.0, smallest)));
+  return notes;
+}
+
+}  // namespace firn::replay

@@ -1,0 +1,26 @@
+// One self-contained page for a study: answer, tables, plots, settings that differ, what failed, provenance.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/run/report_page.h"
+#include "report/study/study_analysis.h"
+
+namespace firn::replay {
+
+struct StudyPage {
+  const StudyTable& table;
+  const StudyAnalysis& analysis;
+  std::vector<DifferingParameter> arm_settings;   ///< that differ between the arms, a value for each
+  std::vector<DifferingParameter> part_settings;  ///< that differ between the parts
+  std::vector<std::pair<std::string, std::string>> provenance;
+};
+
+std::string study_page(const StudyPage& page);
+
+/// A line for each print: arm, part, seed, outcome, metrics, reason.
+std::string study_csv(const StudyTable& table);
+
+}  // namespace firn::replay

@@ -1,0 +1,354 @@
+#include "studies/calibrate/calibration_lab.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+#include "print/simulated/plant_world.h"
+#include "config/ice_lab.h"
+#include "core/motion/planner.h"
+#include "firn/answer_t.hpp"
+#include "firn/device_state_t.hpp"
+#include "firn/enable_t.hpp"
+#include "firn/fault_t.hpp"
+#include "firn/heater_command_t.hpp"
+#include "firn/laser_command_t.hpp"
+#include "firn/laser_samples_t.hpp"
+#include "firn/pulse_list_t.hpp"
+#include "firn/robot_command_t.hpp"
+#include "firn/temperature_t.hpp"
+#include "firn/trajectory_t.hpp"
+#include "firn/valve_command_t.hpp"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/outcome.h"
+#include "plant/ice/ice_lab.h"
+#include "plant/setup.h"
+#include "procs/heater/node.h"
+#include "procs/laser_point/node.h"
+#include "procs/robot/node.h"
+#include "procs/safety/node.h"
+#include "procs/valve/node.h"
+#include "runtime/lab.h"
+
+namespace firn {
+namespace {
+
+constexpr double kReady_s = 120.0, kWarm_s = 3600.0, kAnswer_s = 60.0, kUpload_s = 60.0;
+// The arm comes down in steps until the laser, which sees 5 mm either way, sees something: the nozzles, at
+// the height of its reference distance, then still stand 1 mm above it or more.
+constexpr double kFrom_mm = 16.0, kTo_mm = -11.0, kStep_mm = 3.0;
+constexpr double kSettle_s = 1.0;      // of the arm and of what hangs from it
+constexpr double kMove_mm_s = 1000.0;  // between points, as fast as the approach to a path
+constexpr std::int64_t kRunId = 1;
+constexpr std::pair<NodeId, MakeNode> kNodes[] = {
+    {NodeId::kRobot, &make_robot},    {NodeId::kValveA, &make_valve_a},
+    {NodeId::kValveB, &make_valve_b}, {NodeId::kLaserPoint, &make_laser_point},
+    {NodeId::kHeater, &make_heater},  {NodeId::kSafety, &make_safety}};
+
+template <class Message>
+std::optional<Message> decoded(std::span<const std::byte> bytes) {
+  Message m;
+  if (m.decode(bytes.data(), 0, int(bytes.size())) < 0) return std::nullopt;
+  return m;
+}
+
+}  // namespace
+
+struct CalibrationLab::State {
+  State(const Experiment& e, const std::string& machine_toml)
+      : experiment(e),
+        machine(parse_machine(machine_toml, e.ice.machine)),
+        arm(make_arm(machine)),
+        world(plant::World(plant::world_config(e), nullptr)),
+        lab(&world),
+        scheduler(NodeId::kScheduler, kRunId),
+        planner(NodeId::kPathPlanner, kRunId) {
+    if (!is_ice(e))
+      throw std::invalid_argument("lab.kind = \"" + e.lab.kind +
+                                  "\": only an ice lab has these calibrations");
+    const std::string config = dump(e);
+    const Blobs inputs{{"machine",
+                        "",
+                        {reinterpret_cast<const std::byte*>(machine_toml.data()),
+                         reinterpret_cast<const std::byte*>(machine_toml.data()) + machine_toml.size()}}};
+    for (const auto& [id, make] : kNodes) {
+      hosts.push_back(std::make_unique<NodeHost>(id, make(config, inputs), kRunId, nullptr));
+      if (info(id).driver) drivers.push_back(id);
+      lab.add(hosts.back().get());
+    }
+    lab.set_tap(
+        [this](std::string_view channel, std::span<const std::byte> bytes, Time) { hear(channel, bytes); });
+    lab.start(0, Time{});
+  }
+
+  void hear(std::string_view channel, std::span<const std::byte> bytes) {
+    if (channel == channels::kEnable.name) {
+      if (const auto m = decoded<enable_t>(bytes)) epoch = m->enable_epoch, enabled = m->enabled;
+    } else if (channel == channels::kLaserSamples.name) {
+      samples = decoded<laser_samples_t>(bytes);
+    } else if (channel == channels::kTemperature.name) {
+      temperature = decoded<temperature_t>(bytes);
+    }
+    for (const NodeId d : drivers) {
+      if (channel == channels::answer(d).name) {
+        if (auto m = decoded<answer_t>(bytes); m && m->command_id == command_id) answer = std::move(m);
+      } else if (channel == channels::device_state(d).name) {
+        if (const auto m = decoded<device_state_t>(bytes)) states[d] = DeviceState(m->state);
+      } else if (channel == channels::fault(d).name) {
+        if (const auto m = decoded<fault_t>(bytes); m && Severity(m->severity) == Severity::kStop)
+          stopped = m->node + ": " + m->text;
+      }
+    }
+  }
+
+  /// @throws std::runtime_error: `done` has not become true within `seconds`, or an instrument has stopped
+  /// the lab
+  template <class Done>
+  void until(Done&& done, double seconds, const std::string& what) {
+    const Time limit = lab.now().after_s(seconds);
+    while (!done()) {
+      if (!stopped.empty()) throw std::runtime_error(what + ": " + stopped);
+      if (!lab.step(limit))
+        throw std::runtime_error(what + " is not done after " + std::to_string(int(seconds)) +
+                                 " s of lab time");
+    }
+  }
+
+  template <class Message>
+  void send(Outbox& out, const Channel<Message>& channel, Message message) {
+    out.begin(lab.now(), 0);
+    out.send(channel, std::move(message));
+    for (std::size_t n = 0; n < out.size(); ++n) lab.publish(out.at(n).channel, out.at(n).bytes);
+  }
+
+  /// Commands and waits for the answer. A refusal is tried again: the lease may have reached us before the
+  /// driver.
+  template <class Command>
+  answer_t command(const Channel<Command>& channel, Command c, double seconds, const std::string& what) {
+    for (int attempt = 0; attempt < 5; ++attempt) {
+      c.command_id = ++command_id;
+      c.enable_epoch = epoch;
+      answer.reset();
+      send(scheduler, channel, c);
+      until([&] { return answer.has_value(); }, seconds, what);
+      if (Outcome(answer->outcome) != Outcome::kRefused) break;
+      wait(0.1);
+    }
+    if (const Outcome o = Outcome(answer->outcome); o != Outcome::kDone && o != Outcome::kReady)
+      throw std::runtime_error(what + ": " + answer->node + ": " + answer->text);
+    return *answer;
+  }
+
+  void wait(double seconds) {
+    const Time limit = lab.now().after_s(seconds);
+    while (lab.now() < limit && lab.step(limit)) {
+      if (!stopped.empty()) throw std::runtime_error(stopped);
+    }
+  }
+
+  std::int64_t load(const Trajectory& motion) {
+    PlannedPath p{1, 0, PathKind::kMeasurement, 0.0, motion};
+    p.trajectory.id = ++path;
+    send(planner, channels::kTrajectory, to_message(p));
+    robot(RobotVerb::kLoad, 0, kUpload_s, "loading a path");
+    return path;
+  }
+
+  void robot(RobotVerb verb, int signals, double seconds, const std::string& what) {
+    robot_command_t c{};
+    c.verb = std::int8_t(verb);
+    c.path = verb == RobotVerb::kHome ? 0 : path;
+    c.signals = signals;
+    command(channels::kRobotCommand, c, seconds, what);
+  }
+
+  Experiment experiment;
+  Machine machine;
+  std::unique_ptr<motion::Arm> arm;
+  PlantWorld world;
+  Lab lab;
+  Outbox scheduler, planner;
+  std::vector<std::unique_ptr<NodeHost>> hosts;
+  std::vector<NodeId> drivers;
+  std::map<NodeId, DeviceState> states;
+  std::int64_t epoch = 0, command_id = 0, path = 0;
+  std::uint32_t weighings = 0;
+  bool enabled = false;
+  std::optional<answer_t> answer;
+  std::optional<laser_samples_t> samples;
+  std::optional<temperature_t> temperature;
+  std::string stopped;
+};
+
+CalibrationLab::CalibrationLab(const Experiment& e, const std::string& machine_toml)
+    : state_(std::make_unique<State>(e, machine_toml)) {}
+CalibrationLab::~CalibrationLab() = default;
+
+const Experiment& CalibrationLab::experiment() const { return state_->experiment; }
+const Machine& CalibrationLab::machine() const { return state_->machine; }
+double CalibrationLab::now_s() const { return state_->lab.now().s(); }
+void CalibrationLab::wait(double seconds) { state_->wait(seconds); }
+
+motion::Tool CalibrationLab::tool(const std::string& name) const {
+  if (name == "laser") return laser_tool(state_->machine, state_->experiment);
+  for (motion::Tool& t : tools(state_->machine))
+    if (t.name == name) return t;
+  throw std::invalid_argument("machine: there is no tool \"" + name + "\"");
+}
+
+void CalibrationLab::get_ready() {
+  State& s = *state_;
+  s.until(
+      [&] {
+        return s.enabled && std::all_of(s.drivers.begin(), s.drivers.end(),
+                                        [&](NodeId d) { return s.states[d] == DeviceState::kSafe; });
+      },
+      kReady_s, "getting ready");
+  heater_command_t h{};
+  h.verb = std::int8_t(HeaterVerb::kSet);
+  h.set_degC[0] = s.experiment.heater.tip_degC;
+  h.set_degC[1] = s.experiment.heater.window_degC;
+  h.set_degC[2] = s.experiment.heater.conduit_degC;
+  s.command(channels::kHeaterCommand, h, kAnswer_s, "heating");
+  s.until([&] { return s.temperature && s.temperature->degC[0] >= s.experiment.heater.low_degC; }, kWarm_s,
+          "warming the tip");
+  s.robot(RobotVerb::kHome, 0, kReady_s, "homing");
+}
+
+Trajectory CalibrationLab::plan(const LabPass& pass) const {
+  const State& s = *state_;
+  motion::PathInput in;
+  in.points = pass.points;
+  in.kind = PathKind::kMeasurement;
+  in.origin = {s.experiment.ice.origin_x_mm, s.experiment.ice.origin_y_mm};
+  in.z_mm = s.experiment.ice.origin_z_mm + pass.z_mm;
+  in.yaw_rad = pass.yaw_rad;
+  in.tool = pass.tool;
+  in.ceiling.path_mm_s = std::min(pass.speed_mm_s, s.machine.speed_mm_s);
+  in.preferred = preferred_posture(s.machine);
+  motion::PlanOptions options;
+  options.tick_s = s.machine.tick_s;
+  options.lower_bound = false;
+  motion::PlanResult r = motion::plan(in, *s.arm, motion_limits(s.machine), options);
+  if (!r.ok()) throw std::runtime_error("a pass cannot be run: " + motion::describe(*r.fault));
+  return std::move(r.trajectory);
+}
+
+Trajectory CalibrationLab::stand(const LabPass& pass, double seconds) const {
+  const State& s = *state_;
+  motion::Jets tool(motion::kTaskAxes, 1), flange(motion::kTaskAxes, 1);
+  for (int axis = 0; axis < motion::kTaskAxes; ++axis)
+    for (int order = 0; order < 4; ++order) tool.of(axis, order)[0] = 0.0;
+  tool.of(motion::kX, 0)[0] = s.experiment.ice.origin_x_mm + pass.points.at(0).x_mm;
+  tool.of(motion::kY, 0)[0] = s.experiment.ice.origin_y_mm + pass.points.at(0).y_mm;
+  tool.of(motion::kZ, 0)[0] = s.experiment.ice.origin_z_mm + pass.z_mm;
+  tool.of(motion::kYaw, 0)[0] = pass.yaw_rad;
+  motion::tool_to_flange(pass.tool, tool, flange);
+  motion::TaskVector pose{};
+  for (int axis = 0; axis < motion::kTaskAxes; ++axis) pose[std::size_t(axis)] = flange.of(axis, 0)[0];
+  const motion::JointVector q = s.arm->inverse(pose, preferred_posture(s.machine));
+  Trajectory t;
+  t.tick_s = s.machine.tick_s;
+  t.axes = s.arm->joints();
+  for (int a = 0; a < t.axes; ++a) t.axis_units.push_back(s.arm->joint_unit(a));
+  const auto samples = std::size_t(std::ceil(seconds / t.tick_s)) + 1;
+  for (std::size_t n = 0; n < samples; ++n)
+    t.positions.insert(t.positions.end(), q.begin(), q.begin() + t.axes);
+  t.certificate.duration_s = double(samples - 1) * t.tick_s;
+  return t;
+}
+
+std::vector<float> CalibrationLab::scan(const Trajectory& motion, int material) {
+  State& s = *state_;
+  s.load(motion);
+  laser_command_t c{};
+  c.verb = std::int8_t(LaserVerb::kArm);
+  c.path = s.path;
+  c.count = 1;
+  c.material = std::int8_t(material);
+  c.period_s = 1.0 / s.experiment.laser_point.rate_hz;
+  c.samples = std::int32_t(std::clamp(std::ceil(motion.certificate.duration_s / c.period_s), 1.0, 65536.0));
+  s.command(channels::kLaserCommand, c, kAnswer_s, "arming the laser");
+  s.robot(RobotVerb::kRun, kSignalLaser, motion.certificate.duration_s + kUpload_s, "a pass of the laser");
+  s.samples.reset();
+  c.verb = std::int8_t(LaserVerb::kCollect);
+  s.command(channels::kLaserCommand, c, kAnswer_s, "collecting the readings");
+  if (!s.samples) throw std::runtime_error("the laser has told no readings");
+  return std::move(s.samples->distance_mm);
+}
+
+double CalibrationLab::reading(double x_mm, double y_mm, double z_mm) {
+  State& s = *state_;
+  robot_command_t c{};
+  c.verb = std::int8_t(RobotVerb::kMove);
+  c.tool = std::int8_t(RobotTool::kLaser);
+  c.x_mm = x_mm, c.y_mm = y_mm, c.z_mm = z_mm;
+  c.speed_mm_s = kMove_mm_s;
+  s.command(channels::kRobotCommand, c, kAnswer_s, "moving to a point");
+  s.wait(kSettle_s);
+  s.samples.reset();
+  laser_command_t l{};
+  l.verb = std::int8_t(LaserVerb::kReading);
+  l.count = 1;
+  l.samples = 1;
+  l.period_s = 1.0 / s.experiment.laser_point.rate_hz;
+  s.command(channels::kLaserCommand, l, kAnswer_s, "reading the laser");
+  return s.samples && s.samples->n > 0 ? double(s.samples->distance_mm[0])
+                                       : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool CalibrationLab::reaches(double x_mm, double y_mm) const try {
+  stand({{{x_mm, y_mm}}, tool("laser"), 0.0}, 0.0);
+  return true;
+} catch (const motion::MotionError&) {
+  return false;
+}
+
+double CalibrationLab::surface_mm(double x_mm, double y_mm) {
+  for (double z = kFrom_mm; z >= kTo_mm; z -= kStep_mm)
+    if (const double seen = reading(x_mm, y_mm, z); std::isfinite(seen))
+      return z + seen + state_->experiment.laser_point.offset_z_mm;
+  throw std::runtime_error("the laser sees nothing at (" + std::to_string(x_mm) + ", " +
+                           std::to_string(y_mm) + ") mm down to " + std::to_string(kTo_mm) + " mm");
+}
+
+std::int64_t CalibrationLab::fire(const Trajectory& motion, int material,
+                                  const std::vector<std::int32_t>& ticks) {
+  State& s = *state_;
+  const bool b = material == 1;
+  const ValveLineConfig& valve = b ? s.experiment.valve_b : s.experiment.valve_a;
+  s.load(motion);
+  pulse_list_t list{};
+  list.path = s.path;
+  list.lists = 1;
+  list.valve = std::int8_t(b ? Valve::kB : Valve::kA);
+  list.tick_s = list_limits(s.machine, s.experiment).tick_s;
+  list.pulse_s = valve.pulse_us * 1e-6;
+  list.n = std::int32_t(ticks.size());
+  list.tick = ticks;
+  s.send(s.planner, channels::kPulseList, std::move(list));
+  valve_command_t v{};
+  v.path = s.path;
+  v.expected = std::int64_t(ticks.size());
+  const auto& channel = b ? channels::kValveBCommand : channels::kValveACommand;
+  for (const ValveVerb verb : {ValveVerb::kLoad, ValveVerb::kArm}) {
+    v.verb = std::int8_t(verb);
+    s.command(channel, v, kUpload_s, "loading and arming the valve");
+  }
+  s.robot(RobotVerb::kRun, b ? kSignalValveB : kSignalValveA, motion.certificate.duration_s + kUpload_s,
+          "running a path with pulses");
+  v.verb = std::int8_t(ValveVerb::kDisarm);
+  return s.command(channel, v, kAnswer_s, "disarming the valve").counted;
+}
+
+double CalibrationLab::tip_degC() const {
+  return state_->temperature ? state_->temperature->degC[0] : std::numeric_limits<double>::quiet_NaN();
+}
+double CalibrationLab::weigh_mg(int material) {
+  return state_->world.world().ice()->weighed_mg(material, ++state_->weighings);
+}
+
+}  // namespace firn

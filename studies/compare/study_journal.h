@@ -1,0 +1,48 @@
+// results.journal of a study folder: one line for each print, appended when it is over. A line that was torn
+// by a crash, or damaged, is noticed by its checksum and printed anew; the others count.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "studies/compare/study_lab.h"
+
+namespace firn {
+
+/// What is known of a print before it is made: who, and the digest of everything that decides its result.
+struct StudyCell {
+  std::size_t arm = 0, part = 0, seed = 0;  ///< indices
+  std::string digest;
+};
+
+class StudyJournal {
+ public:
+  /// Opens or makes the journal and takes its lock. @throws UsageError: another study is at work there;
+  /// std::runtime_error naming file and reason.
+  StudyJournal(const std::filesystem::path& path, const StudyLab& lab);
+  ~StudyJournal();
+  StudyJournal(const StudyJournal&) = delete;
+  StudyJournal& operator=(const StudyJournal&) = delete;
+
+  const StudyPrint* find(const std::string& digest) const;
+  std::size_t size() const { return prints_.size(); }  ///< prints on record, of any settings
+  std::size_t damaged() const { return damaged_; }     ///< lines that do not count
+  /// Appends with one write(), so that a line is whole or torn, never mixed with another.
+  void append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed,
+              const StudyPrint& print);
+
+ private:
+  void read_all();
+
+  std::filesystem::path path_;
+  const StudyLab& lab_;
+  int fd_ = -1;
+  bool torn_ = false;  ///< the file ends within a line
+  std::size_t damaged_ = 0;
+  std::map<std::string, StudyPrint> prints_;
+};
+
+}  // namespace firn

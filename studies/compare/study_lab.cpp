@@ -1,0 +1,143 @@
+#include "studies/compare/study_lab.h"
+
+#include <time.h>
+
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <new>
+
+#include "print/simulated/memory_print.h"
+#include "cli/print_command.h"
+#include "config/include.h"
+
+namespace firn {
+namespace {
+
+constexpr double kUm = 1e3;  // per mm
+constexpr double kSecondsPerHour = 3600.0;
+
+double thread_cpu_s() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+const std::vector<replay::StudyMetric>& metric_table() {
+  static const std::vector<replay::StudyMetric> table = {
+      {"rms_um", "um", "RMS of the true surface about the target", 2},
+      {"std_um", "um", "roughness: standard deviation of the true error about its mean", 2},
+      {"abs_mean_um", "um", "size of the mean error of the true surface", 2},
+      {"mean_abs_um", "um", "mean of the absolute true error", 2},
+      {"max_um", "um", "largest absolute true error of a cell", 2},
+      {"layers", "", "layers printed", 1},
+      {"droplets", "", "droplets fired", 0},
+      {"print_s", "s", "simulated duration of the print", 1},
+      {"iterations", "", "steps of the controller's search", 0},
+  };
+  return table;
+}
+
+// As above, and what takes time in a lab that stops to measure.
+const std::vector<replay::StudyMetric>& ice_metric_table() {
+  static const std::vector<replay::StudyMetric> table = [] {
+    std::vector<replay::StudyMetric> t = metric_table();
+    t.pop_back();
+    t[0].meaning = "RMS of the true surface about the nominal height after the last interval";
+    t[5].meaning = "layers measured", t[6] = {"pulses", "", "pulses of both valves", 0};
+    t.push_back({"worst_rms_um", "um", "largest RMS of the true surface after any interval", 2});
+    t.push_back({"deposit_h", "h", "time of depositing", 2});
+    t.push_back({"measure_h", "h", "time of measuring", 2});
+    t.push_back({"time_h", "h", "time of depositing and measuring", 2});
+    return t;
+  }();
+  return table;
+}
+
+std::vector<double> metrics_of(const MemoryPrintReport& r) {
+  const ErrorStats& e = r.error;
+  if (e.cells == 0)
+    return std::vector<double>(metric_table().size(), std::numeric_limits<double>::quiet_NaN());
+  return {e.rms_mm * kUm,
+          e.std_mm * kUm,
+          std::abs(e.mean_mm) * kUm,
+          e.mean_abs_mm * kUm,
+          std::max(std::abs(e.min_mm), std::abs(e.max_mm)) * kUm,
+          double(r.result.layers),
+          double(r.droplets),
+          r.node_s,
+          double(r.iterations)};
+}
+
+std::vector<double> ice_metrics_of(const MemoryPrintReport& r) {
+  std::vector<double> m = metrics_of(r);
+  m.pop_back();
+  double worst = std::numeric_limits<double>::quiet_NaN(), deposit_s = 0.0, measure_s = 0.0;
+  for (const LayerTruth& l : r.series) {
+    worst = std::isnan(worst) ? l.error.rms_mm : std::max(worst, l.error.rms_mm);
+    deposit_s += l.deposit_s;
+    measure_s += l.measure_s;
+  }
+  for (const double v : {worst * kUm, deposit_s / kSecondsPerHour, measure_s / kSecondsPerHour,
+                         (deposit_s + measure_s) / kSecondsPerHour})
+    m.push_back(v);
+  return m;
+}
+
+void seed_all(Experiment& e, std::uint64_t seed) {
+  e.plant.seed = seed;
+  e.control.mpc.seed = seed;
+}
+
+StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
+  const bool ice = is_ice(e);
+  StudyPrint p;
+  const double began = thread_cpu_s();
+  try {
+    MemoryPrintOptions options;
+    options.series = ice;
+    const MemoryPrintReport r = print_in_memory(e, inputs, options);
+    p.finished = !can_go_on(r.result);
+    p.outcome = r.result.outcome;
+    p.reason = r.result.reason;
+    p.metrics = ice ? ice_metrics_of(r) : metrics_of(r);
+    if (ice)
+      for (const LayerTruth& l : r.series)
+        p.profile.push_back({l.layer * e.ice.layer_height_mm, l.error.rms_mm * kUm});
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    p.outcome = "error";
+    p.reason = error.what();
+    p.metrics.assign((ice ? ice_metric_table() : metric_table()).size(),
+                     std::numeric_limits<double>::quiet_NaN());
+  }
+  p.cpu_s = thread_cpu_s() - began;
+  return p;
+}
+
+}  // namespace
+
+const StudyLab& inkjet_study_lab() {
+  static const StudyLab lab{metric_table(),
+                            {"rms_um", "std_um", "abs_mean_um", "layers", "droplets"},
+                            &seed_all,
+                            [](const Experiment& e) { check_print(e, "in-process"); },
+                            &print_once};
+  return lab;
+}
+
+const StudyLab& ice_study_lab() {
+  static const StudyLab lab{
+      ice_metric_table(), {"rms_um", "worst_rms_um", "abs_mean_um", "max_um", "deposit_h", "measure_h"},
+      &seed_all,          [](const Experiment& e) { check_print(e, "in-process"); },
+      &print_once,        {"True RMS against height", "height_mm", "rms_um"}};
+  return lab;
+}
+
+const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder) {
+  if (study.experiment.empty()) return inkjet_study_lab();
+  return is_ice(load_experiment(folder / study.experiment)) ? ice_study_lab() : inkjet_study_lab();
+}
+
+}  // namespace firn

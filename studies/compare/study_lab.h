@@ -1,0 +1,47 @@
+// All that `firn compare` knows of the labs: what they measure, what a seed is, and how to print once. A
+// study of another lab needs another of these, and nothing else.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/experiment.h"
+#include "config/study.h"
+#include "report/study/study_analysis.h"
+#include "runtime/node.h"
+
+namespace firn {
+
+/// One print. Metrics in the lab's order; NaN where the print left nothing to measure.
+struct StudyPrint {
+  bool finished = false;  ///< ran to its end, within tolerance or not
+  std::string outcome, reason;
+  std::vector<double> metrics;
+  double cpu_s = 0.0;                                   ///< differs from run to run
+  std::vector<replay::StudyProfilePoint> profile = {};  ///< of labs that have one
+};
+
+struct StudyLab {
+  std::vector<replay::StudyMetric>
+      metrics;  ///< smaller is better in each; the first is primary unless a study says else
+  std::vector<std::string> usual;  ///< metrics of a study that names none
+  void (*set_seed)(Experiment&, std::uint64_t seed);
+  void (*check)(const Experiment&);  ///< throws where this lab cannot print the experiment
+  StudyPrint (*print)(const Experiment&,
+                      const Blobs& inputs);  ///< thread-safe; throws nothing but std::bad_alloc
+  replay::StudyProfileNames profile = {};
+};
+
+/// Lu's ink-jet lab in simulated time; metrics are of the true surface.
+const StudyLab& inkjet_study_lab();
+
+/// Barnett's ice lab: the same, and the true RMS of every interval, hours of deposition and of measurement.
+const StudyLab& ice_study_lab();
+
+/// The lab of a study's experiment. @param folder of the study file
+/// @throws ConfigError: an experiment that cannot be read
+const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder);
+
+}  // namespace firn

@@ -1,0 +1,160 @@
+#include "studies/compare/study_runner.h"
+
+#include <algorithm>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "report/run/differing_parameters.h"
+#include "files/digest.h"
+#include "files/exit_codes.h"
+#include "print/inputs/ice_inputs.h"
+#include "print/inputs/targets.h"
+#include "config/error.h"
+#include "config/fields.h"
+#include "runtime/build_info.h"
+
+namespace firn {
+namespace {
+
+std::string digest_of(const Experiment& e, const Blobs& inputs) {
+  std::string all = dump(e) + build_commit() + "\n";
+  for (const Blob& b : inputs) all += b.role + " " + b.sha256 + "\n";
+  return sha256_hex(std::as_bytes(std::span(all)));
+}
+
+std::size_t metric_index(const StudyLab& lab, const std::string& name, const std::string& file) {
+  std::vector<std::string_view> names;
+  std::string known;
+  for (std::size_t m = 0; m < lab.metrics.size(); ++m) {
+    if (lab.metrics[m].name == name) return m;
+    names.push_back(lab.metrics[m].name);
+    known += (known.empty() ? "" : ", ") + lab.metrics[m].name;
+  }
+  const std::string near = nearest(name, names);
+  throw ConfigError(
+      file, 0, "metrics",
+      "metrics: '" + name + "' is not one of " + known + (near.empty() ? "" : "; the nearest is " + near));
+}
+
+}  // namespace
+
+StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
+                     const std::string& file) {
+  StudyPlan plan;
+  plan.lab = &lab;
+  plan.experiments = study_experiments(study, folder);
+  for (const std::string& name : study.metrics.empty() ? lab.usual : study.metrics)
+    plan.metrics.push_back(metric_index(lab, name, file));
+  // An image's path is relative to the experiment file.
+  const std::filesystem::path beside = (folder / study.experiment).parent_path();
+  std::map<std::string, std::shared_ptr<const Blobs>> known;
+  for (Experiment& e : plan.experiments) {
+    lab.check(e);
+    Blobs inputs = make_inputs(e, beside);
+    place_ice_field(e, inputs);
+    std::string key;
+    for (const Blob& b : inputs) key += b.role + b.sha256;
+    auto& shared = known[key];
+    if (!shared) shared = std::make_shared<const Blobs>(std::move(inputs));
+    plan.inputs.push_back(shared);
+  }
+  for (std::size_t s = 0; s < study.seeds.size(); ++s)
+    for (std::size_t p = 0; p < study.parts.size(); ++p)
+      for (std::size_t a = 0; a < study.arms.size(); ++a) {
+        Experiment e = plan.experiments[a * study.parts.size() + p];
+        lab.set_seed(e, study.seeds[s]);
+        plan.cells.push_back({a, p, s, digest_of(e, *plan.inputs[a * study.parts.size() + p])});
+      }
+  plan.study = std::move(study);
+  return plan;
+}
+
+StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const StudyRunOptions& options) {
+  std::vector<const StudyCell*> to_do;
+  for (const StudyCell& c : plan.cells)
+    if (!journal.find(c.digest)) to_do.push_back(&c);
+  // Arms that are configured alike are one print.
+  std::map<std::string, bool> seen;
+  std::erase_if(to_do, [&](const StudyCell* c) { return !seen.emplace(c->digest, true).second; });
+
+  StudyRunSummary summary;
+  summary.to_do = to_do.size();
+  std::size_t failed = 0;
+  std::mutex mutex;  // of everything below but `next`
+  std::exception_ptr error;
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> broken{false};
+  const auto work = [&] {
+    try {
+      while (!broken && !(options.stop && *options.stop)) {
+        const std::size_t n = next++;
+        if (n >= to_do.size()) return;
+        const StudyCell& c = *to_do[n];
+        Experiment e = plan.experiments[plan.at(c.arm, c.part)];
+        plan.lab->set_seed(e, plan.study.seeds[c.seed]);
+        const StudyPrint print = plan.lab->print(e, *plan.inputs[plan.at(c.arm, c.part)]);
+        const std::lock_guard lock(mutex);
+        journal.append(c.digest, plan.study.arms[c.arm].name, plan.study.parts[c.part].name,
+                       plan.study.seeds[c.seed], print);
+        ++summary.done;
+        summary.cpu_s += print.cpu_s;
+        failed += !print.finished;
+        if (options.progress) options.progress(summary.done, failed);
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!error) error = std::current_exception();
+      broken = true;
+    }
+  };
+  const std::size_t wanted =
+      options.threads > 0 ? std::size_t(options.threads) : std::max(1u, std::thread::hardware_concurrency());
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t t = 1; t < std::min(wanted, to_do.size()); ++t) threads.emplace_back(work);
+    work();
+  }
+  if (error) std::rethrow_exception(error);
+  return summary;
+}
+
+replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journal) {
+  replay::StudyTable t;
+  t.name = plan.study.name;
+  for (const StudyEntry& a : plan.study.arms) t.arms.push_back(a.name);
+  for (const StudyEntry& p : plan.study.parts) t.parts.push_back(p.name);
+  t.seeds = plan.study.seeds;
+  t.baseline = plan.study.baseline;
+  t.profile = plan.lab->profile;
+  for (const std::size_t m : plan.metrics) t.metrics.push_back(plan.lab->metrics[m]);
+  t.runs.resize(plan.cells.size());
+  for (const StudyCell& c : plan.cells) {
+    const StudyPrint* print = journal.find(c.digest);
+    if (!print) throw std::logic_error("study: a print is not on record");
+    replay::StudyRun& r = t.runs[(c.arm * t.parts.size() + c.part) * t.seeds.size() + c.seed];
+    r.finished = print->finished;
+    r.outcome = print->outcome;
+    r.reason = print->reason;
+    r.profile = print->profile;
+    for (const std::size_t m : plan.metrics) r.metrics.push_back(print->metrics[m]);
+  }
+  return t;
+}
+
+std::vector<replay::DifferingParameter> differing_arms(const StudyPlan& plan) {
+  std::vector<Experiment> experiments;
+  for (std::size_t a = 0; a < plan.study.arms.size(); ++a)
+    experiments.push_back(plan.experiments[plan.at(a, 0)]);
+  return differing_parameters(std::move(experiments));
+}
+
+std::vector<replay::DifferingParameter> differing_parts(const StudyPlan& plan) {
+  std::vector<Experiment> experiments;
+  for (std::size_t p = 0; p < plan.study.parts.size(); ++p)
+    experiments.push_back(plan.experiments[plan.at(0, p)]);
+  return differing_parameters(std::move(experiments));
+}
+
+}  // namespace firn

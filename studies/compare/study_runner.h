@@ -1,0 +1,53 @@
+// Makes the prints of a study that are not on record yet, on several threads.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "studies/compare/study_journal.h"
+#include "config/study.h"
+#include "report/run/report_page.h"
+
+namespace firn {
+
+/// A study with all its experiments resolved and checked.
+struct StudyPlan {
+  Study study;
+  const StudyLab* lab = nullptr;
+  std::vector<Experiment> experiments;               ///< [arm * parts + part], seed not set
+  std::vector<std::shared_ptr<const Blobs>> inputs;  ///< likewise; equal ones are one object
+  std::vector<StudyCell> cells;                      ///< seed by seed, so that whatever is done is balanced
+  std::vector<std::size_t> metrics;                  ///< of the lab, the study's primary one first
+
+  std::size_t at(std::size_t arm, std::size_t part) const { return arm * study.parts.size() + part; }
+};
+
+/// @param folder of the study file. @throws ConfigError, UsageError naming file, key and limit
+StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
+                     const std::string& study_file);
+
+struct StudyRunOptions {
+  int threads = 0;                                                     ///< 0 = as many as the machine has
+  const std::atomic<bool>* stop = nullptr;                             ///< set: no new print is begun
+  std::function<void(std::size_t done, std::size_t failed)> progress;  ///< of the prints that were to do
+};
+
+struct StudyRunSummary {
+  std::size_t to_do = 0, done = 0;
+  double cpu_s = 0.0;  ///< of the prints made now
+};
+
+/// @throws what the journal throws; a print that fails is a result.
+StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const StudyRunOptions& options);
+
+/// The table to analyse. @pre every cell is on record
+replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journal);
+
+/// Settings that differ between the arms on the first part, or between the parts under the first arm.
+std::vector<replay::DifferingParameter> differing_arms(const StudyPlan& plan);
+std::vector<replay::DifferingParameter> differing_parts(const StudyPlan& plan);
+
+}  // namespace firn

@@ -1,0 +1,37 @@
+// The part of Fig. 4-15 [Barnett 2012, 5.3] printed under feedback in the simulated ice lab, in memory.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "studies/reproduce/barnett/box_part.h"
+#include "print/simulated/memory_print.h"
+
+namespace firn::barnett {
+
+inline constexpr const char* kBoxMachine = "[machine]\nname = \"cobra600\"\n";
+inline constexpr double kBoxLayer_mm = 0.25;
+
+/// Files that the lab's own code reads (box.stl, slice.toml, machine.toml), for as long as they are needed.
+/// @throws std::runtime_error: no folder can be made
+class BoxFolder {
+ public:
+  BoxFolder(const BoxPart& part, bool plate_on_top);
+  ~BoxFolder();
+  BoxFolder(const BoxFolder&) = delete;
+  BoxFolder& operator=(const BoxFolder&) = delete;
+  std::filesystem::path path;
+};
+
+/// Plate below, 5 x 0.25 mm to an interval, SMF by valve frequency with the optimal gains: "SMF, MTTS and
+/// VFVC all online" (5.3). Its slicing offsets and the spacing of its measurement were chosen on seed 1.
+/// @param layer called after every measured layer; may be empty
+MemoryPrintReport print_box(const BoxPart& part, std::uint64_t seed, const std::function<void()>& layer = {});
+
+/// The wall of such a print in as many as four bands of whole intervals above the plate, where a caliper is
+/// held.
+std::vector<WallBand> wall_bands(const BoxPart& part, const MemoryPrintReport& print);
+
+}  // namespace firn::barnett

@@ -1,0 +1,329 @@
+// 5.4 to 5.7 of Barnett (2012): poles, stable gains, optimal gains and simulations of the one-dimensional SMF
+// loop.
+#include <fmt/core.h>
+#include <time.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "studies/reproduce/reproduce_parts.h"
+#include "core/grid/random.h"
+#include "estimators/gains/tune_smf.h"
+#include "report/draw/charts.h"
+#include "report/draw/raster.h"
+#include "report/draw/svg.h"
+
+namespace firn {
+namespace {
+
+using namespace control::smf_line;
+using gains::Algorithm;
+using replay::Series;
+
+const std::string kPart = "barnett.gains.";
+constexpr Gains kOptimum{0.99990, 0.32798, 0.00005}, kSimulated{1.0, 0.33, 0.03}, kUnstable{1.0, 0.33, 0.45};
+constexpr Algorithm kAlgorithms[] = {Algorithm::kSlsqp, Algorithm::kLbfgs, Algorithm::kCobyla};
+
+double cpu_ms() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e3 * double(t.tv_sec) + 1e-6 * double(t.tv_nsec);
+}
+
+ReproduceRow shown(ReproduceRow row, int decimals) {
+  row.decimals = decimals;
+  return row;
+}
+
+std::string panels(const std::vector<std::string>& charts, const char* title, int columns) {
+  const int rows = (int(charts.size()) + columns - 1) / columns;
+  std::string s = fmt::format(
+      "<svg viewBox=\"0 0 {} {}\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\"><title>{}</title>\n",
+      440 * columns, 335 * rows, title);
+  for (int n = 0; n < int(charts.size()); ++n)
+    s += fmt::format("<svg x=\"{}\" y=\"{}\" width=\"424\" height=\"330\">", 440 * (n % columns),
+                     335 * (n / columns)) +
+         charts[std::size_t(n)] + "</svg>\n";
+  return s + "</svg>\n";
+}
+
+// Largest pole over the volume of (5.25): its range along each axis and its least value over each pair of
+// axes.
+struct Volume {
+  explicit Volume(int steps) : n(steps), low(3 * std::size_t(n), NAN), high(3 * std::size_t(n), NAN) {
+    for (auto& p : pair) p.assign(std::size_t(n) * std::size_t(n), NAN);
+  }
+  double gain(int axis, int i) const { return (axis == 0 ? 2.0 : axis == 1 ? 4.0 : 1.0) * (i + 0.5) / n; }
+  void take(const std::array<int, 3>& at, double z) {
+    worst = std::max(worst, z);
+    ++points;
+    for (int a = 0; a < 3; ++a) {
+      double &l = low[std::size_t(a * n + at[std::size_t(a)])],
+             &h = high[std::size_t(a * n + at[std::size_t(a)])];
+      l = std::isnan(l) ? z : std::min(l, z);
+      h = std::isnan(h) ? z : std::max(h, z);
+      const int x = kPairs[a][0], y = kPairs[a][1];
+      double& p = pair[std::size_t(a)][std::size_t(at[std::size_t(y)] * n + at[std::size_t(x)])];
+      p = std::isnan(p) ? z : std::min(p, z);
+    }
+  }
+  static constexpr int kPairs[3][2] = {{0, 1}, {0, 2}, {1, 2}};
+  int n;
+  std::vector<double> low, high;
+  std::array<std::vector<double>, 3> pair;
+  double worst = 0.0;
+  std::int64_t points = 0;
+};
+constexpr const char* kAxisName[] = {"K_p", "K_i*", "K_d*"};
+
+Volume volume(int steps) {
+  Volume v(steps);
+  for (int p = 0; p < steps; ++p)
+    for (int i = 0; i < steps; ++i)
+      for (int d = 0; d < steps; ++d) {
+        const Gains g{v.gain(0, p), v.gain(1, i), v.gain(2, d)};
+        if (0.5 * g.kp + 0.25 * g.ki_star + g.kd_star < 1.0) v.take({p, i, d}, largest_pole(g));
+      }
+  return v;
+}
+
+// Least z_max over a pair of gains: bands of a tenth, dark = small.
+std::string pair_map(const Volume& v, int which) {
+  const int x = Volume::kPairs[which][0], y = Volume::kPairs[which][1];
+  replay::Raster raster(v.n, v.n);
+  for (int j = 0; j < v.n; ++j)
+    for (int i = 0; i < v.n; ++i) {
+      const double z = v.pair[std::size_t(which)][std::size_t(j * v.n + i)];
+      if (std::isnan(z)) continue;
+      const auto shade = [&](double dark, double light) {
+        return std::uint8_t(dark + (light - dark) * std::floor(10.0 * std::min(z, 0.999)) / 9.0);
+      };
+      raster.at(i, v.n - 1 - j) = {shade(0, 255), shade(50, 235), shade(110, 150), 255};
+    }
+  const replay::Frame f;
+  const replay::Axis ax(0.0, x == 0 ? 2.0 : 4.0, f.left, f.right, 5),
+      ay(0.0, y == 1 ? 4.0 : 1.0, f.bottom, f.top, 5);
+  return replay::svg_open(424, 330, "least z_max") +
+         replay::svg_image(raster, f.left, f.top, f.right - f.left, f.bottom - f.top) +
+         replay::draw_axes(f, ax, ay, kAxisName[x], kAxisName[y]) +
+         "<text class=\"label\" x=\"234\" y=\"315\" text-anchor=\"middle\" font-size=\"12\">least z_max, "
+         "bands of 0.1: dark 0, light 1</text></svg>\n";
+}
+
+void figure_5_12(Reproduction& to) {
+  const Volume v = volume(to.quick() ? 30 : 100);
+  to.row(row_holds(kPart + "fig-5-12",
+                   fmt::format("Fig. 5-12: the largest pole at {} points of the volume (5.25)", v.points),
+                   "below 1 everywhere", fmt::format("largest {:.4f}", v.worst), v.worst < 1.0));
+  to.row(row_near(kPart + "triple-pole", "5.5: largest pole at K_p = 1, K_i* = 1, K_d* = 0", "", 0.0,
+                  largest_pole({1, 1, 0}), 1e-6));
+  to.row(
+      shown(row_near(kPart + "unstable-pole", "5.7 (errata): the pole of [1, 0.33, 0.45] outside the circle",
+                     "", -1.0482, poles(kUnstable)[0].real(), 5e-5),
+            4));
+  std::vector<std::string> charts;
+  for (int a = 0; a < 3; ++a) {
+    Series low{"least", {}, {}, 0}, high{"largest", {}, {}, 1};
+    for (int i = 0; i < v.n; ++i) {
+      low.x.push_back(v.gain(a, i)), high.x.push_back(v.gain(a, i));
+      low.y.push_back(v.low[std::size_t(a * v.n + i)]), high.y.push_back(v.high[std::size_t(a * v.n + i)]);
+    }
+    replay::ChartOptions o;
+    o.title = "z_max", o.x_name = kAxisName[a], o.y_name = "z_max", o.y_range = std::pair(0.0, 1.0);
+    charts.push_back(replay::line_chart({low, high}, o));
+    charts.push_back(pair_map(v, a));
+  }
+  to.picture({"fig-5-12", "Fig. 5-12: the largest pole over the gain-stable volume (5.25)",
+              panels(charts, "Fig. 5-12", 2)});
+}
+
+void stability(Reproduction& to) {
+  int stable_outside = 0, inside = 0, wrong = 0;
+  RandomStream random(5, Purpose::kTest);
+  const int n = to.quick() ? 2'000 : 200'000;
+  for (int k = 0; k < n; ++k) {
+    const Gains g{random.uniform(-0.5, 2.5), random.uniform(-0.5, 4.5), random.uniform(-1.3, 1.3)};
+    const bool sufficient =
+        g.kp > 0 && g.ki_star > 0 && g.kd_star > 0 && 0.5 * g.kp + 0.25 * g.ki_star + g.kd_star < 1;
+    stable_outside += stable(g) && !sufficient, inside += sufficient;
+    wrong += stable(g) != (largest_pole(g) < 1.0);
+  }
+  to.row(shown(
+      row_near(kPart + "exact-set",
+               fmt::format(
+                   "(5.25), errata: of {} random gains, those where the exact set and the poles disagree", n),
+               "", 0.0, wrong, 0.0, RowKind::kProperty),
+      0));
+  to.row(row_informative(kPart + "sufficient",
+                         "(5.25), errata: stable gains that (5.25) leaves out, as a share of those it holds",
+                         "%", std::string("0"), 100.0 * stable_outside / inside, RowKind::kComputed));
+}
+
+void table_5_2(Reproduction& to) {
+  const auto d = disturbance({100, 0.5, 60, 0.2, 30});
+  constexpr double kSeconds[] = {0.22, 0.25, 0.43,
+                                 0.45};  // with the user's gradient: MS, IP from either start
+  int row = 0;
+  for (const Gains& start : {Gains{1, 1, 0}, Gains{0, 0, 0.5}})
+    for (const Algorithm a : kAlgorithms) {
+      std::array<double, 21> ms{};
+      gains::TunedGains t;
+      for (double& once : ms) {
+        const double before = cpu_ms();
+        t = gains::tune_smf(d, {a, start});
+        once = cpu_ms() - before;
+      }
+      std::nth_element(ms.begin(), ms.begin() + 10, ms.end());
+      const std::string id = fmt::format("{}table-5-2.{}", kPart, row++),
+                        from = fmt::format("Table 5-2: {} from [{:g} {:g} {:g}]", gains::name(a), start.kp,
+                                           start.ki_star, start.kd_star);
+      const double off =
+          std::max({std::abs(t.gains.kp - kOptimum.kp), std::abs(t.gains.ki_star - kOptimum.ki_star),
+                    std::abs(t.gains.kd_star - kOptimum.kd_star)});
+      to.row(row_holds(id + ".gains", from + ": gains (errata: the printed optimum to five places)",
+                       "[1 0.33 0], errata [0.99990 0.32798 0.00005]",
+                       fmt::format("[{:.5f} {:.5f} {:.5f}] after {} evaluations", t.gains.kp, t.gains.ki_star,
+                                   t.gains.kd_star, t.evaluations),
+                       off < 1e-5, RowKind::kComputed));
+      to.row(shown(row_near(id + ".sigma", from + ": sigma_p*", "", 0.060990, t.rms, 1e-6), 6));
+      to.row(shown(row_informative(id + ".time", from + ": processor time, median of 21", "ms",
+                                   1e3 * kSeconds[start.kp == 1.0 ? 0 : 1], ms[10]),
+                   3));
+    }
+  const auto larger = gains::tune_smf(disturbance({100, 0.5, 60, 0.5, 30}), {});
+  to.row(shown(row_near(kPart + "step-0.5", "5.6: K_i* with d_s = 0.5 (errata: 0.618034)", "", 0.618034,
+                        larger.gains.ki_star, 1e-5),
+               6));
+}
+
+void table_5_3(Reproduction& to) {
+  struct Row {
+    double pulse, kd, sigma;
+  };
+  for (const Row r :
+       {Row{0.5, 0.0, 0.061}, Row{0.25, 0.023, 0.038}, Row{0.0, 0.126, 0.027}, Row{-0.5, 0.0, 0.061}}) {
+    double worst_kd = 0.0, kd = 0.0, sigma = 0.0;
+    for (const Algorithm a : kAlgorithms)
+      for (const double start : {0.0, 0.2}) {
+        const auto t =
+            gains::tune_smf(disturbance({100, r.pulse, 60, 0.2, 30}), {a, {1.0, 0.33, start}, true});
+        if (a == Algorithm::kSlsqp) kd = t.gains.kd_star, sigma = t.rms;
+        worst_kd = std::max(worst_kd, std::abs(t.gains.kd_star - r.kd));
+      }
+    const std::string id =
+        fmt::format("{}table-5-3.{}", kPart, r.pulse < 0 ? "minus-0.5" : fmt::format("{:g}", r.pulse));
+    to.row(shown(
+        row_near(id + ".kd",
+                 fmt::format(
+                     "Table 5-3: K_d* at d_p = {:g}; all algorithms and starts within {:.4f} of the paper's",
+                     r.pulse, worst_kd),
+                 "", r.kd, kd, 1e-3),
+        4));
+    to.row(shown(row_near(id + ".sigma", fmt::format("Table 5-3: sigma_p* at d_p = {:g}", r.pulse), "",
+                          r.sigma, sigma, 5e-4),
+                 4));
+  }
+}
+
+void figure_5_13(Reproduction& to) {
+  Series mean{"mean sigma_p* over d_p = 0 .. 0.5", {}, {}, 0};
+  double best = NAN, least = 1e9, until_006 = 0.0;
+  for (int k = 0; k <= 300; ++k) {
+    const double kd = 0.001 * k;
+    double sum = 0.0;
+    for (int p = 0; p <= 50; ++p)
+      sum += spread({1.0, 0.33, kd}, disturbance({100, 0.01 * p, 60, 0.2, 30})).rms;
+    mean.x.push_back(kd), mean.y.push_back(sum / 51);
+    if (sum / 51 < least) least = sum / 51, best = kd;
+    if (kd <= 0.06) until_006 = std::max(until_006, sum / 51);
+  }
+  to.row(shown(row_near(kPart + "fig-5-13.best",
+                        "Fig. 5-13: K_d* of the least mean sigma_p* over d_p in [0, 0.5] (\"about 0.02\")",
+                        "", 0.02, best, 0.01),
+               3));
+  to.row(row_at_most(kPart + "fig-5-13.flat",
+                     "Fig. 5-13: rise of the mean within K_d* = [0, 0.06] (\"almost constant\")", "%",
+                     std::string("almost constant"), 100.0 * (until_006 / least - 1.0), 3.0));
+  replay::ChartOptions o;
+  o.title = "Fig. 5-13", o.x_name = "K_d*", o.y_name = "mean sigma_p* [intervals]";
+  to.picture({"fig-5-13", "Fig. 5-13: the derivative gain over the expected pulses",
+              panels({replay::line_chart({mean}, o)}, "Fig. 5-13", 1)});
+}
+
+std::string simulation(const Gains& g, const DisturbanceModel& m, const char* title) {
+  const auto d = disturbance(m);
+  Series e{"e", {}, std::vector<double>(d.size()), 0}, u{"u", {}, std::vector<double>(d.size()), 1},
+      dist{"d", {}, d, Series::kReference};
+  simulate(g, d, e.y, u.y);
+  for (std::size_t k = 0; k < d.size(); ++k) e.x.push_back(double(k + 1));
+  u.x = dist.x = e.x;
+  replay::ChartOptions o;
+  o.title = title, o.x_name = fmt::format("{}: interval k", title), o.y_name = "in intervals",
+  o.whole_x = true;
+  return replay::line_chart({e, u, dist}, o);
+}
+
+// Largest error of the last ten intervals.
+double left_after(int intervals, const Gains& g, DisturbanceModel m) {
+  m.intervals = intervals;
+  const auto d = disturbance(m);
+  std::vector<double> e(d.size());
+  simulate(g, d, e);
+  double largest = 0.0;
+  for (std::size_t k = e.size() - 10; k < e.size(); ++k) largest = std::max(largest, std::abs(e[k]));
+  return largest;
+}
+
+void figures_5_14_5_15(Reproduction& to) {
+  constexpr DisturbanceModel kTable54[] = {{100, 0.5, 60, 0.2, 30, 0.0, 1, 1},
+                                           {100, 0.5, 60, 0.2, 30, 0.05, 50, 1},
+                                           {100, -2.0, 60, 0.0, 30, 0.0, 1, 1},
+                                           {100, 0.0, 60, -2.0, 30, 0.0, 1, 1}};
+  constexpr const char* kNames[] = {"(a) pulse 0.5, step 0.2", "(b) the same with noise 0.05", "(c) pulse -2",
+                                    "(d) step -2"};
+  std::vector<std::string> charts;
+  for (int n = 0; n < 4; ++n) {
+    charts.push_back(simulation(kSimulated, kTable54[n], kNames[n]));
+    to.row(row_at_most(fmt::format("{}fig-5-14-{}", kPart, char('a' + n)),
+                       fmt::format("Fig. 5-14 {}: largest error of the last ten intervals", kNames[n]), "",
+                       std::string("corrected rapidly"), left_after(100, kSimulated, kTable54[n]),
+                       n == 1 ? 0.05 : 1e-3));
+  }
+  to.picture({"fig-5-14", "Fig. 5-14: simulations with K = [1, 0.33, 0.03], disturbances of Table 5-4",
+              panels(charts, "Fig. 5-14", 2)});
+  charts.clear();
+  constexpr DisturbanceModel kTable55[] = {{100, 0.5, 60, 0.2, 30, 0.0, 1, 1},
+                                           {100, 0.0, 60, 0.0, 30, 0.05, 50, 1}};
+  charts.push_back(simulation(kUnstable, kTable55[0], "(a) pulse 0.5, step 0.2"));
+  charts.push_back(simulation(kUnstable, kTable55[1], "(b) noise 0.05 from 50 on"));
+  // The pole of modulus 1.048 multiplies an error by 110 in 100 intervals.
+  const double a[] = {left_after(100, kUnstable, kTable55[0]), left_after(200, kUnstable, kTable55[0])};
+  const double b[] = {left_after(100, kUnstable, kTable55[1]), left_after(200, kUnstable, kTable55[1])};
+  to.row(row_holds(kPart + "fig-5-15", "Fig. 5-15: with K = [1, 0.33, 0.45] the error grows without end",
+                   "oscillates, growing",
+                   fmt::format("(a) {:.2f} intervals after 100, {:.0f} after 200; (b) {:.2f} and {:.1f}",
+                               a[0], a[1], b[0], b[1]),
+                   a[1] > 20.0 * a[0] && b[1] > 20.0 * b[0], RowKind::kComputed));
+  to.picture({"fig-5-15",
+              "Fig. 5-15: simulations with the unstable gains [1, 0.33, 0.45], disturbances of Table 5-5",
+              panels(charts, "Fig. 5-15", 2)});
+}
+
+}  // namespace
+
+void reproduce_barnett_gains(Reproduction& to) {
+  to.note(
+      "One point of the surface, in units of the measurement interval: e_1 = 0, no derivative at the first "
+      "interval, 100 intervals (errata.md). "
+      "The thesis gives no seed for its noise; ours is drawn by Firn's own generator.");
+  figure_5_12(to);
+  to.progress(0.5, "poles over the gain-stable volume");
+  stability(to);
+  table_5_2(to);
+  table_5_3(to);
+  figure_5_13(to);
+  figures_5_14_5_15(to);
+}
+
+}  // namespace firn

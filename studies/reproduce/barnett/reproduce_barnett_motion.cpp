@@ -1,0 +1,297 @@
+// Rows of chapter 4. The thesis prints its trajectories as figures without numbers, so most rows test what
+// its text says about them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "studies/reproduce/barnett/reproduce_barnett_motion.h"
+#include "studies/reproduce/reproduce_parts.h"
+#include "core/motion/constant_speed.h"
+#include "core/motion/planner.h"
+#include "core/motion/thesis/test_path.h"
+#include "core/motion/vplus_default.h"
+
+namespace firn {
+namespace {
+
+using namespace motion;
+using namespace barnett;
+
+std::string id(const char* name) { return std::string("barnett.motion.") + name; }
+
+ReproduceRow with_decimals(int decimals, ReproduceRow row) {
+  row.decimals = decimals;
+  return row;
+}
+
+double duration(const Trajectory& t) { return double(t.samples() - 1) * t.tick_s; }
+
+void limits_rows(Reproduction& to) {
+  to.row(row_informative(id("eq-4-9"), "(4.9), erratum: sqrt(a_max r_c) at r_c = 1 mm, a_max = 500 mm/s2",
+                         "mm/s", 25.0, std::sqrt(500.0), RowKind::kComputed));
+  // 0.5 s to the top speed under a triangle of acceleration, 0.25 s to its top under a triangle of jerk.
+  const double top_acceleration = 2.0 * 125.0 / 0.5, top_jerk = 2.0 * top_acceleration / 0.25;
+  to.row(with_decimals(0, row_near(id("limit-acceleration"),
+                                   "4.2.1: acceleration that reaches 125 mm/s in 0.5 s from zero and to zero",
+                                   "mm/s2", 500.0, top_acceleration, 1e-9)));
+  to.row(with_decimals(
+      0, row_near(id("limit-jerk"), "4.2.1: jerk that reaches it in 0.25 s from zero and to zero", "mm/s3",
+                  4000.0, top_jerk, 1e-9)));
+}
+
+void start_rows(Reproduction& to, const Chapter4& c) {
+  const double h = 0.016, ideal = 4000 * h * h * h / 6, lifted = ideal + 80 * h * h / 2;
+  const Point2 at{thesis::kWellPlaced.x_mm + 46, thesis::kWellPlaced.y_mm};
+  const JointVector before = c.arm->inverse({at.x_mm, at.y_mm, 0, 0}, {1, 0});
+  const auto counts = [&](double distance) {  // of the joint that moves less, in its encoder's counts
+    const JointVector after = c.arm->inverse({at.x_mm + distance, at.y_mm, 0, 0}, {1, 0});
+    const double degree = 180 / std::numbers::pi;
+    return std::pair{std::abs(after[0] - before[0]) * degree / 0.00045,
+                     std::abs(after[1] - before[1]) * degree / 0.00072};
+  };
+  const auto [a1, a2] = counts(ideal);
+  const auto [b1, b2] = counts(lifted);
+  to.row(row_holds(id("start-ideal"),
+                   "4.2.6: first tick with a(0) = 0 moves the joints less than an encoder count",
+                   "below the resolution", fmt::format("{:.2f} and {:.2f} counts", a1, a2),
+                   std::min(a1, a2) < 1, RowKind::kComputed));
+  to.row(row_holds(id("start-80"), "4.2.6: first tick with a(0) = 80 mm/s2 moves them by more",
+                   "above the resolution", fmt::format("{:.2f} and {:.2f} counts", b1, b2),
+                   std::min(b1, b2) > 1, RowKind::kComputed));
+}
+
+double speed_at(const thesis::Profile& p, double s) {
+  std::size_t k = 0;
+  while (k + 2 < p.size() && p.s_mm[k + 1] < s) ++k;
+  return (p.s_mm[k + 1] - p.s_mm[k]) / p.dt_s[k];
+}
+
+void path_rows(Reproduction& to, const Chapter4& c) {
+  to.row(with_decimals(0, row_near(id("pieces"), "4.2.2: pieces of the path of Fig. 4-2", "", 2,
+                                   double(c.well.steps.size()), 0)));
+  const auto& s = c.well.steps[0].vcon.s_mm;
+  to.row(with_decimals(
+      4, row_near(id("spacing"), "4.2.2: spacing after PATHSPLIT", "mm", 0.4, s[1] - s[0], 0.001)));
+  double far = 0;
+  for (const Point2& p : c.points)
+    far = std::max(far, std::hypot(p.x_mm + thesis::kPoorlyPlaced.x_mm, p.y_mm + thesis::kPoorlyPlaced.y_mm));
+  to.row(row_near(id("poor-reach"), "Fig. 4-3: distance of the poorly placed path from the maximum reach",
+                  "mm", 1.0, 600 - far, 0.01, RowKind::kFit));
+  int minima = 0, maxima = 0;
+  double at = 26;
+  for (const auto& [radius, line] : {std::pair{20.0, 62.0}, {10.0, 77.0}, {5.0, 87.0}}) {
+    const double arc = radius * std::numbers::pi / 2;
+    const auto& p = c.well.steps[0].final;
+    const double in = speed_at(p, at), centre = speed_at(p, at + arc / 2), out = speed_at(p, at + arc);
+    minima += (in < speed_at(p, at - 5) && in < centre) + (out < centre && out < speed_at(p, at + arc + 5));
+    maxima += centre > in && centre > out;
+    at += arc + line;
+  }
+  to.row(with_decimals(
+      0, row_near(id("speed-minima"), "Fig. 4-7: local minima of speed where the curvature jumps (3 rounds)",
+                  "", 6, minima, 0)));
+  to.row(with_decimals(
+      0, row_near(id("speed-maxima"), "Fig. 4-7: local maxima of speed at the centres of the rounds", "", 3,
+                  maxima, 0)));
+}
+
+void peak_rows(Reproduction& to, const Chapter4& c) {
+  to.row(row_at_most(id("speed"), "Fig. 4-7: highest speed over its limit 125 mm/s", "", "",
+                     largest(c.well_seen.speed) / 125, 1.001, RowKind::kComputed));
+  to.row(row_at_most(id("acceleration"),
+                     "Fig. 4-7: highest total acceleration over its limit 500 mm/s2 (ACON's margin: 10 %)",
+                     "", "", largest(c.well_seen.acceleration) / 500, 1.10, RowKind::kComputed));
+  const auto peaks = [](const Sampled& s) {
+    int count = 0;
+    for (std::size_t i = 1; i + 1 < s.jerk.size(); ++i)
+      count += s.jerk[i] > 4000 * 1.05 && s.jerk[i] >= s.jerk[i - 1] && s.jerk[i] > s.jerk[i + 1];
+    return count;
+  };
+  to.row(row_holds(
+      id("jerk-exceeds"), "4.3: the jerk exceeds its limit", "at several locations",
+      fmt::format("at {} peaks, up to {:.2f} times", peaks(c.well_seen), largest(c.well_seen.jerk) / 4000),
+      peaks(c.well_seen) >= 3, RowKind::kComputed));
+  to.row(row_informative(id("jerk-poor"), "the same, poorly placed path: highest total jerk over its limit",
+                         "", "", largest(c.poor_seen.jerk) / 4000, RowKind::kComputed));
+}
+
+void placement_rows(Reproduction& to, const Chapter4& c) {
+  to.row(row_informative(id("time-well"),
+                         "Fig. 4-7: time of travel, well placed (jerk-safe optimum: 5.165 s)", "s", "",
+                         c.well_seen.duration_s(), RowKind::kComputed));
+  to.row(row_informative(id("time-poor"),
+                         "Fig. 4-9: time of travel, poorly placed (jerk-safe optimum: 6.102 s)", "s", "",
+                         c.poor_seen.duration_s(), RowKind::kComputed));
+  const auto seconds = [](const ThesisResult& r, double from, double until) {
+    double sum = 0;
+    const auto& p = r.steps[0].final;
+    for (std::size_t k = 0; k < p.dt_s.size(); ++k)
+      if (p.s_mm[k] >= from && p.s_mm[k + 1] <= until) sum += p.dt_s[k];
+    return sum;
+  };
+  const double along_x = seconds(c.poor, 135.2, 212.1) / seconds(c.well, 135.2, 212.1);
+  const double along_y = seconds(c.poor, 65, 110) / seconds(c.well, 65, 110);
+  to.row(row_holds(id("along-x-and-y"), "4.3: poor placement restricts motion along x, hardly along y",
+                   "significantly; mostly unchanged",
+                   fmt::format("time x {:.2f}; x {:.2f}", along_x, along_y), along_x > 1.3 && along_y < 1.1,
+                   RowKind::kComputed));
+  int lower = 0, upper = 0, elsewhere = 0;
+  const auto& rate = c.poor_seen.joints[1].rate;
+  for (std::size_t i = 0; i + 1 < c.poor.steps[0].final.size(); ++i) {
+    if (std::abs(rate[i]) < 0.98 * 39) continue;
+    const double s = c.poor.steps[0].final.s_mm[i];
+    (s < 57.5 ? lower : s > 119.3 && s < 212.2 ? upper : elsewhere) += 1;
+  }
+  to.row(row_holds(
+      id("theta-2-rate"), "Fig. 4-9: regions where the rate of theta 2 is at its limit (first piece)", "two",
+      fmt::format("lower right ({} ticks), upper side ({} ticks), elsewhere {}", lower, upper, elsewhere),
+      lower > 5 && upper > 5 && elsewhere == 0, RowKind::kComputed));
+}
+
+void certified_rows(Reproduction& to, const Chapter4& c) {
+  PathInput in{.points = c.points};
+  for (const auto& [name, origin] :
+       {std::pair{"well", thesis::kWellPlaced}, {"poor", thesis::kPoorlyPlaced}}) {
+    in.origin = origin;
+    const PlanResult r = plan(in, *c.arm, cobra600_limits());
+    double worst = 0;
+    for (const LimitRatio& limit : r.trajectory.certificate.limits) worst = std::max(worst, limit.ratio);
+    to.row(with_decimals(
+        4, row_at_most(id((std::string("certified-") + name).c_str()),
+                       fmt::format("the same path, {} placed, --method certified ({:.3f} s): largest "
+                                   "of the nine ratios",
+                                   name == std::string("well") ? "well" : "poorly",
+                                   r.trajectory.certificate.duration_s),
+                       "", "", worst, 1.001, RowKind::kProperty)));
+  }
+}
+
+double distance_to(const std::vector<Point2>& path, Point2 p) {
+  double nearest = 1e300;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const double dx = path[i + 1].x_mm - path[i].x_mm, dy = path[i + 1].y_mm - path[i].y_mm;
+    const double f = ((p.x_mm - path[i].x_mm) * dx + (p.y_mm - path[i].y_mm) * dy) / (dx * dx + dy * dy);
+    const double g = std::min(1.0, std::max(0.0, f));
+    nearest = std::min(nearest, std::hypot(path[i].x_mm + g * dx - p.x_mm, path[i].y_mm + g * dy - p.y_mm));
+  }
+  return nearest;
+}
+
+void default_rows(Reproduction& to, const Chapter4& c) {
+  const Sampled &mtts = c.well_seen, &v = c.fallback_seen;
+  to.row(row_near(id("default-time"),
+                  "4.4: time of the default technique, its acceleration adjusted to MTTS's time", "s",
+                  mtts.duration_s(), v.duration_s(), 0.017, RowKind::kFit));
+  to.row(row_near(id("default-radius"),
+                  "Fig. 4-13: radius to which the default technique rounds the 90 degree corner", "mm", 10.0,
+                  125 * c.fallback_blend_s / 2, 1.0, RowKind::kFit));
+  double worst = 0, corner = 1e300;
+  for (const Point2& p : mtts.at)
+    worst = std::max(
+        worst, distance_to(c.points, {p.x_mm - thesis::kWellPlaced.x_mm, p.y_mm - thesis::kWellPlaced.y_mm}));
+  for (const Point2& p : v.at)
+    corner =
+        std::min(corner, std::hypot(p.x_mm - thesis::kWellPlaced.x_mm, p.y_mm - thesis::kWellPlaced.y_mm));
+  to.row(with_decimals(4, row_at_most(id("mtts-deviation"), "Fig. 4-13: farthest MTTS sample from the path",
+                                      "mm", "followed very closely", worst, 0.05)));
+  to.row(row_informative(id("default-corner"),
+                         "Fig. 4-13: distance at which the default technique passes the corner", "mm", "",
+                         corner, RowKind::kFit));
+  const auto mean_speed = [](const Sampled& s, Point2 centre, double radius) {  // on the round's quarter
+    double length = 0, time = 0;
+    for (std::size_t i = 0; i + 1 < s.at.size(); ++i) {
+      const double x = s.at[i].x_mm - thesis::kWellPlaced.x_mm - centre.x_mm,
+                   y = s.at[i].y_mm - thesis::kWellPlaced.y_mm - centre.y_mm;
+      if (x < 0 || y * (centre.y_mm < 46 ? -1 : 1) < 0 || std::abs(std::hypot(x, y) - radius) > 0.2 * radius)
+        continue;
+      length += s.speed[i] * 0.016, time += 0.016;
+    }
+    return length / time;
+  };
+  const double m20 = mean_speed(mtts, {72, 20}, 20), d20 = mean_speed(v, {72, 20}, 20);
+  const double m10 = mean_speed(mtts, {82, 82}, 10), d10 = mean_speed(v, {82, 82}, 10);
+  to.row(row_holds(id("default-rounds"), "Fig. 4-12: speed on the 20 and 10 mm rounds, default against MTTS",
+                   "very slowly", fmt::format("{:.0f} : {:.0f} and {:.0f} : {:.0f} mm/s", d20, m20, d10, m10),
+                   d20 < 0.6 * m20 && d10 < m10, RowKind::kFit));
+  to.row(row_holds(id("default-acceleration"), "Fig. 4-12: highest acceleration, default against MTTS",
+                   "higher for default",
+                   fmt::format("{:.0f} : {:.0f} mm/s2", largest(v.acceleration), largest(mtts.acceleration)),
+                   largest(v.acceleration) > largest(mtts.acceleration), RowKind::kFit));
+  to.row(row_holds(id("default-jerk"), "Fig. 4-12: highest jerk, default against MTTS",
+                   "much smaller for MTTS",
+                   fmt::format("{:.0f} : {:.0f} mm/s3", largest(v.jerk), largest(mtts.jerk)),
+                   largest(v.jerk) > 2 * largest(mtts.jerk), RowKind::kFit));
+}
+
+void box_rows(Reproduction& to, const Chapter4& c) {
+  const BoxLayer layer = box_layer();
+  const MotionLimits limits = cobra600_limits();
+  const auto time = [&](const std::vector<Point2>& points, bool mtts, PathKind kind) {
+    PathInput in{.points = points};
+    in.origin = thesis::kWellPlaced;
+    in.kind = kind;
+    ConstantOptions constant;
+    constant.fill_mm_s = 125;  // 4.4
+    return duration(mtts ? plan_thesis(in, *c.arm, limits) : plan_constant(in, *c.arm, limits, constant));
+  };
+  double variable = 0, slow = 0, straight = 0;
+  for (const auto& p : layer.boundaries) {
+    variable += time(p, true, PathKind::kBoundary);
+    slow += time(p, false, PathKind::kBoundary);
+    straight += time(p, false, PathKind::kBoundary);
+  }
+  for (const auto& p : layer.contours) {
+    variable += time(p, true, PathKind::kFill);
+    slow += time(p, false, PathKind::kBoundary);
+  }
+  for (const auto& p : layer.lines) straight += time(p, false, PathKind::kFill);
+  to.row(row_informative(id("box-mtts"), "4.4: MTTS, one wall layer of the box of Fig. 4-15: motion alone",
+                         "s", "2.6 h the whole part", variable));
+  to.row(row_near(id("box-ratio"),
+                  "4.4: concentric contours at a constant 25 mm/s against MTTS (7.4 h : 2.6 h)", "",
+                  7.4 / 2.6, slow / variable, 0.4, RowKind::kFit));
+  to.row(
+      row_informative(id("box-straight"),
+                      "4.4: constant speed with straight fill against MTTS (11.6 h : 2.6 h; ours without the "
+                      "moves, waits and valve between the lines)",
+                      "", 11.6 / 2.6, straight / variable));
+}
+
+void lucy_rows(Reproduction& to) {
+  to.row(row_informative(id("lucy-motion"),
+                         "4.3: 14 million points at 16 ms: motion in the 85 h of the 0.5 m Lucy", "h", 85.0,
+                         14e6 * 0.016 / 3600));
+  to.row(row_informative(id("lucy-speed"),
+                         "4.3: mean speed of its 10 000 m (boundaries without MTTS: 25 mm/s)", "mm/s", "",
+                         1e7 / (14e6 * 0.016)));
+}
+
+}  // namespace
+
+void reproduce_barnett_motion(Reproduction& to) {
+  to.note(
+      "MTTS as the thesis describes it, with the errata of chapter 4. The figures carry no numbers, so these "
+      "rows test what the "
+      "text says about them. Coordinates of Fig. 4-3 (origin (354, -46) and (505.899, -46)), the model of "
+      "the V+ default technique "
+      "(blend time, points every 3.5 mm on the rounds) and the box's layer are choices: rows of kind fit. "
+      "Speeds, accelerations and "
+      "jerks are differences of the emitted samples at 16 ms.");
+  to.progress(0.0, "thesis method");
+  const Chapter4 planned = plan_chapter_4();
+  limits_rows(to);
+  start_rows(to, planned);
+  path_rows(to, planned);
+  peak_rows(to, planned);
+  placement_rows(to, planned);
+  certified_rows(to, planned);
+  default_rows(to, planned);
+  to.progress(0.5, "box of Fig. 4-15");
+  box_rows(to, planned);
+  lucy_rows(to);
+  pictures(to, planned);
+}
+
+}  // namespace firn

@@ -1,0 +1,218 @@
+// Chapter 6 of Barnett (2012): flow along a straight path, its valve pulses, and frequency against width
+// modulation.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "studies/reproduce/reproduce_parts.h"
+#include "core/deposition/delivery.h"
+#include "core/deposition/pulse_width.h"
+#include "core/deposition/pulses.h"
+#include "report/draw/charts.h"
+
+namespace firn {
+namespace {
+
+using namespace deposition;
+
+constexpr double kStep = 0.016, kBoundary_mm = 1.5, kFill_mm = 3.0, kLayer_mm = 0.25, kFeedForward = 4.0;
+constexpr double kDropsPerMm = 1.0, kTop = 125.0, kAcceleration = 500.0, kJerk = 4000.0;
+
+// Rest to rest in minimum time under (4.10): ramps of 0.375 s with jerk, and top speed between them.
+double speed_at(double t_s, double length_mm) {
+  const double ramp = kTop / kAcceleration + kAcceleration / kJerk, rise = kAcceleration / kJerk;
+  const double whole = length_mm / kTop + ramp;
+  const double t = std::clamp(std::min(t_s, whole - t_s), 0.0, ramp);
+  if (t <= rise) return 0.5 * kJerk * t * t;
+  if (t <= ramp - rise) return 0.5 * kJerk * rise * rise + kAcceleration * (t - rise);
+  return kTop - 0.5 * kJerk * (ramp - t) * (ramp - t);
+}
+
+FlowDemand straight(double length_mm, double width_mm) {
+  FlowDemand d;
+  d.step_s = kStep;
+  const double whole = length_mm / kTop + kTop / kAcceleration + kAcceleration / kJerk;
+  for (int n = 0; n <= int(std::ceil(whole / kStep)); ++n)
+    d.speed_mm_s.push_back(speed_at(kStep * n, length_mm));
+  d.flow_mm3_s.resize(d.speed_mm_s.size());
+  nominal_flow(width_mm, kLayer_mm, d.speed_mm_s, d.flow_mm3_s);
+  return d;
+}
+
+ValveSetting setting() { return {0.00125, FlowCurve::proportional(kFeedForward, 500.0)}; }
+
+std::string beside(const std::vector<std::string>& charts, const char* title) {
+  std::string s = fmt::format(
+      "<svg viewBox=\"0 0 {} 330\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\"><title>{}</title>\n",
+      440 * charts.size(), title);
+  for (std::size_t n = 0; n < charts.size(); ++n)
+    s += fmt::format("<svg x=\"{}\" y=\"0\" width=\"424\" height=\"330\">", 440 * n) + charts[n] + "</svg>\n";
+  return s + "</svg>\n";
+}
+
+std::string chart(const std::vector<replay::Series>& series, const std::string& y_name) {
+  replay::ChartOptions o;
+  o.title = y_name, o.x_name = "τ = t / T", o.y_name = y_name, o.from_zero = true;
+  return replay::line_chart(series, o);
+}
+
+void limits_rows(Reproduction& to) {
+  const ValveLimits limits;
+  const std::string p = "barnett.pulses.";
+  to.row(row_near(p + "max-frequency", "6.1: highest frequency for a pulse of 2 ms", "Hz", 500.0,
+                  max_frequency_hz({0.002, FlowCurve::proportional(2.5, 1000.0)}, limits), 1e-9));
+  to.row(row_near(p + "width-frequency",
+                  "6.1: lowest frequency of width modulation, one drop per mm at 125 mm/s", "Hz", 125.0,
+                  kDropsPerMm * kTop, 1e-9));
+  to.row(row_near(p + "widest-pulse", "6.1: widest pulse at that frequency", "ms", 8.0,
+                  1e3 / (kDropsPerMm * kTop), 1e-9));
+  to.row(row_near(p + "list-duration", "2.3.1: longest pulse list, 16-bit entries of 2 ms", "s", 131.072,
+                  65536 * limits.tick_s, 1e-9));
+  to.row(row_near(p + "list-bytes", "2.3.1: largest pulse list", "KB", 32.0,
+                  limits.max_entries * double(sizeof(std::uint16_t)) / 1024.0, 1e-9));
+  const std::vector<double> speed{25.0};
+  std::vector<double> flow(1);
+  nominal_flow(kBoundary_mm, kLayer_mm, speed, flow);
+  to.row(row_near(p + "c-f", "5.7 (errata): C_f = c_ff c w dh", "Hz", 37.5,
+                  setting().curve.frequency_hz(flow[0]), 1e-9));
+  to.row(row_at_most(p + "max-flow", "Table 2-2: largest flow of any setting", "mm3/s", 200.0,
+                     max_flow_mm3_s({0.002, FlowCurve::proportional(2.0, 500.0)}, limits), 200.0,
+                     RowKind::kProperty));
+}
+
+// Fig. 6-2 does not print its controller output: a smooth one between -0.3 and 0.4 stands for it.
+double action(double tau) {
+  return tau < 0.5 ? 0.4 * 4.0 * tau * (0.5 - tau) * 4.0 : -0.3 * 4.0 * (tau - 0.5) * (1.0 - tau) * 4.0;
+}
+
+void figures(Reproduction& to) {
+  const ValveLimits limits;
+  const FlowDemand nominal = straight(100.0, kBoundary_mm);
+  FlowDemand corrected = nominal;
+  const std::size_t n = nominal.flow_mm3_s.size();
+  std::vector<double> tau(n), u(n), nu_nominal(n), nu(n);
+  for (std::size_t i = 0; i < n; ++i) tau[i] = double(i) / double(n - 1), u[i] = action(tau[i]);
+  corrected_flow(nominal.flow_mm3_s, u, corrected.flow_mm3_s);
+  for (std::size_t i = 0; i < n; ++i) {
+    nu_nominal[i] = setting().curve.frequency_hz(nominal.flow_mm3_s[i]);
+    nu[i] = setting().curve.frequency_hz(corrected.flow_mm3_s[i]);
+  }
+  const std::vector<double> needed = pulses_needed(nu, kStep);
+  const PulsePlan plan = plan_pulses(corrected, setting(), limits);
+  const auto& ticks = plan.trains.at(0).ticks;
+  to.row(row_near("barnett.pulses.count", "(6.6), errata: pulses of the 100 mm test path = ceil(max n - 0.5)",
+                  "pulses", double(pulse_count(needed.back())), double(ticks.size()), 0.0));
+  to.row(row_near(
+      "barnett.pulses.rectangle", "(6.5) as printed leads the integral at top speed by half a sample", "mm",
+      0.5 * kStep * kTop,
+      (pulses_needed_as_printed(nu_nominal, kStep)[n / 2] - pulses_needed(nu_nominal, kStep)[n / 2]) /
+          (nu_nominal[n / 2] / kTop),
+      1e-6));
+  const replay::Series c{"path speed c", tau, nominal.speed_mm_s, 0},
+      output{"controller output u", tau, u, 0};
+  const replay::Series q_nominal{"nominal (6.2)", tau, nominal.flow_mm3_s, 0},
+      q{"corrected (6.3)", tau, corrected.flow_mm3_s, 1};
+  to.picture(
+      {"fig-6-2", "Fig. 6-2: path speed, controller output (chosen) and flow of a straight path of 100 mm",
+       beside({chart({c}, "speed [mm/s]"), chart({output}, "u"), chart({q_nominal, q}, "flow [mm3/s]")},
+              "Fig. 6-2")});
+  replay::Series ttl{"TTL signal", {}, {}, 0};
+  const double whole = corrected.duration_s();
+  for (std::uint16_t tick : ticks) {
+    const double t = tick * limits.tick_s;
+    for (const auto& [at, level] : {std::pair{t, 0.0}, {t, 1.0}, {t + 0.00125, 1.0}, {t + 0.00125, 0.0}}) {
+      if (at < 0.10 || at > 0.20) continue;
+      ttl.x.push_back(at / whole);
+      ttl.y.push_back(level);
+    }
+  }
+  to.picture({"fig-6-3",
+              "Fig. 6-3: frequency h(Q), pulses needed, and the TTL signal between 0.10 and 0.20 s",
+              beside({chart({{"ν = h(Q)", tau, nu, 0}}, "frequency [Hz]"),
+                      chart({{"n (6.5)", tau, needed, 0}}, "pulses needed"), chart({ttl}, "TTL")},
+                     "Fig. 6-3")});
+}
+
+void delivery_rows(Reproduction& to) {
+  const ValveLimits limits;
+  const ValveSetting s = setting();
+  for (const auto& [name, width, window] :
+       {std::tuple{"boundary", kBoundary_mm, 70.0}, {"fill", kFill_mm, 35.0}}) {
+    double worst = 0.0, excess = -1e300, gap = 0.0;
+    for (double length = 71.0; length < 400.0; length += to.quick() ? 60.0 : 7.3) {
+      const FlowDemand d = straight(length, width);
+      const DeliveryError e =
+          count_delivery(d, drops_of(plan_pulses(d, s, limits), d, s.curve, limits.tick_s),
+                         granted_by(d, s.curve, limits.tick_s), window);
+      worst = std::max(worst, e.window_worst), excess = std::max(excess, e.worst_excess_mm3),
+      gap = std::max(gap, e.widest_gap_mm);
+    }
+    to.row(row_at_most(fmt::format("barnett.pulses.window-{}", name),
+                       fmt::format("volume of any {} mm of {}, by counting", window, name), "%", "",
+                       100.0 * worst, 1.0, RowKind::kProperty));
+    to.row(row_at_most(fmt::format("barnett.pulses.half-drop-{}", name),
+                       "volume up to any point, beyond half a drop and one tick", "mm3", "",
+                       std::max(0.0, excess), 1e-9, RowKind::kProperty));
+    to.row(row_at_most(fmt::format("barnett.pulses.gap-{}", name),
+                       "6.1: one drop per mm; widest gap between drops", "mm", 1.0, gap, 1.0,
+                       RowKind::kProperty));
+  }
+}
+
+// Range: from the least to the most flow that keeps a drop per mm. Ideal valve: 200 mm^3/s while it is open.
+void comparison_rows(Reproduction& to) {
+  const ValveLimits limits;
+  const ValveSetting fm = setting();
+  const WidthModulation pwm = ideal_width_modulation(200.0, 0.008, limits);
+  const double fm_top = max_flow_mm3_s(fm, limits), pwm_low = pwm.dose.points().front().y / pwm.period_s,
+               pwm_top = pwm.dose.points().back().y / pwm.period_s;
+  to.row(row_holds("barnett.pulses.range-from-zero", "6.1: flow goes down to zero at rest",
+                   "FM: yes, PWM: no",
+                   fmt::format("FM 0 to {:.0f} mm3/s, PWM {:.1f} to {:.0f} mm3/s", fm_top, pwm_low, pwm_top),
+                   pwm_low > 0.0, RowKind::kComputed));
+  for (double c : {125.0, 25.0, 5.0}) {
+    const double fm_low = c * fm.curve.drop_mm3(1.0);
+    to.row(row_informative(
+        fmt::format("barnett.pulses.range-{:.0f}", c),
+        fmt::format("most : least flow at {:.0f} mm/s with a drop per mm", c), "", "FM larger",
+        fmt::format("FM {:.1f}, PWM {:.1f}", fm_top / fm_low, pwm_top / pwm_low), RowKind::kComputed));
+    to.row(row_informative(fmt::format("barnett.pulses.drops-{:.0f}", c),
+                           fmt::format("drops per mm of a boundary at {:.0f} mm/s", c), "1/mm", "",
+                           fmt::format("FM {:.2f}, PWM {:.2f}", kFeedForward * kBoundary_mm * kLayer_mm,
+                                       1.0 / (pwm.period_s * c)),
+                           RowKind::kComputed));
+  }
+  const FlowDemand d = straight(100.0, kBoundary_mm);
+  WidthModulation carry = pwm;
+  carry.carry = true;
+  const auto worst = [&](const std::vector<Drop>& drops) {
+    return count_delivery(d, drops, {}, 0.0).worst_mm3;
+  };
+  const double of_fm = worst(drops_of(plan_pulses(d, fm, limits), d, fm.curve, limits.tick_s));
+  const double of_pwm = worst(drops_of(plan_widths(d, pwm, limits))),
+               of_carry = worst(drops_of(plan_widths(d, carry, limits)));
+  to.row(row_informative("barnett.pulses.error",
+                         "largest volume error along 100 mm of boundary from rest to rest", "mm3", "",
+                         fmt::format("FM {:.3f}, PWM {:.3f}, PWM with carry {:.3f}", of_fm, of_pwm, of_carry),
+                         RowKind::kComputed));
+}
+
+}  // namespace
+
+void reproduce_barnett_pulses(Reproduction& to) {
+  to.note(
+      "Chapter 6. The path is a straight one of 100 mm under (4.10), 1.175 s from rest to rest; the "
+      "controller output of Fig. 6-2 is not "
+      "printed and was chosen. Valve: 200 mm3/s while open (Table 2-2), so that c_ff = 4 Hz/(mm3/s) of 5.7 "
+      "is a pulse of 1.25 ms; a "
+      "straight frequency-flow line, as the table behind Fig. 6-1 is not printed either.");
+  limits_rows(to);
+  figures(to);
+  to.progress(0.3, "counting drops");
+  delivery_rows(to);
+  comparison_rows(to);
+}
+
+}  // namespace firn

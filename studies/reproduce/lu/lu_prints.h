@@ -1,0 +1,35 @@
+// The prints behind the rows of `firn reproduce lu`: one experiment, many seeds, all threads.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "print/simulated/memory_print.h"
+#include "studies/reproduce/reproduce.h"
+#include "core/grid/shapes.h"
+
+namespace firn {
+
+/// Lu's lab without readings that drop out, a centred square or disc of so many cells across.
+Experiment lu_lab(const std::string& shape, double cells_across, double height_mm);
+
+/// Target and mask of an analytic part.
+Target lu_target(const Experiment& experiment);
+
+/// Prints `experiment` with plant seeds 1 to `seeds`; the reports are in the order of the seeds, whatever the
+/// threads. Progress goes from `from` to `to_fraction` of the part. @throws what print_in_memory throws
+std::vector<MemoryPrintReport> print_seeds(const Experiment& experiment, int seeds, Reproduction& to,
+                                           double from, double to_fraction, const std::string& doing);
+
+double mean_of(const std::vector<MemoryPrintReport>& prints,
+               const std::function<double(const MemoryPrintReport&)>& value);
+double largest_of(const std::vector<MemoryPrintReport>& prints,
+                  const std::function<double(const MemoryPrintReport&)>& value);
+
+/// Heights along the row through the middle [um] against x [mm].
+struct Profile {
+  std::vector<double> x_mm, height_um;
+};
+Profile middle_row(const HeightMap& height, const GridSpec& grid);
+
+}  // namespace firn

@@ -1,0 +1,160 @@
+// [Lu 2015, V-A, Figs. 11, 12]: the cylinder under model variation; [V-D.2, Table II]: the small square.
+#include <fmt/core.h>
+
+#include <cmath>
+
+#include "studies/reproduce/lu/lu_prints.h"
+#include "studies/reproduce/reproduce_parts.h"
+#include "core/deposition/height_change.h"
+#include "report/draw/charts.h"
+#include "report/draw/heat_map.h"
+
+namespace firn {
+namespace {
+
+constexpr double kUm = 1e3;
+constexpr int kSeeds = 20, kSeedsQuick = 2;
+
+double mean_um(const MemoryPrintReport& p) { return kUm * p.error.mean_mm; }
+double std_um(const MemoryPrintReport& p) { return kUm * p.error.std_mm; }
+
+HeightMap error_map(const HeightMap& height, const Target& target) {
+  HeightMap error = height;
+  for (std::size_t c = 0; c < error.size(); ++c)
+    error.cells[c] = target.mask.cells[c] ? height.cells[c] - target.height.cells[c] : std::nan("");
+  return error;
+}
+
+replay::Series line(const std::string& label, const Profile& p, int style) {
+  return {label, p.x_mm, p.height_um, style, false};
+}
+
+struct PaperFigure {
+  const char* name;
+  double variation, open_mean_um, open_std_um, closed_mean_um, closed_std_um, closed_mean_bound_um;
+};
+constexpr PaperFigure kFigures[] = {{"fig11", 0.2, 44.1, 15.0, 0.7, 4.1, 1.5},
+                                    {"fig12", 0.4, 84.7, 16.6, 1.9, 4.5, 2.5}};
+constexpr double kClosedStdBound_um = 2.25;  // one sigma; the printed 4.1 and 4.5 are read as two
+
+void cylinder(const PaperFigure& f, int number, Reproduction& to) {
+  const std::string id = fmt::format("lu.figs-11-12.{}-", f.name);
+  const int seeds = to.quick() ? kSeedsQuick : kSeeds;
+  Experiment e = lu_lab("cylinder", 37, 0.4);
+  e.plant.model = "lu2015";
+  e.plant.variation = f.variation;
+  const Target target = lu_target(e);
+  e.control.scheme = "open_loop";
+  e.control.open_loop.layers = 54;
+  const double from = 0.5 * number;
+  const auto open = print_seeds(e, seeds, to, from, from + 0.2, f.name);
+  e.control.scheme = "mpc";
+  e.control.mpc.alpha = {{1, 0.5}};
+  const auto closed = print_seeds(e, seeds, to, from + 0.2, from + 0.5, f.name);
+
+  const std::string with = fmt::format("{:.0f} % variation, {} seeds", 100 * f.variation, seeds);
+  to.row(row_near(id + "open-mean", "open loop: mean error, " + with, "um", f.open_mean_um,
+                  mean_of(open, mean_um), 1.0, RowKind::kFit));
+  to.row(row_informative(id + "open-std", "open loop: std, taken as two sigma", "um", f.open_std_um,
+                         2 * mean_of(open, std_um), RowKind::kFit));
+  to.row(row_at_most(id + "closed-mean", "closed loop: largest |mean error| of any seed", "um",
+                     f.closed_mean_um, largest_of(closed, [](const auto& p) { return std::abs(mean_um(p)); }),
+                     f.closed_mean_bound_um, RowKind::kFit));
+  to.row(row_at_most(
+      id + "closed-std",
+      fmt::format("closed loop: largest one sigma of any seed (paper's {} as two sigma)", f.closed_std_um),
+      "um", f.closed_std_um / 2, largest_of(closed, std_um), kClosedStdBound_um, RowKind::kFit));
+  to.row(row_holds(
+      id + "ended", "closed loop ends the print by itself", "",
+      fmt::format("{:.1f} layers", mean_of(closed, [](const auto& p) { return double(p.series.size()); })),
+      largest_of(closed, [](const auto& p) { return double(p.result.status); }) == 0.0));
+
+  const GridSpec& grid = e.grid;
+  to.picture(
+      {std::string(f.name) + "-side", fmt::format("{}: side view through the middle, seed 1", f.name),
+       replay::line_chart({line("open loop", middle_row(open[0].surface, grid), 0),
+                           line("closed loop", middle_row(closed[0].surface, grid), 1),
+                           line("wanted", middle_row(target.height, grid), replay::Series::kReference)},
+                          {.title = std::string(f.name) + " side view",
+                           .x_name = "x [mm]",
+                           .y_name = "height [µm]",
+                           .y_range = {{350.0, 415.0 + f.open_mean_um}}})});
+  const double scale = std::ceil(1.2 * f.open_mean_um / 10) * 10;
+  to.picture({std::string(f.name) + "-open",
+              fmt::format("{}: error of the open loop, ±{:.0f} µm", f.name, scale),
+              replay::heat_map(error_map(open[0].surface, target),
+                               {-scale, scale, replay::ColorMap::kDiverging}, "open loop")});
+  to.picture({std::string(f.name) + "-closed",
+              fmt::format("{}: error of the closed loop, the same scale", f.name),
+              replay::heat_map(error_map(closed[0].surface, target),
+                               {-scale, scale, replay::ColorMap::kDiverging}, "closed loop")});
+}
+
+// About the wanted height: the reading that gives the model its 2.0 um.
+double rmsd_um(const MemoryPrintReport& p) { return kUm * p.error.rms_mm; }
+
+}  // namespace
+
+void reproduce_lu_cylinder(Reproduction& to) {
+  to.note(
+      "A fit: the paper does not print the grid, the mask, the direction of the variation and alpha. Taken "
+      "here: a disc of 37 cells on 40 x 40, "
+      "borders that lose what flows over them, h1 to h3 of every droplet and layer times 1 + v U[0,1], 54 "
+      "layers in open loop; closed loop with "
+      "N = 1, alpha = 0.5 and 1 µm of sensor noise, ended by the controller. The lu2015 plant is the paper's "
+      "own simulation. The paper's "
+      "standard deviations are twice ours and are read as two sigma, which nothing proves.");
+  for (int n = 0; n < 2; ++n) cylinder(kFigures[n], n, to);
+}
+
+void reproduce_lu_table_2(Reproduction& to) {
+  to.note(
+      "Table II is a measurement on the real printer, which the paper's own model cannot give (18.5 and 8.7 "
+      "µm in open loop against the model's 21.3 and "
+      "2.0). Ours is shown beside it and not tuned to it: 8 x 8 cells, 22.8 µm wanted, three layers in open "
+      "loop; closed loop in four "
+      "interlaced patterns with a cure after each (V-D.2), alpha = 1. Plant: Firn's own droplets.");
+  const int seeds = to.quick() ? kSeedsQuick : kSeeds;
+  Experiment e = lu_lab("cuboid", 8, 0.0228);
+  const double wanted_um = kUm * e.part.shape.height_mm;
+  const auto height = [&](const MemoryPrintReport& p) { return wanted_um + mean_um(p); };
+  Experiment nominal = e;
+  nominal.plant.model = "lu2015";
+  nominal.plant.variation = 0.0;
+  nominal.control.scheme = e.control.scheme = "open_loop";
+  nominal.control.open_loop.layers = e.control.open_loop.layers = 3;
+  const auto model = print_seeds(nominal, 1, to, 0.0, 0.1, "Table II, model");
+  const auto open = print_seeds(e, seeds, to, 0.1, 0.5, "Table II, open loop");
+  e.control.scheme = "mpc";
+  e.process.sub_patterns = 4;
+  const auto closed = print_seeds(e, seeds, to, 0.5, 1.0, "Table II, closed loop");
+  to.row(row_near("lu.table-2.model-height",
+                  "open loop by the paper's model without variation: average height", "um", 21.3,
+                  mean_of(model, height), 0.05));
+  to.row(row_near("lu.table-2.model-rmsd", "the same: RMSD about the wanted height", "um", 2.0,
+                  mean_of(model, rmsd_um), 0.05));
+  to.row(row_informative("lu.table-2.open-height", "open loop: average height (paper: measured)", "um", 18.5,
+                         mean_of(open, height)));
+  to.row(row_informative("lu.table-2.open-rmsd", "open loop: RMSD (paper: measured)", "um", 8.7,
+                         mean_of(open, rmsd_um)));
+  to.row(row_informative("lu.table-2.closed-height", "closed loop: average height (paper: measured)", "um",
+                         22.3, mean_of(closed, height)));
+  to.row(row_informative("lu.table-2.closed-rmsd", "closed loop: RMSD (paper: measured)", "um", 4.4,
+                         mean_of(closed, rmsd_um)));
+  const double better = mean_of(closed, [&](const auto& p) { return std::abs(mean_um(p)); }) /
+                        mean_of(open, [&](const auto& p) { return std::abs(mean_um(p)); });
+  const double ratio = mean_of(closed, rmsd_um) / mean_of(open, rmsd_um);
+  to.row(row_at_most("lu.table-2.rmsd-share", "closed loop's RMSD over open loop's: about half in the paper",
+                     "", 4.4 / 8.7, ratio, 0.75, RowKind::kProperty));
+  to.row(row_at_most("lu.table-2.height-share", "closed loop's height error over open loop's", "",
+                     (22.8 - 22.3) / (22.8 - 18.5), better, 0.5, RowKind::kProperty));
+  const Target target = lu_target(e);
+  to.picture(
+      {"table-2-side", "The 8 x 8 square through the middle, seed 1",
+       replay::line_chart({line("open loop", middle_row(open[0].surface, e.grid), 0),
+                           line("closed loop", middle_row(closed[0].surface, e.grid), 1),
+                           line("wanted", middle_row(target.height, e.grid), replay::Series::kReference)},
+                          {.title = "8 x 8 square", .x_name = "x [mm]", .y_name = "height [µm]"})});
+}
+
+}  // namespace firn

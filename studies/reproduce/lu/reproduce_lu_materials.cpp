@@ -1,0 +1,213 @@
+// [Lu 2015, V-A, Figs. 13-15]: the junction of two pipes, printed of object ink in a block of support, open
+// loop against closed loop. The paper shows pictures and prints no numbers; Firn counts the voxels of the
+// wrong ink.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "print/simulated/memory_print.h"
+#include "studies/reproduce/reproduce_parts.h"
+#include "print/inputs/targets.h"
+#include "config/include.h"
+#include "report/run/block_view.h"
+#include "report/draw/svg.h"
+#include "report/run/voxels.h"
+
+namespace firn {
+namespace {
+
+constexpr int kSeeds = 20, kSeedsQuick = 2;
+constexpr int kPlantSeeds = 3, kPlantSeedsQuick = 1;  // on Firn's own plant, which takes longer
+constexpr const char* kId = "lu.figs-13-15.";
+
+struct Outcome {
+  replay::WrongVoxels wrong;
+  replay::Washed washed;
+  ErrorStats top;                      ///< of the block's surface about h_d
+  replay::VoxelBlock printed, wanted;  ///< of the first seed
+};
+
+struct Case {
+  Experiment experiment;
+  Blobs inputs;
+  Geometry geometry;
+  double slice_mm;
+};
+
+Case load_case() {
+  const std::filesystem::path file =
+      std::filesystem::path(FIRN_SOURCE_DIR) / "experiments" / "pipe-junction.toml";
+  const Experiment e = load_experiment(file);
+  const Blobs in = make_inputs(e, file.parent_path());
+  return {e, in, geometry_from_bytes(blob(in, "geometry").bytes, e.grid, "geometry"),
+          e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm};
+}
+
+Outcome print(const Case& c, const std::string& plant, const std::string& scheme, int seed) {
+  Experiment e = c.experiment;
+  e.plant.model = plant;
+  e.control.scheme = scheme;
+  e.plant.seed = std::uint64_t(seed);
+  MemoryPrintOptions options;
+  options.surface = options.materials = true;
+  const MemoryPrintReport report = print_in_memory(e, c.inputs, options);
+  if (report.result.status != 0)
+    throw std::runtime_error("the " + scheme + " print of seed " + std::to_string(seed) +
+                             " did not finish: " + report.result.reason);
+  Outcome o;
+  const int nz = replay::slices_for(report.materials, c.geometry, c.slice_mm);
+  o.printed = replay::voxels_of(report.materials, c.slice_mm, nz);
+  o.wanted = replay::voxels_of(c.geometry, c.slice_mm, nz);
+  o.wrong = replay::count_wrong(o.wanted, o.printed);
+  o.washed = replay::wash(o.printed);
+  o.top = report.error;
+  if (seed != 1) o.printed = o.wanted = {};
+  return o;
+}
+
+// All prints, on so many threads; the order of the result does not depend on them.
+std::vector<Outcome> print_all(const Case& c, const std::string& plant, int seeds, Reproduction& to) {
+  const std::string schemes[] = {"open_loop", "mpc"};
+  std::vector<Outcome> out(2 * std::size_t(seeds));
+  std::atomic<std::size_t> next{0};
+  std::size_t done = 0;
+  std::mutex lock;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    for (std::size_t n; (n = next++) < out.size();) {
+      try {
+        out[n] = print(c, plant, schemes[n / std::size_t(seeds)], int(n % std::size_t(seeds)) + 1);
+      } catch (...) {
+        const std::lock_guard hold(lock);
+        failure = std::current_exception();
+        return;
+      }
+      const std::lock_guard hold(lock);
+      to.progress(double(++done) / double(out.size()), "pipe junction on the plant " + plant);
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (int t = 1; t < to.threads(); ++t) threads.emplace_back(work);
+  work();
+  threads.clear();
+  if (failure) std::rethrow_exception(failure);
+  return out;
+}
+
+template <class Value>
+double mean(std::span<const Outcome> runs, const Value& value) {
+  double sum = 0.0;
+  for (const Outcome& o : runs) sum += double(value(o));
+  return sum / double(runs.size());
+}
+
+// The largest closed / open of any seed (the same seed: common random numbers).
+template <class Value>
+double worst_share(std::span<const Outcome> open, std::span<const Outcome> closed, const Value& value) {
+  double worst = 0.0;
+  for (std::size_t n = 0; n < open.size(); ++n) {
+    const double a = double(value(closed[n])), b = double(value(open[n]));
+    worst = std::max(worst, b > 0.0 ? a / b : a > 0.0 ? HUGE_VAL : 0.0);
+  }
+  return worst;
+}
+
+void count_rows(std::span<const Outcome> open, std::span<const Outcome> closed, Reproduction& to) {
+  const auto row = [&](const char* name, const char* what, const char* paper, auto value) {
+    const double a = mean(open, value), b = mean(closed, value);
+    to.row(row_at_most(kId + std::string(name),
+                       std::string(what) + ": closed loop, at most half of open loop's " +
+                           replay::number(a, 1) + " (worst seed " +
+                           replay::number(worst_share(open, closed, value), 2) + ")",
+                       "voxels", paper, b, 0.5 * a));
+  };
+  const char* deformed = "open: visible deformation near the edge; closed: none";
+  row("wrong-inside", "Wrong voxels inside M", deformed, [](const Outcome& o) { return o.wrong.inside; });
+  row("wrong-outside", "Wrong voxels outside M", deformed, [](const Outcome& o) { return o.wrong.outside; });
+  row("boundary-layer", "Wrong voxels in the one-cell boundary layer", deformed,
+      [](const Outcome& o) { return o.wrong.boundary_wrong(); });
+  const auto std_um = [](const Outcome& o) { return o.top.std_mm * 1e3; };
+  to.row(row_at_most(kId + std::string("top-surface"),
+                     "Deviation of the block's top: closed loop, at most half of open loop's " +
+                         replay::number(mean(open, std_um), 1) + " um",
+                     "um", "the top surface is almost flat", mean(closed, std_um), 0.5 * mean(open, std_um)));
+}
+
+void wash_rows(std::span<const Outcome> closed, Reproduction& to) {
+  const double loose = mean(closed, [](const Outcome& o) {
+    return 100.0 * double(o.washed.object - o.washed.largest_piece) / double(o.washed.object);
+  });
+  const double shut = mean(closed, [](const Outcome& o) {
+    return 100.0 * double(o.washed.support_shut_in) / double(o.washed.support);
+  });
+  to.row(row_at_most(kId + std::string("one-piece"),
+                     "Object ink that is not part of the one piece left (closed loop)", "%",
+                     "the object part is obtained", loose, 0.1, RowKind::kProperty));
+  to.row(row_at_most(kId + std::string("washed-away"), "Support that washing cannot reach (closed loop)", "%",
+                     "sacrificial material should be washed away", shut, 0.1, RowKind::kProperty));
+}
+
+// The same on the independent plant, which knows nothing of (7).
+void own_plant_rows(const Case& c, Reproduction& to) {
+  const int seeds = to.quick() ? kPlantSeedsQuick : kPlantSeeds;
+  const std::vector<Outcome> all = print_all(c, "droplets", seeds, to);
+  const std::span<const Outcome> open(all.data(), std::size_t(seeds)),
+      closed(all.data() + seeds, std::size_t(seeds));
+  const auto row = [&](const char* name, const char* what, auto value) {
+    const double a = mean(open, value);
+    to.row(row_at_most(kId + std::string(name),
+                       "Firn's own plant, " + std::to_string(seeds) + " seeds: wrong voxels " + what +
+                           ", closed loop, at most half of open loop's " + replay::number(a, 1),
+                       "voxels", std::string(), mean(closed, value), 0.5 * a, RowKind::kProperty));
+  };
+  row("own-plant", "inside and outside M", [](const Outcome& o) { return o.wrong.wrong(); });
+  row("own-plant-boundary", "in the boundary layer",
+      [](const Outcome& o) { return o.wrong.boundary_wrong(); });
+}
+
+void pictures(const Outcome& open, const Outcome& closed, Reproduction& to) {
+  const std::string stretch =
+      " z is drawn " + replay::number(replay::z_stretch(open.wanted), 0) + " times as high.";
+  const replay::VoxelBlock& tall = open.wanted.nz > closed.wanted.nz ? open.wanted : closed.wanted;
+  const int section_i = int(0.85 * tall.grid.nx);
+  to.picture({"fig-13-open-loop", "Fig. 13: open loop, the object after washing, seed 1." + stretch,
+              replay::block_view(open.wanted, open.printed, {}, "Pipe junction printed in open loop")});
+  to.picture({"fig-14-closed-loop", "Fig. 14: closed loop, the object after washing, seed 1." + stretch,
+              replay::block_view(closed.wanted, closed.printed, {}, "Pipe junction printed in closed loop")});
+  to.picture(
+      {"fig-15-block",
+       "Fig. 15: the whole block as printed in closed loop, its support opened at one quarter." + stretch,
+       replay::block_view(closed.wanted, closed.printed, {true}, "Pipe junction in its support")});
+  to.picture({"figs-13-14-sections",
+              "Cross-sections of Figs. 13 and 14: as wanted, open loop, closed loop, seed 1." + stretch,
+              replay::section_view(
+                  tall, {{"wanted", &tall}, {"open loop", &open.printed}, {"closed loop", &closed.printed}},
+                  section_i, "Cross-sections of the pipe junction")});
+}
+
+}  // namespace
+
+void reproduce_lu_materials(Reproduction& to) {
+  const Case c = load_case();
+  const int seeds = to.quick() ? kSeedsQuick : kSeeds;
+  to.note(
+      "Figs. 13-15 print no sizes and no numbers: geometry, g1..g3, alpha and h_d are chosen and stated in "
+      "experiments/pipe-junction.toml. Each print is one of the whole lab with two jets, in simulated time; "
+      "its plant is the paper's simulation (7) with 20 % variation; open loop takes each "
+      "layer's inks from layers of fixed height, closed loop is (8) with the inks of the measured heights. "
+      "Voxels are a "
+      "cell wide and a nominal layer high and are counted in the plant's truth; means of " +
+      std::to_string(seeds) + " seeds.");
+  const std::vector<Outcome> all = print_all(c, "lu2015", seeds, to);
+  const std::span<const Outcome> open(all.data(), std::size_t(seeds)),
+      closed(all.data() + seeds, std::size_t(seeds));
+  count_rows(open, closed, to);
+  wash_rows(closed, to);
+  own_plant_rows(c, to);
+  pictures(open[0], closed[0], to);
+}
+
+}  // namespace firn
