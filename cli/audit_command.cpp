@@ -3,11 +3,12 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
-#include "print/folder/run_config.h"
 #include "config/experiment.h"
-#include "plant/model.h"
-#include "plant/record.h"
+#include "files/usage_error.h"
+#include "plant/inkjet/model.h"
+#include "plant/record/record.h"
+#include "print/exit_codes.h"
+#include "print/folder/run_config.h"
 #include "replay/path_audit.h"
 #include "replay/run_messages.h"
 

@@ -6,13 +6,14 @@
 #include <optional>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
-#include "print/folder/run_config.h"
+#include "files/usage_error.h"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "firn/material_map_t.hpp"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/outcome.h"
+#include "print/exit_codes.h"
+#include "print/folder/run_config.h"
 #include "replay/run_messages.h"
 
 namespace firn {

@@ -11,13 +11,15 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "files/exit_codes.h"
-#include "files/lab_file.h"
-#include "print/progress.h"
-#include "studies/reproduce/reproduce.h"
 #include "config/error.h"
 #include "config/include.h"
+#include "files/lab_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/progress.h"
+#include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "studies/reproduce/reproduce.h"
 
 namespace firn {
 namespace {
@@ -221,7 +223,7 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
     return kFailed;
   }
   line.done();
-  if (!o.plot.empty()) write_text(o.plot, standalone_svg({"", "", residual_svg(c)}));
+  if (!o.plot.empty()) write_text(o.plot, replay::standalone_svg(residual_svg(c)));
   std::filesystem::path proposal;
   std::string changes;
   if (!c.keys.empty()) {

@@ -9,14 +9,15 @@
 #include <set>
 
 #include "cli/compare_show.h"
-#include "files/exit_codes.h"
-#include "print/progress.h"
-#include "print/folder/run_folder.h"
-#include "studies/compare/study_runner.h"
 #include "config/include.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/folder/run_folder.h"
+#include "print/progress.h"
 #include "report/study/study_page.h"
 #include "report/study/study_profile.h"
 #include "runtime/build_info.h"
+#include "studies/compare/study_runner.h"
 
 namespace firn {
 namespace {

@@ -3,15 +3,15 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "files/exit_codes.h"
-#include "print/inputs/targets.h"
-#include "cli/text_file.h"
+#include "cli/generated_document.h"
 #include "config/error.h"
 #include "config/fields.h"
 #include "config/include.h"
 #include "config/machine.h"
 #include "config/markdown.h"
 #include "config/slice.h"
+#include "print/exit_codes.h"
+#include "print/inputs/targets.h"
 
 namespace firn {
 namespace {

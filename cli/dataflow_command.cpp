@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "files/exit_codes.h"
+#include "cli/generated_document.h"
+#include "lcmtypes/channels.h"
+#include "print/exit_codes.h"
 #include "print/folder/node_makers.h"
 #include "print/inputs/targets.h"
-#include "cli/text_file.h"
-#include "lcmtypes/channels.h"
 
 namespace firn {
 namespace {

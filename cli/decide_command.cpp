@@ -10,18 +10,19 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "files/certificate_file.h"
-#include "files/exit_codes.h"
-#include "print/folder/run_folder.h"
-#include "print/inputs/targets.h"
-#include "runtime/thread_pool.h"
 #include "config/experiment.h"
 #include "core/control/mpc/bound/bound.h"
 #include "core/control/mpc/bound/bound_checker.h"
 #include "core/control/mpc/bound/weighted_bound.h"
 #include "core/control/mpc/layer/window_kernel.h"
 #include "core/grid/npy.h"
+#include "files/certificate_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/folder/run_folder.h"
+#include "print/inputs/targets.h"
 #include "procs/controller/node.h"
+#include "runtime/thread_pool.h"
 
 namespace firn {
 namespace {

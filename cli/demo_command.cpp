@@ -9,13 +9,13 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "print/live/bus_check.h"
-#include "files/exit_codes.h"
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
+#include "print/exit_codes.h"
+#include "print/inputs/targets.h"
+#include "print/live/bus_check.h"
 #include "replay/print_verdict.h"
 
 namespace firn {

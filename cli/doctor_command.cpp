@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "lcmtypes/channels.h"
+#include "print/exit_codes.h"
 #include "print/live/bus_check.h"
 #include "print/live/bus_port.h"
-#include "files/exit_codes.h"
-#include "lcmtypes/channels.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/build_info.h"
 

@@ -7,9 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
-#include "studies/reproduce/reproduce.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
 #include "print/folder/run_folder.h"
+#include "report/draw/style.h"
+#include "studies/identify/identify.h"
+#include "studies/reproduce/reproduce.h"
 
 namespace firn {
 namespace {
@@ -85,8 +88,7 @@ int identify_one(const IdentifyOptions& options) {
     return kFailed;
   }
   if (!options.output.empty())
-    write_file_atomically(
-        options.output, standalone_svg({"identification", "h1, h2, h3 identified", identification_svg(id)}));
+    write_file_atomically(options.output, replay::standalone_svg(identification_svg(id)));
   return kOk;
 }
 
@@ -139,8 +141,7 @@ int choose(const IdentifyOptions& options) {
           choice.gamma);
   }
   if (!options.output.empty())
-    write_file_atomically(options.output, standalone_svg({"spacing", "height of squares by spacing",
-                                                          spacing_svg(results, choice)}));
+    write_file_atomically(options.output, replay::standalone_svg(spacing_svg(results, choice)));
   return kOk;
 }
 

@@ -5,14 +5,15 @@
 #include <map>
 #include <ostream>
 
-#include "files/exit_codes.h"
-#include "files/path/layer_file.h"
 #include "cli/log_lines.h"
-#include "print/folder/log_repair.h"
-#include "lcmtypes/channels.h"
-#include "lcmtypes/validate.h"
+#include "files/path/layer_file.h"
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
+#include "files/usage_error.h"
+#include "lcmtypes/channels.h"
+#include "lcmtypes/validate.h"
+#include "print/exit_codes.h"
+#include "print/folder/log_repair.h"
 #include "runtime/transport_wire.h"
 
 namespace firn {

@@ -3,9 +3,10 @@
 #include <cstdio>
 #include <exception>
 
-#include "files/exit_codes.h"
 #include "cli/options.h"
 #include "config/error.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
 
 int main(int argc, char** argv) {
   using namespace firn;

@@ -14,19 +14,21 @@
 #include "cli/decide_command.h"
 #include "cli/demo_command.h"
 #include "cli/doctor_command.h"
-#include "files/exit_codes.h"
 #include "cli/identify_command.h"
 #include "cli/log_command.h"
 #include "cli/plan_command.h"
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
-#include "studies/reproduce/reproduce.h"
 #include "cli/slice_command.h"
 #include "cli/spy_command.h"
 #include "cli/tune_command.h"
 #include "config/fields.h"
+#include "files/nearest.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
 #include "runtime/build_info.h"
+#include "studies/reproduce/reproduce.h"
 
 namespace firn {
 namespace {

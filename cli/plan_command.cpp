@@ -8,15 +8,16 @@
 #include <optional>
 #include <thread>
 
-#include "files/exit_codes.h"
+#include "config/error.h"
+#include "files/path/trajectory_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
 #include "print/interrupt.h"
+#include "print/plan_progress.h"
 #include "print/prepare/plan_aerosol.h"
 #include "print/prepare/plan_job.h"
 #include "print/prepare/plan_outputs.h"
 #include "report/paths/plan_plot.h"
-#include "print/plan_progress.h"
-#include "files/path/trajectory_file.h"
-#include "config/error.h"
 #include "runtime/build_info.h"
 
 namespace firn {

@@ -9,18 +9,16 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "print/live/bus_port.h"
-#include "files/exit_codes.h"
-#include "print/inputs/ice_inputs.h"
-#include "print/simulated/lab_run.h"
-#include "print/live/launcher.h"
 #include "cli/print_show.h"
-#include "print/progress.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
-#include "firn/height_map_t.hpp"
-#include "plant/setup.h"
-#include "runtime/transport_wire.h"
+#include "files/usage_error.h"
+#include "print/inputs/check_print.h"
+#include "print/inputs/ice_inputs.h"
+#include "print/inputs/targets.h"
+#include "print/live/bus_port.h"
+#include "print/live/launcher.h"
+#include "print/progress.h"
+#include "print/simulated/lab_run.h"
 
 namespace firn {
 namespace {
@@ -82,48 +80,10 @@ void check_speedup(const PrintOptions& o) {
                     o.speedup, kMost));
 }
 
-// Rows that a profiler tells faster than a busy machine asks for them are lost: it keeps only its newest, and
-// asking is what wall time is needed for. Measured: docs/print.md.
-void check_rows(const Experiment& e) {
-  constexpr double kLeastWall_s = 0.005;
-  const double scale = e.run.time_scale, speed = e.process.scan_speed_mm_s, pitch = e.grid.pitch_y_mm,
-               row_s = pitch / speed / scale;
-  if (scale <= 1.0 || row_s >= kLeastWall_s) return;
-  const double slowest = pitch / (kLeastWall_s * scale), least_scale = pitch / (kLeastWall_s * speed);
-  throw UsageError(fmt::format(
-      "run.time_scale (--speedup) = {:g}: laser_profiler keeps only its newest row, and at "
-      "process.scan_speed_mm_s = {:g} over rows of {:g} mm one comes every {:.2f} ms of "
-      "wall time; a busy machine loses rows below {:g} ms. Set process.scan_speed_mm_s to at most {:.2f}{}; "
-      "--bus in-process loses none at any speed",
-      scale, speed, pitch, row_s * 1e3, kLeastWall_s * 1e3, std::floor(slowest * 100.0) / 100.0,
-      least_scale > 1.0
-          ? fmt::format(", or --speedup to at most {:.2f}", std::floor(least_scale * 100.0) / 100.0)
-          : std::string()));
-}
-
 }  // namespace
 
-void check_print(const Experiment& e, const std::string& bus) {
-  check_bus(bus);
-  try {
-    plant::check(plant::world_config(e));
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(std::string("nothing to simulate the print with: ") + error.what());
-  }
-  if (is_ice(e)) return;  // its maps are of some 10^4 cells, its laser stores a whole path's readings
-  if (bus != "in-process") check_rows(e);
-  const height_map_t empty{};
-  const std::size_t bytes =
-      std::size_t(empty.getEncodedSize()) +
-      std::size_t(e.grid.nx) * std::size_t(e.grid.ny) * (sizeof empty.height_mm[0] + sizeof empty.quality[0]);
-  if (bus != "in-process" && bytes > wire::kLargestObjectBytes)
-    throw UsageError(
-        fmt::format("grid.nx = {}, grid.ny = {}: a HEIGHT_MAP of {} bytes, the bus takes {} at most; --bus "
-                    "in-process has no limit",
-                    e.grid.nx, e.grid.ny, bytes, wire::kLargestObjectBytes));
-}
-
 PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
+  check_bus(options.bus);
   check_print(e, options.bus);
   check_reach(e, inputs);
   return carry_out(RunFolder::create(options.runs, e, inputs, own_command_line()), e, options, false);

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "print/folder/run_folder.h"
 #include "config/experiment.h"
+#include "print/folder/run_folder.h"
 
 namespace firn {
 
@@ -37,10 +37,6 @@ struct PrintSummary {
       0.0;  ///< that the last map's RMS is judged by; 0 = the scheme prints towards no target
   bool tolerance_asked = false;  ///< by --tolerance: it decides the exit code too
 };
-
-/// What an experiment asks of the simulated world and of the bus beyond its keys' ranges. @throws UsageError
-/// naming what is outside which limit
-void check_print(const Experiment& experiment, const std::string& bus);
 
 /// Prints `experiment`; `bus` as in PrintOptions. Shows progress on stderr.
 PrintSummary print_experiment(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);

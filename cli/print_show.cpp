@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "files/exit_codes.h"
+#include "print/exit_codes.h"
 
 namespace firn {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
+#include "files/usage_error.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
 #include "replay/print_verdict.h"

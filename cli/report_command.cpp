@@ -6,12 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "report/run/differing_parameters.h"
-#include "files/exit_codes.h"
 #include "cli/replay_command.h"
+#include "config/fields.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
 #include "print/folder/run_config.h"
 #include "print/folder/run_folder.h"
-#include "config/fields.h"
+#include "report/run/differing_parameters.h"
 #include "report/run/metrics.h"
 #include "report/run/report_page.h"
 

@@ -8,11 +8,13 @@
 #include <filesystem>
 #include <thread>
 
-#include "files/exit_codes.h"
-#include "files/mesh/mesh_file.h"
-#include "studies/reproduce/reproduce.h"
-#include "print/folder/run_folder.h"
 #include "config/fields.h"
+#include "files/mesh/mesh_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/folder/run_folder.h"
+#include "report/draw/style.h"
+#include "studies/reproduce/reproduce.h"
 
 namespace firn {
 namespace {
@@ -128,7 +130,7 @@ void write_pictures(const std::string& out, const std::vector<PartResult>& resul
   for (const PartResult& result : results)
     for (const ReproducePicture& picture : result.pictures)
       write_file_atomically(folder / (std::string(result.part.paper) + "-" + picture.name + ".svg"),
-                            standalone_svg(picture));
+                            replay::standalone_svg(picture.svg));
   write_file_atomically(folder / "index.html", reproduce_page(results));
   std::fprintf(stderr, "wrote %s\n", (folder / "index.html").c_str());
 }

@@ -8,17 +8,18 @@
 #include <cstdio>
 #include <optional>
 
-#include "files/exit_codes.h"
-#include "print/prepare/gcode.h"
-#include "print/interrupt.h"
 #include "files/path/layer_file.h"
-#include "print/prepare/plan_outputs.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/interrupt.h"
 #include "print/plan_progress.h"
+#include "print/prepare/gcode.h"
+#include "print/prepare/plan_outputs.h"
 #include "print/prepare/slice_job.h"
-#include "report/paths/slice_pictures.h"
 #include "print/prepare/slice_report.h"
-#include "runtime/thread_pool.h"
+#include "report/paths/slice_pictures.h"
 #include "runtime/build_info.h"
+#include "runtime/thread_pool.h"
 
 namespace firn {
 namespace {

@@ -16,10 +16,11 @@
 #include <sstream>
 #include <vector>
 
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/folder/run_folder.h"
 #include "print/live/bus_port.h"
 #include "print/live/child_process.h"
-#include "files/exit_codes.h"
-#include "print/folder/run_folder.h"
 
 extern char** environ;
 

@@ -8,13 +8,15 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
-#include "studies/tune/ice_disturbance.h"
-#include "studies/reproduce/reproduce.h"
+#include "estimators/gains/tune_smf.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
 #include "print/folder/run_config.h"
 #include "print/folder/run_folder.h"
-#include "estimators/gains/tune_smf.h"
 #include "report/draw/charts.h"
+#include "report/draw/style.h"
+#include "studies/reproduce/reproduce.h"
+#include "studies/tune/ice_disturbance.h"
 
 namespace firn {
 namespace {
@@ -117,9 +119,7 @@ int run_tune_smf(const TuneCommandOptions& o) {
     all[0] = {"tuned", t.gains, t.rms};
     all.push_back({"thesis, 5.7", {1.0, 0.33, 0.03}});
     for (Judged& j : all) j.rms = spread(j.gains, d).rms;
-    if (!o.output.empty())
-      write_file_atomically(
-          o.output, standalone_svg({"tune-smf", "SMF gains under their disturbance", picture(all, d)}));
+    if (!o.output.empty()) write_file_atomically(o.output, replay::standalone_svg(picture(all, d)));
     if (o.json) {
       ordered_json rows = ordered_json::array();
       for (const Judged& j : all) rows.push_back(json_of(j));

@@ -1,9 +1,31 @@
-# firn_library(NAME sources… LINK targets…): one library of the house; headers are included by full path from the root.
+# firn_pch: the standard headers, parsed once. Off under sanitizers, so that a file that forgets an include is found.
+if(FIRN_SANITIZE OR FIRN_FUZZ)
+  set(pch_default OFF)
+else()
+  set(pch_default ON)
+endif()
+option(FIRN_PCH "parse the standard headers once" ${pch_default})
+function(firn_precompile name headers)
+  set(source ${CMAKE_BINARY_DIR}/pch/${name}.cpp)
+  file(CONFIGURE OUTPUT ${source} CONTENT "namespace firn {}\n")
+  add_library(${name} OBJECT ${source})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_precompile_headers(${name} PRIVATE ${headers})
+endfunction()
+if(FIRN_PCH)
+  firn_precompile(firn_pch ${CMAKE_SOURCE_DIR}/cmake/standard_headers.h)
+endif()
+
+# firn_library(NAME sources… LINK targets… PRIVATE_LINK targets…): one library of the house; headers are included by
+# full path from the root.
 function(firn_library name)
   cmake_parse_arguments(ARG "" "" "LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
+  if(FIRN_PCH)
+    target_precompile_headers(${name} REUSE_FROM firn_pch)
+  endif()
 endfunction()
 
 # firn_process(NAME main.cpp LINK targets…): one executable in build/bin; `programs` builds them all.
@@ -28,6 +50,9 @@ function(firn_test name)
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
   target_compile_definitions(${name} PRIVATE
     FIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}" FIRN_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  if(FIRN_PCH)
+    target_precompile_headers(${name} REUSE_FROM firn_test_pch)
+  endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)

@@ -56,8 +56,4 @@ std::string limits_text(const Field& field);
 /// "number", "integer", "text", "number or schedule" or "list of numbers".
 std::string_view type_text(const Field& field);
 
-/// The candidate with the smallest edit distance to `word`; "" when none comes near (more than half is
-/// wrong).
-std::string nearest(std::string_view word, const std::vector<std::string_view>& candidates);
-
 }  // namespace firn

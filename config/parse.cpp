@@ -11,6 +11,7 @@
 #include "config/include.h"
 #include "config/reader.h"
 #include "config/text_limits.h"
+#include "files/nearest.h"
 
 namespace firn {
 namespace {

@@ -11,6 +11,7 @@
 #include "config/fields.h"
 #include "config/include.h"
 #include "config/text_limits.h"
+#include "files/nearest.h"
 
 namespace firn {
 namespace {

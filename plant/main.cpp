@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "config/include.h"
-#include "plant/serve.h"
-#include "plant/setup.h"
+#include "plant/world/serve.h"
+#include "plant/world/setup.h"
 
 int main(int argc, char** argv) {
   int control_fd = -1;

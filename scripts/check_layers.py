@@ -12,50 +12,53 @@ from pathlib import Path
 
 from firn_tree import code, finish, read, sources
 
-CORE = ("core/grid", "core/path", "core/slice", "core/motion", "core/deposition", "core/control", "core/statistics")
+# Rooms from the bottom up. A room may include itself and the rooms that its row names; "core" stands for all of core/.
+CORE = ("core/grid", "core/path", "core/geometry", "core/slice", "core/motion", "core/deposition", "core/control",
+        "core/statistics", "core/planning")
 LEAVES = ("core/grid", "core/path")
+BELOW_PROCS = CORE + ("lcmtypes", "files", "config", "estimators", "drivers", "runtime", "plant")
 
-# room -> rooms that it may include, apart from itself. The longest matching name counts.
 ALLOWED = {
     "core/grid": (),
     "core/path": (),
-    "core/slice": LEAVES,
+    "core/geometry": LEAVES,
+    "core/slice": LEAVES + ("core/geometry",),
     "core/motion": LEAVES,
     "core/deposition": LEAVES,
     "core/statistics": LEAVES,
     "core/control": LEAVES + ("core/deposition", "core/motion"),
+    "core/planning": LEAVES + ("core/geometry", "core/slice", "core/motion", "core/deposition", "core/control"),
     "lcmtypes": LEAVES,
-    "logfile": (),
-    "runtime": ("logfile", "lcmtypes"),
-    "config": CORE,
+    "files": CORE,
+    "config": CORE + ("files",),
     "estimators": CORE,
     "drivers": LEAVES,
-    "plant": LEAVES + ("drivers", "logfile"),
-    "procs/bus": ("runtime", "logfile", "lcmtypes"),
-    "procs/recorder": ("runtime", "logfile", "lcmtypes"),  # outside replay: it writes the log
+    "runtime": LEAVES + ("files", "lcmtypes"),
+    "plant": LEAVES + ("drivers", "files"),  # nature: codecs and physics of its own
+    "procs/bus": ("runtime", "files", "lcmtypes"),
+    "procs/recorder": ("runtime", "files", "lcmtypes"),  # outside replay: it writes the log
     "procs": ("runtime", "lcmtypes", "drivers", "estimators", "config") + CORE,  # procs/X, never procs/Y
-    "replay": ("procs", "runtime", "logfile", "lcmtypes") + CORE,
-    "cli": None,  # None: anything
-    "tests": None,
-    "bench": None,
+    "replay": BELOW_PROCS + ("procs",),
+    "report": BELOW_PROCS + ("replay",),
+    "print": BELOW_PROCS + ("procs", "replay", "report"),
+    "studies": BELOW_PROCS + ("procs", "replay", "report", "print"),
+    "cli": BELOW_PROCS + ("procs", "replay", "report", "print", "studies"),
+    "tests": None,  # None: anything
 }
 
 # file (or folder/stem.*) -> further rooms
 EXCEPTIONS = {
     "plant/main.*": ("config",),
-    "plant/setup.*": ("config",),
-    "procs/controller/main.*": ("procs/bus", "cli"),  # cli/thread_pool: the process hands its node threads
-    "procs/path_planner/main.*": ("procs/bus", "cli"),
+    "plant/world/setup.*": ("config",),
     "procs/jet/main_b.*": ("procs/bus",),  # a second program of one node
     "procs/valve/main_b.*": ("procs/bus",),
-    "runtime/lossy.*": ("core/grid",),  # faults are drawn from the one keyed generator
-    "plant/lu2015.*": ("core/deposition",),  # the paper's own simulation, on the paper's own model
+    "plant/inkjet/lu2015.*": ("core/deposition",),  # the paper's own simulation, on the paper's own model
 }
 
 # Heavy third-party headers stay behind one translation unit; LCM's C API behind procs/bus.
 HEAVY = re.compile(r"^(CLI/|toml\+\+/|nlohmann/json\.hpp|Eigen/|opencv2/|spdlog/|fmt/|catch2/)")
 LCM_API = re.compile(r"^lcm/lcm(-cpp)?\.(h|hpp)$")
-LCM_ROOMS = ("procs/bus/", "tests/", "bench/", "cli/doctor")
+LCM_ROOMS = ("procs/bus/", "tests/", "cli/doctor")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)', re.M)
 
@@ -76,6 +79,8 @@ def allowed_rooms(path, room):
     extra = EXCEPTIONS.get(re.sub(r"\.\w+$", ".*", path), ())
     if room.startswith("procs/") and path.endswith("/main.cpp"):
         extra += ("procs/bus",)
+    if room == "replay":
+        allowed = tuple(r for r in allowed if r != "procs/bus")
     return set(allowed) | set(extra)
 
 
@@ -83,7 +88,7 @@ def may_use(path, room, target_room):
     allowed = allowed_rooms(path, room)
     if allowed is None or target_room == room or target_room in allowed:
         return True
-    return room == "replay" and target_room.startswith("procs/") and target_room != "procs/bus"
+    return target_room.startswith("procs/") and "procs" in allowed and not room.startswith("procs")
 
 
 def check_includes(root):
@@ -112,6 +117,48 @@ def check_includes(root):
                 problems.append(f"{where}: {room} must not include {target} (\"{own}\")")
             elif room == "replay" and target.startswith("procs/") and not own.endswith("/node.h"):
                 problems.append(f"{where}: replay includes nodes only by their node.h (\"{own}\")")
+    return problems
+
+
+def folder_arrows(root):
+    """folder -> {included folder: one place that includes it}, of the sources below tests/."""
+    arrows = {}
+    for path in sources(root):
+        if path.startswith("tests/"):
+            continue
+        folder = path.rsplit("/", 1)[0]
+        for match in INCLUDE.finditer(code(read(root, path), keep_strings=True)):
+            own = match.group(1)
+            if own and "/" in own and not own.startswith("firn/") and own.rsplit("/", 1)[0] != folder:
+                arrows.setdefault(folder, {}).setdefault(own.rsplit("/", 1)[0], f'{path} includes "{own}"')
+    return arrows
+
+
+def check_circles(root):
+    """No folder includes, over any number of others, itself."""
+    arrows, problems, done = folder_arrows(root), [], set()
+
+    def reaches(start):
+        came_from, waiting = {start: None}, [start]
+        while waiting:
+            folder = waiting.pop(0)
+            for target in arrows.get(folder, {}):
+                if target == start:
+                    circle = [folder]
+                    while came_from[circle[-1]] is not None:
+                        circle.append(came_from[circle[-1]])
+                    return circle[::-1]
+                if target not in came_from:
+                    came_from[target] = folder
+                    waiting.append(target)
+        return None
+
+    for folder in sorted(arrows):
+        circle = None if folder in done else reaches(folder)
+        if circle:
+            done.update(circle)
+            steps = "; ".join(arrows[a][b] for a, b in zip(circle, circle[1:] + circle[:1]))
+            problems.append(f"{folder}: a circle of folders: {' -> '.join(circle + circle[:1])} ({steps})")
     return problems
 
 
@@ -150,7 +197,7 @@ def check_links(root):
 
 def main():
     root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent)
-    return finish("check_layers", check_includes(root) + check_links(root))
+    return finish("check_layers", check_includes(root) + check_circles(root) + check_links(root))
 
 
 if __name__ == "__main__":

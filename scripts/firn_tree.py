@@ -2,8 +2,8 @@
 import re
 from pathlib import Path
 
-ROOMS = ("core", "lcmtypes", "logfile", "runtime", "config", "estimators", "drivers", "plant", "procs", "replay", "cli", "spy",
-         "tests", "bench")
+ROOMS = ("core", "lcmtypes", "files", "config", "estimators", "drivers", "runtime", "plant", "procs", "replay", "report",
+         "print", "studies", "cli", "tests")
 CPP = {".h", ".cpp"}
 _TOKENS = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
 

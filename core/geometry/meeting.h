@@ -6,9 +6,14 @@
 #include <vector>
 
 #include "core/geometry/chains.h"
-#include "core/slice/offset/offset_rings.h"
+#include "core/geometry/region.h"
 
 namespace firn::slice {
+
+/// Do any two edges have a point in common that is not the corner between neighbours (a contact), or even
+/// cross?
+enum class Meeting { kApart, kContact, kCrossing };
+Meeting meeting_of(const Rings& rings);
 
 /// meeting_of() for many sets of rings, with working memory of its own.
 class MeetingCheck {

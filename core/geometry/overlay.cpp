@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "core/slice/offset/offset_rings.h"
+#include "core/geometry/meeting.h"
 #include "core/geometry/planar.h"
 #include "core/geometry/rings.h"
 #include "core/geometry/winding.h"

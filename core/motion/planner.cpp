@@ -5,8 +5,8 @@
 #include <numbers>
 #include <utility>
 
-#include "core/motion/time_optimal/certified.h"
-#include "core/motion/checker.h"
+#include "core/motion/certified/certified.h"
+#include "core/motion/certified/checker.h"
 #include "core/motion/constant_speed.h"
 #include "core/motion/curve/deviation.h"
 #include "core/motion/kinematics/placement.h"

@@ -5,68 +5,14 @@
 // and their certificates say where and by how much.
 #pragma once
 
-#include <array>
 #include <memory>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "core/motion/kinematics/arm.h"
-#include "core/motion/kinematics/fault.h"
 #include "core/motion/kinematics/limits.h"
 #include "core/motion/kinematics/path_input.h"
-#include "core/path/path.h"
+#include "core/motion/trajectory/plan.h"
 
 namespace firn::motion {
-
-enum class Method {
-  kCertified,  ///< fast tier: within the limits, close to the minimum time
-               ///< (docs/algorithms-certified-motion.md)
-  kOptimal,    ///< slow tier: the same problem on a fine grid, solved to convergence
-  kThesis,     ///< [Barnett 2012, 4.1]: VCON, ACON, JCON, AREST
-  kConstant,   ///< constant speed with stops, the baseline of 4.2 and 4.4
-  kDefault     ///< as the V+ controller without MTTS (Figs. 4-12 to 4-14)
-};
-const char* name(Method method);                       ///< "certified", "optimal", …
-std::optional<Method> method_named(std::string_view);  ///< nullopt: no such method
-
-struct PlanOptions {
-  Method method = Method::kCertified;
-  double tolerance_mm = 0.0;  ///< > 0: corners may be rolled and curvature ramped within this deviation
-  double slack = 0.0;  ///< certified: work ends where a motion is slower than it might be by about this share
-  double tick_s = 0.016;  ///< period of the emitted samples
-  double curvature_ramp_mm =
-      0.4;  ///< w: every jump of curvature is ramped over this length (errata, chapter 4)
-  double split_angle_rad = 0.5235987755982988;  ///< sharper corners are stops (PATHSPLIT), 30 degrees
-  double trace_step_s = 0.0;          ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
-  double constant_fill_mm_s = 100.0;  ///< method constant: straight fill, 100 in 4.2 and 125 in 4.4
-  bool lower_bound = true;            ///< fill Certificate::lower_bound_s
-};
-
-/// The continuous motion at one instant, for plots: norms of the Cartesian derivatives and joint derivatives.
-struct TraceSample {
-  double t_s = 0.0;
-  double s_mm = 0.0;                                      ///< along the path
-  Point2 at;                                              ///< tool, in the frame of the path handed in
-  std::array<double, 3> total{};                          ///< speed, acceleration, jerk: mm/s, mm/s^2, mm/s^3
-  std::array<std::array<double, 3>, kMaxJoints> joint{};  ///< rate, acceleration, jerk, signed
-};
-
-struct PlanResult {
-  std::optional<Fault> fault;      ///< set: no trajectory, and this is the named reason
-  Trajectory trajectory;           ///< all joints at the tick; sample 0 = start at rest, last = end at rest
-  std::vector<Point2> tool;        ///< tool position of each sample, in the frame of the path handed in
-  std::vector<double> yaw_rad;     ///< of the tool at each sample; empty where it is constant
-  Posture posture;                 ///< of this path: hand it to the next one as PathInput::preferred
-  double continuous_s = 0.0;       ///< duration before rounding up to whole ticks
-  double deviation_mm = 0.0;       ///< largest distance of the motion's curve from the path handed in
-  std::size_t stops = 0;           ///< corners where the motion comes to rest (ends not counted)
-  std::vector<std::size_t> rests;  ///< the sample nearest to each of them
-  std::vector<TraceSample> trace;  ///< empty unless asked for
-
-  bool ok() const { return !fault; }
-};
 
 /// Memory that one planner thread keeps between paths; its size is bounded by the longest path.
 class PlanWorkspace {

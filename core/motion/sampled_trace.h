@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/motion/planner.h"
+#include "core/motion/trajectory/plan.h"
 
 namespace firn::motion {
 

@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "files/exit_codes.h"
 #include "files/mesh/mesh_formats.h"
+#include "files/usage_error.h"
 
 namespace firn::mesh {
 namespace {

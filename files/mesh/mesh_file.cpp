@@ -7,8 +7,8 @@
 #include <charconv>
 #include <limits>
 
-#include "files/exit_codes.h"
 #include "files/mesh/mesh_formats.h"
+#include "files/usage_error.h"
 
 namespace firn {
 namespace mesh {

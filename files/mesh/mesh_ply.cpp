@@ -7,7 +7,6 @@
 #include <bit>
 #include <concepts>
 
-#include "files/exit_codes.h"
 #include "files/mesh/mesh_formats.h"
 
 namespace firn::mesh {

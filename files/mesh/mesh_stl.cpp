@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "files/exit_codes.h"
 #include "files/mesh/mesh_formats.h"
 
 namespace firn::mesh {

@@ -12,7 +12,7 @@
 
 #include "files/byte_blocks.h"
 #include "files/decimal.h"
-#include "files/exit_codes.h"
+#include "files/usage_error.h"
 
 namespace firn {
 namespace {

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "files/byte_blocks.h"
-#include "files/exit_codes.h"
 #include "files/json_events.h"
+#include "files/nearest.h"
 #include "files/path/path_file.h"
-#include "config/fields.h"
+#include "files/usage_error.h"
 
 namespace firn {
 namespace {

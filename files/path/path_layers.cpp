@@ -1,9 +1,9 @@
 // The slicer's path file as paths to plan.
 #include <fmt/core.h>
 
-#include "files/exit_codes.h"
 #include "files/path/layer_file.h"
 #include "files/path/path_file.h"
+#include "files/usage_error.h"
 
 namespace firn {
 namespace {

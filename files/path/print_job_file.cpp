@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "files/exit_codes.h"
-#include "config/fields.h"
+#include "files/nearest.h"
+#include "files/usage_error.h"
 
 namespace firn {
 namespace {

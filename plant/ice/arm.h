@@ -10,9 +10,9 @@
 #include <functional>
 #include <vector>
 
-#include "plant/archive.h"
-#include "plant/ice/config.h"
+#include "plant/config/ice_config.h"
 #include "plant/ice/second_order.h"
+#include "plant/record/archive.h"
 
 namespace firn::plant {
 

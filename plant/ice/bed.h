@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "core/grid/grid.h"
-#include "plant/archive.h"
-#include "plant/ice/config.h"
+#include "plant/config/ice_config.h"
+#include "plant/record/archive.h"
 
 namespace firn::plant {
 

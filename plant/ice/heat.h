@@ -15,8 +15,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "plant/archive.h"
-#include "plant/ice/config.h"
+#include "plant/config/ice_config.h"
+#include "plant/record/archive.h"
 
 namespace firn::plant {
 

@@ -12,7 +12,7 @@
 #include <cstdint>
 
 #include "core/grid/random.h"
-#include "plant/ice/config.h"
+#include "plant/config/ice_config.h"
 
 namespace firn::plant {
 

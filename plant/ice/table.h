@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/grid/random.h"
-#include "plant/ice/config.h"
+#include "plant/config/ice_config.h"
 
 namespace firn::plant {
 

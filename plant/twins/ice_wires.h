@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "plant/ice/nature.h"
-#include "plant/record.h"
+#include "plant/record/record.h"
 
 namespace firn::plant {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "plant/config/world_config.h"
 #include "plant/twins/twin.h"
-#include "plant/world_config.h"
 
 namespace firn::plant {
 

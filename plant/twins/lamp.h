@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "plant/config/world_config.h"
 #include "plant/twins/twin.h"
-#include "plant/world_config.h"
 
 namespace firn::plant {
 

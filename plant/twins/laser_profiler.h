@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
+#include "plant/config/world_config.h"
 #include "plant/twins/twin.h"
-#include "plant/world_config.h"
 
 namespace firn::plant {
 

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "plant/archive.h"
+#include "plant/record/archive.h"
 #include "plant/twins/fault.h"
 
 namespace firn::plant {

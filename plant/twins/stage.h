@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "plant/config/world_config.h"
 #include "plant/twins/motion.h"
 #include "plant/twins/twin.h"
-#include "plant/world_config.h"
 
 namespace firn::plant {
 

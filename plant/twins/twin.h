@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "plant/archive.h"
-#include "plant/record.h"
+#include "plant/record/archive.h"
+#include "plant/record/record.h"
 #include "plant/twins/link.h"
 
 namespace firn::plant {

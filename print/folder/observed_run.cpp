@@ -3,13 +3,13 @@
 #include <stdexcept>
 #include <utility>
 
-#include "files/exit_codes.h"
-#include "print/folder/run_config.h"
-#include "print/folder/run_folder.h"
 #include "core/grid/npy.h"
+#include "files/usage_error.h"
 #include "firn/deposition_report_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "print/folder/run_config.h"
+#include "print/folder/run_folder.h"
 #include "replay/run_messages.h"
 
 namespace firn {

@@ -1,6 +1,5 @@
 #include "print/folder/run_folder.h"
 
-#include <fcntl.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
@@ -13,11 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "files/digest.h"
-#include "files/exit_codes.h"
+#include "files/usage_error.h"
 #include "lcmtypes/outcome.h"
 #include "lcmtypes/schema.h"
-#include "files/record/file.h"
-#include "files/record/output_target.h"
+#include "print/exit_codes.h"
 #include "runtime/build_info.h"
 
 namespace firn {
@@ -73,44 +71,6 @@ RunResult result_of(int outcome, int layers, std::string reason) {
                      : known == int(RunOutcome::kOutOfTolerance) ? kFailed
                                                                  : kSafetyStop;
   return {kOutcomes[known], status, layers, std::move(reason)};
-}
-
-std::string read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) fail(path, std::strerror(errno));
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void write_file_atomically(const fs::path& named, std::string_view content) {
-  fs::path path = named;
-  try {
-    path = logfile::output_target(named);
-  } catch (const logfile::FileError& e) {
-    throw UsageError(e.what());
-  }
-  fs::path temporary = path;
-  temporary += ".part";
-  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) throw UsageError(named.string() + ": cannot be written: " + std::strerror(errno));
-  std::size_t done = 0;
-  while (done < content.size()) {
-    const ssize_t n = write(fd, content.data() + done, content.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      const int error = errno;
-      close(fd);
-      unlink(temporary.c_str());
-      fail(path, std::string("byte ") + std::to_string(done) + ": " + std::strerror(error));
-    }
-    done += std::size_t(n);
-  }
-  const bool synced = fsync(fd) == 0;
-  const int sync_error = errno;
-  const bool closed = close(fd) == 0;
-  if (synced && closed && rename(temporary.c_str(), path.c_str()) == 0) return;
-  const int error = synced ? errno : sync_error;
-  unlink(temporary.c_str());
-  fail(path, std::strerror(error));
 }
 
 std::vector<std::string> own_command_line() {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "files/text_file.h"
 #include "runtime/node.h"
 #include "runtime/write_ahead.h"
 
@@ -62,9 +63,5 @@ class RunFolder {
 
 /// How this program was called, for the provenance.
 std::vector<std::string> own_command_line();
-
-/// Writes a file whole or not at all: temporary file, fsync, rename. @throws std::runtime_error
-void write_file_atomically(const std::filesystem::path& path, std::string_view content);
-std::string read_file(const std::filesystem::path& path);
 
 }  // namespace firn

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <vector>
 
-#include "files/exit_codes.h"
-#include "files/mesh/mesh_file.h"
-#include "print/inputs/targets.h"
 #include "config/error.h"
 #include "core/slice/mesh/columns.h"
 #include "core/slice/mesh/placement.h"
+#include "files/mesh/mesh_file.h"
+#include "files/usage_error.h"
+#include "print/inputs/targets.h"
 
 namespace firn {
 namespace {

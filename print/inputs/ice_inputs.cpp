@@ -6,15 +6,15 @@
 #include <cmath>
 #include <limits>
 
-#include "files/digest.h"
-#include "files/exit_codes.h"
-#include "print/prepare/slice_job.h"
-#include "print/inputs/targets.h"
-#include "runtime/thread_pool.h"
 #include "config/error.h"
 #include "config/machine.h"
+#include "files/digest.h"
+#include "files/usage_error.h"
+#include "print/inputs/targets.h"
+#include "print/prepare/slice_job.h"
 #include "procs/path_planner/node.h"
 #include "runtime/build_info.h"
+#include "runtime/thread_pool.h"
 
 namespace firn {
 namespace {

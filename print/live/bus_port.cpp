@@ -8,7 +8,7 @@
 #include <charconv>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
+#include "files/usage_error.h"
 
 namespace firn {
 

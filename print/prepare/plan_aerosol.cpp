@@ -7,12 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "report/paths/aerosol_pictures.h"
-#include "files/exit_codes.h"
-#include "files/path/print_job_file.h"
-#include "print/folder/run_folder.h"
-#include "files/path/trajectory_file.h"
 #include "core/motion/kinematics/fault.h"
+#include "files/path/print_job_file.h"
+#include "files/path/trajectory_file.h"
+#include "files/text_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "report/paths/aerosol_pictures.h"
 #include "runtime/build_info.h"
 
 namespace firn {

@@ -7,8 +7,9 @@
 #include <thread>
 #include <utility>
 
-#include "files/exit_codes.h"
 #include "core/path/trajectory_codec.h"
+#include "files/nearest.h"
+#include "files/usage_error.h"
 
 namespace firn {
 namespace {

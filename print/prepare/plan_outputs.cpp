@@ -9,9 +9,9 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
 #include "files/record/file.h"
 #include "files/record/output_target.h"
+#include "files/usage_error.h"
 
 namespace firn {
 

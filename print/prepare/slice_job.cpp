@@ -11,11 +11,11 @@
 #include <optional>
 #include <span>
 
-#include "files/exit_codes.h"
-#include "files/mesh/mesh_file.h"
-#include "core/slice/paths/path_codec.h"
 #include "core/geometry/planar.h"
+#include "core/slice/paths/path_codec.h"
 #include "core/slice/support/scaffold.h"
+#include "files/mesh/mesh_file.h"
+#include "files/usage_error.h"
 
 namespace firn {
 namespace {

@@ -6,9 +6,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
 #include "config/experiment.h"
-#include "plant/world.h"
+#include "files/usage_error.h"
+#include "plant/world/world.h"
 
 namespace firn {
 namespace {

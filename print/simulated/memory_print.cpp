@@ -6,17 +6,17 @@
 #include <optional>
 #include <stdexcept>
 
-#include "print/folder/node_makers.h"
-#include "print/simulated/plant_world.h"
 #include "core/grid/npy.h"
 #include "core/slice/coverage/footprint.h"
 #include "firn/layer_metrics_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/run_start_t.hpp"
-#include "plant/ice/ice_lab.h"
-#include "plant/setup.h"
-#include "report/run/report_ice_data.h"
+#include "plant/world/ice_lab.h"
+#include "plant/world/setup.h"
+#include "print/folder/node_makers.h"
+#include "print/simulated/plant_world.h"
+#include "replay/ice_error.h"
 
 namespace firn {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "plant/world.h"
+#include "plant/world/world.h"
 #include "runtime/lab.h"
 
 namespace firn {

@@ -6,8 +6,9 @@
 
 #include "core/motion/aerosol/measure.h"
 #include "report/draw/charts.h"
-#include "report/run/report_page.h"
+#include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "report/run/report_page.h"
 
 namespace firn {
 namespace {

@@ -9,8 +9,9 @@
 #include <numbers>
 
 #include "report/draw/charts.h"
-#include "report/run/report_page.h"
+#include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "report/run/report_page.h"
 
 namespace firn {
 namespace {

@@ -6,8 +6,9 @@
 
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
-#include "report/run/report_ice.h"
+#include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "report/run/report_ice.h"
 
 namespace firn::replay {
 namespace {

@@ -22,7 +22,4 @@ struct DifferingParameter {
 std::string report_page(const std::vector<ReportRun>& runs,
                         const std::vector<DifferingParameter>& parameters);
 
-/// The page's style sheet.
-extern const char* const kReportStyle;
-
 }  // namespace firn::replay

@@ -4,9 +4,10 @@
 #include <charconv>
 #include <cmath>
 
+#include "report/draw/style.h"
+#include "report/draw/svg.h"
 #include "report/study/study_plots.h"
 #include "report/study/study_profile.h"
-#include "report/draw/svg.h"
 
 namespace firn::replay {
 namespace {

@@ -7,7 +7,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "print/simulated/plant_world.h"
 #include "config/ice_lab.h"
 #include "core/motion/planner.h"
 #include "firn/answer_t.hpp"
@@ -24,8 +23,9 @@
 #include "firn/valve_command_t.hpp"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/outcome.h"
-#include "plant/ice/ice_lab.h"
-#include "plant/setup.h"
+#include "plant/world/ice_lab.h"
+#include "plant/world/setup.h"
+#include "print/simulated/plant_world.h"
 #include "procs/heater/node.h"
 #include "procs/laser_point/node.h"
 #include "procs/robot/node.h"

@@ -13,9 +13,9 @@
 #include <optional>
 #include <stdexcept>
 
-#include "files/exit_codes.h"
-#include "print/folder/run_folder.h"
 #include "files/record/checksum.h"
+#include "files/usage_error.h"
+#include "print/folder/run_folder.h"
 
 namespace firn {
 namespace {

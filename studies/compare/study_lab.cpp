@@ -7,9 +7,9 @@
 #include <limits>
 #include <new>
 
-#include "print/simulated/memory_print.h"
-#include "cli/print_command.h"
 #include "config/include.h"
+#include "print/inputs/check_print.h"
+#include "print/simulated/memory_print.h"
 
 namespace firn {
 namespace {

@@ -6,13 +6,13 @@
 #include <mutex>
 #include <thread>
 
-#include "report/run/differing_parameters.h"
-#include "files/digest.h"
-#include "files/exit_codes.h"
-#include "print/inputs/ice_inputs.h"
-#include "print/inputs/targets.h"
 #include "config/error.h"
 #include "config/fields.h"
+#include "files/digest.h"
+#include "files/nearest.h"
+#include "print/inputs/ice_inputs.h"
+#include "print/inputs/targets.h"
+#include "report/run/differing_parameters.h"
 #include "runtime/build_info.h"
 
 namespace firn {

@@ -1,11 +1,10 @@
-// What `firn identify` computes; the command and its pictures stand beside it.
 #include <fmt/core.h>
 
 #include <stdexcept>
 
-#include "files/exit_codes.h"
-#include "cli/identify_command.h"
 #include "core/control/pattern.h"
+#include "files/usage_error.h"
+#include "studies/identify/identify.h"
 
 namespace firn {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 
-#include "cli/identify_command.h"
 #include "report/draw/charts.h"
 #include "report/draw/svg.h"
+#include "studies/identify/identify.h"
 
 namespace firn {
 namespace {

@@ -54,7 +54,7 @@ ReproduceRow row_informative(std::string id, std::string what, std::string unit,
 struct ReproducePicture {
   std::string name;     ///< file name without its extension, [a-z0-9-]
   std::string caption;  ///< plain text
-  std::string svg;      ///< one <svg> that uses the classes and colours of replay/report_style.cpp
+  std::string svg;      ///< one <svg> that uses the classes and colours of report/draw/style.cpp
 };
 
 /// What a part is handed: where its rows, pictures and progress go, and how much it shall compute.
@@ -118,8 +118,6 @@ std::string reproduce_table(const std::vector<PartResult>& results);
 std::string reproduce_json(const std::vector<PartResult>& results);
 /// One self-contained page: no network, no script.
 std::string reproduce_page(const std::vector<PartResult>& results);
-/// The picture as a file of its own, with its style inside.
-std::string standalone_svg(const ReproducePicture& picture);
 
 /// @returns 0, or 1 when a row fails. @throws UsageError
 int run_reproduce(const ReproduceOptions& options);

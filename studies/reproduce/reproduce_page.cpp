@@ -1,7 +1,8 @@
-#include "studies/reproduce/reproduce.h"
-#include "report/run/report_page.h"
+#include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "report/run/report_page.h"
 #include "runtime/build_info.h"
+#include "studies/reproduce/reproduce.h"
 
 namespace firn {
 namespace {
@@ -32,17 +33,6 @@ std::string table(const std::vector<ReproduceRow>& rows) {
 }
 
 }  // namespace
-
-std::string standalone_svg(const ReproducePicture& picture) {
-  const std::size_t end_of_tag = picture.svg.find('>');
-  if (picture.svg.compare(0, 4, "<svg") != 0 || end_of_tag == std::string::npos) return picture.svg;
-  std::string s = picture.svg;
-  s.insert(
-      end_of_tag + 1,
-      "<style>" + std::string(replay::kReportStyle) +
-          "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; }</style>\n");
-  return s;
-}
 
 std::string reproduce_page(const std::vector<PartResult>& results) {
   int pass = 0, fail = 0, shown = 0;

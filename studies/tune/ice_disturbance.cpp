@@ -6,17 +6,17 @@
 #include <map>
 #include <set>
 
-#include "files/exit_codes.h"
-#include "print/folder/run_folder.h"
-#include "print/inputs/targets.h"
 #include "core/slice/paths/print_paths.h"
+#include "files/usage_error.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/outcome.h"
-#include "report/run/report_ice_data.h"
+#include "print/folder/run_folder.h"
+#include "print/inputs/targets.h"
 #include "replay/run_messages.h"
+#include "report/run/report_ice_data.h"
 
 namespace firn {
 namespace {

@@ -22,10 +22,6 @@
 #include <string>
 #include <vector>
 
-#include "tests/bench/ice_gear.h"
-#include "tests/bench/ice_zones.h"
-#include "print/inputs/ice_inputs.h"
-#include "print/folder/run_folder.h"
 #include "config/ice_lab.h"
 #include "config/include.h"
 #include "core/control/surface/surface_controller.h"
@@ -34,11 +30,15 @@
 #include "estimators/flow/laid_volume.h"
 #include "estimators/surface/path_readings.h"
 #include "plant/ice/nature.h"
-#include "plant/setup.h"
+#include "plant/world/setup.h"
+#include "print/folder/run_folder.h"
+#include "print/inputs/ice_inputs.h"
 #include "procs/path_planner/node.h"
 #include "procs/path_planner/path_planning.h"
 #include "report/draw/heat_map.h"
 #include "report/run/report_ice_data.h"
+#include "tests/bench/ice_gear.h"
+#include "tests/bench/ice_zones.h"
 
 namespace {
 

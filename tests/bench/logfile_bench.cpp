@@ -6,12 +6,12 @@
 #include <array>
 #include <cstdlib>
 
-#include "lcmtypes/schema.h"
-#include "lcmtypes/validate.h"
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
+#include "lcmtypes/schema.h"
+#include "lcmtypes/validate.h"
+#include "tests/files/record/scratch.h"
 #include "tests/lcmtypes/samples.h"
-#include "tests/logfile/scratch.h"
 
 namespace {
 

@@ -4,11 +4,12 @@
 #include <cstdio>
 #include <fstream>
 
+#include "core/control/mpc/layer/layer_solver.h"
+#include "report/draw/style.h"
+#include "report/draw/svg.h"
+#include "report/run/report_page.h"
 #include "tests/bench/mpc_instances.h"
 #include "tests/bench/mpc_tables.h"
-#include "core/control/mpc/layer/layer_solver.h"
-#include "report/run/report_page.h"
-#include "report/draw/svg.h"
 
 namespace firn::bench {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "plant/model.h"
-#include "plant/sensor.h"
+#include "plant/inkjet/model.h"
+#include "plant/inkjet/sensor.h"
 
 namespace {
 

@@ -5,14 +5,14 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "files/exit_codes.h"
-#include "print/folder/run_folder.h"
-#include "print/inputs/targets.h"
 #include "config/error.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
-#include "tests/logfile/scratch.h"
+#include "files/usage_error.h"
+#include "print/folder/run_folder.h"
+#include "print/inputs/targets.h"
+#include "tests/files/record/scratch.h"
 
 using namespace firn;
 using namespace firn::test;

@@ -4,15 +4,16 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "files/exit_codes.h"
 #include "files/path/layer_file.h"
-#include "print/folder/log_repair.h"
-#include "firn/run_start_t.hpp"
 #include "files/record/event_log.h"
+#include "files/usage_error.h"
+#include "firn/run_start_t.hpp"
+#include "print/exit_codes.h"
+#include "print/folder/log_repair.h"
 #include "runtime/wal_file.h"
 #include "runtime/write_ahead.h"
+#include "tests/files/record/scratch.h"
 #include "tests/lcmtypes/samples.h"
-#include "tests/logfile/scratch.h"
 
 using namespace firn;
 using namespace firn::test;

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "files/exit_codes.h"
 #include "cli/options.h"
+#include "files/usage_error.h"
 
 using namespace firn;
 

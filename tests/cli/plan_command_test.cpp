@@ -7,9 +7,10 @@
 #include <iterator>
 #include <sstream>
 
-#include "files/exit_codes.h"
-#include "files/path/trajectory_file.h"
 #include "config/error.h"
+#include "files/path/trajectory_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
 
 using namespace firn;
 using Catch::Contains;

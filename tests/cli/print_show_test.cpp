@@ -3,11 +3,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "files/exit_codes.h"
 #include "cli/print_show.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
-#include "tests/cli/ice_runs.h"
+#include "print/exit_codes.h"
+#include "print/inputs/targets.h"
+#include "tests/print/ice_runs.h"
 
 using namespace firn;
 using Catch::Contains;

@@ -15,13 +15,14 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "files/exit_codes.h"
-#include "print/prepare/gcode.h"
+#include "config/error.h"
 #include "files/path/layer_file.h"
 #include "files/path/path_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/prepare/gcode.h"
 #include "print/prepare/slice_job.h"
 #include "print/prepare/slice_report.h"
-#include "config/error.h"
 #include "tests/support/mesh_samples.h"
 
 using namespace firn;

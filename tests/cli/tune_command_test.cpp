@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <numeric>
 
-#include "files/exit_codes.h"
+#include "files/usage_error.h"
 #include "studies/identify/identification_study.h"
 
 using namespace firn;

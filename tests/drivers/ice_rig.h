@@ -5,7 +5,7 @@
 #include "drivers/laser_point/laser_point.h"
 #include "drivers/robot/robot.h"
 #include "drivers/valve/valve.h"
-#include "plant/ice/ice_lab.h"
+#include "plant/world/ice_lab.h"
 #include "tests/drivers/port_rig.h"
 
 namespace firn::drivers::test {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/link/driver.h"
-#include "plant/world.h"
+#include "plant/world/world.h"
 
 namespace firn::drivers::test {
 

@@ -1,6 +1,6 @@
 // Any bytes as a mesh: the first byte chooses STL, PLY or OBJ. (3MF is lib3mf's to read.)
-#include "files/exit_codes.h"
 #include "files/mesh/mesh_file.h"
+#include "files/usage_error.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "files/exit_codes.h"
 #include "files/path/path_file.h"
+#include "files/usage_error.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;

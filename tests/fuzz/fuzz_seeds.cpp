@@ -2,19 +2,19 @@
 #include <cstdio>
 #include <cstring>
 
-#include "files/path/layer_file.h"
-#include "files/path/trajectory_file.h"
 #include "config/experiment.h"
 #include "core/grid/npy.h"
 #include "core/slice/paths/print_paths.h"
 #include "drivers/heater/thermostat.h"
 #include "drivers/robot/fvp.h"
 #include "drivers/valve/fvb.h"
-#include "lcmtypes/schema.h"
+#include "files/path/layer_file.h"
+#include "files/path/trajectory_file.h"
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
+#include "lcmtypes/schema.h"
+#include "tests/files/record/event_samples.h"
 #include "tests/lcmtypes/samples.h"
-#include "tests/logfile/event_samples.h"
 #include "tests/support/mesh_samples.h"
 
 using namespace firn;

@@ -7,10 +7,10 @@
 #include <cstdio>
 
 #include "cli/audit_command.h"
+#include "core/grid/random.h"
+#include "plant/record/record.h"
 #include "print/folder/log_repair.h"
 #include "print/folder/node_makers.h"
-#include "core/grid/random.h"
-#include "plant/record.h"
 #include "replay/replayer.h"
 #include "runtime/wal_file.h"
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "plant/world.h"
+#include "plant/world/world.h"
 
 namespace firn::plant {
 

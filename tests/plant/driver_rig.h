@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/link/driver.h"
-#include "plant/world.h"
+#include "plant/world/world.h"
 #include "tests/plant/bench_lines.h"
 
 namespace firn::plant {

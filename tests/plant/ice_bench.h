@@ -10,7 +10,7 @@
 #include "drivers/laser_point/lkg.h"
 #include "drivers/robot/fvp.h"
 #include "drivers/valve/fvb.h"
-#include "plant/ice/ice_lab.h"
+#include "plant/world/ice_lab.h"
 #include "tests/plant/bench_lines.h"
 #include "tests/support/ice_paths.h"
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <new>
 
-#include "plant/archive.h"
+#include "plant/record/archive.h"
 
 using namespace firn::plant;
 

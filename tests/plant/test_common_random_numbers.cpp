@@ -7,8 +7,8 @@
 #include <tuple>
 
 #include "core/grid/random.h"
-#include "plant/model.h"
-#include "plant/sensor.h"
+#include "plant/inkjet/model.h"
+#include "plant/inkjet/sensor.h"
 
 using namespace firn;
 using namespace firn::plant;

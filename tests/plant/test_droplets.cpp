@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "plant/model.h"
-#include "plant/nozzle.h"
+#include "plant/inkjet/model.h"
+#include "plant/inkjet/nozzle.h"
 
 using namespace firn;
 using namespace firn::plant;

@@ -4,8 +4,8 @@
 #include <cstring>
 
 #include "core/grid/random.h"
-#include "plant/field.h"
-#include "plant/footprint.h"
+#include "plant/inkjet/field.h"
+#include "plant/inkjet/footprint.h"
 
 using namespace firn;
 using namespace firn::plant;

@@ -10,7 +10,7 @@
 #include "drivers/laser_point/laser_point.h"
 #include "drivers/robot/robot.h"
 #include "drivers/valve/valve.h"
-#include "plant/ice/ice_lab.h"
+#include "plant/world/ice_lab.h"
 #include "tests/plant/driver_rig.h"
 #include "tests/support/ice_paths.h"
 

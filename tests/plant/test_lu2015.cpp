@@ -2,8 +2,8 @@
 
 #include "core/deposition/height_change.h"
 #include "core/grid/random.h"
-#include "plant/model.h"
-#include "plant/sensor.h"
+#include "plant/inkjet/model.h"
+#include "plant/inkjet/sensor.h"
 
 using namespace firn;
 using namespace firn::plant;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "plant/sensor.h"
+#include "plant/inkjet/sensor.h"
 
 using namespace firn;
 using namespace firn::plant;

@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <thread>
 
-#include "plant/serve.h"
-#include "plant/setup.h"
-#include "plant/world.h"
+#include "plant/world/serve.h"
+#include "plant/world/setup.h"
+#include "plant/world/world.h"
 #include "runtime/ports.h"
 
 using namespace firn;

@@ -3,8 +3,8 @@
 
 #include "core/deposition/two_materials.h"
 #include "core/grid/random.h"
-#include "plant/model.h"
-#include "plant/setup.h"
+#include "plant/inkjet/model.h"
+#include "plant/world/setup.h"
 
 using namespace firn;
 using namespace firn::plant;

@@ -4,8 +4,8 @@
 #include <map>
 
 #include "config/machine.h"
-#include "plant/ice/ice_lab.h"
-#include "plant/world.h"
+#include "plant/world/ice_lab.h"
+#include "plant/world/world.h"
 #include "procs/heater/node.h"
 #include "procs/laser_point/node.h"
 #include "procs/robot/node.h"

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "studies/calibrate/lab_calibrations.h"
 #include "config/include.h"
 #include "core/grid/random.h"
 #include "plant/ice/line.h"
-#include "plant/setup.h"
+#include "plant/world/setup.h"
+#include "studies/calibrate/lab_calibrations.h"
 
 namespace firn::planted {
 

@@ -3,16 +3,11 @@
 #pragma once
 
 #include <cmath>
-#include <cstring>
 
+#include "core/control/mpc/layer/lanes.h"
 #include "core/control/mpc/plan_field.h"
 
 namespace firn::control::mpc {
-
-#define FIRN_INLINE [[gnu::always_inline]] inline
-
-using Lanes = float __attribute__((vector_size(32)));
-using LaneMarks = std::int32_t __attribute__((vector_size(32)));
 
 /// The changes that one droplet makes: rows -3..3 about its cell, columns -4..3.
 struct Flip {
@@ -20,18 +15,6 @@ struct Flip {
   Lanes change[PlanField::kMostLayers][kRows];  // of the heights after layer, after the next, ...
   float sign = 0.0f;
 };
-
-// Vectors go by reference: a function that returns one has no fixed ABI without AVX.
-FIRN_INLINE void load(const float* from, Lanes& v) { std::memcpy(&v, from, sizeof v); }
-FIRN_INLINE void store(const Lanes& v, float* to) { std::memcpy(to, &v, sizeof v); }
-
-// out[l] = v[l + dx]; the lanes that wrap round are 0 here.
-template <int DX>
-FIRN_INLINE void shifted(const Lanes& v, Lanes& out) {
-  if constexpr (DX == 0) out = v;
-  if constexpr (DX == 1) out = __builtin_shufflevector(v, v, 1, 2, 3, 4, 5, 6, 7, 0);
-  if constexpr (DX == -1) out = __builtin_shufflevector(v, v, 7, 0, 1, 2, 3, 4, 5, 6);
-}
 
 // clamp(gives + lean, 0, gives)
 FIRN_INLINE void given(const Lanes& gives, const Lanes& lean, Lanes& out) {

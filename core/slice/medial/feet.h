@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/geometry/stretches.h"
 #include "core/slice/medial/middle_lines.h"
 #include "core/slice/medial/next_level.h"
-#include "core/slice/offset/stretches.h"
 
 namespace firn::slice {
 

@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/slice/offset/gap_band.h"
-#include "core/slice/offset/stretches.h"
+#include "core/geometry/stretches.h"
+#include "core/slice/medial/gap_band.h"
 
 namespace firn::slice {
 

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "core/slice/offset/exact_tips.h"
-#include "core/slice/offset/gap_band.h"
-#include "core/slice/offset/lacks.h"
 #include "core/geometry/meeting.h"
+#include "core/slice/medial/gap_band.h"
+#include "core/slice/offset/exact_tips.h"
+#include "core/slice/offset/lacks.h"
 #include "core/slice/offset/offset_rings.h"
 #include "core/slice/offset/wavefront.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/slice/offset/stretches.h"
+#include "core/geometry/stretches.h"
 #include "core/slice/offset/wavefront.h"
 
 namespace firn::slice::wavefront {

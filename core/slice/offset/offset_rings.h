@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/geometry/region.h"
-#include "core/slice/offset/ring_plan.h"
-#include "core/slice/offset/stretches.h"
+#include "core/geometry/stretches.h"
+#include "core/slice/ring_plan.h"
 
 namespace firn::slice {
 
@@ -60,10 +60,5 @@ RingLevels offset_rings(const Region& region, const RingPlan& plan, double toler
 
 /// The region grown outward by a distance > 0, as the front of what lies around it.
 Region grow(const Region& region, double outward_mm, double tolerance_mm);
-
-/// Do any two edges have a point in common that is not the corner between neighbours (a contact), or even
-/// cross?
-enum class Meeting { kApart, kContact, kCrossing };
-Meeting meeting_of(const Rings& rings);
 
 }  // namespace firn::slice

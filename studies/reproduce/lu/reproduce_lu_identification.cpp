@@ -6,12 +6,12 @@
 #include <cmath>
 #include <mutex>
 
-#include "studies/identify/identification_study.h"
-#include "cli/identify_command.h"
-#include "studies/reproduce/reproduce_parts.h"
 #include "core/control/mpc/greedy.h"
 #include "core/control/mpc/objective.h"
 #include "core/grid/random.h"
+#include "studies/identify/identification_study.h"
+#include "studies/identify/identify.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/grid/random.h"
-#include "core/motion/time_optimal/certified.h"
+#include "core/motion/certified/certified.h"
 #include "core/motion/curve/deviation.h"
 #include "core/motion/thesis/test_path.h"
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/control/mpc/flip_kernel.h"
+#include "core/control/mpc/layer/lanes.h"
 #include "core/control/mpc/layer/layer_rows.h"
 
 namespace firn::control::mpc {

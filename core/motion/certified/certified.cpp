@@ -1,0 +1,255 @@
+#include "core/motion/certified/certified.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/curve/deviation.h"
+
+namespace firn::motion {
+namespace {
+
+struct Effort {
+  CellSizes sizes;
+  ProfileOptions solver;
+  int inner_checks;
+};
+
+/// How hard the profile is worked on. When the check shows that a limit is exceeded between the places where
+/// the solver looked, or the solver did not converge, the next attempt is finer.
+Effort effort(Method method, int attempt) {
+  Effort e{CellSizes{}, ProfileOptions{}, 1};
+  if (method == Method::kOptimal) {
+    e.sizes.rest_growth = 1.04;
+    e.sizes.rest_mm = 0.01;
+    e.sizes.split = 8.0;
+    e.solver.gap = 1e-4;
+    e.solver.most_iterations = 80;
+    e.inner_checks = 2;
+  }
+  if (attempt > 0) {
+    e.solver.most_iterations = 80;
+    e.solver.gap *= 0.25;
+  }
+  return e;
+}
+
+constexpr double kSmoothShare = 0.9;  ///< of the tolerance, for moving the points of dense runs
+constexpr double kSlightly =
+    0.6;  ///< a curve that leaves the tolerance by less is first tried with less of it
+constexpr double kLessSagitta = 0.2;  ///< where interpolated vertices of uneven chords leave the tolerance
+constexpr double kLeastShare = 0.1, kMostShare = 0.9;  ///< of the tolerance, from one try to the next
+constexpr int kShapes = 10;                            ///< tries to bring the curve inside the tolerance
+constexpr double kLeastRampMm = 0.01;
+constexpr int kAttempts = 4;
+constexpr double kCellFactor = 1.002;  ///< cells that need more are divided for the next attempt
+constexpr double kGoodFactor = 1.006;  ///< slowing down by less than this is cheaper than another attempt
+
+/// Ratios of the motion in `out` at both ends and inside of every piece.
+void check(const CertifiedTask& task, int inner, CertifiedWork& work, Stretch& out) {
+  check_states(out.curve, out.motion, inner, work.batch);
+  if (auto fault = sample_motion(out.curve, work.batch, task.arm, task.placement, task.joints, false,
+                                 work.tool, work.joint, work.flange))
+    throw MotionError(*fault);
+  out.ratios = {};
+  add_ratios(out.curve, work.batch, work.tool, work.joint, task.groups, out.ratios);
+  out.factor = std::isfinite(out.motion.duration_s()) ? out.ratios.time_factor() : kUnlimited;
+}
+
+/// The closed form on a line, where no joint binds. False: something else binds, or the ceiling varies.
+bool plan_straight(const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
+  const double ceiling = out.curve.ceiling[0];
+  for (const double c : out.curve.ceiling)
+    if (c != ceiling) return false;
+  const RateLimits& limit = task.limits.position;
+  straight_motion(out.curve.s.back(), std::min(limit.rate, ceiling), limit.acceleration, limit.jerk,
+                  out.motion);
+  check(task, 3, work, out);
+  if (!(out.factor <= 1.0 + 1e-9)) return false;
+  out.factor = 1.0;
+  return true;
+}
+
+/// The tool's motion, and the joints that may come near a limit while the tool keeps its own: joints whose
+/// q' times the tool's largest rate, acceleration and jerk stays well below theirs come last.
+struct BindingGroups {
+  RowGroups groups;
+  int sure = 1;  ///< the first so many
+};
+BindingGroups binding_groups(const MotionRows& rows, const RowGroups& all) {
+  constexpr double kRateShare = 0.97, kShare = 0.8;
+  const RateLimits& tool = all.group[0].limit;
+  BindingGroups order{all, 1};
+  for (int g = 1; g < all.count; ++g) {
+    const RateLimits& limit = all.group[g].limit;
+    const double least =
+        std::min({kRateShare * limit.rate / tool.rate, kShare * limit.acceleration / tool.acceleration,
+                  kShare * limit.jerk / tool.jerk});
+    const std::vector<double>& slope = rows.of[all.group[g].first][0];
+    double most = 0.0;
+    for (const double d1 : slope) most = std::max(most, std::abs(d1));
+    if (most > least) std::swap(order.groups.group[order.sure++], order.groups.group[g]);
+  }
+  return order;
+}
+
+void set_rows(const CertifiedTask& task, CertifiedWork& work, const Stretch& out) {
+  if (auto fault = compute_rows(out.curve, task.arm, task.placement, task.joints, work.rows))
+    throw MotionError(*fault);
+}
+
+void bound(const RowGroups& groups, int sure, CertifiedWork& work, Stretch& out) {
+  speed_bound(out.curve, work.rows, groups, sure, work.bound);
+  out.bound_s = work.bound.duration_s;
+}
+
+void solve(const CertifiedTask& task, RowGroups& groups, int sure, const Effort& effort, CertifiedWork& work,
+           Stretch& out) {
+  bound(groups, sure, work, out);
+  solve_profile(out.curve, work.rows, groups, sure, work.bound.limit, work.bound.b, effort.solver,
+                work.solver, work.profile);
+  time_profile(out.curve, work.profile, out.motion);
+  check(task, effort.inner_checks, work, out);
+}
+
+/// Largest factor by which time must be stretched for the groups that did not take part.
+double left_out_factor(const RatioTable& ratios, const RowGroups& all, const RowGroups& order,
+                       int took_part) {
+  double factor = 0.0;
+  for (int g = 0; g < all.count; ++g)
+    for (int k = took_part; k < order.count; ++k)
+      if (order.group[k].first == all.group[g].first) factor = std::max(factor, factor_of(ratios.ratio[g]));
+  return factor;
+}
+
+/// Joints that seem not to bind join when they do. Returns whether one did.
+bool solve(const CertifiedTask& task, const Effort& effort, bool all, CertifiedWork& work, Stretch& out) {
+  constexpr double kSlight = 1.0005;
+  set_rows(task, work, out);
+  BindingGroups order = binding_groups(work.rows, task.groups);
+  const int count = order.groups.count, sure = all ? count : order.sure;
+  solve(task, order.groups, sure, effort, work, out);
+  const bool joined = work.profile.groups > sure;
+  if (left_out_factor(out.ratios, task.groups, order.groups, work.profile.groups) >
+      kSlight)  // between the knots
+    solve(task, order.groups, count, effort, work, out);
+  else if (joined && task.options.lower_bound)
+    bound(order.groups, count, work, out);
+  return joined;
+}
+
+/// Speed along the segment from points[i] at which the tool turns as fast as it may.
+double turning_speed(std::span<const Point2> points, std::span<const double> yaw_rad, std::size_t i,
+                     const MotionLimits& limits) {
+  if (yaw_rad.empty()) return kUnlimited;
+  const double dx = points[i + 1].x_mm - points[i].x_mm, dy = points[i + 1].y_mm - points[i].y_mm;
+  const double turn = std::abs(yaw_rad[i + 1] - yaw_rad[i]);
+  return turn > 0.0 ? limits.orientation.rate * std::sqrt(dx * dx + dy * dy) / turn : kUnlimited;
+}
+
+/// The first cell at rest, shorter where a low speed is reached within it: v^(3/2) / j^(1/2) from rest.
+double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
+  constexpr double kLeastMm = 1e-4;
+  const double v = std::min(limit.rate, speed_mm_s);
+  return std::min(size_mm, std::max(kLeastMm, 0.5 * v * std::sqrt(v / limit.jerk)));
+}
+
+}  // namespace
+
+void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling,
+                  std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
+                  CertifiedWork& work, Stretch& out) {
+  CellSizes sizes = effort(task.options.method, 0).sizes;
+  const double low_mm_s =
+      std::max(std::min(ceiling.front(), turning_speed(points, yaw_rad, 0, task.limits)),
+               std::min(ceiling.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
+  sizes.rest_mm = rest_cell(sizes.rest_mm, low_mm_s, task.limits.position);
+  CurveSpec spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
+                 0.0, sizes, yaw_rad};
+  const auto form = [&] {
+    build_curve(points, spec, work.curve);
+    if (shape != Shape::kSmoothed) return;
+    smooth_dense(points, work.curve.pieces, kDenseWidths * spec.ramp_mm, kSmoothShare * spec.tolerance_mm,
+                 work.smoothing, work.smoothed);
+    build_curve(work.smoothed, spec, work.curve);
+  };
+  form();
+  int held_tries = 0;
+  CurveSpec nearest = spec;
+  double nearest_mm = kUnlimited;
+  const PlanOptions& options = task.options;
+  const double allowed_mm = options.tolerance_mm > 0.0
+                                ? (shape == Shape::kPlain ? kUnlimited : options.tolerance_mm)
+                                : farthest_mm(options);
+  for (int tries = 0;; ++tries) {
+    const Curve& curve = work.curve.coarse;
+    out.deviation_mm = curve.straight ? 0.0 : deviation(curve, points, work.length);
+    if (out.deviation_mm <= allowed_mm) break;
+    if (out.deviation_mm < nearest_mm) nearest = spec, nearest_mm = out.deviation_mm;
+    if (tries == kShapes) {
+      spec = nearest;
+      form();
+      out.deviation_mm = nearest_mm;
+      break;
+    }
+    const double share = std::clamp(0.98 * allowed_mm / out.deviation_mm, kLeastShare, kMostShare);
+    if (tries == 0 && share > kSlightly && spec.tolerance_mm > 0.0) {
+      spec.tolerance_mm *= share;
+    } else if (spec.held_sagitta_mm == 0.0) {
+      spec.tolerance_mm = allowed_mm;
+      spec.held_sagitta_mm = std::min(kSagittaMm, spec.tolerance_mm);
+    } else {
+      double& less = held_tries == 0 ? spec.held_sagitta_mm : spec.tolerance_mm;
+      less *= held_tries == 0 ? kLessSagitta : share;
+      ++held_tries;
+      if (held_tries > 2)
+        spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
+    }
+    form();
+  }
+  bool all = false;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const Effort effort = motion::effort(task.options.method, attempt);
+    Stretch& trial = attempt == 0 ? out : work.trial;
+    if (attempt == 0) {
+      refine(sizes, work.curve, trial.curve);
+    } else {
+      if (attempt == 1) trial.curve = out.curve;
+      divide(sizes, work.curve, work.excess, kCellFactor, trial.curve);
+    }
+    set_ceiling(points, ceiling, work.curve, trial.curve);
+    trial.first = out.first;
+    trial.last = out.last;
+    trial.deviation_mm = out.deviation_mm;
+    if (attempt == 0 && trial.curve.straight && yaw_rad.empty() && plan_straight(task, work, trial)) {
+      if (!task.options.lower_bound) return;
+      set_rows(task, work, trial);
+      bound(task.groups, task.groups.count, work, trial);
+      return;
+    }
+    all = solve(task, effort, all, work, trial) || all;
+    const bool good = trial.factor < kGoodFactor + task.options.slack;
+    if (!good) cell_factors(trial.curve, work.batch, work.tool, work.joint, task.groups, work.excess);
+    if (attempt > 0 && trial.duration_s() < out.duration_s()) {
+      const Curve divided = trial.curve;
+      std::swap(trial, out);
+      trial.curve = divided;
+    }
+    if (good || (std::isfinite(out.duration_s()) && out.motion.duration_s() > most_s)) return;
+  }
+  // the solver's first guess, slowed down, always serves
+  Effort none = effort(task.options.method, 0);
+  none.solver.most_iterations = 0;
+  Stretch& guess = work.trial;
+  guess.first = out.first;
+  guess.last = out.last;
+  guess.deviation_mm = out.deviation_mm;
+  refine(sizes, work.curve, guess.curve);
+  set_ceiling(points, ceiling, work.curve, guess.curve);
+  set_rows(task, work, guess);
+  RowGroups groups = task.groups;
+  solve(task, groups, groups.count, none, work, guess);
+  if (!(out.duration_s() <= guess.duration_s())) std::swap(guess, out);
+  if (!std::isfinite(out.duration_s())) throw MotionError(Fault(Reason::kNoSolution));
+}
+
+}  // namespace firn::motion

@@ -1,0 +1,192 @@
+// Where the motion stops and where corners are rolled within the tolerance; of each stretch the shape that is
+// fastest.
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/certified/certified.h"
+
+namespace firn::motion {
+namespace {
+
+constexpr double kRollableCosine = -0.9;  ///< sharper corners (154 degrees and more) are never rolled
+constexpr double kTrialMm = 15.0;  ///< most of the path to either side of a corner on which rolling is tried,
+constexpr double kLeastTrialMm = 2.0,
+                 kTrialStops = 3.0;  ///< which is so many times what stopping there takes, and this
+/// A curve within the tolerance is shorter than the polygon by less than this share, where time is saved by
+/// it.
+constexpr double kShorter = 0.98;
+constexpr double kFastEnough =
+    1.002;  ///< of what the ceilings and limits allow on a line: no other shape is tried
+
+constexpr double kLikely =
+    0.998;  ///< of the fastest shape so far: who is no faster before it is checked will not win
+constexpr double kNever_s = 1e300;
+
+std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
+  return std::span<const Point2>(path.points).subspan(from, to - from + 1);
+}
+
+std::span<const double> ceilings(const CleanPath& path, std::size_t from, std::size_t to) {
+  return std::span<const double>(path.ceiling_mm_s).subspan(from, to - from);
+}
+
+std::span<const double> yaws(const CleanPath& path, std::size_t from, std::size_t to) {
+  const std::span<const double> all(path.yaw_rad);
+  return all.empty() ? all : all.subspan(from, to - from + 1);
+}
+
+/// Time between two rests if the path were straight, `scale` times as long.
+double straight_time_s(const CleanPath& path, std::size_t from, std::size_t to, double scale,
+                       const CertifiedTask& task, CertifiedWork& work) {
+  const RateLimits& limit = task.limits.position;
+  double length = 0.0, cruise_s = 0.0, fastest = 0.0;
+  for (std::size_t i = from; i < to; ++i) {
+    const double dx = path.points[i + 1].x_mm - path.points[i].x_mm,
+                 dy = path.points[i + 1].y_mm - path.points[i].y_mm;
+    const double step = scale * std::sqrt(dx * dx + dy * dy),
+                 ceiling = std::min(path.ceiling_mm_s[i], limit.rate);
+    length += step;
+    cruise_s += step / ceiling;
+    fastest = std::max(fastest, ceiling);
+  }
+  straight_motion(length, fastest, limit.acceleration, limit.jerk, work.straight);
+  return std::max(cruise_s, work.straight.duration_s() + cruise_s - length / fastest);
+}
+
+void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
+                  CertifiedWork& work, Stretch& out) {
+  const auto plan = [&](Shape shape, double most_s, Stretch& stretch) {
+    stretch.first = from;
+    stretch.last = to;
+    plan_stretch(part(path, from, to), ceilings(path, from, to), yaws(path, from, to), shape, most_s, task,
+                 work, stretch);
+  };
+  plan(Shape::kRamped, kNever_s, out);
+  const PlanOptions& options = task.options;
+  if (!(options.tolerance_mm > 0.0)) return;
+  if (out.deviation_mm <= options.tolerance_mm &&
+      out.duration_s() <= (kFastEnough + options.slack) * straight_time_s(path, from, to, 1.0, task, work))
+    return;
+  const bool dense = has_dense_run(work.curve.pieces, kDenseWidths * options.curvature_ramp_mm);
+  const auto try_shape = [&](Shape shape) {
+    const bool compares = out.deviation_mm <= options.tolerance_mm;
+    plan(shape, compares ? kLikely * out.duration_s() : kNever_s, work.shape_trial);
+    if (work.shape_trial.deviation_mm <= options.tolerance_mm &&
+        work.shape_trial.duration_s() < out.duration_s())
+      std::swap(work.shape_trial, out);
+  };
+  if (!(options.slack > 0.0 && out.deviation_mm <= options.tolerance_mm))
+    try_shape(Shape::kPlain);  // it seldom wins, and by little
+  if (dense) try_shape(Shape::kSmoothed);
+}
+
+bool rollable(const CleanPath& path, std::size_t i) {
+  const Point2 &a = path.points[i - 1], &b = path.points[i], &c = path.points[i + 1];
+  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
+  return ux * vx + uy * vy > kRollableCosine * std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
+}
+
+/// How far from a corner on either side stopping there still shows.
+double trial_mm(const CleanPath& path, std::size_t corner, const CertifiedTask& task) {
+  const RateLimits& limit = task.limits.position;
+  const double v = std::min(limit.rate, std::max(path.ceiling_mm_s[corner - 1], path.ceiling_mm_s[corner]));
+  const double stop_s = v * limit.jerk > limit.acceleration * limit.acceleration
+                            ? v / limit.acceleration + limit.acceleration / limit.jerk
+                            : 2.0 * std::sqrt(v / limit.jerk);
+  return std::min(kTrialMm, kLeastTrialMm + kTrialStops * 0.5 * v * stop_s);
+}
+
+/// Whether the corner at stops[k] is faster rolled than stopped at, judged on the path near it.
+bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, std::size_t k,
+                  const CertifiedTask& task, CertifiedWork& work) {
+  const std::size_t corner = stops[k];
+  const double most_mm = trial_mm(path, corner, task);
+  const auto far = [&](std::size_t i) {
+    const double dx = path.points[i].x_mm - path.points[corner].x_mm,
+                 dy = path.points[i].y_mm - path.points[corner].y_mm;
+    return dx * dx + dy * dy > most_mm * most_mm;
+  };
+  std::size_t from = corner - 1, to = corner + 1;
+  while (from > stops[k - 1] && !far(from)) --from;
+  while (to < stops[k + 1] && !far(to)) ++to;
+  const auto plan = [&](std::size_t a, std::size_t b) {
+    work.corner_trial.first = a;
+    plan_stretch(part(path, a, b), ceilings(path, a, b), yaws(path, a, b), Shape::kRamped, 0.0, task, work,
+                 work.corner_trial);
+    return work.corner_trial.duration_s();
+  };
+  const double rolling = plan(from, to);
+  if (work.corner_trial.deviation_mm > task.options.tolerance_mm) return false;
+  if (rolling < straight_time_s(path, from, corner, kShorter, task, work) +
+                    straight_time_s(path, corner, to, kShorter, task, work))
+    return true;
+  return rolling < plan(from, corner) + plan(corner, to);
+}
+
+/// Plans between the stops into `out`; what another candidate has planned is taken from there. Returns the
+/// duration, or at once something larger than `most_s` where it takes longer.
+double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, const CertifiedTask& task,
+                CertifiedWork& work, std::vector<Stretch>& out, double most_s = 1e300,
+                const std::vector<Stretch>* planned = nullptr, std::size_t planned_count = 0) {
+  if (out.size() + 1 < stops.size()) out.resize(stops.size() - 1);
+  double total = 0.0;
+  std::size_t at = 0;
+  for (std::size_t k = 0; k + 1 < stops.size() && total <= most_s; ++k) {
+    while (at < planned_count && (*planned)[at].first < stops[k]) ++at;
+    if (at < planned_count && (*planned)[at].first == stops[k] && (*planned)[at].last == stops[k + 1])
+      out[k] = (*planned)[at];
+    else
+      plan_between(path, stops[k], stops[k + 1], task, work, out[k]);
+    total += out[k].duration_s();
+  }
+  return total;
+}
+
+}  // namespace
+
+std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
+  std::vector<std::size_t> corners;
+  split_points(path.points, std::cos(task.options.split_angle_rad), corners);
+  corners = with_stops(corners, path);
+  if (!(task.options.tolerance_mm > 0.0) || corners.size() == 2) {
+    plan_all(path, corners, task, work, work.stretches);
+    return corners.size() - 1;
+  }
+  // three candidates: roll where the neighbourhood says so, roll every corner that can be, stop at every
+  // corner
+  std::vector<std::size_t> none{corners.front()}, some{corners.front()};
+  for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
+    const bool asked = std::binary_search(path.stops.begin(), path.stops.end(), corners[k]);
+    const bool can = !asked && rollable(path, corners[k]);
+    if (!can) none.push_back(corners[k]);
+    if (!can || !rolls_faster(path, corners, k, task, work)) some.push_back(corners[k]);
+  }
+  none.push_back(corners.back());
+  some.push_back(corners.back());
+  double least = 1e300;
+  std::size_t count = 0;
+  const auto consider = [&](const std::vector<std::size_t>& stops, bool fallback) {
+    const double total = plan_all(path, stops, task, work, work.candidate, least, &work.stretches, count);
+    const auto end = work.candidate.begin() + std::ptrdiff_t(stops.size() - 1);
+    const bool inside = total < least && std::all_of(work.candidate.begin(), end, [&](const Stretch& s) {
+                          return s.deviation_mm <= task.options.tolerance_mm;
+                        });
+    if (!inside && !(fallback && count == 0)) return;
+    least = total;
+    count = stops.size() - 1;
+    std::swap(work.candidate, work.stretches);
+  };
+  const auto stopping_s = [&] {
+    double sum = 0.0;
+    for (std::size_t k = 0; k + 1 < corners.size(); ++k)
+      sum += straight_time_s(path, corners[k], corners[k + 1], kShorter, task, work);
+    return sum;
+  };
+  consider(some, false);
+  if (none != some) consider(none, false);
+  if (corners != some && (count == 0 || stopping_s() < least)) consider(corners, true);
+  if (count == 0) consider(some, true);  // some = corners, outside all the same
+  return count;
+}
+
+}  // namespace firn::motion

@@ -1,0 +1,14 @@
+// Nearest known word to one that is unknown, for error messages.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace firn {
+
+/// Returns the candidate with the smallest edit distance to `word`; "" when more than half of every candidate
+/// is wrong.
+std::string nearest(std::string_view word, const std::vector<std::string_view>& candidates);
+
+}  // namespace firn

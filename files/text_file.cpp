@@ -1,0 +1,64 @@
+#include "files/text_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "files/record/file.h"
+#include "files/record/output_target.h"
+#include "files/usage_error.h"
+
+namespace firn {
+namespace fs = std::filesystem;
+namespace {
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what) {
+  throw std::runtime_error(path.string() + ": " + what);
+}
+
+}  // namespace
+
+std::string read_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) fail(path, std::strerror(errno));
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_file_atomically(const fs::path& named, std::string_view content) {
+  fs::path path = named;
+  try {
+    path = logfile::output_target(named);
+  } catch (const logfile::FileError& e) {
+    throw UsageError(e.what());
+  }
+  fs::path temporary = path;
+  temporary += ".part";
+  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (fd < 0) throw UsageError(named.string() + ": cannot be written: " + std::strerror(errno));
+  std::size_t done = 0;
+  while (done < content.size()) {
+    const ssize_t n = write(fd, content.data() + done, content.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      const int error = errno;
+      close(fd);
+      unlink(temporary.c_str());
+      fail(path, std::string("byte ") + std::to_string(done) + ": " + std::strerror(error));
+    }
+    done += std::size_t(n);
+  }
+  const bool synced = fsync(fd) == 0;
+  const int sync_error = errno;
+  const bool closed = close(fd) == 0;
+  if (synced && closed && rename(temporary.c_str(), path.c_str()) == 0) return;
+  const int error = synced ? errno : sync_error;
+  unlink(temporary.c_str());
+  fail(path, std::strerror(error));
+}
+
+}  // namespace firn

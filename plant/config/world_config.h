@@ -1,0 +1,129 @@
+// Everything that fixes a simulated world: grid, nature's parameters, instruments' parameters, one seed.
+// Plain numbers; ranges are checked where the configuration file is read and again by check().
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "core/grid/grid.h"
+#include "plant/config/ice_config.h"
+
+namespace firn::plant {
+
+/// One droplet on the surface. The footprint is a spherical cap on a thin wetting film: two shape numbers,
+/// calibrated once (docs/plant.md) so that an undisturbed droplet on a flat surface raises the means of its
+/// own, side and corner cells by 4.4, 0.6 and 0.2 um at a pitch of 0.263256 mm [Lu 2015, Table I].
+struct DropletParams {
+  double volume_mm3 = 5.37457e-4;  ///< 7.6 um x pitch^2 of cured ink, divided by 1 - cure_shrink
+  double cap_radius_mm = 0.18;     ///< at landing; levels out to the footprint of 0.42 mm [Lu 2015, Table I]
+  double film_radius_mm = 0.44;
+  double film_share = 0.42;     ///< part of the volume in the film
+  double slope_bias_mm = 0.01;  ///< ground this much below the footprint's mean gets twice its share
+  double levelling = 0.2;       ///< share of a height difference that flows to the next fine cell per step
+  double run_share = 0.1;     ///< at most this share of a fine cell's liquid leaves through one side per step
+  int levelling_steps = 1;    ///< steps on the footprint at each landing
+  double cure_shrink = 0.02;  ///< share of the liquid's volume that the lamp removes
+  int fine_cells = 3;         ///< fine cells per droplet pitch, 1..8
+  int margin_cells = 3;       ///< droplet pitches of field around the grid
+  double size_scatter = 0.03;  ///< standard deviation of the volume, relative
+  double placement_scatter_mm = 0.006;
+  double flight_time_s =
+      0.0;  ///< a droplet keeps the stage's speed while it falls; 0 = compensated by the lab
+  double missed_probability = 0.001;
+  double satellite_probability = 0.005;
+  double satellite_share = 0.04;  ///< of the droplet's volume
+  double satellite_distance_mm = 0.12;
+};
+
+/// Ink line and nozzle as an ODE (plant/nozzle.h).
+struct NozzleParams {
+  bool drift = true;    ///< false: the factor is 1 for ever
+  double step_s = 2.0;  ///< the ODE is advanced at most this often
+  double pressure_tau_s = 20.0;
+  double pressure_per_drop = 1.0e-5;
+  double wetting_tau_s = 120.0;
+  double wetting_per_drop = 5.0e-5;
+  double wetting_effect = -0.01;
+  double heating_tau_s = 300.0;
+  double heating_per_drop_K = 3.3e-5;
+  double heating_effect_per_K = 0.004;
+  double wander_tau_s = 10.0;
+  double wander_sigma = 0.1;  ///< standard deviation that the random wander reaches in the course of a print
+  double wander_memory = 0.97;  ///< of its target from one layer to the next
+};
+
+/// The paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A].
+struct Lu2015Params {
+  double h1_mm = 0.0044, h2_mm = 0.0006, h3_mm = 0.0002;
+  double variation = 0.2;    ///< v: h1..h3 all times (1 + v U[0,1]) per droplet per layer (errata, FIT)
+  bool keep_border = false;  ///< false: what leaves the grid is lost
+};
+
+/// Line sensor: what a profile sees of the surface (plant/sensor.h).
+struct SensorParams {
+  double noise_mm = 0.001;       ///< white, per point
+  double offset_noise_mm = 0.0;  ///< one more draw per profile
+  double spot_x_mm = 0.02;
+  double spot_y_mm = 0.05;
+  double dropout_floor = 1e-4;      ///< probability of no reading on level ground
+  double dropout_slope_from = 0.5;  ///< |dz/dx| above which it grows
+  double dropout_per_slope = 0.3;
+};
+
+struct StageParams {
+  double counts_per_mm = 10000.0;
+  std::array<double, 3> low_limit_mm{-100.0, -100.0, -50.0};
+  std::array<double, 3> high_limit_mm{300.0, 300.0, 50.0};
+  double max_speed_mm_s = 300.0;
+  double ramp_rate_mm_s2 = 500.0;  ///< until RAMP RATE says otherwise
+  double abort_rate_mm_s2 = 2000.0;
+  double home_speed_mm_s = 20.0;
+  std::int64_t latency_us = 300;
+  std::int64_t idle_close_us = 0;  ///< the controller closes a silent socket; 0 = never
+};
+struct JetParams {
+  int baud = 9600;
+  double max_rate_hz = 2000.0;  ///< a trigger sooner than this after the last droplet is not obeyed
+  std::int64_t reset_us = 3'000'000;
+  std::int64_t pulse_us = 550'000;
+};
+struct ProfilerParams {
+  int points = 800;
+  double dx_mm = 0.0;  ///< 0: 1.15 x grid width / points, rounded up to 5 um
+  double laser_offset_y_mm = 0.0;
+  std::int64_t latency_us = 500;
+  std::int64_t sampling_us = 100;  ///< from trigger to profile ready
+};
+struct LampParams {
+  int baud = 19200;
+  std::int64_t max_on_us = 60'000'000;
+  double min_dose_s = 0.01;  ///< iris share x open time that cures a layer
+};
+
+struct WorldConfig {
+  std::string kind = "inkjet";  ///< or "ice": then only the seed and `ice` count
+  GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
+  std::uint64_t seed = 1;
+  double host_scale =
+      1.0;  ///< world seconds per second of the host's clock, in which watchdogs against a dead host run
+  std::string model = "droplets";  ///< or "lu2015"
+  bool two_inks = false;           ///< a block of object and support ink is printed, with two jets
+  double nozzle_b_x_mm = 20.0;     ///< where the second nozzle truly stands, relative to the first
+  double nozzle_b_y_mm = 0.0;
+  double ratio_b = 1.0;  ///< volume of a droplet of the support's ink, in droplets of the object's
+  DropletParams droplet;
+  NozzleParams nozzle;
+  Lu2015Params lu2015;
+  SensorParams sensor;
+  StageParams stage;
+  JetParams jet, jet_b;
+  ProfilerParams profiler;
+  LampParams lamp;
+  IceWorldConfig ice;
+};
+
+/// @throws std::invalid_argument naming the field and its limit.
+void check(const WorldConfig& config);
+
+}  // namespace firn::plant

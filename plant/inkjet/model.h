@@ -1,0 +1,86 @@
+// What a model of nature offers to the world: droplets land, the lamp cures, a sensor and the truth look on.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "core/grid/grid.h"
+#include "core/grid/material_columns.h"
+#include "plant/config/world_config.h"
+#include "plant/inkjet/field.h"
+#include "plant/record/archive.h"
+
+namespace firn::plant {
+
+/// Where and how fast the stage was when the jet was triggered.
+struct Shot {
+  std::int64_t t_us = 0;
+  double x_mm = 0.0, y_mm = 0.0;
+  double vx_mm_s = 0.0, vy_mm_s = 0.0;
+  Material ink = Material::kA;  ///< of the jet that was triggered
+};
+
+/// The grid cell nearest to a position; (i, j) may lie outside the grid.
+struct NearestCell {
+  std::int32_t i = 0, j = 0;
+};
+NearestCell nearest_cell(const GridSpec& grid, double x_mm, double y_mm);
+/// Key of a cell for the random numbers, the same on every grid with this origin and pitch.
+std::uint32_t cell_key(NearestCell cell);
+
+struct Landing {
+  bool missed = false;      ///< the nozzle was triggered and no droplet came
+  double volume_mm3 = 0.0;  ///< of the droplet and its satellite
+  double x_mm = 0.0, y_mm = 0.0;
+};
+
+/// Nature's count of layers: a layer is over when what was cured is measured. Draws are keyed by it, not by
+/// the exposures, so that prints with one cure per layer and with several see the same disturbances. Equal to
+/// the exposures where every layer is cured once and measured.
+class LayerCount {
+ public:
+  /// @returns whether this is the layer's first exposure.
+  bool exposed() {
+    ++exposures_;
+    return !std::exchange(cured_, true);
+  }
+  /// @returns whether a new layer begins.
+  bool measured() {
+    if (!cured_) return false;
+    ++layer_;
+    cured_ = false;
+    return true;
+  }
+  std::uint32_t exposures() const { return exposures_; }
+  std::uint32_t layer() const { return layer_; }  ///< finished layers: the key of what happens now
+
+ private:
+  std::uint32_t exposures_ = 0, layer_ = 0;
+  bool cured_ = false;
+};
+
+class Model {
+ public:
+  virtual ~Model() = default;
+  virtual Landing fire(const Shot& shot) = 0;
+  virtual void end_pass() = 0;                   ///< the jet was disarmed: what landed so far has settled
+  virtual void expose(std::int64_t now_us) = 0;  ///< the lamp cured what has landed
+  virtual void measured() = 0;                   ///< a scan trigger: what was cured before it is a layer
+  virtual const Field& surface() = 0;            ///< settled surface, for the sensor
+  virtual HeightMap cell_means() const = 0;      ///< noise-free, settled
+  virtual VolumeLedger ledger() const = 0;
+  virtual double volume_mm3() const = 0;
+  virtual const LayerCount& layers() const = 0;
+  /// Where which ink lies: settled (lu2015), or as last cured (droplets). No cells unless
+  /// WorldConfig::two_inks.
+  virtual MaterialColumns materials() const = 0;
+  virtual void io(Archive& a) = 0;
+};
+
+/// "droplets" or "lu2015". @throws std::invalid_argument for another name
+std::unique_ptr<Model> make_model(const WorldConfig& config);
+std::unique_ptr<Model> make_droplet_model(const WorldConfig& config);
+std::unique_ptr<Model> make_lu2015_model(const WorldConfig& config);
+
+}  // namespace firn::plant

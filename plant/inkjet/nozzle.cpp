@@ -1,0 +1,108 @@
+#include "plant/inkjet/nozzle.h"
+
+#include <cvode/cvode.h>
+#include <nvector/nvector_serial.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "core/grid/random.h"
+
+namespace firn::plant {
+namespace {
+
+struct Input {
+  const NozzleParams* params;
+  double drops_per_s = 0.0;
+  double target = 0.0;
+};
+
+int right_hand_side(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
+  const auto& in = *static_cast<const Input*>(user);
+  const NozzleParams& p = *in.params;
+  const realtype* y = NV_DATA_S(y_vector);
+  realtype* rate = NV_DATA_S(rate_vector);
+  rate[0] = -y[0] / p.pressure_tau_s - p.pressure_per_drop * in.drops_per_s;
+  rate[1] = p.wetting_per_drop * in.drops_per_s * (1.0 - y[1]) - y[1] / p.wetting_tau_s;
+  rate[2] = p.heating_per_drop_K * in.drops_per_s - y[2] / p.heating_tau_s;
+  rate[3] = (in.target - y[3]) / p.wander_tau_s;
+  return 0;
+}
+
+void require(int flag, const char* call) {
+  if (flag < 0)
+    throw std::runtime_error(std::string("nozzle: ") + call + " failed, flag " + std::to_string(flag));
+}
+
+}  // namespace
+
+// Every step starts afresh (the input jumps), so the state vector is all there is to save.
+struct Nozzle::Solver {
+  SUNContext context = nullptr;
+  N_Vector y = nullptr;
+  SUNNonlinearSolver iteration = nullptr;
+  void* cvode = nullptr;
+  Input input;
+
+  explicit Solver(const NozzleParams* params) : input{params} {
+    require(SUNContext_Create(nullptr, &context), "SUNContext_Create");
+    y = N_VNew_Serial(4, context);
+    N_VConst(0.0, y);
+    cvode = CVodeCreate(CV_ADAMS, context);
+    require(CVodeInit(cvode, right_hand_side, 0.0, y), "CVodeInit");
+    require(CVodeSStolerances(cvode, 1e-6, 1e-9), "CVodeSStolerances");
+    iteration = SUNNonlinSol_FixedPoint(y, 0, context);
+    require(CVodeSetNonlinearSolver(cvode, iteration), "CVodeSetNonlinearSolver");
+    require(CVodeSetUserData(cvode, &input), "CVodeSetUserData");
+    require(CVodeSetMaxNumSteps(cvode, 100000), "CVodeSetMaxNumSteps");
+  }
+  ~Solver() {
+    CVodeFree(&cvode);
+    SUNNonlinSolFree(iteration);
+    N_VDestroy(y);
+    SUNContext_Free(&context);
+  }
+};
+
+Nozzle::Nozzle(const NozzleParams& params, std::uint64_t seed, std::uint32_t number)
+    : params_(params), seed_(seed), number_(number) {}
+Nozzle::~Nozzle() = default;
+Nozzle::Nozzle(Nozzle&&) noexcept = default;
+Nozzle& Nozzle::operator=(Nozzle&&) noexcept = default;
+
+double Nozzle::fire(std::int64_t now_us) {
+  if (!params_.drift) return 1.0;
+  if (double(now_us - at_us_) * 1e-6 >= params_.step_s) advance(now_us);
+  ++drops_;
+  return factor_;
+}
+
+void Nozzle::cured(std::int64_t now_us, std::uint32_t layer) {
+  if (!params_.drift) return;
+  advance(now_us);
+  const double keep = params_.wander_memory;
+  target_ = keep * target_ + std::sqrt(1.0 - keep * keep) * params_.wander_sigma *
+                                 random_normal({seed_, Purpose::kNozzleDrift, layer, number_, 0});
+}
+
+void Nozzle::advance(std::int64_t now_us) {
+  const double span_s = double(now_us - at_us_) * 1e-6;
+  if (span_s <= 0.0) return;
+  if (!solver_) solver_ = std::make_unique<Solver>(&params_);
+  solver_->input = {&params_, double(drops_) / span_s, target_};
+  realtype* y = NV_DATA_S(solver_->y);
+  y[0] = state_.pressure, y[1] = state_.wetting, y[2] = state_.heating_K, y[3] = state_.wander;
+  require(CVodeReInit(solver_->cvode, 0.0, solver_->y), "CVodeReInit");
+  require(CVodeSetStopTime(solver_->cvode, span_s), "CVodeSetStopTime");
+  realtype reached = 0.0;
+  require(CVode(solver_->cvode, span_s, solver_->y, &reached, CV_NORMAL), "CVode");
+  state_ = {y[0], y[1], y[2], y[3]};
+  at_us_ = now_us;
+  drops_ = 0;
+  factor_ = 1.0 + state_.pressure + params_.wetting_effect * state_.wetting +
+            params_.heating_effect_per_K * state_.heating_K + state_.wander;
+}
+
+}  // namespace firn::plant

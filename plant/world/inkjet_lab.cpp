@@ -1,0 +1,153 @@
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "plant/inkjet/sensor.h"
+#include "plant/twins/jet.h"
+#include "plant/twins/lamp.h"
+#include "plant/twins/laser_profiler.h"
+#include "plant/twins/stage.h"
+#include "plant/world/world_lab.h"
+
+namespace firn::plant {
+namespace {
+
+class InkjetLab final : public WorldLab, private Wires {
+ public:
+  InkjetLab(const WorldConfig& c, WorldRecord* r)
+      : WorldLab(c, r),
+        model(make_model(c)),
+        stage(c.stage, *this),
+        jet(Port::kJet, c.jet, *this),
+        profiler(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
+        lamp_twin(c.lamp, *this),
+        jet_b(Port::kJetB, c.jet_b, *this),
+        line(std::size_t(c.profiler.points)) {
+    twins = {&stage, &jet, &profiler, &lamp_twin, &jet_b};
+  }
+
+  std::uint32_t milestones() const override { return model->layers().exposures(); }
+  std::int64_t begun_with() const override { return fired; }
+  Truth truth() const override {
+    return {model->layers().exposures(), fired, missed, gated, model->volume_mm3(), model->ledger(),
+            model->cell_means()};
+  }
+  MaterialColumns materials() const override { return model->materials(); }
+  void io_plant(Archive& a) override {
+    a.all(fired, missed, gated, scans_of_layer);
+    a.tag(1, "the plant");
+    model->io(a);
+  }
+
+ private:
+  void pulse(int axis, std::int64_t t_us, const double position_mm[3],
+             const double velocity_mm_s[3]) override {
+    if (axis == 1) return scan(t_us, position_mm[1]);
+    if (axis != 0) return;
+    // One line drives both jets; each obeys when it is set to external triggers.
+    int droplets_a = 0, droplets_b = 0;
+    const ShotOutcome a = jet.trigger(t_us, droplets_a);
+    const ShotOutcome b = config.two_inks ? jet_b.trigger(t_us, droplets_b) : ShotOutcome::kGatedSource;
+    const Stage at{position_mm[0], position_mm[1], velocity_mm_s[0], velocity_mm_s[1]};
+    if (a == ShotOutcome::kFired) fire(t_us, at, Material::kA, droplets_a);
+    if (b == ShotOutcome::kFired) fire(t_us, at, Material::kB, droplets_b);
+    if (a == ShotOutcome::kFired || b == ShotOutcome::kFired) return;
+    ++gated;
+    const bool of_b = b != ShotOutcome::kGatedSource;  // why the armed one did not obey
+    write_shot(at, shot_of(t_us, at, of_b ? Material::kB : Material::kA), of_b ? b : a, {});
+  }
+
+  void softtrigger(std::int64_t t_us, Port port, int droplets) override {
+    const Vec3 at = stage.device().position_mm(t_us);
+    fire(t_us, {at[0], at[1], stage.device().velocity_mm_s(0, t_us), stage.device().velocity_mm_s(1, t_us)},
+         port == Port::kJetB ? Material::kB : Material::kA, droplets);
+  }
+
+  /// Position and speed of the stage.
+  struct Stage {
+    double x_mm, y_mm, vx_mm_s, vy_mm_s;
+  };
+  Shot shot_of(std::int64_t t_us, const Stage& at, Material ink) const {
+    const bool b = ink == Material::kB;
+    return {t_us,
+            at.x_mm + (b ? config.nozzle_b_x_mm : 0.0),
+            at.y_mm + (b ? config.nozzle_b_y_mm : 0.0),
+            at.vx_mm_s,
+            at.vy_mm_s,
+            ink};
+  }
+
+  void fire(std::int64_t t_us, const Stage& at, Material ink, int droplets) {
+    const Shot shot = shot_of(t_us, at, ink);
+    for (int n = 0; n < droplets; ++n) {
+      const Landing landing = model->fire(shot);
+      ++fired;
+      missed += landing.missed;
+      write_shot(at, shot, landing.missed ? ShotOutcome::kMissed : ShotOutcome::kFired, landing);
+    }
+  }
+
+  void write_shot(const Stage& at, const Shot& shot, ShotOutcome outcome, const Landing& landing) {
+    if (!record) return;
+    const NearestCell cell = nearest_cell(config.grid, shot.x_mm, shot.y_mm);
+    write(RecordKind::kShot, ShotRecord{shot.t_us,
+                                        at.x_mm,
+                                        at.y_mm,
+                                        landing.x_mm,
+                                        landing.y_mm,
+                                        landing.volume_mm3,
+                                        cell.i,
+                                        cell.j,
+                                        model->layers().exposures(),
+                                        outcome,
+                                        std::uint8_t(shot.ink == Material::kB),
+                                        {}});
+  }
+
+  void scan(std::int64_t t_us, double stage_y_mm) {
+    const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
+    const auto encoder = std::int32_t(stage.device().encoder_counts(1, stage_y_mm));
+    model->measured();
+    measure_profile(model->surface(), config.sensor, {config.seed, model->layers().layer(), scans_of_layer++},
+                    y_mm, profile_x0_mm(config.grid, config.profiler),
+                    profile_dx_mm(config.grid, config.profiler), line);
+    profiler.trigger(t_us, encoder, line);
+    write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler.triggers(), encoder});
+  }
+
+  void lamp(std::int64_t t_us, LampEvent event, double dose_s) override {
+    const bool cured = event != LampEvent::kOpened && dose_s >= config.lamp.min_dose_s;
+    if (cured) {
+      model->expose(t_us);
+      scans_of_layer = 0;
+    }
+    write(RecordKind::kLamp,
+          LampRecord{t_us, dose_s, model->layers().exposures(), event, std::uint8_t(cured), {}});
+  }
+
+  void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) override {
+    if (event == DeviceEvent::kJetDisarmed) model->end_pass();
+    write(RecordKind::kDevice, DeviceRecord{t_us, value, port, event, {}});
+  }
+
+  void link_closed(std::int64_t t_us, Port port) override { note_closed(t_us, port); }
+
+  std::unique_ptr<Model> model;
+  StageTwin stage;
+  JetTwin jet;
+  ProfilerTwin profiler;
+  LampTwin lamp_twin;
+  JetTwin jet_b;
+  std::vector<double> line;  ///< points of one profile
+
+  std::int64_t fired = 0, missed = 0, gated = 0;
+  std::uint32_t scans_of_layer = 0;  ///< scan triggers since the last exposure
+};
+
+}  // namespace
+
+std::unique_ptr<WorldLab> make_inkjet_lab(const WorldConfig& config, WorldRecord* record) {
+  return std::make_unique<InkjetLab>(config, record);
+}
+
+}  // namespace firn::plant

@@ -1,0 +1,94 @@
+#include "plant/world/setup.h"
+
+#include <algorithm>
+
+#include "config/machine.h"
+#include "core/grid/random.h"
+
+namespace firn::plant {
+namespace {
+
+IceTool shifted(const ToolConfig& tool, double dx_mm, double dy_mm, double dz_mm) {
+  return {tool.x_mm + dx_mm, tool.y_mm + dy_mm, tool.z_mm + dz_mm};
+}
+
+constexpr std::uint32_t kDriftDraw = 3;  // 1, 2 and 7 are debris and the table
+
+double drift_of(const Experiment& e, std::uint32_t valve) {
+  const IcePlantConfig& p = e.plant.ice;
+  const double share =
+      2.0 * random_uniform({e.plant.seed, Purpose::kDisturbance, kDriftDraw, valve, 0}) - 1.0;
+  return std::clamp((valve == 0 ? p.drift_water : p.drift_sme) + p.drift_spread * share, -0.3, 0.3);
+}
+
+// The thesis's tools stand where its Table 3-1 says, but for what the experiment plants.
+IceWorldConfig ice_config(const Experiment& e) {
+  IceWorldConfig c;
+  const IcePlantConfig& p = e.plant.ice;
+  const Machine machine;
+  if (p.field_width_mm > 0.0 && p.field_depth_mm > 0.0)
+    c.field = {p.cell_mm, p.field_x0_mm, p.field_y0_mm, p.field_width_mm, p.field_depth_mm};
+  c.field.cell_mm = p.cell_mm;
+  c.line[0].drift = drift_of(e, 0), c.line[1].drift = drift_of(e, 1);
+  c.line[0].tank_mm3 = p.tank_water_mm3, c.line[1].tank_mm3 = p.tank_sme_mm3;
+  c.arm.origin_mm = {e.ice.origin_x_mm + p.origin_dx_mm, e.ice.origin_y_mm + p.origin_dy_mm,
+                     e.ice.origin_z_mm + p.origin_dz_mm};
+  c.arm.valve_a = shifted(machine.water, p.valve_a_dx_mm, p.valve_a_dy_mm, 0.0);
+  c.arm.valve_b = shifted(machine.scaffold, p.valve_b_dx_mm, p.valve_b_dy_mm, 0.0);
+  c.arm.laser = shifted(machine.laser, p.laser_dx_mm, p.laser_dy_mm, p.laser_dz_mm);
+  c.disturbance.debris_per_h = p.debris_per_h;
+  c.balance.std_mg = p.balance_std_mg;
+  c.arm.start_delay_s = p.start_delay_s;
+  c.laser.trigger_delay_s = p.laser_delay_s;
+  c.line[0].open_delay_s = p.valve_a_delay_s, c.line[1].open_delay_s = p.valve_b_delay_s;
+  c.line[0].full_flow_mm3_s = p.flow_water_mm3_s, c.line[1].full_flow_mm3_s = p.flow_sme_mm3_s;
+  c.line[0].recovery_share = p.recovery_water, c.line[1].recovery_share = p.recovery_sme;
+  c.table.centre_x_mm = p.table_x_mm, c.table.centre_y_mm = p.table_y_mm;
+  c.table.width_mm = p.table_width_mm, c.table.depth_mm = p.table_depth_mm;
+  c.table.roughness_mm = p.table_roughness_mm;
+  for (std::size_t n = 0; n + 5 <= p.jig_mm.size(); n += 5)
+    c.table.jigs.push_back({p.jig_mm[n], p.jig_mm[n + 1], p.jig_mm[n + 2], p.jig_mm[n + 3], p.jig_mm[n + 4]});
+  std::copy_n(p.foot_mm.begin(), std::min(p.foot_mm.size(), c.table.foot_mm.size()), c.table.foot_mm.begin());
+  std::copy_n(p.screw_mm.begin(), std::min(p.screw_mm.size(), c.table.screw_mm.size()),
+              c.table.screw_mm.begin());
+  return c;
+}
+
+}  // namespace
+
+WorldConfig world_config(const Experiment& e) {
+  WorldConfig c;
+  c.kind = e.lab.kind;
+  if (is_ice(e)) c.ice = ice_config(e);
+  c.grid = e.grid;
+  c.seed = e.plant.seed;
+  c.host_scale = e.run.time_scale;
+  c.model = e.plant.model;
+  c.droplet.size_scatter = e.plant.size_std;
+  c.droplet.placement_scatter_mm = e.plant.placement_std_mm;
+  c.droplet.missed_probability = e.plant.missed_fraction;
+  c.droplet.satellite_probability = e.plant.satellite_fraction;
+  c.nozzle.wander_sigma = e.plant.drift;
+  c.nozzle.drift = e.plant.drift > 0.0;
+  c.lu2015.variation = e.plant.variation;
+  c.two_inks = has_two_jets(e);
+  c.nozzle_b_x_mm = e.plant.nozzle_b_x_mm;
+  c.nozzle_b_y_mm = e.plant.nozzle_b_y_mm;
+  c.ratio_b = e.plant.ratio_b;
+  c.sensor.noise_mm = e.plant.sensor_noise_mm;
+  c.sensor.dropout_floor = e.plant.dropout_fraction;
+  c.stage.counts_per_mm = e.stage.counts_per_mm;
+  c.stage.low_limit_mm = {e.stage.x_min_mm, e.stage.y_min_mm, e.stage.z_min_mm};
+  c.stage.high_limit_mm = {e.stage.x_max_mm, e.stage.y_max_mm, e.stage.z_max_mm};
+  c.stage.max_speed_mm_s = e.stage.max_speed_mm_s;
+  c.stage.abort_rate_mm_s2 = std::max(c.stage.abort_rate_mm_s2, e.stage.acceleration_mm_s2);
+  c.jet.max_rate_hz = e.jet.max_rate_hz;
+  c.jet_b.max_rate_hz = e.jet_b.drive.max_rate_hz;
+  c.profiler.points = e.laser_profiler.points;
+  c.profiler.dx_mm = e.laser_profiler.dx_mm;
+  c.profiler.laser_offset_y_mm = e.laser_profiler.offset_y_mm;
+  c.lamp.max_on_us = std::int64_t(e.lamp.max_on_s * 1e6);
+  return c;
+}
+
+}  // namespace firn::plant

@@ -1,0 +1,112 @@
+// Nature for the whole lab: plant, the instruments' twins and the wires between them. Time and bytes come in,
+// bytes go out; nothing here reads a clock or a file except save() and restore().
+//
+// Two labs (WorldConfig::kind): ink-jet, as told here, and ice (docs/plant-ice.md).
+// Wires: stage PSO on X -> trigger of both jets -> droplet of each jet that is set to external triggers, at
+// its nozzle's position of that instant; PSO on Y -> profiler trigger; lamp shutter -> curing. Frames: part =
+// stage (the nozzle of ink A stands above part point (x, y) when X = x, Y = y, that of ink B above (x +
+// nozzle_b_x, y + nozzle_b_y)). A world without two inks has no second jet on its wires.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "core/grid/grid.h"
+#include "core/grid/material_columns.h"
+#include "plant/config/world_config.h"
+#include "plant/inkjet/model.h"
+#include "plant/record/record.h"
+#include "plant/twins/fault.h"
+
+namespace firn::plant {
+
+/// Ports by name, as in the nodes' port tables.
+inline constexpr std::string_view kStagePort = "stage", kJetPort = "jet", kProfilerPort = "laser_profiler",
+                                  kLampPort = "lamp", kJetBPort = "jet_b";
+/// Those of the ink-jet lab, in the order of Port.
+inline constexpr std::array<std::string_view, 5> kPortNames{kStagePort, kJetPort, kProfilerPort, kLampPort,
+                                                            kJetBPort};
+inline constexpr std::string_view kRobotPort = "robot", kValveAPort = "valve_a", kValveBPort = "valve_b",
+                                  kLaserPointPort = "laser_point", kHeaterPort = "heater";
+/// Those of the ice lab.
+inline constexpr std::array<std::string_view, 5> kIcePortNames{kRobotPort, kValveAPort, kValveBPort,
+                                                               kLaserPointPort, kHeaterPort};
+/// All, in the order of Port.
+inline constexpr std::array<std::string_view, 10> kEveryPort{
+    kStagePort, kJetPort,    kProfilerPort, kLampPort,       kJetBPort,
+    kRobotPort, kValveAPort, kValveBPort,   kLaserPointPort, kHeaterPort};
+
+class WorldLab;
+class IceLab;
+
+/// What no node may know. In the ice lab: firings of a valve that are over, pulses, pulses that gave nothing;
+/// heights over the whole simulated surface on 1 mm cells. Its own truth: World::ice(), plant/ice/ice_lab.h.
+struct Truth {
+  std::uint32_t exposures = 0;      ///< layers cured
+  std::int64_t droplets_fired = 0;  ///< triggers that the jet obeyed, missed droplets included
+  std::int64_t droplets_missed = 0;
+  std::int64_t triggers_gated = 0;  ///< triggers that the jet did not obey
+  double volume_mm3 = 0.0;          ///< on the field
+  VolumeLedger ledger;
+  HeightMap height;  ///< noise-free mean over each cell [mm]
+};
+
+class World {
+ public:
+  /// Bytes of one port that are due at `t_us`; an empty span with `close` = the instrument closes the port.
+  struct Sent {
+    std::string_view port;
+    std::int64_t t_us = 0;
+    std::span<const std::byte> bytes;
+    bool close = false;
+  };
+  using SendFn = std::function<void(const Sent&)>;
+
+  /// @param record may be null; must outlive the world. @throws std::invalid_argument: see check(WorldConfig)
+  World(const WorldConfig& config, WorldRecord* record);
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  /// Calls of these four come with time that never runs backwards. What was due before `now_us` happens
+  /// first; bytes of instruments that fall due in it wait for advance(). Unknown ports:
+  /// std::invalid_argument.
+  void connect(std::string_view port, std::int64_t now_us);
+  void disconnect(std::string_view port, std::int64_t now_us);
+  void receive(std::string_view port, std::span<const std::byte> bytes, std::int64_t now_us);
+  void inject(const SimFault& fault, std::int64_t now_us);
+
+  /// When the next bytes for a port fall due; INT64_MAX = none pending. What happens inside (droplets,
+  /// exposures) needs no call of its own: it is computed at its exact time by the next one.
+  std::int64_t next_event_us() const;
+  /// When anything at all happens next, inside or outside: for a live process that records promptly.
+  std::int64_t next_inner_us() const;
+  /// Runs everything due up to and including `now_us` in order of time and hands over the bytes.
+  void advance(std::int64_t now_us, const SendFn& send);
+
+  Truth truth() const;
+  MaterialColumns materials() const;  ///< see Model::materials(); apart from truth(), for its size
+  std::uint32_t exposures() const;
+  std::span<const std::string_view> ports() const;  ///< of this lab
+  const IceLab* ice() const;                        ///< null in the ink-jet lab
+  const WorldConfig& config() const;
+
+  /// The complete state, atomically (temporary file, fsync, rename). @throws std::runtime_error naming the
+  /// file
+  void save(const std::filesystem::path& path) const;
+  /// A world that goes on bit for bit where `path` was saved. Ports are disconnected in it. The configuration
+  /// must be that of the saved world. @throws std::runtime_error: no such file, damaged, or of another
+  /// configuration
+  static World restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record);
+
+ private:
+  std::unique_ptr<WorldLab> impl_;
+};
+
+}  // namespace firn::plant

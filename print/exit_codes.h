@@ -1,0 +1,14 @@
+// Exit codes of the firn program, as every command returns them to the shell.
+#pragma once
+
+namespace firn {
+
+enum ExitCode : int {
+  kOk = 0,
+  kFailed = 1,         ///< the run failed, or the comparison differs
+  kUsage = 2,          ///< usage or configuration
+  kSafetyStop = 3,     ///< an instrument's fault or a safety stop
+  kInterrupted = 130,  ///< Ctrl-C; the lab was made safe first
+};
+
+}  // namespace firn

@@ -1,0 +1,14 @@
+// Style sheet of pages and pictures.
+#pragma once
+
+#include <string>
+
+namespace firn::replay {
+
+/// CSS of all pages and pictures: the classes and colours that the drawing functions use.
+extern const char* const kReportStyle;
+
+/// Returns one <svg> with the style sheet inside, so that it can be viewed alone.
+std::string standalone_svg(std::string svg);
+
+}  // namespace firn::replay

@@ -1,0 +1,195 @@
+#include "files/path/path_file.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "core/grid/random.h"
+#include "files/usage_error.h"
+
+using namespace firn;
+using Catch::Contains;
+
+namespace {
+
+using Reader = void (*)(std::istream&, const std::string&, double, const PathSink&);
+
+std::vector<InputPath> paths_of(Reader reader, const std::string& text) {
+  std::istringstream in(text);
+  std::vector<InputPath> paths;
+  reader(in, "job", double(text.size()), [&](InputPath&& p) {
+    CHECK(p.fraction > 0.0);
+    CHECK(p.fraction <= 1.0);
+    paths.push_back(std::move(p));
+  });
+  return paths;
+}
+std::string mistake(Reader reader, const std::string& text) {
+  try {
+    paths_of(reader, text);
+  } catch (const UsageError& e) {
+    return e.what();
+  }
+  return "";
+}
+std::string csv(const std::string& text) { return mistake(read_paths_csv, text); }
+std::string json(const std::string& text) { return mistake(read_paths_json, text); }
+
+}  // namespace
+
+TEST_CASE("CSV: a header, a point per line, a blank line between paths, a speed where there is one") {
+  const auto paths = paths_of(
+      read_paths_csv, "\xef\xbb\xbfx_mm,y_mm,speed_mm_s\r\n0,0,\r\n1.5, -2e1,50\r\n\r\n\r\n3,4,10\r\n5,6,20");
+  REQUIRE(paths.size() == 2);
+  CHECK(paths[0].path.points == std::vector<Point2>{{0, 0}, {1.5, -20}});
+  CHECK(std::isinf(paths[0].ceiling.point_mm_s[0]));
+  CHECK(paths[0].ceiling.point_mm_s[1] == 50.0);
+  CHECK(paths[0].place == "job:2");
+  CHECK(paths[1].place == "job:6");
+  CHECK(paths[1].number == 2);
+  CHECK(paths[1].path.points[1] == Point2{5, 6});
+  CHECK(paths_of(read_paths_csv, "x_mm,y_mm\n1,2\n")[0].ceiling.point_mm_s.empty());
+}
+
+TEST_CASE("CSV: every mistake names the line and the limit") {
+  CHECK_THAT(csv(""), Contains("job:1") && Contains("x_mm,y_mm"));
+  CHECK_THAT(csv("x\x1b[2J\xff\n1,2\n"),
+             Contains("header must be") && Contains("not x?[2J?"));  // a terminal may show it
+  CHECK_THAT(csv("x,y\n1,2\n"), Contains("job:1") && Contains("header must be"));
+  CHECK_THAT(csv("x_mm,y_mm\n"), Contains("holds no points"));
+  CHECK_THAT(csv("x_mm,y_mm\n1,2\n1\n"), Contains("job:3") && Contains("1 columns, the header has 2"));
+  CHECK_THAT(csv("x_mm,y_mm\n1,2,3,4,5\n"), Contains("job:2") && Contains("5 columns, the header has 2"));
+  CHECK_THAT(csv("x_mm,y_mm\n1,zwei\n"),
+             Contains("job:2") && Contains("y_mm = zwei") && Contains("finite number"));
+  CHECK_THAT(csv("x_mm,y_mm\nnan,0\n"), Contains("x_mm = nan"));
+  CHECK_THAT(csv("x_mm,y_mm\n1e6,0\n"), Contains("beyond the limit of +-100000 mm"));
+  CHECK_THAT(csv("x_mm,y_mm,speed_mm_s\n1,0,-5\n"), Contains("speed_mm_s must be above 0"));
+  CHECK_THAT(csv("x_mm,y_mm\n" + std::string(2000, '1')),
+             Contains("job:2") && Contains("limit of 1000 bytes"));
+}
+
+TEST_CASE("CSV: a column yaw_deg turns the tool, behind the speed or without it") {
+  const auto with_speed =
+      paths_of(read_paths_csv, "x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1,0,50,-180\n\n3,3,,0\n");
+  REQUIRE(with_speed.size() == 2);
+  CHECK(with_speed[0].yaw_point_rad ==
+        std::vector<double>{90 * std::numbers::pi / 180.0, -180 * std::numbers::pi / 180.0});
+  CHECK(with_speed[0].ceiling.point_mm_s[1] == 50.0);
+  CHECK(with_speed[1].yaw_point_rad.size() == 1);
+  const auto alone = paths_of(read_paths_csv, "x_mm,y_mm,yaw_deg\n0,0,1\n1,0,2\n");
+  CHECK(alone[0].ceiling.point_mm_s.empty());
+  CHECK(alone[0].yaw_point_rad.size() == 2);
+  CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,\n"),
+             Contains("job:2") && Contains("yaw_deg = : is not a finite number"));
+  CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,1e9\n"), Contains("beyond the limit of +-7200"));
+  CHECK_THAT(csv("x_mm,y_mm,yaw_deg,speed_mm_s\n0,0,1,1\n"), Contains("header must be"));
+}
+
+TEST_CASE("JSON: yaw_deg is a number for the path or a list with one per point, before or after the points") {
+  const auto paths = paths_of(read_paths_json, R"({"paths": [{"points": [[0,0],[1,0]], "yaw_deg": [0, 720]},
+    {"yaw_deg": [10, 20, 30], "points": [[0,0],[1,0],[2,0]]}, {"points": [[0,0]], "yaw_deg": -45}]})");
+  REQUIRE(paths.size() == 3);
+  CHECK(paths[0].yaw_point_rad[1] == Approx(4.0 * std::numbers::pi));
+  CHECK(paths[1].yaw_point_rad.size() == 3);
+  CHECK(paths[2].yaw_point_rad.empty());
+  CHECK(paths[2].yaw_rad == Approx(-0.25 * std::numbers::pi));
+  const auto in_path = [](const std::string& body) {
+    return json("{\"paths\": [{\"points\": [[0,0],[1,1]], " + body + "}]}");
+  };
+  CHECK_THAT(in_path("\"yaw_deg\": [1]"), Contains("paths[0]: yaw_deg has 1 entries, points 2"));
+  CHECK_THAT(in_path("\"yaw_deg\": [1, null]"), Contains("paths[0].yaw_deg[1]: must be a number, not null"));
+  CHECK_THAT(in_path("\"yaw_deg\": [1, 1e9]"),
+             Contains("paths[0].yaw_deg[1]") && Contains("must lie in [-7200"));
+  CHECK_THAT(in_path("\"yaw_deg\": \"a\""), Contains("a number, or one list"));
+}
+
+TEST_CASE("JSON: all keys of a path are read, in any order") {
+  const auto paths = paths_of(read_paths_json, R"({"version": 1, "paths": [
+    {"points": [[0, 0], [1.5, -20.0, 50], [3, 4, null]], "closed": true, "kind": "measurement", "layer": 7, "material": 1,
+     "width_mm": 1.5, "layer_height_mm": 0.25, "z_mm": 31.25, "yaw_deg": 90, "tool": "laser", "speed_mm_s": 50},
+    {"points": [[1, 1]]}]})");
+  REQUIRE(paths.size() == 2);
+  const InputPath& p = paths[0];
+  CHECK(p.path.points.size() == 3);
+  CHECK(p.path.closed);
+  CHECK(p.path.kind == PathKind::kMeasurement);
+  CHECK(p.path.layer == 7);
+  CHECK(p.path.material == 1);
+  CHECK(p.path.width_mm == 1.5);
+  CHECK(p.path.layer_height_mm == 0.25);
+  CHECK(p.path.z_mm == 31.25);
+  CHECK(p.yaw_rad == Approx(1.5707963267948966));
+  CHECK(p.tool == "laser");
+  CHECK(p.ceiling.path_mm_s == 50.0);
+  CHECK(std::isinf(p.ceiling.point_mm_s[0]));
+  CHECK(p.ceiling.point_mm_s[1] == 50.0);
+  CHECK(std::isinf(p.ceiling.point_mm_s[2]));
+  CHECK(p.place == "job: paths[0]");
+  CHECK(paths[1].tool == "flange");
+  CHECK(paths[1].ceiling.point_mm_s.empty());
+}
+
+TEST_CASE("JSON: every mistake names the key or byte, the limit and the nearest known word") {
+  CHECK_THAT(json(""), Contains("job: byte"));
+  CHECK_THAT(json("{\"paths\": [}"), Contains("job: byte 12"));
+  CHECK_THAT(json("[]"), Contains("must be an object"));
+  CHECK_THAT(json("{}"), Contains("has no key \"paths\""));
+  CHECK_THAT(json("{\"paths\": []}"), Contains("holds no path"));
+  CHECK_THAT(json("{\"version\": 2}"), Contains("version: 2 is unknown"));
+  CHECK_THAT(json("{\"path\": []}"), Contains("path: unknown key; the nearest known one is paths"));
+  const auto in_path = [](const std::string& body) {
+    return json("{\"paths\": [{\"points\": [[0,0]]}, {" + body + "}]}");
+  };
+  CHECK_THAT(in_path("\"point\": [[1, 2]]"),
+             Contains("paths[1]") && Contains("the nearest known one is points"));
+  CHECK_THAT(in_path("\"closed\": 1"), Contains("paths[1].closed: must be true or false"));
+  CHECK_THAT(in_path("\"kind\": \"fil\""),
+             Contains("did you mean \"fill\"?") && Contains("one of boundary, fill"));
+  CHECK_THAT(in_path("\"layer\": 1.5"), Contains("paths[1].layer: must be a whole number"));
+  CHECK_THAT(in_path("\"layer\": -1"), Contains("paths[1].layer: -1 must lie in [0, "));
+  CHECK_THAT(in_path("\"speed_mm_s\": 0"), Contains("paths[1].speed_mm_s: 0 must lie in (0, "));
+  CHECK_THAT(in_path("\"points\": [[1, 2], [3]]"), Contains("paths[1].points[1]: must be [x_mm, y_mm]"));
+  CHECK_THAT(in_path("\"points\": [[1, 2, 3, 4]]"),
+             Contains("paths[1].points[0]") && Contains("more numbers"));
+  CHECK_THAT(in_path("\"points\": [[1, \"a\"]]"), Contains("not a text"));
+  CHECK_THAT(in_path("\"points\": [[1, 1e9]]"), Contains("must lie in [-100000"));
+  CHECK_THAT(in_path("\"points\": [[[1]]]"), Contains("not a list"));
+  CHECK_THAT(in_path("\"layer\": 1"), Contains("paths[1]: has no points"));
+  CHECK_THAT(in_path("\"points\": [[1, 1e999]]"), Contains("job: byte"));
+}
+
+TEST_CASE("Any bytes are read or refused, never worse") {
+  const std::string good_json =
+      R"({"version":1,"paths":[{"points":[[0,0],[1,2,50]],"kind":"fill","closed":false,"layer":3}]})";
+  const std::string good_csv = "x_mm,y_mm,speed_mm_s\n1,2,3\n4,5,\n\n6,7,8\n";
+  RandomStream random(84, Purpose::kTest);
+  const std::string alphabet = "[]{},:\"0123456789.-+eE\n \\ntrufalsx\xff";
+  for (int trial = 0; trial < 20000; ++trial) {
+    std::string text = trial % 2 ? good_json : good_csv;
+    for (std::uint32_t n = 1 + random.below(5); n > 0; --n) {
+      const std::size_t at = random.below(std::uint32_t(text.size()));
+      const char c = alphabet[random.below(std::uint32_t(alphabet.size()))];
+      if (random.below(3) == 0)
+        text.erase(at, 1 + random.below(4));
+      else if (random.below(2))
+        text[at] = c;
+      else
+        text.insert(at, 1, c);
+      if (text.empty()) text = "x";
+    }
+    try {
+      for (const InputPath& p : paths_of(trial % 2 ? read_paths_json : read_paths_csv, text))
+        for (const Point2& q : p.path.points) REQUIRE(std::isfinite(q.x_mm + q.y_mm));
+    } catch (const UsageError&) {
+    }
+  }
+}
+
+TEST_CASE("A missing file or another ending is refused by name") {
+  const auto nothing = [](InputPath&&) {};
+  CHECK_THROWS_WITH(read_paths("no/such.csv", nothing), Contains("no such file"));
+  CHECK_THROWS_WITH(read_paths(".", nothing), Contains("is a folder"));
+  CHECK_THROWS_WITH(read_paths(FIRN_SOURCE_DIR "/README.md", nothing), Contains(".csv, .json or .paths"));
+}

@@ -1,0 +1,103 @@
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "firn/fault_t.hpp"
+#include "firn/stage_command_t.hpp"
+#include "lcmtypes/outcome.h"
+#include "plant/world/serve.h"
+#include "plant/world/world.h"
+#include "print/live/bus_port.h"
+#include "print/live/child_process.h"
+#include "print/live/run_watch.h"
+#include "print/simulated/sim_truth.h"
+
+using namespace firn;
+
+namespace {
+
+template <class Message>
+void show(RunWatch& watch, const Channel<Message>& channel, const Message& m) {
+  std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
+  m.encode(bytes.data(), 0, int(bytes.size()));
+  watch.on_message(*find_channel(channel.name), bytes);
+}
+
+}  // namespace
+
+TEST_CASE("the launcher reads the world's truth as the world writes it, and no broken line") {
+  plant::Truth truth;
+  truth.exposures = 3;
+  truth.droplets_fired = 1234;
+  truth.volume_mm3 = 0.1;
+  truth.height.spec = {3, 2, 0.263256, 0.25, -0.1, 0.2};
+  truth.height.cells = {0.0, 0.001, -0.002, 1e-9, 0.4, 0.1};
+  const std::string line = plant::truth_line(truth);
+  const auto t = parse_truth_line(line);
+  REQUIRE(t);
+  CHECK(t->layer == 3);
+  CHECK(t->droplets_fired == 1234);
+  CHECK(t->volume_mm3 == 0.1);
+  CHECK(t->grid.pitch_x_mm == 0.263256);
+  CHECK(t->grid.origin_y_mm == 0.2);
+  REQUIRE(t->n == 6);
+  for (std::size_t n = 0; n < 6; ++n) CHECK(t->height_mm[n] == float(truth.height.cells[n]));
+  for (std::size_t cut = 0; cut < line.size(); cut += 7)
+    if (const auto part = parse_truth_line(line.substr(0, cut))) CHECK(part->n == 6);
+  CHECK_FALSE(parse_truth_line("TRUTH 1 2 3 99999999 99999999 1 1 0 0 1"));
+  CHECK_FALSE(parse_truth_line("TRUTH 1 2 nan 1 1 1 1 0 0 1"));
+  CHECK_FALSE(parse_truth_line("OK"));
+}
+
+TEST_CASE("two runs get two ports, and a port in use is passed over") {
+  std::set<int> ports;
+  for (std::int64_t run = 1'790'000'000'000'000; run < 1'790'000'000'000'020; ++run) {
+    const int port = free_bus_port(run);
+    CHECK(port >= kFirstBusPort);
+    CHECK(port < kFirstBusPort + kBusPorts);
+    ports.insert(port);
+  }
+  CHECK(ports.size() > 15);
+}
+
+TEST_CASE("the watch names the place and the first stop, and ignores what an earlier incarnation said") {
+  RunWatch watch(1);
+  CHECK(watch.place() == "before the first layer");
+  stage_command_t c{};
+  c.verb = std::int8_t(StageVerb::kPass);
+  c.layer = 7;
+  c.pass = 0;
+  show(watch, channels::kStageCommand, c);
+  CHECK(watch.place() == "during layer 7, pass 0");
+  fault_t f{};
+  f.severity = 2;
+  f.node = "stage";
+  f.text = "following error";
+  show(watch, channels::fault(NodeId::kStage), f);
+  CHECK(watch.fault().empty());
+  f.header.incarnation = 1;
+  show(watch, channels::fault(NodeId::kStage), f);
+  CHECK(watch.fault() == "stage: following error");
+  run_end_t end{};
+  show(watch, channels::kRunEnd, end);
+  CHECK_FALSE(watch.end());
+  end.header.incarnation = 1;
+  show(watch, channels::kRunEnd, end);
+  CHECK(watch.end());
+}
+
+TEST_CASE("a child process that cannot start is named, and one that ends says how") {
+  CHECK_THROWS_WITH(ChildProcess("x", "/nowhere/x", {}, "/dev/null"),
+                    Catch::Contains("/nowhere/x: cannot be started"));
+  ChildProcess three("sh", "/bin/sh", {"-c", "echo READY >&3; read line <&3; exit 3"}, "/dev/null");
+  while (!three.control().next()) ::usleep(1000);
+  CHECK(three.running());
+  three.control().say("STOP");
+  while (three.running()) ::usleep(1000);
+  CHECK(to_text(*three.poll_ending()) == "exited with code 3");
+  ChildProcess sleeper("sh", "/bin/sh", {"-c", "sleep 100"}, "/dev/null");
+  sleeper.kill();
+  while (sleeper.running()) ::usleep(1000);
+  CHECK(to_text(*sleeper.poll_ending()) == "was killed by signal 9");
+}

@@ -1,0 +1,67 @@
+#include "print/simulated/memory_print.h"
+
+#include <catch2/catch.hpp>
+
+#include "core/grid/npy.h"
+#include "print/inputs/targets.h"
+#include "print/simulated/lab_run.h"
+#include "tests/files/record/scratch.h"
+
+using namespace firn;
+
+namespace {
+
+Experiment small_part(const std::string& scheme, const std::string& plant) {
+  Experiment e;
+  e.grid.nx = e.grid.ny = 14;
+  e.part.shape.kind = "cylinder";
+  e.part.shape.diameter_mm = 2.6;
+  e.part.shape.height_mm = 0.03;
+  e.control.scheme = scheme;
+  e.plant.model = plant;
+  return e;
+}
+
+}  // namespace
+
+TEST_CASE("a print in memory leaves the part that a print with a run folder leaves, to the last bit") {
+  for (const char* plant : {"droplets", "lu2015"}) {
+    CAPTURE(plant);
+    const Experiment e = small_part("mpc", plant);
+    const Blobs inputs = make_inputs(e, "");
+    const MemoryPrintReport m = print_in_memory(e, inputs, {true, true});
+    const test::Scratch scratch("memory-print");
+    const LabRunReport f = run_in_lab(RunFolder::create(scratch / "runs", e, inputs, {"test"}), {});
+    CHECK(m.result.outcome == f.result.outcome);
+    CHECK(m.result.layers == f.result.layers);
+    CHECK(m.surface.cells == f.truth.cells);
+    CHECK(m.node_s == f.node_seconds);
+  }
+}
+
+TEST_CASE("the series of a print in memory holds every layer and ends at the final surface") {
+  const Experiment e = small_part("smf", "droplets");
+  const Blobs inputs = make_inputs(e, "");
+  const MemoryPrintReport m = print_in_memory(e, inputs, {true, true});
+  REQUIRE(m.result.status == 0);
+  REQUIRE(int(m.series.size()) == m.result.layers);
+  for (std::size_t n = 0; n < m.series.size(); ++n) CHECK(m.series[n].layer == int(n) + 1);
+  for (std::size_t n = 1; n < m.series.size(); ++n)
+    CHECK(m.series[n].droplets_total >= m.series[n - 1].droplets_total);
+  CHECK(m.series.back().droplets_total == m.droplets);
+  CHECK(m.series.back().error.rms_mm == m.error.rms_mm);
+  const ErrorStats s =
+      error_stats(m.surface, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"),
+                  mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
+  CHECK(s.rms_mm == m.error.rms_mm);
+}
+
+TEST_CASE("a print in memory that stops for the operator says so and does not count as finished") {
+  Experiment e = small_part("mpc", "droplets");
+  e.control.max_layers = 2;
+  const MemoryPrintReport m = print_in_memory(e, make_inputs(e, ""));
+  CHECK(m.result.status != 0);
+  CHECK(m.result.outcome == "waits for operator");
+  CHECK(m.series.empty());
+  CHECK(m.surface.size() == 0);
+}

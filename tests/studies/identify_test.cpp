@@ -1,0 +1,89 @@
+#include "cli/identify_command.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+
+#include "files/usage_error.h"
+#include "studies/identify/identification_study.h"
+
+using namespace firn;
+
+namespace {
+
+const std::string kExperiments = std::string(FIRN_SOURCE_DIR) + "/experiments/";
+
+// Smaller than shipped, for a test.
+Identification prints(const std::vector<std::string>& more) {
+  std::vector<std::string> o = {"grid.ny=90", "part.depth_mm=23.5", "control.pattern.layers=2"};
+  o.insert(o.end(), more.begin(), more.end());
+  return identify(observe_print(kExperiments + "identification.toml", o));
+}
+
+}  // namespace
+
+TEST_CASE("V-C, Table I: identification prints of the paper's own plant give 4.4, 0.6 and 0.2 um") {
+  const Identification id = prints({"plant.model=lu2015", "plant.variation=0"});
+  CHECK(id.uninformative.empty());
+  REQUIRE(id.prints.complete());
+  CHECK(id.prints.single.size() >= 25);
+  CHECK(std::abs(id.prints.h1.mean_mm - 0.0044) < 1.5 * id.prints.h1.half_width_mm);
+  CHECK(std::abs(id.prints.h2.mean_mm - 0.0006) < 1.5 * id.prints.h2.half_width_mm);
+  CHECK(std::abs(id.prints.h3.mean_mm - 0.0002) < 1.5 * id.prints.h3.half_width_mm);
+  CHECK(id.prints.h1.half_width_mm < 0.0002);
+  CHECK(id.h1.mean_mm == Approx(0.0044).epsilon(0.02));
+  CHECK(id.h2.mean_mm == Approx(0.0006).epsilon(0.05));
+  CHECK(id.h3.mean_mm == Approx(0.0002).epsilon(0.15));
+  const std::string svg = identification_svg(id);
+  CHECK(svg.starts_with("<svg"));
+  CHECK(svg.ends_with("</svg>"));
+}
+
+TEST_CASE("Half-filled layers identify planted values, and they believe what they see, not model.h1_mm") {
+  const PlantedTrial t = planted_trial(kExperiments + "excitation.toml", 5, 0.2);
+  for (int n = 0; n < 4; ++n) {
+    CHECK(std::abs(t.z(n)) < 4.0);
+    CHECK(std::abs(t.error(n)) < 0.05);
+  }
+  CHECK(std::abs(t.error(0)) < 0.03);
+  CHECK(std::abs(t.error(3)) < 0.03);
+}
+
+TEST_CASE("A run of full layers is refused with what it does tell") {
+  const Identification id = identify(observe_print(
+      kExperiments + "cuboid.toml", {"plant.model=lu2015", "control.scheme=open_loop",
+                                     "control.open_loop.layers=3", "part.width_mm=10", "part.depth_mm=10"}));
+  CHECK(id.uninformative.find("h1 + 4 h2 + 4 h3") != std::string::npos);
+  CHECK(id.layer_height.mean_mm == Approx(1.1 * 0.0076).epsilon(0.03));
+}
+
+TEST_CASE("What is no run, has no squares or too few spacings is named") {
+  IdentifyOptions o;
+  o.runs = {"/nowhere"};
+  CHECK_THROWS_AS(run_identify(o), UsageError);
+  o.runs = {"/nowhere", "/nowhere"};
+  CHECK_THROWS_WITH(run_identify(o), Catch::Contains("one run"));
+  o.runs = {FIRN_SOURCE_DIR "/tests/replay/golden/v1-mpc"};
+  o.spacing = true;
+  CHECK_THROWS_WITH(run_identify(o), Catch::Contains("squares"));
+}
+
+TEST_CASE("Squares at three spacings: too narrow piles up by size, too wide leaves ribs") {
+  std::vector<droplet::SpacingResult> results;
+  for (const double gamma : {0.45, 0.65, 0.95}) {
+    const double pitch = 0.5 * gamma * 0.42;
+    results.push_back(spacing_of(
+        observe_print(
+            kExperiments + "spacing.toml",
+            {"grid.nx=90", "grid.ny=60", "grid.pitch_x_mm=" + std::to_string(pitch),
+             "grid.pitch_y_mm=" + std::to_string(pitch), "part.width_mm=" + std::to_string(88 * pitch),
+             "part.depth_mm=" + std::to_string(58 * pitch), "control.pattern.largest_square=4",
+             "control.pattern.spacing_cells=7"}),
+        0.42));
+    CHECK(results.back().gamma == Approx(gamma).epsilon(1e-4));
+    CHECK(results.back().height_mm > 0.002);
+  }
+  CHECK(results[0].between_sizes > results[2].between_sizes);
+  CHECK(results[2].within > results[1].within);
+  CHECK(spacing_svg(results, droplet::choose_spacing(results)).find("gamma") != std::string::npos);
+}
