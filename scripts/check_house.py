@@ -7,9 +7,10 @@ import re
 import sys
 from pathlib import Path
 
+import test_names
 from firn_tree import code, finish, read, sources
 
-MAX_LINES, MAX_MAIN_LINES = 400, 60
+MAX_LINES, MAX_MAIN_LINES, MAX_COLUMNS = 600, 60, 110
 
 # Where the same input must give the same bytes. Processes outside replay (bus, recorder, launcher) may read clocks.
 OUTSIDE_REPLAY = ("procs/bus/", "procs/recorder/", "procs/launcher/", "procs/runner/")
@@ -32,14 +33,13 @@ INEXACT = re.compile(r"\b(?:std::)?(?:exp|exp2|expm1|log|log2|log10|log1p|pow|si
 
 UNFINISHED = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b|\bplaceholder\b", re.I)
 HIDDEN_TEST = re.compile(r'TEST_CASE\([^)]*"\s*,\s*"[^"]*\[(?:\.|!hide|!mayfail|!shouldfail)')
-TEST_NAME = re.compile(r'TEST_CASE\(\s*"((?:[^"\\]|\\.)*)"')
 EMPTY_TEST = re.compile(r'TEST_CASE\((?:[^()]|\([^()]*\))*\)\s*\{\s*\}')
 PRIVATE_PATH = re.compile(r"(?<![\w.])/(?:work|home|root|Users)/\w")
 
 # SIM_TRUTH: declared, published by whoever runs the world, read by tests, audit and reports.
 TRUTH = re.compile(r"SIM_TRUTH|\bkSimTruth\b|\bsim_truth_t\b")
-TRUTH_READERS = ("lcmtypes/", "tests/", "bench/", "replay/audit", "replay/metrics", "replay/report", "cli/report", "cli/audit")
-TRUTH_PUBLISHERS = ("cli/", "plant/")
+TRUTH_READERS = ("lcmtypes/", "tests/", "replay/audit", "report/run/", "cli/audit")
+TRUTH_PUBLISHERS = ("print/", "plant/")
 TRUTH_DECODE = re.compile(r"sim_truth_t\s+\w+\s*;[^}]*?\.decode\s*\(|subscribe\s*\(\s*channels::kSimTruth", re.S)
 
 
@@ -49,7 +49,7 @@ def line_of(text, position):
 
 def is_pure(path):
     return path.split("/")[0] in PURE_ROOMS and not path.startswith(OUTSIDE_REPLAY) \
-        and not path.endswith("/main.cpp") and not path.startswith(("plant/setup.", "plant/serve"))
+        and not path.endswith("/main.cpp") and not path.startswith(("plant/world/setup.", "plant/world/serve"))
 
 
 def check_same_bytes(root):
@@ -107,14 +107,8 @@ def check_finished(root):
 
 def check_test_names(root):
     """CMake's lists would take such a name apart, and ctest would run nothing under either half."""
-    problems = []
-    for path in sources(root):
-        text = read(root, path)
-        for match in TEST_NAME.finditer(text):
-            name = match.group(1)
-            if ";" in name or name.count("[") != name.count("]"):
-                problems.append(f"{path}:{line_of(text, match.start())}: a test's name has ';' or a single bracket ({name[:40]})")
-    return problems
+    return [f"{path}:{line_of(read(root, path), at)}: a test's name has ';' or a single bracket ({name[:40]})"
+            for path, at, name in test_names.names(root) if ";" in name or name.count("[") != name.count("]")]
 
 
 def check_listed(root):

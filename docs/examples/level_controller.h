@@ -21,8 +21,8 @@ class LevelController final : public LayerController {
 
     Decision d;
     d.drops = DropletPattern(setup_.grid);
-    for (std::size_t c = 0; c < height.size();
-         ++c)  // one layer above the lowest: no higher cell gets a droplet
+    // One layer above the lowest: no higher cell gets a droplet.
+    for (std::size_t c = 0; c < height.size(); ++c)
       d.drops.cells[c] = needs_ink(height, c) && height.cells[c] < lowest_mm + setup_.model.layer_height_mm();
     predict_.score(d, height, 1.0);  // objective of the plan and of printing nothing
     const bool helps = d.drops.total() > 0 && d.objective_mm < d.objective_none_mm;

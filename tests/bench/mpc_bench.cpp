@@ -5,7 +5,7 @@
 // - `mpc_bench layers`: the six instances: objective above the best known after so much time, and the proved
 // gap
 // - `mpc_bench gap FILE.svg [FILE.csv]`: the gap between layer and bound closing
-// - `mpc_bench best FOLDER [sweeps]`: writes instances, best layers and table of bench/instances from a long
+// - `mpc_bench best FOLDER [sweeps]`: writes instances, best layers and table of tests/bench/instances from a long
 // run
 // - `mpc_bench large [threads]`: 1000 x 1000 and 4000 x 4000 cells, with the most memory the process had
 // - `mpc_bench forward`: the height-change model and the gain of every droplet
@@ -18,7 +18,7 @@
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
-  const std::string folder = FIRN_SOURCE_DIR "/bench/instances";
+  const std::string folder = FIRN_SOURCE_DIR "/tests/bench/instances";
   try {
     using namespace firn::bench;
     if (what == "recovery") return print_recovery();

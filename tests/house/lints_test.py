@@ -9,6 +9,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 import check_house  # noqa: E402
 import check_layers  # noqa: E402
 import check_packages  # noqa: E402
+import check_style  # noqa: E402
 
 GOOD = {
     "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(firn CXX)\nfind_library(LCM_LIBRARY lcm REQUIRED)\n",
@@ -22,9 +23,9 @@ GOOD = {
     "runtime/node.h": "#pragma once\n",
     "runtime/node.cpp": '#include "runtime/node.h"\n#include "firn/tile_t.hpp"\n#include <chrono>\n',
     "config/experiment.h": "#pragma once\n",
-    "plant/CMakeLists.txt": "firn_library(firn_plant world.cpp setup.cpp main.cpp)\n",
+    "plant/CMakeLists.txt": "firn_library(firn_plant world.cpp world/setup.cpp main.cpp)\n",
     "plant/world.cpp": '#include "core/grid/grid.h"\n',
-    "plant/setup.cpp": '#include "config/experiment.h"\n#include <chrono>\n',
+    "plant/world/setup.cpp": '#include "config/experiment.h"\n#include <chrono>\n',
     "plant/main.cpp": '#include "config/experiment.h"\nint main() {}\n',
     "procs/CMakeLists.txt": "firn_library(firn_node_stage stage/node.cpp LINK firn_runtime)\n"
                             "firn_process(stage stage/main.cpp LINK firn_node_stage firn_bus)\n",
@@ -61,7 +62,8 @@ class Lints(unittest.TestCase):
         file.write_text(text, encoding="utf-8")
 
     def problems(self):
-        found = check_layers.check_includes(self.root) + check_layers.check_links(self.root)
+        found = check_layers.check_includes(self.root) + check_layers.check_circles(self.root) + check_layers.check_links(self.root)
+        found += check_style.check_columns(self.root) + check_style.check_commas(self.root)
         for check in check_house.CHECKS:
             found += check(self.root)
         return found + check_packages.check_needed(self.root) + check_packages.check_used(self.root)
@@ -83,10 +85,10 @@ class Lints(unittest.TestCase):
         forbidden = {
             "core/grid/grid.cpp": ("core/control/mpc.h", "runtime/node.h"),
             "core/control/mpc.cpp": ("config/experiment.h",),
-            "runtime/node.cpp": ("core/grid/grid.h", "procs/bus/bus.h"),
+            "runtime/node.cpp": ("core/control/mpc.h", "procs/bus/bus.h"),
             "plant/world.cpp": ("config/experiment.h", "core/control/mpc.h"),
             "procs/stage/node.cpp": ("procs/bus/bus.h", "procs/jet/node.h", "replay/audit.h"),
-            "replay/audit.cpp": ("procs/bus/bus.h", "config/experiment.h", "procs/stage/inner.h"),
+            "replay/audit.cpp": ("procs/bus/bus.h", "procs/stage/inner.h"),
         }
         for targets in forbidden.values():
             for target in targets:
@@ -109,6 +111,24 @@ class Lints(unittest.TestCase):
         self.caught("runtime/CMakeLists.txt", "firn_library(firn_more node.cpp PRIVATE_LINK firn_bus)\n", "firn_bus")
         self.caught("procs/CMakeLists.txt", "firn_library(firn_more stage/node.cpp LINK firn_bus)\n", "firn_bus")
 
+    def test_circles_of_folders(self):
+        self.write("core/control/mpc/mpc.h", "#pragma once\n")
+        self.write("core/control/mpc/mpc.h", '#pragma once\n#include "core/control/options.h"\n')
+        self.write("core/control/options.h", "#pragma once\n")
+        self.assertEqual(self.problems(), [])
+        self.caught("core/control/mpc.cpp", '#include "core/control/mpc/mpc.h"\n', "a circle of folders")
+
+    def test_long_lines_and_statements_joined_by_commas(self):
+        self.caught("runtime/node.cpp", "// " + "x" * 108 + "\n", "111 columns")
+        self.write("runtime/node.cpp", GOOD["runtime/node.cpp"] + 'const char* css = R"css(' + "x" * 200 + ')css";\n')
+        self.assertEqual(self.problems(), [])
+        for joined in ("a = 1, b = 2;", "if (a) f(), ++b;", "for (int i = 0, j = 0; i < 2; ++i, ++j) x += i, y += j;", "return f(a, b), c;"):
+            self.caught("runtime/node.cpp", "void f() { " + joined + " }\n", "joined by a comma")
+        for fine in ("int a = 1, b = 2;", "f(a, b);", "auto g = [a, b] { return std::pair{a, b}; };", "std::array<int, 2> x{1, 2};",
+                     "return f<A, B>(x);", "for (i = 0, j = 1; i < j; ++i, --j) f(i);"):
+            self.write("runtime/node.cpp", GOOD["runtime/node.cpp"] + "void f() { " + fine + " }\n")
+            self.assertEqual(self.problems(), [], fine)
+
     def test_what_would_change_the_bytes(self):
         for line, word in (("#include <chrono>", "clock"), ("#include <thread>", "thread"), ("static std::mutex m; std::thread t;", "thread"),
                            ("auto t = std::chrono::steady_clock::now();", "clock"), ("int r = rand();", "randomness"),
@@ -129,7 +149,7 @@ class Lints(unittest.TestCase):
         self.caught("core/grid/grid.cpp", "std::unordered_set<std::string> names;\nauto b = names.begin();\n", "unordered container names")
 
     def test_sizes(self):
-        self.caught("runtime/node.cpp", "// line\n" * 400, "the limit is 400")
+        self.caught("runtime/node.cpp", "// line\n" * 600, "the limit is 600")
         self.caught("procs/stage/main.cpp", "// line\n" * 60, "the limit is 60")
 
     def test_unfinished_work_and_private_paths(self):
@@ -155,10 +175,10 @@ class Lints(unittest.TestCase):
 
     def test_readers_of_the_truth(self):
         self.caught("procs/stage/node.cpp", "subscribe(channels::kSimTruth, this);\n", "SIM_TRUTH")
-        self.write("cli/CMakeLists.txt", "firn_library(firn_cli print.cpp)\n")
-        self.write("cli/print.cpp", "out.send(channels::kSimTruth, truth);\n")  # publishing is its job
+        self.write("print/CMakeLists.txt", "firn_library(firn_print print.cpp)\n")
+        self.write("print/print.cpp", "out.send(channels::kSimTruth, truth);\n")  # publishing is its job
         self.assertEqual(self.problems(), [])
-        self.caught("cli/print.cpp", "sim_truth_t truth; truth.decode(bytes, 0, n);\n", "SIM_TRUTH")
+        self.caught("print/print.cpp", "sim_truth_t truth; truth.decode(bytes, 0, n);\n", "SIM_TRUTH")
 
     def test_packages(self):
         self.caught("CMakeLists.txt", "find_package(OpenSSL REQUIRED)\n", "libssl-dev is missing")

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "print/inputs/check_print.h"
 #include "cli/log_command.h"
 #include "cli/print_command.h"
 #include "config/include.h"

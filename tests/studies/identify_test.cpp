@@ -1,3 +1,4 @@
+#include "studies/identify/identify.h"
 #include "cli/identify_command.h"
 
 #include <catch2/catch.hpp>

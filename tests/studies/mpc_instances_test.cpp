@@ -13,7 +13,7 @@ using namespace firn::control::mpc;
 
 namespace {
 
-const std::string kFolder = FIRN_SOURCE_DIR "/bench/instances";
+const std::string kFolder = FIRN_SOURCE_DIR "/tests/bench/instances";
 
 }  // namespace
 

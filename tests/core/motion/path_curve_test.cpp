@@ -5,6 +5,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/motion/planner.h"
 #include "core/grid/random.h"
 #include "core/motion/certified/certified.h"
 #include "core/motion/curve/deviation.h"

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "core/geometry/meeting.h"
 #include "core/geometry/clipper.h"
 #include "core/slice/offset/offset_rings.h"
 #include "tests/core/slice/offset_oracle.h"
