@@ -35,15 +35,20 @@ function(firn_library name)
   endif()
 endfunction()
 
-# firn_process(NAME main.cpp LINK targets…): one executable in build/bin; `programs` builds them all.
+# firn_process(NAME main.cpp [DEMO] LINK targets…): one executable in build/bin; `programs` builds them all, `demo` those
+# that ./firn demo starts.
 add_custom_target(programs)
+add_custom_target(demo)
 function(firn_process name)
-  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "DEMO" "" "LINK" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
   add_dependencies(programs ${name})
+  if(ARG_DEMO)
+    add_dependencies(demo ${name})
+  endif()
 endfunction()
 
 # firn_test(NAME sources… LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.

@@ -36,7 +36,7 @@ EVIDENCE = {
     "default-jdk-headless": r"find_package\(Java", "default-jre": r"\bXvfb\b", "liblcm-java": r"FIRN_JAVA_FOLDER\}/lcm\.jar",
     "libjchart2d-java": r"FIRN_JAVA_FOLDER\}/jchart2d\.jar", "xvfb": r"\bXvfb\b",
     "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>", "lib3mf-dev": r"<lib3mf",
-    "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
+    "clang-format": r"clang-format", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 
 FIND = re.compile(r"find_(package|library|program|path)\s*\(\s*(\S+)([^)]*)\)")
@@ -44,7 +44,7 @@ FIND = re.compile(r"find_(package|library|program|path)\s*\(\s*(\S+)([^)]*)\)")
 
 def listed(root):
     lines = (re.sub(r"#.*", "", line).strip() for line in read(root, "scripts/packages.txt").splitlines())
-    return [line for line in lines if line]
+    return [line for line in lines if line and not line.startswith("[")]
 
 
 def wanted_by_cmake(root):
