@@ -1,12 +1,17 @@
-// Runs that earlier versions recorded: they must decode and replay for ever (scripts/make_golden.sh adds more).
+// Runs that earlier versions recorded: they must decode and replay for ever (scripts/make_golden.sh adds
+// more).
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "cli/audit_command.h"
 #include "cli/replay_command.h"
+#include "lcmtypes/channels.h"
+#include "print/folder/node_makers.h"
 #include "replay/print_verdict.h"
 
 namespace firn {
@@ -29,6 +34,17 @@ TEST_CASE("every golden run replays identical") {
     INFO(run.string() << "\n" << replay::to_text(v));
     CHECK(v.identical());
     CHECK(v.log_present);
+  }
+}
+
+TEST_CASE("every node of the house has a golden run that replays it") {
+  std::set<std::string> recorded;
+  for (const auto& run : golden_runs())
+    for (const auto& file : std::filesystem::directory_iterator(run / "nodes"))
+      if (file.path().extension() == ".wal") recorded.insert(file.path().stem().string());
+  for (const NamedMaker& maker : node_makers()) {
+    INFO(info(maker.id).name);
+    CHECK(recorded.contains(std::string(info(maker.id).name)));
   }
 }
 
