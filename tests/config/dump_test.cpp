@@ -11,6 +11,7 @@
 #include "config/include.h"
 #include "config/markdown.h"
 #include "core/grid/random.h"
+#include "files/nearest.h"
 #include "tests/config/texts.h"
 
 using namespace firn;
