@@ -85,8 +85,8 @@ control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
 }
 
 void check_bound_options(const DecideOptions& o, const Experiment& e) {
-  const MpcConfig& m = e.control.mpc;
-  if (e.control.scheme != "mpc" || m.horizon != 1 || m.max_drops != 1 || m.error != "absolute")
+  const control::MpcOptions& m = e.control.mpc;
+  if (e.control.scheme != "mpc" || m.horizon != 1 || m.max_drops != 1 || m.error != control::ErrorKind::kAbsolute)
     throw UsageError(
         "--bound, --check-certificate: a bound is proved for scheme mpc, error = absolute, horizon = 1 and "
         "one droplet per cell only");
@@ -173,7 +173,7 @@ std::string decided(const DecideOptions& o) {
                                           : d.kind == control::Decision::Kind::kEnd ? "end"
                                                                                     : "stop"},
                              {"reason", d.reason},
-                             {"method", mpc ? e.control.mpc.method : e.control.scheme},
+                             {"method", mpc ? std::string(word(e.control.mpc.method)) : e.control.scheme},
                              {"droplets", d.drops.total()},
                              {"objective_mm", objective},
                              {"objective_none_mm", d.objective_none_mm},

@@ -153,9 +153,6 @@ void check_estimator(Rules& r) {
             "needs control.height_estimate = \"kalman\"");
   r.require(!factors || e.control.adapt_model == "off", {"control.droplet_factors", "control.adapt_model"},
             "and control.adapt_model learn the same: one of them only");
-  const double memory = e.estimator.memory_layers;
-  r.require(memory == 0.0 || memory >= 2.0, {"estimator.memory_layers"},
-            "must be 0 (nothing is forgotten) or at least 2");
 }
 
 void check_axis(Rules& r, double low_mm, double high_mm, const char* what,
@@ -260,6 +257,9 @@ void check_ice(Rules& r) {
   for (const auto& [key, file] :
        {std::pair{"ice.mesh", &e.ice.mesh}, {"ice.slice", &e.ice.slice}, {"ice.machine", &e.ice.machine}})
     r.require(!file->empty(), {key, "lab.kind"}, "an ice lab needs this file");
+  const Range& limit = control::kSurfaceOutputLimit.range;
+  r.require(limit.holds(e.control.smf.output_limit), {"control.smf.output_limit", "lab.kind"},
+            "must lie in " + text(limit) + " where lab.kind = " + r.value("lab.kind"));
   r.require(e.ice.nozzle_gap_mm > e.ice.clearance_mm, {"ice.nozzle_gap_mm", "ice.clearance_mm"},
             "must be above ice.clearance_mm = " + r.value("ice.clearance_mm"));
   check_valve(r, "valve_a.table_hz", e.valve_a);

@@ -1,5 +1,6 @@
 // One experiment: part, model, controller, lab and plant, as plain structs. Defaults are Lu's ink-jet lab.
-// config/fields.cpp names every field with its unit, range and meaning; parser, resolved dump and
+// Options of algorithms are core's and estimators' own structs. config/fields.cpp names every field with its
+// unit, range and meaning, which such a struct's table of options holds already; parser, resolved dump and
 // docs/configuration.md come from that one table.
 #pragma once
 
@@ -9,9 +10,13 @@
 #include <vector>
 
 #include "config/ice.h"
+#include "core/control/options.h"
+#include "core/control/surface/surface_controller.h"
+#include "core/deposition/height_change.h"
 #include "core/grid/grid.h"
 #include "core/grid/shapes.h"
 #include "core/grid/solids.h"
+#include "estimators/droplet/options.h"
 
 namespace firn {
 
@@ -34,112 +39,33 @@ struct GeometryConfig {  ///< the part inside a block of support; the block is P
 };
 
 struct ModelConfig {  ///< what the controllers believe [Lu 2015, Table I]
-  double h1_mm = 0.0044;
-  double h2_mm = 0.0006;
-  double h3_mm = 0.0002;
-  double g1_mm = 0.0044;  ///< two inks: the support's
-  double g2_mm = 0.0006;
-  double g3_mm = 0.0002;
+  double h1_mm = deposition::DropletModel{}.h1_mm;
+  double h2_mm = deposition::DropletModel{}.h2_mm;
+  double h3_mm = deposition::DropletModel{}.h3_mm;
+  double g1_mm = deposition::DropletModel{}.h1_mm;  ///< two inks: the support's
+  double g2_mm = deposition::DropletModel{}.h2_mm;
+  double g3_mm = deposition::DropletModel{}.h3_mm;
   std::string border = "lose";  ///< "lose" or "keep"
 };
 
-struct OpenLoopConfig {
-  int layers = 0;  ///< 0 = per cell from the target; else that many full layers
-};
+using control::AlphaStep;
 
-struct SmfConfig {  ///< [Barnett, (5.1), (5.2)]
-  double kp = 1.0;
-  double ki_star = 0.33;
-  double kd_star = 0.03;
-  double output_limit = 1.0;           ///< |u'| in layers
-  double integral_limit = 2.0;         ///< in layers
-  double layer_height_mm = 0.0;        ///< nominal layer; 0 = h1 + 4 h2 + 4 h3
-  int max_drops = 2;                   ///< per cell and layer
-  std::string rounding = "diffusion";  ///< "nearest", "diffusion" or "carry"
-  double speed_range = 0.3;            ///< ice: the path speed stays within this share of nominal
-  std::string version =
-      "speed";  ///< ice: "speed" (c-controller, (5.8)) or "frequency" (nu-controller, (6.3))
-};
-
-struct ForeseeConfig {  ///< ice, scheme smf_foresee; gains are shares of an unforeseen error
-  double kp = 1.0;
-  double flow_gain = 0.7;  ///< of the mean over all of a material that is taken for lasting
-  double zone_gain = 0.3;  ///< of a zone's mean beyond that
-  double zone_mm = 1.0;    ///< a zone: one material, so wide a band of distances to its border
-  double wide_gain = 0.1;  ///< of what is wider than wide_mm, beyond the zones
-  double wide_mm = 9.0;
-  double narrow_gain = 1.0;  ///< of what is narrower than narrow_mm that is answered: liquid levels itself
-  double narrow_mm = 5.0;
-};
-
-struct ThresholdConfig {         ///< after Cohen and Lipson [7 of Lu 2015]
-  double threshold_mm = 0.0;     ///< 0 = half a layer
-  double layer_height_mm = 0.0;  ///< nominal layer; 0 = h1 + 4 h2 + 4 h3
-};
-
-struct AlphaStep {
-  int from_layer = 1;
-  double alpha = 1.0;
-};
-
-struct MpcConfig {                ///< [Lu 2015, (8), IV-C]
-  std::string method = "greedy";  ///< "greedy", "descent", "strip_dp" or "certified"
-  int strip_rows = 3;
-  int anneal_sweeps = 100;
-  int horizon = 1;
-  std::string error = "absolute";  ///< "absolute", "square" or "square_mean"
-  std::vector<AlphaStep> alpha = {{1, 1.0}};
-  int subset = 16;  ///< M, points tried together
-  std::int64_t max_evaluations = 20'000'000;
-  int max_drops = 1;
-  double finish_layers = 0.0;  ///< the part is printed to so many layers below its target first; 0 = at once
-  double min_improvement_mm =
-      0.0;  ///< the print ends when the best layer betters printing nothing by no more
-  std::uint64_t seed = 1;
-};
-
-struct PatternConfig {          ///< scheme "pattern" [Lu 2015, III-A, V-C]
-  std::string kind = "random";  ///< "random", "identification" or "squares"
-  int layers = 0;               ///< 0 = as many full layers as the highest cell needs
-  double fill = 0.5;
-  int spacing_cells = 6;
-  int largest_square = 6;
-  int square_step = 2;
-  std::uint64_t seed = 1;
-};
-
-struct RegistrationConfig {  ///< scheme "registration": marks of both nozzles, to measure where the second
-                             ///< stands
-  int layers = 5;            ///< droplets on each mark
-  int spacing_cells = 16;    ///< between marks; those of A and B alternate
-};
-
-struct ControlConfig {
-  std::string scheme = "mpc";       ///< a name of core/control's table
-  int max_layers = 200;             ///< the print stops for the operator beyond this
-  double smoothing = 0.0;           ///< 1 = robust DCT smoothing with automatic parameter, 0 = raw map
+/// Options of the feedback schemes, and what goes before and beside them.
+struct ControlConfig : control::ControlOptions {
+  control::SurfaceOptions
+      surface;             ///< ice: its gains are smf's, its scheme and interval follow from the lab's
+  std::uint64_t seed = 1;  ///< of the search's random order
+  double smoothing = 0.0;  ///< 1 = robust DCT smoothing with automatic parameter, 0 = raw map
   std::string adapt_model = "off";  ///< "on": h1..h3 of HEIGHT_MODEL take the place of model.h1_mm..h3_mm
   std::string height_estimate =
       "map";  ///< "kalman": the map blended with what the executed droplets must have added
-  double droplet_scatter = 0.06;  ///< relative standard deviation of a droplet, until droplet_estimator tells
+  droplet::HeightFilterOptions filter;  ///< of "kalman"; droplet_scatter until droplet_estimator tells
   std::string droplet_factors =
-      "off";                ///< "on", "together": learned inside the part and on its rim; rising together
-  double noise_gate = 2.0;  ///< end when a layer would answer no more than this many noise_std per droplet
-  OpenLoopConfig open_loop;
-  SmfConfig smf;
-  ForeseeConfig foresee;
-  ThresholdConfig threshold;
-  MpcConfig mpc;
-  PatternConfig pattern;
-  RegistrationConfig registration;
+      "off";  ///< "on", "together": learned inside the part and on its rim; rising together
 };
 
-struct EstimatorConfig {         ///< what learns from the layers while they are printed
+struct EstimatorConfig : droplet::EstimatorOptions {  ///< what learns from the layers while they are printed
   std::string droplets = "off";  ///< "on": droplet_estimator takes part and publishes HEIGHT_MODEL
-  int window_layers = 10;
-  double prior_std = 0.5;      ///< relative, of each of h1..h3 about model.h1_mm..h3_mm
-  int max_evaluations = 60;    ///< of the objective, per layer and round
-  double memory_layers = 0.0;  ///< a layer's weight falls by 1 / e in so many; 0 = nothing is forgotten
 };
 
 struct ProcessConfig {  ///< how a layer is printed

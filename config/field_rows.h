@@ -1,23 +1,42 @@
-// What the tables of fields are written with.
+// Rows of the tables of fields: of an options struct that has a table of its own (core/options/option.h), and
+// written out for all others.
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "config/fields.h"
+#include "core/options/option.h"
 
 namespace firn::field_rows {
 
 using Table = std::vector<Field>;
-inline void add(Table& t, Table rows) { t.insert(t.end(), rows.begin(), rows.end()); }
+inline void add(Table& t, const Table& rows) { t.insert(t.end(), rows.begin(), rows.end()); }
 
 inline Limits text() { return {}; }
-inline Limits within(double lo, double hi) { return {lo, hi, false, {}}; }
-inline Limits above(double lo, double hi) { return {lo, hi, true, {}}; }
-inline Limits one_of(std::vector<std::string_view> choices) {
-  Limits l;
-  l.choices = std::move(choices);
-  return l;
+inline Limits one_of(std::vector<std::string_view> choices) { return {{}, std::move(choices)}; }
+
+/// The key of one option. @param meaning instead of the option's own
+template <class Struct, class Value>
+Field row(std::string key, Value& value, const Option<Struct, Value>& option, std::string_view meaning = {}) {
+  const std::string_view told = meaning.empty() ? option.meaning : meaning;
+  if constexpr (Worded<Value>) {
+    const auto words = words_of(value);
+    const WordMember member{&value, [](const void* v) { return std::size_t(*static_cast<const Value*>(v)); },
+                            [](void* v, std::size_t word) { *static_cast<Value*>(v) = Value(word); }};
+    return {std::move(key), member, option.unit, one_of({words.begin(), words.end()}), told};
+  } else {
+    return {std::move(key), &value, option.unit, option.range, told};
+  }
+}
+
+/// The keys of all options of a table. @param section with its dot: "control.smf."
+template <class Struct, class... Options>
+Table rows(const std::string& section, Struct& options, const std::tuple<Options...>& table) {
+  return std::apply(
+      [&](const auto&... o) { return Table{row(section + std::string(o.name), options.*o.member, o)...}; },
+      table);
 }
 
 }  // namespace firn::field_rows

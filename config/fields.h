@@ -3,36 +3,43 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
 #include "config/experiment.h"
+#include "core/options/range.h"
 
 namespace firn {
 
-/// What a field may hold: an interval for numbers, a list for words. Nothing may be NaN or infinite.
-struct Limits {
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();  ///< of a list: of each entry
-  bool min_excluded = false;
-  std::vector<std::string_view> choices;  ///< of a string; empty = any printable text
+/// Limits hold what a field may be: an interval for numbers (of a list: of each entry), a list for words.
+struct Limits : Range {
+  std::vector<std::string_view> choices;  ///< of words; empty = any printable text
+
+  Limits(const Range& range = {}, std::vector<std::string_view> words = {})
+      : Range(range), choices(std::move(words)) {}
+};
+
+/// A member that is an enumeration with words (core/options/option.h); its value counts the field's choices.
+struct WordMember {
+  void* member;
+  std::size_t (*get)(const void* member);
+  void (*set)(void* member, std::size_t value);
 };
 
 using FieldValue = std::variant<double*, std::int32_t*, std::int64_t*, std::uint64_t*, std::string*,
-                                std::vector<AlphaStep>*, std::vector<double>*>;
+                                std::vector<AlphaStep>*, std::vector<double>*, WordMember>;
 
 struct Field {
-  std::string_view key;   ///< "grid.pitch_x_mm": section, dot, name
+  std::string key;        ///< "grid.pitch_x_mm": section, dot, name
   FieldValue value;       ///< into the experiment handed to fields()
   std::string_view unit;  ///< "" = none
   Limits limits;
   std::string_view meaning;
 
-  std::string_view section() const { return key.substr(0, key.rfind('.')); }
-  std::string_view name() const { return key.substr(key.rfind('.') + 1); }
+  std::string_view section() const { return std::string_view(key).substr(0, key.rfind('.')); }
+  std::string_view name() const { return std::string_view(key).substr(key.rfind('.') + 1); }
 };
 
 /// Every field of `experiment`, of all kinds of labs, in the order of the dump: sections stand together.
@@ -49,6 +56,9 @@ std::string value_text(const Field& field);
 
 /// "" when the value keeps the limits, else what is wrong: "must lie in (0, 100] mm".
 std::string broken_limit(const Field& field);
+
+/// "" when the text may be the value of a field of text, else what is wrong: "must be one of a, b".
+std::string broken_word(const Field& field, const std::string& word);
 
 /// "(0, 100]", "one of a, b", or "" when anything goes: for documentation and messages.
 std::string limits_text(const Field& field);

@@ -1,9 +1,10 @@
 // The fields of the ice lab, and which fields a kind of lab has.
 #include <algorithm>
-#include <array>
 #include <span>
 
 #include "config/field_rows.h"
+#include "core/control/surface/surface_controller.h"
+#include "core/deposition/valve.h"
 
 namespace firn {
 using namespace field_rows;
@@ -57,10 +58,8 @@ Table part_of(Experiment& e) {
       {"ice.clearance_mm", &c.clearance_mm, "mm", within(0, 100),
        "least height of the nozzle above the newest map; a path with less is run higher or refused (I6)"},
       {"ice.hop_mm", &c.hop_mm, "mm", within(0, 200), "how much higher the nozzle travels between paths"},
-      {"ice.max_saturated_intervals", &c.max_saturated_intervals, "", within(1, 1000),
-       "so many saturated intervals in a row stop the print: an empty tank, a blocked line"},
-      {"ice.saturated_share", &c.saturated_share, "", above(0, 1),
-       "of the part's cells at their limit, above which an interval counts as saturated"},
+      row("ice.max_saturated_intervals", c.max_saturated_intervals, control::kSurfaceStopAfter),
+      row("ice.saturated_share", c.saturated_share, control::kSurfaceStopShare),
       {"ice.least_rise_share", &c.least_rise_share, "", within(0, 1),
        "of what an interval deposits: a material that rose by less has an empty tank or a blocked line, "
        "which stops the print; 0 = never"},
@@ -71,19 +70,20 @@ Table part_of(Experiment& e) {
   };
 }
 
-Table valve(ValveLineConfig& v, const std::array<std::string_view, 7>& keys) {
+Table valve(ValveLineConfig& v, const std::string& section) {
   return {
-      {keys[0], &v.pulse_us, "us", within(500, 65535), "width of a pulse"},
-      {keys[5], &v.guard_us, "us", within(0, 65535), "least time between two pulses"},
-      {keys[6], &v.poll_firing_s, "s", above(0, 2), "between status questions while it fires"},
-      {keys[1], &v.latency_s, "s", within(-1, 1),
+      {section + "pulse_us", &v.pulse_us, "us", within(500, 65535), "width of a pulse"},
+      {section + "guard_us", &v.guard_us, "us", within(0, 65535), "least time between two pulses"},
+      {section + "poll_firing_s", &v.poll_firing_s, "s", above(0, 2),
+       "between status questions while it fires"},
+      {section + "latency_s", &v.latency_s, "s", within(-1, 1),
        "from a pulse's tick to liquid on the surface, less what the arm lags behind its commanded path, as "
        "the lab believes; firn calibrate measures it"},
-      {keys[2], &v.hz_per_mm3_s, "Hz s/mm^3", above(0, 1e6),
+      {section + "hz_per_mm3_s", &v.hz_per_mm3_s, "Hz s/mm^3", deposition::kFrequencyPerFlow,
        "pulses per volume [(5.14)]; used while the table is empty"},
-      {keys[3], &v.table_hz, "Hz", within(0, 1000),
+      {section + "table_hz", &v.table_hz, "Hz", within(0, 1000),
        "frequencies of the calibrated flow curve nu = h(Q), ascending [Fig. 6-1]"},
-      {keys[4], &v.table_mm3_s, "mm^3/s", within(0, 10000), "their flows"},
+      {section + "table_mm3_s", &v.table_mm3_s, "mm^3/s", within(0, 10000), "their flows"},
   };
 }
 
@@ -106,12 +106,8 @@ Table instruments(Experiment& e) {
       {"robot.motion_margin_s", &r.motion_margin_s, "s", above(0, 100),
        "a motion may last so much longer than planned before it has failed (I5)"},
   };
-  add(t,
-      valve(e.valve_a, {"valve_a.pulse_us", "valve_a.latency_s", "valve_a.hz_per_mm3_s", "valve_a.table_hz",
-                        "valve_a.table_mm3_s", "valve_a.guard_us", "valve_a.poll_firing_s"}));
-  add(t,
-      valve(e.valve_b, {"valve_b.pulse_us", "valve_b.latency_s", "valve_b.hz_per_mm3_s", "valve_b.table_hz",
-                        "valve_b.table_mm3_s", "valve_b.guard_us", "valve_b.poll_firing_s"}));
+  add(t, valve(e.valve_a, "valve_a."));
+  add(t, valve(e.valve_b, "valve_b."));
   add(t,
       {
           {"laser_point.rate_hz", &l.rate_hz, "Hz", within(1, 1000), "of stored samples"},
@@ -228,9 +224,9 @@ std::vector<Field> ice_plant_fields(Experiment& e) {
       {"plant.ice.field_x0_mm", &p.field_x0_mm, "mm", within(-1000, 1000),
        "low corner of the simulated surface, in the part's frame"},
       {"plant.ice.field_y0_mm", &p.field_y0_mm, "mm", within(-1000, 1000), "the same along y"},
-      {"plant.ice.field_width_mm", &p.field_width_mm, "mm", within(0, 500),
+      {"plant.ice.field_width_mm", &p.field_width_mm, "mm", zero_or(5, 500),
        "its size along x; 0 = firn print puts it round all paths"},
-      {"plant.ice.field_depth_mm", &p.field_depth_mm, "mm", within(0, 500), "the same along y"},
+      {"plant.ice.field_depth_mm", &p.field_depth_mm, "mm", zero_or(5, 500), "the same along y"},
       {"plant.ice.cell_mm", &p.cell_mm, "mm", within(0.15, 0.6), "cells of the simulated surface"},
       {"plant.ice.drift_water", &p.drift_water, "", within(-0.3, 0.3),
        "relative change of the water's flow in the end"},

@@ -33,21 +33,15 @@ deposition::ValveLimits list_limits(const Machine& machine, const Experiment& e)
 }
 
 control::SurfaceOptions surface_options(const Experiment& e, int last_layer) {
-  const SmfConfig& s = e.control.smf;
-  control::SurfaceOptions o;
+  control::SurfaceOptions o = e.control.surface;
   o.scheme = e.control.scheme;
   o.interval_mm = e.ice.interval_layers * e.ice.layer_height_mm;
-  o.version = s.version == "frequency" ? control::SurfaceVersion::kValveFrequency
-                                       : control::SurfaceVersion::kPathSpeed;
-  o.speed_range = s.speed_range;
-  o.output_limit = std::min(s.output_limit, 1.0);
+  o.output_limit = e.control.smf.output_limit;
   o.feed_forward = e.flow.feed_forward == "on";
   o.last_layer = last_layer;
   o.stop_after = e.control.scheme == "open_loop" ? 0 : e.ice.max_saturated_intervals;
   o.stop_share = e.ice.saturated_share;
-  o.smf = {s.kp, s.ki_star, s.kd_star, s.integral_limit};
-  const ForeseeConfig& f = e.control.foresee;
-  o.foresee = {f.kp, f.flow_gain, f.zone_gain, f.zone_mm, f.wide_gain, f.wide_mm, f.narrow_gain, f.narrow_mm};
+  o.smf = e.control.smf;
   return o;
 }
 

@@ -28,17 +28,11 @@ struct ToolConfig {
 };
 
 /// Micro-solenoid valve and its controller [Barnett 2012, 2.3.1, 6.1].
-struct ValveConfig {
+struct ValveConfig : deposition::ValveLimits {
   double pulse_s = 0.00125;
   double hz_per_mm3_s = 4.0;     ///< c_ff of (5.14); used while the table is empty
   std::vector<double> table_hz;  ///< the calibration's rows, ascending
   std::vector<double> table_mm3_s;
-  double tick_s = 0.002;
-  double max_duration_s = 131.072;
-  std::int32_t max_entries = 16384;
-  double min_pulse_s = 0.0005;
-  double max_frequency_hz = 1000.0;
-  double max_flow_mm3_s = 200.0;
 };
 
 /// Aerosol printer: a stage under a shuttered nozzle [Thompson 2014].

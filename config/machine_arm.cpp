@@ -56,7 +56,7 @@ std::vector<motion::Tool> tools(const Machine& m) {
 }
 
 deposition::ValveLimits valve_limits(const ValveConfig& v) {
-  return {v.tick_s, v.max_duration_s, v.max_entries, v.min_pulse_s, v.max_frequency_hz, v.max_flow_mm3_s};
+  return v;
 }
 
 deposition::ValveSetting valve_setting(const ValveConfig& v) {

@@ -11,10 +11,7 @@ constexpr double kMm = 1e5, kDegrees = 3600.0, kRate = 1e6, kJerk = 1e9;
 Table general(Machine& m) {
   return {
       {"machine.name", &m.name, "", {}, "stands in the trajectory file"},
-      {"machine.kind",
-       &m.kind,
-       "",
-       {.choices = {"scara", "stage", "aerosol"}},
+      {"machine.kind", &m.kind, "", one_of({"scara", "stage", "aerosol"}),
        "which of the sections below count"},
       {"machine.tick_s", &m.tick_s, "s", above(0, 1), "period of the emitted samples [Barnett 2012, 4.1.6]"},
       {"total.speed_mm_s", &m.speed_mm_s, "mm/s", above(0, kRate),
@@ -34,49 +31,47 @@ Table general(Machine& m) {
   };
 }
 
-Table rotary(AxisConfig& a, const std::array<std::string_view, 5>& keys) {
+Table rotary(AxisConfig& a, const std::string& section) {
   return {
-      {keys[0], &a.low, "deg", within(-kDegrees, kDegrees), "scara: end of the range"},
-      {keys[1], &a.high, "deg", within(-kDegrees, kDegrees), "other end"},
-      {keys[2], &a.rate, "deg/s", within(0, kRate), "largest rate; 0 = not limited"},
-      {keys[3], &a.acceleration, "deg/s^2", within(0, kRate), "largest acceleration; 0 = not limited"},
-      {keys[4], &a.jerk, "deg/s^3", within(0, kJerk), "largest jerk; 0 = not limited"},
+      {section + "low_deg", &a.low, "deg", within(-kDegrees, kDegrees), "scara: end of the range"},
+      {section + "high_deg", &a.high, "deg", within(-kDegrees, kDegrees), "other end"},
+      {section + "rate_deg_s", &a.rate, "deg/s", within(0, kRate), "largest rate; 0 = not limited"},
+      {section + "acceleration_deg_s2", &a.acceleration, "deg/s^2", within(0, kRate),
+       "largest acceleration; 0 = not limited"},
+      {section + "jerk_deg_s3", &a.jerk, "deg/s^3", within(0, kJerk), "largest jerk; 0 = not limited"},
   };
 }
 
-Table linear(AxisConfig& a, const std::array<std::string_view, 5>& keys, std::string_view whose) {
+Table linear(AxisConfig& a, const std::string& section, std::string_view whose) {
   return {
-      {keys[0], &a.low, "mm", within(-kMm, kMm), whose},
-      {keys[1], &a.high, "mm", within(-kMm, kMm), "other end"},
-      {keys[2], &a.rate, "mm/s", within(0, kRate), "largest rate; 0 = not limited"},
-      {keys[3], &a.acceleration, "mm/s^2", within(0, kRate), "largest acceleration; 0 = not limited"},
-      {keys[4], &a.jerk, "mm/s^3", within(0, kJerk), "largest jerk; 0 = not limited"},
+      {section + "low_mm", &a.low, "mm", within(-kMm, kMm), whose},
+      {section + "high_mm", &a.high, "mm", within(-kMm, kMm), "other end"},
+      {section + "rate_mm_s", &a.rate, "mm/s", within(0, kRate), "largest rate; 0 = not limited"},
+      {section + "acceleration_mm_s2", &a.acceleration, "mm/s^2", within(0, kRate),
+       "largest acceleration; 0 = not limited"},
+      {section + "jerk_mm_s3", &a.jerk, "mm/s^3", within(0, kJerk), "largest jerk; 0 = not limited"},
   };
 }
 
-Table tool(ToolConfig& t, const std::array<std::string_view, 3>& keys) {
+Table tool(ToolConfig& t, const std::string& section) {
   return {
-      {keys[0], &t.x_mm, "mm", within(-kMm, kMm),
+      {section + "x_mm", &t.x_mm, "mm", within(-kMm, kMm),
        "scara: the tool in the flange's frame (minus Table 3-1's origin)"},
-      {keys[1], &t.y_mm, "mm", within(-kMm, kMm), "the same along y"},
-      {keys[2], &t.z_mm, "mm", within(-kMm, kMm), "the same along z"},
+      {section + "y_mm", &t.y_mm, "mm", within(-kMm, kMm), "the same along y"},
+      {section + "z_mm", &t.z_mm, "mm", within(-kMm, kMm), "the same along z"},
   };
 }
 
 Table valve(ValveConfig& v) {
-  return {
-      {"valve.pulse_s", &v.pulse_s, "s", above(0, 1), "width of each pulse; the calibration belongs to it"},
-      {"valve.hz_per_mm3_s", &v.hz_per_mm3_s, "Hz/(mm^3/s)", above(0, 1e6),
+  Table t{
+      row("valve.pulse_s", v.pulse_s, deposition::kValvePulse),
+      {"valve.hz_per_mm3_s", &v.hz_per_mm3_s, "Hz/(mm^3/s)", deposition::kFrequencyPerFlow,
        "c_ff of (5.14), while there is no table"},
       {"valve.table_hz", &v.table_hz, "Hz", above(0, 1e5), "the calibration's frequencies, ascending [6.1]"},
       {"valve.table_mm3_s", &v.table_mm3_s, "mm^3/s", above(0, 1e6), "the flow at each of them, ascending"},
-      {"valve.tick_s", &v.tick_s, "s", above(0, 1), "resolution of the controller's list [2.3.1]"},
-      {"valve.max_duration_s", &v.max_duration_s, "s", above(0, 1e5), "longest list; at most 65,536 ticks"},
-      {"valve.max_entries", &v.max_entries, "", within(1, 1e6), "pulses in one list"},
-      {"valve.min_pulse_s", &v.min_pulse_s, "s", above(0, 1), "narrowest pulse the valve follows"},
-      {"valve.max_frequency_hz", &v.max_frequency_hz, "Hz", above(0, 1e5), "the valve's own maximum"},
-      {"valve.max_flow_mm3_s", &v.max_flow_mm3_s, "mm^3/s", above(0, 1e6), "Table 2-2"},
   };
+  add(t, rows("valve.", v, deposition::kValveLimits));
+  return t;
 }
 
 Table aerosol(AerosolConfig& a) {
@@ -100,32 +95,17 @@ Table aerosol(AerosolConfig& a) {
 
 std::vector<Field> machine_fields(Machine& m) {
   Table t = general(m);
-  add(t, rotary(m.joint[0], {"joint_1.low_deg", "joint_1.high_deg", "joint_1.rate_deg_s",
-                             "joint_1.acceleration_deg_s2", "joint_1.jerk_deg_s3"}));
-  add(t, rotary(m.joint[1], {"joint_2.low_deg", "joint_2.high_deg", "joint_2.rate_deg_s",
-                             "joint_2.acceleration_deg_s2", "joint_2.jerk_deg_s3"}));
-  add(t, linear(m.joint[2],
-                {"joint_3.low_mm", "joint_3.high_mm", "joint_3.rate_mm_s", "joint_3.acceleration_mm_s2",
-                 "joint_3.jerk_mm_s3"},
-                "scara: end of the vertical stroke"));
-  add(t, rotary(m.joint[3], {"joint_4.low_deg", "joint_4.high_deg", "joint_4.rate_deg_s",
-                             "joint_4.acceleration_deg_s2", "joint_4.jerk_deg_s3"}));
+  add(t, rotary(m.joint[0], "joint_1."));
+  add(t, rotary(m.joint[1], "joint_2."));
+  add(t, linear(m.joint[2], "joint_3.", "scara: end of the vertical stroke"));
+  add(t, rotary(m.joint[3], "joint_4."));
   t.push_back({"stage.axes", &m.axes, "", within(2, 3), "stage: x, y or x, y, z"});
-  add(t, linear(m.axis[0],
-                {"axis_1.low_mm", "axis_1.high_mm", "axis_1.rate_mm_s", "axis_1.acceleration_mm_s2",
-                 "axis_1.jerk_mm_s3"},
-                "stage, aerosol: end of the travel"));
-  add(t, linear(m.axis[1],
-                {"axis_2.low_mm", "axis_2.high_mm", "axis_2.rate_mm_s", "axis_2.acceleration_mm_s2",
-                 "axis_2.jerk_mm_s3"},
-                "stage, aerosol: end of the travel"));
-  add(t, linear(m.axis[2],
-                {"axis_3.low_mm", "axis_3.high_mm", "axis_3.rate_mm_s", "axis_3.acceleration_mm_s2",
-                 "axis_3.jerk_mm_s3"},
-                "stage: end of the travel"));
-  add(t, tool(m.water, {"tool_water.x_mm", "tool_water.y_mm", "tool_water.z_mm"}));
-  add(t, tool(m.scaffold, {"tool_scaffold.x_mm", "tool_scaffold.y_mm", "tool_scaffold.z_mm"}));
-  add(t, tool(m.laser, {"tool_laser.x_mm", "tool_laser.y_mm", "tool_laser.z_mm"}));
+  add(t, linear(m.axis[0], "axis_1.", "stage, aerosol: end of the travel"));
+  add(t, linear(m.axis[1], "axis_2.", "stage, aerosol: end of the travel"));
+  add(t, linear(m.axis[2], "axis_3.", "stage: end of the travel"));
+  add(t, tool(m.water, "tool_water."));
+  add(t, tool(m.scaffold, "tool_scaffold."));
+  add(t, tool(m.laser, "tool_laser."));
   add(t, valve(m.valve));
   add(t, aerosol(m.aerosol));
   return t;

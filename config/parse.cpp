@@ -139,14 +139,25 @@ class Reader {
     const auto fail = [&](const std::string& problem) {
       throw ConfigError(file, line, key, key + " = " + shown(node) + ": " + problem);
     };
-    const bool ok = std::visit([&](auto* target) { return take(node, *target); }, field.value);
-    if (!ok)
+    std::string word;
+    const auto taken = [&](auto& target) {
+      if constexpr (std::is_pointer_v<std::remove_reference_t<decltype(target)>>)
+        return take(node, *target);
+      else
+        return take(node, word);
+    };
+    if (!std::visit(taken, field.value))
       fail("must be " +
            std::string(type_text(field) == "integer" ? "an "
                        : type_text(field) == "text"  ? ""
                                                      : "a ") +
            std::string(type_text(field)) + (field.unit.empty() ? "" : " [" + std::string(field.unit) + "]") +
            wanted(field));
+    if (const auto* w = std::get_if<WordMember>(&field.value)) {
+      if (const std::string problem = broken_word(field, word); !problem.empty()) fail(problem);
+      const auto& words = field.limits.choices;
+      w->set(w->member, std::size_t(std::find(words.begin(), words.end(), word) - words.begin()));
+    }
     if (const std::string problem = broken_limit(field); !problem.empty()) fail(problem);
     origins_[key] = {file, file == kSet ? 0 : line};
   }

@@ -25,11 +25,6 @@ std::string number_text(double value) {
   return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
 }
 
-std::string bound_text(double bound) {  // limits read better without ".0"
-  const std::string text = number_text(bound);
-  return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
-}
-
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (char c : text) {
@@ -54,16 +49,12 @@ std::string list_text(const std::vector<double>& numbers) {
   return out + "]";
 }
 
-bool inside(double v, const Limits& l) {
-  return std::isfinite(v) && v <= l.max && (l.min_excluded ? v > l.min : v >= l.min);
-}
-
 std::string broken_schedule(const std::vector<AlphaStep>& steps, const Limits& limits) {
   if (steps.empty() || steps[0].from_layer != 1) return "must begin with from_layer = 1";
   for (std::size_t n = 1; n < steps.size(); ++n)
     if (steps[n].from_layer <= steps[n - 1].from_layer) return "must have ascending from_layer";
   for (const AlphaStep& s : steps)
-    if (!inside(s.alpha, limits)) return "must have every alpha in [0, 1]";
+    if (!limits.holds(s.alpha)) return "must have every alpha in " + text(limits);
   return "";
 }
 
@@ -82,12 +73,14 @@ std::string broken_text(const std::string& text, const Limits& limits) {
 }  // namespace
 
 std::string value_text(const Field& field) {
-  return std::visit(Overloaded{[](const double* v) { return number_text(*v); },
-                               [](const std::string* v) { return quoted(*v); },
-                               [](const std::vector<AlphaStep>* v) { return schedule_text(*v); },
-                               [](const std::vector<double>* v) { return list_text(*v); },
-                               [](const auto* v) { return std::to_string(*v); }},
-                    field.value);
+  return std::visit(
+      Overloaded{
+          [](const double* v) { return number_text(*v); }, [](const std::string* v) { return quoted(*v); },
+          [](const std::vector<AlphaStep>* v) { return schedule_text(*v); },
+          [](const std::vector<double>* v) { return list_text(*v); },
+          [&](const WordMember& v) { return quoted(std::string(field.limits.choices[v.get(v.member)])); },
+          [](const auto* v) { return std::to_string(*v); }},
+      field.value);
 }
 
 std::string limits_text(const Field& field) {
@@ -97,24 +90,29 @@ std::string limits_text(const Field& field) {
     for (std::string_view c : l.choices) out += (c == l.choices.front() ? "" : ", ") + std::string(c);
     return out;
   }
-  if (!std::isfinite(l.min)) return "";
-  return (l.min_excluded ? "(" : "[") + bound_text(l.min) + ", " + bound_text(l.max) + "]";
+  return text(l);
+}
+
+std::string broken_word(const Field& field, const std::string& word) {
+  const std::string problem = broken_text(word, field.limits);
+  return problem.ends_with("must be") ? problem + " " + limits_text(field) : problem;
 }
 
 std::string broken_limit(const Field& field) {
   const std::string unit = field.unit.empty() ? "" : " " + std::string(field.unit);
   const auto interval = [&](double v) {
-    return inside(v, field.limits) ? std::string() : "must lie in " + limits_text(field) + unit;
+    if (field.limits.holds(v)) return std::string();
+    Range beside_zero = field.limits;
+    beside_zero.or_zero = false;
+    return (field.limits.or_zero ? "must be 0 or lie in " : "must lie in ") + text(beside_zero) + unit;
   };
   return std::visit(
-      Overloaded{[&](const std::string* v) {
-                   std::string problem = broken_text(*v, field.limits);
-                   return problem.ends_with("must be") ? problem + " " + limits_text(field) : problem;
-                 },
+      Overloaded{[&](const std::string* v) { return broken_word(field, *v); },
                  [&](const std::vector<AlphaStep>* v) { return broken_schedule(*v, field.limits); },
+                 [](const WordMember&) { return std::string(); },
                  [&](const std::vector<double>* v) {
                    const bool ok =
-                       std::all_of(v->begin(), v->end(), [&](double x) { return inside(x, field.limits); });
+                       std::all_of(v->begin(), v->end(), [&](double x) { return field.limits.holds(x); });
                    return ok ? std::string() : "every entry must lie in " + limits_text(field) + unit;
                  },
                  [&](const auto* v) { return interval(double(*v)); }},
@@ -126,7 +124,7 @@ std::string_view type_text(const Field& field) {
       Overloaded{[](const double*) { return "number"; }, [](const std::string*) { return "text"; },
                  [](const std::vector<AlphaStep>*) { return "number or schedule"; },
                  [](const std::vector<double>*) { return "list of numbers"; },
-                 [](const auto*) { return "integer"; }},
+                 [](const WordMember&) { return "text"; }, [](const auto*) { return "integer"; }},
       field.value);
 }
 

@@ -13,13 +13,14 @@ from pathlib import Path
 from firn_tree import code, finish, read, sources
 
 # Rooms from the bottom up. A room may include itself and the rooms that its row names; "core" stands for all of core/.
-CORE = ("core/grid", "core/path", "core/geometry", "core/slice", "core/motion", "core/deposition", "core/control",
+CORE = ("core/options", "core/grid", "core/path", "core/geometry", "core/slice", "core/motion", "core/deposition", "core/control",
         "core/statistics", "core/planning")
-LEAVES = ("core/grid", "core/path")
+LEAVES = ("core/options", "core/grid", "core/path")
 BELOW_PROCS = CORE + ("lcmtypes", "files", "config", "estimators", "drivers", "runtime", "plant")
 
 ALLOWED = {
-    "core/grid": (),
+    "core/options": (),
+    "core/grid": ("core/options",),
     "core/path": (),
     "core/geometry": LEAVES,
     "core/slice": LEAVES + ("core/geometry",),
@@ -30,7 +31,7 @@ ALLOWED = {
     "core/planning": LEAVES + ("core/geometry", "core/slice", "core/motion", "core/deposition", "core/control"),
     "lcmtypes": LEAVES,
     "files": CORE,
-    "config": CORE + ("files",),
+    "config": CORE + ("files", "estimators"),  # the option structs of estimators
     "estimators": CORE,
     "drivers": LEAVES,
     "runtime": LEAVES + ("files", "lcmtypes"),

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace firn::control {
 
 OpenLoop::OpenLoop(const Setup& setup, const ControlOptions& options)
     : setup_(setup), predict_(setup), layers_of_cell_(setup.grid) {
   const int fixed = options.open_loop.layers;
-  if (fixed < 0)
-    throw std::invalid_argument("open_loop: layers = " + std::to_string(fixed) + " must not be below 0");
+  check_options("open_loop", kOpenLoopOptions, options.open_loop);
   const double step_mm = setup.model.layer_height_mm();
   for (std::size_t c = 0; c < setup.grid.size(); ++c) {
     if (!setup.mask.cells[c]) continue;

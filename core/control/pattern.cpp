@@ -1,16 +1,14 @@
 #include "core/control/pattern.h"
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "core/grid/random.h"
+#include "core/options/require.h"
 
 namespace firn::control {
 namespace {
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw std::invalid_argument("pattern: " + what);
-}
+constexpr std::string_view kWhere = "pattern";
 
 bool on_mask(const Mask& mask, int i0, int j0, int i1, int j1) {
   for (int j = j0; j <= j1; ++j)
@@ -59,13 +57,8 @@ std::vector<SquareSite> square_sites(const Mask& mask, int largest, int step, in
 PatternPrint::PatternPrint(const Setup& setup, const ControlOptions& options)
     : setup_(setup), options_(options.pattern), predict_(setup), layers_(options.pattern.layers) {
   const PatternOptions& o = options_;
-  require(!setup.geometry, "patterns to learn from are printed of one ink, without a geometry");
-  require(o.layers >= 0, "layers = " + std::to_string(o.layers) + " must not be below 0");
-  require(o.fill > 0.0 && o.fill <= 1.0, "fill = " + std::to_string(o.fill) + " is outside (0, 1]");
-  require(o.spacing_cells >= 1, "spacing_cells = " + std::to_string(o.spacing_cells) + " must be 1 or more");
-  require(o.square_step >= 1, "square_step = " + std::to_string(o.square_step) + " must be 1 or more");
-  require(o.largest_square >= 1 && o.largest_square <= 64,
-          "largest_square = " + std::to_string(o.largest_square) + " is outside 1..64");
+  require(!setup.geometry, kWhere, "patterns to learn from are printed of one ink, without a geometry");
+  check_options(kWhere, kPatternOptions, o);
   if (layers_ == 0) {
     double highest_mm = 0.0;
     for (std::size_t c = 0; c < setup.mask.size(); ++c)
@@ -75,11 +68,12 @@ PatternPrint::PatternPrint(const Setup& setup, const ControlOptions& options)
   if (o.kind == PatternKind::kIdentification) {
     sites_ = identification_sites(setup.mask, o.spacing_cells, layers_);
     layers_ = std::min(layers_, int(sites_.size() + 2) / 3);  // no layer without a site
-    require(!sites_.empty(), "the part has no room for one identification site of 3 x 3 cells");
+    require(!sites_.empty(), kWhere, "the part has no room for one identification site of 3 x 3 cells");
   } else if (o.kind == PatternKind::kSquares) {
     squares_ = square_sites(setup.mask, o.largest_square, o.square_step, o.spacing_cells);
-    require(!squares_.empty(), "the part has no room for one square and its margin of " +
-                                   std::to_string(o.spacing_cells) + " cells");
+    require(!squares_.empty(), kWhere,
+            "the part has no room for one square and its margin of " + std::to_string(o.spacing_cells) +
+                " cells");
   }
 }
 

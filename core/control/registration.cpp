@@ -1,14 +1,13 @@
 #include "core/control/registration.h"
 
 #include <algorithm>
-#include <stdexcept>
+
+#include "core/options/require.h"
 
 namespace firn::control {
 namespace {
 
-void require(bool ok, const std::string& problem) {
-  if (!ok) throw std::invalid_argument("control.registration: " + problem);
-}
+constexpr std::string_view kWhere = "control.registration";
 
 }  // namespace
 
@@ -29,17 +28,16 @@ RegistrationPrint::RegistrationPrint(const Setup& setup, const ControlOptions& o
       drops_(setup.grid),
       materials_(setup.grid) {
   const RegistrationOptions& o = options.registration;
-  require(!setup.geometry, "marks are printed without a geometry");
-  require(o.layers >= 1, "layers = " + std::to_string(o.layers) + " must be 1 or more");
-  require(o.spacing_cells >= 4, "spacing_cells = " + std::to_string(o.spacing_cells) + " must be 4 or more");
+  require(!setup.geometry, kWhere, "marks are printed without a geometry");
+  check_options(kWhere, kRegistrationOptions, o);
   int of_a = 0, of_b = 0;
   for (const Mark& m : registration_marks(setup.mask, o.spacing_cells)) {
     drops_.at(m.i, m.j) = 1;
     ++(m.material == Material::kA ? of_a : of_b);
   }
-  require(of_a >= 3 && of_b >= 3, "the part has room for " + std::to_string(of_a) + " and " +
-                                      std::to_string(of_b) +
-                                      " marks of the two nozzles; three of each are the least");
+  require(of_a >= 3 && of_b >= 3, kWhere,
+          "the part has room for " + std::to_string(of_a) + " and " + std::to_string(of_b) +
+              " marks of the two nozzles; three of each are the least");
   for (std::size_t c = 0; c < drops_.size(); ++c)
     if (setup.mask.cells[c]) materials_.set(c, Material::kA);
   for (const Mark& m : registration_marks(setup.mask, o.spacing_cells))

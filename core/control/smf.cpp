@@ -2,28 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "core/control/halftone.h"
 
 namespace firn::control {
 namespace {
 
-void require(bool ok, const char* name, double value, const char* limit) {
-  if (!ok)
-    throw std::invalid_argument(std::string("smf: ") + name + " = " + std::to_string(value) + " must be " +
-                                limit);
-}
-
 const SmfOptions& checked(const SmfOptions& o) {
-  require(std::isfinite(o.kp) && o.kp > 0.0, "kp", o.kp, "above 0");
-  require(std::isfinite(o.ki_star) && o.ki_star >= 0.0, "ki_star", o.ki_star, "0 or more");
-  require(std::isfinite(o.kd_star) && o.kd_star >= 0.0, "kd_star", o.kd_star, "0 or more");
-  require(o.output_limit > 0.0, "output_limit", o.output_limit, "above 0");
-  require(o.integral_limit > 0.0, "integral_limit", o.integral_limit, "above 0");
-  require(std::isfinite(o.layer_height_mm) && o.layer_height_mm >= 0.0, "layer_height_mm", o.layer_height_mm,
-          "0 or more");
-  require(o.max_drops >= 1 && o.max_drops <= 16, "max_drops", o.max_drops, "1..16");
+  check_options("smf", kSmfOptions, o);
   return o;
 }
 

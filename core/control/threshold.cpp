@@ -1,25 +1,21 @@
 #include "core/control/threshold.h"
 
 #include <algorithm>
-#include <cmath>
-#include <stdexcept>
 
 namespace firn::control {
 namespace {
 
-double checked(const char* name, double value_mm) {
-  if (!(std::isfinite(value_mm) && value_mm >= 0.0))
-    throw std::invalid_argument(std::string("threshold: ") + name + " = " + std::to_string(value_mm) +
-                                " must be 0 mm or more");
-  return value_mm;
+const ThresholdOptions& checked(const ThresholdOptions& o) {
+  check_options("threshold", kThresholdOptions, o);
+  return o;
 }
 
 }  // namespace
 
 Threshold::Threshold(const Setup& setup, const ControlOptions& options)
     : setup_(setup),
-      dh_mm_(checked("layer_height_mm", options.threshold.layer_height_mm)),
-      threshold_mm_(checked("threshold_mm", options.threshold.threshold_mm)),
+      dh_mm_(checked(options.threshold).layer_height_mm),
+      threshold_mm_(options.threshold.threshold_mm),
       predict_(setup) {
   if (dh_mm_ == 0.0) dh_mm_ = setup.model.layer_height_mm();
   if (threshold_mm_ == 0.0) threshold_mm_ = 0.5 * dh_mm_;

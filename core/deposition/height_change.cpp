@@ -41,11 +41,7 @@ struct VariedFlow {
 
 }  // namespace
 
-void check(const DropletModel& m) {
-  require_weight(std::isfinite(m.h1_mm) && m.h1_mm > 0.0, "h1", m.h1_mm, "finite and above 0");
-  require_weight(std::isfinite(m.h2_mm) && m.h2_mm >= 0.0, "h2", m.h2_mm, "finite and not negative");
-  require_weight(std::isfinite(m.h3_mm) && m.h3_mm >= 0.0, "h3", m.h3_mm, "finite and not negative");
-}
+void check(const DropletModel& m) { check_options("droplet model", kDropletModel, m); }
 
 void check_finite(const HeightMap& height, const char* what) {
   for (std::size_t c = 0; c < height.size(); ++c)

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "core/options/option.h"
 
 namespace firn::deposition {
 
@@ -28,7 +29,14 @@ struct DropletModel {
   DropletModel times(double factor) const { return {factor * h1_mm, factor * h2_mm, factor * h3_mm}; }
   bool operator==(const DropletModel&) const = default;
 };
-/// @throws std::invalid_argument naming the constant: h1 finite and above 0, h2, h3 finite and not negative.
+inline constexpr Option kModelH1{"h1_mm", &DropletModel::h1_mm, "mm", above(0, 10),
+                                 "height under a droplet [Lu 2015, Table I]"};
+inline constexpr Option kModelH2{"h2_mm", &DropletModel::h2_mm, "mm", within(0, 10),
+                                 "height beside a droplet, per edge"};
+inline constexpr Option kModelH3{"h3_mm", &DropletModel::h3_mm, "mm", within(0, 10),
+                                 "height beside a droplet, per corner"};
+inline constexpr std::tuple kDropletModel{kModelH1, kModelH2, kModelH3};
+/// @throws std::invalid_argument naming the constant that is out of its range.
 void check(const DropletModel& model);
 
 /// What lies beyond the grid. kLose: infinitely low ground, sat = 1, its share is lost (the reading that

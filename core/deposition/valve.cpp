@@ -24,12 +24,7 @@ std::vector<MonotoneCurve::Point> flow_to_frequency(const std::vector<FlowCurve:
 }  // namespace
 
 void check(const ValveLimits& l) {
-  above_zero(l.tick_s, "tick_s");
-  above_zero(l.max_duration_s, "max_duration_s");
-  above_zero(l.min_pulse_s, "min_pulse_s");
-  above_zero(l.max_frequency_hz, "max_frequency_hz");
-  above_zero(l.max_flow_mm3_s, "max_flow_mm3_s");
-  if (l.max_entries < 1) throw std::invalid_argument("max_entries must be at least 1");
+  check_options("valve", kValveLimits, l);
   if (l.max_duration_s / l.tick_s > 65536.5)
     throw std::invalid_argument("max_duration_s must be at most 65,536 ticks: entries have 16 bits");
 }
@@ -37,7 +32,9 @@ void check(const ValveLimits& l) {
 FlowCurve::FlowCurve(std::vector<Row> rows) : h_(flow_to_frequency(rows)) {}
 
 FlowCurve FlowCurve::proportional(double hz_per_mm3_s, double max_frequency_hz) {
-  above_zero(hz_per_mm3_s, "hz_per_mm3_s");
+  if (!kFrequencyPerFlow.holds(hz_per_mm3_s))
+    throw std::invalid_argument("hz_per_mm3_s = " + shortest_text(hz_per_mm3_s) + " is outside " +
+                                text(kFrequencyPerFlow));
   above_zero(max_frequency_hz, "max_frequency_hz");
   return FlowCurve({{max_frequency_hz, max_frequency_hz / hz_per_mm3_s}});
 }
@@ -55,7 +52,7 @@ double flow_from_mass_mm3_s(double mass_g, double density_g_cm3, double duration
 }
 
 void check(const ValveSetting& setting, const ValveLimits& limits) {
-  above_zero(setting.pulse_s, "pulse_s");
+  check_options("valve", std::tuple{kValvePulse}, setting);
   if (setting.pulse_s < limits.min_pulse_s)
     throw std::invalid_argument("pulse_s = " + std::to_string(setting.pulse_s) +
                                 " is below the valve's minimum of " + std::to_string(limits.min_pulse_s) +

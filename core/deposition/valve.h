@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/deposition/monotone_curve.h"
+#include "core/options/option.h"
 
 namespace firn::deposition {
 
@@ -18,8 +19,17 @@ struct ValveLimits {
   double max_frequency_hz = 1000.0;  ///< the valve's usable maximum [6.1]; a tick of 2 ms allows 500 Hz
   double max_flow_mm3_s = 200.0;     ///< Table 2-2
 };
-/// @throws std::invalid_argument naming the limit: all finite and above 0, at most 65,536 ticks, entries
-/// >= 1.
+inline constexpr std::tuple kValveLimits{
+    Option{"tick_s", &ValveLimits::tick_s, "s", above(0, 1), "resolution of the controller's list [2.3.1]"},
+    Option{"max_duration_s", &ValveLimits::max_duration_s, "s", above(0, 65536),
+           "longest list; at most 65,536 ticks"},
+    Option{"max_entries", &ValveLimits::max_entries, "", within(1, 1e6), "pulses in one list"},
+    Option{"min_pulse_s", &ValveLimits::min_pulse_s, "s", above(0, 1), "narrowest pulse the valve follows"},
+    Option{"max_frequency_hz", &ValveLimits::max_frequency_hz, "Hz", above(0, 1e5),
+           "the valve's own maximum"},
+    Option{"max_flow_mm3_s", &ValveLimits::max_flow_mm3_s, "mm^3/s", above(0, 1e6), "Table 2-2"},
+};
+/// @throws std::invalid_argument naming the limit that is out of its range, or more than 65,536 ticks.
 void check(const ValveLimits& limits);
 
 /// Frequency-flow relation nu = h(Q) of one material at one pulse width [6.1, Fig. 6-1, Eq. (6.4)]: the table
@@ -53,7 +63,11 @@ struct ValveSetting {
   double pulse_s = 0.00125;
   FlowCurve curve;
 };
-/// @throws std::invalid_argument: pulse below min_pulse_s.
+inline constexpr Option kValvePulse{"pulse_s", &ValveSetting::pulse_s, "s", above(0, 1),
+                                    "width of each pulse; the calibration belongs to it"};
+/// Of FlowCurve::proportional, hz_per_mm3_s.
+inline constexpr Range kFrequencyPerFlow = above(0, 1e6);
+/// @throws std::invalid_argument: pulse out of its range or below min_pulse_s.
 void check(const ValveSetting& setting, const ValveLimits& limits);
 
 /// nu_max = 1 / t_pulse [6.1], never above one pulse per tick, the valve's own maximum or the table's end.

@@ -6,20 +6,6 @@
 namespace firn {
 namespace {
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw std::invalid_argument("grid: " + what);
-}
-
-void check_axis(const char* axis, std::int32_t n, double pitch_mm, double origin_mm) {
-  const std::string a = axis;
-  require(n >= 1 && n <= kMaxGridSide,
-          "n" + a + " = " + std::to_string(n) + " is outside 1.." + std::to_string(kMaxGridSide));
-  require(std::isfinite(pitch_mm) && pitch_mm > 0.0 && pitch_mm <= 100.0,
-          "pitch_" + a + "_mm = " + std::to_string(pitch_mm) + " is outside (0, 100]");
-  require(std::isfinite(origin_mm) && std::abs(origin_mm) <= 1e4,
-          "origin_" + a + "_mm = " + std::to_string(origin_mm) + " is outside +-10000");
-}
-
 // Position in pitches; a cell centre is a whole number whatever the rounding of origin + i * pitch.
 double cell_units(double x_mm, double origin_mm, double pitch_mm) {
   const double u = (x_mm - origin_mm) / pitch_mm, whole = std::floor(u + 0.5);
@@ -28,10 +14,7 @@ double cell_units(double x_mm, double origin_mm, double pitch_mm) {
 
 }  // namespace
 
-void check(const GridSpec& s) {
-  check_axis("x", s.nx, s.pitch_x_mm, s.origin_x_mm);
-  check_axis("y", s.ny, s.pitch_y_mm, s.origin_y_mm);
-}
+void check(const GridSpec& s) { check_options("grid", kGridSpec, s); }
 
 std::int64_t DropletPattern::total() const {
   std::int64_t sum = 0;

@@ -1,4 +1,5 @@
-// Leaf types of every height field: where cells are, heights, droplet counts, masks. Depends on nothing.
+// Leaf types of every height field: where cells are, heights, droplet counts, masks. Depends on core/options
+// alone.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "core/options/option.h"
 
 namespace firn {
 
@@ -35,8 +38,18 @@ struct GridSpec {
 /// Largest grid side that any message, file or configuration may name.
 inline constexpr int kMaxGridSide = 4096;
 
-/// @throws std::invalid_argument naming the field and its limit: 1 <= nx, ny <= kMaxGridSide,
-/// pitches finite and in (0, 100] mm, origins finite and within +-10 m.
+inline constexpr std::tuple kGridSpec{
+    Option{"nx", &GridSpec::nx, "", within(1, kMaxGridSide), "cells along x"},
+    Option{"ny", &GridSpec::ny, "", within(1, kMaxGridSide), "cells along y"},
+    Option{"pitch_x_mm", &GridSpec::pitch_x_mm, "mm", above(0, 100),
+           "distance of cells along x [Lu 2015, Table I]"},
+    Option{"pitch_y_mm", &GridSpec::pitch_y_mm, "mm", above(0, 100), "distance of cells along y"},
+    Option{"origin_x_mm", &GridSpec::origin_x_mm, "mm", within(-1e4, 1e4),
+           "stage position of the centre of cell (0, 0)"},
+    Option{"origin_y_mm", &GridSpec::origin_y_mm, "mm", within(-1e4, 1e4), "the same along y"},
+};
+
+/// @throws std::invalid_argument naming the field that is out of its range.
 void check(const GridSpec& spec);
 
 /// Values on a grid, one per cell.

@@ -20,6 +20,8 @@ const std::vector<std::string>& shape_kinds() {
   return kinds;
 }
 
+void check(const ShapeSpec& shape) { check_options("part", kShapeSpec, shape); }
+
 Target make_shape(const ShapeSpec& shape, const GridSpec& grid) {
   check(grid);
   const auto& kinds = shape_kinds();
@@ -28,8 +30,8 @@ Target make_shape(const ShapeSpec& shape, const GridSpec& grid) {
     for (const auto& k : kinds) all += (all.empty() ? "" : ", ") + k;
     throw std::invalid_argument("part: shape '" + shape.kind + "' is not one of " + all);
   }
+  check(shape);
   const bool box = shape.kind == "cuboid" || shape.kind == "wedge";
-  positive(shape.height_mm, "height_mm");
   if (box) {
     positive(shape.width_mm, "width_mm");
     positive(shape.depth_mm, "depth_mm");

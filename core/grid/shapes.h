@@ -25,7 +25,22 @@ struct ShapeSpec {
   double low_height_mm = 0.0;      ///< wedge: height at its low (-x) end; cone: height of its flat top's rim
 };
 
+inline constexpr std::tuple kShapeSpec{
+    Option{"height_mm", &ShapeSpec::height_mm, "mm", above(0, 1000),
+           "height of the part (wedge: of its high end)"},
+    Option{"diameter_mm", &ShapeSpec::diameter_mm, "mm", within(0, 1e4),
+           "cylinder, pipe, cone, dome: (outer) diameter"},
+    Option{"inner_diameter_mm", &ShapeSpec::inner_diameter_mm, "mm", within(0, 1e4), "pipe: inner diameter"},
+    Option{"width_mm", &ShapeSpec::width_mm, "mm", within(0, 1e4), "cuboid, wedge: size along x"},
+    Option{"depth_mm", &ShapeSpec::depth_mm, "mm", within(0, 1e4), "cuboid, wedge: size along y"},
+    Option{"low_height_mm", &ShapeSpec::low_height_mm, "mm", within(0, 1000),
+           "wedge: height of its low end; cone: of its rim"},
+};
+
 const std::vector<std::string>& shape_kinds();
+
+/// @throws std::invalid_argument naming the size that is out of its range
+void check(const ShapeSpec& shape);
 
 /// A cell belongs to the part when its centre lies inside the outline (boundary included).
 /// @throws std::invalid_argument naming the field and limit: unknown kind, size not positive, part empty on

@@ -1,13 +1,14 @@
 #include "core/grid/solids.h"
 
 #include <cmath>
-#include <stdexcept>
 #include <utility>
+
+#include "core/options/require.h"
 
 namespace firn {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("geometry: " + what); }
+[[noreturn]] void refuse(const std::string& what) { firn::refuse("geometry", what); }
 
 void positive(double value, const char* field) {
   if (!(std::isfinite(value) && value > 0.0))
@@ -100,8 +101,11 @@ const std::vector<std::string>& solid_kinds() {
   return kinds;
 }
 
+void check(const SolidSpec& spec) { check_options("geometry", kSolidSpec, spec); }
+
 std::unique_ptr<Solid> make_solid(const SolidSpec& spec, const GridSpec& grid) {
   check(grid);
+  check(spec);
   if (spec.kind == "pipe") return std::make_unique<Pipe>(spec, grid);
   if (spec.kind == "pipe_junction") return std::make_unique<PipeJunction>(spec, grid);
   if (spec.kind == "ellipsoid") return std::make_unique<Ellipsoid>(spec, grid);
@@ -111,7 +115,8 @@ std::unique_ptr<Solid> make_solid(const SolidSpec& spec, const GridSpec& grid) {
 ImageStack::ImageStack(const GridSpec& grid, double pitch_z_mm, std::vector<Mask> layers)
     : grid_(grid), pitch_z_mm_(pitch_z_mm), layers_(std::move(layers)) {
   check(grid);
-  positive(pitch_z_mm, "image_pitch_z_mm");
+  if (!kImagePitch_mm.holds(pitch_z_mm))
+    refuse("image_pitch_z_mm = " + shortest_text(pitch_z_mm) + " is outside " + text(kImagePitch_mm));
   if (layers_.empty()) refuse("a stack of images needs one at least");
   for (std::size_t n = 0; n < layers_.size(); ++n)
     if (layers_[n].size() != grid.size())

@@ -22,8 +22,31 @@ struct SolidSpec {
   double height_mm = 0.0;    ///< ellipsoid: along z
 };
 
+inline constexpr std::tuple kSolidSpec{
+    Option{"outer_diameter_mm", &SolidSpec::outer_diameter_mm, "mm", within(0, 1e4),
+           "pipe, pipe_junction: standing pipe; ellipsoid: along x and y"},
+    Option{"inner_diameter_mm", &SolidSpec::inner_diameter_mm, "mm", within(0, 1e4),
+           "pipe, pipe_junction: bore of the standing pipe"},
+    Option{"branch_width_mm", &SolidSpec::branch_width_mm, "mm", within(0, 1e4),
+           "pipe_junction: lying pipe, along y"},
+    Option{"branch_height_mm", &SolidSpec::branch_height_mm, "mm", within(0, 1000),
+           "pipe_junction: lying pipe, along z"},
+    Option{"branch_bore_width_mm", &SolidSpec::branch_bore_width_mm, "mm", within(0, 1e4),
+           "pipe_junction: bore of the lying pipe, along y"},
+    Option{"branch_bore_height_mm", &SolidSpec::branch_bore_height_mm, "mm", within(0, 1000),
+           "pipe_junction: bore of the lying pipe, along z"},
+    Option{"centre_z_mm", &SolidSpec::centre_z_mm, "mm", within(0, 1000),
+           "pipe_junction: axis of the lying pipe; ellipsoid: centre"},
+    Option{"height_mm", &SolidSpec::height_mm, "mm", within(0, 1000), "ellipsoid: along z"},
+};
+/// Height of one layer of an ImageStack.
+inline constexpr Range kImagePitch_mm = above(0, 100);
+
 /// none, pipe, pipe_junction, ellipsoid, images, mesh.
 const std::vector<std::string>& solid_kinds();
+
+/// @throws std::invalid_argument naming the size that is out of its range
+void check(const SolidSpec& spec);
 
 /// pipe: r_in <= r <= r_out, all heights [Lu 2015, IV-B]. pipe_junction: that pipe and a lying one of
 /// elliptic section from its axis towards +x, whose bores join [Figs. 13, 14; the paper prints no sizes].

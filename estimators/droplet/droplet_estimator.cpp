@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
+#include "core/options/require.h"
 #include "estimators/droplet/huber.h"
 
 namespace firn::droplet {
@@ -31,9 +31,7 @@ std::array<double, 3> scales(const DropletModel& m) {
   return {m.h1_mm, std::max(m.h2_mm, 0.05 * m.h1_mm), std::max(m.h3_mm, 0.05 * m.h1_mm)};
 }
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw std::invalid_argument("droplet estimator: " + what);
-}
+void require(bool ok, std::string_view what) { firn::require(ok, "droplet estimator", what); }
 
 }  // namespace
 
@@ -58,15 +56,7 @@ DropletEstimator::DropletEstimator(const GridSpec& grid, const EstimatorOptions&
       work_(std::make_unique<Work>()) {
   firn::check(grid);
   deposition::check(options.prior);
-  require(options.prior_std > 0.0 && options.prior_std <= 10.0,
-          "prior_std = " + std::to_string(options.prior_std) + " is outside (0, 10]");
-  require(options.window_layers >= 1,
-          "window_layers = " + std::to_string(options.window_layers) + " must be 1 or more");
-  require(options.max_evaluations >= 10,
-          "max_evaluations = " + std::to_string(options.max_evaluations) + " must be 10 or more");
-  require(
-      options.memory_layers == 0.0 || (std::isfinite(options.memory_layers) && options.memory_layers >= 2.0),
-      "memory_layers = " + std::to_string(options.memory_layers) + " must be 0 or at least 2");
+  check_options("droplet estimator", kEstimatorOptions, options);
   if (options.memory_layers > 0.0) keep_ = 1.0 - 1.0 / options.memory_layers;
   const auto scale = scales(options.prior);
   for (int n = 0; n < 3; ++n) {

@@ -27,21 +27,11 @@
 
 #include "core/deposition/height_change.h"
 #include "core/grid/grid.h"
+#include "estimators/droplet/options.h"
 #include "estimators/droplet/surface_filter.h"
 #include "estimators/droplet/symmetric3.h"
 
 namespace firn::droplet {
-
-struct EstimatorOptions {
-  deposition::DropletModel prior;  ///< believed before the first layer
-  double prior_std = 0.5;          ///< relative, of each; h2, h3 as if they were at least h1 / 20
-  deposition::Border border = deposition::Border::kLose;
-  int window_layers = 10;
-  int max_evaluations = 60;  ///< of the objective, per layer and round
-  /// M: a layer that is a layers old has the weight (1 - 1/M)^a, so that a drifting jet is followed; 0:
-  /// nothing is forgotten. The prior keeps its own.
-  double memory_layers = 0.0;
-};
 
 struct Estimate {
   deposition::DropletModel model;

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
+
+#include "core/options/require.h"
 
 namespace firn::droplet {
 namespace {
 
 constexpr double kOutlier_mm = 5e-3;  // beyond it and beyond half of what is expected, a droplet did not come
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw std::invalid_argument("droplet factors: " + what);
-}
+void require(bool ok, std::string_view what) { firn::require(ok, "droplet factors", what); }
 
 }  // namespace
 

@@ -1,22 +1,22 @@
 #include "estimators/droplet/height_filter.h"
 
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "core/options/require.h"
 
 namespace firn::droplet {
 namespace {
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw std::invalid_argument("height filter: " + what);
-}
+void require(bool ok, std::string_view what) { firn::require(ok, "height filter", what); }
 
 }  // namespace
 
 HeightFilter::HeightFilter(const GridSpec& grid, const HeightFilterOptions& options)
     : grid_(grid), options_(options), filter_(grid, options.border) {
   firn::check(grid);
+  check_options("height filter", std::tuple{kDropletScatter}, options);
   use_model(options.model, options.droplet_scatter);
 }
 

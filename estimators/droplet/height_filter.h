@@ -9,15 +9,10 @@
 
 #include <vector>
 
+#include "estimators/droplet/options.h"
 #include "estimators/droplet/surface_filter.h"
 
 namespace firn::droplet {
-
-struct HeightFilterOptions {
-  deposition::DropletModel model;
-  deposition::Border border = deposition::Border::kLose;
-  double droplet_scatter = 0.06;  ///< rho
-};
 
 class HeightFilter {
  public:

@@ -113,8 +113,8 @@ void check(const IceWorldConfig& c) {
   range("field.cell_mm", c.field.cell_mm, 0.15, 0.6);
   range("field.width_mm", c.field.width_mm, 5.0, 500.0);
   range("field.height_mm", c.field.height_mm, 5.0, 500.0);
-  range("field.x0_mm", c.field.x0_mm, -2000.0, 2000.0);
-  range("field.y0_mm", c.field.y0_mm, -2000.0, 2000.0);
+  range("field.x0_mm", c.field.x0_mm, -1000.0, 1000.0);
+  range("field.y0_mm", c.field.y0_mm, -1000.0, 1000.0);
   for (std::size_t n = 0; n < 2; ++n) {
     const std::string at = "[" + std::to_string(n) + "].";
     check_bead("bead" + at, c.bead[n]);
@@ -126,6 +126,13 @@ void check(const IceWorldConfig& c) {
   check_heat(c.heat);
   check_arm(c.arm);
   check_laser(c.laser);
+  range("table.centre_x_mm", c.table.centre_x_mm, -1000.0, 1000.0);
+  range("table.centre_y_mm", c.table.centre_y_mm, -1000.0, 1000.0);
+  for (const double foot : c.table.foot_mm) range("table.foot_mm", foot, -10.0, 10.0);
+  for (const double screw : c.table.screw_mm) range("table.screw_mm", screw, -10.0, 10.0);
+  for (const IceJig& jig : c.table.jigs)
+    for (const double v : {jig.x0_mm, jig.y0_mm, jig.x1_mm, jig.y1_mm, jig.top_mm})
+      range("table.jigs", v, -1000.0, 1000.0);
   range("table.width_mm", c.table.width_mm, 10.0, 1e4);
   range("table.depth_mm", c.table.depth_mm, 10.0, 1e4);
   range("table.roughness_mm", c.table.roughness_mm, 0.0, 5.0);

@@ -40,18 +40,19 @@ void check(const WorldConfig& c) {
   range("nozzle.step_s", c.nozzle.step_s, 0.01, 1e4);
   range("nozzle.wander_sigma", c.nozzle.wander_sigma, 0.0, 1.0);
   range("nozzle.wander_memory", c.nozzle.wander_memory, 0.0, 1.0);
-  range("lu2015.variation", c.lu2015.variation, 0.0, 10.0);
+  range("lu2015.variation", c.lu2015.variation, 0.0, 1.0);
   range("nozzle_b_x_mm", c.nozzle_b_x_mm, -1000.0, 1000.0);
   range("nozzle_b_y_mm", c.nozzle_b_y_mm, -1000.0, 1000.0);
   range("ratio_b", c.ratio_b, 0.01, 100.0);
   range("sensor.noise_mm", c.sensor.noise_mm, 0.0, 1.0);
-  range("profiler.points", c.profiler.points, 1, 65535);
+  range("sensor.dropout_floor", c.sensor.dropout_floor, 0.0, 1.0);
+  range("profiler.points", c.profiler.points, 2, 800);
   range("profiler.dx_mm", c.profiler.dx_mm, 0.0, 10.0);
   range("stage.counts_per_mm", c.stage.counts_per_mm, 1.0, 1e7);
   range("stage.ramp_rate_mm_s2", c.stage.ramp_rate_mm_s2, 1.0, 1e6);
-  range("jet_b.max_rate_hz", c.jet_b.max_rate_hz, 1.0, 1e6);
+  range("jet_b.max_rate_hz", c.jet_b.max_rate_hz, 1.0, 30'000.0);
   range("jet_b.baud", c.jet_b.baud, 300, 1e6);
-  range("jet.max_rate_hz", c.jet.max_rate_hz, 1.0, 1e6);
+  range("jet.max_rate_hz", c.jet.max_rate_hz, 1.0, 30'000.0);
   range("jet.baud", c.jet.baud, 300, 1e6);
   range("lamp.baud", c.lamp.baud, 300, 1e6);
   if (c.model != "droplets" && c.model != "lu2015")

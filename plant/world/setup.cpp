@@ -26,7 +26,7 @@ IceWorldConfig ice_config(const Experiment& e) {
   IceWorldConfig c;
   const IcePlantConfig& p = e.plant.ice;
   const Machine machine;
-  if (p.field_width_mm > 0.0 && p.field_depth_mm > 0.0)
+  if (p.field_width_mm != 0.0 || p.field_depth_mm != 0.0)
     c.field = {p.cell_mm, p.field_x0_mm, p.field_y0_mm, p.field_width_mm, p.field_depth_mm};
   c.field.cell_mm = p.cell_mm;
   c.line[0].drift = drift_of(e, 0), c.line[1].drift = drift_of(e, 1);

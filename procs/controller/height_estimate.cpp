@@ -18,7 +18,7 @@ constexpr double kSparseStd = 0.4;  // control.droplet_factors = "together"
 droplet::HeightFilterOptions options_of(const Experiment& e) {
   return {{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
           e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose,
-          e.control.droplet_scatter};
+          e.control.filter.droplet_scatter};
 }
 
 }  // namespace
@@ -27,7 +27,7 @@ HeightEstimate::HeightEstimate(const Experiment& e, Mask mask)
     : mask_(std::move(mask)),
       grid_(e.grid),
       model_(options_of(e).model),
-      droplet_scatter_(e.control.droplet_scatter),
+      droplet_scatter_(e.control.filter.droplet_scatter),
       filter_(e.grid, options_of(e)) {
   if (mask_.size() != grid_.size())
     throw std::invalid_argument("height estimate: the mask does not have the grid's size");

@@ -16,67 +16,19 @@ namespace {
 
 constexpr TimerId kLateReports{1};
 constexpr double kWaitForReports_s = 2.0;
-constexpr double kMeanWeight = 8.0;      // control.mpc.error = "square_mean"
 constexpr double kRimLead_layers = 1.5;  // control.droplet_factors = "together"
-
-control::Rounding rounding_of(const std::string& name) {
-  return name == "nearest" ? control::Rounding::kNearest
-         : name == "carry" ? control::Rounding::kCarry
-                           : control::Rounding::kDiffusion;
-}
 
 }  // namespace
 
 control::ControlOptions control_options(const Experiment& e) {
-  const ControlConfig& c = e.control;
-  control::ControlOptions o;
-  o.scheme = c.scheme;
-  o.max_layers = c.max_layers;
-  o.noise_gate = c.noise_gate;
-  o.open_loop.layers = c.open_loop.layers;
-  o.smf.kp = c.smf.kp;
-  o.smf.ki_star = c.smf.ki_star;
-  o.smf.kd_star = c.smf.kd_star;
-  o.smf.output_limit = c.smf.output_limit;
-  o.smf.integral_limit = c.smf.integral_limit;
-  o.smf.layer_height_mm = c.smf.layer_height_mm;
-  o.smf.max_drops = c.smf.max_drops;
-  o.smf.rounding = rounding_of(c.smf.rounding);
-  o.threshold.threshold_mm = c.threshold.threshold_mm;
-  o.threshold.layer_height_mm = c.threshold.layer_height_mm;
-  o.mpc.method = c.mpc.method == "strip_dp"    ? control::MpcMethod::kStripDp
-                 : c.mpc.method == "certified" ? control::MpcMethod::kCertified
-                 : c.mpc.method == "descent"   ? control::MpcMethod::kDescent
-                                               : control::MpcMethod::kGreedy;
-  o.mpc.anneal_sweeps = c.mpc.anneal_sweeps;
-  o.mpc.strip_rows = c.mpc.strip_rows;
-  o.mpc.horizon = c.mpc.horizon;
-  if (c.mpc.error != "absolute") {
+  control::ControlOptions o = e.control;
+  if (o.mpc.error != control::ErrorKind::kAbsolute) {
     const ModelConfig& h = e.model;
-    o.mpc.error = control::ErrorKind::kSquare;
-    o.mpc.price_mm2 = c.droplet_scatter * c.droplet_scatter *
-                      (h.h1_mm * h.h1_mm + 4.0 * h.h2_mm * h.h2_mm + 4.0 * h.h3_mm * h.h3_mm);
-    if (c.mpc.error == "square_mean") o.mpc.mean_weight = kMeanWeight;
+    const double scatter = e.control.filter.droplet_scatter;
+    o.mpc.price_mm2 =
+        scatter * scatter * (h.h1_mm * h.h1_mm + 4.0 * h.h2_mm * h.h2_mm + 4.0 * h.h3_mm * h.h3_mm);
   }
-  o.mpc.alpha.clear();
-  for (const AlphaStep& a : c.mpc.alpha) o.mpc.alpha.push_back({a.from_layer, a.alpha});
-  o.mpc.subset = c.mpc.subset;
-  o.mpc.max_evaluations = c.mpc.max_evaluations;
-  o.mpc.max_drops = c.mpc.max_drops;
-  o.mpc.finish_layers = c.mpc.finish_layers;
-  if (c.droplet_factors == "together") o.mpc.rim_lead_layers = kRimLead_layers;
-  o.mpc.min_improvement_mm = c.mpc.min_improvement_mm;
-  o.registration = {c.registration.layers, c.registration.spacing_cells};
-  const PatternConfig& p = c.pattern;
-  o.pattern = {p.kind == "identification" ? control::PatternKind::kIdentification
-               : p.kind == "squares"      ? control::PatternKind::kSquares
-                                          : control::PatternKind::kRandom,
-               p.layers,
-               p.fill,
-               p.spacing_cells,
-               p.largest_square,
-               p.square_step,
-               p.seed};
+  if (e.control.droplet_factors == "together") o.mpc.rim_lead_layers = kRimLead_layers;
   return o;
 }
 
@@ -87,7 +39,7 @@ control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
           std::move(mask),
           {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
           e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose,
-          e.control.mpc.seed,
+          e.control.seed,
           std::move(geometry),
           {e.model.g1_mm, e.model.g2_mm, e.model.g3_mm},
           e.geometry.judge_above_layers * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm)};

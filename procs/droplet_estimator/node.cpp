@@ -17,12 +17,8 @@ namespace {
 constexpr double kNoiseIfUnknown_mm = 0.001;  // Lu 2015, V-B
 
 droplet::EstimatorOptions options_of(const Experiment& e) {
-  droplet::EstimatorOptions o;
+  droplet::EstimatorOptions o = e.estimator;
   o.prior = {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm};
-  o.prior_std = e.estimator.prior_std;
-  o.window_layers = e.estimator.window_layers;
-  o.max_evaluations = e.estimator.max_evaluations;
-  o.memory_layers = e.estimator.memory_layers;
   o.border = e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
   return o;
 }

@@ -86,7 +86,7 @@ std::vector<double> ice_metrics_of(const MemoryPrintReport& r) {
 
 void seed_all(Experiment& e, std::uint64_t seed) {
   e.plant.seed = seed;
-  e.control.mpc.seed = seed;
+  e.control.seed = seed;
 }
 
 StudyPrint print_once(const Experiment& e, const Blobs& inputs) {

@@ -46,8 +46,8 @@ Identification identify(const ObservedRun& run) {
 
 droplet::SpacingResult spacing_of(const ObservedRun& run, double diameter_mm) {
   const Experiment& e = run.experiment();
-  const PatternConfig& p = e.control.pattern;
-  if (e.control.scheme != "pattern" || p.kind != "squares")
+  const control::PatternOptions& p = e.control.pattern;
+  if (e.control.scheme != "pattern" || p.kind != control::PatternKind::kSquares)
     throw UsageError("a run of control.scheme = \"pattern\", control.pattern.kind = \"squares\" is wanted");
   const auto layers = run.printed();
   if (layers.empty()) throw UsageError("no layer was printed and measured");

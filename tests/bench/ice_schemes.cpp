@@ -221,7 +221,8 @@ Job job_of(const Settings& o) {
   const Machine machine = parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, "machine");
   j.options = surface_options(e, 0);
   for (int speed = 0; speed < 2; ++speed) {
-    e.control.smf.version = speed ? "speed" : "frequency";
+    e.control.surface.version =
+        speed ? control::SurfaceVersion::kPathSpeed : control::SurfaceVersion::kValveFrequency;
     j.setup[speed] = planning_setup(e, machine);
   }
   return j;

@@ -120,7 +120,7 @@ TEST_CASE("An alpha schedule begins at layer 1 and ascends") {
   CHECK(what_of("control.mpc.alpha = []").find("from_layer = 1") != std::string::npos);
   CHECK(what_of("control.mpc.alpha = [{from_layer = 1, alpha = 1.0}, {from_layer = 1, alpha = 0.5}]")
             .find("ascending") != std::string::npos);
-  CHECK(what_of("control.mpc.alpha = [{from_layer = 1, alpha = 1.5}]").find("[0, 1]") != std::string::npos);
+  CHECK(what_of("control.mpc.alpha = [{from_layer = 1, alpha = 1.5}]").find("(0, 1]") != std::string::npos);
   CHECK(what_of("control.mpc.alpha = [{from_layer = 1, alhpa = 1.0}]") != "no error");
 }
 

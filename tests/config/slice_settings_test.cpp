@@ -67,7 +67,7 @@ TEST_CASE("Settings that make no sense are refused with key, value and limit") {
   CHECK_THROWS_WITH(
       settings("[layer]\nhight_mm = 1\n"),
       Contains("s.toml:2: layer.hight_mm: unknown key; the nearest known one is layer.height_mm"));
-  CHECK_THROWS_WITH(settings("[layer]\nheight_mm = 0\n"), Contains("must lie in (0.001, 100] mm"));
+  CHECK_THROWS_WITH(settings("[layer]\nheight_mm = 0\n"), Contains("must lie in [0.001, 100] mm"));
   CHECK_THROWS_WITH(settings("[support]\nkind = \"ful\"\n"), Contains("one of full, overhang, none"));
   CHECK_THROWS_WITH(settings("[mesh]\nrotation_order = [1, 1, 2]\n"),
                     Contains("s.toml:2: mesh.rotation_order"));

@@ -309,9 +309,9 @@ TEST_CASE("A second map of a layer replaces the first, and one of a layer long p
 TEST_CASE(
     "control.mpc.error = square and square_mean reach the scheme: objectives are roots of mean squares, and "
     "the mean's square counts eight times") {
-  const std::string error = GENERATE("square", "square_mean");
+  const auto error = GENERATE(control::ErrorKind::kSquare, control::ErrorKind::kSquareMean);
   Experiment e = small("mpc");
-  e.control.mpc.method = "strip_dp";
+  e.control.mpc.method = control::MpcMethod::kStripDp;
   e.control.mpc.error = error;
   const Mask mask = disc(e.grid);
   test::NodeBench b(NodeId::kController, std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), mask));
@@ -330,14 +330,14 @@ TEST_CASE(
   m.quality.assign(h.size(), 0);
   b.give(channels::kHeightMap, m);
   const layer_plan_t plan = b.last(channels::kLayerPlan);
-  const double weight = error == "square_mean" ? 8.0 : 0.0, mean = sum / cells;
+  const double weight = error == control::ErrorKind::kSquareMean ? 8.0 : 0.0, mean = sum / cells;
   CHECK(plan.objective_none_mm == Approx(std::sqrt(squares / cells + weight * mean * mean)));
   CHECK(plan.objective_mm < plan.objective_none_mm);
 }
 
 TEST_CASE("A plan is the same bytes on whatever threads the process hands its node") {
   Experiment e = small("mpc");
-  e.control.mpc.method = "strip_dp";
+  e.control.mpc.method = control::MpcMethod::kStripDp;
   e.grid.nx = 40, e.grid.ny = 60;
   const Blobs blobs = {{"target", "", to_npy(HeightMap(e.grid, 0.05))},
                        {"mask", "", to_npy(Mask(e.grid, 1))}};
@@ -383,7 +383,8 @@ TEST_CASE(
   set_height(m, h);
   m.quality.assign(h.size(), 0);
   double last = 1.0;
-  for (const char* method : {"greedy", "strip_dp", "certified"}) {
+  for (const auto method :
+       {control::MpcMethod::kGreedy, control::MpcMethod::kStripDp, control::MpcMethod::kCertified}) {
     e.control.mpc.method = method;
     test::NodeBench b(NodeId::kController,
                       std::make_unique<ControllerNode>(e, HeightMap(e.grid, 0.05), mask, geometry));

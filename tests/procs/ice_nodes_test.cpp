@@ -112,7 +112,7 @@ TEST_CASE(
     "path_planner: a surface brings the next interval, planned with it, and again for another attempt, never "
     "for an old one") {
   Experiment e = test::ice_experiment();
-  e.control.smf.version = "frequency";
+  e.control.surface.version = control::SurfaceVersion::kValveFrequency;
   NodeBench b = planner(e);
   b.start();
   while (b.wake()) {

@@ -13,7 +13,7 @@ namespace {
 
 PlanningSetup setup(control::SurfaceVersion version) {
   Experiment e = test::ice_experiment();
-  e.control.smf.version = version == control::SurfaceVersion::kPathSpeed ? "speed" : "frequency";
+  e.control.surface.version = version;
   PlanningSetup s = planning_setup(e, test::cobra());
   for (ValveSetup& v : s.valves) v.latency_s = 0.0;
   return s;

@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/thread_pool.h"
 #include "lcmtypes/convert.h"
 #include "procs/path_planner/node.h"
+#include "runtime/thread_pool.h"
 #include "tests/support/ice_print.h"
 #include "tests/support/node_bench.h"
 
@@ -12,9 +12,9 @@ using namespace firn;
 
 namespace {
 
-planning::PlanningSetup setup_of(const std::string& version, int max_pulses) {
+planning::PlanningSetup setup_of(control::SurfaceVersion version, int max_pulses) {
   Experiment e = test::ice_experiment();
-  e.control.smf.version = version;
+  e.control.surface.version = version;
   e.ice.max_pulses = max_pulses;
   return planning_setup(e, test::cobra());
 }
@@ -38,9 +38,9 @@ TEST_CASE("The paths of a batch are the same bytes on one, two and five threads,
   HeightMap action({40, 40, 1.0, 1.0, -20.0, -20.0});
   for (std::size_t c = 0; c < action.size(); ++c)
     action.cells[c] = 0.2 * std::sin(0.3 * double(c % 40)) * std::cos(0.2 * double(c / 40));
-  for (const char* version : {"speed", "frequency"})
+  for (const auto version : {control::SurfaceVersion::kPathSpeed, control::SurfaceVersion::kValveFrequency})
     for (const int max_pulses : {16384, 60}) {  // of 60 many a path is divided
-      CAPTURE(version, max_pulses);
+      CAPTURE(word(version), max_pulses);
       const planning::PlanningSetup setup = setup_of(version, max_pulses);
       std::vector<planning::PathTask> tasks;
       for (int n = 1; n <= 5; ++n)  // some come again in other layers
@@ -72,9 +72,9 @@ TEST_CASE("The paths of a batch are the same bytes on one, two and five threads,
 TEST_CASE(
     "The path planner's node sends the same bytes whatever threads it is given, motions planned ahead or "
     "not") {
-  for (const char* version : {"speed", "frequency"}) {
+  for (const auto version : {control::SurfaceVersion::kPathSpeed, control::SurfaceVersion::kValveFrequency}) {
     Experiment e = test::ice_experiment();
-    e.control.smf.version = version;
+    e.control.surface.version = version;
     std::vector<std::vector<std::byte>> sent[2];
     for (const int threads : {1, 3}) {
       auto node = std::make_unique<PathPlannerNode>(e, test::cobra(), test::ice_print());

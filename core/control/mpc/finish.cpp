@@ -12,9 +12,6 @@ namespace firn::control {
 
 FinishTogether::FinishTogether(const Setup& setup, const ControlOptions& options)
     : setup_(setup), options_(options), layer_mm_(setup.model.layer_height_mm()) {
-  const double k = options.mpc.finish_layers;
-  if (!(std::isfinite(k) && k >= 0.0))
-    throw std::invalid_argument("mpc: finish_layers = " + std::to_string(k) + " must not be below 0");
   const double lead = options.mpc.rim_lead_layers;
   if (!(std::isfinite(lead) && lead >= 0.0))
     throw std::invalid_argument("mpc: rim_lead_layers = " + std::to_string(lead) + " must not be below 0");

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "core/control/halftone.h"
 #include "core/control/mpc/descent.h"
@@ -12,38 +11,26 @@
 #include "core/control/mpc/layer/one_layer.h"
 #include "core/control/mpc/layer/weighted_layer.h"
 #include "core/control/prediction.h"
+#include "core/options/require.h"
 
 namespace firn::control {
 namespace {
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw std::invalid_argument("mpc: " + what);
-}
-
-const MpcOptions& checked(const MpcOptions& o) {
-  require(o.horizon >= 1 && o.horizon <= 8, "horizon = " + std::to_string(o.horizon) + " is outside 1..8");
-  require(o.max_drops >= 1 && o.max_drops <= 8,
-          "max_drops = " + std::to_string(o.max_drops) + " is outside 1..8");
-  require(o.strip_rows >= 1 && o.strip_rows <= 6,
-          "strip_rows = " + std::to_string(o.strip_rows) + " is outside 1..6");
-  require(o.price_mm2 >= 0.0, "price_mm2 = " + std::to_string(o.price_mm2) + " must not be below 0");
-  require(o.mean_weight >= 0.0, "mean_weight = " + std::to_string(o.mean_weight) + " must not be below 0");
-  require(o.anneal_sweeps >= 0,
-          "anneal_sweeps = " + std::to_string(o.anneal_sweeps) + " must not be below 0");
-  require(o.subset >= 1, "subset = " + std::to_string(o.subset) + " must be 1 or more");
-  require(o.max_evaluations >= 1,
-          "max_evaluations = " + std::to_string(o.max_evaluations) + " must be 1 or more");
-  require(o.min_improvement_mm >= 0.0,
-          "min_improvement_mm = " + std::to_string(o.min_improvement_mm) + " must not be below 0");
-  require(o.start_ones || o.start_dithered,
+MpcOptions checked(MpcOptions o) {
+  check_options("mpc", kMpcOptions, o);
+  require(o.price_mm2 >= 0.0, "mpc", "price_mm2 = " + std::to_string(o.price_mm2) + " must not be below 0");
+  require(o.mean_weight >= 0.0, "mpc",
+          "mean_weight = " + std::to_string(o.mean_weight) + " must not be below 0");
+  require(o.start_ones || o.start_dithered, "mpc",
           "start_ones and start_dithered are both off: the search needs a first guess");
-  require(!o.alpha.empty() && o.alpha.front().from_layer == 1,
+  require(!o.alpha.empty() && o.alpha.front().from_layer == 1, "mpc",
           "alpha: the schedule must begin at from_layer = 1");
-  for (std::size_t n = 0; n < o.alpha.size(); ++n) {
-    const AlphaStep& a = o.alpha[n];
-    require(a.alpha > 0.0 && a.alpha <= 1.0, "alpha = " + std::to_string(a.alpha) + " is outside (0, 1]");
-    require(n == 0 || a.from_layer > o.alpha[n - 1].from_layer,
-            "alpha: from_layer " + std::to_string(a.from_layer) + " does not ascend");
+  for (std::size_t n = 1; n < o.alpha.size(); ++n)
+    require(o.alpha[n].from_layer > o.alpha[n - 1].from_layer, "mpc",
+            "alpha: from_layer " + std::to_string(o.alpha[n].from_layer) + " does not ascend");
+  if (o.error == ErrorKind::kSquareMean) {
+    o.error = ErrorKind::kSquare;
+    o.mean_weight = kMeanWeight;
   }
   return o;
 }

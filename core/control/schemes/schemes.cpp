@@ -67,19 +67,12 @@ class LayerBound final : public LayerController {
 std::span<const Scheme> schemes() { return kSchemes; }
 
 std::unique_ptr<LayerController> make_controller(const Setup& setup, const ControlOptions& options) {
-  if (options.max_layers < 0)
-    throw std::invalid_argument("control: max_layers = " + std::to_string(options.max_layers) +
-                                " must not be below 0");
-  if (!(options.noise_gate >= 0.0))
-    throw std::invalid_argument("control: noise_gate = " + std::to_string(options.noise_gate) +
-                                " must not be below 0");
+  check_options("control", kControlOptions, options);
   std::string known;
   for (const Scheme& s : kSchemes) {
     if (s.name == options.scheme) {
       check(setup);
-      auto controller = s.make(setup, options);
-      if (options.max_layers == 0) return controller;
-      return std::make_unique<LayerBound>(std::move(controller), setup.grid, options.max_layers);
+      return std::make_unique<LayerBound>(s.make(setup, options), setup.grid, options.max_layers);
     }
     known += (known.empty() ? "" : ", ") + std::string(s.name);
   }

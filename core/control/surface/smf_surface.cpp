@@ -11,7 +11,7 @@ HeightMap OpenLoopSurface::control_law(const SurfaceMeasurement& m, const Height
 
 HeightMap SmfSurface::control_law(const SurfaceMeasurement&, const HeightMap& e, bool again) {
   if (!again) before_ = after_;
-  const SurfaceSmfOptions& o = options_.smf;
+  const SmfGains& o = options_.smf;
   const HeightMap sum = carried_over(before_.sum, e.spec);
   const HeightMap last =
       before_.error.size() ? resample(before_.error, e.spec, kNotMeasured) : HeightMap(e.spec, kNotMeasured);

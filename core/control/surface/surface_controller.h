@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/control/options.h"
 #include "core/grid/grid.h"
 
 namespace firn::control {
@@ -19,13 +20,8 @@ enum class SurfaceVersion : std::uint8_t {
   kPathSpeed,       ///< c = c_nom / (1 + u') at constant valve frequency (5.7), (5.8)
   kValveFrequency,  ///< q = (1 + u') q_nom at any speed (6.3)
 };
-
-struct SurfaceSmfOptions {
-  double kp = 1.0;
-  double ki_star = 0.25;        ///< K_i* of (5.2); the gains of 5.2.2
-  double kd_star = 0.25;        ///< K_d* of (5.2)
-  double integral_limit = 0.5;  ///< |K_i* sum E| stays within this many intervals (5.2.2)
-};
+inline constexpr std::array<std::string_view, 2> kSurfaceVersionWords{"speed", "frequency"};
+constexpr std::span<const std::string_view> words_of(SurfaceVersion) { return kSurfaceVersionWords; }
 
 struct SurfaceAdaptiveOptions {
   double kp = 1.0;
@@ -45,6 +41,25 @@ struct SurfaceForeseeOptions {
   double narrow_gain = 1.0;  ///< share of an error narrower than narrow_mm that is answered
   double narrow_mm = 5.0;
 };
+inline constexpr std::tuple kSurfaceForeseeOptions{
+    Option{"kp", &SurfaceForeseeOptions::kp, "", above(0, 10), "ice, scheme smf_foresee: proportional gain"},
+    Option{"flow_gain", &SurfaceForeseeOptions::flow_gain, "", within(0, 1),
+           "share of a material's unforeseen mean error that is taken for lasting"},
+    Option{
+        "zone_gain", &SurfaceForeseeOptions::zone_gain, "", within(0, 1),
+        "the same of a zone's mean, beyond its material's; a zone is a band of distances to the border of a "
+        "material"},
+    Option{"zone_mm", &SurfaceForeseeOptions::zone_mm, "mm", above(0.1, 1000), "width of that band"},
+    Option{"wide_gain", &SurfaceForeseeOptions::wide_gain, "", within(0, 1),
+           "share of an unforeseen error wider than wide_mm, beyond its zone's mean, that is taken for "
+           "lasting"},
+    Option{"wide_mm", &SurfaceForeseeOptions::wide_mm, "mm", above(0.1, 1000),
+           "side of the squares it is averaged over"},
+    Option{"narrow_gain", &SurfaceForeseeOptions::narrow_gain, "", within(0, 2),
+           "share of an error narrower than narrow_mm that is answered"},
+    Option{"narrow_mm", &SurfaceForeseeOptions::narrow_mm, "mm", above(0.1, 1000),
+           "side of the squares that tell narrow from wide"},
+};
 
 struct SurfaceOptions {
   std::string scheme = "smf";
@@ -58,10 +73,27 @@ struct SurfaceOptions {
   int stop_after =
       0;  ///< stop when so many maps running one material's cells ask for all there is; 0 = never
   double stop_share = 0.5;  ///< of them, above which a map counts
-  SurfaceSmfOptions smf;
+  SmfGains smf;
   SurfaceAdaptiveOptions adaptive;
   SurfaceForeseeOptions foresee;
 };
+inline constexpr Option kSurfaceSpeedRange{
+    "speed_range", &SurfaceOptions::speed_range, "", above(0, 0.9),
+    "ice: the c-controller keeps the path speed within this share of nominal [5.2.2]"};
+inline constexpr Option kSurfaceVersion{
+    "version", &SurfaceOptions::version, "", Range{},
+    "ice: what carries the action: the path speed (c-controller) [Barnett, (5.8)] or the valve frequency "
+    "(nu-controller) [(6.3)]"};
+inline constexpr Option kSurfaceOutputLimit{"output_limit", &SurfaceOptions::output_limit, "", above(0, 1),
+                                            "bound of the action, either sign"};
+inline constexpr Option kSurfaceStopAfter{
+    "stop_after", &SurfaceOptions::stop_after, "", within(0, 1000),
+    "so many saturated intervals in a row stop the print: an empty tank, a blocked line; 0 = none do"};
+inline constexpr Option kSurfaceStopShare{
+    "stop_share", &SurfaceOptions::stop_share, "", above(0, 1),
+    "of the part's cells at their limit, above which an interval counts as saturated"};
+inline constexpr std::tuple kSurfaceOptions{kSurfaceSpeedRange, kSurfaceVersion, kSurfaceOutputLimit,
+                                            kSurfaceStopAfter, kSurfaceStopShare};
 
 /// What a cell of the footprint is of.
 enum class CellMaterial : std::uint8_t { kNone = 0, kPart = 1, kScaffold = 2 };

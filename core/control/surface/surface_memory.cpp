@@ -4,15 +4,17 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/options/require.h"
+
 namespace firn::control {
 namespace {
 
 constexpr int kBeyond_cells = 2;
 
+constexpr std::string_view kWhere = "surface control";
+
 void require(bool ok, const char* name, double value, const char* limit) {
-  if (!ok)
-    throw std::invalid_argument(std::string("surface control: ") + name + " = " + std::to_string(value) +
-                                " must be " + limit);
+  firn::require(ok, kWhere, std::string(name) + " = " + std::to_string(value) + " must be " + limit);
 }
 
 // Cells next to known ones take the mean of their known neighbours, ring by ring; the rest is 0.
@@ -40,15 +42,9 @@ void extend(HeightMap& u) {
 
 void check(const SurfaceOptions& o) {
   require(std::isfinite(o.interval_mm) && o.interval_mm > 0.0, "interval_mm", o.interval_mm, "above 0");
-  require(o.speed_range > 0.0 && o.speed_range < 1.0, "speed_range", o.speed_range, "above 0 and below 1");
-  require(o.output_limit > 0.0 && o.output_limit <= 1.0, "output_limit", o.output_limit,
-          "above 0 and at most 1");
-  require(o.stop_after >= 0, "stop_after", o.stop_after, "0 or more");
-  require(o.stop_share > 0.0 && o.stop_share <= 1.0, "stop_share", o.stop_share, "above 0 and at most 1");
-  require(std::isfinite(o.smf.kp) && o.smf.kp > 0.0, "kp", o.smf.kp, "above 0");
-  require(std::isfinite(o.smf.ki_star) && o.smf.ki_star >= 0.0, "ki_star", o.smf.ki_star, "0 or more");
-  require(std::isfinite(o.smf.kd_star) && o.smf.kd_star >= 0.0, "kd_star", o.smf.kd_star, "0 or more");
-  require(o.smf.integral_limit > 0.0, "integral_limit", o.smf.integral_limit, "above 0");
+  check_options(kWhere, kSurfaceOptions, o);
+  check_options(kWhere, kSmfGains, o.smf);
+  check_options(kWhere, kSurfaceForeseeOptions, o.foresee, "foresee.");
   const SurfaceAdaptiveOptions& a = o.adaptive;
   require(std::isfinite(a.kp) && a.kp > 0.0, "adaptive.kp", a.kp, "above 0");
   require(a.gain_min > 0.0 && a.gain_min <= a.gain, "adaptive.gain_min", a.gain_min,
@@ -56,18 +52,6 @@ void check(const SurfaceOptions& o) {
   require(a.gain_max >= a.gain && a.gain_max <= 1.0, "adaptive.gain_max", a.gain_max,
           "at least adaptive.gain and at most 1");
   require(a.gain_rate >= 0.0 && a.gain_rate <= 1.0, "adaptive.gain_rate", a.gain_rate, "between 0 and 1");
-  const SurfaceForeseeOptions& f = o.foresee;
-  require(std::isfinite(f.kp) && f.kp > 0.0, "foresee.kp", f.kp, "above 0");
-  for (const auto& [name, gain] : {std::pair{"foresee.flow_gain", f.flow_gain},
-                                   {"foresee.zone_gain", f.zone_gain},
-                                   {"foresee.wide_gain", f.wide_gain}})
-    require(gain >= 0.0 && gain <= 1.0, name, gain, "between 0 and 1");
-  require(f.narrow_gain >= 0.0 && f.narrow_gain <= 2.0, "foresee.narrow_gain", f.narrow_gain,
-          "between 0 and 2");
-  for (const auto& [name, length] : {std::pair{"foresee.zone_mm", f.zone_mm},
-                                     {"foresee.wide_mm", f.wide_mm},
-                                     {"foresee.narrow_mm", f.narrow_mm}})
-    require(std::isfinite(length) && length > 0.0, name, length, "above 0");
   require(a.window_cells >= 0 && a.window_cells <= 100, "adaptive.window_cells", a.window_cells,
           "between 0 and 100");
 }

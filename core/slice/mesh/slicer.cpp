@@ -5,27 +5,15 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/slice/mesh/path_filter.h"
 #include "core/geometry/planar.h"
 #include "core/geometry/rings.h"
 #include "core/geometry/turning.h"
+#include "core/slice/mesh/path_filter.h"
 
 namespace firn::slice {
 namespace {
 
 constexpr int kLayersAtOnce = 4;
-
-void check(double value, const char* name) {
-  if (!(std::isfinite(value) && value >= 0.0))
-    throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) + " must be 0 or more");
-}
-
-void check(const SliceOptions& o) {
-  check(o.chord_tolerance_mm, "chord_tolerance_mm");
-  check(o.min_spacing_mm, "min_spacing_mm");
-  check(o.closing_gap_mm, "closing_gap_mm");
-  check(o.closing_share, "closing_share");
-}
 
 Rings filtered(const Rings& rings, PathFilter& filter) {
   Rings out;
@@ -76,6 +64,11 @@ void mesh_defects(const MeshFacts& facts, std::vector<Defect>& defects) {
 }
 
 }  // namespace
+
+void check(const SliceOptions& o) {
+  check_options("slice", std::tuple{kLayerHeight, kChordTolerance}, o);
+  check_options("slice", kContourOptions, o);
+}
 
 Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const SliceOptions& options,
                const ParallelFor& parallel) {

@@ -11,11 +11,12 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/region.h"
 #include "core/grid/parallel.h"
+#include "core/options/option.h"
 #include "core/slice/mesh/defects.h"
 #include "core/slice/mesh/facets.h"
 #include "core/slice/mesh/placement.h"
-#include "core/geometry/region.h"
 
 namespace firn::slice {
 
@@ -29,6 +30,21 @@ struct SliceOptions {
   double closing_share =
       0.5;  ///< then a contour whose own ends lie within this share of its length is closed
 };
+inline constexpr Option kLayerHeight{"layer_height_mm", &SliceOptions::layer_height_mm, "mm",
+                                     within(0.001, 100), "layer n is cut once, at (n - 1/2) of this"};
+inline constexpr Option kChordTolerance{"chord_tolerance_mm", &SliceOptions::chord_tolerance_mm, "mm",
+                                        within(0, 10),
+                                        "no path leaves its exact place by more; 0 keeps every point"};
+inline constexpr std::tuple kContourOptions{
+    Option{"min_spacing_mm", &SliceOptions::min_spacing_mm, "mm", within(0, 100),
+           "PATHFILTER: points closer together go first (3.2: 0.4)"},
+    Option{"closing_gap_mm", &SliceOptions::closing_gap_mm, "mm", within(0, 1000),
+           "ends of open contours at most so far apart are joined"},
+    Option{"closing_share", &SliceOptions::closing_share, "", within(0, 1),
+           "then a contour whose own ends lie within this share of its length is closed"},
+};
+/// @throws std::invalid_argument naming the option that is out of its range
+void check(const SliceOptions& options);
 
 /// What the facets as a whole are; exact, and the same for any order of them.
 struct MeshFacts {

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/geometry/region.h"
+#include "core/options/option.h"
 
 namespace firn::slice {
 
@@ -32,6 +33,17 @@ struct BeadOptions {
   double fill_angle_rad = 0.0;                ///< direction of lines and zigzags in odd layers
   double fill_turn_rad = 1.5707963267948966;  ///< added in even layers
 };
+inline constexpr std::tuple kBeadRings{
+    Option{"first_offset_mm", &BeadOptions::first_offset_mm, "mm", within(0, 100),
+           "outline to the centre of the outermost path [3.7]"},
+    Option{"boundary_width_mm", &BeadOptions::boundary_width_mm, "mm", above(0, 100), "of boundary paths"},
+    Option{"boundaries", &BeadOptions::boundaries, "", within(1, 1000), "boundary paths side by side"},
+};
+inline constexpr Option kBeadFillWidth{"fill_width_mm", &BeadOptions::fill_width_mm, "mm", above(0, 100),
+                                       "of fill paths, which may spread [3.7]"};
+inline constexpr Option kBeadGap{
+    "gap_mm", &BeadOptions::gap_mm, "mm", within(0, 100),
+    "wider spots between rings, and thin parts, get beads of their own width; 0: none do"};
 inline constexpr BeadOptions kWater{};
 inline constexpr BeadOptions kSme{.first_offset_mm = 1.2};
 
@@ -46,6 +58,8 @@ struct SupportOptions {
   double buffer_mm = 3.3;                    ///< outward growth of what lies above [Table 3-1]
   double overhang_rad = 0.7853981633974483;  ///< kOverhang: from the vertical; steeper walls carry themselves
 };
+inline constexpr Option kSupportBuffer{"buffer_mm", &SupportOptions::buffer_mm, "mm", within(0, 1000),
+                                       "outward growth of what lies above [Table 3-1]"};
 
 /// Ice paths that hold the scaffold down [3.7, Fig. 3-8].
 struct HookOptions {
@@ -53,6 +67,13 @@ struct HookOptions {
   int two_from_layer = 10;  ///< layers 1..10: the outermost scaffold path is ice; 11..20: the two outermost
   int last_layer = 20;
   double clearance_mm = 1.5;  ///< extra scaffold outward until hook and part are this far apart, bead to bead
+};
+inline constexpr std::tuple kHookOptions{
+    Option{"two_from_layer", &HookOptions::two_from_layer, "", within(0, 1e6),
+           "one path up to this layer, two above"},
+    Option{"last_layer", &HookOptions::last_layer, "", within(0, 1e6), "no hook above"},
+    Option{"clearance_mm", &HookOptions::clearance_mm, "mm", within(0, 1000),
+           "extra scaffold outward until hook and part are so far apart"},
 };
 
 /// Paths of the laser above the finished layer [Table 3-1, M frame].
@@ -64,6 +85,16 @@ struct MeasureOptions {
   double inset_mm = 0.6;    ///< stay this far inside the outline
   double laser_x_mm = 0.0;  ///< laser spot seen from the nozzle; paths are moved by its opposite
   double laser_y_mm = 0.0;
+};
+inline constexpr double kPathRange_mm = 1e5;
+inline constexpr Option kMeasureSpacing{"spacing_mm", &MeasureOptions::spacing_mm, "mm", above(0, 1000),
+                                        "between scan lines"};
+inline constexpr std::tuple kMeasurePlace{
+    Option{"inset_mm", &MeasureOptions::inset_mm, "mm", within(0, 1000), "stay so far inside the outline"},
+    Option{"laser_x_mm", &MeasureOptions::laser_x_mm, "mm", within(-kPathRange_mm, kPathRange_mm),
+           "laser spot seen from the nozzle; 0, 0 where firn plan knows the tool"},
+    Option{"laser_y_mm", &MeasureOptions::laser_y_mm, "mm", within(-kPathRange_mm, kPathRange_mm),
+           "the same along y"},
 };
 
 struct PathOptions {
@@ -81,6 +112,17 @@ struct PathOptions {
   double start_x_mm = 0.0;  ///< where the nozzle waits before each layer
   double start_y_mm = 0.0;
 };
+inline constexpr std::tuple kPathOrder{
+    Option{"seed", &PathOptions::seed, "", within(0, 9e18), "of random seams"},
+    Option{"two_opt_passes", &PathOptions::two_opt_passes, "", within(0, 100),
+           "over the order of a layer's paths; 0 = nearest neighbour only"},
+    Option{"start_x_mm", &PathOptions::start_x_mm, "mm", within(-kPathRange_mm, kPathRange_mm),
+           "where the nozzle waits before each layer"},
+    Option{"start_y_mm", &PathOptions::start_y_mm, "mm", within(-kPathRange_mm, kPathRange_mm),
+           "the same along y"},
+};
+/// @throws std::invalid_argument naming the option that is out of its range
+void check(const PathOptions& options);
 
 /// PATHFILTER's share of a job's chord tolerance; rings drawn from its outlines have the rest, so that they
 /// keep the tolerance against the mesh's own contours: what is blunt moves by at most 1.06 of what the

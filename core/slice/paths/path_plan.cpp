@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/paths/fill_lines.h"
-#include "core/slice/medial/gap_beads.h"
-#include "core/slice/paths/hook.h"
-#include "core/slice/offset/offset_rings.h"
-#include "core/slice/paths/order.h"
 #include "core/geometry/planar.h"
+#include "core/slice/medial/gap_beads.h"
+#include "core/slice/offset/offset_rings.h"
+#include "core/slice/paths/fill_lines.h"
+#include "core/slice/paths/hook.h"
+#include "core/slice/paths/order.h"
 
 namespace firn::slice {
 namespace {
@@ -115,7 +115,20 @@ void plan_measurement(const Region& region, const PathOptions& options, LayerPat
 
 }  // namespace
 
+void check(const PathOptions& o) {
+  for (const auto& [prefix, bead] : {std::pair{"part.", &o.part}, {"scaffold.", &o.scaffold}}) {
+    check_options("paths", kBeadRings, *bead, prefix);
+    check_options("paths", std::tuple{kBeadFillWidth, kBeadGap}, *bead, prefix);
+  }
+  check_options("paths", std::tuple{kSupportBuffer}, o.support, "support.");
+  check_options("paths", kHookOptions, o.hook, "hook.");
+  check_options("paths", std::tuple{kMeasureSpacing}, o.measure, "measure.");
+  check_options("paths", kMeasurePlace, o.measure, "measure.");
+  check_options("paths", kPathOrder, o);
+}
+
 LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, PathWork& work) {
+  check(options);
   LayerPaths paths;
   paths.layer = regions.layer;
   paths.z = regions.z;

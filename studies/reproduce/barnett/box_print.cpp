@@ -24,7 +24,7 @@ Experiment experiment_of(double height_mm, std::uint64_t seed) {
   Experiment e;
   e.lab.kind = "ice";
   e.run.name = "box";
-  e.plant.seed = e.control.mpc.seed = seed;
+  e.plant.seed = e.control.seed = seed;
   e.ice.mesh = "box.stl", e.ice.slice = "slice.toml", e.ice.machine = "machine.toml";
   e.ice.layer_height_mm = kBoxLayer_mm;
   e.ice.height_mm = height_mm;
@@ -39,7 +39,7 @@ Experiment experiment_of(double height_mm, std::uint64_t seed) {
   e.control.scheme = "smf";
   e.control.smoothing = 1.0;
   e.control.smf.kp = 0.9999, e.control.smf.ki_star = 0.32798, e.control.smf.kd_star = 0.00005;
-  e.control.smf.version = "frequency";
+  e.control.surface.version = control::SurfaceVersion::kValveFrequency;
   e.control.smf.output_limit = e.control.smf.integral_limit = 0.5;
   return e;
 }

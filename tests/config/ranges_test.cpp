@@ -1,0 +1,488 @@
+// Ties the range of every numeric key to the check of what the key configures: at both bounds, on both sides.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "config/error.h"
+#include "config/ice_lab.h"
+#include "config/machine.h"
+#include "config/reader.h"
+#include "config/slice.h"
+#include "core/control/surface/surface_controller.h"
+#include "core/grid/solids.h"
+#include "core/motion/kinematics/limits.h"
+#include "estimators/droplet/droplet_estimator.h"
+#include "estimators/droplet/height_filter.h"
+#include "plant/world/setup.h"
+#include "procs/controller/node.h"
+
+using namespace firn;
+
+namespace {
+
+/// How the struct S of a file's values becomes what the keys configure.
+template <class S>
+struct Probe {
+  std::string keys;  ///< a key, or the start of several: "control.smf."
+  std::function<void(S&)> build;
+  std::string name = {};   ///< of the option in the message that refuses it; "" = the key's own
+  bool any_above = false;  ///< takes more above than the key, whose upper bound catches wrong units
+};
+
+template <class S>
+struct Kind {
+  std::function<std::vector<Field>(S&)> fields;
+  std::vector<Probe<S>> probes;
+  std::vector<std::pair<std::string, std::string>> held_by_none;  ///< start of keys, and why
+};
+
+void set_number(Field& f, double v) {
+  if (auto* d = std::get_if<double*>(&f.value)) **d = v;
+  if (auto* i = std::get_if<std::int32_t*>(&f.value)) **i = std::int32_t(v);
+  if (auto* i = std::get_if<std::int64_t*>(&f.value)) **i = std::int64_t(v);
+  if (auto* i = std::get_if<std::uint64_t*>(&f.value)) **i = std::uint64_t(v);
+  if (auto* list = std::get_if<std::vector<double>*>(&f.value)) **list = {v};
+  if (auto* steps = std::get_if<std::vector<AlphaStep>*>(&f.value)) **steps = {{1, v}};
+}
+
+Field& field_of(std::vector<Field>& table, const std::string& key) {
+  for (Field& f : table)
+    if (f.key == key) return f;
+  throw std::logic_error(key);
+}
+
+/// "" when accepted, else the reader's message.
+template <class S>
+std::string refused_by_config(const Kind<S>& kind, const std::string& key, const std::string& value) {
+  S s;
+  try {
+    read_fields(kind.fields(s), key + " = " + value, "t.toml");
+  } catch (const ConfigError& e) {
+    CHECK(e.key == key);
+    return e.what();
+  }
+  return "";
+}
+
+template <class S>
+std::string refused_by_core(const Kind<S>& kind, const Probe<S>& probe, const std::string& key, double v) {
+  S s;
+  std::vector<Field> table = kind.fields(s);
+  Field& f = field_of(table, key);
+  set_number(f, v);
+  const std::string name = probe.name.empty() ? std::string(f.name()) : probe.name;
+  try {
+    probe.build(s);
+  } catch (const std::exception& e) {
+    const std::string what = e.what();
+    if (what.find(name) == std::string::npos) {
+      INFO(what);
+      CHECK(what.find("room for") != std::string::npos);  // the small part of this test has none for it
+      return "";
+    }
+    return what;
+  }
+  return "";
+}
+
+struct Trial {
+  double value;
+  bool good;
+  bool above = false;  ///< the upper bound
+};
+
+/// The bounds and values just outside and, of an excluded bound, just inside.
+std::vector<Trial> trials(const Field& f) {
+  const bool whole = type_text(f) == "integer";
+  const auto step = [&](double at) { return whole ? 1.0 : std::max(1e-6 * std::abs(at), 1e-9); };
+  const Limits& l = f.limits;
+  std::vector<Trial> t;
+  if (l.min_excluded) {
+    t.push_back({l.min, false});
+    t.push_back({l.min + step(l.min), true});
+  } else {
+    t.push_back({l.min, true});
+    t.push_back({l.min - step(l.min), false});
+  }
+  if (l.or_zero) {
+    t.push_back({0.0, true});
+    t.push_back({-step(0.0), false});
+  }
+  t.push_back({l.max, true, true});
+  t.push_back({l.max + (l.max > 1e18 ? 1e17 : step(l.max)), false, true});
+  return t;
+}
+
+std::string as_toml(const Field& f, double v) {
+  if (type_text(f) == "integer") return std::to_string((long long)v);
+  Experiment e;
+  e.plant.sensor_noise_mm = v;
+  std::vector<Field> table = fields(e);
+  const std::string number = value_text(field_of(table, "plant.sensor_noise_mm"));
+  return type_text(f) == "list of numbers" ? "[" + number + "]" : number;
+}
+
+template <class S>
+void tie(const Kind<S>& kind) {
+  S defaults;
+  for (const Field& f : kind.fields(defaults)) {
+    if (type_text(f) == "text") continue;
+    const std::string key(f.key);
+    INFO(key);
+    CHECK((std::isfinite(f.limits.min) && std::isfinite(f.limits.max)));
+    bool listed = false;
+    for (const auto& [start, why] : kind.held_by_none) listed = listed || key.starts_with(start);
+    int held = 0;
+    for (const Trial& t : trials(f)) {
+      const std::string value = as_toml(f, t.value), config = refused_by_config(kind, key, value);
+      INFO(value << (config.empty() ? "" : ": ") << config);
+      CHECK(config.empty() == t.good);
+      for (const Probe<S>& p : kind.probes) {
+        if (!key.starts_with(p.keys)) continue;
+        ++held;
+        const std::string core = refused_by_core(kind, p, key, t.value);
+        INFO("core: " << core);
+        CHECK(core.empty() == (t.good || (t.above && p.any_above)));
+      }
+    }
+    INFO("no probe builds what this key configures, and it is not listed as held by none, or both");
+    CHECK((held == 0) == listed);
+  }
+}
+
+GridSpec small_grid() { return {6, 6, 0.26, 0.26, 0.0, 0.0}; }
+
+void build_controller(Experiment& e, const char* scheme) {
+  e.grid = small_grid();
+  e.control.scheme = scheme;
+  control::make_controller(control_setup(e, HeightMap(e.grid, 0.1), Mask(e.grid, 1)), control_options(e));
+}
+
+Probe<Experiment> controller(const char* keys, const char* scheme, const char* name = "") {
+  return {keys, [=](Experiment& e) { build_controller(e, scheme); }, name};
+}
+
+Probe<Experiment> surface(const char* keys, const char* scheme, const char* name = "") {
+  return {keys,
+          [=](Experiment& e) {
+            e.control.scheme = scheme;
+            control::make_surface_controller(surface_options(e, 10));
+          },
+          name};
+}
+
+Probe<Experiment> model(const char* key, const char* name) {
+  return {key,
+          [](Experiment& e) {
+            deposition::check(deposition::DropletModel{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm});
+            deposition::check(deposition::DropletModel{e.model.g1_mm, e.model.g2_mm, e.model.g3_mm});
+          },
+          name};
+}
+
+Probe<Experiment> world(const char* keys, const char* name = "", const char* lab = "inkjet") {
+  return {keys,
+          [=](Experiment& e) {
+            e.lab.kind = lab;
+            IcePlantConfig& p = e.plant.ice;
+            const bool placed = p.field_x0_mm != 0.0 || p.field_y0_mm != 0.0;
+            if (p.field_width_mm == 0.0 && (placed || p.field_depth_mm != 0.0)) p.field_width_mm = 100.0;
+            if (p.field_depth_mm == 0.0 && p.field_width_mm != 0.0) p.field_depth_mm = 100.0;
+            plant::check(plant::world_config(e));
+          },
+          name};
+}
+
+void build_estimator(Experiment& e) { droplet::DropletEstimator(small_grid(), e.estimator); }
+
+/// A shape that does not use the size.
+void build_shape(Experiment& e, const char* kind) {
+  e.part.shape.kind = kind;
+  e.part.shape.width_mm = e.part.shape.depth_mm = 10.0;
+  check(e.part.shape);
+}
+
+void slice_contours(SliceSettings& s) { slice::check(s.contour); }
+void plan_paths(SliceSettings& s) { slice::check(path_options(s)); }
+
+void check_valve(Machine& m) {
+  m.valve.max_duration_s = std::min(m.valve.max_duration_s, 65536.0 * m.valve.tick_s);
+  deposition::check(valve_limits(m.valve));
+}
+
+void check_pulse(Machine& m) {
+  m.valve.min_pulse_s = std::min(m.valve.min_pulse_s, std::max(m.valve.pulse_s, 1e-12));
+  deposition::check(valve_setting(m.valve), valve_limits(m.valve));
+}
+
+}  // namespace
+
+TEST_CASE("Every numeric key of an experiment has the range of what it configures") {
+  tie<Experiment>({
+      [](Experiment& e) { return fields(e); },
+      {
+          {"grid.", [](Experiment& e) { check(e.grid); }},
+          model("model.h1_mm", "h1"),
+          model("model.h2_mm", "h2"),
+          model("model.h3_mm", "h3"),
+          model("model.g1_mm", "h1"),
+          model("model.g2_mm", "h2"),
+          model("model.g3_mm", "h3"),
+          controller("control.max_layers", "smf"),
+          controller("control.noise_gate", "mpc"),
+          controller("control.open_loop.", "open_loop"),
+          controller("control.smf.kp", "smf"),
+          controller("control.smf.ki_star", "smf"),
+          controller("control.smf.kd_star", "smf"),
+          controller("control.smf.output_limit", "smf"),
+          controller("control.smf.integral_limit", "smf"),
+          controller("control.smf.layer_height_mm", "smf"),
+          controller("control.smf.max_drops", "smf"),
+          surface("control.smf.kp", "smf"),
+          surface("control.smf.ki_star", "smf"),
+          surface("control.smf.kd_star", "smf"),
+          surface("control.smf.integral_limit", "smf"),
+          surface("control.smf.speed_range", "smf"),
+          surface("control.foresee.", "smf_foresee"),
+          controller("control.threshold.", "threshold"),
+          controller("control.mpc.strip_rows", "mpc"),
+          controller("control.mpc.anneal_sweeps", "mpc"),
+          controller("control.mpc.horizon", "mpc"),
+          controller("control.mpc.alpha", "mpc"),
+          controller("control.mpc.subset", "mpc"),
+          controller("control.mpc.max_evaluations", "mpc"),
+          controller("control.mpc.max_drops", "mpc"),
+          controller("control.mpc.finish_layers", "mpc"),
+          controller("control.mpc.min_improvement_mm", "mpc"),
+          controller("control.pattern.layers", "pattern"),
+          controller("control.pattern.fill", "pattern"),
+          controller("control.pattern.spacing_cells", "pattern"),
+          controller("control.pattern.largest_square", "pattern"),
+          controller("control.pattern.square_step", "pattern"),
+          controller("control.registration.", "registration"),
+          {"control.droplet_scatter",
+           [](Experiment& e) {
+             droplet::HeightFilter(small_grid(),
+                                   {{}, deposition::Border::kLose, e.control.filter.droplet_scatter});
+           }},
+          {"estimator.", build_estimator},
+          surface("ice.max_saturated_intervals", "smf", "stop_after"),
+          surface("ice.saturated_share", "smf", "stop_share"),
+          world("stage.counts_per_mm"),
+          world("jet.max_rate_hz"),
+          world("jet_b.max_rate_hz"),
+          world("laser_profiler.points"),
+          world("laser_profiler.dx_mm"),
+          world("plant.ratio_b"),
+          world("plant.variation"),
+          world("plant.size_std", "size_scatter"),
+          world("plant.placement_std_mm", "placement_scatter_mm"),
+          world("plant.missed_fraction", "missed_probability"),
+          world("plant.satellite_fraction", "satellite_probability"),
+          world("plant.drift", "wander_sigma"),
+          world("plant.nozzle_b_x_mm"),
+          world("plant.nozzle_b_y_mm"),
+          world("plant.sensor_noise_mm", "noise_mm"),
+          world("plant.dropout_fraction", "dropout"),
+          world("plant.ice.field_x0_mm", "x0_mm", "ice"),
+          world("plant.ice.field_y0_mm", "y0_mm", "ice"),
+          world("plant.ice.field_width_mm", "field.width_mm", "ice"),
+          world("plant.ice.field_depth_mm", "field.height_mm", "ice"),
+          world("plant.ice.cell_mm", "", "ice"),
+          world("plant.ice.tank_water_mm3", "tank_mm3", "ice"),
+          world("plant.ice.tank_sme_mm3", "tank_mm3", "ice"),
+          world("plant.ice.debris_per_h", "", "ice"),
+          world("plant.ice.table_width_mm", "table.width_mm", "ice"),
+          world("plant.ice.table_depth_mm", "table.depth_mm", "ice"),
+          world("plant.ice.table_roughness_mm", "table.roughness_mm", "ice"),
+          world("plant.ice.start_delay_s", "", "ice"),
+          world("plant.ice.laser_delay_s", "trigger_delay_s", "ice"),
+          world("plant.ice.valve_a_delay_s", "open_delay_s", "ice"),
+          world("plant.ice.valve_b_delay_s", "open_delay_s", "ice"),
+          world("plant.ice.flow_water_mm3_s", "full_flow_mm3_s", "ice"),
+          world("plant.ice.flow_sme_mm3_s", "full_flow_mm3_s", "ice"),
+          world("plant.ice.recovery_water", "recovery_share", "ice"),
+          world("plant.ice.recovery_sme", "recovery_share", "ice"),
+          world("plant.ice.balance_std_mg", "balance.std_mg", "ice"),
+          world("plant.ice.table_x_mm", "table.centre_x_mm", "ice"),
+          world("plant.ice.table_y_mm", "table.centre_y_mm", "ice"),
+          world("plant.ice.foot_mm", "table.foot_mm", "ice"),
+          world("plant.ice.screw_mm", "table.screw_mm", "ice"),
+          {"part.height_mm", [](Experiment& e) { build_shape(e, "cylinder"); }},
+          {"part.diameter_mm", [](Experiment& e) { build_shape(e, "cuboid"); }},
+          {"part.inner_diameter_mm", [](Experiment& e) { build_shape(e, "cuboid"); }},
+          {"part.width_mm", [](Experiment& e) { check(e.part.shape); }},
+          {"part.depth_mm", [](Experiment& e) { check(e.part.shape); }},
+          {"part.low_height_mm", [](Experiment& e) { build_shape(e, "cuboid"); }},
+          {"geometry.outer_diameter_mm", [](Experiment& e) { check(e.geometry.solid); }},
+          {"geometry.inner_diameter_mm", [](Experiment& e) { check(e.geometry.solid); }},
+          {"geometry.branch_", [](Experiment& e) { check(e.geometry.solid); }},
+          {"geometry.centre_z_mm", [](Experiment& e) { check(e.geometry.solid); }},
+          {"geometry.height_mm", [](Experiment& e) { check(e.geometry.solid); }},
+          {"geometry.image_pitch_z_mm",
+           [](Experiment& e) {
+             ImageStack(small_grid(), e.geometry.image_pitch_z_mm, {Mask(small_grid(), 1)});
+           }},
+          controller("control.pattern.seed", "pattern"),
+          {"valve_a.hz_per_mm3_s", [](Experiment& e) { valve_setting(e.valve_a); }},
+          {"valve_b.hz_per_mm3_s", [](Experiment& e) { valve_setting(e.valve_b); }},
+      },
+      {
+          {"run.", "the run's own: clocks and folders"},
+          {"bus.", "faults that the bus injects"},
+          {"part.image_white_mm", "scale of a picture"},
+          {"geometry.mesh_", "scale and place of a mesh, which need the mesh"},
+          {"geometry.judge_above_layers", "a share of a layer, for which core takes any height"},
+          {"control.smoothing", "a switch"},
+          {"control.mpc.seed", "any number is a seed"},
+          {"plant.seed", "any number is a seed"},
+          {"process.", "what the scheduler commands"},
+          {"stage.acceleration_mm_s2", "an instrument's setting"},
+          {"stage.max_speed_mm_s", "an instrument's setting"},
+          {"stage.x_", "soft limits of the instrument"},
+          {"stage.y_", "soft limits of the instrument"},
+          {"stage.z_", "soft limits of the instrument"},
+          {"stage.array_limit", "an instrument's setting"},
+          {"stage.poll_", "pace of a driver"},
+          {"jet.dwell_", "waveform of an instrument, which its driver checks"},
+          {"jet.echo_", "the same"},
+          {"jet.rise_", "the same"},
+          {"jet.fall_", "the same"},
+          {"jet.final_", "the same"},
+          {"jet.idle_", "the same"},
+          {"jet_b.dwell_", "the same"},
+          {"jet_b.echo_", "the same"},
+          {"jet_b.rise_", "the same"},
+          {"jet_b.fall_", "the same"},
+          {"jet_b.final_", "the same"},
+          {"jet_b.idle_", "the same"},
+          {"jet_b.offset_", "where the lab believes the nozzle to be"},
+          {"laser_profiler.offset_y_mm", "where the lab believes the line to be"},
+          {"laser_profiler.poll_s", "pace of a driver"},
+          {"lamp.", "an interlock"},
+          {"ice.height_mm", "how much of a mesh is printed"},
+          {"ice.origin_", "where the part stands"},
+          {"ice.interval_layers", "layers, of which core takes the height"},
+          {"ice.layer_height_mm", "the same"},
+          {"ice.pitch_mm", "grid of the maps, which needs the paths"},
+          {"ice.measure_", "given to the settings of slicing"},
+          {"ice.map_samples", "given to the map of scattered readings, which needs readings"},
+          {"ice.water_", "nominal speeds, which the motion limits lower"},
+          {"ice.scaffold_", "the same"},
+          {"ice.nozzle_gap_mm", "heights of the nozzle"},
+          {"ice.clearance_mm", "an interlock"},
+          {"ice.hop_mm", "heights of the nozzle"},
+          {"ice.least_rise_share", "an interlock"},
+          {"ice.max_time_slip_s", "an interlock"},
+          {"ice.max_pulses", "with the machine's valve.max_entries: the smaller counts"},
+          {"robot.", "an instrument's settings"},
+          {"valve_a.pulse_us", "an instrument's setting"},
+          {"valve_a.guard_us", "an instrument's setting"},
+          {"valve_a.poll_", "pace of a driver"},
+          {"valve_a.latency_s", "what the lab believes"},
+          {"valve_a.table_", "rows of a curve, which count together"},
+          {"valve_b.pulse_us", "an instrument's setting"},
+          {"valve_b.guard_us", "an instrument's setting"},
+          {"valve_b.poll_", "pace of a driver"},
+          {"valve_b.latency_s", "what the lab believes"},
+          {"valve_b.table_", "rows of a curve, which count together"},
+          {"laser_point.", "an instrument's settings"},
+          {"heater.", "an instrument's settings"},
+          {"calibration.", "where things stand on the table, as gauged"},
+          {"plant.ice.drift_", "drawn together by seed and kept within the valve's range"},
+          {"plant.ice.origin_dx_mm", "a displacement of any size"},
+          {"plant.ice.origin_dy_mm", "a displacement of any size"},
+          {"plant.ice.origin_dz_mm", "a displacement of any size"},
+          {"plant.ice.laser_dx_mm", "a displacement of any size"},
+          {"plant.ice.laser_dy_mm", "a displacement of any size"},
+          {"plant.ice.laser_dz_mm", "a displacement of any size"},
+          {"plant.ice.valve_a_dx_mm", "a displacement of any size"},
+          {"plant.ice.valve_a_dy_mm", "a displacement of any size"},
+          {"plant.ice.valve_b_dx_mm", "a displacement of any size"},
+          {"plant.ice.valve_b_dy_mm", "a displacement of any size"},
+          {"plant.ice.jig_mm", "five numbers a block, which count together"},
+      },
+  });
+}
+
+TEST_CASE("Every numeric key of a machine has the range of what it configures") {
+  const auto limits = [](Machine& m) { motion::check_limits(motion_limits(m), 4); };
+  tie<Machine>({
+      [](Machine& m) { return machine_fields(m); },
+      {
+          {"total.speed_mm_s", limits, "rate", true},
+          {"total.acceleration_mm_s2", limits, "acceleration", true},
+          {"total.jerk_mm_s3", limits, "jerk", true},
+          {"valve.tick_s", check_valve},
+          {"valve.max_duration_s",
+           [](Machine& m) {
+             m.valve.tick_s = 1.0;
+             deposition::check(valve_limits(m.valve));
+           }},
+          {"valve.max_entries", check_valve},
+          {"valve.min_pulse_s", check_valve},
+          {"valve.max_frequency_hz", check_valve},
+          {"valve.max_flow_mm3_s", check_valve},
+          {"valve.pulse_s", check_pulse},
+          {"valve.hz_per_mm3_s", [](Machine& m) { valve_setting(m.valve); }},
+      },
+      {
+          {"machine.tick_s", "pace of the samples that a planner writes"},
+          {"orientation.", "0 = no limit; a planner takes every other one"},
+          {"scara.", "lengths of an arm"},
+          {"joint_", "ranges of an arm; 0 = no limit, a planner takes every other one"},
+          {"axis_", "ranges of a stage; 0 = no limit, a planner takes every other one"},
+          {"stage.", "two axes or three"},
+          {"tool_", "where a tool is"},
+          {"valve.table_", "rows of a curve, which count together"},
+          {"aerosol.", "of the aerosol planner, which takes any positive number"},
+      },
+  });
+}
+
+TEST_CASE("Every numeric key of slicing settings has the range of what it configures") {
+  tie<SliceSettings>({
+      [](SliceSettings& s) { return slice_fields(s); },
+      {
+          {"layer.height_mm", slice_contours, "layer_height_mm"},
+          {"contour.tolerance_mm", slice_contours, "chord_tolerance_mm"},
+          {"contour.min_spacing_mm", slice_contours},
+          {"contour.closing_", slice_contours},
+          {"part.first_offset_mm", plan_paths},
+          {"part.boundar", plan_paths},
+          {"part.fill_width_mm", plan_paths},
+          {"part.gap_mm", plan_paths},
+          {"scaffold.first_offset_mm", plan_paths},
+          {"scaffold.boundar", plan_paths},
+          {"scaffold.fill_width_mm", plan_paths},
+          {"scaffold.gap_mm", plan_paths},
+          {"support.buffer_mm", plan_paths},
+          {"hook.two_from_layer", plan_paths},
+          {"hook.last_layer", plan_paths},
+          {"hook.clearance_mm", plan_paths},
+          {"order.seed", plan_paths},
+          {"order.two_opt_passes", plan_paths},
+          {"order.start_", plan_paths},
+          {"measure.spacing_mm", plan_paths},
+          {"measure.inset_mm", plan_paths},
+          {"measure.laser_", plan_paths},
+      },
+      {
+          {"mesh.", "place of a mesh"},
+          {"part.angle_deg", "any angle is a direction"},
+          {"part.turn_deg", "any angle is a direction"},
+          {"scaffold.angle_deg", "any angle is a direction"},
+          {"scaffold.turn_deg", "any angle is a direction"},
+          {"support.overhang_deg", "an angle, of which core takes radians"},
+          {"hook.on", "a switch"},
+          {"measure.on", "a switch"},
+          {"measure.material", "a material's number"},
+          {"measure.angle_deg", "any angle is a direction"},
+          {"coverage.", "a report's own"},
+          {"gcode.", "a file's own"},
+      },
+  });
+}
