@@ -3,7 +3,9 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "cli/option_set.h"
 #include "config/experiment.h"
+#include "config/labs.h"
 #include "files/usage_error.h"
 #include "plant/inkjet/model.h"
 #include "plant/record/record.h"
@@ -36,7 +38,8 @@ std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& 
   truth.damaged = history.damaged;
   for (const plant::ShotRecord& s : history.shots) {
     plant::NearestCell cell{s.i, s.j};
-    // Where the lab believed the second nozzle: what it is off by is nature's, and firn calibrate's to find.
+    // Position of the second nozzle as the lab believed it: its error belongs to nature, and firn calibrate
+    // finds it.
     if (s.nozzle == 1)
       cell = plant::nearest_cell(e.grid, s.x_mm + e.jet_b.offset_x_mm, s.y_mm + e.jet_b.offset_y_mm);
     truth.shots.push_back({s.t_us, cell.i, cell.j, s.exposures, outcome_of(s.outcome),
@@ -69,7 +72,7 @@ replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
     const std::string config = recorded_config(run);
     const Experiment e =
         config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
-    if (is_ice(e)) return path_verdict(run, e);
+    if (prints_paths(e)) return path_verdict(run, e);
     const replay::AuditRecord record = replay::read_audit_record(run);
     const auto truth = read_world_truth(run, e);
     replay::AuditOptions options;
@@ -85,6 +88,12 @@ int run_audit(const AuditCommandOptions& options) {
   const std::string text = options.json ? replay::to_json(verdict) + "\n" : replay::to_text(verdict);
   std::fputs(text.c_str(), stdout);
   return verdict.clean() ? kOk : kFailed;
+}
+
+void declare_audit(OptionSet& options) {
+  auto& o = options.calls(run_audit);
+  options.option("RUN", o.run, "run folder").required();
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

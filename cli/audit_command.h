@@ -1,4 +1,4 @@
-// firn audit RUN: the nodes' records against what truly happened in the simulated world.
+// run_audit compares the nodes' records of a run with the simulated world's own record.
 #pragma once
 
 #include <filesystem>
@@ -9,6 +9,8 @@
 #include "replay/audit.h"
 
 namespace firn {
+
+class OptionSet;
 
 struct AuditCommandOptions {
   std::string run;  ///< run folder
@@ -24,5 +26,8 @@ replay::AuditVerdict audit_verdict(const std::filesystem::path& run);
 
 /// @returns 0 clean, 1 any violation, 2 usage
 int run_audit(const AuditCommandOptions& options);
+
+/// Declares the arguments.
+void declare_audit(OptionSet& options);
 
 }  // namespace firn

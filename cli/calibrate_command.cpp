@@ -6,12 +6,12 @@
 #include <optional>
 #include <stdexcept>
 
+#include "cli/option_set.h"
 #include "files/usage_error.h"
+#include "firn/enums.h"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
-#include "firn/material_map_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_config.h"
 #include "replay/run_messages.h"
@@ -31,13 +31,15 @@ Seen read(const std::filesystem::path& run) {
   Seen seen;
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     if (m.layer == 0) seen.bare = height_of(m);  // the last attempt counts
-    if (m.layer > 0 && m.layer >= seen.last_layer) seen.last = height_of(m), seen.last_layer = m.layer;
+    if (m.layer > 0 && m.layer >= seen.last_layer) {
+      seen.last = height_of(m);
+      seen.last_layer = m.layer;
+    }
   });
   messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
-    if (m.layer == 1 && PlanDecision(m.decision) == PlanDecision::kPrint) seen.marks = drops_of(m);
-  });
-  messages.each<material_map_t>(channels::kMaterialMap.name, [&](const material_map_t& m) {
-    if (m.layer == 1) seen.materials = materials_of(m);
+    if (m.layer != 1 || PlanDecision(m.decision) != PlanDecision::kPrint) return;
+    seen.marks = drops_of(m);
+    if (!m.material.empty()) seen.materials = materials_of(m);
   });
   return seen;
 }
@@ -83,7 +85,8 @@ Calibration calibrate(const std::filesystem::path& run) {
 
 std::string proposal(const Calibration& c, const std::string& run_name) {
   const auto row = [](const char* key, double value, const registration::Interval& i) {
-    return std::string(key) + " = " + number(value, 5) + "  # 95 %: +- " + number(i.half_95_mm, 5) + " mm\n";
+    return std::string(key) + " = " + number(value, 5) + "  # 95 %: +- " + number(i.ci95_half_width_mm, 5) +
+           " mm\n";
   };
   return "# Where nozzle B stands relative to nozzle A, measured by firn calibrate from " +
          std::to_string(c.off.marks_a) + " and " + std::to_string(c.off.marks_b) + " marks of\n# run " +
@@ -94,7 +97,9 @@ std::string proposal(const Calibration& c, const std::string& run_name) {
 int run_calibrate(const CalibrateOptions& options) {
   if (is_lab_calibration(options.run)) {
     CalibrateLabOptions lab = options.lab;
-    lab.what = options.run, lab.output = options.output, lab.json = options.json;
+    lab.what = options.run;
+    lab.output = options.output;
+    lab.json = options.json;
     return run_calibrate_lab(lab);
   }
   if (!std::filesystem::is_directory(options.run)) {
@@ -115,7 +120,7 @@ int run_calibrate(const CalibrateOptions& options) {
                                     {"believed_mm", believed},
                                     {"off_by_mm", i.value_mm},
                                     {"sigma_mm", i.sigma_mm},
-                                    {"half_95_mm", i.half_95_mm}};
+                                    {"half_95_mm", i.ci95_half_width_mm}};
     };
     const nlohmann::ordered_json out = {{"x", axis(c.offset_x_mm(), c.believed_x_mm, c.off.x)},
                                         {"y", axis(c.offset_y_mm(), c.believed_y_mm, c.off.y)},
@@ -128,8 +133,8 @@ int run_calibrate(const CalibrateOptions& options) {
   }
   const auto line = [](const char* axis, double value, double believed, const registration::Interval& i) {
     std::printf("%s  %11s mm  +- %s (95 %%)   the lab believes %s: off by %s um\n", axis,
-                number(value, 5).c_str(), number(i.half_95_mm, 5).c_str(), number(believed, 5).c_str(),
-                number(1000.0 * i.value_mm, 1).c_str());
+                number(value, 5).c_str(), number(i.ci95_half_width_mm, 5).c_str(),
+                number(believed, 5).c_str(), number(1000.0 * i.value_mm, 1).c_str());
   };
   std::printf("nozzle B relative to nozzle A, from %d and %d marks%s\n", c.off.marks_a, c.off.marks_b,
               c.off.skipped ? (", " + std::to_string(c.off.skipped) + " not found").c_str() : "");
@@ -137,6 +142,41 @@ int run_calibrate(const CalibrateOptions& options) {
   line("y", c.offset_y_mm(), c.believed_y_mm, c.off.y);
   std::printf("for the lab file: %s\n", path.c_str());
   return kOk;
+}
+
+void declare_calibrate(OptionSet& options) {
+  auto& o = options.calls(run_calibrate);
+  std::string names;
+  for (const std::string_view name : lab_calibration_names())
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  options.option("RUN", o.run, "run folder of a registration print; or, in the simulated ice lab: " + names)
+      .required();
+  options.option("LAB", o.lab.lab, "lab or experiment file of the ice lab").show_default();
+  options.option("-o,--output", o.output,
+                 "proposal for the lab file; default: RUN/jet_b.toml, LAB with .proposed.toml");
+  options.flag("--write", o.lab.write, "into LAB itself");
+  options.option("--valve", o.lab.valve, "valve-latency, flow-curve: a (water) or b (scaffold)")
+      .show_default()
+      .one_of({"a", "b"});
+  options
+      .option("--repeats", o.lab.run.repeats,
+              "passes or weighings of each kind; default: the calibration's own")
+      .within(1, 1000);
+  options.option("--speeds", o.lab.run.speeds_mm_s, "S,S,... [mm/s] of its passes")
+      .separated_by(',')
+      .within(1.0, 1000.0);
+  options
+      .option("--frequencies", o.lab.run.frequencies_hz,
+              "flow-curve: F,F,... [Hz]; default: 20 up to a pulse a tick")
+      .separated_by(',')
+      .within(1.0, 1000.0);
+  options.option("--rounds", o.lab.run.rounds, "level-table: so often turned as told and measured again")
+      .show_default()
+      .within(1, 20);
+  options.option("--seed", o.lab.run.seed, "of where passes begin and the order of things").show_default();
+  options.option("--plot", o.lab.plot, "residuals, SVG");
+  options.override_option(o.lab.overrides);
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

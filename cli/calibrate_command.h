@@ -1,5 +1,5 @@
-// firn calibrate RUN: where the second nozzle stands, from a registration print; proposes the lab file's
-// keys. With the name of a calibration of the ice lab instead of a run: cli/calibrate_lab.h.
+// run_calibrate computes the position of the second nozzle from a registration print and proposes keys for
+// the lab file. Calibrations of the ice lab are in cli/calibrate_lab.h.
 #pragma once
 
 #include <filesystem>
@@ -11,11 +11,13 @@
 
 namespace firn {
 
+class OptionSet;
+
 struct CalibrateOptions {
   std::string run;     ///< run folder of a registration print, or a calibration of the ice lab
   std::string output;  ///< of the proposal; "" = RUN/jet_b.toml
   bool json = false;
-  CalibrateLabOptions lab;  ///< of the latter, but for what, output and json
+  CalibrateLabOptions lab;  ///< of the latter, but for its name, output and json
 };
 
 struct Calibration {
@@ -26,7 +28,7 @@ struct Calibration {
 };
 
 /// From the run's first plan (the marks), its map of the bare substrate and its last map.
-/// @throws UsageError: not a registration print, or one without a finished layer; what measure_offset()
+/// @throws UsageError: not a registration print, or one without a finished layer; data that measure_offset()
 /// refuses
 Calibration calibrate(const std::filesystem::path& run);
 
@@ -34,5 +36,8 @@ Calibration calibrate(const std::filesystem::path& run);
 std::string proposal(const Calibration& calibration, const std::string& run_name);
 
 int run_calibrate(const CalibrateOptions& options);
+
+/// Declares the arguments.
+void declare_calibrate(OptionSet& options);
 
 }  // namespace firn

@@ -19,6 +19,7 @@
 #include "print/progress.h"
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "studies/calibrate/calibration_lab.h"
 #include "studies/reproduce/reproduce.h"
 
 namespace firn {
@@ -46,9 +47,10 @@ std::string joined(const std::vector<double>& values, int digits, bool list) {
 std::vector<LabKey> lab_keys(const LabCalibration& c) {
   std::vector<LabKey> keys;
   for (const FoundKey& k : c.keys) {
-    const bool told = std::any_of(k.half_95.begin(), k.half_95.end(), [](double h) { return h > 0.0; });
+    const bool told =
+        std::any_of(k.ci95_half_width.begin(), k.ci95_half_width.end(), [](double h) { return h > 0.0; });
     std::string comment = "firn calibrate " + c.what;
-    if (told) comment += fmt::format("; 95 %: +- {} {}", joined(k.half_95, k.digits, k.list), k.unit);
+    if (told) comment += fmt::format("; 95 %: +- {} {}", joined(k.ci95_half_width, k.digits, k.list), k.unit);
     keys.push_back({k.section, k.key, joined(k.value, k.digits, k.list), comment});
   }
   return keys;
@@ -63,11 +65,11 @@ nlohmann::ordered_json json_of(const LabCalibration& c) {
     keys.push_back({{"key", k.section + "." + k.key},
                     {"unit", k.unit},
                     {"value", values(k.value)},
-                    {"half_95", values(k.half_95)},
+                    {"half_95", values(k.ci95_half_width)},
                     {"believed", values(k.believed)}});
   }
   for (const auto& [name, e] : c.also)
-    also.push_back({{"what", name}, {"value", e.value}, {"std", e.std}, {"half_95", e.half_95}});
+    also.push_back({{"what", name}, {"value", e.value}, {"std", e.std}, {"half_95", e.ci95_half_width}});
   return {{"what", c.what},
           {"keys", keys},
           {"also", also},
@@ -85,17 +87,18 @@ void print(const LabCalibration& c) {
     const std::string name = k.section + "." + k.key;
     if (!k.list) {
       fmt::print("{:<26} {:>12} {} +- {} (95 %)   the lab believes {}: off by {:+.{}f}\n", name,
-                 joined(k.value, k.digits, false), k.unit, joined(k.half_95, k.digits, false),
+                 joined(k.value, k.digits, false), k.unit, joined(k.ci95_half_width, k.digits, false),
                  joined(k.believed, k.digits, false), k.value[0] - k.believed[0], k.digits);
-    } else if (std::any_of(k.half_95.begin(), k.half_95.end(), [](double h) { return h > 0.0; })) {
+    } else if (std::any_of(k.ci95_half_width.begin(), k.ci95_half_width.end(),
+                           [](double h) { return h > 0.0; })) {
       for (std::size_t n = 0; n < k.value.size(); ++n)
         fmt::print("{:<26} {:>10.3f} Hz {:>10.3f} {} +- {:.3f} (95 %)\n", n == 0 ? name : "",
-                   c.keys[0].value[n], k.value[n], k.unit, k.half_95[n]);
+                   c.keys[0].value[n], k.value[n], k.unit, k.ci95_half_width[n]);
     }
   }
   for (const auto& [name, e] : c.also) {
-    if (e.half_95 > 0.0)
-      fmt::print("  {}: {:.6g} +- {:.2g} (95 %)\n", name, e.value, e.half_95);
+    if (e.ci95_half_width > 0.0)
+      fmt::print("  {}: {:.6g} +- {:.2g} (95 %)\n", name, e.value, e.ci95_half_width);
     else
       fmt::print("  {}: {:.6g}\n", name, e.value);
   }
@@ -123,22 +126,12 @@ Experiment ice_lab(const CalibrateLabOptions& o, const std::vector<std::string>&
   } catch (const ConfigError&) {  // of an ink-jet lab, that there is no mesh in it is the lesser news
     bool other = false;
     try {
-      other = !is_ice(load_experiment(o.lab));
+      other = !has_calibrations(load_experiment(o.lab));
     } catch (const ConfigError&) {
     }
     if (other) throw UsageError(o.lab + " is no ice lab's: " + o.what + " is a calibration of that");
     throw;
   }
-}
-
-/// Says what is done once that takes more than two seconds.
-std::function<void(double)> shown(ProgressLine& line, const std::string& what) {
-  return [&line, what, began = std::chrono::steady_clock::now()](double share) {
-    const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-    if (s > 2.0 && share > 0.0)
-      line.show(fmt::format("{} {:3.0f} %  ETA {:.0f} s", what, 100.0 * share, s * (1.0 - share) / share),
-                share >= 1.0);
-  };
 }
 
 }  // namespace
@@ -156,8 +149,11 @@ bool is_lab_calibration(std::string_view name) {
 std::string residual_svg(const LabCalibration& c) {
   double x0 = 1e300, x1 = -1e300, most = 0.0;
   for (const auto& g : c.plot.groups)
-    for (std::size_t n = 0; n < g.x.size(); ++n)
-      x0 = std::min(x0, g.x[n]), x1 = std::max(x1, g.x[n]), most = std::max(most, std::abs(g.y[n]));
+    for (std::size_t n = 0; n < g.x.size(); ++n) {
+      x0 = std::min(x0, g.x[n]);
+      x1 = std::max(x1, g.x[n]);
+      most = std::max(most, std::abs(g.y[n]));
+    }
   const double pad = 0.05 * std::max(x1 - x0, 1e-9);
   const replay::Frame frame{78, 40, 620, 330};
   const replay::Axis x(x0 - pad, x1 + pad, frame.left, frame.right, 7),
@@ -205,15 +201,15 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   overrides.insert(overrides.end(), o.overrides.begin(), o.overrides.end());
   const Experiment e = ice_lab(o, overrides);
   const std::string machine = read_config_text(lab.parent_path() / e.ice.machine);
-  ProgressLine line;
+  JobProgress progress(o.what);
   LabCalibrationOptions run = o.run;
   run.material = o.valve == "b" ? 1 : 0;
-  run.progress = shown(line, o.what);
+  run.progress = [&](double share) { progress.show(share, ""); };
   LabCalibration c;
   try {
     c = kind->run(e, machine, run);
-  } catch (const calibration::Uninformative& why) {
-    line.done();
+  } catch (const calibration::Unidentifiable& why) {
+    progress.done();
     if (o.json)
       std::printf("%s\n",
                   nlohmann::ordered_json{{"what", o.what}, {"uninformative", why.what()}}.dump(2).c_str());
@@ -222,7 +218,7 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
                    why.what());
     return kFailed;
   }
-  line.done();
+  progress.done();
   if (!o.plot.empty()) write_text(o.plot, replay::standalone_svg(residual_svg(c)));
   std::filesystem::path proposal;
   std::string changes;

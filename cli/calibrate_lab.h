@@ -1,5 +1,5 @@
-// firn calibrate laser-offset | laser-latency | level-table | valve-latency | flow-curve: runs one
-// calibration in the simulated ice lab and proposes what it has found for the lab file.
+// run_calibrate_lab runs one calibration in the simulated ice lab and proposes its result for the lab file:
+// firn calibrate laser-offset, laser-latency, level-table, valve-latency or flow-curve.
 #pragma once
 
 #include <string>

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "cli/compare_show.h"
+#include "cli/option_set.h"
 #include "config/include.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
@@ -32,7 +33,7 @@ std::filesystem::path make_folder(const std::string& output, const std::string& 
   return folder;
 }
 
-// What the folder holds from before, told to whoever goes on.
+// Reports the earlier prints of the folder.
 void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal) {
   std::set<std::string> wanted;
   for (const StudyCell& c : plan.cells) wanted.insert(c.digest);
@@ -128,6 +129,16 @@ int run_compare(const CompareOptions& options) {
   sigaction(SIGINT, &old_int, nullptr);
   sigaction(SIGTERM, &old_term, nullptr);
   return code;
+}
+
+void declare_compare(OptionSet& options) {
+  auto& o = options.calls(run_compare);
+  options.option("STUDY", o.study, "study file").required();
+  options.option("-o,--output", o.output, "study folder; default: runs/study-NAME");
+  options.option("--seeds", o.seeds, "seeds 1..N instead of the study's").within(1, 1000000);
+  options.override_option(o.overrides, "KEY=VALUE, for every print");
+  options.thread_option(o.threads);
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

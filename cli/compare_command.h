@@ -1,4 +1,5 @@
-// `firn compare`: schemes x parts x seeds in simulated time; which is better, by how much, how sure.
+// compare prints schemes x parts x seeds in simulated time and computes which scheme is better, by how much
+// and with which confidence.
 #pragma once
 
 #include <atomic>
@@ -9,6 +10,8 @@
 
 namespace firn {
 
+class OptionSet;
+
 struct CompareOptions {
   std::string study;                   ///< file
   std::string output;                  ///< study folder; "" = runs/study-<name>
@@ -18,13 +21,16 @@ struct CompareOptions {
   bool json = false;
 };
 
-/// Runs what is not on record yet and writes runs.csv, summary.json, report.html and study.toml into the
-/// study folder.
+/// Runs the prints that are not on record yet and writes runs.csv, summary.json, report.html and study.toml
+/// into the study folder.
 /// @param stop set while it runs: no new print is begun, and kInterrupted is returned.
 /// @returns kOk, kFailed where nothing can be compared, or kInterrupted
 int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop);
 
 /// compare of the ink-jet lab, stopped by SIGINT and SIGTERM.
 int run_compare(const CompareOptions& options);
+
+/// Declares the arguments.
+void declare_compare(OptionSet& options);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// A study's result for the terminal and for programs.
+// study_text and study_json write the result of a study for the terminal and for programs.
 #pragma once
 
 #include <string>

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/generated_document.h"
+#include "cli/option_set.h"
 #include "config/error.h"
 #include "config/fields.h"
 #include "config/include.h"
@@ -11,7 +12,7 @@
 #include "config/markdown.h"
 #include "config/slice.h"
 #include "print/exit_codes.h"
-#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 
 namespace firn {
 namespace {
@@ -65,6 +66,30 @@ int run_config(const ConfigOptions& options) {
       return kOk;
   }
   return kUsage;
+}
+
+void declare_config(OptionSet& options) {
+  const auto common = [](OptionSet& sub, ConfigAction action) -> ConfigOptions& {
+    auto& o = sub.calls(run_config);
+    o.action = action;
+    sub.json_flag(o.json);
+    return o;
+  };
+  const auto with_file = [&](const char* name, const char* summary, ConfigAction action) {
+    OptionSet sub = options.subcommand(name, summary);
+    auto& o = common(sub, action);
+    sub.option("FILE", o.file, "experiment").required();
+    sub.override_option(o.overrides);
+  };
+  with_file("check", "names the first mistake of an experiment", ConfigAction::kCheck);
+  with_file("dump", "every key of an experiment with its resolved value", ConfigAction::kDump);
+  OptionSet docs =
+      options.subcommand("docs", "writes docs/configuration.md, docs/machines.md or docs/slice-settings.md");
+  auto& o = common(docs, ConfigAction::kDocs);
+  docs.flag("--machines", o.machines, "the keys of machine files");
+  docs.flag("--slice", o.slice, "the settings of firn slice");
+  docs.option("-o,--output", o.output, "file; - = stdout; default: the file in docs/");
+  options.require_subcommand();
 }
 
 }  // namespace firn

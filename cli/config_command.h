@@ -1,10 +1,13 @@
-// firn config check|dump FILE, firn config docs.
+// dump FILE, firn config docs.|run_config checks, resolves and documents experiment files (firn config check,
+// dump, docs).|dump FILE, firn config docs.
 #pragma once
 
 #include <string>
 #include <vector>
 
 namespace firn {
+
+class OptionSet;
 
 enum class ConfigAction { kCheck, kDump, kDocs };
 
@@ -19,5 +22,8 @@ struct ConfigOptions {
 };
 
 int run_config(const ConfigOptions& options);
+
+/// Declares the arguments.
+void declare_config(OptionSet& options);
 
 }  // namespace firn

@@ -6,10 +6,10 @@
 #include <set>
 
 #include "cli/generated_document.h"
+#include "cli/option_set.h"
 #include "lcmtypes/channels.h"
 #include "print/exit_codes.h"
 #include "print/folder/node_makers.h"
-#include "print/inputs/targets.h"
 
 namespace firn {
 namespace {
@@ -69,8 +69,31 @@ std::string publishers_text(const Row& row) {
   return joined(row.publishers, ", ");
 }
 
-std::string rate_text(double rate_hz) {
-  return rate_hz == 0.0 ? "on event" : std::to_string(int(rate_hz)) + " Hz";
+// Reliable channels have no limit of their queue, the latest message has a queue of one: only others say
+// theirs.
+std::string delivery_text(const ChannelInfo& channel) {
+  const bool reliable = channel.delivery == Delivery::kReliable;
+  std::string out = reliable ? "reliable" : "latest";
+  if (channel.queue != (reliable ? 0 : 1)) out += ", queue " + std::to_string(channel.queue);
+  if (channel.rate_hz != 0.0) out += ", " + std::to_string(int(channel.rate_hz)) + " Hz";
+  return out + (channel.logged ? "" : ", not logged");
+}
+
+/// Arrows of equal label and source become one, and then those of equal label and target.
+struct Arrow {
+  std::string from, to, label;
+};
+void join_arrows(std::vector<Arrow>& arrows, std::string Arrow::*kept, std::string Arrow::*joined) {
+  std::vector<Arrow> out;
+  for (const Arrow& a : arrows) {
+    const auto same = std::find_if(out.begin(), out.end(),
+                                   [&](const Arrow& b) { return b.label == a.label && b.*kept == a.*kept; });
+    if (same == out.end())
+      out.push_back(a);
+    else
+      (*same).*joined += " & " + a.*joined;
+  }
+  arrows = out;
 }
 
 // One arrow per pair of processes, labelled with the channels, so that the graph stays legible.
@@ -93,11 +116,14 @@ std::string graph(const std::vector<Row>& table) {
     if (int(n.id) < kReplayedNodeCount)
       out += "  " + std::string(n.name) + (n.driver ? "[[" : "[") + std::string(n.name) +
              (n.driver ? "]]\n" : "]\n");
+  std::vector<Arrow> drawn;
   for (const auto& [arrow, labels] : arrows) {
     const std::size_t bar = arrow.find('|');
-    out +=
-        "  " + arrow.substr(0, bar) + " -->|" + joined(labels, "<br/>") + "| " + arrow.substr(bar + 1) + "\n";
+    drawn.push_back({arrow.substr(0, bar), arrow.substr(bar + 1), joined(labels, "<br/>")});
   }
+  join_arrows(drawn, &Arrow::from, &Arrow::to);
+  join_arrows(drawn, &Arrow::to, &Arrow::from);
+  for (const Arrow& a : drawn) out += "  " + a.from + " -->|" + a.label + "| " + a.to + "\n";
   return out + "```\n";
 }
 
@@ -107,23 +133,17 @@ std::string dataflow_markdown() {
   const std::vector<Row> table = rows();
   std::string out =
       "# Data flow\n\n"
-      "Written by `firn dataflow` from `lcmtypes/channels.cpp` and from what the nodes subscribe to; do not "
-      "edit by\n"
-      "hand. Each node is a small process; `[[drivers]]` speak to one instrument each. The recorder takes "
-      "every\n"
-      "channel that is logged; resend requests and tiles are handled below the nodes.\n\n";
+      "Written by `firn dataflow` from `lcmtypes/channels.table` and the nodes' subscriptions. Each node is "
+      "a\n"
+      "process; `[[drivers]]` speak to one instrument each. Reliable channels deliver every message, latest\n"
+      "ones the newest; without a rate a message is sent on an event. The recorder takes every channel that\n"
+      "is logged.\n\n";
   out += graph(table);
-  out +=
-      "\n| channel | type | publisher | subscribers | delivery | rate | queue | logged | meaning "
-      "|\n|---|---|---|---|---|---|---|---|---|\n";
+  out += "\n|channel|type|publisher|delivery|meaning|\n|-|-|-|-|-|\n";
   for (const Row& r : table)
-    out += "| " + r.name + " | `" + std::string(r.channel->type) + "` | " + publishers_text(r) + " | " +
-           joined(r.subscribers, ", ") + " | " +
-           (r.channel->delivery == Delivery::kReliable ? "reliable" : "latest") + " | " +
-           rate_text(r.channel->rate_hz) + " | " +
-           (r.channel->queue ? std::to_string(r.channel->queue) : "unlimited") + " | " +
-           (r.channel->logged ? "yes" : "no") + " | " + std::string(r.channel->meaning) +
-           (r.channel->nodes_may_read ? "" : " (no node reads it)") + " |\n";
+    out += "|" + r.name + "|" + std::string(r.channel->type) + "|" + publishers_text(r) + "|" +
+           delivery_text(*r.channel) + "|" + std::string(r.channel->meaning) +
+           (r.channel->nodes_may_read ? "" : " (no node reads it)") + "|\n";
   return out;
 }
 
@@ -145,6 +165,12 @@ int run_dataflow(const DataflowOptions& options) {
                    {"meaning", r.channel->meaning}});
   std::fputs((out.dump(2) + "\n").c_str(), stdout);
   return kOk;
+}
+
+void declare_dataflow(OptionSet& options) {
+  auto& o = options.calls(run_dataflow);
+  options.option("-o,--output", o.output, "file; - = stdout").show_default();
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

@@ -1,9 +1,11 @@
-// firn dataflow: docs/dataflow.md from the channel table and the nodes' subscriptions.
+// run_dataflow writes docs/dataflow.md from the channel table and the nodes' subscriptions.
 #pragma once
 
 #include <string>
 
 namespace firn {
+
+class OptionSet;
 
 struct DataflowOptions {
   std::string output = "docs/dataflow.md";  ///< "-" = stdout
@@ -14,5 +16,8 @@ int run_dataflow(const DataflowOptions& options);
 
 /// The document: a Mermaid graph and the table of channels.
 std::string dataflow_markdown();
+
+/// Declares the arguments.
+void declare_dataflow(OptionSet& options);
 
 }  // namespace firn

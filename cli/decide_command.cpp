@@ -2,7 +2,6 @@
 
 #include <sys/resource.h>
 #include <time.h>
-#include <unistd.h>
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/option_set.h"
 #include "config/experiment.h"
 #include "core/control/mpc/bound/bound.h"
 #include "core/control/mpc/bound/bound_checker.h"
@@ -21,6 +21,7 @@
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"
 #include "print/inputs/targets.h"
+#include "print/progress.h"
 #include "procs/controller/node.h"
 #include "runtime/thread_pool.h"
 
@@ -51,7 +52,8 @@ Experiment experiment_of(const DecideOptions& o, const GridSpec& grid) {
   if (e.geometry.solid.kind != "none")
     throw UsageError("--model: geometry.shape = \"" + e.geometry.solid.kind +
                      "\": firn decide decides layers of one ink");
-  e.grid.nx = grid.nx, e.grid.ny = grid.ny;
+  e.grid.nx = grid.nx;
+  e.grid.ny = grid.ny;
   return e;
 }
 
@@ -59,7 +61,7 @@ void write_npy(const std::string& path, const std::vector<std::byte>& bytes) {
   write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-// What the multipliers prove of any layer, by the checker that shares nothing with the solver.
+// Bound that the multipliers prove for any layer, by the checker that shares nothing with the solver.
 std::string check_certificate(const DecideOptions& o, const control::Setup& setup, const HeightMap& height) {
   const int nx = setup.grid.nx, cuts = (setup.grid.ny + o.bound_rows - 1) / o.bound_rows - 1;
   const std::vector<float> m =
@@ -86,7 +88,8 @@ control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
 
 void check_bound_options(const DecideOptions& o, const Experiment& e) {
   const control::MpcOptions& m = e.control.mpc;
-  if (e.control.scheme != "mpc" || m.horizon != 1 || m.max_drops != 1 || m.error != control::ErrorKind::kAbsolute)
+  if (e.control.scheme != "mpc" || m.horizon != 1 || m.max_drops != 1 ||
+      m.error != control::ErrorKind::kAbsolute)
     throw UsageError(
         "--bound, --check-certificate: a bound is proved for scheme mpc, error = absolute, horizon = 1 and "
         "one droplet per cell only");
@@ -117,24 +120,26 @@ void add_bound(const DecideOptions& o, const Experiment& e, const HeightMap& hei
   int sweeps = 0, cuts = 0;
   if (const double alpha = e.control.mpc.alpha.front().alpha; alpha < 1.0) {
     control::mpc::WeightedBoundOptions options;
-    options.strips.rows = o.bound_rows,
+    options.strips.rows = o.bound_rows;
     options.strips.sweeps = std::min(o.bound_sweeps, options.strips.sweeps);
     const DropletPattern drops =
         d.kind == control::Decision::Kind::kPrint ? d.drops : DropletPattern(setup.grid);
-    const bool shown = isatty(STDERR_FILENO);
+    ProgressLine line({});
     const auto b =
         control::mpc::weighted_bound(setup, known, {}, alpha, drops, options, parallel, [&](double now_mm) {
           ++cuts;
-          if (shown)
-            fmt::print(stderr, "\rcut {} of at most {}: at most {:.2f} % better ", cuts, options.cuts,
-                       100.0 * (1.0 - now_mm / objective_mm));
+          if (line.terminal())
+            line.show(fmt::format("cut {} of at most {}: at most {:.2f} % better ", cuts, options.cuts,
+                                  100.0 * (1.0 - now_mm / objective_mm)));
         });
-    if (shown) fmt::print(stderr, "\n");
-    bound_mm = b.objective_mm, sweeps = b.sweeps;
+    line.done();
+    bound_mm = b.objective_mm;
+    sweeps = b.sweeps;
     out["bound_cuts"] = b.cuts;
   } else {
     const auto b = control::mpc::lower_bound(setup, known, {}, objective_mm * cells, strips, parallel);
-    bound_mm = b.total_mm / cells, sweeps = b.sweeps;
+    bound_mm = b.total_mm / cells;
+    sweeps = b.sweeps;
     if (!o.certificate.empty()) write_npy(o.certificate, certificate_bytes(b.multipliers, e.grid.nx));
   }
   out["lower_bound_mm"] = bound_mm;
@@ -214,6 +219,29 @@ std::string decide(const DecideOptions& o) try {
 int run_decide(const DecideOptions& o) {
   std::fputs(decide(o).c_str(), stdout);
   return kOk;
+}
+
+void declare_decide(OptionSet& options) {
+  auto& o = options.calls(run_decide);
+  options.option("--height", o.height, "NPY of the surface [mm], rows along x").required();
+  options.option("--target", o.target, "NPY of the wanted heights [mm]").required();
+  options.option("--mask", o.mask, "NPY, 1 = the part; default: every cell");
+  options.option("--model", o.model,
+                 "TOML with [model], and [control] if wanted; default: Lu's Table I, mpc");
+  options.override_option(o.overrides);
+  options.option("--alpha", o.alpha, "weight of the mean error, (0, 1]");
+  options.option("--horizon", o.horizon, "N");
+  options.option("--method", o.method, "greedy, descent, strip-dp or certified");
+  options.flag("--bound", o.bound, "prove how much better any layer could be (N = 1)");
+  options.option("--bound-rows", o.bound_rows, "rows per strip, 1..4: tighter and dearer").show_default();
+  options.option("--bound-sweeps", o.bound_sweeps, "down or up, at most").show_default();
+  options.option("--certificate", o.certificate, "NPY of the bound's multipliers, written");
+  options.option("--check-certificate", o.check_certificate,
+                 "NPY of multipliers: prints the bound that they prove, nothing else");
+  options.option("-o,--output", o.output, "NPY of the droplets");
+  options.option("--threads", o.threads, "0 = as many as the machine has; the same bytes for any number")
+      .show_default();
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

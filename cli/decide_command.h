@@ -1,4 +1,4 @@
-// `firn decide`: one layer's decision on any surface, with a proof of how good it is.
+// decide computes one layer's decision on any surface, with a proved bound of its distance from the optimum.
 #pragma once
 
 #include <optional>
@@ -6,6 +6,8 @@
 #include <vector>
 
 namespace firn {
+
+class OptionSet;
 
 struct DecideOptions {
   std::string height, target, mask;    ///< NPY; mask may be empty: every cell
@@ -18,16 +20,19 @@ struct DecideOptions {
   int bound_rows = 2;
   int bound_sweeps = 40;
   std::string certificate;        ///< NPY of the bound's multipliers, written
-  std::string check_certificate;  ///< the same, read: prints what it proves, decides nothing
+  std::string check_certificate;  ///< the same, read: prints the proved bound, decides nothing
   std::string output;             ///< NPY of the droplets
   int threads = 1;                ///< 0: as many as the machine has; the answer is the same
   bool json = false;
 };
 
-/// Decides the next layer as the controller's process does. @returns what is to be printed: objective, that
+/// Decides the next layer as the controller's process does. @returns the text to be printed: objective, that
 /// of printing nothing, and with `bound` a lower bound and the proved gap; JSON with `json`.
 /// @throws ConfigError, UsageError, std::invalid_argument: naming file, key, byte, shape or cell.
 std::string decide(const DecideOptions& options);
 int run_decide(const DecideOptions& options);
+
+/// Declares the arguments.
+void declare_decide(OptionSet& options);
 
 }  // namespace firn

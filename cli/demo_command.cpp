@@ -9,12 +9,13 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "cli/option_set.h"
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
 #include "config/include.h"
 #include "print/exit_codes.h"
-#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 #include "print/live/bus_check.h"
 #include "replay/print_verdict.h"
 
@@ -25,7 +26,7 @@ constexpr const char* kSchemes[] = {"mpc", "open_loop", "smf"};
 constexpr double kLayerNodeS =
     12.0;  // node time that a layer of the demo takes: budget, docs/measurements.md
 
-// What will happen and how long it takes, before it begins.
+// Announces the prints and their duration.
 void announce(const Experiment& e, const std::string& bus) {
   const ModelConfig& h = e.model;
   const int layers = int(std::ceil(e.part.shape.height_mm / (h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm)));
@@ -138,6 +139,15 @@ int run_demo(const DemoOptions& options) {
              replay::grouped(messages), status == kOk ? "identical" : "they DIFFER (see above)");
   fmt::print("report: {}\n{:.1f} s in all\n", report.output, wall_s);
   return status;
+}
+
+void declare_demo(OptionSet& options) {
+  auto& o = options.calls(run_demo);
+  options.option("--bus", o.bus, "in-process, or an LCM URL; default: loopback, a port for each run");
+  options.override_option(o.overrides, "KEY=VALUE, for every scheme");
+  options.option("--runs", o.runs, "where run folders go").show_default();
+  options.option("-o,--output", o.output, "report; default: report.html in the last run's folder");
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

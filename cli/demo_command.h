@@ -1,10 +1,12 @@
-// `firn demo`: prints a cylinder live under each scheme, replays every run bit for bit, writes one report.
+// run_demo prints a cylinder under each scheme, replays every run and writes one report.
 #pragma once
 
 #include <string>
 #include <vector>
 
 namespace firn {
+
+class OptionSet;
 
 struct DemoOptions {
   std::string bus;  ///< as PrintOptions
@@ -17,5 +19,8 @@ struct DemoOptions {
 /// @returns 0 if every print finished and every run replays identical, 1 if one does not, 3 after a safety
 /// stop
 int run_demo(const DemoOptions& options);
+
+/// Declares the arguments.
+void declare_demo(OptionSet& options);
 
 }  // namespace firn

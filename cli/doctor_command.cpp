@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/option_set.h"
 #include "lcmtypes/channels.h"
 #include "print/exit_codes.h"
 #include "print/live/bus_check.h"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 struct Check {
   std::string name;
   bool ok = false;
-  std::string found;  ///< what is there, or what is wrong
+  std::string found;  ///< the state, or the defect
   std::string mend;   ///< empty when nothing is wrong
 };
 
@@ -96,6 +97,11 @@ int run_doctor(const DoctorOptions& options) {
                   .dump(2)
                   .c_str());
   return well ? kOk : kFailed;
+}
+
+void declare_doctor(OptionSet& options) {
+  auto& o = options.calls(run_doctor);
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

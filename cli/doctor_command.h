@@ -1,7 +1,9 @@
-// `firn doctor`: what this machine lacks for live prints, and the mend.
+// run_doctor reports the requirements of live prints that this machine does not meet, each with its remedy.
 #pragma once
 
 namespace firn {
+
+class OptionSet;
 
 struct DoctorOptions {
   bool json = false;
@@ -9,5 +11,8 @@ struct DoctorOptions {
 
 /// @returns kOk when nothing is wrong, else kFailed
 int run_doctor(const DoctorOptions& options);
+
+/// Declares the arguments.
+void declare_doctor(OptionSet& options);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// Documents that commands generate.
+// write_generated writes a document that a command generates.
 #pragma once
 
 #include <string>

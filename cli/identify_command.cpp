@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "cli/option_set.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"
@@ -149,6 +150,16 @@ int choose(const IdentifyOptions& options) {
 
 int run_identify(const IdentifyOptions& options) {
   return options.spacing ? choose(options) : identify_one(options);
+}
+
+void declare_identify(OptionSet& options) {
+  auto& o = options.calls(run_identify);
+  options.option("RUN", o.runs, "run folder; with --spacing several, each at another spacing of droplets")
+      .required();
+  options.flag("--spacing", o.spacing, "chooses the spacing of droplets from prints of squares");
+  options.option("--diameter", o.diameter_mm, "with --spacing: droplet diameter [mm]").show_default();
+  options.option("-o,--output", o.output, "picture, SVG");
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

@@ -1,10 +1,12 @@
-// `firn identify`: h1, h2, h3 from a run, or the spacing of droplets from prints of squares.
+// run_identify estimates h1, h2, h3 from a run, or the spacing of droplets from prints of squares.
 #pragma once
 
 #include <string>
 #include <vector>
 
 namespace firn {
+
+class OptionSet;
 
 struct IdentifyOptions {
   std::vector<std::string> runs;
@@ -16,5 +18,8 @@ struct IdentifyOptions {
 /// @returns 0, or 1 when the run cannot identify the model (and why). @throws UsageError: not a run; runs
 /// without squares with --spacing; fewer than three spacings.
 int run_identify(const IdentifyOptions& options);
+
+/// Declares the arguments.
+void declare_identify(OptionSet& options);
 
 }  // namespace firn

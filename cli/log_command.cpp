@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "cli/log_lines.h"
+#include "cli/option_set.h"
 #include "files/path/layer_file.h"
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
@@ -14,6 +15,7 @@
 #include "lcmtypes/validate.h"
 #include "print/exit_codes.h"
 #include "print/folder/log_repair.h"
+#include "replay/run_migration.h"
 #include "runtime/transport_wire.h"
 
 namespace firn {
@@ -60,13 +62,14 @@ void read_layers(Verdict& v, std::span<const std::byte> bytes) try {
 }
 
 // Messages of reliable channels are numbered without gaps; a missing one is a gap of the recording.
-void count_message(Verdict& v, const Event& e) {
+void count_message(Verdict& v, const logfile::Event& e) {
   const auto it = v.channels.try_emplace(std::string(e.channel)).first;
   Channel& c = it->second;
   ++c.messages;
   const ChannelInfo* info = find_channel(e.channel);
   if (!info || e.damaged) return;
-  if (const auto wrong = validate(*info, e.data))
+  std::vector<std::byte> changed;
+  if (const auto wrong = validate(*info, replay::RunMigration().today(e.data, changed)))
     v.problem("event " + std::to_string(e.eventnum) + ": " + *wrong);
   const auto header = wire::read_header(e.data);
   if (!header || info->delivery != Delivery::kReliable) return;
@@ -216,7 +219,8 @@ int log_verify(const LogOptions& o, std::ostream& out) {
 
 int log_cat(const LogOptions& o, std::ostream& out, std::ostream& err) {
   for (const std::string& c : o.channels)
-    if (!find_channel(c)) err << "firn log cat: note: channel " << c << " is not in Firn's table\n";
+    if (!find_channel(c) && !replay::MigrationTable::builtin().retired(c))
+      err << "firn log cat: note: channel " << c << " is not in Firn's table\n";
   return is_records(o) ? cat_records(o, out, err) : cat_events(o, out, err);
 }
 
@@ -267,6 +271,30 @@ int run_log(const LogOptions& o) try {
 } catch (const FileError& e) {
   if (o.action == LogAction::kRepair) throw;
   throw UsageError(e.what());
+}
+
+void declare_log(OptionSet& options) {
+  const auto common = [](OptionSet& sub, LogAction action) -> LogOptions& {
+    auto& o = sub.calls(run_log);
+    o.action = action;
+    sub.option("LOG", o.file, "log.lcm, nodes/<node>.wal or world.rec").required();
+    if (action != LogAction::kCat) sub.json_flag(o.json);
+    return o;
+  };
+  OptionSet verify =
+      options.subcommand("verify", "checksums, gaps and limits; exit 1 if anything is damaged");
+  common(verify, LogAction::kVerify);
+  OptionSet cat = options.subcommand("cat", "one JSON object per event or record");
+  auto& c = common(cat, LogAction::kCat);
+  cat.option("-c,--channel", c.channels, "only this channel; may be repeated").one_value_each();
+  cat.option("--from", c.from_s, "first node time [s]");
+  cat.option("--to", c.to_s, "last node time [s]");
+  cat.option("-n,--count", c.count, "at most so many lines");
+  cat.flag("--full", c.full, "whole arrays");
+  OptionSet repair = options.subcommand("repair", "fills gaps from the write-ahead files");
+  auto& r = common(repair, LogAction::kRepair);
+  repair.option("--sources", r.sources, "folder of write-ahead files; default: nodes/ beside the log");
+  options.require_subcommand();
 }
 
 }  // namespace firn

@@ -1,5 +1,7 @@
-// firn log verify|cat|repair LOG: event logs (log.lcm), write-ahead files (nodes/<node>.wal), record files
-// (world.rec).
+// cat|repair LOG: event logs (log.lcm), write-ahead files (nodes/<node>.wal), record files
+// (world.rec).|run_log verifies, prints and repairs event logs (log.lcm), write-ahead files
+// (nodes/<node>.wal) and record files (world.rec).|cat|repair LOG: event logs (log.lcm), write-ahead files
+// (nodes/<node>.wal), record files (world.rec).
 #pragma once
 
 #include <cstdint>
@@ -9,6 +11,8 @@
 #include <vector>
 
 namespace firn {
+
+class OptionSet;
 
 enum class LogAction { kVerify, kCat, kRepair };
 
@@ -32,5 +36,8 @@ int log_verify(const LogOptions& options, std::ostream& out);
 /// One JSON object per line on `out`; damage on `err`.
 int log_cat(const LogOptions& options, std::ostream& out, std::ostream& err);
 int log_repair(const LogOptions& options, std::ostream& out);
+
+/// Declares the arguments.
+void declare_log(OptionSet& options);
 
 }  // namespace firn

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "replay/migrations/table.h"
 #include "runtime/write_ahead.h"
 
 namespace firn {
@@ -28,7 +29,7 @@ std::string hex(std::span<const std::byte> bytes) {
   return out;
 }
 
-// What goes to or comes from an instrument: text where it is text.
+// Bytes to or from an instrument: text where they are text.
 void add_bytes(Line& line, std::span<const std::byte> bytes, const JsonOptions& options) {
   const std::size_t most = options.full ? bytes.size() : std::min<std::size_t>(bytes.size(), 80);
   const auto shown = bytes.first(most);
@@ -43,7 +44,7 @@ void add_bytes(Line& line, std::span<const std::byte> bytes, const JsonOptions& 
 }
 
 void add_message(Line& line, std::span<const std::byte> message, const JsonOptions& options) {
-  if (const schema::Type* type = Schema::builtin().type_of(message))
+  if (const schema::Type* type = replay::MigrationTable::builtin().type_of(message))
     line.text("type", type->name).add("message", to_json(*type, message, options));
   else
     line.number("bytes", std::int64_t(message.size()))

@@ -1,4 +1,5 @@
-// What `firn log cat` prints of one event or record: a JSON object on one line.
+// event_line and record_line write one event or record as `firn log cat` prints it: a JSON object on one
+// line.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "lcmtypes/schema.h"
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
+#include "lcmtypes/schema.h"
 
 namespace firn {
 

@@ -11,7 +11,7 @@
 int main(int argc, char** argv) {
   using namespace firn;
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of write(), not the end
-  const Call call = parse_command_line(argc, argv);
+  const Call call = parse_command_line(commands(), argc, argv);
   const auto report = [&](const char* what, int code) {
     std::fprintf(stderr, "firn%s%s: %s\n", call.command.empty() ? "" : " ", call.command.c_str(), what);
     return code;

@@ -1,8 +1,12 @@
-// Command line -> the chosen command with its options. The only place that knows the parser library.
+// Call holds the command that a command line chooses, with its options. options.cpp alone includes the parser
+// library.
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
+
+#include "cli/commands.h"
 
 namespace firn {
 
@@ -13,6 +17,6 @@ struct Call {
 
 /// --help and --version print to stdout and give a call that returns 0; a usage error gives a call that
 /// throws UsageError naming the argument and, for an unknown command, the nearest known one.
-Call parse_command_line(int argc, const char* const* argv);
+Call parse_command_line(std::span<const Command> commands, int argc, const char* const* argv);
 
 }  // namespace firn

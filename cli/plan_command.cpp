@@ -8,15 +8,16 @@
 #include <optional>
 #include <thread>
 
+#include "cli/option_set.h"
 #include "config/error.h"
 #include "files/path/trajectory_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/interrupt.h"
-#include "print/plan_progress.h"
 #include "print/prepare/plan_aerosol.h"
 #include "print/prepare/plan_job.h"
 #include "print/prepare/plan_outputs.h"
+#include "print/progress.h"
 #include "report/paths/plan_plot.h"
 #include "runtime/build_info.h"
 
@@ -39,8 +40,14 @@ class PlanRun {
       head.axis_units.push_back(arm_->joint_unit(j));
     }
     if (!o_.output.empty()) trajectories_.emplace(o_.output, head);
-    if (!o_.csv.empty()) csv_.emplace(o_.csv), csv_->write(csv_header(head.axis_units));
-    if (!o_.pulses.empty()) pulses_.emplace(o_.pulses), pulses_->write("path,list,start_s,tick\n");
+    if (!o_.csv.empty()) {
+      csv_.emplace(o_.csv);
+      csv_->write(csv_header(head.axis_units));
+    }
+    if (!o_.pulses.empty()) {
+      pulses_.emplace(o_.pulses);
+      pulses_->write("path,list,start_s,tick\n");
+    }
     PlanJobOptions job{plan,
                        origin(),
                        threads(),
@@ -259,7 +266,10 @@ int run_aerosol(const PlanCommandOptions& o, const Machine& machine) {
   if (!o.corner.empty()) a.corner = o.corner;
   a.tolerance_mm = o.tolerance_mm.value_or(a.tolerance_mm);
   if (!o.origin_mm.empty()) a.origin_mm = {o.origin_mm[0], o.origin_mm[1]};
-  a.trajectory = o.output, a.csv = o.csv, a.plot = o.plot, a.json = o.json;
+  a.trajectory = o.output;
+  a.csv = o.csv;
+  a.plot = o.plot;
+  a.json = o.json;
   return run_plan_aerosol(machine, a);
 }
 
@@ -284,6 +294,30 @@ int run_plan(const PlanCommandOptions& o) {
     std::fputs("firn plan: interrupted; nothing was written\n", stderr);
     return kInterrupted;
   }
+}
+
+void declare_plan(OptionSet& options) {
+  auto& o = options.calls(run_plan);
+  options.option("PATHS", o.paths, "*.csv, *.json or *.paths; docs/commands/plan.md").required();
+  options.option("-o,--output", o.output, "trajectory file");
+  options.option("--machine", o.machine, "machine file, as labs/cobra600.toml").required();
+  options.option("--origin", o.origin_mm, "X,Y [mm]: where the paths' frame stands in the machine's")
+      .separated_by(',')
+      .number_of_values(2);
+  options.option("--method", o.method, "certified, optimal, thesis, constant or default").show_default();
+  options.option("--fill-speed", o.fill_mm_s, "of straight fill with method constant [mm/s]: 100 or 125")
+      .show_default();
+  options.option("--tolerance", o.tolerance_mm,
+                 "corners may be rolled within so many mm; default 0, of an aerosol machine 0.05");
+  options.option("--ramp", o.curvature_ramp_mm, "every jump of curvature is ramped over so many mm")
+      .show_default();
+  options.option("--corner", o.corner, "of an aerosol machine: paper, loop (default) or hybrid");
+  options.option("--csv", o.csv, "t_s,x_mm,y_mm,joint_1,joint_2 at the tick");
+  options.option("--pulses", o.pulses, "valve pulses of each path: path,list,start_s,tick");
+  options.option("--plot", o.plot, "SVG: speed, acceleration, jerk, joints, the path coloured by speed");
+  options.option("--plot-path", o.plot_path, "number of the path to draw").show_default();
+  options.thread_option(o.threads);
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

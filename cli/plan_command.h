@@ -1,4 +1,4 @@
-// firn plan PATHS -o TRAJECTORIES --machine FILE: paths in, certified trajectories out (docs/plan.md).
+// run_plan computes certified trajectories along paths (docs/commands/plan.md).
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,8 @@
 #include <vector>
 
 namespace firn {
+
+class OptionSet;
 
 struct PlanCommandOptions {
   std::string paths;              ///< *.csv, *.json or *.paths
@@ -27,5 +29,8 @@ struct PlanCommandOptions {
 /// @returns 0; 1 when a path cannot be planned (each is named, nothing is written); 130 after Ctrl-C.
 /// @throws UsageError, ConfigError
 int run_plan(const PlanCommandOptions& options);
+
+/// Declares the arguments.
+void declare_plan(OptionSet& options);
 
 }  // namespace firn

@@ -9,12 +9,12 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "cli/option_set.h"
 #include "cli/print_show.h"
 #include "config/include.h"
 #include "files/usage_error.h"
 #include "print/inputs/check_print.h"
-#include "print/inputs/ice_inputs.h"
-#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 #include "print/live/bus_port.h"
 #include "print/live/launcher.h"
 #include "print/progress.h"
@@ -27,7 +27,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   PrintSummary s;
   s.folder = run.path().string();
   s.scheme = e.control.scheme;
-  s.ice = is_ice(e);
+  s.words = print_lab(e).words;
   s.tolerance_asked = options.tolerance_um > 0.0;
   s.tolerance_um = s.tolerance_asked ? options.tolerance_um : usual_tolerance_um(e);
   PrintProgress progress(e.control.scheme);
@@ -85,7 +85,7 @@ void check_speedup(const PrintOptions& o) {
 PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
   check_bus(options.bus);
   check_print(e, options.bus);
-  check_reach(e, inputs);
+  check_inputs(e, inputs);
   return carry_out(RunFolder::create(options.runs, e, inputs, own_command_line()), e, options, false);
 }
 
@@ -110,11 +110,36 @@ int run_print(const PrintOptions& options) {
     Experiment e = load_experiment(file, overrides);
     parse_lab_faults(options.faults, e);  // before anything is written
     const Blobs inputs = make_inputs(e, file.parent_path());
-    place_ice_field(e, inputs);
+    complete_experiment(e, inputs);
     summary = print_experiment(e, inputs, options);
   }
   std::fputs((options.json ? print_json(summary) : print_text(summary)).c_str(), stdout);
   return exit_code(summary);
+}
+
+void declare_print(OptionSet& options) {
+  auto& o = options.calls(run_print);
+  options.option("EXPERIMENT", o.experiment, "experiment file");
+  options.option("--resume", o.resume, "go on with the interrupted run in this folder");
+  options.option("--bus", o.bus, "in-process, or an LCM URL; default: loopback, a port of the run's own");
+  options.override_option(o.overrides);
+  options
+      .option("--speedup", o.speedup,
+              "live: node time runs so many times faster than the clock, 1 to 10; default run.time_scale")
+      .above_zero();
+  options
+      .option("--fault", o.faults,
+              "\"SECONDS PORT KIND [COUNT [DELAY_US]]\": what befalls a simulated instrument; docs/ice.md")
+      .one_value_each();
+  options.option("--runs", o.runs, "where run folders go").show_default();
+  options
+      .option("--tolerance", o.tolerance_um,
+              "UM: exit code 1 if the last map's RMS is above; default: one nominal layer, told and not "
+              "decisive; docs/commands/print.md")
+      .above_zero();
+  options.flag("--accept-doubt", o.accept_doubt,
+               "with --resume: go on though droplets of the open loop are in doubt");
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// `firn print`: prints an experiment live or in one process, or goes on with an interrupted run.
+// run_print prints an experiment live or in one process, or resumes an interrupted run.
 #pragma once
 
 #include <string>
@@ -6,8 +6,11 @@
 
 #include "config/experiment.h"
 #include "print/folder/run_folder.h"
+#include "print/labs/print_labs.h"
 
 namespace firn {
+
+class OptionSet;
 
 struct PrintOptions {
   std::string experiment;              ///< file; empty with `resume`
@@ -22,7 +25,7 @@ struct PrintOptions {
   bool json = false;
 };
 
-/// What a print left behind.
+/// Result of a print.
 struct PrintSummary {
   std::string folder;
   std::string scheme;
@@ -31,8 +34,8 @@ struct PrintSummary {
   double node_s = 0.0;
   bool measured = false;  ///< a map was measured in this incarnation; then, of the last one:
   double mean_error_um = 0.0, rms_um = 0.0, std_um = 0.0;
-  std::int64_t droplets = 0;  ///< in the ice lab pulses of the valves
-  bool ice = false;
+  std::int64_t droplets = 0;  ///< or whatever `words` calls the amount
+  PrintWords words;
   double tolerance_um =
       0.0;  ///< that the last map's RMS is judged by; 0 = the scheme prints towards no target
   bool tolerance_asked = false;  ///< by --tolerance: it decides the exit code too
@@ -42,5 +45,8 @@ struct PrintSummary {
 PrintSummary print_experiment(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
 
 int run_print(const PrintOptions& options);
+
+/// Declares the arguments.
+void declare_print(OptionSet& options);
 
 }  // namespace firn

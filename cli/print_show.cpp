@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "print/exit_codes.h"
@@ -11,16 +12,16 @@ namespace {
 
 constexpr double kUm = 1e3;  // per mm
 
-std::string length(double um, bool ice) {
-  return ice ? fmt::format("{:.3f} mm", um / kUm) : fmt::format("{:.2f} um", um);
+std::string length(double um, bool in_mm) {
+  return in_mm ? fmt::format("{:.3f} mm", um / kUm) : fmt::format("{:.2f} um", um);
 }
 
 std::string verdict_text(const PrintSummary& s) {
   const std::optional<bool> within = within_tolerance(s);
-  const std::string limit = length(s.tolerance_um, s.ice) + (s.tolerance_asked ? "" : ", one layer");
+  const std::string limit = length(s.tolerance_um, s.words.in_mm) + (s.tolerance_asked ? "" : ", one layer");
   if (within)
     return fmt::format("{}: RMS {} of the last map, {} {}\n",
-                       *within ? "within tolerance" : "OUT OF TOLERANCE", length(s.rms_um, s.ice),
+                       *within ? "within tolerance" : "OUT OF TOLERANCE", length(s.rms_um, s.words.in_mm),
                        *within ? "at most" : "more than", limit);
   return s.tolerance_asked && !can_go_on(s.result)
              ? "tolerance: nothing was measured that it could be judged by\n"
@@ -29,14 +30,7 @@ std::string verdict_text(const PrintSummary& s) {
 
 }  // namespace
 
-double usual_tolerance_um(const Experiment& e) {
-  const std::string& scheme = e.control.scheme;
-  if (is_ice(e)) return e.ice.layer_height_mm * kUm;
-  if (scheme == "pattern" || scheme == "registration" ||
-      (scheme == "open_loop" && e.control.open_loop.layers > 0))
-    return 0.0;
-  return (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm) * kUm;
-}
+double usual_tolerance_um(const Experiment& e) { return print_lab(e).tolerance_um(e); }
 
 std::optional<bool> within_tolerance(const PrintSummary& s) {
   if (s.tolerance_um == 0.0 || !s.measured || can_go_on(s.result)) return std::nullopt;
@@ -51,14 +45,12 @@ int exit_code(const PrintSummary& s) {
 
 std::string print_text(const PrintSummary& s) {
   std::string text = fmt::format("{}: {} after {} layers and {} {} ({})\n", s.scheme, s.result.outcome,
-                                 s.result.layers, s.droplets, s.ice ? "pulses" : "droplets", s.result.reason);
-  if (s.measured && s.ice)
+                                 s.result.layers, s.droplets, s.words.amount, s.result.reason);
+  if (s.measured)
     text += fmt::format(
-        "measured surface against the nominal height: mean {:+.3f} mm, RMS {:.3f} mm, std {:.3f} mm\n",
-        s.mean_error_um / kUm, s.rms_um / kUm, s.std_um / kUm);
-  else if (s.measured)
-    text += fmt::format("measured surface against target: mean {:+.2f} um, RMS {:.2f} um, std {:.2f} um\n",
-                        s.mean_error_um, s.rms_um, s.std_um);
+        "measured surface against {}: mean {}, RMS {}, std {}\n", s.words.reference,
+        (std::signbit(s.mean_error_um) ? "-" : "+") + length(std::abs(s.mean_error_um), s.words.in_mm),
+        length(s.rms_um, s.words.in_mm), length(s.std_um, s.words.in_mm));
   text += fmt::format("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s,
                       s.folder);
   return text + (can_go_on(s.result) ? fmt::format("to go on: firn print --resume {}\n", s.folder)
@@ -73,7 +65,7 @@ std::string print_json(const PrintSummary& s) {
                   {"outcome", s.result.outcome},
                   {"status", exit_code(s)},
                   {"layers", s.result.layers},
-                  {s.ice ? "pulses" : "droplets", s.droplets},
+                  {std::string(s.words.amount), s.droplets},
                   {"mean_error_um", s.mean_error_um},
                   {"rms_um", s.rms_um},
                   {"std_um", s.std_um},

@@ -1,5 +1,5 @@
-// What a print tells when it is over: its verdict against the tolerance, the words, the exit code
-// (docs/print.md).
+// print_text, print_json and exit_code report a finished print: its verdict against the tolerance, in words
+// and as exit code (docs/commands/print.md).
 #pragma once
 
 #include <optional>

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "cli/option_set.h"
 #include "files/usage_error.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
@@ -44,6 +45,19 @@ int run_replay(const ReplayCommandOptions& options) {
   const std::string text = options.json ? replay::to_json(verdict) + "\n" : replay::to_text(verdict);
   std::fputs(text.c_str(), stdout);
   return verdict.exit_status();
+}
+
+void declare_replay(OptionSet& options) {
+  auto& o = options.calls(run_replay);
+  options.option("RUN", o.run, "run folder").required();
+  options.option("--node", o.node, "this node only");
+  options.option("--tolerance", o.tolerance, "numbers that differ by no more are equal");
+  options
+      .option("--ignore", o.ignores, "FIELD=reason: may differ; FIELD is LAYER_PLAN.iterations or iterations")
+      .one_value_each();
+  options.override_option(o.overrides, "KEY=VALUE, replays with a changed configuration");
+  options.thread_option(o.threads);
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// firn replay RUN: every node from its own write-ahead file; identical, or the first divergence.
+// run_replay replays every node of a run from its own write-ahead file and reports the first divergence.
 #pragma once
 
 #include <string>
@@ -7,6 +7,8 @@
 #include "replay/verdict.h"
 
 namespace firn {
+
+class OptionSet;
 
 struct ReplayCommandOptions {
   std::string run;                     ///< run folder
@@ -24,5 +26,8 @@ replay::RunVerdict replay_verdict(const ReplayCommandOptions& options);
 
 /// Prints the verdict. @returns 0 identical, 1 differs, 2 usage or a file that cannot be read
 int run_replay(const ReplayCommandOptions& options);
+
+/// Declares the arguments.
+void declare_replay(OptionSet& options);
 
 }  // namespace firn

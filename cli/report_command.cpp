@@ -6,12 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "cli/option_set.h"
 #include "cli/replay_command.h"
 #include "config/fields.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_config.h"
 #include "print/folder/run_folder.h"
+#include "print/folder/run_report.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/metrics.h"
 #include "report/run/report_page.h"
@@ -42,7 +44,7 @@ void write_report(const ReportOptions& options) {
   try {
     for (std::size_t n = 0; n < options.runs.size(); ++n) {
       const std::string& run = options.runs[n];
-      runs.push_back({replay::read_run_data(run),
+      runs.push_back({run_data(run),
                       options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n]});
       write_file_atomically(std::filesystem::path(run) / "metrics.csv",
                             replay::metrics_csv(runs.back().data));
@@ -61,6 +63,15 @@ int run_report(const ReportOptions& options) {
   else
     std::printf("%s\n", options.output.c_str());
   return kOk;
+}
+
+void declare_report(OptionSet& options) {
+  auto& o = options.calls(run_report);
+  options.option("RUN", o.runs, "run folders").required();
+  options.option("-o,--output", o.output, "HTML file").show_default();
+  options.flag("--no-replay", o.no_replay,
+               "do not replay the runs for a verdict: seconds instead of minutes for long ones");
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

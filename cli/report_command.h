@@ -1,10 +1,12 @@
-// firn report RUN... -o report.html: one self-contained page for any number of runs.
+// write_report writes one self-contained page for any number of runs.
 #pragma once
 
 #include <string>
 #include <vector>
 
 namespace firn {
+
+class OptionSet;
 
 struct ReportOptions {
   std::vector<std::string> runs;  ///< run folders
@@ -21,5 +23,8 @@ void write_report(const ReportOptions& options);
 
 /// @returns 0 written, 2 usage
 int run_report(const ReportOptions& options);
+
+/// Declares the arguments.
+void declare_report(OptionSet& options);
 
 }  // namespace firn

@@ -1,5 +1,6 @@
+#include "cli/reproduce_command.h"
+
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -8,18 +9,19 @@
 #include <filesystem>
 #include <thread>
 
+#include "cli/option_set.h"
 #include "config/fields.h"
 #include "files/mesh/mesh_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"
+#include "print/progress.h"
 #include "report/draw/style.h"
-#include "studies/reproduce/reproduce.h"
 
 namespace firn {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
 
 std::string full_name(const ReproducePart& part) { return std::string(part.paper) + "." + part.name; }
 
@@ -38,38 +40,29 @@ bool wants_part(const std::string& only, const ReproducePart& part) {
   return wants_row(only, id) || leads(id, only) || leads(part.name, only);
 }
 
-// Progress over all parts on stderr: a line that is rewritten on a terminal, plain lines elsewhere.
+/// Progress over all parts.
 class Progress {
  public:
-  explicit Progress(std::vector<ReproducePart> parts)
-      : parts_(std::move(parts)), terminal_(isatty(STDERR_FILENO) != 0) {}
-  ~Progress() {
-    if (terminal_ && line_open_) std::fputs("\r\033[K", stderr);
-  }
+  explicit Progress(std::vector<ReproducePart> parts) : parts_(std::move(parts)), line_({2s, 200ms, 5s}) {}
+  ~Progress() { line_.erase(); }
   void show(std::size_t part, double fraction, std::string_view doing) {
-    const auto now = Clock::now();
-    if (now - shown_ < std::chrono::milliseconds(terminal_ ? 200 : 5000)) return;
-    shown_ = now;
-    line_open_ = true;
-    double done_s = fraction * parts_[part].seconds, all_s = 0;
+    if (!line_.due()) return;
+    double done_s = fraction * parts_[part].seconds;
+    double all_s = 0.0;
     for (std::size_t n = 0; n < parts_.size(); ++n) {
       all_s += parts_[n].seconds;
       if (n < part) done_s += parts_[n].seconds;
     }
-    const double elapsed_s = std::chrono::duration<double>(now - began_).count();
     // The parts' stated seconds until enough is known, then in this machine's measure.
-    const double pace = done_s > 1 ? elapsed_s / done_s : 1.0;
-    const std::string line =
-        fmt::format("reproduce  part {}/{} {}: {} {:.0f} %  ETA {:.0f} s", part + 1, parts_.size(),
-                    full_name(parts_[part]), doing, 100 * fraction, std::max(0.0, all_s - done_s) * pace);
-    std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", line.c_str());
-    std::fflush(stderr);
+    const double pace = done_s > 1 ? line_.elapsed_s() / done_s : 1.0;
+    line_.show(fmt::format("reproduce  part {}/{} {}: {} {:.0f} %  ETA {:.0f} s", part + 1, parts_.size(),
+                           full_name(parts_[part]), doing, 100 * fraction,
+                           std::max(0.0, all_s - done_s) * pace));
   }
 
  private:
   std::vector<ReproducePart> parts_;
-  bool terminal_, line_open_ = false;
-  Clock::time_point began_ = Clock::now(), shown_ = began_;
+  ProgressLine line_;
 };
 
 class Collector : public Reproduction {
@@ -175,6 +168,17 @@ int run_reproduce(const ReproduceOptions& options) {
   if (!options.out.empty()) write_pictures(options.out, results);
   std::fputs((options.json ? reproduce_json(results) + "\n" : reproduce_table(results)).c_str(), stdout);
   return all_pass(results) ? kOk : kFailed;
+}
+
+void declare_reproduce(OptionSet& options) {
+  auto& o = options.calls(run_reproduce);
+  options.option("PAPER", o.paper, "lu, barnett or thompson; default: all");
+  options.option("--only", o.only, "parts or rows, by id");
+  options.option("-o,--out", o.out, "folder for pictures and index.html");
+  options.option("--mesh", o.mesh, "barnett.slicing: a mesh instead of the one made in code");
+  options.flag("--quick", o.quick, "fewer repeats: minutes become seconds, statistics become coarse");
+  options.thread_option(o.threads);
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

@@ -8,17 +8,20 @@
 #include <cstdio>
 #include <optional>
 
+#include "cli/option_set.h"
+#include "config/include.h"
+#include "config/labs.h"
 #include "files/path/layer_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
+#include "print/inputs/ice_inputs.h"
 #include "print/interrupt.h"
-#include "print/plan_progress.h"
 #include "print/prepare/gcode.h"
 #include "print/prepare/plan_outputs.h"
 #include "print/prepare/slice_job.h"
 #include "print/prepare/slice_report.h"
+#include "print/progress.h"
 #include "report/paths/slice_pictures.h"
-#include "runtime/build_info.h"
 #include "runtime/thread_pool.h"
 
 namespace firn {
@@ -58,7 +61,7 @@ SliceSettings settings_of(SliceCommandOptions& o) {
   return load_slice_settings(o.config, overrides);
 }
 
-// No output takes the place of another or of what is read.
+// No output takes the place of another or of an input.
 void check_outputs(const SliceCommandOptions& o) {
   std::vector<std::filesystem::path> taken(o.meshes.begin(), o.meshes.end());
   if (!o.config.empty()) taken.push_back(o.config);
@@ -74,6 +77,31 @@ void check_outputs(const SliceCommandOptions& o) {
   }
 }
 
+/// The layers of an experiment's part as a print of it would be given them.
+int slice_experiment(const SliceCommandOptions& o) {
+  if (o.output.empty()) throw UsageError("--experiment needs -o: it writes a path file and nothing else");
+  if (!o.meshes.empty() || !o.config.empty() || !o.overrides.empty() || !o.support.empty() ||
+      o.tolerance_mm || !o.gcode.empty() || !o.layers.empty() || !o.svg.empty() || !o.png.empty() ||
+      !o.layer_json.empty())
+    throw UsageError(
+        "--experiment names mesh and settings itself: it goes with -o, --threads and --json only");
+  const std::filesystem::path file = o.experiment;
+  const Experiment e = load_experiment(file);
+  if (!prints_paths(e)) throw UsageError(o.experiment + ": its lab prints no paths");
+  const slice::PrintPaths paths = slice_ice_part(e, file.parent_path());
+  LayerWriter out(o.output, paths.head);
+  for (const slice::LayerPaths& layer : paths.layers)
+    out.add(slice::encode(layer), layer, slice::material_use(layer));
+  out.finish();
+  const slice::PathFileTotals& t = out.totals();
+  if (o.json)
+    fmt::print("{{\"file\": \"{}\", \"layers\": {}, \"paths\": {}, \"points\": {}}}\n", o.output, t.layers,
+               t.paths, t.points);
+  else
+    fmt::print("{}: {} layers, {} paths, {} points\n", o.output, t.layers, t.paths, t.points);
+  return kOk;
+}
+
 void check(const SliceCommandOptions& o) {
   if (o.meshes.empty()) throw UsageError("MESH is missing");
   check_outputs(o);
@@ -86,27 +114,6 @@ void check(const SliceCommandOptions& o) {
     if (k < 1) throw UsageError(fmt::format("--layer {}: layers count from 1", k));
   if (o.png_width < 100 || o.png_width > 10'000)
     throw UsageError(fmt::format("--png-width {}: must lie in [100, 10000]", o.png_width));
-}
-
-std::vector<std::string> tools_of(const SliceSettings& s, std::size_t materials) {
-  std::vector<std::string> tools(std::max<std::size_t>(materials, 2), s.part.tool);
-  tools[slice::kScaffoldMaterial] = s.scaffold.tool;
-  return tools;
-}
-
-slice::PathFileHead head_of(const SlicedJob& job, const SliceSettings& s) {
-  slice::PathFileHead head;
-  head.made_by = "firn " + build_commit();
-  head.layers = std::int32_t(job.layers.size());
-  std::size_t materials = 2;
-  for (const PartReport& p : job.parts) materials = std::max<std::size_t>(materials, p.material + 1u);
-  const std::vector<std::string> tools = tools_of(s, materials);
-  for (std::size_t m = 0; m < materials; ++m) head.materials.push_back({material_name(m), tools[m]});
-  // Scan lines that were moved by the laser's offset are the nozzle's to follow.
-  const bool moved = s.paths.measure.laser_x_mm != 0.0 || s.paths.measure.laser_y_mm != 0.0;
-  head.laser = moved ? s.part.tool : s.laser_tool;
-  head.settings = dump(s);
-  return head;
 }
 
 void write_text(const std::string& file, const std::string& text, std::vector<SliceOutput>& outputs) {
@@ -133,7 +140,7 @@ class SliceRun {
     for (int k : o_.layers)
       if (std::size_t(k) > job_.layers.size())
         throw UsageError(fmt::format("--layer {}: the job has {} layers", k, job_.layers.size()));
-    const slice::PathFileHead head = head_of(job_, s_);
+    const slice::PathFileHead head = path_file_head(job_, s_);
     if (!o_.output.empty()) paths_.emplace(o_.output, head);
     LayerBytes bytes;
     bytes.encoded = paths_.has_value();
@@ -174,7 +181,7 @@ class SliceRun {
     if (!o_.svg.empty()) write_text(o_.svg, layers_svg(pictured_), outputs_);
     if (!o_.png.empty()) write_text(o_.png, layers_png(pictured_, o_.png_width), outputs_);
     if (!o_.layer_json.empty())
-      write_text(o_.layer_json, layer_json(pictured_[0].paths, tools_of(s_, 256)), outputs_);
+      write_text(o_.layer_json, layer_json(pictured_[0].paths, material_tools(s_, 256)), outputs_);
     if (o_.json) {
       std::fputs(slice_json(job_, s_, sums_, outputs_, threads_).c_str(), stdout);
       return;
@@ -202,6 +209,7 @@ class SliceRun {
 
 int run_slice(const SliceCommandOptions& given) {
   SliceCommandOptions o = given;
+  if (!o.experiment.empty()) return slice_experiment(o);
   const SliceSettings settings = settings_of(o);
   check(o);
   keep_freed_memory();
@@ -216,6 +224,28 @@ int run_slice(const SliceCommandOptions& given) {
     if (e.disk_full()) throw;
     throw UsageError(e.what());
   }
+}
+
+void declare_slice(OptionSet& options) {
+  auto& o = options.calls(run_slice);
+  options.option("MESH", o.meshes, "*.stl, *.ply, *.obj or *.3mf; each is a part");
+  options.option("--experiment", o.experiment, "instead: the part of an experiment, as its print slices it");
+  options.option("-o,--output", o.output, "path file, for firn plan and firn print: docs/formats.md");
+  options.option("-c,--config", o.config, "settings: docs/slice-settings.md");
+  options.override_option(o.overrides);
+  options.option("--support", o.support, "full, none, or overhang ANGLE [deg from the vertical]");
+  options.option("--tolerance", o.tolerance_mm,
+                 "no path leaves its exact place by more [mm]; 0 keeps every point");
+  options.option("--gcode", o.gcode, "for other printers and viewers");
+  options.option("--layer", o.layers, "to be pictured; several make a contact sheet: 10,50,100")
+      .separated_by(',')
+      .one_value_each();
+  options.option("--svg", o.svg, "picture of --layer");
+  options.option("--png", o.png, "the same");
+  options.option("--png-width", o.png_width, "pixels").show_default();
+  options.option("--layer-json", o.layer_json, "the paths of --layer, as firn plan reads them");
+  options.thread_option(o.threads, "; the bytes do not depend on it");
+  options.json_flag(o.json);
 }
 
 }  // namespace firn

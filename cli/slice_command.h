@@ -1,4 +1,4 @@
-// firn slice MESH… -o PATHS: meshes in, deposition paths out (docs/slice.md).
+// run_slice computes deposition paths from meshes (docs/commands/slice.md).
 #pragma once
 
 #include <optional>
@@ -7,9 +7,13 @@
 
 namespace firn {
 
+class OptionSet;
+
 struct SliceCommandOptions {
   std::vector<std::string>
-      meshes;          ///< *.stl, *.ply, *.obj, *.3mf; behind "--support overhang" also the angle
+      meshes;  ///< *.stl, *.ply, *.obj, *.3mf; behind "--support overhang" also the angle
+  std::string
+      experiment;      ///< instead of meshes and settings: the part of an experiment, as its print slices it
   std::string output;  ///< path file; empty = none
   std::string config;  ///< TOML; empty = the defaults
   std::vector<std::string> overrides;  ///< KEY=VALUE
@@ -25,5 +29,8 @@ struct SliceCommandOptions {
 
 /// @returns 0; 130 after Ctrl-C, and nothing was written then. @throws UsageError, ConfigError
 int run_slice(const SliceCommandOptions& options);
+
+/// Declares the arguments.
+void declare_slice(OptionSet& options);
 
 }  // namespace firn

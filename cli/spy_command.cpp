@@ -16,6 +16,7 @@
 #include <sstream>
 #include <vector>
 
+#include "cli/option_set.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"
@@ -137,6 +138,15 @@ int run_spy(const SpyOptions& o) {
   ::setenv("LCM_DEFAULT_URL", bus.c_str(), 1);
   std::fprintf(stderr, "firn: watching %s\n", bus.c_str());
   return run_java(java);
+}
+
+void declare_spy(OptionSet& options) {
+  auto& o = options.calls(run_spy);
+  options.option("RUN", o.run, "folder of a live print; default: the newest that goes on");
+  options.option("--runs", o.runs, "where run folders are").show_default();
+  options.option("--bus", o.bus, "LCM URL instead of a run");
+  options.option("--screenshot", o.screenshot, "PNG of the screen, then the end; needs no display");
+  options.option("--layers", o.layers, "seen before the screenshot").show_default();
 }
 
 }  // namespace firn

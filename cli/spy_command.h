@@ -1,9 +1,11 @@
-// firn spy: lcm-spy on a run's bus, with Firn's message types and views.
+// run_spy starts lcm-spy on a run's bus, with Firn's message types and views.
 #pragma once
 
 #include <string>
 
 namespace firn {
+
+class OptionSet;
 
 struct SpyOptions {
   std::string run;  ///< run folder; empty = the newest print that goes on in `runs`
@@ -16,5 +18,8 @@ struct SpyOptions {
 /// package.
 /// @returns the exit code of lcm-spy.
 int run_spy(const SpyOptions& options);
+
+/// Declares the arguments.
+void declare_spy(OptionSet& options);
 
 }  // namespace firn

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "cli/option_set.h"
+#include "config/labs.h"
 #include "estimators/gains/tune_smf.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
@@ -64,8 +66,14 @@ std::string picture(const std::vector<Judged>& all, const std::vector<double>& d
     if (n == 0) actions.push_back({"disturbance d", k, d, replay::Series::kReference});
   }
   replay::ChartOptions a, b;
-  a.title = "error e", a.x_name = "measurement interval k", a.y_name = "e [intervals]", a.whole_x = true;
-  b.title = "action u", b.x_name = "measurement interval k", b.y_name = "u [of nominal]", b.whole_x = true;
+  a.title = "error e";
+  a.x_name = "measurement interval k";
+  a.y_name = "e [intervals]";
+  a.whole_x = true;
+  b.title = "action u";
+  b.x_name = "measurement interval k";
+  b.y_name = "u [of nominal]";
+  b.whole_x = true;
   return "<svg viewBox=\"0 0 900 330\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\"><title>SMF under "
          "its disturbance</title>\n"
          "<svg x=\"0\" y=\"0\" width=\"440\" height=\"330\">" +
@@ -87,7 +95,8 @@ std::vector<double> disturbance_of(const ObservedRun& run) {
       droplets += layer.fired.cells[c];
       const double rise = layer.after.cells[c] - layer.before.cells[c];
       if (!std::isfinite(rise)) continue;
-      added += rise, ++cells;
+      added += rise;
+      ++cells;
     }
     // A layer of less than half a droplet per cell tells of its edges more than of the process.
     if (cells && droplets >= 0.5 * double(cells))
@@ -111,7 +120,7 @@ int run_tune_smf(const TuneCommandOptions& o) {
       const std::string config = recorded_config(RunFolder::open(o.run).path());
       const Experiment e =
           config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
-      d = is_ice(e) ? ice_disturbance_of(o.run) : disturbance_of(ObservedRun::read(o.run));
+      d = prints_paths(e) ? ice_disturbance_of(o.run) : disturbance_of(ObservedRun::read(o.run));
       const auto& smf = e.control.smf;
       all.push_back({"the run's", {smf.kp, smf.ki_star, smf.kd_star}});
     }
@@ -150,6 +159,29 @@ int run_tune_smf(const TuneCommandOptions& o) {
         "compare)\n",
         d.size());
   return kOk;
+}
+
+void declare_tune(OptionSet& options) {
+  OptionSet smf =
+      options.subcommand("smf", "gains of surface-mapping feedback that make the RMS error least");
+  auto& o = smf.calls(run_tune_smf);
+  smf.option("RUN", o.run, "run folder whose disturbance is taken; without it, the model below");
+  auto& m = o.model;
+  m.pulse = 0.5;
+  m.step = 0.2;
+  smf.option("--intervals", m.intervals, "measurement intervals").show_default();
+  smf.option("--pulse", m.pulse, "pulse disturbance d_p [intervals]").show_default();
+  smf.option("--pulse-at", m.pulse_at, "its interval k_p").show_default();
+  smf.option("--step", m.step, "step disturbance d_s [intervals]").show_default();
+  smf.option("--step-at", m.step_at, "its first interval k_s").show_default();
+  smf.option("--random", m.random, "random disturbance d_r [intervals]").show_default();
+  smf.option("--seed", m.seed, "of the random disturbance").show_default();
+  smf.option("--algorithm", o.algorithm, "slsqp, lbfgs or cobyla").show_default();
+  smf.option("--start", o.start, "K_p,K_i*,K_d* to start from").separated_by(',').show_default();
+  smf.flag("--derivative-only", o.derivative_only, "K_p and K_i* stay at their start (5.39)");
+  smf.option("-o,--output", o.output, "picture of error and action, SVG");
+  smf.json_flag(o.json);
+  options.require_subcommand();
 }
 
 }  // namespace firn

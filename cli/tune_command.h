@@ -1,17 +1,19 @@
-// firn tune smf: gains of surface-mapping feedback for a disturbance that is given, or found in a run
+// run_tune_smf computes gains of surface-mapping feedback for a disturbance that is given or found in a run
 // [Barnett 2012, 5.6].
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "print/folder/observed_run.h"
 #include "core/control/smf_line/smf_line.h"
+#include "print/folder/observed_run.h"
 
 namespace firn {
 
-/// d_k of a run's layers, in nominal layers: what was added over the mask on average, less what its droplets
-/// were to add (n h1 + 4 n h2 + 4 n h3), over that height. Whatever scheme printed it.
+class OptionSet;
+
+/// d_k of a run's layers, in nominal layers: the mean height added over the mask, less the height that its
+/// droplets were to add (n h1 + 4 n h2 + 4 n h3), over that height. Whatever scheme printed it.
 /// @throws UsageError: fewer than three layers with their maps
 std::vector<double> disturbance_of(const ObservedRun& run);
 
@@ -26,5 +28,8 @@ struct TuneCommandOptions {
 };
 /// @throws UsageError: an unknown algorithm, a start that is not three numbers, a run without layers
 int run_tune_smf(const TuneCommandOptions& options);
+
+/// Declares the arguments.
+void declare_tune(OptionSet& options);
 
 }  // namespace firn

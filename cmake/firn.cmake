@@ -86,30 +86,32 @@ function(firn_test name)
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}")
 endfunction()
 
-# firn_lcm_types(TARGET a.lcm b.lcm …): runs lcm-gen and makes an interface target with the generated headers, and
-# firn/all_types.h, which includes them all and names them in one type list: who handles every type misses none.
+# firn_lcm_types(TARGET): every .lcm file here becomes a message. lcm-gen makes the classes; generate.py makes the list of
+# all types, enums, channel constants and, in FIRN_MESSAGE_TABLES, limits, channel rows and the texts of the .lcm files.
 function(firn_lcm_types target)
   find_program(LCM_GEN lcm-gen REQUIRED)
+  find_program(PYTHON3 python3 REQUIRED)
   set(out ${CMAKE_BINARY_DIR}/lcmgen)
-  set(headers "")
-  set(includes "")
-  set(names "")
-  foreach(file ${ARGN})
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*_t.lcm)
+  set(generated ${out}/firn/all_types.h ${out}/firn/enums.h ${out}/firn/channels.h ${out}/message_tables.cpp)
+  add_custom_command(OUTPUT ${out}/generated
+    COMMAND ${PYTHON3} -B ${CMAKE_CURRENT_SOURCE_DIR}/generate.py ${CMAKE_SOURCE_DIR} ${out} ${files}
+    BYPRODUCTS ${generated}
+    DEPENDS ${files} generate.py channels.table DEPFILE ${out}/generated.d VERBATIM)
+  set(headers ${out}/generated)
+  foreach(file ${files})
     get_filename_component(type ${file} NAME_WE)
     set(header ${out}/firn/${type}.hpp)
     add_custom_command(OUTPUT ${header}
-      COMMAND ${LCM_GEN} --cpp --cpp-std=c++11 --cpp-hpath=${out} ${CMAKE_CURRENT_SOURCE_DIR}/${file}
+      COMMAND ${LCM_GEN} --cpp --cpp-std=c++11 --cpp-hpath=${out} ${file}
       DEPENDS ${file} VERBATIM)
     list(APPEND headers ${header})
-    string(APPEND includes "#include \"firn/${type}.hpp\"\n")
-    list(APPEND names ${type})
   endforeach()
-  list(JOIN names ", " names)
-  file(CONFIGURE OUTPUT ${out}/firn/all_types.h @ONLY CONTENT
-    "#pragma once\n@includes@\nnamespace firn {\ntemplate <class... M>\nstruct TypeList {};\nusing AllTypes = TypeList<@names@>;\n}  // namespace firn\n")
   add_custom_target(${target}_generate DEPENDS ${headers})
   add_library(${target} INTERFACE)
   add_dependencies(${target} ${target}_generate)
   target_include_directories(${target} SYSTEM INTERFACE ${out})
   target_link_libraries(${target} INTERFACE ${LCM_LIBRARY})
+  set(FIRN_LCM_FILES ${files} PARENT_SCOPE)
+  set(FIRN_MESSAGE_TABLES ${out}/message_tables.cpp PARENT_SCOPE)
 endfunction()

@@ -2,53 +2,14 @@
 
 #include <algorithm>
 #include <initializer_list>
-#include <span>
 
 #include "config/error.h"
-#include "config/fields.h"
+#include "config/lab_checks.h"
+#include "config/labs.h"
 #include "core/control/controller.h"
-#include "core/control/surface/surface_controller.h"
 
 namespace firn {
 namespace {
-
-class Rules {
- public:
-  Rules(const Experiment& experiment, const Origins& origins, const std::string& file)
-      : experiment_(experiment), table_(fields(experiment_)), origins_(origins), file_(file) {}
-
-  Experiment& experiment() { return experiment_; }
-
-  std::string value(const std::string& key) const {
-    const auto f =
-        std::find_if(table_.begin(), table_.end(), [&](const Field& field) { return field.key == key; });
-    return value_text(*f) + (f->unit.empty() ? "" : " " + std::string(f->unit));
-  }
-
-  /// `keys`: the first is named; its origin, or that of the first one set at all, is the place.
-  void require(bool ok, std::initializer_list<const char*> keys, const std::string& problem) const {
-    if (ok) return;
-    Origin place{file_, 0};
-    for (const char* key : keys)
-      if (const auto o = origins_.find(key); o != origins_.end()) {
-        place = o->second;
-        break;
-      }
-    const std::string key = *keys.begin();
-    throw ConfigError(place.file, place.line, key, key + " = " + value(key) + ": " + problem);
-  }
-
-  void at_most(const char* key, double actual, const char* limit_key, double limit) const {
-    require(actual <= limit, {key, limit_key},
-            std::string("must not exceed ") + limit_key + " = " + value(limit_key));
-  }
-
- private:
-  Experiment experiment_;
-  std::vector<Field> table_;
-  const Origins& origins_;
-  std::string file_;
-};
 
 std::string mm(double value) {
   std::string text = std::to_string(value);
@@ -123,7 +84,7 @@ void check_passes(Rules& r) {
   const Experiment& e = r.experiment();
   const int s = e.process.sub_patterns;
   r.require(s != 3, {"process.sub_patterns"}, "a layer has 1, 2 or 4 sub-patterns");
-  // A pass has a number of seven bits (lcmtypes/limits.cpp).
+  // A pass has a number of seven bits (lcmtypes/stage_command_t.lcm).
   const int drops = e.control.scheme == "mpc"   ? e.control.mpc.max_drops
                     : e.control.scheme == "smf" ? e.control.smf.max_drops
                                                 : 1;
@@ -232,59 +193,36 @@ void check_instruments(Rules& r) {
                 " does not cover the grid of " + mm(width_mm));
 }
 
-void check_valve(Rules& r, const char* table_hz, const ValveLineConfig& v) {
-  r.require(v.table_hz.size() == v.table_mm3_s.size(), {table_hz}, "needs as many frequencies as flows");
-  bool ascends = true;
-  for (std::size_t n = 1; n < std::min(v.table_hz.size(), v.table_mm3_s.size()); ++n)
-    ascends = ascends && v.table_hz[n] > v.table_hz[n - 1] && v.table_mm3_s[n] > v.table_mm3_s[n - 1];
-  r.require(ascends, {table_hz}, "both columns of the flow curve must ascend");
-}
-
-template <class Scheme>
-void check_scheme(Rules& r, std::span<const Scheme> schemes) {
-  std::string names;
-  bool known = false;
-  for (const Scheme& s : schemes) {
-    names += (names.empty() ? "" : ", ") + std::string(s.name);
-    known = known || s.name == r.experiment().control.scheme;
-  }
-  r.require(known, {"control.scheme", "lab.kind"}, "lab.kind = " + r.value("lab.kind") + " knows " + names);
-}
-
-void check_ice(Rules& r) {
-  const Experiment& e = r.experiment();
-  check_scheme<control::SurfaceScheme>(r, control::surface_schemes());
-  for (const auto& [key, file] :
-       {std::pair{"ice.mesh", &e.ice.mesh}, {"ice.slice", &e.ice.slice}, {"ice.machine", &e.ice.machine}})
-    r.require(!file->empty(), {key, "lab.kind"}, "an ice lab needs this file");
-  const Range& limit = control::kSurfaceOutputLimit.range;
-  r.require(limit.holds(e.control.smf.output_limit), {"control.smf.output_limit", "lab.kind"},
-            "must lie in " + text(limit) + " where lab.kind = " + r.value("lab.kind"));
-  r.require(e.ice.nozzle_gap_mm > e.ice.clearance_mm, {"ice.nozzle_gap_mm", "ice.clearance_mm"},
-            "must be above ice.clearance_mm = " + r.value("ice.clearance_mm"));
-  check_valve(r, "valve_a.table_hz", e.valve_a);
-  check_valve(r, "valve_b.table_hz", e.valve_b);
-  const IcePlantConfig& p = e.plant.ice;
-  r.require(p.foot_mm.empty() || p.foot_mm.size() == 4, {"plant.ice.foot_mm"}, "needs four heights");
-  r.require(p.screw_mm.empty() || p.screw_mm.size() == 9, {"plant.ice.screw_mm"}, "needs nine heights");
-  r.require(p.jig_mm.size() % 5 == 0 && p.jig_mm.size() <= 80, {"plant.ice.jig_mm"},
-            "needs five numbers of each of at most 16 blocks");
-  r.require((p.field_width_mm > 0.0) == (p.field_depth_mm > 0.0),
-            {"plant.ice.field_width_mm", "plant.ice.field_depth_mm"},
-            "must be 0 together with plant.ice.field_depth_mm = " + r.value("plant.ice.field_depth_mm"));
-  r.require(e.heater.low_degC < e.heater.tip_degC && e.heater.tip_degC < e.heater.high_degC,
-            {"heater.tip_degC", "heater.low_degC", "heater.high_degC"},
-            "must lie between heater.low_degC = " + r.value("heater.low_degC") +
-                " and heater.high_degC = " + r.value("heater.high_degC"));
-}
-
 }  // namespace
 
-void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file) {
-  Rules rules(experiment, origins, file);
-  check_run(rules);
-  if (is_ice(experiment)) return check_ice(rules);
-  check_scheme<control::Scheme>(rules, control::schemes());
+Rules::Rules(const Experiment& experiment, const Origins& origins, const std::string& file)
+    : experiment_(experiment), table_(fields(experiment_)), origins_(origins), file_(file) {}
+
+std::string Rules::value(const std::string& key) const {
+  const auto f =
+      std::find_if(table_.begin(), table_.end(), [&](const Field& field) { return field.key == key; });
+  return value_text(*f) + (f->unit.empty() ? "" : " " + std::string(f->unit));
+}
+
+void Rules::require(bool ok, std::initializer_list<const char*> keys, const std::string& problem) const {
+  if (ok) return;
+  Origin place{file_, 0};
+  for (const char* key : keys)
+    if (const auto o = origins_.find(key); o != origins_.end()) {
+      place = o->second;
+      break;
+    }
+  const std::string key = *keys.begin();
+  throw ConfigError(place.file, place.line, key, key + " = " + value(key) + ": " + problem);
+}
+
+void Rules::at_most(const char* key, double actual, const char* limit_key, double limit) const {
+  require(actual <= limit, {key, limit_key},
+          std::string("must not exceed ") + limit_key + " = " + value(limit_key));
+}
+
+void check_inkjet_lab(Rules& rules) {
+  rules.scheme_of(control::schemes());
   check_part(rules);
   check_geometry(rules);
   check_model(rules);
@@ -292,6 +230,12 @@ void check_experiment(const Experiment& experiment, const Origins& origins, cons
   check_estimator(rules);
   check_stage(rules);
   check_instruments(rules);
+}
+
+void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file) {
+  Rules rules(experiment, origins, file);
+  check_run(rules);
+  lab_of(experiment).check(rules);
 }
 
 }  // namespace firn

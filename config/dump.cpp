@@ -24,17 +24,15 @@ std::vector<ConfigDifference> differences(const Experiment& a, const Experiment&
 std::string configuration_markdown() {
   Experiment defaults;
   return "# Configuration\n\n"
-         "Written by `firn config docs`; do not edit by hand. An experiment is a TOML file; every key has "
-         "the default\n"
-         "shown here. `include = \"../labs/inkjet-lu2015.toml\"` takes a lab's keys first. `--set a.b=value` "
-         "comes last.\n"
-         "`firn config check FILE` names the file, line, key and limit of a mistake; `firn config dump FILE` "
-         "writes every\n"
-         "key with its resolved value, which is what a run keeps. Keys of the other kind of lab are refused: "
-         "[lab] kind =\n"
-         "\"inkjet\" has no [ice], [robot], [valve_a], [valve_b], [laser_point], [heater], [flow], "
-         "[plant.ice]; \"ice\" takes its\n"
-         "part, grid and process from them.\n" +
+         "Written by `firn config docs`. An experiment is a TOML file; every key has the default shown "
+         "here.\n"
+         "`include = \"../labs/inkjet-lu2015.toml\"` reads a lab's keys first; `--set KEY=VALUE` comes "
+         "last.\n"
+         "`firn config check FILE` reports the first mistake with file, line, key and limit; `firn config "
+         "dump\n"
+         "FILE` writes every key with its resolved value. Keys of the other kind of lab are refused: `[lab]\n"
+         "kind = \"inkjet\"` has no [ice], [robot], [valve_a], [valve_b], [laser_point], [heater], [flow],\n"
+         "[plant.ice]; `\"ice\"` takes its part, grid and process from them.\n" +
          fields_markdown(fields(defaults));
 }
 

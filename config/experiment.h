@@ -181,12 +181,9 @@ struct Experiment {
 /// Whether the lab has a second nozzle with its jet: for a part of two inks, or to measure where it stands.
 bool has_two_jets(const Experiment& experiment);
 
-/// Whether the lab is the ice printer (config/ice.h).
-bool is_ice(const Experiment& experiment);
-
-/// Whether a node of the channel table takes part in an experiment: those of the lab's kind, jet_b only with
-/// two jets, droplet_estimator only where it is asked for. What it does not know takes part: the launcher,
-/// the recorder.
+/// Reports whether a node of the channel table takes part in an experiment: those of the lab's row
+/// (config/labs.h), some only where the experiment asks for them. A node that no lab names takes part: the
+/// launcher, the recorder.
 bool takes_part(const Experiment& experiment, std::string_view node);
 
 /// @throws ConfigError: file, line, key, value, unit and limit; for an unknown key also the nearest known

@@ -11,7 +11,8 @@ namespace firn {
 /// Every key with its value, as TOML.
 std::string fields_toml(const std::vector<Field>& fields);
 
-/// A Markdown table for each section: key, value as its default, unit, what is allowed, meaning.
+/// Markdown tables of the sections: keys, default, allowed values, meaning. Adjacent sections that differ in
+/// their defaults alone share a table, keys that say the same of another axis a row.
 std::string fields_markdown(const std::vector<Field>& fields);
 
 }  // namespace firn

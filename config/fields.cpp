@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "config/field_rows.h"
+#include "config/labs.h"
 #include "core/control/controller.h"
 #include "core/control/surface/surface_controller.h"
 
@@ -260,6 +261,8 @@ std::vector<Field> fields(Experiment& e) {
   add(t, plant_fields(e));
   add(t, ice_plant_fields(e));
   add(t, bus_fields(e));
+  for (const LabKind* lab : lab_kinds())
+    if (lab->fields) add(t, lab->fields(e));
   return t;
 }
 

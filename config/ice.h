@@ -23,6 +23,7 @@ struct IceConfig {
   // What is printed; paths relative to the experiment file.
   std::string mesh;        ///< STL, PLY, OBJ or 3MF
   std::string slice;       ///< settings of firn slice
+  std::string paths;       ///< instead of mesh and slice: a path file that firn slice wrote
   std::string machine;     ///< machine of firn plan
   double height_mm = 0.0;  ///< layers above are left out; 0 = the whole mesh
 

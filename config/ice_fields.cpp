@@ -3,6 +3,7 @@
 #include <span>
 
 #include "config/field_rows.h"
+#include "config/labs.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/deposition/valve.h"
 
@@ -11,15 +12,32 @@ using namespace field_rows;
 
 namespace {
 
+Limits lab_names() {
+  std::vector<std::string_view> names;
+  for (const LabKind* lab : lab_kinds()) names.push_back(lab->name);
+  return one_of(names);
+}
+
+std::string_view kinds_in_words() {
+  static const std::string text = [] {
+    std::string s = "which lab";
+    for (const LabKind* lab : lab_kinds())
+      s += (lab == lab_kinds().front() ? ": " : ", or ") + std::string(lab->meaning);
+    return s;
+  }();
+  return text;
+}
+
 Table part_of(Experiment& e) {
   IceConfig& c = e.ice;
   return {
-      {"lab.kind", &e.lab.kind, "", one_of({"inkjet", "ice"}),
-       "which lab: droplets on a stage [Lu 2015], or the robot arm that prints ice [Barnett 2012]"},
+      {"lab.kind", &e.lab.kind, "", lab_names(), kinds_in_words()},
       {"ice.mesh", &c.mesh, "", text(), "part: STL, PLY, OBJ or 3MF, path relative to the experiment file"},
       {"ice.slice", &c.slice, "", text(),
        "settings of firn slice, path relative to the experiment file; layer height and measurement paths are "
        "[ice]'s"},
+      {"ice.paths", &c.paths, "", text(),
+       "instead of ice.mesh and ice.slice: a path file of firn slice, path relative to the experiment file"},
       {"ice.machine", &c.machine, "", text(), "machine of firn plan, path relative to the experiment file"},
       {"ice.height_mm", &c.height_mm, "mm", within(0, 1000), "layers above are left out; 0 = the whole mesh"},
       {"ice.origin_x_mm", &c.origin_x_mm, "mm", within(-1000, 1000),
@@ -182,33 +200,6 @@ bool within_any(std::string_view key, std::span<const std::string_view> prefixes
   });
 }
 
-constexpr std::string_view kIceOnly[] = {"lab.",
-                                         "ice.",
-                                         "robot.",
-                                         "valve_a.",
-                                         "valve_b.",
-                                         "laser_point.",
-                                         "heater.",
-                                         "flow.",
-                                         "calibration.",
-                                         "plant.ice.",
-                                         "control.smf.speed_range",
-                                         "control.smf.version",
-                                         "control.foresee."};
-constexpr std::string_view kBoth[] = {"run.",
-                                      "bus.",
-                                      "lab.",
-                                      "control.scheme",
-                                      "control.smoothing",
-                                      "control.smf.kp",
-                                      "control.smf.ki_star",
-                                      "control.smf.kd_star",
-                                      "control.smf.output_limit",
-                                      "control.smf.integral_limit",
-                                      "process.max_rescans",
-                                      "process.min_measured_fraction",
-                                      "plant.seed"};
-
 }  // namespace
 
 std::vector<Field> ice_fields(Experiment& e) {
@@ -283,10 +274,9 @@ std::vector<Field> ice_plant_fields(Experiment& e) {
   };
 }
 
-// An ink-jet lab's dump is what it was before there was another kind: it does not even name the kind.
-bool belongs(const Field& f, std::string_view lab_kind) {
-  const bool ice_only = within_any(f.key, kIceOnly);
-  return lab_kind == "ice" ? ice_only || within_any(f.key, kBoth) : !ice_only;
+bool belongs(const Field& f, std::string_view kind) {
+  const LabKind& lab = lab_kind(kind);
+  return within_any(f.key, lab.keys) && !within_any(f.key, lab.without);
 }
 
 }  // namespace firn

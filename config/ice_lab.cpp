@@ -1,6 +1,7 @@
 #include "config/ice_lab.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace firn {
 namespace {
@@ -30,6 +31,33 @@ deposition::ValveLimits list_limits(const Machine& machine, const Experiment& e)
   l.max_entries = std::min(l.max_entries, std::int32_t(e.ice.max_pulses));
   l.max_duration_s = std::min(l.max_duration_s, (kRobotSlot_points - 1.0) * machine.tick_s - kLatest_s);
   return l;
+}
+
+planning::PlanningArm planning_arm(const Machine& machine) {
+  if (machine.kind != "scara")
+    throw std::invalid_argument("machine.kind = \"" + machine.kind +
+                                "\": paths are planned for an arm, \"scara\"");
+  return {make_arm(machine), motion_limits(machine), tools(machine), preferred_configuration(machine),
+          machine.tick_s,    machine.speed_mm_s};
+}
+
+planning::PlanningSetup planning_setup(const Experiment& e, const Machine& machine) {
+  planning::PlanningSetup s;
+  s.arm = planning_arm(machine);
+  s.laser = laser_tool(machine, e);
+  s.origin = {e.ice.origin_x_mm, e.ice.origin_y_mm};
+  s.origin_z_mm = e.ice.origin_z_mm;
+  s.nozzle_gap_mm = e.ice.nozzle_gap_mm;
+  const auto speeds = [](const IceMaterialConfig& m) {
+    return planning::MaterialSpeeds{m.boundary_mm_s, m.fill_mm_s, m.measure_mm_s};
+  };
+  s.speeds = {speeds(e.ice.water), speeds(e.ice.scaffold)};
+  s.valves = {{valve_setting(e.valve_a), e.valve_a.latency_s},
+              {valve_setting(e.valve_b), e.valve_b.latency_s}};
+  s.valve_limits = list_limits(machine, e);
+  if (e.ice.coverage == "off") s.coverage_window_mm = 0.0;
+  s.version = surface_options(e, 0).version;
+  return s;
 }
 
 control::SurfaceOptions surface_options(const Experiment& e, int last_layer) {

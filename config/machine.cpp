@@ -66,11 +66,10 @@ Machine load_machine(const std::filesystem::path& path) {
 std::string machine_markdown() {
   Machine defaults;
   return "# Machines\n\n"
-         "Written by `firn config docs --machines`; do not edit by hand. A machine file "
-         "(`labs/cobra600.toml`) is TOML; every\n"
-         "key has the default shown here, which is the Cobra 600's. `machine.kind` says which sections "
-         "count; a key of another\n"
-         "kind is refused.\n" +
+         "Written by `firn config docs --machines`. A machine file (`labs/cobra600.toml`) is TOML; every "
+         "key\n"
+         "has the default shown here, which is the Cobra 600's. `machine.kind` selects the sections that\n"
+         "count; a key of another kind is refused.\n" +
          fields_markdown(machine_fields(defaults));
 }
 

@@ -80,7 +80,7 @@ std::string machine_markdown();
 // What the planners take. @pre made by parse_machine(); make_arm and motion_limits not for an aerosol machine
 std::unique_ptr<motion::Arm> make_arm(const Machine& machine);
 motion::MotionLimits motion_limits(const Machine& machine);
-motion::Posture preferred_posture(const Machine& machine);
+motion::ArmConfiguration preferred_configuration(const Machine& machine);
 /// "flange" and, on an arm, "water", "scaffold" and "laser".
 std::vector<motion::Tool> tools(const Machine& machine);
 deposition::ValveLimits valve_limits(const ValveConfig& valve);

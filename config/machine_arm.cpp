@@ -19,12 +19,12 @@ double unit_of_joint(std::size_t n) { return n == 2 ? 1.0 : kDegree; }  // J3 is
 
 std::unique_ptr<motion::Arm> make_arm(const Machine& m) {
   if (m.kind == "scara") {
-    motion::ScaraSpec spec{m.link_1_mm, m.link_2_mm, {}};
+    motion::ScaraConfig spec{m.link_1_mm, m.link_2_mm, {}};
     for (std::size_t n = 0; n < 4; ++n)
       spec.ranges[n] = {m.joint[n].low * unit_of_joint(n), m.joint[n].high * unit_of_joint(n)};
     return motion::make_scara(spec);
   }
-  motion::StageSpec spec;
+  motion::CartesianConfig spec;
   for (std::size_t n = 0; n < std::size_t(m.axes); ++n)
     spec.ranges.push_back({m.axis[n].low, m.axis[n].high});
   return motion::make_stage(spec);
@@ -44,7 +44,7 @@ motion::MotionLimits motion_limits(const Machine& m) {
   return limits;
 }
 
-motion::Posture preferred_posture(const Machine& m) { return {m.elbow, 0}; }
+motion::ArmConfiguration preferred_configuration(const Machine& m) { return {m.elbow, 0}; }
 
 std::vector<motion::Tool> tools(const Machine& m) {
   std::vector<motion::Tool> all{{"flange", 0.0, 0.0, 0.0}};
@@ -55,9 +55,7 @@ std::vector<motion::Tool> tools(const Machine& m) {
   return all;
 }
 
-deposition::ValveLimits valve_limits(const ValveConfig& v) {
-  return v;
-}
+deposition::ValveLimits valve_limits(const ValveConfig& v) { return v; }
 
 deposition::ValveSetting valve_setting(const ValveConfig& v) {
   if (v.table_hz.empty())

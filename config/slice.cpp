@@ -67,11 +67,9 @@ std::string dump(SliceSettings settings) { return fields_toml(slice_fields(setti
 std::string slice_markdown() {
   SliceSettings defaults;
   return "# Settings of firn slice\n\n"
-         "Written by `firn config docs --slice`; do not edit by hand. A settings file "
-         "(`experiments/slicing/gear.toml`) is TOML; every\n"
-         "key has the default shown here, which is the Cobra 600's rapid freeze prototyping [Barnett 2012, "
-         "ch. 3]. An unknown key\n"
-         "is refused with the nearest known one.\n" +
+         "Written by `firn config docs --slice`. A settings file (`experiments/slicing/gear.toml`) is TOML;\n"
+         "every key has the default shown here, which is the Cobra 600's rapid freeze prototyping [Barnett\n"
+         "2012, ch. 3]. An unknown key is refused with the nearest known one.\n" +
          fields_markdown(slice_fields(defaults));
 }
 
@@ -100,7 +98,7 @@ std::uint8_t material_of(const SliceSettings& s, std::size_t mesh) {
 slice::PathOptions path_options(const SliceSettings& s) {
   slice::PathOptions p = s.paths;
   const auto bead = [](const BeadSettings& b) {
-    slice::BeadOptions o = b.bead;
+    slice::ExtrusionOptions o = b.bead;
     using enum slice::FillPattern;
     o.pattern = b.fill == "lines"    ? kLines
                 : b.fill == "zigzag" ? kZigzag

@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "config/fields.h"
-#include "core/slice/paths/path_options.h"
 #include "core/slice/mesh/placement.h"
 #include "core/slice/mesh/slicer.h"
+#include "core/slice/paths/path_options.h"
 
 namespace firn {
 
 /// One material's nozzle: what the paths need, and words for it.
 struct BeadSettings {
-  slice::BeadOptions bead;
+  slice::ExtrusionOptions bead;
   std::string fill = "concentric";
   double angle_deg = 0.0, turn_deg = 90.0;
   std::string tool;  ///< of the machine that plans the paths; empty = the flange

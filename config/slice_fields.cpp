@@ -43,15 +43,15 @@ Table contour(SliceSettings& s) {
 }
 
 Table bead(BeadSettings& b, const std::string& section) {
-  Table t = rows(section, b.bead, slice::kBeadRings);
+  Table t = rows(section, b.bead, slice::kExtrusionRings);
   add(t, {
              {section + "fill", &b.fill, "", one_of({"concentric", "lines", "zigzag", "none"}),
               "lines: ZZFILL, not linked; zigzag: linked [3.5]"},
-             row(section + "fill_width_mm", b.bead.fill_width_mm, slice::kBeadFillWidth),
+             row(section + "fill_width_mm", b.bead.fill_width_mm, slice::kExtrusionFillWidth),
              {section + "angle_deg", &b.angle_deg, "deg", within(-360, 360),
               "direction of lines and zigzags in odd layers"},
              {section + "turn_deg", &b.turn_deg, "deg", within(-360, 360), "added in even layers"},
-             row(section + "gap_mm", b.bead.gap_mm, slice::kBeadGap),
+             row(section + "gap_mm", b.bead.gap_mm, slice::kExtrusionGap),
              {section + "tool", &b.tool, "", {}, "of the machine of firn plan; empty = the flange"},
          });
   return t;

@@ -42,7 +42,7 @@ class StudyReader {
       else if (k == "metrics")
         metrics(node, line);
       else if (k == "baseline")
-        study_.baseline = text_of(node, k, line), baseline_line_ = line;
+        baseline(node, line);
       else if (k == "scheme")
         entries(node, k, line, schemes_);
       else if (k == "part")
@@ -61,6 +61,11 @@ class StudyReader {
   }
 
  private:
+  void baseline(const toml::node& node, int line) {
+    study_.baseline = text_of(node, "baseline", line);
+    baseline_line_ = line;
+  }
+
   [[noreturn]] void fail(int line, const std::string& key, const std::string& problem) const {
     throw ConfigError(file_, line, key, key + ": " + problem);
   }

@@ -145,7 +145,11 @@ class Events {
       keep();
     else
       digits();
-    if (in_.peek() == '.') whole = false, keep(), digits();
+    if (in_.peek() == '.') {
+      whole = false;
+      keep();
+      digits();
+    }
     if (in_.peek() == 'e' || in_.peek() == 'E') {
       whole = false;
       keep();

@@ -1,5 +1,6 @@
-// The one table of nodes and channels. Everything that needs to know a channel reads it here: senders and
-// receivers (typed), transport, recorder, replay, `firn log`, docs/dataflow.md.
+// ChannelInfo holds a row of the table of channels, NodeInfo one of the table of nodes: senders and receivers
+// (typed), transport, recorder, replay, `firn log` and docs/dataflow.md follow them. A channel that stands
+// alone has a constant: channels::kHeightMap, from channels.table.
 #pragma once
 
 #include <array>
@@ -7,47 +8,9 @@
 #include <span>
 #include <string_view>
 
-namespace firn {
+#include "firn/channels.h"
 
-class height_map_t;
-class height_profile_t;
-class scan_done_t;
-class layer_plan_t;
-class stage_command_t;
-class jet_command_t;
-class profiler_command_t;
-class lamp_command_t;
-class answer_t;
-class device_state_t;
-class deposition_report_t;
-class layer_metrics_t;
-class fault_t;
-class safe_stop_t;
-class enable_t;
-class run_start_t;
-class run_end_t;
-class config_t;
-class heartbeat_t;
-class resend_request_t;
-class journal_t;
-class preview_t;
-class sim_truth_t;
-class operator_command_t;
-class material_map_t;
-class pass_detail_t;
-class height_model_t;
-class trajectory_t;
-class path_job_t;
-class pulse_list_t;
-class path_report_t;
-class robot_command_t;
-class valve_command_t;
-class laser_command_t;
-class laser_samples_t;
-class heater_command_t;
-class temperature_t;
-class control_surface_t;
-class flow_model_t;
+namespace firn {
 
 enum class NodeId : std::uint8_t {
   kScheduler,
@@ -105,48 +68,7 @@ std::span<const ChannelInfo> channel_table();
 /// @returns nullptr for an unknown name.
 const ChannelInfo* find_channel(std::string_view name);
 
-/// A channel with its message type: `Outbox::send` and `Node::subscribe` accept no other message.
-template <class Message>
-struct Channel {
-  std::string_view name;
-};
-
 namespace channels {
-inline constexpr Channel<height_map_t> kHeightMap{"HEIGHT_MAP"};
-inline constexpr Channel<height_profile_t> kHeightProfile{"HEIGHT_PROFILE"};
-inline constexpr Channel<scan_done_t> kScanDone{"SCAN_DONE"};
-inline constexpr Channel<layer_plan_t> kLayerPlan{"LAYER_PLAN"};
-inline constexpr Channel<material_map_t> kMaterialMap{"MATERIAL_MAP"};
-inline constexpr Channel<stage_command_t> kStageCommand{"STAGE_COMMAND"};
-inline constexpr Channel<jet_command_t> kJetCommand{"JET_COMMAND"};
-inline constexpr Channel<jet_command_t> kJetBCommand{"JET_B_COMMAND"};
-inline constexpr Channel<profiler_command_t> kProfilerCommand{"PROFILER_COMMAND"};
-inline constexpr Channel<lamp_command_t> kLampCommand{"LAMP_COMMAND"};
-inline constexpr Channel<deposition_report_t> kDepositionReport{"DEPOSITION_REPORT"};
-inline constexpr Channel<pass_detail_t> kPassDetail{"PASS_DETAIL"};
-inline constexpr Channel<height_model_t> kHeightModel{"HEIGHT_MODEL"};
-inline constexpr Channel<trajectory_t> kTrajectory{"TRAJECTORY"};
-inline constexpr Channel<pulse_list_t> kPulseList{"PULSE_LIST"};
-inline constexpr Channel<path_job_t> kPathJob{"PATH_JOB"};
-inline constexpr Channel<path_report_t> kPathReport{"PATH_REPORT"};
-inline constexpr Channel<robot_command_t> kRobotCommand{"ROBOT_COMMAND"};
-inline constexpr Channel<valve_command_t> kValveACommand{"VALVE_A_COMMAND"};
-inline constexpr Channel<valve_command_t> kValveBCommand{"VALVE_B_COMMAND"};
-inline constexpr Channel<laser_command_t> kLaserCommand{"LASER_COMMAND"};
-inline constexpr Channel<laser_samples_t> kLaserSamples{"LASER_SAMPLES"};
-inline constexpr Channel<heater_command_t> kHeaterCommand{"HEATER_COMMAND"};
-inline constexpr Channel<temperature_t> kTemperature{"TEMPERATURE"};
-inline constexpr Channel<control_surface_t> kControlSurface{"CONTROL_SURFACE"};
-inline constexpr Channel<flow_model_t> kFlowModel{"FLOW_MODEL"};
-inline constexpr Channel<layer_metrics_t> kLayerMetrics{"LAYER_METRICS"};
-inline constexpr Channel<preview_t> kHeightPreview{"HEIGHT_PREVIEW"};
-inline constexpr Channel<enable_t> kEnable{"ENABLE"};
-inline constexpr Channel<safe_stop_t> kSafeStop{"SAFE_STOP"};
-inline constexpr Channel<run_start_t> kRunStart{"RUN_START"};
-inline constexpr Channel<run_end_t> kRunEnd{"RUN_END"};
-inline constexpr Channel<operator_command_t> kOperatorCommand{"OPERATOR_COMMAND"};
-inline constexpr Channel<sim_truth_t> kSimTruth{"SIM_TRUTH"};
-
 // One channel per node: ANSWER_STAGE, STATE_JET, FAULT_SAFETY, CONFIG_LAMP, HEARTBEAT_RECORDER, …
 Channel<answer_t> answer(NodeId node);              ///< drivers only
 Channel<device_state_t> device_state(NodeId node);  ///< drivers only

@@ -50,16 +50,22 @@ void set_drops(layer_plan_t& p, const DropletPattern& d) {
   for (std::size_t c = 0; c < d.size(); ++c) p.drops[c] = std::int8_t(d.cells[c]);
 }
 
-MaterialMap materials_of(const material_map_t& m) {
-  MaterialMap materials(from_message(m.grid));
-  for (std::size_t c = 0; c < materials.size(); ++c) materials.set(c, Material(m.material[c]));
+MaterialMap materials_of(const layer_plan_t& p) {
+  if (p.n_material == 0) return {};
+  MaterialMap materials(from_message(p.grid));
+  for (std::size_t c = 0; c < materials.size(); ++c) materials.set(c, Material(p.material[c]));
   return materials;
 }
 
-void set_materials(material_map_t& m, const MaterialMap& materials) {
-  m.grid = to_message(materials.spec);
-  m.n = std::int32_t(materials.size());
-  m.material.assign(materials.cells.begin(), materials.cells.end());
+void set_materials(layer_plan_t& p, const MaterialMap& materials) {
+  p.n_material = std::int32_t(materials.size());
+  p.material.assign(materials.cells.begin(), materials.cells.end());
+}
+
+DropletPattern fires_of(const stage_command_t& pass) {
+  DropletPattern d(from_message(pass.grid));
+  for (std::size_t c = 0; c < d.size(); ++c) d.cells[c] = std::uint8_t(pass.fires[c]);
+  return d;
 }
 
 trajectory_t to_message(const PlannedPath& p) {

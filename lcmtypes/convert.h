@@ -11,7 +11,7 @@
 #include "firn/grid_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
-#include "firn/material_map_t.hpp"
+#include "firn/stage_command_t.hpp"
 #include "firn/trajectory_t.hpp"
 
 namespace firn {
@@ -24,8 +24,9 @@ void set_height(height_map_t& map, const HeightMap& height);
 DropletPattern drops_of(const layer_plan_t& plan);
 DropletPattern drops_of(const deposition_report_t& report);  ///< what the pass commanded
 void set_drops(layer_plan_t& plan, const DropletPattern& drops);
-MaterialMap materials_of(const material_map_t& map);
-void set_materials(material_map_t& map, const MaterialMap& materials);
+MaterialMap materials_of(const layer_plan_t& plan);  ///< without cells: one ink
+void set_materials(layer_plan_t& plan, const MaterialMap& materials);
+DropletPattern fires_of(const stage_command_t& pass);  ///< 1 where the pass fires
 
 /// Path, positions and certificate; the header is the sender's.
 trajectory_t to_message(const PlannedPath& path);

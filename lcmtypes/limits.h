@@ -1,5 +1,5 @@
-// The limits of message members, by type and path. For validate.cpp; what each member means stands in the
-// .lcm files.
+// Limit holds the range of a message member, Relation a condition between members: generated from the
+// comments of the .lcm files. For validate.cpp.
 #pragma once
 
 #include <span>
@@ -8,8 +8,7 @@
 namespace firn {
 
 struct Limit {
-  std::string_view type;  ///< "*" = every type that has the path
-  std::string_view path;
+  std::string_view type, path;
   double low, high;
   bool above_low = false;      ///< low itself is refused
   bool nan_ok = false;         ///< arrays: NaN means not measured

@@ -44,12 +44,11 @@ int field_index(const Type& type, std::string_view path) {
   return -1;
 }
 
-bool fits(std::string_view wanted, const Type& type) { return wanted == "*" || wanted == type.name; }
 bool is_real(Kind k) { return k == Kind::kFloat || k == Kind::kDouble; }
 
 const Limit* general_limit(const Type& type, const Field& field) {
   for (const Limit& l : limits())
-    if (l.when.empty() && fits(l.type, type) && l.path == field.path) return &l;
+    if (l.when.empty() && l.type == type.name && l.path == field.path) return &l;
   return nullptr;
 }
 
@@ -70,7 +69,7 @@ Plan plan_for(const Type& type) {
       plan.checks.push_back({i, f.kind, {"", "", -kAny, kAny, false, !f.dimensions.empty()}});
     }
     for (const Limit& l : limits())
-      if (!l.when.empty() && fits(l.type, type) && l.path == f.path)
+      if (!l.when.empty() && l.type == type.name && l.path == f.path)
         plan.checks.push_back({i, f.kind, l, field_index(type, l.when)});
   }
   for (const Relation& r : relations()) {
@@ -270,7 +269,7 @@ std::vector<std::string> unmatched_limits() {
   std::vector<std::string> lost;
   const auto known = [](std::string_view type, std::string_view path) {
     for (const Type& t : Schema::builtin().types())
-      if (fits(type, t) && field_index(t, path) >= 0) return true;
+      if (type == t.name && field_index(t, path) >= 0) return true;
     return false;
   };
   const auto demand = [&](std::string_view type, std::string_view path) {

@@ -8,19 +8,22 @@
 
 namespace firn {
 
-using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
 
-ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) != 0) {}
+ProgressLine::ProgressLine(const Pauses& pauses) : pauses_(pauses), terminal_(isatty(STDERR_FILENO) != 0) {}
 
-ProgressLine::~ProgressLine() { done(); }
+bool ProgressLine::due() const {
+  const auto pause = !shown_once_ ? pauses_.first : terminal_ ? pauses_.terminal : pauses_.plain;
+  return Clock::now() - shown_ >= pause;
+}
 
 void ProgressLine::show(const std::string& text, bool last) {
-  const auto now = Clock::now();
-  if (!terminal_ && !last && line_open_ && now - shown_ < std::chrono::seconds(2)) return;
+  if (!last && !due()) return;
   std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", text.c_str());
   std::fflush(stderr);
-  shown_ = now;
+  shown_ = Clock::now();
   line_open_ = true;
+  shown_once_ = true;
 }
 
 void ProgressLine::done() {
@@ -28,35 +31,54 @@ void ProgressLine::done() {
   line_open_ = false;
 }
 
-PrintProgress::PrintProgress(std::string title) : title_(std::move(title)), began_(Clock::now()) {}
-
-void PrintProgress::layer(const layer_metrics_t& m) {
-  const double elapsed = std::chrono::duration<double>(Clock::now() - began_).count();
-  const int all = std::max(m.layers_expected, m.layer);
-  const double fraction = all > 0 ? double(m.layer) / all : 0.0;
-  std::string eta;
-  if (m.layer > 0) eta = fmt::format("  ETA {:.0f} s", elapsed / m.layer * (all - m.layer));
-  std::string bar;
-  if (line_.terminal()) {
-    const int filled = int(fraction * 20.0);
-    bar = "[" + std::string(std::size_t(filled), '#') + std::string(std::size_t(20 - filled), '.') + "] ";
-  }
-  line_.show(fmt::format("{:<10} {}layer {:>3}/{:<3}  height {:7.2f} um  RMS {:6.2f} um{}", title_, bar,
-                         m.layer, all, m.mean_height_mm * 1e3, m.rms_mm * 1e3, eta),
-             m.layer == all);
+void ProgressLine::erase() {
+  if (terminal_ && line_open_) std::fputs("\r\033[K", stderr);
+  line_open_ = false;
 }
 
-double StudyProgress::elapsed_s() const {
+double ProgressLine::elapsed_s() const {
   return std::chrono::duration<double>(Clock::now() - began_).count();
 }
 
+std::string ProgressLine::bar(double fraction) const {
+  if (!terminal_) return {};
+  const int filled = int(fraction * 20.0);
+  return "[" + std::string(std::size_t(filled), '#') + std::string(std::size_t(20 - filled), '.') + "] ";
+}
+
+std::string ProgressLine::eta(double fraction) const {
+  if (fraction <= 0.0) return {};
+  return fmt::format("  ETA {:.0f} s", elapsed_s() * (1.0 - fraction) / fraction);
+}
+
+PrintProgress::PrintProgress(std::string title) : title_(std::move(title)), line_({0ms, 0ms, 2000ms}) {}
+
+void PrintProgress::layer(const layer_metrics_t& m) {
+  const int all = std::max(m.layers_expected, m.layer);
+  const double fraction = all > 0 ? double(m.layer) / all : 0.0;
+  line_.show(fmt::format("{:<10} {}layer {:>3}/{:<3}  height {:7.2f} um  RMS {:6.2f} um{}", title_,
+                         line_.bar(fraction), m.layer, all, m.mean_height_mm * 1e3, m.rms_mm * 1e3,
+                         line_.eta(fraction)),
+             m.layer == all);
+}
+
+StudyProgress::StudyProgress(std::size_t all) : all_(all), line_({0ms, 0ms, 2000ms}) {}
+
 void StudyProgress::printed(std::size_t done, std::size_t failed) {
-  const double elapsed = elapsed_s();
-  const double eta = done > 0 ? elapsed / double(done) * double(all_ - done) : 0.0;
-  line_.show(fmt::format("{}/{} prints{}, {:.1f} prints/s  ETA {:.0f} s", done, all_,
+  const std::string eta = line_.eta(all_ > 0 ? double(done) / double(all_) : 0.0);
+  line_.show(fmt::format("{}/{} prints{}, {:.1f} prints/s{}", done, all_,
                          failed ? fmt::format(", {} failed", failed) : std::string(),
-                         double(done) / std::max(elapsed, 1e-3), eta),
+                         double(done) / std::max(line_.elapsed_s(), 1e-3), eta),
              done == all_);
+}
+
+JobProgress::JobProgress(std::string title) : title_(std::move(title)), line_({2000ms, 200ms, 2000ms}) {}
+
+void JobProgress::show(double fraction, const std::string& done) {
+  if (!line_.due()) return;
+  fraction = std::clamp(fraction, 0.0, 1.0);
+  line_.show(fmt::format("{} {}{:5.1f} %{}{}{}", title_, line_.bar(fraction), 100.0 * fraction,
+                         done.empty() ? "" : "  ", done, line_.eta(fraction)));
 }
 
 }  // namespace firn

@@ -1,5 +1,5 @@
-// What a person sees while something takes more than two seconds: a line that is rewritten on a terminal,
-// plain lines elsewhere. Always on stderr.
+// ProgressLine shows the state of a long job on stderr: one line that is rewritten on a terminal, plain lines
+// elsewhere.
 #pragma once
 
 #include <chrono>
@@ -9,47 +9,84 @@
 
 namespace firn {
 
-/// One line that is rewritten on a terminal; elsewhere a line every two seconds, which is enough for a log.
 class ProgressLine {
  public:
-  ProgressLine();
-  ~ProgressLine();
-  void show(const std::string& text, bool last);
-  void done();  ///< ends the line
+  using Clock = std::chrono::steady_clock;
+
+  /// Least time before the first line, and between two lines on a terminal and elsewhere.
+  struct Pauses {
+    std::chrono::milliseconds first{0};
+    std::chrono::milliseconds terminal{0};
+    std::chrono::milliseconds plain{2000};
+  };
+
+  explicit ProgressLine(const Pauses& pauses);
+  ~ProgressLine() { done(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  /// The pause is over: show() would write.
+  bool due() const;
+  /// @param last written in any case
+  void show(const std::string& text, bool last = false);
+  void done();   ///< ends the line
+  void erase();  ///< takes the line off a terminal
+
   bool terminal() const { return terminal_; }
+  double elapsed_s() const;
+  /// "[####......] " on a terminal, nothing elsewhere.
+  std::string bar(double fraction) const;
+  /// "  ETA 12 s", if the job goes on as fast as until now; nothing at fraction 0.
+  std::string eta(double fraction) const;
 
  private:
+  Pauses pauses_;
   bool terminal_;
   bool line_open_ = false;
-  std::chrono::steady_clock::time_point shown_;
+  bool shown_once_ = false;
+  Clock::time_point began_ = Clock::now();
+  Clock::time_point shown_ = began_;
 };
 
+/// Progress of one print.
 class PrintProgress {
  public:
   explicit PrintProgress(std::string title);
-  /// Layer, height, RMS about the target, and when it will be over.
+  /// Shows layer, height, RMS about the target and the time that is left.
   void layer(const layer_metrics_t& metrics);
-  /// Ends the line.
   void done() { line_.done(); }
 
  private:
   std::string title_;
   ProgressLine line_;
-  std::chrono::steady_clock::time_point began_;
 };
 
-/// How far a study of many prints is.
+/// Progress of a study of many prints.
 class StudyProgress {
  public:
-  explicit StudyProgress(std::size_t all) : all_(all), began_(std::chrono::steady_clock::now()) {}
-  void printed(std::size_t done, std::size_t failed);  ///< of those that were to do
+  explicit StudyProgress(std::size_t all);
+  /// @param done prints of those that were to do, failed ones included
+  void printed(std::size_t done, std::size_t failed);
   void done() { line_.done(); }
-  double elapsed_s() const;
+  double elapsed_s() const { return line_.elapsed_s(); }
 
  private:
   std::size_t all_;
   ProgressLine line_;
-  std::chrono::steady_clock::time_point began_;
+};
+
+/// Progress of a job of known length. Nothing is shown within the first two seconds.
+class JobProgress {
+ public:
+  explicit JobProgress(std::string title);
+  /// @param fraction 0 to 1
+  /// @param done the last words of the line: "1234 paths"
+  void show(double fraction, const std::string& done);
+  void done() { line_.done(); }
+
+ private:
+  std::string title_;
+  ProgressLine line_;
 };
 
 }  // namespace firn

@@ -5,13 +5,12 @@
 #include "core/grid/firing_order.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/enable_t.hpp"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
-#include "firn/pass_detail_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "replay/run_messages.h"
 
 namespace firn::replay {
@@ -30,26 +29,25 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   AuditRecord r;
   messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
     if (StageVerb(m.verb) != StageVerb::kPass) return;
-    const DropletPattern drops = pattern(m.grid, m.drops);
-    r.orders.push_back(
-        {m.header.utime_us, m.layer, m.attempt, m.pass, drops.spec, firing_order(drops, m.pass)});
-  });
-  messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
-    r.reports.push_back(
-        {m.header.utime_us, m.layer, m.attempt, m.pass, m.map_id, m.unknown_from, m.unknown_to});
-  });
-  messages.each<pass_detail_t>(channels::kPassDetail.name, [&](const pass_detail_t& m) {
-    r.parts.push_back(
-        {m.layer, m.attempt, m.pass, m.passes, m.round, m.sub_pattern, m.sub_patterns, Material(m.material)});
+    const DropletPattern fires = pattern(m.grid, m.fires);
+    r.orders.push_back({m.header.utime_us, m.layer, m.attempt, m.pass, fires.spec, firing_order(fires, 0)});
   });
   messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
     if (PlanDecision(m.decision) == PlanDecision::kPrint)
-      r.plans.push_back({m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops), {}});
+      r.plans.push_back(
+          {m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops), materials_of(m)});
   });
-  messages.each<material_map_t>(channels::kMaterialMap.name, [&](const material_map_t& m) {
-    for (PlannedLayer& plan : r.plans)
-      if (plan.layer == m.layer && plan.map_id == m.map_id && from_message(m.grid) == plan.drops.spec)
-        plan.materials = materials_of(m);
+  const auto two_inks = [&](const deposition_report_t& m) {
+    return std::ranges::any_of(r.plans, [&](const PlannedLayer& plan) {
+      return plan.layer == m.layer && plan.map_id == m.map_id && !plan.materials.cells.empty();
+    });
+  };
+  messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
+    r.reports.push_back(
+        {m.header.utime_us, m.layer, m.attempt, m.pass, m.map_id, m.unknown_from, m.unknown_to});
+    if (m.sub_patterns > 1 || two_inks(m))
+      r.parts.push_back({m.layer, m.attempt, m.pass, m.passes, m.round, m.sub_pattern, m.sub_patterns,
+                         Material(m.material)});
   });
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     r.maps.push_back({m.header.utime_us, m.layer, m.map_id, m.sample_utime_us});

@@ -28,7 +28,7 @@ struct PassReport {
   std::int64_t unknown_from = 0, unknown_to = 0;
 };
 
-/// PASS_DETAIL: which part of its layer a pass was.
+/// DEPOSITION_REPORT: which part of its layer a pass was.
 struct PassPart {
   std::int32_t layer = 0, attempt = 0, pass = 0, passes = 0;
   std::int32_t round = 0, sub_pattern = 0, sub_patterns = 1;
@@ -42,7 +42,7 @@ struct PlannedLayer {
   std::int32_t passes = 0;
   std::int64_t map_id = 0;
   DropletPattern drops;
-  MaterialMap materials;  ///< MATERIAL_MAP of the same map; no cells with one ink
+  MaterialMap materials;  ///< no cells with one ink
 };
 
 struct MeasuredMap {

@@ -10,9 +10,14 @@ namespace {
 
 class LogCheck {
  public:
-  LogCheck(const SentIndex& sent, const ChannelIndex& channels, MessageComparer& comparer,
-           RunVerdict& verdict)
-      : sent_(sent), channels_(channels), comparer_(comparer), verdict_(verdict), seen_(channels.size()) {
+  LogCheck(const SentIndex& sent, const ChannelIndex& channels, const RunMigration& migration,
+           MessageComparer& comparer, RunVerdict& verdict)
+      : sent_(sent),
+        channels_(channels),
+        migration_(migration),
+        comparer_(comparer),
+        verdict_(verdict),
+        seen_(channels.size()) {
     for (std::size_t c = 0; c < seen_.size(); ++c) seen_[c].resize(sent.all(int(c)).size());
   }
 
@@ -37,8 +42,9 @@ class LogCheck {
       return;
     }
     seen_[std::size_t(number)][std::size_t(s - sent_.all(number).data())] = true;
-    if (s->differs || same_bytes(s->bytes, e.data)) return;
-    const auto difference = comparer_.compare(channel, s->bytes, e.data);
+    const std::span<const std::byte> data = migration_.today(e.data, migrated_);
+    if (s->differs || same_bytes(s->bytes, data)) return;
+    const auto difference = comparer_.compare(channel, s->bytes, data);
     if (!difference) return;
     Finding f = finding(channel, s,
                         "the message in log.lcm, byte " + std::to_string(e.offset) +
@@ -89,6 +95,8 @@ class LogCheck {
 
   const SentIndex& sent_;
   const ChannelIndex& channels_;
+  const RunMigration& migration_;
+  std::vector<std::byte> migrated_;  // the message in hand; storage used again
   MessageComparer& comparer_;
   RunVerdict& verdict_;
   std::vector<std::vector<bool>> seen_;  // by channel, by position in SentIndex::all
@@ -98,13 +106,13 @@ class LogCheck {
 }  // namespace
 
 void check_log(const std::filesystem::path& run, const SentIndex& sent, const ChannelIndex& channels,
-               MessageComparer& comparer, RunVerdict& verdict) {
+               const RunMigration& migration, MessageComparer& comparer, RunVerdict& verdict) {
   const std::filesystem::path path = run / "log.lcm";
   verdict.log_present = std::filesystem::exists(path);
   if (!verdict.log_present) return;
   const logfile::EventLogFile file(path);
   logfile::EventLogReader reader = file.reader();
-  LogCheck check(sent, channels, comparer, verdict);
+  LogCheck check(sent, channels, migration, comparer, verdict);
   while (const auto event = reader.next()) check.event(*event);
   check.missing();
   for (const logfile::Damage& d : reader.damage().list())

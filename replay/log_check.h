@@ -9,8 +9,9 @@ namespace firn::replay {
 
 /// Every message of log.lcm that a replayed node sent must be the publisher's bytes; every reliable one that
 /// was sent must be there ("recording gap" otherwise: `firn log repair` fills it). Findings and counts go to
-/// `verdict`; a run without a log is no finding. @throws logfile::FileError
+/// `verdict`; a run without a log is no finding. Messages of earlier versions are compared as today's types.
+/// @throws logfile::FileError
 void check_log(const std::filesystem::path& run, const SentIndex& sent, const ChannelIndex& channels,
-               MessageComparer& comparer, RunVerdict& verdict);
+               const RunMigration& migration, MessageComparer& comparer, RunVerdict& verdict);
 
 }  // namespace firn::replay

@@ -72,13 +72,17 @@ std::optional<FieldDifference> MessageComparer::compare(const ChannelInfo& chann
   // Leaf by leaf. Where arrays have other lengths the leaves do not match, and the first difference stands.
   values_.clear();
   const auto keep = [this](const Leaf& leaf) {
-    return values_.push_back({leaf.value, leaf.offset, leaf.bytes}), true;
+    values_.push_back({leaf.value, leaf.offset, leaf.bytes});
+    return true;
   };
   if (for_each_leaf(*type, b, keep)) return first;
   std::optional<FieldDifference> found;
   std::size_t n = 0;
   const auto compare_leaf = [&](const Leaf& leaf) {
-    if (n == values_.size()) return ++n, false;
+    if (n == values_.size()) {
+      ++n;
+      return false;
+    }
     const Value& v = values_[n++];
     Leaf other = leaf;
     other.value = v.value;

@@ -38,12 +38,13 @@ Blobs load_blobs(const fs::path& run, const WalHead& head) {
 class NodeReplay {
  public:
   NodeReplay(const fs::path& run, const NodeMaker& maker, const ChannelIndex& channels,
-             const ReplayOptions& options)
+             const RunMigration& migration, const ReplayOptions& options)
       : run_(run),
         maker_(maker),
         channels_(channels),
         options_(options),
         comparer_(options),
+        migration_(migration, maker.name, out_.migrated),
         last_(channels.size()) {
     out_.verdict.name = maker.name;
     out_.sent.resize(channels.size());
@@ -143,7 +144,10 @@ class NodeReplay {
   }
 
   // @returns false when the node cannot go on.
-  bool step(const RecordedStep& s) {
+  bool step(const RecordedStep& recorded) {
+    now_ = recorded;
+    now_.event = migration_.event(recorded.event);
+    const RecordedStep& s = now_;
     const Event& e = s.event;
     current_ = &s;
     recent_[out_.verdict.steps++ % recent_.size()] = s;
@@ -206,6 +210,7 @@ class NodeReplay {
 
   void check_delivery(const RecordedStep& s) {
     const Event& e = s.event;
+    if (e.channel == NodeMigration::kNotGiven) return;
     ++out_.verdict.events_in;
     const int number = channels_.find(e.channel);
     if (number < 0 || !host_->subscribes(e.channel)) {
@@ -253,6 +258,7 @@ class NodeReplay {
         tell(FindingKind::kMissing, std::string("the recorded outputs do not decode: ") + e.what());
         return;
       }
+      migration_.outputs(recorded_);
     } else if (s.last && !replayed.empty()) {
       keep_cut(s, replayed);
       return;
@@ -373,10 +379,12 @@ class NodeReplay {
   const ReplayOptions& options_;
   MessageComparer comparer_;
   NodeOutcome out_;
+  NodeMigration migration_;
   std::optional<NodeHost> host_;
   std::vector<std::string> ports_;
   std::vector<Last> last_;        // by ChannelIndex
   std::vector<Output> recorded_;  // of the step; storage used again
+  RecordedStep now_;              // as today's node is given it
   std::array<RecordedStep, kInputsTold> recent_;
   const RecordedStep* current_ = nullptr;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> damaged_steps_;  // byte, step
@@ -392,9 +400,10 @@ void NodeOutcome::add(Finding finding) {
   if (findings.size() < RunVerdict::kKeptPerNode) findings.push_back(std::move(finding));
 }
 
-NodeOutcome replay_node(const fs::path& run, const NodeMaker& maker, const ChannelIndex& channels,
+NodeOutcome replay_node(const std::filesystem::path& run, const NodeMaker& maker,
+                        const ChannelIndex& channels, const RunMigration& migration,
                         const ReplayOptions& options) {
-  return NodeReplay(run, maker, channels, options).go();
+  return NodeReplay(run, maker, channels, migration, options).go();
 }
 
 }  // namespace firn::replay

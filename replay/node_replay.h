@@ -11,6 +11,7 @@
 #include "replay/channel_index.h"
 #include "replay/message_compare.h"
 #include "replay/options.h"
+#include "replay/run_migration.h"
 #include "replay/verdict.h"
 #include "replay/wal_file.h"
 
@@ -59,13 +60,16 @@ struct NodeOutcome {
 
   std::unique_ptr<WalFile> file;  ///< keeps the views above alive
   std::deque<std::vector<std::byte>> cut_bytes;
+  std::deque<std::vector<std::byte>> migrated;  ///< messages of earlier versions as today's types
 
   void add(Finding finding);
 };
 
 /// @param run the run folder; nodes/<name>.wal and inputs/ are read. Never throws for what stands in the
-/// files.
+/// files. @param migration of the run: what an earlier version recorded is replayed and compared as today's
+/// types
 NodeOutcome replay_node(const std::filesystem::path& run, const NodeMaker& maker,
-                        const ChannelIndex& channels, const ReplayOptions& options);
+                        const ChannelIndex& channels, const RunMigration& migration,
+                        const ReplayOptions& options);
 
 }  // namespace firn::replay

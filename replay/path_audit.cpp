@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/path_job_t.hpp"
@@ -10,7 +11,6 @@
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/valve_command_t.hpp"
-#include "lcmtypes/outcome.h"
 
 namespace firn::replay {
 namespace {

@@ -75,7 +75,10 @@ Json as_json(const Finding& f) {
   }
   if (!f.inputs.empty()) {
     j["inputs"] = Json::array();
-    for (const std::string& i : f.inputs) j["inputs"].push_back(Json::parse(i, nullptr, false));
+    for (const std::string& i : f.inputs) {
+      const Json input = Json::parse(i, nullptr, false);
+      j["inputs"].push_back(input.is_discarded() ? Json(i) : input);
+    }
   }
   return j;
 }

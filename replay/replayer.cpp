@@ -9,6 +9,7 @@
 
 #include "replay/cross_check.h"
 #include "replay/log_check.h"
+#include "replay/run_migration.h"
 
 namespace firn::replay {
 namespace {
@@ -29,12 +30,13 @@ std::vector<NodeMaker> chosen(const ReplayOptions& options) {
 
 // Each node alone; nodes do not see each other, so they run on as many threads as there are.
 std::vector<NodeOutcome> replay_nodes(const fs::path& run, const std::vector<NodeMaker>& makers,
-                                      const ChannelIndex& channels, const ReplayOptions& options) {
+                                      const ChannelIndex& channels, const RunMigration& migration,
+                                      const ReplayOptions& options) {
   std::vector<NodeOutcome> nodes(makers.size());
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t n = next++; n < makers.size(); n = next++)
-      nodes[n] = replay_node(run, makers[n], channels, options);
+      nodes[n] = replay_node(run, makers[n], channels, migration, options);
   };
   const std::size_t wanted =
       options.threads > 0 ? std::size_t(options.threads) : std::thread::hardware_concurrency();
@@ -98,7 +100,8 @@ RunVerdict replay_run(const fs::path& run, const ReplayOptions& options) {
   const auto began = std::chrono::steady_clock::now();
   const std::vector<NodeMaker> makers = chosen(options);
   const ChannelIndex channels;
-  std::vector<NodeOutcome> nodes = replay_nodes(run, makers, channels, options);
+  const RunMigration migration(run);
+  std::vector<NodeOutcome> nodes = replay_nodes(run, makers, channels, migration, options);
 
   RunVerdict verdict;
   verdict.tolerance = options.tolerance;
@@ -106,7 +109,7 @@ RunVerdict replay_run(const fs::path& run, const ReplayOptions& options) {
   MessageComparer comparer(options);
   const SentIndex sent(nodes);
   check_deliveries(sent, nodes, comparer);
-  check_log(run, sent, channels, comparer, verdict);
+  check_log(run, sent, channels, migration, comparer, verdict);
   merge_ignored(verdict, comparer.ignored());
   merge_largest(verdict, comparer.largest_difference(), comparer.largest_difference_field());
   for (NodeOutcome& node : nodes) merge(verdict, node);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "replay/run_migration.h"
+
 namespace firn::replay {
 
 namespace fs = std::filesystem;
@@ -15,8 +17,14 @@ RunMessages::RunMessages(const fs::path& run) : found_(channels_.size()), by_cha
     if (!fs::exists(run / name)) continue;
     read(*files_.emplace_back(std::make_unique<WalFile>(run / name)), name);
   }
+  const RunMigration migration(run);
+  std::vector<std::byte> changed;
   for (std::size_t c = 0; c < found_.size(); ++c) {
-    for (const auto& [key, bytes] : found_[c]) by_channel_[c].push_back(bytes);
+    for (const auto& [key, bytes] : found_[c]) {
+      const auto today = migration.today(bytes, changed);
+      by_channel_[c].push_back(today.data() == bytes.data() ? bytes
+                                                            : migrated_.emplace_back(std::move(changed)));
+    }
     found_[c].clear();
   }
 }

@@ -1,8 +1,10 @@
-// Every message of a run, once, from all of its write-ahead files: sent ones and delivered ones, so that
-// nothing is lacking where a kill cut a file.
+// RunMessages holds every message of a run, once, from all of its write-ahead files: sent ones and delivered
+// ones, so that nothing is lacking where a kill cut a file. Messages of earlier versions are held as today's
+// types.
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -27,10 +29,11 @@ class RunMessages {
   /// Calls `use` with each decoded message of a channel.
   template <class Message, class Use>
   void each(std::string_view channel, Use use) const {
-    Message m{};
-    for (const auto bytes : on(channel))
+    for (const auto bytes : on(channel)) {
+      Message m{};  // anew: LCM leaves an array as it was where the message has none
       if (m.decode(bytes.data(), 0, int(bytes.size())) == int(bytes.size()))
         use(static_cast<const Message&>(m));
+    }
   }
 
   /// Times of the start events, one for each incarnation, by the node that started first [us].
@@ -47,6 +50,7 @@ class RunMessages {
   std::vector<std::unique_ptr<WalFile>> files_;  // keep the bytes
   std::vector<std::map<Key, std::span<const std::byte>>> found_;
   std::vector<std::vector<std::span<const std::byte>>> by_channel_;
+  std::deque<std::vector<std::byte>> migrated_;
   std::vector<std::int64_t> starts_;
   std::vector<std::string> damage_;
 };

@@ -1,4 +1,5 @@
-// What "same bytes" is claimed for: the commit, and the parts of the platform that the bytes may depend on.
+// build_commit and platform_description name the commit and the parts of the platform that the bytes may
+// depend on.
 #pragma once
 
 #include <string>

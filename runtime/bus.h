@@ -1,4 +1,4 @@
-// What a runner needs of a bus: datagrams out and in. LcmBus (procs/bus) is the real one; tests bring their
+// Bus sends and receives datagrams for a runner. LcmBus (procs/bus) is the real one; tests bring their
 // own.
 #pragma once
 
@@ -17,7 +17,7 @@ class Bus {
 
   virtual void subscribe(const std::string& channel) = 0;
   virtual int fd() const = 0;  ///< readable when a datagram waits
-  /// Hands on what waits (bounded), without blocking.
+  /// Hands on waiting datagrams (bounded), without blocking.
   virtual void receive(const Sink& sink) = 0;
   virtual void publish(std::string_view channel,
                        std::span<const std::byte> datagram) = 0;  ///< from any thread

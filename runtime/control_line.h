@@ -1,5 +1,6 @@
-// Lines over the socket pair between launcher and process. Down: "START", "STOP <cause>". Up: "READY",
-// "FAULT <text>", "FINISH <status> <reason>", "ERROR <text>". End of file: the other side is gone.
+// ControlLine sends and reads lines over the socket pair between launcher and process. Down: "START", "STOP
+// <cause>". Up: "READY", "FAULT <text>", "FINISH <status> <reason>", "ERROR <text>". End of file: the other
+// side is gone.
 #pragma once
 
 #include <optional>
@@ -19,7 +20,7 @@ class ControlLine {
 
   int fd() const { return fd_; }
   void say(std::string_view line);  ///< line breaks in it become blanks; never blocks for long, never throws
-  std::optional<std::string> next();       ///< the next whole line; reads what is there
+  std::optional<std::string> next();       ///< the next whole line; reads the waiting bytes
   bool closed() const { return closed_; }  ///< the other side has closed and all lines were taken
 
  private:

@@ -1,5 +1,6 @@
-// The lease of a driver: it may be armed or active only within lease_s of the last ENABLE of the current
-// epoch; commands carry the epoch and an older one is refused. Pure; every driver node holds one.
+// DeviceGuard holds the lease of a driver: the driver may be armed or active only within lease_s of the last
+// ENABLE of the current epoch; commands carry the epoch and an older one is refused. Pure; every driver node
+// holds one.
 #pragma once
 
 #include <cstdint>

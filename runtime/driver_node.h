@@ -1,9 +1,9 @@
-// What the nodes of all instruments share, whatever the instrument: the lease, epochs, commands that arrive
-// twice, answers, states, faults, timers. `Driver` is a pure state machine with the calls of
-// drivers/link/driver.h and `Effects` what they fill; both are parameters, because the runtime knows no
-// driver.
+// DriverNode holds the common part of all instruments' nodes: the lease, epochs, commands that arrive twice,
+// answers, states, faults, timers. `Driver` is a pure state machine with the calls of drivers/link/driver.h,
+// which fill `Effects`; both are parameters, because the runtime knows no driver.
 #pragma once
 
+#include <any>
 #include <string>
 #include <utility>
 #include <variant>
@@ -11,9 +11,9 @@
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/safe_stop_t.hpp"
-#include "lcmtypes/outcome.h"
 #include "runtime/device_guard.h"
 #include "runtime/node.h"
 
@@ -24,9 +24,8 @@ namespace firn {
 inline double host_latency_s(double time_scale) { return 0.25 * time_scale; }
 
 /// `Self` derives from it, has `on(command, now, out)` for its commands, which ends in perform(), and
-/// `on_event(event, now, out)` for the events of its driver that are neither state, result, fault nor
-/// progress.
-template <class Self, class Driver, class Effects>
+/// `on_measured(value, now, out)` for each type of `Measurements`, which are those of its instrument.
+template <class Self, class Driver, class Effects, class... Measurements>
 class DriverNode : public Node {
  public:
   template <class Config>
@@ -86,14 +85,14 @@ class DriverNode : public Node {
   /// Runs `act` unless the command was seen before (then its answer is sent again, it is never executed
   /// twice), the lease forbids it, or another command is in progress. With `irreversible`, the command stands
   /// on the disk before anything leaves this step. The ranges of its fields were checked when it was received
-  /// (lcmtypes/limits.cpp).
+  /// (lcmtypes/validate.h).
   template <class Command, class Act>
   void perform(const Command& c, bool irreversible, Time now, Outbox& out, Act&& act) {
     if (c.command_id == answer_.command_id) {
       if (!in_progress_) out.send(channels::answer(id_), answer_);
       return;
     }
-    if (c.command_id < answer_.command_id) return;  // older than what was answered last
+    if (c.command_id < answer_.command_id) return;  // older than the last answer
     std::string why = guard_.refusal(c.enable_epoch, now);
     if (why.empty() && in_progress_)
       why = "command " + std::to_string(answer_.command_id) + " is still in progress";
@@ -148,6 +147,12 @@ class DriverNode : public Node {
     }
   }
 
+  template <class Measurement>
+  void deliver(std::any& value, Time now, Outbox& out) {
+    if (Measurement* m = std::any_cast<Measurement>(&value))
+      static_cast<Self*>(this)->on_measured(*m, now, out);
+  }
+
   template <class Event>
   bool handle(Event& e, Time now, Outbox& out) {
     if constexpr (requires { e.outcome; }) {
@@ -166,14 +171,15 @@ class DriverNode : public Node {
       return true;
     } else if constexpr (requires { e.severity; }) {
       fault_t f{};
-      f.severity = std::int8_t(
-          starting_ && e.severity > 1 ? 1 : e.severity);  // an old incarnation's loss stops no new one
+      const bool old =
+          starting_ && e.severity == Severity::kStop;  // an old incarnation's loss stops no new one
+      f.severity = std::int8_t(old ? Severity::kWarning : e.severity);
       f.code = e.code;
       f.node = info(id_).name;
       f.text = e.text;
       out.send(channels::fault(id_), std::move(f));
-    } else if constexpr (!requires { e.rows_done; }) {
-      static_cast<Self*>(this)->on_event(e, now, out);
+    } else if constexpr (requires { e.value; }) {
+      (deliver<Measurements>(e.value, now, out), ...);
     }
     return false;
   }

@@ -1,4 +1,4 @@
-// What a node is given (Event) and what it asks for (Output): plain data, so that a write-ahead file, the
+// Event holds one input of a node, Output one request of a node: plain data, so that a write-ahead file, the
 // in-process Lab and replay handle them alike.
 #pragma once
 
@@ -21,7 +21,7 @@ struct Event {
   std::uint32_t id = 0;                 ///< kWake: TimerId; kIo, kLink: PortId
   Time due;                             ///< kWake: when it was armed for
   LinkState link = LinkState::kClosed;  ///< kLink
-  std::span<const std::byte> bytes;     ///< kMessage: encoded message; kIo: what the instrument sent;
+  std::span<const std::byte> bytes;     ///< kMessage: encoded message; kIo: bytes of the instrument;
                                         ///< kLocalStop: the cause
 };
 

@@ -1,5 +1,5 @@
-// nodes/<node>.faults: what the lossy bus did to this node over all incarnations, so that a test can ask for
-// it even after kill -9.
+// FaultsFile writes nodes/<node>.faults: the faults of the lossy bus for this node over all incarnations,
+// so that a test can read them even after kill -9.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// The runner's own thread that says "alive" ten times a second of wall time, also while a step takes long.
+// Heartbeat runs the runner's own thread that says "alive" ten times a second of wall time, also while a step
+// takes long.
 #pragma once
 
 #include <atomic>
@@ -34,7 +35,7 @@ class Heartbeat {
     std::int64_t output_bytes = 0;
   };
   void note(const Step& step);
-  /// What the next beats carry.
+  /// Contents of the next beats.
   void update(std::uint64_t steps, const TransportStats& stats, std::vector<Transport::Last> last);
 
  private:

@@ -47,7 +47,7 @@ Lab::End Lab::run(std::span<const NodeId> must_finish, Time limit) {
 }
 
 bool Lab::step(Time limit) {
-  // Nature first: what an instrument sends at time t is there for a node that wakes at t.
+  // Nature first: bytes that an instrument sends at time t reach a node that wakes at t.
   const Time world = world_ ? world_->next_event() : Time::never();
   int timer_node = -1;
   NodeHost::Armed timer{};

@@ -1,5 +1,5 @@
-// All nodes and the instruments' world in one process and in simulated time: same bytes, same write-ahead
-// files, thousands of times faster than the print.
+// Lab runs all nodes and the instruments' world in one process and in simulated time: same bytes, same
+// write-ahead files, thousands of times faster than the print.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace firn {
 
-/// What the Lab needs of nature: the instruments' ports, driven by simulated time. Implemented over
+/// The instruments' ports, driven by simulated time. Implemented over
 /// plant/world.
 class LabWorld {
  public:
@@ -44,7 +44,7 @@ class Lab {
   void start(std::int32_t incarnation, Time now);
   /// Puts a message on the bus from outside the nodes (operator, launcher).
   void publish(std::string_view channel, std::span<const std::byte> bytes);
-  /// Hands a message to one node only: what a resume finds sent but not received.
+  /// Hands a message to one node only: one that a resume finds sent but not received.
   void publish_to(NodeId node, std::string_view channel, std::span<const std::byte> bytes);
 
   enum class End { kFinished, kIdle, kTimeLimit };

@@ -1,5 +1,5 @@
-// A bad network, on purpose: loses, repeats, reorders and delays received datagrams, counts what it did.
-// Random numbers are keyed by (seed, node, incarnation), so that one node's luck does not depend on
+// Lossy simulates a bad network: it loses, repeats, reorders and delays received datagrams, and counts
+// them. Random numbers are keyed by (seed, node, incarnation), so that one node's luck does not depend on
 // another's.
 #pragma once
 
@@ -46,7 +46,7 @@ class Lossy {
   /// Hands the datagram on, or drops it, or keeps it for later.
   void receive(std::string_view channel, std::span<const std::byte> datagram, std::int64_t wall_us,
                const Sink& sink);
-  /// Hands on what was kept long enough.
+  /// Hands on the datagrams that were kept long enough.
   void release(std::int64_t wall_us, const Sink& sink);
   std::int64_t due_us() const;  ///< INT64_MAX = nothing is kept
   const LossyCounts& counts() const { return counts_; }

@@ -1,5 +1,5 @@
-// A process is a node, and a node is a pure state machine: the same class runs live, in the in-process Lab
-// and in replay, and never knows in which. It never reads a clock, opens a file or starts a thread.
+// Node is a pure state machine that does the work of one process: the same class runs live, in the in-process
+// Lab and in replay, and never knows in which. It never reads a clock, opens a file or starts a thread.
 #pragma once
 
 #include <functional>

@@ -2,6 +2,7 @@
 
 #include <new>
 
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "lcmtypes/validate.h"
 
@@ -99,7 +100,7 @@ void NodeHost::run_handler(const Event& e) {
 
 void NodeHost::refuse(const std::string& why) {
   fault_t fault;
-  fault.severity = 2;
+  fault.severity = std::int8_t(Severity::kStop);
   fault.code = 0;
   fault.node = name_;
   fault.text = why;

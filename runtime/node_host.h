@@ -1,5 +1,5 @@
-// Runs one node step by step: write-ahead, dispatch, timers. Knows no bus and no clock, so the live runner,
-// the Lab, resume and replay all drive nodes through it.
+// NodeHost runs one node step by step: write-ahead, dispatch, timers. It knows no bus and no clock, so the
+// live runner, the Lab, resume and replay all drive nodes through it.
 #pragma once
 
 #include <map>
@@ -20,7 +20,7 @@ class NodeHost {
 
   /// Handles one event: writes it, runs the handler, writes the outputs, returns them (valid until the next
   /// step). A message that does not decode, or breaks a limit of its type, becomes a FAULT of this node and
-  /// the handler is not called. @throws what the handler throws, after the event stands in the write-ahead
+  /// the handler is not called. @throws the handler's exception, after the event is in the write-ahead
   /// file.
   const Outbox& step(const Event& event);
 

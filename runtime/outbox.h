@@ -1,5 +1,5 @@
-// Where a node puts what it wants done. Nothing leaves before the step is over and its outputs stand in the
-// write-ahead file.
+// Outbox holds the outputs of one step of a node. Nothing leaves before the step is over and its outputs are
+// in the write-ahead file.
 #pragma once
 
 #include <cstddef>

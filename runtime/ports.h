@@ -1,5 +1,5 @@
-// The instrument ports of a driver process: nonblocking Unix sockets, what goes out is queued, what happens
-// becomes events. (Serial lines and TCP follow the same shape.)
+// Ports holds the instrument ports of a driver process: nonblocking Unix sockets with a queue for output,
+// whose changes become events. (Serial lines and TCP follow the same shape.)
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class Ports {
   void reopen(PortId port, std::int64_t wall_us);
 
   void add_to(std::vector<pollfd>& fds) const;
-  /// Connects what is due, writes what waits, reads what is there.
+  /// Connects ports that are due, writes waiting output, reads arrived bytes.
   void service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& on_bytes);
   std::int64_t due_us() const;  ///< next attempt to connect
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "firn/device_state_t.hpp"
-#include "lcmtypes/outcome.h"
+#include "firn/enums.h"
 #include "runtime/control_line.h"
 #include "runtime/faults_file.h"
 #include "runtime/heartbeat.h"

@@ -1,4 +1,5 @@
-// Runs one node as a process: events in, write-ahead file, outputs out. Knows no LCM: the bus is handed in.
+// run_process runs one node as a process: events in, write-ahead file, outputs out. The bus is handed in, so
+// that LCM stays outside.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// The command line that the launcher gives every process of a run.
+// ProcessArgs holds the command line that the launcher gives every process of a run.
 #pragma once
 
 #include <string>
@@ -16,9 +16,9 @@ struct ProcessArgs {
 
 /// "--run DIR --bus URL --node NAME --control-fd N --epoch-ns E --offset-us O --time-scale S --incarnation I
 ///  --run-id R [--faults LOSS,DUPLICATE,REORDER,DELAY,DELAY_S,SEED] [--blob ROLE=SHA256]…"
-/// @throws std::invalid_argument naming the argument and what it must be
+/// @throws std::invalid_argument naming the argument and its requirement
 ProcessArgs parse_process_args(const std::vector<std::string>& args);
-/// What parse_process_args reads.
+/// The arguments for parse_process_args.
 std::vector<std::string> to_arguments(const ProcessArgs& args);
 
 /// Bytes of DIR/experiment.toml. @throws std::runtime_error naming the file

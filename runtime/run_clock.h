@@ -1,4 +1,4 @@
-// The run's clock: node time from CLOCK_MONOTONIC, the same in every process of a run.
+// RunClock computes node time from CLOCK_MONOTONIC, the same in every process of a run.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// A member of the bus that is no replayed node: recorder and launcher. It numbers, keeps and resends what it
-// publishes as nodes do; its file nodes/<name>.sent holds its messages for a resume and for the repair of the
-// log.
+// Station holds a member of the bus that is not replayed: recorder and launcher. It numbers, keeps and
+// resends its messages as nodes do; its file nodes/<name>.sent holds its messages for a resume and for the
+// repair of the log.
 #pragma once
 
 #include <memory>
@@ -35,7 +35,7 @@ class Station {
     outbox_.send(channel, std::move(message));
     send_outbox();
   }
-  /// Takes what has come, asks for what is missing, sends what waits; does not block.
+  /// Takes arrived messages, asks for missing ones, sends waiting ones; does not block.
   void service();
   int fd() const { return bus_.fd(); }
   std::int64_t due_us() const;  ///< wall time of the next service() that has something to do

@@ -23,7 +23,7 @@ int thread_count(int wanted) {
 #ifdef __SANITIZE_THREAD__
 
 // Debian's oneTBB is not built for ThreadSanitizer, which then takes its handing over of work for races.
-// Plain threads let it see what the bodies share.
+// Plain threads let it see the data that the bodies share.
 ParallelFor parallel_on(int threads) {
   if (threads <= 1) return serially;
   return [threads](int n, const std::function<void(int)>& body) {

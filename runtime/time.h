@@ -1,4 +1,4 @@
-// Node time: microseconds since the run's epoch. Nodes are given it, they never ask for it.
+// Time holds node time: microseconds since the run's epoch. Nodes are given the time; they never ask for it.
 #pragma once
 
 #include <compare>

@@ -62,7 +62,7 @@ void Transport::receive(std::string_view channel, std::span<const std::byte> dat
     const auto header = wire::read_header(datagram);
     if (!header) return in.malformed(channel, "no header");
     if (in.foreign(header->run_id, header->incarnation, channel)) return;
-    // A leftover of an earlier incarnation neither knows what was sent nor may ask.
+    // A leftover of an earlier incarnation neither knows the sent messages nor may ask.
     if (header->incarnation == options_.incarnation) {
       if (channel.starts_with(kHeartbeat)) {
         in.heartbeat(datagram, info(row->publisher), wall_us);

@@ -1,9 +1,9 @@
-// What makes LCM's UDP reliable, below the node: no LCM, no clock (wall time is handed in), no thread.
+// Transport makes LCM's UDP reliable, below the node: no LCM, no clock (wall time is handed in), no thread.
 // Out: an encoded message -> datagrams. In: datagrams -> messages, in order, once, byte for byte as sent.
 //
-// Reliable channels: the sender keeps what it sent; a receiver sees a gap by header.seq, a lost tail by the
-// heartbeat's last_seq, and asks again by RESEND_<SELF> until it is filled. Latest channels: what is stale is
-// dropped. Messages above wire::kLargestWholeBytes travel as tile_t on "<CHANNEL>_TILES".
+// Reliable channels: the sender keeps its messages; a receiver sees a gap by header.seq, a lost tail by the
+// heartbeat's last_seq, and asks again by RESEND_<SELF> until it is filled. Latest channels: a stale message
+// is dropped. Messages above wire::kLargestWholeBytes travel as tile_t on "<CHANNEL>_TILES".
 #pragma once
 
 #include <cstdint>
@@ -39,7 +39,7 @@ struct TransportStats {
   std::uint64_t datagrams_in = 0;
   std::uint64_t bytes_in = 0;
   std::uint64_t duplicates = 0;  ///< reliable: seen before
-  std::uint64_t stale = 0;       ///< latest: older than what was handed on
+  std::uint64_t stale = 0;       ///< latest: older than the message handed on
   std::uint64_t foreign = 0;     ///< another run's, or an incarnation that cannot be
   std::uint64_t malformed = 0;
   std::uint64_t missing = 0;   ///< messages that were found missing
@@ -62,7 +62,8 @@ class Transport {
   /// Channels that the bus must listen to: those subscribed, their tiles, heartbeats and requests.
   std::vector<std::string> wire_channels() const;
 
-  // After a resume, before anything else: what the write-ahead file says was sent and was handled.
+  // After a resume, before anything else: the messages that were sent and handled according to the
+  // write-ahead file.
   void restore_sent(std::string_view channel, std::span<const std::byte> message);
   void restore_received(std::string_view channel, std::span<const std::byte> message);
 
@@ -80,7 +81,7 @@ class Transport {
 
   /// Any bytes: malformed ones are counted, named and dropped.
   void receive(std::string_view channel, std::span<const std::byte> datagram, std::int64_t wall_us);
-  /// Asks for what is missing, if it is time to.
+  /// Asks for missing messages, if it is time to.
   void tick(std::int64_t wall_us);
   /// Wall time at which next_datagram or tick has something to do; INT64_MAX = nothing waits.
   std::int64_t due_us(std::int64_t wall_us) const;

@@ -1,4 +1,5 @@
-// The receiving half of Transport: order, gaps, tiles, what to ask for. Used by transport.cpp only.
+// TransportReceiver holds the receiving half of Transport: order, gaps, tiles, requests for missing messages.
+// Used by transport.cpp only.
 #pragma once
 
 #include <map>

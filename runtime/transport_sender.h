@@ -1,4 +1,5 @@
-// The sending half of Transport: rings of sent messages, tiles, pacing, resends. Used by transport.cpp only.
+// TransportSender holds the sending half of Transport: rings of sent messages, tiles, pacing, resends. Used
+// by transport.cpp only.
 #pragma once
 
 #include <deque>
@@ -16,7 +17,7 @@ class TransportSender {
 
   void restore(std::string_view channel, std::span<const std::byte> message);
   void send(std::string_view channel, std::span<const std::byte> message);
-  /// What transport itself says (requests): not kept.
+  /// Messages of the transport itself (requests): not kept.
   void send_once(std::string_view channel, std::vector<std::byte> message);
   void resend(const wire::SeqRange& range, std::int64_t wall_us);
   bool next(std::int64_t wall_us, Transport::Datagram& out);

@@ -1,6 +1,6 @@
-// How transport reads datagrams: with bounds on everything, without decoding whole messages. LCM encodes big
-// endian; every message starts with its fingerprint (8 bytes) and header_t. Bytes from the bus are not
-// trusted.
+// The functions of transport_wire read datagrams with bounds on everything, without decoding whole messages.
+// LCM encodes big endian; every message starts with its fingerprint (8 bytes) and header_t. Bytes from the
+// bus are not trusted.
 #pragma once
 
 #include <cstddef>

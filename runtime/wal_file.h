@@ -1,4 +1,4 @@
-// The write-ahead file of a live node on the disk: written by the host, read back at a resume.
+// WalFile writes the write-ahead file of a live node, which is read back at a resume.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class WalFile : public WalSink {
   bool buffered_;
 };
 
-/// What a resume learns from the file, in the order of the records.
+/// The contents of the file for a resume, in the order of the records.
 struct RestoreSinks {
   std::function<void(const WalHead&)> head;
   std::function<void(std::string_view channel, std::span<const std::byte>)>

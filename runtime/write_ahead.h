@@ -1,6 +1,6 @@
-// The write-ahead file of one node: each event before its handler runs, the outputs of the step before they
-// leave. Framing and checksums are logfile/record_file's; here is what the records mean
-// (docs/write-ahead-format.md).
+// The records of the write-ahead file of one node hold each event before its handler runs, and the outputs of
+// the step before they leave. Framing and checksums are those of files/record/record_file.h; here is the
+// meaning of the records (docs/formats.md).
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct WalHead {
   std::int64_t run_id = 0;
   std::int32_t incarnation = 0;
   std::string commit;
-  std::string platform;  ///< glibc, OpenCV, CPU dispatch: what "same bytes" is claimed for
+  std::string platform;  ///< glibc, OpenCV, CPU dispatch: the platform of the bytes
   std::string config_toml;
   std::string type_texts;                                  ///< the .lcm files
   std::vector<std::pair<std::string, std::string>> blobs;  ///< role, sha256
@@ -59,7 +59,7 @@ void encode_outputs(std::uint64_t step, std::int64_t handler_ns, const Outbox& o
 struct WalOutputs {
   std::uint64_t step = 0;
   std::int64_t handler_ns = 0;  ///< wall time of the handler as measured by the runner; not part of replay
-  std::span<const std::byte> body;  ///< the outputs alone: what replay compares byte by byte
+  std::span<const std::byte> body;  ///< the outputs alone, which replay compares byte by byte
 };
 WalOutputs decode_outputs(std::span<const std::byte> payload);
 std::vector<Output> decode_output_list(std::span<const std::byte> body);

@@ -80,7 +80,7 @@ def simple_statements(text):
 HEAD = re.compile(r"\s*(?:else\b|do\b|case\b[^:?]*(?:::[^:?]*)*:(?!:)|default\s*:|(?:public|private|protected)\s*:)")
 CONTROL = re.compile(r"\s*(?:if\s+constexpr|if|while|for|switch)\s*(?=\()")
 OPERAND = re.compile(r"(?:\+\+|--|return\b|\(void\)|\*?[A-Za-z_][\w:]*(?:\.|->|\[|\(|\s*(?:[-+*/|&^%]|<<|>>)?=[^=]|\+\+|--))")
-DECLARES = re.compile(r"(using|template|typedef|static_assert|friend|goto|throw|delete|new|operator)\b")
+DECLARES = re.compile(r"(using|template|typedef|static_assert|alignas|friend|goto|throw|delete|new|operator)\b")
 
 
 def behind_heads(statement):
@@ -105,7 +105,7 @@ def joined_by_commas(statement):
     if not OPERAND.match(statement) or DECLARES.match(statement):
         return False
     depth, pieces = 0, [""]
-    for c in re.sub(r"<[\w\s,:*&]*>(?=\()", "", statement):  # arguments of templates
+    for c in re.sub(r"<[\w\s,:*&()]*>(?=\()", "", statement):  # arguments of templates
         depth += (c in "([{") - (c in ")]}")
         if c == "," and depth == 0:
             pieces.append("")

@@ -1,5 +1,6 @@
-// The interface of every feedback scheme: a measured surface in, the next layer out. A new scheme is one
-// class and one row in the table of schemes.cpp (docs/write-a-controller.md).
+// LayerController computes the droplets of the next layer from the measured surface: the interface of every
+// feedback scheme. A new scheme is one class and one row in the table of schemes.cpp
+// (docs/write-a-controller.md).
 #pragma once
 
 #include <cstdint>
@@ -10,36 +11,36 @@
 
 #include "core/control/options.h"
 #include "core/deposition/two_materials.h"
+#include "core/grid/decision.h"
 #include "core/grid/geometry.h"
 #include "core/grid/grid.h"
 #include "core/grid/parallel.h"
 
 namespace firn::control {
 
-/// What every scheme is built for.
+/// Holds the grid, the target, the droplet models and the seed that a scheme is built from.
 struct Setup {
   GridSpec grid;
   HeightMap target;                ///< h_d [mm], finite and not negative on the mask
   Mask mask;                       ///< only these cells get droplets and count in the objective
-  deposition::DropletModel model;  ///< what a droplet adds
+  deposition::DropletModel model;  ///< height change of one droplet
   deposition::Border border = deposition::Border::kLose;
   std::uint64_t seed = 1;  ///< of the run; draws are keyed (seed, purpose, layer, attempt, n)
   /// M [Lu 2015, IV-B]: with it a block of two inks is printed, `model` being the object's and `model_b` the
   /// support's; null: one ink.
   std::shared_ptr<const Geometry> geometry = nullptr;
   deposition::DropletModel model_b = {};  ///< g1, g2, g3
-  /// A cell's ink is judged this much above its surface: 0 as in the paper; half a layer is the middle of
-  /// what the droplet will fill, and does not carry every interface half a layer too high.
+  /// Height above a cell's surface at which its ink is chosen. 0 as in the paper. Half a layer is the middle
+  /// of the next droplet, so that interfaces do not end half a layer too high.
   double judge_above_mm = 0.0;
-  /// Cells whose droplets add what model_b says although there is one ink only (MPC alone knows of them: ink
-  /// runs off the part at its rim); no cells: none. Not with a geometry.
+  /// Cells whose droplets follow model_b although there is one ink only: ink runs off the part at its rim.
+  /// Only MPC uses them. Empty: no such cells. Must be empty with a geometry.
   Mask rim = {};
 
   const deposition::DropletModel& model_of(Material m) const { return m == Material::kB ? model_b : model; }
 };
-/// @throws std::invalid_argument naming what is wrong: grid, sizes, an empty mask, a target not finite or
-/// negative, a geometry of another grid, a judge_above_mm not finite or
-/// negative.
+/// @throws std::invalid_argument naming the fault: grid, sizes, an empty mask, a target not finite or
+/// negative, a geometry of another grid, a judge_above_mm not finite or negative.
 void check(const Setup& setup);
 
 /// The surface after `layer` layers.
@@ -51,7 +52,7 @@ struct Measurement {
 };
 
 struct Decision {
-  enum class Kind : std::int8_t { kPrint = 0, kEnd = 1, kStop = 2 };  ///< as layer_plan_t.decision
+  using Kind = PlanDecision;
   Kind kind = Kind::kStop;
   DropletPattern drops;  ///< on the setup's grid; all zero unless kPrint; zero outside the mask
   /// Predicted objective [Lu 2015, Eq. (8)] of `drops` and of no droplet. Open loop and SMF: the mean |error|
@@ -69,12 +70,11 @@ class LayerController {
   virtual ~LayerController() = default;
   /// @throws std::invalid_argument when check(measurement, setup) does.
   virtual Decision decide(const Measurement& measurement) = 0;
-  /// From here on a droplet is believed to add this (learned while printing). A scheme that does not plan
+  /// Sets the estimate of a droplet's height change (updated while printing). A scheme that does not plan
   /// with the height-change model has no use for it. @throws std::invalid_argument when
   /// deposition::check(model) does.
   virtual void use_model(const deposition::DropletModel& /*model*/) {}
-  /// What may run side by side does so on these threads, with the same bytes. A scheme without such work has
-  /// no use for it.
+  /// Sets the threads for parallel work. The result has the same bytes for any number of threads.
   virtual void use_threads(const ParallelFor& /*parallel*/) {}
   /// The same for the droplets of Setup::rim, `inside` for all others.
   virtual void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& /*rim*/) {
@@ -90,9 +90,9 @@ void check(const Measurement& measurement, const Setup& setup);
 HeightMap known_heights(const Measurement& measurement);
 
 /// I_A and I_B [Lu 2015, IV-B]: each cell of the mask by whether its height (and judge_above_mm) lies in M,
-/// `rise_mm` higher if it is to be judged later. Without cells when the setup has one ink.
+/// `rise_mm` higher for a later layer. Without cells when the setup has one ink.
 MaterialMap materials_at(const Setup& setup, const HeightMap& height, double rise_mm = 0.0);
-/// The same for a layer of fixed height, whatever was measured: all cells at height_mm.
+/// The same for a layer of fixed height: all cells at height_mm.
 MaterialMap materials_at(const Setup& setup, double height_mm);
 
 /// A scheme by name.

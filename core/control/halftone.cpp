@@ -11,8 +11,8 @@ std::uint8_t nearest(double wanted, int max_drops) {
   return std::uint8_t(std::clamp(wanted + 0.5, 0.0, double(max_drops) + 0.5));
 }
 
-// What is left of a cell's wish. A saturated cell passes on at most half a droplet: its neighbours are not
-// flooded.
+// The quantisation error of a cell. A saturated cell passes on at most half a droplet, so that its neighbours
+// do not get too much.
 double rest(double wanted, std::uint8_t placed) { return std::clamp(wanted - placed, -0.5, 0.5); }
 
 void diffuse(Grid<double>& wish, const Mask& mask, int max_drops, DropletPattern& drops) {

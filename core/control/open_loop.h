@@ -1,4 +1,4 @@
-// Open-loop printing: the baseline of the papers.
+// OpenLoop computes layers without feedback: the baseline of the papers.
 #pragma once
 
 #include "core/control/controller.h"

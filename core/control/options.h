@@ -1,6 +1,6 @@
-// Options of the feedback schemes: plain values, filled by config/. Each struct has its table of options
-// beside it (core/options/option.h), which holds ranges, units and meanings; each scheme checks its own by
-// that table.
+// Holds the options of the feedback schemes: plain values, filled by config/. Each struct has its table of
+// options beside it (core/options/option.h), which holds ranges, units and meanings; each scheme checks its
+// own by that table.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace firn::control {
 inline constexpr double kMaxLayers = 1e6;
 inline constexpr double kMaxSeed = 9e18;  ///< below 2^63: the largest integer that a TOML file can hold
 
-/// Prints the part as sliced, whatever is measured.
+/// Prints the part as sliced, without feedback.
 struct OpenLoopOptions {
   /// 0: per cell, target / (h1 + 4 h2 + 4 h3) rounded to the nearest; else that many full layers
   int layers = 0;
@@ -93,16 +93,16 @@ constexpr double number_of(const AlphaStep& step) { return step.alpha; }
 /// How MPC searches the layer.
 enum class MpcMethod : std::uint8_t {
   kGreedy,     ///< the paper's stochastic greedy search [Lu 2015, IV-C]
-  kDescent,    ///< single droplets in raster order until none betters the objective
+  kDescent,    ///< single droplets in raster order until none improves the objective
   kStripDp,    ///< exact optima of overlapping strips; for several layers, strips of each, annealing and
                ///< descent
-  kCertified,  ///< one layer: strips that agree on windows (mpc/layer_solver.h); several layers: as kStripDp
+  kCertified,  ///< one layer: dual decomposition (mpc/layer/layer_solver.h); several layers: as kStripDp
 };
 inline constexpr std::array<std::string_view, 4> kMpcMethodWords{"greedy", "descent", "strip_dp",
                                                                  "certified"};
 constexpr std::span<const std::string_view> words_of(MpcMethod) { return kMpcMethodWords; }
 
-/// What an error costs MPC.
+/// Cost of an error in MPC.
 enum class ErrorKind : std::uint8_t {
   kAbsolute,    ///< avg|e| [Lu 2015, Eq. (8)]
   kSquare,      ///< root of avg(e^2), the variance that droplets add included: few large errors
@@ -126,12 +126,12 @@ struct MpcOptions {
   std::int64_t max_evaluations = 20'000'000;  ///< bound on single-droplet changes evaluated per decision
   int max_drops = 1;                          ///< per cell and layer; more are predicted pass by pass
   /// Initial guesses; with both, the better result counts. Dithered: as many droplets as the missing height
-  /// asks for. Ones: every cell (the paper's); both take twice the time for an objective 0.1 % better.
+  /// requires. Ones: every cell (the paper's); both take twice the time for an objective 0.1 % better.
   bool start_dithered = true;
   bool start_ones = false;
-  double min_improvement_mm = 0.0;  ///< end when the best layer betters printing nothing by no more
-  double finish_layers = 0.0;       ///< K of mpc/finish.h; 0: one stage
-  double rim_lead_layers = 0.0;     ///< L of mpc/finish.h; 0: the inside does not wait for the rim
+  double min_improvement_mm = 0.0;  ///< end when the best layer improves on printing nothing by no more
+  double finish_layers = 0.0;       ///< K of mpc/reference_governor.h; 0: one stage
+  double rim_lead_layers = 0.0;  ///< L of mpc/reference_governor.h; 0: the inside does not wait for the rim
 };
 inline constexpr std::tuple kMpcOptions{
     Option{
@@ -164,7 +164,7 @@ inline constexpr std::tuple kMpcOptions{
            "the print ends when the best layer betters printing nothing by no more"},
 };
 
-/// What is printed to learn from (core/control/pattern.h).
+/// Patterns for system identification (core/control/pattern.h).
 enum class PatternKind : std::uint8_t { kRandom, kIdentification, kSquares };
 inline constexpr std::array<std::string_view, 3> kPatternKindWords{"random", "identification", "squares"};
 constexpr std::span<const std::string_view> words_of(PatternKind) { return kPatternKindWords; }
@@ -208,7 +208,7 @@ struct ControlOptions {
   std::string scheme = "mpc";
   int max_layers = 200;  ///< stop for the operator when a scheme wants more layers than this
   /// SMF and MPC end when a last layer would better the part by no more than this many noise_std per droplet:
-  /// beyond, droplets answer the noise of the measurement (docs/algorithms-control.md has the figures).
+  /// beyond, droplets answer the noise of the measurement (docs/algorithms/control.md has the figures).
   double noise_gate = 2.0;
   OpenLoopOptions open_loop;
   SmfOptions smf;

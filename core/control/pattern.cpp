@@ -37,7 +37,7 @@ std::vector<IdentificationSite> identification_sites(const Mask& mask, int spaci
 std::vector<SquareSite> square_sites(const Mask& mask, int largest, int step, int spacing) {
   std::vector<SquareSite> sites;
   const int band = (largest - 1) * step + 1 + spacing;
-  int next = 1;  // goes on from band to band, so that every size stands everywhere
+  int next = 1;  // goes on from band to band, so that every size occurs in all places
   for (int j = spacing; j + band <= mask.spec.ny + 1; j += band)
     for (int i = spacing; i < mask.spec.nx;) {
       const SquareSite site{i, j, next, step};

@@ -1,6 +1,6 @@
-// Patterns that are printed to learn from, whatever is measured: random ones that excite the height-change
-// model, the identification prints [Lu 2015, V-C], and squares that show what the spacing of droplets does
-// [III-A, V-C].
+// PatternPrint computes layers for system identification, independent of the measurements: random patterns
+// that excite the height-change model, the identification prints [Lu 2015, V-C], and squares that show the
+// effect of the spacing of droplets [III-A, V-C].
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// What a controller expects of a layer: its heights by the height-change model, and the objective.
+// Predictor computes the heights after a layer by the height-change model, and the objective.
 #pragma once
 
 #include "core/control/controller.h"
@@ -11,9 +11,9 @@ namespace firn::control {
 /// second term is the printed std(H); for any other, the printed form would punish the part's own shape.
 double objective_mm(const HeightMap& height, const HeightMap& target, const Mask& mask, double alpha);
 
-/// True when `decision` betters printing nothing by more than `gate` * noise_std_mm for each of its droplets
-/// (an objective is a mean over `part_cells` cells, so one droplet that mends h mm is worth h / part_cells).
-/// Squares: when it lessens the sum of squares by more than `gate` * noise_std_mm^2 for each.
+/// True when `decision` improves on printing nothing by more than `gate` * noise_std_mm for each of its
+/// droplets (an objective is a mean over `part_cells` cells, so one droplet that mends h mm is worth h /
+/// part_cells). Squares: when it lessens the sum of squares by more than `gate` * noise_std_mm^2 for each.
 bool beats_noise(const Decision& decision, std::int64_t part_cells, double noise_std_mm, double gate,
                  ErrorKind error = ErrorKind::kAbsolute);
 

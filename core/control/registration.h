@@ -1,5 +1,5 @@
-// Marks of both nozzles side by side, from which the offset of the second is measured
-// (estimators/registration/nozzle_offset.h).
+// RegistrationPrint computes layers of marks of both nozzles side by side, from which the offset of the
+// second is measured (estimators/registration/nozzle_offset.h).
 #pragma once
 
 #include <vector>

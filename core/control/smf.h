@@ -1,4 +1,4 @@
-// Surface-mapping feedback, drop on demand [Barnett 2012, 5.1.2, 5.2.2, 5.2.3].
+// Smf computes layers by surface-mapping feedback, drop on demand [Barnett 2012, 5.1.2, 5.2.2, 5.2.3].
 #pragma once
 
 #include "core/control/controller.h"
@@ -10,15 +10,15 @@ namespace firn::control {
 ///   e_k = (r_k - H_k) / dh,   U_k = Kp e_k + Ki* sum e_i + Kd* (e_k - e_{k-1})          (5.1), (5.2)
 /// with r_k = min(k dh, target) per cell after k layers (the first measurement is k = 0; there the derivative
 /// term is left out). The integral term is held within +-integral_limit and U within +-output_limit (5.2.2).
-/// Drop on demand (5.2.3): the next layer shall add r_{k+1} - r_k + dh U_k, so a cell wants that height
-/// divided by what a droplet is worth. One droplet raises its own cell by h1 + its neighbours' refusals only,
-/// but every cell also takes its neighbours' share; the worth of a droplet per cell is h1 + 4 h2 + 4 h3,
-/// exact where all cells print the same, and the loop makes up for the rest. Fractions become droplets by
-/// error diffusion (default): docs/algorithms-control.md compares it with rounding and with carrying over.
-/// Two inks: a cell's ink is that of M at its measured height, and dh, r and the error know no ink.
-/// Ends when r has reached the target everywhere and the next layer would not lower the predicted mean
-/// |error|, or by no more than the noise gate. A second measurement of a layer replaces the first in sum and
-/// difference. A layer below the last one seen starts anew.
+/// Drop on demand (5.2.3): the next layer shall add r_{k+1} - r_k + dh U_k, so a cell requires that height
+/// divided by the height of a droplet. One droplet raises its own cell by h1 and the part that its neighbours
+/// do not take, and every cell also receives a share of its neighbours' droplets. The height of a droplet per
+/// cell is therefore h1 + 4 h2 + 4 h3, exact where all cells print the same; feedback corrects the rest.
+/// Fractions become droplets by error diffusion (default): docs/algorithms/control.md compares it with
+/// rounding and with carrying over. Two inks: a cell's ink is that of M at its measured height, and dh, r and
+/// the error know no ink. Ends when r has reached the target everywhere and the next layer would not lower
+/// the predicted mean |error|, or by no more than the noise gate. A second measurement of a layer replaces
+/// the first in sum and difference. A layer below the last one seen starts anew.
 class Smf final : public LayerController {
  public:
   /// @throws std::invalid_argument naming the option: gains finite, kp above 0, the others not negative;

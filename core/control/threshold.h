@@ -1,4 +1,5 @@
-// Threshold feedback: the closed-loop baseline that Lu's paper sets itself off from, after Cohen and Lipson.
+// Threshold computes layers by threshold feedback after Cohen and Lipson, the closed-loop baseline of Lu's
+// paper.
 #pragma once
 
 #include "core/control/controller.h"
@@ -7,7 +8,7 @@
 namespace firn::control {
 
 /// D. L. Cohen and H. Lipson, "Geometric feedback control of discrete-deposition SFF systems", Rapid
-/// Prototyping J. 16 (2010) 377-393, as [Lu 2015, section I] tells it: model and measurement are compared,
+/// Prototyping J. 16 (2010) 377-393, as cited in [Lu 2015, section I]: model and measurement are compared,
 /// "locations with errors higher than threshold are tagged as future deposition candidates", so that
 /// "corrective action is taken only if the height has sufficiently large error"; neighbouring droplets do not
 /// interact, and each falls on flat ground. On the grid:

@@ -39,11 +39,17 @@ void worst_window(const Places& p, const DemandIntegral& wanted, double window_m
     const double fewest = p.delivered[std::max(index(from + slack), index(from + window_mm - slack))] -
                           p.delivered[index(from + slack)];
     const double ratio = std::max(most / volume - 1.0, 1.0 - fewest / volume);
-    if (ratio > error.window_worst) error.window_worst = ratio, error.window_from_mm = from;
+    if (ratio > error.window_worst) {
+      error.window_worst = ratio;
+      error.window_from_mm = from;
+    }
   };
   look(0.0);
   look(total - window_mm);
-  for (double s : p.at_mm) look(s), look(s - window_mm);
+  for (double s : p.at_mm) {
+    look(s);
+    look(s - window_mm);
+  }
 }
 
 }  // namespace
@@ -76,7 +82,10 @@ DeliveryError count_delivery(const FlowDemand& demand, std::span<const Drop> dro
   error.worst_excess_mm3 = -1e300;
   const auto look = [&](double time_s, double delivered) {
     const double off = std::abs(delivered - wanted.volume_mm3(time_s));
-    if (off > error.worst_mm3) error.worst_mm3 = off, error.worst_at_s = time_s;
+    if (off > error.worst_mm3) {
+      error.worst_mm3 = off;
+      error.worst_at_s = time_s;
+    }
     const double tick_mm3 =
         wanted.volume_mm3(time_s + 0.5 * granted.tick_s) - wanted.volume_mm3(time_s - 0.5 * granted.tick_s);
     error.worst_excess_mm3 = std::max(error.worst_excess_mm3, off - 0.5 * granted.drop_mm3 - tick_mm3);

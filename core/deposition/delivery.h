@@ -1,4 +1,4 @@
-// What a list of drops delivers against what the path wanted, by counting.
+// count_delivery() computes the error of the volume that a list of drops delivers along a path, by counting.
 #pragma once
 
 #include <span>
@@ -19,7 +19,7 @@ struct Drop {
 std::vector<Drop> drops_of(const PulsePlan& plan, const FlowDemand& demand, const FlowCurve& curve,
                            double tick_s);
 
-/// What cannot be helped: volume comes in drops, drops come at ticks.
+/// Unavoidable error: volume comes in drops, drops come at ticks.
 struct Granted {
   double drop_mm3 = 0.0;
   double tick_s = 0.0;
@@ -32,8 +32,8 @@ struct DeliveryError {
   double delivered_mm3 = 0.0;
   double worst_mm3 = 0.0;  ///< largest |delivered - wanted| up to any point of the path
   double worst_at_s = 0.0;
-  /// Largest |delivered - wanted| less what is granted: half a drop, and what is wanted within the tick round
-  /// that point. Not above 0 when kept.
+  /// Largest |delivered - wanted| less the unavoidable error: half a drop and the volume wanted within the
+  /// tick around that point. At most 0 when the bound holds.
   double worst_excess_mm3 = 0.0;
   double window_worst =
       0.0;  ///< over all windows of the length: |delivered / wanted - 1|; 0 for a shorter path

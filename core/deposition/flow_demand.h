@@ -1,6 +1,6 @@
-// Flow that a path needs [Barnett 2012, 6.2]. Everything is sampled at the planner's tick: instant i is at i
-// * step_s. Between instants speed and flow are linear, so length and volume are exact integrals of the same
-// samples.
+// FlowDemand holds the flow that a path needs [Barnett 2012, 6.2]. Everything is sampled at the planner's
+// tick: instant i is at i * step_s. Between instants speed and flow are linear, so length and volume are
+// exact integrals of the same samples.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace firn::deposition {
 
-/// The path's speed at each tick, from the emitted tool positions: what flow must match. At rest at both
+/// The path's speed at each tick, from the emitted tool positions; the flow must match it. At rest at both
 /// ends.
 std::vector<double> speeds_at_ticks(std::span<const Point2> tool, double tick_s);
 
@@ -21,7 +21,7 @@ std::vector<double> speeds_at_ticks(std::span<const Point2> tool, double tick_s)
 void nominal_flow(double width_mm, double layer_height_mm, std::span<const double> speed_mm_s,
                   std::span<double> flow_mm3_s);
 
-/// Eq. (6.3): q_cor,i = (u_i + 1) q_nom,i; u below -1 asks for negative flow, which is none. @pre sizes equal
+/// Eq. (6.3): q_cor,i = (u_i + 1) q_nom,i; u below -1 gives zero flow. @pre sizes equal
 void corrected_flow(std::span<const double> nominal_mm3_s, std::span<const double> action,
                     std::span<double> flow_mm3_s);
 
@@ -29,19 +29,19 @@ void corrected_flow(std::span<const double> nominal_mm3_s, std::span<const doubl
 /// cells or where one of the four is NaN.
 double action_at(const HeightMap& surface, const Point2& at);
 
-/// What one path asks of its valve.
+/// Flow and speed along one path.
 struct FlowDemand {
   double step_s = 0.016;           ///< delta of Eq. (6.5)
   std::vector<double> flow_mm3_s;  ///< corrected flow at the instants
   std::vector<double> speed_mm_s;  ///< c there
-  std::vector<std::size_t> stops;  ///< instants inside the path at which it stands still, ascending
+  std::vector<std::size_t> stops;  ///< instants inside the path at which the tool is at rest, ascending
   double duration_s() const { return flow_mm3_s.size() < 2 ? 0.0 : step_s * double(flow_mm3_s.size() - 1); }
 };
 /// @throws std::invalid_argument naming the instant: sizes equal, at least two, all finite and not negative,
 /// step above 0, stops ascending and inside.
 void check(const FlowDemand& demand);
 
-/// What clip_flow() took away.
+/// Volume removed by clip_flow().
 struct Shortfall {
   double volume_mm3 = 0.0;
   std::size_t instants = 0;  ///< how many asked for more than there is

@@ -128,7 +128,7 @@ Ledger HeightChange<Radius>::run(double* height, const std::uint8_t* drops, int 
       }
     }
 
-    if (border_ == Border::kLose) {  // what would go to cells off the grid is gone (sat = 1)
+    if (border_ == Border::kLose) {  // flow to cells off the grid is lost (sat = 1)
       const bool inner = j >= Radius && j < ny - Radius;
       for (int i = 0; i < nx; ++i) {
         if (inner && i == Radius && nx > 2 * Radius) i = nx - Radius;

@@ -1,11 +1,12 @@
-// Height change of one layer of droplets on an uneven surface: what a droplet adds to its own cell and to its
-// neighbours [Lu 2015, Eqs. (3)-(5)], and the additive baseline [Eq. (2)].
+// HeightChange computes the height change of one layer of droplets on an uneven surface: the heights that a
+// droplet adds to its own cell and to its neighbours [Lu 2015, Eqs. (3)-(5)]. deposit_additive() computes the
+// additive baseline [Eq. (2)].
 //
 // A droplet on cell c raises each neighbour n by w sat_{h1+w}(H_c - H_n), w = h2 at a side and h3 at a
-// corner, and its own cell by h1 plus what the neighbours refused. So each droplet adds exactly h1 + 4 h2 + 4
-// h3 (in cell heights), and dH is linear in the droplets for given H. The errata's readings: in (3) U and dH
-// belong to the same layer (H_{k+1} = H_k + dH(H_k, U_k)); the border is an option (the paper does not define
-// it).
+// corner, and its own cell by h1 plus the part that the neighbours do not take. So each droplet adds exactly
+// h1 + 4 h2 + 4 h3 (in cell heights), and dH is linear in the droplets for given H. The errata's readings: in
+// (3) U and dH belong to the same layer (H_{k+1} = H_k + dH(H_k, U_k)); the border is an option (the paper
+// does not define it).
 #pragma once
 
 #include <array>
@@ -39,8 +40,8 @@ inline constexpr std::tuple kDropletModel{kModelH1, kModelH2, kModelH3};
 /// @throws std::invalid_argument naming the constant that is out of its range.
 void check(const DropletModel& model);
 
-/// What lies beyond the grid. kLose: infinitely low ground, sat = 1, its share is lost (the reading that
-/// reproduces section III-C). kKeep: a wall, sat = 0, so the volume on the grid is conserved.
+/// Boundary condition at the grid's border. kLose: infinitely low ground, sat = 1, its share is lost (the
+/// reading that reproduces section III-C). kKeep: a wall, sat = 0, so the volume on the grid is conserved.
 enum class Border : std::uint8_t { kLose, kKeep };
 
 /// sat_a(b) of Eq. (5): 1 for b >= 0, falling to 0 at b = -a. @pre a > 0
@@ -91,7 +92,9 @@ struct Ledger {
   double deposited_mm = 0.0;  ///< sum over droplets of drop_height_mm
   double lost_mm = 0.0;       ///< the share that went over the border; sum dH + lost = deposited
   Ledger& operator+=(const Ledger& o) {
-    drops += o.drops, deposited_mm += o.deposited_mm, lost_mm += o.lost_mm;
+    drops += o.drops;
+    deposited_mm += o.deposited_mm;
+    lost_mm += o.lost_mm;
     return *this;
   }
 };
@@ -142,8 +145,8 @@ class HeightChange {
 extern template class HeightChange<1>;
 extern template class HeightChange<2>;
 
-/// The traditional baseline: Eq. (2), every droplet adds h1, h2, h3 whatever the heights; what falls off the
-/// grid is lost. n drops add n times as much. @throws std::invalid_argument when sizes differ.
+/// The traditional baseline: Eq. (2), every droplet adds h1, h2, h3 at any heights; shares beyond the grid
+/// are lost. n drops add n times as much. @throws std::invalid_argument when sizes differ.
 Ledger deposit_additive(HeightMap& height, const DropletPattern& drops, const DropletModel& model);
 
 /// @throws std::invalid_argument naming the first cell that is NaN or infinite.

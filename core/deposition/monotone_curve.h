@@ -1,7 +1,7 @@
-// A strictly increasing function through measured points: piecewise cubic Hermite interpolation whose slopes
-// keep it monotone [Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980); slopes by the weighted harmonic mean
-// of Fritsch and Butland (1984)]. Between two points it never leaves their range, so a calibration table
-// cannot overshoot.
+// MonotoneCurve computes a strictly increasing function through measured points: piecewise cubic Hermite
+// interpolation whose slopes keep it monotone [Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980); slopes by
+// the weighted harmonic mean of Fritsch and Butland (1984)]. Between two points it never leaves their range,
+// so a calibration table cannot overshoot.
 #pragma once
 
 #include <span>

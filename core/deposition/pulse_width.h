@@ -1,6 +1,6 @@
-// The alternative to frequency modulation: pulses at a fixed frequency whose width carries the flow [Barnett
-// 2012, 6.1]. The thesis sets it aside because a pulse cannot be narrower than 0.5 ms; here it stands for
-// comparison.
+// plan_widths() computes pulse-width modulation, the alternative to frequency modulation: pulses at a fixed
+// frequency whose width carries the flow [Barnett 2012, 6.1]. The thesis rejects it because a pulse cannot be
+// narrower than 0.5 ms; here it serves for comparison.
 #pragma once
 
 #include <span>
@@ -16,8 +16,8 @@ namespace firn::deposition {
 struct WidthModulation {
   double period_s = 0.008;  ///< at least one drop per mm at 125 mm/s: 125 Hz
   MonotoneCurve dose;       ///< drop volume [mm^3] against pulse width [s], from min_pulse_s to the period
-  /// What a period could not deliver, or delivered too much, is added to what the next one wants. Without it
-  /// a flow below that of the narrowest pulse is rounded to the narrowest pulse or to none.
+  /// The volume error of a period is carried into the next one. Without it a flow below that of the narrowest
+  /// pulse is rounded to the narrowest pulse or to no pulse.
   bool carry = false;
 };
 /// A valve that passes `open_flow` while it is open, the ideal of Table 2-2: dose = open_flow * width.

@@ -8,20 +8,20 @@
 namespace firn::deposition {
 namespace {
 
-// One stretch between two ticks of the controller, on which flow and drop size are linear.
-struct Stretch {
+// An interval between two ticks of the controller, on which flow and drop size are linear.
+struct LinearSpan {
   double begin_s, length_s, flow0, flow1, drop0, drop1;
   double flow_at(double into_s) const { return flow0 + (flow1 - flow0) * into_s / length_s; }
   double drop_at(double into_s) const { return drop0 + (drop1 - drop0) * into_s / length_s; }
   double volume_until(double into_s) const { return 0.5 * into_s * (flow0 + flow_at(into_s)); }
 };
 
-// Eqs. (6.5), (6.6) in volumes: a drop is due when what is wanted leads what was delivered by half a drop.
+// Eqs. (6.5), (6.6) in volumes: a drop is due when the wanted volume leads the delivered one by half a drop.
 class DropCounter {
  public:
   DropCounter(const FlowCurve& curve, double tick_s) : curve_(curve), tick_s_(tick_s) {}
 
-  void advance(const Stretch& s) {
+  void advance(const LinearSpan& s) {
     const double swelling =
         (s.drop1 - s.drop0) / s.length_s;  // the threshold moves with the size of the drop
     for (double into = 0.0;;) {
@@ -61,7 +61,8 @@ std::vector<double> instants_of(const FlowDemand& d, const FlowCurve& curve, dou
       const double flow1 = p == parts ? d.flow_mm3_s[i + 1] : first + change * p / parts,
                    drop1 = curve.drop_mm3(flow1);
       counter.advance({d.step_s * double(i) + part_s * (p - 1), part_s, flow0, flow1, drop0, drop1});
-      flow0 = flow1, drop0 = drop1;
+      flow0 = flow1;
+      drop0 = drop1;
     }
   }
   return std::move(counter.instants);
@@ -136,7 +137,7 @@ double window_error_bound(const FlowDemand& d, const FlowCurve& curve, double ti
   const DemandIntegral path(d);
   const double total_mm = path.total_length_mm(), end_s = d.duration_s();
   if (total_mm < window_mm) return 0.0;
-  // what the counter may be off at an instant, the larger of the two round it
+  // error bound of the counter at an instant, the larger of the two around it
   const auto off = [&](double time_s) {
     const std::size_t i = std::min(std::size_t(time_s / d.step_s), d.flow_mm3_s.size() - 2);
     double most = 0.0;
@@ -206,7 +207,9 @@ PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, con
         (fits(middle) ? last : far) = middle;
       }
       plan.trains.clear();
-      plan.problem_from = begin, plan.problem_to = ends[e], plan.problem_fits = last;
+      plan.problem_from = begin;
+      plan.problem_to = ends[e];
+      plan.problem_fits = last;
       plan.stop_before_mm = length_at_mm(demand, last);
       plan.problem = "the path does not stop between " + std::to_string(length_at_mm(demand, begin)) +
                      " and " + std::to_string(length_at_mm(demand, ends[e])) +

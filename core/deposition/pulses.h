@@ -1,7 +1,7 @@
-// The valve's pulse list for a path, by frequency modulation [Barnett 2012, 6.2]: one entry per drop.
+// plan_pulses() computes the valve's pulse list for a path by frequency modulation [Barnett 2012, 6.2]: one
+// entry per drop.
 //
-//   (6.4) nu_i = h(Q_i)      (6.5) n_i = delta sum_{j<=i} nu_j      (6.6) pulses where n reaches 0.5, 1.5,
-//   ...
+//   (6.4) nu_i = h(Q_i)    (6.5) n_i = delta sum_{j<=i} nu_j    (6.6) pulses where n reaches 0.5, 1.5, ...
 //
 // Departures. (6.5) as printed is a rectangle rule that lets sample i stand for a whole step before its
 // instant: pulses come delta / 2 = 8 ms too early, 1 mm at 125 mm/s. Here n is the exact integral of nu,
@@ -32,7 +32,7 @@ std::int64_t pulse_count(double max_pulses_needed);
 /// Eq. (6.6): where n reaches 0.5, 1.5, ..., by the integral of a frequency that is linear between instants.
 std::vector<double> pulse_instants_s(std::span<const double> frequency_hz, double step_s);
 
-/// One list for the controller, counted from an instant at which the path stands still.
+/// One list for the controller, counted from an instant at which the tool is at rest.
 struct PulseTrain {
   std::size_t first_instant = 0;  ///< of the demand; the controller's clock is 0 there
   std::size_t last_instant = 0;
@@ -62,9 +62,9 @@ PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, con
 double least_drops_per_mm(const FlowDemand& demand, const FlowCurve& curve, std::size_t* at = nullptr);
 
 /// Largest relative error that the volume of any window of the length can have, from the counter's own bound
-/// at its two ends: half a drop and what is wanted within half a tick each, over the window's volume. Windows
-/// that start or end at an instant are looked at. 0 when the path is shorter; +inf when a window wants no
-/// volume.
+/// at its two ends: half a drop and the volume wanted within half a tick each, over the window's volume.
+/// Windows that start or end at an instant are examined. 0 when the path is shorter; +inf when a window wants
+/// no volume.
 double window_error_bound(const FlowDemand& demand, const FlowCurve& curve, double tick_s, double window_mm);
 
 /// An error that every window must keep.

@@ -1,5 +1,5 @@
-// Inner loops of the height-change model over one row of cells. Same bytes whichever instruction set runs
-// them: element by element, no fused operations, no reductions of floating point.
+// RowKernels computes the inner loops of the height-change model over one row of cells. Same bytes on every
+// instruction set: element by element, no fused operations, no reductions of floating point.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@ namespace firn::deposition {
 
 struct RowKernels {
   /// flow[i] = uc[i] clamp(w + slope (hc[i] - hn[i]), 0, w) - un[i] clamp(w - slope (hc[i] - hn[i]), 0, w):
-  /// what the droplets of cells c give to cells n, less what n's give to c. Then from[i] -= flow[i] and to[i]
-  /// += flow[i] (from and to may overlap each other, nothing else).
+  /// the flow from the droplets of cells c to cells n, less the flow from those of n to c. Then from[i] -=
+  /// flow[i] and to[i] += flow[i] (from and to may overlap each other, nothing else).
   void (*flow)(const double* hc, const double* hn, const double* uc, const double* un, double w_mm,
                double slope, double* flow, double* from, double* to, std::size_t n);
   /// u[i] = drops[i] > pass ? 1 : 0. Returns their number.

@@ -1,8 +1,9 @@
-// Height change of a layer printed with two inks [Lu 2015, Eqs. (6), (7), with the errata's corrections].
+// TwoMaterialChange computes the height change of a layer printed with two inks [Lu 2015, Eqs. (6), (7), with
+// the errata's corrections].
 //
 // A droplet on cell c carries the constants of its own ink, h1|c .. h3|c: h1, h2, h3 where c is in I_A, g1,
 // g2, g3 where it is in I_B. It raises a neighbour n by w|c sat_{h1|c + w|c}(H_c - H_n) and keeps the rest of
-// its h1|c + 4 h2|c + 4 h3|c. What the errata put right: (6) prints the new height, not its change; in (7)
+// its h1|c + 4 h2|c + 4 h3|c. The errata's corrections: (6) prints the new height, not its change; in (7)
 // every threshold of C1 is the droplet's own, |i,j,k on both terms, the last corner compares H_{i,j,k} with
 // H_{i-1,j-1,k}; in C2 the thresholds are (h1 + h2)|neighbour and every difference is neighbour less centre.
 // With one ink (7) is (4).
@@ -36,7 +37,8 @@ class TwoMaterialChange {
   Ledger deposit(HeightMap& height, const DropletPattern& drops, const MaterialMap& inks);
 
   /// As deposit(), and books each ink's share of every cell's rise in `columns`: dH is linear in the droplets
-  /// for given heights, so each ink has its own dH. In one pass a cell's own ink lies below what flows in.
+  /// for given heights, so each ink has its own dH. In one pass a cell's own ink lies below the ink that
+  /// flows in.
   Ledger deposit(HeightMap& height, const DropletPattern& drops, const MaterialMap& inks,
                  MaterialColumns& columns);
 
@@ -51,8 +53,8 @@ class TwoMaterialChange {
   std::vector<Stencil<1>> stencils_;
 };
 
-/// What `stencils` of droplets of either ink add to the columns in one pass on `height` (before it): for
-/// models that draw each droplet's size. Changes `height` as HeightChange::step does.
+/// Adds the droplets of either ink with these `stencils` to the columns in one pass on `height` (before it):
+/// for models that draw each droplet's size. Changes `height` as HeightChange::step does.
 Ledger step_with_columns(HeightChange<1>& model, HeightMap& height, std::span<const std::uint8_t> drops,
                          int pass, std::span<const Stencil<1>> stencils, const MaterialMap& inks,
                          MaterialColumns& columns);

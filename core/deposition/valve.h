@@ -1,5 +1,5 @@
-// A micro-solenoid valve and its controller: what it can do, and how much it lets through [Barnett
-// 2012, 2.3.1, 6.1].
+// ValveLimits and FlowCurve hold the limits of a micro-solenoid valve with its controller, and its calibrated
+// flow [Barnett 2012, 2.3.1, 6.1].
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace firn::deposition {
 
-/// What the pulse list of one path may be. The list's type is the controller's: 16-bit tick numbers.
+/// Limits of the pulse list of one path. The list's type is the controller's: 16-bit tick numbers.
 struct ValveLimits {
   double tick_s = 0.002;             ///< time resolution of the list [2.3.1]
   double max_duration_s = 131.072;   ///< 65,536 ticks

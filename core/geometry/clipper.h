@@ -1,14 +1,15 @@
-// Clipper behind our types: for what our own kernels cannot answer, and to compare them with.
+// clipper_offset() computes offsets with Clipper, where the wavefront cannot, and serves as a reference for
+// it.
 #pragma once
 
 #include "core/geometry/region.h"
 
 namespace firn::slice {
 
-/// Offset by a distance of either sign (> 0 inward), from the region itself. No canonical order.
+/// Returns the offset of a region by a distance of either sign (> 0 inward), rings in no canonical order.
 Rings clipper_offset(const Region& region, double inward_mm, double tolerance_mm);
 
-/// Booleans, to compare with.
+/// Return boolean operations for comparison.
 Rings clipper_unite(const Rings& a, const Rings& b);
 Rings clipper_subtract(const Rings& a, const Rings& b);
 

@@ -1,5 +1,5 @@
-// Orientation tests without rounding: coordinates within kMaxUnits (30 bits and a sign) keep products within
-// 63 bits.
+// orientation() computes exact orientation predicates on the integer grid. Coordinates within kMaxUnits (30
+// bits and a sign) keep products within 63 bits.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace firn::slice {
 
-/// Twice the area of the triangle: positive when c lies left of the way from a to b.
+/// Returns twice the signed area of a triangle: positive when c lies left of the directed line from a to b.
 inline std::int64_t orientation(const Point& a, const Point& b, const Point& c) {
   return (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
          (std::int64_t(b.y) - a.y) * (std::int64_t(c.x) - a.x);
@@ -26,13 +26,13 @@ inline bool boxes_meet(const Edge& e, const Edge& f) {
          std::min(e.a.y, e.b.y) <= std::max(f.a.y, f.b.y) && std::min(f.a.y, f.b.y) <= std::max(e.a.y, e.b.y);
 }
 
-/// Have the closed segments a point in common?
+/// Returns whether two closed segments have a point in common.
 inline bool touch(const Edge& e, const Edge& f) {
   if (!boxes_meet(e, f)) return false;
   const int fa = sign(orientation(e.a, e.b, f.a)), fb = sign(orientation(e.a, e.b, f.b));
   if (fa * fb > 0) return false;
   const int ea = sign(orientation(f.a, f.b, e.a)), eb = sign(orientation(f.a, f.b, e.b));
-  return ea * eb <= 0;  // four zeros: on one line, and the boxes meet
+  return ea * eb <= 0;  // four zeros: collinear, and the boxes meet
 }
 
 }  // namespace firn::slice

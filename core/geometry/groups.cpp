@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <span>
 
-#include "core/geometry/box_pairs.h"
+#include "core/geometry/box.h"
 #include "core/geometry/planar.h"
 #include "core/geometry/winding.h"
 
@@ -42,7 +42,7 @@ std::vector<std::vector<std::uint32_t>> nested_groups(const Region& region) {
     for (const Outer& outer : outers) {
       if (outer.area <= -areas[r] || !outer.box.meets(box)) continue;
       const auto ring = region[groups[outer.group][0]];
-      // A hole may touch its outer ring at a point: most of its corners decide.
+      // A hole may touch its outer ring at a point, so the majority of its corners decides.
       const std::size_t step = std::max<std::size_t>(1, region[r].size() / 5),
                         asked = (region[r].size() + step - 1) / step;
       std::size_t inside = 0;

@@ -1,4 +1,4 @@
-// Connected areas of a region.
+// nested_groups() finds the connected areas of a region.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,8 @@
 
 namespace firn::slice {
 
-/// Per outer ring its number, followed by those of its holes. Holes that no outer ring contains are left out.
+/// Returns per outer ring its number, followed by those of its holes. Holes that no outer ring contains are
+/// left out.
 std::vector<std::vector<std::uint32_t>> nested_groups(const Region& region);
 
 }  // namespace firn::slice

@@ -1,5 +1,5 @@
-// Two doubles or four whole numbers side by side, and what comparing them tells: where the compiler takes
-// lanes out one by one, a processor with SSE2 tells all of them at once.
+// Lanes2 and Lanes4 hold two doubles or four integers for SIMD comparisons. Without SSE2 the comparisons take
+// the lanes one by one.
 #pragma once
 
 #include <bit>
@@ -17,7 +17,7 @@ namespace firn::slice {
 using Lanes2 = double __attribute__((vector_size(16)));
 using Lanes4 = std::int32_t __attribute__((vector_size(16)));
 
-/// x and y of a point and of the next one.
+/// Returns x and y of a point and of the next one.
 inline Lanes4 two_points(const Point* p) {
   static_assert(sizeof(Point) == 8);
   Lanes4 lanes;
@@ -25,10 +25,10 @@ inline Lanes4 two_points(const Point* p) {
   return lanes;
 }
 
-/// What a comparison of Lanes2 gives: all bits of a lane where it holds.
+/// The result of a comparison of Lanes2: all bits of a lane are set where it holds.
 using Held2 = decltype(Lanes2{} < Lanes2{});
 
-/// One bit for each lane in which a comparison holds: 1, and 2.
+/// Returns one bit for each lane in which a comparison holds: 1 and 2.
 inline int lanes_of(Held2 held) {
 #ifdef __SSE2__
   return _mm_movemask_pd(std::bit_cast<__m128d>(held));
@@ -37,7 +37,7 @@ inline int lanes_of(Held2 held) {
 #endif
 }
 
-/// One bit for each lane that is below 0.
+/// Returns one bit for each negative lane.
 inline unsigned signs(Lanes4 lanes) {
 #ifdef __SSE2__
   return unsigned(_mm_movemask_ps(std::bit_cast<__m128>(lanes)));

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "core/geometry/meeting.h"
+#include "core/geometry/intersection.h"
 #include "core/geometry/planar.h"
 #include "core/geometry/rings.h"
 #include "core/geometry/winding.h"
@@ -11,15 +11,15 @@
 namespace firn::slice {
 namespace {
 
-// Directions to the right (or straight up): from the steepest down to the steepest up.
-bool lower_direction(const Piece& p, const Piece& q) { return orientation(p.a, p.b, q.b) > 0; }
+// Orders directions to the right (or straight up) from the steepest down to the steepest up.
+bool lower_direction(const Subedge& p, const Subedge& q) { return orientation(p.a, p.b, q.b) > 0; }
 
 struct Directed {
   Point from, to;  // the area lies on the left
 };
 
-// Of the ways out of `edge.to`, the one that bounds the same wedge of the area: the first clockwise from the
-// way back.
+// Of the directed edges that leave `edge.to`, returns the one that bounds the same wedge of the area: the
+// first clockwise from the reverse of `edge`.
 std::size_t next_out(const std::vector<Directed>& edges, std::size_t first, std::size_t end,
                      const Directed& edge) {
   if (end - first == 1) return first;
@@ -34,7 +34,7 @@ std::size_t next_out(const std::vector<Directed>& edges, std::size_t first, std:
   return best;
 }
 
-// A way round that meets a point again leaves a ring behind there.
+// A closed path that visits a point again is split there into two rings.
 void append_simple(std::vector<Point>& way, Rings& to) {
   std::vector<Point> again = way, path, ring;
   std::sort(again.begin(), again.end());
@@ -57,44 +57,44 @@ void append_simple(std::vector<Point>& way, Rings& to) {
 
 }  // namespace
 
-void number_sides(std::vector<Piece>& pieces) {
+void number_sides(std::vector<Subedge>& subedges) {
   std::vector<Point> events;
-  for (const Piece& p : pieces) {
+  for (const Subedge& p : subedges) {
     events.push_back(p.a);
     events.push_back(p.b);
   }
   std::sort(events.begin(), events.end());
   events.erase(std::unique(events.begin(), events.end()), events.end());
-  std::vector<std::uint32_t> open, fresh;  // pieces that the sweep line meets, from below
+  std::vector<std::uint32_t> open, fresh;  // subedges that the sweep line meets, from below
   std::size_t following = 0;
   for (const Point& at : events) {
     auto here = std::partition_point(open.begin(), open.end(), [&](std::uint32_t p) {
-      return orientation(pieces[p].a, pieces[p].b, at) > 0;
+      return orientation(subedges[p].a, subedges[p].b, at) > 0;
     });
     auto end = here;
-    while (end != open.end() && pieces[*end].b == at) ++end;
+    while (end != open.end() && subedges[*end].b == at) ++end;
     here = open.erase(here, end);
     fresh.clear();
-    for (; following < pieces.size() && pieces[following].a == at; ++following)
+    for (; following < subedges.size() && subedges[following].a == at; ++following)
       fresh.push_back(std::uint32_t(following));
     std::sort(fresh.begin(), fresh.end(),
-              [&](std::uint32_t p, std::uint32_t q) { return lower_direction(pieces[p], pieces[q]); });
+              [&](std::uint32_t p, std::uint32_t q) { return lower_direction(subedges[p], subedges[q]); });
     std::array<std::int32_t, 2> sides{};
     if (here != open.begin()) {
-      const Piece& under = pieces[*(here - 1)];
+      const Subedge& under = subedges[*(here - 1)];
       sides = {under.above(0), under.above(1)};
     }
     for (const std::uint32_t p : fresh) {
-      pieces[p].below = sides;
-      sides = {pieces[p].above(0), pieces[p].above(1)};
+      subedges[p].below = sides;
+      sides = {subedges[p].above(0), subedges[p].above(1)};
     }
     open.insert(here, fresh.begin(), fresh.end());
   }
 }
 
-Region bounded(const std::vector<Piece>& pieces, bool (*inside)(std::int32_t, std::int32_t)) {
+Region bounded(const std::vector<Subedge>& subedges, bool (*inside)(std::int32_t, std::int32_t)) {
   std::vector<Directed> edges;
-  for (const Piece& p : pieces) {
+  for (const Subedge& p : subedges) {
     const bool above = inside(p.above(0), p.above(1)), below = inside(p.below[0], p.below[1]);
     if (above != below) edges.push_back(above ? Directed{p.a, p.b} : Directed{p.b, p.a});
   }
@@ -125,9 +125,9 @@ Region bounded(const std::vector<Piece>& pieces, bool (*inside)(std::int32_t, st
 namespace {
 
 Region overlay(const Rings& a, const Rings& b, bool (*inside)(std::int32_t, std::int32_t)) {
-  std::vector<Piece> pieces = snap_rounded(a, b);
-  number_sides(pieces);
-  return bounded(pieces, inside);
+  std::vector<Subedge> subedges = snap_rounded(a, b);
+  number_sides(subedges);
+  return bounded(subedges, inside);
 }
 
 }  // namespace
@@ -135,7 +135,8 @@ Region overlay(const Rings& a, const Rings& b, bool (*inside)(std::int32_t, std:
 Region region_of(const Rings& directed, std::optional<Contact>* contact) {
   const Rings rings = canonical(directed);
   std::optional<Contact> met;
-  if (meeting_of(rings) != Meeting::kApart) met = first_contact(rings);  // where, is dearer
+  if (intersection_of(rings) != Intersection::kDisjoint)
+    met = first_contact(rings);  // the location costs more
   if (contact) *contact = met;
   if (met) return overlay(rings, {}, [](std::int32_t p, std::int32_t) { return p > 0; });
   const std::vector<int> outside = windings_outside(rings);

@@ -1,4 +1,4 @@
-// Pages for memory that will be written throughout.
+// ask_for_pages() requests the pages of memory that will be written throughout.
 #pragma once
 
 #include <cstddef>
@@ -6,9 +6,8 @@
 
 namespace firn::slice {
 
-/// Asks the system for the pages of new memory all at once instead of one by one as they are first written
-/// to, each by a fault of its own. A hint: where the system does not know it (Linux before 5.14), nothing
-/// changes.
+/// All pages of new memory are requested at once instead of one by one, each with a page fault at its first
+/// write. It is a hint: systems without it (Linux before 5.14) ignore it.
 void ask_for_pages(std::span<std::byte> memory);
 
 }  // namespace firn::slice

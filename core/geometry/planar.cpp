@@ -2,17 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 #include "core/geometry/exact.h"
+#include "core/geometry/rtree.h"
 #include "core/geometry/winding.h"
 
 namespace firn::slice {
 
 std::int64_t twice_area(std::span<const Point> ring) {
   if (ring.empty()) return 0;
-  const Point o =
-      ring[0];  // terms of 63 bits may wrap; the sum, below 2^63 for any ring within kMaxUnits, does not
+  // Terms of 63 bits may wrap. The sum does not: it is below 2^63 for any ring within kMaxUnits.
+  const Point o = ring[0];
   std::uint64_t sum = 0;
   for (std::size_t i = 1; i + 1 < ring.size(); ++i)
     sum += std::uint64_t(orientation(o, ring[i], ring[i + 1]));
@@ -29,7 +30,7 @@ int winding(std::span<const Point> ring, Point at) {
   int turns = 0;
   for (std::size_t i = 0; i < ring.size(); ++i) {
     const Point &p = ring[i], &q = ring[i + 1 < ring.size() ? i + 1 : 0];
-    // A ray to the left, just above the point; edges count where they pass its height.
+    // The ray runs to the left, just above the point; edges count where they pass its height.
     if (p.y <= at.y && q.y > at.y) {
       if (orientation(p, q, at) <= 0) --turns;
     } else if (p.y > at.y && q.y <= at.y) {
@@ -45,33 +46,25 @@ int winding(const Rings& rings, Point at) {
   return turns;
 }
 
-Boxes::Boxes(const Rings& rings) : boxes_(rings.size()) {
+std::vector<std::vector<std::uint32_t>> rings_around_first_points(const Rings& rings) {
+  std::vector<BoxOf<std::int32_t>> boxes(rings.size());
+  StaticRTree tree;
+  tree.resize(rings.size());
   for (std::size_t r = 0; r < rings.size(); ++r) {
-    Box& box = boxes_[r];
-    box.low = box.high = rings[r][0];
-    for (const Point& p : rings[r]) {
-      box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y)};
-      box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y)};
-    }
+    for (const Point& p : rings[r]) boxes[r].add(p.x, p.y);
+    tree.set(r, boxes[r]);
   }
-}
-
-std::vector<std::vector<std::uint32_t>> Boxes::around_first_points(const Rings& rings) const {
-  std::vector<std::uint32_t> order(boxes_.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::pair(boxes_[a].low.x, a) < std::pair(boxes_[b].low.x, b);
-  });
-  // Rings by where they begin on x; those that ended before are taken off the list of open ones on the way.
-  std::vector<std::vector<std::uint32_t>> around(boxes_.size());
-  std::vector<std::uint32_t> open;
-  for (const std::uint32_t r : order) {
+  tree.build();
+  const auto begins_before = [&](std::size_t a, std::size_t b) {
+    return std::pair(boxes[a].x0, a) < std::pair(boxes[b].x0, b);
+  };
+  std::vector<std::vector<std::uint32_t>> around(rings.size());
+  for (std::size_t r = 0; r < rings.size(); ++r) {
     const Point at = rings[r][0];
-    std::erase_if(open, [&](std::uint32_t o) { return boxes_[o].high.x < boxes_[r].low.x; });
-    for (const std::uint32_t o : open)
-      if (boxes_[o].low.y <= at.y && at.y <= boxes_[o].high.y && boxes_[o].high.x >= at.x)
-        around[r].push_back(o);
-    open.push_back(r);
+    tree.touching({at.x, at.y, at.x, at.y}, [&](std::size_t o) {
+      if (begins_before(o, r)) around[r].push_back(std::uint32_t(o));
+    });
+    std::sort(around[r].begin(), around[r].end(), begins_before);
   }
   return around;
 }
@@ -79,7 +72,7 @@ std::vector<std::vector<std::uint32_t>> Boxes::around_first_points(const Rings& 
 std::vector<int> windings_outside(const Rings& rings) {
   std::vector<int> outside(rings.size());
   if (rings.size() < 2) return outside;
-  const auto around = Boxes(rings).around_first_points(rings);
+  const auto around = rings_around_first_points(rings);
   for (std::size_t r = 0; r < rings.size(); ++r)
     for (const std::uint32_t o : around[r]) outside[r] += winding(rings[o], rings[r][0]);
   return outside;
@@ -88,7 +81,7 @@ std::vector<int> windings_outside(const Rings& rings) {
 std::vector<Nest> nesting(const Rings& region) {
   std::vector<Nest> nests(region.size());
   if (region.size() < 2) return nests;
-  const auto around = Boxes(region).around_first_points(region);
+  const auto around = rings_around_first_points(region);
   std::vector<std::int64_t> size(region.size());
   for (std::size_t r = 0; r < region.size(); ++r) size[r] = std::abs(twice_area(region[r]));
   for (std::size_t r = 0; r < region.size(); ++r)

@@ -1,4 +1,5 @@
-// Areas between rings on the integer grid: exact tests, and unions that are right for any input.
+// Computes exact predicates, unions and differences of areas between rings on the integer grid, for any
+// input.
 #pragma once
 
 #include <cstddef>
@@ -11,42 +12,44 @@
 
 namespace firn::slice {
 
-/// Twice the signed area in units^2; counter-clockwise is positive.
+/// Returns twice the signed area in units^2; counter-clockwise is positive.
 std::int64_t twice_area(std::span<const Point> ring);
 double area_mm2(const Rings& rings);  ///< sum of signed areas
 
-/// Two edges of `rings` that cross, touch or overlap, or a point used twice: the first found, none if the
-/// rings are simple and apart. Expected linear time.
+/// A pair of edges that cross, touch or overlap, or a point that is used twice.
 struct Contact {
   std::size_t ring_a = 0, ring_b = 0;
   Point at;
 };
+/// Returns a contact of `rings`, or nothing if they are simple and disjoint. Of several contacts the one in
+/// the lowest row, and there in the leftmost cell, of a raster with four cells per edge is reported. Expected
+/// time n log n.
 std::optional<Contact> first_contact(const Rings& rings);
 bool simple_and_apart(const Rings& rings);
 
-/// The area where the winding number of directed rings is positive, as a Region; any input, however tangled.
-/// Rings that are simple and apart pass untouched in shape; others are cut at their crossings, which are
-/// rounded to the grid by snap rounding [Hobby 1999], so that what comes out crosses nowhere (rings may meet
-/// in single points). The result depends on the set of rings only, not on their order. @param contact if
-/// given, is told where the rings met.
+/// Returns the area where the winding number of directed rings is positive, for any input. Rings that are
+/// simple and disjoint keep their points; others are divided at their crossings, which snap rounding moves to
+/// the grid [Hobby 1999], so that the result has no crossings (rings may touch in single points). The result
+/// depends on the set of rings and not on their order. @param contact if given, receives the first contact
 Region region_of(const Rings& directed, std::optional<Contact>* contact = nullptr);
 
-/// Booleans of Regions (or directed rings: winding number positive), by the same exact overlay.
+/// Return the union, difference and intersection of Regions (or of directed rings: winding number positive)
+/// by the same exact overlay.
 Region unite(const Rings& a, const Rings& b);
 Region subtract(const Rings& a, const Rings& b);
 Region common(const Rings& a, const Rings& b);
 
-/// Begin each ring at its smallest point, leave out repeated points and rings of fewer than three, sort the
-/// rings.
+/// Returns the rings in canonical form: each begins at its smallest point, repeated points and rings of fewer
+/// than three points are left out, and the rings are sorted.
 Rings canonical(const Rings& rings);
 
-/// Winding number of directed rings round a point; a point on a ring counts as just right of and above
-/// itself.
+/// Returns the winding number of directed rings about a point. A point on a ring counts as just right of and
+/// above itself.
 int winding(const Rings& rings, Point at);
 
-/// Which ring of a Region lies in which.
+/// The place of a ring in the nesting of a Region.
 struct Nest {
-  std::int32_t parent = -1;  ///< smallest ring around; -1 = none
+  std::int32_t parent = -1;  ///< smallest enclosing ring; -1 if there is no such ring
   std::int32_t depth = 0;    ///< 0 = outermost; even = outer, odd = hole in a Region
 };
 std::vector<Nest> nesting(const Rings& region);

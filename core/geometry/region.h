@@ -1,4 +1,4 @@
-// Rings on the slicer's integer grid, stored in two arrays; what every stage of the slicer hands to the next.
+// Rings holds closed curves on the integer grid in two arrays; all stages of the slicer exchange it.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace firn::slice {
 
-/// Coordinates are whole units of 0.1 um: 32 bits reach 214 m, and products of differences of 400 m fit 64
-/// bits twice over.
+/// Coordinates are multiples of 0.1 um: 32 bits hold 214 m, and products of differences of 400 m fit 64 bits
+/// twice over.
 inline constexpr std::int32_t kUnitsPerMm = 10'000;
 inline constexpr double kMmPerUnit = 1.0 / kUnitsPerMm;
 
@@ -19,7 +19,7 @@ struct Point {
   auto operator<=>(const Point&) const = default;
 };
 
-/// Any number of rings (the last point joins the first, which is not repeated) or of open lines.
+/// Any number of rings (the last point joins the first, which is not repeated) or of open polylines.
 struct Rings {
   std::vector<Point> points;        ///< of all rings, one after the other
   std::vector<std::uint32_t> ends;  ///< ends[r] = index behind the last point of ring r
@@ -41,9 +41,9 @@ struct Rings {
   bool operator==(const Rings&) const = default;
 };
 
-/// Rings that bound an area: none crosses itself or another, outer ones run counter-clockwise, holes
-/// clockwise, so that the area lies left of each. Canonical: each ring begins at its smallest point, and
-/// rings are in the order of it.
+/// Rings that bound an area: none crosses itself or another one, outer rings run counter-clockwise and holes
+/// clockwise, so that the area lies left of each. In canonical form each ring begins at its smallest point,
+/// and the rings are sorted by it.
 using Region = Rings;
 
 }  // namespace firn::slice

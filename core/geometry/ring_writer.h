@@ -1,4 +1,4 @@
-// A ring that is written behind others, rounded to the grid, without repeated points.
+// RingWriter appends a ring to others, rounded to the grid and without repeated points.
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@ namespace firn::slice {
 
 class RingWriter {
  public:
-  RingWriter(Rings& rings, std::size_t most) : rings_(rings), begin_(rings.points.size()) {
-    rings.points.resize(begin_ + most);
+  RingWriter(Rings& rings, std::size_t maximum) : rings_(rings), begin_(rings.points.size()) {
+    rings.points.resize(begin_ + maximum);
     first_ = end_ = rings.points.data() + begin_;
   }
   void add(Vec v) {
@@ -27,7 +27,7 @@ class RingWriter {
 
   std::span<const Point> ring() const { return {first_, end_}; }
 
-  /// @return twice the ring's area; nothing is left of a ring that has none
+  /// Closes the ring; a ring without area is removed. @return twice its area
   double close() {
     while (size() > 1 && end_[-1] == *first_) --end_;
     double area = 0;

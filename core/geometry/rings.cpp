@@ -9,7 +9,7 @@
 namespace firn::slice {
 namespace {
 
-// Is the ring, begun at i, smaller than begun at j?
+// Returns whether the ring is smaller from i on than from j on.
 bool smaller_from(std::span<const Point> ring, std::size_t i, std::size_t j) {
   for (std::size_t k = 0; k < ring.size(); ++k) {
     const Point &p = ring[(i + k) % ring.size()], &q = ring[(j + k) % ring.size()];
@@ -18,13 +18,13 @@ bool smaller_from(std::span<const Point> ring, std::size_t i, std::size_t j) {
   return false;
 }
 
-// A number that orders as points do.
+// Returns a number that is ordered as points are.
 std::uint64_t rank(const Point& p) {
   return (std::uint64_t(std::uint32_t(p.x)) << 32 | std::uint32_t(p.y)) ^ 0x8000000080000000u;
 }
 
-// Where a ring begins: at its smallest point; if that comes twice, at the occurrence after which it reads
-// smallest. Tells whether neighbours are equal.
+// Returns the index of the smallest point; if it occurs twice, the occurrence from which the ring is
+// lexicographically smallest. @param repeats whether neighbours are equal
 std::size_t beginning(std::span<const Point> ring, bool& repeats) {
   std::size_t first = 0;
   std::uint64_t before = rank(ring.back()), least = ~std::uint64_t(0);

@@ -1,4 +1,5 @@
-// One form for a ring whatever it was made from: no repeated points, begun at its smallest, rings sorted.
+// append_canonical() computes the canonical form of a ring: no repeated points, beginning at its smallest
+// point.
 #pragma once
 
 #include <span>
@@ -8,12 +9,12 @@
 
 namespace firn::slice {
 
-/// Leaves out points equal to their neighbour, turns the ring to begin at its smallest point (if that comes
-/// twice: at the occurrence after which it reads smallest) and appends it; rings of fewer than three points
-/// are left out. Changes `ring`.
+/// Appends the canonical form of `ring`; if its smallest point occurs twice, the ring begins at the
+/// occurrence from which it is lexicographically smallest. Rings of fewer than three points are left out.
+/// Changes `ring`.
 void append_canonical(std::vector<Point>& ring, Rings& to);
 
-/// The same rings in ascending order.
+/// Returns the same rings in ascending order.
 Rings sorted(Rings rings);
 
 }  // namespace firn::slice

@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <tuple>
 
-#include "core/geometry/edge_grid.h"
+#include "core/geometry/exact.h"
 #include "core/geometry/overlay.h"
+#include "core/geometry/rtree.h"
 
 namespace firn::slice {
 namespace {
@@ -13,8 +14,8 @@ std::int64_t floor_divided(__int128 n, __int128 d) {  // d > 0
   return std::int64_t(q);
 }
 
-// a + (b - a) n / d to the nearest grid point, halves upward: the middle of the square [x - 1/2, x + 1/2)
-// that holds it.
+// Returns a + (b - a) n / d rounded to the nearest grid point, halves upward: the centre of the square [x -
+// 1/2, x + 1/2) that contains it.
 Point along(const Edge& e, std::int64_t n, std::int64_t d) {
   if (d < 0) {
     n = -n;
@@ -26,7 +27,7 @@ Point along(const Edge& e, std::int64_t n, std::int64_t d) {
   return {rounded(e.a.x, e.b.x), rounded(e.a.y, e.b.y)};
 }
 
-// Where two edges properly cross; their end points are hot anyway.
+// Computes the proper crossing of two edges. Their end points are hot anyway.
 bool crossing(const Edge& e, const Edge& f, Point& at) {
   const std::int64_t fa = orientation(e.a, e.b, f.a), fb = orientation(e.a, e.b, f.b);
   const std::int64_t ea = orientation(f.a, f.b, e.a), eb = orientation(f.a, f.b, e.b);
@@ -41,8 +42,9 @@ bool crossing(const Edge& e, const Edge& f, Point& at) {
   return true;
 }
 
-// Does the edge pass the square [x - 1/2, x + 1/2) x [y - 1/2, y + 1/2)? Separating axes x, y and the edge's
-// normal; a line that touches a corner only meets the half-open square at its lower left.
+// Returns whether the edge passes the square [x - 1/2, x + 1/2) x [y - 1/2, y + 1/2). The separating axes are
+// x, y and the normal of the edge; a line that touches only a corner meets the half-open square at its lower
+// left.
 bool passes(const Edge& e, const Point& p) {
   if (p.x < std::min(e.a.x, e.b.x) || p.x > std::max(e.a.x, e.b.x) || p.y < std::min(e.a.y, e.b.y) ||
       p.y > std::max(e.a.y, e.b.y))
@@ -71,29 +73,26 @@ void add_edges(const Rings& rings, std::vector<Edge>& edges) {
   }
 }
 
-std::vector<Point> hot_points(const std::vector<Edge>& edges, const EdgeGrid& grid) {
+std::vector<Point> hot_points(const std::vector<Edge>& edges, const StaticRTree& tree) {
   std::vector<Point> hot;
   hot.reserve(edges.size());
   for (const Edge& e : edges) hot.push_back(e.a);  // rings: each point begins an edge
-  for (std::size_t n = 0; n < grid.cells(); ++n) {
-    const std::span<const std::uint32_t> cell = grid.cell(n);
-    for (std::size_t a = 0; a + 1 < cell.size(); ++a)
-      for (std::size_t b = a + 1; b < cell.size(); ++b) {
-        Point at;
-        if (boxes_meet(edges[cell[a]], edges[cell[b]]) && crossing(edges[cell[a]], edges[cell[b]], at))
-          hot.push_back(at);
-      }
-  }
+  tree.pairs([&](std::size_t i, std::size_t j) {
+    Point at;
+    if (crossing(edges[i], edges[j], at)) hot.push_back(at);
+  });
   return hot;
 }
 
-// Edge after edge, without the two that it joins. Along an edge the hot squares come in the order of their
-// middles, by x and then y in the edge's direction.
-std::vector<Stop> stops(const std::vector<Edge>& edges, const EdgeGrid& grid, const std::vector<Point>& hot) {
+// Lists hot squares edge after edge, without the end points of the edge. Along an edge they are ordered by
+// the x and then the y of their centres in the direction of the edge.
+std::vector<Stop> stops(const std::vector<Edge>& edges, const StaticRTree& tree,
+                        const std::vector<Point>& hot) {
   std::vector<Stop> stops;
   for (const Point& p : hot)
-    for (const std::uint32_t e : grid.cell(grid.cell_of(p)))
-      if (edges[e].a != p && edges[e].b != p && passes(edges[e], p)) stops.push_back({e, p});
+    tree.touching({p.x, p.y, p.x, p.y}, [&](std::size_t e) {
+      if (edges[e].a != p && edges[e].b != p && passes(edges[e], p)) stops.push_back({std::uint32_t(e), p});
+    });
   const auto key = [&](const Stop& s) {
     const Edge& e = edges[s.edge];
     return std::tuple(s.edge, e.b.x < e.a.x ? -s.at.x : s.at.x, e.b.y < e.a.y ? -s.at.y : s.at.y);
@@ -105,41 +104,40 @@ std::vector<Stop> stops(const std::vector<Edge>& edges, const EdgeGrid& grid, co
 
 }  // namespace
 
-std::vector<Piece> snap_rounded(const Rings& first, const Rings& second) {
+std::vector<Subedge> snap_rounded(const Rings& first, const Rings& second) {
   std::vector<Edge> edges;
   add_edges(first, edges);
   const std::size_t of_first = edges.size();
   add_edges(second, edges);
-  EdgeGrid grid;
-  grid.build(edges, 1);
-  const std::vector<Stop> way = stops(edges, grid, hot_points(edges, grid));
-  std::vector<Piece> pieces;
-  pieces.reserve(edges.size() + way.size());
+  const StaticRTree tree = tree_of(edges);
+  const std::vector<Stop> way = stops(edges, tree, hot_points(edges, tree));
+  std::vector<Subedge> subedges;
+  subedges.reserve(edges.size() + way.size());
   auto stop = way.begin();
   for (std::uint32_t e = 0; e < edges.size(); ++e) {
     Point from = edges[e].a;
     const auto lead = [&](const Point& to) {
       const bool up = from < to;
-      Piece& piece = pieces.emplace_back();
-      piece.a = up ? from : to;
-      piece.b = up ? to : from;
-      piece.runs[e < of_first ? 0 : 1] = up ? 1 : -1;
+      Subedge& subedge = subedges.emplace_back();
+      subedge.a = up ? from : to;
+      subedge.b = up ? to : from;
+      subedge.runs[e < of_first ? 0 : 1] = up ? 1 : -1;
       from = to;
     };
     for (; stop != way.end() && stop->edge == e; ++stop) lead(stop->at);
     lead(edges[e].b);
   }
-  std::sort(pieces.begin(), pieces.end(),
-            [](const Piece& p, const Piece& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); });
+  std::sort(subedges.begin(), subedges.end(),
+            [](const Subedge& p, const Subedge& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); });
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < pieces.size();) {
-    Piece sum = pieces[i];
-    for (++i; i < pieces.size() && pieces[i].a == sum.a && pieces[i].b == sum.b; ++i)
-      for (std::size_t k = 0; k < 2; ++k) sum.runs[k] += pieces[i].runs[k];
-    if (sum.runs[0] != 0 || sum.runs[1] != 0) pieces[kept++] = sum;
+  for (std::size_t i = 0; i < subedges.size();) {
+    Subedge sum = subedges[i];
+    for (++i; i < subedges.size() && subedges[i].a == sum.a && subedges[i].b == sum.b; ++i)
+      for (std::size_t k = 0; k < 2; ++k) sum.runs[k] += subedges[i].runs[k];
+    if (sum.runs[0] != 0 || sum.runs[1] != 0) subedges[kept++] = sum;
   }
-  pieces.resize(kept);
-  return pieces;
+  subedges.resize(kept);
+  return subedges;
 }
 
 }  // namespace firn::slice

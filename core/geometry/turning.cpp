@@ -19,7 +19,7 @@ std::vector<std::size_t> turn_inside_out(Rings& rings) {
     any = any || area[r] < 0;
   }
   if (!any) return turned;
-  const auto around = Boxes(rings).around_first_points(rings);
+  const auto around = rings_around_first_points(rings);
   std::vector<std::size_t> order(rings.size());
   std::iota(order.begin(), order.end(), std::size_t(0));
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

@@ -1,4 +1,4 @@
-// Contours that run the wrong way round.
+// turn_inside_out() finds and reverses contours of the wrong orientation.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace firn::slice {
 
-/// A clockwise ring is a hole only where it is inside something: if the winding number of the other rings
-/// round its first point is not positive there, the ring is inside out and is turned, with all that lies in
-/// it. Larger rings are judged first. @returns the numbers of the rings that were turned; `rings` are
-/// canonical before and after (unsorted).
+/// A clockwise ring is a hole only inside another ring: if the winding number of the other rings about its
+/// first point is not positive, the ring is inside out and is reversed, with all rings inside it. Larger
+/// rings are processed first. @return the numbers of the reversed rings; `rings` are canonical before and
+/// after (unsorted)
 std::vector<std::size_t> turn_inside_out(Rings& rings);
 
 }  // namespace firn::slice

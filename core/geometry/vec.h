@@ -1,4 +1,4 @@
-// Points and directions of the plane in doubles, units of kMmPerUnit where they are places.
+// Vec holds points and directions of the plane in doubles, points in units of kMmPerUnit.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@ inline double length(Vec a) { return std::sqrt(dot(a, a)); }
 inline Vec left_of(Vec a) { return {-a.y, a.x}; }
 inline Vec right_of(Vec a) { return {a.y, -a.x}; }
 
-/// Of p from the segment from a to b.
+/// Returns the square of the distance of p from the segment from a to b.
 inline double square_distance(Vec p, Vec a, Vec b) {
   const Vec way = b - a, off = p - a;
   const double square = dot(way, way), along = dot(off, way);

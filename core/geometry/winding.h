@@ -1,4 +1,4 @@
-// Which rings lie round a point: boxes first, then winding numbers.
+// windings_outside() computes winding numbers of rings about points of others.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +9,14 @@
 
 namespace firn::slice {
 
-/// As winding(Rings, Point), of one ring.
+/// As winding(Rings, Point), for one ring.
 int winding(std::span<const Point> ring, Point at);
 
-/// Per ring the winding number of all others round its first point.
+/// Returns per ring the winding number of all others about its first point.
 std::vector<int> windings_outside(const Rings& rings);
 
-class Boxes {
- public:
-  explicit Boxes(const Rings& rings);
-  /// Per ring the others, in ascending order of their left side, whose box holds its first (smallest) point.
-  std::vector<std::vector<std::uint32_t>> around_first_points(const Rings& rings) const;
-
- private:
-  struct Box {
-    Point low, high;
-  };
-  std::vector<Box> boxes_;
-};
+/// Returns per ring the others whose bounding box holds its first point, which must be its smallest, in
+/// ascending order of their left side.
+std::vector<std::vector<std::uint32_t>> rings_around_first_points(const Rings& rings);
 
 }  // namespace firn::slice

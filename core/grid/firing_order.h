@@ -1,4 +1,5 @@
-// The order in which one raster pass fires its droplets; command, driver, audit and controllers share it.
+// Computes the order in which one raster pass fires its droplets. Command, driver, audit and controllers
+// share it.
 #pragma once
 
 #include <cstdint>

@@ -102,10 +102,15 @@ Material Geometry::at(std::size_t cell, double z_mm) const {
 std::vector<std::byte> to_bytes(const Geometry& g) {
   std::vector<std::byte> out;
   for (const char c : std::string_view(kMagic)) out.push_back(std::byte(c));
-  put(out, g.grid().nx), put(out, g.grid().ny), put(out, g.height_mm());
+  put(out, g.grid().nx);
+  put(out, g.grid().ny);
+  put(out, g.height_mm());
   for (std::size_t c = 0; c < g.grid().size(); ++c) put(out, std::uint32_t(g.spans(c).size()));
   for (std::size_t c = 0; c < g.grid().size(); ++c)
-    for (const Span& s : g.spans(c)) put(out, s.from_mm), put(out, s.to_mm);
+    for (const Span& s : g.spans(c)) {
+      put(out, s.from_mm);
+      put(out, s.to_mm);
+    }
   return out;
 }
 
@@ -125,7 +130,9 @@ Geometry geometry_from_bytes(std::span<const std::byte> bytes, const GridSpec& g
   at = 8;
   std::int32_t nx = 0, ny = 0;
   double height_mm = 0.0;
-  take(nx), take(ny), take(height_mm);
+  take(nx);
+  take(ny);
+  take(height_mm);
   if (nx != grid.nx || ny != grid.ny)
     throw wrong("a grid of " + std::to_string(nx) + " x " + std::to_string(ny) + " is not the experiment's " +
                 std::to_string(grid.nx) + " x " + std::to_string(grid.ny));
@@ -137,7 +144,10 @@ Geometry geometry_from_bytes(std::span<const std::byte> bytes, const GridSpec& g
     if (counts[c] > left) throw wrong("the geometry is cut short");
     left -= counts[c];
     spans[c].resize(counts[c]);
-    for (Span& s : spans[c]) take(s.from_mm), take(s.to_mm);
+    for (Span& s : spans[c]) {
+      take(s.from_mm);
+      take(s.to_mm);
+    }
   }
   if (at != bytes.size()) throw wrong("bytes left over at the end");
   try {

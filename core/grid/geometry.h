@@ -1,5 +1,5 @@
-// The part inside a printed block of two inks: the set M of [Lu 2015, IV-B], as columns over the grid's
-// cells.
+// Geometry holds the part inside a printed block of two inks: the set M of [Lu 2015, IV-B], as columns over
+// the grid's cells.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace firn {
 
-/// A body in space that can tell whether a point lies in it: an analytic shape, a stack of images, a mesh.
+/// A body in space with a point-in-body test: an analytic shape, a stack of images, a mesh.
 class Solid {
  public:
   virtual ~Solid() = default;
@@ -26,7 +26,8 @@ struct Span {
   bool operator==(const Span&) const = default;
 };
 
-/// M, cell by cell: what a column through the cell's centre meets. Everything else of the block is support.
+/// M, cell by cell: the intervals in which a column through the cell's centre lies inside M. The rest of the
+/// block is support.
 class Geometry {
  public:
   /// @param spans per cell, ascending and apart. @param height_mm top of the block C (h_d's largest value).
@@ -34,8 +35,8 @@ class Geometry {
   /// height_mm]; another number of cells than the grid's.
   Geometry(const GridSpec& grid, double height_mm, const std::vector<std::vector<Span>>& spans);
 
-  /// Columns of a solid: each is looked at every `step_mm` (from step / 2 on) and each change is bisected
-  /// down to step / 2^20; what is thinner than a step may be missed. @throws std::invalid_argument: height or
+  /// Columns of a solid: each is sampled every `step_mm` (from step / 2 on) and each change is bisected down
+  /// to step / 2^20; features thinner than a step may be missed. @throws std::invalid_argument: height or
   /// step not above 0, more than a million steps.
   static Geometry sampled(const Solid& solid, const GridSpec& grid, double height_mm, double step_mm);
 
@@ -60,8 +61,8 @@ class Geometry {
 /// How a geometry reaches the nodes: magic "FIRNGEO1", nx, ny (i32), height (f64), per cell a count (u32),
 /// then all spans (two f64 each); little-endian.
 std::vector<std::byte> to_bytes(const Geometry& geometry);
-/// @throws std::invalid_argument with `name`, the byte offset and what is wrong: magic, length, another grid
-/// than `grid`, spans as in the constructor.
+/// @throws std::invalid_argument with `name`, the byte offset and the fault: magic, length, another grid than
+/// `grid`, spans as in the constructor.
 Geometry geometry_from_bytes(std::span<const std::byte> bytes, const GridSpec& grid, const std::string& name);
 
 }  // namespace firn

@@ -6,7 +6,7 @@
 namespace firn {
 namespace {
 
-// Position in pitches; a cell centre is a whole number whatever the rounding of origin + i * pitch.
+// Position in pitches; a cell centre is a whole number for any rounding of origin + i * pitch.
 double cell_units(double x_mm, double origin_mm, double pitch_mm) {
   const double u = (x_mm - origin_mm) / pitch_mm, whole = std::floor(u + 0.5);
   return std::abs(u - whole) < 1e-9 * (1.0 + std::abs(whole)) ? whole : u;

@@ -1,5 +1,5 @@
-// Leaf types of every height field: where cells are, heights, droplet counts, masks. Depends on core/options
-// alone.
+// Grid holds values on a rectangular grid of cells: heights, droplet counts, masks. GridSpec holds the places
+// of the cells. Depends on core/options alone.
 #pragma once
 
 #include <cstddef>

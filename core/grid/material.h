@@ -1,4 +1,5 @@
-// Two inks on a grid: the object's (A) and the support's (B), which is washed away after the print.
+// MaterialMap holds the ink of each cell of a grid: the object's (A) and the support's (B), which is washed
+// away after the print.
 #pragma once
 
 #include <cstdint>

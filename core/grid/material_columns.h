@@ -1,4 +1,5 @@
-// What a printed block is made of: per cell a column of segments of one ink each, from the substrate up.
+// MaterialColumns holds the materials of a printed block: per cell a column of segments of one ink each, from
+// the substrate up.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@ struct MaterialSegment {
   Material material = Material::kNone;
 };
 
-/// Nature's record of where which ink lies; no node knows it.
+/// The plant's record of the inks in the block. No node reads it.
 class MaterialColumns {
  public:
   MaterialColumns() = default;  ///< of nothing: no cells

@@ -1,5 +1,6 @@
-// NumPy .npy bytes <-> grids: how target and mask reach the nodes, and how users hand in states.
-// Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html (versions 1.0, 2.0).
+// Reads and writes grids as NumPy .npy bytes: the form in which targets and masks reach the nodes, and in
+// which users supply states. Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+// (versions 1.0, 2.0).
 #pragma once
 
 #include <cstddef>
@@ -12,8 +13,8 @@
 namespace firn {
 
 /// Row-major (ny, nx) array. dtype '<f8', '<f4' (heights) or '|u1', '|b1' (patterns, masks).
-/// @throws std::invalid_argument with `name`, the byte offset and what is wrong: magic, version, dtype,
-/// Fortran order, shape not 2-D, side above kMaxGridSide, length not equal to the shape's.
+/// @throws std::invalid_argument with `name`, the byte offset and the fault: magic, version, dtype, Fortran
+/// order, shape not 2-D, side above kMaxGridSide, length not equal to the shape's.
 HeightMap height_map_from_npy(std::span<const std::byte> bytes, const GridSpec& geometry,
                               const std::string& name);
 Mask mask_from_npy(std::span<const std::byte> bytes, const GridSpec& geometry, const std::string& name);

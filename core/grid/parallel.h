@@ -1,5 +1,4 @@
-// How a pure core asks for threads without owning any: it says what may run side by side, the caller says on
-// what.
+// ParallelFor computes independent pieces of work on the caller's threads: core code owns no threads.
 #pragma once
 
 #include <functional>

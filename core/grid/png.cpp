@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<unsigned char, 8> kMagic = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 
-// libpng's way out of an error is a jump: what it jumps over owns nothing.
+// libpng leaves by a jump on an error. No object with a destructor lives between the jump and its target.
 struct Told {
   std::array<char, 200> what{};
 };

@@ -1,4 +1,4 @@
-// PNG bytes <-> pixels, by libpng [RFC 2083]. Rows from the top.
+// Reads and writes PNG bytes by libpng [RFC 2083]. Rows from the top.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +21,7 @@ struct GreyPicture {
   double at(int x, int y) const { return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
 };
 
-/// Width, height and colour type stand at fixed places, so that a forged header is known before memory is
-/// taken.
+/// Width, height and colour type have fixed offsets, so that a forged header is known before memory is taken.
 struct PngHeader {
   std::uint32_t width = 0, height = 0;
   int colour = 0;  ///< 0 = grey without alpha or palette

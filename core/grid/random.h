@@ -1,5 +1,6 @@
-// Counter-based random numbers: the same key gives the same number on every machine, in any order, from any
-// thread. Generator: Philox4x32-10 [Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC'11].
+// Computes counter-based random numbers: the same key gives the same number on every machine, in any order,
+// from any thread. Generator: Philox4x32-10 [Salmon et al., "Parallel random numbers: as easy as 1, 2, 3",
+// SC'11].
 #pragma once
 
 #include <array>
@@ -10,7 +11,7 @@ namespace firn {
 using PhiloxBlock = std::array<std::uint32_t, 4>;
 PhiloxBlock philox4x32(PhiloxBlock counter, std::array<std::uint32_t, 2> key);
 
-/// What a number is drawn for; streams of different purposes are independent.
+/// Purpose of a draw. Streams of different purposes are independent.
 enum class Purpose : std::uint32_t {
   kTest = 1,
   kGreedySearch = 2,

@@ -1,5 +1,5 @@
-// Analytic target geometries on a grid: desired height per cell and the mask of cells that belong to the
-// part.
+// Computes analytic target geometries on a grid: desired height per cell and the mask of cells that belong to
+// the part.
 #pragma once
 
 #include <string>

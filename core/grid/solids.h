@@ -1,4 +1,4 @@
-// Solids to be printed inside a block of support: analytic shapes and stacks of images.
+// Computes solids to be printed inside a block of support: analytic shapes and stacks of images.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace firn {
 
-/// Sizes in mm; shapes stand in the middle of the grid. Fields a shape does not use are ignored.
+/// Sizes in mm; shapes are centred on the grid. Fields a shape does not use are ignored.
 struct SolidSpec {
   std::string kind = "none";       ///< see solid_kinds(); "none": one ink, no geometry
   double outer_diameter_mm = 0.0;  ///< vertical pipe: outside; ellipsoid: along x and y

@@ -1,5 +1,5 @@
-// Interlaced sub-patterns of a layer: printed one after the other with a cure between, wet droplets keep
-// apart [Lu 2015, V-D.2].
+// Computes interlaced sub-patterns of a layer. They are printed one after the other with a cure between, so
+// that wet droplets do not touch [Lu 2015, V-D.2].
 #pragma once
 
 #include "core/grid/grid.h"

@@ -9,11 +9,6 @@
 namespace firn::motion {
 namespace {
 
-double distance(const Point2& a, const Point2& b) {
-  const double dx = b.x_mm - a.x_mm, dy = b.y_mm - a.y_mm;
-  return std::sqrt(dx * dx + dy * dy);
-}
-
 void require_positive(double value, const char* what) {
   if (value > 0.0 && std::isfinite(value)) return;
   Fault fault(Reason::kOption);
@@ -26,14 +21,14 @@ void require_positive(double value, const char* what) {
 void emit(const CleanPath& path, std::size_t first, std::size_t last, double speed_mm_s,
           const ConstantOptions& options, thesis::Profile& samples) {
   thesis::Profile piece;
-  std::vector<double> ceiling;
+  std::vector<double> speed_limit;
   for (std::size_t i = first; i <= last; ++i) {
     piece.points.push_back(path.points[i]);
     piece.s_mm.push_back(i == first ? 0.0 : piece.s_mm.back() + distance(path.points[i - 1], path.points[i]));
     if (!path.yaw_rad.empty()) piece.yaw_rad.push_back(path.yaw_rad[i]);
-    if (i < last) ceiling.push_back(std::min(speed_mm_s, path.ceiling_mm_s[i]));
+    if (i < last) speed_limit.push_back(std::min(speed_mm_s, path.speed_limit_mm_s[i]));
   }
-  const RampedSpeed law(piece.s_mm, ceiling, options.ramp_mm_s2);
+  const RampedSpeed law(piece.s_mm, speed_limit, options.ramp_mm_s2);
   const double ticks = double(whole_ticks(law.duration_s(), options.tick_s));
   for (double n = 1.0; n <= ticks; ++n)
     append_at(piece, law.distance_at(law.duration_s() * (n / ticks)), samples);
@@ -65,18 +60,18 @@ std::vector<std::size_t> fill_stops(const std::vector<Point2>& points, PathKind 
   return straight_between(points, stops) ? stops : ends;
 }
 
-RampedSpeed::RampedSpeed(const std::vector<double>& s, const std::vector<double>& ceiling, double ramp) {
+RampedSpeed::RampedSpeed(const std::vector<double>& s, const std::vector<double>& speed_limit, double ramp) {
   const std::size_t n = s.size();
-  std::vector<double> v(n, 0.0);  // at the points: below both ceilings, reachable from both sides
+  std::vector<double> v(n, 0.0);  // at the points: below both speed limits, reachable from both sides
   for (std::size_t i = 1; i + 1 < n; ++i)
-    v[i] = std::min(
-        {ceiling[i - 1], ceiling[i], std::sqrt(v[i - 1] * v[i - 1] + 2.0 * ramp * (s[i] - s[i - 1]))});
+    v[i] = std::min({speed_limit[i - 1], speed_limit[i],
+                     std::sqrt(v[i - 1] * v[i - 1] + 2.0 * ramp * (s[i] - s[i - 1]))});
   for (std::size_t i = n - 1; i-- > 0;)
     v[i] = std::min(v[i], std::sqrt(v[i + 1] * v[i + 1] + 2.0 * ramp * (s[i + 1] - s[i])));
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const double ds = s[i + 1] - s[i], a2 = v[i] * v[i], b2 = v[i + 1] * v[i + 1];
     const double top =
-        std::min(ceiling[i], std::sqrt(std::max(0.5 * (a2 + b2) + ramp * ds, std::max(a2, b2))));
+        std::min(speed_limit[i], std::sqrt(std::max(0.5 * (a2 + b2) + ramp * ds, std::max(a2, b2))));
     add((top - v[i]) / ramp, v[i], ramp);
     add(std::max(0.0, ds - (2.0 * top * top - a2 - b2) / (2.0 * ramp)) / top, top, 0.0);
     add((top - v[i + 1]) / ramp, top, -ramp);
@@ -111,7 +106,7 @@ Trajectory plan_constant(const PathInput& input, const Arm& arm, const MotionLim
   require_positive(options.split_angle_rad, "split angle");
   require_positive(options.tick_s, "tick");
   const CleanPath path = clean(input);
-  const Posture posture = posture_for(path, input, arm);
+  const ArmConfiguration configuration = configuration_for(path, input, arm);
   auto stops = fill_stops(path.points, input.kind, options.split_angle_rad);
   const bool fill = input.kind == PathKind::kFill && straight_between(path.points, stops);
   const double speed = std::min(limits.position.rate, fill ? options.fill_mm_s : options.boundary_mm_s);
@@ -121,8 +116,9 @@ Trajectory plan_constant(const PathInput& input, const Arm& arm, const MotionLim
   if (!path.yaw_rad.empty()) samples.yaw_rad.push_back(path.yaw_rad.front());
   for (std::size_t k = 0; k + 1 < stops.size(); ++k)
     emit(path, stops[k], stops[k + 1], speed, options, samples);
-  return trajectory_of(joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture),
-                       arm, options.tick_s);
+  return trajectory_of(
+      joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, configuration), arm,
+      options.tick_s);
 }
 
 }  // namespace firn::motion

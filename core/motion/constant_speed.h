@@ -1,5 +1,5 @@
-// The baseline before MTTS [Barnett 2012, 4.2, 4.4]: boundary paths at one low speed, straight fill at a
-// higher one with a stop between lines.
+// plan_constant() computes the baseline before MTTS [Barnett 2012, 4.2, 4.4]: boundary paths at one low
+// speed, straight fill at a higher one with a stop between lines.
 #pragma once
 
 #include "core/motion/kinematics/path_input.h"
@@ -19,11 +19,13 @@ struct ConstantOptions {
 /// speed.
 std::vector<std::size_t> fill_stops(const std::vector<Point2>& points, PathKind kind, double split_angle_rad);
 
-/// Speed along one piece: ceilings per interval, constant acceleration at rises and falls, rest at both ends.
+/// Speed along one piece: speed limits per interval, constant acceleration at rises and falls, rest at both
+/// ends.
 class RampedSpeed {
  public:
-  /// @p s_mm n increasing distances from 0, @p ceiling_mm_s n - 1 speeds > 0, @p ramp_mm_s2 > 0
-  RampedSpeed(const std::vector<double>& s_mm, const std::vector<double>& ceiling_mm_s, double ramp_mm_s2);
+  /// @p s_mm n increasing distances from 0, @p speed_limit_mm_s n - 1 speeds > 0, @p ramp_mm_s2 > 0
+  RampedSpeed(const std::vector<double>& s_mm, const std::vector<double>& speed_limit_mm_s,
+              double ramp_mm_s2);
   double duration_s() const { return end_s_; }
   double distance_at(double t_s) const;  ///< clamped to the ends
 
@@ -37,8 +39,8 @@ class RampedSpeed {
 };
 
 /// All joints at the tick, no certificate; each piece between stops is stretched to whole ticks. Limits other
-/// than the total speed are not looked at: this is the method that MTTS replaces. Throws MotionError as
-/// plan_thesis does.
+/// than the total speed are ignored: this is the method that MTTS replaces. Throws MotionError as plan_thesis
+/// does.
 Trajectory plan_constant(const PathInput& input, const Arm& arm, const MotionLimits& limits,
                          const ConstantOptions& options = {});
 

@@ -47,16 +47,16 @@ Trajectory sampled(const PathInput& path, const Arm& arm, const MotionLimits& li
 /// For each stop the sample nearest to it, one after another along the path.
 std::vector<std::size_t> samples_at(const std::vector<std::size_t>& stops, const CleanPath& path,
                                     Point2 origin, const std::vector<Point2>& tool) {
-  constexpr double kNearMm = 1.0;  // of path: what rounding corners and chords across arcs shorten
-  const auto distance = [](Point2 a, Point2 b) {
-    return std::sqrt((b.x_mm - a.x_mm) * (b.x_mm - a.x_mm) + (b.y_mm - a.y_mm) * (b.y_mm - a.y_mm));
-  };
+  constexpr double kNearMm = 1.0;  // of path: shortening by rounded corners and chords across arcs
   std::vector<std::size_t> found;
   double along = 0.0, driven = 0.0;
   std::size_t n = 0, point = 0;
   for (const std::size_t stop : stops) {
     for (; point < stop; ++point) along += distance(path.points[point], path.points[point + 1]);
-    while (n + 1 < tool.size() && driven < along - kNearMm) driven += distance(tool[n], tool[n + 1]), ++n;
+    while (n + 1 < tool.size() && driven < along - kNearMm) {
+      driven += distance(tool[n], tool[n + 1]);
+      ++n;
+    }
     const Point2 at{path.points[stop].x_mm - origin.x_mm, path.points[stop].y_mm - origin.y_mm};
     std::size_t nearest = n;
     double ahead = driven;
@@ -74,7 +74,7 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
                    const PlanOptions& options) {
   PlanResult result;
   CleanPath clean_path = clean(path);
-  result.posture = posture_for(clean_path, path, arm);
+  result.configuration = configuration_for(clean_path, path, arm);
   std::vector<std::size_t> stops{0, clean_path.points.size() - 1};
   if (options.method == Method::kThesis)
     stops = with_stops(thesis::split_points(clean_path.points, options.split_angle_rad), clean_path);
@@ -93,10 +93,10 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
   const bool turning = !clean_path.yaw_rad.empty();
   if (turning)
     for (std::size_t n = 0; n < count; ++n)
-      result.yaw_rad.push_back(pose.of(kYaw, 0)[n] - 2.0 * std::numbers::pi * result.posture.yaw_turns);
+      result.yaw_rad.push_back(pose.of(kYaw, 0)[n] - 2.0 * std::numbers::pi * result.configuration.yaw_turns);
   for (std::size_t n = 0; n < count; ++n)
     result.tool.push_back({pose.of(kX, 0)[n] - path.origin.x_mm, pose.of(kY, 0)[n] - path.origin.y_mm});
-  result.rests = samples_at(stops, clean_path, path.origin, result.tool);
+  result.stop_samples = samples_at(stops, clean_path, path.origin, result.tool);
   for (Point2& p : clean_path.points) p = {p.x_mm - path.origin.x_mm, p.y_mm - path.origin.y_mm};
   result.deviation_mm = deviation(result.tool, clean_path.points);
   const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()), turning);
@@ -134,8 +134,7 @@ std::optional<Method> method_named(std::string_view text) {
 
 namespace {
 
-/// The lower bound belongs to the path with its stops, whatever method follows it; not to one that cuts
-/// corners.
+/// The lower bound holds for the path with its stops by any method, but not for one that cuts corners.
 void bound(const PathInput& path, const Arm& arm, const MotionLimits& limits, PlanOptions options,
            CertifiedWork& work, Certificate& certificate) {
   if (!options.lower_bound || options.method == Method::kDefault) return;

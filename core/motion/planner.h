@@ -1,4 +1,4 @@
-// One door to every planner: a path goes in, a trajectory with its certificate comes out.
+// plan() computes a trajectory with its certificate from a path, by any of the methods.
 //
 // Every method's trajectory passes the same checker (core/motion/checker.h), so that the certificates
 // compare. Methods `certified` and `optimal` never exceed a limit; `thesis`, `constant` and `default` may,

@@ -1,4 +1,4 @@
-// The trace of a method that knows only its samples.
+// sampled_trace() computes the trace of a method that has only samples.
 #pragma once
 
 #include <span>

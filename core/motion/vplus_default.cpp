@@ -12,11 +12,6 @@ namespace {
 constexpr double kStraightRad = 1e-4;  ///< a smaller turn is rounding of coordinates
 constexpr double kCornerRad = 0.5235987755982988;
 
-double distance(const Point2& a, const Point2& b) {
-  const double dx = b.x_mm - a.x_mm, dy = b.y_mm - a.y_mm;
-  return std::sqrt(dx * dx + dy * dy);
-}
-
 double turn_at(const std::vector<Point2>& p, std::size_t i) {
   const double ax = p[i].x_mm - p[i - 1].x_mm, ay = p[i].y_mm - p[i - 1].y_mm;
   const double bx = p[i + 1].x_mm - p[i].x_mm, by = p[i + 1].y_mm - p[i].y_mm;
@@ -56,7 +51,8 @@ Moves moves_of(const CleanPath& path, const MotionLimits& limits, double spacing
     if (!path.yaw_rad.empty()) moves.yaw_rad.push_back(path.yaw_rad[support[k]]);
     if (k == 0) continue;
     double speed = limits.position.rate;
-    for (std::size_t i = support[k - 1]; i < support[k]; ++i) speed = std::min(speed, path.ceiling_mm_s[i]);
+    for (std::size_t i = support[k - 1]; i < support[k]; ++i)
+      speed = std::min(speed, path.speed_limit_mm_s[i]);
     moves.speed_mm_s.push_back(speed);
   }
   return moves;
@@ -137,11 +133,12 @@ Trajectory plan_default(const PathInput& input, const Arm& arm, const MotionLimi
   check_limits(limits, arm.joints());
   check(options);
   const CleanPath path = clean(input);
-  const Posture posture = posture_for(path, input, arm);
+  const ArmConfiguration configuration = configuration_for(path, input, arm);
   const Moves moves = moves_of(path, limits, options.support_spacing_mm);
   const auto samples = sample(moves, options.blend_s, options.tick_s);
-  return trajectory_of(joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture),
-                       arm, options.tick_s);
+  return trajectory_of(
+      joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, configuration), arm,
+      options.tick_s);
 }
 
 double blend_for_duration(const PathInput& input, const MotionLimits& limits, const DefaultOptions& options,

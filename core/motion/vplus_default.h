@@ -1,7 +1,7 @@
-// The controller's own way of following points [Barnett 2012, 4.4, "default" in Figs. 4-12 to 4-14]: V+ moves
-// from point to point and begins the next move while the last one slows down. Two consequences that the
-// thesis reports: corners are rounded off, and where points are close together the speed follows their
-// spacing.
+// plan_default() computes the trajectory of the controller's own point following [Barnett 2012, 4.4,
+// "default" in Figs. 4-12 to 4-14]: V+ moves from point to point and begins the next move while the last one
+// slows down. Two consequences that the thesis reports: corners are rounded off, and where points are close
+// together the speed follows their spacing.
 //
 // Model (a FIT: V+'s generator is not published): straight moves of duration T_i = max(L_i / v, t_b),
 // velocities blended at constant acceleration over t_b around each point. A right corner is cut over v t_b /

@@ -1,4 +1,5 @@
-// Little-endian bytes of the house's binary formats: written without limits, read with all of them.
+// ByteWriter and ByteReader write and read the little-endian bytes of Firn's binary formats. The reader
+// checks every limit.
 #pragma once
 
 #include <algorithm>
@@ -15,14 +16,14 @@ namespace firn {
 
 static_assert(std::endian::native == std::endian::little, "files are written little endian");
 
-/// What bytes are refused as: what() = "byte <offset>: <what is wrong, with the limit>".
+/// Error of bytes that cannot be read: what() = "byte <offset>: <the fault, with the limit>".
 struct FormatError : std::runtime_error {
   FormatError(std::size_t at, const std::string& what_is_wrong)
       : std::runtime_error("byte " + std::to_string(at) + ": " + what_is_wrong),
         offset(at),
         problem(what_is_wrong) {}
   std::size_t offset;
-  std::string problem;  ///< what() without the place
+  std::string problem;  ///< the message without the place
 };
 
 inline constexpr std::size_t kMaxTextBytes = 200;

@@ -1,7 +1,7 @@
-// Leaf types of everything that moves along a line: deposition paths and timed trajectories. Depends on
-// nothing.
+// Path and Trajectory hold deposition paths and timed trajectories. Depends on nothing.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -15,7 +15,13 @@ struct Point2 {
   bool operator==(const Point2&) const = default;
 };
 
-/// What a path is for. Widths and speeds follow from it.
+/// Euclidean distance, by + - * sqrt alone: same bytes on every machine.
+inline double distance(const Point2& a, const Point2& b) {
+  const double dx = b.x_mm - a.x_mm, dy = b.y_mm - a.y_mm;
+  return std::sqrt(dx * dx + dy * dy);
+}
+
+/// Purpose of a path. Widths and speeds follow from it.
 enum class PathKind : std::uint8_t { kBoundary, kFill, kHook, kMeasurement };
 
 /// One uninterrupted deposition or measurement path of a layer, in the part's frame.

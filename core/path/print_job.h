@@ -1,5 +1,5 @@
-// What a shuttered printer prints: straight segments in order, each with its speed, and where the nozzle
-// comes from and goes to. [Thompson 2014, V-A]
+// PrintJob holds the job of a shuttered printer: straight segments in order, each with its speed, and the
+// nozzle's start and end [Thompson 2014, V-A].
 #pragma once
 
 #include <vector>

@@ -1,4 +1,5 @@
-// Bytes of trajectories, for files and messages. Format: docs/trajectory-format.md; version 1.
+// Reads and writes trajectories as bytes, for files and messages. Format: docs/formats.md; version
+// 1.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +17,7 @@ using TrajectoryFormatError = FormatError;
 
 inline constexpr std::uint32_t kTrajectoryVersion = 1;
 
-/// What all trajectories of a file have in common.
+/// The common properties of all trajectories of a file.
 struct TrajectoryHead {
   std::string machine;  ///< machine.name of its file
   std::string method;   ///< of the planner
@@ -28,7 +29,8 @@ struct TrajectoryHead {
   bool operator==(const TrajectoryHead&) const = default;
 };
 
-/// One path's trajectory with what the path was for. trajectory.id is the path's number in its file, from 1.
+/// One path's trajectory with the purpose of the path. trajectory.id is the path's number in its file, from
+/// 1.
 struct PlannedPath {
   std::int32_t layer = 0;
   std::uint8_t material = 0;
@@ -37,7 +39,7 @@ struct PlannedPath {
   Trajectory trajectory;  ///< axis_units and tick_s as in the head; not written again
 };
 
-/// What closes a complete file.
+/// The end record of a complete file.
 struct TrajectoryTotals {
   std::int64_t paths = 0;
   std::int64_t samples = 0;

@@ -1,9 +1,10 @@
-// At which distances from the outline the rings of a concentric fill run [Barnett, 3.5, 3.7].
+// RingPlan holds the distances from the outline at which the rings of a concentric fill run [Barnett, 3.5,
+// 3.7].
 #pragma once
 
 namespace firn::slice {
 
-/// Distances of the rings from the outline: boundaries first, then fill until nothing is left.
+/// Distances of the rings from the outline: boundaries first, then fill rings until the area is full.
 struct RingPlan {
   double first_mm = 0.6;  ///< outline to the outermost ring
   int boundaries = 1;
@@ -17,9 +18,10 @@ struct RingPlan {
     return inside + (level - boundaries) * fill_width_mm;
   }
   double width_mm(int level) const { return level < boundaries ? boundary_width_mm : fill_width_mm; }
-  /// There discs of a diameter have their centres that touch the inner edge of a level's beads.
-  double core_mm(int level, double spot_mm) const {
-    return distance_mm(level) + 0.5 * width_mm(level) + 0.5 * spot_mm;
+  /// Returns the distance of the eroded core of a level: the centres of discs of a diameter that touch the
+  /// inner edge of the extrusion lines of the level.
+  double eroded_core_mm(int level, double void_mm) const {
+    return distance_mm(level) + 0.5 * width_mm(level) + 0.5 * void_mm;
   }
 };
 

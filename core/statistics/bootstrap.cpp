@@ -65,7 +65,10 @@ Interval bootstrap_interval(std::span<const double> x, const BootstrapOptions& o
   const double bias =
       normal_quantile(std::clamp(share, 1.0 / (resamples + 1.0), resamples / (resamples + 1.0)));
   double square = 0.0, cube = 0.0;
-  for (const double v : x) square += (v - m) * (v - m), cube += (v - m) * (v - m) * (v - m);
+  for (const double v : x) {
+    square += (v - m) * (v - m);
+    cube += (v - m) * (v - m) * (v - m);
+  }
   const double acceleration = cube / (6.0 * square * std::sqrt(square));
 
   const double z = std::sqrt(n / (n - 1.0)) * student_t_quantile(0.5 * (1.0 - o.confidence), n - 1.0);

@@ -1,4 +1,5 @@
-// Bootstrap intervals of a mean, from keyed random numbers: the same data give the same interval everywhere.
+// Computes bootstrap intervals of a mean, from keyed random numbers: the same data give the same interval
+// everywhere.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Two samples taken under the same conditions, pair by pair.
+// Computes the paired comparison of two samples: mean difference, interval, p-value and effect size.
 #pragma once
 
 #include <cstddef>

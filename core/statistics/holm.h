@@ -1,3 +1,4 @@
+// Computes Holm's adjusted p-values of a family of tests.
 #pragma once
 
 #include <span>

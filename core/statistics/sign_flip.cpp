@@ -11,7 +11,10 @@ namespace firn::statistics {
 
 double sign_flip_p(std::span<const double> d, const SignFlipOptions& o) {
   double sum = 0.0, size = 0.0;
-  for (const double v : d) sum += v, size += std::abs(v);
+  for (const double v : d) {
+    sum += v;
+    size += std::abs(v);
+  }
   if (!(size > 0.0)) return 1.0;
   const double reach = std::abs(sum) - 1e-12 * size;  // patterns that tie but for rounding count as ties
 

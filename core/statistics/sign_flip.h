@@ -1,4 +1,4 @@
-// The paired randomisation test.
+// Computes the p-value of the paired randomisation (sign-flip) test.
 #pragma once
 
 #include <cstdint>

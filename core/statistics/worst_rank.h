@@ -1,5 +1,5 @@
-// Paired outcomes of which some have no value because what was to be measured stopped before its end. That is
-// an outcome too, and worse than any value: leaving such pairs out would favour whatever stops most.
+// Computes worst-rank scores of paired outcomes. A run that stopped before its end has no value. That is an
+// outcome too, and worse than any value: leaving such pairs out would favour the method that stops most.
 #pragma once
 
 #include <span>
@@ -9,13 +9,14 @@ namespace firn::statistics {
 
 struct PairOutcome {
   double stops = 0.0;       ///< how many more of a than of b stopped
-  double difference = 0.0;  ///< a - b of what both completed; does not count where `stops` is not 0
+  double difference = 0.0;  ///< a - b over the runs that both completed; ignored where `stops` is not 0
 };
 
 /// Wilcoxon's signed ranks with worst-rank scores [Lachin, Control. Clin. Trials 20 (1999) 408]: pairs that
 /// differ in stops rank above all others, by their number; the others by |difference|; ties share their mean
 /// rank, pairs without any difference have none (0). Above 0: a is worse. Their sign-flip test (sign_flip_p)
-/// is valid whatever stops, and when: the two of a pair could be exchanged with their stops.
+/// is valid for any pattern of stops: under the null hypothesis the two of a pair are exchangeable, stops
+/// included.
 std::vector<double> signed_worst_ranks(std::span<const PairOutcome> pairs);
 
 }  // namespace firn::statistics

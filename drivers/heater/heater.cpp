@@ -53,7 +53,7 @@ TemperatureFault HeaterWatch::judge(double celsius, double set_celsius, bool hea
   return kHeaterWell;
 }
 
-Heater::Heater(HeaterConfig config)
+Heater::Heater(HeaterOptions config)
     : Driver(dialect_),
       config_(config),
       watch_{HeaterWatch(config), HeaterWatch(config), HeaterWatch(config)} {
@@ -108,13 +108,13 @@ void Heater::set(const std::array<double, 3>& celsius, std::int64_t now_us, Effe
 }
 
 void Heater::connected(std::int64_t, Effects& fx) {
-  set_state(DriverState::kIdentifying, identity_, fx);
+  set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kIdentifying;
   link_.push(thermostat::read_request(kRead));
   if (commanded_) push_set_points();
 }
 
-// The heat stays on: freezing destroys the valves [interlocks 2, 5, 7]. What failed has been switched off
+// The heat stays on: freezing destroys the valves [interlocks 2, 5, 7]. A failed heater has been switched off
 // already.
 void Heater::stop(std::int64_t, Effects& fx) {
   if (setting_) finish(Outcome::kDone, kNoCode, "safe stop; the heat stays on", fx);
@@ -123,7 +123,7 @@ void Heater::stop(std::int64_t, Effects& fx) {
 void Heater::lost(std::int64_t, Effects& fx) {
   if (phase_ == Phase::kDown) return;
   phase_ = Phase::kDown;
-  fault(1, kLinkLost, "heater: link lost; the set points stay in force", fx);
+  fault(Severity::kWarning, kLinkLost, "heater: link lost; the set points stay in force", fx);
 }
 
 void Heater::failed(const Request&, std::int64_t now_us, Effects& fx) {
@@ -135,12 +135,13 @@ void Heater::tell(int channel, Effects& fx) {
   const std::string what = std::string("heater: ") + kNames[c] + ": " + name(fault_[c]);
   link_.push(thermostat::set_request({channel + 1, thermostat::kOff_c100}, kSet));
   if (!keeps_warm())
-    return fault(2, kTemperature, what + "; neither (a) nor (b) keeps the valves from freezing", fx);
-  if (fault_[c] == kTooHot) return fault(2, kTemperature, what + "; it is switched off", fx);
+    return fault(Severity::kStop, kTemperature, what + "; neither (a) nor (b) keeps the valves from freezing",
+                 fx);
+  if (fault_[c] == kTooHot) return fault(Severity::kStop, kTemperature, what + "; it is switched off", fx);
   const char* then = channel == kTip      ? "; (b) alone keeps the valves from freezing"
                      : channel == kWindow ? "; (a) alone keeps the valves from freezing"
                                           : "; the fluid lines may freeze";
-  fault(1, kTemperature, what + then, fx);
+  fault(Severity::kWarning, kTemperature, what + then, fx);
 }
 
 void Heater::judge(const thermostat::Reading& r, std::int64_t now_us, Effects& fx) {
@@ -157,7 +158,7 @@ void Heater::judge(const thermostat::Reading& r, std::int64_t now_us, Effects& f
   }
   for (int c = 0; c < 3; ++c)
     if (news[std::size_t(c)]) tell(c, fx);
-  fx.events.emplace_back(t);
+  fx.measured(t);
 }
 
 void Heater::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
@@ -165,7 +166,7 @@ void Heater::reply(const Request& request, std::span<const std::byte> frame, std
   const std::string_view line(reinterpret_cast<const char*>(frame.data()), frame.size());
   const std::string_view text = checked_text(line, 0).value_or(std::string_view());
   if (text.starts_with("E,")) {
-    fault(1, kCommandRejected,
+    fault(Severity::kWarning, kCommandRejected,
           "heater: it refuses '" + std::string(checked_text(request.text(), 0).value()) + "'", fx);
     if (request.tag == kSet && setting_) {
       link_.clear_queue();
@@ -183,7 +184,7 @@ bool Heater::idle(std::int64_t now_us, Effects& fx) {
   if (phase_ == Phase::kIdentifying) {
     identified();
     phase_ = Phase::kReady;
-    set_state(DriverState::kSafe, "reading", fx);
+    set_state(DeviceState::kSafe, "reading", fx);
   }
   if (setting_) finish(Outcome::kDone, kNoCode, {}, fx);
   if (now_us < next_read_us_) return false;

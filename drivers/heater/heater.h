@@ -1,6 +1,6 @@
-// The end effector's three heaters: set points, temperatures once a second, and interlock 10. Heater (b)
-// alone keeps the valves from freezing when (a) fails [Barnett 2012, 2.3.3]; without both nothing may be
-// deposited.
+// Heater controls the end effector's three heaters: set points, temperatures once a second, and interlock 10.
+// Heater (b) alone keeps the valves from freezing when (a) fails [Barnett 2012, 2.3.3]; without both nothing
+// may be deposited.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace firn::drivers {
 
-struct HeaterConfig {
+struct HeaterOptions {
   double poll_s = 1.0;
   double low_degC = 5.0;    ///< a channel that was warmer and falls below it is too cold
   double high_degC = 45.0;  ///< too hot: it is switched off
@@ -38,12 +38,12 @@ const char* name(TemperatureFault fault);
 /// trusted again.
 class HeaterWatch {
  public:
-  explicit HeaterWatch(const HeaterConfig& config) : config_(config) {}
+  explicit HeaterWatch(const HeaterOptions& config) : config_(config) {}
   TemperatureFault judge(double celsius, double set_celsius, bool heating, std::int64_t now_us);
   void reset();
 
  private:
-  HeaterConfig config_;
+  HeaterOptions config_;
   TemperatureFault fault_ = kHeaterWell;
   bool was_warm_ = false;
   int open_ = 0;  // readings in a row
@@ -53,11 +53,19 @@ class HeaterWatch {
   double same_degC_ = 0.0;
 };
 
+/// The temperatures of the three channels and their faults.
+struct Temperatures {
+  std::array<double, 3> celsius{};  ///< NaN = open thermocouple
+  std::array<double, 3> set_celsius{};
+  std::array<std::int8_t, 3> fault{};  ///< TemperatureFault
+  std::array<bool, 3> heating{};
+};
+
 class Heater final : public Driver {
  public:
   static constexpr int kTip = 0, kWindow = 1, kConduit = 2;  ///< heaters (a), (b), (c)
 
-  explicit Heater(HeaterConfig config);
+  explicit Heater(HeaterOptions config);
 
   /// Set points [degC]; at or below -50 = off. They are sent again after a lost link. Refused above
   /// high_degC. Done when the controllers have confirmed them. A channel that has failed stays off; a new
@@ -87,7 +95,7 @@ class Heater final : public Driver {
   void tell(int channel, Effects& fx);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
 
-  HeaterConfig config_;
+  HeaterOptions config_;
   thermostat::ThermostatDialect dialect_;
   Phase phase_ = Phase::kDown;
   bool setting_ = false;

@@ -1,6 +1,6 @@
-// The three ON/OFF temperature controllers of the end effector as one read-out box [P]: the thesis's
-// controllers have no interface (docs/devices/heater.md). Lines `<text>*<CRC4>\r\n` both ways,
-// CRC-16/CCITT-FALSE over the text:
+// ThermostatDialect encodes and frames the lines of the end effector's three ON/OFF temperature controllers,
+// seen as one read-out box [P]: the thesis's controllers have no interface (docs/devices/heater.md). Lines
+// `<text>*<CRC4>\r\n` both ways, CRC-16/CCITT-FALSE over the text:
 //   `T?`            -> `T,<t1>,<t2>,<t3>,<relays>`   0.01 degC, or OPEN for an open thermocouple; relays =
 //   bits of
 //                                                    the heating coils that are on

@@ -48,7 +48,7 @@ void check_range(const char* what, int value, int low, int high) {
 
 }  // namespace
 
-Jet::Jet(JetConfig config) : Driver(dialect_), config_(config) {
+Jet::Jet(JetOptions config) : Driver(dialect_), config_(config) {
   dialect_.layout = config.layout;
   dialect_.allow_host_latency(config.host_latency_s);
   identity_ = "MicroFab JetDrive III";
@@ -61,7 +61,7 @@ Jet::Jet(JetConfig config) : Driver(dialect_), config_(config) {
 }
 
 void Jet::connected(std::int64_t, Effects& fx) {
-  set_state(DriverState::kIdentifying, identity_, fx);
+  set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kHandshake;
   Request stop_program;  // the boot monitor answers with a prompt
   stop_program.append("Q");
@@ -115,7 +115,7 @@ void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
     expected_ = expected;
     link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
     link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
-    set_state(DriverState::kStaged, "arming", fx);
+    set_state(DeviceState::kStaged, "arming", fx);
   }
   pump(now_us, fx);
 }
@@ -140,7 +140,7 @@ void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, 
     phase_ = Phase::kWaveform;
     config_.waveform = waveform;
     link_.push(jetdrive::pulse(waveform));
-    set_state(DriverState::kStaged, "new waveform", fx);
+    set_state(DeviceState::kStaged, "new waveform", fx);
   }
   pump(now_us, fx);
 }
@@ -173,8 +173,8 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
   const jetdrive::Reply r = dialect_.parse(frame);
   if (!r.acknowledged) {
     const std::string why = "the jet refuses " + name_of(request);
-    fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? 2 : 1, kCommandRejected, "jet: " + why,
-          fx);
+    fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? Severity::kStop : Severity::kWarning,
+          kCommandRejected, "jet: " + why, fx);
     if (phase_ == Phase::kSetup || phase_ == Phase::kDisarming || phase_ == Phase::kStopping)
       return reconnect(now_us, fx, why);
     if (busy()) {
@@ -192,7 +192,7 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
 
 void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
   const std::string why = "no good reply to " + name_of(request);
-  fault(1, kLinkLost, "jet: " + why, fx);
+  fault(Severity::kWarning, kLinkLost, "jet: " + why, fx);
   if (phase_ == Phase::kStopping && request.repeat == Repeat::kNever) return;
   if (phase_ != Phase::kArming) return reconnect(now_us, fx, why);
   ending_ = why;  // it may be armed: make sure that it is not
@@ -204,7 +204,7 @@ void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
 }
 
 void Jet::lost(std::int64_t, Effects& fx) {
-  if (phase_ == Phase::kArmed || busy()) fault(2, kLinkLost, "jet: link lost while in use", fx);
+  if (phase_ == Phase::kArmed || busy()) fault(Severity::kStop, kLinkLost, "jet: link lost while in use", fx);
   if (busy() && ending_.empty()) {
     ending_ = "the link was lost";
     ending_code_ = kLinkLost;
@@ -233,21 +233,21 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       ending_.clear();
       ending_code_ = kNoCode;
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "trigger source internal", fx);
+      set_state(DeviceState::kSafe, "trigger source internal", fx);
       return false;
     case Phase::kArming:
       phase_ = Phase::kArmed;
-      set_state(DriverState::kArmed, "trigger source external", fx);
+      set_state(DeviceState::kArmed, "trigger source external", fx);
       finish(Outcome::kReady, kNoCode, {}, fx);
       return false;
     case Phase::kDisarming:
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "trigger source internal", fx);
+      set_state(DeviceState::kSafe, "trigger source internal", fx);
       finish(Outcome::kDone, kNoCode, {}, fx);
       return false;
     case Phase::kWaveform:
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "waveform set", fx);
+      set_state(DeviceState::kSafe, "waveform set", fx);
       finish(Outcome::kDone, kNoCode, {}, fx);
       return false;
     case Phase::kReady:

@@ -1,6 +1,6 @@
-// The jet: MicroFab JetDrive III. Armed, it fires on every pulse of its trigger input (the stage's pulse
-// output); disarmed, its trigger source is internal and nothing fires. It has no droplet counter: counted =
-// -1, the stage's pulse counter is the evidence.
+// Jet controls a MicroFab JetDrive III. Armed, it fires on every pulse of its trigger input (the stage's
+// pulse output); disarmed, its trigger source is internal and nothing fires. It has no droplet counter:
+// counted = -1, the stage's pulse counter is the evidence.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace firn::drivers {
 
-struct JetConfig {
+struct JetOptions {
   jetdrive::Waveform waveform;
   jetdrive::WaveformLimits limits;
   jetdrive::ReplyLayout layout;
@@ -27,7 +27,7 @@ struct JetConfig {
 class Jet final : public Driver {
  public:
   /// @throws std::invalid_argument naming the field and its limit.
-  explicit Jet(JetConfig config);
+  explicit Jet(JetOptions config);
 
   /// Trigger source external, one drop per trigger; Result{kReady} when armed.
   void arm(std::int64_t expected, std::int64_t now_us, Effects& fx);
@@ -68,7 +68,7 @@ class Jet final : public Driver {
   void refuse(std::int32_t code, std::string text, Effects& fx);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
 
-  JetConfig config_;
+  JetOptions config_;
   jetdrive::JetDriveDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;

@@ -1,6 +1,6 @@
-// MicroFab JetDrive III (CT-M3-02), 9600 8N1, the commands that a print needs. Source: one lab's driver for a
-// real unit (docs/devices/jet.md). Frame: 'S' (53h), length of what follows without the checksum, command,
-// data (big-endian), sum of length .. last data mod 256.
+// JetDriveDialect encodes and frames the commands of the MicroFab JetDrive III (CT-M3-02, 9600 8N1) that a
+// print needs. Source: one lab's driver for a real unit (docs/devices/jet.md). Frame: 'S' (53h), length of
+// the rest without the checksum, command, data (big-endian), sum of length .. last data mod 256.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ enum class Command : std::uint8_t {
   kGetVersion = 0xF0,
 };
 
-/// Where a reply has its parts: bytes 06h/15h, command, status, (version,) sum of what stands between. The
+/// Parts of a reply: 06h or 15h, command, status, (version,) sum of the bytes between. The
 /// order is not certain [P]: a table, not code.
 struct ReplyLayout {
   std::uint8_t ack = 0x06, nak = 0x15;

@@ -16,7 +16,7 @@ constexpr std::int64_t kOverdueGrace_us = 500'000;
 
 }  // namespace
 
-Lamp::Lamp(LampConfig config) : Driver(dialect_), config_(std::move(config)) {
+Lamp::Lamp(LampOptions config) : Driver(dialect_), config_(std::move(config)) {
   dialect_.table = config_.table;
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Excelitas OmniCure S2000";
@@ -27,7 +27,7 @@ void Lamp::push(std::string_view text, Format format, Repeat repeat, Tag tag) {
 }
 
 void Lamp::connected(std::int64_t, Effects& fx) {
-  set_state(DriverState::kIdentifying, identity_, fx);
+  set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kConnecting;
   push(config_.table.connect, omnicure::kReady, Repeat::kSetup, kConnect);
 }
@@ -64,7 +64,7 @@ void Lamp::expose(double exposure_s, int iris_percent, std::int64_t now_us, Effe
       push(config_.table.set_time + std::to_string(tenths_), omnicure::kReceived, Repeat::kSetup, kSetTime);
       push(config_.table.get_time, omnicure::kAny, Repeat::kRead, kGetTime);
     }
-    set_state(DriverState::kStaged, "iris and time", fx);
+    set_state(DeviceState::kStaged, "iris and time", fx);
   }
   pump(now_us, fx);
 }
@@ -107,7 +107,7 @@ void Lamp::tick(std::int64_t now_us, Effects& fx) {
   if (may_be_open() && !overdue_told_ &&
       now_us - open_since_us_ >= std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us) {
     overdue_told_ = true;
-    fault(2, kLampOn, "lamp: the shutter may have been open longer than allowed", fx);
+    fault(Severity::kStop, kLampOn, "lamp: the shutter may have been open longer than allowed", fx);
     if (phase_ != Phase::kDown) close_shutter(now_us, fx);
   }
 }
@@ -147,11 +147,11 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
       if (phase_ != Phase::kOpening) return;  // a stop came between
       phase_ = Phase::kExposing;
       close_at_us_ = now_us + exposure_us_ + (by_instrument_ ? kTimerGrace_us : 0);
-      set_state(DriverState::kActive, by_instrument_ ? "exposing by its own timer" : "exposing", fx);
+      set_state(DeviceState::kActive, by_instrument_ ? "exposing by its own timer" : "exposing", fx);
       return;
     case kClose:
       if (error) {
-        fault(2, kLampOn, "lamp: it refuses to close the shutter", fx);
+        fault(Severity::kStop, kLampOn, "lamp: it refuses to close the shutter", fx);
         return reconnect(now_us, fx, "it refuses to close the shutter");
       }
       open_since_us_ = 0;
@@ -171,7 +171,7 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
 void Lamp::failed(const Request& request, std::int64_t now_us, Effects& fx) {
   const std::string why =
       "no good reply to '" + std::string(request.text().substr(0, request.size - 3u)) + "'";
-  fault(request.tag == kConnect ? 0 : 1, kLinkLost, "lamp: " + why, fx);
+  fault(request.tag == kConnect ? Severity::kNotice : Severity::kWarning, kLinkLost, "lamp: " + why, fx);
   if (phase_ == Phase::kClosing && request.tag == kOpen) return;
   if (request.tag != kOpen) return reconnect(now_us, fx, why);
   ending_ = why;  // it may be open
@@ -181,7 +181,7 @@ void Lamp::failed(const Request& request, std::int64_t now_us, Effects& fx) {
 
 void Lamp::lost(std::int64_t, Effects& fx) {
   if (phase_ == Phase::kDown) return;
-  if (may_be_open()) fault(2, kLampOn, "lamp: link lost with the shutter open", fx);
+  if (may_be_open()) fault(Severity::kStop, kLampOn, "lamp: link lost with the shutter open", fx);
   if (exposing_ && ending_.empty()) {
     ending_ = "the link was lost";
     ending_code_ = kLinkLost;
@@ -207,7 +207,7 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
     case Phase::kClosing:
       identified();
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "shutter closed", fx);
+      set_state(DeviceState::kSafe, "shutter closed", fx);
       if (!exposing_) return false;
       if (ending_.empty())
         finish(Outcome::kDone, kNoCode, {}, fx);

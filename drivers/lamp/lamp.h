@@ -1,6 +1,7 @@
-// The UV lamp: Excelitas OmniCure S2000. Timed exposures: by the instrument's own timer when it confirms the
-// time, else by the driver's. Either way the shutter is told to close when the time is over, on a stop, at
-// the end, and before anything else after a lost link; it is never left open longer than max_on_s (I9).
+// Lamp controls the UV lamp Excelitas OmniCure S2000. Timed exposures: by the instrument's own timer when it
+// confirms the time, else by the driver's. Either way the shutter is told to close when the time is over, on
+// a stop, at the end, and before anything else after a lost link; it is never left open longer than max_on_s
+// (I9).
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace firn::drivers {
 
-struct LampConfig {
+struct LampOptions {
   omnicure::Table table;
   double max_on_s = 20.0;
   bool instrument_timer = true;  ///< try STM, GTM, RUN first
@@ -22,7 +23,7 @@ struct LampConfig {
 
 class Lamp final : public Driver {
  public:
-  explicit Lamp(LampConfig config);
+  explicit Lamp(LampOptions config);
 
   /// Refused outside 0 < exposure_s <= max_on_s and 1 <= iris_percent <= 100.
   void expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx);
@@ -61,7 +62,7 @@ class Lamp final : public Driver {
   void push(std::string_view text, omnicure::Format format, Repeat repeat, Tag tag);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
 
-  LampConfig config_;
+  LampOptions config_;
   omnicure::OmnicureDialect dialect_;
   Phase phase_ = Phase::kDown;
   bool exposing_ = false;  // an accepted exposure whose Result is to come

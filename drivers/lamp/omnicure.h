@@ -1,5 +1,6 @@
-// Excelitas OmniCure S2000, RS-232 19200 8N1 without flow control: `<text><CRC-8 as two hex digits>\r` both
-// ways. Sources: the manual and two public codebases (docs/devices/lamp.md).
+// OmnicureDialect encodes and frames the lines of the Excelitas OmniCure S2000, RS-232 19200 8N1 without flow
+// control: `<text><CRC-8 as two hex digits>\r` both ways. Sources: the manual and two public codebases
+// (docs/devices/lamp.md).
 #pragma once
 
 #include <cstdint>

@@ -24,7 +24,7 @@ std::string padded(int value) {
 
 }  // namespace
 
-LaserPoint::LaserPoint(LaserPointConfig config) : Driver(dialect_), config_(std::move(config)) {
+LaserPoint::LaserPoint(LaserPointOptions config) : Driver(dialect_), config_(std::move(config)) {
   dialect_.table = config_.table;
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Keyence LK-G3001P";
@@ -64,9 +64,14 @@ void LaserPoint::finish(Outcome outcome, std::int64_t counted, std::int32_t code
 }
 
 bool LaserPoint::accept(bool armed_too, Effects& fx) {
-  if (busy()) return refuse(kNoCode, "the laser is busy with another command", fx), false;
-  if (phase_ != Phase::kReady && !(armed_too && phase_ == Phase::kArmed))
-    return refuse(kNoCode, std::string("the laser is ") + name(state()), fx), false;
+  if (busy()) {
+    refuse(kNoCode, "the laser is busy with another command", fx);
+    return false;
+  }
+  if (phase_ != Phase::kReady && !(armed_too && phase_ == Phase::kArmed)) {
+    refuse(kNoCode, std::string("the laser is ") + name(state()), fx);
+    return false;
+  }
   return true;
 }
 
@@ -94,7 +99,7 @@ void LaserPoint::arm(int material, int samples, double period_s, std::int64_t no
       cycle_ = code;
       phase_ = Phase::kSetting;
       if (in_force_ != InForce{material, code}) push_settings();
-      set_state(DriverState::kStaged, "settings of material " + std::to_string(material), fx);
+      set_state(DeviceState::kStaged, "settings of material " + std::to_string(material), fx);
     }
   }
   pump(now_us, fx);
@@ -147,7 +152,7 @@ void LaserPoint::ask_dump() {
 }
 
 void LaserPoint::connected(std::int64_t, Effects& fx) {
-  set_state(DriverState::kIdentifying, identity_, fx);
+  set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kIdentifying;
   in_force_.reset();
   push_mode(config_.table.leave);  // it may have been left in communication mode, where it does not measure
@@ -163,12 +168,13 @@ void LaserPoint::stop(std::int64_t, Effects& fx) {  // it moves, fires and light
   }
   if (busy()) finish(Outcome::kNone, -1, kNoCode, "safe stop", fx);
   phase_ = Phase::kReady;
-  set_state(DriverState::kSafe, "stopped", fx);
+  set_state(DeviceState::kSafe, "stopped", fx);
 }
 
 void LaserPoint::lost(std::int64_t, Effects& fx) {
   if (phase_ == Phase::kDown) return;
-  if (busy() || phase_ == Phase::kArmed) fault(1, kLinkLost, "laser_point: link lost while in use", fx);
+  if (busy() || phase_ == Phase::kArmed)
+    fault(Severity::kWarning, kLinkLost, "laser_point: link lost while in use", fx);
   if (busy() && ending_.empty()) {
     ending_ = "the link was lost";
     ending_code_ = kLinkLost;
@@ -195,7 +201,7 @@ void LaserPoint::refused(const Request& request, int error, std::int64_t now_us,
 }
 
 void LaserPoint::give_up(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx) {
-  fault(1, kCommandRejected, "laser_point: " + why, fx);
+  fault(Severity::kWarning, kCommandRejected, "laser_point: " + why, fx);
   if (request.tag == kMode) return reconnect(now_us, fx, why);
   if (!busy()) return;
   link_.clear_queue();
@@ -203,7 +209,7 @@ void LaserPoint::give_up(const Request& request, const std::string& why, std::in
   push_mode(config_.table.leave);
   const bool collecting = op_ == Op::kCollect;
   phase_ = Phase::kReady;
-  set_state(DriverState::kSafe, why, fx);
+  set_state(DeviceState::kSafe, why, fx);
   finish(collecting ? Outcome::kFailed : Outcome::kNone, -1, kCommandRejected, why, fx);
 }
 
@@ -238,26 +244,26 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
       if (op_ != Op::kCollect) return;
       const auto damaged = lkg::parse_dump(r.rest, mm_);
       if (damaged && mm_.size() == std::size_t(stored_)) {
-        fx.events.emplace_back(Samples{material_, expected_, *damaged, period_s_, mm_});
+        fx.measured(Samples{material_, expected_, *damaged, period_s_, mm_});
         if (*damaged > 0)
-          fault(1, kInstrument, "laser_point: " + std::to_string(*damaged) + " values of a dump are damaged",
-                fx);
+          fault(Severity::kWarning, kInstrument,
+                "laser_point: " + std::to_string(*damaged) + " values of a dump are damaged", fx);
         return;
       }
-      fault(0, kInstrument,
+      fault(Severity::kNotice, kInstrument,
             "laser_point: a dump of " + std::to_string(mm_.size()) + " values, " + std::to_string(stored_) +
                 " stored",
             fx);
       mm_.clear();
       if (dumps_ < kMostDumps) return ask_dump();
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "dump unreadable", fx);
+      set_state(DeviceState::kSafe, "dump unreadable", fx);
       return finish(Outcome::kFailed, -1, kInstrument, "the dump cannot be read", fx);
     }
     case kValue: {
       if (op_ != Op::kReading) return;
       const lkg::Value v = lkg::parse_value(r.rest);
-      fx.events.emplace_back(Samples{material_, 1, v.status == lkg::Status::kDamaged, 0.0, {float(v.mm)}});
+      fx.measured(Samples{material_, 1, v.status == lkg::Status::kDamaged, 0.0, {float(v.mm)}});
       return;
     }
     default:
@@ -270,7 +276,7 @@ bool LaserPoint::idle(std::int64_t now_us, Effects& fx) {
     case Phase::kIdentifying:
       identified();
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "measuring", fx);
+      set_state(DeviceState::kSafe, "measuring", fx);
       if (busy())
         finish(op_ == Op::kCollect ? Outcome::kFailed : Outcome::kNone, -1, ending_code_, ending_, fx);
       return false;
@@ -283,19 +289,19 @@ bool LaserPoint::idle(std::int64_t now_us, Effects& fx) {
       return true;
     case Phase::kArming:
       phase_ = Phase::kArmed;
-      set_state(DriverState::kArmed, "storage waits for the signal", fx);
+      set_state(DeviceState::kArmed, "storage waits for the signal", fx);
       finish(Outcome::kReady, -1, kNoCode, {}, fx);
       return false;
     case Phase::kCollecting:
       phase_ = Phase::kReady;
       storing_ = false;
-      if (stored_ == 0) fx.events.emplace_back(Samples{material_, expected_, 0, period_s_, {}});
-      set_state(DriverState::kSafe, "collected", fx);
+      if (stored_ == 0) fx.measured(Samples{material_, expected_, 0, period_s_, {}});
+      set_state(DeviceState::kSafe, "collected", fx);
       finish(Outcome::kDone, stored_, kNoCode, {}, fx);
       return false;
     case Phase::kReading:
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "read", fx);
+      set_state(DeviceState::kSafe, "read", fx);
       finish(Outcome::kDone, 1, kNoCode, {}, fx);
       return false;
     case Phase::kReady:

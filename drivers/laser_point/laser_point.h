@@ -1,6 +1,6 @@
-// The point laser: Keyence LK-G3001P. Settings per material, storage that starts with the robot's signal,
-// dump of what was stored. It moves and fires nothing; its lines carry no checksum, so the link drains and
-// probes after any doubt.
+// LaserPoint controls the point laser Keyence LK-G3001P: settings per material, storage that starts with the
+// robot's signal, read-out of the storage. The laser moves and fires nothing; its lines carry no checksum, so
+// the link drains and probes after any doubt.
 #pragma once
 
 #include <array>
@@ -14,7 +14,16 @@
 
 namespace firn::drivers {
 
-struct LaserPointConfig {
+/// The values that the instrument stored, or one reading.
+struct Samples {
+  std::int32_t material = 0;
+  std::int32_t expected = 0;  ///< asked for; 1 = a single reading
+  std::int32_t damaged = 0;   ///< of the values, for a reason that the instrument does not give
+  double period_s = 0.0;
+  std::vector<float> z_mm;  ///< from the reference distance, up positive; NaN = no value
+};
+
+struct LaserPointOptions {
   lkg::Table table;
   std::array<int, 2> program{0, 1};  ///< stored program, per material: 0 part, 1 scaffold
   std::array<int, 2> surface{1, 0};  ///< kind of surface (Table::material), per material
@@ -28,7 +37,7 @@ class LaserPoint final : public Driver {
  public:
   /// @throws std::invalid_argument naming the field: a sampling time or averaging that the instrument has
   /// not.
-  explicit LaserPoint(LaserPointConfig config);
+  explicit LaserPoint(LaserPointOptions config);
 
   /// Settings of the material, if others are in force, then an empty storage that waits for the signal. Ready
   /// when armed. Refused: more samples than the storage holds, a period that is no cycle of the sampling
@@ -79,7 +88,7 @@ class LaserPoint final : public Driver {
   void push_settings();
   void ask_dump();
 
-  LaserPointConfig config_;
+  LaserPointOptions config_;
   lkg::LkgDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;

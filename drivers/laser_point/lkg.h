@@ -1,5 +1,6 @@
-// Keyence LK-G3001P, RS-232: lines that end with CR, one command and then its reply, which begins with the
-// command's name (docs/devices/laser_point.md). No checksum. Both sides use this codec.
+// LkgDialect encodes and frames the lines of the Keyence LK-G3001P, RS-232: lines that end with CR, one
+// command and then its reply, which begins with the command's name (docs/devices/laser_point.md). No
+// checksum. Both sides use this codec.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +16,7 @@
 
 namespace firn::drivers::lkg {
 
-/// What stands in a value's place.
+/// Meaning of the characters in a value's place.
 enum class Status : std::uint8_t {
   kOk,
   kNoValue,  ///< XXXXXXXX, the panel shows dashes
@@ -60,7 +61,7 @@ int cycle_code(int samples);
 /// A command (without CR) as a request. @param reply_us longest wait for the reply, 0 = the dialect.s
 Request request(std::string_view command, Repeat repeat, std::uint16_t tag, std::int64_t reply_us = 0);
 
-/// What a reply line (without CR) is to the command `command` (without CR).
+/// Classifies a reply line (without CR) to the command `command` (without CR).
 struct Reply {
   enum class Kind : std::uint8_t {
     kForeign,  ///< of another command, or damaged

@@ -5,13 +5,13 @@
 
 namespace firn::drivers {
 
-LaserProfiler::LaserProfiler(LaserProfilerConfig config) : Driver(dialect_), config_(config) {
+LaserProfiler::LaserProfiler(LaserProfilerOptions config) : Driver(dialect_), config_(config) {
   identity_ = "Keyence LJ-V7000";
   dialect_.allow_host_latency(config.host_latency_s);
 }
 
 void LaserProfiler::connected(std::int64_t, Effects& fx) {
-  set_state(DriverState::kIdentifying, identity_, fx);
+  set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kIdentifying;
   link_.push(ljv::change_program(config_.program));
   link_.push(ljv::get_newest_profile());
@@ -38,7 +38,7 @@ void LaserProfiler::arm(int rows, std::int64_t now_us, Effects& fx) {
     received_ = 0;
     last_row_us_ = row_us_ = 0;
     link_.push(ljv::get_newest_profile());
-    set_state(DriverState::kStaged, "arming", fx);
+    set_state(DeviceState::kStaged, "arming", fx);
   }
   pump(now_us, fx);
 }
@@ -62,11 +62,12 @@ void LaserProfiler::stop(std::int64_t, Effects& fx) {  // it moves, fires and li
   scan_over(fx);
   phase_ = Phase::kReady;
   if (busy()) finish(op_ == Op::kArm ? Outcome::kNone : Outcome::kDone, kNoCode, "safe stop", fx);
-  set_state(DriverState::kSafe, "stopped", fx);
+  set_state(DeviceState::kSafe, "stopped", fx);
 }
 
 void LaserProfiler::lost(std::int64_t, Effects& fx) {
-  if (scanning_ || busy()) fault(1, kLinkLost, "laser_profiler: link lost during a scan", fx);
+  if (scanning_ || busy())
+    fault(Severity::kWarning, kLinkLost, "laser_profiler: link lost during a scan", fx);
   phase_ = Phase::kDown;
 }
 
@@ -77,7 +78,7 @@ void LaserProfiler::failed(const Request&, std::int64_t now_us, Effects& fx) {
 void LaserProfiler::scan_over(Effects& fx) {
   if (!scanning_) return;
   scanning_ = false;
-  fx.events.emplace_back(ScanDone{rows_, received_});
+  fx.measured(ScanDone{rows_, received_});
 }
 
 void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
@@ -85,7 +86,7 @@ void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   last_trigger_ = raw_.trigger_count;
   const std::uint32_t row = raw_.trigger_count - base_trigger_ - 1;  // modulo 2^32, like the counter
   if (row >= std::uint32_t(rows_)) {
-    fault(1, kInstrument,
+    fault(Severity::kWarning, kInstrument,
           "laser_profiler: trigger " + std::to_string(raw_.trigger_count) + " is no row of this scan", fx);
     return;
   }
@@ -96,8 +97,8 @@ void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   last_row_ = row;
   last_row_us_ = now_us;
   ++received_;
-  fx.events.emplace_back(
-      Profile{std::int32_t(row), raw_.x0_mm, raw_.dx_mm, raw_.trigger_count, raw_.encoder_count, raw_.z_mm});
+  fx.measured(ProfileRow{std::int32_t(row), raw_.x0_mm, raw_.dx_mm, raw_.trigger_count, raw_.encoder_count,
+                         raw_.z_mm});
   if (row + 1 == std::uint32_t(rows_)) scan_over(fx);
 }
 
@@ -109,12 +110,12 @@ void LaserProfiler::reply(const Request& request, std::span<const std::byte> fra
     std::snprintf(text, sizeof text, "laser_profiler: command %02X answered with error %02X",
                   unsigned(request.argument), head ? unsigned(head->return_code) : 0u);
     const bool nothing_yet = request.argument == ljv::kGetProfile && head && !scanning_;
-    fault(nothing_yet ? 0 : 1, kInstrument, text, fx);
+    fault(nothing_yet ? Severity::kNotice : Severity::kWarning, kInstrument, text, fx);
     if (request.argument == ljv::kChangeProgram) return reconnect(now_us, fx, text);
     raw_.points = 0;
   } else if (request.argument == ljv::kGetProfile && !ljv::parse_profile(frame, raw_)) {
     fault(
-        1, kInstrument,
+        Severity::kWarning, kInstrument,
         "laser_profiler: a profile of " + std::to_string(frame.size()) + " bytes contradicts its own fields",
         fx);
     raw_.points = 0;
@@ -125,7 +126,7 @@ void LaserProfiler::reply(const Request& request, std::span<const std::byte> fra
     take(now_us, fx);
     if (!scanning_ && phase_ == Phase::kArmed) {
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "scan complete", fx);
+      set_state(DeviceState::kSafe, "scan complete", fx);
     }
   } else {
     last_trigger_ = raw_.points == 0 ? 0 : raw_.trigger_count;
@@ -140,13 +141,13 @@ bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
       scan_over(fx);  // the rows that came before the link was lost are all there will be
       if (busy())
         finish(op_ == Op::kArm ? Outcome::kNone : Outcome::kDone, kLinkLost, "the link was lost", fx);
-      set_state(DriverState::kSafe, "program " + std::to_string(config_.program), fx);
+      set_state(DeviceState::kSafe, "program " + std::to_string(config_.program), fx);
       return false;
     case Phase::kArming:
       base_trigger_ = last_trigger_;
       phase_ = Phase::kArmed;
       scanning_ = true;
-      set_state(DriverState::kArmed, "waiting for triggers", fx);
+      set_state(DeviceState::kArmed, "waiting for triggers", fx);
       finish(Outcome::kReady, kNoCode, {}, fx);
       return false;
     case Phase::kEnding:
@@ -156,7 +157,7 @@ bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
       }
       scan_over(fx);
       phase_ = Phase::kReady;
-      set_state(DriverState::kSafe, "scan ended", fx);
+      set_state(DeviceState::kSafe, "scan ended", fx);
       finish(Outcome::kDone, kNoCode, {}, fx);
       return false;
     case Phase::kReady:

@@ -1,6 +1,6 @@
-// The laser profiler: Keyence LJ-V7000, triggered by the pulse output of the stage's Y axis. While armed it
-// is asked for its newest profile; a new trigger count is a new row. A row that was overwritten before it was
-// asked for is simply absent.
+// LaserProfiler controls the laser profiler Keyence LJ-V7000, triggered by the pulse output of the stage's Y
+// axis. While armed, the instrument is asked for its newest profile; a new trigger count is a new row. A row
+// that was overwritten before it was asked for is simply absent.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,23 @@
 
 namespace firn::drivers {
 
-struct LaserProfilerConfig {
+/// One measured line of the surface: a row of the scan.
+struct ProfileRow {
+  std::int32_t row = 0;  ///< 0-based row of the scan
+  double x0_mm = 0.0;
+  double dx_mm = 0.0;
+  std::uint32_t trigger_count = 0;
+  std::int32_t encoder_count = 0;
+  std::vector<float> z_mm;  ///< NaN = no valid sample
+};
+
+/// The end of a scan: all rows are there, or the scan was ended early.
+struct ScanDone {
+  std::int32_t rows_expected = 0;
+  std::int32_t rows_received = 0;
+};
+
+struct LaserProfilerOptions {
   int program = 0;
   double poll_s = 0.008;  ///< while armed; must be shorter than the time between two triggers. Once two rows
                           ///< have come, the driver waits 9/10 of their distance before it asks again.
@@ -23,10 +39,10 @@ struct LaserProfilerConfig {
 
 class LaserProfiler final : public Driver {
  public:
-  explicit LaserProfiler(LaserProfilerConfig config);
+  explicit LaserProfiler(LaserProfilerOptions config);
 
-  /// Reads the trigger count, then Result{kReady}; from then on Profile events, row = triggers since then -
-  /// 1, and ScanDone when the last row is there.
+  /// Reads the trigger count, then Result{kReady}; from then on ProfileRow events, row = triggers since then
+  /// - 1, and ScanDone when the last row is there.
   void arm(int rows, std::int64_t now_us, Effects& fx);
   /// Asks once more, then ScanDone (if it has not been sent) and Result{kDone}.
   void end(std::int64_t now_us, Effects& fx);
@@ -52,7 +68,7 @@ class LaserProfiler final : public Driver {
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
   std::int64_t next_poll_us() const;
 
-  LaserProfilerConfig config_;
+  LaserProfilerOptions config_;
   ljv::LjvDialect dialect_;
   ljv::RawProfile raw_;
   Phase phase_ = Phase::kDown;

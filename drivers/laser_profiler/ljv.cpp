@@ -100,7 +100,7 @@ LjvDialect::LjvDialect() {
 
 Frame LjvDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
   if (buffer.size() < kPrefix) return {};
-  const std::size_t length = u32(buffer, 0);  // of what follows; untrusted
+  const std::size_t length = u32(buffer, 0);  // of the rest; untrusted
   if (length < kHeader || length > kLongestReply) return {Frame::Kind::kCorrupt, buffer.size()};
   if (buffer.size() >= kPrefix + kHeader && u32(buffer, 12) + 12 != length)
     return {Frame::Kind::kCorrupt, buffer.size()};

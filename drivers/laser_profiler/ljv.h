@@ -1,6 +1,7 @@
-// Keyence LJ-V7000, command port TCP 24691, little endian: change program (39h) and newest high-speed profile
-// (42h). Layout from two public sources that agree (docs/devices/laser_profiler.md). No checksum: lengths,
-// the echoed command and the bounds of every field are checked instead.
+// LjvDialect encodes and frames the commands of the Keyence LJ-V7000, command port TCP 24691, little endian:
+// change program (39h) and newest high-speed profile (42h). Layout from two public sources that agree
+// (docs/devices/laser_profiler.md). No checksum: lengths, the echoed command and the bounds of every field
+// are checked instead.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Lines of words that end with `*`, a CRC-16 in four hex digits and CR LF: written into a fixed buffer, read
-// in place.
+// LineWriter and WordReader write and read lines of words that end with `*`, a CRC-16 in four hex digits and
+// CR LF: written into a fixed buffer, read in place.
 #pragma once
 
 #include <array>
@@ -11,8 +11,7 @@
 
 namespace firn::drivers {
 
-/// Writes one line. What does not fit is noticed, not written: overflow() then holds and the line is of no
-/// use.
+/// Writes one line. After text that does not fit, overflow() is true and the line must not be used.
 class LineWriter {
  public:
   static constexpr std::size_t kLongest = 120;  ///< characters with CR LF

@@ -1,5 +1,5 @@
-// CRC-16/CCITT-FALSE: polynomial 1021h, initial value FFFFh, not reflected: "123456789" -> 29B1h. The
-// checksum of the robot's lines, the valve's frames and the heater's lines.
+// crc16 computes CRC-16/CCITT-FALSE: polynomial 1021h, initial value FFFFh, not reflected: "123456789" ->
+// 29B1h. The checksum of the robot's lines, the valve's frames and the heater's lines.
 #pragma once
 
 #include <cstddef>

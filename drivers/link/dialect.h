@@ -1,5 +1,5 @@
-// How one instrument speaks: its timeouts, where a frame ends, whether a frame answers the request that
-// waits.
+// Dialect describes the protocol of one instrument: its timeouts, the end of a frame, and whether a frame
+// answers the awaited request.
 #pragma once
 
 #include <array>
@@ -13,11 +13,11 @@
 
 namespace firn::drivers {
 
-/// What may be done when the reply to a request is lost.
+/// Permitted reaction to the loss of a reply.
 enum class Repeat : std::uint8_t {
   kRead,   ///< asks only: may be asked again
   kSetup,  ///< neither moves, fires nor lights anything, and twice is as good as once: may be sent again
-  kNever,  ///< moves, arms, fires or opens: never sent again; the instrument is asked what happened
+  kNever,  ///< moves, arms, fires or opens: never sent again; the instrument is asked for its state
 };
 
 /// One request, without allocation. `tag` and `argument` are the driver's own names for it, `format` tells
@@ -58,7 +58,7 @@ struct Timeouts {
   std::int64_t opening_us = 0;
 };
 
-/// The first frame of a buffer: its size in bytes and what it is.
+/// The first frame of a buffer: its size in bytes and its kind.
 struct Frame {
   enum class Kind : std::uint8_t {
     kIncomplete,   ///< more bytes are needed; size 0

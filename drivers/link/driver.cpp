@@ -9,7 +9,7 @@ void Driver::opened(std::int64_t now_us, Effects& fx) {
   if (link_.is_open()) went_down(now_us, fx, "opened again");
   reopen_at_us_ = 0;
   link_.opened(now_us);
-  set_state(DriverState::kConnecting, "port open", fx);
+  set_state(DeviceState::kConnecting, "port open", fx);
   pump(now_us, fx);
 }
 
@@ -21,7 +21,7 @@ void Driver::closed(std::int64_t now_us, Effects& fx) {
 void Driver::went_down(std::int64_t now_us, Effects& fx, std::string_view why) {
   link_.closed();
   lost(now_us, fx);
-  set_state(DriverState::kDisconnected, why, fx);
+  set_state(DeviceState::kDisconnected, why, fx);
   if (reopen_at_us_ == 0) {
     reopen_at_us_ = now_us + backoff_us_;
     backoff_us_ = std::min(2 * backoff_us_, kLongestBackoff);
@@ -68,10 +68,10 @@ void Driver::pump(std::int64_t now_us, Effects& fx) {
           break;
         case Kind::kSuspect:
           before_suspect_ = state_;
-          set_state(DriverState::kSuspect, "a reply was lost or damaged", fx);
+          set_state(DeviceState::kSuspect, "a reply was lost or damaged", fx);
           break;
         case Kind::kRecovered:
-          if (state_ == DriverState::kSuspect) set_state(before_suspect_, "link sound again", fx);
+          if (state_ == DeviceState::kSuspect) set_state(before_suspect_, "link sound again", fx);
           break;
         case Kind::kLost:
           fx.reopen = false;  // with the pause of went_down
@@ -87,8 +87,8 @@ void Driver::pump(std::int64_t now_us, Effects& fx) {
     if (t != 0 && (fx.wake_us == 0 || t < fx.wake_us)) fx.wake_us = t;
 }
 
-void Driver::set_state(DriverState state, std::string_view text, Effects& fx) {
-  if (state_ == DriverState::kSuspect && state != DriverState::kSuspect && link_.suspect()) {
+void Driver::set_state(DeviceState state, std::string_view text, Effects& fx) {
+  if (state_ == DeviceState::kSuspect && state != DeviceState::kSuspect && link_.suspect()) {
     before_suspect_ = state;  // told when the link is sound again
     return;
   }
@@ -97,7 +97,7 @@ void Driver::set_state(DriverState state, std::string_view text, Effects& fx) {
   fx.events.emplace_back(StateChange{state, std::string(text)});
 }
 
-void Driver::fault(int severity, std::int32_t code, std::string text, Effects& fx) {
+void Driver::fault(Severity severity, std::int32_t code, std::string text, Effects& fx) {
   fx.events.emplace_back(Fault{severity, code, std::move(text)});
 }
 

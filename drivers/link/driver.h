@@ -1,5 +1,6 @@
-// What every driver shares: the link, opening anew with backoff, the state and its announcement. A driver is
-// a pure state machine: bytes and the time come in, bytes, events and the next wake go out.
+// Driver holds the common part of all drivers: the link, opening anew with backoff, the state and its
+// announcement. A driver is a pure state machine: bytes and the time come in, bytes, events and the next wake
+// go out.
 #pragma once
 
 #include <cstdint>
@@ -25,12 +26,12 @@ class Driver {
   /// The state becomes kSafe when the instrument has confirmed it.
   void safe_stop(std::int64_t now_us, Effects& fx);
 
-  DriverState state() const { return state_; }
+  DeviceState state() const { return state_; }
   const std::string& identity() const { return identity_; }  ///< as the instrument gave it
   /// A command was accepted and its Result is still to come.
   virtual bool busy() const = 0;
   /// The instrument has confirmed that nothing moves, fires or shines, and no stop is under way.
-  bool safe() const { return state_ == DriverState::kSafe && !stopping(); }
+  bool safe() const { return state_ == DeviceState::kSafe && !stopping(); }
 
  protected:
   explicit Driver(const Dialect& dialect) : link_(dialect) {}
@@ -38,7 +39,7 @@ class Driver {
   virtual void connected(std::int64_t now_us, Effects& fx) = 0;  ///< the port is open: begin to identify
   virtual void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
                      Effects& fx) = 0;
-  /// No good reply. The link recovers by itself; what is queued now is sent after that.
+  /// No good reply came. The link recovers by itself; requests queued now are sent after that.
   virtual void failed(const Request& request, std::int64_t now_us, Effects& fx) = 0;
   virtual void unsolicited(std::span<const std::byte>, std::int64_t, Effects&) {}
   virtual void lost(std::int64_t now_us, Effects& fx) = 0;  ///< the port is closed
@@ -49,13 +50,13 @@ class Driver {
   virtual void tick(std::int64_t, Effects&) {}      ///< before anything else, in every call
   virtual std::int64_t device_wake_us() const = 0;  ///< 0 = none
 
-  void set_state(DriverState state, std::string_view text, Effects& fx);
-  void fault(int severity, std::int32_t code, std::string text, Effects& fx);
+  void set_state(DeviceState state, std::string_view text, Effects& fx);
+  void fault(Severity severity, std::int32_t code, std::string text, Effects& fx);
   /// Gives the port up: it is opened anew after a pause.
   void reconnect(std::int64_t now_us, Effects& fx, std::string_view why);
   void identified() { backoff_us_ = kFirstBackoff; }
 
-  /// Every public call ends with it: handles what the link has, sends, and sets the next wake.
+  /// Every public call ends with it: handles the events of the link, sends, and sets the next wake.
   void pump(std::int64_t now_us, Effects& fx);
 
   Link link_;
@@ -66,8 +67,8 @@ class Driver {
 
   void went_down(std::int64_t now_us, Effects& fx, std::string_view why);
 
-  DriverState state_ = DriverState::kDisconnected;
-  DriverState before_suspect_ = DriverState::kDisconnected;
+  DeviceState state_ = DeviceState::kDisconnected;
+  DeviceState before_suspect_ = DeviceState::kDisconnected;
   std::int64_t reopen_at_us_ = 0;
   std::int64_t backoff_us_ = kFirstBackoff;
 };

@@ -1,41 +1,23 @@
-// What a driver tells its node, and what one step of a driver wants done. The numbers of the enums are those
-// of device_state_t and answer_t.
+// DriverEvent holds one report of a driver to its node, Effects the outcome of one step of a driver.
 #pragma once
 
-#include <array>
+#include <any>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "core/grid/device.h"
+
 namespace firn::drivers {
 
-enum class DriverState : std::int8_t {
-  kDisconnected,
-  kConnecting,
-  kIdentifying,
-  kSafe,  ///< idle, nothing can move or fire
-  kStaged,
-  kArmed,
-  kActive,
-  kSuspect,  ///< a reply did not come or was damaged: the link is drained and probed before it is used again
-  kFault,    ///< latched: only a new connection leaves it
-  kEstop,
-};
-const char* name(DriverState state);
-
-enum class Outcome : std::int8_t {
-  kReady,  ///< armed
-  kDone,
-  kNone,     ///< nothing physical happened
-  kUnknown,  ///< [unknown_from, unknown_to) may or may not have happened
-  kRefused,  ///< not started; nothing was sent to the instrument
-  kFailed,   ///< ended early; `counted` is exactly what happened (a prefix of the firing order)
-};
+const char* name(DeviceState state);
 const char* name(Outcome outcome);
 
-/// Interlock numbers of docs/interlocks.md that drivers raise.
+/// Interlock numbers of docs/safety.md that drivers raise.
 enum Code : std::int32_t {
   kNoCode = 0,
   kEstop = 1,
@@ -55,7 +37,7 @@ enum Code : std::int32_t {
 };
 
 struct StateChange {
-  DriverState state = DriverState::kDisconnected;
+  DeviceState state = DeviceState::kDisconnected;
   std::string text;
 };
 
@@ -78,46 +60,33 @@ struct Progress {
 };
 
 struct Fault {
-  int severity = 1;  ///< 0 notice, 1 warning, 2 stop the print safely
+  Severity severity = Severity::kWarning;
   std::int32_t code = kNoCode;
   std::string text;
 };
 
-/// One line of the laser profiler.
-struct Profile {
-  std::int32_t row = 0;  ///< 0-based row of the scan
-  double x0_mm = 0.0;
-  double dx_mm = 0.0;
-  std::uint32_t trigger_count = 0;
-  std::int32_t encoder_count = 0;
-  std::vector<float> z_mm;  ///< NaN = no valid sample
+/// One measurement of the instrument. The driver's header declares its type.
+struct Measured {
+  std::any value;
 };
 
-/// All rows are there, or the scan was ended.
-struct ScanDone {
-  std::int32_t rows_expected = 0;
-  std::int32_t rows_received = 0;
-};
+using DriverEvent = std::variant<StateChange, Result, Progress, Fault, Measured>;
 
-/// What the point laser stored, or one reading.
-struct Samples {
-  std::int32_t material = 0;
-  std::int32_t expected = 0;  ///< asked for; 1 = a single reading
-  std::int32_t damaged = 0;   ///< of the values, for a reason that the instrument does not give
-  double period_s = 0.0;
-  std::vector<float> z_mm;  ///< from the reference distance, up positive; NaN = no value
-};
+template <class T>
+concept CommonEvent = std::is_same_v<T, StateChange> || std::is_same_v<T, Result> ||
+    std::is_same_v<T, Progress> || std::is_same_v<T, Fault>;
 
-/// The heater's temperatures and what is wrong with them.
-struct Temperatures {
-  std::array<double, 3> celsius{};  ///< NaN = open thermocouple
-  std::array<double, 3> set_celsius{};
-  std::array<std::int8_t, 3> fault{};  ///< numbers of temperature_t
-  std::array<bool, 3> heating{};
-};
-
-using DriverEvent =
-    std::variant<StateChange, Result, Progress, Fault, Profile, ScanDone, Samples, Temperatures>;
+/// @tparam T a common event or the type of a measurement
+/// @returns the event as a T; null if it is another one
+template <class T>
+const T* event_cast(const DriverEvent& event) {
+  if constexpr (CommonEvent<T>) {
+    return std::get_if<T>(&event);
+  } else {
+    const Measured* measured = std::get_if<Measured>(&event);
+    return measured ? std::any_cast<T>(&measured->value) : nullptr;
+  }
+}
 
 /// Filled by every call of a driver; the caller clears it and hands it in again, so that a steady state
 /// allocates nothing.
@@ -127,6 +96,10 @@ struct Effects {
   bool reopen = false;        ///< close the port and open it again
   std::vector<DriverEvent> events;
 
+  template <class T>
+  void measured(T value) {
+    events.emplace_back(Measured{std::move(value)});
+  }
   void clear() {
     tx.clear();
     wake_us = 0;

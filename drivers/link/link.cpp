@@ -4,7 +4,7 @@
 
 namespace firn::drivers {
 
-const char* name(DriverState state) {
+const char* name(DeviceState state) {
   static constexpr const char* kNames[] = {"disconnected", "connecting", "identifying", "safe",  "staged",
                                            "armed",        "active",     "suspect",     "fault", "estop"};
   return kNames[int(state)];
@@ -84,7 +84,7 @@ void Link::urgent(const Request& request, std::int64_t now_us, Effects& fx) {
 void Link::drop_front(std::size_t bytes) { rx_.erase(rx_.begin(), rx_.begin() + std::ptrdiff_t(bytes)); }
 
 void Link::enter_suspect(std::int64_t now_us) {
-  // What may be repeated goes back to the head of the queue, in order; the rest is reported.
+  // Requests that may be repeated go back to the head of the queue, in order; the rest is reported.
   std::vector<Request> again;
   for (const Request& r : awaited_)
     (r.repeat != Repeat::kNever && r.attempts < dialect_.max_attempts ? again : failed_).push_back(r);
@@ -153,7 +153,7 @@ bool Link::answers_a_later_one() {
   return false;
 }
 
-// What was overtaken is never sent again: it would act after the request that was to end it.
+// An overtaken request is never sent again: it would act after the request that was to end it.
 std::optional<LinkEvent> Link::ask_again(std::int64_t now_us, Effects& fx) {
   rx_.clear();  // the rest of a frame that has begun will not come any more
   if (awaited_.size() > 1) {

@@ -1,6 +1,7 @@
-// Request and response over a byte stream, as a pure state machine: one request at a time, four timeouts, and
-// after any lost or damaged reply the link is suspect: it is drained until quiet, probed, watched once more,
-// and only then used again, so that a late reply is never taken for the answer to a later question.
+// Link carries requests and replies over a byte stream, as a pure state machine: one request at a time, four
+// timeouts, and after any lost or damaged reply the link is suspect: it is drained until quiet, probed,
+// watched once more, and only then used again, so that a late reply is never taken for the answer to a later
+// question.
 #pragma once
 
 #include <cstdint>
@@ -38,15 +39,15 @@ class Link {
 
   /// Queues a request; it is sent by poll() when its turn comes.
   void push(const Request& request) { queue_.push_back(request); }
-  /// Sends at once, ahead of the queue and even while the link is suspect: for what makes the device safe.
-  /// Its reply is awaited in order, if the link is sound. Does nothing while the port is closed.
+  /// Sends at once, ahead of the queue and even while the link is suspect: for requests that make the device
+  /// safe. Its reply is awaited in order, if the link is sound. Does nothing while the port is closed.
   void urgent(const Request& request, std::int64_t now_us, Effects& fx);
   void clear_queue() {
     queue_.clear();
     head_ = 0;
   }
 
-  /// What happened next, or nothing: call until it returns nothing. Sends and asks for a reopening through
+  /// The next event: to be called until it returns nothing. Sends and asks for a reopening through
   /// `fx`.
   std::optional<LinkEvent> poll(std::int64_t now_us, Effects& fx);
 

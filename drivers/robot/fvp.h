@@ -1,6 +1,7 @@
-// FVP/1, the line protocol between Firn and a V+ program on the robot's controller (docs/devices/robot.md; no
-// public protocol of the C40 exists). `@<seq> <VERB> <args>*<CRC4>\r\n`, at most 120 characters; the CRC is
-// that of the text between `@` and `*`. Both sides use this codec. Nothing here allocates.
+// FvpDialect encodes and frames FVP/1, the line protocol between Firn and a V+ program on the robot's
+// controller (docs/devices/robot.md; no public protocol of the C40 exists). `@<seq> <VERB>
+// <args>*<CRC4>\r\n`, at most 120 characters; the CRC is that of the text between `@` and `*`. Both sides use
+// this codec. Nothing here allocates.
 #pragma once
 
 #include <array>
@@ -25,8 +26,8 @@ inline constexpr std::int64_t kMostId =
 /// A request of number 0 is not answered and not remembered: path lines within a block.
 inline constexpr std::int64_t kUnanswered = 0;
 inline constexpr std::int64_t next_seq(std::int64_t seq) { return seq >= kMostSeq ? 1 : seq + 1; }
-/// The robot executes what is newer, repeats its last reply to what is equal and answers NAK 11 to what is
-/// older.
+/// The robot executes a newer request, repeats its last reply to an equal one and answers NAK 11 to one that
+/// is older.
 inline constexpr bool newer(std::int64_t seq, std::int64_t last) {
   const std::int64_t ahead = (seq - last + kMostSeq) % kMostSeq;
   return ahead > 0 && ahead <= kMostSeq / 2;
@@ -107,7 +108,7 @@ struct Message {
   enum class Kind : std::uint8_t { kBad, kNumbered, kEvent };
   Kind kind = Kind::kBad;
   std::int64_t seq = 0;   ///< or the event's number
-  std::string_view text;  ///< what follows the number; for an event what follows EVT
+  std::string_view text;  ///< behind the number; of an event behind EVT
 };
 Message parse(std::string_view line);
 
@@ -127,7 +128,7 @@ class FvpDialect : public Dialect {
   Request probe() const override;
   void write(const Request& request, std::vector<std::byte>& tx) const override;
 
-  std::span<const Counts> points;  ///< what path blocks are made of, when they are sent
+  std::span<const Counts> points;  ///< source of the path blocks, read when they are sent
 };
 
 }  // namespace firn::drivers::fvp

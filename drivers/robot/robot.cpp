@@ -1,5 +1,6 @@
 #include "drivers/robot/robot.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -19,7 +20,7 @@ std::string joint_text(std::size_t joint, double value) {
 }
 
 // Why a trajectory is not for this robot [interlock 8]; empty = it is.
-std::string broken_limit(const RobotConfig& c, double tick_s, int axes, std::span<const double> positions) {
+std::string broken_limit(const RobotOptions& c, double tick_s, int axes, std::span<const double> positions) {
   if (axes != 4 || positions.size() < 8 || positions.size() % 4 != 0)
     return "the robot has 4 joints and needs two points, not " + std::to_string(axes) + " axes with " +
            std::to_string(positions.size()) + " positions";
@@ -42,15 +43,15 @@ std::string broken_limit(const RobotConfig& c, double tick_s, int axes, std::spa
 
 }  // namespace
 
-// Ranges and rates: Table 2-1. What a path may use is less (4.10); the planner's certificate holds it to
+// Ranges and rates: Table 2-1. A path may use less (4.10); the planner's certificate holds it to
 // that.
-RobotConfig::RobotConfig()
+RobotOptions::RobotOptions()
     : limits{{{-105.0 * kDegree, 105.0 * kDegree, 360.0 * kDegree, 360.0 * kDegree},
               {-150.0 * kDegree, 150.0 * kDegree, 672.0 * kDegree, 672.0 * kDegree},
               {0.0, 210.0, 1100.0, 1100.0},
               {-360.0 * kDegree, 360.0 * kDegree, 1200.0 * kDegree, 1200.0 * kDegree}}} {}
 
-Robot::Robot(RobotConfig config) : Driver(dialect_), config_(std::move(config)) {
+Robot::Robot(RobotOptions config) : Driver(dialect_), config_(std::move(config)) {
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Adept Cobra 600, C40";
 }
@@ -88,7 +89,8 @@ void Robot::add_path(std::int64_t path, double tick_s, int axes, std::span<const
             {positions[4 * n], positions[4 * n + 1], positions[4 * n + 2], positions[4 * n + 3]});
       kept.points = std::move(points);
     } else {
-      fault(1, kUnreachable, "robot: path " + std::to_string(path) + " is refused: " + kept.refusal, fx);
+      fault(Severity::kWarning, kUnreachable,
+            "robot: path " + std::to_string(path) + " is refused: " + kept.refusal, fx);
     }
     paths_.emplace(path, std::move(kept));
   }
@@ -96,39 +98,53 @@ void Robot::add_path(std::int64_t path, double tick_s, int axes, std::span<const
 }
 
 bool Robot::accept(Op op, Effects& fx) {
-  if (busy()) return refuse(kNoCode, "the robot is busy with another command", fx), false;
+  if (busy()) {
+    refuse(kNoCode, "the robot is busy with another command", fx);
+    return false;
+  }
   if (op == Op::kHome && phase_ == Phase::kDead && link_.idle()) return true;  // the operator's reset
-  if (phase_ != Phase::kReady)
-    return refuse(kNoCode, std::string("the robot is ") + name(state()), fx), false;
-  if ((op == Op::kRun || op == Op::kMove) && !(status_.power && status_.calibrated))
-    return refuse(kLimit, status_.power ? "the robot is not calibrated" : "the robot has no arm power", fx),
-           false;
-  if (op == Op::kRun && status_.speed_percent != 100)
-    return refuse(kTimeSlip, "monitor SPEED is " + std::to_string(status_.speed_percent) + ", not 100", fx),
-           false;
+  if (phase_ != Phase::kReady) {
+    refuse(kNoCode, std::string("the robot is ") + name(state()), fx);
+    return false;
+  }
+  if ((op == Op::kRun || op == Op::kMove) && !(status_.power && status_.calibrated)) {
+    refuse(kLimit, status_.power ? "the robot is not calibrated" : "the robot has no arm power", fx);
+    return false;
+  }
+  if (op == Op::kRun && status_.speed_percent != 100) {
+    refuse(kTimeSlip, "monitor SPEED is " + std::to_string(status_.speed_percent) + ", not 100", fx);
+    return false;
+  }
   return true;
 }
 
 const Robot::Kept* Robot::runnable(const PathPart& part, Effects& fx) {
   const std::string which = "path " + std::to_string(part.path);
   const auto at = paths_.find(part.path);
-  if (at == paths_.end()) return refuse(kNoCode, which + " has not been received", fx), nullptr;
-  if (!at->second.refusal.empty())
-    return refuse(kUnreachable, which + ": " + at->second.refusal, fx), nullptr;
+  if (at == paths_.end()) {
+    refuse(kNoCode, which + " has not been received", fx);
+    return nullptr;
+  }
+  if (!at->second.refusal.empty()) {
+    refuse(kUnreachable, which + ": " + at->second.refusal, fx);
+    return nullptr;
+  }
   const auto n = std::int64_t(at->second.points->size());
   const std::int64_t last = part.to == 0 ? n - 1 : part.to;
-  if (part.from < 0 || last >= n || last <= part.from)
-    return refuse(kLimit,
-                  which + ": samples " + std::to_string(part.from) + " to " + std::to_string(last) +
-                      " are not within its " + std::to_string(n),
-                  fx),
-           nullptr;
-  if (last - part.from + 1 > fvp::kMostPoints)
-    return refuse(kLimit,
-                  which + ": " + std::to_string(last - part.from + 1) + " points are more than the robot's " +
-                      std::to_string(fvp::kMostPoints) + " (131.072 s)",
-                  fx),
-           nullptr;
+  if (part.from < 0 || last >= n || last <= part.from) {
+    refuse(kLimit,
+           which + ": samples " + std::to_string(part.from) + " to " + std::to_string(last) +
+               " are not within its " + std::to_string(n),
+           fx);
+    return nullptr;
+  }
+  if (last - part.from + 1 > fvp::kMostPoints) {
+    refuse(kLimit,
+           which + ": " + std::to_string(last - part.from + 1) + " points are more than the robot's " +
+               std::to_string(fvp::kMostPoints) + " (131.072 s)",
+           fx);
+    return nullptr;
+  }
   part_ = {part.path, part.from, std::int32_t(last)};
   part_points_ = std::size_t(last - part.from + 1);
   first_point_ = (*at->second.points)[std::size_t(part.from)];
@@ -157,13 +173,13 @@ void Robot::run(const PathPart& part, int signals, std::int64_t now_us, Effects&
       last_path_ = part.path;
       if (deposits) forget_before(part.path);
       phase_ = Phase::kLoading;
-      set_state(DriverState::kStaged, "path " + std::to_string(part.path), fx);
+      set_state(DeviceState::kStaged, "path " + std::to_string(part.path), fx);
     }
   }
   pump(now_us, fx);
 }
 
-// Paths are printed in the order of their numbers: what lies before one that deposits is over.
+// Paths are printed in the order of their numbers: all paths before one that deposits are over.
 void Robot::forget_before(std::int64_t path) {
   paths_.erase(paths_.begin(), paths_.lower_bound(path));
   spent_.erase(spent_.begin(), spent_.lower_bound(PathPart{path, 0, 0}));
@@ -185,7 +201,7 @@ void Robot::move_to(const fvp::Joints& target, int percent, std::int64_t now_us,
       op_ = Op::kMove;
       phase_ = Phase::kMoving;
       plan_way(fvp::counts_of(target), percent == 0 ? config_.approach_percent : percent);
-      set_state(DriverState::kActive, "moving", fx);
+      set_state(DeviceState::kActive, "moving", fx);
     }
   }
   pump(now_us, fx);
@@ -201,7 +217,7 @@ void Robot::home(std::int64_t now_us, Effects& fx) {
     op_ = Op::kHome;
     phase_ = Phase::kHoming;
     step_ = 0;
-    set_state(DriverState::kActive, "power and calibration", fx);
+    set_state(DeviceState::kActive, "power and calibration", fx);
   }
   pump(now_us, fx);
 }
@@ -214,6 +230,283 @@ void Robot::drop(std::int64_t path, std::int64_t now_us, Effects& fx) {
     fx.events.emplace_back(Result{});
   }
   pump(now_us, fx);
+}
+
+std::int64_t Robot::planned_us() const {
+  return std::llround(double(part_points_ == 0 ? 0 : part_points_ - 1) * config_.tick_s * 1e6);
+}
+
+void Robot::begin_way() {
+  way_.clear();
+  way_at_ = 0;
+  move_over_ = false;
+  poll_at_us_ = limit_us_ = 0;
+}
+
+void Robot::plan_way(const fvp::Counts& to, int percent) {
+  begin_way();
+  // Encoders are coarser than the first point of a path: the commanded position counts, not the position that
+  // it says it is.
+  const fvp::Counts from = commanded_.value_or(*where_);
+  const bool turns = !commanded_ || from[0] != to[0] || from[1] != to[1] || from[3] != to[3];
+  if (turns) {
+    const double hop_mm = (std::max(from[2], to[2])) / 1e3 + config_.approach_hop_mm;
+    const auto top = std::int32_t(std::llround(std::min(hop_mm, config_.limits[2].high) * 1e3));
+    fvp::Counts above = from;
+    above[2] = std::max(top, from[2]);
+    if (from[2] != above[2]) way_.push_back({true, above, percent});
+    fvp::Counts over = to;
+    over[2] = above[2];
+    way_.push_back({false, over, percent});
+    if (over[2] != to[2]) way_.push_back({true, to, percent});
+  } else if (from[2] != to[2]) {
+    way_.push_back({true, to, percent});
+  }
+}
+
+void Robot::start_move(const Target& target, std::int64_t now_us) {
+  LineWriter line = fvp::request(seq(), target.only_z ? "MOVEZ" : "MOVEJ");
+  double longest_s = 0.0;
+  for (std::size_t j = target.only_z ? 2 : 0; j < (target.only_z ? 3u : 4u); ++j) {
+    line.word(target.counts[j]);
+    const double full = j == 2 ? config_.limits[j].move_rate * 1e3
+                               : double(fvp::counts_of({config_.limits[j].move_rate, 0.0, 0.0, 0.0})[0]);
+    const double way = where_ ? std::abs(double(target.counts[j]) - double((*where_)[j])) : 0.0;
+    longest_s = std::max(longest_s, way / (full * target.percent / 100.0));
+  }
+  line.word(target.percent);
+  push(line, Repeat::kNever, kMove);
+  move_over_ = false;
+  poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
+  limit_us_ =
+      now_us +
+      std::int64_t((longest_s * config_.stall_factor + config_.move_grace_s + 2.0 * config_.host_latency_s) *
+                   1e6);
+}
+
+// Of the move that was started last: an event says that it is over, or the status does.
+Robot::Motion Robot::motion(std::int64_t now_us) {
+  if (move_over_) return Motion::kOver;
+  if (now_us < poll_at_us_) return Motion::kWaiting;
+  if (poll_at_us_ != 0 && status_.state != fvp::State::kRunning && where_) {
+    move_over_ = true;  // asked after the move had begun, and it stands
+    return Motion::kOver;
+  }
+  poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
+  ask("STAT", kStat);
+  ask("STAT J", kWhere);
+  return Motion::kAsked;
+}
+
+bool Robot::moving_step(std::int64_t now_us, Effects& fx) {
+  if (limit_us_ != 0) {
+    const Motion m = motion(now_us);
+    if (m != Motion::kOver) return m == Motion::kAsked;
+    const Target& there = way_[way_at_++];
+    if (!there.only_z || commanded_) commanded_ = there.counts;
+    limit_us_ = 0;
+  }
+  if (way_at_ < way_.size()) {
+    start_move(way_[way_at_], now_us);
+    return true;
+  }
+  if (op_ == Op::kRun) {
+    start_path(now_us, fx);
+    return true;
+  }
+  low_ = low_ || op_ == Op::kMove;
+  if (op_ == Op::kHome) low_ = false;
+  const char* what = op_ == Op::kHome ? "homed" : "move done";
+  finish({Outcome::kDone, -1, 0, 0, 0, kNoCode, {}}, fx);
+  ready(what, fx);
+  return true;
+}
+
+void Robot::start_path(std::int64_t now_us, Effects& fx) {
+  const Slot* slot = slot_of(part_);
+  if (!slot) return begin_stop(now_us, fx, "the robot has lost the path", kInstrument);
+  phase_ = Phase::kStarting;
+  run_id_ = slot->id;
+  if (signals_ & (kSignalValveA | kSignalValveB)) spent_.insert(part_);
+  launched_ = true;
+  low_ = true;
+  commanded_.reset();
+  push(fvp::request(seq(), "PATH RUN").word(run_id_).word(signals_), Repeat::kNever, kRunPath);
+}
+
+void Robot::complete_run(Effects& fx) {
+  const std::int64_t took_us = std::int64_t(took_ms_) * 1000, planned = planned_us();
+  Result r{Outcome::kDone, took_us, planned, 0, 0, kNoCode, {}};
+  if (std::abs(took_us - planned) > std::llround(config_.slip_s * 1e6)) {
+    ++slips_;
+    r.code = kTimeSlip;
+    r.text = "path " + std::to_string(part_.path) + " took " + std::to_string(took_us / 1000) +
+             " ms, planned " + std::to_string(planned / 1000) + " ms";
+    fault(slips_ > 1 ? Severity::kStop : Severity::kWarning, kTimeSlip, "robot: " + r.text, fx);
+  } else {
+    slips_ = 0;
+  }
+  commanded_ = last_point_;
+  if (signals_ & (kSignalValveA | kSignalValveB)) {
+    if (Slot* slot = slot_of(part_)) slot->verified = false;  // it may be overwritten
+  }
+  finish(std::move(r), fx);
+}
+
+bool Robot::running_step(std::int64_t now_us, Effects& fx) {
+  if (path_over_) {
+    complete_run(fx);
+    ready("path done", fx);
+    return true;
+  }
+  if (now_us >= poll_at_us_) {
+    poll_at_us_ = now_us + 100'000;
+    ask("STAT", kStat);
+    return true;
+  }
+  if (upload_step()) return true;
+  if (now_us - link_.last_sent_us() < std::int64_t(config_.hb_s * 1e6)) return false;
+  ask("HB", kBeat);
+  return true;
+}
+
+bool Robot::homing_step(std::int64_t now_us, Effects& fx) {
+  const auto fail = [&](std::string why, std::int32_t code) {
+    begin_stop(now_us, fx, std::move(why), code);
+    return true;
+  };
+  const auto poll = [&] {
+    if (now_us < poll_at_us_) return false;
+    poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
+    ask("STAT", kStat);
+    return true;
+  };
+  switch (step_) {
+    case 0:
+      order("CLEAR", kHarmless);
+      push(fvp::request(seq(), "SPEED").word(100), Repeat::kSetup, kSpeed);
+      ask("STAT", kStat);
+      step_ = 1;
+      return true;
+    case 1:
+      if (status_.state == fvp::State::kEstop || status_.state == fvp::State::kFault) {
+        doom_ = status_.state == fvp::State::kEstop
+                    ? Doom{DeviceState::kEstop, kEstop, "the emergency stop is still pressed"}
+                    : Doom{DeviceState::kFault, kAxisFault, "the fault cannot be cleared"};
+        return fail(doom_->text, doom_->code);
+      }
+      if (status_.speed_percent != 100)
+        return fail("monitor SPEED stays at " + std::to_string(status_.speed_percent) + ", not 100",
+                    kTimeSlip);
+      if (!status_.power) order("POWER 1");
+      limit_us_ = now_us + std::int64_t(config_.power_s * 1e6);
+      poll_at_us_ = now_us;
+      step_ = 2;
+      return true;
+    case 2:
+      if (!status_.power) return now_us >= limit_us_ ? fail("no arm power", kStall) : poll();
+      if (!status_.calibrated) order("CAL");
+      limit_us_ = now_us + std::int64_t(config_.calibration_s * 1e6);
+      poll_at_us_ = now_us;
+      step_ = 3;
+      return true;
+    case 3:
+      if (!status_.calibrated || status_.state == fvp::State::kRunning)
+        return now_us >= limit_us_ ? fail("the calibration does not end", kStall) : poll();
+      ask("STAT J", kWhere);
+      step_ = 4;
+      return true;
+    default: {
+      if (!where_) return fail("where it stands is not known", kInstrument);
+      const double z_mm = std::min(config_.home_z_mm, config_.limits[2].high);
+      Target up{true, *where_, config_.approach_percent};
+      up.counts[2] = std::int32_t(std::llround(z_mm * 1e3));
+      begin_way();
+      if (up.counts[2] > (*where_)[2]) way_.push_back(up);
+      phase_ = Phase::kMoving;
+      return true;
+    }
+  }
+}
+
+bool Robot::idle(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kDown:
+      return false;
+    case Phase::kHello:  // whatever it was doing ends
+      phase_ = Phase::kReady;
+      begin_stop(now_us, fx, "a new connection", kNoCode);
+      return true;
+    case Phase::kStopping:
+      return stopping_step(now_us, fx);
+    case Phase::kHoming:
+      return homing_step(now_us, fx);
+    case Phase::kMoving:
+      return moving_step(now_us, fx) || upload_step();
+    case Phase::kRunning:
+      return running_step(now_us, fx);
+    case Phase::kStarting:  // the reply to PATH RUN changes it
+      return false;
+    case Phase::kLoading:
+      if (!holds(part_)) return upload_step();
+      if (op_ == Op::kLoad) {
+        finish({Outcome::kDone, std::int64_t(part_points_), std::int64_t(part_points_), 0, 0, kNoCode, {}},
+               fx);
+        ready("path held", fx);
+      } else if (!where_) {
+        ask("STAT J", kWhere);
+      } else {
+        phase_ = Phase::kMoving;
+        low_ = true;
+        plan_way(first_point_, config_.approach_percent);
+        set_state(DeviceState::kActive, "path " + std::to_string(part_.path), fx);
+      }
+      return true;
+    case Phase::kReady:
+      if (upload_step()) return true;
+      [[fallthrough]];
+    case Phase::kDead:
+      if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
+      ask("STAT", kStat);
+      return true;
+  }
+  return false;
+}
+
+void Robot::tick(std::int64_t now_us, Effects& fx) {
+  if (limit_us_ == 0 || now_us < limit_us_) return;
+  if (phase_ == Phase::kRunning && !path_over_) {
+    const std::string why = "path " + std::to_string(part_.path) + " is not over in time";
+    fault(Severity::kStop, kStall, "robot: " + why, fx);
+    begin_stop(now_us, fx, why, kStall);
+  } else if (phase_ == Phase::kMoving && !move_over_) {
+    fault(Severity::kStop, kStall, "robot: a move is not over in time", fx);
+    begin_stop(now_us, fx, "a move was not over in time", kStall);
+  }
+}
+
+std::int64_t Robot::device_wake_us() const {
+  const bool timed = phase_ == Phase::kRunning || phase_ == Phase::kMoving;
+  std::int64_t wake = timed ? limit_us_ : 0;
+  if (!link_.idle()) return wake;
+  std::int64_t next = 0;
+  switch (phase_) {
+    case Phase::kReady:
+    case Phase::kDead:
+      next = link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+      break;
+    case Phase::kRunning:
+      next = std::min(poll_at_us_, link_.last_sent_us() + std::int64_t(config_.hb_s * 1e6));
+      break;
+    case Phase::kMoving:
+    case Phase::kStopping:
+    case Phase::kHoming:
+      next = poll_at_us_;
+      break;
+    default:
+      break;
+  }
+  return next != 0 && (wake == 0 || next < wake) ? next : wake;
 }
 
 }  // namespace firn::drivers

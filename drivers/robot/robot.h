@@ -1,6 +1,6 @@
-// The robot: Cobra 600 behind FVP/1. Holds trajectories, uploads them ahead of time into the controller's two
-// slots, goes to a path's first point, runs it with signals for valves and laser, and says how long it took.
-// Joints only: rad, rad, mm (up), rad; who plans knows the tool.
+// Robot controls the Cobra 600 behind FVP/1. It holds trajectories, uploads them ahead of time into the
+// controller's two slots, goes to a path's first point, runs it with signals for valves and laser, and says
+// how long it took. Joints only: rad, rad, mm (up), rad; who plans knows the tool.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ struct JointLimit {
   double move_rate = 0.0;  ///< of a move at 100 percent
 };
 
-struct RobotConfig {
+struct RobotOptions {
   std::array<JointLimit, 4> limits;  ///< default: Table 2-1 of the thesis
   double tick_s = 0.016;
   double approach_hop_mm = 2.0;  ///< above the higher end of a way to a path's first point
@@ -43,7 +43,7 @@ struct RobotConfig {
   double move_grace_s = 3.0;
   double power_s = 10.0, calibration_s = 90.0;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
-  RobotConfig();
+  RobotOptions();
 };
 
 /// A trajectory, or samples [from, to] of one: it rests at both ends.
@@ -59,7 +59,7 @@ enum Signal : int { kSignalValveA = 1, kSignalValveB = 2, kSignalLaser = 4 };
 
 class Robot final : public Driver {
  public:
-  explicit Robot(RobotConfig config);
+  explicit Robot(RobotOptions config);
 
   /// Keeps a trajectory: row-major, 4 axes. One that breaks a joint limit, a rate or the tick is kept only as
   /// a refusal, which every command for it gets (interlock 8); the fault says so at once. A known number is
@@ -136,7 +136,7 @@ class Robot final : public Driver {
   };
   struct Upload {
     Slot* slot = nullptr;  // null = none
-    Points points;         // keeps what the dialect writes from
+    Points points;         // the dialect writes from them
     std::size_t first = 0, count = 0;
     std::size_t held = 0;  // that the robot confirmed
     std::uint16_t crc = 0;
@@ -149,7 +149,7 @@ class Robot final : public Driver {
     int percent = 0;
   };
   struct Doom {
-    DriverState state;
+    DeviceState state;
     std::int32_t code;
     std::string text;
   };
@@ -166,13 +166,13 @@ class Robot final : public Driver {
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return phase_ == Phase::kStopping || phase_ == Phase::kHello; }
 
-  // robot.cpp: commands
+  // Commands.
   bool accept(Op op, Effects& fx);
   const Kept* runnable(const PathPart& part, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);
   void finish(Result result, Effects& fx);
   void forget_before(std::int64_t path);
-  // robot_link.cpp: link, stopping, what an interrupted command has done
+  // Link, stopping, result of an interrupted command.
   void begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::int32_t code);
   bool stopping_step(std::int64_t now_us, Effects& fx);
   void conclude(Effects& fx);
@@ -181,7 +181,7 @@ class Robot final : public Driver {
   std::optional<Doom> latched() const;
   void die(Effects& fx);
   void ready(std::string_view text, Effects& fx);
-  // robot_motion.cpp
+  // Moves, homing, running a path.
   bool homing_step(std::int64_t now_us, Effects& fx);
   void begin_way();
   void plan_way(const fvp::Counts& to, int percent);
@@ -192,7 +192,7 @@ class Robot final : public Driver {
   bool running_step(std::int64_t now_us, Effects& fx);
   void complete_run(Effects& fx);
   std::int64_t planned_us() const;
-  // robot_upload.cpp
+  // Upload of paths.
   bool upload_step();
   bool choose_upload();
   void begin_upload(const PathPart& part, const Points& points, Slot& slot);
@@ -209,7 +209,7 @@ class Robot final : public Driver {
     push(fvp::request(seq(), verb), Repeat::kSetup, tag);
   }
 
-  RobotConfig config_;
+  RobotOptions config_;
   fvp::FvpDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;
@@ -230,7 +230,7 @@ class Robot final : public Driver {
   std::int32_t ending_code_ = kNoCode;
   std::optional<Doom> doom_;
 
-  // What is kept for the robot and what it holds.
+  // Trajectories kept for the robot, and the contents of its slots.
   std::map<std::int64_t, Kept> paths_;
   std::set<PathPart> spent_;  // started with a valve's signal
   std::array<Slot, fvp::kSlots> slots_;
@@ -238,7 +238,7 @@ class Robot final : public Driver {
   std::int32_t last_id_ = 0;
   std::int64_t last_path_ = 0;  // run or loaded last
 
-  // What it says.
+  // The robot's status.
   fvp::Status status_;
   std::int32_t boot_count_ = -1;
   bool restarted_ = false;

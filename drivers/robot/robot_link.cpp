@@ -1,7 +1,9 @@
-// Robot: link, stopping, and what an interrupted command has done.
+// Robot: link, stopping, the result of an interrupted command, and the upload of paths ahead of time.
+#include "drivers/robot/robot.h"
+
 #include <algorithm>
 
-#include "drivers/robot/robot.h"
+#include "drivers/link/crc16.h"
 
 namespace firn::drivers {
 namespace {
@@ -19,10 +21,12 @@ std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+constexpr int kMostTries = 3;
+
 }  // namespace
 
 void Robot::connected(std::int64_t now_us, Effects& fx) {
-  set_state(DriverState::kIdentifying, identity_, fx);
+  set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kHello;
   doom_.reset();
   where_.reset();
@@ -73,13 +77,13 @@ void Robot::lost(std::int64_t, Effects& fx) {
     ending_ = "the link was lost";
     ending_code_ = kLinkLost;
   }
-  fault(2, kLinkLost, "robot: link lost during a command", fx);
+  fault(Severity::kStop, kLinkLost, "robot: link lost during a command", fx);
 }
 
-// Only what a stop has overtaken comes here: the stop's evidence says what became of it.
+// Only requests that a stop has overtaken come here: the evidence of the stop gives their result.
 void Robot::failed(const Request& request, std::int64_t, Effects& fx) {
   if (request.tag != kHarmless && request.tag != kBeat && request.tag != kStat)
-    fault(0, kLinkLost, "robot: no reply to " + verb_of(request), fx);
+    fault(Severity::kNotice, kLinkLost, "robot: no reply to " + verb_of(request), fx);
 }
 
 void Robot::refused(const Request& request, int code, std::string_view text, std::int64_t now_us,
@@ -89,7 +93,7 @@ void Robot::refused(const Request& request, int code, std::string_view text, std
   switch (request.tag) {
     case kHarmless:
     case kDropSlot:
-      return fault(0, kCommandRejected, "robot: " + why, fx);
+      return fault(Severity::kNotice, kCommandRejected, "robot: " + why, fx);
     case kClear:  // it is still braking: asked again
       step_ = 0;
       poll_at_us_ = now_us + kStopPoll_us;
@@ -105,7 +109,7 @@ void Robot::refused(const Request& request, int code, std::string_view text, std
       break;
   }
   if (phase_ == Phase::kHello || phase_ == Phase::kStopping) {
-    fault(1, kCommandRejected, "robot: " + why, fx);
+    fault(Severity::kWarning, kCommandRejected, "robot: " + why, fx);
     if (request.tag == kMove) {  // it cannot raise: the stop is complete all the same
       move_over_ = true;
       return;
@@ -115,12 +119,12 @@ void Robot::refused(const Request& request, int code, std::string_view text, std
   begin_stop(now_us, fx, why, code == int(fvp::Nak::kMonitorSpeed) ? kTimeSlip : kCommandRejected);
 }
 
-// What ends it until the operator's reset. The watchdog is none: it is known as the lost link, and is cleared
-// when the robot is heard again.
+// Errors that last until the operator's reset. The watchdog is not one of them: it shows as a lost link, and
+// is cleared when the robot is heard again.
 std::optional<Robot::Doom> Robot::latched() const {
-  if (status_.state == fvp::State::kEstop) return Doom{DriverState::kEstop, kEstop, "emergency stop"};
+  if (status_.state == fvp::State::kEstop) return Doom{DeviceState::kEstop, kEstop, "emergency stop"};
   if (status_.state != fvp::State::kFault || status_.error == kWatchdog) return std::nullopt;
-  return Doom{DriverState::kFault, kAxisFault,
+  return Doom{DeviceState::kFault, kAxisFault,
               "motion error " + std::to_string(status_.error) + ", STATE(1) = " +
                   std::to_string(status_.state1) + ", STATE(2) = " + std::to_string(status_.state2)};
 }
@@ -131,7 +135,8 @@ void Robot::take_status(const fvp::Status& s, std::int64_t now_us, Effects& fx) 
     where_.reset();
     commanded_.reset();
     forget_slots();
-    if (phase_ != Phase::kHello) fault(1, kInstrument, "robot: its program was started anew", fx);
+    if (phase_ != Phase::kHello)
+      fault(Severity::kWarning, kInstrument, "robot: its program was started anew", fx);
   }
   boot_count_ = s.boot_count;
   status_ = s;
@@ -219,7 +224,8 @@ void Robot::unsolicited(std::span<const std::byte> frame, std::int64_t now_us, E
   }
 }
 
-// Step 0 asks until nothing moves, 1 clears and looks round, 2 says what the command has done, 3 raises.
+// Step 0 asks until nothing moves, 1 clears and reads the state, 2 reports the result of the command, 3
+// raises.
 bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
   switch (step_) {
     case 0:
@@ -230,7 +236,7 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
     case 1:
       if (status_.state == fvp::State::kRunning || status_.state == fvp::State::kBoot) {
         if (now_us >= limit_us_) {
-          fault(2, kStall, "robot: it does not stop", fx);
+          fault(Severity::kStop, kStall, "robot: it does not stop", fx);
           reconnect(now_us, fx, "it does not stop");
           return true;
         }
@@ -242,10 +248,10 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
           now_us >= limit_us_) {  // refused until now: not because it is still braking
         reset_permitted_ = false;
         doom_ = latched();
-        doom_->text = doom_->state == DriverState::kEstop ? "the emergency stop is still pressed"
+        doom_->text = doom_->state == DeviceState::kEstop ? "the emergency stop is still pressed"
                                                           : "the fault cannot be cleared";
       }
-      if (latched()) low_ = false;  // what has failed is not raised by itself: homing does that
+      if (latched()) low_ = false;  // after a failure the arm is not raised by itself: homing does that
       if (!doom_ && (status_.state == fvp::State::kHold || status_.state == fvp::State::kFault ||
                      status_.state == fvp::State::kEstop))
         order("CLEAR", kClear);
@@ -284,7 +290,7 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
         low_ = false;
         ready("stopped", fx);
       } else if (m == Motion::kWaiting && now_us >= limit_us_) {
-        fault(2, kStall, "robot: it does not raise the tool in time", fx);
+        fault(Severity::kStop, kStall, "robot: it does not raise the tool in time", fx);
         low_ = false;  // once is enough
         reconnect(now_us, fx, "it does not raise the tool");
       }
@@ -297,18 +303,18 @@ void Robot::ready(std::string_view text, Effects& fx) {
   phase_ = Phase::kReady;
   restarted_ = false;
   identified();
-  set_state(DriverState::kSafe, text, fx);
+  set_state(DeviceState::kSafe, text, fx);
 }
 
 void Robot::die(Effects& fx) {
   phase_ = Phase::kDead;
   restarted_ = false;
   set_state(doom_->state, doom_->text, fx);
-  fault(2, doom_->code, "robot: " + doom_->text, fx);
+  fault(Severity::kStop, doom_->code, "robot: " + doom_->text, fx);
   doom_.reset();
 }
 
-// What the command has done, from the robot's own status: the path it started last and how far it came.
+// Result of the command from the robot's own status: the path it started last and its progress.
 // Without that (it was started anew) a path that was launched is in doubt.
 void Robot::conclude(Effects& fx) {
   if (!busy()) return;
@@ -339,6 +345,134 @@ void Robot::conclude(Effects& fx) {
     r.outcome = Outcome::kFailed;
   }
   finish(std::move(r), fx);
+}
+
+Robot::Slot* Robot::slot_of(const PathPart& part) {
+  for (Slot& s : slots_)
+    if (s.id != 0 && s.part == part) return &s;
+  return nullptr;
+}
+
+bool Robot::holds(const PathPart& part) const {
+  return std::any_of(slots_.begin(), slots_.end(),
+                     [&](const Slot& s) { return s.id != 0 && s.part == part && s.verified; });
+}
+
+void Robot::abandon_upload() {
+  dialect_.points = {};
+  upload_ = {};
+}
+
+void Robot::forget_slots() {
+  abandon_upload();
+  for (Slot& s : slots_) s = {};
+}
+
+void Robot::begin_upload(const PathPart& part, const Points& points, Slot& slot) {
+  const bool again = slot.id != 0 && slot.part == part;
+  const std::int32_t old_id = slot.id;
+  const int tries = again ? upload_.tries : 0;
+  last_id_ = last_id_ >= fvp::kMostId ? 1 : last_id_ + 1;
+  slot = {last_id_, part, false};
+  upload_ = {};
+  upload_.slot = &slot;
+  upload_.points = points;
+  upload_.first = std::size_t(part.from);
+  upload_.count = std::size_t(part.to - part.from + 1);
+  upload_.tries = tries + 1;
+  dialect_.points = std::span(*points).subspan(upload_.first, upload_.count);
+  fvp::PointsCrc crc;
+  for (const fvp::Counts& p : dialect_.points) crc.add(p);
+  upload_.crc = crc.value();
+  if (old_id != 0) push(fvp::request(seq(), "PATH DROP").word(old_id), Repeat::kSetup, kDropSlot);
+  push(fvp::request(seq(), "PATH BEGIN")
+           .word(last_id_)
+           .text(" N=")
+           .number(std::int64_t(upload_.count))
+           .text(" DT=0.016"),
+       Repeat::kSetup, kBegin);
+}
+
+// The part that a command waits for; else, while a slot is free, the next path in order.
+bool Robot::choose_upload() {
+  const bool wanted = phase_ == Phase::kLoading && !holds(part_);
+  const bool running = phase_ == Phase::kRunning || (phase_ == Phase::kMoving && op_ == Op::kRun);
+  Slot* free = nullptr;
+  for (Slot& s : slots_) {
+    if (running && s.part == part_ && s.id != 0) continue;
+    const bool useless = s.id == 0 || !s.verified || !paths_.contains(s.part.path) ||
+                         spent_.contains(s.part) || s.part.path < last_path_;
+    if (useless || (wanted && !free)) free = &s;
+    if (useless) break;
+  }
+  if (!free) return false;
+  if (wanted) {
+    begin_upload(part_, paths_.at(part_.path).points, *free);
+    return true;
+  }
+  if (!config_.upload_ahead) return false;
+  for (auto at = paths_.upper_bound(last_path_); at != paths_.end(); ++at) {
+    const Points& points = at->second.points;
+    if (!points || points->size() > std::size_t(fvp::kMostPoints)) continue;
+    const PathPart part{at->first, 0, std::int32_t(points->size()) - 1};
+    if (spent_.contains(part)) continue;
+    if (slot_of(part)) return false;  // it is there already
+    begin_upload(part, points, *free);
+    return true;
+  }
+  return false;
+}
+
+bool Robot::upload_step() {
+  if (!upload_.slot) return choose_upload();
+  if (!upload_.begun) return false;  // its reply is still to come
+  if (upload_.held < upload_.count) {
+    const std::size_t block =
+        std::min(upload_.count - upload_.held, std::size_t(config_.block_lines * fvp::kPointsPerLine));
+    link_.push(fvp::path_block(seq(), upload_.held, block, kPoints));
+  } else {
+    char crc[4];
+    put_hex4(crc, upload_.crc);
+    push(fvp::request(seq(), "PATH END").word(std::string_view(crc, 4)), Repeat::kSetup, kEnd);
+  }
+  return true;
+}
+
+void Robot::uploaded(const Request& request, std::int64_t number, Effects& fx) {
+  if (!upload_.slot) return;  // given up meanwhile
+  switch (request.tag) {
+    case kBegin:
+      upload_.begun = true;
+      return;
+    case kPoints:
+      if (std::size_t(number) > upload_.count) return upload_refused("more points held than sent", fx);
+      if (std::size_t(number) <= upload_.held && ++upload_.tries > kMostTries)
+        return upload_refused("no points are kept", fx);
+      upload_.held = std::size_t(number);
+      return;
+    default:
+      upload_.slot->verified = true;
+      abandon_upload();
+  }
+}
+
+void Robot::upload_refused(std::string_view why, Effects& fx) {
+  if (!upload_.slot) return;
+  const Upload was = upload_;
+  const bool wanted = phase_ == Phase::kLoading && was.slot->part == part_;
+  if (was.tries < kMostTries) {
+    fault(Severity::kNotice, kCommandRejected,
+          "robot: path " + std::to_string(was.slot->part.path) + " again: " + std::string(why), fx);
+    return begin_upload(PathPart(was.slot->part), was.points, *was.slot);
+  }
+  fault(Severity::kWarning, kCommandRejected,
+        "robot: path " + std::to_string(was.slot->part.path) + " does not load: " + std::string(why), fx);
+  const std::int64_t path = was.slot->part.path;
+  abandon_upload();
+  paths_[path] = {nullptr, "the robot does not take it: " + std::string(why)};
+  if (!wanted) return;
+  finish({Outcome::kNone, -1, 0, 0, 0, kCommandRejected, std::string(why)}, fx);
+  ready("path not loaded", fx);
 }
 
 }  // namespace firn::drivers

@@ -1,7 +1,7 @@
-// Aerotech Ensemble, ASCII command interface (TCP 8000 or RS-232), the verbs that a print needs. Sources:
-// EPICS motorAerotech, klauer/aerotech (docs/devices/stage.md). Lines end with "\n" both ways; a reply begins
-// with `%` (done, maybe a value), `!` (not understood), `#` (fault) or `$` (the controller's own timeout).
-// Replies carry no checksum and no name of what they answer.
+// EnsembleDialect encodes and frames the ASCII commands of the Aerotech Ensemble (TCP 8000 or RS-232) that a
+// print needs. Sources: EPICS motorAerotech, klauer/aerotech (docs/devices/stage.md). Lines end with "\n"
+// both ways; a reply begins with `%` (done, maybe a value), `!` (not understood), `#` (fault) or `$` (the
+// controller's own timeout). Replies carry neither a checksum nor the name of their request.
 #pragma once
 
 #include <cstdint>

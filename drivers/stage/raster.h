@@ -1,5 +1,5 @@
-// A pass of a droplet pattern as runs of the stage: one straight move of one axis in one direction, firing at
-// listed distances. Pure geometry; no protocol.
+// plan_raster computes a pass of a droplet pattern as runs of the stage: each one straight move of one axis
+// in one direction, firing at listed distances. Pure geometry; no protocol.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct AxisLimits {
 struct RasterParams {
   double speed_mm_s = 50.0;
   double acceleration_mm_s2 = 2000.0;
-  double margin_mm = 0.1;  ///< run-up and run-out beyond what the acceleration needs
+  double margin_mm = 0.1;  ///< run-up and run-out beyond those of the acceleration
   double counts_per_mm = 10'000;
   int array_limit = 4046;  ///< most pulses of one run
 };

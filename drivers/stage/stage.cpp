@@ -1,5 +1,6 @@
 #include "drivers/stage/stage.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -10,7 +11,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr char kAxisNames[] = "XYZ";
 
-RasterParams raster_params(const StageConfig& c, double speed_mm_s) {
+RasterParams raster_params(const StageOptions& c, double speed_mm_s) {
   return {speed_mm_s, c.acceleration_mm_s2, c.margin_mm, c.counts_per_mm, c.table.increments()};
 }
 
@@ -25,7 +26,7 @@ bool in_range(double speed_mm_s, double limit_mm_s) { return speed_mm_s > 0.0 &&
 
 }  // namespace
 
-Stage::Stage(StageConfig config) : Driver(dialect_), config_(std::move(config)) {
+Stage::Stage(StageOptions config) : Driver(dialect_), config_(std::move(config)) {
   dialect_.table = config_.table;
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Aerotech Ensemble";
@@ -42,10 +43,15 @@ void Stage::refuse(std::int32_t code, std::string text, Effects& fx) {
 }
 
 bool Stage::accept(Op op, Effects& fx) {
-  if (busy()) return refuse(kNoCode, "the stage is busy with another command", fx), false;
+  if (busy()) {
+    refuse(kNoCode, "the stage is busy with another command", fx);
+    return false;
+  }
   if (op == Op::kHome && phase_ == Phase::kDead && link_.idle()) return true;  // the operator's reset
-  if (phase_ != Phase::kReady)
-    return refuse(kNoCode, std::string("the stage is ") + name(state()), fx), false;
+  if (phase_ != Phase::kReady) {
+    refuse(kNoCode, std::string("the stage is ") + name(state()), fx);
+    return false;
+  }
   return true;
 }
 
@@ -150,7 +156,7 @@ void Stage::begin_home(Effects& fx) {
   doom_.reset();
   initialised_ = false;
   restarted_ = was_homed_ = false;
-  set_state(DriverState::kActive, "homing", fx);
+  set_state(DeviceState::kActive, "homing", fx);
   phase_ = Phase::kFaultCheck;
   axis_ = 0;
   asked_ = acknowledged_ = false;
@@ -162,11 +168,243 @@ void Stage::start_operation(std::int64_t now_us, Effects& fx) {
   restarted_ = false;
   ending_.clear();
   ending_code_ = kNoCode;
-  set_state(DriverState::kActive, op_ == Op::kPass ? "raster pass" : op_ == Op::kScan ? "scan" : "move", fx);
+  set_state(DeviceState::kActive, op_ == Op::kPass ? "raster pass" : op_ == Op::kScan ? "scan" : "move", fx);
   if (initialised_) return go_to_start(now_us);
   phase_ = Phase::kFaultCheck;  // a stop came before the axes were homed
   axis_ = 0;
   asked_ = acknowledged_ = false;
+}
+
+using ensemble::Line;
+
+// Straight move from rest to rest; NaN = axis stays. Given once, never again.
+void Stage::move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_t now_us) {
+  Line line(config_.table, Repeat::kNever, kMotion);
+  line.text("LINEAR");
+  double squared = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    target_mm_[a] = target_mm[a];
+    if (std::isnan(target_mm[a])) continue;
+    line.text(" ").axis(int(a)).text(" ").fixed4(target_mm[a]);
+    const double d = std::isnan(position_mm_[a]) ? 0.0 : target_mm[a] - position_mm_[a];
+    squared += d * d;
+  }
+  link_.push(line.text(" F").fixed4(speed_mm_s));
+  const double plan_s = move_time_s(std::sqrt(squared), speed_mm_s, config_.acceleration_mm_s2);
+  move_end_us_ = now_us + std::int64_t(plan_s * 1e6) + 1000;
+  move_limit_us_ =
+      now_us +
+      std::int64_t((plan_s * config_.move_timeout_factor + 0.5 + 2.0 * config_.host_latency_s) * 1e6);
+  poll_at_us_ = std::min(move_end_us_, now_us + std::int64_t(config_.poll_moving_s * 1e6));
+  poll_ = Poll::kNone;
+}
+
+// Height for the work, or NaN where the nozzle already stands at it.
+double Stage::z_target_mm() const {
+  return std::abs(start_mm_[2] - position_mm_[2]) <= config_.tolerance_mm ? kNaN : start_mm_[2];
+}
+
+void Stage::go_to_start(std::int64_t now_us) {
+  phase_ = Phase::kToStart;
+  if (op_ == Op::kPass) {
+    const RasterRun& run = runs_[progress_.run];
+    move({run.start_x_mm, run.y_mm, z_target_mm()}, config_.move_speed_mm_s, now_us);
+  } else {
+    move({start_mm_[0], start_mm_[1], op_ == Op::kMove ? start_mm_[2] : z_target_mm()},
+         op_ == Op::kMove ? speed_mm_s_ : config_.move_speed_mm_s, now_us);
+    progress_.launched = op_ == Op::kMove;
+  }
+}
+
+// Over only when the plane and then every axis says so; while the plane is busy the axes need not be asked.
+Stage::Motion Stage::poll_motion(std::int64_t now_us) {
+  const bool all = phase_ == Phase::kStopping;
+  const auto concerned = [&](int axis) { return all || !std::isnan(target_mm_[std::size_t(axis)]); };
+  bool moving = false;
+  switch (poll_) {
+    case Poll::kNone:
+      if (now_us < poll_at_us_) return Motion::kWaiting;
+      link_.push(Line(config_.table, Repeat::kRead, kPlane, ensemble::kValue).text("PLANESTATUS(0)"));
+      poll_ = Poll::kPlane;
+      return Motion::kAsked;
+    case Poll::kPlane:
+      if (plane_busy_) {
+        moving = true;
+        break;
+      }
+      for (int a = 0; a < 3; ++a)
+        if (concerned(a)) read("AXISSTATUS(@)", a, kStatus);
+      poll_ = Poll::kAxes;
+      return Motion::kAsked;
+    case Poll::kAxes:
+      for (int a = 0; a < 3; ++a)
+        moving =
+            moving || (concerned(a) && (status_[std::size_t(a)] & (ensemble::kMoving | ensemble::kHoming)));
+  }
+  poll_ = Poll::kNone;
+  if (!moving) return Motion::kOver;
+  const std::int64_t soon = now_us + std::int64_t(config_.poll_end_s * 1e6);
+  poll_at_us_ =
+      std::clamp(move_end_us_, soon, std::max(soon, now_us + std::int64_t(config_.poll_moving_s * 1e6)));
+  return Motion::kWaiting;
+}
+
+std::optional<std::string> Stage::off_target() const {
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (std::isnan(target_mm_[a]) || std::abs(position_mm_[a] - target_mm_[a]) <= config_.tolerance_mm)
+      continue;
+    char text[120];
+    std::snprintf(text, sizeof text, "axis %c stands at %.4f mm instead of %.4f mm", kAxisNames[a],
+                  position_mm_[a], target_mm_[a]);
+    return text;
+  }
+  return std::nullopt;
+}
+
+void Stage::push_arming() {
+  const int axis = pulse_axis();
+  if (!pulses_set_up_[std::size_t(axis)]) {
+    setup("PSOCONTROL @", axis, " RESET");
+    setup("PSOOUTPUT @", axis, " PULSE");
+    setup("PSOPULSE @", axis,
+          " TIME " + std::to_string(config_.pulse_total_us) + "," + std::to_string(config_.pulse_on_us));
+    setup("PSOTRACK @", axis, " INPUT " + std::to_string(config_.table.feedback_input));
+    pulses_set_up_[std::size_t(axis)] = true;
+  }
+  if (op_ == Op::kScan) {
+    Line line(config_.table, Repeat::kSetup, kPlain);
+    link_.push(line.text("PSODISTANCE ").axis(axis).text(" FIXED ").fixed4(scan_pitch_mm_).text(" UNITS"));
+  } else {
+    // An increment that the controller still holds is kept if the pulse lands within the tolerance: grid
+    // pitches are seldom whole counts, and exact rounding would rewrite most of a full row each time.
+    const std::vector<std::int64_t>& wanted = runs_[progress_.run].increments;
+    std::int64_t error = 0;  // of the pulse before, counts
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      const std::int64_t held = increments_held_[i];
+      if (held > 0 && std::abs(error + held - wanted[i]) <= config_.pulse_tolerance_counts) {
+        error += held - wanted[i];
+        continue;
+      }
+      const std::int64_t exact = wanted[i] - error;
+      error = 0;
+      increments_held_[i] = -2 - exact;  // held once acknowledged
+      Request r = Line(config_.table, Repeat::kSetup, kIncrement)
+                      .text("IGLOBAL(")
+                      .integer(config_.table.first_iglobal + std::int64_t(i))
+                      .text(")=")
+                      .integer(exact);
+      r.argument = std::int32_t(i);
+      link_.push(r);
+    }
+    Line line(config_.table, Repeat::kSetup, kPlain);
+    link_.push(line.text("PSOARRAY ")
+                   .axis(axis)
+                   .text(",")
+                   .integer(config_.table.first_iglobal)
+                   .text(",")
+                   .integer(std::int64_t(wanted.size())));
+    setup("PSODISTANCE @", axis, " ARRAY");
+  }
+  Line line(config_.table, Repeat::kNever, kMotion);
+  link_.push(with_axis(line, "PSOCONTROL @", axis).text(" ARM"));
+}
+
+void Stage::fire(std::int64_t now_us) {
+  phase_ = Phase::kFiring;
+  progress_.launched = true;
+  pulses_.reset();
+  if (op_ == Op::kPass)
+    move({runs_[progress_.run].end_x_mm, kNaN, kNaN}, speed_mm_s_, now_us);
+  else
+    move({kNaN, start_mm_[1] + (double(expected_) + 0.5) * scan_pitch_mm_, kNaN}, speed_mm_s_, now_us);
+}
+
+void Stage::count_run(std::int64_t now_us, Effects& fx) {
+  const std::int64_t n = op_ == Op::kScan ? expected_ : std::int64_t(runs_[progress_.run].increments.size());
+  if (config_.table.pulse_count.empty()) pulses_ = n;  // no counter: the finished move is the evidence
+  if (!pulses_ || *pulses_ != n) {
+    const std::string why =
+        std::to_string(pulses_.value_or(-1)) + " pulses counted, " + std::to_string(n) + " commanded";
+    fault(Severity::kStop, kPulseCount, "stage: " + why, fx);
+    return begin_stop(now_us, fx, why, kPulseCount);
+  }
+  if (op_ == Op::kScan) {
+    set_state(DeviceState::kSafe, "scan done", fx);
+    phase_ = Phase::kReady;
+    return finish({Outcome::kDone, n, n, 0, 0, kNoCode, {}}, fx);
+  }
+  progress_.before += n;
+  progress_.launched = false;
+  ++progress_.run;
+  fx.events.emplace_back(Progress{std::int32_t(progress_.run), std::int32_t(runs_.size()), progress_.before});
+  if (progress_.run < runs_.size()) return go_to_start(now_us);
+  set_state(DeviceState::kSafe, "pass done", fx);
+  phase_ = Phase::kReady;
+  finish({Outcome::kDone, expected_, expected_, expected_, expected_, kNoCode, {}}, fx);
+}
+
+bool Stage::work(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kStopping:
+    case Phase::kToStart:
+    case Phase::kFiring: {
+      const Motion motion = poll_motion(now_us);
+      if (motion == Motion::kAsked) return true;
+      if (motion == Motion::kWaiting) {
+        if (now_us >= move_limit_us_ && phase_ == Phase::kStopping) {
+          fault(Severity::kStop, kStall, "stage: it does not stop", fx);
+          reconnect(now_us, fx, "it does not stop");
+          return true;
+        }
+        if (now_us >= move_limit_us_) {
+          fault(Severity::kStop, kStall, "stage: a move is not over in time", fx);
+          begin_stop(now_us, fx, "a move was not over in time", kStall);
+          return true;
+        }
+        return false;
+      }
+      if (phase_ == Phase::kStopping) {
+        phase_ = Phase::kEvidence;
+        for (int a = 0; a < 3; ++a) read("PFBKPROG(@)", a, kPosition);
+        for (int a = 0; a < 3; ++a) read("AXISFAULT(@)", a, kFaultBits);
+        if (progress_.launched && (op_ == Op::kPass || op_ == Op::kScan) &&
+            !config_.table.pulse_count.empty())
+          read(config_.table.pulse_count, pulse_axis(), kCount);
+      } else if (phase_ == Phase::kToStart) {
+        phase_ = Phase::kAtStart;
+        for (int a = 0; a < 3; ++a)
+          if (!std::isnan(target_mm_[std::size_t(a)])) read("PFBKPROG(@)", a, kPosition);
+      } else {
+        phase_ = Phase::kCounting;
+        const std::size_t axis = std::size_t(pulse_axis());
+        position_mm_[axis] = target_mm_[axis];
+        setup("PSOCONTROL @", int(axis), " OFF");
+        if (!config_.table.pulse_count.empty()) read(config_.table.pulse_count, int(axis), kCount);
+      }
+      return true;
+    }
+    case Phase::kAtStart:
+      if (const auto why = off_target()) {
+        fault(Severity::kStop, kStall, "stage: " + *why, fx);
+        begin_stop(now_us, fx, *why, kStall);
+      } else if (op_ == Op::kMove) {
+        phase_ = Phase::kReady;
+        set_state(DeviceState::kSafe, "move done", fx);
+        finish({Outcome::kDone, -1, 0, 0, 0, kNoCode, {}}, fx);
+      } else {
+        phase_ = Phase::kArming;
+        push_arming();
+      }
+      return true;
+    case Phase::kArming:
+      fire(now_us);
+      return true;
+    case Phase::kCounting:
+      count_run(now_us, fx);
+      return true;
+    default:
+      return false;
+  }
 }
 
 }  // namespace firn::drivers

@@ -1,7 +1,7 @@
-// The stage: Aerotech Ensemble with position-synchronised output. Raster passes that fire the jet, scans that
-// trigger the profiler, moves, homing. Frame: the nozzle is above part point (x, y) when the feedback of X
-// reads x and that of Y reads y [mm]; axes @0 = X, @1 = Y, @2 = Z. The pulse output of X fires the jet, that
-// of Y triggers the profiler.
+// Stage controls an Aerotech Ensemble with position-synchronised output: raster passes that fire the jet,
+// scans that trigger the profiler, moves, homing. Frame: the nozzle is above part point (x, y) when the
+// feedback of X reads x and that of Y reads y [mm]; axes @0 = X, @1 = Y, @2 = Z. The pulse output of X fires
+// the jet, that of Y triggers the profiler.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@
 
 namespace firn::drivers {
 
-struct StageConfig {
+struct StageOptions {
   ensemble::Table table;
   std::array<AxisLimits, 3> limits{{{-50.0, 50.0, 200.0}, {-50.0, 50.0, 200.0}, {-1.0, 50.0, 20.0}}};
   double counts_per_mm = 10'000.0;
   double acceleration_mm_s2 = 2000.0;
   double raster_speed_mm_s = 50.0;
   double move_speed_mm_s = 50.0;
-  double margin_mm = 0.1;          ///< run-up and run-out beyond what the acceleration needs
+  double margin_mm = 0.1;          ///< run-up and run-out beyond those of the acceleration
   double tolerance_mm = 0.002;     ///< of a position read back
   int pulse_tolerance_counts = 2;  ///< of a pulse, for the sake of increments that the controller still holds
   double max_pulse_rate_hz = 2000.0;  ///< that the jet follows
@@ -47,7 +47,7 @@ struct PassProgress {
 
 class Stage final : public Driver {
  public:
-  explicit Stage(StageConfig config);
+  explicit Stage(StageOptions config);
 
   /// Commands. Each is accepted (a Result follows) or refused at once by a Result{kRefused}; out-of-range
   /// values are refused, not clamped, naming axis, value and limit, before anything is sent. Speed 0 = the
@@ -108,7 +108,7 @@ class Stage final : public Driver {
     kMotion
   };
   struct Doom {
-    DriverState state;
+    DeviceState state;
     std::int32_t code;
     std::string text;
   };
@@ -133,7 +133,7 @@ class Stage final : public Driver {
   void begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);
   void begin_home(Effects& fx);
   void start_operation(std::int64_t now_us, Effects& fx);
-  // stage_link.cpp: link, stopping
+  // Link, stopping.
   void begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::int32_t code);
   void send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently);
   void rejected(const Request& request, const ensemble::Reply& reply, std::int64_t now_us, Effects& fx);
@@ -141,10 +141,10 @@ class Stage final : public Driver {
   void conclude(Effects& fx);
   void finish(Result result, Effects& fx);
   void check_status(int axis, std::uint32_t bits, std::int64_t now_us, Effects& fx);
-  // stage_init.cpp
+  // Enabling and homing.
   bool initialise(std::int64_t now_us, Effects& fx);
   bool home_next(std::int64_t now_us, Effects& fx);
-  // stage_motion.cpp: runs, moves, polling
+  // Runs, moves, polling.
   bool work(std::int64_t now_us, Effects& fx);
   void go_to_start(std::int64_t now_us);
   void push_arming();
@@ -153,14 +153,14 @@ class Stage final : public Driver {
   double z_target_mm() const;
   void move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_t now_us);
   enum class Motion : std::uint8_t { kAsked, kWaiting, kOver };
-  enum class Poll : std::uint8_t { kNone, kPlane, kAxes };  // what was asked last
+  enum class Poll : std::uint8_t { kNone, kPlane, kAxes };  // the last question
   Motion poll_motion(std::int64_t now_us);
   std::optional<std::string> off_target() const;
   void read(std::string_view verb, int axis, Tag tag);
   void setup(std::string_view verb, int axis, std::string_view rest, Tag tag = kPlain);
   int pulse_axis() const { return op_ == Op::kScan ? 1 : 0; }
 
-  StageConfig config_;
+  StageOptions config_;
   ensemble::EnsembleDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;
@@ -176,7 +176,7 @@ class Stage final : public Driver {
   std::int32_t ending_code_ = kNoCode;
   std::optional<Doom> doom_;  // latched once the stop is over
 
-  // What the controller holds and says.
+  // State and settings of the controller.
   std::vector<std::int64_t> increments_held_;  // IGLOBALs from first_iglobal; -1 = not known
   std::array<bool, 3> pulses_set_up_{};
   std::array<double, 3> position_mm_;

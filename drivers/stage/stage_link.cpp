@@ -1,9 +1,9 @@
-// Stage: link, stopping and what an interrupted operation has done.
+// Stage: link, enabling and homing, stopping, and the result of an interrupted operation.
+#include "drivers/stage/stage.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "drivers/stage/stage.h"
 
 namespace firn::drivers {
 namespace {
@@ -16,6 +16,8 @@ std::string line_of(const Request& request) {
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
   return "'" + text + "'";
 }
+
+constexpr int kHomingOrder[] = {2, 0, 1};  // the nozzle goes up first
 
 }  // namespace
 
@@ -36,7 +38,7 @@ void Stage::setup(std::string_view verb, int axis, std::string_view rest, Tag ta
 }
 
 void Stage::connected(std::int64_t now_us, Effects& fx) {
-  set_state(DriverState::kIdentifying, identity_, fx);
+  set_state(DeviceState::kIdentifying, identity_, fx);
   increments_held_.assign(std::size_t(std::max(config_.table.increments(), 0)), -1);
   pulses_set_up_.fill(false);
   initialised_ = false;
@@ -91,12 +93,12 @@ void Stage::lost(std::int64_t, Effects& fx) {
     ending_ = "the link was lost";
     ending_code_ = kLinkLost;
   }
-  fault(2, kLinkLost, "stage: link lost during a command", fx);
+  fault(Severity::kStop, kLinkLost, "stage: link lost during a command", fx);
 }
 
 void Stage::failed(const Request& request, std::int64_t now_us, Effects& fx) {
   const std::string why = "no good reply to " + line_of(request);
-  fault(1, kLinkLost, "stage: " + why, fx);
+  fault(Severity::kWarning, kLinkLost, "stage: " + why, fx);
   const bool working = phase_ == Phase::kToStart || phase_ == Phase::kAtStart || phase_ == Phase::kArming ||
                        phase_ == Phase::kFiring || phase_ == Phase::kCounting || phase_ == Phase::kHoming;
   if (stopping() && request.repeat == Repeat::kNever) return;  // of the operation that is being stopped
@@ -107,7 +109,7 @@ void Stage::failed(const Request& request, std::int64_t now_us, Effects& fx) {
 void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::int64_t now_us, Effects& fx) {
   using Kind = ensemble::Reply::Kind;
   if (request.tag == kCount) {  // this controller has no such counter: the pulses stay in doubt
-    fault(1, kInstrument, "stage: the controller does not answer " + line_of(request), fx);
+    fault(Severity::kWarning, kInstrument, "stage: the controller does not answer " + line_of(request), fx);
     pulses_.reset();
     return;
   }
@@ -116,14 +118,14 @@ void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::
                                                  : "timed out at ";
   std::string why = std::string("the controller ") + how + line_of(request);
   if (request.tag == kHarmless) {  // an axis that is not enabled may refuse ABORT
-    fault(0, kCommandRejected, "stage: " + why, fx);
+    fault(Severity::kNotice, kCommandRejected, "stage: " + why, fx);
     return;
   }
   doom_ = doom_                    ? doom_
-          : phase_ < Phase::kReady ? std::optional<Doom>({DriverState::kFault, kCommandRejected, why})
+          : phase_ < Phase::kReady ? std::optional<Doom>({DeviceState::kFault, kCommandRejected, why})
                                    : std::nullopt;
   if (stopping()) {
-    fault(1, kCommandRejected, "stage: " + why, fx);
+    fault(Severity::kWarning, kCommandRejected, "stage: " + why, fx);
     return reconnect(now_us, fx, why);
   }
   begin_stop(now_us, fx, why, kCommandRejected);
@@ -133,14 +135,14 @@ void Stage::check_status(int axis, std::uint32_t bits, std::int64_t now_us, Effe
   status_[std::size_t(axis)] = bits;
   if (was_homed_ && !(bits & ensemble::kHomed)) restarted_ = true;
   if (bits & ensemble::kEstopInput) {
-    if (!doom_) doom_ = Doom{DriverState::kEstop, kEstop, "emergency stop"};
+    if (!doom_) doom_ = Doom{DeviceState::kEstop, kEstop, "emergency stop"};
     if (phase_ != Phase::kDead) begin_stop(now_us, fx, "emergency stop", kEstop);
     return;
   }
   const bool expected_on = phase_ == Phase::kReady || phase_ == Phase::kToStart || phase_ == Phase::kFiring;
   if (expected_on && initialised_ && !(bits & ensemble::kEnabled)) {
     const std::string why = std::string("axis ") + kAxisNames[axis] + " has disabled itself";
-    doom_ = Doom{DriverState::kFault, kAxisFault, why};
+    doom_ = Doom{DeviceState::kFault, kAxisFault, why};
     begin_stop(now_us, fx, why, kAxisFault);
   }
 }
@@ -181,7 +183,7 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
       const std::string why =
           std::string("axis ") + kAxisNames[a] + ": " + ensemble::fault_names(fault_bits_[a]);
       if (!doom_ || doom_->code == kAxisFault)
-        doom_ = Doom{estop ? DriverState::kEstop : DriverState::kFault,
+        doom_ = Doom{estop ? DeviceState::kEstop : DeviceState::kFault,
                      estop ? std::int32_t(kEstop) : std::int32_t(kAxisFault), why};
       ending_ += (ending_.empty() ? "" : "; ") + why;
     }
@@ -190,7 +192,7 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
     phase_ = Phase::kDead;
     initialised_ = false;
     set_state(doom_->state, doom_->text, fx);
-    fault(2, doom_->code, "stage: " + doom_->text, fx);
+    fault(Severity::kStop, doom_->code, "stage: " + doom_->text, fx);
     doom_.reset();
   } else if (initialise_after_stop_) {
     phase_ = Phase::kFaultCheck;
@@ -198,12 +200,12 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
     asked_ = acknowledged_ = false;
   } else {
     phase_ = Phase::kReady;
-    set_state(DriverState::kSafe, ending_.empty() ? "stopped" : ending_, fx);
+    set_state(DeviceState::kSafe, ending_.empty() ? "stopped" : ending_, fx);
   }
   initialise_after_stop_ = false;
 }
 
-// What the operation has done, from the pulse counter: rows before this one are counted; the pulses of this
+// Result of the operation from the pulse counter: rows before this one are counted; the pulses of this
 // one are a prefix of it. Without a counter that can be trusted they are in doubt.
 void Stage::conclude(Effects& fx) {
   if (!busy()) return;
@@ -276,6 +278,114 @@ std::int64_t Stage::device_wake_us() const {
       phase_ == Phase::kHoming)
     return poll_at_us_;
   return 0;
+}
+
+// Fault check, FAULTACK, ENABLE, homing, ramps. @returns true if something was queued.
+bool Stage::initialise(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kFaultCheck:
+      if (axis_ == 3) {
+        for (int a = 0; a < 3; ++a) setup("ENABLE @", a, "");
+        for (int a = 0; a < 3; ++a) read("AXISSTATUS(@)", a, kStatus);
+        phase_ = Phase::kEnabling;
+        return true;
+      }
+      if (!asked_) {
+        read("AXISFAULT(@)", axis_, kFaultBits);
+        return asked_ = true;
+      }
+      if (fault_bits_[std::size_t(axis_)] == 0) {
+        ++axis_;
+        asked_ = acknowledged_ = false;
+        return initialise(now_us, fx);
+      }
+      if (!acknowledged_) {
+        fault(Severity::kNotice, kAxisFault,
+              std::string("stage: axis ") + kAxisNames[axis_] +
+                  " had a fault: " + ensemble::fault_names(fault_bits_[std::size_t(axis_)]),
+              fx);
+        setup("FAULTACK @", axis_, "");
+        read("AXISFAULT(@)", axis_, kFaultBits);
+        return acknowledged_ = true;
+      }
+      begin_stop(now_us, fx, "the fault of an axis stays", kAxisFault);
+      return true;
+    case Phase::kEnabling:
+      for (std::size_t a = 0; a < 3; ++a)
+        if (!(status_[a] & ensemble::kEnabled)) {
+          const std::string why = std::string("axis ") + kAxisNames[a] + " does not enable";
+          doom_ = Doom{DeviceState::kFault, kAxisFault, why};
+          begin_stop(now_us, fx, why, kAxisFault);
+          return true;
+        }
+      phase_ = Phase::kHoming;
+      axis_ = 0;
+      asked_ = false;
+      return home_next(now_us, fx);
+    case Phase::kHoming:
+      return home_next(now_us, fx);
+    case Phase::kRamp:
+      if (!asked_) {
+        for (int a = 0; a < 3; ++a) setup("RAMP MODE @", a, " RATE");
+        link_.push(Line(config_.table, Repeat::kSetup, kPlain)
+                       .text("RAMP RATE ")
+                       .fixed4(config_.acceleration_mm_s2));
+        for (int a = 0; a < 3; ++a) read("PFBKPROG(@)", a, kPosition);
+        return asked_ = true;
+      }
+      identified();
+      restarted_ = false;
+      was_homed_ = initialised_ = (status_[0] & status_[1] & status_[2] & ensemble::kHomed) != 0;
+      progress_ = {};
+      if (busy() && op_ != Op::kHome && initialised_) {
+        go_to_start(now_us);
+        return true;
+      }
+      phase_ = Phase::kReady;
+      set_state(DeviceState::kSafe, initialised_ ? "homed" : "not homed", fx);
+      if (op_ == Op::kHome)
+        finish({Outcome::kDone, -1, 0, 0, 0, kNoCode, "homed"}, fx);
+      else if (busy())
+        finish({Outcome::kRefused, -1, expected_, 0, 0, kLimit, "the stage is not homed"}, fx);
+      return false;
+    default:
+      return false;
+  }
+}
+
+// One axis after the other, Z first. HOME may not be abortable over ASCII, so it is given once and then only
+// watched.
+bool Stage::home_next(std::int64_t now_us, Effects& fx) {
+  for (; axis_ < 3; ++axis_, asked_ = false) {
+    const int axis = kHomingOrder[axis_];
+    const std::uint32_t bits = status_[std::size_t(axis)];
+    if (!asked_) {
+      const bool homed = bits & ensemble::kHomed;
+      if (op_ == Op::kHome ? false : homed || !config_.home_at_start) continue;
+      Line line(config_.table, Repeat::kNever, kMotion);
+      link_.push(with_axis(line, config_.table.home, axis));
+      read("AXISSTATUS(@)", axis, kStatus);
+      poll_at_us_ = now_us;
+      move_limit_us_ = now_us + std::int64_t(config_.home_timeout_s * 1e6);
+      asked_ = true;
+      progress_.launched = true;
+      return true;
+    }
+    if (bits & ensemble::kHomed && !(bits & (ensemble::kMoving | ensemble::kHoming))) continue;
+    if (now_us >= move_limit_us_) {
+      const std::string why = std::string("axis ") + kAxisNames[axis] + " is not home in time";
+      doom_ = Doom{DeviceState::kFault, kStall, why};
+      begin_stop(now_us, fx, why, kStall);
+      return true;
+    }
+    if (now_us < poll_at_us_) return false;
+    poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
+    read("AXISSTATUS(@)", axis, kStatus);
+    return true;
+  }
+  phase_ = Phase::kRamp;
+  asked_ = false;
+  return initialise(now_us, fx);
 }
 
 }  // namespace firn::drivers

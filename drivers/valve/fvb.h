@@ -1,6 +1,7 @@
-// FVB/1, the binary protocol between Firn and the firmware of a valve's microcontroller
-// (docs/devices/valve.md; the thesis's bytes are not public). `A5 5A | type | seq | length u16 | payload |
-// CRC-16`, little endian, the CRC over type .. payload. Both sides use this codec. Nothing here allocates.
+// FvbDialect encodes and frames FVB/1, the binary protocol between Firn and the firmware of a valve's
+// microcontroller (docs/devices/valve.md; the thesis's bytes are not public). `A5 5A | type | seq | length
+// u16 | payload | CRC-16`, little endian, the CRC over type .. payload. Both sides use this codec. Nothing
+// here allocates.
 #pragma once
 
 #include <cstddef>
@@ -45,9 +46,9 @@ std::string_view name(Type type);
 enum class Refusal : std::uint8_t {
   kBadSeq = 11,
   kWrongState = 20,
-  kRange = 21,    ///< entries, tick or pulse outside what the firmware can do
+  kRange = 21,    ///< entries, tick or pulse outside the firmware's range
   kOrder = 22,    ///< ticks not ascending, or closer than pulse and guard
-  kMismatch = 23  ///< END: CRC or number of entries differ from what was sent
+  kMismatch = 23  ///< END: CRC or number of entries differ from those sent
 };
 std::string_view name(Refusal refusal);
 
@@ -104,7 +105,7 @@ struct Found {
   std::uint8_t seq = 0;
   std::span<const std::byte> payload;
 };
-/// A damaged frame is given up at its first byte only: what looks like a frame inside it is found.
+/// Only the first byte of a damaged frame is dropped: a frame inside it is found.
 Found find(std::span<const std::byte> buffer);
 
 // Each returns nothing unless the payload has exactly its size and every field its range.

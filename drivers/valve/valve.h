@@ -1,6 +1,6 @@
-// A micro-solenoid valve behind FVB/1. Holds pulse lists, loads one, arms it for the robot's signal, watches
-// it fire and says how many pulses it gave. The microcontroller holds one list; the next one goes over as
-// soon as it is free.
+// Valve controls a micro-solenoid valve behind FVB/1. It holds pulse lists, loads one, arms it for the
+// robot's signal, watches it fire and reports the number of pulses. The microcontroller holds one list; the
+// next one goes over as soon as it is free.
 #pragma once
 
 #include <compare>
@@ -17,7 +17,7 @@
 
 namespace firn::drivers {
 
-struct ValveConfig {
+struct ValveOptions {
   int valve = 1;               ///< 1 valve_a (water), 2 valve_b (scaffold)
   int guard_us = 100;          ///< least time closed between two pulses
   double arm_wait_s = 60.0;    ///< the firmware gives up waiting for the trigger after it
@@ -38,7 +38,7 @@ struct ListName {
 
 class Valve final : public Driver {
  public:
-  explicit Valve(ValveConfig config);
+  explicit Valve(ValveOptions config);
 
   /// Keeps a list. One outside the data type or the valve (16,384 entries, ticks below 65,536 and ascending,
   /// pulse and guard between them, pulses from 0.5 ms) is kept as a refusal, as in Robot::add_path. Ticks in
@@ -76,7 +76,7 @@ class Valve final : public Driver {
     std::uint16_t tick_us = 0, pulse_us = 0;
     std::string refusal;
   };
-  /// What was armed last, until a disarm has told its count.
+  /// The list armed last, until a disarm has reported its count.
   struct Armed {
     ListName name;
     std::uint32_t id = 0;
@@ -116,7 +116,7 @@ class Valve final : public Driver {
   void ask_status() { link_.push(fvb::request(fvb::Type::kStatus, seq(), {}, Repeat::kRead)); }
 
   std::string name_;  // for texts
-  ValveConfig config_;
+  ValveOptions config_;
   fvb::FvbDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;
@@ -130,7 +130,7 @@ class Valve final : public Driver {
   std::optional<Armed> armed_;
   ListName last_;  // armed last: older ones are over
 
-  // What the microcontroller holds.
+  // Contents of the microcontroller.
   std::optional<ListName> held_;
   Ticks ticks_;           // of held_: the dialect writes from it
   std::uint32_t id_ = 0;  // of held_, on the wire

@@ -6,16 +6,19 @@
 namespace firn::calibration {
 
 ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks) {
-  const std::vector<Unknown> unknowns{{"valve latency", 0.0, 0.001, 1.0}, {"offset", 0.0, 0.1, 20.0}};
+  const std::vector<Parameter> parameters{{"valve latency", 0.0, 0.001, 1.0}, {"offset", 0.0, 0.1, 20.0}};
   const Residual residual = [&](std::size_t i, const double* x, double* g) {
     const LaidMark& m = marks[i];
-    g[0] = m.speed_mm_s, g[1] = 1.0;
+    g[0] = m.speed_mm_s;
+    g[1] = 1.0;
     return m.commanded_mm + m.speed_mm_s * x[0] + x[1] - m.measured_mm;
   };
   ValveLatency v;
-  v.fit = robust_fit(unknowns, marks.size(), residual, 0.005,
-                     Scatter::kEach);  // a start that jitters and an arm that rings move fast marks more
-  v.latency_s = v.fit.unknowns[0], v.offset_mm = v.fit.unknowns[1];
+  v.fit = robust_fit(
+      parameters, marks.size(), residual, 0.005,
+      Scatter::kHeteroscedastic);  // a start that jitters and an arm that rings move fast marks more
+  v.latency_s = v.fit.parameters[0];
+  v.offset_mm = v.fit.parameters[1];
   const double x[] = {v.latency_s.value, v.offset_mm.value};
   double g[2];
   for (std::size_t i = 0; i < marks.size(); ++i) v.off_mm.push_back(residual(i, x, g));
@@ -26,11 +29,11 @@ namespace {
 
 constexpr double kLeastFlowShare = 0.1;  // of the scatter, that it cannot all be the balance's
 
-/// The mean drop: a sum of terms, less what its flow takes of the pressure, times what a warmer coil and
-/// warmer liquid make of it.
+/// The mean drop: a sum of terms, less the pressure loss by its flow, times the effect of a warmer coil and
+/// warmer liquid.
 struct DropModel {
   bool by_gap = false, warm = false, tempered = false;
-  std::size_t gaps = 0, linear = 0, terms = 0;  ///< unknowns of the sum, with the pressure's; all
+  std::size_t gaps = 0, linear = 0, terms = 0;  ///< parameters of the sum, with the pressure's; all
   double top_hz = 1.0, usual_mm3 = 1.0, mean_warmth = 0.0;
   std::vector<std::size_t> joined;  ///< class of each entry of gap_share
 
@@ -38,20 +41,25 @@ struct DropModel {
     std::fill(p, p + linear, 0.0);
     if (!by_gap) {  // Legendre on [0, top]: nearly independent of each other
       const double u = 2.0 * w.frequency_hz / top_hz - 1.0;
-      p[0] = 1.0, p[1] = u, p[2] = 1.5 * u * u - 0.5;
+      p[0] = 1.0;
+      p[1] = u;
+      p[2] = 1.5 * u * u - 0.5;
       if (linear > 3) p[3] = 0.5 * u * (5.0 * u * u - 3.0);
       return;
     }
     for (std::size_t g = 0; g < w.gap_share.size(); ++g) p[joined[g]] += w.gap_share[g];
   }
-  /// Gaps that few pulses have share their unknown with the next.
+  /// Gaps that few pulses have share their parameter with the next.
   void join_gaps(std::span<const FlowWeighing> weighings) {
     constexpr double kLeastShare = 0.005;
     double share = 0.0;
     for (std::size_t g = 0; g < weighings[0].gap_share.size(); ++g) {
       joined.push_back(gaps);
       for (const FlowWeighing& w : weighings) share += w.gap_share[g] / double(weighings.size());
-      if (share >= kLeastShare) ++gaps, share = 0.0;
+      if (share >= kLeastShare) {
+        ++gaps;
+        share = 0.0;
+      }
     }
     for (std::size_t& g : joined) g = std::min(g, gaps == 0 ? 0 : gaps - 1);
     linear = gaps + 1;
@@ -69,9 +77,13 @@ struct DropModel {
     }
     if (warm) {
       factor += x[linear] * (w.warmth - mean_warmth) + x[linear + 1] * w.warmth_lag;
-      g[linear] = sum * (w.warmth - mean_warmth), g[linear + 1] = sum * w.warmth_lag;
+      g[linear] = sum * (w.warmth - mean_warmth);
+      g[linear + 1] = sum * w.warmth_lag;
     }
-    if (tempered) factor += x[terms - 1] * w.warmer_K, g[terms - 1] = sum * w.warmer_K;
+    if (tempered) {
+      factor += x[terms - 1] * w.warmer_K;
+      g[terms - 1] = sum * w.warmer_K;
+    }
     for (std::size_t k = 0; k < linear; ++k) g[k] *= factor;
     return sum * factor;
   }
@@ -80,7 +92,8 @@ struct DropModel {
 DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequencies, double top_hz,
                    double mean_drop) {
   DropModel m;
-  m.top_hz = top_hz, m.usual_mm3 = mean_drop;
+  m.top_hz = top_hz;
+  m.usual_mm3 = mean_drop;
   const std::size_t classes = weighings.empty() ? 0 : weighings[0].gap_share.size();
   for (const FlowWeighing& w : weighings) {
     if (w.gap_share.size() != classes)
@@ -114,19 +127,19 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
                          [](auto a, auto b) { return a->frequency_hz == b->frequency_hz; }),
              rows.end());
   if (rows.size() < 5 || rows.back()->frequency_hz < 2.0 * rows.front()->frequency_hz)
-    throw Uninformative("a flow curve needs five frequencies over more than a factor of two; there are " +
-                        std::to_string(rows.size()));
+    throw Unidentifiable("a flow curve needs five frequencies over more than a factor of two; there are " +
+                         std::to_string(rows.size()));
   double mean_drop = 0.0, mean_s = 0.0;
   for (const FlowWeighing& w : weighings) mean_s += w.duration_s / double(weighings.size());
   for (const FlowWeighing& w : weighings)
     mean_drop += w.volume_mm3 / (w.frequency_hz * w.duration_s) / double(weighings.size());
   const DropModel model = model_of(weighings, rows.size(), rows.back()->frequency_hz, mean_drop);
   const std::size_t terms = model.terms;
-  std::vector<Unknown> unknowns;
+  std::vector<Parameter> parameters;
   for (std::size_t k = 0; k < terms; ++k) {
     const bool level = model.by_gap ? k < model.gaps : k == 0;
     const double size = k >= model.linear ? 1.0 : mean_drop;
-    unknowns.push_back(
+    parameters.push_back(
         {"the curve's coefficient " + std::to_string(k), level ? mean_drop : 0.0, 0.01 * size, 20.0 * size});
   }
   std::vector<double> weight;
@@ -140,7 +153,7 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
     return weight[i] * std::log(fitted / drop);
   };
   FlowCurveFit out;
-  out.fit = robust_fit(unknowns, weighings.size(), residual, 1e-4);
+  out.fit = robust_fit(parameters, weighings.size(), residual, 1e-4);
   // The balance's share of the scatter is known, the flow's is the rest; once more with both.
   const auto balance = [&](std::size_t i) {
     return std::pow(weighings[i].balance_mm3 / weighings[i].volume_mm3, 2);
@@ -148,30 +161,32 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   double flows = 0.0, balances = 0.0;
   for (std::size_t n = 0; n < out.fit.used.size(); ++n) {
     const std::size_t i = out.fit.used[n];
-    flows += out.fit.residuals[n] * out.fit.residuals[n], balances += balance(i) * weight[i] * weight[i];
+    flows += out.fit.residuals[n] * out.fit.residuals[n];
+    balances += balance(i) * weight[i] * weight[i];
   }
   if (balances > 0.0) {
     const double flow = std::max(flows - balances, kLeastFlowShare * flows) / double(out.fit.used.size());
     for (std::size_t i = 0; i < weighings.size(); ++i)
       weight[i] = 1.0 / std::sqrt(mean_s / weighings[i].duration_s + balance(i) / flow);
-    out.fit = robust_fit(unknowns, weighings.size(), residual, 1e-4);
+    out.fit = robust_fit(parameters, weighings.size(), residual, 1e-4);
   }
   out.warmth = model.mean_warmth;
   std::vector<double> row(terms), x(terms);
-  for (std::size_t k = 0; k < terms; ++k) x[k] = out.fit.unknowns[k].value;
+  for (std::size_t k = 0; k < terms; ++k) x[k] = out.fit.parameters[k].value;
   for (std::size_t i = 0; i < weighings.size(); ++i)
     out.relative.push_back(residual(i, x.data(), row.data()));
   double before = 0.0;
   for (const FlowWeighing* w : rows) {
     FlowWeighing usual = *w;
-    usual.warmth = model.mean_warmth, usual.warmth_lag = usual.warmer_K = 0.0;
+    usual.warmth = model.mean_warmth;
+    usual.warmth_lag = usual.warmer_K = 0.0;
     const double hz = w->frequency_hz, flow = hz * model.drop(usual, x.data(), row.data());
     for (double& by : row) by *= hz;
     const Estimate e = out.fit.estimate(flow, row);
-    if (!(flow > before)) throw Uninformative("the flow does not increase at " + std::to_string(hz) + " Hz");
+    if (!(flow > before)) throw Unidentifiable("the flow does not increase at " + std::to_string(hz) + " Hz");
     if (e.std > 0.05 * flow)
-      throw Uninformative("the flow at " + std::to_string(hz) + " Hz is known to " +
-                          std::to_string(100.0 * e.std / flow) + " % only");
+      throw Unidentifiable("the flow at " + std::to_string(hz) + " Hz is known to " +
+                           std::to_string(100.0 * e.std / flow) + " % only");
     before = flow;
     out.rows.push_back({hz, e});
   }

@@ -1,4 +1,4 @@
-// When a valve's drops land, and how much it gives at which frequency [Barnett 2012, 5.2.1, 6.1].
+// Estimates a valve's latency, and its flow against the pulse frequency [Barnett 2012, 5.2.1, 6.1].
 #pragma once
 
 #include <span>
@@ -20,7 +20,7 @@ struct ValveLatency {
   FitResult fit;
   std::vector<double> off_mm;  ///< each mark's residual
 };
-/// @throws Uninformative: fewer than four marks; one speed only (a latency is an offset then)
+/// @throws Unidentifiable: fewer than four marks; one speed only (a latency is an offset then)
 ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks);
 
 /// Liquid weighed after pulsing at one frequency.
@@ -35,8 +35,8 @@ struct FlowWeighing {
   double warmth_lag = 0.0;   ///< that of a coil which takes longer to warm, less `warmth`: how long the true
                              ///< one takes is not known
   double warmer_K = 0.0;     ///< the tip beyond its set point
-  double balance_mm3 = 0.0;  ///< standard deviation of the volume from weighing it; what the flow's noise
-                             ///< gives besides falls off with the root of the duration
+  double balance_mm3 = 0.0;  ///< standard deviation of the volume from weighing;
+                             ///< the flow's own noise falls off with the root of the duration
 };
 struct FlowCurveRow {
   double frequency_hz = 0.0;
@@ -55,7 +55,7 @@ struct FlowCurveFit {
 /// weighings' mean, and the set point: a cold coil would be an extrapolation. A gap class of less than half a
 /// per cent of all pulses joins the next longer. Without: the volume of a drop is a polynomial of third
 /// degree in the frequency, fitted to relative differences, which count by the root of their duration
-/// (pulsation averages out); for up to seven frequencies of second degree. @throws Uninformative: fewer than
+/// (pulsation averages out); for up to seven frequencies of second degree. @throws Unidentifiable: fewer than
 /// five frequencies, or all within a factor of two; a flow that does not increase; a standard deviation above
 /// 5 % at a weighed frequency. std::invalid_argument: a number not above 0
 FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings);

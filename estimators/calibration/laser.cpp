@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/statistics/median.h"
+
 namespace firn::calibration {
 namespace {
 
@@ -10,10 +12,11 @@ constexpr double kLeastStep_mm = 0.3;  // of an edge
 constexpr int kHalf = 3;               // readings that make a level
 constexpr double kLeastSpeed_mm_s = 2.0;
 constexpr double kSameYaw_rad = 0.01;
-constexpr double kOtherYaw_cos = 0.5;  // yaws that differ by 60 degrees or more tell the spot from the block
+constexpr double kOtherYaw_cos =
+    0.5;  // yaws that differ by 60 degrees or more separate the spot from the block
 constexpr double kMostOutliers = 0.25;
 
-/// The flange-frame spot as believed, along one pass: position by time.
+/// The estimated spot in the flange's frame, along one pass: position by time.
 class SpotTrack {
  public:
   SpotTrack(const LaserPass& pass, const LaserBelief& b) : tick_s_(pass.motion.tick_s) {
@@ -30,10 +33,11 @@ class SpotTrack {
     for (std::size_t i = 0; i < n; ++i)
       at_.push_back({spot.of(motion::kX, 0)[i] - b.origin.x_mm, spot.of(motion::kY, 0)[i] - b.origin.y_mm});
     const double yaw = n > 0 ? flange.of(motion::kYaw, 0)[0] : 0.0;
-    cos_ = std::cos(yaw), sin_ = std::sin(yaw);
+    cos_ = std::cos(yaw);
+    sin_ = std::sin(yaw);
     for (std::size_t i = 0; i < n; ++i)
       if (std::abs(flange.of(motion::kYaw, 0)[i] - yaw) > kSameYaw_rad)
-        throw Uninformative("a pass turns its yaw while it runs: one yaw each");
+        throw Unidentifiable("a pass turns its yaw while it runs: one yaw each");
   }
   double cos_yaw() const { return cos_; }
   double sin_yaw() const { return sin_; }
@@ -62,11 +66,6 @@ struct Crossing {
   double side_mm;
 };
 
-double middle(std::vector<double> v) {
-  std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
-
 /// Times at which the readings step, and whether they rise.
 std::vector<std::pair<double, bool>> steps_of(const LaserPass& pass) {
   std::vector<std::pair<double, bool>> steps;
@@ -78,8 +77,8 @@ std::vector<std::pair<double, bool>> steps_of(const LaserPass& pass) {
     std::vector<double> before, after;
     for (std::size_t k = n - kHalf; k < n; ++k) before.push_back(double(z[valid[k]]));
     for (std::size_t k = n + 1; k <= n + kHalf; ++k) after.push_back(double(z[valid[k]]));
-    const double low = middle(before), high = middle(after), step = high - low, here = double(z[valid[n]]),
-                 next = double(z[valid[n + 1]]);
+    const double low = statistics::upper_median(before), high = statistics::upper_median(after);
+    const double step = high - low, here = double(z[valid[n]]), next = double(z[valid[n + 1]]);
     const double level = 0.5 * (low + high);
     if (std::abs(step) < kLeastStep_mm || (here - level) * step > 0.0 || (next - level) * step <= 0.0)
       continue;
@@ -136,25 +135,25 @@ LaserCalibration calibrate_laser(std::span<const LaserPass> passes, const Jig& j
                                  LaserUnknowns what) {
   Crossings c = crossings_of(passes, jig, b);
   const bool offset = what == LaserUnknowns::kOffset;
-  if (c.steps == 0) throw Uninformative("no reading steps by 0.3 mm: no side of the block was seen");
+  if (c.steps == 0) throw Unidentifiable("no reading steps by 0.3 mm: no side of the block was seen");
   if (!c.both(0) && !c.both(1))
-    throw Uninformative(
+    throw Unidentifiable(
         "no side of the block was crossed both ways: the latency cannot be told from an offset");
   if (offset && !(c.any(0) && c.any(1)))
-    throw Uninformative(std::string("no side across ") + (c.any(0) ? "y" : "x") +
-                        " was crossed: the offset along it cannot be told");
+    throw Unidentifiable(std::string("no side across ") + (c.any(0) ? "y" : "x") +
+                         " was crossed: the offset along it cannot be told");
   if (!offset && c.turned)
-    throw Uninformative("passes of more than one yaw: the latency is told by passes of one");
+    throw Unidentifiable("passes of more than one yaw: the latency is told by passes of one");
   if (!offset) std::erase_if(c.all, [&](const Crossing& k) { return !c.both(k.along_x ? 0 : 1); });
 
   // The spot's offset turns with the flange, a shift of the block does not. Without an offset one shift
-  // stands for both.
-  std::vector<Unknown> unknowns{{"laser latency", b.latency_s, 0.001, b.reach_s}};
+  // represents both.
+  std::vector<Parameter> parameters{{"laser latency", b.latency_s, 0.001, b.bound_s}};
   constexpr std::size_t kNone = 99;
   const auto add = [&](bool wanted, const char* name) {
     if (!wanted) return kNone;
-    unknowns.push_back({name, 0.0, 0.1, b.reach_mm});
-    return unknowns.size() - 1;
+    parameters.push_back({name, 0.0, 0.1, b.reach_mm});
+    return parameters.size() - 1;
   };
   const auto crosses = [&](bool along_x) {
     return std::any_of(c.all.begin(), c.all.end(), [&](const Crossing& k) { return k.along_x == along_x; });
@@ -167,7 +166,7 @@ LaserCalibration calibrate_laser(std::span<const LaserPass> passes, const Jig& j
     const Crossing& k = c.all[i];
     const SpotTrack& track = c.tracks[k.pass];
     const Point2 p = track.at(k.time_s + x[0]), v = track.speed(k.time_s + x[0]);
-    std::fill(g, g + unknowns.size(), 0.0);
+    std::fill(g, g + parameters.size(), 0.0);
     double off = k.along_x ? p.x_mm : p.y_mm;
     g[0] = k.along_x ? v.x_mm : v.y_mm;
     if (offset) {
@@ -175,27 +174,35 @@ LaserCalibration calibrate_laser(std::span<const LaserPass> passes, const Jig& j
       g[iy] = k.along_x ? -track.sin_yaw() : track.cos_yaw();
       off += g[ix] * x[ix] + g[iy] * x[iy];
     }
-    if (const std::size_t j = k.along_x ? jx : jy; j != kNone) g[j] = -1.0, off -= x[j];
+    if (const std::size_t j = k.along_x ? jx : jy; j != kNone) {
+      g[j] = -1.0;
+      off -= x[j];
+    }
     return off - k.side_mm;
   };
   LaserCalibration out;
-  out.fit = robust_fit(unknowns, c.all.size(), residual, 0.005);
+  out.fit = robust_fit(parameters, c.all.size(), residual, 0.005);
   if (out.fit.outliers > kMostOutliers * out.fit.data)
-    throw Uninformative(std::to_string(out.fit.outliers) + " of " + std::to_string(out.fit.data) +
-                        " steps do not lie on the sides of one block");
+    throw Unidentifiable(std::to_string(out.fit.outliers) + " of " + std::to_string(out.fit.data) +
+                         " steps do not lie on the sides of one block");
   out.edges = int(c.all.size());
-  out.latency_s = out.fit.unknowns[0];
-  std::vector<double> x(unknowns.size()), g(unknowns.size());
-  for (std::size_t k = 0; k < x.size(); ++k) x[k] = out.fit.unknowns[k].value;
+  out.latency_s = out.fit.parameters[0];
+  std::vector<double> x(parameters.size()), g(parameters.size());
+  for (std::size_t k = 0; k < x.size(); ++k) x[k] = out.fit.parameters[k].value;
   for (std::size_t i = 0; i < c.all.size(); ++i) {
     const Point2 v = c.tracks[c.all[i].pass].speed(c.all[i].time_s + x[0]);
     out.residuals.push_back(
         {c.all[i].along_x ? v.x_mm : v.y_mm, residual(i, x.data(), g.data()), c.all[i].along_x});
   }
   if (!offset) return out;
-  out.x_mm = out.fit.unknowns[ix], out.y_mm = out.fit.unknowns[iy];
-  out.x_mm.value += b.laser.x_mm, out.y_mm.value += b.laser.y_mm;
-  if (c.turned) out.block_x_mm = out.fit.unknowns[jx], out.block_y_mm = out.fit.unknowns[jy];
+  out.x_mm = out.fit.parameters[ix];
+  out.y_mm = out.fit.parameters[iy];
+  out.x_mm.value += b.laser.x_mm;
+  out.y_mm.value += b.laser.y_mm;
+  if (c.turned) {
+    out.block_x_mm = out.fit.parameters[jx];
+    out.block_y_mm = out.fit.parameters[jy];
+  }
   return out;
 }
 

@@ -1,5 +1,5 @@
-// Where the point laser stands and when it reads, from passes over a block with sharp edges [Barnett
-// 2012, 5.2.1].
+// Estimates the point laser's offset and latency from passes over a block with sharp edges [Barnett 2012,
+// 5.2.1].
 #pragma once
 
 #include <optional>
@@ -26,10 +26,10 @@ struct LaserPass {
 
 struct LaserBelief {
   const motion::Arm& arm;
-  motion::Tool laser;  ///< as believed now; may be wrong by `reach_mm`
+  motion::Tool laser;  ///< present estimate; may be wrong by `reach_mm`
   Point2 origin;       ///< of the part's frame in the arm's [mm]
   double latency_s = 0.0;
-  double reach_mm = 5.0, reach_s = 0.2;
+  double reach_mm = 5.0, bound_s = 0.2;
 };
 
 enum class LaserUnknowns { kOffset, kLatency };
@@ -38,7 +38,7 @@ struct LaserCalibration {
   Estimate x_mm, y_mm;  ///< of the spot in the flange's frame
   Estimate latency_s;   ///< of reading 0 after the motion began
   std::optional<Estimate> block_x_mm,
-      block_y_mm;  ///< the block's place beyond the jig's; where passes of two yaws told it
+      block_y_mm;  ///< the block's place beyond the jig's; where passes of two yaws determine it
   int edges = 0;   ///< crossings used
   FitResult fit;
   struct Crossed {
@@ -49,18 +49,17 @@ struct LaserCalibration {
 };
 
 /// Passes should differ in speed or start, so that readings fall differently on the sides. A crossing is
-/// where readings step through the middle between the levels on both sides. At crossing time t the spot
-/// stands on the edge: n (p(t + latency) + offset) = c. Whether the reading rises or falls, and the way the
-/// arm goes, tell which side it is, so a wrong offset does not mix them up. Both offsets and the latency are
-/// fitted together (an offset alone would take the latency's place): that needs passes both ways over sides
-/// in x and in y. The offset turns with the flange's yaw, which is read off the joints; passes of yaws 60
-/// degrees apart or more tell it from the block's place as well, which is then fitted too. kLatency: the
-/// place of the block is unknown; passes of one yaw both ways over sides in one direction are enough, and
-/// only latency_s is told.
-/// @throws Uninformative: no step, too few crossings, no passes both ways, sides of one direction only
+/// where readings step through the middle between the levels on both sides. At crossing time t the spot is on
+/// the edge: n (p(t + latency) + offset) = c. The sign of the step and the arm's direction identify the side,
+/// so a wrong offset does not confuse them. Both offsets and the latency are fitted together (an offset alone
+/// would take the latency's place): that needs passes both ways over sides in x and in y. The offset turns
+/// with the flange's yaw, which is read off the joints; passes of yaws 60 degrees apart or more separate it
+/// from the block's place as well, which is then fitted too. kLatency: the place of the block is unknown;
+/// passes of one yaw both ways over sides in one direction are enough, and only latency_s is estimated.
+/// @throws Unidentifiable: no step, too few crossings, no passes both ways, sides of one direction only
 /// (kOffset), a yaw that turns along a pass, yaws that differ (kLatency), more than a quarter of the steps
 /// off the sides
 LaserCalibration calibrate_laser(std::span<const LaserPass> passes, const Jig& jig, const LaserBelief& belief,
-                                 LaserUnknowns unknowns);
+                                 LaserUnknowns parameters);
 
 }  // namespace firn::calibration

@@ -7,38 +7,40 @@
 #include <memory>
 #include <numeric>
 
+#include "core/statistics/distributions.h"
+#include "core/statistics/median.h"
+
 namespace firn::calibration {
 namespace {
 
-constexpr double kClip = 3.0, kReject = 4.0, kMadToStd = 1.4826, kConfounded = 1e-4, kBlind = 1e-10,
-                 kOwn = 1e-9;
+constexpr double kClip = 3.0, kReject = 4.0, kConfounded = 1e-4, kBlind = 1e-10, kOwn = 1e-9;
 constexpr int kRounds = 4, kMostEvaluations = 1000;
 
 using Matrix = std::vector<std::vector<double>>;
 
 struct Problem {
-  const std::vector<Unknown>& unknowns;
+  const std::vector<Parameter>& parameters;
   std::size_t data;
   const Residual& residual;
   double sigma = 1.0;
-  bool reject = false;  ///< what lies beyond the clip pulls no more
+  bool reject = false;  ///< residuals beyond the clip have no influence
   long evaluations = 0;
-  std::vector<double> x, row;       // of the caller's unknowns
+  std::vector<double> x, row;       // of the caller's parameters
   std::vector<double> base, slope;  // (x - start) / scale where the round began; the gradient by it
   Matrix axes;                      // NLopt's y: (x - start) / scale = base + axes y, about isotropic in y
 
   void go_to(const double* y) {
-    const std::size_t n = unknowns.size();
+    const std::size_t n = parameters.size();
     for (std::size_t k = 0; k < n; ++k) {
       double scaled = base[k];
       for (std::size_t m = 0; m < n; ++m) scaled += axes[k][m] * y[m];
-      x[k] = unknowns[k].start + unknowns[k].scale * scaled;
+      x[k] = parameters[k].start + parameters[k].scale * scaled;
     }
   }
 
   double at(const double* y, double* gradient) {
     ++evaluations;
-    const std::size_t n = unknowns.size();
+    const std::size_t n = parameters.size();
     go_to(y);
     slope.assign(n, 0.0);
     double cost = 0.0;
@@ -47,8 +49,8 @@ struct Problem {
       const bool far = std::abs(z) > (reject ? kReject : kClip);
       cost += !far ? z * z : reject ? kReject * kReject : 2.0 * kClip * std::abs(z) - kClip * kClip;
       if (far && reject) continue;
-      const double pull = 2.0 * (far ? (z > 0.0 ? kClip : -kClip) : z) / sigma;
-      for (std::size_t k = 0; k < n; ++k) slope[k] += pull * row[k] * unknowns[k].scale;
+      const double influence = 2.0 * (far ? (z > 0.0 ? kClip : -kClip) : z) / sigma;
+      for (std::size_t k = 0; k < n; ++k) slope[k] += influence * row[k] * parameters[k].scale;
     }
     for (std::size_t m = 0; gradient && m < n; ++m) {
       gradient[m] = 0.0;
@@ -62,14 +64,8 @@ double objective(unsigned, const double* x, double* gradient, void* problem) {
   return static_cast<Problem*>(problem)->at(x, gradient);
 }
 
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
-
-/// L^-T of information = L L^T: the axes in which the cost of a linear problem is round. Where data say
-/// nothing of an unknown, its own scale stays.
+/// L^-T of information = L L^T: the axes in which the cost of a linear problem is isotropic. A parameter
+/// without information keeps its own scale: this is why Eigen's LLT does not serve.
 Matrix round_axes(Matrix information, double sigma) {
   const std::size_t n = information.size();
   Matrix lower(n, std::vector<double>(n, 0.0)), axes = lower;
@@ -95,22 +91,13 @@ Matrix round_axes(Matrix information, double sigma) {
 
 }  // namespace
 
-double student_95(double f) {
-  constexpr double kExact[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
-  if (f < 1.5) return kExact[0];
-  if (f <= 10.0) return kExact[std::size_t(f + 0.5) - 1];
-  const double z = 1.959964, z3 = z * z * z,
-               z5 = z3 * z * z;  // Cornish and Fisher [Abramowitz and Stegun, 26.7.5]
-  return z + (z3 + z) / (4.0 * f) + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * f * f);
-}
-
-FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, const Residual& residual,
+FitResult robust_fit(const std::vector<Parameter>& parameters, std::size_t data, const Residual& residual,
                      double least_std, Scatter scatter) {
-  const std::size_t n = unknowns.size();
+  const std::size_t n = parameters.size();
   if (data < n + 2)
-    throw Uninformative(std::to_string(data) + " data are too few for " + unknowns.front().name + " and " +
-                        std::to_string(n - 1) + " further unknowns");
-  Problem p{unknowns,
+    throw Unidentifiable(std::to_string(data) + " data are too few for " + parameters.front().name + " and " +
+                         std::to_string(n - 1) + " further unknowns");
+  Problem p{parameters,
             data,
             residual,
             1.0,
@@ -122,7 +109,7 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
             {},
             {}};
   std::vector<double> y(n, 0.0);
-  for (std::size_t k = 0; k < n; ++k) p.x[k] = unknowns[k].start;
+  for (std::size_t k = 0; k < n; ++k) p.x[k] = parameters[k].start;
   const auto residuals = [&] {
     std::vector<double> r(data);
     for (std::size_t i = 0; i < data; ++i) r[i] = residual(i, p.x.data(), p.row.data());
@@ -134,7 +121,7 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
     // Of few data about a fit the median is too small: n - 0.8 and the degrees of freedom [Croux and
     // Rousseeuw 1992].
     const double few = double(data) / (double(data) - 0.8) * std::sqrt(double(data) / double(data - n));
-    p.sigma = std::max(least_std, kMadToStd * few * median(off));
+    p.sigma = std::max(least_std, statistics::kMadToStd * few * statistics::upper_median(off));
     p.reject = round + 1 == kRounds;
     Matrix information(n, std::vector<double>(n, 0.0));
     for (std::size_t i = 0; i < data; ++i) {
@@ -142,11 +129,13 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
       if (p.reject && off[i] > kReject * p.sigma) continue;
       for (std::size_t a = 0; a < n; ++a)
         for (std::size_t b = 0; b < n; ++b)
-          information[a][b] += p.row[a] * p.row[b] * unknowns[a].scale * unknowns[b].scale;
+          information[a][b] += p.row[a] * p.row[b] * parameters[a].scale * parameters[b].scale;
     }
     p.axes = round_axes(std::move(information), p.sigma);
-    for (std::size_t k = 0; k < n; ++k)
-      p.base[k] = (p.x[k] - unknowns[k].start) / unknowns[k].scale, y[k] = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      p.base[k] = (p.x[k] - parameters[k].start) / parameters[k].scale;
+      y[k] = 0.0;
+    }
     const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(NLOPT_LD_LBFGS, unsigned(n)),
                                                                 nlopt_destroy);
     nlopt_set_min_objective(opt.get(), objective, &p);
@@ -172,16 +161,19 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
     residual(i, p.x.data(), p.row.data());
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = 0; b < n; ++b)
-        information[a][b] += p.row[a] * p.row[b] * unknowns[a].scale * unknowns[b].scale;
-    f.rows.push_back(p.row), f.residuals.push_back(r[i]), f.used.push_back(i);
+        information[a][b] += p.row[a] * p.row[b] * parameters[a].scale * parameters[b].scale;
+    f.rows.push_back(p.row);
+    f.residuals.push_back(r[i]);
+    f.used.push_back(i);
   }
   const double freedom = double(data) - f.outliers - double(n);
   if (freedom < 1.0)
-    throw Uninformative("too many of the data for " + unknowns.front().name + " are outliers");
-  f.least_std = least_std, f.scatter = scatter;
+    throw Unidentifiable("too many of the data for " + parameters.front().name + " are outliers");
+  f.least_std = least_std;
+  f.scatter = scatter;
   f.residual_std = std::max(least_std, std::sqrt(squares / freedom));
-  // Inverse by Gauss and Jordan; what is left of a diagonal entry tells how far the unknowns before it can
-  // make up for it.
+  // Inverse by Gauss and Jordan. The rest of a diagonal entry shows how far the parameters before it can
+  // replace it.
   Matrix& inverse = f.inverse;
   inverse.assign(n, std::vector<double>(n, 0.0));
   for (std::size_t k = 0; k < n; ++k) inverse[k][k] = 1.0;
@@ -190,31 +182,36 @@ FitResult robust_fit(const std::vector<Unknown>& unknowns, std::size_t data, con
   for (std::size_t k = 0; k < n; ++k) {
     const double pivot = information[k][k];
     if (!(pivot > kConfounded * whole[k]) || !(whole[k] > 0.0))
-      throw Uninformative("these data cannot tell " + unknowns[k].name +
-                          (k > 0 ? " from " + unknowns[0].name : ""));
-    for (std::size_t b = 0; b < n; ++b) information[k][b] /= pivot, inverse[k][b] /= pivot;
+      throw Unidentifiable("these data cannot tell " + parameters[k].name +
+                           (k > 0 ? " from " + parameters[0].name : ""));
+    for (std::size_t b = 0; b < n; ++b) {
+      information[k][b] /= pivot;
+      inverse[k][b] /= pivot;
+    }
     for (std::size_t a = 0; a < n; ++a) {
       if (a == k) continue;
       const double by = information[a][k];
-      for (std::size_t b = 0; b < n; ++b)
-        information[a][b] -= by * information[k][b], inverse[a][b] -= by * inverse[k][b];
+      for (std::size_t b = 0; b < n; ++b) {
+        information[a][b] -= by * information[k][b];
+        inverse[a][b] -= by * inverse[k][b];
+      }
     }
   }
   for (std::size_t a = 0; a < n; ++a)
-    for (std::size_t b = 0; b < n; ++b) inverse[a][b] *= unknowns[a].scale * unknowns[b].scale;
+    for (std::size_t b = 0; b < n; ++b) inverse[a][b] *= parameters[a].scale * parameters[b].scale;
   for (std::size_t k = 0; k < n; ++k) {
-    if (!(std::abs(p.x[k] - unknowns[k].start) < unknowns[k].reach))
-      throw Uninformative(unknowns[k].name + " lies at or beyond the end of its reach, " +
-                          std::to_string(p.x[k]));
+    if (!(std::abs(p.x[k] - parameters[k].start) < parameters[k].bound))
+      throw Unidentifiable(parameters[k].name + " lies at or beyond the end of its reach, " +
+                           std::to_string(p.x[k]));
     std::vector<double> itself(n, 0.0);
     itself[k] = 1.0;
-    f.unknowns.push_back(f.estimate(p.x[k], itself));
+    f.parameters.push_back(f.estimate(p.x[k], itself));
   }
   return f;
 }
 
-Estimate FitResult::estimate(double value, const std::vector<double>& by_unknown) const {
-  const std::size_t n = by_unknown.size(), m = rows.size();
+Estimate FitResult::estimate(double value, const std::vector<double>& by_parameter) const {
+  const std::size_t n = by_parameter.size(), m = rows.size();
   const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
     return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
   };
@@ -223,18 +220,18 @@ Estimate FitResult::estimate(double value, const std::vector<double>& by_unknown
     for (std::size_t a = 0; a < n; ++a) out[a] = dot(inverse[a], v);
     return out;
   };
-  const std::vector<double> pull = solve(by_unknown);
-  if (scatter == Scatter::kAlike) {
-    const double std = residual_std * std::sqrt(dot(pull, by_unknown));
-    return {value, std, student_95(double(m) - double(n)) * std};
+  const std::vector<double> direction = solve(by_parameter);
+  if (scatter == Scatter::kHomoscedastic) {
+    const double std = residual_std * std::sqrt(dot(direction, by_parameter));
+    return {value, std, statistics::student_t_95(double(m) - double(n)) * std};
   }
   Matrix solved(m);
   std::vector<double> weight(m, 0.0);  // of each squared residual in the variance
   double variance = 0.0, least = 0.0;
   for (std::size_t i = 0; i < m; ++i) {
     solved[i] = solve(rows[i]);
-    const double share = dot(pull, rows[i]),
-                 left = 1.0 - dot(rows[i], solved[i]);  // what the fit leaves of a datum's own error
+    const double share = dot(direction, rows[i]),
+                 left = 1.0 - dot(rows[i], solved[i]);  // share of a datum's own error in its residual
     if (left > kOwn) weight[i] = share * share / left;
     variance +=
         left > kOwn ? weight[i] * residuals[i] * residuals[i] : share * share * residual_std * residual_std;
@@ -248,7 +245,7 @@ Estimate FitResult::estimate(double value, const std::vector<double>& by_unknown
       squares += weight[i] * weight[j] * left * left;
     }
   const double std = std::sqrt(std::max(variance, least));
-  return {value, std, student_95(squares > 0.0 ? trace * trace / squares : 1.0) * std};
+  return {value, std, statistics::student_t_95(squares > 0.0 ? trace * trace / squares : 1.0) * std};
 }
 
 }  // namespace firn::calibration

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/statistics/distributions.h"
 #include "estimators/calibration/uneven.h"
 
 namespace firn::calibration {
@@ -14,7 +15,8 @@ double spread(std::span<const TablePoint> points, const std::vector<double>& lif
   double low = std::numeric_limits<double>::max(), high = -low;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double z = points[i].z_mm + (lift.empty() ? 0.0 : lift[i]);
-    low = std::min(low, z), high = std::max(high, z);
+    low = std::min(low, z);
+    high = std::max(high, z);
   }
   return high - low;
 }
@@ -23,43 +25,62 @@ constexpr std::size_t kPointsOfTwist = 7, kPointsOfBend = 15;
 constexpr double kLeast_mm = 1e-4, kBentBeforehand = 1.0 / 300.0;
 
 void set(TableLevel& t, const std::vector<Estimate>& e) {
-  t.height_mm = e[0], t.slope_x = e[1], t.slope_y = e[2];
+  t.height_mm = e[0];
+  t.slope_x = e[1];
+  t.slope_y = e[2];
   if (e.size() > 3) t.twist = e[3];
-  if (e.size() > 4)
-    t.bend_x = e[4], t.bend_y = e[5], t.bend_xxy = e[6].value, t.bend_xyy = e[7].value,
+  if (e.size() > 4) {
+    t.bend_x = e[4];
+    t.bend_y = e[5];
+    t.bend_xxy = e[6].value;
+    t.bend_xyy = e[7].value;
     t.bend_xxyy = e[8].value;
+  }
 }
 
 TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm, bool twisted,
                     std::optional<TablePoint> about = {}, bool bent = false) {
   TableLevel t;
-  if (about)
-    t.middle_x_mm = about->x_mm, t.middle_y_mm = about->y_mm;
-  else
-    for (const TablePoint& p : points)
-      t.middle_x_mm += p.x_mm / double(points.size()), t.middle_y_mm += p.y_mm / double(points.size());
-  std::vector<Unknown> unknowns{{"height", points.empty() ? 0.0 : points[0].z_mm, 0.1, 100.0},
-                                {"slope along x", 0.0, 1e-3, 0.5},
-                                {"slope along y", 0.0, 1e-3, 0.5}};
-  if (twisted) unknowns.push_back({"twist", 0.0, 1e-5, 1e-2});
+  if (about) {
+    t.middle_x_mm = about->x_mm;
+    t.middle_y_mm = about->y_mm;
+  } else
+    for (const TablePoint& p : points) {
+      t.middle_x_mm += p.x_mm / double(points.size());
+      t.middle_y_mm += p.y_mm / double(points.size());
+    }
+  std::vector<Parameter> parameters{{"height", points.empty() ? 0.0 : points[0].z_mm, 0.1, 100.0},
+                                    {"slope along x", 0.0, 1e-3, 0.5},
+                                    {"slope along y", 0.0, 1e-3, 0.5}};
+  if (twisted) parameters.push_back({"twist", 0.0, 1e-5, 1e-2});
   if (bent)
-    unknowns.insert(unknowns.end(), {{"bend along x", 0.0, 1e-5, 1e-2},
-                                     {"bend along y", 0.0, 1e-5, 1e-2},
-                                     {"bend xxy", 0.0, 1e-7, 1e-4},
-                                     {"bend xyy", 0.0, 1e-7, 1e-4},
-                                     {"bend xxyy", 0.0, 1e-9, 1e-6}});
+    parameters.insert(parameters.end(), {{"bend along x", 0.0, 1e-5, 1e-2},
+                                         {"bend along y", 0.0, 1e-5, 1e-2},
+                                         {"bend xxy", 0.0, 1e-7, 1e-4},
+                                         {"bend xyy", 0.0, 1e-7, 1e-4},
+                                         {"bend xxyy", 0.0, 1e-9, 1e-6}});
   const Residual residual = [&](std::size_t i, const double* x, double* g) {
     const TablePoint& p = points[i];
-    g[0] = 1.0, g[1] = p.x_mm - t.middle_x_mm, g[2] = p.y_mm - t.middle_y_mm;
+    g[0] = 1.0;
+    g[1] = p.x_mm - t.middle_x_mm;
+    g[2] = p.y_mm - t.middle_y_mm;
     double z = x[0] + x[1] * g[1] + x[2] * g[2];
-    if (twisted) g[3] = g[1] * g[2], z += x[3] * g[3];
-    if (bent)
-      g[4] = g[1] * g[1], g[5] = g[2] * g[2], g[6] = g[4] * g[2], g[7] = g[1] * g[5], g[8] = g[4] * g[5];
+    if (twisted) {
+      g[3] = g[1] * g[2];
+      z += x[3] * g[3];
+    }
+    if (bent) {
+      g[4] = g[1] * g[1];
+      g[5] = g[2] * g[2];
+      g[6] = g[4] * g[2];
+      g[7] = g[1] * g[5];
+      g[8] = g[4] * g[5];
+    }
     for (std::size_t k = 4; bent && k < 9; ++k) z += x[k] * g[k];
     return z - p.z_mm;
   };
-  t.fit = robust_fit(unknowns, points.size(), residual, kLeast_mm);
-  set(t, t.fit.unknowns);
+  t.fit = robust_fit(parameters, points.size(), residual, kLeast_mm);
+  set(t, t.fit.parameters);
   t.spread_mm = t.left_mm = spread(points, {});
   for (const TablePoint& p : points) t.off_mm.push_back(p.z_mm - t.twisted_mm(p.x_mm, p.y_mm));
   t.level = t.spread_mm <= tolerance_mm;
@@ -101,12 +122,12 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
                     TablePoint{x_mm, y_mm, 0.0}, bend);
   };
   TableLevel t = fitted(false);
-  const std::size_t flat = t.fit.unknowns.size();
+  const std::size_t flat = t.fit.parameters.size();
   try {
     if (points.size() >= kPointsOfBend) t = fitted(true);
-  } catch (const Uninformative&) {  // these places cannot tell a bend
+  } catch (const Unidentifiable&) {  // these places do not identify a bend
   }
-  const std::size_t all = t.fit.unknowns.size();
+  const std::size_t all = t.fit.parameters.size();
   std::vector<UnevenDatum> data;
   for (std::size_t k = 0; k < t.fit.used.size(); ++k) {
     const TablePoint& p = points[t.fit.used[k]];
@@ -123,7 +144,8 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
     const double flat_per_bent =
         std::exp(std::min(beliefs[0].fit.log_evidence - beliefs[1].fit.log_evidence, 700.0)) /
         kBentBeforehand;
-    beliefs[1].share = 1.0 / (1.0 + flat_per_bent), beliefs[0].share = 1.0 - beliefs[1].share;
+    beliefs[1].share = 1.0 / (1.0 + flat_per_bent);
+    beliefs[0].share = 1.0 - beliefs[1].share;
   }
   std::vector<Estimate> mixed(all);
   for (std::size_t k = 0; k < all; ++k) {
@@ -133,10 +155,12 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
     for (const Belief& b : beliefs) {
       const double off = value(b) - mixed[k].value,
                    own = (k < b.fit.value.size() ? b.fit.variance[k] : 0.0) + off * off,
-                   factor = student_95(b.fit.freedom);
-      variance += b.share * own, half += b.share * factor * factor * own;
+                   factor = statistics::student_t_95(b.fit.freedom);
+      variance += b.share * own;
+      half += b.share * factor * factor * own;
     }
-    mixed[k].std = std::sqrt(variance), mixed[k].half_95 = std::sqrt(half);
+    mixed[k].std = std::sqrt(variance);
+    mixed[k].ci95_half_width = std::sqrt(half);
   }
   set(t, mixed);
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -147,8 +171,8 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
 TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws,
                            double tolerance_mm, double least_mm) {
   if (points.size() < screws.size())
-    throw Uninformative(std::to_string(points.size()) + " points cannot tell the lifts of " +
-                        std::to_string(screws.size()) + " screws");
+    throw Unidentifiable(std::to_string(points.size()) + " points cannot tell the lifts of " +
+                         std::to_string(screws.size()) + " screws");
   TableLevel t = plane_of(points, tolerance_mm, false);
   if (t.level || screws.empty()) return t;
   double reach_x = std::numeric_limits<double>::max(), reach_y = reach_x, mean = 0.0;
@@ -170,9 +194,10 @@ TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const L
       double wanted = 0.0, weight = 0.0;
       for (std::size_t i = 0; i < points.size(); ++i) {
         const double w = share(screws[s], points[i]);
-        wanted += w * (mean - points[i].z_mm - at[i]), weight += w * w;
+        wanted += w * (mean - points[i].z_mm - at[i]);
+        weight += w * w;
       }
-      if (weight <= 1e-6) throw Uninformative("no point lies near " + screws[s].name);
+      if (weight <= 1e-6) throw Unidentifiable("no point lies near " + screws[s].name);
       const double change = wanted / weight;
       lift[s] += change;
       for (std::size_t i = 0; i < points.size(); ++i) at[i] += change * share(screws[s], points[i]);

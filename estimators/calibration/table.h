@@ -1,4 +1,4 @@
-// Levelling the table: which foot or screw to turn, which way and how much [Barnett 2012, 2.2].
+// Estimates the table's plane and computes the turns of feet or screws that level it [Barnett 2012, 2.2].
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@ namespace firn::calibration {
 struct TablePoint {
   double x_mm = 0.0, y_mm = 0.0, z_mm = 0.0;
 };
-/// A foot or a screw that lifts the table where it stands.
+/// A foot or a screw that lifts the table at its place.
 struct Lifter {
   std::string name;  ///< "foot 1", "screw 5"
   double x_mm = 0.0, y_mm = 0.0;
@@ -27,10 +27,9 @@ struct Turn {
 struct TableLevel {
   Estimate height_mm;         ///< of the plane at the middle
   Estimate slope_x, slope_y;  ///< mm per mm
-  Estimate twist;  ///< mm per mm^2, of (x - middle)(y - middle): what four feet can make besides; 0 where not
-                   ///< asked for
+  Estimate twist;  ///< mm per mm^2, of (x - middle)(y - middle): by four feet; 0 where not asked for
   Estimate bend_x,
-      bend_y;  ///< mm per mm^2, of dx^2 and dy^2 about the middle: what screws make; 0 where not asked for
+      bend_y;  ///< mm per mm^2, of dx^2 and dy^2 about the middle: by screws; 0 where not asked for
   double bend_xxy = 0.0, bend_xyy = 0.0,
          bend_xxyy = 0.0;   ///< mm per mm^3, mm^4: and the rest of a surface through three by three screws
   double spread_mm = 0.0;   ///< highest less lowest point
@@ -45,7 +44,7 @@ struct TableLevel {
 };
 
 /// Coarse (2.2: four feet, until all lie within 0.5 mm): the feet take slope and twist out, the mean of their
-/// lifts being zero; with fewer than seven points the slope alone. @throws Uninformative: fewer than five
+/// lifts being zero; with fewer than seven points the slope alone. @throws Unidentifiable: fewer than five
 /// points, points on one line
 TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet,
                          double tolerance_mm = 0.5, double least_mm = 0.05);
@@ -53,15 +52,14 @@ TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lif
 /// The table alone, nothing to be turned: its height at (x, y), slopes, with seven points or more its twist;
 /// with 15 its bend, a parabola along x times one along y, the lowest surface through three by three screws.
 /// Near points share their unevenness (uneven.h): their scatter alone would make the intervals too narrow.
-/// @param bent screws were turned. Where none were, one table in 300 is taken for bent beforehand: value and
-/// interval are between flat and bent as likely as the points make each. A bend makes the height twice as
-/// uncertain
-/// @throws Uninformative: as level_by_feet
+/// @param bent screws were turned. Otherwise the prior probability of a bend is 1 / 300, and value and
+/// interval are the posterior mean over flat and bent. A bend makes the height twice as uncertain
+/// @throws Unidentifiable: as level_by_feet
 TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y_mm, bool bent);
 
-/// Fine (nine screws, within 0.2 mm): each screw takes out what the nearest points lie off their mean; a
-/// screw's lift falls off linearly to its neighbours, so the lifts solve that system for the points. @throws
-/// Uninformative: fewer points than screws
+/// Fine (nine screws, within 0.2 mm): each screw removes the distance of the nearest points from their mean;
+/// a screw's lift falls off linearly to its neighbours, so the lifts solve that system for the points.
+/// @throws Unidentifiable: fewer points than screws
 TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws,
                            double tolerance_mm = 0.2, double least_mm = 0.02);
 

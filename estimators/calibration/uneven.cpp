@@ -25,15 +25,15 @@ struct AtLength {
   double log_restricted = 0.0, log_profile = 0.0;
 };
 
-AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index unknowns, double length_mm,
+AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index parameters, double length_mm,
                 double least_mm) {
   const Eigen::Index n = Eigen::Index(data.size());
-  Eigen::MatrixXd correlation(n, n), columns(n, unknowns);
+  Eigen::MatrixXd correlation(n, n), columns(n, parameters);
   Eigen::VectorXd z(n);
   for (Eigen::Index a = 0; a < n; ++a) {
     const UnevenDatum& d = data[a];
     z[a] = d.z_mm;
-    for (Eigen::Index k = 0; k < unknowns; ++k) columns(a, k) = d.row[k];
+    for (Eigen::Index k = 0; k < parameters; ++k) columns(a, k) = d.row[k];
     for (Eigen::Index b = 0; b < n; ++b) {
       const double share =
           length_mm > 0.0 ? distance(d, data[b]) / length_mm : std::numeric_limits<double>::infinity();
@@ -41,15 +41,15 @@ AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index unknowns, dou
     }
   }
   const Eigen::ArrayXd size = columns.cwiseAbs().colwise().maxCoeff().transpose();
-  columns *= size.inverse().matrix().asDiagonal();  // of size 1, whatever their units
+  columns *= size.inverse().matrix().asDiagonal();  // of size 1, for any units
   const Eigen::LLT<Eigen::MatrixXd> correlated(correlation);
   correlated.matrixL().solveInPlace(z);
   correlated.matrixL().solveInPlace(columns);
   const Eigen::LLT<Eigen::MatrixXd> normal(columns.transpose() * columns);
   const Eigen::VectorXd value = normal.solve(columns.transpose() * z);
   const double squares = std::max((z - columns * value).squaredNorm(), double(n) * least_mm * least_mm);
-  const double freedom = double(n - unknowns), log_correlation = half_log_det(correlated);
-  const Eigen::ArrayXd inverse = normal.solve(Eigen::MatrixXd::Identity(unknowns, unknowns)).diagonal();
+  const double freedom = double(n - parameters), log_correlation = half_log_det(correlated);
+  const Eigen::ArrayXd inverse = normal.solve(Eigen::MatrixXd::Identity(parameters, parameters)).diagonal();
   AtLength f;
   f.value = value.array() / size;
   f.variance = squares / freedom * inverse / size.square();
@@ -60,7 +60,7 @@ AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index unknowns, dou
 
 }  // namespace
 
-UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t unknowns, double least_mm) {
+UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t parameters, double least_mm) {
   double apart_mm = 0.0;
   for (const UnevenDatum& a : data) {
     double nearest = std::numeric_limits<double>::max();
@@ -71,17 +71,19 @@ UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t unknowns,
   std::vector<AtLength> fits;
   double likeliest = -std::numeric_limits<double>::infinity(), profile = likeliest, sum = 0.0, mean = 0.0;
   for (int k = 0; k < kLengths; ++k) {
-    fits.push_back(fit_at(data, Eigen::Index(unknowns), apart_mm * k / (kLengths - 1), least_mm));
-    likeliest = std::max(likeliest, fits.back().log_restricted),
+    fits.push_back(fit_at(data, Eigen::Index(parameters), apart_mm * k / (kLengths - 1), least_mm));
+    likeliest = std::max(likeliest, fits.back().log_restricted);
     profile = std::max(profile, fits.back().log_profile);
   }
-  for (const AtLength& f : fits)
-    sum += std::exp(f.log_restricted - likeliest), mean += std::exp(f.log_profile - profile) / kLengths;
-  UnevenFit out{std::vector<double>(unknowns, 0.0), std::vector<double>(unknowns, 0.0),
-                double(data.size() - unknowns),
-                profile + std::log(mean) - 0.5 * double(unknowns) * std::log(double(data.size()))};
+  for (const AtLength& f : fits) {
+    sum += std::exp(f.log_restricted - likeliest);
+    mean += std::exp(f.log_profile - profile) / kLengths;
+  }
+  UnevenFit out{std::vector<double>(parameters, 0.0), std::vector<double>(parameters, 0.0),
+                double(data.size() - parameters),
+                profile + std::log(mean) - 0.5 * double(parameters) * std::log(double(data.size()))};
   const auto share = [&](const AtLength& f) { return std::exp(f.log_restricted - likeliest) / sum; };
-  for (std::size_t k = 0; k < unknowns; ++k) {
+  for (std::size_t k = 0; k < parameters; ++k) {
     for (const AtLength& f : fits) out.value[k] += share(f) * f.value[k];
     for (const AtLength& f : fits)
       out.variance[k] +=

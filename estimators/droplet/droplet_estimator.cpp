@@ -17,16 +17,16 @@ using deposition::DropletModel;
 constexpr int kReach = 2;       // cells up to so far apart may share a droplet
 constexpr double kStep = 1e-3;  // of the derivatives, relative
 constexpr double kMostScatter = 0.5;
-constexpr double kGroundShift_mm = 1e-3;  // for the derivative by the ground's height
+constexpr double kGroundShift_mm = 1e-3;  // for the derivative by the substrate's height
 
 constexpr double kClippedSquare = 0.995;   // mean of the clipped square of a normal variable
-constexpr double kLeastNoiseScale = 0.25;  // of the variance that the maps tell
+constexpr double kLeastNoiseScale = 0.25;  // of the variance that the maps report
 constexpr int kMostRounds = 5;
 constexpr double kSettled = 3e-4;
 std::array<double, 3> values(const DropletModel& m) { return {m.h1_mm, m.h2_mm, m.h3_mm}; }
 DropletModel model_of(const double* h) { return {h[0], h[1], h[2]}; }
 
-// A size for each of h1..h3 even where it is believed to be 0.
+// A scale for each of h1..h3 even where its estimate is 0.
 std::array<double, 3> scales(const DropletModel& m) {
   return {m.h1_mm, std::max(m.h2_mm, 0.05 * m.h1_mm), std::max(m.h3_mm, 0.05 * m.h1_mm)};
 }
@@ -80,31 +80,32 @@ void DropletEstimator::check(const HeightMap& height, const std::vector<Use>& us
             "cell " + std::to_string(c) + " has no height and is not marked so");
 }
 
-// What single maps tell jumps with the sensor's resolution; all of them are of one sensor.
-void DropletEstimator::hear_noise(double std_mm) {
-  told_variance_mm2_ += (std_mm * std_mm - told_variance_mm2_) / double(++told_);
+// The noise reported with single maps jumps with the sensor's resolution. All maps are of one sensor.
+void DropletEstimator::update_noise(double std_mm) {
+  reported_variance_mm2_ += (std_mm * std_mm - reported_variance_mm2_) / double(++reports_);
 }
 
-void DropletEstimator::set_ground(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
+void DropletEstimator::set_substrate(const HeightMap& height, const std::vector<Use>& use,
+                                     double noise_std_mm) {
   check(height, use, noise_std_mm);
-  start_ = filter_.ground(height.cells, use, noise_std_mm * noise_std_mm);
+  start_ = filter_.substrate(height.cells, use, noise_std_mm * noise_std_mm);
   const auto measured = std::count_if(use.begin(), use.end(), [](Use u) { return u != Use::kNothing; });
   require(measured > 0, "the bare ground has no measured cell");
   double rough = 0.0;
   for (const double v : start_.variance_mm2) rough += v / double(start_.variance_mm2.size());
-  ground_variance_mm2_ = (noise_std_mm * noise_std_mm + rough) / double(measured);
-  start_by_ground_.assign(grid_.size(), 1.0);
+  substrate_variance_mm2_ = (noise_std_mm * noise_std_mm + rough) / double(measured);
+  start_by_substrate_.assign(grid_.size(), 1.0);
   start_model_ = model_;
   for (auto& slope : start_slope_) slope.assign(grid_.size(), 0.0);
-  ground_.height_mm = height.cells;
-  ground_.use = use;
-  hear_noise(noise_std_mm);
-  has_ground_ = true;
+  substrate_.height_mm = height.cells;
+  substrate_.use = use;
+  update_noise(noise_std_mm);
+  has_substrate_ = true;
 }
 
 Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& height,
                                      const std::vector<Use>& use, double noise_std_mm) {
-  require(has_ground_, "a layer came before the map of the bare ground");
+  require(has_substrate_, "a layer came before the map of the bare ground");
   check(height, use, noise_std_mm);
   for (const Pass& p : passes) {
     require(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
@@ -112,27 +113,27 @@ Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& 
     droplets_ += std::int64_t(p.cells.size());
   }
   if (int(window_.size()) >= options_.window_layers) forget_oldest();
-  fade();
+  forget();
   Layer layer;
   layer.passes = std::move(passes);
   layer.height_mm = height.cells;
   layer.use = use;
-  hear_noise(noise_std_mm);
+  update_noise(noise_std_mm);
   window_.push_back(std::move(layer));
   ++layers_;
   return update();
 }
 
-// What the layers before the window say, one layer older.
-void DropletEstimator::fade() {
+// Exponential forgetting of the layers before the window, by one layer.
+void DropletEstimator::forget() {
   if (keep_ == 1.0) return;
   for (CellTerms& t : old_) {
     for (double& v : t.information.m) v *= keep_;
-    for (double& v : t.pull) v *= keep_;
+    for (double& v : t.information_vector) v *= keep_;
   }
   for (double& v : information_.m) v *= keep_;
-  for (double& v : pull_) v *= keep_;
-  for (double& v : old_ground_) v *= keep_;
+  for (double& v : information_vector_) v *= keep_;
+  for (double& v : old_substrate_) v *= keep_;
 }
 
 double DropletEstimator::weight_of(std::size_t k) const {
@@ -147,16 +148,16 @@ Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vecto
   check(height, use, noise_std_mm);
   if (window_.empty()) {
     require(layers_ == 0, "there is no layer whose map could be replaced");
-    set_ground(height, use, noise_std_mm);
+    set_substrate(height, use, noise_std_mm);
     return estimate_;
   }
   window_.back().height_mm = height.cells;
   window_.back().use = use;
-  hear_noise(noise_std_mm);
+  update_noise(noise_std_mm);
   return update();
 }
 
-// Again while the estimate lies far from what gains and weights were fixed with.
+// Repeated while the estimate is far from the one that fixed the gains and weights.
 Estimate DropletEstimator::update() {
   evaluations_ = 0;
   const auto scale = scales(options_.prior);
@@ -171,25 +172,25 @@ Estimate DropletEstimator::update() {
       break;
   }
   fix_references();
-  judge();
+  update_fit();
   return estimate_;
 }
 
 // The surface before the window, had the layers before it been filtered with `m`: to first order.
-void DropletEstimator::start_at(const DropletModel& m, double ground_shift_mm,
+void DropletEstimator::start_at(const DropletModel& m, double substrate_shift_mm,
                                 std::vector<double>& height_mm) const {
   height_mm = start_.height_mm;
   const double d1 = m.h1_mm - start_model_.h1_mm, d2 = m.h2_mm - start_model_.h2_mm,
                d3 = m.h3_mm - start_model_.h3_mm;
-  if (d1 == 0.0 && d2 == 0.0 && d3 == 0.0 && ground_shift_mm == 0.0) return;
+  if (d1 == 0.0 && d2 == 0.0 && d3 == 0.0 && substrate_shift_mm == 0.0) return;
   for (std::size_t c = 0; c < height_mm.size(); ++c)
     height_mm[c] += start_slope_[0][c] * d1 + start_slope_[1][c] * d2 + start_slope_[2][c] * d3 +
-                    start_by_ground_[c] * ground_shift_mm;
+                    start_by_substrate_[c] * substrate_shift_mm;
 }
 
 void DropletEstimator::fix_references() {
   if (layers_ == int(window_.size()))
-    start_ = filter_.ground(ground_.height_mm, ground_.use, noise_variance_mm2());
+    start_ = filter_.substrate(substrate_.height_mm, substrate_.use, noise_variance_mm2());
   Surface s{{}, start_.variance_mm2};
   start_at(model_, 0.0, s.height_mm);
   for (Layer& l : window_) {
@@ -198,39 +199,45 @@ void DropletEstimator::fix_references() {
   }
 }
 
-void DropletEstimator::differences_at(const DropletModel& m, double ground_shift_mm,
+void DropletEstimator::differences_at(const DropletModel& m, double substrate_shift_mm,
                                       std::vector<std::vector<double>>& out) {
   out.resize(window_.size());
-  start_at(m, ground_shift_mm, work_->height);
+  start_at(m, substrate_shift_mm, work_->height);
   for (std::size_t k = 0; k < window_.size(); ++k) {
     out[k].resize(grid_.size());
     filter_.differences(window_[k], work_->height, m, scatter_, out[k]);
   }
 }
 
-// Relative scatter of droplets and the scale of the maps' noise by moments: what the squares of the
-// differences are beyond the surface's own variance, in the weighting that is best for normal ones. (Told
+// Relative scatter of droplets and the scale of the maps' noise by moments: the excess of the squared
+// differences over the surface's own variance, in the weighting that is optimal for normal ones. (Estimated
 // from differences of neighbouring samples, a map's noise includes steps of the surface.)
 void DropletEstimator::fit_scatter() {
   differences_at(model_, 0.0, work_->at_best);
   double gg = 0.0, gr = 0.0, rr = 0.0, ge = 0.0, re = 0.0;
   for (std::size_t k = 0; k < window_.size(); ++k) {
     const Layer& l = window_[k];
-    const double r = told_variance_mm2_;
+    const double r = reported_variance_mm2_;
     for (std::size_t c = 0; c < grid_.size(); ++c) {
       if (l.weight[c] == 0.0) continue;
       const double e = clipped(work_->at_best[k][c], l.weight[c]), g = l.scatter_mm2[c],
                    w2 = l.weight[c] * l.weight[c];
       const double beyond_surface =
           e * e / kClippedSquare - 1.0 / l.weight[c] + scatter_ * scatter_ * g + noise_scale_ * r;
-      gg += w2 * g * g, gr += w2 * g * r, rr += w2 * r * r, ge += w2 * g * beyond_surface,
-          re += w2 * r * beyond_surface;
+      gg += w2 * g * g;
+      gr += w2 * g * r;
+      rr += w2 * r * r;
+      ge += w2 * g * beyond_surface;
+      re += w2 * r * beyond_surface;
     }
   }
   const double det = gg * rr - gr * gr;
   if (!(det > 1e-6 * gg * rr)) return;
   double scatter2 = (ge * rr - re * gr) / det, noise = (re * gg - ge * gr) / det;
-  if (scatter2 < 0.0) scatter2 = 0.0, noise = re / rr;
+  if (scatter2 < 0.0) {
+    scatter2 = 0.0;
+    noise = re / rr;
+  }
   scatter_ = std::min(kMostScatter, std::sqrt(scatter2));
   noise_scale_ = std::clamp(noise, kLeastNoiseScale, 1.0 / kLeastNoiseScale);
 }
@@ -249,8 +256,8 @@ double DropletEstimator::objective(const double* h) {
   }
   const std::array<double, 3> at{h[0], h[1], h[2]}, prior = values(options_.prior);
   const std::array<double, 3> off{h[0] - prior[0], h[1] - prior[1], h[2] - prior[2]};
-  return 0.5 * (sum + information_.form(at) + prior_information_.form(off)) - pull_[0] * h[0] -
-         pull_[1] * h[1] - pull_[2] * h[2];
+  return 0.5 * (sum + information_.form(at) + prior_information_.form(off)) - information_vector_[0] * h[0] -
+         information_vector_[1] * h[1] - information_vector_[2] * h[2];
 }
 
 void DropletEstimator::minimise() {
@@ -278,7 +285,7 @@ void DropletEstimator::minimise() {
   model_ = model_of(h.data());
 }
 
-void DropletEstimator::judge() {
+void DropletEstimator::update_fit() {
   Work& w = *work_;
   const auto at = values(model_);
   const auto scale = scales(model_);
@@ -304,7 +311,7 @@ void DropletEstimator::judge() {
   for (std::size_t c = 0; c < grid_.size(); ++c) {
     information += w.cell[c].information;
     const auto known = w.cell[c].information.times(at);
-    for (std::size_t r = 0; r < 3; ++r) score[c][r] = w.cell[c].pull[r] - known[r];
+    for (std::size_t r = 0; r < 3; ++r) score[c][r] = w.cell[c].information_vector[r] - known[r];
   }
   for (int j = 0; j < grid_.ny; ++j)
     for (int i = 0; i < grid_.nx; ++i) {
@@ -325,15 +332,16 @@ void DropletEstimator::judge() {
     spread = information;
     for (double& v : spread.m) v *= std::max(1.0, estimate_.fit);
   }
-  // The ground's mean height errs by the same amount in all cells, so their scores do not show it.
+  // The substrate's mean height errs by the same amount in all cells, so their scores do not show it.
   differences_at(model_, kGroundShift_mm, other);
-  std::array<double, 3> by_ground = old_ground_;
-  for (std::size_t k = 0; k < window_.size(); ++k) add_ground_terms(k, other[k], by_ground);
+  std::array<double, 3> by_substrate = old_substrate_;
+  for (std::size_t k = 0; k < window_.size(); ++k) add_substrate_terms(k, other[k], by_substrate);
   information += prior_information_;
   spread += prior_information_;
   for (int r = 0; r < 3; ++r)
     for (int q = 0; q < 3; ++q)
-      spread.at(r, q) += ground_variance_mm2_ * by_ground[std::size_t(r)] * by_ground[std::size_t(q)];
+      spread.at(r, q) +=
+          substrate_variance_mm2_ * by_substrate[std::size_t(r)] * by_substrate[std::size_t(q)];
   estimate_.model = model_;
   estimate_.covariance_mm2 = sandwich(inverse(information), spread);
   estimate_.droplet_scatter = scatter_;
@@ -342,7 +350,7 @@ void DropletEstimator::judge() {
   estimate_.evaluations = evaluations_;
 }
 
-// What layer k of the window says, cell by cell, about the model of the last judgement.
+// Information of layer k of the window, cell by cell, about the model of the last update_fit().
 double DropletEstimator::add_layer_terms(std::size_t k, std::vector<CellTerms>& terms, double& count) const {
   const Layer& l = window_[k];
   const auto at = values(model_);
@@ -352,21 +360,24 @@ double DropletEstimator::add_layer_terms(std::size_t k, std::vector<CellTerms>& 
     if (l.weight[c] == 0.0) continue;
     const bool out = beyond(work_->at_best[k][c], l.weight[c]);
     const double e = clipped(work_->at_best[k][c], l.weight[c]);
-    if (l.scatter_mm2[c] > 0.0) squares += l.weight[c] * e * e, count += 1.0;
+    if (l.scatter_mm2[c] > 0.0) {
+      squares += l.weight[c] * e * e;
+      count += 1.0;
+    }
     Symmetric3 information;
     for (std::size_t r = 0; r < 3 && !out; ++r)
       for (std::size_t q = 0; q < 3; ++q)
         information.at(int(r), int(q)) = fading * work_->slope[r][k][c] * l.weight[c] * work_->slope[q][k][c];
     const auto known = information.times(at);
     for (std::size_t r = 0; r < 3; ++r)
-      terms[c].pull[r] += fading * work_->slope[r][k][c] * l.weight[c] * e + known[r];
+      terms[c].information_vector[r] += fading * work_->slope[r][k][c] * l.weight[c] * e + known[r];
     terms[c].information += information;
   }
   return squares;
 }
 
-void DropletEstimator::add_ground_terms(std::size_t k, const std::vector<double>& shifted,
-                                        std::array<double, 3>& sum) const {
+void DropletEstimator::add_substrate_terms(std::size_t k, const std::vector<double>& shifted,
+                                           std::array<double, 3>& sum) const {
   const double fading = weight_of(k);
   for (std::size_t c = 0; c < grid_.size(); ++c)
     for (std::size_t r = 0; r < 3; ++r)
@@ -374,21 +385,21 @@ void DropletEstimator::add_ground_terms(std::size_t k, const std::vector<double>
                 kGroundShift_mm;
 }
 
-// The surface after the oldest layer becomes the start, and its derivatives with it, so that nothing of what
-// the layer has to say through later ones is lost.
+// The surface after the oldest layer becomes the start, and its derivatives with it, so that the information
+// of the layer in later ones is kept.
 void DropletEstimator::forget_oldest() {
   Layer& oldest = window_.front();
   double count = 0.0;
   add_layer_terms(0, old_, count);
   Work& w = *work_;
   w.difference.resize(grid_.size());
-  const auto after = [&](const DropletModel& m, double ground_shift_mm) {
-    start_at(m, ground_shift_mm, w.height);
+  const auto after = [&](const DropletModel& m, double substrate_shift_mm) {
+    start_at(m, substrate_shift_mm, w.height);
     filter_.differences(oldest, w.height, m, scatter_, w.difference);
     return w.height;
   };
   const std::vector<double> shifted = after(model_, kGroundShift_mm);
-  add_ground_terms(0, w.difference, old_ground_);
+  add_substrate_terms(0, w.difference, old_substrate_);
   const std::vector<double> height = after(model_, 0.0);
   const auto scale = scales(model_);
   std::array<std::vector<double>, 3> slope;
@@ -400,7 +411,7 @@ void DropletEstimator::forget_oldest() {
       slope[n][c] = keep_ * ((slope[n][c] - height[c]) / (kStep * scale[n]));
   }
   for (std::size_t c = 0; c < grid_.size(); ++c)
-    start_by_ground_[c] = (shifted[c] - height[c]) / kGroundShift_mm;
+    start_by_substrate_[c] = (shifted[c] - height[c]) / kGroundShift_mm;
   Surface s{{}, start_.variance_mm2};
   start_at(model_, 0.0, s.height_mm);
   filter_.reference(oldest, s, model_, scatter_);
@@ -408,10 +419,10 @@ void DropletEstimator::forget_oldest() {
   start_slope_ = std::move(slope);
   start_model_ = model_;
   information_ = {};
-  pull_ = {};
+  information_vector_ = {};
   for (const CellTerms& t : old_) {
     information_ += t.information;
-    for (std::size_t r = 0; r < 3; ++r) pull_[r] += t.pull[r];
+    for (std::size_t r = 0; r < 3; ++r) information_vector_[r] += t.information_vector[r];
   }
   window_.erase(window_.begin());
 }

@@ -9,7 +9,8 @@
 namespace firn::droplet {
 namespace {
 
-constexpr double kOutlier_mm = 5e-3;  // beyond it and beyond half of what is expected, a droplet did not come
+constexpr double kOutlier_mm =
+    5e-3;  // beyond it and beyond half of the expected rise, a droplet did not come
 
 void require(bool ok, std::string_view what) { firn::require(ok, "droplet factors", what); }
 
@@ -86,7 +87,9 @@ void DropletFactors::add_layer(std::span<const double> before, std::span<const P
     if (off > kOutlier_mm && off > 0.5 * expected) continue;
     const std::size_t k = std::size_t(place_.cells[c]);
     const double own = rise_[k].cells[c];
-    model[k] += own, found[k] += rise - (expected - factor_[k] * own), cells[k] += 1.0;
+    model[k] += own;
+    found[k] += rise - (expected - factor_[k] * own);
+    cells[k] += 1.0;
   }
   for (std::size_t k = 0; k < kPlaces; ++k) {
     variance_[k] += options_.walk_std[k] * options_.walk_std[k];

@@ -1,6 +1,6 @@
-// What a droplet gives to a neighbour when the surface is known only to a variance: the mean of
-// w sat_{h1+w}(d) [Lu 2015, Eq. (5)] over the error of d. Taking sat at the measured difference instead would
-// count every error in one direction only, for sat bends at 0 (errors in variables).
+// Computes the expected flow from a droplet to a neighbour when the surface is known only to a variance: the
+// mean of w sat_{h1+w}(d) [Lu 2015, Eq. (5)] over the error of d. Taking sat at the measured difference
+// instead would count every error in one direction only, for sat bends at 0 (errors in variables).
 #pragma once
 
 #include <emmintrin.h>

@@ -38,39 +38,39 @@ void HeightFilter::check(const HeightMap& height, const std::vector<Use>& use, d
             "cell " + std::to_string(c) + " has no height and is not marked so");
 }
 
-void HeightFilter::hear_noise(double std_mm) {
-  noise_variance_mm2_ += (std_mm * std_mm - noise_variance_mm2_) / double(++told_);
+void HeightFilter::update_noise(double std_mm) {
+  noise_variance_mm2_ += (std_mm * std_mm - noise_variance_mm2_) / double(++reports_);
 }
 
-void HeightFilter::set_ground(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
+void HeightFilter::set_substrate(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
   check(height, use, noise_std_mm);
-  hear_noise(noise_std_mm);
-  surface_ = filter_.ground(height.cells, use, noise_variance_mm2_);
-  has_ground_ = on_ground_ = true;
+  update_noise(noise_std_mm);
+  surface_ = filter_.substrate(height.cells, use, noise_variance_mm2_);
+  has_substrate_ = on_substrate_ = true;
 }
 
 void HeightFilter::add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
                              double noise_std_mm) {
-  require(has_ground_, "a layer came before the map of the bare ground");
+  require(has_substrate_, "a layer came before the map of the bare ground");
   check(height, use, noise_std_mm);
   for (const Pass& p : passes) {
     require(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
     for (const std::uint32_t c : p.cells) require(c < grid_.size(), "a pass fires off the grid");
   }
-  hear_noise(noise_std_mm);
+  update_noise(noise_std_mm);
   Layer layer;
   layer.passes = std::move(passes);
   predicted_ = surface_;
   filter_.predict(layer, predicted_, options_.model, options_.droplet_scatter);
-  on_ground_ = false;
+  on_substrate_ = false;
   correct(height, use);
 }
 
 void HeightFilter::replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
-  require(has_ground_, "there is no map that could be replaced");
-  if (on_ground_) return set_ground(height, use, noise_std_mm);
+  require(has_substrate_, "there is no map that could be replaced");
+  if (on_substrate_) return set_substrate(height, use, noise_std_mm);
   check(height, use, noise_std_mm);
-  hear_noise(noise_std_mm);
+  update_noise(noise_std_mm);
   correct(height, use);
 }
 
@@ -78,7 +78,7 @@ void HeightFilter::start_anew(const HeightMap& height, const std::vector<Use>& u
   std::vector<Use> anchored = use;
   for (Use& u : anchored)
     if (u == Use::kLearn) u = Use::kAnchor;
-  if (!has_ground_) return set_ground(height, use, noise_std_mm);
+  if (!has_substrate_) return set_substrate(height, use, noise_std_mm);
   add_layer({}, height, anchored, noise_std_mm);
 }
 
@@ -98,7 +98,10 @@ void HeightFilter::correct(const HeightMap& height, const std::vector<Use>& use)
 double HeightFilter::std_mm(const Mask& mask) const {
   double sum = 0.0, n = 0.0;
   for (std::size_t c = 0; c < grid_.size(); ++c)
-    if (mask.cells[c]) sum += surface_.variance_mm2[c], n += 1.0;
+    if (mask.cells[c]) {
+      sum += surface_.variance_mm2[c];
+      n += 1.0;
+    }
   return n > 0.0 ? std::sqrt(sum / n) : 0.0;
 }
 

@@ -1,8 +1,9 @@
-// The surface as the droplets and the maps tell it together: a Kalman filter with one height and one variance
-// per cell.
-//   H- = f(H+, U; h)              the executed droplets by the height-change model [Lu 2015, Eqs. (3)-(5)],
-//   P- = J P+ J' + rho^2 G        what is left of the error before, and what droplets of relative scatter rho
-//   add, K  = P- / (P- + R)            R: the map's noise, H+ = H- + K (Z - H-),  P+ = (1 - K) P-.
+// HeightFilter estimates the surface from the droplets and the maps: a Kalman filter with one height and one
+// variance per cell.
+//   H- = f(H+, U; h)          the executed droplets by the height-change model [Lu 2015, Eqs. (3)-(5)],
+//   P- = J P+ J' + rho^2 G    the earlier error and the variance by droplets of relative scatter rho,
+//   K  = P- / (P- + R)        R: the map's noise,
+//   H+ = H- + K (Z - H-),     P+ = (1 - K) P-.
 // So the noise of one map does not reach the next layer; with noise R large against q = rho^2 G, P settles
 // near sqrt(q R). Covariances between cells are left out (SurfaceFilter). Only + - * / sqrt.
 #pragma once
@@ -22,22 +23,23 @@ class HeightFilter {
   /// From the next layer on.
   void use_model(const deposition::DropletModel& model, double droplet_scatter);
 
-  /// The bare ground: a plane plus what the map's spread leaves beyond its noise.
-  /// @param noise_std_mm of one cell, above 0; pooled over all maps, for what single maps tell jumps with the
-  /// sensor's resolution
+  /// The bare substrate: a plane plus the map's spread beyond its noise. @param noise_std_mm of one cell,
+  /// above 0; pooled over all maps, since the noise reported with single maps jumps with the sensor's
+  /// resolution
   /// @throws std::invalid_argument: sizes, noise, a cell to be used without a height; nothing is changed
   /// then.
-  void set_ground(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
-  /// The next layer's passes in the order of firing, and the map after it. A cell that differs from what is
-  /// expected by more than kOutlier standard deviations (a droplet that did not come) is taken from the map.
+  void set_substrate(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
+  /// The next layer's passes in the order of firing, and the map after it. A cell that differs from the
+  /// prediction by more than kOutlier standard deviations (a droplet that did not come) is taken from the
+  /// map.
   void add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
                  double noise_std_mm);
-  /// The last layer (or the ground) was measured again: its map is replaced.
+  /// The last layer (or the substrate) was measured again: its map is replaced.
   void replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
-  /// What was fired since the last map is not known: the map alone counts.
+  /// The droplets since the last map are not known: the map alone counts.
   void start_anew(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
 
-  bool has_ground() const { return has_ground_; }
+  bool has_substrate() const { return has_substrate_; }
   const Surface& surface() const { return surface_; }
   /// Root of the mean variance over the mask.
   double std_mm(const Mask& mask) const;
@@ -46,16 +48,16 @@ class HeightFilter {
 
  private:
   void check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const;
-  void hear_noise(double std_mm);
+  void update_noise(double std_mm);
   void correct(const HeightMap& height, const std::vector<Use>& use);
 
   GridSpec grid_;
   HeightFilterOptions options_;
   SurfaceFilter filter_;
-  bool has_ground_ = false, on_ground_ = false;
+  bool has_substrate_ = false, on_substrate_ = false;
   Surface predicted_, surface_;  ///< before and after the newest map
   double noise_variance_mm2_ = 0.0;
-  int told_ = 0;  ///< maps that told their noise
+  int reports_ = 0;  ///< maps with a reported noise
 };
 
 }  // namespace firn::droplet

@@ -1,5 +1,5 @@
-// Huber's loss: a square up to kClip standard deviations, then a straight line, so that one droplet that did
-// not come pulls no harder than kClip.
+// Computes Huber's loss: a square up to kClip standard deviations, then a straight line, so that the
+// influence of a droplet that did not come is at most kClip.
 #pragma once
 
 #include <cmath>

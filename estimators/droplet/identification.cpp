@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/statistics/distributions.h"
+
 namespace firn::droplet {
 namespace {
 
@@ -49,17 +51,11 @@ Repeats difference(const Repeats& a, const Repeats& b, double divisor) {
   r.std_error_mm = std::sqrt(va + vb) / divisor;
   if (a.n < 2 || b.n < 2 || va + vb == 0.0) return r;
   const double freedom = (va + vb) * (va + vb) / (va * va / (a.n - 1) + vb * vb / (b.n - 1));  // Welch
-  r.half_width_mm = t_975(freedom) * r.std_error_mm;
+  r.half_width_mm = statistics::student_t_95(freedom) * r.std_error_mm;
   return r;
 }
 
 }  // namespace
-
-double t_975(double f) {
-  const double z = 1.959963985, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
-  return z + (z3 + z) / (4.0 * f) + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * f * f) +
-         (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * f * f * f);
-}
 
 Repeats repeats_of(const std::vector<double>& values) {
   Repeats r;
@@ -70,7 +66,7 @@ Repeats repeats_of(const std::vector<double>& values) {
   double squares = 0.0;
   for (const double v : values) squares += (v - r.mean_mm) * (v - r.mean_mm);
   r.std_error_mm = std::sqrt(squares / (r.n - 1) / r.n);
-  r.half_width_mm = t_975(r.n - 1) * r.std_error_mm;
+  r.half_width_mm = statistics::student_t_95(r.n - 1) * r.std_error_mm;
   return r;
 }
 

@@ -1,6 +1,6 @@
-// The three experiments of [Lu 2015, V-C] found in what was printed: a droplet alone, with its four side
-// neighbours, with one corner neighbour, each on bare ground; and h1, h2, h3 from the height of the centre,
-// as the paper takes them.
+// Estimates h1, h2, h3 from the three experiments of [Lu 2015, V-C] in printed layers: a droplet alone, with
+// its four side neighbours, with one corner neighbour, each on bare substrate. h1, h2, h3 follow from the
+// height of the centre, as in the paper.
 #pragma once
 
 #include <cstdint>
@@ -19,9 +19,6 @@ struct Repeats {
   double half_width_mm = 0.0;  ///< of the interval
 };
 Repeats repeats_of(const std::vector<double>& values_mm);
-/// 97.5 % point of Student's t (Cornish-Fisher, error below 0.5 % from 3 degrees of freedom on). @pre freedom
-/// > 0
-double t_975(double freedom);
 
 /// One layer as it was printed and measured.
 struct PrintedLayer {
@@ -44,7 +41,7 @@ struct IdentificationPrints {
   Rise single_rise, cross_rise, pair_rise;  ///< pairs turned so that the second droplet lies at +x, +y
 
   Repeats h1, h2, h3;    ///< [V-C]: single; (cross - single) / 4; pair - single
-  Repeats side, corner;  ///< what a single droplet leaves beside it: the same constants in model (2)
+  Repeats side, corner;  ///< rise beside a single droplet: the same constants in model (2)
   bool complete() const { return h1.n >= 2 && h2.n >= 2 && h3.n >= 2; }
 };
 

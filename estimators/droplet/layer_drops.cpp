@@ -26,7 +26,10 @@ void LayerDrops::add(const PassReport& r) {
   if (doubt_to == known && known == n && known > 0 && r.triggered_jet >= 0 &&
       std::size_t(r.triggered_jet) < known) {
     pass.share = double(r.triggered_jet) / double(known);
-    if (pass.share < kLeastCountedShare) doubt_from = 0, doubt_end = n;
+    if (pass.share < kLeastCountedShare) {
+      doubt_from = 0;
+      doubt_end = n;
+    }
   }
   for (std::size_t k = doubt_from; k < doubt_end; ++k) {
     doubt_.resize(commanded.size(), 0);
@@ -36,7 +39,10 @@ void LayerDrops::add(const PassReport& r) {
       for (int x = i - 1; x <= i + 1; ++x)
         if (commanded.spec.contains(x, y)) doubt_[commanded.spec.index(x, y)] = 1;
   }
-  if (doubt_from == 0 && doubt_end == n) pass.cells.clear(), pass.share = 1.0;
+  if (doubt_from == 0 && doubt_end == n) {
+    pass.cells.clear();
+    pass.share = 1.0;
+  }
   if (!pass.cells.empty()) passes_.push_back(std::move(pass));
   // After a doubt the layer is closed; else its last pass, fired to its end, closes it.
   complete_ = doubt_to > known || (known == n && r.pass + 1 >= r.passes);

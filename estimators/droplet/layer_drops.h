@@ -1,4 +1,4 @@
-// What is known of the passes of one layer, as the estimators take it.
+// LayerDrops holds the known passes of one layer in the form that the estimators require.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace firn::droplet {
 
-/// What a lab can know about one pass.
+/// A lab's report of one pass.
 struct PassReport {
   DropletPattern commanded;  ///< 1 where this pass commanded a droplet
   int pass = 0, passes = 1;
@@ -21,13 +21,12 @@ struct PassReport {
 class LayerDrops {
  public:
   /// Takes in one report. The droplets before unknown_from have been fired; where the jet counted fewer than
-  /// the stage commanded, each of them counts as that share of a droplet. Cells whose droplet is in doubt,
-  /// and the cells around them, teach nothing.
+  /// the stage commanded, each of them counts as that share of a droplet. Cells whose droplet is uncertain,
+  /// and the cells around them, do not enter the fit.
   void add(const PassReport& report);
   bool complete() const { return complete_; }  ///< nothing of this layer is still to come
   std::vector<Pass> passes() const { return passes_; }
-  /// What the map's cells are good for: those off the part are bare ground and walls, from which nothing is
-  /// learned.
+  /// Use of the map's cells: those off the part are bare substrate and walls, which do not enter the fit.
   /// @param quality 0 where the cell was measured (height_map_t.quality)
   std::vector<Use> use_of(const HeightMap& height, std::span<const std::int8_t> quality,
                           const Mask& mask) const;

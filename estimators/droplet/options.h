@@ -7,7 +7,7 @@
 namespace firn::droplet {
 
 struct EstimatorOptions {
-  deposition::DropletModel prior;  ///< believed before the first layer
+  deposition::DropletModel prior;  ///< estimate before the first layer
   double prior_std = 0.5;          ///< relative, of each; h2, h3 as if they were at least h1 / 20
   deposition::Border border = deposition::Border::kLose;
   int window_layers = 10;

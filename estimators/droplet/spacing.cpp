@@ -8,7 +8,7 @@
 namespace firn::droplet {
 namespace {
 
-SpacingResult judge(double gamma, const std::vector<const SquareRise*>& squares, double noise_std_mm) {
+SpacingResult update_fit(double gamma, const std::vector<const SquareRise*>& squares, double noise_std_mm) {
   SpacingResult r;
   r.gamma = gamma;
   int largest = 0;
@@ -69,23 +69,32 @@ std::vector<SquareRise> square_rises(const HeightMap& before, const HeightMap& a
           break;
         }
         const double z = after.at(s.i + x, s.j + y) - before.at(s.i + x, s.j + y);
-        cells += 1.0, r.mean_mm += z, r.square_mm2 += z * z;
-        if (x % s.step == 0 && y % s.step == 0) under += z, unders += 1.0;
-        if (2 * (x % s.step) == s.step && 2 * (y % s.step) == s.step) between += z, betweens += 1.0;
+        cells += 1.0;
+        r.mean_mm += z;
+        r.square_mm2 += z * z;
+        if (x % s.step == 0 && y % s.step == 0) {
+          under += z;
+          unders += 1.0;
+        }
+        if (2 * (x % s.step) == s.step && 2 * (y % s.step) == s.step) {
+          between += z;
+          betweens += 1.0;
+        }
       }
     if (!whole) continue;
-    r.mean_mm /= cells, r.square_mm2 /= cells;
+    r.mean_mm /= cells;
+    r.square_mm2 /= cells;
     if (betweens > 0.0) r.ripple_mm = under / unders - between / betweens;
     out.push_back(r);
   }
   return out;
 }
 
-SpacingResult judge_spacing(double gamma, const std::vector<SquareRise>& squares, double noise_std_mm) {
+SpacingResult evaluate_spacing(double gamma, const std::vector<SquareRise>& squares, double noise_std_mm) {
   std::vector<const SquareRise*> all;
   for (const SquareRise& s : squares)
     if (s.n >= 2) all.push_back(&s);
-  SpacingResult r = judge(gamma, all, noise_std_mm);
+  SpacingResult r = update_fit(gamma, all, noise_std_mm);
   // Jackknife over repeats: the k-th repeat of every size is left out together.
   const int repeats = *std::min_element(r.repeats.begin(), r.repeats.end());
   if (repeats < 2) return r;
@@ -96,7 +105,7 @@ SpacingResult judge_spacing(double gamma, const std::vector<SquareRise>& squares
     std::vector<int> seen(64 + 1, 0);
     for (const SquareRise* s : all)
       if (seen[std::size_t(std::min(s->n, 64))]++ != k) some.push_back(s);
-    left[std::size_t(k)] = judge(gamma, some, noise_std_mm).inconsistency;
+    left[std::size_t(k)] = update_fit(gamma, some, noise_std_mm).inconsistency;
     mean += left[std::size_t(k)] / repeats;
   }
   double squares_sum = 0.0;
@@ -119,8 +128,10 @@ SpacingChoice choose_spacing(const std::vector<SpacingResult>& results) {
   c.gamma = results[c.best].gamma;
   if (!c.inside) return c;
   double x[3], y[3], variance = 0.0;
-  for (std::size_t k = 0; k < 3; ++k)
-    x[k] = results[c.best - 1 + k].gamma, y[k] = results[c.best - 1 + k].inconsistency;
+  for (std::size_t k = 0; k < 3; ++k) {
+    x[k] = results[c.best - 1 + k].gamma;
+    y[k] = results[c.best - 1 + k].inconsistency;
+  }
   c.gamma = vertex(x, y);
   for (std::size_t k = 0; k < 3; ++k) {
     double moved[3] = {y[0], y[1], y[2]};

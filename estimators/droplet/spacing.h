@@ -1,5 +1,5 @@
-// The spacing of droplets, L = gamma d [Lu 2015, Eq. (1)], chosen from prints: "consistent height for any n x
-// n matrix droplet layout" [V-C], smooth without much overlap [III-A].
+// Estimates the spacing of droplets, L = gamma d [Lu 2015, Eq. (1)], from prints: "consistent height for any
+// n x n matrix droplet layout" [V-C], smooth without much overlap [III-A].
 #pragma once
 
 #include <vector>
@@ -25,7 +25,7 @@ struct SquareRise {
 std::vector<SquareRise> square_rises(const HeightMap& before, const HeightMap& after,
                                      const std::vector<Use>& use, const std::vector<Square>& squares);
 
-/// What one spacing gives.
+/// Result of one spacing.
 struct SpacingResult {
   double gamma = 0.0;
   std::vector<double> mean_mm;  ///< by n, from n = 2 on: index 0 is n = 2
@@ -33,14 +33,14 @@ struct SpacingResult {
   double height_mm = 0.0;       ///< mean of mean_mm
   double between_sizes = 0.0;   ///< standard deviation of mean_mm over n, relative to height_mm
   double within = 0.0;          ///< of the heights inside a square, noise taken off, relative
-  double inconsistency = 0.0;   ///< root of the sum of both squares: what is to be smallest
+  double inconsistency = 0.0;   ///< root of the sum of both squares: the quantity to minimise
   double std_error = 0.0;       ///< of inconsistency, by leaving out one repeat after the other (jackknife)
 };
 /// @param noise_std_mm of one rise; squares of one droplet are left out, for they have nothing to be
 /// consistent with.
 /// @throws std::invalid_argument: fewer than two sizes of two droplets or more, or a height that is not above
 /// 0.
-SpacingResult judge_spacing(double gamma, const std::vector<SquareRise>& squares, double noise_std_mm);
+SpacingResult evaluate_spacing(double gamma, const std::vector<SquareRise>& squares, double noise_std_mm);
 
 struct SpacingChoice {
   double gamma = 0.0;      ///< vertex of the parabola through the smallest and its neighbours

@@ -24,8 +24,8 @@ SurfaceFilter::SurfaceFilter(const GridSpec& grid, deposition::Border border)
   for (int n = 0; n < 8; ++n) offset_[std::size_t(n)] = std::ptrdiff_t(kDy[n]) * grid.nx + kDx[n];
 }
 
-Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> use,
-                              double noise_variance) const {
+Surface SurfaceFilter::substrate(std::span<const double> z, std::span<const Use> use,
+                                 double noise_variance) const {
   // Plane a + b x + c y about the grid's middle: on a full grid its normal equations are diagonal, and with a
   // few cells missing nearly so; three rounds of the diagonal solution bring the rest.
   const double mid_x = 0.5 * (grid_.nx - 1), mid_y = 0.5 * (grid_.ny - 1);
@@ -38,14 +38,20 @@ Surface SurfaceFilter::ground(std::span<const double> z, std::span<const Use> us
       const double x = double(cell % std::size_t(grid_.nx)) - mid_x,
                    y = double(cell / std::size_t(grid_.nx)) - mid_y;
       const double r = z[cell] - (a + b * x + c * y);
-      n += 1.0, s1 += r, sx += r * x, sy += r * y, xx += x * x, yy += y * y, spread += r * r;
+      n += 1.0;
+      s1 += r;
+      sx += r * x;
+      sy += r * y;
+      xx += x * x;
+      yy += y * y;
+      spread += r * r;
     }
     if (round == 3 || n < 1.0) break;
     a += s1 / n;
     if (xx > 0.0) b += sx / xx;
     if (yy > 0.0) c += sy / yy;
   }
-  // Hills are believed in only where the spread is beyond what noise alone can have (three standard errors).
+  // Hills are assumed only where the spread exceeds that of noise alone (three standard errors).
   const double variance = n > 3.0 ? spread / (n - 3.0) : 0.0;
   const double rough = n > 3.0 && variance > noise_variance * (1.0 + 3.0 * std::sqrt(2.0 / n))
                            ? variance - noise_variance
@@ -158,8 +164,10 @@ void SurfaceFilter::predict(Layer& layer, Surface& s, const deposition::DropletM
         const double give = give_mm_[link], k = pass.share * sensitivity_[link];
         own_mm -= give;
         layer.scatter_mm2[to] += pass.share * give * give;
-        own_[c] -= k, own_[to] -= k;
-        from_[c] += k * k * s.variance_mm2[to], from_[to] += k * k * s.variance_mm2[c];
+        own_[c] -= k;
+        own_[to] -= k;
+        from_[c] += k * k * s.variance_mm2[to];
+        from_[to] += k * k * s.variance_mm2[c];
       }
       layer.scatter_mm2[c] += pass.share * own_mm * own_mm;
     }

@@ -1,5 +1,5 @@
-// The surface between two measurements: predicted droplet by droplet with the height-change model
-// [Lu 2015, Eqs. (3)-(5)], corrected by each map, with a variance per cell.
+// SurfaceFilter estimates the surface between two measurements: predicted droplet by droplet with the
+// height-change model [Lu 2015, Eqs. (3)-(5)], corrected by each map, with a variance per cell.
 #pragma once
 
 #include <array>
@@ -19,14 +19,14 @@ struct Pass {
   double share = 1.0;
 };
 
-/// What a map says of a cell.
+/// Use of a map's value of a cell.
 enum class Use : std::uint8_t {
-  kNothing,  ///< not measured: the prediction stands
-  kLearn,    ///< measured: corrects the surface, and what it differs from the prediction is learned from
-  kAnchor,   ///< measured, but what fired near it is in doubt: replaces the surface, teaches nothing
+  kNothing,  ///< not measured: the prediction is kept
+  kLearn,    ///< measured: corrects the surface, and the difference from the prediction enters the fit
+  kAnchor,   ///< measured, but the droplets near it are uncertain: replaces the surface, not fitted
 };
 
-/// Passes of a layer, the map after it, and what the filter has fixed for it at the last reference().
+/// Passes of a layer, the map after it, and the linearisation that the last reference() fixed for it.
 struct Layer {
   std::vector<Pass> passes;
   std::vector<double> height_mm;
@@ -35,8 +35,8 @@ struct Layer {
   // by reference():
   std::vector<std::vector<double>> variance_mm2;  ///< of the surface before each pass
   std::vector<double> gain;                       ///< of the correction, per cell
-  std::vector<double> weight;       ///< 1 / variance of the difference, 0 where not learned from
-  std::vector<double> scatter_mm2;  ///< variance by droplets of relative scatter 1
+  std::vector<double> weight;                     ///< 1 / variance of the difference, 0 where not in the fit
+  std::vector<double> scatter_mm2;                ///< variance by droplets of relative scatter 1
 };
 
 struct Surface {
@@ -50,21 +50,21 @@ class SurfaceFilter {
  public:
   SurfaceFilter(const GridSpec& grid, deposition::Border border);
 
-  /// The bare ground: a plane through the map plus what the map's spread leaves beyond its noise.
+  /// The bare substrate: a plane through the map plus the map's spread beyond its noise.
   /// @param use kNothing where the map does not count
-  Surface ground(std::span<const double> height_mm, std::span<const Use> use,
-                 double noise_variance_mm2) const;
+  Surface substrate(std::span<const double> height_mm, std::span<const Use> use,
+                    double noise_variance_mm2) const;
 
   /// One layer at `model`: fixes the layer's variances, gains and weights, and moves `surface` past it.
   void reference(Layer& layer, Surface& surface, const deposition::DropletModel& model, double scatter);
 
-  /// The first half of reference(): `surface` after the layer's passes as the model has it, variances with
-  /// what droplets scatter.
+  /// The first half of reference(): the model's prediction of `surface` after the layer's passes, variances
+  /// with the droplets' scatter.
   void predict(Layer& layer, Surface& surface, const deposition::DropletModel& model, double scatter);
 
-  /// The same with what reference() fixed: moves the heights alone and writes measured - predicted, 0 where
-  /// nothing is learned. With everything else fixed the differences depend on the model smoothly, and their
-  /// weights do not reward a model for being uncertain.
+  /// The same with the linearisation of reference(): moves the heights alone and writes measured - predicted,
+  /// 0 where a cell does not enter the fit. With everything else fixed the differences depend on the model
+  /// smoothly, and their weights do not reward a model for being uncertain.
   void differences(const Layer& layer, std::vector<double>& height_mm, const deposition::DropletModel& model,
                    double scatter, std::span<double> difference_mm);
 
@@ -74,8 +74,8 @@ class SurfaceFilter {
   /// Neighbour n of a cell; the cell itself where that is off the grid.
   std::uint32_t neighbour(std::uint32_t cell, int n) const;
   bool on_grid(std::uint32_t cell, int n) const { return inner_[cell] || neighbour(cell, n) != cell; }
-  /// What each droplet of the pass gives to its neighbours (to cells off the grid: anything), and how that
-  /// changes with their heights if `sensitive`.
+  /// Flows from each droplet of the pass to its neighbours (arbitrary for cells off the grid), and their
+  /// derivatives by the heights if `sensitive`.
   void exchange(const Pass& pass, std::span<const double> height_mm, std::span<const double> variance_mm2,
                 const Links& links, bool sensitive);
   /// Moves the heights past a pass whose exchange() was the last one.

@@ -67,11 +67,13 @@ double separation(const Symmetric3& a) {
         const double c = 1.0 / std::sqrt(1.0 + t * t), s = t * c;
         for (int k = 0; k < 3; ++k) {
           const double kp = r.at(k, p), kq = r.at(k, q);
-          r.at(k, p) = c * kp - s * kq, r.at(k, q) = s * kp + c * kq;
+          r.at(k, p) = c * kp - s * kq;
+          r.at(k, q) = s * kp + c * kq;
         }
         for (int k = 0; k < 3; ++k) {
           const double pk = r.at(p, k), qk = r.at(q, k);
-          r.at(p, k) = c * pk - s * qk, r.at(q, k) = s * pk + c * qk;
+          r.at(p, k) = c * pk - s * qk;
+          r.at(q, k) = s * pk + c * qk;
         }
       }
   double least = r.at(0, 0);

@@ -1,4 +1,5 @@
-// Symmetric 3 x 3 matrices, by + - * / sqrt alone.
+// Symmetric3 computes the algebra of symmetric 3 x 3 matrices, by + - * / sqrt alone: same bytes on every
+// machine.
 #pragma once
 
 #include <array>

@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
+#include "core/statistics/median.h"
+
 namespace firn::flow {
 namespace {
 
-constexpr double kBare = 0.3;   // of the usual volume: what has less lies beside the beads
+constexpr double kBare = 0.3;   // of the usual volume: cells with less lie beside the beads
 constexpr int kLeastShare = 7;  // one part in so many of a square
 
 cv::Mat spread(const HeightMap& map, int reach) {
@@ -24,10 +26,9 @@ cv::Mat inside(const cv::Mat& laid, int rim) {
   std::copy_if(laid.begin<double>(), laid.end<double>(), std::back_inserter(some),
                [](double v) { return v > 0.0; });
   if (some.empty()) return cv::Mat(laid.size(), CV_8U, cv::Scalar(0));
-  const auto usual = some.begin() + std::ptrdiff_t(some.size() / 2);
-  std::nth_element(some.begin(), usual, some.end());
+  const double usual = statistics::upper_median(some);
   cv::Mat in;
-  cv::erode(laid >= kBare * *usual, in, cv::Mat::ones(2 * rim + 1, 2 * rim + 1, CV_8U), {-1, -1}, 1,
+  cv::erode(laid >= kBare * usual, in, cv::Mat::ones(2 * rim + 1, 2 * rim + 1, CV_8U), {-1, -1}, 1,
             cv::BORDER_CONSTANT, cv::Scalar(0));
   return in;
 }
@@ -53,7 +54,9 @@ std::vector<FlowBlock> flow_blocks(const FlowInterval& interval, const BlockOpti
           for (int v = 0; v < 2; ++v) b.nominal_mm[v] += nominal[v].at<double>(y, x);
         }
       if (kLeastShare * cells < o.side * o.side) continue;
-      b.rise_mm /= cells, b.nominal_mm[0] /= cells, b.nominal_mm[1] /= cells;
+      b.rise_mm /= cells;
+      b.nominal_mm[0] /= cells;
+      b.nominal_mm[1] /= cells;
       b.share = double(cells) / (double(o.side) * o.side);
       blocks.push_back(b);
     }

@@ -1,4 +1,5 @@
-// What two maps and the pulses between them say of the flow, square by square.
+// Computes mean rise and nominal volume per square from two maps and the pulses between them: the data of the
+// flow estimate.
 #pragma once
 
 #include <array>
@@ -8,19 +9,19 @@
 
 namespace firn::flow {
 
-/// What happened between two maps.
+/// Rise and nominal volume between two maps.
 struct FlowInterval {
   int layer = 0;      ///< deposition layers at its end
   HeightMap rise_mm;  ///< after - before; NaN = not known
   std::array<HeightMap, 2>
-      nominal_mm;  ///< what the calibrated flow of each valve would have laid there: volume over area
+      nominal_mm;  ///< deposition there by the calibrated flow of each valve: volume over area
 };
 
 /// In cells of the maps.
 struct BlockOptions {
   int side = 7;    ///< of a square over which volumes are compared
   int spread = 1;  ///< liquid spreads so far about where it falls
-  int rim = 2;     ///< cells nearer than that to what is bare do not count: liquid flows over a rim
+  int rim = 2;     ///< cells nearer than that to bare cells do not count: liquid flows over a rim
 };
 
 /// Means over the cells of one square that count.
@@ -30,7 +31,7 @@ struct FlowBlock {
   double share = 0.0;  ///< of the square's cells that count
 };
 
-/// Cells count whose rise is known and that lie inside what beads have covered; squares with less than a
+/// Cells count whose rise is known and that lie inside the area covered by beads; squares with less than a
 /// seventh of such cells are left out. Maps on one grid.
 std::vector<FlowBlock> flow_blocks(const FlowInterval& interval, const BlockOptions& options);
 

@@ -9,10 +9,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/statistics/median.h"
+
 namespace firn::flow {
 namespace {
 
-constexpr double kClip = 3.0, kMadToStd = 1.4826, kLeastFactor = 0.02, kMostFactor = 5.0;
+constexpr double kClip = 3.0, kLeastFactor = 0.02, kMostFactor = 5.0;
 constexpr int kRounds = 3;  // of fitting with the noise of the residuals before
 constexpr unsigned kUnknowns = 4;
 
@@ -60,12 +62,6 @@ struct Problem {
 
 double objective(unsigned, const double* x, double* gradient, void* problem) {
   return static_cast<Problem*>(problem)->value(x, gradient);
-}
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 }  // namespace
@@ -118,7 +114,8 @@ void FlowEstimator::fit() {
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> off;
     for (const Aged& b : blocks) off.push_back(std::abs(predicted(b, x.data()) - b.block.rise_mm));
-    problem.noise_mm = std::max(options_.least_noise_mm, kMadToStd * median(off));
+    problem.noise_mm =
+        std::max(options_.least_noise_mm, statistics::kMadToStd * statistics::upper_median(off));
     for (unsigned i = 0; i < kUnknowns; ++i) x[i] = std::clamp(x[i], low[i], high[i]);
     const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(NLOPT_LD_LBFGS, kUnknowns),
                                                                 nlopt_destroy);
@@ -135,7 +132,8 @@ void FlowEstimator::fit() {
   double squares = 0.0, weights = 0.0;
   for (const Aged& b : blocks) {
     const double z = (predicted(b, x.data()) - b.block.rise_mm) / problem.noise_mm;
-    squares += b.weight * std::min(z * z, kClip * kClip), weights += b.weight;
+    squares += b.weight * std::min(z * z, kClip * kClip);
+    weights += b.weight;
     if (std::abs(z) > kClip) continue;
     const double a = b.block.nominal_mm[0], c = b.block.nominal_mm[1];
     const Eigen::Vector4d slope(a, c, -b.age_layers * a, -b.age_layers * c);

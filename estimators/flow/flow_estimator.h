@@ -1,6 +1,6 @@
-// What the valves give against their calibrated curve Q(nu), and how that drifts: from what was commanded
-// where, and by how much the surface rose there. Coil heat alone raises the flow by up to 20 % [Barnett
-// 2012, 5.4, 6.1].
+// FlowEstimator estimates each valve's flow factor against its calibrated curve Q(nu), and its drift, from
+// the commanded volumes and the measured rise of the surface. Coil heat alone raises the flow by up to 20 %
+// [Barnett 2012, 5.4, 6.1].
 #pragma once
 
 #include <array>
@@ -23,10 +23,10 @@ struct FlowOptions {
 };
 
 struct FlowEstimate {
-  std::array<double, 2> factor{1.0, 1.0};  ///< flow over what the calibrated curve says, at the newest layer
+  std::array<double, 2> factor{1.0, 1.0};  ///< flow over that of the calibrated curve, at the newest layer
   std::array<double, 2> factor_std{0.2, 0.2};  ///< standard deviation
   std::array<double, 2> drift_per_layer{};
-  double fit = 0.0;  ///< mean square of what is left over its expected variance; 0 = no data
+  double fit = 0.0;  ///< mean square of the residuals over their expected variance; 0 = no data
   int intervals = 0;
   std::int64_t evaluations = 0;  ///< of the objective, since the start
 };

@@ -1,4 +1,4 @@
-// Where the pulses of executed paths laid how much, if the valves gave what their calibration says.
+// add_laid() computes the height map that the pulses of executed paths deposit at the calibrated flow.
 #pragma once
 
 #include <span>
@@ -28,8 +28,8 @@ struct NozzleFrame {
 };
 
 /// Adds height [mm] = volume over area to the cells nearest to where the pulses fell, an equal share of the
-/// volume each. What falls beside the grid is left out. @throws std::invalid_argument: fewer axes than the
-/// arm has joints
+/// volume each. Pulses beside the grid are left out. @throws std::invalid_argument: fewer axes than the arm
+/// has joints
 void add_laid(const FiredList& list, const NozzleFrame& frame, HeightMap& nominal_mm);
 
 }  // namespace firn::flow

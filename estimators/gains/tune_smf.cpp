@@ -94,7 +94,10 @@ TunedGains tune_smf(std::span<const double> d, const TuneOptions& o) {
   const unsigned n = o.derivative_only ? 1 : 3;
   std::array<double, 3> x{o.start.kp, o.start.ki_star, o.start.kd_star}, high = kHigh;
   const std::array<double, 3> low{};
-  if (o.derivative_only) x[0] = x[2], high[0] = high[2];
+  if (o.derivative_only) {
+    x[0] = x[2];
+    high[0] = high[2];
+  }
   for (unsigned i = 0; i < n; ++i) x[i] = std::clamp(x[i], low[i], high[i]);
 
   const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> opt(nlopt_create(code(o.algorithm), n),

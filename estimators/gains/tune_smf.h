@@ -1,4 +1,5 @@
-// Gains of surface-mapping feedback that make the RMS error least for a disturbance [Barnett 2012, 5.6].
+// tune_smf() computes the gains of surface-mapping feedback with the least RMS error for a disturbance
+// [Barnett 2012, 5.6].
 #pragma once
 
 #include <span>
@@ -27,7 +28,7 @@ struct TuneOptions {
 struct TunedGains {
   Gains gains;
   double rms = 0.0;         ///< sigma_p* of (5.27), in intervals
-  double optimality = 0.0;  ///< largest entry of the gradient, less what the bounds hold back (5.36), (5.37)
+  double optimality = 0.0;  ///< largest entry of the gradient, less the bounds' multipliers (5.36), (5.37)
   int evaluations = 0;
 };
 

@@ -6,6 +6,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/statistics/distributions.h"
+#include "core/statistics/median.h"
+
 namespace firn::registration {
 namespace {
 
@@ -17,7 +20,7 @@ struct CellShift {
 
 int nearest_index(double u) { return int(std::floor(u + 0.5)); }
 
-/// What rose between two maps, above the ground.
+/// Rise between two maps, above the substrate.
 class Rise {
  public:
   Rise(const HeightMap& before, const HeightMap& after, const std::vector<MarkSite>& marks)
@@ -31,14 +34,8 @@ class Rise {
       const double h = after.cells[c] - before.cells[c];
       rise_.cells[c] = std::isfinite(h) ? h : 0.0;
     }
-    const double ground = median(rise_.cells);
+    const double ground = statistics::upper_median(std::vector(rise_.cells));
     for (double& h : rise_.cells) h -= ground;
-  }
-
-  static double median(std::vector<double> values) {
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
   }
 
   const GridSpec& grid() const { return rise_.spec; }
@@ -70,7 +67,10 @@ class Rise {
         double sum = 0.0;
         for (const MarkSite& m : marks)
           if (m.material == material) sum += block(column(m) + i, row(m) + j);
-        if (sum > most) most = sum, best = {i, j};
+        if (sum > most) {
+          most = sum;
+          best = {i, j};
+        }
       }
     if (most <= 0.0 || std::abs(best.i) == far_x || std::abs(best.j) == far_y)
       throw std::invalid_argument(std::string("registration: the marks of nozzle ") +
@@ -93,7 +93,10 @@ class Rise {
     }
     double sum = 0.0, n = 0.0;
     for (std::size_t c = 0; c < rise_.size(); ++c)
-      if (free.cells[c]) sum += rise_.cells[c], n += 1.0;
+      if (free.cells[c]) {
+        sum += rise_.cells[c];
+        n += 1.0;
+      }
     if (n > 0.0)
       for (double& h : rise_.cells) h -= sum / n;
   }
@@ -135,7 +138,7 @@ Sample displacements(const Rise& rise, const std::vector<MarkSite>& marks, Mater
     if (m.material == material) centres.push_back(rise.centre(m, shift));
   std::vector<double> volumes;
   for (const Rise::Centre& c : centres) volumes.push_back(c.volume);
-  const double usual = Rise::median(volumes);
+  const double usual = statistics::upper_median(volumes);
   Sample s;
   for (const Rise::Centre& c : centres) {
     if (c.volume < 0.5 * usual) {
@@ -172,17 +175,11 @@ Interval difference(const std::vector<double>& b, const std::vector<double>& a) 
   r.sigma_mm = std::sqrt(both);
   const double freedom =
       both > 0.0 ? both * both / (va * va / double(a.size() - 1) + vb * vb / double(b.size() - 1)) : 3.0;
-  r.half_95_mm = student_t_95(freedom) * r.sigma_mm;
+  r.ci95_half_width_mm = statistics::student_t_95(freedom) * r.sigma_mm;
   return r;
 }
 
 }  // namespace
-
-double student_t_95(double n) {
-  constexpr double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
-  return z + (z3 + z) / (4.0 * n) + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * n * n) +
-         (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * n * n * n);
-}
 
 NozzleOffset measure_offset(const HeightMap& before, const HeightMap& after,
                             const std::vector<MarkSite>& marks) {

@@ -1,4 +1,5 @@
-// Where the second nozzle stands relative to the first, from the height map of a registration print.
+// measure_offset() estimates the offset of the second nozzle from the first by the height map of a
+// registration print.
 #pragma once
 
 #include <vector>
@@ -16,7 +17,7 @@ struct MarkSite {
 
 /// An estimate with its standard error and the half width of its 95 % interval.
 struct Interval {
-  double value_mm = 0.0, sigma_mm = 0.0, half_95_mm = 0.0;
+  double value_mm = 0.0, sigma_mm = 0.0, ci95_half_width_mm = 0.0;
 };
 
 struct NozzleOffset {
@@ -36,9 +37,5 @@ struct NozzleOffset {
 /// nozzle whose marks are not found within the search (says which)
 NozzleOffset measure_offset(const HeightMap& before, const HeightMap& after,
                             const std::vector<MarkSite>& marks);
-
-/// The factor t with P(|T| < t) = 0.95 for `freedom` >= 3, by the Cornish-Fisher expansion about the normal
-/// distribution [Abramowitz and Stegun, 26.7.5]; within 1 % there.
-double student_t_95(double freedom);
 
 }  // namespace firn::registration

@@ -1,4 +1,4 @@
-// The orthonormal two-dimensional DCT-II and its inverse for any size.
+// CosineTransform computes the orthonormal two-dimensional DCT-II and its inverse for any size.
 #pragma once
 
 #include <span>

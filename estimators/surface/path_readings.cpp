@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/statistics/median.h"
 #include "estimators/surface/robust_smoothing.h"
 #include "estimators/surface/surface_map.h"
 
@@ -12,14 +13,7 @@ namespace firn::surface {
 namespace {
 
 constexpr double kLeastSpike_mm = 0.05;
-constexpr double kMadToStd = 1.4826;
 constexpr int kHalfWindow = 3;
-
-double median(std::vector<double>& v) {
-  const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 // Difference of each value from the median of the seven about it.
 std::vector<double> off_their_neighbours(const std::vector<SurfacePoint>& points, std::size_t first) {
@@ -30,7 +24,7 @@ std::vector<double> off_their_neighbours(const std::vector<SurfacePoint>& points
     const std::size_t from = std::min(i < kHalfWindow ? 0 : i - kHalfWindow, n - (2 * kHalfWindow + 1));
     window.clear();
     for (std::size_t k = from; k <= from + 2 * kHalfWindow; ++k) window.push_back(points[first + k].z_mm);
-    off[i] = std::abs(points[first + i].z_mm - median(window));
+    off[i] = std::abs(points[first + i].z_mm - statistics::upper_median(window));
   }
   return off;
 }
@@ -39,7 +33,8 @@ std::int64_t drop_spikes(std::vector<SurfacePoint>& points, std::size_t first) {
   const std::vector<double> off = off_their_neighbours(points, first);
   if (off.empty()) return 0;
   std::vector<double> sorted = off;
-  const double most = std::max(kLeastSpike_mm, 4.0 * kMadToStd * median(sorted));
+  const double most =
+      std::max(kLeastSpike_mm, 4.0 * statistics::kMadToStd * statistics::upper_median(sorted));
   std::size_t kept = first;
   for (std::size_t i = 0; i < off.size(); ++i)
     if (off[i] <= most) points[kept++] = points[first + i];
@@ -103,14 +98,14 @@ double noise_of_readings(std::span<const SurfacePoint> p) {
   std::vector<double> bend;
   for (std::size_t n = 2; n < p.size(); n += 2)
     bend.push_back(std::abs(p[n].z_mm - 2.0 * p[n - 1].z_mm + p[n - 2].z_mm));
-  return kMadToStd * median(bend) / std::sqrt(6.0);
+  return statistics::kMadToStd * statistics::upper_median(bend) / std::sqrt(6.0);
 }
 
 ScatterEstimate estimate_surface(const GridSpec& grid, const Mask& footprint,
                                  std::span<const SurfacePoint> points, const ScatterOptions& options) {
   if (footprint.spec != grid) throw std::invalid_argument("the footprint is not on the map's grid");
   ScatterEstimate e{HeightMap(grid, kNotMeasured),
-                    Grid<std::uint8_t>(grid, std::uint8_t(Quality::kInFilled))};
+                    Grid<std::uint8_t>(grid, std::uint8_t(CellQuality::kInFilled))};
   e.noise_std_mm = noise_of_readings(points);
   ScatteredSurface net(points);
   const HeightMap through = net.on(grid, options.samples);
@@ -138,7 +133,7 @@ ScatterEstimate estimate_surface(const GridSpec& grid, const Mask& footprint,
     e.height.cells[c] = through.cells[c];
     if (!footprint.cells[c]) continue;
     measured += 1.0;
-    e.quality.cells[c] = std::uint8_t(Quality::kMeasured);
+    e.quality.cells[c] = std::uint8_t(CellQuality::kMeasured);
     weights.cells[c] = 1.0;
   }
   e.covered_fraction = cells > 0.0 ? measured / cells : 0.0;

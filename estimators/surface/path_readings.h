@@ -1,4 +1,4 @@
-// Readings of a point laser along executed trajectories -> heights at places -> the surface on a grid.
+// Estimates the surface on a grid from the readings of a point laser along executed trajectories.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace firn::surface {
 
-/// Where the laser's focus stands while a path is run.
+/// Frame of the laser's focus while a path is run.
 struct LaserFrame {
   const motion::Arm& arm;
   motion::Tool laser;  ///< its focus at the reference distance, in the flange's frame
@@ -45,10 +45,9 @@ struct ScatterOptions {
 };
 
 struct ScatterEstimate {
-  HeightMap height;  ///< finite everywhere unless there is no reading at all
-  Grid<std::uint8_t>
-      quality;                ///< surface::Quality: measured = on the footprint and within reach of a reading
-  double noise_std_mm = 0.0;  ///< of one reading
+  HeightMap height;               ///< finite everywhere unless there is no reading at all
+  Grid<std::uint8_t> quality;     ///< CellQuality: measured = on the footprint and within reach of a reading
+  double noise_std_mm = 0.0;      ///< of one reading
   double covered_fraction = 0.0;  ///< of the footprint's cells: measured
 };
 

@@ -6,24 +6,17 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/statistics/median.h"
 #include "estimators/surface/cosine_transform.h"
 
 namespace firn::surface {
 namespace {
 
-constexpr double kMadToStd = 1.4826;
 constexpr double kBisquare = 4.685;
 // Candidates of s: kSmallest * kStep^n. Bounds of smoothn for two dimensions (leverages 0.99 and 1e-6).
 constexpr double kSmallest = 8.4e-4;
 constexpr double kStep = 1.189207115002721;  // 2^(1/4)
 constexpr int kCandidates = 176;
-
-double median(std::vector<double>& v) {
-  const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  if (v.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(v.begin(), middle));
-}
 
 // Leverage of a datum in two dimensions [Garcia 2010, Eq. (17)].
 double leverage(double s) {
@@ -36,7 +29,10 @@ void fill_nearest(const GridSpec& g, std::vector<double>& y, const std::vector<d
   std::vector<std::size_t> front, next;
   std::vector<std::uint8_t> known(y.size());
   for (std::size_t c = 0; c < y.size(); ++c)
-    if (weight[c] > 0.0) front.push_back(c), known[c] = 1;
+    if (weight[c] > 0.0) {
+      front.push_back(c);
+      known[c] = 1;
+    }
   for (; !front.empty(); front.swap(next), next.clear())
     for (const std::size_t c : front) {
       const int i = int(c) % g.nx, j = int(c) / g.nx;
@@ -45,7 +41,8 @@ void fill_nearest(const GridSpec& g, std::vector<double>& y, const std::vector<d
           if (!g.contains(i + di, j + dj)) continue;
           const std::size_t n = g.index(i + di, j + dj);
           if (known[n]) continue;
-          y[n] = y[c], known[n] = 1;
+          y[n] = y[c];
+          known[n] = 1;
           next.push_back(n);
         }
     }
@@ -116,7 +113,10 @@ struct RobustSmoother::Work {
     }
   }
   void try_candidate(int n) {
-    if (const double v = score(candidates[std::size_t(n)]); v < least) least = v, chosen = n;
+    if (const double v = score(candidates[std::size_t(n)]); v < least) {
+      least = v;
+      chosen = n;
+    }
   }
 
   // One pass of the fixed point. Returns the root mean square move over cells with weight.
@@ -143,9 +143,9 @@ struct RobustSmoother::Work {
     scratch.clear();
     for (std::size_t c = 0; c < y.size(); ++c)
       if (given[c] > 0.0) scratch.push_back(y[c] - z[c]);
-    const double middle = median(scratch);
+    const double middle = statistics::median(scratch);
     for (double& r : scratch) r = std::abs(r - middle);
-    return kMadToStd * median(scratch);
+    return statistics::kMadToStd * statistics::median(scratch);
   }
 
   void reweight(double s) {
@@ -192,7 +192,10 @@ Smoothed RobustSmoother::smooth(const HeightMap& height, const Grid<double>* wei
     const bool has = std::isfinite(height.cells[c]) && given > 0.0;
     w.given[c] = has ? given : 0.0;
     w.y[c] = has ? height.cells[c] : 0.0;
-    if (has) mean += w.y[c], w.known += 1.0;
+    if (has) {
+      mean += w.y[c];
+      w.known += 1.0;
+    }
   }
   Smoothed out{HeightMap(height.spec), 0.0, Grid<double>(height.spec), 0.0, 0};
   mean = w.known > 0.0 ? mean / w.known : 0.0;

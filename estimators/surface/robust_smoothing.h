@@ -1,7 +1,7 @@
-// Robust smoothing of a height map with missing values and an automatic amount of smoothing.
-// Source: D. Garcia, "Robust smoothing of gridded data in one and higher dimensions with missing values",
-// Computational Statistics & Data Analysis 54 (2010) 1167-1178, doi 10.1016/j.csda.2009.09.020, and its code
-// smoothn.
+// RobustSmoother estimates a smooth height map from one with missing values and outliers, with an automatic
+// amount of smoothing. Source: D. Garcia, "Robust smoothing of gridded data in one and higher dimensions with
+// missing values", Computational Statistics & Data Analysis 54 (2010) 1167-1178, doi
+// 10.1016/j.csda.2009.09.020, and its code smoothn.
 //
 // Minimises  || sqrt(W) (y - z) ||^2 + s || D z ||^2,  D the second difference with mirrored borders, by
 //   z <- IDCT( Gamma DCT( W (y - z) + z ) ),   Gamma = 1 / (1 + s lambda^2),

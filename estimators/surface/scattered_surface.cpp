@@ -65,11 +65,16 @@ ScatteredSurface::ScatteredSurface(std::span<const SurfacePoint> points) : state
   State& s = *state_;
   s.net.initDelaunay(
       cv::Rect(int(-kHalfPlane_mm), int(-kHalfPlane_mm), int(2 * kHalfPlane_mm), int(2 * kHalfPlane_mm)));
-  s.x.assign(kFirstVertex, 0.0), s.y = s.sum = s.count = s.x;
+  s.x.assign(kFirstVertex, 0.0);
+  s.y = s.sum = s.count = s.x;
   bool first = true;
   for (const SurfacePoint& p : points) {
     if (!std::isfinite(p.x_mm) || !std::isfinite(p.y_mm) || !std::isfinite(p.z_mm)) continue;
-    if (first) s.x0_mm = p.x_mm, s.y0_mm = p.y_mm, first = false;
+    if (first) {
+      s.x0_mm = p.x_mm;
+      s.y0_mm = p.y_mm;
+      first = false;
+    }
     const double x = p.x_mm - s.x0_mm, y = p.y_mm - s.y0_mm;
     if (std::abs(x) > kFarthest_mm || std::abs(y) > kFarthest_mm)
       throw std::invalid_argument("scattered points lie more than 10 m apart");
@@ -77,10 +82,15 @@ ScatteredSurface::ScatteredSurface(std::span<const SurfacePoint> points) : state
     if (!place) continue;
     const std::size_t v = std::size_t(s.net.insert(*place));
     if (v >= s.x.size()) {
-      s.x.resize(v + 1), s.y.resize(v + 1), s.sum.resize(v + 1), s.count.resize(v + 1);
-      s.x[v] = x, s.y[v] = y;
+      s.x.resize(v + 1);
+      s.y.resize(v + 1);
+      s.sum.resize(v + 1);
+      s.count.resize(v + 1);
+      s.x[v] = x;
+      s.y[v] = y;
     }
-    s.sum[v] += p.z_mm, s.count[v] += 1.0;
+    s.sum[v] += p.z_mm;
+    s.count[v] += 1.0;
   }
 }
 
@@ -127,7 +137,10 @@ HeightMap ScatteredSurface::on(const GridSpec& grid, int samples) {
         double sum = 0.0, n = 0.0;
         for (int y = j * samples; y < (j + 1) * samples; ++y)
           for (int x = i * samples; x < (i + 1) * samples; ++x)
-            if (std::isfinite(fine.at(x, y))) sum += fine.at(x, y), n += 1.0;
+            if (std::isfinite(fine.at(x, y))) {
+              sum += fine.at(x, y);
+              n += 1.0;
+            }
         if (n > 0.0) h.at(i, j) = sum / n;
       }
     return h;
@@ -150,7 +163,10 @@ void fill_from_nearest(HeightMap& h) {
       const int i = int(c) % g.nx, j = int(c) / g.nx;
       for (int y = std::max(j - 1, 0); y <= std::min(j + 1, g.ny - 1); ++y)
         for (int x = std::max(i - 1, 0); x <= std::min(i + 1, g.nx - 1); ++x)
-          if (!std::isfinite(h.at(x, y))) h.at(x, y) = h.cells[c], next.push_back(g.index(x, y));
+          if (!std::isfinite(h.at(x, y))) {
+            h.at(x, y) = h.cells[c];
+            next.push_back(g.index(x, y));
+          }
     }
 }
 

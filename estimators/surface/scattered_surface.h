@@ -1,5 +1,5 @@
-// The surface through scattered points, linear on each triangle of their Delaunay triangulation: Barnett's
-// TRISCATTEREDINTERP [Barnett 2012, 5.2.1].
+// ScatteredSurface computes the surface through scattered points, linear on each triangle of their Delaunay
+// triangulation: Barnett's TRISCATTEREDINTERP [Barnett 2012, 5.2.1].
 #pragma once
 
 #include <cstdint>

@@ -3,21 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/statistics/median.h"
+
 namespace firn::surface {
 namespace {
 
-constexpr double kMadToStd = 1.4826;        // median deviation and
-constexpr double kQuartilesToStd = 0.7413;  // distance of the quartiles of a normal distribution
-
-// Median; the mean of the middle two for even counts. Reorders `v`. @pre not empty
-template <class T>
-double median(std::vector<T>& v) {
-  const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  const double upper = double(*middle);
-  if (v.size() % 2 == 1) return upper;
-  return 0.5 * (upper + double(*std::max_element(v.begin(), middle)));
-}
+constexpr double kQuartilesToStd =
+    0.7413;  // standard deviation over interquartile range of a normal distribution
 
 double median_of_sorted(const std::vector<float>& v) {
   const std::size_t half = v.size() / 2;
@@ -27,7 +19,10 @@ double median_of_sorted(const std::vector<float>& v) {
 double mean_within(const std::vector<float>& z, double low, double high) {
   double sum = 0.0, n = 0.0;
   for (const float s : z)
-    if (s >= low && s <= high) sum += double(s), n += 1.0;
+    if (s >= low && s <= high) {
+      sum += double(s);
+      n += 1.0;
+    }
   return sum / n;
 }
 
@@ -64,8 +59,8 @@ void replace_spikes(SurfaceEstimate& e, double spike_mm) {
       const auto [low, high] = std::minmax_element(around.begin(), around.end());
       // The edge of a part has a neighbour at its own height, a slope has one higher and one lower.
       if (before.cells[c] <= *high + spike_mm && before.cells[c] >= *low - spike_mm) continue;
-      e.height.cells[c] = median(around);
-      e.quality.cells[c] = std::uint8_t(Quality::kOutlierReplaced);
+      e.height.cells[c] = statistics::median(around);
+      e.quality.cells[c] = std::uint8_t(CellQuality::kOutlierReplaced);
       ++e.spikes;
     }
 }
@@ -74,8 +69,10 @@ void fill_unmeasured(SurfaceEstimate& e) {
   const GridSpec& g = e.height.spec;
   std::vector<std::size_t> open, still_open;
   for (std::size_t c = 0; c < g.size(); ++c)
-    if (!std::isfinite(e.height.cells[c]))
-      open.push_back(c), e.quality.cells[c] = std::uint8_t(Quality::kInFilled);
+    if (!std::isfinite(e.height.cells[c])) {
+      open.push_back(c);
+      e.quality.cells[c] = std::uint8_t(CellQuality::kInFilled);
+    }
   if (open.size() == g.size()) {
     std::fill(e.height.cells.begin(), e.height.cells.end(), 0.0);
     return;
@@ -87,7 +84,10 @@ void fill_unmeasured(SurfaceEstimate& e) {
     for (const std::size_t c : open) {
       double sum = 0.0, n = 0.0;
       neighbours(g, int(c) % g.nx, int(c) / g.nx, [&](std::size_t k) {
-        if (std::isfinite(e.height.cells[k])) sum += e.height.cells[k], n += 1.0;
+        if (std::isfinite(e.height.cells[k])) {
+          sum += e.height.cells[k];
+          n += 1.0;
+        }
       });
       found.push_back(n > 0.0 ? sum / n : kNotMeasured);
     }
@@ -125,7 +125,7 @@ void SurfaceMap::add_row(double y_mm, double x0_mm, double dx_mm, std::span<cons
 double SurfaceMap::noise_of_one_sample() const {
   if (differences_.size() < 16) return 0.0;
   std::vector<float> d = differences_;
-  return kMadToStd * median(d) / std::sqrt(2.0);
+  return statistics::kMadToStd * statistics::median(d) / std::sqrt(2.0);
 }
 
 SurfaceEstimate SurfaceMap::estimate(const MapOptions& options) const {
@@ -139,7 +139,7 @@ SurfaceEstimate SurfaceMap::estimate(const MapOptions& options) const {
     e.height.cells[c] = height_of_cell(z, options.statistic);
   }
   e.measured_fraction = double(counts.size()) / double(grid_.size());
-  if (!counts.empty()) e.noise_std_mm = noise_of_one_sample() / std::sqrt(median(counts));
+  if (!counts.empty()) e.noise_std_mm = noise_of_one_sample() / std::sqrt(statistics::median(counts));
   replace_spikes(e, options.spike_mm);
   fill_unmeasured(e);
   return e;

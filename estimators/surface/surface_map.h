@@ -1,17 +1,18 @@
-// Profiles of a laser line scan -> the height of every cell.
+// SurfaceMap estimates the height of every cell from the profiles of a laser line scan.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "core/grid/cell_quality.h"
 #include "core/grid/grid.h"
 
 namespace firn::surface {
 
 /// How the samples of one cell become its height. Measured on 20 samples of 1 um noise, 0.5 % drop-outs and 2
 /// % spikes of up to 50 um (tests/estimators/surface_map_test.cpp): RMS error 0.93 um for the mean, 0.27 um
-/// for the median, 0.23 um for the inlier mean (0.22 is what the noise allows), which is therefore the
+/// for the median, 0.23 um for the inlier mean (0.22 is the limit by the noise), which is therefore the
 /// default.
 enum class CellStatistic : std::uint8_t {
   kMean,
@@ -25,12 +26,9 @@ struct MapOptions {
   double spike_mm = 0.05;  ///< a cell this far above or below all of its neighbours is replaced
 };
 
-/// As height_map_t.quality.
-enum class Quality : std::uint8_t { kMeasured = 0, kInFilled = 1, kOutlierReplaced = 2 };
-
 struct SurfaceEstimate {
   HeightMap height;            ///< finite everywhere
-  Grid<std::uint8_t> quality;  ///< of each cell, a Quality
+  Grid<std::uint8_t> quality;  ///< of each cell, a CellQuality
   double noise_std_mm = 0.0;   ///< of one cell's height, from differences of adjacent samples; 0 = unknown
   double measured_fraction = 0.0;  ///< cells with at least one valid sample
   std::int64_t spikes = 0;         ///< cells replaced

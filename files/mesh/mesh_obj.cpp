@@ -62,8 +62,10 @@ class ObjReader {
       const std::int64_t index = number > 0 ? number - 1 : std::int64_t(data_.vertices.size()) + number;
       if (number == 0 || index < 0 || index > kMaxVertices)
         at_.fail(fmt::format("a face names vertex {}; {} are known here", number, data_.vertices.size()));
-      if (std::size_t(index) >= std::max(needed_, data_.vertices.size()))
-        needed_ = std::size_t(index) + 1, needed_at_ = at_.offset();
+      if (std::size_t(index) >= std::max(needed_, data_.vertices.size())) {
+        needed_ = std::size_t(index) + 1;
+        needed_at_ = at_.offset();
+      }
       corners_.push_back(std::uint32_t(index));
     }
     at_.skip_line();

@@ -65,7 +65,10 @@ class BinaryRows {
     std::array<PlyType, 3> type{};
     std::size_t here = 0;
     for (const PlyProperty& p : element.properties) {
-      if (p.axis >= 0) offset[std::size_t(p.axis)] = here, type[std::size_t(p.axis)] = p.type;
+      if (p.axis >= 0) {
+        offset[std::size_t(p.axis)] = here;
+        type[std::size_t(p.axis)] = p.type;
+      }
       here += size_of(p.type);
     }
     const bool plain = !swap_ && type == std::array{PlyType::kFloat, PlyType::kFloat, PlyType::kFloat} &&

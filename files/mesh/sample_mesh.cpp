@@ -84,7 +84,10 @@ std::string mesh_bytes(const SampleMesh& m, MeshFormat format) {
     case MeshFormat::kBinaryPly:
       out = ply_header(m, "binary_little_endian");
       for (const slice::Corner& v : m.vertices) put(out, v);
-      for (const auto& t : m.triangles) put(out, std::uint8_t(3)), put(out, t);
+      for (const auto& t : m.triangles) {
+        put(out, std::uint8_t(3));
+        put(out, t);
+      }
       break;
     case MeshFormat::kAsciiPly:
       out = ply_header(m, "ascii");

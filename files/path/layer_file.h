@@ -1,5 +1,5 @@
 // Deposition paths on disk: one record per layer in the framing of logfile/record_file.h, so that a file is
-// streamed, found intact or named damaged, and read with one layer in memory. Format: docs/path-format.md.
+// streamed, found intact or named damaged, and read with one layer in memory. Format: docs/formats.md.
 #pragma once
 
 #include <filesystem>

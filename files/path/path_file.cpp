@@ -75,8 +75,14 @@ class CsvReader {
     bool known = text.starts_with("x_mm,y_mm");
     if (known) text.remove_prefix(9);
     columns_ = 2;
-    if (text.starts_with(",speed_mm_s")) text.remove_prefix(11), speed_ = columns_++;
-    if (text.starts_with(",yaw_deg")) text.remove_prefix(8), yaw_ = columns_++;
+    if (text.starts_with(",speed_mm_s")) {
+      text.remove_prefix(11);
+      speed_ = columns_++;
+    }
+    if (text.starts_with(",yaw_deg")) {
+      text.remove_prefix(8);
+      yaw_ = columns_++;
+    }
     known = known && text.empty();
     if (known) return;
     std::string shown(all.substr(0, 60));
@@ -117,8 +123,9 @@ class CsvReader {
     path_.path.points.push_back(p);
     if (speed_ > 0) {
       const std::string_view speed = column[std::size_t(speed_)];
-      path_.ceiling.point_mm_s.push_back(speed.empty() ? motion::kUnlimited : number(speed, "speed_mm_s"));
-      if (!(path_.ceiling.point_mm_s.back() > 0.0)) fail("speed_mm_s must be above 0");
+      path_.speed_limit.point_mm_s.push_back(speed.empty() ? motion::kUnlimited
+                                                           : number(speed, "speed_mm_s"));
+      if (!(path_.speed_limit.point_mm_s.back() > 0.0)) fail("speed_mm_s must be above 0");
     }
     if (yaw_ > 0) {
       const double yaw = number(column[std::size_t(yaw_)], "yaw_deg");

@@ -1,5 +1,5 @@
-// Paths to plan, read one after another from a CSV or JSON file (docs/plan.md) or from a sliced job
-// (docs/path-format.md): memory holds one path, or one layer, not the job.
+// Paths to plan, read one after another from a CSV or JSON file (docs/commands/plan.md) or from a sliced job
+// (docs/formats.md): memory holds one path, or one layer, not the job.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct InputPath {
   std::string tool = "flange";
   double yaw_rad = 0.0;               ///< of the tool, constant along the path
   std::vector<double> yaw_point_rad;  ///< instead: one per point; empty = yaw_rad
-  motion::SpeedCeiling ceiling;
+  motion::PathSpeedLimit speed_limit;
   double fraction = 0.0;  ///< of the file that has been read with it, 0 to 1
 };
 

@@ -70,7 +70,7 @@ class Handler : public JsonHandler {
     else if (key_ == "yaw_deg")
       path_.yaw_rad = between(value, -360, 360) * kDegree;
     else if (key_ == "speed_mm_s")
-      path_.ceiling.path_mm_s = between(value, 0, 1e6, true);
+      path_.speed_limit.path_mm_s = between(value, 0, 1e6, true);
     else if (key_ == "layer" || key_ == "material")
       fail("must be a whole number");
     else
@@ -119,24 +119,30 @@ class Handler : public JsonHandler {
       key_.clear();
   }
   void start_list() override {
-    if (at_ == At::kTop && key_ == "paths" && !saw_paths_)
-      at_ = At::kPaths, saw_paths_ = true;
-    else if (at_ == At::kPath && key_ == "points" && path_.path.points.empty())
+    if (at_ == At::kTop && key_ == "paths" && !saw_paths_) {
+      at_ = At::kPaths;
+      saw_paths_ = true;
+    } else if (at_ == At::kPath && key_ == "points" && path_.path.points.empty())
       at_ = At::kPoints;
-    else if (at_ == At::kPoints)
-      at_ = At::kPoint, coordinates_.clear();
-    else if (at_ == At::kPath && key_ == "yaw_deg" && path_.yaw_point_rad.empty())
+    else if (at_ == At::kPoints) {
+      at_ = At::kPoint;
+      coordinates_.clear();
+    } else if (at_ == At::kPath && key_ == "yaw_deg" && path_.yaw_point_rad.empty())
       at_ = At::kYaws;
     else
       wrong("a list");
   }
   void end_list() override {
-    if (at_ == At::kPoint)
-      finish_point(), at_ = At::kPoints;
-    else if (at_ == At::kPoints || at_ == At::kYaws)
-      at_ = At::kPath, key_.clear();
-    else
-      at_ = At::kTop, key_.clear();
+    if (at_ == At::kPoint) {
+      finish_point();
+      at_ = At::kPoints;
+    } else if (at_ == At::kPoints || at_ == At::kYaws) {
+      at_ = At::kPath;
+      key_.clear();
+    } else {
+      at_ = At::kTop;
+      key_.clear();
+    }
   }
   void finish() const {
     if (number_ == 0) throw UsageError(name_ + ": paths: holds no path");
@@ -208,18 +214,21 @@ class Handler : public JsonHandler {
     if (coordinates_.size() < 2) wrong("fewer numbers");
     for (std::size_t n = 0; n < 2; ++n) between(coordinates_[n], -kMaxCoordinate_mm, kMaxCoordinate_mm);
     const double speed = coordinates_.size() == 3 ? coordinates_[2] : motion::kUnlimited;
-    if (std::isfinite(speed)) between(speed, 0, 1e6, true), any_speed_ = true;
+    if (std::isfinite(speed)) {
+      between(speed, 0, 1e6, true);
+      any_speed_ = true;
+    }
     if (path_.path.points.size() == kMaxPathPoints)
       fail(fmt::format("more than {} points in one path", kMaxPathPoints));
     path_.path.points.push_back({coordinates_[0], coordinates_[1]});
-    path_.ceiling.point_mm_s.push_back(speed);
+    path_.speed_limit.point_mm_s.push_back(speed);
   }
   void finish_path() {
     key_.clear();
     if (path_.path.points.empty()) fail("has no points");
     if (const std::size_t yaws = path_.yaw_point_rad.size(); yaws > 0 && yaws != path_.path.points.size())
       fail(fmt::format("yaw_deg has {} entries, points {}", yaws, path_.path.points.size()));
-    if (!any_speed_) path_.ceiling.point_mm_s.clear();
+    if (!any_speed_) path_.speed_limit.point_mm_s.clear();
     path_.number = ++number_;
     path_.fraction = size_ > 0.0 ? double(in_.position()) / size_ : 0.0;
     sink_(std::move(path_));

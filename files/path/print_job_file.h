@@ -1,4 +1,4 @@
-// Print jobs of a shuttered printer on disk (docs/algorithms-aerosol.md).
+// Print jobs of a shuttered printer on disk (docs/algorithms/aerosol.md).
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // Trajectories on disk: one record per path in the framing of logfile/record_file.h, so that a file is
 // streamed, found intact or named damaged, and read with one path in memory. Format:
-// docs/trajectory-format.md.
+// docs/formats.md.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // log.lcm.idx: where each event of log.lcm stands and the checksum of its bytes. A record file
 // (record_file.h): blocks that check themselves, only ever appended to, usable when cut. Format:
-// docs/log-format.md.
+// docs/formats.md.
 #pragma once
 
 #include <cstdint>

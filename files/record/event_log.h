@@ -1,5 +1,5 @@
 // LCM event logs that survive damage: written in large pieces with an index of checksums beside them, read
-// behind any damage. The files are valid for lcm-logplayer. Knows no message. Format: docs/log-format.md.
+// behind any damage. The files are valid for lcm-logplayer. Knows no message. Format: docs/formats.md.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // Framing of write-ahead files and of the world's own record: records that survive kill -9, are found again
 // behind any damage, and know their place. Knows nothing of what the payloads mean. Format:
-// docs/write-ahead-format.md.
+// docs/formats.md.
 //
 //   file header, 16 bytes:  "FIRNREC1", u32 version = 1, u32 zero
 //   record, little endian:  8-byte sync marker, u16 kind, u16 header check, u32 payload length, u64 index,
@@ -47,9 +47,15 @@ class RecordWriter {
     return append(kind, {&payload, 1});
   }
 
-  void flush();                             ///< the buffer goes to the kernel. @throws FileError
-  void sync() { flush(), file_.sync(); }    ///< fdatasync: survives a power cut. @throws FileError
-  void close() { flush(), file_.close(); }  ///< @throws FileError
+  void flush();  ///< the buffer goes to the kernel. @throws FileError
+  void sync() {
+    flush();
+    file_.sync();
+  }  ///< fdatasync: survives a power cut. @throws FileError
+  void close() {
+    flush();
+    file_.close();
+  }  ///< @throws FileError
   std::uint64_t next_index() const { return next_index_; }
   std::uint64_t bytes() const { return file_.position() + buffer_.size(); }
   const std::filesystem::path& path() const { return file_.path(); }

@@ -1,16 +1,14 @@
 #include "plant/config/ice_config.h"
 
-#include <cmath>
-#include <stdexcept>
 #include <string>
+
+#include "plant/config/range.h"
 
 namespace firn::plant {
 namespace {
 
 void range(const std::string& field, double value, double low, double high) {
-  if (!(value >= low && value <= high))
-    throw std::invalid_argument("world: ice." + field + " = " + std::to_string(value) + " is outside " +
-                                std::to_string(low) + " .. " + std::to_string(high));
+  require_within("ice." + field, value, low, high);
 }
 
 void check_line(const std::string& at, const IceLineParams& l) {

@@ -2,9 +2,13 @@
 // Plain numbers; ranges are checked where the configuration file is read and again by check().
 #pragma once
 
+#include <any>
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "core/grid/grid.h"
 #include "plant/config/ice_config.h"
@@ -101,8 +105,23 @@ struct LampParams {
   double min_dose_s = 0.01;  ///< iris share x open time that cures a layer
 };
 
+class WorldLab;
+class WorldRecord;
+struct WorldConfig;
+
+/// One kind of simulated lab: its instruments' ports and how its world is made and checked.
+struct WorldKind {
+  std::string_view name;
+  std::span<const std::string_view> ports;
+  void (*check)(const WorldConfig&);               ///< throws std::invalid_argument naming field and limit
+  std::string (*fingerprint)(const WorldConfig&);  ///< of the part that a saved state must agree with
+  std::unique_ptr<WorldLab> (*make)(const WorldConfig&, WorldRecord*);
+};
+extern const WorldKind kInkjetWorld;
+extern const WorldKind kIceWorld;  ///< of WorldConfig, only the seed and `ice` count
+
 struct WorldConfig {
-  std::string kind = "inkjet";  ///< or "ice": then only the seed and `ice` count
+  const WorldKind* kind = &kInkjetWorld;
   GridSpec grid{40, 40, 0.263256, 0.263256, 0.0, 0.0};
   std::uint64_t seed = 1;
   double host_scale =
@@ -121,9 +140,11 @@ struct WorldConfig {
   ProfilerParams profiler;
   LampParams lamp;
   IceWorldConfig ice;
+  std::any own;  ///< what a lab beyond these two is made of
 };
 
 /// @throws std::invalid_argument naming the field and its limit.
 void check(const WorldConfig& config);
+void check_inkjet(const WorldConfig& config);
 
 }  // namespace firn::plant

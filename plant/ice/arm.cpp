@@ -36,7 +36,9 @@ void TrueArm::follow(std::vector<Joints> points, double tick_s, double start_s) 
   const double before_s = newest_s();
   points_ = std::move(points);
   tick_s_ = tick_s;
-  path_s_ = 0.0, rate_ = 1.0, brake_per_s_ = 0.0;
+  path_s_ = 0.0;
+  rate_ = 1.0;
+  brake_per_s_ = 0.0;
   settle_s_ = kSettle_s;
   // The raster of samples begins anew at the start; it is within the step in which the one before ended.
   start_s_ = still_ ? start_s : std::max(start_s, before_s);
@@ -96,7 +98,8 @@ void TrueArm::show() {
   p.x_mm = tip_[0].x - params_.origin_mm[0];
   p.y_mm = tip_[1].x - params_.origin_mm[1];
   p.z_mm = joint_[2].x - params_.origin_mm[2];
-  p.cos_yaw = std::cos(yaw), p.sin_yaw = std::sin(yaw);
+  p.cos_yaw = std::cos(yaw);
+  p.sin_yaw = std::sin(yaw);
   p.vx_mm_s = still_ ? 0.0 : flex_.velocity(tip_[0], flange_[0]);
   p.vy_mm_s = still_ ? 0.0 : flex_.velocity(tip_[1], flange_[1]);
 }
@@ -118,10 +121,13 @@ ArmPose TrueArm::at(double t_s, const Seen& seen) {
   const double f = std::clamp(1.0 - (newest_s() - t_s) / step_s_, 0.0, 1.0);
   ArmPose p = pose_[1];
   const auto mix = [f](double a, double b) { return a + f * (b - a); };
-  p.x_mm = mix(pose_[0].x_mm, p.x_mm), p.y_mm = mix(pose_[0].y_mm, p.y_mm),
+  p.x_mm = mix(pose_[0].x_mm, p.x_mm);
+  p.y_mm = mix(pose_[0].y_mm, p.y_mm);
   p.z_mm = mix(pose_[0].z_mm, p.z_mm);
-  p.cos_yaw = mix(pose_[0].cos_yaw, p.cos_yaw), p.sin_yaw = mix(pose_[0].sin_yaw, p.sin_yaw);
-  p.vx_mm_s = mix(pose_[0].vx_mm_s, p.vx_mm_s), p.vy_mm_s = mix(pose_[0].vy_mm_s, p.vy_mm_s);
+  p.cos_yaw = mix(pose_[0].cos_yaw, p.cos_yaw);
+  p.sin_yaw = mix(pose_[0].sin_yaw, p.sin_yaw);
+  p.vx_mm_s = mix(pose_[0].vx_mm_s, p.vx_mm_s);
+  p.vy_mm_s = mix(pose_[0].vy_mm_s, p.vy_mm_s);
   return p;
 }
 

@@ -179,7 +179,10 @@ void Heat::step(double span_s) {
                                          : set_degC_[n] - params_.hysteresis_K;
       y[n] = state_.section_degC[n];
     }
-    y[3] = state_.coil[0], y[4] = state_.coil[1], y[5] = state_.tank_mm3[0], y[6] = state_.tank_mm3[1];
+    y[3] = state_.coil[0];
+    y[4] = state_.coil[1];
+    y[5] = state_.tank_mm3[0];
+    y[6] = state_.tank_mm3[1];
     for (std::size_t v = 0; v < 2; ++v)
       if (state_.tank_mm3[v] <= 0.0) in.flow_mm3_s[v] = 0.0;
     in.power_W[0] += in.valve_W;
@@ -193,7 +196,10 @@ void Heat::step(double span_s) {
       int found[kRoots];
       require(CVodeGetRootInfo(solver_->cvode, found), "CVodeGetRootInfo");
       for (std::size_t n = 0; n < 3; ++n)  // on the threshold to rounding: switch for certain
-        if (found[n] != 0) relay_[n] = !relay_[n], ++switchings_;
+        if (found[n] != 0) {
+          relay_[n] = !relay_[n];
+          ++switchings_;
+        }
       for (std::size_t v = 0; v < 2; ++v)
         if (found[3 + v] != 0) state_.tank_mm3[v] = 0.0;
     }

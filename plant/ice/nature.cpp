@@ -101,7 +101,9 @@ void IceNature::pulse(int valve) {
                              ? now_mm2
                              : jet.per_length_mm2 + kSmoothing * (now_mm2 - jet.per_length_mm2);
   }
-  jet.x_mm = nozzle.x_mm, jet.y_mm = nozzle.y_mm, jet.t_s = leaves_s;
+  jet.x_mm = nozzle.x_mm;
+  jet.y_mm = nozzle.y_mm;
+  jet.t_s = leaves_s;
   const auto number = std::uint64_t(line_[v].pulses());
   const auto draw = [&](std::uint32_t which) {
     return random_normal({seed_, Purpose::kDropletPlacement, 10 * std::uint32_t(valve) + which,
@@ -188,8 +190,11 @@ bool IceNature::touch(double t_s, const ArmPose::Point& nozzle) {
   const double deep_mm = bed_.height_mm(nozzle.x_mm, nozzle.y_mm) - nozzle.z_mm;
   if (deep_mm < kNoPoint_mm) return false;
   collisions_.last_us = std::int64_t(std::llround(t_s * 1e6));
-  if (deep_mm > collisions_.deepest_mm)
-    collisions_.deepest_mm = deep_mm, collisions_.x_mm = nozzle.x_mm, collisions_.y_mm = nozzle.y_mm;
+  if (deep_mm > collisions_.deepest_mm) {
+    collisions_.deepest_mm = deep_mm;
+    collisions_.x_mm = nozzle.x_mm;
+    collisions_.y_mm = nozzle.y_mm;
+  }
   return true;
 }
 

@@ -38,7 +38,10 @@ FIRN_INLINE void spread(const FieldWindow& w, Work<kWidth>& work, const DropletP
     }
   }
   double cap_sum = 0.0, film_sum = 0.0;
-  for (int a = 0; a < w.nx; ++a) cap_sum += cap_column[a], film_sum += film_column[a];
+  for (int a = 0; a < w.nx; ++a) {
+    cap_sum += cap_column[a];
+    film_sum += film_column[a];
+  }
   const double cap_scale = cap_sum > 0.0 ? (1.0 - p.film_share) / cap_sum : 0.0;
   const double film_scale = (cap_sum > 0.0 ? p.film_share : 1.0) / film_sum;
 
@@ -54,7 +57,10 @@ FIRN_INLINE void spread(const FieldWindow& w, Work<kWidth>& work, const DropletP
     }
   }
   double mean = 0.0, sum = 0.0;
-  for (int a = 0; a < w.nx; ++a) mean += column[a], column[a] = 0.0;
+  for (int a = 0; a < w.nx; ++a) {
+    mean += column[a];
+    column[a] = 0.0;
+  }
   const double steepness = 1.0 / p.slope_bias_mm;
   for (int b = 0; b < w.ny; ++b) {
     double* weight = work.weight[b];

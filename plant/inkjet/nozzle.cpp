@@ -93,7 +93,10 @@ void Nozzle::advance(std::int64_t now_us) {
   if (!solver_) solver_ = std::make_unique<Solver>(&params_);
   solver_->input = {&params_, double(drops_) / span_s, target_};
   realtype* y = NV_DATA_S(solver_->y);
-  y[0] = state_.pressure, y[1] = state_.wetting, y[2] = state_.heating_K, y[3] = state_.wander;
+  y[0] = state_.pressure;
+  y[1] = state_.wetting;
+  y[2] = state_.heating_K;
+  y[3] = state_.wander;
   require(CVodeReInit(solver_->cvode, 0.0, solver_->y), "CVodeReInit");
   require(CVodeSetStopTime(solver_->cvode, span_s), "CVodeSetStopTime");
   realtype reached = 0.0;

@@ -1,6 +1,6 @@
 // The world's own record: what truly happened, in order of time. `firn audit` and the kill tests read it.
-// File: DIR/world.rec in the framing of logfile/record_file.h; the record's kind is RecordKind, its payload
-// the little-endian struct below of that name, packed as declared (no padding).
+// File: DIR/world.rec in the framing of files/record/record_file.h; the record's kind is RecordKind, its
+// payload the little-endian struct below of that name, packed as declared (no padding).
 #pragma once
 
 #include <cstddef>
@@ -11,6 +11,8 @@
 #include <span>
 #include <string_view>
 #include <vector>
+
+#include "plant/record/ports.h"
 
 namespace firn::plant {
 
@@ -23,19 +25,6 @@ enum class RecordKind : std::uint16_t {
   kDevice = 6,       ///< DeviceRecord: an instrument changed state, or was abused
   kShots = 7,        ///< ShotRecord[]: several in a row, in order
   kFiring = 8,       ///< FiringRecord: a valve has fired a list, to its end or not
-};
-
-enum class Port : std::uint8_t {
-  kStage = 0,
-  kJet = 1,
-  kProfiler = 2,
-  kLamp = 3,
-  kJetB = 4,
-  kRobot = 5,
-  kValveA = 6,
-  kValveB = 7,
-  kLaserPoint = 8,
-  kHeater = 9
 };
 
 /// What became of a trigger.

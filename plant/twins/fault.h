@@ -1,4 +1,4 @@
-// The fault menu of a twin: what a test may do to an instrument's link or life.
+// SimFault holds a fault of an instrument's link or of the instrument itself, which tests inject.
 #pragma once
 
 #include <cstdint>

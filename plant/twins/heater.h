@@ -1,5 +1,5 @@
-// Twin of the box that reads the three thermostats (docs/devices/heater.md). The thermostats themselves are
-// in plant/ice/heat.h.
+// HeaterTwin simulates the box that reads the three thermostats (docs/devices/heater.md). The thermostats
+// themselves are in plant/ice/heat.h.
 #pragma once
 
 #include <string>

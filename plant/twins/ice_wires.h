@@ -1,4 +1,4 @@
-// Hardware lines and notes of the ice lab, from a twin to the world.
+// IceWires carries hardware lines and notes of the ice lab from a twin to the world.
 #pragma once
 
 #include <cstdint>

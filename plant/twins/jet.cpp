@@ -69,7 +69,10 @@ void JetTwin::byte(std::uint8_t b, std::int64_t now_us) {
       link_.reply(">", now_us);
     } else if (b == std::uint8_t(kGreeting[greeting_])) {
       const char echo = char(b);
-      if (++greeting_ == kGreeting.size()) remote_ = true, greeting_ = 0;
+      if (++greeting_ == kGreeting.size()) {
+        remote_ = true;
+        greeting_ = 0;
+      }
       link_.reply({&echo, 1}, now_us);
     } else {
       greeting_ = 0;

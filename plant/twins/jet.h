@@ -1,5 +1,5 @@
-// Twin of the jet driver: MicroFab JetDrive III, binary frames at 9600 baud, fired by its external trigger
-// input.
+// JetTwin simulates the jet driver MicroFab JetDrive III: binary frames at 9600 baud, fired by its external
+// trigger input.
 #pragma once
 
 #include <array>
@@ -18,13 +18,16 @@ class JetTwin : public Twin {
   /// @param port kJet or kJetB: the lab has one per ink
   JetTwin(Port port, const JetParams& params, Wires& wires);
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
-  void disconnected(std::int64_t) override { frame_.clear(), greeting_ = 0; }  // the jet stays as it is
+  void disconnected(std::int64_t) override {  // the jet stays as it is
+    frame_.clear();
+    greeting_ = 0;
+  }
   std::int64_t next_device_us() const override { return kNever; }
   void device_event(std::int64_t) override {}
   void reboot(std::int64_t now_us) override;
   void io(Archive& a) override;
 
-  /// A pulse on the trigger input. On kFired, `droplets` is what DROPS asks for.
+  /// A pulse on the trigger input. On kFired, `droplets` is the number of DROPS.
   ShotOutcome trigger(std::int64_t t_us, int& droplets);
   std::uint32_t fired_since_armed() const { return state_.fired; }
 

@@ -1,5 +1,5 @@
-// Twin of the UV lamp: Excelitas OmniCure S2000, `<cmd><CRC8><CR>` at 19200 baud, shutter, iris, timed
-// exposure.
+// LampTwin simulates the UV lamp Excelitas OmniCure S2000: `<cmd><CRC8><CR>` at 19200 baud, shutter, iris,
+// timed exposure.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// Twin of the Keyence LK-G3001P with its LK-G32 head (docs/devices/laser_point.md): programs with settings,
-// one reading on request, storage that samples while the robot's line is up, dump at 115200 baud.
+// LaserPointTwin simulates the Keyence LK-G3001P with its LK-G32 head (docs/devices/laser_point.md): programs
+// with settings, one reading on request, storage that samples while the robot's line is up, dump at 115200
+// baud.
 #pragma once
 
 #include <array>

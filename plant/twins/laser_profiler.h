@@ -1,5 +1,5 @@
-// Twin of the laser profiler: Keyence LJ-V7000 over TCP, one profile per external trigger, newest profile on
-// request.
+// ProfilerTwin simulates the laser profiler Keyence LJ-V7000 over TCP: one profile per external trigger,
+// newest profile on request.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ class ProfilerTwin : public Twin {
   void reboot(std::int64_t now_us) override;
   void io(Archive& a) override;
 
-  /// A trigger pulse arrived: what the sensor saw [mm], NaN = no reading.
+  /// A trigger pulse arrived with these readings of the sensor [mm], NaN = no reading.
   void trigger(std::int64_t t_us, std::int32_t encoder_counts, std::span<const double> z_mm);
   std::uint32_t triggers() const { return triggers_; }
 

@@ -1,4 +1,4 @@
-// A twin's end of its port: pacing at baud or by latency, and the faults that a link can have.
+// TwinLink holds a twin's end of its port: pacing at baud or by latency, and the faults of a link.
 #pragma once
 
 #include <cstddef>
@@ -42,7 +42,7 @@ class TwinLink {
   std::int64_t next_arrival_us() const { return rx_.empty() ? kNever : rx_.front().t_us; }
   std::byte pop_arrival();
 
-  void hear(std::span<const std::byte> bytes, std::int64_t now_us);  ///< what the host sends, for kEcho
+  void hear(std::span<const std::byte> bytes, std::int64_t now_us);  ///< bytes of the host, for kEcho
   void reply(std::string_view bytes, std::int64_t now_us);
   std::int64_t next_send_us() const { return tx_.empty() ? kNever : tx_.front().t_us; }
   Chunk pop_send();

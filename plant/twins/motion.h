@@ -1,4 +1,5 @@
-// Straight moves with a trapezoidal speed, in closed form: where at which time, and at which time where.
+// Move computes straight moves with a trapezoidal speed in closed form: position at a time, and time at a
+// position.
 #pragma once
 
 #include <array>

@@ -96,12 +96,15 @@ std::string RobotTwin::status() const {
   s.state1 = !state_.power ? 2 : state_.calibrated_at_us != kNever ? 5 : state_.calibrated ? 7 : 8;
   s.state2 = state_.motion != Motion::kNone ? 1 : state_.state2;
   s.boot_count = std::int32_t(boot_count_);
-  s.power = state_.power, s.calibrated = state_.calibrated;
+  s.power = state_.power;
+  s.calibrated = state_.calibrated;
   s.speed_percent = state_.speed;
   s.error = state_.error;
   s.running = state_.motion == Motion::kPath ? state_.running : 0;
   s.at = state_.at;
-  s.last = state_.last, s.last_done = state_.last_done, s.last_ms = state_.last_ms;
+  s.last = state_.last;
+  s.last_done = state_.last_done;
+  s.last_ms = state_.last_ms;
   for (std::size_t n = 0; n < slots_.size(); ++n) s.held[n] = slots_[n].verified ? slots_[n].id : 0;
   LineWriter line;
   put(line, s);
@@ -135,7 +138,8 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
     if (wires_.nature().arm().commanded()) return nak(Nak::kWrongState, "still braking");
     if (state_.motion == Motion::kBraking) state_.motion = Motion::kNone;
     state_.held = state_.fault = state_.estop = 0;
-    state_.error = 0, state_.state2 = 0;
+    state_.error = 0;
+    state_.state2 = 0;
     return "ACK";
   }
   const bool refuses = state_.boot_until_us > 0 || state_.estop || state_.fault;
@@ -151,7 +155,10 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
     const bool on = words.number(0, 1) != 0;
     if (!words.good()) return nak(Nak::kRange, "POWER 0 or 1");
     if (!on && state_.motion != Motion::kNone) return nak(Nak::kWrongState, "moving");
-    if (!on) state_.power = 0, state_.power_at_us = kNever;
+    if (!on) {
+      state_.power = 0;
+      state_.power_at_us = kNever;
+    }
     if (on && !state_.power && !state_.powerless) state_.power_at_us = now_us + kPower_us;
     return "ACK";
   }
@@ -235,7 +242,8 @@ std::string RobotTwin::run(std::int32_t id, int mask, std::int64_t now_us) {
     if (std::abs(points.front()[n] - arm.reference()[n]) > (n == 2 ? 0.05 : 0.01 * kRad))
       return nak(Nak::kWrongState, "not at the first point");
 
-  // DURATION is a minimum: what a joint cannot do in a tick takes longer, and so does a path now and then.
+  // DURATION is a minimum: a motion that a joint cannot follow in a tick takes longer, and so does a path now
+  // and then.
   double tick_s = kTick_s;
   for (std::size_t k = 1; k < points.size(); ++k)
     for (std::size_t n = 0; n < 4; ++n)
@@ -269,8 +277,14 @@ std::int64_t RobotTwin::next_device_us() const {
 
 void RobotTwin::device_event(std::int64_t now_us) {
   if (now_us == state_.boot_until_us) state_.boot_until_us = 0;
-  if (now_us == state_.power_at_us) state_.power = 1, state_.power_at_us = kNever;
-  if (now_us == state_.calibrated_at_us) state_.calibrated = 1, state_.calibrated_at_us = kNever;
+  if (now_us == state_.power_at_us) {
+    state_.power = 1;
+    state_.power_at_us = kNever;
+  }
+  if (now_us == state_.calibrated_at_us) {
+    state_.calibrated = 1;
+    state_.calibrated_at_us = kNever;
+  }
   if (now_us == state_.signal_us) {
     state_.signal_us = kNever;
     set_signals(state_.mask | state_.wanted_mask, now_us);
@@ -293,7 +307,7 @@ void RobotTwin::event(std::string_view kind, std::int64_t now_us) {
   link_.reply(line.finish(1), now_us);
 }
 
-// A motion has come to its end, or not: what STAT says from now on.
+// Sets the result of a motion, complete or not, that STAT reports from now on.
 void RobotTwin::finish(std::int64_t now_us, bool done) {
   const bool was_path = state_.motion == Motion::kPath;
   const double clock = 1.0 + params_.clock_ppm * 1e-6;
@@ -347,7 +361,8 @@ void RobotTwin::trip(std::int64_t now_us, std::int64_t code) {
   if (code != 1 && code != -1) return;  // -1: by command
   halt(now_us, kStopPower_s, DeviceEvent::kRobotBraked);
   state_.pressed = code == 1;
-  state_.power = 0, state_.power_at_us = kNever;
+  state_.power = 0;
+  state_.power_at_us = kNever;
   state_.calibrated_at_us = kNever;
   state_.estop = 1;
   state_.state2 = 8;
@@ -359,10 +374,12 @@ void RobotTwin::reboot(std::int64_t now_us) {
   const std::int64_t paths = state_.paths;
   const std::uint8_t pressed = state_.pressed;
   state_ = State{};
-  state_.paths = paths, state_.pressed = pressed;
+  state_.paths = paths;
+  state_.pressed = pressed;
   state_.boot_until_us = now_us + kBoot_us;
   slots_ = {};
-  line_.clear(), reply_.clear();
+  line_.clear();
+  reply_.clear();
   wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
 }
 

@@ -1,5 +1,5 @@
-// Twin of the robot's controller: the V+ program of docs/devices/robot.md (FVP/1) on a C40, its trajectory
-// generator and its own watchdog. Where the arm truly is, is plant/ice/arm.h's.
+// RobotTwin simulates the robot's controller: the V+ program of docs/devices/robot.md (FVP/1) on a C40, its
+// trajectory generator and its own watchdog. The true position of the arm is in plant/ice/arm.h.
 #pragma once
 
 #include <array>

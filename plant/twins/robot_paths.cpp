@@ -28,8 +28,10 @@ std::string RobotTwin::path(WordReader& words, std::int64_t now_us) {
     state_.loading = -1;
     PointsCrc sum;
     bool reachable = true;
-    for (const Counts& point : slot.points)
-      sum.add(point), reachable &= in_range(drivers::fvp::joints_of(point));
+    for (const Counts& point : slot.points) {
+      sum.add(point);
+      reachable &= in_range(drivers::fvp::joints_of(point));
+    }
     const bool whole = slot.points.size() == slot.wanted;
     if (!whole || sum.value() != crc || !reachable) {
       slot = {};
@@ -67,7 +69,7 @@ std::string RobotTwin::path(WordReader& words, std::int64_t now_us) {
   if (slot && is_running(*slot)) return nak(Nak::kWrongState, "running");
   if (state_.loading >= 0 && slot != &slots_[std::size_t(state_.loading)]) {
     if (slot) *slot = {};
-    slot = &slots_[std::size_t(state_.loading)];  // what was begun and not ended is forgotten
+    slot = &slots_[std::size_t(state_.loading)];  // a path begun and not ended is forgotten
   }
   for (Slot& s : slots_)
     if (!slot && s.id == 0) slot = &s;

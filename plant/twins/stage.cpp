@@ -77,8 +77,14 @@ StageDevice::Answer StageDevice::linear(const Vec3& target_mm, double speed_mm_s
   if (target.axes == 0) return Answer::kNak;
   // The limits are the controller's: it takes the command and stops with a fault.
   for (int a = 0; a < 3; ++a) {
-    if (target_mm[a] > params_.high_limit_mm[a]) return raise(a, kFaultHighLimit, now_us), Answer::kOk;
-    if (target_mm[a] < params_.low_limit_mm[a]) return raise(a, kFaultLowLimit, now_us), Answer::kOk;
+    if (target_mm[a] > params_.high_limit_mm[a]) {
+      raise(a, kFaultHighLimit, now_us);
+      return Answer::kOk;
+    }
+    if (target_mm[a] < params_.low_limit_mm[a]) {
+      raise(a, kFaultLowLimit, now_us);
+      return Answer::kOk;
+    }
   }
   queue_.push_back(target);
   if (!move_) begin_next(now_us);
@@ -123,7 +129,10 @@ void StageDevice::pso_off(int axis, std::int64_t now_us) {
 
 std::uint32_t StageDevice::axis_status(int axis) const {
   bool active = move_ && (current_.axes >> axis & 1u), homing = move_ && (current_.homing >> axis & 1u);
-  for (const Target& t : queue_) active |= t.axes >> axis & 1u, homing |= t.homing >> axis & 1u;
+  for (const Target& t : queue_) {
+    active |= t.axes >> axis & 1u;
+    homing |= t.homing >> axis & 1u;
+  }
   return (enabled_[axis] ? kEnabled : 0) | (homed_[axis] ? kHomed : 0) |
          (enabled_[axis] && !active ? kInPosition : 0) | (active ? kMoveActive : 0) | (homing ? kHoming : 0) |
          (tripped_ ? kEstopInput : 0);
@@ -160,7 +169,10 @@ void StageDevice::event(std::int64_t now_us) {
   const std::uint32_t homing = current_.homing;
   end_move();
   for (int a = 0; a < 3; ++a)
-    if (homing >> a & 1u) homed_[a] = true, at_mm_[a] = 0.0;
+    if (homing >> a & 1u) {
+      homed_[a] = true;
+      at_mm_[a] = 0.0;
+    }
   begin_next(now_us);
   if (!move_) wires_.note(now_us, Port::kStage, DeviceEvent::kStageStopped, 0);
 }

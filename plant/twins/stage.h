@@ -1,6 +1,6 @@
-// Twin of the stage: an Aerotech Ensemble with three axes, coordinated straight moves, and
-// position-synchronised output. State machine here; the ASCII dialect is stage_dialect.h. Facts from
-// docs/plant.md, table "stage".
+// StageTwin simulates the stage, an Aerotech Ensemble with three axes, coordinated straight moves and
+// position-synchronised output. The ASCII dialect is in stage_dialect.h. Facts from docs/plant.md, table
+// "stage".
 #pragma once
 
 #include <array>

@@ -236,8 +236,14 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
       verb == "PCMDPROG")
     return axis_query(d, verb, axis, now_us);
   if (verb == "ENABLE") return {text_of(d.enable(axis))};
-  if (verb == "DISABLE") return d.disable(axis, now_us), StageReply{"%\n"};
-  if (verb == "FAULTACK") return d.fault_acknowledge(axis), StageReply{"%\n"};
+  if (verb == "DISABLE") {
+    d.disable(axis, now_us);
+    return StageReply{"%\n"};
+  }
+  if (verb == "FAULTACK") {
+    d.fault_acknowledge(axis);
+    return StageReply{"%\n"};
+  }
   if (verb == "HOME") {
     unsigned axes = 0;
     for (int n = 1; n < w.count; ++n) {

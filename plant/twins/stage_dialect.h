@@ -1,4 +1,4 @@
-// The Ensemble's ASCII commands as the controller understands them: one line in, one reply line out.
+// execute reads one of the Ensemble's ASCII commands and returns its reply line.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct StageReply {
   int wait_mode = -1;           ///< WAIT MODE given: 0 NOWAIT, 1 MOVEDONE
 };
 
-/// Executes `line` (without its end) on the device. Never throws; what is not understood is answered with
+/// Executes `line` (without its end) on the device. Never throws; an unknown command is answered with
 /// `!`.
 StageReply execute(StageDevice& device, std::string_view line, std::int64_t now_us);
 

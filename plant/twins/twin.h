@@ -1,4 +1,4 @@
-// What the world sees of an instrument, whatever it speaks.
+// Twin simulates one instrument behind its port; Wires carries hardware lines from the twins to the world.
 #pragma once
 
 #include <algorithm>

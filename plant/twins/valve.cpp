@@ -10,7 +10,7 @@ using namespace drivers::fvb;
 namespace {
 
 constexpr double kSilence_us = 2e6;  ///< of the host's time, without a frame while firing: closed
-constexpr double kPause_us = 5e4;    ///< of the host's time, within a frame: what came of it is dropped
+constexpr double kPause_us = 5e4;    ///< of the host's time, within a frame: its bytes so far are dropped
 constexpr int kGuard_us = 100;
 
 }  // namespace
@@ -165,7 +165,7 @@ void ValveTwin::signal(std::int64_t t_us) {
 
 void ValveTwin::disable(std::int64_t t_us) { stop(t_us, FiringEnd::kDisabled); }
 
-// Closes the valve if it fires: what it was told is what it has fired until now.
+// Closes the valve if it fires: the record holds the pulses until now.
 void ValveTwin::stop(std::int64_t now_us, FiringEnd why) {
   device_.ends_us = kNever;
   if (device_.state != State::kFiring) return;
@@ -217,7 +217,9 @@ void ValveTwin::reboot(std::int64_t now_us) {
   ++boot_count_;
   device_ = Device{};
   device_.reset_cause = 1;
-  ticks_.clear(), buffer_.clear(), reply_.clear();
+  ticks_.clear();
+  buffer_.clear();
+  reply_.clear();
   wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
 }
 

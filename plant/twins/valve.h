@@ -1,5 +1,5 @@
-// Twin of a valve's microcontroller (FVB/1, docs/devices/valve.md): one list of pulse times, fired at the
-// robot's signal when it is armed. What the pulses give is plant/ice/line.h's.
+// ValveTwin simulates a valve's microcontroller (FVB/1, docs/devices/valve.md): one list of pulse times,
+// fired at the robot's signal when it is armed. The liquid of a pulse is in plant/ice/line.h.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class ValveTwin : public Twin {
   void io(Archive& a) override;
 
   void signal(std::int64_t t_us);   ///< the robot's line rises
-  void disable(std::int64_t t_us);  ///< its enable line falls: what fires is closed
+  void disable(std::int64_t t_us);  ///< its enable line falls: an open valve is closed
 
  private:
   struct Device {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "plant/twins/heater.h"
 #include "plant/twins/laser_point.h"
@@ -25,7 +26,6 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
     twins = {&robot_, &valve_a_, &valve_b_, &laser_, &heater_};
   }
 
-  std::span<const std::string_view> ports() const override { return kIcePortNames; }
   std::uint32_t milestones() const override { return firings_; }
   std::int64_t begun_with() const override { return nature_.pulses(0) + nature_.pulses(1); }
   const IceLab* ice() const override { return this; }
@@ -110,10 +110,21 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
   int mask_ = 0;
 };
 
-}  // namespace
-
 std::unique_ptr<WorldLab> make_ice_lab(const WorldConfig& config, WorldRecord* record) {
   return std::make_unique<IceWorldLab>(config, record);
 }
+
+std::string ice_fingerprint(const WorldConfig& c) {
+  const IceFieldParams& f = c.ice.field;
+  char text[200];
+  std::snprintf(text, sizeof text, " ice %a %a %a %a %a", f.cell_mm, f.x0_mm, f.y0_mm, f.width_mm,
+                f.height_mm);
+  return text;
+}
+
+}  // namespace
+
+const WorldKind kIceWorld{"ice", kIcePortNames, [](const WorldConfig& c) { check(c.ice); }, &ice_fingerprint,
+                          &make_ice_lab};
 
 }  // namespace firn::plant

@@ -144,10 +144,13 @@ class InkjetLab final : public WorldLab, private Wires {
   std::uint32_t scans_of_layer = 0;  ///< scan triggers since the last exposure
 };
 
-}  // namespace
-
 std::unique_ptr<WorldLab> make_inkjet_lab(const WorldConfig& config, WorldRecord* record) {
   return std::make_unique<InkjetLab>(config, record);
 }
+
+}  // namespace
+
+const WorldKind kInkjetWorld{"inkjet", kPortNames, &check_inkjet,
+                             [](const WorldConfig&) { return std::string(); }, &make_inkjet_lab};
 
 }  // namespace firn::plant

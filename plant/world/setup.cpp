@@ -1,6 +1,8 @@
 #include "plant/world/setup.h"
 
 #include <algorithm>
+#include <iterator>
+#include <stdexcept>
 
 #include "config/machine.h"
 #include "core/grid/random.h"
@@ -29,8 +31,10 @@ IceWorldConfig ice_config(const Experiment& e) {
   if (p.field_width_mm != 0.0 || p.field_depth_mm != 0.0)
     c.field = {p.cell_mm, p.field_x0_mm, p.field_y0_mm, p.field_width_mm, p.field_depth_mm};
   c.field.cell_mm = p.cell_mm;
-  c.line[0].drift = drift_of(e, 0), c.line[1].drift = drift_of(e, 1);
-  c.line[0].tank_mm3 = p.tank_water_mm3, c.line[1].tank_mm3 = p.tank_sme_mm3;
+  c.line[0].drift = drift_of(e, 0);
+  c.line[1].drift = drift_of(e, 1);
+  c.line[0].tank_mm3 = p.tank_water_mm3;
+  c.line[1].tank_mm3 = p.tank_sme_mm3;
   c.arm.origin_mm = {e.ice.origin_x_mm + p.origin_dx_mm, e.ice.origin_y_mm + p.origin_dy_mm,
                      e.ice.origin_z_mm + p.origin_dz_mm};
   c.arm.valve_a = shifted(machine.water, p.valve_a_dx_mm, p.valve_a_dy_mm, 0.0);
@@ -40,11 +44,16 @@ IceWorldConfig ice_config(const Experiment& e) {
   c.balance.std_mg = p.balance_std_mg;
   c.arm.start_delay_s = p.start_delay_s;
   c.laser.trigger_delay_s = p.laser_delay_s;
-  c.line[0].open_delay_s = p.valve_a_delay_s, c.line[1].open_delay_s = p.valve_b_delay_s;
-  c.line[0].full_flow_mm3_s = p.flow_water_mm3_s, c.line[1].full_flow_mm3_s = p.flow_sme_mm3_s;
-  c.line[0].recovery_share = p.recovery_water, c.line[1].recovery_share = p.recovery_sme;
-  c.table.centre_x_mm = p.table_x_mm, c.table.centre_y_mm = p.table_y_mm;
-  c.table.width_mm = p.table_width_mm, c.table.depth_mm = p.table_depth_mm;
+  c.line[0].open_delay_s = p.valve_a_delay_s;
+  c.line[1].open_delay_s = p.valve_b_delay_s;
+  c.line[0].full_flow_mm3_s = p.flow_water_mm3_s;
+  c.line[1].full_flow_mm3_s = p.flow_sme_mm3_s;
+  c.line[0].recovery_share = p.recovery_water;
+  c.line[1].recovery_share = p.recovery_sme;
+  c.table.centre_x_mm = p.table_x_mm;
+  c.table.centre_y_mm = p.table_y_mm;
+  c.table.width_mm = p.table_width_mm;
+  c.table.depth_mm = p.table_depth_mm;
   c.table.roughness_mm = p.table_roughness_mm;
   for (std::size_t n = 0; n + 5 <= p.jig_mm.size(); n += 5)
     c.table.jigs.push_back({p.jig_mm[n], p.jig_mm[n + 1], p.jig_mm[n + 2], p.jig_mm[n + 3], p.jig_mm[n + 4]});
@@ -54,12 +63,28 @@ IceWorldConfig ice_config(const Experiment& e) {
   return c;
 }
 
+void set_up_ice(const Experiment& e, WorldConfig& c) { c.ice = ice_config(e); }
+
+/// A lab's world, and what its configuration has beyond the common part; nullptr: nothing.
+struct WorldSetup {
+  std::string_view lab;  ///< lab.kind
+  const WorldKind* kind;
+  void (*set_up)(const Experiment&, WorldConfig&);
+};
+constexpr WorldSetup kWorlds[] = {
+    {"inkjet", &kInkjetWorld, nullptr},
+    {"ice", &kIceWorld, &set_up_ice},
+};
+
 }  // namespace
 
 WorldConfig world_config(const Experiment& e) {
   WorldConfig c;
-  c.kind = e.lab.kind;
-  if (is_ice(e)) c.ice = ice_config(e);
+  const auto world = std::ranges::find(kWorlds, std::string_view(e.lab.kind), &WorldSetup::lab);
+  if (world == std::end(kWorlds))
+    throw std::invalid_argument("lab.kind = \"" + e.lab.kind + "\": no world is simulated for it");
+  c.kind = world->kind;
+  if (world->set_up) world->set_up(e, c);
   c.grid = e.grid;
   c.seed = e.plant.seed;
   c.host_scale = e.run.time_scale;

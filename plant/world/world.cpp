@@ -25,7 +25,7 @@ std::size_t port_of(const WorldLab& lab, std::string_view name) {
 
 std::unique_ptr<WorldLab> make_lab(const WorldConfig& config, WorldRecord* record) {
   check(config);
-  return config.kind == "ice" ? make_ice_lab(config, record) : make_inkjet_lab(config, record);
+  return config.kind->make(config, record);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // Nature for the whole lab: plant, the instruments' twins and the wires between them. Time and bytes come in,
 // bytes go out; nothing here reads a clock or a file except save() and restore().
 //
-// Two labs (WorldConfig::kind): ink-jet, as told here, and ice (docs/plant-ice.md).
+// Kinds of labs (WorldConfig::kind): ink-jet, described here, and ice (docs/plant-ice.md).
 // Wires: stage PSO on X -> trigger of both jets -> droplet of each jet that is set to external triggers, at
 // its nozzle's position of that instant; PSO on Y -> profiler trigger; lamp shutter -> curing. Frames: part =
 // stage (the nozzle of ink A stands above part point (x, y) when X = x, Y = y, that of ink B above (x +
@@ -21,26 +21,11 @@
 #include "core/grid/material_columns.h"
 #include "plant/config/world_config.h"
 #include "plant/inkjet/model.h"
+#include "plant/record/ports.h"
 #include "plant/record/record.h"
 #include "plant/twins/fault.h"
 
 namespace firn::plant {
-
-/// Ports by name, as in the nodes' port tables.
-inline constexpr std::string_view kStagePort = "stage", kJetPort = "jet", kProfilerPort = "laser_profiler",
-                                  kLampPort = "lamp", kJetBPort = "jet_b";
-/// Those of the ink-jet lab, in the order of Port.
-inline constexpr std::array<std::string_view, 5> kPortNames{kStagePort, kJetPort, kProfilerPort, kLampPort,
-                                                            kJetBPort};
-inline constexpr std::string_view kRobotPort = "robot", kValveAPort = "valve_a", kValveBPort = "valve_b",
-                                  kLaserPointPort = "laser_point", kHeaterPort = "heater";
-/// Those of the ice lab.
-inline constexpr std::array<std::string_view, 5> kIcePortNames{kRobotPort, kValveAPort, kValveBPort,
-                                                               kLaserPointPort, kHeaterPort};
-/// All, in the order of Port.
-inline constexpr std::array<std::string_view, 10> kEveryPort{
-    kStagePort, kJetPort,    kProfilerPort, kLampPort,       kJetBPort,
-    kRobotPort, kValveAPort, kValveBPort,   kLaserPointPort, kHeaterPort};
 
 class WorldLab;
 class IceLab;

@@ -16,19 +16,13 @@ std::string fingerprint(const WorldConfig& c) {
                 static_cast<unsigned long long>(c.seed), g.nx, g.ny, g.pitch_x_mm, g.pitch_y_mm,
                 g.origin_x_mm, g.origin_y_mm, c.droplet.fine_cells, c.droplet.margin_cells, c.profiler.points,
                 int(c.two_inks));
-  if (c.kind == "inkjet") return text;
-  const IceFieldParams& f = c.ice.field;
-  char more[200];
-  std::snprintf(more, sizeof more, " %s %a %a %a %a %a", c.kind.c_str(), f.cell_mm, f.x0_mm, f.y0_mm,
-                f.width_mm, f.height_mm);
-  return std::string(text) + more;
+  return text + c.kind->fingerprint(c);
 }
 
 }  // namespace
 
 Port WorldLab::port_at(std::size_t n) const {
-  const auto at = std::find(kEveryPort.begin(), kEveryPort.end(), ports()[n]);
-  return Port(at - kEveryPort.begin());
+  return std::ranges::find(kPorts, ports()[n], &PortRow::name)->port;
 }
 
 void WorldLab::run_until(std::int64_t t_us) {
@@ -36,7 +30,10 @@ void WorldLab::run_until(std::int64_t t_us) {
     Twin* first = nullptr;
     std::int64_t at_us = kNever;
     for (Twin* twin : twins)
-      if (const std::int64_t next = twin->next_inner_us(); next < at_us) first = twin, at_us = next;
+      if (const std::int64_t next = twin->next_inner_us(); next < at_us) {
+        first = twin;
+        at_us = next;
+      }
     if (!first || at_us > t_us) break;
     catch_up(at_us);
     first->step();

@@ -17,7 +17,7 @@ class WorldLab {
   virtual ~WorldLab() = default;
   WorldLab(const WorldLab&) = delete;  // twins and wires refer to it
 
-  virtual std::span<const std::string_view> ports() const { return kPortNames; }
+  std::span<const std::string_view> ports() const { return config.kind->ports; }
   virtual std::uint32_t milestones() const = 0;  ///< Truth::exposures
   virtual std::int64_t begun_with() const = 0;   ///< BeginRecord::droplets_before
   virtual Truth truth() const = 0;
@@ -48,8 +48,5 @@ class WorldLab {
   std::vector<Twin*> twins;  ///< in the order of ports()
   std::int64_t now_us = 0;
 };
-
-std::unique_ptr<WorldLab> make_inkjet_lab(const WorldConfig& config, WorldRecord* record);
-std::unique_ptr<WorldLab> make_ice_lab(const WorldConfig& config, WorldRecord* record);
 
 }  // namespace firn::plant

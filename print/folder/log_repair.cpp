@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <deque>
 
-#include "lcmtypes/channels.h"
 #include "files/record/record_file.h"
+#include "lcmtypes/channels.h"
+#include "replay/migrations/table.h"
 #include "runtime/transport_wire.h"
 #include "runtime/wal_file.h"
 #include "runtime/write_ahead.h"
@@ -44,8 +45,10 @@ class SentMessages {
     if (o.kind != OutputKind::kSend) return {};
     const ChannelInfo* channel = find_channel(o.channel);
     const auto header = wire::read_header(o.bytes);
-    if (!channel || !channel->logged || channel->delivery != Delivery::kReliable || !header) return {};
-    return SourceMessage{header->utime_us, channel->name, *message_key(o.channel, o.bytes), o.bytes};
+    const bool wanted = channel ? channel->logged && channel->delivery == Delivery::kReliable
+                                : replay::MigrationTable::builtin().retired(o.channel) != nullptr;
+    if (!wanted || !header) return {};
+    return SourceMessage{header->utime_us, o.channel, *message_key(o.channel, o.bytes), o.bytes};
   }
 
   // Takes the outputs of the next whole record that has some; damaged ones and what cannot be decoded are
@@ -98,7 +101,7 @@ class SentMessages {
 }  // namespace
 
 std::optional<logfile::MessageKey> message_key(std::string_view channel, std::span<const std::byte> message) {
-  if (!find_channel(channel)) return {};
+  if (!find_channel(channel) && !replay::MigrationTable::builtin().retired(channel)) return {};
   const auto header = wire::read_header(message);
   if (!header) return {};
   return logfile::MessageKey{std::uint64_t(header->incarnation), std::uint64_t(header->seq)};

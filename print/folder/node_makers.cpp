@@ -1,8 +1,7 @@
 #include "print/folder/node_makers.h"
 
 #include "print/folder/run_config.h"
-#include "print/inputs/targets.h"
-#include "core/slice/paths/print_paths.h"
+#include "print/labs/print_labs.h"
 #include "procs/controller/node.h"
 #include "procs/droplet_estimator/node.h"
 #include "procs/flow_estimator/node.h"
@@ -66,40 +65,6 @@ std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
 
 namespace {
 
-/// An ink-jet lab with all it may have.
-Experiment fullest_inkjet() {
-  Experiment e;
-  e.estimator.droplets = e.control.adapt_model = "on";
-  e.control.height_estimate = "kalman";
-  return e;
-}
-
-/// An ice lab with all it may have.
-Experiment fullest_ice() {
-  Experiment e;
-  e.lab.kind = "ice";
-  e.control.scheme = "smf";
-  e.flow.feed_forward = "on";
-  e.ice.mesh = e.ice.slice = e.ice.machine = "-";
-  return e;
-}
-
-/// One square layer; the machine of the defaults.
-Blobs some_ice_inputs() {
-  slice::PrintPaths paths;
-  paths.head.layers = 1;
-  paths.head.materials = {{"part", "water"}, {"scaffold", "scaffold"}};
-  paths.head.laser = "laser";
-  slice::LayerPaths layer;
-  layer.layer = 1;
-  layer.z = layer.height = 2400;
-  const slice::Point corners[] = {{0, 0}, {100000, 0}, {100000, 100000}, {0, 100000}};
-  layer.lines.add(corners);
-  layer.info.push_back({PathKind::kBoundary, 0, true, 15000});
-  paths.layers.push_back(std::move(layer));
-  return {{"paths", "", slice::encode(paths)}, {"machine", "", {}}};
-}
-
 void add_subscriptions(const Experiment& e, const Blobs& inputs, Subscriptions& out) {
   const std::string config = dump(e);
   for (const NamedMaker& maker : node_makers()) {
@@ -114,9 +79,10 @@ void add_subscriptions(const Experiment& e, const Blobs& inputs, Subscriptions& 
 
 Subscriptions all_subscriptions() {
   Subscriptions out;
-  const Experiment inkjet = fullest_inkjet();
-  add_subscriptions(inkjet, make_inputs(inkjet, ""), out);
-  add_subscriptions(fullest_ice(), some_ice_inputs(), out);
+  for (const PrintLab* lab : print_labs()) {
+    const Experiment e = lab->fullest();
+    add_subscriptions(e, lab->example_inputs(e), out);
+  }
   return out;
 }
 

@@ -104,7 +104,7 @@ droplet::Estimate ObservedRun::learn() const {
   o.window_layers = experiment_.estimator.window_layers;
   o.border = experiment_.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
   droplet::DropletEstimator estimator(experiment_.grid, o);
-  estimator.set_ground(height_of(maps_.at(0)), use_of({}, maps_.at(0)), noise_of(maps_.at(0)));
+  estimator.set_substrate(height_of(maps_.at(0)), use_of({}, maps_.at(0)), noise_of(maps_.at(0)));
   for (int k = 1; k <= layers(); ++k)
     estimator.add_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)),
                         noise_of(maps_.at(k)));

@@ -13,7 +13,7 @@
 
 #include "files/digest.h"
 #include "files/usage_error.h"
-#include "lcmtypes/outcome.h"
+#include "firn/enums.h"
 #include "lcmtypes/schema.h"
 #include "print/exit_codes.h"
 #include "runtime/build_info.h"
@@ -53,7 +53,7 @@ nlohmann::ordered_json provenance(const Experiment& e, std::int64_t run_id, cons
   j["command_line"] = command_line;
   j["scheme"] = e.control.scheme;
   j["plant_model"] = e.plant.model;
-  j["seeds"] = {{"plant", e.plant.seed}, {"control", e.control.mpc.seed}};
+  j["seeds"] = {{"plant", e.plant.seed}, {"control", e.control.seed}};
   for (const Blob& b : inputs)
     j["inputs"].push_back({{"role", b.role}, {"sha256", b.sha256}, {"bytes", b.bytes.size()}});
   return j;

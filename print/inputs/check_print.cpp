@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "config/labs.h"
 #include "files/usage_error.h"
 #include "firn/height_map_t.hpp"
 #include "plant/world/setup.h"
@@ -14,7 +15,7 @@ namespace firn {
 namespace {
 
 // Rows that a profiler tells faster than a busy machine asks for them are lost: it keeps only its newest, and
-// asking is what wall time is needed for. Measured: docs/print.md.
+// asking is what wall time is needed for. Measured: docs/commands/print.md.
 void check_rows(const Experiment& e) {
   constexpr double kLeastWall_s = 0.005;
   const double scale = e.run.time_scale, speed = e.process.scan_speed_mm_s, pitch = e.grid.pitch_y_mm,
@@ -40,7 +41,7 @@ void check_print(const Experiment& e, const std::string& bus) {
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("nothing to simulate the print with: ") + error.what());
   }
-  if (is_ice(e)) return;  // its maps are of some 10^4 cells, its laser stores a whole path's readings
+  if (prints_paths(e)) return;  // its maps are of some 10^4 cells, its laser stores a whole path's readings
   if (bus != "in-process") check_rows(e);
   const height_map_t empty{};
   const std::size_t bytes =

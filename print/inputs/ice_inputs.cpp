@@ -7,13 +7,14 @@
 #include <limits>
 
 #include "config/error.h"
-#include "config/machine.h"
+#include "config/ice_lab.h"
+#include "core/planning/path_reach.h"
+#include "core/slice/paths/interval_paths.h"
 #include "files/digest.h"
 #include "files/usage_error.h"
+#include "print/inputs/path_input.h"
 #include "print/inputs/targets.h"
 #include "print/prepare/slice_job.h"
-#include "procs/path_planner/node.h"
-#include "runtime/build_info.h"
 #include "runtime/thread_pool.h"
 
 namespace firn {
@@ -28,47 +29,13 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes) {
   return {std::move(role), std::move(name), std::move(bytes)};
 }
 
-/// Concentric paths of one material each, the part's first: long ones over a surface that reflects alike
-/// [5.2.1].
-void add_measurement(const slice::LayerRegions& regions, const slice::PathOptions& deposit, double spacing_mm,
-                     double offset_mm, slice::LayerPaths& out) {
-  slice::PathOptions options = deposit;
-  options.hook.on = options.measure.on = false;
-  for (slice::BeadOptions* bead : {&options.part, &options.scaffold}) {
-    bead->first_offset_mm = offset_mm > 0.0 ? offset_mm : std::max(bead->first_offset_mm, 0.25 * spacing_mm);
-    bead->boundary_width_mm = bead->fill_width_mm = spacing_mm;
-    bead->boundaries = 1;
-    bead->pattern = slice::FillPattern::kConcentric;
-  }
-  const slice::LayerPaths measured = slice::plan_layer(regions, options);
-  for (std::size_t material = 0; material < regions.by_material.size(); ++material)
-    for (std::size_t n = 0; n < measured.info.size(); ++n) {
-      slice::PathInfo info = measured.info[n];
-      if (info.material != material || measured.lines[n].size() < 3) continue;
-      info.kind = PathKind::kMeasurement;
-      info.width = 0;
-      out.lines.add(measured.lines[n]);
-      out.info.push_back(info);
-    }
-}
-
-/// One boundary more: the fill lies half a bead aside. Beads that lie above each other in all layers leave
-/// grooves between them that only grow, too narrow for the maps to show.
-slice::PathOptions with_shifted_fill(slice::PathOptions options) {
-  ++options.part.boundaries;
-  ++options.scaffold.boundaries;
-  return options;
+Machine machine_of(const Experiment& e, const std::vector<std::byte>& text) {
+  return parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine);
 }
 
 }  // namespace
 
-Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) {
-  std::vector<std::byte> machine = read_bytes(folder / e.ice.machine, "ice.machine");
-  const Machine m =
-      parse_machine({reinterpret_cast<const char*>(machine.data()), machine.size()}, e.ice.machine);
-  if (m.kind != "scara")
-    throw ConfigError((folder / e.ice.machine).string(), 0, "ice.machine",
-                      "ice.machine: the ice lab has an arm (kind = \"scara\")");
+slice::PrintPaths slice_ice_part(const Experiment& e, const std::filesystem::path& folder) {
   const SliceSettings settings = load_slice_settings(
       folder / e.ice.slice, {fmt::format("layer.height_mm={}", e.ice.layer_height_mm), "measure.on=0"});
   const ParallelFor parallel = parallel_on(0);
@@ -80,31 +47,40 @@ Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) 
     throw ConfigError((folder / e.ice.mesh).string(), 0, "ice.mesh", "ice.mesh: has no layer");
 
   slice::PrintPaths paths;
-  paths.head.made_by = "firn " + build_commit();
-  paths.head.layers = std::int32_t(job.layers.size());
-  paths.head.materials = {{"part", settings.part.tool}, {"scaffold", settings.scaffold.tool}};
+  paths.head = path_file_head(job, settings);
   paths.head.laser = settings.laser_tool;
-  paths.head.settings = dump(settings);
   const slice::PathOptions options = path_options(settings);
-  const slice::PathOptions shifted = with_shifted_fill(options);
+  const slice::PathOptions shifted = slice::with_shifted_fill(options);
   const int last = paths.head.layers;
   plan_layers(
       job, settings, parallel, [](double, const std::string&) {}, {},
       [&](PlannedLayer&& l) {
         if (l.paths.layer % 2 == 0) l.paths = slice::plan_layer(l.regions, shifted);
         if (l.paths.layer % e.ice.interval_layers == 0 || l.paths.layer == last)
-          add_measurement(l.regions, options, e.ice.measure_spacing_mm, e.ice.measure_offset_mm, l.paths);
+          slice::add_measurement(l.regions, options, {e.ice.measure_spacing_mm, e.ice.measure_offset_mm},
+                                 l.paths);
         paths.layers.push_back(std::move(l.paths));
       });
+  return paths;
+}
+
+Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) {
+  std::vector<std::byte> text = read_bytes(folder / e.ice.machine, "ice.machine");
+  const Machine machine = machine_of(e, text);
+  if (machine.kind != "scara")
+    throw ConfigError((folder / e.ice.machine).string(), 0, "ice.machine",
+                      "ice.machine: the ice lab has an arm (kind = \"scara\")");
+  const slice::PrintPaths paths =
+      e.ice.paths.empty() ? slice_ice_part(e, folder) : read_ice_paths(e, machine, folder / e.ice.paths);
   Blobs blobs;
   blobs.push_back(make_blob("paths", slice::encode(paths)));
-  blobs.push_back(make_blob("machine", std::move(machine)));
+  blobs.push_back(make_blob("machine", std::move(text)));
   return blobs;
 }
 
 void place_ice_field(Experiment& e, const Blobs& inputs) {
   IcePlantConfig& p = e.plant.ice;
-  if (!is_ice(e) || p.field_width_mm > 0.0) return;
+  if (p.field_width_mm > 0.0) return;
   std::int32_t x0 = std::numeric_limits<std::int32_t>::max(), y0 = x0, x1 = -x0, y1 = -x0;
   for (const slice::LayerPaths& l : slice::decode_print_paths(blob(inputs, "paths").bytes).layers)
     for (const slice::Point& q : l.lines.points) {
@@ -124,20 +100,10 @@ void place_ice_field(Experiment& e, const Blobs& inputs) {
 }
 
 void check_reach(const Experiment& e, const Blobs& inputs) {
-  if (!is_ice(e)) return;
-  const std::vector<std::byte>& text = blob(inputs, "machine").bytes;
   const slice::PrintPaths paths = slice::decode_print_paths(blob(inputs, "paths").bytes);
-  const planning::PlanningSetup setup = planning_setup(
-      e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine));
-  const planning::TaskPlanner planner(setup);
-  for (const slice::LayerPaths& layer : paths.layers)
-    for (const bool measurement : {false, true}) {
-      const std::vector<planning::PathTask> tasks = planning::tasks_of(paths, layer, measurement, setup);
-      for (std::size_t n = 0; n < tasks.size(); ++n)
-        if (const std::string why = planner.unreachable(tasks[n]); !why.empty())
-          throw UsageError(fmt::format("a path is out of reach, nothing is printed: layer {}, {} path {}: {}",
-                                       layer.layer, measurement ? "measurement" : "deposition", n + 1, why));
-    }
+  const planning::PlanningSetup setup = planning_setup(e, machine_of(e, blob(inputs, "machine").bytes));
+  const auto refused = planning::unreachable_paths(planning::TaskPlanner(setup), paths, setup, 1);
+  if (!refused.empty()) throw UsageError(planning::refusal(refused.front()));
 }
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// A run's inputs in the ice lab: the mesh sliced into deposition and measurement paths, and the machine.
+// Makes the inputs of a print along paths: deposition and measurement paths, and the machine.
 #pragma once
 
 #include <filesystem>
@@ -9,20 +9,23 @@
 
 namespace firn {
 
-/// Blobs "paths" (core/slice/print_paths.h; measurement paths in every ice.interval_layers-th layer and the
-/// last) and "machine" (the machine's TOML text). Every other layer has one boundary path more, so that its
-/// fill lies aside of that below.
-/// @param folder of the experiment file, to which ice.mesh, ice.slice and ice.machine are relative
+/// Slices ice.mesh: measurement paths in every ice.interval_layers-th layer and the last; every other layer
+/// has one boundary path more, so that its fill lies aside of that below.
+/// @param folder of the experiment file, to which ice.mesh and ice.slice are relative
 /// @throws ConfigError, UsageError: files that cannot be read, a mesh of no layers, settings that do not fit
 /// it
+slice::PrintPaths slice_ice_part(const Experiment& experiment, const std::filesystem::path& folder);
+
+/// Blobs "paths" (core/slice/paths/print_paths.h), sliced or read from ice.paths, and "machine" (the
+/// machine's TOML text).
+/// @param folder of the experiment file, to which the files of [ice] are relative
+/// @throws ConfigError, UsageError: as slice_ice_part and read_ice_paths
 Blobs make_ice_inputs(const Experiment& experiment, const std::filesystem::path& folder);
 
 /// Puts the simulated surface (plant.ice.field_*) round all paths, unless the experiment says where it is.
-/// Nothing for an ink-jet lab.
 void place_ice_field(Experiment& experiment, const Blobs& inputs);
 
-/// What the planner would refuse before the print begins, said before there is a run. Nothing for an ink-jet
-/// lab.
+/// Refuses paths that the arm cannot follow (core/planning/path_reach.h) before there is a run.
 /// @throws UsageError naming layer, path, point and limit
 void check_reach(const Experiment& experiment, const Blobs& inputs);
 

@@ -5,12 +5,11 @@
 #include <fstream>
 #include <iterator>
 
-#include "files/digest.h"
-#include "print/inputs/geometry_input.h"
-#include "print/inputs/ice_inputs.h"
 #include "config/error.h"
 #include "core/grid/npy.h"
 #include "core/grid/png.h"
+#include "files/digest.h"
+#include "print/inputs/geometry_input.h"
 
 namespace firn {
 namespace {
@@ -122,8 +121,7 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
   return target;
 }
 
-Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& folder) {
-  if (is_ice(experiment)) return make_ice_inputs(experiment, folder);
+Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder) {
   Blobs blobs;
   Target target;
   if (experiment.part.shape.kind == "height_map") {

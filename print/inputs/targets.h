@@ -1,5 +1,5 @@
-// A run's inputs: target and mask as NPY blobs, from an analytic shape or a grey PNG height map; for ice
-// sliced paths.
+// Makes the inputs of a print of droplets: target and mask as NPY blobs, from an analytic shape or a grey PNG
+// height map.
 #pragma once
 
 #include <cstddef>
@@ -30,9 +30,9 @@ Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid,
 std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key);
 
 /// Blobs "target" ('<f8'), "mask" ('|u1'), for a height map "image" (the PNG as it is) and for two inks
-/// "geometry" (core/grid/geometry.h). In the ice lab those of cli/ice_inputs.h.
+/// "geometry" (core/grid/geometry.h).
 /// @param folder of the experiment file, to which part.image is relative.
 /// @throws ConfigError: unreadable or wrong image, or a part that covers no cell centre.
-Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& folder);
+Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder);
 
 }  // namespace firn

@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/operator_command_t.hpp"
 #include "firn/run_start_t.hpp"
 #include "firn/sim_truth_t.hpp"
-#include "lcmtypes/outcome.h"
 #include "print/exit_codes.h"
 #include "print/folder/log_repair.h"
 #include "print/folder/node_makers.h"

@@ -8,9 +8,9 @@
 #include <map>
 #include <string>
 
-#include "print/simulated/lab_fault.h"
-#include "print/folder/run_folder.h"
 #include "firn/layer_metrics_t.hpp"
+#include "print/folder/run_folder.h"
+#include "print/simulated/lab_fault.h"
 
 namespace firn {
 

@@ -1,9 +1,9 @@
 #include "print/live/run_watch.h"
 
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/stage_command_t.hpp"
-#include "lcmtypes/outcome.h"
 
 namespace firn {
 namespace {

@@ -36,7 +36,10 @@ void shift(PrintJob& job, const Point2& by) {
   const auto move = [&](Point2& p) { p = {p.x_mm + by.x_mm, p.y_mm + by.y_mm}; };
   move(job.start);
   move(job.end);
-  for (PrintSegment& s : job.segments) move(s.from), move(s.to);
+  for (PrintSegment& s : job.segments) {
+    move(s.from);
+    move(s.to);
+  }
 }
 
 std::string refusal(const std::string& file, const motion::Refusal& r) {

@@ -13,7 +13,7 @@ struct AerosolPlanOptions {
   std::string corner = "loop";  ///< paper, loop or hybrid
   double tolerance_mm = 0.05;   ///< of hybrid
   Point2 origin_mm;             ///< added to the job's coordinates
-  std::string trajectory;       ///< the stage's samples, docs/trajectory-format.md; empty = none
+  std::string trajectory;       ///< the stage's samples, docs/formats.md; empty = none
   std::string csv, plot;        ///< files; empty = none
   bool json = false;
 };

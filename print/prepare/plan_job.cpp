@@ -34,7 +34,7 @@ struct PlanJob::State {
         sink(std::move(s)),
         arm(make_arm(machine)),
         limits(motion_limits(machine)),
-        posture(preferred_posture(machine)),
+        configuration(preferred_configuration(machine)),
         all_tools(tools(machine)),
         valve(machine.valve),
         workspaces(std::size_t(std::max(1, o.threads))) {}
@@ -60,8 +60,8 @@ struct PlanJob::State {
     path.yaw_rad = in.yaw_rad;
     path.yaw_point_rad = in.yaw_point_rad;
     path.tool = tool(in);
-    path.ceiling = in.ceiling;
-    path.preferred = posture;
+    path.speed_limit = in.speed_limit;
+    path.preferred = configuration;
     path.kind = in.path.kind;
     motion::PlanOptions how = options.plan;
     if (in.number != options.traced) how.trace_step_s = 0.0;
@@ -100,7 +100,7 @@ struct PlanJob::State {
       }
       item.added_stops.insert(item.added_stops.end(), added.begin(), added.end());
       path.points = item.input.path.points;
-      path.ceiling = item.input.ceiling;
+      path.speed_limit = item.input.speed_limit;
       path.yaw_point_rad = item.input.yaw_point_rad;
       item.result = motion::plan(path, *arm, limits, how, work);
     }
@@ -133,7 +133,7 @@ struct PlanJob::State {
   PlannedSink sink;
   std::unique_ptr<motion::Arm> arm;
   motion::MotionLimits limits;
-  motion::Posture posture;
+  motion::ArmConfiguration configuration;
   std::vector<motion::Tool> all_tools;
   ValveConfig valve;
   std::vector<motion::PlanWorkspace> workspaces;  // one per thread, kept between batches

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "files/path/path_file.h"
-#include "print/prepare/plan_pulses.h"
 #include "config/machine.h"
 #include "core/motion/planner.h"
+#include "files/path/path_file.h"
+#include "print/prepare/plan_pulses.h"
 
 namespace firn {
 
@@ -37,8 +37,8 @@ struct PlannedItem {
 };
 using PlannedSink = std::function<void(PlannedItem&&)>;
 
-/// A path is planned from itself alone (every one prefers the machine's posture), so the results do not
-/// depend on the number of threads. Memory: two batches of some 100,000 points, or two paths if these are
+/// A path is planned from itself alone (every one prefers the machine's arm configuration), so the results do
+/// not depend on the number of threads. Memory: two batches of some 100,000 points, or two paths if these are
 /// longer.
 class PlanJob {
  public:

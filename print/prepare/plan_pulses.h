@@ -4,11 +4,11 @@
 
 #include <vector>
 
-#include "files/path/path_file.h"
 #include "config/machine.h"
 #include "core/deposition/pulses.h"
-#include "core/motion/path_rests.h"
+#include "core/motion/insert_stops.h"
 #include "core/motion/planner.h"
+#include "files/path/path_file.h"
 
 namespace firn {
 
@@ -21,10 +21,10 @@ deposition::FlowDemand nominal_demand(const Path& path, const motion::PlanResult
 deposition::PulsePlan nominal_pulses(const InputPath& input, const motion::PlanResult& result,
                                      const ValveConfig& valve);
 
-using AddedStop = motion::AddedRest;
+using AddedStop = motion::InsertedStop;
 
 /// Points at which the path of `demand` (with pulses.problem) should rest as well, in the input's order of
-/// points (core/motion/path_rests.h).
+/// points (core/motion/insert_stops.h).
 std::vector<AddedStop> add_stops(InputPath& input, const deposition::FlowDemand& demand,
                                  const deposition::PulsePlan& pulses, std::vector<std::size_t>& stops);
 

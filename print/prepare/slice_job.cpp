@@ -16,6 +16,8 @@
 #include "core/slice/support/scaffold.h"
 #include "files/mesh/mesh_file.h"
 #include "files/usage_error.h"
+#include "print/prepare/slice_report.h"
+#include "runtime/build_info.h"
 
 namespace firn {
 namespace {
@@ -98,7 +100,7 @@ std::vector<std::vector<Region>> by_material(std::vector<std::vector<Region>>& p
   if (parts.size() > 1) {
     std::vector<std::vector<Region>*> all;
     for (auto& p : parts) all.push_back(&p);
-    slice::give_way(all, parallel);
+    slice::subtract_by_priority(all, parallel);
   }
   std::uint8_t most = slice::kScaffoldMaterial;
   for (const PartReport& p : job.parts) most = std::max(most, p.material);
@@ -187,10 +189,31 @@ SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const Sl
     l.height = height;
     if (k < contours.size()) l.contours = std::move(contours[k]);
     l.contours_alone = files.size() == 1;
-    l.thinned_mm = contour_options(settings).chord_tolerance_mm;
+    l.simplified_mm = contour_options(settings).chord_tolerance_mm;
     for (auto& m : materials) l.by_material.push_back(std::move(m[k]));
   }
   return job;
+}
+
+std::vector<std::string> material_tools(const SliceSettings& s, std::size_t materials) {
+  std::vector<std::string> tools(std::max<std::size_t>(materials, 2), s.part.tool);
+  tools[slice::kScaffoldMaterial] = s.scaffold.tool;
+  return tools;
+}
+
+slice::PathFileHead path_file_head(const SlicedJob& job, const SliceSettings& s) {
+  slice::PathFileHead head;
+  head.made_by = "firn " + build_commit();
+  head.layers = std::int32_t(job.layers.size());
+  std::size_t materials = 2;
+  for (const PartReport& p : job.parts) materials = std::max<std::size_t>(materials, p.material + 1u);
+  const std::vector<std::string> tools = material_tools(s, materials);
+  for (std::size_t m = 0; m < materials; ++m) head.materials.push_back({material_name(m), tools[m]});
+  // Scan lines that were moved by the laser's offset are the nozzle's to follow.
+  const bool moved = s.paths.measure.laser_x_mm != 0.0 || s.paths.measure.laser_y_mm != 0.0;
+  head.laser = moved ? s.part.tool : s.laser_tool;
+  head.settings = dump(s);
+  return head;
 }
 
 void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFor& parallel,

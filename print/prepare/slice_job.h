@@ -10,9 +10,10 @@
 #include "config/slice.h"
 #include "core/grid/parallel.h"
 #include "core/slice/coverage/coverage.h"
-#include "core/slice/paths/layer_paths.h"
-#include "core/slice/paths/path_plan.h"
 #include "core/slice/mesh/slicer.h"
+#include "core/slice/paths/layer_paths.h"
+#include "core/slice/paths/path_codec.h"
+#include "core/slice/paths/path_plan.h"
 
 namespace firn {
 
@@ -58,6 +59,11 @@ slice::SliceOptions contour_options(const SliceSettings& settings);
 /// Reads, places, slices and supports. @throws UsageError: a file, or settings that the meshes do not fit
 SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const SliceSettings& settings,
                        const ParallelFor& parallel, const SliceProgress& progress);
+
+/// Tools of `materials` materials, by material.
+std::vector<std::string> material_tools(const SliceSettings& settings, std::size_t materials);
+/// The head of the job's path file.
+slice::PathFileHead path_file_head(const SlicedJob& job, const SliceSettings& settings);
 
 struct PlannedLayer {
   slice::LayerRegions regions;

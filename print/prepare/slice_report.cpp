@@ -16,7 +16,10 @@ double mm(std::int32_t units) { return units * slice::kMmPerUnit; }
 
 Json json_of(const slice::Defect& d, std::size_t part) {
   Json j{{"kind", slice::name(d.kind)}, {"part", part + 1}};
-  if (d.layer > 0) j["layer"] = d.layer, j["at_mm"] = {mm(d.at.x), mm(d.at.y)};
+  if (d.layer > 0) {
+    j["layer"] = d.layer;
+    j["at_mm"] = {mm(d.at.x), mm(d.at.y)};
+  }
   if (d.size_mm > 0.0) j["size_mm"] = d.size_mm;
   j["count"] = d.count;
   return j;
@@ -53,7 +56,10 @@ Json json_of(const slice::Coverage& c, std::size_t material) {
 
 StageTime total(const std::vector<StageTime>& times) {
   StageTime sum{"total", 0.0, 0.0};
-  for (const StageTime& t : times) sum.wall_s += t.wall_s, sum.cpu_s += t.cpu_s;
+  for (const StageTime& t : times) {
+    sum.wall_s += t.wall_s;
+    sum.cpu_s += t.cpu_s;
+  }
   return sum;
 }
 
@@ -183,9 +189,10 @@ std::string slice_text(const SlicedJob& job, const SliceSettings& settings, cons
     for (const SliceSums::Layer& l : sums.coverage) {
       all.resize(std::max(all.size(), l.coverage.size()));
       for (std::size_t m = 0; m < l.coverage.size(); ++m) {
-        all[m].wanted_mm2 += l.coverage[m].wanted_mm2, all[m].gap_mm2 += l.coverage[m].gap_mm2,
-            all[m].overlap_mm2 += l.coverage[m].overlap_mm2;
-        all[m].widest_gap_mm = std::max(all[m].widest_gap_mm, l.coverage[m].widest_gap_mm),
+        all[m].wanted_mm2 += l.coverage[m].wanted_mm2;
+        all[m].gap_mm2 += l.coverage[m].gap_mm2;
+        all[m].overlap_mm2 += l.coverage[m].overlap_mm2;
+        all[m].widest_gap_mm = std::max(all[m].widest_gap_mm, l.coverage[m].widest_gap_mm);
         all[m].pitch_mm = std::max(all[m].pitch_mm, l.coverage[m].pitch_mm);
       }
     }

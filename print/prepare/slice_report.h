@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "print/prepare/slice_job.h"
 #include "core/slice/paths/path_codec.h"
+#include "print/prepare/slice_job.h"
 
 namespace firn {
 

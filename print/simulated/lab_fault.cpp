@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 
 #include "config/experiment.h"
 #include "files/usage_error.h"
-#include "plant/world/world.h"
+#include "plant/world/setup.h"
 
 namespace firn {
 namespace {
@@ -20,6 +21,7 @@ constexpr std::array<std::string_view, 11> kKinds{"drop",  "delay",  "split", "f
 
 std::vector<LabFault> parse_lab_faults(const std::vector<std::string>& texts, const Experiment& e) {
   std::vector<LabFault> faults;
+  const std::span<const std::string_view> ports = plant::world_config(e).kind->ports;
   for (const std::string& text : texts) {
     const auto refuse = [&](const std::string& why) { throw UsageError("--fault \"" + text + "\": " + why); };
     std::istringstream words(text);
@@ -38,10 +40,7 @@ std::vector<LabFault> parse_lab_faults(const std::vector<std::string>& texts, co
     if (!words.eof() && (words >> std::ws, !words.eof()) && !(words >> f.fault.delay_us))
       refuse("DELAY_US is a whole number");
     if (words >> rest) refuse("\"" + rest + "\" is too much");
-    const auto has = [&](const auto& ports) {
-      return std::find(ports.begin(), ports.end(), f.fault.port) != ports.end();
-    };
-    if (is_ice(e) ? !has(plant::kIcePortNames) : !has(plant::kPortNames))
+    if (std::ranges::find(ports, f.fault.port) == ports.end())
       refuse("the lab has no instrument \"" + f.fault.port + "\"");
     faults.push_back(f);
   }

@@ -5,14 +5,15 @@
 #include <optional>
 
 #include "config/experiment.h"
+#include "config/labs.h"
 #include "files/record/event_log.h"
+#include "firn/enums.h"
 #include "firn/height_map_t.hpp"
 #include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/run_start_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "plant/world/ice_lab.h"
 #include "plant/world/setup.h"
 #include "plant/world/world.h"
@@ -154,7 +155,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     report.message_bytes += bytes.size();
     if (find_channel(channel)->logged) log.append(now.us, channel, bytes);
     if (channel == channels::kRunEnd.name) end.decode(bytes.data(), 0, int(bytes.size()));
-    if (height_map_t m; is_ice(e) && channel == channels::kHeightMap.name &&
+    if (height_map_t m; prints_paths(e) && channel == channels::kHeightMap.name &&
                         m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
       map_grid = from_message(m.grid);
     if (channel == channels::kLayerMetrics.name) {
@@ -214,7 +215,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
       if (world.world().ice()) t.height = world.world().ice()->height_over(halved(map_grid));
       launcher.begin(lab.now(), incarnation);
       sim_truth_t m;
-      m.layer = is_ice(e) ? measured_layer : std::int32_t(t.exposures);
+      m.layer = prints_paths(e) ? measured_layer : std::int32_t(t.exposures);
       m.droplets_fired = t.droplets_fired;
       m.volume_mm3 = t.volume_mm3;
       m.grid = to_message(t.height.spec);

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <functional>
 
-#include "print/simulated/lab_fault.h"
-#include "print/folder/run_folder.h"
 #include "core/grid/grid.h"
 #include "firn/layer_metrics_t.hpp"
+#include "print/folder/run_folder.h"
+#include "print/simulated/lab_fault.h"
 
 namespace firn {
 

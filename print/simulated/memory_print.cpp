@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "config/labs.h"
 #include "core/grid/npy.h"
 #include "core/slice/coverage/footprint.h"
 #include "firn/layer_metrics_t.hpp"
@@ -51,7 +52,7 @@ bool decode(std::span<const std::byte> bytes, Message& m) {
 class Judge {
  public:
   Judge(const Experiment& e, const Blobs& inputs) : pitch_mm_(e.ice.pitch_mm) {
-    if (is_ice(e)) {
+    if (prints_paths(e)) {
       paths_ = slice::decode_print_paths(blob(inputs, "paths").bytes);
       return;
     }
@@ -136,7 +137,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
 
   plant::Truth truth = world.world().truth();
   report.result = result_of(end.outcome, end.layers, end.reason);
-  report.error = judge.error(world.world(), is_ice(e) ? measured.layer : end.layers, truth.height);
+  report.error = judge.error(world.world(), prints_paths(e) ? measured.layer : end.layers, truth.height);
   report.droplets = truth.droplets_fired;
   report.droplets_missed = truth.droplets_missed;
   report.volume_mm3 = truth.volume_mm3;

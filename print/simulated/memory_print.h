@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "print/folder/run_folder.h"
 #include "config/experiment.h"
 #include "core/grid/material_columns.h"
+#include "print/folder/run_folder.h"
 #include "runtime/node.h"
 
 namespace firn {

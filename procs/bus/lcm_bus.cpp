@@ -30,7 +30,7 @@ void LcmBus::subscribe(const std::string& channel) {
   lcm_subscription_t* s = lcm_subscribe(lcm_, channel.c_str(), &LcmBus::on_message, this);
   if (!s) throw std::runtime_error("LCM cannot subscribe to " + channel);
   lcm_subscription_set_queue_capacity(s,
-                                      0);  // no limit here: the transport and the runner decide what is stale
+                                      0);  // no limit here: the transport and the runner drop stale messages
 }
 
 int LcmBus::fd() const { return lcm_get_fileno(lcm_); }
@@ -66,7 +66,7 @@ int granted_receive_buffer() {
   ::setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &wanted, sizeof wanted);
   ::getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &size);
   ::close(fd);
-  return granted / 2;  // Linux reports twice what data may use
+  return granted / 2;  // Linux reports twice the size for data
 }
 
 std::string receive_buffer_warning() {

@@ -1,4 +1,4 @@
-// The only LCM calls of Firn: datagrams out and in over UDP multicast.
+// LcmBus sends and receives datagrams over UDP multicast: the only LCM calls of Firn.
 #pragma once
 
 #include <exception>
@@ -39,7 +39,7 @@ class LcmBus : public Bus {
 /// The receive buffer in bytes that the kernel grants to one who asks for kWantedReceiveBuffer (asked with a
 /// socket of its own: LCM hides its).
 int granted_receive_buffer();
-/// Empty, or one sentence: what was granted, what was wanted, how to change it.
+/// Empty, or one sentence with the granted size, the wanted size and the remedy.
 std::string receive_buffer_warning();
 
 }  // namespace firn

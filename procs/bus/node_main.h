@@ -1,4 +1,4 @@
-// The whole main of a node's process.
+// node_main holds the whole main of a node's process.
 #pragma once
 
 #include "runtime/node.h"

@@ -91,8 +91,8 @@ void HeightEstimate::take(const height_map_t& m) {
   const auto use = drops.use_of(height, m.quality, mask_);
   if (m.layer == taken_)
     filter_.replace_map(height, use, noise);
-  else if (!filter_.has_ground())
-    filter_.set_ground(height, use, noise);
+  else if (!filter_.has_substrate())
+    filter_.set_substrate(height, use, noise);
   else if (m.layer == taken_ + 1 && m.layer == layer_ && drops_.complete())
     filter_.add_layer(learned_from(height, use), height, use, noise);
   else

@@ -4,11 +4,12 @@
 #include <exception>
 #include <utility>
 
+#include "config/labs.h"
 #include "core/grid/npy.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "procs/controller/surface_node.h"
 
 namespace firn {
@@ -136,14 +137,7 @@ void ControllerNode::answer(const height_map_t& m, Outbox& out) {
   plan.iterations = d.iterations;
   plan.reason = d.reason;
   set_drops(plan, d.drops);
-  if (!d.materials.cells.empty() && d.kind == control::Decision::Kind::kPrint) {
-    material_map_t map{};
-    map.layer = plan.layer;
-    map.attempt = plan.attempt;
-    map.map_id = plan.map_id;
-    set_materials(map, d.materials);
-    out.send(channels::kMaterialMap, map);
-  }
+  if (d.kind == control::Decision::Kind::kPrint) set_materials(plan, d.materials);
   out.send(channels::kLayerPlan, std::move(plan));
 }
 
@@ -160,7 +154,7 @@ std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const
 std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const std::string& config_toml,
                                               const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
-  if (is_ice(e))
+  if (prints_paths(e))
     return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes));
   std::shared_ptr<const Geometry> geometry;
   if (e.geometry.solid.kind != "none")

@@ -1,4 +1,4 @@
-// controller: HEIGHT_MAP -> LAYER_PLAN, and before it MATERIAL_MAP with two inks.   Any scheme of
+// controller: HEIGHT_MAP -> LAYER_PLAN, with the ink of each cell where there are two. Any scheme of
 // core/control; knows no bus, no clock.
 #pragma once
 

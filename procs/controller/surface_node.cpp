@@ -7,9 +7,9 @@
 #include "config/ice_lab.h"
 #include "core/slice/coverage/footprint.h"
 #include "firn/control_surface_t.hpp"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 
 namespace firn {
 

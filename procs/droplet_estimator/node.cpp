@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "core/grid/npy.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_model_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 
 namespace firn {
 namespace {
@@ -75,8 +75,8 @@ void DropletEstimatorNode::learn(const height_map_t& m, Outbox& out) {
   try {
     if (m.layer == learned_)
       estimator_.replace_map(height_of(m), use, noise);
-    else if (!estimator_.has_ground())
-      estimator_.set_ground(height_of(m), use, noise);
+    else if (!estimator_.has_substrate())
+      estimator_.set_substrate(height_of(m), use, noise);
     else
       estimator_.add_layer(drops.passes(), height_of(m), use, noise);
     learned_ = m.layer;

@@ -6,10 +6,10 @@
 
 #include "config/ice_lab.h"
 #include "core/slice/coverage/footprint.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/flow_model_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 
 namespace firn {
 namespace {
@@ -24,8 +24,10 @@ GridSpec union_of(const slice::PrintPaths& paths, double pitch_mm) {
     const GridSpec g = slice::footprint_grid(layer, pitch_mm);
     const double i = std::floor(g.origin_x_mm / pitch_mm + 0.5),
                  j = std::floor(g.origin_y_mm / pitch_mm + 0.5);
-    i0 = first ? i : std::min(i0, i), j0 = first ? j : std::min(j0, j);
-    i1 = first ? i + g.nx : std::max(i1, i + g.nx), j1 = first ? j + g.ny : std::max(j1, j + g.ny);
+    i0 = first ? i : std::min(i0, i);
+    j0 = first ? j : std::min(j0, j);
+    i1 = first ? i + g.nx : std::max(i1, i + g.nx);
+    j1 = first ? j + g.ny : std::max(j1, j + g.ny);
     first = false;
   }
   return {int(i1 - i0), int(j1 - j0), pitch_mm, pitch_mm, i0 * pitch_mm, j0 * pitch_mm};
@@ -115,7 +117,9 @@ void FlowEstimatorNode::add(const path_report_t& m) {
         for (int x = std::max(0, i - reach); x <= std::min(grid_.nx - 1, i + reach); ++x)
           laid_[valve].at(x, y) = kNotMeasured;
     }
-  motions_.erase(m.path), lists_.erase(m.path), early_.erase(m.path);
+  motions_.erase(m.path);
+  lists_.erase(m.path);
+  early_.erase(m.path);
 }
 
 void FlowEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {

@@ -5,9 +5,9 @@
 namespace firn {
 namespace {
 
-drivers::HeaterConfig heater_config(const Experiment& e) {
+drivers::HeaterOptions heater_config(const Experiment& e) {
   const HeaterConfig& h = e.heater;
-  drivers::HeaterConfig c;
+  drivers::HeaterOptions c;
   c.poll_s = h.poll_s;
   c.low_degC = h.low_degC;
   c.high_degC = h.high_degC;
@@ -29,7 +29,7 @@ void HeaterNode::on(const heater_command_t& c, Time now, Outbox& out) {
   });
 }
 
-void HeaterNode::on_event(const drivers::Temperatures& t, Time now, Outbox& out) {
+void HeaterNode::on_measured(const drivers::Temperatures& t, Time now, Outbox& out) {
   temperature_t m{};
   m.sample_utime_us = now.us;
   std::copy(t.celsius.begin(), t.celsius.end(), m.degC);

@@ -1,5 +1,5 @@
-// heater: HEATER_COMMAND, ENABLE, SAFE_STOP, instrument -> TEMPERATURE, ANSWER_HEATER, STATE_HEATER,
-// FAULT_HEATER.
+// HeaterNode connects the heaters to the bus: HEATER_COMMAND, ENABLE, SAFE_STOP, instrument -> TEMPERATURE,
+// ANSWER_HEATER, STATE_HEATER, FAULT_HEATER.
 #pragma once
 
 #include <memory>
@@ -14,15 +14,14 @@
 namespace firn {
 
 /// Thin shell round drivers/heater: set points in, a TEMPERATURE at every reading out.
-class HeaterNode final : public DriverNode<HeaterNode, drivers::Heater, drivers::Effects> {
+class HeaterNode final
+    : public DriverNode<HeaterNode, drivers::Heater, drivers::Effects, drivers::Temperatures> {
  public:
   explicit HeaterNode(const Experiment& experiment);
 
   using DriverNode::on;
   void on(const heater_command_t&, Time now, Outbox&);
-  void on_event(const drivers::Temperatures&, Time now, Outbox&);
-  template <class Event>
-  void on_event(const Event&, Time, Outbox&) {}
+  void on_measured(const drivers::Temperatures&, Time now, Outbox&);
 };
 
 std::unique_ptr<Node> make_heater(const std::string& config_toml, const Blobs& blobs);

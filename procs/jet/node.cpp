@@ -12,9 +12,9 @@ int whole_volts(NodeId id, const char* key, double v) {
   return int(v);
 }
 
-drivers::JetConfig jet_config(NodeId id, const Experiment& e) {
+drivers::JetOptions jet_config(NodeId id, const Experiment& e) {
   const JetConfig& j = id == NodeId::kJetB ? e.jet_b.drive : e.jet;
-  drivers::JetConfig c;
+  drivers::JetOptions c;
   c.frequency_hz = j.max_rate_hz;  // FULLFREQ also caps external triggers
   c.waveform.idle_v = whole_volts(id, "idle_v", j.idle_v);
   c.waveform.dwell_v = whole_volts(id, "dwell_v", j.dwell_v);

@@ -1,5 +1,5 @@
-// jet, jet_b: JET_COMMAND, JET_B_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_JET, STATE_JET, FAULT_JET,
-// …
+// JetNode connects a jet to the bus, jet or jet_b: JET_COMMAND, JET_B_COMMAND, ENABLE, SAFE_STOP, instrument
+// -> ANSWER_JET, STATE_JET, FAULT_JET, …
 #pragma once
 
 #include <memory>
@@ -21,8 +21,6 @@ class JetNode final : public DriverNode<JetNode, drivers::Jet, drivers::Effects>
 
   using DriverNode::on;
   void on(const jet_command_t&, Time now, Outbox&);
-  template <class Event>
-  void on_event(const Event&, Time, Outbox&) {}
 };
 
 std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs& blobs);

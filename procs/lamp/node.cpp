@@ -3,9 +3,9 @@
 namespace firn {
 namespace {
 
-drivers::LampConfig lamp_config(const Experiment& e) {
+drivers::LampOptions lamp_config(const Experiment& e) {
   const LampConfig& l = e.lamp;
-  drivers::LampConfig c;
+  drivers::LampOptions c;
   c.max_on_s = l.max_on_s;
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;

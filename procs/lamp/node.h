@@ -1,4 +1,5 @@
-// lamp: LAMP_COMMAND, ENABLE, SAFE_STOP, RUN_END, instrument -> ANSWER_LAMP, STATE_LAMP, FAULT_LAMP.
+// LampNode connects the lamp to the bus: LAMP_COMMAND, ENABLE, SAFE_STOP, RUN_END, instrument -> ANSWER_LAMP,
+// STATE_LAMP, FAULT_LAMP.
 #pragma once
 
 #include <memory>
@@ -20,8 +21,6 @@ class LampNode final : public DriverNode<LampNode, drivers::Lamp, drivers::Effec
   using DriverNode::on;
   void on(const lamp_command_t&, Time now, Outbox&);
   void on(const run_end_t&, Time now, Outbox&);
-  template <class Event>
-  void on_event(const Event&, Time, Outbox&) {}
 };
 
 std::unique_ptr<Node> make_lamp(const std::string& config_toml, const Blobs& blobs);

@@ -3,9 +3,9 @@
 namespace firn {
 namespace {
 
-drivers::LaserPointConfig laser_config(const Experiment& e) {
+drivers::LaserPointOptions laser_config(const Experiment& e) {
   const LaserPointConfig& l = e.laser_point;
-  drivers::LaserPointConfig c;
+  drivers::LaserPointOptions c;
   c.program = {l.program_part, l.program_scaffold};
   c.surface = {l.surface_part, l.surface_scaffold};
   c.sampling_us = l.sampling_us;
@@ -35,7 +35,7 @@ void LaserPointNode::on(const laser_command_t& c, Time now, Outbox& out) {
   });
 }
 
-void LaserPointNode::on_event(drivers::Samples& s, Time now, Outbox& out) {
+void LaserPointNode::on_measured(drivers::Samples& s, Time now, Outbox& out) {
   const bool single = s.period_s == 0.0;
   const laser_command_t& c = single ? reading_ : armed_;
   laser_samples_t m{};

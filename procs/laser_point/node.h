@@ -1,5 +1,5 @@
-// laser_point: LASER_COMMAND, ENABLE, SAFE_STOP, instrument -> LASER_SAMPLES, ANSWER_LASER_POINT,
-// STATE_LASER_POINT, FAULT_LASER_POINT.
+// LaserPointNode connects the point laser to the bus: LASER_COMMAND, ENABLE, SAFE_STOP, instrument ->
+// LASER_SAMPLES, ANSWER_LASER_POINT, STATE_LASER_POINT, FAULT_LASER_POINT.
 #pragma once
 
 #include <memory>
@@ -15,16 +15,15 @@ namespace firn {
 
 /// Thin shell round drivers/laser_point. LASER_SAMPLES of a collect carries the path of the command that
 /// armed the storage.
-class LaserPointNode final : public DriverNode<LaserPointNode, drivers::LaserPoint, drivers::Effects> {
+class LaserPointNode final
+    : public DriverNode<LaserPointNode, drivers::LaserPoint, drivers::Effects, drivers::Samples> {
  public:
   /// @throws std::invalid_argument: a sampling time or averaging that the instrument has not
   explicit LaserPointNode(const Experiment& experiment);
 
   using DriverNode::on;
   void on(const laser_command_t&, Time now, Outbox&);
-  void on_event(drivers::Samples&, Time now, Outbox&);
-  template <class Event>
-  void on_event(const Event&, Time, Outbox&) {}
+  void on_measured(drivers::Samples&, Time now, Outbox&);
 
  private:
   laser_command_t armed_{};    // whose samples are stored

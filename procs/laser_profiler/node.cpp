@@ -5,9 +5,9 @@
 namespace firn {
 namespace {
 
-drivers::LaserProfilerConfig profiler_config(const Experiment& e) {
+drivers::LaserProfilerOptions profiler_config(const Experiment& e) {
   const LaserProfilerConfig& p = e.laser_profiler;
-  drivers::LaserProfilerConfig c;
+  drivers::LaserProfilerOptions c;
   c.poll_s = p.poll_s;
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
@@ -36,7 +36,7 @@ void LaserProfilerNode::on(const profiler_command_t& c, Time now, Outbox& out) {
   });
 }
 
-void LaserProfilerNode::on_event(drivers::Profile& p, Time now, Outbox& out) {
+void LaserProfilerNode::on_measured(drivers::ProfileRow& p, Time now, Outbox& out) {
   height_profile_t m{};
   m.n = std::int32_t(p.z_mm.size());
   m.layer = scan_.layer;
@@ -54,7 +54,7 @@ void LaserProfilerNode::on_event(drivers::Profile& p, Time now, Outbox& out) {
   out.send(channels::kHeightProfile, std::move(m));
 }
 
-void LaserProfilerNode::on_event(drivers::ScanDone& d, Time, Outbox& out) {
+void LaserProfilerNode::on_measured(drivers::ScanDone& d, Time, Outbox& out) {
   scan_done_t m{};
   m.layer = scan_.layer;
   m.attempt = scan_.attempt;

@@ -1,5 +1,5 @@
-// laser_profiler: PROFILER_COMMAND, ENABLE, SAFE_STOP, instrument -> HEIGHT_PROFILE, SCAN_DONE,
-// ANSWER_LASER_PROFILER, STATE_LASER_PROFILER, FAULT_LASER_PROFILER.
+// LaserProfilerNode connects the laser profiler to the bus: PROFILER_COMMAND, ENABLE, SAFE_STOP, instrument
+// -> HEIGHT_PROFILE, SCAN_DONE, ANSWER_LASER_PROFILER, STATE_LASER_PROFILER, FAULT_LASER_PROFILER.
 #pragma once
 
 #include <memory>
@@ -15,17 +15,15 @@ namespace firn {
 
 /// Thin shell round drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder
 /// count in the reply) plus the offset of the laser line from the nozzle.
-class LaserProfilerNode final
-    : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects> {
+class LaserProfilerNode final : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects,
+                                                  drivers::ProfileRow, drivers::ScanDone> {
  public:
   explicit LaserProfilerNode(const Experiment& experiment);
 
   using DriverNode::on;
   void on(const profiler_command_t&, Time now, Outbox&);
-  void on_event(drivers::Profile&, Time now, Outbox&);
-  void on_event(drivers::ScanDone&, Time now, Outbox&);
-  template <class Event>
-  void on_event(const Event&, Time, Outbox&) {}
+  void on_measured(drivers::ProfileRow&, Time now, Outbox&);
+  void on_measured(drivers::ScanDone&, Time now, Outbox&);
 
  private:
   double counts_per_mm_;

@@ -1,8 +1,8 @@
 // The process `path_planner`: its node on the bus, with the process's threads. See procs/path_planner/node.h.
 #include "procs/path_planner/node.h"
 
-#include "runtime/thread_pool.h"
 #include "procs/bus/node_main.h"
+#include "runtime/thread_pool.h"
 
 int main(int argc, char** argv) {
   return firn::node_main(

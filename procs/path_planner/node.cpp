@@ -5,18 +5,19 @@
 #include <utility>
 
 #include "config/ice_lab.h"
+#include "core/planning/path_reach.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/path_job_t.hpp"
 #include "firn/pulse_list_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 
 namespace firn {
 namespace {
 
 constexpr TimerId kAhead{1};
 constexpr double kAheadAfter_s = 0.001;
-constexpr int kMostRefusals = 20;
+constexpr std::size_t kMostRefusals = 20;
 constexpr double kMissingShare = 0.01;
 
 void tell(Severity severity, const std::string& text, Outbox& out) {
@@ -32,7 +33,7 @@ path_job_t job_of(const planning::PathTask& t) {
   job.layer = t.layer;
   job.material = std::int8_t(t.material);
   job.kind = std::int8_t(t.kind);
-  job.valve = std::int8_t(!t.deposits() ? Valve::kNone : t.material == 0 ? Valve::kA : Valve::kB);
+  job.valve = std::int8_t(!t.deposits() ? ValveId::kNone : t.material == 0 ? ValveId::kA : ValveId::kB);
   job.z_mm = t.z_mm;
   return job;
 }
@@ -43,30 +44,13 @@ void set_reach(path_job_t& job, const std::vector<Point2>& points) {
                                             [](const Point2& a, const Point2& b) { return a.x_mm < b.x_mm; });
   const auto [y0, y1] = std::minmax_element(points.begin(), points.end(),
                                             [](const Point2& a, const Point2& b) { return a.y_mm < b.y_mm; });
-  job.x_min_mm = x0->x_mm, job.x_max_mm = x1->x_mm;
-  job.y_min_mm = y0->y_mm, job.y_max_mm = y1->y_mm;
+  job.x_min_mm = x0->x_mm;
+  job.x_max_mm = x1->x_mm;
+  job.y_min_mm = y0->y_mm;
+  job.y_max_mm = y1->y_mm;
 }
 
 }  // namespace
-
-planning::PlanningSetup planning_setup(const Experiment& e, const Machine& machine) {
-  planning::PlanningSetup s;
-  s.machine = machine;
-  s.laser = laser_tool(machine, e);
-  s.origin = {e.ice.origin_x_mm, e.ice.origin_y_mm};
-  s.origin_z_mm = e.ice.origin_z_mm;
-  s.nozzle_gap_mm = e.ice.nozzle_gap_mm;
-  const auto speeds = [](const IceMaterialConfig& m) {
-    return planning::MaterialSpeeds{m.boundary_mm_s, m.fill_mm_s, m.measure_mm_s};
-  };
-  s.speeds = {speeds(e.ice.water), speeds(e.ice.scaffold)};
-  s.valves = {{valve_setting(e.valve_a), e.valve_a.latency_s},
-              {valve_setting(e.valve_b), e.valve_b.latency_s}};
-  s.valve_limits = list_limits(machine, e);
-  if (e.ice.coverage == "off") s.coverage_window_mm = 0.0;
-  s.version = surface_options(e, 0).version;
-  return s;
-}
 
 PathPlannerNode::PathPlannerNode(const Experiment& e, const Machine& machine, slice::PrintPaths paths)
     : paths_(std::move(paths)),
@@ -101,29 +85,20 @@ PathPlannerNode::Batch PathPlannerNode::table_batch() const {
 }
 
 bool PathPlannerNode::refuse_unreachable(Outbox& out) {
-  int refused = 0;
-  std::string first;
-  for (const slice::LayerPaths& layer : paths_.layers)
-    for (const bool measurement : {false, true}) {
-      const std::vector<planning::PathTask> tasks = planning::tasks_of(paths_, layer, measurement, setup_);
-      for (std::size_t n = 0; n < tasks.size() && refused < kMostRefusals; ++n) {
-        const std::string why = planner_->unreachable(tasks[n]);
-        if (why.empty()) continue;
-        path_job_t job = job_of(tasks[n]);
-        job.path = ++path_;
-        job.batch = 1;
-        job.index = refused++;
-        job.count = kMostRefusals;
-        set_reach(job, tasks[n].points);
-        job.text = "layer " + std::to_string(layer.layer) + ", " +
-                   (measurement ? "measurement" : "deposition") + " path " + std::to_string(n + 1) + ": " +
-                   why;
-        if (first.empty()) first = job.text;
-        out.send(channels::kPathJob, std::move(job));
-      }
-    }
-  if (refused > 0) tell(Severity::kStop, "a path is out of reach, nothing is printed: " + first, out);
-  return refused > 0;
+  const std::vector<planning::Unreachable> refused =
+      planning::unreachable_paths(*planner_, paths_, setup_, kMostRefusals);
+  for (std::size_t n = 0; n < refused.size(); ++n) {
+    path_job_t job = job_of(refused[n].task);
+    job.path = ++path_;
+    job.batch = 1;
+    job.index = std::int32_t(n);
+    job.count = std::int32_t(kMostRefusals);
+    set_reach(job, refused[n].task.points);
+    job.text = refused[n].text;
+    out.send(channels::kPathJob, std::move(job));
+  }
+  if (!refused.empty()) tell(Severity::kStop, planning::refusal(refused.front()), out);
+  return !refused.empty();
 }
 
 void PathPlannerNode::start(const Start& start, Time, Outbox& out) {
@@ -152,7 +127,8 @@ void PathPlannerNode::send_batch(const Batch& batch, int next_below, std::int64_
   const std::vector<planning::PlannedTask> all = planner_->plan(batch.tasks, action, parallel_);
   for (std::size_t n = 0; n < batch.tasks.size(); ++n) {
     const planning::PlannedTask& planned = all[n];
-    missing_mm3 += planned.clipped_mm3, wanted_mm3 += planned.volume_mm3;
+    missing_mm3 += planned.clipped_mm3;
+    wanted_mm3 += planned.volume_mm3;
     send_path(batch.tasks[n], planned, int(n), int(batch.tasks.size()), map_id, out);
   }
   if (missing_mm3 > kMissingShare * wanted_mm3)

@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "config/machine.h"
+#include "core/planning/path_planning.h"
 #include "firn/control_surface_t.hpp"
-#include "procs/path_planner/path_planning.h"
 #include "runtime/node.h"
 
 namespace firn {
@@ -57,8 +58,6 @@ class PathPlannerNode final : public Node {
   Batch ahead_;
   std::size_t ahead_next_ = 0;  ///< of ahead_.tasks
 };
-
-planning::PlanningSetup planning_setup(const Experiment& experiment, const Machine& machine);
 
 std::unique_ptr<Node> make_path_planner(const std::string& config_toml, const Blobs& blobs);
 std::unique_ptr<Node> make_path_planner_on(const ParallelFor& parallel, const std::string& config_toml,

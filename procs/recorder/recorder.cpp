@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
-#include "lcmtypes/outcome.h"
 #include "runtime/control_line.h"
 #include "runtime/transport_wire.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int64_t kFlushUs = 100'000;    // so much of the log may be lost by a kill (and filled again)
 constexpr std::int64_t kRetryUs = 1'000'000;  // when the disk refuses
-constexpr std::int64_t kLingerUs = 500'000;   // after STOP, for what is still to come
+constexpr std::int64_t kLingerUs = 500'000;   // after STOP, for messages on their way
 constexpr std::int64_t kQuietUs = 60'000;     // nothing has come for so long: done
 
 std::filesystem::path log_path(const ProcessOptions& o) {

@@ -1,4 +1,4 @@
-// recorder: every logged channel -> log.lcm, whole messages, each once, in the order of each channel.
+// Recorder writes every logged channel into log.lcm: whole messages, each once, in the order of each channel.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace firn {
 
-/// Outside replay: it may lose what the write-ahead files still have (the log is then filled from them), but
-/// it loses nothing that it can ask for again, and it says when the disk is full.
+/// Outside replay: it may lose messages that the write-ahead files still have (the log is then filled from
+/// them), but it loses nothing that it can ask for again, and it says when the disk is full.
 class Recorder {
  public:
   Recorder(const ProcessOptions& options, Bus& bus);

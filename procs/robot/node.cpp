@@ -12,11 +12,11 @@ namespace {
 constexpr double kRateSlack =
     1.02;  // of the machine's joint rates: a trajectory is certified between its samples
 constexpr double kFullSpeed_mm_s =
-    3770.0;  // J1 at 360 deg/s with the arm stretched: what 100 percent may reach
+    3770.0;  // J1 at 360 deg/s with the arm stretched: the speed of 100 percent
 
-drivers::RobotConfig robot_config(const Experiment& e, const Machine& machine) {
+drivers::RobotOptions robot_config(const Experiment& e, const Machine& machine) {
   const RobotConfig& r = e.robot;
-  drivers::RobotConfig c;
+  drivers::RobotOptions c;
   const std::unique_ptr<motion::Arm> arm = make_arm(machine);
   for (std::size_t j = 0; j < 4; ++j) {
     const motion::JointRange range = arm->range(int(j));
@@ -51,7 +51,7 @@ motion::Tool tool_named(const Machine& machine, const std::string& name) {
 RobotNode::RobotNode(const Experiment& e, const Machine& machine)
     : DriverNode(NodeId::kRobot, robot_config(e, machine)),
       arm_(make_arm(machine)),
-      posture_(preferred_posture(machine)),
+      configuration_(preferred_configuration(machine)),
       tools_{tool_named(machine, "flange"), tool_named(machine, "water"), tool_named(machine, "scaffold"),
              laser_tool(machine, e)},
       origin_mm_{e.ice.origin_x_mm, e.ice.origin_y_mm, e.ice.origin_z_mm} {
@@ -73,7 +73,7 @@ drivers::fvp::Joints RobotNode::joints_of(const robot_command_t& c) const {
   pose[0] = origin_mm_[0] + c.x_mm - tool.x_mm;
   pose[1] = origin_mm_[1] + c.y_mm - tool.y_mm;
   pose[2] = origin_mm_[2] + c.z_mm - tool.z_mm;
-  const motion::JointVector q = arm_->inverse(pose, posture_);
+  const motion::JointVector q = arm_->inverse(pose, configuration_);
   return {q[0], q[1], q[2], q[3]};
 }
 

@@ -1,4 +1,5 @@
-// robot: ROBOT_COMMAND, TRAJECTORY, ENABLE, SAFE_STOP, instrument -> ANSWER_ROBOT, STATE_ROBOT, FAULT_ROBOT.
+// RobotNode connects the robot to the bus: ROBOT_COMMAND, TRAJECTORY, ENABLE, SAFE_STOP, instrument ->
+// ANSWER_ROBOT, STATE_ROBOT, FAULT_ROBOT.
 #pragma once
 
 #include <array>
@@ -25,14 +26,12 @@ class RobotNode final : public DriverNode<RobotNode, drivers::Robot, drivers::Ef
   using DriverNode::on;
   void on(const trajectory_t&, Time now, Outbox&);
   void on(const robot_command_t&, Time now, Outbox&);
-  template <class Event>
-  void on_event(const Event&, Time, Outbox&) {}
 
  private:
   drivers::fvp::Joints joints_of(const robot_command_t& c) const;
 
   std::unique_ptr<motion::Arm> arm_;
-  motion::Posture posture_;
+  motion::ArmConfiguration configuration_;
   std::array<motion::Tool, 4> tools_;  // by robot_command_t.tool
   std::array<double, 3> origin_mm_;    // of the part in the base frame
 };

@@ -1,8 +1,8 @@
 #include "procs/safety/node.h"
 
 #include "firn/enable_t.hpp"
+#include "firn/enums.h"
 #include "firn/safe_stop_t.hpp"
-#include "lcmtypes/outcome.h"
 
 namespace firn {
 namespace {
@@ -28,7 +28,7 @@ Safety::Safety(const Experiment& experiment) : config_(experiment.run) {
 
 void Safety::start(const Start& start, Time now, Outbox& out) {
   incarnation_ = start.incarnation;
-  // The epoch goes on through a resume: what was commanded before it stays refused.
+  // The epoch goes on through a resume: commands of before it stay refused.
   ++epoch_;
   cause_.clear();
   phase_ = Phase::kWaiting;
@@ -50,10 +50,10 @@ void Safety::wake(TimerId, Time now, Outbox& out) {
   out.wake_at(kTick, period_after(now));
 }
 
-// What an earlier incarnation left undelivered says nothing of this one: the resume is the operator's reset.
+// Messages of an earlier incarnation say nothing of this one: the resume is the operator's reset.
 void Safety::on(const fault_t& f, Time now, Outbox& out) {
   if (f.header.incarnation < incarnation_) return;
-  if (f.severity >= 2) stop(f.node + ": " + f.text, now, out);
+  if (Severity(f.severity) == Severity::kStop) stop(f.node + ": " + f.text, now, out);
 }
 
 void Safety::on(const device_state_t& m, Time now, Outbox& out) {
@@ -114,12 +114,12 @@ void Safety::send_stop(Outbox& out) {
   out.send(channels::kSafeStop, m);
 }
 
-// A driver with no link cannot answer SAFE; its instrument's own watchdog is what is left then, and the link
+// A driver with no link cannot answer SAFE; only the watchdog of its instrument is left then, and the link
 // loss stands in its FAULT. SUSPECT or FAULT states count as not safe.
 bool Safety::all_safe(std::int64_t epoch) const {
   for (const NodeInfo& n : nodes()) {
     if (!driver_[std::size_t(n.id)]) continue;
-    const DriverState& d = drivers_[std::size_t(n.id)];
+    const HeardState& d = drivers_[std::size_t(n.id)];
     if (!d.heard || d.state != kStateSafe || d.epoch < epoch) return false;
   }
   return true;
@@ -128,7 +128,7 @@ bool Safety::all_safe(std::int64_t epoch) const {
 // One pulse line serves both jets: the armed one fires.
 bool Safety::both_jets_armed() const {
   for (const NodeId jet : {NodeId::kJet, NodeId::kJetB}) {
-    const DriverState& d = drivers_[std::size_t(jet)];
+    const HeardState& d = drivers_[std::size_t(jet)];
     if (!d.heard ||
         (DeviceState(d.state) != DeviceState::kArmed && DeviceState(d.state) != DeviceState::kActive))
       return false;

@@ -1,4 +1,5 @@
-// safety: FAULT_*, STATE_*, HEARTBEAT_* -> ENABLE (the lease), SAFE_STOP.
+// Safety leases permission to the drivers: FAULT_*, STATE_*, HEARTBEAT_* -> ENABLE (the lease),
+// SAFE_STOP.
 #pragma once
 
 #include <array>
@@ -31,7 +32,7 @@ class Safety : public Node {
 
  private:
   enum class Phase { kWaiting, kEnabled, kStopping, kStopped, kOver };
-  struct DriverState {
+  struct HeardState {
     int state = 0;
     std::int64_t epoch = -1;
     bool heard = false;  ///< in this incarnation
@@ -52,7 +53,7 @@ class Safety : public Node {
   std::int32_t incarnation_ = 0;
   std::int64_t epoch_ = 0;
   std::string cause_;
-  std::array<DriverState, kNodeCount> drivers_;
+  std::array<HeardState, kNodeCount> drivers_;
   std::array<int, kNodeCount> silent_ticks_{};  ///< own ticks since the last heartbeat; -1 = none heard yet
   std::array<std::int64_t, kNodeCount> busy_since_us_{};
 };

@@ -36,7 +36,6 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
     case Phase::kArmProfiler:
       map_.reset();  // of a scan that a crash cut off: its map and plan may have arrived all the same
       plan_.reset();
-      materials_.reset();
       return send_profiler(ProfilerVerb::kArm, now, out);
     case Phase::kScan:
       return send_scan(now, out);
@@ -66,23 +65,23 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
 }
 
 void DropletLoop::send_pass(Time now, Outbox& out) {
-  const DropletPattern& drops = job_.drops();
+  const DropletPattern& fires = job_.fires();
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kPass);
   c.attempt = job_.attempt();
   c.pass = job_.pass();
   c.speed_mm_s = experiment_.process.pass_speed_mm_s;
   c.z_mm = experiment_.process.nozzle_gap_mm;
-  c.grid = to_message(drops.spec);
+  c.grid = to_message(fires.spec);
   if (job_.material() == Material::kB) {  // the stage stands where nozzle B is above the cell
     c.grid.origin_x_mm -= experiment_.jet_b.offset_x_mm;
     c.grid.origin_y_mm -= experiment_.jet_b.offset_y_mm;
     c.z_mm += experiment_.jet_b.offset_z_mm;
   }
-  c.n = std::int32_t(drops.size());
-  c.drops.assign(drops.cells.begin(), drops.cells.end());
-  const double row_s = extent_mm(drops.spec.nx, drops.spec.pitch_x_mm) / c.speed_mm_s + 1.0;
-  stamp(c, NodeId::kStage, drops.spec.ny * row_s, now, out);
+  c.n = std::int32_t(fires.size());
+  c.fires.assign(fires.cells.begin(), fires.cells.end());
+  const double row_s = extent_mm(fires.spec.nx, fires.spec.pitch_x_mm) / c.speed_mm_s + 1.0;
+  stamp(c, NodeId::kStage, fires.spec.ny * row_s, now, out);
   out.send(channels::kStageCommand, c);
 }
 

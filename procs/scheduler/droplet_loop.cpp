@@ -11,7 +11,6 @@ DropletLoop::DropletLoop(const Experiment& experiment, HeightMap target, Mask ma
       mask_(std::move(mask)) {
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kLayerPlan, this);
-  subscribe(channels::kMaterialMap, this);
 }
 
 void DropletLoop::operator_accepted(Time now, Outbox& out) {
@@ -26,7 +25,7 @@ std::string DropletLoop::doubt() const {
 
 std::string DropletLoop::awaited() const {
   if (phase_ == Phase::kAwaitMap) return "no height map for scan " + std::to_string(scan_id_);
-  return (plan_ ? "no materials" : "no plan") + (" for map " + std::to_string(map_id_));
+  return "no plan for map " + std::to_string(map_id_);
 }
 
 void DropletLoop::answered_late(const answer_t& m) {
@@ -76,7 +75,6 @@ void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
 
 void DropletLoop::settle_pass(std::int64_t jet_counted, Outbox& out) {
   if (!act_answer_) return;
-  if (job_.detailed()) out.send(channels::kPassDetail, job_.detail());
   const deposition_report_t report = job_.settle(*act_answer_, jet_counted);
   act_answer_.reset();
   drops_total_ += report.unknown_from;
@@ -123,19 +121,8 @@ void DropletLoop::on(const layer_plan_t& m, Time now, Outbox& out) {
   if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
 }
 
-void DropletLoop::on(const material_map_t& m, Time now, Outbox& out) {
-  if (!two_jets_ || m.attempt != scan_attempt_ || m.layer != layers_done_ + 1) return;
-  materials_ = m;
-  if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
-}
-
-bool DropletLoop::materials_known() const {
-  return !two_jets_ || (materials_ && materials_->map_id == map_id_);
-}
-
 void DropletLoop::act_on_plan(Time now, Outbox& out) {
   if (!plan_ || plan_->map_id != map_id_ || waits_for_operator()) return;
-  if (PlanDecision(plan_->decision) == PlanDecision::kPrint && !materials_known()) return;
   const layer_plan_t m = *plan_;
   out.cancel(kDeadline);
   if (PlanDecision(m.decision) == PlanDecision::kEnd)
@@ -151,13 +138,14 @@ void DropletLoop::act_on_plan(Time now, Outbox& out) {
   plan_.reset();
   objective_mm_ = m.objective_mm;
   iterations_ = m.iterations;
+  if (two_jets_ && m.n_material == 0)
+    return fail(0, "LAYER_PLAN: layer " + std::to_string(m.layer) + " names no inks, and the lab has two",
+                now, out);
   try {
-    job_ =
-        LayerJob(m, two_jets_ ? materials_of(*materials_) : MaterialMap{}, experiment_.process.sub_patterns);
+    job_ = LayerJob(m, two_jets_ ? materials_of(m) : MaterialMap{}, experiment_.process.sub_patterns);
   } catch (const std::invalid_argument& problem) {
     return fail(0, std::string("LAYER_PLAN: ") + problem.what(), now, out);
   }
-  materials_.reset();
   proceed(Phase::kArmJet, now, out);
 }
 

@@ -1,6 +1,5 @@
-// scheduler, droplets: HEIGHT_MAP, LAYER_PLAN, MATERIAL_MAP, ANSWER_*, STATE_*, ENABLE, SAFE_STOP ->
-// STAGE_COMMAND, JET_COMMAND, JET_B_COMMAND, PROFILER_COMMAND, LAMP_COMMAND, DEPOSITION_REPORT, PASS_DETAIL,
-// LAYER_METRICS, RUN_END.
+// scheduler, droplets: HEIGHT_MAP, LAYER_PLAN, ANSWER_*, STATE_*, ENABLE, SAFE_STOP -> STAGE_COMMAND,
+// JET_COMMAND, JET_B_COMMAND, PROFILER_COMMAND, LAMP_COMMAND, DEPOSITION_REPORT, LAYER_METRICS, RUN_END.
 #pragma once
 
 #include <optional>
@@ -9,7 +8,6 @@
 #include "core/grid/grid.h"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_metrics_t.hpp"
-#include "firn/material_map_t.hpp"
 #include "procs/scheduler/layer_job.h"
 #include "procs/scheduler/scheduler.h"
 
@@ -26,7 +24,6 @@ class DropletLoop final : public Scheduler {
   using Scheduler::on;
   void on(const height_map_t&, Time now, Outbox&);
   void on(const layer_plan_t&, Time now, Outbox&);
-  void on(const material_map_t&, Time now, Outbox&);
 
  private:
   void proceed(Phase next, Time now, Outbox&) override;
@@ -43,7 +40,6 @@ class DropletLoop final : public Scheduler {
   void act_on_plan(Time now, Outbox&);
   void settle_pass(std::int64_t jet_counted, Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
-  bool materials_known() const;     ///< with two inks: of the map that is to be answered
   bool waits_for_operator() const;  ///< the open loop has droplets in doubt that nobody has accepted
   void send_pass(Time now, Outbox&);
   void send_park(Time now, Outbox&);
@@ -57,7 +53,6 @@ class DropletLoop final : public Scheduler {
   Mask mask_;
   std::optional<height_map_t> map_;  ///< arrived, not acted on yet
   std::optional<layer_plan_t> plan_;
-  std::optional<material_map_t> materials_;
 
   LayerJob job_;
   int scan_attempt_ = 0;

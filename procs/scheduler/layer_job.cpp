@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/grid/firing_order.h"
+#include "firn/enums.h"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 
 namespace firn {
 namespace {
@@ -37,35 +37,18 @@ LayerJob::LayerJob(const layer_plan_t& plan, MaterialMap materials, int sub_patt
 }
 
 void LayerJob::begin_pass() {
-  drops_ = plan_;
-  if (!detailed() || finished()) return;
+  fires_ = DropletPattern(plan_.spec);
+  if (finished()) return;
+  const Pass& pass = passes_[std::size_t(pass_)];
   for (int j = 0; j < plan_.spec.ny; ++j)
     for (int i = 0; i < plan_.spec.nx; ++i)
-      drops_.at(i, j) = fires(passes_[std::size_t(pass_)], plan_, materials_, sub_patterns_, i, j)
-                            ? std::uint8_t(pass_ + 1)
-                            : 0;
+      fires_.at(i, j) = firn::fires(pass, plan_, materials_, sub_patterns_, i, j);
 }
 
-pass_detail_t LayerJob::detail() const {
-  const Pass& p = passes_[std::size_t(pass_)];
-  pass_detail_t d;
-  d.layer = layer_;
-  d.attempt = attempt_;
-  d.pass = pass_;
-  d.passes = passes();
-  d.map_id = map_id_;
-  d.material = std::int8_t(p.material);
-  d.round = p.round;
-  d.sub_pattern = p.sub_pattern;
-  d.sub_patterns = sub_patterns_;
-  d.cured = p.cure;
-  return d;
-}
-
-std::int64_t LayerJob::remaining() const { return std::int64_t(firing_order(drops_, pass_).size()); }
+std::int64_t LayerJob::remaining() const { return std::ranges::count(fires_.cells, std::uint8_t(1)); }
 
 deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_counted) {
-  const auto order = firing_order(drops_, pass_);
+  const auto order = firing_order(fires_, 0);
   const std::int64_t n = std::int64_t(order.size());
   const Outcome outcome = Outcome(stage.outcome);
 
@@ -88,6 +71,12 @@ deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_cou
   r.pass = pass_;
   r.passes = passes();
   r.map_id = map_id_;
+  const Pass& pass = passes_[std::size_t(pass_)];
+  r.material = std::int8_t(pass.material);
+  r.round = pass.round;
+  r.sub_pattern = pass.sub_pattern;
+  r.sub_patterns = sub_patterns_;
+  r.cured = pass.cure;
   r.outcome = stage.outcome;
   r.commanded = n;
   r.triggered_stage = stage.counted;
@@ -95,13 +84,13 @@ deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_cou
   r.confirmed = -1;
   r.unknown_from = known;
   r.unknown_to = doubt_to;
-  r.grid = to_message(drops_.spec);
-  r.n = std::int32_t(drops_.size());
-  r.drops.assign(drops_.size(), 0);
+  r.grid = to_message(fires_.spec);
+  r.n = std::int32_t(fires_.size());
+  r.drops.assign(fires_.size(), 0);
   for (const std::uint32_t cell : order) r.drops[cell] = 1;
 
   fired_ += known;
-  for (std::int64_t k = 0; k < known; ++k) drops_.cells[order[std::size_t(k)]] = std::uint8_t(pass_);
+  for (std::int64_t k = 0; k < known; ++k) fires_.cells[order[std::size_t(k)]] = 0;
   if (doubt_to > known) {
     in_doubt_ = closed_ = true;
   } else if (known == n) {

@@ -9,7 +9,6 @@
 #include "firn/answer_t.hpp"
 #include "firn/deposition_report_t.hpp"
 #include "firn/layer_plan_t.hpp"
-#include "firn/pass_detail_t.hpp"
 #include "procs/scheduler/pass_list.h"
 
 namespace firn {
@@ -38,16 +37,11 @@ class LayerJob {
   bool cure_due() const {
     return finished() || attempt_ > 0 || pass_ == 0 || passes_[std::size_t(pass_) - 1].cure;
   }
-  /// Whether passes need a detail_: a layer of several sub-patterns or two inks.
-  bool detailed() const { return sub_patterns_ > 1 || !materials_.cells.empty(); }
 
-  /// Droplet counts to send for the current pass, which fires the cells with more than pass() of them: cells
-  /// that this pass has already fired are lowered, so that they are not fired again.
-  const DropletPattern& drops() const { return drops_; }
+  /// 1 where the current pass fires: without the cells that it has already fired, so that they are not fired
+  /// again.
+  const DropletPattern& fires() const { return fires_; }
   std::int64_t remaining() const;  ///< droplets that the current pass still has to fire
-
-  /// What the current pass is, for its report's companion. @pre not finished
-  pass_detail_t detail() const;
 
   /// The stage's answer to the current pass. What was fired is never fired again. Everything fired: the next
   /// pass is current. A known prefix: the rest stays to do, as the next attempt. Doubt: the layer is closed,
@@ -68,7 +62,7 @@ class LayerJob {
   DropletPattern plan_;
   MaterialMap materials_;
   std::vector<Pass> passes_;
-  DropletPattern drops_;  ///< what the current pass fires stands above pass_, all else at most at it
+  DropletPattern fires_;  ///< 0 or 1: what the current pass still has to fire
 };
 
 }  // namespace firn

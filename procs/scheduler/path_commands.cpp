@@ -48,7 +48,7 @@ void PathLoop::proceed(Phase next, Time now, Outbox& out) {
       return send_valve(ValveVerb::kArm, now, out);
     case Phase::kRunPath: {
       begun_ = list_ == 0 ? now : begun_;
-      const int signal = Valve(deposit->job.valve) == Valve::kB ? kSignalValveB : kSignalValveA;
+      const int signal = ValveId(deposit->job.valve) == ValveId::kB ? kSignalValveB : kSignalValveA;
       return send_robot(RobotVerb::kRun, deposit, list_, signal, deposit->job.duration_s + kUpload_s, now,
                         out);
     }
@@ -111,7 +111,7 @@ void PathLoop::send_valve(ValveVerb verb, Time now, Outbox& out) {
   c.path = task().job.path;
   c.list = list_;
   c.expected = task().list_pulses.empty() ? 0 : task().list_pulses[std::size_t(list_)];
-  const bool b = Valve(task().job.valve) == Valve::kB;
+  const bool b = ValveId(task().job.valve) == ValveId::kB;
   stamp(c, b ? NodeId::kValveB : NodeId::kValveA, kUpload_s, now, out);
   out.send(b ? channels::kValveBCommand : channels::kValveACommand, c);
 }

@@ -363,7 +363,8 @@ std::string PathLoop::dry_valve(int layer) const {
     const double rise = newest_.cells[c] - below.cells[c];
     if (!material.cells[c] || !std::isfinite(rise)) continue;
     const int which = material.cells[c] == 1 ? 0 : 1;
-    rise_mm[which] += rise, cells[which] += 1.0;
+    rise_mm[which] += rise;
+    cells[which] += 1.0;
   }
   for (const int which : {0, 1})
     if (cells[which] >= kFewCells &&

@@ -9,9 +9,9 @@
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
+#include "firn/enums.h"
 #include "firn/operator_command_t.hpp"
 #include "firn/safe_stop_t.hpp"
-#include "lcmtypes/outcome.h"
 #include "procs/scheduler/timers.h"
 #include "runtime/node.h"
 

@@ -5,8 +5,8 @@
 namespace firn {
 namespace {
 
-drivers::StageConfig stage_config(const Experiment& e) {
-  drivers::StageConfig c;
+drivers::StageOptions stage_config(const Experiment& e) {
+  drivers::StageOptions c;
   c.limits = {{{e.stage.x_min_mm, e.stage.x_max_mm, e.stage.max_speed_mm_s},
                {e.stage.y_min_mm, e.stage.y_max_mm, e.stage.max_speed_mm_s},
                {e.stage.z_min_mm, e.stage.z_max_mm, e.stage.max_speed_mm_s}}};
@@ -34,9 +34,7 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
   switch (StageVerb(c.verb)) {
     case StageVerb::kPass:
       return perform(c, true, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
-        DropletPattern pattern(from_message(c.grid));
-        std::copy(c.drops.begin(), c.drops.end(), pattern.cells.begin());
-        stage.run_pass(pattern, c.pass, c.z_mm, c.speed_mm_s, now_us, fx);
+        stage.run_pass(fires_of(c), 0, c.z_mm, c.speed_mm_s, now_us, fx);
       });
     case StageVerb::kScan:
       return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {

@@ -1,4 +1,5 @@
-// stage: STAGE_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_STAGE, STATE_STAGE, FAULT_STAGE.
+// StageNode connects the stage to the bus: STAGE_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_STAGE,
+// STATE_STAGE, FAULT_STAGE.
 #pragma once
 
 #include <memory>
@@ -18,8 +19,6 @@ class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Ef
 
   using DriverNode::on;
   void on(const stage_command_t&, Time now, Outbox&);
-  template <class Event>
-  void on_event(const Event&, Time, Outbox&) {}
 };
 
 std::unique_ptr<Node> make_stage(const std::string& config_toml, const Blobs& blobs);

@@ -5,11 +5,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "config/labs.h"
 #include "core/grid/npy.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "procs/surface_mapper/path_mapper.h"
 
 namespace firn {
@@ -106,7 +107,7 @@ void SurfaceMapper::smooth(surface::SurfaceEstimate& e) {
   Grid<double> weights(grid_);
   for (std::size_t c = 0; c < weights.size(); ++c)
     weights.cells[c] =
-        mask_.cells[c] && e.quality.cells[c] == std::uint8_t(surface::Quality::kMeasured) ? 1.0 : 0.0;
+        mask_.cells[c] && e.quality.cells[c] == std::uint8_t(CellQuality::kMeasured) ? 1.0 : 0.0;
   const surface::Smoothed s = smoother_->smooth(e.height, &weights, {});
   for (std::size_t c = 0; c < weights.size(); ++c)
     if (mask_.cells[c]) e.height.cells[c] = s.height.cells[c];
@@ -131,7 +132,10 @@ preview_t preview_of(const HeightMap& h, std::int32_t layer) {
     for (int i = 0; i < small.nx; ++i) {
       double sum = 0.0, n = 0.0;
       for (int y = j * block; y < std::min((j + 1) * block, g.ny); ++y)
-        for (int x = i * block; x < std::min((i + 1) * block, g.nx); ++x) sum += h.at(x, y), n += 1.0;
+        for (int x = i * block; x < std::min((i + 1) * block, g.nx); ++x) {
+          sum += h.at(x, y);
+          n += 1.0;
+        }
       p.height_mm.push_back(float(sum / n));
     }
   return p;
@@ -139,7 +143,7 @@ preview_t preview_of(const HeightMap& h, std::int32_t layer) {
 
 std::unique_ptr<Node> make_surface_mapper(const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_experiment(config_toml, "experiment.toml");
-  if (is_ice(e)) {
+  if (prints_paths(e)) {
     const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
     return std::make_unique<PathMapper>(
         e,

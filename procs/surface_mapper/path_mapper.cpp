@@ -6,11 +6,11 @@
 
 #include "config/ice_lab.h"
 #include "core/slice/coverage/footprint.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/preview_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "procs/surface_mapper/node.h"
 
 namespace firn {

@@ -5,10 +5,10 @@
 namespace firn {
 namespace {
 
-drivers::ValveConfig valve_config(NodeId id, const Experiment& e) {
+drivers::ValveOptions valve_config(NodeId id, const Experiment& e) {
   const ValveLineConfig& v = id == NodeId::kValveB ? e.valve_b : e.valve_a;
-  drivers::ValveConfig c;
-  c.valve = int(id == NodeId::kValveB ? Valve::kB : Valve::kA);
+  drivers::ValveOptions c;
+  c.valve = int(id == NodeId::kValveB ? ValveId::kB : ValveId::kA);
   c.guard_us = int(std::lround(v.guard_us));
   c.poll_firing_s = v.poll_firing_s;
   c.host_latency_s = host_latency_s(e.run.time_scale);
@@ -18,7 +18,7 @@ drivers::ValveConfig valve_config(NodeId id, const Experiment& e) {
 }  // namespace
 
 ValveNode::ValveNode(NodeId id, const Experiment& e)
-    : DriverNode(id, valve_config(id, e)), valve_(int(id == NodeId::kValveB ? Valve::kB : Valve::kA)) {
+    : DriverNode(id, valve_config(id, e)), valve_(int(id == NodeId::kValveB ? ValveId::kB : ValveId::kA)) {
   subscribe(channels::kPulseList, this);
   subscribe(id == NodeId::kValveB ? channels::kValveBCommand : channels::kValveACommand, this);
 }

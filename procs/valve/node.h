@@ -1,5 +1,5 @@
-// valve_a, valve_b: VALVE_A_COMMAND, VALVE_B_COMMAND, PULSE_LIST, ENABLE, SAFE_STOP, instrument ->
-// ANSWER_VALVE_A, STATE_VALVE_A, FAULT_VALVE_A, …
+// ValveNode connects a valve to the bus, valve_a or valve_b: VALVE_A_COMMAND, VALVE_B_COMMAND, PULSE_LIST,
+// ENABLE, SAFE_STOP, instrument -> ANSWER_VALVE_A, STATE_VALVE_A, FAULT_VALVE_A, …
 #pragma once
 
 #include <memory>
@@ -23,8 +23,6 @@ class ValveNode final : public DriverNode<ValveNode, drivers::Valve, drivers::Ef
   using DriverNode::on;
   void on(const pulse_list_t&, Time now, Outbox&);
   void on(const valve_command_t&, Time now, Outbox&);
-  template <class Event>
-  void on_event(const Event&, Time, Outbox&) {}
 
  private:
   int valve_;  // of pulse_list_t

@@ -29,7 +29,10 @@ struct Range {
     high = std::max(high, v);
   }
   void settle() {
-    if (low > high) low = 0, high = 1;
+    if (low > high) {
+      low = 0;
+      high = 1;
+    }
   }
 };
 
@@ -78,7 +81,8 @@ std::string draw_band(const Series& s, const Axis& x, const Axis& y) {
     if (!there.empty())
       out += "<path fill-opacity=\"0.16\" fill=\"var(--c" + std::to_string(std::max(0, s.style) % 6) +
              ")\" d=\"M" + there.substr(1) + back + "Z\"/>\n";
-    there.clear(), back.clear();
+    there.clear();
+    back.clear();
   };
   for (std::size_t n = 0; n < s.low.size(); ++n) {
     if (!std::isfinite(s.low[n]) || !std::isfinite(s.high[n])) {
@@ -141,7 +145,10 @@ std::string line_chart(const std::vector<Series>& series, const ChartOptions& o)
   ry.settle();
   if (o.y_range) std::tie(ry.low, ry.high) = *o.y_range;
   const bool logarithmic = o.logarithmic && ry.low > 0;
-  if (logarithmic) ry.low *= 0.9, ry.high *= 1.1;
+  if (logarithmic) {
+    ry.low *= 0.9;
+    ry.high *= 1.1;
+  }
   if (!logarithmic && !o.y_range) ry.high += 0.06 * (ry.high - ry.low);
   std::vector<Entry> entries;
   for (const Series& line : series)

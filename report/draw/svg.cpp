@@ -7,6 +7,8 @@
 namespace firn::replay {
 namespace {
 
+constexpr double kNarrowest = 1e-12;  // range of an axis, relative to its values
+
 // 1, 2 or 5 times a power of ten, not below `rough`.
 double round_step(double rough) {
   const double power = std::pow(10.0, std::floor(std::log10(rough)));
@@ -38,6 +40,12 @@ std::string escape_html(std::string_view text) {
   return s;
 }
 
+std::string_view shortened(std::string_view text, std::size_t bytes) {
+  if (text.size() <= bytes) return text;
+  while (bytes > 0 && (static_cast<unsigned char>(text[bytes]) & 0xC0) == 0x80) --bytes;
+  return text.substr(0, bytes);
+}
+
 std::string number(double value, int decimals) {
   if (!std::isfinite(value)) return "–";
   char text[64];
@@ -49,7 +57,8 @@ std::string number(double value, int decimals) {
 
 Axis::Axis(double low, double high, double from_px, double to_px, int wanted, Kind kind)
     : low_(low), high_(high), from_px_(from_px), to_px_(to_px), kind_(kind) {
-  if (!(high_ > low_)) {
+  // Between neighbouring doubles there is no room for ticks: counting them up would not end.
+  if (!(high_ - low_ > kNarrowest * std::max(std::abs(low_), std::abs(high_)))) {
     const double half = kind == Kind::kLogarithmic ? 0.5 * low_ : std::max(1.0, std::abs(low_) * 0.5);
     low_ -= half;
     high_ += half;

@@ -9,6 +9,8 @@
 namespace firn::replay {
 
 std::string escape_html(std::string_view text);
+/// The beginning of a text: at most so many bytes, and only whole UTF-8 characters.
+std::string_view shortened(std::string_view text, std::size_t bytes);
 /// "%.*f" without a locale; "–" for NaN and infinities; a true minus sign.
 std::string number(double value, int decimals);
 
@@ -16,8 +18,8 @@ std::string number(double value, int decimals);
 class Axis {
  public:
   enum class Kind { kLinear, kWhole, kLogarithmic };  ///< kWhole: ticks at whole numbers only
-  /// Exactly [low, high], about `wanted` ticks inside. An empty range becomes one around it. kLogarithmic:
-  /// low > 0.
+  /// Exactly [low, high], about `wanted` ticks inside. A range that is empty, or narrower than 1e-12
+  /// of its values, becomes one around it. kLogarithmic: low > 0.
   Axis(double low, double high, double from_px, double to_px, int wanted, Kind kind = Kind::kLinear);
   double px(double value) const;
   struct Tick {

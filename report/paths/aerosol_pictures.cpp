@@ -188,7 +188,11 @@ std::string aerosol_path_error_picture(const PrintJob& job, const AerosolPlan& p
   double begin_s = 0.0;
   const auto moving_point = [&](const Piece& p,
                                 double dt) {  // called in time: a new segment starts its point
-    if (p.segment != segment) segment = p.segment, begin = motion::state_of(p, 0.0), begin_s = p.t_s;
+    if (p.segment != segment) {
+      segment = p.segment;
+      begin = motion::state_of(p, 0.0);
+      begin_s = p.t_s;
+    }
     const PrintSegment& s = job.segments[std::size_t(segment)];
     const double length = std::hypot(s.to.x_mm - s.from.x_mm, s.to.y_mm - s.from.y_mm),
                  gone = s.speed_mm_s * (p.t_s + dt - begin_s) / length;

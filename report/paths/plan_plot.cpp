@@ -56,7 +56,9 @@ std::string chart(const PlanPlot& p, const std::string& name, const std::string&
   if (std::isfinite(limit))
     series.push_back(limit_line(p.trace.front().t_s, p.trace.back().t_s, limit, signed_values));
   replay::ChartOptions options;
-  options.title = name, options.x_name = "time [s]", options.y_name = unit,
+  options.title = name;
+  options.x_name = "time [s]";
+  options.y_name = unit;
   options.from_zero = !signed_values;  // the legend has the name
   // Motions that stay below their limit are drawn to its scale; the others show by how much they leave it.
   double reach = std::isfinite(limit) ? limit : 1e-9;
@@ -107,8 +109,10 @@ std::string speed_map(const std::vector<TraceSample>& trace, double top_mm_s, co
   constexpr double kWidth = 424, kHeight = 380, kBarTop = 330;
   double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300;
   for (const TraceSample& t : trace) {
-    x0 = std::min(x0, t.at.x_mm), x1 = std::max(x1, t.at.x_mm);
-    y0 = std::min(y0, t.at.y_mm), y1 = std::max(y1, t.at.y_mm);
+    x0 = std::min(x0, t.at.x_mm);
+    x1 = std::max(x1, t.at.x_mm);
+    y0 = std::min(y0, t.at.y_mm);
+    y1 = std::max(y1, t.at.y_mm);
   }
   replay::Frame f{54, 10, 414, 262};
   // One scale for both axes: a circle stays a circle.

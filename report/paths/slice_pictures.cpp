@@ -50,7 +50,10 @@ struct Sheet {
       for (const slice::Region& r : l.regions.by_material) take(r.points);
       take(l.paths.lines.points);
     }
-    if (x0 > x1) x0 = y0 = 0.0, x1 = y1 = 1.0;
+    if (x0 > x1) {
+      x0 = y0 = 0.0;
+      x1 = y1 = 1.0;
+    }
     margin = 0.03 * std::max(x1 - x0, y1 - y0);
     text = 1.4 * margin;
     // A sheet half as wide again as high, with few empty places.
@@ -60,14 +63,20 @@ struct Sheet {
       const std::size_t r = (all + c - 1) / c;
       const double cost = std::abs(std::log(double(c) * cell_width() / (1.5 * double(r) * cell_height()))) +
                           double(r * c - all) / double(all);
-      if (cost < best) best = cost, columns = c;
+      if (cost < best) {
+        best = cost;
+        columns = c;
+      }
     }
     rows = (layers.size() + columns - 1) / columns;
   }
   void take(const std::vector<slice::Point>& points) {
     for (const slice::Point& p : points) {
       const double x = p.x * slice::kMmPerUnit, y = p.y * slice::kMmPerUnit;
-      x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+      x0 = std::min(x0, x);
+      x1 = std::max(x1, x);
+      y0 = std::min(y0, y);
+      y1 = std::max(y1, y);
     }
   }
   double cell_width() const { return x1 - x0 + 2 * margin; }

@@ -63,7 +63,10 @@ int first_hit(Vec at, const Vec& way, const std::array<int, 3>& size, const Soli
     double t0 = -at[std::size_t(a)] / way[std::size_t(a)],
            t1 = (size[std::size_t(a)] - at[std::size_t(a)]) / way[std::size_t(a)];
     if (t0 > t1) std::swap(t0, t1);
-    if (t0 > enter) enter = t0, axis = a;
+    if (t0 > enter) {
+      enter = t0;
+      axis = a;
+    }
     leave = std::min(leave, t1);
   }
   if (enter >= leave) return -1;
@@ -96,9 +99,12 @@ Raster cropped(Raster& raster) {
   int left = raster.width, right = 0, top = raster.height, bottom = 0;
   for (int y = 0; y < raster.height; ++y)
     for (int x = 0; x < raster.width; ++x)
-      if (raster.at(x, y)[3] != 0)
-        left = std::min(left, x), right = std::max(right, x + 1), top = std::min(top, y),
+      if (raster.at(x, y)[3] != 0) {
+        left = std::min(left, x);
+        right = std::max(right, x + 1);
+        top = std::min(top, y);
         bottom = std::max(bottom, y + 1);
+      }
   Raster out(std::max(1, right - left), std::max(1, bottom - top));
   for (int y = top; y < bottom; ++y)
     for (int x = left; x < right; ++x) out.at(x - left, y - top) = raster.at(x, y);

@@ -12,7 +12,7 @@ std::string metrics_csv(const RunData& run) {
       "true_rms_um,"
       "true_std_um\n";
   for (const LayerRow& r : run.layers) {
-    char line[512];
+    char line[8192];  // of twenty doubles, each of up to 314 characters
     std::snprintf(
         line, sizeof line,
         "%d,%d,%lld,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.6f,%lld,%lld,%.6f,%lld,%.3f,%.3f,%.3f,%.3f,%.3f,",

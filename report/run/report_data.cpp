@@ -9,12 +9,14 @@
 #include <stdexcept>
 
 #include "core/grid/npy.h"
+#include "files/record/checksum.h"
+#include "files/record/event_log.h"
 #include "firn/layer_metrics_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "lcmtypes/convert.h"
-#include "files/record/checksum.h"
-#include "files/record/event_log.h"
 #include "replay/run_messages.h"
+#include "report/run/report_ice.h"
+#include "report/run/report_lab.h"
 
 namespace firn::replay {
 namespace {
@@ -52,14 +54,16 @@ LayerRow row_of(const layer_metrics_t& m) {
   return r;
 }
 
-std::vector<std::byte> read_input(const fs::path& run, const Json& provenance, const std::string& role) {
+std::string text_in(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+std::map<std::string, fs::path> inputs_of(const fs::path& run, const Json& provenance) {
+  std::map<std::string, fs::path> files;
   for (const Json& input : provenance.value("inputs", Json::array()))
-    if (input.value("role", "") == role) {
-      const std::string text = read_text(run / "inputs" / input.value("sha256", ""));
-      const auto bytes = std::as_bytes(std::span(text));
-      return {bytes.begin(), bytes.end()};
-    }
-  throw std::invalid_argument(run.string() + ": provenance.json names no input '" + role + "'");
+    files.emplace(input.value("role", ""), run / "inputs" / input.value("sha256", ""));
+  return files;
 }
 
 // SIM_TRUTH comes from the launcher, which has no write-ahead file: the log holds it, behind the
@@ -103,12 +107,6 @@ void read_provenance(const fs::path& run, const Json& p, RunData& data) {
                      {"command line", command}};
 }
 
-bool has_input(const Json& provenance, const std::string& role) {
-  for (const Json& input : provenance.value("inputs", Json::array()))
-    if (input.value("role", "") == role) return true;
-  return false;
-}
-
 // Beyond the paths a map of scattered readings is interpolation: nothing was laid there, nothing is shown.
 HeightMap within(const HeightMap& height, const Mask& footprint) {
   HeightMap shown(height.spec, kNotMeasured);
@@ -128,9 +126,45 @@ void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   }
 }
 
+void read_paths(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+  data.ice = read_ice_data(run.folder, run.messages, run.input("paths"));
+  show_last_interval(data, rows);
+}
+
+std::string path_sections(const std::vector<NamedRun>& runs) {
+  std::vector<NamedIce> ice;
+  for (const NamedRun& r : runs)
+    if (r.data->ice) ice.push_back({r.name, &*r.data->ice});
+  return ice_sections(ice);
+}
+
+void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+  const std::vector<std::byte> target = run.input("target"), mask = run.input("mask");
+  GridSpec grid = data.height.spec;
+  if (grid.size() == 0) {
+    const NpyShape shape = npy_shape(target, "target");
+    grid = {shape.nx, shape.ny, 1.0, 1.0, 0.0, 0.0};
+  }
+  data.target = height_map_from_npy(target, grid, "target");
+  data.mask = mask_from_npy(mask, grid, "mask");
+  if (run.has("geometry")) data.inks = read_ink_data(run.messages, run.input("geometry"), data.mask);
+  read_truth(run.folder, data, rows);
+}
+
 }  // namespace
 
-RunData read_run_data(const fs::path& run) {
+std::vector<std::byte> RunRecord::input(const std::string& role) const {
+  const auto file = inputs.find(role);
+  if (file == inputs.end())
+    throw std::invalid_argument(folder.string() + ": provenance.json names no input '" + role + "'");
+  if (!fs::is_regular_file(file->second))
+    throw std::invalid_argument(file->second.string() + ": the input '" + role + "' is missing");
+  const std::string text = read_text(file->second);
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+RunData read_run_data(const fs::path& run, const ReportLab& lab) try {
   const RunMessages messages(run);
   const Json provenance = Json::parse(read_text(run / "provenance.json"), nullptr, false);
   if (!provenance.is_object())
@@ -140,8 +174,8 @@ RunData read_run_data(const fs::path& run) {
   data.scheme = provenance.value("scheme", "");
   const Json result = Json::parse(read_text(run / "result.json"), nullptr, false);
   if (result.is_object()) {
-    data.outcome = result.value("outcome", "");
-    data.reason = result.value("reason", "");
+    data.outcome = text_in(result, "outcome");
+    data.reason = text_in(result, "reason");
   }
 
   messages.each<height_map_t>(channels::kHeightMap.name,
@@ -151,26 +185,15 @@ RunData read_run_data(const fs::path& run) {
     rows.insert_or_assign(m.layer, row_of(m));
   });
   read_provenance(run, provenance, data);
-  if (has_input(provenance, "paths")) {
-    data.ice = read_ice_data(run, messages, read_input(run, provenance, "paths"));
-    show_last_interval(data, rows);
-    for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
-    return data;
-  }
-  const std::vector<std::byte> target = read_input(run, provenance, "target"),
-                               mask = read_input(run, provenance, "mask");
-  GridSpec grid = data.height.spec;
-  if (grid.size() == 0) {
-    const NpyShape shape = npy_shape(target, "target");
-    grid = {shape.nx, shape.ny, 1.0, 1.0, 0.0, 0.0};
-  }
-  data.target = height_map_from_npy(target, grid, "target");
-  data.mask = mask_from_npy(mask, grid, "mask");
-  if (has_input(provenance, "geometry"))
-    data.inks = read_ink_data(messages, read_input(run, provenance, "geometry"), data.mask);
-  read_truth(run, data, rows);
+  data.lab = &lab;
+  lab.read({run, messages, inputs_of(run, provenance)}, data, rows);
   for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
   return data;
+} catch (const Json::exception& e) {
+  throw std::invalid_argument(run.string() + ": provenance.json: " + e.what());
 }
+
+const ReportLab kDropletReport{&read_droplets, nullptr};
+const ReportLab kPathReport{&read_paths, &path_sections};
 
 }  // namespace firn::replay

@@ -1,6 +1,7 @@
 // What a report and metrics.csv need of one recorded run.
 #pragma once
 
+#include <any>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -28,6 +29,8 @@ struct LayerRow {
   std::optional<ErrorStats> truth;  ///< of the true surface about the target
 };
 
+struct ReportLab;
+
 struct RunData {
   std::string folder;  ///< name of the run folder
   std::string scheme;
@@ -37,13 +40,15 @@ struct RunData {
   std::optional<HeightMap> truth;  ///< last true surface
   HeightMap target;
   Mask mask;
+  const ReportLab* lab = nullptr;  ///< how it was read
   std::optional<IceData>
-      ice;  ///< of a run of the ice lab; height, target and mask are its last interval's then
+      ice;  ///< of a print along paths; height, target and mask are its last interval's then
   std::optional<InkData> inks;                                  ///< of a print with two inks
+  std::any own;                                                 ///< of a lab beyond these
   std::vector<std::pair<std::string, std::string>> provenance;  ///< name, value; in reading order
 };
 
 /// @throws std::invalid_argument for a folder that is no run or lacks its target; logfile::FileError
-RunData read_run_data(const std::filesystem::path& run);
+RunData read_run_data(const std::filesystem::path& run, const ReportLab& lab);
 
 }  // namespace firn::replay

@@ -153,7 +153,9 @@ std::string shaded_relief(const HeightMap& h, double step_mm, const std::string&
     for (int i = 0; i < g.nx; ++i) {
       const double z = h.at(i, j);
       if (!std::isfinite(z)) continue;
-      const double east = h.at(std::min(i + 1, g.nx - 1), j), north = h.at(i, std::min(j + 1, g.ny - 1));
+      const auto or_here = [&](double beside) { return std::isfinite(beside) ? beside : z; };
+      const double east = or_here(h.at(std::min(i + 1, g.nx - 1), j)),
+                   north = or_here(h.at(i, std::min(j + 1, g.ny - 1)));
       const double dx = (east - z) / g.pitch_x_mm, dy = (north - z) / g.pitch_y_mm;
       // Lambert's law under a light from the upper left: (-1, 1, 1.4).
       double light = (dx - dy + 1.4) / (std::sqrt(dx * dx + dy * dy + 1.0) * std::sqrt(3.96));

@@ -6,9 +6,9 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
-#include "report/run/block_view.h"
 #include "report/draw/raster.h"
 #include "report/draw/svg.h"
+#include "report/run/block_view.h"
 #include "report/run/voxels.h"
 
 namespace firn::replay {
@@ -83,8 +83,8 @@ std::optional<InkData> read_ink_data(const RunMessages& messages, std::span<cons
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     surfaces.insert_or_assign(m.layer, height_of(m));
   });
-  messages.each<material_map_t>(channels::kMaterialMap.name, [&](const material_map_t& m) {
-    planned.insert_or_assign(m.layer, materials_of(m));
+  messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
+    if (m.n_material > 0) planned.insert_or_assign(m.layer, materials_of(m));
   });
   for (const auto& [layer, inks] : planned) {
     const auto after = surfaces.find(layer), before = surfaces.find(layer - 1);
@@ -98,7 +98,8 @@ std::optional<InkData> read_ink_data(const RunMessages& messages, std::span<cons
       if (block.cells[c] && std::isfinite(from)) l.wanted.set(c, data.geometry.at(c, from));
       if (!std::isfinite(top)) continue;
       if (inks.of(c) == Material::kNone) continue;
-      l.height_mm += top, ++measured;
+      l.height_mm += top;
+      ++measured;
       data.printed.add(c, top - data.printed.top_mm(c), inks.of(c));
     }
     if (measured) l.height_mm /= double(measured);

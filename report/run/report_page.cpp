@@ -8,7 +8,7 @@
 #include "report/draw/heat_map.h"
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
-#include "report/run/report_ice.h"
+#include "report/run/report_lab.h"
 
 namespace firn::replay {
 namespace {
@@ -274,6 +274,22 @@ std::string provenance(const std::vector<ReportRun>& runs, const std::vector<std
   return s + table_row(cells) + "</tbody></table></div>\n";
 }
 
+// Each lab shows its own runs, in the order in which the labs first occur.
+std::string lab_sections(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
+  std::vector<const ReportLab*> labs;
+  for (const ReportRun& r : runs)
+    if (r.data.lab && r.data.lab->sections && std::ranges::find(labs, r.data.lab) == labs.end())
+      labs.push_back(r.data.lab);
+  std::string s;
+  for (const ReportLab* lab : labs) {
+    std::vector<NamedRun> own;
+    for (std::size_t n = 0; n < runs.size(); ++n)
+      if (runs[n].data.lab == lab) own.push_back({names[n], &runs[n].data});
+    s += lab->sections(own);
+  }
+  return s;
+}
+
 }  // namespace
 
 std::string report_page(const std::vector<ReportRun>& runs,
@@ -286,13 +302,10 @@ std::string report_page(const std::vector<ReportRun>& runs,
   s += "</style></head><body>\n<h1>Print report</h1>\n";
   if (runs.empty()) return s + "<p>No runs.</p></body></html>\n";
   const std::vector<std::string> names = labels(runs);
-  std::vector<NamedIce> ice;
-  for (std::size_t n = 0; n < runs.size(); ++n)
-    if (runs[n].data.ice) ice.push_back({names[n], &*runs[n].data.ice});
   std::vector<NamedInks> inks;
   for (std::size_t n = 0; n < runs.size(); ++n)
     if (runs[n].data.inks) inks.push_back({names[n], &*runs[n].data.inks});
-  s += summary(runs, names) + result_table(runs, names) + ice_sections(ice) + maps(runs, names) +
+  s += summary(runs, names) + result_table(runs, names) + lab_sections(runs, names) + maps(runs, names) +
        sections(runs, names) + ink_sections(inks) + by_layer(runs, names) + times(runs, names) +
        differing(parameters, names) + provenance(runs, names);
   return s + "</body></html>\n";

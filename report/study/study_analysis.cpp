@@ -54,31 +54,44 @@ SeedOutcome outcome_of(const StudyTable& t, std::size_t a, std::size_t b, int pa
   double both = 0.0;
   for (std::size_t p = first; p < last; ++p) {
     const StudyRun &ra = t.run(a, p, seed), &rb = t.run(b, p, seed);
-    o.stopped_a += !ra.finished, o.stopped_b += !rb.finished;
+    o.stopped_a += !ra.finished;
+    o.stopped_b += !rb.finished;
     if ((ra.finished && !std::isfinite(ra.metrics[metric])) ||
         (rb.finished && !std::isfinite(rb.metrics[metric])))
       o.known = false;
     if (!ra.finished || !rb.finished) continue;
-    o.value_a += ra.metrics[metric], o.value_b += rb.metrics[metric];
+    o.value_a += ra.metrics[metric];
+    o.value_b += rb.metrics[metric];
     both += 1.0;
   }
   o.complete = o.known && o.stopped_a + o.stopped_b == 0;
   o.pair.stops = double(o.stopped_a) - double(o.stopped_b);
-  if (both > 0.0) o.value_a /= both, o.value_b /= both, o.pair.difference = o.value_a - o.value_b;
+  if (both > 0.0) {
+    o.value_a /= both;
+    o.value_b /= both;
+    o.pair.difference = o.value_a - o.value_b;
+  }
   return o;
 }
 
 ArmComparison compare(const StudyTable& t, std::size_t a, std::size_t b, int part, std::size_t metric) {
   ArmComparison c;
-  c.a = a, c.b = b, c.metric = metric, c.part = part;
+  c.a = a;
+  c.b = b;
+  c.metric = metric;
+  c.part = part;
   std::vector<double> x, y;
   std::vector<statistics::PairOutcome> outcomes;
   for (std::size_t s = 0; s < t.seeds.size(); ++s) {
     const SeedOutcome o = outcome_of(t, a, b, part, s, metric);
     if (!o.known) continue;
     outcomes.push_back(o.pair);
-    c.stopped_a += o.stopped_a, c.stopped_b += o.stopped_b;
-    if (o.complete) x.push_back(o.value_a), y.push_back(o.value_b);
+    c.stopped_a += o.stopped_a;
+    c.stopped_b += o.stopped_b;
+    if (o.complete) {
+      x.push_back(o.value_a);
+      y.push_back(o.value_b);
+    }
   }
   c.values = statistics::compare_pairs(x, y);
   c.lead = c.values.difference;
@@ -88,7 +101,10 @@ ArmComparison compare(const StudyTable& t, std::size_t a, std::size_t b, int par
   const std::vector<double> ranks = statistics::signed_worst_ranks(outcomes);
   c.values.p = statistics::sign_flip_p(ranks);
   c.lead = c.values.a_below_b = 0.0;
-  for (const double r : ranks) c.lead += r, c.values.a_below_b += r < 0.0 ? 1.0 : r == 0.0 ? 0.5 : 0.0;
+  for (const double r : ranks) {
+    c.lead += r;
+    c.values.a_below_b += r < 0.0 ? 1.0 : r == 0.0 ? 0.5 : 0.0;
+  }
   c.values.a_below_b /= double(ranks.size());
   return c;
 }

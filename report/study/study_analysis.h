@@ -83,8 +83,8 @@ struct StudyAnalysis {
   std::vector<int> failed;                 ///< prints of each arm that stopped before their end
   std::vector<std::size_t> ranking;  ///< arms by the primary metric, best first, by how many others each one
                                      ///< leads; empty if no arm has a complete seed
-  std::string answer;              ///< one line
-  std::vector<std::string> notes;  ///< what limits the answer: failures, few seeds
+  std::string answer;                ///< one line
+  std::vector<std::string> notes;    ///< what limits the answer: failures, few seeds
   const ArmComparison& primary(std::size_t a, std::size_t b) const;  ///< of the pair in either order
 };
 

@@ -31,7 +31,8 @@ std::string frame(const Axis& x, double left, const std::vector<std::string>& ro
     s += svg_text(x.px(t.value), bottom + 17, "middle", "tick", t.text);
   }
   for (std::size_t n = 0; n < rows.size(); ++n) {
-    const std::string shown = rows[n].size() > most ? rows[n].substr(0, most - 1) + "…" : rows[n];
+    const std::string shown =
+        rows[n].size() > most ? std::string(shortened(rows[n], most - 1)) + "…" : rows[n];
     s += svg_text(left - 10, kTop + kRow * (double(n) + 0.5) + 4, "end", "tick", shown);
   }
   s += form("<path class=\"axis\" d=\"M%.1f %.1fH%.1f\"/>", left, bottom, kRight);
@@ -68,7 +69,8 @@ std::string distribution_plot(const StudyTable& t, const StudyAnalysis& a, int p
       const StudyRun& r = t.run(arm, std::size_t(std::max(0, part)), s);
       if (!r.finished || !std::isfinite(r.metrics[metric])) continue;
       dots.push_back({arm, s, r.metrics[metric]});
-      low = std::min(low, dots.back().value), high = std::max(high, dots.back().value);
+      low = std::min(low, dots.back().value);
+      high = std::max(high, dots.back().value);
     }
   if (dots.empty()) return "<p class=\"soft\">no finished print</p>\n";
   const bool logarithmic = low > 0.0 && high > 20.0 * low;
@@ -149,7 +151,8 @@ std::string trade_off_plot(const StudyTable& t, const StudyAnalysis& a, std::siz
     const Mark m{arm, find(a, arm, kAllParts, x_metric), find(a, arm, kAllParts, y_metric)};
     if (!m.x || !m.y || m.x->seeds == 0) continue;
     marks.push_back(m);
-    low = std::min(low, m.x->mean), high = std::max(high, m.x->mean);
+    low = std::min(low, m.x->mean);
+    high = std::max(high, m.x->mean);
     top = std::max({top, m.y->mean, std::isfinite(m.y->interval.high) ? m.y->interval.high : 0.0});
   }
   if (marks.empty()) return "";

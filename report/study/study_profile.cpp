@@ -70,7 +70,7 @@ std::string profile_text(const StudyTable& t, const std::vector<ProfileRow>& row
          (t.parts[part].empty() ? "" : ", " + t.parts[part]) +
          ": mean [95 % interval] largest of all seeds (n: of so many, the others had stopped)\n" +
          form("%9s", t.profile.x_name.c_str());
-    for (const std::string& arm : t.arms) s += form("   %-29.29s", arm.c_str());
+    for (const std::string& arm : t.arms) s += form("   %-29s", std::string(shortened(arm, 29)).c_str());
     s += "\n";
     std::map<double, std::vector<std::string>> lines;
     for (const ProfileRow& r : here) {
@@ -116,9 +116,14 @@ std::string profile_section(const StudyTable& t, const std::vector<ProfileRow>& 
     if (lines.empty()) continue;
     double least = INFINITY, largest = 0.0;
     for (const Series& l : lines)
-      for (const double v : l.y) least = std::min(least, v), largest = std::max(largest, v);
+      for (const double v : l.y) {
+        least = std::min(least, v);
+        largest = std::max(largest, v);
+      }
     ChartOptions o;
-    o.title = t.profile.title, o.x_name = t.profile.x_name, o.y_name = t.profile.y_name;
+    o.title = t.profile.title;
+    o.x_name = t.profile.x_name;
+    o.y_name = t.profile.y_name;
     o.from_zero = true;
     s += "<figure><figcaption><b>" + escape_html(t.parts[part]) + "</b></figcaption>\n" +
          line_chart(lines, o) + "</figure>\n";

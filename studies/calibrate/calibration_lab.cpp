@@ -12,6 +12,7 @@
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/heater_command_t.hpp"
 #include "firn/laser_command_t.hpp"
@@ -22,7 +23,6 @@
 #include "firn/trajectory_t.hpp"
 #include "firn/valve_command_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "plant/world/ice_lab.h"
 #include "plant/world/setup.h"
 #include "print/simulated/plant_world.h"
@@ -57,6 +57,10 @@ std::optional<Message> decoded(std::span<const std::byte> bytes) {
 
 }  // namespace
 
+bool has_calibrations(const Experiment& e) {
+  return std::ranges::all_of(kNodes, [&](const auto& node) { return takes_part(e, info(node.first).name); });
+}
+
 struct CalibrationLab::State {
   State(const Experiment& e, const std::string& machine_toml)
       : experiment(e),
@@ -66,7 +70,7 @@ struct CalibrationLab::State {
         lab(&world),
         scheduler(NodeId::kScheduler, kRunId),
         planner(NodeId::kPathPlanner, kRunId) {
-    if (!is_ice(e))
+    if (!has_calibrations(e))
       throw std::invalid_argument("lab.kind = \"" + e.lab.kind +
                                   "\": only an ice lab has these calibrations");
     const std::string config = dump(e);
@@ -86,7 +90,10 @@ struct CalibrationLab::State {
 
   void hear(std::string_view channel, std::span<const std::byte> bytes) {
     if (channel == channels::kEnable.name) {
-      if (const auto m = decoded<enable_t>(bytes)) epoch = m->enable_epoch, enabled = m->enabled;
+      if (const auto m = decoded<enable_t>(bytes)) {
+        epoch = m->enable_epoch;
+        enabled = m->enabled;
+      }
     } else if (channel == channels::kLaserSamples.name) {
       samples = decoded<laser_samples_t>(bytes);
     } else if (channel == channels::kTemperature.name) {
@@ -227,8 +234,8 @@ Trajectory CalibrationLab::plan(const LabPass& pass) const {
   in.z_mm = s.experiment.ice.origin_z_mm + pass.z_mm;
   in.yaw_rad = pass.yaw_rad;
   in.tool = pass.tool;
-  in.ceiling.path_mm_s = std::min(pass.speed_mm_s, s.machine.speed_mm_s);
-  in.preferred = preferred_posture(s.machine);
+  in.speed_limit.path_mm_s = std::min(pass.speed_mm_s, s.machine.speed_mm_s);
+  in.preferred = preferred_configuration(s.machine);
   motion::PlanOptions options;
   options.tick_s = s.machine.tick_s;
   options.lower_bound = false;
@@ -249,7 +256,7 @@ Trajectory CalibrationLab::stand(const LabPass& pass, double seconds) const {
   motion::tool_to_flange(pass.tool, tool, flange);
   motion::TaskVector pose{};
   for (int axis = 0; axis < motion::kTaskAxes; ++axis) pose[std::size_t(axis)] = flange.of(axis, 0)[0];
-  const motion::JointVector q = s.arm->inverse(pose, preferred_posture(s.machine));
+  const motion::JointVector q = s.arm->inverse(pose, preferred_configuration(s.machine));
   Trajectory t;
   t.tick_s = s.machine.tick_s;
   t.axes = s.arm->joints();
@@ -285,7 +292,9 @@ double CalibrationLab::reading(double x_mm, double y_mm, double z_mm) {
   robot_command_t c{};
   c.verb = std::int8_t(RobotVerb::kMove);
   c.tool = std::int8_t(RobotTool::kLaser);
-  c.x_mm = x_mm, c.y_mm = y_mm, c.z_mm = z_mm;
+  c.x_mm = x_mm;
+  c.y_mm = y_mm;
+  c.z_mm = z_mm;
   c.speed_mm_s = kMove_mm_s;
   s.command(channels::kRobotCommand, c, kAnswer_s, "moving to a point");
   s.wait(kSettle_s);
@@ -324,7 +333,7 @@ std::int64_t CalibrationLab::fire(const Trajectory& motion, int material,
   pulse_list_t list{};
   list.path = s.path;
   list.lists = 1;
-  list.valve = std::int8_t(b ? Valve::kB : Valve::kA);
+  list.valve = std::int8_t(b ? ValveId::kB : ValveId::kA);
   list.tick_s = list_limits(s.machine, s.experiment).tick_s;
   list.pulse_s = valve.pulse_us * 1e-6;
   list.n = std::int32_t(ticks.size());

@@ -25,6 +25,9 @@ struct LabPass {
   double yaw_rad = 0.0;  ///< of the flange
 };
 
+/// Reports whether the experiment's lab has the instruments that the calibrations command.
+bool has_calibrations(const Experiment& experiment);
+
 class CalibrationLab {
  public:
   /// @param machine_toml as [ice] machine names it

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "studies/calibrate/calibration_lab.h"
-#include "studies/calibrate/lab_calibrations.h"
 #include "core/grid/random.h"
 #include "estimators/calibration/laser.h"
+#include "studies/calibrate/calibration_lab.h"
+#include "studies/calibrate/lab_calibrations.h"
 
 namespace firn {
 namespace {
@@ -74,22 +74,25 @@ calibration::LaserBelief belief(const CalibrationLab& lab, const motion::Arm& ar
 }
 
 calibration::LaserCalibration measured(CalibrationLab& lab, const std::vector<PassPlan>& plans,
-                                       LaserUnknowns unknowns, const LabCalibrationOptions& o) {
+                                       LaserUnknowns parameters, const LabCalibrationOptions& o) {
   const Jig jig = jig_of(lab.experiment());
   const std::vector<LaserPass> passes = run(lab, jig, plans, o);
   const auto arm = make_arm(lab.machine());
-  return calibration::calibrate_laser(passes, jig, belief(lab, *arm), unknowns);
+  return calibration::calibrate_laser(passes, jig, belief(lab, *arm), parameters);
 }
 
 void add_fit(const calibration::LaserCalibration& c, LabCalibration& out) {
-  out.data = c.fit.data, out.outliers = c.fit.outliers;
-  out.residual_std = c.fit.residual_std, out.residual_unit = "mm";
+  out.data = c.fit.data;
+  out.outliers = c.fit.outliers;
+  out.residual_std = c.fit.residual_std;
+  out.residual_unit = "mm";
   out.plot = {"speed across the side [mm/s]",
               "spot off the side [mm]",
               {{"sides across x", {}, {}}, {"sides across y", {}, {}}}};
   for (const auto& r : c.residuals) {
     ResidualPlot::Group& g = out.plot.groups[r.along_x ? 0 : 1];
-    g.x.push_back(r.speed_mm_s), g.y.push_back(r.off_mm);
+    g.x.push_back(r.speed_mm_s);
+    g.y.push_back(r.off_mm);
   }
   std::erase_if(out.plot.groups, [](const ResidualPlot::Group& g) { return g.x.empty(); });
 }
@@ -119,7 +122,7 @@ LabCalibration calibrate_laser_offset(const Experiment& experiment, const std::s
                "offset_x_mm",
                "mm",
                {c.x_mm.value - tool.x_mm},
-               {c.x_mm.half_95},
+               {c.x_mm.ci95_half_width},
                {l.offset_x_mm},
                3,
                false,
@@ -128,7 +131,7 @@ LabCalibration calibrate_laser_offset(const Experiment& experiment, const std::s
                "offset_y_mm",
                "mm",
                {c.y_mm.value - tool.y_mm},
-               {c.y_mm.half_95},
+               {c.y_mm.ci95_half_width},
                {l.offset_y_mm},
                3,
                false,
@@ -161,7 +164,7 @@ LabCalibration calibrate_laser_latency(const Experiment& experiment, const std::
                "latency_s",
                "s",
                {c.latency_s.value},
-               {c.latency_s.half_95},
+               {c.latency_s.ci95_half_width},
                {experiment.laser_point.latency_s},
                5,
                false,

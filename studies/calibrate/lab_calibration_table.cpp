@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "estimators/calibration/table.h"
 #include "studies/calibrate/calibration_lab.h"
 #include "studies/calibrate/lab_calibrations.h"
-#include "estimators/calibration/table.h"
 
 namespace firn {
 namespace {
@@ -109,7 +109,8 @@ void turn(const TableLevel& t, bool feet, IcePlantConfig& table, LabCalibration&
   heights.resize(feet ? 4 : 9, 0.0);
   for (const calibration::Turn& done : t.turns) {
     const std::size_t n = std::size_t(std::stoi(done.name.substr(done.name.find(' ') + 1)) - 1);
-    heights[n] += done.lift_mm, lifts[n] += done.lift_mm;
+    heights[n] += done.lift_mm;
+    lifts[n] += done.lift_mm;
   }
 }
 
@@ -129,7 +130,8 @@ LabCalibration calibrate_table(const Experiment& experiment, const std::string& 
   const std::vector<Lifter> feet = feet_of(e.calibration), screws = screws_of(e.calibration);
   LabCalibration out;
   out.what = "level-table";
-  out.foot_lift_mm.assign(feet.size(), 0.0), out.screw_lift_mm.assign(screws.size(), 0.0);
+  out.foot_lift_mm.assign(feet.size(), 0.0);
+  out.screw_lift_mm.assign(screws.size(), 0.0);
   TableLevel t;
   std::vector<TablePoint> points;
   bool screwed = false;  // screws bend the table
@@ -177,8 +179,10 @@ LabCalibration calibrate_table(const Experiment& experiment, const std::string& 
     turn(told_now, coarse, e.plant.ice, out);
     screwed |= !coarse;
   }
-  out.data = t.fit.data, out.outliers = t.fit.outliers;
-  out.residual_std = t.fit.residual_std, out.residual_unit = "mm";
+  out.data = t.fit.data;
+  out.outliers = t.fit.outliers;
+  out.residual_std = t.fit.residual_std;
+  out.residual_unit = "mm";
   out.also = {{"height at the levelling points' middle [mm]", t.height_mm},
               {"slope along x [mm/mm]", t.slope_x},
               {"slope along y [mm/mm]", t.slope_y},
@@ -188,17 +192,18 @@ LabCalibration calibrate_table(const Experiment& experiment, const std::string& 
     const std::string label = fmt::format("y = {:.0f} mm", points[n].y_mm);
     if (out.plot.groups.empty() || out.plot.groups.back().label != label)
       out.plot.groups.push_back({label, {}, {}});
-    out.plot.groups.back().x.push_back(points[n].x_mm), out.plot.groups.back().y.push_back(t.off_mm[n]);
+    out.plot.groups.back().x.push_back(points[n].x_mm);
+    out.plot.groups.back().y.push_back(t.off_mm[n]);
   }
-  if (t.height_mm.half_95 > 3.0 * kHeightTolerance_mm)
-    throw calibration::Uninformative(
-        fmt::format("the table's height is known to +- {:.3f} mm only", t.height_mm.half_95));
+  if (t.height_mm.ci95_half_width > 3.0 * kHeightTolerance_mm)
+    throw calibration::Unidentifiable(
+        fmt::format("the table's height is known to +- {:.3f} mm only", t.height_mm.ci95_half_width));
   if (out.level)
     out.keys = {{"ice",
                  "origin_z_mm",
                  "mm",
                  {experiment.ice.origin_z_mm + t.height_mm.value},
-                 {t.height_mm.half_95},
+                 {t.height_mm.ci95_half_width},
                  {experiment.ice.origin_z_mm},
                  3,
                  false,

@@ -6,12 +6,13 @@
 #include <map>
 #include <numeric>
 
-#include "studies/calibrate/calibration_lab.h"
-#include "studies/calibrate/lab_calibrations.h"
 #include "config/ice_lab.h"
 #include "core/grid/random.h"
+#include "core/statistics/median.h"
 #include "estimators/calibration/deposition.h"
 #include "estimators/surface/path_readings.h"
+#include "studies/calibrate/calibration_lab.h"
+#include "studies/calibrate/lab_calibrations.h"
 
 namespace firn {
 namespace {
@@ -96,7 +97,7 @@ Line lay(CalibrationLab& lab, int material, double table_mm, double y_mm, double
     }
   const std::int64_t counted = lab.fire(motion, material, ticks);
   if (counted != std::int64_t(ticks.size()))
-    throw calibration::Uninformative(
+    throw calibration::Unidentifiable(
         fmt::format("the valve has counted {} of {} pulses", counted, ticks.size()));
   return line;
 }
@@ -137,11 +138,12 @@ std::vector<double> drops_on(CalibrationLab& lab, int material, double table_mm,
       while (b < points.size() && points[b].x_mm <= points[i].x_mm + 3.0) ++b;
       window.clear();
       for (std::size_t k = a; k < b; ++k) window.push_back(points[k].z_mm);
-      std::nth_element(window.begin(), window.begin() + std::ptrdiff_t(window.size() / 2), window.end());
-      const double up = points[i].z_mm - window[window.size() / 2];
+      const double up = points[i].z_mm - statistics::upper_median(window);
       if (up < kLeastDrop_mm) continue;
       if (points[i].x_mm - last > kNear_mm) close();
-      sum += up, moment += up * points[i].x_mm, last = points[i].x_mm;
+      sum += up;
+      moment += up * points[i].x_mm;
+      last = points[i].x_mm;
     }
     close();
     found.push_back(std::move(middles));
@@ -165,9 +167,16 @@ double shift_of(const Line& line, const std::vector<double>& drops) {
     double sum = 0.0, off = 0.0;
     for (const double c : line.commanded_mm)
       for (const double x : drops)
-        if (std::abs(x - c - shift) < kNear_mm) ++hits, sum += x - c, off += std::abs(x - c - shift);
-    if (hits > most || (hits == most && hits > 0 && off < best_off))
-      most = hits, best = sum / double(hits), best_off = off;
+        if (std::abs(x - c - shift) < kNear_mm) {
+          ++hits;
+          sum += x - c;
+          off += std::abs(x - c - shift);
+        }
+    if (hits > most || (hits == most && hits > 0 && off < best_off)) {
+      most = hits;
+      best = sum / double(hits);
+      best_off = off;
+    }
   }
   return 2 * most >= line.commanded_mm.size() ? best : std::nan("");
 }
@@ -267,7 +276,7 @@ LabCalibration calibrate_valve_latency(const Experiment& experiment, const std::
     if (o.progress) o.progress((double(lines.size()) + 2.0 * double(n + 1)) / steps);
   }
   if (2 * data.size() < lines.size())
-    throw calibration::Uninformative(fmt::format(
+    throw calibration::Unidentifiable(fmt::format(
         "of {} lines of drops only {} were found: is laser_point.offset_* calibrated, is there liquid?",
         lines.size(), data.size()));
   const calibration::ValveLatency v = calibration::calibrate_valve_latency(data);
@@ -277,7 +286,7 @@ LabCalibration calibrate_valve_latency(const Experiment& experiment, const std::
                "latency_s",
                "s",
                {v.latency_s.value},
-               {v.latency_s.half_95},
+               {v.latency_s.ci95_half_width},
                {believed},
                5,
                false,
@@ -286,11 +295,15 @@ LabCalibration calibrate_valve_latency(const Experiment& experiment, const std::
   out.lines.push_back(
       fmt::format("{} lines of {} single drops laid both ways, found by passes of the laser both ways{}",
                   lines.size(), kDrops, lost ? fmt::format("; {} lines were not found", lost) : ""));
-  out.data = v.fit.data, out.outliers = v.fit.outliers;
-  out.residual_std = v.fit.residual_std, out.residual_unit = "mm";
+  out.data = v.fit.data;
+  out.outliers = v.fit.outliers;
+  out.residual_std = v.fit.residual_std;
+  out.residual_unit = "mm";
   out.plot = {"speed [mm/s]", "line of drops off the fit [mm]", {{"a line", {}, {}}}};
-  for (std::size_t n = 0; n < data.size(); ++n)
-    out.plot.groups[0].x.push_back(data[n].speed_mm_s), out.plot.groups[0].y.push_back(v.off_mm[n]);
+  for (std::size_t n = 0; n < data.size(); ++n) {
+    out.plot.groups[0].x.push_back(data[n].speed_mm_s);
+    out.plot.groups[0].y.push_back(v.off_mm[n]);
+  }
   out.lab_s = lab.now_s();
   check_intervals(out);
   return out;
@@ -339,14 +352,14 @@ LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::str
     const double from_s = lab.now_s(), before_degC = lab.tip_degC();
     const std::int64_t counted = lab.fire(lab.stand(over_cup, seconds + 0.1), o.material, ticks);
     if (counted != std::int64_t(ticks.size()))
-      throw calibration::Uninformative(
+      throw calibration::Unidentifiable(
           fmt::format("the valve has counted {} of {} pulses", counted, ticks.size()));
     const double warmer_K = 0.5 * (before_degC + lab.tip_degC()) - experiment.heater.tip_degC;
     lab.wait(kRest_s);
     const double after_mg = lab.weigh_mg(o.material), volume = (after_mg - before_mg) / density;
     before_mg = after_mg;
     if (!(volume > 0.0))
-      throw calibration::Uninformative(
+      throw calibration::Unidentifiable(
           fmt::format("{} pulses at {:.0f} Hz have left nothing in the cup: does it stand under the nozzle, "
                       "is the tank empty?",
                       counted, hz));
@@ -362,12 +375,14 @@ LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::str
   FoundKey hz{section_of(o.material), "table_hz", "Hz", {}, {}, valve.table_hz, 4, true, 0.0},
       flow{section_of(o.material), "table_mm3_s", "mm^3/s", {}, {}, valve.table_mm3_s, 3, true, 0.0};
   for (const calibration::FlowCurveRow& r : fit.rows) {
-    hz.value.push_back(r.frequency_hz), hz.half_95.push_back(0.0);
-    flow.value.push_back(r.flow_mm3_s.value), flow.half_95.push_back(r.flow_mm3_s.half_95);
-    if (r.flow_mm3_s.half_95 > kFlowTolerance * r.flow_mm3_s.value)
-      throw calibration::Uninformative(fmt::format(
+    hz.value.push_back(r.frequency_hz);
+    hz.ci95_half_width.push_back(0.0);
+    flow.value.push_back(r.flow_mm3_s.value);
+    flow.ci95_half_width.push_back(r.flow_mm3_s.ci95_half_width);
+    if (r.flow_mm3_s.ci95_half_width > kFlowTolerance * r.flow_mm3_s.value)
+      throw calibration::Unidentifiable(fmt::format(
           "the flow at {:.1f} Hz is known to +- {:.1f} % only; {:.0f} % is needed: weigh more (--repeats)",
-          r.frequency_hz, 100.0 * r.flow_mm3_s.half_95 / r.flow_mm3_s.value, 100.0 * kFlowTolerance));
+          r.frequency_hz, 100.0 * r.flow_mm3_s.ci95_half_width / r.flow_mm3_s.value, 100.0 * kFlowTolerance));
   }
   out.keys = {hz, flow};
   out.lines.push_back(
@@ -376,12 +391,15 @@ LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::str
                   weighings.size(), frequencies.size(), 1e3 * fit.warmth));
   out.also.emplace_back("pulses a second that keep the coil as warm [Hz]",
                         calibration::Estimate{1e3 * fit.warmth, 0.0, 0.0});
-  out.data = fit.fit.data, out.outliers = fit.fit.outliers;
-  out.residual_std = 100.0 * fit.fit.residual_std, out.residual_unit = "% of a drop";
+  out.data = fit.fit.data;
+  out.outliers = fit.fit.outliers;
+  out.residual_std = 100.0 * fit.fit.residual_std;
+  out.residual_unit = "% of a drop";
   out.plot = {"frequency [Hz]", "mean drop off the curve [%]", {{"a weighing", {}, {}}}};
-  for (std::size_t n = 0; n < weighings.size(); ++n)
-    out.plot.groups[0].x.push_back(weighings[n].frequency_hz),
-        out.plot.groups[0].y.push_back(100.0 * fit.relative[n]);
+  for (std::size_t n = 0; n < weighings.size(); ++n) {
+    out.plot.groups[0].x.push_back(weighings[n].frequency_hz);
+    out.plot.groups[0].y.push_back(100.0 * fit.relative[n]);
+  }
   out.lab_s = lab.now_s();
   return out;
 }

@@ -26,7 +26,7 @@ struct LabCalibrationOptions {
 /// A key of the lab file with what was found for it.
 struct FoundKey {
   std::string section, key, unit;
-  std::vector<double> value, half_95;  ///< one entry, or those of an array
+  std::vector<double> value, ci95_half_width;  ///< one entry, or those of an array
   std::vector<double> believed;
   int digits = 4;
   bool list = false;
@@ -57,7 +57,7 @@ struct LabCalibration {
   double lab_s = 0.0;  ///< of the lab's own time
 };
 
-// @throws calibration::Uninformative: the data cannot tell, or only within more than the thesis's tolerance;
+// @throws calibration::Unidentifiable: the data cannot tell, or only within more than the thesis's tolerance;
 // ConfigError, std::invalid_argument, std::runtime_error: a lab or an act that failed
 
 /// The spot's place in the flange's frame, 0.2 mm: passes both ways over the block of calibration.jig_* in x
@@ -85,7 +85,7 @@ namespace lab_calibrations {
 Experiment with_field(Experiment experiment, double x_mm, double y_mm, double width_mm, double depth_mm);
 /// The experiment with the block on the table, unless it has blocks.
 Experiment with_jig(Experiment experiment);
-/// @throws calibration::Uninformative: an interval wider than its tolerance
+/// @throws calibration::Unidentifiable: an interval wider than its tolerance
 void check_intervals(const LabCalibration& calibration);
 }  // namespace lab_calibrations
 

@@ -8,6 +8,7 @@
 #include <new>
 
 #include "config/include.h"
+#include "config/labs.h"
 #include "print/inputs/check_print.h"
 #include "print/simulated/memory_print.h"
 
@@ -44,7 +45,8 @@ const std::vector<replay::StudyMetric>& ice_metric_table() {
     std::vector<replay::StudyMetric> t = metric_table();
     t.pop_back();
     t[0].meaning = "RMS of the true surface about the nominal height after the last interval";
-    t[5].meaning = "layers measured", t[6] = {"pulses", "", "pulses of both valves", 0};
+    t[5].meaning = "layers measured";
+    t[6] = {"pulses", "", "pulses of both valves", 0};
     t.push_back({"worst_rms_um", "um", "largest RMS of the true surface after any interval", 2});
     t.push_back({"deposit_h", "h", "time of depositing", 2});
     t.push_back({"measure_h", "h", "time of measuring", 2});
@@ -90,18 +92,18 @@ void seed_all(Experiment& e, std::uint64_t seed) {
 }
 
 StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
-  const bool ice = is_ice(e);
+  const bool paths = prints_paths(e);
   StudyPrint p;
   const double began = thread_cpu_s();
   try {
     MemoryPrintOptions options;
-    options.series = ice;
+    options.series = paths;
     const MemoryPrintReport r = print_in_memory(e, inputs, options);
     p.finished = !can_go_on(r.result);
     p.outcome = r.result.outcome;
     p.reason = r.result.reason;
-    p.metrics = ice ? ice_metrics_of(r) : metrics_of(r);
-    if (ice)
+    p.metrics = paths ? ice_metrics_of(r) : metrics_of(r);
+    if (paths)
       for (const LayerTruth& l : r.series)
         p.profile.push_back({l.layer * e.ice.layer_height_mm, l.error.rms_mm * kUm});
   } catch (const std::bad_alloc&) {
@@ -109,7 +111,7 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
   } catch (const std::exception& error) {
     p.outcome = "error";
     p.reason = error.what();
-    p.metrics.assign((ice ? ice_metric_table() : metric_table()).size(),
+    p.metrics.assign((paths ? ice_metric_table() : metric_table()).size(),
                      std::numeric_limits<double>::quiet_NaN());
   }
   p.cpu_s = thread_cpu_s() - began;
@@ -137,7 +139,7 @@ const StudyLab& ice_study_lab() {
 
 const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder) {
   if (study.experiment.empty()) return inkjet_study_lab();
-  return is_ice(load_experiment(folder / study.experiment)) ? ice_study_lab() : inkjet_study_lab();
+  return prints_paths(load_experiment(folder / study.experiment)) ? ice_study_lab() : inkjet_study_lab();
 }
 
 }  // namespace firn

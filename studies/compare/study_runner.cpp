@@ -11,7 +11,7 @@
 #include "files/digest.h"
 #include "files/nearest.h"
 #include "print/inputs/ice_inputs.h"
-#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 #include "report/run/differing_parameters.h"
 #include "runtime/build_info.h"
 
@@ -53,7 +53,7 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
   for (Experiment& e : plan.experiments) {
     lab.check(e);
     Blobs inputs = make_inputs(e, beside);
-    place_ice_field(e, inputs);
+    complete_experiment(e, inputs);
     std::string key;
     for (const Blob& b : inputs) key += b.role + b.sha256;
     auto& shared = known[key];

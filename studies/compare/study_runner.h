@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "studies/compare/study_journal.h"
 #include "config/study.h"
 #include "report/run/report_page.h"
+#include "studies/compare/study_journal.h"
 
 namespace firn {
 

@@ -9,11 +9,11 @@
 #include <stdexcept>
 #include <thread>
 
-#include "print/simulated/memory_print.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/memory_print.h"
 
 namespace firn {
 

@@ -66,9 +66,9 @@ droplet::SpacingResult spacing_of(const ObservedRun& run, double diameter_mm) {
     }
   const double step_mm = s * 0.5 * (e.grid.pitch_x_mm + e.grid.pitch_y_mm);
   // A rise is the difference of two maps.
-  return droplet::judge_spacing(step_mm / diameter_mm,
-                                droplet::square_rises(l.before, l.after, l.use, squares),
-                                1.41421356 * run.noise_std_mm());
+  return droplet::evaluate_spacing(step_mm / diameter_mm,
+                                   droplet::square_rises(l.before, l.after, l.use, squares),
+                                   1.41421356 * run.noise_std_mm());
 }
 
 }  // namespace firn

@@ -119,7 +119,4 @@ std::string reproduce_json(const std::vector<PartResult>& results);
 /// One self-contained page: no network, no script.
 std::string reproduce_page(const std::vector<PartResult>& results);
 
-/// @returns 0, or 1 when a row fails. @throws UsageError
-int run_reproduce(const ReproduceOptions& options);
-
 }  // namespace firn

@@ -6,15 +6,15 @@
 #include <map>
 #include <set>
 
+#include "config/labs.h"
 #include "core/slice/paths/print_paths.h"
 #include "files/usage_error.h"
 #include "firn/control_surface_t.hpp"
+#include "firn/enums.h"
 #include "firn/height_map_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "print/folder/run_folder.h"
-#include "print/inputs/targets.h"
 #include "replay/run_messages.h"
 #include "report/run/report_ice_data.h"
 
@@ -32,7 +32,7 @@ HeightMap action_of(const control_surface_t& m) {
 std::vector<double> ice_disturbance_of(const std::filesystem::path& folder) {
   const RunFolder run = RunFolder::open(folder);
   const Experiment e = parse_experiment(run.experiment_toml(), (folder / "experiment.toml").string());
-  if (!is_ice(e)) throw UsageError(folder.string() + ": not a run of the ice lab");
+  if (!prints_paths(e)) throw UsageError(folder.string() + ": not a run of the ice lab");
   const slice::PrintPaths paths = slice::decode_print_paths(blob(run.inputs(), "paths").bytes);
   const replay::RunMessages messages(folder);
   std::map<int, height_map_t> maps;          // the last one of each layer that was good enough

@@ -219,8 +219,12 @@ int lucy(int threads) {
   getrusage(RUSAGE_SELF, &after);
   Tally all;
   for (const Tally& t : tallies) {
-    all.paths += t.paths, all.points += t.points, all.refused += t.refused;
-    all.motion_s += t.motion_s, all.bound_s += t.bound_s, all.worst = std::max(all.worst, t.worst);
+    all.paths += t.paths;
+    all.points += t.points;
+    all.refused += t.refused;
+    all.motion_s += t.motion_s;
+    all.bound_s += t.bound_s;
+    all.worst = std::max(all.worst, t.worst);
   }
   std::printf("paths %zu, points %zu, threads %d\n", all.paths, all.points, threads);
   std::printf("user %.2f s, wall %.2f s, %.0f points per user second\n", user_s, wall_s,
@@ -286,7 +290,10 @@ int random_paths(int count, std::uint64_t seed) {
     motion_s += result.continuous_s;
     for (const LimitRatio& limit : result.trajectory.certificate.limits) {
       kind.worst = std::max(kind.worst, limit.ratio);
-      if (limit.ratio > worst) worst = limit.ratio, worst_path = k;
+      if (limit.ratio > worst) {
+        worst = limit.ratio;
+        worst_path = k;
+      }
     }
   }
   for (const auto& [text, kind] : kinds)
@@ -299,7 +306,7 @@ int random_paths(int count, std::uint64_t seed) {
   return worst <= 1.001 ? 0 : 1;
 }
 
-/// How much longer the fast tier's motions take than the slow tier's.
+/// Measures the excess duration of the fast tier's motions over those of the slow tier.
 int tiers(int count, std::uint64_t seed) {
   const auto arm = make_scara(cobra600());
   PlanWorkspace work;

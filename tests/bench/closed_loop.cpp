@@ -1,5 +1,6 @@
-// How near a closed-loop print comes to its target: final RMS of the true surface, seeds that nothing was
-// tuned on, whole lab in simulated time. 40 x 40 cells, disc of 38, 0.4 mm high.
+// Measures the final RMS error of closed-loop prints: error of the true surface about the target, over seeds
+// that nothing was tuned on. The whole lab runs in simulated time. The part is a disc of 38 on 40 x 40 cells,
+// 0.4 mm high.
 //   closed_loop [--plant lu2015|droplets] [--seeds N] [--first SEED] [--scheme WORDS (beside greedy)] [--set
 //   KEY=VALUE]... [--json]
 //               [--alone (greedy not)] [--sensor UM (noise per cell, this one only)] [--each (each print, and
@@ -16,13 +17,13 @@
 #include <string>
 #include <vector>
 
-#include "studies/reproduce/lu/lu_prints.h"
-#include "print/simulated/memory_print.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
 #include "core/statistics/bootstrap.h"
 #include "estimators/droplet/droplet_factors.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/memory_print.h"
+#include "studies/reproduce/lu/lu_prints.h"
 
 namespace {
 
@@ -44,14 +45,15 @@ std::vector<Row> rows() {
   const std::vector<std::string> strips = {"control.mpc.method=strip_dp"};
   const std::vector<std::string> three =
       and_(strips, {"control.mpc.horizon=3", "control.mpc.anneal_sweeps=50"});
-  // The surface filtered, the model as configured: what holds where the model is only roughly nature's.
+  // The surface filtered, the model as configured: this scheme holds where the model is only roughly
+  // nature's.
   const std::vector<std::string> filter = {"control.height_estimate=kalman", "control.droplet_scatter=0.1"};
   // The model learned as well: about 10 ms a layer.
   const std::vector<std::string> learned = {"control.height_estimate=kalman", "control.adapt_model=on",
                                             "estimator.droplets=on",          "estimator.memory_layers=20",
                                             "estimator.window_layers=2",      "estimator.max_evaluations=12"};
-  // What droplets add learned inside the part and on its rim; the model's errors count as scatter, so that
-  // droplets that hardly pay are not fired. The last two layers wait for the rim.
+  // The height that droplets add is learned inside the part and on its rim. The model's errors count as
+  // scatter, so that droplets that hardly pay are not fired. The last two layers wait for the rim.
   const std::vector<std::string> factors = {"control.height_estimate=kalman", "control.droplet_factors=on",
                                             "control.droplet_scatter=0.3", "control.mpc.error=square",
                                             "control.mpc.finish_layers=2"};
@@ -86,7 +88,9 @@ void tell_each(int seed, const MemoryPrintReport& r, const Blobs& inputs, const 
       all += 1.0;
       if (int(places.cells[c]) != place) continue;
       const double error = 1e3 * (r.surface.cells[c] - target.cells[c]);
-      n += 1.0, sum += error, square += error * error;
+      n += 1.0;
+      sum += error;
+      square += error * error;
     }
     if (n > 0.0)
       fmt::print("  {} {:+.3f} sd {:.3f} part of square {:.3f}", kNames[place], sum / n,

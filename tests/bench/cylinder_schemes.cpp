@@ -1,5 +1,6 @@
-// The cylinder on the independent plant under every scheme: RMS, mean and std of the true final surface about
-// the target, mean over seeds with 95 % BCa bootstrap intervals. `firn compare` tells whether they differ.
+// Prints the cylinder on the independent plant under every scheme: RMS, mean and std of the true final
+// surface about the target, mean over seeds with 95 % BCa bootstrap intervals. `firn compare` reports if they
+// differ.
 //   cylinder_schemes [--seeds N] [--experiment FILE] [--json]
 #include <fmt/core.h>
 
@@ -9,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "print/simulated/memory_print.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "core/statistics/bootstrap.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/memory_print.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-// Speed of the forward model and of a layer's decision, and what exact recovery (Lu 2015, IV-C) takes.
+// Measures the speed of the forward model, of a layer's decision and of exact recovery (Lu 2015, IV-C).
 #include <benchmark/benchmark.h>
 #include <time.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 using namespace firn;
 
-// CPU seconds of this thread: what a decision takes where nothing else runs.
+// Returns the CPU seconds of this thread: the time of a decision where nothing else runs.
 double cpu_s() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -28,8 +28,10 @@ void forward_model(benchmark::State& state) {
   RandomStream random(1, Purpose::kTest);
   HeightMap h(g);
   DropletPattern u(g);
-  for (std::size_t c = 0; c < g.size(); ++c)
-    h.cells[c] = random.uniform(0.0, 0.01), u.cells[c] = std::uint8_t(random.below(2));
+  for (std::size_t c = 0; c < g.size(); ++c) {
+    h.cells[c] = random.uniform(0.0, 0.01);
+    u.cells[c] = std::uint8_t(random.below(2));
+  }
   deposition::HeightChange<1> model(g, deposition::stencil_of({}), deposition::Border::kLose);
   for (auto _ : state) model.step(h.data(), u.data(), 0);
   state.counters["ns_per_cell"] =
@@ -46,8 +48,10 @@ void exact_recovery(benchmark::State& state) {
       RandomStream random(seed, Purpose::kInstance);
       HeightMap h(g), made(g);
       DropletPattern u(g);
-      for (std::size_t c = 0; c < g.size(); ++c)
-        h.cells[c] = random.uniform(0.0, 0.05), u.cells[c] = std::uint8_t(random.below(2));
+      for (std::size_t c = 0; c < g.size(); ++c) {
+        h.cells[c] = random.uniform(0.0, 0.05);
+        u.cells[c] = std::uint8_t(random.below(2));
+      }
       made = h;
       deposition::HeightChange<1>(g, deposition::stencil_of({}), deposition::Border::kLose).deposit(made, u);
       control::Setup setup{g, made, Mask(g, 1), {}, deposition::Border::kLose, seed};

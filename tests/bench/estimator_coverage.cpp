@@ -1,5 +1,6 @@
-// How good h1, h2, h3 and their intervals are after ten random half-filled layers on the plant "lu2015",
-// whose values are known: worst error, errors within 3 sigma, share of seeds that the 95 % intervals cover.
+// Measures the errors of h1, h2, h3 and of their intervals after ten random half-filled layers on the plant
+// "lu2015", whose values are known: maximum error, errors within 3 sigma, share of seeds that the 95 %
+// intervals cover.
 //   estimator_coverage [--seeds N] [--variation V] [--experiment FILE] [--json]
 #include <fmt/core.h>
 

@@ -32,9 +32,10 @@ std::vector<Kind> kinds() {
     return [=](const planted::IceLab& lab, std::uint64_t n) {
       Experiment e = planted::plant_case(lab, n);
       if (!table) e.plant.ice.foot_mm.assign(4, e.plant.ice.foot_mm[0] * 0.1);
-      if (place_known)
-        e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0,
+      if (place_known) {
+        e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0;
         e.laser_point.latency_s = planted::laser_latency_s(e);
+      }
       LabCalibrationOptions o;
       o.seed = n;
       return judge(e, run(e, lab.machine_toml, o));
@@ -92,11 +93,14 @@ int main(int argc, char** argv) try {
       try {
         for (const Judged& j : kind.judged(lab, std::uint64_t(c))) {
           if (each)
-            std::printf("  %4d error %12.6f +- %10.6f%s\n", c, j.error, j.half_95,
+            std::printf("  %4d error %12.6f +- %10.6f%s\n", c, j.error, j.ci95_half_width,
                         j.inside() ? "" : "  outside");
-          worst = std::max(worst, std::abs(j.error)), sum += j.error, squares += j.error * j.error,
-          half += j.half_95;
-          ++n, inside += j.inside();
+          worst = std::max(worst, std::abs(j.error));
+          sum += j.error;
+          squares += j.error * j.error;
+          half += j.ci95_half_width;
+          ++n;
+          inside += j.inside();
         }
       } catch (const std::exception& e) {
         ++failed;

@@ -1,4 +1,4 @@
-// The helical gear of 107.6 mm in its ring of scaffold, as paths: for the benches of the ice lab.
+// Computes the helical gear of 107.6 mm in its ring of scaffold, as paths: for the benches of the ice lab.
 #pragma once
 
 #include <cmath>

@@ -1,10 +1,10 @@
-// CPU and wall time of what happens after a measurement of the ice printer, on a helical gear of 107.6 mm in
-// its scaffold: map from laser readings, control law, motions and pulses of the next interval.
+// Measures CPU and wall time of the steps that follow a measurement of the ice printer, on a helical gear of
+// 107.6 mm in its scaffold: map from laser readings, control law, motions and pulses of the next interval.
 //
 //   build/bench/ice_interval [INTERVALS [speed|frequency [NOMINAL_MM_S [TOLERANCE_MM]]]]
 //   Any of them: --threads N for the motions and pulses (default 1).
 //   build/bench/ice_interval INTERVALS --experiment experiments/ice-helical-gear.toml [KEY=VALUE...]     #
-//   what the slicer makes of it
+//   the output of the slicer
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,17 +13,16 @@
 #include <string>
 #include <vector>
 
-#include "tests/bench/ice_gear.h"
-#include "print/inputs/ice_inputs.h"
-#include "runtime/thread_pool.h"
 #include "config/ice_lab.h"
 #include "config/include.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/grid/random.h"
+#include "core/planning/path_planning.h"
 #include "core/slice/coverage/footprint.h"
 #include "estimators/surface/path_readings.h"
-#include "procs/path_planner/node.h"
-#include "procs/path_planner/path_planning.h"
+#include "print/inputs/ice_inputs.h"
+#include "runtime/thread_pool.h"
+#include "tests/bench/ice_gear.h"
 
 namespace {
 
@@ -52,14 +51,14 @@ Job gear_job(int intervals, int argc, char** argv) {
   const double nominal = argc > 3 ? std::atof(argv[3]) : (speed ? 25.0 : 125.0);
   Job j;
   j.paths = ice_gear::print(intervals);
-  j.setup.machine = parse_machine("[machine]\nname = \"cobra600\"\n", "bench");
-  j.setup.laser = tools(j.setup.machine)[3];
+  const Machine machine = parse_machine("[machine]\nname = \"cobra600\"\n", "bench");
+  j.setup.arm = planning_arm(machine);
+  j.setup.laser = j.setup.arm.tools[3];
   j.setup.origin = {354.0, -46.0};
   j.setup.origin_z_mm = 20.0;
   j.setup.speeds = {{{nominal, nominal, 50.0}, {nominal, nominal, 125.0}}};
-  j.setup.valve_limits = valve_limits(j.setup.machine.valve);
-  j.setup.valves = {{valve_setting(j.setup.machine.valve), 0.01},
-                    {valve_setting(j.setup.machine.valve), 0.01}};
+  j.setup.valve_limits = valve_limits(machine.valve);
+  j.setup.valves = {{valve_setting(machine.valve), 0.01}, {valve_setting(machine.valve), 0.01}};
   if (argc > 4) j.setup.tolerance_mm = std::atof(argv[4]);
   j.setup.version = speed ? control::SurfaceVersion::kPathSpeed : control::SurfaceVersion::kValveFrequency;
   j.law.version = j.setup.version;
@@ -79,7 +78,8 @@ Job experiment_job(int intervals, const std::string& file, const std::vector<std
       planning_setup(e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, "machine"));
   j.law = surface_options(e, 0);
   j.scatter = {e.ice.measure_spacing_mm, e.control.smoothing > 0.0, e.ice.map_samples};
-  j.latency_s = e.laser_point.latency_s, j.pitch_mm = e.ice.pitch_mm;
+  j.latency_s = e.laser_point.latency_s;
+  j.pitch_mm = e.ice.pitch_mm;
   j.motions_keep = j.law.version == control::SurfaceVersion::kValveFrequency;
   return j;
 }
@@ -102,13 +102,13 @@ int main(int argc, char** argv) {
   const slice::PrintPaths& print = job.paths;
   const int layers = job.layers;
   planning::TaskPlanner planner(job.setup);
-  const auto arm = make_arm(job.setup.machine);
+  const auto arm = job.setup.arm.kinematics;
 
   const auto smf = control::make_surface_controller(job.law);
   HeightMap action;
   double all = 0.0;
   double last_map_s = 0.0, last_map_wall_s = 0.0;
-  std::vector<double> updates, walls;  // from a map's last reading to the last pulse of what follows
+  std::vector<double> updates, walls;  // from a map's last reading to the last pulse that follows
   for (int k = 1; k <= intervals; ++k) {
     const double begin = cpu_s();
     planner.next_batch();
@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
     std::size_t paths = 0;
     std::int64_t pulses = 0;
     const double before_motions = cpu_s();
-    if (job.motions_keep)  // what no action changes is planned ahead
+    if (job.motions_keep)  // motions that no action changes are planned ahead
       for (int n = layers * (k - 1) + 1; n <= layers * k; ++n)
         planner.prepare(planning::tasks_of(print, *slice::find_layer(print, n), false, job.setup), parallel);
     const double before_deposit = cpu_s(), before_deposit_wall = wall_s();
@@ -127,7 +127,9 @@ int main(int argc, char** argv) {
     const double tasks_cpu = cpu_s() - before_deposit;
     for (const planning::PlannedTask& p : planner.plan(tasks, action.size() ? &action : nullptr, parallel)) {
       if (!p.problem.empty()) std::printf("refused: %s\n", p.problem.c_str());
-      print_s += p.trajectory.certificate.duration_s, ++paths, pulses += p.pulses();
+      print_s += p.trajectory.certificate.duration_s;
+      ++paths;
+      pulses += p.pulses();
     }
     const double deposit_cpu = cpu_s() - before_deposit, deposit_wall = wall_s() - before_deposit_wall;
 
@@ -168,8 +170,12 @@ int main(int argc, char** argv) {
         deposit_cpu, planned - before_deposit - deposit_cpu, mapped - planned, points.size(), grid.nx,
         grid.ny, decided - mapped, map.covered_fraction, map.noise_std_mm, d.rms_mm);
     std::printf("  of them tasks %.3f s\n", tasks_cpu);
-    if (k > 1) updates.push_back(deposit_cpu + last_map_s), walls.push_back(deposit_wall + last_map_wall_s);
-    last_map_s = decided - planned, last_map_wall_s = decided_wall - planned_wall;
+    if (k > 1) {
+      updates.push_back(deposit_cpu + last_map_s);
+      walls.push_back(deposit_wall + last_map_wall_s);
+    }
+    last_map_s = decided - planned;
+    last_map_wall_s = decided_wall - planned_wall;
     all += cpu_s() - begin;
   }
   std::printf("together %.2f s of CPU, %.2f s per interval\n", all, all / intervals);

@@ -58,7 +58,9 @@ int main(int argc, char** argv) {
       for (; !text.empty(); ++lines) {
         const std::size_t end = text.find('\n') + 1;
         WordReader words(fvp::parse(text.substr(0, end)).text);
-        words.word(), words.word(), words.number(0, fvp::kMostPoints);
+        words.word();
+        words.word();
+        words.number(0, fvp::kMostPoints);
         while (!words.at_end()) back.push_back(fvp::parse_counts(words).value());
         text.remove_prefix(end);
       }
@@ -83,13 +85,15 @@ int main(int argc, char** argv) {
   std::printf("%zu pulses written and read: %.3f s of CPU (%llu)\n", points / 10, cpu_s() - t,
               static_cast<unsigned long long>(check));
 
-  // The driver on a robot that answers every block at once: what it costs the host, without the robot.
+  // The driver on a robot that answers every block at once: the cost for the host, without the robot.
   t = cpu_s();
-  Robot robot{RobotConfig{}};
+  Robot robot{RobotOptions{}};
   Effects fx;
   const std::size_t paths = points / kPath / 10;
-  for (std::size_t p = 1; p <= paths; ++p)
-    robot.add_path(std::int64_t(p), 0.016, 4, q, std::int64_t(p), fx), fx.clear();
+  for (std::size_t p = 1; p <= paths; ++p) {
+    robot.add_path(std::int64_t(p), 0.016, 4, q, std::int64_t(p), fx);
+    fx.clear();
+  }
   std::printf("%zu paths checked and kept by the driver: %.3f s of CPU\n", paths, cpu_s() - t);
   return 0;
 }

@@ -1,4 +1,4 @@
-// What the ice plant costs and how it errs without any feedback: a disc of ice (107.6 mm) in a ring of
+// Measures cost and error of the ice plant without any feedback: a disc of ice (107.6 mm) in a ring of
 // scaffold, printed open loop with a calibrated flow curve.
 //   ice_plant_bench [--intervals N] [--seed S] [--drift D] [--fill W] [--quiet]
 #include <sys/resource.h>
@@ -38,11 +38,21 @@ Errors errors_of(const Bed& bed, double nominal_mm, double radius_mm) {
       const double r = std::hypot(map.spec.x_mm(i), map.spec.y_mm(j));
       if (r > radius_mm || r < 4.0) continue;  // rings do not fill their own centre well
       const double d = map.at(i, j) - nominal_mm;
-      e.mean += d, e.rms += d * d, count += 1.0;
-      if (std::abs(d) > e.worst) e.worst = std::abs(d), e.worst_at = r;
-      if (r > radius_mm - 2.0) e.edge += d, edge_count += 1.0;
+      e.mean += d;
+      e.rms += d * d;
+      count += 1.0;
+      if (std::abs(d) > e.worst) {
+        e.worst = std::abs(d);
+        e.worst_at = r;
+      }
+      if (r > radius_mm - 2.0) {
+        e.edge += d;
+        edge_count += 1.0;
+      }
     }
-  e.mean /= count, e.rms = std::sqrt(e.rms / count), e.edge /= edge_count;
+  e.mean /= count;
+  e.rms = std::sqrt(e.rms / count);
+  e.edge /= edge_count;
   return e;
 }
 
@@ -57,19 +67,25 @@ int main(int argc, char** argv) {
   for (int n = 1; n < argc; ++n) {
     const std::string name = argv[n];
     const double value = n + 1 < argc ? std::atof(argv[n + 1]) : 0.0;
-    if (name == "--intervals")
-      intervals = int(value), ++n;
-    else if (name == "--seed")
-      seed = std::uint64_t(value), ++n;
-    else if (name == "--drift")
-      c.line[0].drift = c.line[1].drift = value, ++n;
-    else if (name == "--roughness")
-      c.disturbance.roughness = value, ++n;
-    else if (name == "--grain")
-      c.disturbance.roughness_mm = value, ++n;
-    else if (name == "--fill")
-      fill_mm = value, ++n;
-    else if (name == "--quiet")
+    if (name == "--intervals") {
+      intervals = int(value);
+      ++n;
+    } else if (name == "--seed") {
+      seed = std::uint64_t(value);
+      ++n;
+    } else if (name == "--drift") {
+      c.line[0].drift = c.line[1].drift = value;
+      ++n;
+    } else if (name == "--roughness") {
+      c.disturbance.roughness = value;
+      ++n;
+    } else if (name == "--grain") {
+      c.disturbance.roughness_mm = value;
+      ++n;
+    } else if (name == "--fill") {
+      fill_mm = value;
+      ++n;
+    } else if (name == "--quiet")
       quiet = true;
     else
       return std::fprintf(stderr, "unknown argument %s\n", argv[n]), 2;

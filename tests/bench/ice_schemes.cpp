@@ -2,12 +2,12 @@
 // planner, valves, arm, laser, mapper, control law. RMS of the true surface against the nominal height over
 // the cells that are judged (replay/report_ice_data.h) and inside the part, per interval.
 //
-// A disc whose rings fit it, the gear of bench/ice_gear.h, or what an experiment prints.
+// Parts: a disc whose rings fit it, the gear of bench/ice_gear.h, or the part of an experiment.
 //   build/bench/ice_schemes [--intervals N] [--seeds N] [--first-seed N] [--drift D] [--staggered | --gear
 //   [--size S] | --experiment FILE [--set KEY=VALUE]...]
 //                           [--spacing MM] [--scheme NAME,NAME] [--each] [--map measured|raw|true] [--picture
 //                           SVG]
-// --map: what the law is told: the smoothed map, the same without smoothing, or the true surface. --picture:
+// --map: input of the law: the smoothed map, the same without smoothing, or the true surface. --picture:
 // true error of the last interval, orange too high, blue too low, +-0.4 mm. Schemes: open, smf_speed [1 0.25
 // 0.25], smf_thesis [1 0.25 0.25], smf_optimal [1 0.32798 0.00005], adaptive, ..._flow (feed-forward),
 // adaptive:KP:GAIN:RATE, own: that of the experiment
@@ -25,6 +25,7 @@
 #include "config/ice_lab.h"
 #include "config/include.h"
 #include "core/control/surface/surface_controller.h"
+#include "core/planning/path_planning.h"
 #include "core/slice/coverage/footprint.h"
 #include "estimators/flow/flow_estimator.h"
 #include "estimators/flow/laid_volume.h"
@@ -33,8 +34,6 @@
 #include "plant/world/setup.h"
 #include "print/folder/run_folder.h"
 #include "print/inputs/ice_inputs.h"
-#include "procs/path_planner/node.h"
-#include "procs/path_planner/path_planning.h"
 #include "report/draw/heat_map.h"
 #include "report/run/report_ice_data.h"
 #include "tests/bench/ice_gear.h"
@@ -75,13 +74,14 @@ constexpr double kValveLatency_s = 0.0015 - kLag_s;
 
 planning::PlanningSetup setup_of(const plant::IceWorldConfig& c, bool speed) {
   planning::PlanningSetup s;
-  s.machine = parse_machine("[machine]\nname = \"cobra600\"\n", "bench");
-  s.laser = tools(s.machine)[3];
+  const Machine machine = parse_machine("[machine]\nname = \"cobra600\"\n", "bench");
+  s.arm = planning_arm(machine);
+  s.laser = s.arm.tools[3];
   s.origin = {c.arm.origin_mm[0], c.arm.origin_mm[1]};
   s.origin_z_mm = c.arm.origin_mm[2];
   const double v = speed ? 25.0 : 60.0;
   s.speeds = {{{v, v, 50.0}, {v, v, 125.0}}};
-  s.valve_limits = valve_limits(s.machine.valve);
+  s.valve_limits = valve_limits(machine.valve);
   s.valve_limits.max_duration_s = 130.0;
   for (int valve = 0; valve < 2; ++valve)
     s.valves.push_back({{0.00125, curve_of(c.line[std::size_t(valve)], valve)}, kValveLatency_s});
@@ -162,30 +162,38 @@ Scheme scheme_named(std::string name) {
     s.options.smf.kp = s.options.adaptive.kp;
     name.resize(at);
   }
-  if (name.ends_with("_flow")) s.options.feed_forward = true, name.resize(name.size() - 5);
+  if (name.ends_with("_flow")) {
+    s.options.feed_forward = true;
+    name.resize(name.size() - 5);
+  }
   s.options.version = control::SurfaceVersion::kValveFrequency;
   s.options.output_limit = 0.6;
   const double kp = s.options.smf.kp;
   s.options.smf = {kp, 0.25, 0.25, 0.5};
   if (name == "open")
     s.options.scheme = "open_loop";
-  else if (name == "smf_speed")
-    s.speed = true, s.options.version = control::SurfaceVersion::kPathSpeed;
-  else if (name == "smf_optimal")
+  else if (name == "smf_speed") {
+    s.speed = true;
+    s.options.version = control::SurfaceVersion::kPathSpeed;
+  } else if (name == "smf_optimal")
     s.options.smf = {0.9999 * kp, 0.32798, 0.00005, 0.5};
   else if (name == "adaptive")
     s.options.scheme = "smf_adaptive";
-  else if (name == "adaptive_fixed")
-    s.options.scheme = "smf_adaptive", s.options.adaptive.gain_rate = 0.0;
-  else if (name == "adaptive_speed")
-    s.options.scheme = "smf_adaptive", s.speed = true,
+  else if (name == "adaptive_fixed") {
+    s.options.scheme = "smf_adaptive";
+    s.options.adaptive.gain_rate = 0.0;
+  } else if (name == "adaptive_speed") {
+    s.options.scheme = "smf_adaptive";
+    s.speed = true;
     s.options.version = control::SurfaceVersion::kPathSpeed;
-  else if (name != "smf_thesis")
-    std::fprintf(stderr, "unknown scheme %s\n", name.c_str()), std::exit(2);
+  } else if (name != "smf_thesis") {
+    std::fprintf(stderr, "unknown scheme %s\n", name.c_str());
+    std::exit(2);
+  }
   return s;
 }
 
-/// What is printed, and what the lab believes of itself.
+/// Holds the printed part and the lab's beliefs of itself.
 struct Job {
   slice::PrintPaths paths;
   int interval_layers = ice_gear::kInterval_layers;
@@ -239,11 +247,11 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner,
   if (o.drift != 0.0) c.line[0].drift = c.line[1].drift = o.drift;
   Lab lab(c, seed);
   const auto law = control::make_surface_controller(scheme.options);
-  const auto arm = make_arm(setup.machine);
+  const auto arm = setup.arm.kinematics;
   const surface::LaserFrame frame{*arm, setup.laser, setup.origin, setup.origin_z_mm, job.laser_latency_s};
   HeightMap action;
   const GridSpec everywhere{160, 160, 1.0, 1.0, -80.0, -80.0};
-  const motion::Tool nozzles[2] = {tools(setup.machine)[1], tools(setup.machine)[2]};
+  const motion::Tool nozzles[2] = {setup.arm.tools[1], setup.arm.tools[2]};
   flow::FlowEstimator flow(flow::FlowOptions{});
   HeightMap before(everywhere, 0.0), last_error;
   Result r;
@@ -256,7 +264,10 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner,
       for (const planning::PathTask& t :
            planning::tasks_of(paths, *slice::find_layer(paths, n), false, setup)) {
         const planning::PlannedTask p = planner.plan(t, action.size() ? &action : nullptr);
-        if (!p.problem.empty()) std::fprintf(stderr, "refused: %s\n", p.problem.c_str()), std::exit(1);
+        if (!p.problem.empty()) {
+          std::fprintf(stderr, "refused: %s\n", p.problem.c_str());
+          std::exit(1);
+        }
         lab.run(p, t.material, setup.valves[t.material].setting.pulse_s);
         for (const planning::PlannedList& l : p.lists)
           flow::add_laid({p.trajectory, l.start_s, 0.002, kValveLatency_s, l.volume_mm3, l.ticks},
@@ -275,7 +286,10 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner,
     surface::ScatterEstimate map =
         surface::estimate_surface(grid, slice::footprint_mask(material), points, scatter);
     const HeightMap truth = lab.truth(grid);
-    if (o.map == "true") map.height = truth, surface::fill_from_nearest(map.height);
+    if (o.map == "true") {
+      map.height = truth;
+      surface::fill_from_nearest(map.height);
+    }
     const double nominal = top.z * slice::kMmPerUnit;
     HeightMap known = map.height;
     for (std::size_t n = 0; n < known.size(); ++n)
@@ -297,9 +311,12 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner,
     const Mask judged = replay::judged_cells(top, grid);
     for (std::size_t n = 0; n < truth.size(); ++n) {
       if (!judged.cells[n]) continue;
-      if (ice_zones::inside_part(material, n))
-        part_squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), part_cells += 1.0;
-      squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal), cells += 1.0;
+      if (ice_zones::inside_part(material, n)) {
+        part_squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal);
+        part_cells += 1.0;
+      }
+      squares += (truth.cells[n] - nominal) * (truth.cells[n] - nominal);
+      cells += 1.0;
       off += (truth.cells[n] - map.height.cells[n]) * (truth.cells[n] - map.height.cells[n]);
     }
     r.true_rms.push_back(std::sqrt(squares / cells));
@@ -321,9 +338,10 @@ Result print(const Settings& o, const Job& job, planning::TaskPlanner& planner,
     if (!o.picture.empty())
       write_file_atomically(
           o.picture, replay::heat_map(error, {-400.0, 400.0, replay::ColorMap::kDiverging}, "true error"));
-    if (o.each)
-      ice_zones::tell_zones(truth, map.height, material, judged, nominal),
-          ice_zones::tell_bands(truth, map.height, material, judged, nominal);
+    if (o.each) {
+      ice_zones::tell_zones(truth, map.height, material, judged, nominal);
+      ice_zones::tell_bands(truth, map.height, material, judged, nominal);
+    }
   }
   return r;
 }
@@ -382,7 +400,10 @@ int main(int argc, char** argv) {
         name == "own" ? Scheme{job.options, job.options.version == control::SurfaceVersion::kPathSpeed}
                       : scheme_named(name);
     auto& [setup, planner] = planners[scheme.speed];
-    if (!planner) setup = job.setup[scheme.speed], planner = std::make_unique<planning::TaskPlanner>(setup);
+    if (!planner) {
+      setup = job.setup[scheme.speed];
+      planner = std::make_unique<planning::TaskPlanner>(setup);
+    }
     double mean = 0.0, part = 0.0, last = 0.0, worst = 0.0, map_off = 0.0;
     const double begin = cpu_s();
     for (int seed = o.first_seed; seed < o.first_seed + o.seeds; ++seed) {
@@ -390,13 +411,18 @@ int main(int argc, char** argv) {
       double late = 0.0;  // intervals from the fourth on
       for (std::size_t k = 0; k < r.true_rms.size(); ++k) {
         if (k >= 3) late += r.true_rms[k] / double(r.true_rms.size() - 3);
-        if (k >= 3)
-          worst = std::max(worst, r.part_rms[k]),
+        if (k >= 3) {
+          worst = std::max(worst, r.part_rms[k]);
           part += r.part_rms[k] / double(r.true_rms.size() - 3) / o.seeds;
+        }
         map_off += r.map_error[k] / double(r.map_error.size()) / o.seeds;
       }
-      mean += late / o.seeds, last += r.part_rms.back() / o.seeds;
-      if (scheme.speed) planner->next_batch(), planner->next_batch();
+      mean += late / o.seeds;
+      last += r.part_rms.back() / o.seeds;
+      if (scheme.speed) {
+        planner->next_batch();
+        planner->next_batch();
+      }
     }
     std::printf(
         "%-16s drift %+.2f: true rms from interval 4 on %.4f mm; inside the part %.4f, last %.4f, worst "

@@ -1,10 +1,10 @@
-// Where the error of a printed surface lies: for the benches of the ice lab.
+// Prints the error of a printed surface by zone, for the benches of the ice lab.
 #pragma once
 
 #include <cmath>
 #include <cstdio>
 
-#include "core/control/surface/foresee_surface.h"
+#include "core/control/surface/disturbance_observer_surface.h"
 #include "report/run/report_ice_data.h"
 
 namespace firn::ice_zones {
@@ -20,7 +20,7 @@ inline bool inside_part(const Grid<std::uint8_t>& material, std::size_t cell) {
   return true;
 }
 
-/// Where the error lies, and which part of it is wider than 5 cells.
+/// Prints the error of each zone, and the part of the error that is wider than 5 cells.
 inline void tell_zones(const HeightMap& truth, const HeightMap& map, const Grid<std::uint8_t>& material,
                        const Mask& judged, double nominal) {
   constexpr const char* kNames[] = {"inside the part", "part's edge", "scaffold", "spots between beads"};
@@ -35,10 +35,16 @@ inline void tell_zones(const HeightMap& truth, const HeightMap& map, const Grid<
     double sum = 0.0, count = 0.0;
     for (int y = int(n) / g.nx - 2; y <= int(n) / g.nx + 2; ++y)
       for (int x = int(n) % g.nx - 2; x <= int(n) % g.nx + 2; ++x)
-        if (g.contains(x, y) && judged.at(x, y)) sum += truth.at(x, y) - nominal, count += 1.0;
+        if (g.contains(x, y) && judged.at(x, y)) {
+          sum += truth.at(x, y) - nominal;
+          count += 1.0;
+        }
     const double e = truth.cells[n] - nominal, d = truth.cells[n] - map.cells[n];
-    cells[zone] += 1.0, mean[zone] += e, squares[zone] += e * e, off[zone] += d * d,
-        wide[zone] += sum / count * sum / count;
+    cells[zone] += 1.0;
+    mean[zone] += e;
+    squares[zone] += e * e;
+    off[zone] += d * d;
+    wide[zone] += sum / count * sum / count;
   }
   for (int z = 0; z < 4; ++z)
     if (cells[z] > 0.0)
@@ -48,7 +54,7 @@ inline void tell_zones(const HeightMap& truth, const HeightMap& map, const Grid<
           mean[z] / cells[z], std::sqrt(off[z] / cells[z]));
 }
 
-/// The same by the law's zones: what repeats in a zone can be foreseen.
+/// Prints the same by the law's zones: an error that repeats in a zone can be foreseen.
 inline void tell_bands(const HeightMap& truth, const HeightMap& map, const Grid<std::uint8_t>& material,
                        const Mask& judged, double nominal) {
   const Grid<std::int8_t> zone = control::zones(material, 1.0);
@@ -57,7 +63,10 @@ inline void tell_bands(const HeightMap& truth, const HeightMap& map, const Grid<
     if (!judged.cells[n] || zone.cells[n] < 0) continue;
     const auto z = std::size_t(zone.cells[n]);
     const double e = truth.cells[n] - nominal;
-    cells[z] += 1.0, sum[z] += e, squares[z] += e * e, off[z] += map.cells[n] - truth.cells[n];
+    cells[z] += 1.0;
+    sum[z] += e;
+    squares[z] += e * e;
+    off[z] += map.cells[n] - truth.cells[n];
   }
   for (int z = 0; z < control::kZones; ++z)
     if (cells[z] > 0.0)
@@ -80,7 +89,10 @@ inline void tell_slopes(const HeightMap& error, const HeightMap& before, const G
                      : inside_part(material, n)                                          ? 0
                                                                                          : 1;
     const double w = wide.cells[n], lw = last_wide.cells[n], s = error.cells[n] - w, ls = last.cells[n] - lw;
-    xy[zone][0] += w * lw, xx[zone][0] += lw * lw, xy[zone][1] += s * ls, xx[zone][1] += ls * ls;
+    xy[zone][0] += w * lw;
+    xx[zone][0] += lw * lw;
+    xy[zone][1] += s * ls;
+    xx[zone][1] += ls * ls;
   }
   std::printf(
       "      slope on the error before, wide / narrow: inside %+.2f / %+.2f, edge %+.2f / %+.2f, scaffold "

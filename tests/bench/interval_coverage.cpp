@@ -1,4 +1,4 @@
-// How often the 95 % bootstrap interval of core/statistics covers a known mean.
+// Measures the coverage of a known mean by the 95 % bootstrap interval of core/statistics.
 //   interval_coverage [STUDIES]
 #include <fmt/core.h>
 

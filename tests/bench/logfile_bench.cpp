@@ -1,6 +1,6 @@
-// Log and write-ahead bytes: how fast they are written and read, and what the check of a received message
-// costs. Files go to FIRN_BENCH_DIR, by default the system's temporary folder: name a real disk to measure
-// one.
+// Measures the speed of writing and reading log and write-ahead bytes, and the cost of the check of a
+// received message. Files go to FIRN_BENCH_DIR, by default the system's temporary folder: name a real disk to
+// measure one.
 #include <benchmark/benchmark.h>
 
 #include <array>

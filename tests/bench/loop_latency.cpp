@@ -12,16 +12,16 @@
 #include <string>
 #include <vector>
 
-#include "print/live/bus_port.h"
-#include "print/live/child_process.h"
-#include "print/folder/run_folder.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "core/grid/random.h"
+#include "files/record/record_file.h"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
-#include "files/record/record_file.h"
+#include "print/folder/run_folder.h"
+#include "print/labs/print_labs.h"
+#include "print/live/bus_port.h"
+#include "print/live/child_process.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/process_args.h"
 #include "runtime/run_clock.h"

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "print/simulated/memory_print.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/memory_print.h"
 
 namespace {
 

@@ -1,12 +1,12 @@
-// How good and how fast layers are decided (docs/measurements.md): processor seconds of this thread, medians
-// of five.
+// Measures quality and speed of layer decisions (docs/measurements.md): processor seconds of this thread,
+// medians of five.
 //
 // - `mpc_bench recovery`: printed layers found again, by spread of the droplets, 20 x 20 and 200 x 200
 // - `mpc_bench layers`: the six instances: objective above the best known after so much time, and the proved
 // gap
 // - `mpc_bench gap FILE.svg [FILE.csv]`: the gap between layer and bound closing
-// - `mpc_bench best FOLDER [sweeps]`: writes instances, best layers and table of tests/bench/instances from a long
-// run
+// - `mpc_bench best FOLDER [sweeps]`: writes instances, best layers and table of tests/bench/instances from a
+// long run
 // - `mpc_bench large [threads]`: 1000 x 1000 and 4000 x 4000 cells, with the most memory the process had
 // - `mpc_bench forward`: the height-change model and the gain of every droplet
 #include <cstdio>

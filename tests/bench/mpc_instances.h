@@ -1,6 +1,6 @@
-// The states on which the layer solvers are measured: 100 x 100 cells, Lu's Table I (4.4 / 0.6 / 0.2 um), the
-// lost border, target 50 um. tests/bench/instances holds them as float32 NPY files, which are the definition; this
-// generator made them.
+// Computes the states on which the layer solvers are measured: 100 x 100 cells, Lu's Table I (4.4 / 0.6 / 0.2
+// um), the lost border, target 50 um. tests/bench/instances holds them as float32 NPY files, which are the
+// definition; this generator made them.
 #pragma once
 
 #include <array>

@@ -5,13 +5,13 @@
 #include <cstdio>
 #include <vector>
 
-#include "tests/bench/mpc_tables.h"
-#include "runtime/thread_pool.h"
 #include "core/control/mpc/anneal.h"
+#include "core/control/mpc/horizon_state.h"
 #include "core/control/mpc/layer/layer_problem.h"
-#include "core/control/mpc/plan_field.h"
 #include "core/control/mpc/layer/strip_dp.h"
 #include "core/grid/random.h"
+#include "runtime/thread_pool.h"
+#include "tests/bench/mpc_tables.h"
 
 namespace firn::bench {
 namespace {
@@ -68,10 +68,12 @@ double change_s(int layers) {
     for (auto& n : u.cells) n = std::uint8_t(random.below(2));
   std::vector<std::uint32_t> cells(g.size());
   for (std::uint32_t c = 0; c < cells.size(); ++c) cells[c] = c;
-  control::mpc::PlanField field(setup, h, {}, layers);
+  control::mpc::HorizonState field(setup, h, {}, layers);
   field.set_plan(plan);
   control::mpc::AnnealOptions o;
-  o.layers = layers, o.sweeps = 10, o.max_evaluations = 1'000'000'000;
+  o.layers = layers;
+  o.sweeps = 10;
+  o.max_evaluations = 1'000'000'000;
   std::int64_t changes = 0;
   const double seconds = median_s(3, [&] { changes = anneal(field, {}, cells, o, random).evaluations; });
   return seconds / double(changes);
@@ -90,8 +92,10 @@ int print_forward() {
   RandomStream random(1, Purpose::kTest);
   HeightMap h(g);
   DropletPattern u(g);
-  for (std::size_t c = 0; c < g.size(); ++c)
-    h.cells[c] = random.uniform(0.0, 0.01), u.cells[c] = std::uint8_t(random.below(2));
+  for (std::size_t c = 0; c < g.size(); ++c) {
+    h.cells[c] = random.uniform(0.0, 0.01);
+    u.cells[c] = std::uint8_t(random.below(2));
+  }
   control::Setup setup{g, HeightMap(g, 0.005), Mask(g, 1), {}, deposition::Border::kLose, 1};
   control::mpc::LayerProblem problem(setup, h, {});
   problem.set_drops(u);
@@ -99,8 +103,10 @@ int print_forward() {
   std::vector<float> gains(std::size_t(g.nx) * kRows);
   double sum = 0.0;
   const double flips = median_s(9, [&] {
-    for (int j = 0; j < g.ny; j += kRows)
-      problem.flip_gains(j, kRows, gains.data()), sum += double(gains[std::size_t(j)]);
+    for (int j = 0; j < g.ny; j += kRows) {
+      problem.flip_gains(j, kRows, gains.data());
+      sum += double(gains[std::size_t(j)]);
+    }
   });
   const double errors = median_s(9, [&] { problem.refresh(); });
   deposition::HeightChange<1> model(g, deposition::stencil_of({}), deposition::Border::kLose);

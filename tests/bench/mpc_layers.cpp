@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "tests/bench/mpc_instances.h"
-#include "tests/bench/mpc_tables.h"
-#include "files/digest.h"
 #include "core/control/mpc/bound/bound.h"
 #include "core/control/mpc/layer/layer_solver.h"
 #include "core/grid/npy.h"
+#include "files/digest.h"
+#include "tests/bench/mpc_instances.h"
+#include "tests/bench/mpc_tables.h"
 
 namespace firn::bench {
 namespace {

@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "tests/bench/mpc_tables.h"
 #include "core/control/mpc/layer/strip_dp.h"
 #include "core/grid/random.h"
+#include "tests/bench/mpc_tables.h"
 
 namespace firn::bench {
 namespace {
@@ -35,8 +35,10 @@ Recovered recover(int n, double spread, int seeds) {
     setup.model.h3_mm = setup.model.h2_mm / 3.0;
     HeightMap h(g);
     DropletPattern printed(g);
-    for (std::size_t c = 0; c < g.size(); ++c)
-      h.cells[c] = random.uniform(0.0, 0.05), printed.cells[c] = std::uint8_t(random.below(2));
+    for (std::size_t c = 0; c < g.size(); ++c) {
+      h.cells[c] = random.uniform(0.0, 0.05);
+      printed.cells[c] = std::uint8_t(random.below(2));
+    }
     setup.target = h;
     deposition::HeightChange<1>(g, deposition::stencil_of(setup.model), setup.border)
         .deposit(setup.target, printed);

@@ -1,4 +1,4 @@
-// The tables of mpc_bench.
+// Prints the tables of mpc_bench.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What nature costs: droplets, layers with curing, profiles.
+// Measures the cost of the simulated nature: droplets, layers with curing, profiles.
 #include <benchmark/benchmark.h>
 
 #include <vector>

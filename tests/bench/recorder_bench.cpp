@@ -1,5 +1,5 @@
-// recorder_bench [seconds]: a sender process and the recorder over loopback UDP. Prints messages/s, MB/s,
-// what was lost before repair and after, beside the receive buffer that the kernel granted.
+// recorder_bench [seconds]: a sender process and the recorder over loopback UDP. Prints messages/s, MB/s, the
+// losses before and after repair, and the receive buffer that the kernel granted.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "files/record/event_log.h"
+#include "firn/height_profile_t.hpp"
 #include "print/live/bus_port.h"
 #include "print/live/child_process.h"
-#include "firn/height_profile_t.hpp"
-#include "files/record/event_log.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/process_args.h"
 #include "runtime/station.h"
@@ -27,7 +27,7 @@ struct Load {
   double messages_per_s;  ///< asked
 };
 
-/// Sends for `seconds`, then stays until what was lost has been asked for. @returns messages sent
+/// Sends for `seconds`, then stays until all losses have been asked for. @returns messages sent
 std::int64_t send(const ProcessOptions& options, const std::string& url, const Load& load, double seconds) {
   LcmBus bus(url);
   Station station(options, bus, [](const ChannelInfo&, std::span<const std::byte>) {});

@@ -1,12 +1,10 @@
-// How well `firn calibrate` finds planted offsets of the second nozzle, on the independent plant: rms error,
-// bias, the standard error that it reports, coverage of its 95 % intervals.   registration_accuracy [SEEDS]
-// [KEY=VALUE ...]
+// Measures the accuracy of `firn calibrate` on planted offsets of the second nozzle, on the independent
+// plant: rms error, bias, the standard error that it reports, coverage of its 95 % intervals.
+//   registration_accuracy [SEEDS] [KEY=VALUE ...]
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
-#include "print/simulated/memory_print.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "core/control/registration.h"
 #include "core/grid/npy.h"
@@ -14,6 +12,9 @@
 #include "estimators/registration/nozzle_offset.h"
 #include "firn/height_map_t.hpp"
 #include "lcmtypes/convert.h"
+#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/memory_print.h"
 
 using namespace firn;
 
@@ -58,7 +59,7 @@ int main(int argc, char** argv) {
       sum += error;
       variance += i.sigma_mm * i.sigma_mm;
       worst = std::max(worst, std::abs(error));
-      covered += std::abs(error) <= i.half_95_mm;
+      covered += std::abs(error) <= i.ci95_half_width_mm;
     }
   }
   const double n = 2.0 * seeds;

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "print/simulated/lab_run.h"
 #include "cli/replay_command.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
 
 namespace {

@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "files/mesh/mesh_file.h"
+#include "core/slice/mesh/slicer.h"
 #include "core/slice/offset/offset_rings.h"
 #include "core/slice/paths/path_options.h"
-#include "core/slice/mesh/slicer.h"
+#include "files/mesh/mesh_file.h"
 #include "tests/core/slice/offset_oracle.h"
 
 using namespace firn;

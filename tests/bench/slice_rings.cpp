@@ -1,4 +1,4 @@
-// What the rings of a concentric fill cost, four ways, on all layers of a mesh:
+// Measures the cost of the rings of a concentric fill, four ways, on all layers of a mesh:
 //   build/bench/slice_rings MESH [CHORD_TOLERANCE_MM]
 // Firn's front from the original outline; Clipper's offset of the original outline for each ring; Clipper's
 // offset of the ring before (errors pile up); and, without any ring, the segment Voronoi diagram of
@@ -9,11 +9,11 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "files/mesh/mesh_file.h"
 #include "core/geometry/clipper.h"
-#include "core/slice/offset/offset_rings.h"
+#include "core/geometry/simplify_ring.h"
 #include "core/slice/mesh/slicer.h"
-#include "core/geometry/thin.h"
+#include "core/slice/offset/offset_rings.h"
+#include "files/mesh/mesh_file.h"
 
 namespace {
 
@@ -24,7 +24,10 @@ double cpu_s() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Tally {
   std::size_t rings = 0, points = 0;
-  void add(const Rings& r) { rings += r.size(), points += r.points.size(); }
+  void add(const Rings& r) {
+    rings += r.size();
+    points += r.points.size();
+  }
 };
 
 template <class F>
@@ -48,13 +51,13 @@ std::size_t voronoi_vertices(const Region& region) {
   return diagram.num_vertices();
 }
 
-Rings thinned(const Rings& rings, double tolerance_mm) {
+Rings simplified(const Rings& rings, double tolerance_mm) {
   Rings thin;
   std::vector<Vec> line;
   for (std::size_t r = 0; r < rings.size(); ++r) {
     line.clear();
     for (const Point p : rings[r]) line.push_back(to_vec(p));
-    thin_ring(line, tolerance_mm * kUnitsPerMm, thin);
+    simplify_ring(line, tolerance_mm * kUnitsPerMm, thin);
   }
   return thin;
 }
@@ -92,10 +95,10 @@ int main(int argc, char** argv) try {
     Tally tally;
     for (Region ring : sliced.layers) {
       for (int level = 0; !ring.empty(); ++level) {
-        ring =
-            thinned(clipper_offset(ring, plan.distance_mm(level) - (level ? plan.distance_mm(level - 1) : 0),
-                                   tolerance_mm),
-                    tolerance_mm);
+        ring = simplified(
+            clipper_offset(ring, plan.distance_mm(level) - (level ? plan.distance_mm(level - 1) : 0),
+                           tolerance_mm),
+            tolerance_mm);
         tally.add(ring);
       }
     }

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "files/mesh/mesh_file.h"
 #include "core/geometry/planar.h"
 #include "core/slice/mesh/slicer.h"
+#include "files/mesh/mesh_file.h"
 
 namespace {
 

@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "core/slice/offset/offset_rings.h"
-#include "core/slice/mesh/path_filter.h"
-#include "core/slice/paths/path_options.h"
 #include "core/geometry/planar.h"
+#include "core/slice/mesh/path_filter.h"
+#include "core/slice/offset/offset_rings.h"
+#include "core/slice/paths/path_options.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
 

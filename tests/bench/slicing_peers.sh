@@ -1,6 +1,6 @@
 #!/bin/sh
 # firn slice against the slicers people use: whole commands, user and wall seconds, medians of alternating runs.
-#   bench/slicing_peers.sh MESHES [--row NAME]... [--command NAME]... [--rounds N] [--ours]
+#   tests/bench/slicing_peers.sh MESHES [--row NAME]... [--command NAME]... [--rounds N] [--ours]
 # MESHES holds igea_1075k.stl, lucy500_1215k.stl and lucy500_10140k.stl (rows whose mesh is missing are left out). Rows, with
 # the minutes that three rounds take on a quiet machine of two cores:
 #   lucy        no support, G-code                        8      stages    igea, all stages of Table 3-5           0.2

@@ -1,13 +1,13 @@
 // Voxels of the wrong ink that each scheme leaves in the pipe junction [Lu 2015, Figs. 13, 14]: the table of
-// docs/algorithms-control.md. Whole lab in simulated time, experiments/pipe-junction.toml, seed 1.
+// docs/algorithms/control.md. Whole lab in simulated time, experiments/pipe-junction.toml, seed 1.
 #include <cstdio>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "print/simulated/memory_print.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/memory_print.h"
 #include "report/run/voxels.h"
 
 using namespace firn;

@@ -4,8 +4,8 @@
 #include <sstream>
 
 #include "cli/dataflow_command.h"
-#include "print/folder/node_makers.h"
 #include "lcmtypes/channels.h"
+#include "print/folder/node_makers.h"
 
 using namespace firn;
 

@@ -64,7 +64,10 @@ TEST_CASE(
     DecideOptions single = s.o;
     single.height = s.single;
     auto same = nlohmann::json::parse(decide(single));
-    for (const char* cost : {"cpu_s", "peak_bytes"}) json.erase(cost), same.erase(cost);
+    for (const char* cost : {"cpu_s", "peak_bytes"}) {
+      json.erase(cost);
+      same.erase(cost);
+    }
     CHECK(json == same);
     last = json["objective_mm"];
   }
@@ -161,10 +164,19 @@ TEST_CASE(
   refuses("control.mpc.horizon", [](DecideOptions& o) { o.horizon = 0; });
   refuses("horizon = 9", [](DecideOptions& o) { o.horizon = 9; });
   refuses("strip_dp", [](DecideOptions& o) { o.method = "strips"; });
-  refuses("--bound-rows", [](DecideOptions& o) { o.bound = true, o.bound_rows = 9; });
-  refuses("horizon = 1", [](DecideOptions& o) { o.bound = true, o.horizon = 2; });
-  refuses("alpha = 1 only",
-          [](DecideOptions& o) { o.bound = true, o.alpha = 0.5, o.certificate = "out.npy"; });
+  refuses("--bound-rows", [](DecideOptions& o) {
+    o.bound = true;
+    o.bound_rows = 9;
+  });
+  refuses("horizon = 1", [](DecideOptions& o) {
+    o.bound = true;
+    o.horizon = 2;
+  });
+  refuses("alpha = 1 only", [](DecideOptions& o) {
+    o.bound = true;
+    o.alpha = 0.5;
+    o.certificate = "out.npy";
+  });
   refuses("geometry.shape", [](DecideOptions& o) { o.overrides = {"geometry.shape=pipe_junction"}; });
 
   Mask mask(g, 1);  // a hole off the part is bare ground

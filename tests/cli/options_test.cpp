@@ -11,7 +11,7 @@ namespace {
 
 Call parse(std::vector<const char*> words) {
   words.insert(words.begin(), "firn");
-  return parse_command_line(int(words.size()), words.data());
+  return parse_command_line(commands(), int(words.size()), words.data());
 }
 
 }  // namespace

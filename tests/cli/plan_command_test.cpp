@@ -110,7 +110,8 @@ TEST_CASE("The CSV of the test path keeps every limit, stays on the path and mov
 }
 
 TEST_CASE(
-    "JSON paths with tools, ceilings and pulses are planned, and one and two threads write the same bytes") {
+    "JSON paths with tools, speed limits and pulses are planned, and one and two threads write the same "
+    "bytes") {
   PlanCommandOptions o = fig42();
   o.paths = kSource + "/experiments/measure-square.json";
   o.output = folder() / "one.traj";
@@ -153,7 +154,8 @@ TEST_CASE("Pulses stand in a list per path and count the volume") {
     double start = 0.0;
     REQUIRE(std::sscanf(line.c_str(), "%d,%d,%lf,%d", &path, &list, &start, &tick) == 4);
     REQUIRE((path != path_before || tick > before));
-    before = tick, path_before = path;
+    before = tick;
+    path_before = path;
     ++count[std::size_t(path)];
   }
   CHECK(std::abs(count[1] - 150) <= 1);
@@ -202,15 +204,26 @@ TEST_CASE("Options that do not fit are refused by name before anything is writte
   CHECK_THAT(refused([](auto& o) { o.corner = "loop"; }), Contains("--corner") && Contains("aerosol"));
   CHECK_THAT(refused([](auto& o) { o.machine = "none.toml"; }), Contains("none.toml"));
   CHECK_THAT(refused([](auto& o) { o.csv = "no/such/folder/x.csv"; }), Contains("no/such/folder/x.csv"));
-  CHECK_THAT(refused([](auto& o) { o.plot = folder() / "x.svg", o.plot_path = 7; }),
+  CHECK_THAT(refused([](auto& o) {
+               o.plot = folder() / "x.svg";
+               o.plot_path = 7;
+             }),
              Contains("--plot-path 7") && Contains("1 path"));
   const auto aerosol = [](PlanCommandOptions& o) {
-    o.machine = kSource + "/labs/aerosol.toml", o.paths = kSource + "/experiments/thompson-fig7.json",
+    o.machine = kSource + "/labs/aerosol.toml";
+    o.paths = kSource + "/experiments/thompson-fig7.json";
     o.origin_mm.clear();
   };
-  CHECK_THAT(refused([&](auto& o) { aerosol(o), o.method = "thesis"; }),
+  CHECK_THAT(refused([&](auto& o) {
+               aerosol(o);
+               o.method = "thesis";
+             }),
              Contains("--method") && Contains("aerosol"));
-  CHECK_THAT(refused([&](auto& o) { aerosol(o), o.pulses = "x"; }), Contains("--pulses"));
+  CHECK_THAT(refused([&](auto& o) {
+               aerosol(o);
+               o.pulses = "x";
+             }),
+             Contains("--pulses"));
 }
 
 TEST_CASE("An aerosol machine's job becomes a trajectory file of its stage") {

@@ -1,4 +1,4 @@
-// What a print tells when it is over.
+// Tests the lines that a print shows at its end.
 #include <catch2/catch.hpp>
 
 #include <nlohmann/json.hpp>
@@ -6,7 +6,7 @@
 #include "cli/print_show.h"
 #include "config/include.h"
 #include "print/exit_codes.h"
-#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 #include "tests/print/ice_runs.h"
 
 using namespace firn;

@@ -68,7 +68,7 @@ SliceCommandOptions run_options(const std::string& name) {
   return o;
 }
 
-// What a reader of G-code sees: lengths of extruding moves and what is extruded, by tool.
+// Holds the sums that a reader of G-code computes: lengths of extruding moves and extruded lengths, by tool.
 struct GcodeSums {
   std::map<int, double> length_mm, e;
 };
@@ -88,9 +88,12 @@ GcodeSums read_gcode(const std::string& text) {
       if (w[0] == 'Y') to_y = std::stod(w.substr(1));
       if (w[0] == 'E') e = std::stod(w.substr(1));
     }
-    if (line.starts_with("G1") && e > 0)
-      sums.length_mm[tool] += std::hypot(to_x - x, to_y - y), sums.e[tool] += e;
-    x = to_x, y = to_y;
+    if (line.starts_with("G1") && e > 0) {
+      sums.length_mm[tool] += std::hypot(to_x - x, to_y - y);
+      sums.e[tool] += e;
+    }
+    x = to_x;
+    y = to_y;
   }
   return sums;
 }
@@ -144,13 +147,14 @@ TEST_CASE(
       INFO("layer " << regions.layer << ", material " << m);
       const slice::Coverage& c = covered[m];
       const double height_mm = layer->height * slice::kMmPerUnit;
-      swept_mm3[m] += c.swept_mm2 * height_mm, wanted_mm3[m] += c.wanted_mm2 * height_mm;
+      swept_mm3[m] += c.swept_mm2 * height_mm;
+      wanted_mm3[m] += c.wanted_mm2 * height_mm;
       CHECK(c.gap_mm2 <= 0.05 * c.wanted_mm2);
       CHECK(c.beyond_mm2 <= 0.05 * c.wanted_mm2);
       CHECK(c.swept_mm2 == Approx(c.wanted_mm2).epsilon(0.05));
     }
-    // What is deposited is what is covered and what is covered twice: width x height x length, but for round
-    // ends.
+    // The deposited volume is that of the covered area and of the area covered twice: width x height x
+    // length, but for round ends.
     const auto use = slice::material_use(*layer);
     for (std::size_t m = 0; m < use.size(); ++m)
       CHECK(use[m].volume_mm3 / (layer->height * slice::kMmPerUnit) <=
@@ -331,7 +335,11 @@ TEST_CASE("firn slice refuses what it cannot do, and leaves nothing behind") {
   };
   refused(with([](auto& c) { c.layers = {3}; }), "--layer needs --svg");
   refused(with([](auto& c) { c.svg = "x.svg"; }), "need --layer K");
-  refused(with([](auto& c) { c.layers = {99}, c.svg = "x.svg"; }), "--layer 99: the job has 22 layers");
+  refused(with([](auto& c) {
+            c.layers = {99};
+            c.svg = "x.svg";
+          }),
+          "--layer 99: the job has 22 layers");
   refused(with([](auto& c) { c.support = "ful"; }), "one of full, overhang, none");
   refused(with([](auto& c) { c.tolerance_mm = -2; }), "contour.tolerance_mm");
   refused(with([](auto& c) { c.tolerance_mm = -1; }), "contour.tolerance_mm");
@@ -348,7 +356,9 @@ TEST_CASE("An output replaces regular files only, and what a link points to, not
   SliceCommandOptions o = run_options("target");
   const fs::path folder = fs::path(o.output).parent_path(), pipe = folder / "pipe",
                  link = folder / "link.paths";
-  fs::remove(pipe), fs::remove(link), fs::remove(o.output);
+  fs::remove(pipe);
+  fs::remove(link);
+  fs::remove(o.output);
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   for (const auto member :
        {&SliceCommandOptions::output, &SliceCommandOptions::gcode, &SliceCommandOptions::svg}) {
@@ -370,7 +380,8 @@ TEST_CASE("An output replaces regular files only, and what a link points to, not
   REQUIRE(run_slice(o) == kOk);
   CHECK(fs::is_symlink(link));
   CHECK(fs::file_size(link) != before);
-  fs::remove(pipe), fs::remove(link);
+  fs::remove(pipe);
+  fs::remove(link);
 }
 
 TEST_CASE("A disk without room ends firn slice and leaves nothing behind") {

@@ -12,8 +12,8 @@ using namespace firn;
 
 namespace {
 
-// A plate printed by full layers on the paper's own plant, whose droplets are worth 7.6 um; `believed` is
-// what the model says.
+// A plate printed by full layers on the paper's own plant, whose droplets are worth 7.6 um; `believed` is the
+// model's value.
 std::vector<double> found(double believed) {
   const auto um = [&](double h) { return std::to_string(h * believed * 1e-3); };
   return disturbance_of(observe_print(

@@ -5,7 +5,6 @@
 #include <set>
 #include <sstream>
 
-#include "files/nearest.h"
 #include "config/error.h"
 #include "config/fields.h"
 #include "config/include.h"

@@ -40,7 +40,7 @@ TEST_CASE("An experiment file sets the fields it names and leaves the others at 
   REQUIRE(e.control.mpc.alpha.size() == 2);
   CHECK(e.control.mpc.alpha[1].from_layer == 20);
   CHECK(e.control.mpc.alpha[1].alpha == 1.0);
-  CHECK(e.plant.seed == 9007199254740993u);  // beyond what a double holds
+  CHECK(e.plant.seed == 9007199254740993u);  // beyond the exact integers of a double
   CHECK(e.stage.array_limit == StageConfig{}.array_limit);
 }
 

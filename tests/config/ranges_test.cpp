@@ -1,4 +1,4 @@
-// Ties the range of every numeric key to the check of what the key configures: at both bounds, on both sides.
+// Ties the range of every numeric key to the check of the configured object: at both bounds, on both sides.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -23,7 +23,7 @@ using namespace firn;
 
 namespace {
 
-/// How the struct S of a file's values becomes what the keys configure.
+/// Converts the struct S of a file's values to the configured object.
 template <class S>
 struct Probe {
   std::string keys;  ///< a key, or the start of several: "control.smf."

@@ -1,4 +1,4 @@
-// Settings of firn slice: the table is the documentation, reads back, and refuses what it does not know.
+// Settings of firn slice: the table is the documentation, reads back, and refuses unknown keys and values.
 #include "config/slice.h"
 
 #include <catch2/catch.hpp>

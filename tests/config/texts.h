@@ -1,4 +1,4 @@
-// An experiment that sets keys of every kind, for the tests of config/.
+// Holds an experiment that sets keys of every kind, for the tests of config/.
 #pragma once
 
 namespace firn::test {

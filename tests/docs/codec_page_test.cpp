@@ -5,10 +5,10 @@
 #include <iterator>
 
 #include "core/grid/random.h"
-#include "docs/examples/lkg_codec.h"
 #include "drivers/link/link.h"
+#include "tests/docs/lkg_codec.h"
 
-namespace firn::drivers::lkg {
+namespace firn::drivers::point_laser {
 namespace {
 
 std::string file(const std::string& path) {
@@ -17,7 +17,7 @@ std::string file(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// The link with the dialect, and an instrument that says what the script says.
+// The link with the dialect, and an instrument that sends the lines of the script.
 struct Bench {
   LkgDialect dialect;
   Link link{dialect};
@@ -47,8 +47,8 @@ struct Bench {
 };
 
 TEST_CASE("the codec page shows the code that is compiled here, and it keeps to 100 lines") {
-  const std::string code = file("docs/examples/lkg_codec.h");
-  REQUIRE(file("docs/write-a-device-codec.md").find(code) != std::string::npos);
+  const std::string code = file("tests/docs/lkg_codec.h");
+  REQUIRE(file("docs/write-a-driver.md").find(code) != std::string::npos);
   REQUIRE(std::count(code.begin(), code.end(), '\n') <= 100);
 }
 
@@ -100,4 +100,4 @@ TEST_CASE("noise is never read as a height, and never hangs the link") {
 }
 
 }  // namespace
-}  // namespace firn::drivers::lkg
+}  // namespace firn::drivers::point_laser

@@ -6,7 +6,7 @@
 
 #include "core/grid/random.h"
 #include "core/grid/shapes.h"
-#include "docs/examples/level_controller.h"
+#include "tests/docs/level_controller.h"
 
 namespace firn::control {
 namespace {
@@ -18,7 +18,7 @@ std::string file(const std::string& path) {
 }
 
 TEST_CASE("the controller page shows the code that is compiled here, and it keeps to 50 lines") {
-  const std::string code = file("docs/examples/level_controller.h");
+  const std::string code = file("tests/docs/level_controller.h");
   REQUIRE(file("docs/write-a-controller.md").find(code) != std::string::npos);
   REQUIRE(std::count(code.begin(), code.end(), '\n') <= 50);
 }

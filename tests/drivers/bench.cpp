@@ -4,6 +4,10 @@
 #include <cctype>
 #include <fstream>
 
+#include "drivers/heater/heater.h"
+#include "drivers/laser_point/laser_point.h"
+#include "drivers/laser_profiler/laser_profiler.h"
+
 namespace firn::drivers::test {
 
 void Bench::step(const std::function<void(Effects&)>& f) {
@@ -67,9 +71,16 @@ std::string describe(const DriverEvent& event) {
              std::to_string(p.counted);
     }
     std::string operator()(const Fault& f) const {
-      return "fault " + std::to_string(f.severity) + " code " + std::to_string(f.code) + ": " + f.text;
+      return "fault " + std::to_string(int(f.severity)) + " code " + std::to_string(f.code) + ": " + f.text;
     }
-    std::string operator()(const Profile& p) const {
+    std::string operator()(const Measured& m) const {
+      if (const auto* row = std::any_cast<ProfileRow>(&m.value)) return (*this)(*row);
+      if (const auto* done = std::any_cast<ScanDone>(&m.value)) return (*this)(*done);
+      if (const auto* samples = std::any_cast<Samples>(&m.value)) return (*this)(*samples);
+      if (const auto* temperatures = std::any_cast<Temperatures>(&m.value)) return (*this)(*temperatures);
+      return "measured";
+    }
+    std::string operator()(const ProfileRow& p) const {
       return "profile row " + std::to_string(p.row) + " points " + std::to_string(p.z_mm.size()) +
              " trigger " + std::to_string(p.trigger_count) + " encoder " + std::to_string(p.encoder_count);
     }

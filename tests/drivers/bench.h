@@ -1,5 +1,5 @@
-// Drives one driver in tests: simulated time, bytes both ways, recorded events; and plays transcripts against
-// it.
+// Bench drives one driver in tests: it holds simulated time, the bytes both ways and the recorded events, and
+// plays transcripts against the driver.
 #pragma once
 
 #include <cstdint>
@@ -46,7 +46,7 @@ class Bench {
   std::vector<E> all() const {
     std::vector<E> out;
     for (const DriverEvent& e : events)
-      if (const E* p = std::get_if<E>(&e)) out.push_back(*p);
+      if (const E* p = event_cast<E>(e)) out.push_back(*p);
     return out;
   }
 
@@ -58,7 +58,7 @@ class Bench {
   std::int64_t wake_us_ = 0;
 };
 
-/// One line that says what the event is: "state safe: homed", "result done 12/12", "fault 2 code 5: …".
+/// Returns one line that describes the event: "state safe: homed", "result done 12/12", "fault 2 code 5: …".
 std::string describe(const DriverEvent& event);
 
 /// Plays a transcript; fails (REQUIRE) on any byte that differs, is missing or is left over.

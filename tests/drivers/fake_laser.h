@@ -1,4 +1,5 @@
-// The LK-G of docs/devices/laser_point.md as a test needs it: modes, settings, storage, paced dump.
+// FakeLaser simulates the LK-G of docs/devices/laser_point.md as far as a test requires: modes, settings,
+// storage, paced dump.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,7 @@ class FakeLaser {
   bool communication = false, armed = false;
   int program = 5, surface = -1, sampling = -1, averaging = -1, cycle = -1;
   std::vector<std::string> commands;
-  std::vector<double> heights;       ///< what it would measure, sample by sample (NaN = nothing)
+  std::vector<double> heights;       ///< values to measure, sample by sample (NaN = nothing)
   double now_mm = 1.5;               ///< of M1
   int refuse_next = -1;              ///< error of the next command
   bool timing_before_reply = false;  ///< a TG line comes before every reply

@@ -1,5 +1,5 @@
-// A driver wired to a fake instrument in simulated time, with a line between them that can lose, delay, cut
-// and damage what the instrument says, and ports that close.
+// FakeRig holds a driver wired to a fake instrument in simulated time. The line between them can lose, delay,
+// cut and damage the bytes of the instrument, and ports can close.
 #pragma once
 
 #include <algorithm>
@@ -85,7 +85,7 @@ class FakeRig {
   std::vector<E> all() const {
     std::vector<E> found;
     for (const DriverEvent& e : events)
-      if (const E* p = std::get_if<E>(&e)) found.push_back(*p);
+      if (const E* p = event_cast<E>(e)) found.push_back(*p);
     return found;
   }
   bool faulted(std::int32_t code) const {
@@ -136,7 +136,7 @@ class FakeRig {
   bool connected_ = false;
 
  public:
-  bool lines = true;      ///< what the instrument says ends with LF
+  bool lines = true;      ///< the instrument's lines end with LF
   std::size_t split = 0;  ///< 0 = whole, else pieces of this size
 };
 

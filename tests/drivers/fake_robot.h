@@ -1,5 +1,5 @@
-// The V+ program of docs/devices/robot.md as a test needs it: executes lines, moves at once or after a while,
-// and can lose, damage and delay what it says.
+// FakeRobot simulates the V+ program of docs/devices/robot.md as far as a test requires: it executes lines,
+// moves at once or after a while, and can lose, damage and delay its replies.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class FakeRobot {
  public:
   /// Bytes of the host at `now_us`; replies are in `out`.
   void take(std::string_view bytes, std::int64_t now_us);
-  /// What happens by itself up to `now_us`.
+  /// Carries out all motions and events that are due up to `now_us`.
   void advance(std::int64_t now_us);
   std::int64_t next_us() const { return status.running || moving ? end_us : INT64_MAX; }
   void reboot();
@@ -32,7 +32,7 @@ class FakeRobot {
   bool moving = false;
   std::int64_t end_us = 0;
 
-  /// What was really done.
+  /// Record of one executed path.
   struct Run {
     std::vector<fvp::Counts> points;
     int signals = 0;

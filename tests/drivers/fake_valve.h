@@ -1,4 +1,4 @@
-// The firmware of docs/devices/valve.md as a test needs it.
+// FakeValve simulates the firmware of docs/devices/valve.md as far as a test requires.
 #pragma once
 
 #include <cstdint>

@@ -8,6 +8,8 @@
 #include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
+using firn::Outcome;
+using firn::Severity;
 using firn::drivers::test::next;
 
 namespace {
@@ -66,7 +68,7 @@ using Rig = test::FakeRig<Heater, FakeHeaters>;
 
 struct Lab {
   FakeHeaters fake;
-  Heater heater{HeaterConfig{}};
+  Heater heater{HeaterOptions{}};
   Rig rig{heater, fake};
 
   Result set(double tip, double window, double conduit) {
@@ -91,7 +93,7 @@ struct Lab {
 
 TEST_CASE("the heaters' driver speaks as its card says, whatever the split of the replies", "[heater]") {
   for (const std::size_t split : {0, 1, 4}) {
-    Heater heater{HeaterConfig{}};
+    Heater heater{HeaterOptions{}};
     test::play(
         heater, kTranscripts + "heater_set.txt",
         [&](const std::string&, std::int64_t t, Effects& fx) {
@@ -128,7 +130,7 @@ TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and
       REQUIRE(lab.rig.run([&] { return lab.rig.faulted(kTemperature); }, 300));
       const Fault one = lab.rig.all<Fault>().back();
       INFO(one.text);
-      CHECK(one.severity == 1);
+      CHECK(one.severity == Severity::kWarning);
       CHECK(one.text.find(first == Heater::kTip ? "(b) alone" : "(a) alone") != std::string::npos);
       CHECK(lab.heater.keeps_warm());
       if (way == 1) CHECK(lab.fault_of(first) == kOpenThermocouple);
@@ -137,7 +139,7 @@ TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and
       fail(lab.fake, 1 - first);
       REQUIRE(lab.rig.run([&] { return !lab.heater.keeps_warm(); }, 300));
       const Fault both = lab.rig.all<Fault>().back();
-      CHECK(both.severity == 2);
+      CHECK(both.severity == Severity::kStop);
       CHECK(both.text.find("neither (a) nor (b)") != std::string::npos);
     }
 }
@@ -159,7 +161,7 @@ TEST_CASE("interlock 10: a heater that never warms up is found within a minute",
   lab.set(20, 22, 20);
   REQUIRE(lab.rig.run([&] { return lab.rig.faulted(kTemperature); }, 65));
   CHECK((lab.fault_of(2) == kNoRise || lab.fault_of(2) == kFrozenReading));  // at rest both look the same
-  CHECK(lab.rig.all<Fault>().back().severity == 1);
+  CHECK(lab.rig.all<Fault>().back().severity == Severity::kWarning);
 }
 
 TEST_CASE("interlock 10: a relay that sticks is switched off as too hot and stops the print", "[heater]") {
@@ -168,12 +170,12 @@ TEST_CASE("interlock 10: a relay that sticks is switched off as too hot and stop
   lab.fake.stuck_on[1] = true;
   REQUIRE(lab.rig.run([&] { return lab.rig.faulted(kTemperature); }, 600));
   CHECK(lab.fault_of(1) == kTooHot);
-  CHECK(lab.rig.all<Fault>().back().severity == 2);
+  CHECK(lab.rig.all<Fault>().back().severity == Severity::kStop);
   CHECK(lab.fake.set_celsius[1] == -50.0);
 }
 
 TEST_CASE("one open reading is a glitch, two are an open thermocouple", "[heater]") {
-  HeaterWatch watch{HeaterConfig{}};
+  HeaterWatch watch{HeaterOptions{}};
   CHECK(watch.judge(20.0, 20.0, false, 1'000'000) == kHeaterWell);
   CHECK(watch.judge(std::nan(""), 20.0, false, 2'000'000) == kHeaterWell);
   CHECK(watch.judge(20.01, 20.0, false, 3'000'000) == kHeaterWell);
@@ -185,7 +187,7 @@ TEST_CASE("one open reading is a glitch, two are an open thermocouple", "[heater
 }
 
 TEST_CASE("a still reading proves nothing while nothing heats", "[heater]") {
-  HeaterWatch watch{HeaterConfig{}};
+  HeaterWatch watch{HeaterOptions{}};
   for (int s = 1; s < 500; ++s) CHECK(watch.judge(-20.0, -50.0, false, s * 1'000'000LL) == kHeaterWell);
 }
 

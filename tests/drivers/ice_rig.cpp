@@ -7,20 +7,20 @@ namespace {
 
 plant::WorldConfig world_config(const plant::IceWorldConfig& ice, std::uint64_t seed) {
   plant::WorldConfig c;
-  c.kind = "ice";
+  c.kind = &plant::kIceWorld;
   c.seed = seed;
   c.ice = ice;
   return c;
 }
 
-ValveConfig valve_config(int valve) {
-  ValveConfig c;
+ValveOptions valve_config(int valve) {
+  ValveOptions c;
   c.valve = valve;
   return c;
 }
 
-LaserPointConfig laser_config() {
-  LaserPointConfig c;
+LaserPointOptions laser_config() {
+  LaserPointOptions c;
   c.sampling_us = 200;
   c.averaging = 2;
   return c;
@@ -30,13 +30,16 @@ LaserPointConfig laser_config() {
 
 IceRig::IceRig(const plant::IceWorldConfig& ice, std::uint64_t seed)
     : PortRig(world_config(ice, seed)),
-      robot(RobotConfig{}),
+      robot(RobotOptions{}),
       valve_a(valve_config(1)),
       valve_b(valve_config(2)),
       laser(laser_config()),
-      heater(HeaterConfig{}) {
-  add("robot", robot), add("valve_a", valve_a), add("valve_b", valve_b), add("laser_point", laser),
-      add("heater", heater);
+      heater(HeaterOptions{}) {
+  add("robot", robot);
+  add("valve_a", valve_a);
+  add("valve_b", valve_b);
+  add("laser_point", laser);
+  add("heater", heater);
 }
 
 Result IceRig::command(std::string_view name, const Act& f, double limit_s) {

@@ -1,4 +1,4 @@
-// The five drivers of the path printer wired to the simulated world.
+// IceRig holds the five drivers of the path printer wired to the simulated world.
 #pragma once
 
 #include "drivers/heater/heater.h"

@@ -8,6 +8,9 @@
 #include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
+using firn::DeviceState;
+using firn::Outcome;
+using firn::Severity;
 using firn::drivers::test::IceRig;
 using firn::drivers::test::next;
 using firn::plant::FaultKind;
@@ -112,11 +115,11 @@ TEST_CASE("the heaters hold their set points, and (a) breaks and (b) goes on alo
   CHECK(rig.all<Fault>("heater").empty());
   rig.fault("heater", FaultKind::kTrip, 1);
   REQUIRE(rig.run([&] { return !rig.all<Fault>("heater").empty(); }, 600));
-  CHECK(rig.all<Fault>("heater").back().severity == 1);
+  CHECK(rig.all<Fault>("heater").back().severity == Severity::kWarning);
   CHECK(rig.heater.keeps_warm());
   rig.fault("heater", FaultKind::kTrip, 5);  // thermocouple of (b)
   REQUIRE(rig.run([&] { return !rig.heater.keeps_warm(); }, 600));
-  CHECK(rig.all<Fault>("heater").back().severity == 2);
+  CHECK(rig.all<Fault>("heater").back().severity == Severity::kStop);
 }
 
 TEST_CASE("a stop in the middle: flow ends first, the counts are the world's", "[ice_world]") {
@@ -221,13 +224,13 @@ TEST_CASE("under lost, late, cut and damaged replies, closed ports and reboots n
       rig.run_for(double(next(seed) % 3000) * 1e-3);
       trouble();
       REQUIRE(
-          rig.run([&] { return !rig.robot.busy() && rig.robot.state() != DriverState::kDisconnected; }, 60));
+          rig.run([&] { return !rig.robot.busy() && rig.robot.state() != DeviceState::kDisconnected; }, 60));
       const Result run = rig.all<Result>("robot").back();
       REQUIRE(rig.run(
           [&] {
-            return rig.valve_a.state() != DriverState::kDisconnected &&
-                   rig.valve_a.state() != DriverState::kConnecting &&
-                   rig.valve_a.state() != DriverState::kIdentifying;
+            return rig.valve_a.state() != DeviceState::kDisconnected &&
+                   rig.valve_a.state() != DeviceState::kConnecting &&
+                   rig.valve_a.state() != DeviceState::kIdentifying;
           },
           30));
       const Result count = disarm(rig);
@@ -257,11 +260,11 @@ TEST_CASE("an emergency stop in the middle of a path stops arm and flow, and nee
   begin_run(rig, 1, kSignalValveA);
   rig.run_for(5.0);
   rig.fault("robot", FaultKind::kTrip, 1);
-  REQUIRE(rig.run([&] { return rig.robot.state() == DriverState::kEstop; }, 10));
+  REQUIRE(rig.run([&] { return rig.robot.state() == DeviceState::kEstop; }, 10));
   CHECK(rig.all<Result>("robot").back().outcome == Outcome::kFailed);
   CHECK(rig.command("robot", [&](std::int64_t t, Effects& fx) { rig.robot.home(t, fx); }).outcome ==
         Outcome::kFailed);
-  CHECK(rig.robot.state() == DriverState::kEstop);
+  CHECK(rig.robot.state() == DeviceState::kEstop);
   rig.fault("robot", FaultKind::kTrip, 0);
   CHECK(rig.command("robot", [&](std::int64_t t, Effects& fx) { rig.robot.home(t, fx); }).outcome ==
         Outcome::kDone);

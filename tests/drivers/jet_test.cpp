@@ -25,7 +25,7 @@ std::string bytes_of(const Request& r) { return test::hex(r.text()); }
 
 TEST_CASE("the jet speaks as the JetDrive card says, whatever the split of the replies", "[jet]") {
   for (const std::size_t split : {0, 1, 2, 3}) {
-    Jet jet(JetConfig{});
+    Jet jet(JetOptions{});
     test::play(
         jet, kTranscripts + "jet_start_arm.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { jet_command(jet, c, t, fx); }, split);

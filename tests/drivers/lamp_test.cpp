@@ -4,6 +4,8 @@
 #include "tests/drivers/bench.h"
 
 using namespace firn::drivers;
+using firn::DeviceState;
+using firn::Outcome;
 using firn::drivers::test::Bench;
 
 namespace {
@@ -46,7 +48,7 @@ void run_until(Bench& bench, std::int64_t until_us) {
 
 TEST_CASE("the lamp speaks as the OmniCure card says, whatever the split of the replies", "[lamp]") {
   for (const std::size_t split : {0, 1, 2, 3}) {
-    Lamp lamp(LampConfig{});
+    Lamp lamp(LampOptions{});
     test::play(
         lamp, kTranscripts + "omni_expose.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { lamp_command(lamp, c, t, fx); }, split);
@@ -83,11 +85,11 @@ TEST_CASE("no flipped bit of a lamp reply is taken for a reply", "[lamp]") {
 }
 
 TEST_CASE("an exposure outside its limits is refused and nothing is sent", "[lamp]") {
-  Lamp lamp(LampConfig{});
+  Lamp lamp(LampOptions{});
   Bench bench(lamp);
   bench.open();
   run_until(bench, 2'000'000);
-  REQUIRE(lamp.state() == DriverState::kSafe);
+  REQUIRE(lamp.state() == DeviceState::kSafe);
   for (const auto& [s, iris] :
        {std::pair<double, int>{0.0, 50}, {-1.0, 50}, {20.1, 50}, {std::nan(""), 50}, {1.0, 0}, {1.0, 101}}) {
     bench.command([&, s = s, iris = iris](std::int64_t t, Effects& fx) { lamp.expose(s, iris, t, fx); });
@@ -98,7 +100,7 @@ TEST_CASE("an exposure outside its limits is refused and nothing is sent", "[lam
 
 TEST_CASE("the shutter is told to close at a stop, at once, whatever is awaited", "[lamp]") {
   for (int at = 0; at < 12; ++at) {  // after `at` answered lines of an exposure
-    Lamp lamp(LampConfig{});
+    Lamp lamp(LampOptions{});
     Bench bench(lamp);
     bench.open();
     run_until(bench, 2'000'000);
@@ -124,7 +126,7 @@ TEST_CASE("the shutter is told to close at a stop, at once, whatever is awaited"
 
 TEST_CASE("a lamp that falls silent with the shutter open is told to close, and told again after it is back",
           "[lamp]") {
-  Lamp lamp(LampConfig{});
+  Lamp lamp(LampOptions{});
   Bench bench(lamp);
   bench.open();
   run_until(bench, 2'000'000);
@@ -134,7 +136,7 @@ TEST_CASE("a lamp that falls silent with the shutter open is told to close, and 
   bench.advance_us(8'000'000);  // no answer to CLS, none to the probe
   CHECK(bench.take().find("CLS3A\r") != std::string::npos);
   CHECK(bench.reopens > 0);
-  CHECK(lamp.state() == DriverState::kDisconnected);
+  CHECK(lamp.state() == DeviceState::kDisconnected);
   CHECK(lamp.busy());
   bench.close();
   bench.open();

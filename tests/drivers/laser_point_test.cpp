@@ -9,6 +9,8 @@
 #include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
+using firn::DeviceState;
+using firn::Outcome;
 using firn::drivers::test::FakeLaser;
 using firn::drivers::test::next;
 
@@ -22,7 +24,7 @@ struct Lab {
   LaserPoint laser;
   Rig rig;
 
-  explicit Lab(LaserPointConfig config = {}) : laser(std::move(config)), rig(laser, fake) {
+  explicit Lab(LaserPointOptions config = {}) : laser(std::move(config)), rig(laser, fake) {
     rig.lines = false;
   }
 
@@ -59,7 +61,7 @@ std::vector<double> some_heights(std::size_t n, std::uint64_t seed) {
 TEST_CASE("the point laser's driver speaks as its card says, whatever the split of the replies",
           "[laser_point]") {
   for (const std::size_t split : {0, 1, 2, 5}) {
-    LaserPoint laser{LaserPointConfig{}};
+    LaserPoint laser{LaserPointOptions{}};
     test::play(
         laser, kTranscripts + "lkg_storage.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
@@ -161,7 +163,7 @@ TEST_CASE("an error in the settings leaves the laser measuring, the storage not 
     lab.fake.refuse_next = at == 0 ? 22 : -1;
     const Result r = lab.arm(1, 10);
     INFO("command " << at << ": " << test::describe(r));
-    REQUIRE(lab.rig.run([&] { return lab.laser.safe() || lab.laser.state() == DriverState::kArmed; }, 30));
+    REQUIRE(lab.rig.run([&] { return lab.laser.safe() || lab.laser.state() == DeviceState::kArmed; }, 30));
     lab.rig.run_for(1.0);
     CHECK_FALSE(lab.fake.communication);
     if (r.outcome != Outcome::kReady) {
@@ -243,7 +245,7 @@ TEST_CASE("what the storage or the sampling time cannot do is refused by name", 
   CHECK(refused(0, 10, 0.011).find("0.011") != std::string::npos);
   CHECK(refused(2, 10, 0.01).find("material 2") != std::string::npos);
   CHECK(lab.collect().text == "nothing was armed");
-  LaserPointConfig bad;
+  LaserPointOptions bad;
   bad.sampling_us = 300;
   CHECK_THROWS_WITH(LaserPoint(bad), Catch::Contains("sampling_us = 300"));
 }
@@ -283,7 +285,7 @@ TEST_CASE("lost, late, cut and damaged replies give no value that was not measur
     if (lab.arm(round % 2, 50).outcome != Outcome::kReady) continue;
     lab.fake.trigger(lab.rig.now_us);
     lab.rig.run_for(1.0);
-    if (!lab.rig.run([&] { return lab.laser.safe() || lab.laser.state() == DriverState::kArmed; }, 60))
+    if (!lab.rig.run([&] { return lab.laser.safe() || lab.laser.state() == DeviceState::kArmed; }, 60))
       continue;
     const Result r = lab.collect();
     if (r.outcome != Outcome::kDone || r.counted == 0) continue;

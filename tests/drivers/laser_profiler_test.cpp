@@ -5,6 +5,8 @@
 #include "tests/drivers/bench.h"
 
 using namespace firn::drivers;
+using firn::DeviceState;
+using firn::Outcome;
 using firn::drivers::test::Bench;
 using firn::drivers::test::unhex;
 
@@ -50,7 +52,7 @@ const std::string kNothingYet =
     std::string(24, '\0');
 
 struct Ready {
-  LaserProfiler profiler{LaserProfilerConfig{}};
+  LaserProfiler profiler{LaserProfilerOptions{}};
   Bench bench{profiler};
   Ready(const std::string& newest) {
     bench.open();
@@ -58,13 +60,13 @@ struct Ready {
     bench.feed(kProgramDone);
     bench.take();
     bench.feed(newest);
-    REQUIRE(profiler.state() == DriverState::kSafe);
+    REQUIRE(profiler.state() == DeviceState::kSafe);
   }
   void arm(int rows, const std::string& newest) {
     bench.command([&](std::int64_t t, Effects& fx) { profiler.arm(rows, t, fx); });
     REQUIRE(!bench.take().empty());
     bench.feed(newest);
-    REQUIRE(profiler.state() == DriverState::kArmed);
+    REQUIRE(profiler.state() == DeviceState::kArmed);
   }
   void poll(const std::string& newest) {
     while (bench.tx.empty()) REQUIRE(bench.advance_to_wake());
@@ -85,7 +87,7 @@ TEST_CASE("LJ-V requests equal the bytes of the card", "[laser]") {
 
 TEST_CASE("the profiler speaks as its transcript says, whatever the split of the replies", "[laser]") {
   for (const std::size_t split : {0, 1, 3, 7}) {
-    LaserProfiler profiler(LaserProfilerConfig{});
+    LaserProfiler profiler(LaserProfilerOptions{});
     test::play(
         profiler, kTranscripts + "ljv_scan.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
@@ -141,7 +143,7 @@ TEST_CASE("a row is a new trigger count, counted from the arm, across the counte
   r.poll(profile_reply(base + 1, 100, {1, 2}));  // the same again
   r.poll(profile_reply(base + 3, 300, {1, 2}));  // row 1 was missed
   r.poll(profile_reply(base + 4, 400, {1, 2}));  // last row
-  const auto profiles = r.bench.all<Profile>();
+  const auto profiles = r.bench.all<ProfileRow>();
   REQUIRE(profiles.size() == 3);
   CHECK(profiles[0].row == 0);
   CHECK(profiles[1].row == 2);
@@ -149,7 +151,7 @@ TEST_CASE("a row is a new trigger count, counted from the arm, across the counte
   CHECK(profiles[2].encoder_count == 400);
   REQUIRE(r.bench.all<ScanDone>().size() == 1);
   CHECK(r.bench.all<ScanDone>()[0].rows_received == 3);
-  CHECK(r.profiler.state() == DriverState::kSafe);
+  CHECK(r.profiler.state() == DeviceState::kSafe);
 }
 
 TEST_CASE("a reply that lies about its length is never believed, never allocated for, never read beyond",
@@ -187,7 +189,7 @@ TEST_CASE("an error code is a named fault, not a profile", "[laser]") {
   std::string error = profile_reply(1, 0, {1});
   error[17] = 0x0B;
   r.poll(error);
-  CHECK(r.bench.all<Profile>().empty());
+  CHECK(r.bench.all<ProfileRow>().empty());
   REQUIRE(!r.bench.all<Fault>().empty());
   CHECK(r.bench.all<Fault>().back().text.find("42 answered with error 0B") != std::string::npos);
 }
@@ -199,7 +201,7 @@ TEST_CASE("ending a scan asks once more and then says what was received", "[lase
   r.bench.command([&](std::int64_t t, Effects& fx) { r.profiler.end(t, fx); });
   r.bench.take();
   r.bench.feed(profile_reply(2, 20, {1}));
-  CHECK(r.bench.all<Profile>().size() == 2);
+  CHECK(r.bench.all<ProfileRow>().size() == 2);
   REQUIRE(r.bench.all<ScanDone>().size() == 1);
   CHECK(r.bench.all<ScanDone>()[0].rows_received == 2);
   CHECK(r.bench.all<Result>().back().outcome == Outcome::kDone);

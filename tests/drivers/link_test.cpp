@@ -14,6 +14,8 @@
 #include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
+using firn::DeviceState;
+using firn::Outcome;
 using firn::drivers::test::Bench;
 using firn::drivers::test::next;
 
@@ -55,9 +57,10 @@ TEST_CASE("a reply of 60 ms against a timeout of 20 ms gives no wrong reading", 
         (n && int(*n) == e->request.tag ? right : wrong)++;
       }
       suspect += e->kind == LinkEvent::Kind::kSuspect;
-      if (link.idle())
-        link.push(line("Q" + std::to_string(asked % 60'000), Repeat::kRead, std::uint16_t(asked % 60'000))),
-            ++asked;
+      if (link.idle()) {
+        link.push(line("Q" + std::to_string(asked % 60'000), Repeat::kRead, std::uint16_t(asked % 60'000)));
+        ++asked;
+      }
     }
     if (!fx.tx.empty()) {
       const std::string sent(reinterpret_cast<const char*>(fx.tx.data()), fx.tx.size());
@@ -67,7 +70,10 @@ TEST_CASE("a reply of 60 ms against a timeout of 20 ms gives no wrong reading", 
     std::int64_t when = link.wake_us() == 0 ? INT64_MAX : link.wake_us();
     std::size_t first = under_way.size();
     for (std::size_t n = 0; n < under_way.size(); ++n)
-      if (under_way[n].first < when) when = under_way[n].first, first = n;
+      if (under_way[n].first < when) {
+        when = under_way[n].first;
+        first = n;
+      }
     REQUIRE(when != INT64_MAX);
     now_us = std::max(now_us, when);
     if (first == under_way.size()) continue;
@@ -205,7 +211,7 @@ TEST_CASE("what makes safe is sent at once, while a reply is awaited and while t
 }
 
 TEST_CASE("a link that cannot be recovered is opened anew, with pauses that grow", "[link]") {
-  Stage stage(StageConfig{});
+  Stage stage(StageOptions{});
   Bench bench(stage);
   bench.open();
   std::vector<std::int64_t> reopened_at;
@@ -234,10 +240,10 @@ struct Kind {
 }  // namespace
 
 TEMPLATE_TEST_CASE("random bytes never crash a driver, never make it spin, and never make it SAFE", "[link]",
-                   (Kind<Stage, StageConfig>), (Kind<Jet, JetConfig>),
-                   (Kind<LaserProfiler, LaserProfilerConfig>), (Kind<Lamp, LampConfig>),
-                   (Kind<Robot, RobotConfig>), (Kind<Valve, ValveConfig>),
-                   (Kind<LaserPoint, LaserPointConfig>), (Kind<Heater, HeaterConfig>)) {
+                   (Kind<Stage, StageOptions>), (Kind<Jet, JetOptions>),
+                   (Kind<LaserProfiler, LaserProfilerOptions>), (Kind<Lamp, LampOptions>),
+                   (Kind<Robot, RobotOptions>), (Kind<Valve, ValveOptions>),
+                   (Kind<LaserPoint, LaserPointOptions>), (Kind<Heater, HeaterOptions>)) {
   std::uint64_t seed = 99;
   for (int round = 0; round < 40; ++round) {
     typename TestType::Type driver{typename TestType::ConfigType{}};
@@ -250,7 +256,10 @@ TEMPLATE_TEST_CASE("random bytes never crash a driver, never make it spin, and n
       bench.feed(noise);
       if (next(seed) % 3 == 0) bench.advance_us(std::int64_t(next(seed) % 500'000));
       if (next(seed) % 20 == 0) bench.safe_stop();
-      if (next(seed) % 40 == 0) bench.close(), bench.open();
+      if (next(seed) % 40 == 0) {
+        bench.close();
+        bench.open();
+      }
       CHECK_FALSE(driver.safe());
     }
     CHECK(bench.wake_us() != 0);  // it will try again
@@ -271,7 +280,7 @@ TEST_CASE("no flipped bit of a jet reply is taken for a reply", "[jet]") {
 }
 
 TEST_CASE("the waveform is never changed while the jet may fire, and never beyond its caps", "[jet]") {
-  Jet jet(JetConfig{});
+  Jet jet(JetOptions{});
   Bench bench(jet);
   bench.open();
   const auto answer = [&] {  // everything is acknowledged
@@ -288,9 +297,9 @@ TEST_CASE("the waveform is never changed while the jet may fire, and never beyon
       bench.feed(reply + sum);
     }
   };
-  while (jet.state() != DriverState::kSafe) {
+  while (jet.state() != DeviceState::kSafe) {
     answer();
-    if (jet.state() != DriverState::kSafe) REQUIRE(bench.advance_to_wake());
+    if (jet.state() != DeviceState::kSafe) REQUIRE(bench.advance_to_wake());
   }
   jetdrive::Waveform high;
   high.dwell_v = 101;
@@ -303,7 +312,7 @@ TEST_CASE("the waveform is never changed while the jet may fire, and never beyon
   CHECK(bench.all<Result>().back().outcome == Outcome::kRefused);
   bench.command([&](std::int64_t t, Effects& fx) { jet.arm(1, t, fx); });
   answer();
-  REQUIRE(jet.state() == DriverState::kArmed);
+  REQUIRE(jet.state() == DeviceState::kArmed);
   bench.command([&](std::int64_t t, Effects& fx) { jet.set_waveform(jetdrive::Waveform{}, t, fx); });
   CHECK(bench.all<Result>().back().code == kJetLimit);
   CHECK(bench.tx.empty());

@@ -1,4 +1,5 @@
-// Random numbers of the drivers' tests, and a line that loses, damages and delays what an instrument says.
+// Holds random numbers of the drivers' tests, and a line that loses, damages and delays an instrument's
+// bytes.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,6 @@
-// Drivers wired to the simulated world at byte level, in simulated time: two sides written independently from
-// the same cards. What the rigs of both labs share; each names its drivers.
+// PortRig holds drivers wired to the simulated world at byte level, in simulated time: two sides written
+// independently from the same cards. It is the common part of the rigs of both labs; each rig names its
+// drivers.
 #pragma once
 
 #include <cstdint>
@@ -32,16 +33,16 @@ class PortRig {
   }
   bool all_safe() const;
   void kill(std::string_view port);    ///< the process dies: the port is closed, the driver does nothing
-  void resume(std::string_view port);  ///< it is back with what it knew
+  void resume(std::string_view port);  ///< the process is back with its state
 
-  /// What a driver has told, of one kind of event.
+  /// Returns the events of one kind that a driver has reported.
   template <class E>
   std::vector<E> all(std::string_view port) const {
     std::vector<E> out;
     const auto at = events.find(port);
     if (at == events.end()) return out;
     for (const DriverEvent& e : at->second)
-      if (const E* p = std::get_if<E>(&e)) out.push_back(*p);
+      if (const E* p = event_cast<E>(e)) out.push_back(*p);
     return out;
   }
   Driver& driver(std::string_view name) { return *port(name).driver; }

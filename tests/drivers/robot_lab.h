@@ -1,4 +1,5 @@
-// The robot's driver before a fake V+ program, and paths for them. Catch is the including test's.
+// RobotLab holds the robot's driver before a fake V+ program, and paths for both. The including test includes
+// Catch.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +29,7 @@ struct RobotLab {
   Robot robot;
   FakeRig<Robot, FakeRobot> rig;
 
-  explicit RobotLab(RobotConfig config = {}) : robot(std::move(config)), rig(robot, fake) {}
+  explicit RobotLab(RobotOptions config = {}) : robot(std::move(config)), rig(robot, fake) {}
 
   void start() {
     rig.open();

@@ -1,9 +1,11 @@
-// What latched in the robot, and who clears it.
+// Latched faults of the robot, and the ways to clear them.
 #include <catch2/catch.hpp>
 
 #include "tests/drivers/robot_lab.h"
 
 using namespace firn::drivers;
+using firn::DeviceState;
+using firn::Outcome;
 using firn::drivers::test::sweep;
 using Lab = firn::drivers::test::RobotLab;
 
@@ -18,12 +20,12 @@ TEST_CASE("an emergency stop latches until it is homed with the button released"
   lab.fake.status.state = fvp::State::kEstop;
   lab.fake.status.running = 0;
   lab.fake.status.last = 1;
-  REQUIRE(lab.rig.run([&] { return lab.robot.state() == DriverState::kEstop; }, 10));
+  REQUIRE(lab.rig.run([&] { return lab.robot.state() == DeviceState::kEstop; }, 10));
   CHECK(lab.rig.faulted(kEstop));
   CHECK_FALSE(lab.robot.busy());
   CHECK(lab.run(2).outcome == Outcome::kRefused);
   lab.rig.run_for(3.0);
-  CHECK(lab.robot.state() == DriverState::kEstop);
+  CHECK(lab.robot.state() == DeviceState::kEstop);
   lab.rig.act([&](std::int64_t t, Effects& fx) { lab.robot.home(t, fx); });
   REQUIRE(lab.rig.run([&] { return lab.robot.safe() && !lab.robot.busy(); }, 30));
   CHECK(lab.run(2).outcome == Outcome::kDone);

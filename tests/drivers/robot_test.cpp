@@ -1,4 +1,4 @@
-// The robot's driver against a fake V+ program: what is run, how often, and what it says about it.
+// The robot's driver against a fake V+ program: executed paths, their number, and the driver's reports.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -8,6 +8,9 @@
 #include "tests/drivers/robot_lab.h"
 
 using namespace firn::drivers;
+using firn::DeviceState;
+using firn::Outcome;
+using firn::Severity;
 using firn::drivers::test::FakeRobot;
 using firn::drivers::test::next;
 using firn::drivers::test::sweep;
@@ -21,7 +24,7 @@ const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/
 
 TEST_CASE("the robot's driver speaks as its card says, whatever the split of the replies", "[robot]") {
   for (const std::size_t split : {0, 1, 2, 7}) {
-    Robot robot{RobotConfig{}};
+    Robot robot{RobotOptions{}};
     test::play(
         robot, kTranscripts + "fvp_run_path.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
@@ -158,7 +161,7 @@ TEST_CASE(
     const Result r = lab.run(2);
     CHECK(r.outcome == Outcome::kDone);
     CHECK(r.counted - r.expected == slip_us);
-    if (told) CHECK(lab.rig.all<Fault>().back().severity == 2);
+    if (told) CHECK(lab.rig.all<Fault>().back().severity == Severity::kStop);
   }
 }
 
@@ -212,7 +215,7 @@ TEST_CASE("a safe stop drops the signals first, then stops, raises the tool and 
     const std::int64_t passed = lab.fake.runs.empty() ? 0 : (lab.fake.status.at - 1) * 16'000;
     CHECK(r.counted == passed);
     CHECK(r.outcome == (lab.fake.runs.empty() ? Outcome::kNone : Outcome::kFailed));
-    // what has begun is never begun again; what has not, may be
+    // a path that has begun is never begun again; a path that has not may be
     const Result again = lab.run(1);
     CHECK(again.outcome ==
           (lab.fake.runs.size() == 1 && r.outcome == Outcome::kFailed ? Outcome::kRefused : Outcome::kDone));
@@ -226,7 +229,7 @@ TEST_CASE("no reply three times with the same number is a lost link, and 0.75 s 
   lab.rig.run_for(0.3);
   lab.rig.hung = lab.rig.unplugged = true;
   const std::int64_t quiet_us = lab.rig.now_us;
-  REQUIRE(lab.rig.run([&] { return lab.robot.state() == DriverState::kDisconnected; }, 5));
+  REQUIRE(lab.rig.run([&] { return lab.robot.state() == DeviceState::kDisconnected; }, 5));
   CHECK(lab.rig.now_us - quiet_us <= 1'000'000 + 750'000);
 }
 

@@ -33,7 +33,7 @@ void stage_command(Stage& stage, const std::string& text, std::int64_t now_us, E
 
 TEST_CASE("the stage speaks as the Ensemble cards say, whatever the split of the replies", "[stage]") {
   for (const std::size_t split : {0, 1, 2, 3}) {
-    Stage stage(StageConfig{});
+    Stage stage(StageOptions{});
     test::play(
         stage, kTranscripts + "ens_pso_row.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { stage_command(stage, c, t, fx); }, split);
@@ -51,7 +51,7 @@ struct YesEnsemble {
   std::vector<std::string> log;
   int swallow_after = -1;  ///< lines after which nothing is answered any more
 
-  explicit YesEnsemble(StageConfig config = {}) : stage(std::move(config)) {
+  explicit YesEnsemble(StageOptions config = {}) : stage(std::move(config)) {
     bench.open();
     run_until_safe();
   }

@@ -1,4 +1,4 @@
-// The valve's driver against a fake of its firmware: what is fired, how often, and what it says about it.
+// The valve's driver against a fake of its firmware: fired pulses, their number, and the driver's reports.
 #include <catch2/catch.hpp>
 
 #include "drivers/valve/valve.h"
@@ -8,6 +8,8 @@
 #include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
+using firn::DeviceState;
+using firn::Outcome;
 using firn::drivers::test::FakeValve;
 using firn::drivers::test::next;
 
@@ -27,7 +29,7 @@ struct Lab {
   Valve valve;
   Rig rig;
 
-  explicit Lab(ValveConfig config = {}) : valve(config), rig(valve, fake) { rig.lines = false; }
+  explicit Lab(ValveOptions config = {}) : valve(config), rig(valve, fake) { rig.lines = false; }
 
   void start() {
     rig.open();
@@ -58,7 +60,7 @@ struct Lab {
 
 TEST_CASE("the valve's driver speaks as its card says, whatever the split of the replies", "[valve]") {
   for (const std::size_t split : {0, 1, 3}) {
-    Valve valve{ValveConfig{}};
+    Valve valve{ValveOptions{}};
     test::play(
         valve, kTranscripts + "fvb_fire_list.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
@@ -106,7 +108,7 @@ TEST_CASE("every list is fired once and its pulses are counted", "[valve]") {
     const std::vector<std::int32_t> list = every(1 + int(next(seed) % 2000));
     CHECK(lab.load(p).outcome == Outcome::kDone);
     CHECK(lab.arm(p).outcome == Outcome::kReady);
-    CHECK(lab.valve.state() == DriverState::kArmed);
+    CHECK(lab.valve.state() == DeviceState::kArmed);
     lab.rig.run_for(0.7);
     REQUIRE(std::equal(list.begin(), list.end(), lab.fake.list.begin(), lab.fake.list.end()));
     lab.fake.trigger(lab.rig.now_us);
@@ -194,7 +196,7 @@ TEST_CASE("interlock 3: a controller that was reset has lost its list, and what 
     REQUIRE(lab.rig.run([&] { return lab.rig.faulted(kValveLost); }, 1.0));
     const std::vector<StateChange> states = lab.rig.all<StateChange>();
     CHECK(std::any_of(states.begin(), states.end(),
-                      [](const StateChange& s) { return s.state == DriverState::kFault; }));
+                      [](const StateChange& s) { return s.state == DeviceState::kFault; }));
     REQUIRE(lab.rig.run([&] { return lab.valve.safe(); }, 10));
     const Result r = lab.disarm();
     CHECK(r.outcome == Outcome::kUnknown);
@@ -275,9 +277,9 @@ TEST_CASE("lost, late, cut and damaged replies lose no pulse, fire nothing twice
       lab.rig.run_for(600 * 0.008 + 0.1);
       REQUIRE(lab.rig.run(
           [&] {
-            return lab.valve.state() != DriverState::kDisconnected &&
-                   lab.valve.state() != DriverState::kConnecting &&
-                   lab.valve.state() != DriverState::kIdentifying;
+            return lab.valve.state() != DeviceState::kDisconnected &&
+                   lab.valve.state() != DeviceState::kConnecting &&
+                   lab.valve.state() != DeviceState::kIdentifying;
           },
           60));
       const Result r = lab.disarm();

@@ -2,8 +2,8 @@
 
 namespace firn::drivers::test {
 
-StageConfig WorldRig::fast_stage() {
-  StageConfig c;
+StageOptions WorldRig::fast_stage() {
+  StageOptions c;
   c.limits = {{{-50.0, 150.0, 300.0}, {-50.0, 150.0, 300.0}, {-10.0, 40.0, 300.0}}};
   c.acceleration_mm_s2 = 5000.0;
   c.raster_speed_mm_s = 100.0;
@@ -19,13 +19,16 @@ plant::WorldConfig WorldRig::small_world(int nx, int ny) {
   return c;
 }
 
-WorldRig::WorldRig(const plant::WorldConfig& config, StageConfig stage_config)
+WorldRig::WorldRig(const plant::WorldConfig& config, StageOptions stage_config)
     : PortRig(config),
       stage(std::move(stage_config)),
-      jet(JetConfig{}),
-      profiler(LaserProfilerConfig{}),
-      lamp(LampConfig{}) {
-  add("stage", stage), add("jet", jet), add("laser_profiler", profiler), add("lamp", lamp);
+      jet(JetOptions{}),
+      profiler(LaserProfilerOptions{}),
+      lamp(LampOptions{}) {
+  add("stage", stage);
+  add("jet", jet);
+  add("laser_profiler", profiler);
+  add("lamp", lamp);
 }
 
 std::int64_t WorldRig::fired() const { return world.truth().droplets_fired; }

@@ -1,4 +1,4 @@
-// The four drivers of the ink-jet lab wired to the simulated world.
+// WorldRig holds the four drivers of the ink-jet lab wired to the simulated world.
 #pragma once
 
 #include "drivers/jet/jet.h"
@@ -11,9 +11,9 @@ namespace firn::drivers::test {
 
 class WorldRig : public PortRig {
  public:
-  explicit WorldRig(const plant::WorldConfig& config, StageConfig stage = fast_stage());
+  explicit WorldRig(const plant::WorldConfig& config, StageOptions stage = fast_stage());
 
-  static StageConfig fast_stage();
+  static StageOptions fast_stage();
   static plant::WorldConfig small_world(int nx, int ny);
 
   void start() { connect_all(); }

@@ -1,5 +1,5 @@
-// Drivers against the twins of the simulated world: what is commanded is what happens, and what is answered
-// about an interrupted pass is the truth.
+// Drivers against the twins of the simulated world: every command happens as commanded, and the answer about
+// an interrupted pass is the truth.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -27,7 +27,7 @@ DropletPattern random_pattern(const GridSpec& grid, std::uint64_t seed) {
 void arm_jet(WorldRig& rig, std::int64_t expected) {
   rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.arm(expected, t, fx); });
   REQUIRE(rig.run([&] { return !rig.jet.busy(); }, 5.0));
-  REQUIRE(rig.jet.state() == DriverState::kArmed);
+  REQUIRE(rig.jet.state() == DeviceState::kArmed);
 }
 
 void begin_pass(WorldRig& rig, const DropletPattern& pattern, int pass) {
@@ -75,7 +75,7 @@ TEST_CASE("every pass fires each droplet once, in the firing order, on its grid 
 }
 
 TEST_CASE("rows with more droplets than the controller's array are split and lose none", "[world]") {
-  StageConfig config = WorldRig::fast_stage();
+  StageOptions config = WorldRig::fast_stage();
   config.table.array_limit = 5;
   WorldRig rig(WorldRig::small_world(17, 3), config);
   rig.start();
@@ -97,7 +97,7 @@ TEST_CASE("a scan gives one profile per row, at the row", "[world]") {
   for (int repeat = 0; repeat < 2; ++repeat) {
     rig.events["laser_profiler"].clear();
     rig.act("laser_profiler", [&](std::int64_t t, Effects& fx) { rig.profiler.arm(grid.ny, t, fx); });
-    REQUIRE(rig.run([&] { return rig.profiler.state() == DriverState::kArmed; }, 5.0));
+    REQUIRE(rig.run([&] { return rig.profiler.state() == DeviceState::kArmed; }, 5.0));
     rig.act("stage", [&](std::int64_t t, Effects& fx) {
       rig.stage.scan(1.0, grid.y_mm(0), 1.0, grid.pitch_y_mm, grid.ny, 15.0, t, fx);
     });
@@ -107,7 +107,7 @@ TEST_CASE("a scan gives one profile per row, at the row", "[world]") {
     REQUIRE(rig.run([&] { return !rig.profiler.busy(); }, 5.0));
     int row = 0;
     for (const DriverEvent& e : rig.events["laser_profiler"])
-      if (const Profile* p = std::get_if<Profile>(&e)) {
+      if (const ProfileRow* p = event_cast<ProfileRow>(e)) {
         CHECK(p->row == row);
         CHECK(std::abs(p->encoder_count / 10000.0 - grid.y_mm(row)) < 0.0006 + 0.00005 * row);
         CHECK(p->x0_mm < grid.x_mm(0));
@@ -129,10 +129,12 @@ TEST_CASE("an exposure opens the shutter once and for its time", "[world]") {
     CHECK(rig.results("lamp").back().outcome == Outcome::kDone);
     std::int64_t opened = 0, open_us = 0;
     for (const auto& e : rig.record.history.lamp) {
-      if (e.event == plant::LampEvent::kOpened)
-        open_us -= e.t_us, ++opened;
-      else
+      if (e.event == plant::LampEvent::kOpened) {
+        open_us -= e.t_us;
+        ++opened;
+      } else {
         open_us += e.t_us;
+      }
     }
     CHECK(opened == 1);
     CHECK(std::abs(double(open_us) * 1e-6 - seconds) < 0.05);
@@ -277,11 +279,11 @@ TEST_CASE("an emergency stop during a pass latches", "[world]") {
   trip.port = "stage";
   trip.kind = plant::FaultKind::kTrip;
   rig.world.inject(trip, rig.now_us);
-  REQUIRE(rig.run([&] { return rig.stage.state() == DriverState::kEstop; }, 10.0));
+  REQUIRE(rig.run([&] { return rig.stage.state() == DeviceState::kEstop; }, 10.0));
   REQUIRE(rig.results("stage").size() == 1);
   CHECK(rig.results("stage")[0].counted == std::int64_t(rig.record.history.shots.size()));
   begin_pass(rig, pattern, 0);
   CHECK(rig.results("stage").back().outcome == Outcome::kRefused);
   rig.run_for(3.0);
-  CHECK(rig.stage.state() == DriverState::kEstop);
+  CHECK(rig.stage.state() == DeviceState::kEstop);
 }

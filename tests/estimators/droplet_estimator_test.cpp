@@ -28,7 +28,9 @@ TEST_CASE("The mean ramp is the mean of max(0, x + e) by summation, and its deri
       const int n = 4000;
       for (int k = 0; k < n; ++k) {
         const double u = (2.0 * k + 1.0) / n - 1.0, density = (1.0 - u * u) * (1.0 - u * u), e = c * u;
-        norm += density, sum += density * std::max(0.0, x + e), above += density * (x + e > 0.0);
+        norm += density;
+        sum += density * std::max(0.0, x + e);
+        above += density * (x + e > 0.0);
       }
       CHECK(mean_ramp(x, variance) == Approx(sum / norm).margin(1e-8));
       CHECK(step_probability(x, variance) == Approx(above / norm).margin(1e-3));
@@ -71,7 +73,10 @@ TEST_CASE("3 x 3 inverse, determinant, sandwich and least eigenvalue agree with 
     const Eigen::Matrix3d a = x * x.transpose() + 0.01 * Eigen::Matrix3d::Identity(), b = x.transpose() * x;
     Symmetric3 sa, sb;
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) sa.at(r, c) = a(r, c), sb.at(r, c) = b(r, c);
+      for (int c = 0; c < 3; ++c) {
+        sa.at(r, c) = a(r, c);
+        sb.at(r, c) = b(r, c);
+      }
     const Symmetric3 i = inverse(sa), s = sandwich(sa, sb);
     const Eigen::Matrix3d ei = a.inverse(), es = a * b * a;
     const Eigen::Matrix3d scaled = a.diagonal().cwiseSqrt().cwiseInverse().asDiagonal() * a *
@@ -136,7 +141,7 @@ TEST_CASE("Taking sat() at the measured difference is wrong by many sigma where 
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   HeightMap before = p.measure();
-  estimator.set_ground(before, p.everywhere(), p.noise_mm);
+  estimator.set_substrate(before, p.everywhere(), p.noise_mm);
   for (int k = 0; k < 10; ++k) {
     const Pass pass = p.print();
     const HeightMap after = p.measure();
@@ -165,7 +170,8 @@ TEST_CASE("Taking sat() at the measured difference is wrong by many sigma where 
     before = after;
   }
   naive_h2 = (normal.inverse() * right)(1);
-  ours_h2 = estimator.estimate().model.h2_mm, sigma = estimator.estimate().std_mm(1);
+  ours_h2 = estimator.estimate().model.h2_mm;
+  sigma = estimator.estimate().std_mm(1);
   CHECK(std::abs(naive_h2 - p.model.h2_mm) > 10.0 * sigma);
   CHECK(std::abs(ours_h2 - p.model.h2_mm) < 3.0 * sigma);
 }
@@ -207,7 +213,7 @@ TEST_CASE("Missed droplets, cells without a reading and a pass in doubt do not s
   Planted p;
   p.model = drawn(9);
   DropletEstimator estimator(p.grid, p.options());
-  estimator.set_ground(p.measure(), p.everywhere(), p.noise_mm);
+  estimator.set_substrate(p.measure(), p.everywhere(), p.noise_mm);
   for (int k = 1; k <= 10; ++k) {
     Pass pass = p.print();
     std::vector<Use> use = p.everywhere();
@@ -244,8 +250,8 @@ TEST_CASE("The same layers give the same bytes, and a map that is measured again
   Planted p;
   p.model = drawn(4);
   DropletEstimator a(p.grid, p.options()), b(p.grid, p.options());
-  a.set_ground(p.measure(), p.everywhere(), p.noise_mm);
-  b.set_ground(HeightMap(p.grid, 0.5), p.everywhere(), p.noise_mm);
+  a.set_substrate(p.measure(), p.everywhere(), p.noise_mm);
+  b.set_substrate(HeightMap(p.grid, 0.5), p.everywhere(), p.noise_mm);
   b.replace_map(p.measure(), p.everywhere(), p.noise_mm);
   for (int k = 0; k < 3; ++k) {
     const Pass pass = p.print();
@@ -269,15 +275,16 @@ TEST_CASE("Wrong options and maps are named") {
   EstimatorOptions o;
   o.prior_std = 0.0;
   CHECK_THROWS_WITH(DropletEstimator(g, o), Catch::Contains("prior_std"));
-  o.prior_std = 0.5, o.window_layers = 0;
+  o.prior_std = 0.5;
+  o.window_layers = 0;
   CHECK_THROWS_WITH(DropletEstimator(g, o), Catch::Contains("window_layers"));
   DropletEstimator e(g, {});
   const std::vector<Use> use(16, Use::kLearn);
   CHECK_THROWS_WITH(e.add_layer({}, HeightMap(g, 0.0), use, 0.001), Catch::Contains("bare ground"));
-  CHECK_THROWS_WITH(e.set_ground(HeightMap(g, 0.0), use, 0.0), Catch::Contains("noise"));
-  CHECK_THROWS_WITH(e.set_ground(HeightMap(g, std::numeric_limits<double>::quiet_NaN()), use, 0.001),
+  CHECK_THROWS_WITH(e.set_substrate(HeightMap(g, 0.0), use, 0.0), Catch::Contains("noise"));
+  CHECK_THROWS_WITH(e.set_substrate(HeightMap(g, std::numeric_limits<double>::quiet_NaN()), use, 0.001),
                     Catch::Contains("cell 0"));
-  e.set_ground(HeightMap(g, 0.0), use, 0.001);
+  e.set_substrate(HeightMap(g, 0.0), use, 0.001);
   CHECK_THROWS_WITH(e.add_layer({{{99}, 1.0}}, HeightMap(g, 0.0), use, 0.001),
                     Catch::Contains("off the grid"));
 }
@@ -294,7 +301,7 @@ TEST_CASE("With a memory the estimate follows a jet that drifts, and without one
     options.memory_layers = 6.0;
     DropletEstimator fading(world.grid, options);
     for (DropletEstimator* e : {&all, &fading})
-      e->set_ground(world.measure(), world.everywhere(), world.noise_mm);
+      e->set_substrate(world.measure(), world.everywhere(), world.noise_mm);
     const deposition::DropletModel first = world.model;
     for (int k = 0; k < 30; ++k) {  // a third less in thirty layers
       const double s = 1.0 - 0.011 * k;

@@ -37,7 +37,10 @@ struct Print {
     Pass pass;
     DropletPattern u(grid);
     for (std::uint32_t c = 0; c < u.size(); ++c)
-      if (mask.cells[c] && random.uniform(0.0, 1.0) < fill) u.cells[c] = 1, pass.cells.push_back(c);
+      if (mask.cells[c] && random.uniform(0.0, 1.0) < fill) {
+        u.cells[c] = 1;
+        pass.cells.push_back(c);
+      }
     const HeightMap before = height;
     deposition::HeightChange<1>(grid, deposition::stencil_of(nature.times(factor)), deposition::Border::kLose)
         .step(height.data(), u.data(), 0);
@@ -122,8 +125,10 @@ TEST_CASE("A rim whose droplets run off is not believed to take less than most o
   HeightMap flat(p.grid, 0.5), after = flat;
   Pass rim;
   for (std::uint32_t c = 0; c < p.grid.size(); ++c)
-    if (p.mask.cells[c] && p.factors.places().cells[c] == Place::kRim)
-      rim.cells.push_back(c), after.cells[c] += 2.5e-3;
+    if (p.mask.cells[c] && p.factors.places().cells[c] == Place::kRim) {
+      rim.cells.push_back(c);
+      after.cells[c] += 2.5e-3;
+    }
   for (int layer = 1; layer <= 30; ++layer)
     p.factors.add_layer(flat.cells, std::vector<Pass>{rim}, after.cells, p.use);
   CHECK(p.factors.at(Place::kRim) == Approx(DropletFactors::kLeastRim * p.factors.at(Place::kInside)));

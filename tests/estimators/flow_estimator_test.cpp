@@ -74,9 +74,10 @@ TEST_CASE(
     const FlowEstimate& f = e.estimate();
     CHECK(f.factor[0] == Approx(a).epsilon(0.02));
     CHECK(f.factor[1] == Approx(b).epsilon(0.03));
-    for (int v = 0; v < 2; ++v)
-      ++cases,
-          covered += std::abs(f.factor[std::size_t(v)] - (v ? b : a)) < 1.96 * f.factor_std[std::size_t(v)];
+    for (int v = 0; v < 2; ++v) {
+      ++cases;
+      covered += std::abs(f.factor[std::size_t(v)] - (v ? b : a)) < 1.96 * f.factor_std[std::size_t(v)];
+    }
   }
   CHECK(covered >= 0.88 * cases);
   CHECK(covered < cases);
@@ -117,8 +118,10 @@ TEST_CASE("A blocked line shows as a factor near zero within two intervals") {
   quick.memory_layers = 5.0;
   FlowEstimator forgets(quick);
   for (int k = 1; k <= 4; ++k) forgets.add(interval(k, 1.0, 1.0, 0.1, 5));
-  for (int k = 5; k <= 6; ++k)
-    e.add(interval(k, 0.0, 1.0, 0.1, 5)), forgets.add(interval(k, 0.0, 1.0, 0.1, 5));
+  for (int k = 5; k <= 6; ++k) {
+    e.add(interval(k, 0.0, 1.0, 0.1, 5));
+    forgets.add(interval(k, 0.0, 1.0, 0.1, 5));
+  }
   CHECK(e.estimate().factor[0] < 0.7);
   CHECK(forgets.estimate().factor[0] < 0.5);
   CHECK(e.estimate().factor[1] == Approx(1.0).margin(0.02));
@@ -172,7 +175,7 @@ TEST_CASE("Laid volume stands where the nozzle was when the pulses arrived, and 
   in.points = line;
   in.origin = {354.0, -46.0};
   in.tool = nozzle;
-  in.ceiling.path_mm_s = 40.0;
+  in.speed_limit.path_mm_s = 40.0;
   const motion::PlanResult r = motion::plan(in, *arm, motion::cobra600_limits());
   REQUIRE(r.ok());
   std::vector<std::int32_t> ticks;

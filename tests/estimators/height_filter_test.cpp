@@ -56,7 +56,8 @@ struct Dense {
         std::max(2.0 * std::sqrt(p.diagonal().mean()), 1e-7);  // about as far as the surface is uncertain
     for (Eigen::Index c = 0; c < n; ++c) {
       Eigen::VectorXd up = x, down = x;
-      up[c] += d, down[c] -= d;
+      up[c] += d;
+      down[c] -= d;
       jacobian.col(c) += (rise(up, cells) - rise(down, cells)) / (2.0 * d);
     }
     for (const auto c : cells) {  // each droplet's size is its own
@@ -83,10 +84,13 @@ TEST_CASE("Variances and heights stay near those of the Kalman filter with all c
       world.grid = {7, 6, 0.25, 0.25, 0.0, 0.0};
       world.height = HeightMap(world.grid, 0.0);
       world.model = {4.8e-3, 0.7e-3, 0.22e-3};
-      world.variation = variation, world.noise_mm = noise, world.fill = 0.7, world.seed = 3;
+      world.variation = variation;
+      world.noise_mm = noise;
+      world.fill = 0.7;
+      world.seed = 3;
       const double scatter = scatter_of(variation);
       HeightFilter filter = filter_for(world, scatter);
-      filter.set_ground(HeightMap(world.grid, 0.0), world.everywhere(), noise);
+      filter.set_substrate(HeightMap(world.grid, 0.0), world.everywhere(), noise);
       const auto n = Eigen::Index(world.grid.size());
       Dense dense{
           world.grid, world.model, scatter, noise, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
@@ -102,7 +106,8 @@ TEST_CASE("Variances and heights stay near those of the Kalman filter with all c
         sum += ours;
         CHECK(ours > 0.8 * dense.p(c, c));
         CHECK(ours <
-              2.2 * dense.p(c, c));  // a cell walled in by its neighbours: what they know of it is left out
+              2.2 *
+                  dense.p(c, c));  // a cell walled in by its neighbours: their covariance with it is left out
         off += (filter.surface().height_mm[std::size_t(c)] - dense.x[c]) *
                (filter.surface().height_mm[std::size_t(c)] - dense.x[c]);
       }
@@ -116,10 +121,12 @@ TEST_CASE("The estimate errs less than the map and less than the droplets alone,
     double of_filter = 0.0, of_map = 0.0, of_droplets = 0.0, said = 0.0;
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       Planted world;
-      world.variation = variation, world.seed = seed, world.fill = 0.85;
+      world.variation = variation;
+      world.seed = seed;
+      world.fill = 0.85;
       HeightFilter filter = filter_for(world, scatter_of(variation)), blind = filter;
-      filter.set_ground(world.measure(), world.everywhere(), world.noise_mm);
-      blind.set_ground(HeightMap(world.grid, 0.0), world.everywhere(), world.noise_mm);
+      filter.set_substrate(world.measure(), world.everywhere(), world.noise_mm);
+      blind.set_substrate(HeightMap(world.grid, 0.0), world.everywhere(), world.noise_mm);
       HeightMap map;
       for (int k = 1; k <= 25; ++k) {
         const Pass pass = world.print();
@@ -146,9 +153,10 @@ TEST_CASE(
   Planted world;
   world.grid = {12, 12, 0.25, 0.25, 0.0, 0.0};
   world.height = HeightMap(world.grid, 0.0);
-  world.noise_mm = 0.0002, world.fill = 1.0;
+  world.noise_mm = 0.0002;
+  world.fill = 1.0;
   HeightFilter filter = filter_for(world, scatter_of(world.variation));
-  filter.set_ground(world.measure(), world.everywhere(), world.noise_mm);
+  filter.set_substrate(world.measure(), world.everywhere(), world.noise_mm);
   for (int k = 0; k < 3; ++k) {
     const Pass pass = world.print();
     filter.add_layer({pass}, world.measure(), world.everywhere(), world.noise_mm);
@@ -172,9 +180,9 @@ TEST_CASE(
   Planted world;
   HeightFilter twice = filter_for(world, 0.06), once = twice;
   const HeightMap ground = world.measure();
-  twice.set_ground(HeightMap(world.grid, 0.1), world.everywhere(), world.noise_mm);
+  twice.set_substrate(HeightMap(world.grid, 0.1), world.everywhere(), world.noise_mm);
   twice.replace_map(ground, world.everywhere(), world.noise_mm);
-  once.set_ground(ground, world.everywhere(), world.noise_mm);
+  once.set_substrate(ground, world.everywhere(), world.noise_mm);
   const Pass pass = world.print();
   const HeightMap map = world.measure();
   HeightMap lifted = map;
@@ -194,7 +202,7 @@ TEST_CASE("Bad layers are refused by name and leave the height filter as it was"
   const HeightMap map = world.measure();
   CHECK_THROWS_WITH(filter.add_layer({}, map, world.everywhere(), 0.001),
                     Catch::Contains("before the map of the bare ground"));
-  filter.set_ground(map, world.everywhere(), world.noise_mm);
+  filter.set_substrate(map, world.everywhere(), world.noise_mm);
   const auto before = filter.surface().height_mm;
   CHECK_THROWS_WITH(filter.add_layer({}, map, world.everywhere(), 0.0), Catch::Contains("noise_std_mm"));
   CHECK_THROWS_WITH(filter.add_layer({Pass{{99999}, 1.0}}, map, world.everywhere(), 0.001),

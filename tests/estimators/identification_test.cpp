@@ -5,6 +5,7 @@
 
 #include "core/deposition/height_change.h"
 #include "core/grid/random.h"
+#include "core/statistics/distributions.h"
 #include "estimators/droplet/spacing.h"
 
 using namespace firn;
@@ -73,7 +74,8 @@ TEST_CASE(
   const deposition::DropletModel m;
   const GridSpec g{40, 12, 0.25, 0.25, 0.0, 0.0};
   DropletPattern first(g), second(g);
-  first.at(6, 6) = 1, first.at(1, 6) = 1;
+  first.at(6, 6) = 1;
+  first.at(1, 6) = 1;
   first.at(20, 6) = first.at(23, 6) = 1;  // three apart
   second.at(6, 6) = 1;                    // on the first layer's
   second.at(32, 6) = 1;
@@ -86,10 +88,10 @@ TEST_CASE(
 }
 
 TEST_CASE("Student's t and its interval: table values, and repeats that cover their mean 95 times of 100") {
-  CHECK(t_975(3) == Approx(3.182).epsilon(0.01));
-  CHECK(t_975(5) == Approx(2.571).epsilon(0.002));
-  CHECK(t_975(10) == Approx(2.228).epsilon(0.001));
-  CHECK(t_975(100) == Approx(1.984).epsilon(0.001));
+  CHECK(statistics::student_t_95(3) == Approx(3.182).epsilon(0.01));
+  CHECK(statistics::student_t_95(5) == Approx(2.571).epsilon(0.002));
+  CHECK(statistics::student_t_95(10) == Approx(2.228).epsilon(0.001));
+  CHECK(statistics::student_t_95(100) == Approx(1.984).epsilon(0.001));
   int covered = 0;
   for (std::uint32_t trial = 0; trial < 2000; ++trial) {
     std::vector<double> v;
@@ -116,7 +118,7 @@ TEST_CASE(
       for (int y = 0; y <= 2 * (s.n - 1); ++y)
         for (int x = 0; x <= 2 * (s.n - 1); ++x)
           h.at(s.i + x, s.j + y) = 0.005 * (1.0 + dome * (s.n - 3) - rib * ((x + y) % 2)) + 1e-5 * s.j / 60.0;
-    return judge_spacing(gamma, square_rises(bare, h, use, squares), 0.0);
+    return evaluate_spacing(gamma, square_rises(bare, h, use, squares), 0.0);
   };
   const SpacingResult flat = result(0.6, 0.0, 0.0), dome = result(0.5, 0.1, 0.0), rib = result(0.7, 0.0, 0.2);
   CHECK(flat.inconsistency < 1e-2);
@@ -132,5 +134,5 @@ TEST_CASE(
   CHECK(c.gamma < 0.65);
   CHECK_FALSE(choose_spacing({flat, result(0.7, 0.1, 0.0), result(0.8, 0.2, 0.0)}).inside);
   CHECK_THROWS_WITH(choose_spacing({flat, rib}), Catch::Contains("three"));
-  CHECK_THROWS_WITH(judge_spacing(0.5, {}, 0.0), Catch::Contains("two sizes"));
+  CHECK_THROWS_WITH(evaluate_spacing(0.5, {}, 0.0), Catch::Contains("two sizes"));
 }

@@ -24,15 +24,15 @@ struct Bench {
     in.origin = kOrigin;
     in.z_mm = 100.0 + z_mm;
     in.tool = laser;
-    in.ceiling.path_mm_s = speed_mm_s;
+    in.speed_limit.path_mm_s = speed_mm_s;
     motion::PlanResult r = motion::plan(in, *arm, motion::cobra600_limits());
     REQUIRE(r.ok());
     return r;
   }
 };
 
-/// Where the laser is at time t of a planned path, in the part's frame: linear between the emitted tool
-/// points.
+/// Computes the position of the laser at time t of a planned path, in the part's frame: linear between the
+/// emitted tool points.
 Point2 place(const motion::PlanResult& r, double t_s) {
   const double ticks = std::clamp(t_s / r.trajectory.tick_s, 0.0, double(r.tool.size() - 1));
   const std::size_t i = std::min(std::size_t(ticks), r.tool.size() - 2);
@@ -132,10 +132,13 @@ TEST_CASE(
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
       REQUIRE(std::isfinite(e.height.at(i, j)));
-      const bool measured = e.quality.at(i, j) == std::uint8_t(Quality::kMeasured);
+      const bool measured = e.quality.at(i, j) == std::uint8_t(CellQuality::kMeasured);
       CHECK(measured == (i <= 64 && j <= 49));  // x <= 64.5, y <= 49.5 were read
       const double off = e.height.at(i, j) - bumpy({g.x_mm(i), g.y_mm(j)});
-      if (measured) squares += off * off, cells += 1.0;
+      if (measured) {
+        squares += off * off;
+        cells += 1.0;
+      }
     }
   CHECK(std::sqrt(squares / cells) < 0.012);
   CHECK(e.covered_fraction == Approx(cells / (75.0 * 51.0)));

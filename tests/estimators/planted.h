@@ -1,5 +1,5 @@
-// Layers printed by the paper's own model [Lu 2015, Eqs. (3)-(5)] with planted h1..h3, droplet scatter and
-// noise.
+// Computes layers printed by the paper's own model [Lu 2015, Eqs. (3)-(5)] with planted h1..h3, droplet
+// scatter and noise.
 #pragma once
 
 #include <vector>
@@ -55,7 +55,7 @@ struct Planted {
     return o;
   }
   droplet::Estimate learn(droplet::DropletEstimator& estimator, int layers) {
-    if (!estimator.has_ground()) estimator.set_ground(measure(), everywhere(), noise_mm);
+    if (!estimator.has_substrate()) estimator.set_substrate(measure(), everywhere(), noise_mm);
     for (int n = 0; n < layers; ++n) {
       droplet::Pass pass = print();
       estimator.add_layer({std::move(pass)}, measure(), everywhere(), noise_mm);

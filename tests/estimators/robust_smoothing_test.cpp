@@ -34,7 +34,10 @@ std::vector<double> dense_solution(const HeightMap& y, const std::vector<double>
     for (int i = 0; i < g.nx; ++i) {
       const int c = int(g.index(i, j));
       for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}})
-        if (g.contains(i + di, j + dj)) d(c, int(g.index(i + di, j + dj))) += 1.0, d(c, c) -= 1.0;
+        if (g.contains(i + di, j + dj)) {
+          d(c, int(g.index(i + di, j + dj))) += 1.0;
+          d(c, c) -= 1.0;
+        }
     }
   Eigen::MatrixXd a = s * d.transpose() * d;
   Eigen::VectorXd b(n);
@@ -165,7 +168,10 @@ TEST_CASE("Outliers get no weight and leave the surface alone, and missing patch
     for (int i = 0; i < 40; ++i) {
       truth.at(i, j) = bump(i * 0.25, j * 0.25);
       y.at(i, j) = truth.at(i, j) + 0.001 * random.normal();
-      if (random.below(25) == 0) bad.at(i, j) = 1, y.at(i, j) += random.below(2) ? 0.05 : -0.05;
+      if (random.below(25) == 0) {
+        bad.at(i, j) = 1;
+        y.at(i, j) += random.below(2) ? 0.05 : -0.05;
+      }
       if (i >= 10 && i < 14 && j >= 20 && j < 25) y.at(i, j) = kNotMeasured;
     }
   RobustSmoother smoother(g);
@@ -192,7 +198,8 @@ TEST_CASE("A constant map, a single row, all missing and two known cells are ans
   CHECK(flat.noise_std_mm < 1e-12);
   HeightMap few(GridSpec{6, 5}, kNotMeasured);
   for (double v : smoother.smooth(few, nullptr, {}).height.cells) CHECK(v == 0.0);
-  few.at(1, 1) = 0.1, few.at(4, 4) = 0.3;
+  few.at(1, 1) = 0.1;
+  few.at(4, 4) = 0.3;
   for (double v : smoother.smooth(few, nullptr, {}).height.cells) CHECK(v == Approx(0.2));
 }
 

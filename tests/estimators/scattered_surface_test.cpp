@@ -169,7 +169,8 @@ TEST_CASE("Cells without a value take their nearest one's") {
   HeightMap h({5, 1, 1, 1, 0, 0}, kNotMeasured);
   fill_from_nearest(h);
   CHECK(std::isnan(h.at(2, 0)));
-  h.at(0, 0) = 1.0, h.at(4, 0) = 2.0;
+  h.at(0, 0) = 1.0;
+  h.at(4, 0) = 2.0;
   fill_from_nearest(h);
   CHECK(h.at(1, 0) == 1.0);
   CHECK(h.at(3, 0) == 2.0);

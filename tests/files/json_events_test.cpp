@@ -36,22 +36,53 @@ class Ours : public JsonHandler {
 class Theirs : public nlohmann::json_sax<nlohmann::json> {
  public:
   explicit Theirs(Ours& to) : to_(to) {}
-  bool null() override { return to_.null(), true; }
-  bool boolean(bool value) override { return to_.boolean(value), true; }
-  bool number_integer(number_integer_t value) override { return to_.integer(double(value)), true; }
-  bool number_unsigned(number_unsigned_t value) override { return to_.integer(double(value)), true; }
+  bool null() override {
+    to_.null();
+    return true;
+  }
+  bool boolean(bool value) override {
+    to_.boolean(value);
+    return true;
+  }
+  bool number_integer(number_integer_t value) override {
+    to_.integer(double(value));
+    return true;
+  }
+  bool number_unsigned(number_unsigned_t value) override {
+    to_.integer(double(value));
+    return true;
+  }
   bool number_float(number_float_t value, const string_t& text) override {
     // integers beyond 64 bits come as floating point there
     const bool whole = text.find_first_of(".eE") == text.npos;
-    return whole ? to_.integer(value) : to_.number(value), true;
+    whole ? to_.integer(value) : to_.number(value);
+    return true;
   }
-  bool string(string_t& value) override { return to_.text(value), true; }
+  bool string(string_t& value) override {
+    to_.text(value);
+    return true;
+  }
   bool binary(binary_t&) override { return false; }
-  bool start_object(std::size_t) override { return to_.start_object(), true; }
-  bool key(string_t& value) override { return to_.key(value), true; }
-  bool end_object() override { return to_.end_object(), true; }
-  bool start_array(std::size_t) override { return to_.start_list(), true; }
-  bool end_array() override { return to_.end_list(), true; }
+  bool start_object(std::size_t) override {
+    to_.start_object();
+    return true;
+  }
+  bool key(string_t& value) override {
+    to_.key(value);
+    return true;
+  }
+  bool end_object() override {
+    to_.end_object();
+    return true;
+  }
+  bool start_array(std::size_t) override {
+    to_.start_list();
+    return true;
+  }
+  bool end_array() override {
+    to_.end_list();
+    return true;
+  }
   bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override {
     return false;
   }
@@ -182,7 +213,10 @@ TEST_CASE(
 TEST_CASE("JSON events: a document of many blocks is read as one") {
   std::string text = "[";
   double sum = 0.0;
-  for (int n = 0; n < 200000; ++n) text += std::to_string(n * 0.001) + ", ", sum += n * 0.001;
+  for (int n = 0; n < 200000; ++n) {
+    text += std::to_string(n * 0.001) + ", ";
+    sum += n * 0.001;
+  }
   text += "\"" + std::string(600000, 'x') + "\"]";
   struct Sum : Ours {
     void number(double value) override { total += value; }

@@ -1,5 +1,5 @@
-// Any bytes to the codecs of the path printer's instruments: what they take for good says again what it was
-// made of, and where frames end does not depend on how the bytes arrive.
+// Passes any bytes to the codecs of the path printer's instruments: an accepted message is written as it was
+// read, and the ends of frames do not depend on the number of bytes that arrive at a time.
 #include <cmath>
 #include <cstring>
 
@@ -66,7 +66,9 @@ void valve(std::span<const std::byte> bytes) {
     fvb::encode(1, *s, again);
     require(fvb::parse_status(fvb::find(again).payload) == *s, "a status is written as it was read");
   }
-  (void)fvb::parse_reply(f), (void)fvb::parse_hello(f.payload), (void)fvb::parse_begin(f.payload);
+  (void)fvb::parse_reply(f);
+  (void)fvb::parse_hello(f.payload);
+  (void)fvb::parse_begin(f.payload);
   if (const auto d = fvb::parse_data(f.payload))
     for (std::size_t n = 0; n < d->entries; ++n) (void)d->tick(n);
 }
@@ -109,7 +111,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Dialect* dialects[] = {&fvp_dialect, &fvb_dialect, &lkg_dialect, &thermostat_dialect};
   const Dialect& dialect = *dialects[data[0] % 4];
   const Request asked = dialect.probe();
-  // Lines without an end are given up at different places; what is a frame is a frame in any case.
+  // Lines without an end are given up at different places; a whole frame is a frame in any case.
   const bool ended = data[0] % 4 == 1 || bytes.size() < 60;
   for (const Request* awaited : {static_cast<const Request*>(nullptr), &asked}) {
     const auto all = frames(dialect, awaited, bytes, step), one = frames(dialect, awaited, bytes, 1);

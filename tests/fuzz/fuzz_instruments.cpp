@@ -37,8 +37,14 @@ void play(Driver& driver, const std::uint8_t* data, std::size_t size, Command&& 
     done();
     driver.received(as_bytes(data + at + 2, n), now_us, fx);
     done();
-    if (data[at + 1] >= 250 && data[at + 1] < 255) command(data[at + 1] - 250, now_us, fx), done();
-    if (data[at + 1] == 255) driver.safe_stop(now_us, fx), done();
+    if (data[at + 1] >= 250 && data[at + 1] < 255) {
+      command(data[at + 1] - 250, now_us, fx);
+      done();
+    }
+    if (data[at + 1] == 255) {
+      driver.safe_stop(now_us, fx);
+      done();
+    }
     at += 2 + n;
   }
   require(written <= 4096 * (steps + 2), "what is written stays in proportion to what happens");
@@ -50,27 +56,27 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size < 1) return 0;
   switch (data[0] % 8) {
     case 0: {
-      Stage stage{StageConfig{}};
+      Stage stage{StageOptions{}};
       play(stage, data + 1, size - 1);
       break;
     }
     case 1: {
-      Jet jet{JetConfig{}};
+      Jet jet{JetOptions{}};
       play(jet, data + 1, size - 1);
       break;
     }
     case 2: {
-      LaserProfiler profiler{LaserProfilerConfig{}};
+      LaserProfiler profiler{LaserProfilerOptions{}};
       play(profiler, data + 1, size - 1);
       break;
     }
     case 3: {
-      Lamp lamp{LampConfig{}};
+      Lamp lamp{LampOptions{}};
       play(lamp, data + 1, size - 1);
       break;
     }
     case 4: {
-      Robot robot{RobotConfig{}};
+      Robot robot{RobotOptions{}};
       play(robot, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
         static const std::vector<double> path{0.1,  0.2, 20.0, 0.0,  0.11, 0.21,
                                               20.0, 0.0, 0.12, 0.22, 20.0, 0.0};
@@ -82,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     }
     case 5: {
-      Valve valve{ValveConfig{}};
+      Valve valve{ValveOptions{}};
       play(valve, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
         static const std::vector<std::int32_t> list{0, 4, 8};
         if (n == 0) valve.add_list({1, 0}, 0.002, 0.00125, list, now_us, fx);
@@ -93,7 +99,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     }
     case 6: {
-      LaserPoint laser{LaserPointConfig{}};
+      LaserPoint laser{LaserPointOptions{}};
       play(laser, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
         if (n == 0) laser.arm(0, 100, 0.01, now_us, fx);
         if (n == 1) laser.collect(now_us, fx);
@@ -102,7 +108,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     }
     default: {
-      Heater heater{HeaterConfig{}};
+      Heater heater{HeaterOptions{}};
       play(heater, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
         if (n == 0) heater.set({20, 22, 20}, now_us, fx);
       });

@@ -1,6 +1,6 @@
-// Any bytes as a message of each type: what check() passes, LCM's decoder takes whole and encodes back to the
-// same bytes; walking, printing, comparing and judging never crash. Input: u8 type, message without
-// fingerprint.
+// Reads any bytes as a message of each type: every message that check() passes is decoded whole by LCM's
+// decoder and encodes back to the same bytes; walking, printing, comparing and judging never crash. Input: u8
+// type, message without fingerprint.
 #include <cmath>
 #include <cstring>
 

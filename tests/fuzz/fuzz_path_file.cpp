@@ -1,8 +1,8 @@
 // Any bytes as a path file, as one layer of it, and as the paths of a run: the first byte chooses.
 #include <cstdlib>
 
-#include "files/path/layer_file.h"
 #include "core/slice/paths/print_paths.h"
+#include "files/path/layer_file.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;

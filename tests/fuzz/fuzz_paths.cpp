@@ -17,12 +17,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const Point2& q : p.path.points)
       require(std::abs(q.x_mm) <= kMaxCoordinate_mm && std::abs(q.y_mm) <= kMaxCoordinate_mm,
               "coordinates keep their limit");
-    const auto& speeds = p.ceiling.point_mm_s;
+    const auto& speeds = p.speed_limit.point_mm_s;
     require(speeds.empty() || speeds.size() == p.path.points.size(), "a speed for each point or for none");
     for (double v : speeds) require(v > 0.0, "speeds are above 0");
     require(p.yaw_point_rad.empty() || p.yaw_point_rad.size() == p.path.points.size(),
             "a yaw for each point or for none");
-    require(p.ceiling.path_mm_s > 0.0, "the path's speed is above 0");
+    require(p.speed_limit.path_mm_s > 0.0, "the path's speed is above 0");
   };
   try {
     if (data[0] % 2)

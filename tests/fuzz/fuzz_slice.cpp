@@ -1,5 +1,5 @@
-// Any facets at all: the first bytes choose options, the rest are corners on a coarse lattice (where nearly
-// everything meets) or floats as they come. What comes out crosses nowhere and does not depend on the order
+// Slices any facets at all: the first bytes choose options, the rest are corners on a coarse lattice (where
+// nearly everything meets) or floats as they come. The outlines cross nowhere and do not depend on the order
 // of the facets.
 #include <cstring>
 #include <stdexcept>

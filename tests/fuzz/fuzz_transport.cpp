@@ -1,4 +1,5 @@
-// Any datagrams at a receiver: nothing crashes, what it hands on is whole, and memory stays bounded.
+// Sends any datagrams to a receiver: nothing crashes, every delivered message is whole, and memory stays
+// bounded.
 #include "runtime/transport.h"
 #include "tests/fuzz/require.h"
 

@@ -1,4 +1,5 @@
-// What a fuzz target demands besides not crashing.
+// require() reports a condition that does not hold and aborts: the conditions of fuzz targets besides not
+// crashing.
 #pragma once
 
 #include <cstddef>

@@ -6,6 +6,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+import check_docs  # noqa: E402
 import check_house  # noqa: E402
 import check_layers  # noqa: E402
 import check_packages  # noqa: E402
@@ -39,7 +40,7 @@ GOOD = {
     "replay/CMakeLists.txt": "firn_library(firn_replay audit.cpp)\n",
     "replay/audit.cpp": '#include "procs/stage/node.h"\nfirn::sim_truth_t truth;\n',
     "lcmtypes/tile_t.lcm": "struct tile_t {}\n",
-    "lcmtypes/CMakeLists.txt": "firn_lcm_types(firn_lcm_headers tile_t.lcm)\n",
+    "lcmtypes/CMakeLists.txt": "firn_lcm_types(firn_lcm_headers)\n",
     "tests/core/CMakeLists.txt": "firn_test(test_grid grid_test.cpp LINK firn_grid)\n",
     "tests/core/grid_test.cpp": '#include "core/grid/grid.h"\nTEST_CASE("A grid is a grid") { CHECK(true); }\n',
     "scripts/packages.txt": "cmake\nninja-build  # builds\ng++\nliblcm-dev\n",
@@ -161,7 +162,7 @@ class Lints(unittest.TestCase):
     def test_sources_that_are_not_built(self):
         self.caught("core/grid/lost.cpp", "int y;\n", "stands in no CMakeLists.txt")
         self.caught("tests/core/lost_test.cpp", "int y;\n", "stands in no CMakeLists.txt")
-        self.caught("lcmtypes/lost_t.lcm", "struct lost_t {}\n", "stands in no CMakeLists.txt")
+        self.caught("runtime/lost_t.lcm", "struct lost_t {}\n", "stands in no CMakeLists.txt")
         (self.root / "core/grid/lost.cpp").unlink()
 
     def test_types_of_one_name(self):
@@ -172,6 +173,8 @@ class Lints(unittest.TestCase):
             self.write("core/control/mpc.cpp", GOOD["core/control/mpc.cpp"] + other)
             self.assertEqual(self.problems(), [])
         self.caught("core/control/mpc.cpp", cell, "firn::Cell is another type in core/grid/grid.h")
+        driver = cell.replace("namespace firn", "namespace firn::drivers")
+        self.caught("core/control/mpc.cpp", driver, "firn::drivers::Cell has the name of firn::Cell in core/grid/grid.h")
 
     def test_readers_of_the_truth(self):
         self.caught("procs/stage/node.cpp", "subscribe(channels::kSimTruth, this);\n", "SIM_TRUTH")
@@ -188,6 +191,93 @@ class Lints(unittest.TestCase):
         self.write("core/grid/solve.h", "#pragma once\n")
         self.write("core/grid/grid.cpp", "#include <cvode/cvode.h>\n")
         self.assertTrue(any("libsundials-dev is missing" in p for p in self.problems()))
+
+
+DOCS = {
+    "README.md": "# House\n[docs](docs/README.md), `core/grid/grid.h`\n\n```\n./firn print experiments/a.toml --set grid.nx=3\n```\n",
+    "CONTRIBUTING.md": "# Rules\n",
+    "docs/README.md": "# Index\n[pages](commands/print.md#exit-codes), [keys](configuration.md)\n",
+    "docs/commands/print.md": "# Print\n![a](../images/a.svg)\n\n## Exit codes\n`build/bin/firn print --seeds 3`, `build/tests/test_grid \"A grid*\"`,\n"
+                              "`core/{grid,path}/*.h`, `core/grid/grid`, `experiments/mine.toml`\n",
+    "docs/configuration.md": "# Keys\n\n## [grid], [other]\n\n|key|default|\n|-|-|\n|nx, ny|40|\n",
+    "docs/images/a.svg": "<svg/>\n",
+    "cli/print_command.cpp": '#include "x.h"\napp.add_option("-s,--seeds", o->seeds);\napp.add_option("--set", o->set);\n',
+    "core/grid/grid.h": "// See docs/commands/print.md.\n",
+    "core/path/path.h": "\n",
+    "experiments/a.toml": "# docs/configuration.md\n",
+    "cli/CMakeLists.txt": "firn_process(firn main.cpp)\n",
+    "tests/core/CMakeLists.txt": "firn_test(test_grid grid_test.cpp)\n",
+    "tests/core/grid_test.cpp": 'TEST_CASE(\n    "A grid is "\n    "a grid") {}\n',
+}
+
+
+class DocsLint(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = Path(self.folder.name)
+        for path, text in DOCS.items():
+            self.write(path, text)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def write(self, path, text):
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+
+    def problems(self):
+        return [problem for check in check_docs.CHECKS for problem in check(self.root)]
+
+    def caught(self, path, text, *words):
+        """Planting `text` at the end of `path` gives one problem, which holds the words."""
+        self.write(path, DOCS.get(path, "") + text)
+        found = self.problems()
+        self.assertEqual(len(found), 1, f"{path}: {text!r} gave {found}")
+        for word in words:
+            self.assertIn(word, found[0])
+        self.write(path, DOCS[path]) if path in DOCS else (self.root / path).unlink()
+
+    def test_the_good_tree_passes(self):
+        self.assertEqual(self.problems(), [])
+
+    def test_links(self):
+        self.caught("README.md", "[gone](docs/gone.md)\n", "README.md:7", "gone.md")
+        self.caught("docs/README.md", "[part](commands/print.md#gone)\n", "no heading #gone")
+        self.write("docs/README.md", DOCS["docs/README.md"] + "`[code](is/no/link.md)`, [web](https://example.org/x)\n")
+        self.assertEqual(self.problems(), [])
+
+    def test_pages_and_pictures_that_nothing_leads_to(self):
+        self.caught("docs/lost.md", "# Lost\n[index](README.md)\n", "docs/lost.md", "not linked")
+        self.caught("docs/images/lost.png", "", "no page shows it")
+
+    def test_tables_cut_by_an_empty_line(self):
+        self.caught("docs/README.md", "\n|a|b|\n|-|-|\n|1|2|\n\n|3|4|\n", "docs/README.md:8", "without the table's head")
+
+    def test_named_files(self):
+        self.caught("docs/README.md", "`core/grid/gone.h`\n", "docs/README.md:3", "core/grid/gone.h")
+        self.caught("docs/README.md", "in core/{grid,gone}/*.h\n", "core/gone/*.h")
+        self.caught("core/path/path.h", "// docs/gone.md\n", "core/path/path.h:2", "docs/gone.md")
+        self.caught("experiments/a.toml", "# docs/gone.md\n", "experiments/a.toml:2")
+
+    def test_programs_and_tests(self):
+        self.caught("docs/README.md", "`build/bin/gone`\n", "nothing makes build/bin/gone")
+        self.caught("docs/README.md", "`build/bench/gone 3`\n", "nothing makes build/bench/gone")
+        self.caught("docs/README.md", "`build/tests/test_grid \"A cell*\"`\n", "no test is called \"A cell*\"")
+
+    def test_commands_options_and_keys(self):
+        self.caught("docs/README.md", "```\n./firn pint x\n```\n", "no command pint")
+        self.caught("docs/README.md", "    firn print x --sedes 3\n", "no command has the option --sedes")
+        self.caught("docs/README.md", "`firn print x\n--sedes 3`\n", "no command has the option --sedes")
+        self.caught("docs/README.md", "`firn print x --set grid.nz=1`\n", "there is no key grid.nz")
+        self.write("docs/README.md", DOCS["docs/README.md"] + "`firn print x --set other.ny=1`, `firn COMMAND`, a firn hand\n")
+        self.assertEqual(self.problems(), [])
+
+    def test_sizes(self):
+        self.caught("docs/README.md", "x\n" * 115_000, "the limit is 230000")
+        self.write("docs/README.md", DOCS["docs/README.md"] + "[m](measurements.md)\n")
+        self.write("docs/measurements.md", "x\n" * 4_001)
+        self.assertEqual(len(self.problems()), 1)
 
 
 if __name__ == "__main__":

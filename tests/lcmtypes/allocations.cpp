@@ -13,7 +13,7 @@ std::size_t& largest_allocation() {
 
 }  // namespace firn::test
 
-// All forms that end in operator delete below: a pair of another allocator's is what a sanitizer reports.
+// All forms that end in operator delete below: a sanitizer reports a pair with another allocator's form.
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   std::size_t& largest = firn::test::largest_allocation();
   largest = std::max(largest, bytes);

@@ -1,4 +1,4 @@
-// The largest single allocation of this thread since it was last set to 0.
+// Holds the size of the largest single allocation of this thread since that size was last set to 0.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Messages within their limits, with every member set, and their bytes.
+// Returns messages within their limits, with every member set, and their bytes.
 #pragma once
 
 #include <cmath>
@@ -81,7 +81,7 @@ inline stage_command_t some_pass(int nx, int ny) {
   s.z_mm = 1;
   s.speed_mm_s = 40;
   s.grid = some_grid(nx, ny);
-  s.drops.assign(std::size_t(s.n), 1);
+  s.fires.assign(std::size_t(s.n), 1);
   return s;
 }
 

@@ -1,5 +1,5 @@
-// Schema::check against lcm-gen's decoders: what it passes they decode, what they cannot hold it refuses
-// without allocating what the bytes claim.
+// Schema::check against lcm-gen's decoders: the decoders read every message that the check passes. The check
+// refuses messages that the decoders cannot hold, without allocating the sizes that the bytes claim.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -70,7 +70,7 @@ TEST_CASE(
   const auto whole = encode(some_layer_plan(5, 4));
   REQUIRE_FALSE(check(type("layer_plan_t"), whole));  // the first use parses the schema, which allocates
   const std::size_t n_at = 8 + 28;                    // fingerprint, header
-  const std::size_t reason_at = n_at + 4 + 4 + 4 + 8 + 1 + 4 + 40 + 8 + 8 + 8;
+  const std::size_t reason_at = n_at + 4 + 4 + 4 + 8 + 1 + 4 + 40 + 4 + 8 + 8 + 8;
   for (const std::uint32_t v : {0x7fffffffu, 0xffffffffu, 0x80000000u, 0x40000000u, 100000u}) {
     auto bytes = whole;
     put32(bytes, n_at, v);

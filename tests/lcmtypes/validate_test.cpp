@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "firn/enums.h"
 #include "tests/lcmtypes/samples.h"
 
 using namespace firn;
@@ -146,5 +147,15 @@ TEST_CASE("The fast checks of whole arrays agree with each element's own limit")
           FAIL("drops[" << at << "] = " << v << " passes " << passes);
         plan.drops[at] = 0;
       }
+  }
+}
+
+TEST_CASE("Every end of a run may be told, also a part out of tolerance") {
+  for (const RunOutcome outcome : {RunOutcome::kFinished, RunOutcome::kEndedEarly, RunOutcome::kStoppedSafely,
+                                   RunOutcome::kWaitsForOperator, RunOutcome::kOutOfTolerance}) {
+    run_end_t end{};
+    end.header = some_header();
+    end.outcome = std::int8_t(outcome);
+    CHECK(judge("RUN_END", end) == std::nullopt);
   }
 }

@@ -1,4 +1,4 @@
-// What must hold after live prints.
+// Checks the conditions that must hold after live prints.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ bool skipped();
 /// after `mono_ns`.
 void check_safe_after(const LiveRun& run, std::int64_t mono_ns);
 
-/// Waits until the run has started and ended. @returns its status; what it said is told with a failure that
-/// follows
+/// Waits until the run has started and ended. @returns its status; a failure that follows reports the output
+/// of the run
 int status_of(LiveRun& run);
 
 /// Starts the print, kills `victim` from `earliest_us` to `latest_us` of wall time after its start, and

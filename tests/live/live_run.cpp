@@ -11,10 +11,11 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "print/live/bus_check.h"
-#include "print/inputs/ice_inputs.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
+#include "config/labs.h"
+#include "print/inputs/ice_inputs.h"
+#include "print/labs/print_labs.h"
+#include "print/live/bus_check.h"
 #include "runtime/lossy.h"
 #include "runtime/run_clock.h"
 #include "tests/support/mesh_samples.h"
@@ -89,7 +90,7 @@ LiveRun::LiveRun(const Experiment& experiment) {
   root_ = name;
   const std::string longer_than_a_socket_address(110, 'x');
   Experiment e = experiment;
-  const Blobs inputs = is_ice(e) ? tiny_ice_inputs(e, root_) : make_inputs(e, {});
+  const Blobs inputs = prints_paths(e) ? tiny_ice_inputs(e, root_) : make_inputs(e, {});
   folder_ = RunFolder::create(root_ / longer_than_a_socket_address, e, inputs, {"test"});
 }
 

@@ -1,5 +1,5 @@
-// A live print of a tiny part in a process of its own, so that a test can kill any process of it, also the
-// launcher.
+// LiveRun runs a live print of a tiny part in a process of its own, so that a test can kill any process of
+// the print, also the launcher.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "print/live/launcher.h"
 #include "config/experiment.h"
+#include "print/live/launcher.h"
 
 namespace firn::test {
 
@@ -21,8 +21,8 @@ Experiment tiny_part_of_two_inks(std::uint64_t seed);
 /// The ice printer's: a block of about 9 x 9 mm in six layers, two intervals, node time ten times faster than
 /// the wall clock.
 Experiment tiny_ice(std::uint64_t seed);
-/// What RunFolder::create() wants of it: mesh, slicing settings and machine come from the source tree and
-/// `scratch`.
+/// Returns the inputs of RunFolder::create(): mesh, slicing settings and machine come from the source tree
+/// and `scratch`.
 Blobs tiny_ice_inputs(Experiment& experiment, const std::filesystem::path& scratch);
 
 /// Empty, or why live tests cannot run here.
@@ -31,7 +31,7 @@ std::string multicast_refused();
 class LiveRun {
  public:
   explicit LiveRun(const Experiment& experiment);
-  /// Kills what still runs; removes the folder unless `keep`.
+  /// Kills all processes that still run; removes the folder unless `keep`.
   ~LiveRun();
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;
@@ -51,7 +51,7 @@ class LiveRun {
 
   const RunFolder& folder() const { return *folder_; }
   std::filesystem::path path() const { return folder_->path(); }
-  /// What the launcher said on stderr.
+  /// Returns the launcher's output on stderr.
   std::string said() const;
   /// Node time of a CLOCK_MONOTONIC time in this incarnation.
   std::int64_t node_time_us(std::int64_t mono_ns) const;

@@ -60,7 +60,7 @@ TEST_CASE("a live print with droplet_estimator learns after every layer, and rep
 TEST_CASE("a full disk stops the print by name, and a resume fills the log again") {
   if (skipped()) return;
   LiveRun run(tiny_part(3));
-  // The recorder alone may write no file beyond 64 KiB, which is told like a full disk.
+  // The recorder alone may write no file beyond 64 KiB, which is reported like a full disk.
   const std::filesystem::path programs = run.path().parent_path() / "programs", real = FIRN_BINARY_DIR "/bin";
   std::filesystem::create_directory(programs);
   for (const auto& entry : std::filesystem::directory_iterator(real))

@@ -1,4 +1,4 @@
-// lcm-spy with Firn's types and views watches a live print; what it shows is read back from its picture.
+// lcm-spy with Firn's types and views watches a live print; its display is read back from its picture.
 #include <sys/wait.h>
 
 #include <catch2/catch.hpp>

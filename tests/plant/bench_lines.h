@@ -1,4 +1,4 @@
-// A world with its bytes at hand: send to a port, run for a while, read what came back.
+// Bench holds a world with its bytes at hand: it sends to a port, runs for a while and returns the replies.
 #pragma once
 
 #include <map>
@@ -73,8 +73,10 @@ inline std::string hex(std::string_view text) {
     if (d < 0) continue;
     if (high < 0)
       high = d;
-    else
-      bytes.push_back(char(high << 4 | d)), high = -1;
+    else {
+      bytes.push_back(char(high << 4 | d));
+      high = -1;
+    }
   }
   return bytes;
 }
@@ -95,7 +97,7 @@ inline void start_stage(Bench& b, double ramp_mm_s2 = 5000.0) {
   b.stage("RAMP RATE " + std::to_string(ramp_mm_s2));
 }
 
-/// Moves and waits until it stands.
+/// Moves and waits for standstill.
 inline void go(Bench& b, const std::string& line) {
   b.stage(line);
   while (b.stage("PLANESTATUS(0)") != "%0\n") b.run(2000);

@@ -1,4 +1,5 @@
-// Drivers and twins, wired byte for byte: what the rigs of both labs share. Include after Catch.
+// DriverRig holds drivers and twins, wired byte for byte: the common part of the rigs of both labs. Include
+// after Catch.
 #pragma once
 
 #include <algorithm>
@@ -63,8 +64,8 @@ class DriverRig {
   }
 
   bool all_safe() const {
-    return std::ranges::all_of(
-        parts_, [](const auto& p) { return p.second.driver->state() == drivers::DriverState::kSafe; });
+    return std::ranges::all_of(parts_,
+                               [](const auto& p) { return p.second.driver->state() == DeviceState::kSafe; });
   }
 
   /// Runs a command and returns its result.
@@ -81,7 +82,7 @@ class DriverRig {
   std::vector<E> all() const {
     std::vector<E> out;
     for (const drivers::DriverEvent& e : events)
-      if (const E* p = std::get_if<E>(&e)) out.push_back(*p);
+      if (const E* p = drivers::event_cast<E>(e)) out.push_back(*p);
     return out;
   }
 

@@ -1,4 +1,4 @@
-// An ice world with its bytes at hand, spoken to through the codecs.
+// IceBench holds an ice world with its bytes at hand, addressed through the codecs.
 #pragma once
 
 #include <cmath>
@@ -23,7 +23,7 @@ struct IceBench {
   }
   static WorldConfig config_of(const IceWorldConfig& ice, double host_scale) {
     WorldConfig c;
-    c.kind = "ice";
+    c.kind = &kIceWorld;
     c.host_scale = host_scale;
     c.ice = ice;
     return c;
@@ -53,7 +53,7 @@ struct IceBench {
     return ask(port, std::as_bytes(std::span(text.data(), text.size())), limit_us);
   }
 
-  /// What follows the number of the robot's reply: "ACK ...".
+  /// Returns the robot's reply without its number: "ACK ...".
   std::string robot(std::string_view words) {
     drivers::LineWriter line;
     seq = drivers::fvp::next_seq(seq);

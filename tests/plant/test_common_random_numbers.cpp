@@ -1,5 +1,6 @@
-// What lets two prints be compared pair by pair: the n-th droplet of layer k on cell c meets the same nature
-// in both, whatever either has printed before or beside it, in whatever order, in how many passes and cures.
+// Common random numbers make two prints comparable pair by pair: the n-th droplet of layer k on cell c meets
+// the same nature in both, independently of earlier droplets and neighbours, of order, and of the number of
+// passes and cures.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -35,8 +36,8 @@ WorldConfig world(const char* model, std::uint64_t seed) {
   return c;
 }
 
-// Layers of a random strategy: how many droplets, in which order, cured after every n-th one, scanned once or
-// more.
+// Prints layers of a random strategy: number of droplets, their order, a cure after every n-th one, one or
+// more scans.
 Fates print(const WorldConfig& c, std::uint64_t strategy, int layers) {
   const auto model = make_model(c);
   RandomStream random(strategy, Purpose::kTest);

@@ -64,7 +64,10 @@ TEST_CASE("Droplet sizes, places and misses have the configured statistics") {
           continue;
         }
         const double v = l.volume_mm3 / c.droplet.volume_mm3 - 1.0;
-        ++landed, sum += v, square += v * v, place += (l.x_mm - c.grid.x_mm(i)) * (l.x_mm - c.grid.x_mm(i));
+        ++landed;
+        sum += v;
+        square += v * v;
+        place += (l.x_mm - c.grid.x_mm(i)) * (l.x_mm - c.grid.x_mm(i));
       }
     model->expose(layer);
   }
@@ -108,7 +111,8 @@ TEST_CASE("A restored model goes on bit for bit") {
       const Shot shot = at_cell(c.grid, n % 16, n / 16 % 16, t += 30'000);
       CHECK(a->fire(shot).volume_mm3 == b->fire(shot).volume_mm3);
     }
-    a->expose(t), b->expose(t);
+    a->expose(t);
+    b->expose(t);
     CHECK(a->cell_means().cells == b->cell_means().cells);
     CHECK(a->layers().exposures() == 2);
   }

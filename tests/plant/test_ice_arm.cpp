@@ -58,7 +58,8 @@ TEST_CASE("The end effector deflects by a / w^2 under the acceleration limit of 
       return;  // the servo is late by 2 zeta / w, and by a / w^2 (4 zeta^2 - 1) less
     const double behind = 250.0 * (t_s - late_s) * (t_s - late_s) +
                           500.0 * (2.0 * p.servo_damping * p.servo_damping - 1.0) / (w * w);
-    sum += pose.x_mm - behind, ++count;
+    sum += pose.x_mm - behind;
+    ++count;
   });
   const double flex = 2.0 * std::numbers::pi * p.cantilever_hz;
   CHECK(sum / count == Approx(-500.0 / (flex * flex)).margin(0.03));

@@ -36,7 +36,9 @@ void bead(Bed& bed, double at_mm, double area_mm2, int material = 0) {
 
 TEST_CASE("What leaves the nozzle is on the field, beside it or grown by freezing, on any ground") {
   IceWorldConfig c = still();
-  c.disturbance.roughness = 0.2, c.disturbance.pattern = 0.05, c.table.roughness_mm = 0.1;
+  c.disturbance.roughness = 0.2;
+  c.disturbance.pattern = 0.05;
+  c.table.roughness_mm = 0.1;
   Bed bed(c, 9);
   RandomStream random(9, Purpose::kTest);
   for (int k = 0; k < 20000; ++k) {
@@ -76,7 +78,9 @@ TEST_CASE("Neighbouring beads of the thesis's widths make a nearly level layer 0
       for (int j = 0; j < bed.height(); ++j)
         for (int i = 0; i < bed.width(); ++i)
           if (std::abs(bed.centre_x_mm(i)) < 3.0 && std::abs(bed.centre_y_mm(j)) < 3.0) {
-            sum += bed.z_mm(i, j), square += bed.z_mm(i, j) * bed.z_mm(i, j), ++n;
+            sum += bed.z_mm(i, j);
+            square += bed.z_mm(i, j) * bed.z_mm(i, j);
+            ++n;
           }
       const double mean = sum / n, ripple = std::sqrt(std::max(0.0, square / n - mean * mean));
       INFO(width << " mm, layer " << layer);
@@ -109,7 +113,10 @@ TEST_CASE("Edges fall off without scaffold, and water contained by scaffold does
     double sum = 0.0;
     int n = 0;
     for (double x = -6.0; x <= 6.0; x += 0.25)
-      for (double y = 5.0; y <= 5.9; y += 0.1) sum += bed.height_mm(x, y), ++n;
+      for (double y = 5.0; y <= 5.9; y += 0.1) {
+        sum += bed.height_mm(x, y);
+        ++n;
+      }
     return sum / n - bed.height_mm(0.0, 0.0);
   };
   const double open = edge_height(false), held = edge_height(true);
@@ -158,18 +165,21 @@ TEST_CASE("The laser reads well with the right settings at the thesis's speeds a
     for (double y = -9.0; y <= 9.01; y += 1.5) bead(bed, y, 0.36, y < 0.0 ? 0 : 1);
   const auto look = [&](double y_mm, double speed, LaserSettings settings) {
     ArmPose pose;
-    pose.z_mm = 1.0, pose.vx_mm_s = speed;
+    pose.z_mm = 1.0;
+    pose.vx_mm_s = speed;
     double square = 0.0, missing = 0.0;
     int n = 0;
     for (int k = 0; k < 4000; ++k) {
-      pose.x_mm = -6.0 + 12.0 * k / 4000.0, pose.y_mm = y_mm;
+      pose.x_mm = -6.0 + 12.0 * k / 4000.0;
+      pose.y_mm = y_mm;
       const double z = laser_reading_mm(c.laser, bed, {}, pose, settings, {1, 1, std::uint32_t(k)});
       if (std::isnan(z)) {
         missing += 1.0;
         continue;
       }
       const double error = z - (bed.height_mm(pose.x_mm, y_mm) - 1.0);
-      square += error * error, ++n;
+      square += error * error;
+      ++n;
     }
     return std::pair{std::sqrt(square / n), missing / 4000.0};
   };

@@ -103,7 +103,8 @@ TEST_CASE("Volumes given per pulse agree with a fine integration of the open and
       const double v = line.pulse(t_s, 0.00125), w = fine.run(0.00125, true);
       fine.run(gap_s, false);
       t_s += 0.00125 + gap_s;
-      all += v, all_fine += w;
+      all += v;
+      all_fine += w;
       worst = std::max(worst, std::abs(v / w - 1.0));
     }
     INFO("line " << n << ", worst pulse " << worst);

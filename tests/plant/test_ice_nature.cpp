@@ -45,7 +45,9 @@ TEST_CASE("A straight bead lies where its path was, with the volume per length o
   for (int j = 0; j < bed.height(); ++j)
     for (int i = 0; i < bed.width(); ++i) {
       const double v = bed.z_mm(i, j);
-      volume += v, moment_x += v * bed.centre_x_mm(i), moment_y += v * bed.centre_y_mm(j);
+      volume += v;
+      moment_x += v * bed.centre_x_mm(i);
+      moment_y += v * bed.centre_y_mm(j);
       if (std::abs(bed.centre_x_mm(i)) < 10.0) section += v;
     }
   CHECK(moment_x / volume ==
@@ -155,8 +157,10 @@ TEST_CASE("The jet scatters more the higher the nozzle stands above the surface"
     const Bed& bed = nature.bed();
     for (int j = 0; j < bed.height(); ++j)
       for (int i = 0; i < bed.width(); ++i)
-        if (std::abs(bed.centre_x_mm(i)) < 12.0)
-          volume += bed.z_mm(i, j), square += bed.z_mm(i, j) * bed.centre_y_mm(j) * bed.centre_y_mm(j);
+        if (std::abs(bed.centre_x_mm(i)) < 12.0) {
+          volume += bed.z_mm(i, j);
+          square += bed.z_mm(i, j) * bed.centre_y_mm(j) * bed.centre_y_mm(j);
+        }
     return std::sqrt(square / volume);
   };
   CHECK(spread(12.0) > 1.3 * spread(2.0));

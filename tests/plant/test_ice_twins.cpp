@@ -98,7 +98,10 @@ TEST_CASE(
   CHECK(f.volume_mm3 == Approx(t.ledger.landed[0]));
   const HeightMap map = b.world.ice()->thickness_over({30, 3, 1.0, 2.0, -14.5, 3.0}, 0);
   double row = 0.0, beside = 0.0;
-  for (int i = 3; i < 27; ++i) row += map.at(i, 1), beside += map.at(i, 0) + map.at(i, 2);
+  for (int i = 3; i < 27; ++i) {
+    row += map.at(i, 1);
+    beside += map.at(i, 0) + map.at(i, 2);
+  }
   CHECK(row > 4.0 * beside);
   CHECK(b.world.truth().exposures == 1);
   CHECK(b.world.truth().droplets_fired == std::int64_t(run.ticks.size()));

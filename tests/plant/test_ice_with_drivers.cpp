@@ -16,14 +16,12 @@
 
 using namespace firn;
 using namespace firn::plant;
-using drivers::DriverState;
-using drivers::Outcome;
 
 namespace {
 
 WorldConfig ice_world() {
   WorldConfig c;
-  c.kind = "ice";
+  c.kind = &kIceWorld;
   c.ice.field = {0.3, -25.0, -25.0, 50.0, 50.0};
   c.ice.disturbance.debris_per_h = 0.0;
   return c;
@@ -32,10 +30,10 @@ WorldConfig ice_world() {
 struct Rig : DriverRig {
   explicit Rig(const WorldConfig& config)
       : DriverRig(config, 180'000'000),
-        robot(drivers::RobotConfig{}),
-        valve_a(drivers::ValveConfig{}),
-        laser(drivers::LaserPointConfig{}),
-        heater(drivers::HeaterConfig{}) {
+        robot(drivers::RobotOptions{}),
+        valve_a(drivers::ValveOptions{}),
+        laser(drivers::LaserPointOptions{}),
+        heater(drivers::HeaterOptions{}) {
     connect(
         {{kRobotPort, &robot}, {kValveAPort, &valve_a}, {kLaserPointPort, &laser}, {kHeaterPort, &heater}});
   }
@@ -131,8 +129,14 @@ TEST_CASE("The drivers home the robot, print a bead, count its pulses and measur
   for (std::size_t k = 0; k < z.size(); ++k) {
     const double x = -20.0 + 50.0 * (double(k) * 0.01 - 0.05 - 0.028);  // ramp, start delay and servo lag
     if (std::isnan(z[k])) continue;
-    if (std::abs(x) < 12.0) on_bead += z[k], ++n;
-    if (std::abs(x) > 18.0) beside += z[k], ++m;
+    if (std::abs(x) < 12.0) {
+      on_bead += z[k];
+      ++n;
+    }
+    if (std::abs(x) > 18.0) {
+      beside += z[k];
+      ++m;
+    }
   }
   CHECK(on_bead / n - beside / m == Approx(0.24).margin(0.1));  // lines of bead 0.24 mm thick
   for (const std::string& fault : rig.faults) WARN(fault);

@@ -22,7 +22,9 @@ TEST_CASE("Sensor noise on flat ground is white, unbiased and 1 um") {
   for (int row = 0; row < rows; ++row) {
     measure_profile(field, p, {5, 1, std::uint32_t(row)}, 1.0, -1.0, 0.01, z);
     for (int n = 0; n < points; ++n) {
-      sum += z[n], square += z[n] * z[n], fourth += z[n] * z[n] * z[n] * z[n];
+      sum += z[n];
+      square += z[n] * z[n];
+      fourth += z[n] * z[n] * z[n] * z[n];
       if (n > 0) lagged += z[n] * z[n - 1];
     }
   }

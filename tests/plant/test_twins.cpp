@@ -168,7 +168,7 @@ TEST_CASE("The profiler answers its newest profile: header, counts and 20-bit po
 TEST_CASE("The profiler packs 8 points in 20 bytes, signed, invalid ones as the lowest number") {
   WorldConfig c;
   c.profiler.points = 8;
-  c.sensor.dropout_floor = 2.0;  // nothing is ever seen
+  c.sensor.dropout_floor = 1.0;  // nothing is ever seen
   Bench b(c);
   start_stage(b);
   b.stage("PSOCONTROL @1 RESET");

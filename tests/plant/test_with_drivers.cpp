@@ -14,18 +14,16 @@
 
 using namespace firn;
 using namespace firn::plant;
-using drivers::DriverState;
-using drivers::Outcome;
 
 namespace {
 
 struct Rig : DriverRig {
   explicit Rig(const WorldConfig& config)
       : DriverRig(config, 120'000'000),
-        stage(drivers::StageConfig{}),
-        jet(drivers::JetConfig{}),
-        profiler(drivers::LaserProfilerConfig{}),
-        lamp(drivers::LampConfig{}) {
+        stage(drivers::StageOptions{}),
+        jet(drivers::JetOptions{}),
+        profiler(drivers::LaserProfilerOptions{}),
+        lamp(drivers::LampOptions{}) {
     connect({{kStagePort, &stage}, {kJetPort, &jet}, {kProfilerPort, &profiler}, {kLampPort, &lamp}});
   }
   drivers::Stage stage;
@@ -88,9 +86,9 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
   CHECK(rig.command(kProfilerPort,
                     [&](drivers::Driver&, drivers::Effects& fx) { rig.profiler.end(rig.now_us, fx); })
             .outcome == Outcome::kDone);
-  REQUIRE(rig.all<drivers::Profile>().size() == std::size_t(grid.ny));
+  REQUIRE(rig.all<drivers::ProfileRow>().size() == std::size_t(grid.ny));
   const Truth truth = rig.world.truth();
-  for (const drivers::Profile& p : rig.all<drivers::Profile>()) {
+  for (const drivers::ProfileRow& p : rig.all<drivers::ProfileRow>()) {
     CHECK(rig.record.history.scans[std::size_t(p.row)].y_mm == Approx(grid.y_mm(p.row)).margin(2e-3));
     CHECK(p.encoder_count == std::lround(rig.record.history.scans[std::size_t(p.row)].y_mm * 1e4));
     for (int i = 0; i < grid.nx; ++i) {  // the line through a cell's middle, near its mean
@@ -98,8 +96,10 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
       int points = 0;
       for (std::size_t n = 0; n < p.z_mm.size(); ++n)
         if (std::abs(p.x0_mm + double(n) * p.dx_mm - grid.x_mm(i)) < 0.5 * grid.pitch_x_mm &&
-            !std::isnan(p.z_mm[n]))
-          sum += p.z_mm[n], ++points;
+            !std::isnan(p.z_mm[n])) {
+          sum += p.z_mm[n];
+          ++points;
+        }
       REQUIRE(points > 20);
       CHECK(std::abs(sum / points - truth.height.at(i, p.row)) < 0.003);
     }

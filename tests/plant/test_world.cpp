@@ -102,7 +102,8 @@ TEST_CASE("Equal seeds give equal bytes, however the bytes to the world are spli
     c.seed = 12;
     return c;
   }());
-  start_stage(other), start_stage(whole);
+  start_stage(other);
+  start_stage(whole);
   CHECK(scan_and_read(other) != scan_and_read(whole));
 }
 

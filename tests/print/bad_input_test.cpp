@@ -1,15 +1,15 @@
-// What a careless or hostile user can type, beyond the experiment's keys: each is refused by name, with exit
-// code 2, and nothing is left behind.
+// Input of a careless or hostile user, beyond the experiment's keys: each is refused by name, with exit code
+// 2, and nothing is left behind.
 #include <fmt/core.h>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "print/inputs/check_print.h"
 #include "cli/log_command.h"
 #include "cli/print_command.h"
 #include "config/include.h"
 #include "files/usage_error.h"
 #include "print/folder/run_folder.h"
+#include "print/inputs/check_print.h"
 #include "print/live/bus_port.h"
 #include "tests/files/record/scratch.h"
 
@@ -93,8 +93,8 @@ TEST_CASE(
   const auto checked = [&](const char* file, std::vector<std::string> overrides, const char* bus) {
     check_print(load_experiment(std::string(FIRN_SOURCE_DIR) + "/experiments/" + file, overrides), bus);
   };
-  // What the message proposes is taken, and so are a print at the clock's own speed, one in process and one
-  // without a profiler.
+  // The values that the message proposes are accepted, and so are a print at the clock's own speed, one in
+  // process and one without a profiler.
   CHECK_NOTHROW(checked("cylinder.toml", {"run.time_scale=3.51"}, ""));
   CHECK_NOTHROW(checked("cylinder.toml", {"run.time_scale=10", "process.scan_speed_mm_s=5.26"}, ""));
   CHECK_THROWS_AS(checked("cylinder.toml", {"run.time_scale=10", "process.scan_speed_mm_s=5.27"}, ""),

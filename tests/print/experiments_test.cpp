@@ -6,11 +6,12 @@
 #include <fstream>
 #include <iterator>
 
-#include "studies/compare/study_runner.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
+#include "config/labs.h"
 #include "core/grid/npy.h"
 #include "core/slice/paths/print_paths.h"
+#include "print/labs/print_labs.h"
+#include "studies/compare/study_runner.h"
 
 using namespace firn;
 namespace fs = std::filesystem;
@@ -26,7 +27,7 @@ std::string bytes_of(const fs::path& path) {
 
 /// A mask of some cells, or layers of paths.
 void check_part(const Experiment& e, const Blobs& inputs) {
-  if (is_ice(e))
+  if (prints_paths(e))
     CHECK(slice::decode_print_paths(blob(inputs, "paths").bytes).layers.size() >= 10);
   else
     CHECK(mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask").count() > 100);

@@ -6,10 +6,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "print/inputs/geometry_input.h"
-#include "print/inputs/targets.h"
 #include "config/error.h"
 #include "config/include.h"
+#include "print/inputs/geometry_input.h"
+#include "print/labs/print_labs.h"
 #include "tests/support/mesh_samples.h"
 
 using namespace firn;
@@ -22,7 +22,9 @@ Experiment block() {
   e.grid = {12, 10, 0.25, 0.25, 0.0, 0.0};
   e.part.shape = ShapeSpec{};
   e.part.shape.kind = "cuboid";
-  e.part.shape.width_mm = 3.0, e.part.shape.depth_mm = 2.5, e.part.shape.height_mm = 0.1;
+  e.part.shape.width_mm = 3.0;
+  e.part.shape.depth_mm = 2.5;
+  e.part.shape.height_mm = 0.1;
   return e;
 }
 
@@ -109,7 +111,8 @@ TEST_CASE("A geometry that cannot be made is refused by file and key") {
   CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("inner_diameter_mm"));
   e.geometry.solid = {};
   e.geometry.solid.kind = "ellipsoid";
-  e.geometry.solid.outer_diameter_mm = 2.0, e.geometry.solid.height_mm = 0.02,
+  e.geometry.solid.outer_diameter_mm = 2.0;
+  e.geometry.solid.height_mm = 0.02;
   e.geometry.solid.centre_z_mm = 5.0;
   CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("no part of the object"));
   e.geometry.solid.kind = "images";

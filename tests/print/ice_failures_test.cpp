@@ -1,5 +1,5 @@
-// What can fail while a whole ice part is printed, through the real drivers and the twins' bytes: it ends
-// safely and by name.
+// Failures while a whole ice part is printed, through the real drivers and the twins' bytes: the print ends
+// safely and names the cause.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>

@@ -1,13 +1,13 @@
-// What keys of [ice] do to the paths that a print is given, and to what is laid along them.
+// Effects of the keys of [ice] on the paths of a print, and on the material laid along them.
 #include "print/inputs/ice_inputs.h"
 
 #include <fmt/core.h>
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "config/ice_lab.h"
 #include "core/slice/paths/path_codec.h"
 #include "print/prepare/slice_job.h"
-#include "procs/path_planner/node.h"
 #include "tests/print/ice_runs.h"
 
 using namespace firn;
@@ -47,14 +47,16 @@ TEST_CASE(
         paths_of(small_ice_part({fmt::format("ice.measure_offset_mm={}", offset_mm), "ice.height_mm=1.2"}));
     const slice::LayerPaths& top = paths.layers.back();
     for (std::size_t material = 0; material < 2; ++material) {
-      const slice::BeadOptions& bead = (material == 0 ? settings.part : settings.scaffold).bead;
+      const slice::ExtrusionOptions& bead = (material == 0 ? settings.part : settings.scaffold).bead;
       const double wanted_mm =
           offset_mm > 0.0 ? offset_mm : std::max(bead.first_offset_mm, 0.25 * spacing_mm);
       double low = 1e9, high = -1e9;
       for (std::size_t n = 0; n < top.info.size(); ++n)
         if (top.info[n].kind == PathKind::kMeasurement && top.info[n].material == material)
-          for (const slice::Point& p : top.lines[n])
-            low = std::min(low, p.x * slice::kMmPerUnit), high = std::max(high, p.x * slice::kMmPerUnit);
+          for (const slice::Point& p : top.lines[n]) {
+            low = std::min(low, p.x * slice::kMmPerUnit);
+            high = std::max(high, p.x * slice::kMmPerUnit);
+          }
       INFO("offset " << offset_mm << " mm, material " << material);
       // Scaffold reaches no further than its buffer, and less by up to two chord tolerances.
       const double inside_mm = 0.5 * (edges_mm[material] - (high - low));

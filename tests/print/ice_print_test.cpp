@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/grid/random.h"
+#include "print/folder/run_report.h"
 #include "print/simulated/memory_print.h"
 #include "report/run/report_data.h"
 #include "report/run/report_page.h"
@@ -26,7 +27,7 @@ TEST_CASE("A small ice print finishes in process, replays bit for bit, passes th
   CHECK(audit.finished);
   CHECK(audit.fired == audit.commanded);
 
-  const replay::RunData data = replay::read_run_data(run.path());
+  const replay::RunData data = run_data(run.path());
   REQUIRE(data.ice);
   CHECK(data.ice->intervals.size() == 3);
   REQUIRE(data.ice->field);
@@ -57,7 +58,7 @@ TEST_CASE(
     const LabRunReport report = run_in_lab(run, {});
     INFO(report.result.reason);
     REQUIRE(report.result.status == 0);
-    const replay::RunData data = replay::read_run_data(run.path());
+    const replay::RunData data = run_data(run.path());
     REQUIRE(data.ice);
     CHECK(data.ice->intervals.size() == 3);
     REQUIRE(data.layers.size() == 3);

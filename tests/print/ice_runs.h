@@ -1,5 +1,5 @@
-// Whole prints of a small ice part in process, and what must hold after any of them. Catch is the including
-// test's.
+// Runs whole prints of a small ice part in process, and checks the conditions that must hold after any of
+// them. The including test includes Catch.
 #pragma once
 
 #include <algorithm>
@@ -11,16 +11,16 @@
 #include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "config/include.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/robot_command_t.hpp"
 #include "firn/safe_stop_t.hpp"
-#include "lcmtypes/outcome.h"
 #include "plant/record/record.h"
 #include "plant/world/ice_lab.h"
 #include "plant/world/setup.h"
 #include "plant/world/world.h"
 #include "print/inputs/ice_inputs.h"
-#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
 #include "replay/run_messages.h"
@@ -84,7 +84,8 @@ class IceRun {
     return all;
   }
 
-  /// By the world's record: nothing is fired after the first stop but what was on its way, and the arm rests.
+  /// Checks the world's record: after the first stop only pulses already on their way are fired, and the arm
+  /// rests.
   void check_safe(double within_s = 0.1) const {
     const replay::RunMessages messages(path());
     std::int64_t stop_us = -1;

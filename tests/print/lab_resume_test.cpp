@@ -8,11 +8,11 @@
 #include <filesystem>
 
 #include "cli/audit_command.h"
-#include "print/simulated/lab_run.h"
-#include "print/folder/node_makers.h"
 #include "cli/replay_command.h"
-#include "print/inputs/targets.h"
 #include "core/grid/random.h"
+#include "print/folder/node_makers.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
 
 namespace firn {
@@ -70,7 +70,7 @@ TEST_CASE("a print that dies at any step and resumes is finished, replays identi
     CAPTURE(seed, scheme);
     Experiment e = tiny(scheme, seed);
     if (seed % 2 == 0)
-      e.estimator.droplets = e.control.adapt_model = "on";  // what it has learned goes on as well
+      e.estimator.droplets = e.control.adapt_model = "on";  // the learned model goes on as well
     const Story s = print_with_crashes(runs.root, e, seed, 4);
     crashes += s.crashes;
     INFO(s.report.result.reason);

@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/stage_command_t.hpp"
-#include "lcmtypes/outcome.h"
 #include "plant/world/serve.h"
 #include "plant/world/world.h"
 #include "print/live/bus_port.h"

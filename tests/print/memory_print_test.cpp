@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/grid/npy.h"
-#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
 #include "tests/files/record/scratch.h"
 

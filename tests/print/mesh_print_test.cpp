@@ -11,7 +11,7 @@
 #include "core/geometry/planar.h"
 #include "core/slice/mesh/slicer.h"
 #include "files/mesh/mesh_file.h"
-#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
 #include "print/simulated/memory_print.h"
 #include "replay/print_verdict.h"

@@ -23,7 +23,8 @@ InputPath some_path(std::int64_t number, RandomStream& random) {
   Point2 at{random.uniform(0, 20), random.uniform(0, 20)};
   for (std::uint32_t n = 2 + random.below(60); n > 0; --n) {
     p.path.points.push_back(at);
-    at.x_mm += random.uniform(-0.5, 1.0), at.y_mm += random.uniform(-0.5, 1.0);
+    at.x_mm += random.uniform(-0.5, 1.0);
+    at.y_mm += random.uniform(-0.5, 1.0);
   }
   return p;
 }
@@ -126,7 +127,7 @@ TEST_CASE("A path longer than the controller's list is cut at its corners, witho
   turns.place = "job:3";
   turns.path.width_mm = 3.0;
   turns.path.layer_height_mm = 0.25;
-  turns.ceiling.path_mm_s = 1.0;
+  turns.speed_limit.path_mm_s = 1.0;
   for (int n = 0; n < 14; ++n)
     turns.path.points.push_back({n % 4 == 1 || n % 4 == 2 ? 30.0 : 0.0, 2.0 * (n / 2)});
   PlanJobOptions how;
@@ -135,8 +136,8 @@ TEST_CASE("A path longer than the controller's list is cut at its corners, witho
   REQUIRE(items[0].result.ok());
   CHECK(items[0].result.trajectory.certificate.duration_s > 200.0);
   const std::vector<double> speed = deposition::speeds_at_ticks(items[0].result.tool, 0.016);
-  REQUIRE(items[0].result.rests.size() == 12);
-  for (std::size_t n : items[0].result.rests) CHECK(speed[n] < 0.8 * speed[n + 8]);
+  REQUIRE(items[0].result.stop_samples.size() == 12);
+  for (std::size_t n : items[0].result.stop_samples) CHECK(speed[n] < 0.8 * speed[n + 8]);
   CHECK(items[0].pulse_plan.trains.size() == 2);
   CHECK(items[0].added_stops.empty());
 }
@@ -152,9 +153,9 @@ TEST_CASE(
   };
   InputPath straight, round, bent, dense;
   straight.path.points = {{-75, 0}, {75, 0}};  // 300 s at 0.5 mm/s: no point inside to stop at
-  straight.ceiling.path_mm_s = 0.5;
+  straight.speed_limit.path_mm_s = 0.5;
   round.path.points = arc(30.0, 6.0, 0.0);  // 300 s and no corner
-  round.ceiling.path_mm_s = 0.6;
+  round.speed_limit.path_mm_s = 0.6;
   bent = straight;  // a corner of 20 degrees, which needs no stop, and one of 8
   bent.path.points = {{-75, 0}, {-24, 0}, {5, 14}, {75, 43}};
   dense.path.points = arc(40.0, 150.0, 0.0);  // 6 m: in time, but 18,000 drops

@@ -4,12 +4,13 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "files/digest.h"
-#include "print/inputs/targets.h"
 #include "config/error.h"
 #include "core/grid/npy.h"
 #include "core/grid/png.h"
 #include "core/grid/random.h"
+#include "files/digest.h"
+#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 
 using namespace firn;
 

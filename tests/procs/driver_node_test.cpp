@@ -25,7 +25,7 @@ class Sink final : public WalSink {
   int syncs = 0;
 };
 
-// Hosts one driver node; `answer` maps what the node writes to what the instrument replies at once.
+// Hosts one driver node; `answer` maps the node's bytes to the instrument's immediate reply.
 struct Rig {
   Sink sink;
   NodeHost host;
@@ -195,7 +195,7 @@ TEST_CASE("the command of a pass stands on the disk before anything leaves, and 
   c.grid.nx = c.grid.ny = 2;
   c.grid.pitch_x_mm = c.grid.pitch_y_mm = 0.25;
   c.n = 4;
-  c.drops.assign(4, 1);
+  c.fires.assign(4, 1);
   rig.message(channels::kStageCommand, c);
   CHECK(rig.sink.syncs == 1);
 }

@@ -4,10 +4,10 @@
 #include <limits>
 
 #include "core/grid/npy.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_model_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "lcmtypes/validate.h"
 #include "tests/estimators/planted.h"
 #include "tests/support/node_bench.h"
@@ -49,6 +49,9 @@ struct Bench : test::NodeBench {
     deposition_report_t r{};
     r.layer = world.layer;
     r.passes = 1;
+    r.material = std::int8_t(Material::kA);
+    r.sub_patterns = 1;
+    r.cured = 1;
     r.outcome = std::int8_t(Outcome::kDone);
     r.grid = to_message(world.grid);
     r.n = std::int32_t(world.grid.size());
@@ -99,7 +102,8 @@ TEST_CASE(
     "A map that overtakes the report of its layer waits for it, and the result is the same to the last "
     "byte") {
   Bench in_order, overtaken;
-  in_order.map(0), overtaken.map(0);
+  in_order.map(0);
+  overtaken.map(0);
   for (int k = 1; k <= 3; ++k) {
     in_order.layer();
     const deposition_report_t late = overtaken.report();
@@ -114,8 +118,10 @@ TEST_CASE(
 
 TEST_CASE("A layer that is measured again replaces what its first map taught") {
   Bench b, clean;
-  b.map(0), clean.map(0);
-  b.layer(), clean.layer();
+  b.map(0);
+  clean.map(0);
+  b.layer();
+  clean.layer();
   b.give(channels::kDepositionReport, b.report());
   b.map(2, 0, 0.005F);
   b.map(2, 1);

@@ -1,5 +1,5 @@
-// An ice lab for the scheduler's tests, without instruments: it plans, answers commands truthfully, counts
-// every pulse, and can crash in the middle of any command.
+// FakeIceLab simulates an ice lab for the scheduler's tests, without instruments: it plans, answers commands
+// truthfully, counts every pulse, and can crash in the middle of any command.
 #pragma once
 
 #include <algorithm>
@@ -221,7 +221,7 @@ struct FakeIceLab : NodeBench {
     }
     if (ValveVerb(c.verb) != ValveVerb::kDisarm) return answer(id, c.command_id, crash_probability, -1);
     armed.reset();
-    // As the driver tells it: all, some, none, or that its controller came back without its memory.
+    // As the driver reports it: all, some, no pulse, or that its controller came back without its memory.
     const Outcome outcome = !known_count          ? Outcome::kUnknown
                             : fired == c.expected ? Outcome::kDone
                             : fired > 0           ? Outcome::kFailed
@@ -298,7 +298,7 @@ struct FakeIceLab : NodeBench {
                             0.24 * c.layer * rise + (maps <= high_maps ? 2.9 : 0.0)));
     m.quality.assign(m.height_mm.size(), 0);
     give(channels::kHeightMap, m);
-    if (m.layer > 0 || dark) return;  // of a layer the metrics tell that the map was taken
+    if (m.layer > 0 || dark) return;  // the metrics of a layer report that the map was taken
     ++table_maps;
     layer_metrics_t taken{};
     taken.attempt = m.attempt;
@@ -351,7 +351,7 @@ struct FakeIceLab : NodeBench {
           c.verb = std::int8_t(OperatorVerb::kAcceptDoubt);
           give(channels::kOperatorCommand, c);
         }
-        if (seen == sent.size()) wake();  // where a driver says nothing, the scheduler waits for its deadline
+        if (seen == sent.size()) wake();  // without a driver's event, the scheduler waits for its deadline
       } else if (!wake()) {
         throw std::runtime_error("the scheduler waits for nothing");
       }

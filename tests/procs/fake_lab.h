@@ -1,5 +1,5 @@
-// A lab for the scheduler's tests, without instruments: it answers commands and can crash in the middle of
-// any.
+// FakeLab simulates a lab for the scheduler's tests, without instruments: it answers commands and can crash
+// in the middle of any.
 #pragma once
 
 #include <map>
@@ -14,8 +14,6 @@
 #include "firn/fault_t.hpp"
 #include "firn/jet_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
-#include "firn/material_map_t.hpp"
-#include "firn/pass_detail_t.hpp"
 #include "firn/profiler_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/stage_command_t.hpp"
@@ -129,8 +127,8 @@ struct FakeLab : NodeBench {
   bool stage(const stage_command_t& c, double crash_probability) {
     if (StageVerb(c.verb) != StageVerb::kPass) return plain(NodeId::kStage, c, crash_probability);
     DropletPattern drops(experiment.grid);
-    drops.cells.assign(c.drops.begin(), c.drops.end());
-    const auto order = firing_order(drops, c.pass);
+    drops.cells.assign(c.fires.begin(), c.fires.end());
+    const auto order = firing_order(drops, 0);
     const std::size_t n = order.size();
     answer_t a{};
     a.node = "stage";
@@ -215,19 +213,13 @@ struct FakeLab : NodeBench {
       planned[p.layer] = drops;
     }
     set_drops(p, drops);
-    material_map_t m{};
-    m.layer = p.layer;
-    m.attempt = p.attempt;
-    m.map_id = p.map_id;
     MaterialMap materials(experiment.grid);
     for (std::size_t c = 0; c < drops.size(); ++c)
       materials.set(c, random.below(2) ? Material::kA : Material::kB);
-    set_materials(m, materials);
-    const bool two = has_two_jets(experiment), first = random.below(2);  // either may overtake the other
+    const bool two = has_two_jets(experiment);
+    if (two) set_materials(p, materials);
     if (two && drops.passes()) inks[p.layer] = materials;
-    if (two && first) give(channels::kMaterialMap, m);
     give(channels::kLayerPlan, p);
-    if (two && !first) give(channels::kMaterialMap, m);
   }
 
   // Prints to the end, resuming after every crash. @returns the number of crashes.
@@ -245,7 +237,7 @@ struct FakeLab : NodeBench {
       if (seen < sent.size()) continue;
       if (is_stopped()) {
         begin(++incarnation);
-        // Where a driver says nothing, the scheduler waits for its deadline.
+        // Without a driver's event, the scheduler waits for its deadline.
         if (seen == sent.size()) wake();
       } else if (!wake()) {
         throw std::runtime_error("the scheduler waits for nothing");

@@ -23,7 +23,7 @@ class Sink final : public WalSink {
   int syncs = 0;
 };
 
-/// Nodes and the world, in one time. What a node sends is kept by channel.
+/// Nodes and the world, in one time. The nodes' messages are kept by channel.
 class Rig {
  public:
   Rig() : world_(config(), nullptr) {
@@ -104,8 +104,14 @@ class Rig {
       std::int64_t next = world_.next_event_us();
       NodeId due = NodeId::kRecorder;
       for (auto& [id, h] : hosts_)
-        if (const auto timer = h->next_timer(); timer && timer->at.us < next) next = timer->at.us, due = id;
-      if (next > end) return now_us = end, done();
+        if (const auto timer = h->next_timer(); timer && timer->at.us < next) {
+          next = timer->at.us;
+          due = id;
+        }
+      if (next > end) {
+        now_us = end;
+        return done();
+      }
       now_us = std::max(now_us, next);
       if (due != NodeId::kRecorder) {
         const auto timer = hosts_.at(due)->next_timer();
@@ -141,7 +147,7 @@ class Rig {
  private:
   static plant::WorldConfig config() {
     plant::WorldConfig c;
-    c.kind = "ice";
+    c.kind = &plant::kIceWorld;
     return c;
   }
   void add(NodeId id, std::unique_ptr<Node> node) {
@@ -241,7 +247,7 @@ TEST_CASE(
   pulse_list_t list{};
   list.path = 7;
   list.lists = 1;
-  list.valve = std::int8_t(Valve::kA);
+  list.valve = std::int8_t(ValveId::kA);
   list.tick_s = 0.002;
   list.pulse_s = 0.00125;
   for (int k = 0; k < 300; ++k) list.tick.push_back(4 * k);

@@ -5,6 +5,7 @@
 
 #include "core/slice/coverage/footprint.h"
 #include "firn/control_surface_t.hpp"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/flow_model_t.hpp"
 #include "firn/height_map_t.hpp"
@@ -15,7 +16,6 @@
 #include "firn/pulse_list_t.hpp"
 #include "firn/trajectory_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "procs/controller/node.h"
 #include "procs/controller/surface_node.h"
 #include "procs/flow_estimator/node.h"

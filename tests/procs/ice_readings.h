@@ -1,3 +1,4 @@
+// Computes readings of a surface along a sent trajectory, for the tests of the ice lab.
 #pragma once
 
 #include <algorithm>

@@ -73,27 +73,22 @@ TEST_CASE("however often it crashes, no sub-pattern of either ink fires a drople
   CHECK(doubts > 10);
 }
 
-TEST_CASE(
-    "each report of an interlaced layer is preceded by what pass it was, and one cure follows each "
-    "sub-pattern") {
+TEST_CASE("each report of an interlaced layer says what pass it was, and one cure follows each sub-pattern") {
   FakeLab lab(3, interlaced(4, true));
   REQUIRE(lab.print(0.0) == 0);
-  const auto details = lab.all(channels::kPassDetail);
   const auto reports = lab.all(channels::kDepositionReport);
-  REQUIRE(details.size() == reports.size());
+  REQUIRE_FALSE(reports.empty());
   int cures = 0;
-  for (std::size_t n = 0; n < reports.size(); ++n) {
-    CHECK(details[n].layer == reports[n].layer);
-    CHECK(details[n].pass == reports[n].pass);
-    CHECK(details[n].passes == reports[n].passes);
-    CHECK(details[n].pass < details[n].passes);
-    cures += details[n].cured;
-    for (std::size_t c = 0; c < reports[n].drops.size(); ++c) {
-      if (!reports[n].drops[c]) continue;
+  for (const deposition_report_t& r : reports) {
+    CHECK(r.pass < r.passes);
+    CHECK(r.sub_patterns == 4);
+    cures += r.cured;
+    for (std::size_t c = 0; c < r.drops.size(); ++c) {
+      if (!r.drops[c]) continue;
       const int nx = lab.experiment.grid.nx;
-      CHECK(sub_pattern_of(int(c) % nx, int(c) / nx, 4) == details[n].sub_pattern);
-      CHECK(lab.inks.at(reports[n].layer).of(c) == Material(details[n].material));
-      CHECK(lab.planned.at(reports[n].layer).cells[c] > details[n].round);
+      CHECK(sub_pattern_of(int(c) % nx, int(c) / nx, 4) == r.sub_pattern);
+      CHECK(lab.inks.at(r.layer).of(c) == Material(r.material));
+      CHECK(lab.planned.at(r.layer).cells[c] > r.round);
     }
   }
   std::int64_t exposures = 0;
@@ -101,14 +96,35 @@ TEST_CASE(
   CHECK(exposures == cures);
 }
 
-TEST_CASE("one pattern of one ink is told as ever: no pass details, nothing for the second jet") {
+TEST_CASE("one pattern of one ink is told as one round a pass, each cured, nothing for the second jet") {
   FakeLab lab(3, interlaced(1, false));
   REQUIRE(lab.print(0.0) == 0);
-  CHECK(lab.all(channels::kPassDetail).empty());
+  const auto reports = lab.all(channels::kDepositionReport);
+  REQUIRE_FALSE(reports.empty());
+  for (const deposition_report_t& r : reports) {
+    CHECK(Material(r.material) == Material::kA);
+    CHECK(r.round == r.pass);
+    CHECK(r.sub_pattern == 0);
+    CHECK(r.sub_patterns == 1);
+    CHECK(r.cured == 1);
+  }
   CHECK(lab.all(channels::kJetBCommand).empty());
 }
 
-TEST_CASE("a plan of two inks waits for its materials, and the fault says so when they do not come") {
+TEST_CASE("the stage is sent the cells that a pass fires, and no others") {
+  FakeLab lab(3, interlaced(1, false));
+  REQUIRE(lab.print(0.0) == 0);
+  const auto reports = lab.all(channels::kDepositionReport);
+  std::size_t passes = 0;
+  for (const stage_command_t& c : lab.all(channels::kStageCommand)) {
+    if (StageVerb(c.verb) != StageVerb::kPass) continue;
+    REQUIRE(passes < reports.size());
+    CHECK(c.fires == reports[passes++].drops);
+  }
+  CHECK(passes == reports.size());
+}
+
+TEST_CASE("a plan without inks stops a print of two inks, and the fault says so") {
   FakeLab lab(5, interlaced(1, true));
   lab.begin(0);
   while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {
@@ -119,9 +135,7 @@ TEST_CASE("a plan of two inks waits for its materials, and the fault says so whe
   set_drops(p, DropletPattern(lab.experiment.grid, 1));
   lab.give(channels::kLayerPlan, p);
   CHECK(lab.all(channels::kJetCommand).empty());
-  while (lab.all(channels::fault(NodeId::kScheduler)).empty() && lab.wake()) {
-  }
-  CHECK(lab.last(channels::fault(NodeId::kScheduler)).text.find("no materials for map") != std::string::npos);
+  CHECK(lab.last(channels::fault(NodeId::kScheduler)).text.find("names no inks") != std::string::npos);
 }
 
 TEST_CASE("a cell with droplets and no ink stops the print") {
@@ -129,15 +143,11 @@ TEST_CASE("a cell with droplets and no ink stops the print") {
   lab.begin(0);
   while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {
   }
-  material_map_t m{};
-  m.layer = 1;
-  m.map_id = lab.map_id;
-  set_materials(m, MaterialMap(lab.experiment.grid));
-  lab.give(channels::kMaterialMap, m);
   layer_plan_t p{};
   p.layer = 1;
   p.map_id = lab.map_id;
   set_drops(p, DropletPattern(lab.experiment.grid, 1));
+  set_materials(p, MaterialMap(lab.experiment.grid));
   lab.give(channels::kLayerPlan, p);
   CHECK(lab.all(channels::kJetCommand).empty());
   CHECK(lab.last(channels::fault(NodeId::kScheduler)).text.find("of no ink") != std::string::npos);

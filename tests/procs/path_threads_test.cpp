@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "config/ice_lab.h"
 #include "lcmtypes/convert.h"
 #include "procs/path_planner/node.h"
 #include "runtime/thread_pool.h"
@@ -84,7 +85,8 @@ TEST_CASE(
       for (int n = 0; n < 8 && b.wake(); ++n) {
       }
       control_surface_t s{};
-      s.layer = 5, s.map_id = 1;
+      s.layer = 5;
+      s.map_id = 1;
       const GridSpec g{36, 36, 1.0, 1.0, -17.5, -17.5};
       s.grid = to_message(g);
       s.n = std::int32_t(g.size());

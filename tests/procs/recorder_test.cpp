@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
-#include "print/folder/log_repair.h"
 #include "firn/fault_t.hpp"
+#include "print/folder/log_repair.h"
 #include "procs/recorder/recorder.h"
 #include "runtime/control_line.h"
 #include "runtime/transport_wire.h"
@@ -52,7 +52,7 @@ void write_commands(const RunDir& dir, int n) {
   }
 }
 
-/// How many messages the log had lost.
+/// Returns the number of messages that the log had lost.
 std::size_t repaired(const RunDir& dir) {
   const logfile::RepairReport report = repair_from_write_ahead(dir.path / "log.lcm", dir.path / "nodes");
   return report.inserted + report.replaced;
@@ -114,7 +114,7 @@ TEST_CASE("a station that comes back goes on numbering where it was") {
     Hub::Member bus(hub);
     ProcessOptions o = options(dir, NodeId::kLauncher);
     o.incarnation = incarnation;
-    o.offset_us = incarnation * 1'000'000;  // as the launcher does: behind what came before
+    o.offset_us = incarnation * 1'000'000;  // as the launcher does: behind all earlier times
     Station station(o, bus, [](const ChannelInfo&, std::span<const std::byte>) {});
     station.send(channels::fault(NodeId::kLauncher), fault_t{});
     const auto last = station.transport().last_sent();

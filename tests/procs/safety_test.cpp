@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 
 #include "firn/enable_t.hpp"
+#include "firn/enums.h"
 #include "firn/safe_stop_t.hpp"
-#include "lcmtypes/outcome.h"
 #include "procs/safety/node.h"
 #include "tests/support/node_bench.h"
 

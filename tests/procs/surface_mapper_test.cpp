@@ -6,10 +6,10 @@
 
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
+#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/outcome.h"
 #include "tests/support/node_bench.h"
 
 namespace firn {

@@ -1,4 +1,4 @@
-// Changes to recorded files, with and without mending the checksums.
+// Changes recorded files, with and without mending the checksums.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@ void write_records(const std::filesystem::path& file, const Records& records);
 /// write_records(edit(read_records))
 void edit_records(const std::filesystem::path& file, const std::function<void(Records&)>& edit);
 
-/// Position in `records` of the n-th (0-based) one of that kind in whose payload `text` stands; outputs are
-/// searched for the channel they send on. @throws std::runtime_error if there is none
+/// Returns the position in `records` of the n-th (0-based) one of that kind whose payload contains `text`;
+/// outputs are searched for the channel they send on. @throws std::runtime_error if there is no such record
 std::size_t find_record(const Records& records, std::uint16_t kind, std::string_view text, int n);
 
 std::vector<std::byte> read_bytes(const std::filesystem::path& file);

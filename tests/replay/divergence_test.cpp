@@ -1,11 +1,11 @@
-// Replay must be able to fail: each change of a recorded run gives exit 1 (or 2 for what cannot be read) and
+// Replay must be able to fail: each change of a recorded run gives exit 1 (or 2 for unreadable files) and
 // names node, step, channel, field and both values.
 #include <catch2/catch.hpp>
 
 #include <fstream>
 
-#include "print/folder/run_config.h"
 #include "core/grid/random.h"
+#include "print/folder/run_config.h"
 #include "replay/print_verdict.h"
 #include "replay/replayer.h"
 #include "runtime/write_ahead.h"

@@ -1,4 +1,4 @@
-// What replay says of runs that are whole.
+// Verdicts of replay on runs that are whole.
 #include <catch2/catch.hpp>
 
 #include "replay/print_verdict.h"

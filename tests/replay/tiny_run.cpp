@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "config/experiment.h"
+#include "files/record/event_log.h"
+#include "files/record/record_file.h"
 #include "firn/answer_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/height_profile_t.hpp"
@@ -14,8 +16,6 @@
 #include "firn/profiler_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "lcmtypes/convert.h"
-#include "files/record/event_log.h"
-#include "files/record/record_file.h"
 #include "runtime/lab.h"
 
 namespace firn::test {

@@ -1,5 +1,5 @@
-// A small closed loop of four nodes and an instrument, recorded by the Lab into a run folder: what the tests
-// of replay damage and change.
+// Records a small closed loop of four nodes and an instrument into a run folder by the Lab. The tests of
+// replay damage and change this run.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Where a layer of an ice print is judged.
+// The judged cells of a layer of an ice print.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -81,7 +81,8 @@ TEST_CASE("The true error of a layer counts what lies in a spot between beads") 
     for (int i = 0; i < field.spec.nx; ++i) {
       const int a = i / 10, b = j / 10;
       const bool spot = judged.at(a, b) && !footprint.at(a, b);
-      spots += spot, cells += judged.at(a, b);
+      spots += spot;
+      cells += judged.at(a, b);
       if (spot) field.at(i, j) -= 0.5;
     }
   REQUIRE(spots > 0);

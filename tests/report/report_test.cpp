@@ -6,15 +6,16 @@
 #include <iterator>
 
 #include "cli/audit_command.h"
-#include "print/simulated/lab_run.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
 #include "core/grid/random.h"
-#include "report/run/metrics.h"
+#include "print/folder/run_report.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
 #include "report/draw/svg.h"
+#include "report/run/metrics.h"
 #include "tests/replay/tiny_run.h"
 
 namespace firn::test {
@@ -64,7 +65,7 @@ TEST_CASE(
   for (const char* no_number : {" nan", "\"nan", ">nan", " inf", "\"inf", ">inf"})
     CHECK(page.find(no_number) == page.npos);
 
-  const replay::RunData run = replay::read_run_data(options.runs[0]);
+  const replay::RunData run = run_data(options.runs[0]);
   CHECK(run.layers.size() >= 3);
   CHECK(run.layers.back().truth);
   CHECK(run.layers.back().truth->rms_mm < 0.01);
@@ -84,7 +85,7 @@ TEST_CASE(
   const RunFolder run = RunFolder::create(scratch_folder("report-inks"), e,
                                           make_inputs(e, file.parent_path()), {"firn", "print"});
   REQUIRE(run_in_lab(run, {}).result.status == 0);
-  const replay::RunData data = replay::read_run_data(run.path());
+  const replay::RunData data = run_data(run.path());
   REQUIRE(data.inks);
   CHECK(std::int32_t(data.inks->layers.size()) == data.layers.back().layer);
   std::size_t object = 0, printed = 0;

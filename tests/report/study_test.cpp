@@ -1,4 +1,4 @@
-// What a study concludes, on tables whose truth is known.
+// Conclusions of a study, on tables whose truth is known.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using firn::statistics::smallest_p;
 
 namespace {
 
-// Each seed has a day of its own that all arms share; `shift` is what an arm adds to it.
+// Each seed has a day of its own that all arms share; `shift` is the effect of an arm.
 StudyTable made(const std::vector<double>& shift, std::size_t seeds, double own_noise, std::uint64_t key = 1,
                 std::size_t parts = 2) {
   StudyTable t;
@@ -100,7 +100,10 @@ TEST_CASE("the unit is the seed: parts that repeat one difference do not make it
 
 TEST_CASE("parts that go opposite ways are told, though their mean shows nothing") {
   StudyTable t = made({0.0, 0.0}, 30, 0.05);
-  for (std::size_t s = 0; s < 30; ++s) t.runs[s].metrics[0] -= 1.0, t.runs[30 + s].metrics[0] += 1.0;
+  for (std::size_t s = 0; s < 30; ++s) {
+    t.runs[s].metrics[0] -= 1.0;
+    t.runs[30 + s].metrics[0] += 1.0;
+  }
   const StudyAnalysis a = analyse(t);
   CHECK(says(a, "not distinguishable"));
   REQUIRE(a.notes.size() == 1);

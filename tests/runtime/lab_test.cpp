@@ -39,7 +39,7 @@ struct Listener : Node {
   std::vector<std::int64_t> seqs;
 };
 
-// Echoes what a driver writes, 3 ms later.
+// Echoes a driver's bytes, 3 ms later.
 struct EchoWorld : LabWorld {
   void connect(std::string_view, Time) override { ++connects; }
   void disconnect(std::string_view, Time) override {}

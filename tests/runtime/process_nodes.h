@@ -1,4 +1,4 @@
-// Two small nodes and a bus without a network, to run processes in tests.
+// Holds two small nodes and a bus without a network, to run processes in tests.
 #pragma once
 
 #include <sys/eventfd.h>
@@ -14,8 +14,8 @@
 
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
+#include "firn/enums.h"
 #include "firn/jet_command_t.hpp"
-#include "lcmtypes/outcome.h"
 #include "runtime/bus.h"
 #include "runtime/node.h"
 

@@ -53,7 +53,7 @@ std::string await(ControlLine& control, const std::string& start) {
   return {};
 }
 
-/// Sends back what it gets, like an instrument; breaks the line after `most` bytes, once.
+/// Sends all received bytes back, like an instrument; breaks the line after `most` bytes, once.
 struct Instrument {
   explicit Instrument(const std::filesystem::path& path, int most) {
     listener = ::socket(AF_UNIX, SOCK_STREAM, 0);

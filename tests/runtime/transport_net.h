@@ -1,4 +1,5 @@
-// Several transports on a simulated network in simulated wall time: what each sent, what each got.
+// Net holds several transports on a simulated network in simulated wall time, with all messages sent and
+// received.
 #pragma once
 
 #include <deque>
@@ -62,7 +63,7 @@ class Net {
     return *peers_.back();
   }
 
-  /// Kills the peer's transport and builds it again from what it sent and got: a resume.
+  /// Kills the peer's transport and builds it again from its sent and received messages: a resume.
   void restart(Peer& p, std::int32_t incarnation) {
     injected_ += p.lossy->counts().injected();
     base_.incarnation = incarnation;

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <map>
 
+#include "core/motion/planner.h"
 #include "studies/reproduce/barnett/build_time.h"
 #include "studies/reproduce/reproduce.h"
 #include "studies/reproduce/reproduce_parts.h"
-#include "core/motion/planner.h"
 
 using namespace firn;
 using namespace firn::barnett;
@@ -55,7 +55,9 @@ TEST_CASE("The box on its plate is a closed surface with the nominal dimensions 
     double volume = 0.0;
     for (const auto& t : m.triangles) {
       const slice::Corner &a = m.vertices[t[0]], &b = m.vertices[t[1]], &c = m.vertices[t[2]];
-      ++edges[{a, b}], ++edges[{b, c}], ++edges[{c, a}];
+      ++edges[{a, b}];
+      ++edges[{b, c}];
+      ++edges[{c, a}];
       volume += (double(a[0]) * (double(b[1]) * c[2] - double(b[2]) * c[1]) -
                  double(a[1]) * (double(b[0]) * c[2] - double(b[2]) * c[0]) +
                  double(a[2]) * (double(b[0]) * c[1] - double(b[1]) * c[0])) /
@@ -149,7 +151,9 @@ TEST_CASE(
                           : t < peak_s + hold_s       ? 0.0
                           : t < 2.0 * peak_s + hold_s ? -l.jerk
                                                       : 0.0;
-      a += jerk * dt, v += a * dt, s += v * dt;
+      a += jerk * dt;
+      v += a * dt;
+      s += v * dt;
     }
     CHECK(v <= l.rate * 1.001);
     CHECK(s == Approx(0.5 * d).epsilon(0.002));
@@ -161,7 +165,10 @@ TEST_CASE(
     "The paths of a built part are each planned once and counted, and lines at their whole speed take ramps "
     "beside them") {
   BoxPart part;
-  part.side_mm = 32.0, part.height_mm = 5.0, part.plate_mm = 2.5, part.round_mm = {0.0, 6.0, 5.0, 4.0};
+  part.side_mm = 32.0;
+  part.height_mm = 5.0;
+  part.plate_mm = 2.5;
+  part.round_mm = {0.0, 6.0, 5.0, 4.0};
   const motion::RateLimits l = motion_limits(parse_machine(kBoxMachine, "the Cobra 600")).position;
   const BoxFolder folder(part, false);
   const BuildPaths rings = build_paths(

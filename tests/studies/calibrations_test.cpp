@@ -4,14 +4,14 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "studies/calibrate/lab_calibrations.h"
 #include "core/path/path.h"
+#include "studies/calibrate/lab_calibrations.h"
 #include "tests/support/planted_ice.h"
 
 namespace firn {
 namespace {
 
-using calibration::Uninformative;
+using calibration::Unidentifiable;
 using planted::Judged;
 
 const planted::IceLab& shipped() {
@@ -26,14 +26,16 @@ Experiment ready_case(std::uint64_t n, bool laser_known) {
   Experiment e = planted::plant_case(shipped(), n);
   for (double& foot : e.plant.ice.foot_mm) foot *= 0.05;
   if (!laser_known) return e;
-  e.laser_point.offset_x_mm = e.plant.ice.laser_dx_mm, e.laser_point.offset_y_mm = e.plant.ice.laser_dy_mm;
+  e.laser_point.offset_x_mm = e.plant.ice.laser_dx_mm;
+  e.laser_point.offset_y_mm = e.plant.ice.laser_dy_mm;
   e.laser_point.latency_s = planted::laser_latency_s(e);
   return e;
 }
 
 LabCalibrationOptions options(std::uint64_t seed, int repeats = 0) {
   LabCalibrationOptions o;
-  o.seed = seed, o.repeats = repeats;
+  o.seed = seed;
+  o.repeats = repeats;
   return o;
 }
 
@@ -42,7 +44,8 @@ struct Tally {
   void add(const std::vector<Judged>& judged, double tolerance) {
     for (const Judged& j : judged) {
       CHECK(std::abs(j.error) <= tolerance);
-      ++all, inside += j.inside();
+      ++all;
+      inside += j.inside();
     }
   }
   /// A binomial 95 % within four standard deviations; over 100 cases and more: at least 90 %, as asked for.
@@ -109,8 +112,8 @@ TEST_CASE(
     CHECK(c.level);
     REQUIRE(c.keys.size() == 1);
     CHECK(c.keys[0].key == "origin_z_mm");
-    // Where all nine lie within 0.5 mm at the start (one table in a hundred of these) the feet have nothing
-    // to do.
+    // If all nine lie within 0.5 mm at the start (one table in a hundred of these), the feet have nothing to
+    // do.
     const bool coarse = c.lines[0].find("; 0.5 mm is wanted") != std::string::npos;
     CHECK(coarse == (c.lines[0].find("turn the feet") != std::string::npos));
     CHECK(coarse == (c.lines[1].find("turn foot") != std::string::npos));
@@ -122,7 +125,7 @@ TEST_CASE(
 }
 
 TEST_CASE("level-table goes on with the screws where the feet can do no more") {
-  // A plate that four feet leave 0.53 mm of: they would be told to turn nothing, and the table would never
+  // A plate of which four feet leave 0.53 mm: the message would be to turn nothing, and the table would never
   // become level.
   Experiment e = planted::plant_case(shipped(), 25);
   e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0;
@@ -196,7 +199,7 @@ TEST_CASE("Runs that cannot tell are refused by name") {
   no_block.plant.ice.jig_mm = {-100, -100, -90, -90, 2.0};
   CHECK_THROWS_WITH(calibrate_laser_offset(no_block, machine, options(1, 1)),
                     Catch::Contains("no reading steps"));
-  CHECK_THROWS_AS(calibrate_laser_latency(no_block, machine, options(1, 1)), Uninformative);
+  CHECK_THROWS_AS(calibrate_laser_latency(no_block, machine, options(1, 1)), Unidentifiable);
   CHECK_THROWS_WITH(calibrate_laser_latency(e, machine, options(1, 1)),
                     Catch::Contains("latency"));  // four steps
 
@@ -204,7 +207,7 @@ TEST_CASE("Runs that cannot tell are refused by name") {
   const CalibrationConfig& c = e.calibration;
   along_edge.plant.ice.jig_mm = {c.jig_x_mm - 200, c.jig_y_mm + 0.5 * c.jig_depth_mm, c.jig_x_mm + 200,
                                  c.jig_y_mm + 2.0 * c.jig_depth_mm, 2.0};
-  CHECK_THROWS_AS(calibrate_laser_latency(along_edge, machine, options(1, 3)), Uninformative);
+  CHECK_THROWS_AS(calibrate_laser_latency(along_edge, machine, options(1, 3)), Unidentifiable);
 
   Experiment on_a_line = e;
   on_a_line.calibration.level_x_mm = {90.0};
@@ -212,7 +215,7 @@ TEST_CASE("Runs that cannot tell are refused by name") {
   CHECK_THROWS_WITH(calibrate_table(on_a_line, machine, {}), Catch::Contains("slope along x"));
   Experiment no_points = e;
   no_points.calibration.level_x_mm.clear();
-  CHECK_THROWS_AS(calibrate_table(no_points, machine, {}), Uninformative);
+  CHECK_THROWS_AS(calibrate_table(no_points, machine, {}), Unidentifiable);
 
   LabCalibrationOptions one_frequency;
   one_frequency.frequencies_hz = {100.0};

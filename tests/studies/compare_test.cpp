@@ -21,7 +21,7 @@ std::atomic<int> stop_after{0};
 
 void set_seed(Experiment& e, std::uint64_t seed) { e.plant.seed = seed; }
 
-// A lab whose prints take no time: an RMS of the seed's own plus what the gain kp says.
+// A lab whose prints take no time: an RMS of the seed's own plus a term of the gain kp.
 StudyPrint imagine(const Experiment& e, const Blobs&) {
   if (++prints == stop_after) stop = true;
   const double day = random_uniform({e.plant.seed, Purpose::kTest, 0, 0, 0}),
@@ -107,7 +107,9 @@ TEST_CASE("an interrupted study goes on where it stopped, to the same result") {
     CHECK(!std::filesystem::exists(b.scratch / "out" / "summary.json"));
     const int made = prints;
     CHECK(made < 126);
-    stop = false, stop_after = 0, prints = 0;
+    stop = false;
+    stop_after = 0;
+    prints = 0;
     REQUIRE(b.run() == kOk);
     CHECK(prints == 126 - made);
     CHECK(b.results() == whole.results());

@@ -1,12 +1,12 @@
-// The shipped states on which layer solvers are measured, and what is claimed of them.
+// The shipped states on which layer solvers are measured, and the claims about them.
 #include "tests/bench/mpc_instances.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "files/digest.h"
 #include "core/control/mpc/bound/bound.h"
 #include "core/control/mpc/layer/layer_solver.h"
+#include "files/digest.h"
 
 using namespace firn;
 using namespace firn::control::mpc;

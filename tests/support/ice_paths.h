@@ -1,5 +1,5 @@
-// Paths for the ice plant apart from slicer and planner: polylines at one speed as joint points and pulse
-// lists, with the arm's inverse kinematics and the pulse rule written out again.
+// Computes paths for the ice plant independently of slicer and planner: polylines at one speed as joint
+// points and pulse lists, with the arm's inverse kinematics and the pulse rule written out again.
 #pragma once
 
 #include <algorithm>
@@ -91,7 +91,8 @@ inline std::vector<At> ring(double radius_mm, double from_deg = 0.0) {
   return line;
 }
 
-/// What a planner that has calibrated them would add: servo lag and start delay less the valve's own.
+/// Computes the delay that a planner with calibrated delays would add: servo lag and start delay less the
+/// valve's own.
 inline double calibrated_late_s(const IceWorldConfig& c, int valve) {
   return 2.0 * c.arm.servo_damping / (2.0 * std::numbers::pi * c.arm.servo_hz) + c.arm.start_delay_s +
          0.5 * c.arm.start_jitter_s - c.line[std::size_t(valve)].open_delay_s;

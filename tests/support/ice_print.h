@@ -1,4 +1,4 @@
-// A small print for the nodes of the ice lab: a block of ice in a frame of scaffold, laid in rings.
+// Returns a small print for the nodes of the ice lab: a block of ice in a frame of scaffold, laid in rings.
 #pragma once
 
 #include <cmath>

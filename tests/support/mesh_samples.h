@@ -1,4 +1,4 @@
-// Meshes made in code, and their bytes in every format that firn reads.
+// Returns meshes made in code, and their bytes in every format that firn reads.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Feeds one node by hand and keeps what it sends.
+// NodeBench feeds one node by hand and holds its messages.
 #pragma once
 
 #include <deque>

@@ -1,5 +1,5 @@
-// Planted cases for the calibrations of the ice lab: an experiment whose simulated lab is not what the lab
-// believes, and the truth that a calibration must find from measured data.
+// Holds planted cases for the calibrations of the ice lab: an experiment whose simulated lab differs from the
+// configured one, and the truth that a calibration must find from measured data.
 #pragma once
 
 #include <cmath>
@@ -30,7 +30,7 @@ inline IceLab shipped_ice_lab(const std::filesystem::path& source) {
   return lab;
 }
 
-/// The arm behind its command on a path's straight middle: start delay and what the servo lags.
+/// Computes the delay of the arm behind its command on a path's straight middle: start delay and servo lag.
 inline double arm_lag_s(const Experiment& e) {
   const plant::IceArmParams a = plant::world_config(e).ice.arm;
   return a.start_delay_s + 0.5 * a.start_jitter_s +
@@ -66,17 +66,22 @@ inline double flow_mm3_s(const Experiment& e, int material, double hz, double me
   return sum / n * hz;
 }
 
-/// What the lab does not know: places, delays, flow and table of case n.
+/// Returns the unknown values of the lab: places, delays, flow and table of case n.
 inline Experiment plant_case(const IceLab& lab, std::uint64_t n) {
   Experiment e = lab.experiment;
   RandomStream random(n, Purpose::kTest, 77);
   IcePlantConfig& p = e.plant.ice;
   e.plant.seed = n;
-  p.laser_dx_mm = random.uniform(-3.0, 3.0), p.laser_dy_mm = random.uniform(-3.0, 3.0);
-  p.start_delay_s = random.uniform(0.0, 0.04), p.laser_delay_s = random.uniform(0.0, 0.02);
-  p.valve_a_delay_s = random.uniform(0.0, 0.02), p.valve_b_delay_s = random.uniform(0.0, 0.02);
-  p.flow_water_mm3_s = random.uniform(150.0, 240.0), p.flow_sme_mm3_s = random.uniform(150.0, 240.0);
-  p.recovery_water = random.uniform(0.0, 0.5), p.recovery_sme = random.uniform(0.0, 0.5);
+  p.laser_dx_mm = random.uniform(-3.0, 3.0);
+  p.laser_dy_mm = random.uniform(-3.0, 3.0);
+  p.start_delay_s = random.uniform(0.0, 0.04);
+  p.laser_delay_s = random.uniform(0.0, 0.02);
+  p.valve_a_delay_s = random.uniform(0.0, 0.02);
+  p.valve_b_delay_s = random.uniform(0.0, 0.02);
+  p.flow_water_mm3_s = random.uniform(150.0, 240.0);
+  p.flow_sme_mm3_s = random.uniform(150.0, 240.0);
+  p.recovery_water = random.uniform(0.0, 0.5);
+  p.recovery_sme = random.uniform(0.0, 0.5);
   p.foot_mm.clear();
   for (int f = 0; f < 4; ++f) p.foot_mm.push_back(random.uniform(-3.0, 3.0));
   return e;
@@ -102,29 +107,29 @@ inline double table_mm(const Experiment& e, double x_mm, double y_mm) {
   return z;
 }
 
-/// One estimate beside what was planted.
+/// One estimate beside its planted value.
 struct Judged {
-  double error = 0.0, half_95 = 0.0;
-  bool inside() const { return std::abs(error) <= half_95; }
+  double error = 0.0, ci95_half_width = 0.0;
+  bool inside() const { return std::abs(error) <= ci95_half_width; }
 };
 
 inline std::vector<Judged> judge_offset(const Experiment& e, const LabCalibration& c) {
-  return {{c.keys[0].value[0] - e.plant.ice.laser_dx_mm, c.keys[0].half_95[0]},
-          {c.keys[1].value[0] - e.plant.ice.laser_dy_mm, c.keys[1].half_95[0]}};
+  return {{c.keys[0].value[0] - e.plant.ice.laser_dx_mm, c.keys[0].ci95_half_width[0]},
+          {c.keys[1].value[0] - e.plant.ice.laser_dy_mm, c.keys[1].ci95_half_width[0]}};
 }
 inline std::vector<Judged> judge_laser_latency(const Experiment& e, const LabCalibration& c) {
-  return {{c.keys[0].value[0] - laser_latency_s(e), c.keys[0].half_95[0]}};
+  return {{c.keys[0].value[0] - laser_latency_s(e), c.keys[0].ci95_half_width[0]}};
 }
 inline std::vector<Judged> judge_valve_latency(const Experiment& e, const LabCalibration& c, int material,
                                                double gap_mm) {
-  return {{c.keys[0].value[0] - valve_latency_s(e, material, gap_mm), c.keys[0].half_95[0]}};
+  return {{c.keys[0].value[0] - valve_latency_s(e, material, gap_mm), c.keys[0].ci95_half_width[0]}};
 }
 /// Relative.
 inline std::vector<Judged> judge_flow(const Experiment& e, const LabCalibration& c, int material) {
   std::vector<Judged> out;
   for (std::size_t n = 0; n < c.keys[0].value.size(); ++n) {
     const double truth = flow_mm3_s(e, material, c.keys[0].value[n], c.also[0].second.value);
-    out.push_back({c.keys[1].value[n] / truth - 1.0, c.keys[1].half_95[n] / truth});
+    out.push_back({c.keys[1].value[n] / truth - 1.0, c.keys[1].ci95_half_width[n] / truth});
   }
   return out;
 }
@@ -136,11 +141,11 @@ inline std::vector<Judged> judge_table(Experiment e, const LabCalibration& c) {
   const CalibrationConfig& k = e.calibration;
   const double x = k.level_x_mm[k.level_x_mm.size() / 2], y = k.level_y_mm[k.level_y_mm.size() / 2], d = 50.0;
   const auto& a = c.also;
-  return {{a[0].second.value - table_mm(e, x, y), a[0].second.half_95},
+  return {{a[0].second.value - table_mm(e, x, y), a[0].second.ci95_half_width},
           {100.0 * a[1].second.value - table_mm(e, x + d, y) + table_mm(e, x - d, y),
-           100.0 * a[1].second.half_95},
+           100.0 * a[1].second.ci95_half_width},
           {100.0 * a[2].second.value - table_mm(e, x, y + d) + table_mm(e, x, y - d),
-           100.0 * a[2].second.half_95}};
+           100.0 * a[2].second.ci95_half_width}};
 }
 
 }  // namespace firn::planted

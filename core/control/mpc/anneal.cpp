@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/control/mpc/flip_table.h"
+#include "core/control/mpc/delta_cache.h"
 
 namespace firn::control::mpc {
 namespace {
@@ -42,7 +42,10 @@ class Draws {
  public:
   explicit Draws(RandomStream& random) : random_(random) {}
   std::uint64_t next(int bits) {
-    if (left_ == 0) bits_ = random_.bits(), left_ = kPerDraw;
+    if (left_ == 0) {
+      bits_ = random_.bits();
+      left_ = kPerDraw;
+    }
     --left_;
     const std::uint64_t value = bits_ & std::uint64_t((1 << bits) - 1);
     bits_ >>= bits;
@@ -65,16 +68,16 @@ struct Root {
   double before, root;
 };
 
-// What a flip costs, by the sums of the field that it would change.
+// Cost of a plan after a flip, from the objective deltas.
 class FlipCost {
  public:
-  FlipCost(const PlanField& field, const PlanCost& cost)
+  FlipCost(const HorizonState& field, const PlanCost& cost)
       : field_(field), cost_(cost), per_cell_(1.0 / field.cells) {
     note();
   }
-  static FlipTable::Wanted wanted(const PlanCost& cost) {
-    if (cost.error == ErrorKind::kSquare) return FlipTable::Wanted::kSquares;
-    return cost.alpha < 1.0 ? FlipTable::Wanted::kBoth : FlipTable::Wanted::kAbsolute;
+  static DeltaCache::Wanted wanted(const PlanCost& cost) {
+    if (cost.error == ErrorKind::kSquare) return DeltaCache::Wanted::kSquares;
+    return cost.alpha < 1.0 ? DeltaCache::Wanted::kBoth : DeltaCache::Wanted::kAbsolute;
   }
   void note() {  // the sums have changed
     squares_ = field_.second_mm2 + cost_.price_mm2 * field_.droplets;
@@ -83,7 +86,7 @@ class FlipCost {
     const double mean = field_.first_mm * per_cell_;
     deviation_ = Root(field_.second_mm2 * per_cell_ - mean * mean);
   }
-  double worse_mm(const FlipSums& s, double sign) const {
+  double worse_mm(const ObjectiveDeltas& s, double sign) const {
     double worse = cost_.alpha * s.abs_error_mm;
     if (cost_.error == ErrorKind::kSquare)
       worse = cost_.alpha * field_.cells *
@@ -97,20 +100,21 @@ class FlipCost {
   }
 
  private:
-  double mean_part(const FlipSums& s) const {
+  double mean_part(const ObjectiveDeltas& s) const {
     const double sum_mm = field_.first_mm + s.first_mm;
     return cost_.mean_weight * sum_mm * sum_mm * per_cell_;
   }
 
-  const PlanField& field_;
+  const HorizonState& field_;
   const PlanCost& cost_;
   double per_cell_, squares_ = 0.0, mean_part_ = 0.0;
   Root error_{0.0}, deviation_{0.0};
 };
 
 // One sweep; false when the evaluations are used up.
-bool sweep_field(const PlanField& f, FlipTable& flips, FlipCost& cost, std::span<const std::uint32_t> cells,
-                 int layers, double temperature, std::int64_t most, Draws& draws, SearchResult& result) {
+bool sweep_field(const HorizonState& f, DeltaCache& flips, FlipCost& cost,
+                 std::span<const std::uint32_t> cells, int layers, double temperature, std::int64_t most,
+                 Draws& draws, SearchResult& result) {
   for (const std::uint32_t cell : cells) {
     const std::size_t p = f.at(cell);
     for (int layer = 0; layer < layers; ++layer) {
@@ -128,14 +132,17 @@ bool sweep_field(const PlanField& f, FlipTable& flips, FlipCost& cost, std::span
 
 }  // namespace
 
-SearchResult anneal(PlanField& f, const PlanCost& cost, std::span<const std::uint32_t> cells,
+SearchResult anneal(HorizonState& f, const PlanCost& cost, std::span<const std::uint32_t> cells,
                     const AnnealOptions& o, RandomStream& random) {
   SearchResult result;
   Draws draws(random);
-  FlipTable flips(f, FlipCost::wanted(cost));
+  DeltaCache flips(f, FlipCost::wanted(cost));
   FlipCost of_flip(f, cost);
   for (int n = 0; n < o.sweeps; ++n) {
-    if (n % kSweepsPerRefresh == 0) flips.refresh(), of_flip.note();
+    if (n % kSweepsPerRefresh == 0) {
+      flips.refresh();
+      of_flip.note();
+    }
     if (!sweep_field(f, flips, of_flip, cells, o.layers, temperature_mm(o, n), o.max_evaluations, draws,
                      result))
       break;

@@ -1,14 +1,14 @@
-// Simulated annealing over a horizon: layers are coupled through sat(), so that two of them can reach almost
-// any height where one cannot, but only by droplets that pay together [Kirkpatrick, Gelatt, Vecchi 1983;
-// Metropolis et al. 1953].
+// anneal() improves the plan of a horizon by simulated annealing. Layers are coupled through sat(), so that
+// two of them can reach almost any height where one cannot, but only by droplets that pay together
+// [Kirkpatrick, Gelatt, Vecchi 1983; Metropolis et al. 1953].
 #pragma once
 
 #include <cstdint>
 #include <span>
 
 #include "core/control/mpc/greedy.h"
+#include "core/control/mpc/horizon_state.h"
 #include "core/control/mpc/objective.h"
-#include "core/control/mpc/plan_field.h"
 #include "core/grid/random.h"
 
 namespace firn::control::mpc {
@@ -29,7 +29,7 @@ SearchResult anneal(HorizonObjective& objective, std::span<const std::uint32_t> 
                     const AnnealOptions& options, RandomStream& random);
 
 /// The same on a plan in single precision, several times faster.
-SearchResult anneal(PlanField& field, const PlanCost& cost, std::span<const std::uint32_t> cells,
+SearchResult anneal(HorizonState& field, const PlanCost& cost, std::span<const std::uint32_t> cells,
                     const AnnealOptions& options, RandomStream& random);
 
 }  // namespace firn::control::mpc

@@ -9,7 +9,7 @@ namespace {
 
 class Descent {
  public:
-  Descent(HorizonObjective& objective, int layers, std::int64_t most, FlipTable* flips)
+  Descent(HorizonObjective& objective, int layers, std::int64_t most, DeltaCache* flips)
       : objective_(objective),
         layers_(layers),
         most_(most),
@@ -58,21 +58,22 @@ class Descent {
   // Heights in single precision err by some 1e-7 of themselves, the sums over a window by less than this.
   void set_margins() {
     constexpr float kPart = 1e-5f;
-    const PlanField& f = flips_->field();
+    const HorizonState& f = flips_->field();
     float height_mm = 0.0f, error_mm = f.ink[0].drop_mm + f.ink[1].drop_mm;
     for (const std::uint32_t cell : objective_.part_cells()) {
       const std::size_t p = f.at(cell);
       height_mm = std::max({height_mm, std::abs(f.layers.front().height_mm[p]), std::abs(f.error_mm[p])});
       error_mm = std::max(error_mm, std::abs(f.error_mm[p]));
     }
-    margin_mm_ = double(kPart * height_mm), margin_mm2_ = margin_mm_ * double(error_mm);
+    margin_mm_ = double(kPart * height_mm);
+    margin_mm2_ = margin_mm_ * double(error_mm);
   }
 
   bool surely_worse(const Move& m) const {
-    const FlipSums s = flips_->sums(m.layer, flips_->field().at(m.cell));
+    const ObjectiveDeltas s = flips_->sums(m.layer, flips_->field().at(m.cell));
     const PlanCost& cost = objective_.cost();
     if (cost.error == ErrorKind::kSquare) {
-      const PlanField& f = flips_->field();
+      const HorizonState& f = flips_->field();
       const double mean_part = cost.mean_weight * s.first_mm * (2.0 * f.first_mm + s.first_mm) / f.cells;
       return s.second_mm2 + cost.price_mm2 * m.change + mean_part > margin_mm2_;
     }
@@ -91,7 +92,7 @@ class Descent {
   HorizonObjective& objective_;
   int layers_;
   std::int64_t most_;
-  FlipTable* flips_;  // or none
+  DeltaCache* flips_;  // or none
   double margin_mm_ = 0.0, margin_mm2_ = 0.0;
   SearchResult result_;
   std::vector<std::uint8_t> stale_;  // per cell: something near it changed since it was last tried
@@ -100,7 +101,7 @@ class Descent {
 }  // namespace
 
 SearchResult descend(HorizonObjective& objective, int layers, std::int64_t max_evaluations,
-                     FlipTable* flips) {
+                     DeltaCache* flips) {
   return Descent(objective, layers, max_evaluations, flips).run();
 }
 

@@ -1,18 +1,19 @@
-// What one droplet more or less does to all later heights, rows of eight lanes at a time. For the inside of
-// loops that are compiled once for any processor and once for AVX2; the same bytes from both.
+// Computes the height changes that one droplet more or less causes in all later layers, rows of eight lanes
+// at a time. For the inside of loops that are compiled once for any processor and once for AVX2; the same
+// bytes from both.
 #pragma once
 
 #include <cmath>
 
+#include "core/control/mpc/horizon_state.h"
 #include "core/control/mpc/layer/lanes.h"
-#include "core/control/mpc/plan_field.h"
 
 namespace firn::control::mpc {
 
 /// The changes that one droplet makes: rows -3..3 about its cell, columns -4..3.
 struct Flip {
   static constexpr int kRows = 7, kMiddle = 3, kLane = 4;
-  Lanes change[PlanField::kMostLayers][kRows];  // of the heights after layer, after the next, ...
+  Lanes change[HorizonState::kMostLayers][kRows];  // of the heights after layer, after the next, ...
   float sign = 0.0f;
 };
 
@@ -22,22 +23,27 @@ FIRN_INLINE void given(const Lanes& gives, const Lanes& lean, Lanes& out) {
   out = y > 0.0f ? y : Lanes{};
 }
 
-// Adds to `next` what the pairs of cells (p, p + (DX, DY)) exchange otherwise than before, p in row y.
+// Adds to `next` the changes of the flows between the pairs of cells (p, p + (DX, DY)), p in row y.
 template <int DX, int DY>
-FIRN_INLINE void exchange(const PlanField& f, const PlanField::Layer& l, std::size_t centre, int y,
+FIRN_INLINE void exchange(const HorizonState& f, const HorizonState::Layer& l, std::size_t centre, int y,
                           const Lanes* d, Lanes* next) {
   constexpr int corner = DX != 0 && DY != 0;
   const std::ptrdiff_t p = std::ptrdiff_t(centre) + y * std::ptrdiff_t(f.row) - Flip::kLane,
                        q = p + DY * std::ptrdiff_t(f.row) + DX;
   Lanes hp, hq, give_p, give_q, lean_p, lean_q, dq;
-  load(l.height_mm.data() + p, hp), load(l.height_mm.data() + q, hq);
-  load(l.gives_mm[corner].data() + p, give_p), load(l.gives_mm[corner].data() + q, give_q);
-  load(l.slope[corner].data() + p, lean_p), load(l.slope[corner].data() + q, lean_q);
+  load(l.height_mm.data() + p, hp);
+  load(l.height_mm.data() + q, hq);
+  load(l.gives_mm[corner].data() + p, give_p);
+  load(l.gives_mm[corner].data() + q, give_q);
+  load(l.slope[corner].data() + p, lean_p);
+  load(l.slope[corner].data() + q, lean_q);
   shifted<DX>(d[Flip::kMiddle + y + DY], dq);
   const Lanes drop = hp - hq, drop_now = drop + (d[Flip::kMiddle + y] - dq);
   Lanes out, back, out_now, back_now, returned;
-  given(give_p, lean_p * drop, out), given(give_q, -(lean_q * drop), back);
-  given(give_p, lean_p * drop_now, out_now), given(give_q, -(lean_q * drop_now), back_now);
+  given(give_p, lean_p * drop, out);
+  given(give_q, -(lean_q * drop), back);
+  given(give_p, lean_p * drop_now, out_now);
+  given(give_q, -(lean_q * drop_now), back_now);
   const Lanes change = (out_now - out) - (back_now - back);
   shifted<-DX>(change, returned);
   next[Flip::kMiddle + y] -= change;
@@ -46,8 +52,8 @@ FIRN_INLINE void exchange(const PlanField& f, const PlanField::Layer& l, std::si
 
 // Changes before a layer, within R cells -> changes after it, within R + 1.
 template <int R>
-FIRN_INLINE void widen(const PlanField& f, const PlanField::Layer& l, std::size_t centre, const Lanes* d,
-                       Lanes* next) {
+FIRN_INLINE void widen(const HorizonState& f, const HorizonState::Layer& l, std::size_t centre,
+                       const Lanes* d, Lanes* next) {
   for (int y = 0; y < Flip::kRows; ++y) next[y] = d[y];
   for (int y = -R; y <= R; ++y) exchange<1, 0>(f, l, centre, y, d, next);
   for (int y = -R - 1; y <= R; ++y) {
@@ -57,9 +63,9 @@ FIRN_INLINE void widen(const PlanField& f, const PlanField::Layer& l, std::size_
   }
 }
 
-FIRN_INLINE void first_change(const PlanField& f, int layer, std::size_t p, Flip& flip) {
-  const PlanField::Layer& l = f.layers[std::size_t(layer)];
-  const PlanField::Ink& ink = f.ink[l.inks[p]];
+FIRN_INLINE void first_change(const HorizonState& f, int layer, std::size_t p, Flip& flip) {
+  const HorizonState::Layer& l = f.layers[std::size_t(layer)];
+  const HorizonState::Ink& ink = f.ink[l.inks[p]];
   float near[9], own = ink.drop_mm;
   for (int q = 0; q < 9; ++q) {
     if (q == 4) continue;
@@ -82,8 +88,8 @@ FIRN_INLINE void first_change(const PlanField& f, int layer, std::size_t p, Flip
     d[Flip::kMiddle - 1 + y] = Lanes{0, 0, 0, near[3 * y], near[3 * y + 1], near[3 * y + 2], 0, 0};
 }
 
-// What a flip of the droplet on p does, up to the last layer.
-FIRN_INLINE void make_flip(const PlanField& f, int layer, std::size_t p, Flip& flip) {
+// Height changes by a flip of the droplet on p, up to the last layer.
+FIRN_INLINE void make_flip(const HorizonState& f, int layer, std::size_t p, Flip& flip) {
   flip.sign = f.layers[std::size_t(layer)].drops[p] ? -1.0f : 1.0f;
   first_change(f, layer, p, flip);
   const int later = f.horizon() - 1 - layer;
@@ -95,13 +101,15 @@ FIRN_INLINE double sum_of(const Lanes& v) {
   return double((v[0] + v[1]) + (v[2] + v[3])) + double((v[4] + v[5]) + (v[6] + v[7]));
 }
 
-FIRN_INLINE void sums_of(const PlanField& f, int layer, std::size_t p, const Flip& flip, FlipSums& s) {
+FIRN_INLINE void sums_of(const HorizonState& f, int layer, std::size_t p, const Flip& flip,
+                         ObjectiveDeltas& s) {
   const int later = f.horizon() - 1 - layer, reach = later + 1;
   Lanes worse = {}, first = {}, second = {};
   for (int y = -reach; y <= reach; ++y) {
     const std::ptrdiff_t from = std::ptrdiff_t(p) + y * std::ptrdiff_t(f.row) - Flip::kLane;
     Lanes e, counts;
-    load(f.error_mm.data() + from, e), load(f.counts.data() + from, counts);
+    load(f.error_mm.data() + from, e);
+    load(f.counts.data() + from, counts);
     const Lanes d = counts * flip.change[later][Flip::kMiddle + y], now = e + d;
     worse += Lanes(LaneMarks(now) & 0x7fffffff) - Lanes(LaneMarks(e) & 0x7fffffff);
     first += d;
@@ -110,7 +118,8 @@ FIRN_INLINE void sums_of(const PlanField& f, int layer, std::size_t p, const Fli
   s = {sum_of(worse), sum_of(first), sum_of(second)};
 }
 
-FIRN_INLINE void keep_flip(PlanField& f, int layer, std::size_t p, const Flip& flip, const FlipSums& s) {
+FIRN_INLINE void keep_flip(HorizonState& f, int layer, std::size_t p, const Flip& flip,
+                           const ObjectiveDeltas& s) {
   f.set_drop(layer, p, flip.sign > 0.0f);
   for (int k = layer; k < f.horizon(); ++k) {
     const bool last = k + 1 == f.horizon();
@@ -129,7 +138,9 @@ FIRN_INLINE void keep_flip(PlanField& f, int layer, std::size_t p, const Flip& f
       store(v, to + from);
     }
   }
-  f.droplets += double(flip.sign), f.first_mm += s.first_mm, f.second_mm2 += s.second_mm2;
+  f.droplets += double(flip.sign);
+  f.first_mm += s.first_mm;
+  f.second_mm2 += s.second_mm2;
 }
 
 }  // namespace firn::control::mpc

@@ -61,7 +61,10 @@ class Search {
           if (!objective_.allowed(move)) continue;
           if (result_.evaluations >= limits_.max_evaluations) return false;
           const double g = evaluate(move);
-          if (g < gain) gain = g, best = move;
+          if (g < gain) {
+            gain = g;
+            best = move;
+          }
         }
         if (best.change != 0) marked_.push_back({best, gain});
       }

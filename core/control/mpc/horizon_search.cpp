@@ -42,7 +42,7 @@ void spread(Mask& marks, int reach) {
 // Cells where a droplet more or less is a question: near a cell that is short now and one that would be too
 // high if every layer were full. (Elsewhere every droplet pays, or none; descent finds those.) For alpha < 1
 // the deviation asks for all.
-std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const HorizonState& s, int layers) {
+std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const HorizonStart& s, int layers) {
   const GridSpec& g = s.setup.grid;
   std::vector<std::uint32_t> open;
   if (objective.alpha() < 1.0) {
@@ -70,18 +70,18 @@ std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const H
 }
 
 // Descent that looks in single precision first.
-SearchResult descend_sieved(HorizonObjective& objective, const HorizonState& s, int layers,
+SearchResult descend_sieved(HorizonObjective& objective, const HorizonStart& s, int layers,
                             std::int64_t most) {
-  PlanField field(s.setup, s.height, s.materials, layers);
+  HorizonState field(s.setup, s.height, s.materials, layers);
   field.set_drops(plan_of(objective));
-  FlipTable flips(field, objective.error() == ErrorKind::kSquare ? FlipTable::Wanted::kSquares
-                                                                 : FlipTable::Wanted::kAbsolute);
+  DeltaCache flips(field, objective.error() == ErrorKind::kSquare ? DeltaCache::Wanted::kSquares
+                                                                  : DeltaCache::Wanted::kAbsolute);
   return descend(objective, layers, most, &flips);
 }
 
 }  // namespace
 
-StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonState& s, int rows,
+StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonStart& s, int rows,
                             const ParallelFor& parallel) {
   constexpr int kMostSweeps = 200;
   const auto materials = [&s](int layer) {
@@ -104,7 +104,7 @@ StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const Hori
   return result;
 }
 
-std::vector<DropletPattern> partial_layer_first(const HorizonState& s, int layers) {
+std::vector<DropletPattern> partial_layer_first(const HorizonStart& s, int layers) {
   std::vector<DropletPattern> plan(std::size_t(layers), DropletPattern(s.setup.grid));
   Grid<double> wanted(s.setup.grid), carry(s.setup.grid);
   const double step_mm[2] = {s.setup.model.layer_height_mm(), s.setup.model_b.layer_height_mm()};
@@ -120,27 +120,33 @@ std::vector<DropletPattern> partial_layer_first(const HorizonState& s, int layer
   return plan;
 }
 
-SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, const HorizonOptions& o,
+SearchResult search_horizon(HorizonObjective& objective, const HorizonStart& s, const HorizonOptions& o,
                             RandomStream& random) {
   SearchResult result;
   std::vector<DropletPattern> best = plan_of(objective);
   double best_mm = objective.value_mm();
   const auto left = [&] { return o.max_evaluations - result.evaluations; };
   const bool sieved = objective.max_drops() == 1 && objective.horizon() > 1 &&
-                      objective.horizon() <= PlanField::kMostLayers && objective.alpha() == 1.0;
+                      objective.horizon() <= HorizonState::kMostLayers && objective.alpha() == 1.0;
   const auto descend_from = [&](std::span<const DropletPattern> start, int layers) {
     std::vector<DropletPattern> plan(best.size(), DropletPattern(s.setup.grid));
     std::ranges::copy(start, plan.begin());
     objective.set_plan(plan);
     const SearchResult r =
         sieved ? descend_sieved(objective, s, layers, left()) : descend(objective, layers, left());
-    result.evaluations += r.evaluations, result.moves += r.moves;
+    result.evaluations += r.evaluations;
+    result.moves += r.moves;
     if (objective.value_mm() > best_mm) return;
-    best = plan_of(objective), best_mm = objective.value_mm(), result.optimal = r.optimal;
+    best = plan_of(objective);
+    best_mm = objective.value_mm();
+    result.optimal = r.optimal;
   };
   const auto take = [&](std::span<const DropletPattern> plan) {
     objective.set_plan(plan);
-    if (objective.value_mm() < best_mm) best = plan_of(objective), best_mm = objective.value_mm();
+    if (objective.value_mm() < best_mm) {
+      best = plan_of(objective);
+      best_mm = objective.value_mm();
+    }
   };
   const bool single = objective.max_drops() == 1;
   const bool strips_do = single && objective.alpha() == 1.0;
@@ -167,8 +173,8 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
       if (run > 0) annealing.hot_mm *= 4.0;
       SearchResult r;
       plan = best;
-      if (single && layers <= PlanField::kMostLayers) {
-        PlanField field(s.setup, s.height, s.materials, layers);
+      if (single && layers <= HorizonState::kMostLayers) {
+        HorizonState field(s.setup, s.height, s.materials, layers);
         field.set_drops(plan);
         r = anneal(field, objective.cost(), open, annealing, random);
         std::ranges::move(field.plan(s.setup.grid), plan.begin());
@@ -177,7 +183,8 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonState& s, 
         r = anneal(objective, open, annealing, random);
         plan = plan_of(objective);
       }
-      result.evaluations += r.evaluations, result.moves += r.moves;
+      result.evaluations += r.evaluations;
+      result.moves += r.moves;
       descend_from(plan, layers);
     }
   }

@@ -58,7 +58,8 @@ void Mpc::use_models(const deposition::DropletModel& inside, const deposition::D
   deposition::check(inside);
   deposition::check(rim);
   if (inside == setup_.model && rim == setup_.model_b) return;
-  setup_.model = inside, setup_.model_b = rim;
+  setup_.model = inside;
+  setup_.model_b = rim;
   objective_.reset();
 }
 
@@ -121,7 +122,7 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
     return found;
   }
   if (options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified) {
-    const mpc::HorizonState state{setup_, height, materials};
+    const mpc::HorizonStart state{setup_, height, materials};
     for (std::size_t n = 1; n < guess.size(); ++n) guess[n] = DropletPattern(setup_.grid);
     if (options_.max_drops == 1) {
       const auto strips = mpc::strips_of_layer(guess, 0, state, options_.strip_rows, parallel_);
@@ -216,7 +217,8 @@ Decision Mpc::decide(const Measurement& m) {
                                options_.max_evaluations - d.iterations, random);
     d.iterations += found.evaluations;
     if (!(objective.value_mm() < d.objective_mm)) continue;
-    int first = 0;  // of the layers that print something; there is one, for this plan betters none
+    int first =
+        0;  // of the layers that print something; there is one, since this plan improves on an empty one
     while (objective.layer(first).passes() == 0) ++first;
     d.drops = objective.layer(first);
     d.objective_mm = objective.value_mm();

@@ -1,4 +1,4 @@
-// Model predictive control of the layer pattern [Lu 2015, Eq. (8)].
+// Mpc computes layer patterns by model predictive control [Lu 2015, Eq. (8)].
 #pragma once
 
 #include <optional>
@@ -15,12 +15,11 @@ namespace firn::control {
 /// strip_rows rows by dynamic programming (strip_dp.h), which is all there is to do for alpha = 1 and N = 1.
 /// The mean and deviation run over the mask; cells outside it take their neighbours' flow in the model but
 /// get no droplets. Empty layers of a plan go to its end (the heights after N layers stay the same). Two
-/// inks: the layer's materials are those of M at the measured heights, later layers of the horizon are judged
-/// whole layers of the object's ink higher.
-/// Guard (errata on (8)): std has infinite slope on a flat surface, so that both all and nothing can be
-/// traps; a plan is printed only when it betters printing nothing over the same horizon by more than
-/// min_improvement_mm and the noise gate, else the print ends. Keeps no state between decisions: draws are
-/// keyed (seed, kGreedySearch, layer, attempt).
+/// inks: the layer's materials are those of M at the measured heights, later layers of the horizon are
+/// evaluated whole layers of the object's ink higher. Guard (errata on (8)): std has infinite slope on a flat
+/// surface, so that both all and nothing can be traps; a plan is printed only when it improves on printing
+/// nothing over the same horizon by more than min_improvement_mm and the noise gate, else the print ends.
+/// Keeps no state between decisions: draws are keyed (seed, kGreedySearch, layer, attempt).
 class Mpc final : public LayerController {
  public:
   /// @throws std::invalid_argument naming the option: horizon 1..8, subset and max_evaluations 1 or more,
@@ -41,7 +40,7 @@ class Mpc final : public LayerController {
     std::int64_t evaluations = 0;
     bool optimal = false;
   };
-  // One layer of at most one droplet per cell by |error|: what LayerProblem is.
+  // One layer of at most one droplet per cell by |error|, as LayerProblem requires.
   bool one_layer() const {
     return options_.horizon == 1 && options_.max_drops == 1 && options_.error == ErrorKind::kAbsolute;
   }

@@ -33,7 +33,10 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, E
   const double inf = std::numeric_limits<double>::infinity();
   height_.assign(steps + 1, std::vector<double>(n, s.border == deposition::Border::kLose ? -inf : inf));
   drops_.assign(steps, std::vector<std::uint8_t>(n, 0));
-  target_.assign(n, 0.0), counts_.assign(n, 0), delta_.assign(n, 0.0), next_.assign(n, 0.0);
+  target_.assign(n, 0.0);
+  counts_.assign(n, 0);
+  delta_.assign(n, 0.0);
+  next_.assign(n, 0.0);
   for (int j = 0; j < s.grid.ny; ++j)
     for (int i = 0; i < s.grid.nx; ++i)
       padded_.push_back(std::uint32_t(std::size_t(j + 1) * row_ + std::size_t(i) + 1));
@@ -45,7 +48,11 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, E
   }
   count_ = double(part_.size());
   per_cell_ = 1.0 / count_;
-  if (steps == 1) table_.resize(s.grid.size()), error_.assign(n + 1, 0.0), deviation_.assign(n + 1, 0.0);
+  if (steps == 1) {
+    table_.resize(s.grid.size());
+    error_.assign(n + 1, 0.0);
+    deviation_.assign(n + 1, 0.0);
+  }
 }
 
 void HorizonObjective::set_surface(const HeightMap& height, double alpha,
@@ -98,7 +105,10 @@ void HorizonObjective::fill_table() {
         s.mm[std::size_t((link.dy + 1) * 4 + link.dx + 1)] = f;
     }
     s.mm[5] = own;
-    for (const double f : s.mm) s.sum_mm += f, s.square_mm2 += f * f;
+    for (const double f : s.mm) {
+      s.sum_mm += f;
+      s.square_mm2 += f * f;
+    }
   }
 }
 

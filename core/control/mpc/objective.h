@@ -1,5 +1,5 @@
-// The objective of Eq. (8) [Lu 2015] over a horizon, kept up to date droplet by droplet: the price of trying
-// one more or one less is its neighbourhood, not the grid.
+// HorizonObjective computes the objective of Eq. (8) [Lu 2015] over a horizon, incrementally: evaluating a
+// single-droplet change costs its neighbourhood, not the grid.
 #pragma once
 
 #include <array>
@@ -59,7 +59,7 @@ class HorizonObjective {
   struct Sums {
     double abs_error = 0.0, first = 0.0, second = 0.0, droplets = 0.0;
   };
-  double square_of(const Sums& sums) const;  // of the errors and what the droplets cost, a mean
+  double square_of(const Sums& sums) const;  // mean of the squared errors and the droplets' price
   std::size_t padded(std::uint32_t cell) const { return padded_[cell]; }
   std::size_t step_of(const Move& move) const;  // the step whose droplet a move sets or clears
   template <class Visit>
@@ -84,7 +84,7 @@ class HorizonObjective {
   HeightMap surface_, predicted_;
   int max_drops_;
   PlanCost cost_;
-  // What a droplet of one ink does to its neighbours.
+  // Flow links of a droplet of one ink to its neighbours.
   struct Ink {
     double drop_height_mm = 0.0;
     std::vector<deposition::Link> links;  // without those of weight 0
@@ -114,8 +114,8 @@ class HorizonObjective {
   std::vector<double> delta_, next_;              // padded scratch, zero between calls
   std::vector<DropletPattern> plan_;
   // For a horizon of one step (N = 1, one drop), where the surface under the droplets never changes: per cell
-  // of the grid what one droplet adds to its nine cells (0 off the mask), their sum and sum of squares.
-  // Three rows of four, the fourth 0, so that rows fill vector registers.
+  // of the grid the heights that one droplet adds to its nine cells (0 off the mask), their sum and sum of
+  // squares. Three rows of four, the fourth 0, so that rows fill vector registers.
   struct Shares {
     double mm[12], sum_mm, square_mm2;
   };

@@ -1,4 +1,5 @@
-// What a plan costs: Eq. (8) [Lu 2015], or the root of the mean square of the errors.
+// PlanCost holds the weights of a plan's cost: Eq. (8) [Lu 2015], or the root of the mean square of the
+// errors.
 #pragma once
 
 #include "core/control/options.h"

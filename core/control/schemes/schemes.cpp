@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "core/control/controller.h"
-#include "core/control/mpc/finish.h"
+#include "core/control/mpc/reference_governor.h"
 #include "core/control/open_loop.h"
 #include "core/control/pattern.h"
 #include "core/control/registration.h"
@@ -21,7 +21,7 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
 std::unique_ptr<LayerController> make_mpc(const Setup& setup, const ControlOptions& options) {
   if (options.mpc.finish_layers == 0.0 && options.mpc.rim_lead_layers == 0.0)
     return std::make_unique<Mpc>(setup, options);
-  return std::make_unique<FinishTogether>(setup, options);
+  return std::make_unique<ReferenceGovernor>(setup, options);
 }
 
 constexpr Scheme kSchemes[] = {

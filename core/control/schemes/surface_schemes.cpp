@@ -2,7 +2,7 @@
 #include <stdexcept>
 
 #include "core/control/surface/adaptive_surface.h"
-#include "core/control/surface/foresee_surface.h"
+#include "core/control/surface/disturbance_observer_surface.h"
 #include "core/control/surface/smf_surface.h"
 
 namespace firn::control {
@@ -20,7 +20,7 @@ constexpr SurfaceScheme kSchemes[] = {
      &make<AdaptiveSurface>},
     {"smf_foresee",
      "foresees what each material, zone and neighbourhood will be short of, from means over many cells",
-     &make<ForeseeSurface>},
+     &make<DisturbanceObserverSurface>},
 };
 
 }  // namespace

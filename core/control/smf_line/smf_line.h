@@ -1,5 +1,6 @@
-// The one-dimensional SMF loop of one point of the surface, over measurement intervals [Barnett 2012, 5.4
-// to 5.6]. All quantities are in units of the measurement interval dh_m, so gains are K_p, K_i*, K_d* of
+// Computes the one-dimensional SMF loop of one point of the surface, its poles and its spread, over
+// measurement intervals [Barnett 2012, 5.4 to 5.6]. All quantities are in units of the measurement interval
+// dh_m, so gains are K_p, K_i*, K_d* of
 // (5.2).
 #pragma once
 

@@ -1,6 +1,6 @@
-// Feedback for continuous deposition along paths: a height map on the interval's own grid in, the control
-// action U' of the next interval out, over the same grid [Barnett 2012, 5.1, 5.2, 6.2]. A new scheme is one
-// class and one row in the table of surface_schemes.cpp.
+// SurfaceController computes the control action U' of the next interval of continuous deposition from a
+// height map on the interval's own grid [Barnett 2012, 5.1, 5.2, 6.2]. A new scheme is one class and one row
+// in the table of surface_schemes.cpp.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "core/control/options.h"
+#include "core/grid/decision.h"
 #include "core/grid/grid.h"
 
 namespace firn::control {
@@ -25,20 +26,20 @@ constexpr std::span<const std::string_view> words_of(SurfaceVersion) { return kS
 
 struct SurfaceAdaptiveOptions {
   double kp = 1.0;
-  double gain = 0.33;  ///< share of an unforeseen error that is taken for lasting, at first
+  double gain = 0.33;  ///< share of an innovation that is assumed to last, at first
   double gain_min = 0.05, gain_max = 0.8;
-  double gain_rate = 0.15;  ///< what an innovation that comes again as it was adds to the gain
+  double gain_rate = 0.15;  ///< increase of the gain by an innovation that repeats the one before
   int window_cells = 3;     ///< innovations are compared over a square of 2 n + 1 cells
 };
 
 struct SurfaceForeseeOptions {
   double kp = 1.0;
-  double flow_gain = 0.7;  ///< share of a material's unforeseen mean error that is taken for lasting
+  double flow_gain = 0.7;  ///< share of a material's mean innovation that is assumed to last
   double zone_gain = 0.3;  ///< the same of a zone's mean, beyond its material's
   double zone_mm = 1.0;    ///< width of a zone's band of distances to a border
   double wide_gain = 0.1;  ///< the same of means over squares of wide_mm, beyond the zones
   double wide_mm = 9.0;
-  double narrow_gain = 1.0;  ///< share of an error narrower than narrow_mm that is answered
+  double narrow_gain = 1.0;  ///< share of an error narrower than narrow_mm that is corrected
   double narrow_mm = 5.0;
 };
 inline constexpr std::tuple kSurfaceForeseeOptions{
@@ -67,12 +68,10 @@ struct SurfaceOptions {
   SurfaceVersion version = SurfaceVersion::kPathSpeed;
   double speed_range = 0.3;   ///< speed version: c stays within (1 +- this) c_nom (5.2.2)
   double output_limit = 1.0;  ///< frequency version: |U'| stays within this, at most 1
-  bool feed_forward =
-      false;           ///< of use_flow(): the action is divided by what a valve gives against its calibration
-  int last_layer = 0;  ///< of the part: its map is answered with "end"; 0 = there is none
-  int stop_after =
-      0;  ///< stop when so many maps running one material's cells ask for all there is; 0 = never
-  double stop_share = 0.5;  ///< of them, above which a map counts
+  bool feed_forward = false;  ///< of use_flow(): the action is divided by the valve's flow factor
+  int last_layer = 0;         ///< of the part: its map ends the print; 0 = no last layer
+  int stop_after = 0;         ///< stop when so many maps in a row saturate one material's cells; 0 = never
+  double stop_share = 0.5;    ///< of them, above which a map counts
   SmfGains smf;
   SurfaceAdaptiveOptions adaptive;
   SurfaceForeseeOptions foresee;
@@ -95,14 +94,14 @@ inline constexpr Option kSurfaceStopShare{
 inline constexpr std::tuple kSurfaceOptions{kSurfaceSpeedRange, kSurfaceVersion, kSurfaceOutputLimit,
                                             kSurfaceStopAfter, kSurfaceStopShare};
 
-/// What a cell of the footprint is of.
+/// Material of a cell of the footprint.
 enum class CellMaterial : std::uint8_t { kNone = 0, kPart = 1, kScaffold = 2 };
 
 /// The surface at one measurement plane.
 struct SurfaceMeasurement {
   const HeightMap& height;             ///< [mm], finite where `material` is not kNone
   const Grid<std::uint8_t>& material;  ///< CellMaterial of each cell of the same grid
-  double nominal_mm = 0.0;             ///< h_k, what the height should be
+  double nominal_mm = 0.0;             ///< h_k, the required height
   int layer = 0;                       ///< deposition layers so far
   int attempt = 0;
   double noise_std_mm = 0.0;  ///< of a cell; 0 = unknown
@@ -117,10 +116,10 @@ struct ActionBounds {
 ActionBounds action_bounds(const SurfaceOptions& options);
 
 struct SurfaceDecision {
-  enum class Kind : std::int8_t { kPrint = 0, kEnd = 1, kStop = 2 };  ///< as control_surface_t.decision
+  using Kind = PlanDecision;
   Kind kind = Kind::kStop;
   HeightMap u;                      ///< saturated U'; two cells beyond the footprint as next to it, then 0
-  double saturated_fraction = 0.0;  ///< of the footprint: cells that ask for more, or less, than the bounds
+  double saturated_fraction = 0.0;  ///< of the footprint: cells whose action is beyond the bounds
   double rms_mm = 0.0;              ///< of height - nominal over the footprint
   double mean_error_mm = 0.0;       ///< height - nominal
   std::array<double, 2> feed_forward{1.0, 1.0};  ///< factor on each material's nominal flow that u holds
@@ -135,10 +134,10 @@ class SurfaceController {
   /// @throws std::invalid_argument: sizes differ, an empty footprint, a height on it that is not finite, a
   /// layer that came before the last one.
   virtual SurfaceDecision decide(const SurfaceMeasurement& measurement) = 0;
-  /// What each material's valve gives over what its calibration says. @throws std::invalid_argument unless
-  /// above 0
+  /// Sets each material's flow factor: flow of the valve over its calibrated flow. @throws
+  /// std::invalid_argument unless above 0
   virtual void use_flow(const std::array<double, 2>& /*factor*/) {}
-  /// Somebody has looked at the lab: maps in a row that asked for all there is are counted anew.
+  /// The operator has inspected the lab: the count of saturated maps in a row starts anew.
   virtual void looked_after() {}
 };
 

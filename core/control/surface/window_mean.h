@@ -1,4 +1,4 @@
-// Means over windows of cells, for control surfaces that look further than one cell.
+// window_mean() computes means over windows of cells.
 #pragma once
 
 #include "core/grid/grid.h"

@@ -1,5 +1,5 @@
-// One axis of a stage that moves by trapezoids of speed: parabolic blend, constant speed, parabolic blend.
-// [Thompson 2014, Fig. 2]
+// AxisProfile computes the motion of one axis of a stage with a trapezoidal speed profile: parabolic blend,
+// constant speed, parabolic blend. [Thompson 2014, Fig. 2]
 #pragma once
 
 namespace firn::motion {

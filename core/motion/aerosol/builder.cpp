@@ -128,7 +128,7 @@ void PlanBuilder::print(std::int32_t segment, const Point2& to, const Point2& v0
     append(PieceKind::kPrint, segment, {*found[0], *found[1]});
     return;
   }
-  t_s_ += duration;  // the segments after it are still judged
+  t_s_ += duration;  // the segments after it are still checked
   p_ = to;
   v_ = v1;
 }

@@ -1,4 +1,5 @@
-// Puts a plan together piece by piece, in time; collects refusals instead of pieces from the first one on.
+// PlanBuilder computes an aerosol plan piece by piece, in order of time. From the first refusal on it
+// collects refusals instead of pieces.
 #pragma once
 
 #include "core/motion/aerosol/plan.h"

@@ -1,4 +1,4 @@
-// What a job and a machine must be before anything is planned.
+// Checks a job and a machine before planning.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace firn::motion {
 
-/// Within 1e-6 mm: rounding of a file, far below what any stage resolves.
+/// Within 1e-6 mm: rounding of a file, far below the resolution of any stage.
 bool coincide(const Point2& a, const Point2& b);
 
 /// @throws MotionError (kLimitNotPositive, kOption) naming the quantity

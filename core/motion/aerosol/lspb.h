@@ -1,5 +1,6 @@
-// Linear segments with parabolic blends: a move of one axis in a given time. [Thompson 2014, III], with the
-// corrections of the misprints in (9), (15), (16): the time in their denominators is t1 - t0, not t1 + t0.
+// Computes linear segments with parabolic blends (LSPB): a move of one axis in a given time [Thompson 2014,
+// III], with the corrections of the misprints in (9), (15), (16): the time in their denominators is t1 - t0,
+// not t1 + t0.
 #pragma once
 
 #include <array>

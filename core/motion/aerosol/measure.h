@@ -1,4 +1,4 @@
-// What a plan does: errors while the shutter is open, and how near it comes to the stage's limits.
+// measure() computes the errors of a plan while the shutter is open, and its ratios to the stage's limits.
 #pragma once
 
 #include <functional>

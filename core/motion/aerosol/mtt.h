@@ -1,7 +1,7 @@
-// Minimum-time moves of one axis and of two that must arrive together. [Thompson 2014, IV], with the
+// Computes minimum-time moves of one axis and of two that must arrive together [Thompson 2014, IV], with the
 // corrections of (22), (24), (26), (37), of Fig. 5 (the minimum over all valid candidates, not the first
-// valid one) and of IV-B (the next time that both axes can do, where the slower axis' minimum is none of the
-// faster one's).
+// valid one) and of IV-B (the next time that both axes can do, where the faster axis cannot take the slower
+// axis' minimum).
 #pragma once
 
 #include <array>

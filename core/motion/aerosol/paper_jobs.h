@@ -1,5 +1,5 @@
-// The print jobs of the paper's figures. Fig. 7's coordinates are not printed: these are a fit to the errors
-// that the paper tells, and so are the lengths of Fig. 11; the angles are the paper's.
+// Computes the print jobs of the paper's figures. Fig. 7's coordinates are not printed: these are a fit to
+// the errors that the paper reports, and so are the lengths of Fig. 11. The angles are the paper's.
 #pragma once
 
 #include "core/path/print_job.h"

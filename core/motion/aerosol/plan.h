@@ -1,5 +1,5 @@
-// The motion of a shuttered printer through a job: constant speed where it deposits, minimum time where it
-// does not. [Thompson 2014, V]
+// plan_aerosol() computes the motion of a shuttered printer through a job: constant speed where it deposits,
+// minimum time where it does not [Thompson 2014, V].
 //
 // All positions are the nozzle's over the substrate. The stage carries the substrate (II-B) and so moves the
 // other way: the sign is taken in one place, sample_stage().
@@ -20,7 +20,7 @@ struct AerosolMachine {
   AxisLimits axis{4.0, 30.0};
   double shutter_delay_s = 0.0;  ///< from a command to its effect; commands go out so much earlier. No closed
                                  ///< span is shorter than two delays: one to close, one to open.
-  double flow_mm3_s = 0.0;       ///< what the nozzle gives and a closed shutter catches; 0 = not known
+  double flow_mm3_s = 0.0;       ///< flow of the nozzle, caught by a closed shutter; 0 = not known
   double tick_s = 0.001;         ///< of the trajectory that goes out
   bool substrate_moves = true;   ///< II-B: the stage's motion is minus the path
   Point2 stage_origin;           ///< stage position where the nozzle is over the job's (0, 0)
@@ -100,7 +100,7 @@ struct PlaneState {
 };
 PlaneState state_at(const AerosolPlan& plan, double t_s);
 
-/// What the stage is sent: axes x, y in mm at the tick, the last sample at rest over p_end; certificate
+/// The stage's trajectory: axes x, y in mm at the tick, the last sample at rest over p_end; certificate
 /// filled. The one place where the sign of a moving substrate is taken: stage = stage_origin - path (+ path
 /// when the nozzle moves).
 Trajectory sample_stage(const AerosolPlan& plan, const AerosolMachine& machine);

@@ -1,5 +1,5 @@
-// A corner rounded at constant speed: equal parabolic blends whose speeds turn step by step from one
-// direction to the next, each at the stage's full acceleration.
+// round_corner() computes a corner rounded at constant speed: equal parabolic blends whose speeds turn step
+// by step from one direction to the next, each at the stage's full acceleration.
 #pragma once
 
 #include <vector>

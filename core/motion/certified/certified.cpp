@@ -45,7 +45,7 @@ constexpr double kCellFactor = 1.002;  ///< cells that need more are divided for
 constexpr double kGoodFactor = 1.006;  ///< slowing down by less than this is cheaper than another attempt
 
 /// Ratios of the motion in `out` at both ends and inside of every piece.
-void check(const CertifiedTask& task, int inner, CertifiedWork& work, Stretch& out) {
+void check(const CertifiedTask& task, int inner, CertifiedWork& work, StopSegment& out) {
   check_states(out.curve, out.motion, inner, work.batch);
   if (auto fault = sample_motion(out.curve, work.batch, task.arm, task.placement, task.joints, false,
                                  work.tool, work.joint, work.flange))
@@ -55,13 +55,13 @@ void check(const CertifiedTask& task, int inner, CertifiedWork& work, Stretch& o
   out.factor = std::isfinite(out.motion.duration_s()) ? out.ratios.time_factor() : kUnlimited;
 }
 
-/// The closed form on a line, where no joint binds. False: something else binds, or the ceiling varies.
-bool plan_straight(const CertifiedTask& task, CertifiedWork& work, Stretch& out) {
-  const double ceiling = out.curve.ceiling[0];
-  for (const double c : out.curve.ceiling)
-    if (c != ceiling) return false;
+/// The closed form on a line, where no joint binds. False: something else binds, or the speed limit varies.
+bool plan_straight(const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
+  const double speed_limit = out.curve.speed_limit[0];
+  for (const double c : out.curve.speed_limit)
+    if (c != speed_limit) return false;
   const RateLimits& limit = task.limits.position;
-  straight_motion(out.curve.s.back(), std::min(limit.rate, ceiling), limit.acceleration, limit.jerk,
+  straight_motion(out.curve.s.back(), std::min(limit.rate, speed_limit), limit.acceleration, limit.jerk,
                   out.motion);
   check(task, 3, work, out);
   if (!(out.factor <= 1.0 + 1e-9)) return false;
@@ -73,7 +73,7 @@ bool plan_straight(const CertifiedTask& task, CertifiedWork& work, Stretch& out)
 /// q' times the tool's largest rate, acceleration and jerk stays well below theirs come last.
 struct BindingGroups {
   RowGroups groups;
-  int sure = 1;  ///< the first so many
+  int active = 1;  ///< the first so many
 };
 BindingGroups binding_groups(const MotionRows& rows, const RowGroups& all) {
   constexpr double kRateShare = 0.97, kShare = 0.8;
@@ -87,25 +87,25 @@ BindingGroups binding_groups(const MotionRows& rows, const RowGroups& all) {
     const std::vector<double>& slope = rows.of[all.group[g].first][0];
     double most = 0.0;
     for (const double d1 : slope) most = std::max(most, std::abs(d1));
-    if (most > least) std::swap(order.groups.group[order.sure++], order.groups.group[g]);
+    if (most > least) std::swap(order.groups.group[order.active++], order.groups.group[g]);
   }
   return order;
 }
 
-void set_rows(const CertifiedTask& task, CertifiedWork& work, const Stretch& out) {
+void set_rows(const CertifiedTask& task, CertifiedWork& work, const StopSegment& out) {
   if (auto fault = compute_rows(out.curve, task.arm, task.placement, task.joints, work.rows))
     throw MotionError(*fault);
 }
 
-void bound(const RowGroups& groups, int sure, CertifiedWork& work, Stretch& out) {
-  speed_bound(out.curve, work.rows, groups, sure, work.bound);
+void bound(const RowGroups& groups, int active, CertifiedWork& work, StopSegment& out) {
+  speed_bound(out.curve, work.rows, groups, active, work.bound);
   out.bound_s = work.bound.duration_s;
 }
 
-void solve(const CertifiedTask& task, RowGroups& groups, int sure, const Effort& effort, CertifiedWork& work,
-           Stretch& out) {
-  bound(groups, sure, work, out);
-  solve_profile(out.curve, work.rows, groups, sure, work.bound.limit, work.bound.b, effort.solver,
+void solve(const CertifiedTask& task, RowGroups& groups, int active, const Effort& effort,
+           CertifiedWork& work, StopSegment& out) {
+  bound(groups, active, work, out);
+  solve_profile(out.curve, work.rows, groups, active, work.bound.limit, work.bound.b, effort.solver,
                 work.solver, work.profile);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
@@ -122,19 +122,19 @@ double left_out_factor(const RatioTable& ratios, const RowGroups& all, const Row
 }
 
 /// Joints that seem not to bind join when they do. Returns whether one did.
-bool solve(const CertifiedTask& task, const Effort& effort, bool all, CertifiedWork& work, Stretch& out) {
+bool solve(const CertifiedTask& task, const Effort& effort, bool all, CertifiedWork& work, StopSegment& out) {
   constexpr double kSlight = 1.0005;
   set_rows(task, work, out);
   BindingGroups order = binding_groups(work.rows, task.groups);
-  const int count = order.groups.count, sure = all ? count : order.sure;
-  solve(task, order.groups, sure, effort, work, out);
-  const bool joined = work.profile.groups > sure;
+  const int count = order.groups.count, active = all ? count : order.active;
+  solve(task, order.groups, active, effort, work, out);
+  const bool activated = work.profile.groups > active;
   if (left_out_factor(out.ratios, task.groups, order.groups, work.profile.groups) >
       kSlight)  // between the knots
     solve(task, order.groups, count, effort, work, out);
-  else if (joined && task.options.lower_bound)
+  else if (activated && task.options.lower_bound)
     bound(order.groups, count, work, out);
-  return joined;
+  return activated;
 }
 
 /// Speed along the segment from points[i] at which the tool turns as fast as it may.
@@ -155,16 +155,16 @@ double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
 
 }  // namespace
 
-void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling,
+void plan_segment(std::span<const Point2> points, std::span<const double> speed_limit,
                   std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
-                  CertifiedWork& work, Stretch& out) {
+                  CertifiedWork& work, StopSegment& out) {
   CellSizes sizes = effort(task.options.method, 0).sizes;
   const double low_mm_s =
-      std::max(std::min(ceiling.front(), turning_speed(points, yaw_rad, 0, task.limits)),
-               std::min(ceiling.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
+      std::max(std::min(speed_limit.front(), turning_speed(points, yaw_rad, 0, task.limits)),
+               std::min(speed_limit.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
   sizes.rest_mm = rest_cell(sizes.rest_mm, low_mm_s, task.limits.position);
-  CurveSpec spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
-                 0.0, sizes, yaw_rad};
+  CurveOptions spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
+                    0.0, sizes, yaw_rad};
   const auto form = [&] {
     build_curve(points, spec, work.curve);
     if (shape != Shape::kSmoothed) return;
@@ -174,7 +174,7 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   };
   form();
   int held_tries = 0;
-  CurveSpec nearest = spec;
+  CurveOptions nearest = spec;
   double nearest_mm = kUnlimited;
   const PlanOptions& options = task.options;
   const double allowed_mm = options.tolerance_mm > 0.0
@@ -184,7 +184,10 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
     const Curve& curve = work.curve.coarse;
     out.deviation_mm = curve.straight ? 0.0 : deviation(curve, points, work.length);
     if (out.deviation_mm <= allowed_mm) break;
-    if (out.deviation_mm < nearest_mm) nearest = spec, nearest_mm = out.deviation_mm;
+    if (out.deviation_mm < nearest_mm) {
+      nearest = spec;
+      nearest_mm = out.deviation_mm;
+    }
     if (tries == kShapes) {
       spec = nearest;
       form();
@@ -209,14 +212,14 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   bool all = false;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const Effort effort = motion::effort(task.options.method, attempt);
-    Stretch& trial = attempt == 0 ? out : work.trial;
+    StopSegment& trial = attempt == 0 ? out : work.trial;
     if (attempt == 0) {
       refine(sizes, work.curve, trial.curve);
     } else {
       if (attempt == 1) trial.curve = out.curve;
       divide(sizes, work.curve, work.excess, kCellFactor, trial.curve);
     }
-    set_ceiling(points, ceiling, work.curve, trial.curve);
+    set_speed_limit(points, speed_limit, work.curve, trial.curve);
     trial.first = out.first;
     trial.last = out.last;
     trial.deviation_mm = out.deviation_mm;
@@ -239,12 +242,12 @@ void plan_stretch(std::span<const Point2> points, std::span<const double> ceilin
   // the solver's first guess, slowed down, always serves
   Effort none = effort(task.options.method, 0);
   none.solver.most_iterations = 0;
-  Stretch& guess = work.trial;
+  StopSegment& guess = work.trial;
   guess.first = out.first;
   guess.last = out.last;
   guess.deviation_mm = out.deviation_mm;
   refine(sizes, work.curve, guess.curve);
-  set_ceiling(points, ceiling, work.curve, guess.curve);
+  set_speed_limit(points, speed_limit, work.curve, guess.curve);
   set_rows(task, work, guess);
   RowGroups groups = task.groups;
   solve(task, groups, groups.count, none, work, guess);

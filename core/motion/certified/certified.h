@@ -1,5 +1,6 @@
-// Methods `certified` and `optimal`: stretches between stops, each the fastest motion within all limits on
-// its curve, checked densely and stretched in time until no limit is exceeded.
+// plan_certified() computes the motions of methods `certified` and `optimal`: for each segment between stops
+// the minimum-time motion within all limits on its curve, checked densely and scaled in time until no limit
+// is exceeded.
 #pragma once
 
 #include <span>
@@ -14,10 +15,10 @@
 namespace firn::motion {
 
 /// One motion between two stops.
-struct Stretch {
+struct StopSegment {
   Curve curve;
   TimedMotion motion;
-  RatioTable ratios;     ///< of `motion` as it stands
+  RatioTable ratios;     ///< of `motion`, not scaled
   double factor = 1.0;   ///< the motion runs at time / factor
   double bound_s = 0.0;  ///< lower bound of its duration
   double deviation_mm = 0.0;
@@ -35,17 +36,17 @@ struct CertifiedWork {
   Profile profile;
   StateBatch batch;
   Jets tool, joint, flange;
-  std::vector<Stretch> stretches, candidate;
-  Stretch trial, corner_trial;
+  std::vector<StopSegment> segments, candidate;
+  StopSegment trial, corner_trial;
   TimedMotion straight;
   std::vector<std::size_t> stops;
   std::vector<double> length, excess;
   SmoothingWork smoothing;
-  std::vector<Point2> smoothed;  ///< points of a stretch
-  Stretch shape_trial;
+  std::vector<Point2> smoothed;  ///< points of a segment
+  StopSegment shape_trial;
 };
 
-/// What all stretches of a path share.
+/// Input that all segments of a path share.
 struct CertifiedTask {
   const Arm& arm;
   const MotionLimits& limits;
@@ -55,7 +56,7 @@ struct CertifiedTask {
   RowGroups groups;
 };
 
-/// What the tolerance is used for; without one all are the same.
+/// Use of the tolerance. Without a tolerance all are the same.
 enum class Shape {
   kPlain,    ///< nothing: the curve as without it
   kRamped,   ///< longer ramps of curvature, rounder corners
@@ -63,26 +64,25 @@ enum class Shape {
 };
 
 /// Plans points (base frame) between two rests. Throws MotionError with Fault::at in the base frame.
-/// @param ceiling one per segment; @param yaw_rad one per point, empty = constant
-/// @param most_s a motion that is slower than this before it is stretched to keep all limits is not worked on
-/// further
-void plan_stretch(std::span<const Point2> points, std::span<const double> ceiling,
+/// @param speed_limit one per segment; @param yaw_rad one per point, empty = constant
+/// @param most_s a motion that is slower than this before time scaling is abandoned
+void plan_segment(std::span<const Point2> points, std::span<const double> speed_limit,
                   std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
-                  CertifiedWork& work, Stretch& out);
+                  CertifiedWork& work, StopSegment& out);
 
-/// Splits a path and plans all its stretches into work.stretches[0 .. result - 1]; with a tolerance, corners
+/// Splits a path and plans all its segments into work.segments[0 .. result - 1]; with a tolerance, corners
 /// are rolled where that is faster.
-std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
+std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
 
 /// How far ramps, rounded corners and interpolated vertices may lead a curve off its path: tolerance + w / 2
 /// + the chords' sagitta.
 double farthest_mm(const PlanOptions& options);
 
-/// Throws MotionError (kAstray: value and bound in mm, index that of the clean path) for a curve that is
-/// further off. It gets no certificate.
-void keep_near(const Stretch& stretch, const PlanOptions& options);
+/// Throws MotionError (kPathDeviation: value and bound in mm, index that of the clean path) for a curve that
+/// is further off. It gets no certificate.
+void keep_near(const StopSegment& segment, const PlanOptions& options);
 
-/// The whole of it: samples at the tick, certificate, trace.
+/// Plans a whole path: samples at the tick, certificate, trace.
 PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
                           const PlanOptions& options, CertifiedWork& work);
 

@@ -1,4 +1,4 @@
-// Where the motion stops and where corners are rolled within the tolerance; of each stretch the shape that is
+// Where the motion stops and where corners are rolled within the tolerance; of each segment the shape that is
 // fastest.
 #include <algorithm>
 #include <cmath>
@@ -11,12 +11,12 @@ namespace {
 constexpr double kRollableCosine = -0.9;  ///< sharper corners (154 degrees and more) are never rolled
 constexpr double kTrialMm = 15.0;  ///< most of the path to either side of a corner on which rolling is tried,
 constexpr double kLeastTrialMm = 2.0,
-                 kTrialStops = 3.0;  ///< which is so many times what stopping there takes, and this
+                 kTrialStops = 3.0;  ///< which is so many times the cost of stopping there, and this
 /// A curve within the tolerance is shorter than the polygon by less than this share, where time is saved by
 /// it.
 constexpr double kShorter = 0.98;
 constexpr double kFastEnough =
-    1.002;  ///< of what the ceilings and limits allow on a line: no other shape is tried
+    1.002;  ///< of the minimum time on a line within all limits: no other shape is tried
 
 constexpr double kLikely =
     0.998;  ///< of the fastest shape so far: who is no faster before it is checked will not win
@@ -26,8 +26,8 @@ std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_
   return std::span<const Point2>(path.points).subspan(from, to - from + 1);
 }
 
-std::span<const double> ceilings(const CleanPath& path, std::size_t from, std::size_t to) {
-  return std::span<const double>(path.ceiling_mm_s).subspan(from, to - from);
+std::span<const double> speed_limits(const CleanPath& path, std::size_t from, std::size_t to) {
+  return std::span<const double>(path.speed_limit_mm_s).subspan(from, to - from);
 }
 
 std::span<const double> yaws(const CleanPath& path, std::size_t from, std::size_t to) {
@@ -44,22 +44,22 @@ double straight_time_s(const CleanPath& path, std::size_t from, std::size_t to, 
     const double dx = path.points[i + 1].x_mm - path.points[i].x_mm,
                  dy = path.points[i + 1].y_mm - path.points[i].y_mm;
     const double step = scale * std::sqrt(dx * dx + dy * dy),
-                 ceiling = std::min(path.ceiling_mm_s[i], limit.rate);
+                 speed_limit = std::min(path.speed_limit_mm_s[i], limit.rate);
     length += step;
-    cruise_s += step / ceiling;
-    fastest = std::max(fastest, ceiling);
+    cruise_s += step / speed_limit;
+    fastest = std::max(fastest, speed_limit);
   }
   straight_motion(length, fastest, limit.acceleration, limit.jerk, work.straight);
   return std::max(cruise_s, work.straight.duration_s() + cruise_s - length / fastest);
 }
 
 void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
-                  CertifiedWork& work, Stretch& out) {
-  const auto plan = [&](Shape shape, double most_s, Stretch& stretch) {
-    stretch.first = from;
-    stretch.last = to;
-    plan_stretch(part(path, from, to), ceilings(path, from, to), yaws(path, from, to), shape, most_s, task,
-                 work, stretch);
+                  CertifiedWork& work, StopSegment& out) {
+  const auto plan = [&](Shape shape, double most_s, StopSegment& segment) {
+    segment.first = from;
+    segment.last = to;
+    plan_segment(part(path, from, to), speed_limits(path, from, to), yaws(path, from, to), shape, most_s,
+                 task, work, segment);
   };
   plan(Shape::kRamped, kNever_s, out);
   const PlanOptions& options = task.options;
@@ -89,14 +89,15 @@ bool rollable(const CleanPath& path, std::size_t i) {
 /// How far from a corner on either side stopping there still shows.
 double trial_mm(const CleanPath& path, std::size_t corner, const CertifiedTask& task) {
   const RateLimits& limit = task.limits.position;
-  const double v = std::min(limit.rate, std::max(path.ceiling_mm_s[corner - 1], path.ceiling_mm_s[corner]));
+  const double v =
+      std::min(limit.rate, std::max(path.speed_limit_mm_s[corner - 1], path.speed_limit_mm_s[corner]));
   const double stop_s = v * limit.jerk > limit.acceleration * limit.acceleration
                             ? v / limit.acceleration + limit.acceleration / limit.jerk
                             : 2.0 * std::sqrt(v / limit.jerk);
   return std::min(kTrialMm, kLeastTrialMm + kTrialStops * 0.5 * v * stop_s);
 }
 
-/// Whether the corner at stops[k] is faster rolled than stopped at, judged on the path near it.
+/// True if rolling the corner at stops[k] is faster than stopping there, estimated on the path near it.
 bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, std::size_t k,
                   const CertifiedTask& task, CertifiedWork& work) {
   const std::size_t corner = stops[k];
@@ -111,8 +112,8 @@ bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, 
   while (to < stops[k + 1] && !far(to)) ++to;
   const auto plan = [&](std::size_t a, std::size_t b) {
     work.corner_trial.first = a;
-    plan_stretch(part(path, a, b), ceilings(path, a, b), yaws(path, a, b), Shape::kRamped, 0.0, task, work,
-                 work.corner_trial);
+    plan_segment(part(path, a, b), speed_limits(path, a, b), yaws(path, a, b), Shape::kRamped, 0.0, task,
+                 work, work.corner_trial);
     return work.corner_trial.duration_s();
   };
   const double rolling = plan(from, to);
@@ -123,11 +124,11 @@ bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, 
   return rolling < plan(from, corner) + plan(corner, to);
 }
 
-/// Plans between the stops into `out`; what another candidate has planned is taken from there. Returns the
+/// Plans between the stops into `out`. Segments that another candidate has planned are reused. Returns the
 /// duration, or at once something larger than `most_s` where it takes longer.
 double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, const CertifiedTask& task,
-                CertifiedWork& work, std::vector<Stretch>& out, double most_s = 1e300,
-                const std::vector<Stretch>* planned = nullptr, std::size_t planned_count = 0) {
+                CertifiedWork& work, std::vector<StopSegment>& out, double most_s = 1e300,
+                const std::vector<StopSegment>* planned = nullptr, std::size_t planned_count = 0) {
   if (out.size() + 1 < stops.size()) out.resize(stops.size() - 1);
   double total = 0.0;
   std::size_t at = 0;
@@ -144,12 +145,12 @@ double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, co
 
 }  // namespace
 
-std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
+std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
   std::vector<std::size_t> corners;
   split_points(path.points, std::cos(task.options.split_angle_rad), corners);
   corners = with_stops(corners, path);
   if (!(task.options.tolerance_mm > 0.0) || corners.size() == 2) {
-    plan_all(path, corners, task, work, work.stretches);
+    plan_all(path, corners, task, work, work.segments);
     return corners.size() - 1;
   }
   // three candidates: roll where the neighbourhood says so, roll every corner that can be, stop at every
@@ -166,15 +167,15 @@ std::size_t plan_stretches(const CleanPath& path, const CertifiedTask& task, Cer
   double least = 1e300;
   std::size_t count = 0;
   const auto consider = [&](const std::vector<std::size_t>& stops, bool fallback) {
-    const double total = plan_all(path, stops, task, work, work.candidate, least, &work.stretches, count);
+    const double total = plan_all(path, stops, task, work, work.candidate, least, &work.segments, count);
     const auto end = work.candidate.begin() + std::ptrdiff_t(stops.size() - 1);
-    const bool inside = total < least && std::all_of(work.candidate.begin(), end, [&](const Stretch& s) {
+    const bool inside = total < least && std::all_of(work.candidate.begin(), end, [&](const StopSegment& s) {
                           return s.deviation_mm <= task.options.tolerance_mm;
                         });
     if (!inside && !(fallback && count == 0)) return;
     least = total;
     count = stops.size() - 1;
-    std::swap(work.candidate, work.stretches);
+    std::swap(work.candidate, work.segments);
   };
   const auto stopping_s = [&] {
     double sum = 0.0;

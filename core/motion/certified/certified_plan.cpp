@@ -1,4 +1,4 @@
-// From stretches to a trajectory: whole ticks, samples, certificate.
+// From segments to a trajectory: whole ticks, samples, certificate.
 #include <algorithm>
 #include <cmath>
 
@@ -32,10 +32,11 @@ Placement placement(const PathInput& input, const CleanPath& path) {
   return place;
 }
 
-/// The posture is chosen on some of the points first: every sample's joints are checked later in any case.
-Posture posture(const CleanPath& path, const PathInput& input, const Arm& arm) {
+/// The arm configuration is chosen on some of the points first: every sample's joints are checked later in
+/// any case.
+ArmConfiguration configuration(const CleanPath& path, const PathInput& input, const Arm& arm) {
   constexpr std::size_t kEvery = 16;
-  if (path.points.size() < 4 * kEvery) return posture_for(path, input, arm);
+  if (path.points.size() < 4 * kEvery) return configuration_for(path, input, arm);
   CleanPath some;
   for (std::size_t i = 0; i < path.points.size();
        i +=
@@ -44,7 +45,7 @@ Posture posture(const CleanPath& path, const PathInput& input, const Arm& arm) {
     some.source.push_back(path.source[i]);
     if (!path.yaw_rad.empty()) some.yaw_rad.push_back(path.yaw_rad[i]);
   }
-  return posture_for(some, input, arm);
+  return configuration_for(some, input, arm);
 }
 
 void require(bool good, const char* what, double value, double bound) {
@@ -67,39 +68,39 @@ void check_options(const PlanOptions& options) {
 }
 
 /// A motion of more ticks than memory holds is refused before it is planned: it takes at least its length
-/// over its ceiling. Differences of samples closer than kLeastTickS show the rounding of their values.
+/// over its speed limit. Differences of samples closer than kLeastTickS show the rounding of their values.
 void check_ticks(const CleanPath& path, const MotionLimits& limits, const PlanOptions& options) {
   constexpr double kLeastTickS = 1e-5;
   double least_s = 0.0;
   for (std::size_t i = 0; i + 1 < path.points.size(); ++i) {
     const double dx = path.points[i + 1].x_mm - path.points[i].x_mm,
                  dy = path.points[i + 1].y_mm - path.points[i].y_mm;
-    least_s += std::sqrt(dx * dx + dy * dy) / std::min(path.ceiling_mm_s[i], limits.position.rate);
+    least_s += std::sqrt(dx * dx + dy * dy) / std::min(path.speed_limit_mm_s[i], limits.position.rate);
   }
   whole_ticks(least_s, options.tick_s);
   if (options.trace_step_s > 0.0) whole_ticks(least_s, options.trace_step_s);
   require(options.tick_s >= kLeastTickS, "tick", options.tick_s, kLeastTickS);
 }
 
-/// The emitted motion: stretches one after another, all of it slowed down by `slow`.
+/// The emitted motion: segments one after another, all of it slowed down by `slow`.
 class Emission {
  public:
-  Emission(std::size_t stretches, const CertifiedTask& task, CertifiedWork& work) : task_(task), work_(work) {
+  Emission(std::size_t segments, const CertifiedTask& task, CertifiedWork& work) : task_(task), work_(work) {
     start_.assign(1, 0.0);
-    for (std::size_t k = 0; k < stretches; ++k)
-      start_.push_back(start_.back() + work.stretches[k].duration_s());
+    for (std::size_t k = 0; k < segments; ++k)
+      start_.push_back(start_.back() + work.segments[k].duration_s());
   }
   double duration_s() const { return start_.back(); }
-  double start_s(std::size_t stretch) const { return start_[stretch]; }
+  double start_s(std::size_t segment) const { return start_[segment]; }
 
-  /// Calls use(first sample, batch, tool, joint, stretch) for the instants n * step <= the end, stretch by
-  /// stretch.
+  /// Calls use(first sample, batch, tool, joint, segment) for the instants n * step <= the end, segment by
+  /// segment.
   template <class Use>
   void at_step(double step, double slow, std::size_t count, int joints, Use&& use) {
     std::size_t n = 0;
     for (std::size_t k = 0; k + 1 < start_.size(); ++k) {
-      const Stretch& stretch = work_.stretches[k];
-      const TimedMotion& motion = stretch.motion;
+      const StopSegment& segment = work_.segments[k];
+      const TimedMotion& motion = segment.motion;
       StateBatch& batch = work_.batch;
       batch.clear();
       const std::size_t first = n;
@@ -107,20 +108,20 @@ class Emission {
       const double end = k + 2 == start_.size() ? 1e300 : start_[k + 1];
       for (; n < count && double(n) * step / slow < end; ++n) {
         const double at =
-            std::clamp((double(n) * step / slow - start_[k]) / stretch.factor, 0.0, motion.t.back());
+            std::clamp((double(n) * step / slow - start_[k]) / segment.factor, 0.0, motion.t.back());
         while (piece + 1 < motion.pieces() && at >= motion.t[piece + 1]) ++piece;
         const PathState q = motion.state(piece, at);
-        while (cell + 1 < stretch.curve.cells() && q.s >= stretch.curve.s[cell + 1]) ++cell;
+        while (cell + 1 < segment.curve.cells() && q.s >= segment.curve.s[cell + 1]) ++cell;
         batch.state.push_back(q);
         batch.cell.push_back(cell);
         batch.time.push_back(at);
       }
       if (batch.size() == 0) continue;
-      if (auto fault = sample_motion(stretch.curve, batch, task_.arm, task_.placement, joints, true,
+      if (auto fault = sample_motion(segment.curve, batch, task_.arm, task_.placement, joints, true,
                                      work_.tool, work_.joint, work_.flange)) {
         throw MotionError(*fault);
       }
-      use(first, stretch, batch, start_[k]);
+      use(first, segment, batch, start_[k]);
     }
   }
 
@@ -145,7 +146,7 @@ RatioTable emit(Emission& emission, const PathInput& input, const CertifiedTask&
   result.yaw_rad.resize(task.placement.turning ? count : 0);
   RatioTable table;
   emission.at_step(task.options.tick_s, slow, count, axes,
-                   [&](std::size_t first, const Stretch& stretch, const StateBatch& batch, double start) {
+                   [&](std::size_t first, const StopSegment& segment, const StateBatch& batch, double start) {
                      for (std::size_t n = 0; n < batch.size(); ++n) {
                        for (int j = 0; j < axes; ++j)
                          trajectory.positions[(first + n) * std::size_t(axes) + std::size_t(j)] =
@@ -154,11 +155,11 @@ RatioTable emit(Emission& emission, const PathInput& input, const CertifiedTask&
                        if (task.placement.turning) result.yaw_rad[first + n] = work.tool.of(kYaw, 0)[n];
                      }
                      RatioTable here;
-                     add_ratios(stretch.curve, batch, work.tool, work.joint, task.groups, here);
-                     here.stretch(stretch.factor);
+                     add_ratios(segment.curve, batch, work.tool, work.joint, task.groups, here);
+                     here.scale_time(segment.factor);
                      table.merge(here, start);
                    });
-  table.stretch(slow);
+  table.scale_time(slow);
   return table;
 }
 
@@ -171,10 +172,10 @@ void trace(Emission& emission, const PathInput& input, const CertifiedTask& task
   double length = 0.0;
   std::size_t before = 0;
   emission.at_step(step, slow, count, std::max(task.joints, 1),
-                   [&](std::size_t first, const Stretch& stretch, const StateBatch& batch, double) {
-                     const std::size_t here = std::size_t(&stretch - work.stretches.data());
-                     for (; before < here; ++before) length += work.stretches[before].curve.s.back();
-                     const double scale = 1.0 / (stretch.factor * slow);
+                   [&](std::size_t first, const StopSegment& segment, const StateBatch& batch, double) {
+                     const std::size_t here = std::size_t(&segment - work.segments.data());
+                     for (; before < here; ++before) length += work.segments[before].curve.s.back();
+                     const double scale = 1.0 / (segment.factor * slow);
                      for (std::size_t n = 0; n < batch.size(); ++n) {
                        TraceSample& sample = result.trace[first + n];
                        sample.t_s = double(first + n) * step;
@@ -195,7 +196,7 @@ void trace(Emission& emission, const PathInput& input, const CertifiedTask& task
 /// The arm refused a flange position of the curve: names the input's nearest point, in the input's frame.
 Fault in_input(Fault fault, const CleanPath& path, const PathInput& input, const Placement& place) {
   if (fault.reason == Reason::kNoSolution) return fault;
-  if (fault.reason == Reason::kAstray) {
+  if (fault.reason == Reason::kPathDeviation) {
     fault.index = path.source[fault.index];
     fault.at = input.points[fault.index];
     return fault;
@@ -215,26 +216,26 @@ Fault in_input(Fault fault, const CleanPath& path, const PathInput& input, const
   return fault;
 }
 
-/// From planned stretches to the result: whole ticks, samples, certificate, trace.
-void finish(const PathInput& input, const CertifiedTask& task, std::size_t stretches, CertifiedWork& work,
+/// From planned segments to the result: whole ticks, samples, certificate, trace.
+void finish(const PathInput& input, const CertifiedTask& task, std::size_t segments, CertifiedWork& work,
             PlanResult& result) {
   const PlanOptions& options = task.options;
   const Arm& arm = task.arm;
-  Emission emission(stretches, task, work);
+  Emission emission(segments, task, work);
   result.continuous_s = emission.duration_s();
   RatioTable inside;
   double start = 0.0;
   Certificate& certificate = result.trajectory.certificate;
-  for (std::size_t k = 0; k < stretches; ++k) {
-    const Stretch& stretch = work.stretches[k];
-    RatioTable here = stretch.ratios;
-    here.stretch(stretch.factor);
+  for (std::size_t k = 0; k < segments; ++k) {
+    const StopSegment& segment = work.segments[k];
+    RatioTable here = segment.ratios;
+    here.scale_time(segment.factor);
     inside.merge(here, start);
-    start += stretch.duration_s();
-    certificate.lower_bound_s += options.lower_bound ? stretch.bound_s : 0.0;
-    result.deviation_mm = std::max(result.deviation_mm, stretch.deviation_mm);
+    start += segment.duration_s();
+    certificate.lower_bound_s += options.lower_bound ? segment.bound_s : 0.0;
+    result.deviation_mm = std::max(result.deviation_mm, segment.deviation_mm);
   }
-  result.stops = stretches - 1;
+  result.stops = segments - 1;
   Trajectory& trajectory = result.trajectory;
   trajectory.tick_s = options.tick_s;
   trajectory.axes = arm.joints();
@@ -248,13 +249,13 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t stret
       needed = slow * factor;
       continue;
     }
-    inside.stretch(slow);
+    inside.scale_time(slow);
     seen.merge(inside, 0.0);
     seen.merge(difference_ratios(trajectory, result.tool, result.yaw_rad, task.groups), 0.0);
     fill_certificate(seen, task.groups, arm, certificate);
     certificate.duration_s = double(ticks) * options.tick_s;
-    for (std::size_t k = 1; k < stretches; ++k)
-      result.rests.push_back(std::size_t(std::llround(slow * emission.start_s(k) / options.tick_s)));
+    for (std::size_t k = 1; k < segments; ++k)
+      result.stop_samples.push_back(std::size_t(std::llround(slow * emission.start_s(k) / options.tick_s)));
     if (options.trace_step_s > 0.0) trace(emission, input, task, work, slow, result);
     break;
   }
@@ -267,11 +268,11 @@ double farthest_mm(const PlanOptions& options) {
   return options.tolerance_mm + 0.5 * options.curvature_ramp_mm + kSagittaMm;
 }
 
-void keep_near(const Stretch& stretch, const PlanOptions& options) {
-  if (stretch.deviation_mm <= farthest_mm(options)) return;
-  Fault fault(Reason::kAstray);
-  fault.index = stretch.first;
-  fault.value = stretch.deviation_mm;
+void keep_near(const StopSegment& segment, const PlanOptions& options) {
+  if (segment.deviation_mm <= farthest_mm(options)) return;
+  Fault fault(Reason::kPathDeviation);
+  fault.index = segment.first;
+  fault.value = segment.deviation_mm;
   fault.bound = farthest_mm(options);
   throw MotionError(fault);
 }
@@ -282,15 +283,15 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
   check_limits(limits, arm.joints());
   const CleanPath path = clean(input);
   check_ticks(path, limits, options);
-  const Posture chosen = posture(path, input, arm);
+  const ArmConfiguration chosen = configuration(path, input, arm);
   CertifiedTask task{arm, limits, options, placement(input, path), limited_joints(limits, arm.joints()), {}};
   task.groups = row_groups(limits, task.joints, task.placement.turning);
   PlanResult result;
-  result.posture = task.placement.posture = chosen;
+  result.configuration = task.placement.configuration = chosen;
   try {
-    const std::size_t stretches = plan_stretches(path, task, work);
-    for (std::size_t k = 0; k < stretches; ++k) keep_near(work.stretches[k], options);
-    finish(input, task, stretches, work, result);
+    const std::size_t segments = plan_segments(path, task, work);
+    for (std::size_t k = 0; k < segments; ++k) keep_near(work.segments[k], options);
+    finish(input, task, segments, work, result);
   } catch (const MotionError& error) {
     throw MotionError(in_input(error.fault(), path, input, task.placement));
   }

@@ -28,7 +28,10 @@ void largest_differences(const double* a, const double* b, std::size_t stride, s
     }
     for (int k = 0; k < 3; ++k) {
       const double r = std::sqrt(square[k]) / limits[k];
-      if (r > ratio[k]) ratio[k] = r, time[k] = tick * double(n < 0 ? 0 : n);
+      if (r > ratio[k]) {
+        ratio[k] = r;
+        time[k] = tick * double(n < 0 ? 0 : n);
+      }
     }
   }
 }
@@ -70,7 +73,7 @@ void fill_certificate(const RatioTable& table, const RowGroups& groups, const Ar
         certificate.limits.push_back({group.of == Quantity::kTotal ? total[k] : whose + other[k],
                                       table.ratio[g][k], table.time_s[g][k]});
   }
-  if (table.ceiling > 0.0) certificate.limits.push_back({"speed ceiling", table.ceiling, 0.0});
+  if (table.speed_limit > 0.0) certificate.limits.push_back({"speed ceiling", table.speed_limit, 0.0});
 }
 
 }  // namespace firn::motion

@@ -95,9 +95,10 @@ std::size_t arc_run(std::span<const Point2> p, std::size_t i, double sagitta_mm,
   std::size_t bad = std::min(i + step, p.size());
   while (bad - good > 1) {
     const std::size_t middle = good + (bad - good) / 2;
-    if (on_circle(p, i, middle, sagitta_mm, trial))
-      good = middle, circle = trial;
-    else
+    if (on_circle(p, i, middle, sagitta_mm, trial)) {
+      good = middle;
+      circle = trial;
+    } else
       bad = middle;
   }
   return good;
@@ -120,7 +121,10 @@ void set_line(CurvePiece& piece, Point2 from, Point2 to) {
   const Vec v = to - from;
   piece.length_mm = norm(v);
   piece.start = from;
-  if (piece.length_mm > 0.0) piece.tx = v.x / piece.length_mm, piece.ty = v.y / piece.length_mm;
+  if (piece.length_mm > 0.0) {
+    piece.tx = v.x / piece.length_mm;
+    piece.ty = v.y / piece.length_mm;
+  }
   piece.curvature = 0.0;
 }
 

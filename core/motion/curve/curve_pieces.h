@@ -1,5 +1,6 @@
-// From points to lines and arcs. A path arrives as points (dense samples of lines and arcs, or a polygon);
-// its exact geometry decides where the curvature jumps and therefore how fast it may be followed.
+// recognise() computes lines and arcs from the points of a path. A path arrives as points (dense samples of
+// lines and arcs, or a polygon). Its exact geometry determines where the curvature jumps and therefore how
+// fast it may be followed.
 #pragma once
 
 #include <cstddef>
@@ -24,8 +25,8 @@ struct CurvePiece {
   Point2 tangent(double s_mm) const;
 };
 
-/// Points within this distance of one line or circle are one piece; that is also the bound of what
-/// recognition may move (in addition to the arc's own sagitta over its chords, at most kSagittaMm).
+/// Points within this distance of one line or circle are one piece; that is also the bound of the
+/// displacement by recognition (in addition to the arc's own sagitta over its chords, at most kSagittaMm).
 inline constexpr double kRecogniseMm = 2e-5;
 inline constexpr double kSagittaMm = 0.03;
 

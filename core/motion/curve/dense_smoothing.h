@@ -1,5 +1,6 @@
-// Densely sampled free-form paths within a tolerance: vertices that scatter by micrometres ask for curvature
-// that nobody meant, and are followed slowly. With a tolerance they may move.
+// smooth_dense() computes smoothed points of densely sampled free-form paths within a tolerance: vertices
+// that scatter by micrometres cause unintended curvature, and are followed slowly. With a tolerance they may
+// move.
 #pragma once
 
 #include <span>

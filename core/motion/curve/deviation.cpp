@@ -41,7 +41,7 @@ double deviation(std::span<const Point2> samples, std::span<const Point2> path) 
 }
 
 double deviation(const Curve& curve, std::span<const Point2> points, std::vector<double>& length) {
-  constexpr double window = 1.0;  // mm of path to either side in which the nearest segment is looked for
+  constexpr double window = 1.0;  // mm of path to either side in which the nearest segment is searched
   length.assign(points.size(), 0.0);
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const double dx = points[i + 1].x_mm - points[i].x_mm, dy = points[i + 1].y_mm - points[i].y_mm;

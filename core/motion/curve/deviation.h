@@ -1,4 +1,4 @@
-// How far a curve leaves the path that it follows.
+// deviation() computes the largest distance of a curve from the path that it follows.
 #pragma once
 
 #include <span>

@@ -12,20 +12,20 @@ constexpr double kSmallTurn = 1e-9;
 
 double norm(double x, double y) { return std::sqrt(x * x + y * y); }
 
-double sagitta_mm(const CurveSpec& spec) {
+double sagitta_mm(const CurveOptions& spec) {
   return spec.held_sagitta_mm > 0.0 ? spec.held_sagitta_mm : kSagittaMm;
 }
 
-/// Half length of the ramp of a jump: w / 2, or what the tolerance allows, w = sqrt(24 R tolerance).
-double half_ramp(const CurveSpec& spec, double curvature) {
+/// Half length of the ramp of a jump: w / 2, or by the tolerance, w = sqrt(24 R tolerance).
+double half_ramp(const CurveOptions& spec, double curvature) {
   if (spec.tolerance_mm <= 0.0 || curvature <= 0.0) return 0.5 * spec.ramp_mm;
   const double allowed = std::sqrt(24.0 * spec.tolerance_mm / curvature);
   return 0.5 * (spec.held_sagitta_mm > 0.0 ? allowed : std::max(spec.ramp_mm, allowed));
 }
 
-/// Pieces between two long lines share one ramp length, the smallest that any of them asks for: the
+/// Pieces between two long lines share one ramp length, the smallest that any of them requires: the
 /// convolution has one width wherever it moves the base.
-void set_ramps(const CurveSpec& spec, CurveWork& work) {
+void set_ramps(const CurveOptions& spec, CurveWork& work) {
   const auto& pieces = work.pieces;
   for (std::size_t from = 0; from < pieces.size();) {
     if (pieces[from].curvature == 0.0) {
@@ -45,7 +45,7 @@ void set_ramps(const CurveSpec& spec, CurveWork& work) {
 }
 
 /// Joint k is where piece k starts; joints 0 and n are the ends.
-void set_joints(const CurveSpec& spec, CurveWork& work) {
+void set_joints(const CurveOptions& spec, CurveWork& work) {
   const auto& pieces = work.pieces;
   const std::size_t n = pieces.size();
   work.joints.assign(n + 1, {});
@@ -150,7 +150,7 @@ double hat_shift(double x, double half) {
   return y > 0.0 ? y * y * y / (6.0 * half * half) : 0.0;
 }
 
-void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work) {
+void build_curve(std::span<const Point2> points, const CurveOptions& spec, CurveWork& work) {
   recognise(points, sagitta_mm(spec), work.pieces);
   set_joints(spec, work);
   Curve& coarse = work.coarse;
@@ -188,6 +188,44 @@ Point2 Curve::at(std::size_t i, double at_mm) const {
   const double bow_left = v * (v * v * over - h) / 6.0, bow_right = u * (u * u * over - h) / 6.0;
   return {(v * x[i] + u * x[i + 1]) * over + bow_left * xx[i] + bow_right * xx[i + 1],
           (v * y[i] + u * y[i + 1]) * over + bow_left * yy[i] + bow_right * yy[i + 1]};
+}
+
+void place_yaw(std::span<const Point2> points, const CurveOptions& spec, CurveWork& work) {
+  work.yaw_s.clear();
+  work.yaw_half.clear();
+  if (spec.yaw.empty()) return;
+  auto& s = work.yaw_s;
+  s.assign(points.size(), 0.0);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double dx = points[i].x_mm - points[i - 1].x_mm, dy = points[i].y_mm - points[i - 1].y_mm;
+    s[i] = s[i - 1] + std::sqrt(dx * dx + dy * dy);
+  }
+  const double scale = work.offset.back() / s.back();
+  for (double& at : s) at *= scale;
+  work.yaw_half.assign(points.size(), 0.0);
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    const double room = std::min(s[i] - s[i - 1], s[i + 1] - s[i]);
+    const double before = (spec.yaw[i] - spec.yaw[i - 1]) / (s[i] - s[i - 1]),
+                 after = (spec.yaw[i + 1] - spec.yaw[i]) / (s[i + 1] - s[i]);
+    if (before != after && room >= 2.0 * spec.ramp_mm) work.yaw_half[i] = std::min(spec.ramp_mm, 0.5 * room);
+  }
+}
+
+void sample_yaw(const CurveOptions& spec, CurveWork& work, Curve& curve) {
+  curve.yaw.clear();
+  curve.yaw2.clear();
+  if (spec.yaw.empty()) return;
+  const auto& s = work.yaw_s;
+  const auto slope = [&](std::size_t i) { return (spec.yaw[i + 1] - spec.yaw[i]) / (s[i + 1] - s[i]); };
+  std::size_t i = 0;
+  for (const double at : curve.s) {
+    while (i + 2 < s.size() && at >= s[i + 1]) ++i;
+    double yaw = spec.yaw[i] + slope(i) * (at - s[i]);
+    for (std::size_t k = std::max<std::size_t>(i, 1); k <= i + 1 && k + 1 < s.size(); ++k)
+      if (work.yaw_half[k] > 0.0) yaw += (slope(k) - slope(k - 1)) * hat_shift(at - s[k], work.yaw_half[k]);
+    curve.yaw.push_back(yaw);
+  }
+  spline(curve.s, curve.yaw, 0.0, 0.0, curve.yaw2, work.sweep);
 }
 
 }  // namespace firn::motion

@@ -1,5 +1,5 @@
-// The curve that is followed: twice continuously differentiable, piecewise cubic, with curvature jumps ramped
-// over w.
+// build_curve() computes the curve that is followed: twice continuously differentiable, piecewise cubic, with
+// curvature jumps ramped over w.
 //
 // Base: lines and arcs (core/motion/curve_pieces.h). Ramped curve = base convolved with a box of width w:
 //   r(s) = mean of the base over [s - w/2, s + w/2].
@@ -9,8 +9,7 @@
 // half width w: shift (T2 - T1) (w - |x|)^3 / (6 w^2), at most |T2 - T1| w / 6. Vertices of a polygon sampled
 // more densely than 2 w are interpolated: curvature is then linear between them, as in the thesis's sampling
 // at constant spacing. The shift vanishes at both ends, which are points of the path.
-//
-// What is followed is the C2 cubic spline through that curve at its knots: r' is quadratic, r'' linear, r'''
+// The motion follows the C2 cubic spline through that curve at its knots: r' is quadratic, r'' linear, r'''
 // constant in each cell, exactly; nothing else is approximated afterwards.
 #pragma once
 
@@ -38,19 +37,19 @@ struct CellSizes {
 };
 
 struct Curve {
-  std::vector<double> s;          ///< knots [mm], s[0] = 0
-  std::vector<double> x, y;       ///< positions at the knots
-  std::vector<double> xx, yy;     ///< second derivatives at the knots
-  std::vector<double> yaw, yaw2;  ///< of the tool at the knots and its second derivative; empty = constant
-  std::vector<double> ceiling;    ///< largest path speed in each cell (knots - 1), mm/s
-  bool straight = false;          ///< one line
+  std::vector<double> s;            ///< knots [mm], s[0] = 0
+  std::vector<double> x, y;         ///< positions at the knots
+  std::vector<double> xx, yy;       ///< second derivatives at the knots
+  std::vector<double> yaw, yaw2;    ///< of the tool at the knots and its second derivative; empty = constant
+  std::vector<double> speed_limit;  ///< largest path speed in each cell (knots - 1), mm/s
+  bool straight = false;            ///< one line
 
   std::size_t cells() const { return s.empty() ? 0 : s.size() - 1; }
   /// Position in cell i at s_mm.
   Point2 at(std::size_t cell, double s_mm) const;
 };
 
-struct CurveSpec {
+struct CurveOptions {
   double ramp_mm = 0.4;
   double tolerance_mm =
       0.0;  ///< > 0: each ramp as long as this deviation allows; corners of any angle are rolled
@@ -85,21 +84,21 @@ struct CurveWork {
   Curve coarse;
 };
 
-/// The spline of one stretch between two stops, into work.coarse (without ceilings).
-void build_curve(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work);
+/// The spline of one segment between two stops, into work.coarse (without speed limits).
+void build_curve(std::span<const Point2> points, const CurveOptions& spec, CurveWork& work);
 
-/// Parts of build_curve (path_yaw.cpp): where the points are along the curve and how far each kink of the yaw
+/// Parts of build_curve: where the points are along the curve and how far each kink of the yaw
 /// is rounded; the yaw's C2 cubic spline at the knots. A kink is rounded by the hat of half width w, as
 /// corners of the path are: off by at most (jump of the slope) w / 6; points closer than 2 w are
 /// interpolated.
-void place_yaw(std::span<const Point2> points, const CurveSpec& spec, CurveWork& work);
-void sample_yaw(const CurveSpec& spec, CurveWork& work, Curve& curve);
+void place_yaw(std::span<const Point2> points, const CurveOptions& spec, CurveWork& work);
+void sample_yaw(const CurveOptions& spec, CurveWork& work, Curve& curve);
 
 /// Shift of a unit kink at distance x under the hat of half width `half`: (half - |x|)^3 / (6 half^2).
 double hat_shift(double x, double half);
 
 /// Part of build_curve: where the spline's knots are.
-void place_knots(const CurveSpec& spec, CurveWork& work, std::vector<double>& knots);
+void place_knots(const CurveOptions& spec, CurveWork& work, std::vector<double>& knots);
 
 /// work.coarse with cells as the speed profile needs them: the same curve, more knots.
 void refine(const CellSizes& sizes, CurveWork& work, Curve& fine);
@@ -108,9 +107,9 @@ void refine(const CellSizes& sizes, CurveWork& work, Curve& fine);
 void divide(const CellSizes& sizes, CurveWork& work, std::span<const double> excess, double most,
             Curve& curve);
 
-/// Each cell's ceiling from those of the segments of `points` (empty = none).
-void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work,
-                 Curve& curve);
+/// Each cell's speed limit from those of the segments of `points` (empty = none).
+void set_speed_limit(std::span<const Point2> points, std::span<const double> speed_limit, CurveWork& work,
+                     Curve& curve);
 
 /// Natural or clamped-curvature cubic spline: second derivatives `m` of the C2 cubic through (s, f), given m
 /// at the ends.

@@ -1,4 +1,4 @@
-// Where the cells of a curve begin and end, the spline through the knots, and the speed ceiling of each cell.
+// Where the cells of a curve begin and end, the spline through the knots, and the speed limit of each cell.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -45,7 +45,7 @@ void thin_vertices(CurveWork& work) {
   }
 }
 
-void set_marks(const CurveSpec& spec, CurveWork& work) {
+void set_marks(const CurveOptions& spec, CurveWork& work) {
   thin_vertices(work);
   auto& marks = work.marks;
   const CellSizes& sizes = spec.sizes;
@@ -70,7 +70,7 @@ void set_marks(const CurveSpec& spec, CurveWork& work) {
       marks.push_back({at + half * (2.0 * k / sizes.ramp_cells - 1.0),
                        k == 0 || k == sizes.ramp_cells ? sizes.ramp_exit_mm : kNoWish, sizes.growth});
   }
-  // a ramp that is wider than what is left of the path ends with it
+  // a ramp that is wider than the rest of the path ends with it
   std::erase_if(marks, [&](const Mark& mark) { return mark.s < 0.0 || mark.s > work.offset.back(); });
   marks.push_back({work.offset.back(), kNoWish, sizes.growth});
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.s < b.s; });
@@ -105,7 +105,7 @@ void fill(Mark from, Mark to, double largest, std::vector<double>& tail, std::ve
 
 }  // namespace
 
-void place_knots(const CurveSpec& spec, CurveWork& work, std::vector<double>& knots) {
+void place_knots(const CurveOptions& spec, CurveWork& work, std::vector<double>& knots) {
   set_marks(spec, work);
   const double total = work.offset.back();
   double shortest = spec.ramp_mm;
@@ -219,13 +219,13 @@ void refine(const CellSizes& sizes, CurveWork& work, Curve& fine) {
   resample(coarse, fine);
 }
 
-void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling, CurveWork& work,
-                 Curve& curve) {
+void set_speed_limit(std::span<const Point2> points, std::span<const double> speed_limit, CurveWork& work,
+                     Curve& curve) {
   const std::size_t cells = curve.cells();
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  const double first = ceiling.empty() ? kNone : ceiling[0];
-  const bool same = std::all_of(ceiling.begin(), ceiling.end(), [&](double c) { return c == first; });
-  curve.ceiling.assign(cells, same ? first : kNone);
+  const double first = speed_limit.empty() ? kNone : speed_limit[0];
+  const bool same = std::all_of(speed_limit.begin(), speed_limit.end(), [&](double c) { return c == first; });
+  curve.speed_limit.assign(cells, same ? first : kNone);
   if (same) return;
   // position of every input point along the base: within a piece in proportion to the chords
   auto& at = work.point_s;
@@ -237,13 +237,14 @@ void set_ceiling(std::span<const Point2> points, std::span<const double> ceiling
   for (std::size_t i = 0; i + 1 < points.size(); ++i) at[i + 1] = at[i] + chord(i);
   const double scale = work.offset.back() / at.back();
   for (double& s : at) s *= scale;
-  // a segment's ceiling holds on every cell that it touches, with room for what the recognition moved
+  // a segment's speed limit holds on every cell that it touches, with room for the displacement by
+  // recognition
   const double room = 0.5;
   std::size_t from = 0;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     while (from < cells && curve.s[from + 1] < at[i] - room) ++from;
     for (std::size_t c = from; c < cells && curve.s[c] < at[i + 1] + room; ++c)
-      curve.ceiling[c] = std::min(curve.ceiling[c], ceiling[i]);
+      curve.speed_limit[c] = std::min(curve.speed_limit[c], speed_limit[i]);
   }
 }
 

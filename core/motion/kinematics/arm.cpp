@@ -2,10 +2,10 @@
 
 namespace firn::motion {
 
-JointVector Arm::inverse(const TaskVector& pose, const Posture& posture) const {
+JointVector Arm::inverse(const TaskVector& pose, const ArmConfiguration& configuration) const {
   Jets task(kTaskAxes, 1), out(joints(), 1);
   for (int axis = 0; axis < kTaskAxes; ++axis) task.of(axis, 0)[0] = pose[std::size_t(axis)];
-  if (auto fault = inverse(task, posture, out)) throw MotionError(*fault);
+  if (auto fault = inverse(task, configuration, out)) throw MotionError(*fault);
   JointVector q{};
   for (int joint = 0; joint < joints(); ++joint) q[std::size_t(joint)] = out.of(joint, 0)[0];
   return q;

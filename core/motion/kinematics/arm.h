@@ -1,6 +1,6 @@
-// Kinematics of positioning systems. The planners see only `Arm`; SCARA and Cartesian stage are two of its
-// kinds. All work is done in batches (one virtual call per batch). Angles rad, lengths mm, base frame of the
-// arm.
+// Arm computes the kinematics of a positioning system. The planners use only `Arm`; SCARA and Cartesian stage
+// are two of its kinds. All work is done in batches (one virtual call per batch). Angles rad, lengths mm,
+// base frame of the arm.
 #pragma once
 
 #include <array>
@@ -20,11 +20,11 @@ struct JointRange {
   double high = 0.0;
 };
 
-/// Which of the inverse solutions: chosen once per path and kept, so that the joints are continuous.
-struct Posture {
+/// One of the inverse solutions: chosen once per path and kept, so that the joints are continuous.
+struct ArmConfiguration {
   int elbow = 1;      ///< SCARA: +1 = theta_2 > 0, -1 = theta_2 < 0
   int yaw_turns = 0;  ///< whole turns added to the yaw, which unwinds the wrist joint
-  bool operator==(const Posture&) const = default;
+  bool operator==(const ArmConfiguration&) const = default;
 };
 
 class Arm {
@@ -40,13 +40,14 @@ class Arm {
   /// one parameter). Fills out.axes() joints, the first ones; out has been resized by the caller. The ranges
   /// of all joints are checked in any case. Returns the first fault along the batch (index = sample), joints
   /// there unspecified.
-  virtual std::optional<Fault> inverse(const Jets& task, const Posture& posture, Jets& out) const = 0;
+  virtual std::optional<Fault> inverse(const Jets& task, const ArmConfiguration& configuration,
+                                       Jets& out) const = 0;
 
   /// Only the derivatives of inverse (orders 1 to 3), without positions and their ranges, where that is
   /// cheaper.
-  virtual std::optional<Fault> inverse_derivatives(const Jets& task, const Posture& posture,
+  virtual std::optional<Fault> inverse_derivatives(const Jets& task, const ArmConfiguration& configuration,
                                                    Jets& out) const {
-    return inverse(task, posture, out);
+    return inverse(task, configuration, out);
   }
 
   /// Poses of joint motions (all joints, derivatives with respect to one parameter). @pre out is kTaskAxes x
@@ -58,30 +59,32 @@ class Arm {
   virtual Jacobian jacobian(const JointVector& q) const = 0;
   virtual Jacobian jacobian_rate(const JointVector& q, const JointVector& rate) const = 0;
 
-  /// The posture that keeps every joint in range along the whole batch: `preferred` (the posture of the path
-  /// before) if it does, else the first other that does. Fault of the preferred elbow if none does.
-  virtual std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred,
-                                              Posture& chosen) const = 0;
+  /// The arm configuration that keeps every joint in range along the whole batch: `preferred` (the arm
+  /// configuration of the path before) if it does, else the first other that does. Fault of the preferred
+  /// elbow if no configuration does.
+  virtual std::optional<Fault> choose_configuration(const Jets& task, const ArmConfiguration& preferred,
+                                                    ArmConfiguration& chosen) const = 0;
 
   /// One pose; throws MotionError (index 0).
-  JointVector inverse(const TaskVector& pose, const Posture& posture) const;
+  JointVector inverse(const TaskVector& pose, const ArmConfiguration& configuration) const;
   TaskVector forward(const JointVector& q) const;
 };
 
 /// Serial SCARA, RRPR [Barnett 2012, 2 and Table 2-1]: J1, J2 turn, J3 is the vertical stroke, J4 turns the
 /// tool: theta_4 = phi - theta_1 - theta_2 (4.11).
-struct ScaraSpec {
+struct ScaraConfig {
   double link_1_mm = 325.0;
   double link_2_mm = 275.0;
   std::array<JointRange, 4> ranges;  ///< rad, rad, mm, rad
 };
-ScaraSpec cobra600();  ///< 325 / 275 mm, +-105, +-150 deg, 0..210 mm, +-360 deg (720 deg of wrist in all)
-std::unique_ptr<Arm> make_scara(const ScaraSpec& spec);  ///< throws MotionError (kLimitNotPositive, kOption)
+ScaraConfig cobra600();  ///< 325 / 275 mm, +-105, +-150 deg, 0..210 mm, +-360 deg (720 deg of wrist in all)
+std::unique_ptr<Arm> make_scara(
+    const ScaraConfig& spec);  ///< throws MotionError (kLimitNotPositive, kOption)
 
 /// Stage with 2 (x, y) or 3 (x, y, z) axes; yaw is not an axis and must stay constant.
-struct StageSpec {
+struct CartesianConfig {
   std::vector<JointRange> ranges;  ///< mm, 2 or 3 entries
 };
-std::unique_ptr<Arm> make_stage(const StageSpec& spec);
+std::unique_ptr<Arm> make_stage(const CartesianConfig& spec);
 
 }  // namespace firn::motion

@@ -12,9 +12,9 @@ const char* name(Reason reason) {
       return "too few points";
     case Reason::kLimitNotPositive:
       return "limit not positive";
-    case Reason::kCeilingNotPositive:
+    case Reason::kSpeedLimitNotPositive:
       return "speed ceiling not positive";
-    case Reason::kCeilingSize:
+    case Reason::kSpeedLimitSize:
       return "speed ceiling of the wrong size";
     case Reason::kYawSize:
       return "yaws of the wrong size";
@@ -38,7 +38,7 @@ const char* name(Reason reason) {
       return "too long";
     case Reason::kNoSolution:
       return "no solution";
-    case Reason::kAstray:
+    case Reason::kPathDeviation:
       return "the curve leaves the path [mm]";
   }
   return "unknown";

@@ -1,5 +1,5 @@
-// Why a path cannot be planned: one named reason, the point where it happens, the value and the limit it
-// broke.
+// Fault holds the reason why a path cannot be planned, with the point, the value and the limit that it
+// exceeds.
 #pragma once
 
 #include <cstddef>
@@ -14,20 +14,20 @@ enum class Reason {
   kNotFinite,         ///< a coordinate, speed or option is NaN or infinite
   kTooFewPoints,      ///< fewer than two distinct points
   kLimitNotPositive,  ///< a kinematic limit or the tick is zero, negative or NaN
-  kCeilingNotPositive,
-  kYawSize,      ///< the yaws do not have one entry per point
-  kYawJump,      ///< the yaw changes where the tool stays: a turn on the spot is no path
-  kCeilingSize,  ///< the per-point ceiling does not have one entry per point
-  kOption,       ///< a planner option outside its range
-  kReachFar,     ///< beyond the stretched arm
-  kReachNear,    ///< inside the folded arm
-  kSingular,     ///< arm stretched or folded: joint rates have no bound
-  kJointLow,     ///< below a joint's range
-  kJointHigh,    ///< above a joint's range
-  kDespin,       ///< the wrist joint would need more than its whole range on one path
-  kTooLong,      ///< more points or samples than kMostSamples
-  kNoSolution,   ///< no trajectory obeys the limits
-  kAstray,       ///< the curve found leaves the path by more than ramps and rounded corners can explain
+  kSpeedLimitNotPositive,
+  kYawSize,         ///< the yaws do not have one entry per point
+  kYawJump,         ///< the yaw changes where the tool stays: a turn on the spot is no path
+  kSpeedLimitSize,  ///< the per-point speed limit does not have one entry per point
+  kOption,          ///< a planner option outside its range
+  kReachFar,        ///< beyond the stretched arm
+  kReachNear,       ///< inside the folded arm
+  kSingular,        ///< arm stretched or folded: joint rates have no bound
+  kJointLow,        ///< below a joint's range
+  kJointHigh,       ///< above a joint's range
+  kDespin,          ///< the wrist joint would need more than its whole range on one path
+  kTooLong,         ///< more points or samples than kMostSamples
+  kNoSolution,      ///< no trajectory obeys the limits
+  kPathDeviation,   ///< the curve found leaves the path by more than ramps and rounded corners can explain
 };
 
 /// "reach far", "joint high", …

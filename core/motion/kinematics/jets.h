@@ -1,5 +1,5 @@
-// Batches of coordinates with their first three derivatives, and the chain rule that turns derivatives along
-// a path into rates in time.
+// Jets holds batches of coordinates with their first three derivatives, and the chain rule that turns
+// derivatives along a path into rates in time.
 #pragma once
 
 #include <array>

@@ -51,23 +51,23 @@ void check_limits(const MotionLimits& limits, int joints) {
   for (int j = 0; j < joints; ++j) require(limits.joint[std::size_t(j)], "joint", false, j);
 }
 
-void check_ceiling(const SpeedCeiling& ceiling, std::size_t points) {
-  Fault fault{Reason::kCeilingNotPositive};
-  if (!(ceiling.path_mm_s > 0.0)) {
-    fault.value = ceiling.path_mm_s;
+void check_speed_limit(const PathSpeedLimit& speed_limit, std::size_t points) {
+  Fault fault{Reason::kSpeedLimitNotPositive};
+  if (!(speed_limit.path_mm_s > 0.0)) {
+    fault.value = speed_limit.path_mm_s;
     throw MotionError(fault);
   }
-  if (ceiling.point_mm_s.empty()) return;
-  if (ceiling.point_mm_s.size() != points) {
-    fault.reason = Reason::kCeilingSize;
-    fault.value = double(ceiling.point_mm_s.size());
+  if (speed_limit.point_mm_s.empty()) return;
+  if (speed_limit.point_mm_s.size() != points) {
+    fault.reason = Reason::kSpeedLimitSize;
+    fault.value = double(speed_limit.point_mm_s.size());
     fault.bound = double(points);
     throw MotionError(fault);
   }
   for (std::size_t i = 0; i < points; ++i) {
-    if (ceiling.point_mm_s[i] > 0.0) continue;
+    if (speed_limit.point_mm_s[i] > 0.0) continue;
     fault.index = i;
-    fault.value = ceiling.point_mm_s[i];
+    fault.value = speed_limit.point_mm_s[i];
     throw MotionError(fault);
   }
 }

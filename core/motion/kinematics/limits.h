@@ -1,4 +1,4 @@
-// Kinematic limits of a trajectory (4.2) and the speed ceiling along a path.
+// MotionLimits holds the kinematic limits of a trajectory (4.2), PathSpeedLimit the speed limit along a path.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct MotionLimits {
 /// (4.10): J1 33/165/1320, J2 39/195/1560 deg, total 125 mm/s, 500 mm/s^2, 4000 mm/s^3; others unlimited.
 MotionLimits cobra600_limits();
 
-/// Number of leading joints with any finite limit: what a planner must compute.
+/// Number of leading joints with any finite limit, which a planner must compute.
 int limited_joints(const MotionLimits& limits, int joints);
 
 /// Throws MotionError (kLimitNotPositive, naming the limit) unless every limit is > 0 and the position's are
@@ -39,12 +39,12 @@ void check_limits(const MotionLimits& limits, int joints);
 
 /// Upper bound of the path speed besides the limits: for the whole path, and per point of the input path
 /// (empty = no such bound; between two points the smaller of their values holds).
-struct SpeedCeiling {
+struct PathSpeedLimit {
   double path_mm_s = kUnlimited;
   std::vector<double> point_mm_s;
 };
 
-/// Throws MotionError (kCeilingSize, kCeilingNotPositive) unless it fits a path of `points` points.
-void check_ceiling(const SpeedCeiling& ceiling, std::size_t points);
+/// Throws MotionError (kSpeedLimitSize, kSpeedLimitNotPositive) unless it fits a path of `points` points.
+void check_speed_limit(const PathSpeedLimit& speed_limit, std::size_t points);
 
 }  // namespace firn::motion

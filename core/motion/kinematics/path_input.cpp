@@ -79,11 +79,11 @@ bool yaw_varies(const PathInput& in) {
 CleanPath clean(const PathInput& in) {
   require_finite(in);
   const bool turning = yaw_varies(in);
-  check_ceiling(in.ceiling, in.points.size());
+  check_speed_limit(in.speed_limit, in.points.size());
   require_stops(in);
-  const bool per_point = !in.ceiling.point_mm_s.empty();
+  const bool per_point = !in.speed_limit.point_mm_s.empty();
   CleanPath path;
-  std::vector<double> ceiling;
+  std::vector<double> speed_limit;
   std::size_t stop = 0;
   const auto note_stop = [&](std::size_t k) {
     if (stop == in.stops.size() || in.stops[stop] != k) return;
@@ -95,14 +95,15 @@ CleanPath clean(const PathInput& in) {
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = k % in.points.size();
     const Point2 p{in.points[i].x_mm + in.origin.x_mm, in.points[i].y_mm + in.origin.y_mm};
-    const double limit = std::min(in.ceiling.path_mm_s, per_point ? in.ceiling.point_mm_s[i] : kUnlimited);
+    const double limit =
+        std::min(in.speed_limit.path_mm_s, per_point ? in.speed_limit.point_mm_s[i] : kUnlimited);
     if (!path.points.empty()) {
       const double dx = p.x_mm - path.points.back().x_mm, dy = p.y_mm - path.points.back().y_mm;
       if (std::sqrt(dx * dx + dy * dy) <= kSamePointMm) {
         constexpr double kSameYaw = 1e-9;
         if (turning && std::abs(yaw_at(in, k) - path.yaw_rad.back()) > kSameYaw)
           refuse_yaw(Reason::kYawJump, in, i, yaw_at(in, k), path.yaw_rad.back());
-        ceiling.back() = std::min(ceiling.back(), limit);
+        speed_limit.back() = std::min(speed_limit.back(), limit);
         note_stop(k);
         continue;
       }
@@ -110,7 +111,7 @@ CleanPath clean(const PathInput& in) {
     path.points.push_back(p);
     path.source.push_back(i);
     if (turning) path.yaw_rad.push_back(yaw_at(in, k));
-    ceiling.push_back(limit);
+    speed_limit.push_back(limit);
     note_stop(k);
   }
   if (!path.stops.empty() && path.stops.back() + 1 == path.points.size()) path.stops.pop_back();
@@ -122,7 +123,7 @@ CleanPath clean(const PathInput& in) {
     throw MotionError(fault);
   }
   for (std::size_t i = 0; i + 1 < path.points.size(); ++i)
-    path.ceiling_mm_s.push_back(std::min(ceiling[i], ceiling[i + 1]));
+    path.speed_limit_mm_s.push_back(std::min(speed_limit[i], speed_limit[i + 1]));
   return path;
 }
 

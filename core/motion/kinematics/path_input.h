@@ -1,5 +1,5 @@
-// What every planner takes: the points of one path, where it lies, which tool follows it and how fast it may
-// go.
+// PathInput holds the input of every planner: the points of one path, its place, its tool and its speed
+// limit.
 #pragma once
 
 #include <span>
@@ -22,8 +22,8 @@ struct PathInput {
   /// Instead: one per point, linear between them and not wrapped (a full turn is 2 pi). Empty = yaw_rad.
   std::vector<double> yaw_point_rad{};
   Tool tool{};
-  SpeedCeiling ceiling{};
-  Posture preferred{};  ///< that of the path before
+  PathSpeedLimit speed_limit{};
+  ArmConfiguration preferred{};  ///< that of the path before
   /// Points besides the corners at which the motion comes to rest, ascending; not for the default method.
   std::vector<std::size_t> stops{};
 };
@@ -32,14 +32,14 @@ struct PathInput {
 /// repeated points.
 struct CleanPath {
   std::vector<Point2> points;  ///< tool points in the base frame; neighbours differ by more than 1e-9 mm
-  std::vector<double> ceiling_mm_s;  ///< one per segment (points - 1): the smaller value of its two ends
-  std::vector<double> yaw_rad;       ///< one per point; empty where it is constant
-  std::vector<std::size_t> source;   ///< index of each point in PathInput::points
-  std::vector<std::size_t> stops;    ///< PathInput::stops among `points`, without the ends
+  std::vector<double> speed_limit_mm_s;  ///< one per segment (points - 1): the smaller value of its two ends
+  std::vector<double> yaw_rad;           ///< one per point; empty where it is constant
+  std::vector<std::size_t> source;       ///< index of each point in PathInput::points
+  std::vector<std::size_t> stops;        ///< PathInput::stops among `points`, without the ends
 };
 
-/// Throws MotionError: kNotFinite, kTooFewPoints, kCeilingSize, kCeilingNotPositive, kYawSize, kYawJump,
-/// kOption (a stop).
+/// Throws MotionError: kNotFinite, kTooFewPoints, kSpeedLimitSize, kSpeedLimitNotPositive, kYawSize,
+/// kYawJump, kOption (a stop).
 CleanPath clean(const PathInput& input);
 
 /// Ascending indices `splits` and the path's stops as one.

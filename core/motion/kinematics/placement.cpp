@@ -39,25 +39,25 @@ Jets flange_poses(std::span<const Point2> points, std::span<const double> yaw, c
 
 }  // namespace
 
-Posture posture_for(const CleanPath& path, const PathInput& input, const Arm& arm) {
+ArmConfiguration configuration_for(const CleanPath& path, const PathInput& input, const Arm& arm) {
   if (!path.yaw_rad.empty() && !arm.turns()) {
     Fault fault(Reason::kOption);
     fault.what = "a yaw per point, of an arm that does not turn the tool";
     fault.value = double(path.yaw_rad.size());
     throw MotionError(fault);
   }
-  Posture posture;
-  if (auto fault =
-          arm.choose_posture(flange_poses(path.points, path.yaw_rad, input), input.preferred, posture))
+  ArmConfiguration configuration;
+  if (auto fault = arm.choose_configuration(flange_poses(path.points, path.yaw_rad, input), input.preferred,
+                                            configuration))
     refuse(*fault, path.points[fault->index], path, input);
-  return posture;
+  return configuration;
 }
 
 std::vector<std::vector<double>> joints_at(std::span<const Point2> points, std::span<const double> yaw_rad,
                                            int count, const CleanPath& path, const PathInput& input,
-                                           const Arm& arm, const Posture& posture) {
+                                           const Arm& arm, const ArmConfiguration& configuration) {
   Jets joints(count, points.size());
-  if (auto fault = arm.inverse(flange_poses(points, yaw_rad, input), posture, joints))
+  if (auto fault = arm.inverse(flange_poses(points, yaw_rad, input), configuration, joints))
     refuse(*fault, points[fault->index], path, input);
   std::vector<std::vector<double>> out;
   for (int j = 0; j < count; ++j) out.emplace_back(joints.of(j, 0), joints.of(j, 0) + points.size());

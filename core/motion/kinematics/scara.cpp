@@ -20,7 +20,7 @@ constexpr double kSingularCosine =
 
 class Scara final : public Arm {
  public:
-  explicit Scara(const ScaraSpec& spec) : spec_(spec) {}
+  explicit Scara(const ScaraConfig& spec) : spec_(spec) {}
   int joints() const override { return 4; }
   bool turns() const override { return true; }
   std::string joint_name(int joint) const override {
@@ -29,14 +29,15 @@ class Scara final : public Arm {
   std::string joint_unit(int joint) const override { return joint == 2 ? "mm" : "rad"; }
   JointRange range(int joint) const override { return spec_.ranges[std::size_t(joint)]; }
 
-  std::optional<Fault> inverse(const Jets& task, const Posture& posture, Jets& out) const override;
-  std::optional<Fault> inverse_derivatives(const Jets& task, const Posture& posture,
+  std::optional<Fault> inverse(const Jets& task, const ArmConfiguration& configuration,
+                               Jets& out) const override;
+  std::optional<Fault> inverse_derivatives(const Jets& task, const ArmConfiguration& configuration,
                                            Jets& out) const override;
   void forward(const Jets& joints, Jets& out) const override;
   Jacobian jacobian(const JointVector& q) const override;
   Jacobian jacobian_rate(const JointVector& q, const JointVector& rate) const override;
-  std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred,
-                                      Posture& chosen) const override;
+  std::optional<Fault> choose_configuration(const Jets& task, const ArmConfiguration& preferred,
+                                            ArmConfiguration& chosen) const override;
 
  private:
   double cosine(double x, double y) const {
@@ -51,7 +52,7 @@ class Scara final : public Arm {
   void angles(const Jets& task, int elbow, double* theta_1, double* theta_2) const;
   void derivatives(const Jets& task, int elbow, Jets& out) const;
 
-  ScaraSpec spec_;
+  ScaraConfig spec_;
 };
 
 Fault at(const Jets& task, std::size_t n, Reason reason, int joint, double value, double bound) {
@@ -145,41 +146,47 @@ void Scara::derivatives(const Jets& task, int elbow, Jets& out) const {
     rx = x3[n] + a12 * ax + b12 * bx - a111 * ay - b111 * by;
     ry = y3[n] + a12 * ay + b12 * by + a111 * ax + b111 * bx;
     const double a3 = (rx * bx + ry * by) * over_det, b3 = -(rx * ax + ry * ay) * over_det;
-    u1[n] = a1, u2[n] = a2, u3[n] = a3;
-    w1[n] = b1 - a1, w2[n] = b2 - a2, w3[n] = b3 - a3;
+    u1[n] = a1;
+    u2[n] = a2;
+    u3[n] = a3;
+    w1[n] = b1 - a1;
+    w2[n] = b2 - a2;
+    w3[n] = b3 - a3;
   }
 }
 
-std::optional<Fault> Scara::inverse(const Jets& task, const Posture& posture, Jets& out) const {
+std::optional<Fault> Scara::inverse(const Jets& task, const ArmConfiguration& configuration,
+                                    Jets& out) const {
   if (auto fault = reach_fault(task)) return fault;
   const std::size_t count = task.samples();
   if (out.axes() < 2) {  // ranges of the angles are checked in any case
     Jets both(2, count);
-    auto fault = inverse(task, posture, both);
+    auto fault = inverse(task, configuration, both);
     if (out.axes() == 1) std::copy_n(both.of(0, 0), 4 * count, out.of(0, 0));
     return fault;
   }
-  angles(task, posture.elbow, out.of(0, 0), out.of(1, 0));
-  derivatives(task, posture.elbow, out);
+  angles(task, configuration.elbow, out.of(0, 0), out.of(1, 0));
+  derivatives(task, configuration.elbow, out);
   if (out.axes() > 2) std::copy_n(task.of(kZ, 0), 4 * count, out.of(2, 0));
   if (out.axes() > 3)
     for (int order = 0; order < 4; ++order)
       for (std::size_t n = 0; n < count; ++n)
-        out.of(3, order)[n] = task.of(kYaw, order)[n] + (order == 0 ? posture.yaw_turns * kTurn : 0.0) -
+        out.of(3, order)[n] = task.of(kYaw, order)[n] + (order == 0 ? configuration.yaw_turns * kTurn : 0.0) -
                               out.of(0, order)[n] - out.of(1, order)[n];
   if (auto fault = ranges_fault(task, out.of(0, 0), out.of(1, 0))) return fault;
-  return wrist_fault(task, out.of(0, 0), out.of(1, 0), posture.yaw_turns);
+  return wrist_fault(task, out.of(0, 0), out.of(1, 0), configuration.yaw_turns);
 }
 
-std::optional<Fault> Scara::inverse_derivatives(const Jets& task, const Posture& posture, Jets& out) const {
-  if (out.axes() != 2) return inverse(task, posture, out);
+std::optional<Fault> Scara::inverse_derivatives(const Jets& task, const ArmConfiguration& configuration,
+                                                Jets& out) const {
+  if (out.axes() != 2) return inverse(task, configuration, out);
   if (auto fault = reach_fault(task)) return fault;
-  derivatives(task, posture.elbow, out);
+  derivatives(task, configuration.elbow, out);
   return std::nullopt;
 }
 
-std::optional<Fault> Scara::choose_posture(const Jets& task, const Posture& preferred,
-                                           Posture& chosen) const {
+std::optional<Fault> Scara::choose_configuration(const Jets& task, const ArmConfiguration& preferred,
+                                                 ArmConfiguration& chosen) const {
   if (auto fault = reach_fault(task)) return fault;
   const std::size_t count = task.samples();
   std::vector<double> theta_1(count), theta_2(count);
@@ -242,9 +249,9 @@ Arm::Jacobian Scara::jacobian_rate(const JointVector& q, const JointVector& rate
 
 }  // namespace
 
-ScaraSpec cobra600() {
+ScaraConfig cobra600() {
   constexpr double degree = std::numbers::pi / 180.0;
-  ScaraSpec spec;
+  ScaraConfig spec;
   spec.ranges = {{{-105.0 * degree, 105.0 * degree},
                   {-150.0 * degree, 150.0 * degree},
                   {0.0, 210.0},
@@ -252,7 +259,7 @@ ScaraSpec cobra600() {
   return spec;
 }
 
-std::unique_ptr<Arm> make_scara(const ScaraSpec& spec) {
+std::unique_ptr<Arm> make_scara(const ScaraConfig& spec) {
   Fault fault{Reason::kLimitNotPositive};
   fault.what = "link length";
   for (const double link : {spec.link_1_mm, spec.link_2_mm}) {

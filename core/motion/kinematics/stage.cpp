@@ -8,14 +8,14 @@ namespace {
 
 class Stage final : public Arm {
  public:
-  explicit Stage(StageSpec spec) : spec_(std::move(spec)) {}
+  explicit Stage(CartesianConfig spec) : spec_(std::move(spec)) {}
   int joints() const override { return int(spec_.ranges.size()); }
   bool turns() const override { return false; }
   std::string joint_name(int joint) const override { return std::string(1, char('x' + joint)); }
   std::string joint_unit(int) const override { return "mm"; }
   JointRange range(int joint) const override { return spec_.ranges[std::size_t(joint)]; }
 
-  std::optional<Fault> inverse(const Jets& task, const Posture&, Jets& out) const override {
+  std::optional<Fault> inverse(const Jets& task, const ArmConfiguration&, Jets& out) const override {
     const std::size_t count = task.samples();
     for (int axis = 0; axis < std::min(joints(), out.axes()); ++axis)
       for (int order = 0; order < 4; ++order) std::copy_n(task.of(axis, order), count, out.of(axis, order));
@@ -42,8 +42,8 @@ class Stage final : public Arm {
   }
   Jacobian jacobian_rate(const JointVector&, const JointVector&) const override { return {}; }
 
-  std::optional<Fault> choose_posture(const Jets& task, const Posture& preferred,
-                                      Posture& chosen) const override {
+  std::optional<Fault> choose_configuration(const Jets& task, const ArmConfiguration& preferred,
+                                            ArmConfiguration& chosen) const override {
     Jets none(0, task.samples());
     chosen = preferred;
     return inverse(task, preferred, none);
@@ -63,12 +63,12 @@ class Stage final : public Arm {
     return fault;
   }
 
-  StageSpec spec_;
+  CartesianConfig spec_;
 };
 
 }  // namespace
 
-std::unique_ptr<Arm> make_stage(const StageSpec& spec) {
+std::unique_ptr<Arm> make_stage(const CartesianConfig& spec) {
   Fault fault{Reason::kOption};
   fault.what = "stage axes";
   fault.value = double(spec.ranges.size());

@@ -1,4 +1,4 @@
-// Frames between a part and an arm: where the part stands, and which tool point follows the path.
+// Computes the frames between a tool point and an arm's flange.
 #pragma once
 
 #include <string>

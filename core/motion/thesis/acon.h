@@ -1,5 +1,6 @@
-// ACON [Barnett 2012, 4.1.3, 4.2.4, Fig. 4-5]: acceleration curves through points that break an acceleration
-// limit or whose speed rises too suddenly. Imposed one coordinate after another; only raises durations.
+// acon() computes ACON [Barnett 2012, 4.1.3, 4.2.4, Fig. 4-5]: acceleration curves through points that break
+// an acceleration limit or whose speed rises too suddenly. Imposed one coordinate after another; only raises
+// durations.
 #pragma once
 
 #include <cstddef>

@@ -14,7 +14,7 @@ Profile reversed(const Profile& profile) {
   std::reverse(r.points.begin(), r.points.end());
   std::reverse(r.yaw_rad.begin(), r.yaw_rad.end());
   std::reverse(r.dt_s.begin(), r.dt_s.end());
-  std::reverse(r.ceiling_mm_s.begin(), r.ceiling_mm_s.end());
+  std::reverse(r.speed_limit_mm_s.begin(), r.speed_limit_mm_s.end());
   for (auto& q : r.joints) std::reverse(q.begin(), q.end());
   const double length = profile.s_mm.back();
   for (std::size_t i = 0; i < r.size(); ++i) r.s_mm[i] = length - profile.s_mm[r.size() - 1 - i];
@@ -65,7 +65,9 @@ RestCurve rest_curve(const Profile& profile, const RateLimits& limits, const Res
     const std::size_t m = interval_at(profile, s + ds);
     const double envelope = (profile.s_mm[m + 1] - profile.s_mm[m]) / profile.dt_s[m];
     if (s + ds >= length || c + dc > envelope || ds <= 0.0) return curve;
-    s += ds, c += dc, a = next;
+    s += ds;
+    c += dc;
+    a = next;
     curve.s_mm.push_back(s);
     curve.speed_mm_s.push_back(c);
   }
@@ -81,7 +83,8 @@ Profile arest(const Profile& profile, const RateLimits& limits, const RestOption
   const auto add = [&](double s, double dt) {
     if (!out.s_mm.empty()) {
       out.dt_s.push_back(dt);
-      out.ceiling_mm_s.push_back(profile.ceiling_mm_s[interval_at(profile, 0.5 * (s + out.s_mm.back()))]);
+      out.speed_limit_mm_s.push_back(
+          profile.speed_limit_mm_s[interval_at(profile, 0.5 * (s + out.s_mm.back()))]);
     }
     out.s_mm.push_back(s);
     append_at(profile, s, out);

@@ -1,5 +1,5 @@
-// AREST [Barnett 2012, 4.1.5, 4.2.6]: acceleration from rest at the start and to rest at the end of a
-// subpath, on points evenly spaced in time, since constant spacing is too coarse at low speed.
+// arest() computes AREST [Barnett 2012, 4.1.5, 4.2.6]: acceleration from rest at the start and to rest at the
+// end of a subpath, on points evenly spaced in time, since constant spacing is too coarse at low speed.
 #pragma once
 
 #include <vector>

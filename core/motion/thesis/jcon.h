@@ -1,7 +1,7 @@
-// JCON [Barnett 2012, 4.1.4, 4.2.5, Fig. 4-6]: spreads sudden losses of acceleration ("speed-decrease" jerk)
-// over an interval with a cubic velocity polynomial. Errata: the sum runs over k = l .. r-1; each side halts
-// where the acceleration changes its sign; the test bounds the mean jerk only; (4.12) does not conserve arc
-// length, so the polynomial gives speeds, and durations follow from the distances.
+// jcon() computes JCON [Barnett 2012, 4.1.4, 4.2.5, Fig. 4-6]: it spreads sudden losses of acceleration
+// ("speed-decrease" jerk) over an interval with a cubic velocity polynomial. Errata: the sum runs over k = l
+// .. r-1; each side halts where the acceleration changes its sign; the test bounds the mean jerk only; (4.12)
+// does not conserve arc length, so the polynomial gives speeds, and durations follow from the distances.
 #pragma once
 
 #include <cstddef>

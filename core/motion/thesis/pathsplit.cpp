@@ -10,11 +10,6 @@
 namespace firn::motion::thesis {
 namespace {
 
-double distance(const Point2& a, const Point2& b) {
-  const double dx = b.x_mm - a.x_mm, dy = b.y_mm - a.y_mm;
-  return std::sqrt(dx * dx + dy * dy);
-}
-
 void require(bool good, const char* what, double value) {
   if (good) return;
   Fault fault(Reason::kOption);
@@ -25,7 +20,10 @@ void require(bool good, const char* what, double value) {
 
 void smooth(Profile& profile, int window) {
   std::vector<double> x, y;
-  for (const Point2& p : profile.points) x.push_back(p.x_mm), y.push_back(p.y_mm);
+  for (const Point2& p : profile.points) {
+    x.push_back(p.x_mm);
+    y.push_back(p.y_mm);
+  }
   x = local_cubic(x, window);
   y = local_cubic(y, window);
   for (std::size_t i = 1; i + 1 < profile.size(); ++i) profile.points[i] = {x[i], y[i]};  // the ends stay
@@ -78,10 +76,10 @@ Profile redistribute(const CleanPath& path, std::size_t first, std::size_t last,
     }
     out.s_mm.push_back(at);
     if (k == 0) continue;
-    double ceiling = kUnlimited;  // every segment that the interval touches
+    double speed_limit = kUnlimited;  // every segment that the interval touches
     for (std::size_t i = before; i <= segment; ++i)
-      if (s[i] < at) ceiling = std::min(ceiling, path.ceiling_mm_s[first + i]);
-    out.ceiling_mm_s.push_back(ceiling);
+      if (s[i] < at) speed_limit = std::min(speed_limit, path.speed_limit_mm_s[first + i]);
+    out.speed_limit_mm_s.push_back(speed_limit);
   }
   if (options.smoothing_points > 0) smooth(out, options.smoothing_points);
   return out;

@@ -1,5 +1,5 @@
-// PATHSPLIT [Barnett 2012, 4.1.1, 4.2.2]: subpaths between abrupt changes of direction, points at constant
-// spacing.
+// Computes PATHSPLIT [Barnett 2012, 4.1.1, 4.2.2]: subpaths between abrupt changes of direction, points at
+// constant spacing.
 #pragma once
 
 #include <vector>

@@ -69,14 +69,20 @@ Rates rates(const std::vector<double>& values, const std::vector<double>& dt) {
   out.acceleration[n - 1] = out.acceleration[n - 2];
   for (std::size_t i = 0; i + 1 < n; ++i)
     out.jerk[i] = (out.acceleration[i + 1] - out.acceleration[i]) / dt[i];
-  if (n > 3) out.jerk[0] = out.jerk[1], out.jerk[n - 2] = out.jerk[n - 3];
+  if (n > 3) {
+    out.jerk[0] = out.jerk[1];
+    out.jerk[n - 2] = out.jerk[n - 3];
+  }
   return out;
 }
 
 TotalRates total_rates(const Profile& profile) {
   const std::size_t n = profile.size();
   std::vector<double> x(n), y(n);
-  for (std::size_t i = 0; i < n; ++i) x[i] = profile.points[i].x_mm, y[i] = profile.points[i].y_mm;
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] = profile.points[i].x_mm;
+    y[i] = profile.points[i].y_mm;
+  }
   const Rates rx = rates(x, profile.dt_s), ry = rates(y, profile.dt_s);
   TotalRates total{std::vector<double>(n), std::vector<double>(n - 1)};
   for (std::size_t i = 0; i < n; ++i)

@@ -1,5 +1,5 @@
-// A subpath while its durations are shaped: fixed points, adjustable point-to-point durations [Barnett
-// 2012, 4.1.2].
+// Profile holds a subpath while its durations are shaped: fixed points, adjustable point-to-point durations
+// [Barnett 2012, 4.1.2].
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ struct Profile {
   std::vector<double> s_mm;     ///< n, travelled distance, strictly increasing
   std::vector<std::vector<double>>
       joints;  ///< [joint][n]: the joints that have limits; then the yaw, which is shaped alike
-  std::vector<double> ceiling_mm_s;  ///< n - 1, speed ceiling of each interval
-  std::vector<double> dt_s;          ///< n - 1, point-to-point durations
+  std::vector<double> speed_limit_mm_s;  ///< n - 1, speed limit of each interval
+  std::vector<double> dt_s;              ///< n - 1, point-to-point durations
 
   std::size_t size() const { return points.size(); }
   double duration_s() const;
@@ -26,7 +26,7 @@ struct Profile {
 /// Position of the subpath's polyline at distance s (linear interpolation, ends clamped).
 Point2 point_at(const Profile& profile, double s_mm);
 
-/// Appends that position, and the yaw there, to the points of `out`; s_mm, durations and ceilings are the
+/// Appends that position, and the yaw there, to the points of `out`; s_mm, durations and speed limits are the
 /// caller's.
 void append_at(const Profile& profile, double s_mm, Profile& out);
 

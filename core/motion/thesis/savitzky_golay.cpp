@@ -9,11 +9,18 @@ namespace {
 /// polynomials 1, u, u^2 - m2 / m0, u^3 - (m4 / m2) u.
 std::vector<double> weights(int half, int at) {
   double m0 = 0, m2 = 0, m4 = 0;
-  for (int u = -half; u <= half; ++u) m0 += 1, m2 += double(u) * u, m4 += double(u) * u * u * u;
+  for (int u = -half; u <= half; ++u) {
+    m0 += 1;
+    m2 += double(u) * u;
+    m4 += double(u) * u * u * u;
+  }
   const auto p2 = [&](double u) { return u * u - m2 / m0; };
   const auto p3 = [&](double u) { return u * u * u - m4 / m2 * u; };
   double n2 = 0, n3 = 0;
-  for (int u = -half; u <= half; ++u) n2 += p2(u) * p2(u), n3 += p3(u) * p3(u);
+  for (int u = -half; u <= half; ++u) {
+    n2 += p2(u) * p2(u);
+    n3 += p3(u) * p3(u);
+  }
   std::vector<double> w;
   for (int u = -half; u <= half; ++u)
     w.push_back(1 / m0 + double(u) * at / m2 + p2(u) * p2(at) / n2 + p3(u) * p3(at) / n3);

@@ -1,5 +1,5 @@
-// Local cubic regression of equally spaced samples. The 7-point one is the Savitzky-Golay filter that ends
-// MTTS [Barnett 2012, 4.2.6].
+// Computes the local cubic regression of equally spaced samples. The 7-point one is the Savitzky-Golay filter
+// that ends MTTS [Barnett 2012, 4.2.6].
 #pragma once
 
 #include <span>

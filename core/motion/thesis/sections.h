@@ -1,5 +1,5 @@
-// Parts of a path over which one joint turns one way. ACON and JCON treat each apart, since a joint's rate,
-// unlike the path speed, changes sign [Barnett 2012, 4.1.3].
+// Computes the sections of a path over which one joint turns in one direction. ACON and JCON treat each
+// apart, since a joint's rate, unlike the path speed, changes sign [Barnett 2012, 4.1.3].
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace firn::motion::thesis {
 struct Section {
   std::size_t first = 0;  ///< points first..last
   std::size_t last = 0;
-  int sign = 1;  ///< of the rate; a joint that stands still belongs to the section before it
+  int sign = 1;  ///< of the rate; a joint at rest belongs to the section before it
 };
 
 inline std::vector<Section> sections(const std::vector<double>& q) {

@@ -1,5 +1,5 @@
-// The test path of [Barnett 2012, Fig. 4-2]: a 92 mm box with rounds of 20, 10 and 5 mm and one sharp corner,
-// from (46, 0) counter-clockwise.
+// Computes the test path of [Barnett 2012, Fig. 4-2]: a 92 mm box with rounds of 20, 10 and 5 mm and one
+// sharp corner, from (46, 0) counter-clockwise.
 #pragma once
 
 #include <cmath>

@@ -36,21 +36,21 @@ namespace thesis {
 Profile at_tick(const Profile& path, const Profile& timed, double tick_s) {
   const double duration = timed.duration_s();
   const std::size_t ticks = whole_ticks(duration, tick_s);
-  const double stretch = double(ticks) * tick_s / duration;
+  const double time_scale = double(ticks) * tick_s / duration;
   Profile out;
   std::size_t k = 0;
   double before = 0.0;  // time at point k
   for (std::size_t n = 0; n <= ticks; ++n) {
     const double t = double(n) * tick_s;
-    while (k + 1 < timed.dt_s.size() && before + timed.dt_s[k] * stretch <= t)
-      before += timed.dt_s[k++] * stretch;
-    const double f = std::clamp((t - before) / (timed.dt_s[k] * stretch), 0.0, 1.0);
+    while (k + 1 < timed.dt_s.size() && before + timed.dt_s[k] * time_scale <= t)
+      before += timed.dt_s[k++] * time_scale;
+    const double f = std::clamp((t - before) / (timed.dt_s[k] * time_scale), 0.0, 1.0);
     const double s = n == ticks ? timed.s_mm.back() : timed.s_mm[k] + f * (timed.s_mm[k + 1] - timed.s_mm[k]);
     out.s_mm.push_back(s);
     append_at(path, s, out);
     if (n == 0) continue;
     out.dt_s.push_back(tick_s);
-    out.ceiling_mm_s.push_back(timed.ceiling_mm_s[k]);
+    out.speed_limit_mm_s.push_back(timed.speed_limit_mm_s[k]);
   }
   return out;
 }
@@ -62,14 +62,14 @@ ThesisResult plan_thesis_steps(const PathInput& input, const Arm& arm, const Mot
   check_limits(limits, arm.joints());
   check_options(options);
   const CleanPath path = clean(input);
-  const Posture posture = posture_for(path, input, arm);
+  const ArmConfiguration configuration = configuration_for(path, input, arm);
   const int limited = limited_joints(limits, arm.joints());
   const bool turning = !path.yaw_rad.empty();
   // "global orientation" (4.1.3 to 4.1.5): its yaw is one coordinate and is shaped as one joint more
   MotionLimits shaped = limits;
   if (turning) shaped.joint.at(std::size_t(limited)) = limits.orientation;
   const auto joints = [&](const Profile& p) {
-    auto all = joints_at(p.points, p.yaw_rad, limited, path, input, arm, posture);
+    auto all = joints_at(p.points, p.yaw_rad, limited, path, input, arm, configuration);
     if (turning) all.push_back(p.yaw_rad);
     return all;
   };
@@ -100,7 +100,7 @@ ThesisResult plan_thesis_steps(const PathInput& input, const Arm& arm, const Mot
                              steps.final.yaw_rad.end());
     result.steps.push_back(std::move(steps));
   }
-  auto all = joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, posture);
+  auto all = joints_at(samples.points, samples.yaw_rad, arm.joints(), path, input, arm, configuration);
   if (options.filter)
     for (auto& joint : all) joint = thesis::savitzky_golay_7(joint);
   result.trajectory = trajectory_of(all, arm, options.tick_s);

@@ -1,6 +1,6 @@
-// MTTS as the thesis has it [Barnett 2012, ch. 4]: PATHSPLIT, VCON, ACON, JCON, AREST, JCON, Savitzky-Golay,
-// output at a fixed tick. It obeys speed limits, mostly obeys acceleration limits and does not hold jerk
-// limits (4.3).
+// plan_thesis() computes trajectories by MTTS of the thesis [Barnett 2012, ch. 4]: PATHSPLIT, VCON, ACON,
+// JCON, AREST, JCON, Savitzky-Golay, output at a fixed tick. It obeys speed limits, mostly obeys acceleration
+// limits and does not hold jerk limits (4.3).
 #pragma once
 
 #include <vector>

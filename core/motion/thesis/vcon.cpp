@@ -36,7 +36,10 @@ void impose_joint(const std::vector<double>& joint, const RateLimits& limits, st
 
 void impose_position(const std::vector<Point2>& points, const RateLimits& limits, std::vector<double>& dt) {
   std::vector<double> x, y;
-  for (const Point2& p : points) x.push_back(p.x_mm), y.push_back(p.y_mm);
+  for (const Point2& p : points) {
+    x.push_back(p.x_mm);
+    y.push_back(p.y_mm);
+  }
   const Differences dx = differences(x), dy = differences(y);
   for (std::size_t i = 0; i < dt.size(); ++i) {
     dt[i] = std::max(dt[i], std::sqrt(dx.first[i] * dx.first[i] + dy.first[i] * dy.first[i]) / limits.rate);
@@ -50,7 +53,7 @@ void impose_position(const std::vector<Point2>& points, const RateLimits& limits
 void vcon(Profile& profile, const MotionLimits& limits) {
   profile.dt_s.assign(profile.size() - 1, 0.0);
   for (std::size_t i = 0; i < profile.dt_s.size(); ++i)
-    profile.dt_s[i] = (profile.s_mm[i + 1] - profile.s_mm[i]) / profile.ceiling_mm_s[i];
+    profile.dt_s[i] = (profile.s_mm[i + 1] - profile.s_mm[i]) / profile.speed_limit_mm_s[i];
   impose_position(profile.points, limits.position, profile.dt_s);
   for (std::size_t j = 0; j < profile.joints.size(); ++j)
     impose_joint(profile.joints[j], limits.joint[j], profile.dt_s);

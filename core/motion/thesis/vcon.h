@@ -1,7 +1,7 @@
-// VCON [Barnett 2012, 4.1.2]: the envelope of highest speed, as shortest point-to-point durations.
-// Errata: (4.2), (4.5) third rows are jerk; (4.4) holds for each joint j; in (4.5) the bound stands outside
-// the root of the squares; both assume a locally constant dt (the q' s-double-dot part is dropped), so the
-// envelope is a heuristic, not a bound.
+// vcon() computes VCON [Barnett 2012, 4.1.2]: the envelope of highest speed, as shortest point-to-point
+// durations. Errata: (4.2), (4.5) third rows are jerk; (4.4) holds for each joint j; in (4.5) the bound is
+// outside the root of the squares; both assume a locally constant dt (the q' s-double-dot part is dropped),
+// so the envelope is a heuristic, not a bound.
 #pragma once
 
 #include "core/motion/thesis/profile.h"
@@ -21,7 +21,7 @@ void impose_joint(const std::vector<double>& joint, const RateLimits& limits, st
 /// (4.5) with the total differences of x and y. Raises dt.
 void impose_position(const std::vector<Point2>& points, const RateLimits& limits, std::vector<double>& dt_s);
 
-/// All constraints (six of two joints, three of position) and the speed ceiling; fills profile.dt_s.
+/// All constraints (six of two joints, three of position) and the speed limit; fills profile.dt_s.
 void vcon(Profile& profile, const MotionLimits& limits);
 
 }  // namespace firn::motion::thesis

@@ -12,18 +12,17 @@ constexpr double kToBoundary = 0.96;  ///< of the way that slacks and multiplier
 constexpr double kFirstCentring = 0.34, kLeastCentring = 0.065, kMostCentring = 0.9;
 /// The gap is not closed faster than the violation: gap >= this times violation, as shares of the duration.
 constexpr double kGapPerViolation = 0.023;
-/// What a share of a long duration would allow to be lost near a rest shows there: from here on the gap is
-/// absolute.
+/// On long motions a relative gap would allow a visible loss near a rest: from here on the gap is absolute.
 constexpr double kLongS = 3.0;
-/// Groups that do not take part are looked at when gap and violation are first below kEarly, and at the end.
+/// Inactive groups are checked when gap and violation are first below kEarly, and at the end.
 constexpr double kEarly = 0.1, kEarlyRatio = 1.0, kLateRatio = 1.0;
 
 }  // namespace
 
-void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int sure,
+void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int active,
                    const std::vector<double>& top, const std::vector<double>& bound,
                    const ProfileOptions& options, ProfileWork& work, Profile& out) {
-  ProfileProblem problem(curve, rows, groups, sure, top, bound, work);
+  ProfileProblem problem(curve, rows, groups, active, top, bound, work);
   bool looked = false;
   double centring = kFirstCentring, duration = 0.0;
   out.violation = 0.0;
@@ -38,7 +37,7 @@ void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups
     const double left = out.gap + out.violation / 3.0,
                  enough = options.gap * std::min(1.0, kLongS / duration);
     if (left < kEarly && (!looked || left < enough)) {
-      const bool joined = problem.join(rows, left < enough ? kLateRatio : kEarlyRatio);
+      const bool joined = problem.activate(rows, left < enough ? kLateRatio : kEarlyRatio);
       looked = true;
       if (joined) continue;
       if (left < enough) break;

@@ -1,6 +1,6 @@
-// The fastest speed profile within the limits of speed, acceleration and jerk on a fixed curve: a primal-dual
-// interior-point method with one banded Newton step per iteration. Derivation:
-// docs/algorithms-certified-motion.md.
+// solve_profile() computes the minimum-time speed profile within the limits of speed, acceleration and jerk
+// on a fixed curve by a primal-dual interior-point method with one banded Newton step per iteration.
+// Derivation: docs/algorithms/certified-motion.md.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct Profile {
   std::vector<double> slope;  ///< b' at the knots [mm/s^2], twice the path acceleration
   std::vector<double> bend;   ///< of each cell
   int iterations = 0;
-  int groups = 0;          ///< of rows, that took part in the end
+  int groups = 0;          ///< of rows, active in the end
   double gap = 0.0;        ///< relative duality gap at the end
   double violation = 0.0;  ///< largest relative excess over a limit at the end
 
@@ -50,12 +50,13 @@ class ProfileWork {
   std::size_t stride_ = 0;
 };
 
-/// @param top largest b at each knot (rates and ceilings); @param bound the speed-and-acceleration optimum at
-/// the knots, from which the first guess is made. The first @p sure groups take part from the beginning, the
-/// others from when the profile exceeds them: without their limits the optimum can only be faster, so one
-/// that holds them is the optimum with all of them. On return those that took part stand first.
+/// @param top largest b at each knot (rates and speed limits); @param bound the speed-and-acceleration
+/// optimum at the knots, from which the first guess is made. The first @p active groups are active
+/// constraints from the beginning. Another group is activated when the profile exceeds its limits: without
+/// these limits the optimum can only be faster, so an optimum that satisfies them is the optimum with all of
+/// them. On return the active groups come first.
 /// @pre curve.cells() >= 4
-void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int sure,
+void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int active,
                    const std::vector<double>& top, const std::vector<double>& bound,
                    const ProfileOptions& options, ProfileWork& work, Profile& out);
 

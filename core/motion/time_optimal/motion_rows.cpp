@@ -53,7 +53,8 @@ std::optional<Fault> compute_rows(const Curve& curve, const Arm& arm, const Plac
                                                                   task.of(axis, order) + samples);
   }
   rows.joints.resize(std::max(joints, 1), samples);
-  if (auto fault = arm.inverse_derivatives(flange_of(place, task, rows.flange), place.posture, rows.joints)) {
+  if (auto fault =
+          arm.inverse_derivatives(flange_of(place, task, rows.flange), place.configuration, rows.joints)) {
     if (place.turning) fault->at = {task.of(kX, 0)[fault->index], task.of(kY, 0)[fault->index]};
     fault->index /= 2;
     return fault;

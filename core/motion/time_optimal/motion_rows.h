@@ -1,4 +1,5 @@
-// Derivatives of everything that is limited, at every cell's both ends: what the speed profile is subject to.
+// MotionRows holds the derivatives of all limited quantities at both ends of every cell: the constraints of
+// the speed profile.
 //
 // Rows: 0, 1 = x, y of the tool; 2, 3, ... = the limited joints; last, where the tool turns, its yaw. With b
 // = (ds/dt)^2, b' = db/ds:
@@ -9,9 +10,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/motion/curve/path_curve.h"
 #include "core/motion/kinematics/arm.h"
 #include "core/motion/kinematics/limits.h"
-#include "core/motion/curve/path_curve.h"
 #include "core/motion/kinematics/tool.h"
 
 namespace firn::motion {
@@ -26,7 +27,7 @@ struct MotionRows {
   Jets task, flange, joints;  ///< scratch
 };
 
-/// What a group limits.
+/// Quantity that a group limits.
 enum class Quantity { kTotal, kJoint, kOrientation };
 
 /// Limits of one row group: rows [first, first + count) form one Euclidean norm.
@@ -52,7 +53,7 @@ struct Placement {
   double flange_x_mm = 0.0, flange_y_mm = 0.0, flange_z_mm = 0.0;
   bool turning = false;  ///< the curve has the yaw; then the offset is the tool's, turned with it
   Tool tool{};
-  Posture posture;
+  ArmConfiguration configuration;
 };
 
 /// Flange poses of a turning tool's.

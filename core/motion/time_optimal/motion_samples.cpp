@@ -11,14 +11,14 @@ double factor_of(const double* ratio) {
 }
 
 double RatioTable::time_factor() const {
-  double factor = ceiling;
+  double factor = speed_limit;
   for (const auto& group : ratio) factor = std::max(factor, factor_of(group));
   return factor;
 }
 
-void RatioTable::stretch(double factor) {
+void RatioTable::scale_time(double factor) {
   const double over = 1.0 / factor;
-  ceiling *= over;
+  speed_limit *= over;
   for (auto& group : ratio) {
     group[0] *= over;
     group[1] *= over * over;
@@ -29,7 +29,7 @@ void RatioTable::stretch(double factor) {
 }
 
 void RatioTable::merge(const RatioTable& other, double shift) {
-  ceiling = std::max(ceiling, other.ceiling);
+  speed_limit = std::max(speed_limit, other.speed_limit);
   for (int g = 0; g < kMaxGroups; ++g)
     for (int k = 0; k < 3; ++k)
       if (other.ratio[g][k] > ratio[g][k]) {
@@ -70,8 +70,8 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
   }
   joint.resize(std::max(joints, 1), count);
   const Jets& pose = flange_of(place, tool, flange);
-  auto fault = positions ? arm.inverse(pose, place.posture, joint)
-                         : arm.inverse_derivatives(pose, place.posture, joint);
+  auto fault = positions ? arm.inverse(pose, place.configuration, joint)
+                         : arm.inverse_derivatives(pose, place.configuration, joint);
   if (fault && place.turning) fault->at = {tool.of(kX, 0)[fault->index], tool.of(kY, 0)[fault->index]};
   return fault;
 }
@@ -99,15 +99,21 @@ void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, c
       std::size_t where = 0;
       for (std::size_t n = 0; n < count; ++n) {
         const double square = a[n] * a[n] + (b ? b[n] * b[n] : 0.0);
-        if (square > most) most = square, where = n;
+        if (square > most) {
+          most = square;
+          where = n;
+        }
       }
       const double ratio = std::sqrt(most) / limit[k];
-      if (ratio > table.ratio[g][k]) table.ratio[g][k] = ratio, table.time_s[g][k] = batch.time[where];
+      if (ratio > table.ratio[g][k]) {
+        table.ratio[g][k] = ratio;
+        table.time_s[g][k] = batch.time[where];
+      }
     }
   }
   for (std::size_t n = 0; n < count; ++n)
-    if (batch.state[n].v > table.ceiling * curve.ceiling[batch.cell[n]])
-      table.ceiling = batch.state[n].v / curve.ceiling[batch.cell[n]];
+    if (batch.state[n].v > table.speed_limit * curve.speed_limit[batch.cell[n]])
+      table.speed_limit = batch.state[n].v / curve.speed_limit[batch.cell[n]];
 }
 
 void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
@@ -115,7 +121,7 @@ void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool,
   factor.assign(curve.cells(), 0.0);
   for (std::size_t n = 0; n < batch.size(); ++n) {
     double& most = factor[batch.cell[n]];
-    most = std::max(most, batch.state[n].v / curve.ceiling[batch.cell[n]]);
+    most = std::max(most, batch.state[n].v / curve.speed_limit[batch.cell[n]]);
     for (int g = 0; g < groups.count; ++g) {
       double size[3];
       for (int k = 0; k < 3; ++k) {

@@ -1,5 +1,5 @@
-// The emitted motion evaluated at chosen instants: tool and joints with their derivatives in time, and the
-// ratios of everything that is limited to its limit.
+// Computes the emitted motion at chosen instants: tool and joints with their derivatives in time, and the
+// ratios of all limited quantities to their limits.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,11 @@ struct StateBatch {
   std::vector<PathState> state;
   std::vector<std::size_t> cell;
   std::vector<double> time;
-  void clear() { state.clear(), cell.clear(), time.clear(); }
+  void clear() {
+    state.clear();
+    cell.clear();
+    time.clear();
+  }
   std::size_t size() const { return state.size(); }
 };
 
@@ -24,12 +28,12 @@ struct StateBatch {
 struct RatioTable {
   double ratio[kMaxGroups][3] = {};
   double time_s[kMaxGroups][3] = {};
-  double ceiling = 0.0;  ///< of the path speed to its ceiling
+  double speed_limit = 0.0;  ///< of the path speed to its limit
 
-  /// The factor by which time must be stretched (< 1: may be shortened) so that no ratio exceeds 1.
+  /// The factor by which time must be scaled so that no ratio exceeds 1; below 1 the motion may be faster.
   double time_factor() const;
-  /// As if time were stretched by `factor`.
-  void stretch(double factor);
+  /// The ratios after scaling time by `factor`.
+  void scale_time(double factor);
   void merge(const RatioTable& other, double time_shift_s);
 };
 
@@ -46,7 +50,7 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
 void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
                 const RowGroups& groups, RatioTable& table);
 
-/// Of each cell of the curve the factor by which time would have to be stretched for the states in it.
+/// For each cell of the curve the factor by which time must be scaled for the states in it.
 void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
                   const RowGroups& groups, std::vector<double>& factor);
 

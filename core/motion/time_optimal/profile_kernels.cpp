@@ -70,7 +70,7 @@ bool ProfileProblem::solve_step() {
   // L D L^T of the pentadiagonal matrix, forward substitution on the way
   double u_before = 0.0, v_before = 0.0, v_before_2 = 0.0, z_before = 0.0, z_before_2 = 0.0;
   double shift_1 = 0.0, shift_diagonal = 0.0,
-         shift_diagonal_2 = 0.0;  // what earlier pivots take from this row
+         shift_diagonal_2 = 0.0;  // subtracted from this row by earlier pivots
   for (std::size_t i = 1; i + 1 < n; ++i) {
     const double pivot = diagonal_[i] - shift_diagonal, first = i + 2 < n ? upper_1_[i] - shift_1 : 0.0,
                  second = i + 3 < n ? upper_2_[i] : 0.0;

@@ -1,5 +1,5 @@
-// The discrete problem behind solve_profile: linear forms of the control values, constraint terms, Newton
-// system.
+// ProfileProblem holds the discrete problem of solve_profile: linear forms of the control values, constraint
+// terms, Newton system.
 //
 // Unknowns: c_1 .. c_{n-2}, one per inner cell. At knot i, with l = (1 - a_{i-1}) h_{i-1}, r = a_i h_i,
 // a = 1/2 + bend / 12:  b_i = (r c_{i-1} + l c_i) / (l + r),  b'_i = (c_i - c_{i-1}) / (l + r)  (the tangents
@@ -28,9 +28,9 @@ struct Term {
   double *slack, *multiplier, *g0, *g1, *g2, *residual;
 };
 
-/// What the loops over cells and knots (profile_loops.inc) work on. Arrays are indexed by knot or cell.
+/// Arrays of the loops over cells and knots (profile_loops.inc), indexed by knot or cell.
 struct Loops {
-  std::size_t n = 0, groups = 0;  ///< cells; groups of rows that take part
+  std::size_t n = 0, groups = 0;  ///< cells; active groups of rows
   bool pair[kMaxGroups] = {};
   double *h, *b0, *b1, *c, *step;
   double *v0, *v1;                 ///< speed forms: f = 1 - v0 c_{i-1} - v1 c_i
@@ -46,8 +46,8 @@ struct Loops {
 
 class ProfileProblem {
  public:
-  /// Only the first `sure` groups take part at once; the others may join later.
-  ProfileProblem(const Curve& curve, const MotionRows& rows, RowGroups& groups, int sure,
+  /// The first `active` groups are active constraints at once. The others may be activated later.
+  ProfileProblem(const Curve& curve, const MotionRows& rows, RowGroups& groups, int active,
                  const std::vector<double>& top, const std::vector<double>& bound, ProfileWork& work);
 
   /// Residuals, gradients and Newton's matrix at the present point for the barrier parameter mu. Returns the
@@ -62,10 +62,10 @@ class ProfileProblem {
   Lengths step_lengths(double mu, double eta);
   void move(Lengths lengths);
 
-  /// Each group that does not take part yet joins if it exceeds `least` times its acceleration or jerk at a
-  /// knot. Returns whether one did.
-  bool join(const MotionRows& rows, double least);
-  int groups() const { return int(a_.groups); }  ///< that take part
+  /// Activates each inactive group that exceeds `least` times its acceleration or jerk at a knot. Returns
+  /// true if a group was activated.
+  bool activate(const MotionRows& rows, double least);
+  int groups() const { return int(a_.groups); }  ///< active ones
 
   double complementarity() const { return complementarity_; }  ///< sum of slack times multiplier
   double duration() const { return duration_; }                ///< sum of h / sqrt(c) when last assembled
@@ -87,7 +87,7 @@ class ProfileProblem {
   double slope(std::size_t knot) const { return m0_[knot] * a_.c[knot - 1] + m1_[knot] * a_.c[knot]; }
 
   std::size_t n_, rows_, groups_;
-  RowGroup* group_;  ///< those that take part first
+  RowGroup* group_;  ///< the active ones first
   double complementarity_ = 0.0, duration_ = 0.0;
   double *m0_, *m1_, *bend_, *gradient_, *diagonal_, *upper_1_, *upper_2_;
   profile::Loops a_;  ///< the arrays that the loops work on

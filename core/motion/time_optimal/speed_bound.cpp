@@ -16,8 +16,8 @@ class Sample {
   /// For a cell of length h at whose left end the sample lies.
   /// |q' a + q'' b| <= bound:  a = -m b +- sqrt((bound^2 - n b^2) / p),  p = q'.q', m = q'.q'' / p, n =
   /// q''.q'' - p m^2
-  Sample(const MotionRows& rows, const RowGroups& groups, int sure, std::size_t at, double h) {
-    for (int g = 0; g < sure; ++g) {
+  Sample(const MotionRows& rows, const RowGroups& groups, int active, std::size_t at, double h) {
+    for (int g = 0; g < active; ++g) {
       const RowGroup& group = groups.group[g];
       const double bound = group.limit.acceleration;
       if (!(bound < kUnlimited)) continue;
@@ -28,7 +28,10 @@ class Sample {
         pq += d1 * d2;
         q += d2 * d2;
       }
-      if (p < 1e-30) p = 1e-30, pq = 0.0;
+      if (p < 1e-30) {
+        p = 1e-30;
+        pq = 0.0;
+      }
       const double over = 1.0 / p, m = pq * over;
       // near a reversal of the joint more b here would mean less b at the next knot, and the sweep forward
       // would not be the fastest motion: without this limit the bound stays one
@@ -48,8 +51,14 @@ class Sample {
         return {excess, -excess, 1.0, -1.0};
       }
       const double root = std::sqrt(inside), root_slope = limit.n == 0.0 ? 0.0 : -limit.n * b / root;
-      if (-limit.m * b + root < w.high) w.high = -limit.m * b + root, w.high_slope = -limit.m + root_slope;
-      if (-limit.m * b - root > w.low) w.low = -limit.m * b - root, w.low_slope = -limit.m - root_slope;
+      if (-limit.m * b + root < w.high) {
+        w.high = -limit.m * b + root;
+        w.high_slope = -limit.m + root_slope;
+      }
+      if (-limit.m * b - root > w.low) {
+        w.low = -limit.m * b - root;
+        w.low_slope = -limit.m - root_slope;
+      }
     }
     return w;
   }
@@ -90,7 +99,7 @@ double shortest_time(double b0, double b1, double h, double a, double top) {
 
 }  // namespace
 
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int sure,
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active,
                  SpeedBound& bound) {
   const std::size_t n = curve.cells();
   bound.limit.assign(n + 1, 1e300);
@@ -106,7 +115,7 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
     }
   }
   for (std::size_t i = 0; i < n; ++i) {
-    const double c = curve.ceiling[i] * curve.ceiling[i];
+    const double c = curve.speed_limit[i] * curve.speed_limit[i];
     bound.limit[i] = std::min(bound.limit[i], c);
     bound.limit[i + 1] = std::min(bound.limit[i + 1], c);
   }
@@ -114,7 +123,7 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
   std::vector<Sample> samples;  // of the left ends, for both sweeps
   samples.reserve(n);
   for (std::size_t i = 0; i < n; ++i)
-    samples.emplace_back(rows, groups, sure, 2 * i, curve.s[i + 1] - curve.s[i]);
+    samples.emplace_back(rows, groups, active, 2 * i, curve.s[i + 1] - curve.s[i]);
   for (std::size_t i = n; i-- > 0;) {
     const double h = curve.s[i + 1] - curve.s[i];
     bound.b[i] = i == 0 ? 0.0 : reach_back(samples[i], bound.limit[i], 2.0 * h, bound.b[i + 1]);

@@ -1,5 +1,5 @@
-// The fastest motion that the limits of speed and acceleration allow, jerk aside: the lower bound of every
-// certificate.
+// speed_bound() computes the minimum-time motion within the limits of speed and acceleration, without jerk
+// limits: the lower bound of every certificate.
 #pragma once
 
 #include <vector>
@@ -13,14 +13,14 @@ namespace firn::motion {
 /// forward greedily. The feasible (b, b') at a knot are convex, symmetric about 0 and contain it, so every
 /// smaller b is feasible too and one interval [0, b_max] per knot is the whole controllable set.
 struct SpeedBound {
-  std::vector<double> limit;  ///< from the rates of all groups and the ceilings alone
+  std::vector<double> limit;  ///< from the rates of all groups and the speed limits alone
   std::vector<double> b;
   double duration_s = 0.0;
 };
 
-/// @param sure so many groups' accelerations are looked at, from the first; the others' would make the bound
-/// tighter
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int sure,
+/// @param active number of groups, from the first, whose accelerations are constraints; further groups would
+/// make the bound tighter
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active,
                  SpeedBound& bound);
 
 }  // namespace firn::motion

@@ -9,9 +9,8 @@ PathState TimedMotion::state(std::size_t k, double at) const {
   const double T = t[k + 1] - t[k], x = at - t[k];
   // s = s0 + v0 x + a0 x^2 / 2 + c3 x^3 + c4 x^4 + c5 x^5 through the end's s, v, a
   const double over = 1.0 / T, over2 = over * over;
-  const double ds =
-      ((s[k + 1] - s[k]) * over - v[k]) * over - 0.5 * a[k];  // what is left of s, in units of T^2
-  const double dv = (v[k + 1] - v[k]) * over - a[k];          // of v, in units of T
+  const double ds = ((s[k + 1] - s[k]) * over - v[k]) * over - 0.5 * a[k];  // rest of s, in units of T^2
+  const double dv = (v[k + 1] - v[k]) * over - a[k];                        // of v, in units of T
   const double da = a[k + 1] - a[k];
   const double c3 = (10.0 * ds - 4.0 * dv + 0.5 * da) * over;
   const double c4 = (-15.0 * ds + 7.0 * dv - da) * over2;

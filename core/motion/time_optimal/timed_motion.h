@@ -1,12 +1,13 @@
-// A motion along a curve in time: quintic Hermite pieces through (time, position, speed, acceleration), so
-// that position, speed and acceleration are continuous and everything can be evaluated without iteration.
+// TimedMotion computes a motion along a curve in time: quintic Hermite pieces through (time, position, speed,
+// acceleration), so that position, speed and acceleration are continuous and everything can be evaluated
+// without iteration.
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "core/motion/time_optimal/jerk_profile.h"
 #include "core/motion/curve/path_curve.h"
+#include "core/motion/time_optimal/jerk_profile.h"
 
 namespace firn::motion {
 

@@ -1,4 +1,4 @@
-// Options and result of planning one path, whichever method plans it.
+// PlanOptions and PlanResult hold the options and the result of planning one path by any method.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace firn::motion {
 
 enum class Method {
   kCertified,  ///< fast tier: within the limits, close to the minimum time
-               ///< (docs/algorithms-certified-motion.md)
+               ///< (docs/algorithms/certified-motion.md)
   kOptimal,    ///< slow tier: the same problem on a fine grid, solved to convergence
   kThesis,     ///< [Barnett 2012, 4.1]: VCON, ACON, JCON, AREST
   kConstant,   ///< constant speed with stops, the baseline of 4.2 and 4.4
@@ -51,12 +51,12 @@ struct PlanResult {
   Trajectory trajectory;           ///< all joints at the tick; sample 0 = start at rest, last = end at rest
   std::vector<Point2> tool;        ///< tool position of each sample, in the frame of the path handed in
   std::vector<double> yaw_rad;     ///< of the tool at each sample; empty where it is constant
-  Posture posture;                 ///< of this path: hand it to the next one as PathInput::preferred
+  ArmConfiguration configuration;  ///< of this path: hand it to the next one as PathInput::preferred
   double continuous_s = 0.0;       ///< duration before rounding up to whole ticks
   double deviation_mm = 0.0;       ///< largest distance of the motion's curve from the path handed in
   std::size_t stops = 0;           ///< corners where the motion comes to rest (ends not counted)
-  std::vector<std::size_t> rests;  ///< the sample nearest to each of them
-  std::vector<TraceSample> trace;  ///< empty unless asked for
+  std::vector<std::size_t> stop_samples;  ///< the sample nearest to each stop
+  std::vector<TraceSample> trace;         ///< empty unless asked for
 
   bool ok() const { return !fault; }
 };

@@ -3,21 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/box_pairs.h"
-#include "core/slice/offset/offset_rings.h"
+#include "core/geometry/box.h"
 #include "core/geometry/vec.h"
+#include "core/slice/offset/offset_rings.h"
 
 namespace firn::slice {
 namespace {
 
 constexpr double kMostCuts = 8e6;
 
-struct Stretch {
+struct Interval {
   double from, to;
 };
 
-// Part of a scan line at height y (units) within `half` of the segment a-b: a convex set, hence one stretch.
-bool stretch_of_bead(Vec a, Vec b, double half, double y, Stretch& s) {
+// Computes the part of the scan line at height y (units) within `half` of the segment a-b. The set is convex,
+// hence one interval.
+bool interval_of_line(Vec a, Vec b, double half, double y, Interval& s) {
   double from = 1e300, to = -1e300;
   const auto disc = [&](Vec c) {
     const double square = half * half - (y - c.y) * (y - c.y);
@@ -46,7 +47,7 @@ bool stretch_of_bead(Vec a, Vec b, double half, double y, Stretch& s) {
 
 struct Event {
   double x;
-  std::int32_t wanted, beads;  // changes
+  std::int32_t wanted, extrusions;  // changes
 };
 
 // Scan lines of one material.
@@ -56,23 +57,24 @@ class Scan {
       : low_(low), pitch_(pitch), rows_(std::size_t(std::max(1.0, std::ceil((high - low) / pitch)))) {}
 
   void add_edge(Vec a, Vec b) {
-    const std::int32_t change = b.y < a.y ? 1 : -1;  // material lies left: a falling edge begins it
+    const std::int32_t change =
+        b.y < a.y ? 1 : -1;  // material lies left of an edge, so it begins at a falling one
     each_row(std::min(a.y, b.y), std::max(a.y, b.y), [&](std::vector<Event>& row, double y) {
       if ((a.y <= y) != (b.y <= y)) row.push_back({a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x), change, 0});
     });
   }
-  void add_bead(Vec a, Vec b, double half) {
+  void add_line(Vec a, Vec b, double half) {
     touched_from_ = std::min(touched_from_, row_of(std::min(a.y, b.y) - half));
     touched_to_ = std::max(touched_to_, row_of(std::max(a.y, b.y) + half) + 1);
     each_row(std::min(a.y, b.y) - half, std::max(a.y, b.y) + half, [&](std::vector<Event>& row, double y) {
-      Stretch s;
-      if (!stretch_of_bead(a, b, half, y, s)) return;
+      Interval s;
+      if (!interval_of_line(a, b, half, y, s)) return;
       row.push_back({s.from, 0, 1});
       row.push_back({s.to, 0, -1});
     });
   }
 
-  // Neighbouring pieces of one path share their round ends: a path counts once wherever it is.
+  // Neighbouring segments of one path share their round ends: a path counts once wherever it lies.
   void finish_path() {
     done_.resize(rows_.size(), 0);
     for (std::size_t r = touched_from_; r < std::min(touched_to_, rows_.size()); ++r) {
@@ -85,7 +87,7 @@ class Scan {
         int depth = 0;
         for (auto e = first; e != row.end(); ++e) {
           const int before = depth;
-          depth += e->beads;
+          depth += e->extrusions;
           if ((before == 0) != (depth == 0)) merged.push_back({e->x, 0, depth ? 1 : -1});
         }
         row.resize(begin);
@@ -93,25 +95,26 @@ class Scan {
       }
       done_[r] = row.size();
     }
-    touched_from_ = rows_.size(), touched_to_ = 0;
+    touched_from_ = rows_.size();
+    touched_to_ = 0;
   }
 
   Coverage sum() {
     Coverage c;
-    std::vector<std::vector<Stretch>> gaps(rows_.size());
+    std::vector<std::vector<Interval>> gaps(rows_.size());
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       std::vector<Event>& row = rows_[r];
       std::sort(row.begin(), row.end(), [](const Event& a, const Event& b) { return a.x < b.x; });
-      int wanted = 0, beads = 0;
+      int wanted = 0, extrusions = 0;
       for (std::size_t i = 0; i + 1 < row.size(); ++i) {
         wanted += row[i].wanted;
-        beads += row[i].beads;
+        extrusions += row[i].extrusions;
         const double area = (row[i + 1].x - row[i].x) * pitch_ * kMmPerUnit * kMmPerUnit;
         if (wanted > 0) c.wanted_mm2 += area;
-        if (beads > 0) c.swept_mm2 += area;
-        if (beads > 1) c.overlap_mm2 += (beads - 1) * area;
-        if (beads > 0 && wanted <= 0) c.beyond_mm2 += area;
-        if (wanted > 0 && beads <= 0) {
+        if (extrusions > 0) c.swept_mm2 += area;
+        if (extrusions > 1) c.overlap_mm2 += (extrusions - 1) * area;
+        if (extrusions > 0 && wanted <= 0) c.beyond_mm2 += area;
+        if (wanted > 0 && extrusions <= 0) {
           c.gap_mm2 += area;
           if (!gaps[r].empty() && gaps[r].back().to == row[i].x)
             gaps[r].back().to = row[i + 1].x;
@@ -125,7 +128,7 @@ class Scan {
   }
 
  private:
-  // The first row at or above y.
+  // Returns the first row at or above y.
   std::size_t row_of(double y) const {
     return std::size_t(std::max(0.0, std::ceil((y - low_) / pitch_ - 0.5)));
   }
@@ -139,20 +142,20 @@ class Scan {
     }
   }
 
-  // Diameter of the largest circle about a scan line's gap middles and ends that stays in gaps, found by
-  // growing.
-  double widest(const std::vector<std::vector<Stretch>>& gaps) const {
+  // Returns the diameter of the largest circle in the gaps whose centre is on a scan line, found by growing
+  // circles along each gap interval.
+  double widest(const std::vector<std::vector<Interval>>& gaps) const {
     const auto inside = [&](std::ptrdiff_t r, double from, double to) {
       if (r < 0 || r >= std::ptrdiff_t(gaps.size())) return false;
-      const std::vector<Stretch>& row = gaps[std::size_t(r)];
+      const std::vector<Interval>& row = gaps[std::size_t(r)];
       const auto behind = std::upper_bound(row.begin(), row.end(), from,
-                                           [](double x, const Stretch& s) { return x < s.from; });
+                                           [](double x, const Interval& s) { return x < s.from; });
       return behind != row.begin() && to <= std::prev(behind)->to;
     };
     double best = 0;
     for (std::size_t r = 0; r < gaps.size(); ++r) {
-      for (const Stretch& s : gaps[r]) {
-        // Circles of the best radius so far and a little more, along the stretch.
+      for (const Interval& s : gaps[r]) {
+        // Tries circles of the best radius so far, slightly enlarged, along the interval.
         for (double x = s.from + best; x <= s.to - best; x += pitch_) {
           for (;;) {
             const double radius = best + 0.25 * pitch_;
@@ -174,16 +177,16 @@ class Scan {
   double low_, pitch_;
   std::vector<std::vector<Event>> rows_;
   std::vector<std::size_t> done_;
-  std::size_t touched_from_ = rows_.size(), touched_to_ = 0;  // rows of the path that is being added
+  std::size_t touched_from_ = rows_.size(), touched_to_ = 0;  // rows of the path in progress
 };
 
-// The hook wall is ice that stands in the scaffold's place: it fills the scaffold's area, not the part's.
+// The hook wall is ice in the place of scaffold: it fills the area of the scaffold and not that of the part.
 bool fills(const PathInfo& info, std::size_t material) {
   if (info.kind == PathKind::kMeasurement) return false;
   return info.kind == PathKind::kHook ? material == kScaffoldMaterial : info.material == material;
 }
 
-// A pitch at which lines cut the beads no more often than kMostCuts.
+// Returns a pitch at which scan lines intersect extrusion lines no more often than kMostCuts.
 double pitch_for(const LayerPaths& paths, std::size_t material, double asked) {
   double height = 0;
   for (std::size_t i = 0; i < paths.info.size(); ++i) {
@@ -201,8 +204,8 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
                                const PathOptions& options, double pitch_mm) {
   std::vector<Coverage> result;
   for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
-    const BeadOptions& bead = m == kScaffoldMaterial ? options.scaffold : options.part;
-    const double inset_mm = bead.first_offset_mm - 0.5 * bead.boundary_width_mm;
+    const ExtrusionOptions& extrusion = m == kScaffoldMaterial ? options.scaffold : options.part;
+    const double inset_mm = extrusion.first_offset_mm - 0.5 * extrusion.boundary_width_mm;
     Region wanted = regions.by_material[m];
     if (inset_mm < 0) {
       wanted = grow(wanted, -inset_mm, 0);
@@ -216,7 +219,10 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
     for (std::size_t i = 0; i < paths.info.size(); ++i) {
       const double half = 0.5 * paths.info[i].width;
       if (!fills(paths.info[i], m)) continue;
-      for (const Point p : paths.lines[i]) box.add(p.x - half, p.y - half), box.add(p.x + half, p.y + half);
+      for (const Point p : paths.lines[i]) {
+        box.add(p.x - half, p.y - half);
+        box.add(p.x + half, p.y + half);
+      }
     }
     if (box.x1 < box.x0) {
       result.push_back({});
@@ -229,7 +235,7 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
       if (!fills(info, m)) continue;
       const auto line = paths.lines[i];
       for (std::size_t p = info.closed ? 0 : 1; p < line.size(); ++p)
-        scan.add_bead(to_vec(line[p ? p - 1 : line.size() - 1]), to_vec(line[p]), 0.5 * info.width);
+        scan.add_line(to_vec(line[p ? p - 1 : line.size() - 1]), to_vec(line[p]), 0.5 * info.width);
       scan.finish_path();
     }
     for (std::size_t r = 0; r < wanted.size(); ++r)

@@ -42,8 +42,10 @@ GridSpec footprint_grid(const LayerPaths& layer, double pitch_mm) {
   double x0 = std::numeric_limits<double>::max(), y0 = x0, x1 = -x0, y1 = -x0;
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
     const double r = 0.5 * info.width * kMmPerUnit;
-    x0 = std::min({x0, a.x - r, b.x - r}), x1 = std::max({x1, a.x + r, b.x + r});
-    y0 = std::min({y0, a.y - r, b.y - r}), y1 = std::max({y1, a.y + r, b.y + r});
+    x0 = std::min({x0, a.x - r, b.x - r});
+    x1 = std::max({x1, a.x + r, b.x + r});
+    y0 = std::min({y0, a.y - r, b.y - r});
+    y1 = std::max({y1, a.y + r, b.y + r});
   });
   if (x1 < x0) throw std::invalid_argument("layer " + std::to_string(layer.layer) + " deposits nothing");
   const double i0 = std::floor(x0 / pitch_mm), i1 = std::ceil(x1 / pitch_mm), j0 = std::floor(y0 / pitch_mm),
@@ -87,7 +89,7 @@ Mask footprint_mask(const Grid<std::uint8_t>& materials) {
 
 namespace {
 
-// The bare cells that are reached from `from` by steps to four neighbours; they are marked in `seen`.
+// Returns the bare cells that are connected to `from` by steps to four neighbours, and marks them in `seen`.
 std::vector<std::size_t> bare_about(const Mask& mask, std::size_t from, std::vector<std::uint8_t>& seen) {
   const GridSpec& g = mask.spec;
   std::vector<std::size_t> cells{from};
@@ -108,7 +110,7 @@ std::vector<std::size_t> bare_about(const Mask& mask, std::size_t from, std::vec
 Mask without_narrow_holes(const Mask& mask, double widest_mm) {
   const GridSpec& g = mask.spec;
   const int wide = int(widest_mm / g.pitch_x_mm + 1e-9) + 1, high = int(widest_mm / g.pitch_y_mm + 1e-9) + 1;
-  const auto stays = [&](std::size_t cell) {  // at the grid's border, or the low corner of a bare square
+  const auto stays = [&](std::size_t cell) {  // at the border of the grid, or the low corner of a bare square
     const int i = int(cell) % g.nx, j = int(cell) / g.nx;
     if (i == 0 || j == 0 || i + 1 == g.nx || j + 1 == g.ny) return true;
     for (int y = j; y < j + high; ++y)
@@ -131,7 +133,7 @@ namespace {
 
 constexpr double kSample_mm = 0.25;
 
-// Area of beads on each cell's square.
+// Computes the area of lines on the square of each cell.
 HeightMap laid_area(const LayerPaths& layer, const GridSpec& g) {
   HeightMap area(g, 0.0);
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
@@ -155,7 +157,8 @@ HeightMap laid_area(const LayerPaths& layer, const GridSpec& g) {
 
 }  // namespace
 
-HeightMap bead_coverage(const LayerPaths& layer, const GridSpec& g, double window_mm, double widest_hole_mm) {
+HeightMap extrusion_coverage(const LayerPaths& layer, const GridSpec& g, double window_mm,
+                             double widest_hole_mm) {
   const Mask needs = without_narrow_holes(footprint_mask(footprint_materials(layer, g)), widest_hole_mm);
   const HeightMap area = laid_area(layer, g);
   const int rx = int(0.5 * window_mm / g.pitch_x_mm + 1e-9), ry = int(0.5 * window_mm / g.pitch_y_mm + 1e-9);
@@ -164,8 +167,10 @@ HeightMap bead_coverage(const LayerPaths& layer, const GridSpec& g, double windo
     for (int i = 0; i < g.nx; ++i) {
       double laid = 0.0, needed = 0.0;
       for (int y = std::max(j - ry, 0); y <= std::min(j + ry, g.ny - 1); ++y)
-        for (int x = std::max(i - rx, 0); x <= std::min(i + rx, g.nx - 1); ++x)
-          laid += area.at(x, y), needed += needs.at(x, y);
+        for (int x = std::max(i - rx, 0); x <= std::min(i + rx, g.nx - 1); ++x) {
+          laid += area.at(x, y);
+          needed += needs.at(x, y);
+        }
       if (needed > 0.0 && needs.at(i, j)) out.at(i, j) = laid / (needed * g.pitch_x_mm * g.pitch_y_mm);
     }
   return out;

@@ -13,8 +13,11 @@ constexpr double kLonely = 3.0 * kUnitsPerMm;
 
 void NextLevel::take(const Rings& rings, double reach) {
   reach_ = reach;
-  last_ = 0, lonely_square_ = 0, built_ = false;
-  rings_ = &rings, points_ = rings.points;
+  last_ = 0;
+  lonely_square_ = 0;
+  built_ = false;
+  rings_ = &rings;
+  points_ = rings.points;
   following_.resize(points_.size());
   std::iota(following_.begin(), following_.end(), 1u);
   std::uint32_t begin = 0;
@@ -47,10 +50,11 @@ bool NextLevel::within(Vec p, double limit) {
     if (tried % 2 == 0) ahead = ahead + 1 < n ? ahead + 1 : 0;
     if (tried % 2 || tried == 0) back = back ? back - 1 : n - 1;
   }
-  // Places nearer to this one than it is too far from the next level are too far as well.
+  // Points nearer to this one than its excess over the limit are beyond the limit as well.
   const double found = clearance(p, limit + kLonely - reach_) + reach_;
   if (found <= limit) return true;
-  lonely_ = p, lonely_square_ = (found - limit) * (found - limit);
+  lonely_ = p;
+  lonely_square_ = (found - limit) * (found - limit);
   return false;
 }
 
@@ -73,7 +77,10 @@ bool NextLevel::snap(Vec& p, double limit) {
   bool found = false;
   touching(p, limit, [&](std::size_t e) {
     const double square = square_distance(e, p);
-    if (square < best) best = square, last_ = e, found = true;
+    if (square >= best) return;
+    best = square;
+    last_ = e;
+    found = true;
   });
   if (found) p = nearest(last_, p);
   return found;
@@ -85,7 +92,9 @@ double NextLevel::clearance(Vec p, double limit) {
   double best = std::min(furthest * furthest, square_distance(last_, p));
   touching(p, std::sqrt(best), [&](std::size_t e) {
     const double square = square_distance(e, p);
-    if (square < best) best = square, last_ = e;
+    if (square >= best) return;
+    best = square;
+    last_ = e;
   });
   return std::sqrt(best) - reach_;
 }

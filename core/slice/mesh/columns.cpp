@@ -7,25 +7,26 @@
 namespace firn::slice {
 namespace {
 
-// A line along z through (x, y) in half units: odd numbers, so that it meets no vertex.
+// A line along z through (x, y) in half units. Both are odd, so that it meets no vertex.
 struct Line {
   std::int64_t x, y;
 };
 
 std::int64_t half_units(double mm) { return 2 * std::int64_t(std::floor(mm * kUnitsPerMm)) + 1; }
 
-/// Where a facet meets vertical lines. Seen from above its corners are put counter-clockwise; a line through
-/// the edge of two facets belongs to one of them: the one for which the edge runs down, or level to the left.
-class Shadow {
+/// Computes intersections of a facet with vertical lines. Seen from above its corners run counter-clockwise.
+/// A line through the common edge of two facets belongs to one of them: the one for which the edge runs down,
+/// or to the left if it is level.
+class Projection {
  public:
-  Shadow(const Vertex& a, Vertex b, Vertex c) : a_(a) {
+  Projection(const Vertex& a, Vertex b, Vertex c) : a_(a) {
     area_ = (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
             (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
     if (area_ < 0) std::swap(b, c);
     b_ = b;
     c_ = c;
   }
-  /// +1: seen from above (the way up leaves the body), -1: from below, 0: edge on.
+  /// +1: seen from above (upward leaves the body), -1: from below, 0: edge on.
   int side() const { return (area_ > 0) - (area_ < 0); }
 
   bool meets(const Line& line, double& z) const {
@@ -49,6 +50,19 @@ class Shadow {
   Vertex a_, b_, c_;
   std::int64_t area_;
 };
+
+// Interleaves the bits of x and y.
+std::uint64_t z_order(const Vertex& v) {
+  const auto spread = [](std::int32_t number) {
+    std::uint64_t bits = std::uint32_t(number) ^ 0x80000000u;
+    bits = (bits | bits << 16) & 0x0000ffff0000ffffull;
+    bits = (bits | bits << 8) & 0x00ff00ff00ff00ffull;
+    bits = (bits | bits << 4) & 0x0f0f0f0f0f0f0f0full;
+    bits = (bits | bits << 2) & 0x3333333333333333ull;
+    return (bits | bits << 1) & 0x5555555555555555ull;
+  };
+  return spread(v.x) | spread(v.y) << 1;
+}
 
 struct Crossing {
   double z;
@@ -85,8 +99,8 @@ std::vector<std::vector<Span>> columns(const Mesh& mesh, const GridSpec& grid, d
   };
   for (const auto& t : mesh.triangles) {
     const Vertex &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-    const Shadow shadow(a, b, c);
-    if (shadow.side() == 0) continue;
+    const Projection projection(a, b, c);
+    if (projection.side() == 0) continue;
     const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
     const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
     const std::int64_t i0 =
@@ -100,8 +114,8 @@ std::vector<std::vector<Span>> columns(const Mesh& mesh, const GridSpec& grid, d
     for (std::int64_t j = j0; j <= j1; ++j)
       for (std::int64_t i = i0; i <= i1; ++i) {
         double z;
-        if (shadow.meets({half_units(grid.x_mm(int(i))), half_units(grid.y_mm(int(j)))}, z))
-          crossings[std::size_t(j) * std::size_t(grid.nx) + std::size_t(i)].push_back({z, shadow.side()});
+        if (projection.meets({half_units(grid.x_mm(int(i))), half_units(grid.y_mm(int(j)))}, z))
+          crossings[std::size_t(j) * std::size_t(grid.nx) + std::size_t(i)].push_back({z, projection.side()});
       }
   }
   std::vector<std::vector<Span>> spans;
@@ -110,50 +124,33 @@ std::vector<std::vector<Span>> columns(const Mesh& mesh, const GridSpec& grid, d
   return spans;
 }
 
+// Sorts the facets along the Z-order curve of their first corners, so that neighbours in the list lie near
+// each other.
 MeshSolid::MeshSolid(Mesh mesh) : mesh_(std::move(mesh)) {
-  if (mesh_.triangles.empty()) return;
-  low_ = high_ = mesh_.vertices[mesh_.triangles[0][0]];
-  for (const Vertex& v : mesh_.vertices) {
-    low_ = {std::min(low_.x, v.x), std::min(low_.y, v.y), std::min(low_.z, v.z)};
-    high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
+  std::sort(mesh_.triangles.begin(), mesh_.triangles.end(), [&](const auto& s, const auto& t) {
+    return z_order(mesh_.vertices[s[0]]) < z_order(mesh_.vertices[t[0]]);
+  });
+  tree_.resize(mesh_.triangles.size());
+  for (std::size_t n = 0; n < mesh_.triangles.size(); ++n) {
+    BoxOf<std::int32_t> box;
+    for (const std::uint32_t v : mesh_.triangles[n]) box.add(mesh_.vertices[v].x, mesh_.vertices[v].y);
+    tree_.set(n, box);
   }
-  side_ = std::int64_t(std::ceil(std::sqrt(double(mesh_.triangles.size())))) + 1;
-  const auto pass = [&](const auto& visit) {
-    for (std::uint32_t n = 0; n < mesh_.triangles.size(); ++n) {
-      const auto& t = mesh_.triangles[n];
-      const Vertex &a = mesh_.vertices[t[0]], &b = mesh_.vertices[t[1]], &c = mesh_.vertices[t[2]];
-      for (std::int64_t r = cell_y(std::min({a.y, b.y, c.y})); r <= cell_y(std::max({a.y, b.y, c.y})); ++r)
-        for (std::int64_t k = cell_x(std::min({a.x, b.x, c.x})); k <= cell_x(std::max({a.x, b.x, c.x})); ++k)
-          visit(std::size_t(r * side_ + k), n);
-    }
-  };
-  first_.assign(std::size_t(side_ * side_) + 1, 0);
-  pass([&](std::size_t cell, std::uint32_t) { ++first_[cell]; });
-  for (std::size_t n = 1; n < first_.size(); ++n) first_[n] += first_[n - 1];
-  facets_.resize(first_.back());
-  pass([&](std::size_t cell, std::uint32_t n) { facets_[--first_[cell]] = n; });
-}
-
-std::int64_t MeshSolid::cell_x(std::int64_t x) const {
-  return (x - low_.x) * side_ / (std::int64_t(high_.x) - low_.x + 1);
-}
-std::int64_t MeshSolid::cell_y(std::int64_t y) const {
-  return (y - low_.y) * side_ / (std::int64_t(high_.y) - low_.y + 1);
+  tree_.build();
 }
 
 bool MeshSolid::contains(double x_mm, double y_mm, double z_mm) const {
-  if (first_.empty() || !(std::abs(x_mm) < 1e5 && std::abs(y_mm) < 1e5)) return false;
+  if (!(std::abs(x_mm) < 1e5 && std::abs(y_mm) < 1e5)) return false;
   const Line line{half_units(x_mm), half_units(y_mm)};
-  const std::int64_t x = line.x >> 1, y = line.y >> 1;
-  if (x < low_.x || x >= high_.x || y < low_.y || y >= high_.y) return false;
-  const std::size_t cell = std::size_t(cell_y(y) * side_ + cell_x(x));
+  const auto x = std::int32_t(line.x >> 1), y = std::int32_t(line.y >> 1);
   int turns = 0;
-  for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
-    const auto& t = mesh_.triangles[facets_[k]];
-    const Shadow shadow(mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]);
+  tree_.touching({x, y, x + 1, y + 1}, [&](std::size_t n) {
+    const auto& t = mesh_.triangles[n];
+    const Projection projection(mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]);
     double z;
-    if (shadow.side() != 0 && shadow.meets(line, z) && z > z_mm * kUnitsPerMm) turns += shadow.side();
-  }
+    if (projection.side() != 0 && projection.meets(line, z) && z > z_mm * kUnitsPerMm)
+      turns += projection.side();
+  });
   return turns > 0;
 }
 

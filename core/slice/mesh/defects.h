@@ -1,4 +1,5 @@
-// What was wrong with a mesh, and where: told per layer, mended by the rules of docs/algorithms-slicing.md.
+// Defect holds one finding about a mesh: its kind, layer and location. Findings are repaired by the rules of
+// docs/algorithms/slicing.md.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,7 @@
 namespace firn::slice {
 
 enum class DefectKind : std::uint8_t {
-  kNotFinite,    ///< facets with a corner that is no number; left out
+  kNotFinite,    ///< facets with a corner that is not a number; left out
   kDegenerate,   ///< facets without area on the grid; they bound nothing
   kNotClosed,    ///< the surface has a border or facets wound against each other (whole mesh)
   kBelow,        ///< part of the mesh lies below z = 0; not printed
@@ -23,11 +24,11 @@ enum class DefectKind : std::uint8_t {
   kOverlap,      ///< contours crossed or touched; replaced by the area whose winding number is positive
 };
 
-/// One finding; several of a kind in a layer that have no size of their own are counted together.
+/// One finding. Findings of one kind in a layer without a size of their own are counted together.
 struct Defect {
   DefectKind kind = DefectKind::kNotFinite;
   std::int32_t layer = 0;  ///< 1-based; 0 = the mesh as a whole
-  Point at;                ///< first place in the order of points; 0, 0 for the mesh as a whole
+  Point at;                ///< first point in the order of points; 0, 0 for the mesh as a whole
   double size_mm = 0.0;    ///< gap or length where the kind has one
   std::size_t count = 1;
   bool operator==(const Defect&) const = default;

@@ -1,5 +1,5 @@
-// Facets in pieces: side by side within a wave, wave after wave, so that a mapped file need not stay in
-// memory.
+// for_chunks() visits facets in chunks: concurrently within a wave and wave after wave, so that a mapped file
+// need not remain in memory.
 #pragma once
 
 #include <algorithm>
@@ -19,11 +19,11 @@ inline int chunk_count(const FacetView& facets) {
 
 enum class Pass {
   kFirst,  ///< from the first wave to the last; others follow
-  kLast,   ///< from the last wave to the first: what was read last is still in memory
+  kLast,   ///< from the last wave to the first: the chunks read last are still in memory
 };
 
-/// body(chunk, first facet, end) for all chunks; chunks of the same `lane` (chunk % kWaveChunks) never run at
-/// once.
+/// Calls body(chunk, first facet, end) for all chunks; chunks of the same `lane` (chunk % kWaveChunks) never
+/// run at the same time.
 template <class Body>
 void for_chunks(const FacetView& facets, Pass pass, const ParallelFor& parallel, const Body& body) {
   const int chunks = chunk_count(facets), waves = (chunks + kWaveChunks - 1) / kWaveChunks;

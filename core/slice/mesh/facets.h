@@ -1,4 +1,4 @@
-// Triangles as files hold them: floating point, not owned, not checked for sense.
+// FacetView refers to triangles as files hold them: floating point, not owned and not validated.
 #pragma once
 
 #include <array>
@@ -12,17 +12,16 @@ namespace firn::slice {
 
 using Corner = std::array<float, 3>;  ///< x, y, z in the file's unit; may be NaN or infinite
 
-/// Either indexed triangles, or a soup in which each facet carries its corners (STL), read where the file
-/// lies.
+/// Either indexed triangles, or a soup in which each facet carries its corners (STL), read in place.
 struct FacetView {
   std::span<const Corner> vertices;                         ///< of indexed triangles
   std::span<const std::array<std::uint32_t, 3>> triangles;  ///< each index is below vertices.size()
   const std::byte* soup = nullptr;  ///< first facet: three corners, little endian, at any alignment
   std::size_t stride = 0;           ///< bytes from one facet to the next: 50 in binary STL, 36 packed
   std::size_t soup_facets = 0;
-  /// Told now and then that facets [first, end) of a soup have been read, and whether another pass `follows`,
-  /// which takes them from the last to the first (the box of a part takes one, cutting it another), so that
-  /// the pages of a mapped file need not all stay in memory. May be empty.
+  /// Called repeatedly when facets [first, end) of a soup have been read; `follows`: another pass will read
+  /// them from the last to the first (the bounding box takes one pass, slicing another). Pages of a mapped
+  /// file can then be released. May be empty.
   std::function<void(std::size_t first, std::size_t end, bool follows)> done_with;
 
   bool indexed() const { return soup == nullptr; }

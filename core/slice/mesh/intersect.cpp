@@ -1,6 +1,6 @@
-// INTERSECTFACET [Barnett, 3.2], some hundred facets at a time: each is read once, measured, and leaves a
-// segment in every plane that it crosses. What follows from a facet's place is looked up, so that nothing has
-// to be guessed in advance.
+// INTERSECTFACET [Barnett, 3.2], some hundred facets at a time: each facet is read once, measured, and leaves
+// a segment in every plane that it crosses. Cases that depend on the order of its corners come from tables,
+// without unpredictable branches.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -27,7 +27,7 @@ std::uint64_t hash(std::int64_t x, std::int64_t y, std::int64_t z) {
 struct Sums {
   std::size_t not_finite = 0, degenerate = 0;
   std::uint64_t border =
-      0;  // 0 exactly when the edges cancel (docs/algorithms-slicing.md), but for chance 2^-60
+      0;  // 0 exactly when the edges cancel (docs/algorithms/slicing.md), but for chance 2^-60
   __int128 six_volumes = 0;
   void add(const Sums& s) {
     not_finite += s.not_finite;
@@ -49,9 +49,9 @@ bool no_area(Grid a, Grid b, Grid c) {
 
 bool equal(Grid a, Grid b) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
 
-/// Which corners bound the edges on which a facet's segments begin and end, by the order of its corners'
-/// heights. Seen from outside with z up, the middle corner of a facet whose corners run low, middle, high
-/// lies on the right, and material to the left of a segment means that the segment runs to the right.
+/// The corners that bound the edges on which the segments of a facet begin and end, by the order of the
+/// heights of its corners. Seen from outside with z up, the middle corner of a facet whose corners run low,
+/// middle, high lies on the right; material to the left of a segment means that it runs to the right.
 struct Way {
   std::uint8_t from_low, from_high, to_low, to_high, middle, high;
 };
@@ -64,7 +64,7 @@ constexpr std::array<std::array<Way, 2>, 8> ways() {
     unsigned low = b_a ? 1 : 0, high = b_a ? 0 : 1;
     if (low == 1 ? c_b : c_a) low = 2;
     if (high == 1 ? !c_b : !c_a) high = 2;
-    const unsigned middle = low == high ? low : 3 - low - high;  // of an order that does not exist
+    const unsigned middle = low == high ? low : 3 - low - high;  // for an impossible order
     const bool rightward = (low + 1) % 3 != high;
     for (unsigned upper = 0; upper < 2; ++upper) {
       const auto p = std::uint8_t(upper ? middle : low), q = std::uint8_t(upper ? high : middle);
@@ -78,7 +78,8 @@ constexpr auto kWays = ways();
 
 using Pair = double __attribute__((vector_size(16)));
 
-/// Where an edge crosses a plane, from its lower end up: the same for both facets of the edge.
+/// Returns the crossing of an edge and a plane, computed from its lower end: identical for both facets of the
+/// edge.
 Point crossing(Grid low, Grid high, double plane) {
   const Pair p = {double(low[0]), double(low[1])}, q = {double(high[0]), double(high[1])};
   const double z = low[2];
@@ -94,7 +95,8 @@ class Cutter {
   Cutter(const PlaneFinder& planes, SegmentLane& lane, Sums& sums)
       : planes_(planes), lane_(lane), sums_(sums) {}
 
-  static constexpr std::size_t kFacets = 128;  // with all that is kept of them they fit the nearest cache
+  static constexpr std::size_t kFacets =
+      128;  // with their intermediate results they fit the first-level cache
   std::int32_t* grid() { return grid_; }
 
   void cut(std::size_t facets) {
@@ -108,7 +110,7 @@ class Cutter {
     std::uint16_t facet, order;
   };
 
-  // Volume, border and area of all; lists those that cross a plane.
+  // Sums volume, border and area of all facets and lists those that cross a plane.
   std::size_t measure(std::size_t facets) {
     std::size_t hits = 0;
     std::uint64_t border = 0;
@@ -121,14 +123,14 @@ class Cutter {
       hashes_[3 * n] = std::uint32_t(ha >> 32);
       hashes_[3 * n + 1] = std::uint32_t(hb >> 32);
       hashes_[3 * n + 2] = std::uint32_t(hc >> 32);
-      // Each directed edge (a, b) adds a^2 b - a b^2, which its opposite takes away again.
+      // Each directed edge (a, b) adds a^2 b - a b^2, which its opposite cancels.
       border += (ha - hb) * (hb - hc) * (hc - ha);
       const std::int64_t twice_shadow = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
       six_volumes += __int128(twice_shadow) * (az + bz + cz);
       if (twice_shadow == 0 && no_area(a, b, c)) {
         ++sums_.degenerate;
         if (equal(a, b) || equal(b, c) || equal(c, a))
-          continue;  // its two crossed edges are one: no way between them
+          continue;  // its two crossed edges coincide: no segment
       }
       const std::uint32_t k = planes_.at_or_above(std::min({a[2], b[2], c[2]}));
       hits_[hits] = {k, std::uint16_t(n),

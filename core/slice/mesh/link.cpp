@@ -3,13 +3,13 @@
 #include <cstring>
 
 #include "core/geometry/lanes.h"
-#include "core/slice/mesh/link_layer.h"
 #include "core/geometry/planar.h"
+#include "core/slice/mesh/link_layer.h"
 
 namespace firn::slice {
 namespace {
 
-constexpr int kLayersAtOnce = 8;  // share their room
+constexpr int kLayersAtOnce = 8;  // share their working memory
 constexpr std::uint32_t kDone = ~0u;
 
 using Bucket = LinkWork::Bucket;
@@ -18,7 +18,7 @@ std::uint32_t bucket_of(std::uint32_t edge, const Point& p, int shift) {
   return ((edge ^ std::uint32_t(p.x)) * 0x9e3779b1u) >> shift;
 }
 
-// Bit n: place n holds that.
+// Returns a bit for each place that holds `that`.
 unsigned where(const std::array<std::uint32_t, LinkWork::kPlaces>& places, std::uint32_t that) {
   static_assert(sizeof places == sizeof(Lanes4));
   Lanes4 four;
@@ -52,8 +52,8 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
       break;
     }
   }
-  // By the edge alone, which needs only the table; the point is compared below, where the segments are read
-  // in their order.
+  // Compares the edge alone, which needs only the table. The point is compared below, where the segments are
+  // read in their order.
   work.next.resize(n);
   for (std::uint32_t s = 0; s < n; ++s) {
     const std::uint32_t edge = segments[s].to_edge;
@@ -64,7 +64,7 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
         work.next[s] = bucket.behind[std::size_t(std::countr_zero(same))] - 1;
         break;
       }
-      if (free) return std::nullopt;  // none begins there
+      if (free) return std::nullopt;  // no segment begins there
     }
   }
   Rings& rings = work.rings;
@@ -76,7 +76,7 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
     const Point* const begin = end;
     for (std::uint32_t s = first;;) {
       if (end == begin || end[-1] != segments[s].from)
-        *end++ = segments[s].from;  // repeated, it would cost canonical() a copy
+        *end++ = segments[s].from;  // a repeated point would cost canonical() a copy
       const std::uint32_t following = work.next[s];
       if (segments[following].from != segments[s].to) return std::nullopt;  // another edge with the same hash
       work.next[s] = kDone;

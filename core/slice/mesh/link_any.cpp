@@ -1,19 +1,20 @@
-// Linking where the mesh is not in order: branching edges, facets wound against each other, borders.
+// Links layers of irregular meshes: branching edges, inconsistently wound facets, borders.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
-#include "core/slice/mesh/link_layer.h"
 #include "core/geometry/planar.h"
 #include "core/geometry/rings.h"
+#include "core/slice/mesh/link_layer.h"
 
 namespace firn::slice {
 namespace {
 
 constexpr std::uint32_t kNone = ~0u;
-constexpr double kTinyGap = 100.0;  // units; gaps up to 0.01 mm are rounding (T-junctions) and told as one
+constexpr double kTinyGap =
+    100.0;  // units; gaps up to 0.01 mm are due to rounding (T-junctions) and reported as one
 
-// Each segment has two ends: 2 s where it begins, 2 s + 1 where it ends.
+// Each segment has two ends: 2 s is its first point, 2 s + 1 its last one.
 bool begins(std::uint32_t end) { return (end & 1) == 0; }
 std::uint32_t other(std::uint32_t end) { return end ^ 1; }
 
@@ -49,8 +50,8 @@ class Linker {
     mate_[b] = a;
   }
 
-  // Where one segment ends another begins; then what is left of a kind, two by two. Any pairing within one
-  // point of one edge has the same winding numbers.
+  // Joins the last point of a segment with the first point of another one, then the remaining ends of one
+  // kind in pairs. Any pairing at one point of one edge has the same winding numbers.
   void join_on_edges() {
     std::vector<std::uint32_t> ends(mate_.size());
     for (std::uint32_t e = 0; e < ends.size(); ++e) ends[e] = e;
@@ -84,7 +85,7 @@ class Linker {
     double length;
   };
 
-  // From each end that has no mate to the one at the other side; chains that are a single point are left out.
+  // Follows each end without a mate to the other end of its chain; chains of a single point are left out.
   std::vector<Chain> open_chains() const {
     std::vector<Chain> chains;
     std::vector<bool> seen(mate_.size());
@@ -103,8 +104,8 @@ class Linker {
     return chains;
   }
 
-  // Nearest first, by rounds of growing reach: after each round the ends that are left lie farther apart than
-  // its reach.
+  // Joins the nearest ends first, in rounds of growing reach: after each round the remaining ends are further
+  // apart than its reach.
   void join_near(double closing_gap) {
     std::vector<std::uint32_t> open;
     for (const Chain& chain : open_chains()) open.insert(open.end(), {chain.begin, chain.end});
@@ -135,7 +136,7 @@ class Linker {
       for (const Gap& g : gaps)
         if (mate_[g.a] == kNone && mate_[g.b] == kNone) {
           mate(g.a, g.b);
-          told_gap(g.length, std::min(point(g.a), point(g.b)));
+          report_gap(g.length, std::min(point(g.a), point(g.b)));
         }
       std::erase_if(open, [&](std::uint32_t e) { return mate_[e] != kNone; });
       if (reach >= closing_gap) break;
@@ -143,17 +144,18 @@ class Linker {
     }
   }
 
-  // What is nearly all there is closed on itself: a hole in the mesh must not take the whole contour away.
+  // Closes chains that are nearly complete on themselves: a hole in the mesh must not remove the whole
+  // contour.
   void close_on_itself(double share) {
     for (const Chain& chain : open_chains()) {
       const double gap = distance(point(chain.begin), point(chain.end));
       if (gap > share * chain.length) continue;
       mate(chain.begin, chain.end);
-      told_gap(gap, std::min(point(chain.begin), point(chain.end)));
+      report_gap(gap, std::min(point(chain.begin), point(chain.end)));
     }
   }
 
-  void told_gap(double length, const Point& at) {
+  void report_gap(double length, const Point& at) {
     if (length > kTinyGap) {
       out_.defects.push_back({DefectKind::kGapClosed, layer_, at, length * kMmPerUnit, 1});
     } else if (length > 0.0) {
@@ -174,7 +176,7 @@ class Linker {
       }
   }
 
-  // What is left are closed chains. A chain runs the way in which the greater length of its segments runs.
+  // The remaining chains are closed. A chain takes the direction of the greater length of its segments.
   void trace() {
     std::vector<Point> ring;
     for (std::uint32_t first = 0; first < segments_.size(); ++first) {

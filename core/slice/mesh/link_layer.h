@@ -1,4 +1,4 @@
-// One layer's segments to closed contours.
+// link_orderly() and link_any() compute the closed contours of the segments of one layer.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@
 
 namespace firn::slice {
 
-/// Room used again from layer to layer.
+/// Working memory that is kept from layer to layer.
 struct LinkWork {
   static constexpr std::size_t kPlaces = 4;
-  struct Bucket {  // of segments by where they begin, in the order in which they came
+  struct Bucket {  // of segments by their first point, in the order of insertion
     std::array<std::uint32_t, kPlaces> edge, behind;  // 1 + the segment's number; 0 = free
   };
   std::vector<Segment> segments;
@@ -24,11 +24,11 @@ struct LinkWork {
   Rings rings;
 };
 
-/// The layer of an orderly mesh: on every crossed edge one segment ends and one begins. One look-up per
-/// segment. None if the layer is not so.
+/// Links the layer of a regular mesh: on every crossed edge one segment ends and one begins. One look-up per
+/// segment. Returns nothing if the layer is not regular.
 std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& work);
 
-/// Any layer: see docs/algorithms-slicing.md, "Linking". Sorts the segments.
+/// Links any layer: see docs/algorithms/slicing.md, "Linking". Sorts the segments.
 Contours link_any(std::vector<Segment>& segments, const SliceOptions& options, std::int32_t layer);
 
 }  // namespace firn::slice

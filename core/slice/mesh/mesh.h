@@ -1,4 +1,4 @@
-// Triangles on the slicer's integer grid.
+// Mesh holds indexed triangles on the integer grid of the slicer.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ struct Vertex {
   bool operator==(const Vertex&) const = default;
 };
 
-/// Indexed triangles; seen from outside their corners run counter-clockwise. Whether the surface is closed,
-/// simple or oriented is not promised: slicing defines what a broken mesh means.
+/// Seen from outside, the corners of a triangle run counter-clockwise. The surface may be open, self-
+/// intersecting or inconsistently oriented: slicing defines the meaning of a broken mesh.
 struct Mesh {
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;

@@ -8,7 +8,8 @@ void PathFilter::append(std::span<const Point> ring, Rings& to) {
   const std::span<const Point> left = spaced ? std::span<const Point>(points_) : ring;
   if (left.size() < 3) return;
   if (!(tolerance_ > 0.0)) return to.add(left);
-  if (line_.size() < left.size()) line_.resize(left.size());  // never less: what grows again is cleared again
+  if (line_.size() < left.size())
+    line_.resize(left.size());  // never shrinks, because regrown elements would be initialized again
   for (std::size_t i = 0; i < left.size(); ++i) line_[i] = to_vec(left[i]);
   draw_(std::span(line_).first(left.size()), tolerance_, to);
 }

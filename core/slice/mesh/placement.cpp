@@ -85,8 +85,8 @@ Lanes lesser(Lanes a, Lanes b) { return a < b ? a : b; }
 Lanes greater(Lanes a, Lanes b) { return a > b ? a : b; }
 #endif
 
-// Most chunks hold only numbers: one pass of minima and maxima, four numbers at a time, with a sum that is
-// NaN when one is none. A facet's nine numbers are read as 0..3, 4..7 and 5..8.
+// Most chunks hold only finite numbers: one pass of minima and maxima, four numbers at a time, with a sum
+// that is NaN if any number is not finite. The nine numbers of a facet are read as 0..3, 4..7 and 5..8.
 bool plain_box(const FacetView& facets, std::size_t first, std::size_t end, Box& box) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   constexpr std::size_t kBegin[3] = {0, 4, 5};

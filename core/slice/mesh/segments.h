@@ -1,5 +1,5 @@
-// The store between intersect() and link(): per layer, in no order, the segments that facets leave in its
-// plane.
+// Segments::Store holds, per layer and unordered, the segments in which facets intersect its plane, between
+// intersect() and link().
 #pragma once
 
 #include <array>
@@ -13,9 +13,9 @@
 
 namespace firn::slice {
 
-/// From one mesh edge to another, material on the left. Two segments meet where edge and point are equal: the
-/// point is computed from the edge alone, so a chance agreement of two edges' hashes can only join what lies
-/// in one place.
+/// A segment from one mesh edge to another, with material on the left. Two segments meet where edge and point
+/// are equal. The point is computed from the edge alone, so a chance collision of two edge hashes can only
+/// join segments at one point.
 struct Segment {
   std::uint32_t from_edge = 0, to_edge = 0;  ///< hashes of the edges' end points
   Point from, to;
@@ -23,7 +23,7 @@ struct Segment {
   auto operator<=>(const Segment&) const = default;
 };
 
-/// Per layer a chain of blocks that grow from 8 to 64 segments, cut from slabs: written once, never moved.
+/// Per layer a linked list of blocks of 8 to 64 segments, allocated from slabs: written once and never moved.
 class SegmentLane {
  public:
   explicit SegmentLane(std::size_t layers) : tails_(layers), chains_(layers) {}
@@ -36,7 +36,7 @@ class SegmentLane {
   std::size_t count(std::size_t layer) const {
     return chains_[layer].room - std::size_t(tails_[layer].end - tails_[layer].next);
   }
-  /// Copies the layer's segments to `out` and returns its new end.
+  /// Copies the segments of the layer to `out` and returns its new end.
   Segment* copy(std::size_t layer, Segment* out) const;
 
  private:
@@ -46,7 +46,7 @@ class SegmentLane {
     Segment* data() { return reinterpret_cast<Segment*>(this + 1); }
     const Segment* data() const { return reinterpret_cast<const Segment*>(this + 1); }
   };
-  struct Tail {  // all that each segment asks for, apart from the rest
+  struct Tail {  // the only data that each insertion needs
     Segment* next = nullptr;
     Segment* end = nullptr;
   };
@@ -67,7 +67,7 @@ class SegmentLane {
 struct Segments::Store {
   std::size_t layers = 0;
   std::vector<SegmentLane> lanes;  ///< kWaveChunks of them
-  bool turned = false;             ///< the mesh was inside out: segments run the other way
+  bool turned = false;             ///< the mesh was inside out: segments are reversed
 };
 
 }  // namespace firn::slice

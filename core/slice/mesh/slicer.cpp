@@ -29,7 +29,8 @@ struct Layer {
   bool repaired = false;
 };
 
-Layer settle(Contours&& contours, std::int32_t number, PathFilter& filter, bool all_points, bool spaced) {
+Layer finish_layer(Contours&& contours, std::int32_t number, PathFilter& filter, bool all_points,
+                   bool spaced) {
   Layer layer;
   layer.defects = std::move(contours.defects);
   layer.contours = contours.rings.size();
@@ -80,8 +81,8 @@ Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const S
     PathFilter filter(options.min_spacing_mm * kUnitsPerMm, options.chord_tolerance_mm * kUnitsPerMm);
     const std::size_t first = std::size_t(group) * kLayersAtOnce;
     for (std::size_t n = first; n < std::min(first + kLayersAtOnce, contours.size()); ++n)
-      layers[n] = settle(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points,
-                         options.min_spacing_mm > 0.0);
+      layers[n] = finish_layer(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points,
+                               options.min_spacing_mm > 0.0);
   });
   Sliced out;
   out.facts = facts;
@@ -110,11 +111,11 @@ Sliced slice(const FacetView& facets, const Placement& placement, const SliceOpt
   return regions(link(std::move(segments), options, parallel), facts, options, parallel);
 }
 
-void give_way(std::span<std::vector<Region>*> parts, const ParallelFor& parallel) {
+void subtract_by_priority(std::span<std::vector<Region>*> parts, const ParallelFor& parallel) {
   std::size_t layers = 0;
   for (const std::vector<Region>* part : parts) layers = std::max(layers, part->size());
   parallel(int(layers), [&](int n) {
-    Region before;  // what the earlier parts take
+    Region before;  // area of the earlier parts
     for (std::vector<Region>* part : parts) {
       if (std::size_t(n) >= part->size()) continue;
       Region& mine = (*part)[std::size_t(n)];

@@ -1,4 +1,5 @@
-// FACETSLICE [Barnett, 3.2]: facets -> segments -> linked contours -> a Region per layer.
+// slice() computes the regions of all layers of a part: FACETSLICE [Barnett, 3.2], facets -> segments ->
+// linked contours -> a Region per layer.
 //
 // Layers are 1-based: layer n fills (n - 1) h <= z <= n h and is cut once, at its middle (n - 0.5) h, rounded
 // down to a half unit of the grid (0.05 um), so that no vertex lies on a plane. A layer exists while its
@@ -23,12 +24,12 @@ namespace firn::slice {
 struct SliceOptions {
   double layer_height_mm = 0.25;
   double chord_tolerance_mm =
-      0.05;  ///< contours are thinned to lines that lie so near to them, both ways; 0 keeps all points
+      0.05;  ///< contours are simplified within this distance, both ways; 0 keeps all points
   double min_spacing_mm =
-      0.0;  ///< PATHFILTER: points closer than this to the last kept one go first; 0 keeps all
+      0.0;  ///< PATHFILTER: points closer than this to the last one kept are removed; 0 keeps all
   double closing_gap_mm = 2.0;  ///< ends of open contours at most this far apart are joined
   double closing_share =
-      0.5;  ///< then a contour whose own ends lie within this share of its length is closed
+      0.5;  ///< then contours whose own ends lie within this share of their length are closed
 };
 inline constexpr Option kLayerHeight{"layer_height_mm", &SliceOptions::layer_height_mm, "mm",
                                      within(0.001, 100), "layer n is cut once, at (n - 1/2) of this"};
@@ -46,14 +47,14 @@ inline constexpr std::tuple kContourOptions{
 /// @throws std::invalid_argument naming the option that is out of its range
 void check(const SliceOptions& options);
 
-/// What the facets as a whole are; exact, and the same for any order of them.
+/// Properties of the facets as a whole; exact, and independent of their order.
 struct MeshFacts {
   std::size_t facets = 0;
   std::size_t not_finite = 0;
   std::size_t degenerate = 0;
   bool closed =
-      false;  ///< every edge is run through as often one way as the other (border and winding in order)
-  double volume_mm3 = 0.0;  ///< divergence theorem; of a surface that is not closed it depends on the origin
+      false;  ///< every edge is traversed equally often in both directions (no border, consistent winding)
+  double volume_mm3 = 0.0;  ///< by the divergence theorem; for an open surface it depends on the origin
   Vertex low, high;
 };
 
@@ -65,11 +66,12 @@ struct SliceCounts {
   std::size_t repaired_layers = 0;  ///< whose contours crossed or touched
 };
 
-/// Heights of the planes of all layers below `top` (units), each half a unit above the value given.
+/// Returns the heights of the planes of all layers below `top` (units), each half a unit above the value
+/// given.
 /// @throws std::invalid_argument: height not above 1 um or not finite, more than a million layers.
 std::vector<std::int32_t> layer_planes(double layer_height_mm, std::int32_t top);
 
-/// Where facets meet planes. Filled once, emptied by link().
+/// The intersections of facets and planes, which link() consumes.
 class Segments {
  public:
   Segments();
@@ -81,8 +83,7 @@ class Segments {
   MeshFacts facts;
 };
 
-/// INTERSECTFACET: one pass over the facets. @param planes ascending, from layer_planes or heights of one's
-/// own.
+/// INTERSECTFACET: one pass over the facets. @param planes ascending, from layer_planes or other heights.
 Segments intersect(const FacetView& facets, const Affine& affine, std::span<const std::int32_t> planes,
                    const ParallelFor& parallel);
 
@@ -97,9 +98,10 @@ struct Contours {
 std::vector<Contours> link(Segments&& segments, const SliceOptions& options, const ParallelFor& parallel);
 
 struct Sliced {
-  std::vector<Region> layers;   ///< [n - 1] = layer n
-  std::vector<Rings> contours;  ///< [n - 1]: what layers[n - 1] was thinned from; empty where more or less
-                                ///< than that was done
+  std::vector<Region> layers;  ///< [n - 1] = layer n
+  /// [n - 1]: the contours from which layers[n - 1] was simplified; empty where anything else changed them
+  /// too.
+  std::vector<Rings> contours;
   std::vector<Defect> defects;  ///< whole mesh first, then by layer
   MeshFacts facts;
   SliceCounts counts;
@@ -114,8 +116,8 @@ Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const S
 Sliced slice(const FacetView& facets, const Placement& placement, const SliceOptions& options,
              const ParallelFor& parallel);
 
-/// Several parts in one job: each layer of a later part gives way to the earlier ones. The parts' lists of
-/// layers may differ in length.
-void give_way(std::span<std::vector<Region>*> parts_by_priority, const ParallelFor& parallel);
+/// Makes several parts of one job disjoint: each layer of a later part loses the area of the earlier ones.
+/// The parts may differ in the number of layers.
+void subtract_by_priority(std::span<std::vector<Region>*> parts_by_priority, const ParallelFor& parallel);
 
 }  // namespace firn::slice

@@ -1,4 +1,4 @@
-// From floating point to the grid, the same way wherever it is done.
+// to_grid() computes grid coordinates from floating point, identically wherever it is used.
 #pragma once
 
 #include <array>
@@ -10,8 +10,7 @@
 
 namespace firn::slice {
 
-/// Added to a number below 2^31 it leaves the nearest whole number (halves to even) in the low bits of the
-/// sum.
+/// Added to a number below 2^31, this leaves the nearest integer (halves to even) in the low bits of the sum.
 inline constexpr double kRounding = 6755399441055744.0;  // 1.5 x 2^52
 
 inline std::int32_t to_grid(double v) { return std::int32_t(std::bit_cast<std::int64_t>(v + kRounding)); }

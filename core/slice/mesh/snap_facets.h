@@ -1,4 +1,4 @@
-// Facets from floating point to the grid, some at a time: nine whole numbers each, one facet after the other.
+// snap_facets() computes the grid coordinates of facets: nine integers each.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace firn::slice {
 
-/// Where the placement only scales and shifts: two numbers at a time.
+/// Placements that only scale and translate: two numbers at a time.
 class Scaling {
  public:
   explicit Scaling(const Affine& a) {
@@ -42,7 +42,7 @@ class Scaling {
   using Pair = double __attribute__((vector_size(16)));
   using Words = std::int32_t __attribute__((vector_size(16)));
   static constexpr std::size_t kPairs = 5;
-  static constexpr std::size_t kFirst[kPairs] = {0, 2, 4, 6, 7};  // nine numbers, one of them twice
+  static constexpr std::size_t kFirst[kPairs] = {0, 2, 4, 6, 7};  // nine numbers, one of them read twice
   Pair factor_[kPairs], shift_[kPairs];
 };
 
@@ -64,7 +64,7 @@ class Turning {
   const Affine& affine_;
 };
 
-/// Facets [first, end), those that are not finite left out. @returns how many there are in `grid`
+/// Snaps facets [first, end), without those that are not finite. @return their number in `grid`
 template <class Snap>
 std::size_t snap_facets(const FacetView& facets, const Affine& affine, const Snap& snap, std::size_t first,
                         std::size_t end, std::int32_t* grid) {

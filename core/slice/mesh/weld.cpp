@@ -6,7 +6,7 @@
 namespace firn::slice {
 namespace {
 
-/// Grid points to numbers in the order of their coming: open addressing, doubled when half full.
+/// Numbers grid points in the order of their insertion: open addressing, doubled when half full.
 class PointTable {
  public:
   explicit PointTable(std::size_t expected) : slots_(std::bit_ceil(2 * expected + 16), 0) {}

@@ -1,42 +1,44 @@
-// The rings of a concentric fill, each the exact offset of the original outline [Barnett, 3.4, 3.5].
+// offset_rings() computes the rings of a concentric fill, each the exact offset of the original outline
+// [Barnett, 3.4, 3.5].
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include "core/geometry/boundary_chains.h"
 #include "core/geometry/region.h"
-#include "core/geometry/stretches.h"
 #include "core/slice/ring_plan.h"
 
 namespace firn::slice {
 
-/// What of one level (or the outline) lacks the next one.
+/// Chains of one level (or the outline) from which the next level is too far away.
 struct LevelGaps {
-  bool told = false;   ///< else the front could not tell, and the rings are to be asked
-  Stretches of_rings;  ///< of the level itself
-  Stretches of_cores;  ///< of the level's cores (RingPlan::core_mm), where it bounds areas about too narrow
-                       ///< for the next one
+  bool known = false;       ///< else the wavefront was ambiguous, and the drawn rings must be scanned
+  BoundaryChains of_rings;  ///< of the level itself
+  /// Of the eroded cores of the level (RingPlan::eroded_core_mm), where it bounds areas about too narrow for
+  /// the next one.
+  BoundaryChains of_eroded_cores;
 };
 
 struct RingLevels {
-  std::vector<Rings>
-      levels;  ///< [k]: all rings at distance_mm(k), directed as in a Region, in no canonical order
-  std::uint32_t from_clipper = 0;  ///< levels that Clipper made, because the wavefront could not tell
+  /// [k]: all rings at distance_mm(k), directed as in a Region, in no canonical order.
+  std::vector<Rings> levels;
+  std::uint32_t from_clipper = 0;  ///< levels computed by Clipper, because the wavefront was ambiguous
   std::vector<bool> touching;      ///< [k]: rings of the level may have contacts with each other
-  std::vector<LevelGaps>
-      gaps;  ///< [k]: between level k - 1 and k, if asked for; as many levels and one, or plan.max_rings
-  std::uint32_t drawn_finer = 0;  ///< levels whose rings would have met each other at the asked tolerance
+  /// [k]: between level k - 1 and k, if requested; one more than levels, or plan.max_rings.
+  std::vector<LevelGaps> gaps;
+  std::uint32_t drawn_finer = 0;  ///< levels whose rings would have intersected at the requested tolerance
 };
 
-/// Where a region comes from, if its outline was thinned.
-struct Thinned {
-  const Rings* from = nullptr;  ///< contours; null or empty: not known, or the region is what it is
-  double by_mm = 0;             ///< the two differ by no more
-  bool whole = false;           ///< all of them bound the region, and nothing else does
+/// The contours from which the outline of a region was simplified.
+struct Simplified {
+  const Rings* from = nullptr;  ///< null or empty: unknown, or the region is not simplified
+  double by_mm = 0;             ///< maximum distance between the two
+  bool whole = false;           ///< the region is bounded by all of them and by nothing else
 };
 
-/// Memory that offset_rings() keeps from region to region.
+/// Working memory that offset_rings() keeps from region to region.
 class OffsetWork {
  public:
   OffsetWork();
@@ -50,15 +52,15 @@ class OffsetWork {
   std::unique_ptr<State> state_;
 };
 
-/// @param tolerance_mm no ring leaves the exact offset of `region` by more than this; 0: arcs by 1 um, no
-/// point left out
-/// @param spot_mm diameter of the spots between levels that are looked for; 0: none
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm,
-                        const Thinned& thinned, OffsetWork& work);
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double spot_mm = 0,
-                        const Thinned& thinned = {});
+/// @param tolerance_mm maximum distance of a ring from the exact offset of `region`; 0: arcs within 1 um, all
+/// points kept
+/// @param void_mm diameter of the voids between levels that are searched for; 0: no search
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double void_mm,
+                        const Simplified& simplified, OffsetWork& work);
+RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double void_mm = 0,
+                        const Simplified& simplified = {});
 
-/// The region grown outward by a distance > 0, as the front of what lies around it.
+/// Returns the region grown outward by a distance > 0, computed as the wavefront of its surroundings.
 Region grow(const Region& region, double outward_mm, double tolerance_mm);
 
 }  // namespace firn::slice

@@ -1,13 +1,14 @@
-// The front that runs inward from an outline at unit speed: its shape at distance d is the outline's exact
-// offset.
+// WavefrontEdge, Component and their operations compute the wavefront of an outline: at distance d it is the
+// exact offset curve.
 //
-// The front consists of straight pieces, each parallel to a segment of the outline, and of arcs about its
-// reflex corners. A piece knows the segment or corner (its source) that it comes from, and every place of the
-// front is computed from the *original* sources at the asked distance, never from an earlier ring: errors
-// cannot pile up. What is handed from one distance to the next is only which sources are still alive and in
-// which order: sources that have died stay dead, so the work shrinks with the rings. Where two neighbours
-// meet they move along the bisector of their sources (a line, parabola or line of two corners: an edge of the
-// segment Voronoi diagram), of which each step walks just the part it needs.
+// The wavefront moves inward at unit speed. It consists of straight edges, each parallel to a segment of the
+// outline, and of arcs about its reflex corners. Each edge refers to its site, the segment or corner that
+// generates it, and every point of the wavefront is computed from the *original* sites at the requested
+// distance and not from a previous ring: errors do not accumulate. Only the order of the active sites is
+// handed from one distance to the next. A site that has vanished remains so, and the work shrinks with the
+// rings. The common point of two neighbours moves along the bisector of their sites (a line, a parabola or
+// the bisector of two corners: an edge of the segment Voronoi diagram), of which each step follows only the
+// part it needs.
 #pragma once
 
 #include <cstdint>
@@ -17,38 +18,40 @@
 #include <utility>
 #include <vector>
 
-#include "core/slice/offset/exact_tips.h"
 #include "core/geometry/region.h"
 #include "core/geometry/vec.h"
+#include "core/slice/offset/cusp_corrector.h"
 
 namespace firn::slice::wavefront {
 
-/// A segment of the outline (area on its left) or a reflex corner.
-struct Source {
-  Vec at;             ///< the segment's first point; the corner
-  Vec along;          ///< unit: direction of travel; for a corner that at the middle of its arc
-  double length = 0;  ///< of the segment; < 0: a corner
+/// A site: a segment of the outline (area on its left) or a reflex corner.
+struct Site {
+  Vec at;             ///< first point of the segment; the corner
+  Vec along;          ///< unit direction; for a corner the direction at the middle of its arc
+  double length = 0;  ///< of the segment; < 0 for a corner
   bool corner() const { return length < 0; }
 };
 
-/// Where two neighbours of the front meet, as a function of distance d from the outline.
-class Junction {
+/// The bisector of two sites: the common point of their wavefront edges as a function of the distance d.
+class Bisector {
  public:
   enum class Kind : std::int32_t { kStraight, kParabolaAhead, kParabolaBack, kTwoCorners };
 
-  Junction() = default;
-  Junction(Vec at_0, Vec velocity) : base(at_0), direction(velocity) {}
-  Junction(Kind of, Vec from, Vec along, double by) : base(from), direction(along), bound(by), kind(of) {}
+  Bisector() = default;
+  Bisector(Vec at_0, Vec velocity) : base(at_0), direction(velocity) {}
+  Bisector(Kind of, Vec from, Vec along, double by) : base(from), direction(along), bound(by), kind(of) {}
 
-  Vec base;  ///< kStraight: place at d = 0; parabola: foot of the corner on the line; kTwoCorners: midpoint
-  Vec direction;  ///< kStraight: velocity; parabola: along the line, away from the foot; kTwoCorners: left of
-                  ///< first -> second
+  /// kStraight: point at d = 0; parabola: projection of the corner to the line; kTwoCorners: midpoint.
+  Vec base;
+  /// kStraight: velocity; parabola: along the line, away from the projection; kTwoCorners: left of first ->
+  /// second.
+  Vec direction;
   double bound = 0;  ///< parabola: height of the corner over the line; kTwoCorners: squared half distance
-  Kind kind = Kind::kStraight;  ///< a parabola's direction is that of its line, or back along it
+  Kind kind = Kind::kStraight;  ///< of a parabola: its direction is along the line or against it
 
   Vec normal() const {
     return kind == Kind::kParabolaAhead ? left_of(direction) : right_of(direction);
-  }  ///< of a parabola's line
+  }  ///< normal of the line of a parabola
   Vec operator()(double d) const { return kind == Kind::kStraight ? base + d * direction : bent(d); }
 
  private:
@@ -60,36 +63,37 @@ class Junction {
   }
 };
 
-/// One piece of the front, from its own junction to that of the next piece.
-struct Piece {
-  [[no_unique_address]] Junction start;  ///< with the piece before; `source` lies in what pads it
-  std::int32_t source = 0;               ///< < 0: a pivot, ~ the number of its place
-  Vec from;                              ///< start at the front's present distance
-  bool pivot() const { return source < 0; }
+/// An edge of the wavefront, from its bisector with the edge before it to that of the next edge.
+struct WavefrontEdge {
+  [[no_unique_address]] Bisector start;  ///< with the edge before; `site` uses its padding
+  std::int32_t site = 0;                 ///< < 0: a pivot, ~ the index of its point
+  Vec from;                              ///< start at the present distance of the wavefront
+  bool pivot() const { return site < 0; }
 };
-static_assert(sizeof(Piece) == 64);  // all there is of the front's present shape, walked many times
+static_assert(sizeof(WavefrontEdge) == 64);  // the complete shape of the wavefront, traversed many times
 
-/// Loops of pieces that bound one connected area; all of them may still meet each other, but none of another
+/// The loops that bound one connected area. They may still intersect each other, but not those of another
 /// component.
 ///
-/// A pivot keeps the front closed where what lay between two pieces died and they have no bisector ahead: the
-/// front goes from the end of the piece before straight to a fixed place and straight on to the start of the
-/// next. It occurs only in parts of the front that have died already, and untangle() removes it with them.
+/// A pivot keeps a loop closed where the edges between two others have collapsed and these have no bisector
+/// ahead: the loop runs from the end of the edge before the pivot straight to a fixed point, and straight on
+/// to the start of the next edge. Pivots occur only in parts of the wavefront that are invalid already, and
+/// trimming removes them.
 struct Component {
-  std::vector<Piece> pieces;        ///< of all loops, one after the other
-  std::vector<std::uint32_t> ends;  ///< of each loop
-  std::vector<Vec> pivots;          ///< places of those among the pieces
-  Vec place_of(const Piece& pivot) const { return pivots[std::size_t(~pivot.source)]; }
+  std::vector<WavefrontEdge> edges;  ///< of all loops, one after the other
+  std::vector<std::uint32_t> ends;   ///< of each loop
+  std::vector<Vec> pivots;           ///< points of the pivots among the edges
+  Vec place_of(const WavefrontEdge& pivot) const { return pivots[std::size_t(~pivot.site)]; }
 };
 
-/// Components whose memory is used again.
+/// Components with reused memory.
 class Components {
  public:
   void clear() { size_ = 0; }
-  Component& add() {  ///< an empty one
+  Component& add() {  ///< adds an empty one
     if (size_ == all_.size()) all_.emplace_back();
     Component& component = all_[size_++];
-    component.pieces.clear();
+    component.edges.clear();
     component.ends.clear();
     component.pivots.clear();
     return component;
@@ -103,127 +107,127 @@ class Components {
   std::size_t size_ = 0;
 };
 
-/// Front of an area at distance 0. @param area rings of the region: an outer one with its holes
-void front_of(const Region& region, std::span<const std::uint32_t> area, std::vector<Source>& sources,
-              Components& components);
+/// Computes the wavefront of an area at distance 0. @param area rings of the region: an outer one with its
+/// holes
+void wavefront_of(const Region& region, std::span<const std::uint32_t> area, std::vector<Site>& sites,
+                  Components& components);
 
-/// Bisector of two sources that follow each other on the front and meet at `place` at distance `d`.
-/// @return false if they have none ahead (they turn away from each other by half a turn or more)
-bool meet(const Source& before, const Source& after, Vec place, double d, Junction& junction);
+/// Computes the bisector of two consecutive sites whose edges meet at `place` at distance `d`.
+/// @return false if there is no bisector ahead (they turn away from each other by half a turn or more)
+bool bisector_of(const Site& before, const Site& after, Vec place, double d, Bisector& bisector);
 
-/// Moves a component from distance `from` to `to`: a piece dies when neither neighbour dies before, so that
-/// neighbours are always right; loops that die out vanish. The front may cross itself afterwards. Keeps its
-/// working memory.
-class Mover {
+/// Propagates a component from distance `from` to `to` and handles edge events: an edge collapses before its
+/// neighbours do, so that adjacency is always correct. Loops without edges vanish. Afterwards the wavefront
+/// may intersect itself. Keeps its working memory.
+class Propagation {
  public:
-  void operator()(std::span<const Source> sources, Component& component, double from, double to);
-  /// From now on places are listed that the front reaches last of all about them, further than `from` from
-  /// the outline.
-  void list_peaks(double from) { peaks_from_ = from, peaks_.clear(); }
+  void operator()(std::span<const Site> sites, Component& component, double from, double to);
+  /// Lists from now on local maxima of the distance from the outline, beyond `from`.
+  void list_peaks(double from) {
+    peaks_from_ = from;
+    peaks_.clear();
+  }
   std::span<const Vec> peaks() const { return peaks_; }
 
  private:
   static constexpr double kNever = std::numeric_limits<double>::infinity();
   struct Link {
-    std::int32_t prev = 0, next = 0;  // next < 0: dead
-    double death = kNever;            // at which distance it dies, as its neighbours are
+    std::int32_t prev = 0, next = 0;  // next < 0: collapsed
+    double edge_event = kNever;       // distance at which the edge collapses between its present neighbours
   };
   void list_inverted();
   bool run(double from);
-  Piece* close_up(Piece* to) const;
+  WavefrontEdge* close_up(WavefrontEdge* to) const;
   void link();
   void unlink();
-  void expect_death(std::int32_t i, double since);
-  void die(std::int32_t i, double d);
-  void die_about(std::int32_t i);
+  void predict_event(std::int32_t i, double since);
+  void collapse(std::int32_t i, double d);
+  void run_events_about(std::int32_t i);
   bool sooner(std::int32_t i, std::int32_t than) const;
-  Junction radial(std::int32_t i, Vec place) const;
+  Bisector radial(std::int32_t i, Vec place) const;
   bool peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) const;
 
-  std::span<const Source> sources_;
+  std::span<const Site> sites_;
   Component* component_ = nullptr;
-  std::span<Piece> pieces_;  // of one loop
+  std::span<WavefrontEdge> edges_of_loop_;  // of one loop
   double to_ = 0;
   std::vector<std::int32_t> inverted_;
-  std::vector<Link> links_;                // between loops each with the places beside it
-  std::vector<std::int32_t> linked_anew_;  // where that does not hold
-  std::vector<std::int32_t> dying_;
+  std::vector<Link> links_;                // between loops each entry is linked to the adjacent indices
+  std::vector<std::int32_t> linked_anew_;  // entries where that does not hold
+  std::vector<std::int32_t> pending_;
   double peaks_from_ = std::numeric_limits<double>::infinity();
   std::vector<Vec> peaks_;
-  bool any_dead_ = false;
-  std::int32_t alive_ = 0;  // pieces with a source
+  bool any_collapsed_ = false;
+  std::int32_t remaining_ = 0;  // edges with a site
 };
 
-/// Takes away what a moved component has passed over: keeps the parts at least `d` from all sources, as new
-/// components. Keeps its working memory.
-class Untangler {
+/// Trims self-intersections of a propagated component (split events): keeps the parts at least `d` from all
+/// sites, as new components. Keeps its working memory.
+class SelfIntersectionTrimmer {
  public:
-  Untangler();
-  ~Untangler();
-  /// A new front. @param sources all of it; they stay where they are
-  void begin(std::span<const Source> sources);
-  /// @return false if it cannot tell (places that coincide to within rounding): the caller asks Clipper
-  /// instead
+  SelfIntersectionTrimmer();
+  ~SelfIntersectionTrimmer();
+  /// Begins a new wavefront. @param sites all of its sites, which must outlive their use
+  void begin(std::span<const Site> sites);
+  /// @return false if points coincide within rounding: then the caller uses Clipper
   bool operator()(Component& component, double d, Components& out);
 
  private:
-  class Tangle;
-  std::unique_ptr<Tangle> tangle_;
+  class Trimming;
+  std::unique_ptr<Trimming> trimming_;
 };
 
-/// Makes components of loops that do not cross: outer ones with the holes they contain. Holes without one
-/// vanish. Keeps its working memory.
-class Regroup {
+/// Computes the nesting of loops that do not intersect: components of outer loops with the holes in them.
+/// Holes outside all outer loops vanish. Keeps its working memory.
+class HoleNesting {
  public:
-  /// @param loops one each; what becomes of them is not told
-  void operator()(std::span<const Source> sources, Components& loops, double d, Components& out);
+  /// @param loops components of one loop each; their contents are moved from
+  void operator()(std::span<const Site> sites, Components& loops, double d, Components& out);
 
  private:
   static constexpr std::size_t kNone = ~std::size_t(0);
-  void list_holes(std::span<const Source> sources, std::span<const Component> loops, double d);
+  void list_holes(std::span<const Site> sites, std::span<const Component> loops, double d);
   std::vector<double> areas_;
   std::vector<std::size_t> outers_, outer_of_;
   std::vector<std::vector<Vec>> corners_;
 };
 
-/// Middle of the piece of a source that runs from a to b at distance d.
-Vec middle(const Source& source, Vec a, Vec b, double d);
+/// Returns the middle of the edge of a site from a to b at distance d.
+Vec middle(const Site& site, Vec a, Vec b, double d);
 
-/// Appends the component's loops at distance d: arcs by chords, points left out, in all within `tolerance`
-/// units of the exact curve. Loops that are smaller than the grid vanish. Keeps its working memory.
-/// @param tips of the contours that the outline was thinned from: the front's tips are put where theirs are;
-/// may be null
+/// Appends the loops of the component at distance d: arcs as chords, simplified, in all within `tolerance`
+/// units of the exact curve. Loops smaller than the grid vanish. Keeps its working memory.
+/// @param cusps corrects the cusps by the contours from which the outline was simplified; may be null
 class Drawer {
  public:
-  void operator()(std::span<const Source> sources, const Component& component, double d, double tolerance,
-                  Rings& rings, ExactTips* tips);
+  void operator()(std::span<const Site> sites, const Component& component, double d, double tolerance,
+                  Rings& rings, CuspCorrector* cusps);
 
  private:
-  struct Tip {
-    std::size_t place;  // in the line
+  struct Cusp {
+    std::size_t place;  // index in the line
     Vec from, to, outward;
-    ExactTips::Wall before;
-    std::uint32_t piece;
+    CuspCorrector::Side before;
+    std::uint32_t edge;
   };
-  // Where the front goes from one source to the next, piece by piece of a loop: bends that follow each other
-  // closely are one tip, as sharp as all of them.
+  // Bends along a loop: consecutive bends close to each other are one cusp, with the sum of their turns.
   struct Bends {
-    std::size_t first = 0;  // piece at whose start the last ones near each other begin
-    Vec from, last;         // direction of the outline before them; place of the last one
-    bool sharp = false;     // are they a tip?
+    std::size_t first = 0;  // edge at whose start the present group begins
+    Vec from, last;         // direction of the outline before the group; last point of the group
+    bool sharp = false;     // whether the group is a cusp
   };
-  void tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t first,
-              std::size_t piece, double d, ExactTips& tips);
-  bool move_tips();
+  void cusp_at(std::span<const Site> sites, std::span<const WavefrontEdge> loop, std::size_t first,
+               std::size_t edge, double d, CuspCorrector& cusps);
+  bool move_cusps();
   void leave_out();
-  bool looks_thin(double width) const;
-  void list_third_walls(ExactTips& tips, double d) const;
+  bool looks_narrow_on_average(double width) const;
+  void list_third_sides(CuspCorrector& cusps, double d) const;
   double twice_area() const;
   std::vector<Vec> line_;
-  std::vector<Tip> tips_;
-  std::vector<std::uint32_t> places_;    // in the line, of each piece of the loop
-  std::vector<std::uint32_t> left_out_;  // places
-  double twice_area_ = 0;                // of the line, its tips moved
+  std::vector<Cusp> cusps_;
+  std::vector<std::uint32_t> places_;    // index in the line of each edge of the loop
+  std::vector<std::uint32_t> left_out_;  // indices in the line
+  double twice_area_ = 0;                // of the line with corrected cusps
 };
 
 }  // namespace firn::slice::wavefront

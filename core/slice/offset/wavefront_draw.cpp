@@ -1,28 +1,29 @@
 #include <algorithm>
 
 #include "core/geometry/lanes.h"
-#include "core/geometry/thin.h"
+#include "core/geometry/simplify_ring.h"
 #include "core/slice/offset/wavefront.h"
 
 namespace firn::slice::wavefront {
 namespace {
 
-constexpr double kStraight = 0.02;  // sine of a bend that is none
-constexpr double kThin = 2;  // width of an area, in the distances within which bends are one tip, below which
-                             // its tips are looked at
-constexpr double kFar = 1.5;  // thinnings: no tip that moves by less is 0.05 mm too near to a third wall
+constexpr double kStraight = 0.02;  // sine of a bend below which a corner is straight
+// Width of an area below which its cusps are examined, in distances within which bends are one cusp.
+constexpr double kThin = 2;
+constexpr double kFar =
+    1.5;  // simplifications: cusps that move by less are at most 0.05 mm too near to a third side
 constexpr int kDeepest = 12;  // an arc becomes 4096 chords at most
 
-// Does a front turn to its left from one direction to another, or to and fro? Its turns to the right are
-// arcs.
+// Returns whether a wavefront turns left, or back, from one direction to another. Its right turns are arcs.
 bool turns_by(Vec from, Vec to, double cosine, double sine = 0) {
   const double ahead = dot(from, to);
   return ahead < 0 || (ahead <= cosine && cross(from, to) > sine);
 }
 
-// Places strictly between a and b (directions from the centre of length d). They stand outside the arc by two
-// thirds of what the chords between them bulge: those run as far inside it as outside, and the first and last
-// one too far inside by two thirds as well. All halves of a level are alike, so that one root serves a level.
+// Draws the points strictly between a and b (directions from the centre, of length d). They lie outside the
+// arc by two thirds of the sagitta of their chords, which so run as far inside the arc as outside; the first
+// and the last chord run too far inside by two thirds as well. All halves of a level are congruent, so that
+// one root serves a level.
 class Arcs {
  public:
   Arcs(double d, double within, std::vector<Vec>& line)
@@ -35,7 +36,7 @@ class Arcs {
     do {
       const double l = std::sqrt(square);
       factor_[levels] = d_ / l;
-      square = 2 * d_ * (d_ + 0.5 * l);  // of the halves: cos^2 of half an angle
+      square = 2 * d_ * (d_ + 0.5 * l);  // for the halves: cos^2 of half the angle
     } while (++levels < kDeepest && square < enough_ && square > 0);
     outside_ = 1 + 2.0 / 3.0 * (1 - 0.5 * std::sqrt(square) / d_);
     centre_ = centre;
@@ -43,7 +44,7 @@ class Arcs {
   }
 
  private:
-  // A chord's middle lies |a + b| / 2 from the centre.
+  // The middle of a chord lies |a + b| / 2 from the centre.
   double square_at(double bulge) const { return bulge < d_ ? 4 * (d_ - bulge) * (d_ - bulge) : 0.0; }
 
   void halve(Vec a, Vec b, int level, int levels) {
@@ -62,100 +63,101 @@ class Arcs {
 
 }  // namespace
 
-void Drawer::operator()(std::span<const Source> sources, const Component& component, double d,
-                        double tolerance, Rings& rings, ExactTips* tips) {
-  // One fifth of the tolerance for the arcs' chords, the rest for leaving points out; never finer than 1 um.
-  const double within = std::max(10.0, 0.2 * tolerance), thinning = 0.8 * tolerance;
-  const double near = tips ? tips->near() * tips->near() : 0, inverse = 1 / d;
+void Drawer::operator()(std::span<const Site> sites, const Component& component, double d, double tolerance,
+                        Rings& rings, CuspCorrector* cusps) {
+  // One fifth of the tolerance is used by chords of arcs, the rest by the simplification; never finer than 1
+  // um.
+  const double within = std::max(10.0, 0.2 * tolerance), simplification = 0.8 * tolerance;
+  const double near = cusps ? cusps->near() * cusps->near() : 0, inverse = 1 / d;
   Arcs arcs(d, within, line_);
   std::size_t begin = 0;
   for (const std::uint32_t end : component.ends) {
-    const std::span<const Piece> loop = std::span(component.pieces).subspan(begin, end - begin);
+    const std::span<const WavefrontEdge> loop = std::span(component.edges).subspan(begin, end - begin);
     begin = end;
     line_.clear();
-    tips_.clear();
-    if (tips) places_.resize(loop.size());
+    cusps_.clear();
+    if (cusps) places_.resize(loop.size());
     Bends bends;
     Vec at = loop[0].from;
     for (std::size_t i = 0; i < loop.size(); ++i) {
-      const Source& source = sources[std::size_t(loop[i].source)];
-      if (tips) {
+      const Site& site = sites[std::size_t(loop[i].site)];
+      if (cusps) {
         places_[i] = std::uint32_t(line_.size());
         if (i == 0 || dot(at - bends.last, at - bends.last) > near) {
-          const Source& before = sources[std::size_t(loop[i > 0 ? i - 1 : loop.size() - 1].source)];
+          const Site& before = sites[std::size_t(loop[i > 0 ? i - 1 : loop.size() - 1].site)];
           bends = {i, before.corner() ? inverse * right_of(at - before.at) : before.along, at, false};
         }
         bends.last = at;
-        const Vec along = source.corner() ? inverse * right_of(at - source.at) : source.along;
+        const Vec along = site.corner() ? inverse * right_of(at - site.at) : site.along;
         if (bends.sharp) {
-          tip_at(sources, loop, bends.first, i, d, *tips);
-        } else if (turns_by(bends.from, along, ExactTips::kTip)) {
+          cusp_at(sites, loop, bends.first, i, d, *cusps);
+        } else if (turns_by(bends.from, along, CuspCorrector::kCusp)) {
           bends.sharp = true;
-          for (std::size_t k = bends.first; k <= i; ++k) tip_at(sources, loop, bends.first, k, d, *tips);
+          for (std::size_t k = bends.first; k <= i; ++k) cusp_at(sites, loop, bends.first, k, d, *cusps);
         }
       }
       line_.push_back(at);
       const Vec to = loop[i + 1 < loop.size() ? i + 1 : 0].from;
-      if (source.corner()) arcs.add(source.at, at - source.at, to - source.at);
+      if (site.corner()) arcs.add(site.at, at - site.at, to - site.at);
       at = to;
     }
-    if (!tips_.empty()) {
-      if (!move_tips()) continue;
-      if (tips->asks()) list_third_walls(*tips, d);
+    if (!cusps_.empty()) {
+      if (!move_cusps()) continue;
+      if (cusps->lists_uncertain()) list_third_sides(*cusps, d);
     }
-    thin_ring(line_, thinning, rings);
+    simplify_ring(line_, simplification, rings);
   }
 }
 
-// At the start of a piece. @param first piece of those whose starts are one tip with it
-void Drawer::tip_at(std::span<const Source> sources, std::span<const Piece> loop, std::size_t first,
-                    std::size_t piece, double d, ExactTips& tips) {
-  const Vec at = loop[piece].from;
-  const auto wall = [&](std::size_t p) -> ExactTips::Wall {
-    const Source& s = sources[std::size_t(loop[p].source)];
+// Corrects the cusp at the start of an edge. @param first first edge of the group of bends
+void Drawer::cusp_at(std::span<const Site> sites, std::span<const WavefrontEdge> loop, std::size_t first,
+                     std::size_t edge, double d, CuspCorrector& cusps) {
+  const Vec at = loop[edge].from;
+  const auto side = [&](std::size_t p) -> CuspCorrector::Side {
+    const Site& s = sites[std::size_t(loop[p].site)];
     if (!s.corner()) return {at - d * left_of(s.along), s.along};
     return {s.at, (1 / d) * right_of(at - s.at)};
   };
-  const ExactTips::Wall before = wall(piece > 0 ? piece - 1 : loop.size() - 1), after = wall(piece);
+  const CuspCorrector::Side before = side(edge > 0 ? edge - 1 : loop.size() - 1), after = side(edge);
   if (!turns_by(before.along, after.along, 1, kStraight)) return;
   Vec to = at;
-  if (!tips.move(to, before, after, d)) return;
-  tips_.push_back(
-      {places_[piece], at, to, right_of(before.along) + right_of(after.along), before, std::uint32_t(piece)});
-  for (std::size_t last = tips_.size() - 1; last > 0; --last) {
-    const Tip &one = tips_[last - 1], &other = tips_[last];
-    if (one.piece < first || dot(other.to - one.to, other.before.along) >= 0) return;
-    // They have passed each other: of what was between them nothing is left.
+  if (!cusps.move(to, before, after, d)) return;
+  cusps_.push_back(
+      {places_[edge], at, to, right_of(before.along) + right_of(after.along), before, std::uint32_t(edge)});
+  for (std::size_t last = cusps_.size() - 1; last > 0; --last) {
+    const Cusp &one = cusps_[last - 1], &other = cusps_[last];
+    if (one.edge < first || dot(other.to - one.to, other.before.along) >= 0) return;
+    // The two have passed each other: the part between them has vanished.
     to = 0.5 * (one.from + at);
-    if (!tips.move(to, one.before, after, d)) return;
-    for (std::size_t k = last - 1; k < tips_.size(); ++k) tips_[k].to = to;
+    if (!cusps.move(to, one.before, after, d)) return;
+    for (std::size_t k = last - 1; k < cusps_.size(); ++k) cusps_[k].to = to;
   }
 }
 
-// Tips may be nearer to a wall than to the two that make them.
-void Drawer::list_third_walls(ExactTips& tips, double d) const {
-  const double far = looks_thin(kThin * tips.near()) ? 0 : kFar * tips.thinned();
-  for (const Tip& tip : tips_)
-    if (const Vec way = tip.to - tip.from;
-        dot(way, way) >= far * far && !tips.doubts().settled(tip.to, d) && !tips.clear(tip.to, d))
-      tips.doubts().add(tip.to, d);
+// Cusps may be nearer to a third side than to their own two.
+void Drawer::list_third_sides(CuspCorrector& cusps, double d) const {
+  const double far = looks_narrow_on_average(kThin * cusps.near()) ? 0 : kFar * cusps.simplified();
+  for (const Cusp& cusp : cusps_)
+    if (const Vec way = cusp.to - cusp.from;
+        dot(way, way) >= far * far && !cusps.uncertain().resolved(cusp.to, d) && !cusps.clear(cusp.to, d))
+      cusps.uncertain().add(cusp.to, d);
 }
 
-// @return false if nothing is left of the line: its tips have passed each other
-bool Drawer::move_tips() {
+// @return false if the loop has vanished because its cusps have passed each other
+bool Drawer::move_cusps() {
   const std::size_t n = line_.size();
   const double area = twice_area();
   left_out_.clear();
-  for (const Tip& tip : tips_) line_[tip.place] = tip.to;
-  for (const Tip& tip : tips_) {
-    const Vec way = tip.to - tip.from;
-    if (dot(way, tip.outward) >= 0) continue;
-    // A tip that moves back takes with it what it has passed.
+  for (const Cusp& cusp : cusps_) line_[cusp.place] = cusp.to;
+  for (const Cusp& cusp : cusps_) {
+    const Vec way = cusp.to - cusp.from;
+    if (dot(way, cusp.outward) >= 0) continue;
+    // A cusp that moves back removes the points that it passes.
     const double reach = 4 * dot(way, way);
     for (const std::size_t step : {std::size_t(1), n - 1})
-      for (std::size_t i = (tip.place + step) % n; i != tip.place; i = (i + step) % n) {
-        const Vec off = line_[i] - tip.to, from = line_[i] - tip.from;
-        if (dot(off, tip.outward) <= 0 || dot(from, from) > reach) break;
+      for (std::size_t i = (cusp.place + step) % n; i != cusp.place; i = (i + step) % n) {
+        const Vec off = line_[i] - cusp.to, from = line_[i] - cusp.from;
+        if (dot(off, cusp.outward) <= 0 || dot(from, from) > reach) break;
         left_out_.push_back(std::uint32_t(i));
       }
   }
@@ -165,25 +167,25 @@ bool Drawer::move_tips() {
   return twice_area_ * area > 0;
 }
 
-// Tips stay.
+// Removes the listed points except cusps.
 void Drawer::leave_out() {
   if (left_out_.empty()) return;
   std::sort(left_out_.begin(), left_out_.end());
-  const auto is_tip = [&](std::size_t place) {
-    return std::any_of(tips_.begin(), tips_.end(), [&](const Tip& tip) { return tip.place == place; });
+  const auto is_cusp = [&](std::size_t place) {
+    return std::any_of(cusps_.begin(), cusps_.end(), [&](const Cusp& cusp) { return cusp.place == place; });
   };
   std::size_t kept = left_out_[0];
   auto next = left_out_.begin();
   for (std::size_t i = kept; i < line_.size(); ++i) {
     const bool listed = next != left_out_.end() && *next == i;
     while (next != left_out_.end() && *next == i) ++next;
-    if (!listed || is_tip(i)) line_[kept++] = line_[i];
+    if (!listed || is_cusp(i)) line_[kept++] = line_[i];
   }
   line_.resize(kept);
 }
 
-// Is it narrower than a width on average, as far as its extents along the axes tell?
-bool Drawer::looks_thin(double width) const {
+// Returns whether the mean width is below `width`, as far as the extents along the axes show.
+bool Drawer::looks_narrow_on_average(double width) const {
   Lanes2 along_axes{}, at{line_.back().x, line_.back().y};
   for (const Vec v : line_) {
     const Lanes2 next{v.x, v.y}, way = next - at;

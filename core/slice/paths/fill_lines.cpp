@@ -9,19 +9,19 @@
 namespace firn::slice {
 namespace {
 
-// Where a line meets the outline.
+// The crossing of a scan line and the outline.
 struct Cut {
   std::int64_t line = 0;   // number of the line
-  double along = 0;        // place on it
+  double along = 0;        // position on it
   std::uint32_t edge = 0;  // edge of the outline: index of its first point
   Vec at;
   bool enters = false;
-  std::uint32_t mate = 0;               // other end of the stretch inside
+  std::uint32_t mate = 0;               // other end of the part inside
   std::uint32_t before = 0, after = 0;  // neighbours along the outline
   std::uint32_t ring = 0;
 };
 
-// All cuts, along each ring in the outline's direction.
+// Returns all cuts, along each ring in the direction of the outline.
 std::vector<Cut> cuts_of(const Region& region, double spacing, Vec along) {
   const Vec across = left_of(along);
   std::vector<Cut> cuts;
@@ -38,7 +38,7 @@ std::vector<Cut> cuts_of(const Region& region, double spacing, Vec along) {
       for (std::int64_t step = 0; step < high - low; ++step) {
         const std::int64_t k = rises ? low + step : high - 1 - step;
         const Vec at = a + std::clamp((double(k) - ya) / (yb - ya), 0.0, 1.0) * (b - a);
-        // Material lies left of the outline: it rises on the right of the stretch inside.
+        // Material lies left of the outline, which rises on the right of the part inside.
         cuts.push_back({k, dot(at, along), std::uint32_t(i), at, !rises, 0, 0, 0, r});
       }
     }
@@ -51,10 +51,13 @@ std::vector<Cut> cuts_of(const Region& region, double spacing, Vec along) {
   return cuts;
 }
 
-// Pairs the cuts of each line. @return the entering ones, by line and place
+// Pairs the cuts of each line. @return the entering ones, by line and position
 std::vector<std::uint32_t> pair_up(std::vector<Cut>& cuts) {
   std::vector<std::uint32_t> order(cuts.size()), entering;
-  for (std::uint32_t c = 0; c < cuts.size(); ++c) order[c] = c, cuts[c].mate = c;
+  for (std::uint32_t c = 0; c < cuts.size(); ++c) {
+    order[c] = c;
+    cuts[c].mate = c;
+  }
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     if (cuts[a].line != cuts[b].line) return cuts[a].line < cuts[b].line;
     return cuts[a].along != cuts[b].along ? cuts[a].along < cuts[b].along : a < b;
@@ -62,7 +65,8 @@ std::vector<std::uint32_t> pair_up(std::vector<Cut>& cuts) {
   for (std::size_t i = 0; i + 1 < order.size(); ++i) {
     Cut &a = cuts[order[i]], &b = cuts[order[i + 1]];
     if (a.line != b.line || !a.enters || b.enters) continue;
-    a.mate = order[i + 1], b.mate = order[i];
+    a.mate = order[i + 1];
+    b.mate = order[i];
     entering.push_back(order[i]);
     ++i;
   }
@@ -105,33 +109,33 @@ Region swept_by(const Rings& lines, double half_mm) {
   constexpr int kEnd = 6;  // chords of a round end
   Vec turn[kEnd + 1];
   for (int i = 0; i <= kEnd; ++i) turn[i] = direction_at(std::numbers::pi * i / kEnd);
-  Rings beads;
-  std::vector<Point> bead;
+  Rings outlines;
+  std::vector<Point> outline;
   for (std::size_t l = 0; l < lines.size(); ++l) {
     for (std::size_t p = 1; p < lines[l].size(); ++p) {
       const Vec a = to_vec(lines[l][p - 1]), b = to_vec(lines[l][p]);
       const Vec across = (half_mm * kUnitsPerMm / length(b - a)) * left_of(b - a);
       const auto end = [&](Vec at, Vec from) {
-        for (const Vec t : turn) bead.push_back(to_point(at + t.x * from + t.y * left_of(from)));
+        for (const Vec t : turn) outline.push_back(to_point(at + t.x * from + t.y * left_of(from)));
       };
-      bead.clear();
+      outline.clear();
       end(b, Vec{} - across);
       end(a, across);
-      beads.add(bead);
+      outlines.add(outline);
     }
   }
-  return region_of(beads);
+  return region_of(outlines);
 }
 
 Rings fill_zigzag(const Region& region, double spacing_mm, double angle_rad) {
   std::vector<Cut> cuts = cuts_of(region, spacing_mm * kUnitsPerMm, direction_at(angle_rad));
   const std::vector<std::uint32_t> entering = pair_up(cuts);
-  // The cut that the outline leads to from this one, on the line to which the zigzag goes from here; itself
-  // if none.
+  // Returns the cut to which the outline leads from this one, on the next line of the zigzag; the cut itself
+  // if there is no such cut.
   const auto linked = [&](std::uint32_t c, bool& forward) {
-    const bool upward = (cuts[c].line % 2 == 0) != cuts[c].enters;  // even lines go on at their far end
+    const bool upward = (cuts[c].line % 2 == 0) != cuts[c].enters;  // even lines continue at their far end
     const std::int64_t line = cuts[c].line + (upward ? 1 : -1);
-    forward = upward != cuts[c].enters;  // the outline rises where the stretch ends
+    forward = upward != cuts[c].enters;  // the outline rises at the end of the part
     const std::uint32_t to = forward ? cuts[c].after : cuts[c].before;
     const bool fits = cuts[to].line == line && cuts[to].enters == cuts[c].enters && cuts[to].mate != to;
     return fits ? to : c;
@@ -140,7 +144,7 @@ Rings fill_zigzag(const Region& region, double spacing_mm, double angle_rad) {
   std::vector<bool> done(cuts.size(), false);
   for (const std::uint32_t start : entering) {
     if (done[start]) continue;
-    // To the lowest line of this zigzag, then upward.
+    // Descends to the lowest line of this zigzag, then traces it upward.
     std::uint32_t in = start;
     bool forward = false;
     for (;;) {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/slice/offset/offset_rings.h"
 #include "core/geometry/planar.h"
 #include "core/geometry/vec.h"
+#include "core/slice/offset/offset_rings.h"
 
 namespace firn::slice {
 namespace {
@@ -36,8 +36,8 @@ bool runs_round_everything(std::span<const Point> ring, const Region& part) {
   return true;
 }
 
-// Does each of the part's outer rings lie inside one of the hooks? Else hooks run along the part and not
-// round it.
+// Returns whether each outer ring of the part lies inside one of the hooks; otherwise hooks run along the
+// part and not around it.
 bool encloses(const Rings& hooks, const Region& part) {
   for (std::size_t r = 0; r < part.size(); ++r) {
     if (doubled_area(part[r]) <= 0) continue;
@@ -48,7 +48,7 @@ bool encloses(const Rings& hooks, const Region& part) {
   return true;
 }
 
-// Between rings that do not cross: from the corners of each to the edges of the other.
+// Returns the distance between rings that do not cross: from the corners of each to the edges of the other.
 double distance_mm(const Rings& a, const Rings& b) {
   double best = std::numeric_limits<double>::infinity();
   const auto corners_to_edges = [&](const Rings& corners, const Rings& edges) {
@@ -79,28 +79,30 @@ Rings take_outermost(Rings& rings, const Region& part) {
 }
 
 Region room_for_hook(const Region& scaffold, const Region& part, int hooks, const PathOptions& options) {
-  const BeadOptions& bead = options.scaffold;
+  const ExtrusionOptions& extrusion = options.scaffold;
   if (part.empty()) return scaffold;
   const Rings everything = unite(scaffold, part);
   Region wider = scaffold;
-  // The innermost hook of contours that reach out_mm beyond everything runs out_mm less its own distance from
-  // the part: so many contours are enough for any part.
-  const RingPlan hook_rings{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm,
-                            bead.fill_width_mm};
+  // The distance of the innermost hook of contours that extend out_mm beyond everything is out_mm less its
+  // own distance from the outer edge: this many contours suffice for any part.
+  const RingPlan hook_rings{extrusion.first_offset_mm, extrusion.boundaries, extrusion.boundary_width_mm,
+                            extrusion.fill_width_mm};
   const double enough_mm = hook_rings.distance_mm(hooks - 1) + 0.5 * hook_rings.width_mm(hooks - 1) +
                            options.hook.clearance_mm + 2 * options.chord_tolerance_mm;
-  const int most = int(std::ceil(enough_mm / bead.boundary_width_mm));
+  const int most = int(std::ceil(enough_mm / extrusion.boundary_width_mm));
   for (int contours = 0; contours <= most; ++contours) {
     if (contours > 0) {
-      const double out_mm = contours * bead.boundary_width_mm;
+      const double out_mm = contours * extrusion.boundary_width_mm;
       wider = subtract(grow(everything, out_mm, options.chord_tolerance_mm), part);
     }
-    RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm, hooks};
+    RingPlan plan{extrusion.first_offset_mm, extrusion.boundaries, extrusion.boundary_width_mm,
+                  extrusion.fill_width_mm, hooks};
     RingLevels rings = offset_rings(wider, plan, options.chord_tolerance_mm);
     bool clear = int(rings.levels.size()) == hooks;
     for (int level = 0; clear && level < hooks; ++level) {
       const Rings hook = take_outermost(rings.levels[std::size_t(level)], part);
-      const double width = level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm;
+      const double width =
+          level < extrusion.boundaries ? extrusion.boundary_width_mm : extrusion.fill_width_mm;
       clear = encloses(hook, part) && distance_mm(hook, part) >= 0.5 * width + options.hook.clearance_mm;
     }
     if (clear) break;

@@ -1,16 +1,15 @@
-// What the slicer makes of one layer: deposition and measurement paths in printing order, and what they
-// cover.
+// LayerPaths holds the deposition and measurement paths of one layer in printing order.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "core/path/path.h"
 #include "core/geometry/region.h"
+#include "core/path/path.h"
 
 namespace firn::slice {
 
-/// What one line of a layer is. Lengths in units of kMmPerUnit.
+/// The properties of one line of a layer. Lengths in units of kMmPerUnit.
 struct PathInfo {
   PathKind kind = PathKind::kFill;
   std::uint8_t material = 0;  ///< 0 = part, 1 = scaffold, further ones by job
@@ -19,15 +18,14 @@ struct PathInfo {
   bool operator==(const PathInfo&) const = default;
 };
 
-/// Paths of one layer in printing order. `info[i]` tells what `lines[i]` is.
+/// Paths of one layer in printing order; `info[i]` describes `lines[i]`.
 struct LayerPaths {
   std::int32_t layer = 0;   ///< 1-based
   std::int32_t z = 0;       ///< units, height of the layer's top
   std::int32_t height = 0;  ///< units
   Rings lines;
   std::vector<PathInfo> info;
-  std::uint32_t clipper_rings =
-      0;  ///< rings taken from Clipper because the wavefront could not answer for them
+  std::uint32_t clipper_rings = 0;  ///< rings computed by Clipper because the wavefront was ambiguous
   bool operator==(const LayerPaths&) const = default;
 };
 
@@ -37,13 +35,13 @@ struct MaterialUse {
   double length_mm = 0.0;
   double volume_mm3 = 0.0;
 };
-/// One per material from 0 to the largest that occurs; measurement paths deposit nothing and do not count.
+/// Returns one entry per material from 0 to the maximum that occurs; measurement paths do not count.
 std::vector<MaterialUse> material_use(const LayerPaths&);
 
-/// Travel between the paths, in printing order, beginning at the first path's first point.
+/// Returns the travel between the paths, in printing order, from the first point of the first path.
 double transit_mm(const LayerPaths&);
 
-/// One of the lines in the terms of the rest of the house.
+/// Returns one of the lines as a core path.
 Path to_path(const LayerPaths&, std::size_t line);
 
 }  // namespace firn::slice

@@ -5,14 +5,14 @@
 #include <cstring>
 #include <limits>
 
+#include "core/geometry/box.h"
 #include "core/grid/random.h"
-#include "core/geometry/box_pairs.h"
 
 namespace firn::slice {
 namespace {
 
 constexpr std::size_t kWindow = 400;
-constexpr std::uint32_t kBlock = 16;  // points of a ring that one box stands for
+constexpr std::uint32_t kBlock = 16;  // points of a ring per box
 
 double square_distance(Point a, Point b) {
   const double x = double(a.x) - b.x, y = double(a.y) - b.y;
@@ -45,13 +45,14 @@ std::uint32_t fixed_seam(std::span<const Point> ring, const PathOptions& options
   return std::uint32_t(lowest - ring.begin());
 }
 
-// Of closed lines, each of which may begin at any of its points, or at its seam.
+// Orders closed lines, which begin at any of their points or at a fixed seam. Rings are removed one by one,
+// which a static R-tree does not support: a list of boxes prunes the scan.
 std::vector<Stop> nearest_rings(const Rings& lines, const PathOptions& options, std::int32_t layer,
                                 std::uint32_t number, Point at) {
   struct Candidate {
     std::uint32_t line;
     BoxOf<std::int32_t> box;
-    std::uint32_t blocks;  // of its points: the first one's box
+    std::uint32_t blocks;  // index of the first box of its points
   };
   const std::uint32_t n = std::uint32_t(lines.size());
   std::vector<Candidate> left(n);
@@ -75,7 +76,7 @@ std::vector<Stop> nearest_rings(const Rings& lines, const PathOptions& options, 
   while (!left.empty()) {
     double best = std::numeric_limits<double>::infinity();
     std::uint32_t first = 0;
-    const std::size_t begin = chosen;  // neighbours in the list mostly lie side by side
+    const std::size_t begin = chosen;  // neighbours in the list are usually adjacent
     for (std::size_t tried = 0; tried < left.size(); ++tried) {
       const std::size_t k = begin + tried < left.size() ? begin + tried : begin + tried - left.size();
       const Candidate& c = left[k];
@@ -83,7 +84,11 @@ std::vector<Stop> nearest_rings(const Rings& lines, const PathOptions& options, 
       const auto line = lines[c.line];
       const auto offer = [&](std::uint32_t p) {
         const double d = square_distance(line[p], at);
-        if (d < best) best = d, chosen = k, first = p;
+        if (d < best) {
+          best = d;
+          chosen = k;
+          first = p;
+        }
       };
       if (seam_fixed) {
         offer(seams[c.line]);
@@ -102,12 +107,15 @@ std::vector<Stop> nearest_rings(const Rings& lines, const PathOptions& options, 
   return stops;
 }
 
-// Of open lines, from either end.
+// Orders open lines, which begin at either end.
 std::vector<Stop> nearest_ends(const Rings& lines, Point at) {
-  std::vector<double> x, y;  // of those that are left: front, back, front...
+  std::vector<double> x, y;  // of the remaining lines: front, back, front...
   std::vector<std::uint32_t> left;
   for (std::uint32_t i = 0; i < lines.size(); ++i) {
-    for (const Point p : {lines[i].front(), lines[i].back()}) x.push_back(p.x), y.push_back(p.y);
+    for (const Point p : {lines[i].front(), lines[i].back()}) {
+      x.push_back(p.x);
+      y.push_back(p.y);
+    }
     left.push_back(i);
   }
   std::vector<double> squares(x.size());
@@ -123,7 +131,8 @@ std::vector<Stop> nearest_ends(const Rings& lines, Point at) {
       std::memcpy(&squares[k], &square, sizeof square);
       best = square < best ? square : best;
     }
-    // The first so near, from where the last one was: neighbours in the list mostly lie side by side.
+    // Takes the first one at the minimum distance, from the position of the last one: neighbours in the list
+    // are usually adjacent.
     const double least = std::min(best[0], best[1]);
     while (squares[end] != least) end = end + 1 < x.size() ? end + 1 : 0;
     const std::size_t chosen = end / 2;
@@ -140,28 +149,31 @@ std::vector<Stop> nearest_ends(const Rings& lines, Point at) {
   return stops;
 }
 
-// Reverses stretches of the order while that shortens the way.
+// Reverses parts of the order while that shortens the travel.
 void two_opt(std::vector<Stop>& stops, Point at, int passes) {
   constexpr std::size_t kAtOnce = 4;
   using Four = float __attribute__((vector_size(16)));
   const std::size_t n = stops.size();
-  std::vector<double> link(n, 0.0);  // [k]: the way from stop k to the next
-  // The same and the exits in single precision: off by a unit each at most, and by 1e-6 of themselves.
+  std::vector<double> link(n, 0.0);  // [k]: distance from stop k to the next
+  // Distances and exits in single precision: exact to one unit and 1e-6 of the value.
   std::vector<float> ways(n + kAtOnce), exit_x(n + kAtOnce), exit_y(n + kAtOnce);
   const auto measure = [&](std::size_t k) {
     if (k + 1 < n) link[k] = distance(stops[k].exit, stops[k + 1].entry);
     ways[k] = float(link[k]);
-    exit_x[k] = float(stops[k].exit.x), exit_y[k] = float(stops[k].exit.y);
+    exit_x[k] = float(stops[k].exit.x);
+    exit_y[k] = float(stops[k].exit.y);
   };
-  // What is won by going from `before` to the exit of j is less than both ways that go. Of some stops: may
-  // any win?
+  // The gain of going from `before` to the exit of j is less than the two distances that vanish. Returns
+  // whether any of some stops may gain.
   const auto may_win = [&](Point before, double there, std::size_t j) {
     constexpr float kSlack = 8.0f, kMore = 1.0f + 1e-5f;
     Four x, y, most;
     std::memcpy(&x, &exit_x[j], sizeof x);
     std::memcpy(&y, &exit_y[j], sizeof y);
     std::memcpy(&most, &ways[j], sizeof most);
-    x -= float(before.x), y -= float(before.y), most = (most + (float(there) + kSlack)) * kMore;
+    x -= float(before.x);
+    y -= float(before.y);
+    most = (most + (float(there) + kSlack)) * kMore;
     return signs(x * x + y * y < most * most) != 0;
   };
   for (std::size_t k = 0; k < n; ++k) measure(k);

@@ -1,4 +1,4 @@
-// In which order the paths of a layer are printed, and where closed ones begin.
+// append_in_order() computes the printing order of the paths of a layer and the start points of closed ones.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@
 namespace firn::slice {
 
 /// Appends `lines` (all of one kind) to `paths`, beginning near `at`: nearest neighbour, then at most
-/// options.two_opt_passes passes of 2-opt over windows of at most 400 paths, which never lengthen the way.
-/// Closed lines are turned to begin at their seam, open ones may be reversed.
-/// @param at where the nozzle is; afterwards where it ends
-/// @param widths of each line, in place of the info's; may be empty
+/// options.two_opt_passes passes of 2-opt over windows of at most 400 paths, which never lengthen the travel.
+/// Closed lines begin at their seam, open ones may be reversed.
+/// @param at position of the nozzle; afterwards its position at the end
+/// @param widths of each line, in place of that of the info; may be empty
 void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at,
                      LayerPaths& paths, std::span<const std::int32_t> widths = {});
 

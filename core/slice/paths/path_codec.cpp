@@ -31,11 +31,11 @@ void check(const LayerPaths& l) {
                                 ": a number beyond what a path file holds");
 }
 
-constexpr std::uint32_t kMore[] = {0x0, 0x80, 0x8080, 0x808080};  // the bits of bytes that others follow
+constexpr std::uint32_t kMore[] = {0x0, 0x80, 0x8080, 0x808080};  // continuation bits
 
-// The same bytes as ByteWriter's put_signed. Most steps take two or three, which no processor can guess: so
-// numbers below 2^28 are spread over four bytes at once, of which as many count as hold them. @returns behind
-// them; four bytes are written over
+// Writes the same bytes as put_signed of ByteWriter. Most steps take two or three bytes, unpredictably:
+// numbers below 2^28 are spread over four bytes at once, of which the required number counts. @return the
+// position behind them; four bytes are overwritten
 [[gnu::always_inline]] inline std::byte* put_step(std::int64_t step, std::byte* to) {
   std::uint64_t v = (std::uint64_t(step) << 1) ^ std::uint64_t(step >> 63);
   if (v < 1u << 28) [[likely]] {
@@ -51,9 +51,9 @@ constexpr std::uint32_t kMore[] = {0x0, 0x80, 0x8080, 0x808080};  // the bits of
   return to;
 }
 
-// A line as steps, some hundred at a time, without asking for room for each.
+// Writes a line as differences, some hundred points at a time, without a capacity check for each.
 void put_steps(std::span<const Point> line, Point& at, ByteWriter& out) {
-  constexpr std::size_t kAtOnce = 256, kMostBytes = 10;  // of a number of 64 bits, seven a byte
+  constexpr std::size_t kAtOnce = 256, kMostBytes = 10;  // for 64 bits at seven a byte
   std::array<std::byte, 2 * kAtOnce * kMostBytes> room;
   for (; !line.empty(); line = line.subspan(std::min(kAtOnce, line.size()))) {
     std::byte* to = room.data();
@@ -144,7 +144,7 @@ LayerPaths decode_layer_paths(std::span<const std::byte> bytes, const PathFileHe
   l.clipper_rings = in.get<std::uint32_t>("rings by Clipper");
   const std::size_t paths = in.get<std::uint32_t>("number of paths"),
                     points = in.get<std::uint32_t>("number of points");
-  // A path takes four bytes and a point two at least; so what is allocated is bounded by what was handed in.
+  // A path takes at least four bytes and a point two, so that allocations are bounded by the input.
   if (paths > in.left() / 4 || points > in.left() / 2)
     in.fail(std::to_string(paths) + " paths of " + std::to_string(points) +
             " points do not fit the bytes that follow");

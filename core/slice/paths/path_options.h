@@ -1,4 +1,5 @@
-// How a layer's regions become paths. Defaults: the Cobra 600's [Barnett, 3.3, 3.5, 3.7, Table 3-1].
+// PathOptions holds the options of path planning. Defaults: those of the Cobra 600 [Barnett, 3.3, 3.5, 3.7,
+// Table 3-1].
 #pragma once
 
 #include <cstdint>
@@ -15,37 +16,38 @@ enum class FillPattern : std::uint8_t {
   kNone,        ///< boundaries only
 };
 
-/// Where a closed path begins.
+/// The start point of a closed path.
 enum class SeamPlacement : std::uint8_t {
-  kNearest,  ///< at the point nearest to where the nozzle comes from
+  kNearest,  ///< at the point nearest to the nozzle
   kAligned,  ///< at the point furthest towards -y (then -x), above each other in all layers
   kRandom,   ///< by seed, layer and path
 };
 
-/// What one material's nozzle does.
-struct BeadOptions {
+/// Options of the extrusion lines of one material.
+struct ExtrusionOptions {
   double first_offset_mm = 0.6;    ///< outline to the centre of the outermost path: 0.6 water, 1.2 SME [3.7]
   double boundary_width_mm = 1.5;  ///< [3.7]
   double fill_width_mm = 3.0;      ///< fill spreads and may be wider [3.7]
-  double gap_mm = 0.75;  ///< spots wider than this that rings would leave get beads of their own; 0: none do
+  double gap_mm = 0.75;  ///< voids wider than this between rings get lines of their own; 0: no such lines
   int boundaries = 1;    ///< boundary paths side by side, boundary_width apart
   FillPattern pattern = FillPattern::kConcentric;
   double fill_angle_rad = 0.0;                ///< direction of lines and zigzags in odd layers
   double fill_turn_rad = 1.5707963267948966;  ///< added in even layers
 };
-inline constexpr std::tuple kBeadRings{
-    Option{"first_offset_mm", &BeadOptions::first_offset_mm, "mm", within(0, 100),
+inline constexpr std::tuple kExtrusionRings{
+    Option{"first_offset_mm", &ExtrusionOptions::first_offset_mm, "mm", within(0, 100),
            "outline to the centre of the outermost path [3.7]"},
-    Option{"boundary_width_mm", &BeadOptions::boundary_width_mm, "mm", above(0, 100), "of boundary paths"},
-    Option{"boundaries", &BeadOptions::boundaries, "", within(1, 1000), "boundary paths side by side"},
+    Option{"boundary_width_mm", &ExtrusionOptions::boundary_width_mm, "mm", above(0, 100),
+           "of boundary paths"},
+    Option{"boundaries", &ExtrusionOptions::boundaries, "", within(1, 1000), "boundary paths side by side"},
 };
-inline constexpr Option kBeadFillWidth{"fill_width_mm", &BeadOptions::fill_width_mm, "mm", above(0, 100),
-                                       "of fill paths, which may spread [3.7]"};
-inline constexpr Option kBeadGap{
-    "gap_mm", &BeadOptions::gap_mm, "mm", within(0, 100),
+inline constexpr Option kExtrusionFillWidth{"fill_width_mm", &ExtrusionOptions::fill_width_mm, "mm",
+                                            above(0, 100), "of fill paths, which may spread [3.7]"};
+inline constexpr Option kExtrusionGap{
+    "gap_mm", &ExtrusionOptions::gap_mm, "mm", within(0, 100),
     "wider spots between rings, and thin parts, get beads of their own width; 0: none do"};
-inline constexpr BeadOptions kWater{};
-inline constexpr BeadOptions kSme{.first_offset_mm = 1.2};
+inline constexpr ExtrusionOptions kWater{};
+inline constexpr ExtrusionOptions kSme{.first_offset_mm = 1.2};
 
 enum class Support : std::uint8_t {
   kNone,
@@ -55,18 +57,18 @@ enum class Support : std::uint8_t {
 
 struct SupportOptions {
   Support kind = Support::kFull;
-  double buffer_mm = 3.3;                    ///< outward growth of what lies above [Table 3-1]
-  double overhang_rad = 0.7853981633974483;  ///< kOverhang: from the vertical; steeper walls carry themselves
+  double buffer_mm = 3.3;                    ///< outward growth of the area above [Table 3-1]
+  double overhang_rad = 0.7853981633974483;  ///< kOverhang: from the vertical; steeper walls need no support
 };
 inline constexpr Option kSupportBuffer{"buffer_mm", &SupportOptions::buffer_mm, "mm", within(0, 1000),
                                        "outward growth of what lies above [Table 3-1]"};
 
-/// Ice paths that hold the scaffold down [3.7, Fig. 3-8].
+/// Ice paths that anchor the scaffold [3.7, Fig. 3-8].
 struct HookOptions {
   bool on = false;
   int two_from_layer = 10;  ///< layers 1..10: the outermost scaffold path is ice; 11..20: the two outermost
   int last_layer = 20;
-  double clearance_mm = 1.5;  ///< extra scaffold outward until hook and part are this far apart, bead to bead
+  double clearance_mm = 1.5;  ///< scaffold is extended until hook and part are this far apart, line to line
 };
 inline constexpr std::tuple kHookOptions{
     Option{"two_from_layer", &HookOptions::two_from_layer, "", within(0, 1e6),
@@ -82,7 +84,7 @@ struct MeasureOptions {
   std::uint8_t material = 0;
   double spacing_mm = 2.0;  ///< between scan lines
   double angle_rad = 0.0;
-  double inset_mm = 0.6;    ///< stay this far inside the outline
+  double inset_mm = 0.6;    ///< distance from the outline
   double laser_x_mm = 0.0;  ///< laser spot seen from the nozzle; paths are moved by its opposite
   double laser_y_mm = 0.0;
 };
@@ -98,18 +100,18 @@ inline constexpr std::tuple kMeasurePlace{
 };
 
 struct PathOptions {
-  BeadOptions part = kWater;  ///< every material but the scaffold
-  BeadOptions scaffold = kSme;
+  ExtrusionOptions part = kWater;  ///< every material but the scaffold
+  ExtrusionOptions scaffold = kSme;
   SupportOptions support;
   HookOptions hook;
   MeasureOptions measure;
-  /// No path leaves its exact place (arc, offset of the region given) by more than this. 0: by no more than
-  /// the grid's rounding, arcs by 1 um.
+  /// Maximum distance of a path from its exact position (arc, offset of the given region). 0: the rounding of
+  /// the grid, arcs within 1 um.
   double chord_tolerance_mm = 0.05;
   SeamPlacement seam = SeamPlacement::kNearest;
   std::uint64_t seed = 1;   ///< random seams
   int two_opt_passes = 2;   ///< over a layer's order; 0 = nearest neighbour only
-  double start_x_mm = 0.0;  ///< where the nozzle waits before each layer
+  double start_x_mm = 0.0;  ///< position of the nozzle before each layer
   double start_y_mm = 0.0;
 };
 inline constexpr std::tuple kPathOrder{
@@ -124,9 +126,9 @@ inline constexpr std::tuple kPathOrder{
 /// @throws std::invalid_argument naming the option that is out of its range
 void check(const PathOptions& options);
 
-/// PATHFILTER's share of a job's chord tolerance; rings drawn from its outlines have the rest, so that they
-/// keep the tolerance against the mesh's own contours: what is blunt moves by at most 1.06 of what the
-/// outline does, what is sharper is put in its exact place (exact_tips.h).
+/// Share of the chord tolerance of a job for PATHFILTER; rings drawn from its outlines have the rest, so that
+/// they meet the tolerance against the contours of the mesh: blunt corners move by at most 1.06 times the
+/// distance of the outline, and sharper ones are corrected (cusp_corrector.h).
 inline constexpr double kOutlineShare = 0.4;
 inline constexpr double kRingShare = 1.0 - 1.06 * kOutlineShare;
 

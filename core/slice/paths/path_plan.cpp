@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/geometry/planar.h"
-#include "core/slice/medial/gap_beads.h"
+#include "core/slice/medial/gap_fill.h"
 #include "core/slice/offset/offset_rings.h"
 #include "core/slice/paths/fill_lines.h"
 #include "core/slice/paths/hook.h"
@@ -15,48 +15,52 @@ namespace {
 
 std::int32_t units(double mm) { return std::int32_t(std::lround(mm * kUnitsPerMm)); }
 
-const BeadOptions& bead_of(std::size_t material, const PathOptions& options) {
+const ExtrusionOptions& extrusion_of(std::size_t material, const PathOptions& options) {
   return material == kScaffoldMaterial ? options.scaffold : options.part;
 }
 
-// Beads where the outline is too narrow for its first ring, and where rings leave spots between them.
-void find_gaps(const Region& region, RingLevels& rings, const RingPlan& plan, const BeadOptions& bead,
-               double tolerance_mm, GapFinder& find, Beads& thin_parts, Beads& gaps) {
+// Computes extrusion lines where the outline is too narrow for its first ring, and where rings leave voids
+// between them.
+void find_gaps(const Region& region, RingLevels& rings, const RingPlan& plan,
+               const ExtrusionOptions& extrusion, double tolerance_mm, GapFiller& fill,
+               ExtrusionLines& thin_parts, ExtrusionLines& gaps) {
   const Rings none;
   const auto level = [&](int k) -> const Rings& {
     return k < 0 ? region : k < int(rings.levels.size()) ? rings.levels[std::size_t(k)] : none;
   };
   for (int k = -1; k + 1 < int(rings.gaps.size()); ++k) {
-    LevelGaps& lacking = rings.gaps[std::size_t(k + 1)];
+    LevelGaps& missing = rings.gaps[std::size_t(k + 1)];
     const GapBand band = gap_band(plan, k);
-    Beads& beads = k < 0 ? thin_parts : gaps;
-    if (lacking.told) {
-      find(lacking.of_rings, level(k + 1), band, bead.gap_mm, tolerance_mm, beads);
-      find(lacking.of_cores, level(k + 1), core_band(plan, k, bead.gap_mm), bead.gap_mm, tolerance_mm, beads);
+    ExtrusionLines& extrusions = k < 0 ? thin_parts : gaps;
+    if (missing.known) {
+      fill(missing.of_rings, level(k + 1), band, extrusion.gap_mm, tolerance_mm, extrusions);
+      fill(missing.of_eroded_cores, level(k + 1), eroded_core_band(plan, k, extrusion.gap_mm),
+           extrusion.gap_mm, tolerance_mm, extrusions);
     } else {
-      find(level(k), level(k + 1), band, bead.gap_mm, tolerance_mm, k >= 0 && rings.touching[std::size_t(k)],
-           beads);
+      fill(level(k), level(k + 1), band, extrusion.gap_mm, tolerance_mm,
+           k >= 0 && rings.touching[std::size_t(k)], extrusions);
     }
   }
 }
 
-// Boundaries and fill of one material, with the outermost paths that are hooks taken out by their owner
-// before.
+// Plans boundaries and fill of one material; the outermost `hooks` levels become hook paths.
 void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks,
-                   Point& at, LayerPaths& paths, const Region& part, const Thinned& thinned, PathWork& work) {
-  const BeadOptions& bead = bead_of(material, options);
-  const bool rings_only = bead.pattern == FillPattern::kConcentric;
-  RingPlan plan{bead.first_offset_mm, bead.boundaries, bead.boundary_width_mm, bead.fill_width_mm};
-  if (!rings_only) plan.max_rings = bead.boundaries;
+                   Point& at, LayerPaths& paths, const Region& part, const Simplified& simplified,
+                   PathWork& work) {
+  const ExtrusionOptions& extrusion = extrusion_of(material, options);
+  const bool rings_only = extrusion.pattern == FillPattern::kConcentric;
+  RingPlan plan{extrusion.first_offset_mm, extrusion.boundaries, extrusion.boundary_width_mm,
+                extrusion.fill_width_mm};
+  if (!rings_only) plan.max_rings = extrusion.boundaries;
   RingLevels rings =
-      offset_rings(region, plan, options.chord_tolerance_mm, bead.gap_mm, thinned, work.offsets);
+      offset_rings(region, plan, options.chord_tolerance_mm, extrusion.gap_mm, simplified, work.offsets);
   paths.clipper_rings += rings.from_clipper;
-  Beads thin_parts, gaps;
-  if (bead.gap_mm > 0)
-    find_gaps(region, rings, plan, bead, options.chord_tolerance_mm, work.find, thin_parts, gaps);
+  ExtrusionLines thin_parts, gaps;
+  if (extrusion.gap_mm > 0)
+    find_gaps(region, rings, plan, extrusion, options.chord_tolerance_mm, work.fill_gaps, thin_parts, gaps);
   PathInfo info{PathKind::kHook, kPartMaterial, true, 0};
   for (int level = 0; level < int(rings.levels.size()) && level < hooks; ++level) {
-    info.width = units(level < bead.boundaries ? bead.boundary_width_mm : bead.fill_width_mm);
+    info.width = units(level < extrusion.boundaries ? extrusion.boundary_width_mm : extrusion.fill_width_mm);
     append_in_order(take_outermost(rings.levels[std::size_t(level)], part), info, options, at, paths);
   }
   const auto append_levels = [&](std::size_t from, std::size_t to, PathKind kind, double width_mm) {
@@ -65,36 +69,37 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
       for (std::size_t r = 0; r < rings.levels[level].size(); ++r) lines.add(rings.levels[level][r]);
     append_in_order(lines, {kind, material, true, units(width_mm)}, options, at, paths);
   };
-  const std::size_t boundaries = std::size_t(bead.boundaries);
-  append_levels(0, boundaries, PathKind::kBoundary, bead.boundary_width_mm);
+  const std::size_t boundaries = std::size_t(extrusion.boundaries);
+  append_levels(0, boundaries, PathKind::kBoundary, extrusion.boundary_width_mm);
   append_in_order(thin_parts.lines, {PathKind::kBoundary, material, false, 0}, options, at, paths,
                   thin_parts.widths);
-  if (rings_only) append_levels(boundaries, rings.levels.size(), PathKind::kFill, bead.fill_width_mm);
+  if (rings_only) append_levels(boundaries, rings.levels.size(), PathKind::kFill, extrusion.fill_width_mm);
   append_in_order(gaps.lines, {PathKind::kFill, material, false, 0}, options, at, paths, gaps.widths);
   if (rings_only) {
     return;
-  } else if (bead.pattern != FillPattern::kNone) {
-    // Lines run up to the innermost boundary's bead: were they to end before it by half their width, strips
-    // of up to two widths could go without a line.
+  } else if (extrusion.pattern != FillPattern::kNone) {
+    // Lines extend to the line of the innermost boundary: if they ended before it by half their width, strips
+    // of up to two widths could remain without a line.
     const double inside_mm =
-        plan.distance_mm(plan.boundaries) - (plan.boundaries ? 0.5 * bead.fill_width_mm : 0.0);
+        plan.distance_mm(plan.boundaries) - (plan.boundaries ? 0.5 * extrusion.fill_width_mm : 0.0);
     const RingPlan inside{.first_mm = inside_mm, .boundaries = 0, .max_rings = 1};
     const RingLevels area =
-        offset_rings(region, inside, options.chord_tolerance_mm, 0, thinned, work.offsets);
+        offset_rings(region, inside, options.chord_tolerance_mm, 0, simplified, work.offsets);
     paths.clipper_rings += area.from_clipper;
     if (area.levels.empty()) return;
-    const double angle = bead.fill_angle_rad + (paths.layer % 2 ? 0.0 : bead.fill_turn_rad);
-    const Rings lines = bead.pattern == FillPattern::kLines
-                            ? fill_lines(area.levels[0], bead.fill_width_mm, angle)
-                            : fill_zigzag(area.levels[0], bead.fill_width_mm, angle);
-    append_in_order(lines, {PathKind::kFill, material, false, units(bead.fill_width_mm)}, options, at, paths);
-    if (bead.gap_mm == 0) return;
-    // Fingers that no line meets, and corners beside the lines' ends.
-    const Region open = subtract(area.levels[0], swept_by(lines, 0.5 * bead.fill_width_mm));
+    const double angle = extrusion.fill_angle_rad + (paths.layer % 2 ? 0.0 : extrusion.fill_turn_rad);
+    const Rings lines = extrusion.pattern == FillPattern::kLines
+                            ? fill_lines(area.levels[0], extrusion.fill_width_mm, angle)
+                            : fill_zigzag(area.levels[0], extrusion.fill_width_mm, angle);
+    append_in_order(lines, {PathKind::kFill, material, false, units(extrusion.fill_width_mm)}, options, at,
+                    paths);
+    if (extrusion.gap_mm == 0) return;
+    // Narrow parts that no scan line crosses, and corners beside the ends of the lines.
+    const Region open = subtract(area.levels[0], swept_by(lines, 0.5 * extrusion.fill_width_mm));
     if (open.empty()) return;
-    Beads fingers;
-    work.find(open, {}, {0.0, 0.5 * bead.fill_width_mm}, bead.gap_mm, options.chord_tolerance_mm, true,
-              fingers);
+    ExtrusionLines fingers;
+    work.fill_gaps(open, {}, {0.0, 0.5 * extrusion.fill_width_mm}, extrusion.gap_mm,
+                   options.chord_tolerance_mm, true, fingers);
     append_in_order(fingers.lines, {PathKind::kFill, material, false, 0}, options, at, paths, fingers.widths);
   }
 }
@@ -117,8 +122,8 @@ void plan_measurement(const Region& region, const PathOptions& options, LayerPat
 
 void check(const PathOptions& o) {
   for (const auto& [prefix, bead] : {std::pair{"part.", &o.part}, {"scaffold.", &o.scaffold}}) {
-    check_options("paths", kBeadRings, *bead, prefix);
-    check_options("paths", std::tuple{kBeadFillWidth, kBeadGap}, *bead, prefix);
+    check_options("paths", kExtrusionRings, *bead, prefix);
+    check_options("paths", std::tuple{kExtrusionFillWidth, kExtrusionGap}, *bead, prefix);
   }
   check_options("paths", std::tuple{kSupportBuffer}, o.support, "support.");
   check_options("paths", kHookOptions, o.hook, "hook.");
@@ -135,7 +140,7 @@ LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, P
   paths.height = regions.height;
   Point at{units(options.start_x_mm), units(options.start_y_mm)};
   const Region none;
-  const Thinned thinned{&regions.contours, regions.thinned_mm, regions.contours_alone};
+  const Simplified simplified{&regions.contours, regions.simplified_mm, regions.contours_alone};
   const Region& part = regions.by_material.empty() ? none : regions.by_material[kPartMaterial];
   const int hooks = hooks_in(regions.layer, options.hook);
   for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
@@ -146,7 +151,7 @@ LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, P
                     part, {}, work);
     } else {
       plan_material(region, std::uint8_t(m), options, 0, at, paths, part,
-                    m == kScaffoldMaterial ? Thinned{} : thinned, work);
+                    m == kScaffoldMaterial ? Simplified{} : simplified, work);
     }
   }
   if (options.measure.on && options.measure.material < regions.by_material.size())

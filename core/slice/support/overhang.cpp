@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/geometry/merge.h"
+#include "core/geometry/tolerant_boolean.h"
 #include "core/slice/offset/offset_rings.h"
 
 namespace firn::slice {
@@ -23,19 +23,20 @@ class Steps {
     fine_mm_ = std::min(o_.tolerance_mm, 0.125 * o_.seam_mm);
   }
 
-  // What of layer k leans out over layer k - 1.
+  // Returns the area of layer k that overhangs layer k - 1.
   Region begins(std::size_t k) const {
-    const Region out = without(part_[k], grown(part_[k - 1], o_.lean_mm, lean_tolerance_mm_), 0);
+    const Region out = difference_within(part_[k], grown(part_[k - 1], o_.lean_mm, lean_tolerance_mm_), 0);
     if (out.empty()) return out;
-    // Back to what carries it, within the layer; only then the seam is added. Taken in one step (lean and
-    // seam, within the seam of the layer) a greater lean would reach round the corners of what leans out, and
-    // bring more than a smaller one.
-    return grown(within_both(grown(out, o_.lean_mm, lean_tolerance_mm_), part_[k], 0), o_.seam_mm, fine_mm_);
+    // Grows back to the carrying area within the layer; the seam is added afterwards. In one step (lean and
+    // seam, within the seam of the layer) a greater lean would extend around the corners of the overhang and
+    // add more area than a smaller one.
+    return grown(intersection_within(grown(out, o_.lean_mm, lean_tolerance_mm_), part_[k], 0), o_.seam_mm,
+                 fine_mm_);
   }
 
   Region below(const Region& need, std::size_t k, const Region& begins) const {
-    const Region left = without(need, part_[k], slack_);
-    return left.empty() ? begins : begins.empty() ? left : merge_protruding(left, begins, slack_);
+    const Region left = difference_within(need, part_[k], slack_);
+    return left.empty() ? begins : begins.empty() ? left : union_within(left, begins, slack_);
   }
 
  private:
@@ -51,11 +52,11 @@ void for_overhanging(std::span<const Region> part, const OverhangOptions& option
                      const ParallelFor& parallel,
                      const std::function<void(std::size_t k, const Region& need)>& use) {
   const Steps steps(part, options);
-  const std::size_t layers = part.empty() ? 0 : part.size() - 1;  // nothing is above the top one
+  const std::size_t layers = part.empty() ? 0 : part.size() - 1;  // the top layer has no layer above
   std::vector<Region> ahead, here, needs, before;
   Region need;
-  // Three blocks at a time: one whose overhangs are found, one through which the need comes down, one that is
-  // used.
+  // Three blocks at a time: one whose overhangs are computed, one through which the area is carried down, one
+  // that is used.
   const auto in_block = [&](std::size_t block) { return std::min(layers, block * kLayersAtOnce); };
   for (std::size_t block = 0; block < layers / kLayersAtOnce + 3; ++block) {
     std::swap(ahead, here);

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "core/geometry/merge.h"
+#include "core/geometry/planar.h"
+#include "core/geometry/simplify_ring.h"
+#include "core/geometry/tolerant_boolean.h"
 #include "core/slice/offset/offset_rings.h"
 #include "core/slice/support/overhang.h"
-#include "core/geometry/planar.h"
-#include "core/geometry/thin.h"
 
 namespace firn::slice {
 namespace {
@@ -16,8 +16,8 @@ namespace {
 constexpr std::size_t kLayersAtOnce = 32;
 
 // Calls use(first, behind, union) for all layers, from the top in blocks: layers [first, behind) have this
-// same union of a layer and all above, but for a rim of `slack` units. The union runs downward through one
-// block while the one above it is used.
+// union of a layer and all above, except for a rim of `slack` units. The union is computed downward through
+// one block while the one above it is used.
 template <class Use>
 void for_merged_above(std::span<const Region> part, std::int32_t slack, const ParallelFor& parallel,
                       const Use& use) {
@@ -39,7 +39,7 @@ void for_merged_above(std::span<const Region> part, std::int32_t slack, const Pa
       merged.clear();
       for (std::size_t down = begin; down < end; ++down) {
         const std::size_t k = part.size() - 1 - down;
-        Region next = down ? merge_protruding(last, part[k], slack) : part[k];
+        Region next = down ? union_within(last, part[k], slack) : part[k];
         if (!merged.empty() && next == last)
           merged.back().first = k;
         else
@@ -50,19 +50,19 @@ void for_merged_above(std::span<const Region> part, std::int32_t slack, const Pa
   }
 }
 
-Region thinned(const Region& region, double tolerance_mm) {
+Region simplified(const Region& region, double tolerance_mm) {
   if (tolerance_mm <= 0) return region;
-  Region thin;
+  Region simple;
   std::vector<Vec> line;
   for (std::size_t r = 0; r < region.size(); ++r) {
     line.clear();
     for (const Point p : region[r]) line.push_back(to_vec(p));
-    thin_ring(line, tolerance_mm * kUnitsPerMm, thin);
+    simplify_ring(line, tolerance_mm * kUnitsPerMm, simple);
   }
-  return thin;
+  return simple;
 }
 
-// A region without a smaller one that lies wholly inside it.
+// Returns a region minus a smaller one that lies inside it.
 Region between(const Region& outer, const Region& inner) {
   Region region = outer;
   std::vector<Point> ring;
@@ -81,13 +81,13 @@ std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t 
   std::vector<Region> scaffold(part.size());
   if (options.kind == Support::kNone || part.empty()) return scaffold;
   const double lean_mm = height * kMmPerUnit * std::tan(options.overhang_rad);
-  // Thinning and drawing may each add the tolerance: nothing may reach further than the buffer.
+  // Simplification and drawing may each add the tolerance: nothing may extend beyond the buffer.
   const double grow_mm = std::max(0.0, options.buffer_mm - 2 * chord_tolerance_mm - 1e-3);
   if (options.kind == Support::kFull) {
     const std::int32_t slack = std::int32_t(0.5 * chord_tolerance_mm * kUnitsPerMm);
     for_merged_above(part, slack, parallel, [&](std::size_t first, std::size_t behind, const Region& above) {
-      const Region grown = grow(thinned(above, chord_tolerance_mm), grow_mm, chord_tolerance_mm);
-      // Rings of the layer and of what is far outside it do not meet.
+      const Region grown = grow(simplified(above, chord_tolerance_mm), grow_mm, chord_tolerance_mm);
+      // Rings of the layer and of the area outside it do not intersect.
       for (std::size_t k = first; k < behind; ++k)
         scaffold[k] =
             grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "files/mesh/sample_mesh.h"
 #include "core/grid/grid.h"
+#include "files/mesh/sample_mesh.h"
 
 namespace firn::barnett {
 

@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "print/inputs/ice_inputs.h"
 #include "files/mesh/mesh_file.h"
 #include "print/folder/run_folder.h"
+#include "print/inputs/ice_inputs.h"
 
 namespace firn::barnett {
 namespace {
@@ -25,7 +25,9 @@ Experiment experiment_of(double height_mm, std::uint64_t seed) {
   e.lab.kind = "ice";
   e.run.name = "box";
   e.plant.seed = e.control.seed = seed;
-  e.ice.mesh = "box.stl", e.ice.slice = "slice.toml", e.ice.machine = "machine.toml";
+  e.ice.mesh = "box.stl";
+  e.ice.slice = "slice.toml";
+  e.ice.machine = "machine.toml";
   e.ice.layer_height_mm = kBoxLayer_mm;
   e.ice.height_mm = height_mm;
   e.ice.interval_layers = 5;
@@ -33,12 +35,15 @@ Experiment experiment_of(double height_mm, std::uint64_t seed) {
   e.ice.water = {25.0, 40.0, 50.0};
   e.ice.scaffold = {25.0, 40.0, 125.0};
   e.laser_point.latency_s = -0.0293;  // as calibrated: labs/ice-cobra600.toml
-  e.valve_a.latency_s = -0.0264, e.valve_b.latency_s = -0.0263;
+  e.valve_a.latency_s = -0.0264;
+  e.valve_b.latency_s = -0.0263;
   e.process.max_rescans = 1;
   e.process.min_measured_fraction = 0.6;  // half of the paths run along edges
   e.control.scheme = "smf";
   e.control.smoothing = 1.0;
-  e.control.smf.kp = 0.9999, e.control.smf.ki_star = 0.32798, e.control.smf.kd_star = 0.00005;
+  e.control.smf.kp = 0.9999;
+  e.control.smf.ki_star = 0.32798;
+  e.control.smf.kd_star = 0.00005;
   e.control.surface.version = control::SurfaceVersion::kValveFrequency;
   e.control.smf.output_limit = e.control.smf.integral_limit = 0.5;
   return e;

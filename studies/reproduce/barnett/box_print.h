@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
-#include "studies/reproduce/barnett/box_part.h"
 #include "print/simulated/memory_print.h"
+#include "studies/reproduce/barnett/box_part.h"
 
 namespace firn::barnett {
 

@@ -3,22 +3,20 @@
 #include <cmath>
 #include <map>
 
-#include "print/prepare/slice_job.h"
-#include "runtime/thread_pool.h"
 #include "core/motion/constant_speed.h"
 #include "core/motion/thesis/thesis.h"
+#include "print/prepare/slice_job.h"
+#include "runtime/thread_pool.h"
 
 namespace firn::barnett {
 namespace {
 
 constexpr double kLeast_mm = 0.4;  // the thesis's sampling (4.2.2)
 
-double between(const Point2& a, const Point2& b) { return std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm); }
-
 double length_of(const std::vector<Point2>& points, bool closed) {
   double length = 0.0;
-  for (std::size_t k = 1; k < points.size(); ++k) length += between(points[k - 1], points[k]);
-  if (closed) length += between(points.back(), points.front());
+  for (std::size_t k = 1; k < points.size(); ++k) length += distance(points[k - 1], points[k]);
+  if (closed) length += distance(points.back(), points.front());
   return length;
 }
 
@@ -28,7 +26,7 @@ struct Ends {
 };
 Ends ends_of(const std::vector<Point2>& points, bool closed, double run_mm) {
   const auto beyond = [&](const Point2& end, const Point2& inside) {
-    const double length = between(inside, end);
+    const double length = distance(inside, end);
     if (length <= 0.0) return end;
     return Point2{end.x_mm + run_mm * (end.x_mm - inside.x_mm) / length,
                   end.y_mm + run_mm * (end.y_mm - inside.y_mm) / length};
@@ -102,7 +100,7 @@ BuildPaths build_paths(const BoxFolder& folder, const motion::RateLimits& limits
     double way_s[2]{};
     for (int k = 0; k < 2; ++k)
       for (std::size_t n = 1; n < at_rest[k].size(); ++n)
-        way_s[k] += rest_to_rest_s(between(at_rest[k][n - 1].last, at_rest[k][n].first), limits);
+        way_s[k] += rest_to_rest_s(distance(at_rest[k][n - 1].last, at_rest[k][n].first), limits);
     all.transit_s += way_s[0];
     all.run_up_s += way_s[1] - way_s[0];
   });

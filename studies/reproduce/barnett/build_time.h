@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "studies/reproduce/barnett/box_print.h"
 #include "config/machine.h"
 #include "core/motion/kinematics/limits.h"
 #include "core/motion/kinematics/path_input.h"
 #include "core/motion/thesis/test_path.h"
+#include "studies/reproduce/barnett/box_print.h"
 
 namespace firn::barnett {
 

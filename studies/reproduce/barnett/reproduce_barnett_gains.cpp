@@ -7,12 +7,12 @@
 #include <array>
 #include <cmath>
 
-#include "studies/reproduce/reproduce_parts.h"
 #include "core/grid/random.h"
 #include "estimators/gains/tune_smf.h"
 #include "report/draw/charts.h"
 #include "report/draw/raster.h"
 #include "report/draw/svg.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {
@@ -126,11 +126,16 @@ void figure_5_12(Reproduction& to) {
   for (int a = 0; a < 3; ++a) {
     Series low{"least", {}, {}, 0}, high{"largest", {}, {}, 1};
     for (int i = 0; i < v.n; ++i) {
-      low.x.push_back(v.gain(a, i)), high.x.push_back(v.gain(a, i));
-      low.y.push_back(v.low[std::size_t(a * v.n + i)]), high.y.push_back(v.high[std::size_t(a * v.n + i)]);
+      low.x.push_back(v.gain(a, i));
+      high.x.push_back(v.gain(a, i));
+      low.y.push_back(v.low[std::size_t(a * v.n + i)]);
+      high.y.push_back(v.high[std::size_t(a * v.n + i)]);
     }
     replay::ChartOptions o;
-    o.title = "z_max", o.x_name = kAxisName[a], o.y_name = "z_max", o.y_range = std::pair(0.0, 1.0);
+    o.title = "z_max";
+    o.x_name = kAxisName[a];
+    o.y_name = "z_max";
+    o.y_range = std::pair(0.0, 1.0);
     charts.push_back(replay::line_chart({low, high}, o));
     charts.push_back(pair_map(v, a));
   }
@@ -146,7 +151,8 @@ void stability(Reproduction& to) {
     const Gains g{random.uniform(-0.5, 2.5), random.uniform(-0.5, 4.5), random.uniform(-1.3, 1.3)};
     const bool sufficient =
         g.kp > 0 && g.ki_star > 0 && g.kd_star > 0 && 0.5 * g.kp + 0.25 * g.ki_star + g.kd_star < 1;
-    stable_outside += stable(g) && !sufficient, inside += sufficient;
+    stable_outside += stable(g) && !sufficient;
+    inside += sufficient;
     wrong += stable(g) != (largest_pole(g) < 1.0);
   }
   to.row(shown(
@@ -208,7 +214,10 @@ void table_5_3(Reproduction& to) {
       for (const double start : {0.0, 0.2}) {
         const auto t =
             gains::tune_smf(disturbance({100, r.pulse, 60, 0.2, 30}), {a, {1.0, 0.33, start}, true});
-        if (a == Algorithm::kSlsqp) kd = t.gains.kd_star, sigma = t.rms;
+        if (a == Algorithm::kSlsqp) {
+          kd = t.gains.kd_star;
+          sigma = t.rms;
+        }
         worst_kd = std::max(worst_kd, std::abs(t.gains.kd_star - r.kd));
       }
     const std::string id =
@@ -234,8 +243,12 @@ void figure_5_13(Reproduction& to) {
     double sum = 0.0;
     for (int p = 0; p <= 50; ++p)
       sum += spread({1.0, 0.33, kd}, disturbance({100, 0.01 * p, 60, 0.2, 30})).rms;
-    mean.x.push_back(kd), mean.y.push_back(sum / 51);
-    if (sum / 51 < least) least = sum / 51, best = kd;
+    mean.x.push_back(kd);
+    mean.y.push_back(sum / 51);
+    if (sum / 51 < least) {
+      least = sum / 51;
+      best = kd;
+    }
     if (kd <= 0.06) until_006 = std::max(until_006, sum / 51);
   }
   to.row(shown(row_near(kPart + "fig-5-13.best",
@@ -246,7 +259,9 @@ void figure_5_13(Reproduction& to) {
                      "Fig. 5-13: rise of the mean within K_d* = [0, 0.06] (\"almost constant\")", "%",
                      std::string("almost constant"), 100.0 * (until_006 / least - 1.0), 3.0));
   replay::ChartOptions o;
-  o.title = "Fig. 5-13", o.x_name = "K_d*", o.y_name = "mean sigma_p* [intervals]";
+  o.title = "Fig. 5-13";
+  o.x_name = "K_d*";
+  o.y_name = "mean sigma_p* [intervals]";
   to.picture({"fig-5-13", "Fig. 5-13: the derivative gain over the expected pulses",
               panels({replay::line_chart({mean}, o)}, "Fig. 5-13", 1)});
 }
@@ -259,7 +274,9 @@ std::string simulation(const Gains& g, const DisturbanceModel& m, const char* ti
   for (std::size_t k = 0; k < d.size(); ++k) e.x.push_back(double(k + 1));
   u.x = dist.x = e.x;
   replay::ChartOptions o;
-  o.title = title, o.x_name = fmt::format("{}: interval k", title), o.y_name = "in intervals",
+  o.title = title;
+  o.x_name = fmt::format("{}: interval k", title);
+  o.y_name = "in intervals";
   o.whole_x = true;
   return replay::line_chart({e, u, dist}, o);
 }

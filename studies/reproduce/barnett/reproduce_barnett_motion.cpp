@@ -6,12 +6,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "studies/reproduce/barnett/reproduce_barnett_motion.h"
-#include "studies/reproduce/reproduce_parts.h"
 #include "core/motion/constant_speed.h"
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "core/motion/vplus_default.h"
+#include "studies/reproduce/barnett/reproduce_barnett_motion.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {
@@ -206,7 +206,8 @@ void default_rows(Reproduction& to, const Chapter4& c) {
                    y = s.at[i].y_mm - thesis::kWellPlaced.y_mm - centre.y_mm;
       if (x < 0 || y * (centre.y_mm < 46 ? -1 : 1) < 0 || std::abs(std::hypot(x, y) - radius) > 0.2 * radius)
         continue;
-      length += s.speed[i] * 0.016, time += 0.016;
+      length += s.speed[i] * 0.016;
+      time += 0.016;
     }
     return length / time;
   };

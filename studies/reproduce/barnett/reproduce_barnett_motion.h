@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "studies/reproduce/reproduce.h"
 #include "core/motion/kinematics/arm.h"
 #include "core/motion/kinematics/path_input.h"
 #include "core/motion/thesis/thesis.h"
+#include "studies/reproduce/reproduce.h"
 
 namespace firn::barnett {
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "report/paths/plan_plot.h"
-#include "studies/reproduce/barnett/reproduce_barnett_motion.h"
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "report/draw/charts.h"
+#include "report/paths/plan_plot.h"
+#include "studies/reproduce/barnett/reproduce_barnett_motion.h"
 
 namespace firn::barnett {
 namespace {
@@ -67,8 +67,10 @@ void figure_4_4(Reproduction& to, const Chapter4& c) {
 void figure_4_7(Reproduction& to, const Sampled& s) {
   const double end = s.duration_s();
   std::vector<double> x, y;
-  for (const Point2& p : s.at)
-    x.push_back(p.x_mm - thesis::kWellPlaced.x_mm), y.push_back(p.y_mm - thesis::kWellPlaced.y_mm);
+  for (const Point2& p : s.at) {
+    x.push_back(p.x_mm - thesis::kWellPlaced.x_mm);
+    y.push_back(p.y_mm - thesis::kWellPlaced.y_mm);
+  }
   to.picture({"fig-4-7-position", "Fig. 4-7: position, well-placed path",
               replay::line_chart({series("x", s.t_s, x, 0), series("y", s.t_s, y, 1)},
                                  axes("", "time [s]", "position [mm]"))});
@@ -93,8 +95,10 @@ void figure_4_8(Reproduction& to, const Sampled& s) {
                                    axes("", "time [s]", unit))});
   };
   std::vector<double> one, two;  // offset to fit on one plot, as the thesis does
-  for (std::size_t i = 0; i < s.t_s.size(); ++i)
-    one.push_back(a.angle[i] - a.angle[0]), two.push_back(b.angle[i] - b.angle[0]);
+  for (std::size_t i = 0; i < s.t_s.size(); ++i) {
+    one.push_back(a.angle[i] - a.angle[0]);
+    two.push_back(b.angle[i] - b.angle[0]);
+  }
   chart("fig-4-8-position", "Fig. 4-8: joint angles from their start, well-placed path", one, two,
         "angle [deg]");
   chart("fig-4-8-rate", "Fig. 4-8: joint rates (limits 33 and 39 deg/s)", a.rate, b.rate, "rate [deg/s]");
@@ -140,7 +144,10 @@ void figure_4_13(Reproduction& to, const Chapter4& c) {
     std::vector<double> x, y;  // a window at the corner, which the motion crosses once
     for (const Point2& p : s.at) {
       const double px = p.x_mm - thesis::kWellPlaced.x_mm, py = p.y_mm - thesis::kWellPlaced.y_mm;
-      if (px < kWide && py < kHigh) x.push_back(px), y.push_back(py);
+      if (px < kWide && py < kHigh) {
+        x.push_back(px);
+        y.push_back(py);
+      }
     }
     return series(label, x, y, style);
   };
@@ -154,7 +161,10 @@ std::vector<double> low_pass(std::vector<double> values, double tick_s) {
   const double keep = std::exp(-2 * std::numbers::pi * 4.0 * tick_s);
   for (int pass = 0; pass < 2; ++pass) {
     double state = 0;
-    for (double& v : values) state = keep * state + (1 - keep) * v, v = state;
+    for (double& v : values) {
+      state = keep * state + (1 - keep) * v;
+      v = state;
+    }
     std::reverse(values.begin(), values.end());
   }
   return values;

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <numeric>
 
+#include "print/simulated/memory_print.h"
+#include "report/run/report_ice.h"
 #include "studies/reproduce/barnett/box_part.h"
 #include "studies/reproduce/barnett/box_print.h"
-#include "print/simulated/memory_print.h"
 #include "studies/reproduce/reproduce_parts.h"
-#include "report/run/report_ice.h"
 
 namespace firn {
 namespace {
@@ -36,8 +36,12 @@ std::string listed(std::span<const double> values) {
 void reproduce_barnett_part(Reproduction& to) {
   const std::string id = "barnett.part.";
   BoxPart part;
-  if (to.quick())
-    part.side_mm = 32.0, part.height_mm = 5.0, part.plate_mm = 2.5, part.round_mm = {0.0, 6.0, 5.0, 4.0};
+  if (to.quick()) {
+    part.side_mm = 32.0;
+    part.height_mm = 5.0;
+    part.plate_mm = 2.5;
+    part.round_mm = {0.0, 6.0, 5.0, 4.0};
+  }
   to.note(
       "Fig. 5-10 is not in the text: a box on a plate has all nominal dimensions of Table 5-1 as outside "
       "dimensions, which is what 5.3 says of them. Layers of 0.25 mm, intervals "
@@ -71,9 +75,11 @@ void reproduce_barnett_part(Reproduction& to) {
         fmt::format("{:.1f}: {} (mean {:+.2f})", d.nominal_mm, listed(d.measured_mm), mean - d.nominal_mm),
         worst <= 0.5);
     row.tolerance = std::string("each within 0.5 mm of nominal");
-    if (to.quick())
-      row.pass.reset(), row.kind = RowKind::kComputed,
-                        row.tolerance = "none: a part this small is mostly edges";
+    if (to.quick()) {
+      row.pass.reset();
+      row.kind = RowKind::kComputed;
+      row.tolerance = "none: a part this small is mostly edges";
+    }
     to.row(std::move(row));
     if (d.name == "l3" && !to.quick())
       to.row(row_holds(id + "corner", "5.3: the diagonal comes out smaller, since the corner is rounded off",

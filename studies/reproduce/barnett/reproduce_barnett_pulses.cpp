@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numeric>
 
-#include "studies/reproduce/reproduce_parts.h"
 #include "core/deposition/delivery.h"
 #include "core/deposition/pulse_width.h"
 #include "core/deposition/pulses.h"
 #include "report/draw/charts.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {
@@ -54,7 +54,10 @@ std::string beside(const std::vector<std::string>& charts, const char* title) {
 
 std::string chart(const std::vector<replay::Series>& series, const std::string& y_name) {
   replay::ChartOptions o;
-  o.title = y_name, o.x_name = "τ = t / T", o.y_name = y_name, o.from_zero = true;
+  o.title = y_name;
+  o.x_name = "τ = t / T";
+  o.y_name = y_name;
+  o.from_zero = true;
   return replay::line_chart(series, o);
 }
 
@@ -93,7 +96,10 @@ void figures(Reproduction& to) {
   FlowDemand corrected = nominal;
   const std::size_t n = nominal.flow_mm3_s.size();
   std::vector<double> tau(n), u(n), nu_nominal(n), nu(n);
-  for (std::size_t i = 0; i < n; ++i) tau[i] = double(i) / double(n - 1), u[i] = action(tau[i]);
+  for (std::size_t i = 0; i < n; ++i) {
+    tau[i] = double(i) / double(n - 1);
+    u[i] = action(tau[i]);
+  }
   corrected_flow(nominal.flow_mm3_s, u, corrected.flow_mm3_s);
   for (std::size_t i = 0; i < n; ++i) {
     nu_nominal[i] = setting().curve.frequency_hz(nominal.flow_mm3_s[i]);
@@ -146,7 +152,8 @@ void delivery_rows(Reproduction& to) {
       const DeliveryError e =
           count_delivery(d, drops_of(plan_pulses(d, s, limits), d, s.curve, limits.tick_s),
                          granted_by(d, s.curve, limits.tick_s), window);
-      worst = std::max(worst, e.window_worst), excess = std::max(excess, e.worst_excess_mm3),
+      worst = std::max(worst, e.window_worst);
+      excess = std::max(excess, e.worst_excess_mm3);
       gap = std::max(gap, e.widest_gap_mm);
     }
     to.row(row_at_most(fmt::format("barnett.pulses.window-{}", name),

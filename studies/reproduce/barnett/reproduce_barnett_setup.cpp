@@ -2,9 +2,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "studies/reproduce/barnett/reproduce_barnett_motion.h"
 #include "core/motion/thesis/test_path.h"
 #include "core/motion/vplus_default.h"
+#include "studies/reproduce/barnett/reproduce_barnett_motion.h"
 
 namespace firn::barnett {
 namespace {
@@ -58,7 +58,9 @@ Sampled sampled(const Trajectory& trajectory, const Arm& arm) {
     y = differences(y, trajectory.tick_s);
     rates.push_back(norms(x, y));
   }
-  out.speed = rates[0], out.acceleration = rates[1], out.jerk = rates[2];
+  out.speed = rates[0];
+  out.acceleration = rates[1];
+  out.jerk = rates[2];
   for (int j = 0; j < 2; ++j) {
     Sampled::Joint joint;
     for (std::size_t i = 0; i < n; ++i) joint.angle.push_back(q.of(j, 0)[i] * 180.0 / kPi);

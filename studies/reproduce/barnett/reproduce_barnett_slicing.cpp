@@ -11,16 +11,16 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "core/geometry/clipper.h"
+#include "core/geometry/planar.h"
+#include "core/slice/support/scaffold.h"
 #include "files/mesh/mesh_file.h"
-#include "studies/reproduce/reproduce.h"
-#include "studies/reproduce/reproduce_parts.h"
 #include "files/mesh/sample_mesh.h"
 #include "print/prepare/slice_job.h"
 #include "report/paths/slice_pictures.h"
 #include "runtime/thread_pool.h"
-#include "core/geometry/clipper.h"
-#include "core/geometry/planar.h"
-#include "core/slice/support/scaffold.h"
+#include "studies/reproduce/reproduce.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {

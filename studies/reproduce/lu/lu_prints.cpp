@@ -7,8 +7,9 @@
 #include <mutex>
 #include <thread>
 
-#include "print/inputs/targets.h"
 #include "config/include.h"
+#include "print/inputs/targets.h"
+#include "print/labs/print_labs.h"
 
 namespace firn {
 
@@ -68,8 +69,8 @@ double largest_of(const std::vector<MemoryPrintReport>& prints,
   return largest;
 }
 
-Profile middle_row(const HeightMap& height, const GridSpec& grid) {
-  Profile p;
+HeightProfile middle_row(const HeightMap& height, const GridSpec& grid) {
+  HeightProfile p;
   for (int i = 0; i < grid.nx; ++i) {
     p.x_mm.push_back(i * grid.pitch_x_mm);
     p.height_um.push_back(1e3 * height.at(i, grid.ny / 2));

@@ -4,9 +4,9 @@
 #include <functional>
 #include <vector>
 
+#include "core/grid/shapes.h"
 #include "print/simulated/memory_print.h"
 #include "studies/reproduce/reproduce.h"
-#include "core/grid/shapes.h"
 
 namespace firn {
 
@@ -27,9 +27,9 @@ double largest_of(const std::vector<MemoryPrintReport>& prints,
                   const std::function<double(const MemoryPrintReport&)>& value);
 
 /// Heights along the row through the middle [um] against x [mm].
-struct Profile {
+struct HeightProfile {
   std::vector<double> x_mm, height_um;
 };
-Profile middle_row(const HeightMap& height, const GridSpec& grid);
+HeightProfile middle_row(const HeightMap& height, const GridSpec& grid);
 
 }  // namespace firn

@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "studies/reproduce/lu/lu_prints.h"
-#include "studies/reproduce/reproduce_parts.h"
 #include "core/deposition/height_change.h"
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
+#include "studies/reproduce/lu/lu_prints.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {
@@ -25,7 +25,7 @@ HeightMap error_map(const HeightMap& height, const Target& target) {
   return error;
 }
 
-replay::Series line(const std::string& label, const Profile& p, int style) {
+replay::Series line(const std::string& label, const HeightProfile& p, int style) {
   return {label, p.x_mm, p.height_um, style, false};
 }
 

@@ -4,13 +4,13 @@
 
 #include <cmath>
 
-#include "studies/reproduce/lu/lu_prints.h"
-#include "studies/reproduce/reproduce_parts.h"
 #include "core/control/controller.h"
 #include "core/control/prediction.h"
 #include "core/deposition/height_change.h"
 #include "core/grid/random.h"
 #include "report/draw/charts.h"
+#include "studies/reproduce/lu/lu_prints.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {
@@ -50,9 +50,10 @@ class UnguardedSearch {
         if (!target_.mask.cells[c]) continue;
         const int i = int(c) % grid.nx, j = int(c) / grid.nx;
         flip(height, drops, i, j);
-        if (const double tried = objective(); tried < best - 1e-15)
-          best = tried, ++changed;
-        else
+        if (const double tried = objective(); tried < best - 1e-15) {
+          best = tried;
+          ++changed;
+        } else
           flip(height, drops, i, j);
       }
     }
@@ -144,7 +145,10 @@ void show_guard(Reproduction& to) {
     Unguarded u = print_unguarded(e, target, alpha, style++);
     if (alpha == 1.0) stops_at_one = u.ended;
     if (alpha == 0.35) at_035_um = u.mean_um.y.back();
-    if (alpha == 0.2) runs_on = !u.ended, highest_um = u.mean_um.y.back();
+    if (alpha == 0.2) {
+      runs_on = !u.ended;
+      highest_um = u.mean_um.y.back();
+    }
     lines.push_back(std::move(u.mean_um));
   }
   to.row(row_holds(id + "unguarded-one", "without a guard, alpha = 1: the search ends the print", "",
@@ -239,7 +243,10 @@ void reproduce_lu_alpha(Reproduction& to) {
       s.y.push_back(mean_of(prints, [](const auto& p) { return kUm * p.error.std_mm; }));
       const double rms = mean_of(prints, [](const auto& p) { return kUm * p.error.rms_mm; });
       if (alpha >= 0.5) worst_rms = std::max(worst_rms, rms);
-      if (rms < best_rms) best_rms = rms, best_alpha = alpha;
+      if (rms < best_rms) {
+        best_rms = rms;
+        best_alpha = alpha;
+      }
     }
     mean.push_back(std::move(m));
     std_dev.push_back(std::move(s));

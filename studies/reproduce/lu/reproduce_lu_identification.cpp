@@ -34,8 +34,10 @@ int exactly_recovered() {
     HeightMap h(g);
     DropletPattern u(g);
     const double roughness_mm = 0.05 * double(seed) / 50.0;
-    for (std::size_t c = 0; c < g.size(); ++c)
-      h.cells[c] = random.uniform(0.0, roughness_mm), u.cells[c] = std::uint8_t(random.below(2));
+    for (std::size_t c = 0; c < g.size(); ++c) {
+      h.cells[c] = random.uniform(0.0, roughness_mm);
+      u.cells[c] = std::uint8_t(random.below(2));
+    }
     HeightMap made = h;
     deposition::HeightChange<1>(g, deposition::stencil_of({}), deposition::Border::kLose).deposit(made, u);
     control::Setup setup{g, made, Mask(g, 1), {}, deposition::Border::kLose, seed};

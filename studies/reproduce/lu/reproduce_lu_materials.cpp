@@ -8,13 +8,13 @@
 #include <stdexcept>
 #include <thread>
 
-#include "print/simulated/memory_print.h"
-#include "studies/reproduce/reproduce_parts.h"
-#include "print/inputs/targets.h"
 #include "config/include.h"
-#include "report/run/block_view.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/memory_print.h"
 #include "report/draw/svg.h"
+#include "report/run/block_view.h"
 #include "report/run/voxels.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {

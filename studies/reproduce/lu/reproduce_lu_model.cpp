@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "studies/reproduce/lu/lu_prints.h"
-#include "studies/reproduce/reproduce_parts.h"
 #include "core/deposition/height_change.h"
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
+#include "studies/reproduce/lu/lu_prints.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {
@@ -51,8 +51,14 @@ double drop_um(const HeightMap& h, const Mask& mask, int at_depth) {
     for (int i = 0; i < mask.spec.nx; ++i) {
       if (!mask.at(i, j)) continue;
       const int d = depth(mask, i, j);
-      if (d == at_depth) ring += h.at(i, j), ++in_ring;
-      if (d > kLayers + 1) middle += h.at(i, j), ++in_middle;
+      if (d == at_depth) {
+        ring += h.at(i, j);
+        ++in_ring;
+      }
+      if (d > kLayers + 1) {
+        middle += h.at(i, j);
+        ++in_middle;
+      }
     }
   return kUm * (middle / in_middle - ring / in_ring);
 }
@@ -139,7 +145,7 @@ void reproduce_lu_model(Reproduction& to) {
     to.row(std::move(row));
   }
   const auto line = [&](const std::string& label, const HeightMap& h, int style) {
-    const Profile p = middle_row(h, e.grid);
+    const HeightProfile p = middle_row(h, e.grid);
     return replay::Series{label, p.x_mm, p.height_um, style, true};
   };
   to.picture({"model-check-side", "Four layers in open loop: nature against both models",

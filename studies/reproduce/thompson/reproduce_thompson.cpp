@@ -5,11 +5,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "report/paths/aerosol_pictures.h"
-#include "studies/reproduce/reproduce_parts.h"
 #include "core/motion/aerosol/paper_jobs.h"
 #include "core/motion/aerosol/plan.h"
 #include "core/motion/aerosol/rounding.h"
+#include "report/paths/aerosol_pictures.h"
+#include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {
@@ -61,7 +61,11 @@ double least_transit_speed(const AerosolPlan& plan) {
   std::int32_t leading_to = -1;
   for (const Piece& p : plan.pieces) {
     if (p.kind != PieceKind::kTransit) continue;
-    if (p.segment != leading_to) least = std::min(least, now), now = 0.0, leading_to = p.segment;
+    if (p.segment != leading_to) {
+      least = std::min(least, now);
+      now = 0.0;
+      leading_to = p.segment;
+    }
     now = std::max({now, std::abs(p.v_mm_s.x_mm), std::abs(p.v_mm_s.y_mm)});
   }
   return std::min(least, now);
@@ -155,7 +159,7 @@ void reproduce_thompson_corners(Reproduction& to) {
 void reproduce_thompson_misprints(Reproduction& to) {
   to.note(
       "Formulas that do not give what they are for as printed; ours are the corrected ones, with one test "
-      "each. docs/algorithms-aerosol.md lists them all.");
+      "each. docs/algorithms/aerosol.md lists them all.");
   const motion::AxisLimits limits{kVmax_mm_s, kAlpha_mm_s2};
   const auto shown = [&](const char* name, const char* what, double printed, double wanted, double ours) {
     ReproduceRow row =

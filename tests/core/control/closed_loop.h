@@ -1,5 +1,5 @@
-// A print in a loop of one function: controller against the height-change model itself, with varied droplets
-// and measurement noise. For tests and benches of controllers; the independent plant is plant/.
+// Computes a print in a loop of one function: controller against the height-change model itself, with varied
+// droplets and measurement noise. For tests and benches of controllers; the independent plant is plant/.
 #pragma once
 
 #include <cstdint>

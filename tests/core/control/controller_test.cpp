@@ -43,7 +43,10 @@ TEST_CASE(
   const Setup s = cylinder_setup();
   HeightMap holes(s.grid, 0.1), zeros(s.grid, 0.1);
   for (std::size_t c = 0; c < holes.size(); ++c)
-    if (!s.mask.cells[c]) holes.cells[c] = kNotMeasured, zeros.cells[c] = 0.0;
+    if (!s.mask.cells[c]) {
+      holes.cells[c] = kNotMeasured;
+      zeros.cells[c] = 0.0;
+    }
   HeightMap bad = zeros;
   bad.at(20, 20) = kNotMeasured;
   HeightMap moved = zeros;
@@ -110,7 +113,8 @@ TEST_CASE("max_layers stops for the operator, not silently") {
   CHECK_THAT(r.decisions.back().reason, Catch::Contains("max_layers = 3"));
   o.max_layers = -1;
   CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("max_layers"));
-  o.max_layers = 0, o.noise_gate = -1.0;
+  o.max_layers = 3;
+  o.noise_gate = -1.0;
   CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("noise_gate"));
 }
 
@@ -118,7 +122,10 @@ TEST_CASE("Erratum (8): the objective takes a matrix h_d, and mean and deviation
   const GridSpec g{3, 2};
   HeightMap h(g), target(g);
   Mask mask(g, 1);
-  for (std::size_t c = 0; c < 6; ++c) h.cells[c] = double(c), target.cells[c] = 2.0 * double(c);
+  for (std::size_t c = 0; c < 6; ++c) {
+    h.cells[c] = double(c);
+    target.cells[c] = 2.0 * double(c);
+  }
   mask.at(2, 1) = 0;
   // heights 0 1 2 3 4, errors 0 1 2 3 4
   CHECK(objective_mm(h, target, mask, 1.0) == Approx(2.0));

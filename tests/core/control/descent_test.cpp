@@ -27,10 +27,10 @@ TEST_CASE(
     for (int n = 0; n < layers; ++n) plan[std::size_t(n)] = random_drops(in, random);
     plain.set_plan(plan);
     HorizonObjective sieved = plain;
-    PlanField field(in.setup, in.height, materials, layers);
+    HorizonState field(in.setup, in.height, materials, layers);
     field.set_drops(plan);
-    FlipTable flips(field,
-                    error == ErrorKind::kSquare ? FlipTable::Wanted::kSquares : FlipTable::Wanted::kAbsolute);
+    DeltaCache flips(
+        field, error == ErrorKind::kSquare ? DeltaCache::Wanted::kSquares : DeltaCache::Wanted::kAbsolute);
     const std::int64_t most = seed % 5 == 0 ? 150 : 1000000;
     const SearchResult a = descend(plain, layers, most), b = descend(sieved, layers, most, &flips);
     INFO("seed " << seed);

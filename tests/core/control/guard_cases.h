@@ -1,4 +1,5 @@
-// Random decisions and prints for the guard of MPC: never a layer worse than none, no print for ever.
+// Computes random decisions and prints for the guard of MPC: no layer is worse than an empty one, and every
+// print ends.
 #pragma once
 
 #include <cmath>
@@ -63,8 +64,8 @@ inline GuardCase random_case(std::uint64_t seed) {
   return c;
 }
 
-/// The objectives that a decision tells are the model's, and its layer is better than none (for N = 1 by the
-/// model itself).
+/// The objectives that a decision reports are the model's, and its layer is better than none (for N = 1 by
+/// the model itself).
 inline bool right(const GuardCase& c, const Decision& d) {
   const double none = objective_mm(c.height, c.setup.target, c.setup.mask, c.alpha);
   if (std::abs(none - d.objective_none_mm) > 1e-12) return false;

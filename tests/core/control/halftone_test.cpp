@@ -24,7 +24,10 @@ TEST_CASE("Diffusion keeps the volume that was wanted to within the last row's r
   for (int trial = 0; trial < 20; ++trial) {
     Grid<double> wanted(g), carry(g);
     double sum = 0.0;
-    for (double& w : wanted.cells) w = random.uniform(0.2, 1.8), sum += w;
+    for (double& w : wanted.cells) {
+      w = random.uniform(0.2, 1.8);
+      sum += w;
+    }
     const DropletPattern drops = halftone(wanted, Mask(g, 1), 4, Rounding::kDiffusion, carry);
     CHECK(std::abs(double(drops.total()) - sum) < 2.0);
   }

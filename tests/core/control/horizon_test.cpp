@@ -79,7 +79,7 @@ TEST_CASE(
 TEST_CASE("Strips of one layer after the other never raise the objective") {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const StripInstance in = deep_instance(seed, 11, 9, 2.5);
-    const mpc::HorizonState state{in.setup, in.height, {}};
+    const mpc::HorizonStart state{in.setup, in.height, {}};
     RandomStream random(seed, Purpose::kTest);
     std::vector<DropletPattern> plan{random_drops(in, random), DropletPattern(in.setup.grid),
                                      DropletPattern(in.setup.grid)};
@@ -150,7 +150,7 @@ TEST_CASE(
     const double alpha = seed % 5 ? 1.0 : 0.5;
     objective.set_surface(in.height, alpha, materials);
     objective.set_plan(std::vector<DropletPattern>(std::size_t(horizon), random_drops(in, random)));
-    mpc::PlanField field(in.setup, in.height, materials, horizon);
+    mpc::HorizonState field(in.setup, in.height, materials, horizon);
     field.set_plan(plan_of(objective));
     for (const int sweeps : {1, 7}) {
       mpc::anneal(field, objective.cost(), objective.part_cells(), {horizon, sweeps, 1e-3, 1e-4, 1'000'000},
@@ -167,7 +167,7 @@ TEST_CASE(
       const auto cells = objective.part_cells();
       const std::size_t p = field.at(cells[random.below(std::uint32_t(cells.size()))]);
       mpc::Flip flip;
-      mpc::FlipSums sums;
+      mpc::ObjectiveDeltas sums;
       mpc::make_flip(field, layer, p, flip);
       mpc::sums_of(field, layer, p, flip, sums);
       const auto total = [&] {
@@ -202,11 +202,14 @@ TEST_CASE(
       Predictor predict(in.setup);
       HeightMap h = in.height;
       double droplets = 0.0, squares = 0.0, sum = 0.0;
-      for (const DropletPattern& u : plan_of(objective))
-        h = predict.after(h, u), droplets += double(u.total());
+      for (const DropletPattern& u : plan_of(objective)) {
+        h = predict.after(h, u);
+        droplets += double(u.total());
+      }
       for (const std::uint32_t c : cells) {
         const double e = h.cells[c] - in.setup.target.cells[c];
-        squares += e * e, sum += e;
+        squares += e * e;
+        sum += e;
       }
       const double mean = sum / double(cells.size());
       return alpha *
@@ -223,7 +226,7 @@ TEST_CASE(
       CHECK(objective.value_mm() == Approx(expected_mm()).margin(1e-12));
     }
     const double before = objective.value_mm();
-    mpc::PlanField field(in.setup, in.height, {}, horizon);
+    mpc::HorizonState field(in.setup, in.height, {}, horizon);
     field.set_plan(plan_of(objective));
     mpc::anneal(field, objective.cost(), cells, {horizon, 60, 3e-4, 1e-5, 1'000'000}, random);
     objective.set_plan(field.plan(in.setup.grid));
@@ -250,11 +253,13 @@ TEST_CASE("The mean's weight brings the mean of what MPC plans nearer to zero, a
       const Decision d = Mpc(in.setup, o).decide({in.height, 1, 0, 0.0});
       const HeightMap after = Predictor(in.setup).after(in.height, d.drops);
       const ErrorStats e = error_stats(after, in.setup.target, in.setup.mask);
-      mean_mm[weighted] = e.mean_mm, square_mm2[weighted] = e.rms_mm * e.rms_mm;
+      mean_mm[weighted] = e.mean_mm;
+      square_mm2[weighted] = e.rms_mm * e.rms_mm;
       CHECK(d.objective_mm <= d.objective_none_mm);
     }
-    without_mm += std::abs(mean_mm[0]), with_mm += std::abs(mean_mm[1]),
-        more_mm2 += square_mm2[1] - square_mm2[0];
+    without_mm += std::abs(mean_mm[0]);
+    with_mm += std::abs(mean_mm[1]);
+    more_mm2 += square_mm2[1] - square_mm2[0];
   }
   INFO(with_mm << " instead of " << without_mm << ", squares " << more_mm2 << " more");
   CHECK(with_mm < 0.7 * without_mm);

@@ -13,7 +13,7 @@ using namespace firn::test;
 
 namespace {
 
-// The arrays that rows are read from, and plain loops over them: what every kernel must give, byte for byte.
+// The arrays that rows are read from, and plain loops over them: every kernel must return the same bytes.
 struct Plain {
   std::size_t nx, ny, row;
   RowInk ink;
@@ -25,19 +25,24 @@ struct Plain {
     const bool lose = in.setup.border == deposition::Border::kLose;
     const float far = std::numeric_limits<float>::infinity();
     height.assign(row * (ny + 2), lose ? -far : far);
-    bare.assign(height.size(), 0.0f), counts.assign(height.size(), 0), drops.assign(height.size(), 0);
+    bare.assign(height.size(), 0.0f);
+    counts.assign(height.size(), 0);
+    drops.assign(height.size(), 0);
     ink.drop_mm = float(in.setup.model.layer_height_mm());
     for (const deposition::Link& link : deposition::links_of(deposition::stencil_of(in.setup.model))) {
       const std::size_t k = link.dx != 0 && link.dy != 0;
-      ink.w_mm[k] = float(link.w_mm), ink.slope[k] = float(link.slope),
+      ink.w_mm[k] = float(link.w_mm);
+      ink.slope[k] = float(link.slope);
       ink.beyond_mm[k] = lose ? ink.w_mm[k] : 0.0f;
     }
     for (std::size_t j = 0; j < ny; ++j)
       for (std::size_t i = 0; i < nx; ++i) {
         const std::size_t c = in.setup.grid.index(int(i), int(j)), p = at(i, j);
-        height[p] = float(in.height.cells[c]), counts[p] = in.setup.mask.cells[c];
+        height[p] = float(in.height.cells[c]);
+        counts[p] = in.setup.mask.cells[c];
         if (!counts[p]) continue;
-        bare[p] = float(in.height.cells[c] - in.setup.target.cells[c]), drops[p] = u.cells[c];
+        bare[p] = float(in.height.cells[c] - in.setup.target.cells[c]);
+        drops[p] = u.cells[c];
       }
     error = errors();
   }

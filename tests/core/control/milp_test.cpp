@@ -1,7 +1,7 @@
 // The solver against a mixed integer linear program: minimise the sum of t_c, t_c >= e_c, t_c >= -e_c, e =
 // bare + A u, u binary, A column by column from the height-change model. CBC (Debian: coinor-cbc) proves its
 // optimum. The relaxation knows nothing of |e| as long as droplets may be halved, so the states are printed
-// layers with errors of up to 0.6 to 3 um on them, and each t_c is at least what it is for the best
+// layers with errors of up to 0.6 to 3 um on them, and each t_c is at least its value for the best
 // neighbours with and without the cell's own droplet.
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a droplet on `cell` adds to every cell [um].
+// Height that a droplet on `cell` adds to every cell [um].
 HeightMap column_um(const StripInstance& in, std::size_t cell) {
   HeightMap h = in.height;
   DropletPattern u(in.setup.grid);
@@ -46,7 +46,7 @@ StripInstance noisy_layer(std::uint64_t seed, double error_mm) {
   return in;
 }
 
-// Least |error| of a cell for any droplets around it [um]. @param others what those add
+// Least |error| of a cell for any droplets around it [um]. @param others heights that those add
 double least_um(double error, const std::vector<double>& others) {
   double least = 1e9;
   for (unsigned bits = 0; bits < 1u << others.size(); ++bits) {

@@ -123,8 +123,10 @@ TEST_CASE("Exact recovery (IV-C): 50 of 50 random patterns on 20 x 20 are found 
     RandomStream random(seed, Purpose::kInstance);
     HeightMap h(g);
     DropletPattern u(g);
-    for (std::size_t c = 0; c < g.size(); ++c)
-      h.cells[c] = random.uniform(0.0, 0.05), u.cells[c] = std::uint8_t(random.below(2));
+    for (std::size_t c = 0; c < g.size(); ++c) {
+      h.cells[c] = random.uniform(0.0, 0.05);
+      u.cells[c] = std::uint8_t(random.below(2));
+    }
     Setup s{g, h, Mask(g, 1), {}, deposition::Border::kLose, seed};
     s.target = Predictor(s).after(h, u);
     mpc::HorizonObjective objective(s, 1, 1);
@@ -135,7 +137,8 @@ TEST_CASE("Exact recovery (IV-C): 50 of 50 random patterns on 20 x 20 are found 
     CHECK(result.optimal);
     found += objective.layer(0) == u;
     ControlOptions o;  // and through the controller
-    o.mpc.start_dithered = false, o.mpc.start_ones = true;
+    o.mpc.start_dithered = false;
+    o.mpc.start_ones = true;
     CHECK(make_controller(s, o)->decide({h, 0, 0, 0.0}).drops == u);
   }
   CHECK(found == 50);

@@ -1,11 +1,11 @@
 // Layers and bounds on the pool's threads: the bytes of one thread.
 #include <catch2/catch.hpp>
 
-#include "runtime/thread_pool.h"
 #include "core/control/mpc/bound/bound.h"
 #include "core/control/mpc/layer/layer_solver.h"
-#include "core/control/mpc/mpc.h"
 #include "core/control/mpc/layer/strip_dp.h"
+#include "core/control/mpc/mpc.h"
+#include "runtime/thread_pool.h"
 #include "tests/core/control/strip_instances.h"
 
 using namespace firn;

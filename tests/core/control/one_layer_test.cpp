@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/control/mpc/mpc.h"
 #include "core/control/mpc/layer/one_layer.h"
+#include "core/control/mpc/mpc.h"
 #include "core/control/prediction.h"
 #include "tests/core/control/strip_instances.h"
 

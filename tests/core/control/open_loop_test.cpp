@@ -31,11 +31,15 @@ TEST_CASE("Open loop prints round(target / layer height) layers of the whole mas
 
 TEST_CASE("Open loop slices each cell by its own height") {
   ShapeSpec wedge;
-  wedge.kind = "wedge", wedge.height_mm = 0.1, wedge.low_height_mm = 0.02, wedge.width_mm = 9.0,
+  wedge.kind = "wedge";
+  wedge.height_mm = 0.1;
+  wedge.low_height_mm = 0.02;
+  wedge.width_mm = 9.0;
   wedge.depth_mm = 5.0;
   Setup s = cylinder_setup();
   const Target t = make_shape(wedge, s.grid);
-  s.target = t.height, s.mask = t.mask;
+  s.target = t.height;
+  s.mask = t.mask;
   const auto controller = make_controller(s, open_loop());
   HeightMap layers(s.grid);
   const LoopResult r = run_loop(*controller, s, {});

@@ -81,7 +81,7 @@ TEST_CASE(
     for (std::size_t c = 0; c < d.size(); ++c) sum.cells[c] = std::uint8_t(sum.cells[c] + d.cells[c]);
   }
   CHECK(sum.passes() == 1);
-  for (const auto& site : sites) {  // at least two bare cells between what belongs to two sites
+  for (const auto& site : sites) {  // at least two bare cells between two sites
     for (int y = -3; y <= 3; ++y)
       for (int x = -3; x <= 3; ++x)
         if ((std::abs(x) > 1 || std::abs(y) > 1) && std::abs(x) < 4 && std::abs(y) < 4 &&
@@ -121,9 +121,11 @@ TEST_CASE("Pattern options out of range and parts too small are named") {
   const Setup s = whole_grid(20, 20);
   ControlOptions o = pattern(PatternKind::kRandom, -1);
   CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("layers = -1"));
-  o.pattern.layers = 1, o.pattern.fill = 0.0;
+  o.pattern.layers = 1;
+  o.pattern.fill = 0.0;
   CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("fill"));
-  o.pattern.fill = 0.5, o.pattern.largest_square = 65;
+  o.pattern.fill = 0.5;
+  o.pattern.largest_square = 65;
   CHECK_THROWS_WITH(make_controller(s, o), Catch::Contains("largest_square = 65"));
   CHECK_THROWS_WITH(make_controller(whole_grid(2, 2), pattern(PatternKind::kIdentification, 1)),
                     Catch::Contains("no room"));

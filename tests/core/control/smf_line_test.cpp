@@ -40,7 +40,9 @@ bool dies_out(const Gains& g) {
       for (int block = 0; block < 10; ++block, ++k)
         for (int n = 0; n < 3; ++n) {
           const double next = c1 * a[n] + c2 * b[n] + c3 * c[n];
-          a[n] = b[n], b[n] = c[n], c[n] = next;
+          a[n] = b[n];
+          b[n] = c[n];
+          c[n] = next;
           largest = std::max(largest, std::abs(next));
         }
       if (largest == 0.0) return true;

@@ -14,8 +14,12 @@ namespace {
 ControlOptions smf(double kp, double ki, double kd) {
   ControlOptions o;
   o.scheme = "smf";
-  o.smf.kp = kp, o.smf.ki_star = ki, o.smf.kd_star = kd;
-  o.smf.output_limit = 100.0, o.smf.integral_limit = 100.0, o.smf.max_drops = 16;
+  o.smf.kp = kp;
+  o.smf.ki_star = ki;
+  o.smf.kd_star = kd;
+  o.smf.output_limit = 100.0;
+  o.smf.integral_limit = 100.0;
+  o.smf.max_drops = 16;
   return o;
 }
 
@@ -92,9 +96,10 @@ TEST_CASE("5.2.2: the output stays between its saturation planes") {
 TEST_CASE("5.2.2: the integral does not wind up: after a long shortage the output turns within one layer") {
   const Setup s = block();
   ControlOptions o = smf(1.0, 0.33, 0.0);
-  o.smf.output_limit = 1.0, o.smf.integral_limit = 0.5;
+  o.smf.output_limit = 1.0;
+  o.smf.integral_limit = 0.5;
   Smf bounded(s, o);
-  o.smf.integral_limit = 1e6;
+  o.smf.integral_limit = 1000.0;
   Smf winding(s, o);
   for (int k = 0; k < 30; ++k) {
     bounded.decide({surface(s, bounded, k, 3.0), k, 0, 0.0});

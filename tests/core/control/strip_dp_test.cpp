@@ -121,8 +121,10 @@ TEST_CASE("two-row strips recover a printed layer exactly, however far droplets 
       in.setup.model.h2_mm = spread * in.setup.model.h1_mm;
       in.setup.model.h3_mm = in.setup.model.h2_mm / 3.0;
       DropletPattern printed(g);
-      for (std::size_t c = 0; c < g.size(); ++c)
-        in.height.cells[c] = random.uniform(0.0, 0.05), printed.cells[c] = std::uint8_t(random.below(2));
+      for (std::size_t c = 0; c < g.size(); ++c) {
+        in.height.cells[c] = random.uniform(0.0, 0.05);
+        printed.cells[c] = std::uint8_t(random.below(2));
+      }
       in.setup.target = in.height;
       deposition::HeightChange<1>(g, deposition::stencil_of(in.setup.model), in.setup.border)
           .deposit(in.setup.target, printed);

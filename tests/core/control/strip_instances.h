@@ -1,4 +1,4 @@
-// Random layers to decide, and what they cost by the height-change model itself.
+// Computes random layer problems, and their cost by the height-change model itself.
 #pragma once
 
 #include <algorithm>

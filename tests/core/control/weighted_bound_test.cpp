@@ -61,8 +61,10 @@ TEST_CASE(
       const int c = bits ? __builtin_ctz(bits) : 0;
       if (bits && tried.printable(c % 4, c / 4))
         tried.set_drop(c % 4, c / 4, std::uint8_t(1 - tried.drop(c % 4, c / 4)));
-      if (const double value = weighted_objective_mm(tried, alpha); value < best)
-        best = value, known = tried.drops(in.setup.grid);
+      if (const double value = weighted_objective_mm(tried, alpha); value < best) {
+        best = value;
+        known = tried.drops(in.setup.grid);
+      }
     }
     for (const bool good : {true, false}) {  // from the best layer, and from none
       const WeightedBound b = weighted_bound(in.setup, in.height, in.materials, alpha,
@@ -70,7 +72,10 @@ TEST_CASE(
       INFO("seed " << seed << ", alpha " << alpha << (good ? "" : ", from none"));
       CHECK(b.objective_mm <= best + kSinglePrecision_mm);
       CHECK(b.objective_mm <= b.known_mm);
-      if (good) proved += b.objective_mm, best_of_all += best;
+      if (good) {
+        proved += b.objective_mm;
+        best_of_all += best;
+      }
     }
   }
   CHECK(proved >

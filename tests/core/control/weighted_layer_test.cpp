@@ -5,8 +5,8 @@
 
 #include "core/control/mpc/greedy.h"
 #include "core/control/mpc/layer/layer_solver.h"
-#include "core/control/mpc/mpc.h"
 #include "core/control/mpc/layer/strip_dp.h"
+#include "core/control/mpc/mpc.h"
 #include "core/control/prediction.h"
 #include "tests/core/control/strip_instances.h"
 
@@ -77,7 +77,8 @@ TEST_CASE(
     search.set_plan(std::vector<DropletPattern>(1, all));
     RandomStream stream(seed, Purpose::kGreedySearch);
     greedy_search(search, {16, 1'000'000}, stream);
-    strips += found, greedy += search.value_mm();
+    strips += found;
+    greedy += search.value_mm();
   }
   CHECK(strips < 0.995 * greedy);
 }

@@ -1,4 +1,4 @@
-// Demands and curves for the tests of valve pulses.
+// Holds demands and curves for the tests of valve pulses.
 #pragma once
 
 #include <algorithm>

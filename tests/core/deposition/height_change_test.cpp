@@ -64,8 +64,8 @@ HeightMap as_printed(const HeightMap& h, const DropletPattern& u, int pass, cons
   return out;
 }
 
-// One dimension: a single row whose model has no corners; what flows up and down is lost, as on a line it
-// never was.
+// One dimension: a single row whose model has no corners; flows up and down are lost, which a line does not
+// have.
 std::vector<double> line_after(int layers, int n, double h1, double h2) {
   const GridSpec g{n, 1};
   HeightMap h(g);
@@ -222,10 +222,14 @@ TEST_CASE("The height change is linear in the droplets for a given surface") {
     DropletPattern a(g), b(g), both(g);
     for (std::size_t c = 0; c < g.size(); ++c) {
       const auto which = random.below(3);
-      a.cells[c] = which == 1, b.cells[c] = which == 2, both.cells[c] = which != 0;
+      a.cells[c] = which == 1;
+      b.cells[c] = which == 2;
+      both.cells[c] = which != 0;
     }
     HeightMap ha = h, hb = h, hab = h;
-    model.deposit(ha, a), model.deposit(hb, b), model.deposit(hab, both);
+    model.deposit(ha, a);
+    model.deposit(hb, b);
+    model.deposit(hab, both);
     for (std::size_t c = 0; c < g.size(); ++c)
       CHECK(std::abs((ha.cells[c] - h.cells[c]) + (hb.cells[c] - h.cells[c]) - (hab.cells[c] - h.cells[c])) <
             1e-16);

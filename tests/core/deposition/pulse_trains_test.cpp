@@ -121,7 +121,8 @@ TEST_CASE("The widest pulse is chosen that still lays a drop per mm and delivers
     for (int trial = 0; trial < 20; ++trial) {
       FlowDemand d = demand_of(random_speeds(random, 120.0, 125.0), width);
       std::vector<double> u = random_action(random, d.flow_mm3_s.size(), 0.5);
-      u[u.size() / 2] = -0.5, u[u.size() / 2 + 1] = 0.5;
+      u[u.size() / 2] = -0.5;
+      u[u.size() / 2 + 1] = 0.5;
       corrected_flow(std::vector<double>(d.flow_mm3_s), u, d.flow_mm3_s);
       const std::size_t n = choose_setting(d, settings, kLimits);
       REQUIRE(n == chosen);

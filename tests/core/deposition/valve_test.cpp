@@ -84,7 +84,8 @@ TEST_CASE(
   CHECK(max_frequency_hz(setting(0.008, 1000.0), limits) == 125.0);
   CHECK(max_frequency_hz(setting(0.001, 300.0), limits) == 300.0);
   ValveLimits fine;
-  fine.tick_s = 0.0005, fine.max_duration_s = 32.0;
+  fine.tick_s = 0.0005;
+  fine.max_duration_s = 32.0;
   CHECK(max_frequency_hz(setting(0.0005, 3000.0), fine) == 1000.0);
 }
 

@@ -17,9 +17,12 @@ const GridSpec kGrid{60, 40, 0.25, 0.3, 1.0, -2.0};
 SolidSpec junction() {
   SolidSpec s;
   s.kind = "pipe_junction";
-  s.outer_diameter_mm = 7.0, s.inner_diameter_mm = 4.0;
-  s.branch_width_mm = 5.0, s.branch_height_mm = 0.3;
-  s.branch_bore_width_mm = 3.0, s.branch_bore_height_mm = 0.16;
+  s.outer_diameter_mm = 7.0;
+  s.inner_diameter_mm = 4.0;
+  s.branch_width_mm = 5.0;
+  s.branch_height_mm = 0.3;
+  s.branch_bore_width_mm = 3.0;
+  s.branch_bore_height_mm = 0.16;
   s.centre_z_mm = 0.2;
   return s;
 }
@@ -27,7 +30,9 @@ SolidSpec junction() {
 SolidSpec ellipsoid() {
   SolidSpec s;
   s.kind = "ellipsoid";
-  s.outer_diameter_mm = 8.0, s.height_mm = 0.3, s.centre_z_mm = 0.2;
+  s.outer_diameter_mm = 8.0;
+  s.height_mm = 0.3;
+  s.centre_z_mm = 0.2;
   return s;
 }
 
@@ -146,7 +151,9 @@ TEST_CASE("Geometries and solids that cannot be are refused by cell or field") {
 TEST_CASE("A stack of images is read bottom to top, one pitch per layer") {
   const GridSpec g{3, 2};
   Mask first(g), second(g), third(g);
-  first.at(0, 0) = 1, second.at(2, 1) = 1, third.at(0, 0) = 1;
+  first.at(0, 0) = 1;
+  second.at(2, 1) = 1;
+  third.at(0, 0) = 1;
   const ImageStack stack(g, 0.1, {first, second, third});
   const Geometry m = Geometry::sampled(stack, g, 0.4, 0.01);
   REQUIRE(m.spans(0).size() == 2);

@@ -64,9 +64,11 @@ TEST_CASE("Error statistics are those of the definition, over masked and measure
     }
     const ErrorStats s = error_stats(h, target, mask);
     double mean = 0.0, mean_abs = 0.0, square = 0.0, var = 0.0;
-    for (double e : errors)
-      mean += e / double(errors.size()), mean_abs += std::abs(e) / double(errors.size()),
-          square += e * e / double(errors.size());
+    for (double e : errors) {
+      mean += e / double(errors.size());
+      mean_abs += std::abs(e) / double(errors.size());
+      square += e * e / double(errors.size());
+    }
     for (double e : errors) var += (e - mean) * (e - mean) / double(errors.size());
     CHECK(s.cells == std::int64_t(errors.size()));
     CHECK(s.missing == missing);

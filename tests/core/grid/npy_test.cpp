@@ -42,8 +42,10 @@ TEST_CASE("Maps and masks survive the way to NPY and back, NaN included, to the 
   for (const GridSpec g : {GridSpec{1, 1}, GridSpec{3, 2}, GridSpec{40, 40}, GridSpec{7, 130}}) {
     HeightMap h(g);
     Mask m(g);
-    for (std::size_t c = 0; c < h.size(); ++c)
-      h.cells[c] = random.below(5) ? random.uniform(-1.0, 1.0) : kNotMeasured, m.cells[c] = random.below(2);
+    for (std::size_t c = 0; c < h.size(); ++c) {
+      h.cells[c] = random.below(5) ? random.uniform(-1.0, 1.0) : kNotMeasured;
+      m.cells[c] = random.below(2);
+    }
     const auto bytes = to_npy(h);
     const HeightMap back = height_map_from_npy(bytes, g, "h");
     CHECK(std::memcmp(back.data(), h.data(), h.size() * 8) == 0);

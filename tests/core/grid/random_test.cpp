@@ -43,7 +43,8 @@ TEST_CASE("Uniform numbers lie in 0 to below 1, with the mean and variance of a 
     const double u = random.uniform();
     REQUIRE(u >= 0.0);
     REQUIRE(u < 1.0);
-    sum += u, square += u * u;
+    sum += u;
+    square += u * u;
   }
   CHECK(sum / kN == Approx(0.5).margin(0.003));
   CHECK(square / kN - 0.25 == Approx(1.0 / 12.0).margin(0.003));
@@ -71,7 +72,8 @@ TEST_CASE("Normal numbers have the quantiles of the normal distribution, tails i
   for (int n = 0; n < kN; ++n) {
     const double z = random.normal();
     REQUIRE(std::isfinite(z));
-    sum += z, square += z * z;
+    sum += z;
+    square += z * z;
     for (int q = 0; q < 5; ++q) below[q] += z < at[q];
   }
   for (int q = 0; q < 5; ++q)

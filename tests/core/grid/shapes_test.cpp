@@ -12,7 +12,11 @@ const GridSpec kFine{201, 181, 0.1, 0.1, 5.0, -3.0};
 ShapeSpec shape(const std::string& kind) {
   ShapeSpec s;
   s.kind = kind;
-  s.height_mm = 0.5, s.diameter_mm = 12.0, s.inner_diameter_mm = 6.0, s.width_mm = 8.0, s.depth_mm = 6.0;
+  s.height_mm = 0.5;
+  s.diameter_mm = 12.0;
+  s.inner_diameter_mm = 6.0;
+  s.width_mm = 8.0;
+  s.depth_mm = 6.0;
   return s;
 }
 
@@ -72,7 +76,10 @@ TEST_CASE("A wedge rises from its low end, and its low end is not below its low 
   const Target t = make_shape(s, kFine);
   double least = 1.0, most = 0.0;
   for (std::size_t c = 0; c < t.mask.size(); ++c)
-    if (t.mask.cells[c]) least = std::min(least, t.height.cells[c]), most = std::max(most, t.height.cells[c]);
+    if (t.mask.cells[c]) {
+      least = std::min(least, t.height.cells[c]);
+      most = std::max(most, t.height.cells[c]);
+    }
   CHECK(least >= 0.1);
   CHECK(least == Approx(0.1).margin(1e-6));
   CHECK(most == Approx(0.5).margin(1e-6));

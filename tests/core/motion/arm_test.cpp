@@ -92,9 +92,9 @@ TEST_CASE("Joint derivatives to third order agree with differences of the invers
   const double dt = 2e-3;
   for (int trial = 0; trial < 200; ++trial) {
     const Curve curve = random_curve(random);
-    const Posture posture{trial % 2 ? 1 : -1, 0};
+    const ArmConfiguration configuration{trial % 2 ? 1 : -1, 0};
     Jets joints(4, 9);
-    if (arm->inverse(curve.jets(9, dt), posture, joints)) continue;
+    if (arm->inverse(curve.jets(9, dt), configuration, joints)) continue;
     for (int joint = 0; joint < 4; ++joint)
       for (int order = 0; order < 3; ++order) {  // fourth-order central difference of each derivative
         const double* f = joints.of(joint, order);
@@ -128,8 +128,10 @@ TEST_CASE("The Jacobian maps joint rates to the tool's velocity and its derivati
     Jets q(4, 1);
     if (arm->inverse(task, {1, 0}, q)) continue;
     JointVector position{}, rate{};
-    for (int j = 0; j < 4; ++j)
-      position[std::size_t(j)] = q.of(j, 0)[0], rate[std::size_t(j)] = q.of(j, 1)[0];
+    for (int j = 0; j < 4; ++j) {
+      position[std::size_t(j)] = q.of(j, 0)[0];
+      rate[std::size_t(j)] = q.of(j, 1)[0];
+    }
     const auto jacobian = arm->jacobian(position), change = arm->jacobian_rate(position, rate);
     for (int axis = 0; axis < kTaskAxes; ++axis) {
       double velocity = 0, acceleration = 0;
@@ -160,9 +162,9 @@ TEST_CASE("Table 2-1: the Cobra 600 reaches from 163 mm to 600 mm and its joints
   const auto arm = make_scara(cobra600());
   CHECK_NOTHROW(arm->inverse({163.0, 0, 0, 0}, {1, 0}));
   CHECK_NOTHROW(arm->inverse({599.999, 0, 0, 0}, {1, 0}));
-  const auto reason = [&](const TaskVector& pose, Posture posture = {1, 0}) {
+  const auto reason = [&](const TaskVector& pose, ArmConfiguration configuration = {1, 0}) {
     try {
-      arm->inverse(pose, posture);
+      arm->inverse(pose, configuration);
       return std::string("none");
     } catch (const MotionError& e) {
       return std::string(name(e.fault().reason)) + " " + std::to_string(e.fault().axis);
@@ -195,36 +197,36 @@ TEST_CASE("A fault names the point of the batch where the path first leaves the 
 
 TEST_CASE("The elbow is chosen once per path: the preferred one where it can, the other where it must") {
   const auto arm = make_scara(cobra600());
-  Posture chosen;
-  REQUIRE_FALSE(arm->choose_posture(poses({{400, -50, 0, 0}, {400, 50, 0, 0}}), {-1, 0}, chosen));
+  ArmConfiguration chosen;
+  REQUIRE_FALSE(arm->choose_configuration(poses({{400, -50, 0, 0}, {400, 50, 0, 0}}), {-1, 0}, chosen));
   CHECK(chosen.elbow == -1);
   // Far to the left only theta_2 > 0 keeps J1 within 105 degrees.
   const double angle = 120.0 * kPi / 180.0;
   const auto left = poses({{500 * std::cos(angle), 500 * std::sin(angle), 0, 0}});
-  REQUIRE_FALSE(arm->choose_posture(left, {-1, 0}, chosen));
+  REQUIRE_FALSE(arm->choose_configuration(left, {-1, 0}, chosen));
   CHECK(chosen.elbow == 1);
   const auto behind = poses({{-500, 0, 0, 0}});
-  const auto fault = arm->choose_posture(behind, {1, 0}, chosen);
+  const auto fault = arm->choose_configuration(behind, {1, 0}, chosen);
   REQUIRE(fault);
   CHECK(fault->axis == 0);
 }
 
 TEST_CASE("The wrist is unwound by whole turns and a path that needs more than its 720 degrees is refused") {
   const auto arm = make_scara(cobra600());
-  Posture chosen;
-  REQUIRE_FALSE(arm->choose_posture(poses({{400, 0, 0, 8.0}}), {1, 0}, chosen));
+  ArmConfiguration chosen;
+  REQUIRE_FALSE(arm->choose_configuration(poses({{400, 0, 0, 8.0}}), {1, 0}, chosen));
   CHECK(chosen.yaw_turns == -1);
-  REQUIRE_FALSE(arm->choose_posture(poses({{400, 0, 0, 40.0}}), {1, -6}, chosen));
+  REQUIRE_FALSE(arm->choose_configuration(poses({{400, 0, 0, 40.0}}), {1, -6}, chosen));
   CHECK(chosen.yaw_turns == -6);
   std::vector<TaskVector> spin;
   const JointVector q = arm->inverse({400, 0, 0, 0}, {1, 0});
   for (int i = 0; i <= 200; ++i) spin.push_back({400, 0, 0, q[0] + q[1] + 2.02 * 2 * kPi * i / 200});
-  const auto fault = arm->choose_posture(poses(spin), {1, 0}, chosen);
+  const auto fault = arm->choose_configuration(poses(spin), {1, 0}, chosen);
   REQUIRE(fault);
   CHECK(fault->reason == Reason::kDespin);
   CHECK(fault->axis == 3);
   spin.resize(190);
-  CHECK_FALSE(arm->choose_posture(poses(spin), {1, 0}, chosen));
+  CHECK_FALSE(arm->choose_configuration(poses(spin), {1, 0}, chosen));
 }
 
 TEST_CASE("A stage's joints are its axes, with ranges that name the axis") {
@@ -253,7 +255,7 @@ TEST_CASE("Limits that are zero, negative or NaN are refused by name") {
     limits.position.jerk = bad;
     CHECK_THROWS_WITH(check_limits(limits, 4), Catch::Contains("total position jerk"));
   }
-  ScaraSpec spec = cobra600();
+  ScaraConfig spec = cobra600();
   spec.link_2_mm = 0;
   CHECK_THROWS_AS(make_scara(spec), MotionError);
 }

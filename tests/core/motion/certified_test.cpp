@@ -117,17 +117,17 @@ TEST_CASE("The slow tier comes within 0.2 percent of the computed optimum") {
   CHECK(largest_ratio(poor) <= 1.001);
 }
 
-TEST_CASE("The lower bound lies below the duration, also under a very low ceiling") {
+TEST_CASE("The lower bound lies below the duration, also under a very low speed limit") {
   static const auto arm = make_scara(cobra600());
   const std::vector<Point2> points = line(100.0, 250);
-  for (const double ceiling : {0.5, 5.0, 50.0, 1000.0}) {
+  for (const double speed_limit : {0.5, 5.0, 50.0, 1000.0}) {
     PathInput input;
     input.points = points;
     input.origin = {304.0, 0.0};
-    input.ceiling.path_mm_s = ceiling;
+    input.speed_limit.path_mm_s = speed_limit;
     const PlanResult result = plan(input, *arm, cobra600_limits());
     REQUIRE(result.ok());
-    const double v = std::min(ceiling, 125.0), exact = 100.0 / v + v / 500.0;  // without a jerk limit
+    const double v = std::min(speed_limit, 125.0), exact = 100.0 / v + v / 500.0;  // without a jerk limit
     CHECK(result.trajectory.certificate.lower_bound_s <= exact * (1.0 + 1e-9));
     CHECK(result.trajectory.certificate.lower_bound_s > 0.99 * exact);
   }
@@ -198,7 +198,8 @@ TEST_CASE(
       before_s = within.continuous_s;
       if (tolerance_mm != 0.01) continue;
       CHECK(exact.deviation_mm > tolerance_mm);
-      exact_s += exact.continuous_s, hundredth_s += within.continuous_s;
+      exact_s += exact.continuous_s;
+      hundredth_s += within.continuous_s;
     }
   }
   CHECK(hundredth_s < 1.2 * exact_s);
@@ -298,14 +299,14 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("At a very low ceiling the speed is steady between the knots too, and rests stay short") {
+TEST_CASE("At a very low speed limit the speed is steady between the knots too, and rests stay short") {
   std::vector<Point2> arc;
   for (int i = 0; i <= 400; ++i) arc.push_back({30.0 * std::cos(0.014 * i), 30.0 * std::sin(0.014 * i)});
   static const auto arm = make_scara(cobra600());
   PathInput input;
   input.points = arc;
   input.origin = {380.0, 0.0};
-  input.ceiling.path_mm_s = 0.6;
+  input.speed_limit.path_mm_s = 0.6;
   const PlanResult result = plan(input, *arm, cobra600_limits());
   REQUIRE(result.ok());
   const double length = 30.0 * 5.6;

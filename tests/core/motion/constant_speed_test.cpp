@@ -76,15 +76,15 @@ TEST_CASE(
   CHECK(fill_stops(lines, PathKind::kBoundary, 0.5) == std::vector<std::size_t>{0, 3});
 }
 
-TEST_CASE("The ramped speed covers its length under random ceilings and never exceeds them or the ramp") {
+TEST_CASE("The ramped speed covers its length under random speed limits and never exceeds them or the ramp") {
   RandomStream random(61, Purpose::kTest);
   for (int trial = 0; trial < 300; ++trial) {
-    std::vector<double> s{0.0}, ceiling;
+    std::vector<double> s{0.0}, speed_limit;
     for (std::uint32_t i = 0; i < 1 + random.below(20); ++i) {
       s.push_back(s.back() + std::exp(random.uniform(-6, 3)));
-      ceiling.push_back(std::exp(random.uniform(0, 5)));
+      speed_limit.push_back(std::exp(random.uniform(0, 5)));
     }
-    const RampedSpeed law(s, ceiling, 500);
+    const RampedSpeed law(s, speed_limit, 500);
     REQUIRE(law.distance_at(law.duration_s()) == Approx(s.back()).epsilon(1e-9));
     const double h = law.duration_s() / 500;
     double before = 0, speed = 0;
@@ -93,20 +93,21 @@ TEST_CASE("The ramped speed covers its length under random ceilings and never ex
       REQUIRE(here >= before - 1e-12);
       REQUIRE(std::abs(c - speed) <= 500 * h * (1 + 1e-6) + 1e-9);
       std::size_t i = 0;
-      while (i + 1 < ceiling.size() && s[i + 1] <= before) ++i;
+      while (i + 1 < speed_limit.size() && s[i + 1] <= before) ++i;
       double allowed = 0;
-      for (std::size_t m = i; m < ceiling.size() && s[m] <= here; ++m)
-        allowed = std::max(allowed, ceiling[m]);
+      for (std::size_t m = i; m < speed_limit.size() && s[m] <= here; ++m)
+        allowed = std::max(allowed, speed_limit[m]);
       REQUIRE(c <= allowed * (1 + 1e-6) + 1e-9);
-      before = here, speed = c;
+      before = here;
+      speed = c;
     }
   }
 }
 
-TEST_CASE("A ceiling lowers the constant speed where it holds") {
+TEST_CASE("A speed limit lowers the constant speed where it holds") {
   const std::vector<Point2> line{{0, 0}, {50, 0}, {100, 0}};
   PathInput in{.points = line};
-  in.ceiling.point_mm_s = {25, 25, 5};
+  in.speed_limit.point_mm_s = {25, 25, 5};
   const auto c = speeds(plan_constant(in, *stage(), cobra600_limits()));
   CHECK(c[c.size() / 20] == Approx(25).margin(0.2));
   CHECK(c[c.size() * 3 / 4] == Approx(5).margin(0.1));

@@ -1,14 +1,14 @@
-// Lines and arcs from points, ramps of curvature, closed-form motions, ceilings: what the certified planner
-// stands on.
+// Lines and arcs from points, ramps of curvature, closed-form motions, speed limits: the basis of the
+// certified planner.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <numbers>
 
-#include "core/motion/planner.h"
 #include "core/grid/random.h"
 #include "core/motion/certified/certified.h"
 #include "core/motion/curve/deviation.h"
+#include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 
 namespace firn::motion {
@@ -112,7 +112,7 @@ TEST_CASE("Knots lie on the path, also where its ramps are longer than it") {
     arcs.push_back({joint.x_mm + 1.14 * (std::sin(to) - std::sin(from)),
                     joint.y_mm - 1.14 * (std::cos(to) - std::cos(from))});
   }
-  CurveSpec spec;
+  CurveOptions spec;
   spec.tolerance_mm = 0.2;
   CurveWork work;
   build_curve(arcs, spec, work);
@@ -126,23 +126,23 @@ TEST_CASE("Knots lie on the path, also where its ramps are longer than it") {
 TEST_CASE("A curve that is further off its path than its ramps can explain is refused, with both distances") {
   PlanOptions options;
   options.tolerance_mm = 0.05;
-  Stretch stretch;
-  stretch.deviation_mm = 0.05 + 0.2 + kSagittaMm;
-  CHECK_NOTHROW(keep_near(stretch, options));
-  stretch.deviation_mm += 0.001;
+  StopSegment segment;
+  segment.deviation_mm = 0.05 + 0.2 + kSagittaMm;
+  CHECK_NOTHROW(keep_near(segment, options));
+  segment.deviation_mm += 0.001;
   try {
-    keep_near(stretch, options);
+    keep_near(segment, options);
     FAIL("a curve off its path was let through");
   } catch (const MotionError& error) {
-    CHECK(error.fault().reason == Reason::kAstray);
-    CHECK(error.fault().value == stretch.deviation_mm);
+    CHECK(error.fault().reason == Reason::kPathDeviation);
+    CHECK(error.fault().value == segment.deviation_mm);
     CHECK(error.fault().bound == 0.05 + 0.2 + kSagittaMm);
   }
 }
 
 TEST_CASE("A jump of curvature is ramped over w, and an arc moves inward by w^2 / 24 R [errata, chapter 4]") {
   CurveWork work;
-  CurveSpec spec;
+  CurveOptions spec;
   build_curve(first_part(), spec, work);
   const Curve& curve = work.coarse;
   for (std::size_t i = 0; i + 1 < curve.s.size(); ++i) {
@@ -174,14 +174,14 @@ TEST_CASE("The closed form starts and ends at rest, covers its length and holds 
   }
 }
 
-TEST_CASE("A low ceiling at the start of a path does not hold further on") {
+TEST_CASE("A low speed limit at the start of a path does not hold further on") {
   std::vector<Point2> points;
   for (int n = 0; n <= 100; ++n) points.push_back({double(n), 0.0});
   PathInput input;
   input.points = points;
   input.origin = {300.0, -50.0};
-  input.ceiling.point_mm_s.assign(points.size(), 80.0);
-  for (std::size_t n = 0; n < 20; ++n) input.ceiling.point_mm_s[n] = 20.0;
+  input.speed_limit.point_mm_s.assign(points.size(), 80.0);
+  for (std::size_t n = 0; n < 20; ++n) input.speed_limit.point_mm_s[n] = 20.0;
   const auto arm = make_scara(cobra600());
   const PlanResult r = plan(input, *arm, cobra600_limits());
   REQUIRE(r.ok());
@@ -195,16 +195,16 @@ TEST_CASE("A low ceiling at the start of a path does not hold further on") {
   CHECK(r.trajectory.certificate.duration_s < 2.5);
 }
 
-TEST_CASE("Speed ceilings hold along the path and cost time") {
+TEST_CASE("Speed limits hold along the path and cost time") {
   const auto arm = make_scara(cobra600());
   const auto points = thesis::fig_4_2();
   PathInput input;
   input.points = points;
   input.origin = thesis::kWellPlaced;
   const PlanResult free = plan(input, *arm, cobra600_limits());
-  input.ceiling.path_mm_s = 50.0;
-  input.ceiling.point_mm_s.assign(points.size(), 1000.0);
-  for (std::size_t i = 300; i < 400; ++i) input.ceiling.point_mm_s[i] = 10.0;
+  input.speed_limit.path_mm_s = 50.0;
+  input.speed_limit.point_mm_s.assign(points.size(), 1000.0);
+  for (std::size_t i = 300; i < 400; ++i) input.speed_limit.point_mm_s[i] = 10.0;
   PlanOptions options;
   options.trace_step_s = 0.002;
   const PlanResult slow = plan(input, *arm, cobra600_limits(), options);
@@ -219,7 +219,7 @@ TEST_CASE("Speed ceilings hold along the path and cost time") {
 }
 
 TEST_CASE("A Cartesian stage is planned by the same code, and a path planned twice has the same bytes") {
-  StageSpec spec;
+  CartesianConfig spec;
   spec.ranges = {{-500.0, 500.0}, {-500.0, 500.0}, {0.0, 100.0}};
   const auto stage = make_stage(spec);
   MotionLimits limits;

@@ -32,14 +32,14 @@ TEST_CASE("A path is placed at its origin and a closed one returns to its first 
   CHECK(path.source.back() == 0);
 }
 
-TEST_CASE("Repeated points are dropped and the lower of their speed ceilings stays") {
+TEST_CASE("Repeated points are dropped and the lower of their speed limits stays") {
   const std::vector<Point2> points{{0, 0}, {0, 0}, {1, 0}, {1, 0}, {1, 1e-12}, {2, 0}};
   PathInput in{.points = points};
-  in.ceiling.point_mm_s = {50, 40, 100, 30, 60, 80};
-  in.ceiling.path_mm_s = 70;
+  in.speed_limit.point_mm_s = {50, 40, 100, 30, 60, 80};
+  in.speed_limit.path_mm_s = 70;
   const CleanPath path = clean(in);
   REQUIRE(path.points.size() == 3);
-  CHECK(path.ceiling_mm_s == std::vector<double>{30, 30});
+  CHECK(path.speed_limit_mm_s == std::vector<double>{30, 30});
   CHECK(path.source == std::vector<std::size_t>{0, 2, 5});
 }
 
@@ -52,13 +52,13 @@ TEST_CASE("Paths that cannot be planned are refused with a named reason") {
   CHECK(refusal({.points = hole}) == Reason::kNotFinite);
   CHECK(refusal({.points = far}) == Reason::kNotFinite);
   PathInput in{.points = line};
-  in.ceiling.path_mm_s = 0;
-  CHECK(refusal(in) == Reason::kCeilingNotPositive);
-  in.ceiling.path_mm_s = 10;
-  in.ceiling.point_mm_s = {10};
-  CHECK(refusal(in) == Reason::kCeilingSize);
-  in.ceiling.point_mm_s = {10, NAN};
-  CHECK(refusal(in) == Reason::kCeilingNotPositive);
+  in.speed_limit.path_mm_s = 0;
+  CHECK(refusal(in) == Reason::kSpeedLimitNotPositive);
+  in.speed_limit.path_mm_s = 10;
+  in.speed_limit.point_mm_s = {10};
+  CHECK(refusal(in) == Reason::kSpeedLimitSize);
+  in.speed_limit.point_mm_s = {10, NAN};
+  CHECK(refusal(in) == Reason::kSpeedLimitNotPositive);
   in = {.points = line};
   in.yaw_rad = NAN;
   CHECK(refusal(in) == Reason::kNotFinite);

@@ -1,5 +1,5 @@
-// Paths that a planner must survive, drawn from a seed: cusps, tight arcs, repeated points, dense and sparse
-// points, tiny paths, paths that come within 0.1 mm of the stretched arm.
+// Computes random paths that a planner must plan or refuse, drawn from a seed: cusps, tight arcs, repeated
+// points, dense and sparse points, tiny paths, paths that come within 0.1 mm of the stretched arm.
 #pragma once
 
 #include <algorithm>

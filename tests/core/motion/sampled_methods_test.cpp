@@ -124,7 +124,7 @@ TEST_CASE("A trajectory of more samples than memory holds is refused before it i
     PlanOptions options;
     options.method = method;
     PathInput in{.points = line};
-    in.ceiling.path_mm_s = 1e-9;
+    in.speed_limit.path_mm_s = 1e-9;
     const PlanResult slow = plan(in, *arm, cobra600_limits(), options);
     REQUIRE(slow.fault);
     CHECK(slow.fault->reason == Reason::kTooLong);
@@ -163,10 +163,10 @@ TEST_CASE(
     REQUIRE(plain.ok());
     REQUIRE(asked.ok());
     CHECK(asked.stops == plain.stops + 2);
-    REQUIRE(asked.rests.size() == asked.stops);
+    REQUIRE(asked.stop_samples.size() == asked.stops);
     CHECK(asked.trajectory.certificate.duration_s > plain.trajectory.certificate.duration_s);
     for (const std::size_t k : {0, 1}) {
-      const Point2 at = asked.tool[asked.rests[k]], wanted = arc[k == 0 ? 21 : 100];
+      const Point2 at = asked.tool[asked.stop_samples[k]], wanted = arc[k == 0 ? 21 : 100];
       CHECK(std::hypot(at.x_mm - wanted.x_mm, at.y_mm - wanted.y_mm) <
             0.2);  // within half a tick of the rest
     }

@@ -28,7 +28,8 @@ TEST_CASE(
   const double frames[4][2] = {{0, 0}, {-0.1, -0.3}, {0.2, 8.2}, {-30, 19}};
   for (std::size_t i = 0; i < 4; ++i) {
     Jets part(kTaskAxes, 1), flange(kTaskAxes, 1);
-    part.of(kX, 0)[0] = 260, part.of(kY, 0)[0] = -100;
+    part.of(kX, 0)[0] = 260;
+    part.of(kY, 0)[0] = -100;
     tool_to_flange(tools[i], part, flange);
     CHECK(flange.of(kX, 0)[0] == Approx(260 + frames[i][0]));
     CHECK(flange.of(kY, 0)[0] == Approx(-100 + frames[i][1]));

@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "core/grid/random.h"
-#include "core/motion/planner.h"
 #include "core/motion/kinematics/tool.h"
+#include "core/motion/planner.h"
 #include "tests/core/motion/random_paths.h"
 
 namespace firn::motion {

@@ -72,7 +72,7 @@ TEST_CASE("The blend time is found with which the default technique takes a give
   CHECK_THROWS_AS(blend_for_duration(in, cobra600_limits(), options, 1.0), MotionError);
 }
 
-TEST_CASE("Random paths are followed from the first point to the last within the ceiling") {
+TEST_CASE("Random paths are followed from the first point to the last within the speed limit") {
   RandomStream random(71, Purpose::kTest);
   for (int trial = 0; trial < 200; ++trial) {
     std::vector<Point2> points{{0, 0}};
@@ -80,13 +80,13 @@ TEST_CASE("Random paths are followed from the first point to the last within the
       points.push_back(
           {random.uniform(-300, 300), random.below(5) ? random.uniform(-300, 300) : points.back().y_mm});
     PathInput in{.points = points};
-    in.ceiling.path_mm_s = random.uniform(5, 200);
+    in.speed_limit.path_mm_s = random.uniform(5, 200);
     const Trajectory t = plan_default(in, *stage(), cobra600_limits());
     REQUIRE(at(t, 0) == points.front());
     REQUIRE(at(t, t.samples() - 1) == points.back());
     for (std::size_t i = 0; i + 1 < t.samples(); ++i) {
       const double ds = std::hypot(at(t, i + 1).x_mm - at(t, i).x_mm, at(t, i + 1).y_mm - at(t, i).y_mm);
-      REQUIRE(ds <= std::min(125.0, in.ceiling.path_mm_s) * t.tick_s * (1 + 1e-9));
+      REQUIRE(ds <= std::min(125.0, in.speed_limit.path_mm_s) * t.tick_s * (1 + 1e-9));
     }
   }
 }

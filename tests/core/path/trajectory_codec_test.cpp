@@ -38,7 +38,7 @@ void check_equal(const PlannedPath& a, const PlannedPath& b) {
   CHECK(a.trajectory.tick_s == b.trajectory.tick_s);
   CHECK(a.trajectory.axis_units == b.trajectory.axis_units);
   REQUIRE(a.trajectory.positions.size() == b.trajectory.positions.size());
-  for (std::size_t n = 0; n < a.trajectory.positions.size(); ++n)  // bit for bit, whatever the bits
+  for (std::size_t n = 0; n < a.trajectory.positions.size(); ++n)  // bit for bit, for any bits
     REQUIRE(std::memcmp(&a.trajectory.positions[n], &b.trajectory.positions[n], sizeof(double)) == 0);
   const Certificate &c = a.trajectory.certificate, &d = b.trajectory.certificate;
   CHECK(c.duration_s == d.duration_s);

@@ -1,9 +1,9 @@
-// Beads in gaps as motions of the arm: they are no slower than paths of their length need to be.
+// ExtrusionLines in gaps as motions of the arm: they are no slower than paths of their length need to be.
 #include <catch2/catch.hpp>
 
+#include "core/geometry/vec.h"
 #include "core/motion/planner.h"
 #include "core/slice/paths/path_plan.h"
-#include "core/geometry/vec.h"
 #include "tests/core/slice/outlines.h"
 
 namespace firn::slice {

@@ -1,14 +1,14 @@
-// What beads leave uncovered, by brute force: a raster of places each of which is asked for its distance from
-// every edge of the outline and every bead nearby, and an exact Euclidean distance transform of those that
-// lack a bead.
+// The coverage oracle computes the areas that extrusion lines leave uncovered by brute force: a raster of
+// points, each tested for its distance from every edge of the outline and every line nearby, and an exact
+// Euclidean distance transform of the uncovered ones.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "core/slice/paths/layer_paths.h"
 #include "core/geometry/planar.h"
+#include "core/slice/paths/layer_paths.h"
 #include "tests/core/slice/offset_oracle.h"
 
 namespace firn::slice::oracle {
@@ -25,7 +25,8 @@ inline void transform_row(std::vector<double>& f) {
   std::vector<double> d(f.size()), z(f.size() + 1);
   std::vector<int> v(f.size());
   int k = 0;
-  z[0] = -1e300, z[1] = 1e300;
+  z[0] = -1e300;
+  z[1] = 1e300;
   for (int q = 1; q < n; ++q) {
     double s;
     for (;;) {
@@ -35,7 +36,9 @@ inline void transform_row(std::vector<double>& f) {
       --k;
     }
     ++k;
-    v[std::size_t(k)] = q, z[std::size_t(k)] = s, z[std::size_t(k) + 1] = 1e300;
+    v[std::size_t(k)] = q;
+    z[std::size_t(k)] = s;
+    z[std::size_t(k) + 1] = 1e300;
   }
   k = 0;
   for (int q = 0; q < n; ++q) {
@@ -59,7 +62,8 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
     high = {std::max(high.x, double(p.x)), std::max(high.y, double(p.y))};
   }
   const double margin = std::max(0.0, -inset) + 2 * pitch;
-  low = low - Vec{margin, margin}, high = high + Vec{margin, margin};
+  low = low - Vec{margin, margin};
+  high = high + Vec{margin, margin};
   const int nx = int((high.x - low.x) / pitch) + 1, ny = int((high.y - low.y) / pitch) + 1;
   const auto index = [&](int x, int y) { return std::size_t(y) * std::size_t(nx) + std::size_t(x); };
   std::vector<std::uint8_t> wanted(std::size_t(nx) * std::size_t(ny), 0), covered(wanted.size(), 0),
@@ -98,7 +102,8 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const bool gap = wanted[i] && !covered[i];
     square[i] = gap ? 1e12 : 0;
-    spot.wanted_mm2 += wanted[i] * pitch_mm * pitch_mm, spot.gap_mm2 += gap * pitch_mm * pitch_mm;
+    spot.wanted_mm2 += wanted[i] * pitch_mm * pitch_mm;
+    spot.gap_mm2 += gap * pitch_mm * pitch_mm;
   }
   std::vector<double> row;
   for (int y = 0; y < ny; ++y) {
@@ -112,8 +117,10 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
     for (int y = 0; y < ny; ++y) row[std::size_t(y)] = square[index(x, y)];
     transform_row(row);
     for (int y = 0; y < ny; ++y)
-      if (row[std::size_t(y)] > spot.widest_mm)
-        spot.widest_mm = row[std::size_t(y)], spot.at_mm = kMmPerUnit * (low + Vec{x * pitch, y * pitch});
+      if (row[std::size_t(y)] > spot.widest_mm) {
+        spot.widest_mm = row[std::size_t(y)];
+        spot.at_mm = kMmPerUnit * (low + Vec{x * pitch, y * pitch});
+      }
   }
   // To the first place that has a bead: half a pitch too far on average.
   spot.widest_mm = 2 * std::sqrt(spot.widest_mm) * pitch_mm;

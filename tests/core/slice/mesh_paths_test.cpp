@@ -1,11 +1,11 @@
-// From meshes made in code to paths: what they cover, and what large parts cost.
+// From meshes made in code to paths: their coverage, and the cost of large parts.
 #include <catch2/catch.hpp>
 
-#include "core/slice/coverage/coverage.h"
-#include "core/slice/paths/path_plan.h"
 #include "core/geometry/planar.h"
-#include "core/slice/support/scaffold.h"
+#include "core/slice/coverage/coverage.h"
 #include "core/slice/mesh/slicer.h"
+#include "core/slice/paths/path_plan.h"
+#include "core/slice/support/scaffold.h"
 #include "tests/core/slice/coverage_oracle.h"
 #include "tests/core/slice/meshes.h"
 #include "tests/core/slice/outlines.h"

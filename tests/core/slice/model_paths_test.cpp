@@ -7,13 +7,13 @@
 #include <filesystem>
 #include <optional>
 
-#include "files/mesh/mesh_file.h"
+#include "core/geometry/planar.h"
 #include "core/slice/coverage/coverage.h"
+#include "core/slice/mesh/slicer.h"
 #include "core/slice/offset/offset_rings.h"
 #include "core/slice/paths/path_plan.h"
-#include "core/geometry/planar.h"
 #include "core/slice/support/scaffold.h"
-#include "core/slice/mesh/slicer.h"
+#include "files/mesh/mesh_file.h"
 #include "tests/core/slice/coverage_oracle.h"
 #include "tests/core/slice/offset_oracle.h"
 
@@ -166,9 +166,10 @@ TEST_CASE(
     Vec low{1e300, 1e300}, high{-1e300, -1e300};
     std::size_t points = 0;
     for (const Region& r : part)
-      for (const Point p : r.points)
-        low = {std::min(low.x, double(p.x)), std::min(low.y, double(p.y))},
+      for (const Point p : r.points) {
+        low = {std::min(low.x, double(p.x)), std::min(low.y, double(p.y))};
         high = {std::max(high.x, double(p.x)), std::max(high.y, double(p.y))};
+      }
     const Raster raster(low, high, 7919);
     // From the top: may a place go without scaffold? Not while something hangs over it.
     std::vector<bool> hangs(std::size_t(raster.places()), false), above;
@@ -185,7 +186,8 @@ TEST_CASE(
         // Corners that subtracting makes are rounded to the grid: within a unit of the outline a place may
         // lie in both.
         in_part += ice[n] && stands[n] && outline.distance_to(raster.at(i)) > 1;
-        checked += hangs[n], lacking += hangs[n] && !stands[n];
+        checked += hangs[n];
+        lacking += hangs[n] && !stands[n];
       }
       above = ice;
     }

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "files/mesh/mesh_file.h"
 #include "core/geometry/planar.h"
 #include "core/slice/mesh/slicer.h"
+#include "files/mesh/mesh_file.h"
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;

@@ -1,5 +1,5 @@
-// What an offset is by definition, without any of the slicer's machinery: the places whose distance from the
-// outline, measured to every segment, is d.
+// The offset oracle computes an offset by its definition, without the code of the slicer: the points whose
+// distance from the outline, measured to every segment, is d.
 #pragma once
 
 #include <algorithm>
@@ -111,9 +111,9 @@ inline std::vector<Vec> along(const Rings& rings, double step) {
   return places;
 }
 
-/// How far a place is from one at distance d from the outline, up to `reach`, by places about it: where the
-/// distance passes d on the way from one to the other, or is d to within the grid. Finds what is too small
-/// for samples along the offset.
+/// Returns the distance of a point from one at distance d from the outline, up to `reach`, by points about
+/// it: those where the distance passes d, or is d to within the grid. Finds parts of the offset that are too
+/// small for samples along it.
 inline double to_offset(const Nearby& outline, Vec p, double d, double reach) {
   const double here = outline.distance_to(p) - d;
   if (std::abs(here) <= 1) return 0;

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "core/geometry/meeting.h"
 #include "core/geometry/clipper.h"
+#include "core/geometry/intersection.h"
 #include "core/slice/offset/offset_rings.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
@@ -54,7 +54,7 @@ TEST_CASE("No ring crosses or touches itself or another of its level") {
     const RingLevels rings =
         offset_rings(star, {.first_mm = 0.3, .boundary_width_mm = 0.7, .fill_width_mm = 0.9}, tolerance_mm);
     CHECK(rings.from_clipper == 0);
-    for (const Rings& level : rings.levels) CHECK(meeting_of(level) == Meeting::kApart);
+    for (const Rings& level : rings.levels) CHECK(intersection_of(level) == Intersection::kDisjoint);
   }
 }
 
@@ -137,7 +137,7 @@ TEST_CASE("Growing reaches exactly as far as asked and closes what it reaches ac
   for (const outlines::Named& shape : outlines::all()) {
     INFO(shape.name);
     const Region grown = grow(shape.region, 3.3, 0.01);
-    CHECK(meeting_of(grown) == Meeting::kApart);
+    CHECK(intersection_of(grown) == Intersection::kDisjoint);
     const std::vector<oracle::Segment> outline = oracle::segments_of(shape.region);
     for (const Vec p : oracle::along(grown, 3000))
       CHECK(std::abs(oracle::distance_to_all(p, outline) - 33000) < 120);

@@ -1,4 +1,4 @@
-// What the slicer's results are held against; written without its code.
+// Reference results for the slicer, computed without its code.
 #pragma once
 
 #include <algorithm>

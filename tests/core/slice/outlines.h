@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "core/grid/random.h"
 #include "core/geometry/planar.h"
 #include "core/geometry/region.h"
 #include "core/geometry/vec.h"
+#include "core/grid/random.h"
 
 namespace firn::slice::outlines {
 

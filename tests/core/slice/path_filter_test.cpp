@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/mesh/path_filter.h"
 #include "core/geometry/planar.h"
+#include "core/slice/mesh/path_filter.h"
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;

@@ -2,13 +2,13 @@
 
 #include <set>
 
+#include "core/geometry/planar.h"
 #include "core/slice/coverage/coverage.h"
+#include "core/slice/offset/offset_rings.h"
 #include "core/slice/paths/fill_lines.h"
 #include "core/slice/paths/hook.h"
-#include "core/slice/offset/offset_rings.h"
 #include "core/slice/paths/order.h"
 #include "core/slice/paths/path_plan.h"
-#include "core/geometry/planar.h"
 #include "core/slice/support/scaffold.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
@@ -67,7 +67,10 @@ TEST_CASE(
   REQUIRE(use.size() == 2);
   double length = 4 * (30 - 1.2);
   double volume = length * 1.5 * 0.25;
-  for (double d = 2.85; d < 15; d += 3) length += 4 * (30 - 2 * d), volume += 4 * (30 - 2 * d) * 3.0 * 0.25;
+  for (double d = 2.85; d < 15; d += 3) {
+    length += 4 * (30 - 2 * d);
+    volume += 4 * (30 - 2 * d) * 3.0 * 0.25;
+  }
   CHECK(use[0].length_mm == Approx(length).epsilon(1e-4));
   CHECK(use[0].volume_mm3 == Approx(volume).epsilon(1e-4));
   REQUIRE(paths.lines.size() == 12);
@@ -253,8 +256,10 @@ TEST_CASE(
     double furthest_scaffold = 0, nearest_hook = 1e9;
     for (std::size_t p = 0; p < paths.info.size(); ++p) {
       double low = 1e9, high = 0;
-      for (const Point q : paths.lines[p])
-        low = std::min(low, length(to_vec(q))), high = std::max(high, length(to_vec(q)));
+      for (const Point q : paths.lines[p]) {
+        low = std::min(low, length(to_vec(q)));
+        high = std::max(high, length(to_vec(q)));
+      }
       if (paths.info[p].kind == PathKind::kHook) {
         ++hooks;
         CHECK(paths.info[p].material == kPartMaterial);
@@ -369,7 +374,7 @@ TEST_CASE("Empty layers, slivers and grains of sand give no paths and no harm") 
     outlines::add_box(sliver, 0, 0, 50, 1.0);
     outlines::add_circle(sand, 0, 0, 0.01, 7);
     CHECK(plan_layer(layer_of(sand), options).info.empty());
-    // Too narrow for its first ring: one bead along the middle, as wide as the sliver and what it may spread.
+    // Too narrow for its first ring: one line along the middle, as wide as the sliver and its allowed spread.
     int beads = 0;
     for (const PathInfo& info : plan_layer(layer_of(sliver), options).info) {
       if (info.kind == PathKind::kMeasurement) continue;

@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 
-#include "runtime/thread_pool.h"
 #include "core/slice/paths/path_plan.h"
 #include "core/slice/support/scaffold.h"
+#include "runtime/thread_pool.h"
 #include "tests/core/slice/outlines.h"
 
 namespace firn::slice {

@@ -24,7 +24,8 @@ LayerPaths layer(std::int32_t number, RandomStream& random) {
         {PathKind(random.below(4)), std::uint8_t(random.below(2)), random.below(2) == 1, 15'000});
     if (l.info.back().kind == PathKind::kMeasurement) l.info.back().width = 0;
   }
-  l.info[0].kind = PathKind::kBoundary, l.info[0].width = 15'000;
+  l.info[0].kind = PathKind::kBoundary;
+  l.info[0].width = 15'000;
   return l;
 }
 
@@ -54,9 +55,12 @@ TEST_CASE(
     "others") {
   PrintPaths p = print();
   for (std::size_t n = 0; n < p.layers.size(); ++n)
-    for (PathInfo& i : p.layers[n].info)
-      i.kind = n > 0 ? i.kind : PathKind::kBoundary, i.width = i.width ? i.width : 15'000;
-  p.layers[1].info[3].kind = PathKind::kMeasurement, p.layers[1].info[3].width = 0;
+    for (PathInfo& i : p.layers[n].info) {
+      i.kind = n > 0 ? i.kind : PathKind::kBoundary;
+      i.width = i.width ? i.width : 15'000;
+    }
+  p.layers[1].info[3].kind = PathKind::kMeasurement;
+  p.layers[1].info[3].width = 0;
   const LayerPaths table = table_layer(p);
   CHECK(table.layer == 0);
   CHECK(table.z == 0);
@@ -193,13 +197,14 @@ TEST_CASE(
       l.info.push_back({PathKind::kBoundary, 0, false, 3 * kUnitsPerMm});
     }
     const GridSpec g = footprint_grid(l, 1.0);
-    const HeightMap c = bead_coverage(l, g, 15.0, 2.0);
+    const HeightMap c = extrusion_coverage(l, g, 15.0, 2.0);
     double sum = 0.0, cells = 0.0;
     for (int j = 0; j < g.ny; ++j)
       for (int i = 0; i < g.nx; ++i)
         if (g.x_mm(i) > 10.0 && g.x_mm(i) < 30.0 && g.y_mm(j) > 12.0 && g.y_mm(j) < 19.0 * apart_mm - 12.0) {
           CHECK(c.at(i, j) == Approx(3.0 / apart_mm).epsilon(0.08));
-          sum += c.at(i, j), cells += 1.0;
+          sum += c.at(i, j);
+          cells += 1.0;
         }
     CHECK(sum / cells == Approx(3.0 / apart_mm).epsilon(0.02));
     CHECK(c.at(0, 0) > 0.0);

@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 
-#include "core/geometry/merge.h"
-#include "core/slice/offset/offset_rings.h"
 #include "core/geometry/planar.h"
+#include "core/geometry/tolerant_boolean.h"
+#include "core/slice/offset/offset_rings.h"
 #include "core/slice/support/scaffold.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
@@ -147,11 +147,11 @@ TEST_CASE("Merging with no slack is the union") {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     INFO("seed " << seed);
     const Region a = outlines::random_star(seed, 30, 5, 30), b = outlines::random_star(seed + 100, 25, 5, 30);
-    const Region merged = merge_protruding(a, b, 0), united = unite(a, b);
+    const Region merged = union_within(a, b, 0), united = unite(a, b);
     CHECK(area_mm2(merged) == Approx(area_mm2(united)).epsilon(1e-6));
   }
   const Region gear = outlines::gear();
-  CHECK(area_mm2(merge_protruding(gear, gear, 0)) == Approx(area_mm2(gear)).epsilon(1e-9));
+  CHECK(area_mm2(union_within(gear, gear, 0)) == Approx(area_mm2(gear)).epsilon(1e-9));
   Region box, inner, window, apart, beside;
   outlines::add_box(box, 0, 0, 20, 20);
   outlines::add_box(inner, 5, 5, 10, 10);
@@ -159,14 +159,14 @@ TEST_CASE("Merging with no slack is the union") {
   outlines::add_box(beside, 20, 0, 30, 20);  // shares an edge
   window = box;
   outlines::add_box(window, 2, 2, 12, 12, true);
-  CHECK(area_mm2(merge_protruding(box, inner, 0)) == Approx(400));
-  CHECK(area_mm2(merge_protruding(inner, box, 0)) == Approx(400));
-  CHECK(area_mm2(merge_protruding(box, apart, 0)) == Approx(425));
-  CHECK(area_mm2(merge_protruding(box, beside, 0)) == Approx(600));
-  CHECK(area_mm2(merge_protruding(window, inner, 0)) == Approx(325));
-  CHECK(area_mm2(merge_protruding(window, box, 0)) == Approx(400));
-  CHECK(area_mm2(merge_protruding({}, box, 0)) == Approx(400));
-  CHECK(area_mm2(merge_protruding(box, {}, 0)) == Approx(400));
+  CHECK(area_mm2(union_within(box, inner, 0)) == Approx(400));
+  CHECK(area_mm2(union_within(inner, box, 0)) == Approx(400));
+  CHECK(area_mm2(union_within(box, apart, 0)) == Approx(425));
+  CHECK(area_mm2(union_within(box, beside, 0)) == Approx(600));
+  CHECK(area_mm2(union_within(window, inner, 0)) == Approx(325));
+  CHECK(area_mm2(union_within(window, box, 0)) == Approx(400));
+  CHECK(area_mm2(union_within({}, box, 0)) == Approx(400));
+  CHECK(area_mm2(union_within(box, {}, 0)) == Approx(400));
 }
 
 TEST_CASE(
@@ -178,7 +178,7 @@ TEST_CASE(
   for (int k = 0; k < 1000; ++k, radius += 0.003) {
     Region layer;
     outlines::add_circle(layer, 0.01 * std::sin(k), 0, radius, 90, false, 0.001 * k);
-    merged = merge_protruding(merged, layer, slack);
+    merged = union_within(merged, layer, slack);
     if (k % 50) continue;
     for (const Point p : layer.points) {
       if (winding(merged, p) > 0) continue;
@@ -192,7 +192,7 @@ TEST_CASE(
   outlines::add_circle(plug_hole, 15, 15, 8, 60, true);
   Region plug;
   outlines::add_circle(plug, 15, 15, 8.001, 57);
-  CHECK(area_mm2(merge_protruding(plug_hole, plug, slack)) == Approx(900).margin(1));
+  CHECK(area_mm2(union_within(plug_hole, plug, slack)) == Approx(900).margin(1));
 }
 
 }  // namespace

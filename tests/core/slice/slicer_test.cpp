@@ -274,7 +274,7 @@ TEST_CASE("Later parts give way to earlier ones") {
   std::vector<Region> water = sliced(box(0, 0, 0, 10, 10, 5)).layers,
                       wax = sliced(box(5, 5, 0, 20, 20, 8)).layers;
   std::vector<std::vector<Region>*> parts = {&water, &wax};
-  give_way(parts, serially);
+  subtract_by_priority(parts, serially);
   CHECK(area_mm2(water[3]) == Approx(100.0));
   CHECK(area_mm2(wax[3]) == Approx(225.0 - 25.0));
   CHECK(area_mm2(wax[25]) == Approx(225.0));

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "runtime/thread_pool.h"
 #include "core/slice/mesh/slicer.h"
+#include "runtime/thread_pool.h"
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;

@@ -29,7 +29,8 @@ std::vector<double> ranks_by_counting(const std::vector<PairOutcome>& pairs) {
     double below = 0.0, equal = 0.0;
     for (const PairOutcome& q : pairs) {
       if (q.stops == 0.0 && q.difference == 0.0) continue;
-      below += smaller(q, p) < 0, equal += smaller(q, p) == 0;
+      below += smaller(q, p) < 0;
+      equal += smaller(q, p) == 0;
     }
     const double lead = p.stops != 0.0 ? p.stops : p.difference;
     ranks.push_back(lead == 0.0 ? 0.0 : (lead > 0.0 ? 1.0 : -1.0) * (below + (equal + 1.0) / 2.0));
@@ -45,7 +46,10 @@ double p_by_convolution(const std::vector<double>& ranks) {
   for (const double r : ranks) {
     const long twice = std::lround(2.0 * std::abs(r));
     std::map<long, double> next;
-    for (const auto& [sum, c] : chance) next[sum] += 0.5 * c, next[sum + twice] += 0.5 * c;
+    for (const auto& [sum, c] : chance) {
+      next[sum] += 0.5 * c;
+      next[sum + twice] += 0.5 * c;
+    }
     chance = std::move(next);
     found += r > 0.0 ? twice : 0;
     total += twice;
@@ -78,7 +82,10 @@ TEST_CASE(
     const std::vector<double> ranks = signed_worst_ranks(pairs);
     REQUIRE(ranks == ranks_by_counting(pairs));
     CHECK(sign_flip_p(ranks) == Approx(p_by_convolution(ranks)).epsilon(1e-12));
-    for (PairOutcome& p : pairs) p.stops = -p.stops, p.difference = -p.difference;
+    for (PairOutcome& p : pairs) {
+      p.stops = -p.stops;
+      p.difference = -p.difference;
+    }
     const std::vector<double> turned = signed_worst_ranks(pairs);
     for (std::size_t k = 0; k < ranks.size(); ++k) CHECK(turned[k] == -ranks[k]);
   }
@@ -117,7 +124,7 @@ TEST_CASE(
     for (int k = 0; k < 20; ++k) {
       const double day = random.normal();
       const auto value = [&](double shift) { return day + 0.5 * random.normal() + shift; };
-      const auto pair = [](double a, double b) {  // what is far out is stopped
+      const auto pair = [](double a, double b) {  // runs far out are stopped
         const double stops = double(a > 1.5) - double(b > 1.5);
         return PairOutcome{stops, a > 1.5 || b > 1.5 ? 0.0 : a - b};
       };

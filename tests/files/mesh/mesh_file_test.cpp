@@ -1,4 +1,4 @@
-// Readers of STL, PLY, OBJ and 3MF: the same mesh from every format, and what is said of files that are none.
+// Readers of STL, PLY, OBJ and 3MF: the same mesh from every format, and the errors for other files.
 #include "files/mesh/mesh_file.h"
 
 #include <unistd.h>
@@ -83,7 +83,7 @@ TEST_CASE("A file cut at any byte is refused or reported, whatever its format") 
       INFO(name << " cut to " << n << " of " << bytes.size() << " bytes");
       try {
         const MeshData data = read_mesh({bytes.data(), n}, name);
-        // What reads without a word is whole: at most the last line's end or word is missing.
+        // A file that reads without a defect is whole: at most the last line's end or word is missing.
         if (data.defects.empty()) CHECK(data.facets().size() == want.size());
       } catch (const UsageError& e) {
         CHECK(std::string(e.what()).starts_with(name));
@@ -195,7 +195,7 @@ TEST_CASE("3MF: build items place their objects, and the model names its unit") 
            "a.3mf");
   CHECK(moved.mm_per_unit == 25.4);
   REQUIRE(moved.vertices.size() == 2 * m.vertices.size());
-  for (std::size_t v = 0; v < m.vertices.size(); ++v) {  // rows of the matrix are what x, y, z become
+  for (std::size_t v = 0; v < m.vertices.size(); ++v) {  // rows of the matrix are the images of x, y, z
     CHECK(moved.vertices[v][0] == 100.0f - m.vertices[v][1]);
     CHECK(moved.vertices[v][1] == 200.0f + m.vertices[v][0]);
     CHECK(moved.vertices[v][2] == 300.0f + m.vertices[v][2]);

@@ -44,13 +44,13 @@ TEST_CASE("CSV: a header, a point per line, a blank line between paths, a speed 
       read_paths_csv, "\xef\xbb\xbfx_mm,y_mm,speed_mm_s\r\n0,0,\r\n1.5, -2e1,50\r\n\r\n\r\n3,4,10\r\n5,6,20");
   REQUIRE(paths.size() == 2);
   CHECK(paths[0].path.points == std::vector<Point2>{{0, 0}, {1.5, -20}});
-  CHECK(std::isinf(paths[0].ceiling.point_mm_s[0]));
-  CHECK(paths[0].ceiling.point_mm_s[1] == 50.0);
+  CHECK(std::isinf(paths[0].speed_limit.point_mm_s[0]));
+  CHECK(paths[0].speed_limit.point_mm_s[1] == 50.0);
   CHECK(paths[0].place == "job:2");
   CHECK(paths[1].place == "job:6");
   CHECK(paths[1].number == 2);
   CHECK(paths[1].path.points[1] == Point2{5, 6});
-  CHECK(paths_of(read_paths_csv, "x_mm,y_mm\n1,2\n")[0].ceiling.point_mm_s.empty());
+  CHECK(paths_of(read_paths_csv, "x_mm,y_mm\n1,2\n")[0].speed_limit.point_mm_s.empty());
 }
 
 TEST_CASE("CSV: every mistake names the line and the limit") {
@@ -76,10 +76,10 @@ TEST_CASE("CSV: a column yaw_deg turns the tool, behind the speed or without it"
   REQUIRE(with_speed.size() == 2);
   CHECK(with_speed[0].yaw_point_rad ==
         std::vector<double>{90 * std::numbers::pi / 180.0, -180 * std::numbers::pi / 180.0});
-  CHECK(with_speed[0].ceiling.point_mm_s[1] == 50.0);
+  CHECK(with_speed[0].speed_limit.point_mm_s[1] == 50.0);
   CHECK(with_speed[1].yaw_point_rad.size() == 1);
   const auto alone = paths_of(read_paths_csv, "x_mm,y_mm,yaw_deg\n0,0,1\n1,0,2\n");
-  CHECK(alone[0].ceiling.point_mm_s.empty());
+  CHECK(alone[0].speed_limit.point_mm_s.empty());
   CHECK(alone[0].yaw_point_rad.size() == 2);
   CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,\n"),
              Contains("job:2") && Contains("yaw_deg = : is not a finite number"));
@@ -122,13 +122,13 @@ TEST_CASE("JSON: all keys of a path are read, in any order") {
   CHECK(p.path.z_mm == 31.25);
   CHECK(p.yaw_rad == Approx(1.5707963267948966));
   CHECK(p.tool == "laser");
-  CHECK(p.ceiling.path_mm_s == 50.0);
-  CHECK(std::isinf(p.ceiling.point_mm_s[0]));
-  CHECK(p.ceiling.point_mm_s[1] == 50.0);
-  CHECK(std::isinf(p.ceiling.point_mm_s[2]));
+  CHECK(p.speed_limit.path_mm_s == 50.0);
+  CHECK(std::isinf(p.speed_limit.point_mm_s[0]));
+  CHECK(p.speed_limit.point_mm_s[1] == 50.0);
+  CHECK(std::isinf(p.speed_limit.point_mm_s[2]));
   CHECK(p.place == "job: paths[0]");
   CHECK(paths[1].tool == "flange");
-  CHECK(paths[1].ceiling.point_mm_s.empty());
+  CHECK(paths[1].speed_limit.point_mm_s.empty());
 }
 
 TEST_CASE("JSON: every mistake names the key or byte, the limit and the nearest known word") {

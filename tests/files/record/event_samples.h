@@ -1,4 +1,4 @@
-// Events for the log tests.
+// Returns events for the log tests.
 #pragma once
 
 #include <algorithm>

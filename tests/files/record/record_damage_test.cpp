@@ -43,7 +43,8 @@ struct Outcome {
   DamageList damage;
 };
 
-// Reads everything; what comes back undamaged must be byte for byte what was written under that index.
+// Reads everything; each record that comes back undamaged must equal the record written under that index,
+// byte for byte.
 Outcome read_all(const Original& original, const Bytes& file) {
   Outcome o;
   RecordReader reader(file);

@@ -1,4 +1,4 @@
-// A folder for the files of one test, a seeded generator, and damage to bytes.
+// Holds a folder for the files of one test, a seeded generator, and damage to bytes.
 #pragma once
 
 #include <unistd.h>

@@ -6,12 +6,13 @@
 
 namespace firn::control::mpc {
 
-std::vector<double> raise_bound(Decomposition& split, double known_mm, const BoundOptions& o,
+std::vector<double> raise_bound(DualDecomposition& split, double known_mm, const BoundOptions& o,
                                 const ParallelFor& parallel, const std::function<void(double)>& watch) {
   constexpr std::size_t kPatience = 10;
   std::vector<double> history_mm;
   while (int(history_mm.size()) < o.sweeps) {
-    const double now = split.sweep(history_mm.size() % 2 == 0 ? Way::kDown : Way::kUp, parallel);
+    const double now =
+        split.sweep(history_mm.size() % 2 == 0 ? SweepDirection::kDown : SweepDirection::kUp, parallel);
     history_mm.push_back(now);
     if (watch) watch(now);
     if (known_mm > 0.0 && known_mm - now <= o.gap * known_mm) break;
@@ -26,7 +27,7 @@ LowerBound lower_bound(const Setup& setup, const HeightMap& height, const Materi
                        double known_mm, const BoundOptions& o, const ParallelFor& parallel,
                        const std::function<void(double)>& watch) {
   const LayerProblem problem(setup, height, materials);
-  Decomposition split(problem, o.rows);
+  DualDecomposition split(problem, o.rows);
   LowerBound found;
   found.rows = o.rows;
   found.history_mm = raise_bound(split, known_mm, o, parallel, watch);

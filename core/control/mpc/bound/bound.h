@@ -1,13 +1,13 @@
-// A proof of how good a layer is: no layer of at most one droplet per cell has a smaller sum of |error| than
-// the bound. Multipliers are sought with the decomposition (decomposition.h), in single precision; what they
-// prove is then computed by the reader's checker (bound_checker.h), in double precision from the heights
-// themselves.
+// lower_bound() computes a lower bound of the sum of |error| over all layers of at most one droplet per cell.
+// The multipliers come from the dual decomposition (dual_decomposition.h), in single precision. The value
+// that they prove is then computed by the reader's checker (bound_checker.h), in double precision from the
+// heights themselves.
 #pragma once
 
 #include <vector>
 
 #include "core/control/controller.h"
-#include "core/control/mpc/layer/decomposition.h"
+#include "core/control/mpc/layer/dual_decomposition.h"
 #include "core/grid/parallel.h"
 
 namespace firn::control::mpc {
@@ -23,13 +23,13 @@ struct LowerBound {
   double total_mm = 0.0;  ///< of the sum of |error|, as proved by the multipliers
   int sweeps = 0;
   int rows = 0;                    ///< m
-  std::vector<float> multipliers;  ///< the certificate: Decomposition::multipliers()
+  std::vector<float> multipliers;  ///< the certificate: DualDecomposition::multipliers()
   std::vector<double> history_mm;  ///< bound after each sweep, up to rounding in single precision
 };
 
 /// Sweeps `split` until one of the options ends it. @returns the bound after each sweep, up to rounding in
 /// single precision
-std::vector<double> raise_bound(Decomposition& split, double known_mm, const BoundOptions& options,
+std::vector<double> raise_bound(DualDecomposition& split, double known_mm, const BoundOptions& options,
                                 const ParallelFor& parallel,
                                 const std::function<void(double bound_mm)>& watch = {});
 

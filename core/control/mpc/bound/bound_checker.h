@@ -1,8 +1,8 @@
-// Checks a lower bound from its multipliers alone, in double precision and with nothing of the solver: the
-// reader's copy of the proof. Rows of cells' costs (|error|, cell_cost.h) are cut into strips of m. At cut k,
-// for every column x, the droplets of the two rows at the cut in columns x - 1, x, x + 1 pay multipliers[(k
-// nx + x) 64 + pattern] in the strip above and earn it in the strip below; pattern = 16 p(x - 1) + 4 p(x) +
-// p(x + 1), p = 2 * upper row + lower row. Each strip's least cost is found column by column.
+// certified_bound_mm() computes the lower bound that given multipliers prove, in double precision and without
+// the solver's code. Rows of cells' costs (|error|, cell_cost.h) are cut into strips of m. At cut k, for
+// every column x, the droplets of the two rows at the cut in columns x - 1, x, x + 1 pay multipliers[(k nx +
+// x) 64 + pattern] in the strip above and earn it in the strip below; pattern = 16 p(x - 1) + 4 p(x) + p(x +
+// 1), p = 2 * upper row + lower row. Each strip's least cost is found column by column.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ inline double certified_bound_mm(const Setup& setup, const HeightMap& height, co
   const int nx = height.spec.nx, ny = height.spec.ny, strips = (ny + m - 1) / m, rows = m + 2,
             patterns = 1 << rows;
   const auto part = [&](int i, int j) { return height.spec.contains(i, j) && setup.mask.at(i, j); };
-  // What a droplet on (i, j) adds to (i + dx, j + dy): Lu (3)-(5).
+  // Height that a droplet on (i, j) adds to (i + dx, j + dy): Lu (3)-(5).
   const auto adds = [&](int i, int j, int dx, int dy) {
     const deposition::DropletModel& ink =
         setup.model_of(inks.size() ? inks.of(height.spec.index(i, j)) : Material::kA);
@@ -39,7 +39,8 @@ inline double certified_bound_mm(const Setup& setup, const HeightMap& height, co
   };
   double bound = 0.0;
   for (int s = 0; s < strips; ++s) {
-    // share[(x 3 + dx + 1) m + r][u]: what pattern u of column x adds to counted row r of column x + dx
+    // share[(x 3 + dx + 1) m + r][u]: height that pattern u of column x adds to counted row r of column x +
+    // dx
     std::vector<std::vector<double>> share(std::size_t(nx * 3 * m),
                                            std::vector<double>(std::size_t(patterns), 0.0));
     std::vector<int> barred(std::size_t(nx), 0);

@@ -58,9 +58,11 @@ CutsMinimum minimum_of_cuts(const std::vector<MomentCut>& cuts, double alpha, do
       return {std::min(known_mm, r.bound), m, s};
     open.pop();
     if (r.m1 - r.m0 > r.s1 - r.s0) {
-      add(r.m0, m, r.s0, r.s1), add(m, r.m1, r.s0, r.s1);
+      add(r.m0, m, r.s0, r.s1);
+      add(m, r.m1, r.s0, r.s1);
     } else {
-      add(r.m0, r.m1, r.s0, s), add(r.m0, r.m1, s, r.s1);
+      add(r.m0, r.m1, r.s0, s);
+      add(r.m0, r.m1, s, r.s1);
     }
   }
 }
@@ -72,7 +74,7 @@ WeightedBound weighted_bound(const Setup& setup, const HeightMap& height, const 
   problem.set_drops(known);
   problem.refresh();
   const ErrorMoments start = error_moments(problem);
-  Decomposition split(problem, o.strips.rows);
+  DualDecomposition split(problem, o.strips.rows);
   const double cells = double(problem.counted());
   const float absolute = std::nextafter(float(alpha), 0.0f);  // never more than alpha: |e| >= 0
   WeightedBound found;

@@ -1,13 +1,14 @@
-// A lower bound for one layer with a deviation in its objective: alpha < 1 in Eq. (8) [Lu 2015], N = 1.
+// weighted_bound() computes a lower bound for one layer with a deviation in its objective: alpha < 1 in
+// Eq. (8) [Lu 2015], N = 1.
 //
 // J = alpha mean|e| + (1 - alpha) s, where m = mean(e) and s^2 = mean(e^2) - m^2 couple all cells. For any p
 // and q a bound of the separable sum g(p, q) <= min mean(alpha |e| + p e + q e^2) is proved by strips
 // (bound.h), so that every layer has
 //   J >= g - p m - q (m^2 + s^2) + (1 - alpha) s,      J >= alpha |m| + (1 - alpha) s,
-// whatever its m and s. The least value of the largest of these cuts over all (m, s) is a bound for J. It is
-// found by bisecting rectangles: for q >= 0 a cut is concave in m and in s, least at a rectangle's corners.
-// Where it is least the next cut is made, tangent to (1 - alpha) s there: q = (1 - alpha) / (2 s), p = -2 q
-// m; the first one is made where a known layer lies.
+// for any m and s. The least value of the largest of these cuts over all (m, s) is a bound for J. It is found
+// by bisecting rectangles: for q >= 0 a cut is concave in m and in s, least at a rectangle's corners. Where
+// it is least the next cut is made, tangent to (1 - alpha) s there: q = (1 - alpha) / (2 s), p = -2 q m; the
+// first one is made where a known layer lies.
 #pragma once
 
 #include <functional>
@@ -46,7 +47,7 @@ struct WeightedBound {
   std::vector<double> history_mm;  ///< bound after each cut
 };
 
-/// @param known a good layer, 0 or 1 per cell (weighted_layer.h): what is proved is at most its objective
+/// @param known a good layer, 0 or 1 per cell (weighted_layer.h): its objective limits the bound from above
 /// @param watch called after each cut with the bound so far; may be empty
 /// @pre 0 < alpha < 1. @throws std::invalid_argument: rows outside 1..4
 WeightedBound weighted_bound(const Setup& setup, const HeightMap& height, const MaterialMap& materials,

@@ -1,5 +1,5 @@
-// What a cell costs by its error. Lu's objective is the sum of |e| (alpha = 1); linear and square terms carry
-// what majorises a deviation (weighted_layer.h).
+// cost_of() computes the cost of a cell's error. Lu's objective is the sum of |e| (alpha = 1). The linear and
+// square terms are the majorant of a standard deviation (weighted_layer.h).
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@ struct CellCost {
 
 inline bool is_plain(const CellCost& c) { return c.absolute == 1.0f && c.linear == 0.0f && c.square == 0.0f; }
 
-/// In double precision: what sums and gains are judged by.
+/// In double precision: sums and gains are compared by it.
 inline double cost_of(const CellCost& c, double error_mm) {
   return is_plain(c) ? std::abs(error_mm)
                      : double(c.absolute) * std::abs(error_mm) +

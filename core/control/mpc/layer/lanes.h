@@ -1,5 +1,5 @@
-// Vectors of eight floats for loops that are compiled once for any processor and once for AVX2, with the same bytes
-// from both.
+// Lanes holds eight floats in one vector, for loops that are compiled once for any processor and once for
+// AVX2, with the same bytes from both.
 #pragma once
 
 #include <cstdint>

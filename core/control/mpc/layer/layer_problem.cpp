@@ -14,7 +14,8 @@ LayerProblem::LayerProblem(const Setup& s, const HeightMap& height, const Materi
   const float inf = std::numeric_limits<float>::infinity();
   height_.assign(n, s.border == deposition::Border::kLose ? -inf : inf);
   bare_.assign(n, 0.0f);
-  counts_.assign(n, 0), drops_.assign(n, 0);
+  counts_.assign(n, 0);
+  drops_.assign(n, 0);
   if (materials.size() != 0) inks_of_.assign(n, 0);
   for (const Material m : {Material::kA, Material::kB}) {
     Ink& ink = inks_[m == Material::kB];

@@ -1,7 +1,8 @@
-// One layer of at most one droplet per cell, alpha = 1, as an optimisation problem: choose u in {0, 1} per
-// printable cell to minimise the sum of |e| over the cells that count, where e = height - target + A(height)
-// u is linear in u for given heights [Lu 2015, Eqs. (4), (8) with N = 1]. Single precision and 14 bytes per
-// cell, so that grids up to 4096 x 4096 fit; results are judged in double precision by whoever prints them.
+// LayerProblem holds one layer of at most one droplet per cell, alpha = 1, as an optimisation problem: choose
+// u in {0, 1} per printable cell to minimise the sum of |e| over the cells that count, where e = height -
+// target + A(height) u is linear in u for given heights [Lu 2015, Eqs. (4), (8) with N = 1]. Single precision
+// and 14 bytes per cell, so that grids up to 4096 x 4096 fit; the caller evaluates results in double
+// precision.
 #pragma once
 
 #include <array>
@@ -28,15 +29,15 @@ class LayerProblem {
   float error_mm(int i, int j) const { return error_[at(i, j)]; }
   const float* error_row(int j) const { return error_.data() + at(0, j); }  ///< nx values; j from -1 to ny
 
-  /// What a droplet on cell (i, j) adds to the cell at (i + dx, j + dy): index (dy + 1) * 3 + dx + 1; 0 on
-  /// cells that do not count.
+  /// Height that a droplet on cell (i, j) adds to the cell at (i + dx, j + dy): index (dy + 1) * 3 + dx + 1;
+  /// 0 on cells that do not count.
   using Effect = std::array<float, 9>;
   Effect effect(int i, int j) const;
   void effects(int j, float* out) const;  ///< of row j: out[q * nx + i] = effect(i, j)[q]
 
-  /// What the sum of |error| changes by when a cell gets its droplet or loses it, the others as they are, for
-  /// rows first .. first + rows - 1, nx values each; 0 where no droplet may be. The same bytes on every
-  /// processor (layer_rows.h).
+  /// Change of the sum of |error| when a cell's droplet is added or removed and the others stay, for rows
+  /// first .. first + rows - 1, nx values each; 0 where no droplet may be. The same bytes on every processor
+  /// (layer_rows.h).
   void flip_gains(int first, int rows, float* gains_mm) const;
 
   void set_drop(int i, int j, std::uint8_t drop);  ///< keeps the errors up to date

@@ -37,12 +37,16 @@ struct InkLanes {
   Lanes w[2], slope[2], drop, zero, beyond;
 };
 FIRN_INLINE void lanes_of(const RowInk& ink, InkLanes& v) {
-  for (int k = 0; k < 2; ++k) spread(ink.w_mm[k], v.w[k]), spread(ink.slope[k], v.slope[k]);
-  spread(ink.drop_mm, v.drop), spread(ink.beyond_mm[0], v.beyond);
+  for (int k = 0; k < 2; ++k) {
+    spread(ink.w_mm[k], v.w[k]);
+    spread(ink.slope[k], v.slope[k]);
+  }
+  spread(ink.drop_mm, v.drop);
+  spread(ink.beyond_mm[0], v.beyond);
   v.zero = v.drop - v.drop;  // not a constant, so that a comparison and a choice become one maximum
 }
 
-// What droplets on p would give to q, and those on q to p: clamp(w +- slope (H_p - H_q), 0, w).
+// Flows of droplets on p to q, and of droplets on q to p: clamp(w +- slope (H_p - H_q), 0, w).
 struct Pair {
   Lanes out, back;
 };
@@ -50,9 +54,12 @@ FIRN_INLINE void exchanged(const InkLanes& ink, int corner, const Lanes& p, cons
   Lanes there;
   get(q, there);
   const Lanes lean = ink.slope[corner] * (p - there);
-  pair.out = ink.w[corner] + lean, pair.back = ink.w[corner] - lean;
-  at_most(ink.w[corner], pair.out), at_most(ink.w[corner], pair.back);
-  at_least(ink.zero, pair.out), at_least(ink.zero, pair.back);
+  pair.out = ink.w[corner] + lean;
+  pair.back = ink.w[corner] - lean;
+  at_most(ink.w[corner], pair.out);
+  at_most(ink.w[corner], pair.back);
+  at_least(ink.zero, pair.out);
+  at_least(ink.zero, pair.back);
 }
 
 FIRN_INLINE RowCells rows_on(const RowCells& r, std::ptrdiff_t rows) {
@@ -63,8 +70,14 @@ FIRN_INLINE RowCells rows_on(const RowCells& r, std::ptrdiff_t rows) {
 // Lets the cells of a row further on come nearer while this one is being computed.
 FIRN_INLINE void ask_for(const RowCells& r, const float* of_errors, std::ptrdiff_t i, std::ptrdiff_t rows) {
   const std::ptrdiff_t n = i + rows * r.stride;
-  if (i % 16 == 0) __builtin_prefetch(r.height_mm + n), __builtin_prefetch(of_errors + n);
-  if (i % 64 == 0) __builtin_prefetch(r.counts + n), __builtin_prefetch(r.drops + n);
+  if (i % 16 == 0) {
+    __builtin_prefetch(r.height_mm + n);
+    __builtin_prefetch(of_errors + n);
+  }
+  if (i % 64 == 0) {
+    __builtin_prefetch(r.counts + n);
+    __builtin_prefetch(r.drops + n);
+  }
 }
 
 // All bits where a droplet is, of a row and a cell more at each end.
@@ -78,8 +91,8 @@ constexpr std::size_t kept_apart(std::size_t cells) {
   return cells % 1024 >= 112 && cells % 1024 <= 912 ? cells : (cells + 111) / 1024 * 1024 + 112;
 }
 
-// Each pair of neighbours once: a row keeps what its cells exchange with those of the row below, by the upper
-// cell; `out` only where there is a droplet. All rows from a cell before the first on.
+// Each pair of neighbours once: a row keeps the flows between its cells and those of the row below, by the
+// upper cell; `out` only where there is a droplet. All rows from a cell before the first on.
 struct Exchange {
   enum { kSouthWest, kSouth, kSouthEast };
   float *out[3], *back[3];
@@ -89,40 +102,66 @@ struct Exchange {
 FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrdiff_t nx, const Exchange& x,
                                float* error_mm) {
   Lanes north_west_out, north_west_back, east_out_before = {}, east_back_before = ink.beyond;
-  get(x.out[Exchange::kSouthEast] - 1, north_west_out),
-      get(x.back[Exchange::kSouthEast] - 1, north_west_back);
+  get(x.out[Exchange::kSouthEast] - 1, north_west_out);
+  get(x.back[Exchange::kSouthEast] - 1, north_west_back);
   for (std::ptrdiff_t i = 0; i < nx; i += std::ptrdiff_t(kBlock)) {
     Lanes h, error, own = ink.drop, flow, moved;
     LaneMarks fired, marks;
-    get(r.height_mm + i, h), get(r.bare_mm + i, error), load_marks(x.here + i, fired);
+    get(r.height_mm + i, h);
+    get(r.bare_mm + i, error);
+    load_marks(x.here + i, fired);
     Pair east, south_west, south, south_east;
     exchanged(ink, 0, h, r.height_mm + i + 1, east);
     exchanged(ink, 1, h, r.height_mm + i + r.stride - 1, south_west);
     exchanged(ink, 0, h, r.height_mm + i + r.stride, south);
     exchanged(ink, 1, h, r.height_mm + i + r.stride + 1, south_east);
     // Above: north west, north, north east.
-    error += north_west_out, own -= north_west_back;
-    get(x.out[Exchange::kSouth] + i, flow), error += flow;
-    get(x.back[Exchange::kSouth] + i, flow), own -= flow;
-    get(x.out[Exchange::kSouthWest] + i + 1, flow), error += flow;
-    get(x.back[Exchange::kSouthWest] + i + 1, flow), own -= flow;
+    error += north_west_out;
+    own -= north_west_back;
+    get(x.out[Exchange::kSouth] + i, flow);
+    error += flow;
+    get(x.back[Exchange::kSouth] + i, flow);
+    own -= flow;
+    get(x.out[Exchange::kSouthWest] + i + 1, flow);
+    error += flow;
+    get(x.back[Exchange::kSouthWest] + i + 1, flow);
+    own -= flow;
     ask_for(r, r.bare_mm, i, 2);
     const std::ptrdiff_t last = i + std::ptrdiff_t(kBlock) - 1;
-    get(x.out[Exchange::kSouthEast] + last, north_west_out),
-        get(x.back[Exchange::kSouthEast] + last, north_west_back);
+    get(x.out[Exchange::kSouthEast] + last, north_west_out);
+    get(x.back[Exchange::kSouthEast] + last, north_west_back);
     // Beside: west, the cell itself, east.
-    flow = east.out, mask(flow, fired);
-    moved_on(east_out_before, flow, moved), error += moved;
+    flow = east.out;
+    mask(flow, fired);
+    moved_on(east_out_before, flow, moved);
+    error += moved;
     east_out_before = flow;
-    moved_on(east_back_before, east.back, moved), own -= moved;
+    moved_on(east_back_before, east.back, moved);
+    own -= moved;
     east_back_before = east.back;
-    own -= east.out, own -= south_west.out, own -= south.out, own -= south_east.out;
-    mask(own, fired), error += own;
-    load_marks(x.here + i + 1, marks), flow = east.back, mask(flow, marks), error += flow;
+    own -= east.out;
+    own -= south_west.out;
+    own -= south.out;
+    own -= south_east.out;
+    mask(own, fired);
+    error += own;
+    load_marks(x.here + i + 1, marks);
+    flow = east.back;
+    mask(flow, marks);
+    error += flow;
     // Below.
-    load_marks(x.below + i - 1, marks), flow = south_west.back, mask(flow, marks), error += flow;
-    load_marks(x.below + i, marks), flow = south.back, mask(flow, marks), error += flow;
-    load_marks(x.below + i + 1, marks), flow = south_east.back, mask(flow, marks), error += flow;
+    load_marks(x.below + i - 1, marks);
+    flow = south_west.back;
+    mask(flow, marks);
+    error += flow;
+    load_marks(x.below + i, marks);
+    flow = south.back;
+    mask(flow, marks);
+    error += flow;
+    load_marks(x.below + i + 1, marks);
+    flow = south_east.back;
+    mask(flow, marks);
+    error += flow;
     std::uint64_t counts;
     std::memcpy(&counts, r.counts + i, sizeof counts);
     if (counts != kAllOnes) {
@@ -132,8 +171,10 @@ FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrd
     put(error, error_mm + i);
     const Pair* pairs[3] = {&south_west, &south, &south_east};
     for (int k = 0; k < 3; ++k) {
-      flow = pairs[k]->out, mask(flow, fired);
-      put(flow, x.out[k] + i), put(pairs[k]->back, x.back[k] + i);
+      flow = pairs[k]->out;
+      mask(flow, fired);
+      put(flow, x.out[k] + i);
+      put(pairs[k]->back, x.back[k] + i);
     }
   }
 }
@@ -148,12 +189,13 @@ FIRN_INLINE void errors_of_rows(RowCells r, const RowInk& plain, std::size_t nx,
   std::vector<std::int32_t> marks(2 * apart);
   Exchange x;
   for (std::size_t k = 0; k < 3; ++k) {
-    x.out[k] = flows.data() + k * apart + 1, x.back[k] = flows.data() + (3 + k) * apart + 1;
-    std::fill_n(
-        x.back[k] - 1, width,
-        plain.beyond_mm[k != Exchange::kSouth]);  // beyond the border no droplets; what those here give to it
+    x.out[k] = flows.data() + k * apart + 1;
+    x.back[k] = flows.data() + (3 + k) * apart + 1;
+    std::fill_n(x.back[k] - 1, width,
+                plain.beyond_mm[k != Exchange::kSouth]);  // no droplets beyond the border; flows to it
   }
-  x.here = marks.data() + 1, x.below = x.here + apart;
+  x.here = marks.data() + 1;
+  x.below = x.here + apart;
   widen_marks(r.drops - 1, width, x.here - 1);
   for (std::size_t j = 0; j < rows; ++j, error_mm += r.stride) {
     widen_marks(r.drops + r.stride - 1, width, x.below - 1);
@@ -163,8 +205,8 @@ FIRN_INLINE void errors_of_rows(RowCells r, const RowInk& plain, std::size_t nx,
   }
 }
 
-// Of the cells of a part of a row and one more at each end: what their heights take from a flow to them,
-// slope H, and which of them have a droplet and which count.
+// For the cells of a part of a row and one more at each end: the decrease of a flow to them by their heights,
+// slope H, their droplets, and whether they count.
 struct PartOfRow {
   static constexpr std::size_t kCells = kPart + 112;
   float leans[2][kCells];
@@ -175,7 +217,10 @@ struct PartOfRow {
     const float* __restrict h = r.height_mm + first - 1;
     error = r.error_mm + first - 1;
     const float side = ink.slope[0], corner = ink.slope[1];
-    for (std::size_t i = 0; i < n; ++i) leans[0][i] = side * h[i], leans[1][i] = corner * h[i];
+    for (std::size_t i = 0; i < n; ++i) {
+      leans[0][i] = side * h[i];
+      leans[1][i] = corner * h[i];
+    }
     widen_marks(r.drops + first - 1, n, fired);
     widen_marks(r.counts + first - 1, n, counts);
   }
@@ -188,7 +233,10 @@ FIRN_INLINE void gains_of_block(const PartOfRow* const (&rows)[3], const InkLane
   LaneMarks fired, counted;
   load_marks(rows[1]->fired + i + 1, fired);
   const LaneMarks sign = ~fired & std::int32_t(0x80000000);
-  for (int k = 0; k < 2; ++k) get(rows[1]->leans[k] + i + 1, from[k]), from[k] += ink.w[k];
+  for (int k = 0; k < 2; ++k) {
+    get(rows[1]->leans[k] + i + 1, from[k]);
+    from[k] += ink.w[k];
+  }
   for (std::size_t y = 0; y < 3; ++y)
     for (std::size_t x = 0; x < 3; ++x) {
       if (x == 1 && y == 1) continue;
@@ -197,21 +245,27 @@ FIRN_INLINE void gains_of_block(const PartOfRow* const (&rows)[3], const InkLane
       get(rows[y]->error + i + x, most);
       most = Lanes(LaneMarks(most) ^ sign);
       flow = from[corner] - there;
-      at_most(ink.w[corner], flow), at_least(ink.zero, flow);
+      at_most(ink.w[corner], flow);
+      at_least(ink.zero, flow);
       own -= flow;
       if (!kAllCount) {
         load_marks(rows[y]->counts + i + x, counted);
         given -= Lanes(LaneMarks(flow) & ~counted);
       }
-      at_most(flow, most), at_least(ink.zero, most);
+      at_most(flow, most);
+      at_least(ink.zero, most);
       sum += most;
     }
   get(rows[1]->error + i + 1, most);
   most = Lanes(LaneMarks(most) ^ sign);
-  at_most(own, most), at_least(ink.zero, most);
+  at_most(own, most);
+  at_least(ink.zero, most);
   sum += most;
   flow = given - (sum + sum);
-  if (!kAllCount) load_marks(rows[1]->counts + i + 1, counted), mask(flow, counted);
+  if (!kAllCount) {
+    load_marks(rows[1]->counts + i + 1, counted);
+    mask(flow, counted);
+  }
   put(flow, gains);
 }
 

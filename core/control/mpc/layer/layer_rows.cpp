@@ -16,7 +16,10 @@ RowCells LayerProblem::row_at(int j) const {
 RowInk LayerProblem::row_ink() const {
   const Ink& ink = inks_[0];
   RowInk out{ink.drop_mm, {ink.w_mm[1], ink.w_mm[0]}, {ink.slope[1], ink.slope[0]}, {}};
-  if (height_.front() < 0.0f) out.beyond_mm[0] = out.w_mm[0], out.beyond_mm[1] = out.w_mm[1];
+  if (height_.front() < 0.0f) {
+    out.beyond_mm[0] = out.w_mm[0];
+    out.beyond_mm[1] = out.w_mm[1];
+  }
   return out;
 }
 

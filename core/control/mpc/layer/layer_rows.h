@@ -1,6 +1,6 @@
-// Whole rows of a layer at a time: the errors that droplets leave and the gain of every single droplet, eight
-// cells in registers. Element by element, no fused operations: the same bytes from every processor, and those
-// of the plain loops in the tests.
+// LayerRowKernels computes the errors after a layer and the gain of every single droplet for whole rows,
+// eight cells in registers. Element by element, no fused operations: the same bytes from every processor, and
+// those of the plain loops in the tests.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace firn::control::mpc {
 
-/// Rows are read in blocks of kRowBlock cells: what follows the last cell of a row, up to a whole block, is
-/// readable, does not count and holds no droplet.
+/// Rows are read in blocks of kRowBlock cells: the padding after the last cell of a row, up to a whole block,
+/// is readable, does not count and holds no droplet.
 inline constexpr std::size_t kRowBlock = 8;
 constexpr std::size_t whole_blocks(std::size_t cells) {
   return (cells + kRowBlock - 1) / kRowBlock * kRowBlock;
@@ -19,7 +19,7 @@ constexpr std::size_t whole_blocks(std::size_t cells) {
 /// A droplet of one ink [Lu 2015, Eqs. (3)-(5)]: 0 sides, 1 corners.
 struct RowInk {
   float drop_mm, w_mm[2], slope[2];
-  float beyond_mm[2];  ///< what it gives to cells beyond the border: w (lost) or 0
+  float beyond_mm[2];  ///< flow to cells beyond the border: w (lost) or 0
 };
 
 /// One row of cells; `stride` leads to its neighbours in the rows above and below, which lie in the same
@@ -34,12 +34,12 @@ struct RowCells {
 
 struct LayerRowKernels {
   const char* name;
-  /// The errors that the droplets leave, of rows from the first of the grid on: bare + what the droplets of
-  /// the nine cells bring, in the raster order of the droplets, as one after the other would.
+  /// The errors that the droplets leave, of rows from the first of the grid on: bare + the heights from the
+  /// droplets of the nine cells, summed in the raster order of the droplets.
   void (*errors)(const RowCells& first, const RowInk& ink, std::size_t nx, std::size_t rows, float* error_mm);
-  /// What the sum of |error| changes by when a cell of the rows gets its droplet or loses it; gains[j * nx +
-  /// i]. Of a droplet that gives f to a cell of error e, |e + f| - |e| = f - 2 min(f, max(-e, 0)), and the f
-  /// of one droplet add up to drop_mm.
+  /// Change of the sum of |error| when a cell's droplet is added or removed; gains[j * nx + i]. Of a droplet
+  /// that gives f to a cell of error e, |e + f| - |e| = f - 2 min(f, max(-e, 0)), and the f of one droplet
+  /// add up to drop_mm.
   void (*gains)(const RowCells& first, const RowInk& ink, std::size_t nx, std::size_t rows, float* gains_mm);
 };
 

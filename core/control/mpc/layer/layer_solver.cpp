@@ -36,7 +36,8 @@ int take_better_patches(LayerProblem& layer, const LayerProblem& other, const Ce
       const auto visit = [&](int i, int j) {
         std::uint8_t& s = seen[std::size_t(j) * std::size_t(nx) + std::size_t(i)];
         if (s || before.drop(i, j) == other.drop(i, j)) return;
-        s = 1, patch.push_back({i, j});
+        s = 1;
+        patch.push_back({i, j});
       };
       if (seen[std::size_t(j0) * std::size_t(nx) + std::size_t(i0)] || !differs(i0, j0)) continue;
       patch.clear();
@@ -78,16 +79,16 @@ LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& o, co
   s.found_mm = total_cost(problem, o.cost);
   if (watch) watch(s);
   if (o.sweeps <= 0) return s;
-  Decomposition split(problem, o.bound_rows, o.cost);
+  DualDecomposition split(problem, o.bound_rows, o.cost);
   LayerProblem other = problem;
   while (s.sweeps < o.sweeps) {
-    const Way way = s.sweeps % 2 == 0 ? Way::kDown : Way::kUp;
-    const double bound = split.sweep(way, parallel);
+    const SweepDirection direction = s.sweeps % 2 == 0 ? SweepDirection::kDown : SweepDirection::kUp;
+    const double bound = split.sweep(direction, parallel);
     s.lower_bound_mm = s.sweeps == 0 ? bound : std::max(s.lower_bound_mm, bound);
     ++s.sweeps;
     if (watch) watch(s);
     if (s.found_mm - s.lower_bound_mm <= o.gap * std::abs(s.found_mm)) break;
-    split.decide(way == Way::kDown ? Way::kUp : Way::kDown, other);
+    split.decide(direction == SweepDirection::kDown ? SweepDirection::kUp : SweepDirection::kDown, other);
     s.strips += polish(other, o, parallel);
     if (take_better_patches(problem, other, o.cost) > 0) s.strips += polish(problem, o, parallel);
     s.found_mm = total_cost(problem, o.cost);

@@ -1,16 +1,17 @@
-// One layer of at most one droplet per cell, alpha = 1: near the optimum, with a bound that says how near.
+// solve_layer() computes a layer of at most one droplet per cell, alpha = 1, near the optimum, and a lower
+// bound of the optimum.
 #pragma once
 
 #include <functional>
 
-#include "core/control/mpc/layer/decomposition.h"
+#include "core/control/mpc/layer/dual_decomposition.h"
 #include "core/control/mpc/layer/layer_problem.h"
 #include "core/grid/parallel.h"
 
 namespace firn::control::mpc {
 
 struct LayerSolverOptions {
-  int polish_rows = 3;  ///< strips of 2 up to this many rows better what was found (strip_dp.h), 2..6
+  int polish_rows = 3;  ///< strips of 2 up to this many rows improve the layer found (strip_dp.h), 2..6
   int bound_rows = 1;   ///< m of the decomposition, 1..4
   int sweeps = 2;       ///< of the decomposition, down, up, down, ...; 0: strips only
   double gap = 1e-6;    ///< ends when (found - bound) / found is no larger
@@ -25,10 +26,10 @@ struct LayerSolution {
   std::int64_t strips = 0;  ///< solved by sweep_strips
 };
 
-/// Betters the droplets that the problem holds. Each sweep of the decomposition is followed by a decision of
+/// Improves the droplets that the problem holds. Each sweep of the decomposition is followed by a decision of
 /// all strips the other way; strips polish it, and where it differs from the best layer so far, every patch
-/// of differing cells that do not touch others' errors is judged by itself. The objective never rises. Same
-/// bytes for any number of threads. @throws std::invalid_argument: rows
+/// of differing cells that do not touch others' errors is evaluated by itself. The objective never rises.
+/// Same bytes for any number of threads. @throws std::invalid_argument: rows
 /// @param watch called after the first strips, each sweep and each decision; may be empty
 LayerSolution solve_layer(LayerProblem& problem, const LayerSolverOptions& options,
                           const ParallelFor& parallel,

@@ -47,7 +47,8 @@ OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const Dro
     } else {
       for (int rows = std::min(2, strip_rows); rows <= strip_rows; ++rows) {
         const StripResult r = sweep_strips(problem, {rows, kMostSweeps}, parallel);
-        out.strips += r.strips, out.settled = r.settled;
+        out.strips += r.strips;
+        out.settled = r.settled;
       }
     }
     out.drops = problem.drops(setup.grid);

@@ -1,5 +1,6 @@
-// One layer of at most one droplet per cell and one ink, alpha = 1: decided and judged with little memory, so
-// that grids of 4096 x 4096 cells fit (LayerProblem's 14 bytes per cell; HorizonObjective takes 160).
+// decide_one_layer() computes a layer of at most one droplet per cell and one ink, alpha = 1, with little
+// memory, so that grids of 4096 x 4096 cells fit (LayerProblem's 14 bytes per cell; HorizonObjective takes
+// 160).
 #pragma once
 
 #include "core/control/controller.h"
@@ -19,11 +20,10 @@ struct OneLayer {
   DropletPattern drops;
   double objective_mm = 0.0;
   std::int64_t strips = 0;  ///< solved
-  bool settled = false;     ///< no strip of the widest kind betters it
+  bool settled = false;     ///< no strip of the widest kind improves it
 };
 
-/// Betters `guess` by strips of 2 up to strip_rows rows (kStripDp) or strips that agree on windows
-/// (kCertified).
+/// Improves `guess` by strips of 2 up to strip_rows rows (kStripDp) or by dual decomposition (kCertified).
 /// @param height finite everywhere
 OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const DropletPattern& guess,
                           MpcMethod method, int strip_rows, const ParallelFor& parallel);

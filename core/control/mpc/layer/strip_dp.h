@@ -1,7 +1,8 @@
-// Strip dynamic programming: with everything outside a strip of k rows fixed, the best droplets of the strip
-// are found exactly, since a droplet reaches its neighbours only. States are pairs of neighbouring columns
+// sweep_strips() computes a layer by strip dynamic programming: with everything outside a strip of k rows
+// fixed, the optimal droplets of the strip are found exactly, since a droplet affects only its neighbours.
+// States are pairs of neighbouring columns
 // (4^k), moves add one (8^k), so a strip costs 8^k (k + 2) |e| per column. Overlapping strips are swept until
-// none improves.
+// no strip improves.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,7 @@ struct StripResult {
   int sweeps = 0;
   std::int64_t strips = 0;    ///< solved
   std::int64_t improved = 0;  ///< of them
-  bool settled = false;       ///< no strip of k rows can be bettered
+  bool settled = false;       ///< no strip of k rows can be improved
 };
 
 /// Sweeps strips of options.rows rows over the problem, from the droplets it holds. Strips of one class

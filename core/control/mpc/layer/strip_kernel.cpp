@@ -8,7 +8,7 @@ namespace {
 
 #define FIRN_INLINE [[gnu::always_inline]] inline
 
-// Eight lanes, whatever the processor has: element by element, so the same bytes on any.
+// Eight lanes on every processor, element by element: the same bytes on all.
 using Lanes = float __attribute__((vector_size(32)));
 using Marks = std::int32_t __attribute__((vector_size(32)));
 constexpr int kLanes = 8;
@@ -18,17 +18,19 @@ constexpr int kLanes = 8;
   (Plain ? FIRN_ABSOLUTE(v) : cost.absolute * FIRN_ABSOLUTE(v) + (cost.linear + cost.square * (v)) * (v))
 
 // Forward pass: after column x, best[b][n] is the least cost up to column x with patterns b on x and n on x +
-// 1, and choice[x][b][n] the pattern of x - 1 that gives it. columns[0] stands before the first.
+// 1, and choice[x][b][n] the pattern of x - 1 that gives it. columns[0] precedes the first.
 template <int K, int R, bool Plain>
 FIRN_INLINE double solve_body(const StripColumn<K, R>* columns, int nx, const CellCost& of_cell,
                               std::uint8_t* choice, float* last) {
   const CellCost cost = of_cell;
   constexpr int S = StripColumn<K, R>::S, N = (S * S + kLanes - 1) / kLanes;
   constexpr int repeats = S < kLanes ? kLanes / S : 1;  // patterns b in eight lanes
-  union {
+  union Costs {
     Lanes lanes[N];
     float at[N * kLanes];
-  } best = {}, sum[R] = {};
+  };
+  Costs best = {};
+  Costs sum[R] = {};
   double total = 0.0;
   Lanes old[S][(S + repeats - 1) / repeats] = {};
   for (int a = 0; a < S; ++a)

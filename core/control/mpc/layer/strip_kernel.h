@@ -1,4 +1,5 @@
-// Exact dynamic programming over the columns of a strip of K rows, of whose |error| R rows count.
+// solve_strip() computes the optimal droplets of a strip of K rows by dynamic programming over its columns;
+// the |error| of R rows counts.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +10,11 @@
 
 namespace firn::control::mpc {
 
-/// Cost of what may not be.
+/// Cost of a forbidden pattern.
 inline constexpr float kNever = 1e30f;
 
-/// One column of a strip: what the patterns of its K cells add to the counted rows of the column before (0),
-/// of its own (1) and of the next one (2).
+/// One column of a strip: heights that the patterns of its K cells add to the counted rows of the column
+/// before (0), of its own (1) and of the next one (2).
 template <int K, int R>
 struct StripColumn {
   static constexpr int S = 1 << K;  ///< patterns; bit b is row b of the strip

@@ -28,7 +28,8 @@ double lower(LayerProblem& p, double alpha, const WeightedOptions& o, const Para
     next.refresh();
     const ErrorMoments then = error_moments(next);
     if (!(objective(then, alpha) < objective(now, alpha) - kLeastGain_mm)) break;
-    p = std::move(next), now = then;
+    p = std::move(next);
+    now = then;
   }
   return objective(now, alpha);
 }
@@ -41,8 +42,10 @@ ErrorMoments error_moments(const LayerProblem& p) {
   double sum = 0.0, square = 0.0;
   for (int j = 0; j < p.ny(); ++j)
     for (int i = 0; i < p.nx(); ++i)
-      if (p.printable(i, j))
-        m.absolute_mm += std::abs(double(p.error_mm(i, j))), sum += double(p.error_mm(i, j));
+      if (p.printable(i, j)) {
+        m.absolute_mm += std::abs(double(p.error_mm(i, j)));
+        sum += double(p.error_mm(i, j));
+      }
   m.mean_mm = sum / n;
   for (int j = 0; j < p.ny(); ++j)
     for (int i = 0; i < p.nx(); ++i)

@@ -1,10 +1,10 @@
-// One layer of at most one droplet per cell for any alpha of Eq. (8) [Lu 2015], N = 1: minimises
-// alpha mean|e| + (1 - alpha) std(e) over the cells that count.
+// weighted_layer() computes a layer of at most one droplet per cell for any alpha of Eq. (8) [Lu 2015], N =
+// 1: it minimises alpha mean|e| + (1 - alpha) std(e) over the cells that count.
 //
 // The deviation couples all cells; but std(e) <= (s + mean (e - m)^2 / s) / 2 for any m and s > 0, with
 // equality at the present layer for its mean m and deviation s. The right side is a sum over cells, which
-// strips lower exactly (strip_dp.h); what lowers it lowers the objective, with a new m and s again until
-// nothing falls (majorise, minimise).
+// strips minimise exactly (strip_dp.h). A decrease of the sum is a decrease of the objective. Then m and s
+// are updated, until the objective stays (majorise, minimise).
 #pragma once
 
 #include "core/control/mpc/layer/layer_problem.h"

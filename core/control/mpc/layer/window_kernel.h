@@ -1,8 +1,8 @@
-// Exact dynamic programming over a strip of K rows, cell by cell ("broken profile"). Cells are numbered
-// column by column, p = x K + b. A state holds the droplets of the last 2 K + 2 cells, the latest in bit 0;
-// with one more cell they hold the 3 x 3 window of the cell that lies one column and one row before it, so a
-// step from cell to cell costs 2 * 4^(K + 1) additions, and every cost of a cell is a table of the 512
-// patterns of its window:
+// Computes exact dynamic programming steps over a strip of K rows, cell by cell ("broken profile"). Cells are
+// numbered column by column, p = x K + b. A state holds the droplets of the last 2 K + 2 cells, the latest in
+// bit 0; with one more cell they hold the 3 x 3 window of the cell that lies one column and one row before
+// it, so a step from cell to cell costs 2 * 4^(K + 1) additions, and every cost of a cell is a table of the
+// 512 patterns of its window:
 //   index = west * 64 + middle * 8 + east, where bit 0 of each column is the row of the latest cell, bits 1
 //   and 2 those before.
 // Single precision, eight lanes, element by element: the same bytes on every processor.
@@ -15,7 +15,7 @@
 
 namespace firn::control::mpc {
 
-/// Cost of what may not be.
+/// Cost of a forbidden pattern.
 inline constexpr float kBarred = 1e30f;
 
 inline constexpr int kWindowPatterns = 512;
@@ -24,7 +24,7 @@ inline constexpr int kSharedPatterns = 64;
 
 inline std::size_t profile_states(int rows) { return std::size_t{1} << (2 * rows + 2); }
 
-/// `adds[3 column + bit]` is what a droplet of the window adds to the middle cell, columns west, middle,
+/// `adds[3 column + bit]`: height that a droplet of the window adds to the middle cell, columns west, middle,
 /// east.
 void cost_table(float error_mm, const std::array<float, 9>& adds_mm, const CellCost& cost, float* table);
 void zero_table(float* table);

@@ -37,7 +37,10 @@ double rms(SurfaceController& s, int n, double noise, std::uint64_t seed,
     const SurfaceDecision a = s.decide({h, part, k * kInterval_mm, 5 * k, 0, 0.0});
     for (std::size_t c = 0; c < e.size(); ++c) {
       e.cells[c] -= a.u.cells[c] + d(k, c);
-      if (3 * k > 2 * n) squares += e.cells[c] * e.cells[c], count += 1.0;
+      if (3 * k > 2 * n) {
+        squares += e.cells[c] * e.cells[c];
+        count += 1.0;
+      }
     }
   }
   return std::sqrt(squares / count);
@@ -48,7 +51,7 @@ double rms(SurfaceController& s, int n, double noise, std::uint64_t seed,
 TEST_CASE("At a constant gain and without saturation the adaptive scheme is the PI law of the thesis") {
   SurfaceOptions a = options("smf_adaptive"), b = options("smf");
   a.adaptive.gain = a.adaptive.gain_min = a.adaptive.gain_max = 0.33;
-  b.smf.integral_limit = 1e9;
+  b.smf.integral_limit = 1000.0;
   // With D_k = D_{k-1} + g (e_{k-1} - u_{k-1} - D_{k-1} - e_k) and u = e - D the innovation is -e_k: D = -g
   // sum e.
   AdaptiveSurface adaptive(a);
@@ -119,7 +122,8 @@ TEST_CASE(
     AdaptiveSurface a(options("smf_adaptive"));
     SmfSurface b(o);
     const double x = rms(a, 27, 0.04, seed, d), y = rms(b, 27, 0.04, seed, d);
-    adaptive += x / 20.0, thesis += y / 20.0;
+    adaptive += x / 20.0;
+    thesis += y / 20.0;
     better += x < y;
   }
   CHECK(better == 20);

@@ -15,7 +15,7 @@ SurfaceOptions options(double kp, double ki, double kd) {
   SurfaceOptions o;
   o.interval_mm = kInterval_mm;
   o.version = SurfaceVersion::kValveFrequency;
-  o.smf = {kp, ki, kd, 1e9};
+  o.smf = {kp, ki, kd, 1000.0};
   return o;
 }
 
@@ -151,7 +151,8 @@ TEST_CASE(
   }
   CHECK(a.integral().at(1, 1) == Approx(0.3 / 0.25));
   CHECK(answer(a, HeightMap(g, 0.0), 21, all(g)).u.at(1, 1) == Approx(0.3));
-  CHECK(answer(b, HeightMap(g, 0.0), 21, all(g)).u.at(1, 1) == Approx(1.0));  // saturated by what it wound up
+  CHECK(answer(b, HeightMap(g, 0.0), 21, all(g)).u.at(1, 1) ==
+        Approx(1.0));  // saturated by the wound-up integral
 }
 
 TEST_CASE(

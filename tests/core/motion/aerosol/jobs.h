@@ -1,5 +1,5 @@
-// Jobs of the tests: the paper's figures (coordinates fitted, see docs/algorithms-aerosol.md) and random
-// ones.
+// Holds the jobs of the tests: the paper's figures (coordinates fitted, see docs/algorithms/aerosol.md) and
+// random ones.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Moves of one axis worked out by stepping through time, without the planner's formulas.
+// Computes moves of one axis by stepping through time, without the planner's formulas.
 #pragma once
 
 #include <algorithm>

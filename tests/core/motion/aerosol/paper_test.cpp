@@ -1,4 +1,4 @@
-// --corner paper: the figures of the paper, and what holds for any coordinates.
+// --corner paper: the figures of the paper, and properties that hold for any coordinates.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -28,7 +28,10 @@ Errors sampled_errors(const PrintJob& job, const AerosolPlan& plan, double step_
   std::int32_t segment = -1;
   for (const Piece& p : plan.pieces) {
     if (p.kind != PieceKind::kPrint) continue;
-    if (p.segment != segment) begin = p.t_s, segment = p.segment;
+    if (p.segment != segment) {
+      begin = p.t_s;
+      segment = p.segment;
+    }
     const firn::PrintSegment& s = job.segments[std::size_t(segment)];
     const double length = std::hypot(s.to.x_mm - s.from.x_mm, s.to.y_mm - s.from.y_mm);
     for (double t = p.t_s; t < p.t_s + p.duration_s; t += step_s) {

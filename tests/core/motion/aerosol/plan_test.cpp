@@ -1,4 +1,4 @@
-// Jobs, machines, refusals, what goes out to the stage.
+// Jobs, machines, refusals, the stage's trajectory.
 #include "core/motion/aerosol/plan.h"
 
 #include <catch2/catch.hpp>

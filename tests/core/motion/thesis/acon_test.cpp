@@ -103,7 +103,7 @@ TEST_CASE("ACON leaves no acceleration above its margin in a straight dip of the
     p.s_mm.push_back(0.4 * i);
   }
   p.dt_s.assign(500, 0.4 / 125);
-  p.ceiling_mm_s.assign(500, 125);
+  p.speed_limit_mm_s.assign(500, 125);
   p.dt_s[250] = p.dt_s[251] = 0.4 / 10;
   const std::vector<double> envelope = p.dt_s;
   acon(p, {.position = kLimits}, {});
@@ -126,7 +126,7 @@ TEST_CASE("Erratum 4.2.4: the pair of margins is of acceleration, 10 %, and of j
       c += a * 0.004;
       a = std::min(acceleration, a + jerk * 0.004);
       p.dt_s.push_back(0.004);
-      p.ceiling_mm_s.push_back(1e9);
+      p.speed_limit_mm_s.push_back(1e9);
     }
     const auto before = p.dt_s;
     acon(p, {.position = kLimits}, {});

@@ -19,7 +19,7 @@ Profile straight(double length, std::size_t intervals, double speed) {
     p.points.push_back({p.s_mm.back(), 0});
   }
   p.dt_s.assign(intervals, length / double(intervals) / speed);
-  p.ceiling_mm_s.assign(intervals, 125);
+  p.speed_limit_mm_s.assign(intervals, 125);
   return p;
 }
 

@@ -24,7 +24,7 @@ Profile ramp_and_hold() {
     const double c = std::min(100.0, std::sqrt(400.0 + 2 * 400 * 0.4 * (i + 0.5)));
     p.dt_s.push_back(0.4 / c);
   }
-  p.ceiling_mm_s.assign(300, 125);
+  p.speed_limit_mm_s.assign(300, 125);
   return p;
 }
 

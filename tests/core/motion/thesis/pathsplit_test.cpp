@@ -11,13 +11,11 @@ using namespace firn::motion::thesis;
 
 namespace {
 
-CleanPath cleaned(const std::vector<Point2>& points, double ceiling = kUnlimited) {
+CleanPath cleaned(const std::vector<Point2>& points, double speed_limit = kUnlimited) {
   PathInput in{.points = points};
-  in.ceiling.path_mm_s = ceiling;
+  in.speed_limit.path_mm_s = speed_limit;
   return clean(in);
 }
-
-double distance(Point2 a, Point2 b) { return std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm); }
 
 }  // namespace
 
@@ -76,13 +74,13 @@ TEST_CASE("A short piece still has enough points for third differences") {
   CHECK(redistribute(cleaned({{0, 0}, {0.05, 0}}), 0, 1, {}).size() == kMinIntervals + 1);
 }
 
-TEST_CASE("An interval takes the lowest ceiling of the segments it touches") {
+TEST_CASE("An interval takes the lowest speed limit of the segments it touches") {
   const std::vector<Point2> points{{0, 0}, {1, 0}, {2, 0}, {3, 0}};
   PathInput in{.points = points};
-  in.ceiling.point_mm_s = {90, 50, 90, 90};
+  in.speed_limit.point_mm_s = {90, 50, 90, 90};
   const Profile even = redistribute(clean(in), 0, 3, {});
   for (std::size_t i = 0; i + 1 < even.size(); ++i)
-    CHECK(even.ceiling_mm_s[i] == (even.s_mm[i] < 2.0 - 1e-12 ? 50 : 90));
+    CHECK(even.speed_limit_mm_s[i] == (even.s_mm[i] < 2.0 - 1e-12 ? 50 : 90));
 }
 
 TEST_CASE("Smoothing shortens a noisy path and keeps its ends") {

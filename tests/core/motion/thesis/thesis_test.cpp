@@ -133,29 +133,29 @@ TEST_CASE("4.3: the thesis method keeps speed, nearly keeps acceleration and vio
   }
 }
 
-TEST_CASE("A measuring path's ceiling of 50 mm/s is kept and costs time") {
+TEST_CASE("A measuring path's speed limit of 50 mm/s is kept and costs time") {
   const auto path = thesis::fig_4_2();
   const auto arm = make_scara(cobra600());
   PathInput in{.points = path};
   in.origin = thesis::kWellPlaced;
   const double free = duration(plan_thesis(in, *arm, cobra600_limits()));
-  in.ceiling.path_mm_s = 50;
+  in.speed_limit.path_mm_s = 50;
   const Trajectory slow = plan_thesis(in, *arm, cobra600_limits());
   CHECK(largest(sampled(slow, *arm).speed) <= 50.5);
   CHECK(duration(slow) > free + 1.0);
 }
 
-TEST_CASE("A ceiling per point slows the trajectory there and only there") {
+TEST_CASE("A speed limit per point slows the trajectory there and only there") {
   const std::vector<Point2> line{{0, 0}, {60, 0}, {100, 0}, {160, 0}};
   PathInput in{.points = line};
   in.origin = {300, -80};
-  in.ceiling.point_mm_s = {125, 40, 40, 125};  // between two points the smaller value holds
+  in.speed_limit.point_mm_s = {125, 40, 40, 125};  // between two points the smaller value holds
   const auto arm = make_scara(cobra600());
   const Trajectory t = plan_thesis(in, *arm, cobra600_limits());
   CHECK(largest(sampled(t, *arm).speed) <= 40.5);
   const std::vector<Point2> longer{{0, 0}, {55, 0}, {60, 0}, {100, 0}, {105, 0}, {160, 0}};
   in.points = longer;
-  in.ceiling.point_mm_s = {125, 125, 40, 40, 125, 125};
+  in.speed_limit.point_mm_s = {125, 125, 40, 40, 125, 125};
   const Trajectory u = plan_thesis(in, *arm, cobra600_limits());
   const Sampled s = sampled(u, *arm);
   CHECK(largest(s.speed) > 110);
@@ -198,8 +198,10 @@ TEST_CASE(
       ++planned;
       for (const double q : t.positions) REQUIRE(std::isfinite(q));
       JointVector first{}, last{};
-      for (std::size_t j = 0; j < 4; ++j)
-        first[j] = t.positions[j], last[j] = t.positions[t.positions.size() - 4 + j];
+      for (std::size_t j = 0; j < 4; ++j) {
+        first[j] = t.positions[j];
+        last[j] = t.positions[t.positions.size() - 4 + j];
+      }
       REQUIRE(arm->forward(first)[0] == Approx(points.front().x_mm).margin(0.1));
       REQUIRE(arm->forward(last)[1] == Approx(points.back().y_mm).margin(0.1));
     } catch (const MotionError& e) {

@@ -79,20 +79,20 @@ TEST_CASE("Erratum (4.4): every joint has its own bound") {
 }
 
 TEST_CASE("Erratum (4.4), (4.5): the envelope drops q' s-double-dot and is no bound on acceleration") {
-  // On a straight line the envelope knows no acceleration at all: with a ceiling that steps, it jumps.
+  // On a straight line the envelope knows no acceleration at all: with a speed limit that steps, it jumps.
   const std::vector<Point2> points{{0, 0}, {10, 0}, {20, 0}};
   PathInput in{.points = points};
-  in.ceiling.point_mm_s = {20, 20, 120};
+  in.speed_limit.point_mm_s = {20, 20, 120};
   Profile p = redistribute(clean(in), 0, 2, {});
   vcon(p, {.position = {125, 500, 4000}});
   double most = 0;
   for (const double a : total_rates(p).acceleration) most = std::max(most, a);
-  in.ceiling.point_mm_s = {20, 20, 20};
+  in.speed_limit.point_mm_s = {20, 20, 20};
   CHECK(most < 1e-6);  // both segments end at the slow point
-  in.ceiling.point_mm_s.clear();
+  in.speed_limit.point_mm_s.clear();
   p = redistribute(clean(in), 0, 2, {});
-  for (std::size_t k = 0; k < p.ceiling_mm_s.size(); ++k)
-    p.ceiling_mm_s[k] = k < p.ceiling_mm_s.size() / 2 ? 20 : 120;
+  for (std::size_t k = 0; k < p.speed_limit_mm_s.size(); ++k)
+    p.speed_limit_mm_s[k] = k < p.speed_limit_mm_s.size() / 2 ? 20 : 120;
   vcon(p, {.position = {125, 500, 4000}});
   most = 0;
   for (const double a : total_rates(p).acceleration) most = std::max(most, a);
@@ -115,10 +115,10 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("A speed ceiling caps the envelope along the path and per interval") {
+TEST_CASE("A speed limit caps the envelope along the path and per interval") {
   const auto path = thesis::fig_4_2();
   PathInput in{.points = path};
-  in.ceiling.path_mm_s = 50;
+  in.speed_limit.path_mm_s = 50;
   for (Profile& p : pathsplit(clean(in), {})) {
     vcon(p, {.position = {125, 500, 4000}});
     for (std::size_t i = 0; i + 1 < p.size(); ++i)

@@ -1,0 +1,55 @@
+#include "cli/commands.h"
+
+#include "cli/audit_command.h"
+#include "cli/calibrate_command.h"
+#include "cli/compare_command.h"
+#include "cli/config_command.h"
+#include "cli/dataflow_command.h"
+#include "cli/decide_command.h"
+#include "cli/demo_command.h"
+#include "cli/doctor_command.h"
+#include "cli/identify_command.h"
+#include "cli/log_command.h"
+#include "cli/plan_command.h"
+#include "cli/print_command.h"
+#include "cli/replay_command.h"
+#include "cli/report_command.h"
+#include "cli/reproduce_command.h"
+#include "cli/slice_command.h"
+#include "cli/spy_command.h"
+#include "cli/tune_command.h"
+
+namespace firn {
+namespace {
+
+// In the reader's order. A new command is one row here, its cli/<name>_command.{h,cpp} and their line in
+// cli/CMakeLists.txt.
+constexpr Command kCommands[] = {
+    {"demo", "prints a cylinder under each scheme, replays the runs, writes a report", declare_demo},
+    {"print", "prints an experiment, live or in one process; resumes", declare_print},
+    {"slice", "slices meshes into deposition paths with scaffold, fills and G-code", declare_slice},
+    {"plan", "plans certified minimum-time trajectories along paths", declare_plan},
+    {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
+    {"spy", "watches a live print: lcm-spy with Firn's types, height map and layer error", declare_spy},
+    {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
+    {"calibrate", "measures where tools stand, when they act and what valves give; levels the table",
+     declare_calibrate},
+    {"audit", "checks a run's droplets against the world's own record", declare_audit},
+    {"identify", "h1, h2, h3 with intervals from a run; the spacing of droplets from prints of squares",
+     declare_identify},
+    {"tune", "tunes gains for a disturbance, given or found in a run", declare_tune},
+    {"report", "writes one self-contained page for any number of runs", declare_report},
+    {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},
+    {"decide", "decides one layer on any surface, with a proof of how good it is", declare_decide},
+    {"compare", "compares schemes over parts and seeds: which is better, by how much, how sure",
+     declare_compare},
+    {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
+    {"config", "checks, resolves and documents experiment files", declare_config},
+    {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},
+};
+
+}  // namespace
+
+std::span<const Command> commands() { return kCommands; }
+
+}  // namespace firn

@@ -1,0 +1,24 @@
+# The instruments: one row each. docs/write-a-driver.md says what else a new one needs.
+#   firn_instrument(NAME DRIVER sources in drivers/NAME TWIN sources in plant/twins TEST sources in tests/drivers)
+# procs/NAME holds its node and its programs.
+function(firn_instrument name)
+  cmake_parse_arguments(ARG "" "" "DRIVER;TWIN;TEST" ${ARGN})
+  list(TRANSFORM ARG_DRIVER PREPEND ${name}/)
+  list(TRANSFORM ARG_TWIN PREPEND twins/)
+  set(FIRN_INSTRUMENTS ${FIRN_INSTRUMENTS} ${name} PARENT_SCOPE)
+  set(FIRN_INSTRUMENT_NODES ${FIRN_INSTRUMENT_NODES} firn_node_${name} PARENT_SCOPE)
+  set(FIRN_INSTRUMENT_DRIVERS ${FIRN_INSTRUMENT_DRIVERS} ${ARG_DRIVER} PARENT_SCOPE)
+  set(FIRN_INSTRUMENT_TWINS ${FIRN_INSTRUMENT_TWINS} ${ARG_TWIN} PARENT_SCOPE)
+  set(FIRN_INSTRUMENT_TESTS ${FIRN_INSTRUMENT_TESTS} ${ARG_TEST} PARENT_SCOPE)
+endfunction()
+
+firn_instrument(stage DRIVER ensemble.cpp raster.cpp stage.cpp stage_link.cpp
+                TWIN stage.cpp stage_dialect.cpp TEST stage_test.cpp)
+firn_instrument(jet DRIVER jetdrive.cpp jet.cpp TWIN jet.cpp TEST jet_test.cpp)
+firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
+firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp TWIN lamp.cpp TEST lamp_test.cpp)
+firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp
+                TWIN robot.cpp robot_paths.cpp TEST robot_test.cpp robot_reset_test.cpp fake_robot.cpp)
+firn_instrument(valve DRIVER fvb.cpp valve.cpp TWIN valve.cpp TEST valve_test.cpp fake_valve.cpp)
+firn_instrument(laser_point DRIVER lkg.cpp laser_point.cpp TWIN laser_point.cpp TEST laser_point_test.cpp fake_laser.cpp)
+firn_instrument(heater DRIVER thermostat.cpp heater.cpp TWIN heater.cpp TEST heater_test.cpp)

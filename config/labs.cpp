@@ -1,0 +1,99 @@
+#include "config/labs.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "config/lab_checks.h"
+
+namespace firn {
+namespace {
+
+// The file of an ink-jet lab does not say its kind: its dump is the same as before there were kinds.
+constexpr std::string_view kInkjetKeys[] = {
+    "run.", "grid.",  "part.",      "geometry.", "model.", "control.", "process.",       "stage.",
+    "jet.", "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler."};
+constexpr std::string_view kNotInkjet[] = {"plant.ice.", "control.smf.speed_range", "control.smf.version",
+                                           "control.foresee."};
+constexpr LabProcess kInkjetProcesses[] = {
+    {"stage"},
+    {"jet"},
+    {"jet_b", &has_two_jets},
+    {"laser_profiler"},
+    {"lamp"},
+    {"droplet_estimator", [](const Experiment& e) { return e.estimator.droplets == "on"; }},
+};
+
+constexpr std::string_view kIceKeys[] = {"run.",
+                                         "bus.",
+                                         "lab.",
+                                         "ice.",
+                                         "robot.",
+                                         "valve_a.",
+                                         "valve_b.",
+                                         "laser_point.",
+                                         "heater.",
+                                         "flow.",
+                                         "calibration.",
+                                         "plant.ice.",
+                                         "plant.seed",
+                                         "control.scheme",
+                                         "control.smoothing",
+                                         "control.smf.kp",
+                                         "control.smf.ki_star",
+                                         "control.smf.kd_star",
+                                         "control.smf.output_limit",
+                                         "control.smf.integral_limit",
+                                         "control.smf.speed_range",
+                                         "control.smf.version",
+                                         "control.foresee.",
+                                         "process.max_rescans",
+                                         "process.min_measured_fraction"};
+constexpr LabProcess kIceProcesses[] = {{"robot"},  {"valve_a"},      {"valve_b"},       {"laser_point"},
+                                        {"heater"}, {"path_planner"}, {"flow_estimator"}};
+
+constexpr LabKind kInkjetLab{"inkjet",
+                             "droplets on a stage [Lu 2015]",
+                             Deposition::kDroplets,
+                             kInkjetKeys,
+                             kNotInkjet,
+                             kInkjetProcesses,
+                             &check_inkjet_lab};
+constexpr LabKind kIceLab{"ice",
+                          "the robot arm that prints ice [Barnett 2012]",
+                          Deposition::kPaths,
+                          kIceKeys,
+                          {},
+                          kIceProcesses,
+                          &check_ice_lab};
+
+constexpr const LabKind* kLabs[] = {
+    &kInkjetLab,
+    &kIceLab,
+};
+
+}  // namespace
+
+std::span<const LabKind* const> lab_kinds() { return kLabs; }
+
+const LabKind& lab_kind(std::string_view name) {
+  std::string known;
+  for (const LabKind* lab : kLabs) {
+    if (lab->name == name) return *lab;
+    known += (known.empty() ? "" : ", ") + std::string(lab->name);
+  }
+  throw std::invalid_argument("lab.kind = \"" + std::string(name) + "\" is not one of " + known);
+}
+
+const LabKind& lab_of(const Experiment& e) { return lab_kind(e.lab.kind); }
+
+bool takes_part(const Experiment& e, std::string_view node) {
+  const auto named = [&](const LabProcess& p) { return p.node == node; };
+  const LabKind& lab = lab_of(e);
+  if (const auto p = std::ranges::find_if(lab.processes, named); p != lab.processes.end())
+    return !p->wanted || p->wanted(e);
+  return std::ranges::none_of(kLabs,
+                              [&](const LabKind* l) { return std::ranges::any_of(l->processes, named); });
+}
+
+}  // namespace firn

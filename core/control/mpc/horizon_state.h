@@ -1,0 +1,62 @@
+// HorizonState holds a plan of one to three layers, at most one droplet per cell, and its heights in single
+// precision: annealing evaluates a droplet in well under a microsecond. Model and objective are those of
+// HorizonObjective, which evaluates the result in double precision.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/control/controller.h"
+#include "core/control/mpc/plan_cost.h"
+
+namespace firn::control::mpc {
+
+/// How sums over the counted cells change by a droplet more or less: of |e|, of e, of e^2.
+struct ObjectiveDeltas {
+  double abs_error_mm = 0.0, first_mm = 0.0, second_mm2 = 0.0;
+};
+
+/// Heights before and after each layer, and the flows from the droplets of each layer to their neighbours, on
+/// a grid padded by kMargin cells: a droplet of layer k changes heights within N - k cells, rows of eight
+/// lanes at a time. A droplet on cell p gives a neighbour q clamp(gives_p + slope_p (H_p - H_q), 0, gives_p)
+/// [Lu 2015, Eqs. (4), (5), (7)]; where there is none, gives = slope = 0.
+struct HorizonState {
+  static constexpr int kMostLayers = 3, kMargin = 8;
+
+  struct Ink {
+    float drop_mm, gives_mm[2], slope[2];  // 0 sides, 1 corners
+  };
+  struct Layer {
+    std::vector<float> height_mm;              // before it
+    std::vector<float> gives_mm[2], slope[2];  // of the droplets present
+    std::vector<std::uint8_t> drops, inks;     // 0 A, 1 B
+  };
+
+  /// @param materials per layer; none, or maps without cells: one ink. @pre horizon 1..kMostLayers
+  HorizonState(const Setup& setup, const HeightMap& height, std::span<const MaterialMap> materials,
+               int horizon);
+
+  std::size_t at(std::uint32_t cell) const {
+    return std::size_t(cell / nx + kMargin) * row + cell % nx + kMargin;
+  }
+  int horizon() const { return int(layers.size()); }
+  void set_plan(std::span<const DropletPattern> plan);   ///< its first horizon() layers
+  void set_drops(std::span<const DropletPattern> plan);  ///< without the heights
+  std::vector<DropletPattern> plan(const GridSpec& grid) const;
+  void set_drop(int layer, std::size_t p, std::uint8_t drop);  ///< without the heights
+  void refresh();  ///< heights after each layer, errors and sums anew
+
+  std::uint32_t nx, ny;
+  std::size_t row;
+  Ink ink[2];
+  std::vector<Layer> layers;
+  std::vector<float> error_mm;                           // after the last layer; 0 where it does not count
+  std::vector<float> counts;                             // 1 on the mask
+  double cells = 0.0, first_mm = 0.0, second_mm2 = 0.0;  // number, sum and sum of squares of the errors
+  double droplets = 0.0;                                 // in all layers
+ private:
+  std::vector<float> target_;
+};
+
+}  // namespace firn::control::mpc

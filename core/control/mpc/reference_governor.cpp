@@ -1,0 +1,116 @@
+#include "core/control/mpc/reference_governor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace firn::control {
+
+ReferenceGovernor::ReferenceGovernor(const Setup& setup, const ControlOptions& options)
+    : setup_(setup), options_(options), layer_mm_(setup.model.layer_height_mm()) {
+  const double lead = options.mpc.rim_lead_layers;
+  if (!(std::isfinite(lead) && lead >= 0.0))
+    throw std::invalid_argument("mpc: rim_lead_layers = " + std::to_string(lead) + " must not be below 0");
+  Mpc(setup, options);  // checks the options of MPC
+}
+
+void ReferenceGovernor::use_models(const deposition::DropletModel& inside,
+                                   const deposition::DropletModel& rim) {
+  setup_.model = inside;
+  setup_.model_b = rim;
+}
+
+HeightMap ReferenceGovernor::first_stage_target() const {
+  HeightMap h = setup_.target;
+  const double inside_mm = options_.mpc.finish_layers * layer_mm_;
+  const bool has_rim = setup_.rim.size() != 0;
+  const double rim_mm =
+      has_rim ? inside_mm * setup_.model_b.layer_height_mm() / setup_.model.layer_height_mm() : 0.0;
+  for (std::size_t c = 0; c < h.size(); ++c)
+    h.cells[c] = std::max(0.0, h.cells[c] - (has_rim && setup_.rim.cells[c] ? rim_mm : inside_mm));
+  return h;
+}
+
+HeightMap ReferenceGovernor::governed_target(const HeightMap& height) const {
+  HeightMap held = first_stage_target();
+  double cells[2] = {}, missing_mm[2] = {};
+  for (std::size_t c = 0; c < setup_.rim.size(); ++c)
+    if (setup_.mask.cells[c]) {
+      const std::size_t rim = setup_.rim.cells[c] != 0;
+      cells[rim] += 1.0;
+      missing_mm[rim] += held.cells[c] - height.cells[c];
+    }
+  if (cells[0] == 0.0 || cells[1] == 0.0) return held;
+  const double inside_mm = missing_mm[0] / cells[0], behind_mm = missing_mm[1] / cells[1] - inside_mm;
+  if (inside_mm > 0.0 && behind_mm > options_.mpc.rim_lead_layers * layer_mm_)
+    for (double& h : held.cells) h = std::max(0.0, h - inside_mm);
+  return held;
+}
+
+// With L > 0: a layer of few droplets takes as long as a full one.
+bool ReferenceGovernor::worth_its_time(const Decision& d) const {
+  const double noise_mm = kProcessNoiseStd * layer_mm_,
+               better_mm2 = d.objective_none_mm * d.objective_none_mm - d.objective_mm * d.objective_mm;
+  return !together() || d.kind != Decision::Kind::kPrint || better_mm2 > kStopThreshold * noise_mm * noise_mm;
+}
+
+// With L > 0 and all but the rim finished: only droplets at the rim remain.
+bool ReferenceGovernor::only_rim(const HeightMap& height) const {
+  if (!together() || setup_.rim.size() == 0) return false;
+  double cells = 0.0, missing_mm = 0.0;
+  for (std::size_t c = 0; c < height.size(); ++c)
+    if (setup_.mask.cells[c] && !setup_.rim.cells[c]) {
+      cells += 1.0;
+      missing_mm += setup_.target.cells[c] - height.cells[c];
+    }
+  return missing_mm < 0.5 * cells * setup_.model.layer_height_mm();
+}
+
+Decision ReferenceGovernor::decide(const Measurement& m) {
+  check(m, setup_);
+  std::vector<HeightMap> lower;
+  if (together()) lower.push_back(governed_target(m.height));
+  if (lower.empty() || options_.mpc.finish_layers > 0.0) lower.push_back(first_stage_target());
+  for (HeightMap& target : lower) {
+    Setup setup = setup_;
+    setup.target = std::move(target);
+    Decision d = together() ? best_of_horizons(setup, m, options_.mpc.horizon) : plan(setup, options_, m);
+    if (d.kind == Decision::Kind::kEnd || !worth_its_time(d)) continue;
+    d.reason += ", for a target so many layers lower";
+    return d;
+  }
+  Setup setup = setup_;
+  if (only_rim(m.height)) setup.model_b = setup.model.times(kLoneShare);
+  return best_of_horizons(setup, m,
+                          together() ? std::min(kLastHorizon, options_.mpc.horizon) : options_.mpc.horizon);
+}
+
+Decision ReferenceGovernor::plan(const Setup& setup, const ControlOptions& options,
+                                 const Measurement& m) const {
+  Mpc mpc(setup, options);
+  mpc.use_threads(parallel_);
+  return mpc.decide(m);
+}
+
+Decision ReferenceGovernor::best_of_horizons(const Setup& setup, const Measurement& m, int most) const {
+  const double noise_mm = kProcessNoiseStd * setup_.model.layer_height_mm();
+  std::optional<Decision> best;
+  double least = 0.0;
+  for (int n = 1; n <= most; ++n) {
+    ControlOptions o = options_;
+    o.mpc.horizon = n;
+    Decision found = plan(setup, o, m);
+    const bool prints = found.kind == Decision::Kind::kPrint;
+    const double cost = found.objective_mm * found.objective_mm + n * noise_mm * noise_mm;
+    if (best && !(prints && (best->kind != Decision::Kind::kPrint || cost < least))) continue;
+    best = std::move(found);
+    least = cost;
+  }
+  return *std::move(best);
+}
+
+}  // namespace firn::control

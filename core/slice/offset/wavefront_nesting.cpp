@@ -1,0 +1,99 @@
+#include <algorithm>
+
+#include "core/slice/offset/wavefront.h"
+
+namespace firn::slice::wavefront {
+namespace {
+
+// Calls f for the corners of a loop and the middles of its arcs, which suffice for its orientation and for
+// containment tests.
+template <class F>
+void each_corner(std::span<const Site> sites, std::span<const WavefrontEdge> edges, double d, F&& f) {
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    f(edges[i].from);
+    const Site& site = sites[std::size_t(edges[i].site)];
+    if (site.corner()) f(middle(site, edges[i].from, edges[i + 1 < edges.size() ? i + 1 : 0].from, d));
+  }
+}
+
+// Returns twice the area of a loop; of its chords alone where arcs cannot change the sign.
+double area(std::span<const Site> sites, std::span<const WavefrontEdge> edges, double d) {
+  const Vec origin = edges[0].from;
+  double sum = 0, edge = 0, longest = 0;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const Vec a = edges[i].from, b = edges[i + 1 < edges.size() ? i + 1 : 0].from, way = b - a;
+    sum += cross(a - origin, b - origin);
+    edge += std::abs(way.x) + std::abs(way.y);
+    longest = std::max(longest, dot(way, way));
+  }
+  // The area between an arc of at most half a turn and its chord c is less than c^3 / 5 d.
+  if (5 * d * std::abs(sum) > 2 * longest * edge) return sum;
+  sum = 0;
+  Vec before;
+  each_corner(sites, edges, d, [&](Vec corner) {
+    const Vec here = corner - origin;
+    sum += cross(before, here);
+    before = here;
+  });
+  return sum;
+}
+
+bool inside(std::span<const Vec> corners, Vec p) {
+  bool in = false;
+  Vec a = corners.back();
+  for (const Vec b : corners) {
+    if ((a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x) in = !in;
+    a = b;
+  }
+  return in;
+}
+
+}  // namespace
+
+Vec middle(const Site& site, Vec a, Vec b, double d) {
+  if (!site.corner()) return 0.5 * (a + b);
+  const Vec sum = (a - site.at) + (b - site.at);
+  const double l = length(sum);
+  return l > 0 ? site.at + (d / l) * sum : a;
+}
+
+void HoleNesting::operator()(std::span<const Site> sites, Components& loops, double d, Components& out) {
+  areas_.clear();
+  outers_.clear();
+  for (const Component& loop : loops.all()) {
+    areas_.push_back(area(sites, loop.edges, d));
+    if (areas_.back() > 0) outers_.push_back(areas_.size() - 1);
+  }
+  const std::span<Component> all = loops.all();
+  if (outers_.size() < all.size()) list_holes(sites, all, d);
+  for (std::size_t outer = 0; outer < all.size(); ++outer) {
+    if (areas_[outer] <= 0) continue;
+    Component& component = all[outer];
+    for (std::size_t hole = 0; hole < (outers_.size() < all.size() ? all.size() : 0); ++hole) {
+      if (outer_of_[hole] != outer) continue;
+      component.edges.insert(component.edges.end(), all[hole].edges.begin(), all[hole].edges.end());
+      component.ends.push_back(std::uint32_t(component.edges.size()));
+    }
+    out.take(component);
+  }
+}
+
+// Assigns each hole to the smallest outer loop that contains it.
+void HoleNesting::list_holes(std::span<const Site> sites, std::span<const Component> loops, double d) {
+  outer_of_.assign(loops.size(), kNone);
+  std::stable_sort(outers_.begin(), outers_.end(),
+                   [&](std::size_t a, std::size_t b) { return areas_[a] < areas_[b]; });
+  corners_.resize(std::max(corners_.size(), outers_.size()));
+  if (outers_.size() > 1)
+    for (std::size_t o = 0; o < outers_.size(); ++o) {
+      corners_[o].clear();
+      each_corner(sites, loops[outers_[o]].edges, d, [&](Vec corner) { corners_[o].push_back(corner); });
+    }
+  for (std::size_t hole = 0; hole < loops.size(); ++hole) {
+    if (areas_[hole] > 0) continue;
+    for (std::size_t o = 0; o < outers_.size() && outer_of_[hole] == kNone; ++o)
+      if (outers_.size() == 1 || inside(corners_[o], loops[hole].edges[0].from)) outer_of_[hole] = outers_[o];
+  }
+}
+
+}  // namespace firn::slice::wavefront

@@ -1,0 +1,10 @@
+// The row of the ice lab in the table of print labs.
+#pragma once
+
+#include "print/labs/print_labs.h"
+
+namespace firn {
+
+extern const PrintLab kIcePrint;
+
+}  // namespace firn

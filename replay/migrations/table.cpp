@@ -1,0 +1,185 @@
+#include "replay/migrations/table.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/schema_walk.h"
+
+namespace firn::replay {
+namespace {
+
+constexpr std::int64_t kInkA = 1;
+
+// One ink in one pattern had no companion: its passes are rounds, each cured.
+void fill_deposition_report(const MessageFields& old, const MessageFields* detail, NewFields& now) {
+  now.set("material", detail ? detail->integer("material") : kInkA);
+  now.set("round", detail ? detail->integer("round") : old.integer("pass"));
+  now.set("sub_pattern", detail ? detail->integer("sub_pattern") : 0);
+  now.set("sub_patterns", detail ? detail->integer("sub_patterns") : 1);
+  now.set("cured", detail ? detail->integer("cured") : 1);
+}
+
+void fill_layer_plan(const MessageFields&, const MessageFields* map, NewFields& now) {
+  const std::vector<std::int8_t> material =
+      map ? map->small_integers("material") : std::vector<std::int8_t>{};
+  now.set("n_material", std::int64_t(material.size()));
+  now.set("material", material);
+}
+
+// The counts of the whole layer were sent with each pass, which fired the cells with more than `pass` of
+// them.
+void fill_stage_command(const MessageFields& old, const MessageFields*, NewFields& now) {
+  std::vector<std::int8_t> fires = old.small_integers("drops");
+  for (std::int8_t& f : fires) f = f > old.integer("pass");
+  now.set("fires", fires);
+}
+
+constexpr Migration kMigrations[] = {
+    {R"(struct deposition_report_t {
+          header_t header;
+          int32_t n;
+          int32_t layer;
+          int32_t attempt;
+          int32_t pass;
+          int32_t passes;
+          int64_t map_id;
+          int8_t outcome;
+          int64_t commanded;
+          int64_t triggered_stage;
+          int64_t triggered_jet;
+          int64_t confirmed;
+          int64_t unknown_from;
+          int64_t unknown_to;
+          grid_t grid;
+          int8_t drops[n];
+        })",
+     fill_deposition_report, "PASS_DETAIL"},
+    {R"(struct layer_plan_t {
+          header_t header;
+          int32_t n;
+          int32_t layer;
+          int32_t attempt;
+          int64_t map_id;
+          int8_t decision;
+          int32_t passes;
+          grid_t grid;
+          double objective_mm;
+          double objective_none_mm;
+          int64_t iterations;
+          string reason;
+          int8_t drops[n];
+        })",
+     fill_layer_plan, "MATERIAL_MAP"},
+    {R"(struct stage_command_t {
+          header_t header;
+          int32_t n;
+          int64_t command_id;
+          int64_t enable_epoch;
+          int8_t verb;
+          int32_t layer;
+          int32_t attempt;
+          int32_t pass;
+          int64_t scan_id;
+          int32_t rows;
+          double x_mm;
+          double y_mm;
+          double z_mm;
+          double speed_mm_s;
+          grid_t grid;
+          int8_t drops[n];
+        })",
+     fill_stage_command},
+};
+
+constexpr RetiredChannel kRetired[] = {
+    {"PASS_DETAIL",
+     R"(struct pass_detail_t {
+          header_t header;
+          int32_t layer;
+          int32_t attempt;
+          int32_t pass;
+          int32_t passes;
+          int64_t map_id;
+          int8_t material;
+          int32_t round;
+          int32_t sub_pattern;
+          int32_t sub_patterns;
+          int8_t cured;
+        })",
+     "DEPOSITION_REPORT",
+     {"layer", "attempt", "pass", "map_id"},
+     ""},
+    {"MATERIAL_MAP",
+     R"(struct material_map_t {
+          header_t header;
+          int32_t n;
+          int32_t layer;
+          int32_t attempt;
+          int64_t map_id;
+          grid_t grid;
+          int8_t material[n];
+        })",
+     "LAYER_PLAN",
+     {"layer", "attempt", "map_id"},
+     "scheduler"},
+};
+
+// The recorded structs stand on these two; a change of them is a change of every message.
+constexpr std::string_view kCommon = R"(package firn;
+    struct header_t { int64_t run_id; int32_t incarnation; int64_t seq; int64_t utime_us; }
+    struct grid_t { int32_t nx; int32_t ny; double pitch_x_mm; double pitch_y_mm; double origin_x_mm;
+                    double origin_y_mm; }
+    )";
+
+std::int64_t fingerprint_of(std::span<const std::byte> message) {
+  return message.size() < 8 ? 0 : std::int64_t(schema::big_endian(message.data(), 8));
+}
+
+}  // namespace
+
+const MigrationTable& MigrationTable::builtin() {
+  static const MigrationTable table(kMigrations, kRetired, Schema::builtin());
+  return table;
+}
+
+MigrationTable::MigrationTable(std::span<const Migration> rows, std::span<const RetiredChannel> retired,
+                               const Schema& today)
+    : retired_(retired), today_(today) {
+  std::vector<MigrationStep> all;
+  for (const Migration& row : rows) all.push_back({&row, parse(row.was), nullptr});
+  for (auto step = all.begin(); step != all.end(); ++step) {
+    const auto next = std::find_if(step + 1, all.end(),
+                                   [&](const MigrationStep& s) { return s.from->name == step->from->name; });
+    step->to = next == all.end() ? today.find(step->from->name) : next->from;
+    steps_.emplace(step->from->fingerprint, *step);
+  }
+  for (const RetiredChannel& r : retired) {
+    const schema::Type* type = parse(r.was);
+    retired_types_.emplace(type->fingerprint, type);
+  }
+}
+
+const schema::Type* MigrationTable::parse(std::string_view was) {
+  schemas_.push_back(Schema::parse(std::string(kCommon) + std::string(was)));
+  return &schemas_.back().types().back();
+}
+
+const MigrationStep* MigrationTable::step_from(std::span<const std::byte> message) const {
+  const auto it = steps_.find(fingerprint_of(message));
+  return it == steps_.end() ? nullptr : &it->second;
+}
+
+const schema::Type* MigrationTable::type_of(std::span<const std::byte> message) const {
+  if (const schema::Type* today = today_.type_of(message)) return today;
+  if (const MigrationStep* step = step_from(message)) return step->from;
+  const auto it = retired_types_.find(fingerprint_of(message));
+  return it == retired_types_.end() ? nullptr : it->second;
+}
+
+const RetiredChannel* MigrationTable::retired(std::string_view channel) const {
+  const auto it = std::ranges::find(retired_, channel, &RetiredChannel::name);
+  return it == retired_.end() ? nullptr : &*it;
+}
+
+}  // namespace firn::replay

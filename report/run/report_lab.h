@@ -1,0 +1,43 @@
+// What the report reads and shows of the runs of one kind of lab.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "replay/run_messages.h"
+#include "report/run/report_data.h"
+
+namespace firn::replay {
+
+/// A recorded run as a report reads it.
+struct RunRecord {
+  std::filesystem::path folder;
+  const RunMessages& messages;
+  std::map<std::string, std::filesystem::path> inputs;  ///< files by role
+
+  bool has(const std::string& role) const { return inputs.contains(role); }
+  /// @throws std::invalid_argument: the run has no such input
+  std::vector<std::byte> input(const std::string& role) const;
+};
+
+struct NamedRun {
+  std::string name;
+  const RunData* data;
+};
+
+struct ReportLab {
+  /// Fills height, target, mask, truth and the lab's own data. @param rows by layer
+  void (*read)(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows);
+  /// HTML behind the table of results, of the runs of this lab; nullptr: nothing.
+  std::string (*sections)(const std::vector<NamedRun>& runs);
+};
+
+/// Droplets: measured surface against target, inks of a print with two; nothing of its own behind the table.
+extern const ReportLab kDropletReport;
+/// Paths: part as built, error of each interval, RMS against height, speed and frequency along one path.
+extern const ReportLab kPathReport;
+
+}  // namespace firn::replay

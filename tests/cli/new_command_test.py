@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""Adds a command in a scratch copy of the house, in the two places that CONTRIBUTING names, and runs it.
+
+    tests/cli/new_command_test.py ROOT BUILD
+"""
+import shlex
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from scratch_copy import ScratchCopy, run  # noqa: E402
+
+ROOT = BUILD = None
+
+HEADER = """// firn greet: greets a guest.
+#pragma once
+
+namespace firn {
+
+class OptionSet;
+
+/// Declares the arguments.
+void declare_greet(OptionSet& options);
+
+}  // namespace firn
+"""
+SOURCE = """#include "cli/greet_command.h"
+
+#include <cstdio>
+
+#include "cli/option_set.h"
+
+namespace firn {
+namespace {
+
+struct GreetOptions {
+  std::string guest;
+  int times = 1;
+  bool json = false;
+};
+
+int run_greet(const GreetOptions& o) {
+  for (int n = 0; n < o.times; ++n)
+    std::printf(o.json ? "{\\"hello\\":\\"%s\\"}\\n" : "hello %s\\n", o.guest.c_str());
+  return 0;
+}
+
+}  // namespace
+
+void declare_greet(OptionSet& options) {
+  auto& o = options.calls(run_greet);
+  options.option("GUEST", o.guest, "who comes").required();
+  options.option("--times", o.times, "how often").show_default().within(1, 9);
+  options.json_flag(o.json);
+}
+
+}  // namespace firn
+"""
+
+
+class NewCommand(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.copy = ScratchCopy(ROOT, self.folder.name)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def link(self, objects):
+        """The program of BUILD with these objects in the place of its own."""
+        run(["ninja", "-C", BUILD, "bin/firn"])
+        command = run(["ninja", "-C", BUILD, "-t", "commands", "-s", "bin/firn"]).stdout
+        words = shlex.split(command.strip().splitlines()[-1])
+        words = words[words.index("&&") + 1:] if words[0] == ":" else words
+        words = words[:words.index("&&")] if "&&" in words else words
+        program = Path(self.folder.name) / "greeter"
+        words[words.index("-o") + 1] = str(program)
+        main = next(n for n, word in enumerate(words) if word.endswith("main.cpp.o"))
+        words[main + 1:main + 1] = map(str, objects)
+        run(words, cwd=BUILD)
+        return program
+
+    def test_two_existing_files_are_edited_for_a_new_command(self):
+        self.copy.add("cli/greet_command.h", HEADER)
+        self.copy.add("cli/greet_command.cpp", SOURCE)
+        self.copy.insert("cli/CMakeLists.txt", "  generated_document.cpp", "  greet_command.cpp\n")
+        self.copy.insert("cli/commands.cpp", '#include "cli/doctor_command.h"', '#include "cli/greet_command.h"\n')
+        self.copy.insert("cli/commands.cpp", '{"replay", ', '    {"greet", "greets a guest", declare_greet},\n')
+        self.assertEqual(self.copy.touched(), ["cli/CMakeLists.txt", "cli/commands.cpp"])
+
+        cache = (Path(BUILD) / "CMakeCache.txt").read_text()
+        given = dict(line.split("=", 1) for line in cache.splitlines() if "=" in line and not line.startswith(("#", "/")))
+        self.copy.configure(given["CMAKE_BUILD_TYPE:STRING"], "-DBUILD_TESTING=OFF",
+                            f"-DFIRN_SANITIZE={given['FIRN_SANITIZE:STRING']}")
+        objects = [f"cli/CMakeFiles/firn_cli.dir/{name}.cpp.o" for name in ("commands", "greet_command")]
+        self.copy.build(*objects)
+        firn = self.link(Path(self.folder.name) / "build" / o for o in objects)
+
+        def say(*words):
+            done = subprocess.run([firn, *words], capture_output=True, text=True)
+            return done.returncode, done.stdout, done.stderr
+
+        self.assertIn("greet                       greets a guest", say("--help")[1])
+        self.assertEqual(say("greet", "Ada", "--times", "2"), (0, "hello Ada\nhello Ada\n", ""))
+        self.assertEqual(say("greet", "Ada", "--json"), (0, '{"hello":"Ada"}\n', ""))
+        self.assertIn("--times INT:INT in [1 - 9]=1", say("greet", "--help")[1])
+        for words, problem in (("greet",), "firn greet: GUEST is required"), \
+                (("greet", "Ada", "--times", "10"), "firn greet: --times: Value 10 not in range 1 to 9"), \
+                (("gret",), "unknown command 'gret'; the nearest known one is greet"):
+            code, _, said = say(*words)
+            self.assertEqual(code, 2)
+            self.assertIn(problem, said)
+
+
+if __name__ == "__main__":
+    ROOT, BUILD = (str(Path(word).resolve()) for word in sys.argv[1:3])
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,76 @@
+// The lab of docs/write-a-lab.md: its rows stand in copies of the tables, which this program is linked with.
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "config/error.h"
+#include "config/labs.h"
+#include "print/folder/node_makers.h"
+#include "print/folder/run_folder.h"
+#include "print/folder/run_report.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/lab_run.h"
+#include "print/simulated/memory_print.h"
+#include "report/run/report_page.h"
+#include "tests/files/record/scratch.h"
+
+using namespace firn;
+
+namespace {
+
+std::string file(const std::string& path) {
+  std::ifstream in(std::string(FIRN_SOURCE_DIR) + "/" + path);
+  REQUIRE(in.good());
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+Experiment plate() {
+  return parse_experiment(
+      "[lab]\nkind = \"plate\"\n[control]\nscheme = \"open_loop\"\n[grid]\nnx = 8\nny = 6\n", "plate.toml");
+}
+
+}  // namespace
+
+TEST_CASE("The page of labs shows the change to the existing files as it is compiled here") {
+  const std::string patch = file("tests/examples/plate-lab.patch");
+  const std::string places = patch.substr(0, patch.find("--- /dev/null"));
+  CHECK(places.size() > 500);
+  CHECK(file("docs/write-a-lab.md").find(places) != std::string::npos);
+}
+
+TEST_CASE("A lab that the page's change adds has its own keys, processes and checks") {
+  const Experiment e = plate();
+  CHECK(lab_of(e).name == "plate");
+  CHECK(dump(parse_experiment(dump(e), "dump")) == dump(e));
+  CHECK(dump(e).find("kind = \"plate\"") != std::string::npos);
+  std::vector<std::string> names;
+  for (const NamedMaker& m : taking_part(e)) names.emplace_back(info(m.id).name);
+  CHECK(names == std::vector<std::string>{"scheduler", "surface_mapper", "controller", "stage", "jet",
+                                          "laser_profiler", "lamp", "safety"});
+  CHECK_THROWS_AS(parse_experiment("[lab]\nkind = \"plate\"\n[model]\nh1_mm = 0.004\n", "plate.toml"),
+                  ConfigError);
+  CHECK_THROWS_WITH(parse_experiment("[lab]\nkind = \"plate\"\n", "plate.toml"),
+                    Catch::Contains("open loop"));
+}
+
+TEST_CASE("A lab that the page's change adds prints one layer in memory and in process, with a report") {
+  const Experiment e = plate();
+  const Blobs inputs = make_inputs(e, "");
+  const MemoryPrintReport print = print_in_memory(e, inputs);
+  INFO(print.result.reason);
+  CHECK(print.result.status == 0);
+  CHECK(print.result.layers == 1);
+  CHECK(print.droplets == 8 * 6);
+
+  const test::Scratch scratch("plate-lab");
+  const RunFolder run = RunFolder::create(scratch / "runs", e, inputs, {"test"});
+  const LabRunReport report = run_in_lab(run, {});
+  INFO(report.result.reason);
+  CHECK(report.result.status == 0);
+  const replay::RunData data = run_data(run.path());
+  REQUIRE(data.layers.size() >= 1);
+  CHECK(data.layers.back().drops_total == 8 * 6);
+  CHECK(replay::report_page({{data, ""}}, {}).find("Final surfaces") != std::string::npos);
+}
