@@ -138,7 +138,7 @@ void check_stage(Rules& r) {
   r.at_most("process.scan_speed_mm_s", p.scan_speed_mm_s, "stage.max_speed_mm_s", s.max_speed_mm_s);
   r.at_most("grid.nx", e.grid.nx, "stage.array_limit", s.array_limit);
 
-  // Nozzle B stands above a cell when the stage is short of it by the offset.
+  // Nozzle B is above a cell when the stage is short of the cell by the offset.
   const bool two = has_two_jets(e);
   const double bx_mm = two ? e.jet_b.offset_x_mm : 0.0, by_mm = two ? e.jet_b.offset_y_mm : 0.0;
   // A row is run up to its speed outside the part: v^2 / 2a on either side, and one pitch for the arming

@@ -1,5 +1,5 @@
-// What no single field can tell: whether the part fits the grid, the grid the stage, the speeds the
-// instruments.
+// check_experiment checks the rules between fields: the part must fit the grid, the grid the stage, the
+// speeds the instruments.
 #pragma once
 
 #include <map>
@@ -13,11 +13,11 @@ struct Origin {
   std::string file;
   int line = 0;
 };
-/// Where each key that is not at its default was set.
+/// File and line that set each key; keys at their defaults are absent.
 using Origins = std::map<std::string, Origin>;
 
 /// @throws ConfigError at the first rule that is broken, naming the key set last among those concerned, its
-/// value and the limit. `file` is named where all keys concerned stand at their defaults.
+/// value and the limit. The error names `file` if all keys concerned have their defaults.
 void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file);
 
 }  // namespace firn

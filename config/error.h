@@ -1,4 +1,4 @@
-// What every mistake in a configuration is reported as.
+// ConfigError holds the place and the description of a mistake in a configuration.
 #pragma once
 
 #include <stdexcept>
@@ -6,7 +6,7 @@
 
 namespace firn {
 
-/// what() = "file:line: key = value: what is wrong, with unit and limit", as far as these are known.
+/// what() returns "file:line: key = value: problem, with unit and limit", as far as these are known.
 struct ConfigError : std::runtime_error {
   ConfigError(const std::string& file_name, int line_number, const std::string& key_name,
               const std::string& what_is_wrong);
@@ -14,7 +14,7 @@ struct ConfigError : std::runtime_error {
   std::string file;
   int line = 0;         ///< 1-based; 0 = unknown or not from a file
   std::string key;      ///< "" when the file as a whole is wrong
-  std::string problem;  ///< what() without the place
+  std::string problem;  ///< the message without the place
 };
 
 }  // namespace firn

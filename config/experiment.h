@@ -1,7 +1,7 @@
-// One experiment: part, model, controller, lab and plant, as plain structs. Defaults are Lu's ink-jet lab.
-// Options of algorithms are core's and estimators' own structs. config/fields.cpp names every field with its
-// unit, range and meaning, which such a struct's table of options holds already; parser, resolved dump and
-// docs/configuration.md come from that one table.
+// Experiment holds part, model, controller, lab and plant of one experiment as plain structs. Defaults are
+// Lu's ink-jet lab. Options of algorithms are core's and estimators' own structs. config/fields.cpp names
+// every field with its unit, range and meaning; options structs hold these in their own tables. Parser,
+// resolved dump and docs/configuration.md come from that one table.
 #pragma once
 
 #include <cstdint>
@@ -33,12 +33,12 @@ struct GeometryConfig {  ///< the part inside a block of support; the block is P
   std::string mesh;  ///< STL, PLY, OBJ or 3MF, path relative to the experiment file; middle of the grid
   double mesh_scale_xy = 1.0;  ///< a flat lab prints a flat picture of a body
   double mesh_scale_z = 1.0;
-  double mesh_z_mm = 0.0;  ///< height of its lowest point
+  double mesh_z_mm = 0.0;  ///< height of the lowest point of the mesh
   double judge_above_layers =
-      0.0;  ///< where a cell's ink is judged, in layers h1 + 4 h2 + 4 h3 above its surface
+      0.0;  ///< height above a cell's surface at which its ink is judged, in layers h1 + 4 h2 + 4 h3
 };
 
-struct ModelConfig {  ///< what the controllers believe [Lu 2015, Table I]
+struct ModelConfig {  ///< height model of the controllers [Lu 2015, Table I]
   double h1_mm = deposition::DropletModel{}.h1_mm;
   double h2_mm = deposition::DropletModel{}.h2_mm;
   double h3_mm = deposition::DropletModel{}.h3_mm;
@@ -50,7 +50,7 @@ struct ModelConfig {  ///< what the controllers believe [Lu 2015, Table I]
 
 using control::AlphaStep;
 
-/// Options of the feedback schemes, and what goes before and beside them.
+/// Options of the feedback schemes, of the smoothing before them and of the estimators beside them.
 struct ControlConfig : control::ControlOptions {
   control::SurfaceOptions
       surface;             ///< ice: its gains are smf's, its scheme and interval follow from the lab's
@@ -58,13 +58,13 @@ struct ControlConfig : control::ControlOptions {
   double smoothing = 0.0;  ///< 1 = robust DCT smoothing with automatic parameter, 0 = raw map
   std::string adapt_model = "off";  ///< "on": h1..h3 of HEIGHT_MODEL take the place of model.h1_mm..h3_mm
   std::string height_estimate =
-      "map";  ///< "kalman": the map blended with what the executed droplets must have added
-  droplet::HeightFilterOptions filter;  ///< of "kalman"; droplet_scatter until droplet_estimator tells
+      "map";  ///< "kalman": the map blended with the height predicted from the executed droplets
+  droplet::HeightFilterOptions filter;  ///< of "kalman"; droplet_scatter until droplet_estimator reports one
   std::string droplet_factors =
       "off";  ///< "on", "together": learned inside the part and on its rim; rising together
 };
 
-struct EstimatorConfig : droplet::EstimatorOptions {  ///< what learns from the layers while they are printed
+struct EstimatorConfig : droplet::EstimatorOptions {  ///< estimators that learn from printed layers
   std::string droplets = "off";  ///< "on": droplet_estimator takes part and publishes HEIGHT_MODEL
 };
 
@@ -101,9 +101,9 @@ struct JetConfig {
 
 struct JetBConfig {  ///< the jet of ink B; takes part only when has_two_jets()
   double offset_x_mm =
-      20.0;  ///< its nozzle relative to the first jet's, as the lab believes: nozzle B stands
+      20.0;  ///< position of nozzle B relative to the first jet's, as the lab believes: nozzle B is
   double offset_y_mm =
-      0.0;  ///< above the part point (x, y) when the stage stands at (x - offset_x, y - offset_y)
+      0.0;  ///< above the part point (x, y) when the stage is at (x - offset_x, y - offset_y)
   double offset_z_mm = 0.0;  ///< how much higher the stage's z must be for the same gap
   JetConfig drive;           ///< its own waveform
 };
@@ -129,7 +129,7 @@ struct PlantConfig {
   double missed_fraction = 0.002;
   double satellite_fraction = 0.01;
   double drift = 0.1;           ///< slow relative flow drift over a print
-  double nozzle_b_x_mm = 20.0;  ///< where nozzle B truly stands, relative to nozzle A
+  double nozzle_b_x_mm = 20.0;  ///< true position of nozzle B relative to nozzle A
   double nozzle_b_y_mm = 0.0;
   double sensor_noise_mm = 0.001;  ///< Lu V-B: 1 um
   double dropout_fraction = 0.005;
@@ -178,12 +178,13 @@ struct Experiment {
   BusConfig bus;
 };
 
-/// Whether the lab has a second nozzle with its jet: for a part of two inks, or to measure where it stands.
+/// Returns true if the lab has a second nozzle with its jet: for a part of two inks, or to measure the
+/// position of nozzle B.
 bool has_two_jets(const Experiment& experiment);
 
-/// Reports whether a node of the channel table takes part in an experiment: those of the lab's row
-/// (config/labs.h), some only where the experiment asks for them. A node that no lab names takes part: the
-/// launcher, the recorder.
+/// Returns true if a node of the channel table takes part in an experiment. The nodes of the lab's row
+/// (config/labs.h) take part, some only if the experiment requires them. Nodes that no lab names (launcher,
+/// recorder) always take part.
 bool takes_part(const Experiment& experiment, std::string_view node);
 
 /// @throws ConfigError: file, line, key, value, unit and limit; for an unknown key also the nearest known
@@ -196,12 +197,11 @@ Experiment parse_experiment(const std::string& toml_text, const std::string& fil
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides);
 
-/// Every field that the experiment's kind of lab has, with its value, in table order: what a run keeps and
-/// what nodes are built from. parse_experiment(dump(e)) == e, and dump is the same bytes for equal
-/// experiments.
+/// Returns every field of the experiment's kind of lab with its value, in table order. A run keeps this text,
+/// and nodes are built from it. parse_experiment(dump(e)) == e, and equal experiments have equal dumps.
 std::string dump(const Experiment& experiment);
 
-/// Keys whose values differ, as {key, a, b}.
+/// A key whose values differ, with both values.
 struct ConfigDifference {
   std::string key, a, b;
 };

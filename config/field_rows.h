@@ -1,5 +1,5 @@
-// Rows of the tables of fields: of an options struct that has a table of its own (core/options/option.h), and
-// written out for all others.
+// rows() returns the fields of an options struct from its own table (core/options/option.h); further helpers
+// build the rows of all other structs.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
-// Rules between the keys of one file, broken ones told by file, line, key and value.
+// FieldRules checks rules between the keys of one file and reports a broken one with file, line, key and
+// value.
 #pragma once
 
 #include <string>

@@ -22,7 +22,7 @@ std::string fields_toml(const std::vector<Field>& fields) {
 
 namespace {
 
-/// A cell of a table: '|' would end it.
+/// Escapes the text of a table cell: '|' would end the cell.
 std::string cell(std::string_view text) {
   std::string out;
   for (const char c : text) out += c == '|' ? std::string("\\|") : std::string(1, c);

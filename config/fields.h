@@ -1,5 +1,5 @@
-// The one table of configuration fields. Parser, resolved dump, docs/configuration.md, the nearest known key
-// and the list of differences all come from it.
+// fields() returns the one table of configuration fields. Parser, resolved dump, docs/configuration.md, the
+// nearest known key and the list of differences all come from it.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@
 
 namespace firn {
 
-/// Limits hold what a field may be: an interval for numbers (of a list: of each entry), a list for words.
+/// Limits hold the allowed values of a field: an interval for numbers (of a list: for each entry), a list for
+/// words.
 struct Limits : Range {
   std::vector<std::string_view> choices;  ///< of words; empty = any printable text
 
@@ -34,7 +35,7 @@ using FieldValue = std::variant<double*, std::int32_t*, std::int64_t*, std::uint
 struct Field {
   std::string key;        ///< "grid.pitch_x_mm": section, dot, name
   FieldValue value;       ///< into the experiment handed to fields()
-  std::string_view unit;  ///< "" = none
+  std::string_view unit;  ///< "" = no unit
   Limits limits;
   std::string_view meaning;
 
@@ -42,28 +43,30 @@ struct Field {
   std::string_view name() const { return std::string_view(key).substr(key.rfind('.') + 1); }
 };
 
-/// Every field of `experiment`, of all kinds of labs, in the order of the dump: sections stand together.
+/// Returns every field of `experiment`, of all kinds of labs, in the order of the dump; fields of one section
+/// are adjacent.
 std::vector<Field> fields(Experiment& experiment);
-/// Those of the ice lab (lab.kind to flow, then plant.ice), part of fields().
+/// Returns the fields of the ice lab (lab.kind to flow, then plant.ice), part of fields().
 std::vector<Field> ice_fields(Experiment& experiment);
 std::vector<Field> ice_plant_fields(Experiment& experiment);
 
-/// Whether a kind of lab has the field: "inkjet" knows no robot, "ice" no jet.
+/// Returns true if a kind of lab has the field: "inkjet" has no robot, "ice" no jet.
 bool belongs(const Field& field, std::string_view lab_kind);
 
-/// Value as TOML: shortest text that reads back to the same value; canonical (-0.0 is written 0.0).
+/// Returns the value as TOML: the shortest text that reads back to the same value; canonical (-0.0 is written
+/// 0.0).
 std::string value_text(const Field& field);
 
-/// "" when the value keeps the limits, else what is wrong: "must lie in (0, 100] mm".
+/// Returns "" if the value is within the limits, else the problem: "must lie in (0, 100] mm".
 std::string broken_limit(const Field& field);
 
-/// "" when the text may be the value of a field of text, else what is wrong: "must be one of a, b".
+/// Returns "" if a field of text may hold `word`, else the problem: "must be one of a, b".
 std::string broken_word(const Field& field, const std::string& word);
 
-/// "(0, 100]", "one of a, b", or "" when anything goes: for documentation and messages.
+/// Returns "(0, 100]", "one of a, b", or "" for a field without limits, for documentation and messages.
 std::string limits_text(const Field& field);
 
-/// "number", "integer", "text", "number or schedule" or "list of numbers".
+/// Returns "number", "integer", "text", "number or schedule" or "list of numbers".
 std::string_view type_text(const Field& field);
 
 }  // namespace firn

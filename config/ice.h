@@ -1,5 +1,6 @@
-// The ice printer: a robot arm with two valves, a point laser and heaters [Barnett 2012, ch. 2, 5]. Used
-// where lab.kind is "ice". Defaults are the thesis's Cobra 600.
+// IceConfig and its neighbours hold the settings of the ice printer: a robot arm with two valves, a point
+// laser and heaters [Barnett 2012, ch. 2, 5]. They apply if lab.kind is "ice". Defaults are the thesis's
+// Cobra 600.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@ struct LabConfig {
   std::string kind = "inkjet";  ///< "inkjet" or "ice"
 };
 
-/// How one material is deposited and measured. Nominal speeds: those of u = 0, before the motion limits.
+/// Nominal speeds of depositing and measuring one material: speeds at u = 0, before the motion limits.
 struct IceMaterialConfig {
   double boundary_mm_s = 25.0;
   double fill_mm_s = 25.0;
@@ -20,12 +21,12 @@ struct IceMaterialConfig {
 };
 
 struct IceConfig {
-  // What is printed; paths relative to the experiment file.
+  // The printed part; file paths are relative to the experiment file.
   std::string mesh;        ///< STL, PLY, OBJ or 3MF
   std::string slice;       ///< settings of firn slice
   std::string paths;       ///< instead of mesh and slice: a path file that firn slice wrote
   std::string machine;     ///< machine of firn plan
-  double height_mm = 0.0;  ///< layers above are left out; 0 = the whole mesh
+  double height_mm = 0.0;  ///< layers above this height are omitted; 0 = the whole mesh
 
   double origin_x_mm = 260.0, origin_y_mm = -100.0,
          origin_z_mm = 20.0;        ///< of the part frame in the robot's base frame
@@ -43,9 +44,9 @@ struct IceConfig {
   IceMaterialConfig water, scaffold{25.0, 25.0, 125.0};
 
   double nozzle_gap_mm = 3.0;       ///< nozzle above the nominal surface
-  double clearance_mm = 0.5;        ///< interlock I6: least gap between the nozzle and the newest map
+  double clearance_mm = 0.5;        ///< interlock I6: minimum gap between the nozzle and the newest map
   double hop_mm = 5.0;              ///< z of travel moves above the nozzle's height
-  int max_saturated_intervals = 3;  ///< so many intervals saturated in a row stop the print
+  int max_saturated_intervals = 3;  ///< number of consecutive saturated intervals that stops the print
   double saturated_share = 0.5;     ///< of the part's cells, above which an interval counts as saturated
   double least_rise_share = 0.3;    ///< of the nominal rise of an interval; a material with less had no flow
   double max_time_slip_s = 0.016;   ///< interlock I7
@@ -67,7 +68,7 @@ struct RobotConfig {
 /// One micro-solenoid valve with its line, as the lab believes it to be.
 struct ValveLineConfig {
   double pulse_us = 1250.0;
-  double guard_us = 100.0;       ///< least time between two pulses
+  double guard_us = 100.0;       ///< minimum time between two pulses
   double poll_firing_s = 0.5;    ///< between status questions while it fires
   double latency_s = 0.01;       ///< from a pulse's tick to liquid at the surface
   double hz_per_mm3_s = 4.0;     ///< c_ff of (5.14); used while the table is empty
@@ -93,14 +94,14 @@ struct HeaterConfig {
   double window_degC = 22.0;   ///< (b) laser window
   double conduit_degC = 20.0;  ///< (c) flexible conduit
   double poll_s = 1.0;
-  double low_degC = 5.0;  ///< below it the valves freeze: nothing is deposited
+  double low_degC = 5.0;  ///< below this temperature the valves freeze: nothing is deposited
   double high_degC = 45.0;
   double no_rise_s = 60.0;  ///< a heater that is on and does not warm in so long has failed
   double frozen_s = 40.0;   ///< a reading that does not move at all in so long has failed
 };
 
-struct FlowConfig {                  ///< flow_estimator and what is done with it
-  std::string feed_forward = "off";  ///< "on": Q(nu) as learned takes the place of the calibrated curve
+struct FlowConfig {                  ///< flow_estimator and the use of its estimate
+  std::string feed_forward = "off";  ///< "on": the estimated Q(nu) replaces the calibrated curve
 };
 
 /// Truth of the simulated ice lab, which no controller reads.
@@ -131,8 +132,8 @@ struct IcePlantConfig {
   double balance_std_mg = 1.0;                      ///< of a weighing
 };
 
-/// What the lab's calibrations use and know beforehand: where feet and screws of the table stand, a block
-/// that is laid on it, a cup and a balance.
+/// Facts that the lab's calibrations use: positions of the table's feet and screws, the block laid on the
+/// table, the cup and the balance.
 struct CalibrationConfig {
   double jig_x_mm = 0.0, jig_y_mm = 0.0;  ///< the block's low corner, part frame
   double jig_width_mm = 30.0, jig_depth_mm = 20.0, jig_height_mm = 2.0;

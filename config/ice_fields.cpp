@@ -1,4 +1,4 @@
-// The fields of the ice lab, and which fields a kind of lab has.
+// The fields of the ice lab, and the selection of fields by kind of lab.
 #include <algorithm>
 #include <span>
 

@@ -7,7 +7,7 @@ namespace firn {
 namespace {
 
 constexpr double kRobotSlot_points = 8192.0;
-constexpr double kLatest_s = 0.2;  // pulses may come so much later than planned: ticks have 16 bits
+constexpr double kLatest_s = 0.2;  // maximum delay of pulses against the plan: ticks have 16 bits
 
 }  // namespace
 

@@ -1,5 +1,5 @@
-// `include = "../labs/x.toml"` at the head of an experiment: the lab's fields first, then the experiment's
-// own.
+// load_experiment reads an experiment with its includes: `include = "../labs/x.toml"` at the head of a file
+// sets the lab's fields first, then the experiment's own.
 #pragma once
 
 #include <filesystem>
@@ -11,16 +11,16 @@
 
 namespace firn {
 
-/// Path that the text includes, as written; "" if none. @throws ConfigError
+/// Returns the path that the text includes, as written; "" if the text has no include. @throws ConfigError
 std::string include_of(const std::string& toml_text, const std::string& file_name);
 
-/// The file and all it includes, from base to leaf, as {name, text}; names are the paths as reached from
-/// `path`.
+/// Returns the file and all its includes, from base to leaf, as {name, text}; names are the paths as reached
+/// from `path`.
 /// @throws ConfigError: unreadable file, an include that comes back to a file already open, more than 8
 /// levels.
 std::vector<std::pair<std::string, std::string>> read_with_includes(const std::filesystem::path& path);
 
-/// Bytes of a file. @throws ConfigError naming it: not a file, cannot be read.
+/// Returns the bytes of a file. @throws ConfigError naming it: not a file, cannot be read.
 std::string read_config_text(const std::filesystem::path& path, const std::string& included_by = "");
 
 /// parse_experiment of the file at `path` with its includes and the overrides of --set.

@@ -9,7 +9,7 @@
 namespace firn {
 namespace {
 
-// The file of an ink-jet lab does not say its kind: its dump is the same as before there were kinds.
+// The file of an ink-jet lab does not contain lab.kind: the dump is the same as before kinds were introduced.
 constexpr std::string_view kInkjetKeys[] = {
     "run.", "grid.",  "part.",      "geometry.", "model.", "control.", "process.",       "stage.",
     "jet.", "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler."};

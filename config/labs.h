@@ -13,7 +13,7 @@ namespace firn {
 struct Field;
 class Rules;
 
-/// How a lab builds up a layer: controller, mapper and measures of a print follow from it.
+/// The lab's way of building a layer, which determines controller, mapper and measures of a print.
 enum class Deposition {
   kDroplets,  ///< droplets on the cells of a grid, a height map after each layer
   kPaths,     ///< beads along the paths of a sliced part, a height map after each interval
@@ -29,18 +29,18 @@ struct LabKind {
   std::string_view name;     ///< value of lab.kind
   std::string_view meaning;  ///< in words, for the documentation of lab.kind
   Deposition deposition;
-  std::span<const std::string_view> keys;     ///< "section." or a whole key: what the lab's file may say
-  std::span<const std::string_view> without;  ///< of these, what it may not say
+  std::span<const std::string_view> keys;     ///< "section." or a whole key: keys that the lab's file may set
+  std::span<const std::string_view> without;  ///< exceptions among these keys
   std::span<const LabProcess> processes;
   void (*check)(Rules&);  ///< throws ConfigError at the first rule between keys that is broken
-  /// Keys of the lab's own sections, behind those of config/fields.cpp; nullptr: none.
+  /// Fields of the lab's own sections, appended to those of config/fields.cpp; nullptr: no own fields.
   std::vector<Field> (*fields)(Experiment&) = nullptr;
 };
 
-/// Every kind of lab; the first one is the default.
+/// Returns every kind of lab; the first one is the default.
 std::span<const LabKind* const> lab_kinds();
 
-/// The row of that name. @throws std::invalid_argument naming the kinds that there are
+/// Returns the row of that name. @throws std::invalid_argument naming the known kinds
 const LabKind& lab_kind(std::string_view name);
 const LabKind& lab_of(const Experiment& experiment);
 

@@ -10,7 +10,7 @@
 namespace firn {
 namespace {
 
-// Which kinds a section belongs to; sections that are not listed belong to all.
+// The kinds of machines that have a section; all kinds have the sections that are not listed.
 bool belongs(std::string_view section, std::string_view kind) {
   const auto starts = [&](std::string_view front) { return section.starts_with(front); };
   if (starts("scara") || starts("orientation") || starts("joint_") || starts("tool_")) return kind == "scara";

@@ -1,5 +1,6 @@
-// A positioning machine as a file describes it: arm or stage, limits, tools, valve (labs/cobra600.toml). The
-// planners' types are made from it. Keys: docs/machines.md, written from the table in machine_fields.cpp.
+// Machine holds a positioning machine as read from a file: arm or stage, limits, tools, valve
+// (labs/cobra600.toml). Functions below convert a Machine to the planners' types. Keys: docs/machines.md,
+// written from the table in machine_fields.cpp.
 #pragma once
 
 #include <array>
@@ -65,7 +66,7 @@ struct Machine {
   AerosolConfig aerosol;
 };
 
-/// Every field, in the order of the documentation.
+/// Returns every field, in the order of the documentation.
 std::vector<Field> machine_fields(Machine& machine);
 
 /// @throws ConfigError naming file, line, key, value and limit: unknown keys (with the nearest known one),
@@ -74,10 +75,11 @@ std::vector<Field> machine_fields(Machine& machine);
 Machine parse_machine(const std::string& toml_text, const std::string& file_name);
 Machine load_machine(const std::filesystem::path& path);
 
-/// The documentation of all keys.
+/// Returns the documentation of all keys.
 std::string machine_markdown();
 
-// What the planners take. @pre made by parse_machine(); make_arm and motion_limits not for an aerosol machine
+// Conversions to the planners' types. @pre made by parse_machine(); make_arm and motion_limits not for an
+// aerosol machine
 std::unique_ptr<motion::Arm> make_arm(const Machine& machine);
 motion::MotionLimits motion_limits(const Machine& machine);
 motion::ArmConfiguration preferred_configuration(const Machine& machine);

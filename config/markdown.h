@@ -1,4 +1,4 @@
-// docs/configuration.md, from the table of fields.
+// configuration_markdown returns the text of docs/configuration.md, from the table of fields.
 #pragma once
 
 #include <string>

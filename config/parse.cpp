@@ -16,7 +16,7 @@
 namespace firn {
 namespace {
 
-const std::string kSet = "--set";  // stands in for a file name
+const std::string kSet = "--set";  // used as a file name
 
 toml::table parse_text(std::string_view text, const std::string& file) {
   check_text(text, file);
@@ -43,8 +43,8 @@ std::string shown(const toml::node& node) {
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
-// A word needs no quotes on a command line, be it a text like 007 or what an unknown key is to be: the key is
-// then the mistake to tell.
+// A word needs no quotes on a command line, neither a text like 007 nor the value of an unknown key: the
+// error then reports the key.
 toml::table assignment_of(const std::string& assignment, const std::vector<Field>& table) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0)
@@ -228,8 +228,8 @@ class Reader {
   Origins origins_;
 };
 
-// What the other kind of lab alone knows would be lost in silence. (A lab.kind = "inkjet" says what is so
-// anyway.)
+// Refuses keys that only another kind of lab has: these would be lost in silence. (lab.kind = "inkjet" is
+// allowed: this is the default.)
 void check_kind(const Reader& reader, const std::string& kind) {
   for (const Field& f : reader.fields())
     if (const auto origin = reader.origins().find(std::string(f.key));

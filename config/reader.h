@@ -1,4 +1,4 @@
-// TOML -> the fields of any table: what experiments and machines share.
+// read_fields reads TOML into the fields of any table; experiments and machines share this reader.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 
 namespace firn {
 
-/// Fills the fields from the text, then from the overrides; keys that they do not name keep their values.
+/// Fills the fields from the text, then from the overrides; keys absent from both keep their values.
 /// @param overrides KEY=VALUE of --set; words need no quotes
-/// @returns where each key was set
+/// @returns file and line of each key that was set
 /// @throws ConfigError naming file, line, key, value and limit; for an unknown key the nearest known one
 Origins read_fields(std::vector<Field> table, const std::string& toml_text, const std::string& file_name,
                     const std::vector<std::string>& overrides = {});

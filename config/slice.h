@@ -1,5 +1,5 @@
-// What firn slice does, as a file describes it (experiments/slicing/gear.toml). Keys: docs/slice-settings.md,
-// written from the table in slice_fields.cpp.
+// SliceSettings holds the settings of firn slice as read from a file (experiments/slicing/gear.toml). Keys:
+// docs/slice-settings.md, written from the table in slice_fields.cpp.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace firn {
 
-/// One material's nozzle: what the paths need, and words for it.
+/// Settings of one material's nozzle: the extrusion options, and the words of the file.
 struct BeadSettings {
   slice::ExtrusionOptions bead;
   std::string fill = "concentric";
@@ -53,7 +53,7 @@ struct SliceSettings {
   GcodeSettings gcode;
 };
 
-/// Every field, in the order of the documentation.
+/// Returns every field, in the order of the documentation.
 std::vector<Field> slice_fields(SliceSettings& settings);
 
 /// @param overrides "KEY=VALUE", after the text. @throws ConfigError naming file, line, key, value and limit;
@@ -64,14 +64,14 @@ SliceSettings parse_slice_settings(const std::string& toml_text, const std::stri
 SliceSettings load_slice_settings(const std::filesystem::path& path,
                                   const std::vector<std::string>& overrides = {});
 
-/// Every key with its value, as TOML that reads back to the same settings.
+/// Returns every key with its value, as TOML that reads back to the same settings.
 std::string dump(SliceSettings settings);
-/// The documentation of all keys.
+/// Returns the documentation of all keys.
 std::string slice_markdown();
 
-// What core/slice takes.
-/// @param mesh its number in the job, from 0; @param file_unit_mm of files that name their unit; 0 = they do
-/// not
+// Conversions to the types of core/slice.
+/// @param mesh its number in the job, from 0; @param file_unit_mm of files that name their unit; 0 = no unit
+/// named
 slice::Placement placement(const SliceSettings& settings, std::size_t mesh, double file_unit_mm = 0.0);
 std::uint8_t material_of(const SliceSettings& settings, std::size_t mesh);
 slice::PathOptions path_options(const SliceSettings& settings);

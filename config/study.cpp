@@ -186,7 +186,7 @@ class StudyReader {
     }
   }
 
-  // Every scheme under every combination of what varies; the last key changes fastest.
+  // Every scheme under every combination of the varied keys; the last key changes fastest.
   void combine() {
     if (schemes_.empty()) {
       if (vary_.empty()) fail(0, "scheme", "is missing: name at least one [[scheme]], or [vary] a key");

@@ -1,4 +1,4 @@
-// A study: which prints to compare. Read from TOML; every override goes through the table of configuration
+// Study holds the prints to compare, read from TOML; every override goes through the table of configuration
 // fields.
 #pragma once
 
@@ -19,8 +19,8 @@ struct StudyEntry {
   int line = 0;                        ///< in the study file; 0 = not written there
 };
 
-/// What is compared are the schemes, each under every combination of what varies; where are the parts; the
-/// seeds repeat.
+/// Design of a comparison: an arm is a scheme under one combination of the varied keys. Every arm prints
+/// every part, once per seed.
 struct Study {
   std::string name;                    ///< of the study folder
   std::string experiment;              ///< path as written, relative to the study file; "" = the defaults
@@ -42,9 +42,9 @@ Study parse_study(std::string_view toml_text, const std::string& file_name);
 /// parse_study of the file at `path`. @throws ConfigError, also if it cannot be read
 Study load_study(const std::filesystem::path& path);
 
-/// The experiments of every arm on every part (arm-major), seeds left as they are. `folder` = of the study
-/// file.
-/// @throws ConfigError: what load_experiment says, led by the names of arm and part.
+/// Returns the experiments of every arm on every part (arm-major), with unchanged seeds. `folder` = of the
+/// study file.
+/// @throws ConfigError: the message of load_experiment, preceded by the names of arm and part.
 std::vector<Experiment> study_experiments(const Study& study, const std::filesystem::path& folder);
 
 }  // namespace firn

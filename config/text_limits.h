@@ -1,3 +1,4 @@
+// check_text checks the size, line length and nesting of a TOML text before it is parsed.
 #pragma once
 
 #include <string>
@@ -5,7 +6,7 @@
 
 namespace firn {
 
-/// Bounds on any TOML text, so that its nesting, and with it the parser's stack, stays small.
+/// Bounds any TOML text, so that its nesting, and the parser's stack, stay small.
 /// @throws ConfigError naming the limit
 void check_text(std::string_view text, const std::string& file);
 

@@ -1,4 +1,4 @@
-// The bytes of a stream, a block at a time, for readers that look ahead.
+// ByteBlocks reads a stream block by block, for readers that look ahead.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,15 @@ class ByteBlocks {
  public:
   explicit ByteBlocks(std::istream& in) : in_(*in.rdbuf()), bytes_(kBlock) {}
 
-  /// What is there of the bytes that have not been taken.
+  /// The buffered bytes that have not been taken.
   const char* begin() const { return bytes_.data() + at_; }
   const char* end() const { return bytes_.data() + filled_; }
   std::size_t size() const { return filled_ - at_; }
   void take(std::size_t count) { at_ += count; }
   std::uint64_t position() const { return before_ + at_; }  ///< bytes taken so far
 
-  /// Appends to what is there; moves it, so that pointers become invalid. False at the end of the stream.
+  /// Appends to the buffered bytes and moves them, so that pointers become invalid. Returns false at the end
+  /// of the stream.
   bool more() {
     before_ += at_;
     std::copy(bytes_.begin() + std::ptrdiff_t(at_), bytes_.begin() + std::ptrdiff_t(filled_), bytes_.begin());

@@ -33,7 +33,7 @@ std::vector<std::byte> certificate_bytes(std::span<const float> multipliers, int
 }
 
 std::vector<float> certificate_from(std::span<const std::byte> bytes, int nx, const std::string& name) {
-  // The header is the one written above, for the number of cuts that the length gives.
+  // The header must equal the one written above, for the number of cuts given by the length.
   const std::size_t per_cut = std::size_t(nx) * kPatterns * sizeof(float);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (text.substr(0, 6) != std::string_view("\x93NUMPY", 6))
@@ -47,7 +47,7 @@ std::vector<float> certificate_from(std::span<const std::byte> bytes, int nx, co
   if (!multipliers.empty())
     std::memcpy(multipliers.data(), text.data() + begin, multipliers.size() * sizeof(float));
   for (std::size_t i = 0; i < multipliers.size();
-       ++i)  // a pattern of NaN would take no part in a minimum: no bound
+       ++i)  // a minimum would ignore a pattern of NaN, which then bounds nothing
     if (!std::isfinite(multipliers[i]))
       throw std::invalid_argument(name + ": byte " + std::to_string(begin + i * sizeof(float)) +
                                   ": a multiplier is not a finite number");

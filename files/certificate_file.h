@@ -1,5 +1,5 @@
-// The certificate of a layer's lower bound as an NPY file: float32 (cuts, nx, 64), the multipliers of
-// core/control/mpc/bound.h in their order.
+// certificate_bytes and certificate_from write and read the certificate of a layer's lower bound as an NPY
+// file: float32 (cuts, nx, 64), the multipliers of core/control/mpc/bound.h in their order.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace firn {
 
 std::vector<std::byte> certificate_bytes(std::span<const float> multipliers, int nx);
 
-/// @throws std::invalid_argument naming `name` and the byte: not such a file, another nx
+/// @throws std::invalid_argument naming `name` and the byte: not a certificate, another nx
 std::vector<float> certificate_from(std::span<const std::byte> bytes, int nx, const std::string& name);
 
 }  // namespace firn

@@ -1,13 +1,13 @@
-// Short decimal numbers to doubles, exactly.
+// read_short_decimal converts short decimal numbers to doubles, exactly.
 #pragma once
 
 #include <cstdint>
 
 namespace firn {
 
-/// Reads -?digits[.digits] from [at, end). Returns where it ends, or nullptr if there is none or if it has
-/// more than 15 digits: up to there digits and power of ten are exact doubles, and one division rounds as
-/// strtod does.
+/// Reads -?digits[.digits] from [at, end). Returns the end of the number, or nullptr if there is no number or
+/// more than 15 digits. Up to 15 digits, digits and power of ten are exact doubles, and one division rounds
+/// as strtod does.
 inline const char* read_short_decimal(const char* at, const char* end, double& value) {
   static constexpr double kTen[16] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                       1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};

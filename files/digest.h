@@ -1,3 +1,4 @@
+// sha256_hex computes the SHA-256 digest of bytes.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +7,7 @@
 
 namespace firn {
 
-/// SHA-256 as 64 lower-case hex digits (OpenSSL).
+/// Returns the SHA-256 digest as 64 lower-case hex digits (OpenSSL).
 std::string sha256_hex(std::span<const std::byte> bytes);
 
 }  // namespace firn

@@ -35,7 +35,7 @@ class Events {
          ", expected " + expected);
   }
 
-  /// The next byte that is not white space, which stays; -1 at the end.
+  /// Returns the next byte that is not white space, without taking that byte; -1 at the end.
   int blank() {
     for (;;) {
       for (const char* p = in_.begin(); p != in_.end(); ++p)
@@ -48,7 +48,7 @@ class Events {
     }
   }
 
-  /// What comes next in the innermost open object or list.
+  /// Reads the next token of the innermost open object or list.
   void next() {
     const bool object = open_.back() == Inside::kObject;
     int c = blank();
@@ -121,8 +121,8 @@ class Events {
     const char *const from = in_.begin(), *end = nullptr;
     const bool zero_first = in_.size() > 1 && (*from == '0' || (*from == '-' && from[1] == '0'));
     double value = 0.0;
-    // shorter than what is there, so that its end is seen; a zero first must be followed by a point or
-    // nothing
+    // shorter than the buffered bytes, so that the end is visible; only a point or the end may follow a
+    // leading zero
     if (in_.size() >= kNumberBytes && !zero_first) end = read_short_decimal(from, in_.end(), value);
     if (end && !in_number(*end)) {
       const bool whole = std::string_view(from, std::size_t(end - from)).find('.') == std::string_view::npos;

@@ -78,7 +78,7 @@ std::string with_keys(const std::string& toml_text, const std::vector<LabKey>& k
 
 std::string changed_lines(const std::string& before, const std::string& after) {
   const std::vector<std::string> a = lines_of(before), b = lines_of(after);
-  // common[i][j]: lines that a from i and b from j have in common, in order.
+  // common[i][j]: number of common lines, in order, of a from i and b from j.
   std::vector<std::vector<int>> common(a.size() + 1, std::vector<int>(b.size() + 1, 0));
   for (std::size_t i = a.size(); i-- > 0;)
     for (std::size_t j = b.size(); j-- > 0;)

@@ -1,4 +1,4 @@
-// Keys of a lab file changed in its text, so that its comments stay.
+// with_keys changes keys in the text of a lab file and keeps the comments of the file.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@ namespace firn {
 struct LabKey {
   std::string section, key;  ///< "laser_point", "latency_s"
   std::string value;         ///< as TOML
-  std::string comment;       ///< behind it
+  std::string comment;       ///< behind the value
 };
 
-/// Replaces the keys where they stand (an array may go over several lines), adds those that are missing at
-/// the end of their section, and sections that are missing at the end of the file.
+/// Replaces keys in place (an array may span several lines). Adds missing keys at the end of their section,
+/// and missing sections at the end of the file.
 std::string with_keys(const std::string& toml_text, const std::vector<LabKey>& keys);
 
-/// The lines that differ, "- " and "+ " before them: enough for a file in which few lines change.
+/// Returns the lines that differ, prefixed by "- " and "+ ", for files in which few lines change.
 std::string changed_lines(const std::string& before, const std::string& after);
 
 }  // namespace firn

@@ -7,7 +7,7 @@
 namespace firn {
 
 std::string nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
-  word = word.substr(0, 200);  // the table of distances stays small whatever a file holds
+  word = word.substr(0, 200);  // bounds the table of distances for any file
   std::string_view best;
   std::size_t best_distance = (word.size() + 1) / 2 + 1;
   for (std::string_view candidate : candidates) {

@@ -1,4 +1,4 @@
-// Nearest known word to one that is unknown, for error messages.
+// nearest returns the known word nearest to an unknown one, for error messages.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Text files, read and written whole.
+// write_file_atomically and read_file write and read whole text files.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 namespace firn {
 
 /// Writes a file whole or not at all: temporary file, fsync, rename. Follows symbolic links; a folder, a
-/// device or a pipe is never replaced. @throws UsageError: the place cannot be written; std::runtime_error
-/// naming path, byte and the system's reason.
+/// device or a pipe is never replaced. @throws UsageError: an unwritable place; std::runtime_error naming
+/// path, byte and the system's reason.
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 /// @throws std::runtime_error naming path and the system's reason
 std::string read_file(const std::filesystem::path& path);

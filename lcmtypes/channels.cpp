@@ -10,30 +10,6 @@
 namespace firn {
 namespace {
 
-using enum NodeId;
-
-constexpr std::array<NodeInfo, kNodeCount> kNodes{{
-    {kScheduler, "scheduler", 2.0, false},
-    {kSurfaceMapper, "surface_mapper", 5.0, false},
-    {kController, "controller", 60.0, false},
-    {kStage, "stage", 2.0, true},
-    {kJet, "jet", 2.0, true},
-    {kLaserProfiler, "laser_profiler", 2.0, true},
-    {kLamp, "lamp", 2.0, true},
-    {kJetB, "jet_b", 2.0, true},
-    {kSafety, "safety", 0.3, false},
-    {kDropletEstimator, "droplet_estimator", 60.0, false},
-    {kRobot, "robot", 2.0, true},
-    {kValveA, "valve_a", 2.0, true},
-    {kValveB, "valve_b", 2.0, true},
-    {kLaserPoint, "laser_point", 2.0, true},
-    {kHeater, "heater", 2.0, true},
-    {kPathPlanner, "path_planner", 60.0, false},
-    {kFlowEstimator, "flow_estimator", 60.0, false},
-    {kRecorder, "recorder", 5.0, false},
-    {kLauncher, "launcher", 5.0, false},
-}};
-
 bool publishes(ChannelFamily::Publisher publisher, const NodeInfo& node) {
   switch (publisher) {
     case ChannelFamily::kDrivers:
@@ -59,7 +35,7 @@ struct Table {
   Table() {
     rows.assign(shared_channels().begin(), shared_channels().end());
     for (const ChannelFamily& f : channel_families())
-      for (const NodeInfo& n : kNodes)
+      for (const NodeInfo& n : nodes())
         if (publishes(f.publisher, n)) {
           names.push_back(channel_name(f.prefix, n.name));
           rows.push_back({names.back(), f.type, n.id, f.delivery, f.rate_hz, f.queue, f.logged, f.meaning,
@@ -83,11 +59,10 @@ Channel<M> member(std::string_view prefix, NodeId node) {
 
 }  // namespace
 
-std::span<const NodeInfo> nodes() { return kNodes; }
-const NodeInfo& info(NodeId id) { return kNodes[std::size_t(id)]; }
+const NodeInfo& info(NodeId id) { return nodes()[std::size_t(id)]; }
 
 const NodeInfo* find_node(std::string_view name) {
-  for (const NodeInfo& n : kNodes)
+  for (const NodeInfo& n : nodes())
     if (n.name == name) return &n;
   return nullptr;
 }

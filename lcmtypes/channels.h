@@ -12,30 +12,6 @@
 
 namespace firn {
 
-enum class NodeId : std::uint8_t {
-  kScheduler,
-  kSurfaceMapper,
-  kController,
-  kStage,
-  kJet,
-  kLaserProfiler,
-  kLamp,
-  kJetB,  // nodes: replayed
-  kSafety,
-  kDropletEstimator,
-  kRobot,
-  kValveA,
-  kValveB,
-  kLaserPoint,
-  kHeater,
-  kPathPlanner,
-  kFlowEstimator,  // of a path printer
-  kRecorder,
-  kLauncher,  // outside replay
-};
-inline constexpr int kNodeCount = 19;
-inline constexpr int kReplayedNodeCount = 17;
-
 struct NodeInfo {
   NodeId id;
   std::string_view name;  ///< process, write-ahead file and CONFIG_/FAULT_/HEARTBEAT_ suffix (upper case)

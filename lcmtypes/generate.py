@@ -252,14 +252,18 @@ class Words:
 
 
 class Channels:
-    """channels.table: one row a channel; * in a name stands for the node, in capitals."""
+    """channels.table: one row a node, one a channel; * in a name stands for the node, in capitals."""
+    KINDS = ("node", "driver", "process")
     COLUMNS = ("name", "type", "publisher", "delivery", "rate_hz", "queue", "logged", "read")
     CHOICES = {"delivery": ("reliable", "latest"), "logged": ("logged", "-"), "read": ("nodes", "-")}
 
     def __init__(self, path, types):
-        self.rows = []
+        self.nodes, self.rows = [], []
         for at, line in enumerate(path.read_text().splitlines(), 1):
             if not line.strip() or line.startswith("#"):
+                continue
+            if line.startswith("node "):
+                self.add_node(f"{path.name}:{at}", line.split()[1:])
                 continue
             cells = line.split(None, len(self.COLUMNS))
             if len(cells) <= len(self.COLUMNS):
@@ -271,6 +275,13 @@ class Channels:
             if row["type"] not in types:
                 raise Mistake(f"{path.name}:{at}: there is no {row['type']}.lcm")
             self.rows.append(row)
+
+    def add_node(self, where, cells):
+        if len(cells) != 3 or cells[2] not in self.KINDS:
+            raise Mistake(f"{where}: a node has a name, its longest step [s] and is one of {', '.join(self.KINDS)}")
+        if self.nodes and self.nodes[-1][2] == "process" and cells[2] != "process":
+            raise Mistake(f"{where}: processes that are not replayed come last")
+        self.nodes.append((cells[0], float(cells[1]), cells[2]))
 
     def shared(self):
         return [r for r in self.rows if "*" not in r["name"]]
@@ -315,8 +326,12 @@ def enums(words):
 
 
 def channel_constants(words, channels):
-    out = "// Message classes and the channels that stand alone, from channels.table.\n#pragma once\n\n"
-    out += '#include "lcmtypes/channel.h"\n\nnamespace firn {\n\n'
+    out = "// Message classes, nodes and the channels that stand alone, from channels.table.\n#pragma once\n\n"
+    out += '#include <cstdint>\n\n#include "lcmtypes/channel.h"\n\nnamespace firn {\n\n'
+    replayed = sum(kind != "process" for _, _, kind in channels.nodes)
+    out += "enum class NodeId : std::uint8_t {\n" + "".join(f"  k{camel(name)},\n" for name, _, _ in channels.nodes) + "};\n"
+    out += (f"inline constexpr int kNodeCount = {len(channels.nodes)};\n"
+            f"inline constexpr int kReplayedNodeCount = {replayed};  ///< the first ones\n\n")
     out += "".join(f"class {t};\n" for t in words.types) + "\nnamespace channels {\n"
     for row in channels.shared():
         out += f'inline constexpr Channel<{row["type"]}> k{camel(row["name"])}{{"{row["name"]}"}};\n'
@@ -342,7 +357,10 @@ def tables(words, channels):
         return (f"    {{{quoted(name)}, {quoted(r['type'])}, {publisher}, k{r['delivery'].capitalize()}, {r['rate_hz']}, "
                 f"{r['queue']}, {truth[r['logged'] == 'logged']}, {quoted(r['meaning'])}, {truth[r['read'] == 'nodes']}}},\n")
 
-    out += "constexpr ChannelInfo kShared[] = {\n"
+    out += "constexpr NodeInfo kNodes[] = {\n"
+    for name, longest_s, kind in channels.nodes:
+        out += f"    {{NodeId::k{camel(name)}, {quoted(name)}, {longest_s}, {truth[kind == 'driver']}}},\n"
+    out += "};\n\nconstexpr ChannelInfo kShared[] = {\n"
     for r in channels.shared():
         out += row(r, r["name"], f"NodeId::k{camel(r['publisher'])}")
     out += "};\n\nconstexpr ChannelFamily kFamilies[] = {\n"
@@ -350,6 +368,7 @@ def tables(words, channels):
         out += row(r, r["name"].replace("*", ""), f"ChannelFamily::k{camel(r['publisher'])}")
     out += ("};\n\n}  // namespace\n\nstd::span<const Limit> limits() { return kLimits; }\n"
             "std::span<const Relation> relations() { return kRelations; }\n"
+            "std::span<const NodeInfo> nodes() { return kNodes; }\n"
             "std::span<const ChannelInfo> shared_channels() { return kShared; }\n"
             "std::span<const ChannelFamily> channel_families() { return kFamilies; }\n\n"
             "std::string_view lcm_type_texts() {\n  return ")

@@ -1,4 +1,4 @@
-// world: nature of one run behind Unix sockets. Configuration: RUN/experiment.toml.
+// world serves the nature of one run behind Unix sockets. Configuration: RUN/experiment.toml.
 #include <unistd.h>
 
 #include <cstdio>

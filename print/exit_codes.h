@@ -1,4 +1,4 @@
-// Exit codes of the firn program, as every command returns them to the shell.
+// ExitCode holds the exit codes of the firn program, as every command returns them to the shell.
 #pragma once
 
 namespace firn {

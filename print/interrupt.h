@@ -1,11 +1,12 @@
-// Ctrl-C as a question that a job asks itself between two steps, so that no temporary file stays.
+// InterruptGuard turns Ctrl-C into a flag that a job reads between two steps, so that no temporary file
+// stays.
 #pragma once
 
 #include <csignal>
 
 namespace firn {
 
-/// While it lives, SIGINT only raises a flag. One at a time.
+/// During the guard's lifetime, SIGINT only raises a flag. At most one guard may exist.
 class InterruptGuard {
  public:
   InterruptGuard();

@@ -13,7 +13,7 @@ class ProgressLine {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Least time before the first line, and between two lines on a terminal and elsewhere.
+  /// Minimum time before the first line, and between two lines on a terminal and elsewhere.
   struct Pauses {
     std::chrono::milliseconds first{0};
     std::chrono::milliseconds terminal{0};
@@ -25,18 +25,18 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// The pause is over: show() would write.
+  /// Returns true if the pause is over: show() would write.
   bool due() const;
   /// @param last written in any case
   void show(const std::string& text, bool last = false);
   void done();   ///< ends the line
-  void erase();  ///< takes the line off a terminal
+  void erase();  ///< removes the line from a terminal
 
   bool terminal() const { return terminal_; }
   double elapsed_s() const;
-  /// "[####......] " on a terminal, nothing elsewhere.
+  /// Returns "[####......] " on a terminal, nothing elsewhere.
   std::string bar(double fraction) const;
-  /// "  ETA 12 s", if the job goes on as fast as until now; nothing at fraction 0.
+  /// Returns "  ETA 12 s", computed from the mean rate until now; nothing at fraction 0.
   std::string eta(double fraction) const;
 
  private:
@@ -48,7 +48,7 @@ class ProgressLine {
   Clock::time_point shown_ = began_;
 };
 
-/// Progress of one print.
+/// Shows the progress of one print.
 class PrintProgress {
  public:
   explicit PrintProgress(std::string title);
@@ -61,7 +61,7 @@ class PrintProgress {
   ProgressLine line_;
 };
 
-/// Progress of a study of many prints.
+/// Shows the progress of a study of many prints.
 class StudyProgress {
  public:
   explicit StudyProgress(std::size_t all);
@@ -75,7 +75,7 @@ class StudyProgress {
   ProgressLine line_;
 };
 
-/// Progress of a job of known length. Nothing is shown within the first two seconds.
+/// Shows the progress of a job of known length. Nothing is shown within the first two seconds.
 class JobProgress {
  public:
   explicit JobProgress(std::string title);

@@ -52,8 +52,8 @@ class Audit {
     return nullptr;
   }
 
-  // The stage refused the command, as before its lease, and was given it again: the report is the later
-  // one's.
+  // The stage refused the command, as before its lease, and received it again: the report is that of the
+  // later command.
   bool given_again(std::size_t n) const {
     if (n + 1 >= record_.orders.size()) return false;
     const PassOrder &o = record_.orders[n], &next = record_.orders[n + 1];
@@ -71,7 +71,7 @@ class Audit {
     return found;
   }
 
-  // None where a layer is one pattern of one ink, and for a pass that was never reported.
+  // Empty where a layer is one pattern of one ink, and for a pass that was never reported.
   const PassPart* part_of(const PassOrder& o) const {
     for (const PassPart& p : record_.parts)
       if (p.layer == o.layer && p.attempt == o.attempt && p.pass == o.pass) return &p;
@@ -84,7 +84,7 @@ class Audit {
     return plan.passes;
   }
 
-  // What a first attempt at a pass has to fire.
+  // Returns the cells that a first attempt at a pass must fire.
   std::vector<std::uint32_t> cells_of(const PlannedLayer& plan, const PassOrder& o) const {
     const PassPart* part = part_of(o);
     if (!part) return firing_order(plan.drops, o.pass);
@@ -98,7 +98,7 @@ class Audit {
     return cells;
   }
 
-  // Cut off before its report, a pass has nothing that says which part of its layer it was.
+  // For a pass that was cut off before its report, no record holds its part of the layer.
   bool cut_off(const PassOrder& o) const { return is_last(o) && !record_.finished && !report_of(o); }
 
   bool is_last(const PassOrder& o) const { return &o == &record_.orders.back(); }
@@ -145,7 +145,7 @@ class Audit {
               std::to_string(*map_ids.begin()) + " and " + std::to_string(*map_ids.rbegin()));
     const PlannedLayer* plan = plan_of(*last);
     const bool cut_short = is_last(*last) && !record_.finished;
-    if (!plan || in_doubt || cut_short) return;  // a missing plan is told by check_order
+    if (!plan || in_doubt || cut_short) return;  // check_order reports a missing plan
     const std::int32_t wanted = passes_of(*plan);
     for (std::int32_t pass = 0; pass < wanted; ++pass)
       if (!passes.contains(pass))

@@ -1,6 +1,7 @@
-// Did the lab deposit what was planned, each droplet at most once, and nothing after a stop? Compares what
-// the nodes recorded with what truly happened in the simulated world. Reads no file: see audit_record.h and,
-// for the world's own record, cli/audit_command.cpp, which alone may know the world's format.
+// Compares the deposited droplets with the plan: the lab must deposit the planned droplets, each at most
+// once, and no droplet after a stop. The audit compares the nodes' records with the true events in the
+// simulated world. It reads no file: audit_record.h reads the nodes' records; cli/audit_command.cpp, which
+// alone may know the world's format, reads the world's own record.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@
 
 namespace firn::replay {
 
-/// A trigger pulse that reached the jet.
+/// Holds a trigger pulse that reached the jet.
 struct Shot {
   enum class Outcome : std::uint8_t {
     kFired,
@@ -20,13 +21,13 @@ struct Shot {
     kIgnored,  ///< the jet did not obey
   };
   std::int64_t t_us = 0;
-  std::int32_t i = 0, j = 0;    ///< cell over which the lab believed the nozzle
+  std::int32_t i = 0, j = 0;    ///< cell under the nozzle, as the lab believed
   std::uint32_t exposures = 0;  ///< cures before
   Outcome outcome = Outcome::kFired;
   Material ink = Material::kA;  ///< of the jet that was triggered
 };
 
-/// The world's own record, in order of time.
+/// Holds the world's own record, in order of time.
 struct WorldTruth {
   struct Switch {
     std::int64_t t_us = 0;
@@ -73,12 +74,12 @@ struct Violation {
   std::string what;  ///< one sentence with layer, pass, cell, time
 };
 
-/// Droplets of which nobody can know whether they were fired.
+/// Holds droplets in doubt: the records do not show if they were fired.
 struct Unknown {
   std::int32_t layer = 0, attempt = 0, pass = 0;
   std::int64_t from = 0, to = 0;  ///< in firing order
   std::int64_t t_us = 0;
-  std::optional<std::int64_t> resolved_by;  ///< map_id of the scan after it; none = the run ended before
+  std::optional<std::int64_t> resolved_by;  ///< map_id of the scan after it; empty: the run ended before
 };
 
 struct AuditVerdict {
@@ -86,8 +87,8 @@ struct AuditVerdict {
   std::int64_t commanded = 0;  ///< droplets, once per layer, pass and cell
   std::int64_t triggered = 0, fired = 0, missed = 0, ignored = 0;
   std::int64_t stops = 0;       ///< incarnations that ended in a stop
-  double longest_stop_s = 0.0;  ///< wall time from a first fault to the last droplet after it; 0 = none came
-  bool finished = false;        ///< RUN_END says so
+  double longest_stop_s = 0.0;  ///< wall time from a first fault to the last droplet after it; 0: no droplet
+  bool finished = false;        ///< reported by RUN_END
   bool with_world = false;
   bool paths = false;  ///< of a path printer: passes are paths, droplets are pulses
   std::vector<Unknown> unknowns;
@@ -98,8 +99,9 @@ struct AuditVerdict {
   bool clean() const { return violations_total == 0; }
 };
 
-/// @param world nullptr where there is no record of the truth (a real lab): the nodes' own records are
-/// checked alone
+/// Returns the verdict of the audit.
+/// @param world nullptr if there is no record of the truth (a real lab): only the nodes' own records are
+/// checked
 AuditVerdict audit(const AuditRecord& record, const WorldTruth* world, const AuditOptions& options);
 
 std::string to_text(const AuditVerdict& verdict);

@@ -1,4 +1,4 @@
-// What the nodes of a run recorded about its droplets, from all write-ahead files.
+// AuditRecord holds the records of a run's nodes about its droplets, from all write-ahead files.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace firn::replay {
 
-/// STAGE_COMMAND verb "pass": the stage was told to raster these cells.
+/// Holds a STAGE_COMMAND of verb "pass": the order to raster these cells.
 struct PassOrder {
   std::int64_t t_us = 0;
   std::int32_t layer = 0, attempt = 0, pass = 0;
@@ -20,7 +20,7 @@ struct PassOrder {
   std::vector<std::uint32_t> cells;  ///< in firing order
 };
 
-/// DEPOSITION_REPORT.
+/// Holds a DEPOSITION_REPORT.
 struct PassReport {
   std::int64_t t_us = 0;
   std::int32_t layer = 0, attempt = 0, pass = 0;
@@ -28,28 +28,28 @@ struct PassReport {
   std::int64_t unknown_from = 0, unknown_to = 0;
 };
 
-/// DEPOSITION_REPORT: which part of its layer a pass was.
+/// Holds the part of its layer that a pass was, from DEPOSITION_REPORT.
 struct PassPart {
   std::int32_t layer = 0, attempt = 0, pass = 0, passes = 0;
   std::int32_t round = 0, sub_pattern = 0, sub_patterns = 1;
   Material material = Material::kA;
 };
 
-/// LAYER_PLAN with the decision to print.
+/// Holds a LAYER_PLAN with the decision to print.
 struct PlannedLayer {
   std::int64_t t_us = 0;
   std::int32_t layer = 0;
   std::int32_t passes = 0;
   std::int64_t map_id = 0;
   DropletPattern drops;
-  MaterialMap materials;  ///< no cells with one ink
+  MaterialMap materials;  ///< has no cells if there is one ink
 };
 
 struct MeasuredMap {
   std::int64_t t_us = 0;
   std::int32_t layer = 0;
   std::int64_t map_id = 0;
-  std::int64_t sample_us = 0;  ///< when its last profile was taken
+  std::int64_t sample_us = 0;  ///< time of its last profile
 };
 
 struct Stop {
@@ -65,7 +65,7 @@ struct Lease {
 struct AuditRecord {
   std::vector<PassOrder> orders;  // each list in order of time
   std::vector<PassReport> reports;
-  std::vector<PassPart> parts;  ///< none where a layer is one pattern of one ink
+  std::vector<PassPart> parts;  ///< empty where a layer is one pattern of one ink
   std::vector<PlannedLayer> plans;
   std::vector<MeasuredMap> maps;
   std::vector<Stop> stops;           ///< SAFE_STOP, and FAULT_* that stop the print
@@ -77,7 +77,7 @@ struct AuditRecord {
   std::vector<std::string> damage;               ///< "nodes/jet.wal, byte 12: checksum does not hold"
 };
 
-/// A message counts if any write-ahead file holds it, its publisher's or a receiver's.
+/// Reads the record. A message counts if any write-ahead file holds it, its publisher's or a receiver's.
 /// @throws std::invalid_argument for a folder without nodes/, logfile::FileError
 AuditRecord read_audit_record(const std::filesystem::path& run);
 

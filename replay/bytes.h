@@ -1,4 +1,4 @@
-// Bytes compared at memory speed; std::ranges::equal takes std::byte one by one.
+// Compares bytes at memory speed; std::ranges::equal compares std::byte one by one.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// Numbers for channels, and the header that stands first in every message, read without decoding the message.
+// ChannelIndex holds the numbers of channels; stamp_of reads the header at the start of a message without
+// decoding the message.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace firn::replay {
 
-/// Position of a channel in channel_table().
+/// Maps a channel's name to its position in channel_table().
 class ChannelIndex {
  public:
   ChannelIndex();
@@ -23,18 +24,19 @@ class ChannelIndex {
   std::unordered_map<std::string_view, int> numbers_;
 };
 
-/// Whether replay knows what the publisher sent there: not for launcher and recorder, which stand outside
-/// replay, nor for what the runner sends on its own (CONFIG_, HEARTBEAT_, RESEND_, JOURNAL_).
+/// Returns true if replay knows the messages that the publisher sent on the channel. False for launcher and
+/// recorder, which are not replayed, and for the runner's own messages (CONFIG_, HEARTBEAT_, RESEND_,
+/// JOURNAL_).
 bool sent_by_node(const ChannelInfo& channel);
 
-/// header_t of an encoded message.
+/// Holds the header_t of an encoded message.
 struct Stamp {
   std::int64_t run_id = 0;
   std::int32_t incarnation = 0;
   std::int64_t seq = 0;
   std::int64_t utime_us = 0;
 };
-/// Empty if the bytes are too few to hold one.
+/// Returns the stamp; empty if the bytes are too few to hold one.
 std::optional<Stamp> stamp_of(std::span<const std::byte> message);
 
 }  // namespace firn::replay

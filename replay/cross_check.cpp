@@ -40,7 +40,7 @@ std::uint64_t SentIndex::step_after(int channel, std::int64_t seq) const {
 
 namespace {
 
-// What a file lacks was lost when it was sent, not when the next message came.
+// A message absent from a file was lost at the time of sending, not at the time of the next message.
 void tell_gaps(const SentIndex& sent, NodeOutcome& node) {
   for (Gap& gap : node.gaps) {
     if (const Sent* s = sent.find(gap.channel, gap.from)) gap.finding.at = s->at;

@@ -96,7 +96,7 @@ class LogCheck {
   const SentIndex& sent_;
   const ChannelIndex& channels_;
   const RunMigration& migration_;
-  std::vector<std::byte> migrated_;  // the message in hand; storage used again
+  std::vector<std::byte> migrated_;  // the current message; storage used again
   MessageComparer& comparer_;
   RunVerdict& verdict_;
   std::vector<std::vector<bool>> seen_;  // by channel, by position in SentIndex::all

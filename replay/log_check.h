@@ -1,4 +1,4 @@
-// log.lcm against the write-ahead files.
+// Compares log.lcm with the write-ahead files.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,10 @@
 
 namespace firn::replay {
 
-/// Every message of log.lcm that a replayed node sent must be the publisher's bytes; every reliable one that
-/// was sent must be there ("recording gap" otherwise: `firn log repair` fills it). Findings and counts go to
-/// `verdict`; a run without a log is no finding. Messages of earlier versions are compared as today's types.
+/// Checks the log. Every message of log.lcm that a replayed node sent must be the publisher's bytes. Every
+/// reliable message that was sent must be in the log ("recording gap" otherwise: `firn log repair` fills it).
+/// Findings and counts go to `verdict`; a run without a log is no finding. Messages of earlier versions are
+/// compared as today's types.
 /// @throws logfile::FileError
 void check_log(const std::filesystem::path& run, const SentIndex& sent, const ChannelIndex& channels,
                const RunMigration& migration, MessageComparer& comparer, RunVerdict& verdict);

@@ -69,7 +69,7 @@ std::optional<FieldDifference> MessageComparer::compare(const ChannelInfo& chann
   const auto first = first_difference(*type, a, b);
   if (!first || (tolerance_ <= 0 && ignored_.empty())) return first;
 
-  // Leaf by leaf. Where arrays have other lengths the leaves do not match, and the first difference stands.
+  // Leaf by leaf. Where arrays have other lengths the leaves do not match: the first difference is kept.
   values_.clear();
   const auto keep = [this](const Leaf& leaf) {
     values_.push_back({leaf.value, leaf.offset, leaf.bytes});

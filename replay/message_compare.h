@@ -15,12 +15,12 @@
 
 namespace firn::replay {
 
-/// Holds the tolerance and the ignored fields, and counts what they let pass.
+/// Holds the tolerance and the ignored fields, and counts the differences that both let pass.
 class MessageComparer {
  public:
   explicit MessageComparer(const ReplayOptions& options);
 
-  /// The first field that differs and is neither ignored nor within the tolerance.
+  /// Returns the first field that differs and is neither ignored nor within the tolerance.
   std::optional<FieldDifference> compare(const ChannelInfo& channel, std::span<const std::byte> a,
                                          std::span<const std::byte> b);
 
@@ -43,7 +43,7 @@ class MessageComparer {
   std::vector<Value> values_;  // of one message; storage used again
 };
 
-/// The first byte that differs, as "byte 12" with both values in hex, "end" behind the end.
+/// Returns the first byte that differs, as "byte 12" with both values in hex, "end" behind the end.
 FieldDifference byte_difference(std::span<const std::byte> a, std::span<const std::byte> b);
 
 }  // namespace firn::replay

@@ -279,7 +279,7 @@ class NodeReplay {
            same_bytes(a->bytes, b->bytes);
   }
 
-  // Tells the first difference of a step. @returns false if tolerance and ignored fields make the outputs
+  // Reports the first difference of a step. @returns false if tolerance and ignored fields make the outputs
   // equal.
   bool tell_output(std::size_t n, const std::optional<Output>& a, const std::optional<Output>& b, bool told) {
     FieldDifference difference;
@@ -384,7 +384,7 @@ class NodeReplay {
   std::vector<std::string> ports_;
   std::vector<Last> last_;        // by ChannelIndex
   std::vector<Output> recorded_;  // of the step; storage used again
-  RecordedStep now_;              // as today's node is given it
+  RecordedStep now_;              // as delivered to today's node
   std::array<RecordedStep, kInputsTold> recent_;
   const RecordedStep* current_ = nullptr;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> damaged_steps_;  // byte, step

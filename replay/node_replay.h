@@ -1,5 +1,5 @@
-// Replays one node from its own write-ahead file and collects what it sent and what it was given, for the
-// checks between nodes.
+// Replays one node from its own write-ahead file and collects the messages that the node sent and received,
+// for the checks between nodes.
 #pragma once
 
 #include <deque>
@@ -17,17 +17,17 @@
 
 namespace firn::replay {
 
-/// A message as its publisher's file holds it.
+/// Holds a sent message as its publisher's file records it.
 struct Sent {
   std::int64_t seq = 0;
   std::span<const std::byte> bytes;
   std::uint64_t step = 0;
   Time at;
-  bool cut = false;      ///< computed by replay for a step whose outputs were cut off: it may never have left
-  bool differs = false;  ///< replay computes something else: told once, for the publisher
+  bool cut = false;      ///< computed by replay for a step with outputs cut off; perhaps never sent
+  bool differs = false;  ///< replay computes other bytes: reported once, for the publisher
 };
 
-/// A message as a node was given it.
+/// Holds a message as it was delivered to a node.
 struct Delivered {
   int channel = 0;  ///< ChannelIndex
   std::int64_t seq = 0;
@@ -36,7 +36,7 @@ struct Delivered {
   Time at;
 };
 
-/// Deliveries [from, to] of a channel that are not in the node's file.
+/// Holds a gap: deliveries [from, to] of a channel that are not in the node's file.
 struct Gap {
   int channel = 0;
   std::int64_t from = 0, to = 0;
@@ -53,7 +53,7 @@ struct NodeOutcome {
   std::vector<std::string> provenance;
   std::vector<std::vector<Sent>> sent;  ///< by ChannelIndex, in the order of sending
   std::vector<Delivered> delivered;
-  std::vector<Gap> gaps;  ///< told by check_deliveries, which knows when the messages were sent
+  std::vector<Gap> gaps;  ///< reported by check_deliveries, which has the times of sending
   std::vector<Ignored> ignored;
   double largest_difference = 0.0;
   std::string largest_difference_field;
@@ -65,9 +65,9 @@ struct NodeOutcome {
   void add(Finding finding);
 };
 
-/// @param run the run folder; nodes/<name>.wal and inputs/ are read. Never throws for what stands in the
-/// files. @param migration of the run: what an earlier version recorded is replayed and compared as today's
-/// types
+/// @param run the run folder; nodes/<name>.wal and inputs/ are read. Never throws because of the content of
+/// the files.
+/// @param migration of the run: messages of an earlier version are replayed and compared as today's types
 NodeOutcome replay_node(const std::filesystem::path& run, const NodeMaker& maker,
                         const ChannelIndex& channels, const RunMigration& migration,
                         const ReplayOptions& options);

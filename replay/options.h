@@ -1,4 +1,5 @@
-// What the caller of replay decides.
+// ReplayOptions holds the choices of replay's caller: nodes, tolerance, ignored fields, changed
+// configuration.
 #pragma once
 
 #include <functional>
@@ -16,12 +17,12 @@ struct NodeMaker {
   MakeNode make = nullptr;
 };
 
-/// A field that may differ, and why.
+/// Holds a field that may differ, and the reason.
 struct Ignore {
   std::string field;  ///< "LAYER_PLAN.iterations", or "iterations" on every channel; no array indices
   std::string reason;
 };
-/// Of "FIELD=reason". @throws std::invalid_argument if either is empty.
+/// Reads "FIELD=reason". @throws std::invalid_argument if either is empty.
 Ignore parse_ignore(const std::string& text);
 
 struct ReplayOptions {
@@ -29,7 +30,7 @@ struct ReplayOptions {
   std::string only_node;              ///< empty = all
   double tolerance = 0.0;             ///< numeric fields that differ by no more are equal
   std::vector<Ignore> ignores;
-  /// The configuration to build a node from, given the recorded one; empty = as recorded.
+  /// Returns the configuration to build a node from, given the recorded one; empty = as recorded.
   std::function<std::string(const std::string& recorded_toml)> change_config;
   std::string commit;      ///< of this program; empty = not compared
   std::string platform;    ///< as WalHead::platform; empty = not compared

@@ -87,7 +87,7 @@ class PathAudit {
     std::sort(stops_.begin(), stops_.end());
   }
 
-  // The path for which the valve was armed last before the trigger; 0 = none.
+  // Returns the path for which the valve was armed last before the trigger; 0: no path.
   std::int64_t path_of(const TrueFiring& f) const {
     std::int64_t path = 0;
     for (const Arming& a : armings_)

@@ -1,5 +1,5 @@
-// Did the lab run every path as it was planned, each at most once, and nothing after a stop? The audit of a
-// path printer, beside that of droplets (audit.h).
+// Compares the paths that ran with the plan: the lab must run every path as planned, each at most once, and
+// nothing after a stop. The audit of a path printer, beside the audit of droplets (audit.h).
 #pragma once
 
 #include <vector>
@@ -9,16 +9,16 @@
 
 namespace firn::replay {
 
-/// A pulse list as a valve truly fired it. Which path it belongs to is told by the command that armed the
-/// valve: the instrument's own numbers are its driver's.
+/// Holds a pulse list as a valve truly fired it. The command that armed the valve identifies the path of the
+/// list: the instrument's own numbers belong to its driver.
 struct TrueFiring {
-  std::int64_t trigger_us = 0, last_us = 0;  ///< last pulse; 0 = none
+  std::int64_t trigger_us = 0, last_us = 0;  ///< last pulse; 0: no pulse
   std::int64_t listed = 0, fired = 0;
   int valve = 0;  ///< 1 valve_a, 2 valve_b
 };
 
-/// Passes are paths, droplets are pulses; Unknown.pass is the path.
-/// @param world nullptr where there is no record of the truth
+/// Returns the verdict of the audit: passes are paths, droplets are pulses; Unknown.pass is the path.
+/// @param world nullptr if there is no record of the truth
 AuditVerdict audit_paths(const RunMessages& messages, const std::vector<TrueFiring>* world,
                          const AuditOptions& options);
 

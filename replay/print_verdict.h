@@ -1,4 +1,4 @@
-// A verdict as text and as JSON.
+// Writes a verdict as text and as JSON.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace firn::replay {
 
-/// "identical: 8 nodes, 12,345 steps, 6,789 messages (1,234,567 bytes)", or what differs, the first
-/// divergence first and in full. Provenance and changed settings stand before it.
+/// Returns "identical: 8 nodes, 12,345 steps, 6,789 messages (1,234,567 bytes)", or the differences, the
+/// first divergence first and in full. Provenance and changed settings come before them.
 std::string to_text(const RunVerdict& verdict);
 std::string to_json(const RunVerdict& verdict);
-/// 1234567 -> "1,234,567".
+/// Returns a number with its digits grouped: 1234567 -> "1,234,567".
 std::string grouped(std::uint64_t n);
 
 }  // namespace firn::replay

@@ -1,6 +1,6 @@
-// RunMessages holds every message of a run, once, from all of its write-ahead files: sent ones and delivered
-// ones, so that nothing is lacking where a kill cut a file. Messages of earlier versions are held as today's
-// types.
+// RunMessages holds every message of a run, once, from all of its write-ahead files. It reads sent and
+// delivered messages, so that no message is missing where a kill cut a file. Messages of earlier versions are
+// held as today's types.
 #pragma once
 
 #include <cstddef>
@@ -23,20 +23,20 @@ class RunMessages {
   /// @throws std::invalid_argument for a folder without nodes/, logfile::FileError
   explicit RunMessages(const std::filesystem::path& run);
 
-  /// In the order of (incarnation, seq).
+  /// Returns the messages of a channel in the order of (incarnation, seq).
   const std::vector<std::span<const std::byte>>& on(std::string_view channel) const;
 
   /// Calls `use` with each decoded message of a channel.
   template <class Message, class Use>
   void each(std::string_view channel, Use use) const {
     for (const auto bytes : on(channel)) {
-      Message m{};  // anew: LCM leaves an array as it was where the message has none
+      Message m{};  // a new one: LCM does not clear an array that is empty in the message
       if (m.decode(bytes.data(), 0, int(bytes.size())) == int(bytes.size()))
         use(static_cast<const Message&>(m));
     }
   }
 
-  /// Times of the start events, one for each incarnation, by the node that started first [us].
+  /// Returns the times of the start events, one for each incarnation, by the node that started first [us].
   const std::vector<std::int64_t>& starts() const { return starts_; }
   const std::vector<std::string>& damage() const { return damage_; }
 

@@ -1,5 +1,5 @@
 // RunMigration computes the messages of a recorded run as today's types, NodeMigration the recorded events
-// and outputs of one node. A run of this version passes through as it is.
+// and outputs of one node. A run of this version is not changed.
 #pragma once
 
 #include <array>
@@ -23,18 +23,18 @@ class RunMigration {
  public:
   using Key = std::pair<std::string_view, std::array<std::int64_t, 4>>;  // retired channel, its key members
 
-  /// Without companions: every message for itself.
+  /// Holds no companions: each message is converted by itself.
   explicit RunMigration(const MigrationTable& table = MigrationTable::builtin()) : table_(table) {}
-  /// Reads the messages of retired channels from all write-ahead files of the run, if it has some. Unreadable
-  /// files are left to those who replay them.
+  /// Reads the messages of retired channels, if any, from all write-ahead files of the run. Unreadable files
+  /// are skipped: replay reports them.
   explicit RunMigration(const std::filesystem::path& run,
                         const MigrationTable& table = MigrationTable::builtin());
 
-  /// Keeps a message of a retired channel, for the one that has its members now.
+  /// Keeps a message of a retired channel, for the message that has its members now.
   void keep_companion(const RetiredChannel& channel, std::span<const std::byte> message);
 
-  /// The message as today's type: `message` itself when it is, or cannot be read; else the bytes are put into
-  /// `into`.
+  /// Returns the message as today's type: `message` itself if it is of today's type or unreadable, else the
+  /// bytes written to `into`.
   std::span<const std::byte> today(std::span<const std::byte> message, std::vector<std::byte>& into) const;
 
   bool has_companion(const Key& key) const { return companions_.contains(key); }
@@ -45,15 +45,16 @@ class RunMigration {
   std::map<Key, std::vector<std::byte>> companions_;
 };
 
-/// Events and outputs of one write-ahead file, in its order. Views last as long as `kept` and the file.
+/// Converts events and outputs of one write-ahead file, in its order. Views last as long as `kept` and the
+/// file.
 class NodeMigration {
  public:
   /// @param kept holds the bytes of messages that have changed
   NodeMigration(const RunMigration& run, std::string_view node, std::deque<std::vector<std::byte>>& kept)
       : run_(run), node_(node), kept_(kept) {}
 
-  /// The channel of an event that today's node is not given: a message of a retired channel, or one that was
-  /// waited with for it and comes with it instead.
+  /// The channel of an event that is not delivered to today's node: a message of a retired channel, or a
+  /// message that waited for its companion and is delivered with it.
   static constexpr std::string_view kNotGiven = "(not given)";
 
   Event event(const Event& recorded);

@@ -1,4 +1,5 @@
-// What replay found: per node and for the run. Plain data; replay/print_verdict turns it into text or JSON.
+// RunVerdict holds the findings of replay, per node and for the run. Plain data; replay/print_verdict turns
+// it into text or JSON.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +11,17 @@
 
 namespace firn::replay {
 
-/// In the order in which findings of the same moment are told: causes before what follows from them.
+/// Kinds of findings, in the order in which findings of the same moment are reported: causes before their
+/// consequences.
 enum class FindingKind : std::uint8_t {
   kUnreadable,  ///< a file, record or input that replay needs cannot be used: the node was not replayed
   kForeign,     ///< a file or message of another run or node
   kMissing,     ///< an event, record or delivery that must be there is not
-  kOrder,       ///< events stand in an order that cannot have happened
+  kOrder,       ///< events are in an impossible order
   kTimer,       ///< a wake-up that was not asked for
-  kDelivery,    ///< a node was given other bytes than the publisher sent
+  kDelivery,    ///< a node received other bytes than the publisher sent
   kCrash,       ///< the handler throws where the recorded one went on
-  kOutput,      ///< the node puts out something else than was recorded
+  kOutput,      ///< the node's output differs from the record
   kLog,         ///< log.lcm differs from the write-ahead files
 };
 const char* word(FindingKind kind);
@@ -28,17 +30,17 @@ struct Finding {
   FindingKind kind = FindingKind::kOutput;
   std::string node;
   std::optional<std::uint64_t> step;
-  Time at;              ///< of the event; Time{} where there is none
-  std::string channel;  ///< or "timer 3", "port stage"; empty where none is concerned
+  Time at;              ///< of the event; Time{} if there is no event
+  std::string channel;  ///< or "timer 3", "port stage"; empty if no channel is concerned
   std::optional<std::int64_t> seq;
-  std::string field;  ///< "drops[17]", "byte 4", "at_us"; empty where none is concerned
+  std::string field;  ///< "drops[17]", "byte 4", "at_us"; empty if no field is concerned
   std::string recorded,
       replayed;      ///< both values of the field; kDelivery: sent, delivered; kLog: recorded, logged
   std::string what;  ///< one sentence
   std::vector<std::string> inputs;  ///< the node's last events up to here, oldest first, one JSON object each
 };
 
-/// A place in a file that cannot be trusted.
+/// Holds a place in a file that cannot be trusted.
 struct DamagedPlace {
   std::string file;          ///< relative to the run folder
   std::uint64_t offset = 0;  ///< byte
@@ -86,7 +88,7 @@ struct RunVerdict {
   static constexpr std::size_t kKeptWithInputs = 3;
 
   bool identical() const { return findings_total == 0 && damage.empty() && !nodes.empty(); }
-  /// 0 identical, 1 differs, 2 nothing differs but something could not be read.
+  /// 0 identical, 1 differs, 2 nothing differs but a file or record is unreadable.
   int exit_status() const;
 };
 

@@ -30,7 +30,7 @@ void WalFile::forget_read() {
   forgotten_ = until;
 }
 
-// Outputs stand directly behind their event; what follows tells whether the incarnation ended here.
+// Outputs follow their event directly; the next record shows if the incarnation ended here.
 void WalFile::attach_outputs() {
   ahead_ = reader_.next();
   if (is(ahead_, WalKind::kOutputs)) {
@@ -44,7 +44,7 @@ void WalFile::attach_outputs() {
         ahead_ = reader_.next();
       }
     } catch (const std::runtime_error&) {
-      // next() meets the record again and names it
+      // next() reads the record again and reports it
     }
   }
   step_.last = !ahead_ || is(ahead_, WalKind::kHead);

@@ -1,5 +1,4 @@
-// One node's write-ahead file as replay reads it: heads, and steps with the outputs that were recorded for
-// them.
+// WalFile reads one node's write-ahead file: heads, and steps with the outputs that were recorded for them.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +16,7 @@ namespace firn::replay {
 struct RecordedStep {
   std::uint64_t step = 0;
   Event event;                         ///< views into the file
-  bool has_outputs = false;            ///< no record of outputs = the step put out nothing
+  bool has_outputs = false;            ///< false: the step had no outputs
   std::span<const std::byte> outputs;  ///< as write_ahead's encode_output_list
   std::int64_t handler_ns = 0;
   bool last = false;  ///< of its incarnation: its outputs may have been cut off by a kill
@@ -26,8 +25,9 @@ struct RecordedStep {
   std::uint64_t offset = 0;  ///< of the event's record
 };
 
-/// Reads forward, allocates nothing per step. What was read leaves the process's memory (views into it stay
-/// valid: it comes back from the file when it is looked at), so that memory does not grow with the file.
+/// Reads forward and allocates nothing per step. Pages that were read leave the process's memory, so that
+/// memory does not grow with the file. Views into these pages stay valid: the system reads them again from
+/// the file.
 class WalFile {
  public:
   /// @throws logfile::FileError

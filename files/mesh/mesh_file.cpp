@@ -37,7 +37,7 @@ float TextCursor::number(std::string_view word, const char* what) const {
     if (word.empty()) fail(fmt::format("ends where {} is expected", what));
     fail(fmt::format("{} = {}: is not a number", what, word.substr(0, 40)));
   }
-  if (error != std::errc()) {  // beyond a float: tiny or huge, which only the exponent tells
+  if (error != std::errc()) {  // beyond a float: the exponent distinguishes tiny from huge
     const std::size_t e = word.find_first_of("eE");
     const bool tiny = e != word.npos && e + 1 < word.size() && word[e + 1] == '-';
     return tiny ? 0.0f : std::numeric_limits<float>::infinity();
@@ -118,7 +118,7 @@ slice::FacetView MeshFile::facets() const {
   static constexpr std::size_t kPage = 4096, kHeader = 84, kKept = std::size_t(400) << 20;
   const std::span<const std::byte> all = map_.bytes();
   view.done_with = [all](std::size_t first, std::size_t end, bool follows) {
-    const std::size_t kept = follows ? std::min(all.size(), kKept) : 0;  // where the next pass begins
+    const std::size_t kept = follows ? std::min(all.size(), kKept) : 0;  // begin of the next pass
     const std::size_t from = (kHeader + 50 * first + kPage - 1) / kPage * kPage;
     const std::size_t until = std::min(all.size() - kept, kHeader + 50 * end) / kPage * kPage;
     if (from < until) ::madvise(const_cast<std::byte*>(all.data()) + from, until - from, MADV_DONTNEED);

@@ -1,5 +1,5 @@
-// Meshes from STL (binary, ASCII), PLY (binary of both byte orders, ASCII), OBJ and 3MF, read in one pass
-// over the mapped file. What is wrong with the file itself is an error; what is odd but readable is a defect.
+// read_mesh reads meshes from STL (binary, ASCII), PLY (binary of both byte orders, ASCII), OBJ and 3MF, in
+// one pass over the mapped file. An invalid file is an error; a readable oddity is a defect.
 #pragma once
 
 #include <array>
@@ -33,18 +33,18 @@ inline constexpr std::size_t kMaxFacets = std::size_t(1) << 30;
 
 /// Reads bytes of the format that `name` ends with: .stl, .ply, .obj, .3mf, in any case. Polygons become
 /// fans.
-/// @throws UsageError naming `name`, byte or line, and what is wrong with the limit: an unknown ending or
-/// header, counts that the file is too short for, an index without its vertex, a number that is none, an end
-/// in the middle, no facet.
+/// @throws UsageError naming `name`, byte or line, and the problem with the limit: an unknown ending or
+/// header, counts beyond the file's length, an index without vertex, an invalid number, a truncated file, no
+/// facet.
 MeshData read_mesh(std::span<const std::byte> bytes, const std::string& name);
 
-/// A mapped file and what it holds.
+/// A mapped file and its mesh.
 class MeshFile {
  public:
   explicit MeshFile(const std::filesystem::path& file);  ///< @throws UsageError: as read_mesh; no such file
   const MeshData& data() const { return data_; }
   std::uint64_t bytes() const { return map_.bytes().size(); }
-  /// The view of data(); pages that the slicer is done with leave memory.
+  /// The view of data(); pages that the slicer has read leave memory.
   slice::FacetView facets() const;
 
  private:

@@ -1,4 +1,4 @@
-// The formats behind cli/mesh_file.h, one source each.
+// read_stl, read_ply, read_obj and read_3mf read the formats of files/mesh/mesh_file.h, one source each.
 #pragma once
 
 #include <span>
@@ -19,7 +19,7 @@ MeshData read_3mf(Bytes bytes, const std::string& name);
 /// @throws unless `facets` is within kMaxFacets
 void check_count(const std::string& name, std::size_t byte, std::size_t facets);
 
-/// Words and numbers of a text, told by place: nothing is copied.
+/// Cursor over the words and numbers of a text, without copies.
 class TextCursor {
  public:
   TextCursor(std::string_view text, const std::string& name, std::size_t first_line = 1)
@@ -41,10 +41,10 @@ class TextCursor {
     while (at_ != end_ && *at_ != '\n') ++at_;
     if (at_ != end_) ++at_;
   }
-  /// A word as a number; nan and inf are numbers, and what is too large for a float is infinite. @throws
-  /// UsageError
+  /// Returns a word as a number; nan and inf are numbers, and values too large for a float are infinite.
+  /// @throws UsageError
   float number(std::string_view word, const char* what) const;
-  /// A word as a whole number within 64 bits. @throws UsageError
+  /// Returns a word as a whole number within 64 bits. @throws UsageError
   std::int64_t whole(std::string_view word, const char* what) const;
 
   bool ended() const { return at_ == end_; }

@@ -84,7 +84,7 @@ class ObjReader {
   MeshData data_;
   std::vector<std::uint32_t> corners_;
   std::size_t thin_ = 0;
-  std::size_t needed_ = 0, needed_at_ = 0;  // vertices that a face asked for before they came, and where
+  std::size_t needed_ = 0, needed_at_ = 0;  // vertices used before their lines, and the face's place
 };
 
 }  // namespace

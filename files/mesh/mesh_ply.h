@@ -1,4 +1,4 @@
-// What a PLY header declares, and where its rows go.
+// PlyHeader holds the declarations of a PLY header, PlySink the vertices and triangles of its rows.
 #pragma once
 
 #include <algorithm>
@@ -30,12 +30,12 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
   bool has_list() const { return std::ranges::any_of(properties, &PlyProperty::is_list); }
 };
-/// Bytes that a binary row has at least: lists may be empty.
+/// Returns the minimum bytes of a binary row: lists may be empty.
 std::size_t least_bytes(const PlyElement& element);
 
 struct PlyHeader {
   bool text = false, big_endian = false;
-  std::vector<PlyElement> elements;      ///< "vertex" stands before "face", each once
+  std::vector<PlyElement> elements;      ///< "vertex" precedes "face", each once
   std::optional<std::size_t> face_list;  ///< the property of "face" that names vertices
   std::size_t bytes = 0, lines = 0;      ///< of the header with its end
 };
@@ -43,7 +43,7 @@ struct PlyHeader {
 /// @throws UsageError naming the line
 PlyHeader read_ply_header(std::string_view text, const std::string& name);
 
-/// Vertices and triangles as they come.
+/// Vertices and triangles in file order.
 struct PlySink {
   std::vector<slice::Corner> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -52,7 +52,7 @@ struct PlySink {
   std::size_t thin_faces = 0;
 
   void begin_faces(std::size_t count) { triangles.reserve(count); }
-  /// False if a corner has no vertex.
+  /// Returns false if a corner has no vertex.
   bool add(const std::array<std::uint32_t, 3>& t) {
     if (std::max({t[0], t[1], t[2]}) >= vertices.size()) return false;
     triangles.push_back(t);

@@ -1,5 +1,5 @@
-// Meshes made in code: what tables of the papers are reproduced with where the paper's own mesh is not to be
-// had.
+// SampleMesh holds a mesh made in code: such meshes reproduce tables of papers whose own mesh is not
+// available.
 #pragma once
 
 #include <array>
@@ -18,12 +18,13 @@ struct SampleMesh {
 };
 
 /// A closed, robed figure with folds, shoulders and a head, 172.75 mm high: 691 layers of 0.25 mm, as the
-/// statue of [Barnett 2012, Fig. 3-1]. `around` x `up` rings of corners give 2 around (up - 1) facets; at
-/// least 3 x 3.
+/// statue of [Barnett 2012, Fig. 3-1]. `around` x `up` rings of corners give 2 around (up - 1) facets; the
+/// minimum is 3 x 3.
 SampleMesh statue(std::uint32_t around, std::uint32_t up);
 
 enum class MeshFormat { kBinaryPly, kAsciiPly, kBinaryStl, kAsciiStl };
-/// The bytes of a file. Text has seven significant digits and exponents, as the thesis describes it [3.1.1].
+/// Returns the bytes of a file. Text has seven significant digits and exponents, as the thesis describes it
+/// [3.1.1].
 std::string mesh_bytes(const SampleMesh& mesh, MeshFormat format);
 
 }  // namespace firn

@@ -8,7 +8,7 @@ using slice::LayerPaths;
 
 namespace {
 
-// Decoders tell bytes of their payload; readers of a file want bytes of the file.
+// Decoders report bytes of their payload; errors of a file name bytes of the file.
 template <class Decode>
 auto decoded(const Record& r, const Decode& decode) {
   try {

@@ -1,5 +1,6 @@
-// Deposition paths on disk: one record per layer in the framing of logfile/record_file.h, so that a file is
-// streamed, found intact or named damaged, and read with one layer in memory. Format: docs/formats.md.
+// LayerWriter and LayerReader write and read deposition paths: one record per layer in the framing of
+// files/record/record_file.h. A file is streamed, checked for damage and read with one layer in memory.
+// Format: docs/formats.md.
 #pragma once
 
 #include <filesystem>
@@ -13,13 +14,13 @@ namespace firn {
 /// Kinds of records.
 enum class PathRecord : std::uint16_t { kHead = 48, kLayer = 49, kTotals = 50 };
 
-/// Writes under a temporary name beside the file; finish() gives it its name. What is not finished is
-/// removed.
+/// Writes under a temporary name beside the file; finish() renames the file. The destructor removes an
+/// unfinished file.
 class LayerWriter {
  public:
   LayerWriter(const std::filesystem::path& file,
               const slice::PathFileHead& head);  ///< @throws logfile::FileError
-  /// @param encoded of the layer, @param use of each material in it: made elsewhere, by any thread
+  /// @param encoded the layer, @param use of each material in the layer: made elsewhere, by any thread
   void add(std::span<const std::byte> encoded, const slice::LayerPaths& layer,
            const std::vector<slice::MaterialUse>& use);
   void finish();  ///< @throws logfile::FileError
@@ -31,18 +32,19 @@ class LayerWriter {
   slice::PathFileTotals totals_;
 };
 
-/// Reads what LayerWriter wrote. @throws FormatError, logfile::FileError: no such file, no head, damage (with
+/// Reads a file of LayerWriter. @throws FormatError, logfile::FileError: no such file, no head, damage (with
 /// the byte), a record of an unknown kind, layers that do not ascend, totals that differ.
 class LayerReader {
  public:
   explicit LayerReader(const std::filesystem::path& file);
   explicit LayerReader(std::span<const std::byte> bytes);
   const slice::PathFileHead& head() const { return head_; }
-  /// The next layer, or nothing behind the last. A file without totals is incomplete: the last call throws.
+  /// Returns the next layer, or nothing behind the last. A file without totals is incomplete: the last call
+  /// throws.
   std::optional<slice::LayerPaths> next();
   const slice::PathFileTotals& totals() const {
     return seen_;
-  }                         ///< of what was read so far; use only at the end
+  }                         ///< of the layers read so far; use only at the end
   double fraction() const;  ///< of the file that has been read
 
  private:

@@ -47,7 +47,7 @@ class CsvReader {
     throw UsageError(fmt::format("{}:{}: {}", name_, line_, problem));
   }
 
-  /// The next line, valid until the one after it.
+  /// Returns the next line, valid until the next call.
   bool next_line(std::string_view& text) {
     in_.take(used_);
     ++line_;
@@ -150,7 +150,7 @@ class CsvReader {
   InputPath path_;
   std::int64_t number_ = 0;
   std::size_t used_ = 0;                              // bytes of the line that was handed out
-  int line_ = 0, columns_ = 0, speed_ = 0, yaw_ = 0;  // which column, 0 = none
+  int line_ = 0, columns_ = 0, speed_ = 0, yaw_ = 0;  // column number, 0 = absent
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Paths to plan, read one after another from a CSV or JSON file (docs/commands/plan.md) or from a sliced job
-// (docs/formats.md): memory holds one path, or one layer, not the job.
+// read_paths reads paths to plan, one after another, from a CSV or JSON file (docs/commands/plan.md) or from
+// a sliced job (docs/formats.md). Memory holds one path, or one layer, not the job.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace firn {
 
-/// One path of a file with what the planner needs besides its points.
+/// One path of a file with the planner's further inputs: tool, yaw, speed limits.
 struct InputPath {
   std::int64_t number = 0;  ///< in the file, from 1
   std::string place;        ///< for messages: "job.csv:17" or "job.json: paths[3]"
@@ -23,10 +23,10 @@ struct InputPath {
   double yaw_rad = 0.0;               ///< of the tool, constant along the path
   std::vector<double> yaw_point_rad;  ///< instead: one per point; empty = yaw_rad
   motion::PathSpeedLimit speed_limit;
-  double fraction = 0.0;  ///< of the file that has been read with it, 0 to 1
+  double fraction = 0.0;  ///< of the file read so far, this path included, 0 to 1
 };
 
-/// Handed each path in order.
+/// Receives each path in order.
 using PathSink = std::function<void(InputPath&&)>;
 
 /// Reads a *.csv, *.json or *.paths file. @throws UsageError naming the file, line or key (for an unknown one
@@ -34,10 +34,10 @@ using PathSink = std::function<void(InputPath&&)>;
 /// million points in one path, 1000 bytes in one CSV line; of a *.paths file the byte
 void read_paths(const std::filesystem::path& file, const PathSink& sink);
 
-/// The same of any stream; `size` in bytes (for the fraction), `name` stands in messages.
+/// Read the same formats from any stream; `size` in bytes (for the fraction), `name` for messages.
 void read_paths_csv(std::istream& in, const std::string& name, double size, const PathSink& sink);
 void read_paths_json(std::istream& in, const std::string& name, double size, const PathSink& sink);
-/// The paths of a sliced job, each with its material's tool.
+/// Reads the paths of a sliced job, each with its material's tool.
 void read_paths_layers(const std::filesystem::path& file, const PathSink& sink);
 
 inline constexpr double kMaxCoordinate_mm = 1e5, kMaxYaw_deg = 7200.0;

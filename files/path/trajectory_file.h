@@ -1,6 +1,6 @@
-// Trajectories on disk: one record per path in the framing of logfile/record_file.h, so that a file is
-// streamed, found intact or named damaged, and read with one path in memory. Format:
-// docs/formats.md.
+// TrajectoryWriter and TrajectoryReader write and read trajectories: one record per path in the framing of
+// files/record/record_file.h. A file is streamed, checked for damage and read with one path in memory.
+// Format: docs/formats.md.
 #pragma once
 
 #include <filesystem>
@@ -14,8 +14,8 @@ namespace firn {
 /// Kinds of records.
 enum class TrajectoryRecord : std::uint16_t { kHead = 32, kPath = 33, kTotals = 34 };
 
-/// Writes under a temporary name beside the file; finish() gives it its name. What is not finished is
-/// removed.
+/// Writes under a temporary name beside the file; finish() renames the file. The destructor removes an
+/// unfinished file.
 class TrajectoryWriter {
  public:
   TrajectoryWriter(const std::filesystem::path& file,
@@ -23,7 +23,7 @@ class TrajectoryWriter {
   void add(const PlannedPath& path) {
     add(encode(path), path.trajectory.samples(), path.trajectory.certificate.duration_s);
   }
-  /// The same, encoded elsewhere (by another thread).
+  /// Adds a path that was encoded elsewhere (by another thread).
   void add(std::span<const std::byte> encoded, std::size_t samples, double duration_s);
   void finish();  ///< @throws logfile::FileError
   const TrajectoryTotals& totals() const { return totals_; }
@@ -34,7 +34,7 @@ class TrajectoryWriter {
   TrajectoryTotals totals_;
 };
 
-/// Reads what TrajectoryWriter wrote. @throws TrajectoryFormatError, logfile::FileError: no such file, no
+/// Reads a file of TrajectoryWriter. @throws TrajectoryFormatError, logfile::FileError: no such file, no
 /// head, damage (with the byte), a record of an unknown kind, trajectories behind the totals or totals that
 /// differ.
 class TrajectoryReader {
@@ -42,10 +42,10 @@ class TrajectoryReader {
   explicit TrajectoryReader(const std::filesystem::path& file);
   explicit TrajectoryReader(std::span<const std::byte> bytes);
   const TrajectoryHead& head() const { return head_; }
-  /// The next trajectory, or nothing behind the last. A file without totals is incomplete: the last call
-  /// throws.
+  /// Returns the next trajectory, or nothing behind the last. A file without totals is incomplete: the last
+  /// call throws.
   std::optional<PlannedPath> next();
-  const TrajectoryTotals& totals() const { return seen_; }  ///< of what was read so far
+  const TrajectoryTotals& totals() const { return seen_; }  ///< of the paths read so far
 
  private:
   std::optional<logfile::Record> record();

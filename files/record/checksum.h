@@ -1,4 +1,4 @@
-// XXH64 (seed 0) of bytes: the one checksum of record files, log index and tiles.
+// checksum64 computes XXH64 (seed 0), the checksum of record files, log index and tiles.
 // https://github.com/Cyan4973/xxHash/blob/dev/doc/xxhash_spec.md
 #pragma once
 
@@ -9,7 +9,7 @@
 namespace firn::logfile {
 
 std::uint64_t checksum64(std::span<const std::byte> bytes);
-/// Of `a` followed by each of `parts`, without joining them.
+/// Returns the checksum of `a` followed by each of `parts`, without joining them.
 std::uint64_t checksum64(std::span<const std::byte> a, std::span<const std::span<const std::byte>> parts);
 
 }  // namespace firn::logfile

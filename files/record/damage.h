@@ -1,4 +1,4 @@
-// What a reader found wrong, kept in bounded memory.
+// DamageList holds the damage that a reader found in a file, in bounded memory.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@ namespace firn::logfile {
 struct Damage {
   std::uint64_t offset = 0;  ///< first byte in the file
   std::uint64_t bytes =
-      0;  ///< bytes that could not be used, or that cannot be trusted; 0 = something is missing here
+      0;  ///< bytes that are unusable or cannot be trusted; 0 = some bytes or records are missing here
   std::string_view reason;  ///< static text
   std::uint64_t lost =
-      0;  ///< records or events that the reader could not return (0 = none, e.g. a duplicate)
+      0;  ///< records or events that the reader could not return (0 if nothing is lost, e.g. a duplicate)
 };
 
 class DamageList {
@@ -23,7 +23,7 @@ class DamageList {
     lost_ += d.lost;
     if (list_.size() < kKept) list_.push_back(d);
   }
-  /// The first kKept, in file order.
+  /// Returns the first kKept, in file order.
   const std::vector<Damage>& list() const { return list_; }
   std::uint64_t count() const { return count_; }
   std::uint64_t lost() const { return lost_; }

@@ -1,5 +1,6 @@
-// Bytes of one event of an LCM log, big endian: u32 sync word, i64 eventnum, i64 utime, i32 channel length,
-// i32 data length, channel, data. https://lcm-proj.github.io/lcm/content/log-file-format.html
+// plausible_event and put_event_header read and write the header of one event of an LCM log, big endian: u32
+// sync word, i64 eventnum, i64 utime, i32 channel length, i32 data length, channel, data.
+// https://lcm-proj.github.io/lcm/content/log-file-format.html
 #pragma once
 
 #include <array>
@@ -14,7 +15,7 @@ namespace firn::logfile {
 inline constexpr std::uint32_t kEventSync = 0xEDA1DA01u;
 inline constexpr std::array<unsigned char, 4> kEventSyncBytes{0xED, 0xA1, 0xDA, 0x01};
 inline constexpr std::size_t kEventHeaderBytes = 28;
-inline constexpr std::int32_t kMaxEventChannelBytes = 999;  // what LCM's own reader takes
+inline constexpr std::int32_t kMaxEventChannelBytes = 999;  // the limit of LCM's own reader
 
 inline std::uint32_t big32(const std::byte* p) {
   std::uint32_t v;
@@ -66,8 +67,8 @@ inline bool plausible_channel(std::string_view name) {
   return !name.empty() && name.size() <= std::size_t(kMaxEventChannelBytes);
 }
 
-/// Fills `h` from the bytes at `at`. @returns false unless a whole event could stand there: sync word,
-/// lengths within the file, a channel of printable characters, a number that an event counter can reach.
+/// Fills `h` from the bytes at `at`. @returns false unless a whole event could be there: sync word, lengths
+/// within the file, a channel of printable characters, a number that an event counter can reach.
 inline bool plausible_event(std::span<const std::byte> log, std::uint64_t at, EventHeader& h) {
   if (at > log.size() || log.size() - at < kEventHeaderBytes + 1) return false;
   const std::byte* p = log.data() + at;

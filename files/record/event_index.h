@@ -1,5 +1,5 @@
-// log.lcm.idx: where each event of log.lcm stands and the checksum of its bytes. A record file
-// (record_file.h): blocks that check themselves, only ever appended to, usable when cut. Format:
+// EventIndex holds the offset and checksum of each event of log.lcm, from log.lcm.idx. The index is a record
+// file (record_file.h): blocks with their own checksums, only ever appended to, usable when cut. Format:
 // docs/formats.md.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace firn::logfile {
 
 inline constexpr std::uint16_t kIndexChannelRecord = 1;  ///< u32 id, then the name
 inline constexpr std::uint16_t kIndexEntriesRecord = 2;  ///< IndexEntry after IndexEntry
-inline constexpr std::size_t kIndexBlockEntries = 512;  ///< most of one record: what one flipped bit can cost
+inline constexpr std::size_t kIndexBlockEntries = 512;   ///< maximum per record: the loss by one flipped bit
 
 struct IndexEntry {
   std::uint64_t eventnum = 0;
@@ -36,10 +36,10 @@ std::filesystem::path index_path(const std::filesystem::path& log);
 class EventIndex {
  public:
   EventIndex() = default;
-  /// Takes any bytes; blocks that are damaged are left out (see damage()).
+  /// Accepts any bytes; damaged blocks are omitted (see damage()).
   explicit EventIndex(std::span<const std::byte> index_file);
 
-  /// @returns nullptr when the index does not know the event.
+  /// @returns nullptr if the index does not contain the event.
   const IndexEntry* find(std::uint64_t eventnum) const;
   /// @returns an empty view for an unknown id.
   std::string_view channel(std::uint32_t id) const;
@@ -56,10 +56,10 @@ class EventIndex {
 class EventIndexWriter {
  public:
   EventIndexWriter(const std::filesystem::path& path, RecordWriter::Mode mode);  ///< @throws FileError
-  /// The id of a channel; a new one is written out with the next append().
+  /// Returns the id of a channel; the next append() writes a new channel.
   std::uint32_t channel_id(std::string_view name);
-  /// Writes new channels, then entries from the front of `entries`; removes those that were written, also
-  /// when it throws FileError.
+  /// Writes new channels, then entries from the front of `entries`; removes the written ones, also when
+  /// append() throws FileError.
   void append(std::vector<IndexEntry>& entries);
   void sync() { file_.sync(); }
   void close() { file_.close(); }

@@ -1,5 +1,6 @@
-// LCM event logs that survive damage: written in large pieces with an index of checksums beside them, read
-// behind any damage. The files are valid for lcm-logplayer. Knows no message. Format: docs/formats.md.
+// EventLogWriter and EventLogReader write and read LCM event logs that survive damage: the writer writes
+// large pieces with an index of checksums beside the log, the reader continues behind any damage. The files
+// are valid for lcm-logplayer. Both are independent of the types of messages. Format: docs/formats.md.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +17,18 @@
 
 namespace firn::logfile {
 
-/// Writes `path` and `path`.idx. Events gather in memory and go out in one write of at least flush_bytes, or
-/// when the caller says that they have waited long enough. The index never claims an event that is not whole
-/// in the log.
+/// Writes `path` and `path`.idx. Events are buffered and written in one write of at least flush_bytes, or on
+/// flush_up_to(). The index never lists an event that is not whole in the log.
 class EventLogWriter {
  public:
   using Mode = File::Mode;
   struct Options {
     Mode mode = Mode::kCreate;
     std::size_t flush_bytes = std::size_t(1) << 20;
-    std::size_t most_pending_bytes = std::size_t(256) << 20;  ///< kept while the disk refuses
+    std::size_t most_pending_bytes = std::size_t(256) << 20;  ///< kept while the disk refuses writes
   };
-  /// kAppend goes on behind the last whole event; a torn one is first copied to "<path>.torn-<n>"; an index
-  /// that lags, is damaged or is missing is written anew. @throws FileError, std::runtime_error (not an LCM
-  /// log)
+  /// kAppend continues behind the last whole event; a torn one is first copied to "<path>.torn-<n>"; an index
+  /// that lags, is damaged or is missing is rewritten. @throws FileError, std::runtime_error (not an LCM log)
   EventLogWriter(const std::filesystem::path& path, const Options& options);
   explicit EventLogWriter(const std::filesystem::path& path) : EventLogWriter(path, Options{}) {}
 
@@ -40,18 +39,18 @@ class EventLogWriter {
   ///         unless most_pending_bytes would be exceeded; append() and flush() may be tried again.
   ///         std::invalid_argument for a channel or data that the format cannot hold.
   void append(std::int64_t utime_us, std::string_view channel, std::span<const std::byte> data);
-  /// Writes what is pending. @throws FileError: whole events that went out are in log and index, the rest is
-  /// pending.
+  /// Writes the pending events. @throws FileError: whole events that were written are in log and index, the
+  /// rest is pending.
   void flush();
   /// Flushes if the oldest pending event has utime_us <= `utime_us`. @throws FileError
   void flush_up_to(std::int64_t utime_us);
   void sync();   ///< flush(), then fdatasync of log and index. @throws FileError
-  void close();  ///< flush(), then close. Without it the destructor drops what is pending. @throws FileError
+  void close();  ///< flush(), then close. The destructor alone drops pending events. @throws FileError
 
   std::uint64_t events() const { return next_eventnum_; }  ///< number of the next event
   std::size_t pending_bytes() const { return buffer_.size(); }
   std::size_t pending_events() const { return pending_.size(); }
-  std::uint64_t dropped_events() const { return dropped_; }  ///< not taken: most_pending_bytes
+  std::uint64_t dropped_events() const { return dropped_; }  ///< refused: most_pending_bytes
   std::uint64_t bytes() const { return log_.position(); }    ///< written so far
   const std::filesystem::path& path() const { return log_.path(); }
   const std::filesystem::path& torn_path() const { return torn_path_; }
@@ -76,11 +75,11 @@ struct Event {
   std::string_view channel;
   std::span<const std::byte> data;
   std::uint64_t offset = 0;  ///< of the sync word in the log
-  bool damaged = false;      ///< something in it is known to be wrong
+  bool damaged = false;      ///< part of the event is known to be wrong
   bool checked = false;      ///< the checksum of the index holds
 };
 
-/// Reads events from the bytes of a log (see MappedFile). Takes any bytes: never crashes, linear time;
+/// Reads events from the bytes of a log (see MappedFile). Accepts any bytes: never crashes, linear time;
 /// allocates the damage list and, once something is missing, 32 bytes per event. With an index, flipped
 /// payload bits are found and damaged headers are restored.
 class EventLogReader {
@@ -89,12 +88,12 @@ class EventLogReader {
   /// ignored.
   explicit EventLogReader(std::span<const std::byte> log, const EventIndex* index = nullptr);
 
-  /// The next event, or nothing at the end. After damage it goes on at the next credible event; repeated
-  /// events are dropped. Each of these is in damage().
+  /// Returns the next event, or nothing at the end. After damage the reader continues at the next credible
+  /// event; repeated events are dropped. damage() lists each of these.
   std::optional<Event> next();
   const DamageList& damage() const { return damage_; }
   bool index_ignored() const { return index_ignored_; }
-  /// Byte behind the last undamaged event returned so far, and the number that follows it.
+  /// Return the byte behind the last undamaged event returned so far, and the event number that follows.
   std::uint64_t valid_end() const { return valid_end_; }
   std::uint64_t valid_next_eventnum() const { return valid_next_; }
 
@@ -132,7 +131,7 @@ class EventLogReader {
 /// A log with the index beside it, mapped.
 class EventLogFile {
  public:
-  explicit EventLogFile(const std::filesystem::path& path);  ///< @throws FileError; a missing index is none
+  explicit EventLogFile(const std::filesystem::path& path);  ///< @throws FileError; the index is optional
   EventLogReader reader() const { return EventLogReader(log_.bytes(), has_index_ ? &index_ : nullptr); }
   std::span<const std::byte> bytes() const { return log_.bytes(); }
   bool has_index() const { return has_index_; }

@@ -40,13 +40,13 @@ bool EventLogReader::successor_follows(const EventHeader& h) const {
   return plausible_event(log_, h.end(), next) && next.eventnum == h.eventnum + 1;
 }
 
-// Does something that begins like an event stand behind it?
+// Returns true if the bytes behind the event begin like a sync word, or the log ends.
 bool EventLogReader::sync_follows(const EventHeader& h) const {
   const std::size_t n = std::min<std::size_t>(4, log_.size() - h.end());
   return std::memcmp(log_.data() + h.end(), kEventSyncBytes.data(), n) == 0;
 }
 
-// Do events that come after this one stand inside it? Then its length is wrong, or bytes are missing.
+// Returns true if later events lie inside this one: the length is then wrong, or bytes are missing.
 bool EventLogReader::swallows_events(const EventHeader& h) {
   if (!may_spend(h.bytes())) return true;
   spent_in_vain_ += h.bytes();
@@ -63,8 +63,8 @@ bool EventLogReader::swallows_events(const EventHeader& h) {
   return false;
 }
 
-// At the place where an event is due: its neighbour, or else its number and the lack of a contradiction,
-// speak for it.
+// Credibility of an event at its due place: confirmed by the neighbour, or else by the number without a
+// contradiction.
 bool EventLogReader::credible_in_place(const EventHeader& h) {
   if (successor_follows(h)) return true;
   EventHeader next;
@@ -84,7 +84,7 @@ bool EventLogReader::credible_after_damage(const EventHeader& h) {
   return h.eventnum >= expected_ && likely && !swallows_events(h);
 }
 
-// The event that the index places here, when its own header cannot be trusted.
+// Returns the event that the index places here, for an event with an untrusted header.
 std::optional<Event> EventLogReader::restored_by_index() {
   const IndexEntry* e = index_ ? index_->find(expected_) : nullptr;
   if (!e || std::int64_t(e->offset) + shift_ != std::int64_t(at_) || e->bytes > log_.size() - at_) return {};
@@ -147,7 +147,7 @@ Event EventLogReader::accept(const EventHeader& h, std::uint64_t eventnum, bool 
   return {eventnum, h.utime_us, event_channel(log_, h), data, h.at, damaged, checked};
 }
 
-// The event at at_, if one can be made out there. Drops repeated ones.
+// Returns the event at at_, if one is recognizable. Drops repeated ones.
 std::optional<Event> EventLogReader::in_place() {
   EventHeader h, next;
   while (plausible_event(log_, at_, h)) {
@@ -183,7 +183,7 @@ std::optional<Event> EventLogReader::in_place() {
   return at_ < log_.size() ? restored_by_index() : std::nullopt;
 }
 
-// The next credible event from `from` on; the log's size if none.
+// Returns the next credible event from `from` on; the log's size without one.
 std::uint64_t EventLogReader::find_credible(std::uint64_t from) {
   EventHeader h;
   while (from < log_.size()) {

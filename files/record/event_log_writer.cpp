@@ -6,7 +6,7 @@
 namespace firn::logfile {
 namespace {
 
-constexpr std::size_t kMaxChannelBytes = 63;  // what LCM sends
+constexpr std::size_t kMaxChannelBytes = 63;  // LCM's limit for sending
 
 }  // namespace
 
@@ -20,7 +20,8 @@ EventLogWriter::EventLogWriter(const std::filesystem::path& path, const Options&
   if (!index_) index_.emplace(index_path(path), RecordWriter::Mode::kAppend);
 }
 
-// Finds the end of the last whole event, saves what stands behind it, and makes the index agree with the log.
+// Finds the end of the last whole event, saves the bytes behind that end, and makes the index agree with the
+// log.
 void EventLogWriter::continue_log() {
   const EventLogFile old(path());
   EventLogReader reader = old.reader();
@@ -32,7 +33,7 @@ void EventLogWriter::continue_log() {
     agrees = agrees && known && known->offset == event->offset;
     IndexEntry entry{event->eventnum, event->offset, event->utime_us, 0, 0, 0};
     entry.bytes = std::uint32_t(kEventHeaderBytes + event->channel.size() + event->data.size());
-    // A damaged event keeps the checksum that finds it out.
+    // A damaged event keeps the checksum that reveals the damage.
     entry.checksum = known ? known->checksum : checksum64(old.bytes().subspan(event->offset, entry.bytes));
     entries.push_back(entry);
     channels.push_back(event->channel);

@@ -1,4 +1,5 @@
-// Files as the log writers and readers need them: whole writes, errors that name path and byte, mapped bytes.
+// File and MappedFile write and read the files of logs: whole writes, errors that name path and byte, mapped
+// bytes.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,7 @@ struct iovec;
 
 namespace firn::logfile {
 
-/// An operation on a file failed. what() = "<path>: byte <offset>: <what>: <errno text>".
+/// A failed operation on a file. The message is "<path>: byte <offset>: <operation>: <errno text>".
 class FileError : public std::runtime_error {
  public:
   FileError(const std::filesystem::path& path, std::uint64_t offset, const std::string& what, int error);
@@ -29,14 +30,15 @@ class File {
     kCreate,  ///< refuses an existing file
     kAppend,  ///< opens or creates; the position is the end
   };
-  /// Takes an exclusive lock, so that two writers of one file are found out. @throws FileError
+  /// Acquires an exclusive lock, so that a second writer of one file is detected. @throws FileError
   File(const std::filesystem::path& path, Mode mode);
   ~File();
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
-  /// All bytes of `parts` at position(), by one writev() unless the kernel takes fewer; `parts` is used up.
-  /// @throws FileError; position() then stands after what was written.
+  /// Writes all bytes of `parts` at position(), by one writev() unless the kernel accepts fewer; `parts` is
+  /// consumed.
+  /// @throws FileError; position() is then behind the written bytes.
   void write(std::span<iovec> parts);
   void truncate(std::uint64_t size);  ///< and moves the position there. @throws FileError
   void sync();   ///< fdatasync, the first time of a new file its folder too. @throws FileError
@@ -51,8 +53,8 @@ class File {
   bool folder_synced_ = false;
 };
 
-/// The bytes of a file, read only. The mapping shows the size at opening; a file that others cut meanwhile
-/// must not be read on.
+/// The bytes of a file, read only. The mapping has the size at opening; a file that another process truncates
+/// must not be read further.
 class MappedFile {
  public:
   explicit MappedFile(const std::filesystem::path& path);  ///< @throws FileError

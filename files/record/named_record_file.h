@@ -1,4 +1,4 @@
-// A file of records that has its name only when it is whole.
+// NamedRecordFile writes a file of records that receives its name only when complete.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace firn::logfile {
 
-/// Writes under a temporary name beside `file`; finish() syncs and gives it its name. What is not finished is
-/// removed.
+/// Writes under a temporary name beside `file`; finish() syncs and renames the file. The destructor removes
+/// an unfinished file.
 class NamedRecordFile {
  public:
   explicit NamedRecordFile(const std::filesystem::path& file);  ///< @throws FileError

@@ -1,13 +1,13 @@
-// Where outputs go.
+// output_target returns the file that an output of a given name replaces.
 #pragma once
 
 #include <filesystem>
 
 namespace firn::logfile {
 
-/// Where an output of this name goes: through symbolic links, to a file that is regular or is not there yet.
-/// A folder, a device or a pipe is never replaced: a rename over /dev/null takes it away from the whole
-/// machine. @throws FileError (logfile/file.h)
+/// Follows symbolic links to a file that is regular or does not exist yet. A folder, a device or a pipe is
+/// never replaced: a rename over /dev/null would remove the device from the whole machine. @throws FileError
+/// (files/record/file.h)
 std::filesystem::path output_target(const std::filesystem::path& file);
 
 }  // namespace firn::logfile

@@ -1,6 +1,6 @@
-// Framing of write-ahead files and of the world's own record: records that survive kill -9, are found again
-// behind any damage, and know their place. Knows nothing of what the payloads mean. Format:
-// docs/formats.md.
+// RecordWriter and RecordReader write and read the framed records of write-ahead files and of the world's own
+// record. Records survive kill -9, are found again behind any damage, and hold their index. The framing does
+// not depend on the payloads. Format: docs/formats.md.
 //
 //   file header, 16 bytes:  "FIRNREC1", u32 version = 1, u32 zero
 //   record, little endian:  8-byte sync marker, u16 kind, u16 header check, u32 payload length, u64 index,
@@ -25,16 +25,16 @@ inline constexpr std::size_t kRecordFileHeaderBytes = 16;
 inline constexpr std::size_t kMaxRecordPayloadBytes = std::size_t(1) << 30;
 
 /// Appends records. One writev() each, no allocation, so that a record is in the kernel when append()
-/// returns; with a buffer records reach the kernel when so many bytes have come together, and a killed
-/// process loses those that wait.
+/// returns. With a buffer, records reach the kernel when buffer_bytes have gathered, and a killed process
+/// loses the waiting ones.
 class RecordWriter {
  public:
   using Mode = File::Mode;
-  /// kCreate: a new file, refused if one exists. kAppend: goes on behind the last valid record; what stands
-  /// behind it (a torn record) is first copied to "<path>.torn-<n>". A file that holds neither header nor
-  /// record of ours is refused. @throws FileError, std::runtime_error
+  /// kCreate: a new file, refused if one exists. kAppend: continues behind the last valid record; a torn
+  /// record behind that is first copied to "<path>.torn-<n>". A file with neither a valid header nor a valid
+  /// record is refused. @throws FileError, std::runtime_error
   RecordWriter(const std::filesystem::path& path, Mode mode, std::size_t buffer_bytes = 0);
-  ~RecordWriter();  ///< flushes; what then fails is lost: flush() tells
+  ~RecordWriter();  ///< flushes; records of a failed write are lost: flush() reports the error
 
   /// @param kind the caller's; @param parts the payload in pieces, at most 14
   /// @returns the index of the record
@@ -59,7 +59,7 @@ class RecordWriter {
   std::uint64_t next_index() const { return next_index_; }
   std::uint64_t bytes() const { return file_.position() + buffer_.size(); }
   const std::filesystem::path& path() const { return file_.path(); }
-  /// Where kAppend put a torn tail; empty if there was none.
+  /// Returns the file to which kAppend copied a torn tail; empty without a torn tail.
   const std::filesystem::path& torn_path() const { return torn_path_; }
 
  private:
@@ -80,21 +80,21 @@ struct Record {
   bool damaged = false;  ///< the checksum fails though the framing holds: kind and payload may be wrong
 };
 
-/// Reads records from the bytes of a file (see MappedFile). Takes any bytes: never crashes, linear time;
+/// Reads records from the bytes of a file (see MappedFile). Accepts any bytes: never crashes, linear time;
 /// allocates the damage list and, once something is missing, 32 bytes per record.
 class RecordReader {
  public:
   explicit RecordReader(std::span<const std::byte> file);
 
-  /// The next record in increasing index, or nothing at the end. After damage it goes on at the next record
-  /// whose header and checksum hold; a record whose index was seen before is dropped. Each of these is in
-  /// damage().
+  /// Returns the next record in increasing index, or nothing at the end. After damage the reader continues at
+  /// the next record whose header and checksum hold; a record with a repeated index is dropped. damage()
+  /// lists each of these.
   std::optional<Record> next();
   const DamageList& damage() const { return damage_; }
-  /// Byte behind the last valid (undamaged) record returned so far; a file without records: behind its
-  /// header, or 0.
+  /// Returns the byte behind the last valid (undamaged) record returned so far; for a file without records
+  /// the byte behind the header, or 0.
   std::uint64_t valid_end() const { return valid_end_; }
-  /// The index that follows the last valid record.
+  /// Returns the index that follows the last valid record.
   std::uint64_t valid_next_index() const { return valid_next_index_; }
   bool header_ok() const { return header_ok_; }
 
@@ -113,7 +113,7 @@ class RecordReader {
   std::uint64_t expected_ = 0;  // index of the next record
   std::uint64_t valid_end_ = 0;
   std::uint64_t valid_next_index_ = 0;
-  std::uint64_t spent_in_vain_ = 0;  // bytes hashed or searched for candidates that were none
+  std::uint64_t spent_in_vain_ = 0;  // bytes hashed or searched for false candidates
   bool header_ok_ = false;
   DamageList damage_;
   SequenceMap places_;  // built at the first gap

@@ -1,4 +1,4 @@
-// Bytes of a record header, shared by writer and reader.
+// RecordLayout holds the bytes of a record header, shared by writer and reader.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ inline constexpr std::array<unsigned char, kRecordFileHeaderBytes> kFileHeader{
 struct RecordLayout {
   std::array<unsigned char, 8> sync;
   std::uint16_t kind;
-  std::uint16_t check;  // of kind, length and index: tells a damaged header from a damaged payload
+  std::uint16_t check;  // of kind, length and index: distinguishes a damaged header from a damaged payload
   std::uint32_t length;
   std::uint64_t index;
   std::uint64_t checksum;
@@ -29,7 +29,7 @@ struct RecordLayout {
     const std::uint64_t h = checksum64(std::as_bytes(std::span(fields)));
     return std::uint16_t(h ^ h >> 16 ^ h >> 32 ^ h >> 48);
   }
-  /// The part of the header that the checksum covers.
+  /// Returns the part of the header that the checksum covers.
   std::span<const std::byte> covered() const {
     return {reinterpret_cast<const std::byte*>(this) + offsetof(RecordLayout, kind),
             offsetof(RecordLayout, checksum) - offsetof(RecordLayout, kind)};

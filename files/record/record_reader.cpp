@@ -24,7 +24,7 @@ RecordReader::RecordReader(std::span<const std::byte> file) : file_(file) {
   }
 }
 
-// What stands at `at`, if a whole record of the stated length could.
+// Returns the header at `at`, if a whole record of the stated length fits there.
 std::optional<RecordReader::Header> RecordReader::header_at(std::uint64_t at) const {
   if (at > file_.size() || file_.size() - at < kRecordHeaderBytes) return {};
   Header h;
@@ -37,8 +37,8 @@ std::optional<RecordReader::Header> RecordReader::header_at(std::uint64_t at) co
   return h;
 }
 
-// Hashing long candidates that turn out to be none would be quadratic on hostile input: beyond a few times
-// the file's size only short ones are still tried.
+// Hashing long false candidates would be quadratic on hostile input: beyond a few times the file's size only
+// short ones are still tried.
 bool RecordReader::may_spend(std::uint64_t bytes) {
   return bytes <= 1024 || spent_in_vain_ <= 4 * file_.size();
 }
@@ -51,7 +51,7 @@ bool RecordReader::checksum_holds(const Header& h) {
   return holds;
 }
 
-// Is only this record damaged, with its neighbour where it should be?
+// Returns true if only this record is damaged, with the neighbour at the expected place.
 bool RecordReader::framing_holds(const Header& h) {
   const std::uint64_t index = h.check_ok ? h.index : expected_;
   if (h.end() < file_.size()) {
@@ -64,7 +64,7 @@ bool RecordReader::framing_holds(const Header& h) {
   return !::memmem(file_.data() + h.at + 8, h.end() - h.at - 8, kSyncMarker.data(), kSyncMarker.size());
 }
 
-// The next place from `from` on where a record's marker, header and checksum hold; the file's size if none.
+// Returns the next place from `from` on with valid marker, header and checksum; the file's size without one.
 std::uint64_t RecordReader::resync(std::uint64_t from) {
   while (from < file_.size()) {
     const void* found =

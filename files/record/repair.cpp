@@ -14,7 +14,7 @@ namespace {
 // One event of the new log. Old ones keep their order; an inserted one follows its predecessor's rank.
 struct Piece {
   std::int64_t utime_us = 0;
-  std::uint64_t rank = 0;       // order in the old log, of itself or of the one that it follows
+  std::uint64_t rank = 0;       // order in the old log, of the event or of its predecessor
   std::uint64_t insertion = 0;  // 0 = from the old log
   std::string_view channel;
   std::span<const std::byte> data;
@@ -44,7 +44,7 @@ void read_log(const EventLogFile& file, const KeyOf& key_of, Plan& plan) {
     ++rank;
     const auto key = key_of(e->channel, e->data);
     if (e->damaged) {
-      ++plan.report.left_out;  // taken back when a source holds it whole
+      ++plan.report.left_out;  // decremented when a source holds the whole event
       if (key) plan.keys[e->channel].try_emplace(*key, Known{e->utime_us, rank, false, 0});
       continue;
     }
@@ -131,7 +131,7 @@ std::string seconds(std::int64_t us) {
 
 RepairReport repair(const std::filesystem::path& log, const MessageSource& source, const KeyOf& key_of) {
   const bool exists = std::filesystem::exists(log);
-  std::optional<File> lock;  // no recorder may go on writing what is replaced here
+  std::optional<File> lock;  // no recorder may continue to write the replaced log
   if (exists) lock.emplace(log, File::Mode::kAppend);
   std::optional<EventLogFile> old;
   if (exists) old.emplace(log);
@@ -164,8 +164,8 @@ RepairReport repair(const std::filesystem::path& log, const MessageSource& sourc
     std::filesystem::remove(index_path(fresh), ignored);
     throw;
   }
-  // A stop between these leaves a log without an index, which reads as well; never a log with a foreign
-  // index.
+  // A stop between these lines leaves a log without an index, which is still readable, never a log with a
+  // foreign index.
   std::filesystem::remove(index_path(log));
   std::filesystem::rename(fresh, log);
   std::filesystem::rename(index_path(fresh), index_path(log));

@@ -1,6 +1,6 @@
-// Fills the gaps of an event log from other records of the same messages (the write-ahead files), and leaves
-// damage behind: a new log in time order, put in place of the old one at once. Knows no message: keys come
-// from the caller.
+// repair fills the gaps of an event log from other records of the same messages (the write-ahead files) and
+// omits damage: a new log in time order replaces the old one at once. The caller provides the keys of
+// messages.
 #pragma once
 
 #include <compare>
@@ -31,9 +31,10 @@ struct SourceMessage {
   std::span<const std::byte> data;
 };
 
-/// The next message that must be in the log, in any order, repeats allowed; nothing at the end.
+/// Returns the next message that must be in the log, in any order, repeats allowed; nothing at the end.
 using MessageSource = std::function<std::optional<SourceMessage>()>;
-/// The key of an event of the log; nothing for events that no source names (they are kept as they are).
+/// Returns the key of an event of the log; nothing for events that no source names (these are kept
+/// unchanged).
 using KeyOf =
     std::function<std::optional<MessageKey>(std::string_view channel, std::span<const std::byte> data)>;
 
@@ -50,18 +51,18 @@ struct RepairReport {
   std::uint64_t events = 0;      ///< in the log now
   std::vector<ChannelGap> gaps;  ///< by channel name
   std::uint64_t inserted = 0, replaced = 0;
-  std::uint64_t repeated = 0;       ///< events of one key that stood twice: the first whole one is kept
-  std::uint64_t left_out = 0;       ///< damaged events that no source holds; they stay in kept_path
+  std::uint64_t repeated = 0;       ///< repeated events of one key: the first whole one is kept
+  std::uint64_t left_out = 0;       ///< damaged events that no source holds; kept_path still has them
   DamageList damage;                ///< of the old log
   std::filesystem::path kept_path;  ///< the old log, kept if it was damaged: "<log>.before-repair-<n>"
 };
 
-/// "recording gap, repaired: 12 messages of HEIGHT_PROFILE between 3.200000 s and 3.900000 s", one line per
-/// channel.
+/// Returns "recording gap, repaired: 12 messages of HEIGHT_PROFILE between 3.200000 s and 3.900000 s", one
+/// line per channel.
 std::vector<std::string> describe(const RepairReport& report);
 
-/// Repairs `log` and its index; makes them if there is no log. An inserted message stands where its time
-/// says, but never before its predecessor on the same channel. Needs space for a second log.
+/// Repairs `log` and its index; creates both if there is no log. An inserted message is placed by its time,
+/// but never before its predecessor on the same channel. Requires disk space for a second log.
 /// @throws FileError, also when somebody is writing the log; the old log is then untouched
 RepairReport repair(const std::filesystem::path& log, const MessageSource& source, const KeyOf& key_of);
 

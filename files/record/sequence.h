@@ -1,5 +1,5 @@
-// Where the numbered pieces of a damaged file stand: tells a gap (pieces lost) from a stray copy of a later
-// block.
+// SequenceMap holds the offsets of the numbered pieces of a damaged file, to distinguish a gap (pieces lost)
+// from a stray copy of a later block.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +21,8 @@ class SequenceMap {
     for (std::size_t i = n; i-- > 1;) farthest_[i] = std::max(farthest_[2 * i], farthest_[2 * i + 1]);
     built_ = true;
   }
-  /// Does any of the numbers [from, to) stand behind `offset`? Then what stands at `offset` with number `to`
-  /// is early.
+  /// Returns true if any of the numbers [from, to) is behind `offset`: the piece at `offset` with number `to`
+  /// is then early.
   bool any_behind(std::uint64_t from, std::uint64_t to, std::uint64_t offset) const {
     const auto at = [&](std::uint64_t number) {
       return std::size_t(

@@ -1,6 +1,7 @@
-// Everything that fixes the simulated ice printer [Barnett 2012]: nature's and the instruments' true
-// parameters, one seed. None of them is a controller's: sources are in docs/plant-ice.md. Lengths mm, times
-// s, part frame unless said: z up from the table, robot base frame = part + origin.
+// IceWorldConfig holds the true parameters of the simulated ice printer [Barnett 2012]: nature's and the
+// instruments', with one seed. The controllers have parameters of their own. Sources are in
+// docs/plant-ice.md. Lengths are in mm, times in s, positions in the part frame unless said otherwise: z up
+// from the table, robot base frame = part + origin.
 #pragma once
 
 #include <array>
@@ -9,26 +10,27 @@
 
 namespace firn::plant {
 
-/// Fine cells that hold the surface; drops that land elsewhere are lost (and counted).
+/// Holds the raster of fine cells that represents the surface; drops that land elsewhere are lost (and
+/// counted).
 struct IceFieldParams {
   double cell_mm = 0.3;                        ///< 0.15 .. 0.6
   double x0_mm = -64.0, y0_mm = -64.0;         ///< low corner of the low cell, part frame
   double width_mm = 128.0, height_mm = 128.0;  ///< 5 .. 500; cover part, scaffold and 4 mm around
 };
 
-/// What a drop does before it is solid. Index 0 water, 1 SME.
+/// Holds the spreading parameters of a drop before it is solid. Index 0 water, 1 SME.
 struct IceBeadParams {
   double pool_mm = 0.24;      ///< thickness at which liquid on level ground stops spreading, 0.05 .. 1
   double deepest_mm = 0.40;   ///< at most this much of one drop stays in a low place, 0.05 .. 2
   double edge_mm = 0.60;      ///< ground this much below the liquid is an edge, where it hangs on, 0.1 .. 5
-  double spill = 1.60;        ///< what falls over an edge, in shares of what reaches beyond it, 0 .. 3
+  double spill = 1.60;        ///< spilt volume, in shares of the volume beyond an edge, 0 .. 3
   double scatter_mm = 0.20;   ///< landing point of a drop about the jet's axis, standard deviation, 0 .. 2
   double wander_rad = 0.035;  ///< the jet's direction about the nozzle's axis, standard deviation, 0 .. 0.3
   double wander_tau_s = 0.4;  ///< 0.01 .. 100
 };
 
-/// One line from its tank to its valve. Index 0 water (valve_a), 1 SME (valve_b). Volumes are of frozen
-/// material.
+/// Holds the parameters of one line from its tank to its valve. Index 0 water (valve_a), 1 SME (valve_b).
+/// Volumes are of frozen material.
 struct IceLineParams {
   double tank_pressure_kpa = 55.0;     ///< 1 .. 500
   double nozzle_mm = 0.191;            ///< 0.05 .. 1
@@ -51,18 +53,19 @@ struct IceLineParams {
   double tank_mm3 = 2.0e6;       ///< 0: empty from the start
 };
 
-/// End effector in the freezer: sections (a) tip with the valves, (b) laser, (c) conduit joint.
+/// Holds the thermal parameters of the end effector in the freezer: sections (a) tip with the valves, (b)
+/// laser, (c) conduit joint.
 struct IceHeatParams {
   double ambient_degC = -20.0;  ///< -60 .. 30
   std::array<double, 3> capacity_J_K{150.0, 180.0, 160.0};
   std::array<double, 3> loss_W_K{0.22, 0.18, 0.26};  ///< to the freezer
   std::array<double, 2> link_W_K{0.50, 0.45};        ///< (a)-(b), (b)-(c)
   std::array<double, 3> heater_W{36.0, 24.0, 36.0};
-  std::array<double, 3> set_degC{20.0, 22.0, 20.0};  ///< until the controller is told otherwise, 0 .. 45
+  std::array<double, 3> set_degC{20.0, 22.0, 20.0};  ///< until the controller sets another, 0 .. 45
   double hysteresis_K = 1.0;                         ///< on below set - this, off above set + this, 0.1 .. 10
   double valve_J_per_pulse = 0.025;                  ///< 0 .. 1
-  double freeze_degC = 0.0;                          ///< valve_a stands still below this tip temperature
-  double freeze_sme_degC = 5.0;                      ///< and valve_b
+  double freeze_degC = 0.0;                          ///< valve_a does not fire below this tip temperature
+  double freeze_sme_degC = 5.0;                      ///< the same of valve_b
   double start_degC = 20.0;
 };
 
@@ -115,7 +118,7 @@ struct IceLaserParams {
   double slope_dropout = 0.6;  ///< more per unit of slope above 0.5
 };
 
-/// A block on the table, for calibrations: sharp edges of known height.
+/// Holds a block on the table, for calibrations: sharp edges of known height.
 struct IceJig {
   double x0_mm = 0.0, y0_mm = 0.0, x1_mm = 0.0, y1_mm = 0.0, top_mm = 0.0;
 };
@@ -130,7 +133,7 @@ struct IceTableParams {
 
 struct IceDisturbanceParams {
   double debris_per_h = 0.4;      ///< bumps that fall on the part, 0 .. 1000
-  double debris_height_mm = 0.6;  ///< the largest; uniform from 0.2 of it [5.6: d_p = 0.5 intervals]
+  double debris_height_mm = 0.6;  ///< the maximum; uniform from 0.2 of it [5.6: d_p = 0.5 intervals]
   double debris_radius_mm = 1.5;
   double pattern = 0.015;     ///< frozen volume by place (trapped air, frost), standard deviation, 0 .. 0.2
   double pattern_mm = 40.0;   ///< its length
@@ -139,7 +142,8 @@ struct IceDisturbanceParams {
   double gap_mm = 3.0;        ///< clearance for which the jet's wander is stated
 };
 
-/// What stands beside the table: a cup for what falls beside the field, and a balance.
+/// Holds the balance beside the table and the densities of the material in its cup, which falls beside the
+/// field.
 struct IceBalanceParams {
   std::array<double, 2> density_mg_mm3{0.917, 0.875};  ///< of frozen volumes, 0.1 .. 10
   double std_mg = 1.0;                                 ///< of a weighing, 0 .. 1000

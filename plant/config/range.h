@@ -1,4 +1,4 @@
-// require_within() holds a parameter of the simulated world to its range.
+// require_within() checks a parameter of the simulated world against its range.
 #pragma once
 
 #include <string>

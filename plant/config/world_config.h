@@ -1,5 +1,5 @@
-// Everything that fixes a simulated world: grid, nature's parameters, instruments' parameters, one seed.
-// Plain numbers; ranges are checked where the configuration file is read and again by check().
+// WorldConfig holds the parameters of a simulated world: grid, nature, instruments, one seed. All are plain
+// numbers; ranges are checked by the reader of the configuration file and again by check().
 #pragma once
 
 #include <any>
@@ -15,9 +15,10 @@
 
 namespace firn::plant {
 
-/// One droplet on the surface. The footprint is a spherical cap on a thin wetting film: two shape numbers,
-/// calibrated once (docs/plant.md) so that an undisturbed droplet on a flat surface raises the means of its
-/// own, side and corner cells by 4.4, 0.6 and 0.2 um at a pitch of 0.263256 mm [Lu 2015, Table I].
+/// Holds the parameters of one droplet on the surface. The footprint is a spherical cap on a thin wetting
+/// film. Two shape numbers are calibrated once (docs/plant.md): an undisturbed droplet on a flat surface
+/// raises the means of its own, side and corner cells by 4.4, 0.6 and 0.2 um at a pitch of 0.263256 mm [Lu
+/// 2015, Table I].
 struct DropletParams {
   double volume_mm3 = 5.37457e-4;  ///< 7.6 um x pitch^2 of cured ink, divided by 1 - cure_shrink
   double cap_radius_mm = 0.18;     ///< at landing; levels out to the footprint of 0.42 mm [Lu 2015, Table I]
@@ -40,7 +41,7 @@ struct DropletParams {
   double satellite_distance_mm = 0.12;
 };
 
-/// Ink line and nozzle as an ODE (plant/nozzle.h).
+/// Holds the parameters of ink line and nozzle as an ODE (plant/nozzle.h).
 struct NozzleParams {
   bool drift = true;    ///< false: the factor is 1 for ever
   double step_s = 2.0;  ///< the ODE is advanced at most this often
@@ -57,14 +58,14 @@ struct NozzleParams {
   double wander_memory = 0.97;  ///< of its target from one layer to the next
 };
 
-/// The paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A].
+/// Holds the parameters of the paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A].
 struct Lu2015Params {
   double h1_mm = 0.0044, h2_mm = 0.0006, h3_mm = 0.0002;
   double variation = 0.2;    ///< v: h1..h3 all times (1 + v U[0,1]) per droplet per layer (errata, FIT)
-  bool keep_border = false;  ///< false: what leaves the grid is lost
+  bool keep_border = false;  ///< false: ink that leaves the grid is lost
 };
 
-/// Line sensor: what a profile sees of the surface (plant/sensor.h).
+/// Holds the parameters of the line sensor, which measures profiles of the surface (plant/sensor.h).
 struct SensorParams {
   double noise_mm = 0.001;       ///< white, per point
   double offset_noise_mm = 0.0;  ///< one more draw per profile
@@ -109,7 +110,7 @@ class WorldLab;
 class WorldRecord;
 struct WorldConfig;
 
-/// One kind of simulated lab: its instruments' ports and how its world is made and checked.
+/// Holds one kind of simulated lab: its instruments' ports and the functions that make and check its world.
 struct WorldKind {
   std::string_view name;
   std::span<const std::string_view> ports;
@@ -128,7 +129,7 @@ struct WorldConfig {
       1.0;  ///< world seconds per second of the host's clock, in which watchdogs against a dead host run
   std::string model = "droplets";  ///< or "lu2015"
   bool two_inks = false;           ///< a block of object and support ink is printed, with two jets
-  double nozzle_b_x_mm = 20.0;     ///< where the second nozzle truly stands, relative to the first
+  double nozzle_b_x_mm = 20.0;     ///< true place of the second nozzle, relative to the first
   double nozzle_b_y_mm = 0.0;
   double ratio_b = 1.0;  ///< volume of a droplet of the support's ink, in droplets of the object's
   DropletParams droplet;
@@ -140,7 +141,7 @@ struct WorldConfig {
   ProfilerParams profiler;
   LampParams lamp;
   IceWorldConfig ice;
-  std::any own;  ///< what a lab beyond these two is made of
+  std::any own;  ///< configuration of a lab beyond these two
 };
 
 /// @throws std::invalid_argument naming the field and its limit.

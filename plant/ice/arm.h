@@ -1,8 +1,8 @@
-// The arm as it truly moves: joint references of a point list, 16 ms apart and straight between, a
-// second-order servo per joint, and the end effector as a mass on a flexible 0.5 m cantilever under the
-// flange. All linear, so it is stepped exactly (second_order.h) on a fixed raster of 4 ms of the robot's
-// clock; between two samples positions are straight. A sample is never taken back: what the robot is told
-// acts from the next sample on.
+// TrueArm computes the true motion of the arm: joint references of a point list, 16 ms apart and straight
+// between, a second-order servo per joint, and the end effector as a mass on a flexible 0.5 m cantilever
+// under the flange. The model is linear and is stepped exactly (second_order.h) on a fixed raster of 4 ms of
+// the robot's clock; positions are straight between two samples. A sample is never revised: a command acts
+// from the next sample on.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace firn::plant {
 
 using Joints = std::array<double, 4>;  ///< rad, rad, mm, rad
 
-/// Flange, with the end effector's deflection in x and y, in the part frame.
+/// Holds the pose of the flange with the end effector's deflection in x and y, in the part frame.
 struct ArmPose {
   double x_mm = 0.0, y_mm = 0.0, z_mm = 0.0;
   double cos_yaw = 1.0, sin_yaw = 0.0;
@@ -36,32 +36,32 @@ struct ArmPose {
 class TrueArm {
  public:
   static constexpr double kStep_s = 0.004;  ///< of the robot's clock
-  static constexpr double kSettle_s = 4.0;  ///< after a motion, until it is taken for still
+  static constexpr double kSettle_s = 4.0;  ///< after a motion, until the arm counts as still
 
   explicit TrueArm(const IceArmParams& params);
 
-  /// Stands still at these joints.
+  /// Starts at rest at these joints.
   void place(const Joints& q);
-  /// Follows `points` (tick_s apart on the robot's clock, the first one at world time start_s). What moved
-  /// before rests where it was commanded to be.
+  /// Follows `points` (tick_s apart on the robot's clock, the first one at world time start_s). A motion
+  /// before it ends at its commanded place.
   void follow(std::vector<Joints> points, double tick_s, double start_s);
-  /// Comes to rest along the path: the path's time runs ever slower, within `within_s`. From the next sample
-  /// on.
+  /// Comes to rest along the path, from the next sample on: the rate of the path's time falls to zero within
+  /// `within_s`.
   void brake(double within_s);
 
   bool commanded() const { return !points_.empty(); }
-  double end_s() const;  ///< world time at which the reference stands still; the past when it does
+  double end_s() const;  ///< world time at which the reference comes to rest; in the past at rest
   Joints reference() const { return reference_; }  ///< at the newest sample
   Joints encoders() const;                         ///< at the newest sample, in whole counts
   const ArmPose& newest() const { return pose_[1]; }
   double newest_s() const { return start_s_ + double(sample_) * step_s_; }
   bool still() const { return still_; }
 
-  /// Takes samples up to `t_s` (world time), each told to `seen` (may be null).
+  /// Computes samples up to `t_s` (world time) and reports each to `seen` (may be null).
   using Seen = std::function<void(double t_s, const ArmPose& pose)>;
   void run_until(double t_s, const Seen& seen);
-  /// @pre run_until(t_s) was called, or still; t_s not before the sample before the newest. Takes one more
-  /// sample where it is needed.
+  /// Computes one more sample where `t_s` needs it. @pre run_until(t_s) was called, or still; t_s not before
+  /// the sample before the newest.
   ArmPose at(double t_s, const Seen& seen);
   void io(Archive& a);
 

@@ -93,8 +93,7 @@ bool Bed::land(const Drop& drop) {
   const int w = i1 - i0 + 1, h = j1 - j0 + 1;
   std::array<double, kWindow * kWindow> k, z, cap;
 
-  // What the liquid stands on: the second highest of five places under it (one may be debris, others beyond
-  // an edge).
+  // Ground under the liquid: the second highest of five places (one may be debris, others beyond an edge).
   std::array<double, 5> under{};
   constexpr double kPlaces[5][2] = {{0, 0}, {0.4, 0}, {-0.4, 0}, {0, 0.4}, {0, -0.4}};
   for (std::size_t n = 0; n < 5; ++n)
@@ -123,8 +122,8 @@ bool Bed::land(const Drop& drop) {
   }
   const int n = w * h;
   const double all = drop.volume_mm3 / (cell_ * cell_);
-  // On a rim little goes over; from a spire narrower than the pool the liquid slides, and faster than it
-  // would stay.
+  // On a rim little goes over. From a spire narrower than the pool the liquid beyond it slides off, and a
+  // little more.
   const double low_share = sum_low > 0.0 ? sum_low / (sum_k + sum_low) : 0.0;
   const double slide = std::min(1.0, 2.0 * low_share), held_back = p.spill + (kSlide - p.spill) * slide;
   const double over = all * std::min(1.0, low_share * held_back);
@@ -142,7 +141,7 @@ bool Bed::land(const Drop& drop) {
     level += (goal - held) / slope;
   }
   const double scale = held > 0.0 ? goal / held : 0.0, fallen = over > 0.0 ? over / sum_low : 0.0;
-  if (held <= 0.0 && over <= 0.0) {  // nothing but higher ground: a jet into a crack
+  if (held <= 0.0 && over <= 0.0) {  // only higher ground: a jet into a crack
     ledger_.lost += drop.volume_mm3;
     return false;
   }

@@ -1,14 +1,14 @@
-// The slow states of the end effector as one ODE (CVODE with root finding): temperatures of its three
-// sections under three ON/OFF thermostats, how much each valve's coil has raised its flow, what is left in
-// the tanks.
+// Heat computes the slow states of the end effector as one ODE (CVODE with root finding): temperatures of the
+// three sections under three ON/OFF thermostats, flow gained by each valve's warm coil, volumes left in the
+// tanks.
 //
 //   C_n T_n' = P_n relay_n + J f [n = a] - G_n (T_n - T_amb) - sum over neighbours L (T_n - T_m)
 //   g_v'     = (coil_gain f_v / 500 Hz - g_v) / tau_v          flow factor 1 + g_v
 //   tank_v'  = -Q_v
-// f_v, Q_v: mean pulse rate and flow since the last step, constant within it. Roots: the thresholds of the
-// thermostats (on below set - h, off above set + h) and the empty tanks; at each the integrator stops,
-// switches and goes on from there. A step is at most kStep_s long; what a pulse needs is read at its
-// beginning, so that nothing is integrated per pulse (line.h has what changes from pulse to pulse).
+// f_v, Q_v: mean pulse rate and flow since the last step, constant within it. Roots are the thresholds of the
+// thermostats (on below set - h, off above set + h) and the empty tanks; at each root the integrator stops,
+// switches and restarts. A step is at most kStep_s long. A pulse reads the states at the step's beginning, so
+// nothing is integrated per pulse (line.h computes the changes from pulse to pulse).
 #pragma once
 
 #include <array>
@@ -35,10 +35,11 @@ class Heat {
   Heat(Heat&&) noexcept;
   Heat& operator=(Heat&&) noexcept;
 
-  /// Up to `t_us`, with the pulses told by fired() since the last call spread evenly over the time.
+  /// Integrates up to `t_us`, with the pulses reported to fired() since the last call spread evenly over the
+  /// time.
   /// @throws std::runtime_error naming the solver's call that failed
   void advance(std::int64_t t_us);
-  /// The same, but only when a whole step is over: cheap enough for every pulse.
+  /// Integrates only when a whole step is over: cheap enough for every pulse.
   void keep_up(std::int64_t t_us) {
     if (t_us - at_us_ >= std::int64_t(kStep_s * 1e6)) advance(t_us);
   }
@@ -53,13 +54,13 @@ class Heat {
   double set_degC(int n) const { return set_degC_[std::size_t(n)]; }
   void set(int n, double degC);
   std::uint32_t switchings() const { return switchings_; }
-  /// What thermocouple `n` shows; NaN when it is open.
+  /// Returns the reading of thermocouple `n`; NaN when it is open.
   double shown_degC(int n) const;
   void break_heater(int n, bool broken) { broken_[std::size_t(n)] = broken; }
   void open_thermocouple(int n, bool open);
   void stick_relay(int n, bool stuck);
   void freeze_reading(
-      int n, bool frozen);  ///< the thermocouple shows what it shows now, and its thermostat believes it
+      int n, bool frozen);  ///< the thermocouple keeps its present reading, which also its thermostat uses
   void empty_tank(int valve) { state_.tank_mm3[std::size_t(valve)] = 0.0; }
   void fill_tank(int valve, double mm3) { state_.tank_mm3[std::size_t(valve)] = mm3; }
   void io(Archive& a);

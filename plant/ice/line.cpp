@@ -15,8 +15,7 @@ double orifice(const IceLineParams& p) {
   return 0.5 * p.density_kg_m3 * 1e-6 * 1e-3 / (p.discharge * p.discharge * area_mm2 * area_mm2);
 }
 
-// What the nozzle leaves of the tank's pressure at full flow is laminar loss; none is left if the nozzle
-// takes all.
+// Laminar loss is the rest of the tank's pressure at full flow after the nozzle's; 0 if the nozzle uses all.
 double laminar_per_viscosity(const IceLineParams& p) {
   const double rest_kpa = p.tank_pressure_kpa - orifice(p) * p.full_flow_mm3_s * p.full_flow_mm3_s;
   return std::max(0.0, rest_kpa) / (viscosity_mm2_s(p, kReference_degC) * p.full_flow_mm3_s);
@@ -61,7 +60,7 @@ double Line::jet_speed_mm_s() const {
   return std::max(1.0, flow(1.0) / (0.25 * std::numbers::pi * params_.nozzle_mm * params_.nozzle_mm));
 }
 
-// An empty tank or a blocked line lets the pressure go to nothing as fast as it would come back.
+// With an empty tank or a blocked line the pressure falls to 0 with the time constant of its recovery.
 double Line::pulse(double t_s, double pulse_s) {
   const double since_s = std::max(0.0, t_s - last_s_), gap_s = std::max(0.0, t_s - closed_s_);
   const double goal = empty_ || blocked_ ? 1.0 : 0.0;

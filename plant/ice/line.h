@@ -1,12 +1,13 @@
-// From tank to drop: what one pulse of a micro-solenoid valve gives [mm^3].
+// Line computes the volume of one pulse of a micro-solenoid valve [mm^3], from tank to drop.
 //
 // Open valve: p = a Q^2 + b nu(T) Q, orifice of the nozzle (a = rho / (2 Cd^2 A^2)) and laminar loss before
-// it; b is what makes Q the stated full flow at the tank's pressure and 20 degC. nu(T) = nu_40 exp(B (1/T -
-// 1/313.15 K)). Tubing: the line's pressure is p_tank (1 - s); s' = -s / tau + line_drop Q / (full flow tau),
-// solved in closed form between pulses, so that at full flow s = line_drop. Valve: a pulse that follows
-// another after `gap` opens it for t_pulse (1 - alpha exp(-gap / tau_r)). Volume = Q t_open (1 + coil) (1 +
-// drift) (1 + pulsation). Low frequencies give Q(nu) = nu Q_0 t_pulse, high ones less [Barnett 2012, Fig.
-// 6-1].
+// it; b follows from the stated full flow Q at the tank's pressure and 20 degC. nu(T) = nu_40 exp(B (1/T -
+// 1/313.15 K)).
+// Tubing: the line's pressure is p_tank (1 - s); s' = -s / tau + line_drop Q / (full flow tau), solved in
+// closed form between pulses, so that at full flow s = line_drop.
+// Valve: a pulse at `gap` after another opens it for t_pulse (1 - alpha exp(-gap / tau_r)).
+// Volume = Q t_open (1 + coil) (1 + drift) (1 + pulsation). Low frequencies give Q(nu) = nu Q_0 t_pulse, high
+// ones less [Barnett 2012, Fig. 6-1].
 #pragma once
 
 #include <cstdint>
@@ -16,12 +17,12 @@
 
 namespace firn::plant {
 
-/// Kinematic viscosity [mm^2/s].
+/// Returns the kinematic viscosity [mm^2/s].
 double viscosity_mm2_s(const IceLineParams& p, double degC);
-/// Flow through the open valve [mm^3/s] at a pressure before it.
+/// Returns the flow through the open valve [mm^3/s] at a pressure before it.
 double open_flow_mm3_s(const IceLineParams& p, double pressure_kpa, double degC);
 
-/// An Ornstein-Uhlenbeck process of standard deviation 1, sampled at any times.
+/// Samples an Ornstein-Uhlenbeck process of standard deviation 1 at any times.
 struct Wander {
   double value = 0.0;
   std::int64_t draws = 0;
@@ -40,12 +41,13 @@ class Line {
   };
   void set_slow(const Slow& slow, double t_s);
 
-  /// Volume of the pulse that begins at t_s (which never runs backwards) and lasts pulse_s.
+  /// Returns the volume of the pulse that begins at t_s (which never decreases) and lasts pulse_s.
   double pulse(double t_s, double pulse_s);
 
   void block(bool blocked) { blocked_ = blocked; }
   double pressure_share() const { return 1.0 - sag_; }
-  /// Share of the pulsation apart, a pulse in the middle of many at a steady frequency [mm^3]: closed form.
+  /// Returns the volume of a pulse amid many at a steady frequency, without the pulsation [mm^3]: closed
+  /// form.
   double steady_pulse_mm3(double frequency_hz, double pulse_s) const;
   std::int64_t pulses() const { return pulses_; }
   double jet_speed_mm_s() const;

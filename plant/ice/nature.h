@@ -1,6 +1,6 @@
-// Nature of the ice lab: what the arm, the lines, the bed and the laser do together, in order of time. The
-// instruments' twins tell it what they were told; it knows no protocol. Nothing happens in it by being asked:
-// results do not depend on how often catch_up() is called.
+// IceNature computes the joint state of arm, lines, bed and laser of the ice lab, in order of time. The
+// instruments' twins pass on their commands; IceNature knows no protocol. A query changes nothing: results do
+// not depend on the number of calls of catch_up().
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace firn::plant {
 
-/// One list of pulses, from its trigger to its end.
+/// Holds one list of pulses, from its trigger to its end.
 struct Firing {
   bool active = false;
   std::uint32_t path = 0;
@@ -23,16 +23,16 @@ struct Firing {
   double tick_s = 0.002;   ///< in world time
   double pulse_s = 0.00125;
   std::vector<std::uint16_t> ticks;
-  std::uint64_t next = 0;  ///< pulses given so far
+  std::uint64_t next = 0;  ///< pulses fired so far
   std::int64_t first_us = 0, last_us = 0;
-  double volume_mm3 = 0.0;  ///< of what left the nozzle
+  double volume_mm3 = 0.0;  ///< that left the nozzle
   double next_s() const { return trigger_s + double(ticks[next]) * tick_s; }
   void io(Archive& a) {
     a.all(active, path, trigger_s, tick_s, pulse_s, ticks, next, first_us, last_us, volume_mm3);
   }
 };
 
-/// The laser controller's memory.
+/// Holds the laser controller's memory.
 struct Storage {
   bool active = false;
   double trigger_s = 0.0, period_s = 0.01;
@@ -55,12 +55,12 @@ class IceNature {
  public:
   IceNature(const IceWorldConfig& config, std::uint64_t seed);
 
-  /// Everything up to and including t_us.
+  /// Computes all events up to and including t_us.
   void catch_up(std::int64_t t_us);
 
-  // What instruments do. @pre catch_up(the same time)
+  // Actions of instruments. @pre catch_up(the same time)
   void trigger_valve(int valve, double t_s, Firing list);
-  /// @returns the list as far as it went; nothing fires any more
+  /// @returns the list up to this pulse; it fires no more
   Firing close_valve(int valve);
   const Firing& firing(int valve) const { return firing_[std::size_t(valve)]; }
   void break_valve(int valve, bool broken) { broken_[std::size_t(valve)] = broken; }
@@ -69,7 +69,7 @@ class IceNature {
   const Storage& storage() const { return storage_; }
   double read_laser(std::int64_t t_us, LaserSettings settings);
   void darken_laser(bool dark) { dark_ = dark; }
-  void stick_laser(bool stuck) { stuck_ = stuck; }  ///< every value is the one before
+  void stick_laser(bool stuck) { stuck_ = stuck; }  ///< every value repeats the one before
 
   TrueArm& arm() { return arm_; }
   Heat& heat() { return heat_; }
@@ -81,7 +81,7 @@ class IceNature {
   const Collisions& collisions() const { return collisions_; }
   std::int64_t pulses(int valve) const { return line_[std::size_t(valve)].pulses(); }
   std::int64_t last_pulse_us(int valve) const { return last_pulse_us_[std::size_t(valve)]; }
-  std::int64_t dead_pulses() const { return dead_; }  ///< that gave nothing: frozen, broken, beside the field
+  std::int64_t dead_pulses() const { return dead_; }  ///< without a drop: frozen, broken, beside the field
   void refresh() { renew_slow(); }                    ///< after a tank or a line was changed from outside
   double now_s() const { return now_s_; }
   void io(Archive& a);

@@ -1,5 +1,6 @@
-// x'' + 2 zeta w x' + w^2 x = w^2 u + b u' sampled exactly for an input that is straight between samples: the
-// servo of a joint (b = 0) and a mass on a moving, damped spring (b = 2 zeta w).
+// SecondOrder computes samples of x'' + 2 zeta w x' + w^2 x = w^2 u + b u' exactly for an input that is
+// straight between samples: the servo of a joint (b = 0) and a mass on a moving, damped spring (b = 2 zeta
+// w).
 #pragma once
 
 #include <array>
@@ -8,7 +9,7 @@ namespace firn::plant {
 
 class SecondOrder {
  public:
-  /// @param rate_input whether u' acts too (through the damper)
+  /// @param rate_input true: u' acts too (through the damper)
   SecondOrder(double hz, double damping, bool rate_input, double step_s);
 
   struct State {
@@ -16,7 +17,7 @@ class SecondOrder {
   };
   /// At rest on u.
   State at_rest(double u) const { return {u, -b_ * u}; }
-  /// One step with the input going from u0 to u1.
+  /// Computes one step with the input going from u0 to u1.
   State next(const State& s, double u0, double u1) const {
     return {a_[0] * s.x + a_[1] * s.q + b0_[0] * u0 + b1_[0] * u1,
             a_[2] * s.x + a_[3] * s.q + b0_[1] * u0 + b1_[1] * u1};

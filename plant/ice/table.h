@@ -1,4 +1,5 @@
-// The levelling table as it truly lies, and smooth random patterns in the plane.
+// table_height_mm computes the true height of the levelling table; add_lattice_noise adds smooth random
+// patterns in the plane.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +10,12 @@
 
 namespace firn::plant {
 
-/// Height of the bare table and of the jigs on it [mm]: feet bilinear between the corners, screws biquadratic
-/// between nine places (both zero for a level table), a fixed unevenness of 80 mm length. Beyond the table:
-/// -1000.
+/// Returns the height of the bare table and of the jigs on it [mm]: feet bilinear between the corners, screws
+/// biquadratic between nine places (both zero for a level table), a fixed unevenness of 80 mm length. Beyond
+/// the table: -1000.
 double table_height_mm(const IceTableParams& p, std::uint64_t seed, double x_mm, double y_mm);
 
-/// Which pattern of a seed.
+/// Identifies one pattern of a seed.
 struct PatternKey {
   std::uint64_t seed = 0;
   Purpose purpose = Purpose::kPattern;

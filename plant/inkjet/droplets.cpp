@@ -1,4 +1,5 @@
-// The independent plant: droplets as volumes on the fine field, with scatter, misses, satellites and drift.
+// The independent plant computes droplets as volumes on the fine field, with scatter, misses, satellites and
+// drift.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

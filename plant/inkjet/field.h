@@ -1,5 +1,5 @@
-// The surface as a fine height field: cured ink under liquid ink. Droplets land at continuous positions,
-// liquid flows downhill among fine cells until the lamp cures it, volume is conserved.
+// Field holds the surface as a fine height field: cured ink under liquid ink. Droplets land at continuous
+// positions, liquid flows downhill among fine cells until the lamp cures it, volume is conserved.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace firn::plant {
 
-/// Where every volume went [mm^3]: landed = on the field + lost + shrunk, to rounding.
+/// Holds the balance of volumes [mm^3]: landed = on the field + lost + shrunk, to rounding.
 struct VolumeLedger {
   double landed = 0.0;  ///< volume of all droplets and satellites that left the nozzle
   double lost = 0.0;    ///< fell beside the field
@@ -31,10 +31,10 @@ class Field {
   /// @returns false when lost
   bool land(const DropletParams& p, double volume_mm3, double x_mm, double y_mm);
 
-  /// All liquid becomes solid and loses `shrink` of its volume.
+  /// Turns all liquid into solid and removes the share `shrink` of its volume.
   void cure(double shrink);
 
-  /// Mean surface height over each cell of the grid [mm].
+  /// Returns the mean surface height over each cell of the grid [mm].
   HeightMap cell_means() const;
   double volume_mm3() const;
   const VolumeLedger& ledger() const { return ledger_; }

@@ -1,5 +1,5 @@
-// A droplet's landing on the fine cells under it. Same bytes whichever instruction set runs it: no fused
-// operations, no reordered sums.
+// footprint() returns the function that computes a droplet's landing on the fine cells under it. All
+// instruction sets give the same bytes: no fused operations, no reordered sums.
 #pragma once
 
 #include "plant/config/world_config.h"
@@ -8,7 +8,7 @@ namespace firn::plant {
 
 constexpr int kMaxFootprint = 32;  ///< fine cells along a footprint's side
 
-/// Part of a field under a footprint, nx x ny fine cells. @pre nx, ny in 1 .. kMaxFootprint
+/// Holds the part of a field under a footprint, nx x ny fine cells. @pre nx, ny in 1 .. kMaxFootprint
 struct FieldWindow {
   double* solid;   ///< heights [mm]; cell (a, b) at b * stride + a
   double* liquid;  ///< likewise
@@ -20,9 +20,9 @@ struct FieldWindow {
 using Footprint = void (*)(const FieldWindow&, const DropletParams&, double depth_cells, double u, double v,
                            double dx_mm, double dy_mm);
 
-/// The widest that this processor has.
+/// Returns the widest that this processor has.
 Footprint footprint();
-/// The one without machine-specific instructions, against which tests compare.
+/// Returns the one without machine-specific instructions, against which tests compare.
 Footprint portable_footprint();
 
 }  // namespace firn::plant

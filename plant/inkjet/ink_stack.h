@@ -1,5 +1,5 @@
-// Which ink lies where on the fine field, from what each ink added to the cells' mean heights between two
-// cures.
+// InkStack holds the columns of inks on the fine field, computed from each ink's rise of the cells' mean
+// heights between two cures.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 
 namespace firn::plant {
 
-/// Every cell's column grows by one segment per ink and cure: what the cell's mean height has gained since
-/// the last cure, shared in proportion to what each ink brought while it was fired, A under B. Ink that a
-/// neighbour's droplet spilt over counts where it came to lie. Levelling and shrinking are in the gain, so a
-/// column's top is its cell's mean height.
+/// Adds one segment per ink and cure to every cell's column: the rise of the cell's mean height since the
+/// last cure, shared in proportion to each ink's rise while it was fired, A under B. Ink that a neighbour's
+/// droplet spilt over counts in the cell where it came to rest. The rise includes levelling and shrinking, so
+/// a column's top is its cell's mean height.
 class InkStack {
  public:
   explicit InkStack(const GridSpec& grid)
@@ -21,7 +21,7 @@ class InkStack {
     for (auto& share : brought_mm_) share.assign(grid.size(), 0.0);
   }
 
-  /// The cells' means now; what they gained since the last call was brought by `ink`.
+  /// Reads the cells' present means; the rise since the last call is attributed to `ink`.
   void account(const HeightMap& means, Material ink) {
     std::vector<double>& brought = brought_mm_[ink == Material::kB];
     for (std::size_t c = 0; c < seen_mm_.size(); ++c) {
@@ -29,7 +29,7 @@ class InkStack {
       seen_mm_[c] = means.cells[c];
     }
   }
-  /// After a cure.
+  /// Adds the segments of a cure.
   void cured(const HeightMap& means) {
     for (std::size_t c = 0; c < cured_mm_.size(); ++c) {
       const double gain = means.cells[c] - cured_mm_[c];

@@ -1,5 +1,5 @@
 // The paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A]: core/deposition with h1..h3 all times (1 + v
-// U[0,1]), drawn per droplet and layer (errata, FIT). Droplets arrive one by one; (4) takes a whole pass, and
+// U[0,1]), drawn per droplet and layer (errata, FIT). Droplets arrive one by one; (4) needs a whole pass, and
 // is linear in the pattern for the height at its start, so a pass is collected and applied at once when it
 // ends: at the jet's disarming, a second droplet on one cell, an exposure or a measurement, whichever comes
 // first. With two inks (Eqs. (6), (7)) the jets take turns, and a layer's pass is over only when both have
@@ -130,7 +130,7 @@ class Lu2015Model : public Model {
   LayerCount layers_;
   bool any_pending_ = false;
   VolumeLedger ledger_;
-  Field shown_;  ///< height_ as the sensor takes it
+  Field shown_;  ///< height_ as the sensor's input
   bool two_inks_;
   double ratio_b_;
   MaterialMap inks_;         ///< of the pending droplets; no cells with one ink

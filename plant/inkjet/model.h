@@ -1,4 +1,5 @@
-// What a model of nature offers to the world: droplets land, the lamp cures, a sensor and the truth look on.
+// Model computes the simulated nature of the ink-jet lab: landing of droplets, curing by the lamp, the
+// sensor's surface and the truth.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,7 @@
 
 namespace firn::plant {
 
-/// Where and how fast the stage was when the jet was triggered.
+/// Holds position and speed of the stage at the jet's trigger.
 struct Shot {
   std::int64_t t_us = 0;
   double x_mm = 0.0, y_mm = 0.0;
@@ -21,12 +22,12 @@ struct Shot {
   Material ink = Material::kA;  ///< of the jet that was triggered
 };
 
-/// The grid cell nearest to a position; (i, j) may lie outside the grid.
+/// Returns the grid cell nearest to a position; (i, j) may lie outside the grid.
 struct NearestCell {
   std::int32_t i = 0, j = 0;
 };
 NearestCell nearest_cell(const GridSpec& grid, double x_mm, double y_mm);
-/// Key of a cell for the random numbers, the same on every grid with this origin and pitch.
+/// Returns the key of a cell for the random numbers, the same on every grid with this origin and pitch.
 std::uint32_t cell_key(NearestCell cell);
 
 struct Landing {
@@ -35,17 +36,17 @@ struct Landing {
   double x_mm = 0.0, y_mm = 0.0;
 };
 
-/// Nature's count of layers: a layer is over when what was cured is measured. Draws are keyed by it, not by
-/// the exposures, so that prints with one cure per layer and with several see the same disturbances. Equal to
-/// the exposures where every layer is cured once and measured.
+/// Holds nature's count of layers: a layer is over when its cured ink is measured. Draws are keyed by this
+/// count, not by the exposures, so that prints with one cure per layer and with several see the same
+/// disturbances. The count equals the exposures where every layer is cured once and measured.
 class LayerCount {
  public:
-  /// @returns whether this is the layer's first exposure.
+  /// @returns true at the layer's first exposure.
   bool exposed() {
     ++exposures_;
     return !std::exchange(cured_, true);
   }
-  /// @returns whether a new layer begins.
+  /// @returns true when a new layer begins.
   bool measured() {
     if (!cured_) return false;
     ++layer_;
@@ -53,7 +54,7 @@ class LayerCount {
     return true;
   }
   std::uint32_t exposures() const { return exposures_; }
-  std::uint32_t layer() const { return layer_; }  ///< finished layers: the key of what happens now
+  std::uint32_t layer() const { return layer_; }  ///< finished layers: the key of present draws
 
  private:
   std::uint32_t exposures_ = 0, layer_ = 0;
@@ -64,15 +65,15 @@ class Model {
  public:
   virtual ~Model() = default;
   virtual Landing fire(const Shot& shot) = 0;
-  virtual void end_pass() = 0;                   ///< the jet was disarmed: what landed so far has settled
-  virtual void expose(std::int64_t now_us) = 0;  ///< the lamp cured what has landed
-  virtual void measured() = 0;                   ///< a scan trigger: what was cured before it is a layer
+  virtual void end_pass() = 0;                   ///< the jet was disarmed: landed ink has settled
+  virtual void expose(std::int64_t now_us) = 0;  ///< the lamp cured the landed ink
+  virtual void measured() = 0;                   ///< a scan trigger: ink cured before is a layer
   virtual const Field& surface() = 0;            ///< settled surface, for the sensor
   virtual HeightMap cell_means() const = 0;      ///< noise-free, settled
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
   virtual const LayerCount& layers() const = 0;
-  /// Where which ink lies: settled (lu2015), or as last cured (droplets). No cells unless
+  /// Returns the columns of inks: settled (lu2015), or as last cured (droplets). No cells unless
   /// WorldConfig::two_inks.
   virtual MaterialColumns materials() const = 0;
   virtual void io(Archive& a) = 0;

@@ -1,4 +1,5 @@
-// Ink line and nozzle: slow states that make droplets drift in size, integrated by SUNDIALS' CVODE.
+// Nozzle computes the slow states of ink line and nozzle, which make droplets drift in size, integrated by
+// SUNDIALS' CVODE.
 #pragma once
 
 #include <cstdint>
@@ -21,13 +22,14 @@ struct NozzleState {
 
 class Nozzle {
  public:
-  /// @param number of the nozzle, from 0: each wanders by its own draws
+  /// @param number of the nozzle, from 0: each nozzle's wander has its own draws
   Nozzle(const NozzleParams& params, std::uint64_t seed, std::uint32_t number = 0);
   ~Nozzle();
   Nozzle(Nozzle&&) noexcept;
   Nozzle& operator=(Nozzle&&) noexcept;
 
-  /// One droplet at `now_us`; returns the volume factor. The ODE is advanced only when step_s has passed.
+  /// Fires one droplet at `now_us` and returns the volume factor. The ODE is advanced only when step_s has
+  /// passed.
   double fire(std::int64_t now_us);
   /// Advances to `now_us`, when layer `layer` (1-based) is first cured, and draws the wander's next target.
   void cured(std::int64_t now_us, std::uint32_t layer);

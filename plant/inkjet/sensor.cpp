@@ -43,7 +43,7 @@ const NormalTable& normal_table() {
 
 constexpr int kPad = 4;  // columns of substrate on either side
 
-// Mean surface of the fine rows under the spot's extent in y: fine column a stands at index a + kPad.
+// Mean surface of the fine rows under the spot's extent in y: fine column a has index a + kPad.
 std::vector<double> row_under_spot(const Field& f, double y_mm, double spot_mm) {
   std::vector<double> line(std::size_t(f.width() + 2 * kPad), 0.0);
   const double v = (y_mm - f.bottom_mm()) / f.dy_mm(), half = 0.5 * spot_mm / f.dy_mm();
@@ -78,7 +78,7 @@ void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, doub
                             : 0.0;
   const double per_cell = 1.0 / f.dx_mm(), half_slope = 0.5 * per_cell;
   const double quarter =
-      p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell;  // two Gauss points stand for the spot
+      p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell;  // two Gauss points represent the spot
   const double low_end = -2.0, high_end = f.width() + 2.0;
   const auto floor_of = [](double u) { return int(u + kPad) - kPad; };
   PhiloxBlock noise{}, gap{};

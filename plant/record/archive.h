@@ -1,5 +1,5 @@
-// One function per type writes and reads its whole state: `void io(Archive&)`. A loaded state is the saved
-// state, bit for bit, so that nature goes on where it stood.
+// Archive writes and reads the whole state of a type through one function, `void io(Archive&)`. A loaded
+// state equals the saved state bit for bit, so that nature continues from it.
 #pragma once
 
 #include <cstddef>
@@ -52,7 +52,8 @@ class Archive {
     (operator()(values), ...);
   }
 
-  /// A marker between parts. @throws std::runtime_error with `what` when a loaded file lacks it here
+  /// Writes or checks a marker between parts. @throws std::runtime_error naming the marker when a loaded file
+  /// lacks it here
   void tag(std::uint32_t expected, const char* what) {
     std::uint32_t found = expected;
     raw(&found, sizeof found);

@@ -1,5 +1,5 @@
-// Port numbers the ports of the simulated instruments, as the record of the world does. Recorded runs keep
-// their numbers: a new port is added at the end.
+// Port holds the numbers of the simulated instruments' ports, as written in the world's record. Recorded runs
+// keep their numbers: a new port must be added at the end.
 #pragma once
 
 #include <array>

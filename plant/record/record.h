@@ -1,6 +1,6 @@
-// The world's own record: what truly happened, in order of time. `firn audit` and the kill tests read it.
-// File: DIR/world.rec in the framing of files/record/record_file.h; the record's kind is RecordKind, its
-// payload the little-endian struct below of that name, packed as declared (no padding).
+// WorldRecord writes the world's own record: true events in order of time. `firn audit` and the kill tests
+// read it. File: DIR/world.rec in the framing of files/record/record_file.h; the record's kind is RecordKind,
+// its payload the little-endian struct below of that name, packed as declared (no padding).
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ enum class RecordKind : std::uint16_t {
   kFiring = 8,       ///< FiringRecord: a valve has fired a list, to its end or not
 };
 
-/// What became of a trigger.
+/// The outcome of a trigger.
 enum class ShotOutcome : std::uint8_t {
   kFired = 0,
   kMissed = 1,           ///< the jet obeyed, no droplet came
@@ -46,7 +46,7 @@ struct BeginRecord {
 struct ShotRecord {
   std::int64_t t_us = 0;
   double x_mm = 0.0,
-         y_mm = 0.0;  ///< stage; the nozzle of ink B stands elsewhere (WorldConfig::nozzle_b_x_mm)
+         y_mm = 0.0;  ///< stage; the nozzle of ink B is elsewhere (WorldConfig::nozzle_b_x_mm)
   double landed_x_mm = 0.0, landed_y_mm = 0.0;
   double volume_mm3 = 0.0;      ///< 0 unless fired
   std::int32_t i = 0, j = 0;    ///< cell nearest to the nozzle, may be off the grid
@@ -57,7 +57,7 @@ struct ShotRecord {
 };
 struct ScanRecord {
   std::int64_t t_us = 0;
-  double y_mm = 0.0;  ///< where the line lies on the part
+  double y_mm = 0.0;  ///< place of the line on the part
   std::uint32_t trigger_count = 0;
   std::int32_t encoder_count = 0;
 };
@@ -98,12 +98,12 @@ enum class DeviceEvent : std::uint8_t {
   kRobotBraked = 14,    ///< it was stopped; value = path
   kRobotWatchdog = 15,  ///< no sign of life while a path ran
   kRobotError = 16,     ///< value = error
-  kSignals = 17,        ///< value = mask that stands
+  kSignals = 17,        ///< value = mask in force
   kValveArmed = 18,     ///< value = path
   kScraped = 19,        ///< a nozzle went through the surface; value = depth so far, um
   kHeaterSet = 20,      ///< value = channel x 100000 + 0.01 degC + 10000
 };
-/// Why a valve's list ended.
+/// The cause of the end of a valve's list.
 enum class FiringEnd : std::uint8_t {
   kThrough = 0,
   kDisarmed = 1,
@@ -114,7 +114,7 @@ enum class FiringEnd : std::uint8_t {
   kDisabled = 6
 };  ///< kDisabled: by the robot's enable line
 struct FiringRecord {
-  std::int64_t trigger_us = 0, first_us = 0, last_us = 0, end_us = 0;  ///< first, last: pulses; 0 = none
+  std::int64_t trigger_us = 0, first_us = 0, last_us = 0, end_us = 0;  ///< first, last: pulses; 0: no pulse
   double volume_mm3 = 0.0;                                             ///< that left the nozzle
   std::uint32_t path = 0, listed = 0, fired = 0;
   std::uint8_t valve = 0;  ///< 0 water, 1 SME
@@ -129,7 +129,7 @@ struct DeviceRecord {
   std::uint8_t reserved[6] = {};
 };
 
-/// Where the world writes. Implementations must not throw for lack of speed; shots are cheap calls.
+/// Receives the world's records. Implementations must not throw for lack of speed; shots are cheap calls.
 class WorldRecord {
  public:
   virtual ~WorldRecord() = default;
@@ -141,7 +141,7 @@ class WorldRecord {
 /// gathered, or at flush(). An existing file is continued. @throws as logfile::RecordWriter
 std::unique_ptr<WorldRecord> make_record_file(const std::filesystem::path& path);
 
-/// Everything of a record file, by kind, each in order of time.
+/// Holds all records of a file, by kind, each in order of time.
 struct WorldHistory {
   std::vector<BeginRecord> begins;
   std::vector<ShotRecord> shots;

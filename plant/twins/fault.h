@@ -16,8 +16,8 @@ enum class FaultKind : std::uint8_t {
   kResume,      ///< ends kHang
   kClose,       ///< the instrument closes its port
   kReboot,      ///< state lost, boot count + 1, port closed
-  kTrip,   ///< the device's own fault: stage ESTOP bit, lamp alarm, jet and profiler none; docs/plant-ice.md
-  kEcho,   ///< the next `count` pieces that the host sends come back as they are
+  kTrip,  ///< the device's own fault: stage ESTOP bit, lamp alarm, not for jet or profiler; docs/plant-ice.md
+  kEcho,  ///< the next `count` pieces that the host sends come back as they are
   kStray,  ///< the next `count` replies come after a copy of the reply before them
 };
 
@@ -28,8 +28,9 @@ struct SimFault {
   std::int64_t delay_us = 0;
 };
 
-/// "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip", "echo", "stray". @throws
-/// std::invalid_argument
+/// Returns the kind of this name: "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot",
+/// "trip", "echo", "stray".
+/// @throws std::invalid_argument for another name
 FaultKind fault_kind(std::string_view name);
 
 }  // namespace firn::plant

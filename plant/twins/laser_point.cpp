@@ -51,7 +51,7 @@ void LaserPointTwin::take(std::span<const std::byte> bytes, std::int64_t now_us)
   }
 }
 
-// The reading that an average over its window stands for is that of the window's middle.
+// An average over its window has the reading of the window's middle.
 double LaserPointTwin::window_s() const {
   const Program& p = state_.programs[std::size_t(state_.selected)];
   return kSampling_us[p.sampling] * 1e-6 * std::pow(4.0, p.averaging);
@@ -62,7 +62,7 @@ double LaserPointTwin::period_s() const {
 }
 
 // Ice lets the beam in: settings for translucent or transparent targets see its surface, those for a plain
-// one do not.
+// target do not.
 LaserSettings LaserPointTwin::settings() const {
   const int m = state_.programs[std::size_t(state_.selected)].material;
   return m == 0 ? LaserSettings::kScaffold : m <= 3 ? LaserSettings::kIce : LaserSettings::kOther;

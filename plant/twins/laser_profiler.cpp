@@ -69,7 +69,7 @@ void ProfilerTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
     const auto rest = std::as_bytes(std::span(request_).subspan(begin));
     const std::uint32_t following = u32_at(rest, 0);
     if (following < 16 ||
-        following > kLargestRequest) {  // not this protocol: nothing can be told from nothing
+        following > kLargestRequest) {  // not this protocol: the beginning of a frame cannot be found
       request_.clear();
       return;
     }

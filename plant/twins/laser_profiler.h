@@ -27,7 +27,7 @@ class ProfilerTwin : public Twin {
   void reboot(std::int64_t now_us) override;
   void io(Archive& a) override;
 
-  /// A trigger pulse arrived with these readings of the sensor [mm], NaN = no reading.
+  /// Takes the sensor's readings at a trigger pulse [mm], NaN = no reading.
   void trigger(std::int64_t t_us, std::int32_t encoder_counts, std::span<const double> z_mm);
   std::uint32_t triggers() const { return triggers_; }
 
@@ -50,9 +50,9 @@ class ProfilerTwin : public Twin {
   Shot newest_, before_;        ///< the one before serves until the newest is ready
 };
 
-/// Points of a line that covers `grid` with 15 % to spare, in steps of 5 um [mm].
+/// Returns the spacing of points of a line that covers `grid` with 15 % to spare, in steps of 5 um [mm].
 double profile_dx_mm(const GridSpec& grid, const ProfilerParams& params);
-/// Part position of the first point, the line being centred on the grid.
+/// Returns the part position of the first point, the line being centred on the grid.
 double profile_x0_mm(const GridSpec& grid, const ProfilerParams& params);
 
 }  // namespace firn::plant

@@ -18,8 +18,9 @@ namespace firn::plant {
 
 inline constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
-/// TCP (byte_us = 0): bytes arrive at once, replies leave after latency_us. Serial: each byte takes byte_us
-/// on the wire either way; a reply is handed over when its last byte has left.
+/// Holds a port's bytes in transit. TCP (byte_us = 0): bytes arrive at once, replies leave after latency_us.
+/// Serial: each byte needs byte_us on the wire either way; a reply is handed over when its last byte has
+/// left.
 class TwinLink {
  public:
   struct Chunk {

@@ -9,7 +9,7 @@ namespace firn::plant {
 
 using Vec3 = std::array<double, 3>;
 
-/// One straight move. Inside: s in mm along it, t in s since its start.
+/// Holds one straight move. Inside: s in mm along it, t in s since its start.
 class Move {
  public:
   Move() = default;
@@ -21,7 +21,7 @@ class Move {
                    std::int64_t t0_us);
 
   std::int64_t start_us() const { return t0_us_; }
-  std::int64_t end_us() const;  ///< first whole microsecond at which it stands
+  std::int64_t end_us() const;  ///< first whole microsecond at rest
   double length_mm() const { return length_; }
   const Vec3& from() const { return from_; }
   const Vec3& direction() const { return direction_; }
@@ -29,7 +29,7 @@ class Move {
   double travelled_mm(std::int64_t t_us) const;  ///< s
   double speed_mm_s(std::int64_t t_us) const;
   Vec3 position(std::int64_t t_us) const;
-  /// Time [s since the start] at which s_mm is reached, 0 <= s_mm <= length.
+  /// Returns the time [s since the start] at which s_mm is reached, 0 <= s_mm <= length.
   double time_of_s(double s_mm) const;
   double speed_at_s(double s_mm) const;
 

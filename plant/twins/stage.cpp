@@ -75,7 +75,7 @@ StageDevice::Answer StageDevice::linear(const Vec3& target_mm, double speed_mm_s
     target.axes |= 1u << a;
   }
   if (target.axes == 0) return Answer::kNak;
-  // The limits are the controller's: it takes the command and stops with a fault.
+  // The limits are the controller's: it accepts the command and stops with a fault.
   for (int a = 0; a < 3; ++a) {
     if (target_mm[a] > params_.high_limit_mm[a]) {
       raise(a, kFaultHighLimit, now_us);

@@ -1,4 +1,4 @@
-// execute reads one of the Ensemble's ASCII commands and returns its reply line.
+// execute reads and runs one of the Ensemble's ASCII commands and returns its reply line.
 #pragma once
 
 #include <cstdint>

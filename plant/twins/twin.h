@@ -31,16 +31,16 @@ class Twin {
 
   virtual void connected(std::int64_t) {}
   virtual void disconnected(std::int64_t) {}
-  /// Bytes at their arrival.
+  /// Takes bytes at their arrival.
   virtual void take(std::span<const std::byte> bytes, std::int64_t now_us) = 0;
-  /// The device's own next event (kNever = none), and doing it.
+  /// Time of the device's own next event (kNever: no event pending), and its execution.
   virtual std::int64_t next_device_us() const = 0;
   virtual void device_event(std::int64_t now_us) = 0;
   virtual bool device_event_replies() const {
     return false;
   }  ///< the next one may send bytes or close the port
   virtual void reboot(std::int64_t now_us) = 0;
-  virtual void trip(std::int64_t, std::int64_t) {}  ///< 0: all well again
+  virtual void trip(std::int64_t, std::int64_t) {}  ///< 0: the fault ends
   virtual void io(Archive& a) = 0;
 
   std::int64_t next_inner_us() const { return std::min(link_.next_arrival_us(), next_device_us()); }
@@ -48,7 +48,7 @@ class Twin {
     const std::int64_t inner = device_event_replies() ? next_inner_us() : link_.next_arrival_us();
     return std::min(inner, link_.next_send_us());
   }
-  /// Does the one inner event that is next.
+  /// Executes the one next inner event.
   void step() {
     const std::int64_t arrival_us = link_.next_arrival_us(), device_us = next_device_us();
     if (device_us <= arrival_us) return device_event(device_us);

@@ -25,7 +25,7 @@ ValveTwin::ValveTwin(int valve, const IceValveParams& params, double host_scale,
 
 void ValveTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   if (now_us > heard_byte_us_ + pause_us_)
-    buffer_.clear();  // a UART does not tell that the host's process has died
+    buffer_.clear();  // a UART does not report that the host's process has died
   heard_byte_us_ = now_us;
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   std::size_t begin = 0;
@@ -42,7 +42,7 @@ void ValveTwin::send(const std::vector<std::byte>& bytes, std::int64_t now_us) {
   link_.reply({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, now_us);
 }
 
-// A number that was answered is answered the same way again and nothing is done.
+// An answered number is answered the same way again, without action.
 void ValveTwin::execute(const Found& frame, std::int64_t now_us) {
   device_.heard_us = now_us;
   const bool hello = frame.type == Type::kHello;

@@ -1,4 +1,5 @@
-// The ice lab behind World: its own truth, for tests, reports and SIM_TRUTH. No node knows any of it.
+// IceLab returns the ice lab's own truth behind World, for tests, reports and SIM_TRUTH. No node knows any of
+// it.
 #pragma once
 
 #include <array>
@@ -12,7 +13,7 @@ struct IceTruth {
   std::uint32_t firings = 0;             ///< lists that are over
   std::array<std::int64_t, 2> pulses{};  ///< by valve
   std::array<std::int64_t, 2> last_pulse_us{-1, -1};
-  std::int64_t dead_pulses = 0;  ///< that gave nothing
+  std::int64_t dead_pulses = 0;  ///< without a drop
   Collisions collisions;
   IceLedger ledger;
   HeatState heat;
@@ -24,13 +25,14 @@ class IceLab {
   virtual ~IceLab() = default;
   virtual const IceNature& nature() const = 0;
   virtual IceTruth ice_truth() const = 0;
-  /// No truth, an instrument: what the balance shows for the cup of what fell beside the field, all of it of
-  /// one material.
+  /// Returns the balance's reading for its cup, an instrument's value and no truth: the material that fell
+  /// beside the field, all of it of one kind.
   /// @param weighing number of this weighing, which keys its error
   virtual double weighed_mg(int material, std::uint32_t weighing) const = 0;
-  /// Noise-free mean height over each cell [mm above the part frame's z = 0]; NaN off the simulated surface.
+  /// Returns the noise-free mean height over each cell [mm above the part frame's z = 0]; NaN off the
+  /// simulated surface.
   HeightMap height_over(const GridSpec& grid) const { return nature().bed().mean_over(grid); }
-  /// Thickness of one material in each cell [mm]: 0 ice, 1 scaffold.
+  /// Returns the thickness of one material in each cell [mm]: 0 ice, 1 scaffold.
   HeightMap thickness_over(const GridSpec& grid, int material) const {
     return nature().bed().thickness_over(grid, material);
   }

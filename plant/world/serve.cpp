@@ -32,7 +32,7 @@ std::runtime_error failure(const std::string& what) {
   return std::runtime_error("world: " + what + ": " + std::strerror(errno));
 }
 
-/// A descriptor with what waits to be written to it.
+/// Holds a descriptor and the bytes that wait to be written to it.
 struct Peer {
   int fd = -1;
   std::string out;
@@ -41,7 +41,7 @@ struct Peer {
     fd = -1;
     out.clear();
   }
-  /// Writes what can be written; false when the other side is gone.
+  /// Writes as many bytes as possible; false when the other side is gone.
   bool flush() {
     while (fd >= 0 && !out.empty()) {
       const ssize_t n = ::send(fd, out.data(), out.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -137,9 +137,9 @@ class Server {
            1;
   }
 
-  // A launcher that dies takes its end of every control line with it: the drivers then make their instruments
-  // safe, and those must still be there to obey. Nature stays until the last driver has gone, though not for
-  // ever.
+  // A launcher that dies closes its end of every control line: the drivers then make their instruments safe,
+  // and the instruments must still be there to obey. Nature stays until the last driver has gone, for a
+  // limited time.
   bool goes_on() {
     constexpr std::int64_t kLinger_ns = 2'000'000'000;
     if (!stopping_ && !stop_requested) return true;
@@ -149,8 +149,7 @@ class Server {
            std::any_of(clients_.begin(), clients_.end(), [](const Peer& p) { return p.fd >= 0; });
   }
 
-  // Bytes leave on time; what only happens inside is caught up with a few milliseconds later, at its exact
-  // time.
+  // Bytes leave on time; inner events are computed a few milliseconds later, for their exact times.
   void wait(const sigset_t& during_poll) {
     constexpr std::int64_t kInnerDelay_ns = 5'000'000, kLongest_ns = 1'000'000'000, kStopping_ns = 20'000'000;
     const std::int64_t now = monotonic_ns();
@@ -275,14 +274,14 @@ class Server {
 
 void serve(const ServeOptions& options, const WorldConfig& config) {
   stop_requested = 0;
-  ::signal(SIGINT, SIG_IGN);  // the launcher decides what Ctrl-C means
+  ::signal(SIGINT, SIG_IGN);  // the launcher decides the meaning of Ctrl-C
   ::signal(SIGPIPE, SIG_IGN);
   struct sigaction action {};
   action.sa_handler = [](int) { stop_requested = 1; };
   ::sigaction(SIGTERM, &action, nullptr);
   sigset_t blocked, during_poll;
   ::sigemptyset(&blocked);
-  ::sigaddset(&blocked, SIGTERM);  // arrives only inside ppoll, so that none is slept through
+  ::sigaddset(&blocked, SIGTERM);  // arrives only inside ppoll, so that every one wakes it
   ::sigprocmask(SIG_BLOCK, &blocked, &during_poll);
   ::sigdelset(&during_poll, SIGTERM);
   if (options.control_fd >= 0 &&

@@ -1,4 +1,5 @@
-// The world as a process: ports as Unix sockets, a control line to the launcher, the run's clock.
+// serve() runs the world as a process: ports as Unix sockets, a control line to the launcher, the run's
+// clock.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +13,16 @@ namespace firn::plant {
 
 struct ServeOptions {
   std::filesystem::path run;  ///< the run folder
-  std::filesystem::path io;   ///< where the sockets are made; default run/io
-  int control_fd = -1;        ///< -1: none, the process ends at SIGTERM
+  std::filesystem::path io;   ///< folder of the sockets; default run/io
+  int control_fd = -1;        ///< -1: no control line, the process ends at SIGTERM
   std::int64_t epoch_ns = 0;  ///< CLOCK_MONOTONIC at which world time is offset_us
   std::int64_t offset_us = 0;
   double time_scale = 1.0;  ///< world seconds per wall second
 };
 
-/// "--run DIR [--io DIR] [--control-fd N] [--epoch-ns E] [--offset-us O] [--time-scale S]"; --incarnation,
-/// --run-id,
-/// --bus, --node, which every process of a run is given, are taken and not used.
-/// @throws std::invalid_argument naming the argument and what it must be
+/// Reads "--run DIR [--io DIR] [--control-fd N] [--epoch-ns E] [--offset-us O] [--time-scale S]";
+/// --incarnation, --run-id, --bus, --node, which every process of a run receives, are accepted and not used.
+/// @throws std::invalid_argument naming the argument and its required form
 ServeOptions parse_serve_options(const std::vector<std::string>& arguments);
 
 /// Serves until the control line closes or says STOP, or SIGTERM; then saves run/world/state and returns.
@@ -37,8 +37,8 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments);
 void serve(const ServeOptions& options, const WorldConfig& config);
 
 struct Truth;
-/// "TRUTH layer droplets volume_mm3 nx ny pitch_x_mm pitch_y_mm origin_x_mm origin_y_mm h…", numbers with a
-/// fraction as C hexadecimal floats, nx ny heights [mm], row-major.
+/// Returns "TRUTH layer droplets volume_mm3 nx ny pitch_x_mm pitch_y_mm origin_x_mm origin_y_mm h…", numbers
+/// with a fraction as C hexadecimal floats, nx ny heights [mm], row-major.
 std::string truth_line(const Truth& truth);
 
 }  // namespace firn::plant

@@ -23,7 +23,7 @@ double drift_of(const Experiment& e, std::uint32_t valve) {
   return std::clamp((valve == 0 ? p.drift_water : p.drift_sme) + p.drift_spread * share, -0.3, 0.3);
 }
 
-// The thesis's tools stand where its Table 3-1 says, but for what the experiment plants.
+// The thesis's tools lie at the places of its Table 3-1, except where the experiment plants others.
 IceWorldConfig ice_config(const Experiment& e) {
   IceWorldConfig c;
   const IcePlantConfig& p = e.plant.ice;
@@ -65,7 +65,7 @@ IceWorldConfig ice_config(const Experiment& e) {
 
 void set_up_ice(const Experiment& e, WorldConfig& c) { c.ice = ice_config(e); }
 
-/// A lab's world, and what its configuration has beyond the common part; nullptr: nothing.
+/// Holds a lab's world and its configuration beyond the common part; nullptr: no such part.
 struct WorldSetup {
   std::string_view lab;  ///< lab.kind
   const WorldKind* kind;

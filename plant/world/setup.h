@@ -1,4 +1,4 @@
-// From an experiment's configuration to a world.
+// world_config computes a world's parameters from an experiment's configuration.
 #pragma once
 
 #include "config/experiment.h"
@@ -6,9 +6,8 @@
 
 namespace firn::plant {
 
-/// Nature's parameters come from [plant]; the instruments' from the lab's sections. What the controllers
-/// believe
-/// ([model]) does not reach nature.
+/// Reads nature's parameters from [plant] and the instruments' from the lab's sections. The controllers'
+/// beliefs ([model]) do not reach nature.
 WorldConfig world_config(const Experiment& experiment);
 
 }  // namespace firn::plant

@@ -1,11 +1,13 @@
-// Nature for the whole lab: plant, the instruments' twins and the wires between them. Time and bytes come in,
-// bytes go out; nothing here reads a clock or a file except save() and restore().
+// World computes nature for the whole lab: plant, the instruments' twins and the wires between them. Time and
+// bytes are its input, bytes its output; only save() and restore() access a file, and no function reads a
+// clock.
 //
 // Kinds of labs (WorldConfig::kind): ink-jet, described here, and ice (docs/plant-ice.md).
 // Wires: stage PSO on X -> trigger of both jets -> droplet of each jet that is set to external triggers, at
-// its nozzle's position of that instant; PSO on Y -> profiler trigger; lamp shutter -> curing. Frames: part =
-// stage (the nozzle of ink A stands above part point (x, y) when X = x, Y = y, that of ink B above (x +
-// nozzle_b_x, y + nozzle_b_y)). A world without two inks has no second jet on its wires.
+// its nozzle's position of that instant; PSO on Y -> profiler trigger; lamp shutter -> curing. A world
+// without two inks has no second jet on its wires.
+// Frames: part = stage (the nozzle of ink A is above part point (x, y) when X = x, Y = y, that of ink B above
+// (x + nozzle_b_x, y + nozzle_b_y)).
 #pragma once
 
 #include <array>
@@ -30,8 +32,9 @@ namespace firn::plant {
 class WorldLab;
 class IceLab;
 
-/// What no node may know. In the ice lab: firings of a valve that are over, pulses, pulses that gave nothing;
-/// heights over the whole simulated surface on 1 mm cells. Its own truth: World::ice(), plant/ice/ice_lab.h.
+/// Holds true values that no node may know. In the ice lab: firings of a valve that are over, pulses, pulses
+/// without a drop; heights over the whole simulated surface on 1 mm cells. Its own truth: World::ice(),
+/// plant/ice/ice_lab.h.
 struct Truth {
   std::uint32_t exposures = 0;      ///< layers cured
   std::int64_t droplets_fired = 0;  ///< triggers that the jet obeyed, missed droplets included
@@ -44,7 +47,8 @@ struct Truth {
 
 class World {
  public:
-  /// Bytes of one port that are due at `t_us`; an empty span with `close` = the instrument closes the port.
+  /// Holds bytes of one port that are due at `t_us`; an empty span with `close` = the instrument closes the
+  /// port.
   struct Sent {
     std::string_view port;
     std::int64_t t_us = 0;
@@ -59,18 +63,17 @@ class World {
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
-  /// Calls of these four come with time that never runs backwards. What was due before `now_us` happens
-  /// first; bytes of instruments that fall due in it wait for advance(). Unknown ports:
-  /// std::invalid_argument.
+  /// The time of calls of these four must not decrease. Events due before `now_us` happen first; bytes of
+  /// instruments that fall due meanwhile wait for advance(). Unknown ports: std::invalid_argument.
   void connect(std::string_view port, std::int64_t now_us);
   void disconnect(std::string_view port, std::int64_t now_us);
   void receive(std::string_view port, std::span<const std::byte> bytes, std::int64_t now_us);
   void inject(const SimFault& fault, std::int64_t now_us);
 
-  /// When the next bytes for a port fall due; INT64_MAX = none pending. What happens inside (droplets,
-  /// exposures) needs no call of its own: it is computed at its exact time by the next one.
+  /// Returns the time at which the next bytes for a port fall due; INT64_MAX: no bytes pending. Inner events
+  /// (droplets, exposures) need no call of their own: the next call computes them at their exact times.
   std::int64_t next_event_us() const;
-  /// When anything at all happens next, inside or outside: for a live process that records promptly.
+  /// Returns the time of the next event, inner or outer: for a live process that records promptly.
   std::int64_t next_inner_us() const;
   /// Runs everything due up to and including `now_us` in order of time and hands over the bytes.
   void advance(std::int64_t now_us, const SendFn& send);
@@ -82,12 +85,12 @@ class World {
   const IceLab* ice() const;                        ///< null in the ink-jet lab
   const WorldConfig& config() const;
 
-  /// The complete state, atomically (temporary file, fsync, rename). @throws std::runtime_error naming the
-  /// file
+  /// Writes the complete state atomically (temporary file, fsync, rename). @throws std::runtime_error naming
+  /// the file
   void save(const std::filesystem::path& path) const;
-  /// A world that goes on bit for bit where `path` was saved. Ports are disconnected in it. The configuration
-  /// must be that of the saved world. @throws std::runtime_error: no such file, damaged, or of another
-  /// configuration
+  /// Returns a world that continues bit for bit from the state saved at `path`. Its ports are disconnected.
+  /// The configuration must be that of the saved world.
+  /// @throws std::runtime_error: no such file, damaged, or of another configuration
   static World restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record);
 
  private:

@@ -8,7 +8,7 @@
 namespace firn::plant {
 namespace {
 
-// What a saved state must agree with to make sense.
+// Parameters on which a saved state and the configuration must agree.
 std::string fingerprint(const WorldConfig& c) {
   char text[320];
   const GridSpec& g = c.grid;

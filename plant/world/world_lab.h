@@ -1,5 +1,5 @@
-// What World is made of, whichever lab it is: twins by port, time in order, the record. The labs
-// (plant/inkjet_lab.cpp, plant/ice/ice_lab.cpp) add the plant and the hardware lines.
+// WorldLab holds the parts of World common to all labs: twins by port, events in order of time, the record.
+// The labs (plant/inkjet_lab.cpp, plant/ice/ice_lab.cpp) add the plant and the hardware lines.
 #pragma once
 
 #include <memory>
@@ -24,11 +24,11 @@ class WorldLab {
   virtual MaterialColumns materials() const { return {}; }
   virtual const IceLab* ice() const { return nullptr; }
   virtual void io_plant(Archive& a) = 0;
-  /// Of the plant itself, up to and including t_us: called before every event of a twin and at every call of
-  /// World.
+  /// Computes the plant's events up to and including t_us: called before every event of a twin and at every
+  /// call of World.
   virtual void catch_up(std::int64_t) {}
 
-  /// Inner events in order of time; at equal times in the order of the ports.
+  /// Executes inner events in order of time; at equal times in the order of the ports.
   void run_until(std::int64_t t_us);
   void begin(bool restored);
   void drop_link(std::size_t port, std::int64_t t_us);

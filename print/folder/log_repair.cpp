@@ -51,8 +51,7 @@ class SentMessages {
     return SourceMessage{header->utime_us, o.channel, *message_key(o.channel, o.bytes), o.bytes};
   }
 
-  // Takes the outputs of the next whole record that has some; damaged ones and what cannot be decoded are
-  // left alone.
+  // Reads the outputs of the next whole record that has some; damaged and undecodable records are skipped.
   bool next_outputs() {
     outputs_.clear();
     output_ = 0;

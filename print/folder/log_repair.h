@@ -7,15 +7,15 @@
 
 namespace firn {
 
-/// @param log log.lcm of the run; made if there is none. @param nodes_folder its nodes/: every message of a
-/// reliable,
-///        logged channel among the outputs of *.wal and *.sent, and the CONFIG_ message of every head, must
-///        be in the log. Nobody may be writing the log. @throws logfile::FileError; the old log is then
-///        untouched
+/// Adds the missing messages to the log. Nobody may be writing the log.
+/// @param log log.lcm of the run; made if the run has no log
+/// @param nodes_folder its nodes/: every message of a reliable, logged channel among the outputs of *.wal and
+/// *.sent, and the CONFIG_ message of every head, must be in the log
+/// @throws logfile::FileError; the old log is then untouched
 logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log,
                                               const std::filesystem::path& nodes_folder);
 
-/// The (incarnation, seq) of a message with a header; nothing for others.
+/// Returns the (incarnation, seq) of a message with a header; nothing for others.
 std::optional<logfile::MessageKey> message_key(std::string_view channel, std::span<const std::byte> message);
 
 }  // namespace firn

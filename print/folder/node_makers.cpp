@@ -53,7 +53,7 @@ std::vector<NamedMaker> taking_part(const Experiment& e) {
 std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
   try {
     return taking_part(parse_experiment(recorded_config(run), "the recorded configuration"));
-  } catch (const std::exception&) {  // replay says what is wrong with it
+  } catch (const std::exception&) {  // replay reports the fault
     std::vector<NamedMaker> out = taking_part(Experiment{});
     for (const NamedMaker& m : node_makers())
       if (!takes_part(Experiment{}, info(m.id).name) &&

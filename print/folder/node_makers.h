@@ -1,5 +1,4 @@
-// Every node of the house, by name: what replay rebuilds, the in-process lab runs and the data flow is drawn
-// from.
+// Holds the table of all nodes by name, for replay, the in-process lab runs and the drawing of the data flow.
 #pragma once
 
 #include <filesystem>
@@ -20,15 +19,15 @@ struct NamedMaker {
 };
 std::span<const NamedMaker> node_makers();
 
-/// Those that an experiment has, in the table's order: jet_b only with two jets,
-/// droplet_estimator only where it is asked for.
+/// Returns the nodes of an experiment, in the table's order: jet_b only with two jets, droplet_estimator only
+/// if the experiment asks for it.
 std::vector<NamedMaker> taking_part(const Experiment& experiment);
-/// The same for a recorded run, from the configuration that it kept; when it cannot be read, by the
-/// files that are there.
+/// Returns the nodes of a recorded run, from the configuration in its record; if the configuration cannot be
+/// read, by the files that exist.
 std::vector<NamedMaker> taking_part(const std::filesystem::path& run);
 
-/// Channel -> names of the nodes that subscribe to it, from the nodes themselves, built from the default
-/// experiment.
+/// Maps a channel to the names of the nodes that subscribe to it, from the nodes themselves, built from the
+/// default experiment.
 using Subscriptions = std::map<std::string, std::set<std::string>>;
 Subscriptions all_subscriptions();
 

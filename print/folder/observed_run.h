@@ -1,5 +1,5 @@
-// What a lab could see of a print: the drops of each layer and the maps between. From a run folder, or from
-// the messages of a print in memory; never from what the simulated world knows.
+// ObservedRun holds the observations of a print: the drops of each layer and the maps between. It reads a run
+// folder, or the messages of a print in memory; never the state of the simulated world.
 #pragma once
 
 #include <cstddef>
@@ -21,11 +21,11 @@ namespace firn {
 class ObservedRun {
  public:
   ObservedRun(const Experiment& experiment, Mask mask);
-  /// From the write-ahead files of a run. @throws UsageError: not a run folder; two inks; a configuration
+  /// Reads the write-ahead files of a run. @throws UsageError: not a run folder; two inks; a configuration
   /// that cannot be read.
   static ObservedRun read(const std::filesystem::path& run);
 
-  /// Takes in HEIGHT_MAP and DEPOSITION_REPORT; others are passed over. A later attempt at a layer replaces
+  /// Adds HEIGHT_MAP and DEPOSITION_REPORT; other messages are ignored. A later attempt at a layer replaces
   /// its map.
   void take(std::string_view channel, std::span<const std::byte> message);
 
@@ -35,12 +35,12 @@ class ObservedRun {
   double noise_std_mm() const;    ///< mean of the maps, of one cell
   std::int64_t droplets() const;  ///< in these layers
   std::vector<droplet::PrintedLayer> printed() const;
-  /// All layers through the estimator, from a prior so wide that it says next to nothing.
+  /// Returns the estimate after all layers, from a prior that is almost uninformative.
   /// @throws std::invalid_argument: no map of the bare ground, no layer.
   droplet::Estimate learn() const;
 
  private:
-  /// What the map of a layer is good for, given the droplets of `drops`.
+  /// Returns the permitted uses of a layer's map, given the droplets of `drops`.
   std::vector<droplet::Use> use_of(const droplet::LayerDrops& drops, const height_map_t& map) const;
 
   Experiment experiment_;

@@ -1,4 +1,4 @@
-// The configuration with which a recorded run is replayed.
+// Computes the configuration with which a recorded run is replayed.
 #pragma once
 
 #include <filesystem>
@@ -8,19 +8,21 @@
 
 namespace firn {
 
-/// How the run's experiment.toml and the overrides of --set change what the nodes were started with.
+/// Holds the changes of the nodes' recorded configuration by the run's experiment.toml and the overrides of
+/// --set.
 struct ConfigChange {
-  /// Hand to ReplayOptions::change_config; empty if nothing changes.
+  /// For ReplayOptions::change_config; empty if nothing changes.
   std::function<std::string(const std::string& recorded_toml)> change;
   std::vector<std::string> settings;  ///< "control.smf.kp: recorded 1, now 1.5"
 };
 
-/// @param recorded_toml the configuration that stands in the write-ahead files
+/// Computes the changes.
+/// @param recorded_toml the configuration in the write-ahead files
 /// @throws ConfigError
 ConfigChange config_change(const std::filesystem::path& run, const std::string& recorded_toml,
                            const std::vector<std::string>& overrides);
 
-/// The configuration in the first readable head of nodes/*.wal; empty if there is none.
+/// Returns the configuration in the first readable head of nodes/*.wal; empty if no head is readable.
 std::string recorded_config(const std::filesystem::path& run);
 
 }  // namespace firn

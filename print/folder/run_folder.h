@@ -1,4 +1,5 @@
-// The folder of one run: runs/<utc>-<name>/{experiment.toml, provenance.json, inputs/, nodes/, log.lcm, …}.
+// RunFolder holds the folder of one run: runs/<utc>-<name>/{experiment.toml, provenance.json, inputs/,
+// nodes/, log.lcm, …}.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +23,9 @@ struct RunResult {
   std::string reason;
 };
 
-/// Not all of its layers are printed.
+/// Returns true if some of the layers are not printed.
 bool can_go_on(const RunResult& result);
-/// What RUN_END says; `outcome` is a RunOutcome.
+/// Returns the result that RUN_END reports; `outcome` is a RunOutcome.
 RunResult result_of(int outcome, int layers, std::string reason);
 
 class RunFolder {
@@ -34,7 +35,9 @@ class RunFolder {
   /// the path and the system's reason.
   static RunFolder create(const std::filesystem::path& root, const Experiment& experiment,
                           const Blobs& inputs, const std::vector<std::string>& command_line);
-  /// @throws UsageError: not a run folder, what is missing; std::runtime_error: what cannot be read.
+  /// Opens a run folder.
+  /// @throws UsageError: not a run folder, naming the missing file; std::runtime_error naming an unreadable
+  /// file.
   static RunFolder open(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
@@ -45,9 +48,9 @@ class RunFolder {
 
   const std::string& experiment_toml() const { return experiment_toml_; }
   std::int64_t run_id() const { return run_id_; }
-  /// The inputs, read back and checked against their SHA-256.
+  /// Returns the inputs, read back and checked against their SHA-256.
   Blobs inputs() const;
-  /// First record of a node's write-ahead file.
+  /// Returns the first record of a node's write-ahead file.
   WalHead wal_head(std::string_view node, std::int32_t incarnation) const;
 
   std::optional<RunResult> result() const;           ///< nothing = the run has not ended
@@ -61,7 +64,7 @@ class RunFolder {
   std::vector<std::pair<std::string, std::string>> inputs_;  // role, sha256
 };
 
-/// How this program was called, for the provenance.
+/// Returns the command line of this program, for the provenance.
 std::vector<std::string> own_command_line();
 
 }  // namespace firn

@@ -9,7 +9,7 @@ namespace {
 Experiment recorded_experiment(const std::filesystem::path& run) {
   try {
     return parse_experiment(recorded_config(run), "the recorded configuration");
-  } catch (const std::exception&) {  // replay says what is wrong with it
+  } catch (const std::exception&) {  // replay reports the fault
     return {};
   }
 }

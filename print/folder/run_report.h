@@ -1,4 +1,4 @@
-// Reads a recorded run for the report, as its lab's row says (print/labs/print_labs.h).
+// Reads a recorded run for the report, with the functions of its lab's row (print/labs/print_labs.h).
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// What the write-ahead files of an interrupted run say about where to go on.
+// ResumePoint holds the point at which an interrupted run continues, from its write-ahead files.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct ResumePoint {
   std::map<std::string, std::vector<std::byte>> newest;
 };
 
-/// @throws std::runtime_error naming what is missing or damaged
+/// Reads the point. @throws std::runtime_error naming the missing or damaged file
 ResumePoint read_resume_point(const std::filesystem::path& run_dir,
                               const std::vector<std::string_view>& channels);
 

@@ -14,8 +14,8 @@
 namespace firn {
 namespace {
 
-// Rows that a profiler tells faster than a busy machine asks for them are lost: it keeps only its newest, and
-// asking is what wall time is needed for. Measured: docs/commands/print.md.
+// Rows that a profiler produces faster than a busy machine reads them are lost: a profiler keeps only its
+// newest row, and reading takes wall time. Measured: docs/commands/print.md.
 void check_rows(const Experiment& e) {
   constexpr double kLeastWall_s = 0.005;
   const double scale = e.run.time_scale, speed = e.process.scan_speed_mm_s, pitch = e.grid.pitch_y_mm,

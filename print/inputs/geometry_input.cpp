@@ -58,7 +58,7 @@ Geometry load_mesh(const Experiment& e, const std::filesystem::path& file, doubl
   placement.translation = {
       {{Mode::kCentre, 0.0}, {Mode::kCentre, 0.0}, {Mode::kNumber, e.geometry.mesh_z_mm}}};
   const slice::FacetView facets = mesh.facets();
-  GridSpec about_middle = e.grid;  // the mesh is centred on 0, the grid stands where it likes
+  GridSpec about_middle = e.grid;  // the mesh is centred on 0, the grid may lie anywhere
   about_middle.origin_x_mm = -0.5 * (e.grid.nx - 1) * e.grid.pitch_x_mm;
   about_middle.origin_y_mm = -0.5 * (e.grid.ny - 1) * e.grid.pitch_y_mm;
   const slice::Mesh welded = slice::weld(facets, slice::place(facets, placement, serially));

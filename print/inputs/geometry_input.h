@@ -1,4 +1,4 @@
-// The geometry of a print with two inks, from an analytic solid, a folder of images or a mesh.
+// Computes the geometry of a print with two inks, from an analytic solid, a folder of images or a mesh.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace firn {
 
-/// M on the experiment's grid, as high as the block `target`; columns are sampled four times per layer of h1
-/// + 4 h2 + 4 h3; those of a mesh are exact. None for geometry.shape "none". @param folder of the experiment
-/// file, to which geometry.images is relative.
+/// Computes M on the experiment's grid, as high as the block `target`. Columns are sampled four times per
+/// layer of h1 + 4 h2 + 4 h3; those of a mesh are exact. Empty for geometry.shape "none".
+/// @param folder of the experiment file, to which geometry.images is relative.
 /// @throws ConfigError: sizes that no solid has, a folder without PNGs, an image or mesh that cannot be read,
 /// no object in the block.
 std::optional<Geometry> make_geometry(const Experiment& experiment, const HeightMap& target,

@@ -16,13 +16,13 @@ namespace firn {
 /// it
 slice::PrintPaths slice_ice_part(const Experiment& experiment, const std::filesystem::path& folder);
 
-/// Blobs "paths" (core/slice/paths/print_paths.h), sliced or read from ice.paths, and "machine" (the
-/// machine's TOML text).
+/// Makes the blobs "paths" (core/slice/paths/print_paths.h), sliced or read from ice.paths, and "machine"
+/// (the machine's TOML text).
 /// @param folder of the experiment file, to which the files of [ice] are relative
 /// @throws ConfigError, UsageError: as slice_ice_part and read_ice_paths
 Blobs make_ice_inputs(const Experiment& experiment, const std::filesystem::path& folder);
 
-/// Puts the simulated surface (plant.ice.field_*) round all paths, unless the experiment says where it is.
+/// Places the simulated surface (plant.ice.field_*) around all paths, unless the experiment sets its place.
 void place_ice_field(Experiment& experiment, const Blobs& inputs);
 
 /// Refuses paths that the arm cannot follow (core/planning/path_reach.h) before there is a run.

@@ -77,8 +77,8 @@ class PathInput {
       }
   }
 
-  // What ends an interval is measured. A material with too little room for a measurement path in one layer is
-  // no reason to refuse; one that is measured nowhere is.
+  // The layer that ends an interval is measured. A material with too little room for a measurement path in
+  // one layer is no reason to refuse; a material that is measured nowhere is.
   void check_intervals() const {
     const auto n = std::size_t(ice_.interval_layers);
     std::set<std::uint8_t> laid;

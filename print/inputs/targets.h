@@ -13,24 +13,24 @@
 
 namespace firn {
 
-/// Grey values as heights on `grid`: white (255, or 65535 of 16 bits) = `white_mm`, black = outside the mask.
-/// The top row of the image is the row of largest y. An image of another size is averaged over each cell's
-/// area.
+/// Computes heights on `grid` from grey values: white (255, or 65535 of 16 bits) = `white_mm`, black =
+/// outside the mask. The top row of the image is the row of maximum y. An image of another size is averaged
+/// over each cell's area.
 /// @throws ConfigError (file `name`, key part.image): not a PNG, not grey, more than kMaxGridSide a side, all
 /// black.
 Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm,
                        const std::string& name);
 
-/// Grey values 0 (black) to 1 (white) on `grid`, as target_from_png reads them. @throws ConfigError (file
+/// Reads grey values 0 (black) to 1 (white) on `grid`, as target_from_png does. @throws ConfigError (file
 /// `name`, key)
 Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid, const std::string& name,
                            const std::string& key);
 
-/// @throws ConfigError (file `path`, key): not a file, unreadable.
+/// Reads the bytes of a file. @throws ConfigError (file `path`, key): not a file, unreadable.
 std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key);
 
-/// Blobs "target" ('<f8'), "mask" ('|u1'), for a height map "image" (the PNG as it is) and for two inks
-/// "geometry" (core/grid/geometry.h).
+/// Makes the blobs "target" ('<f8'), "mask" ('|u1'), for a height map "image" (the PNG as it is) and for two
+/// inks "geometry" (core/grid/geometry.h).
 /// @param folder of the experiment file, to which part.image is relative.
 /// @throws ConfigError: unreadable or wrong image, or a part that covers no cell centre.
 Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder);

@@ -1,4 +1,4 @@
-// The row of the ice lab in the table of print labs.
+// Holds the row of the ice lab in the table of print labs.
 #pragma once
 
 #include "print/labs/print_labs.h"

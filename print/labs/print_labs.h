@@ -1,5 +1,5 @@
-// The table of labs as a print uses them: inputs, checks, tolerance, words and report of each kind. The rows
-// below this room are listed in docs/write-a-lab.md.
+// Holds the table of labs as a print uses them: inputs, checks, tolerance, words and report of each kind. The
+// rows below this room are listed in docs/write-a-lab.md.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 namespace firn {
 
-/// Words and units in which a print's result is told.
+/// Holds the words and units in which a print's result is reported.
 struct PrintWords {
   std::string_view amount = "droplets";
   std::string_view reference = "target";  ///< of the measured surface
@@ -22,26 +22,28 @@ struct PrintWords {
 
 struct PrintLab {
   std::string_view name;  ///< lab.kind
-  /// Blobs by role from the files that the experiment names. @param folder of the experiment file
+  /// Returns blobs by role from the files that the experiment names.
+  /// @param folder of the experiment file
   /// @throws ConfigError, UsageError
   Blobs (*make_inputs)(const Experiment&, const std::filesystem::path& folder);
-  /// Sets the keys that follow from the inputs; nullptr: none do.
+  /// Sets the keys that follow from the inputs; nullptr: no such keys.
   void (*complete)(Experiment&, const Blobs& inputs);
-  /// Refuses inputs that a process would refuse after the start; nullptr: there are none.
+  /// Refuses inputs that a process would refuse after the start; nullptr: no such inputs.
   void (*check_inputs)(const Experiment&, const Blobs& inputs);
   double (*tolerance_um)(const Experiment&);  ///< of RMS: one nominal layer; 0: no target
   PrintWords words;
-  /// An experiment with every process that the lab may have, and inputs for it: who subscribes to what.
+  /// Returns an experiment with every process that the lab may have (and inputs for it), for the table of
+  /// subscriptions.
   Experiment (*fullest)();
   Blobs (*example_inputs)(const Experiment&);
   const replay::ReportLab* report;
 };
 
 std::span<const PrintLab* const> print_labs();
-/// The row of an experiment's lab. @throws std::invalid_argument: lab.kind has none
+/// Returns the row of an experiment's lab. @throws std::invalid_argument: lab.kind has no row
 const PrintLab& print_lab(const Experiment& experiment);
 
-/// The inputs of a print, by the row of its lab.
+/// Returns the inputs of a print, by the row of its lab.
 Blobs make_inputs(const Experiment& experiment, const std::filesystem::path& folder);
 void complete_experiment(Experiment& experiment, const Blobs& inputs);
 /// @throws UsageError naming the place in the inputs and the limit

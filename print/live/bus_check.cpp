@@ -27,7 +27,7 @@ std::string check_multicast(double within_s) {
       bus.receive([&](std::string_view, std::span<const std::byte>) { heard = true; });
     }
     return heard ? std::string() : std::string("a datagram to the bus did not come back: ") + kMend;
-  } catch (const std::exception&) {  // LCM has said why on stderr
+  } catch (const std::exception&) {  // LCM has reported the reason on stderr
     return std::string("LCM cannot open the bus: ") + kMend;
   }
 }

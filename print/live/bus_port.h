@@ -1,4 +1,5 @@
-// Where a run's messages go: one UDP port for each run, so that prints on one machine do not hear each other.
+// Computes the UDP port of a run's messages: one port for each run, so that prints on one machine do not hear
+// each other.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +11,12 @@ inline constexpr int kFirstBusPort = 21000;
 inline constexpr int kBusPorts = 8000;
 
 bool bus_port_is_free(int port);
-/// The port that belongs to `run_id`, or the next free one. @throws std::runtime_error if none is free
+/// Returns the port that belongs to `run_id`, or the next free one. @throws std::runtime_error if no port is
+/// free
 int free_bus_port(std::int64_t run_id);
 
-/// What --bus takes: nothing, in-process, or udpm://<multicast address>:<port>[?options]. @throws UsageError
-/// naming what is wrong with `bus`
+/// Checks the value of --bus: nothing, in-process, or udpm://<multicast address>:<port>[?options].
+/// @throws UsageError naming the fault of `bus`
 void check_bus(const std::string& bus);
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-// One process of a run: started with a control line, watched by a pidfd, ended for certain.
+// ChildProcess holds one process of a run: started with a control line, watched by a pidfd, ended for
+// certain.
 #pragma once
 
 #include <sys/types.h>
@@ -13,12 +14,12 @@
 
 namespace firn {
 
-/// How a process ended.
+/// Holds the end of a process: exit code or signal.
 struct Ending {
   int code = -1;  ///< exit code; -1 = killed
   int signal = 0;
 };
-/// "was killed by signal 9", "exited with code 3"
+/// Returns "was killed by signal 9", "exited with code 3".
 std::string to_text(const Ending& ending);
 
 class ChildProcess {
@@ -38,7 +39,7 @@ class ChildProcess {
   pid_t pid() const { return pid_; }
   int pidfd() const { return pidfd_; }  ///< readable when the process has ended
   ControlLine& control() { return control_; }
-  /// Sees whether it has ended; the same answer ever after.
+  /// Returns the ending once the process has ended; the same ending in all later calls.
   const std::optional<Ending>& poll_ending();
   bool running() { return !poll_ending(); }
   void kill();

@@ -87,7 +87,7 @@ class Launch {
   void end_all(const std::string& cause);
   LaunchReport report();
 
-  /// @returns how many messages the log had lost
+  /// @returns the number of messages that the log had lost
   std::size_t repair_log() const;
   ChildProcess* child(std::string_view name);
   double node_s() const {
@@ -116,7 +116,7 @@ class Launch {
   std::map<std::string, std::string> said_;              // last ERROR or FAULT line of each
   std::map<std::string, bool> ready_;
   std::optional<std::pair<int, std::string>> finish_;  // the scheduler's FINISH
-  std::string cause_;                                  // why the lab is stopped early
+  std::string cause_;                                  // cause of an early stop of the lab
   bool stopping_ = false;
   bool truth_asked_ = false;
   std::size_t faults_done_ = 0;

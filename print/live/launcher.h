@@ -16,26 +16,28 @@ namespace firn {
 
 struct LaunchOptions {
   bool resume = false;
-  bool accept_doubt = false;          ///< the operator lets an open-loop print go on with droplets in doubt
-  std::string bus_url;                ///< empty: loopback, a port of the run's own
-  std::filesystem::path programs;     ///< folder of the processes' programs; empty: where this one lies
+  bool accept_doubt = false;       ///< the operator lets an open-loop print go on with droplets in doubt
+  std::string bus_url;             ///< empty: loopback, a port of the run's own
+  std::filesystem::path programs;  ///< folder of the processes' programs; empty: the folder of this program
   std::vector<LabFault> faults = {};  ///< in order of time
   double ready_within_s = 30.0;       ///< wall time
   std::function<void(const layer_metrics_t&)> progress;
   std::function<void(const std::string&)> note;  ///< one sentence for the user; else stderr
-  std::function<void(const std::map<std::string, int>& pids)> on_start;  ///< START was said to all
+  std::function<void(const std::map<std::string, int>& pids)> on_start;  ///< START was sent to all
 };
 
 struct LaunchReport {
-  RunResult result;    ///< status: 0, 1 failed, 3 safety stop, 130 Ctrl-C; reason names who died and where
+  RunResult result;    ///< status: 0, 1 failed, 3 safety stop, 130 Ctrl-C; reason names the process that died
+                       ///< and the place
   bool ended = false;  ///< the scheduler ended the run, result.json is written; else it can be resumed
   std::size_t log_repaired = 0;  ///< messages that log.lcm lacked and the write-ahead files had
 };
 
-/// Whatever happens, the run folder keeps what a resume needs. DIR/pids names the processes while they run;
-/// DIR/clocks has a line per incarnation: its number, epoch [ns of CLOCK_MONOTONIC], node time there [us],
-/// time scale, bus. Ctrl-C makes the lab safe first. @throws std::runtime_error when the run cannot be
-/// started: who was not ready, and why
+/// Runs the print. In every case the run folder keeps the files that a resume needs. DIR/pids names the
+/// processes while they run. DIR/clocks has a line per incarnation: its number, epoch [ns of
+/// CLOCK_MONOTONIC], node time there [us], time scale, bus. Ctrl-C makes the lab safe first.
+/// @throws std::runtime_error when the run cannot be started, naming the process that was not ready and the
+/// reason
 LaunchReport launch(const RunFolder& folder, const LaunchOptions& options);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// What the launcher reads on the bus: how far the print is, whether it has ended, why it stopped.
+// RunWatch reads the launcher's view of a run from the bus: progress of the print, its end, cause of a stop.
 #pragma once
 
 #include <optional>
@@ -20,15 +20,16 @@ class RunWatch {
   static std::vector<std::string_view> channels();
   void on_message(const ChannelInfo& row, std::span<const std::byte> message);
 
-  /// A RUN_END of an earlier incarnation, which its launcher did not live to see: it counts if the part was
-  /// finished.
+  /// Handles a RUN_END of an earlier incarnation that its own launcher did not receive: it counts if the part
+  /// was finished.
   void on_earlier_end(std::span<const std::byte> message);
 
-  /// "during layer 7, pass 0", or "before the first layer"
+  /// Returns "during layer 7, pass 0", or "before the first layer".
   std::string place() const;
   std::optional<layer_metrics_t> take_metrics() { return std::exchange(metrics_, std::nullopt); }
   const std::optional<run_end_t>& end() const { return end_; }
-  /// First fault of severity 2 or cause of a safe stop, "stage: following error"; empty = none.
+  /// Returns the first fault of severity 2 or cause of a safe stop, "stage: following error"; empty: no
+  /// fault.
   const std::string& fault() const { return fault_; }
   bool safe_stop() const { return safe_stop_; }
 

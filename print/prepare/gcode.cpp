@@ -19,8 +19,8 @@ class Line {
     at_ = std::copy(w.begin(), w.end(), at_);
     return *this;
   }
-  // A number with `digits` decimals, given in units of the last; without trailing zeros, as G-code readers
-  // like it.
+  // Appends a number with `digits` decimals, in units of the last; without trailing zeros, as G-code readers
+  // expect.
   Line& fixed(std::int64_t value, int digits) {
     char back[24];
     char* at = back + sizeof back;
@@ -104,7 +104,7 @@ class LayerText {
       Line text(out_);
       speed(point(text, "G0 ", line[0]), g_.travel_mm_s);
     }
-    // E is rounded to 0.01 um of filament; what is rounded away goes on to the next move.
+    // E is rounded to 0.01 um of filament; the remainder is added to the next move.
     const double area_mm2 = double(info.width) * height * slice::kMmPerUnit * slice::kMmPerUnit;
     const double e_per_unit = area_mm2 * slice::kMmPerUnit * per_mm3_ * 1e5;
     double owed = 0.0;

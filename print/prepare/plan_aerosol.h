@@ -1,4 +1,5 @@
-// firn plan on an aerosol machine: a print job in, the stage's trajectory and the shutter's commands out.
+// Plans a print job on an aerosol machine (firn plan): computes the stage's trajectory and the shutter's
+// commands.
 #pragma once
 
 #include <string>
@@ -9,12 +10,12 @@
 namespace firn {
 
 struct AerosolPlanOptions {
-  std::string job;              ///< *.json or *.csv, cli/print_job_file.h
+  std::string job;              ///< *.json or *.csv, files/path/print_job_file.h
   std::string corner = "loop";  ///< paper, loop or hybrid
   double tolerance_mm = 0.05;   ///< of hybrid
   Point2 origin_mm;             ///< added to the job's coordinates
-  std::string trajectory;       ///< the stage's samples, docs/formats.md; empty = none
-  std::string csv, plot;        ///< files; empty = none
+  std::string trajectory;       ///< the stage's samples, docs/formats.md; empty: no file
+  std::string csv, plot;        ///< files; empty: no file
   bool json = false;
 };
 

@@ -106,7 +106,7 @@ struct PlanJob::State {
     }
   }
 
-  // Runs beside the reading of the next batch; each worker takes the next path that nobody has.
+  // Runs beside the reading of the next batch; each worker plans the next unclaimed path.
   void start() {
     next = 0;
     failure = nullptr;

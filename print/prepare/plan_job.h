@@ -1,4 +1,4 @@
-// Plans every path of a stream, some threads at a time, and hands the results on in the paths' order.
+// Plans every path of a stream, some threads at a time, and passes the results on in the paths' order.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct PlanJobOptions {
   motion::PlanOptions plan;
   Point2 origin;  ///< of the part's frame in the machine's
   int threads = 1;
-  std::int64_t traced = 0;  ///< the number of the path whose trace is kept (for a plot), 0 = none
+  std::int64_t traced = 0;  ///< the number of the path whose trace is kept (for a plot); 0: no path
   bool keep_tool = false;   ///< keep PlanResult::tool
   bool pulses = false;      ///< plan the valve's pulses too; paths get rests where its lists need them
   std::function<void(struct PlannedItem&)>
@@ -32,8 +32,8 @@ struct PlannedItem {
   std::vector<std::byte> encoded;  ///< of the trajectory file; empty with a fault
   deposition::PulsePlan pulse_plan;
   std::vector<AddedStop> added_stops;
-  std::string csv, json, pulses;  ///< what PlanJobOptions::describe writes there
-  std::string problem;            ///< and why the path is refused after all
+  std::string csv, json, pulses;  ///< written by PlanJobOptions::describe
+  std::string problem;            ///< reason for which the path is refused after all
 };
 using PlannedSink = std::function<void(PlannedItem&&)>;
 
@@ -44,9 +44,9 @@ class PlanJob {
  public:
   PlanJob(const Machine& machine, const PlanJobOptions& options, PlannedSink sink);
   ~PlanJob();
-  void add(InputPath&& path);  ///< @throws what the sink throws; UsageError naming an unknown tool and the
+  void add(InputPath&& path);  ///< @throws the sink's exceptions; UsageError naming an unknown tool and the
                                ///< nearest known
-  void finish();               ///< hands on what is left
+  void finish();               ///< passes on the remaining results
 
  private:
   struct State;

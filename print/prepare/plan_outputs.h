@@ -1,4 +1,4 @@
-// What firn plan writes besides the trajectory file.
+// Writes the outputs of firn plan besides the trajectory file.
 #pragma once
 
 #include <cstdio>
@@ -10,7 +10,7 @@
 
 namespace firn {
 
-/// A text file that grows under a temporary name beside its own; removed unless finished.
+/// Writes a text file under a temporary name beside its own; the file is removed unless finished.
 class TextOutput {
  public:
   explicit TextOutput(const std::filesystem::path& file);  ///< @throws UsageError naming the file
@@ -23,20 +23,21 @@ class TextOutput {
   std::FILE* out_ = nullptr;
 };
 
-/// Header of the trajectory CSV: "t_s,x_mm,y_mm,joint_1_rad,joint_2_rad"; a stage's columns end in _mm.
+/// Returns the header of the trajectory CSV: "t_s,x_mm,y_mm,joint_1_rad,joint_2_rad"; a stage's columns end
+/// in _mm.
 std::string csv_header(const std::vector<std::string>& axis_units);
-/// One line per tick; x, y in the frame of the paths, the first two axes. Shortest digits that read back the
-/// same.
+/// Returns one line per tick; x, y in the frame of the paths, the first two axes. Shortest digits that read
+/// back the same.
 std::string csv_lines(const PlannedItem& item);
 
-/// Largest ratio of each limit over all paths.
+/// Holds the maximum ratio of each limit over all paths.
 struct WorstRatio {
   LimitRatio ratio;
   std::int64_t path = 0;
 };
 void take_worst(std::vector<WorstRatio>& worst, const Certificate& certificate, std::int64_t path);
 
-/// One JSON object: the certificate and what the planner says of a path.
+/// Returns one JSON object: the certificate and the planner's results for a path.
 std::string item_json(const PlannedItem& item);
 
 }  // namespace firn

@@ -1,5 +1,5 @@
-// Valve pulses of planned paths, and the rests that a path needs so that they fit the valve controller's
-// lists.
+// Computes the valve pulses of planned paths, and the rests that a path needs so that its pulses fit the
+// valve controller's lists.
 #pragma once
 
 #include <vector>
@@ -12,19 +12,19 @@
 
 namespace firn {
 
-/// What a planned path asks of its valve: nominal flow (6.2) at the ticks, and the rests.
+/// Computes the flow demand of a planned path on its valve: nominal flow (6.2) at the ticks, and the rests.
 deposition::FlowDemand nominal_demand(const Path& path, const motion::PlanResult& result);
 
-/// Nominal pulses of a planned path (6.2), (6.4)-(6.6), cut at its stops where the controller's limits need
-/// it.
-/// @throws std::runtime_error: more flow than the valve gives, or no stop where one is needed
+/// Computes the nominal pulses of a planned path (6.2), (6.4)-(6.6), cut at its stops where the controller's
+/// limits require it.
+/// @throws std::runtime_error: the flow exceeds the valve's maximum, or a required stop is missing
 deposition::PulsePlan nominal_pulses(const InputPath& input, const motion::PlanResult& result,
                                      const ValveConfig& valve);
 
 using AddedStop = motion::InsertedStop;
 
-/// Points at which the path of `demand` (with pulses.problem) should rest as well, in the input's order of
-/// points (core/motion/insert_stops.h).
+/// Returns the points at which the path of `demand` (with pulses.problem) must rest as well, in the input's
+/// order of points (core/motion/insert_stops.h).
 std::vector<AddedStop> add_stops(InputPath& input, const deposition::FlowDemand& demand,
                                  const deposition::PulsePlan& pulses, std::vector<std::size_t>& stops);
 

@@ -94,7 +94,8 @@ void append(std::vector<Rings>&& more, std::vector<Rings>& to) {
       for (std::size_t r = 0; r < more[k].size(); ++r) to[k].add(more[k][r]);
 }
 
-// Meshes of one material become one region; a later material gives way to the earlier ones.
+// Meshes of one material become one region; a later material is cut by the earlier ones (difference by
+// priority).
 std::vector<std::vector<Region>> by_material(std::vector<std::vector<Region>>& parts, const SlicedJob& job,
                                              const ParallelFor& parallel) {
   if (parts.size() > 1) {

@@ -1,4 +1,4 @@
-// Meshes in, planned layers out, one after another: what firn slice and firn reproduce share.
+// Computes planned layers from meshes, one after another, for firn slice and firn reproduce.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@
 
 namespace firn {
 
-/// What a stage took: by the wall's clock, and of this process on all its threads.
+/// Holds the time of a stage: wall time, and processor time of this process on all its threads.
 struct StageTime {
   std::string stage;  ///< with the thesis's name: "FACETREAD", …
   double wall_s = 0.0, cpu_s = 0.0;
 };
 
-/// Adds what happens until it is destroyed to its stage.
+/// Adds the time of its own lifetime to its stage.
 class StageTimer {
  public:
   StageTimer(std::vector<StageTime>& times, const std::string& stage);
@@ -43,26 +43,26 @@ struct PartReport {
   std::vector<slice::Defect> defects;
 };
 
-/// All layers as regions, bottom up.
+/// Holds all layers as regions, bottom up.
 struct SlicedJob {
   std::vector<slice::LayerRegions> layers;
   std::vector<PartReport> parts;
   std::vector<StageTime> times;
 };
 
-/// Told how far a job is: a fraction, and what is being done.
+/// Receives the progress of a job: the fraction done, and the current activity in words.
 using SliceProgress = std::function<void(double fraction, const std::string& doing)>;
 
-/// With PATHFILTER's share of the job's chord tolerance.
+/// Returns the options of the contours, with PATHFILTER's share of the job's chord tolerance.
 slice::SliceOptions contour_options(const SliceSettings& settings);
 
 /// Reads, places, slices and supports. @throws UsageError: a file, or settings that the meshes do not fit
 SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const SliceSettings& settings,
                        const ParallelFor& parallel, const SliceProgress& progress);
 
-/// Tools of `materials` materials, by material.
+/// Returns the tools of `materials` materials, by material.
 std::vector<std::string> material_tools(const SliceSettings& settings, std::size_t materials);
-/// The head of the job's path file.
+/// Returns the head of the job's path file.
 slice::PathFileHead path_file_head(const SlicedJob& job, const SliceSettings& settings);
 
 struct PlannedLayer {
@@ -75,14 +75,14 @@ struct PlannedLayer {
   std::string gcode;                      ///< if asked for
 };
 
-/// What is to be made of each layer, in any thread.
+/// Holds the outputs to compute for each layer, in any thread.
 struct LayerBytes {
   bool encoded = false;                                        ///< PlannedLayer::encoded
   std::function<std::string(const slice::LayerPaths&)> gcode;  ///< PlannedLayer::gcode; may be empty
 };
 
-/// Plans every layer and hands them on in order, one at a time, in any thread; at most some dozens are in
-/// memory. Takes the job's regions.
+/// Plans every layer and passes the layers to `sink` in order, one at a time, in any thread; at most some
+/// dozens are in memory. Consumes the job's regions.
 void plan_layers(SlicedJob& job, const SliceSettings& settings, const ParallelFor& parallel,
                  const SliceProgress& progress, const LayerBytes& bytes,
                  const std::function<void(PlannedLayer&&)>& sink);

@@ -72,7 +72,7 @@ std::string shown(const slice::Defect& d, const PartReport& part) {
   return out + "\n";
 }
 
-// A part that no layer's plane meets leaves no trace: that is to be said.
+// A part that no layer's plane meets leaves no trace: the report must say so.
 std::vector<std::string> warnings(const SlicedJob& job, double height_mm) {
   std::vector<std::string> list;
   for (const PartReport& p : job.parts) {

@@ -1,4 +1,4 @@
-// What firn slice says of a job.
+// Writes the report of firn slice on a job, as JSON and as text.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace firn {
 
-/// Sums over the layers of a job.
+/// Holds sums over the layers of a job.
 struct SliceSums {
   slice::PathFileTotals totals;
   double transit_mm = 0.0;
@@ -33,7 +33,7 @@ std::string slice_json(const SlicedJob& job, const SliceSettings& settings, cons
                        const std::vector<SliceOutput>& outputs, int threads);
 std::string slice_text(const SlicedJob& job, const SliceSettings& settings, const SliceSums& sums);
 
-/// "part", "scaffold", "material 2", …
+/// Returns "part", "scaffold", "material 2", …
 std::string material_name(std::size_t material);
 
 }  // namespace firn

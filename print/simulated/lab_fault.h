@@ -1,5 +1,5 @@
-// What a person does to a simulated instrument while a print runs: --fault "SECONDS PORT KIND [COUNT
-// [DELAY_US]]".
+// Reads the faults that a person causes in a simulated instrument while a print runs: --fault "SECONDS PORT
+// KIND [COUNT [DELAY_US]]".
 #pragma once
 
 #include <string>
@@ -12,16 +12,16 @@ namespace firn {
 struct Experiment;
 
 struct LabFault {
-  double node_s = 0.0;  ///< of this incarnation's node time, as the log tells it
+  double node_s = 0.0;  ///< of this incarnation's node time, as in the log
   plant::SimFault fault;
 };
 
-/// "120 valve_a trip 1": at 120 s of node time the water tank is empty. Kinds: plant/twins/fault.h. In order
-/// of time.
-/// @throws UsageError: not of that form, an unknown kind, an instrument that the lab has not
+/// Reads faults: "120 valve_a trip 1": at 120 s of node time the water tank is empty. Kinds:
+/// plant/twins/fault.h. Returned in order of time.
+/// @throws UsageError: not of that form, an unknown kind, an instrument that the lab lacks
 std::vector<LabFault> parse_lab_faults(const std::vector<std::string>& texts, const Experiment& experiment);
 
-/// As the world's control line takes it.
+/// Returns the fault in the form of the world's control line.
 std::string simfault_line(const plant::SimFault& fault);
 
 }  // namespace firn

@@ -44,7 +44,7 @@ plant::World make_world(const RunFolder& run, const Experiment& e, bool resume, 
   return plant::World(config, record);
 }
 
-// A node with its write-ahead file.
+// Holds a node with its write-ahead file.
 struct Member {
   Member(const RunFolder& run, const NamedMaker& maker, const Blobs& inputs, bool resume)
       : wal(run.wal_path(info(maker.id).name), resume, kWalBuffer_bytes),
@@ -70,7 +70,8 @@ GridSpec halved(const GridSpec& g) {
           g.origin_y_mm - 0.25 * g.pitch_y_mm};
 }
 
-// What the reliable channels had sent and what each node had received when everything died.
+// Holds the messages that the reliable channels had sent and that each node had received when everything
+// died.
 struct Afterlife {
   std::map<std::string_view, std::vector<std::vector<std::byte>>> sent;  // channel -> messages by seq
   std::vector<std::map<std::string_view, std::size_t>> received;         // per node: channel -> count
@@ -185,7 +186,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   }
 
   const Time limit = begin.after_s(3600.0 * 24 * 30);
-  // An instrument that says nothing more is never reported safe: safety is not waited for without end.
+  // An instrument that sends nothing more is never reported safe: the wait for safety must end.
   const double patience_s = kSafetyWall_s * e.run.time_scale;
   std::optional<Time> scheduler_done;
   const auto over = [&] {

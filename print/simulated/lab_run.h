@@ -1,5 +1,5 @@
-// A print with all nodes and the simulated world in this process and in simulated time. Leaves the same run
-// folder as a live print: write-ahead files, log.lcm, world.rec.
+// Runs a print with all nodes and the simulated world in this process and in simulated time. The run folder
+// is that of a live print: write-ahead files, log.lcm, world.rec.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ struct LabRunReport {
   HeightMap truth;               ///< noise-free final surface, which no node knows
 };
 
-/// Prints (or goes on printing) into `run`. Writes result.json unless it crashed.
+/// Prints (or continues printing) into `run`. Writes result.json unless it crashed.
 /// @throws std::runtime_error naming file and reason: unreadable inputs, a write-ahead file that does not
 /// replay.
 LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options);

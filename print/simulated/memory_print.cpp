@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::int64_t kRunId = 1;  // nothing else is on this bus
 constexpr double kLongestPrint_s = 3600.0 * 24 * 30;
-constexpr double kSafetyWall_s = 10.0;  // an instrument that says nothing more is never reported safe
+constexpr double kSafetyWall_s = 10.0;  // an instrument that sends nothing more is never reported safe
 
 std::int64_t thread_cpu_ns() {
   timespec t{};

@@ -1,6 +1,6 @@
-// A whole print in this process and in simulated time that leaves nothing behind: no run folder, no
-// write-ahead files, no log. The same nodes and the same world as `firn print`, so the printed part is the
-// same to the last bit. For studies, tests and the papers' tables, which print thousands of parts.
+// Runs a whole print in this process and in simulated time without files: no run folder, no write-ahead
+// files, no log. The nodes and the world are those of `firn print`, so the printed part is the same to the
+// last bit. For studies, tests and the papers' tables, which print thousands of parts.
 #pragma once
 
 #include <cstdint>
@@ -24,18 +24,18 @@ struct MemoryPrintOptions {
   bool materials = false;                 ///< fill `materials`
   std::optional<GridSpec> ice_over = {};  ///< ice lab: fill `ice` over this grid
   bool ice_each = false;                  ///< with series and ice_over: fill `ice_each`
-  /// Sees every message when it is sent.
+  /// Receives every message when it is sent.
   std::function<void(std::string_view channel, std::span<const std::byte> bytes)> tap = {};
 };
 
-/// The true surface after a layer, which no node knows. Errors are height - target over the mask.
+/// Holds the true surface after a layer, which no node knows. Errors are height - target over the mask.
 struct LayerTruth {
   int layer = 0;                    ///< 1-based
   std::int64_t droplets_total = 0;  ///< triggers that the jet obeyed so far
   double volume_mm3 = 0.0;          ///< on the field
   double node_s = 0.0;              ///< simulated time
   ErrorStats error;
-  double deposit_s = 0.0, measure_s = 0.0;  ///< this layer's, as LAYER_METRICS tells them
+  double deposit_s = 0.0, measure_s = 0.0;  ///< this layer's, as LAYER_METRICS reports them
 };
 
 struct MemoryPrintReport {
@@ -49,14 +49,14 @@ struct MemoryPrintReport {
   double decide_cpu_s = 0.0;         ///< processor time in the controller; differs from run to run
   std::vector<LayerTruth> series;
   HeightMap surface;                ///< noise-free mean over each cell [mm]
-  MaterialColumns materials;        ///< two inks: what the block is made of
+  MaterialColumns materials;        ///< two inks: the materials of the block
   HeightMap ice;                    ///< ice lab: thickness of the ice, without scaffold; NaN off the field
   std::vector<HeightMap> ice_each;  ///< the same after each layer of `series`
 };
 
 /// Prints `experiment` with `inputs` (make_inputs). Thread-safe: any number of prints may run at once.
 /// @throws std::invalid_argument, ConfigError: inputs or plant that cannot be; std::runtime_error: the lab
-/// stands still.
+/// does not advance.
 MemoryPrintReport print_in_memory(const Experiment& experiment, const Blobs& inputs,
                                   const MemoryPrintOptions& options = {});
 

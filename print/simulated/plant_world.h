@@ -1,4 +1,4 @@
-// The simulated world as the Lab takes it.
+// PlantWorld is the adapter of the simulated world to the Lab's interface LabWorld.
 #pragma once
 
 #include <utility>

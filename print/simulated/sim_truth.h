@@ -1,4 +1,4 @@
-// The world's answer to TRUTH on its control line, as the message that tests, audit and reports read.
+// Reads the world's answer to TRUTH on its control line, as the message that tests, audit and reports read.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,8 @@
 
 namespace firn {
 
-/// "TRUTH layer droplets volume_mm3 nx ny pitch_x pitch_y origin_x origin_y h…"; nothing if it is not that.
+/// Reads "TRUTH layer droplets volume_mm3 nx ny pitch_x pitch_y origin_x origin_y h…"; returns nothing if the
+/// line is not of that form.
 std::optional<sim_truth_t> parse_truth_line(const std::string& line);
 
 }  // namespace firn

@@ -13,12 +13,12 @@ namespace firn {
 
 inline constexpr int kWantedReceiveBuffer = 4'194'304;  ///< bytes of kernel buffer per receiver
 
-/// "udpm://239.255.76.67:<port>?ttl=0&recv_buf_size=4194304": never leaves this machine.
+/// Returns "udpm://239.255.76.67:<port>?ttl=0&recv_buf_size=4194304": datagrams never leave this machine.
 std::string default_bus_url(int port);
 
 class LcmBus : public Bus {
  public:
-  /// @throws std::runtime_error naming the URL and the mend if LCM cannot open it
+  /// @throws std::runtime_error naming the URL and the remedy if LCM cannot open the URL
   explicit LcmBus(const std::string& url);
   ~LcmBus() override;
   LcmBus(const LcmBus&) = delete;
@@ -36,10 +36,10 @@ class LcmBus : public Bus {
   std::exception_ptr thrown_;   // nothing may pass through LCM's C frames
 };
 
-/// The receive buffer in bytes that the kernel grants to one who asks for kWantedReceiveBuffer (asked with a
-/// socket of its own: LCM hides its).
+/// Returns the receive buffer in bytes that the kernel grants on a request for kWantedReceiveBuffer (tested
+/// with a separate socket: LCM hides its own).
 int granted_receive_buffer();
-/// Empty, or one sentence with the granted size, the wanted size and the remedy.
+/// Returns an empty text, or one sentence with the granted size, the wanted size and the remedy.
 std::string receive_buffer_warning();
 
 }  // namespace firn

@@ -14,7 +14,7 @@ namespace firn {
 std::string_view lcm_type_texts();
 
 int node_main(int argc, char** argv, NodeId node, MakeNode make) {
-  std::signal(SIGINT, SIG_IGN);  // Ctrl-C is the launcher's business
+  std::signal(SIGINT, SIG_IGN);  // the launcher handles Ctrl-C
   std::signal(SIGPIPE, SIG_IGN);
   const char* name = info(node).name.data();
   ProcessArgs args;

@@ -11,7 +11,7 @@
 namespace firn {
 namespace {
 
-// A map that tells no noise has less than the sensor's resolution shows.
+// A map without a reported noise has less noise than the sensor's resolution.
 constexpr double kLeastNoise_mm = 1e-4;
 constexpr double kSparseStd = 0.4;  // control.droplet_factors = "together"
 
@@ -54,7 +54,8 @@ void HeightEstimate::use_model(const deposition::DropletModel& model, double dro
   filter_.use_model(model, droplet_scatter);
 }
 
-// The layer's passes, after what they tell of the droplets: place by place, since they add other shares.
+// Returns the layer's passes, after the update of the droplet factors: separately by place, since the shares
+// differ.
 std::vector<droplet::Pass> HeightEstimate::learned_from(const HeightMap& height,
                                                         const std::vector<droplet::Use>& use) {
   std::vector<droplet::Pass> passes = drops_.passes();

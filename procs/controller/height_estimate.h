@@ -1,5 +1,5 @@
-// What the controller takes for the surface with control.height_estimate = "kalman": the map blended with
-// what the executed droplets must have added (estimators/droplet/height_filter.h).
+// HeightEstimate computes the controller's surface with control.height_estimate = "kalman": the map blended
+// with the height predicted from the executed droplets (estimators/droplet/height_filter.h).
 #pragma once
 
 #include <optional>
@@ -18,21 +18,21 @@ class HeightEstimate {
  public:
   HeightEstimate(const Experiment& experiment, Mask mask);
 
-  /// Reports of other grids and of layers already measured are passed over.
+  /// Adds a report. Reports of other grids and of layers already measured are ignored.
   void take(const deposition_report_t& report);
-  /// From the next layer on.
+  /// Uses the model from the next layer on.
   void use_model(const deposition::DropletModel& model, double droplet_scatter);
 
-  /// Whether all reports of the map's layer have come (they travel on another channel than the map).
+  /// Returns true if all reports of the map's layer have arrived (reports and maps have separate channels).
   bool ready(const height_map_t& map) const;
-  /// Takes the map in. Where the layer's reports have not come, or layers lie between this map and the last
-  /// one, the map alone counts. @throws std::invalid_argument: a map that cannot be used; nothing is changed
-  /// then.
+  /// Updates the estimate with the map. If reports of the layer are missing, or layers lie between this map
+  /// and the last one, the map alone counts. @throws std::invalid_argument: an unusable map; nothing is
+  /// changed then.
   void take(const height_map_t& map);
 
-  HeightMap height() const;  ///< as the newest map and the droplets before it tell; finite
-  /// control.droplet_factors: what droplets were found to add, as shares of the configured model's; null: not
-  /// asked for.
+  HeightMap height() const;  ///< estimate from the newest map and the droplets before that map; finite
+  /// Returns the estimated heights of droplets as shares of the configured model's (control.droplet_factors);
+  /// null if not requested.
   const droplet::DropletFactors* factors() const { return factors_ ? &*factors_ : nullptr; }
   double std_mm() const { return filter_.std_mm(mask_); }  ///< of one cell of the part
 
@@ -46,7 +46,7 @@ class HeightEstimate {
   droplet::LayerDrops drops_;
   std::optional<droplet::DropletFactors> factors_;
   int layer_ = 0;   ///< of drops_
-  int taken_ = -1;  ///< newest layer whose map was taken in
+  int taken_ = -1;  ///< newest layer whose map was used
 };
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-// The process `controller`: its node on the bus, with the process's threads. See procs/controller/node.h.
+// Runs the process `controller`: its node on the bus, with the process's threads. See
+// procs/controller/node.h.
 #include "procs/controller/node.h"
 
 #include "procs/bus/node_main.h"

@@ -65,7 +65,7 @@ ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
 }
 
 void ControllerNode::on(const height_map_t& m, Time now, Outbox& out) {
-  if (waiting_) {  // the newer map tells more
+  if (waiting_) {  // the newer map holds more information
     waiting_.reset();
     out.cancel(kLateReports);
   }

@@ -1,5 +1,5 @@
-// controller: HEIGHT_MAP -> LAYER_PLAN, with the ink of each cell where there are two. Any scheme of
-// core/control; knows no bus, no clock.
+// ControllerNode computes the plan of the next layer from a height map: HEIGHT_MAP -> LAYER_PLAN, with the
+// ink of each cell for parts of two inks. The node runs any scheme of core/control, without bus or clock.
 #pragma once
 
 #include <memory>
@@ -17,10 +17,10 @@ namespace firn {
 
 /// Answers every height map with the plan of the next layer (map.layer + 1), echoing map_id and attempt.
 /// A map that cannot be used (another grid, sizes that disagree, a height on the part that is not finite) is
-/// answered with a fault and a plan to stop for the operator; it leaves the scheme's state as it was.
-/// With control.height_estimate = "kalman" the scheme sees the map blended with what the executed droplets
-/// must have added. A map that overtakes the reports of its layer waits for them, two seconds at most; then
-/// it counts alone.
+/// answered with a fault and a plan to stop for the operator; the scheme's state does not change. With
+/// control.height_estimate = "kalman" the scheme receives the map blended with the height predicted from the
+/// executed droplets. A map that overtakes the reports of its layer waits for these reports, at most two
+/// seconds; then the map counts alone.
 class ControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the setup field or option that the scheme refuses.
@@ -28,13 +28,14 @@ class ControllerNode final : public Node {
   ControllerNode(const Experiment& experiment, HeightMap target, Mask mask,
                  std::shared_ptr<const Geometry> geometry = nullptr);
   void on(const height_map_t&, Time now, Outbox&);
-  /// With control.adapt_model: later decisions plan with it. A decision does not wait for it: a map is
-  /// answered with the newest model that has come.
+  /// With control.adapt_model: later decisions use the model. A decision does not wait for a model: a map is
+  /// answered with the newest model received.
   void on(const height_model_t&, Time now, Outbox&);
   /// With control.height_estimate = "kalman".
   void on(const deposition_report_t&, Time now, Outbox&);
   void wake(TimerId, Time now, Outbox&) override;
-  /// What a decision may do side by side, with the same bytes; the node itself starts no thread.
+  /// Sets the parallel loop for the computation of a decision; the result has the same bytes. The node itself
+  /// starts no thread.
   void use_threads(const ParallelFor& parallel) { scheme_->use_threads(parallel); }
 
  private:
@@ -49,7 +50,7 @@ class ControllerNode final : public Node {
   std::optional<height_map_t> waiting_;  ///< for the reports of its layer
 };
 
-/// What the configuration says of a scheme, in core's terms.
+/// Returns the configuration of a scheme as core's structs.
 control::ControlOptions control_options(const Experiment& experiment);
 control::Setup control_setup(const Experiment& experiment, HeightMap target, Mask mask,
                              std::shared_ptr<const Geometry> geometry = nullptr);

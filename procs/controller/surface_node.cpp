@@ -48,7 +48,7 @@ void SurfaceControllerNode::start(const Start& start, Time, Outbox&) {
 
 void SurfaceControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   if (!(m.measured_fraction >= min_measured_fraction_)) return;
-  // The bare table tells nothing of the valves.
+  // The bare table holds no information on the valves.
   if (feed_forward_ && m.layer > 0 && m.map_id != told_)
     waiting_ = m;
   else

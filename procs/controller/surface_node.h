@@ -1,4 +1,5 @@
-// controller of a path printer: HEIGHT_MAP -> CONTROL_SURFACE. Any scheme of core/control/surface.
+// SurfaceControllerNode computes the action of a path printer from a height map: HEIGHT_MAP ->
+// CONTROL_SURFACE. The node runs any scheme of core/control/surface.
 #pragma once
 
 #include <memory>
@@ -14,17 +15,18 @@
 namespace firn {
 
 /// Answers every height map of a layer of the print with the action for the layers above it, echoing map_id
-/// and attempt. A map below process.min_measured_fraction is not answered: whoever asked for it measures
-/// again or stops (I13). A map that cannot be used is answered with a fault and a decision to stop; it leaves
-/// the scheme's state as it was.
+/// and attempt. A map below process.min_measured_fraction is not answered: the scheduler measures again or
+/// stops (I13). An unusable map is answered with a fault and a decision to stop; the scheme's state does not
+/// change.
 class SurfaceControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the option that the scheme refuses; paths without a layer
   SurfaceControllerNode(const Experiment& experiment, slice::PrintPaths paths);
-  /// A resume: whoever started it has looked at the lab.
+  /// Handles a resume: the operator has inspected the lab.
   void start(const Start&, Time now, Outbox&) override;
   void on(const height_map_t&, Time now, Outbox&);
-  /// With flow.feed_forward: what the map of the same map_id has told of the valves. That map waits for it.
+  /// With flow.feed_forward: the estimate of the valves from the map of the same map_id. That map waits for
+  /// the estimate.
   void on(const flow_model_t&, Time now, Outbox&);
 
  private:

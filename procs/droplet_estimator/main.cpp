@@ -1,4 +1,4 @@
-// The process `droplet_estimator`: its node on the bus. See procs/droplet_estimator/node.h.
+// Runs the process `droplet_estimator`: its node on the bus. See procs/droplet_estimator/node.h.
 #include "procs/droplet_estimator/node.h"
 
 #include "procs/bus/node_main.h"

@@ -1,5 +1,5 @@
-// droplet_estimator: DEPOSITION_REPORT, HEIGHT_MAP -> HEIGHT_MODEL.   Takes part only with estimator.droplets
-// = "on".
+// DropletEstimatorNode estimates the height model of the droplets: DEPOSITION_REPORT, HEIGHT_MAP ->
+// HEIGHT_MODEL. The node takes part only with estimator.droplets = "on".
 #pragma once
 
 #include <memory>
@@ -15,10 +15,10 @@
 
 namespace firn {
 
-/// After every layer: h1, h2, h3 with their covariance and how far the patterns have told them apart. A map
-/// that comes before the last report of its layer waits for it (they travel on two channels), at most until
-/// the next map. A second map of a layer replaces the first. What cannot be used (another grid, a map without
-/// heights) is named in a warning and changes nothing.
+/// Publishes h1, h2, h3 after every layer, with their covariance and a measure of how well the patterns
+/// separate them. A map that arrives before the last report of its layer waits for that report (maps and
+/// reports have separate channels), at most until the next map. A second map of a layer replaces the first.
+/// Unusable input (another grid, a map without heights) causes a warning and changes nothing.
 class DropletEstimatorNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the field that the estimator refuses.
@@ -36,7 +36,7 @@ class DropletEstimatorNode final : public Node {
   droplet::DropletEstimator estimator_;
   droplet::LayerDrops drops_;
   int layer_ = 0;     ///< of drops_
-  int learned_ = -1;  ///< newest layer whose map has been taken in
+  int learned_ = -1;  ///< newest layer whose map has been used
   std::optional<height_map_t> waiting_;
 };
 

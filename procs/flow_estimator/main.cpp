@@ -1,4 +1,4 @@
-// The process `flow_estimator`: its node on the bus. See procs/flow_estimator/node.h.
+// Runs the process `flow_estimator`: its node on the bus. See procs/flow_estimator/node.h.
 #include "procs/flow_estimator/node.h"
 
 #include "procs/bus/node_main.h"

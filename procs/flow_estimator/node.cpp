@@ -90,7 +90,7 @@ void FlowEstimatorNode::add(const path_report_t& m) {
   const auto lists = lists_.find(m.path);
   if (motion == motions_.end() || lists == lists_.end() ||
       std::int32_t(lists->second.size()) < lists->second.front().lists) {
-    early_[m.path] = m;  // they travel on other channels
+    early_[m.path] = m;  // trajectories and lists have other channels
     return;
   }
   const std::size_t valve = m.material == 0 ? 0 : 1;
@@ -136,7 +136,7 @@ void FlowEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
     layer_ = m.layer;
   }
   newest_ = resample(known, grid_, kNotMeasured);
-  if (m.layer == 0) return;  // the bare table: what the first interval rises from
+  if (m.layer == 0) return;  // the bare table: the base of the first interval
   flow::FlowInterval interval{m.layer, HeightMap(grid_), laid_before_};
   for (std::size_t c = 0; c < grid_.size(); ++c) {
     interval.rise_mm.cells[c] = newest_.cells[c] - before_.cells[c];

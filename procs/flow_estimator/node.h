@@ -1,4 +1,5 @@
-// flow_estimator: TRAJECTORY, PULSE_LIST, PATH_REPORT, HEIGHT_MAP -> FLOW_MODEL.
+// FlowEstimatorNode estimates the flow of the valves: TRAJECTORY, PULSE_LIST, PATH_REPORT, HEIGHT_MAP ->
+// FLOW_MODEL.
 #pragma once
 
 #include <array>
@@ -19,13 +20,13 @@
 
 namespace firn {
 
-/// Keeps what each path was to lay where, takes what its report says was fired, and after each height map (of
-/// at least process.min_measured_fraction) tells what the valves give against their calibrated curves. The
-/// table counts as flat before the first map. A path whose outcome is in doubt makes the places it passes
-/// unknown for its interval. A map that comes again for the same layer replaces the first.
+/// Keeps the planned deposit of each path and the fired pulses of each report. After each height map (of at
+/// least process.min_measured_fraction) the node publishes the flow of the valves relative to their
+/// calibrated curves. The table counts as flat before the first map. A path whose outcome is in doubt makes
+/// the places it passes unknown for its interval. A second map of the same layer replaces the first.
 class FlowEstimatorNode final : public Node {
  public:
-  /// @throws std::invalid_argument: paths without a layer, materials whose tools the machine has not
+  /// @throws std::invalid_argument: paths without a layer, materials whose tools the machine lacks
   FlowEstimatorNode(const Experiment& experiment, const Machine& machine, const slice::PrintPaths& paths);
   void on(const trajectory_t&, Time now, Outbox&);
   void on(const pulse_list_t&, Time now, Outbox&);

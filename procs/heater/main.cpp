@@ -1,4 +1,4 @@
-// The process `heater`: its node on the bus. See procs/heater/node.h.
+// Runs the process `heater`: its node on the bus. See procs/heater/node.h.
 #include "procs/heater/node.h"
 
 #include "procs/bus/node_main.h"

@@ -13,7 +13,7 @@
 
 namespace firn {
 
-/// Thin shell round drivers/heater: set points in, a TEMPERATURE at every reading out.
+/// Adapter of drivers/heater: receives set points, publishes a TEMPERATURE at every reading.
 class HeaterNode final
     : public DriverNode<HeaterNode, drivers::Heater, drivers::Effects, drivers::Temperatures> {
  public:

@@ -1,4 +1,4 @@
-// The process `jet`: its node on the bus. See procs/jet/node.h.
+// Runs the process `jet`: its node on the bus. See procs/jet/node.h.
 #include "procs/jet/node.h"
 
 #include "procs/bus/node_main.h"

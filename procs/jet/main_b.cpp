@@ -1,4 +1,4 @@
-// The process `jet_b`: the node of the second jet on the bus. See procs/jet/node.h.
+// Runs the process `jet_b`: the node of the second jet on the bus. See procs/jet/node.h.
 #include "procs/jet/node.h"
 
 #include "procs/bus/node_main.h"

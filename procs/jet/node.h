@@ -12,7 +12,7 @@
 
 namespace firn {
 
-/// Thin shell round drivers/jet: arm for external triggers, disarm. The jet of ink A (kJet) or that of ink B
+/// Adapter of drivers/jet: arm for external triggers, disarm. The jet of ink A (kJet) or that of ink B
 /// (kJetB).
 class JetNode final : public DriverNode<JetNode, drivers::Jet, drivers::Effects> {
  public:

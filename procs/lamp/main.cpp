@@ -1,4 +1,4 @@
-// The process `lamp`: its node on the bus. See procs/lamp/node.h.
+// Runs the process `lamp`: its node on the bus. See procs/lamp/node.h.
 #include "procs/lamp/node.h"
 
 #include "procs/bus/node_main.h"

@@ -13,7 +13,7 @@
 
 namespace firn {
 
-/// Thin shell round drivers/lamp: timed exposures; at the end of the run the panel is given back.
+/// Adapter of drivers/lamp: timed exposures; at the end of the run the node releases the panel.
 class LampNode final : public DriverNode<LampNode, drivers::Lamp, drivers::Effects> {
  public:
   explicit LampNode(const Experiment& experiment);

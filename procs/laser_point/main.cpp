@@ -1,4 +1,4 @@
-// The process `laser_point`: its node on the bus. See procs/laser_point/node.h.
+// Runs the process `laser_point`: its node on the bus. See procs/laser_point/node.h.
 #include "procs/laser_point/node.h"
 
 #include "procs/bus/node_main.h"

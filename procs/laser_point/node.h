@@ -13,12 +13,12 @@
 
 namespace firn {
 
-/// Thin shell round drivers/laser_point. LASER_SAMPLES of a collect carries the path of the command that
-/// armed the storage.
+/// Adapter of drivers/laser_point. LASER_SAMPLES of a collect carries the path of the command that armed the
+/// storage.
 class LaserPointNode final
     : public DriverNode<LaserPointNode, drivers::LaserPoint, drivers::Effects, drivers::Samples> {
  public:
-  /// @throws std::invalid_argument: a sampling time or averaging that the instrument has not
+  /// @throws std::invalid_argument: a sampling time or averaging that the instrument lacks
   explicit LaserPointNode(const Experiment& experiment);
 
   using DriverNode::on;

@@ -1,4 +1,4 @@
-// The process `laser_profiler`: its node on the bus. See procs/laser_profiler/node.h.
+// Runs the process `laser_profiler`: its node on the bus. See procs/laser_profiler/node.h.
 #include "procs/laser_profiler/node.h"
 
 #include "procs/bus/node_main.h"

@@ -13,8 +13,8 @@
 
 namespace firn {
 
-/// Thin shell round drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder
-/// count in the reply) plus the offset of the laser line from the nozzle.
+/// Adapter of drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder count
+/// in the reply) plus the offset of the laser line from the nozzle.
 class LaserProfilerNode final : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects,
                                                   drivers::ProfileRow, drivers::ScanDone> {
  public:

@@ -1,4 +1,5 @@
-// The process `path_planner`: its node on the bus, with the process's threads. See procs/path_planner/node.h.
+// Runs the process `path_planner`: its node on the bus, with the process's threads. See
+// procs/path_planner/node.h.
 #include "procs/path_planner/node.h"
 
 #include "procs/bus/node_main.h"

@@ -102,7 +102,7 @@ bool PathPlannerNode::refuse_unreachable(Outbox& out) {
 }
 
 void PathPlannerNode::start(const Start& start, Time, Outbox& out) {
-  if (start.resumed()) return;  // what was sent before stands in the logs and is asked for again
+  if (start.resumed()) return;  // the logs hold the messages sent before; receivers request them again
   if (refuse_unreachable(out)) return;
   if (map_table_) return send_batch(table_batch(), 0, 0, nullptr, out);
   send_batch(batch_after(0), interval_layers_, 0, nullptr, out);

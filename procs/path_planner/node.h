@@ -1,4 +1,5 @@
-// path_planner: CONTROL_SURFACE -> TRAJECTORY, PULSE_LIST, PATH_JOB of the next interval.
+// PathPlannerNode computes the motions and pulses of the next interval: CONTROL_SURFACE -> TRAJECTORY,
+// PULSE_LIST, PATH_JOB.
 #pragma once
 
 #include <cstdint>
@@ -15,14 +16,15 @@
 
 namespace firn {
 
-/// A batch is the deposition paths of the next interval's layers in their order, then the measurement paths
-/// of its last layer. The first is sent at the start of the run, with u = 0 (with ice.map_table: the paths
-/// that measure the bare table as layer 0, alone), each further one in answer to a CONTROL_SURFACE that says
-/// print; one that comes again for the same layer (another attempt) is answered with a batch of its own. Each
-/// path: its TRAJECTORY, its PULSE_LISTs, then its PATH_JOB. Path and batch numbers are unique in the run.
-/// Before anything is sent every path of the print is checked for reach; if one fails, a PATH_JOB tells each
-/// (at most 20) with layer, path, reason and place, a fault stops the run, and nothing is planned. Motions
-/// that no action changes are planned ahead, while the batch before is printed.
+/// Sends batches. A batch holds the deposition paths of the next interval's layers in their order, then the
+/// measurement paths of the last of these layers. The first batch is sent at the start of the run, with u = 0
+/// (with ice.map_table: only the paths that measure the bare table as layer 0). Each further batch answers a
+/// CONTROL_SURFACE with the decision to print; a repeated CONTROL_SURFACE for the same layer (another
+/// attempt) is answered with a batch of its own. Each path is sent as TRAJECTORY, PULSE_LISTs, then PATH_JOB.
+/// Path and batch numbers are unique in the run. Every path of the print is checked for reach before the
+/// first batch. If paths fail, a PATH_JOB reports each of them (at most 20) with layer, path, reason and
+/// place, a fault stops the run, and nothing is planned. Motions independent of the action are planned ahead,
+/// during the printing of the batch before.
 class PathPlannerNode final : public Node {
  public:
   /// @throws std::invalid_argument: a machine that is no arm, a material without a tool, layers without
@@ -31,7 +33,8 @@ class PathPlannerNode final : public Node {
   void start(const Start&, Time now, Outbox&) override;
   void on(const control_surface_t&, Time now, Outbox&);
   void wake(TimerId, Time now, Outbox&) override;
-  /// What a batch may do side by side, with the same bytes; the node itself starts no thread.
+  /// Sets the parallel loop for the planning of a batch; the result has the same bytes. The node itself
+  /// starts no thread.
   void use_threads(ParallelFor parallel) { parallel_ = std::move(parallel); }
 
  private:
@@ -41,7 +44,7 @@ class PathPlannerNode final : public Node {
   Batch batch_after(int layer) const;
   bool refuse_unreachable(Outbox&);
   Batch table_batch() const;
-  /// And plans ahead what may come next: the batch after `next_below` layers.
+  /// Sends the batch, then sets the batch to plan ahead: the one after `next_below` layers.
   void send_batch(const Batch& batch, int next_below, std::int64_t map_id, const HeightMap* action, Outbox&);
   void send_path(const planning::PathTask& task, const planning::PlannedTask& planned, int index, int count,
                  std::int64_t map_id, Outbox&);

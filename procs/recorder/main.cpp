@@ -1,4 +1,4 @@
-// The process `recorder`: see procs/recorder/recorder.h.
+// Runs the process `recorder`: see procs/recorder/recorder.h.
 #include <csignal>
 #include <cstdio>
 
@@ -9,7 +9,7 @@
 int main(int argc, char** argv) try {
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is told like a full disk
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is reported like a full disk
   const firn::ProcessArgs args = firn::parse_process_args({argv + 1, argv + argc});
   if (const std::string warning = firn::receive_buffer_warning(); !warning.empty())
     std::fprintf(stderr, "recorder: %s\n", warning.c_str());

@@ -11,13 +11,13 @@
 
 namespace firn {
 
-/// Outside replay: it may lose messages that the write-ahead files still have (the log is then filled from
-/// them), but it loses nothing that it can ask for again, and it says when the disk is full.
+/// Not part of replay. The recorder may lose messages that the write-ahead files still hold (the log is then
+/// filled from these files), but does not lose messages that can be requested again, and reports a full disk.
 class Recorder {
  public:
   Recorder(const ProcessOptions& options, Bus& bus);
 
-  /// READY, then records until STOP or the end of the control line. @returns exit code
+  /// Sends READY, then records until STOP or the end of the control line. @returns exit code
   int run();
 
  private:

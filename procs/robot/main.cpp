@@ -1,4 +1,4 @@
-// The process `robot`: its node on the bus. See procs/robot/node.h.
+// Runs the process `robot`: its node on the bus. See procs/robot/node.h.
 #include "procs/robot/node.h"
 
 #include "procs/bus/node_main.h"

@@ -15,10 +15,10 @@
 
 namespace firn {
 
-/// Thin shell round drivers/robot. Trajectories go into the robot as they come, ahead of the commands that
-/// run them. A move's pose is that of a tool in the part's frame; the arm's kinematics turn it into joints
-/// here. ANSWER_ROBOT of a run: counted = measured, expected = planned microseconds; unknown_from, unknown_to
-/// = of the path.
+/// Adapter of drivers/robot. Trajectories are sent to the robot on arrival, ahead of the commands that run
+/// them. A move's pose is that of a tool in the part's frame; the arm's kinematics turn it into joints here.
+/// ANSWER_ROBOT of a run: counted = measured, expected = planned microseconds; unknown_from, unknown_to = of
+/// the path.
 class RobotNode final : public DriverNode<RobotNode, drivers::Robot, drivers::Effects> {
  public:
   RobotNode(const Experiment& experiment, const Machine& machine);

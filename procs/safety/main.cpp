@@ -1,4 +1,4 @@
-// The process `safety`: its node on the bus. See procs/safety/node.h.
+// Runs the process `safety`: its node on the bus. See procs/safety/node.h.
 #include "procs/safety/node.h"
 
 #include "procs/bus/node_main.h"

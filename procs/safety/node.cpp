@@ -50,7 +50,7 @@ void Safety::wake(TimerId, Time now, Outbox& out) {
   out.wake_at(kTick, period_after(now));
 }
 
-// Messages of an earlier incarnation say nothing of this one: the resume is the operator's reset.
+// Messages of an earlier incarnation are not valid in this one: the resume is the operator's reset.
 void Safety::on(const fault_t& f, Time now, Outbox& out) {
   if (f.header.incarnation < incarnation_) return;
   if (Severity(f.severity) == Severity::kStop) stop(f.node + ": " + f.text, now, out);
@@ -114,8 +114,8 @@ void Safety::send_stop(Outbox& out) {
   out.send(channels::kSafeStop, m);
 }
 
-// A driver with no link cannot answer SAFE; only the watchdog of its instrument is left then, and the link
-// loss stands in its FAULT. SUSPECT or FAULT states count as not safe.
+// A driver with no link cannot answer SAFE; only the watchdog of its instrument is left then, and its FAULT
+// reports the link loss. SUSPECT or FAULT states count as not safe.
 bool Safety::all_safe(std::int64_t epoch) const {
   for (const NodeInfo& n : nodes()) {
     if (!driver_[std::size_t(n.id)]) continue;
@@ -139,7 +139,7 @@ bool Safety::both_jets_armed() const {
 void Safety::check_heartbeats(Time now, Outbox& out) {
   for (const NodeInfo& n : nodes()) {
     int& silent = silent_ticks_[std::size_t(n.id)];
-    if (silent < 0) continue;  // none heard yet: the launcher watches processes that never came up
+    if (silent < 0) continue;  // no heartbeat yet: the launcher watches processes that never started
     if (++silent > kSilentTicks)
       return stop(
           std::string(n.name) + " has sent no heartbeat for " + std::to_string(kSilentTicks) + " periods",

@@ -15,7 +15,7 @@
 namespace firn {
 
 /// Grants the lease once every driver has answered SAFE in this incarnation, renews it every period, and
-/// takes it back for good on the first fault of severity 2, a missing heartbeat or a step that takes too
+/// withdraws it permanently on the first fault of severity 2, a missing heartbeat or a step that takes too
 /// long: the epoch is raised and SAFE_STOP repeated until every driver honours it. There is no way back
 /// inside an incarnation: the reset edge is a new start by the operator (latch, docs/safety.md).
 class Safety : public Node {
@@ -54,7 +54,7 @@ class Safety : public Node {
   std::int64_t epoch_ = 0;
   std::string cause_;
   std::array<HeardState, kNodeCount> drivers_;
-  std::array<int, kNodeCount> silent_ticks_{};  ///< own ticks since the last heartbeat; -1 = none heard yet
+  std::array<int, kNodeCount> silent_ticks_{};  ///< own ticks since the last heartbeat; -1 = no heartbeat yet
   std::array<std::int64_t, kNodeCount> busy_since_us_{};
 };
 

@@ -1,4 +1,4 @@
-// What the droplet loop sends when it enters a phase, and what it reports.
+// Commands that the droplet loop sends on entering a phase, and reports of the loop.
 #include <algorithm>
 #include <cmath>
 
@@ -73,7 +73,7 @@ void DropletLoop::send_pass(Time now, Outbox& out) {
   c.speed_mm_s = experiment_.process.pass_speed_mm_s;
   c.z_mm = experiment_.process.nozzle_gap_mm;
   c.grid = to_message(fires.spec);
-  if (job_.material() == Material::kB) {  // the stage stands where nozzle B is above the cell
+  if (job_.material() == Material::kB) {  // nozzle B is above the cell
     c.grid.origin_x_mm -= experiment_.jet_b.offset_x_mm;
     c.grid.origin_y_mm -= experiment_.jet_b.offset_y_mm;
     c.z_mm += experiment_.jet_b.offset_z_mm;
@@ -176,8 +176,8 @@ void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
   m.cure_s = cure_s_;
   m.scan_s = scan_s_;
   m.decide_s = decide_s_;
-  // What one layer has added so far tells how many the target needs; before the first, the nominal layer
-  // does.
+  // The mean height added per layer gives the number of layers to the target; before the first layer the
+  // nominal layer height.
   const ModelConfig& h = experiment_.model;
   const double per_layer = map.layer > 0 && m.mean_height_mm > 0 ? m.mean_height_mm / map.layer
                                                                  : h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm;

@@ -52,7 +52,7 @@ deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_cou
   const std::int64_t n = std::int64_t(order.size());
   const Outcome outcome = Outcome(stage.outcome);
 
-  // A prefix of the firing order is known to be fired; what follows is in doubt up to unknown_to.
+  // A prefix of the firing order is known to be fired; the following droplets are in doubt up to unknown_to.
   std::int64_t known = std::clamp<std::int64_t>(stage.counted, 0, n);
   std::int64_t doubt_to = known;
   if (outcome == Outcome::kDone) {

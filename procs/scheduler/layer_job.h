@@ -1,4 +1,5 @@
-// Bookkeeping of one layer: what each pass commanded, what is known to have been fired, what is in doubt.
+// LayerJob holds the state of one layer: the commanded passes, the droplets known to be fired, the droplets
+// in doubt.
 #pragma once
 
 #include <cstdint>
@@ -30,22 +31,23 @@ class LayerJob {
   bool in_doubt() const { return in_doubt_; }
   std::int64_t fired() const { return fired_; }
 
-  /// Of the current pass. @pre not finished
+  /// Returns the ink of the current pass. @pre not finished
   Material material() const { return passes_[std::size_t(pass_)].material; }
-  /// Whether what lies wet is cured before anything else is fired: always, but between the inks of one
+  /// Returns true if wet droplets must be cured before the next pass: always, except between the inks of one
   /// sub-pattern.
   bool cure_due() const {
     return finished() || attempt_ > 0 || pass_ == 0 || passes_[std::size_t(pass_) - 1].cure;
   }
 
-  /// 1 where the current pass fires: without the cells that it has already fired, so that they are not fired
-  /// again.
+  /// Returns the pattern of the current pass: 1 for cells to fire. Cells that this pass has already fired are
+  /// 0, so that a later attempt does not repeat them.
   const DropletPattern& fires() const { return fires_; }
   std::int64_t remaining() const;  ///< droplets that the current pass still has to fire
 
-  /// The stage's answer to the current pass. What was fired is never fired again. Everything fired: the next
-  /// pass is current. A known prefix: the rest stays to do, as the next attempt. Doubt: the layer is closed,
-  /// and only a scan tells. The jet's own count may narrow nothing, so it is only reported.
+  /// Records the stage's answer to the current pass. Fired droplets are never fired again. Everything fired:
+  /// the next pass is current. A known prefix: the rest remains for the next attempt. Doubt: the layer is
+  /// closed, and only a scan shows the result. The jet's own count cannot reduce the doubt and is only
+  /// reported.
   deposition_report_t settle(const answer_t& stage, std::int64_t jet_counted);
 
  private:
@@ -62,7 +64,7 @@ class LayerJob {
   DropletPattern plan_;
   MaterialMap materials_;
   std::vector<Pass> passes_;
-  DropletPattern fires_;  ///< 0 or 1: what the current pass still has to fire
+  DropletPattern fires_;  ///< 0 or 1: droplets that the current pass still has to fire
 };
 
 }  // namespace firn

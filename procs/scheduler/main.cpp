@@ -1,4 +1,4 @@
-// The process `scheduler`: its node on the bus. See procs/scheduler/scheduler.h.
+// Runs the process `scheduler`: its node on the bus. See procs/scheduler/scheduler.h.
 #include "procs/scheduler/scheduler.h"
 
 #include "procs/bus/node_main.h"

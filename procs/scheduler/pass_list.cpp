@@ -15,7 +15,7 @@ bool fires(const Pass& p, const DropletPattern& plan, const MaterialMap& materia
 }
 
 std::vector<Pass> passes_of(const DropletPattern& plan, const MaterialMap& materials, int sub_patterns) {
-  // The most droplets that any cell of a sub-pattern and ink gets: it takes part in so many rounds.
+  // Maximum number of droplets of any cell of a sub-pattern and ink: the number of rounds.
   std::array<std::array<int, 2>, 4> rounds{};
   for (int j = 0; j < plan.spec.ny; ++j)
     for (int i = 0; i < plan.spec.nx; ++i) {

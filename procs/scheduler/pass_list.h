@@ -1,4 +1,5 @@
-// A layer as passes: which cells, of which ink, are fired together, and after which passes the lamp cures.
+// passes_of computes the passes of a layer: the cells of one ink that are fired together, and the passes
+// followed by a cure.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +18,14 @@ struct Pass {
   bool cure = true;  ///< the lamp cures after it; else the next pass joins it while it is wet
 };
 
-/// The passes of a layer in the order in which they are printed: for each round, for each of `sub_patterns`
-/// interlaced sub-patterns (core/grid/sub_patterns.h), ink A, then ink B, then one cure. Passes without a
-/// droplet are left out. With one sub-pattern and one ink this is one pass per round, each cured.
+/// Returns the passes of a layer in the order in which they are printed: for each round, for each of
+/// `sub_patterns` interlaced sub-patterns (core/grid/sub_patterns.h), ink A, then ink B, then one cure.
+/// Passes without a droplet are omitted. With one sub-pattern and one ink this is one pass per round, each
+/// cured.
 /// @param materials without cells: all is ink A. @pre sub_patterns is 1, 2 or 4; sizes agree
 std::vector<Pass> passes_of(const DropletPattern& plan, const MaterialMap& materials, int sub_patterns);
 
-/// Whether a pass fires a droplet on a cell.
+/// Returns true if a pass fires a droplet on a cell.
 bool fires(const Pass& pass, const DropletPattern& plan, const MaterialMap& materials, int sub_patterns,
            int i, int j);
 

@@ -1,4 +1,4 @@
-// The paths between two answers to a height map, as path_planner sends them one by one.
+// PathBatch holds the paths between two answers to a height map; path_planner sends these paths one by one.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace firn {
 
-/// A path with the samples where its pulse lists begin: it is run list by list, from rest to rest.
+/// A path with the start times of its pulse lists. The robot runs the path list by list, from rest to rest.
 struct PathTask {
   path_job_t job;
   std::vector<double> list_start_s;  ///< one per list; empty for a measurement
   std::vector<std::int64_t> list_pulses;
 };
 
-/// Fills with PATH_JOBs and PULSE_LISTs in any order; a newer batch replaces an older one.
+/// Collects PATH_JOBs and PULSE_LISTs in any order; a newer batch replaces an older one.
 class PathBatch {
  public:
   void add(const path_job_t& job);
@@ -25,12 +25,12 @@ class PathBatch {
 
   std::int64_t number() const { return number_; }
   std::int64_t map_id() const { return map_id_; }  ///< of the map that it answers
-  /// Whether all jobs and all their lists are here.
+  /// Returns true if all jobs and all their lists have arrived.
   bool complete() const;
-  /// Why the first refused path was refused, with its number; empty = none.
+  /// Returns number and reason of the first refused path; empty = no path refused.
   std::string refusal() const;
 
-  /// In order. @pre complete()
+  /// Return the paths in order. @pre complete()
   std::vector<PathTask> deposition() const;
   std::vector<PathTask> measurement() const;
 
@@ -44,7 +44,7 @@ class PathBatch {
 };
 
 /// I6: the map's highest cell under the box that the tool sweeps, plus the margin, must not reach the tool.
-/// @returns by how much it does [mm]; at most 0 = clear. Cells without a height are not judged.
+/// @returns the overlap [mm]; at most 0 = clear. Cells without a height are ignored.
 double scrape_mm(const path_job_t& job, const HeightMap& map, double margin_mm);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// What the path loop sends when it enters a phase, and what it reports.
+// Commands that the path loop sends on entering a phase, and reports of the loop.
 #include <algorithm>
 #include <cmath>
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMostAttempts = 3;
 constexpr int kMostSlips = 2;
-constexpr int kFewCells = 10;  // of one material: too few to tell
+constexpr int kFewCells = 10;  // of one material: too few for an estimate
 
 }  // namespace
 
@@ -62,8 +62,8 @@ void PathLoop::operator_accepted(Time now, Outbox& out) {
   if (phase_ == Phase::kAwaitOperator) next_path(now, out);
 }
 
-// A crash may have left the arm anywhere, and without power: it goes home first. What could deposit twice is
-// settled, anything else is begun again.
+// A crash may have left the arm anywhere, and without power: the arm goes home first. A phase that could
+// deposit twice is settled; any other phase is begun again.
 void PathLoop::after_resume(Time now, Outbox& out) {
   switch (interrupted_) {
     case Phase::kHeat:
@@ -127,8 +127,8 @@ void PathLoop::answered(const answer_t& m, Time now, Outbox& out) {
   }
 }
 
-// A list was run, or was not, or nobody knows. The valve's answer is its count, whatever it calls the
-// outcome; refused: it knows of no list that it was armed for.
+// A list was run, was not run, or its outcome is unknown. The valve's answer is a count for any outcome;
+// refused: the valve has no record of an armed list.
 void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
   late_count_.reset();
   if (!act_answer_) return next_path(now, out);
@@ -139,8 +139,8 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
                      Outcome(count.outcome) != Outcome::kRefused && count.counted >= 0;
   const std::int64_t pulses = known ? count.counted : -1;
   const std::string path = "path " + std::to_string(task().job.path);
-  // Refused and none: the arm has not moved, so the valve has had no signal; if it counted pulses all the
-  // same, something was deposited somewhere.
+  // Refused or kNone: the arm has not moved, so the valve has had no signal. If the valve counted pulses
+  // nevertheless, material was deposited at an unknown place.
   const bool nothing = (outcome == Outcome::kNone || outcome == Outcome::kRefused) && pulses <= 0;
   if (nothing && ++attempt_ < kMostAttempts) return proceed(Phase::kLoadPath, now, out);
   if (nothing)
@@ -298,7 +298,7 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
                              std::to_string(m.measured_fraction) + " of it; " + std::to_string(needed) +
                              " is needed";
     if (scan_attempt_ >= experiment_.process.max_rescans) {
-      phase_ = Phase::kLoadScan;  // where a resume goes on
+      phase_ = Phase::kLoadScan;  // a resume continues here
       return fail(13, what, now, out);
     }
     send_fault(Severity::kWarning, 13, what + "; measuring again", out);
@@ -388,8 +388,7 @@ void PathLoop::on(const temperature_t& m, Time now, Outbox& out) {
   act_on_temperature(now, out);
 }
 
-// (b) alone keeps the valves from freezing when (a) fails [2.3.3]; what counts is what the tip's thermocouple
-// says.
+// (b) alone keeps the valves from freezing when (a) fails [2.3.3]; the tip's thermocouple decides.
 void PathLoop::act_on_temperature(Time now, Outbox& out) {
   if (!temperature_ || phase_ == Phase::kGetReady || phase_ == Phase::kStopped || phase_ == Phase::kOver)
     return;

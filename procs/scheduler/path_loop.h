@@ -1,6 +1,6 @@
-// scheduler, paths: PATH_JOB, PULSE_LIST, HEIGHT_MAP, CONTROL_SURFACE, TEMPERATURE, ANSWER_*, STATE_*,
-// ENABLE, SAFE_STOP -> ROBOT_COMMAND, VALVE_A_COMMAND, VALVE_B_COMMAND, LASER_COMMAND, HEATER_COMMAND,
-// PATH_REPORT, LAYER_METRICS, RUN_END.
+// PathLoop sequences the commands of a print along paths: PATH_JOB, PULSE_LIST, HEIGHT_MAP, CONTROL_SURFACE,
+// TEMPERATURE, ANSWER_*, STATE_*, ENABLE, SAFE_STOP -> ROBOT_COMMAND, VALVE_A_COMMAND, VALVE_B_COMMAND,
+// LASER_COMMAND, HEATER_COMMAND, PATH_REPORT, LAYER_METRICS, RUN_END.
 #pragma once
 
 #include <optional>
@@ -21,9 +21,9 @@ namespace firn {
 /// measurement paths (load, arm the laser's storage, run, collect), the height map, the control surface, the
 /// next paths.
 ///
-/// A path whose run is in doubt after a crash is never run again: the next map shows what lies there, and the
-/// open loop, which would not look, asks the operator. Interlocks by their numbers: I6 nozzle would scrape,
-/// I7 time slip, I8 path refused, I10 too cold, I13 map rejected.
+/// A path whose run is in doubt after a crash is never run again: the next map shows the deposit, and the
+/// open loop, which does not use maps, asks the operator. Interlocks by their numbers: I6 nozzle would
+/// scrape, I7 time slip, I8 path refused, I10 too cold, I13 map rejected.
 class PathLoop final : public Scheduler {
  public:
   /// @param tick_s of the trajectories
@@ -58,8 +58,8 @@ class PathLoop final : public Scheduler {
   void act_on_map(Time now, Outbox&);
   void act_on_surface(Time now, Outbox&);
   void act_on_temperature(Time now, Outbox&);
-  /// Why a valve seems to give nothing, from the newest two maps; empty = all well. @param layer that was
-  /// measured
+  /// Returns the reason to suspect a valve without flow, from the newest two maps; empty = no suspicion.
+  /// @param layer that was measured
   std::string dry_valve(int layer) const;
   void stop_for_operator(const std::string& who, const std::string& reason,
                          Outbox&);  ///< a resume measures again first
@@ -87,9 +87,9 @@ class PathLoop final : public Scheduler {
   int list_ = 0;                      ///< of that path
   std::size_t scan_at_ = 0;
 
-  std::optional<answer_t> late_count_;  ///< the valve's count, told after a crash
+  std::optional<answer_t> late_count_;  ///< the valve's count, reported after a crash
   int attempt_ = 0;                     ///< times that the path has been begun in vain
-  bool closed_ = false;                 ///< in doubt: what is left of the path stays undone
+  bool closed_ = false;                 ///< in doubt: the rest of the path is not run
   bool in_doubt_ = false;               ///< something since the last map
   std::int64_t pulses_counted_ = 0;     ///< of the path
   double measured_s_ = 0.0;

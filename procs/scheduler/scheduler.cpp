@@ -80,8 +80,8 @@ void Scheduler::wake(TimerId timer, Time now, Outbox& out) {
   if (timer == kAgain) return phase_ == Phase::kGetReady || pending_ ? void() : proceed(phase_, now, out);
   if (timer == kOperator) return finish_run(RunOutcome::kWaitsForOperator, 3, doubt(), out);
   if (phase_ == Phase::kGetReady && pending_ && safe_drivers_ == all_drivers_) {
-    // The driver is back and says nothing of the command: of an act, all is in doubt; anything else is begun
-    // again.
+    // The driver is back and has no record of the command: an act is wholly in doubt; any other phase is
+    // begun again.
     if (interrupted_ == act_) {
       answer_t nothing;
       nothing.outcome = std::int8_t(Outcome::kUnknown);
@@ -125,8 +125,8 @@ void Scheduler::on(const answer_t& m, Time now, Outbox& out) {
 
 void Scheduler::take_answer(const answer_t& m, Time now, Outbox& out) {
   const Outcome outcome = Outcome(m.outcome);
-  // Refused is not begun. The lease can reach the scheduler before it reaches the driver, so it is tried
-  // again.
+  // A refused command was not begun. The lease can reach the scheduler before the driver, so the command is
+  // sent again.
   if (outcome == Outcome::kRefused && refused_ < kMostRefusals) {
     ++refused_;
     return out.wake_at(kAgain, now.after_s(kAgainWall_s * experiment_.run.time_scale));

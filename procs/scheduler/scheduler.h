@@ -1,5 +1,5 @@
-// What the loops of all kinds of labs share: getting ready under the lease, one command at a time, answers
-// that are late, refused or never come, faults, resume, the end of the run.
+// Scheduler holds the part of the print loop common to all kinds of labs: start under the lease, one command
+// at a time, late, refused and missing answers, faults, resume, the end of the run.
 #pragma once
 
 #include <optional>
@@ -17,9 +17,9 @@
 
 namespace firn {
 
-/// At most one command is outstanding, so after a crash at most one act is in doubt. A loop says in proceed()
-/// what each phase commands and in answered() what follows it; the phase whose repetition could deposit twice
-/// is its act.
+/// At most one command is outstanding, so after a crash at most one act is in doubt. A loop implements
+/// proceed(), which sends the command of each phase, and answered(), which selects the next phase. The act is
+/// the phase whose repetition could deposit twice.
 class Scheduler : public Node {
  public:
   void start(const Start&, Time now, Outbox&) override;
@@ -31,7 +31,7 @@ class Scheduler : public Node {
   void on(const operator_command_t&, Time now, Outbox&);
 
  protected:
-  /// What the print is doing; each is left by exactly one kind of message.
+  /// Phases of the print; exactly one kind of message ends each phase.
   enum class Phase {
     kGetReady,  // all drivers SAFE and the lease granted
     kHoming,
@@ -73,18 +73,18 @@ class Scheduler : public Node {
 
   virtual void proceed(Phase next, Time now,
                        Outbox&) = 0;  ///< enters a phase: sends its command, arms its deadline
-  virtual void answered(const answer_t&, Time now, Outbox&) = 0;  ///< what the phase commanded is done
+  virtual void answered(const answer_t&, Time now, Outbox&) = 0;  ///< the command of the phase is done
   virtual void answered_late(const answer_t&) {
-  }  ///< the same of the interrupted phase, before the print goes on
+  }  ///< the same for the interrupted phase, before the print continues
   virtual bool only_counts() const {
     return false;
   }  ///< whatever its outcome, the answer to this phase is a count
   virtual void after_resume(Time now, Outbox&) = 0;  ///< picks up the phase that the crash interrupted
   virtual void operator_accepted(Time now, Outbox&) = 0;
-  virtual std::int64_t act_size() const = 0;  ///< all of it is in doubt when the driver knows nothing of it
+  virtual std::int64_t act_size() const = 0;  ///< all in doubt if the driver has no record of the act
   virtual int command_layer() const = 0;
-  virtual std::string awaited() const = 0;  ///< what is late where no command is outstanding
-  virtual std::string doubt() const = 0;    ///< what the operator is asked
+  virtual std::string awaited() const = 0;  ///< the overdue message in a phase without a command
+  virtual std::string doubt() const = 0;    ///< the question to the operator
 
   void try_ready(Time now, Outbox&);
   void finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox&);
@@ -102,21 +102,21 @@ class Scheduler : public Node {
     out.wake_at(kDeadline, now.after_s(2.0 * allowed_s + kSlackWall_s * experiment_.run.time_scale));
   }
 
-  // Twice as long as it should take, plus this much wall time for links and a loaded machine.
+  // Deadline: twice the planned time, plus this much wall time for links and a loaded machine.
   static constexpr double kSlackWall_s = 20.0;
 
   Experiment experiment_;
   Phase act_;
   Phase phase_ = Phase::kGetReady;
-  Phase interrupted_ = Phase::kHoming;  ///< where to go on when ready
-  std::optional<answer_t> act_answer_;  ///< what the driver said of the act, until it is settled
+  Phase interrupted_ = Phase::kHoming;  ///< the phase to continue with when ready
+  std::optional<answer_t> act_answer_;  ///< the driver's answer to the act, until the act is settled
   bool doubt_accepted_ = false;
   int layers_done_ = 0;
   double deposit_s_ = 0, cure_s_ = 0, scan_s_ = 0, decide_s_ = 0;
 
  private:
   void take_answer(const answer_t&, Time now, Outbox&);
-  std::string overdue() const;  ///< who is late, for the fault's text
+  std::string overdue() const;  ///< names the late driver or message, for the fault's text
 
   int all_drivers_ = 0;  ///< bit per NodeId that takes part
   std::int32_t incarnation_ = 0;
@@ -129,7 +129,7 @@ class Scheduler : public Node {
   Time phase_since_;
 };
 
-/// The loop of the experiment's lab. @throws std::invalid_argument, ConfigError
+/// Returns the loop of the experiment's lab. @throws std::invalid_argument, ConfigError
 std::unique_ptr<Node> make_scheduler(const std::string& config_toml, const Blobs& blobs);
 
 }  // namespace firn

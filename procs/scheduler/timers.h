@@ -1,3 +1,4 @@
+// TimerIds of the scheduler: the loops share them.
 #pragma once
 
 #include "runtime/time.h"
@@ -5,7 +6,7 @@
 namespace firn {
 
 inline constexpr TimerId kDeadline{1};  ///< of the outstanding command, map or plan
-inline constexpr TimerId kOperator{2};  ///< how long an accepted doubt may take to arrive after a resume
-inline constexpr TimerId kAgain{3};     ///< when a refused command is given again
+inline constexpr TimerId kOperator{2};  ///< maximum wait for an accepted doubt after a resume
+inline constexpr TimerId kAgain{3};     ///< repetition of a refused command
 
 }  // namespace firn

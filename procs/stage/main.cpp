@@ -1,4 +1,4 @@
-// The process `stage`: its node on the bus. See procs/stage/node.h.
+// Runs the process `stage`: its node on the bus. See procs/stage/node.h.
 #include "procs/stage/node.h"
 
 #include "procs/bus/node_main.h"

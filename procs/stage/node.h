@@ -12,7 +12,7 @@
 
 namespace firn {
 
-/// Thin shell round drivers/stage: one pass, scan or move per command.
+/// Adapter of drivers/stage: one pass, scan or move per command.
 class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Effects> {
  public:
   explicit StageNode(const Experiment& experiment);

@@ -1,4 +1,4 @@
-// The process `surface_mapper`: its node on the bus. See procs/surface_mapper/node.h.
+// Runs the process `surface_mapper`: its node on the bus. See procs/surface_mapper/node.h.
 #include "procs/surface_mapper/node.h"
 
 #include "procs/bus/node_main.h"

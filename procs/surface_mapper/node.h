@@ -1,4 +1,4 @@
-// surface_mapper: HEIGHT_PROFILE, SCAN_DONE -> HEIGHT_MAP, HEIGHT_PREVIEW.
+// SurfaceMapper computes the height map of a scan: HEIGHT_PROFILE, SCAN_DONE -> HEIGHT_MAP, HEIGHT_PREVIEW.
 #pragma once
 
 #include <memory>
@@ -16,13 +16,13 @@
 
 namespace firn {
 
-/// Gathers the profiles of one scan and answers SCAN_DONE with the map. Profiles and SCAN_DONE travel on two
-/// channels, so rows may still come after it: the node waits up to 2 s of run time for the rows that
-/// SCAN_DONE counted, then maps what there is (missing cells in-filled and marked, measured_fraction tells).
-/// The map does not depend on the order of rows. Rows that come twice or out of order, and rows of an older
-/// scan, change nothing (malformed rows do not get past the check at decode). With control.smoothing on, the
-/// part's cells get the robust DCT smoothing of the measured ones (in-filled cells and those off the mask
-/// have no weight). A newer scan_id drops the unfinished scan. One map per scan; map_id counts the maps.
+/// Gathers the profiles of one scan and answers SCAN_DONE with the map. Profiles and SCAN_DONE have separate
+/// channels, so rows may arrive after SCAN_DONE. The node waits up to 2 s of run time for the rows that
+/// SCAN_DONE counted, then maps the received rows (missing cells are in-filled and marked; measured_fraction
+/// reports their share). The map does not depend on the order of rows. Repeated rows, rows out of order and
+/// rows of an older scan change nothing (the check at decode rejects malformed rows). With control.smoothing
+/// on, the part's cells hold the robust DCT smoothing of the measured ones (in-filled cells and those off the
+/// mask have no weight). A newer scan_id drops the unfinished scan. One map per scan; map_id counts the maps.
 class SurfaceMapper final : public Node {
  public:
   SurfaceMapper(const Experiment& experiment, Mask mask);
@@ -51,7 +51,7 @@ class SurfaceMapper final : public Node {
   std::int64_t maps_ = 0;
 };
 
-/// Height map reduced to at most 60 kB by averaging blocks of cells.
+/// Returns the height map reduced to at most 60 kB by averaging blocks of cells.
 preview_t preview_of(const HeightMap& height, std::int32_t layer);
 
 std::unique_ptr<Node> make_surface_mapper(const std::string& config_toml, const Blobs& blobs);

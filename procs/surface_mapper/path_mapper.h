@@ -1,4 +1,5 @@
-// surface_mapper of a path printer: TRAJECTORY, LASER_SAMPLES -> HEIGHT_MAP, HEIGHT_PREVIEW.
+// PathMapper computes the height map of a scan of a path printer: TRAJECTORY, LASER_SAMPLES -> HEIGHT_MAP,
+// HEIGHT_PREVIEW.
 #pragma once
 
 #include <map>
@@ -16,11 +17,11 @@
 namespace firn {
 
 /// Gathers the readings of one scan, path by path in any order, and answers the last with the map of the
-/// layer's own grid (core/slice/footprint.h): readings stand where the laser was on the path's trajectory,
-/// laser_point.latency_s after the storage began; the surface is linear between them and, with
+/// layer's own grid (core/slice/footprint.h): each reading is placed at the laser's position on the path's
+/// trajectory, laser_point.latency_s after the storage began; the surface is linear between them and, with
 /// control.smoothing, smoothed. quality: measured = on the footprint and near a reading, else filled from the
-/// nearest. measured_fraction = valid readings over those that the paths' durations should have given. A path
-/// that comes twice, or of an older scan, changes nothing; a newer scan_id drops the unfinished scan.
+/// nearest. measured_fraction = valid readings over those that the paths' durations should have given. A
+/// repeated path, or one of an older scan, changes nothing; a newer scan_id drops the unfinished scan.
 class PathMapper final : public Node {
  public:
   PathMapper(const Experiment& experiment, const Machine& machine, slice::PrintPaths paths);

@@ -1,4 +1,4 @@
-// The process `valve_a`: its node on the bus. See procs/valve/node.h.
+// Runs the process `valve_a`: its node on the bus. See procs/valve/node.h.
 #include "procs/valve/node.h"
 
 #include "procs/bus/node_main.h"

@@ -13,9 +13,9 @@
 
 namespace firn {
 
-/// Thin shell round drivers/valve: the water's valve (kValveA) or the scaffold's (kValveB). Lists go into the
-/// controller as they come. ANSWER of a disarm: counted = pulses fired of expected, also after a stop or a
-/// lost link.
+/// Adapter of drivers/valve: the water's valve (kValveA) or the scaffold's (kValveB). Lists are sent to the
+/// valve's controller on arrival. ANSWER of a disarm: counted = pulses fired of expected, also after a stop
+/// or a lost link.
 class ValveNode final : public DriverNode<ValveNode, drivers::Valve, drivers::Effects> {
  public:
   ValveNode(NodeId id, const Experiment& experiment);

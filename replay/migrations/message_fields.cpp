@@ -14,7 +14,7 @@ void append_integer(std::vector<std::byte>& to, std::int64_t value, std::size_t 
 
 bool is_integer(schema::Kind kind) { return kind <= schema::Kind::kBoolean; }
 
-// Whether the encoded bytes of one mean the same in the other.
+// Returns true if the encoded bytes of one mean the same in the other.
 bool alike(const schema::Field& a, const schema::Field& b) {
   return a.kind == b.kind && a.element == nullptr && b.element == nullptr &&
          std::ranges::equal(a.dimensions, b.dimensions, [](const auto& x, const auto& y) {

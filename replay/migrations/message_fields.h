@@ -15,17 +15,18 @@
 
 namespace firn::replay {
 
-/// Members by path ("header.seq", "drops"), as views into the message.
+/// Holds members by path ("header.seq", "drops"), as views into the message.
 class MessageFields {
  public:
   /// @throws std::invalid_argument for a message that is damaged or of another type
   MessageFields(const schema::Type& type, std::span<const std::byte> message);
 
-  /// The encoded bytes of a member, of all elements of an array. @returns nothing for a member it has not
+  /// Returns the encoded bytes of a member, of all elements of an array; nothing for a member that the
+  /// message lacks.
   std::optional<std::span<const std::byte>> bytes(std::string_view path) const;
-  /// An integer. @throws std::invalid_argument for a path that is none
+  /// Returns an integer member. @throws std::invalid_argument if the path is not an integer
   std::int64_t integer(std::string_view path) const;
-  /// An array of int8_t. @throws std::invalid_argument for a path that is none
+  /// Returns an array of int8_t. @throws std::invalid_argument if the path is not such an array
   std::vector<std::int8_t> small_integers(std::string_view path) const;
   const schema::Field* field(std::string_view path) const;
 
@@ -37,15 +38,16 @@ class MessageFields {
   std::map<std::string_view, Place> places_;
 };
 
-/// Members that a migration gives; the others are taken from the old message by path.
+/// Holds the members that a migration sets; the others are copied from the old message by path.
 class NewFields {
  public:
   explicit NewFields(const schema::Type& type) : type_(type) {}
 
   /// @throws std::invalid_argument for a path that is no integer of the type
   void set(std::string_view path, std::int64_t value);
-  /// An array of int8_t; the member that counts it is set by set().
+  /// Sets an array of int8_t; the member that counts its elements must be set too.
   void set(std::string_view path, std::span<const std::int8_t> values);
+  /// Returns the encoded message.
   /// @throws std::invalid_argument naming a member that neither side has
   std::vector<std::byte> encode(const MessageFields& old) const;
 

@@ -125,7 +125,7 @@ constexpr RetiredChannel kRetired[] = {
      "scheduler"},
 };
 
-// The recorded structs stand on these two; a change of them is a change of every message.
+// The recorded structs use these two; a change of them is a change of every message.
 constexpr std::string_view kCommon = R"(package firn;
     struct header_t { int64_t run_id; int32_t incarnation; int64_t seq; int64_t utime_us; }
     struct grid_t { int32_t nx; int32_t ny; double pitch_x_mm; double pitch_y_mm; double origin_x_mm;

@@ -1,4 +1,4 @@
-// Migration holds a message type as an earlier version recorded it and the way to today's type,
+// Migration holds a message type as an earlier version recorded it and the conversion to today's type,
 // RetiredChannel a channel whose members have moved, MigrationTable both. With them, runs of every version
 // decode and replay.
 //
@@ -20,22 +20,23 @@ namespace firn::replay {
 
 struct Migration {
   std::string_view was;  ///< the struct as recorded, in the LCM language, with the name that it has today
-  /// Gives the members that today's type has and the old one has not.
-  /// @param companion the message of the retired channel that belongs to this one; null = none was recorded
+  /// Sets the members that today's type has and the old one lacks.
+  /// @param companion the message of the retired channel that belongs to `old`; null: no such message was
+  /// recorded
   void (*fill)(const MessageFields& old, const MessageFields* companion, NewFields& now);
   std::string_view companions = {};  ///< the retired channel whose members moved into this type
 };
 
-/// A channel whose members moved into another channel's messages.
+/// Describes a retired channel: its members moved into another channel's messages.
 struct RetiredChannel {
   std::string_view name;
   std::string_view was;                 ///< its struct
   std::string_view into;                ///< the channel that has its members now
   std::array<std::string_view, 4> key;  ///< members that are equal in the two messages that belong together
-  std::string_view reader;  ///< the node that was given both and waited for the second; empty = none
+  std::string_view reader;  ///< the node that received both and waited for the second; empty: no node
 };
 
-/// A row with its types.
+/// Holds a row of the table with its parsed types.
 struct MigrationStep {
   const Migration* row = nullptr;
   const schema::Type* from = nullptr;
@@ -44,16 +45,15 @@ struct MigrationStep {
 
 class MigrationTable {
  public:
-  /// From every recorded version to the types of lcm_type_texts().
+  /// Returns the table from every recorded version to the types of lcm_type_texts().
   static const MigrationTable& builtin();
   /// The arguments must outlive the table.
   MigrationTable(std::span<const Migration> rows, std::span<const RetiredChannel> retired,
                  const Schema& today);
 
-  /// The step that leads away from the type that `message` begins with. @returns nullptr for today's types
-  /// and unknown ones
+  /// Returns the step from the type that `message` begins with; nullptr for today's types and unknown ones.
   const MigrationStep* step_from(std::span<const std::byte> message) const;
-  /// The type of a message of today or of any earlier version. @returns nullptr if it is unknown
+  /// Returns the type of a message of today or of any earlier version; nullptr if the type is unknown.
   const schema::Type* type_of(std::span<const std::byte> message) const;
 
   std::span<const RetiredChannel> retired() const { return retired_; }

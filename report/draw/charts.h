@@ -1,5 +1,5 @@
-// Line charts and stacked bars as SVG. Lines differ by colour, dashes and marks, so that they are told apart
-// without colour too.
+// Draws line charts and stacked bars as SVG. Lines differ by colour, dashes and marks, so that they are
+// distinct without colour too.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ struct Series {
   int style = 0;             ///< colour and dashes of run n; kReference = the target
   bool marks = false;
   std::vector<double> low = {},
-                      high = {};  ///< of a band about the line; empty, or as many as x; NaN: none there
+                      high = {};  ///< of a band about the line; empty, or as many as x; NaN: no band there
   static constexpr int kReference = -1;
 };
 
@@ -26,16 +26,17 @@ struct ChartOptions {
   bool from_zero = false;  ///< y starts at 0
   std::optional<std::pair<double, double>> y_range = {};
   std::vector<std::pair<double, double>> shaded = {};  ///< spans of x
-  std::string shaded_label = {};                       ///< in the legend; empty = none
+  std::string shaded_label = {};                       ///< in the legend; empty: no label
 };
 std::string line_chart(const std::vector<Series>& series, const ChartOptions& options);
 
-/// One bar for each x, stacked from the parts.
+/// Holds one bar for each x, stacked from the parts.
 struct Bars {
   std::vector<double> x;
   std::vector<std::string> parts;            ///< labels
   std::vector<std::vector<double>> heights;  ///< [part][x]
 };
+/// Draws the bars.
 /// @param top the axis' upper end, so that several charts compare
 std::string bar_chart(const Bars& bars, double top, const ChartOptions& options);
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kSide = 300;  // pixels of the longer side of a map
 
-// Blue, white, orange: Okabe and Ito's pair, told apart by all.
+// Blue, white, orange: Okabe and Ito's pair, distinct for all.
 cv::Vec3b diverging(double share) {
   const auto mix = [&](double blue, double white, double orange) {
     const double t = std::abs(2 * share - 1);

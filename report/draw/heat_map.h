@@ -1,5 +1,5 @@
-// Surfaces as heat maps: one common colour scale, mm axes, a colour bar in um. Of any grid size: the cells
-// are one embedded PNG.
+// Draws surfaces as heat maps: one common colour scale, mm axes, a colour bar in um. Grids may have any size:
+// the cells are one embedded PNG.
 #pragma once
 
 #include <string>
@@ -16,10 +16,11 @@ struct HeatScale {
   ColorMap colors = ColorMap::kSequential;
 };
 
+/// Draws one surface.
 /// @param height [mm]; NaN stays empty
 std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title);
 
-/// The bar that belongs to the maps of one scale.
+/// Draws the colour bar of all maps of one scale.
 std::string color_bar(const HeatScale& scale, const std::string& name);
 
 }  // namespace firn::replay

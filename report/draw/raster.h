@@ -1,4 +1,4 @@
-// Pixels inside a drawing: one embedded PNG.
+// Raster holds pixels inside a drawing: one embedded PNG.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@ namespace firn::replay {
 
 using Rgba = std::array<std::uint8_t, 4>;
 
-/// Rows from the top; starts transparent.
+/// Holds pixels in rows from the top; starts transparent.
 struct Raster {
   int width, height;
   std::vector<Rgba> pixels;
@@ -18,7 +18,7 @@ struct Raster {
   Rgba& at(int x, int y) { return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
 };
 
-/// <image> over the given rectangle of the drawing, its pixels as squares.
+/// Returns an <image> over the given rectangle of the drawing, its pixels as squares.
 std::string svg_image(const Raster& raster, double x, double y, double width, double height);
 
 }  // namespace firn::replay

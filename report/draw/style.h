@@ -1,11 +1,11 @@
-// Style sheet of pages and pictures.
+// Holds the style sheet of pages and pictures.
 #pragma once
 
 #include <string>
 
 namespace firn::replay {
 
-/// CSS of all pages and pictures: the classes and colours that the drawing functions use.
+/// Holds the CSS of all pages and pictures: the classes and colours that the drawing functions use.
 extern const char* const kReportStyle;
 
 /// Returns one <svg> with the style sheet inside, so that it can be viewed alone.

@@ -1,5 +1,5 @@
-// Small pieces of SVG and HTML: escaped text, numbers, axes with round ticks. Colours are CSS variables of
-// the page, so that one drawing is legible on light and on dark.
+// Writes small pieces of SVG and HTML: escaped text, numbers, axes with round ticks. Colours are CSS
+// variables of the page, so that one drawing is legible on light and on dark.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 namespace firn::replay {
 
 std::string escape_html(std::string_view text);
-/// The beginning of a text: at most so many bytes, and only whole UTF-8 characters.
+/// Returns the beginning of a text: at most so many bytes, and only whole UTF-8 characters.
 std::string_view shortened(std::string_view text, std::size_t bytes);
-/// "%.*f" without a locale; "–" for NaN and infinities; a true minus sign.
+/// Returns the number as "%.*f" without a locale; "–" for NaN and infinities; a true minus sign.
 std::string number(double value, int decimals);
 
-/// A linear or logarithmic axis from data units to pixels, with ticks at round values.
+/// Maps data units to pixels on a linear or logarithmic axis, with ticks at round values.
 class Axis {
  public:
   enum class Kind { kLinear, kWhole, kLogarithmic };  ///< kWhole: ticks at whole numbers only
-  /// Exactly [low, high], about `wanted` ticks inside. A range that is empty, or narrower than 1e-12
-  /// of its values, becomes one around it. kLogarithmic: low > 0.
+  /// Spans exactly [low, high] with about `wanted` ticks inside. A range that is empty, or narrower than
+  /// 1e-12 of its values, is widened to a range around its value. kLogarithmic: low > 0.
   Axis(double low, double high, double from_px, double to_px, int wanted, Kind kind = Kind::kLinear);
   double px(double value) const;
   struct Tick {
@@ -36,14 +36,14 @@ class Axis {
   std::vector<Tick> ticks_;
 };
 
-/// The plotting area of a chart in pixels.
+/// Holds the plotting area of a chart in pixels.
 struct Frame {
   double left = 54, top = 10, right = 414, bottom = 250;
 };
-/// Grid lines, tick texts, and the axes' names with units.
+/// Draws grid lines, tick texts, and the axes' names with units.
 std::string draw_axes(const Frame& frame, const Axis& x, const Axis& y, std::string_view x_name,
                       std::string_view y_name);
-/// <text class="cls" …>
+/// Returns <text class="cls" …>.
 std::string svg_text(double x, double y, std::string_view anchor, std::string_view cls,
                      std::string_view text);
 std::string svg_open(double width, double height, std::string_view title);

@@ -18,7 +18,7 @@ namespace {
 
 using motion::TraceSample;
 
-constexpr std::size_t kPoints = 600;  // columns of a chart; each keeps its least and largest value
+constexpr std::size_t kPoints = 600;  // columns of a chart; each keeps its minimum and maximum
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 replay::Series drawn(const std::vector<TraceSample>& trace,
@@ -145,8 +145,7 @@ std::string speed_map(const std::vector<TraceSample>& trace, double top_mm_s, co
 std::vector<TraceSample> trace_of_samples(const Trajectory& t, const std::vector<Point2>& tool) {
   const double h = t.tick_s;
   const std::size_t axes = std::min<std::size_t>(std::size_t(t.axes), motion::kMaxJoints);
-  // Differences over whole ticks, each placed at its own end: what stands still before the start counts as
-  // rest.
+  // Differences over whole ticks, each placed at its own end: a motion that has not started counts as rest.
   const auto differences = [&](const std::function<double(std::size_t)>& value, std::size_t n) {
     const auto at = [&](std::size_t back) { return value(n >= back ? n - back : 0); };
     return std::array<double, 3>{(at(0) - at(1)) / h, (at(0) - 2 * at(1) + at(2)) / (h * h),

@@ -1,5 +1,5 @@
-// Pictures of a planned path [Barnett 2012, Figs. 4-7, 4-8, 4-11]: speed, acceleration and jerk against time
-// with their limits, in total and for each joint, and the path coloured by its speed.
+// Draws pictures of a planned path [Barnett 2012, Figs. 4-7, 4-8, 4-11]: speed, acceleration and jerk against
+// time with their limits, in total and for each joint, and the path coloured by its speed.
 #pragma once
 
 #include <string>
@@ -19,15 +19,16 @@ struct PlanPlot {
   std::vector<std::string> joint_units;  ///< "rad" or "mm"; angles are drawn in degrees
 };
 
-/// One self-contained SVG. @pre at least two samples
+/// Returns one self-contained SVG. @pre at least two samples
 std::string plan_picture(const PlanPlot& plot);
 
-/// A trace by differences of the emitted samples: for methods that have no continuous motion behind them.
+/// Computes a trace by differences of the emitted samples: for methods that have no continuous motion behind
+/// them.
 std::vector<motion::TraceSample> trace_of_samples(const Trajectory& trajectory,
                                                   const std::vector<Point2>& tool);
 
-/// The path alone, coloured by speed: for embedding (classes and colours of replay/report_style.cpp). Where
-/// s_mm falls, another path begins.
+/// Draws only the path, coloured by speed: for embedding (classes and colours of report/draw/style.cpp).
+/// Where s_mm falls, another path begins.
 std::string speed_map(const std::vector<motion::TraceSample>& trace, double top_mm_s,
                       const std::string& title);
 

@@ -40,7 +40,7 @@ std::string label(const slice::LayerPaths& l) {
   return fmt::format("layer {}, {:g} mm", l.layer, l.z * slice::kMmPerUnit);
 }
 
-// Where each layer stands on the sheet; mm, y downwards.
+// Computes the position of each layer on the sheet; mm, y downwards.
 struct Sheet {
   double x0 = std::numeric_limits<double>::max(), y0 = x0, x1 = -x0, y1 = -x0, margin = 0.0, text = 0.0;
   std::size_t columns = 1, rows = 1;

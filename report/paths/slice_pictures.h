@@ -1,5 +1,5 @@
-// Layers as pictures: outlines, and paths coloured by material and kind; several side by side as a contact
-// sheet.
+// Draws layers as pictures: outlines, and paths coloured by material and kind; several side by side as a
+// contact sheet.
 #pragma once
 
 #include <span>
@@ -16,12 +16,12 @@ struct PicturedLayer {
   slice::LayerPaths paths;
 };
 
-/// One scale for all layers, each with its number and height above it.
+/// Draws all layers at one scale, each with its number and height above it.
 std::string layers_svg(std::span<const PicturedLayer> layers);
-/// The same as PNG. @param width_px of the sheet, 100 to 10,000
+/// Draws the same sheet as PNG. @param width_px of the sheet, 100 to 10,000
 std::string layers_png(std::span<const PicturedLayer> layers, int width_px);
 
-/// One layer's paths in the JSON format that firn plan reads. @param tools by material
+/// Writes one layer's paths in the JSON format that firn plan reads. @param tools by material
 std::string layer_json(const slice::LayerPaths& layer, std::span<const std::string> tools);
 
 }  // namespace firn

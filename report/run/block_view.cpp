@@ -16,7 +16,7 @@ using Vec = std::array<double, 3>;
 
 enum class Look { kObject, kSupport, kOutside, kMissing, kAir };
 
-// Okabe and Ito's hues: told apart by all.
+// Okabe and Ito's hues: distinct for all.
 Rgba color(Look look) {
   switch (look) {
     case Look::kObject:
@@ -51,8 +51,8 @@ struct Eye {
   }
 };
 
-// Walks a ray from voxel to voxel [Amanatides and Woo 1987]: solid(i, j, k) says where it stops. Returns the
-// axis of the face that is hit, or -1; `cell` is the voxel.
+// Walks a ray from voxel to voxel [Amanatides and Woo 1987] up to the first voxel where solid(i, j, k) is
+// true. Returns the axis of the face that is hit, or -1; `cell` is the voxel.
 template <class Solid>
 int first_hit(Vec at, const Vec& way, const std::array<int, 3>& size, const Solid& solid,
               std::array<int, 3>& cell) {
@@ -94,7 +94,7 @@ Rgba shaded(Rgba c, double light) {
   return c;
 }
 
-// Without the empty rows and columns round what is drawn.
+// Removes the empty rows and columns around the drawing.
 Raster cropped(Raster& raster) {
   int left = raster.width, right = 0, top = raster.height, bottom = 0;
   for (int y = 0; y < raster.height; ++y)

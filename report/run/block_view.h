@@ -1,6 +1,6 @@
-// Pictures of a printed block of two inks: cross-sections, the object as it stands when the support is gone,
-// the whole block [Lu 2015, Figs. 13-15]. Drawn with a slice as high as a cell is wide; the captions say by
-// how much that stretches z.
+// Draws pictures of a printed block of two inks: cross-sections, the object after the support is removed, the
+// whole block [Lu 2015, Figs. 13-15]. Slices are drawn as high as a cell is wide; the captions state the
+// stretch of z.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace firn::replay {
 
-/// Object and support in the block's middle along y (x-z) and near its +x side (y-z), one row for each block;
-/// what is wrong against `wanted` stands out.
+/// Names a block of section_view. The sections show object and support in the block's middle along y (x-z)
+/// and near its +x side (y-z), one row for each block; voxels that differ from `wanted` are highlighted.
 struct NamedBlock {
   std::string name;
   const VoxelBlock* block;
@@ -22,11 +22,11 @@ std::string section_view(const VoxelBlock& wanted, const std::vector<NamedBlock>
 struct BlockViewOptions {
   bool support = false;  ///< with the support, opened at the near quarter; else the object alone
 };
-/// Seen from the +x, -y side, from above; object ink outside M stands out.
+/// Draws the block seen from the +x, -y side, from above; object ink outside M is highlighted.
 std::string block_view(const VoxelBlock& wanted, const VoxelBlock& printed, const BlockViewOptions& options,
                        const std::string& title);
 
-/// z stretched by this much in these pictures.
+/// Returns the stretch of z in these pictures.
 double z_stretch(const VoxelBlock& block);
 
 }  // namespace firn::replay

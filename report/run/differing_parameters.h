@@ -1,4 +1,4 @@
-// Settings that are not the same in all of several experiments: what a report and a study show of them.
+// Computes the settings that are not the same in all of several experiments, for a report and a study.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace firn {
 
-/// Rows in the order of the configuration table, each with the value of every experiment.
+/// Returns rows in the order of the configuration table, each with the value of every experiment.
 std::vector<replay::DifferingParameter> differing_parameters(std::vector<Experiment> experiments);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// metrics.csv of a run: one row a layer.
+// Writes metrics.csv of a run: one row a layer.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace firn::replay {
 
-/// Header and rows. Heights and errors in um, as printed beside the papers' tables; the true_ columns are
-/// empty where no simulated world told the truth.
+/// Returns header and rows. Heights and errors in um, as printed beside the papers' tables; the true_ columns
+/// are empty if no simulated world reported the truth.
 std::string metrics_csv(const RunData& run);
 
 }  // namespace firn::replay

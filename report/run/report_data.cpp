@@ -107,7 +107,8 @@ void read_provenance(const fs::path& run, const Json& p, RunData& data) {
                      {"command line", command}};
 }
 
-// Beyond the paths a map of scattered readings is interpolation: nothing was laid there, nothing is shown.
+// Beyond the paths a map of scattered readings is interpolation: no material was laid there, and the report
+// shows no value.
 HeightMap within(const HeightMap& height, const Mask& footprint) {
   HeightMap shown(height.spec, kNotMeasured);
   for (std::size_t c = 0; c < shown.size(); ++c)

@@ -1,4 +1,4 @@
-// What a report and metrics.csv need of one recorded run.
+// RunData holds the data of one recorded run for a report and metrics.csv.
 #pragma once
 
 #include <any>
@@ -15,7 +15,8 @@
 
 namespace firn::replay {
 
-/// LAYER_METRICS of the last attempt at a layer; the truth from SIM_TRUTH where a simulated world told it.
+/// Holds LAYER_METRICS of the last attempt at a layer, and the truth from SIM_TRUTH if a simulated world
+/// reported it.
 struct LayerRow {
   std::int32_t layer = 0, attempt = 0;
   std::int64_t map_id = 0;
@@ -36,11 +37,11 @@ struct RunData {
   std::string scheme;
   std::string outcome, reason;     ///< empty outcome = the run has not ended
   std::vector<LayerRow> layers;    ///< by layer
-  HeightMap height;                ///< last measured map; size 0 = none
+  HeightMap height;                ///< last measured map; size 0: no map
   std::optional<HeightMap> truth;  ///< last true surface
   HeightMap target;
   Mask mask;
-  const ReportLab* lab = nullptr;  ///< how it was read
+  const ReportLab* lab = nullptr;  ///< reader of this run
   std::optional<IceData>
       ice;  ///< of a print along paths; height, target and mask are its last interval's then
   std::optional<InkData> inks;                                  ///< of a print with two inks
@@ -48,6 +49,7 @@ struct RunData {
   std::vector<std::pair<std::string, std::string>> provenance;  ///< name, value; in reading order
 };
 
+/// Reads the data of a run.
 /// @throws std::invalid_argument for a folder that is no run or lacks its target; logfile::FileError
 RunData read_run_data(const std::filesystem::path& run, const ReportLab& lab);
 

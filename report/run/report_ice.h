@@ -1,5 +1,5 @@
-// The report's sections for runs of the ice lab: part as built, error maps per interval, RMS against height,
-// speed and frequency along one path [Barnett 2012, Figs. 5-8, 5-9, 6-2, 6-3].
+// Writes the report's sections for runs of the ice lab: part as built, error maps per interval, RMS against
+// height, speed and frequency along one path [Barnett 2012, Figs. 5-8, 5-9, 6-2, 6-3].
 #pragma once
 
 #include <string>
@@ -14,10 +14,10 @@ struct NamedIce {
   const IceData* data;
 };
 
-/// HTML; empty for no run.
+/// Returns HTML; empty for no run.
 std::string ice_sections(const std::vector<NamedIce>& runs);
 
-/// A height field as seen under a light from above the upper left, with contour lines every `step_mm`.
+/// Draws a height field as seen under a light from above the upper left, with contour lines every `step_mm`.
 std::string shaded_relief(const HeightMap& height, double step_mm, const std::string& title);
 
 }  // namespace firn::replay

@@ -66,7 +66,7 @@ void read_curve(const RunMessages& messages, IceData& data) {
   });
 }
 
-// SIM_TRUTH stands in the log behind the LAYER_METRICS that it belongs to.
+// SIM_TRUTH follows in the log the LAYER_METRICS that it belongs to.
 void read_truth(const std::filesystem::path& run, IceData& data) {
   if (!std::filesystem::exists(run / "log.lcm")) return;
   const logfile::EventLogFile log(run / "log.lcm");

@@ -1,4 +1,4 @@
-// What a report needs of a run of the ice lab, beside what it needs of any.
+// IceData holds the data of a run of the ice lab for a report, beside those of any run.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace firn::replay {
 
-/// One measured interval. `height` and `truth` are on the interval's own grid, `truth` as means of the
+/// Holds one measured interval. `height` and `truth` are on the interval's own grid, `truth` as means of the
 /// simulated field.
 struct IceInterval {
   int layer = 0;
@@ -23,8 +23,8 @@ struct IceInterval {
   double saturated_fraction = 0.0;  ///< of the action that answered it
 };
 
-/// One path as it was planned: speed of the tool and frequency of the valve along it [Barnett 2012, Figs.
-/// 6-2, 6-3].
+/// Holds one path as it was planned: speed of the tool and frequency of the valve along it [Barnett 2012,
+/// Figs. 6-2, 6-3].
 struct IcePathCurve {
   std::int64_t path = 0;
   int layer = 0;
@@ -38,6 +38,7 @@ struct IceData {
   std::optional<IcePathCurve> curve;  ///< of the highest layer's longest part path of at most 8 s
 };
 
+/// Reads the data of a run.
 /// @throws FormatError, std::invalid_argument: inputs that are no paths; logfile::FileError
 IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messages,
                       std::span<const std::byte> paths);

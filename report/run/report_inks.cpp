@@ -120,7 +120,7 @@ std::string ink_sections(const std::vector<NamedInks>& runs) {
   for (const NamedInks& run : runs) {
     const InkData& d = *run.data;
     const double slice_mm = d.geometry.height_mm() /
-                            kSlices;  // what is above the block's top is the height's error, not an ink's
+                            kSlices;  // an excess above the block's top is an error of height, not of an ink
     const VoxelBlock wanted = voxels_of(d.geometry, slice_mm, kSlices),
                      printed = voxels_of(d.printed, slice_mm, kSlices);
     const WrongVoxels wrong = count_wrong(wanted, printed);

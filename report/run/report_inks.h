@@ -1,5 +1,5 @@
-// The report's section for prints with two inks: which ink was wanted and planned where, layer by layer, and
-// the block that came of it [Lu 2015, IV-B, Figs. 13-15].
+// Writes the report's section for prints with two inks: the wanted and the planned ink of each cell, layer by
+// layer, and the printed block [Lu 2015, IV-B, Figs. 13-15].
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@
 
 namespace firn::replay {
 
-/// One printed layer: the inks of its cells as the controller planned them, and the surface that was measured
-/// after it.
+/// Holds one printed layer: the inks of its cells as the controller planned them, and the surface that was
+/// measured after it.
 struct InkLayer {
   std::int32_t layer = 0;
   double height_mm = 0.0;  ///< mean of that surface where ink was printed
@@ -29,9 +29,10 @@ struct InkData {
   std::vector<InkLayer> layers;
 };
 
-/// @param geometry the run's input of that name. @param block cells that are printed. @throws
-/// std::invalid_argument: damaged geometry
-/// @return none if no layer with two inks was printed and measured
+/// Reads the inks of a run; empty if no layer with two inks was printed and measured.
+/// @param geometry the run's input of that name
+/// @param block cells that are printed
+/// @throws std::invalid_argument: damaged geometry
 std::optional<InkData> read_ink_data(const RunMessages& messages, std::span<const std::byte> geometry,
                                      const Mask& block);
 
@@ -39,7 +40,7 @@ struct NamedInks {
   std::string name;
   const InkData* data;
 };
-/// HTML; empty for no run.
+/// Returns HTML; empty for no run.
 std::string ink_sections(const std::vector<NamedInks>& runs);
 
 }  // namespace firn::replay

@@ -1,4 +1,4 @@
-// What the report reads and shows of the runs of one kind of lab.
+// ReportLab holds the functions that read and show the runs of one kind of lab in a report.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,14 @@
 
 namespace firn::replay {
 
-/// A recorded run as a report reads it.
+/// Holds a recorded run as a report reads it.
 struct RunRecord {
   std::filesystem::path folder;
   const RunMessages& messages;
   std::map<std::string, std::filesystem::path> inputs;  ///< files by role
 
   bool has(const std::string& role) const { return inputs.contains(role); }
-  /// @throws std::invalid_argument: the run has no such input
+  /// Reads the input of a role. @throws std::invalid_argument: the run has no such input
   std::vector<std::byte> input(const std::string& role) const;
 };
 
@@ -31,7 +31,7 @@ struct NamedRun {
 struct ReportLab {
   /// Fills height, target, mask, truth and the lab's own data. @param rows by layer
   void (*read)(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows);
-  /// HTML behind the table of results, of the runs of this lab; nullptr: nothing.
+  /// Returns the HTML behind the table of results, of the runs of this lab; nullptr: nothing.
   std::string (*sections)(const std::vector<NamedRun>& runs);
 };
 

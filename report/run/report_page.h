@@ -1,4 +1,4 @@
-// One self-contained HTML page for any number of runs: no network, no script; light and dark.
+// Writes one self-contained HTML page for any number of runs: no network, no script; light and dark.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ struct ReportRun {
   std::string verdict;  ///< of replay: "identical", "differs"; empty = not replayed
 };
 
-/// A setting that is not the same in all runs.
+/// Holds a setting that is not the same in all runs.
 struct DifferingParameter {
   std::string key, unit;
   std::vector<std::string> values;  ///< by run

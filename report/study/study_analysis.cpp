@@ -16,8 +16,8 @@ namespace {
 
 using statistics::PairedComparison;
 
-// The metric of an arm for one seed: on one part, or the mean over all parts. Nothing where a print did not
-// finish.
+// Returns the metric of an arm for one seed: on one part, or the mean over all parts. Nothing if a print did
+// not finish.
 std::optional<double> value_of(const StudyTable& t, std::size_t arm, int part, std::size_t seed,
                                std::size_t metric) {
   double sum = 0.0;
@@ -38,7 +38,7 @@ ArmSummary summarise(const StudyTable& t, std::size_t arm, int part, std::size_t
   return {arm, metric, part, x.size(), statistics::mean(x), statistics::bootstrap_interval(x)};
 }
 
-// What a seed says of two arms: nothing where a complete print has no value.
+// Holds the comparison of two arms for one seed: nothing if a complete print has no value.
 struct SeedOutcome {
   bool known = true, complete = true;
   double value_a = 0.0, value_b = 0.0;  // means over all parts, if complete
@@ -121,8 +121,8 @@ void compare_family(const StudyTable& t, int part, std::size_t metric, std::vect
   for (std::size_t n = 0; n < adjusted.size(); ++n) out[first + n].holm_p = adjusted[n];
 }
 
-// Without stops: by the mean. With them: by the pairs that an arm leads, since means are of what did not
-// stop.
+// Without stops: by the mean. With them: by the pairs that an arm leads, since means cover only prints that
+// did not stop.
 void rank(const StudyTable& t, StudyAnalysis& a) {
   if (std::ranges::none_of(a.ranking, [&](std::size_t arm) { return a.summaries[arm].seeds > 0; }))
     return a.ranking.clear();

@@ -1,6 +1,6 @@
-// What a study says: paired comparisons of its arms (schemes) over parts and seeds, and the sentence that
-// answers "which is better, by how much, how sure". Knows no lab: metrics are columns of numbers, smaller is
-// better in each.
+// StudyAnalysis holds the result of a study: paired comparisons of its arms (schemes) over parts and seeds,
+// and the sentence that names the better arm, the difference and its certainty. It knows no lab: metrics are
+// columns of numbers, smaller is better in each.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,12 @@ struct StudyMetric {
   int decimals = 2;
 };
 
-/// A value along a print.
+/// Holds a value along a print.
 struct StudyProfilePoint {
   double x = 0.0, y = 0.0;
 };
 
-/// What a lab's profiles are; all empty where it has none.
+/// Holds the names of a lab's profiles; all empty if the lab has no profiles.
 struct StudyProfileNames {
   std::string title, x_name, y_name;  ///< "True RMS against height", "height_mm", "rms_um"
 };
@@ -49,7 +49,8 @@ struct StudyTable {
 
 inline constexpr int kAllParts = -1;
 
-/// An arm by itself, over its complete prints. Over all parts, a seed counts when all its parts are complete.
+/// Summarizes an arm by itself, over its complete prints. Over all parts, a seed counts when all its parts
+/// are complete.
 struct ArmSummary {
   std::size_t arm = 0, metric = 0;
   int part = kAllParts;
@@ -58,12 +59,12 @@ struct ArmSummary {
   statistics::Interval interval;
 };
 
-/// Two arms under common random numbers. The unit is the seed: its pairs on the several parts share one
-/// nature, so over all parts each seed gives one difference, the mean of those on the parts. A print that
-/// stopped is an outcome, worse than any complete one: where prints of the pair stopped, the test is that of
+/// Compares two arms under common random numbers. The unit is the seed: its pairs on the several parts share
+/// one nature, so over all parts each seed gives one difference, the mean of those on the parts. A print that
+/// stopped is an outcome, worse than any complete one. Where prints of the pair stopped, the test is that of
 /// signed ranks (core/statistics/worst_rank.h) over all seeds, first by the number of prints that stopped,
 /// then by the metric on the parts that both completed. Means, interval and effect are of the seeds that both
-/// completed. Which test it is does not change when the two are exchanged.
+/// completed. The choice of the test does not change when the two arms are exchanged.
 struct ArmComparison {
   std::size_t a = 0, b = 0, metric = 0;
   int part = kAllParts;
@@ -84,7 +85,7 @@ struct StudyAnalysis {
   std::vector<std::size_t> ranking;  ///< arms by the primary metric, best first, by how many others each one
                                      ///< leads; empty if no arm has a complete seed
   std::string answer;                ///< one line
-  std::vector<std::string> notes;    ///< what limits the answer: failures, few seeds
+  std::vector<std::string> notes;    ///< limits of the answer: failures, few seeds
   const ArmComparison& primary(std::size_t a, std::size_t b) const;  ///< of the pair in either order
 };
 
@@ -93,7 +94,7 @@ inline constexpr double kAlpha = 0.05;
 /// @pre runs.size() == arms * parts * seeds, and at least one arm, part, seed and metric.
 StudyAnalysis analyse(const StudyTable& table);
 
-/// "0.28", without an exponent. "p < 0.001" below that.
+/// Returns "0.28", without an exponent; "p < 0.001" below that.
 std::string p_text(double p);
 
 }  // namespace firn::replay

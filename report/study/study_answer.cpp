@@ -30,7 +30,7 @@ std::string stops_text(const StudyTable& t, const StudyAnalysis& a, std::size_t 
          std::to_string(planned) + " prints stopped";
 }
 
-// The pair seen from `better`: how much smaller its metric is than that of `other`.
+// The pair seen from `better`: the amount by which its metric is smaller than that of `other`.
 std::string lead_text(const StudyTable& t, const StudyAnalysis& a, std::size_t better, std::size_t other) {
   const ArmComparison& c = a.primary(better, other);
   const double sign = c.a == better ? -1.0 : 1.0;

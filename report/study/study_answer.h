@@ -1,4 +1,4 @@
-// The words of a study's result.
+// Writes a study's result in words.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace firn::replay {
 
-/// One line: the best arm, by how much it betters the next and the baseline and how sure that is; or which
-/// arms are not distinguishable.
+/// Returns one line: the best arm, its lead over the next and the baseline and the certainty of that lead; or
+/// the arms that are not distinguishable.
 std::string study_answer(const StudyTable& table, const StudyAnalysis& analysis);
 std::vector<std::string> study_notes(const StudyTable& table, const StudyAnalysis& analysis);
 

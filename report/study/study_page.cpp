@@ -120,7 +120,7 @@ std::string plots(const StudyTable& t, const StudyAnalysis& a) {
          forest_plot(t, drawn) + "</figure>\n";
 }
 
-// Where a study also measures how long a print takes.
+// For a study that also measures the duration of prints.
 std::string trade_off(const StudyTable& t, const StudyAnalysis& a) {
   for (std::size_t m = 1; m < t.metrics.size(); ++m) {
     if (t.metrics[m].name != "time_h") continue;

@@ -1,4 +1,5 @@
-// One self-contained page for a study: answer, tables, plots, settings that differ, what failed, provenance.
+// Writes one self-contained page for a study: answer, tables, plots, settings that differ, failures,
+// provenance.
 #pragma once
 
 #include <string>
@@ -20,7 +21,7 @@ struct StudyPage {
 
 std::string study_page(const StudyPage& page);
 
-/// A line for each print: arm, part, seed, outcome, metrics, reason.
+/// Returns a line for each print: arm, part, seed, outcome, metrics, reason.
 std::string study_csv(const StudyTable& table);
 
 }  // namespace firn::replay

@@ -81,7 +81,7 @@ std::string distribution_plot(const StudyTable& t, const StudyAnalysis& a, int p
   std::string s = svg_open(660, total_height(t.arms.size()), m.meaning);
   s += frame(x, kNames, t.arms,
              m.name + (logarithmic ? ", logarithmic"
-                                   : ""));  // its meaning stands above the plots; here it would not fit
+                                   : ""));  // its meaning is above the plots; here it would not fit
   for (const Dot& d : dots) {
     // Dots are spread a little, the same way every time.
     const double spread =

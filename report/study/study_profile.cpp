@@ -127,7 +127,7 @@ std::string profile_section(const StudyTable& t, const std::vector<ProfileRow>& 
     o.from_zero = true;
     s += "<figure><figcaption><b>" + escape_html(t.parts[part]) + "</b></figcaption>\n" +
          line_chart(lines, o) + "</figure>\n";
-    if (!(largest > 4.0 * least)) continue;  // what is small is told apart on another axis
+    if (!(largest > 4.0 * least)) continue;  // small values need another axis
     o.from_zero = false;
     o.logarithmic = true;
     s += "<figure><figcaption>the same, logarithmic</figcaption>\n" + line_chart(lines, o) + "</figure>\n";

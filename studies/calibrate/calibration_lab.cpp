@@ -37,10 +37,10 @@ namespace firn {
 namespace {
 
 constexpr double kReady_s = 120.0, kWarm_s = 3600.0, kAnswer_s = 60.0, kUpload_s = 60.0;
-// The arm comes down in steps until the laser, which sees 5 mm either way, sees something: the nozzles, at
-// the height of its reference distance, then still stand 1 mm above it or more.
+// The arm comes down in steps until the laser, which sees 5 mm either way, has a reading. At the height of
+// the laser's reference distance the nozzles are still 1 mm above the surface or more.
 constexpr double kFrom_mm = 16.0, kTo_mm = -11.0, kStep_mm = 3.0;
-constexpr double kSettle_s = 1.0;      // of the arm and of what hangs from it
+constexpr double kSettle_s = 1.0;      // of the arm and of its end effector
 constexpr double kMove_mm_s = 1000.0;  // between points, as fast as the approach to a path
 constexpr std::int64_t kRunId = 1;
 constexpr std::pair<NodeId, MakeNode> kNodes[] = {

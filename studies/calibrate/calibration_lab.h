@@ -1,6 +1,6 @@
-// The simulated ice lab under one operator's commands: the nodes of its instruments and of safety, their
-// drivers and the byte-level twins, one act after the other. What comes out is what the instruments have
-// answered.
+// CalibrationLab runs the simulated ice lab under one operator's commands: the nodes of its instruments and
+// of safety, their drivers and the byte-level twins, one act after the other. Its results are the
+// instruments' answers.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace firn {
 
-/// A straight pass of one tool, from rest to rest.
+/// Holds a straight pass of one tool, from rest to rest.
 struct LabPass {
   std::vector<Point2> points;  ///< of the tool, part frame
   motion::Tool tool;           ///< as the lab believes it to be
@@ -37,29 +37,31 @@ class CalibrationLab {
 
   const Experiment& experiment() const;
   const Machine& machine() const;
-  /// The machine's, the laser with the offset of laser_point.*. @throws std::invalid_argument: there is none
-  /// of this name
+  /// Returns the machine's tool, the laser with the offset of laser_point.*.
+  /// @throws std::invalid_argument: no tool has this name
   motion::Tool tool(const std::string& name) const;
 
-  // All acts throw std::runtime_error with what the instrument or safety has said when one fails.
+  // All acts throw std::runtime_error with the message of the instrument or of safety when one fails.
   void get_ready();  ///< heaters on, tip warm, arm at home: before any other act
   /// @throws std::runtime_error: out of reach, a limit
   Trajectory plan(const LabPass& pass) const;
-  /// A trajectory that stands still for `seconds`, the tool at the pass's first point.
+  /// Returns a trajectory at rest for `seconds`, the tool at the pass's first point.
   Trajectory stand(const LabPass& pass, double seconds) const;
   /// Runs it with the laser's signal and storage. @returns readings at laser_point.rate_hz, NaN = no value
   std::vector<float> scan(const Trajectory& motion, int material);
-  /// Moves the laser over (x, y), its reference distance at z, and takes one reading; NaN: it sees nothing.
+  /// Moves the laser over (x, y), its reference distance at z, and returns one reading; NaN: no surface in
+  /// range.
   double reading(double x_mm, double y_mm, double z_mm);
-  bool reaches(double x_mm, double y_mm) const;  ///< the laser can stand over it
-  /// Height of the surface, coming down from 16 mm above the part's origin until the laser sees it.
-  /// @throws std::runtime_error: nothing down to 11 mm below it
+  bool reaches(double x_mm, double y_mm) const;  ///< the laser can be moved over it
+  /// Returns the height of the surface, coming down from 16 mm above the part's origin until the laser sees
+  /// it.
+  /// @throws std::runtime_error: no surface down to 11 mm below it
   double surface_mm(double x_mm, double y_mm);
   /// Runs it with the valve's signal. @param ticks of the valve's clock (deposition::ValveLimits::tick_s)
   /// @returns pulses that the valve counted
   std::int64_t fire(const Trajectory& motion, int material, const std::vector<std::int32_t>& ticks);
-  double tip_degC() const;        ///< as its thermocouple said last
-  double weigh_mg(int material);  ///< the cup beside the simulated surface, as the balance shows it
+  double tip_degC() const;        ///< the last reading of its thermocouple
+  double weigh_mg(int material);  ///< the balance's reading for the cup beside the simulated surface
   void wait(double seconds);
   double now_s() const;  ///< since the lab was started
 

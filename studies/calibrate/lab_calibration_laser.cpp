@@ -1,4 +1,4 @@
-// Offset and latency of the point laser, from passes over a block.
+// Computes offset and latency of the point laser from passes over a block.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -20,7 +20,7 @@ constexpr double kAbove_mm =
     3.0;  // the nozzles pass at this height over the table; the block lies within the laser's range
 constexpr double kRunUp_s = 0.7;     // for the end effector's ringing to die down
 constexpr double kBeside_mm = 15.0;  // of the block, where the table's height is read
-constexpr double kReach_mm = 6.0;    // how far the offset may be wrong
+constexpr double kReach_mm = 6.0;    // maximum error of the offset
 
 Jig jig_of(const Experiment& e) {
   const CalibrationConfig& c = e.calibration;

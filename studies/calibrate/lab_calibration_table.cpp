@@ -1,4 +1,4 @@
-// Levelling the table: readings at nine points, feet, then screws [2.2].
+// Computes the levelling of the table: readings at nine points, feet, then screws [2.2].
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ std::vector<double> between(const std::vector<double>& v) {
   return middles;
 }
 
-constexpr double kApartShare = 0.9;  // of what the points of 2.2 lie apart
+constexpr double kApartShare = 0.9;  // of the spacing of the points of 2.2
 constexpr double kEdge_mm = 10.0, kStep_mm = 10.0;
 
 double distance_to(const std::vector<TablePoint>& points, const TablePoint& p) {
@@ -60,11 +60,11 @@ double distance_to(const std::vector<TablePoint>& points, const TablePoint& p) {
   return nearest;
 }
 
-// The points of 2.2 tell which foot and screw to turn; nine of them leave the height uncertain by a third of
-// the table's unevenness. So more are read, once nothing is turned any more: the rows between, along the side
-// where the points lie farther apart, and what of the table the arm reaches beyond them, one place after
-// another where it is farthest from all others. Places nearer to each other than kApartShare share their
-// unevenness: they would make the intervals narrower and the height no better.
+// The points of 2.2 determine the foot and the screw to turn; nine of them leave the height uncertain by a
+// third of the table's unevenness. So more points are read once all turns are done: the rows between along
+// the side with the wider spacing, then places of the table within the arm's reach beyond them, always the
+// place farthest from all others. Places nearer to each other than kApartShare share their unevenness: they
+// would make the intervals narrower and the height no better.
 std::vector<TablePoint> more_points(const CalibrationLab& lab) {
   const CalibrationConfig& c = lab.experiment().calibration;
   const auto &xs = c.level_x_mm, &ys = c.level_y_mm;
@@ -102,7 +102,7 @@ void measure(CalibrationLab& lab, std::vector<TablePoint>& points,
   }
 }
 
-/// What an operator does who turns exactly as told.
+/// Turns feet or screws as an operator does who follows the instructions exactly.
 void turn(const TableLevel& t, bool feet, IcePlantConfig& table, LabCalibration& out) {
   std::vector<double>&heights = feet ? table.foot_mm : table.screw_mm,
   &lifts = feet ? out.foot_lift_mm : out.screw_lift_mm;
@@ -143,7 +143,7 @@ LabCalibration calibrate_table(const Experiment& experiment, const std::string& 
       if (o.progress) o.progress((round - 1 + share) / o.rounds);
     });
     t = calibration::level_by_feet(points, feet, kCoarse_mm);
-    // Feet cannot bend the table: where they have nothing left to do, the screws go on.
+    // Feet cannot bend the table: where no foot needs a turn, the screws follow.
     const bool coarse = !t.level && !t.turns.empty();
     const TableLevel fit = t;
     if (!coarse) t = calibration::level_by_screws(points, screws, kFine_mm);

@@ -1,4 +1,4 @@
-// When a valve's drops land, and how much it gives at which frequency.
+// Computes a valve's latency from the places of its drops, and its flow at each frequency.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ constexpr double kLines_mm = 5.0;  // between lines
 constexpr double kRunUp_s = 0.6;
 constexpr double kLeastDrop_mm = 0.06;  // of height
 constexpr double kNear_mm = 1.0;        // a drop belongs to a mark
-constexpr double kReach_mm = 12.0;      // marks may be found so far from where they were commanded
+constexpr double kReach_mm = 12.0;      // maximum distance of a mark from its commanded place
 
 std::vector<double> marks_of_line() {
   std::vector<double> at{kFirst_mm};
@@ -61,7 +61,7 @@ std::vector<SurfacePoint> places(const CalibrationLab& lab, const Trajectory& mo
 
 struct Line {
   double y_mm = 0.0, speed_mm_s = 0.0;  ///< signed
-  std::vector<double> commanded_mm;     ///< where the nozzle was, on its commanded path, at each pulse's tick
+  std::vector<double> commanded_mm;     ///< commanded nozzle place at each pulse's tick
 };
 
 /// Runs one line with a pulse as the nozzle passes each mark.
@@ -102,8 +102,8 @@ Line lay(CalibrationLab& lab, int material, double table_mm, double y_mm, double
   return line;
 }
 
-/// Middles of the drops along one line, from a pass there and one back, which take the laser's own latency
-/// out.
+/// Returns the middles of the drops along one line, from a pass there and one back, which cancel the laser's
+/// own latency.
 std::vector<double> drops_on(CalibrationLab& lab, int material, double table_mm, double y_mm) {
   const std::vector<double> marks = marks_of_line();
   const Experiment& e = lab.experiment();
@@ -126,7 +126,7 @@ std::vector<double> drops_on(CalibrationLab& lab, int material, double table_mm,
         1.0 / e.laser_point.rate_hz, reading, points);
     std::sort(points.begin(), points.end(),
               [](const SurfacePoint& a, const SurfacePoint& b) { return a.x_mm < b.x_mm; });
-    // A drop is what stands above the median of 4 mm about it; its middle is that of its volume.
+    // A drop is the height above the median of 4 mm about it; its middle is its volume's centroid.
     std::vector<double> middles, window;
     double sum = 0.0, moment = 0.0, last = -1e9;
     const auto close = [&] {
@@ -157,8 +157,8 @@ std::vector<double> drops_on(CalibrationLab& lab, int material, double table_mm,
   return out;
 }
 
-/// Mean distance of the drops from their marks, at the shift that most of them share; drops of a line share
-/// their jet's lean, so a line is one datum. NaN: fewer than half were found.
+/// Returns the mean distance of the drops from their marks, at the shift common to most of them. Drops of a
+/// line share their jet's lean, so a line is one datum. NaN: fewer than half were found.
 double shift_of(const Line& line, const std::vector<double>& drops) {
   double best = std::nan(""), best_off = 0.0;
   std::size_t most = 0;
@@ -193,8 +193,8 @@ constexpr double
 constexpr std::size_t kGapClasses = 6;
 constexpr double kCupHeight_mm = 20.0;
 
-/// Ticks of a constant frequency on the list's raster: each pulse at the tick nearest to its time, the later
-/// one of two (at 250 Hz every time lies between two: round-off must not choose).
+/// Returns the ticks of a constant frequency on the list's raster: each pulse at the tick nearest to its
+/// time, the later one of two (at 250 Hz every time lies between two: round-off must not choose).
 std::vector<std::int32_t> even_ticks(double hz, double seconds, double tick_s) {
   std::vector<std::int32_t> ticks;
   for (std::int64_t k = 0;; ++k) {
@@ -213,7 +213,7 @@ std::vector<double> gap_shares(const std::vector<std::int32_t>& ticks) {
   return share;
 }
 
-/// Mean pulse rate of the last minutes, older ones forgotten with tau_s.
+/// Computes the mean pulse rate of the last minutes, with a forgetting time constant of tau_s.
 class Warmth {
  public:
   explicit Warmth(double tau_s) : tau_s_(tau_s) {}
@@ -340,7 +340,7 @@ LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::str
   const double density = o.material == 1 ? c.density_sme_mg_mm3 : c.density_water_mg_mm3;
   Warmth coil(kWarmth_s), slower(kSlower_s);
   std::vector<FlowWeighing> weighings;
-  std::vector<double> idle_mg;  // nothing is added: what the balance scatters by
+  std::vector<double> idle_mg;  // no material is added: the scatter of the balance
   for (int n = 0; n < kIdleWeighings; ++n) idle_mg.push_back(lab.weigh_mg(o.material));
   double before_mg = std::accumulate(idle_mg.begin(), idle_mg.end(), 0.0) / kIdleWeighings,
          idle_squares = 0.0;

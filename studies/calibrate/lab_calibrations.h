@@ -1,5 +1,6 @@
-// What firn calibrate does in the simulated ice lab: runs paths, collects what the instruments say, and hands
-// it to estimators/calibration [Barnett 2012, 2.2, 5.2.1, 6.1]. Nothing here knows what plant.ice.* plants.
+// Computes the calibrations of firn calibrate in the simulated ice lab: runs paths, collects the instruments'
+// readings, and hands them to estimators/calibration [Barnett 2012, 2.2, 5.2.1, 6.1]. The true values of
+// plant.ice.* are unknown to this code.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +19,19 @@ struct LabCalibrationOptions {
   std::vector<double> speeds_mm_s;     ///< of the passes; empty = its own
   std::vector<double> frequencies_hz;  ///< flow-curve; empty = 20 up to 500 Hz [6.1]
   int material = 0;                    ///< valve-latency, flow-curve: 0 water, 1 scaffold
-  int rounds = 1;          ///< level-table: > 1 = an operator turns as told and it is measured again
-  std::uint64_t seed = 1;  ///< where passes begin, and in which order things are done
+  int rounds = 1;          ///< level-table: > 1 = an operator turns as instructed and the lab measures again
+  std::uint64_t seed = 1;  ///< of the passes' starts and of the order of actions
   std::function<void(double share)> progress = {};
 };
 
-/// A key of the lab file with what was found for it.
+/// Holds a key of the lab file with its calibrated value.
 struct FoundKey {
   std::string section, key, unit;
   std::vector<double> value, ci95_half_width;  ///< one entry, or those of an array
   std::vector<double> believed;
   int digits = 4;
   bool list = false;
-  double tolerance = 0.0;  ///< wider intervals are refused; 0 = none
+  double tolerance = 0.0;  ///< wider intervals are refused; 0 = all are accepted
 };
 
 struct ResidualPlot {
@@ -47,9 +48,9 @@ struct LabCalibration {
   std::vector<FoundKey> keys;  ///< for the lab file
   std::vector<std::pair<std::string, calibration::Estimate>>
       also;                                         ///< found besides, with its unit in the name
-  std::vector<std::string> lines;                   ///< what to do, what it rests on
+  std::vector<std::string> lines;                   ///< instructions and their grounds
   bool level = false;                               ///< level-table: the points lie within the tolerance
-  std::vector<double> foot_lift_mm, screw_lift_mm;  ///< and what was turned until then, in all rounds
+  std::vector<double> foot_lift_mm, screw_lift_mm;  ///< and the turns until then, in all rounds
   ResidualPlot plot;
   int data = 0, outliers = 0;
   double residual_std = 0.0;
@@ -57,33 +58,33 @@ struct LabCalibration {
   double lab_s = 0.0;  ///< of the lab's own time
 };
 
-// @throws calibration::Unidentifiable: the data cannot tell, or only within more than the thesis's tolerance;
-// ConfigError, std::invalid_argument, std::runtime_error: a lab or an act that failed
+// @throws calibration::Unidentifiable: the data do not determine the value, or not within the thesis's
+// tolerance; ConfigError, std::invalid_argument, std::runtime_error: a lab or an act that failed
 
-/// The spot's place in the flange's frame, 0.2 mm: passes both ways over the block of calibration.jig_* in x
-/// and y, at two yaws.
+/// Computes the spot's place in the flange's frame, within 0.2 mm: passes both ways over the block of
+/// calibration.jig_* in x and y, at two yaws.
 LabCalibration calibrate_laser_offset(const Experiment& experiment, const std::string& machine_toml,
                                       const LabCalibrationOptions& options);
-/// 2 ms: fast passes both ways over two sides of it, wherever it stands.
+/// Computes the latency within 2 ms: fast passes both ways over two sides of the block, at any place.
 LabCalibration calibrate_laser_latency(const Experiment& experiment, const std::string& machine_toml,
                                        const LabCalibrationOptions& options);
-/// Single readings at calibration.level_x_mm x level_y_mm: feet until they lie within 0.5 mm, then screws
-/// until 0.2 mm.
+/// Computes the turns from single readings at calibration.level_x_mm x level_y_mm: feet until the points lie
+/// within 0.5 mm, then screws until 0.2 mm.
 LabCalibration calibrate_table(const Experiment& experiment, const std::string& machine_toml,
                                const LabCalibrationOptions& options);
-/// 2 ms: drops laid both ways at two speeds, found again by the laser.
+/// Computes the latency within 2 ms: drops laid both ways at two speeds, found again by the laser.
 LabCalibration calibrate_valve_latency(const Experiment& experiment, const std::string& machine_toml,
                                        const LabCalibrationOptions& options);
-/// 2 %: drops of one frequency after the other into a cup, weighed.
+/// Computes the flow within 2 %: drops of one frequency after the other into a cup, weighed.
 LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::string& machine_toml,
                                     const LabCalibrationOptions& options);
 
 // For the above.
 namespace lab_calibrations {
-/// The experiment with a simulated surface of this size about (x, y): what is not printed on need not be
-/// simulated.
+/// Returns the experiment with a simulated surface of this size about (x, y): surface that is not printed on
+/// need not be simulated.
 Experiment with_field(Experiment experiment, double x_mm, double y_mm, double width_mm, double depth_mm);
-/// The experiment with the block on the table, unless it has blocks.
+/// Returns the experiment with the block on the table, unless it has blocks.
 Experiment with_jig(Experiment experiment);
 /// @throws calibration::Unidentifiable: an interval wider than its tolerance
 void check_intervals(const LabCalibration& calibration);

@@ -29,7 +29,7 @@ std::string checksum_of(std::string_view text) {
   return hex;
 }
 
-// "<checksum of the rest> <JSON>"; nothing if the line is not that, or of a lab without these metrics.
+// "<checksum of the rest> <JSON>"; empty if the line has another form, or is of a lab without these metrics.
 std::optional<std::pair<std::string, StudyPrint>> parse_line(std::string_view line, const StudyLab& lab) {
   if (line.size() < 18 || line[16] != ' ' || checksum_of(line.substr(17)) != line.substr(0, 16))
     return std::nullopt;
@@ -111,7 +111,7 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
     if (n < 0) throw std::runtime_error(path_.string() + ": cannot be written: " + std::strerror(errno));
     done += std::size_t(n);
   }
-  // What is read back is what a later call reads.
+  // The result is read back as a later call reads it.
   if (auto parsed = parse_line(
           std::string_view(line).substr(line[0] == '\n' ? 1 : 0, line.size() - 1 - (line[0] == '\n')), lab_))
     prints_.insert_or_assign(std::move(parsed->first), std::move(parsed->second));

@@ -1,5 +1,6 @@
-// results.journal of a study folder: one line for each print, appended when it is over. A line that was torn
-// by a crash, or damaged, is noticed by its checksum and printed anew; the others count.
+// StudyJournal writes and reads results.journal of a study folder: one line for each print, appended when the
+// print is over. A line that was torn by a crash, or damaged, is detected by its checksum and printed anew;
+// the others count.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +13,8 @@
 
 namespace firn {
 
-/// What is known of a print before it is made: who, and the digest of everything that decides its result.
+/// Holds the identity of a print before it is made: indices, and the digest of all inputs that decide its
+/// result.
 struct StudyCell {
   std::size_t arm = 0, part = 0, seed = 0;  ///< indices
   std::string digest;
@@ -20,7 +22,7 @@ struct StudyCell {
 
 class StudyJournal {
  public:
-  /// Opens or makes the journal and takes its lock. @throws UsageError: another study is at work there;
+  /// Opens or makes the journal and locks it. @throws UsageError: another study is at work there;
   /// std::runtime_error naming file and reason.
   StudyJournal(const std::filesystem::path& path, const StudyLab& lab);
   ~StudyJournal();

@@ -39,7 +39,7 @@ const std::vector<replay::StudyMetric>& metric_table() {
   return table;
 }
 
-// As above, and what takes time in a lab that stops to measure.
+// The same, and the hours of deposition and of measurement in a lab that stops to measure.
 const std::vector<replay::StudyMetric>& ice_metric_table() {
   static const std::vector<replay::StudyMetric> table = [] {
     std::vector<replay::StudyMetric> t = metric_table();

@@ -1,5 +1,5 @@
-// All that `firn compare` knows of the labs: what they measure, what a seed is, and how to print once. A
-// study of another lab needs another of these, and nothing else.
+// StudyLab holds the properties of a lab that `firn compare` uses: its metrics, its seed, and a function that
+// prints once. A study of another lab needs another StudyLab, and no other change.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace firn {
 
-/// One print. Metrics in the lab's order; NaN where the print left nothing to measure.
+/// Holds one print. Metrics are in the lab's order; NaN where the print left no data to measure.
 struct StudyPrint {
   bool finished = false;  ///< ran to its end, within tolerance or not
   std::string outcome, reason;
@@ -26,11 +26,11 @@ struct StudyPrint {
 struct StudyLab {
   std::vector<replay::StudyMetric>
       metrics;  ///< smaller is better in each; the first is primary unless a study says else
-  std::vector<std::string> usual;  ///< metrics of a study that names none
+  std::vector<std::string> usual;  ///< metrics of a study that names no metrics
   void (*set_seed)(Experiment&, std::uint64_t seed);
   void (*check)(const Experiment&);  ///< throws where this lab cannot print the experiment
   StudyPrint (*print)(const Experiment&,
-                      const Blobs& inputs);  ///< thread-safe; throws nothing but std::bad_alloc
+                      const Blobs& inputs);  ///< thread-safe; throws only std::bad_alloc
   replay::StudyProfileNames profile = {};
 };
 
@@ -40,7 +40,7 @@ const StudyLab& inkjet_study_lab();
 /// Barnett's ice lab: the same, and the true RMS of every interval, hours of deposition and of measurement.
 const StudyLab& ice_study_lab();
 
-/// The lab of a study's experiment. @param folder of the study file
+/// Returns the lab of a study's experiment. @param folder of the study file
 /// @throws ConfigError: an experiment that cannot be read
 const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder);
 

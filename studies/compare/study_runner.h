@@ -1,4 +1,4 @@
-// Makes the prints of a study that are not on record yet, on several threads.
+// run_study makes the prints of a study that are not on record yet, on several threads.
 #pragma once
 
 #include <atomic>
@@ -13,14 +13,14 @@
 
 namespace firn {
 
-/// A study with all its experiments resolved and checked.
+/// Holds a study with all its experiments resolved and checked.
 struct StudyPlan {
   Study study;
   const StudyLab* lab = nullptr;
   std::vector<Experiment> experiments;               ///< [arm * parts + part], seed not set
   std::vector<std::shared_ptr<const Blobs>> inputs;  ///< likewise; equal ones are one object
-  std::vector<StudyCell> cells;                      ///< seed by seed, so that whatever is done is balanced
-  std::vector<std::size_t> metrics;                  ///< of the lab, the study's primary one first
+  std::vector<StudyCell> cells;      ///< seed by seed, so that the finished cells are always balanced
+  std::vector<std::size_t> metrics;  ///< of the lab, the study's primary one first
 
   std::size_t at(std::size_t arm, std::size_t part) const { return arm * study.parts.size() + part; }
 };
@@ -40,13 +40,13 @@ struct StudyRunSummary {
   double cpu_s = 0.0;  ///< of the prints made now
 };
 
-/// @throws what the journal throws; a print that fails is a result.
+/// @throws the journal's exceptions; a print that fails is a result.
 StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const StudyRunOptions& options);
 
-/// The table to analyse. @pre every cell is on record
+/// Returns the table to analyse. @pre every cell is on record
 replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journal);
 
-/// Settings that differ between the arms on the first part, or between the parts under the first arm.
+/// Returns settings that differ between the arms on the first part, or between the parts under the first arm.
 std::vector<replay::DifferingParameter> differing_arms(const StudyPlan& plan);
 std::vector<replay::DifferingParameter> differing_parts(const StudyPlan& plan);
 

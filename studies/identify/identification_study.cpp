@@ -33,8 +33,7 @@ ObservedRun observe_print(const std::string& file, const std::vector<std::string
 
 PlantedTrial planted_trial(const std::string& file, std::uint64_t seed, double variation) {
   const std::string s = std::to_string(seed);
-  // What the plant prints with is Table I; what is believed before lies up to 20 % off, another way for every
-  // seed.
+  // The plant prints with Table I; the prior values lie up to 20 % off, differently for every seed.
   const auto off = [&](std::uint32_t n) {
     return 0.8 + 0.4 * random_uniform({seed, Purpose::kInstance, 0, 0, n});
   };

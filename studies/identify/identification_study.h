@@ -1,5 +1,5 @@
-// Prints in memory from which the model is learned: what `firn reproduce lu`, the coverage bench and tests
-// share.
+// observe_print makes a print in memory for the identification of the model, for `firn reproduce lu`, the
+// coverage bench and tests.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 
 namespace firn {
 
-/// Prints `file` with overrides ("key=value") and keeps what the lab saw. @throws std::runtime_error naming
-/// the reason when the print does not finish.
+/// Prints `file` with overrides ("key=value") and returns the lab's observations. @throws std::runtime_error
+/// naming the reason when the print does not finish.
 ObservedRun observe_print(const std::string& file, const std::vector<std::string>& overrides);
 
-/// Ten half-filled layers on the plant "lu2015" with planted h1..h3 and droplets (1 + v U[0,1]) times as
-/// large.
+/// Holds the result of ten half-filled layers on the plant "lu2015" with planted h1..h3 and droplets (1 + v
+/// U[0,1]) times as large.
 struct PlantedTrial {
   double truth_mm[4] = {}, ours_mm[4] = {}, sigma_mm[4] = {};  ///< h1, h2, h3, h1 + 4 h2 + 4 h3
   double error(int n) const { return ours_mm[n] / truth_mm[n] - 1.0; }
@@ -34,7 +34,7 @@ struct PlantedTotals {
 };
 PlantedTotals totals_of(const std::vector<PlantedTrial>& trials);
 
-/// Runs job(0) .. job(count - 1) on so many threads. The first exception is thrown again.
+/// Runs job(0) .. job(count - 1) on the given number of threads. The first exception is thrown again.
 void run_jobs(int count, int threads, const std::function<void(int)>& job);
 
 }  // namespace firn

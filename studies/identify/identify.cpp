@@ -51,8 +51,8 @@ droplet::SpacingResult spacing_of(const ObservedRun& run, double diameter_mm) {
     throw UsageError("a run of control.scheme = \"pattern\", control.pattern.kind = \"squares\" is wanted");
   const auto layers = run.printed();
   if (layers.empty()) throw UsageError("no layer was printed and measured");
-  // Squares are found by their droplets: a cell whose left and lower neighbours, a step away, hold none
-  // begins one.
+  // Squares are found by their droplets: a square begins at a cell whose left and lower neighbours, a step
+  // away, have no droplet.
   const droplet::PrintedLayer& l = layers.front();
   const int s = p.square_step;
   const auto fired = [&](int i, int j) { return l.fired.spec.contains(i, j) && l.fired.at(i, j) > 0; };

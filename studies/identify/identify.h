@@ -1,5 +1,5 @@
-// Identification of the height-change model: h1, h2, h3 with 95 % intervals [Lu 2015, V-C], and the spacing
-// of droplets from prints of squares [Lu 2015, IV].
+// identify computes the parameters of the height-change model: h1, h2, h3 with 95 % intervals [Lu 2015, V-C];
+// spacing_of computes the spacing of droplets from prints of squares [Lu 2015, IV].
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace firn {
 
-/// A value with its interval of 95 %, mm.
+/// Holds a value with its interval of 95 %, mm.
 struct Known {
   double mean_mm = 0.0, half_width_mm = 0.0;
 };
@@ -20,19 +20,19 @@ struct Identification {
   int layers = 0;
   std::int64_t droplets = 0;
   double noise_std_mm = 0.0;
-  droplet::IdentificationPrints prints;  ///< [Lu 2015, V-C]; not complete() where the run holds none
-  /// (3)-(5) to all layers, by droplet_estimator
+  droplet::IdentificationPrints prints;  ///< [Lu 2015, V-C]; not complete() in a run without them
+  /// The fit of (3)-(5) to all layers, by droplet_estimator.
   droplet::Estimate fit;
   Known h1, h2, h3, layer_height;
-  /// Empty, or why the layers do not tell h1, h2 and h3 apart.
+  /// Empty, or the reason for which the layers do not distinguish h1, h2 and h3.
   std::string uninformative;
 };
 Identification identify(const ObservedRun& run);
 
-/// The three prints' mean surfaces and h1..h3 by either way, about the paper's values. One <svg>.
+/// Returns the three prints' mean surfaces and h1..h3 by either way, about the paper's values. One <svg>.
 std::string identification_svg(const Identification& id);
 
-/// One run of squares (control.pattern.kind = "squares").
+/// Returns the spacing from one run of squares (control.pattern.kind = "squares").
 droplet::SpacingResult spacing_of(const ObservedRun& run, double droplet_diameter_mm);
 std::string spacing_svg(const std::vector<droplet::SpacingResult>& results,
                         const droplet::SpacingChoice& choice);

@@ -1,4 +1,4 @@
-// Pictures of `firn identify`.
+// Draws the pictures of `firn identify`.
 #include <fmt/core.h>
 
 #include <algorithm>

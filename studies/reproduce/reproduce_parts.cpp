@@ -2,7 +2,7 @@
 
 namespace firn {
 
-// {paper, name, what, seconds on one core, function of reproduce_parts.h}
+// {paper, name, title, seconds on one core, function of reproduce_parts.h}
 const std::vector<ReproducePart>& reproduce_parts() {
   static const std::vector<ReproducePart> parts{
       {"lu", "model-check", "III-C, V-D.1, Figs. 8, 21, 22: what the models foretell", 4, reproduce_lu_model},

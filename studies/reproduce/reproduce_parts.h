@@ -1,4 +1,4 @@
-// The parts of firn reproduce: one declaration here and one row in reproduce_parts.cpp for each.
+// Declares the parts of firn reproduce: one declaration here and one row in reproduce_parts.cpp for each.
 #pragma once
 
 #include "studies/reproduce/reproduce.h"

@@ -1,4 +1,5 @@
-// What an ice print's log says of the disturbance that its feedback worked against [Barnett 2012, (5.16)].
+// ice_disturbance_of computes from an ice print's log the disturbance against which its feedback worked
+// [Barnett 2012, (5.16)].
 #pragma once
 
 #include <filesystem>
@@ -6,10 +7,10 @@
 
 namespace firn {
 
-/// d_k of each measured interval, in intervals: what the surface rose by on average, less what was commanded,
-/// (h_k - h_{k-1}) / dh - (1 + u'_{k-1}), over the judged cells (replay/report_ice_data.h) that both maps
-/// know. Before the first map the table counts as flat and u' is 0. Whatever scheme printed it. An interval
-/// with a path in doubt ends the list before it.
+/// Returns d_k of each measured interval, in intervals: the mean rise of the surface less the commanded rise,
+/// (h_k - h_{k-1}) / dh - (1 + u'_{k-1}), over the judged cells (replay/report_ice_data.h) known to both
+/// maps. Before the first map the table counts as flat and u' is 0. Any scheme may have printed it. An
+/// interval with a path in doubt ends the list before it.
 /// @throws UsageError: no ice run, fewer than three intervals with their maps
 std::vector<double> ice_disturbance_of(const std::filesystem::path& run);
 

@@ -46,8 +46,7 @@ class NewDriver(unittest.TestCase):
     @unittest.skipIf(BUILD, "only the build")
     def test_at_most_eight_existing_files_are_edited_and_the_page_lists_them(self):
         touched = self.copy.touched()
-        of_messages = [file for file in touched if file.startswith("lcmtypes/")]  # counted as a message's own places
-        self.assertLessEqual(len(touched) - len(of_messages) + 1, MAX_EXISTING_FILES, touched)
+        self.assertLessEqual(len(touched), MAX_EXISTING_FILES, touched)
         table = self.page[self.page.index("## Places"):self.page.index("## Example")]
         self.assertEqual(sorted(re.findall(r"^\| `([^`]+)` \|", table, re.M)), touched)
         for lint in ("layers", "house"):
@@ -64,6 +63,7 @@ class NewDriver(unittest.TestCase):
         command = run(["ninja", "-C", build, "-t", "commands", "-s", "tests/test_drivers"]).stdout
         words = [word for word in shlex.split(command.strip().splitlines()[-1].split("&&")[1])
                  if not (word.startswith(objects) and Path(word).stem not in ("thermometer_test.cpp", "port_rig.cpp"))]
+        self.copy.build(*[word for word in words if word.endswith(".a") and not word.startswith("/")])
         words[words.index("-o") + 1] = str(build / "round_trip")
         run(words, cwd=build)
         print(run([build / "round_trip"]).stdout)

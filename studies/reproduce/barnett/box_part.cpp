@@ -41,8 +41,8 @@ double at(const HeightMap& h, double x_mm, double y_mm) {
          t * ((1 - s) * h.at(i, j + 1) + s * h.at(i + 1, j + 1));
 }
 
-/// How far a jaw that comes from `from` along `way` (a unit vector) moves until it touches ice thicker than
-/// `level` over `crush` of its width.
+/// Returns the distance by which a jaw that comes from `from` along `way` (a unit vector) moves until it
+/// touches ice thicker than `level` over `crush` of its width.
 double until_touch(const HeightMap& ice, Point2 from, Point2 way, double level_mm, const Caliper& caliper,
                    double most_mm) {
   const auto touches = [&](double s) {

@@ -1,4 +1,5 @@
-// The part of Fig. 4-15 [Barnett 2012, 5.3] printed under feedback in the simulated ice lab, in memory.
+// print_box prints the part of Fig. 4-15 [Barnett 2012, 5.3] under feedback in the simulated ice lab, in
+// memory.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,7 @@ namespace firn::barnett {
 inline constexpr const char* kBoxMachine = "[machine]\nname = \"cobra600\"\n";
 inline constexpr double kBoxLayer_mm = 0.25;
 
-/// Files that the lab's own code reads (box.stl, slice.toml, machine.toml), for as long as they are needed.
+/// Holds the files that the lab's own code reads (box.stl, slice.toml, machine.toml) during its lifetime.
 /// @throws std::runtime_error: no folder can be made
 class BoxFolder {
  public:
@@ -30,8 +31,8 @@ class BoxFolder {
 /// @param layer called after every measured layer; may be empty
 MemoryPrintReport print_box(const BoxPart& part, std::uint64_t seed, const std::function<void()>& layer = {});
 
-/// The wall of such a print in as many as four bands of whole intervals above the plate, where a caliper is
-/// held.
+/// Returns the wall of such a print in as many as four bands of whole intervals above the plate, for the
+/// caliper.
 std::vector<WallBand> wall_bands(const BoxPart& part, const MemoryPrintReport& print);
 
 }  // namespace firn::barnett

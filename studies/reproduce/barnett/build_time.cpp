@@ -20,7 +20,7 @@ double length_of(const std::vector<Point2>& points, bool closed) {
   return length;
 }
 
-// Where the arm is at rest before and after a path: at its ends, or `run_mm` beyond them.
+// The arm's places of rest before and after a path: its ends, or `run_mm` beyond them.
 struct Ends {
   Point2 first, last;
 };

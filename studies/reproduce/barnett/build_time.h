@@ -1,5 +1,5 @@
-// The deposition paths of the part of Fig. 4-15 [Barnett 2012, 4.4], each different one once, and the time
-// that a way of moving takes for all of them.
+// build_paths computes the deposition paths of the part of Fig. 4-15 [Barnett 2012, 4.4], each different one
+// once; motion_s computes the time of one way of moving for all of them.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace firn::barnett {
 
-/// Middle of the part in the arm's base frame: Fig. 4-3's well-placed path lies around it.
+/// The middle of the part in the arm's base frame: Fig. 4-3's well-placed path lies around it.
 inline constexpr Point2 kBoxPlace{motion::thesis::kWellPlaced.x_mm + 46.0,
                                   motion::thesis::kWellPlaced.y_mm + 46.0};
 
@@ -28,15 +28,15 @@ struct BuildPath {
   std::uint8_t material = 0;
   std::vector<Point2> points;
   double length_mm = 0.0;  ///< with the way back to the first point of a closed one
-  std::int64_t count = 0;  ///< how often it is in the part: walls are the same in all layers
+  std::int64_t count = 0;  ///< number of times in the part: walls are the same in all layers
 };
 
 struct BuildPaths {
   std::vector<BuildPath> paths;
   double transit_s =
       0.0;  ///< from the end of each path straight to the start of the next of its layer, from rest to rest
-  double run_up_s = 0.0;    ///< what is more where straight fill is laid at its whole speed only (3.5): ramps
-                            ///< beside its ends, and the way between those
+  double run_up_s = 0.0;    ///< additional time where straight fill is laid at its whole speed only (3.5):
+                            ///< ramps beside its ends, and the way between those
   double volume_mm3 = 0.0;  ///< of all beads
   std::int64_t layers = 0;
   std::int64_t count() const;
@@ -48,14 +48,14 @@ struct BuildPaths {
 BuildPaths build_paths(const BoxFolder& folder, const motion::RateLimits& limits,
                        const std::vector<std::string>& overrides, int threads);
 
-/// Shortest time of a straight way from rest to rest (seven phases of constant jerk). @param limits finite,
-/// such that the whole acceleration is reached below the speed: acceleration^2 <= rate jerk
+/// Returns the minimum time of a straight way from rest to rest (seven phases of constant jerk). @param
+/// limits finite, such that the whole acceleration is reached below the speed: acceleration^2 <= rate jerk
 double rest_to_rest_s(double distance_mm, const motion::RateLimits& limits);
 
-/// Each different path is planned once. @param duration_s of one path
+/// Returns the time of all paths; each different path is planned once. @param duration_s of one path
 double motion_s(const BuildPaths& of, const std::function<double(const motion::PathInput&)>& duration_s);
 
-/// By the thesis's method or that of constant speed, in whole ticks.
+/// Returns the time by the thesis's method or that of constant speed, in whole ticks.
 double duration_s(Way way, const motion::PathInput& in, const motion::Arm& arm,
                   const motion::MotionLimits& limits);
 

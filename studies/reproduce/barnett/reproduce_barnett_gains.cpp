@@ -1,5 +1,5 @@
-// 5.4 to 5.7 of Barnett (2012): poles, stable gains, optimal gains and simulations of the one-dimensional SMF
-// loop.
+// Computes 5.4 to 5.7 of Barnett (2012): poles, stable gains, optimal gains and simulations of the
+// one-dimensional SMF loop.
 #include <fmt/core.h>
 #include <time.h>
 
@@ -48,7 +48,7 @@ std::string panels(const std::vector<std::string>& charts, const char* title, in
   return s + "</svg>\n";
 }
 
-// Largest pole over the volume of (5.25): its range along each axis and its least value over each pair of
+// The maximum pole over the volume of (5.25): its range along each axis and its minimum over each pair of
 // axes.
 struct Volume {
   explicit Volume(int steps) : n(steps), low(3 * std::size_t(n), NAN), high(3 * std::size_t(n), NAN) {
@@ -88,7 +88,7 @@ Volume volume(int steps) {
   return v;
 }
 
-// Least z_max over a pair of gains: bands of a tenth, dark = small.
+// The minimum z_max over a pair of gains: bands of a tenth, dark = small.
 std::string pair_map(const Volume& v, int which) {
   const int x = Volume::kPairs[which][0], y = Volume::kPairs[which][1];
   replay::Raster raster(v.n, v.n);
@@ -281,7 +281,7 @@ std::string simulation(const Gains& g, const DisturbanceModel& m, const char* ti
   return replay::line_chart({e, u, dist}, o);
 }
 
-// Largest error of the last ten intervals.
+// Maximum error of the last ten intervals.
 double left_after(int intervals, const Gains& g, DisturbanceModel m) {
   m.intervals = intervals;
   const auto d = disturbance(m);

@@ -1,5 +1,5 @@
-// Rows of chapter 4. The thesis prints its trajectories as figures without numbers, so most rows test what
-// its text says about them.
+// Computes the rows of chapter 4. The thesis prints its trajectories as figures without numbers, so most rows
+// test the statements of its text about them.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Chapter 4 of [Barnett 2012]: what the rows and the pictures share.
+// Chapter4 holds the trajectories of chapter 4 of [Barnett 2012], which the rows and the pictures share.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Table 5-1 of Barnett (2012): the part of Fig. 4-15, printed in the simulated lab and measured.
+// Computes Table 5-1 of Barnett (2012): the part of Fig. 4-15, printed in the simulated lab and measured.
 #include <fmt/core.h>
 
 #include <algorithm>

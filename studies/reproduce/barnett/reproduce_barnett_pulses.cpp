@@ -1,5 +1,5 @@
-// Chapter 6 of Barnett (2012): flow along a straight path, its valve pulses, and frequency against width
-// modulation.
+// Computes chapter 6 of Barnett (2012): flow along a straight path, its valve pulses, and frequency against
+// width modulation.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -85,7 +85,7 @@ void limits_rows(Reproduction& to) {
                      RowKind::kProperty));
 }
 
-// Fig. 6-2 does not print its controller output: a smooth one between -0.3 and 0.4 stands for it.
+// Fig. 6-2 does not print its controller output: a smooth one between -0.3 and 0.4 replaces it.
 double action(double tau) {
   return tau < 0.5 ? 0.4 * 4.0 * tau * (0.5 - tau) * 4.0 : -0.3 * 4.0 * (tau - 0.5) * (1.0 - tau) * 4.0;
 }
@@ -168,7 +168,8 @@ void delivery_rows(Reproduction& to) {
   }
 }
 
-// Range: from the least to the most flow that keeps a drop per mm. Ideal valve: 200 mm^3/s while it is open.
+// Range: from the minimum to the maximum flow that keeps a drop per mm. Ideal valve: 200 mm^3/s while it is
+// open.
 void comparison_rows(Reproduction& to) {
   const ValveLimits limits;
   const ValveSetting fm = setting();

@@ -19,7 +19,7 @@ std::vector<double> differences(const std::vector<double>& values, double tick_s
   return out;
 }
 
-/// Where a closed contour crosses the line at y.
+/// Returns the places at which a closed contour crosses the line at y.
 std::vector<double> crossings(const std::vector<Point2>& contour, double y) {
   std::vector<double> x;
   for (std::size_t i = 0; i + 1 < contour.size(); ++i) {

@@ -1,6 +1,6 @@
-// Chapter 3: Tables 3-2 to 3-5 and Figs. 3-2, 3-7. The statue's mesh is not published and the thesis's times
-// are of its own machine, so times stand side by side without a verdict; what follows from formats and
-// geometry has one.
+// Computes chapter 3: Tables 3-2 to 3-5 and Figs. 3-2, 3-7. The statue's mesh is not published and the
+// thesis's times are of its own machine, so times are shown side by side without a verdict; results that
+// follow from formats and geometry have one.
 #include <fmt/format.h>
 
 #include <array>

@@ -1,5 +1,5 @@
-// 4.4 of Barnett (2012): the hours that three ways of moving take to build the part of Fig. 4-15, and what
-// they are made of.
+// Computes 4.4 of Barnett (2012): the hours of three ways of moving for the part of Fig. 4-15, and the
+// components of these hours.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -25,8 +25,8 @@ constexpr double kShare = 0.15;
 // be 25 million).
 constexpr double kLucyPath_s = (85.0 * 3600.0 - 14e6 * 0.016) / 48e3;
 
-// How the thesis slices (3.2, 3.5, 3.7): finely faceted, points 0.4 mm apart, its offsets, rings alone
-// without beads in the gaps between.
+// The thesis's slicing (3.2, 3.5, 3.7): fine facets, points 0.4 mm apart, its offsets, rings alone without
+// beads in the gaps between.
 constexpr int kFineEdges = 200, kCoarseEdges = 16;
 const std::vector<std::string> kFine{"contour.tolerance_mm=0.0005"};
 const std::vector<std::string> kOffsets{"part.first_offset_mm=0.6", "scaffold.first_offset_mm=1.2"};
@@ -59,7 +59,7 @@ std::string described(const BuildPaths& p) {
   return fmt::format("{:.0f} m in {} paths", p.length_mm() * 1e-3, p.count());
 }
 
-// What the variable speed's hours become where one thing after another is lifted.
+// Computes the variable speed's hours with one limit after another lifted.
 void lift(Reproduction& to, const Builder& b, const BuildPaths& paths, double ways_h) {
   const std::string id = "barnett.build-time.lifted-";
   const auto row = [&](const std::string& name, const std::string& what, double hours) {

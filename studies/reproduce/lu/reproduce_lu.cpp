@@ -1,4 +1,5 @@
-// [Lu 2015, V-A, Figs. 11, 12]: the cylinder under model variation; [V-D.2, Table II]: the small square.
+// Computes [Lu 2015, V-A, Figs. 11, 12], the cylinder under model variation, and [V-D.2, Table II], the small
+// square.
 #include <fmt/core.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// [Lu 2015, Eq. (8), IV-C]: what the weight alpha and the horizon N do, and where alpha < 1 fails without a
-// guard.
+// Computes [Lu 2015, Eq. (8), IV-C]: the effects of the weight alpha and the horizon N, and the failure of
+// alpha < 1 without a guard.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ constexpr int kSeeds = 4, kSeedsQuick = 1, kMostLayers = 120;
 constexpr int kUnguardedLayers = 90;
 
 // The search of IV-C as printed, without a guard: from all ones, one random point at a time, a flip is kept
-// when it lowers (8); sweeps go on until one changes nothing. A droplet touches nine cells, so a flip costs
+// when it lowers (8); sweeps go on until one makes no change. A droplet touches nine cells, so a flip costs
 // nine.
 class UnguardedSearch {
  public:
@@ -108,7 +108,7 @@ class UnguardedSearch {
   double objective_ = 0.0;
 };
 
-// Mean error after each layer without the guard; ends when the search prints nothing.
+// Returns the mean error after each layer without the guard; ends when the search prints no droplet.
 struct Unguarded {
   replay::Series mean_um;
   bool ended = false;
@@ -169,7 +169,7 @@ void show_guard(Reproduction& to) {
            {.title = "without a guard", .x_name = "layer", .y_name = "mean error [µm]", .whole_x = true})});
 }
 
-// A flat surface half a layer short: where (8) has its trap.
+// A flat surface half a layer short: the trap of (8).
 void show_trap(Reproduction& to) {
   const std::string id = "lu.alpha.";
   Experiment e = lu_lab("cuboid", 40, 0.1);

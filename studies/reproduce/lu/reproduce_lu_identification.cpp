@@ -1,5 +1,5 @@
-// [Lu 2015, IV-C, V-C, Table I]: exact recovery, the identification prints, what is learned while printing,
-// the spacing.
+// Computes [Lu 2015, IV-C, V-C, Table I]: exact recovery, the identification prints, the identification
+// during printing, the spacing.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -19,7 +19,8 @@ namespace {
 constexpr const char* kExperiments = FIRN_SOURCE_DIR "/experiments/";
 constexpr double kPaper_um[] = {4.4, 0.6, 0.2};
 constexpr double kGamma = 0.6268, kDiameter_mm = 0.420;
-// Nature without chance, but for where droplets land: what the identification prints mean to measure.
+// Nature without chance, but for the places of droplets: the quantities that the identification prints
+// measure.
 const std::vector<std::string> kNoChance = {"plant.sensor_noise_mm=0", "plant.size_std=0",
                                             "plant.missed_fraction=0", "plant.satellite_fraction=0",
                                             "plant.drift=0",           "plant.dropout_fraction=0"};

@@ -1,6 +1,6 @@
-// [Lu 2015, V-A, Figs. 13-15]: the junction of two pipes, printed of object ink in a block of support, open
-// loop against closed loop. The paper shows pictures and prints no numbers; Firn counts the voxels of the
-// wrong ink.
+// Computes [Lu 2015, V-A, Figs. 13-15]: the junction of two pipes, printed of object ink in a block of
+// support, open loop against closed loop. The paper shows pictures and prints no numbers; Firn counts the
+// voxels of the wrong ink.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -68,7 +68,7 @@ Outcome print(const Case& c, const std::string& plant, const std::string& scheme
   return o;
 }
 
-// All prints, on so many threads; the order of the result does not depend on them.
+// Makes all prints on the given number of threads; the order of the result does not depend on it.
 std::vector<Outcome> print_all(const Case& c, const std::string& plant, int seeds, Reproduction& to) {
   const std::string schemes[] = {"open_loop", "mpc"};
   std::vector<Outcome> out(2 * std::size_t(seeds));
@@ -104,7 +104,7 @@ double mean(std::span<const Outcome> runs, const Value& value) {
   return sum / double(runs.size());
 }
 
-// The largest closed / open of any seed (the same seed: common random numbers).
+// Returns the maximum closed / open of any seed (the same seed: common random numbers).
 template <class Value>
 double worst_share(std::span<const Outcome> open, std::span<const Outcome> closed, const Value& value) {
   double worst = 0.0;

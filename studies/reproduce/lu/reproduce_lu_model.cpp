@@ -1,5 +1,5 @@
-// [Lu 2015, III-C, V-D.1, Figs. 8, 21, 22]: what the height-change model foretells of an open-loop part,
-// against the additive model and against a plant that knows neither.
+// Computes [Lu 2015, III-C, V-D.1, Figs. 8, 21, 22]: the height-change model's prediction of an open-loop
+// part, against the additive model and against a plant that uses neither.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -43,7 +43,7 @@ double rms_um(const HeightMap& a, const HeightMap& b, const Mask& mask, int from
   return kUm * std::sqrt(sum / count);
 }
 
-// How much lower the ring at a depth is than the middle.
+// Returns the height of the middle above the ring at a depth.
 double drop_um(const HeightMap& h, const Mask& mask, int at_depth) {
   double ring = 0.0, middle = 0.0;
   int in_ring = 0, in_middle = 0;

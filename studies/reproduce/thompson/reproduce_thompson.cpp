@@ -1,4 +1,4 @@
-// Figs. 7 to 12 of Thompson and Yoon (2014), their misprints, and the two ways out of the corners.
+// Computes Figs. 7 to 12 of Thompson and Yoon (2014), their misprints, and the two ways out of the corners.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ double error_of_segment(const PrintJob& job, const AerosolPlan& plan, std::int32
   return worst;
 }
 
-// Largest speed of an axis in the slowest of the transits.
+// Maximum speed of an axis in the slowest of the transits.
 double least_transit_speed(const AerosolPlan& plan) {
   double least = kVmax_mm_s, now = kVmax_mm_s;
   std::int32_t leading_to = -1;
