@@ -20,7 +20,7 @@ RunMigration::Key key_of(const RetiredChannel& channel, const MessageFields& mes
   return key;
 }
 
-// Of a message of any recorded type. @returns nothing for a damaged one
+// Key of a message of any recorded type. @returns nothing for a damaged one
 std::optional<RunMigration::Key> key_of(const MigrationTable& table, const RetiredChannel& channel,
                                         std::span<const std::byte> message) {
   const schema::Type* type = table.type_of(message);

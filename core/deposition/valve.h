@@ -65,7 +65,7 @@ struct ValveSetting {
 };
 inline constexpr Option kValvePulse{"pulse_s", &ValveSetting::pulse_s, "s", above(0, 1),
                                     "width of each pulse; the calibration belongs to it"};
-/// Of FlowCurve::proportional, hz_per_mm3_s.
+/// hz_per_mm3_s of FlowCurve::proportional.
 inline constexpr Range kFrequencyPerFlow = above(0, 1e6);
 /// @throws std::invalid_argument: pulse out of its range or below min_pulse_s.
 void check(const ValveSetting& setting, const ValveLimits& limits);

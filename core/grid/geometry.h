@@ -58,8 +58,8 @@ class Geometry {
   std::vector<Span> spans_;
 };
 
-/// How a geometry reaches the nodes: magic "FIRNGEO1", nx, ny (i32), height (f64), per cell a count (u32),
-/// then all spans (two f64 each); little-endian.
+/// Bytes of a geometry as the nodes read them: magic "FIRNGEO1", nx, ny (i32), height (f64), per cell a count
+/// (u32), then all spans (two f64 each); little-endian.
 std::vector<std::byte> to_bytes(const Geometry& geometry);
 /// @throws std::invalid_argument with `name`, the byte offset and the fault: magic, length, another grid than
 /// `grid`, spans as in the constructor.

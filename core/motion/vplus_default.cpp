@@ -18,7 +18,7 @@ double turn_at(const std::vector<Point2>& p, std::size_t i) {
   return std::abs(std::atan2(ax * by - ay * bx, ax * bx + ay * by));
 }
 
-/// How far the yaw bends at a point, as a direction would: the change of its slope over the mean of both
+/// Bend of the yaw at a point, as of a direction: the change of its slope over the mean of both
 /// segments.
 double yaw_bend_at(const CleanPath& path, std::size_t i) {
   if (path.yaw_rad.empty()) return 0.0;

@@ -63,7 +63,7 @@ struct PlanningSetup {
   control::SurfaceVersion version = control::SurfaceVersion::kPathSpeed;
 };
 
-/// What is to be planned: a line of a layer, or a piece of it, at the height of the tool in use above the
+/// Task of the planner: a line of a layer, or a piece of it, at the height of the tool in use above the
 /// part's origin.
 struct PathTask : Path {
   std::string tool;  ///< of the arm; "laser": the setup's

@@ -74,7 +74,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
 /// are rolled where that is faster.
 std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
 
-/// How far ramps, rounded corners and interpolated vertices may lead a curve off its path: tolerance + w / 2
+/// Maximum deviation of a curve from its path by ramps, rounded corners and vertices: tolerance + w / 2
 /// + the chords' sagitta.
 double farthest_mm(const PlanOptions& options);
 

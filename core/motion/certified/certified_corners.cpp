@@ -1,4 +1,4 @@
-// Where the motion stops and where corners are rolled within the tolerance; of each segment the shape that is
+// Stops of the motion, and corners that are rolled within the tolerance; of each segment the shape that is
 // fastest.
 #include <algorithm>
 #include <cmath>

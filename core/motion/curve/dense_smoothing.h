@@ -16,7 +16,7 @@ struct SmoothingWork {
   std::vector<double> x, y;
 };
 
-/// Whether the pieces have a run of at least eight chords shorter than `longest_mm`, which smooth_dense would
+/// True if the pieces have a run of at least eight chords shorter than `longest_mm`, which smooth_dense would
 /// move.
 bool has_dense_run(std::span<const CurvePiece> pieces, double longest_mm);
 

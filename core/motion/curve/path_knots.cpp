@@ -1,4 +1,4 @@
-// Where the cells of a curve begin and end, the spline through the knots, and the speed limit of each cell.
+// Bounds of a curve's cells, the spline through the knots, and the speed limit of each cell.
 #include <algorithm>
 #include <cmath>
 #include <limits>
