@@ -92,7 +92,10 @@ function(firn_lcm_types target)
   find_program(LCM_GEN lcm-gen REQUIRED)
   find_program(PYTHON3 python3 REQUIRED)
   set(out ${CMAKE_BINARY_DIR}/lcmgen)
-  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*_t.lcm)
+  # A new file changes its folder: CMake runs again then. CONFIGURE_DEPENDS would look anew at every build, and
+  # no build would ever be "no work to do" (./firn asks for that).
+  file(GLOB files ${CMAKE_CURRENT_SOURCE_DIR}/*_t.lcm)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR})
   set(generated ${out}/firn/all_types.h ${out}/firn/enums.h ${out}/firn/channels.h ${out}/message_tables.cpp)
   add_custom_command(OUTPUT ${out}/generated
     COMMAND ${PYTHON3} -B ${CMAKE_CURRENT_SOURCE_DIR}/generate.py ${CMAKE_SOURCE_DIR} ${out} ${files}

@@ -169,7 +169,9 @@ class Reader {
 
   static bool take(const toml::node& node, double& out) {
     if (!node.is_number()) return false;
-    out = *node.value<double>();
+    // toml++ has no value<double>() of an integer that a double does not hold; as_integer has, rounded: such
+    // a number is beyond every limit.
+    out = node.is_integer() ? double(node.as_integer()->get()) : node.as_floating_point()->get();
     if (out == 0.0) out = 0.0;  // one zero: equal experiments have equal dumps
     return true;
   }

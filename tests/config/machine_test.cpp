@@ -98,6 +98,44 @@ TEST_CASE("A stage becomes a Cartesian arm without rotary limits, and a valve ta
   CHECK_NOTHROW(deposition::check(valve_limits(m.valve)));
 }
 
+TEST_CASE("Joint limits are degrees in the file and radians in the planner, the stroke millimetres in both") {
+  const Machine m = parse_machine(
+      "[joint_1]\nlow_deg = -90\nhigh_deg = 45\nrate_deg_s = 180\n[joint_3]\nlow_mm = 5\nhigh_mm = 150\n"
+      "rate_mm_s = 40\n",
+      "m.toml");
+  const auto arm = make_arm(m);
+  CHECK(arm->range(0).low == Approx(-0.5 * std::numbers::pi));
+  CHECK(arm->range(0).high == Approx(0.25 * std::numbers::pi));
+  CHECK(arm->range(2).low == 5.0);
+  CHECK(arm->range(2).high == 150.0);
+  CHECK(motion_limits(m).joint[0].rate == Approx(std::numbers::pi));
+  CHECK(motion_limits(m).joint[2].rate == 40.0);
+}
+
+TEST_CASE("Each kind of machine has its own sections and no other's") {
+  const std::pair<const char*, const char*> foreign[] = {
+      {"scara", "[axis_1]\nlow_mm = 1\n"},       {"scara", "[stage]\naxes = 2\n"},
+      {"stage", "[joint_1]\nlow_deg = 1\n"},     {"stage", "[tool_water]\nx_mm = 1\n"},
+      {"stage", "[aerosol]\nv_max_mm_s = 2\n"},  {"aerosol", "[valve]\npulse_s = 0.002\n"},
+      {"aerosol", "[total]\nspeed_mm_s = 20\n"}, {"aerosol", "[axis_3]\nlow_mm = 1\n"},
+      {"aerosol", "[scara]\nlink_1_mm = 200\n"}};
+  for (const auto& [kind, section] : foreign)
+    CHECK_THAT(mistake("[machine]\nkind = \"" + std::string(kind) + "\"\n" + section),
+               Contains("does not belong to a machine of kind \"" + std::string(kind) + "\""));
+  const std::pair<const char*, const char*> own[] = {{"scara", "[valve]\npulse_s = 0.002\n"},
+                                                     {"stage", "[axis_3]\nlow_mm = 1\n"},
+                                                     {"stage", "[total]\nspeed_mm_s = 20\n"},
+                                                     {"aerosol", "[axis_1]\nlow_mm = 1\n"},
+                                                     {"aerosol", "[aerosol]\nv_max_mm_s = 2\n"}};
+  for (const auto& [kind, section] : own)
+    CHECK(mistake("[machine]\nkind = \"" + std::string(kind) + "\"\n" + section) == "");
+}
+
+TEST_CASE("An empty range of a stage's axis is refused") {
+  CHECK_THAT(mistake("[machine]\nkind = \"stage\"\n[axis_2]\nlow_mm = 300\n"),
+             Contains("axis_2.high_mm") && Contains("above the other end"));
+}
+
 TEST_CASE("docs/machines.md is what `firn config docs --machines` writes") {
   std::ifstream in(FIRN_SOURCE_DIR "/docs/machines.md");
   std::ostringstream committed;

@@ -91,6 +91,19 @@ TEST_CASE("Every field refuses a value of the wrong type and says which it wants
   CHECK(what_of("grid.pitch_x_mm = \"0.2\"").find("must be a number [mm] in (0, 100]") != std::string::npos);
 }
 
+TEST_CASE("An integer that no double holds is judged by its key's limits like any other number") {
+  for (const char* huge :
+       {"-9223372036854775808", "9223372036854775807", "9007199254740993", "-9007199254740993"})
+    for (const char* key : {"jet.dwell_v", "plant.drift", "grid.pitch_x_mm"}) {
+      const std::string line = std::string(key) + " = " + huge;
+      CHECK_THROWS_WITH(parse_experiment(line, "x.toml"),
+                        Catch::Contains("x.toml:1: " + line) && Catch::Contains("must lie in"));
+      CHECK_THROWS_WITH(parse_experiment(std::vector<std::pair<std::string, std::string>>{},
+                                         {std::string(key) + "=" + huge}),
+                        Catch::Contains("must lie in"));
+    }
+}
+
 TEST_CASE("An unknown key is reported with the nearest known one") {
   CHECK(what_of("[grid]\n\npich_x_mm = 1.0") ==
         "x.toml:3: grid.pich_x_mm: unknown key; the nearest known one is grid.pitch_x_mm");

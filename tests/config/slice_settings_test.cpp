@@ -86,6 +86,45 @@ TEST_CASE("Settings that make no sense are refused with key, value and limit") {
   CHECK_THROWS_AS(load_slice_settings("no/such.toml"), ConfigError);
 }
 
+TEST_CASE("Every unit of length scales by its millimetres") {
+  const std::pair<const char*, double> units[] = {{"um", 0.001}, {"mm", 1.0},    {"cm", 10.0},
+                                                  {"m", 1000.0}, {"inch", 25.4}, {"foot", 304.8}};
+  for (const auto& [name, unit_mm] : units)
+    CHECK(placement(settings("[mesh]\nunit = \"" + std::string(name) + "\"\n"), 0).unit_mm == unit_mm);
+}
+
+TEST_CASE("Every word of placing, filling, support and seam becomes what it names") {
+  using Mode = slice::AxisPlace::Mode;
+  const std::pair<const char*, Mode> places[] = {
+      {"number", Mode::kNumber}, {"cent", Mode::kCentre}, {"orig", Mode::kOriginal}, {"as_is", Mode::kAsIs}};
+  for (const auto& [word, mode] : places)
+    CHECK(placement(settings("[mesh]\nplace_z = \"" + std::string(word) + "\"\n"), 0).translation[2].mode ==
+          mode);
+  using slice::FillPattern;
+  const std::pair<const char*, FillPattern> fills[] = {{"lines", FillPattern::kLines},
+                                                       {"zigzag", FillPattern::kZigzag},
+                                                       {"none", FillPattern::kNone},
+                                                       {"concentric", FillPattern::kConcentric}};
+  for (const auto& [word, pattern] : fills)
+    CHECK(path_options(settings("[part]\nfill = \"" + std::string(word) + "\"\n")).part.pattern == pattern);
+  using slice::Support;
+  const std::pair<const char*, Support> supports[] = {
+      {"none", Support::kNone}, {"overhang", Support::kOverhang}, {"full", Support::kFull}};
+  for (const auto& [word, kind] : supports)
+    CHECK(path_options(settings("[support]\nkind = \"" + std::string(word) + "\"\n")).support.kind == kind);
+  using slice::SeamPlacement;
+  const std::pair<const char*, SeamPlacement> seams[] = {{"aligned", SeamPlacement::kAligned},
+                                                         {"random", SeamPlacement::kRandom},
+                                                         {"nearest", SeamPlacement::kNearest}};
+  for (const auto& [word, seam] : seams)
+    CHECK(path_options(settings("[order]\nseam = \"" + std::string(word) + "\"\n")).seam == seam);
+}
+
+TEST_CASE("The slicer's tolerance is its share of the contour's, since rings add theirs") {
+  const SliceSettings s = settings("", {"contour.tolerance_mm=0.08"});
+  CHECK(path_options(s).chord_tolerance_mm == Approx(slice::kRingShare * 0.08));
+}
+
 TEST_CASE("docs/slice-settings.md is what `firn config docs --slice` writes") {
   std::ifstream in(FIRN_SOURCE_DIR "/docs/slice-settings.md");
   std::ostringstream committed;

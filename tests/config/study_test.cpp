@@ -6,6 +6,7 @@
 #include "config/fields.h"
 #include "core/grid/random.h"
 #include "tests/config/texts.h"
+#include "tests/support/temp_folder.h"
 
 using namespace firn;
 
@@ -104,6 +105,64 @@ TEST_CASE("A mistake in a study is told with file, line, key and limit") {
       "seeds = 100000\n[vary]\n\"plant.drift\" = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.91, 0.92]\n",
       {"1000000 prints"});
   holds("seeds = 3\n[[scheme]\n", {"s.toml:2", "column"});
+}
+
+TEST_CASE("A study's name is its file's where it gives none") {
+  const test::TempFolder folder;
+  CHECK(load_study(folder.file("drift.toml", "seeds = 1\n[[scheme]]\nname = \"a\"\n")).name == "drift");
+  CHECK(load_study(folder.file("named.toml", kStudy)).name == "three");
+  CHECK_THROWS_WITH(load_study(folder.path() / "none.toml"), Catch::Contains("no such file"));
+}
+
+TEST_CASE("A study's experiment is found from the study's folder, and arms override parts, parts the study") {
+  const test::TempFolder folder;
+  folder.file("lab/base.toml", "[grid]\nnx = 30\nny = 30\n[part]\ndiameter_mm = 6\n");
+  const Study s = parse_study(
+      "experiment = \"../lab/base.toml\"\nseeds = 1\nset = [\"part.height_mm=0.1\", "
+      "\"control.smf.kp=0.1\", \"control.smf.ki_star=0.1\"]\n"
+      "[[scheme]]\nname = \"a\"\nset = [\"control.scheme=smf\", \"control.smf.kp=0.3\"]\n"
+      "[[part]]\nname = \"p\"\nset = [\"control.smf.kp=0.2\", \"control.smf.ki_star=0.2\"]\n",
+      "s.toml");
+  const std::vector<Experiment> e = study_experiments(s, folder.path() / "studies");
+  REQUIRE(e.size() == 1);
+  CHECK(e[0].grid.nx == 30);
+  CHECK(e[0].part.shape.height_mm == 0.1);
+  CHECK(e[0].control.smf.kp == 0.3);
+  CHECK(e[0].control.smf.ki_star == 0.2);
+}
+
+TEST_CASE("A study stays within its numbers of arms, parts, keys and metrics") {
+  std::string values = "[0.001";
+  for (int n = 2; n <= 65; ++n) values += ", 0." + std::to_string(1000 + n);
+  CHECK_THAT(refusal("seeds = 1\n[vary]\n\"plant.drift\" = " + values + "]\n"),
+             Catch::Contains("plant.drift must be a list of 1 to 64 values"));
+  CHECK_THAT(refusal("seeds = 1\n[vary]\n\"plant.drift\" = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]\n"
+                     "\"plant.seed\" = [1, 2, 3, 4, 5, 6, 7, 8]\n"),
+             Catch::Contains("more than 64 combinations"));
+  CHECK_THAT(refusal("seeds = 1\n[vary]\na.a = [1]\na.b = [1]\na.c = [1]\na.d = [1]\na.e = [1]\na.f = [1]\n"
+                     "a.g = [1]\n"),
+             Catch::Contains("varies more than 6 keys"));
+  std::string arms = "seeds = 1\n";
+  for (int n = 0; n < 65; ++n) arms += "[[scheme]]\nname = \"a" + std::to_string(n) + "\"\n";
+  CHECK_THAT(refusal(arms), Catch::Contains("more than 64 schemes"));
+  std::string names = "seeds = 1\nmetrics = [\"m0\"";
+  for (int n = 1; n <= 20; ++n) names += ", \"m" + std::to_string(n) + "\"";
+  CHECK_THAT(refusal(names + "]\n[[scheme]]\nname = \"a\"\n"), Catch::Contains("1 to 20 names"));
+}
+
+TEST_CASE("A value of the wrong type in a study is named by its key") {
+  const auto scheme = [](const std::string& line) {
+    return refusal("seeds = 1\n" + line + "\n[[scheme]]\nname = \"a\"\n");
+  };
+  CHECK_THAT(scheme("name = 3"), Catch::Contains("name: must be text"));
+  CHECK_THAT(scheme("name = \"\""), Catch::Contains("1 to 1000 bytes"));
+  CHECK_THAT(scheme("experiment = [\"a\"]"), Catch::Contains("experiment: must be text"));
+  CHECK_THAT(scheme("set = \"a=1\""), Catch::Contains("set: must be a list"));
+  CHECK_THAT(scheme("metrics = []"), Catch::Contains("metrics: must be a list"));
+  CHECK_THAT(scheme("part = 3"), Catch::Contains("written as [[part]]"));
+  CHECK_THAT(scheme("vary = 3"), Catch::Contains("vary: must be a section"));
+  CHECK_THAT(refusal("seeds = [-1]\n[[scheme]]\nname = \"a\"\n"), Catch::Contains("seeds of 0 or more"));
+  CHECK_THAT(refusal("seeds = \"3\"\n[[scheme]]\nname = \"a\"\n"), Catch::Contains("must be a count"));
 }
 
 TEST_CASE("Random damage to a valid study gives a study within its limits or a ConfigError, nothing else") {

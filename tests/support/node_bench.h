@@ -30,8 +30,12 @@ class NodeBench {
 
   template <class Message>
   void give(const Channel<Message>& channel, Message m) {
+    give_of(host.incarnation(), channel, std::move(m));
+  }
+  template <class Message>
+  void give_of(std::int32_t incarnation, const Channel<Message>& channel, Message m) {
     m.header.run_id = kRunId;
-    m.header.incarnation = host.incarnation();
+    m.header.incarnation = incarnation;
     m.header.seq = ++seq_;
     m.header.utime_us = now.us;
     std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));

@@ -1,0 +1,73 @@
+// Includes and their errors: folders, missing files, circles, depth.
+#include "config/include.h"
+
+#include <catch2/catch.hpp>
+
+#include "config/error.h"
+#include "config/experiment.h"
+#include "tests/support/temp_folder.h"
+
+using namespace firn;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string mistake(const fs::path& path) {
+  try {
+    load_experiment(path);
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+}  // namespace
+
+TEST_CASE("The experiment overrides its lab, and --set overrides both") {
+  const test::TempFolder f;
+  f.file("labs/lab.toml", "[grid]\nnx = 50\nny = 51\n");
+  const fs::path path = f.file("experiments/x.toml", "include = \"../labs/lab.toml\"\n[grid]\nnx = 52\n");
+  const Experiment e = load_experiment(path, {"grid.pitch_x_mm=0.3"});
+  CHECK(e.grid.nx == 52);
+  CHECK(e.grid.ny == 51);
+  CHECK(e.grid.pitch_x_mm == 0.3);
+}
+
+TEST_CASE("A missing include names the missing file and the file that includes it") {
+  const test::TempFolder f;
+  const fs::path path = f.file("x.toml", "include = \"gone.toml\"\n");
+  CHECK_THAT(mistake(path),
+             Contains("gone.toml") && Contains("no such file (included by " + path.string() + ")"));
+  CHECK_THAT(mistake(f.path() / "none.toml"), Contains("none.toml") && Contains("no such file"));
+}
+
+TEST_CASE("A folder in place of an experiment is called a folder") {
+  const test::TempFolder f;
+  CHECK_THAT(mistake(f.path()), Contains("is a folder, not a file"));
+}
+
+TEST_CASE("An include that comes back to itself is refused, by whatever name it does") {
+  const test::TempFolder f;
+  f.file("a.toml", "include = \"./sub/../b.toml\"\n");
+  f.file("b.toml", "include = \"a.toml\"\n");
+  fs::create_directories(f.path() / "sub");
+  CHECK_THAT(mistake(f.path() / "a.toml"), Contains("comes back to itself"));
+  CHECK_THAT(mistake(f.file("self.toml", "include = \"self.toml\"\n")), Contains("comes back to itself"));
+}
+
+TEST_CASE("Eight levels of includes are read, nine are refused") {
+  const test::TempFolder f;
+  f.file("l1.toml", "[grid]\nnx = 50\n");
+  for (int n = 2; n <= 9; ++n)
+    f.file("l" + std::to_string(n) + ".toml", "include = \"l" + std::to_string(n - 1) + ".toml\"\n");
+  CHECK(load_experiment(f.path() / "l8.toml").grid.nx == 50);
+  CHECK_THAT(mistake(f.path() / "l9.toml"), Contains("deeper than 8"));
+}
+
+TEST_CASE("A mistake in an included file is named by that file and its line") {
+  const test::TempFolder f;
+  f.file("lab.toml", "[grid]\n\nnx = 0\n");
+  CHECK_THAT(mistake(f.file("x.toml", "include = \"lab.toml\"\n")),
+             Contains("lab.toml:3") && Contains("grid.nx"));
+}

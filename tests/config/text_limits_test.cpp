@@ -1,0 +1,47 @@
+// A configuration is a page of text: its bytes, lines and dots are bounded before a parser sees them.
+#include "config/text_limits.h"
+
+#include <catch2/catch.hpp>
+
+#include "config/error.h"
+#include "config/experiment.h"
+
+using namespace firn;
+using Catch::Contains;
+
+namespace {
+
+std::string refusal(const std::string& text) {
+  try {
+    check_text(text, "x.toml");
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("65,536 bytes are read, one more is refused with both numbers") {
+  std::string text;
+  while (text.size() + 64 <= 65536) text += std::string(63, '#') + '\n';
+  REQUIRE(text.size() == 65536);
+  CHECK(refusal(text) == "");
+  CHECK_THAT(refusal(text + "\n"), Contains("65537 bytes") && Contains("65536"));
+}
+
+TEST_CASE("A line of 2,000 bytes is read, a longer one is refused by its number") {
+  CHECK(refusal("\n" + std::string(2000, 'x') + "\n") == "");
+  CHECK_THAT(refusal("\n\n" + std::string(2001, 'x')), Contains("x.toml:3") && Contains("2000"));
+}
+
+TEST_CASE("4,000 dots are read, more are called nesting") {
+  std::string text;
+  for (int n = 0; n < 400; ++n) text += "..........\n";
+  CHECK(refusal(text) == "");
+  CHECK_THAT(refusal(text + "."), Contains("4000 dots"));
+}
+
+TEST_CASE("An experiment meets these limits before its parser") {
+  CHECK_THROWS_WITH(parse_experiment("a = " + std::string(3000, '['), "x.toml"), Contains("2000"));
+}
