@@ -1,17 +1,67 @@
 #include "procs/bus/lcm_bus.h"
 
-#include <lcm/lcm.h>
-#include <netinet/in.h>
+#include <arpa/inet.h>
+#include <net/if.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <charconv>
+#include <cstring>
 #include <stdexcept>
-#include <utility>
 
 namespace firn {
 namespace {
 
 constexpr int kMostAtOnce = 512;  // datagrams per receive(), so that a flood does not starve the node
+
+template <class T>
+void set_option(int fd, int level, int option, const T& value, const char* name) {
+  if (::setsockopt(fd, level, option, &value, sizeof value) != 0)
+    throw std::runtime_error(std::string(name) + ": " + std::strerror(errno));
+}
+
+int number(std::string_view text, int low, int high, const char* name) {
+  int v = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
+  if (error != std::errc{} || end != text.data() + text.size() || v < low || v > high)
+    throw std::runtime_error(std::string(name) + " '" + std::string(text) + "': must lie in [" +
+                             std::to_string(low) + ", " + std::to_string(high) + "]");
+  return v;
+}
+
+struct Address {
+  sockaddr_in group{};
+  int receive_buffer = kWantedReceiveBuffer;
+};
+
+Address parse(std::string_view url) {
+  constexpr std::string_view kScheme = "udpm://";
+  if (!url.starts_with(kScheme)) throw std::runtime_error("must begin with udpm://");
+  url.remove_prefix(kScheme.size());
+  const std::size_t query = url.find('?');
+  const std::string_view host = url.substr(0, query);
+  const std::size_t colon = host.rfind(':');
+  if (colon == std::string_view::npos) throw std::runtime_error("has no port");
+  Address a;
+  a.group.sin_family = AF_INET;
+  a.group.sin_port = htons(std::uint16_t(number(host.substr(colon + 1), 1, 65535, "port")));
+  if (::inet_pton(AF_INET, std::string(host.substr(0, colon)).c_str(), &a.group.sin_addr) != 1 ||
+      !IN_MULTICAST(ntohl(a.group.sin_addr.s_addr)))
+    throw std::runtime_error(std::string(host.substr(0, colon)) + " is no multicast address");
+  for (std::string_view rest = query == std::string_view::npos ? "" : url.substr(query + 1); !rest.empty();) {
+    const std::string_view option = rest.substr(0, rest.find('&'));
+    rest.remove_prefix(std::min(rest.size(), option.size() + 1));
+    if (option.starts_with("ttl="))
+      number(option.substr(4), 0, 0, "ttl, which is 0 on loopback,");
+    else if (option.starts_with("recv_buf_size="))
+      a.receive_buffer = number(option.substr(14), 1, 1 << 30, "recv_buf_size");
+    else
+      throw std::runtime_error("option '" + std::string(option) + "' is none of ttl, recv_buf_size");
+  }
+  return a;
+}
 
 }  // namespace
 
@@ -20,41 +70,118 @@ std::string default_bus_url(int port) {
          "?ttl=0&recv_buf_size=" + std::to_string(kWantedReceiveBuffer);
 }
 
-LcmBus::LcmBus(const std::string& url) : lcm_(lcm_create(url.c_str())) {
-  if (!lcm_) throw std::runtime_error("LCM cannot open " + url + ": run `firn doctor`");
+LcmBus::LcmBus(const std::string& url) : buffer_(std::size_t(1) << 16) {
+  try {
+    open(url);
+  } catch (const std::runtime_error& e) {
+    if (receiver_ >= 0) ::close(receiver_);
+    if (sender_ >= 0) ::close(sender_);
+    throw std::runtime_error("LCM cannot open " + url + ": " + e.what() + "; run `firn doctor`");
+  }
 }
 
-LcmBus::~LcmBus() { lcm_destroy(lcm_); }
+void LcmBus::open(const std::string& url) {
+  const Address address = parse(url);
+  group_ = address.group;
+  loopback_ = int(::if_nametoindex("lo"));
+  if (loopback_ == 0) throw std::runtime_error("there is no interface lo");
+  ip_mreqn membership{};
+  membership.imr_multiaddr = group_.sin_addr;
+  membership.imr_ifindex = loopback_;
+  ip_mreqn through{};
+  through.imr_address.s_addr = htonl(INADDR_LOOPBACK);
+  through.imr_ifindex = loopback_;
+
+  receiver_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (receiver_ < 0) throw std::runtime_error(std::string("socket: ") + std::strerror(errno));
+  set_option(receiver_, SOL_SOCKET, SO_REUSEADDR, 1, "SO_REUSEADDR");
+  set_option(receiver_, SOL_SOCKET, SO_RCVBUF, address.receive_buffer, "SO_RCVBUF");
+  set_option(receiver_, IPPROTO_IP, IP_MULTICAST_ALL, 0, "IP_MULTICAST_ALL");
+  set_option(receiver_, IPPROTO_IP, IP_PKTINFO, 1, "IP_PKTINFO");
+  // Bound to the group, not to any address: a datagram that is sent to this host alone does not arrive.
+  if (::bind(receiver_, reinterpret_cast<const sockaddr*>(&group_), sizeof group_) != 0)
+    throw std::runtime_error(std::string("bind: ") + std::strerror(errno));
+  set_option(receiver_, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership, "joining the group on lo");
+
+  sender_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (sender_ < 0) throw std::runtime_error(std::string("socket: ") + std::strerror(errno));
+  set_option(sender_, IPPROTO_IP, IP_MULTICAST_IF, through, "sending by lo");
+  set_option(sender_, IPPROTO_IP, IP_MULTICAST_TTL, 0, "IP_MULTICAST_TTL");
+}
+
+LcmBus::~LcmBus() {
+  ::close(receiver_);
+  ::close(sender_);
+}
 
 void LcmBus::subscribe(const std::string& channel) {
-  lcm_subscription_t* s = lcm_subscribe(lcm_, channel.c_str(), &LcmBus::on_message, this);
-  if (!s) throw std::runtime_error("LCM cannot subscribe to " + channel);
-  lcm_subscription_set_queue_capacity(s,
-                                      0);  // no limit here: the transport and the runner drop stale messages
+  if (channel.empty() || channel.size() > kMostChannelBytes)
+    throw std::runtime_error("LCM cannot subscribe to '" + channel + "': a channel has 1 to 63 bytes");
+  channels_.insert(channel);
 }
-
-int LcmBus::fd() const { return lcm_get_fileno(lcm_); }
 
 void LcmBus::receive(const Sink& sink) {
-  sink_ = &sink;
-  for (int n = 0; n < kMostAtOnce && !thrown_; ++n)
-    if (lcm_handle_timeout(lcm_, 0) <= 0) break;
-  sink_ = nullptr;
-  if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
-}
-
-void LcmBus::on_message(const lcm_recv_buf_t* buffer, const char* channel, void* self) {
-  auto* bus = static_cast<LcmBus*>(self);
-  try {
-    (*bus->sink_)(channel, std::span(static_cast<const std::byte*>(buffer->data), buffer->data_size));
-  } catch (...) {
-    if (!bus->thrown_) bus->thrown_ = std::current_exception();
+  for (int n = 0; n < kMostAtOnce; ++n) {
+    iovec place{buffer_.data(), buffer_.size()};
+    alignas(cmsghdr) std::byte control[CMSG_SPACE(sizeof(in_pktinfo))];
+    msghdr message{};
+    message.msg_iov = &place;
+    message.msg_iovlen = 1;
+    message.msg_control = control;
+    message.msg_controllen = sizeof control;
+    const ssize_t got = ::recvmsg(receiver_, &message, 0);
+    if (got < 0) return;
+    int interface = 0;
+    for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(&message, c))
+      if (c->cmsg_level == IPPROTO_IP && c->cmsg_type == IP_PKTINFO) {
+        in_pktinfo info;
+        std::memcpy(&info, CMSG_DATA(c), sizeof info);
+        interface = info.ipi_ifindex;
+      }
+    LcmPacket p;
+    if (interface != loopback_)
+      p.fault = PacketFault::kNotLoopback;
+    else if (message.msg_flags & MSG_TRUNC)
+      p.fault = PacketFault::kTooLong;
+    else
+      p = read_packet(std::span(buffer_).first(std::size_t(got)));
+    if (p.fault != PacketFault::kNone)
+      ++dropped_[std::size_t(p.fault)];
+    else if (channels_.contains(p.channel))
+      sink(p.channel, p.payload);
   }
 }
 
 void LcmBus::publish(std::string_view channel, std::span<const std::byte> datagram) {
+  if (channel.empty() || channel.size() > kMostChannelBytes ||
+      channel.size() + 1 + datagram.size() > kMostShortMessageBytes)
+    throw std::logic_error("LCM: " + std::to_string(datagram.size()) + " bytes on '" + std::string(channel) +
+                           "' are no short message");
+  std::byte head[kPacketHead];
+  write_packet_head(sequence_++, head);
+  char name[kMostChannelBytes + 1] = {};
+  channel.copy(name, kMostChannelBytes);
+  iovec parts[3] = {{head, sizeof head},
+                    {name, channel.size() + 1},
+                    {const_cast<std::byte*>(datagram.data()), datagram.size()}};
+  msghdr message{};
+  message.msg_name = &group_;
+  message.msg_namelen = sizeof group_;
+  message.msg_iov = parts;
+  message.msg_iovlen = 3;
   // A datagram that the kernel refuses is a lost datagram: the transport sends it again when asked.
-  lcm_publish(lcm_, std::string(channel).c_str(), datagram.data(), unsigned(datagram.size()));
+  (void)::sendmsg(sender_, &message, MSG_NOSIGNAL);
+}
+
+std::string LcmBus::dropped_text() const {
+  std::string causes;
+  std::uint64_t total = 0;
+  for (int n = 1; n < kPacketFaults; ++n)
+    if (const std::uint64_t count = dropped_[std::size_t(n)]; count > 0) {
+      total += count;
+      causes += (causes.empty() ? "" : ", ") + std::to_string(count) + " " + word(PacketFault(n));
+    }
+  return total == 0 ? "" : std::to_string(total) + " foreign datagrams dropped (" + causes + ")";
 }
 
 int granted_receive_buffer() {

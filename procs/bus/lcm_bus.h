@@ -1,13 +1,18 @@
-// LcmBus sends and receives datagrams over UDP multicast: the only LCM calls of Firn.
+// LcmBus sends and receives datagrams of LCM's UDP multicast protocol on the loopback interface: the only
+// network calls of Firn. LCM's own receiver is not used: it trusts offsets and lengths of fragments, listens
+// on every interface, and takes datagrams that were sent to this host alone.
 #pragma once
 
-#include <exception>
+#include <netinet/in.h>
+
+#include <array>
+#include <atomic>
+#include <set>
 #include <string>
+#include <vector>
 
+#include "procs/bus/lcm_packet.h"
 #include "runtime/bus.h"
-
-struct _lcm_t;
-struct _lcm_recv_buf_t;
 
 namespace firn {
 
@@ -18,26 +23,36 @@ std::string default_bus_url(int port);
 
 class LcmBus : public Bus {
  public:
-  /// @throws std::runtime_error naming the URL and the remedy if LCM cannot open the URL
+  /// @param url "udpm://<multicast address>:<port>[?ttl=0][&recv_buf_size=<bytes>]"
+  /// @throws std::runtime_error naming the URL and the remedy if there is no such bus on loopback
   explicit LcmBus(const std::string& url);
   ~LcmBus() override;
   LcmBus(const LcmBus&) = delete;
   LcmBus& operator=(const LcmBus&) = delete;
 
   void subscribe(const std::string& channel) override;
-  int fd() const override;
+  int fd() const override { return receiver_; }
+  /// Datagrams that are no whole message of a process on this host are dropped and counted.
   void receive(const Sink& sink) override;
   void publish(std::string_view channel, std::span<const std::byte> datagram) override;
 
+  std::uint64_t dropped(PacketFault fault) const { return dropped_[std::size_t(fault)]; }
+  /// One sentence with the numbers by cause; empty when nothing was dropped.
+  std::string dropped_text() const;
+
  private:
-  static void on_message(const _lcm_recv_buf_t* buffer, const char* channel, void* self);
-  _lcm_t* lcm_;
-  const Sink* sink_ = nullptr;  // during receive()
-  std::exception_ptr thrown_;   // nothing may pass through LCM's C frames
+  void open(const std::string& url);
+
+  int receiver_ = -1, sender_ = -1;
+  int loopback_ = 0;  // index of the interface
+  sockaddr_in group_{};
+  std::set<std::string, std::less<>> channels_;
+  std::vector<std::byte> buffer_;
+  std::array<std::uint64_t, kPacketFaults> dropped_{};
+  std::atomic<std::uint32_t> sequence_{0};
 };
 
-/// Returns the receive buffer in bytes that the kernel grants on a request for kWantedReceiveBuffer (tested
-/// with a separate socket: LCM hides its own).
+/// Returns the receive buffer in bytes that the kernel grants on a request for kWantedReceiveBuffer.
 int granted_receive_buffer();
 /// Returns an empty text, or one sentence with the granted size, the wanted size and the remedy.
 std::string receive_buffer_warning();

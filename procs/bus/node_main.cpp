@@ -15,6 +15,7 @@ std::string_view lcm_type_texts();
 
 int node_main(int argc, char** argv, NodeId node, MakeNode make) {
   std::signal(SIGINT, SIG_IGN);  // the launcher handles Ctrl-C
+  std::signal(SIGHUP, SIG_IGN);  // and the end of the terminal
   std::signal(SIGPIPE, SIG_IGN);
   const char* name = info(node).name.data();
   ProcessArgs args;
@@ -39,7 +40,10 @@ int node_main(int argc, char** argv, NodeId node, MakeNode make) {
               std::string(lcm_type_texts()),
               args.blobs};
     LcmBus bus(args.bus_url);
-    return run_process(o, std::move(made), bus);
+    const int status = run_process(o, std::move(made), bus);
+    if (const std::string dropped = bus.dropped_text(); !dropped.empty())
+      std::fprintf(stderr, "%s: %s\n", name, dropped.c_str());
+    return status;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s: %s\n", name, e.what());
     ControlLine(args.options.control_fd).say(std::string("ERROR ") + e.what());

@@ -1,0 +1,42 @@
+// LcmPacket is one datagram of LCM's UDP multicast protocol: a short message with its channel and payload.
+// Longer messages are fragments in LCM; Firn sends none (its transport cuts messages into tiles before) and
+// takes none.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace firn {
+
+inline constexpr std::size_t kMostChannelBytes = 63;          ///< of a channel's name, without its NUL
+inline constexpr std::size_t kMostShortMessageBytes = 65499;  ///< channel, NUL and payload
+
+/// Why a datagram is no message for Firn.
+enum class PacketFault : std::uint8_t {
+  kNone,
+  kShort,        ///< less than a header and an empty channel
+  kFragment,     ///< a piece of a long message
+  kForeign,      ///< not LCM
+  kChannel,      ///< its channel is empty, longer than 63 bytes, or has no end
+  kTooLong,      ///< longer than a datagram of LCM
+  kNotLoopback,  ///< arrived by another interface, or from another host
+};
+inline constexpr int kPacketFaults = 7;
+const char* word(PacketFault fault);
+
+struct LcmPacket {
+  PacketFault fault = PacketFault::kNone;
+  std::string_view channel;            ///< views into the datagram
+  std::span<const std::byte> payload;  ///< may be empty
+};
+
+/// Never reads beyond the datagram, whatever stands in it.
+LcmPacket read_packet(std::span<const std::byte> datagram);
+
+/// Size of a short message's head: magic number, sequence number.
+inline constexpr std::size_t kPacketHead = 8;
+void write_packet_head(std::uint32_t sequence, std::span<std::byte, kPacketHead> to);
+
+}  // namespace firn
