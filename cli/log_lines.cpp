@@ -51,7 +51,7 @@ void add_message(Line& line, std::span<const std::byte> message, const JsonOptio
         .text("unknown_fingerprint", hex(message.first(std::min<std::size_t>(8, message.size()))));
 }
 
-constexpr const char* kEventNames[] = {"?", "start", "message", "wake", "io", "link", "local_stop"};
+constexpr const char* kEventNames[] = {"?", "start", "message", "wake", "io", "link", "local_stop", "refused"};
 constexpr const char* kOutputNames[] = {"?", "send", "write", "arm", "cancel", "reopen", "finish"};
 
 template <std::size_t N, class Kind>
@@ -83,6 +83,10 @@ void add_event(RecordLine& to, Line& line, std::span<const std::byte> payload, c
       break;
     case EventKind::kLink:
       line.number("port", e.event.id).number("open", e.event.link == LinkState::kOpen);
+      break;
+    case EventKind::kRefused:
+      line.number("port", e.event.id);
+      add_bytes(line, e.event.bytes, options);
       break;
     case EventKind::kLocalStop:
       add_bytes(line, e.event.bytes, options);

@@ -46,8 +46,10 @@ void write_report(const ReportOptions& options) {
       const std::string& run = options.runs[n];
       runs.push_back({run_data(run),
                       options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n]});
-      write_file_atomically(std::filesystem::path(run) / "metrics.csv",
-                            replay::metrics_csv(runs.back().data));
+      const std::filesystem::path metrics = std::filesystem::path(run) / "metrics.csv";
+      if (std::filesystem::is_symlink(metrics))
+        throw UsageError(metrics.string() + ": is a link, no file of the run; it is left as it is");
+      write_file_atomically(metrics, replay::metrics_csv(runs.back().data));
     }
     write_file_atomically(
         options.output, replay::report_page(runs, differing_parameters(recorded_experiments(options.runs))));

@@ -38,7 +38,7 @@ void write_file_atomically(const fs::path& named, std::string_view content) {
   }
   fs::path temporary = path;
   temporary += ".part";
-  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (fd < 0) throw UsageError(named.string() + ": cannot be written: " + std::strerror(errno));
   std::size_t done = 0;
   while (done < content.size()) {

@@ -347,7 +347,7 @@ class Audit {
       while (next < record_.leases.size() && record_.leases[next].t_us <= s.t_us) ++next;
       if (!obeyed(s)) continue;
       const bool late =
-          next == 0 || wall_s(s.t_us - record_.leases[next - 1].until_us) > options_.stop_limit_s;
+          next == 0 || wall_s(s.t_us - record_.leases[next - 1].until_us) > options_.lease_limit_s;
       if (late && count++ == 0) first = s.t_us;
     }
     if (count)

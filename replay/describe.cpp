@@ -33,6 +33,7 @@ std::string place_of(const Event& e, const std::vector<std::string>& ports) {
       return "timer " + std::to_string(e.id);
     case EventKind::kIo:
     case EventKind::kLink:
+    case EventKind::kRefused:
       return port_name(e.id, ports);
     case EventKind::kLocalStop:
       return "local stop";
@@ -100,6 +101,7 @@ std::string as_json(std::uint64_t step, const Event& e, const std::vector<std::s
       s += std::string(",\"link\":") + (e.link == LinkState::kOpen ? "\"open\"" : "\"closed\"");
       break;
     case EventKind::kLocalStop:
+    case EventKind::kRefused:
       s += ",\"cause\":" + json_string(escaped(e.bytes, kBytesTold));
       break;
   }

@@ -1,6 +1,7 @@
 #include "replay/run_messages.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "replay/run_migration.h"
@@ -8,6 +9,13 @@
 namespace firn::replay {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+constexpr std::size_t kMostIncarnations = 1'000'000;  // a damaged number is no reason to take memory
+
+}  // namespace
 
 RunMessages::RunMessages(const fs::path& run) : found_(channels_.size()), by_channel_(channels_.size()) {
   if (!fs::is_directory(run / "nodes"))
@@ -27,6 +35,9 @@ RunMessages::RunMessages(const fs::path& run) : found_(channels_.size()), by_cha
     }
     found_[c].clear();
   }
+  // An incarnation that ended before its START begins where the next one does.
+  for (std::size_t n = starts_.size(); n-- > 1;)
+    if (starts_[n - 1] == kNever) starts_[n - 1] = starts_[n];
 }
 
 void RunMessages::read(WalFile& file, const std::string& name) {
@@ -41,8 +52,10 @@ void RunMessages::read(WalFile& file, const std::string& name) {
       if (e.kind == EventKind::kMessage) keep(e.channel, e.bytes);
       if (e.kind == EventKind::kStart) {
         const std::size_t n = std::size_t(std::max(e.incarnation, 0));
-        if (n == starts_.size()) starts_.push_back(e.now.us);
-        if (n < starts_.size()) starts_[n] = std::min(starts_[n], e.now.us);
+        if (n <= kMostIncarnations) {
+          if (n >= starts_.size()) starts_.resize(n + 1, kNever);
+          starts_[n] = std::min(starts_[n], e.now.us);
+        }
       }
     }
     if (!step.has_outputs) continue;

@@ -12,8 +12,9 @@ namespace firn {
 
 class DeviceGuard {
  public:
-  /// An ENABLE arrived. Epochs never go back.
-  void enable(std::int64_t epoch, bool enabled, double lease_s, Time now);
+  /// An ENABLE arrived. Epochs never go back. The lease counts from the sender's stamp `sent`: a queue that
+  /// delays the message does not extend it. A stamp of the future counts as `now`.
+  void enable(std::int64_t epoch, bool enabled, double lease_s, Time sent, Time now);
   /// A SAFE_STOP arrived. @returns true if it raises the epoch, i.e. the device must be made safe now.
   bool safe_stop(std::int64_t epoch);
   /// A local stop (lost lease, closed control pipe): nothing is allowed until an ENABLE of a newer epoch.
@@ -22,15 +23,22 @@ class DeviceGuard {
   bool allowed(Time now) const { return enabled_ && now <= lease_until_; }
   /// Why a command of `epoch` must be refused at `now`; empty = it may run.
   std::string refusal(std::int64_t epoch, Time now) const;
+  /// Why nothing of a command that was allowed before may leave at `now`; empty = it may.
+  /// @param stop_epoch of a SAFE_STOP that waits to be handled; 0 = none waits
+  std::string loss(Time now, std::int64_t stop_epoch) const;
 
   std::int64_t epoch() const { return epoch_; }
   Time lease_until() const { return lease_until_; }
+  /// When to look if the lease has ended: its end, later by the message's way here but at most by 50 ms. (It
+  /// was the end itself when the lease counted from the arrival: recorded runs have armed their timers so.)
+  Time look_at() const { return look_at_; }
 
  private:
   std::int64_t epoch_ = 0;
   std::int64_t stopped_epoch_ = -1;  ///< enables of this epoch or older are void
   bool enabled_ = false;
   Time lease_until_;
+  Time look_at_;
 };
 
 }  // namespace firn

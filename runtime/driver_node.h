@@ -40,6 +40,7 @@ class DriverNode : public Node {
     incarnation_ = start.incarnation;
     armed_us_ = 0;  // timers end with an incarnation
     lease_armed_ = false;
+    acting_ = false;
     // Node time goes on where the crash cut it, so the old lease may seem to last: it does not, and a command
     // of its epoch that arrives only now is refused.
     if (start.resumed()) guard_.local_stop();
@@ -70,12 +71,35 @@ class DriverNode : public Node {
     make_safe(cause, now, out);
   }
 
-  void on(const enable_t& m, Time now, Outbox&) { guard_.enable(m.enable_epoch, m.enabled, m.lease_s, now); }
+  void on(const enable_t& m, Time now, Outbox&) {
+    guard_.enable(m.enable_epoch, m.enabled, m.lease_s, Time{m.header.utime_us}, now);
+  }
 
   void on(const safe_stop_t& m, Time now, Outbox& out) {
     if (guard_.safe_stop(m.enable_epoch)) return make_safe(m.cause, now, out);
     if (m.enable_epoch == guard_.epoch() && !stop_pending_ && driver_.safe())
       send_state("stopped", out);  // ours was lost
+  }
+
+  bool writes_need_lease() const override { return in_progress_ && acting_ && !stop_pending_; }
+  std::string lease_refusal(Time now, std::int64_t stop_epoch) const override {
+    return guard_.loss(now, stop_epoch);
+  }
+
+  // Of a command whose first bytes were kept back the instrument knows nothing; of one that had begun the
+  // driver finds out how far it came.
+  void on_refused(PortId, std::string_view cause, Time now, Outbox& out) override {
+    if (in_progress_ && writes_ == 1) {
+      in_progress_ = false;
+      answer_.outcome = std::int8_t(Outcome::kNone);
+      answer_.counted = 0;
+      answer_.text = "nothing was sent: " + std::string(cause);
+      out.send(channels::answer(id_), answer_);
+    }
+    send_stop_fault(
+        "command " + std::to_string(answer_.command_id) + " was kept from the port: " + std::string(cause),
+        out);
+    local_stop(cause, now, out);
   }
 
   const Driver& driver() const { return driver_; }
@@ -105,6 +129,8 @@ class DriverNode : public Node {
     }
     answer_ = blank_answer(c.command_id);
     in_progress_ = true;
+    acting_ = true;
+    writes_ = 0;
     if (irreversible) out.durable();
     watch_lease(out);
     step(now, out, [&] { act(driver_, now.us, fx_); });
@@ -139,7 +165,10 @@ class DriverNode : public Node {
     for (auto& event : fx_.events)
       std::visit([&](auto& e) { state_sent = handle(e, now, out) || state_sent; }, event);
     if (stopped && !state_sent) send_state("stopped", out);
-    if (!fx_.tx.empty()) out.write(PortId{0}, fx_.tx);
+    if (!fx_.tx.empty()) {
+      out.write(PortId{0}, fx_.tx);
+      if (in_progress_) ++writes_;
+    }
     if (fx_.reopen) out.reopen(PortId{0});
     if (fx_.wake_us != 0 && (armed_us_ == 0 || fx_.wake_us < armed_us_)) {
       armed_us_ = fx_.wake_us;  // a later wake waits for the earlier one, which does no harm
@@ -195,6 +224,14 @@ class DriverNode : public Node {
     out.send(channels::device_state(id_), std::move(s));
   }
 
+  void send_stop_fault(std::string text, Outbox& out) {
+    fault_t f{};
+    f.severity = std::int8_t(Severity::kStop);
+    f.node = info(id_).name;
+    f.text = std::move(text);
+    out.send(channels::fault(id_), std::move(f));
+  }
+
   void make_safe(std::string_view, Time now, Outbox& out) {
     stop_pending_ = true;
     step(now, out, [&] { driver_.safe_stop(now.us, fx_); });
@@ -203,7 +240,7 @@ class DriverNode : public Node {
   void watch_lease(Outbox& out) {
     if (lease_armed_) return;
     lease_armed_ = true;
-    out.wake_at(kLease, Time{guard_.lease_until().us + 1});
+    out.wake_at(kLease, Time{guard_.look_at().us + 1});
   }
 
   void check_lease(Time now, Outbox& out) {
@@ -211,12 +248,9 @@ class DriverNode : public Node {
     if (driver_.safe() && !in_progress_) return;
     if (guard_.allowed(now)) return watch_lease(out);
     if (stop_pending_) return;
-    fault_t f{};
-    f.severity = std::int8_t(Severity::kStop);
-    f.node = info(id_).name;
-    f.text =
-        "the lease ended at " + std::to_string(guard_.lease_until().s()) + " s with a command in progress";
-    out.send(channels::fault(id_), std::move(f));
+    send_stop_fault(
+        "the lease ended at " + std::to_string(guard_.lease_until().s()) + " s with a command in progress",
+        out);
     local_stop("the lease ended", now, out);
   }
 
@@ -226,6 +260,8 @@ class DriverNode : public Node {
   answer_t answer_ = answer_t{};  // to the last command; its id is that of the command in progress
   std::int32_t incarnation_ = 0;
   bool in_progress_ = false;
+  bool acting_ = false;        // it was begun in this incarnation; of an older one the driver only asks
+  int writes_ = 0;             // steps of the command in progress that put bytes out
   bool stop_pending_ = false;  // asked to be safe, not confirmed
   bool starting_ = false;
   bool lease_armed_ = false;

@@ -11,18 +11,18 @@
 
 namespace firn {
 
-enum class EventKind : std::uint8_t { kStart = 1, kMessage, kWake, kIo, kLink, kLocalStop };
+enum class EventKind : std::uint8_t { kStart = 1, kMessage, kWake, kIo, kLink, kLocalStop, kRefused };
 
 struct Event {
   EventKind kind = EventKind::kStart;
   Time now;
   std::int32_t incarnation = 0;         ///< kStart: 0 at first, +1 at each resume
   std::string_view channel;             ///< kMessage
-  std::uint32_t id = 0;                 ///< kWake: TimerId; kIo, kLink: PortId
+  std::uint32_t id = 0;                 ///< kWake: TimerId; kIo, kLink, kRefused: PortId
   Time due;                             ///< kWake: when it was armed for
   LinkState link = LinkState::kClosed;  ///< kLink
   std::span<const std::byte> bytes;     ///< kMessage: encoded message; kIo: bytes of the instrument;
-                                        ///< kLocalStop: the cause
+                                        ///< kLocalStop, kRefused: the cause
 };
 
 enum class OutputKind : std::uint8_t { kSend = 1, kWrite, kArm, kCancel, kReopen, kFinish };

@@ -99,6 +99,8 @@ void Lab::dispatch(int node, const Event& event) {
 }
 
 void Lab::carry_out(int node, const Outbox& outbox) {
+  std::vector<std::pair<std::uint32_t, std::string>> refused;  // port, cause
+  const NodeHost& host = *hosts_[std::size_t(node)];
   for (std::size_t n = 0; n < outbox.size(); ++n) {
     const Output o = outbox.at(n);
     if (o.kind == OutputKind::kSend) {
@@ -108,6 +110,10 @@ void Lab::carry_out(int node, const Outbox& outbox) {
                                      [&](const PortOwner& p) { return p.node == node && p.port == o.id; });
       if (port == ports_.end()) continue;
       if (o.kind == OutputKind::kWrite) {
+        if (std::string why = host.writes_need_lease() ? host.lease_refusal(now_, 0) : ""; !why.empty()) {
+          refused.emplace_back(o.id, std::move(why));
+          continue;
+        }
         world_->receive(port->name, o.bytes, now_);
       } else {
         // Closed is told only of a port that was open, as live.
@@ -120,6 +126,14 @@ void Lab::carry_out(int node, const Outbox& outbox) {
         push({now_, node, 0, EventKind::kLink, o.id, LinkState::kOpen, {}, nullptr});
       }
     }
+  }
+  for (const auto& [port, why] : refused) {
+    Event e;
+    e.kind = EventKind::kRefused;
+    e.now = now_;
+    e.id = port;
+    e.bytes = std::as_bytes(std::span(why));
+    dispatch(node, e);
   }
 }
 

@@ -33,6 +33,16 @@ class Node {
   /// Drivers only: the port was opened or has closed.
   virtual void on_link(PortId, LinkState, Time /*now*/, Outbox&) {}
 
+  /// Drivers only: do the bytes that the last step put out for a port belong to a command, which only a lease
+  /// lets out?
+  virtual bool writes_need_lease() const { return false; }
+  /// Drivers only: why such bytes must not leave at `now`; empty: they may. It is asked right before they
+  /// leave, since time has passed while the step was written to the disk.
+  /// @param stop_epoch of the newest SAFE_STOP that waits to be handled; 0 = none waits
+  virtual std::string lease_refusal(Time /*now*/, std::int64_t /*stop_epoch*/) const { return {}; }
+  /// Drivers only: the bytes that the step before put out for this port have not left, and will not.
+  virtual void on_refused(PortId, std::string_view /*cause*/, Time /*now*/, Outbox&) {}
+
   /// This process must become safe on its own (its launcher is gone or said so): a driver makes its
   /// instrument safe, safety raises the epoch.
   virtual void local_stop(std::string_view /*cause*/, Time /*now*/, Outbox&) {}

@@ -38,11 +38,9 @@ const Outbox& NodeHost::step(const Event& event) {
     encode_event(steps_, event, scratch_);
     sink_->append(WalKind::kEvent, scratch_);
   }
-  if (busy_) busy_(true);
   const std::int64_t began = now_ns_ ? now_ns_() : 0;
   run_handler(event);
   const std::int64_t took = now_ns_ ? now_ns_() - began : 0;
-  if (busy_) busy_(false);
   handler_ns_ += took;
   if (sink_ && !outbox_.empty()) {
     scratch_.clear();
@@ -85,6 +83,10 @@ void NodeHost::run_handler(const Event& e) {
       break;
     case EventKind::kLocalStop:
       node_->local_stop({reinterpret_cast<const char*>(e.bytes.data()), e.bytes.size()}, e.now, outbox_);
+      break;
+    case EventKind::kRefused:
+      node_->on_refused(PortId(e.id), {reinterpret_cast<const char*>(e.bytes.data()), e.bytes.size()}, e.now,
+                        outbox_);
       break;
     case EventKind::kMessage: {
       const auto it = routes_.find(e.channel);

@@ -31,6 +31,10 @@ class NodeHost {
   bool subscribes(std::string_view channel) const { return routes_.count(channel) != 0; }
   std::vector<std::string_view> channels() const;
   std::vector<std::string> ports() const { return node_->ports(); }
+  bool writes_need_lease() const { return node_->writes_need_lease(); }
+  std::string lease_refusal(Time now, std::int64_t stop_epoch) const {
+    return node_->lease_refusal(now, stop_epoch);
+  }
 
   struct Armed {
     TimerId timer;
@@ -51,8 +55,6 @@ class NodeHost {
 
   /// The runner lends a stopwatch (nanoseconds of any monotonic clock); without one, 0 is recorded.
   void set_stopwatch(std::int64_t (*now_ns)()) { now_ns_ = now_ns; }
-  /// Called just before the handler, with true, and after it, with false: the heartbeat's busy_since.
-  void set_busy_hook(std::function<void(bool)> hook) { busy_ = std::move(hook); }
 
  private:
   void run_handler(const Event& event);
@@ -77,7 +79,6 @@ class NodeHost {
   std::optional<int> finished_;
   std::string finish_reason_;
   std::int64_t (*now_ns_)() = nullptr;
-  std::function<void(bool)> busy_;
 };
 
 }  // namespace firn

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 namespace firn {
 namespace {
@@ -59,8 +60,8 @@ int connect_to(const std::string& path) {
 
 }  // namespace
 
-Ports::Ports(std::vector<std::string> paths) {
-  for (std::string& path : paths) ports_.push_back({std::move(path), -1, INT64_MAX, false, {}});
+Ports::Ports(std::vector<std::string> paths, LeaseLoss lease_loss) : lease_loss_(std::move(lease_loss)) {
+  for (std::string& path : paths) ports_.emplace_back().path = std::move(path);
 }
 
 Ports::~Ports() {
@@ -71,15 +72,16 @@ void Ports::open_all(std::int64_t wall_us) {
   for (Port& p : ports_) p.connect_at_us = wall_us;
 }
 
-void Ports::write(PortId port, std::span<const std::byte> bytes) {
+void Ports::write(PortId port, std::span<const std::byte> bytes, bool of_command) {
   Port& p = ports_.at(std::size_t(port));
   if (p.fd < 0) return;  // the driver was told that the link is closed
-  if (p.waiting.size() + bytes.size() > kMostWaiting) {
+  if (p.waiting_bytes + bytes.size() > kMostWaiting) {
     close(p);
     p.tell_closed = true;
     return;
   }
-  p.waiting.insert(p.waiting.end(), bytes.begin(), bytes.end());
+  p.waiting.push_back({{bytes.begin(), bytes.end()}, 0, of_command});
+  p.waiting_bytes += bytes.size();
   flush(p);
 }
 
@@ -129,6 +131,12 @@ void Ports::service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& 
   }
 }
 
+void Ports::take_refused(const OnRefused& on_refused) {
+  for (std::size_t n = 0; n < ports_.size(); ++n)
+    if (const std::string cause = std::exchange(ports_[n].refused, {}); !cause.empty())
+      on_refused(PortId(n), cause);
+}
+
 std::int64_t Ports::due_us() const {
   std::int64_t due = INT64_MAX;
   for (const Port& p : ports_) due = std::min(due, p.tell_closed ? 0 : p.connect_at_us);
@@ -139,13 +147,30 @@ void Ports::close(Port& p) {
   if (p.fd >= 0) ::close(p.fd);
   p.fd = -1;
   p.waiting.clear();
+  p.waiting_bytes = 0;
 }
 
 void Ports::flush(Port& p) {
   while (p.fd >= 0 && !p.waiting.empty()) {
-    const ssize_t sent = ::send(p.fd, p.waiting.data(), p.waiting.size(), MSG_NOSIGNAL);
+    Waiting& w = p.waiting.front();
+    if (std::string loss = w.of_command && lease_loss_ ? lease_loss_() : ""; !loss.empty()) {
+      p.refused = std::move(loss);
+      if (w.sent > 0) {
+        close(p);
+        p.tell_closed = true;
+        return;
+      }
+      p.waiting_bytes -= w.bytes.size();
+      p.waiting.pop_front();
+      continue;
+    }
+    const ssize_t sent = ::send(p.fd, w.bytes.data() + w.sent, w.bytes.size() - w.sent, MSG_NOSIGNAL);
     if (sent > 0) {
-      p.waiting.erase(p.waiting.begin(), p.waiting.begin() + sent);
+      w.sent += std::size_t(sent);
+      if (w.sent == w.bytes.size()) {
+        p.waiting_bytes -= w.bytes.size();
+        p.waiting.pop_front();
+      }
     } else if (errno == EAGAIN || errno == EINTR) {
       return;
     } else {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <span>
 #include <string>
@@ -19,34 +20,52 @@ class Ports {
   using OnLink = std::function<void(PortId, LinkState)>;
   using OnBytes = std::function<void(PortId, std::span<const std::byte>)>;
 
+  using OnRefused = std::function<void(PortId, const std::string& cause)>;
+  /// Why bytes of a command must not leave now; empty: they may.
+  using LeaseLoss = std::function<std::string()>;
+
   /// @param paths socket of each port; nothing is connected before open_all().
-  explicit Ports(std::vector<std::string> paths);
+  /// @param lease_loss asked right before any byte of a command is handed to the kernel
+  explicit Ports(std::vector<std::string> paths, LeaseLoss lease_loss = {});
   ~Ports();
   Ports(const Ports&) = delete;
   Ports& operator=(const Ports&) = delete;
 
   void open_all(std::int64_t wall_us);
-  void write(PortId port, std::span<const std::byte> bytes);
+  /// @param of_command they leave only while the lease holds: bytes that the kernel has not taken when it
+  /// ends are dropped and told of. Where a part has left, the link is closed instead: what is sent next must
+  /// not end the half frame.
+  void write(PortId port, std::span<const std::byte> bytes, bool of_command);
   /// Closes (told, if it was open) and connects again, until somebody listens (told).
   void reopen(PortId port, std::int64_t wall_us);
 
   void add_to(std::vector<pollfd>& fds) const;
   /// Connects ports that are due, writes waiting output, reads arrived bytes.
   void service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& on_bytes);
+  /// Tells of the bytes that were not let out since the last call.
+  void take_refused(const OnRefused& on_refused);
   std::int64_t due_us() const;  ///< next attempt to connect
 
  private:
+  struct Waiting {
+    std::vector<std::byte> bytes;
+    std::size_t sent = 0;
+    bool of_command = false;
+  };
   struct Port {
     std::string path;
     int fd = -1;
     std::int64_t connect_at_us = INT64_MAX;
     bool tell_closed = false;
-    std::vector<std::byte> waiting;
+    std::deque<Waiting> waiting;
+    std::size_t waiting_bytes = 0;
+    std::string refused;  // cause
   };
   void close(Port& p);
   void flush(Port& p);
 
   std::vector<Port> ports_;
+  LeaseLoss lease_loss_;
 };
 
 }  // namespace firn

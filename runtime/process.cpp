@@ -10,6 +10,7 @@
 
 #include "firn/device_state_t.hpp"
 #include "firn/enums.h"
+#include "firn/safe_stop_t.hpp"
 #include "runtime/control_line.h"
 #include "runtime/faults_file.h"
 #include "runtime/heartbeat.h"
@@ -50,7 +51,7 @@ class Runner {
             }),
         lossy_(options.faults),
         faults_file_(folder_ / (name_ + ".faults"), options.faults.any()),
-        ports_(port_paths()),
+        ports_(port_paths(), [this] { return lease_loss(); }),
         control_(control) {}
 
   int run();
@@ -71,6 +72,10 @@ class Runner {
   void local_stop(const std::string& cause);
   void send_waiting();
   void wait();
+  void receive_from_bus(std::int64_t wall_us);
+  void read_launcher();
+  std::string lease_loss();
+  void tell_refused();
   void notices();
   bool over() const;
 
@@ -88,6 +93,7 @@ class Runner {
   ControlLine& control_;
   std::unique_ptr<Heartbeat> heartbeat_;
   std::deque<Pending> queue_;
+  std::deque<std::string> lines_;  // of the launcher, not handled yet
   bool started_ = false, stopping_ = false, safe_ = false, told_finish_ = false;
   std::int64_t stop_by_us_ = INT64_MAX;
 };
@@ -112,10 +118,10 @@ int Runner::run() {
   heartbeat_ =
       std::make_unique<Heartbeat>(options_.node, options_.run_id, options_.incarnation, clock_, bus_);
   heartbeat_->update(host_.steps(), transport_.stats(), transport_.last_sent());
-  host_.set_busy_hook([this](bool busy) { heartbeat_->set_busy(busy); });
   control_.say("READY");
 
   while (!over()) {
+    heartbeat_->set_busy(true);  // until it waits again: a stuck disk or port is seen like a stuck handler
     listen_to_launcher();
     step_once();
     send_waiting();
@@ -157,6 +163,7 @@ void Runner::step(const Event& event) {
       done.output_bytes += std::int64_t(outbox.at(n).bytes.size());
     heartbeat_->note(done);
     carry_out(outbox);
+    tell_refused();
   } catch (const std::exception& e) {
     throw std::runtime_error("step " + std::to_string(host_.steps()) + " (" + describe(event) +
                              "): " + e.what());
@@ -206,7 +213,7 @@ void Runner::carry_out(const Outbox& outbox) {
         break;
       }
       case OutputKind::kWrite:
-        ports_.write(PortId(o.id), o.bytes);
+        ports_.write(PortId(o.id), o.bytes, host_.writes_need_lease());
         break;
       case OutputKind::kReopen:
         ports_.reopen(PortId(o.id), wall);
@@ -223,9 +230,47 @@ void Runner::carry_out(const Outbox& outbox) {
   heartbeat_->update(host_.steps(), transport_.stats(), transport_.last_sent());
 }
 
+// The handler's time is over when bytes go out: the step was written to the disk meanwhile. So the clock, and
+// stops that wait unhandled in the socket or on the line of the launcher, count once more.
+std::string Runner::lease_loss() {
+  read_launcher();
+  if (control_.closed() || std::ranges::any_of(lines_, [](const auto& l) { return l.starts_with("STOP"); }))
+    return "the launcher says stop, or is gone";
+  receive_from_bus(monotonic_us());
+  std::int64_t stop_epoch = 0;
+  for (const Pending& p : queue_) {
+    safe_stop_t stop;
+    if (p.kind == EventKind::kMessage && p.channel == channels::kSafeStop.name &&
+        stop.decode(p.bytes.data(), 0, int(p.bytes.size())) > 0)
+      stop_epoch = std::max(stop_epoch, stop.enable_epoch);
+  }
+  return host_.lease_refusal(clock_.now(), stop_epoch);
+}
+
+void Runner::tell_refused() {
+  std::vector<std::pair<std::uint32_t, std::string>> refused;
+  ports_.take_refused(
+      [&](PortId port, const std::string& cause) { refused.emplace_back(std::uint32_t(port), cause); });
+  for (const auto& [port, cause] : refused) {
+    Event e;
+    e.kind = EventKind::kRefused;
+    e.now = clock_.now();
+    e.id = port;
+    e.bytes = std::as_bytes(std::span(cause));
+    step(e);
+  }
+}
+
+void Runner::read_launcher() {
+  while (auto line = control_.next()) lines_.push_back(std::move(*line));
+}
+
 void Runner::listen_to_launcher() {
-  while (const auto line = control_.next()) {
-    if (*line == "START" && !started_) {
+  read_launcher();
+  while (!lines_.empty()) {
+    const std::string line = std::move(lines_.front());
+    lines_.pop_front();
+    if (line == "START" && !started_) {
       started_ = true;
       heartbeat_->set_state(Heartbeat::kRunning);
       Event e;
@@ -234,8 +279,8 @@ void Runner::listen_to_launcher() {
       e.incarnation = options_.incarnation;
       step(e);
       ports_.open_all(monotonic_us());
-    } else if (line->starts_with("STOP")) {
-      local_stop(line->size() > 5 ? line->substr(5) : "the launcher said stop");
+    } else if (line.starts_with("STOP")) {
+      local_stop(line.size() > 5 ? line.substr(5) : "the launcher said stop");
     }
   }
   if (control_.closed()) local_stop("the launcher is gone");
@@ -276,19 +321,12 @@ void Runner::wait() {
   ports_.add_to(fds);
   const std::int64_t left = std::max<std::int64_t>(0, until - wall);
   const timespec timeout{time_t(left / 1'000'000), long(left % 1'000'000) * 1000};
+  heartbeat_->set_busy(false);
   ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
+  heartbeat_->set_busy(true);
 
   const std::int64_t now = monotonic_us();
-  const Lossy::Sink into = [&](std::string_view c, std::span<const std::byte> b) {
-    transport_.receive(c, b, now);
-  };
-  if (options_.faults.any()) {
-    bus_.receive([&](std::string_view c, std::span<const std::byte> b) { lossy_.receive(c, b, now, into); });
-    lossy_.release(now, into);
-    faults_file_.write_sometimes(lossy_.counts(), now);
-  } else {
-    bus_.receive(into);
-  }
+  receive_from_bus(now);
   transport_.tick(now);
   ports_.service(
       now,
@@ -298,6 +336,21 @@ void Runner::wait() {
       [&](PortId id, std::span<const std::byte> b) {
         queue_.push_back({EventKind::kIo, {}, std::uint32_t(id), LinkState::kOpen, {b.begin(), b.end()}});
       });
+  tell_refused();
+}
+
+void Runner::receive_from_bus(std::int64_t wall_us) {
+  const Lossy::Sink into = [&](std::string_view c, std::span<const std::byte> b) {
+    transport_.receive(c, b, wall_us);
+  };
+  if (options_.faults.any()) {
+    bus_.receive(
+        [&](std::string_view c, std::span<const std::byte> b) { lossy_.receive(c, b, wall_us, into); });
+    lossy_.release(wall_us, into);
+    faults_file_.write_sometimes(lossy_.counts(), wall_us);
+  } else {
+    bus_.receive(into);
+  }
 }
 
 void Runner::notices() {

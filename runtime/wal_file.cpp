@@ -60,6 +60,8 @@ std::string describe(const Event& e) {
       return "port " + std::to_string(e.id) + (e.link == LinkState::kOpen ? " opened" : " closed");
     case EventKind::kLocalStop:
       return "local stop";
+    case EventKind::kRefused:
+      return "bytes kept from port " + std::to_string(e.id);
   }
   return "event";
 }
@@ -98,6 +100,12 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
     pending.reset();
   };
 
+  const auto known = [&](std::uint64_t step, std::string_view channel) {
+    if (!find_channel(channel))
+      fail(file.path(), "step " + std::to_string(step) + ": channel '" + std::string(channel.substr(0, 100)) +
+                            "' is not in the channel table");
+  };
+
   while (const auto record = reader.next()) {
     if (record->damaged || reader.damage().count() != 0)
       fail(file.path(),
@@ -118,6 +126,7 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
         if (now.event.step != host.steps())
           fail(file.path(), "step " + std::to_string(now.event.step) + " where step " +
                                 std::to_string(host.steps()) + " belongs");
+        if (e.kind == EventKind::kMessage) known(now.event.step, e.channel);
         try {
           const Outbox& out = host.replay_step(e);
           now.put_out = !out.empty();

@@ -132,6 +132,7 @@ void encode_event(std::uint64_t step, const Event& e, std::vector<std::byte>& to
       put.number(e.due.us);
       break;
     case EventKind::kIo:
+    case EventKind::kRefused:
       put.number(e.id);
       put.bytes(e.bytes);
       break;
@@ -166,6 +167,7 @@ WalEvent decode_event(std::span<const std::byte> payload) {
       e.due.us = take.number<std::int64_t>();
       break;
     case EventKind::kIo:
+    case EventKind::kRefused:
       e.id = take.number<std::uint32_t>();
       e.bytes = take.bytes();
       break;

@@ -275,6 +275,7 @@ class Server {
 void serve(const ServeOptions& options, const WorldConfig& config) {
   stop_requested = 0;
   ::signal(SIGINT, SIG_IGN);  // the launcher decides the meaning of Ctrl-C
+  ::signal(SIGHUP, SIG_IGN);
   ::signal(SIGPIPE, SIG_IGN);
   struct sigaction action {};
   action.sa_handler = [](int) { stop_requested = 1; };

@@ -121,7 +121,12 @@ RunFolder RunFolder::open(const fs::path& path) {
   try {
     const auto j = nlohmann::json::parse(read_file(file));
     run.run_id_ = j.at("run_id").get<std::int64_t>();
-    for (const auto& i : j.at("inputs")) run.inputs_.emplace_back(i.at("role"), i.at("sha256"));
+    for (const auto& i : j.at("inputs")) {
+      const auto& [role, sha] = run.inputs_.emplace_back(i.at("role"), i.at("sha256"));
+      if (sha.size() != 64 || sha.find_first_not_of("0123456789abcdef") != std::string::npos)
+        refuse(file, "input '" + role.substr(0, 100) + "': '" + sha.substr(0, 100) +
+                         "' is no SHA-256, 64 hexadecimal digits");
+    }
   } catch (const nlohmann::json::exception& error) {
     fail(file, error.what());
   }

@@ -46,24 +46,29 @@ constexpr double kTruthWithinS = 2.0;
 
 volatile sig_atomic_t interrupted = 0;
 
-/// Ctrl-C and SIGTERM set a flag while this lives.
+/// While this lives, Ctrl-C, SIGTERM and the end of the terminal set a flag. Ctrl-Z and a closed pipe are
+/// ignored, by the processes that are started too: a lab that stands still under a lit lamp is neither safe
+/// nor printing.
 class Signals {
  public:
   Signals() {
     interrupted = 0;
-    struct sigaction a {};
-    a.sa_handler = [](int) { interrupted = 1; };
-    ::sigaction(SIGINT, &a, &int_);
-    ::sigaction(SIGTERM, &a, &term_);
+    for (std::size_t n = 0; n < std::size(kHandled); ++n) {
+      struct sigaction a {};
+      if (n < 3)
+        a.sa_handler = [](int) { interrupted = 1; };
+      else
+        a.sa_handler = SIG_IGN;
+      ::sigaction(kHandled[n], &a, &before_[n]);
+    }
   }
   ~Signals() {
-    ::sigaction(SIGINT, &int_, nullptr);
-    ::sigaction(SIGTERM, &term_, nullptr);
+    for (std::size_t n = 0; n < std::size(kHandled); ++n) ::sigaction(kHandled[n], &before_[n], nullptr);
   }
 
  private:
-  struct sigaction int_ {
-  }, term_{};
+  static constexpr int kHandled[] = {SIGINT, SIGTERM, SIGHUP, SIGTSTP, SIGTTIN, SIGTTOU, SIGPIPE};
+  struct sigaction before_[std::size(kHandled)] = {};
 };
 
 double wall_s() { return double(monotonic_us()) * 1e-6; }
@@ -130,6 +135,7 @@ LaunchReport Launch::run() {
   begin();
   watch();
   end_all(cause_.empty() ? "the run is over" : cause_);
+  if (const std::string dropped = bus_->dropped_text(); !dropped.empty()) note("on the bus: " + dropped);
   return report();
 }
 

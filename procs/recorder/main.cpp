@@ -8,6 +8,7 @@
 
 int main(int argc, char** argv) try {
   std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGHUP, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is reported like a full disk
   const firn::ProcessArgs args = firn::parse_process_args({argv + 1, argv + argc});

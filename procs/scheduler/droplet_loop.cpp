@@ -102,7 +102,10 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
     const std::string what = "height map of layer " + std::to_string(m.layer) + " measures " +
                              std::to_string(m.measured_fraction) + " of the grid; " + std::to_string(needed) +
                              " is needed";
-    if (scan_attempt_ >= experiment_.process.max_rescans) return fail(13, what, now, out);
+    if (scan_attempt_ >= experiment_.process.max_rescans) {
+      phase_ = Phase::kArmProfiler;  // a resume continues here
+      return fail(13, what, now, out);
+    }
     send_fault(Severity::kWarning, 13, what + "; measuring again", out);
     ++scan_attempt_;
     return proceed(Phase::kArmProfiler, now, out);

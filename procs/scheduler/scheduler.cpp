@@ -56,6 +56,7 @@ void Scheduler::on(const device_state_t& m, Time now, Outbox& out) {
 
 void Scheduler::on(const safe_stop_t& m, Time, Outbox& out) {
   if (phase_ == Phase::kStopped || phase_ == Phase::kOver) return;
+  if (m.header.incarnation < incarnation_) return;  // of before the resume, which was the operator's reset
   epoch_ = std::max(epoch_, m.enable_epoch);
   if (phase_ != Phase::kGetReady) interrupted_ = phase_;
   phase_ = Phase::kStopped;

@@ -150,7 +150,7 @@ TEST_CASE("World and drivers meet on a socket whose path is longer than the addr
         [&](PortId port, LinkState state) {
           links.emplace_back(port, state);
           const std::string_view ask = "ENABLE @0\nAXISSTATUS(@0)\n";
-          ports.write(port, std::as_bytes(std::span(ask)));
+          ports.write(port, std::as_bytes(std::span(ask)), false);
         },
         [&](PortId, std::span<const std::byte> bytes) {
           text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());

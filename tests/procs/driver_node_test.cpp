@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <map>
 
+#include "core/grid/random.h"
 #include "procs/jet/node.h"
 #include "procs/lamp/node.h"
 #include "procs/stage/node.h"
@@ -35,6 +36,10 @@ struct Rig {
   std::map<std::string, std::vector<std::vector<std::byte>>> sent;
   int reopens = 0;
   std::int64_t seq = 0;
+  double stall_s = 0.0;           // of the disk, between a step and its bytes
+  std::int64_t waiting_stop = 0;  // epoch of a SAFE_STOP that arrives in that time
+  std::int64_t first_stall_us = 0;
+  std::vector<Time> of_commands;  // when bytes of a command left
 
   Rig(NodeId id, std::unique_ptr<Node> node) : host(id, std::move(node), 1, &sink) {}
 
@@ -42,15 +47,29 @@ struct Rig {
     e.now = now;
     std::string to_node;
     const Outbox& out = host.step(e);
+    std::string refusal;
+    const std::int64_t stop = now.us >= first_stall_us ? waiting_stop : 0;
+    if (now.us >= first_stall_us) now = now.after_s(stall_s);
     for (std::size_t n = 0; n < out.size(); ++n) {
       const Output o = out.at(n);
       if (o.kind == OutputKind::kSend)
         sent[std::string(o.channel)].emplace_back(o.bytes.begin(), o.bytes.end());
       if (o.kind == OutputKind::kReopen) ++reopens;
       if (o.kind != OutputKind::kWrite) continue;
+      if (host.writes_need_lease()) {
+        refusal = host.lease_refusal(now, stop);
+        if (!refusal.empty()) continue;
+        of_commands.push_back(now);
+      }
       const std::string_view bytes(reinterpret_cast<const char*>(o.bytes.data()), o.bytes.size());
       written += bytes;
       if (answer) to_node += answer(bytes);
+    }
+    if (!refusal.empty()) {
+      Event kept;
+      kept.kind = EventKind::kRefused;
+      kept.bytes = std::as_bytes(std::span(refusal));
+      give(kept);
     }
     if (to_node.empty()) return;
     now.us += 100;
@@ -292,6 +311,72 @@ TEST_CASE("the end of an earlier incarnation, delivered only after the resume, d
   REQUIRE(rig.answers().size() == 1);
   CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kDone));
   CHECK(rig.count("DCON") == 0);
+}
+
+TEST_CASE(
+    "bytes that a stalled disk holds back beyond the lease do not leave, and the command is answered none") {
+  LampRig rig;
+  rig.enable(1, 0.3);
+  rig.stall_s = 1.2;
+  rig.message(channels::kLampCommand, expose(7, 1));
+  rig.stall_s = 0.0;
+  REQUIRE(rig.answers().size() == 1);
+  CHECK(rig.answers()[0].command_id == 7);
+  CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kNone));
+  CHECK(rig.answers()[0].counted == 0);
+  CHECK(rig.answers()[0].text.find("lease") != std::string::npos);
+  REQUIRE(!rig.faults().empty());
+  CHECK(rig.faults().back().severity == std::int8_t(Severity::kStop));
+  rig.run_for(10.0);
+  CHECK(rig.count("RUN") == 0);
+  CHECK(rig.answers().size() == 1);
+  CHECK(rig.states().back().state == std::int8_t(DeviceState::kSafe));
+}
+
+TEST_CASE("a SAFE_STOP that waits while the disk is slow keeps the command's bytes back") {
+  LampRig rig;
+  rig.enable(1, 60.0);
+  rig.stall_s = 0.05;
+  rig.waiting_stop = 2;
+  rig.message(channels::kLampCommand, expose(7, 1));
+  rig.stall_s = 0.0;
+  rig.waiting_stop = 0;
+  rig.safe_stop(2);
+  rig.run_for(10.0);
+  REQUIRE(rig.answers().size() == 1);
+  CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kNone));
+  CHECK(rig.count("RUN") == 0);
+  CHECK(rig.states().back().state == std::int8_t(DeviceState::kSafe));
+  CHECK(rig.states().back().enable_epoch == 2);
+}
+
+TEST_CASE("whenever the disk stalls and for however long, no byte of a command is later than lease + 5 ms") {
+  RandomStream random(4242, Purpose::kTest);
+  int kept = 0, left = 0;
+  for (int n = 0; n < 200; ++n) {
+    LampRig rig;
+    const double lease_s = 0.1 + 0.4 * random.uniform();
+    rig.enable(1, lease_s);
+    const Time end = rig.now.after_s(lease_s);
+    rig.of_commands.clear();
+    rig.first_stall_us = rig.now.after_s(random.below(2) ? 0.0 : 0.3 * random.uniform()).us;
+    rig.stall_s = 0.1 + 4.9 * random.uniform();
+    rig.message(channels::kLampCommand, expose(7, 1));
+    rig.run_for(0.2);
+    rig.stall_s = 0.0;
+    rig.run_for(20.0);
+    for (const Time t : rig.of_commands) REQUIRE(t <= end.after_s(0.005));
+    REQUIRE(rig.answers().size() == 1);
+    const auto outcome = Outcome(rig.answers()[0].outcome);
+    REQUIRE(outcome != Outcome::kRefused);
+    if (rig.count("RUN") == 0) REQUIRE(outcome != Outcome::kDone);
+    if (outcome == Outcome::kNone) REQUIRE(rig.count("RUN") == 0);
+    const bool link_given_up = rig.reopens > 0;  // answers came too late for the driver's timeouts
+    REQUIRE((rig.states().back().state == std::int8_t(DeviceState::kSafe) || link_given_up));
+    ++(rig.count("RUN") == 0 ? kept : left);
+  }
+  CHECK(kept > 20);
+  CHECK(left > 20);
 }
 
 TEST_CASE("a waveform that the jet cannot take is refused before anything runs") {

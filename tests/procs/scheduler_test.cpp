@@ -141,6 +141,28 @@ TEST_CASE("a map that measures too little is taken again, then stops the print b
   const fault_t f = lab.last(channels::fault(NodeId::kScheduler));
   REQUIRE(f.code == 13);
   REQUIRE(Severity(f.severity) == Severity::kStop);
+
+  // A resume measures again, and does not wait for the map that was refused.
+  lab.seen = lab.sent.size();
+  lab.begin(1);
+  while (lab.serve(0.0)) {
+  }
+  REQUIRE(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kFinished);
+}
+
+TEST_CASE("a SAFE_STOP of an older incarnation, delivered only after the resume, stops nothing") {
+  FakeLab lab(5);
+  lab.begin(0);
+  lab.crash();
+  lab.seen = lab.sent.size();
+  lab.begin(1);
+  safe_stop_t old{};
+  old.enable_epoch = lab.epoch - 1;
+  old.cause = "of before";
+  lab.give_of(0, channels::kSafeStop, old);
+  while (lab.serve(0.0)) {
+  }
+  REQUIRE(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kFinished);
 }
 
 TEST_CASE("a command that is not answered in time stops the print and names driver and command") {

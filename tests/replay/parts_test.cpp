@@ -350,12 +350,34 @@ TEST_CASE(
   CHECK(troubles[1] == "record kind 99 is not known");
 }
 
+TEST_CASE("An incarnation that never started takes no start time from those after it") {
+  const fs::path run = scratch_folder("parts-starts");
+  record_tiny_run(run, {.resumes = 2});
+  const std::vector<std::int64_t> whole = RunMessages(run).starts();
+  REQUIRE(whole.size() == 3);
+  for (const auto& file : fs::directory_iterator(run / "nodes"))
+    if (file.path().extension() == ".wal")
+      edit_records(file.path(), [](Records& records) {
+        std::erase_if(records, [](const RawRecord& r) {
+          if (r.kind != std::uint16_t(WalKind::kEvent)) return false;
+          const WalEvent w = decode_event(r.payload);
+          return w.event.kind == EventKind::kStart && w.event.incarnation == 1;
+        });
+      });
+  const std::vector<std::int64_t> cut = RunMessages(run).starts();
+  REQUIRE(cut.size() == 3);
+  CHECK(cut[0] == whole[0]);
+  CHECK(cut[1] == whole[2]);
+  CHECK(cut[2] == whole[2]);
+}
+
 TEST_CASE("Messages of a run are those of its log, each once, in the order of their numbers") {
   const fs::path run = scratch_folder("parts-messages");
   record_tiny_run(run, {.resumes = 1});
   const RunMessages messages(run);
   CHECK(messages.damage().empty());
-  CHECK(messages.starts().size() == 2);
+  REQUIRE(messages.starts().size() == 2);
+  CHECK(messages.starts()[0] < messages.starts()[1]);
   std::map<std::string, std::vector<std::vector<std::byte>>> logged;
   const logfile::EventLogFile log(run / "log.lcm");
   logfile::EventLogReader reader = log.reader();

@@ -178,21 +178,45 @@ TEST_CASE("replaying a step gives the bytes of the step") {
 TEST_CASE("a driver's lease runs out, and an older epoch is refused for ever") {
   DeviceGuard g;
   REQUIRE_FALSE(g.refusal(0, Time{0}).empty());
-  g.enable(1, true, 0.3, Time{0});
+  g.enable(1, true, 0.3, Time{0}, Time{0});
   REQUIRE(g.refusal(1, Time{300000}).empty());
   REQUIRE(g.refusal(1, Time{300001}).find("lease") != std::string::npos);
-  g.enable(1, true, 0.3, Time{400000});
+  g.enable(1, true, 0.3, Time{400000}, Time{400000});
   REQUIRE(g.refusal(1, Time{500000}).empty());
   REQUIRE(g.safe_stop(2));
   REQUIRE_FALSE(g.safe_stop(2));
-  g.enable(1, true, 0.3, Time{600000});  // a late lease of the old epoch
+  g.enable(1, true, 0.3, Time{600000}, Time{600000});  // a late lease of the old epoch
   REQUIRE_FALSE(g.allowed(Time{600000}));
   REQUIRE(g.refusal(1, Time{600000}).find("older") != std::string::npos);
-  g.enable(3, true, 0.3, Time{700000});
+  g.enable(3, true, 0.3, Time{700000}, Time{700000});
   REQUIRE(g.refusal(3, Time{700000}).empty());
   g.local_stop();
-  g.enable(3, true, 0.3, Time{700001});
+  g.enable(3, true, 0.3, Time{700001}, Time{700001});
   REQUIRE_FALSE(g.refusal(3, Time{700001}).empty());
+}
+
+TEST_CASE(
+    "a lease counts from the stamp of its sender, however late it is delivered, and never from the future") {
+  DeviceGuard g;
+  g.enable(1, true, 0.3, Time{100'000}, Time{350'000});  // a quarter of a second in a queue
+  REQUIRE(g.allowed(Time{400'000}));
+  REQUIRE_FALSE(g.allowed(Time{400'001}));
+  g.enable(1, true, 0.3, Time{100'000}, Time{900'000});
+  REQUIRE_FALSE(g.allowed(Time{900'000}));
+  g.enable(1, true, 0.3, Time{5'000'000}, Time{1'000'000});
+  REQUIRE(g.allowed(Time{1'300'000}));
+  REQUIRE_FALSE(g.allowed(Time{1'300'001}));
+}
+
+TEST_CASE("what was allowed is lost with the lease, with a newer stop that waits, and with the enabling") {
+  DeviceGuard g;
+  g.enable(2, true, 0.3, Time{0}, Time{0});
+  REQUIRE(g.loss(Time{300'000}, 0).empty());
+  REQUIRE(g.loss(Time{300'001}, 0).find("ended") != std::string::npos);
+  REQUIRE(g.loss(Time{1'000}, 2).empty());  // the stop of this epoch is handled already
+  REQUIRE(g.loss(Time{1'000}, 3).find("SAFE_STOP of epoch 3") != std::string::npos);
+  g.safe_stop(3);
+  REQUIRE_FALSE(g.loss(Time{1'000}, 0).empty());
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "core/grid/random.h"
 #include "firn/journal_t.hpp"
+#include "firn/safe_stop_t.hpp"
 #include "runtime/control_line.h"
 #include "runtime/process.h"
 #include "runtime/process_args.h"
@@ -276,6 +277,85 @@ TEST_CASE("a node that would answer otherwise than its file says does not come b
     CHECK_THROWS_WITH(restore(host, 5, file, {[](const WalHead&) {}, nothing, nothing, nothing}),
                       Catch::Contains("is of node jet in run 5, not scheduler in run 5"));
   }
+}
+
+/// A driver whose step takes long: its bytes need a lease of `lease_s` after the command.
+class Slow : public Node {
+ public:
+  Slow(double lease_s, int step_ms) : lease_s_(lease_s), step_ms_(step_ms) {
+    subscribe(channels::kJetCommand, this);
+    subscribe(channels::kSafeStop, this);
+  }
+  std::vector<std::string> ports() const override { return {"jet"}; }
+  bool writes_need_lease() const override { return true; }
+  std::string lease_refusal(Time now, std::int64_t stop_epoch) const override {
+    return stop_epoch > 0 ? "a stop waits" : now > until_ ? "too late" : "";
+  }
+  void on(const jet_command_t&, Time now, Outbox& out) {
+    until_ = now.after_s(lease_s_);
+    std::this_thread::sleep_for(std::chrono::milliseconds(step_ms_));
+    const std::byte fire{'F'};
+    out.write(PortId{0}, {&fire, 1});
+  }
+  void on(const safe_stop_t&, Time, Outbox&) {}
+  void on_io(PortId, std::span<const std::byte>, Time, Outbox& out) override { out.finish(0, "fired"); }
+  void on_refused(PortId, std::string_view cause, Time, Outbox& out) override { out.finish(3, cause); }
+
+ private:
+  double lease_s_;
+  int step_ms_;
+  Time until_;
+};
+
+/// Runs a Slow driver that gets one command, and a SAFE_STOP during its step when wanted. @returns its FINISH
+std::string run_slow(double lease_s, bool stop) {
+  RunDir dir;
+  Hub hub;
+  Instrument instrument(dir.path / "io" / "jet", 0);
+  Hub::Member bus(hub), sender(hub);
+  Pair line;
+  ControlLine control(line.fd[0]);
+  std::thread process([&] {
+    run_process(options(dir, NodeId::kJet, line.fd[1]), std::make_unique<Slow>(lease_s, 150), bus);
+  });
+  const auto send = [&]<class Message>(const Channel<Message>& channel, Message m) {
+    m.header.run_id = 5;
+    m.header.seq = 1;
+    std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
+    m.encode(bytes.data(), 0, int(bytes.size()));
+    sender.publish(channel.name, bytes);
+  };
+  await(control, "READY");
+  control.say("START");
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // until the port is open
+  jet_command_t arm{};
+  arm.command_id = 1;
+  arm.verb = std::int8_t(JetVerb::kArm);
+  send(channels::kJetCommand, arm);
+  if (stop) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    safe_stop_t m{};
+    m.enable_epoch = 1;
+    send(channels::kSafeStop, m);
+  }
+  const std::string finish = await(control, "FINISH");
+  control.say("STOP");
+  process.join();
+  // The file leads a new node to the same place.
+  WalFile file(dir.path / "nodes" / "jet.wal", true);
+  NodeHost again(NodeId::kJet, std::make_unique<Slow>(lease_s, 0), 5, nullptr);
+  const auto ignore = [](auto&&...) {};
+  restore(again, 5, file, {ignore, ignore, ignore, ignore});
+  CHECK(again.finished() == std::optional<int>(finish.starts_with("FINISH 0") ? 0 : 3));
+  return finish;
+}
+
+TEST_CASE(
+    "bytes leave after a slow step under its lease, and are kept back after the lease or for a stop that "
+    "waits") {
+  CHECK(run_slow(60.0, false) == "FINISH 0 fired");
+  CHECK(run_slow(0.05, false) == "FINISH 3 too late");
+  CHECK(run_slow(60.0, true) == "FINISH 3 a stop waits");
 }
 
 TEST_CASE("arguments of a process survive the way through the command line, bad ones are named") {
