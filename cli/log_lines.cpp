@@ -51,7 +51,8 @@ void add_message(Line& line, std::span<const std::byte> message, const JsonOptio
         .text("unknown_fingerprint", hex(message.first(std::min<std::size_t>(8, message.size()))));
 }
 
-constexpr const char* kEventNames[] = {"?", "start", "message", "wake", "io", "link", "local_stop", "refused"};
+constexpr const char* kEventNames[] = {"?",  "start", "message",    "wake",
+                                       "io", "link",  "local_stop", "refused"};
 constexpr const char* kOutputNames[] = {"?", "send", "write", "arm", "cancel", "reopen", "finish"};
 
 template <std::size_t N, class Kind>

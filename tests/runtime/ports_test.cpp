@@ -63,7 +63,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("bytes of a command leave under a lease, and not without one; bytes that make safe always leave") {
+TEST_CASE("bytes of a command leave under a lease only, bytes that make safe always") {
   Bench b;
   b.write("FIRE 1\n", true);
   b.loss = "the lease has ended";
