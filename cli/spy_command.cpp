@@ -34,6 +34,7 @@ constexpr const char* kJavaFolder = "/usr/share/java/";
 constexpr const char* kVirtualScreen = "1600x1000x24";
 constexpr int kDisplayWithinMs = 10'000;
 constexpr int kRunWithinS = 10, kLooksPerS = 10;
+constexpr int kPictureWithinS = 5;  // of the print's end
 
 bool launcher_runs(const fs::path& run) {
   std::ifstream pids(run / "pids");
@@ -103,7 +104,8 @@ std::unique_ptr<ChildProcess> virtual_display() {
   return server;
 }
 
-int run_java(std::vector<std::string> arguments) {
+// Exit code of Java. A picture of a run that ends untaken is given up: no message comes any more.
+int run_java(std::vector<std::string> arguments, const fs::path& run_of_picture) {
   std::vector<char*> argv;
   for (std::string& a : arguments) argv.push_back(a.data());
   argv.push_back(nullptr);
@@ -111,7 +113,15 @@ int run_java(std::vector<std::string> arguments) {
   if (const int error = ::posix_spawnp(&pid, argv[0], nullptr, nullptr, argv.data(), environ); error != 0)
     throw std::runtime_error(std::string(argv[0]) + ": cannot be started: " + std::strerror(error));
   int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  for (int looks_after_end = 0; ::waitpid(pid, &status, run_of_picture.empty() ? 0 : WNOHANG) != pid;) {
+    if (run_of_picture.empty()) continue;
+    if (!launcher_runs(run_of_picture) && ++looks_after_end > kPictureWithinS * kLooksPerS) {
+      ::kill(pid, SIGKILL);
+      while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+      }
+      throw std::runtime_error(run_of_picture.string() + ": the print ended before the picture was taken");
+    }
+    ::usleep(1'000'000 / kLooksPerS);
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : int(kFailed);
 }
@@ -122,8 +132,10 @@ int run_spy(const SpyOptions& o) {
   check_bus(o.bus);
   if (o.bus == "in-process")
     throw UsageError("--bus in-process: a print in one process sends nothing that could be watched");
-  const std::string bus =
-      !o.bus.empty() ? o.bus : bus_of(!o.run.empty() ? fs::path(o.run) : newest_live_run(o.runs));
+  const fs::path run = !o.bus.empty()  ? fs::path()
+                       : o.run.empty() ? newest_live_run(o.runs)
+                                       : fs::path(o.run);
+  const std::string bus = run.empty() ? o.bus : bus_of(run);
   if (o.layers < 1) throw UsageError("--layers " + std::to_string(o.layers) + ": must be at least 1");
   std::vector<std::string> java{"java", "-Djava.net.preferIPv4Stack=true", "-cp", class_path(),
                                 "firn.spy.Main"};
@@ -137,7 +149,7 @@ int run_spy(const SpyOptions& o) {
   if (!o.screenshot.empty()) java.insert(java.end(), {o.screenshot, std::to_string(o.layers)});
   ::setenv("LCM_DEFAULT_URL", bus.c_str(), 1);
   std::fprintf(stderr, "firn: watching %s\n", bus.c_str());
-  return run_java(java);
+  return run_java(java, o.screenshot.empty() ? fs::path() : run);
 }
 
 void declare_spy(OptionSet& options) {

@@ -51,7 +51,7 @@ bool has_colour(const cv::Mat& picture, cv::Vec3b bgr) {
 TEST_CASE("lcm-spy shows the height map and the layer error of a live print, on a virtual screen") {
   if (skipped()) return;
   Experiment e = tiny_part(4);
-  e.part.shape.height_mm = 0.1;  // long enough for Java to start
+  e.part.shape.height_mm = 2.0;  // a minute and more: Java may take its time to start
   LiveRun run(e);
   run.start(false);
   INFO(run.path());
@@ -68,11 +68,25 @@ TEST_CASE("lcm-spy shows the height map and the layer error of a live print, on 
   CHECK(colours(picture, 0.6, 0.05, 0.94, 0.6) >= 20);  // the heat map: 81 cells of different height
   CHECK(has_colour(picture(cv::Rect(0, 600, 880, 380)), {40, 39, 214}));  // the curve of the RMS, 0xd62728
   CHECK(has_colour(picture(cv::Rect(0, 600, 880, 380)), {44, 160, 44}));  // the curve of the unevenness
-  CHECK(run.wait() == 0);
+  run.interrupt();
+  CHECK(run.wait() == 130);
 
   const Said late = run_firn("spy '" + run.path().string() + "' --screenshot '" + png + "'");
   CHECK(late.status == 2);
   CHECK_THAT(late.out, Catch::Contains("does not print now"));
+}
+
+TEST_CASE("A picture of more layers than the print has left ends with the print") {
+  if (skipped()) return;
+  LiveRun run(tiny_part(4));
+  run.start(false);
+  INFO(run.path());
+  REQUIRE(run.wait_started());
+  const std::string png = (run.path() / "spy.png").string();
+  const Said spy = run_firn("spy '" + run.path().string() + "' --layers 100000 --screenshot '" + png + "'");
+  INFO(spy.out);
+  CHECK(spy.status != 0);
+  CHECK(run.wait() == 0);
 }
 
 TEST_CASE("firn spy says what is wrong: no display, no such run, a bus in one process") {

@@ -16,7 +16,10 @@ final class Bus {
 
   /** Calls the handler, on the receiving thread, for every message of a channel. A message of another type is ignored. */
   static synchronized void subscribe(String channel, Handler handler) throws IOException {
-    if (lcm == null) lcm = new LCM();
+    if (lcm == null) {
+      lcm = new LCM();
+      Loopback.join(lcm);
+    }
     lcm.subscribe(
         channel,
         (bus, name, bytes) -> {

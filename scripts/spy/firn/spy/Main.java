@@ -32,7 +32,7 @@ public final class Main {
 
   private static void openWindows() {
     try {
-      new Spy(null);  // takes LCM_DEFAULT_URL
+      Loopback.joinOf(new Spy(null));  // takes LCM_DEFAULT_URL
     } catch (IOException noBus) {
       System.err.println("firn spy: no bus: " + noBus.getMessage());
       System.exit(1);
