@@ -53,6 +53,7 @@ std::vector<std::pair<std::string, std::string>> provenance(const StudyPlan& pla
   const auto [low, high] = std::minmax_element(seeds.begin(), seeds.end());
   return {
       {"build", build_commit()},
+      {"sources", build_sources()},
       {"platform", platform_description()},
       {"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
       {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)},

@@ -1,4 +1,4 @@
-# Target firn_version: the generated header "firn_version.h", written again only when HEAD has moved.
+# Target firn_version: the generated header "firn_version.h", looked at again when HEAD or a source has changed.
 set(version_header ${CMAKE_BINARY_DIR}/version/firn_version.h)
 set(head_log "")
 foreach(name logs/HEAD HEAD)  # the log of HEAD changes with every commit, checkout, reset and merge
@@ -11,10 +11,12 @@ foreach(name logs/HEAD HEAD)  # the log of HEAD changes with every commit, check
     endif()
   endif()
 endforeach()
+set(version_depfile ${CMAKE_BINARY_DIR}/version/firn_version.d)
 add_custom_command(OUTPUT ${version_header}
   COMMAND ${CMAKE_COMMAND} -DOUT=${version_header} -DSOURCE=${CMAKE_SOURCE_DIR} -DOPENCV=${OPENCV_VERSION_TEXT}
-          -P ${CMAKE_SOURCE_DIR}/cmake/write_version.cmake
-  DEPENDS ${head_log} ${CMAKE_SOURCE_DIR}/cmake/write_version.cmake COMMENT "" VERBATIM)
+          "-DFLAGS=${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_BUILD_TYPE} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_RELWITHDEBINFO} ${FIRN_SANITIZE}"
+          -DDEPFILE=${version_depfile} -P ${CMAKE_SOURCE_DIR}/cmake/write_version.cmake
+  DEPENDS ${head_log} ${CMAKE_SOURCE_DIR}/cmake/write_version.cmake DEPFILE ${version_depfile} COMMENT "" VERBATIM)
 add_custom_target(firn_version_generate DEPENDS ${version_header})
 add_library(firn_version INTERFACE)
 add_dependencies(firn_version firn_version_generate)

@@ -2,11 +2,34 @@
 
 #include <gnu/libc-version.h>
 
+#include <fstream>
+#include <span>
+#include <sstream>
+
+#include "files/digest.h"
 #include "firn_version.h"
 
 namespace firn {
 
-std::string build_commit() { return FIRN_COMMIT; }
+std::string build_commit() {
+  const std::string commit = FIRN_COMMIT;
+  return std::string(FIRN_DIFF).empty() ? commit : commit + "-dirty-" + build_sources().substr(0, 12);
+}
+
+std::string build_sources() { return FIRN_SOURCES; }
+
+BuildDiff build_diff() {
+  const std::string digest = FIRN_DIFF;
+  if (digest.empty()) return {};
+  const std::string path = std::string(FIRN_DIFF_FOLDER) + "/" + digest + ".diff";
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  BuildDiff diff{text.str(), {}};
+  if (!in || sha256_hex(std::as_bytes(std::span(diff.text))) != digest)
+    return {{}, path + ": is missing or was changed since the build"};
+  return diff;
+}
 
 std::string platform_description() {
   std::string cpu;

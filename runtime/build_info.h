@@ -1,12 +1,25 @@
-// build_commit and platform_description name the commit and the parts of the platform that the bytes may
-// depend on.
+// build_commit, build_sources and platform_description name the commit, the sources and the parts of the
+// platform that the bytes may depend on.
 #pragma once
 
 #include <string>
 
 namespace firn {
 
+/// Returns the commit, or "COMMIT-dirty-DIGEST" of a tree that differs from it. DIGEST begins
+/// build_sources().
 std::string build_commit();
+
+/// Returns the SHA-256 over every source and the compiler's flags, 64 hexadecimal digits. Equal builds have
+/// equal sources, whatever the commit.
+std::string build_sources();
+
+/// The difference (git's) between the commit and the sources of this build. Both are empty for a clean build.
+struct BuildDiff {
+  std::string text;
+  std::string missing;  ///< why there is no text: the build folder's file was removed or changed
+};
+BuildDiff build_diff();
 
 /// e.g. "glibc 2.36; OpenCV 4.6.0; cpu sse4.2 avx2 fma; g++ 12.2.0". Replay names a mismatch before any
 /// divergence.

@@ -87,7 +87,22 @@ using Blobs = std::vector<Blob>;
 /// @throws std::invalid_argument naming the role if it is missing.
 const Blob& blob(const Blobs& blobs, std::string_view role);
 
-/// Builds a node from the resolved configuration and the run's inputs, live and in replay alike.
-using MakeNode = std::unique_ptr<Node> (*)(const std::string& config_toml, const Blobs& blobs);
+/// Returns a resolved configuration (text of `dump`) without its tables [plant] and [plant.…]: the simulated
+/// truth and its seed are none of a node's business.
+std::string without_plant(const std::string& config_toml);
+
+/// MakeNode builds a node from the resolved configuration and the run's inputs, live and in replay alike. The
+/// node is handed the configuration without [plant].
+class MakeNode {
+ public:
+  using Function = std::unique_ptr<Node> (*)(const std::string& config_toml, const Blobs& blobs);
+  constexpr MakeNode(Function make = nullptr) : make_(make) {}
+  std::unique_ptr<Node> operator()(const std::string& config_toml, const Blobs& blobs) const {
+    return make_(without_plant(config_toml), blobs);
+  }
+
+ private:
+  Function make_;
+};
 
 }  // namespace firn

@@ -8,12 +8,6 @@
 
 namespace firn {
 
-const Blob& blob(const Blobs& blobs, std::string_view role) {
-  for (const Blob& b : blobs)
-    if (b.role == role) return b;
-  throw std::invalid_argument("the run has no input '" + std::string(role) + "'");
-}
-
 NodeHost::NodeHost(NodeId id, std::unique_ptr<Node> node, std::int64_t run_id, WalSink* sink)
     : id_(id), name_(info(id).name), node_(std::move(node)), outbox_(id, run_id), sink_(sink) {
   for (const Node::Route& r : node_->routes()) {

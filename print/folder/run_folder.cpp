@@ -48,6 +48,11 @@ nlohmann::ordered_json provenance(const Experiment& e, std::int64_t run_id, cons
   j["name"] = e.run.name;
   j["started_utc"] = utc_now("%Y-%m-%dT%H:%M:%SZ");
   j["commit"] = build_commit();
+  j["sources"] = build_sources();
+  if (const BuildDiff diff = build_diff(); !diff.missing.empty())
+    j["sources_diff"] = diff.missing;
+  else if (!diff.text.empty())
+    j["sources_diff"] = "sources.diff";
   j["platform"] = platform_description();
   j["kernel"] = std::string(host.sysname) + " " + host.release + " " + host.machine;
   j["command_line"] = command_line;
@@ -103,6 +108,8 @@ RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blo
                           {reinterpret_cast<const char*>(b.bytes.data()), b.bytes.size()});
     run.inputs_.emplace_back(b.role, b.sha256);
   }
+  if (const BuildDiff diff = build_diff(); !diff.text.empty())
+    write_file_atomically(run.path_ / "sources.diff", diff.text);
   run.experiment_toml_ = dump(e);
   write_file_atomically(run.path_ / "experiment.toml", run.experiment_toml_);
   write_file_atomically(run.path_ / "provenance.json",

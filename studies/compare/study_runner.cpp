@@ -19,7 +19,7 @@ namespace firn {
 namespace {
 
 std::string digest_of(const Experiment& e, const Blobs& inputs) {
-  std::string all = dump(e) + build_commit() + "\n";
+  std::string all = dump(e) + build_sources() + "\n" + platform_description() + "\n";
   for (const Blob& b : inputs) all += b.role + " " + b.sha256 + "\n";
   return sha256_hex(std::as_bytes(std::span(all)));
 }
