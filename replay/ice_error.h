@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/grid/grid.h"
+#include "core/grid/outline.h"
 #include "core/slice/paths/print_paths.h"
 
 namespace firn::replay {
@@ -20,5 +21,18 @@ inline constexpr double kWidestSpot_mm = 2.0;
 /// Computes the error of the true surface about the nominal height, over the judged cells of `layer`, on
 /// cells of `pitch_mm`.
 ErrorStats ice_error(const HeightMap& field, const slice::LayerPaths& layer, double pitch_mm);
+
+/// The part as its lines describe it: in each cell the heights of those layers whose lines of the part
+/// (material 0) cover the cell's centre.
+struct NominalPart {
+  HeightMap target;  ///< thickness [mm]; 0 where no line of the part runs
+  Mask mask;         ///< 1 where the thickness is not 0
+};
+/// Computes the nominal part on cells of `pitch_mm`, with `margin_mm` around the lines of all layers.
+/// @throws std::invalid_argument: paths without deposition lines, a grid above kMaxGridSide cells
+NominalPart nominal_part(const slice::PrintPaths& paths, double pitch_mm, double margin_mm);
+
+/// Cells and margin of outline values of parts printed along paths.
+inline constexpr double kOutlineCell_mm = 0.5, kOutlineMargin_mm = 3.0;
 
 }  // namespace firn::replay

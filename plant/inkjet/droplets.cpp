@@ -85,6 +85,7 @@ class DropletModel : public Model {
   }
   const Field& surface() override { return field_; }
   HeightMap cell_means() const override { return field_.cell_means(); }
+  HeightMap means_with_margin() const override { return field_.means_with_margin(); }
   VolumeLedger ledger() const override { return field_.ledger(); }
   double volume_mm3() const override { return field_.volume_mm3(); }
   const LayerCount& layers() const override { return layers_; }

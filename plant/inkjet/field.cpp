@@ -50,14 +50,20 @@ void Field::cure(double shrink) {
   ledger_.shrunk += liquid * shrink * dx_mm_ * dy_mm_;
 }
 
-HeightMap Field::cell_means() const {
-  HeightMap means(grid_, 0.0);
-  for (int j = 0; j < grid_.ny; ++j)
-    for (int i = 0; i < grid_.nx; ++i) {
+HeightMap Field::means_over(int margin) const {
+  GridSpec grid = grid_;
+  grid.nx += 2 * margin;
+  grid.ny += 2 * margin;
+  grid.origin_x_mm -= margin * grid.pitch_x_mm;
+  grid.origin_y_mm -= margin * grid.pitch_y_mm;
+  const int cut = margin_ - margin;  // cells of the field's own margin left out
+  HeightMap means(grid, 0.0);
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
       double sum = 0.0;
       for (int b = 0; b < fine_; ++b)
         for (int a = 0; a < fine_; ++a)
-          sum += surface_mm(std::size_t((j + margin_) * fine_ + b) * width_ + (i + margin_) * fine_ + a);
+          sum += surface_mm(std::size_t((j + cut) * fine_ + b) * width_ + (i + cut) * fine_ + a);
       means.at(i, j) = sum / (fine_ * fine_);
     }
   return means;

@@ -35,7 +35,9 @@ class Field {
   void cure(double shrink);
 
   /// Returns the mean surface height over each cell of the grid [mm].
-  HeightMap cell_means() const;
+  HeightMap cell_means() const { return means_over(0); }
+  /// Returns the same over the grid and the cells of the margin around it.
+  HeightMap means_with_margin() const { return means_over(margin_); }
   double volume_mm3() const;
   const VolumeLedger& ledger() const { return ledger_; }
   VolumeLedger& ledger() { return ledger_; }
@@ -53,6 +55,7 @@ class Field {
   void io(Archive& a) { a.all(solid_, liquid_, ledger_); }
 
  private:
+  HeightMap means_over(int margin) const;
   GridSpec grid_;
   int fine_, margin_, width_, height_;
   double dx_mm_, dy_mm_, left_mm_, bottom_mm_;

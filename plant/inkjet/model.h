@@ -70,6 +70,8 @@ class Model {
   virtual void measured() = 0;                   ///< a scan trigger: ink cured before is a layer
   virtual const Field& surface() = 0;            ///< settled surface, for the sensor
   virtual HeightMap cell_means() const = 0;      ///< noise-free, settled
+  /// The same with a margin around the grid, where the model has one.
+  virtual HeightMap means_with_margin() const { return cell_means(); }
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
   virtual const LayerCount& layers() const = 0;

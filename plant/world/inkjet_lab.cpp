@@ -29,8 +29,14 @@ class InkjetLab final : public WorldLab, private Wires {
   std::uint32_t milestones() const override { return model->layers().exposures(); }
   std::int64_t begun_with() const override { return fired; }
   Truth truth() const override {
-    return {model->layers().exposures(), fired, missed, gated, model->volume_mm3(), model->ledger(),
-            model->cell_means()};
+    return {model->layers().exposures(),
+            fired,
+            missed,
+            gated,
+            model->volume_mm3(),
+            model->ledger(),
+            model->cell_means(),
+            model->means_with_margin()};
   }
   MaterialColumns materials() const override { return model->materials(); }
   void io_plant(Archive& a) override {

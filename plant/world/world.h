@@ -43,6 +43,7 @@ struct Truth {
   double volume_mm3 = 0.0;          ///< on the field
   VolumeLedger ledger;
   HeightMap height;  ///< noise-free mean over each cell [mm]
+  HeightMap wide;    ///< the same, and the cells of a margin around the grid; droplets only
 };
 
 class World {

@@ -69,6 +69,14 @@ class Judge {
     return replay::ice_error(surface, *paths, pitch_mm_);
   }
 
+  /// What lies beside the part: of droplets their surface, of paths the ice without its scaffold.
+  OutlineStats outline(const plant::World& world, const plant::Truth& truth) const {
+    if (!world.ice()) return outline_stats(truth.wide, target_, mask_);
+    const replay::NominalPart part =
+        replay::nominal_part(paths_, replay::kOutlineCell_mm, replay::kOutlineMargin_mm);
+    return outline_stats(world.ice()->thickness_over(part.target.spec, 0), part.target, part.mask);
+  }
+
   LayerTruth truth(const plant::World& world, int layer, Time now) const {
     plant::Truth t = world.truth();
     return {layer, t.droplets_fired, t.volume_mm3, now.s(), error(world, layer, t.height), 0.0, 0.0};
@@ -138,6 +146,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
   plant::Truth truth = world.world().truth();
   report.result = result_of(end.outcome, end.layers, end.reason);
   report.error = judge.error(world.world(), prints_paths(e) ? measured.layer : end.layers, truth.height);
+  if (options.outline) report.outline = judge.outline(world.world(), truth);
   report.droplets = truth.droplets_fired;
   report.droplets_missed = truth.droplets_missed;
   report.volume_mm3 = truth.volume_mm3;

@@ -13,6 +13,7 @@
 
 #include "config/experiment.h"
 #include "core/grid/material_columns.h"
+#include "core/grid/outline.h"
 #include "print/folder/run_folder.h"
 #include "runtime/node.h"
 
@@ -21,6 +22,7 @@ namespace firn {
 struct MemoryPrintOptions {
   bool series = false;                    ///< fill `series`
   bool surface = false;                   ///< fill `surface`
+  bool outline = false;                   ///< fill `outline`
   bool materials = false;                 ///< fill `materials`
   std::optional<GridSpec> ice_over = {};  ///< ice lab: fill `ice` over this grid
   bool ice_each = false;                  ///< with series and ice_over: fill `ice_each`
@@ -41,6 +43,7 @@ struct LayerTruth {
 struct MemoryPrintReport {
   RunResult result;           ///< status 0 = the scheme finished the part; all else is a print that failed
   ErrorStats error;           ///< of the true final surface about the target, over the mask
+  OutlineStats outline;       ///< with `outline` asked for: of the true final part
   std::int64_t droplets = 0;  ///< triggers that the jet obeyed
   std::int64_t droplets_missed = 0;  ///< of these, triggers without a droplet
   double volume_mm3 = 0.0;           ///< on the field

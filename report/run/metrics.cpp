@@ -1,5 +1,7 @@
 #include "report/run/metrics.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace firn::replay {
@@ -10,7 +12,7 @@ std::string metrics_csv(const RunData& run) {
       "um,volume_mm3,"
       "drops,drops_total,objective_um,iterations,deposit_s,cure_s,scan_s,decide_s,end_s,true_mean_error_um,"
       "true_rms_um,"
-      "true_std_um\n";
+      "true_std_um,true_max_abs_error_um,overspill_pct,first_ring_um,size_error_x_um,size_error_y_um\n";
   for (const LayerRow& r : run.layers) {
     char line[8192];  // of twenty doubles, each of up to 314 characters
     std::snprintf(
@@ -23,11 +25,17 @@ std::string metrics_csv(const RunData& run) {
         r.decide_s, r.end_s);
     s += line;
     if (r.truth) {
-      std::snprintf(line, sizeof line, "%.3f,%.3f,%.3f", r.truth->mean_mm * 1e3, r.truth->rms_mm * 1e3,
-                    r.truth->std_mm * 1e3);
+      std::snprintf(line, sizeof line, "%.3f,%.3f,%.3f,%.3f", r.truth->mean_mm * 1e3, r.truth->rms_mm * 1e3,
+                    r.truth->std_mm * 1e3, std::max(-r.truth->min_mm, r.truth->max_mm) * 1e3);
       s += line;
     } else {
-      s += ",,";
+      s += ",,,";
+    }
+    const OutlineStats o = r.outline.value_or(OutlineStats{});
+    for (const double v :
+         {o.overspill * 100, o.first_ring_mm * 1e3, o.size_error_x_mm * 1e3, o.size_error_y_mm * 1e3}) {
+      std::snprintf(line, sizeof line, ",%.3f", v);
+      s += std::isfinite(v) ? line : ",";
     }
     s += '\n';
   }

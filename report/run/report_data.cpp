@@ -82,8 +82,11 @@ void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, Layer
     HeightMap height(from_message(m.grid));
     if (height.size() != m.height_mm.size() || height.spec != data.target.spec) continue;
     std::ranges::copy(m.height_mm, height.cells.begin());
-    if (const auto row = rows.find(metrics.layer); row != rows.end())
+    if (const auto row = rows.find(metrics.layer); row != rows.end()) {
       row->second.truth = error_stats(height, data.target, data.mask);
+      row->second.outline = outline_stats(height, data.target, data.mask);
+      data.outline = row->second.outline;
+    }
     data.truth = std::move(height);
   }
 }
@@ -150,6 +153,8 @@ void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, L
   data.mask = mask_from_npy(mask, grid, "mask");
   if (run.has("geometry")) data.inks = read_ink_data(run.messages, run.input("geometry"), data.mask);
   read_truth(run.folder, data, rows);
+  if (!data.outline && data.height.spec == grid && data.height.size() > 0)
+    data.outline = outline_stats(data.height, data.target, data.mask);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "core/grid/outline.h"
 #include "report/run/report_ice_data.h"
 #include "report/run/report_inks.h"
 
@@ -26,8 +27,9 @@ struct LayerRow {
   double objective_mm = 0;
   std::int64_t iterations = 0;
   double deposit_s = 0, cure_s = 0, scan_s = 0, decide_s = 0;
-  double end_s = 0;                 ///< node time
-  std::optional<ErrorStats> truth;  ///< of the true surface about the target
+  double end_s = 0;                     ///< node time
+  std::optional<ErrorStats> truth;      ///< of the true surface about the target
+  std::optional<OutlineStats> outline;  ///< of the true surface; of droplets
 };
 
 struct ReportLab;
@@ -41,7 +43,8 @@ struct RunData {
   std::optional<HeightMap> truth;  ///< last true surface
   HeightMap target;
   Mask mask;
-  const ReportLab* lab = nullptr;  ///< reader of this run
+  std::optional<OutlineStats> outline;  ///< of the last true surface, else of the last map; of droplets
+  const ReportLab* lab = nullptr;       ///< reader of this run
   std::optional<IceData>
       ice;  ///< of a print along paths; height, target and mask are its last interval's then
   std::optional<InkData> inks;                                  ///< of a print with two inks

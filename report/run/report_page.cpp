@@ -41,6 +41,13 @@ std::string table_row(const std::vector<std::string>& cells, const char* tag = "
   return s + "</tr>\n";
 }
 
+std::string value(double v, int decimals) { return std::isfinite(v) ? number(v, decimals) : "–"; }
+
+// "≥" where the surface still stands at half the part's height at the border of its map.
+std::string sizes(const OutlineStats& o) {
+  return (o.cut ? "≥ " : "") + value(o.size_error_x_mm * kUm, 1) + ", " + value(o.size_error_y_mm * kUm, 1);
+}
+
 std::string result_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
   double best = std::numeric_limits<double>::infinity();
   for (const ReportRun& r : runs)
@@ -48,7 +55,8 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
   std::string s =
       "<div class=\"scroll\"><table><thead>\n" +
       table_row({"run", "layers", "droplets", "mean error [µm]", "RMS [µm]", "std [µm]", "min, max [µm]",
-                 "volume [mm³]", "true RMS [µm]", "print time [s]", "outcome", "replay"},
+                 "volume [mm³]", "true RMS [µm]", "largest true error [µm]", "overspill [%]",
+                 "first ring [µm]", "size error x, y [µm]", "print time [s]", "outcome", "replay"},
                 "th") +
       "</thead><tbody>\n";
   for (std::size_t n = 0; n < runs.size(); ++n) {
@@ -57,6 +65,7 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
     const LayerRow none;
     const auto um = [&](double mm) { return l ? number(mm * kUm, 2) : std::string("–"); };
     const LayerRow& v = l ? *l : none;
+    const OutlineStats o = r.outline.value_or(OutlineStats{});
     const std::string& verdict = runs[n].verdict;
     const std::string outcome = r.outcome.empty() ? "not ended" : r.outcome;
     s += table_row(
@@ -66,13 +75,21 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
          l && v.rms_mm == best && runs.size() > 1 ? "<span class=\"best\">" + um(v.rms_mm) + "</span>"
                                                   : um(v.rms_mm),
          um(v.std_mm), um(v.min_error_mm) + ", " + um(v.max_error_mm), l ? number(v.volume_mm3, 3) : "–",
-         v.truth ? number(v.truth->rms_mm * kUm, 2) : "–", l ? number(v.end_s, 1) : "–",
+         v.truth ? number(v.truth->rms_mm * kUm, 2) : "–",
+         v.truth ? number(std::max(-v.truth->min_mm, v.truth->max_mm) * kUm, 2) : "–",
+         value(o.overspill * 100, 2), value(o.first_ring_mm * kUm, 1), sizes(o), l ? number(v.end_s, 1) : "–",
          "<span title=\"" + escape_html(r.reason) + "\">" + escape_html(outcome) + "</span>",
          verdict.empty() ? "–"
                          : "<span class=\"" + std::string(verdict == "identical" ? "good" : "bad") + "\">" +
                                escape_html(verdict) + "</span>"});
   }
-  return s + "</tbody></table></div>\n";
+  return s +
+         "</tbody></table></div>\n<p class=\"soft\">Errors are those of cells inside the part. Overspill is "
+         "the "
+         "volume beside the part over the part's, the first ring the mean height of the cells that share a "
+         "side "
+         "with it, the size error the width at half height less the target's: of the true surface if a "
+         "simulated world told it, else of the last map, on the grid's cells.</p>\n";
 }
 
 std::string summary(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {

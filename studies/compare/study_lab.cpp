@@ -24,6 +24,8 @@ double thread_cpu_s() {
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
+constexpr int kIterations = 8;  // row of the table: a lab of paths searches nothing
+
 const std::vector<replay::StudyMetric>& metric_table() {
   static const std::vector<replay::StudyMetric> table = {
       {"rms_um", "um", "RMS of the true surface about the target", 2},
@@ -35,6 +37,10 @@ const std::vector<replay::StudyMetric>& metric_table() {
       {"droplets", "", "droplets fired", 0},
       {"print_s", "s", "simulated duration of the print", 1},
       {"iterations", "", "steps of the controller's search", 0},
+      {"overspill_pct", "%", "volume beside the part, of the part's volume", 2},
+      {"first_ring_um", "um", "mean height of the cells beside the part", 1},
+      {"size_x_um", "um", "size of the error of the part's width along x at half height", 1},
+      {"size_y_um", "um", "size of the error of the part's width along y at half height", 1},
   };
   return table;
 }
@@ -43,7 +49,7 @@ const std::vector<replay::StudyMetric>& metric_table() {
 const std::vector<replay::StudyMetric>& ice_metric_table() {
   static const std::vector<replay::StudyMetric> table = [] {
     std::vector<replay::StudyMetric> t = metric_table();
-    t.pop_back();
+    t.erase(t.begin() + kIterations);
     t[0].meaning = "RMS of the true surface about the nominal height after the last interval";
     t[5].meaning = "layers measured";
     t[6] = {"pulses", "", "pulses of both valves", 0};
@@ -68,12 +74,16 @@ std::vector<double> metrics_of(const MemoryPrintReport& r) {
           double(r.result.layers),
           double(r.droplets),
           r.node_s,
-          double(r.iterations)};
+          double(r.iterations),
+          100.0 * r.outline.overspill,
+          r.outline.first_ring_mm * kUm,
+          std::abs(r.outline.size_error_x_mm) * kUm,
+          std::abs(r.outline.size_error_y_mm) * kUm};
 }
 
 std::vector<double> ice_metrics_of(const MemoryPrintReport& r) {
   std::vector<double> m = metrics_of(r);
-  m.pop_back();
+  m.erase(m.begin() + kIterations);
   double worst = std::numeric_limits<double>::quiet_NaN(), deposit_s = 0.0, measure_s = 0.0;
   for (const LayerTruth& l : r.series) {
     worst = std::isnan(worst) ? l.error.rms_mm : std::max(worst, l.error.rms_mm);
@@ -98,6 +108,7 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
   try {
     MemoryPrintOptions options;
     options.series = paths;
+    options.outline = true;
     const MemoryPrintReport r = print_in_memory(e, inputs, options);
     p.finished = !can_go_on(r.result);
     p.outcome = r.result.outcome;
@@ -122,7 +133,8 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
 
 const StudyLab& inkjet_study_lab() {
   static const StudyLab lab{metric_table(),
-                            {"rms_um", "std_um", "abs_mean_um", "layers", "droplets"},
+                            {"rms_um", "std_um", "abs_mean_um", "max_um", "overspill_pct", "first_ring_um",
+                             "size_x_um", "size_y_um", "layers", "droplets"},
                             &seed_all,
                             [](const Experiment& e) { check_print(e, "in-process"); },
                             &print_once};
@@ -130,10 +142,13 @@ const StudyLab& inkjet_study_lab() {
 }
 
 const StudyLab& ice_study_lab() {
-  static const StudyLab lab{
-      ice_metric_table(), {"rms_um", "worst_rms_um", "abs_mean_um", "max_um", "deposit_h", "measure_h"},
-      &seed_all,          [](const Experiment& e) { check_print(e, "in-process"); },
-      &print_once,        {"True RMS against height", "height_mm", "rms_um"}};
+  static const StudyLab lab{ice_metric_table(),
+                            {"rms_um", "worst_rms_um", "abs_mean_um", "max_um", "overspill_pct",
+                             "first_ring_um", "size_x_um", "size_y_um", "deposit_h", "measure_h"},
+                            &seed_all,
+                            [](const Experiment& e) { check_print(e, "in-process"); },
+                            &print_once,
+                            {"True RMS against height", "height_mm", "rms_um"}};
   return lab;
 }
 

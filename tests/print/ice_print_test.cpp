@@ -6,6 +6,7 @@
 #include "core/grid/random.h"
 #include "print/folder/run_report.h"
 #include "print/simulated/memory_print.h"
+#include "replay/ice_error.h"
 #include "report/run/report_data.h"
 #include "report/run/report_page.h"
 #include "studies/tune/ice_disturbance.h"
@@ -111,6 +112,25 @@ TEST_CASE(
     check_replay(run.path());
     check_audit(run.path());
   }
+}
+
+TEST_CASE("The ice beside a printed block is told from the block, by its lines alone") {
+  const SmallIce ice = small_ice_part({"control.scheme=open_loop"});
+  const slice::PrintPaths paths = slice::decode_print_paths(blob(ice.inputs, "paths").bytes);
+  const replay::NominalPart part =
+      replay::nominal_part(paths, replay::kOutlineCell_mm, replay::kOutlineMargin_mm);
+  double bead_mm3 = 0.0, part_mm3 = 0.0;
+  for (const slice::LayerPaths& l : paths.layers)
+    if (const auto use = slice::material_use(l); !use.empty()) bead_mm3 += use[0].volume_mm3;
+  for (const double h : part.target.cells) part_mm3 += h * replay::kOutlineCell_mm * replay::kOutlineCell_mm;
+  CHECK(part_mm3 == Approx(bead_mm3).epsilon(0.1));  // beads overlap a little and leave voids
+
+  const MemoryPrintReport m = print_in_memory(ice.experiment, ice.inputs, {.outline = true});
+  CHECK(m.outline.overspill > 0.0);
+  CHECK(m.outline.overspill < 0.2);
+  CHECK(std::abs(m.outline.size_error_x_mm) < 1.0);
+  CHECK(std::abs(m.outline.size_error_y_mm) < 1.0);
+  CHECK_FALSE(m.outline.cut);
 }
 
 TEST_CASE("A tank that runs empty stops the whole print by name, and the record replays") {

@@ -65,3 +65,22 @@ TEST_CASE("a print in memory that stops for the operator says so and does not co
   CHECK(m.series.empty());
   CHECK(m.surface.size() == 0);
 }
+
+TEST_CASE("Ink beside the part is counted beyond the grid too, and its volume is that of the field") {
+  Experiment e = small_part("smf", "droplets");
+  e.part.shape.diameter_mm = 3.5;  // 14 cells of 0.263 mm: the part touches the grid's border
+  const Blobs inputs = make_inputs(e, "");
+  const MemoryPrintReport m = print_in_memory(e, inputs, {.surface = true, .outline = true});
+  const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
+  const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
+  double part_mm3 = 0.0, inside_mm3 = 0.0;
+  const double cell_mm2 = e.grid.pitch_x_mm * e.grid.pitch_y_mm;
+  for (std::size_t c = 0; c < target.size(); ++c)
+    if (mask.cells[c]) {
+      part_mm3 += target.cells[c] * cell_mm2;
+      inside_mm3 += m.surface.cells[c] * cell_mm2;
+    }
+  CHECK(m.outline.overspill == Approx((m.volume_mm3 - inside_mm3) / part_mm3).epsilon(1e-9));
+  CHECK(m.outline.overspill > outline_stats(m.surface, target, mask).overspill);
+  CHECK_FALSE(m.outline.cut);
+}

@@ -124,6 +124,8 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
   }
   run.layers[2].truth = ErrorStats{};
   run.layers[2].truth->rms_mm = 0.00123;
+  run.layers[2].truth->min_mm = -0.0045;
+  run.layers[2].outline = OutlineStats{0.0921, 0.2754, 0.0123, kNotMeasured, false};
   const auto rows = csv_rows(replay::metrics_csv(run));
   REQUIRE(rows.size() == 5);
   std::map<std::string, std::size_t> column;
@@ -151,6 +153,11 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
     close("volume_mm3", l.volume_mm3, 1e-6);
     close("objective_um", 1e3 * l.objective_mm, 1e-6);
     close("end_s", l.end_s, 1e-3);
+    CHECK(cell("true_max_abs_error_um") == (l.truth ? "4.500" : ""));
+    CHECK(cell("overspill_pct") == (l.outline ? "9.210" : ""));
+    CHECK(cell("first_ring_um") == (l.outline ? "275.400" : ""));
+    CHECK(cell("size_error_x_um") == (l.outline ? "12.300" : ""));
+    CHECK(cell("size_error_y_um").empty());
     CHECK(cell("true_rms_um") == (l.truth ? "1.230" : ""));
   }
 }

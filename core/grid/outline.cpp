@@ -1,0 +1,118 @@
+#include "core/grid/outline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace firn {
+namespace {
+
+// A line of cells in a map: `count` values from `first` on, `step` apart.
+struct Line {
+  const double* first;
+  std::size_t step;
+  int count;
+  double operator()(int i) const { return first[std::size_t(i) * step]; }
+};
+
+bool known(const Line& h, int i) { return i >= 0 && i < h.count && std::isfinite(h(i)); }
+
+// Distance from cell `i`, which reaches the level, to the crossing towards cell `beyond` [pitches]: half a
+// cell where nothing is known beyond.
+double crossing(const Line& h, int i, int beyond, double level) {
+  return known(h, beyond) ? (h(i) - level) / (h(i) - h(beyond)) : 0.5;
+}
+
+// Jaws that close on the level over all lines added [pitches].
+struct Caliper {
+  double low = INFINITY, high = -INFINITY;
+  bool cut = false;
+  void add(const Line& h, double level) {
+    int first = -1, last = -1;
+    for (int i = 0; i < h.count; ++i)
+      if (h(i) >= level) {
+        if (first < 0) first = i;
+        last = i;
+      }
+    if (first < 0) return;
+    low = std::min(low, first - crossing(h, first, first - 1, level));
+    high = std::max(high, last + crossing(h, last, last + 1, level));
+    cut = cut || !known(h, first - 1) || !known(h, last + 1);
+  }
+  double width() const { return high > low ? high - low : kNotMeasured; }
+};
+
+Caliper along_x(const HeightMap& h, double level) {
+  Caliper jaws;
+  for (int j = 0; j < h.spec.ny; ++j) jaws.add({h.data() + h.spec.index(0, j), 1, h.spec.nx}, level);
+  return jaws;
+}
+
+Caliper along_y(const HeightMap& h, double level) {
+  Caliper jaws;
+  for (int i = 0; i < h.spec.nx; ++i) jaws.add({h.data() + i, std::size_t(h.spec.nx), h.spec.ny}, level);
+  return jaws;
+}
+
+// Target and mask on the grid of a height map that holds theirs.
+struct Placed {
+  HeightMap target;
+  Mask mask;
+};
+
+Placed placed(const GridSpec& on, const HeightMap& target, const Mask& mask) {
+  const GridSpec& g = target.spec;
+  const int di = int(std::lround((g.origin_x_mm - on.origin_x_mm) / on.pitch_x_mm));
+  const int dj = int(std::lround((g.origin_y_mm - on.origin_y_mm) / on.pitch_y_mm));
+  if (mask.size() != target.size() || di < 0 || dj < 0 || di + g.nx > on.nx || dj + g.ny > on.ny)
+    throw std::invalid_argument("outline_stats: height, target and mask do not fit each other");
+  Placed out{HeightMap(on, 0.0), Mask(on)};
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i)
+      if (mask.at(i, j)) {
+        out.target.at(i + di, j + dj) = target.at(i, j);
+        out.mask.at(i + di, j + dj) = 1;
+      }
+  return out;
+}
+
+bool beside_part(const Mask& mask, int i, int j) {
+  for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}})
+    if (mask.spec.contains(i + di, j + dj) && mask.at(i + di, j + dj)) return true;
+  return false;
+}
+
+}  // namespace
+
+OutlineStats outline_stats(const HeightMap& height, const HeightMap& target_there, const Mask& mask_there) {
+  const auto [target, mask] = placed(height.spec, target_there, mask_there);
+  double inside = 0.0, outside = 0.0, ring = 0.0, highest = 0.0;
+  std::int64_t cells = 0, ring_cells = 0;
+  for (int j = 0; j < mask.spec.ny; ++j)
+    for (int i = 0; i < mask.spec.nx; ++i) {
+      const double h = height.at(i, j);
+      if (mask.at(i, j)) {
+        inside += target.at(i, j);
+        highest = std::max(highest, target.at(i, j));
+      } else if (std::isfinite(h)) {
+        outside += h;
+        ++cells;
+        if (beside_part(mask, i, j)) {
+          ring += h;
+          ++ring_cells;
+        }
+      }
+    }
+  OutlineStats s;
+  if (cells > 0 && inside > 0.0) s.overspill = outside / inside;
+  if (ring_cells > 0) s.first_ring_mm = ring / double(ring_cells);
+  if (highest <= 0.0) return s;
+  const double level = 0.5 * highest;
+  const Caliper x = along_x(height, level), y = along_y(height, level);
+  s.size_error_x_mm = (x.width() - along_x(target, level).width()) * height.spec.pitch_x_mm;
+  s.size_error_y_mm = (y.width() - along_y(target, level).width()) * height.spec.pitch_y_mm;
+  s.cut = x.cut || y.cut;
+  return s;
+}
+
+}  // namespace firn
