@@ -101,7 +101,7 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
 
   const replay::StudyTable table = study_table(plan, journal);
   const replay::StudyAnalysis analysis = replay::analyse(table);
-  const std::string summary = study_json(table, analysis);
+  const std::string summary = study_json(table, analysis, provenance(plan));
   write_file_atomically(folder / "runs.csv", replay::study_csv(table));
   write_file_atomically(folder / "summary.json", summary);
   if (const auto rows = replay::profile_rows(table); !rows.empty())

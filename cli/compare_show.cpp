@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/statistics/sign_flip.h"
 #include "report/study/study_profile.h"
 
 namespace firn {
@@ -34,6 +35,21 @@ std::string interval(double value, const statistics::Interval& i, int decimals) 
   return fmt::format("{:.{}f} [{:.{}f}, {:.{}f}]", value, decimals, i.low, decimals, i.high, decimals);
 }
 
+// The primary metric on each part: a column a part.
+std::string part_table(const StudyTable& t, const StudyAnalysis& a, std::size_t name_width) {
+  std::string s = fmt::format("\n{}, part by part:\n{:<{}}", t.metrics[0].name, "scheme", name_width);
+  for (const std::string& part : t.parts) s += fmt::format("   {:<25}", part);
+  s += "\n";
+  for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
+    s += fmt::format("{:<{}}", t.arms[arm], name_width);
+    for (const ArmSummary& one : a.summaries)
+      if (one.arm == arm && one.metric == 0 && one.part != replay::kAllParts)
+        s += fmt::format("   {:<25}", interval(one.mean, one.interval, t.metrics[0].decimals));
+    s += "\n";
+  }
+  return s;
+}
+
 bool stopped(const StudyAnalysis& a) {
   return std::any_of(a.failed.begin(), a.failed.end(), [](int n) { return n > 0; });
 }
@@ -58,6 +74,7 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a,
         s += fmt::format("   {:<25}", interval(one.mean, one.interval, t.metrics[one.metric].decimals));
     s += "\n";
   }
+  if (t.parts.size() > 1) s += part_table(t, a, w);
   if (!settings.empty()) {
     s += "\nsettings that differ:\n";
     for (const auto& p : settings) {
@@ -70,21 +87,25 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a,
   if (t.arms.size() > 1) s += fmt::format("\n{}, pair by pair (first - second):\n", t.metrics[0].name);
   for (const ArmComparison& c : a.comparisons) {
     if (c.metric != 0 || c.part != replay::kAllParts) continue;
-    s += fmt::format("  {:<{}} - {:<{}} {:<26} effect d_z {:>7}   Holm p {:<8} {}{}\n", t.arms[c.a], w,
-                     t.arms[c.b], w, interval(c.values.difference, c.values.interval, t.metrics[0].decimals),
-                     c.values.pairs > 0 ? fmt::format("{:.2f}", c.values.effect) : "-",
-                     replay::p_text(c.holm_p), c.holm_p > replay::kAlpha ? "not distinguishable" : "",
-                     c.by_rank()
-                         ? fmt::format(" (prints stopped {} : {}; difference of {} complete of {} seeds)",
-                                       c.stopped_a, c.stopped_b, c.values.pairs, c.tested)
-                         : "");
+    s += fmt::format(
+        "  {:<{}} - {:<{}} {:<26} effect d_z {:>7}   Holm p {:<8} {}{}\n", t.arms[c.a], w, t.arms[c.b], w,
+        interval(c.values.difference, c.values.interval, t.metrics[0].decimals),
+        c.values.pairs > 0 ? fmt::format("{:.2f}", c.values.effect) : "-", replay::p_text(c.holm_p),
+        c.holm_p > replay::kAlpha ? "not distinguishable"
+        : c.values.p <= statistics::smallest_p(c.tested)
+            ? fmt::format("(the smallest p that {} seeds can give)", c.tested)
+            : "",
+        c.by_rank() ? fmt::format(" (prints stopped {} : {}; difference of {} complete of {} seeds)",
+                                  c.stopped_a, c.stopped_b, c.values.pairs, c.tested)
+                    : "");
   }
   s += replay::profile_text(t, replay::profile_rows(t)) + "\n";
   for (const std::string& n : a.notes) s += n + ".\n";
   return s + a.answer + "\n";
 }
 
-std::string study_json(const StudyTable& t, const StudyAnalysis& a) {
+std::string study_json(const StudyTable& t, const StudyAnalysis& a,
+                       const std::vector<std::pair<std::string, std::string>>& provenance) {
   Json schemes = Json::array();
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
     Json metrics = Json::array();
@@ -146,6 +167,7 @@ std::string study_json(const StudyTable& t, const StudyAnalysis& a) {
             {"schemes", schemes},
             {"comparisons", comparisons},
             {"files", {"runs.csv", "summary.json", "report.html", "study.toml", "results.journal"}}};
+  for (const auto& [name, value] : provenance) j["provenance"][name] = value;
   if (!profile.empty()) {
     j["profile"] = profile;
     j["files"].push_back("profile.csv");

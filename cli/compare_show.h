@@ -14,6 +14,8 @@ namespace firn {
 std::string study_text(const replay::StudyTable& table, const replay::StudyAnalysis& analysis,
                        const std::vector<replay::DifferingParameter>& settings);
 /// {study, answer, notes, primary, schemes, comparisons, files}; numbers that are not finite are null.
-std::string study_json(const replay::StudyTable& table, const replay::StudyAnalysis& analysis);
+/// @param provenance name and value of what made the study: build, platform, seeds
+std::string study_json(const replay::StudyTable& table, const replay::StudyAnalysis& analysis,
+                       const std::vector<std::pair<std::string, std::string>>& provenance = {});
 
 }  // namespace firn
