@@ -3,7 +3,7 @@
 
     scripts/figures.py                    check: every marked table equals its results (a test)
     scripts/figures.py --write            writes the marked tables anew
-    scripts/figures.py --take NAME FILE   keeps the output of `firn compare STUDY --json` as docs/results/NAME.json
+    scripts/figures.py --take NAME FILE   keeps the output of `firn compare STUDY --json` as experiments/results/NAME.json
 
 A marked table stands between `<!-- table NAME -->` and `<!-- end -->`; TABLES says how it is made.
 """
@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-RESULTS = ROOT / "docs" / "results"
+RESULTS = ROOT / "experiments" / "results"
 MARK = re.compile(r"(<!-- table (\S+) -->\n)(.*?)(<!-- end -->)", re.S)
 
 
@@ -82,7 +82,7 @@ def main():
         if "--write" in sys.argv:
             page.write_text(made, encoding="utf-8")
         else:
-            print(f"figures: {page.relative_to(ROOT)}: a table differs from docs/results; scripts/figures.py --write", file=sys.stderr)
+            print(f"figures: {page.relative_to(ROOT)}: a table differs from experiments/results; scripts/figures.py --write", file=sys.stderr)
             stale += 1
     if not stale:
         print("figures: ok")
