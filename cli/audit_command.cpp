@@ -6,10 +6,12 @@
 #include "cli/option_set.h"
 #include "config/experiment.h"
 #include "config/labs.h"
+#include "files/text_file.h"
 #include "files/usage_error.h"
 #include "plant/inkjet/model.h"
 #include "plant/record/record.h"
 #include "print/exit_codes.h"
+#include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
 #include "replay/path_audit.h"
 #include "replay/run_messages.h"
@@ -54,10 +56,28 @@ std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& 
 
 namespace {
 
-replay::AuditVerdict path_verdict(const std::filesystem::path& run, const Experiment& e) {
+// Names the files that the run must have: a file that is gone says nothing of what happened.
+std::vector<std::string> missing_files(const std::filesystem::path& run, const Experiment& e) {
+  std::vector<std::string> missing;
+  for (const NamedMaker& node : taking_part(e)) {
+    const std::string name = "nodes/" + std::string(info(node.id).name) + ".wal";
+    if (!std::filesystem::exists(run / name)) missing.push_back(name + " is missing");
+  }
+  if (std::filesystem::exists(run / "world" / "state") && !std::filesystem::exists(run / "world.rec"))
+    missing.push_back("world.rec is missing, though world/state shows that the lab was simulated");
+  return missing;
+}
+
+// From the write-ahead files; where they are gone, from the run folder.
+Experiment experiment_of(const std::filesystem::path& run) {
+  const std::string config = recorded_config(run);
+  if (!config.empty()) return parse_experiment(config, "the recorded configuration");
+  const std::filesystem::path file = run / "experiment.toml";
+  return std::filesystem::exists(file) ? parse_experiment(read_file(file), file.string()) : Experiment{};
+}
+
+replay::AuditVerdict path_verdict(const std::filesystem::path& run, const replay::AuditOptions& options) {
   const replay::RunMessages messages(run);
-  replay::AuditOptions options;
-  options.time_scale = e.run.time_scale;
   if (!std::filesystem::exists(run / "world.rec")) return replay::audit_paths(messages, nullptr, options);
   std::vector<replay::TrueFiring> firings;
   for (const plant::FiringRecord& f : plant::read_history(run / "world.rec").firings)
@@ -69,14 +89,13 @@ replay::AuditVerdict path_verdict(const std::filesystem::path& run, const Experi
 
 replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
   try {
-    const std::string config = recorded_config(run);
-    const Experiment e =
-        config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
-    if (prints_paths(e)) return path_verdict(run, e);
-    const replay::AuditRecord record = replay::read_audit_record(run);
-    const auto truth = read_world_truth(run, e);
+    const Experiment e = experiment_of(run);
     replay::AuditOptions options;
     options.time_scale = e.run.time_scale;
+    options.damage = missing_files(run, e);
+    if (prints_paths(e)) return path_verdict(run, options);
+    const replay::AuditRecord record = replay::read_audit_record(run);
+    const auto truth = read_world_truth(run, e);
     return replay::audit(record, truth ? &*truth : nullptr, options);
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());

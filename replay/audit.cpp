@@ -31,7 +31,8 @@ class Audit {
   AuditVerdict go() {
     v_.finished = record_.finished;
     v_.with_world = world_ != nullptr;
-    for (const std::string& d : record_.damage) add(ViolationKind::kDamaged, d);
+    for (const auto* damage : {&options_.damage, &record_.damage})
+      for (const std::string& d : *damage) add(ViolationKind::kDamaged, d);
     check_layers();
     for (std::size_t n = 0; n < record_.orders.size(); ++n) check_order(n);
     check_unknowns();
@@ -320,14 +321,13 @@ class Audit {
     for (std::size_t n = 0; n < std::max<std::size_t>(1, record_.starts.size()); ++n) {
       const std::int64_t from = n < record_.starts.size() ? record_.starts[n] : 0;
       const std::int64_t to = n + 1 < record_.starts.size() ? record_.starts[n + 1] : kNever;
-      const auto stop =
-          std::ranges::find_if(record_.stops, [&](const Stop& s) { return s.t_us >= from && s.t_us < to; });
+      const auto stop = std::ranges::find(record_.stops, std::int32_t(n), &Stop::incarnation);
       if (stop == record_.stops.end()) continue;
       v_.stops += stop->t_us < record_.end_us;
       std::int64_t late = 0;
       double latest_s = 0.0;
       for (const Shot& s : world_->shots) {
-        if (!obeyed(s) || s.t_us <= stop->t_us || s.t_us >= to) continue;
+        if (!obeyed(s) || s.t_us <= stop->t_us || s.t_us < from || s.t_us >= to) continue;
         latest_s = wall_s(s.t_us - stop->t_us);
         late += latest_s > options_.stop_limit_s;
       }

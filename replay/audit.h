@@ -43,6 +43,7 @@ struct AuditOptions {
   double time_scale = 1.0;      ///< node seconds per second of wall time
   double stop_limit_s = 1.0;    ///< wall time from the first fault to the last droplet
   double lease_limit_s = 0.05;  ///< wall time from the end of the lease to the last droplet
+  std::vector<std::string> damage = {};  ///< of the run folder, as the caller found it
 };
 
 enum class ViolationKind : std::uint8_t {

@@ -1,6 +1,7 @@
 #include "replay/audit_record.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/grid/firing_order.h"
 #include "firn/deposition_report_t.hpp"
@@ -53,12 +54,12 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
     r.maps.push_back({m.header.utime_us, m.layer, m.map_id, m.sample_utime_us});
   });
   messages.each<safe_stop_t>(channels::kSafeStop.name, [&](const safe_stop_t& m) {
-    r.stops.push_back({m.header.utime_us, m.cause});
+    r.stops.push_back({m.header.utime_us, m.cause, m.header.incarnation});
   });
   for (const NodeInfo& node : nodes())
     messages.each<fault_t>(channels::fault(node.id).name, [&](const fault_t& m) {
       if (Severity(m.severity) == Severity::kStop)
-        r.stops.push_back({m.header.utime_us, m.node + ": " + m.text});
+        r.stops.push_back({m.header.utime_us, m.node + ": " + m.text, m.header.incarnation});
     });
   messages.each<enable_t>(channels::kEnable.name, [&](const enable_t& m) {
     const std::int64_t t = m.header.utime_us;
@@ -69,7 +70,7 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
         RunOutcome(m.outcome) == RunOutcome::kFinished || RunOutcome(m.outcome) == RunOutcome::kEndedEarly;
     if (r.finished) r.end_us = m.header.utime_us;
   });
-  std::ranges::stable_sort(r.stops, {}, &Stop::t_us);
+  std::ranges::stable_sort(r.stops, {}, [](const Stop& s) { return std::pair(s.incarnation, s.t_us); });
   r.starts = messages.starts();
   r.damage = messages.damage();
   return r;

@@ -55,6 +55,7 @@ struct MeasuredMap {
 struct Stop {
   std::int64_t t_us = 0;
   std::string cause;
+  std::int32_t incarnation = 0;  ///< of its sender
 };
 
 struct Lease {
@@ -68,7 +69,7 @@ struct AuditRecord {
   std::vector<PassPart> parts;  ///< empty where a layer is one pattern of one ink
   std::vector<PlannedLayer> plans;
   std::vector<MeasuredMap> maps;
-  std::vector<Stop> stops;           ///< SAFE_STOP, and FAULT_* that stop the print
+  std::vector<Stop> stops;           ///< SAFE_STOP, and FAULT_* that stop the print; by incarnation, then time
   std::vector<Lease> leases;         ///< ENABLE
   std::vector<std::int64_t> starts;  ///< of each incarnation
   bool finished = false;             ///< RUN_END with outcome finished or ended early

@@ -1,8 +1,10 @@
 #include "replay/path_audit.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
+#include "firn/enable_t.hpp"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
@@ -36,12 +38,16 @@ class PathAudit {
   }
 
   AuditVerdict go() {
-    for (const std::string& d : messages_.damage()) add(ViolationKind::kDamaged, d);
+    for (const auto* damage : {&options_.damage, &messages_.damage()})
+      for (const std::string& d : *damage) add(ViolationKind::kDamaged, d);
     gather();
     if (world_) take_firings();
     for (const auto& [number, path] : paths_) check_path(path);
     check_doubts();
-    if (world_) check_stops();
+    if (world_) {
+      check_stops();
+      check_leases();
+    }
     return std::move(v_);
   }
 
@@ -79,12 +85,15 @@ class PathAudit {
       });
     std::ranges::stable_sort(armings_, {}, &Arming::t_us);
     messages_.each<safe_stop_t>(channels::kSafeStop.name,
-                                [&](const safe_stop_t& s) { stops_.push_back(s.header.utime_us); });
+                                [&](const safe_stop_t& s) { add_stop(s.header); });
     for (const NodeInfo& n : nodes())
       messages_.each<fault_t>(channels::fault(n.id).name, [&](const fault_t& f) {
-        if (Severity(f.severity) == Severity::kStop) stops_.push_back(f.header.utime_us);
+        if (Severity(f.severity) == Severity::kStop) add_stop(f.header);
       });
-    std::sort(stops_.begin(), stops_.end());
+    messages_.each<enable_t>(channels::kEnable.name, [&](const enable_t& e) {
+      const Time t{e.header.utime_us};
+      leases_.emplace_back(t.us, e.enabled ? t.after_s(e.lease_s).us : t.us);
+    });
   }
 
   // Returns the path for which the valve was armed last before the trigger; 0: no path.
@@ -165,18 +174,24 @@ class PathAudit {
         add(ViolationKind::kUnresolved, "path " + std::to_string(u.pass) + ": in doubt, and no map after it");
   }
 
+  // Several causes of one stop count once: the first stop of each incarnation.
+  void add_stop(const header_t& h) {
+    if (h.utime_us >= end_us_ || h.incarnation < 0) return;
+    const auto [first, fresh] = stops_.try_emplace(h.incarnation, h.utime_us);
+    if (!fresh) first->second = std::min(first->second, h.utime_us);
+  }
+
   void check_stops() {
-    std::int64_t counted_us = -1;
-    for (const std::int64_t stop : stops_) {
-      if (stop >= end_us_) continue;
-      const auto next_start = std::ranges::upper_bound(messages_.starts(), stop);
+    const std::vector<std::int64_t>& starts = messages_.starts();
+    for (const auto& [incarnation, stop] : stops_) {
+      const std::size_t n = std::size_t(incarnation);
+      const std::int64_t from = n < starts.size() ? starts[n] : 0;
       const std::int64_t until =
-          next_start == messages_.starts().end() ? std::numeric_limits<std::int64_t>::max() : *next_start;
-      if (counted_us != until) ++v_.stops;  // several causes of one stop
-      counted_us = until;
+          n + 1 < starts.size() ? starts[n + 1] : std::numeric_limits<std::int64_t>::max();
+      ++v_.stops;
       for (const TrueFiring& f : *world_) {
-        if (f.last_us <= stop || f.trigger_us >= until) continue;
-        const double late_s = double(f.last_us - stop) * 1e-6 / options_.time_scale;
+        if (f.last_us <= stop || f.trigger_us < from || f.trigger_us >= until) continue;
+        const double late_s = wall_s(f.last_us - stop);
         v_.longest_stop_s = std::max(v_.longest_stop_s, late_s);
         if (late_s > options_.stop_limit_s)
           add(ViolationKind::kAfterStop, "path " + std::to_string(path_of(f)) + ": a pulse " +
@@ -184,6 +199,24 @@ class PathAudit {
       }
     }
   }
+
+  // The last pulse of a list decides: a lease that ends meanwhile must end the list.
+  void check_leases() {
+    for (const TrueFiring& f : *world_) {
+      if (f.fired == 0) continue;
+      const auto next =
+          std::ranges::upper_bound(leases_, f.last_us, {}, &std::pair<std::int64_t, std::int64_t>::first);
+      const double late_s = next == leases_.begin() ? -1.0 : wall_s(f.last_us - std::prev(next)->second);
+      if (next == leases_.begin())
+        add(ViolationKind::kOutsideLease,
+            "path " + std::to_string(path_of(f)) + ": a pulse before the first lease");
+      else if (late_s > options_.lease_limit_s)
+        add(ViolationKind::kOutsideLease, "path " + std::to_string(path_of(f)) + ": a pulse " +
+                                              std::to_string(late_s) + " s after the end of the lease");
+    }
+  }
+
+  double wall_s(std::int64_t us) const { return double(us) * 1e-6 / options_.time_scale; }
 
   struct Arming {
     std::int64_t t_us = 0, path = 0;
@@ -198,7 +231,8 @@ class PathAudit {
   std::int64_t last_reported_ = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> maps_;  // time, map_id
   std::vector<Arming> armings_;
-  std::vector<std::int64_t> stops_;
+  std::map<std::int32_t, std::int64_t> stops_;                   // incarnation, first stop
+  std::vector<std::pair<std::int64_t, std::int64_t>> leases_;    // time, end
   std::int64_t end_us_ = std::numeric_limits<std::int64_t>::max();
 };
 

@@ -168,6 +168,24 @@ TEST_CASE("A missing node's file is no identical run, and its name stands in the
   CHECK_THAT(said.out + said.err, Contains("lamp"));
 }
 
+TEST_CASE("A file that is missing is a violation for the audit, which names it") {
+  const fs::path run = golden_copy("v1-mpc", "audit-missing");
+  CHECK(firn_says({"audit", run.string()}).code == 0);
+  const auto violation = [&](const std::string& named) {
+    const Said said = firn_says({"audit", run.string()});
+    CHECK(said.code == 1);
+    CHECK_THAT(said.out, Contains("damaged record: " + named));
+  };
+  fs::rename(run / "nodes" / "controller.wal", run / "controller.wal");
+  violation("nodes/controller.wal is missing");
+  fs::rename(run / "controller.wal", run / "nodes" / "controller.wal");
+  fs::remove(run / "world.rec");
+  violation("world.rec is missing");
+  fs::remove_all(run / "nodes");
+  fs::create_directory(run / "nodes");
+  violation("nodes/scheduler.wal is missing");
+}
+
 TEST_CASE("A report of two runs tells the settings in which they differ, and only those") {
   const fs::path folder = fresh_folder("two-runs");
   fs::copy(golden("v1-mpc"), folder / "a", fs::copy_options::recursive);

@@ -240,6 +240,18 @@ TEST_CASE("a droplet later than a second after a stop is found, and the latest i
   CHECK(p.verdict().clean());
 }
 
+TEST_CASE("a stop counts for the incarnation that sent it, whatever its time") {
+  Print p;
+  const std::int64_t resumed = p.world.shots[p.first_shot(4)].t_us - 1;
+  p.record.starts = {0, resumed};
+  p.record.stops = {{resumed - 1, "launcher: interrupted", 0}, {resumed - 2 * kSecond, "old", 1}};
+  CHECK(found(p.verdict(), ViolationKind::kAfterStop));
+  p.record.stops.pop_back();
+  CHECK(p.verdict().clean());
+  p.record.stops = {{p.world.shots.back().t_us - 2 * kSecond, "jet: link lost", 1}};
+  CHECK(found(p.verdict(), ViolationKind::kAfterStop));
+}
+
 TEST_CASE("droplets without a lease, from a disarmed jet, or before any command are found") {
   Print lease;
   for (auto& l : lease.record.leases) l.until_us = l.t_us - 5 * kSecond;
