@@ -8,6 +8,7 @@
 #include "cli/log_lines.h"
 #include "cli/option_set.h"
 #include "files/path/layer_file.h"
+#include "files/path/trajectory_file.h"
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
 #include "files/usage_error.h"
@@ -27,8 +28,8 @@ constexpr std::size_t kShownProblems = 20;
 
 struct Channel {
   std::uint64_t messages = 0, missing = 0;
-  std::int32_t incarnation = 0;
   std::int64_t last_seq = 0;
+  std::vector<std::pair<std::int64_t, std::int64_t>> gaps;  // first, last seq
 };
 
 struct Verdict {
@@ -47,9 +48,17 @@ struct Verdict {
 };
 
 bool is_record_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  for (const char* ending : {".wal", ".rec", ".paths"})
+  for (const char* ending : {".wal", ".rec", ".paths", ".traj"})
     if (path.extension() == ending) return true;
   return RecordReader(bytes).header_ok();
+}
+
+// A trajectory file is known by its name, or under any name by its first record.
+bool holds_trajectories(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  if (path.extension() == ".traj") return true;
+  const auto first = RecordReader(bytes).next();
+  return first && first->kind == std::uint16_t(TrajectoryRecord::kHead) && path.extension() != ".wal" &&
+         path.extension() != ".rec" && path.extension() != ".paths";
 }
 
 // A file of paths that ends between two records is whole to its records, but not to a printer.
@@ -58,6 +67,14 @@ void read_layers(Verdict& v, std::span<const std::byte> bytes) try {
   while (layers.next()) {
   }
 } catch (const FormatError& e) {
+  v.problem("byte " + std::to_string(e.offset) + ": " + e.problem);
+}
+
+void read_trajectories(Verdict& v, std::span<const std::byte> bytes) try {
+  TrajectoryReader paths(bytes);
+  while (paths.next()) {
+  }
+} catch (const TrajectoryFormatError& e) {
   v.problem("byte " + std::to_string(e.offset) + ": " + e.problem);
 }
 
@@ -73,8 +90,33 @@ void count_message(Verdict& v, const logfile::Event& e) {
     v.problem("event " + std::to_string(e.eventnum) + ": " + *wrong);
   const auto header = wire::read_header(e.data);
   if (!header || info->delivery != Delivery::kReliable) return;
-  if (header->seq > c.last_seq + 1) c.missing += std::uint64_t(header->seq - c.last_seq - 1);
+  if (header->seq > c.last_seq + 1) {
+    c.missing += std::uint64_t(header->seq - c.last_seq - 1);
+    c.gaps.emplace_back(c.last_seq + 1, header->seq - 1);
+  }
   c.last_seq = std::max(c.last_seq, header->seq);
+}
+
+// Says of each gap how much of it a repair would fill.
+void count_gaps(Verdict& v, const std::filesystem::path& nodes) {
+  std::map<std::string, std::uint64_t, std::less<>> held;
+  const bool gaps = std::ranges::any_of(v.channels, [](const auto& c) { return c.second.missing > 0; });
+  if (gaps && std::filesystem::is_directory(nodes))
+    each_sent_message(nodes, [&](std::string_view channel, std::int64_t seq) {
+      const auto c = v.channels.find(channel);
+      if (c == v.channels.end()) return;
+      for (const auto& [first, last] : c->second.gaps)
+        if (seq >= first && seq <= last) ++held[c->first];
+    });
+  for (const auto& [name, c] : v.channels) {
+    if (!c.missing) continue;
+    const std::uint64_t n = std::min(held[name], c.missing);
+    v.problem("recording gap: " + std::to_string(c.missing) + " messages of " + name +
+              (n == c.missing ? "; `firn log repair` fills it from the write-ahead files"
+               : n > 0        ? "; the write-ahead files hold " + std::to_string(n) +
+                             " of them, which `firn log repair` fills in"
+                              : "; no write-ahead file in " + nodes.string() + " holds them"));
+  }
 }
 
 Verdict verify_events(const std::filesystem::path& path) {
@@ -92,10 +134,7 @@ Verdict verify_events(const std::filesystem::path& path) {
     v.checked += e->checked;
     count_message(v, *e);
   }
-  for (const auto& [name, c] : v.channels)
-    if (c.missing)
-      v.problem("recording gap: " + std::to_string(c.missing) + " messages of " + name +
-                "; `firn log repair` fills it from the write-ahead files");
+  count_gaps(v, path.parent_path() / "nodes");
   for (const Damage& d : file.index().damage().list())
     v.problem("index: byte " + std::to_string(d.offset) + ": " + std::string(d.reason));
   v.damage = reader.damage();
@@ -106,8 +145,11 @@ Verdict verify_records(const std::filesystem::path& path) {
   const MappedFile file(path);
   RecordReader reader(file.bytes());
   Verdict v;
-  const bool paths = path.extension() == ".paths";
-  v.kind = path.extension() == ".wal" ? "write-ahead file" : paths ? "path file" : "record file";
+  const bool paths = path.extension() == ".paths", trajectories = holds_trajectories(path, file.bytes());
+  v.kind = path.extension() == ".wal" ? "write-ahead file"
+           : paths                    ? "path file"
+           : trajectories             ? "trajectory file"
+                                      : "record file";
   v.bytes = file.bytes().size();
   while (const auto r = reader.next()) {
     ++v.pieces;
@@ -118,6 +160,7 @@ Verdict verify_records(const std::filesystem::path& path) {
   }
   v.damage = reader.damage();
   if (paths && v.damage.count() == 0) read_layers(v, file.bytes());
+  if (trajectories && v.damage.count() == 0) read_trajectories(v, file.bytes());
   return v;
 }
 

@@ -106,6 +106,12 @@ std::optional<logfile::MessageKey> message_key(std::string_view channel, std::sp
   return logfile::MessageKey{std::uint64_t(header->incarnation), std::uint64_t(header->seq)};
 }
 
+void each_sent_message(const std::filesystem::path& nodes_folder,
+                       const std::function<void(std::string_view channel, std::int64_t seq)>& use) {
+  SentMessages source(nodes_folder);
+  while (const auto m = source.next()) use(m->channel, std::int64_t(m->key.low));
+}
+
 logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log,
                                               const std::filesystem::path& nodes_folder) {
   SentMessages source(nodes_folder);

@@ -1,7 +1,10 @@
 // Fills a run's log from its write-ahead files: at the end of a print, at a resume, and by `firn log repair`.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <string_view>
 
 #include "files/record/repair.h"
 
@@ -14,6 +17,11 @@ namespace firn {
 /// @throws logfile::FileError; the old log is then untouched
 logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log,
                                               const std::filesystem::path& nodes_folder);
+
+/// Calls `use` with channel and sequence number of every message that the repair would take from the
+/// write-ahead files, in the order of the files. @throws logfile::FileError
+void each_sent_message(const std::filesystem::path& nodes_folder,
+                       const std::function<void(std::string_view channel, std::int64_t seq)>& use);
 
 /// Returns the (incarnation, seq) of a message with a header; nothing for others.
 std::optional<logfile::MessageKey> message_key(std::string_view channel, std::span<const std::byte> message);

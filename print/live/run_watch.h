@@ -1,6 +1,7 @@
 // RunWatch reads the launcher's view of a run from the bus: progress of the print, its end, cause of a stop.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,7 +25,8 @@ class RunWatch {
   /// was finished.
   void on_earlier_end(std::span<const std::byte> message);
 
-  /// Returns "during layer 7, pass 0", or "before the first layer".
+  /// Returns "during layer 7, pass 0", "during layer 7, path 12", "during the scan of layer 7, path 13", or
+  /// "before the first layer".
   std::string place() const;
   std::optional<layer_metrics_t> take_metrics() { return std::exchange(metrics_, std::nullopt); }
   const std::optional<run_end_t>& end() const { return end_; }
@@ -36,6 +38,12 @@ class RunWatch {
  private:
   std::int32_t incarnation_;
   int layer_ = 0, pass_ = -1;
+  std::int64_t path_ = 0;  // that the arm was given last
+  struct PathPlace {
+    int layer = 0;
+    bool measures = false;
+  };
+  std::map<std::int64_t, PathPlace> paths_;
   std::optional<layer_metrics_t> metrics_;
   std::optional<run_end_t> end_;
   std::string fault_;

@@ -1,10 +1,12 @@
 #include "cli/log_command.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "files/path/layer_file.h"
+#include "files/path/trajectory_file.h"
 #include "files/record/event_log.h"
 #include "files/usage_error.h"
 #include "firn/run_start_t.hpp"
@@ -144,6 +146,54 @@ TEST_CASE("firn log verify names recording gaps and values outside their limits"
   events.close();
   CHECK_THAT(verify(run.options(run.scratch / "bad.lcm"), kFailed)["problems"][0].get<std::string>(),
              Contains("event 0: HEIGHT_MAP: byte ") && Contains("grid.pitch_x_mm = -1"));
+}
+
+TEST_CASE("firn log verify advises a repair only where the write-ahead files hold what is missing") {
+  const RunFiles run({3, 4, 7});
+  const auto problem = [&] {
+    return verify(run.options(run.log), kFailed)["problems"][0].get<std::string>();
+  };
+  CHECK_THAT(problem(), Contains("`firn log repair` fills it"));
+  const std::vector<std::byte> whole = read_file(run.wal);
+  logfile::RecordReader reader(whole);
+  std::uint64_t cut = 0;  // behind the outputs of layer 3
+  while (const auto r = reader.next())
+    if (r->index == 9) cut = r->offset;
+  write_file(run.wal, {whole.begin(), whole.begin() + std::ptrdiff_t(cut)});
+  CHECK_THAT(problem(), Contains("the write-ahead files hold 1 of them"));
+  std::filesystem::remove(run.wal);
+  CHECK_THAT(problem(), Contains("no write-ahead file") && !Contains("repair"));
+  std::filesystem::remove(run.wal.parent_path());
+  CHECK_THAT(problem(), Contains("no write-ahead file") && !Contains("repair"));
+}
+
+TEST_CASE("firn log verify rejects a trajectory file without totals, and one with NaN") {
+  const RunFiles run;
+  const std::filesystem::path file = run.scratch / "x.traj";
+  const TrajectoryHead head{"cobra600", "thesis", "test", 0.016, {1, 2}, {"J1"}, {"rad"}};
+  PlannedPath path{1, 0, PathKind::kFill, 10.0, {}};
+  path.trajectory = {1, 0.016, 1, {"rad"}, {0.1, 0.2, 0.3}, {{{"total speed", 0.9, 0.1}}, 0.048, 0.0, 0.4}};
+  const auto write = [&](bool totals, double position) {
+    std::filesystem::remove(file);
+    path.trajectory.positions[1] = position;
+    TrajectoryTotals sums;
+    sums.paths = 1;
+    sums.samples = 3;
+    sums.duration_s = 0.048;
+    logfile::RecordWriter out(file, logfile::RecordWriter::Mode::kCreate);
+    out.append(std::uint16_t(TrajectoryRecord::kHead), encode(head));
+    out.append(std::uint16_t(TrajectoryRecord::kPath), encode(path));
+    if (totals) out.append(std::uint16_t(TrajectoryRecord::kTotals), encode(sums));
+  };
+  write(true, 0.2);
+  CHECK(verify(run.options(file), kOk)["kind"] == "trajectory file");
+  write(false, 0.2);
+  CHECK_THAT(verify(run.options(file), kFailed)["problems"][0].get<std::string>(), Contains("no totals"));
+  write(true, std::nan(""));
+  CHECK_THAT(verify(run.options(file), kFailed)["problems"][0].get<std::string>(),
+             Contains("byte ") && Contains("position"));
+  std::filesystem::rename(file, run.scratch / "x.trajectories");
+  CHECK(verify(run.options(run.scratch / "x.trajectories"), kFailed)["kind"] == "trajectory file");
 }
 
 TEST_CASE("firn log cat prints JSON lines, by channel, time and count") {

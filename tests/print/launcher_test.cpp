@@ -5,6 +5,8 @@
 
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
+#include "firn/path_job_t.hpp"
+#include "firn/robot_command_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "plant/world/serve.h"
 #include "plant/world/world.h"
@@ -85,6 +87,32 @@ TEST_CASE("the watch names the place and the first stop, and ignores what an ear
   end.header.incarnation = 1;
   show(watch, channels::kRunEnd, end);
   CHECK(watch.end());
+}
+
+TEST_CASE("the watch names layer and path of the ice printer, and its scans") {
+  RunWatch watch(0);
+  path_job_t job{};
+  job.path = 12;
+  job.layer = 7;
+  show(watch, channels::kPathJob, job);
+  CHECK(watch.place() == "before the first layer");
+  robot_command_t run{};
+  run.verb = 1;  // home, of no path
+  show(watch, channels::kRobotCommand, run);
+  CHECK(watch.place() == "before the first layer");
+  run.verb = 3;
+  run.path = 12;
+  show(watch, channels::kRobotCommand, run);
+  CHECK(watch.place() == "during layer 7, path 12");
+  job.path = 13;
+  job.kind = 3;
+  show(watch, channels::kPathJob, job);
+  run.path = 13;
+  show(watch, channels::kRobotCommand, run);
+  CHECK(watch.place() == "during the scan of layer 7, path 13");
+  run.path = 14;
+  show(watch, channels::kRobotCommand, run);
+  CHECK(watch.place() == "during path 14");
 }
 
 TEST_CASE("a child process that cannot start is named, and one that ends says how") {
