@@ -115,7 +115,7 @@ void count_gaps(Verdict& v, const std::filesystem::path& nodes) {
               (n == c.missing ? "; `firn log repair` fills it from the write-ahead files"
                : n > 0        ? "; the write-ahead files hold " + std::to_string(n) +
                              " of them, which `firn log repair` fills in"
-                              : "; no write-ahead file in " + nodes.string() + " holds them"));
+                       : "; no write-ahead file in " + nodes.string() + " holds them"));
   }
 }
 

@@ -40,9 +40,9 @@ struct WorldTruth {
 };
 
 struct AuditOptions {
-  double time_scale = 1.0;      ///< node seconds per second of wall time
-  double stop_limit_s = 1.0;    ///< wall time from the first fault to the last droplet
-  double lease_limit_s = 0.05;  ///< wall time from the end of the lease to the last droplet
+  double time_scale = 1.0;               ///< node seconds per second of wall time
+  double stop_limit_s = 1.0;             ///< wall time from the first fault to the last droplet
+  double lease_limit_s = 0.05;           ///< wall time from the end of the lease to the last droplet
   std::vector<std::string> damage = {};  ///< of the run folder, as the caller found it
 };
 

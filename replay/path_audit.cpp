@@ -84,8 +84,7 @@ class PathAudit {
         if (ValveVerb(c.verb) == ValveVerb::kArm) armings_.push_back({c.header.utime_us, c.path, valve});
       });
     std::ranges::stable_sort(armings_, {}, &Arming::t_us);
-    messages_.each<safe_stop_t>(channels::kSafeStop.name,
-                                [&](const safe_stop_t& s) { add_stop(s.header); });
+    messages_.each<safe_stop_t>(channels::kSafeStop.name, [&](const safe_stop_t& s) { add_stop(s.header); });
     for (const NodeInfo& n : nodes())
       messages_.each<fault_t>(channels::fault(n.id).name, [&](const fault_t& f) {
         if (Severity(f.severity) == Severity::kStop) add_stop(f.header);
@@ -231,8 +230,8 @@ class PathAudit {
   std::int64_t last_reported_ = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> maps_;  // time, map_id
   std::vector<Arming> armings_;
-  std::map<std::int32_t, std::int64_t> stops_;                   // incarnation, first stop
-  std::vector<std::pair<std::int64_t, std::int64_t>> leases_;    // time, end
+  std::map<std::int32_t, std::int64_t> stops_;                 // incarnation, first stop
+  std::vector<std::pair<std::int64_t, std::int64_t>> leases_;  // time, end
   std::int64_t end_us_ = std::numeric_limits<std::int64_t>::max();
 };
 

@@ -17,8 +17,12 @@
 #include "plant/world/ice_lab.h"
 #include "plant/world/setup.h"
 #include "plant/world/world.h"
+#include "print/exit_codes.h"
+#include "print/folder/folder_watch.h"
+#include "print/folder/lab_lock.h"
 #include "print/folder/log_repair.h"
 #include "print/folder/node_makers.h"
+#include "print/folder/run_commit.h"
 #include "print/folder/run_resume.h"
 #include "print/simulated/plant_world.h"
 #include "runtime/build_info.h"
@@ -105,24 +109,65 @@ void restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& mem
   }
 }
 
-}  // namespace
+// A file of the run that cannot be written.
+struct Unwritable : std::runtime_error {
+  using runtime_error::runtime_error;
+};
 
-LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
-  const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
+template <class Write>
+void written(Write write) {
+  try {
+    write();
+  } catch (const std::exception& e) {
+    const std::string storage = storage_trouble(e);
+    throw Unwritable(storage.empty() ? e.what() : storage);
+  }
+}
+
+// The scheduler had finished the part, and the process ended before result.json was there.
+std::optional<RunResult> finished_before(const ResumePoint& point) {
+  const auto last = point.newest.find(std::string(channels::kRunEnd.name));
+  run_end_t end;
+  if (last == point.newest.end() || end.decode(last->second.data(), 0, int(last->second.size())) < 0)
+    return std::nullopt;
+  const RunResult result = result_of(end.outcome, end.layers, end.reason);
+  return can_go_on(result) ? std::nullopt : std::optional(result);
+}
+
+constexpr std::uint64_t kStepsPerLook = 256;  // for Ctrl-C
+
+void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions& options,
+                  const FolderWatch& folder, LabRunReport& report) {
   const Blobs inputs = run.inputs();
+  RunCommit commits(run.path());
+  bool resume = options.resume;
+  if (resume) {
+    roll_back(run.path());
+    resume = !begin_anew(run.path());
+  }
+  if (!resume) written([&] { commits.commit({}); });
+  ResumePoint point;
+  if (resume) {
+    point = read_resume_point(run.path(), {channels::kRunEnd.name});
+    if (const auto finished = finished_before(point)) {
+      repair_from_write_ahead(run.log_path(), run.nodes_path());
+      written([&] { run.write_result(*finished); });
+      report.result = *finished;
+      return;
+    }
+  }
   const auto record = plant::make_record_file(run.world_record_path());
-  PlantWorld world(make_world(run, e, options.resume, record.get()));
+  PlantWorld world(make_world(run, e, resume, record.get()));
   Lab lab(&world);
   std::vector<std::unique_ptr<Member>> members;
   for (const NamedMaker& maker : taking_part(e)) {
-    members.push_back(std::make_unique<Member>(run, maker, inputs, options.resume));
+    members.push_back(std::make_unique<Member>(run, maker, inputs, resume));
     lab.add(&members.back()->host);
   }
   Afterlife after;
   Time begin;
   std::int32_t incarnation = 0;
-  if (options.resume) {
-    const ResumePoint point = read_resume_point(run.path(), {});
+  if (resume) {
     restore_all(run, members, after);
     begin = Time{point.offset_us};
     incarnation = point.incarnation;
@@ -131,8 +176,20 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   }
 
   logfile::EventLogWriter::Options log_options;
-  log_options.mode = options.resume ? logfile::File::Mode::kAppend : logfile::File::Mode::kCreate;
+  log_options.mode = resume ? logfile::File::Mode::kAppend : logfile::File::Mode::kCreate;
   logfile::EventLogWriter log(run.log_path(), log_options);
+  const auto save = [&](const std::filesystem::path& state) { world.world().save(state); };
+  const auto flush = [&] {
+    if (const std::string trouble = folder.trouble(); !trouble.empty()) throw Unwritable(trouble);
+    record->flush();
+    for (const auto& m : members) m->wal.flush();
+    log.flush();
+  };
+  if (resume)
+    written([&] {
+      flush();
+      commits.commit(save);
+    });
   std::vector<std::byte> bytes;
   for (const auto& m : members) {
     const WalHead head = run.wal_head(m->host.name(), incarnation);
@@ -141,7 +198,6 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     m->wal.append(WalKind::kHead, bytes);
     log.append(begin.us, channels::config(m->host.id()).name, config_message(head));
   }
-  LabRunReport report;
   Outbox launcher(NodeId::kLauncher, run.run_id());
   const auto launcher_sends = [&] {
     for (std::size_t n = 0; n < launcher.size(); ++n)
@@ -163,7 +219,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
       truth_due = true;
       layer_metrics_t m;
       if (m.decode(bytes.data(), 0, int(bytes.size())) < 0) return;
-      measured_layer = m.layer;
+      measured_layer = report.result.layers = m.layer;
       if (options.progress) options.progress(m);
     }
   });
@@ -199,7 +255,12 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     return all || (scheduler_done && seconds_between(*scheduler_done, lab.now()) > patience_s);
   };
   std::size_t faults_done = 0;
+  bool interrupted = false;
   while (!over()) {
+    if (options.interrupted && lab.steps() % kStepsPerLook == 0 && options.interrupted()) {
+      interrupted = true;
+      break;
+    }
     for (; faults_done < options.faults.size() && lab.now().s() >= options.faults[faults_done].node_s;
          ++faults_done)
       world.inject(options.faults[faults_done].fault, lab.now());
@@ -224,21 +285,55 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
       m.height_mm.assign(t.height.cells.begin(), t.height.cells.end());
       launcher.send(channels::kSimTruth, m);
       launcher_sends();
+      written([&] {
+        flush();
+        commits.commit(save);
+      });
     }
   }
-  record->flush();
-  for (const auto& m : members) m->wal.flush();
-  world.world().save(run.path() / "world" / "state");
-  log.close();
+  written([&] {
+    flush();
+    log.close();
+    commits.end(save);
+  });
 
   report.node_seconds = seconds_between(begin, lab.now());
   report.now_us = lab.now().us;
   report.steps = lab.steps();
   report.truth = world.world().truth().height;
   for (const auto& m : members) report.handler_seconds += double(m->host.handler_ns()) * 1e-9;
-  if (report.crashed) return report;
-  report.result = result_of(end.outcome, end.layers, end.reason);
-  run.write_result(report.result);
+  if (interrupted)
+    report.result = {"interrupted", kInterrupted, report.result.layers, "interrupted by the operator"};
+  if (report.crashed || interrupted) return;
+  const RunResult result = result_of(end.outcome, end.layers, end.reason);
+  written([&] { run.write_result(result); });
+  report.result = result;
+}
+
+}  // namespace
+
+LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
+  const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
+  LabRunReport report;
+  std::string cause;
+  const FolderWatch folder(run.path());
+  try {
+    const LabLock lock(run, e, {}, LabLock::Heirs::kNobody);
+    print_in_lab(run, e, options, folder, report);
+  } catch (const Unwritable& error) {
+    cause = error.what();
+  } catch (const std::exception& error) {
+    cause = storage_trouble(error);
+    if (cause.empty()) throw;
+  }
+  report.folder = folder.now();
+  if (cause.empty()) return report;
+  if (const std::string moved = folder.trouble(); !moved.empty()) cause = moved;
+  report.result = {"stopped safely", kSafetyStop, report.result.layers, cause};
+  try {  // the files are closed; what fails here the resume does again
+    if (!report.folder.empty()) roll_back(report.folder);
+  } catch (const std::exception&) {
+  }
   return report;
 }
 

@@ -20,12 +20,14 @@ struct LabRunOptions {
   std::uint64_t crash_after_steps = 0;  ///< fault injection: everything dies after this many steps; 0 = never
   std::vector<LabFault> faults = {};    ///< in order of time
   ProgressFn progress;
+  std::function<bool()> interrupted;  ///< Ctrl-C: the print ends between two steps and can be resumed
 };
 
 struct LabRunReport {
-  RunResult result;
-  bool crashed = false;
-  double node_seconds = 0.0;  ///< simulated duration
+  RunResult result;      ///< status 3, 130: stopped by the disk, by Ctrl-C; result.json is not written
+  bool crashed = false;  ///< by crash_after_steps
+  std::filesystem::path folder;  ///< where the run folder is now; empty = deleted
+  double node_seconds = 0.0;     ///< simulated duration
   std::uint64_t steps = 0;
   std::uint64_t messages = 0;
   std::uint64_t message_bytes = 0;
@@ -34,9 +36,11 @@ struct LabRunReport {
   HeightMap truth;               ///< noise-free final surface, which no node knows
 };
 
-/// Prints (or continues printing) into `run`. Writes result.json unless it crashed.
-/// @throws std::runtime_error naming file and reason: unreadable inputs, a write-ahead file that does not
-/// replay.
+/// Prints (or continues printing) into `run`. Writes result.json unless it was stopped. The files of a print
+/// that is killed, or that finds no room on the disk, are taken back to the end of its last measured layer
+/// (RunCommit), at once or by the resume.
+/// @throws UsageError: another process prints this run; std::runtime_error naming file and reason: unreadable
+/// inputs, a write-ahead file that does not replay.
 LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options);
 
 }  // namespace firn

@@ -1,0 +1,153 @@
+// The disk refuses one write of a print in one process, or all writes from one on: the print stops by name,
+// and a resume finishes it.
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "cli/audit_command.h"
+#include "cli/replay_command.h"
+#include "core/grid/random.h"
+#include "print/exit_codes.h"
+#include "print/folder/folder_watch.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/lab_run.h"
+#include "replay/print_verdict.h"
+#include "tests/print/disk_faults.h"
+
+namespace firn::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Catch::Contains;
+
+Experiment tiny(std::uint64_t seed) {
+  Experiment e;
+  e.run.name = "disk";
+  e.grid = {9, 8, 0.263256, 0.263256, 0.0, 0.0};
+  e.part.shape.kind = "cuboid";
+  e.part.shape.width_mm = 1.9;
+  e.part.shape.depth_mm = 1.6;
+  e.part.shape.height_mm = 0.025;
+  e.control.scheme = "mpc";
+  e.plant.seed = seed;
+  return e;
+}
+
+struct Runs {
+  Runs() : root(fs::temp_directory_path() / ("firn-disk-" + std::to_string(::getpid()))) {
+    fs::create_directories(root);
+  }
+  ~Runs() { fs::remove_all(root); }
+  RunFolder create(const Experiment& e) const {
+    return RunFolder::create(root, e, make_inputs(e, ""), {"test"});
+  }
+  fs::path root;
+};
+
+void check_whole(const fs::path& path) {
+  ReplayCommandOptions r;
+  r.run = path.string();
+  const replay::RunVerdict verdict = replay_verdict(r);
+  INFO(replay::to_text(verdict));
+  CHECK(verdict.identical());
+  const replay::AuditVerdict audit = audit_verdict(path);
+  INFO(to_text(audit));
+  CHECK(audit.clean());
+  CHECK(audit.finished);
+}
+
+LabRunReport print(const RunFolder& run, bool resume) {
+  LabRunOptions o;
+  o.resume = resume;
+  return run_in_lab(run, o);
+}
+
+TEST_CASE("each write of a print in one process fails in turn, by name, and a resume finishes the print") {
+  const Runs runs;
+  const Experiment e = tiny(3);
+  std::uint64_t writes = 0, resume_writes = 0;
+  {
+    const RunFolder run = runs.create(e);
+    const DiskFaults counted(run.path(), DiskFaults::kNever);
+    REQUIRE(print(run, false).result.status == kOk);
+    writes = counted.calls();
+  }
+  REQUIRE(writes > 30);
+  const std::uint64_t step = std::getenv("FIRN_FULL") ? 1 : 1 + writes / 12;
+  RandomStream random(5, Purpose::kTest);
+  for (std::uint64_t n = 1 + (step > 1 ? random.below(std::uint32_t(step)) : 0); n <= writes; n += step)
+    for (const bool stays : {false, true}) {
+      CAPTURE(n, writes, stays);
+      const RunFolder run = runs.create(e);
+      LabRunReport r;
+      {
+        const DiskFaults fault(run.path(), n, stays);
+        r = print(run, false);
+      }
+      CHECK(r.result.status == kSafetyStop);
+      CHECK_THAT(r.result.reason, Contains("No space left on device") && Contains(run.path().string()));
+      CHECK_FALSE(run.result());
+      if (r.result.layers > 0) {
+        const replay::AuditVerdict audit = audit_verdict(run.path());
+        INFO(to_text(audit));
+        CHECK(audit.clean());
+      }
+      {  // the resume finds a full disk too, somewhere
+        const DiskFaults fault(run.path(), 1 + random.below(std::uint32_t(writes)), stays);
+        r = print(run, true);
+        resume_writes += fault.calls();
+      }
+      for (int more = 0; r.result.status != kOk && more < 2; ++more) {
+        CAPTURE(r.result.reason);
+        CHECK(r.result.status == kSafetyStop);
+        r = print(run, true);
+      }
+      INFO(r.result.reason);
+      CHECK(r.result.status == kOk);
+      check_whole(run.path());
+      fs::remove_all(run.path());
+    }
+  CHECK(resume_writes > 0);
+}
+
+TEST_CASE("a run folder that is moved or deleted during a print in one process ends the print by name") {
+  const Runs runs;
+  for (const bool deleted : {false, true}) {
+    const RunFolder run = runs.create(tiny(4));
+    const fs::path moved = runs.root / "elsewhere";
+    LabRunOptions o;
+    o.progress = [&](const layer_metrics_t& m) {
+      if (m.layer != 1 || !fs::exists(run.path())) return;
+      deleted ? void(fs::remove_all(run.path())) : fs::rename(run.path(), moved);
+    };
+    const LabRunReport r = run_in_lab(run, o);
+    CHECK(r.result.status == kSafetyStop);
+    CHECK_THAT(r.result.reason, Contains("the run folder " + run.path().string() +
+                                         (deleted ? " was deleted" : " was moved to ")));
+    CHECK(r.folder == (deleted ? fs::path() : fs::canonical(moved)));
+    if (deleted) continue;
+    CHECK(print(RunFolder::open(moved), true).result.status == kOk);
+    check_whole(moved);
+  }
+}
+
+TEST_CASE("a print in one process that is interrupted says so, and its resume goes on") {
+  const Runs runs;
+  const RunFolder run = runs.create(tiny(6));
+  LabRunOptions o;
+  int layers = 0;
+  o.progress = [&](const layer_metrics_t& m) { layers = m.layer; };
+  o.interrupted = [&] { return layers >= 2; };
+  const LabRunReport r = run_in_lab(run, o);
+  CHECK(r.result.status == kInterrupted);
+  CHECK(r.result.outcome == "interrupted");
+  CHECK_FALSE(run.result());
+  CHECK(print(run, true).result.status == kOk);
+  check_whole(run.path());
+}
+
+}  // namespace
+}  // namespace firn::test
