@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
@@ -13,7 +14,9 @@
 #include "cli/print_show.h"
 #include "config/include.h"
 #include "files/usage_error.h"
+#include "print/folder/folder_watch.h"
 #include "print/inputs/check_print.h"
+#include "print/interrupt.h"
 #include "print/labs/print_labs.h"
 #include "print/live/bus_port.h"
 #include "print/live/launcher.h"
@@ -45,11 +48,15 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   };
   if (options.bus == "in-process") {
     LabRunOptions o;
+    const InterruptGuard guard;
+    o.interrupted = InterruptGuard::raised;
     o.resume = resume;
     o.accept_doubt = options.accept_doubt;
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
-    s.result = run_in_lab(run, o).result;
+    const LabRunReport report = run_in_lab(run, o);
+    s.result = report.result;
+    s.folder = report.folder.string();
   } else {
     LaunchOptions o;
     o.bus_url = options.bus;
@@ -57,8 +64,12 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     o.accept_doubt = options.accept_doubt;
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
-    s.result = launch(run, o).result;
+    const LaunchReport report = launch(run, o);
+    s.result = report.result;
+    s.folder = report.folder.string();
   }
+  s.deleted = s.folder.empty();
+  if (s.deleted) s.folder = run.path().string();
   progress.done();
   s.result.layers = std::max(s.result.layers, last_layer);  // a print that was stopped has no end of its own
   s.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -82,11 +93,25 @@ void check_speedup(const PrintOptions& o) {
 
 }  // namespace
 
+namespace {
+
+// A print that finds no room for its inputs has not begun.
+RunFolder make_folder(const Experiment& e, const Blobs& inputs, const PrintOptions& options) try {
+  return RunFolder::create(options.runs, e, inputs, own_command_line());
+} catch (const UsageError&) {
+  throw;
+} catch (const std::runtime_error& error) {
+  const std::string storage = storage_trouble(error);
+  throw UsageError(storage.empty() ? error.what() : storage);
+}
+
+}  // namespace
+
 PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
   check_bus(options.bus);
   check_print(e, options.bus);
   check_inputs(e, inputs);
-  return carry_out(RunFolder::create(options.runs, e, inputs, own_command_line()), e, options, false);
+  return carry_out(make_folder(e, inputs, options), e, options, false);
 }
 
 int run_print(const PrintOptions& options) {
@@ -94,6 +119,7 @@ int run_print(const PrintOptions& options) {
     throw UsageError("give either an experiment file or --resume RUN");
   check_bus(options.bus);
   check_speedup(options);
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone does not end the print
   PrintSummary summary;
   if (!options.resume.empty()) {
     if (!options.overrides.empty())

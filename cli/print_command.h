@@ -27,7 +27,8 @@ struct PrintOptions {
 
 /// Result of a print.
 struct PrintSummary {
-  std::string folder;
+  std::string folder;    ///< of the run, where it is now
+  bool deleted = false;  ///< the run folder was deleted during the print; `folder` is its old name
   std::string scheme;
   RunResult result;
   double wall_s = 0.0;

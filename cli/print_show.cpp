@@ -53,8 +53,9 @@ std::string print_text(const PrintSummary& s) {
         length(s.rms_um, s.words.in_mm), length(s.std_um, s.words.in_mm));
   text += fmt::format("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s,
                       s.folder);
-  return text + (can_go_on(s.result) ? fmt::format("to go on: firn print --resume {}\n", s.folder)
-                                     : verdict_text(s));
+  if (!can_go_on(s.result)) return text + verdict_text(s);
+  return text + fmt::format("to go on: {}firn print --resume {}\n",
+                            s.deleted ? "bring the run folder back, then " : "", s.folder);
 }
 
 std::string print_json(const PrintSummary& s) {

@@ -11,10 +11,12 @@ InterruptGuard::InterruptGuard() {
   interrupted = 0;
   struct sigaction a {};
   a.sa_handler = [](int) { interrupted = 1; };
-  ::sigaction(SIGINT, &a, &before_);
+  for (std::size_t n = 0; n < kSignals.size(); ++n) ::sigaction(kSignals[n], &a, &before_[n]);
 }
 
-InterruptGuard::~InterruptGuard() { ::sigaction(SIGINT, &before_, nullptr); }
+InterruptGuard::~InterruptGuard() {
+  for (std::size_t n = 0; n < kSignals.size(); ++n) ::sigaction(kSignals[n], &before_[n], nullptr);
+}
 
 bool InterruptGuard::raised() { return interrupted != 0; }
 

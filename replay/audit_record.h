@@ -69,7 +69,7 @@ struct AuditRecord {
   std::vector<PassPart> parts;  ///< empty where a layer is one pattern of one ink
   std::vector<PlannedLayer> plans;
   std::vector<MeasuredMap> maps;
-  std::vector<Stop> stops;           ///< SAFE_STOP, and FAULT_* that stop the print, by incarnation and time
+  std::vector<Stop> stops;           ///< SAFE_STOP and FAULT_* that stop, by incarnation, time
   std::vector<Lease> leases;         ///< ENABLE
   std::vector<std::int64_t> starts;  ///< of each incarnation
   bool finished = false;             ///< RUN_END with outcome finished or ended early

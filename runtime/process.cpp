@@ -63,6 +63,7 @@ class Runner {
       paths.push_back((std::filesystem::path(options_.run_dir) / "io" / port).string());
     return paths;
   }
+  void write_heads();
   void come_back();
   void received(const ChannelInfo& row, std::span<const std::byte> bytes);
   void step(const Event& event);
@@ -94,6 +95,7 @@ class Runner {
   std::unique_ptr<Heartbeat> heartbeat_;
   std::deque<Pending> queue_;
   std::deque<std::string> lines_;  // of the launcher, not handled yet
+  std::int32_t last_head_ = -1;    // incarnation of the last head in the write-ahead file
   bool started_ = false, stopping_ = false, safe_ = false, told_finish_ = false;
   std::int64_t stop_by_us_ = INT64_MAX;
 };
@@ -109,10 +111,7 @@ int Runner::run() {
       return kExitResume;
     }
   }
-  std::vector<std::byte> head;
-  encode_head(options_.head, head);
-  wal_.append(WalKind::kHead, head);
-  transport_.send(channels::config(options_.node).name, config_message(options_.head), monotonic_us());
+  write_heads();
   host_.set_stopwatch(monotonic_ns);
   for (const std::string& channel : transport_.wire_channels()) bus_.subscribe(channel);
   heartbeat_ =
@@ -134,10 +133,23 @@ int Runner::run() {
   return 0;
 }
 
+// An incarnation that ended before this process had begun has its head too: CONFIG_ is numbered by them.
+void Runner::write_heads() {
+  WalHead head = options_.head;
+  std::vector<std::byte> bytes;
+  for (head.incarnation = last_head_ + 1; head.incarnation <= options_.incarnation; ++head.incarnation) {
+    bytes.clear();
+    encode_head(head, bytes);
+    wal_.append(WalKind::kHead, bytes);
+    transport_.send(channels::config(options_.node).name, config_message(head), monotonic_us());
+  }
+}
+
 void Runner::come_back() {
   std::vector<std::pair<std::string, std::vector<std::byte>>> unsent;
   restore(host_, options_.run_id, wal_,
           {[this](const WalHead& head) {
+             last_head_ = head.incarnation;
              transport_.restore_sent(channels::config(options_.node).name, config_message(head));
            },
            [this](std::string_view c, std::span<const std::byte> b) { transport_.restore_received(c, b); },

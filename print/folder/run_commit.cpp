@@ -9,6 +9,7 @@
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
 #include "files/text_file.h"
+#include "lcmtypes/channels.h"
 #include "plant/record/record.h"
 #include "runtime/write_ahead.h"
 
@@ -66,13 +67,16 @@ bool has_events(const fs::path& wal) {
   return reader.damage().count() > 0;
 }
 
-// Configurations are recorded before the START.
+// Configurations, and the launcher's words, are recorded before the START.
 bool log_tells(const fs::path& log) {
   if (!fs::exists(log)) return false;
   const logfile::EventLogFile file(log);
   logfile::EventLogReader reader = file.reader();
   while (const auto event = reader.next())
-    if (event->damaged || !event->channel.starts_with("CONFIG_")) return true;
+    if (event->damaged ||
+        !(event->channel.starts_with("CONFIG_") || event->channel == channels::kRunStart.name ||
+          event->channel == channels::fault(NodeId::kLauncher).name))
+      return true;
   return reader.damage().count() > 0;
 }
 

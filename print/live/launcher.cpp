@@ -21,8 +21,11 @@
 #include "firn/run_start_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "print/exit_codes.h"
+#include "print/folder/folder_watch.h"
+#include "print/folder/lab_lock.h"
 #include "print/folder/log_repair.h"
 #include "print/folder/node_makers.h"
+#include "print/folder/run_commit.h"
 #include "print/folder/run_resume.h"
 #include "print/live/bus_port.h"
 #include "print/live/child_process.h"
@@ -78,22 +81,23 @@ class Launch {
   Launch(const RunFolder& folder, const LaunchOptions& options)
       : folder_(folder),
         options_(options),
-        experiment_(
-            parse_experiment(folder.experiment_toml(), (folder.path() / "experiment.toml").string())) {}
+        experiment_(parse_experiment(folder.experiment_toml(), (folder.path() / "experiment.toml").string())),
+        place_(folder.path()),
+        lock_(folder, experiment_, options.bus_url, LabLock::Heirs::kChildren) {}
 
   LaunchReport run();
 
  private:
   void prepare();
   void start_all();
-  void await_ready();
+  bool await_ready();
   void begin();
   void watch();
   void end_all(const std::string& cause);
   LaunchReport report();
 
   /// @returns the number of messages that the log had lost
-  std::size_t repair_log() const;
+  std::size_t repair_log(const fs::path& run) const;
   ChildProcess* child(std::string_view name);
   double node_s() const {
     return RunClock(args_.options.epoch_ns, args_.options.offset_us, args_.options.time_scale)
@@ -113,6 +117,8 @@ class Launch {
   const LaunchOptions& options_;
   Experiment experiment_;
   Signals signals_;
+  FolderWatch place_;
+  LabLock lock_;
   ProcessArgs args_;
   std::optional<LcmBus> bus_;
   std::optional<Station> station_;
@@ -131,9 +137,10 @@ LaunchReport Launch::run() {
   prepare();
   if (watch_->end()) return report();
   start_all();
-  await_ready();
-  begin();
-  watch();
+  if (await_ready()) {
+    begin();
+    watch();
+  }
   end_all(cause_.empty() ? "the run is over" : cause_);
   if (const std::string dropped = bus_->dropped_text(); !dropped.empty()) note("on the bus: " + dropped);
   return report();
@@ -149,9 +156,10 @@ void Launch::prepare() {
   o.faults = {b.loss, b.duplicate, b.reorder, b.delay, b.delay_s, b.seed, 0, 0};
   for (const Blob& blob : folder_.inputs()) args_.blobs.emplace_back(blob.role, blob.sha256);
   ResumePoint point;
-  if (options_.resume) {
+  if (options_.resume) roll_back(folder_.path());
+  if (options_.resume && !begin_anew(folder_.path())) {
     point = read_resume_point(folder_.path(), RunWatch::channels());
-    repair_log();
+    repair_log(folder_.path());
     folder_.clear_result();
   }
   o.incarnation = point.incarnation;
@@ -196,7 +204,7 @@ void Launch::start_all() {
   for (const auto& c : children_) pids << c->name() << " " << c->pid() << "\n";
 }
 
-void Launch::await_ready() {
+bool Launch::await_ready() {
   const double until = wall_s() + options_.ready_within_s;
   const auto all_ready = [&] {
     return std::all_of(children_.begin(), children_.end(), [&](const auto& c) { return ready_[c->name()]; });
@@ -220,9 +228,10 @@ void Launch::await_ready() {
     }
     if (interrupted) trouble = "interrupted before the start";
     if (trouble.empty()) continue;
-    end_all(trouble);
-    throw std::runtime_error(trouble);
+    cause_ = trouble;
+    return false;
   }
+  return true;
 }
 
 void Launch::begin() {
@@ -257,6 +266,8 @@ void Launch::watch() {
       if (options_.progress) options_.progress(*metrics);
       ask_truth();
     }
+    if (const std::string moved = place_.trouble(); !moved.empty() && cause_.empty())
+      cause_ = moved + " " + watch_->place();
     find_the_dead();
     if (interrupted && cause_.empty()) cause_ = "interrupted by the operator " + watch_->place();
     const bool ending = watch_->safe_stop() || watch_->end() || finish_;
@@ -310,13 +321,20 @@ void Launch::end_all(const std::string& cause) {
   stop(1, 2, kRecorderWithinS);
   stop(0, 1, kWorldWithinS);
   std::error_code ignored;
-  fs::remove(folder_.path() / "pids", ignored);
+  fs::remove(place_.now() / "pids", ignored);
 }
 
 LaunchReport Launch::report() {
   LaunchReport report;
-  report.log_repaired = repair_log();
+  report.folder = place_.now();
   RunResult& r = report.result;
+  try {
+    if (!report.folder.empty()) report.log_repaired = repair_log(report.folder);
+  } catch (const std::exception& e) {  // the resume repairs, or `firn log repair`
+    const std::string storage = storage_trouble(e);
+    note("log.lcm is not whole: " + (storage.empty() ? e.what() : storage));
+    if (cause_.empty()) cause_ = storage.empty() ? e.what() : storage;
+  }
   if (!cause_.empty() || !watch_->end()) {
     r.outcome = interrupted ? "interrupted" : "stopped safely";
     r.status = interrupted ? kInterrupted : kSafetyStop;
@@ -330,13 +348,17 @@ LaunchReport Launch::report() {
        RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) &&
       !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
     r.reason += " (" + watch_->fault() + ")";
-  report.ended = true;
-  folder_.write_result(r);
+  try {
+    folder_.write_result(r);
+    report.ended = true;
+  } catch (const std::exception& e) {
+    r = {"stopped safely", kSafetyStop, r.layers, "the part is " + r.outcome + ", but " + e.what()};
+  }
   return report;
 }
 
-std::size_t Launch::repair_log() const {
-  const logfile::RepairReport repair = repair_from_write_ahead(folder_.log_path(), folder_.nodes_path());
+std::size_t Launch::repair_log(const fs::path& run) const {
+  const logfile::RepairReport repair = repair_from_write_ahead(run / "log.lcm", run / "nodes");
   const std::size_t lost = repair.inserted + repair.replaced;
   if (repair.gaps.size() <= 3)
     for (const std::string& line : describe(repair)) note(line);
@@ -396,8 +418,15 @@ void Launch::ask_truth() {
 
 }  // namespace
 
-LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) {
+LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) try {
   return Launch(folder, options).run();
+} catch (const std::exception& e) {
+  const std::string storage = storage_trouble(e);
+  if (storage.empty()) throw;
+  LaunchReport report;
+  report.result = {"stopped safely", kSafetyStop, 0, storage};
+  report.folder = folder.path();
+  return report;
 }
 
 }  // namespace firn

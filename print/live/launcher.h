@@ -30,14 +30,16 @@ struct LaunchReport {
   RunResult result;    ///< status: 0, 1 failed, 3 safety stop, 130 Ctrl-C; reason names the process that died
                        ///< and the place
   bool ended = false;  ///< the scheduler ended the run, result.json is written; else it can be resumed
-  std::size_t log_repaired = 0;  ///< messages that log.lcm lacked and the write-ahead files had
+  std::size_t log_repaired = 0;       ///< messages that log.lcm lacked and the write-ahead files had
+  std::filesystem::path folder = {};  ///< where the run folder is now; empty = deleted
 };
 
 /// Runs the print. In every case the run folder keeps the files that a resume needs. DIR/pids names the
 /// processes while they run. DIR/clocks has a line per incarnation: its number, epoch [ns of
-/// CLOCK_MONOTONIC], node time there [us], time scale, bus. Ctrl-C makes the lab safe first.
-/// @throws std::runtime_error when the run cannot be started, naming the process that was not ready and the
-/// reason
+/// CLOCK_MONOTONIC], node time there [us], time scale, bus. Ctrl-C makes the lab safe first. A process that
+/// is not ready, a full disk and a run folder that is moved or deleted stop the print with their cause.
+/// @throws UsageError: another print has this run, its instruments or its bus; std::runtime_error naming the
+/// file of a run that cannot be resumed
 LaunchReport launch(const RunFolder& folder, const LaunchOptions& options);
 
 }  // namespace firn

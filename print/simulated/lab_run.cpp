@@ -57,6 +57,7 @@ struct Member {
   }
   WalFile wal;
   NodeHost host;
+  std::int32_t last_head = -1;  // incarnation of the last head in the write-ahead file
 };
 
 struct Message {
@@ -95,7 +96,7 @@ void restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& mem
   after.received.resize(members.size());
   for (std::size_t n = 0; n < members.size(); ++n) {
     RestoreSinks sinks;
-    sinks.head = [](const WalHead&) {};
+    sinks.head = [&](const WalHead& head) { members[n]->last_head = head.incarnation; };
     sinks.received = [&](std::string_view c, std::span<const std::byte>) {
       ++after.received[n][find_channel(c)->name];
     };
@@ -192,11 +193,13 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
     });
   std::vector<std::byte> bytes;
   for (const auto& m : members) {
-    const WalHead head = run.wal_head(m->host.name(), incarnation);
-    bytes.clear();
-    encode_head(head, bytes);
-    m->wal.append(WalKind::kHead, bytes);
-    log.append(begin.us, channels::config(m->host.id()).name, config_message(head));
+    for (std::int32_t k = m->last_head + 1; k <= incarnation; ++k) {
+      const WalHead head = run.wal_head(m->host.name(), k);
+      bytes.clear();
+      encode_head(head, bytes);
+      m->wal.append(WalKind::kHead, bytes);
+      log.append(begin.us, channels::config(m->host.id()).name, config_message(head));
+    }
   }
   Outbox launcher(NodeId::kLauncher, run.run_id());
   const auto launcher_sends = [&] {

@@ -109,7 +109,11 @@ void LiveRun::start(bool resume, const std::filesystem::path& programs) {
   ++incarnation_;
   std::filesystem::remove(path() / "pids");
   launcher_ = ::fork();
-  if (launcher_ != 0) return;
+  if (launcher_ != 0) {
+    ::setpgid(launcher_, launcher_);
+    return;
+  }
+  ::setpgid(0, 0);
   const int err = ::open((root_ / "launcher.err").c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
   ::dup2(err, STDERR_FILENO);
   try {
@@ -146,6 +150,8 @@ std::int64_t LiveRun::kill(const std::string& name) {
 }
 
 void LiveRun::interrupt() { ::kill(launcher_, SIGINT); }
+
+void LiveRun::signal_all(int signal) { ::kill(-launcher_, signal); }
 
 bool LiveRun::running() { return launcher_ > 0 && alive(launcher_); }
 

@@ -43,6 +43,9 @@ class LiveRun {
   /// SIGKILL of "jet", "launcher", …; the CLOCK_MONOTONIC time just before, in ns.
   std::int64_t kill(const std::string& name);
   void interrupt();
+  /// Sends a signal to all processes of the run, as a terminal does.
+  void signal_all(int signal);
+  int pid_of(const std::string& name) const { return pids_.at(name); }
   /// Waits until the launcher has ended. @returns its exit code, -1 = killed
   int wait();
   /// Waits until no process of the run is left.
