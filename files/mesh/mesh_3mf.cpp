@@ -1,10 +1,15 @@
-// 3MF by lib3mf 1.8: every mesh of the build items, at its place.
+// 3MF by lib3mf 1.8: every mesh of the build items, at its place. The library runs in a child process with
+// bounds on time and memory: 1.5 kB of components within components keep it busy for ever, and a small
+// archive may unpack to any size.
 #include <fmt/core.h>
 #include <lib3mf/Model/COM/NMR_DLLInterfaces.h>
 
+#include <algorithm>
 #include <memory>
 
+#include "files/mesh/bounded_child.h"
 #include "files/mesh/mesh_formats.h"
+#include "files/mesh/mesh_message.h"
 #include "files/usage_error.h"
 
 namespace firn::mesh {
@@ -61,6 +66,8 @@ class Reader {
     data_.format = "3MF";
     data_.mm_per_unit = kMm[unit];
     items();
+    if (not_printed_)
+      data_.defects.push_back(fmt::format("{} objects of type other are not printed", not_printed_));
     return std::move(data_);
   }
 
@@ -102,6 +109,12 @@ class Reader {
   void place(Handle object, const Affine& at, int depth) {
     if (depth > kMaxDepth) fail(fmt::format("components within components, more than {} deep", kMaxDepth));
     if (++placements_ > kMaxPlacements) fail(fmt::format("more than {} placed objects", kMaxPlacements));
+    DWORD type = 0;
+    check(lib3mf_object_gettype(object, &type), object);
+    if (type == MODELOBJECTTYPE_OTHER) {  // 3MF core specification 1.2, 4.1: consumers pass such objects over
+      ++not_printed_;
+      return;
+    }
     BOOL is_mesh = 0, is_components = 0;
     check(lib3mf_object_ismeshobject(object, &is_mesh), object);
     if (is_mesh) return add_mesh(object, at);
@@ -156,11 +169,41 @@ class Reader {
   const std::string& name_;
   Owned model_;
   MeshData data_;
-  std::size_t placements_ = 0;
+  std::size_t placements_ = 0, not_printed_ = 0;
 };
+
+// A model of 8 million facets takes lib3mf some 20 s and 2 GiB; its archive has some 100 MB.
+ChildLimits limits_of(std::size_t file_bytes) {
+  const std::size_t mb = file_bytes >> 20;
+  return {int(5 + std::min<std::size_t>(2 * mb, 3600)),
+          (std::size_t(512) << 20) + std::min<std::size_t>(file_bytes, std::size_t(1) << 30) * 64};
+}
 
 }  // namespace
 
-MeshData read_3mf(Bytes bytes, const std::string& name) { return Reader(bytes, name).read(); }
+MeshData read_3mf(Bytes bytes, const std::string& name) {
+  const ChildLimits limits = limits_of(bytes.size());
+  MeshData data;
+  const auto send = [&](int fd) {
+    try {
+      send_mesh(fd, Reader(bytes, name).read());
+    } catch (const UsageError& e) {
+      send_problem(fd, e.what());
+    }
+  };
+  const auto receive = [&](int fd) { data = receive_mesh(fd, limits.memory_bytes); };
+  std::string problem;
+  try {
+    problem = run_bounded(limits, send, receive);
+  } catch (const UsageError&) {
+    throw;
+  } catch (const std::runtime_error& e) {
+    throw UsageError(name + ": cannot be read by lib3mf: " + e.what());
+  }
+  if (!problem.empty())
+    throw UsageError(
+        fmt::format("{}: lib3mf cannot read this file of {} bytes: it {}", name, bytes.size(), problem));
+  return data;
+}
 
 }  // namespace firn::mesh

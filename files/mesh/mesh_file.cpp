@@ -22,6 +22,29 @@ void check_count(const std::string& name, std::size_t byte, std::size_t facets) 
     fail_at_byte(name, byte, fmt::format("{} facets are more than the limit of {}", facets, kMaxFacets));
 }
 
+void check_encoding(std::string_view text, const std::string& name) {
+  const auto begins = [&](const char* mark) { return text.starts_with(mark); };
+  bool little = begins("\xff\xfe"), big = begins("\xfe\xff");
+  if (!little && !big && text.size() >= 8) {  // without a mark: every other byte of a Latin text is zero
+    little = big = true;
+    for (std::size_t n = 0; n < std::min<std::size_t>(text.size(), 64); ++n) {
+      if ((text[n] == 0) != (n % 2 == 1)) little = false;
+      if ((text[n] == 0) != (n % 2 == 0)) big = false;
+    }
+  }
+  if (little || big) fail_at_byte(name, 0, "is UTF-16 text, where ASCII or UTF-8 is expected");
+}
+
+void check_text_form(std::string_view text, const std::string& name) {
+  const std::size_t line_end = text.find_first_of("\r\n");
+  if (line_end != text.npos && text[line_end] == '\r' && text.find('\n', line_end) == text.npos)
+    fail_at_byte(name, line_end, "lines end by carriage returns (CR) alone; convert them to LF or CR LF");
+}
+
+Bytes without_byte_order_mark(Bytes bytes) {
+  return as_text(bytes).starts_with("\xef\xbb\xbf") ? bytes.subspan(3) : bytes;
+}
+
 void TextCursor::fail(const std::string& problem) const {
   const std::size_t line = first_line_ + std::size_t(std::count(begin_, word_, '\n'));
   throw UsageError(fmt::format("{}:{}: {}", name_, line, problem));

@@ -19,6 +19,13 @@ MeshData read_3mf(Bytes bytes, const std::string& name);
 /// @throws unless `facets` is within kMaxFacets
 void check_count(const std::string& name, std::size_t byte, std::size_t facets);
 
+/// @throws UsageError: UTF-16, with a byte order mark or without
+void check_encoding(std::string_view text, const std::string& name);
+/// @throws UsageError: lines that end by carriage returns alone
+void check_text_form(std::string_view text, const std::string& name);
+/// Skips the mark of UTF-8.
+Bytes without_byte_order_mark(Bytes bytes);
+
 /// Cursor over the words and numbers of a text, without copies.
 class TextCursor {
  public:

@@ -89,6 +89,11 @@ class ObjReader {
 
 }  // namespace
 
-MeshData read_obj(Bytes bytes, const std::string& name) { return ObjReader(bytes, name).read(); }
+MeshData read_obj(Bytes bytes, const std::string& name) {
+  check_encoding(as_text(bytes), name);
+  bytes = without_byte_order_mark(bytes);
+  check_text_form(as_text(bytes), name);
+  return ObjReader(bytes, name).read();
+}
 
 }  // namespace firn::mesh

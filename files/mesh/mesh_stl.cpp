@@ -24,21 +24,43 @@ bool looks_like_text(std::string_view text) {
   return std::all_of(front.begin(), front.end(), [](char c) { return static_cast<unsigned char>(c) >= 9; });
 }
 
+// Behind "endsolid": the beginning of a solid or a facet, and no sentence with such a word?
+bool begins_element(std::string_view word, std::string_view rest) {
+  if (is(word, "solid") || is(word, "endsolid")) return true;
+  const std::size_t next = rest.find_first_not_of(" \t\r\n");
+  return is(word, "facet") && next != rest.npos && is(rest.substr(next, 6), "normal");
+}
+
+// Text on the same line behind "endloop" or "endfacet"; the next element may stand there too.
+bool skip_remark(TextCursor& at) {
+  TextCursor ahead = at;
+  const std::string_view word = ahead.word_in_line();
+  for (const std::string_view keyword : {"", "endfacet", "facet", "endsolid", "solid"})
+    if (is(word, keyword)) return false;
+  at.skip_line();
+  return true;
+}
+
 MeshData read_text(std::string_view text, const std::string& name) {
   MeshData data;
   data.format = "ASCII STL";
   data.soup.reserve(text.size() / 25 + 9);  // nine numbers take some 250 bytes with their words
+  check_text_form(text, name);
   TextCursor at(text, name);
-  bool in_solid = false, in_facet = false;
-  std::size_t corners = 0;
+  bool in_solid = false, in_facet = false, after_solid = false;
+  std::size_t corners = 0, remarks = 0;
   for (std::string_view word = at.word(); !word.empty(); word = at.word()) {
-    if (is(word, "vertex")) {
+    if (after_solid && !begins_element(word, at.rest())) {  // remarks of the writing program, as signatures
+      ++remarks;
+      at.skip_line();
+    } else if (is(word, "vertex")) {
       if (!in_facet) at.fail("a vertex outside a facet");
       if (++corners > 3) at.fail("a facet with more than 3 vertices");
       for (int axis = 0; axis < 3; ++axis) data.soup.push_back(at.number(at.word(), "a coordinate"));
     } else if (is(word, "facet")) {
       if (in_facet) at.fail("a facet within a facet");
       in_facet = true;
+      after_solid = false;
       corners = 0;
       if (!is(at.word(), "normal")) at.fail("\"facet\" without \"normal\"");
       for (int axis = 0; axis < 3; ++axis)
@@ -47,13 +69,16 @@ MeshData read_text(std::string_view text, const std::string& name) {
       if (!is(at.word(), "loop")) at.fail("\"outer\" without \"loop\"");
     } else if (is(word, "endloop")) {
       if (corners != 3) at.fail(fmt::format("a facet with {} vertices instead of 3", corners));
+      remarks += skip_remark(at);
     } else if (is(word, "endfacet")) {
       if (!in_facet || corners != 3)
         at.fail(fmt::format("a facet with {} vertices instead of 3", in_facet ? corners : 0));
       in_facet = false;
+      remarks += skip_remark(at);
     } else if (is(word, "solid") || is(word, "endsolid")) {
       if (in_facet) at.fail("ends within a facet");
       in_solid = is(word, "solid");
+      after_solid = !in_solid;
       at.skip_line();
     } else {
       at.fail(fmt::format("unknown word \"{}\"", word.substr(0, 40)));
@@ -61,6 +86,7 @@ MeshData read_text(std::string_view text, const std::string& name) {
   }
   if (in_facet) at.fail("the file ends within a facet");
   if (in_solid) data.defects.push_back("the file ends without endsolid");
+  if (remarks > 0) data.defects.push_back(fmt::format("{} lines have text behind an end tag", remarks));
   check_count(name, 0, data.soup.size() / 9);
   return data;
 }
@@ -68,10 +94,12 @@ MeshData read_text(std::string_view text, const std::string& name) {
 }  // namespace
 
 MeshData read_stl(Bytes bytes, const std::string& name) {
+  bytes = without_byte_order_mark(bytes);
   std::uint32_t count = 0;
   if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
   const std::size_t wanted = kHeader + kRecord * std::size_t(count);
   if (bytes.size() < kHeader || bytes.size() != wanted) {
+    check_encoding(as_text(bytes), name);
     if (looks_like_text(as_text(bytes))) return read_text(as_text(bytes), name);
     if (bytes.size() < kHeader) fail_at_byte(name, bytes.size(), "ends within the header of 84 bytes");
     if (bytes.size() < wanted)

@@ -157,20 +157,23 @@ inline std::uint32_t crc32(const std::string& s) {
   return ~crc;
 }
 
-/// A ZIP archive without compression. @param item the <item …/> of the build
-inline Bytes threemf(const SampleMesh& m, const std::string& item = "<item objectid=\"1\"/>",
-                     const std::string& unit = "millimeter") {
-  std::string model =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"" + unit +
-      "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources><object id=\"1\" "
-      "type=\"model\"><mesh><vertices>";
+/// The <mesh> element of a 3MF object.
+inline std::string threemf_mesh(const SampleMesh& m) {
+  std::string mesh = "<mesh><vertices>";
   for (const auto& v : m.vertices)
-    model += "<vertex x=\"" + digits(v[0]) + "\" y=\"" + digits(v[1]) + "\" z=\"" + digits(v[2]) + "\"/>";
-  model += "</vertices><triangles>";
+    mesh += "<vertex x=\"" + digits(v[0]) + "\" y=\"" + digits(v[1]) + "\" z=\"" + digits(v[2]) + "\"/>";
+  mesh += "</vertices><triangles>";
   for (const auto& t : m.triangles)
-    model += "<triangle v1=\"" + std::to_string(t[0]) + "\" v2=\"" + std::to_string(t[1]) + "\" v3=\"" +
-             std::to_string(t[2]) + "\"/>";
-  model += "</triangles></mesh></object></resources><build>" + item + "</build></model>";
+    mesh += "<triangle v1=\"" + std::to_string(t[0]) + "\" v2=\"" + std::to_string(t[1]) + "\" v3=\"" +
+            std::to_string(t[2]) + "\"/>";
+  return mesh + "</triangles></mesh>";
+}
+
+/// A 3MF file: a ZIP archive without compression. @param content of the <model>: resources and build
+inline Bytes threemf_of(const std::string& content, const std::string& unit = "millimeter") {
+  const std::string model = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"" + unit +
+                            "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">" +
+                            content + "</model>";
   const std::pair<std::string, std::string> files[] = {
       {"[Content_Types].xml",
        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Types "
@@ -217,6 +220,14 @@ inline Bytes threemf(const SampleMesh& m, const std::string& item = "<item objec
   put(out, begin);
   put(out, std::uint16_t(0));
   return out;
+}
+
+/// @param item the <item …/> of the build
+inline Bytes threemf(const SampleMesh& m, const std::string& item = "<item objectid=\"1\"/>",
+                     const std::string& unit = "millimeter") {
+  return threemf_of("<resources><object id=\"1\" type=\"model\">" + threemf_mesh(m) +
+                        "</object></resources><build>" + item + "</build>",
+                    unit);
 }
 
 }  // namespace mesh_bytes

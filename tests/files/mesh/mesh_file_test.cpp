@@ -1,13 +1,18 @@
 // Readers of STL, PLY, OBJ and 3MF: the same mesh from every format, and the errors for other files.
 #include "files/mesh/mesh_file.h"
 
+#include <sys/mman.h>
 #include <unistd.h>
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <fstream>
 #include <utility>
 
+#include "files/mesh/bounded_child.h"
+#include "files/mesh/mesh_message.h"
 #include "files/usage_error.h"
 #include "tests/support/mesh_samples.h"
 
@@ -199,6 +204,145 @@ TEST_CASE("3MF: build items place their objects, and the model names its unit") 
     CHECK(moved.vertices[v][0] == 100.0f - m.vertices[v][1]);
     CHECK(moved.vertices[v][1] == 200.0f + m.vertices[v][0]);
     CHECK(moved.vertices[v][2] == 300.0f + m.vertices[v][2]);
+  }
+}
+
+TEST_CASE("3MF objects of type other are not printed, as items and as components, and the report says so") {
+  const auto facets = [](const std::string& objects) { return read(mb::threemf_of(objects), "a.3mf"); };
+  const std::string mesh = mb::threemf_mesh(gear(3));
+  const auto object = [&](int id, const char* type, const std::string& inner) {
+    return "<object id=\"" + std::to_string(id) + "\" type=\"" + type + "\">" + inner + "</object>";
+  };
+  const std::string both = object(1, "model", mesh) + object(2, "other", mesh);
+  const MeshData data = facets(
+      "<resources>" + both +
+      object(3, "model", "<components><component objectid=\"1\"/><component objectid=\"2\"/></components>") +
+      "</resources><build><item objectid=\"3\"/></build>");
+  CHECK(data.triangles.size() == gear(3).triangles.size());
+  CHECK(data.defects == std::vector<std::string>{"1 objects of type other are not printed"});
+}
+
+TEST_CASE("3MF of components within components that multiply without end is refused with the limit") {
+  std::string objects = "<object id=\"1\" type=\"model\">" + mb::threemf_mesh(gear(3)) + "</object>";
+  for (int id = 2; id <= 32; ++id) {
+    objects += "<object id=\"" + std::to_string(id) + "\" type=\"model\"><components>";
+    for (int n = 0; n < 4; ++n) objects += "<component objectid=\"" + std::to_string(id - 1) + "\"/>";
+    objects += "</components></object>";
+  }
+  const std::vector<std::byte> bytes =
+      mb::threemf_of("<resources>" + objects + "</resources><build><item objectid=\"32\"/></build>");
+  try {
+    read(bytes, "a.3mf");
+    FAIL("nothing was refused");
+  } catch (const UsageError& e) {
+    INFO(e.what());
+    CHECK(std::string(e.what()).starts_with("a.3mf: "));
+    CHECK(std::string(e.what()).find("limit") != std::string::npos);
+  }
+}
+
+TEST_CASE("A child process that hangs, takes memory or crashes is ended and named by its limit") {
+  const mesh::ChildLimits limits{1, std::size_t(64) << 20};
+  const auto nothing = [](int) {};
+  const auto ended = [&](const std::function<void(int)>& work) {
+    return mesh::run_bounded(limits, work, nothing);
+  };
+  CHECK(ended([](int) {}) == "");
+  CHECK(ended([](int) {
+          const volatile bool on = true;
+          while (on) {
+          }
+        }) == "took more than 1 s of processor time, the limit");
+#ifndef __SANITIZE_ADDRESS__
+  CHECK(ended([](int) {
+          std::vector<std::vector<char>> taken;
+          for (;;) taken.emplace_back(1 << 20, 'x');
+        }) == "needs more than 64 MiB of memory, the limit");
+#endif
+  CHECK(ended([](int) { std::raise(SIGSEGV); }).starts_with("crashed"));
+  CHECK(ended([](int) { throw 1; }) == "ended with exit code 98");
+}
+
+TEST_CASE("The message of a mesh is refused when it ends early or its numbers disagree") {
+  const auto through = [](std::span<const char> bytes) {
+    const int fd = ::memfd_create("mesh", 0);
+    REQUIRE(::write(fd, bytes.data(), bytes.size()) == ssize_t(bytes.size()));
+    ::lseek(fd, 0, SEEK_SET);
+    try {
+      const MeshData data = mesh::receive_mesh(fd, 1 << 20);
+      ::close(fd);
+      return data.triangles.size();
+    } catch (const std::runtime_error&) {
+      ::close(fd);
+      return std::size_t(0);
+    }
+  };
+  MeshData data;
+  data.format = "3MF";
+  data.defects = {"a"};
+  data.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  data.triangles = {{0, 1, 2}};
+  const int fd = ::memfd_create("mesh", 0);
+  mesh::send_mesh(fd, data);
+  std::vector<char> bytes(std::size_t(::lseek(fd, 0, SEEK_CUR)));
+  REQUIRE(::pread(fd, bytes.data(), bytes.size(), 0) == ssize_t(bytes.size()));
+  ::close(fd);
+  CHECK(through(bytes) == 1);
+  for (std::size_t n = 0; n < bytes.size(); ++n) CHECK(through({bytes.data(), n}) == 0);
+  std::vector<char> wrong = bytes;
+  wrong[wrong.size() - 4] = 3;  // the last triangle's last vertex
+  CHECK(through(wrong) == 0);
+  wrong = bytes;
+  wrong[8 + 6] = 1;  // 2^48 vertices
+  CHECK(through(wrong) == 0);
+}
+
+TEST_CASE("ASCII STL is read with text behind its end tags, which is reported") {
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop{}\nendfacet{}\n";
+  const auto with = [&](const std::string& loop, const std::string& end, const std::string& behind) {
+    std::string f = facet;
+    f.replace(f.find("{}"), 2, loop);
+    f.replace(f.find("{}"), 2, end);
+    return "solid a\n" + f + "endsolid a\n" + behind;
+  };
+  const auto defects = [](std::size_t n) {
+    return std::vector<std::string>{std::to_string(n) + " lines have text behind an end tag"};
+  };
+  CHECK(read(with("", "", ""), "a.stl").defects.empty());
+  for (const char* behind : {"written by a program\n", "facet count: 1\n", "vertex 1 2 3\n", "; 1"}) {
+    INFO(behind);
+    const MeshData data = read(with("", "", behind), "a.stl");
+    CHECK(facets_of(data).size() == 1);
+    CHECK(data.defects == defects(1));
+  }
+  CHECK(read(with(" // 1", " 7", ""), "a.stl").defects == defects(2));
+  CHECK(facets_of(read(with("", "", "remark\n" + with("", "", "")), "a.stl")).size() == 2);
+  // All on one line, as some programs write it, is no remark.
+  CHECK(read("solid a\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet "
+             "endsolid a\n",
+             "a.stl")
+            .defects.empty());
+}
+
+TEST_CASE("Text of another encoding or with carriage returns alone is named as such") {
+  const SampleMesh m = gear(2);
+  const auto string_of = [](const std::vector<std::byte>& bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  for (const auto& [text, name] : {std::pair{string_of(mb::ascii_stl(m)), std::string("a.stl")},
+                                   std::pair{string_of(mb::obj(m)), std::string("a.obj")}}) {
+    INFO(name);
+    std::string wide, cr = text;
+    for (const char c : text) wide += {c, '\0'};
+    const std::string utf16 = name + ": byte 0: is UTF-16 text, where ASCII or UTF-8 is expected";
+    CHECK(refusal(wide, name) == utf16);
+    CHECK(refusal("\xff\xfe" + wide, name) == utf16);
+    CHECK(refusal("\xfe\xff" + std::string(1, '\0') + wide.substr(0, wide.size() - 1), name) == utf16);
+    CHECK(refusal(std::string(1, '\0') + wide.substr(0, wide.size() - 1), name) == utf16);
+    std::ranges::replace(cr, '\n', '\r');
+    CHECK(refusal(cr, name).find("lines end by carriage returns (CR) alone") != std::string::npos);
+    CHECK(facets_of(read("\xef\xbb\xbf" + text, name)) == facets_of(m));
   }
 }
 
