@@ -11,6 +11,7 @@
 
 #include "files/record/file.h"
 #include "files/record/output_target.h"
+#include "files/record/part_file.h"
 #include "files/usage_error.h"
 
 namespace firn {
@@ -36,8 +37,8 @@ void write_file_atomically(const fs::path& named, std::string_view content) {
   } catch (const logfile::FileError& e) {
     throw UsageError(e.what());
   }
-  fs::path temporary = path;
-  temporary += ".part";
+  const logfile::PartFile part(path.string() + ".part");
+  const fs::path& temporary = part.path();
   const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (fd < 0) throw UsageError(named.string() + ": cannot be written: " + std::strerror(errno));
   std::size_t done = 0;

@@ -45,7 +45,7 @@ void bound(int what, rlim_t limit, rlim_t margin = 0) {
   if (::getppid() != parent) ::_exit(kThrew);
   // Ctrl-C is the parent's to answer; a crash must end the child without the parent's handlers.
   std::signal(SIGINT, SIG_IGN);
-  for (const int s : {SIGTERM, SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGXCPU, SIGALRM, SIGPIPE})
+  for (const int s : {SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGXCPU, SIGALRM, SIGPIPE})
     std::signal(s, SIG_DFL);
   bound(RLIMIT_CORE, 0);
   bound(RLIMIT_CPU, rlim_t(limits.cpu_s), 2);  // SIGXCPU first, which tells the limit from other kills

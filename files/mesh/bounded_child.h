@@ -9,7 +9,7 @@
 namespace firn::mesh {
 
 struct ChildLimits {
-  int cpu_s = 5;                ///< of processor time; the clock on the wall may run ten times as long
+  int cpu_s = 5;                 ///< of processor time; the clock on the wall may run ten times as long
   std::size_t memory_bytes = 0;  ///< beyond those of this process at the call
 };
 

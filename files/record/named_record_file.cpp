@@ -14,12 +14,11 @@ namespace fs = std::filesystem;
 NamedRecordFile::NamedRecordFile(const fs::path& file)
     : file_(output_target(file)),
       part_(file_.string() + ".part-" + std::to_string(getpid())),
-      out_(std::make_unique<RecordWriter>(part_, RecordWriter::Mode::kCreate)) {}
+      out_(std::make_unique<RecordWriter>(part_.path(), RecordWriter::Mode::kCreate)) {}
 
 NamedRecordFile::~NamedRecordFile() {
   if (!out_) return;
-  std::error_code ignored;
-  fs::remove(part_, ignored);
+  part_.remove();
 }
 
 void NamedRecordFile::finish() {
@@ -27,7 +26,7 @@ void NamedRecordFile::finish() {
   bytes_ = out_->bytes();
   out_->close();
   std::error_code error;
-  fs::rename(part_, file_, error);
+  fs::rename(part_.path(), file_, error);
   if (error) throw FileError(file_, 0, "cannot be given its name", error.value());
   out_.reset();
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "files/record/part_file.h"
 #include "files/record/record_file.h"
 
 namespace firn::logfile {
@@ -22,7 +23,8 @@ class NamedRecordFile {
   std::uint64_t bytes() const { return bytes_; }  ///< of the finished file
 
  private:
-  std::filesystem::path file_, part_;
+  std::filesystem::path file_;
+  PartFile part_;
   std::unique_ptr<RecordWriter> out_;
   std::uint64_t bytes_ = 0;
 };

@@ -15,22 +15,28 @@
 
 namespace firn {
 
-TextOutput::TextOutput(const std::filesystem::path& file) {
+namespace {
+
+std::filesystem::path target_of(const std::filesystem::path& file) {
   try {
-    file_ = logfile::output_target(file);
+    return logfile::output_target(file);
   } catch (const logfile::FileError& e) {
     throw UsageError(e.what());
   }
-  part_ = file_.string() + ".part-" + std::to_string(getpid());
-  out_ = std::fopen(part_.c_str(), "wb");
+}
+
+}  // namespace
+
+TextOutput::TextOutput(const std::filesystem::path& file)
+    : file_(target_of(file)), part_(file_.string() + ".part-" + std::to_string(getpid())) {
+  out_ = std::fopen(part_.path().c_str(), "wb");
   if (!out_) throw UsageError(file_.string() + ": cannot be written: " + std::strerror(errno));
 }
 
 TextOutput::~TextOutput() {
   if (!out_) return;
   std::fclose(out_);
-  std::error_code ignored;
-  std::filesystem::remove(part_, ignored);
+  part_.remove();
 }
 
 void TextOutput::write(const std::string& text) {
@@ -44,10 +50,9 @@ void TextOutput::finish() {
   const bool closed = std::fclose(out_) == 0;
   out_ = nullptr;
   std::error_code renamed;
-  if (flushed && closed) std::filesystem::rename(part_, file_, renamed);
+  if (flushed && closed) std::filesystem::rename(part_.path(), file_, renamed);
   if (flushed && closed && !renamed) return;
-  std::error_code ignored;
-  std::filesystem::remove(part_, ignored);
+  part_.remove();
   throw std::runtime_error(file_.string() + ": " + (renamed ? renamed.message() : std::strerror(error)));
 }
 

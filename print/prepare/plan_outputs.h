@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "files/record/part_file.h"
 #include "print/prepare/plan_job.h"
 
 namespace firn {
@@ -19,7 +20,8 @@ class TextOutput {
   void finish();                        ///< @throws std::runtime_error naming the file
 
  private:
-  std::filesystem::path file_, part_;
+  std::filesystem::path file_;
+  logfile::PartFile part_;
   std::FILE* out_ = nullptr;
 };
 

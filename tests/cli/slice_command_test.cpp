@@ -5,6 +5,8 @@
 
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +20,7 @@
 #include "config/error.h"
 #include "files/path/layer_file.h"
 #include "files/path/path_file.h"
+#include "files/record/part_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/prepare/gcode.h"
@@ -412,6 +415,31 @@ TEST_CASE("A disk without room ends firn slice and leaves nothing behind") {
   }
   fs::remove(folder);
   std::signal(SIGXFSZ, act);
+}
+
+TEST_CASE("Ended by SIGTERM amid its layers, firn slice leaves nothing behind") {
+  SliceCommandOptions o = run_options("ended");
+  const fs::path folder = scratch("ended-folder");
+  fs::remove_all(folder);
+  fs::create_directory(folder);
+  o.output = (folder / "a.paths").string();
+  o.gcode = (folder / "a.gcode").string();
+  o.overrides = {"layer.height_mm=0.005"};
+  const auto before = std::signal(SIGTERM, SIG_DFL);
+  const pid_t pid = ::fork();
+  if (pid == 0) {
+    logfile::remove_parts_on_signals();
+    ::_exit(run_slice(o));
+  }
+  int status = 0;
+  const auto over = [&] { return ::waitpid(pid, &status, WNOHANG) == pid; };
+  while (fs::is_empty(folder) && !over()) ::usleep(1000);
+  CHECK(::kill(pid, SIGTERM) == 0);
+  ::waitpid(pid, &status, 0);
+  std::signal(SIGTERM, before);
+  CHECK((WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM));
+  CHECK(fs::is_empty(folder));
+  fs::remove_all(folder);
 }
 
 TEST_CASE("Option --support overhang takes its angle, and less support than full") {
