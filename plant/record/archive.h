@@ -28,7 +28,9 @@ class Archive {
   void operator()(T& value) {
     if (loading_) return raw(&value, sizeof value);
     T saved = value;
+#if __has_builtin(__builtin_clear_padding)  // clang, for fuzzing, has it not
     __builtin_clear_padding(&saved);  // equal states are equal files, and no stray bytes of memory in them
+#endif
     raw(&saved, sizeof saved);
   }
   template <class T>
