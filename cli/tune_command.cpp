@@ -108,6 +108,24 @@ std::vector<double> disturbance_of(const ObservedRun& run) {
   return d;
 }
 
+namespace {
+
+Experiment recorded_experiment(const std::string& run) {
+  const std::string config = recorded_config(RunFolder::open(run).path());
+  return config.empty() ? Experiment{} : parse_experiment(config, run + ": the recorded configuration");
+}
+
+std::vector<double> recorded_disturbance(const std::string& run, const Experiment& e) try {
+  return prints_paths(e) ? ice_disturbance_of(run) : disturbance_of(ObservedRun::read(run));
+} catch (const UsageError& error) {
+  const std::string what = error.what();
+  throw UsageError(what.find(run) == what.npos ? run + ": " + what : what);
+} catch (const std::invalid_argument& error) {
+  throw UsageError(run + ": " + error.what());
+}
+
+}  // namespace
+
 int run_tune_smf(const TuneCommandOptions& o) {
   if (o.start.size() != 3) throw UsageError("--start: three numbers are wanted, K_p, K_i*, K_d*");
   gains::TuneOptions tune{algorithm_of(o.algorithm), {o.start[0], o.start[1], o.start[2]}, o.derivative_only};
@@ -117,10 +135,8 @@ int run_tune_smf(const TuneCommandOptions& o) {
     if (o.run.empty()) {
       d = disturbance(o.model);
     } else {
-      const std::string config = recorded_config(RunFolder::open(o.run).path());
-      const Experiment e =
-          config.empty() ? Experiment{} : parse_experiment(config, "the recorded configuration");
-      d = prints_paths(e) ? ice_disturbance_of(o.run) : disturbance_of(ObservedRun::read(o.run));
+      const Experiment e = recorded_experiment(o.run);
+      d = recorded_disturbance(o.run, e);
       const auto& smf = e.control.smf;
       all.push_back({"the run's", {smf.kp, smf.ki_star, smf.kd_star}});
     }

@@ -5,8 +5,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 
 #include "files/record/file.h"
@@ -18,6 +16,8 @@ namespace firn {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::size_t kBlock = std::size_t(1) << 16;
+
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);
 }
@@ -25,9 +25,23 @@ namespace {
 }  // namespace
 
 std::string read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) fail(path, std::strerror(errno));
-  return {std::istreambuf_iterator<char>(in), {}};
+  const int fd =
+      open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe without a writer does not hang
+  if (fd < 0) throw UsageError(path.string() + ": cannot be read: " + std::strerror(errno));
+  std::string text;
+  for (;;) {
+    const std::size_t before = text.size();
+    text.resize(before + kBlock);
+    const ssize_t n = read(fd, text.data() + before, kBlock);
+    const int error = errno;
+    text.resize(before + (n > 0 ? std::size_t(n) : 0));
+    if (n > 0 || (n < 0 && error == EINTR)) continue;
+    close(fd);
+    if (n < 0)
+      throw UsageError(path.string() + ": byte " + std::to_string(before) +
+                       ": cannot be read: " + std::strerror(error));
+    return text;
+  }
 }
 
 void write_file_atomically(const fs::path& named, std::string_view content) {

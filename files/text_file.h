@@ -11,7 +11,7 @@ namespace firn {
 /// device or a pipe is never replaced. @throws UsageError: an unwritable place; std::runtime_error naming
 /// path, byte and the system's reason.
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
-/// @throws std::runtime_error naming path and the system's reason
+/// @throws UsageError naming path and the system's reason: a missing file, a folder
 std::string read_file(const std::filesystem::path& path);
 
 }  // namespace firn

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "files/digest.h"
+#include "files/run_documents.h"
 #include "files/usage_error.h"
 #include "firn/enums.h"
 #include "lcmtypes/schema.h"
@@ -126,16 +127,12 @@ RunFolder RunFolder::open(const fs::path& path) {
   run.experiment_toml_ = read_file(path / "experiment.toml");
   const fs::path file = path / "provenance.json";
   try {
-    const auto j = nlohmann::json::parse(read_file(file));
-    run.run_id_ = j.at("run_id").get<std::int64_t>();
-    for (const auto& i : j.at("inputs")) {
-      const auto& [role, sha] = run.inputs_.emplace_back(i.at("role"), i.at("sha256"));
-      if (sha.size() != 64 || sha.find_first_not_of("0123456789abcdef") != std::string::npos)
-        refuse(file, "input '" + role.substr(0, 100) + "': '" + sha.substr(0, 100) +
-                         "' is no SHA-256, 64 hexadecimal digits");
-    }
-  } catch (const nlohmann::json::exception& error) {
-    fail(file, error.what());
+    ProvenanceDocument p = parse_provenance(read_file(file), file.string());
+    if (!p.run_id || !p.has_inputs) refuse(file, "has no run_id or no inputs");
+    run.run_id_ = *p.run_id;
+    run.inputs_ = std::move(p.inputs);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
   }
   return run;
 }
@@ -174,10 +171,10 @@ std::optional<RunResult> RunFolder::result() const {
   const fs::path file = path_ / "result.json";
   if (!fs::exists(file)) return std::nullopt;
   try {
-    const auto j = nlohmann::json::parse(read_file(file));
-    return RunResult{j.at("outcome"), j.at("status"), j.at("layers"), j.at("reason")};
-  } catch (const nlohmann::json::exception& error) {
-    fail(file, error.what());
+    const ResultDocument r = parse_result(read_file(file), file.string());
+    return RunResult{r.outcome, r.status, r.layers, r.reason};
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
   }
 }
 

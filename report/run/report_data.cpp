@@ -5,12 +5,13 @@
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "core/grid/npy.h"
 #include "files/record/checksum.h"
 #include "files/record/event_log.h"
+#include "files/run_documents.h"
+#include "files/text_file.h"
 #include "firn/layer_metrics_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "lcmtypes/convert.h"
@@ -22,12 +23,8 @@ namespace firn::replay {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
-std::string read_text(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+std::string read_text(const fs::path& path) { return fs::is_regular_file(path) ? read_file(path) : ""; }
 
 LayerRow row_of(const layer_metrics_t& m) {
   LayerRow r;
@@ -54,16 +51,18 @@ LayerRow row_of(const layer_metrics_t& m) {
   return r;
 }
 
-std::string text_in(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+std::map<std::string, fs::path> inputs_of(const fs::path& run, const ProvenanceDocument& provenance) {
+  std::map<std::string, fs::path> files;
+  for (const auto& [role, sha] : provenance.inputs) files.emplace(role, run / "inputs" / sha);
+  return files;
 }
 
-std::map<std::string, fs::path> inputs_of(const fs::path& run, const Json& provenance) {
-  std::map<std::string, fs::path> files;
-  for (const Json& input : provenance.value("inputs", Json::array()))
-    files.emplace(input.value("role", ""), run / "inputs" / input.value("sha256", ""));
-  return files;
+// A run whose result is missing or damaged has not ended.
+void read_result(const fs::path& file, RunData& data) try {
+  const ResultDocument r = parse_result(read_text(file), file.string());
+  data.outcome = r.outcome;
+  data.reason = r.reason;
+} catch (const std::invalid_argument&) {
 }
 
 // SIM_TRUTH comes from the launcher, which has no write-ahead file: the log holds it, behind the
@@ -91,14 +90,10 @@ void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, Layer
   }
 }
 
-void read_provenance(const fs::path& run, const Json& p, RunData& data) {
-  const auto text = [&](const char* key) {
-    const Json v = p.value(key, Json());
-    return v.is_string() ? v.get<std::string>() : v.is_null() ? "" : v.dump();
-  };
+void read_provenance(const fs::path& run, const ProvenanceDocument& p, RunData& data) {
+  const auto text = [&](const char* key) { return p.text(key); };
   std::string command;
-  for (const Json& word : p.value("command_line", Json::array()))
-    command += (command.empty() ? "" : " ") + word.get<std::string>();
+  for (const std::string& word : p.command_line) command += (command.empty() ? "" : " ") + word;
   const std::string config = read_text(run / "experiment.toml");
   char digest[20];
   std::snprintf(digest, sizeof digest, "%016llx",
@@ -170,19 +165,14 @@ std::vector<std::byte> RunRecord::input(const std::string& role) const {
   return {bytes.begin(), bytes.end()};
 }
 
-RunData read_run_data(const fs::path& run, const ReportLab& lab) try {
+RunData read_run_data(const fs::path& run, const ReportLab& lab) {
   const RunMessages messages(run);
-  const Json provenance = Json::parse(read_text(run / "provenance.json"), nullptr, false);
-  if (!provenance.is_object())
-    throw std::invalid_argument(run.string() + ": provenance.json is missing or damaged");
+  const fs::path file = run / "provenance.json";
+  const ProvenanceDocument provenance = parse_provenance(read_text(file), file.string());
   RunData data;
   data.folder = fs::weakly_canonical(run).filename().string();
-  data.scheme = provenance.value("scheme", "");
-  const Json result = Json::parse(read_text(run / "result.json"), nullptr, false);
-  if (result.is_object()) {
-    data.outcome = text_in(result, "outcome");
-    data.reason = text_in(result, "reason");
-  }
+  data.scheme = provenance.text("scheme");
+  read_result(run / "result.json", data);
 
   messages.each<height_map_t>(channels::kHeightMap.name,
                               [&](const height_map_t& m) { data.height = height_of(m); });
@@ -195,8 +185,6 @@ RunData read_run_data(const fs::path& run, const ReportLab& lab) try {
   lab.read({run, messages, inputs_of(run, provenance)}, data, rows);
   for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
   return data;
-} catch (const Json::exception& e) {
-  throw std::invalid_argument(run.string() + ": provenance.json: " + e.what());
 }
 
 const ReportLab kDropletReport{&read_droplets, nullptr};

@@ -8,10 +8,8 @@
 #include <iostream>
 #include <sstream>
 
+#include "cli/failure.h"
 #include "cli/options.h"
-#include "config/error.h"
-#include "files/usage_error.h"
-#include "print/exit_codes.h"
 
 namespace firn::test {
 namespace {
@@ -59,15 +57,10 @@ Said firn_says(const std::vector<std::string>& words) {
   std::string problem;
   try {
     said.code = parse_command_line(commands(), int(argv.size()), argv.data()).run();
-  } catch (const ConfigError& e) {
-    said.code = kUsage;
-    problem = e.what();
-  } catch (const UsageError& e) {
-    said.code = kUsage;
-    problem = e.what();
   } catch (const std::exception& e) {
-    said.code = kFailed;
-    problem = e.what();
+    const Failure f = failure_of(e);
+    said.code = f.code;
+    problem = f.line;
   }
   said.err = err.text() + problem;
   said.out = out.text();
