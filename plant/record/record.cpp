@@ -87,6 +87,17 @@ bool decode(RecordKind kind, std::span<const std::byte> payload, WorldHistory& i
   return false;
 }
 
+std::uint64_t count_events(const std::filesystem::path& path, std::uint64_t from) {
+  const logfile::MappedFile file(path);
+  RecordReader reader(file.bytes());
+  std::uint64_t events = 0;
+  while (const auto record = reader.next())
+    if (!record->damaged && record->offset >= from)
+      events +=
+          RecordKind(record->kind) == RecordKind::kShots ? record->payload.size() / sizeof(ShotRecord) : 1;
+  return events;
+}
+
 WorldHistory read_history(const std::filesystem::path& path) {
   const logfile::MappedFile file(path);
   RecordReader reader(file.bytes());

@@ -154,6 +154,10 @@ struct WorldHistory {
 };
 /// @throws std::runtime_error naming the file when it cannot be opened
 WorldHistory read_history(const std::filesystem::path& path);
+/// Returns the number of events, each shot of a kShots record being one, in undamaged records from byte
+/// `from` on.
+/// @throws std::runtime_error naming the file when it cannot be opened
+std::uint64_t count_events(const std::filesystem::path& path, std::uint64_t from);
 /// Adds one record; returns false for a kind or length that is not ours.
 bool decode(RecordKind kind, std::span<const std::byte> payload, WorldHistory& into);
 

@@ -15,7 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "plant/world/world.h"
+#include "plant/world/kept_world.h"
 
 namespace firn::plant {
 namespace {
@@ -90,14 +90,10 @@ class Server {
  public:
   Server(const ServeOptions& o, const WorldConfig& config)
       : options_(o),
-        state_(o.run / "world" / "state"),
-        record_(make_record_file(o.run / "world.rec")),
-        world_(std::filesystem::exists(state_) ? World::restore(state_, config, record_.get())
-                                               : World(config, record_.get())),
-        saved_exposures_(world_.exposures()),
-        ports_(world_.ports()) {
+        world_(o.run, config),
+        earliest_us_(world_.world().now_us()),
+        ports_(world_.world().ports()) {
     std::filesystem::create_directories(o.io);
-    std::filesystem::create_directories(state_.parent_path());
     for (std::size_t n = 0; n < ports_.size(); ++n) listeners_[n] = listen_on(o.io / ports_[n]);
     control_.fd = o.control_fd;
     say("READY");
@@ -116,21 +112,23 @@ class Server {
       if (!stopping_) take_control();
       for (std::size_t n = 0; n < ports_.size(); ++n) take_port(n);
       world_.advance(now_us(), [this](const World::Sent& s) { deliver(s); });
-      record_->flush();
+      world_.flush_record();
       for (std::size_t n = 0; n < ports_.size(); ++n)
         if (!clients_[n].flush()) drop(n);
       control_.flush();
-      if (world_.exposures() != saved_exposures_) save();
+      world_.save_if_due();
     }
     for (const auto port : ports_)
       world_.disconnect(port, now_us());  // the instruments' own watchdogs see the link go
-    save();
+    world_.close();
   }
 
  private:
+  // A killed world may have been ahead of everything that the nodes had written down.
   std::int64_t now_us() const {
     const std::int64_t since_ns = std::max<std::int64_t>(0, monotonic_ns() - options_.epoch_ns);
-    return std::int64_t(double(since_ns) * options_.time_scale * 1e-3) + options_.offset_us;
+    return std::max(earliest_us_,
+                    std::int64_t(double(since_ns) * options_.time_scale * 1e-3) + options_.offset_us);
   }
   std::int64_t wall_ns(std::int64_t t_us) const {
     return options_.epoch_ns + std::int64_t(double(t_us - options_.offset_us) * 1e3 / options_.time_scale) +
@@ -154,8 +152,9 @@ class Server {
     constexpr std::int64_t kInnerDelay_ns = 5'000'000, kLongest_ns = 1'000'000'000, kStopping_ns = 20'000'000;
     const std::int64_t now = monotonic_ns();
     std::int64_t until = now + (stopping_ ? kStopping_ns : kLongest_ns);
-    if (const std::int64_t t = world_.next_event_us(); t != INT64_MAX) until = std::min(until, wall_ns(t));
-    if (const std::int64_t t = world_.next_inner_us(); t != INT64_MAX)
+    if (const std::int64_t t = world_.world().next_event_us(); t != INT64_MAX)
+      until = std::min(until, wall_ns(t));
+    if (const std::int64_t t = world_.world().next_inner_us(); t != INT64_MAX)
       until = std::min(until, std::max(wall_ns(t), now + kInnerDelay_ns));
     const std::int64_t left = std::max<std::int64_t>(0, until - now);
     const timespec timeout{left / 1'000'000'000, left % 1'000'000'000};
@@ -227,7 +226,7 @@ class Server {
     if (verb == "STOP") stopping_ = true;
     if (verb == "TRUTH") {
       world_.advance(now_us(), [this](const World::Sent& s) { deliver(s); });
-      say(truth_line(world_.truth()));
+      say(truth_line(world_.world().truth()));
     }
     if (verb != "SIMFAULT") return;
     try {
@@ -250,16 +249,9 @@ class Server {
     control_.flush();
   }
 
-  void save() {
-    world_.save(state_);
-    saved_exposures_ = world_.exposures();
-  }
-
   ServeOptions options_;
-  std::filesystem::path state_;
-  std::unique_ptr<WorldRecord> record_;
-  World world_;
-  std::uint32_t saved_exposures_;
+  KeptWorld world_;
+  std::int64_t earliest_us_;
   std::span<const std::string_view> ports_;
   std::vector<int> listeners_ = std::vector<int>(ports_.size(), -1);
   std::vector<Peer> clients_ = std::vector<Peer>(ports_.size());

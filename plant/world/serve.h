@@ -26,8 +26,8 @@ struct ServeOptions {
 ServeOptions parse_serve_options(const std::vector<std::string>& arguments);
 
 /// Serves until the control line closes or says STOP, or SIGTERM; then saves run/world/state and returns.
-/// Goes on from that state when it exists; saves after each exposure. Record: run/world.rec. Control line,
-/// one text line each:
+/// Goes on from that state when it exists; see kept_world.h for a world that was killed. Record:
+/// run/world.rec. Control line, one text line each:
 ///   up    READY                     the sockets are there
 ///   down  TRUTH                     up: see truth_line()
 ///   down  SIMFAULT port kind [count [delay_us]]   (twins/fault.h); up: "OK" or "ERROR text"

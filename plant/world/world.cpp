@@ -82,6 +82,14 @@ void World::inject(const SimFault& fault, std::int64_t now_us) {
   }
 }
 
+void World::lose_power() {
+  impl_->begin(true);
+  for (std::size_t n = 0; n < impl_->twins.size(); ++n) {
+    impl_->drop_link(n, impl_->now_us);
+    impl_->twins[n]->reboot(impl_->now_us);
+  }
+}
+
 std::int64_t World::next_event_us() const {
   std::int64_t next = kNever;
   for (const Twin* twin : impl_->twins) next = std::min(next, twin->next_visible_us());
@@ -110,6 +118,7 @@ void World::advance(std::int64_t now_us, const SendFn& send) {
 Truth World::truth() const { return impl_->truth(); }
 MaterialColumns World::materials() const { return impl_->materials(); }
 std::uint32_t World::exposures() const { return impl_->milestones(); }
+std::int64_t World::now_us() const { return impl_->now_us; }
 std::span<const std::string_view> World::ports() const { return impl_->ports(); }
 const IceLab* World::ice() const { return impl_->ice(); }
 const WorldConfig& World::config() const { return impl_->config; }
@@ -147,7 +156,8 @@ void World::save(const std::filesystem::path& path) const {
   std::filesystem::rename(temporary, path);
 }
 
-World World::restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record) {
+World World::restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record,
+                     bool links_kept) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw std::runtime_error("world state: cannot open " + path.string());
   const std::string text((std::istreambuf_iterator<char>(file)), {});
@@ -163,7 +173,8 @@ World World::restore(const std::filesystem::path& path, const WorldConfig& confi
   world.impl_->io(archive);
   world.impl_->record = record;
   world.impl_->begin(true);
-  for (std::size_t n = 0; n < world.ports().size(); ++n) world.impl_->drop_link(n, world.impl_->now_us);
+  for (std::size_t n = 0; n < world.ports().size() && !links_kept; ++n)
+    world.impl_->drop_link(n, world.impl_->now_us);
   return world;
 }
 

@@ -70,6 +70,8 @@ class World {
   void disconnect(std::string_view port, std::int64_t now_us);
   void receive(std::string_view port, std::span<const std::byte> bytes, std::int64_t now_us);
   void inject(const SimFault& fault, std::int64_t now_us);
+  /// Every instrument loses its power and starts again, now.
+  void lose_power();
 
   /// Returns the time at which the next bytes for a port fall due; INT64_MAX: no bytes pending. Inner events
   /// (droplets, exposures) need no call of their own: the next call computes them at their exact times.
@@ -82,6 +84,7 @@ class World {
   Truth truth() const;
   MaterialColumns materials() const;  ///< see Model::materials(); apart from truth(), for its size
   std::uint32_t exposures() const;
+  std::int64_t now_us() const;                      ///< time of the last call
   std::span<const std::string_view> ports() const;  ///< of this lab
   const IceLab* ice() const;                        ///< null in the ink-jet lab
   const WorldConfig& config() const;
@@ -89,10 +92,12 @@ class World {
   /// Writes the complete state atomically (temporary file, fsync, rename). @throws std::runtime_error naming
   /// the file
   void save(const std::filesystem::path& path) const;
-  /// Returns a world that continues bit for bit from the state saved at `path`. Its ports are disconnected.
+  /// Returns a world that continues bit for bit from the state saved at `path`. Its ports are disconnected,
+  /// unless `links_kept`: then they and the bytes in transit are those of the moment of saving.
   /// The configuration must be that of the saved world.
   /// @throws std::runtime_error: no such file, damaged, or of another configuration
-  static World restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record);
+  static World restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record,
+                       bool links_kept = false);
 
  private:
   std::unique_ptr<WorldLab> impl_;
