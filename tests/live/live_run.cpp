@@ -149,6 +149,12 @@ std::int64_t LiveRun::kill(const std::string& name) {
   return now;
 }
 
+std::vector<std::string> LiveRun::processes() const {
+  std::vector<std::string> names;
+  for (const auto& [name, pid] : pids_) names.push_back(name);
+  return names;
+}
+
 void LiveRun::interrupt() { ::kill(launcher_, SIGINT); }
 
 void LiveRun::signal_all(int signal) { ::kill(-launcher_, signal); }

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/experiment.h"
 #include "print/live/launcher.h"
@@ -46,6 +47,7 @@ class LiveRun {
   /// Sends a signal to all processes of the run, as a terminal does.
   void signal_all(int signal);
   int pid_of(const std::string& name) const { return pids_.at(name); }
+  std::vector<std::string> processes() const;  ///< names that kill() knows
   /// Waits until the launcher has ended. @returns its exit code, -1 = killed
   int wait();
   /// Waits until no process of the run is left.
