@@ -95,6 +95,8 @@ void Jet::push_setup() {
   link_.push(with_u8(Command::kSource, 0));
 }
 
+void Jet::poll() { link_.push(jetdrive::frame(Command::kPoll, {}, Repeat::kRead)); }
+
 void Jet::refuse(std::int32_t code, std::string text, Effects& fx) {
   fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text)});
 }
@@ -102,7 +104,9 @@ void Jet::refuse(std::int32_t code, std::string text, Effects& fx) {
 void Jet::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
   if (op_ == Op::kNone) return;
   op_ = Op::kNone;
-  fx.events.emplace_back(Result{outcome, -1, expected_, 0, 0, code, std::move(text)});
+  Result r{outcome, -1, expected_, 0, 0, code, std::move(text)};
+  if (outcome == Outcome::kUnknown) r.unknown_to = expected_;
+  fx.events.emplace_back(std::move(r));
 }
 
 void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
@@ -115,6 +119,9 @@ void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
     expected_ = expected;
     link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
     link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
+    may_fire_ = true;
+    not_armed_.clear();
+    if (tells_source()) poll();
     set_state(DeviceState::kStaged, "arming", fx);
   }
   pump(now_us, fx);
@@ -147,7 +154,37 @@ void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, 
 
 void Jet::begin_disarm(Op op, std::int64_t now_us, Effects& fx) {
   op_ = op;
+  if (phase_ == Phase::kArmed && tells_source()) {
+    poll();
+    link_.push(with_u8(Command::kSource, 0));
+  } else {
+    link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
+  }
   phase_ = Phase::kDisarming;
+}
+
+// The source as POLL tells it, while it should be external.
+void Jet::take_source(bool external, std::int64_t now_us, Effects& fx) {
+  if (external) return;
+  const bool arming = phase_ == Phase::kArming;
+  const std::string why = arming ? "it acknowledges SOURCE 1 and is not armed" : "it is not armed any more";
+  not_armed_ = why;
+  fault(phase_ == Phase::kDisarming ? Severity::kWarning : Severity::kStop, kInstrument, "jet: " + why, fx);
+  if (!arming) return;
+  ending_ = why;
+  ending_code_ = kInstrument;
+  end_quietly(now_us, fx);
+}
+
+void Jet::disarmed(Effects& fx) {
+  if (not_armed_.empty()) return finish(Outcome::kDone, kNoCode, ending_, fx);
+  finish(Outcome::kUnknown, kInstrument, "the jet was not seen armed during the whole pass: " + not_armed_,
+         fx);
+}
+
+void Jet::end_quietly(std::int64_t now_us, Effects& fx) {
+  link_.clear_queue();
+  phase_ = Phase::kStopping;
   link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
 }
 
@@ -180,14 +217,16 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
     if (busy()) {
       ending_ = why;
       ending_code_ = kCommandRejected;
-      link_.clear_queue();
-      phase_ = Phase::kStopping;
-      link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
+      end_quietly(now_us, fx);
     }
     return;
   }
-  if (request.format == jetdrive::kVersion)
-    identity_ = "MicroFab JetDrive III firmware " + std::to_string(r.version);
+  const bool polled = request.argument == int(Command::kPoll) && tells_source();
+  if (polled && (phase_ == Phase::kArming || phase_ == Phase::kArmed || phase_ == Phase::kDisarming))
+    return take_source(r.status & config_.layout.source_bit, now_us, fx);
+  if (request.format != jetdrive::kVersion) return;
+  version_ = r.version;
+  identity_ = "MicroFab JetDrive III firmware " + std::to_string(r.version);
 }
 
 void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
@@ -197,9 +236,7 @@ void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
   if (phase_ != Phase::kArming) return reconnect(now_us, fx, why);
   ending_ = why;  // it may be armed: make sure that it is not
   ending_code_ = kLinkLost;
-  link_.clear_queue();
-  phase_ = Phase::kStopping;
-  link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
+  end_quietly(now_us, fx);
   link_.push(with_u8(Command::kSource, 0));
 }
 
@@ -209,6 +246,7 @@ void Jet::lost(std::int64_t, Effects& fx) {
     ending_ = "the link was lost";
     ending_code_ = kLinkLost;
   }
+  if (may_fire_) not_armed_ = "the link was lost while it was armed";
   phase_ = Phase::kDown;
 }
 
@@ -224,8 +262,9 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       [[fallthrough]];
     case Phase::kStopping:
       // A command that a stop or a lost link has cut short ends here, with the source confirmed internal.
+      may_fire_ = false;
       if (op_ == Op::kDisarm)
-        finish(Outcome::kDone, kNoCode, ending_, fx);
+        disarmed(fx);
       else if (op_ == Op::kArm)
         finish(Outcome::kNone, ending_code_, ending_, fx);
       else
@@ -242,8 +281,9 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kDisarming:
       phase_ = Phase::kReady;
+      may_fire_ = false;
       set_state(DeviceState::kSafe, "trigger source internal", fx);
-      finish(Outcome::kDone, kNoCode, {}, fx);
+      disarmed(fx);
       return false;
     case Phase::kWaveform:
       phase_ = Phase::kReady;

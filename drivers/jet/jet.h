@@ -1,6 +1,8 @@
 // Jet controls a MicroFab JetDrive III. Armed, it fires on every pulse of its trigger input (the stage's
 // pulse output); disarmed, its trigger source is internal and nothing fires. It has no droplet counter:
-// counted = -1, the stage's pulse counter is the evidence.
+// counted = -1, the stage's pulse counter is the evidence, as long as the jet was armed during all of the
+// pass: where POLL tells the source it is asked at both ends, and a jet whose firmware had to be started anew
+// has been without power.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +33,8 @@ class Jet final : public Driver {
 
   /// Trigger source external, one drop per trigger; Result{kReady} when armed.
   void arm(std::int64_t expected, std::int64_t now_us, Effects& fx);
-  /// Trigger source internal; Result{kDone} with counted = -1.
+  /// Trigger source internal; Result{kDone} with counted = -1. Result{kUnknown} if the jet was not armed all
+  /// the time since arm(): its droplets are in doubt.
   void disarm(std::int64_t now_us, Effects& fx);
   /// Refused unless the jet is safe: a waveform changed while jetting can break the instrument (I11).
   void set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, Effects& fx);
@@ -65,6 +68,11 @@ class Jet final : public Driver {
 
   void begin_disarm(Op op, std::int64_t now_us, Effects& fx);
   void push_setup();
+  void poll();
+  bool tells_source() const { return version_ >= config_.layout.poll_tells_source_from; }
+  void take_source(bool external, std::int64_t now_us, Effects& fx);
+  void disarmed(Effects& fx);
+  void end_quietly(std::int64_t now_us, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
 
@@ -73,6 +81,9 @@ class Jet final : public Driver {
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;
   std::int64_t expected_ = 0;
+  int version_ = 0;
+  bool may_fire_ = false;  ///< from SOURCE 1 until SOURCE 0 is confirmed
+  std::string not_armed_;  ///< why the jet may have been disarmed since arm(); empty: it was armed
   std::int64_t boot_until_us_ = 0;
   std::string ending_;
   std::int32_t ending_code_ = kNoCode;

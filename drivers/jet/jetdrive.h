@@ -33,6 +33,8 @@ struct ReplyLayout {
   std::uint8_t ack = 0x06, nak = 0x15;
   std::size_t command_at = 1, status_at = 2;
   std::size_t size = 4, version_size = 5;
+  int poll_tells_source_from = 128;  ///< firmware version [P]; before it POLL's status has no meaning
+  std::uint8_t source_bit = 1;       ///< of POLL's status: the source is external
 };
 
 /// Voltages [V], whole volts; times [us] in steps of 0.1.

@@ -16,9 +16,10 @@ enum class FaultKind : std::uint8_t {
   kResume,      ///< ends kHang
   kClose,       ///< the instrument closes its port
   kReboot,      ///< state lost, boot count + 1, port closed
-  kTrip,  ///< the device's own fault: stage ESTOP bit, lamp alarm, not for jet or profiler; docs/plant-ice.md
-  kEcho,  ///< the next `count` pieces that the host sends come back as they are
-  kStray,  ///< the next `count` replies come after a copy of the reply before them
+  kTrip,        ///< the device's own fault: stage ESTOP bit, lamp alarm, JetTwin::trip; docs/plant-ice.md
+  kEcho,        ///< the next `count` pieces that the host sends come back as they are
+  kStray,       ///< the next `count` replies come after a copy of the reply before them
+  kPower,       ///< as kReboot, but a serial port stays open: no cable tells of it
 };
 
 struct SimFault {
@@ -29,7 +30,7 @@ struct SimFault {
 };
 
 /// Returns the kind of this name: "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot",
-/// "trip", "echo", "stray".
+/// "trip", "echo", "stray", "power".
 /// @throws std::invalid_argument for another name
 FaultKind fault_kind(std::string_view name);
 

@@ -133,7 +133,7 @@ void JetTwin::execute(std::int64_t now_us) {
       state_.strobe_divider = data[0];
       break;
     case kSource:
-      set_source(data[0] != 0, now_us);
+      if (trip_ != 2 || data[0] == 0) set_source(data[0] != 0, now_us);
       break;
     case kSoftTrigger:
       if (!state_.waveform) return answer(false, command, kBadValue, now_us);
@@ -157,7 +157,8 @@ void JetTwin::execute(std::int64_t now_us) {
     case kDump:
       return dump(now_us);
     case kGetVersion: {
-      const char bytes[5] = {char(kAck), char(command), 3, 1, char(command + 4)};
+      // Version 128: POLL tells the source.
+      const char bytes[5] = {char(kAck), char(command), 3, char(128), char(command + 131)};
       return link_.reply({bytes, 5}, now_us);
     }
     default:
@@ -216,6 +217,11 @@ void JetTwin::reboot(std::int64_t now_us) {
   wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
 }
 
-void JetTwin::io(Archive& a) { a.all(boot_count_, state_, remote_, greeting_, frame_, link_); }
+void JetTwin::trip(std::int64_t now_us, std::int64_t code) {
+  trip_ = code;
+  if (code == 1) set_source(false, now_us);
+}
+
+void JetTwin::io(Archive& a) { a.all(boot_count_, state_, trip_, remote_, greeting_, frame_, link_); }
 
 }  // namespace firn::plant

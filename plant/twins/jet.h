@@ -25,11 +25,15 @@ class JetTwin : public Twin {
   std::int64_t next_device_us() const override { return kNever; }
   void device_event(std::int64_t) override {}
   void reboot(std::int64_t now_us) override;
+  /// 1: its panel switches the source to internal, 2: it acknowledges SOURCE 1 and stays internal, 3: the
+  /// nozzle is dead
+  void trip(std::int64_t now_us, std::int64_t code) override;
   void io(Archive& a) override;
 
   /// A pulse on the trigger input. On kFired, `droplets` is the number of DROPS.
   ShotOutcome trigger(std::int64_t t_us, int& droplets);
   std::uint32_t fired_since_armed() const { return state_.fired; }
+  bool nozzle_dead() const { return trip_ == 3; }
 
  private:
   struct State {
@@ -51,6 +55,7 @@ class JetTwin : public Twin {
   JetParams params_;
   Wires& wires_;
   State state_;
+  std::int64_t trip_ = 0;
   bool remote_ = false;              ///< X2000 was received
   std::uint32_t greeting_ = 0;       ///< characters of X2000 seen
   std::vector<std::uint8_t> frame_;  ///< from 'S' on

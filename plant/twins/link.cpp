@@ -9,12 +9,14 @@
 namespace firn::plant {
 
 FaultKind fault_kind(std::string_view name) {
-  static constexpr std::array<std::string_view, 11> kNames{
-      "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot", "trip", "echo", "stray"};
+  static constexpr std::array<std::string_view, 12> kNames{"drop", "delay",  "split", "flip",
+                                                           "hang", "resume", "close", "reboot",
+                                                           "trip", "echo",   "stray", "power"};
   for (std::size_t n = 0; n < kNames.size(); ++n)
     if (kNames[n] == name) return FaultKind(n);
-  throw std::invalid_argument("world: unknown fault \"" + std::string(name) +
-                              "\"; known: drop delay split flip hang resume close reboot trip echo stray");
+  throw std::invalid_argument(
+      "world: unknown fault \"" + std::string(name) +
+      "\"; known: drop delay split flip hang resume close reboot trip echo stray power");
 }
 
 void TwinLink::connect(std::int64_t now_us) {
@@ -111,6 +113,7 @@ bool TwinLink::inject(const SimFault& fault, std::int64_t now_us) {
       return true;
     case FaultKind::kReboot:
     case FaultKind::kTrip:
+    case FaultKind::kPower:
       return false;
     default:
       faults_.push_back({fault.kind,

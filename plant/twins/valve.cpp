@@ -121,6 +121,7 @@ std::uint8_t ValveTwin::obey(const Found& frame, std::int64_t now_us) {
       if (device_.state != State::kLoaded) return kState;
       const auto wait_ms = parse_number(frame.payload);
       if (!wait_ms) return kRange;
+      if (never_arms_) return 0;
       device_.state = State::kArmed;
       device_.wait_until_us = *wait_ms == 0 ? kNever : now_us + std::int64_t(*wait_ms) * 1000;
       wires_.note(now_us, port_, DeviceEvent::kValveArmed, device_.begin.path);
@@ -203,7 +204,13 @@ void ValveTwin::device_event(std::int64_t now_us) {
   }
 }
 
-void ValveTwin::trip(std::int64_t, std::int64_t code) {
+void ValveTwin::trip(std::int64_t now_us, std::int64_t code) {
+  never_arms_ = code == 5;
+  if (code == 4) {
+    stop(now_us, FiringEnd::kDisarmed);
+    if (device_.state == State::kArmed) device_.state = State::kLoaded;
+    device_.wait_until_us = kNever;
+  }
   IceNature& nature = wires_.nature();
   nature.line(valve_).block(code == 2);
   nature.break_valve(valve_, code == 3);
@@ -224,7 +231,7 @@ void ValveTwin::reboot(std::int64_t now_us) {
 }
 
 void ValveTwin::io(Archive& a) {
-  a.all(boot_count_, device_, ticks_, heard_byte_us_, buffer_, reply_, link_);
+  a.all(boot_count_, device_, ticks_, heard_byte_us_, never_arms_, buffer_, reply_, link_);
 }
 
 }  // namespace firn::plant

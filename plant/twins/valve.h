@@ -21,7 +21,9 @@ class ValveTwin : public Twin {
   std::int64_t next_device_us() const override;
   void device_event(std::int64_t now_us) override;  ///< end of the list or of the wait, or the watchdog
   void reboot(std::int64_t now_us) override;
-  void trip(std::int64_t now_us, std::int64_t code) override;  ///< 1 tank empty, 2 line blocked, 3 coil dead
+  void trip(std::int64_t now_us,
+            std::int64_t code) override;  ///< 1 tank empty, 2 line blocked, 3 coil dead,
+                                          ///< 4 disarmed at its panel, 5 ARM has no effect
   void io(Archive& a) override;
 
   void signal(std::int64_t t_us);   ///< the robot's line rises
@@ -48,6 +50,7 @@ class ValveTwin : public Twin {
   Device device_;
   std::vector<std::uint16_t> ticks_;
   std::int64_t heard_byte_us_ = 0;
+  bool never_arms_ = false;
   std::vector<std::byte> buffer_, reply_;
 };
 

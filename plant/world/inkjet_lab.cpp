@@ -85,8 +85,11 @@ class InkjetLab final : public WorldLab, private Wires {
 
   void fire(std::int64_t t_us, const Stage& at, Material ink, int droplets) {
     const Shot shot = shot_of(t_us, at, ink);
+    const bool dead = (ink == Material::kB ? jet_b : jet).nozzle_dead();
+    Landing no_drop;
+    no_drop.missed = true;
     for (int n = 0; n < droplets; ++n) {
-      const Landing landing = model->fire(shot);
+      const Landing landing = dead ? no_drop : model->fire(shot);
       ++fired;
       missed += landing.missed;
       write_shot(at, shot, landing.missed ? ShotOutcome::kMissed : ShotOutcome::kFired, landing);

@@ -70,9 +70,9 @@ void World::inject(const SimFault& fault, std::int64_t now_us) {
   Twin& twin = *impl_->twins[n];
   const bool was_connected = twin.link().connected();
   if (fault.kind == FaultKind::kTrip) return twin.trip(now_us, fault.count);
-  if (fault.kind == FaultKind::kReboot) {
+  if (fault.kind == FaultKind::kReboot || fault.kind == FaultKind::kPower) {
     twin.reboot(now_us);
-    twin.link().close(now_us);
+    if (fault.kind == FaultKind::kReboot || !twin.link().serial()) twin.link().close(now_us);
   } else {
     twin.link().inject(fault, now_us);
   }

@@ -14,8 +14,8 @@
 namespace firn {
 namespace {
 
-constexpr std::array<std::string_view, 11> kKinds{"drop",  "delay",  "split", "flip", "hang", "resume",
-                                                  "close", "reboot", "trip",  "echo", "stray"};
+constexpr std::array<std::string_view, 12> kKinds{"drop",  "delay",  "split", "flip", "hang",  "resume",
+                                                  "close", "reboot", "trip",  "echo", "stray", "power"};
 
 }  // namespace
 

@@ -62,7 +62,8 @@ void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
     case Phase::kPass:
       return proceed(Phase::kDisarmJet, now, out);
     case Phase::kDisarmJet:
-      settle_pass(m.counted, out);
+      if (Outcome(m.outcome) == Outcome::kRefused) return fail(m.code, m.node + ": " + m.text, now, out);
+      settle_pass(m, out);
       return proceed(job_.cure_due() ? Phase::kPark : Phase::kArmJet, now, out);
     case Phase::kPark:
       return proceed(Phase::kCure, now, out);
@@ -73,9 +74,9 @@ void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
   }
 }
 
-void DropletLoop::settle_pass(std::int64_t jet_counted, Outbox& out) {
+void DropletLoop::settle_pass(const answer_t& jet, Outbox& out) {
   if (!act_answer_) return;
-  const deposition_report_t report = job_.settle(*act_answer_, jet_counted);
+  const deposition_report_t report = job_.settle(*act_answer_, jet);
   act_answer_.reset();
   drops_total_ += report.unknown_from;
   if (job_.in_doubt()) doubt_accepted_ = false;

@@ -34,12 +34,13 @@ class DropletLoop final : public Scheduler {
   void operator_accepted(Time now, Outbox&) override;
   std::int64_t act_size() const override { return job_.remaining(); }
   int command_layer() const override { return job_.finished() ? layers_done_ : job_.layer(); }
+  bool only_counts() const override { return phase_ == Phase::kDisarmJet; }
   std::string awaited() const override;
   std::string doubt() const override;
 
   void act_on_map(Time now, Outbox&);
   void act_on_plan(Time now, Outbox&);
-  void settle_pass(std::int64_t jet_counted, Outbox&);
+  void settle_pass(const answer_t& jet, Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
   bool waits_for_operator() const;  ///< the open loop has droplets in doubt that nobody has accepted
   void send_pass(Time now, Outbox&);

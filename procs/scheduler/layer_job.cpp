@@ -47,7 +47,7 @@ void LayerJob::begin_pass() {
 
 std::int64_t LayerJob::remaining() const { return std::ranges::count(fires_.cells, std::uint8_t(1)); }
 
-deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_counted) {
+deposition_report_t LayerJob::settle(const answer_t& stage, const answer_t& jet) {
   const auto order = firing_order(fires_, 0);
   const std::int64_t n = std::int64_t(order.size());
   const Outcome outcome = Outcome(stage.outcome);
@@ -64,6 +64,8 @@ deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_cou
     if (stage.unknown_to > stage.unknown_from) known = std::clamp<std::int64_t>(stage.unknown_from, 0, n);
     doubt_to = std::clamp<std::int64_t>(stage.unknown_to, known, n);
   }
+  const bool jet_in_doubt = Outcome(jet.outcome) == Outcome::kUnknown && doubt_to > 0;
+  if (jet_in_doubt) known = 0;  // the stage's pulses are counted, the jet may have obeyed any of them or none
 
   deposition_report_t r;
   r.layer = layer_;
@@ -77,10 +79,10 @@ deposition_report_t LayerJob::settle(const answer_t& stage, std::int64_t jet_cou
   r.sub_pattern = pass.sub_pattern;
   r.sub_patterns = sub_patterns_;
   r.cured = pass.cure;
-  r.outcome = stage.outcome;
+  r.outcome = jet_in_doubt ? std::int8_t(Outcome::kUnknown) : stage.outcome;
   r.commanded = n;
   r.triggered_stage = stage.counted;
-  r.triggered_jet = jet_counted;
+  r.triggered_jet = jet.counted;
   r.confirmed = -1;
   r.unknown_from = known;
   r.unknown_to = doubt_to;

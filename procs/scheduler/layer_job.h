@@ -46,9 +46,10 @@ class LayerJob {
 
   /// Records the stage's answer to the current pass. Fired droplets are never fired again. Everything fired:
   /// the next pass is current. A known prefix: the rest remains for the next attempt. Doubt: the layer is
-  /// closed, and only a scan shows the result. The jet's own count cannot reduce the doubt and is only
-  /// reported.
-  deposition_report_t settle(const answer_t& stage, std::int64_t jet_counted);
+  /// closed, and only a scan shows the result.
+  /// @param jet the answer to its disarming: kUnknown puts every pulse of the pass in doubt; its count cannot
+  /// reduce a doubt and is only reported
+  deposition_report_t settle(const answer_t& stage, const answer_t& jet);
 
  private:
   void begin_pass();

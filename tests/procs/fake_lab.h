@@ -98,7 +98,7 @@ struct FakeLab : NodeBench {
     answer_t a{};
     a.node = info(driver).name;
     a.command_id = c.command_id;
-    a.outcome = std::int8_t(Outcome::kDone);
+    a.outcome = std::int8_t(c.command_id == unsure_command ? Outcome::kUnknown : Outcome::kDone);
     if (random.uniform() < crash_probability) {
       a.outcome = std::int8_t(random.below(2) ? Outcome::kNone : Outcome::kDone);
       if (random.below(2)) {
@@ -254,6 +254,7 @@ struct FakeLab : NodeBench {
   RandomStream random;
   Experiment experiment;
   int layers = 4;
+  std::int64_t unsure_command = -1;  ///< answered with kUnknown
   std::size_t seen = 0;
   mutable std::size_t ends_seen = 0;
   std::int64_t epoch = 0, map_id = 0;

@@ -228,4 +228,28 @@ TEST_CASE("a map and its plan that overtake the profiler's last answer are not l
 }
 
 }  // namespace
+TEST_CASE("a jet that was not seen armed puts every pulse of its pass in doubt") {
+  for (const bool open_loop : {false, true}) {
+    Experiment e = small();
+    if (open_loop) e.control.scheme = "open_loop";
+    FakeLab lab(5, e);
+    lab.begin(0);
+    while (lab.all(channels::kDepositionReport).empty() && lab.serve(0.0)) {
+      if (lab.all(channels::kJetCommand).empty()) continue;
+      const auto c = lab.last(channels::kJetCommand);
+      if (JetVerb(c.verb) == JetVerb::kArm) lab.unsure_command = c.command_id + 2;  // the disarming after it
+    }
+    const auto r = lab.last(channels::kDepositionReport);
+    CHECK(Outcome(r.outcome) == Outcome::kUnknown);
+    CHECK(r.unknown_from == 0);
+    CHECK(r.unknown_to == r.commanded);
+    lab.unsure_command = -1;
+    while (lab.serve(0.0)) {
+    }
+    if (open_loop) REQUIRE(lab.wake());
+    CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) ==
+          (open_loop ? RunOutcome::kWaitsForOperator : RunOutcome::kFinished));
+  }
+}
+
 }  // namespace firn

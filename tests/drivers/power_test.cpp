@@ -1,0 +1,128 @@
+// Instruments that lose their power, are disarmed or never arm during a pass, against the twins of the
+// simulated world.
+#include <catch2/catch.hpp>
+
+#include "core/grid/firing_order.h"
+#include "tests/drivers/bench.h"
+#include "tests/drivers/lossy_line.h"
+#include "tests/drivers/world_rig.h"
+
+using namespace firn;
+using namespace firn::drivers;
+using firn::drivers::test::next;
+using firn::drivers::test::WorldRig;
+using plant::FaultKind;
+
+namespace {
+
+DropletPattern full(const GridSpec& grid) {
+  DropletPattern p(grid);
+  p.cells.assign(p.size(), 1);
+  return p;
+}
+
+void fault(WorldRig& rig, const char* port, FaultKind kind, std::int64_t count = 1) {
+  rig.world.inject({port, kind, count, 0}, rig.now_us);
+}
+
+Result arm(WorldRig& rig) {
+  rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.arm(72, t, fx); });
+  REQUIRE(rig.run([&] { return !rig.jet.busy(); }, 30.0));
+  return rig.results("jet").back();
+}
+
+Result disarm(WorldRig& rig) {
+  REQUIRE(rig.run([&] { return rig.jet.state() == DeviceState::kArmed || rig.jet.safe(); }, 60.0));
+  rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.disarm(t, fx); });
+  REQUIRE(rig.run([&] { return !rig.jet.busy() && rig.jet.safe(); }, 60.0));
+  return rig.results("jet").back();
+}
+
+/// A pass in which `kind` happens to the jet after `after_s`. @returns the answer to its disarming
+Result pass_with(FaultKind kind, std::int64_t count, double after_s) {
+  WorldRig rig(WorldRig::small_world(12, 6));
+  rig.start();
+  REQUIRE(arm(rig).outcome == Outcome::kReady);
+  rig.act("stage", [&](std::int64_t t, Effects& fx) {
+    rig.stage.run_pass(full(rig.world.config().grid), 0, 1.0, 0.0, t, fx);
+  });
+  rig.run_for(after_s);
+  fault(rig, "jet", kind, count);
+  REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 60.0));
+  CHECK(rig.results("stage").back().outcome == Outcome::kDone);
+  return disarm(rig);
+}
+
+}  // namespace
+
+TEST_CASE("a jet that lost its power during a pass leaves all of it in doubt, its port closed or not",
+          "[power]") {
+  std::uint64_t seed = 5;
+  for (const FaultKind kind : {FaultKind::kReboot, FaultKind::kPower})
+    for (int round = 0; round < 6; ++round) {
+      const Result r = pass_with(kind, 1, double(next(seed) % 600) * 1e-3);
+      INFO(int(kind) << " " << test::describe(r));
+      CHECK(r.outcome == Outcome::kUnknown);
+      CHECK(r.unknown_to == 72);
+    }
+}
+
+TEST_CASE("a jet that was disarmed at its panel during a pass leaves all of it in doubt", "[power]") {
+  std::uint64_t seed = 6;
+  for (int round = 0; round < 6; ++round) {
+    const Result r = pass_with(FaultKind::kTrip, 1, double(next(seed) % 600) * 1e-3);
+    CHECK(r.outcome == Outcome::kUnknown);
+    CHECK(r.code == kInstrument);
+    CHECK_THAT(r.text, Catch::Contains("not armed any more"));
+  }
+}
+
+TEST_CASE("a jet that was armed during all of a pass is in no doubt", "[power]") {
+  CHECK(pass_with(FaultKind::kTrip, 0, 0.3).outcome == Outcome::kDone);
+}
+
+TEST_CASE("a jet that acknowledges its arming and is not armed is named before the pass begins", "[power]") {
+  WorldRig rig(WorldRig::small_world(12, 6));
+  rig.start();
+  fault(rig, "jet", FaultKind::kTrip, 2);
+  const Result r = arm(rig);
+  CHECK(r.outcome == Outcome::kNone);
+  CHECK(r.code == kInstrument);
+  CHECK_THAT(r.text, Catch::Contains("not armed"));
+  REQUIRE(rig.run([&] { return rig.jet.safe(); }, 10.0));
+  fault(rig, "jet", FaultKind::kTrip, 0);
+  CHECK(arm(rig).outcome == Outcome::kReady);
+}
+
+TEST_CASE("the doubt about a pass is told again when it is asked for again, and ends with the next arming",
+          "[power]") {
+  WorldRig rig(WorldRig::small_world(12, 6));
+  rig.start();
+  REQUIRE(arm(rig).outcome == Outcome::kReady);
+  fault(rig, "jet", FaultKind::kPower);
+  CHECK(disarm(rig).outcome == Outcome::kUnknown);
+  rig.kill("jet");
+  rig.run_for(0.5);
+  rig.resume("jet");
+  CHECK(disarm(rig).outcome == Outcome::kUnknown);
+  REQUIRE(arm(rig).outcome == Outcome::kReady);
+  CHECK(disarm(rig).outcome == Outcome::kDone);
+}
+
+TEST_CASE("after any instrument of the ink-jet lab lost its power the stage homes again before it moves",
+          "[power]") {
+  WorldRig rig(WorldRig::small_world(6, 4));
+  rig.start();
+  for (const auto* port : {"stage", "jet", "laser_profiler", "lamp"}) fault(rig, port, FaultKind::kPower);
+  const int homed = rig.sent("stage", "HOME");
+  rig.act("stage", [&](std::int64_t t, Effects& fx) {
+    rig.stage.run_pass(full(rig.world.config().grid), 0, 1.0, 0.0, t, fx);
+  });
+  REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 120.0));
+  REQUIRE(rig.run([&] { return rig.all_safe(); }, 120.0));
+  CHECK(rig.record.history.shots.empty());
+  rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.move_to(1.0, 1.0, 1.0, 0.0, t, fx); });
+  REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 120.0));
+  CHECK(rig.results("stage").back().outcome == Outcome::kDone);
+  CHECK(rig.sent("stage", "HOME") >= homed + 3);
+}
