@@ -233,10 +233,11 @@ void Valve::forget_list() {
   sent_ = 0;
 }
 
-// Interlock 3: the list is gone, and the number of its fired pulses is unknown.
+// Interlock 3: the list is gone, and the number of its fired pulses is unknown. Found at the beginning of a
+// connection it stops nothing: the loss of the one before has stopped all that ran.
 void Valve::rebooted(std::int64_t now_us, Effects& fx) {
   if (armed_ && !armed_->over) end_list(true);
-  fault(armed_ ? Severity::kStop : Severity::kWarning, kValveLost,
+  fault(armed_ && phase_ != Phase::kHello ? Severity::kStop : Severity::kWarning, kValveLost,
         name_ + ": its controller was reset, the list is lost", fx);
   if (phase_ == Phase::kHello) return;
   if (busy() && ending_.empty()) {

@@ -71,9 +71,16 @@ void PathLoop::after_resume(Time now, Outbox& out) {
     case Phase::kHoming:
       return proceed(Phase::kHeat, now, out);  // with the goal that homing had
     case Phase::kLoadPulses:
-    case Phase::kArmValve:
       after_homing_ = Phase::kLoadPath;
       break;
+    case Phase::kArmValve: {  // the arm has not moved, but the valve may have been armed: it is asked
+      answer_t none{};
+      none.outcome = std::int8_t(Outcome::kNone);
+      act_answer_ = none;
+      attempt_ = 0;
+      after_homing_ = Phase::kDisarmValve;
+      break;
+    }
     case Phase::kRunPath:
       after_homing_ = Phase::kDisarmValve;
       break;
@@ -140,8 +147,10 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
   const std::int64_t pulses = known ? count.counted : -1;
   const std::string path = "path " + std::to_string(task().job.path);
   // Refused or kNone: the arm has not moved, so the valve has had no signal. If the valve counted pulses
-  // nevertheless, material was deposited at an unknown place.
-  const bool nothing = (outcome == Outcome::kNone || outcome == Outcome::kRefused) && pulses <= 0;
+  // nevertheless, material was deposited at an unknown place. A valve that was reset while it was armed
+  // cannot say it, and never arms that list again.
+  const bool nothing = (outcome == Outcome::kNone || outcome == Outcome::kRefused) &&
+                       (pulses == 0 || Outcome(count.outcome) == Outcome::kRefused);
   if (nothing && ++attempt_ < kMostAttempts) return proceed(Phase::kLoadPath, now, out);
   if (nothing)
     return fail(5, path + " did not begin in " + std::to_string(kMostAttempts) + " attempts", now, out);
@@ -149,7 +158,7 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
   attempt_ = 0;
   pulses_counted_ = pulses < 0 || pulses_counted_ < 0 ? -1 : pulses_counted_ + pulses;
   if (outcome != Outcome::kDone || !known) {
-    if (outcome == Outcome::kDone) outcome_ = int(Outcome::kUnknown);
+    if (outcome != Outcome::kFailed) outcome_ = int(Outcome::kUnknown);
     closed_ = in_doubt_ = true;
     doubt_accepted_ = false;
     measured_s_ = kNotMeasured;
@@ -157,6 +166,10 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
     const std::int64_t listed = task().list_pulses[std::size_t(list_)];
     if (pulses < listed) {
       outcome_ = int(Outcome::kFailed);
+      if (experiment_.control.scheme == "open_loop") {  // nothing will correct what is missing
+        closed_ = in_doubt_ = true;
+        doubt_accepted_ = false;
+      }
       send_fault(
           Severity::kWarning, 3,
           path + ": the valve fired " + std::to_string(pulses) + " of " + std::to_string(listed) + " pulses",

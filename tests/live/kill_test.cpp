@@ -84,6 +84,7 @@ void kill_at_random(std::uint64_t seed) {
   CHECK(status == 0);
   check_finished_run(run);
   std::printf("%s  %d incarnations, status %d\n", story.c_str(), incarnations, status);
+  if (std::getenv("FIRN_KILL_SAID")) std::fputs(run.said().c_str(), stdout);
   std::fflush(stdout);
 }
 

@@ -213,7 +213,17 @@ struct FakeIceLab : NodeBench {
   bool valve(NodeId id, const valve_command_t& c, double crash_probability) {
     const bool a = id == NodeId::kValveA;
     wrong_valve = wrong_valve || commanded[c.path].valve != (a ? 1 : 2);
-    if (ValveVerb(c.verb) == ValveVerb::kLoad) loaded_list = {c.path, c.list};
+    if (ValveVerb(c.verb) == ValveVerb::kLoad) {
+      loaded_list = {c.path, c.list};
+      loaded_again = loaded_again || lost_lists.contains(loaded_list);
+    }
+    if (ValveVerb(c.verb) == ValveVerb::kArm && reset_while_armed > 0.0 &&
+        random.uniform() < reset_while_armed) {
+      lost_lists.insert({c.path, c.list});
+      known_count = false;
+      crash();
+      return false;
+    }
     if (ValveVerb(c.verb) == ValveVerb::kArm) {
       both_armed = both_armed || (armed && *armed != id);
       armed = id;
@@ -250,7 +260,7 @@ struct FakeIceLab : NodeBench {
     known_count = true;
     if (random.uniform() >= crash_probability) {
       ++runs[{c.path, list}];
-      fired = 10;
+      fired = fires;
       give(channels::answer(NodeId::kRobot), a);
       return true;
     }
@@ -375,6 +385,10 @@ struct FakeIceLab : NodeBench {
   std::int64_t loaded_path = 0;
   std::pair<std::int64_t, int> loaded_list{0, 0};
   std::map<std::int64_t, path_job_t> commanded;
+  std::int64_t fires = 10;         ///< of the ten pulses of a list
+  double reset_while_armed = 0.0;  ///< share of armings in which the valve's controller loses its power
+  std::set<std::pair<std::int64_t, int>> lost_lists;
+  bool loaded_again = false;                         ///< a list that was lost so
   std::map<std::pair<std::int64_t, int>, int> runs;  // (path, list) -> times it was run, whole or in part
   bool both_armed = false, wrong_signal = false, wrong_valve = false, unloaded = false;
 };

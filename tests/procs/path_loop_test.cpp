@@ -85,6 +85,34 @@ TEST_CASE(
   CHECK(doubts > 30);
 }
 
+TEST_CASE("a valve that lost its power while it was armed leaves its path in doubt and is not armed again") {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    FakeIceLab lab(seed, small_ice());
+    lab.reset_while_armed = 0.2;
+    const int crashes = lab.print(0.0);
+    REQUIRE(crashes == int(lab.lost_lists.size()));
+    CHECK_FALSE(lab.loaded_again);
+    std::set<std::int64_t> lost;
+    for (const auto& [path, list] : lab.lost_lists) lost.insert(path);
+    for (const path_report_t& r : lab.all(channels::kPathReport))
+      CHECK(Outcome(r.outcome) == (lost.contains(r.path) ? Outcome::kUnknown : Outcome::kDone));
+  }
+}
+
+TEST_CASE("a valve that fired too little stops the open loop for the operator, and the closed loop goes on") {
+  for (const bool open_loop : {true, false}) {
+    Experiment e = small_ice();
+    if (open_loop) e.control.scheme = "open_loop";
+    FakeIceLab lab(7, e);
+    lab.fires = 3;
+    lab.print(0.0, false);
+    CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) ==
+          (open_loop ? RunOutcome::kWaitsForOperator : RunOutcome::kFinished));
+    CHECK(last_fault(lab).find("fired 3 of 10 pulses") != std::string::npos);
+  }
+}
+
 TEST_CASE(
     "with ice.map_table the bare table is measured before anything is deposited, however often the print "
     "crashes") {
