@@ -1,5 +1,6 @@
 #include "cli/audit_command.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
 
@@ -13,6 +14,8 @@
 #include "print/exit_codes.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
+#include "print/folder/run_seal.h"
+#include "print/folder/truth_check.h"
 #include "replay/path_audit.h"
 #include "replay/run_messages.h"
 
@@ -87,7 +90,10 @@ replay::AuditVerdict path_verdict(const std::filesystem::path& run, const replay
 
 }  // namespace
 
-replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
+namespace {
+
+// The verdict of the nodes' and the world's records.
+replay::AuditVerdict records_verdict(const std::filesystem::path& run) {
   try {
     const Experiment e = experiment_of(run);
     replay::AuditOptions options;
@@ -100,6 +106,31 @@ replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());
   }
+}
+
+}  // namespace
+
+replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
+  const SealCheck seals = check_seals(run);
+  replay::AuditVerdict verdict;
+  try {
+    verdict = records_verdict(run);
+  } catch (const std::exception& e) {
+    if (seals.whole()) throw;
+    verdict.add(replay::ViolationKind::kDamaged, e.what());
+  }
+  const TruthCheck truth = check_truth(run);
+  for (const std::string& line : truth.differs) verdict.add(replay::ViolationKind::kOtherTruth, line);
+  verdict.notes = truth.notes;
+  verdict.seal = seals.summary();
+  verdict.notes.insert(verdict.notes.end(), seals.notes.begin(), seals.notes.end());
+  std::vector<replay::Violation> found;
+  for (const std::string& line : seals.lines()) found.push_back({replay::ViolationKind::kAltered, line});
+  verdict.violations_total += found.size();
+  found.insert(found.end(), verdict.violations.begin(), verdict.violations.end());
+  found.resize(std::min(found.size(), replay::AuditVerdict::kKept));
+  verdict.violations = std::move(found);
+  return verdict;
 }
 
 int run_audit(const AuditCommandOptions& options) {

@@ -16,6 +16,7 @@
 #include "lcmtypes/validate.h"
 #include "print/exit_codes.h"
 #include "print/folder/log_repair.h"
+#include "print/folder/run_seal.h"
 #include "replay/run_migration.h"
 #include "runtime/transport_wire.h"
 
@@ -279,7 +280,10 @@ int log_repair(const LogOptions& o, std::ostream& out) {
       o.sources.empty() ? log.parent_path() / "nodes" : std::filesystem::path(o.sources);
   if (!std::filesystem::is_directory(sources))
     throw UsageError(sources.string() + ": no folder of write-ahead files to repair from");
+  const std::filesystem::path run = std::filesystem::absolute(log).parent_path();
+  const SealCheck seals = std::filesystem::is_directory(run / "seals") ? check_seals(run) : SealCheck{};
   const RepairReport r = repair_from_write_ahead(log, sources);
+  if (r.rewritten) seal_repaired(run, seals);
   if (o.json) {
     out << "{\"rewritten\":" << (r.rewritten ? "true" : "false") << ",\"events\":" << r.events
         << ",\"inserted\":" << r.inserted << ",\"replaced\":" << r.replaced << ",\"repeated\":" << r.repeated

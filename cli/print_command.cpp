@@ -52,6 +52,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     o.interrupted = InterruptGuard::raised;
     o.resume = resume;
     o.accept_doubt = options.accept_doubt;
+    o.unsealed = options.unsealed;
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
     const LabRunReport report = run_in_lab(run, o);
@@ -62,6 +63,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     o.bus_url = options.bus;
     o.resume = resume;
     o.accept_doubt = options.accept_doubt;
+    o.unsealed = options.unsealed;
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
     const LaunchReport report = launch(run, o);
@@ -165,6 +167,8 @@ void declare_print(OptionSet& options) {
       .above_zero();
   options.flag("--accept-doubt", o.accept_doubt,
                "with --resume: go on though droplets of the open loop are in doubt");
+  options.flag("--unsealed", o.unsealed,
+               "with --resume: go on though the run folder is not as it was sealed; the next seal says so");
   options.json_flag(o.json);
 }
 

@@ -22,6 +22,7 @@ struct PrintOptions {
   std::string runs = "runs";        ///< where run folders go
   double tolerance_um = 0.0;  ///< --tolerance: RMS above it is no success; 0 = one nominal layer, only told
   bool accept_doubt = false;
+  bool unsealed = false;
   bool json = false;
 };
 

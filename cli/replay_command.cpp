@@ -8,11 +8,27 @@
 #include "files/usage_error.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
+#include "print/folder/run_seal.h"
+#include "print/folder/truth_check.h"
 #include "replay/print_verdict.h"
 #include "replay/replayer.h"
 #include "runtime/build_info.h"
 
 namespace firn {
+namespace {
+
+// An edited experiment.toml is a way to replay with other settings, and they are listed.
+void mark_seals(const std::filesystem::path& run, replay::RunVerdict& verdict) {
+  const SealCheck seals = check_seals(run);
+  verdict.notes = seals.notes;
+  for (const SealDifference& d : seals.differs)
+    (d.file == "experiment.toml" ? verdict.notes : verdict.altered).push_back(to_text(d));
+  verdict.altered.insert(verdict.altered.end(), seals.past_differs.begin(), seals.past_differs.end());
+  const TruthCheck truth = check_truth(run);
+  verdict.altered.insert(verdict.altered.end(), truth.differs.begin(), truth.differs.end());
+}
+
+}  // namespace
 
 replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
   if (!std::isfinite(options.tolerance) || options.tolerance < 0)
@@ -34,6 +50,7 @@ replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
     r.change_config = config.change;
     replay::RunVerdict verdict = replay::replay_run(options.run, r);
     verdict.changed_settings = config.settings;
+    mark_seals(options.run, verdict);
     return verdict;
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());

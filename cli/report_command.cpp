@@ -14,6 +14,8 @@
 #include "print/folder/run_config.h"
 #include "print/folder/run_folder.h"
 #include "print/folder/run_report.h"
+#include "print/folder/run_seal.h"
+#include "print/folder/truth_check.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/metrics.h"
 #include "report/run/report_page.h"
@@ -26,6 +28,27 @@ std::string verdict_of(const std::string& run, bool no_replay) {
   ReplayCommandOptions options;
   options.run = run;
   return replay_verdict(options).identical() ? "identical" : "differs";
+}
+
+// Returns the run's data; the provenance ends with its seal, or with the reasons to doubt it.
+replay::RunData sealed_data(const std::string& run, bool unsealed) {
+  std::string seal;
+  for (const std::string& line : require_seals(run, unsealed)) seal += (seal.empty() ? "" : "; ") + line;
+  const TruthCheck truth = check_truth(run);
+  if (!truth.differs.empty() && !unsealed)
+    throw UsageError(run + ": " + truth.differs.front() + "; --unsealed shows the run without its truth");
+  replay::RunData data = run_data(run);
+  if (!truth.differs.empty()) {
+    data.truth.reset();
+    for (replay::LayerRow& row : data.layers) row.truth.reset();
+    if (data.ice) {
+      data.ice->field.reset();
+      for (replay::IceInterval& i : data.ice->intervals) i.truth.reset();
+    }
+    seal += (seal.empty() ? "" : "; ") + truth.differs.front() + "; no truth is shown";
+  }
+  data.provenance.emplace_back("seal", seal.empty() ? "whole" : seal);
+  return data;
 }
 
 std::vector<Experiment> recorded_experiments(const std::vector<std::string>& runs) {
@@ -44,7 +67,7 @@ void write_report(const ReportOptions& options) {
   try {
     for (std::size_t n = 0; n < options.runs.size(); ++n) {
       const std::string& run = options.runs[n];
-      runs.push_back({run_data(run),
+      runs.push_back({sealed_data(run, options.unsealed),
                       options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n]});
       const std::filesystem::path metrics = std::filesystem::path(run) / "metrics.csv";
       if (std::filesystem::is_symlink(metrics))
@@ -73,6 +96,8 @@ void declare_report(OptionSet& options) {
   options.option("-o,--output", o.output, "HTML file").show_default();
   options.flag("--no-replay", o.no_replay,
                "do not replay the runs for a verdict: seconds instead of minutes for long ones");
+  options.flag("--unsealed", o.unsealed,
+               "show runs that are not as they were sealed, and say so on the page");
   options.json_flag(o.json);
 }
 

@@ -14,6 +14,7 @@ struct ReportOptions {
   std::vector<std::string> verdicts;  ///< of replay, by run; empty = each run is replayed for the report
   bool no_replay =
       false;  ///< no verdict then: a long run is replayed for minutes, its figures read in seconds
+  bool unsealed = false;  ///< show runs that are not as they were sealed, marked
   bool json = false;
 };
 

@@ -33,6 +33,7 @@ class Audit {
     v_.with_world = world_ != nullptr;
     for (const auto* damage : {&options_.damage, &record_.damage})
       for (const std::string& d : *damage) add(ViolationKind::kDamaged, d);
+    for (const std::string& f : record_.forged) add(ViolationKind::kForged, f);
     check_layers();
     for (std::size_t n = 0; n < record_.orders.size(); ++n) check_order(n);
     check_unknowns();
@@ -42,10 +43,7 @@ class Audit {
   }
 
  private:
-  void add(ViolationKind kind, std::string what) {
-    ++v_.violations_total;
-    if (v_.violations.size() < AuditVerdict::kKept) v_.violations.push_back({kind, std::move(what)});
-  }
+  void add(ViolationKind kind, std::string what) { v_.add(kind, std::move(what)); }
 
   const PassReport* report_of(const PassOrder& o) const {
     for (const PassReport& r : record_.reports)

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "replay/audit_record.h"
@@ -67,6 +68,9 @@ enum class ViolationKind : std::uint8_t {
   kBothArmed,     ///< two jets at a time
   kPathTwice,     ///< a path was run twice, or reported twice
   kDamaged,       ///< a record cannot be trusted
+  kAltered,       ///< the run folder is not as it was sealed
+  kForged,        ///< a node received a message that its publisher did not send
+  kOtherTruth,    ///< the log's truth is not that of the world's record
 };
 const char* word(ViolationKind kind);
 
@@ -95,8 +99,14 @@ struct AuditVerdict {
   std::vector<Unknown> unknowns;
   std::vector<Violation> violations;  ///< at most kKept
   std::uint64_t violations_total = 0;
+  std::string seal;                ///< "sealed: 2 seals, 31 files, <digest>"; empty: not looked at
+  std::vector<std::string> notes;  ///< parts of the run for which a check is not possible
   static constexpr std::size_t kKept = 100;
 
+  void add(ViolationKind kind, std::string what) {
+    ++violations_total;
+    if (violations.size() < kKept) violations.push_back({kind, std::move(what)});
+  }
   bool clean() const { return violations_total == 0; }
 };
 

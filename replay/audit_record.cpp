@@ -73,6 +73,7 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   std::ranges::stable_sort(r.stops, {}, [](const Stop& s) { return std::pair(s.incarnation, s.t_us); });
   r.starts = messages.starts();
   r.damage = messages.damage();
+  r.forged = messages.forged();
   return r;
 }
 

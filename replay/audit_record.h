@@ -75,6 +75,7 @@ struct AuditRecord {
   bool finished = false;             ///< RUN_END with outcome finished or ended early
   std::int64_t end_us =
       std::numeric_limits<std::int64_t>::max();  ///< of that RUN_END; the stop after it is the orderly one
+  std::vector<std::string> forged;               ///< RunMessages::forged
   std::vector<std::string> damage;               ///< "nodes/jet.wal, byte 12: checksum does not hold"
 };
 

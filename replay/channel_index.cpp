@@ -21,10 +21,14 @@ int ChannelIndex::find(std::string_view name) const {
   return it == numbers_.end() ? -1 : it->second;
 }
 
-bool sent_by_node(const ChannelInfo& channel) {
+bool of_the_runner(const ChannelInfo& channel) {
   for (std::string_view prefix : {"CONFIG_", "HEARTBEAT_", "RESEND_", "JOURNAL_"})
-    if (channel.name.starts_with(prefix)) return false;
-  return int(channel.publisher) < kReplayedNodeCount;
+    if (channel.name.starts_with(prefix)) return true;
+  return false;
+}
+
+bool sent_by_node(const ChannelInfo& channel) {
+  return !of_the_runner(channel) && int(channel.publisher) < kReplayedNodeCount;
 }
 
 std::optional<Stamp> stamp_of(std::span<const std::byte> m) {

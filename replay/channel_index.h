@@ -24,6 +24,9 @@ class ChannelIndex {
   std::unordered_map<std::string_view, int> numbers_;
 };
 
+/// Returns true for the runner's own messages: CONFIG_, HEARTBEAT_, RESEND_, JOURNAL_.
+bool of_the_runner(const ChannelInfo& channel);
+
 /// Returns true if replay knows the messages that the publisher sent on the channel. False for launcher and
 /// recorder, which are not replayed, and for the runner's own messages (CONFIG_, HEARTBEAT_, RESEND_,
 /// JOURNAL_).

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <fstream>
 
+#include "files/digest.h"
 #include "replay/bytes.h"
 #include "replay/describe.h"
 #include "runtime/node_host.h"
@@ -23,6 +24,9 @@ std::int64_t now_ns() {
 Blobs load_blobs(const fs::path& run, const WalHead& head) {
   Blobs blobs;
   for (const auto& [role, sha256] : head.blobs) {
+    if (!is_sha256_hex(sha256))
+      throw std::runtime_error("input '" + role + "': '" + sha256.substr(0, 100) +
+                               "' is no SHA-256, 64 hexadecimal digits");
     const fs::path path = run / "inputs" / sha256;
     std::ifstream in(path, std::ios::binary | std::ios::ate);
     if (!in) throw std::runtime_error("input '" + role + "' is missing: inputs/" + sha256);
@@ -30,6 +34,9 @@ Blobs load_blobs(const fs::path& run, const WalHead& head) {
     in.seekg(0);
     if (!in.read(reinterpret_cast<char*>(blob.bytes.data()), std::streamsize(blob.bytes.size())))
       throw std::runtime_error("input '" + role + "' cannot be read: inputs/" + sha256);
+    if (sha256_hex(blob.bytes) != sha256)
+      throw std::runtime_error("input '" + role + "' was changed: inputs/" + sha256 +
+                               " does not have the SHA-256 of its name");
     blobs.push_back(std::move(blob));
   }
   return blobs;

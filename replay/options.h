@@ -14,7 +14,7 @@ namespace firn::replay {
 
 struct NodeMaker {
   std::string_view name;
-  MakeNode make = nullptr;
+  MakeNode make = MakeNode::Function{};
 };
 
 /// Holds a field that may differ, and the reason.

@@ -40,6 +40,7 @@ class PathAudit {
   AuditVerdict go() {
     for (const auto* damage : {&options_.damage, &messages_.damage()})
       for (const std::string& d : *damage) add(ViolationKind::kDamaged, d);
+    for (const std::string& f : messages_.forged()) add(ViolationKind::kForged, f);
     gather();
     if (world_) take_firings();
     for (const auto& [number, path] : paths_) check_path(path);
@@ -52,10 +53,7 @@ class PathAudit {
   }
 
  private:
-  void add(ViolationKind kind, std::string what) {
-    ++v_.violations_total;
-    if (v_.violations.size() < AuditVerdict::kKept) v_.violations.push_back({kind, std::move(what)});
-  }
+  void add(ViolationKind kind, std::string what) { v_.add(kind, std::move(what)); }
 
   void gather() {
     messages_.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {

@@ -61,6 +61,12 @@ const char* word(ViolationKind kind) {
       return "path deposited twice";
     case ViolationKind::kDamaged:
       return "damaged record";
+    case ViolationKind::kAltered:
+      return "altered after the seal";
+    case ViolationKind::kForged:
+      return "forged message";
+    case ViolationKind::kOtherTruth:
+      return "other truth than the world's";
   }
   return "";
 }
@@ -80,6 +86,8 @@ std::string to_text(const AuditVerdict& v) {
     s += " (no world.rec: the nodes' own records alone)";
   if (!v.finished) s += "; the run has not finished";
   s += "\n";
+  if (!v.seal.empty()) s += v.seal + "\n";
+  for (const std::string& n : v.notes) s += "note: " + n + "\n";
   for (const Unknown& u : v.unknowns)
     s += "unknown: " + range(u, v.paths) + ": " +
          (u.resolved_by ? "resolved by the scan of map " + std::to_string(*u.resolved_by) : "open") + "\n";
@@ -111,6 +119,8 @@ std::string to_json(const AuditVerdict& v) {
          {"stops", v.stops},
          {"longest_stop_s", v.longest_stop_s},
          {"violations_total", v.violations_total}};
+  j["seal"] = v.seal;
+  j["notes"] = v.notes;
   j["unknowns"] = Json::array();
   for (const Unknown& u : v.unknowns) {
     j["unknowns"].push_back(

@@ -109,6 +109,11 @@ std::string to_text(const RunVerdict& v) {
   std::string s;
   for (const std::string& p : v.provenance) s += "provenance differs: " + p + "\n";
   for (const std::string& c : v.changed_settings) s += "changed setting: " + c + "\n";
+  for (const std::string& n : v.notes) s += "note: " + n + "\n";
+  for (std::size_t n = 0; n < v.altered.size() && n < kPlacesTold; ++n)
+    s += "altered after the seal: " + v.altered[n] + "\n";
+  if (v.altered.size() > kPlacesTold)
+    s += "altered after the seal: " + grouped(v.altered.size() - kPlacesTold) + " more places\n";
   for (const Ignored& i : v.ignored)
     s += "ignored: " + i.field + " (" + i.reason + "), " + grouped(i.times) + " differences\n";
   for (const NodeVerdict& n : v.nodes) {
@@ -136,7 +141,8 @@ std::string to_text(const RunVerdict& v) {
     return s + ", " + seconds(v.wall_ns) + "\n";
   }
   if (v.findings.empty())
-    return s + "not identical: damaged files; what could be read agrees: " + counts(v) + "\n";
+    return s + "not identical: " + (v.damage.empty() ? "altered" : "damaged") +
+           " files; what could be read agrees: " + counts(v) + "\n";
   s += (v.exit_status() == 2 ? "cannot replay:\n" : "first divergence:\n") + full(v.findings.front());
   if (v.findings_total > 1) s += grouped(v.findings_total - 1) + " more:\n";
   for (std::size_t n = 1; n < v.findings.size() && n <= kPlacesTold; ++n) s += one_line(v.findings[n]);
@@ -144,10 +150,16 @@ std::string to_text(const RunVerdict& v) {
 }
 
 std::string to_json(const RunVerdict& v) {
-  Json j{{"identical", v.identical()},     {"wall_s", double(v.wall_ns) * 1e-9},
-         {"tolerance", v.tolerance},       {"largest_difference", v.largest_difference},
-         {"log_messages", v.log_messages}, {"findings_total", v.findings_total},
-         {"provenance", v.provenance},     {"changed_settings", v.changed_settings}};
+  Json j{{"identical", v.identical()},
+         {"wall_s", double(v.wall_ns) * 1e-9},
+         {"tolerance", v.tolerance},
+         {"largest_difference", v.largest_difference},
+         {"log_messages", v.log_messages},
+         {"findings_total", v.findings_total},
+         {"provenance", v.provenance},
+         {"changed_settings", v.changed_settings},
+         {"notes", v.notes},
+         {"altered", v.altered}};
   if (v.largest_difference > 0) j["largest_difference_field"] = v.largest_difference_field;
   j["nodes"] = Json::array();
   for (const NodeVerdict& n : v.nodes) j["nodes"].push_back(as_json(n));

@@ -31,7 +31,7 @@ const char* word(FindingKind kind) {
 int RunVerdict::exit_status() const {
   if (identical()) return 0;
   const auto unreadable = [](const Finding& f) { return f.kind == FindingKind::kUnreadable; };
-  return damage.empty() && std::ranges::all_of(findings, unreadable) ? 2 : 1;
+  return damage.empty() && altered.empty() && std::ranges::all_of(findings, unreadable) ? 2 : 1;
 }
 
 }  // namespace firn::replay

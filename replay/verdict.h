@@ -73,6 +73,8 @@ struct RunVerdict {
   std::vector<NodeVerdict> nodes;
   std::vector<std::string> provenance;        ///< mismatches, named before any divergence
   std::vector<std::string> changed_settings;  ///< "control.smf.kp: recorded 1, now 1.5"
+  std::vector<std::string> notes;             ///< one line each; no difference by themselves
+  std::vector<std::string> altered;           ///< differences of the run folder from its seals
   std::vector<DamagedPlace> damage;
   std::vector<Finding> findings;  ///< at most kKeptPerNode a node; the first divergence first
   std::uint64_t findings_total = 0;
@@ -87,7 +89,9 @@ struct RunVerdict {
   static constexpr std::size_t kKeptPerNode = 20;
   static constexpr std::size_t kKeptWithInputs = 3;
 
-  bool identical() const { return findings_total == 0 && damage.empty() && !nodes.empty(); }
+  bool identical() const {
+    return findings_total == 0 && damage.empty() && altered.empty() && !nodes.empty();
+  }
   /// 0 identical, 1 differs, 2 nothing differs but a file or record is unreadable.
   int exit_status() const;
 };

@@ -2,6 +2,7 @@
 // Lab and in replay, and never knows in which. It never reads a clock, opens a file or starts a thread.
 #pragma once
 
+#include <concepts>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -96,7 +97,7 @@ std::string without_plant(const std::string& config_toml);
 class MakeNode {
  public:
   using Function = std::unique_ptr<Node> (*)(const std::string& config_toml, const Blobs& blobs);
-  constexpr MakeNode(Function make = nullptr) : make_(make) {}
+  constexpr MakeNode(std::convertible_to<Function> auto make) : make_(make) {}
   std::unique_ptr<Node> operator()(const std::string& config_toml, const Blobs& blobs) const {
     return make_(without_plant(config_toml), blobs);
   }

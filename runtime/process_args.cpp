@@ -7,6 +7,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "files/digest.h"
+
 namespace firn {
 namespace {
 
@@ -127,8 +129,12 @@ std::string read_text_file(const std::string& path) {
 Blobs read_blobs(const ProcessArgs& args) {
   Blobs blobs;
   for (const auto& [role, sha] : args.blobs) {
-    const std::string text = read_text_file(args.options.run_dir + "/inputs/" + sha);
+    const std::string path = args.options.run_dir + "/inputs/" + sha;
+    const std::string text = read_text_file(path);
     const auto bytes = std::as_bytes(std::span(text));
+    if (sha256_hex(bytes) != sha)
+      throw std::runtime_error(path + ": content does not have the SHA-256 of its name (input '" + role +
+                               "' was changed)");
     blobs.push_back({role, sha, {bytes.begin(), bytes.end()}});
   }
   return blobs;

@@ -56,7 +56,22 @@ def cylinder():
     return "\n".join(lines + ["|" + "|".join(text for _, text in row) + "|" for row in rows]) + "\n"
 
 
-TABLES = {"cylinder": cylinder}
+def mpc():
+    study = json.loads((RESULTS / "mpc.json").read_text(encoding="utf-8"))
+    names = {"MPC greedy N1": "greedy search, as published", "MPC strips N3": "three layers ahead, strips solved exactly, model and surface estimated",
+             "MPC strips N3 filter": "the same, the surface estimated, the model as published", "MPC strips N3 factors": "the same, rates of inside and rim learned",
+             "MPC strips N3 together": "and inside and rim rise together"}
+    rows = []
+    for scheme, text in names.items():
+        rms, outside = (metric(study, scheme, m, "") for m in ("rms_um", "overspill_pct"))
+        rows.append([(0, text), (rms["mean"], interval(rms, 2)), (0, f"{outside['mean']:.1f}")])
+    bold_least(rows, 1)
+    head = ["MPC", "RMS [um]", "overspill [%]"]
+    lines = ["|" + "|".join(head) + "|", "|-" + "|-:" * (len(head) - 1) + "|"]
+    return "\n".join(lines + ["|" + "|".join(text for _, text in row) + "|" for row in rows]) + "\n"
+
+
+TABLES = {"cylinder": cylinder, "mpc": mpc}
 
 
 def take(name, file):

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 
+#include "files/digest.h"
 #include "files/record/record_file.h"
 
 namespace firn::plant {
@@ -13,7 +14,7 @@ using logfile::RecordWriter;
 
 static_assert(sizeof(BeginRecord) == 24 && sizeof(ShotRecord) == 64 && sizeof(ScanRecord) == 24 &&
               sizeof(LampRecord) == 24 && sizeof(LinkRecord) == 16 && sizeof(DeviceRecord) == 24 &&
-              sizeof(FiringRecord) == 56);
+              sizeof(FiringRecord) == 56 && sizeof(TruthRecord) == 40);
 
 class RecordFile : public WorldRecord {
  public:
@@ -57,6 +58,20 @@ bool take(std::span<const std::byte> payload, std::vector<T>& into) {
 
 }  // namespace
 
+std::array<std::byte, 32> truth_digest(std::int32_t layer, std::int64_t droplets, double volume_mm3,
+                                       const GridSpec& grid, std::span<const float> height_mm) {
+  Sha256 digest;
+  const auto add = [&](const auto& value) { digest.add(std::as_bytes(std::span(&value, 1))); };
+  add(layer);
+  add(droplets);
+  add(volume_mm3);
+  add(std::int32_t(grid.nx));
+  add(std::int32_t(grid.ny));
+  for (const double v : {grid.pitch_x_mm, grid.pitch_y_mm, grid.origin_x_mm, grid.origin_y_mm}) add(v);
+  digest.add(std::as_bytes(height_mm));
+  return digest.bytes();
+}
+
 std::unique_ptr<WorldRecord> make_record_file(const std::filesystem::path& path) {
   return std::make_unique<RecordFile>(path);
 }
@@ -77,6 +92,8 @@ bool decode(RecordKind kind, std::span<const std::byte> payload, WorldHistory& i
       return take(payload, into.devices);
     case RecordKind::kFiring:
       return take(payload, into.firings);
+    case RecordKind::kTruth:
+      return take(payload, into.truths);
     case RecordKind::kShots: {
       if (payload.size() % sizeof(ShotRecord) != 0) return false;
       for (std::size_t at = 0; at < payload.size(); at += sizeof(ShotRecord))
@@ -92,7 +109,7 @@ std::uint64_t count_events(const std::filesystem::path& path, std::uint64_t from
   RecordReader reader(file.bytes());
   std::uint64_t events = 0;
   while (const auto record = reader.next())
-    if (!record->damaged && record->offset >= from)
+    if (!record->damaged && record->offset >= from && RecordKind(record->kind) != RecordKind::kTruth)
       events +=
           RecordKind(record->kind) == RecordKind::kShots ? record->payload.size() / sizeof(ShotRecord) : 1;
   return events;

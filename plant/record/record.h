@@ -3,6 +3,7 @@
 // its payload the little-endian struct below of that name, packed as declared (no padding).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/grid/grid.h"
 #include "plant/record/ports.h"
 
 namespace firn::plant {
@@ -24,6 +26,7 @@ enum class RecordKind : std::uint16_t {
   kLink = 5,         ///< LinkRecord: a port was connected or disconnected
   kDevice = 6,       ///< DeviceRecord: an instrument changed state, or was abused
   kShots = 7,        ///< ShotRecord[]: several in a row, in order
+  kTruth = 9,        ///< TruthRecord: the world was asked for its true surface
   kFiring = 8,       ///< FiringRecord: a valve has fired a list, to its end or not
 };
 
@@ -121,6 +124,11 @@ struct FiringRecord {
   FiringEnd end = FiringEnd::kThrough;
   std::uint8_t reserved[2] = {};
 };
+/// Holds the digest of a true surface that the world told the launcher: SIM_TRUTH in the log can be compared.
+struct TruthRecord {
+  std::int64_t t_us = 0;
+  std::array<std::byte, 32> sha256{};  ///< of truth_digest()
+};
 struct DeviceRecord {
   std::int64_t t_us = 0;
   std::int64_t value = 0;
@@ -128,6 +136,11 @@ struct DeviceRecord {
   DeviceEvent event = DeviceEvent::kJetArmed;
   std::uint8_t reserved[6] = {};
 };
+
+/// Returns the SHA-256 of a true surface as it is sent: layer, droplets, volume, grid (nx, ny, pitch,
+/// origin), heights [mm] as single-precision numbers, in this order, little endian.
+std::array<std::byte, 32> truth_digest(std::int32_t layer, std::int64_t droplets, double volume_mm3,
+                                       const GridSpec& grid, std::span<const float> height_mm);
 
 /// Receives the world's records. Implementations must not throw for lack of speed; shots are cheap calls.
 class WorldRecord {
@@ -150,12 +163,13 @@ struct WorldHistory {
   std::vector<LinkRecord> links;
   std::vector<DeviceRecord> devices;
   std::vector<FiringRecord> firings;
+  std::vector<TruthRecord> truths;
   std::size_t damaged = 0;  ///< places where the file was damaged
 };
 /// @throws std::runtime_error naming the file when it cannot be opened
 WorldHistory read_history(const std::filesystem::path& path);
 /// Returns the number of events, each shot of a kShots record being one, in undamaged records from byte
-/// `from` on.
+/// `from` on. Truths that were asked for are no events.
 /// @throws std::runtime_error naming the file when it cannot be opened
 std::uint64_t count_events(const std::filesystem::path& path, std::uint64_t from);
 /// Adds one record; returns false for a kind or length that is not ours.

@@ -151,6 +151,15 @@ void KeptWorld::save_if_due() {
   if (world_.exposures() != saved_exposures_ || journal_->bytes() > kLongJournal_bytes) save();
 }
 
+Truth KeptWorld::tell_truth(std::int64_t now_us) {
+  Truth truth = world_.truth();
+  const std::vector<float> height(truth.height.cells.begin(), truth.height.cells.end());
+  const TruthRecord r{now_us, truth_digest(std::int32_t(truth.exposures), truth.droplets_fired,
+                                           truth.volume_mm3, truth.height.spec, height)};
+  record_->append(RecordKind::kTruth, std::as_bytes(std::span(&r, 1)));
+  return truth;
+}
+
 void KeptWorld::flush_record() { record_->flush(); }
 
 void KeptWorld::close() {

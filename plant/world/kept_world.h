@@ -37,6 +37,8 @@ class KeptWorld {
   void advance(std::int64_t now_us, const World::SendFn& send);
 
   const World& world() const { return world_; }
+  /// Returns the truth, and records its digest: the log's SIM_TRUTH is held against it.
+  Truth tell_truth(std::int64_t now_us);
   bool lost_power() const { return lost_power_; }  ///< it was killed before
   void flush_record();
 

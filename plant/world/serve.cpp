@@ -226,7 +226,7 @@ class Server {
     if (verb == "STOP") stopping_ = true;
     if (verb == "TRUTH") {
       world_.advance(now_us(), [this](const World::Sent& s) { deliver(s); });
-      say(truth_line(world_.world().truth()));
+      say(truth_line(world_.tell_truth(now_us())));
     }
     if (verb != "SIMFAULT") return;
     try {

@@ -57,6 +57,7 @@ nlohmann::ordered_json provenance(const Experiment& e, std::int64_t run_id, cons
   j["platform"] = platform_description();
   j["kernel"] = std::string(host.sysname) + " " + host.release + " " + host.machine;
   j["command_line"] = command_line;
+  j["sealed"] = true;  // the folder has seals since its first incarnation began
   j["scheme"] = e.control.scheme;
   j["plant_model"] = e.plant.model;
   j["seeds"] = {{"plant", e.plant.seed}, {"control", e.control.seed}};

@@ -27,6 +27,7 @@
 #include "print/folder/node_makers.h"
 #include "print/folder/run_commit.h"
 #include "print/folder/run_resume.h"
+#include "print/folder/run_seal.h"
 #include "print/live/bus_port.h"
 #include "print/live/child_process.h"
 #include "print/live/run_watch.h"
@@ -419,7 +420,15 @@ void Launch::ask_truth() {
 }  // namespace
 
 LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) try {
-  return Launch(folder, options).run();
+  Launch print(folder, options);  // holds the lab from here on
+  SealedIncarnation seal(folder.path(), folder.run_id(), options.resume, options.unsealed);
+  const LaunchReport report = print.run();
+  try {
+    seal.ended(report.result.outcome);
+  } catch (const std::exception&) {  // a folder that is gone or full has stopped the print already
+    if (report.result.status != kSafetyStop) throw;
+  }
+  return report;
 } catch (const std::exception& e) {
   const std::string storage = storage_trouble(e);
   if (storage.empty()) throw;

@@ -17,6 +17,7 @@ namespace firn {
 struct LaunchOptions {
   bool resume = false;
   bool accept_doubt = false;       ///< the operator lets an open-loop print go on with droplets in doubt
+  bool unsealed = false;           ///< with resume: go on though the folder is not as it was sealed
   std::string bus_url;             ///< empty: loopback, a port of the run's own
   std::filesystem::path programs;  ///< folder of the processes' programs; empty: the folder of this program
   std::vector<LabFault> faults = {};  ///< in order of time

@@ -24,6 +24,7 @@
 #include "print/folder/node_makers.h"
 #include "print/folder/run_commit.h"
 #include "print/folder/run_resume.h"
+#include "print/folder/run_seal.h"
 #include "print/simulated/plant_world.h"
 #include "runtime/build_info.h"
 #include "runtime/lab.h"
@@ -286,6 +287,9 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
       m.grid = to_message(t.height.spec);
       m.n = std::int32_t(t.height.size());
       m.height_mm.assign(t.height.cells.begin(), t.height.cells.end());
+      const plant::TruthRecord told{lab.now().us, plant::truth_digest(m.layer, m.droplets_fired, m.volume_mm3,
+                                                                      t.height.spec, m.height_mm)};
+      record->append(plant::RecordKind::kTruth, std::as_bytes(std::span(&told, 1)));
       launcher.send(channels::kSimTruth, m);
       launcher_sends();
       written([&] {
@@ -322,7 +326,9 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   const FolderWatch folder(run.path());
   try {
     const LabLock lock(run, e, {}, LabLock::Heirs::kNobody);
+    SealedIncarnation seal(run.path(), run.run_id(), options.resume, options.unsealed);
     print_in_lab(run, e, options, folder, report);
+    if (!report.crashed) seal.ended(report.result.outcome);
   } catch (const Unwritable& error) {
     cause = error.what();
   } catch (const std::exception& error) {

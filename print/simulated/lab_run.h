@@ -17,6 +17,7 @@ using ProgressFn = std::function<void(const layer_metrics_t&)>;
 struct LabRunOptions {
   bool resume = false;
   bool accept_doubt = false;            ///< the operator's word, for the open loop
+  bool unsealed = false;                ///< with resume: go on though the folder is not as it was sealed
   std::uint64_t crash_after_steps = 0;  ///< fault injection: everything dies after this many steps; 0 = never
   std::vector<LabFault> faults = {};    ///< in order of time
   ProgressFn progress;
@@ -39,8 +40,8 @@ struct LabRunReport {
 /// Prints (or continues printing) into `run`. Writes result.json unless it was stopped. The files of a print
 /// that is killed, or that finds no room on the disk, are taken back to the end of its last measured layer
 /// (RunCommit), at once or by the resume.
-/// @throws UsageError: another process prints this run; std::runtime_error naming file and reason: unreadable
-/// inputs, a write-ahead file that does not replay.
+/// @throws UsageError: another process prints this run, the folder is not as it was sealed;
+/// std::runtime_error naming file and reason: unreadable inputs, a write-ahead file that does not replay.
 LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options);
 
 }  // namespace firn

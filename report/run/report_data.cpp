@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/grid/npy.h"
+#include "files/digest.h"
 #include "files/record/checksum.h"
 #include "files/record/event_log.h"
 #include "files/run_documents.h"
@@ -162,6 +163,10 @@ std::vector<std::byte> RunRecord::input(const std::string& role) const {
     throw std::invalid_argument(file->second.string() + ": the input '" + role + "' is missing");
   const std::string text = read_text(file->second);
   const auto bytes = std::as_bytes(std::span(text));
+  if (sha256_hex(bytes) != file->second.filename())
+    throw std::invalid_argument(file->second.string() +
+                                ": content does not have the SHA-256 of its name (input '" + role +
+                                "' was changed)");
   return {bytes.begin(), bytes.end()};
 }
 

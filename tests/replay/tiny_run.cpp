@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "config/experiment.h"
+#include "files/digest.h"
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
 #include "firn/answer_t.hpp"
@@ -233,13 +234,13 @@ void record_tiny_run(const std::filesystem::path& run, const TinyOptions& option
   head.commit = "0123abc";
   head.platform = "test";
   head.config_toml = dump(experiment);
-  head.blobs = {{"target", "aa11"}};
-  std::ofstream(run / "experiment.toml") << head.config_toml;
   const float target_mm = 0.02F;
-  std::ofstream(run / "inputs" / "aa11", std::ios::binary)
-      .write(reinterpret_cast<const char*>(&target_mm), sizeof target_mm);
   const auto target = std::as_bytes(std::span(&target_mm, 1));
-  const Blobs blobs{{"target", "aa11", {target.begin(), target.end()}}};
+  head.blobs = {{"target", sha256_hex(target)}};
+  std::ofstream(run / "experiment.toml") << head.config_toml;
+  std::ofstream(run / "inputs" / sha256_hex(target), std::ios::binary)
+      .write(reinterpret_cast<const char*>(&target_mm), sizeof target_mm);
+  const Blobs blobs{{"target", sha256_hex(target), {target.begin(), target.end()}}};
 
   TinyWorld world;
   Lab lab(&world);
