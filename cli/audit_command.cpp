@@ -14,7 +14,7 @@
 #include "print/exit_codes.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
-#include "print/folder/run_seal.h"
+#include "print/folder/seal_check.h"
 #include "print/folder/truth_check.h"
 #include "replay/path_audit.h"
 #include "replay/run_messages.h"
@@ -125,7 +125,9 @@ replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
   verdict.seal = seals.summary();
   verdict.notes.insert(verdict.notes.end(), seals.notes.begin(), seals.notes.end());
   std::vector<replay::Violation> found;
-  for (const std::string& line : seals.lines()) found.push_back({replay::ViolationKind::kAltered, line});
+  std::vector<std::string> lines = seals.lines();
+  for (const SealDifference& d : seals.derived) lines.push_back(to_text(d));
+  for (const std::string& line : lines) found.push_back({replay::ViolationKind::kAltered, line});
   verdict.violations_total += found.size();
   found.insert(found.end(), verdict.violations.begin(), verdict.violations.end());
   found.resize(std::min(found.size(), replay::AuditVerdict::kKept));

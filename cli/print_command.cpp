@@ -15,6 +15,7 @@
 #include "config/include.h"
 #include "files/usage_error.h"
 #include "print/folder/folder_watch.h"
+#include "print/folder/run_seal.h"
 #include "print/inputs/check_print.h"
 #include "print/interrupt.h"
 #include "print/labs/print_labs.h"
@@ -127,7 +128,12 @@ int run_print(const PrintOptions& options) {
     if (!options.overrides.empty())
       throw UsageError("--set cannot change a run that has begun; start a new one");
     const RunFolder run = RunFolder::open(options.resume);
-    if (const auto result = run.result(); result && !can_go_on(*result))
+    const auto result = run.result();
+    if (result && !can_go_on(*result) && seal_end(run.path(), result->outcome)) {
+      fmt::print(stderr, "{}: the end of this run had no seal; it is sealed as found\n", options.resume);
+      return result->status;
+    }
+    if (result && !can_go_on(*result))
       throw UsageError(options.resume + ": this run has finished (" + result->reason + ")");
     const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
     summary = carry_out(run, e, options, true);

@@ -8,7 +8,7 @@
 #include "files/usage_error.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
-#include "print/folder/run_seal.h"
+#include "print/folder/seal_check.h"
 #include "print/folder/truth_check.h"
 #include "replay/print_verdict.h"
 #include "replay/replayer.h"

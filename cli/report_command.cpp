@@ -51,6 +51,14 @@ replay::RunData sealed_data(const std::string& run, bool unsealed) {
   return data;
 }
 
+// metrics.csv, and the page if it is in the run folder.
+void seal_made(const std::filesystem::path& run, const std::filesystem::path& page) {
+  std::vector<std::string> files{"metrics.csv"};
+  if (std::filesystem::weakly_canonical(page).parent_path() == std::filesystem::weakly_canonical(run))
+    files.push_back(page.filename().string());
+  seal_derived(run, files);
+}
+
 std::vector<Experiment> recorded_experiments(const std::vector<std::string>& runs) {
   std::vector<Experiment> experiments;
   for (const std::string& run : runs)
@@ -76,6 +84,7 @@ void write_report(const ReportOptions& options) {
     }
     write_file_atomically(
         options.output, replay::report_page(runs, differing_parameters(recorded_experiments(options.runs))));
+    for (const std::string& run : options.runs) seal_made(run, options.output);
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());
   }

@@ -7,12 +7,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <set>
 #include <stdexcept>
 
-#include "files/digest.h"
 #include "files/record/file.h"
 #include "files/record/record_file.h"
 #include "files/text_file.h"
@@ -24,228 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum class Kind {
-  kFixed,    // never changes
-  kGrowing,  // bytes are only added
-  kMutable,  // written anew while an incarnation runs
-};
-
-Kind kind_of(const std::string& path) {
-  if (path == "experiment.toml" || path == "provenance.json" || path.starts_with("inputs/"))
-    return Kind::kFixed;
-  const bool node = path.starts_with("nodes/") && (path.ends_with(".wal") || path.ends_with(".sent"));
-  return node || path == "world.rec" || path == "clocks" ? Kind::kGrowing : Kind::kMutable;
-}
-
-// Files that Firn reads from a run folder. The others are made from these, or are the user's.
-bool is_sealed(const std::string& path) {
-  if (path == "io/lock") return false;  // of the process that prints
-  for (const char* folder : {"inputs/", "nodes/", "world/", "io/"})
-    if (path.starts_with(folder)) return true;
-  for (const char* file : {"experiment.toml", "provenance.json", "result.json", "clocks"})
-    if (path == file) return true;
-  return path.starts_with("log.lcm") || path.starts_with("world.rec");
-}
-
 fs::path seal_path(const fs::path& run, std::int64_t number) {
   return run / "seals" / (std::to_string(number) + ".seal");
 }
-
-std::string seal_name(const Seal& s) {
-  return "seal " + std::to_string(s.number) + " (incarnation " + std::to_string(s.incarnation) +
-         (s.open ? " begun)" : " ended)");
-}
-
-std::vector<std::string> sealed_files(const fs::path& run) {
-  std::vector<std::string> paths;
-  for (auto it = fs::recursive_directory_iterator(run); it != fs::recursive_directory_iterator(); ++it) {
-    const std::string path = it->path().lexically_relative(run).generic_string();
-    if (is_sealed(path) && it->symlink_status().type() == fs::file_type::regular) paths.push_back(path);
-  }
-  std::ranges::sort(paths);
-  return paths;
-}
-
-bool promises_seals(const fs::path& run) {
-  try {
-    return nlohmann::json::parse(read_file(run / "provenance.json")).value("sealed", false);
-  } catch (const std::exception&) {
-    return false;
-  }
-}
-
-// Holds the content of a file by the seals whose digest of it must still hold.
-struct History {
-  std::vector<std::pair<std::int64_t, SealedFile>> sealed;  // number of the seal
-};
-
-class Check {
- public:
-  Check(const fs::path& run, bool sync) : run_(run), sync_(sync) {}
-
-  SealCheck go() {
-    read_seals();
-    if (c_.seals.empty()) {
-      if (c_.differs.empty() && promises_seals(run_))
-        differs("seals", 0, 0, "the folder is missing or empty, though the run was sealed when it began");
-      c_.notes.push_back("no seal: changes of files cannot be seen");
-    } else {
-      newest_ = &c_.seals.back();
-      gather_past();
-      gather_histories();
-    }
-    for (const std::string& path : sealed_files(run_)) check_file(path);
-    for (const auto& [path, history] : histories_) check_missing(path);
-    return std::move(c_);
-  }
-
- private:
-  void differs(const std::string& file, std::uint64_t from, std::uint64_t to, const std::string& what) {
-    c_.differs.push_back({file, from, to, what});
-  }
-
-  void read_seals() {
-    std::set<std::int64_t> numbers;
-    if (fs::is_directory(run_ / "seals"))
-      for (const auto& entry : fs::directory_iterator(run_ / "seals")) {
-        const std::string name = entry.path().filename().string();
-        const std::string digits = name.substr(0, name.find('.'));
-        const bool number = !digits.empty() && digits.size() < 10 &&
-                            digits.find_first_not_of("0123456789") == std::string::npos;
-        if (number && name == std::to_string(std::stoll(digits)) + ".seal")
-          numbers.insert(std::stoll(digits));
-        else if (!name.ends_with(".part"))  // of a seal that was never finished
-          differs("seals/" + name, 0, 0, "is no seal");
-      }
-    std::int64_t wanted = 0;
-    for (const std::int64_t n : numbers) {
-      for (; wanted < n; ++wanted) differs("seals/" + std::to_string(wanted) + ".seal", 0, 0, "is missing");
-      ++wanted;
-      read_seal(n);
-    }
-  }
-
-  void read_seal(std::int64_t n) {
-    const std::string name = "seals/" + std::to_string(n) + ".seal";
-    try {
-      Seal s = decode_seal(read_file(run_ / name));
-      if (s.number != n) throw std::runtime_error("holds seal " + std::to_string(s.number));
-      const bool follows = !c_.seals.empty() && c_.seals.back().number == n - 1;
-      if (follows ? s.before != c_.seals.back().digest : n == 0 && !s.before.empty())
-        differs(name, 0, 0, "does not follow the seal before: another digest");
-      c_.seals.push_back(std::move(s));
-    } catch (const std::runtime_error& e) {
-      differs(name, 0, 0, e.what());
-    }
-  }
-
-  void gather_past() {
-    const Seal* before = nullptr;
-    for (const Seal& s : c_.seals) {
-      for (const std::string& d : s.differs) c_.past_differs.push_back(d);
-      if (before && before->open && s.open)
-        c_.notes.push_back("incarnation " + std::to_string(before->incarnation) +
-                           " was not sealed at its end, but as found when the next one began");
-      before = &s;
-    }
-    if (newest_->open)
-      c_.notes.push_back("not sealed since incarnation " + std::to_string(newest_->incarnation) + " began");
-  }
-
-  void gather_histories() {
-    for (const Seal& s : c_.seals) {
-      for (const SealedFile& f : s.files) {
-        History& h = histories_[f.path];
-        if (f.anew) h.sealed.clear();
-        h.sealed.emplace_back(s.number, f);
-      }
-    }
-    // A file that the newest seal lacks was gone by then, and that seal says so.
-    std::erase_if(histories_, [&](const auto& h) { return h.second.sealed.back().first != newest_->number; });
-  }
-
-  void check_file(const std::string& path) {
-    seen_.insert(path);
-    const auto found = histories_.find(path);
-    const History none, &history = found == histories_.end() ? none : found->second;
-    std::vector<std::uint64_t> lengths;
-    for (const auto& [number, f] : history.sealed) lengths.push_back(f.bytes);
-    std::ranges::sort(lengths);
-    const FileDigests d = digest_file(run_ / path, lengths, sync_);
-    const auto prefix = [&](std::uint64_t bytes) {
-      const auto at = std::ranges::find(lengths, bytes);
-      return d.prefixes[std::size_t(at - lengths.begin())];
-    };
-    SealedFile now{path, d.bytes, d.sha256, false};
-    now.anew = history.sealed.empty() ||
-               prefix(history.sealed.back().second.bytes) != history.sealed.back().second.sha256;
-    c_.files.push_back(now);
-    if (!newest_) return;
-    if (history.sealed.empty()) return check_added(path);
-    const Kind kind = kind_of(path);
-    if (newest_->open && kind == Kind::kMutable) return check_result(path, now.anew);
-    std::uint64_t whole = 0;
-    for (const auto& [number, f] : history.sealed) {
-      if (prefix(f.bytes) == f.sha256) {
-        whole = f.bytes;
-        continue;
-      }
-      if (newest_->open && kind == Kind::kGrowing && torn(f)) continue;
-      return tell_change(number, f, whole, d.bytes);
-    }
-    if (d.bytes > whole && !(newest_->open && kind == Kind::kGrowing))
-      differs(path, whole, d.bytes,
-              "bytes " + std::to_string(whole) + " to " + std::to_string(d.bytes) +
-                  " were added after seal " + std::to_string(newest_->number));
-  }
-
-  void tell_change(std::int64_t number, const SealedFile& f, std::uint64_t whole, std::uint64_t bytes) {
-    if (bytes < f.bytes)
-      differs(f.path, bytes, f.bytes,
-              "has " + std::to_string(bytes) + " bytes, seal " + std::to_string(number) + " has " +
-                  std::to_string(f.bytes));
-    else
-      differs(f.path, whole, f.bytes,
-              "bytes " + std::to_string(whole) + " to " + std::to_string(f.bytes) +
-                  " are not those of seal " + std::to_string(number));
-  }
-
-  // The rest of a torn write was moved away when the file was opened again.
-  bool torn(const SealedFile& f) const {
-    for (int n = 1;; ++n) {
-      const fs::path tail = run_ / (f.path + ".torn-" + std::to_string(n));
-      if (!fs::is_regular_file(tail)) return false;
-      if (restores(run_ / f.path, tail, f)) return true;
-    }
-  }
-
-  void check_added(const std::string& path) {
-    if (!newest_->open || kind_of(path) == Kind::kFixed)
-      differs(path, 0, 0, "was added after seal " + std::to_string(newest_->number));
-    else
-      check_result(path, true);
-  }
-
-  // A resume removes the result before anything else, and the last seal follows the result.
-  void check_result(const std::string& path, bool anew) {
-    if (path == "result.json" && anew)
-      differs(path, 0, 0, "says that the run ended, and the seal of that end is missing");
-  }
-
-  void check_missing(const std::string& path) {
-    if (seen_.contains(path) || (newest_->open && kind_of(path) == Kind::kMutable)) return;
-    differs(path, 0, 0,
-            std::string(fs::exists(fs::symlink_status(run_ / path)) ? "is no regular file" : "is missing") +
-                ", seal " + std::to_string(newest_->number) + " has it");
-  }
-
-  const fs::path& run_;
-  bool sync_;
-  SealCheck c_;
-  const Seal* newest_ = nullptr;
-  std::map<std::string, History> histories_;
-  std::set<std::string> seen_;
-};
 
 /// Highest incarnation that began, of all write-ahead files; -1: none.
 std::int32_t newest_incarnation(const fs::path& run) {
@@ -289,34 +66,6 @@ std::string since(const SealDifference& d, const std::string& when) { return to_
 
 }  // namespace
 
-std::string to_text(const SealDifference& d) { return d.file + ": " + d.what; }
-
-std::string SealCheck::summary() const {
-  if (seals.empty()) return "not sealed";
-  return "sealed: " + std::to_string(seals.size()) + " seals, " + std::to_string(seals.back().files.size()) +
-         " files, " + seals.back().digest;
-}
-
-std::vector<std::string> SealCheck::lines() const {
-  std::vector<std::string> all;
-  for (const SealDifference& d : differs) all.push_back(to_text(d));
-  all.insert(all.end(), past_differs.begin(), past_differs.end());
-  return all;
-}
-
-SealCheck check_seals(const fs::path& run, bool sync) { return Check(run, sync).go(); }
-
-std::vector<std::string> require_seals(const fs::path& run, bool unsealed) {
-  const SealCheck c = check_seals(run);
-  std::vector<std::string> lines = c.lines();
-  if (!lines.empty() && !unsealed)
-    throw UsageError(run.string() + ": is not as it was sealed: " + lines.front() +
-                     (lines.size() > 1 ? " (and " + std::to_string(lines.size() - 1) + " more)" : "") +
-                     "; --unsealed uses it nevertheless");
-  lines.insert(lines.end(), c.notes.begin(), c.notes.end());
-  return lines;
-}
-
 SealedIncarnation::SealedIncarnation(const fs::path& run, std::int64_t run_id, bool resume, bool unsealed)
     : run_(run) {
   fs::create_directories(run / "seals");
@@ -330,6 +79,9 @@ SealedIncarnation::SealedIncarnation(const fs::path& run, std::int64_t run_id, b
   try {
     SealCheck c = check_seals(run, true);
     if (!resume) c.differs.clear();  // a new run has no seal yet
+    // After a kill between the result and its seal the run goes on as from any end without a seal.
+    if (!c.seals.empty() && c.seals.back().open)
+      std::erase_if(c.differs, [](const SealDifference& d) { return d.file == kResult; });
     if (!c.differs.empty() && !unsealed) require_seals(run, false);
     Seal s = next_seal(c);
     s.run_id = run_id;
@@ -339,9 +91,9 @@ SealedIncarnation::SealedIncarnation(const fs::path& run, std::int64_t run_id, b
     for (const SealDifference& d : c.differs)
       s.differs.push_back(since(d, "when incarnation " + std::to_string(s.incarnation) + " began"));
     if (c.seals.empty() && resume)
-      s.reason = "resume of a run without seals, as found";
+      s.reason = "resume of a run without seals" + std::string(kAsFound);
     else if (!c.seals.empty() && c.seals.back().open)
-      s.reason = "resume after an end without a seal, as found";
+      s.reason = "resume after an end without a seal" + std::string(kAsFound);
     write_seal(run, s);
   } catch (...) {
     ::close(lock_);
@@ -356,12 +108,12 @@ void SealedIncarnation::ended(const std::string& reason) try {
   Seal s = next_seal(c);
   s.reason = reason;
   for (const SealDifference& d : c.differs)
-    if (d.file != "result.json")
+    if (d.file != kResult)
       s.differs.push_back(since(d, "when incarnation " + std::to_string(s.incarnation) + " ended"));
   write_seal(run_, s);
 } catch (...) {
   std::error_code ignored;
-  fs::remove(run_ / "result.json", ignored);
+  fs::remove(run_ / kResult, ignored);
   throw;
 }
 
@@ -371,6 +123,31 @@ void seal_repaired(const fs::path& run, const SealCheck& before) {
   s.reason = "log repaired";
   for (const SealDifference& d : before.differs) s.differs.push_back(since(d, "before the log was repaired"));
   write_seal(run, s);
+}
+
+bool seal_end(const fs::path& run, const std::string& reason) {
+  const SealCheck c = check_seals(run, true);
+  if (c.seals.empty() || !c.seals.back().open) return false;
+  Seal s = next_seal(c);
+  s.reason = reason + kAsFound;
+  for (const SealDifference& d : c.differs)
+    if (d.file != kResult) s.differs.push_back(since(d, "when the end was sealed"));
+  write_seal(run, s);
+  return true;
+}
+
+void seal_derived(const fs::path& run, const std::vector<std::string>& files) {
+  const SealCheck c = check_seals(run);
+  if (c.seals.empty()) return;
+  Seal s;
+  s.run_id = c.seals.back().run_id;
+  s.reason = "made from the run";
+  s.before = c.seals.back().digest;
+  for (const std::string& file : files) {
+    const FileDigests d = digest_file(run / file, {});
+    s.files.push_back({file, d.bytes, d.sha256, true});
+  }
+  write_file_atomically(run / "seals" / kDerivedSeal, encode_seal(s));
 }
 
 }  // namespace firn

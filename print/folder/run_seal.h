@@ -7,42 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "files/seal.h"
+#include "print/folder/seal_check.h"
 
 namespace firn {
-
-/// Holds a place where the run folder is not as it was sealed.
-struct SealDifference {
-  std::string file;                ///< relative to the run folder
-  std::uint64_t from = 0, to = 0;  ///< bytes; both 0: the file as a whole
-  std::string what;                ///< "bytes 0 to 812 are not those of seal 1"
-};
-std::string to_text(const SealDifference& difference);
-
-struct SealCheck {
-  std::vector<Seal> seals;                ///< that can be read, by number
-  std::vector<SealDifference> differs;    ///< today's differences
-  std::vector<std::string> past_differs;  ///< differences that a later seal recorded
-  std::vector<std::string> notes;         ///< parts of the run that no seal covers
-  std::vector<SealedFile> files;          ///< as they are today
-
-  bool whole() const { return differs.empty() && past_differs.empty(); }
-  /// Returns "sealed: 2 seals, 31 files, <digest>", or "not sealed".
-  std::string summary() const;
-  /// Returns every difference as a line, today's first.
-  std::vector<std::string> lines() const;
-};
-
-/// Compares a run folder with its seals. Files that Firn never reads from a run folder are not looked at.
-/// @param sync the files reach the disk first
-/// @throws std::runtime_error naming a file that cannot be read
-SealCheck check_seals(const std::filesystem::path& run, bool sync = false);
-
-/// Refuses a run that differs from its seals.
-/// @param unsealed the user wants it nevertheless
-/// @returns lines that mark the output: differences, parts without a seal
-/// @throws UsageError naming the first difference and the number of others
-std::vector<std::string> require_seals(const std::filesystem::path& run, bool unsealed);
 
 /// Seals an incarnation: where it begins and, with ended(), where it ends. Without ended(), as after a kill,
 /// the run counts as not sealed since this incarnation began. Holds a lock: one process at a time prints a
@@ -69,5 +36,13 @@ class SealedIncarnation {
 /// Seals a run anew whose log was repaired. Does nothing where the newest incarnation is not sealed yet.
 /// @param before of the run before the repair; its differences are recorded
 void seal_repaired(const std::filesystem::path& run, const SealCheck& before);
+
+/// Seals, as found, the end of a run that has a result but no seal of its end, as after a kill in between.
+/// @returns false: there is nothing to seal
+bool seal_end(const std::filesystem::path& run, const std::string& reason);
+
+/// Seals files that a command made from the run. Does nothing in a run without seals.
+/// @param files relative to the run folder
+void seal_derived(const std::filesystem::path& run, const std::vector<std::string>& files);
 
 }  // namespace firn

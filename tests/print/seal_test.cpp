@@ -5,6 +5,7 @@
 #include <set>
 
 #include "cli/audit_command.h"
+#include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
 #include "core/grid/random.h"
@@ -170,6 +171,46 @@ TEST_CASE("A page of the user's own in the run folder is no difference") {
   const fs::path run = printed(root);
   write_bytes(run / "notes.txt", "a good print");
   CHECK(check_seals(run).whole());
+}
+
+TEST_CASE("A changed byte of a page or table that firn report made in the run folder is named by the audit") {
+  const TempFolder root;
+  const fs::path run = printed(root);
+  ReportOptions page;
+  page.runs = {run.string()};
+  page.output = (run / "report.html").string();
+  page.verdicts = {"identical"};
+  write_report(page);
+  CHECK(audit_verdict(run).clean());
+  for (const char* name : {"metrics.csv", "report.html", "seals/derived.seal"}) {
+    const std::string whole = read_file(run / name);
+    std::string bytes = whole;
+    bytes[bytes.size() / 3] = char(bytes[bytes.size() / 3] ^ 2);
+    write_bytes(run / name, bytes);
+    const replay::AuditVerdict v = audit_verdict(run);
+    CAPTURE(name);
+    REQUIRE(v.violations.size() == 1);
+    CHECK_THAT(v.violations[0].what, Contains(name));
+    write_bytes(run / name, whole);
+  }
+  write_report(page);  // made again
+  CHECK(audit_verdict(run).clean());
+}
+
+TEST_CASE("The end of a run that was killed before its last seal is sealed by a resume, as found") {
+  const TempFolder root;
+  const fs::path run = printed(root);
+  fs::remove(run / "seals" / "1.seal");
+  CHECK_FALSE(audit_verdict(run).clean());
+  PrintOptions o;
+  o.resume = run.string();
+  CHECK(run_print(o) == 0);
+  const replay::AuditVerdict v = audit_verdict(run);
+  INFO(to_text(v));
+  CHECK(v.clean());
+  REQUIRE(v.notes.size() == 1);
+  CHECK(v.notes[0] == "the end of incarnation 0 was sealed later, as found");
+  CHECK_THROWS_WITH(run_print(o), Contains("has finished"));
 }
 
 TEST_CASE("Seals that are missing, exchanged or made of other seals are named") {
