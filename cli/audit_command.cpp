@@ -7,6 +7,7 @@
 #include "cli/option_set.h"
 #include "config/experiment.h"
 #include "config/labs.h"
+#include "files/digest.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "plant/inkjet/model.h"
@@ -110,7 +111,9 @@ replay::AuditVerdict records_verdict(const std::filesystem::path& run) {
 
 }  // namespace
 
-replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
+replay::AuditVerdict audit_verdict(const std::filesystem::path& run, const std::string& seal) {
+  if (!seal.empty() && !is_sha256_hex(seal))
+    throw UsageError("--seal '" + seal.substr(0, 100) + "': is no SHA-256, 64 hexadecimal digits");
   const SealCheck seals = check_seals(run);
   replay::AuditVerdict verdict;
   try {
@@ -126,6 +129,8 @@ replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
   verdict.notes.insert(verdict.notes.end(), seals.notes.begin(), seals.notes.end());
   std::vector<replay::Violation> found;
   std::vector<std::string> lines = seals.lines();
+  if (!seal.empty() && std::ranges::find(seals.seals, seal, &Seal::digest) == seals.seals.end())
+    lines.insert(lines.begin(), "seals: none has the digest " + seal);
   for (const SealDifference& d : seals.derived) lines.push_back(to_text(d));
   for (const std::string& line : lines) found.push_back({replay::ViolationKind::kAltered, line});
   verdict.violations_total += found.size();
@@ -136,7 +141,7 @@ replay::AuditVerdict audit_verdict(const std::filesystem::path& run) {
 }
 
 int run_audit(const AuditCommandOptions& options) {
-  const replay::AuditVerdict verdict = audit_verdict(options.run);
+  const replay::AuditVerdict verdict = audit_verdict(options.run, options.seal);
   const std::string text = options.json ? replay::to_json(verdict) + "\n" : replay::to_text(verdict);
   std::fputs(text.c_str(), stdout);
   return verdict.clean() ? kOk : kFailed;
@@ -145,6 +150,8 @@ int run_audit(const AuditCommandOptions& options) {
 void declare_audit(OptionSet& options) {
   auto& o = options.calls(run_audit);
   options.option("RUN", o.run, "run folder").required();
+  options.option("--seal", o.seal,
+                 "DIGEST that one of the run's seals must have, as an earlier audit printed it");
   options.json_flag(o.json);
 }
 

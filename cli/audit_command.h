@@ -13,7 +13,8 @@ namespace firn {
 class OptionSet;
 
 struct AuditCommandOptions {
-  std::string run;  ///< run folder
+  std::string run;   ///< run folder
+  std::string seal;  ///< digest that one of the run's seals must have; empty: any
   bool json = false;
 };
 
@@ -21,8 +22,9 @@ struct AuditCommandOptions {
 std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& run,
                                                    const Experiment& experiment);
 
+/// @param seal as AuditCommandOptions
 /// @throws UsageError, ConfigError
-replay::AuditVerdict audit_verdict(const std::filesystem::path& run);
+replay::AuditVerdict audit_verdict(const std::filesystem::path& run, const std::string& seal = {});
 
 /// @returns 0 clean, 1 any violation, 2 usage
 int run_audit(const AuditCommandOptions& options);

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kFirstLine = "firn seal 1";
+constexpr std::string_view kFirstLine = "firn-seal 1";
 constexpr std::size_t kBlock_bytes = 1 << 20;
 
 std::string digest_of(std::string_view text) { return sha256_hex(std::as_bytes(std::span(text))); }

@@ -213,6 +213,24 @@ TEST_CASE("The end of a run that was killed before its last seal is sealed by a 
   CHECK_THROWS_WITH(run_print(o), Contains("has finished"));
 }
 
+TEST_CASE("Seals that were all made anew do not have the digest that the user kept") {
+  const TempFolder root;
+  const fs::path run = printed(root);
+  const std::string kept = check_seals(run).seals.back().digest;
+  CHECK(audit_verdict(run, kept).clean());
+  const std::string text = read_file(run / "result.json");
+  write_bytes(run / "result.json", text + "\n");
+  for (const char* n : {"0", "1"}) {
+    const fs::path file = run / "seals" / (std::string(n) + ".seal");
+    Seal s = decode_seal(read_file(file));
+    for (SealedFile& f : s.files)
+      if (f.path == "result.json") f = {f.path, text.size() + 1, digest_file(run / f.path, {}).sha256, true};
+    write_bytes(file, encode_seal(s));
+  }
+  CHECK(audit_verdict(run).clean());
+  CHECK_FALSE(audit_verdict(run, kept).clean());
+}
+
 TEST_CASE("Seals that are missing, exchanged or made of other seals are named") {
   const TempFolder root;
   const fs::path run = printed(root), first = run / "seals" / "0.seal", last = run / "seals" / "1.seal";

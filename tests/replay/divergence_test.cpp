@@ -312,6 +312,12 @@ TEST_CASE("a missing file, input or head is told by name with exit 2") {
   CHECK(v.findings.at(0).kind == FindingKind::kUnreadable);
   CHECK(v.findings[0].what == "input 'target' is missing: inputs/" + input.filename().string());
 
+  run = recorded("changed-input");
+  std::ofstream(fs::directory_iterator(run / "inputs")->path(), std::ios::app) << "x";
+  v = replay_tiny(run);
+  CHECK(v.exit_status() == 2);
+  CHECK(v.findings.at(0).what.starts_with("input 'target' was changed: inputs/"));
+
   run = recorded("no-file");
   fs::remove(wal(run, "controller"));
   v = replay_tiny(run);

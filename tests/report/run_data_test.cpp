@@ -276,6 +276,10 @@ TEST_CASE("A damaged or missing input is refused by its role") {
     CAPTURE(keep, error_of(folder));
     CHECK(error_of(folder).find("target") != std::string::npos);
   }
+  std::string other = whole;
+  other.back() = char(other.back() ^ 1);  // as readable as before
+  write_text(target, other);
+  CHECK(error_of(folder).find("(input 'target' was changed)") != std::string::npos);
   fs::remove(target);
   CHECK(error_of(folder).find("target") != std::string::npos);
 }

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/grid/random.h"
+#include "files/digest.h"
 #include "firn/journal_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "runtime/control_line.h"
@@ -18,6 +19,7 @@
 #include "runtime/transport_wire.h"
 #include "runtime/wal_file.h"
 #include "tests/runtime/process_nodes.h"
+#include "tests/support/temp_folder.h"
 
 using namespace firn;
 using namespace firn::test;
@@ -356,6 +358,19 @@ TEST_CASE(
   CHECK(run_slow(60.0, false) == "FINISH 0 fired");
   CHECK(run_slow(0.05, false) == "FINISH 3 too late");
   CHECK(run_slow(60.0, true) == "FINISH 3 a stop waits");
+}
+
+TEST_CASE("a process refuses an input that does not have the digest of its name") {
+  const test::TempFolder run;
+  const std::string bytes = "a target";
+  const std::string digest = sha256_hex(std::as_bytes(std::span(bytes)));
+  ProcessArgs args;
+  args.options.run_dir = run.path().string();
+  args.blobs = {{"target", digest}};
+  run.file("inputs/" + digest, bytes);
+  CHECK(read_blobs(args).at(0).bytes.size() == bytes.size());
+  run.file("inputs/" + digest, "a tarqet");
+  CHECK_THROWS_WITH(read_blobs(args), Catch::Contains("(input 'target' was changed)"));
 }
 
 TEST_CASE("arguments of a process survive the way through the command line, bad ones are named") {
