@@ -17,12 +17,15 @@
 namespace firn {
 namespace {
 
-// An edited experiment.toml is a way to replay with other settings, and they are listed.
+// An edited experiment.toml is a way to replay with other settings, if it holds any: they are listed.
 void mark_seals(const std::filesystem::path& run, replay::RunVerdict& verdict) {
+  const auto marks = [&](const SealDifference& d) -> std::vector<std::string>& {
+    const bool on_purpose = d.file == "experiment.toml" && !verdict.changed_settings.empty();
+    return on_purpose ? verdict.notes : verdict.altered;
+  };
   const SealCheck seals = check_seals(run);
   verdict.notes = seals.notes;
-  for (const SealDifference& d : seals.differs)
-    (d.file == "experiment.toml" ? verdict.notes : verdict.altered).push_back(to_text(d));
+  for (const SealDifference& d : seals.differs) marks(d).push_back(to_text(d));
   verdict.altered.insert(verdict.altered.end(), seals.past_differs.begin(), seals.past_differs.end());
   const TruthCheck truth = check_truth(run);
   verdict.altered.insert(verdict.altered.end(), truth.differs.begin(), truth.differs.end());

@@ -13,6 +13,7 @@
 #include "files/record/record_file.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
+#include "print/exit_codes.h"
 #include "runtime/write_ahead.h"
 
 namespace firn {
@@ -103,18 +104,18 @@ SealedIncarnation::SealedIncarnation(const fs::path& run, std::int64_t run_id, b
 
 SealedIncarnation::~SealedIncarnation() { ::close(lock_); }
 
-void SealedIncarnation::ended(const std::string& reason) try {
+void SealedIncarnation::ended(RunResult& result) try {
   const SealCheck c = check_seals(run_, true);
   Seal s = next_seal(c);
-  s.reason = reason;
+  s.reason = result.outcome;
   for (const SealDifference& d : c.differs)
     if (d.file != kResult)
       s.differs.push_back(since(d, "when incarnation " + std::to_string(s.incarnation) + " ended"));
   write_seal(run_, s);
-} catch (...) {
-  std::error_code ignored;
-  fs::remove(run_ / kResult, ignored);
-  throw;
+} catch (const std::exception& e) {
+  result.outcome = "stopped safely";
+  result.status = kSafetyStop;
+  result.reason = std::string("the run could not be sealed: ") + e.what();
 }
 
 void seal_repaired(const fs::path& run, const SealCheck& before) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "print/folder/run_folder.h"
 #include "print/folder/seal_check.h"
 
 namespace firn {
@@ -24,9 +25,9 @@ class SealedIncarnation {
   SealedIncarnation(const SealedIncarnation&) = delete;
   SealedIncarnation& operator=(const SealedIncarnation&) = delete;
 
-  /// If the seal cannot be written, result.json is removed: the run has not ended, a resume seals it.
-  /// @throws std::runtime_error naming file and reason
-  void ended(const std::string& reason);
+  /// If the seal cannot be written, as on a full disk, `result` becomes a safety stop that names file and
+  /// reason; a resume seals the run or goes on (seal_end).
+  void ended(RunResult& result);
 
  private:
   std::filesystem::path run_;

@@ -422,12 +422,8 @@ void Launch::ask_truth() {
 LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) try {
   Launch print(folder, options);  // holds the lab from here on
   SealedIncarnation seal(folder.path(), folder.run_id(), options.resume, options.unsealed);
-  const LaunchReport report = print.run();
-  try {
-    seal.ended(report.result.outcome);
-  } catch (const std::exception&) {  // a folder that is gone or full has stopped the print already
-    if (report.result.status != kSafetyStop) throw;
-  }
+  LaunchReport report = print.run();
+  seal.ended(report.result);
   return report;
 } catch (const std::exception& e) {
   const std::string storage = storage_trouble(e);

@@ -328,7 +328,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     const LabLock lock(run, e, {}, LabLock::Heirs::kNobody);
     SealedIncarnation seal(run.path(), run.run_id(), options.resume, options.unsealed);
     print_in_lab(run, e, options, folder, report);
-    if (!report.crashed) seal.ended(report.result.outcome);
+    if (!report.crashed) seal.ended(report.result);
   } catch (const Unwritable& error) {
     cause = error.what();
   } catch (const std::exception& error) {

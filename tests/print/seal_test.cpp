@@ -310,6 +310,47 @@ TEST_CASE("A torn write that a resume moves away leaves the seal verifiable") {
   CHECK(c.whole());
 }
 
+TEST_CASE("A print whose last seal cannot be written is stopped by name and goes on with a resume") {
+  const TempFolder root;
+  const RunFolder run = new_run(root);
+  fs::create_directories(run.path() / "seals" / "1.seal.part");
+  const RunResult stopped = run_in_lab(run, {}).result;
+  CHECK(stopped.status == 3);
+  CHECK(can_go_on(stopped));
+  CHECK_THAT(stopped.reason, Contains("could not be sealed") && Contains("1.seal"));
+  fs::remove(run.path() / "seals" / "1.seal.part");
+  PrintOptions o;
+  o.resume = run.path().string();
+  CHECK(run_print(o) == 0);
+  CHECK(check_seals(run.path()).whole());
+  CHECK(audit_verdict(run.path()).clean());
+}
+
+TEST_CASE("Two processes do not print one run at a time") {
+  const TempFolder root;
+  const RunFolder run = new_run(root);
+  const SealedIncarnation first(run.path(), run.run_id(), false, false);
+  CHECK_THROWS_WITH(SealedIncarnation(run.path(), run.run_id(), true, false),
+                    Contains("another process is printing this run"));
+}
+
+TEST_CASE("Replay marks a changed experiment.toml, and a changed setting in it as one made on purpose") {
+  const TempFolder root;
+  const fs::path run = printed(root);
+  const std::string whole = read_file(run / "experiment.toml");
+  ReplayCommandOptions r;
+  r.run = run.string();
+  write_bytes(run / "experiment.toml", whole + "# a remark\n");
+  CHECK_FALSE(replay_verdict(r).identical());
+  const std::size_t at = whole.find("name = \"seal\"");
+  REQUIRE(at != std::string::npos);
+  write_bytes(run / "experiment.toml", std::string(whole).replace(at, 13, "name = \"deal\""));
+  const replay::RunVerdict v = replay_verdict(r);
+  CHECK(v.changed_settings.size() == 1);
+  CHECK(v.notes.size() == 1);
+  CHECK(v.altered.empty());
+}
+
 TEST_CASE("Resume refuses a run that was altered, and what was forced is marked for ever") {
   const TempFolder root;
   const RunFolder run = new_run(root);
