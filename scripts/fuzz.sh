@@ -1,30 +1,54 @@
 #!/bin/sh
-# Builds the libFuzzer targets of tests/fuzz with clang++ in build-fuzz/ and runs each for SECONDS (default 30).
+# Builds the libFuzzer targets of tests/fuzz with clang++ in build-fuzz/ and runs each for SECONDS (default 30), or all
+# together until they have read N inputs, spread evenly.
 #   scripts/fuzz.sh [SECONDS] [TARGET...]
+#   scripts/fuzz.sh --inputs N [TARGET...]
 # FIRN_FUZZ_SEED=N starts from the same random numbers every time; without it each run looks elsewhere.
+# FIRN_FUZZ_JOBS=N runs so many targets side by side (default 1); FIRN_FUZZ_BUILT=1 takes the targets as they are.
 # What is found stays in build-fuzz/found/; the corpus grows in build-fuzz/corpus/.
 set -eu
 cd "$(dirname "$0")/.."
-seconds=${1:-30}
-[ $# -gt 0 ] && shift
-targets=${*:-"fuzz_record_file fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy fuzz_transport fuzz_instruments fuzz_ice_codecs fuzz_experiment fuzz_study fuzz_machine fuzz_paths fuzz_trajectory fuzz_mesh fuzz_path_file fuzz_slice"}
+inputs=
+if [ "${1:-}" = --inputs ]; then
+  inputs=${2:?"--inputs needs a number"}
+  shift 2
+else
+  seconds=${1:-30}
+  [ $# -gt 0 ] && shift
+fi
+targets=${*:-"fuzz_record_file fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy fuzz_transport fuzz_instruments fuzz_ice_codecs fuzz_experiment fuzz_study fuzz_machine fuzz_paths fuzz_trajectory fuzz_mesh fuzz_path_file fuzz_slice fuzz_write_ahead fuzz_restore fuzz_config_message fuzz_world_record fuzz_world_state fuzz_run_documents fuzz_png fuzz_3mf fuzz_study_journal fuzz_lcm_packet"}
 
-cmake -G Ninja -S . -B build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DFIRN_FUZZ=ON \
-  -DFIRN_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
-ninja -C build-fuzz fuzz_seeds $targets >build-fuzz/build.log || { grep -v "^\\[" build-fuzz/build.log | head -n 60; exit 1; }
+if [ -z "${FIRN_FUZZ_BUILT:-}" ]; then
+  cmake -G Ninja -S . -B build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DFIRN_FUZZ=ON \
+    -DFIRN_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
+  ninja -C build-fuzz fuzz_seeds $targets >build-fuzz/build.log || { grep -v "^\\[" build-fuzz/build.log | head -n 60; exit 1; }
+fi
 build-fuzz/fuzz/fuzz_seeds build-fuzz/corpus
 mkdir -p build-fuzz/found
-failed=0
-for target in $targets; do
-  if build-fuzz/fuzz/"$target" -max_total_time="$seconds" -seed="${FIRN_FUZZ_SEED:-0}" -max_len=4096 -timeout=10 -rss_limit_mb=2048 \
-      -print_final_stats=1 -artifact_prefix="build-fuzz/found/$target-" "build-fuzz/corpus/$target" \
-      >"build-fuzz/found/$target.log" 2>&1; then
-    runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "build-fuzz/found/$target.log")
-    echo "$target: $runs runs in $seconds s, nothing found"
-  else
-    echo "$target: FAILED"
-    tail -n 40 "build-fuzz/found/$target.log"
-    failed=1
-  fi
-done
-exit $failed
+if [ -n "$inputs" ]; then
+  set -- $targets
+  limit="-runs=$(((inputs + $# - 1) / $#))"
+else
+  limit="-max_total_time=$seconds"
+fi
+
+# One target: its row goes to found/TARGET.row.
+export limit
+fuzz_one='
+  target=$1 found=build-fuzz/found
+  begin=$(date +%s)
+  result=nothing
+  build-fuzz/fuzz/"$target" "$limit" -seed="${FIRN_FUZZ_SEED:-0}" -max_len=4096 -timeout=10 -rss_limit_mb=2048 \
+    -print_final_stats=1 -artifact_prefix="$found/$target-" "build-fuzz/corpus/$target" \
+    >"$found/$target.log" 2>&1 || result=FAILED
+  runs=$(sed -n "s/^stat::number_of_executed_units: *//p" "$found/$target.log" | tail -n 1)
+  row=$(awk -v t="$target" -v n="${runs:-0}" -v s="$(($(date +%s) - begin))" -v r="$result" \
+    "BEGIN { printf \"%-22s %11d %9.4f  %s\", t, n, s / 3600, r }")
+  echo "$row" | tee "$found/$target.row"
+  if [ "$result" = FAILED ]; then tail -n 40 "$found/$target.log"; fi
+'
+rm -f build-fuzz/found/*.row
+printf '%-22s %11s %9s  %s\n' target inputs hours found
+printf '%s\n' $targets | xargs -P "${FIRN_FUZZ_JOBS:-1}" -I TARGET sh -c "$fuzz_one" fuzz TARGET
+cat build-fuzz/found/*.row | awk '{ n += $2; h += $3; bad += $4 == "FAILED" }
+  END { printf "%-22s %11d %9.4f  %s\n", "total", n, h, bad ? bad " targets FAILED" : "nothing"; exit bad > 0 }'

@@ -11,6 +11,8 @@ namespace firn {
 namespace {
 
 constexpr std::array<unsigned char, 8> kMagic = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+constexpr std::array<unsigned char, 8> kFirst = {0, 0, 0, 13, 'I', 'H', 'D', 'R'};  // a chunk: length, name
+constexpr std::uint32_t kMaxRows = 1'000'000;                                       // libpng's own limit
 
 // libpng leaves by a jump on an error. No object with a destructor lives between the jump and its target.
 struct Told {
@@ -59,7 +61,8 @@ std::uint32_t big_endian(std::span<const std::byte> b, std::size_t at) {
 
 PngHeader png_header(std::span<const std::byte> png) {
   const auto same = [](unsigned char m, std::byte b) { return std::byte{m} == b; };
-  if (png.size() < 33 || !std::equal(kMagic.begin(), kMagic.end(), png.begin(), same))
+  if (png.size() < 33 || !std::equal(kMagic.begin(), kMagic.end(), png.begin(), same) ||
+      !std::equal(kFirst.begin(), kFirst.end(), png.begin() + kMagic.size(), same))
     throw PngError("is not a PNG file");
   return {big_endian(png, 16), big_endian(png, 20), int(png[25])};
 }
@@ -67,6 +70,8 @@ PngHeader png_header(std::span<const std::byte> png) {
 GreyPicture read_grey_png(std::span<const std::byte> png) {
   const PngHeader header = png_header(png);
   if (header.colour != PNG_COLOR_TYPE_GRAY) throw PngError("is no grey picture");
+  if (header.width == 0 || header.height == 0) throw PngError("has no pixels");
+  if (header.height > kMaxRows) throw PngError("has more than 1,000,000 rows");
   if (std::uint64_t(header.width) * header.height > 1u << 28) throw PngError("has more than 2^28 pixels");
   const std::size_t width = header.width, height = header.height;
   std::vector<std::uint8_t> bytes(2 * width * height);

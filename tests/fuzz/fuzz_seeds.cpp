@@ -14,6 +14,7 @@
 #include "files/record/record_file.h"
 #include "lcmtypes/schema.h"
 #include "tests/files/record/event_samples.h"
+#include "tests/fuzz/run_seeds.h"
 #include "tests/lcmtypes/samples.h"
 #include "tests/support/mesh_samples.h"
 
@@ -195,5 +196,6 @@ int main(int argc, char** argv) {
   seed("fuzz_npy", "mask", to_npy(Mask(grid)));
   seed_plans();
   seed_slices();
+  fuzz::seed_runs(seed);
   return 0;
 }

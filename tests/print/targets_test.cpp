@@ -100,6 +100,27 @@ TEST_CASE("A wrong picture is refused with its name and the reason") {
   refused(jpeg, "not a PNG");
 }
 
+TEST_CASE("A picture whose header claims no pixels or too many rows is refused before memory is taken") {
+  const auto refused = [](std::uint32_t width, std::uint32_t height, const char* first) {
+    std::vector<std::uint8_t> png = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n', 0, 0, 0, 13};
+    png.insert(png.end(), first, first + 4);
+    for (const std::uint32_t v : {width, height})
+      for (int shift = 24; shift >= 0; shift -= 8) png.push_back(std::uint8_t(v >> shift));
+    png.insert(png.end(), {8, 0, 0, 0, 0, 0, 0, 0, 0});
+    try {
+      read_grey_png(std::as_bytes(std::span(png)));
+    } catch (const PngError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  CHECK(refused(0, 0x49454002, "IHDR") == "has no pixels");
+  CHECK(refused(5, 0, "IHDR") == "has no pixels");
+  CHECK(refused(1, 1'000'001, "IHDR") == "has more than 1,000,000 rows");
+  CHECK(refused(0x10000, 0x10000, "IHDR") == "has more than 2^28 pixels");
+  CHECK(refused(5, 5, "IEND") == "is not a PNG file");
+}
+
 TEST_CASE("What Firn writes as PNG another library reads to the same pixels") {
   RandomStream random(5, Purpose::kTest);
   for (const int channels : {3, 4}) {

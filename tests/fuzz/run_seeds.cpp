@@ -1,0 +1,147 @@
+#include "tests/fuzz/run_seeds.h"
+
+#include <array>
+#include <cstring>
+
+#include "files/mesh/mesh_message.h"
+#include "files/record/record_file.h"
+#include "plant/world/world.h"
+#include "procs/bus/lcm_packet.h"
+#include "tests/files/record/scratch.h"
+#include "tests/fuzz/node_setups.h"
+#include "tests/fuzz/small_worlds.h"
+#include "tests/support/mesh_samples.h"
+
+namespace firn::fuzz {
+namespace {
+
+using test::as_span;
+using test::Bytes;
+using Seed = std::function<void(const char*, const std::string&, std::span<const std::byte>)>;
+
+constexpr std::size_t kMaxSeed = 4000;  // scripts/fuzz.sh takes inputs of 4096 bytes
+
+Bytes behind(std::uint8_t choice, std::span<const std::byte> bytes) {
+  Bytes input{std::byte(choice)};
+  input.insert(input.end(), bytes.begin(), bytes.end());
+  return input;
+}
+
+// The first events and outputs of each node, as far as they go into an input.
+void seed_nodes(const Seed& seed) {
+  const std::vector<NodeSetup> setups = node_setups();
+  for (std::size_t n = 0; n < setups.size(); ++n) {
+    const std::string name = std::to_string(n) + "-" + std::string(info(setups[n].id).name);
+    seed("fuzz_config_message", name, behind(std::uint8_t(n), as_span(setups[n].run->config_toml)));
+    const std::string wal = std::string(info(setups[n].id).name) + ".wal";
+    const logfile::MappedFile file(setups[n].run->folder / "nodes" / wal);
+    logfile::RecordReader reader(file.bytes());
+    Bytes input{std::byte(n)};
+    std::array<int, 3> seeded{};
+    while (const auto record = reader.next()) {
+      const std::size_t bytes = record->payload.size();
+      const int kind = int(record->kind) - 1;
+      if (kind < 0 || kind > 2 || bytes + 3 > kMaxSeed) continue;
+      if (seeded[std::size_t(kind)]++ < 2 && bytes < 500)
+        seed("fuzz_write_ahead",
+             name + "-" + std::to_string(kind) + std::to_string(seeded[std::size_t(kind)]),
+             behind(std::uint8_t(kind), record->payload));
+      if (input.size() + 3 + bytes > kMaxSeed) break;
+      for (const std::size_t v : {std::size_t(kind), bytes & 255, bytes >> 8}) input.push_back(std::byte(v));
+      input.insert(input.end(), record->payload.begin(), record->payload.end());
+    }
+    if (setups[n].id == NodeId::kPathPlanner)
+      input[0] = std::byte(n + (255 - n) / setups.size() * setups.size());
+    seed("fuzz_restore", name, input);
+  }
+}
+
+void seed_folders(const Seed& seed) {
+  for (const char* name : {"v1-mpc", "v5-ice"}) {
+    const std::filesystem::path run = std::filesystem::path(FIRN_SOURCE_DIR) / "tests/replay/golden" / name;
+    seed("fuzz_run_documents", name, behind(1, test::read_file(run / "provenance.json")));
+    seed("fuzz_run_documents", std::string(name) + "-result",
+         behind(0, test::read_file(run / "result.json")));
+    const logfile::MappedFile file(run / "world.rec");
+    logfile::RecordReader reader(file.bytes());
+    Bytes input;
+    while (const auto record = reader.next()) {
+      const std::size_t bytes = record->payload.size();
+      if (bytes > 255) continue;
+      if (input.size() + 2 + bytes > 1000) break;
+      for (const std::size_t v : {std::size_t(record->kind), bytes}) input.push_back(std::byte(v));
+      input.insert(input.end(), record->payload.begin(), record->payload.end());
+    }
+    seed("fuzz_world_record", name, input);
+  }
+}
+
+void seed_states(const Seed& seed) {
+  const test::Scratch scratch("fuzz-states");
+  for (const int ice : {0, 1}) {
+    const plant::World world(ice ? small_ice_world() : small_inkjet_world(), nullptr);
+    world.save(scratch / "state");
+    Bytes state = test::read_file(scratch / "state");
+    seed("fuzz_world_state", "whole-" + std::to_string(ice), behind(std::uint8_t(ice), state));
+    state.resize(state.size() - 8);
+    seed("fuzz_world_state", "body-" + std::to_string(ice), behind(std::uint8_t(ice | 2), state));
+  }
+}
+
+// Grey, 2 x 2, 8 bits, deflated without compression.
+void seed_picture(const Seed& seed) {
+  static constexpr std::string_view kPng(
+      "\x89PNG\r\n\x1a\n"
+      "\0\0\0\x0dIHDR\0\0\0\2\0\0\0\2\x08\0\0\0\0....\0\0\0\x11IDAT"
+      "\x78\x01\x01\x06\0\xf9\xff\0\x10\x20\0\x30\x40\x01\x76\0\xa1....\0\0\0\0IEND....",
+      8 + 25 + 29 + 12);
+  seed("fuzz_png", "grey", as_span(kPng));
+  seed("fuzz_png", "height-map",
+       test::read_file(std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/height_map.png"));
+}
+
+void seed_meshes(const Seed& seed) {
+  namespace mb = test::mesh_bytes;
+  seed("fuzz_3mf", "file", behind(0, mb::threemf(test::gear(1))));
+  const test::Scratch scratch("fuzz-meshes");
+  MeshData data;
+  data.format = "3MF";
+  data.defects = {"a defect"};
+  data.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  data.triangles = {{0, 1, 2}};
+  std::FILE* file = std::fopen((scratch / "mesh").c_str(), "wb");
+  mesh::send_mesh(::fileno(file), data);
+  std::fclose(file);
+  seed("fuzz_3mf", "message", behind(1, test::read_file(scratch / "mesh")));
+}
+
+void seed_datagrams(const Seed& seed) {
+  Bytes packet(kPacketHead);
+  write_packet_head(7, std::span<std::byte, kPacketHead>(packet.data(), kPacketHead));
+  const Bytes bytes(40, std::byte{3});
+  const auto channel = as_span(std::string_view("HEIGHT_MAP\0", 11));
+  packet.insert(packet.end(), channel.begin(), channel.end());
+  packet.insert(packet.end(), bytes.begin(), bytes.end());
+  seed("fuzz_lcm_packet", "short", packet);
+  packet[3] = std::byte('3');
+  seed("fuzz_lcm_packet", "fragment", packet);
+}
+
+}  // namespace
+
+void seed_runs(const Seed& seed) {
+  seed_nodes(seed);
+  seed_folders(seed);
+  seed_states(seed);
+  seed_picture(seed);
+  seed_meshes(seed);
+  seed_datagrams(seed);
+  seed("fuzz_study_journal", "print",
+       behind(
+           1,
+           as_span(R"({"digest":"","finished":true,"outcome":"finished","reason":"","cpu_s":1.5,"metrics":{)"
+                   R"("rms_um":1.0,"std_um":null,"abs_mean_um":0,"mean_abs_um":0,"max_um":0,"layers":4,)"
+                   R"("droplets":9,"print_s":1,"iterations":1},"profile":[[1,2],[3,4]]})")));
+}
+
+}  // namespace firn::fuzz
