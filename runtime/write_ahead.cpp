@@ -56,6 +56,14 @@ class Take {
   std::size_t at_ = 0;
 };
 
+LinkState link_state(Take& take) {
+  const auto state = take.number<std::uint8_t>();
+  if (state > 1)
+    throw std::runtime_error("write-ahead record: byte " + std::to_string(take.at() - 1) + ": link state " +
+                             std::to_string(state) + " is not known");
+  return state ? LinkState::kOpen : LinkState::kClosed;
+}
+
 void put_output(Put& put, const Output& o) {
   put.number(std::uint8_t(o.kind));
   switch (o.kind) {
@@ -173,7 +181,7 @@ WalEvent decode_event(std::span<const std::byte> payload) {
       break;
     case EventKind::kLink:
       e.id = take.number<std::uint32_t>();
-      e.link = take.number<std::uint8_t>() ? LinkState::kOpen : LinkState::kClosed;
+      e.link = link_state(take);
       break;
     case EventKind::kLocalStop:
       e.bytes = take.bytes();

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Builds the libFuzzer targets of tests/fuzz with clang++ in build-fuzz/ and runs each for SECONDS (default 30), or all
-# together until they have read N inputs, spread evenly.
+# together until they have read N inputs: an equal share each, and the rest of a target that has not come through its
+# share in FIRN_FUZZ_SECONDS (default 600) is shared out among the others.
 #   scripts/fuzz.sh [SECONDS] [TARGET...]
 #   scripts/fuzz.sh --inputs N [TARGET...]
 # FIRN_FUZZ_SEED=N starts from the same random numbers every time; without it each run looks elsewhere.
@@ -25,30 +26,47 @@ if [ -z "${FIRN_FUZZ_BUILT:-}" ]; then
 fi
 build-fuzz/fuzz/fuzz_seeds build-fuzz/corpus
 mkdir -p build-fuzz/found
-if [ -n "$inputs" ]; then
-  set -- $targets
-  limit="-runs=$(((inputs + $# - 1) / $#))"
-else
-  limit="-max_total_time=$seconds"
-fi
 
-# One target: its row goes to found/TARGET.row.
-export limit
+# One target: its row goes to found/TARGET.row, with the inputs and hours of earlier rounds added.
 fuzz_one='
   target=$1 found=build-fuzz/found
   begin=$(date +%s)
   result=nothing
-  build-fuzz/fuzz/"$target" "$limit" -seed="${FIRN_FUZZ_SEED:-0}" -max_len=4096 -timeout=10 -rss_limit_mb=2048 \
+  build-fuzz/fuzz/"$target" $limit -seed="${FIRN_FUZZ_SEED:-0}" -max_len=4096 -timeout=10 -rss_limit_mb=2048 \
     -print_final_stats=1 -artifact_prefix="$found/$target-" "build-fuzz/corpus/$target" \
     >"$found/$target.log" 2>&1 || result=FAILED
   runs=$(sed -n "s/^stat::number_of_executed_units: *//p" "$found/$target.log" | tail -n 1)
-  row=$(awk -v t="$target" -v n="${runs:-0}" -v s="$(($(date +%s) - begin))" -v r="$result" \
-    "BEGIN { printf \"%-22s %11d %9.4f  %s\", t, n, s / 3600, r }")
-  echo "$row" | tee "$found/$target.row"
+  [ -f "$found/$target.row" ] || echo "$target 0 0 nothing" >"$found/$target.row"
+  awk -v n="${runs:-0}" -v s="$(($(date +%s) - begin))" -v r="$result" \
+    "{ printf \"%-22s %11d %9.4f  %s\\n\", \$1, \$2 + n, \$3 + s / 3600, r == \"FAILED\" ? r : \$4 }" \
+    "$found/$target.row" >"$found/$target.new"
+  mv "$found/$target.new" "$found/$target.row"
+  cat "$found/$target.row"
   if [ "$result" = FAILED ]; then tail -n 40 "$found/$target.log"; fi
+  if [ "$result" = nothing ] && [ "${runs:-0}" -ge "${share:-1}" ]; then echo "$target" >>"$found/in_time"; fi
 '
+fuzz_all() {
+  rm -f build-fuzz/found/in_time
+  export limit share
+  printf '%s\n' $1 | xargs -P "${FIRN_FUZZ_JOBS:-1}" -I TARGET sh -c "$fuzz_one" fuzz TARGET
+}
+made() { cat build-fuzz/found/*.row | awk '{ n += $2 } END { printf "%d", n }'; }
+
 rm -f build-fuzz/found/*.row
 printf '%-22s %11s %9s  %s\n' target inputs hours found
-printf '%s\n' $targets | xargs -P "${FIRN_FUZZ_JOBS:-1}" -I TARGET sh -c "$fuzz_one" fuzz TARGET
+if [ -n "$inputs" ]; then
+  left=$inputs list=$targets
+  while [ "$left" -gt 0 ] && [ -n "$list" ]; do
+    set -- $list
+    share=$(((left + $# - 1) / $#))
+    limit="-runs=$share -max_total_time=${FIRN_FUZZ_SECONDS:-600}"
+    fuzz_all "$list"
+    left=$((inputs - $(made)))
+    list=$(cat build-fuzz/found/in_time 2>/dev/null || true)
+  done
+else
+  limit="-max_total_time=$seconds"
+  fuzz_all "$targets"
+fi
 cat build-fuzz/found/*.row | awk '{ n += $2; h += $3; bad += $4 == "FAILED" }
   END { printf "%-22s %11d %9.4f  %s\n", "total", n, h, bad ? bad " targets FAILED" : "nothing"; exit bad > 0 }'

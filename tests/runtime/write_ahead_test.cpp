@@ -101,6 +101,17 @@ TEST_CASE("cut or random records are refused with the byte, never read past thei
   }
 }
 
+TEST_CASE("a link state that is neither open nor closed is refused with its byte") {
+  Event e;
+  e.kind = EventKind::kLink;
+  e.link = LinkState::kOpen;
+  std::vector<std::byte> record;
+  encode_event(1, e, record);
+  REQUIRE(decode_event(record).event.link == LinkState::kOpen);
+  record.back() = std::byte{2};
+  REQUIRE_THROWS_WITH(decode_event(record), Catch::Contains("byte " + std::to_string(record.size() - 1)));
+}
+
 TEST_CASE("a head reads back whole: configuration, commit, types and inputs") {
   WalHead h;
   h.node = "controller";
