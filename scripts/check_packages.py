@@ -20,7 +20,7 @@ FOUND_BY_CMAKE = {
     "opencv2/core/version.hpp": "libopencv-core-dev",
     "opencv2/core.hpp": "libopencv-core-dev",
     "opencv_${module}": "libopencv-core-dev", "TBB": "libtbb-dev", "polyclipping": "libpolyclipping-dev",
-    "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "3MF": "lib3mf-dev", "PNG": "libpng-dev", "lib3mf/Model/COM/NMR_DLLInterfaces.h": "lib3mf-dev",
+    "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "3MF": "lib3mf-dev", "PNG": "libpng-dev", "EXPAT": "libexpat1-dev", "ZLIB": "zlib1g-dev", "lib3mf/Model/COM/NMR_DLLInterfaces.h": "lib3mf-dev",
 }
 FOUND_BY_PREFIX = {"sundials_": "libsundials-dev"}
 
@@ -36,6 +36,7 @@ EVIDENCE = {
     "default-jdk-headless": r"find_package\(Java", "default-jre": r"\bXvfb\b", "liblcm-java": r"FIRN_JAVA_FOLDER\}/lcm\.jar",
     "libjchart2d-java": r"FIRN_JAVA_FOLDER\}/jchart2d\.jar", "xvfb": r"\bXvfb\b",
     "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>", "lib3mf-dev": r"<lib3mf",
+    "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>",
     "clang-format": r"clang-format", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 

@@ -10,15 +10,13 @@
 #include "files/mesh/bounded_child.h"
 #include "files/mesh/mesh_formats.h"
 #include "files/mesh/mesh_message.h"
+#include "files/mesh/package_3mf.h"
 #include "files/usage_error.h"
 
 namespace firn::mesh {
 namespace {
 
 using namespace NMR;
-
-constexpr std::size_t kMaxPlacements = 100'000;
-constexpr int kMaxDepth = 32;
 
 using Handle = PLib3MFBase*;
 struct Release {
@@ -107,7 +105,8 @@ class Reader {
   }
 
   void place(Handle object, const Affine& at, int depth) {
-    if (depth > kMaxDepth) fail(fmt::format("components within components, more than {} deep", kMaxDepth));
+    if (depth > kMaxComponentDepth)
+      fail(fmt::format("components within components, more than {} deep", kMaxComponentDepth));
     if (++placements_ > kMaxPlacements) fail(fmt::format("more than {} placed objects", kMaxPlacements));
     DWORD type = 0;
     check(lib3mf_object_gettype(object, &type), object);
@@ -186,6 +185,7 @@ MeshData read_3mf(Bytes bytes, const std::string& name) {
   MeshData data;
   const auto send = [&](int fd) {
     try {
+      check_3mf_package(bytes, name);
       send_mesh(fd, Reader(bytes, name).read());
     } catch (const UsageError& e) {
       send_problem(fd, e.what());

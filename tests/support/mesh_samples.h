@@ -169,11 +169,9 @@ inline std::string threemf_mesh(const SampleMesh& m) {
   return mesh + "</triangles></mesh>";
 }
 
-/// A 3MF file: a ZIP archive without compression. @param content of the <model>: resources and build
-inline Bytes threemf_of(const std::string& content, const std::string& unit = "millimeter") {
-  const std::string model = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"" + unit +
-                            "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">" +
-                            content + "</model>";
+/// A 3MF file. @param model as it lies in the archive: stored, or deflated with the number of bytes it
+/// unpacks to
+inline Bytes threemf_archive(const std::string& model, std::uint32_t deflated_from = 0) {
   const std::pair<std::string, std::string> files[] = {
       {"[Content_Types].xml",
        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Types "
@@ -194,10 +192,11 @@ inline Bytes threemf_of(const std::string& content, const std::string& unit = "m
     const auto offset = std::uint32_t(out.size());
     const auto common =
         [&](Bytes& to) {  // version, flags, stored, time, date, checksum, sizes, name, no extra field
-          for (std::uint16_t v : {20, 0, 0, 0, 0x21}) put(to, v);
+          const bool deflated = deflated_from > 0 && &file == &files[2];
+          for (const int v : {20, 0, deflated ? 8 : 0, 0, 0x21}) put(to, std::uint16_t(v));
           put(to, crc32(content));
           put(to, std::uint32_t(content.size()));
-          put(to, std::uint32_t(content.size()));
+          put(to, deflated ? deflated_from : std::uint32_t(content.size()));
           put(to, std::uint16_t(name.size()));
           put(to, std::uint16_t(0));
         };
@@ -220,6 +219,13 @@ inline Bytes threemf_of(const std::string& content, const std::string& unit = "m
   put(out, begin);
   put(out, std::uint16_t(0));
   return out;
+}
+
+/// @param content of the <model>: resources and build
+inline Bytes threemf_of(const std::string& content, const std::string& unit = "millimeter") {
+  return threemf_archive("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"" + unit +
+                         "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">" + content +
+                         "</model>");
 }
 
 /// @param item the <item …/> of the build

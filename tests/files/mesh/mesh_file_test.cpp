@@ -3,6 +3,7 @@
 
 #include <sys/mman.h>
 #include <unistd.h>
+#include <zlib.h>
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -222,23 +223,40 @@ TEST_CASE("3MF objects of type other are not printed, as items and as components
   CHECK(data.defects == std::vector<std::string>{"1 objects of type other are not printed"});
 }
 
-TEST_CASE("3MF of components within components that multiply without end is refused with the limit") {
-  std::string objects = "<object id=\"1\" type=\"model\">" + mb::threemf_mesh(gear(3)) + "</object>";
-  for (int id = 2; id <= 32; ++id) {
-    objects += "<object id=\"" + std::to_string(id) + "\" type=\"model\"><components>";
-    for (int n = 0; n < 4; ++n) objects += "<component objectid=\"" + std::to_string(id - 1) + "\"/>";
-    objects += "</components></object>";
-  }
-  const std::vector<std::byte> bytes =
-      mb::threemf_of("<resources>" + objects + "</resources><build><item objectid=\"32\"/></build>");
-  try {
-    read(bytes, "a.3mf");
-    FAIL("nothing was refused");
-  } catch (const UsageError& e) {
-    INFO(e.what());
-    CHECK(std::string(e.what()).starts_with("a.3mf: "));
-    CHECK(std::string(e.what()).find("limit") != std::string::npos);
-  }
+TEST_CASE("3MF of components within components that multiply without end is refused with object and limit") {
+  const auto nested = [](int levels, int each, int items) {
+    std::string objects = "<object id=\"1\" type=\"model\">" + mb::threemf_mesh(gear(3)) + "</object>", build;
+    for (int id = 2; id <= levels; ++id) {
+      objects += "<object id=\"" + std::to_string(id) + "\" type=\"model\"><components>";
+      for (int n = 0; n < each; ++n) objects += "<component objectid=\"" + std::to_string(id - 1) + "\"/>";
+      objects += "</components></object>";
+    }
+    for (int n = 0; n < items; ++n) build += "<item objectid=\"" + std::to_string(levels) + "\"/>";
+    const std::vector<std::byte> bytes =
+        mb::threemf_of("<resources>" + objects + "</resources><build>" + build + "</build>");
+    return refusal({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "a.3mf");
+  };
+  CHECK(nested(32, 4, 1) == "a.3mf: object 10: its components place more than 100000 objects, the limit");
+  CHECK(nested(40, 1, 1) == "a.3mf: object 34: components within components, more than 32 deep");
+  CHECK(nested(10, 3, 6) == "a.3mf: the build places more than 100000 objects, the limit");
+  CHECK(nested(4, 3, 2) == "nothing was refused");
+}
+
+TEST_CASE("A 3MF archive that unpacks to a thousand times its size is refused with the limit") {
+  const std::string blank(256 << 20, ' ');
+  std::string packed(::compressBound(blank.size()), '\0');
+  z_stream z{};
+  REQUIRE(::deflateInit2(&z, 9, Z_DEFLATED, -MAX_WBITS, 9, Z_DEFAULT_STRATEGY) == Z_OK);
+  z.next_in = reinterpret_cast<unsigned char*>(const_cast<char*>(blank.data()));
+  z.avail_in = unsigned(blank.size());
+  z.next_out = reinterpret_cast<unsigned char*>(packed.data());
+  z.avail_out = unsigned(packed.size());
+  REQUIRE(::deflate(&z, Z_FINISH) == Z_STREAM_END);
+  packed.resize(z.total_out);
+  ::deflateEnd(&z);
+  const std::vector<std::byte> bytes = mb::threemf_archive(packed, std::uint32_t(blank.size()));
+  const std::string why = refusal({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "a.3mf");
+  CHECK(why.starts_with("a.3mf: 3D/3dmodel.model: unpacks to more than "));
 }
 
 TEST_CASE("A child process that hangs, takes memory or crashes is ended and named by its limit") {
