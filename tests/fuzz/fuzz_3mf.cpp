@@ -1,5 +1,5 @@
-// Any bytes as a 3MF file, read as the user does by lib3mf in its child process, and any bytes as that
-// child's message. The first byte chooses: one in 64 is a file, for a process takes long.
+// Any bytes as a 3MF file, whose structure is checked here or which lib3mf reads in its child process as for
+// the user, and any bytes as that child's message. The first byte chooses: a child, which takes long, seldom.
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -8,6 +8,7 @@
 
 #include "files/mesh/mesh_file.h"
 #include "files/mesh/mesh_message.h"
+#include "files/mesh/package_3mf.h"
 #include "files/usage_error.h"
 #include "tests/fuzz/require.h"
 
@@ -25,9 +26,14 @@ void check_mesh(const MeshData& mesh) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 1) return 0;
+  const std::string name = "fuzz.3mf";
   try {
     if (data[0] % 64 == 0) {
-      check_mesh(read_mesh(as_bytes(data + 1, size - 1), "fuzz.3mf"));
+      check_mesh(read_mesh(as_bytes(data + 1, size - 1), name));
+      return 0;
+    }
+    if (data[0] % 2) {
+      mesh::check_3mf_package(as_bytes(data + 1, size - 1), name);
       return 0;
     }
   } catch (const UsageError& e) {

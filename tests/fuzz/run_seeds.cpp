@@ -102,7 +102,9 @@ void seed_picture(const Seed& seed) {
 
 void seed_meshes(const Seed& seed) {
   namespace mb = test::mesh_bytes;
-  seed("fuzz_3mf", "file", behind(0, mb::threemf(test::gear(1))));
+  for (const int choice : {0, 1})
+    seed("fuzz_3mf", "file-" + std::to_string(choice),
+         behind(std::uint8_t(choice), mb::threemf(test::gear(1))));
   const test::Scratch scratch("fuzz-meshes");
   MeshData data;
   data.format = "3MF";
@@ -112,7 +114,7 @@ void seed_meshes(const Seed& seed) {
   std::FILE* file = std::fopen((scratch / "mesh").c_str(), "wb");
   mesh::send_mesh(::fileno(file), data);
   std::fclose(file);
-  seed("fuzz_3mf", "message", behind(1, test::read_file(scratch / "mesh")));
+  seed("fuzz_3mf", "message", behind(2, test::read_file(scratch / "mesh")));
 }
 
 void seed_datagrams(const Seed& seed) {
