@@ -57,7 +57,7 @@ std::optional<std::pair<std::string, StudyPrint>> parse_line(std::string_view li
 
 StudyJournal::StudyJournal(const std::filesystem::path& path, const StudyLab& lab) : path_(path), lab_(lab) {
   fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (fd_ < 0) throw std::runtime_error(path.string() + ": cannot be opened: " + std::strerror(errno));
+  if (fd_ < 0) throw UsageError(path.string() + ": cannot be opened: " + std::strerror(errno));
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
     ::close(fd_);
     throw UsageError(path.parent_path().string() + ": another firn compare is at work in this folder");

@@ -22,8 +22,8 @@ struct StudyCell {
 
 class StudyJournal {
  public:
-  /// Opens or makes the journal and locks it. @throws UsageError: another study is at work there;
-  /// std::runtime_error naming file and reason.
+  /// Opens or makes the journal and locks it. @throws UsageError naming file and reason: another study is at
+  /// work there, no file can be opened
   StudyJournal(const std::filesystem::path& path, const StudyLab& lab);
   ~StudyJournal();
   StudyJournal(const StudyJournal&) = delete;
