@@ -119,7 +119,7 @@ std::vector<double> recorded_disturbance(const std::string& run, const Experimen
   return prints_paths(e) ? ice_disturbance_of(run) : disturbance_of(ObservedRun::read(run));
 } catch (const UsageError& error) {
   const std::string what = error.what();
-  throw UsageError(what.find(run) == what.npos ? run + ": " + what : what);
+  throw UsageError(what.starts_with(run) ? what : run + ": " + what);
 } catch (const std::invalid_argument& error) {
   throw UsageError(run + ": " + error.what());
 }
