@@ -79,6 +79,8 @@ struct ProcessConfig {  ///< how a layer is printed
   int sub_patterns = 1;  ///< interlaced patterns of a layer, each cured before the next [Lu 2015, V-D.2]
   int max_rescans = 2;   ///< of one layer when the map is rejected
   double min_measured_fraction = 0.8;  ///< interlock I13
+  double least_rise_share = 0.3;       ///< interlock I12: of the expected rise of a layer of droplets
+  double most_rise_share = 4.0;        ///< interlock I12
 };
 
 struct StageConfig {

@@ -165,6 +165,12 @@ Table lab_fields(Experiment& e) {
        "scans of one layer repeated when its map is rejected"},
       {"process.min_measured_fraction", &p.min_measured_fraction, "", within(0, 1),
        "of the part's cells, else the map is rejected"},
+      {"process.least_rise_share", &p.least_rise_share, "", within(0, 1),
+       "of what a layer's droplets deposit: one that rose by less was printed by a dead nozzle, which stops "
+       "the "
+       "print; 0 = never"},
+      {"process.most_rise_share", &p.most_rise_share, "", within(1, 1e6),
+       "of what a layer or an interval deposits: one that rose by more has a leak, which stops the print"},
       {"stage.counts_per_mm", &s.counts_per_mm, "1/mm", within(1, 1e7), "encoder counts"},
       {"stage.acceleration_mm_s2", &s.acceleration_mm_s2, "mm/s^2", above(0, 1e6), "ramp rate"},
       {"stage.max_speed_mm_s", &s.max_speed_mm_s, "mm/s", above(0, 1e4), "of x and y"},

@@ -48,7 +48,8 @@ constexpr std::string_view kIceKeys[] = {"run.",
                                          "control.smf.version",
                                          "control.foresee.",
                                          "process.max_rescans",
-                                         "process.min_measured_fraction"};
+                                         "process.min_measured_fraction",
+                                         "process.most_rise_share"};
 constexpr LabProcess kIceProcesses[] = {{"robot"},  {"valve_a"},      {"valve_b"},       {"laser_point"},
                                         {"heater"}, {"path_planner"}, {"flow_estimator"}};
 

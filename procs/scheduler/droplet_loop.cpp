@@ -1,6 +1,7 @@
 #include "procs/scheduler/droplet_loop.h"
 
 #include "lcmtypes/convert.h"
+#include "procs/scheduler/rise_check.h"
 
 namespace firn {
 
@@ -111,11 +112,27 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
     ++scan_attempt_;
     return proceed(Phase::kArmProfiler, now, out);
   }
+  if (stopped_by_rise(m, now, out)) return;
   map_id_ = m.map_id;
   count_phase_time(now);
   publish_metrics(m, out);
   deposit_s_ = cure_s_ = scan_s_ = decide_s_ = 0;
   proceed(Phase::kAwaitPlan, now, out);
+}
+
+// Interlock 12. After the stop somebody has been at the nozzle: the next map is where the comparison begins.
+bool DropletLoop::stopped_by_rise(const height_map_t& m, Time now, Outbox& out) {
+  HeightMap height = height_of(m);
+  const bool whole = job_.finished() && !job_.in_doubt() && job_.layer() == m.layer;
+  const std::string what = whole && below_.size() && below_layer_ == m.layer - 1
+                               ? check_rise(experiment_, below_, height, job_.plan(), job_.materials())
+                               : "";
+  below_ = what.empty() ? std::move(height) : HeightMap();
+  below_layer_ = m.layer;
+  if (what.empty()) return false;
+  phase_ = Phase::kArmProfiler;  // a resume continues here
+  fail(12, "layer " + std::to_string(m.layer) + ": " + what, now, out);
+  return true;
 }
 
 // A plan too can arrive before the scheduler has acted on the map that it answers.

@@ -40,6 +40,7 @@ class DropletLoop final : public Scheduler {
 
   void act_on_map(Time now, Outbox&);
   void act_on_plan(Time now, Outbox&);
+  bool stopped_by_rise(const height_map_t&, Time now, Outbox&);
   void settle_pass(const answer_t& jet, Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
   bool waits_for_operator() const;  ///< the open loop has droplets in doubt that nobody has accepted
@@ -57,6 +58,8 @@ class DropletLoop final : public Scheduler {
   std::optional<layer_plan_t> plan_;
 
   LayerJob job_;
+  HeightMap below_;  ///< the last accepted map; without cells after a stop that asked for a look at the part
+  int below_layer_ = 0;
   int scan_attempt_ = 0;
   std::int64_t scan_id_ = 0;
   std::int64_t map_id_ = 0;

@@ -28,6 +28,8 @@ class LayerJob {
   int passes() const { return int(passes_.size()); }
   int attempt() const { return attempt_; }
   bool finished() const { return closed_ || pass_ >= passes(); }
+  const DropletPattern& plan() const { return plan_; }
+  const MaterialMap& materials() const { return materials_; }
   bool in_doubt() const { return in_doubt_; }
   std::int64_t fired() const { return fired_; }
 

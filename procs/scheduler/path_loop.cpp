@@ -322,7 +322,12 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
   if (m.layer > mapped_layers_) below_ = std::move(newest_);
   newest_ = height_of(m);
   mapped_layers_ = m.layer;
-  dry_ = in_doubt_ || m.layer == dry_told_ ? "" : dry_valve(m.layer);
+  bool much = false;
+  std::string disturbed = in_doubt_ ? "" : disturbed_valve(m.layer, much);
+  // Debris rises once, which interlock 6 sees; a valve that stays open does so in every interval.
+  const bool again = much_layer_ != 0 && much_layer_ < m.layer;
+  much_layer_ = !much ? 0 : much_layer_ == 0 ? int(m.layer) : much_layer_;
+  dry_ = m.layer == dry_told_ || (much && !again) ? "" : std::move(disturbed);
   in_doubt_ = false;
   count_phase_time(now);
   if (m.layer > 0) {  // the table has no error; the time that its measurement took is the first interval's
@@ -362,7 +367,7 @@ void PathLoop::act_on_surface(Time now, Outbox& out) {
 
 // An empty tank or a blocked line shows in one interval; the saturation of the action, which also knows
 // slower failures, takes several.
-std::string PathLoop::dry_valve(int layer) const {
+std::string PathLoop::disturbed_valve(int layer, bool& much) const {
   const slice::LayerPaths* top = slice::find_layer(paths_, layer);
   int layers = 0;
   for (const PathTask& t : deposition_) layers = std::max(layers, layer - int(t.job.layer) + 1);
@@ -379,13 +384,18 @@ std::string PathLoop::dry_valve(int layer) const {
     rise_mm[which] += rise;
     cells[which] += 1.0;
   }
-  for (const int which : {0, 1})
-    if (cells[which] >= kFewCells &&
-        rise_mm[which] < experiment_.ice.least_rise_share * nominal_mm * cells[which])
-      return std::string(which ? "valve_b gives nothing: the scaffold" : "valve_a gives nothing: the part") +
-             " rose by " + std::to_string(rise_mm[which] / cells[which]) + " mm in layers " +
-             std::to_string(layer - layers + 1) + " to " + std::to_string(layer) + " instead of " +
-             std::to_string(nominal_mm) + " mm; tank empty or line blocked";
+  for (const int which : {0, 1}) {
+    if (cells[which] < kFewCells) continue;
+    const double full_mm = nominal_mm * cells[which];
+    much = rise_mm[which] > experiment_.process.most_rise_share * full_mm;
+    if (!much && rise_mm[which] >= experiment_.ice.least_rise_share * full_mm) continue;
+    return std::string(which ? "valve_b" : "valve_a") +
+           (much ? " gives too much: the " : " gives nothing: the ") + (which ? "scaffold" : "part") +
+           " rose by " + std::to_string(rise_mm[which] / cells[which]) + " mm in layers " +
+           std::to_string(layer - layers + 1) + " to " + std::to_string(layer) + " instead of " +
+           std::to_string(nominal_mm) +
+           (much ? " mm; it leaks or stays open" : " mm; tank empty or line blocked");
+  }
   return "";
 }
 

@@ -376,6 +376,8 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           {"ice.clearance_mm", "an interlock"},
           {"ice.hop_mm", "heights of the nozzle"},
           {"ice.least_rise_share", "an interlock"},
+          {"process.least_rise_share", "an interlock"},
+          {"process.most_rise_share", "an interlock"},
           {"ice.max_time_slip_s", "an interlock"},
           {"ice.max_pulses", "with the machine's valve.max_entries: the smaller counts"},
           {"robot.", "an instrument's settings"},

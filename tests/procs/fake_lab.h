@@ -194,7 +194,7 @@ struct FakeLab : NodeBench {
     m.attempt = scan.attempt;
     m.map_id = ++map_id;
     m.measured_fraction = 1.0;
-    set_height(m, HeightMap(experiment.grid, 0.001 * scan.layer));
+    set_height(m, HeightMap(experiment.grid, rise_mm * scan.layer));
     m.quality.assign(m.height_mm.size(), 0);
     give(channels::kHeightMap, m);
   }
@@ -254,6 +254,7 @@ struct FakeLab : NodeBench {
   RandomStream random;
   Experiment experiment;
   int layers = 4;
+  double rise_mm = 0.0076;           ///< of each layer; its droplets' own
   std::int64_t unsure_command = -1;  ///< answered with kUnknown
   std::size_t seen = 0;
   mutable std::size_t ends_seen = 0;

@@ -266,6 +266,17 @@ TEST_CASE(
   CHECK_FALSE(stopped(0.0, 0.01));
 }
 
+TEST_CASE("a valve that gives too much in two intervals in a row stops the print by its name") {
+  const auto ended = [](double rise) {
+    FakeIceLab lab(6, small_ice());
+    lab.rise = rise;
+    lab.print(0.0, false);
+    return lab.last(channels::kRunEnd).reason;
+  };
+  CHECK_THAT(ended(4.2), Catch::Contains("valve_a gives too much"));
+  CHECK(ended(1.5).find("too much") == std::string::npos);
+}
+
 TEST_CASE("a controller that gives up stops the print by its own words") {
   FakeIceLab lab(5, small_ice());
   lab.stop_controller = true;

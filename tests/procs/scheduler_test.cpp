@@ -228,6 +228,43 @@ TEST_CASE("a map and its plan that overtake the profiler's last answer are not l
 }
 
 }  // namespace
+TEST_CASE("a dead nozzle and a leaking one stop the print at the first map, by name") {
+  const auto reason = [](double rise_mm, double least_rise_share = 0.3) {
+    Experiment e = small();
+    e.process.least_rise_share = least_rise_share;
+    FakeLab lab(6, e);
+    lab.rise_mm = rise_mm;
+    lab.begin(0);
+    while (lab.serve(0.0)) {
+    }
+    if (RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kFinished) return std::string();
+    CHECK(lab.all(channels::kDepositionReport).back().layer == 1);
+    CHECK(lab.last(channels::fault(NodeId::kScheduler)).code == 12);
+    return lab.last(channels::kRunEnd).reason;
+  };
+  CHECK_THAT(reason(0.0), Catch::Contains("jet: ") && Catch::Contains("drops without rise"));
+  CHECK_THAT(reason(0.001), Catch::Contains("drops without rise"));
+  CHECK_THAT(reason(0.1), Catch::Contains("rise without drops"));
+  CHECK(reason(0.0076).empty());
+  CHECK(reason(0.005).empty());
+  CHECK(reason(0.0, 0.0).empty());
+}
+
+TEST_CASE("a print that a dead nozzle has stopped goes on from the map that the resume makes") {
+  FakeLab lab(6);
+  lab.rise_mm = 0.0;
+  lab.begin(0);
+  while (lab.serve(0.0)) {
+  }
+  REQUIRE(lab.last(channels::fault(NodeId::kScheduler)).code == 12);
+  lab.layers = 1;
+  lab.seen = lab.sent.size();
+  lab.begin(1);
+  while (lab.serve(0.0)) {
+  }
+  CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kFinished);
+}
+
 TEST_CASE("a jet that was not seen armed puts every pulse of its pass in doubt") {
   for (const bool open_loop : {false, true}) {
     Experiment e = small();

@@ -1,0 +1,75 @@
+#include "procs/scheduler/rise_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+constexpr double kFewCells = 10.0;
+
+/// Sums over a class of cells [mm].
+struct Rise {
+  double cells = 0.0, measured_mm = 0.0, own_mm = 0.0, other_mm = 0.0;
+};
+
+std::string um(double mm) { return std::to_string(mm * 1e3) + " um"; }
+
+}  // namespace
+
+std::string check_rise(const Experiment& e, const HeightMap& before, const HeightMap& after,
+                       const DropletPattern& drops, const MaterialMap& materials) {
+  const GridSpec& g = drops.spec;
+  if (before.spec != g || after.spec != g) return "";
+  const double h[2][3] = {{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
+                          {e.model.g1_mm, e.model.g2_mm, e.model.g3_mm}};
+  const auto ink = [&](std::size_t c) {
+    return materials.cells.empty() || materials.of(c) != Material::kB ? 0 : 1;
+  };
+  std::array<Rise, 2> of_ink;
+  Rise bare;
+  double total = 0.0;  // droplets
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      const std::size_t c = std::size_t(g.index(i, j));
+      total += drops.cells[c];
+      const double rise = after.cells[c] - before.cells[c];
+      if (!std::isfinite(rise)) continue;
+      double expected_mm[2] = {};
+      bool near = false;
+      for (int y = std::max(0, j - 2); y <= std::min(g.ny - 1, j + 2); ++y)
+        for (int x = std::max(0, i - 2); x <= std::min(g.nx - 1, i + 2); ++x) {
+          const std::size_t n = std::size_t(g.index(x, y));
+          if (drops.cells[n] == 0) continue;
+          near = true;
+          const int dx = std::abs(x - i), dy = std::abs(y - j);
+          if (dx < 2 && dy < 2) expected_mm[ink(n)] += drops.cells[n] * h[ink(n)][dx + dy];
+        }
+      if (near && drops.cells[c] == 0) continue;
+      Rise& r = near ? of_ink[std::size_t(ink(c))] : bare;
+      r.cells += 1.0;
+      r.measured_mm += rise;
+      r.own_mm += expected_mm[ink(c)];
+      r.other_mm += expected_mm[1 - ink(c)];
+    }
+  const double least = e.process.least_rise_share, most = e.process.most_rise_share;
+  for (const int n : {0, 1}) {
+    const Rise& r = of_ink[std::size_t(n)];
+    if (r.cells < kFewCells) continue;
+    const std::string where = std::string(n ? "jet_b" : "jet") + ": " + std::to_string(int(r.cells)) +
+                              " cells with its droplets rose by " + um(r.measured_mm / r.cells) +
+                              " on average, " + um((r.own_mm + r.other_mm) / r.cells) + " is expected: ";
+    if (r.measured_mm - r.other_mm < least * r.own_mm)
+      return where + "drops without rise, the nozzle is dead";
+    if (r.measured_mm > most * (r.own_mm + r.other_mm))
+      return where + "rise without drops, it gives too much";
+  }
+  const double layer_mm = h[0][0] + 4.0 * h[0][1] + 4.0 * h[0][2];
+  if (bare.cells >= kFewCells && least > 0.0 && bare.measured_mm > least * layer_mm * bare.cells)
+    return std::to_string(int(bare.cells)) + " cells without a droplet near rose by " +
+           um(bare.measured_mm / bare.cells) + " on average: rise without drops, a nozzle leaks";
+  return "";
+}
+
+}  // namespace firn
