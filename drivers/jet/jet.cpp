@@ -63,6 +63,11 @@ Jet::Jet(JetOptions config) : Driver(dialect_), config_(config) {
 void Jet::connected(std::int64_t, Effects& fx) {
   set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kHandshake;
+  // A jet that still has its external source has been armed all the time; one that was reset does not answer.
+  if (may_fire_ && tells_source() && !asked_) {
+    asked_ = true;
+    poll();
+  }
   Request stop_program;  // the boot monitor answers with a prompt
   stop_program.append("Q");
   stop_program.format = jetdrive::kPrompt;
@@ -120,6 +125,7 @@ void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
     link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
     link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
     may_fire_ = true;
+    asked_ = settled_ = false;
     not_armed_.clear();
     if (tells_source()) poll();
     set_state(DeviceState::kStaged, "arming", fx);
@@ -208,6 +214,11 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
     return;
   }
   const jetdrive::Reply r = dialect_.parse(frame);
+  if (phase_ == Phase::kHandshake) {
+    settled_ = r.acknowledged && (r.status & config_.layout.source_bit);
+    if (settled_) not_armed_.clear();
+    return;
+  }
   if (!r.acknowledged) {
     const std::string why = "the jet refuses " + name_of(request);
     fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? Severity::kStop : Severity::kWarning,
@@ -246,7 +257,7 @@ void Jet::lost(std::int64_t, Effects& fx) {
     ending_ = "the link was lost";
     ending_code_ = kLinkLost;
   }
-  if (may_fire_) not_armed_ = "the link was lost while it was armed";
+  if (may_fire_ && !settled_) not_armed_ = "the link was lost while it was armed";
   phase_ = Phase::kDown;
 }
 

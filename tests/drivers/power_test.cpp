@@ -81,6 +81,20 @@ TEST_CASE("a jet that was armed during all of a pass is in no doubt", "[power]")
   CHECK(pass_with(FaultKind::kTrip, 0, 0.3).outcome == Outcome::kDone);
 }
 
+TEST_CASE("a jet whose driver died and came back during a pass is in no doubt when it is still armed",
+          "[power]") {
+  for (const bool reset : {false, true}) {
+    WorldRig rig(WorldRig::small_world(12, 6));
+    rig.start();
+    REQUIRE(arm(rig).outcome == Outcome::kReady);
+    rig.kill("jet");
+    if (reset) fault(rig, "jet", FaultKind::kPower);
+    rig.run_for(0.5);
+    rig.resume("jet");
+    CHECK(disarm(rig).outcome == (reset ? Outcome::kUnknown : Outcome::kDone));
+  }
+}
+
 TEST_CASE("a jet that acknowledges its arming and is not armed is named before the pass begins", "[power]") {
   WorldRig rig(WorldRig::small_world(12, 6));
   rig.start();
