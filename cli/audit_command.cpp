@@ -80,11 +80,15 @@ Experiment experiment_of(const std::filesystem::path& run) {
   return std::filesystem::exists(file) ? parse_experiment(read_file(file), file.string()) : Experiment{};
 }
 
-replay::AuditVerdict path_verdict(const std::filesystem::path& run, const replay::AuditOptions& options) {
+replay::AuditVerdict path_verdict(const std::filesystem::path& run, replay::AuditOptions options) {
   const replay::RunMessages messages(run);
   if (!std::filesystem::exists(run / "world.rec")) return replay::audit_paths(messages, nullptr, options);
   std::vector<replay::TrueFiring> firings;
-  for (const plant::FiringRecord& f : plant::read_history(run / "world.rec").firings)
+  const plant::WorldHistory history = plant::read_history(run / "world.rec");
+  if (history.damaged > 0)
+    options.damage.push_back("the world's own record is damaged in " + std::to_string(history.damaged) +
+                             " places");
+  for (const plant::FiringRecord& f : history.firings)
     firings.push_back({f.trigger_us, f.last_us, std::int64_t(f.listed), std::int64_t(f.fired), f.valve + 1});
   return replay::audit_paths(messages, &firings, options);
 }

@@ -178,7 +178,8 @@ class Audit {
     const std::int64_t cells = std::int64_t(o.cells.size());
     if (r->unknown_to > r->unknown_from)
       v_.unknowns.push_back({o.layer, o.attempt, o.pass, r->unknown_from, r->unknown_to, r->t_us, {}});
-    else if (r->unknown_from < cells && !is_last(o) && record_.orders[n + 1].pass != o.pass)
+    else if (r->unknown_from < cells && !is_last(o) &&
+             (record_.orders[n + 1].layer != o.layer || record_.orders[n + 1].pass != o.pass))
       add(ViolationKind::kSkippedPass,
           of(o) + ": " + std::to_string(cells - r->unknown_from) + " droplets were left out");
   }

@@ -63,7 +63,8 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
     });
   messages.each<enable_t>(channels::kEnable.name, [&](const enable_t& m) {
     const std::int64_t t = m.header.utime_us;
-    r.leases.push_back({t, m.enabled ? Time{t}.after_s(m.lease_s).us : t});
+    const std::int64_t before = r.leases.empty() ? t : std::min(t, r.leases.back().until_us);
+    r.leases.push_back({t, m.enabled ? Time{t}.after_s(m.lease_s).us : before});
   });
   messages.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& m) {
     r.finished =

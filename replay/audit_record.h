@@ -60,7 +60,7 @@ struct Stop {
 
 struct Lease {
   std::int64_t t_us = 0;
-  std::int64_t until_us = 0;  ///< = t_us where the lease was taken back
+  std::int64_t until_us = 0;  ///< at most t_us where the lease is taken back
 };
 
 struct AuditRecord {

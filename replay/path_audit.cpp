@@ -89,7 +89,8 @@ class PathAudit {
       });
     messages_.each<enable_t>(channels::kEnable.name, [&](const enable_t& e) {
       const Time t{e.header.utime_us};
-      leases_.emplace_back(t.us, e.enabled ? t.after_s(e.lease_s).us : t.us);
+      const std::int64_t before = leases_.empty() ? t.us : std::min(t.us, leases_.back().second);
+      leases_.emplace_back(t.us, e.enabled ? t.after_s(e.lease_s).us : before);
     });
   }
 
