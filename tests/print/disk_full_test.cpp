@@ -1,7 +1,8 @@
-// The disk refuses one write of a print in one process, or all writes from one on: the print stops by name,
+// The disk refuses writes of a print in one process, or the process is killed: the print stops by name,
 // and a resume finishes it.
 #include <catch2/catch.hpp>
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -132,6 +133,40 @@ TEST_CASE("a run folder that is moved or deleted during a print in one process e
     CHECK(print(RunFolder::open(moved), true).result.status == kOk);
     check_whole(moved);
   }
+}
+
+TEST_CASE("a print in one process that is killed at any moment goes on from its last layer") {
+  const Runs runs;
+  RandomStream random(8, Purpose::kKill);
+  int all = 0;
+  for (int n = 0; n < (std::getenv("FIRN_FULL") ? 100 : 8); ++n) {
+    const RunFolder run = runs.create(tiny(20 + std::uint64_t(n)));
+    int kills = 0;
+    for (bool killed = true; killed;) {
+      const std::uint32_t looks = 1 + random.below(15);
+      const pid_t child = ::fork();
+      if (child == 0) {
+        LabRunOptions o;
+        o.resume = kills > 0;
+        std::uint32_t seen = 0;
+        o.interrupted = [&] {
+          if (++seen == looks && kills < 3) ::_exit(9);  // no buffer is written any more
+          return false;
+        };
+        ::_exit(run_in_lab(run, o).result.status);
+      }
+      int status = 0;
+      ::waitpid(child, &status, 0);
+      REQUIRE(WIFEXITED(status));
+      killed = WEXITSTATUS(status) == 9;
+      kills += killed;
+      CHECK((killed || WEXITSTATUS(status) == kOk));
+    }
+    CAPTURE(n, kills);
+    all += kills;
+    check_whole(run.path());
+  }
+  CHECK(all > 8);
 }
 
 TEST_CASE("a print in one process that is interrupted says so, and its resume goes on") {
