@@ -59,31 +59,38 @@ Commit read_commit(const fs::path& run) {
   return c;
 }
 
+// A full disk leaves half a head, or nothing; in a longer file any damage may be that of an event.
+constexpr std::size_t kHeadOnly_bytes = 256 * 1024;
+
 bool has_events(const fs::path& wal) {
   const logfile::MappedFile mapped(wal);
   logfile::RecordReader reader(mapped.bytes());
   while (const auto record = reader.next())
     if (record->damaged || record->kind != std::uint16_t(WalKind::kHead)) return true;
-  return reader.damage().count() > 0;
+  return reader.damage().count() > 0 &&
+         (reader.valid_end() > logfile::kRecordFileHeaderBytes || mapped.bytes().size() > kHeadOnly_bytes);
 }
 
-// Configurations, and the launcher's words, are recorded before the START.
+// Messages of the processes themselves; the nodes' own begin with the START.
+bool before_start(std::string_view channel) {
+  return channel.starts_with("CONFIG_") || channel.starts_with("HEARTBEAT_") ||
+         channel == channels::kRunStart.name || channel == channels::fault(NodeId::kLauncher).name ||
+         channel == channels::fault(NodeId::kRecorder).name;
+}
+
 bool log_tells(const fs::path& log) {
   if (!fs::exists(log)) return false;
   const logfile::EventLogFile file(log);
   logfile::EventLogReader reader = file.reader();
   while (const auto event = reader.next())
-    if (event->damaged ||
-        !(event->channel.starts_with("CONFIG_") || event->channel == channels::kRunStart.name ||
-          event->channel == channels::fault(NodeId::kLauncher).name))
-      return true;
-  return reader.damage().count() > 0;
+    if (event->damaged || !before_start(event->channel)) return true;
+  return reader.damage().count() > 0 && file.bytes().size() > kHeadOnly_bytes;
 }
 
 bool world_acted(const fs::path& record) {
   if (!fs::exists(record)) return false;
   const plant::WorldHistory h = plant::read_history(record);
-  return !h.shots.empty() || !h.firings.empty() || !h.lamp.empty() || !h.scans.empty() || h.damaged > 0;
+  return !h.shots.empty() || !h.firings.empty() || !h.lamp.empty() || !h.scans.empty();
 }
 
 }  // namespace
@@ -133,7 +140,8 @@ bool begin_anew(const fs::path& run) {
     if (entry.path().extension() == ".wal" && has_events(entry.path())) return false;
   if (log_tells(run / "log.lcm") || world_acted(run / "world.rec")) return false;
   for (const std::string& name : growing_files(run)) fs::remove(run / name);
-  for (const auto& entry : fs::directory_iterator(run / "world")) fs::remove(entry.path());
+  for (const char* folder : {"nodes", "world"})
+    for (const auto& entry : fs::directory_iterator(run / folder)) fs::remove(entry.path());
   fs::remove(run / "clocks");
   return true;
 }

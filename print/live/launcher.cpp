@@ -329,12 +329,13 @@ LaunchReport Launch::report() {
   LaunchReport report;
   report.folder = place_.now();
   RunResult& r = report.result;
+  std::string log_trouble;
   try {
     if (!report.folder.empty()) report.log_repaired = repair_log(report.folder);
   } catch (const std::exception& e) {  // the resume repairs, or `firn log repair`
     const std::string storage = storage_trouble(e);
-    note("log.lcm is not whole: " + (storage.empty() ? e.what() : storage));
-    if (cause_.empty()) cause_ = storage.empty() ? e.what() : storage;
+    log_trouble = "log.lcm is not whole: " + (storage.empty() ? e.what() : storage);
+    note(log_trouble);
   }
   if (!cause_.empty() || !watch_->end()) {
     r.outcome = interrupted ? "interrupted" : "stopped safely";
@@ -350,10 +351,11 @@ LaunchReport Launch::report() {
       !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
     r.reason += " (" + watch_->fault() + ")";
   try {
+    if (!log_trouble.empty() && !can_go_on(r)) throw std::runtime_error(log_trouble);
     folder_.write_result(r);
     report.ended = true;
   } catch (const std::exception& e) {
-    r = {"stopped safely", kSafetyStop, r.layers, "the part is " + r.outcome + ", but " + e.what()};
+    r = {"stopped safely", kSafetyStop, r.layers, "the print is over (" + r.outcome + "), but " + e.what()};
   }
   return report;
 }
