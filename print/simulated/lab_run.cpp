@@ -15,6 +15,7 @@
 #include "firn/sim_truth_t.hpp"
 #include "lcmtypes/convert.h"
 #include "plant/world/ice_lab.h"
+#include "plant/world/kept_world.h"
 #include "plant/world/setup.h"
 #include "plant/world/world.h"
 #include "print/exit_codes.h"
@@ -146,6 +147,9 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   if (resume) {
     roll_back(run.path());
     resume = !begin_anew(run.path());
+    // A live world that was killed: its inputs since the last saved state are given again.
+    if (resume && std::filesystem::exists(run.path() / "world" / "inputs"))
+      plant::KeptWorld(run.path(), plant::world_config(e)).close();
   }
   if (!resume) written([&] { commits.commit({}); });
   ResumePoint point;

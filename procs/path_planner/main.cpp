@@ -7,7 +7,7 @@
 
 int main(int argc, char** argv) {
   return firn::node_main(
-      argc, argv, firn::NodeId::kPathPlanner, [](const std::string& config, const firn::Blobs& blobs) {
+      argc, argv, firn::NodeId::kPathPlanner, +[](const std::string& config, const firn::Blobs& blobs) {
         return firn::make_path_planner_on(firn::parallel_on(firn::thread_count(0)), config, blobs);
       });
 }

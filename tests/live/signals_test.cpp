@@ -11,6 +11,7 @@
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/lab_lock.h"
+#include "print/simulated/lab_run.h"
 #include "tests/live/live_checks.h"
 
 using namespace firn;
@@ -129,6 +130,21 @@ TEST_CASE("Ctrl-C before a resumed print is ready leaves a run that the next res
   run.interrupt();
   CHECK(run.wait() == kInterrupted);
   finish(run);
+}
+
+TEST_CASE("a live print whose world was killed goes on in one process") {
+  if (skipped()) return;
+  LiveRun run(tiny_part(42));
+  run.start(false);
+  REQUIRE(run.wait_started());
+  ::usleep(1'100'000);
+  run.kill("world");
+  CHECK(run.wait() == kSafetyStop);
+  run.wait_all_gone();
+  LabRunOptions options;
+  options.resume = true;
+  CHECK(run_in_lab(RunFolder::open(run.path()), options).result.status == kOk);
+  check_finished_run(run);
 }
 
 TEST_CASE("a run folder that is moved during a live print stops it by name, and it goes on where it is now") {
