@@ -1,5 +1,6 @@
 #include "print/simulated/lab_run.h"
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <optional>
@@ -137,6 +138,15 @@ std::optional<RunResult> finished_before(const ResumePoint& point) {
   return can_go_on(result) ? std::nullopt : std::optional(result);
 }
 
+// A live launcher and recorder speak on when the nodes have ended.
+std::int64_t newest_logged_us(const std::filesystem::path& log) {
+  const logfile::EventLogFile file(log);
+  logfile::EventLogReader reader = file.reader();
+  std::int64_t newest = 0;
+  while (const auto event = reader.next()) newest = std::max(newest, event->utime_us);
+  return newest;
+}
+
 constexpr std::uint64_t kStepsPerLook = 256;  // for Ctrl-C
 
 void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions& options,
@@ -175,9 +185,9 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   std::int32_t incarnation = 0;
   if (resume) {
     restore_all(run, members, after);
-    begin = Time{point.offset_us};
     incarnation = point.incarnation;
     repair_from_write_ahead(run.log_path(), run.nodes_path());
+    begin = Time{std::max(point.offset_us, newest_logged_us(run.log_path()) + 1)};
     run.clear_result();
   }
 
@@ -218,7 +228,7 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time now) {
     ++report.messages;
     report.message_bytes += bytes.size();
-    if (find_channel(channel)->logged) log.append(now.us, channel, bytes);
+    if (find_channel(channel)->logged) log.append(std::max(now, begin).us, channel, bytes);
     if (channel == channels::kRunEnd.name) end.decode(bytes.data(), 0, int(bytes.size()));
     if (height_map_t m; prints_paths(e) && channel == channels::kHeightMap.name &&
                         m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
