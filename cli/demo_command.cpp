@@ -143,7 +143,7 @@ int run_demo(const DemoOptions& options) {
 
 void declare_demo(OptionSet& options) {
   auto& o = options.calls(run_demo);
-  options.option("--bus", o.bus, "in-process, or an LCM URL; default: loopback, a port for each run");
+  options.option("--bus", o.bus, "in-process, or an LCM URL of loopback; default: a port for each run");
   options.override_option(o.overrides, "KEY=VALUE, for every scheme");
   options.option("--runs", o.runs, "where run folders go").show_default();
   options.option("-o,--output", o.output, "report; default: report.html in the last run's folder");

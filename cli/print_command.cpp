@@ -155,7 +155,7 @@ void declare_print(OptionSet& options) {
   auto& o = options.calls(run_print);
   options.option("EXPERIMENT", o.experiment, "experiment file");
   options.option("--resume", o.resume, "go on with the interrupted run in this folder");
-  options.option("--bus", o.bus, "in-process, or an LCM URL; default: loopback, a port of the run's own");
+  options.option("--bus", o.bus, "in-process, or an LCM URL of loopback; default: a port of the run's own");
   options.override_option(o.overrides);
   options
       .option("--speedup", o.speedup,

@@ -15,7 +15,7 @@ std::string check_multicast(double within_s) {
       "multicast has no route on loopback; mend: ip link set lo multicast on; ip route add 224.0.0.0/4 dev "
       "lo";
   try {
-    LcmBus bus(default_bus_url(free_bus_port(monotonic_ns())));
+    LcmBus bus(default_bus_url(free_bus_port(monotonic_ns())), BusKey::random());
     bus.subscribe("FIRN_DOCTOR");
     const std::byte probe[8]{};
     bool heard = false;
@@ -26,9 +26,10 @@ std::string check_multicast(double within_s) {
       ::poll(&p, 1, 50);
       bus.receive([&](std::string_view, std::span<const std::byte>) { heard = true; });
     }
-    return heard ? std::string() : std::string("a datagram to the bus did not come back: ") + kMend;
-  } catch (const std::exception&) {  // LCM has reported the reason on stderr
-    return std::string("LCM cannot open the bus: ") + kMend;
+    if (heard) return {};
+    return std::string("a datagram to the bus did not come back: ").append(kMend);
+  } catch (const std::exception& e) {
+    return std::string(e.what()) + "; " + kMend;
   }
 }
 

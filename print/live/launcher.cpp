@@ -121,6 +121,7 @@ class Launch {
   FolderWatch place_;
   LabLock lock_;
   ProcessArgs args_;
+  std::optional<BusKey> key_;
   std::optional<LcmBus> bus_;
   std::optional<Station> station_;
   std::optional<RunWatch> watch_;
@@ -174,7 +175,11 @@ void Launch::prepare() {
   ProcessOptions own = o;
   own.faults = {};
   watch_.emplace(o.incarnation);
-  bus_.emplace(args_.bus_url);
+  if (bus_is_keyed(args_.bus_url))
+    key_ = BusKey::random();
+  else
+    note("key=none: any program on this host may speak on the bus of this run");
+  bus_.emplace(args_.bus_url, key_);
   station_.emplace(own, *bus_, [this](const ChannelInfo& row, std::span<const std::byte> m) {
     watch_->on_message(row, m);
   });
@@ -193,6 +198,8 @@ void Launch::start_all() {
     args_.options.node = name == "world" ? NodeId::kLauncher : find_node(name)->id;
     children_.push_back(std::make_unique<ChildProcess>(name, programs / name, to_arguments(args_),
                                                        folder_.path() / "nodes" / (name + ".err")));
+    if (key_ && name != "world")
+      children_.back()->control().say(key_->line());  // the world is not on the bus
   };
   for (const char* name : {"world", "recorder"}) start(name);
   for (const NamedMaker& n : taking_part(experiment_)) start(std::string(info(n.id).name));

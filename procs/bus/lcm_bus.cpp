@@ -57,8 +57,9 @@ Address parse(std::string_view url) {
       number(option.substr(4), 0, 0, "ttl, which is 0 on loopback,");
     else if (option.starts_with("recv_buf_size="))
       a.receive_buffer = number(option.substr(14), 1, 1 << 30, "recv_buf_size");
-    else
-      throw std::runtime_error("option '" + std::string(option) + "' is none of ttl, recv_buf_size");
+    else if (option != "key=none")
+      throw std::runtime_error("option '" + std::string(option) +
+                               "' is none of ttl, recv_buf_size, key=none");
   }
   return a;
 }
@@ -70,9 +71,9 @@ std::string default_bus_url(int port) {
          "?ttl=0&recv_buf_size=" + std::to_string(kWantedReceiveBuffer);
 }
 
-LcmBus::LcmBus(const std::string& url) : buffer_(std::size_t(1) << 16) {
+LcmBus::LcmBus(const std::string& url, const std::optional<BusKey>& key) : buffer_(std::size_t(1) << 16) {
   try {
-    open(url);
+    open(url, key);
   } catch (const std::runtime_error& e) {
     if (receiver_ >= 0) ::close(receiver_);
     if (sender_ >= 0) ::close(sender_);
@@ -80,8 +81,14 @@ LcmBus::LcmBus(const std::string& url) : buffer_(std::size_t(1) << 16) {
   }
 }
 
-void LcmBus::open(const std::string& url) {
+void LcmBus::open(const std::string& url, const std::optional<BusKey>& key) {
   const Address address = parse(url);
+  if (bus_is_keyed(url) != key.has_value())
+    throw std::runtime_error(key ? "key=none, but there is a key" : "there is no key, and not key=none");
+  if (key) {
+    check_.emplace(*key);
+    seal_.emplace(*key);
+  }
   group_ = address.group;
   loopback_ = int(::if_nametoindex("lo"));
   if (loopback_ == 0) throw std::runtime_error("there is no interface lo");
@@ -145,30 +152,39 @@ void LcmBus::receive(const Sink& sink) {
       p.fault = PacketFault::kTooLong;
     else
       p = read_packet(std::span(buffer_).first(std::size_t(got)));
+    const bool wanted = p.fault == PacketFault::kNone && channels_.contains(p.channel);
+    if (wanted && check_) {
+      const SealFault fault = check_->open(p.channel, p.payload);
+      if (fault == SealFault::kForged) p.fault = PacketFault::kForged;
+      if (fault == SealFault::kRepeated) p.fault = PacketFault::kRepeated;
+    }
     if (p.fault != PacketFault::kNone)
       ++dropped_[std::size_t(p.fault)];
-    else if (channels_.contains(p.channel))
+    else if (wanted)
       sink(p.channel, p.payload);
   }
 }
 
 void LcmBus::publish(std::string_view channel, std::span<const std::byte> datagram) {
   if (channel.empty() || channel.size() > kMostChannelBytes ||
-      channel.size() + 1 + datagram.size() > kMostShortMessageBytes)
+      channel.size() + 1 + datagram.size() + (seal_ ? kSealBytes : 0) > kMostShortMessageBytes)
     throw std::logic_error("LCM: " + std::to_string(datagram.size()) + " bytes on '" + std::string(channel) +
                            "' are no short message");
-  std::byte head[kPacketHead];
+  const std::lock_guard lock(sending_);  // numbers leave in order
+  std::byte head[kPacketHead], trailer[kSealBytes];
   write_packet_head(sequence_++, head);
+  if (seal_) seal_->seal(channel, datagram, trailer);
   char name[kMostChannelBytes + 1] = {};
   channel.copy(name, kMostChannelBytes);
-  iovec parts[3] = {{head, sizeof head},
+  iovec parts[4] = {{head, sizeof head},
                     {name, channel.size() + 1},
-                    {const_cast<std::byte*>(datagram.data()), datagram.size()}};
+                    {const_cast<std::byte*>(datagram.data()), datagram.size()},
+                    {trailer, sizeof trailer}};
   msghdr message{};
   message.msg_name = &group_;
   message.msg_namelen = sizeof group_;
   message.msg_iov = parts;
-  message.msg_iovlen = 3;
+  message.msg_iovlen = seal_ ? 4 : 3;
   // A datagram that the kernel refuses is a lost datagram: the transport sends it again when asked.
   (void)::sendmsg(sender_, &message, MSG_NOSIGNAL);
 }

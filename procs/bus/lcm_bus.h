@@ -6,12 +6,15 @@
 #include <netinet/in.h>
 
 #include <array>
-#include <atomic>
+#include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "procs/bus/bus_key.h"
 #include "procs/bus/lcm_packet.h"
+#include "procs/bus/message_seal.h"
 #include "runtime/bus.h"
 
 namespace firn {
@@ -23,16 +26,18 @@ std::string default_bus_url(int port);
 
 class LcmBus : public Bus {
  public:
-  /// @param url "udpm://<multicast address>:<port>[?ttl=0][&recv_buf_size=<bytes>]"
+  /// @param url "udpm://<multicast address>:<port>[?ttl=0][&recv_buf_size=<bytes>][&key=none]"
+  /// @param key seals what is sent; what is not sealed with it is dropped. None exactly if the URL has
+  /// key=none
   /// @throws std::runtime_error naming the URL and the remedy if there is no such bus on loopback
-  explicit LcmBus(const std::string& url);
+  explicit LcmBus(const std::string& url, const std::optional<BusKey>& key = std::nullopt);
   ~LcmBus() override;
   LcmBus(const LcmBus&) = delete;
   LcmBus& operator=(const LcmBus&) = delete;
 
   void subscribe(const std::string& channel) override;
   int fd() const override { return receiver_; }
-  /// Datagrams that are no whole message of a process on this host are dropped and counted.
+  /// Datagrams that are no whole message of a process of this run are dropped and counted.
   void receive(const Sink& sink) override;
   void publish(std::string_view channel, std::span<const std::byte> datagram) override;
 
@@ -41,7 +46,7 @@ class LcmBus : public Bus {
   std::string dropped_text() const;
 
  private:
-  void open(const std::string& url);
+  void open(const std::string& url, const std::optional<BusKey>& key);
 
   int receiver_ = -1, sender_ = -1;
   int loopback_ = 0;  // index of the interface
@@ -49,7 +54,10 @@ class LcmBus : public Bus {
   std::set<std::string, std::less<>> channels_;
   std::vector<std::byte> buffer_;
   std::array<std::uint64_t, kPacketFaults> dropped_{};
-  std::atomic<std::uint32_t> sequence_{0};
+  std::optional<SealCheck> check_;
+  std::mutex sending_;
+  std::optional<MessageSeal> seal_;
+  std::uint32_t sequence_ = 0;
 };
 
 /// Returns the receive buffer in bytes that the kernel grants on a request for kWantedReceiveBuffer.

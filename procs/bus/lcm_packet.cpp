@@ -36,6 +36,10 @@ const char* word(PacketFault fault) {
       return "too long";
     case PacketFault::kNotLoopback:
       return "not by loopback";
+    case PacketFault::kForged:
+      return "without the key of the run";
+    case PacketFault::kRepeated:
+      return "repeated";
   }
   return "";
 }

@@ -22,8 +22,10 @@ enum class PacketFault : std::uint8_t {
   kChannel,      ///< its channel is empty, longer than 63 bytes, or has no end
   kTooLong,      ///< longer than a datagram of LCM
   kNotLoopback,  ///< arrived by another interface, or from another host
+  kForged,       ///< without the seal of the run's key, or altered
+  kRepeated,     ///< sealed, and taken before
 };
-inline constexpr int kPacketFaults = 7;
+inline constexpr int kPacketFaults = 9;
 const char* word(PacketFault fault);
 
 struct LcmPacket {

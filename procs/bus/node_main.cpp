@@ -39,7 +39,7 @@ int node_main(int argc, char** argv, NodeId node, MakeNode make) {
               config,
               std::string(lcm_type_texts()),
               args.blobs};
-    LcmBus bus(args.bus_url);
+    LcmBus bus(args.bus_url, take_bus_key(args));
     const int status = run_process(o, std::move(made), bus);
     if (const std::string dropped = bus.dropped_text(); !dropped.empty())
       std::fprintf(stderr, "%s: %s\n", name, dropped.c_str());

@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   const firn::ProcessArgs args = firn::parse_process_args({argv + 1, argv + argc});
   if (const std::string warning = firn::receive_buffer_warning(); !warning.empty())
     std::fprintf(stderr, "recorder: %s\n", warning.c_str());
-  firn::LcmBus bus(args.bus_url);
+  firn::LcmBus bus(args.bus_url, firn::take_bus_key(args));
   return firn::Recorder(args.options, bus).run();
 } catch (const std::exception& e) {
   std::fprintf(stderr, "recorder: %s\n", e.what());

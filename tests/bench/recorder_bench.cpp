@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
     args.options.run_id = 9;
     args.options.epoch_ns = monotonic_ns();
     args.options.control_fd = ChildProcess::kControlFd;
-    args.bus_url = default_bus_url(free_bus_port(monotonic_ns()));
+    args.bus_url = default_bus_url(free_bus_port(monotonic_ns())) + "&key=none";
     args.options.node = NodeId::kRecorder;
     std::int64_t sent = 0, recorded = 0;
     {

@@ -13,6 +13,8 @@
 #include "core/grid/random.h"
 #include "print/live/bus_port.h"
 #include "procs/bus/lcm_bus.h"
+#include "procs/bus/message_seal.h"
+#include "runtime/control_line.h"
 #include "runtime/run_clock.h"
 
 using namespace firn;
@@ -79,13 +81,18 @@ class Foreigner {
   int port_;
 };
 
+std::string text(std::span<const std::byte> b) { return {reinterpret_cast<const char*>(b.data()), b.size()}; }
+
 struct Bench {
   int port = free_bus_port(monotonic_ns());
-  LcmBus bus{default_bus_url(port)};
+  LcmBus bus;
   Foreigner foreigner{port};
   std::vector<std::pair<std::string, std::string>> heard;
 
-  Bench() { bus.subscribe("MAP"); }
+  explicit Bench(const std::optional<BusKey>& key = {})
+      : bus(default_bus_url(port) + (key ? "" : "&key=none"), key) {
+    bus.subscribe("MAP");
+  }
   /// Publishes a mark and receives until it comes back.
   void drain() {
     bus.subscribe("MARK");
@@ -99,7 +106,7 @@ struct Bench {
         if (channel == "MARK")
           back = true;
         else
-          heard.emplace_back(channel, std::string(reinterpret_cast<const char*>(b.data()), b.size()));
+          heard.emplace_back(channel, text(b));
       });
     }
     REQUIRE(back);
@@ -207,4 +214,199 @@ TEST_CASE("a message longer than a datagram of LCM is not sent as fragments but 
   b.drain();
   REQUIRE(b.heard.size() == 1);
   CHECK(b.heard[0].second.size() == 65495);
+}
+
+namespace {
+
+using Heard = std::vector<std::pair<std::string, std::string>>;
+
+/// A bus with a key, and a program that reads all its datagrams as they are.
+struct SealedBench : Bench {
+  LcmBus listener{default_bus_url(port) + "&key=none"};
+
+  SealedBench() : Bench(BusKey::random()) {
+    listener.subscribe("MAP");
+    listener.subscribe("SAFE_STOP");
+    bus.subscribe("SAFE_STOP");
+  }
+  /// Publishes by the bus; the payload as it travelled.
+  std::string publish(const char* channel, std::string_view message) {
+    bus.publish(channel, std::as_bytes(std::span(message)));
+    std::string seen;
+    for (int n = 0; n < 200 && seen.empty(); ++n) {
+      pollfd p{listener.fd(), POLLIN, 0};
+      ::poll(&p, 1, 50);
+      listener.receive([&](std::string_view, std::span<const std::byte> b) { seen = text(b); });
+    }
+    return seen;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a sealed message arrives as it was sent, and travels with a trailer of 32 bytes behind it") {
+  SealedBench b;
+  const std::string travelled = b.publish("MAP", "bytes");
+  CHECK(travelled.size() == 5 + kSealBytes);
+  CHECK(travelled.starts_with("bytes"));
+  b.drain();
+  CHECK(b.heard == Heard{{"MAP", "bytes"}});
+  CHECK(b.bus.dropped_text().empty());
+}
+
+TEST_CASE("what a program without the key sends is dropped and counted, with a trailer or without") {
+  SealedBench b;
+  b.foreigner.to_group(short_message("MAP", "bytes"));
+  b.foreigner.to_group(short_message("MAP", ""));
+  b.foreigner.to_group(short_message("MAP", std::string(500, 'x')));
+  b.foreigner.to_group(short_message("SAFE_STOP", std::string(kSealBytes, '\0')));
+  b.drain();
+  CHECK(b.heard.empty());
+  CHECK(b.bus.dropped_text() == "4 foreign datagrams dropped (4 without the key of the run)");
+}
+
+TEST_CASE("a datagram that is sent again, at once or after others, is taken once") {
+  SealedBench b;
+  const std::string first = b.publish("MAP", "1");
+  b.foreigner.to_group(short_message("MAP", first));
+  for (int n = 0; n < 200; ++n) b.publish("MAP", "2");
+  b.foreigner.to_group(short_message("MAP", first));
+  b.drain();
+  CHECK(std::ranges::count(b.heard, std::pair<std::string, std::string>{"MAP", "1"}) == 1);
+  CHECK(b.bus.dropped(PacketFault::kRepeated) == 2);
+}
+
+TEST_CASE("a datagram that is sent again by another channel is dropped") {
+  SealedBench b;
+  const std::string sealed = b.publish("MAP", "bytes");
+  b.foreigner.to_group(short_message("SAFE_STOP", sealed));
+  b.drain();
+  CHECK(b.heard == Heard{{"MAP", "bytes"}});
+  CHECK(b.bus.dropped(PacketFault::kForged) == 1);
+}
+
+TEST_CASE("a datagram of an earlier start of the run, which had another key, is dropped") {
+  SealedBench b;
+  const std::string sealed = b.publish("MAP", "bytes");
+  LcmBus resumed(default_bus_url(b.port), BusKey::random());
+  resumed.subscribe("MAP");
+  b.foreigner.to_group(short_message("MAP", sealed));
+  pollfd p{resumed.fd(), POLLIN, 0};
+  REQUIRE(::poll(&p, 1, 5000) == 1);
+  int taken = 0;
+  resumed.receive([&](std::string_view, std::span<const std::byte>) { ++taken; });
+  CHECK(taken == 0);
+  CHECK(resumed.dropped(PacketFault::kForged) == 1);
+}
+
+TEST_CASE("a sealed message with any bit turned, any byte lacking or one more is forged") {
+  const BusKey key = BusKey::random();
+  MessageSeal seal(key);
+  SealCheck check(key);
+  RandomStream random(5, Purpose::kTest);
+  for (int n = 0; n < 30; ++n) {
+    Bytes sealed(random.below(200));
+    for (std::byte& b : sealed) b = std::byte(random.below(256));
+    std::byte trailer[kSealBytes];
+    seal.seal("MAP", sealed, trailer);
+    sealed.insert(sealed.end(), trailer, trailer + kSealBytes);
+    const auto opened = [&](Bytes bytes) {
+      std::span<const std::byte> view(bytes);
+      return check.open("MAP", view);
+    };
+    for (std::size_t bit = 0; bit < 8 * sealed.size(); ++bit) {
+      Bytes turned = sealed;
+      turned[bit / 8] ^= std::byte(1 << bit % 8);
+      REQUIRE(opened(turned) == SealFault::kForged);
+    }
+    for (std::size_t size = 0; size < sealed.size(); ++size)
+      REQUIRE(opened({sealed.begin(), sealed.begin() + long(size)}) == SealFault::kForged);
+    Bytes longer = sealed;
+    longer.push_back(std::byte{0});
+    REQUIRE(opened(longer) == SealFault::kForged);
+    REQUIRE(opened(sealed) == SealFault::kNone);
+  }
+}
+
+TEST_CASE(
+    "messages that overtake each other by less than 64 are all taken, each once, from several senders") {
+  const BusKey key = BusKey::random();
+  std::vector<MessageSeal> seals;
+  for (int n = 0; n < 3; ++n) seals.emplace_back(key);
+  RandomStream random(6, Purpose::kTest);
+  std::vector<std::pair<double, Bytes>> sent;
+  for (int n = 0; n < 900; ++n) {
+    Bytes sealed(kSealBytes);
+    seals[std::size_t(n % 3)].seal("MAP", {}, std::span(sealed).first<kSealBytes>());
+    sent.emplace_back(n / 3 + random.uniform() * 60.0, sealed);
+    sent.emplace_back(n / 3 + random.uniform() * 60.0, sealed);
+  }
+  std::ranges::sort(sent, {}, [](const auto& s) { return s.first; });
+  SealCheck check(key);
+  int taken = 0, repeated = 0;
+  for (const auto& [when, sealed] : sent) {
+    std::span<const std::byte> view(sealed);
+    const SealFault fault = check.open("MAP", view);
+    taken += fault == SealFault::kNone;
+    repeated += fault == SealFault::kRepeated;
+  }
+  CHECK(taken == 900);
+  CHECK(repeated == 900);
+}
+
+TEST_CASE("the keyed hash is BLAKE2b of 16 bytes: of nothing, as an independent program computes it") {
+  BusKey key;
+  for (std::size_t n = 0; n < key.bytes.size(); ++n) key.bytes[n] = std::byte(n);
+  KeyedHash hash(key);
+  std::byte numbers[16];
+  for (std::size_t n = 0; n < 16; ++n) numbers[n] = std::byte(n);
+  std::byte got[KeyedHash::kBytes];
+  hash.compute("MAP", std::as_bytes(std::span(std::string_view("bytes"))), numbers, got);
+  std::string hex;
+  for (const std::byte b : got) {
+    hex += "0123456789abcdef"[std::size_t(b) >> 4];
+    hex += "0123456789abcdef"[std::size_t(b) & 15];
+  }
+  // python3: hashlib.blake2b(b"MAP\0bytes" + bytes(range(16)), digest_size=16,
+  // key=bytes(range(32))).hexdigest()
+  CHECK(hex == "057a9bd9e7651c904c1351bdeda9f5b6");
+}
+
+TEST_CASE("a key goes through its line and back, and no other line is a key") {
+  const BusKey key = BusKey::random();
+  const auto back = BusKey::from_line(key.line());
+  REQUIRE(back);
+  CHECK(back->bytes == key.bytes);
+  CHECK(BusKey::random().bytes != key.bytes);
+  for (const std::string& bad :
+       {std::string(), std::string("KEY "), std::string("START"), key.line() + "0", key.line().substr(0, 67),
+        "KEY " + std::string(63, '0') + "g", "key " + std::string(64, '0')})
+    CHECK_FALSE(BusKey::from_line(bad));
+}
+
+TEST_CASE("a bus is without a key only where its URL says so") {
+  const std::string url = default_bus_url(free_bus_port(monotonic_ns()));
+  CHECK_THROWS_WITH(LcmBus(url), Catch::Contains("there is no key"));
+  CHECK_THROWS_WITH(LcmBus(url + "&key=none", BusKey::random()), Catch::Contains("key=none"));
+}
+
+TEST_CASE(
+    "a process takes its key from the control line, leaves the next line there, and says when none comes") {
+  int pair[2];
+  REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) == 0);
+  ControlLine launcher(pair[0]);
+  ProcessArgs args;
+  args.bus_url = default_bus_url(21000);
+  args.options.control_fd = pair[1];
+  const BusKey key = BusKey::random();
+  launcher.say(key.line());
+  launcher.say("START");
+  launcher.say("STOP " + std::string(80, '.'));
+  CHECK(take_bus_key(args)->bytes == key.bytes);
+  CHECK_THROWS_WITH(take_bus_key(args), Catch::Contains("no key") && Catch::Contains("key=none"));
+  ::close(pair[1]);
+  args.options.control_fd = -1;
+  CHECK_THROWS_WITH(take_bus_key(args), Catch::Contains("no key"));
+  args.bus_url += "&key=none";
+  CHECK_FALSE(take_bus_key(args));
 }

@@ -3,6 +3,7 @@ package firn.spy;
 import java.io.IOException;
 import lcm.lcm.LCM;
 import lcm.lcm.LCMDataInputStream;
+import lcm.lcm.Loopback;
 
 /** The run's bus (LCM_DEFAULT_URL, set by `firn spy`): one receiver for all of Firn's views. */
 final class Bus {

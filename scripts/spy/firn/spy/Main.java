@@ -13,7 +13,9 @@ import javax.imageio.ImageIO;
 import javax.swing.JFrame;
 import javax.swing.SwingUtilities;
 import javax.swing.Timer;
+import lcm.lcm.Loopback;
 import lcm.spy.Spy;
+import lcm.spy.SpyBus;
 
 /**
  * Starts lcm-spy on the run's bus with Firn's two views open beside it. Arguments: none, or {@code PICTURE LAYERS}:
@@ -32,7 +34,7 @@ public final class Main {
 
   private static void openWindows() {
     try {
-      Loopback.joinOf(new Spy(null));  // takes LCM_DEFAULT_URL
+      Loopback.join(SpyBus.of(new Spy(null)));  // takes LCM_DEFAULT_URL
     } catch (IOException noBus) {
       System.err.println("firn spy: no bus: " + noBus.getMessage());
       System.exit(1);
