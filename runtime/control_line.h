@@ -1,4 +1,4 @@
-// ControlLine sends and reads lines over the socket pair between launcher and process. Down: "KEY <64 digits>"
+// ControlLine sends and reads lines over the socket pair of launcher and process. Down: "KEY <64 digits>"
 // unless the bus has none, "START", "STOP <cause>". Up: "READY", "FAULT <text>", "FINISH <status> <reason>",
 // "ERROR <text>". End of file: the other side is gone.
 #pragma once

@@ -41,10 +41,10 @@ struct TransportStats {
   std::uint64_t duplicates = 0;  ///< reliable: seen before
   std::uint64_t stale = 0;       ///< latest: older than the message handed on
   std::uint64_t foreign = 0;     ///< another run's, or an incarnation that cannot be
-  std::uint64_t malformed = 0;
-  std::uint64_t missing = 0;   ///< messages that were found missing
-  std::uint64_t requests = 0;  ///< RESEND messages sent
-  std::uint64_t resent = 0;    ///< messages sent again for others
+  std::uint64_t malformed = 0;   ///< or with numbers that cannot follow (jump_check.h)
+  std::uint64_t missing = 0;     ///< messages that were found missing
+  std::uint64_t requests = 0;    ///< RESEND messages sent
+  std::uint64_t resent = 0;      ///< messages sent again for others
 };
 
 class Transport {
@@ -63,7 +63,7 @@ class Transport {
   std::vector<std::string> wire_channels() const;
 
   // After a resume, before anything else: the messages that were sent and handled according to the
-  // write-ahead file.
+  // write-ahead file. @throws std::runtime_error naming one that no process of this run can have sent
   void restore_sent(std::string_view channel, std::span<const std::byte> message);
   void restore_received(std::string_view channel, std::span<const std::byte> message);
 

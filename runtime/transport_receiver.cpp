@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 #include "files/record/checksum.h"
 
@@ -40,6 +41,13 @@ void TransportReceiver::restore(std::string_view channel, std::span<const std::b
   const auto header = wire::read_header(message);
   if (it == in_.end() || !header) return;
   In& in = it->second;
+  std::string why = jumps_.restore(*in.row, *header, message);
+  if (header->incarnation > options_.incarnation)
+    why = "it is of incarnation " + std::to_string(header->incarnation) + ", and this one is " +
+          std::to_string(options_.incarnation);
+  if (!why.empty())
+    throw std::runtime_error(std::string(in.row->name) + ", message " + std::to_string(header->seq) +
+                             ", which was taken before: " + why + "; this run cannot go on");
   in.delivered = std::max(in.delivered, header->seq);
   in.incarnation = std::max(in.incarnation, header->incarnation);
   in.known = in.counted = in.delivered;
@@ -121,6 +129,10 @@ bool TransportReceiver::wanted(In& in, std::int32_t incarnation, std::int64_t se
   if (!in.reliable) {
     const bool newer = incarnation > in.incarnation || (incarnation == in.incarnation && seq > in.delivered);
     if (!newer) ++stats.stale;
+    if (newer && seq - in.delivered > kPlausible) {
+      malformed(in.row->name, "a sequence number far ahead");
+      return false;
+    }
     return newer;
   }
   if (seq <= in.delivered || in.ahead.count(seq) != 0) {
@@ -154,6 +166,7 @@ void TransportReceiver::accept(In& in, const wire::Header& header, std::span<con
       while (!in.partial.empty() && in.partial.begin()->first <= header.seq)
         forget_partial(in, in.partial.begin());
     }
+    if (!follows(in, header, message)) return;
     in.delivered = header.seq;
     in.incarnation = header.incarnation;
     ++stats.delivered;
@@ -166,23 +179,32 @@ void TransportReceiver::accept(In& in, const wire::Header& header, std::span<con
     in.ahead.emplace(header.seq, std::vector<std::byte>(message.begin(), message.end()));
     return;
   }
-  hand_on(in, header, message);
-  for (auto it = in.ahead.begin(); it != in.ahead.end() && it->first == in.delivered + 1;
-       it = in.ahead.erase(it)) {
-    held_bytes_ -= it->second.size();
-    hand_on(in, *wire::read_header(it->second), it->second);
+  if (!hand_on(in, header, message)) return;
+  for (bool taken = true; taken && !in.ahead.empty() && in.ahead.begin()->first == in.delivered + 1;) {
+    const auto next = in.ahead.extract(in.ahead.begin());
+    held_bytes_ -= next.mapped().size();
+    taken = hand_on(in, *wire::read_header(next.mapped()), next.mapped());
   }
   in.quiet_us = wall_us;
   in.asked_times = 0;
 }
 
-void TransportReceiver::hand_on(In& in, const wire::Header& header, std::span<const std::byte> message) {
+bool TransportReceiver::follows(const In& in, const wire::Header& header,
+                                std::span<const std::byte> message) {
+  const std::string why = jumps_.take(*in.row, header, message);
+  if (!why.empty()) malformed(in.row->name, why);
+  return why.empty();
+}
+
+bool TransportReceiver::hand_on(In& in, const wire::Header& header, std::span<const std::byte> message) {
+  if (!follows(in, header, message)) return false;
   in.delivered = header.seq;
   in.incarnation = std::max(in.incarnation, header.incarnation);
   in.known = std::max(in.known, in.delivered);
   if (const auto it = in.partial.find(header.seq); it != in.partial.end()) forget_partial(in, it);
   ++stats.delivered;
   deliver_(*in.row, message);
+  return true;
 }
 
 void TransportReceiver::heartbeat(std::span<const std::byte> message, const NodeInfo& publisher,

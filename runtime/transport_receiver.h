@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "runtime/jump_check.h"
 #include "runtime/transport.h"
 #include "runtime/transport_wire.h"
 
@@ -16,6 +17,7 @@ class TransportReceiver {
 
   void subscribe(const ChannelInfo& row);
   std::vector<std::string> wire_channels() const;
+  /// @throws std::runtime_error for a message that no process of this run can have sent
   void restore(std::string_view channel, std::span<const std::byte> message);
 
   /// A message or tile on a subscribed channel; false if the channel is not subscribed.
@@ -59,7 +61,9 @@ class TransportReceiver {
   void whole(In& in, std::span<const std::byte> message, std::int64_t wall_us);
   void tile(In& in, std::span<const std::byte> datagram, std::int64_t wall_us);
   void accept(In& in, const wire::Header& header, std::span<const std::byte> message, std::int64_t wall_us);
-  void hand_on(In& in, const wire::Header& header, std::span<const std::byte> message);
+  /// False for a message whose numbers cannot follow: its place stays free for the one that was sent.
+  bool hand_on(In& in, const wire::Header& header, std::span<const std::byte> message);
+  bool follows(const In& in, const wire::Header& header, std::span<const std::byte> message);
   /// Whether (incarnation, seq) is new for the channel and plausible; keeps count.
   bool wanted(In& in, std::int32_t incarnation, std::int64_t seq, std::int64_t wall_us);
   void know(In& in, std::int64_t seq, std::int64_t wall_us);
@@ -71,6 +75,7 @@ class TransportReceiver {
   Transport::Deliver deliver_;
   std::map<std::string, In, std::less<>> in_;
   std::map<std::string, In*, std::less<>> tiles_;
+  JumpCheck jumps_;
   std::size_t held_bytes_ = 0;
   std::set<std::string> noticed_;
 };

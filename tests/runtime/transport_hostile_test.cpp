@@ -1,8 +1,25 @@
 // Bytes from the bus are not trusted: whatever they are, transport names and drops them and goes on.
 #include <catch2/catch.hpp>
 
+#include "firn/control_surface_t.hpp"
+#include "firn/enable_t.hpp"
+#include "firn/heater_command_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "firn/height_profile_t.hpp"
+#include "firn/jet_command_t.hpp"
+#include "firn/lamp_command_t.hpp"
+#include "firn/laser_command_t.hpp"
+#include "firn/laser_samples_t.hpp"
+#include "firn/layer_plan_t.hpp"
+#include "firn/profiler_command_t.hpp"
 #include "firn/resend_request_t.hpp"
+#include "firn/robot_command_t.hpp"
+#include "firn/safe_stop_t.hpp"
+#include "firn/scan_done_t.hpp"
+#include "firn/stage_command_t.hpp"
 #include "firn/tile_t.hpp"
+#include "firn/valve_command_t.hpp"
+#include "runtime/jump_check.h"
 #include "runtime/transport_wire.h"
 #include "tests/runtime/transport_net.h"
 
@@ -189,4 +206,153 @@ TEST_CASE("any bit flipped, any cut, any noise: no crash, and the stream goes on
     CHECK(stage.transport->stats().malformed > 100);
     CHECK(stage.transport->take_notices().size() <= 64);
   }
+}
+
+namespace {
+
+template <class Message>
+Bytes encoded(Message m, std::int64_t seq, std::int32_t incarnation = 0) {
+  m.header.run_id = kRun;
+  m.header.incarnation = incarnation;
+  m.header.seq = seq;
+  Bytes out(std::size_t(m.getEncodedSize()));
+  m.encode(out.data(), 0, int(out.size()));
+  return out;
+}
+
+template <class Message>
+Bytes with_epoch(std::int64_t epoch, std::int64_t seq, std::int32_t incarnation = 0) {
+  Message m{};
+  m.enable_epoch = epoch;
+  return encoded(m, seq, incarnation);
+}
+
+Bytes map_of(std::int32_t layer, std::int64_t map_id, std::int64_t seq) {
+  height_map_t m{};
+  m.layer = layer;
+  m.map_id = map_id;
+  return encoded(m, seq);
+}
+
+/// Hears `channel` in `incarnation`.
+struct Hearer {
+  std::vector<Bytes> got;
+  Transport transport;
+  Hearer(std::string_view channel, std::int32_t incarnation = 0)
+      : transport(
+            [&] {
+              TransportOptions o{NodeId::kRecorder, kRun};
+              o.incarnation = incarnation;
+              return o;
+            }(),
+            [this](const ChannelInfo&, std::span<const std::byte> b) {
+              got.emplace_back(b.begin(), b.end());
+            }) {
+    transport.subscribe(channel);
+  }
+  bool takes(std::string_view channel, const Bytes& b) {
+    const std::size_t before = got.size();
+    transport.receive(channel, b, 0);
+    return got.size() == before + 1 && got.back() == b;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("no epoch is taken that safety cannot have reached, on any channel that carries one") {
+  const auto check = [](std::string_view channel, auto make) {
+    INFO(channel);
+    for (std::int32_t incarnation = 0; incarnation < 4; ++incarnation) {
+      Hearer h(channel, incarnation);
+      const std::int64_t most = 2 * (incarnation + 1);
+      for (const std::int64_t epoch : {most + 1, most + 100, std::int64_t(1) << 53, INT64_MAX})
+        REQUIRE_FALSE(h.takes(channel, make(epoch, 1, incarnation)));
+      REQUIRE(h.transport.stats().malformed == 4);
+      for (std::int64_t epoch = 0; epoch <= most; ++epoch)  // and the refused ones have taken no place
+        REQUIRE(h.takes(channel, make(epoch, epoch + 1, incarnation)));
+    }
+  };
+  check("ENABLE", with_epoch<enable_t>);
+  check("SAFE_STOP", with_epoch<safe_stop_t>);
+  check("STAGE_COMMAND", with_epoch<stage_command_t>);
+  check("JET_COMMAND", with_epoch<jet_command_t>);
+  check("PROFILER_COMMAND", with_epoch<profiler_command_t>);
+  check("LAMP_COMMAND", with_epoch<lamp_command_t>);
+  check("ROBOT_COMMAND", with_epoch<robot_command_t>);
+  check("VALVE_A_COMMAND", with_epoch<valve_command_t>);
+  check("LASER_COMMAND", with_epoch<laser_command_t>);
+  check("HEATER_COMMAND", with_epoch<heater_command_t>);
+}
+
+TEST_CASE("a refused epoch is named with its channel, value and limit") {
+  Hearer h("SAFE_STOP", 1);
+  h.takes("SAFE_STOP", with_epoch<safe_stop_t>(5, 1, 1));
+  const auto notices = h.transport.take_notices();
+  REQUIRE(notices.size() == 1);
+  CHECK(notices[0] == "SAFE_STOP: enable_epoch = 5 cannot follow, at most 4 can, dropped");
+}
+
+TEST_CASE(
+    "no layer and no number of a scan or map far ahead is taken, and the true message takes its place") {
+  const auto check = [](std::string_view channel, auto make) {
+    INFO(channel);
+    Hearer h(channel);
+    RandomStream random(31, Purpose::kTest);
+    std::int64_t layer = 0, number = 0;
+    for (std::int64_t seq = 1; seq <= 300; ++seq) {
+      const std::int64_t far = 1 + random.below(1'000'000);
+      REQUIRE_FALSE(h.takes(channel, make(layer + kMostLayersAtOnce + far, number, seq)));
+      REQUIRE_FALSE(h.takes(channel, make(layer, number + kMostScansAtOnce + far, seq)));
+      layer += random.below(4) == 0 ? random.below(kMostLayersAtOnce + 1) : random.below(2);
+      number += 1 + (random.below(4) == 0 ? random.below(kMostScansAtOnce) : 0);
+      REQUIRE(h.takes(channel, make(layer, number, seq)));
+    }
+  };
+  const auto maker = [](auto example, auto number) {
+    return [example, number](std::int64_t layer, std::int64_t n, std::int64_t seq) {
+      auto m = example;
+      m.layer = std::int32_t(layer);
+      m.*number = n;
+      return encoded(m, seq);
+    };
+  };
+  check("HEIGHT_MAP", maker(height_map_t{}, &height_map_t::map_id));
+  check("LAYER_PLAN", maker(layer_plan_t{}, &layer_plan_t::map_id));
+  check("CONTROL_SURFACE", maker(control_surface_t{}, &control_surface_t::map_id));
+  check("HEIGHT_PROFILE", maker(height_profile_t{}, &height_profile_t::scan_id));
+  check("LASER_SAMPLES", maker(laser_samples_t{}, &laser_samples_t::scan_id));
+  check("SCAN_DONE", maker(scan_done_t{}, &scan_done_t::scan_id));
+}
+
+TEST_CASE("a forged map that came too early is thrown away at its turn, and the true one is asked for") {
+  Hearer h("HEIGHT_MAP");
+  h.takes("HEIGHT_MAP", map_of(1'000'000, 2, 2));  // ahead of message 1
+  CHECK(h.takes("HEIGHT_MAP", map_of(0, 1, 1)));
+  h.transport.tick(1'000'000);
+  Transport::Datagram d;
+  REQUIRE(h.transport.next_datagram(1'000'000, d));
+  CHECK(d.channel == "RESEND_RECORDER");
+  CHECK(h.takes("HEIGHT_MAP", map_of(1, 2, 2)));
+}
+
+TEST_CASE("a number of a latest message far ahead does not shut out those that follow") {
+  Hearer h("ENABLE");
+  CHECK(h.takes("ENABLE", with_epoch<enable_t>(1, 1)));
+  CHECK_FALSE(h.takes("ENABLE", with_epoch<enable_t>(1, std::int64_t(1) << 53)));
+  CHECK(h.takes("ENABLE", with_epoch<enable_t>(1, 2)));
+}
+
+TEST_CASE("a resume names the message of an earlier start that no process of the run can have sent") {
+  const auto resumed = [](std::string_view channel, const std::vector<Bytes>& before) {
+    Hearer h(channel, 1);
+    for (const Bytes& b : before) h.transport.restore_received(channel, b);
+  };
+  CHECK_NOTHROW(resumed("SAFE_STOP", {with_epoch<safe_stop_t>(2, 1)}));
+  CHECK_THROWS_WITH(resumed("SAFE_STOP", {with_epoch<safe_stop_t>(1'000'000, 1)}),
+                    Catch::Contains("SAFE_STOP, message 1") && Catch::Contains("enable_epoch = 1000000") &&
+                        Catch::Contains("at most 2"));
+  CHECK_THROWS_WITH(resumed("ENABLE", {with_epoch<enable_t>(1, 1, 7)}), Catch::Contains("incarnation 7"));
+  CHECK_NOTHROW(resumed("HEIGHT_MAP", {map_of(400, 400, 400), map_of(401, 401, 401)}));  // the newest alone
+  CHECK_THROWS_WITH(resumed("HEIGHT_MAP", {map_of(0, 1, 1), map_of(1'000'000, 2, 2)}),
+                    Catch::Contains("HEIGHT_MAP, message 2") && Catch::Contains("layer = 1000000"));
 }
