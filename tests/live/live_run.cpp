@@ -119,6 +119,7 @@ void LiveRun::start(bool resume, const std::filesystem::path& programs) {
   try {
     LaunchOptions options;
     options.resume = resume;
+    options.bus_url = bus_url;
     options.programs = programs;
     options.on_start = [&](const std::map<std::string, int>&) {
       std::ofstream(root_ / ("started" + std::to_string(incarnation_))) << "x";

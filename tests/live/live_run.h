@@ -54,6 +54,8 @@ class LiveRun {
   void wait_all_gone();
   bool running();
 
+  std::string bus_url;  ///< of the next start; empty: the launcher's choice
+
   const RunFolder& folder() const { return *folder_; }
   std::filesystem::path path() const { return folder_->path(); }
   /// Returns the launcher's output on stderr.

@@ -53,6 +53,25 @@ inline Bytes fragment(std::uint32_t size, std::uint32_t offset, std::uint16_t nu
   return b;
 }
 
+/// Datagrams that ended every receiver of liblcm, and others of their kind: fragments whose offset wraps or
+/// whose channel has no end, short messages without an end of their channel.
+inline std::vector<Bytes> malformed_datagrams() {
+  Bytes no_end = short_message("ENABLE", "");
+  no_end.pop_back();
+  Bytes other = short_message("ENABLE", "x");
+  other[0] = std::byte{0};
+  return {fragment(100, 0, 0, 2, std::string_view("ENABLE\0abc", 10)),
+          fragment(100, 0xfffffff0u, 1, 2, std::string_view("0123456789012345678901234567890123456789")),
+          fragment(4, 0, 0, 1, "no end here"),
+          fragment(0xffffffffu, 0xffffffffu, 65535, 65535, ""),
+          no_end,
+          short_message(std::string_view("0123456789012345678901234567890123456789012345678901234567890123"),
+                        "x"),
+          other,
+          Bytes(9),
+          {}};
+}
+
 /// A program of this host that speaks to anybody.
 class Foreigner {
  public:
@@ -70,6 +89,18 @@ class Foreigner {
     by.imr_ifindex = int(::if_nametoindex("lo"));
     ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_IF, &by, sizeof by);
     send(b, {::inet_addr("239.255.76.67")});
+  }
+  /// To every address that this host has.
+  void to_this_host(const Bytes& b) {
+    ifaddrs* all = nullptr;
+    if (::getifaddrs(&all) != 0) return;
+    for (const ifaddrs* a = all; a; a = a->ifa_next) {
+      if (!a->ifa_addr || a->ifa_addr->sa_family != AF_INET) continue;
+      sockaddr_in address;
+      std::memcpy(&address, a->ifa_addr, sizeof address);
+      send(b, address.sin_addr);
+    }
+    ::freeifaddrs(all);
   }
 
  private:
