@@ -192,8 +192,10 @@ void TransportReceiver::accept(In& in, const wire::Header& header, std::span<con
 bool TransportReceiver::follows(const In& in, const wire::Header& header,
                                 std::span<const std::byte> message) {
   const std::string why = jumps_.take(*in.row, header, message);
-  if (!why.empty()) malformed(in.row->name, why);
-  return why.empty();
+  if (why.empty()) return true;
+  ++stats.malformed;
+  notice_once(std::string(in.row->name) + " jumps", std::string(in.row->name) + ": " + why + ", dropped");
+  return false;
 }
 
 bool TransportReceiver::hand_on(In& in, const wire::Header& header, std::span<const std::byte> message) {
