@@ -4,6 +4,8 @@
 #include <array>
 
 #include "firn/control_surface_t.hpp"
+#include "firn/deposition_report_t.hpp"
+#include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
 #include "firn/heater_command_t.hpp"
 #include "firn/height_map_t.hpp"
@@ -12,7 +14,10 @@
 #include "firn/lamp_command_t.hpp"
 #include "firn/laser_command_t.hpp"
 #include "firn/laser_samples_t.hpp"
+#include "firn/layer_metrics_t.hpp"
 #include "firn/layer_plan_t.hpp"
+#include "firn/path_job_t.hpp"
+#include "firn/path_report_t.hpp"
 #include "firn/profiler_command_t.hpp"
 #include "firn/robot_command_t.hpp"
 #include "firn/safe_stop_t.hpp"
@@ -23,7 +28,8 @@
 namespace firn {
 namespace {
 
-/// Bytes from the message's begin to a member that no text or array precedes; 0 = there is none.
+/// Bytes from the message's begin to a member that no text or array precedes; 0 = there is none. The epoch of
+/// device_state_t comes after a text that begins there, and one byte.
 struct Places {
   std::string_view type;
   std::int64_t fingerprint;
@@ -38,6 +44,7 @@ const Places* places_of(std::string_view type) {
   static const std::array kPlaces{
       Places{"enable_t", enable_t::getHash(), kFirst},
       Places{"safe_stop_t", safe_stop_t::getHash(), kFirst},
+      Places{"device_state_t", device_state_t::getHash(), kFirst},
       Places{"stage_command_t", stage_command_t::getHash(), kFirst + 12},
       Places{"jet_command_t", jet_command_t::getHash(), kFirst + 8},
       Places{"profiler_command_t", profiler_command_t::getHash(), kFirst + 8},
@@ -51,7 +58,11 @@ const Places* places_of(std::string_view type) {
       Places{"control_surface_t", control_surface_t::getHash(), 0, kFirst + 4, kFirst + 12, "map_id"},
       Places{"height_profile_t", height_profile_t::getHash(), 0, kFirst + 4, kFirst + 12, "scan_id"},
       Places{"laser_samples_t", laser_samples_t::getHash(), 0, kFirst + 4, kFirst + 12, "scan_id"},
-      Places{"scan_done_t", scan_done_t::getHash(), 0, kFirst, kFirst + 8, "scan_id"}};
+      Places{"scan_done_t", scan_done_t::getHash(), 0, kFirst, kFirst + 8, "scan_id"},
+      Places{"deposition_report_t", deposition_report_t::getHash(), 0, kFirst + 4, kFirst + 20, "map_id"},
+      Places{"path_job_t", path_job_t::getHash(), 0, kFirst + 24, kFirst + 28, "map_id"},
+      Places{"path_report_t", path_report_t::getHash(), 0, kFirst + 16, 0},
+      Places{"layer_metrics_t", layer_metrics_t::getHash(), 0, kFirst, kFirst + 8, "map_id"}};
   const auto it = std::ranges::find(kPlaces, type, &Places::type);
   return it == kPlaces.end() ? nullptr : &*it;
 }
@@ -86,11 +97,17 @@ std::string JumpCheck::follow(const ChannelInfo& channel, const wire::Header& he
   const std::size_t end = std::max({p->epoch, p->layer, p->number}) + 8;
   if (message.size() < end || number_at(message, 0, 8) != p->fingerprint) return {};
   if (p->epoch) {
-    const std::int64_t epoch = number_at(message, p->epoch, 8);
+    std::size_t at = p->epoch;
+    if (p->type == "device_state_t") {
+      at += 4 + std::size_t(number_at(message, at, 4)) + 1;
+      if (at > message.size() || message.size() - at < 8) return {};
+    }
+    const std::int64_t epoch = number_at(message, at, 8);
     const std::int64_t most = largest_epoch(header.incarnation);
     return epoch > most ? beyond("enable_epoch", epoch, most) : std::string();
   }
-  const std::int64_t layer = number_at(message, p->layer, 4), number = number_at(message, p->number, 8);
+  const std::int64_t layer = number_at(message, p->layer, 4);
+  const std::int64_t number = p->number ? number_at(message, p->number, 8) : 0;
   Last& last = last_[channel.name];
   if (!any_first) {
     if (layer - last.layer > kMostLayersAtOnce) return beyond("layer", layer, last.layer + kMostLayersAtOnce);

@@ -24,8 +24,8 @@ inline constexpr std::int64_t kMostScansAtOnce = 1000;
 class JumpCheck {
  public:
   /// Returns an empty text and remembers the numbers, or one sentence that names member, value and limit.
-  /// Checked are the epoch of ENABLE, SAFE_STOP and commands, layer and scan_id or map_id of maps, plans and
-  /// what is measured. A message that is too short or of another type has no numbers.
+  /// Checked are the epoch of ENABLE, SAFE_STOP, commands and states, layer and scan_id or map_id of maps,
+  /// plans, reports and measurements. A message that is too short or of another type has no numbers.
   std::string take(const ChannelInfo& channel, const wire::Header& header,
                    std::span<const std::byte> message);
   /// The same for a message that was taken by an earlier start; the first of a channel may have any layer.

@@ -51,11 +51,6 @@ class Attacker {
   }
   static int port_of(const std::string& url) { return std::stoi(url.substr(url.rfind(':') + 1)); }
 
-  struct Heard {
-    std::string channel;
-    Bytes bytes;
-  };
-
   void attack() {
     for (const char* channel : {"ENABLE", "SAFE_STOP", "HEIGHT_MAP", "HEIGHT_PROFILE", "STAGE_COMMAND",
                                 "JET_COMMAND", "LAYER_PLAN", "ANSWER_STAGE", "HEARTBEAT_JET"})
@@ -65,7 +60,8 @@ class Attacker {
       ::poll(&p, 1, 20);
       listener_.receive([&](std::string_view channel, std::span<const std::byte> b) {
         if (const auto h = wire::read_header(b)) seq_[std::string(channel)] = h->seq;
-        if (heard_.size() < 200) heard_.push_back({std::string(channel), {b.begin(), b.end()}});
+        auto& heard = heard_[std::string(channel)];
+        if (heard.size() < 20) heard.emplace_back(b.begin(), b.end());
       });
       malformed();
       jumps();
@@ -122,12 +118,12 @@ class Attacker {
     forge("FAULT_STAGE", fault);
   }
   void again() {
-    for (int n = 0; n < 5 && !heard_.empty(); ++n) {
-      const Heard& h = heard_[random_.below(std::uint32_t(heard_.size()))];
-      to_group(h.channel, h.bytes);
-      Bytes turned = h.bytes;
+    for (const auto& [channel, heard] : heard_) {
+      const Bytes& bytes = heard[random_.below(std::uint32_t(heard.size()))];
+      to_group(channel, bytes);
+      Bytes turned = bytes;
       turned[random_.below(std::uint32_t(turned.size()))] ^= std::byte(1 << random_.below(8));
-      to_group(h.channel, turned);
+      to_group(channel, turned);
       ++repeated_;
     }
   }
@@ -139,7 +135,7 @@ class Attacker {
   Foreigner foreigner_;
   RandomStream random_{9, Purpose::kTest};
   std::map<std::string, std::int64_t> seq_;
-  std::vector<Heard> heard_;
+  std::map<std::string, std::vector<Bytes>> heard_;  // by channel
   std::atomic<bool> over_ = false;
   std::atomic<int> rounds_ = 0, repeated_ = 0;
   std::thread thread_;

@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "firn/control_surface_t.hpp"
+#include "firn/deposition_report_t.hpp"
+#include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
 #include "firn/heater_command_t.hpp"
 #include "firn/height_map_t.hpp"
@@ -10,7 +12,10 @@
 #include "firn/lamp_command_t.hpp"
 #include "firn/laser_command_t.hpp"
 #include "firn/laser_samples_t.hpp"
+#include "firn/layer_metrics_t.hpp"
 #include "firn/layer_plan_t.hpp"
+#include "firn/path_job_t.hpp"
+#include "firn/path_report_t.hpp"
 #include "firn/profiler_command_t.hpp"
 #include "firn/resend_request_t.hpp"
 #include "firn/robot_command_t.hpp"
@@ -282,6 +287,13 @@ TEST_CASE("no epoch is taken that safety cannot have reached, on any channel tha
   check("VALVE_A_COMMAND", with_epoch<valve_command_t>);
   check("LASER_COMMAND", with_epoch<laser_command_t>);
   check("HEATER_COMMAND", with_epoch<heater_command_t>);
+  for (const char* name : {"", "stage", "a long name of a driver"})
+    check("STATE_STAGE", [name](std::int64_t epoch, std::int64_t seq, std::int32_t incarnation) {
+      device_state_t m{};
+      m.node = name;
+      m.enable_epoch = epoch;
+      return encoded(m, seq, incarnation);
+    });
 }
 
 TEST_CASE("a refused epoch is named with its channel, value and limit") {
@@ -322,6 +334,18 @@ TEST_CASE(
   check("HEIGHT_PROFILE", maker(height_profile_t{}, &height_profile_t::scan_id));
   check("LASER_SAMPLES", maker(laser_samples_t{}, &laser_samples_t::scan_id));
   check("SCAN_DONE", maker(scan_done_t{}, &scan_done_t::scan_id));
+  check("DEPOSITION_REPORT", maker(deposition_report_t{}, &deposition_report_t::map_id));
+  check("PATH_JOB", maker(path_job_t{}, &path_job_t::map_id));
+  check("LAYER_METRICS", maker(layer_metrics_t{}, &layer_metrics_t::map_id));
+}
+
+TEST_CASE("no layer of a path's report far ahead is taken") {
+  Hearer h("PATH_REPORT");
+  path_report_t m{};
+  m.layer = 1'000'000;
+  CHECK_FALSE(h.takes("PATH_REPORT", encoded(m, 1)));
+  m.layer = 100;
+  CHECK(h.takes("PATH_REPORT", encoded(m, 1)));
 }
 
 TEST_CASE("a forged map that came too early is thrown away at its turn, and the true one is asked for") {
