@@ -54,7 +54,7 @@ class LcmBus : public Bus {
   std::set<std::string, std::less<>> channels_;
   std::vector<std::byte> buffer_;
   std::array<std::uint64_t, kPacketFaults> dropped_{};
-  std::optional<SealCheck> check_;
+  std::optional<SealVerifier> check_;
   std::mutex sending_;
   std::optional<MessageSeal> seal_;
   std::uint32_t sequence_ = 0;

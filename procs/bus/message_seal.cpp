@@ -67,7 +67,7 @@ void MessageSeal::seal(std::string_view channel, std::span<const std::byte> mess
   hash_.compute(channel, message, trailer.first<kNumbersBytes>(), trailer.last<KeyedHash::kBytes>());
 }
 
-SealFault SealCheck::open(std::string_view channel, std::span<const std::byte>& sealed) {
+SealFault SealVerifier::open(std::string_view channel, std::span<const std::byte>& sealed) {
   if (sealed.size() < kSealBytes) return SealFault::kForged;
   const auto message = sealed.first(sealed.size() - kSealBytes);
   const auto trailer = sealed.last<kSealBytes>();

@@ -1,4 +1,4 @@
-// MessageSeal and SealCheck authenticate the messages of a run by a trailer behind the encoded message:
+// MessageSeal and SealVerifier authenticate the messages of a run by a trailer behind the encoded message:
 // sender, number, and the keyed hash BLAKE2b-128 [RFC 7693] of channel, message, sender and number. LCM's
 // decoders ignore bytes behind a message, so that lcm-spy and lcm-logger still read.
 #pragma once
@@ -54,9 +54,9 @@ enum class SealFault : std::uint8_t {
 };
 
 /// Checks seals. Of each sender the numbers are taken once, in any order within 64 [RFC 4303, section 3.4.3].
-class SealCheck {
+class SealVerifier {
  public:
-  explicit SealCheck(const BusKey& key) : hash_(key) {}
+  explicit SealVerifier(const BusKey& key) : hash_(key) {}
   /// Cuts the trailer from `sealed` if there is no fault.
   SealFault open(std::string_view channel, std::span<const std::byte>& sealed);
 

@@ -23,7 +23,7 @@ void seal(benchmark::State& state) {
 void check(benchmark::State& state) {
   const BusKey key = BusKey::random();
   MessageSeal seal(key);
-  SealCheck check(key);
+  SealVerifier check(key);
   const std::size_t size = std::size_t(state.range(0));
   std::vector<std::byte> message(size + kSealBytes);
   seal.seal("HEIGHT_MAP_TILES", std::span(message).first(size), std::span(message).last<kSealBytes>());

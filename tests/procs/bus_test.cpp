@@ -232,7 +232,7 @@ TEST_CASE("a datagram of an earlier start of the run, which had another key, is 
 TEST_CASE("a sealed message with any bit turned, any byte lacking or one more is forged") {
   const BusKey key = BusKey::random();
   MessageSeal seal(key);
-  SealCheck check(key);
+  SealVerifier check(key);
   RandomStream random(5, Purpose::kTest);
   for (int n = 0; n < 30; ++n) {
     Bytes sealed(random.below(200));
@@ -272,7 +272,7 @@ TEST_CASE(
     sent.emplace_back(n / 3 + random.uniform() * 60.0, sealed);
   }
   std::ranges::sort(sent, {}, [](const auto& s) { return s.first; });
-  SealCheck check(key);
+  SealVerifier check(key);
   int taken = 0, repeated = 0;
   for (const auto& [when, sealed] : sent) {
     std::span<const std::byte> view(sealed);
