@@ -60,7 +60,7 @@ std::optional<replay::WorldTruth> read_world_truth(const std::filesystem::path& 
 
 namespace {
 
-// Names the files that the run must have: a file that is gone says nothing of what happened.
+// Names missing files: without them the audit would find nothing wrong.
 std::vector<std::string> missing_files(const std::filesystem::path& run, const Experiment& e) {
   std::vector<std::string> missing;
   for (const NamedMaker& node : taking_part(e)) {
