@@ -187,7 +187,8 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
     restore_all(run, members, after);
     incarnation = point.incarnation;
     repair_from_write_ahead(run.log_path(), run.nodes_path());
-    begin = Time{std::max(point.offset_us, newest_logged_us(run.log_path()) + 1)};
+    begin =
+        Time{std::max({point.offset_us, newest_logged_us(run.log_path()) + 1, world.world().now_us() + 1})};
     run.clear_result();
   }
 
