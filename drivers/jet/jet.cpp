@@ -125,7 +125,7 @@ void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
     link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
     link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
     may_fire_ = true;
-    asked_ = settled_ = false;
+    asked_ = settled_ = source_external_ = false;
     not_armed_.clear();
     if (tells_source()) poll();
     set_state(DeviceState::kStaged, "arming", fx);
@@ -232,7 +232,8 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
     }
     return;
   }
-  const bool polled = request.argument == int(Command::kPoll) && tells_source();
+  if (request.argument == int(Command::kSource)) source_external_ = phase_ == Phase::kArming;
+  const bool polled = request.argument == int(Command::kPoll) && tells_source() && source_external_;
   if (polled && (phase_ == Phase::kArming || phase_ == Phase::kArmed || phase_ == Phase::kDisarming))
     return take_source(r.status & config_.layout.source_bit, now_us, fx);
   if (request.format != jetdrive::kVersion) return;

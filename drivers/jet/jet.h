@@ -82,10 +82,11 @@ class Jet final : public Driver {
   Op op_ = Op::kNone;
   std::int64_t expected_ = 0;
   int version_ = 0;
-  bool asked_ = false;     ///< about its source, after a link that was lost since arm()
-  bool settled_ = false;   ///< it was still armed then, and from there on is only made safe
-  bool may_fire_ = false;  ///< from SOURCE 1 until SOURCE 0 is confirmed
-  std::string not_armed_;  ///< why the jet may have been disarmed since arm(); empty: it was armed
+  bool asked_ = false;            ///< about its source, after a link that was lost since arm()
+  bool settled_ = false;          ///< it was still armed then, and from there on is only made safe
+  bool source_external_ = false;  ///< SOURCE 1 is acknowledged, SOURCE 0 not yet: POLL must say so
+  bool may_fire_ = false;         ///< from SOURCE 1 until SOURCE 0 is confirmed
+  std::string not_armed_;         ///< why the jet may have been disarmed since arm(); empty: it was armed
   std::int64_t boot_until_us_ = 0;
   std::string ending_;
   std::int32_t ending_code_ = kNoCode;

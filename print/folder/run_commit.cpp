@@ -146,4 +146,9 @@ bool begin_anew(const fs::path& run) {
   return true;
 }
 
+bool ready_to_resume(const fs::path& run) {
+  roll_back(run);
+  return !begin_anew(run);
+}
+
 }  // namespace firn

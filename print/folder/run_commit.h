@@ -41,4 +41,9 @@ bool roll_back(const std::filesystem::path& run);
 /// @returns true if the run begins anew
 bool begin_anew(const std::filesystem::path& run);
 
+/// Makes a run ready for a resume, before it is compared with its seals: roll_back, then begin_anew.
+/// @returns false if the run begins anew
+/// @throws as roll_back
+bool ready_to_resume(const std::filesystem::path& run);
+
 }  // namespace firn

@@ -84,7 +84,8 @@ class Launch {
         options_(options),
         experiment_(parse_experiment(folder.experiment_toml(), (folder.path() / "experiment.toml").string())),
         place_(folder.path()),
-        lock_(folder, experiment_, options.bus_url, LabLock::Heirs::kChildren) {}
+        lock_(folder, experiment_, options.bus_url, LabLock::Heirs::kChildren),
+        resume_(options.resume && ready_to_resume(folder.path())) {}
 
   LaunchReport run();
 
@@ -120,6 +121,7 @@ class Launch {
   Signals signals_;
   FolderWatch place_;
   LabLock lock_;
+  bool resume_;  // there is something to go on with
   ProcessArgs args_;
   std::optional<BusKey> key_;
   std::optional<LcmBus> bus_;
@@ -158,8 +160,7 @@ void Launch::prepare() {
   o.faults = {b.loss, b.duplicate, b.reorder, b.delay, b.delay_s, b.seed, 0, 0};
   for (const Blob& blob : folder_.inputs()) args_.blobs.emplace_back(blob.role, blob.sha256);
   ResumePoint point;
-  if (options_.resume) roll_back(folder_.path());
-  if (options_.resume && !begin_anew(folder_.path())) {
+  if (resume_) {
     point = read_resume_point(folder_.path(), RunWatch::channels());
     repair_log(folder_.path());
     folder_.clear_result();

@@ -149,16 +149,13 @@ std::int64_t newest_logged_us(const std::filesystem::path& log) {
 
 constexpr std::uint64_t kStepsPerLook = 256;  // for Ctrl-C
 
-void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions& options,
+void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions& options, bool resume,
                   const FolderWatch& folder, LabRunReport& report) {
   const Blobs inputs = run.inputs();
   RunCommit commits(run.path());
-  bool resume = options.resume;
   if (resume) {
-    roll_back(run.path());
-    resume = !begin_anew(run.path());
     // A live world that was killed: its inputs since the last saved state are given again.
-    if (resume && std::filesystem::exists(run.path() / "world" / "inputs"))
+    if (std::filesystem::exists(run.path() / "world" / "inputs"))
       plant::KeptWorld(run.path(), plant::world_config(e)).close();
   }
   if (!resume) written([&] { commits.commit({}); });
@@ -341,8 +338,9 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   const FolderWatch folder(run.path());
   try {
     const LabLock lock(run, e, {}, LabLock::Heirs::kNobody);
+    const bool resume = options.resume && ready_to_resume(run.path());
     SealedIncarnation seal(run.path(), run.run_id(), options.resume, options.unsealed);
-    print_in_lab(run, e, options, folder, report);
+    print_in_lab(run, e, options, resume, folder, report);
     if (!report.crashed) seal.ended(report.result);
   } catch (const Unwritable& error) {
     cause = error.what();

@@ -140,3 +140,22 @@ TEST_CASE("after any instrument of the ink-jet lab lost its power the stage home
   CHECK(rig.results("stage").back().outcome == Outcome::kDone);
   CHECK(rig.sent("stage", "HOME") >= homed + 3);
 }
+
+TEST_CASE("an answer to a question asked before the arming or the disarming puts no pass in doubt",
+          "[power]") {
+  WorldRig rig(WorldRig::small_world(12, 6));
+  rig.start();
+  std::uint64_t seed = 8;
+  const double idle_s = JetOptions{}.poll_idle_s - 0.02;
+  for (int round = 0; round < 200;
+       ++round) {  // an idle jet is polled again and again: some answers are under way
+    rig.run_for(idle_s + double(next(seed) % 400) * 1e-4);
+    const Result armed = arm(rig);
+    INFO(round << " " << test::describe(armed));
+    REQUIRE(armed.outcome == Outcome::kReady);
+    rig.run_for(idle_s + double(next(seed) % 400) * 1e-4);
+    const Result done = disarm(rig);
+    INFO(test::describe(done));
+    REQUIRE(done.outcome == Outcome::kDone);
+  }
+}
