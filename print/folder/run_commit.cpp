@@ -143,6 +143,7 @@ bool begin_anew(const fs::path& run) {
   for (const char* folder : {"nodes", "world"})
     for (const auto& entry : fs::directory_iterator(run / folder)) fs::remove(entry.path());
   fs::remove(run / "clocks");
+  fs::remove_all(run / "seals");  // last: while one of the files is left, this is done again
   return true;
 }
 

@@ -88,6 +88,7 @@ class Launch {
         resume_(options.resume && ready_to_resume(folder.path())) {}
 
   LaunchReport run();
+  bool resumes() const { return resume_; }
 
  private:
   void prepare();
@@ -431,7 +432,7 @@ void Launch::ask_truth() {
 
 LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) try {
   Launch print(folder, options);  // holds the lab from here on
-  SealedIncarnation seal(folder.path(), folder.run_id(), options.resume, options.unsealed);
+  SealedIncarnation seal(folder.path(), folder.run_id(), print.resumes(), options.unsealed);
   LaunchReport report = print.run();
   seal.ended(report.result);
   return report;

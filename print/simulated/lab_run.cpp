@@ -339,7 +339,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   try {
     const LabLock lock(run, e, {}, LabLock::Heirs::kNobody);
     const bool resume = options.resume && ready_to_resume(run.path());
-    SealedIncarnation seal(run.path(), run.run_id(), options.resume, options.unsealed);
+    SealedIncarnation seal(run.path(), run.run_id(), resume, options.unsealed);
     print_in_lab(run, e, options, resume, folder, report);
     if (!report.crashed) seal.ended(report.result);
   } catch (const Unwritable& error) {
