@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "files/digest.h"
+#include "files/record/file.h"
 
 namespace firn {
 namespace {
@@ -120,7 +121,7 @@ class Descriptor {
   }
 
  private:
-  [[noreturn]] void fail() const { throw std::runtime_error(path_.string() + ": " + std::strerror(errno)); }
+  [[noreturn]] void fail() const { throw logfile::FileError(path_, 0, "cannot be read and synced", errno); }
 
   fs::path path_;
   int fd_;

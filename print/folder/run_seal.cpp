@@ -75,7 +75,7 @@ SealedIncarnation::SealedIncarnation(const fs::path& run, std::int64_t run_id, b
     const int error = errno;
     if (lock_ >= 0) ::close(lock_);
     if (error == EWOULDBLOCK) throw UsageError(run.string() + ": another process is printing this run");
-    throw std::runtime_error((run / "seals").string() + ": " + std::strerror(error));
+    throw logfile::FileError(run / "seals", 0, "cannot be locked", error);
   }
   try {
     SealCheck c = check_seals(run, true);

@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "files/record/file.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 
@@ -266,7 +267,7 @@ SealCheck check_seals(const fs::path& run, bool sync) try {
   if (!fs::is_directory(run)) throw UsageError(run.string() + ": is no run folder (no such directory)");
   return Check(run, sync).go();
 } catch (const fs::filesystem_error& e) {
-  throw std::runtime_error(e.path1().string() + ": " + e.code().message());
+  throw logfile::FileError(e.path1(), 0, "cannot be read", e.code().value());
 }
 
 std::vector<std::string> require_seals(const fs::path& run, bool unsealed) {
