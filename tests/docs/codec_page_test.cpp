@@ -46,9 +46,9 @@ struct Bench {
   }
 };
 
-TEST_CASE("the codec page shows the code that is compiled here, and it keeps to 100 lines") {
+TEST_CASE("the driver page leads to the codec that is compiled here, which keeps to 100 lines") {
   const std::string code = file("tests/docs/lkg_codec.h");
-  REQUIRE(file("docs/write-a-driver.md").find(code) != std::string::npos);
+  REQUIRE(file("docs/write-a-driver.md").find("](../tests/docs/lkg_codec.h)") != std::string::npos);
   REQUIRE(std::count(code.begin(), code.end(), '\n') <= 100);
 }
 
