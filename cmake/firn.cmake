@@ -53,7 +53,7 @@ endfunction()
 
 # firn_test(NAME sources… LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
 # Labels: live = separate processes and real time, runs alone; threads = runs under ./firn test --tsan;
-# full = only in ./firn test --full.
+# full = only in ./firn test --full and, one tenth of them a day, in ./firn test (scripts/run_tests.py); COST [s].
 add_custom_target(thread_tests)
 function(firn_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
@@ -83,7 +83,8 @@ function(firn_test name)
   endif()
   list(JOIN labels "-" labels)  # one label, which ctest -L and -LE match by part
   catch_discover_tests(${name} TEST_PREFIX "${name}: " EXTRA_ARGS --warn NoTests  # a name that matches nothing fails
-    PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}")
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}"
+    SKIP_RETURN_CODE 77)  # tests/support/skip.h
 endfunction()
 
 # firn_lcm_types(TARGET): every .lcm file here becomes a message. lcm-gen makes the classes; generate.py makes the list of

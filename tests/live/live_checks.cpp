@@ -13,6 +13,7 @@
 #include "print/folder/node_makers.h"
 #include "replay/replayer.h"
 #include "runtime/wal_file.h"
+#include "tests/support/skip.h"
 
 namespace firn::test {
 namespace {
@@ -24,7 +25,7 @@ constexpr std::int64_t kSafeWithinNs = 1'000'000'000;
 
 bool skipped() {
   if (multicast_refused().empty()) return false;
-  WARN("skipped: " << multicast_refused());
+  skip("multicast", multicast_refused());
   return true;
 }
 

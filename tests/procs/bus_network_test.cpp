@@ -13,11 +13,11 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <cstring>
 
 #include "procs/bus/lcm_bus.h"
 #include "tests/procs/foreigner.h"
+#include "tests/support/skip.h"
 
 using namespace firn;
 using namespace firn::test;
@@ -149,7 +149,7 @@ TEST_CASE("what comes in by another interface than lo is not heard, and nothing 
   REQUIRE(::waitpid(child, &status, 0) == child);
   REQUIRE(WIFEXITED(status));
   if (WEXITSTATUS(status) == kNotPermitted || WEXITSTATUS(status) == kNoInterface) {
-    std::printf("skipped: a network namespace, or /dev/net/tun in it, is not permitted here\n");
+    skip("network-namespace", "a network namespace, or /dev/net/tun in it, is not permitted here");
     return;
   }
   CHECK(WEXITSTATUS(status) == kSilent);

@@ -13,6 +13,7 @@
 #include "core/control/mpc/bound/bound.h"
 #include "core/control/mpc/layer/layer_solver.h"
 #include "tests/core/control/strip_instances.h"
+#include "tests/support/skip.h"
 
 using namespace firn;
 using namespace firn::control::mpc;
@@ -110,7 +111,7 @@ double optimum_um(const fs::path& program, int seconds) {
 
 TEST_CASE("a MILP solver proves the same optimum on 12 x 12, and no bound is above it") {
   if (std::system("command -v cbc >/dev/null 2>&1") != 0) {
-    WARN("skipped: cbc is not installed (Debian: coinor-cbc)");
+    skip("cbc", "cbc is not installed (Debian: coinor-cbc)");
     return;
   }
   const fs::path folder = fs::path(FIRN_BINARY_DIR) / "milp";
