@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes a mesh to slice, as binary STL in millimetres, standing on z = 0.
+"""Writes a mesh to slice, as binary STL in millimetres, standing on z = 0; the stand-ins as PLY.
 
     scripts/make_mesh.py gear.stl [TEETH]                a gear wheel on a thinner hub, so that there is something to support:
                                                          40 mm across and 10 mm high, 28 facets per tooth
@@ -8,8 +8,11 @@
     scripts/make_mesh.py --box box.stl WIDTH DEPTH HEIGHT
     scripts/make_mesh.py --ice-box ice-box.stl           the part of [Barnett 2012, Figs. 4-15, 5-10] as cli/box_part.h reads Table 5-1: a box
                                                          of 92 mm with rounds of 20, 16, 10 and 0 mm on a plate of 116 mm
+    scripts/make_mesh.py --stand-ins FOLDER              small parts for tests in place of scanned models: NAME.ply of rocker_20k,
+                                                         bunny_69k (with holes), armadillo_86k, igea_269k, lucy500_15k
 """
 import math
+import os
 import struct
 import sys
 
@@ -84,12 +87,81 @@ def ice_box(wall=6.0, plate=6.0, ledge=12.0, side=92.0, height=25.0, rounds=(0.0
     return [f for f, p in zip(facets, packed) if len(set(p)) == 3]  # at the sharp corner some are none
 
 
+def loft(radius, inner=None, height=166.0, corners=72, levels=60, turn=0.0, lean=0.0):
+    """A closed part of rings about an axis that leans. @param radius of (angle, share of the height) [mm]; `inner` of a bore
+    @param turn of a ring over the height [rad]"""
+    facets = []
+
+    def at(n, level, of):
+        share = level / levels
+        angle = 2 * math.pi * (n % corners) / corners
+        r = of(angle, share)
+        return (r * math.cos(angle + turn * share) + lean * math.sin(math.pi * share), r * math.sin(angle + turn * share), height * share)
+    for n in range(corners):
+        for k in range(levels):
+            facets += quad(at(n, k, radius), at(n + 1, k, radius), at(n + 1, k + 1, radius), at(n, k + 1, radius))
+            if inner:
+                facets += quad(at(n + 1, k, inner), at(n, k, inner), at(n, k + 1, inner), at(n + 1, k + 1, inner))
+        if inner:
+            facets += quad(at(n, 0, inner), at(n + 1, 0, inner), at(n + 1, 0, radius), at(n, 0, radius))
+            facets += quad(at(n, levels, radius), at(n + 1, levels, radius), at(n + 1, levels, inner), at(n, levels, inner))
+        else:
+            axis = [at(n, level, lambda angle, share: 0.0) for level in (0, levels)]
+            facets += [(axis[0], at(n + 1, 0, radius), at(n, 0, radius)), (axis[1], at(n, levels, radius), at(n + 1, levels, radius))]
+    return facets
+
+
+def rise(share, begin, end):
+    """0 below `begin`, 1 above `end`, smooth between."""
+    x = min(1.0, max(0.0, (share - begin) / (end - begin)))
+    return x * x * (3.0 - 2.0 * x)
+
+
+def stand_ins():
+    """Facets by name: lobes, tips, straits, bores, overhangs and, in one, holes, as scanned models have them."""
+    cos, pi = math.cos, math.pi
+    bunny = loft(lambda a, s: (46.0 + 8.0 * rise(s, 0.35, 0.4)) * (1 - 0.6 * rise(s, 0.7, 1.0)) * (1 + 0.08 * cos(3 * a)), lean=6.0)
+
+    def hole(facet):
+        x, y, z = (sum(p[i] for p in facet) / 3 for i in range(3))
+        return y < 0 and (z < 8.0 and 0.0 < x < 30.0 or 26.0 < z < 30.0 and -20.0 < x < 20.0)
+    return {
+        "rocker_20k": loft(lambda a, s: 30.0 * (1 + 0.3 * cos(2 * a)), lambda a, s: 9.0 + 2.0 * cos(2 * pi * s), turn=0.8),
+        "bunny_69k": [f for f in bunny if not hole(f)],
+        "armadillo_86k": loft(lambda a, s: (16.0 + 18.0 * rise(s, 0.45, 0.55)) * (1 + 0.25 * rise(s, 0.1, 0.4) * cos(5 * a)), turn=0.5, lean=8.0),
+        "igea_269k": loft(lambda a, s: (24.0 + 20.0 * rise(s, 0.25, 0.33)) * math.sqrt(1 - 0.7 * rise(s, 0.6, 1.0)) * (1 + 0.05 * cos(2 * a)), lean=5.0),
+        "lucy500_15k": loft(lambda a, s: 9.0 + 26.0 * (1 - 0.5 * s) * abs(cos(3 * a)) ** 3, turn=0.6, lean=4.0),
+    }
+
+
+def write(name, facets):
+    with open(name, "wb") as out:
+        out.write(b"gear of scripts/make_mesh.py".ljust(80) + struct.pack("<I", len(facets)))
+        for a, b, c in facets:
+            out.write(struct.pack("<12fH", 0, 0, 0, *a, *b, *c, 0))
+
+
+def write_ply(name, facets):
+    vertices = {}
+    triangles = [[vertices.setdefault(struct.pack("<3f", *p), len(vertices)) for p in f] for f in facets]
+    properties = "".join(f"property float {axis}\n" for axis in "xyz")
+    with open(name, "wb") as out:
+        out.write((f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n{properties}"
+                   f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n").encode("ascii"))
+        out.write(b"".join(vertices) + b"".join(struct.pack("<B3i", 3, *t) for t in triangles))
+
+
 def main():
     words = sys.argv[1:]
     if words[:1] == ["--helical"] and len(words) == 2:
         name, facets = words[1], helical()
     elif words[:1] == ["--box"] and len(words) == 5:
         name, facets = words[1], box(*map(float, words[2:]))
+    elif words[:1] == ["--stand-ins"] and len(words) == 2:
+        os.makedirs(words[1], exist_ok=True)
+        for name, facets in stand_ins().items():
+            write_ply(os.path.join(words[1], name + ".ply"), facets)
+        return
     elif words[:1] == ["--ice-box"] and len(words) == 2:
         name, facets = words[1], ice_box()
     elif words and not words[0].startswith("-"):
@@ -100,10 +172,7 @@ def main():
         facets = prism(4 * teeth, 4.0, 10.0, lambda n: 20.0 if n % 4 < 2 else 17.0) + prism(3 * teeth, 0.0, 5.0, lambda n: 9.0)
     else:
         sys.exit(__doc__)
-    with open(name, "wb") as out:
-        out.write(b"gear of scripts/make_mesh.py".ljust(80) + struct.pack("<I", len(facets)))
-        for a, b, c in facets:
-            out.write(struct.pack("<12fH", 0, 0, 0, *a, *b, *c, 0))
+    write(name, facets)
 
 
 if __name__ == "__main__":

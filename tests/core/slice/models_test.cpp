@@ -1,28 +1,19 @@
-// The real meshes of ../shared/models, where they are; they stay outside the repository.
+// Layers of the meshes of ../shared/models, which stay outside the repository, or of their stand-ins.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 #include <filesystem>
-#include <optional>
 
 #include "core/geometry/planar.h"
 #include "core/slice/mesh/slicer.h"
 #include "files/mesh/mesh_file.h"
+#include "tests/core/slice/models.h"
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;
 using namespace firn::slice;
 
 namespace {
-
-std::optional<std::filesystem::path> model(const std::string& name) {
-  for (const char* folder : {"/../shared/models/", "/../../shared/models/"}) {
-    const std::filesystem::path file = std::string(FIRN_SOURCE_DIR) + folder + name;
-    if (std::filesystem::exists(file)) return file;
-  }
-  WARN("shared/models/" << name << " is not beside the source tree: skipped");
-  return std::nullopt;
-}
 
 Sliced sliced(const std::filesystem::path& file, double tolerance_mm) {
   const MeshFile mesh(file);
@@ -38,11 +29,10 @@ Sliced sliced(const std::filesystem::path& file, double tolerance_mm) {
 TEST_CASE("Every real model slices into rings that cross nowhere, at tolerance 0.05 mm and with all points") {
   for (const char* name :
        {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
-    const auto file = model(name);
-    if (!file) continue;
+    const std::filesystem::path file = firn::test::model_file(name);
     for (const double tolerance : {0.0, 0.05}) {
       INFO(name << ", tolerance " << tolerance);
-      const Sliced s = sliced(*file, tolerance);
+      const Sliced s = sliced(file, tolerance);
       CHECK(s.layers.size() >= 658);
       double volume = 0.0;
       RandomStream random(31, Purpose::kTest);
@@ -67,11 +57,10 @@ TEST_CASE(
     "Areas of random layers of the real models agree with rows of 0.025 mm over the facets themselves") {
   RandomStream random(32, Purpose::kTest);
   for (const char* name : {"rocker_20k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
-    const auto file = model(name);
-    if (!file) continue;
-    const MeshFile mesh(*file);
+    const std::filesystem::path file = firn::test::model_file(name);
+    const MeshFile mesh(file);
     const firn::test::SampleMesh facets{mesh.data().vertices, mesh.data().triangles};
-    const Sliced all = sliced(*file, 0.0), few = sliced(*file, 0.05);
+    const Sliced all = sliced(file, 0.0), few = sliced(file, 0.05);
     for (int k = 0; k < 3; ++k) {
       const std::size_t n = random.below(std::uint32_t(all.layers.size()));
       INFO(name << ", layer " << n + 1);
@@ -83,9 +72,7 @@ TEST_CASE(
 }
 
 TEST_CASE("The bunny's holes are told with layer and place, and no layer loses its outline") {
-  const auto file = model("bunny_69k.ply");
-  if (!file) return;
-  const Sliced s = sliced(*file, 0.05);
+  const Sliced s = sliced(firn::test::model_file("bunny_69k.ply"), 0.05);
   CHECK_FALSE(s.facts.closed);
   int base = 0, belly = 0;
   for (const Defect& d : s.defects) {
