@@ -22,7 +22,8 @@ enum class Kind {
 };
 
 Kind kind_of(const std::string& path) {
-  if (path == "experiment.toml" || path == "provenance.json" || path.starts_with("inputs/"))
+  if (path == "experiment.toml" || path == "provenance.json" || path == "sources.diff" ||
+      path.starts_with("inputs/"))
     return Kind::kFixed;
   const bool node = path.starts_with("nodes/") && (path.ends_with(".wal") || path.ends_with(".sent"));
   return node || path == "world.rec" || path == "clocks" ? Kind::kGrowing : Kind::kMutable;
@@ -33,7 +34,7 @@ bool is_sealed(const std::string& path) {
   if (path == "io/lock") return false;  // of the process that prints
   for (const char* folder : {"inputs/", "nodes/", "world/", "io/"})
     if (path.starts_with(folder)) return true;
-  for (const char* file : {"experiment.toml", "provenance.json", "result.json", "clocks"})
+  for (const char* file : {"experiment.toml", "provenance.json", "sources.diff", "result.json", "clocks"})
     if (path == file) return true;
   return path.starts_with("log.lcm") || path.starts_with("world.rec");
 }
