@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "core/grid/random.h"
+#include "print/exit_codes.h"
 #include "tests/live/live_checks.h"
 
 using namespace firn;
