@@ -14,12 +14,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (plant::decode(plant::RecordKind(data[at] % 10), as_bytes(data + at + 2, n), h)) taken += n;
     at += 2 + n;
   }
-  require(h.begins.size() * sizeof(plant::BeginRecord) + h.shots.size() * sizeof(plant::ShotRecord) +
-                  h.scans.size() * sizeof(plant::ScanRecord) + h.lamp.size() * sizeof(plant::LampRecord) +
-                  h.links.size() * sizeof(plant::LinkRecord) +
-                  h.devices.size() * sizeof(plant::DeviceRecord) +
-                  h.firings.size() * sizeof(plant::FiringRecord) ==
-              taken,
-          "records have the bytes that were taken");
+  require(
+      h.begins.size() * sizeof(plant::BeginRecord) + h.shots.size() * sizeof(plant::ShotRecord) +
+              h.scans.size() * sizeof(plant::ScanRecord) + h.lamp.size() * sizeof(plant::LampRecord) +
+              h.links.size() * sizeof(plant::LinkRecord) + h.devices.size() * sizeof(plant::DeviceRecord) +
+              h.firings.size() * sizeof(plant::FiringRecord) + h.truths.size() * sizeof(plant::TruthRecord) ==
+          taken,
+      "records have the bytes that were taken");
   return 0;
 }
