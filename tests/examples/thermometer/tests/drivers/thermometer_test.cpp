@@ -63,6 +63,7 @@ TEST_CASE("the driver reads once a second what its twin shows, and goes on after
 TEST_CASE("the node is built from a configuration and has the instrument's port") {
   const auto node = make_thermometer(
       "[lab]\nkind = \"ice\"\n[control]\nscheme = \"open_loop\"\n[ice]\nmesh = \"part.stl\"\n"
+      "slice = \"slice.toml\"\nmachine = \"machine.toml\"\n"
       "[thermometer]\npoll_s = 0.5\n", {});
   CHECK(node->ports() == std::vector<std::string>{"thermometer"});
 }
