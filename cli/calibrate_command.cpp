@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "cli/option_set.h"
+#include "cli/sealed_run.h"
 #include "files/usage_error.h"
 #include "firn/enums.h"
 #include "firn/height_map_t.hpp"
@@ -108,6 +109,7 @@ int run_calibrate(const CalibrateOptions& options) {
       names += (names.empty() ? "" : ", ") + std::string(name);
     throw UsageError(options.run + " is neither a run folder nor one of " + names);
   }
+  use_sealed_run(options.run, options.unsealed);
   const Calibration c = calibrate(options.run);
   const std::filesystem::path run = std::filesystem::weakly_canonical(options.run);
   const std::string path = options.output.empty() ? (run / "jet_b.toml").string() : options.output;
@@ -176,6 +178,7 @@ void declare_calibrate(OptionSet& options) {
   options.option("--seed", o.lab.run.seed, "of where passes begin and the order of things").show_default();
   options.option("--plot", o.lab.plot, "residuals, SVG");
   options.override_option(o.lab.overrides);
+  declare_unsealed(options, o.unsealed);
   options.json_flag(o.json);
 }
 

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "cli/option_set.h"
+#include "cli/sealed_run.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"
@@ -59,6 +60,7 @@ void show(const Identification& id) {
 
 int identify_one(const IdentifyOptions& options) {
   if (options.runs.size() != 1) throw UsageError("firn identify takes one run; several only with --spacing");
+  use_sealed_run(options.runs.front(), options.unsealed);
   const Identification id = identify(ObservedRun::read(options.runs.front()));
   if (options.json) {
     ordered_json j = {{"run", options.runs.front()},
@@ -99,6 +101,7 @@ int choose(const IdentifyOptions& options) {
   droplet::SpacingChoice choice;
   try {
     for (const std::string& run : options.runs) {
+      use_sealed_run(run, options.unsealed);
       try {
         results.push_back(spacing_of(ObservedRun::read(run), options.diameter_mm));
       } catch (const UsageError& error) {
@@ -159,6 +162,7 @@ void declare_identify(OptionSet& options) {
   options.flag("--spacing", o.spacing, "chooses the spacing of droplets from prints of squares");
   options.option("--diameter", o.diameter_mm, "with --spacing: droplet diameter [mm]").show_default();
   options.option("-o,--output", o.output, "picture, SVG");
+  declare_unsealed(options, o.unsealed);
   options.json_flag(o.json);
 }
 

@@ -14,6 +14,7 @@ struct IdentifyOptions {
   double diameter_mm = 0.42;  ///< d of [Lu 2015, Table I], for gamma = L / d
   std::string output;         ///< picture (SVG); empty = none
   bool json = false;
+  bool unsealed = false;  ///< take runs that are not as they were sealed
 };
 /// @returns 0, or 1 when the run cannot identify the model (and why). @throws UsageError: not a run; runs
 /// without squares with --spacing; fewer than three spacings.

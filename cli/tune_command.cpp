@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "cli/option_set.h"
+#include "cli/sealed_run.h"
 #include "config/labs.h"
 #include "estimators/gains/tune_smf.h"
 #include "files/usage_error.h"
@@ -135,6 +136,7 @@ int run_tune_smf(const TuneCommandOptions& o) {
     if (o.run.empty()) {
       d = disturbance(o.model);
     } else {
+      use_sealed_run(o.run, o.unsealed);
       const Experiment e = recorded_experiment(o.run);
       d = recorded_disturbance(o.run, e);
       const auto& smf = e.control.smf;
@@ -196,6 +198,7 @@ void declare_tune(OptionSet& options) {
   smf.option("--start", o.start, "K_p,K_i*,K_d* to start from").separated_by(',').show_default();
   smf.flag("--derivative-only", o.derivative_only, "K_p and K_i* stay at their start (5.39)");
   smf.option("-o,--output", o.output, "picture of error and action, SVG");
+  declare_unsealed(smf, o.unsealed);
   smf.json_flag(o.json);
   options.require_subcommand();
 }

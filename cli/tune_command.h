@@ -25,6 +25,7 @@ struct TuneCommandOptions {
   bool derivative_only = false;              ///< (5.39)
   std::string output;                        ///< picture (SVG); empty = none
   bool json = false;
+  bool unsealed = false;  ///< take a run that is not as it was sealed
 };
 /// @throws UsageError: an unknown algorithm, a start that is not three numbers, a run without layers
 int run_tune_smf(const TuneCommandOptions& options);

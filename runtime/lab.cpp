@@ -19,6 +19,7 @@ void Lab::start(std::int32_t incarnation, Time now) {
   e.incarnation = incarnation;
   for (int n = 0; n < int(hosts_.size()); ++n) dispatch(n, e);
   for (PortOwner& p : ports_) {
+    if (p.open) continue;  // by its node, at the start
     world_->connect(p.name, now);
     p.open = true;
     push({now, p.node, 0, EventKind::kLink, p.port, LinkState::kOpen, {}, nullptr});

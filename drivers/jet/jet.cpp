@@ -66,7 +66,7 @@ void Jet::connected(std::int64_t, Effects& fx) {
   // A jet that still has its external source has been armed all the time; one that was reset does not answer.
   if (may_fire_ && tells_source() && !asked_) {
     asked_ = true;
-    poll();
+    link_.push(jetdrive::frame(Command::kPoll, {}, Repeat::kNever));  // without an answer: connected anew
   }
   Request stop_program;  // the boot monitor answers with a prompt
   stop_program.append("Q");
@@ -253,7 +253,9 @@ void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
 }
 
 void Jet::lost(std::int64_t, Effects& fx) {
-  if (phase_ == Phase::kArmed || busy()) fault(Severity::kStop, kLinkLost, "jet: link lost while in use", fx);
+  const bool starting = phase_ == Phase::kHandshake || phase_ == Phase::kBooting || phase_ == Phase::kSetup;
+  if (phase_ == Phase::kArmed || (busy() && !starting))  // else it was told when that link was lost
+    fault(Severity::kStop, kLinkLost, "jet: link lost while in use", fx);
   if (busy() && ending_.empty()) {
     ending_ = "the link was lost";
     ending_code_ = kLinkLost;

@@ -50,6 +50,19 @@ std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, cons
   return runs;
 }
 
+PulseRange pulses_by_place(const RasterRun& run, double x_mm, double stop_mm, double slack_mm,
+                           double counts_per_mm) {
+  const double travelled_mm = run.end_x_mm < run.start_x_mm ? run.start_x_mm - x_mm : x_mm - run.start_x_mm;
+  PulseRange range;
+  double at_mm = 0.0;
+  for (const std::int64_t increment : run.increments) {
+    at_mm += double(increment) / counts_per_mm;
+    range.least += at_mm <= travelled_mm - stop_mm - slack_mm;
+    range.most += at_mm <= travelled_mm + slack_mm;
+  }
+  return range;
+}
+
 std::optional<std::string> limit_broken(char axis_name, double value_mm, const AxisLimits& limits) {
   if (value_mm >= limits.min_mm && value_mm <= limits.max_mm) return std::nullopt;  // false for NaN
   char text[120];

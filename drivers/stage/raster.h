@@ -41,6 +41,18 @@ struct RasterRun {
 /// rows with more than array_limit drops give several.
 std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, const RasterParams& params);
 
+struct PulseRange {
+  std::int64_t least = 0;
+  std::int64_t most = 0;
+  bool contains(std::int64_t n) const { return least <= n && n <= most; }
+};
+
+/// Computes how many pulses a run can have fired whose axis came to rest at `x_mm`: those that lie before it,
+/// less those of the last `stop_mm`, which it may have travelled without a trigger. `slack_mm`: error of
+/// x_mm.
+PulseRange pulses_by_place(const RasterRun& run, double x_mm, double stop_mm, double slack_mm,
+                           double counts_per_mm);
+
 /// Run-up needed to reach `speed` [mm].
 double run_up_mm(const RasterParams& params);
 

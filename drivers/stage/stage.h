@@ -20,7 +20,7 @@ struct StageOptions {
   ensemble::Table table;
   std::array<AxisLimits, 3> limits{{{-50.0, 50.0, 200.0}, {-50.0, 50.0, 200.0}, {-1.0, 50.0, 20.0}}};
   double counts_per_mm = 10'000.0;
-  double acceleration_mm_s2 = 2000.0;
+  double acceleration_mm_s2 = 2000.0;  ///< of moves; an ABORT brakes at least as hard
   double raster_speed_mm_s = 50.0;
   double move_speed_mm_s = 50.0;
   double margin_mm = 0.1;          ///< run-up and run-out beyond those of the acceleration
@@ -139,6 +139,7 @@ class Stage final : public Driver {
   void rejected(const Request& request, const ensemble::Reply& reply, std::int64_t now_us, Effects& fx);
   void evidence_complete(std::int64_t now_us, Effects& fx);
   void conclude(Effects& fx);
+  std::optional<PulseRange> pulses_possible() const;
   void finish(Result result, Effects& fx);
   void check_status(int axis, std::uint32_t bits, std::int64_t now_us, Effects& fx);
   // Enabling and homing.

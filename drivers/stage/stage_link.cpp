@@ -17,7 +17,8 @@ std::string line_of(const Request& request) {
   return "'" + text + "'";
 }
 
-constexpr int kHomingOrder[] = {2, 0, 1};  // the nozzle goes up first
+constexpr double kTriggerOffEarly_s = 0.002;  // at most between the trigger's off and the axis' ABORT
+constexpr int kHomingOrder[] = {2, 0, 1};     // the nozzle goes up first
 
 }  // namespace
 
@@ -205,8 +206,21 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
   initialise_after_stop_ = false;
 }
 
+// Pulses that the running row can have fired, by the place where its axis came to rest; nothing where no
+// place on the row was read.
+std::optional<PulseRange> Stage::pulses_possible() const {
+  const RasterRun& run = runs_[progress_.run];
+  const double slack_mm =
+      2.0 * config_.tolerance_mm + double(config_.pulse_tolerance_counts) / config_.counts_per_mm;
+  if (!(std::abs(position_mm_[1] - run.y_mm) <= slack_mm) || std::isnan(position_mm_[0])) return std::nullopt;
+  const double brake_mm = speed_mm_s_ * speed_mm_s_ / (2.0 * config_.acceleration_mm_s2);
+  const double late_mm = speed_mm_s_ * (kTriggerOffEarly_s + 2.0 * config_.host_latency_s);
+  return pulses_by_place(run, position_mm_[0], brake_mm + late_mm, slack_mm, config_.counts_per_mm);
+}
+
 // Result of the operation from the pulse counter: rows before this one are counted; the pulses of this
-// one are a prefix of it. Without a counter that can be trusted they are in doubt.
+// one are a prefix of it. Without a counter that can be trusted they are in doubt: one that restarted, or one
+// that does not fit the place where the axis stands.
 void Stage::conclude(Effects& fx) {
   if (!busy()) return;
   Result r;
@@ -217,22 +231,27 @@ void Stage::conclude(Effects& fx) {
   const bool counter_is_ours = pulses_ && *pulses_ >= 0 && !restarted_;
   if (op_ == Op::kPass) {
     const auto n = std::int64_t(runs_[progress_.run].increments.size());
-    r.counted = progress_.before;
-    if (progress_.launched && counter_is_ours) {
-      if (*pulses_ > n) {
-        r.code = kPulseCount;
-        r.text += "; " + std::to_string(*pulses_ - n) + " more pulses than commanded";
-      } else if (*pulses_ == n && r.counted + n == expected_) {
-        r.outcome = Outcome::kDone;
-      }
-      r.counted += std::min(*pulses_, n);
+    r.counted = r.unknown_from = r.unknown_to = progress_.before;
+    const std::optional<PulseRange> possible = progress_.launched ? pulses_possible() : std::nullopt;
+    if (progress_.launched && counter_is_ours && *pulses_ > n) {
+      r.code = kPulseCount;
+      r.text += "; " + std::to_string(*pulses_ - n) + " more pulses than commanded";
+      r.unknown_from = r.unknown_to = r.counted += n;
+    } else if (progress_.launched && counter_is_ours && possible && possible->contains(*pulses_)) {
+      if (*pulses_ == n && r.counted + n == expected_) r.outcome = Outcome::kDone;
+      r.unknown_from = r.unknown_to = r.counted += *pulses_;
+    } else if (progress_.launched && counter_is_ours && possible) {
+      r.outcome = Outcome::kUnknown;
+      r.code = kPulseCount;
+      r.text += "; " + std::to_string(*pulses_) + " pulses counted where the place of the axis says " +
+                std::to_string(possible->least) + " to " + std::to_string(possible->most);
+      r.unknown_from += std::min(*pulses_, possible->least);
+      r.unknown_to += std::max(*pulses_, possible->most);
     } else if (progress_.launched) {
       r.outcome = Outcome::kUnknown;
-    }
-    r.unknown_from = r.unknown_to = r.counted;
-    if (r.outcome == Outcome::kUnknown)
       r.unknown_to += n;
-    else if (r.outcome != Outcome::kDone)
+    }
+    if (r.outcome != Outcome::kUnknown && r.outcome != Outcome::kDone)
       r.outcome = r.counted == 0 && r.code != kPulseCount ? Outcome::kNone : Outcome::kFailed;
   } else if (op_ == Op::kScan) {
     r.counted = !progress_.launched ? 0 : counter_is_ours ? *pulses_ : -1;

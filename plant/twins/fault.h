@@ -33,5 +33,7 @@ struct SimFault {
 /// "trip", "echo", "stray", "power".
 /// @throws std::invalid_argument for another name
 FaultKind fault_kind(std::string_view name);
+/// Returns the name that fault_kind() takes.
+std::string_view fault_name(FaultKind kind);
 
 }  // namespace firn::plant

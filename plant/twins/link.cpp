@@ -7,17 +7,23 @@
 #include <utility>
 
 namespace firn::plant {
+namespace {
+
+constexpr std::array<std::string_view, 12> kFaultNames{"drop",  "delay",  "split", "flip", "hang",  "resume",
+                                                       "close", "reboot", "trip",  "echo", "stray", "power"};
+
+}  // namespace
 
 FaultKind fault_kind(std::string_view name) {
-  static constexpr std::array<std::string_view, 12> kNames{"drop", "delay",  "split", "flip",
-                                                           "hang", "resume", "close", "reboot",
-                                                           "trip", "echo",   "stray", "power"};
-  for (std::size_t n = 0; n < kNames.size(); ++n)
-    if (kNames[n] == name) return FaultKind(n);
-  throw std::invalid_argument(
-      "world: unknown fault \"" + std::string(name) +
-      "\"; known: drop delay split flip hang resume close reboot trip echo stray power");
+  std::string known;
+  for (std::size_t n = 0; n < kFaultNames.size(); ++n) {
+    if (kFaultNames[n] == name) return FaultKind(n);
+    known.append(" ").append(kFaultNames[n]);
+  }
+  throw std::invalid_argument("world: unknown fault \"" + std::string(name) + "\"; known:" + known);
 }
+
+std::string_view fault_name(FaultKind kind) { return kFaultNames.at(std::size_t(kind)); }
 
 void TwinLink::connect(std::int64_t now_us) {
   disconnect();

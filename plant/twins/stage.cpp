@@ -262,6 +262,10 @@ void StageDevice::trip(bool on, std::int64_t now_us) {
   }
 }
 
+void StageDevice::lose_count() {
+  for (Pso& pso : pso_) pso.pulses = 0;
+}
+
 void StageDevice::io(Archive& a) {
   bool moving = move_.has_value();
   Move m = moving ? *move_ : Move{};

@@ -76,6 +76,7 @@ class StageDevice {
   void event(std::int64_t now_us);          ///< a pulse or the end of a move
   void link_lost(std::int64_t now_us);      ///< the controller's own watchdog
   void trip(bool on, std::int64_t now_us);  ///< emergency stop input
+  void lose_count();                        ///< pulse counters return to zero; homing and motion stay
   void power_on();
   void io(Archive& a);
 
@@ -123,7 +124,11 @@ class StageTwin : public Twin {
   void device_event(std::int64_t now_us) override;
   bool device_event_replies() const override { return blocked_ || idle_close_us() != kNever; }
   void reboot(std::int64_t now_us) override;
-  void trip(std::int64_t now_us, std::int64_t on) override { device_.trip(on != 0, now_us); }
+  /// 0: mended. 1: emergency stop. 2: the pulse counters return to zero, and no status bit tells of it.
+  void trip(std::int64_t now_us, std::int64_t code) override {
+    if (code == 2) return device_.lose_count();
+    device_.trip(code != 0, now_us);
+  }
   void io(Archive& a) override;
   StageDevice& device() { return device_; }
 

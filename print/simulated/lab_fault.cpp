@@ -1,7 +1,6 @@
 #include "print/simulated/lab_fault.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <span>
 #include <sstream>
@@ -12,13 +11,6 @@
 #include "plant/world/setup.h"
 
 namespace firn {
-namespace {
-
-constexpr std::array<std::string_view, 12> kKinds{"drop",  "delay",  "split", "flip", "hang",  "resume",
-                                                  "close", "reboot", "trip",  "echo", "stray", "power"};
-
-}  // namespace
-
 std::vector<LabFault> parse_lab_faults(const std::vector<std::string>& texts, const Experiment& e) {
   std::vector<LabFault> faults;
   const std::span<const std::string_view> ports = plant::world_config(e).kind->ports;
@@ -49,8 +41,8 @@ std::vector<LabFault> parse_lab_faults(const std::vector<std::string>& texts, co
 }
 
 std::string simfault_line(const plant::SimFault& f) {
-  return "SIMFAULT " + f.port + " " + std::string(kKinds[std::size_t(f.kind)]) + " " +
-         std::to_string(f.count) + " " + std::to_string(f.delay_us);
+  return "SIMFAULT " + f.port + " " + std::string(plant::fault_name(f.kind)) + " " + std::to_string(f.count) +
+         " " + std::to_string(f.delay_us);
 }
 
 }  // namespace firn

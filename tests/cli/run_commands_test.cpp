@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -221,6 +222,29 @@ TEST_CASE(
   for (const Json& node : j.at("nodes")) sent += node.at("messages").get<std::int64_t>();
   CHECK(j.at("log_messages").get<std::int64_t>() <= sent);
   CHECK(j.at("log_messages").get<std::int64_t>() > 0);
+}
+
+TEST_CASE("Commands that learn from a run refuse one that is not as it was sealed, and take it with a warning") {
+  const fs::path root = fresh_folder("unsealed");
+  const Said printed = firn_says({"print", kSource + "/experiments/excitation.toml", "--bus", "in-process", "--set",
+                                  "part.height_mm=0.03", "--runs", root.string()});
+  CAPTURE(printed.err);
+  fs::path run;
+  for (const auto& entry : fs::directory_iterator(root))
+    if (entry.is_directory()) run = entry.path();
+  REQUIRE_FALSE(run.empty());
+  std::ofstream(run / "experiment.toml", std::ios::app) << "# one line more\n";
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"identify"}, {"tune", "smf"}, {"calibrate"}, {"identify", "--spacing"}}) {
+    std::vector<std::string> all = words;
+    all.push_back(run.string());
+    const Said refused = firn_says(all);
+    CAPTURE(words, refused.err);
+    CHECK(refused.code == 2);
+    CHECK_THAT(refused.err, Contains("experiment.toml: bytes") && Contains("--unsealed"));
+    all.push_back("--unsealed");
+    CHECK_THAT(firn_says(all).err, Contains("experiment.toml: bytes") && !Contains("not as it was sealed"));
+  }
 }
 
 TEST_CASE("firn replay with another gain differs, exits 1 and names setting, node and field") {

@@ -77,6 +77,33 @@ TEST_CASE("a jet that was disarmed at its panel during a pass leaves all of it i
   }
 }
 
+TEST_CASE("a stage that lost its pulse counter and kept its homing never calls a fired droplet unfired",
+          "[power]") {
+  std::uint64_t seed = 11;
+  int doubts = 0;
+  for (int round = 0; round < 60; ++round) {
+    WorldRig rig(WorldRig::small_world(12, 6));
+    rig.start();
+    REQUIRE(arm(rig).outcome == Outcome::kReady);
+    rig.act("stage", [&](std::int64_t t, Effects& fx) {
+      rig.stage.run_pass(full(rig.world.config().grid), 0, 1.0, 0.0, t, fx);
+    });
+    const double lost_s = double(next(seed) % 900) * 1e-3, then_s = double(next(seed) % 60) * 1e-3;
+    rig.run_for(lost_s);
+    fault(rig, "stage", FaultKind::kTrip, 2);
+    rig.run_for(then_s);
+    if (round % 2 == 0) rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.safe_stop(t, fx); });
+    REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 60.0));
+    const Result r = rig.results("stage").back();
+    INFO("round " << round << ", counter lost after " << lost_s << " s: " << test::describe(r));
+    const std::int64_t fired = rig.fired();
+    CHECK(r.unknown_to >= fired);
+    CHECK((r.outcome == Outcome::kUnknown ? r.unknown_from : r.counted) <= fired);
+    doubts += r.outcome == Outcome::kUnknown;
+  }
+  CHECK(doubts > 10);
+}
+
 TEST_CASE("a jet that was armed during all of a pass is in no doubt", "[power]") {
   CHECK(pass_with(FaultKind::kTrip, 0, 0.3).outcome == Outcome::kDone);
 }
@@ -92,6 +119,32 @@ TEST_CASE("a jet whose driver died and came back during a pass is in no doubt wh
     rig.run_for(0.5);
     rig.resume("jet");
     CHECK(disarm(rig).outcome == (reset ? Outcome::kUnknown : Outcome::kDone));
+  }
+}
+
+TEST_CASE("a jet that lost its power while its driver was dead is safe soon after, and stops nothing again",
+          "[power]") {
+  std::uint64_t seed = 12;
+  for (int round = 0; round < 30; ++round) {
+    WorldRig rig(WorldRig::small_world(12, 6));
+    rig.start();
+    rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.arm(72, t, fx); });
+    rig.run_for(double(next(seed) % 40) * 1e-3);
+    if (round % 3 == 0) rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.safe_stop(t, fx); });
+    rig.kill("jet");
+    fault(rig, "jet", FaultKind::kPower);
+    rig.run_for(0.5);
+    rig.resume("jet");
+    const std::size_t before = rig.all<Fault>("jet").size();
+    const std::int64_t since_us = rig.now_us;
+    INFO("round " << round);
+    REQUIRE(rig.run([&] { return rig.jet.safe(); }, 120.0));
+    CHECK(rig.now_us - since_us < 20'000'000);
+    const std::vector<Fault> faults = rig.all<Fault>("jet");
+    for (std::size_t n = before; n < faults.size(); ++n) {
+      INFO(faults[n].text);
+      CHECK(faults[n].severity != Severity::kStop);
+    }
   }
 }
 

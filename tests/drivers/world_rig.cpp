@@ -16,6 +16,7 @@ plant::WorldConfig WorldRig::small_world(int nx, int ny) {
   c.grid.nx = nx;
   c.grid.ny = ny;
   c.droplet.missed_probability = 0.0;
+  c.stage.abort_rate_mm_s2 = fast_stage().acceleration_mm_s2;  // as plant/world/setup.cpp has it
   return c;
 }
 

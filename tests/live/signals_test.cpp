@@ -143,7 +143,9 @@ TEST_CASE("a live print whose world was killed goes on in one process") {
   run.wait_all_gone();
   LabRunOptions options;
   options.resume = true;
-  CHECK(run_in_lab(RunFolder::open(run.path()), options).result.status == kOk);
+  const RunResult result = run_in_lab(RunFolder::open(run.path()), options).result;
+  INFO(result.reason);
+  CHECK(result.status == kOk);
   check_finished_run(run);
 }
 

@@ -121,6 +121,28 @@ TEST_CASE("a driver's bytes reach the world and come back at the world's time") 
   REQUIRE(driver->at == Time{4000});
 }
 
+TEST_CASE("a port that a node reopens at its start is told open once") {
+  struct Reopener : Driver {
+    void start(const Start&, Time, Outbox& out) override { out.reopen(PortId{0}); }
+    void on_link(PortId p, LinkState s, Time now, Outbox& out) override {
+      ++told;
+      Driver::on_link(p, s, now, out);
+    }
+    int told = 0;
+  };
+  EchoWorld world;
+  Lab lab(&world);
+  auto node = std::make_unique<Reopener>();
+  Reopener* driver = node.get();
+  NodeHost host(NodeId::kJet, std::move(node), 1, nullptr);
+  lab.add(&host);
+  lab.start(1, Time{1000});
+  const NodeId wait[] = {NodeId::kJet};
+  REQUIRE(lab.run(wait, Time{}.after_s(1)) == Lab::End::kFinished);
+  CHECK(world.connects == 1);
+  CHECK(driver->told == 1);
+}
+
 TEST_CASE("a message handed to one node reaches no other") {
   Lab lab(nullptr);
   auto a_node = std::make_unique<Listener>(), b_node = std::make_unique<Listener>();
