@@ -17,7 +17,7 @@ struct CalibrateOptions {
   std::string run;     ///< run folder of a registration print, or a calibration of the ice lab
   std::string output;  ///< of the proposal; "" = RUN/jet_b.toml
   bool json = false;
-  bool unsealed = false;  ///< take a run that is not as it was sealed
+  bool unsealed = false;    ///< take a run that is not as it was sealed
   CalibrateLabOptions lab;  ///< of the latter, but for its name, output and json
 };
 

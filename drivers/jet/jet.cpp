@@ -253,6 +253,7 @@ void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
 }
 
 void Jet::lost(std::int64_t, Effects& fx) {
+  if (phase_ == Phase::kDown) return;
   const bool starting = phase_ == Phase::kHandshake || phase_ == Phase::kBooting || phase_ == Phase::kSetup;
   if (phase_ == Phase::kArmed || (busy() && !starting))  // else it was told when that link was lost
     fault(Severity::kStop, kLinkLost, "jet: link lost while in use", fx);

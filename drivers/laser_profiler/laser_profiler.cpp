@@ -66,6 +66,7 @@ void LaserProfiler::stop(std::int64_t, Effects& fx) {  // it moves, fires and li
 }
 
 void LaserProfiler::lost(std::int64_t, Effects& fx) {
+  if (phase_ == Phase::kDown) return;
   if (scanning_ || busy())
     fault(Severity::kWarning, kLinkLost, "laser_profiler: link lost during a scan", fx);
   phase_ = Phase::kDown;

@@ -224,10 +224,11 @@ TEST_CASE(
   CHECK(j.at("log_messages").get<std::int64_t>() > 0);
 }
 
-TEST_CASE("Commands that learn from a run refuse one that is not as it was sealed, and take it with a warning") {
+TEST_CASE(
+    "Commands that learn from a run refuse one that is not as it was sealed, and take it with a warning") {
   const fs::path root = fresh_folder("unsealed");
-  const Said printed = firn_says({"print", kSource + "/experiments/excitation.toml", "--bus", "in-process", "--set",
-                                  "part.height_mm=0.03", "--runs", root.string()});
+  const Said printed = firn_says({"print", kSource + "/experiments/excitation.toml", "--bus", "in-process",
+                                  "--set", "part.height_mm=0.03", "--runs", root.string()});
   CAPTURE(printed.err);
   fs::path run;
   for (const auto& entry : fs::directory_iterator(root))

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <utility>
 
 namespace firn::drivers::test {
 
@@ -19,7 +20,11 @@ void PortRig::step(Port& p, const std::function<void(Effects&)>& f) {
     if (p.connected) world.receive(p.name, fx.tx, now_us);
   }
   if (!fx.reopen) return;
-  if (p.connected) world.disconnect(p.name, now_us);
+  if (std::exchange(p.connected, false)) {  // told of a port that was open, as live
+    world.disconnect(p.name, now_us);
+    step(p, [&](Effects& again) { p.driver->closed(now_us, again); });
+    if (p.connected) return;
+  }
   p.connected = true;
   world.connect(p.name, now_us);
   step(p, [&](Effects& again) { p.driver->opened(now_us, again); });
